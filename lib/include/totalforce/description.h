@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A description is a robot as its file states it: links and joints, nothing merged or reordered.
+ */
+#ifndef TOTALFORCE_DESCRIPTION_H
+#define TOTALFORCE_DESCRIPTION_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <totalforce/report.h>
+#include <totalforce/status.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum tfa_joint_type {
+    TFA_JOINT_FIXED = 0,
+    TFA_JOINT_REVOLUTE = 1,   /**< 1 q (rad), 1 v: rotation about the axis */
+    TFA_JOINT_CONTINUOUS = 2, /**< as revolute, any winding */
+    TFA_JOINT_PRISMATIC = 3,  /**< 1 q (m), 1 v: translation along the axis */
+    TFA_JOINT_PLANAR = 4,     /**< 3 q (x, y in m, theta in rad), 3 v (see docs/conventions.md) */
+    TFA_JOINT_FLOATING = 5,   /**< 7 q (x y z, quaternion x y z w), 6 v (linear, angular) */
+} tfa_joint_type;
+
+/** A rigid link. Strings are owned by whoever made the description. SI units. */
+typedef struct tfa_link {
+    const char *name;
+    uint32_t line;     /**< where the file declares it; 0 if unknown */
+    double mass;       /**< kg; 0 with zero inertia for a frame without <inertial> */
+    double com[3];     /**< centre of mass, m, in the link frame */
+    double quat[4];    /**< inertial frame in the link frame, x y z w */
+    double inertia[6]; /**< ixx ixy ixz iyy iyz izz, kg m^2, about the centre of mass,
+                            along the axes of the inertial frame */
+} tfa_link;
+
+/** A joint between two links. */
+typedef struct tfa_joint {
+    const char *name;
+    uint32_t line;
+    tfa_joint_type type;
+    uint32_t parent;   /**< index of the parent link */
+    uint32_t child;    /**< index of the child link */
+    double xyz[3];     /**< joint origin in the parent link frame, m */
+    double quat[4];    /**< joint frame in the parent link frame, x y z w */
+    double axis[3];    /**< unit axis in the joint frame (plane normal for planar) */
+    double armature;   /**< reflected rotor inertia, kg m^2 or kg, on each freedom */
+    double damping;    /**< N m s/rad or N s/m, as written; used only when asked for */
+    int32_t mimic;     /**< index of the joint it follows, or -1 */
+    double multiplier; /**< q = multiplier * q[mimic] + offset */
+    double offset;
+} tfa_joint;
+
+/** A tree of links: exactly one link is nobody's child. Joints stand in document order. */
+typedef struct tfa_description {
+    const char *name;
+    tfa_link *links;
+    size_t link_count;
+    tfa_joint *joints;
+    size_t joint_count;
+} tfa_description;
+
+/** What the URDF front end does where files leave a choice. Zero-initialise for the defaults. */
+typedef struct tfa_urdf_options {
+    uint32_t reserved; /**< 0 */
+} tfa_urdf_options;
+
+/**
+ * Reads a URDF file into a description.
+ *
+ * @param path     file name
+ * @param options  NULL for the defaults
+ * @param[out] description  made with malloc; release with tfa_description_free; NULL on error
+ * @param report   every error, warning and note with its line; may not be NULL
+ * @return TFA_OK; TFA_E_FILE (cannot be read, too large); TFA_E_PARSE (malformed: the report has
+ *         at least one error); TFA_E_MEMORY; TFA_E_UNSUPPORTED (library built without urdfdom).
+ *
+ * Never prints, never opens a mesh, never uses the network, independent of the locale.
+ * Thread rule: one call at a time in a process (urdfdom's log handler is global).
+ */
+TFA_API TFA_CHECKED int tfa_urdf_load(const char *path, const tfa_urdf_options *options,
+                                      tfa_description **description, tfa_report *report);
+
+/** As tfa_urdf_load, from text in memory; `name` stands for the file in messages. */
+TFA_API TFA_CHECKED int tfa_urdf_parse(const char *text, size_t length, const char *name,
+                                       const tfa_urdf_options *options,
+                                       tfa_description **description, tfa_report *report);
+
+/** Releases a description made by tfa_urdf_load or tfa_urdf_parse. NULL is allowed. */
+TFA_API void tfa_description_free(tfa_description *description);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A workspace computes: one request in, one reply out. The daemon, the command line and a program
+ * that links the library all come through tfa_compute, so they give the same bits.
+ *
+ * Equations of motion:  M(q) qdd + h(q, v) = tau + J^T wrench,   Lambda^-1 = J M^-1 J^T.
+ * Six-vectors at this interface are linear first, angular second. SI units.
+ */
+#ifndef TOTALFORCE_DYNAMICS_H
+#define TOTALFORCE_DYNAMICS_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <totalforce/model.h>
+#include <totalforce/status.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TFA_MAX_TIPS 8     /**< tips of one request */
+#define TFA_MAX_WRENCHES 8 /**< external wrenches of one request */
+
+typedef enum tfa_op {
+    TFA_OP_FORWARD_DYNAMICS = 1,    /**< q, v, tau -> qdd (and lambda_inv when tips are given) */
+    TFA_OP_INVERSE_DYNAMICS = 2,    /**< q, v, qdd -> tau */
+    TFA_OP_OPERATIONAL_INERTIA = 3, /**< q, tips -> lambda_inv */
+    TFA_OP_MASS_MATRIX = 4,         /**< q -> M */
+} tfa_op;
+
+/* X(NAME, number, name on the command line, answers forward dynamics, answers lambda_inv, text) */
+#define TFA_METHOD_LIST(X)                                                                         \
+    X(AUTO, 0, "auto", 1, 1, "the plan chooses")                                                   \
+    X(RNEA, 1, "rnea", 0, 0, "recursive Newton-Euler, inverse dynamics, O(N)")                     \
+    X(CRBA, 2, "crba", 1, 1, "composite rigid bodies and sparse LTDL, O(N d^2)")                   \
+    X(ABA, 3, "aba", 1, 1, "articulated bodies, O(N); lambda_inv by force propagation")            \
+    X(TFA, 4, "tfa", 1, 1, "total force algorithm, block LU; lambda_inv by (74)-(78)")             \
+    X(TFA_ONE_SIDED, 5, "tfa-one-sided", 0, 1, "lambda_inv by forward elimination of the tip")     \
+    X(PROPAGATION, 6, "propagation", 0, 1, "force propagation along the tips' supports")
+
+typedef enum tfa_method {
+#define TFA_METHOD_ENUM(name, number, text, fd, lambda, what) TFA_METHOD_##name = number,
+    TFA_METHOD_LIST(TFA_METHOD_ENUM)
+#undef TFA_METHOD_ENUM
+} tfa_method;
+
+typedef enum tfa_estimate {
+    TFA_ESTIMATE_DEFAULT = 0, /**< always for TFA, never for the others */
+    TFA_ESTIMATE_NEVER = 1,
+    TFA_ESTIMATE_ALWAYS = 2,
+} tfa_estimate;
+
+/** The frame in which wrenches on links are given and lambda_inv is answered. */
+typedef enum tfa_reference_frame {
+    TFA_FRAME_LOCAL_WORLD_ALIGNED = 0, /**< at the link frame's origin, axes of the world */
+    TFA_FRAME_LOCAL = 1,               /**< at the link frame's origin, axes of the link */
+    TFA_FRAME_WORLD = 2,               /**< at the world origin, axes of the world */
+} tfa_reference_frame;
+
+typedef enum tfa_precision {
+    TFA_F64 = 0,  /**< double */
+    TFA_F128 = 1, /**< quadruple precision, about 100 times slower: a reference */
+} tfa_precision;
+
+#define TFA_REFINE_DEFAULT UINT32_MAX /**< the method's default: 1 for tfa, 0 for the others */
+
+/** Wanted besides the plain answer; flags of a request. */
+#define TFA_WANT_SPECTRUM 1u /**< rank and extreme eigenvalues of lambda_inv */
+
+/**
+ * One request. Arrays hold `count` states one after the other; NULL where not used.
+ * Zero-initialise, then fill in what the op needs.
+ */
+typedef struct tfa_request {
+    tfa_op op;
+    tfa_method method;         /**< of the op; TFA_METHOD_AUTO unless asked otherwise */
+    tfa_estimate estimate;     /**< error estimate policy */
+    tfa_reference_frame frame; /**< of wrenches and lambda_inv */
+    uint32_t refine;           /**< refinement steps 0, 1, 2 or TFA_REFINE_DEFAULT */
+    uint32_t flags;            /**< TFA_WANT_* */
+    uint32_t count;            /**< states, at least 1 */
+    uint32_t tip_count;        /**< 0..TFA_MAX_TIPS */
+    uint32_t wrench_count;     /**< 0..TFA_MAX_WRENCHES */
+    uint32_t tips[TFA_MAX_TIPS];            /**< frame indices */
+    uint32_t wrench_frames[TFA_MAX_WRENCHES]; /**< frame indices */
+
+    const double *q;                 /**< count x q_count, rad or m */
+    const double *v;                 /**< count x v_count, rad/s or m/s; NULL: at rest */
+    const double *tau;               /**< count x v_count, N m or N (forward); NULL: zero */
+    const double *qdd;               /**< count x v_count (inverse dynamics); NULL: zero */
+    const double *base_pose;         /**< count x 7: x y z (m), quaternion x y z w */
+    const double *base_twist;        /**< count x 6, root link frame at its origin; NULL: zero */
+    const double *base_wrench;       /**< count x 6 (forward), root link frame; NULL: zero */
+    const double *base_acceleration; /**< count x 6 (inverse), root link frame; NULL: zero */
+    const double *gravity;           /**< 3, world frame, m/s^2; NULL: the model's */
+    const double *wrenches;          /**< count x wrench_count x 6, force then moment */
+} tfa_request;
+
+/** Flags of an answer. */
+#define TFA_ANSWER_ESTIMATED 1u /**< error_estimate was measured for this state */
+#define TFA_ANSWER_FALLBACK 2u  /**< the method asked for failed here; `method` answered */
+
+/** What is known of the answer for one state. */
+typedef struct tfa_answer {
+    int32_t status;         /**< TFA_OK, TFA_E_SINGULAR, TFA_E_NOT_COMPUTED */
+    uint16_t method;        /**< tfa_method that answered */
+    uint16_t flags;         /**< TFA_ANSWER_* */
+    double error_estimate;  /**< relative 2-norm error of qdd or lambda_inv; NaN if not measured */
+} tfa_answer;
+
+/** Rank and extreme eigenvalues of lambda_inv. */
+typedef struct tfa_spectrum {
+    uint32_t rank;    /**< eigenvalues above 6m x 64 eps x the largest */
+    uint32_t padding; /**< 0 */
+    double eig_min, eig_max;
+} tfa_spectrum;
+
+/** Which input a failed request is about; with `index` it names the culprit. */
+typedef enum tfa_field {
+    TFA_FIELD_NONE = 0,
+    TFA_FIELD_OP,
+    TFA_FIELD_METHOD,
+    TFA_FIELD_COUNT,
+    TFA_FIELD_TIPS,
+    TFA_FIELD_WRENCHES,
+    TFA_FIELD_Q,
+    TFA_FIELD_V,
+    TFA_FIELD_TAU,
+    TFA_FIELD_QDD,
+    TFA_FIELD_BASE_POSE,
+    TFA_FIELD_BASE_TWIST,
+    TFA_FIELD_BASE_WRENCH,
+    TFA_FIELD_BASE_ACCELERATION,
+    TFA_FIELD_GRAVITY,
+    TFA_FIELD_REFINE,
+    TFA_FIELD_FRAME,
+    TFA_FIELD_ESTIMATE,
+    TFA_FIELD_BODY, /**< `index` is a body: singular inertia */
+} tfa_field;
+
+/** "q", "base_pose", ...: as spelt in JSON. Static storage. */
+TFA_API const char *tfa_field_name(tfa_field field);
+
+/**
+ * One reply. The caller gives the buffers; NULL where an answer is not wanted.
+ * n = base freedoms + v_count: rows of M stand base first.
+ */
+typedef struct tfa_reply {
+    int32_t status;        /**< of the request as a whole: the first state that failed */
+    tfa_field field;       /**< culprit of a bad request */
+    uint32_t index;        /**< index in that field, of one state; or the body */
+    uint32_t state;        /**< the state it is about */
+    double *qdd;               /**< count x v_count */
+    double *base_acceleration; /**< count x 6: time derivative of the components of base_twist */
+    double *tau;               /**< count x v_count (inverse dynamics) */
+    double *base_wrench;       /**< count x 6 (inverse dynamics) */
+    double *lambda_inv;        /**< count x (6 m) x (6 m), row major */
+    double *mass_matrix;       /**< count x n x n, row major */
+    tfa_spectrum *spectrum;    /**< count, with TFA_WANT_SPECTRUM */
+    tfa_answer *answers;       /**< count; may be NULL */
+} tfa_reply;
+
+/** Everything that changes while computing. One thread uses a workspace at a time. */
+typedef struct tfa_workspace tfa_workspace;
+
+typedef struct tfa_workspace_options {
+    tfa_precision precision;
+} tfa_workspace_options;
+
+/** Bytes for a workspace of this model, 64-byte aligned. NULL options: f64. */
+TFA_API size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_options *options);
+
+/**
+ * Initialises a workspace in memory of the caller. The model must outlive it.
+ * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (precision not built).
+ */
+TFA_API TFA_CHECKED int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
+                                           const tfa_workspace_options *options,
+                                           tfa_workspace **workspace);
+
+/** tfa_workspace_size + aligned_alloc + tfa_workspace_init. */
+TFA_API TFA_CHECKED int tfa_workspace_create(const tfa_model *model,
+                                             const tfa_workspace_options *options,
+                                             tfa_workspace **workspace);
+
+/** Releases a workspace made by tfa_workspace_create. NULL is allowed. */
+TFA_API void tfa_workspace_free(tfa_workspace *workspace);
+
+/**
+ * Checks a request against the model without computing: sizes, indices, finiteness, quaternions.
+ * Fills status, field, index and state of the reply. Cost: one read of the inputs.
+ */
+TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_reply *reply);
+
+/**
+ * Answers one request: tfa_request_check, then the method, refinement, estimate and fallback.
+ *
+ * Reads the arrays of the request, writes the buffers of the reply. No allocation, no lock, no
+ * system call, no output. Thread rule: one call per workspace at a time.
+ *
+ * @return reply->status:
+ *   TFA_OK            every state answered (see answers[k].flags for fallbacks);
+ *   TFA_E_ARGUMENT    a NULL that is needed, an op, frame or policy that does not exist;
+ *   TFA_E_SIZE        count 0, or too many tips or wrenches;
+ *   TFA_E_VALUE       NaN or infinite input: field, state and index say which;
+ *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
+ *   TFA_E_LINK        a tip or a wrench names a frame that does not exist;
+ *   TFA_E_METHOD      the method does not exist or cannot answer the op;
+ *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is the body;
+ *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
+ */
+TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);
+
+/** Method of that name ("aba", "tfa", ...), or -1. */
+TFA_API int32_t tfa_method_find(const char *name);
+/** Name of a method; "unknown" otherwise. */
+TFA_API const char *tfa_method_name(uint32_t method);
+/** The instruction set the kernels run on: "avx512", "avx2" or "base"; TFA_ISA forces one. */
+TFA_API const char *tfa_isa_name(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

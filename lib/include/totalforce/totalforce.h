@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Everything in libtotalforce.
+ */
+#ifndef TOTALFORCE_TOTALFORCE_H
+#define TOTALFORCE_TOTALFORCE_H
+
+#include <totalforce/client.h>
+#include <totalforce/description.h>
+#include <totalforce/dynamics.h>
+#include <totalforce/model.h>
+#include <totalforce/pool.h>
+#include <totalforce/report.h>
+#include <totalforce/status.h>
+#include <totalforce/version.h>
+
+#endif

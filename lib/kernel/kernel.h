@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The steps of the algorithms, one header for all of them, and the table each variant exports.
+ *
+ * A forward-dynamics method is a pair: factor (depends on q only) and solve (any right-hand side
+ * with kept factors), so that refinement and Lambda^-1 reuse the factors.
+ */
+#ifndef TFA_KERNEL_KERNEL_H
+#define TFA_KERNEL_KERNEL_H
+
+#include "kernel/state.h"
+
+/* --- pose.c, velocity.c: what every method needs ---------------------------------------- */
+
+/* X_i = Z(q_i) T_i for all bodies; base_pose may be NULL. */
+void TFA_V(pose)(struct state *s, const double *base_pose, const double *q);
+
+/* v_i, c_i and p_i = v_i x* I_i v_i - wrench_i, outward. Without velocity and wrench all are 0
+ * and s->moving says so. */
+void TFA_V(velocity)(struct state *s);
+
+/* --- rnea.c ------------------------------------------------------------------------------ */
+
+/* tau = M qdd + h (bias) or M qdd alone. Featherstone 2008, table 5.1. */
+void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias);
+
+/* --- aba.c: Featherstone 2008, table 7.1 -------------------------------------------------- */
+
+/* Forward dynamics in one go: factors and qdd = M^-1 (tau - h). */
+void TFA_V(aba)(struct state *s, const num *tau, num *qdd);
+/* IA, U, D only. */
+void TFA_V(aba_factor)(struct state *s);
+/* qdd = M^-1 tau with kept factors (no bias). */
+void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd);
+
+/* --- crba.c: Featherstone 2008, tables 6.2 and 6.3 ---------------------------------------- */
+
+/* Rows of M by structure (see model->dof_row). */
+void TFA_V(crba)(struct state *s);
+/* M = L^T D L in place. */
+void TFA_V(ltdl_factor)(struct state *s);
+/* x <- M^-1 x. */
+void TFA_V(ltdl_solve)(const struct state *s, num *x, size_t stride);
+/* x <- L^-T x, half of the solve; and the entries of D. */
+void TFA_V(ltdl_half)(const struct state *s, num *x, size_t stride);
+
+/* --- tfa.c: Fijany & Featherstone 2013 ----------------------------------------------------- */
+
+/* Constant terms, once for each workspace. */
+void TFA_V(tfa_bake)(struct state *s);
+/* Folds side branches, builds and factors the block tridiagonal system of every main chain.
+ * TFA_E_SINGULAR with s->bad_body when an inertia on a chain cannot be inverted. */
+int TFA_V(tfa_factor)(struct state *s);
+/* qdd = M^-1 (tau - h), or M^-1 tau without bias, with kept factors. */
+void TFA_V(tfa_solve)(struct state *s, const num *tau, num *qdd, int bias);
+
+/* --- lambda.c, lambda_tfa.c ----------------------------------------------------------------- */
+
+/* J^T columns of the tips into s->psi (nv x 6m). Linear columns first. */
+void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame);
+/* Lambda^-1 into s->lambda (6m x 6m). */
+void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame);
+void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame);
+int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame);
+/* By columns: Lambda^-1 = J (M^-1 J^T) with kept factors and refinement steps. */
+void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_method method,
+                           uint32_t refine);
+
+/* --- refine.c ------------------------------------------------------------------------------- */
+
+/* x = M^-1 rhs with kept factors of the method. */
+void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
+/* Refinement of s->qdd: returns the last |dx|/|x|; *converging is 0 when a step did not shrink
+ * tenfold. Steps 0 with estimate: one correction computed and not applied. */
+double TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int *converging);
+
+/* --- answer.c ------------------------------------------------------------------------------- */
+
+/* One state of a checked request. */
+int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
+                  tfa_answer *answer);
+
+#endif

@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Lambda^-1 = J M^-1 J^T of one to eight tips: by force propagation with the articulated-body
+ * factors, by the factors of M, and by columns with any method's solve.
+ */
+#include "kernel/lambda.h"
+
+#include "kernel/body.h"
+#include "kernel/kernel.h"
+
+/* Rotation from world axes to the axes of a body, and the world's origin in body coordinates. */
+static void world_in_body(const struct state *s, int32_t body, mat3 *R, vec3 *o)
+{
+    *R = s->X[body].E;
+    *o = v3_neg(m3_mul(s->X[body].E, s->X[body].r));
+    for (int32_t i = s->m->body[body].parent; i >= 0; i = s->m->body[i].parent) {
+        *o = v3_sub(*o, m3_mul(*R, m3_mul(s->X[i].E, s->X[i].r)));
+        *R = m3_mm(*R, s->X[i].E);
+    }
+}
+
+int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
+                             svec P[6])
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    if (f->body < 0)
+        return -1;
+    mat3 R = m3_load(f->R);
+    vec3 p = v3_load(f->p), origin;
+    if (mode != TFA_FRAME_LOCAL) {
+        world_in_body(s, f->body, &R, &origin);
+        if (mode == TFA_FRAME_WORLD)
+            p = origin;
+    }
+    const vec3 axis[3] = {{R.xx, R.yx, R.zx}, {R.xy, R.yy, R.zy}, {R.xz, R.yz, R.zz}};
+    for (int k = 0; k < 3; k++) {
+        P[k] = (svec){v3_cross(p, axis[k]), axis[k]};
+        P[3 + k] = (svec){axis[k], {0, 0, 0}};
+    }
+    return f->body;
+}
+
+/* Row j of a table of freedoms by tip columns */
+static inline num *columns(const struct state *s, num *table, uint32_t j)
+{
+    return table + (size_t)j * 6 * s->tips;
+}
+
+/* The joint's share of six forces: out[k][e] = H_k^T P_e */
+static inline void joint_columns(const struct state *s, const struct tfa_body *b, const svec P[6],
+                                 num out[6][6])
+{
+    for (int e = 0; e < 6; e++) {
+        num h[6];
+        joint_force(s, b, P[e], h);
+        for (uint32_t k = 0; k < b->n; k++)
+            out[k][e] = h[k];
+    }
+}
+
+static void clear_columns(struct state *s, num *table)
+{
+    size_t n = (size_t)s->m->freedoms * 6 * s->tips;
+    for (size_t k = 0; k < n; k++)
+        table[k] = 0;
+}
+
+void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
+{
+    const struct tfa_model *m = s->m;
+    clear_columns(s, s->psi);
+    for (uint32_t t = 0; t < s->tips; t++) {
+        svec P[6];
+        int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
+        for (; i >= 0; i = m->body[i].parent) {
+            const struct tfa_body *b = &m->body[i];
+            num h[6][6];
+            joint_columns(s, b, P, h);
+            for (uint32_t k = 0; k < b->n; k++)
+                for (int e = 0; e < 6; e++)
+                    columns(s, s->psi, b->v + k)[6 * t + (uint32_t)e] = h[k][e];
+            for (int e = 0; e < 6; e++)
+                P[e] = x_t_force(&s->X[i], P[e]);
+        }
+    }
+}
+
+void TFA_V(propagate)(const struct state *s, int32_t i, svec P[6], num psi[6][6], num phi[6][6])
+{
+    const struct tfa_body *b = &s->m->body[i];
+    joint_columns(s, b, P, psi);
+    for (int e = 0; e < 6; e++) {
+        if (b->n == 1) {
+            phi[0][e] = s->Dinv[i] * psi[0][e];
+            P[e] = sv_sub(P[e], sv_scale(s->U[i], phi[0][e]));
+        } else {
+            const struct multi *w = &s->multi[b->multi];
+            num x[6];
+            for (uint32_t k = 0; k < b->n; k++)
+                x[k] = psi[k][e];
+            ldl_solve(w->L, b->n, x);
+            for (uint32_t k = 0; k < b->n; k++) {
+                phi[k][e] = x[k];
+                P[e] = sv_sub(P[e], sv_scale(sv_from(w->U + 6 * k), x[k]));
+            }
+        }
+        P[e] = x_t_force(&s->X[i], P[e]);
+    }
+}
+
+/* Adds the blocks that freedom j contributes for the tips that body i supports:
+ * Lambda^-1_tu += psi_t^T D^-1 psi_u */
+static void add_blocks(struct state *s, uint8_t support, uint32_t j)
+{
+    const num *psi = columns(s, s->psi, j), *phi = columns(s, s->phi, j);
+    const size_t n = 6 * s->tips;
+    for (uint32_t t = 0; t < s->tips; t++) {
+        if (!(support >> t & 1))
+            continue;
+        for (uint32_t u = t; u < s->tips; u++) {
+            if (!(support >> u & 1))
+                continue;
+            for (size_t e = 0; e < 6; e++)
+                for (size_t f = u == t ? e : 0; f < 6; f++)
+                    s->lambda[(6 * t + e) * n + 6 * u + f] += psi[6 * t + e] * phi[6 * u + f];
+        }
+    }
+}
+
+void TFA_V(lambda_mirror)(struct state *s)
+{
+    const size_t n = 6 * s->tips;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < i; j++)
+            s->lambda[i * n + j] = s->lambda[j * n + i];
+}
+
+static void clear_lambda(struct state *s)
+{
+    for (size_t k = 0; k < (size_t)36 * s->tips * s->tips; k++)
+        s->lambda[k] = 0;
+}
+
+void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame)
+{
+    const struct tfa_model *m = s->m;
+    clear_lambda(s);
+    for (uint32_t i = 0; i < m->bodies; i++)
+        s->support[i] = 0;
+    for (uint32_t t = 0; t < s->tips; t++) {
+        svec P[6];
+        int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
+        for (; i >= 0; i = m->body[i].parent) {
+            const struct tfa_body *b = &m->body[i];
+            num psi[6][6], phi[6][6];
+            TFA_V(propagate)(s, i, P, psi, phi);
+            for (uint32_t k = 0; k < b->n; k++)
+                for (int e = 0; e < 6; e++) {
+                    columns(s, s->psi, b->v + k)[6 * t + (uint32_t)e] = psi[k][e];
+                    columns(s, s->phi, b->v + k)[6 * t + (uint32_t)e] = phi[k][e];
+                }
+            s->support[i] |= (uint8_t)(1u << t);
+        }
+    }
+    for (uint32_t i = 0; i < m->bodies; i++)
+        for (uint32_t k = 0; s->support[i] && k < m->body[i].n; k++)
+            add_blocks(s, s->support[i], m->body[i].v + k);
+    TFA_V(lambda_mirror)(s);
+}
+
+/* Y = L^-T J^T,  Lambda^-1 = Y^T D^-1 Y with M = L^T D L */
+void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame)
+{
+    const struct tfa_model *m = s->m;
+    clear_lambda(s);
+    TFA_V(jacobian)(s, frame);
+    const size_t n = 6 * s->tips;
+    for (size_t e = 0; e < n; e++)
+        TFA_V(ltdl_half)(s, s->psi + e, n);
+    for (uint32_t j = 0; j < m->freedoms; j++) {
+        num inv = 1 / s->M[m->dof_row[j] + m->dof_depth[j]];
+        for (size_t e = 0; e < n; e++)
+            columns(s, s->phi, j)[e] = inv * columns(s, s->psi, j)[e];
+        add_blocks(s, 0xff, j);
+    }
+    TFA_V(lambda_mirror)(s);
+}
+
+/* x = M^-1 rhs with refinement steps: r = rhs - M x, x += M^-1 r */
+static void solve_refined(struct state *s, tfa_method method, uint32_t refine)
+{
+    const uint32_t nv = s->m->freedoms;
+    TFA_V(solve)(s, method, s->tau, s->qdd);
+    for (uint32_t step = 0; step < refine; step++) {
+        TFA_V(rnea)(s, s->qdd, s->res, 0);
+        for (uint32_t j = 0; j < nv; j++)
+            s->res[j] = s->tau[j] - s->res[j];
+        TFA_V(solve)(s, method, s->res, s->dx);
+        for (uint32_t j = 0; j < nv; j++)
+            s->qdd[j] += s->dx[j];
+    }
+}
+
+void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_method method,
+                           uint32_t refine)
+{
+    const uint32_t nv = s->m->freedoms;
+    const size_t n = 6 * s->tips;
+    TFA_V(jacobian)(s, frame);
+    for (size_t e = 0; e < n; e++) {
+        for (uint32_t j = 0; j < nv; j++)
+            s->tau[j] = columns(s, s->psi, j)[e];
+        solve_refined(s, method, refine);
+        for (uint32_t j = 0; j < nv; j++)
+            columns(s, s->phi, j)[e] = s->qdd[j];
+    }
+    for (size_t e = 0; e < n; e++)
+        for (size_t f = e; f < n; f++) {
+            num one = 0, other = 0; /* J M^-1 J^T is symmetric: the mean of both sums */
+            for (uint32_t j = 0; j < nv; j++) {
+                one += columns(s, s->psi, j)[e] * columns(s, s->phi, j)[f];
+                other += columns(s, s->psi, j)[f] * columns(s, s->phi, j)[e];
+            }
+            s->lambda[e * n + f] = (one + other) / 2;
+        }
+    TFA_V(lambda_mirror)(s);
+}

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Lambda^-1 by the one-sided form of TFA: the chain is the tip's own support, the unit wrenches
+ * stand in the last block row only, so that forward elimination answers the diagonal block:
+ *   A F = e_N (C_N - I_N^-1) P^T,   Lambda^-1 = P I_N^-1 (F_N + P^T).
+ */
+#include "kernel/kernel.h"
+#include "kernel/lambda.h"
+#include "kernel/tfa.h"
+#include "kernel/tfa_row.h"
+
+/* The support of a body as a chain, root first. */
+static struct tfa_chain support_chain(struct state *s, int32_t body)
+{
+    struct tfa_chain chain = {s->m->body[body].depth, s->path};
+    for (int32_t i = body; i >= 0; i = s->m->body[i].parent)
+        s->path[s->m->body[i].depth - 1] = (uint32_t)i;
+    return chain;
+}
+
+/* F_N = S_N^-1 K_N (-I_N^-1 P), six columns: K I^-1 = I^-1 - C */
+static void tip_force(const struct state *s, uint32_t i, const svec P[6], svec F[6])
+{
+    const struct tfa_body *b = &s->m->body[i];
+    const struct row *r = &s->row[i];
+    for (int e = 0; e < 6; e++) {
+        num x[6];
+        sv_store(x, sv_scale(s6_mul(&r->Iinv, P[e]), -1));
+        row_apply_K(r, b, x, 1);
+        lu6_solve(&r->S, x, 1);
+        F[e] = sv_from(x);
+    }
+}
+
+static void put_block(struct state *s, uint32_t t, uint32_t u, const svec P[6], const svec a[6])
+{
+    const size_t n = 6 * s->tips;
+    for (uint32_t e = 0; e < 6; e++)
+        for (uint32_t f = 0; f < 6; f++) {
+            num x = sv_dot(P[e], a[f]);
+            if (t == u)
+                x = (x + sv_dot(P[f], a[e])) / 2;
+            s->lambda[(6 * t + e) * n + 6 * u + f] = x;
+        }
+}
+
+/* The block of tips t and u from the accelerations that tip u's wrenches give its chain: tip t's
+ * wrenches are propagated through its side branch to the first body of the chain. */
+static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tfa_chain *chain,
+                        tfa_reference_frame frame, const svec P_u[6])
+{
+    svec P[6], F[6], a[6], zero[6] = {0};
+    int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
+    while (i >= 0 && !(s->side[i] & CHAIN)) {
+        num psi[6][6], phi[6][6];
+        if (s->m->body[i].tree != s->m->body[chain->body[0]].tree)
+            break;
+        TFA_V(propagate)(s, i, P, psi, phi);
+        i = s->m->body[i].parent;
+    }
+    if (i < 0 || !(s->side[i] & CHAIN)) {
+        put_block(s, t, u, P, zero);
+        return;
+    }
+    uint32_t k = chain->length - 1;
+    tip_force(s, chain->body[k], P_u, F);
+    for (int e = 0; e < 6; e++)
+        a[e] = sv_add(F[e], P_u[e]);
+    while (chain->body[k] != (uint32_t)i) { /* F_k = -G_k F_{k+1}, net force F_k - X^T F_{k+1} */
+        const struct row *r = &s->row[chain->body[k - 1]];
+        for (int e = 0; e < 6; e++) {
+            num out[6], in[6];
+            sv_store(in, F[e]);
+            m6_apply(out, r->G, in);
+            svec outboard = x_t_force(&s->X[chain->body[k]], F[e]);
+            F[e] = sv_scale(sv_from(out), -1);
+            a[e] = sv_sub(F[e], outboard);
+        }
+        k--;
+    }
+    for (int e = 0; e < 6; e++)
+        a[e] = s6_mul(&s->row[i].Iinv, a[e]);
+    put_block(s, t, u, P, a);
+}
+
+int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame)
+{
+    for (size_t k = 0; k < (size_t)36 * s->tips * s->tips; k++)
+        s->lambda[k] = 0;
+    for (uint32_t u = 0; u < s->tips; u++) {
+        svec P[6], F[6], a[6];
+        int32_t i = TFA_V(frame_columns)(s, s->tip[u], frame, P);
+        if (i < 0)
+            continue;
+        struct tfa_chain chain = support_chain(s, i);
+        int status = TFA_V(tfa_factor_chain)(s, &chain);
+        if (status != TFA_OK)
+            return status;
+        tip_force(s, (uint32_t)i, P, F);
+        for (int e = 0; e < 6; e++)
+            a[e] = s6_mul(&s->row[i].Iinv, sv_add(F[e], P[e]));
+        put_block(s, u, u, P, a);
+        for (uint32_t t = 0; t < u; t++)
+            cross_block(s, t, u, &chain, frame, P);
+    }
+    TFA_V(lambda_mirror)(s);
+    return TFA_OK;
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What a compiled variant of the kernels offers to the rest of the library.
+ */
+#ifndef TFA_KERNEL_TABLE_H
+#define TFA_KERNEL_TABLE_H
+
+#include <totalforce/dynamics.h>
+
+struct state;
+
+struct tfa_kernel {
+    const char *isa;
+    tfa_precision precision;
+    int (*supported)(void); /* every CPU feature that the flags allow is present */
+    size_t (*size)(const tfa_model *model);
+    struct state *(*init)(const tfa_model *model, void *memory);
+    /* One state of a checked request; fills answer, and field/index of the reply on failure. */
+    int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
+                  tfa_answer *answer);
+};
+
+/* Best variant of that precision which this processor supports, or the one that TFA_ISA in the
+ * environment names. NULL when there is none. */
+const struct tfa_kernel *tfa_kernel_select(tfa_precision precision);
+
+#endif

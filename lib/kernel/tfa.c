@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The total force algorithm: for each main chain a block tridiagonal system for the total forces,
+ * solved by block LU; side branches folded into the chain by the articulated-body algorithm.
+ * Fijany & Featherstone 2013; the bias stays inside the right-hand side.
+ */
+#include "kernel/tfa.h"
+
+#include "kernel/aba_step.h"
+#include "kernel/kernel.h"
+#include "kernel/tfa_row.h"
+
+void TFA_V(tfa_bake)(struct state *s)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        const struct tfa_body *b = &m->body[i];
+        struct total *t = &s->total[i];
+        sym6 I = rigid_inertia(b);
+        if (!b->regular || !s6_invert(&I, &t->Iinv))
+            continue; /* never read: the chain refuses this body */
+        if (b->parent < 0)
+            continue;
+        const place T = {m3_load(b->E), v3_load(b->r)};
+        const sym6 *up = &s->total[b->parent].Iinv;
+        t->TIT = s6_inv_to_child(&T, up);
+        for (int k = 0; k < 6; k++) {
+            num column[6];
+            sv_store(column, x_motion(&T, s6_column(up, k)));
+            for (int e = 0; e < 6; e++)
+                t->TI[6 * e + k] = column[e];
+        }
+    }
+}
+
+/* Which bodies are chain, which fold into it. Only the chain's own tree takes part. */
+static void mark(struct state *s, const struct tfa_chain *chain)
+{
+    const struct tfa_model *m = s->m;
+    const int32_t tree = m->body[chain->body[0]].tree;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        s->side[i] = m->body[i].tree == tree ? SIDE : 0;
+    for (uint32_t k = 0; k < chain->length; k++)
+        s->side[chain->body[k]] = CHAIN;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        if (s->side[i] == SIDE && s->side[m->body[i].parent] & CHAIN)
+            s->side[m->body[i].parent] |= CARRIES;
+}
+
+/* Folds the side branches of the marked tree into its chain. */
+static inline void fold_sides(struct state *s, const num *tau, int what)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        if (s->side[i])
+            fold_start(s, i, &m->body[i], what);
+    for (uint32_t i = m->bodies; i-- > 0;)
+        if (s->side[i] == SIDE)
+            fold(s, i, tau, what);
+}
+
+/* Rows 0,1 and 3,4 of a 6 x n matrix turned by the joint angle (cosine c, sine n) */
+static inline void turn_rows(num *x, num c, num n)
+{
+    for (int block = 0; block < 2; block++)
+        for (int j = 0; j < 6; j++) {
+            num *a = x + 18 * block + j;
+            num up = a[0], down = a[6];
+            a[0] = c * up + n * down;
+            a[6] = c * down - n * up;
+        }
+}
+
+/* XI = X I_parent^-1 and Y = XI X^T. Constant inertias on a revolute joint need plane rotations
+ * of the precomputed T I^-1 and T I^-1 T^T only. */
+static inline void row_inboard(const struct state *s, uint32_t i, struct row *r, num *Y)
+{
+    const struct tfa_body *b = &s->m->body[i];
+    const struct row *up = &s->row[b->parent];
+    if (b->kind == TFA_KIND_REVOLUTE && !(s->side[b->parent] & CARRIES)) {
+        const struct total *t = &s->total[i];
+        const num c = s->cosine[b->q], n = s->sine[b->q];
+        for (int k = 0; k < 36; k++)
+            r->XI[k] = t->TI[k];
+        turn_rows(r->XI, c, n);
+        const place Z = {{c, n, 0, -n, c, 0, 0, 0, 1}, {0, 0, 0}};
+        sym6 y = {s3_congruence(Z.E, t->TIT.A), m3_congruence_t(m3_t(Z.E), t->TIT.B),
+                  s3_congruence(Z.E, t->TIT.M)};
+        s6_dense(Y, &y);
+        return;
+    }
+    for (int k = 0; k < 6; k++) {
+        num column[6];
+        sv_store(column, x_motion(&s->X[i], s6_column(&up->Iinv, k)));
+        for (int e = 0; e < 6; e++)
+            r->XI[6 * e + k] = column[e];
+    }
+    sym6 y = s6_inv_to_child(&s->X[i], &up->Iinv);
+    s6_dense(Y, &y);
+}
+
+/* S_i = I_i^-1 + K_i (Y_i + XI_i G_{i-1}), factored; G_i waits for row i+1 */
+static inline void row_eliminate(struct state *s, const struct tfa_chain *chain, uint32_t k,
+                                 const num *Y)
+{
+    const uint32_t i = chain->body[k];
+    const struct tfa_body *b = &s->m->body[i];
+    struct row *r = &s->row[i];
+    num W[36] = {0}, Iinv[36];
+    if (k > 0) {
+        struct row *up = &s->row[b->parent];
+        const struct tfa_body *pb = &s->m->body[b->parent];
+        const struct multi *pw = pb->multi < 0 ? NULL : &s->multi[pb->multi];
+        row_up(up, pb, pw, r, &s->X[i], up->G);
+        lu6_solve(&up->S, up->G, 6);
+        m6_mul(W, r->XI, up->G);
+        for (int e = 0; e < 36; e++)
+            W[e] += Y[e];
+        row_apply_K(r, b, W, 6);
+    }
+    s6_dense(Iinv, &r->Iinv);
+    for (int e = 0; e < 36; e++)
+        r->S.a[e] = Iinv[e] + W[e];
+    lu6_factor(&r->S);
+}
+
+int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t k = 0; k < chain->length; k++)
+        if (!m->body[chain->body[k]].regular) {
+            s->bad_body = (int32_t)chain->body[k];
+            return TFA_E_SINGULAR;
+        }
+    mark(s, chain);
+    fold_sides(s, NULL, FOLD_INERTIA);
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const uint32_t i = chain->body[k];
+        const struct tfa_body *b = &m->body[i];
+        struct row *r = &s->row[i];
+        num Y[36];
+        if (!(s->side[i] & CARRIES)) {
+            r->Iinv = s->total[i].Iinv;
+        } else if (!s6_invert(&s->IA[i], &r->Iinv)) {
+            s->bad_body = (int32_t)i;
+            return TFA_E_SINGULAR;
+        }
+        row_joint(r, b->multi < 0 ? NULL : &s->multi[b->multi], b, &s->IA[i]);
+        if (k > 0)
+            row_inboard(s, i, r, Y);
+        row_eliminate(s, chain, k, Y);
+    }
+    return TFA_OK;
+}
+
+int TFA_V(tfa_factor)(struct state *s)
+{
+    for (uint32_t t = 0; t < s->m->trees; t++) {
+        int status = TFA_V(tfa_factor_chain)(s, &s->m->chain[t]);
+        if (status != TFA_OK)
+            return status;
+    }
+    return TFA_OK;
+}
+
+/* F <- S^-1 (B tau + K (c + I^-1 p - XI (p_parent - F_parent))), forward elimination.
+ * The first row sees the ground's acceleration instead. */
+static void forward(struct state *s, const struct tfa_chain *chain, const num *tau, int bias)
+{
+    const int products = bias && s->moving;
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const uint32_t i = chain->body[k];
+        const struct tfa_body *b = &s->m->body[i];
+        struct row *r = &s->row[i];
+        svec known = s6_mul(&r->Iinv, s->pA[i]);
+        if (products)
+            known = sv_add(known, s->c[i]);
+        if (k == 0 && bias)
+            known = sv_add(known, x_motion(&s->X[i],
+                                           (svec){{0, 0, 0}, v3_neg(s->gravity)}));
+        sv_store(r->F, known);
+        if (k > 0) {
+            num carried[6], moved[6];
+            sv_store(carried, s->pA[b->parent]);
+            for (int e = 0; e < 6; e++)
+                carried[e] -= s->row[b->parent].F[e];
+            m6_apply(moved, r->XI, carried);
+            for (int e = 0; e < 6; e++)
+                r->F[e] -= moved[e];
+        }
+        row_apply_K(r, b, r->F, 1);
+        row_add_B(r, b, tau + b->v, r->F);
+        lu6_solve(&r->S, r->F, 1);
+    }
+}
+
+/* F_i -= G_i F_{i+1} */
+static void back(struct state *s, const struct tfa_chain *chain)
+{
+    for (uint32_t k = chain->length - 1; k-- > 0;) {
+        struct row *r = &s->row[chain->body[k]];
+        num g[6];
+        m6_apply(g, r->G, s->row[chain->body[k + 1]].F);
+        for (int e = 0; e < 6; e++)
+            r->F[e] -= g[e];
+    }
+}
+
+/* a_i = I_i^-1 (F_i - X_{i+1}^T F_{i+1} - p_i),  qdd_i = H_i^T (a_i - X_i a_{i-1} - c_i) */
+static void accelerations(struct state *s, const struct tfa_chain *chain, num *qdd, int bias)
+{
+    svec up = {{0, 0, 0}, bias ? v3_neg(s->gravity) : v3(0, 0, 0)};
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const uint32_t i = chain->body[k];
+        const struct tfa_body *b = &s->m->body[i];
+        svec net = sv_sub(sv_from(s->row[i].F), s->pA[i]);
+        if (k + 1 < chain->length) {
+            const uint32_t o = chain->body[k + 1];
+            net = sv_sub(net, x_t_force(&s->X[o], sv_from(s->row[o].F)));
+        }
+        svec a = s6_mul(&s->row[i].Iinv, net);
+        svec relative = sv_sub(a, x_motion(&s->X[i], up));
+        if (bias && s->moving)
+            relative = sv_sub(relative, s->c[i]);
+        joint_force(s, b, relative, qdd + b->v); /* H^T: H has orthonormal columns */
+        s->a[i] = up = a;
+    }
+}
+
+static void solve_chain(struct state *s, const struct tfa_chain *chain, const num *tau, num *qdd,
+                        int bias)
+{
+    const int products = bias && s->moving;
+    mark(s, chain);
+    if (products)
+        fold_sides(s, tau, FOLD_FORCE | FOLD_BIAS);
+    else
+        fold_sides(s, tau, FOLD_FORCE);
+    forward(s, chain, tau, bias);
+    back(s, chain);
+    accelerations(s, chain, qdd, bias);
+    for (uint32_t i = 0; i < s->m->bodies; i++)
+        if (s->side[i] == SIDE)
+            unfold(s, i, s->a[s->m->body[i].parent], qdd, products);
+}
+
+void TFA_V(tfa_solve)(struct state *s, const num *tau, num *qdd, int bias)
+{
+    for (uint32_t t = 0; t < s->m->trees; t++)
+        solve_chain(s, &s->m->chain[t], tau, qdd, bias);
+}

@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * One block row of the total force system A F = rhs (methods.md section 1, the paper's (46)-(49)).
+ *
+ *   K_i = 1 - C_i I_i,   C_i = H_i Theta_i^-1 H_i^T,   Theta_i = H_i^T I_i H_i + R_i
+ *   A_ii = I_i^-1 + K_i Y_i,  A_{i,i-1} = -K_i XI_i,  A_{i,i+1} = (C_i - I_i^-1) X_{i+1}^T
+ *   XI_i = X_i I_{i-1}^-1,    Y_i = XI_i X_i^T
+ */
+#ifndef TFA_KERNEL_TFA_ROW_H
+#define TFA_KERNEL_TFA_ROW_H
+
+#include "kernel/body.h"
+
+/* Six freedoms without armature: C = I^-1, so K = 0 and F = tau: the row decouples. */
+static inline int row_decouples(const struct tfa_body *b)
+{
+    return b->n == 6 && !(b->armature > 0);
+}
+
+/* S^-1 of a positive definite 6 x 6 by LDL^T; 0 when a pivot is not positive. */
+static inline int s6_invert(const sym6 *S, sym6 *inverse)
+{
+    num L[36], columns[36];
+    s6_dense(L, S);
+    ldl_factor(L, 6);
+    for (int k = 0; k < 6; k++)
+        if (!(L[7 * k] > 0))
+            return 0;
+    for (int k = 0; k < 6; k++) {
+        for (int e = 0; e < 6; e++)
+            columns[6 * k + e] = (num)(e == k);
+        ldl_solve(L, 6, columns + 6 * k);
+    }
+    *inverse = s6_from_dense(columns);
+    return 1;
+}
+
+/* K_i and B_i = H_i Theta_i^-1 */
+static inline void row_joint(struct row *r, const struct multi *w, const struct tfa_body *b,
+                             const sym6 *I)
+{
+    if (b->n == 1) {
+        int axis = body_axis(b);
+        svec U = s6_column(I, axis);
+        num inv = 1 / (sv_get(&U, axis) + (num)b->armature);
+        num k = (num)b->armature * inv; /* 1 - I_zz / Theta, without the cancellation */
+        U = sv_scale(U, -inv);
+        sv_put(&U, axis, k);
+        sv_store(r->K, U);
+        r->B[0] = inv;
+        return;
+    }
+    num theta[36], IH[36];
+    for (uint32_t k = 0; k < b->n; k++) {
+        svec U = s6_mul(I, multi_axis(w, k));
+        sv_store(IH + 6 * k, U);
+        for (uint32_t j = 0; j <= k; j++)
+            theta[6 * k + j] = sv_dot(multi_axis(w, j), U);
+        theta[6 * k + k] += (num)b->armature;
+    }
+    ldl_factor(theta, b->n);
+    for (int e = 0; e < 6; e++) { /* B^T = Theta^-1 H^T, column e */
+        num x[6];
+        for (uint32_t k = 0; k < b->n; k++)
+            x[k] = w->H[6 * k + (uint32_t)e];
+        ldl_solve(theta, b->n, x);
+        for (uint32_t k = 0; k < b->n; k++)
+            r->B[6 * k + (uint32_t)e] = x[k];
+    }
+    for (int e = 0; e < 6; e++)
+        for (int f = 0; f < 6; f++) {
+            num sum = (num)(e == f);
+            for (uint32_t k = 0; k < b->n; k++)
+                sum -= r->B[6 * k + (uint32_t)e] * IH[6 * k + (uint32_t)f];
+            r->K[6 * e + f] = row_decouples(b) ? 0 : sum;
+        }
+}
+
+/* x <- K_i x for `columns` columns, row major with that stride */
+static inline void row_apply_K(const struct row *r, const struct tfa_body *b, num *x, int columns)
+{
+    if (b->n == 1) {
+        int axis = body_axis(b);
+        for (int j = 0; j < columns; j++) {
+            num sum = r->K[0] * x[j];
+            for (int e = 1; e < 6; e++)
+                sum += r->K[e] * x[columns * e + j];
+            x[columns * axis + j] = sum;
+        }
+        return;
+    }
+    for (int j = 0; j < columns; j++) {
+        num in[6], out[6];
+        for (int e = 0; e < 6; e++)
+            in[e] = x[columns * e + j];
+        m6_apply(out, r->K, in);
+        for (int e = 0; e < 6; e++)
+            x[columns * e + j] = out[e];
+    }
+}
+
+/* x += B_i tau_i */
+static inline void row_add_B(const struct row *r, const struct tfa_body *b, const num *tau, num *x)
+{
+    if (b->n == 1) {
+        x[body_axis(b)] += r->B[0] * tau[0];
+        return;
+    }
+    for (uint32_t k = 0; k < b->n; k++)
+        for (int e = 0; e < 6; e++)
+            x[e] += r->B[6 * k + (uint32_t)e] * tau[k];
+}
+
+/* G <- A_{i,i+1} = (X_{i+1} C_i)^T - XI_{i+1}^T; `next` is row i+1, X its transform */
+static inline void row_up(const struct row *r, const struct tfa_body *b, const struct multi *w,
+                          const struct row *next, const place *X, num *G)
+{
+    if (row_decouples(b)) {
+        for (int k = 0; k < 36; k++)
+            G[k] = 0;
+        return;
+    }
+    for (int e = 0; e < 6; e++)
+        for (int f = 0; f < 6; f++)
+            G[6 * e + f] = -next->XI[6 * f + e];
+    for (uint32_t k = 0; k < b->n; k++) { /* C = sum over freedoms of B_k H_k^T */
+        svec H = b->n == 1 ? sv_zero() : multi_axis(w, k);
+        if (b->n == 1)
+            sv_put(&H, body_axis(b), 1);
+        num XH[6];
+        sv_store(XH, x_motion(X, H));
+        num column[6] = {0};
+        num one[6] = {0};
+        one[k] = 1;
+        row_add_B(r, b, one, column);
+        for (int e = 0; e < 6; e++)
+            for (int f = 0; f < 6; f++)
+                G[6 * e + f] += column[e] * XH[f];
+    }
+}
+
+#endif

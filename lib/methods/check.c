@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Is a request answerable? Sizes, indices, finiteness, quaternions: the culprit is named.
+ */
+#include <math.h>
+
+#include "methods/methods.h"
+#include "model/model.h"
+
+/* A quaternion whose norm is off by more than this is an error of the sender, not rounding. */
+#define QUATERNION_TOLERANCE 1e-3
+
+static int blame(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state)
+{
+    reply->status = status;
+    reply->field = field;
+    reply->index = index;
+    reply->state = state;
+    return status;
+}
+
+/* All numbers finite? Adding x - x keeps the loop free of branches: it is 0 or NaN. */
+static int check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width,
+                        size_t count)
+{
+    if (!x)
+        return TFA_OK;
+    double sum = 0;
+    for (size_t k = 0; k < width * count; k++)
+        sum += x[k] - x[k];
+    if (sum == 0)
+        return TFA_OK;
+    for (size_t k = 0; k < width * count; k++)
+        if (!isfinite(x[k]))
+            return blame(reply, TFA_E_VALUE, field, (uint32_t)(k % width), (uint32_t)(k / width));
+    return TFA_OK;
+}
+
+static int is_unit(const double *quat)
+{
+    double n = quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3];
+    return fabs(sqrt(n) - 1) <= QUATERNION_TOLERANCE;
+}
+
+static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    for (uint32_t k = 0; r->base_pose && m->base_freedoms && k < r->count; k++)
+        if (!is_unit(r->base_pose + 7 * (size_t)k + 3))
+            return blame(reply, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, k);
+    if (m->multis == m->base_freedoms / 6)
+        return TFA_OK;
+    for (uint32_t j = 0; j < m->joints; j++) {
+        if (m->joint[j].type != TFA_JOINT_FLOATING)
+            continue;
+        uint32_t at = m->joint[j].q_index + 3;
+        for (uint32_t k = 0; k < r->count; k++)
+            if (!is_unit(r->q + (size_t)m->q_count * k + at))
+                return blame(reply, TFA_E_QUATERNION, TFA_FIELD_Q, at, k);
+    }
+    return TFA_OK;
+}
+
+static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    if (r->tip_count > TFA_MAX_TIPS)
+        return blame(reply, TFA_E_SIZE, TFA_FIELD_TIPS, r->tip_count, 0);
+    if (r->wrench_count > TFA_MAX_WRENCHES)
+        return blame(reply, TFA_E_SIZE, TFA_FIELD_WRENCHES, r->wrench_count, 0);
+    if (r->op == TFA_OP_OPERATIONAL_INERTIA && r->tip_count == 0)
+        return blame(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
+    if (r->wrench_count && !r->wrenches)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_WRENCHES, 0, 0);
+    for (uint32_t t = 0; t < r->tip_count; t++)
+        if (r->tips[t] >= m->frames)
+            return blame(reply, TFA_E_LINK, TFA_FIELD_TIPS, t, 0);
+    for (uint32_t t = 0; t < r->wrench_count; t++)
+        if (r->wrench_frames[t] >= m->frames)
+            return blame(reply, TFA_E_LINK, TFA_FIELD_WRENCHES, t, 0);
+    return TFA_OK;
+}
+
+static int method_answers(const tfa_request *r)
+{
+    const struct tfa_method_row *row = tfa_method_row((uint32_t)r->method);
+    if (!row)
+        return 0;
+    switch (r->op) {
+    case TFA_OP_FORWARD_DYNAMICS:
+        return row->forward_dynamics;
+    case TFA_OP_OPERATIONAL_INERTIA:
+        return row->lambda;
+    case TFA_OP_INVERSE_DYNAMICS:
+        return r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_RNEA;
+    default:
+        return r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_CRBA;
+    }
+}
+
+static int check_choices(const tfa_request *r, tfa_reply *reply)
+{
+    if ((int)r->op < TFA_OP_FORWARD_DYNAMICS || r->op > TFA_OP_MASS_MATRIX)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_OP, 0, 0);
+    if (r->count == 0)
+        return blame(reply, TFA_E_SIZE, TFA_FIELD_COUNT, 0, 0);
+    if ((unsigned)r->frame > TFA_FRAME_WORLD)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0, 0);
+    if ((unsigned)r->estimate > TFA_ESTIMATE_ALWAYS)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0, 0);
+    if (r->refine > 2 && r->refine != TFA_REFINE_DEFAULT)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
+    if (!method_answers(r))
+        return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+    return TFA_OK;
+}
+
+static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    const size_t n = r->count, nj = m->freedoms - m->base_freedoms;
+    const int base = m->base_freedoms > 0;
+    if (!r->q && m->q_count)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
+    if (!r->base_pose && base)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
+    const struct {
+        tfa_field field;
+        const double *x;
+        size_t width, count;
+    } arrays[] = {
+        {TFA_FIELD_Q, r->q, m->q_count, n},
+        {TFA_FIELD_V, r->v, nj, n},
+        {TFA_FIELD_TAU, r->tau, nj, n},
+        {TFA_FIELD_QDD, r->qdd, nj, n},
+        {TFA_FIELD_BASE_POSE, base ? r->base_pose : NULL, 7, n},
+        {TFA_FIELD_BASE_TWIST, base ? r->base_twist : NULL, 6, n},
+        {TFA_FIELD_BASE_WRENCH, base ? r->base_wrench : NULL, 6, n},
+        {TFA_FIELD_BASE_ACCELERATION, base ? r->base_acceleration : NULL, 6, n},
+        {TFA_FIELD_WRENCHES, r->wrench_count ? r->wrenches : NULL, (size_t)6 * r->wrench_count, n},
+        {TFA_FIELD_GRAVITY, r->gravity, 3, 1},
+    };
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        int status =
+            check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width, arrays[k].count);
+        if (status != TFA_OK)
+            return status;
+    }
+    return TFA_OK;
+}
+
+int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_reply *reply)
+{
+    reply->status = TFA_OK;
+    reply->field = TFA_FIELD_NONE;
+    reply->index = 0;
+    reply->state = 0;
+    int status = check_choices(request, reply);
+    if (status == TFA_OK)
+        status = check_frames(model, request, reply);
+    if (status == TFA_OK)
+        status = check_arrays(model, request, reply);
+    if (status == TFA_OK)
+        status = check_quaternions(model, request, reply);
+    return status;
+}

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The table of methods, and the names of request fields.
+ */
+#include "methods/methods.h"
+
+#include <string.h>
+
+static const struct tfa_method_row rows[] = {
+#define ROW(name, number, text, fd, lambda, what) {TFA_METHOD_##name, text, fd, lambda, what},
+    TFA_METHOD_LIST(ROW)
+#undef ROW
+};
+
+const struct tfa_method_row *tfa_method_row(uint32_t method)
+{
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        if ((uint32_t)rows[k].method == method)
+            return &rows[k];
+    return NULL;
+}
+
+int32_t tfa_method_find(const char *name)
+{
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
+        if (strcmp(rows[k].name, name) == 0)
+            return (int32_t)rows[k].method;
+    return -1;
+}
+
+const char *tfa_method_name(uint32_t method)
+{
+    const struct tfa_method_row *row = tfa_method_row(method);
+    return row ? row->name : "unknown";
+}
+
+const char *tfa_field_name(tfa_field field)
+{
+    static const char *const names[] = {
+        [TFA_FIELD_NONE] = "",
+        [TFA_FIELD_OP] = "op",
+        [TFA_FIELD_METHOD] = "method",
+        [TFA_FIELD_COUNT] = "count",
+        [TFA_FIELD_TIPS] = "tips",
+        [TFA_FIELD_WRENCHES] = "wrench",
+        [TFA_FIELD_Q] = "q",
+        [TFA_FIELD_V] = "v",
+        [TFA_FIELD_TAU] = "tau",
+        [TFA_FIELD_QDD] = "qdd",
+        [TFA_FIELD_BASE_POSE] = "base_pose",
+        [TFA_FIELD_BASE_TWIST] = "base_twist",
+        [TFA_FIELD_BASE_WRENCH] = "base_wrench",
+        [TFA_FIELD_BASE_ACCELERATION] = "base_acceleration",
+        [TFA_FIELD_GRAVITY] = "gravity",
+        [TFA_FIELD_REFINE] = "refine",
+        [TFA_FIELD_FRAME] = "frame",
+        [TFA_FIELD_ESTIMATE] = "estimate",
+        [TFA_FIELD_BODY] = "body",
+    };
+    if ((unsigned)field >= sizeof names / sizeof *names)
+        return "";
+    return names[field];
+}

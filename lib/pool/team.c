@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The team: one 64-bit ticket word says which phase runs, how many tasks it has and which is next.
+ *
+ *   ticket = phase (24 bits) | tasks (20) | next (20)
+ *
+ * Who may do what at once: the caller stores a new ticket only when no task of the last phase is
+ * under way (`left` is 0); anybody takes a task by compare-and-exchange. A thread that was stopped
+ * for milliseconds holds an old ticket: its exchange fails and it does nothing. The job is read
+ * only after a task was taken, when the caller cannot have begun another phase.
+ *
+ * Atomics and their partners:
+ *   T1 ticket store (release, caller: the job is written)   -> T2 load / exchange (acquire, worker)
+ *   L1 left decrement (release, worker: the task is done)   -> L2 left load (acquire, caller)
+ *   E1 epoch increment (seq_cst, caller: ticket is stored)  -> E2 epoch load, futex wait (worker)
+ *   S1 sleepers increment (seq_cst, worker about to sleep)  -> S2 sleepers load (seq_cst, caller):
+ *      of E1;S2 and S1;E2 at least one sees the other's store, so no wake is lost.
+ */
+#include "pool/team.h"
+
+#include <errno.h>
+#include <linux/futex.h>
+#include <pthread.h>
+#include <sched.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#define LINE 64
+#define TASK_BITS 20
+#define TASK_MASK (((uint64_t)1 << TASK_BITS) - 1)
+
+struct member {
+    struct team *team;
+    pthread_t thread;
+    uint32_t worker;
+};
+
+struct team {
+    _Alignas(LINE) _Atomic uint64_t ticket;
+    _Alignas(LINE) _Atomic uint32_t left;
+    _Alignas(LINE) _Atomic uint32_t epoch; /* futex word */
+    _Atomic uint32_t sleepers;
+    _Atomic uint32_t stop;
+    _Alignas(LINE) team_task *task; /* the job of the phase */
+    void *context;
+    uint32_t phase;
+    uint32_t spin_ns;
+    uint32_t threads;
+    struct member *members;
+};
+
+static uint32_t phase_of(uint64_t ticket)
+{
+    return (uint32_t)(ticket >> (2 * TASK_BITS));
+}
+
+static void relax(void)
+{
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+static uint64_t now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+/* Takes and runs tasks of the phase in `ticket` until none is left. */
+static void work(struct team *t, uint64_t ticket, uint32_t worker)
+{
+    const uint32_t phase = phase_of(ticket);
+    for (;;) {
+        uint64_t next = ticket & TASK_MASK;
+        if (phase_of(ticket) != phase || next >= ((ticket >> TASK_BITS) & TASK_MASK))
+            return;
+        /* T2; on failure the new value is looked at again */
+        if (!atomic_compare_exchange_weak_explicit(&t->ticket, &ticket, ticket + 1,
+                                                   memory_order_acquire, memory_order_acquire))
+            continue;
+        t->task(t->context, (uint32_t)next, worker);
+        atomic_fetch_sub_explicit(&t->left, 1, memory_order_release); /* L1 */
+        ticket = atomic_load_explicit(&t->ticket, memory_order_acquire);
+    }
+}
+
+/* Sleeps until the epoch moves on from `seen`. */
+static void sleep_until_called(struct team *t, uint32_t seen)
+{
+    atomic_fetch_add(&t->sleepers, 1); /* S1 */
+    while (atomic_load(&t->epoch) == seen) /* E2 */
+        syscall(SYS_futex, &t->epoch, FUTEX_WAIT_PRIVATE, seen, NULL, NULL, 0);
+    atomic_fetch_sub(&t->sleepers, 1);
+}
+
+/* Returns the ticket of a phase other than `phase`: spins first, then sleeps. */
+static uint64_t wait_for_phase(struct team *t, uint32_t phase)
+{
+    uint64_t deadline = 0;
+    for (uint32_t turn = 0;; turn++) {
+        uint32_t seen = atomic_load(&t->epoch); /* before the ticket: see S1 */
+        uint64_t ticket = atomic_load_explicit(&t->ticket, memory_order_acquire); /* T2 */
+        if (phase_of(ticket) != phase || atomic_load_explicit(&t->stop, memory_order_relaxed))
+            return ticket;
+        relax();
+        if (turn % 64 != 63)
+            continue;
+        uint64_t now = now_ns();
+        if (!deadline)
+            deadline = now + t->spin_ns;
+        else if (now > deadline)
+            sleep_until_called(t, seen);
+    }
+}
+
+static void *member_main(void *argument)
+{
+    struct member *m = argument;
+    struct team *t = m->team;
+    uint32_t phase = 0;
+    while (!atomic_load_explicit(&t->stop, memory_order_acquire)) {
+        uint64_t ticket = wait_for_phase(t, phase);
+        phase = phase_of(ticket);
+        work(t, ticket, m->worker);
+    }
+    return NULL;
+}
+
+static void call_sleepers(struct team *t)
+{
+    atomic_fetch_add(&t->epoch, 1); /* E1 */
+    if (atomic_load(&t->sleepers))  /* S2 */
+        syscall(SYS_futex, &t->epoch, FUTEX_WAKE_PRIVATE, INT32_MAX, NULL, NULL, 0);
+}
+
+void team_run(struct team *t, team_task *task, void *context, uint32_t tasks)
+{
+    if (tasks == 0)
+        return;
+    t->task = task;
+    t->context = context;
+    t->phase = (t->phase + 1) & 0xffffff;
+    atomic_store_explicit(&t->left, tasks, memory_order_relaxed); /* published by T1 */
+    uint64_t ticket = (uint64_t)t->phase << (2 * TASK_BITS) | (uint64_t)tasks << TASK_BITS;
+    atomic_store_explicit(&t->ticket, ticket, memory_order_release); /* T1 */
+    call_sleepers(t);
+    work(t, ticket, 0);
+    for (uint32_t turn = 1; atomic_load_explicit(&t->left, memory_order_acquire); turn++) { /* L2 */
+        relax();
+        if (turn % 4096 == 0)
+            sched_yield(); /* more threads than cores: let the one that holds the last task run */
+    }
+}
+
+static int start_member(struct team *t, uint32_t worker, const int *cpus)
+{
+    struct member *m = &t->members[worker];
+    *m = (struct member){.team = t, .worker = worker};
+    pthread_attr_t attributes;
+    int error = pthread_attr_init(&attributes);
+    if (error)
+        return error;
+    if (cpus) {
+        cpu_set_t set;
+        CPU_ZERO(&set);
+        CPU_SET((size_t)cpus[worker], &set);
+        error = pthread_attr_setaffinity_np(&attributes, sizeof set, &set);
+    }
+    if (!error)
+        error = pthread_create(&m->thread, &attributes, member_main, m);
+    pthread_attr_destroy(&attributes);
+    return error;
+}
+
+int team_start(struct team **team, uint32_t threads, uint32_t spin_ns, const int *cpus)
+{
+    struct team *t = aligned_alloc(LINE, sizeof *t);
+    if (!t)
+        return ENOMEM;
+    *t = (struct team){.spin_ns = spin_ns};
+    t->members = calloc(threads, sizeof *t->members);
+    int error = t->members ? 0 : ENOMEM;
+    for (t->threads = 1; !error && t->threads < threads; t->threads++) {
+        error = start_member(t, t->threads, cpus);
+        if (error)
+            break;
+    }
+    if (error) {
+        team_stop(t);
+        return error;
+    }
+    *team = t;
+    return 0;
+}
+
+void team_stop(struct team *t)
+{
+    atomic_store_explicit(&t->stop, 1, memory_order_release);
+    call_sleepers(t);
+    for (uint32_t k = 1; k < t->threads; k++)
+        pthread_join(t->members[k].thread, NULL);
+    free(t->members);
+    free(t);
+}

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Small dense solves: LDL^T of symmetric n x n (n <= 6) and LU of 6 x 6 with row exchanges done
+ * by selection, so that they read the same for one number and for lanes.
+ */
+#ifndef TFA_SPATIAL_DENSE_H
+#define TFA_SPATIAL_DENSE_H
+
+#include "spatial/num.h"
+
+/* A = L D L^T in place: L below the diagonal (unit), 1/D on it. Row stride 6. */
+static inline void ldl_factor(num *A, int n)
+{
+    for (int k = 0; k < n; k++) {
+        num inv = 1 / A[6 * k + k];
+        for (int i = k + 1; i < n; i++) {
+            num l = A[6 * i + k] * inv;
+            for (int j = k + 1; j <= i; j++)
+                A[6 * i + j] -= l * A[6 * j + k];
+        }
+        for (int i = k + 1; i < n; i++)
+            A[6 * i + k] *= inv;
+        A[6 * k + k] = inv;
+    }
+}
+
+/* x <- A^-1 x with the factors of ldl_factor */
+static inline void ldl_solve(const num *L, int n, num *x)
+{
+    for (int i = 1; i < n; i++)
+        for (int k = 0; k < i; k++)
+            x[i] -= L[6 * i + k] * x[k];
+    for (int i = 0; i < n; i++)
+        x[i] *= L[6 * i + i];
+    for (int i = n - 2; i >= 0; i--)
+        for (int k = i + 1; k < n; k++)
+            x[i] -= L[6 * k + i] * x[k];
+}
+
+/* LU factors of a 6 x 6 matrix with the exchanges that were made: exchange[e] of rows (k, i) in
+ * the order k = 0..4, i = k+1..5 is 1 where they were exchanged, else 0. */
+struct lu6 {
+    num a[36];
+    num exchange[15];
+};
+
+/* Partial pivoting by compare and exchange: after step k the largest candidate stands in row k. */
+static inline void lu6_factor(struct lu6 *f)
+{
+    num *a = f->a;
+    int e = 0;
+    for (int k = 0; k < 6; k++) {
+        for (int i = k + 1; i < 6; i++, e++) {
+            num better = num_select(num_abs(a[6 * i + k]) > num_abs(a[6 * k + k]), (num)1, (num)0);
+            f->exchange[e] = better;
+            for (int j = 0; j < 6; j++) {
+                num up = a[6 * k + j], down = a[6 * i + j];
+                a[6 * k + j] = num_select(better > 0, down, up);
+                a[6 * i + j] = num_select(better > 0, up, down);
+            }
+        }
+        num inv = 1 / a[6 * k + k];
+        for (int i = k + 1; i < 6; i++) {
+            num l = a[6 * i + k] * inv;
+            a[6 * i + k] = l;
+            for (int j = k + 1; j < 6; j++)
+                a[6 * i + j] -= l * a[6 * k + j];
+        }
+        a[6 * k + k] = inv;
+    }
+}
+
+/* The columns of x (6 x n, row stride n) <- A^-1 x */
+static inline void lu6_solve(const struct lu6 *f, num *x, int n)
+{
+    const num *a = f->a;
+    int e = 0;
+    for (int k = 0; k < 6; k++)
+        for (int i = k + 1; i < 6; i++, e++)
+            for (int j = 0; j < n; j++) {
+                num up = x[n * k + j], down = x[n * i + j];
+                x[n * k + j] = num_select(f->exchange[e] > 0, down, up);
+                x[n * i + j] = num_select(f->exchange[e] > 0, up, down);
+            }
+    for (int k = 0; k < 6; k++)
+        for (int i = k + 1; i < 6; i++)
+            for (int j = 0; j < n; j++)
+                x[n * i + j] -= a[6 * i + k] * x[n * k + j];
+    for (int k = 5; k >= 0; k--)
+        for (int j = 0; j < n; j++) {
+            num s = x[n * k + j];
+            for (int i = k + 1; i < 6; i++)
+                s -= a[6 * k + i] * x[n * i + j];
+            x[n * k + j] = s * a[6 * k + k];
+        }
+}
+
+/* C = A B for 6 x 6, row major */
+static inline void m6_mul(num *C, const num *A, const num *B)
+{
+    for (int i = 0; i < 6; i++)
+        for (int j = 0; j < 6; j++) {
+            num s = A[6 * i] * B[j];
+            for (int k = 1; k < 6; k++)
+                s += A[6 * i + k] * B[6 * k + j];
+            C[6 * i + j] = s;
+        }
+}
+
+/* y = A x */
+static inline void m6_apply(num *y, const num *A, const num *x)
+{
+    for (int i = 0; i < 6; i++) {
+        num s = A[6 * i] * x[0];
+        for (int k = 1; k < 6; k++)
+            s += A[6 * i + k] * x[k];
+        y[i] = s;
+    }
+}
+
+#endif

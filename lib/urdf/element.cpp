@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Checked access to XML elements.
+ */
+#include "urdf/element.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+namespace tfa
+{
+
+uint32_t line_of(const TiXmlBase &node)
+{
+    return static_cast<uint32_t>(std::max(node.Row(), 0));
+}
+
+std::string quoted(const std::string &value)
+{
+    constexpr size_t most = 60;
+    std::string out = "\"";
+    for (size_t i = 0; i < value.size() && i < most; i++) {
+        unsigned char c = static_cast<unsigned char>(value[i]);
+        char text[8];
+        if (c == '\n')
+            out += "\\n";
+        else if (c == '\t')
+            out += "\\t";
+        else if (c < 0x20 || c == 0x7F) {
+            snprintf(text, sizeof text, "\\x%02x", c);
+            out += text;
+        } else
+            out += value[i];
+    }
+    return out + (value.size() > most ? "...\"" : "\"");
+}
+
+void write_attribute(std::string &out, const char *name, const std::string &value)
+{
+    out += ' ';
+    out += name;
+    out += "=\"";
+    for (char c : value) {
+        switch (c) {
+        case '&':
+            out += "&amp;";
+            break;
+        case '<':
+            out += "&lt;";
+            break;
+        case '>':
+            out += "&gt;";
+            break;
+        case '"':
+            out += "&quot;";
+            break;
+        default:
+            out += c;
+        }
+    }
+    out += '"';
+}
+
+static const TiXmlAttribute *find(const TiXmlElement &in, const char *name)
+{
+    for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
+        if (strcmp(a->Name(), name) == 0)
+            return a;
+    return nullptr;
+}
+
+static bool has_xacro(const std::string &value)
+{
+    return value.find("${") != std::string::npos || value.find("$(") != std::string::npos;
+}
+
+static bool is_known(const char *name, std::initializer_list<const char *> known)
+{
+    if (strchr(name, ':')) /* another program's name space */
+        return true;
+    return std::any_of(known.begin(), known.end(),
+                       [name](const char *k) { return strcmp(k, name) == 0; });
+}
+
+/* "value="1,5" of <mass>" */
+static std::string describe(const TiXmlAttribute &attribute, const TiXmlElement &in)
+{
+    return std::string(attribute.Name()) + "=" + quoted(attribute.ValueStr()) + " of <" +
+           in.Value() + ">";
+}
+
+void owner::say(tfa_severity severity, uint32_t line, const char *code,
+                const std::string &what) const
+{
+    tfa_urdf_say(log_, severity, line, code, "%s: %s", text_.c_str(), what.c_str());
+}
+
+const TiXmlElement *owner::one(const TiXmlElement &in, const char *name, tfa_severity severity,
+                               const char *code) const
+{
+    const TiXmlElement *first = in.FirstChildElement(name);
+    const TiXmlElement *second = first ? first->NextSiblingElement(name) : nullptr;
+    if (second)
+        say(severity, line_of(*second), code,
+            std::string("a second <") + name + ">, the first is on line " +
+                std::to_string(line_of(*first)) +
+                (severity == TFA_ERROR ? "; remove one" : ", which counts; remove one"));
+    return first;
+}
+
+const TiXmlElement *owner::required(const TiXmlElement &in, const char *name) const
+{
+    const TiXmlElement *element = one(in, name);
+    if (!element)
+        say(TFA_ERROR, line_of(in), "missing-element",
+            std::string("<") + in.Value() + "> has no <" + name + ">; add it");
+    return element;
+}
+
+void owner::missing(const TiXmlElement &in, const char *attribute) const
+{
+    say(TFA_ERROR, line_of(in), "missing-attribute",
+        std::string("<") + in.Value() + "> has no " + attribute + "; add " + attribute +
+            "=\"...\"");
+}
+
+const std::string *owner::name(const TiXmlElement &in, const char *attribute) const
+{
+    const TiXmlAttribute *a = find(in, attribute);
+    if (!a) {
+        missing(in, attribute);
+        return nullptr;
+    }
+    if (a->ValueStr().empty()) {
+        say(TFA_ERROR, line_of(*a), "empty-name", describe(*a, in) + " is empty; give it a name");
+        return nullptr;
+    }
+    const std::string &value = a->ValueStr();
+    if (has_xacro(value)) {
+        say(TFA_ERROR, line_of(*a), "xacro",
+            describe(*a, in) + " is an unexpanded xacro expression; run xacro first");
+        return nullptr;
+    }
+    if (value.size() > TFA_URDF_MAX_NAME) {
+        say(TFA_ERROR, line_of(*a), "long-name",
+            describe(*a, in) + " has " + std::to_string(value.size()) + " bytes; use at most " +
+                std::to_string(TFA_URDF_MAX_NAME));
+        return nullptr;
+    }
+    if (std::any_of(value.begin(), value.end(),
+                    [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; })) {
+        say(TFA_ERROR, line_of(*a), "bad-name",
+            describe(*a, in) + " holds a control character; remove it");
+        return nullptr;
+    }
+    return &value;
+}
+
+bool owner::fault(const TiXmlAttribute &a, const TiXmlElement &in, const std::string &piece,
+                  tfa_number_fault fault, tfa_severity severity, const char *code) const
+{
+    static const struct {
+        const char *code;
+        const char *what;
+    } faults[] = {
+        {"", ""},
+        {"bad-number", "is not a number; write digits, point and exponent without blanks or units, "
+                       "such as 1.5e-3"},
+        {"underflow", "is smaller than any number of double precision; write 0 if that is meant"},
+        {"overflow", "is larger than any number of double precision; correct it"},
+    };
+    if (fault == TFA_NUMBER_OK)
+        return true;
+    std::string which = piece == a.ValueStr() ? " " : ": " + quoted(piece) + " ";
+    if (has_xacro(a.ValueStr()))
+        say(severity, line_of(a), "xacro",
+            describe(a, in) + " is an unexpanded xacro expression; run xacro first");
+    else
+        say(severity, line_of(a), code ? code : faults[fault].code,
+            describe(a, in) + which + faults[fault].what);
+    return false;
+}
+
+bool owner::number(const TiXmlElement &in, const char *attribute, std::string &out, double *value,
+                   tfa_severity severity, const char *code) const
+{
+    const TiXmlAttribute *a = find(in, attribute);
+    if (!a)
+        return false;
+    const std::string &text = a->ValueStr();
+    if (!fault(*a, in, text, tfa_number_read(text.c_str(), text.size(), value), severity, code))
+        return false;
+    write_attribute(out, attribute, text);
+    return true;
+}
+
+bool owner::required_number(const TiXmlElement &in, const char *attribute, std::string &out,
+                            double *value) const
+{
+    if (find(in, attribute))
+        return number(in, attribute, out, value);
+    missing(in, attribute);
+    return false;
+}
+
+/* Only blanks separate: to urdfdom a tab or a line end is part of a number. */
+static std::vector<std::string> split(const std::string &text)
+{
+    std::vector<std::string> pieces;
+    for (size_t at = 0; at < text.size() && pieces.size() < 5;) {
+        size_t end = std::min(text.find(' ', at), text.size());
+        if (end > at)
+            pieces.push_back(text.substr(at, end - at));
+        at = end + 1;
+    }
+    return pieces;
+}
+
+bool owner::vector(const TiXmlElement &in, const char *attribute, std::string &out,
+                   double value[3]) const
+{
+    const TiXmlAttribute *a = find(in, attribute);
+    if (!a)
+        return false;
+    std::vector<std::string> pieces = split(a->ValueStr());
+    for (size_t i = 0; i < pieces.size(); i++) {
+        double unused;
+        double *to = i < 3 ? &value[i] : &unused;
+        if (!fault(*a, in, pieces[i], tfa_number_read(pieces[i].c_str(), pieces[i].size(), to),
+                   TFA_ERROR, nullptr))
+            return false;
+    }
+    if (pieces.size() != 3) {
+        std::string count = pieces.size() > 4 ? "more than 4" : std::to_string(pieces.size());
+        say(TFA_ERROR, line_of(*a), "bad-vector",
+            describe(*a, in) + " has " + count + " numbers; write three with blanks between them");
+        return false;
+    }
+    write_attribute(out, attribute, a->ValueStr());
+    return true;
+}
+
+void owner::pose(const TiXmlElement &in, std::string &out) const
+{
+    const TiXmlElement *origin = one(in, "origin");
+    if (!origin)
+        return;
+    double unused[3];
+    out += "<origin";
+    vector(*origin, "xyz", out, unused);
+    vector(*origin, "rpy", out, unused);
+    out += "/>";
+    if (const TiXmlAttribute *a = find(*origin, "quat_xyzw"))
+        say(TFA_ERROR, line_of(*a), "quaternion-origin",
+            "<origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead");
+    unknown_attributes(*origin, {"xyz", "rpy", "quat_xyzw"});
+}
+
+void owner::unknown_children(const TiXmlElement &in,
+                             std::initializer_list<const char *> known) const
+{
+    for (const TiXmlElement *e = in.FirstChildElement(); e; e = e->NextSiblingElement())
+        if (!is_known(e->Value(), known))
+            say(TFA_WARNING, line_of(*e), "unknown-element",
+                std::string("<") + e->Value() + "> in <" + in.Value() +
+                    "> is ignored; is it misspelled?");
+}
+
+void owner::unknown_attributes(const TiXmlElement &in,
+                               std::initializer_list<const char *> known) const
+{
+    for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
+        if (!is_known(a->Name(), known))
+            say(TFA_WARNING, line_of(*a), "unknown-attribute",
+                std::string(a->Name()) + " of <" + in.Value() + "> is ignored; is it misspelled?");
+}
+
+} // namespace tfa

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Checked access to XML elements: what is asked for is right and copied, or a message says why not.
+ */
+#ifndef TFA_URDF_ELEMENT_HPP
+#define TFA_URDF_ELEMENT_HPP
+
+#include "urdf/urdf.h"
+
+#include <initializer_list>
+#include <string>
+#include <tinyxml.h>
+
+namespace tfa
+{
+
+uint32_t line_of(const TiXmlBase &node);
+
+/* The value as it may be printed: quoted, control characters escaped, not too long. */
+std::string quoted(const std::string &value);
+
+/* Appends ` name="value"` with the value escaped. */
+void write_attribute(std::string &out, const char *name, const std::string &value);
+
+/* One link or joint (or the robot) while it is being checked. */
+class owner
+{
+  public:
+    owner(tfa_urdf_log *log, std::string text) : log_(log), text_(std::move(text)) {}
+
+    /* "link 'NAME': what" */
+    void say(tfa_severity severity, uint32_t line, const char *code, const std::string &what) const;
+
+    /* The first child of that name; a second one is reported. */
+    const TiXmlElement *one(const TiXmlElement &in, const char *name,
+                            tfa_severity severity = TFA_ERROR,
+                            const char *code = "duplicate-element") const;
+
+    /* As one(), but reports when there is none. */
+    const TiXmlElement *required(const TiXmlElement &in, const char *name) const;
+
+    /* Reports that the attribute is missing. */
+    void missing(const TiXmlElement &in, const char *attribute) const;
+
+    /* The attribute's value or nullptr, which is reported; a name has 1 to 255 plain bytes. */
+    const std::string *name(const TiXmlElement &in, const char *attribute) const;
+
+    /* Checks one number and appends the attribute to `out`. False if absent or malformed. */
+    bool number(const TiXmlElement &in, const char *attribute, std::string &out, double *value,
+                tfa_severity severity = TFA_ERROR, const char *code = nullptr) const;
+
+    /* As number(), but reports when there is none. */
+    bool required_number(const TiXmlElement &in, const char *attribute, std::string &out,
+                         double *value) const;
+
+    /* Checks three numbers separated by blanks and appends the attribute to `out`. */
+    bool vector(const TiXmlElement &in, const char *attribute, std::string &out,
+                double value[3]) const;
+
+    /* Appends <origin .../> if `in` has one. */
+    void pose(const TiXmlElement &in, std::string &out) const;
+
+    /* Warns of children that nobody here knows, for a misspelled one is lost without a trace. */
+    void unknown_children(const TiXmlElement &in, std::initializer_list<const char *> known) const;
+    void unknown_attributes(const TiXmlElement &in,
+                            std::initializer_list<const char *> known) const;
+
+  private:
+    bool fault(const TiXmlAttribute &attribute, const TiXmlElement &in, const std::string &piece,
+               tfa_number_fault fault, tfa_severity severity, const char *code) const;
+
+    tfa_urdf_log *log_;
+    std::string text_;
+};
+
+} // namespace tfa
+#endif

@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The only file that knows urdfdom: parses the canonical text and copies the numbers.
+ */
+#include "urdf/urdf.h"
+
+#include <console_bridge/console.h>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+namespace
+{
+
+/* Takes what urdfdom would print, for as long as it lives. */
+class listener : public console_bridge::OutputHandler
+{
+  public:
+    listener() : former_(console_bridge::getOutputHandler()), level_(console_bridge::getLogLevel())
+    {
+        console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_WARN);
+        console_bridge::useOutputHandler(this);
+    }
+    ~listener() override
+    {
+        console_bridge::useOutputHandler(former_);
+        console_bridge::setLogLevel(level_);
+    }
+    listener(const listener &) = delete;
+    listener &operator=(const listener &) = delete;
+
+    void log(const std::string &text, console_bridge::LogLevel level, const char *, int) override
+    {
+        if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && complaint.empty())
+            complaint = text;
+    }
+
+    std::string complaint; /* the first error, empty if there was none */
+
+  private:
+    console_bridge::OutputHandler *former_;
+    console_bridge::LogLevel level_;
+};
+
+/*
+ * Takes the pointers from link to link away before the model goes: they own one another, and
+ * releasing a chain of 100 000 links from its root would recurse that deep.
+ */
+struct unchained {
+    urdf::ModelInterfaceSharedPtr model;
+    explicit unchained(urdf::ModelInterfaceSharedPtr m) : model(std::move(m)) {}
+    ~unchained()
+    {
+        if (!model)
+            return;
+        for (auto &entry : model->links_) {
+            entry.second->child_links.clear();
+            entry.second->child_joints.clear();
+            entry.second->parent_joint.reset();
+        }
+    }
+    unchained(const unchained &) = delete;
+    unchained &operator=(const unchained &) = delete;
+};
+
+void copy(double to[3], const urdf::Vector3 &from)
+{
+    to[0] = from.x;
+    to[1] = from.y;
+    to[2] = from.z;
+}
+
+void copy(double to[4], const urdf::Rotation &from)
+{
+    from.getQuaternion(to[0], to[1], to[2], to[3]);
+}
+
+bool fill_link(tfa_link &to, const urdf::ModelInterface &model)
+{
+    urdf::LinkConstSharedPtr link = model.getLink(to.name);
+    if (!link)
+        return false;
+    to.quat[3] = 1;
+    if (!link->inertial)
+        return true;
+    const urdf::Inertial &from = *link->inertial;
+    to.mass = from.mass;
+    copy(to.com, from.origin.position);
+    copy(to.quat, from.origin.rotation);
+    const double inertia[6] = {from.ixx, from.ixy, from.ixz, from.iyy, from.iyz, from.izz};
+    memcpy(to.inertia, inertia, sizeof inertia);
+    return true;
+}
+
+bool fill_joint(tfa_joint &to, const urdf::ModelInterface &model)
+{
+    urdf::JointConstSharedPtr from = model.getJoint(to.name);
+    if (!from)
+        return false;
+    copy(to.xyz, from->parent_to_joint_origin_transform.position);
+    copy(to.quat, from->parent_to_joint_origin_transform.rotation);
+    copy(to.axis, from->axis);
+    if (to.type == TFA_JOINT_FIXED || to.type == TFA_JOINT_FLOATING)
+        copy(to.axis, urdf::Vector3(1, 0, 0)); /* unused; URDF's default */
+    tfa_axis_normalise(to.axis);
+    to.damping = from->dynamics ? from->dynamics->damping : 0;
+    to.multiplier = from->mimic ? from->mimic->multiplier : 1;
+    to.offset = from->mimic ? from->mimic->offset : 0;
+    return true;
+}
+
+/* False if urdfdom's model is not the robot that the skeleton describes. */
+bool fill(tfa_description &d, const urdf::ModelInterface &model)
+{
+    bool same = model.links_.size() == d.link_count && model.joints_.size() == d.joint_count;
+    for (size_t i = 0; same && i < d.link_count; i++)
+        same = fill_link(d.links[i], model);
+    for (size_t j = 0; same && j < d.joint_count; j++)
+        same = fill_joint(d.joints[j], model);
+    return same;
+}
+
+} // namespace
+
+int tfa_urdf_fill(const char *canonical, tfa_description *description, tfa_urdf_log *log) noexcept
+try {
+    listener ear;
+    unchained chain(urdf::parseURDF(canonical));
+    if (!chain.model || !ear.complaint.empty()) {
+        tfa_urdf_say(log, TFA_ERROR, 0, "urdfdom", "robot: urdfdom refuses it: %s",
+                     ear.complaint.c_str());
+        return TFA_E_PARSE;
+    }
+    if (!fill(*description, *chain.model)) {
+        tfa_urdf_say(log, TFA_ERROR, 0, "urdfdom",
+                     "robot: urdfdom reads another robot than the file holds");
+        return TFA_E_PARSE;
+    }
+    return TFA_OK;
+} catch (const std::bad_alloc &) {
+    return TFA_E_MEMORY;
+} catch (const std::exception &e) {
+    tfa_urdf_say(log, TFA_ERROR, 0, "urdfdom", "robot: urdfdom refuses it: %s", e.what());
+    return TFA_E_PARSE;
+}

@@ -1,0 +1,365 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Looks at every element of a URDF file that decides the robot, says with its line what is wrong,
+ * and writes the canonical text for urdfdom: checked elements only, numbers spelled as in the file.
+ */
+#include "urdf/lint.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <new>
+
+namespace tfa
+{
+
+static std::string text_of(double number)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%g", number);
+    return text;
+}
+
+/* --- links --------------------------------------------------------------------------------- */
+
+static void lint_inertial(const owner &own, const TiXmlElement &inertial, std::string &out)
+{
+    own.unknown_children(inertial, {"origin", "mass", "inertia"});
+    double value = 0;
+    out += "<inertial>";
+    own.pose(inertial, out);
+    if (const TiXmlElement *mass = own.required(inertial, "mass")) {
+        out += "<mass";
+        if (own.required_number(*mass, "value", out, &value) && value < 0)
+            own.say(TFA_ERROR, line_of(*mass), "negative-mass",
+                    "mass " + text_of(value) + " kg is negative; correct it");
+        own.unknown_attributes(*mass, {"value"});
+        out += "/>";
+    }
+    if (const TiXmlElement *inertia = own.required(inertial, "inertia")) {
+        out += "<inertia";
+        for (const char *name : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"})
+            own.required_number(*inertia, name, out, &value);
+        own.unknown_attributes(*inertia, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
+        out += "/>";
+    }
+    out += "</inertial>";
+}
+
+void linter::link(const TiXmlElement &element)
+{
+    const std::string *name = robot_.name(element, "name");
+    if (!name) {
+        broken_ = true;
+        return;
+    }
+    owner own(log_, "link '" + *name + "'");
+    own.unknown_children(element, {"inertial", "visual", "collision", "sensor", "contact", "gazebo",
+                                   "self_collision_checking", "collision_checking", "self_filter",
+                                   "collision_checker", "verbose", "velocity_decay", "material"});
+    out_ += "<link";
+    write_attribute(out_, "name", *name);
+    out_ += ">";
+    if (const TiXmlElement *inertial =
+            own.one(element, "inertial", TFA_ERROR, "duplicate-inertial"))
+        lint_inertial(own, *inertial, out_);
+    out_ += "</link>\n";
+    links_.push_back({*name, line_of(element)});
+}
+
+/* --- joints -------------------------------------------------------------------------------- */
+
+static bool joint_type(const owner &own, const TiXmlElement &element, tfa_joint_type &type)
+{
+    static const struct {
+        const char *name;
+        tfa_joint_type type;
+    } types[] = {
+        {"fixed", TFA_JOINT_FIXED},           {"revolute", TFA_JOINT_REVOLUTE},
+        {"continuous", TFA_JOINT_CONTINUOUS}, {"prismatic", TFA_JOINT_PRISMATIC},
+        {"planar", TFA_JOINT_PLANAR},         {"floating", TFA_JOINT_FLOATING},
+    };
+    const std::string *text = own.name(element, "type");
+    if (!text)
+        return false;
+    for (const auto &t : types) {
+        type = t.type;
+        if (*text == t.name)
+            return true;
+    }
+    own.say(TFA_ERROR, line_of(element), "unknown-joint-type",
+            "type " + quoted(*text) +
+                " does not exist; use fixed, revolute, continuous, prismatic, planar or floating");
+    return false;
+}
+
+static void lint_axis(const owner &own, const TiXmlElement &element, tfa_joint_type type,
+                      std::string &out)
+{
+    const TiXmlElement *axis = own.one(element, "axis");
+    if (!axis || type == TFA_JOINT_FIXED || type == TFA_JOINT_FLOATING)
+        return;
+    double xyz[3];
+    out += "<axis";
+    if (!axis->Attribute("xyz"))
+        own.missing(*axis, "xyz");
+    else if (own.vector(*axis, "xyz", out, xyz)) {
+        double length = tfa_axis_normalise(xyz);
+        if (length == 0)
+            own.say(TFA_ERROR, line_of(*axis), "zero-axis",
+                    "axis 0 0 0 has no direction; give it a unit vector");
+        else if (std::fabs(length - 1) > 1e-3)
+            own.say(TFA_WARNING, line_of(*axis), "axis-length",
+                    "axis has the length " + text_of(length) +
+                        " and is normalised; write a unit vector");
+    }
+    own.unknown_attributes(*axis, {"xyz"});
+    out += "/>";
+}
+
+static void lint_limit(const owner &own, const TiXmlElement &element, tfa_joint_type type)
+{
+    const TiXmlElement *limit = own.one(element, "limit", TFA_WARNING);
+    if (!limit && (type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC))
+        own.say(TFA_WARNING, line_of(element), "no-limit",
+                "no <limit>; dynamics needs none, but other programs refuse the file: add it");
+    if (!limit)
+        return;
+    std::string unused;
+    double number;
+    for (const char *name : {"lower", "upper", "effort", "velocity"})
+        own.number(*limit, name, unused, &number, TFA_WARNING, "bad-limit");
+}
+
+static void lint_mimic(const owner &own, const TiXmlElement &element, joint_source &joint,
+                       std::string &out)
+{
+    const TiXmlElement *mimic = own.one(element, "mimic");
+    if (!mimic)
+        return;
+    if (joint.type == TFA_JOINT_FIXED) {
+        own.say(TFA_WARNING, line_of(*mimic), "mimic-fixed",
+                "a fixed joint has a <mimic>, which is ignored; remove it");
+        return;
+    }
+    if (joint.type == TFA_JOINT_PLANAR || joint.type == TFA_JOINT_FLOATING) {
+        own.say(TFA_ERROR, line_of(*mimic), "mimic-type",
+                "only a joint with one freedom can follow another; remove <mimic>");
+        return;
+    }
+    const std::string *followed = own.name(*mimic, "joint");
+    if (!followed)
+        return;
+    double unused;
+    joint.mimic = *followed;
+    joint.mimic_line = line_of(*mimic);
+    out += "<mimic";
+    write_attribute(out, "joint", *followed);
+    own.number(*mimic, "multiplier", out, &unused);
+    own.number(*mimic, "offset", out, &unused);
+    own.unknown_attributes(*mimic, {"joint", "multiplier", "offset"});
+    out += "/>";
+}
+
+void linter::dynamics(const owner &own, const TiXmlElement &element)
+{
+    const TiXmlElement *dynamics = own.one(element, "dynamics", TFA_WARNING);
+    if (!dynamics)
+        return;
+    double damping = 0;
+    double friction = 0;
+    std::string text;
+    std::string unused;
+    if (own.number(*dynamics, "damping", text, &damping))
+        out_ += "<dynamics" + text + "/>";
+    if (damping < 0)
+        own.say(TFA_WARNING, line_of(*dynamics), "negative-damping",
+                "damping " + text_of(damping) + " is negative and adds energy; correct it");
+    own.number(*dynamics, "friction", unused, &friction);
+    with_friction_ += friction != 0;
+    if (!dynamics->Attribute("damping") && !dynamics->Attribute("friction"))
+        own.say(TFA_WARNING, line_of(*dynamics), "empty-dynamics",
+                "<dynamics> has neither damping nor friction; remove it or add them");
+}
+
+/* "drake:rotor_inertia" and "drake:gear_ratio" below `element`: rotor inertia seen by the joint. */
+static double reflected_inertia(const owner &own, const TiXmlElement &element)
+{
+    const TiXmlElement *rotor = own.one(element, "drake:rotor_inertia");
+    const TiXmlElement *gear = own.one(element, "drake:gear_ratio");
+    double inertia = 0;
+    double ratio = 1;
+    std::string unused;
+    if (gear)
+        own.required_number(*gear, "value", unused, &ratio);
+    if (!rotor || !own.required_number(*rotor, "value", unused, &inertia))
+        return 0;
+    double reflected = inertia * ratio * ratio;
+    if (!(reflected >= 0) || !std::isfinite(reflected)) {
+        own.say(TFA_ERROR, line_of(*rotor), "bad-armature",
+                "rotor inertia " + text_of(inertia) + " kg m^2 and gear ratio " + text_of(ratio) +
+                    " give no finite armature; correct them");
+        return 0;
+    }
+    return reflected;
+}
+
+static bool joint_end(const owner &own, const TiXmlElement &element, const char *end,
+                      std::string &link, std::string &out)
+{
+    const TiXmlElement *child = own.required(element, end);
+    const std::string *name = child ? own.name(*child, "link") : nullptr;
+    if (!name)
+        return false;
+    link = *name;
+    out += std::string("<") + end;
+    write_attribute(out, "link", link);
+    out += "/>";
+    return true;
+}
+
+void linter::joint(const TiXmlElement &element)
+{
+    joint_source joint{};
+    const std::string *name = robot_.name(element, "name");
+    if (!name) {
+        broken_ = true;
+        return;
+    }
+    owner own(log_, "joint '" + *name + "'");
+    own.unknown_children(element,
+                         {"origin", "parent", "child", "axis", "limit", "mimic", "dynamics",
+                          "safety_controller", "calibration", "gazebo", "hardwareInterface",
+                          "actuator", "property", "verbose", "motor"});
+    joint.name = *name;
+    joint.line = line_of(element);
+    if (!joint_type(own, element, joint.type)) {
+        broken_ = true;
+        return;
+    }
+    out_ += "<joint";
+    write_attribute(out_, "name", *name);
+    write_attribute(out_, "type", element.Attribute("type"));
+    out_ += ">";
+    own.pose(element, out_);
+    broken_ |= !joint_end(own, element, "parent", joint.parent, out_);
+    broken_ |= !joint_end(own, element, "child", joint.child, out_);
+    lint_axis(own, element, joint.type, out_);
+    lint_limit(own, element, joint.type);
+    out_ += R"(<limit lower="0" upper="0" effort="0" velocity="0"/>)"; /* urdfdom wants one */
+    lint_mimic(own, element, joint, out_);
+    dynamics(own, element);
+    joint.armature = reflected_inertia(own, element);
+    out_ += "</joint>\n";
+    joints_.push_back(joint);
+}
+
+/* --- robot --------------------------------------------------------------------------------- */
+
+void linter::transmission(const TiXmlElement &element)
+{
+    for (const TiXmlElement *a = element.FirstChildElement("actuator"); a;
+         a = a->NextSiblingElement("actuator")) {
+        if (!a->FirstChildElement("drake:rotor_inertia"))
+            continue;
+        const TiXmlElement *joint = robot_.required(element, "joint");
+        const std::string *name = joint ? robot_.name(*joint, "name") : nullptr;
+        if (name)
+            rotors_.push_back(
+                {*name, line_of(*a), reflected_inertia(owner(log_, "joint '" + *name + "'"), *a)});
+    }
+}
+
+/* Unexpanded macros anywhere, found without recursion. One message: the rest has the same cause. */
+static bool report_xacro(const owner &own, const TiXmlElement &robot)
+{
+    const TiXmlNode *node = &robot;
+    while (node) {
+        const TiXmlElement *e = node->ToElement();
+        bool old_style =
+            e && e->Parent() == &robot &&
+            (e->ValueStr() == "macro" || e->ValueStr() == "property" || e->ValueStr() == "include");
+        if (e && (old_style || e->ValueStr().compare(0, 6, "xacro:") == 0)) {
+            own.say(TFA_ERROR, line_of(*e), "xacro",
+                    std::string("<") + e->Value() + "> is not expanded; run xacro first");
+            return true;
+        }
+        const TiXmlNode *next = node->FirstChild();
+        while (!next && node && node != &robot) {
+            next = node->NextSibling();
+            node = node->Parent();
+        }
+        node = next;
+    }
+    return false;
+}
+
+void linter::children(const TiXmlElement &element)
+{
+    robot_.unknown_children(element, {"link", "joint", "transmission", "material", "gazebo",
+                                      "sensor", "frame", "mujoco", "ros2_control", "group",
+                                      "self_collision_checking"});
+    for (const TiXmlElement *e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
+        if (e->ValueStr() == "link")
+            link(*e);
+        else if (e->ValueStr() == "joint")
+            joint(*e);
+        else if (e->ValueStr() == "transmission")
+            transmission(*e);
+    }
+}
+
+void linter::robot(const TiXmlElement &element)
+{
+    if (element.ValueStr() != "robot") {
+        robot_.say(TFA_ERROR, line_of(element), "not-urdf",
+                   std::string("the root element is <") + element.Value() +
+                       ">; a URDF file has <robot>");
+        return;
+    }
+    if (report_xacro(robot_, element))
+        return;
+    if (const std::string *name = robot_.name(element, "name"))
+        name_ = *name;
+    const char *version = element.Attribute("version");
+    if (version && strcmp(version, "1.0") != 0)
+        robot_.say(TFA_NOTE, line_of(element), "version",
+                   "version=" + quoted(version) + " is read as 1.0");
+    children(element);
+    if (links_.empty() && !broken_)
+        robot_.say(TFA_ERROR, line_of(element), "no-links", "the robot has no links; add one");
+    if (links_.size() > TFA_URDF_MAX_LINKS)
+        robot_.say(TFA_ERROR, line_of(element), "too-large",
+                   "the robot has " + std::to_string(links_.size()) + " links; at most " +
+                       std::to_string(TFA_URDF_MAX_LINKS) + " are supported");
+    else if (!links_.empty() && !name_.empty())
+        resolve();
+    if (with_friction_ > 0)
+        robot_.say(TFA_NOTE, 0, "friction",
+                   "friction of <dynamics> is ignored; joints that have it: " +
+                       std::to_string(with_friction_));
+}
+
+} // namespace tfa
+
+int tfa_urdf_lint(const char *clean, tfa_urdf_log *log, tfa_description **skeleton,
+                  char **canonical) noexcept
+try {
+    TiXmlDocument document;
+    document.Parse(clean, nullptr, TIXML_ENCODING_UTF8);
+    const TiXmlElement *root = document.RootElement();
+    if (document.Error() || !root) {
+        tfa_urdf_say(log, TFA_ERROR, static_cast<uint32_t>(document.ErrorRow()), "bad-xml",
+                     "xml: TinyXML cannot read it: %s", document.ErrorDesc());
+        return TFA_E_PARSE;
+    }
+    tfa::linter linter(log);
+    linter.robot(*root);
+    return linter.finish(skeleton, canonical);
+} catch (const std::bad_alloc &) {
+    return TFA_E_MEMORY;
+} catch (const std::exception &e) {
+    tfa_urdf_say(log, TFA_ERROR, 0, "internal", "robot: %s", e.what());
+    return TFA_E_PARSE;
+}

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The lint pass: collects links and joints in document order, then resolves names to indices.
+ */
+#ifndef TFA_URDF_LINT_HPP
+#define TFA_URDF_LINT_HPP
+
+#include "urdf/element.hpp"
+
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace tfa
+{
+
+struct link_source {
+    std::string name;
+    uint32_t line;
+};
+
+struct joint_source {
+    std::string name;
+    uint32_t line;
+    tfa_joint_type type;
+    std::string parent; /* names, resolved to the indices below */
+    std::string child;
+    std::string mimic; /* empty: follows nobody */
+    uint32_t mimic_line;
+    double armature;
+    uint32_t parent_index;
+    uint32_t child_index;
+    int32_t mimic_index;
+};
+
+struct rotor_source {
+    std::string joint;
+    uint32_t line;
+    double armature;
+};
+
+class linter
+{
+  public:
+    explicit linter(tfa_urdf_log *log) : log_(log), robot_(log, "robot") {}
+
+    void robot(const TiXmlElement &element);
+
+    /*
+     * Hands over skeleton and canonical text when all names could be resolved, even if numbers are
+     * wrong (log->errors tells): so that the tree is checked in the same run.
+     */
+    int finish(tfa_description **skeleton, char **canonical) const;
+
+  private:
+    using index = std::unordered_map<std::string, uint32_t>;
+
+    void children(const TiXmlElement &element);
+    void link(const TiXmlElement &element);
+    void joint(const TiXmlElement &element);
+    void dynamics(const owner &own, const TiXmlElement &element);
+    void transmission(const TiXmlElement &element);
+
+    void resolve();
+    void add_world();
+    template <class source> index index_names(const std::vector<source> &sources, const char *kind);
+    uint32_t resolve_end(const joint_source &joint, const char *end, const std::string &link,
+                         const index &links);
+    void resolve_mimic(joint_source &joint, const index &joints);
+    void resolve_rotors(const index &joints);
+    size_t text_size() const;
+
+    tfa_urdf_log *log_;
+    owner robot_;
+    std::string name_;
+    std::string out_; /* canonical elements inside <robot> */
+    std::vector<link_source> links_;
+    std::vector<joint_source> joints_;
+    std::vector<rotor_source> rotors_;
+    size_t with_friction_ = 0;
+    bool broken_ = false;   /* a joint is left out or hangs nowhere */
+    bool resolved_ = false; /* every name has an index */
+};
+
+} // namespace tfa
+#endif

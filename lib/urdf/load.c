@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Reads a URDF file and runs the passes of urdf.h over it.
+ */
+#include "urdf/urdf.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Reads all of `file`, but at most one byte more than allowed. The buffer has room for a NUL. */
+static int read_all(int file, char **text, size_t *length)
+{
+    size_t room = 1 << 16;
+    *length = 0;
+    *text = malloc(room);
+    while (*text && *length <= TFA_URDF_MAX_BYTES) {
+        ssize_t got = read(file, *text + *length, room - *length);
+        if (got == 0)
+            return TFA_OK;
+        if (got < 0 && errno != EINTR)
+            return TFA_E_FILE;
+        *length += got > 0 ? (size_t)got : 0;
+        if (*length < room)
+            continue;
+        room *= 2;
+        char *more = realloc(*text, room);
+        if (!more)
+            return TFA_E_MEMORY;
+        *text = more;
+    }
+    return *text ? TFA_OK : TFA_E_MEMORY; /* the caller sees that it is too long */
+}
+
+static int run_passes(const char *text, size_t length, char *clean, tfa_urdf_log *log,
+                      tfa_description **skeleton, char **canonical)
+{
+    int status = tfa_urdf_guard(text, length, clean, log);
+    if (status == TFA_OK)
+        status = tfa_urdf_lint(clean, log, skeleton, canonical);
+    if (status == TFA_OK)
+        status = tfa_urdf_graph(*skeleton, log);
+    if (status == TFA_OK && log->errors > 0)
+        status = TFA_E_PARSE;
+    if (status == TFA_OK)
+        status = tfa_urdf_fill(*canonical, *skeleton, log);
+    if (status == TFA_OK)
+        tfa_urdf_inertia(*skeleton, log);
+    return status;
+}
+
+int tfa_urdf_parse(const char *text, size_t length, const char *name,
+                   const tfa_urdf_options *options, tfa_description **description,
+                   tfa_report *report)
+{
+    (void)options; /* nothing to choose yet */
+    if (!description || !report || (!text && length > 0))
+        return TFA_E_ARGUMENT;
+    *description = NULL;
+    tfa_urdf_log log = {.report = report};
+    tfa_report_set_file(report, name);
+    if (length > TFA_URDF_MAX_BYTES) {
+        tfa_urdf_say(&log, TFA_ERROR, 0, "too-large", "file: more than %d MiB; is it a URDF file?",
+                     TFA_URDF_MAX_BYTES >> 20);
+        return TFA_E_FILE;
+    }
+    tfa_description *skeleton = NULL;
+    char *canonical = NULL;
+    char *clean = malloc(length + 1);
+    int status =
+        clean ? run_passes(text, length, clean, &log, &skeleton, &canonical) : TFA_E_MEMORY;
+    tfa_urdf_say_rest(&log);
+    free(clean);
+    free(canonical);
+    if (status == TFA_OK)
+        *description = skeleton;
+    else
+        tfa_description_free(skeleton);
+    return status;
+}
+
+int tfa_urdf_load(const char *path, const tfa_urdf_options *options, tfa_description **description,
+                  tfa_report *report)
+{
+    if (!path || !description || !report)
+        return TFA_E_ARGUMENT;
+    *description = NULL;
+    char *text = NULL;
+    size_t length = 0;
+    int file = open(path, O_RDONLY | O_CLOEXEC);
+    int status = file < 0 ? TFA_E_FILE : read_all(file, &text, &length);
+    int error = errno;
+    if (file >= 0)
+        close(file);
+    if (status == TFA_OK)
+        status = tfa_urdf_parse(text, length, path, options, description, report);
+    else {
+        char why[128];
+        tfa_report_set_file(report, path);
+        tfa_report_add(report, TFA_ERROR, 0, "unreadable", "file: cannot be read: %s",
+                       status == TFA_E_MEMORY ? "out of memory"
+                                              : strerror_r(error, why, sizeof why));
+        errno = error;
+    }
+    free(text);
+    return status;
+}
+
+void tfa_description_free(tfa_description *description)
+{
+    free(description); /* links, joints and strings stand in the same block */
+}

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Messages of the URDF front end, with a bound on how often one kind is listed.
+ */
+#include "urdf/urdf.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* How often `code` was said before this time. */
+static size_t times_said(tfa_urdf_log *log, tfa_severity severity, const char *code)
+{
+    for (size_t i = 0; i < log->code_count; i++)
+        if (strcmp(log->codes[i].code, code) == 0 && log->codes[i].severity == severity)
+            return log->codes[i].count++;
+    if (log->code_count < TFA_URDF_MAX_CODES) {
+        log->codes[log->code_count].code = code;
+        log->codes[log->code_count].severity = severity;
+        log->codes[log->code_count].count = 1;
+        log->code_count++;
+    }
+    return 0;
+}
+
+void tfa_urdf_say(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
+                  const char *format, ...)
+{
+    log->errors += severity == TFA_ERROR;
+    if (times_said(log, severity, code) >= TFA_URDF_MAX_REPEATS)
+        return;
+    char text[2048]; /* three names of 255 bytes and a sentence fit */
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    tfa_report_add(log->report, severity, line, code, "%s", text);
+}
+
+void tfa_urdf_say_rest(tfa_urdf_log *log)
+{
+    for (size_t i = 0; i < log->code_count; i++)
+        if (log->codes[i].count > TFA_URDF_MAX_REPEATS)
+            tfa_report_add(log->report, log->codes[i].severity, 0, log->codes[i].code,
+                           "robot: %zu more messages of this kind are not listed",
+                           log->codes[i].count - TFA_URDF_MAX_REPEATS);
+}

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Numbers in URDF attributes: one grammar, the same in every locale, nothing read half.
+ */
+#include "urdf/urdf.h"
+
+#include <locale.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Not isdigit(): that asks the locale. */
+static bool is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+static size_t count_digits(const char *text, size_t at, size_t length)
+{
+    size_t start = at;
+    while (at < length && is_digit(text[at]))
+        at++;
+    return at - start;
+}
+
+static bool is_decimal(const char *text, size_t length)
+{
+    size_t at = length > 0 && (text[0] == '+' || text[0] == '-');
+    size_t whole = count_digits(text, at, length);
+    at += whole;
+    size_t fraction = 0;
+    if (at < length && text[at] == '.') {
+        fraction = count_digits(text, at + 1, length);
+        at += 1 + fraction;
+    }
+    if (whole + fraction == 0)
+        return false;
+    if (at < length && (text[at] == 'e' || text[at] == 'E')) {
+        at++;
+        at += at < length && (text[at] == '+' || text[at] == '-');
+        size_t exponent = count_digits(text, at, length);
+        if (exponent == 0)
+            return false;
+        at += exponent;
+    }
+    return at == length;
+}
+
+static bool is_written_as_zero(const char *text, size_t length)
+{
+    for (size_t i = 0; i < length && text[i] != 'e' && text[i] != 'E'; i++)
+        if (is_digit(text[i]) && text[i] != '0')
+            return false;
+    return true;
+}
+
+tfa_number_fault tfa_number_read(const char *text, size_t length, double *number)
+{
+    /* 400: longer than any double written out in full digits with its sign and exponent matters. */
+    char copy[400];
+    if (length >= sizeof copy || !is_decimal(text, length))
+        return TFA_NUMBER_MALFORMED;
+    memcpy(copy, text, length);
+    copy[length] = '\0';
+    locale_t classic = newlocale(LC_ALL_MASK, "C", (locale_t)0); /* static in glibc: no malloc */
+    if (classic == (locale_t)0)
+        return TFA_NUMBER_MALFORMED;
+    *number = strtod_l(copy, NULL, classic);
+    freelocale(classic);
+    if (!isfinite(*number))
+        return TFA_NUMBER_OVERFLOW;
+    if (*number == 0.0 && !is_written_as_zero(text, length))
+        return TFA_NUMBER_UNDERFLOW;
+    return TFA_NUMBER_OK;
+}
+
+double tfa_axis_normalise(double axis[3])
+{
+    /* Scaled first, so that no square over- or underflows. */
+    double most = fmax(fabs(axis[0]), fmax(fabs(axis[1]), fabs(axis[2])));
+    if (most == 0.0)
+        return 0.0;
+    double x = axis[0] / most;
+    double y = axis[1] / most;
+    double z = axis[2] / most;
+    double length = sqrt(x * x + y * y + z * z);
+    axis[0] = x / length;
+    axis[1] = y / length;
+    axis[2] = z / length;
+    return most * length;
+}

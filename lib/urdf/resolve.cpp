@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The end of the lint pass: names become indices, and the skeleton of the description is made.
+ */
+#include "urdf/lint.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+namespace tfa
+{
+
+/* Many files fix the robot to a link `world` that they do not declare. */
+void linter::add_world()
+{
+    for (const link_source &link : links_)
+        if (link.name == "world")
+            return;
+    auto first = std::find_if(joints_.begin(), joints_.end(),
+                              [](const joint_source &joint) { return joint.parent == "world"; });
+    if (first == joints_.end())
+        return;
+    links_.insert(links_.begin(), {"world", 0});
+    out_ += "<link name=\"world\"/>\n";
+    tfa_urdf_say(log_, TFA_NOTE, first->line, "world-added",
+                 "link 'world': not declared but a joint's parent; it becomes the root");
+}
+
+template <class source>
+linter::index linter::index_names(const std::vector<source> &sources, const char *kind)
+{
+    index names;
+    names.reserve(sources.size());
+    for (size_t i = 0; i < sources.size(); i++) {
+        auto [at, added] = names.emplace(sources[i].name, static_cast<uint32_t>(i));
+        if (added)
+            continue;
+        resolved_ = false;
+        tfa_urdf_say(log_, TFA_ERROR, sources[i].line,
+                     kind[0] == 'l' ? "duplicate-link" : "duplicate-joint",
+                     "%s '%s': declared before on line %u; rename one", kind,
+                     sources[i].name.c_str(), sources[at->second].line);
+    }
+    return names;
+}
+
+uint32_t linter::resolve_end(const joint_source &joint, const char *end, const std::string &link,
+                             const index &links)
+{
+    auto at = links.find(link);
+    if (at != links.end())
+        return at->second;
+    resolved_ = false;
+    tfa_urdf_say(log_, TFA_ERROR, joint.line, "unknown-link",
+                 "joint '%s': %s link '%s' does not exist; declare it or correct the name",
+                 joint.name.c_str(), end, link.c_str());
+    return 0;
+}
+
+void linter::resolve_mimic(joint_source &joint, const index &joints)
+{
+    joint.mimic_index = -1;
+    if (joint.mimic.empty())
+        return;
+    auto at = joints.find(joint.mimic);
+    if (at == joints.end())
+        tfa_urdf_say(log_, TFA_ERROR, joint.mimic_line, "mimic-unknown",
+                     "joint '%s': mimics joint '%s', which does not exist; correct the name",
+                     joint.name.c_str(), joint.mimic.c_str());
+    else if (joint.mimic == joint.name)
+        tfa_urdf_say(log_, TFA_ERROR, joint.mimic_line, "mimic-self",
+                     "joint '%s': mimics itself; name another joint or remove <mimic>",
+                     joint.name.c_str());
+    else
+        joint.mimic_index = static_cast<int32_t>(at->second);
+}
+
+void linter::resolve_rotors(const index &joints)
+{
+    for (const rotor_source &rotor : rotors_) {
+        auto at = joints.find(rotor.joint);
+        if (at == joints.end())
+            tfa_urdf_say(log_, TFA_ERROR, rotor.line, "unknown-joint",
+                         "joint '%s': a <transmission> has a rotor for it, but it does not exist; "
+                         "correct the name",
+                         rotor.joint.c_str());
+        else
+            joints_[at->second].armature += rotor.armature;
+    }
+}
+
+void linter::resolve()
+{
+    resolved_ = !broken_;
+    if (broken_)
+        return; /* its reason was reported; names would follow suit */
+    add_world();
+    index links = index_names(links_, "link");
+    index joints = index_names(joints_, "joint");
+    for (joint_source &joint : joints_) {
+        joint.parent_index = resolve_end(joint, "parent", joint.parent, links);
+        joint.child_index = resolve_end(joint, "child", joint.child, links);
+        resolve_mimic(joint, joints);
+    }
+    resolve_rotors(joints);
+}
+
+size_t linter::text_size() const
+{
+    size_t size = name_.size() + 1;
+    for (const link_source &link : links_)
+        size += link.name.size() + 1;
+    for (const joint_source &joint : joints_)
+        size += joint.name.size() + 1;
+    return size;
+}
+
+static const char *put(char *&at, const std::string &text)
+{
+    char *start = at;
+    memcpy(start, text.c_str(), text.size() + 1);
+    at += text.size() + 1;
+    return start;
+}
+
+/* One block: description, links, joints, strings. */
+int linter::finish(tfa_description **skeleton, char **canonical) const
+{
+    if (!resolved_)
+        return TFA_E_PARSE;
+    size_t links_size = links_.size() * sizeof(tfa_link);
+    size_t joints_size = joints_.size() * sizeof(tfa_joint);
+    size_t fixed_size = sizeof(tfa_description) + links_size + joints_size;
+    char *block = static_cast<char *>(calloc(1, fixed_size + text_size()));
+    std::string text = "<robot";
+    write_attribute(text, "name", name_);
+    text += ">\n" + out_ + "</robot>\n";
+    *canonical = strdup(text.c_str());
+    if (!block || !*canonical) {
+        free(block);
+        free(*canonical);
+        *canonical = nullptr;
+        return TFA_E_MEMORY;
+    }
+    char *strings = block + fixed_size;
+    auto *d = reinterpret_cast<tfa_description *>(block);
+    d->name = put(strings, name_);
+    d->links = reinterpret_cast<tfa_link *>(block + sizeof *d);
+    d->link_count = links_.size();
+    d->joints = reinterpret_cast<tfa_joint *>(block + sizeof *d + links_size);
+    d->joint_count = joints_.size();
+    for (size_t i = 0; i < links_.size(); i++) {
+        d->links[i].name = put(strings, links_[i].name);
+        d->links[i].line = links_[i].line;
+    }
+    for (size_t j = 0; j < joints_.size(); j++) {
+        const joint_source &s = joints_[j];
+        tfa_joint &joint = d->joints[j];
+        joint.name = put(strings, s.name);
+        joint.line = s.line;
+        joint.type = s.type;
+        joint.parent = s.parent_index;
+        joint.child = s.child_index;
+        joint.mimic = s.mimic_index;
+        joint.armature = s.armature;
+    }
+    *skeleton = d;
+    return TFA_OK;
+}
+
+} // namespace tfa

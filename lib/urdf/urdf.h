@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Inside the URDF front end: the passes that turn text into a description, in their order.
+ *
+ *   guard   bytes -> tags   well-formed, bounded, no byte that TinyXML could trip over
+ *   lint    tags -> skeleton description (names, lines, tree) and a canonical URDF text
+ *   graph   the skeleton is one tree and its mimics end
+ *   fill    canonical text -> urdfdom -> the numbers of the description
+ *   inertia warnings about inertias that no real body has
+ *
+ * urdfdom never sees a byte that lint has not checked: the canonical text holds only what the
+ * description needs, with every number spelled as in the file.
+ */
+#ifndef TFA_URDF_URDF_H
+#define TFA_URDF_URDF_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <totalforce/description.h>
+#include <totalforce/report.h>
+
+#ifdef __cplusplus
+extern "C" {
+#define TFA_NOEXCEPT noexcept
+#else
+#define TFA_NOEXCEPT
+#endif
+
+enum {
+    TFA_URDF_MAX_BYTES = 64 << 20,
+    TFA_URDF_MAX_LINKS = 100000,
+    TFA_URDF_MAX_NAME = 255,
+    TFA_URDF_MAX_DEPTH = 200,      /* TinyXML recurses once a level; real files have 8 */
+    TFA_URDF_MAX_NODES = 8000000,  /* elements and attributes: bounds TinyXML's memory */
+    TFA_URDF_MAX_ATTRIBUTES = 256, /* of one element: TinyXML's search for doubles is quadratic */
+    TFA_URDF_MAX_REPEATS = 100,    /* messages of one code that are listed */
+    TFA_URDF_MAX_CODES = 64
+};
+
+/* Where the passes report to. Keeps a bad file from making a million messages. */
+typedef struct tfa_urdf_log {
+    tfa_report *report;
+    size_t errors; /* of this file: the report may hold older ones */
+    size_t code_count;
+    struct {
+        const char *code;
+        tfa_severity severity;
+        size_t count;
+    } codes[TFA_URDF_MAX_CODES];
+} tfa_urdf_log;
+
+/* As tfa_report_add; lists each code TFA_URDF_MAX_REPEATS times and counts the rest. */
+void tfa_urdf_say(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
+                  const char *format, ...) TFA_NOEXCEPT __attribute__((format(printf, 5, 6)));
+
+/* Says how many messages were not listed. */
+void tfa_urdf_say_rest(tfa_urdf_log *log);
+
+/*
+ * Checks that `text` is well-formed XML within the limits and copies its tags to `clean`
+ * (length + 1 bytes), everything else blanked but line ends, so that rows stay right.
+ */
+int tfa_urdf_guard(const char *text, size_t length, char *clean, tfa_urdf_log *log);
+
+typedef enum tfa_number_fault {
+    TFA_NUMBER_OK = 0,
+    TFA_NUMBER_MALFORMED,
+    TFA_NUMBER_UNDERFLOW, /* not zero as written, zero as a double */
+    TFA_NUMBER_OVERFLOW
+} tfa_number_fault;
+
+/*
+ * Reads a decimal number: sign, digits with an optional point, optional exponent, nothing else.
+ * The same in every locale.
+ */
+tfa_number_fault tfa_number_read(const char *text, size_t length, double *number);
+
+/* Makes `axis` a unit vector and returns the length it had; leaves a zero vector as it is. */
+double tfa_axis_normalise(double axis[3]);
+
+/* Makes the skeleton (one malloc block) and the canonical text (malloc, terminated). */
+int tfa_urdf_lint(const char *clean, tfa_urdf_log *log, tfa_description **skeleton,
+                  char **canonical) TFA_NOEXCEPT;
+
+int tfa_urdf_graph(const tfa_description *description, tfa_urdf_log *log);
+
+int tfa_urdf_fill(const char *canonical, tfa_description *description,
+                  tfa_urdf_log *log) TFA_NOEXCEPT;
+
+void tfa_urdf_inertia(const tfa_description *description, tfa_urdf_log *log);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

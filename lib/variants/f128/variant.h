@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Number type: one quadruple-precision number, the reference of tests and charts.
+ */
+#ifndef TFA_VARIANT_H
+#define TFA_VARIANT_H
+
+#if defined(__x86_64__) || defined(__i386__)
+__extension__ typedef __float128 num;
+/* glibc >= 2.26 has these; its header declares them for compilers with _Float128 only */
+extern void sincosf128(num x, num *s, num *c);
+#define num_sincos sincosf128
+#else
+/* on aarch64 long double is the quadruple-precision type */
+#include <math.h>
+typedef long double num;
+#define num_sincos sincosl
+#endif
+
+#endif

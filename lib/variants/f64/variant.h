@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Number type: one double.
+ */
+#ifndef TFA_VARIANT_H
+#define TFA_VARIANT_H
+
+#include <math.h>
+
+typedef double num;
+
+static inline void num_sincos(num x, num *s, num *c)
+{
+    sincos(x, s, c);
+}
+
+#endif

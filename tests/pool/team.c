@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The team runs every task once in every phase, with any number of threads, also when threads are
+ * stopped for milliseconds; meant to run under ThreadSanitizer too.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "pool/team.h"
+
+#define TASKS 67
+
+struct count {
+    uint32_t done[TASKS]; /* plain on purpose: two threads in one task would be a data race */
+    uint32_t tasks;
+    uint32_t threads;
+    int slow;
+};
+
+static void pause_ms(long ms)
+{
+    struct timespec t = {0, ms * 1000000};
+    nanosleep(&t, NULL);
+}
+
+static void count_task(void *context, uint32_t task, uint32_t worker)
+{
+    struct count *c = context;
+    assert_true(task < c->tasks);
+    assert_true(worker < c->threads);
+    if (c->slow && worker > 0 && task % 16 == 3)
+        pause_ms(2); /* as if the host had taken the processor away */
+    c->done[task]++;
+}
+
+static void run_phases(uint32_t threads, uint32_t spin_ns, int phases, int slow)
+{
+    struct team *team = NULL;
+    assert_int_equal(team_start(&team, threads, spin_ns, NULL), 0);
+    struct count c = {.threads = threads, .slow = slow};
+    uint32_t expected[TASKS] = {0};
+    for (int p = 0; p < phases; p++) {
+        c.tasks = (uint32_t)(p % TASKS) + 1;
+        team_run(team, count_task, &c, c.tasks);
+        for (uint32_t k = 0; k < c.tasks; k++)
+            expected[k]++;
+        assert_memory_equal(c.done, expected, sizeof expected);
+    }
+    team_stop(team);
+}
+
+static void test_every_task_once(void **state)
+{
+    (void)state;
+    static const uint32_t threads[] = {1, 2, 3, 5, 16};
+    for (size_t k = 0; k < sizeof threads / sizeof *threads; k++)
+        run_phases(threads[k], 20000, 2000, 0);
+}
+
+static void test_sleeping_threads(void **state)
+{
+    (void)state;
+    struct team *team = NULL;
+    assert_int_equal(team_start(&team, 4, 1, NULL), 0);
+    struct count c = {.threads = 4, .tasks = TASKS};
+    for (uint32_t p = 1; p <= 50; p++) {
+        pause_ms(1); /* longer than they spin: all are asleep now */
+        team_run(team, count_task, &c, TASKS);
+        for (uint32_t k = 0; k < TASKS; k++)
+            assert_int_equal(c.done[k], p);
+    }
+    team_stop(team);
+}
+
+static void test_stopped_threads(void **state)
+{
+    (void)state;
+    run_phases(4, 1000, 100, 1);
+}
+
+static void test_stop_without_work(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 50; k++) {
+        struct team *team = NULL;
+        assert_int_equal(team_start(&team, 3, 100, NULL), 0);
+        team_stop(team);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_task_once),
+        cmocka_unit_test(test_sleeping_threads),
+        cmocka_unit_test(test_stopped_threads),
+        cmocka_unit_test(test_stop_without_work),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

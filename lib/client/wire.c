@@ -12,6 +12,8 @@
     (1u << TFA_WIRE_BASE_POSE | 1u << TFA_WIRE_BASE_TWIST | 1u << TFA_WIRE_BASE_WRENCH |           \
      1u << TFA_WIRE_BASE_ACCELERATION)
 
+#define BASE_ANSWERS (1u << TFA_WIRE_OUT_BASE_ACCELERATION | 1u << TFA_WIRE_OUT_BASE_WRENCH)
+
 typedef const double *request_arrays[TFA_WIRE_REQUEST_BLOCKS];
 typedef void *reply_arrays[TFA_WIRE_REPLY_BLOCKS];
 
@@ -262,6 +264,8 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
     const uint32_t tips = at_most(request->tip_count, TFA_MAX_TIPS);
     const uint32_t wrenches = at_most(request->wrench_count, TFA_MAX_WRENCHES);
     tfa_field culprit;
+    if (shape->base_freedoms == 0)
+        want &= ~BASE_ANSWERS;
     *ask = (tfa_wire_ask){.count = request->count, .tip_count = tips, .want = want};
     int status = check_ask(shape, ask, &culprit);
     if (status != TFA_OK)
@@ -323,6 +327,8 @@ int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_r
     if (line->dof != dof_check(shape))
         return TFA_E_PROTOCOL;
     ask->want = line->want & blocks_of_op(line->op, tips, line->flags);
+    if (shape->base_freedoms == 0)
+        ask->want &= ~BASE_ANSWERS;
     int status = check_ask(shape, ask, culprit);
     if (status != TFA_OK)
         return status;

@@ -149,8 +149,7 @@ static int answer_forward(struct state *s, const tfa_request *r, uint32_t k, tfa
         int converging;
         out->error_estimate = TFA_V(refine)(s, method, steps, &converging);
         out->flags |= TFA_ANSWER_ESTIMATED;
-        if (method != TFA_METHOD_ABA &&
-            !(converging && out->error_estimate <= FALLBACK_ESTIMATE)) {
+        if (method != TFA_METHOD_ABA && !(converging && out->error_estimate <= FALLBACK_ESTIMATE)) {
             method = TFA_METHOD_ABA;
             out->flags |= TFA_ANSWER_FALLBACK;
             TFA_V(aba)(s, s->tau, s->qdd);
@@ -159,9 +158,9 @@ static int answer_forward(struct state *s, const tfa_request *r, uint32_t k, tfa
     }
     out->method = (uint16_t)method;
     const size_t nj = s->m->freedoms - s->m->base_freedoms;
-    int finite = TFA_V(unload)(s, s->qdd, reply->base_acceleration
-                                              ? reply->base_acceleration + 6 * (size_t)k : NULL,
-                               reply->qdd ? reply->qdd + nj * k : NULL);
+    int finite = TFA_V(unload)(
+        s, s->qdd, reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
+        reply->qdd ? reply->qdd + nj * k : NULL);
     if (finite && s->tips && reply->lambda_inv) {
         lambda_kept(s, r->frame, method, method == TFA_METHOD_ABA ? 0 : steps);
         finite = unload_lambda(s, reply->lambda_inv + (size_t)36 * s->tips * s->tips * k);
@@ -215,9 +214,9 @@ static int answer_inverse(struct state *s, uint32_t k, tfa_reply *reply, tfa_ans
     const size_t nj = s->m->freedoms - s->m->base_freedoms;
     TFA_V(rnea)(s, s->qdd, s->res, 1);
     out->method = TFA_METHOD_RNEA;
-    int finite = TFA_V(unload)(s, s->res, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k
-                                                             : NULL,
-                               reply->tau ? reply->tau + nj * k : NULL);
+    int finite =
+        TFA_V(unload)(s, s->res, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
+                      reply->tau ? reply->tau + nj * k : NULL);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 

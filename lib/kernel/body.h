@@ -28,10 +28,10 @@ static inline svec rigid_mul(const struct tfa_body *b, svec v)
 static inline sym6 rigid_inertia(const struct tfa_body *b)
 {
     num x = (num)b->h[0], y = (num)b->h[1], z = (num)b->h[2], m = (num)b->mass;
-    return (sym6){{(num)b->I[0], (num)b->I[1], (num)b->I[2], (num)b->I[3], (num)b->I[4],
-                   (num)b->I[5]},
-                  {0, -z, y, z, 0, -x, -y, x, 0},
-                  {m, 0, 0, m, 0, m}};
+    return (sym6){
+        {(num)b->I[0], (num)b->I[1], (num)b->I[2], (num)b->I[3], (num)b->I[4], (num)b->I[5]},
+        {0, -z, y, z, 0, -x, -y, x, 0},
+        {m, 0, 0, m, 0, m}};
 }
 
 /* Column k of the motion subspace of a joint with several freedoms */

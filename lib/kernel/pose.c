@@ -8,9 +8,15 @@
 /* Axes turned by the angle about z: the first two rows of E mix, the third stays. */
 static inline mat3 turn_z(mat3 E, num s, num c)
 {
-    return (mat3){c * E.xx + s * E.yx, c * E.xy + s * E.yy, c * E.xz + s * E.yz,
-                  c * E.yx - s * E.xx, c * E.yy - s * E.xy, c * E.yz - s * E.xz,
-                  E.zx,                E.zy,                E.zz};
+    return (mat3){c * E.xx + s * E.yx,
+                  c * E.xy + s * E.yy,
+                  c * E.xz + s * E.yz,
+                  c * E.yx - s * E.xx,
+                  c * E.yy - s * E.xy,
+                  c * E.yz - s * E.xz,
+                  E.zx,
+                  E.zy,
+                  E.zz};
 }
 
 /* Rotation from joint axes to body axes of a quaternion x y z w of any norm near 1. */

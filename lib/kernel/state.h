@@ -24,20 +24,20 @@ struct multi {
 
 /* Constant terms of TFA for one body: 1-freedom joints on bodies without side branches. */
 struct total {
-    sym6 Iinv;  /* inverse of the rigid inertia, frame i */
-    sym6 TIT;   /* T_i I_{i-1}^-1 T_i^T: the parent's inverse inertia in the joint's frame at q = 0 */
+    sym6 Iinv; /* inverse of the rigid inertia, frame i */
+    sym6 TIT; /* T_i I_{i-1}^-1 T_i^T: the parent's inverse inertia in the joint's frame at q = 0 */
     num TI[36]; /* T_i I_{i-1}^-1 */
 };
 
 /* One block row of TFA on the main chain. */
 struct row {
-    struct lu6 S;  /* Schur complement A_ii - A_{i,i-1} S_{i-1}^-1 A_{i-1,i}, factored */
-    num XI[36];    /* X_i I_{i-1}^-1, so that A_{i,i-1} = -K_i XI_i */
-    num G[36];     /* S_i^-1 A_{i,i+1} */
-    sym6 Iinv;     /* inverse of the inertia with side branches folded in */
-    num K[36];     /* K_i = 1 - C_i I_i; of a 1-freedom joint only its row that differs from 1 */
-    num B[36];     /* B_i = H_i Theta_i^-1, a row of six for each freedom; 1 freedom: 1/Theta */
-    num F[6];      /* total force, frame i */
+    struct lu6 S; /* Schur complement A_ii - A_{i,i-1} S_{i-1}^-1 A_{i-1,i}, factored */
+    num XI[36];   /* X_i I_{i-1}^-1, so that A_{i,i-1} = -K_i XI_i */
+    num G[36];    /* S_i^-1 A_{i,i+1} */
+    sym6 Iinv;    /* inverse of the inertia with side branches folded in */
+    num K[36];    /* K_i = 1 - C_i I_i; of a 1-freedom joint only its row that differs from 1 */
+    num B[36];    /* B_i = H_i Theta_i^-1, a row of six for each freedom; 1 freedom: 1/Theta */
+    num F[6];     /* total force, frame i */
 };
 
 /* What TFA does with a body: fold it into its parent, keep it on a chain; it carries a side branch */
@@ -52,8 +52,8 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
     ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
     ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
-    ARRAY(num, sine, m->q_count, "1", "joint", "pose: of revolute coordinates")                     \
-    ARRAY(num, cosine, m->q_count, "1", "joint", "pose: of revolute coordinates")                   \
+    ARRAY(num, sine, m->q_count, "1", "joint", "pose: of revolute coordinates")                    \
+    ARRAY(num, cosine, m->q_count, "1", "joint", "pose: of revolute coordinates")                  \
     ARRAY(place, X, nb, "1, m", "parent -> i", "pose: X_i = Z(q_i) T_i")                           \
     ARRAY(svec, v, nb, "rad/s, m/s", "i", "velocity: body velocity")                               \
     ARRAY(svec, c, nb, "rad/s2, m/s2", "i", "velocity: v x H qd")                                  \
@@ -69,12 +69,12 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(struct multi, multi, m->multis, "", "i", "pose, aba: bodies with several freedoms")      \
     ARRAY(uint8_t, side, nb, "", "", "tfa: SIDE, CHAIN, CARRIES of each body")                     \
     ARRAY(uint32_t, path, m->depth, "", "", "tfa: a tip's chain, root first")                      \
-    ARRAY(struct row, row, nb, "", "i", "tfa: block rows, by body             ")                \
+    ARRAY(struct row, row, nb, "", "i", "tfa: block rows, by body             ")                   \
     ARRAY(struct total, total, nb, "", "i", "bake: constant terms of tfa")                         \
-    ARRAY(num, M, m->mass_entries, "kg m2", "joint", "crba: rows of M, then its LDL factors")      \
-    ARRAY(num, psi, nv * TFA_TIP_COLUMNS, "1, m", "joint", "lambda: H^T P of each tip column")     \
-    ARRAY(num, phi, nv * TFA_TIP_COLUMNS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")        \
-    ARRAY(num, lambda, TFA_TIP_COLUMNS * TFA_TIP_COLUMNS, "1/kg", "tip", "lambda: answer")         \
+    ARRAY(num, M, mass, "kg m2", "joint", "crba: rows of M, then its LDL factors")                 \
+    ARRAY(num, psi, nv *TFA_TIP_COLUMNS, "1, m", "joint", "lambda: H^T P of each tip column")      \
+    ARRAY(num, phi, nv *TFA_TIP_COLUMNS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")         \
+    ARRAY(num, lambda, TFA_TIP_COLUMNS *TFA_TIP_COLUMNS, "1/kg", "tip", "lambda: answer")          \
     ARRAY(uint8_t, support, nb, "", "", "lambda: bit t set: body supports tip t")
 
 #define TFA_TIP_COLUMNS ((size_t)6 * TFA_MAX_TIPS)
@@ -97,6 +97,7 @@ static inline size_t state_walk(const struct tfa_model *m, void *base, struct st
 {
     struct arena a = {base, 0};
     const size_t nb = m->bodies, nv = m->freedoms;
+    const size_t mass = m->mass_entries <= TFA_MASS_ENTRIES_MAX ? m->mass_entries : 0;
     struct state *s = arena_take(&a, 1, sizeof *s), count_only;
     struct state *o = s ? s : &count_only;
 #define TFA_STATE_TAKE(type, name, count, unit, frame, what)                                       \

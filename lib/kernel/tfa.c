@@ -177,8 +177,7 @@ static void forward(struct state *s, const struct tfa_chain *chain, const num *t
         if (products)
             known = sv_add(known, s->c[i]);
         if (k == 0 && bias)
-            known = sv_add(known, x_motion(&s->X[i],
-                                           (svec){{0, 0, 0}, v3_neg(s->gravity)}));
+            known = sv_add(known, x_motion(&s->X[i], (svec){{0, 0, 0}, v3_neg(s->gravity)}));
         sv_store(r->F, known);
         if (k > 0) {
             num carried[6], moved[6];

@@ -97,7 +97,14 @@ static int method_answers(const tfa_request *r)
     }
 }
 
-static int check_choices(const tfa_request *r, tfa_reply *reply)
+/* Does the answer need M itself? */
+static int needs_mass_matrix(const tfa_request *r)
+{
+    return r->op == TFA_OP_MASS_MATRIX ||
+           (r->op != TFA_OP_INVERSE_DYNAMICS && r->method == TFA_METHOD_CRBA);
+}
+
+static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if ((int)r->op < TFA_OP_FORWARD_DYNAMICS || r->op > TFA_OP_MASS_MATRIX)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_OP, 0, 0);
@@ -111,6 +118,9 @@ static int check_choices(const tfa_request *r, tfa_reply *reply)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
     if (!method_answers(r))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+    if (needs_mass_matrix(r) && m->mass_entries > TFA_MASS_ENTRIES_MAX)
+        return blame(reply, TFA_E_UNSUPPORTED,
+                     r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
     return TFA_OK;
 }
 
@@ -153,7 +163,7 @@ int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_re
     reply->field = TFA_FIELD_NONE;
     reply->index = 0;
     reply->state = 0;
-    int status = check_choices(request, reply);
+    int status = check_choices(model, request, reply);
     if (status == TFA_OK)
         status = check_frames(model, request, reply);
     if (status == TFA_OK)

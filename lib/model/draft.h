@@ -28,12 +28,12 @@ struct draft_frame {
 struct draft {
     const tfa_description *description;
     struct draft_body *body;
-    struct draft_frame *frame;   /* one for each link */
-    uint32_t *order;             /* joints, parents first, document order otherwise */
-    uint32_t *joint_body;        /* body moved by a joint of the description */
+    struct draft_frame *frame; /* one for each link */
+    uint32_t *order;           /* joints, parents first, document order otherwise */
+    uint32_t *joint_body;      /* body moved by a joint of the description */
     uint32_t bodies;
-    uint32_t root;               /* root link */
-    uint32_t movable;            /* joints that are not fixed */
+    uint32_t root;    /* root link */
+    uint32_t movable; /* joints that are not fixed */
 };
 
 /* Orders the joints parents first: TFA_E_MODEL on loops, two parents and unreachable links. */

@@ -19,6 +19,11 @@ enum tfa_kind {
     TFA_KIND_FREE = 3,      /* H = e_4 e_5 e_6 e_1 e_2 e_3: linear, then angular velocity */
 };
 
+/* M is kept by rows of ancestors; a chain of N bodies has N (N+1) / 2 entries. Above this many (a
+ * chain of 2895, 32 MiB in double) a workspace has no room for M, and the methods that need it say
+ * so: O(N d^2) methods lose to the others long before. */
+#define TFA_MASS_ENTRIES_MAX ((size_t)4 << 20)
+
 /* Constants of one body. Frame i is fixed in body i with its origin on joint i. */
 struct tfa_body {
     double E[9];     /* rotation from the parent's frame to the joint's frame at q = 0, row major */
@@ -55,12 +60,12 @@ struct tfa_chain {
 };
 
 struct tfa_model {
-    uint32_t bodies;     /* floating base included */
-    uint32_t multis;     /* bodies with more than one freedom */
-    uint32_t freedoms;   /* all, base included */
-    uint32_t q_count;    /* coordinates of the joints, base excluded */
+    uint32_t bodies;   /* floating base included */
+    uint32_t multis;   /* bodies with more than one freedom */
+    uint32_t freedoms; /* all, base included */
+    uint32_t q_count;  /* coordinates of the joints, base excluded */
     uint32_t base_freedoms;
-    uint32_t depth;      /* bodies on the longest path */
+    uint32_t depth;          /* bodies on the longest path */
     uint32_t depth_freedoms; /* freedoms on the path with most of them */
     uint32_t frames, joints, trees;
     size_t mass_entries; /* entries of M that are not zero by structure, lower triangle */
@@ -73,9 +78,9 @@ struct tfa_model {
     const tfa_joint_info *joint;
     const char *const *body_name;
     /* freedoms as nodes of Featherstone's expanded tree (2008, 6.1) */
-    const int32_t *dof_parent;     /* -1: none */
-    const uint32_t *dof_depth;     /* freedoms above it */
-    const size_t *dof_row;         /* start of its row among the mass_entries */
+    const int32_t *dof_parent; /* -1: none */
+    const uint32_t *dof_depth; /* freedoms above it */
+    const size_t *dof_row;     /* start of its row among the mass_entries */
     const char *name;
     uint8_t hash[32];
     char hash_text[65];

@@ -60,8 +60,8 @@ int tfa_pool_create(const tfa_model *model, const tfa_pool_options *options, tfa
     p->model = model;
     int status = create_workspaces(p, o->precision);
     if (status == TFA_OK) {
-        int error = team_start(&p->team, p->threads, o->spin_ns ? o->spin_ns : DEFAULT_SPIN_NS,
-                               o->cpus);
+        int error =
+            team_start(&p->team, p->threads, o->spin_ns ? o->spin_ns : DEFAULT_SPIN_NS, o->cpus);
         if (error) {
             errno = error;
             status = error == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;

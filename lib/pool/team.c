@@ -95,7 +95,7 @@ static void work(struct team *t, uint64_t ticket, uint32_t worker)
 /* Sleeps until the epoch moves on from `seen`. */
 static void sleep_until_called(struct team *t, uint32_t seen)
 {
-    atomic_fetch_add(&t->sleepers, 1); /* S1 */
+    atomic_fetch_add(&t->sleepers, 1);     /* S1 */
     while (atomic_load(&t->epoch) == seen) /* E2 */
         syscall(SYS_futex, &t->epoch, FUTEX_WAIT_PRIVATE, seen, NULL, NULL, 0);
     atomic_fetch_sub(&t->sleepers, 1);

@@ -19,7 +19,8 @@
 
 #define STATES 16
 #define MAX_CONTESTANTS 8
-#define SLICE_NS 2e6 /* one contestant's turn: long against a clock read, short against a shift of
+#define SLICE_NS                                                                                   \
+    2e6 /* one contestant's turn: long against a clock read, short against a shift of
                         the host's load, so that all see the same machine */
 
 struct ours {
@@ -187,8 +188,7 @@ static size_t gather(struct entry *entries, const char *path, const tfa_descript
     for (size_t k = 0; k < count; k++) {
         void *robot = all[k]->make(path, d);
         if (robot)
-            entries[n++] = (struct entry){all[k], robot,
-                                          calloc(repetitions, sizeof(double)), 0};
+            entries[n++] = (struct entry){all[k], robot, calloc(repetitions, sizeof(double)), 0};
     }
     return n;
 }
@@ -214,8 +214,8 @@ static void print(const struct entry *e, const struct entry *first, const char *
                   size_t repetitions, int csv)
 {
     double median = e->samples[repetitions / 2], base = first->samples[repetitions / 2];
-    const char *format = csv ? "%s,%zu,%s,%.0f,%.1f,%.2f,%.1e\n"
-                             : "%-16s %5zu  %-16s %10.0f %9.1f %8.2f   %.1e\n";
+    const char *format =
+        csv ? "%s,%zu,%s,%.0f,%.1f,%.2f,%.1e\n" : "%-16s %5zu  %-16s %10.0f %9.1f %8.2f   %.1e\n";
     printf(format, robot, n, e->who->name, median, median / (double)n, median / base, e->error);
 }
 
@@ -270,7 +270,8 @@ int main(int argc, char **argv)
             repetitions = (size_t)atoi(argv[++k]);
     }
     puts(csv ? "robot,joints,contestant,ns,ns_per_joint,ratio,difference"
-             : "robot           joints  contestant         ns a call  ns/joint    ratio   difference");
+             : "robot           joints  contestant         ns a call  ns/joint    ratio   "
+               "difference");
     for (int k = 1; k < argc; k++) {
         if (strcmp(argv[k], "--repetitions") == 0)
             k++;

@@ -7,14 +7,18 @@
 
 #include "bench.h"
 
-namespace {
+namespace
+{
 
 struct Robot {
     KDL::Chain chain;
     KDL::ChainFdSolver_RNE *solver = nullptr;
     KDL::JntArray q, v, tau, qdd;
     KDL::Wrenches wrenches;
-    ~Robot() { delete solver; }
+    ~Robot()
+    {
+        delete solver;
+    }
 };
 
 KDL::Frame frame(const double xyz[3], const double quat[4])
@@ -49,10 +53,10 @@ void *make(const char *, const tfa_description *d)
         KDL::Frame origin = frame(joint.xyz, joint.quat);
         KDL::Vector axis(joint.axis[0], joint.axis[1], joint.axis[2]);
         KDL::Joint::JointType none = KDL::Joint::Fixed;
-        KDL::Joint kj = joint.type == TFA_JOINT_FIXED
-                            ? KDL::Joint(joint.name, none)
-                            : KDL::Joint(joint.name, origin.p, origin.M * axis,
-                                         KDL::Joint::RotAxis);
+        KDL::Joint kj =
+            joint.type == TFA_JOINT_FIXED
+                ? KDL::Joint(joint.name, none)
+                : KDL::Joint(joint.name, origin.p, origin.M * axis, KDL::Joint::RotAxis);
         r->chain.addSegment(
             KDL::Segment(d->links[joint.child].name, kj, origin, inertia(d->links[joint.child])));
         moving += joint.type != TFA_JOINT_FIXED;

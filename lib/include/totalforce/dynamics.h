@@ -74,15 +74,15 @@ typedef enum tfa_precision {
  */
 typedef struct tfa_request {
     tfa_op op;
-    tfa_method method;         /**< of the op; TFA_METHOD_AUTO unless asked otherwise */
-    tfa_estimate estimate;     /**< error estimate policy */
-    tfa_reference_frame frame; /**< of wrenches and lambda_inv */
-    uint32_t refine;           /**< refinement steps 0, 1, 2 or TFA_REFINE_DEFAULT */
-    uint32_t flags;            /**< TFA_WANT_* */
-    uint32_t count;            /**< states, at least 1 */
-    uint32_t tip_count;        /**< 0..TFA_MAX_TIPS */
-    uint32_t wrench_count;     /**< 0..TFA_MAX_WRENCHES */
-    uint32_t tips[TFA_MAX_TIPS];            /**< frame indices */
+    tfa_method method;           /**< of the op; TFA_METHOD_AUTO unless asked otherwise */
+    tfa_estimate estimate;       /**< error estimate policy */
+    tfa_reference_frame frame;   /**< of wrenches and lambda_inv */
+    uint32_t refine;             /**< refinement steps 0, 1, 2 or TFA_REFINE_DEFAULT */
+    uint32_t flags;              /**< TFA_WANT_* */
+    uint32_t count;              /**< states, at least 1 */
+    uint32_t tip_count;          /**< 0..TFA_MAX_TIPS */
+    uint32_t wrench_count;       /**< 0..TFA_MAX_WRENCHES */
+    uint32_t tips[TFA_MAX_TIPS]; /**< frame indices */
     uint32_t wrench_frames[TFA_MAX_WRENCHES]; /**< frame indices */
 
     const double *q;                 /**< count x q_count, rad or m */
@@ -103,10 +103,10 @@ typedef struct tfa_request {
 
 /** What is known of the answer for one state. */
 typedef struct tfa_answer {
-    int32_t status;         /**< TFA_OK, TFA_E_SINGULAR, TFA_E_NOT_COMPUTED */
-    uint16_t method;        /**< tfa_method that answered */
-    uint16_t flags;         /**< TFA_ANSWER_* */
-    double error_estimate;  /**< relative 2-norm error of qdd or lambda_inv; NaN if not measured */
+    int32_t status;        /**< TFA_OK, TFA_E_SINGULAR, TFA_E_NOT_COMPUTED */
+    uint16_t method;       /**< tfa_method that answered */
+    uint16_t flags;        /**< TFA_ANSWER_* */
+    double error_estimate; /**< relative 2-norm error of qdd or lambda_inv; NaN if not measured */
 } tfa_answer;
 
 /** Rank and extreme eigenvalues of lambda_inv. */
@@ -147,10 +147,10 @@ TFA_API const char *tfa_field_name(tfa_field field);
  * n = base freedoms + v_count: rows of M stand base first.
  */
 typedef struct tfa_reply {
-    int32_t status;        /**< of the request as a whole: the first state that failed */
-    tfa_field field;       /**< culprit of a bad request */
-    uint32_t index;        /**< index in that field, of one state; or the body */
-    uint32_t state;        /**< the state it is about */
+    int32_t status;            /**< of the request as a whole: the first state that failed */
+    tfa_field field;           /**< culprit of a bad request */
+    uint32_t index;            /**< index in that field, of one state; or the body */
+    uint32_t state;            /**< the state it is about */
     double *qdd;               /**< count x v_count */
     double *base_acceleration; /**< count x 6: time derivative of the components of base_twist */
     double *tau;               /**< count x v_count (inverse dynamics) */
@@ -207,6 +207,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
  *   TFA_E_LINK        a tip or a wrench names a frame that does not exist;
  *   TFA_E_METHOD      the method does not exist or cannot answer the op;
+ *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
+ *                     of 2895 bodies);
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is the body;
  *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
  */

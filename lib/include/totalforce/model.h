@@ -47,13 +47,13 @@ typedef struct tfa_frame_info {
 
 /** Where a description became smaller. */
 typedef struct tfa_model_summary {
-    uint32_t links, joints;      /**< as declared, fixed joints included */
-    uint32_t bodies;             /**< after merging, the floating base included */
-    uint32_t q_count, v_count;   /**< coordinates and freedoms of the joints, base excluded */
-    uint32_t depth;              /**< bodies on the longest path from the root */
-    uint32_t main_chain;         /**< bodies on the main chain of the largest tree */
-    double moving_mass;          /**< kg */
-    double total_mass;           /**< kg, the fixed base included */
+    uint32_t links, joints;    /**< as declared, fixed joints included */
+    uint32_t bodies;           /**< after merging, the floating base included */
+    uint32_t q_count, v_count; /**< coordinates and freedoms of the joints, base excluded */
+    uint32_t depth;            /**< bodies on the longest path from the root */
+    uint32_t main_chain;       /**< bodies on the main chain of the largest tree */
+    double moving_mass;        /**< kg */
+    double total_mass;         /**< kg, the fixed base included */
     tfa_base base;
     double gravity[3];
     int32_t singular_body; /**< body on a main chain whose inertia cannot be inverted, or -1 */

@@ -16,9 +16,9 @@ extern "C" {
 typedef struct tfa_pool tfa_pool;
 
 typedef struct tfa_pool_options {
-    uint32_t threads;     /**< the calling thread included; 0: one for each online processor */
-    uint32_t spin_ns;     /**< how long an idle thread spins before it sleeps; 0: 50000 */
-    const int *cpus;      /**< `threads` processors to pin to, the caller's first; NULL: no pinning.
+    uint32_t threads; /**< the calling thread included; 0: one for each online processor */
+    uint32_t spin_ns; /**< how long an idle thread spins before it sleeps; 0: 50000 */
+    const int *cpus;  /**< `threads` processors to pin to, the caller's first; NULL: no pinning.
                                The caller's own is not changed. */
     tfa_precision precision;
 } tfa_pool_options;

@@ -18,7 +18,7 @@ extern "C" {
 /* X(NAME, number, short text, cause and remedy) */
 #define TFA_STATUS_LIST(X)                                                                         \
     X(OK, 0, "ok", "")                                                                             \
-    X(E_ARGUMENT, -1, "invalid argument", "a required pointer is NULL or an enum is out of range")  \
+    X(E_ARGUMENT, -1, "invalid argument", "a required pointer is NULL or an enum is out of range") \
     X(E_SIZE, -2, "wrong size", "an array or a count does not fit the robot")                      \
     X(E_VALUE, -3, "not a finite number", "an input value is NaN or infinite")                     \
     X(E_QUATERNION, -4, "quaternion not normalised", "its norm is off from 1 by more than 1e-3")   \

@@ -1,0 +1,306 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The client library: connect, call, send, receive.
+ */
+#include "client/client.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#define DEFAULT_SLOTS 16
+#define DEFAULT_BATCH 1
+#define DEFAULT_TIMEOUT_MS 1000
+#define DEFAULT_DIR "/run/totalforce"
+/* Between two attempts to reconnect: doubled from the first to the last. */
+#define BACK_OFF_FIRST_NS 1000000
+#define BACK_OFF_LAST_NS 100000000
+
+/* ---- connecting ---- */
+
+static const char *runtime_dir(const tfa_client_options *options)
+{
+    if (options->runtime_dir)
+        return options->runtime_dir;
+    const char *directory = getenv("TOTALFORCE_RUNTIME_DIR");
+    return directory && *directory ? directory : DEFAULT_DIR;
+}
+
+static int check_options(const tfa_client_options *o)
+{
+    if (!o->robot || !*o->robot || (unsigned)o->wait > TFA_WAIT_BLOCK || o->connect_timeout_ms < 0)
+        return TFA_E_ARGUMENT;
+    if (strlen(o->robot) > TFA_ROBOT_NAME_MAX || strchr(o->robot, '/'))
+        return TFA_E_ROBOT;
+    return o->slots == 0 || tfa_ring_slots_valid(o->slots) ? TFA_OK : TFA_E_SIZE;
+}
+
+static int keep_options(tfa_client *client, const tfa_client_options *o)
+{
+    client->options = *o;
+    client->robot = strdup(o->robot);
+    client->runtime_dir = strdup(runtime_dir(o));
+    if (!client->robot || !client->runtime_dir)
+        return TFA_E_MEMORY;
+    client->options.robot = client->robot;
+    client->options.runtime_dir = client->runtime_dir;
+    if (o->slots == 0)
+        client->options.slots = DEFAULT_SLOTS;
+    if (o->max_batch == 0)
+        client->options.max_batch = DEFAULT_BATCH;
+    if (o->connect_timeout_ms == 0)
+        client->options.connect_timeout_ms = DEFAULT_TIMEOUT_MS;
+    return TFA_OK;
+}
+
+int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
+{
+    if (!client)
+        return TFA_E_ARGUMENT;
+    *client = NULL;
+    if (!options)
+        return TFA_E_ARGUMENT;
+    int status = check_options(options);
+    if (status != TFA_OK)
+        return status;
+    tfa_client *c = calloc(1, sizeof *c);
+    if (!c)
+        return TFA_E_MEMORY;
+    c->connection = (client_connection){.socket = -1, .doorbell = -1};
+    c->first_id = 1;
+    status = keep_options(c, options);
+    if (status == TFA_OK)
+        status = tfa_connection_open(c);
+    if (status != TFA_OK) {
+        int saved = errno;
+        tfa_client_close(c);
+        errno = saved;
+        return status;
+    }
+    *client = c;
+    return TFA_OK;
+}
+
+void tfa_client_close(tfa_client *client)
+{
+    if (!client)
+        return;
+    tfa_connection_close(&client->connection);
+    for (client_names *n = client->names, *older; n; n = older) {
+        older = n->older;
+        free(n);
+    }
+    free(client->asks);
+    free(client->robot);
+    free(client->runtime_dir);
+    free(client);
+}
+
+/* What was under way is lost: only what tfa_client_send sent is reported. */
+static void lose_requests(tfa_client *client)
+{
+    const tfa_ring_client *ring = &client->connection.ring;
+    uint64_t first = ring->received > client->call_end ? ring->received : client->call_end;
+    if (first < ring->sent) {
+        if (client->lost == client->lost_end)
+            client->lost = client->first_id + first;
+        client->lost_end = client->first_id + ring->sent;
+    }
+    client->first_id += ring->sent;
+    client->call_end = 0;
+}
+
+static void rest(uint64_t ns)
+{
+    struct timespec time = {.tv_sec = (time_t)(ns / 1000000000u),
+                            .tv_nsec = (long)(ns % 1000000000u)};
+    nanosleep(&time, NULL);
+}
+
+int tfa_client_reconnect(tfa_client *client)
+{
+    if (!client)
+        return TFA_E_ARGUMENT;
+    lose_requests(client);
+    tfa_connection_close(&client->connection);
+    const uint64_t end =
+        tfa_clock_ns() + (uint64_t)client->options.connect_timeout_ms * UINT64_C(1000000);
+    uint64_t pause = BACK_OFF_FIRST_NS;
+    for (;;) {
+        int status = tfa_connection_open(client);
+        if (status != TFA_E_DISCONNECTED || tfa_clock_ns() + pause > end)
+            return status;
+        rest(pause);
+        pause = 2 * pause < BACK_OFF_LAST_NS ? 2 * pause : BACK_OFF_LAST_NS;
+    }
+}
+
+const tfa_client_info *tfa_client_get_info(const tfa_client *client)
+{
+    return client ? &client->info : NULL;
+}
+
+/* ---- requests ---- */
+
+/* A connection that ended stays so until tfa_client_reconnect. */
+static int disconnected(tfa_client *client)
+{
+    client->connection.alive = false;
+    return TFA_E_DISCONNECTED;
+}
+
+/* The doorbell is not blocking: EAGAIN means it rings already. */
+static void ring_doorbell(const tfa_client *client)
+{
+    const uint64_t one = 1;
+    ssize_t n;
+    do
+        n = write(client->connection.doorbell, &one, sizeof one);
+    while (n < 0 && errno == EINTR);
+}
+
+/* Drops the replies that nobody waits for any more: of calls that timed out. */
+static void drop_abandoned(tfa_client *client)
+{
+    tfa_ring_client *ring = &client->connection.ring;
+    while (ring->received < client->call_end && tfa_ring_reply_ready(ring))
+        tfa_ring_release(ring);
+}
+
+static int send_request(tfa_client *client, const tfa_request *request, uint32_t want,
+                        uint64_t t_sent, uint64_t *id)
+{
+    tfa_ring_client *ring = &client->connection.ring;
+    if (!client->connection.alive)
+        return TFA_E_DISCONNECTED;
+    drop_abandoned(client);
+    if (tfa_ring_full(ring)) {
+        if (tfa_connection_hung_up(&client->connection))
+            return disconnected(client);
+        return TFA_E_AGAIN;
+    }
+    const uint64_t index = ring->sent;
+    int status = tfa_wire_encode_request(&client->shape, request, want, client->first_id + index,
+                                         t_sent, tfa_ring_next_request(ring),
+                                         &client->asks[index & (ring->layout.slots - 1)]);
+    if (status != TFA_OK)
+        return status;
+    if (tfa_ring_send(ring))
+        ring_doorbell(client);
+    if (id)
+        *id = client->first_id + index;
+    return TFA_OK;
+}
+
+/* Takes the oldest reply, which is there, out of the ring. */
+static int take_reply(tfa_client *client, tfa_reply *reply, tfa_exchange *exchange)
+{
+    tfa_ring_client *ring = &client->connection.ring;
+    const tfa_wire_reply *line = tfa_ring_oldest_reply(ring);
+    const tfa_wire_ask *ask = &client->asks[ring->received & (ring->layout.slots - 1)];
+    if (line->id != client->first_id + ring->received) {
+        client->connection.alive = false;
+        return TFA_E_PROTOCOL;
+    }
+    uint32_t blocks = tfa_wire_decode_reply(line, reply);
+    if (blocks != 0 && blocks == ask->want)
+        tfa_wire_copy_answers(&client->shape, ask, line, reply);
+    if (exchange) {
+        exchange->id = line->id;
+        exchange->t_received = line->t_received;
+        exchange->t_start = line->t_start;
+        exchange->t_done = line->t_done;
+        exchange->t_reply = tfa_clock_ns();
+    }
+    tfa_ring_release(ring);
+    return reply->status;
+}
+
+/* Waits until the oldest reply that somebody wants is there. */
+static int wait_reply(tfa_client *client, uint64_t deadline)
+{
+    tfa_ring_client *ring = &client->connection.ring;
+    for (;;) {
+        int status = tfa_connection_wait(client, deadline);
+        if (status == TFA_E_DISCONNECTED)
+            return disconnected(client);
+        if (status != TFA_OK || ring->received >= client->call_end)
+            return status;
+        tfa_ring_release(ring);
+    }
+}
+
+static uint64_t deadline_of(uint64_t start, uint64_t timeout_ns)
+{
+    return timeout_ns == 0 || timeout_ns > UINT64_MAX - start ? UINT64_MAX : start + timeout_ns;
+}
+
+int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *reply,
+                    uint64_t timeout_ns, tfa_exchange *exchange)
+{
+    if (!client || !request || !reply)
+        return TFA_E_ARGUMENT;
+    tfa_ring_client *ring = &client->connection.ring;
+    const uint64_t now = tfa_clock_ns();
+    uint64_t id = 0;
+    reply->field = TFA_FIELD_NONE;
+    reply->index = reply->state = 0;
+    if (!client->connection.alive)
+        return reply->status = TFA_E_DISCONNECTED;
+    if (ring->sent > ring->received && client->call_end < ring->sent)
+        return reply->status = TFA_E_ARGUMENT; /* replies of tfa_client_send are not received yet */
+    int status = send_request(client, request, tfa_wire_want(request, reply), now, &id);
+    if (status != TFA_OK)
+        return reply->status = status;
+    client->call_end = ring->sent - 1;
+    status = wait_reply(client, deadline_of(now, timeout_ns));
+    if (status != TFA_OK) {
+        client->call_end = ring->sent; /* nobody waits for this reply any more */
+        if (exchange)
+            *exchange = (tfa_exchange){.id = id, .t_sent = now};
+        return reply->status = status;
+    }
+    if (exchange)
+        exchange->t_sent = now;
+    return take_reply(client, reply, exchange);
+}
+
+int tfa_client_send(tfa_client *client, const tfa_request *request, uint64_t *id)
+{
+    if (!client || !request)
+        return TFA_E_ARGUMENT;
+    return send_request(client, request, tfa_wire_want(request, NULL), tfa_clock_ns(), id);
+}
+
+int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns,
+                       tfa_exchange *exchange)
+{
+    if (!client || !reply)
+        return TFA_E_ARGUMENT;
+    if (exchange)
+        *exchange = (tfa_exchange){0};
+    reply->field = TFA_FIELD_NONE;
+    reply->index = reply->state = 0;
+    if (client->lost != client->lost_end) {
+        if (exchange)
+            exchange->id = client->lost;
+        client->lost++;
+        return reply->status = TFA_E_LOST;
+    }
+    tfa_ring_client *ring = &client->connection.ring;
+    if (!client->connection.alive)
+        return reply->status = TFA_E_DISCONNECTED;
+    if (ring->sent <= (ring->received > client->call_end ? ring->received : client->call_end))
+        return reply->status = TFA_E_ARGUMENT; /* nothing was sent */
+    int status = wait_reply(client, deadline_of(tfa_clock_ns(), timeout_ns));
+    if (status != TFA_OK)
+        return reply->status = status;
+    const tfa_wire_request *sent =
+        (const void *)(ring->requests + tfa_ring_request_offset(&ring->layout, ring->received));
+    if (exchange)
+        exchange->t_sent = sent->t_sent;
+    return take_reply(client, reply, exchange);
+}

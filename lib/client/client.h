@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the files of the client library share. Grouped by the file that defines it.
+ */
+#ifndef TFA_CLIENT_CLIENT_H
+#define TFA_CLIENT_CLIENT_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <totalforce/client.h>
+
+#include "client/hello.h"
+#include "client/ring.h"
+
+/* Names and hash as the daemon gave them. Old ones stay until the client is closed, because the
+ * program may hold pointers into them. */
+typedef struct client_names {
+    struct client_names *older;
+    char hash[65];
+    size_t bytes;
+    uint32_t *types;
+    char *text;            /* joint names, then frame names */
+    const char *strings[]; /* pointers into text */
+} client_names;
+
+/* A connection: all of it is released together. */
+typedef struct client_connection {
+    int socket, doorbell;
+    bool alive; /* connected and not found dead */
+    tfa_ring_client ring;
+    void *requests;
+    const void *replies;
+    const void *pulse;
+} client_connection;
+
+struct tfa_client {
+    client_connection connection;
+    tfa_wire_shape shape;
+    tfa_client_info info;
+    client_names *names;
+    uint32_t spin_ns;
+
+    tfa_wire_ask *asks; /* `slots` of them: what request i asked for, at i mod slots */
+    uint64_t first_id;  /* id of request 0 of this connection */
+    uint64_t call_end;  /* requests below this index were calls that gave up: drop their replies */
+    uint64_t lost, lost_end; /* ids lost with earlier connections, not reported yet */
+
+    char *robot, *runtime_dir; /* of the options, for tfa_client_reconnect */
+    tfa_client_options options;
+};
+
+/* ---- connect.c ---- */
+
+/* One attempt to connect, all or nothing. Fills connection, shape, info. */
+int tfa_connection_open(tfa_client *client);
+void tfa_connection_close(client_connection *connection);
+
+/* ---- wait.c ---- */
+
+uint64_t tfa_clock_ns(void);
+
+/* Waits for reply ring.received. @return TFA_OK, TFA_E_TIMEOUT, TFA_E_DISCONNECTED */
+int tfa_connection_wait(tfa_client *client, uint64_t deadline);
+
+/* The socket says that the daemon is gone. A system call: slow path only. */
+bool tfa_connection_hung_up(const client_connection *connection);
+
+#endif

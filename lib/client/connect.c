@@ -1,0 +1,337 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A client's connection: socket, HELLO and WELCOME, descriptors, mappings, names.
+ */
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "client/client.h"
+
+#define NAMES_BYTES_MAX ((uint64_t)1 << 28)
+#define BATCH_MAX (1u << 16)
+
+/* ---- the socket ---- */
+
+/* A daemon holds the lock of this runtime directory: asked without taking it. */
+static bool daemon_lives(const char *runtime_dir)
+{
+    char path[sizeof(((struct sockaddr_un *)0)->sun_path) + sizeof TFA_LOCK_FILE];
+    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    snprintf(path, sizeof path, "%s/" TFA_LOCK_FILE, runtime_dir);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    if (fd < 0)
+        return false;
+    bool held = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+    close(fd);
+    return held;
+}
+
+static int connect_error(const char *runtime_dir)
+{
+    if (errno == ENOENT)
+        return daemon_lives(runtime_dir) ? TFA_E_ROBOT : TFA_E_DISCONNECTED;
+    if (errno == ECONNREFUSED || errno == ENOTDIR)
+        return TFA_E_DISCONNECTED;
+    if (errno == EACCES || errno == EPERM)
+        return TFA_E_REFUSED;
+    return errno == EAGAIN ? TFA_E_TIMEOUT : TFA_E_SYSTEM;
+}
+
+static int open_socket(const tfa_client *client, int *out)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    int length = snprintf(address.sun_path, sizeof address.sun_path, "%s/%s.sock",
+                          client->runtime_dir, client->robot);
+    if (length < 0 || (size_t)length >= sizeof address.sun_path)
+        return TFA_E_ARGUMENT;
+    /* not blocking: a listener whose queue is full must not hold us beyond the timeout */
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd < 0)
+        return TFA_E_SYSTEM;
+    if (connect(fd, (const struct sockaddr *)&address, sizeof address) != 0) {
+        int status = connect_error(client->runtime_dir), saved = errno;
+        close(fd);
+        errno = saved;
+        return status;
+    }
+    *out = fd;
+    return TFA_OK;
+}
+
+static int send_hello(const tfa_client *client, int fd)
+{
+    tfa_hello hello = {.magic = TFA_HELLO_MAGIC,
+                       .abi = TFA_HELLO_ABI,
+                       .slots = client->options.slots,
+                       .max_batch = client->options.max_batch,
+                       .wait = (uint32_t)client->options.wait};
+    memcpy(hello.robot, client->robot, strlen(client->robot));
+    if (send(fd, &hello, sizeof hello, MSG_NOSIGNAL) == (ssize_t)sizeof hello)
+        return TFA_OK;
+    return errno == EPIPE || errno == ECONNRESET ? TFA_E_DISCONNECTED : TFA_E_SYSTEM;
+}
+
+/* Takes the descriptors out of a message. @return how many; those beyond the room are closed by
+ * the kernel */
+static int take_descriptors(struct msghdr *message, int *fds)
+{
+    int count = 0;
+    for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
+        if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_RIGHTS)
+            continue;
+        count = (int)((c->cmsg_len - CMSG_LEN(0)) / sizeof(int));
+        memcpy(fds, CMSG_DATA(c), (size_t)count * sizeof(int));
+    }
+    return count;
+}
+
+static void close_all(const int *fds, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (fds[i] >= 0)
+            close(fds[i]);
+}
+
+static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcome, int *fds)
+{
+    union {
+        char bytes[CMSG_SPACE(sizeof(int) * TFA_WELCOME_DESCRIPTORS)];
+        struct cmsghdr align;
+    } control;
+    struct iovec part = {.iov_base = welcome, .iov_len = sizeof *welcome};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    struct pollfd ready = {.fd = fd, .events = POLLIN};
+    int n;
+    do
+        n = poll(&ready, 1, client->options.connect_timeout_ms);
+    while (n < 0 && errno == EINTR);
+    if (n == 0)
+        return TFA_E_TIMEOUT;
+    ssize_t size = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
+    if (size == 0 || (size < 0 && errno == ECONNRESET))
+        return TFA_E_DISCONNECTED;
+    if (size < 0)
+        return TFA_E_SYSTEM;
+    int count = take_descriptors(&message, fds);
+    welcome->model_hash[sizeof welcome->model_hash - 1] = 0;
+    welcome->text[sizeof welcome->text - 1] = 0;
+    bool whole = (size_t)size == sizeof *welcome && !(message.msg_flags & (MSG_TRUNC | MSG_CTRUNC));
+    int status = TFA_OK;
+    if (!whole || welcome->magic != TFA_HELLO_MAGIC || welcome->abi != TFA_HELLO_ABI)
+        status = TFA_E_PROTOCOL;
+    else if (welcome->status != TFA_OK)
+        status = welcome->status;
+    else if (count != TFA_WELCOME_DESCRIPTORS)
+        status = TFA_E_PROTOCOL;
+    if (status != TFA_OK)
+        close_all(fds, count);
+    return status;
+}
+
+/* ---- what the daemon said, believed only as far as it fits together ---- */
+
+static bool welcome_is_sound(const tfa_welcome *w)
+{
+    if (!tfa_ring_slots_valid(w->layout.slots) || w->shape.max_batch == 0 ||
+        w->shape.max_batch > BATCH_MAX || w->names_bytes > NAMES_BYTES_MAX)
+        return false;
+    tfa_ring_layout ours = tfa_ring_layout_of(&w->shape, w->layout.slots);
+    return memcmp(&ours, &w->layout, sizeof ours) == 0 && w->wait >= TFA_WAIT_SPIN &&
+           w->wait <= TFA_WAIT_BLOCK;
+}
+
+/* A segment that is smaller than it should be would be SIGBUS later: ask now. */
+static void *map(int fd, size_t size, int protection)
+{
+    struct stat info;
+    if (fstat(fd, &info) != 0 || (uint64_t)info.st_size < size)
+        return NULL;
+    void *memory = mmap(NULL, size, protection, MAP_SHARED | MAP_POPULATE, fd, 0);
+    return memory == MAP_FAILED ? NULL : memory;
+}
+
+static int map_all(const tfa_welcome *w, const int *fds, client_connection *c)
+{
+    c->requests = map(fds[TFA_WELCOME_REQUESTS], w->layout.request_bytes, PROT_READ | PROT_WRITE);
+    c->replies = map(fds[TFA_WELCOME_REPLIES], w->layout.reply_bytes, PROT_READ);
+    c->pulse = map(fds[TFA_WELCOME_PULSE], sizeof(tfa_ring_pulse), PROT_READ);
+    c->ring = (tfa_ring_client){.layout = w->layout,
+                                .requests = c->requests,
+                                .replies = c->replies,
+                                .pulse = c->pulse,
+                                .spin = w->wait == TFA_WAIT_SPIN};
+    return c->requests && c->replies && c->pulse ? TFA_OK : TFA_E_MEMORY;
+}
+
+/* ---- names ---- */
+
+static int split_names(client_names *n, uint32_t count, size_t text_bytes)
+{
+    const char *at = n->text, *end = n->text + text_bytes;
+    for (uint32_t i = 0; i < count; i++) {
+        const char *stop = memchr(at, 0, (size_t)(end - at));
+        if (!stop)
+            return TFA_E_PROTOCOL;
+        n->strings[i] = at;
+        at = stop + 1;
+    }
+    return TFA_OK;
+}
+
+static int read_names(const tfa_welcome *w, int fd, client_names **out)
+{
+    const size_t count = (size_t)w->joint_count + w->frame_count;
+    const size_t bytes = (size_t)w->names_bytes;
+    const size_t types = w->joint_count * sizeof(uint32_t);
+    if (bytes < types + count)
+        return TFA_E_PROTOCOL;
+    client_names *n = malloc(sizeof *n + count * sizeof n->strings[0] + bytes);
+    if (!n)
+        return TFA_E_MEMORY;
+    n->older = NULL;
+    n->bytes = bytes;
+    n->types = (uint32_t *)(void *)(n->strings + count);
+    n->text = (char *)n->types + types;
+    memcpy(n->hash, w->model_hash, sizeof n->hash);
+    int status = TFA_E_PROTOCOL;
+    if (pread(fd, n->types, bytes, 0) == (ssize_t)bytes)
+        status = split_names(n, (uint32_t)count, bytes - types);
+    if (status != TFA_OK) {
+        free(n);
+        n = NULL;
+    }
+    *out = n;
+    return status;
+}
+
+/* Same robot as before: the old strings stay in use. */
+static bool same_names(const tfa_client *client, const client_names *n, const tfa_welcome *w)
+{
+    const client_names *old = client->names;
+    return old && old->bytes == n->bytes && client->info.joint_count == w->joint_count &&
+           client->info.frame_count == w->frame_count &&
+           memcmp(old->types, n->types, n->bytes) == 0;
+}
+
+static void keep_names(tfa_client *client, client_names *n, const tfa_welcome *w)
+{
+    if (same_names(client, n, w)) {
+        memcpy(client->names->hash, n->hash, sizeof n->hash);
+        free(n);
+        return;
+    }
+    n->older = client->names;
+    client->names = n;
+}
+
+static void fill_info(tfa_client *client, const tfa_welcome *w)
+{
+    const client_names *n = client->names;
+    client->shape = w->shape;
+    client->info = (tfa_client_info){
+        .q_count = w->shape.q_count,
+        .v_count = w->shape.v_count,
+        .base_freedoms = w->shape.base_freedoms,
+        .slots = w->layout.slots,
+        .max_batch = w->shape.max_batch,
+        .joint_count = w->joint_count,
+        .frame_count = w->frame_count,
+        .joint_names = n->strings,
+        .joint_types = n->types,
+        .frame_names = n->strings + w->joint_count,
+        .model_hash = n->hash,
+        .wait = (tfa_wait)w->wait,
+        .daemon_pid = w->daemon_pid,
+    };
+    client->spin_ns = client->options.spin_ns ? client->options.spin_ns : w->spin_ns;
+}
+
+/* The program's buffers were made for the robot it first met. */
+static bool other_robot(const tfa_client *client, const tfa_welcome *w)
+{
+    return client->names != NULL && (client->shape.q_count != w->shape.q_count ||
+                                     client->shape.v_count != w->shape.v_count ||
+                                     client->shape.base_freedoms != w->shape.base_freedoms);
+}
+
+static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *fds,
+                          client_connection *c)
+{
+    client_names *names;
+    if (!welcome_is_sound(w))
+        return TFA_E_PROTOCOL;
+    if (other_robot(client, w))
+        return TFA_E_SIZE;
+    int status = map_all(w, fds, c);
+    if (status != TFA_OK)
+        return status;
+    status = read_names(w, fds[TFA_WELCOME_NAMES], &names);
+    if (status != TFA_OK)
+        return status;
+    tfa_wire_ask *asks = realloc(client->asks, w->layout.slots * sizeof *asks);
+    if (!asks) {
+        free(names);
+        return TFA_E_MEMORY;
+    }
+    client->asks = asks;
+    keep_names(client, names, w);
+    fill_info(client, w);
+    return TFA_OK;
+}
+
+int tfa_connection_open(tfa_client *client)
+{
+    client_connection c = {.socket = -1, .doorbell = -1};
+    int fds[TFA_WELCOME_DESCRIPTORS];
+    tfa_welcome welcome = {0};
+    int status = open_socket(client, &c.socket);
+    if (status != TFA_OK)
+        return status;
+    status = send_hello(client, c.socket);
+    if (status == TFA_OK)
+        status = receive_welcome(client, c.socket, &welcome, fds);
+    if (status != TFA_OK)
+        goto err_socket;
+    status = accept_welcome(client, &welcome, fds, &c);
+    c.doorbell = fds[TFA_WELCOME_DOORBELL];
+    close_all(fds, TFA_WELCOME_DOORBELL);
+    if (status != TFA_OK)
+        goto err_socket;
+    c.alive = true;
+    client->connection = c;
+    return TFA_OK;
+
+err_socket:;
+    int saved = errno;
+    tfa_connection_close(&c);
+    errno = saved;
+    return status;
+}
+
+void tfa_connection_close(client_connection *c)
+{
+    if (c->requests)
+        munmap(c->requests, c->ring.layout.request_bytes);
+    if (c->replies)
+        munmap((void *)(uintptr_t)c->replies, c->ring.layout.reply_bytes);
+    if (c->pulse)
+        munmap((void *)(uintptr_t)c->pulse, sizeof(tfa_ring_pulse));
+    if (c->doorbell >= 0)
+        close(c->doorbell);
+    if (c->socket >= 0)
+        close(c->socket);
+    *c = (client_connection){.socket = -1, .doorbell = -1};
+}

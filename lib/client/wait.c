@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * How a client waits for a reply: spins, sleeps on the reply's word, and in the slow path asks
+ * whether the daemon is still there.
+ */
+#include <errno.h>
+#include <limits.h>
+#include <linux/futex.h>
+#include <poll.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "client/client.h"
+
+/* Between two looks at the clock (31 ns) while spinning: 64 pauses are about 1 us. */
+#define SPINS_PER_LOOK 64
+/* A worker whose heartbeat stood still for so long may be dead: ask the socket. A running worker
+ * beats every microsecond, but a busy host can take its processor away for milliseconds, and a
+ * large problem computes that long: asking costs one system call, so ask seldom. */
+#define STALE_NS 20000000u
+/* A sleeper wakes so often to see whether the daemon is still there. */
+#define SLEEP_NS 20000000u
+
+uint64_t tfa_clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+bool tfa_connection_hung_up(const client_connection *connection)
+{
+    struct pollfd fd = {.fd = connection->socket, .events = POLLRDHUP};
+    return poll(&fd, 1, 0) > 0 && (fd.revents & (POLLHUP | POLLRDHUP | POLLERR | POLLNVAL)) != 0;
+}
+
+/* Has the worker made progress lately? What a spinning client knows of it. */
+typedef struct watch {
+    uint64_t beat, since;
+} watch;
+
+/* @return the heartbeat stood still for STALE_NS; then it starts anew */
+static bool is_stale(const tfa_ring_pulse *pulse, watch *w, uint64_t now)
+{
+    uint64_t beat = atomic_load_explicit(&pulse->heartbeat, memory_order_relaxed); /* R5 */
+    if (w->since == 0 || beat != w->beat) {
+        *w = (watch){beat, now};
+        return false;
+    }
+    if (now - w->since < STALE_NS)
+        return false;
+    w->since = now;
+    return true;
+}
+
+/* Spins until the reply is there or until `end`. @return TFA_OK, TFA_E_TIMEOUT (end reached) or
+ * TFA_E_DISCONNECTED */
+static int spin(const tfa_client *client, uint64_t end)
+{
+    const client_connection *c = &client->connection;
+    watch w = {0, 0};
+    for (;;) {
+        for (int i = 0; i < SPINS_PER_LOOK; i++) {
+            if (tfa_ring_reply_ready(&c->ring))
+                return TFA_OK;
+            tfa_ring_relax();
+        }
+        const uint64_t now = tfa_clock_ns();
+        if (now >= end)
+            return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_TIMEOUT;
+        if (is_stale(c->ring.pulse, &w, now) && tfa_connection_hung_up(c))
+            return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_DISCONNECTED;
+    }
+}
+
+static void futex_wait(const uint32_t *word, uint32_t value, uint64_t ns)
+{
+    const struct timespec time = {.tv_sec = (time_t)(ns / 1000000000u),
+                                  .tv_nsec = (long)(ns % 1000000000u)};
+    /* woken, timed out, interrupted or changed meanwhile: the caller looks again in any case */
+    (void)syscall(SYS_futex, word, FUTEX_WAIT, value, &time, NULL, 0);
+}
+
+static int sleep_until(const tfa_client *client, uint64_t deadline)
+{
+    const client_connection *c = &client->connection;
+    const tfa_ring_client *ring = &c->ring;
+    int status;
+    for (;;) {
+        const uint64_t seq = tfa_ring_client_lie_down(ring, ring->received);
+        status = TFA_OK;
+        if (seq == ring->received + 1)
+            break;
+        const uint64_t now = tfa_clock_ns();
+        status = TFA_E_TIMEOUT;
+        if (now >= deadline)
+            break;
+        const uint64_t left = deadline - now;
+        futex_wait(tfa_ring_futex_word(tfa_ring_oldest_reply(ring)), (uint32_t)seq,
+                   left < SLEEP_NS ? left : SLEEP_NS);
+        status = TFA_OK;
+        if (tfa_ring_reply_ready(ring))
+            break;
+        status = TFA_E_DISCONNECTED;
+        if (tfa_connection_hung_up(c) && !tfa_ring_reply_ready(ring))
+            break;
+    }
+    tfa_ring_client_get_up(ring);
+    return status;
+}
+
+int tfa_connection_wait(tfa_client *client, uint64_t deadline)
+{
+    if (tfa_ring_reply_ready(&client->connection.ring))
+        return TFA_OK;
+    uint64_t spin_end = UINT64_MAX;
+    if (client->info.wait == TFA_WAIT_HYBRID)
+        spin_end = tfa_clock_ns() + client->spin_ns;
+    else if (client->info.wait == TFA_WAIT_BLOCK)
+        spin_end = 0;
+    if (spin_end != 0) {
+        int status = spin(client, spin_end < deadline ? spin_end : deadline);
+        if (status != TFA_E_TIMEOUT || spin_end >= deadline)
+            return status;
+    }
+    return sleep_until(client, deadline);
+}

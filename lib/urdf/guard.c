@@ -103,7 +103,7 @@ static int digit_value(char c, unsigned base)
     return value < (int)base ? value : -1;
 }
 
-/* Length of the character reference "&#...;" at the guard's position, 0 if it names no character. */
+/* Length of the character reference "&#...;" that stands here, 0 if it names no character. */
 static size_t reference_length(const guard *g)
 {
     const char *p = g->text + g->at;

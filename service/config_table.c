@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Every key of the configuration, once; and the libcyaml schema made of it.
+ */
+#include "config_table.h"
+
+#include "worker.h"
+
+#define AT(type, member) .at = offsetof(type, member)
+#define LIST_AT(type, member)                                                                      \
+    .at = offsetof(type, member), .count_at = offsetof(type, member##_count)
+
+static const char *const base_words[] = {"fixed", "floating", NULL};
+static const char *const estimate_words[] = {"never", "sampled", "always", NULL};
+static const char *const backend_words[] = {"shm", "memfd", NULL};
+/* the index is tfa_wait; nobody configures "default" */
+static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
+static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
+
+/* clang-format off */
+
+static const config_row armature_rows[] = {
+    {"joint", CONFIG_TEXT, AT(config_armature, joint), .required = true,
+     .help = "Name of the joint"},
+    {"value", CONFIG_NUMBER, AT(config_armature, value), .required = true, .low = 0, .high = 1e6,
+     .help = "Reflected rotor inertia, kg m^2 (revolute) or kg (prismatic)"},
+    {0}};
+static config_table armature_table = {armature_rows, .size = sizeof(config_armature)};
+
+static const config_row robot_rows[] = {
+    {"name", CONFIG_TEXT, AT(config_robot, name), .required = true,
+     .help = "What clients ask for; names the socket: letters, digits, '-', '_', '.'"},
+    {"urdf", CONFIG_TEXT, AT(config_robot, urdf), .required = true,
+     .help = "The robot's file; a relative path starts at this configuration file"},
+    {"base", CONFIG_WORD, AT(config_robot, base), .standard = TFA_BASE_FIXED, .words = base_words,
+     .help = "fixed or floating"},
+    {"gravity", CONFIG_LIST, LIST_AT(config_robot, gravity), .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; 0 0 -9.80665 when absent"},
+    {"armature", CONFIG_LIST, LIST_AT(config_robot, armature), .low = 0, .high = 100000,
+     .table = &armature_table, .help = "Rotor inertias by joint; URDF cannot say them"},
+    {"estimate", CONFIG_WORD, AT(config_robot, estimate), .standard = CONFIG_ESTIMATE_SAMPLED,
+     .words = estimate_words,
+     .help = "Error estimate for requests that leave it open: never, sampled, always"},
+    {"estimate_every", CONFIG_COUNT, AT(config_robot, estimate_every), .standard = 100, .low = 1,
+     .high = 1e9, .help = "sampled: one request in so many"},
+    {"wait", CONFIG_WORD, AT(config_robot, wait), .standard = TFA_WAIT_HYBRID, .words = wait_words,
+     .help = "For clients that leave it open: spin, hybrid, block"},
+    {"slots", CONFIG_COUNT, AT(config_robot, slots), .standard = 64, .low = 1,
+     .high = TFA_RING_SLOTS_MAX, .help = "Most requests a client may have outstanding"},
+    {"max_batch", CONFIG_COUNT, AT(config_robot, max_batch), .standard = 64, .low = 1,
+     .high = 65536, .help = "Most states of one request"},
+    {"dds", CONFIG_BOOL, AT(config_robot, dds), .standard = true,
+     .help = "Answer for this robot over DDS, if dds is enabled"},
+    {0}};
+static config_table robot_table = {robot_rows, .size = sizeof(config_robot)};
+
+static const config_row limit_rows[] = {
+    {"clients", CONFIG_COUNT, AT(config_limits, clients), .standard = 64, .low = 1,
+     .high = TFA_WORKER_SEATS - 32, .help = "Most clients at once"},
+    {"clients_per_user", CONFIG_COUNT, AT(config_limits, clients_per_user), .standard = 32,
+     .low = 1, .high = TFA_WORKER_SEATS - 32, .help = "Most clients of one user at once"},
+    {"memory_mib", CONFIG_COUNT, AT(config_limits, memory_mib), .standard = 512, .low = 1,
+     .high = 1048576, .help = "Most shared memory for all clients together, MiB"},
+    {0}};
+static config_table limit_table = {limit_rows, .size = sizeof(config_limits)};
+
+static const config_row realtime_rows[] = {
+    {"priority", CONFIG_COUNT, AT(config_realtime, priority), .standard = 0, .low = 0, .high = 99,
+     .help = "SCHED_FIFO priority of the workers; 0: the ordinary scheduler"},
+    {"affinity", CONFIG_LIST, LIST_AT(config_realtime, affinity), .low = 0, .high = 1024,
+     .entry = CONFIG_COUNT, .help = "Processor of each worker, in order; none: any"},
+    {"mlock", CONFIG_BOOL, AT(config_realtime, mlock), .standard = false,
+     .help = "Lock all memory of the daemon"},
+    {0}};
+static config_table realtime_table = {realtime_rows, .size = sizeof(config_realtime)};
+
+static const config_row dds_rows[] = {
+    {"enabled", CONFIG_BOOL, AT(config_dds, enabled), .standard = false,
+     .help = "Join a DDS domain and answer there, too"},
+    {"domain", CONFIG_COUNT, AT(config_dds, domain), .standard = 0, .low = 0, .high = 230,
+     .help = "DDS domain id"},
+    {0}};
+static config_table dds_table = {dds_rows, .size = sizeof(config_dds)};
+
+static const config_row top_rows[] = {
+    {"runtime_dir", CONFIG_TEXT, AT(config, runtime_dir),
+     .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, /run/totalforce for root, else "
+             "$XDG_RUNTIME_DIR/totalforce"},
+    {"group", CONFIG_TEXT, AT(config, group), .help = "Group that may connect (sockets are 0660)"},
+    {"user", CONFIG_TEXT, AT(config, user),
+     .help = "Started by root: becomes this user when priorities and locks are held"},
+    {"log", CONFIG_WORD, AT(config, log_level), .standard = 2, .words = log_words,
+     .help = "error, warning, info, debug"},
+    {"workers", CONFIG_COUNT, AT(config, workers), .standard = 1, .low = 1, .high = 64,
+     .help = "Threads that answer; a client belongs to one"},
+    {"spin_ns", CONFIG_COUNT, AT(config, spin_ns), .standard = 50000, .low = 0, .high = 1e9,
+     .help = "hybrid: spins so long before it sleeps; longer than the worst computation"},
+    {"allow_spin", CONFIG_BOOL, AT(config, allow_spin), .standard = true,
+     .help = "Clients may ask for spin, which takes the worker's core while they are connected"},
+    {"backend", CONFIG_WORD, AT(config, backend), .standard = CONFIG_BACKEND_SHM,
+     .words = backend_words, .help = "Memory shared with clients: shm or memfd"},
+    {"limits", CONFIG_GROUP, AT(config, limits), .table = &limit_table,
+     .help = "What clients may take"},
+    {"realtime", CONFIG_GROUP, AT(config, realtime), .table = &realtime_table,
+     .help = "Each needs a permission; what could not be had is reported"},
+    {"dds", CONFIG_GROUP, AT(config, dds), .table = &dds_table, .help = "The DDS door"},
+    {"robots", CONFIG_LIST, LIST_AT(config, robots), .required = true, .low = 1, .high = 1000,
+     .table = &robot_table, .help = "The robots that are served"},
+    {0}};
+config_table config_top = {top_rows, .size = sizeof(config)};
+
+/* clang-format on */
+
+_Static_assert(sizeof top_rows / sizeof *top_rows <= CONFIG_ROWS_MAX, "more keys: raise the limit");
+_Static_assert(sizeof robot_rows / sizeof *robot_rows <= CONFIG_ROWS_MAX, "as above");
+
+static void build_words(config_table *t, size_t i, cyaml_schema_value_t *value)
+{
+    uint32_t n = 0;
+    for (uint32_t k = 0; t->rows[i].words[k]; k++) {
+        t->words[i][k] = (cyaml_strval_t){t->rows[i].words[k], (int64_t)k};
+        n++;
+    }
+    value->enumeration.strings = t->words[i];
+    value->enumeration.count = n;
+}
+
+static void build_scalar(config_kind kind, cyaml_schema_value_t *value)
+{
+    static const struct {
+        cyaml_type_e type;
+        uint32_t size;
+    } scalars[] = {
+        [CONFIG_COUNT] = {CYAML_UINT, sizeof(uint32_t)},
+        [CONFIG_BOOL] = {CYAML_BOOL, sizeof(bool)},
+        [CONFIG_NUMBER] = {CYAML_FLOAT, sizeof(double)},
+        [CONFIG_TEXT] = {CYAML_STRING, sizeof(char)},
+        [CONFIG_WORD] = {CYAML_ENUM, sizeof(uint32_t)},
+    };
+    value->type = scalars[kind].type;
+    value->data_size = scalars[kind].size;
+    if (kind == CONFIG_TEXT)
+        value->string.max = UINT32_MAX;
+}
+
+static void build_nested(config_table *t, size_t i, cyaml_schema_value_t *value)
+{
+    const config_row *row = &t->rows[i];
+    if (row->table)
+        config_build(row->table);
+    if (row->kind == CONFIG_GROUP) {
+        value->type = CYAML_MAPPING;
+        value->data_size = row->table->value.data_size;
+        value->mapping.fields = row->table->fields;
+        return;
+    }
+    if (!row->table)
+        build_scalar(row->entry, &t->entries[i]);
+    value->type = CYAML_SEQUENCE;
+    value->data_size = row->table ? row->table->value.data_size : t->entries[i].data_size;
+    value->sequence.entry = row->table ? &row->table->value : &t->entries[i];
+    value->sequence.min = (uint32_t)row->low;
+    value->sequence.max = (uint32_t)row->high;
+}
+
+void config_build(config_table *t)
+{
+    size_t i = 0;
+    for (; t->rows[i].key; i++) {
+        const config_row *row = &t->rows[i];
+        cyaml_schema_field_t *f = &t->fields[i];
+        const uint32_t at = (uint32_t)(i * sizeof(config_raw));
+        *f = (cyaml_schema_field_t){.key = row->key, .data_offset = at};
+        f->count_offset = at + (uint32_t)offsetof(config_raw, count);
+        f->count_size = sizeof(uint64_t);
+        f->value.flags = CYAML_FLAG_POINTER | CYAML_FLAG_STRICT;
+        if (!row->required)
+            f->value.flags |= CYAML_FLAG_OPTIONAL;
+        if (row->kind >= CONFIG_GROUP)
+            build_nested(t, i, &f->value);
+        else
+            build_scalar(row->kind, &f->value);
+        if (row->kind == CONFIG_WORD)
+            build_words(t, i, &f->value);
+    }
+    t->fields[i] = (cyaml_schema_field_t){0};
+    t->value = (cyaml_schema_value_t){.type = CYAML_MAPPING,
+                                      .data_size = (uint32_t)(i * sizeof(config_raw)),
+                                      .mapping.fields = t->fields};
+}

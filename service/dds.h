@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The DDS door of the daemon: the topics of idl/totalforce.idl for all its robots.
+ *
+ * The door is one more client of the worker, through an internal ring for each robot; it knows
+ * nothing of dynamics and shares nothing with the shared-memory clients.
+ *
+ * Order of calls (main.c): tfa_dds_create before the worker raises its priority or pins itself
+ * (Cyclone's threads inherit both); tfa_dds_start when the worker can serve; tfa_dds_stop before
+ * the worker ends. All three from one thread.
+ */
+#ifndef TFA_SERVICE_DDS_H
+#define TFA_SERVICE_DDS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <totalforce/model.h>
+#include <totalforce/status.h>
+
+struct tfa_worker;
+
+typedef struct tfa_dds tfa_dds;
+
+typedef struct tfa_dds_robot {
+    const char *name;       /**< at most 63 bytes; lives as long as the door */
+    const tfa_model *model; /**< for RobotInfo; the worker has its own reference */
+    uint32_t max_batch;     /**< states of one request */
+} tfa_dds_robot;
+
+typedef struct tfa_dds_options {
+    uint32_t domain; /**< DDS domain id, 0..230 */
+    const tfa_dds_robot *robots;
+    uint32_t robot_count;
+    uint32_t slots;    /**< requests under way for each robot, power of two; 0: 64 */
+    uint32_t spin_ns;  /**< how long the receiving thread spins for an answer before it hands the
+                            request over to the dds thread; 0: 50000 */
+    bool no_streaming; /**< leave out joint_torques and joint_accelerations */
+} tfa_dds_options;
+
+/** Counted since the start; read at any time by any thread. */
+typedef struct tfa_dds_counters {
+    uint64_t requests;  /**< samples taken from the request topic */
+    uint64_t torques;   /**< samples taken from the torque topic */
+    uint64_t replies;   /**< replies and accelerations written */
+    uint64_t rejected;  /**< of those: bad input, unknown robot, or no free slot */
+    uint64_t dropped;   /**< of the answers: DDS would not take them */
+    uint64_t handovers; /**< answers that took longer than spin_ns */
+} tfa_dds_counters;
+
+/**
+ * Joins the domain and creates every entity, but nothing answers yet.
+ * @return TFA_OK; TFA_E_ARGUMENT (no robot, a name too long); TFA_E_MEMORY; TFA_E_SYSTEM (the
+ *         domain cannot be joined: see the text of tfa_dds_error). On error *dds is NULL.
+ */
+TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
+
+/** Attaches the internal rings, starts the dds thread, announces the robots, opens the door.
+ *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; what the worker says. */
+TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker);
+
+/** Tells the domain that robot `robot` now has this model (after a swap). Any thread. */
+TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *model);
+
+/** Withdraws the robots, closes the door, joins the thread, leaves the domain, frees. The worker
+ *  must still run. NULL is allowed, and so is a door that was created and never started. */
+void tfa_dds_stop(tfa_dds *dds);
+
+tfa_dds_counters tfa_dds_count(const tfa_dds *dds);
+
+/** Why the last tfa_dds_create failed, in Cyclone's words. Static storage, one thread. */
+const char *tfa_dds_error(void);
+
+#endif

@@ -1,0 +1,275 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The worker's thread: takes requests, solves, answers, waits.
+ */
+#include "worker_internal.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <linux/futex.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "sigbus.h"
+
+/* Requests of one client in one turn: a client with a full ring delays another by at most so many
+ * of its own. */
+#define REQUESTS_PER_TURN 4
+/* Idle cycles between two looks at the clock. */
+#define CYCLES_PER_LOOK 64
+/* A sleeping worker shows a sign of life so often. */
+#define SLEEP_MS 1000
+/* At the end, clients that never stop asking are not waited for. */
+#define DRAIN_CYCLES 4096
+
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+/* ---- life ---- */
+
+static int open_descriptors(tfa_worker *w)
+{
+    struct epoll_event event = {.events = EPOLLIN | EPOLLET};
+    w->epoll = epoll_create1(EPOLL_CLOEXEC);
+    w->kick = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (w->epoll < 0 || w->kick < 0)
+        return TFA_E_SYSTEM;
+    return epoll_ctl(w->epoll, EPOLL_CTL_ADD, w->kick, &event) == 0 ? TFA_OK : TFA_E_SYSTEM;
+}
+
+int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
+{
+    *worker = NULL;
+    tfa_worker *w = aligned_alloc(TFA_WIRE_LINE, sizeof *w);
+    if (!w)
+        return TFA_E_MEMORY;
+    memset(w, 0, sizeof *w);
+    pthread_mutex_init(&w->mutex, NULL);
+    w->epoll = w->kick = -1;
+    w->robot_count = options->robot_count;
+    w->spin_ns = options->spin_ns;
+    w->wait = options->wait == TFA_WAIT_DEFAULT ? TFA_WAIT_HYBRID : options->wait;
+    w->pulse = options->pulse ? options->pulse : &w->own_pulse;
+    w->robots = calloc(options->robot_count, sizeof *w->robots);
+    int status = w->robots ? open_descriptors(w) : TFA_E_MEMORY;
+    if (status != TFA_OK) {
+        tfa_worker_destroy(w);
+        return status;
+    }
+    memcpy(w->robots, options->robots, options->robot_count * sizeof *w->robots);
+    *worker = w;
+    return TFA_OK;
+}
+
+void tfa_worker_destroy(tfa_worker *w)
+{
+    if (!w)
+        return;
+    if (w->epoll >= 0)
+        close(w->epoll);
+    if (w->kick >= 0)
+        close(w->kick);
+    pthread_mutex_destroy(&w->mutex);
+    free(w->robots);
+    free(w);
+}
+
+/* ---- requests ---- */
+
+static void wake_client(const void *reply_slot)
+{
+    (void)syscall(SYS_futex, tfa_ring_futex_word(reply_slot), FUTEX_WAKE, INT_MAX, NULL, NULL, 0);
+}
+
+/* Solves the private copy of a request into a reply slot. @return status of the reply */
+static int answer(const tfa_worker *w, const tfa_seat *seat, void *slot)
+{
+    const tfa_worker_robot *robot = &w->robots[seat->robot];
+    tfa_reply reply = {.status = TFA_OK};
+    tfa_request request;
+    tfa_wire_ask ask;
+    int status = tfa_wire_decode_request(&seat->shape, seat->scratch, &request, &ask, &reply.field);
+    if (status == TFA_OK) {
+        tfa_wire_reply_buffers(&seat->shape, &ask, slot, &reply);
+        status = robot->solve(robot->self, &request, &reply);
+    }
+    reply.status = status;
+    tfa_wire_encode_reply(&reply, ask.want, slot);
+    return status;
+}
+
+static void count(tfa_seat *seat, int status)
+{
+    /* one writer: no read-modify-write needed */
+    uint64_t n = atomic_load_explicit(&seat->count.requests, memory_order_relaxed);
+    atomic_store_explicit(&seat->count.requests, n + 1, memory_order_relaxed);
+    if (tfa_wire_has_answers(status))
+        return;
+    n = atomic_load_explicit(&seat->count.rejected, memory_order_relaxed);
+    atomic_store_explicit(&seat->count.rejected, n + 1, memory_order_relaxed);
+}
+
+/* Answers the next request of a client, which is there. `now`: in, when it was seen and when its
+ * turn came; out, when it was done. @return false: the client's memory is gone */
+static bool serve(const tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
+{
+    tfa_wire_copy_request(&seat->shape, tfa_ring_request(&seat->ring), seat->scratch);
+    if (tfa_sigbus_hit(seat->guard))
+        return false;
+    tfa_wire_reply *line = tfa_ring_reply(&seat->ring);
+    const int status = answer(w, seat, line);
+    line->id = ((const tfa_wire_request *)seat->scratch)->id;
+    line->t_received = seen;
+    line->t_start = *now;
+    line->t_done = *now = clock_ns();
+    count(seat, status);
+    if (tfa_ring_publish(&seat->ring))
+        wake_client(line);
+    return true;
+}
+
+/* No more requests of this client. It may be leaving at the same moment: then it stays so. */
+static void break_seat(tfa_seat *seat)
+{
+    uint32_t sitting = SEAT_SITTING;
+    atomic_compare_exchange_strong_explicit(&seat->state, &sitting, SEAT_BROKEN,
+                                            memory_order_relaxed, memory_order_relaxed);
+}
+
+static uint32_t serve_seat(const tfa_worker *w, tfa_seat *seat)
+{
+    uint64_t seen = 0, now = 0;
+    uint32_t served = 0;
+    tfa_ring_state state;
+    while ((state = tfa_ring_poll(&seat->ring)) == TFA_RING_READY && served < REQUESTS_PER_TURN) {
+        if (served == 0)
+            seen = now = clock_ns();
+        if (!serve(w, seat, seen, &now)) {
+            state = TFA_RING_BROKEN;
+            break;
+        }
+        served++;
+    }
+    if (state == TFA_RING_BROKEN || tfa_sigbus_hit(seat->guard))
+        break_seat(seat);
+    return served;
+}
+
+static void let_go(tfa_seat *seat)
+{
+    uint32_t leaving = SEAT_LEAVING;
+    atomic_compare_exchange_strong_explicit(&seat->state, &leaving, SEAT_LEFT, memory_order_release,
+                                            memory_order_relaxed); /* A8 */
+}
+
+uint32_t tfa_worker_cycle(tfa_worker *w)
+{
+    const uint32_t used = atomic_load_explicit(&w->seats_used, memory_order_acquire); /* R9 */
+    uint32_t served = 0;
+    for (uint32_t i = 0; i < used; i++) {
+        tfa_seat *seat = &w->seats[i];
+        switch (atomic_load_explicit(&seat->state, memory_order_acquire)) { /* R6, R7 */
+        case SEAT_SITTING:
+            served += serve_seat(w, seat);
+            break;
+        case SEAT_LEAVING:
+            let_go(seat);
+            break;
+        default:
+            break;
+        }
+    }
+    atomic_store_explicit(&w->pulse->heartbeat, ++w->beat, memory_order_relaxed); /* A5 */
+    return served;
+}
+
+/* ---- waiting ---- */
+
+/* After A3: is there anything to do after all? What is not a request comes with a kick, which
+ * epoll remembers. */
+static bool has_work(const tfa_worker *w)
+{
+    const uint32_t used = atomic_load_explicit(&w->seats_used, memory_order_acquire); /* R9 */
+    for (uint32_t i = 0; i < used; i++) {
+        const tfa_seat *seat = &w->seats[i];
+        if (atomic_load_explicit(&seat->state, memory_order_acquire) == SEAT_SITTING && /* R6 */
+            tfa_ring_poll_last(&seat->ring) != TFA_RING_EMPTY)
+            return true;
+    }
+    return false;
+}
+
+void tfa_worker_sleep(tfa_worker *w, int timeout_ms)
+{
+    struct epoll_event events[8];
+    atomic_store_explicit(&w->pulse->asleep, 1, memory_order_seq_cst); /* A3 */
+    /* edge triggered: doorbells are never read, so a client cannot make reading them block */
+    if (!has_work(w))
+        (void)epoll_wait(w->epoll, events, 8, timeout_ms);
+    atomic_store_explicit(&w->pulse->asleep, 0, memory_order_relaxed); /* A3 */
+}
+
+/* The most eager wish among the clients; without clients there is nothing to spin for. */
+static tfa_wait mode_of(const tfa_worker *w)
+{
+    uint32_t clients[4];
+    for (int i = 0; i < 4; i++)
+        clients[i] = atomic_load_explicit(&w->modes[i], memory_order_relaxed);
+    if (w->wait == TFA_WAIT_SPIN || clients[TFA_WAIT_SPIN])
+        return TFA_WAIT_SPIN;
+    if (clients[TFA_WAIT_HYBRID])
+        return TFA_WAIT_HYBRID;
+    return TFA_WAIT_BLOCK;
+}
+
+/* Has the worker been idle long enough to sleep? `idle` counts cycles, `since` is the first look
+ * at the clock in this idle time. */
+static bool is_tired(const tfa_worker *w, uint32_t idle, uint64_t *since)
+{
+    switch (mode_of(w)) {
+    case TFA_WAIT_SPIN:
+        return false;
+    case TFA_WAIT_HYBRID:
+        break;
+    default:
+        return true;
+    }
+    if (idle % CYCLES_PER_LOOK != 0)
+        return false;
+    const uint64_t now = clock_ns();
+    if (idle == CYCLES_PER_LOOK)
+        *since = now;
+    return now - *since > w->spin_ns;
+}
+
+void tfa_worker_run(tfa_worker *w)
+{
+    uint32_t idle = 0;
+    uint64_t since = 0;
+    atomic_store_explicit(&w->phase, WORKER_RUNNING, memory_order_release); /* A10 */
+    while (!atomic_load_explicit(&w->stop, memory_order_acquire)) {         /* R11 */
+        if (tfa_worker_cycle(w)) {
+            idle = 0;
+            continue;
+        }
+        tfa_ring_relax();
+        idle = idle == UINT32_MAX ? 2 * CYCLES_PER_LOOK : idle + 1;
+        if (is_tired(w, idle, &since)) {
+            tfa_worker_sleep(w, SLEEP_MS);
+            idle = 0;
+        }
+    }
+    for (uint32_t i = 0; i < DRAIN_CYCLES && tfa_worker_cycle(w); i++)
+        ;
+    atomic_store_explicit(&w->phase, WORKER_ENDED, memory_order_release); /* A10 */
+}

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the two halves of a worker share: worker.c (its thread) and seat.c (everybody else).
+ */
+#ifndef TFA_SERVICE_WORKER_INTERNAL_H
+#define TFA_SERVICE_WORKER_INTERNAL_H
+
+#include "worker.h"
+
+enum seat_state { SEAT_FREE, SEAT_SITTING, SEAT_BROKEN, SEAT_LEAVING, SEAT_LEFT };
+
+enum worker_phase { WORKER_IDLE, WORKER_RUNNING, WORKER_ENDED };
+
+/* Everything but state and counters is written while FREE and constant while SITTING; `ring` then
+ * belongs to the worker. */
+struct tfa_seat {
+    _Alignas(TFA_WIRE_LINE) _Atomic uint32_t state; /* enum seat_state: A6 to A8, R6 to R8 */
+    uint32_t robot;
+    tfa_ring_server ring;
+    tfa_wire_shape shape;
+    void *scratch; /* the private copy of a request */
+    int guard;     /* of sigbus.h */
+    int doorbell;
+    tfa_wait wait;
+    tfa_seat_counters count;
+};
+
+struct tfa_worker {
+    tfa_seat seats[TFA_WORKER_SEATS];
+    _Atomic uint32_t seats_used; /* seats beyond were never taken. A9 release <-> R9 acquire */
+    _Atomic uint32_t modes[4];   /* clients by tfa_wait: relaxed, a late look costs one cycle */
+    _Atomic uint32_t phase;      /* enum worker_phase: A10 release <-> R10 acquire */
+    _Atomic bool stop;           /* A11 release <-> R11 acquire */
+
+    tfa_worker_robot *robots;
+    uint32_t robot_count;
+    uint32_t spin_ns;
+    tfa_wait wait;
+    tfa_ring_pulse *pulse;
+    tfa_ring_pulse own_pulse;
+    uint64_t beat;
+
+    int epoll, kick; /* kick: an eventfd in epoll */
+    pthread_mutex_t mutex;
+};
+
+#endif

@@ -1,0 +1,355 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The DDS door under clients that are wrong, hasty or dead: each request gets a reply that names
+ * its fault, and nobody else notices.
+ */
+#include "dds_client.h"
+#include "dds_convert.h"
+#include "dds_test.h"
+#include "dds_topics.h"
+#include "door_process.h"
+#include "robots.h"
+
+#include <math.h>
+#include <signal.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+
+#define WAIT_NS UINT64_C(10000000000)
+#define JOINTS 7
+
+/* A client that writes whatever it likes. */
+typedef struct raw {
+    dds_entity_t participant, writer, reader, torques, accelerations;
+} raw;
+
+static raw open_raw(void)
+{
+    const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
+    dds_entity_t topics[TFA_DDS_ACCELERATIONS + 1];
+
+    assert_true(p > 0);
+    for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i <= TFA_DDS_ACCELERATIONS; i++)
+        topics[i] = tfa_dds_create_topic(p, i);
+    const raw r = {
+        p,
+        tfa_dds_create_writer(p, topics[TFA_DDS_REQUEST], TFA_DDS_REQUEST, NULL),
+        tfa_dds_create_reader(p, topics[TFA_DDS_REPLY], TFA_DDS_REPLY, NULL),
+        tfa_dds_create_writer(p, topics[TFA_DDS_TORQUES], TFA_DDS_TORQUES, NULL),
+        tfa_dds_create_reader(p, topics[TFA_DDS_ACCELERATIONS], TFA_DDS_ACCELERATIONS, NULL),
+    };
+    assert_true(r.writer > 0 && r.reader > 0 && r.torques > 0 && r.accelerations > 0);
+    return r;
+}
+
+/* Takes from `reader` until a valid sample comes or the time is over. */
+static bool take(dds_entity_t reader, void *out, int timeout_ms)
+{
+    for (int i = 0; i <= timeout_ms; i++) {
+        void *samples[1] = {out};
+        dds_sample_info_t info;
+        if (dds_take(reader, samples, &info, 1, 1) == 1 && info.valid_data)
+            return true;
+        dds_sleepfor(DDS_MSECS(1));
+    }
+    return false;
+}
+
+/* Writes a request and returns the reply to it. */
+static totalforce_dds_Reply *ask(const raw *r, totalforce_dds_Request *request)
+{
+    static uint64_t id = 1000;
+    static totalforce_dds_Reply reply;
+
+    request->id = ++id;
+    assert_int_equal(dds_write(r->writer, request), DDS_RETCODE_OK);
+    do
+        assert_true(take(r->reader, &reply, 10000));
+    while (reply.id != request->id);
+    return &reply;
+}
+
+/* Repeats hellos until one is answered: both sides are matched. */
+static void await_match(const raw *r, const char *robot, int status)
+{
+    totalforce_dds_Request hello = {.op = totalforce_dds_OP_HELLO};
+    static totalforce_dds_Reply reply;
+
+    assert_true(tfa_dds_set_robot(hello.robot, robot));
+    for (int i = 0; i < 200; i++) {
+        assert_int_equal(dds_write(r->writer, &hello), DDS_RETCODE_OK);
+        while (take(r->reader, &reply, 50))
+            if (strcmp(reply.robot, robot) == 0) {
+                assert_int_equal(reply.status, status);
+                return;
+            }
+    }
+    fail_msg("no hello");
+}
+
+static double zeros[JOINTS * TEST_BATCH];
+
+static totalforce_dds_Request good_request(void)
+{
+    totalforce_dds_Request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS,
+        .refine = TFA_REFINE_DEFAULT,
+        .count = 1,
+        .q = {JOINTS, JOINTS, zeros, false},
+    };
+
+    assert_true(tfa_dds_set_robot(request.robot, "arm"));
+    return request;
+}
+
+static void assert_refused(const raw *r, totalforce_dds_Request *request, int status,
+                           tfa_field field, uint32_t index)
+{
+    const totalforce_dds_Reply *reply = ask(r, request);
+
+    assert_int_equal(reply->status, status);
+    assert_int_equal(reply->field, field);
+    assert_int_equal(reply->index, index);
+    assert_int_equal(reply->qdd._length, 0);
+    totalforce_dds_Request good = good_request();
+    reply = ask(r, &good);
+    assert_int_equal(reply->status, TFA_OK);
+    assert_int_equal(reply->qdd._length, JOINTS);
+}
+
+static void wrong_samples_are_refused(void **state)
+{
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const raw r = open_raw();
+    const uint32_t many = 1000000;
+    double *huge = calloc(many, sizeof *huge);
+    totalforce_dds_Request s;
+
+    (void)state;
+    assert_non_null(huge);
+    await_match(&r, "arm", TFA_OK);
+#define REFUSED(change, status, field, index)                                                      \
+    do {                                                                                           \
+        s = good_request();                                                                        \
+        change;                                                                                    \
+        assert_refused(&r, &s, status, field, index);                                              \
+    } while (0)
+    REFUSED(s.q._length = 6, TFA_E_SIZE, TFA_FIELD_Q, 6);
+    REFUSED(s.q._length = 0, TFA_E_ARGUMENT, TFA_FIELD_Q, 0);
+    REFUSED(s.count = 0, TFA_E_SIZE, TFA_FIELD_COUNT, 0);
+    REFUSED(s.count = TEST_BATCH + 1, TFA_E_SIZE, TFA_FIELD_COUNT, TEST_BATCH + 1);
+    REFUSED(s.count = UINT32_MAX, TFA_E_SIZE, TFA_FIELD_COUNT, UINT32_MAX);
+    REFUSED(s.op = 12345, TFA_E_ARGUMENT, TFA_FIELD_OP, 12345);
+    REFUSED(s.method = 4000000000u, TFA_E_METHOD, TFA_FIELD_METHOD, 4000000000u);
+    REFUSED((s.tau = (dds_sequence_double){many, many, huge, false}), TFA_E_SIZE, TFA_FIELD_TAU,
+            many);
+    REFUSED((s.base_pose = (dds_sequence_double){7, 7, zeros, false}), TFA_E_SIZE,
+            TFA_FIELD_BASE_POSE, 7);
+    double nan[JOINTS] = {0, 0, NAN};
+    REFUSED(s.q._buffer = nan, TFA_E_VALUE, TFA_FIELD_Q, 2);
+    uint32_t tips[9] = {0};
+    REFUSED((s.tips = (dds_sequence_unsigned_long){9, 9, tips, false}), TFA_E_SIZE, TFA_FIELD_TIPS,
+            9);
+    tips[1] = 8;
+    REFUSED((s.tips = (dds_sequence_unsigned_long){2, 2, tips, false}), TFA_E_LINK, TFA_FIELD_TIPS,
+            1);
+    REFUSED(assert_true(tfa_dds_set_robot(s.robot, "nobody")), TFA_E_ROBOT, TFA_FIELD_NONE, 0);
+    REFUSED(assert_true(tfa_dds_set_robot(s.robot, "")), TFA_E_ROBOT, TFA_FIELD_NONE, 0);
+#undef REFUSED
+    free(huge);
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+}
+
+/* A bad sample of torques is answered, too, by status and culprit. */
+static void wrong_torques_are_refused(void **state)
+{
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const raw r = open_raw();
+    totalforce_dds_JointTorques s = {.seq = 5, .q = {3, 3, zeros, false}};
+    totalforce_dds_JointAccelerations out = {0};
+    bool answered = false;
+
+    (void)state;
+    assert_true(tfa_dds_set_robot(s.robot, "arm"));
+    for (int i = 0; i < 200 && !answered; i++) { /* until matched: best effort */
+        assert_int_equal(dds_write(r.torques, &s), DDS_RETCODE_OK);
+        answered = take(r.accelerations, &out, 50);
+    }
+    assert_true(answered);
+    assert_int_equal(out.status, TFA_E_SIZE);
+    assert_int_equal(out.field, TFA_FIELD_Q);
+    assert_int_equal(out.index, 3);
+    assert_int_equal(out.seq, 5);
+    assert_int_equal(out.qdd._length, 0);
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+}
+
+/* Two daemons share a domain: the one that does not serve the robot keeps silent. */
+static void only_one_daemon_answers(void **state)
+{
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const raw r = open_raw();
+    const dds_entity_t topic = tfa_dds_create_topic(r.participant, TFA_DDS_ROBOT_INFO);
+    const dds_entity_t other =
+        tfa_dds_create_writer(r.participant, topic, TFA_DDS_ROBOT_INFO, NULL);
+    totalforce_dds_RobotInfo info = {.q_count = 1};
+    totalforce_dds_Request s = good_request();
+    static totalforce_dds_Reply reply;
+
+    (void)state;
+    await_match(&r, "arm", TFA_OK);
+    await_match(&r, "theirs", TFA_E_ROBOT); /* while nobody serves it */
+    assert_true(tfa_dds_set_robot(info.robot, "theirs"));
+    assert_true(tfa_dds_set_robot(s.robot, "theirs"));
+    assert_int_equal(dds_write(other, &info), DDS_RETCODE_OK);
+    assert_int_equal(dds_wait_for_acks(other, DDS_SECS(10)), DDS_RETCODE_OK);
+    while (take(r.reader, &reply, 100))
+        ;
+    assert_int_equal(dds_write(r.writer, &s), DDS_RETCODE_OK);
+    assert_false(take(r.reader, &reply, 300));
+    s = good_request();
+    assert_int_equal(ask(&r, &s)->status, TFA_OK);
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+}
+
+static tfa_dds_client *connect_to_arm(void)
+{
+    const tfa_dds_client_options options = {
+        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 20000};
+    tfa_dds_client *client;
+
+    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
+    return client;
+}
+
+/* Answers that take longer than the receiving thread waits come from the dds thread, in order; more
+ * requests than slots are refused at once, and their refusals overtake. */
+static void slow_answers_come_in_order(void **state)
+{
+    enum { SLOTS = 8, SENT = 12 };
+    const test_daemon_options slow = {.delay_us = 300000, .slots = SLOTS};
+    test_daemon daemon = test_daemon_start(test_domain(), &slow);
+    tfa_dds_client *client = connect_to_arm();
+    const tfa_request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
+    uint64_t ids[SENT];
+    double qdd[JOINTS];
+
+    (void)state;
+    for (int i = 0; i < SENT; i++)
+        assert_int_equal(tfa_dds_client_send(client, &request, &ids[i]), TFA_OK);
+    for (int i = 0; i < SENT; i++) {
+        tfa_reply reply = {.qdd = qdd};
+        tfa_exchange times;
+        const int status = tfa_dds_client_receive(client, &reply, WAIT_NS, &times);
+        assert_int_equal(status, i < SLOTS ? TFA_OK : TFA_E_AGAIN);
+        assert_int_equal(times.id, ids[i]);
+    }
+    tfa_dds_client_close(client);
+    test_daemon_stop(&daemon);
+}
+
+/* Bursts of large replies, 3 kB each: as many as a client may have under way, none is lost. */
+static void bursts_are_not_lost(void **state)
+{
+    static double answer[TEST_BATCH * JOINTS * JOINTS];
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    tfa_dds_client *client = connect_to_arm();
+    const tfa_request request = {
+        .op = TFA_OP_MASS_MATRIX, .refine = TFA_REFINE_DEFAULT, .count = TEST_BATCH, .q = zeros};
+    uint64_t id;
+
+    (void)state;
+    for (int round = 0; round < 20; round++) {
+        for (int i = 0; i < 64; i++)
+            assert_int_equal(tfa_dds_client_send(client, &request, &id), TFA_OK);
+        assert_int_equal(tfa_dds_client_send(client, &request, &id), TFA_E_AGAIN);
+        for (int i = 0; i < 64; i++) {
+            tfa_reply reply = {.mass_matrix = answer};
+            assert_int_equal(tfa_dds_client_receive(client, &reply, WAIT_NS, NULL), TFA_OK);
+        }
+    }
+    tfa_dds_client_close(client);
+    assert_int_equal(test_daemon_stop(&daemon), 0);
+}
+
+/* A call that times out is forgotten; its late reply is not taken for the next one's. */
+static void late_replies_are_dropped(void **state)
+{
+    const test_daemon_options slow = {.delay_us = 100000};
+    test_daemon daemon = test_daemon_start(test_domain(), &slow);
+    tfa_dds_client *client = connect_to_arm();
+    double q[JOINTS] = {0}, first[JOINTS], second[JOINTS];
+    const tfa_request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    tfa_reply reply = {.qdd = first};
+
+    (void)state;
+    assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    q[1] = 1;
+    assert_int_equal(tfa_dds_client_call(client, &request, &reply, 1000000, NULL), TFA_E_TIMEOUT);
+    q[1] = 0;
+    reply.qdd = second;
+    assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    assert_memory_equal(first, second, sizeof first);
+    tfa_dds_client_close(client);
+    test_daemon_stop(&daemon);
+}
+
+/* A client stops in its tracks with replies unacknowledged: the others go on. */
+static void a_stopped_client_holds_nobody_up(void **state)
+{
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const tfa_request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
+    double qdd[JOINTS];
+    int ends[2];
+    char one;
+
+    (void)state;
+    assert_int_equal(pipe(ends), 0);
+    const pid_t child = fork(); /* before this process joins the domain */
+    if (child == 0) {
+        tfa_dds_client *client;
+        const tfa_dds_client_options options = {
+            .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 20000};
+        uint64_t id;
+        if (tfa_dds_client_connect(&options, &client) == TFA_OK &&
+            tfa_dds_client_send(client, &request, &id) == TFA_OK && write(ends[1], "r", 1) == 1)
+            raise(SIGSTOP);
+        _exit(0);
+    }
+    assert_int_equal(read(ends[0], &one, 1), 1);
+    tfa_dds_client *client = connect_to_arm();
+    for (int i = 0; i < 2000; i++) {
+        tfa_reply reply = {.qdd = qdd};
+        assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    }
+    tfa_dds_client_close(client);
+    kill(child, SIGKILL);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+    close(ends[0]);
+    close(ends[1]);
+    assert_int_equal(test_daemon_stop(&daemon), 0);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_stopped_client_holds_nobody_up), /* forks: first */
+        cmocka_unit_test(wrong_samples_are_refused),
+        cmocka_unit_test(wrong_torques_are_refused),
+        cmocka_unit_test(only_one_daemon_answers),
+        cmocka_unit_test(slow_answers_come_in_order),
+        cmocka_unit_test(bursts_are_not_lost),
+        cmocka_unit_test(late_replies_are_dropped),
+    };
+
+    test_daemon_main(argc, argv);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the DDS tests share: a domain of their own on the loopback interface.
+ */
+#ifndef TFA_TESTS_DDS_TEST_H
+#define TFA_TESTS_DDS_TEST_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#define TEST_EMPTY_DOMAIN 225u /* no test serves anything there */
+
+/* A domain id of this process's own, on the loopback interface. A socket in the abstract name space
+ * reserves it while we live, so that tests that run at the same time do not meet. */
+static inline uint32_t test_domain(void)
+{
+    static uint32_t domain;
+
+    if (domain != 0)
+        return domain;
+    setenv("CYCLONEDDS_URI", "file://" TFA_SOURCE_DIR "/config/cyclonedds-loopback.xml", 1);
+    const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    for (uint32_t i = 0; i < 200 && domain == 0; i++) {
+        struct sockaddr_un name = {.sun_family = AF_UNIX};
+        const uint32_t candidate = 20 + ((uint32_t)getpid() + i) % 200;
+        snprintf(name.sun_path + 1, sizeof name.sun_path - 1, "totalforce-test-%u", candidate);
+        if (bind(fd, (struct sockaddr *)&name, sizeof name) == 0)
+            domain = candidate;
+    }
+    assert_int_not_equal(domain, 0);
+    return domain;
+}
+
+/* Pseudo-random numbers in [-1, 1), the same in every run. */
+static inline double test_random(uint64_t *seed)
+{
+    *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (double)(int64_t)*seed * 0x1p-63;
+}
+
+#endif

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The daemon's worker in a thread, solving with tfa_compute.
+ */
+#include "test_worker.h"
+
+#include "worker.h"
+
+#include <pthread.h>
+#include <time.h>
+
+typedef struct solver {
+    tfa_workspace *workspace;
+    uint32_t delay_us;
+} solver;
+
+static solver solvers[TEST_ROBOTS];
+static pthread_t thread;
+
+static int solve(void *self, const tfa_request *request, tfa_reply *reply)
+{
+    const solver *s = self;
+    const struct timespec delay = {.tv_sec = s->delay_us / 1000000,
+                                   .tv_nsec = s->delay_us % 1000000 * 1000};
+
+    if (s->delay_us > 0)
+        clock_nanosleep(CLOCK_MONOTONIC, 0, &delay, NULL);
+    return tfa_compute(s->workspace, request, reply);
+}
+
+static void *run(void *worker)
+{
+    tfa_worker_run(worker);
+    return NULL;
+}
+
+struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint32_t delay_us)
+{
+    tfa_worker_robot served[TEST_ROBOTS];
+    tfa_worker *worker;
+
+    for (uint32_t i = 0; i < TEST_ROBOTS; i++) {
+        const tfa_model *model = robots[i].model;
+        if (tfa_workspace_create(model, NULL, &solvers[i].workspace) != TFA_OK)
+            return NULL;
+        solvers[i].delay_us = delay_us;
+        served[i] = (tfa_worker_robot){
+            .shape = {tfa_model_q_count(model), tfa_model_v_count(model),
+                      tfa_model_base_freedoms(model), TEST_BATCH},
+            .solve = solve,
+            .self = &solvers[i],
+        };
+    }
+    const tfa_worker_options options = {
+        .robots = served, .robot_count = TEST_ROBOTS, .spin_ns = 50000, .wait = TFA_WAIT_HYBRID};
+    if (tfa_worker_create(&options, &worker) != TFA_OK)
+        return NULL;
+    return pthread_create(&thread, NULL, run, worker) == 0 ? worker : NULL;
+}
+
+void test_worker_stop(struct tfa_worker *worker)
+{
+    tfa_worker_stop(worker);
+    pthread_join(thread, NULL);
+    tfa_worker_destroy(worker);
+    for (uint32_t i = 0; i < TEST_ROBOTS; i++)
+        tfa_workspace_free(solvers[i].workspace);
+}

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * tfa_compute allocates nothing: the allocator of this program counts.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "fixture.h"
+
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) ||                         \
+    __has_feature(memory_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
+#endif
+
+static atomic_ulong calls;
+
+#if !defined(SANITIZED) && defined(__GLIBC__)
+#define COUNTING 1
+/* glibc's own entries, so that the counter needs no dlsym (which allocates). */
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t count, size_t size);
+void *__libc_realloc(void *old, size_t size);
+void *__libc_memalign(size_t alignment, size_t size);
+void __libc_free(void *memory);
+
+void *malloc(size_t size)
+{
+    atomic_fetch_add(&calls, 1);
+    return __libc_malloc(size);
+}
+
+void *calloc(size_t count, size_t size)
+{
+    atomic_fetch_add(&calls, 1);
+    return __libc_calloc(count, size);
+}
+
+void *realloc(void *old, size_t size)
+{
+    atomic_fetch_add(&calls, 1);
+    return __libc_realloc(old, size);
+}
+
+void *aligned_alloc(size_t alignment, size_t size)
+{
+    atomic_fetch_add(&calls, 1);
+    return __libc_memalign(alignment, size);
+}
+
+void free(void *memory)
+{
+    atomic_fetch_add(&calls, 1);
+    __libc_free(memory);
+}
+#else
+#define COUNTING 0
+#endif
+
+static void counter_counts(void **state)
+{
+    (void)state;
+    if (!COUNTING)
+        skip();
+    unsigned long before = atomic_load(&calls);
+    void *volatile memory = malloc(100); /* volatile: or the pair is optimised away */
+    free(memory);
+    assert_int_equal(atomic_load(&calls) - before, 2);
+}
+
+/* Every op with every method, a bad request, and a fallback-prone refinement. */
+static void every_request(test_robot *robot)
+{
+    random_states *x = random_states_create(robot->seed, robot->description, robot->o, 2, 2);
+    const size_t n = robot->n;
+    double *numbers = calloc(2 * (2 * (size_t)robot->nv + n * n + 12 + 144) + 1, sizeof *numbers);
+    tfa_spectrum spectrum[2];
+    tfa_answer answers[2];
+    assert_non_null(numbers);
+    tfa_reply reply = {.spectrum = spectrum, .answers = answers, .qdd = numbers};
+    reply.tau = reply.qdd + 2 * (size_t)robot->nv;
+    reply.mass_matrix = reply.tau + 2 * (size_t)robot->nv;
+    reply.base_acceleration = reply.mass_matrix + 2 * n * n;
+    reply.base_wrench = reply.base_acceleration + 12;
+    reply.lambda_inv = reply.base_wrench + 12;
+    tfa_request r = fixture_request(robot, x);
+    r.flags = TFA_WANT_SPECTRUM;
+    r.estimate = TFA_ESTIMATE_ALWAYS;
+    r.tip_count = 2;
+    r.tips[0] = (uint32_t)robot->description->link_count - 1;
+
+    unsigned long before = atomic_load(&calls), answered = 0;
+    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
+        for (int method = -1; method <= TFA_METHOD_PROPAGATION; method++)
+            for (uint32_t refine = 0; refine <= 2; refine++) {
+                r.op = (tfa_op)op;
+                r.method = (tfa_method)method;
+                r.refine = refine;
+                answered += tfa_compute(robot->f64, &r, &reply) == TFA_OK;
+            }
+    unsigned long after = atomic_load(&calls);
+    assert_true(answered >= 3 * 4);
+    assert_int_equal(after - before, 0);
+    free(numbers);
+    random_states_free(x);
+}
+
+static void computing_allocates_nothing(void **state)
+{
+    (void)state;
+    if (!COUNTING)
+        skip();
+    for_every_robot(every_request, false);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(counter_counts),
+        cmocka_unit_test(computing_allocates_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

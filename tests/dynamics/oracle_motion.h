@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the two halves of the oracle share: links in motion, and the dense system.
+ */
+#ifndef TESTS_DYNAMICS_ORACLE_MOTION_H
+#define TESTS_DYNAMICS_ORACLE_MOTION_H
+
+#include "oracle.h"
+#include "quad.h"
+
+/* One freedom: what it adds to the velocity of its child link, world axes, child origin. */
+struct freedom {
+    uint32_t link; /* the child link */
+    vec3 linear, angular, at;
+};
+
+/* One link of the file: pose, velocity and the acceleration it has while all qdd are zero. */
+struct body {
+    int32_t joint;    /* the joint above it, -1: the root */
+    uint32_t freedom; /* first of its joint's freedoms */
+    uint32_t freedoms;
+    uint32_t q; /* first of its joint's coordinates */
+    mat3 R, I;  /* axes; inertia about the centre of mass, world axes */
+    vec3 p, v, w, a, alpha;
+    vec3 com, v_com, a_com;
+};
+
+struct oracle {
+    const tfa_description *description;
+    uint32_t n, base, q_count; /* n: freedoms, the base's included */
+    struct body *body;         /* one for each link */
+    uint32_t *order;           /* links, parents first, in declared order of their joints */
+    struct freedom *freedom;
+    quad *M, *LDL, *h; /* n x n, n x n, n */
+    quad *v;           /* all velocities, base first */
+    vec3 gravity;
+};
+
+/* The joint above a link; NULL for the root. */
+static inline const tfa_joint *joint_above(const oracle *o, const struct body *b)
+{
+    return b->joint < 0 ? NULL : &o->description->joints[b->joint];
+}
+
+/* Poses, velocities, freedoms and velocity-product accelerations of all links, from q, o->v. */
+void oracle_move_links(oracle *o, const double *q, const double *base_pose);
+
+#endif

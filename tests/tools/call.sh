@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+#
+# `totalforce call` gives what `totalforce solve` gives, to the byte, over shared memory and over
+# DDS; it survives the daemon; and `totalforce latency` measures it.
+. "$(dirname "$0")/check.sh"
+
+[ -x "$bin/totalforced" ] || {
+    echo "skipped: $bin/totalforced is not built"
+    exit 77
+}
+run=$work/run
+domain=$((1 + $$ % 200))
+CYCLONEDDS_URI=file://$data/../../../config/cyclonedds-loopback.xml
+export CYCLONEDDS_URI
+daemon=
+trap '[ -z "$daemon" ] || kill -9 $daemon 2>/dev/null; rm -rf "$work"' EXIT
+
+cat >"$work/config.yaml" <<EOF
+runtime_dir: $run
+dds:
+  enabled: true
+  domain: $domain
+robots:
+  - name: arm
+    urdf: $data/arm.urdf
+  - name: floater
+    urdf: $data/arm.urdf
+    base: floating
+  - name: cart
+    urdf: $data/cart.urdf
+EOF
+
+start_daemon() {
+    "$bin/totalforced" --config "$work/config.yaml" >"$work/daemon.log" 2>&1 &
+    daemon=$!
+    tries=0
+    until [ -S "$run/arm.sock" ] && [ -S "$run/cart.sock" ]; do
+        tries=$((tries + 1))
+        if [ $tries -gt 300 ] || ! kill -0 $daemon 2>/dev/null; then
+            fail "the daemon does not start"
+            cat "$work/daemon.log"
+            finish
+        fi
+        sleep 0.1
+    done
+}
+
+stop_daemon() {
+    kill "$1" $daemon
+    wait $daemon 2>/dev/null
+    daemon=
+}
+
+call() {
+    "$tool" call --runtime-dir "$run" --domain $domain "$@" 2>"$work/err"
+}
+
+start_daemon
+
+# every request and every refusal, both ways, against solve
+cat "$data/requests.jsonl" "$data/refused.jsonl" "$data/requests.jsonl" >"$work/lines"
+"$tool" solve "$data/arm.urdf" <"$work/lines" >"$work/solved"
+"$tool" solve --base floating "$data/arm.urdf" <"$data/floating.jsonl" >"$work/floated"
+"$tool" solve "$data/cart.urdf" <"$data/cart.jsonl" >"$work/carted"
+grep -q '"status":"error"' "$work/floated" "$work/carted" && fail "solve refuses a good request"
+for via in shm dds; do
+    call arm --via $via <"$work/lines" >"$work/out" || fail "call --via $via: $(cat "$work/err")"
+    same "$work/out" "$work/solved" "call --via $via differs from solve"
+    call floater --via $via <"$data/floating.jsonl" >"$work/out"
+    same "$work/out" "$work/floated" "call --via $via differs for a floating base"
+    call cart --via $via <"$data/cart.jsonl" >"$work/out"
+    same "$work/out" "$work/carted" "call --via $via differs for joints of many freedoms"
+done
+
+# a robot that nobody serves
+echo '{"id":1,"op":"mass_matrix","q":[0]}' | call nobody >"$work/out"
+[ $? -eq 2 ] || fail "an unknown robot is not a failure"
+says "$work/out" '"code":"E_ROBOT"'
+
+# the daemon is killed between two lines and comes back: one error, then answers again
+mkfifo "$work/in" "$work/pipe"
+"$tool" call arm --runtime-dir "$run" <"$work/in" >"$work/pipe" &
+child=$!
+exec 3>"$work/in" 4<"$work/pipe"
+ask() {
+    echo '{"id":'"$1"',"op":"mass_matrix","q":[0,0,0]}' >&3
+    IFS= read -r reply <&4
+    case $reply in
+        "$2"*) ;;
+        *) fail "want $2, found $reply" ;;
+    esac
+}
+ask 1 '{"id":1,"status":"ok"'
+stop_daemon -KILL
+ask 2 '{"id":2,"status":"error","error":"mass_matrix of robot '\''arm'\'': daemon gone'
+ask 3 '{"id":3,"status":"error","error":"robot '\''arm'\'' over shm: no daemon at'
+start_daemon
+ask 4 '{"id":4,"status":"ok"'
+exec 3>&-
+wait $child || fail "call ends with $? after the daemon was away"
+exec 4<&-
+
+# latency: runs, reports, judges
+latency() {
+    status "$@" --runtime-dir "$run" --domain $domain --count 500 --warmup 50
+}
+latency 0 "$tool" latency arm --via both --urdf "$data/arm.urdf" --csv "$work/csv" \
+    --histogram "$work/hgrm" --json
+says "$work/out" '"loop": "closed"'
+says "$work/out" '"via": "dds"'
+says "$work/out" '"misses": 0'
+[ "$(wc -l <"$work/csv")" -eq 1001 ] || fail "the CSV has not a line for each round trip"
+says "$work/hgrm" '#[Max'
+says "$work/hgrm.dds" '#[Max'
+awk -F, 'NR > 1 && $1 == "shm" && $4 != $5 + $6 + $7 + $8 { bad++ } END { exit bad > 0 }' \
+    "$work/csv" || fail "the parts of a round trip do not add up"
+latency 0 "$tool" latency floater --batch 4 --wait block
+says "$work/out" "and a floating base, batch 4"
+says "$work/out" "p50 per state"
+latency 1 "$tool" latency arm --fail-p99-us 0.001
+says "$work/err" "expectation not met"
+latency 0 "$tool" latency arm --fail-p99-us 1e9 --fail-ratio 1e9
+latency 2 "$tool" latency nobody
+latency 2 "$tool" latency arm --method rnea
+says "$work/err" "unknown method"
+status 2 "$tool" latency arm --csv /nonexistent/x --count 10 --runtime-dir "$run"
+
+stop_daemon -TERM
+latency 2 "$tool" latency arm
+says "$work/err" "no daemon at $run/arm.sock"
+finish

@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * libFuzzer target: any bytes as a line. What is accepted is finite and within the robot's sizes,
+ * what is refused has a sentence, and either reply is JSON.
+ */
+#include "jsonl.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const joints[] = {"hinge", "plane", "free"};
+static const uint32_t types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
+static const char *const links[] = {"base", "tip"};
+static const tfa_client_info robots[] = {
+    {.q_count = 11,
+     .v_count = 10,
+     .joint_count = 3,
+     .frame_count = 2,
+     .joint_names = joints,
+     .joint_types = types,
+     .frame_names = links},
+    {.q_count = 1,
+     .v_count = 1,
+     .base_freedoms = 6,
+     .joint_count = 1,
+     .frame_count = 2,
+     .joint_names = joints,
+     .frame_names = links},
+};
+
+int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
+
+static void require(int condition)
+{
+    if (!condition)
+        abort();
+}
+
+static void check_reply(const char *text)
+{
+    json_t *reply = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+    require(reply && json_is_string(json_object_get(reply, "status")));
+    require(strchr(text, '\n') == text + strlen(text) - 1);
+    json_decref(reply);
+}
+
+static void check_request(const tfa_request *request, const robot_names *names)
+{
+    require(request->count == 1 && request->tip_count <= TFA_MAX_TIPS);
+    require(request->wrench_count <= TFA_MAX_WRENCHES);
+    for (uint32_t i = 0; i < names->q_count; i++)
+        require(isfinite(request->q[i]));
+    for (uint32_t i = 0; i < request->tip_count; i++)
+        require(request->tips[i] < names->frame_count);
+}
+
+static void answer_line(const tfa_client_info *info, const char *line, size_t size)
+{
+    const jsonl_defaults defaults = JSONL_DEFAULTS;
+    robot_names names;
+    jsonl_buffers buffers;
+    json_t *object = NULL;
+    tfa_request request;
+    tfa_reply reply;
+    jsonl_error error = {0};
+    char *text = NULL;
+    size_t length = 0;
+    require(robot_names_from_info(&names, "robot", info) == TFA_OK);
+    require(jsonl_buffers_init(&buffers, &names) == TFA_OK);
+    int status = jsonl_load(line, size, 1, &object, &error);
+    if (status == TFA_OK)
+        status = jsonl_read(object, &names, &defaults, &buffers, &request, &reply, &error);
+    FILE *out = open_memstream(&text, &length);
+    require(out != NULL);
+    if (status == TFA_OK) {
+        check_request(&request, &names);
+        jsonl_print_reply(out, NULL, &names, &request, &reply);
+    } else {
+        require(error.status == status && error.text[0]);
+        jsonl_print_error(out, NULL, &error);
+    }
+    fclose(out);
+    check_reply(text);
+    free(text);
+    json_decref(object);
+    jsonl_buffers_free(&buffers);
+    robot_names_free(&names);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
+{
+    char *line = malloc(size + 1);
+    require(line != NULL);
+    memcpy(line, bytes, size);
+    line[size] = '\0';
+    answer_line(&robots[0], line, size);
+    answer_line(&robots[1], line, size);
+    free(line);
+    return 0;
+}

@@ -1,0 +1,481 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * JSON lines without a solver: what is read into a request, and the exact sentence for each line
+ * that is refused.
+ */
+#include "jsonl.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+static const char *const arm_joints[] = {"pan", "lift", "slide"};
+static const char *const arm_links[] = {"base", "upper", "lower", "tool"};
+static const tfa_client_info arm = {.q_count = 3,
+                                    .v_count = 3,
+                                    .joint_count = 3,
+                                    .frame_count = 4,
+                                    .joint_names = arm_joints,
+                                    .frame_names = arm_links};
+
+/* A floating base that carries a hinge, a planar joint and a floating joint. */
+static const char *const ship_joints[] = {"mast", "deck", "boat"};
+static const uint32_t ship_types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
+static const char *const ship_links[] = {"hull", "sail", "crate", "dinghy"};
+static const tfa_client_info ship = {.q_count = 11,
+                                     .v_count = 10,
+                                     .base_freedoms = 6,
+                                     .joint_count = 3,
+                                     .frame_count = 4,
+                                     .joint_names = ship_joints,
+                                     .joint_types = ship_types,
+                                     .frame_names = ship_links};
+
+/* One line read; everything it points to. */
+typedef struct reading {
+    robot_names names;
+    jsonl_buffers buffers;
+    json_t *object;
+    tfa_request request;
+    tfa_reply reply;
+    jsonl_error error;
+    int status;
+} reading;
+
+static void read_line(reading *r, const tfa_client_info *info, const char *line, size_t length)
+{
+    const jsonl_defaults defaults = JSONL_DEFAULTS;
+    memset(r, 0, sizeof *r);
+    assert_int_equal(robot_names_from_info(&r->names, "robot", info), TFA_OK);
+    assert_int_equal(jsonl_buffers_init(&r->buffers, &r->names), TFA_OK);
+    r->status = jsonl_load(line, length, 1, &r->object, &r->error);
+    if (r->status == TFA_OK)
+        r->status = jsonl_read(r->object, &r->names, &defaults, &r->buffers, &r->request, &r->reply,
+                               &r->error);
+}
+
+static void forget(reading *r)
+{
+    json_decref(r->object);
+    jsonl_buffers_free(&r->buffers);
+    robot_names_free(&r->names);
+}
+
+/* The line is refused with this status and exactly this sentence. */
+static void refuse(const tfa_client_info *info, const char *line, int status, const char *text)
+{
+    reading r;
+    read_line(&r, info, line, strlen(line));
+    if (r.status != status || strcmp(r.error.text, text) != 0)
+        print_error("line  %s\nwant  %s: %s\nfound %s: %s\n", line, tfa_status_name(status), text,
+                    tfa_status_name(r.status), r.error.text);
+    assert_int_equal(r.status, status);
+    assert_string_equal(r.error.text, text);
+    forget(&r);
+}
+
+static void test_not_json(void **state)
+{
+    static const struct {
+        const char *line, *text;
+    } rows[] = {
+        {"", "line 1: empty"},
+        {"  \t", "line 1: empty"},
+        {"hello", "line 1, column 5: invalid token near 'hello'"},
+        {"[1,2]", "line 1: not a JSON object"},
+        {"42", "line 1: not a JSON object"},
+        {"{\"op\":\"mass_matrix\",\"q\":[0,NaN,0]}", "line 1, column 30: invalid token near 'NaN'"},
+        {"{\"q\":[Infinity]}", "line 1, column 14: invalid token near 'Infinity'"},
+        {"{\"q\":[1e999]}", "line 1, column 11: real number overflow near '1e999'"},
+        {"{\"q\":[0],\"q\":[1]}", "line 1, column 12: duplicate object key near '\"q\"'"},
+        {"{\"q\":[0,1", "line 1, column 9: ']' expected near end of file"},
+        {"{} {}", "line 1, column 4: end of file expected near '{'"},
+        {"{\"q\":[0x1p3]}", "line 1, column 8: ']' expected near 'x'"},
+    };
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
+        refuse(&arm, rows[i].line, TFA_E_PARSE, rows[i].text);
+}
+
+static void test_nul_byte(void **state)
+{
+    static const char line[] = "{\"op\":\"mass\0matrix\"}";
+    reading r;
+    (void)state;
+    read_line(&r, &arm, line, sizeof line - 1);
+    assert_int_equal(r.status, TFA_E_PARSE);
+    assert_string_equal(r.error.text, "line 1, column 11: control character 0x0 near '\"mass'");
+    forget(&r);
+}
+
+static void test_deep_nesting(void **state)
+{
+    enum { DEPTH = 1000000 };
+    char *line = malloc(DEPTH);
+    reading r;
+    (void)state;
+    assert_non_null(line);
+    memset(line, '[', DEPTH);
+    read_line(&r, &arm, line, DEPTH - 1);
+    assert_int_equal(r.status, TFA_E_PARSE);
+    assert_string_equal(r.error.text,
+                        "line 1, column 2049: maximum parsing depth reached near '['");
+    forget(&r);
+    free(line);
+}
+
+#define Q "\"q\":[0,0,0]"
+#define FD "\"op\":\"forward_dynamics\""
+#define ID "\"op\":\"inverse_dynamics\""
+#define OI "\"op\":\"operational_inertia\""
+#define MM "\"op\":\"mass_matrix\""
+
+static const struct {
+    const char *line;
+    int status;
+    const char *text;
+} refused_by_an_arm[] = {
+    {"{" MM "}", TFA_E_ARGUMENT, "q: missing; the robot has 3 joints (pan, lift, slide)"},
+    {"{" MM ",\"q\":[0,0]}", TFA_E_SIZE, "q: 2 values, the robot has 3 joints (pan, lift, slide)"},
+    {"{" MM ",\"q\":7}", TFA_E_ARGUMENT,
+     "q: a number, must be an array in joint order or an object {joint: value}"},
+    {"{" MM ",\"q\":[0,\"1\",0]}", TFA_E_ARGUMENT, "q[1] (lift): a string, must be a number"},
+    {"{" MM ",\"q\":[0,0,null]}", TFA_E_ARGUMENT, "q[2] (slide): null, must be a number"},
+    {"{" MM ",\"q\":{\"pan\":1,\"twist\":2}}", TFA_E_JOINT,
+     "q: no moving joint 'twist'; the robot has 3 joints (pan, lift, slide)"},
+    {"{" MM ",\"q\":{\"pan\":[1]}}", TFA_E_ARGUMENT, "q.pan: an array, must be a number"},
+    {"{" FD "," Q ",\"v\":[0]}", TFA_E_SIZE,
+     "v: 1 values, the robot has 3 joints (pan, lift, slide)"},
+    {"{" FD "," Q ",\"torque\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'torque'"},
+    {"{" FD "," Q ",\"count\":2}", TFA_E_ARGUMENT, "unknown key 'count'"},
+    {"{" FD "," Q ",\"locked\":[\"pan\"]}", TFA_E_UNSUPPORTED,
+     "locked: this build cannot lock joints; make them fixed in the URDF"},
+    {"{" ID "," Q ",\"tau\":[0,0,0]}", TFA_E_ARGUMENT, "tau: inverse_dynamics does not use it"},
+    {"{" MM "," Q ",\"wrench\":{}}", TFA_E_ARGUMENT, "wrench: mass_matrix does not use it"},
+    {"{" FD "," Q ",\"base_pose\":[0,0,0,0,0,0,1]}", TFA_E_ARGUMENT,
+     "base_pose: the robot's base is fixed"},
+    {"{" OI "," Q "}", TFA_E_ARGUMENT, "tips: missing; 1 to 8 link names"},
+    {"{" OI "," Q ",\"tips\":[]}", TFA_E_SIZE, "tips: 0 links, must be 1 to 8"},
+    {"{" OI "," Q ",\"tips\":\"tool\"}", TFA_E_ARGUMENT,
+     "tips: a string, must be an array of link names"},
+    {"{" OI "," Q ",\"tips\":[\"tool\",3]}", TFA_E_ARGUMENT,
+     "tips[1]: a number, must be a link name"},
+    {"{" OI "," Q ",\"tips\":[\"tool\",\"hand\"]}", TFA_E_LINK,
+     "tips[1]: no link 'hand' in the robot"},
+    {"{" OI "," Q ",\"tips\":[\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\","
+     "\"tool\",\"tool\"]}",
+     TFA_E_SIZE, "tips: 9 links, must be 1 to 8"},
+    {"{" FD "," Q ",\"wrench\":{\"hand\":[0,0,0,0,0,0]}}", TFA_E_LINK,
+     "wrench: no link 'hand' in the robot"},
+    {"{" FD "," Q ",\"wrench\":{\"tool\":[0,0,0]}}", TFA_E_SIZE,
+     "wrench.tool: 3 values, must be 6"},
+    {"{" FD "," Q ",\"wrench\":{\"tool\":[0,0,0,0,0,true]}}", TFA_E_ARGUMENT,
+     "wrench.tool[5]: a boolean, must be a number"},
+    {"{" FD "," Q ",\"wrench\":[0,0,0,0,0,0]}", TFA_E_ARGUMENT,
+     "wrench: an array, must be an object {link: [fx,fy,fz,tx,ty,tz]}"},
+    {"{" FD "," Q ",\"frame\":\"tool\"}", TFA_E_ARGUMENT,
+     "frame: must be \"world\", \"local\" or \"local_world_aligned\""},
+    {"{" FD "," Q ",\"method\":\"magic\"}", TFA_E_METHOD,
+     "method: no 'magic'; there are auto rnea crba aba tfa tfa-one-sided propagation"},
+    {"{" FD "," Q ",\"method\":3}", TFA_E_ARGUMENT, "method: a number, must be a string"},
+    {"{" FD "," Q ",\"refine\":3}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},
+    {"{" FD "," Q ",\"refine\":1.5}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},
+    {"{" FD "," Q ",\"refine\":-1}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},
+    {"{" FD "," Q ",\"estimate\":\"maybe\"}", TFA_E_ARGUMENT,
+     "estimate: must be \"always\" or \"never\""},
+    {"{" FD "," Q ",\"gravity\":[0,0]}", TFA_E_SIZE, "gravity: 2 values, must be 3"},
+    {"{" FD "," Q ",\"gravity\":-9.81}", TFA_E_ARGUMENT,
+     "gravity: a number, must be an array of 3 numbers"},
+};
+
+static void test_refused_by_an_arm(void **state)
+{
+    static const char ops[] = "forward_dynamics, inverse_dynamics, operational_inertia, "
+                              "mass_matrix";
+    char text[256];
+    (void)state;
+    for (size_t i = 0; i < sizeof refused_by_an_arm / sizeof refused_by_an_arm[0]; i++)
+        refuse(&arm, refused_by_an_arm[i].line, refused_by_an_arm[i].status,
+               refused_by_an_arm[i].text);
+    snprintf(text, sizeof text, "op: missing; one of %s", ops);
+    refuse(&arm, "{" Q "}", TFA_E_ARGUMENT, text);
+    snprintf(text, sizeof text, "op: no 'jump'; one of %s", ops);
+    refuse(&arm, "{\"op\":\"jump\"," Q "}", TFA_E_ARGUMENT, text);
+    snprintf(text, sizeof text, "op: a number, must be one of %s", ops);
+    refuse(&arm, "{\"op\":1," Q "}", TFA_E_ARGUMENT, text);
+}
+
+#define POSE "\"base_pose\":[1,2,3,0,0,0,1]"
+
+static void test_refused_by_a_ship(void **state)
+{
+    (void)state;
+    refuse(&ship, "{" FD ",\"q\":{}}", TFA_E_ARGUMENT,
+           "base_pose: missing; the base floats: [x,y,z,qx,qy,qz,qw]");
+    refuse(&ship, "{" FD ",\"q\":[0]," POSE "}", TFA_E_SIZE,
+           "q: 1 values, the robot has 11 coordinates in 3 joints (mast, deck, boat)");
+    refuse(&ship, "{" FD ",\"q\":{},\"v\":[0]," POSE "}", TFA_E_SIZE,
+           "v: 1 values, the robot has 10 freedoms in 3 joints (mast, deck, boat)");
+    refuse(&ship, "{" FD ",\"q\":{\"boat\":[0,0,0]}," POSE "}", TFA_E_SIZE,
+           "q.boat: 3 values, must be 7");
+    refuse(&ship, "{" FD ",\"q\":{\"deck\":1}," POSE "}", TFA_E_ARGUMENT,
+           "q.deck: a number, must be an array of 3 numbers");
+    refuse(&ship, "{" FD ",\"q\":{},\"base_twist\":[1]," POSE "}", TFA_E_SIZE,
+           "base_twist: 1 values, must be 6");
+}
+
+static void test_long_chain_names_a_few(void **state)
+{
+    enum { N = 100 };
+    static char names[N][16];
+    static const char *pointers[N];
+    (void)state;
+    for (int i = 0; i < N; i++) {
+        snprintf(names[i], sizeof names[i], "j%d", i);
+        pointers[i] = names[i];
+    }
+    const tfa_client_info chain = {
+        .q_count = N, .v_count = N, .joint_count = N, .joint_names = pointers};
+    refuse(&chain, "{" MM ",\"q\":[]}", TFA_E_SIZE,
+           "q: 0 values, the robot has 100 joints (j0, j1, j2, j3, j4, j5, j6, j7, ...)");
+}
+
+static void test_a_full_request(void **state)
+{
+    static const char line[] =
+        "{\"id\":7," FD ",\"q\":[1,-2.5,3e-3],\"v\":{\"slide\":4},\"tau\":[7,8,9],"
+        "\"gravity\":[0,1,2],\"wrench\":{\"tool\":[1,2,3,4,5,6],\"upper\":[6,5,4,3,2,1]},"
+        "\"tips\":[\"tool\",\"lower\"],\"frame\":\"world\",\"method\":\"tfa\",\"refine\":2,"
+        "\"estimate\":\"never\"}";
+    reading r;
+    (void)state;
+    read_line(&r, &arm, line, sizeof line - 1);
+    assert_int_equal(r.status, TFA_OK);
+    const tfa_request *q = &r.request;
+    assert_int_equal(q->op, TFA_OP_FORWARD_DYNAMICS);
+    assert_int_equal(q->method, TFA_METHOD_TFA);
+    assert_int_equal(q->estimate, TFA_ESTIMATE_NEVER);
+    assert_int_equal(q->frame, TFA_FRAME_WORLD);
+    assert_int_equal(q->refine, 2);
+    assert_int_equal(q->count, 1);
+    assert_true(q->flags & TFA_WANT_SPECTRUM);
+    assert_true(q->q[0] == 1 && q->q[1] == -2.5 && q->q[2] == 3e-3);
+    assert_true(q->v[0] == 0 && q->v[1] == 0 && q->v[2] == 4);
+    assert_true(q->tau[0] == 7 && q->tau[2] == 9);
+    assert_true(q->gravity[1] == 1);
+    assert_int_equal(q->wrench_count, 2);
+    assert_int_equal(q->wrench_frames[0], 3);
+    assert_int_equal(q->wrench_frames[1], 1);
+    assert_true(q->wrenches[0] == 1 && q->wrenches[11] == 1);
+    assert_int_equal(q->tip_count, 2);
+    assert_int_equal(q->tips[0], 3);
+    assert_int_equal(q->tips[1], 2);
+    assert_null(q->qdd);
+    assert_null(q->base_pose);
+    assert_non_null(r.reply.qdd);
+    assert_non_null(r.reply.lambda_inv);
+    assert_null(r.reply.base_acceleration);
+    assert_null(r.reply.tau);
+    forget(&r);
+}
+
+static void test_defaults(void **state)
+{
+    static const char line[] = "{" FD "," Q "}";
+    reading r;
+    (void)state;
+    read_line(&r, &arm, line, sizeof line - 1);
+    assert_int_equal(r.status, TFA_OK);
+    assert_int_equal(r.request.method, TFA_METHOD_AUTO);
+    assert_int_equal(r.request.estimate, TFA_ESTIMATE_ALWAYS);
+    assert_int_equal(r.request.refine, TFA_REFINE_DEFAULT);
+    assert_int_equal(r.request.frame, TFA_FRAME_LOCAL_WORLD_ALIGNED);
+    assert_null(r.request.v);
+    assert_null(r.request.tau);
+    assert_null(r.request.gravity);
+    assert_null(r.reply.lambda_inv);
+    forget(&r);
+}
+
+static void test_joints_of_many_freedoms(void **state)
+{
+    static const char line[] = "{" FD ",\"q\":{\"deck\":[1,2,3]},"
+                               "\"v\":{\"boat\":[1,2,3,4,5,6]}," POSE "}";
+    static const double q[] = {0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 1};
+    static const double v[] = {0, 0, 0, 0, 1, 2, 3, 4, 5, 6};
+    reading r;
+    (void)state;
+    read_line(&r, &ship, line, sizeof line - 1);
+    assert_int_equal(r.status, TFA_OK);
+    assert_memory_equal(r.request.q, q, sizeof q);
+    assert_memory_equal(r.request.v, v, sizeof v);
+    assert_true(r.request.base_pose[2] == 3 && r.request.base_pose[6] == 1);
+    assert_non_null(r.reply.base_acceleration);
+    assert_string_equal(robot_names_owner(&r.names, 1, 10)->name, "boat");
+    assert_string_equal(robot_names_owner(&r.names, 0, 3)->name, "deck");
+    assert_null(robot_names_owner(&r.names, 0, 10));
+    forget(&r);
+}
+
+static void test_inconsistent_description(void **state)
+{
+    robot_names names;
+    tfa_client_info wrong = ship;
+    (void)state;
+    wrong.joint_types = NULL;
+    assert_int_equal(robot_names_from_info(&names, "robot", &wrong), TFA_E_PROTOCOL);
+}
+
+/* Every double comes back from its text with the same bits and as a real. */
+static void test_numbers_round_trip(void **state)
+{
+    static const double values[] = {0.0,
+                                    -0.0,
+                                    1.0,
+                                    -3.0,
+                                    0.1,
+                                    1e22,
+                                    1e300,
+                                    5e-324,
+                                    2.5e-9,
+                                    1.0 / 3,
+                                    0x1.fffffffffffffp+1023,
+                                    12345678901234567890.0};
+    (void)state;
+    for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
+        char *text = NULL;
+        size_t size = 0;
+        FILE *out = open_memstream(&text, &size);
+        assert_non_null(out);
+        jsonl_print_number(out, values[i]);
+        fclose(out);
+        json_t *number = json_loads(text, JSON_DECODE_ANY, NULL);
+        assert_true(json_is_real(number));
+        double back = json_real_value(number);
+        assert_memory_equal(&back, &values[i], sizeof back);
+        json_decref(number);
+        free(text);
+    }
+}
+
+static void print_of(const char *text, const char *want)
+{
+    char *printed = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&printed, &size);
+    assert_non_null(out);
+    jsonl_print_string(out, text);
+    fclose(out);
+    assert_string_equal(printed, want);
+    json_t *string = json_loads(printed, JSON_DECODE_ANY, NULL);
+    assert_true(json_is_string(string));
+    json_decref(string);
+    free(printed);
+}
+
+static void test_strings(void **state)
+{
+    (void)state;
+    print_of("plain", "\"plain\"");
+    print_of("a\"b\\c\n\x01", "\"a\\\"b\\\\c\\u000a\\u0001\"");
+    print_of("\xc3\xa9 \xe2\x82\xac \xf0\x9f\xa4\x96",
+             "\"\xc3\xa9 \xe2\x82\xac \xf0\x9f\xa4\x96\"");
+    print_of("\xff", "\"\\ufffd\"");
+    print_of("\xc3", "\"\\ufffd\"");
+    print_of("\xc0\xaf", "\"\\ufffd\\ufffd\"");
+    print_of("\xed\xa0\x80", "\"\\ufffd\\ufffd\\ufffd\"");
+    print_of("\xf4\x90\x80\x80", "\"\\ufffd\\ufffd\\ufffd\\ufffd\"");
+    print_of("\xe2\x82", "\"\\ufffd\\ufffd\"");
+}
+
+/* What a reply with a bad status is about. */
+static void explain(const tfa_client_info *info, const char *line, const tfa_reply *reply,
+                    const char *want)
+{
+    reading r;
+    read_line(&r, info, line, strlen(line));
+    assert_int_equal(r.status, TFA_OK);
+    assert_int_equal(jsonl_explain(&r.names, &r.request, reply, &r.error), reply->status);
+    assert_string_equal(r.error.text, want);
+    forget(&r);
+}
+
+static void test_explanations(void **state)
+{
+    (void)state;
+    explain(&ship, "{" FD ",\"q\":{},\"base_pose\":[0,0,0,0,0,0,2]}",
+            &(tfa_reply){.status = TFA_E_QUATERNION, .field = TFA_FIELD_BASE_POSE, .index = 3},
+            "base_pose: quaternion of norm 2, must be 1 within 1e-3 (order x y z w)");
+    explain(&ship, "{" FD ",\"q\":{\"boat\":[0,0,0,0.3,0.4,0,0]}," POSE "}",
+            &(tfa_reply){.status = TFA_E_QUATERNION, .field = TFA_FIELD_Q, .index = 7},
+            "q[7] (boat): quaternion of norm 0.5, must be 1 within 1e-3 (order x y z w)");
+    explain(&arm, "{" FD "," Q ",\"method\":\"rnea\"}",
+            &(tfa_reply){.status = TFA_E_METHOD, .field = TFA_FIELD_METHOD},
+            "method: rnea does not answer forward_dynamics");
+    explain(&arm, "{" FD "," Q ",\"method\":\"tfa\"}",
+            &(tfa_reply){.status = TFA_E_SINGULAR, .field = TFA_FIELD_BODY, .index = 2},
+            "tfa: body 2: singular inertia: the method needs the inverse of a body's inertia; use "
+            "aba or give the body an inertia");
+    explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_NOT_COMPUTED},
+            "forward_dynamics: answer not finite: the problem is singular at this configuration");
+    explain(&arm, "{" FD "," Q "}",
+            &(tfa_reply){.status = TFA_E_VALUE, .field = TFA_FIELD_Q, .index = 1},
+            "q[1] (lift): 0: not a finite number");
+    explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_DISCONNECTED},
+            "forward_dynamics of robot 'robot': daemon gone: the daemon ended or hung up: "
+            "reconnect and repeat");
+}
+
+static void test_a_reply_line(void **state)
+{
+    static const char line[] = "{\"id\":\"a\"," OI "," Q ",\"tips\":[\"tool\"]}";
+    reading r;
+    char *text = NULL;
+    size_t size = 0;
+    (void)state;
+    read_line(&r, &arm, line, sizeof line - 1);
+    assert_int_equal(r.status, TFA_OK);
+    r.buffers.lambda_inv[1] = 0.5;
+    r.buffers.spectrum = (tfa_spectrum){.rank = 6, .eig_min = 1e-3, .eig_max = 2};
+    r.buffers.answer = (tfa_answer){.method = TFA_METHOD_PROPAGATION,
+                                    .flags = TFA_ANSWER_ESTIMATED | TFA_ANSWER_FALLBACK,
+                                    .error_estimate = 3e-16};
+    FILE *out = open_memstream(&text, &size);
+    assert_non_null(out);
+    jsonl_print_reply(out, json_object_get(r.object, "id"), &r.names, &r.request, &r.reply);
+    fclose(out);
+#define ROW ",[0.0,0.0,0.0,0.0,0.0,0.0]"
+    assert_string_equal(text, "{\"id\":\"a\",\"status\":\"ok\",\"method\":\"propagation\","
+                              "\"lambda_inv\":[[0.0,0.5,0.0,0.0,0.0,0.0]" ROW ROW ROW ROW ROW
+                              "],\"rank\":6,\"eig_min\":0.001,\"eig_max\":2.0,"
+                              "\"error_estimate\":2.9999999999999999e-16,\"fallback\":true}\n");
+    free(text);
+    forget(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_not_json),
+        cmocka_unit_test(test_nul_byte),
+        cmocka_unit_test(test_deep_nesting),
+        cmocka_unit_test(test_refused_by_an_arm),
+        cmocka_unit_test(test_refused_by_a_ship),
+        cmocka_unit_test(test_long_chain_names_a_few),
+        cmocka_unit_test(test_a_full_request),
+        cmocka_unit_test(test_defaults),
+        cmocka_unit_test(test_joints_of_many_freedoms),
+        cmocka_unit_test(test_inconsistent_description),
+        cmocka_unit_test(test_numbers_round_trip),
+        cmocka_unit_test(test_strings),
+        cmocka_unit_test(test_explanations),
+        cmocka_unit_test(test_a_reply_line),
+    };
+    return cmocka_run_group_tests_name("jsonl", tests, NULL, NULL);
+}

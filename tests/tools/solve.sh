@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+#
+# `totalforce solve` end to end on a small arm: every kind of request, every kind of bad line.
+. "$(dirname "$0")/check.sh"
+
+solve() {
+    "$tool" solve "$data/arm.urdf" "$@" 2>"$work/err"
+}
+
+# every request of the list is answered, in order
+solve <"$data/requests.jsonl" >"$work/replies" || fail "solve fails on good requests"
+[ "$(wc -l <"$work/replies")" -eq "$(wc -l <"$data/requests.jsonl")" ] || fail "a reply is missing"
+grep -v '"status":"ok"' "$work/replies" && fail "a good request is refused"
+sed 's/.*"id":\([^,]*\),.*/\1/' "$data/requests.jsonl" | head -17 >"$work/asked"
+sed 's/.*"id":\([^,]*\),.*/\1/' "$work/replies" | head -17 >"$work/answered"
+same "$work/asked" "$work/answered" "replies are out of order"
+says "$work/replies" '{"id":1,"status":"ok","method":"aba","qdd":['
+says "$work/replies" '{"id":3,"status":"ok","method":"crba","qdd":['
+says "$work/replies" '{"id":4,"status":"ok","method":"tfa","qdd":['
+says "$work/replies" '{"id":17,"status":"ok","method":"crba","M":[['
+says "$work/replies" '{"status":"ok","method":"crba","M":[['
+sed -n 1p "$work/replies" | grep -q '"error_estimate":' || fail "no error estimate"
+sed -n 9p "$work/replies" | grep -q '"error_estimate":' && fail "an estimate although never"
+sed -n 12p "$work/replies" | grep -q '"rank":3,"eig_min":' || fail "rank of three joints is not 3"
+sed -n 14p "$work/replies" | grep -q '"rank":0,' || fail "rank of a fixed link is not 0"
+
+# the methods agree
+for line in 3 4; do
+    sed -n 1p "$work/replies" | array qdd >"$work/a"
+    sed -n ${line}p "$work/replies" | array qdd >"$work/b"
+    near "$work/b" "$work/a" 1e-12 "line $line does not agree with aba"
+done
+
+# inverse dynamics of the answer gives the torques back
+qdd=$(sed -n 1p "$work/replies" | sed 's/.*"qdd":\(\[[^]]*\]\).*/\1/')
+echo '{"op":"inverse_dynamics","q":[0.1,-0.4,0.2],"v":[0.5,-1,0.3],"qdd":'"$qdd"'}' |
+    solve | array tau >"$work/a"
+printf '10\n-5\n2\n' >"$work/b"
+near "$work/a" "$work/b" 1e-12 "rnea(aba(tau)) is not tau"
+
+# values by name are the values by order; gravity as an option is gravity in the request
+echo '{"op":"forward_dynamics","q":[0.1,0,0.2],"tau":[0,3,0]}' | solve >"$work/a"
+echo '{"op":"forward_dynamics","tau":{"elbow":3},"q":{"rail":0.2,"shoulder":0.1}}' | solve >"$work/b"
+same "$work/a" "$work/b" "by name differs from by order"
+echo '{"op":"forward_dynamics","q":[1,0,0],"gravity":[1,2,3]}' | solve >"$work/a"
+echo '{"op":"forward_dynamics","q":[1,0,0]}' | solve --gravity 1,2,3 >"$work/b"
+same "$work/a" "$work/b" "--gravity differs from gravity in the request"
+
+# quadruple precision confirms the double answer
+echo '{"op":"forward_dynamics","q":[0.1,-0.4,0.2],"v":[1,1,1]}' >"$work/request"
+solve <"$work/request" | array qdd >"$work/a"
+solve --precision f128 <"$work/request" | array qdd >"$work/b"
+near "$work/a" "$work/b" 1e-13 "f64 and f128 disagree"
+
+# a floating base: it falls, and its joints feel nothing
+echo '{"op":"forward_dynamics","q":[0,0,0],"base_pose":[0,0,0,0,0,0,1]}' |
+    solve --base floating >"$work/out"
+array qdd <"$work/out" >"$work/a"
+printf '0\n0\n0\n' >"$work/b"
+near "$work/a" "$work/b" 1e-12 "joints move in free fall"
+array base_acceleration <"$work/out" >"$work/a"
+printf '0\n0\n-9.80665\n0\n0\n0\n' >"$work/b"
+near "$work/a" "$work/b" 1e-12 "the base does not fall"
+echo '{"id":1,"op":"mass_matrix","q":[0,0,0],"base_pose":[0,0,0,0,0,1,1]}' |
+    solve --base floating >"$work/out"
+says "$work/out" 'base_pose: quaternion of norm 1.41421, must be 1 within 1e-3'
+
+# every bad line gets its own sentence, and the good line after it an answer
+while IFS= read -r line; do
+    printf '%s\n' "$line"
+    echo '{"id":99,"op":"mass_matrix","q":[0,0,0]}'
+done <"$data/refused.jsonl" | solve >"$work/out"
+[ $? -eq 0 ] || fail "bad lines end the program"
+[ "$(grep -c '"id":99,"status":"ok"' "$work/out")" -eq "$(wc -l <"$data/refused.jsonl")" ] ||
+    fail "a good line after a bad one was not answered"
+solve <"$data/refused.jsonl" >"$work/out"
+same "$work/out" "$data/refused.out" "the texts of refusals changed"
+solve --strict <"$data/refused.jsonl" >/dev/null
+[ $? -eq 1 ] || fail "--strict does not tell"
+solve --strict <"$data/requests.jsonl" >/dev/null || fail "--strict refuses good replies"
+
+# half a line at the end, bytes that are no text, a line without end
+printf '{"id":1,"op":"mass_matrix","q":[0,0,0]}\n{"id":2,"op":"mass_ma' | solve >"$work/out"
+[ "$(wc -l <"$work/out")" -eq 2 ] || fail "half a line is not answered"
+says "$work/out" 'line 2, column 21: premature end of input'
+printf '{"id":1,"op":"mass_matrix","q":[0,0,0]}' | solve >"$work/out"
+says "$work/out" '"status":"ok"'
+{
+    head -c 100000 /dev/urandom | tr -d '\n'
+    echo
+    printf '\000\000\n{"id":3,"op":"mass_matrix","q":[0,0,0]}\n'
+} | solve >"$work/out"
+[ "$(wc -l <"$work/out")" -eq 3 ] || fail "binary garbage is not answered line by line"
+says "$work/out" '{"id":3,"status":"ok"'
+{
+    head -c 50000000 /dev/zero | tr '\000' ' '
+    printf '\n{"id":4,"op":"mass_matrix","q":[0,0,0]}\n'
+} | solve >"$work/out"
+says "$work/out" 'line 1: longer than 16777216 bytes'
+says "$work/out" '{"id":4,"status":"ok"'
+
+# replies are not held back: the first is there while the input is still open
+mkfifo "$work/in" "$work/pipe"
+"$tool" solve "$data/arm.urdf" <"$work/in" >"$work/pipe" &
+child=$!
+exec 3>"$work/in" 4<"$work/pipe"
+echo '{"id":1,"op":"mass_matrix","q":[0,0,0]}' >&3
+IFS= read -r reply <&4
+case $reply in
+    '{"id":1,"status":"ok"'*) ;;
+    *) fail "no reply while the input is open: $reply" ;;
+esac
+
+# and when nobody reads them any more, the program ends
+exec 4<&-
+echo '{"id":2,"op":"mass_matrix","q":[0,0,0]}' >&3
+wait $child
+[ $? -eq 2 ] || fail "a reader that went away is not a failure"
+exec 3>&-
+finish

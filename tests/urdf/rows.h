@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The table of URDF snippets and of what the loader must say about each.
+ */
+#ifndef TESTS_URDF_ROWS_H
+#define TESTS_URDF_ROWS_H
+
+#include <totalforce/report.h>
+
+typedef struct urdf_row {
+    const char *name;
+    const char *text;
+    int status;
+    int severity; /* -1: loads without a word; else there is exactly this one message */
+    uint32_t line;
+    const char *code;
+    const char *message;
+} urdf_row;
+
+extern const urdf_row urdf_number_rows[];
+extern const urdf_row urdf_tree_rows[];
+extern const urdf_row urdf_xml_rows[];
+
+/* The first element stands on line 2. */
+#define ROBOT(body) "<robot name=\"r\">\n" body "</robot>\n"
+#define LINK(name) "<link name=\"" name "\"/>\n"
+#define JOINT(name, type, parent, child, rest)                                                     \
+    "<joint name=\"" name "\" type=\"" type "\"><parent link=\"" parent "\"/><child link=\"" child \
+    "\"/>" rest "</joint>\n"
+#define LIMIT "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>"
+#define INERTIA "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>"
+/* A link with an inertial: <origin> on line 3, <mass> on line 4, <inertia> on line 5. */
+#define HEAVY(origin, mass, inertia)                                                               \
+    "<link name=\"arm\"><inertial>\n" origin "\n" mass "\n" inertia "\n</inertial></link>\n"
+#define MASS(text) ROBOT(HEAVY("", "<mass value=\"" text "\"/>", INERTIA))
+#define COM(text) ROBOT(HEAVY("<origin xyz=\"" text "\"/>", "<mass value=\"1\"/>", INERTIA))
+#define IXX(text)                                                                                  \
+    ROBOT(HEAVY("", "<mass value=\"1\"/>",                                                         \
+                "<inertia ixx=\"" text "\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>"))
+#define TWO(type, rest) ROBOT(LINK("a") LINK("b") JOINT("j", type, "a", "b", rest))
+
+#endif

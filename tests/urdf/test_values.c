@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What a good file turns into: every number to the bit, document order, tree, mimics, rotors.
+ */
+#include "comma.h"
+#include "rows.h"
+
+#include <locale.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <totalforce/description.h>
+
+#include <cmocka.h>
+
+static tfa_description *parse(const char *text)
+{
+    tfa_report report = {0};
+    tfa_description *d = NULL;
+    int status = tfa_urdf_parse(text, strlen(text), "f.urdf", NULL, &d, &report);
+    if (status != TFA_OK && report.count > 0)
+        print_error("%s\n", report.messages[0].text);
+    tfa_report_free(&report);
+    assert_int_equal(status, TFA_OK);
+    assert_non_null(d);
+    return d;
+}
+
+/* Equal as bits: tells -0 from 0 and hides no rounding. */
+static void assert_same(double a, double b)
+{
+    if (memcmp(&a, &b, sizeof a) != 0)
+        fail_msg("%a is not %a", a, b);
+}
+
+static void assert_vector(const double *v, double x, double y, double z)
+{
+    assert_same(v[0], x);
+    assert_same(v[1], y);
+    assert_same(v[2], z);
+}
+
+static const char full[] =
+    "<?xml version='1.0'?>\n"
+    "<robot name=\"full\">\n"
+    "<joint name=\"joint_10\" type=\"revolute\"><origin xyz=\"0.1 -0.2 1e-17\" rpy=\"0.3 0.5 "
+    "-0.7\"/>\n"
+    "<parent link=\"z\"/><child link=\"b\"/><axis xyz=\"0 0.6 0.8\"/>\n" LIMIT
+    "<dynamics damping=\"0.7\" friction=\"0.1\"/></joint>\n"
+    "<link name=\"z\"><inertial><origin xyz=\"1.1 2.2 3.3\" rpy=\"0 0 1.5707963267948966\"/>"
+    "<mass value=\"3.0000000000000004\"/><inertia ixx=\"1.01\" ixy=\"0.02\" ixz=\"0.03\" "
+    "iyy=\"1.04\" iyz=\"0.05\" izz=\"1.06\"/></inertial></link>\n"
+    "<link name=\"b\"/>\n"
+    "<joint name=\"joint_2\" type=\"prismatic\"><parent link=\"b\"/><child link=\"a\"/>" LIMIT
+    "<mimic joint=\"joint_10\" multiplier=\"-2.5\" offset=\"0.125\"/></joint>\n"
+    "<link name=\"a\"/><link name=\"c\"/><link name=\"d\"/><link name=\"e\"/>\n"
+    "<joint name=\"joint_1\" type=\"fixed\"><parent link=\"a\"/><child link=\"c\"/></joint>\n"
+    "<joint name=\"p\" type=\"planar\"><parent link=\"a\"/><child link=\"d\"/>"
+    "<axis xyz=\"0 0 -1\"/></joint>\n"
+    "<joint name=\"f\" type=\"floating\"><parent link=\"a\"/><child link=\"e\"/></joint>\n"
+    "</robot>";
+
+static void test_numbers_are_exact(void **state)
+{
+    (void)state;
+    tfa_description *d = parse(full);
+    assert_string_equal(d->name, "full");
+    const tfa_link *z = &d->links[0];
+    assert_same(z->mass, 3.0000000000000004);
+    assert_vector(z->com, 1.1, 2.2, 3.3);
+    const double inertia[6] = {1.01, 0.02, 0.03, 1.04, 0.05, 1.06};
+    assert_memory_equal(z->inertia, inertia, sizeof inertia);
+    assert_true(fabs(z->quat[2] - sqrt(0.5)) < 1e-15 && fabs(z->quat[3] - sqrt(0.5)) < 1e-15);
+    const tfa_joint *j = &d->joints[0];
+    assert_vector(j->xyz, 0.1, -0.2, 1e-17);
+    assert_true(fabs(j->axis[1] - 0.6) < 1e-15 && fabs(j->axis[2] - 0.8) < 1e-15);
+    assert_same(j->damping, 0.7);
+    assert_same(j->armature, 0);
+    tfa_description_free(d);
+}
+
+/* R = Rz(yaw) Ry(pitch) Rx(roll) as a quaternion x y z w. */
+static void test_rpy(void **state)
+{
+    (void)state;
+    tfa_description *d = parse(full);
+    double a = 0.15, b = 0.25, c = -0.35;
+    const double expected[4] = {
+        sin(a) * cos(b) * cos(c) - cos(a) * sin(b) * sin(c),
+        cos(a) * sin(b) * cos(c) + sin(a) * cos(b) * sin(c),
+        cos(a) * cos(b) * sin(c) - sin(a) * sin(b) * cos(c),
+        cos(a) * cos(b) * cos(c) + sin(a) * sin(b) * sin(c),
+    };
+    for (int i = 0; i < 4; i++)
+        assert_true(fabs(d->joints[0].quat[i] - expected[i]) < 1e-15);
+    const double identity[4] = {0, 0, 0, 1};
+    assert_memory_equal(d->joints[1].quat, identity, sizeof identity);
+    assert_memory_equal(d->links[1].quat, identity, sizeof identity);
+    tfa_description_free(d);
+}
+
+static void test_document_order(void **state)
+{
+    (void)state;
+    static const char *const links[] = {"z", "b", "a", "c", "d", "e"};
+    static const char *const joints[] = {"joint_10", "joint_2", "joint_1", "p", "f"};
+    static const tfa_joint_type types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PRISMATIC, TFA_JOINT_FIXED,
+                                           TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
+    static const uint32_t ends[][2] = {{0, 1}, {1, 2}, {2, 3}, {2, 4}, {2, 5}};
+    static const uint32_t lines[] = {3, 8, 10, 11, 12};
+    tfa_description *d = parse(full);
+    assert_int_equal(d->link_count, 6);
+    assert_int_equal(d->joint_count, 5);
+    for (size_t i = 0; i < d->link_count; i++)
+        assert_string_equal(d->links[i].name, links[i]);
+    for (size_t j = 0; j < d->joint_count; j++) {
+        assert_string_equal(d->joints[j].name, joints[j]);
+        assert_int_equal(d->joints[j].type, types[j]);
+        assert_int_equal(d->joints[j].parent, ends[j][0]);
+        assert_int_equal(d->joints[j].child, ends[j][1]);
+        assert_int_equal(d->joints[j].line, lines[j]);
+    }
+    tfa_description_free(d);
+}
+
+static void test_mimic_and_defaults(void **state)
+{
+    (void)state;
+    tfa_description *d = parse(full);
+    assert_int_equal(d->joints[0].mimic, -1);
+    assert_same(d->joints[0].multiplier, 1);
+    assert_same(d->joints[0].offset, 0);
+    assert_int_equal(d->joints[1].mimic, 0);
+    assert_same(d->joints[1].multiplier, -2.5);
+    assert_same(d->joints[1].offset, 0.125);
+    assert_vector(d->joints[1].axis, 1, 0, 0); /* URDF's default */
+    assert_vector(d->joints[3].axis, 0, 0, -1);
+    tfa_description_free(d);
+}
+
+static void test_axis_is_normalised(void **state)
+{
+    (void)state;
+    static const char *const axes[] = {"3 0 4", "1e-200 0 1e-200", "1e300 1e300 1e300",
+                                       "0 0 1.0005", "0.577 0.577 0.577"};
+    for (size_t i = 0; i < sizeof axes / sizeof *axes; i++) {
+        char text[512];
+        snprintf(
+            text, sizeof text,
+            ROBOT(LINK("a") LINK("b") JOINT("j", "continuous", "a", "b", "<axis xyz=\"%s\"/>")),
+            axes[i]);
+        tfa_description *d = parse(text);
+        const double *axis = d->joints[0].axis;
+        double square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
+        assert_true(fabs(square - 1) < 1e-15);
+        tfa_description_free(d);
+    }
+}
+
+static void test_world(void **state)
+{
+    (void)state;
+    tfa_description *d = parse(ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "")
+                                         JOINT("j", "floating", "world", "a", "")));
+    assert_int_equal(d->link_count, 3);
+    assert_string_equal(d->links[0].name, "world");
+    assert_int_equal(d->links[0].line, 0);
+    assert_same(d->links[0].mass, 0);
+    assert_string_equal(d->links[d->joints[1].parent].name, "world");
+    assert_string_equal(d->links[d->joints[1].child].name, "a");
+    assert_string_equal(d->links[d->joints[0].child].name, "b");
+    tfa_description_free(d);
+}
+
+/* armature = rotor inertia times the gear ratio squared, summed over a joint's actuators */
+static void test_rotors(void **state)
+{
+    (void)state;
+    tfa_description *d = parse(ROBOT(
+        LINK("a") LINK("b") LINK("c") JOINT("i", "continuous", "a", "b",
+                                            "<drake:rotor_inertia value=\"0.25\"/>")
+            JOINT("j", "continuous", "b", "c", "") "<transmission><joint name=\"j\"/>"
+                                                   "<actuator name=\"m\">"
+                                                   "<drake:rotor_inertia value=\"0.5\"/>"
+                                                   "<drake:gear_ratio value=\"-4\"/></actuator>"
+                                                   "<actuator name=\"n\">"
+                                                   "<drake:rotor_inertia value=\"1\"/></actuator>"
+                                                   "</transmission>"));
+    assert_same(d->joints[0].armature, 0.25);
+    assert_same(d->joints[1].armature, 9);
+    tfa_description_free(d);
+}
+
+static void test_names_come_out_unchanged(void **state)
+{
+    (void)state;
+    tfa_description *d = parse(ROBOT(LINK("a &lt;&amp;#x41;&quot;'&gt; &#xE9; \xC3\xA9/[] ")));
+    assert_string_equal(d->links[0].name, "a <&#x41;\"'> \xC3\xA9 \xC3\xA9/[] ");
+    tfa_description_free(d);
+}
+
+static void check_decimal_point(void)
+{
+    tfa_description *d = parse(full);
+    assert_same(d->links[0].mass, 3.0000000000000004);
+    assert_vector(d->joints[0].xyz, 0.1, -0.2, 1e-17);
+    tfa_description_free(d);
+    tfa_report report = {0};
+    const char *bad = MASS("1,5");
+    assert_int_equal(tfa_urdf_parse(bad, strlen(bad), NULL, NULL, &d, &report), TFA_E_PARSE);
+    tfa_report_free(&report);
+}
+
+/* A decimal comma in the locale changes neither what is accepted nor what is read. */
+static void test_locale_of_streams(void **state)
+{
+    (void)state;
+    comma_set(true);
+    bool set = comma_is_set();
+    check_decimal_point();
+    comma_set(false);
+    assert_true(set);
+}
+
+static void test_locale_of_c(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
+    const char *set = NULL;
+    for (size_t i = 0; i < sizeof names / sizeof *names && !set; i++)
+        set = setlocale(LC_ALL, names[i]);
+    if (set && localeconv()->decimal_point[0] == ',')
+        check_decimal_point();
+    else
+        print_message("skipped: no locale with a decimal comma is installed\n");
+    bool installed = set != NULL;
+    setlocale(LC_ALL, "C");
+    if (!installed)
+        skip();
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_numbers_are_exact),
+        cmocka_unit_test(test_rpy),
+        cmocka_unit_test(test_document_order),
+        cmocka_unit_test(test_mimic_and_defaults),
+        cmocka_unit_test(test_axis_is_normalised),
+        cmocka_unit_test(test_world),
+        cmocka_unit_test(test_rotors),
+        cmocka_unit_test(test_names_come_out_unchanged),
+        cmocka_unit_test(test_locale_of_streams),
+        cmocka_unit_test(test_locale_of_c),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

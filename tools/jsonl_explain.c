@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Turns a reply with a bad status into a sentence: what is wrong, where, with which value.
+ */
+#include "jsonl.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The numbers of one state that a field stands for; NULL when the field is no array. */
+static const double *field_numbers(const tfa_request *request, tfa_field field)
+{
+    switch (field) {
+    case TFA_FIELD_Q:
+        return request->q;
+    case TFA_FIELD_V:
+        return request->v;
+    case TFA_FIELD_TAU:
+        return request->tau;
+    case TFA_FIELD_QDD:
+        return request->qdd;
+    case TFA_FIELD_BASE_POSE:
+        return request->base_pose;
+    case TFA_FIELD_BASE_TWIST:
+        return request->base_twist;
+    case TFA_FIELD_BASE_WRENCH:
+        return request->base_wrench;
+    case TFA_FIELD_BASE_ACCELERATION:
+        return request->base_acceleration;
+    case TFA_FIELD_GRAVITY:
+        return request->gravity;
+    case TFA_FIELD_WRENCHES:
+        return request->wrenches;
+    default:
+        return NULL;
+    }
+}
+
+static int is_joint_field(tfa_field field)
+{
+    return field == TFA_FIELD_Q || field == TFA_FIELD_V || field == TFA_FIELD_TAU ||
+           field == TFA_FIELD_QDD;
+}
+
+/* "q[3] (elbow)", "base_pose[2]", "wrenches": where the trouble is. */
+static void name_place(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
+                       char *place, size_t size)
+{
+    const char *field = tfa_field_name(reply->field);
+    const robot_joint *joint = NULL;
+    if (is_joint_field(reply->field))
+        joint = robot_names_owner(names, reply->field == TFA_FIELD_Q, reply->index);
+    if (joint)
+        snprintf(place, size, "%s[%u] (%s)", field, reply->index, joint->name);
+    else if (field_numbers(request, reply->field))
+        snprintf(place, size, "%s[%u]", field, reply->index);
+    else
+        snprintf(place, size, "%s", field);
+}
+
+static int explain_quaternion(const robot_names *names, const tfa_request *request,
+                              const tfa_reply *reply, jsonl_error *error)
+{
+    const double *quaternion = NULL;
+    char place[320] = "base_pose";
+    if (reply->field == TFA_FIELD_BASE_POSE && request->base_pose)
+        quaternion = request->base_pose + 3;
+    const robot_joint *joint = robot_names_owner(names, 1, reply->index);
+    if (reply->field == TFA_FIELD_Q && joint && joint->q_count == 7) {
+        quaternion = request->q + joint->q_index + 3;
+        snprintf(place, sizeof place, "q[%u] (%s)", reply->index, joint->name);
+    }
+    if (!quaternion)
+        return jsonl_fail(error, reply->status, "%s: %s", tfa_field_name(reply->field),
+                          tfa_status_text(reply->status));
+    double norm = 0;
+    for (int i = 0; i < 4; i++)
+        norm = hypot(norm, quaternion[i]);
+    return jsonl_fail(error, reply->status,
+                      "%s: quaternion of norm %.6g, must be 1 within 1e-3 (order x y z w)", place,
+                      norm);
+}
+
+/* "body 'forearm'", or its number when a daemon described the robot; "" when it is about none. */
+static void name_body(const robot_names *names, const tfa_reply *reply, char *body, size_t size)
+{
+    if (reply->field != TFA_FIELD_BODY)
+        snprintf(body, size, "%s", "");
+    else if (names->model)
+        snprintf(body, size, "body '%s': ", tfa_model_body_name(names->model, reply->index));
+    else
+        snprintf(body, size, "body %u: ", reply->index);
+}
+
+int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
+                  jsonl_error *error)
+{
+    int status = reply->status;
+    const char *text = tfa_status_text(status), *cause = tfa_status_cause(status);
+    char place[320], body[300];
+    name_place(names, request, reply, place, sizeof place);
+    name_body(names, reply, body, sizeof body);
+    switch (status) {
+    case TFA_E_QUATERNION:
+        return explain_quaternion(names, request, reply, error);
+    case TFA_E_SINGULAR:
+        return jsonl_fail(error, status, "%s: %s%s: %s", tfa_method_name(request->method), body,
+                          text, cause);
+    case TFA_E_METHOD:
+        return jsonl_fail(
+            error, status, "method: %s does not answer %s%s", tfa_method_name(request->method),
+            jsonl_op_name(request->op),
+            request->op == TFA_OP_FORWARD_DYNAMICS && request->tip_count ? " with tips" : "");
+    case TFA_E_NOT_COMPUTED:
+        return jsonl_fail(error, status, "%s: %s%s: %s", jsonl_op_name(request->op), body, text,
+                          cause);
+    default:
+        break;
+    }
+    const double *numbers = field_numbers(request, reply->field);
+    if (status == TFA_E_VALUE && numbers)
+        return jsonl_fail(error, status, "%s: %g: %s", place, numbers[reply->index], text);
+    if (reply->field != TFA_FIELD_NONE)
+        return jsonl_fail(error, status, "%s: %s: %s", place, text, cause);
+    return jsonl_fail(error, status, "%s of robot '%s': %s: %s", jsonl_op_name(request->op),
+                      names->robot, text, cause);
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Reads numbers out of JSON values. Private to the jsonl_*.c files.
+ */
+#ifndef TFA_TOOLS_JSONL_VALUES_H
+#define TFA_TOOLS_JSONL_VALUES_H
+
+#include "jsonl.h"
+
+/** Everything that the function of a key may need. */
+typedef struct jsonl_reader {
+    const robot_names *names;
+    jsonl_buffers *buffers;
+    tfa_request *request;
+    jsonl_error *error;
+    const char *key; /**< for messages: "q", "wrench.tool0", ... */
+} jsonl_reader;
+
+/** "an object", "a string", ...: what a value is, for messages. */
+const char *jsonl_type(const json_t *value);
+
+/** Reads an array of exactly `count` numbers. @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE. */
+int jsonl_numbers(jsonl_reader *r, const json_t *value, size_t count, double *out);
+
+/** Reads q (of_q) or v, tau, qdd: an array in joint order, or {joint: value} where joints left out
+ *  are 0. @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_JOINT. */
+int jsonl_joints(jsonl_reader *r, const json_t *value, int of_q, double *out);
+
+#endif

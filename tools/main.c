@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * `totalforce`: picks the subcommand.
+ */
+#include "commands.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <totalforce/dynamics.h>
+#include <totalforce/version.h>
+
+/* X(name, padding of the list in --help, what it does) */
+#define COMMAND_LIST(X)                                                                            \
+    X(model, "    ", "load a URDF and report what became of it")                                   \
+    X(solve, "    ", "answer JSON lines from standard input, in process")                          \
+    X(call, "     ", "answer the same JSON lines through a running daemon")                        \
+    X(latency, "  ", "measure a running daemon's round trips")
+
+static const struct {
+    const char *name;
+    int (*run)(int argc, char **argv);
+} commands[] = {
+#define COMMAND(name, pad, what) {#name, command_##name},
+    COMMAND_LIST(COMMAND)
+#undef COMMAND
+};
+enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
+
+static const char documentation[] =
+    "Rigid-body dynamics of robots: what a torque does, and what a tip weighs.\v"
+    "Commands:\n"
+#define COMMAND(name, pad, what) "  " #name pad what "\n"
+    COMMAND_LIST(COMMAND)
+#undef COMMAND
+        "\n`totalforce COMMAND --help` tells more. Exit status: 0 good, 1 an expectation was not "
+        "met, "
+        "2 failure, 3 wrong command line.";
+
+/* The word that names the command ends the options of the main program. */
+typedef struct choice {
+    int at; /* its place in argv */
+} choice;
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    choice *chosen = state->input;
+    (void)text;
+    switch (key) {
+    case ARGP_KEY_ARG:
+        chosen->at = state->next - 1;
+        state->next = state->argc;
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_usage(state);
+        return EINVAL;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static void print_version(FILE *out, struct argp_state *state)
+{
+    (void)state;
+    fprintf(out, "totalforce %s (kernels: %s)\n", TFA_VERSION, tfa_isa_name());
+}
+
+static int run(int index, int argc, char **argv)
+{
+    char *name = NULL;
+    if (asprintf(&name, "%s %s", program_invocation_short_name, commands[index].name) < 0)
+        return EXIT_FAILED;
+    argv[0] = name;
+    int status = commands[index].run(argc, argv);
+    free(name);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    static const struct argp argp = {
+        .parser = parse, .args_doc = "COMMAND [OPTION...]", .doc = documentation};
+    choice chosen = {0};
+    argp_err_exit_status = EXIT_USAGE;
+    argp_program_version_hook = print_version;
+    /* a reader that goes away is an error of fflush, not the end of the program */
+    signal(SIGPIPE, SIG_IGN);
+    error_t error = argp_parse(&argp, argc, argv, ARGP_IN_ORDER, NULL, &chosen);
+    if (error) {
+        fprintf(stderr, "totalforce: %s\n", strerror(error));
+        return EXIT_USAGE;
+    }
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        if (strcmp(commands[i].name, argv[chosen.at]) == 0)
+            return run(i, argc - chosen.at, argv + chosen.at);
+    fprintf(stderr, "totalforce: no command '%s'; `totalforce --help` lists them\n",
+            argv[chosen.at]);
+    return EXIT_USAGE;
+}

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Option values and loading, shared by the subcommands.
+ */
+#include "commands.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+uint64_t option_unsigned(struct argp_state *state, const char *name, const char *text,
+                         uint64_t lowest, uint64_t highest)
+{
+    char *end = NULL;
+    errno = 0;
+    unsigned long long value = strtoull(text, &end, 10);
+    if (errno || end == text || *end || text[0] == '-' || value < lowest || value > highest)
+        argp_error(state, "--%s: '%s' is not a whole number from %llu to %llu", name, text,
+                   (unsigned long long)lowest, (unsigned long long)highest);
+    return value;
+}
+
+double option_double(struct argp_state *state, const char *name, const char *text)
+{
+    char *end = NULL;
+    double value = strtod(text, &end);
+    if (end == text || *end || !isfinite(value))
+        argp_error(state, "--%s: '%s' is not a finite number", name, text);
+    return value;
+}
+
+void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3])
+{
+    const char *at = text;
+    for (int i = 0; i < 3; i++) {
+        char *end = NULL;
+        out[i] = strtod(at, &end);
+        if (end == at || !isfinite(out[i]) || *end != (i < 2 ? ',' : '\0'))
+            argp_error(state, "--%s: '%s' is not three finite numbers x,y,z", name, text);
+        at = end + 1;
+    }
+}
+
+int option_word(struct argp_state *state, const char *name, const char *text,
+                const char *const *words, int count)
+{
+    for (int i = 0; i < count; i++)
+        if (strcmp(words[i], text) == 0)
+            return i;
+    char list[256] = "";
+    for (int i = 0; i < count; i++) {
+        size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", words[i]);
+    }
+    argp_error(state, "--%s: no '%s'; there are %s", name, text, list);
+    return 0;
+}
+
+tfa_base option_base(struct argp_state *state, const char *text)
+{
+    static const char *const words[] = {"fixed", "floating"};
+    return (tfa_base)option_word(state, "base", text, words, 2);
+}
+
+tfa_wait option_wait(struct argp_state *state, const char *text)
+{
+    static const char *const words[] = {"default", "spin", "hybrid", "block"};
+    return (tfa_wait)option_word(state, "wait", text, words, 4);
+}
+
+void option_argument(struct argp_state *state, const char **slot, const char *text)
+{
+    if (*slot)
+        argp_error(state, "one argument too many: '%s'", text);
+    *slot = text;
+}
+
+static void print_report(const tfa_report *report, tfa_severity lowest)
+{
+    for (size_t i = 0; i < report->count; i++) {
+        if (report->messages[i].severity < lowest)
+            continue;
+        size_t size = tfa_report_format(report, i, NULL, 0) + 1;
+        char *text = malloc(size);
+        if (!text)
+            continue;
+        tfa_report_format(report, i, text, size);
+        fprintf(stderr, "%s\n", text);
+        free(text);
+    }
+}
+
+tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
+                      tfa_report *report)
+{
+    tfa_model *model = NULL;
+    errno = 0;
+    int status = tfa_model_load(path, options, report, &model);
+    int saved = errno;
+    print_report(report, lowest);
+    if (status == TFA_OK)
+        return model;
+    if (status == TFA_E_FILE && saved && report->errors == 0)
+        fprintf(stderr, "%s: error: %s\n", path, strerror(saved));
+    else if (report->errors == 0)
+        fprintf(stderr, "%s: error: %s: %s\n", path, tfa_status_text(status),
+                tfa_status_cause(status));
+    return NULL;
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The floor under every shared-memory round trip: one cache line each way between two processes.
+ */
+#ifndef TFA_TOOLS_PINGPONG_H
+#define TFA_TOOLS_PINGPONG_H
+
+#include "histogram.h"
+
+#include <sched.h>
+#include <stdint.h>
+#include <totalforce/status.h>
+
+/**
+ * Bounces a number between this process and a child, both spinning, and times every round trip.
+ * @param count   round trips measured, after `warmup` that are not
+ * @param others  processors for the child; NULL: wherever this process may run
+ * @param[out] h  round-trip times in ns, the cost of reading the clock (twice) included as it is in
+ *                every other figure of `totalforce latency`
+ * @return TFA_OK; TFA_E_SYSTEM (no memory, no process; errno); TFA_E_TIMEOUT (the two did not get
+ *         a processor each: nothing came back within a second).
+ */
+TFA_CHECKED int pingpong_run(uint64_t count, uint64_t warmup, const cpu_set_t *others,
+                             histogram *h);
+
+/** CLOCK_MONOTONIC in ns. */
+uint64_t clock_ns(void);
+
+#endif

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * `totalforce solve`: answers JSON lines in process.
+ */
+#include "commands.h"
+#include "jsonl_options.h"
+#include "jsonl_serve.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <totalforce/totalforce.h>
+#include <unistd.h>
+
+typedef struct solve_options {
+    const char *file;
+    tfa_model_options model;
+    tfa_workspace_options workspace;
+    double gravity[3];
+    jsonl_options lines;
+    int mimic; /* index in mimic_words */
+} solve_options;
+
+enum { KEY_BASE = 256, KEY_PRECISION, KEY_GRAVITY, KEY_MIMIC };
+
+static const char *const mimic_words[] = {"free", "project", "lock"};
+
+static const struct argp_option option_table[] = {
+    {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "The root link (fixed)"},
+    {.name = "precision", .key = KEY_PRECISION, .arg = "f64|f128", .doc = "Arithmetic (f64)"},
+    {.name = "gravity",
+     .key = KEY_GRAVITY,
+     .arg = "X,Y,Z",
+     .doc = "Gravity in the world, m/s^2 (0,0,-9.80665)"},
+    {.name = "mimic", .key = KEY_MIMIC, .arg = "free", .doc = "Mimic joints move freely (free)"},
+    {0}};
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    static const char *const precisions[] = {"f64", "f128"};
+    solve_options *options = state->input;
+    switch (key) {
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &options->lines;
+        return 0;
+    case KEY_BASE:
+        options->model.base = option_base(state, text);
+        return 0;
+    case KEY_PRECISION:
+        options->workspace.precision =
+            (tfa_precision)option_word(state, "precision", text, precisions, 2);
+        return 0;
+    case KEY_GRAVITY:
+        option_vector3(state, "gravity", text, options->gravity);
+        options->model.gravity = options->gravity;
+        return 0;
+    case KEY_MIMIC:
+        options->mimic = option_word(state, "mimic", text, mimic_words, 3);
+        return 0;
+    case ARGP_KEY_ARG:
+        option_argument(state, &options->file, text);
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_error(state, "which URDF file?");
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+/* The library, as one who answers. */
+typedef struct solver {
+    robot_names names;
+    tfa_workspace *workspace;
+} solver;
+
+static int prepare(void *self, const robot_names **names, jsonl_error *error)
+{
+    (void)error;
+    *names = &((solver *)self)->names;
+    return TFA_OK;
+}
+
+static int answer(void *self, const tfa_request *request, tfa_reply *reply)
+{
+    return tfa_compute(((solver *)self)->workspace, request, reply);
+}
+
+static int solve_lines(const solve_options *options, const tfa_model *model)
+{
+    solver self = {0};
+    int result = EXIT_FAILED;
+    int status = robot_names_from_model(&self.names, model);
+    if (status == TFA_OK)
+        status = tfa_workspace_create(model, &options->workspace, &self.workspace);
+    if (status != TFA_OK)
+        fprintf(stderr, "totalforce solve: %s: %s: %s\n", options->file, tfa_status_text(status),
+                tfa_status_cause(status));
+    else
+        result = jsonl_run("totalforce solve", &options->lines,
+                           &(jsonl_peer){.self = &self, .prepare = prepare, .answer = answer});
+    tfa_workspace_free(self.workspace);
+    robot_names_free(&self.names);
+    return result;
+}
+
+int command_solve(int argc, char **argv)
+{
+    static const struct argp_child children[] = {{.argp = &jsonl_argp}, {0}};
+    static const struct argp argp = {
+        .options = option_table,
+        .parser = parse,
+        .args_doc = "FILE.urdf",
+        .doc = "Answers JSON lines from standard input, one reply a line, in order.\v" JSONL_HELP,
+        .children = children};
+    solve_options options = {.lines = JSONL_OPTIONS_DEFAULT};
+    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
+    if (error) {
+        fprintf(stderr, "totalforce solve: %s\n", strerror(error));
+        return EXIT_USAGE;
+    }
+    if (options.mimic) {
+        fprintf(stderr,
+                "totalforce solve: --mimic %s: %s: this build makes mimic joints ordinary joints "
+                "(--mimic free) [%s]\n",
+                mimic_words[options.mimic], tfa_status_text(TFA_E_UNSUPPORTED),
+                tfa_status_name(TFA_E_UNSUPPORTED));
+        return EXIT_FAILED;
+    }
+    tfa_report report = {0};
+    tfa_model *model = load_model(options.file, &options.model, TFA_WARNING, &report);
+    int result = model ? solve_lines(&options, model) : EXIT_FAILED;
+    tfa_model_free(model);
+    tfa_report_free(&report);
+    return result;
+}

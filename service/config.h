@@ -40,6 +40,7 @@ typedef struct config_robot {
     uint32_t estimate_every;
     uint32_t wait; /* tfa_wait: what clients get that ask for nothing */
     uint32_t slots, max_batch;
+    bool rotor_inertia;
     bool dds;
 } config_robot;
 

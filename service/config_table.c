@@ -39,6 +39,8 @@ static const config_row robot_rows[] = {
      .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; 0 0 -9.80665 when absent"},
     {"armature", CONFIG_LIST, LIST_AT(config_robot, armature), .low = 0, .high = 100000,
      .table = &armature_table, .help = "Rotor inertias by joint; URDF cannot say them"},
+    {"rotor_inertia", CONFIG_BOOL, AT(config_robot, rotor_inertia), .standard = false,
+     .help = "Apply drake:rotor_inertia of the file"},
     {"estimate", CONFIG_WORD, AT(config_robot, estimate), .standard = CONFIG_ESTIMATE_SAMPLED,
      .words = estimate_words,
      .help = "Error estimate for requests that leave it open: never, sampled, always"},

@@ -10,7 +10,7 @@
 #include <string.h>
 #include <time.h>
 
-#define DEFAULT_SLOTS 64
+#define DEFAULT_SLOTS 16
 #define DEFAULT_SPIN_NS 50000
 
 #define STOP_NS 500000000 /* what the worker has not answered by then, it will not answer */
@@ -65,6 +65,7 @@ static int make_robots(tfa_dds *door, const tfa_dds_options *options)
                      totalforce_dds_ROBOT_NAME_MAX);
             return TFA_E_ARGUMENT;
         }
+        robot->index = i;
         robot->shape.max_batch = from->max_batch > 0 ? from->max_batch : 1;
         adopt_model(robot, from->model);
         robot->pending = calloc(door->slots, sizeof *robot->pending);
@@ -168,7 +169,7 @@ int tfa_dds_start(tfa_dds *door, struct tfa_worker *worker)
 {
     for (uint32_t i = 0; i < door->robot_count; i++) {
         dds_robot *robot = &door->robots[i];
-        const int status = tfa_dds_ring_open(worker, robot, i, door->slots, &robot->ring);
+        const int status = tfa_dds_ring_open(worker, robot, door->slots, &robot->ring);
         if (status != TFA_OK)
             return status;
     }

@@ -29,10 +29,10 @@ typedef struct tfa_dds_robot {
 } tfa_dds_robot;
 
 typedef struct tfa_dds_options {
-    uint32_t domain; /**< DDS domain id, 0..230 */
-    const tfa_dds_robot *robots;
+    uint32_t domain;             /**< DDS domain id, 0..230 */
+    const tfa_dds_robot *robots; /**< the first robots of the worker, in its order */
     uint32_t robot_count;
-    uint32_t slots;    /**< requests under way for each robot, power of two; 0: 64 */
+    uint32_t slots;    /**< requests under way for each robot, power of two; 0: 16 */
     uint32_t spin_ns;  /**< how long the receiving thread spins for an answer before it hands the
                             request over to the dds thread; 0: 50000 */
     bool no_streaming; /**< leave out joint_torques and joint_accelerations */

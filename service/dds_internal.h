@@ -33,6 +33,7 @@ typedef struct dds_pending {
 typedef struct dds_robot {
     char name[totalforce_dds_ROBOT_NAME_MAX + 1];
     const tfa_model *model;
+    uint32_t index; /* in the worker */
     tfa_dds_shape shape;
     totalforce_dds_Hash hash;
     struct tfa_dds_ring *ring;
@@ -98,9 +99,9 @@ typedef struct dds_ring_answer {
     int64_t t_start, t_done;
 } dds_ring_answer;
 
-/* Attaches to the worker as a client of robot `robot`. */
-int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t index,
-                      uint32_t slots, struct tfa_dds_ring **ring);
+/* Attaches to the worker as a client of `robot`. */
+int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t slots,
+                      struct tfa_dds_ring **ring);
 void tfa_dds_ring_close(struct tfa_dds_ring *ring);
 
 /* Copies a request into the ring. @return TFA_OK, TFA_E_AGAIN, TFA_E_SIZE */

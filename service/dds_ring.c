@@ -15,8 +15,8 @@ struct tfa_dds_ring {
     uint64_t next_id;
 };
 
-int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t index,
-                      uint32_t slots, struct tfa_dds_ring **result)
+int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t slots,
+                      struct tfa_dds_ring **result)
 {
     struct tfa_dds_ring *ring = calloc(1, sizeof *ring);
     int status = TFA_E_MEMORY;
@@ -27,7 +27,7 @@ int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_
     ring->asks = calloc(slots, sizeof *ring->asks);
     if (ring->asks == NULL)
         goto err_asks;
-    status = tfa_port_open(worker, index, slots, robot->shape.max_batch, &ring->port);
+    status = tfa_port_open(worker, robot->index, slots, robot->shape.max_batch, &ring->port);
     if (status != TFA_OK)
         goto err_port;
     *result = ring;

@@ -12,7 +12,8 @@
 #include "log.h"
 
 #define ALIGNMENT 64
-#define SELF_TEST_NS 10000000000u /* a loaded machine may be slow, a robot may be large */
+#define SELF_TEST_NS 100000000u
+#define SELF_TEST_TRIES 100 /* 10 s: a loaded machine may be slow, a robot may be large */
 
 /* ---- loading ---- */
 
@@ -51,7 +52,8 @@ static int compile(const config_robot *from, const char *path, tfa_report *repor
                    tfa_model **model)
 {
     const tfa_model_options options = {.base = (tfa_base)from->base,
-                                       .gravity = from->gravity_count ? from->gravity : NULL};
+                                       .gravity = from->gravity_count ? from->gravity : NULL,
+                                       .rotor_inertia = from->rotor_inertia};
     tfa_description *description;
     int status = tfa_urdf_load(path, NULL, &description, report);
     if (status != TFA_OK)
@@ -76,13 +78,13 @@ static size_t names_size(const tfa_model *model)
     return size;
 }
 
-static int write_names(const config *config, tfa_robot *robot)
+static int write_names(const config *settings, tfa_robot *robot)
 {
     const tfa_model *model = robot->model;
     const uint32_t joints = tfa_model_joint_count(model), frames = tfa_model_frame_count(model);
     const size_t size = names_size(model);
     int status =
-        tfa_segment_create((config_backend)config->backend, size ? size : 1, &robot->names);
+        tfa_segment_create((config_backend)settings->backend, size ? size : 1, &robot->names);
     if (status != TFA_OK)
         return status;
     uint32_t *types = robot->names.memory;
@@ -97,11 +99,11 @@ static int write_names(const config *config, tfa_robot *robot)
     return TFA_OK;
 }
 
-int tfa_robot_load(const config *config, const config_robot *from, tfa_robot *robot)
+int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robot)
 {
     tfa_report report = {0};
     *robot = (tfa_robot){.config = from, .names = TFA_SEGMENT_NONE};
-    char *path = config_urdf_path(config, from);
+    char *path = config_urdf_path(settings, from);
     if (!path)
         return TFA_E_MEMORY;
     int status = compile(from, path, &report, &robot->model);
@@ -112,7 +114,7 @@ int tfa_robot_load(const config *config, const config_robot *from, tfa_robot *ro
                                         .v_count = tfa_model_v_count(robot->model),
                                         .base_freedoms = tfa_model_base_freedoms(robot->model),
                                         .max_batch = from->max_batch};
-        status = write_names(config, robot);
+        status = write_names(settings, robot);
     }
     if (status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", from->name, path, tfa_status_text(status),
@@ -207,8 +209,10 @@ static int ask(tfa_port *port, const double *q)
     if (status != TFA_OK)
         return status;
     tfa_port_send(port);
-    if (!tfa_port_wait(port, 0, SELF_TEST_NS))
-        return TFA_E_TIMEOUT;
+    int tries = 0;
+    while (!tfa_port_wait(port, 0, SELF_TEST_NS))
+        if (++tries == SELF_TEST_TRIES)
+            return TFA_E_TIMEOUT;
     (void)tfa_wire_decode_reply(tfa_ring_oldest_reply(&port->ring), &reply);
     /* a robot may be singular at q = 0; it was answered all the same */
     return tfa_wire_has_answers(reply.status) ? TFA_OK : reply.status;

@@ -21,7 +21,7 @@ typedef struct tfa_robot {
 } tfa_robot;
 
 /** Loads and compiles a robot; what the report has to say is logged. @return TFA_OK or why not. */
-TFA_CHECKED int tfa_robot_load(const config *config, const config_robot *from, tfa_robot *robot);
+TFA_CHECKED int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robot);
 void tfa_robot_unload(tfa_robot *robot);
 
 /** A workspace and an estimate policy: belongs to one worker. */

@@ -61,15 +61,22 @@ int latency_expected(const latency_options *options, const latency_run *run,
     return !(options->fail_ratio > 0) || (ratio > 0 && ratio <= options->fail_ratio);
 }
 
-/* One line of the table, in us. */
-static void print_row(FILE *out, const char *name, const histogram *h)
+/* One line of the table, in us, under the head of `columns`: a quantile that has too few samples
+ * of its own is left open. */
+static void print_row(FILE *out, const char *name, const histogram *h, const histogram *columns)
 {
     if (h->count == 0)
         return;
     fprintf(out, "  %-12s %9.3f", name, (double)h->lowest / 1000.0);
-    for (int i = 0; i < QUANTILE_COUNT; i++)
-        if (histogram_supports(h, quantiles[i].quantile))
-            fprintf(out, " %9.3f", (double)histogram_quantile(h, quantiles[i].quantile) / 1000.0);
+    for (int i = 0; i < QUANTILE_COUNT; i++) {
+        double quantile = quantiles[i].quantile;
+        if (!histogram_supports(columns, quantile))
+            continue;
+        if (histogram_supports(h, quantile))
+            fprintf(out, " %9.3f", (double)histogram_quantile(h, quantile) / 1000.0);
+        else
+            fprintf(out, " %9s", "-");
+    }
     fprintf(out, " %9.3f %9.3f\n", (double)h->highest / 1000.0, histogram_mean(h) / 1000.0);
 }
 
@@ -109,7 +116,7 @@ static void print_run(FILE *out, const latency_options *options, const latency_r
             trip->count, options->warmup, (double)run->elapsed_ns / 1e9);
     print_head(out, "us", trip);
     for (int i = 0; i < PART_COUNT; i++)
-        print_row(out, latency_parts[i], &run->parts[i]);
+        print_row(out, latency_parts[i], &run->parts[i], trip);
     fprintf(out, "  the slowest was number %" PRIu64 ", %.6f s after the start\n",
             trip->highest_index, (double)run->highest_at / 1e9);
     fprintf(out,
@@ -147,9 +154,10 @@ void latency_print_text(FILE *out, const latency_options *options, const latency
 {
     print_environment(out);
     fprintf(out, "\nbaseline of this run\n");
-    print_head(out, "us", baseline->have_pingpong ? &baseline->pingpong : &baseline->solve);
-    print_row(out, "ping-pong", &baseline->pingpong);
-    print_row(out, "solve", &baseline->solve);
+    const histogram *columns = baseline->have_pingpong ? &baseline->pingpong : &baseline->solve;
+    print_head(out, "us", columns);
+    print_row(out, "ping-pong", &baseline->pingpong, columns);
+    print_row(out, "solve", &baseline->solve, columns);
     for (int i = 0; i < count; i++)
         print_run(out, options, &runs[i], baseline);
 }

@@ -135,18 +135,21 @@ typedef struct loop {
     uint64_t started, misses_in_a_row;
 } loop;
 
-static uint64_t since(uint64_t later, uint64_t earlier)
+/* A stamp brought between two others. The daemon may stamp a burst once, before our request left,
+ * and DDS times are translated: what is out of order counts as at once, and the parts add up. */
+static uint64_t between(uint64_t low, uint64_t stamp, uint64_t high)
 {
-    /* the daemon's clock reads are ordered after ours, but DDS times are translated */
-    return later > earlier ? later - earlier : 0;
+    return stamp < low ? low : stamp > high ? high : stamp;
 }
 
 static void record(loop *l, uint64_t index, uint64_t sent, uint64_t back, const tfa_exchange *x)
 {
     latency_run *run = l->run;
-    uint64_t parts[PART_COUNT] = {since(back, sent), since(x->t_received, sent),
-                                  since(x->t_start, x->t_received), since(x->t_done, x->t_start),
-                                  since(back, x->t_done)};
+    const uint64_t received = between(sent, x->t_received, back);
+    const uint64_t start = between(received, x->t_start, back);
+    const uint64_t done = between(start, x->t_done, back);
+    const uint64_t parts[PART_COUNT] = {back - sent, received - sent, start - received,
+                                        done - start, back - done};
     for (int i = 0; i < PART_COUNT; i++)
         histogram_add(&run->parts[i], parts[i]);
     if (run->parts[0].highest_index + 1 == run->parts[0].count)
@@ -238,12 +241,13 @@ static int prepare(loop *l)
     const tfa_client_info *info = daemon_info(l->link);
     latency_run *run = l->run;
     run->info = *info;
+    /* touched now, so that no page fault falls into the measurement */
+    memset(run->parts, 0, sizeof run->parts);
     snprintf(run->hash, sizeof run->hash, "%s", info->model_hash ? info->model_hash : "");
     if (l->options->csv) {
         run->samples = malloc(l->options->count * sizeof *run->samples);
         if (!run->samples)
             return TFA_E_MEMORY;
-        /* touched now, so that no page fault falls into the measurement */
         memset(run->samples, 1, l->options->count * sizeof *run->samples);
     }
     int status = states_init(&run->states, l->options, info);

@@ -18,10 +18,13 @@ typedef struct model_options {
     int json;
 } model_options;
 
-enum { KEY_BASE = 256, KEY_JSON };
+enum { KEY_BASE = 256, KEY_JSON, KEY_ROTOR };
 
 static const struct argp_option option_table[] = {
     {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "The root link (fixed)"},
+    {.name = "rotor-inertia",
+     .key = KEY_ROTOR,
+     .doc = "Apply drake:rotor_inertia of the file (left out unless asked for)"},
     {.name = "json", .key = KEY_JSON, .doc = "Print the report as JSON"},
     {0}};
 
@@ -31,6 +34,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     switch (key) {
     case KEY_BASE:
         options->model.base = option_base(state, text);
+        return 0;
+    case KEY_ROTOR:
+        options->model.rotor_inertia = 1;
         return 0;
     case KEY_JSON:
         options->json = 1;

@@ -21,7 +21,7 @@ typedef struct solve_options {
     int mimic; /* index in mimic_words */
 } solve_options;
 
-enum { KEY_BASE = 256, KEY_PRECISION, KEY_GRAVITY, KEY_MIMIC };
+enum { KEY_BASE = 256, KEY_PRECISION, KEY_GRAVITY, KEY_MIMIC, KEY_ROTOR };
 
 static const char *const mimic_words[] = {"free", "project", "lock"};
 
@@ -32,6 +32,9 @@ static const struct argp_option option_table[] = {
      .key = KEY_GRAVITY,
      .arg = "X,Y,Z",
      .doc = "Gravity in the world, m/s^2 (0,0,-9.80665)"},
+    {.name = "rotor-inertia",
+     .key = KEY_ROTOR,
+     .doc = "Apply drake:rotor_inertia of the file (left out unless asked for)"},
     {.name = "mimic", .key = KEY_MIMIC, .arg = "free", .doc = "Mimic joints move freely (free)"},
     {0}};
 
@@ -53,6 +56,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_GRAVITY:
         option_vector3(state, "gravity", text, options->gravity);
         options->model.gravity = options->gravity;
+        return 0;
+    case KEY_ROTOR:
+        options->model.rotor_inertia = 1;
         return 0;
     case KEY_MIMIC:
         options->mimic = option_word(state, "mimic", text, mimic_words, 3);

@@ -50,7 +50,7 @@ static void put_block(struct state *s, uint32_t t, uint32_t u, const svec P[6], 
 static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tfa_chain *chain,
                         tfa_reference_frame frame, const svec P_u[6])
 {
-    svec P[6], F[6], a[6], zero[6] = {0};
+    svec P[6], F[6], a[6];
     int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
     while (i >= 0 && !(s->side[i] & CHAIN)) {
         num psi[6][6], phi[6][6];
@@ -59,10 +59,8 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
         TFA_V(propagate)(s, i, P, psi, phi);
         i = s->m->body[i].parent;
     }
-    if (i < 0 || !(s->side[i] & CHAIN)) {
-        put_block(s, t, u, P, zero);
-        return;
-    }
+    if (i < 0 || !(s->side[i] & CHAIN))
+        return; /* nothing that moves one moves the other: the block stays zero */
     uint32_t k = chain->length - 1;
     tip_force(s, chain->body[k], P_u, F);
     for (int e = 0; e < 6; e++)

@@ -26,7 +26,7 @@ int tfa_draft_make(struct draft *d, const tfa_description *description,
     if (status == TFA_OK)
         status = tfa_draft_order(d, report);
     if (status == TFA_OK)
-        status = tfa_draft_merge(d, options ? options->base : TFA_BASE_FIXED, report);
+        status = tfa_draft_merge(d, options, report);
     if (status == TFA_OK)
         status = tfa_draft_check(d, report);
     return status;

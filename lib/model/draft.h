@@ -40,7 +40,7 @@ struct draft {
 int tfa_draft_order(struct draft *d, tfa_report *report);
 
 /* Merges fixed joints, aligns frames, sums inertias. Needs the order. */
-int tfa_draft_merge(struct draft *d, tfa_base base, tfa_report *report);
+int tfa_draft_merge(struct draft *d, const tfa_model_options *options, tfa_report *report);
 
 /* Refuses what cannot be computed: inertias that are not positive semidefinite, massless leaves. */
 int tfa_draft_check(const struct draft *d, tfa_report *report);

@@ -140,7 +140,7 @@ static void merge_fixed(struct draft *d, const tfa_joint *joint)
 }
 
 /* The child link of a moving joint starts a body whose z axis is the joint's. */
-static int add_moving(struct draft *d, uint32_t j, tfa_report *report)
+static int add_moving(struct draft *d, uint32_t j, int with_rotor, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];
     const struct draft_frame *up = &d->frame[joint->parent];
@@ -161,7 +161,7 @@ static int add_moving(struct draft *d, uint32_t j, tfa_report *report)
     const ext xyz[3] = {joint->xyz[0], joint->xyz[1], joint->xyz[2]};
     apply(b->r, up->R, xyz, up->p);
     b->parent = up->body;
-    b->armature = joint->armature;
+    b->armature = joint->armature + (with_rotor ? joint->rotor : 0);
     d->joint_body[j] = d->bodies - 1;
     d->movable++;
     f->body = (int32_t)(d->bodies - 1);
@@ -170,10 +170,27 @@ static int add_moving(struct draft *d, uint32_t j, tfa_report *report)
     return TFA_OK;
 }
 
-int tfa_draft_merge(struct draft *d, tfa_base base, tfa_report *report)
+/* Rotors that the file states and nobody asked for deserve a note. */
+static void note_rotors(const tfa_description *s, tfa_report *report)
 {
+    size_t count = 0;
+    for (size_t j = 0; j < s->joint_count; j++)
+        count += s->joints[j].type != TFA_JOINT_FIXED && s->joints[j].rotor != 0;
+    if (count)
+        tfa_report_add(report, TFA_NOTE, 0, "rotor-inertia",
+                       "%zu joints have a rotor inertia in the file, which is not used; ask for "
+                       "rotor inertia if the motors reflect it",
+                       count);
+}
+
+int tfa_draft_merge(struct draft *d, const tfa_model_options *options, tfa_report *report)
+{
+    const tfa_base base = options ? options->base : TFA_BASE_FIXED;
+    const int with_rotor = options && options->rotor_inertia;
     const tfa_description *s = d->description;
     struct draft_frame *root = &d->frame[d->root];
+    if (!with_rotor)
+        note_rotors(s, report);
     memset(root, 0, sizeof *root);
     root->R[0] = root->R[4] = root->R[8] = 1;
     root->body = -1;
@@ -189,7 +206,7 @@ int tfa_draft_merge(struct draft *d, tfa_base base, tfa_report *report)
             merge_fixed(d, &s->joints[j]);
             continue;
         }
-        int status = add_moving(d, j, report);
+        int status = add_moving(d, j, with_rotor, report);
         if (status != TFA_OK)
             return status;
     }

@@ -164,7 +164,7 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
         joint.parent = s.parent_index;
         joint.child = s.child_index;
         joint.mimic = s.mimic_index;
-        joint.armature = s.armature;
+        joint.rotor = s.armature;
     }
     *skeleton = d;
     return TFA_OK;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The DDS door in a process of its own, asked over the loopback interface: the same bits as
- * tfa_compute in process, for every op, and the same statuses.
+ * The DDS door in a process of its own, or the whole daemon, asked over the loopback interface: the
+ * same bits as tfa_compute in process, for every op, and the same statuses.
  */
 #include "dds_client.h"
 #include "dds_test.h"
@@ -13,7 +13,7 @@
 #include <string.h>
 
 #define WAIT_NS UINT64_C(10000000000)
-#define N_MAX 16
+#define N_MAX 20
 #define ROWS (6 * 2)
 
 static test_robot robots[TEST_ROBOTS];
@@ -71,6 +71,7 @@ static tfa_request make_request(const tfa_model *model, tfa_op op, const inputs 
 
     return (tfa_request){
         .op = op,
+        .estimate = TFA_ESTIMATE_NEVER, /* the daemon has a default of its own */
         .refine = TFA_REFINE_DEFAULT,
         .count = count,
         .q = in->q,
@@ -209,6 +210,7 @@ static void every_method_gives_the_same_bits(void **state)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
             tfa_request request = make_request(robots[0].model, (tfa_op)op, &in, 2);
             request.method = (tfa_method)method;
+            request.estimate = method % 2 ? TFA_ESTIMATE_ALWAYS : TFA_ESTIMATE_NEVER;
             request.tip_count = op == TFA_OP_OPERATIONAL_INERTIA ? 1 : 0;
             request.tips[0] = 7;
             assert_same_answer(client, robots[0].model, &request);
@@ -346,15 +348,19 @@ static void streams_echo(void **state)
     tfa_dds_client_close(client);
 }
 
+/* "hidden" is a robot of the daemon, but not for DDS. */
 static void strangers_are_told(void **state)
 {
-    const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "nobody", .connect_timeout_ms = 20000};
-    tfa_dds_client *client;
+    const char *const names[] = {"nobody", "hidden"};
 
     (void)state;
-    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_E_ROBOT);
-    assert_null(client);
+    for (int i = 0; i < 2; i++) {
+        const tfa_dds_client_options options = {
+            .domain = test_domain(), .robot = names[i], .connect_timeout_ms = 20000};
+        tfa_dds_client *client;
+        assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_E_ROBOT);
+        assert_null(client);
+    }
 }
 
 /* The daemon ends well: its clients hear of it at once, and go on when it is back. */

@@ -258,7 +258,8 @@ static void slow_answers_come_in_order(void **state)
 static void bursts_are_not_lost(void **state)
 {
     static double answer[TEST_BATCH * JOINTS * JOINTS];
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const test_daemon_options roomy = {.slots = 64};
+    test_daemon daemon = test_daemon_start(test_domain(), &roomy);
     tfa_dds_client *client = connect_to_arm();
     const tfa_request request = {
         .op = TFA_OP_MASS_MATRIX, .refine = TFA_REFINE_DEFAULT, .count = TEST_BATCH, .q = zeros};

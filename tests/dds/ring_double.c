@@ -75,12 +75,11 @@ static bool make_slot(ring_slot *slot, const tfa_dds_shape *s)
     return true;
 }
 
-int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t index,
-                      uint32_t slots, struct tfa_dds_ring **result)
+int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t slots,
+                      struct tfa_dds_ring **result)
 {
     struct tfa_dds_ring *ring = calloc(1, sizeof *ring + slots * sizeof ring->slot[0]);
 
-    (void)index;
     *result = ring;
     if (ring == NULL)
         return TFA_E_MEMORY;

@@ -28,6 +28,10 @@ typedef struct test_robot {
 int fixture_open(uint32_t index, tfa_base base, test_robot *robot);
 void fixture_close(test_robot *robot);
 
+/** A workspace in memory full of NaN: what is read before it is written spoils the answer.
+ * Release with tfa_workspace_free. */
+tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision);
+
 /** Calls `law` for every robot on both bases. `random_only` leaves the files out. */
 void for_every_robot(void (*law)(test_robot *robot), bool random_only);
 

@@ -88,8 +88,10 @@ static void forward_dynamics(test_robot *robot)
     double *want = calloc((size_t)STATES * robot->nv + 1, sizeof *want);
     double base[STATES * 6], want_base[STATES * 6];
     tfa_answer answers[STATES];
-    for (int frame = 0; frame < 3; frame++) {
-        r.frame = (tfa_reference_frame)frame;
+    for (int pass = 0; pass < 4; pass++) { /* wrenches in three frames, and at rest */
+        r.frame = (tfa_reference_frame)(pass % 3);
+        r.v = pass < 3 ? x->v : NULL;
+        r.base_twist = pass < 3 && robot->base == TFA_BASE_FLOATING ? x->base_twist : NULL;
         for (uint32_t k = 0; k < STATES; k++) {
             oracle_set_state(robot->o, &r, k);
             oracle_forward(robot->o, x->tau + (size_t)k * robot->nv, x->base_wrench + 6 * k,

@@ -84,21 +84,6 @@ static int read_states(reference_robot *robot, const json_t *root)
     return bad ? -1 : 0;
 }
 
-/* The reference applies no armature: what a URDF says of rotors is left out. */
-static int compile(const char *path, const tfa_model_options *options, tfa_report *report,
-                   tfa_model **model)
-{
-    tfa_description *description = NULL;
-    int status = tfa_urdf_load(path, NULL, &description, report);
-    if (status != TFA_OK)
-        return status;
-    for (size_t i = 0; i < description->joint_count; i++)
-        description->joints[i].armature = 0;
-    status = tfa_model_create(description, options, report, model);
-    tfa_description_free(description);
-    return status;
-}
-
 static int load_model(reference_robot *robot, const json_t *root, const char *robots)
 {
     char path[1024];
@@ -110,7 +95,7 @@ static int load_model(reference_robot *robot, const json_t *root, const char *ro
     snprintf(path, sizeof path, "%s/%s", robots, json_string_value(json_object_get(root, "urdf")));
     if (numbers(root, "gravity", 3, gravity) != 0)
         return -1;
-    int status = compile(path, &options, &report, &robot->model);
+    int status = tfa_model_load(path, &options, &report, &robot->model);
     if (status == TFA_OK)
         status = tfa_workspace_create(robot->model, NULL, &robot->workspace);
     for (size_t i = 0; status != TFA_OK && i < report.count; i++) {

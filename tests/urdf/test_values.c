@@ -177,7 +177,7 @@ static void test_world(void **state)
     tfa_description_free(d);
 }
 
-/* armature = rotor inertia times the gear ratio squared, summed over a joint's actuators */
+/* rotor = rotor inertia times the gear ratio squared, summed over a joint's actuators */
 static void test_rotors(void **state)
 {
     (void)state;
@@ -191,8 +191,9 @@ static void test_rotors(void **state)
                                                    "<actuator name=\"n\">"
                                                    "<drake:rotor_inertia value=\"1\"/></actuator>"
                                                    "</transmission>"));
-    assert_same(d->joints[0].armature, 0.25);
-    assert_same(d->joints[1].armature, 9);
+    assert_same(d->joints[0].rotor, 0.25);
+    assert_same(d->joints[1].rotor, 9);
+    assert_same(d->joints[1].armature, 0);
     tfa_description_free(d);
 }
 

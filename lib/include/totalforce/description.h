@@ -46,6 +46,8 @@ typedef struct tfa_joint {
     double quat[4];    /**< joint frame in the parent link frame, x y z w */
     double axis[3];    /**< unit axis in the joint frame (plane normal for planar) */
     double armature;   /**< reflected rotor inertia, kg m^2 or kg, on each freedom */
+    double rotor;      /**< the same as written in the file (drake:rotor_inertia times the square of
+                            drake:gear_ratio); added to armature only when asked for */
     double damping;    /**< N m s/rad or N s/m, as written; used only when asked for */
     int32_t mimic;     /**< index of the joint it follows, or -1 */
     double multiplier; /**< q = multiplier * q[mimic] + offset */

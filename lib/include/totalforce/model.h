@@ -26,7 +26,9 @@ typedef enum tfa_base {
 
 typedef struct tfa_model_options {
     tfa_base base;
-    const double *gravity; /**< 3 numbers, m/s^2, world frame; NULL: 0 0 -9.80665 */
+    const double *gravity;  /**< 3 numbers, m/s^2, world frame; NULL: 0 0 -9.80665 */
+    uint32_t rotor_inertia; /**< 1: adds each joint's `rotor` to its armature; 0: a note says that
+                                 the file has some */
 } tfa_model_options;
 
 /** One public joint, in declared order (document order, parents first, fixed joints absent). */

@@ -22,7 +22,8 @@ typedef struct reader {
     FILE *errors;
     unsigned count;
     char message[512];   /* of libcyaml: the cause, */
-    size_t line, column; /* and the innermost place of its backtrace */
+    size_t line, column; /* and the innermost place of its backtrace, */
+    char field[64];      /* and the innermost key, with ": " */
 } reader;
 
 __attribute__((format(printf, 3, 4))) static void complain(reader *r, const char *path,
@@ -52,17 +53,24 @@ static void on_cyaml(cyaml_log_t level, void *context, const char *format, va_li
     const char *place = strstr(text, "(line: ");
     if (place && r->line == 0)
         (void)sscanf(place, "(line: %zu, column: %zu)", &r->line, &r->column);
+    char name[48];
+    if (place && !r->field[0] && sscanf(text, " in mapping field '%47[^']'", name) == 1)
+        snprintf(r->field, sizeof r->field, "%s: ", name);
     if (!place && r->message[0] == 0)
         snprintf(r->message, sizeof r->message, "%s",
                  strncmp(text, "Load: ", 6) == 0 ? text + 6 : text);
 }
 
-static void print_cyaml_error(const reader *r, cyaml_err_t error)
+static void print_cyaml_error(reader *r, cyaml_err_t error)
 {
-    const char *hint = "";
+    const char *hint = "", *key = strrchr(r->message, ' ');
     if (error == CYAML_ERR_INVALID_KEY)
         hint = "; totalforced --dump-config shows every key";
-    fprintf(r->errors, "%s:%zu:%zu: %s%s\n", r->file, r->line, r->column,
+    if (strstr(r->message, "already seen"))
+        hint = ": it is there twice";
+    if (*hint && key)
+        config_locate_key(r->file, key + 1, &r->line, &r->column);
+    fprintf(r->errors, "%s:%zu:%zu: %s%s%s\n", r->file, r->line, r->column, r->field,
             r->message[0] ? r->message : cyaml_strerror(error), hint);
 }
 
@@ -124,7 +132,7 @@ static void resolve_scalar(reader *r, const config_row *row, const void *value, 
             check_range(r, row, path, *(uint32_t *)out);
         break;
     case CONFIG_BOOL:
-        *(bool *)out = value ? *(const bool *)value : row->standard != 0;
+        *(bool *)out = (value ? *(const uint32_t *)value : row->standard) != 0;
         break;
     case CONFIG_NUMBER:
         *(double *)out = value ? *(const double *)value : 0;

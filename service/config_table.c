@@ -18,6 +18,10 @@ static const char *const backend_words[] = {"shm", "memfd", NULL};
 static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
 static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
 
+/* libcyaml's own type takes any unknown word for true */
+static const cyaml_strval_t bool_words[] = {{"false", 0}, {"no", 0},  {"off", 0},
+                                            {"true", 1},  {"yes", 1}, {"on", 1}};
+
 /* clang-format off */
 
 static const config_row armature_rows[] = {
@@ -135,7 +139,7 @@ static void build_scalar(config_kind kind, cyaml_schema_value_t *value)
         uint32_t size;
     } scalars[] = {
         [CONFIG_COUNT] = {CYAML_UINT, sizeof(uint32_t)},
-        [CONFIG_BOOL] = {CYAML_BOOL, sizeof(bool)},
+        [CONFIG_BOOL] = {CYAML_ENUM, sizeof(uint32_t)},
         [CONFIG_NUMBER] = {CYAML_FLOAT, sizeof(double)},
         [CONFIG_TEXT] = {CYAML_STRING, sizeof(char)},
         [CONFIG_WORD] = {CYAML_ENUM, sizeof(uint32_t)},
@@ -144,6 +148,10 @@ static void build_scalar(config_kind kind, cyaml_schema_value_t *value)
     value->data_size = scalars[kind].size;
     if (kind == CONFIG_TEXT)
         value->string.max = UINT32_MAX;
+    if (kind == CONFIG_BOOL) {
+        value->enumeration.strings = bool_words;
+        value->enumeration.count = sizeof bool_words / sizeof *bool_words;
+    }
 }
 
 static void build_nested(config_table *t, size_t i, cyaml_schema_value_t *value)

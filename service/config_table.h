@@ -60,4 +60,8 @@ void config_build(config_table *table);
 /** Where the value of a path like "robots[1].urdf" stands in the file; 0, 0 when it is nowhere. */
 void config_locate(const char *file, const char *path, size_t *line, size_t *column);
 
+/** Where the first key of that name stands at or after a place, which is then updated: libcyaml
+ *  knows only the place of the value before an offending key. */
+void config_locate_key(const char *file, const char *key, size_t *line, size_t *column);
+
 #endif

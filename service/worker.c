@@ -127,10 +127,17 @@ static bool serve(const tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *
     if (tfa_sigbus_hit(seat->guard))
         return false;
     tfa_wire_reply *line = tfa_ring_reply(&seat->ring);
+    const tfa_wire_request *request = seat->scratch;
+    /* it came after the turn began: a client that answers a reply within it */
+    if (request->t_sent > *now)
+        *now = clock_ns();
+    if (request->t_sent > seen)
+        seen = *now;
+    const uint64_t start = *now;
     const int status = answer(w, seat, line);
-    line->id = ((const tfa_wire_request *)seat->scratch)->id;
+    line->id = request->id;
     line->t_received = seen;
-    line->t_start = *now;
+    line->t_start = start;
     line->t_done = *now = clock_ns();
     count(seat, status);
     if (tfa_ring_publish(&seat->ring))

@@ -82,15 +82,13 @@ static int explain_quaternion(const robot_names *names, const tfa_request *reque
                       norm);
 }
 
-/* "body 'forearm'", or its number when a daemon described the robot; "" when it is about none. */
+/* "body 'forearm': "; "" when it is about none. */
 static void name_body(const robot_names *names, const tfa_reply *reply, char *body, size_t size)
 {
     if (reply->field != TFA_FIELD_BODY)
         snprintf(body, size, "%s", "");
-    else if (names->model)
-        snprintf(body, size, "body '%s': ", tfa_model_body_name(names->model, reply->index));
     else
-        snprintf(body, size, "body %u: ", reply->index);
+        snprintf(body, size, "body '%s': ", robot_names_frame_name(names, reply->index));
 }
 
 int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,

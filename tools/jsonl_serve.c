@@ -128,15 +128,15 @@ static int line_next(line_reader *r, int *got)
 }
 
 /* The buffers follow the names: rebuilt when the robot's sizes change. */
-typedef struct session {
+typedef struct server {
     const jsonl_peer *peer;
     const jsonl_defaults *defaults;
     jsonl_buffers buffers;
     uint32_t q_count, v_count, base_freedoms;
     int ready;
-} session;
+} server;
 
-static int fit_buffers(session *s, const robot_names *names, jsonl_error *error)
+static int fit_buffers(server *s, const robot_names *names, jsonl_error *error)
 {
     if (s->ready && s->q_count == names->q_count && s->v_count == names->v_count &&
         s->base_freedoms == names->base_freedoms)
@@ -158,7 +158,7 @@ static int check_id(const json_t *id, jsonl_error *error)
 }
 
 /* Answers one request; prints the reply when it is a good one. */
-static int answer(session *s, const json_t *object, FILE *out, jsonl_error *error)
+static int answer(server *s, const json_t *object, FILE *out, jsonl_error *error)
 {
     const json_t *id = json_object_get(object, "id");
     const robot_names *names = NULL;
@@ -180,7 +180,7 @@ static int answer(session *s, const json_t *object, FILE *out, jsonl_error *erro
     return TFA_OK;
 }
 
-static void serve_line(session *s, const line_reader *lines, FILE *out, jsonl_tally *tally)
+static void serve_line(server *s, const line_reader *lines, FILE *out, jsonl_tally *tally)
 {
     jsonl_error error = {0};
     json_t *object = NULL;
@@ -204,7 +204,7 @@ static void serve_line(session *s, const line_reader *lines, FILE *out, jsonl_ta
 int jsonl_serve(int input, FILE *out, const jsonl_peer *peer, const jsonl_defaults *defaults,
                 jsonl_tally *tally)
 {
-    session s = {.peer = peer, .defaults = defaults};
+    server s = {.peer = peer, .defaults = defaults};
     line_reader *lines = calloc(1, sizeof *lines);
     int got = 0, status = lines ? TFA_OK : TFA_E_MEMORY;
     *tally = (jsonl_tally){0};

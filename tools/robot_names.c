@@ -90,7 +90,8 @@ int robot_names_from_info(robot_names *names, const char *robot, const tfa_clien
                            .v_count = info->v_count,
                            .base_freedoms = info->base_freedoms,
                            .joint_count = info->joint_count,
-                           .frame_count = info->frame_count};
+                           .frame_count = info->frame_count,
+                           .frame_names = info->frame_names};
     int status = fill_from_info(names, info);
     if (status != TFA_OK)
         robot_names_free(names);
@@ -119,6 +120,13 @@ int64_t robot_names_joint(const robot_names *names, const char *name)
 int64_t robot_names_frame(const robot_names *names, const char *name)
 {
     return look_up(names->frame_lookup, name);
+}
+
+const char *robot_names_frame_name(const robot_names *names, uint32_t frame)
+{
+    if (frame >= names->frame_count)
+        return "?";
+    return names->model ? tfa_model_frame(names->model, frame).name : names->frame_names[frame];
 }
 
 const robot_joint *robot_names_owner(const robot_names *names, int of_q, uint32_t index)

@@ -26,9 +26,10 @@ typedef struct robot_names {
     uint32_t q_count, v_count, base_freedoms;
     uint32_t joint_count, frame_count;
     robot_joint *joints;
-    const tfa_model *model; /**< NULL when a daemon described the robot: bodies have no names */
-    json_t *joint_lookup;   /**< name -> index */
-    json_t *frame_lookup;   /**< link name -> frame index */
+    const tfa_model *model;         /**< NULL when a daemon described the robot */
+    const char *const *frame_names; /**< NULL when a model did */
+    json_t *joint_lookup;           /**< name -> index */
+    json_t *frame_lookup;           /**< link name -> frame index */
 } robot_names;
 
 /** Reads the names out of a model, which must outlive them. @return TFA_OK, TFA_E_MEMORY. */
@@ -46,6 +47,9 @@ void robot_names_free(robot_names *names);
 int64_t robot_names_joint(const robot_names *names, const char *name);
 /** Index of the link's frame, or -1. */
 int64_t robot_names_frame(const robot_names *names, const char *name);
+
+/** Name of the link with this frame; "?" when out of range. */
+const char *robot_names_frame_name(const robot_names *names, uint32_t frame);
 
 /** The joint that owns number `index` of q (of_q) or of v, tau, qdd; NULL when out of range. */
 const robot_joint *robot_names_owner(const robot_names *names, int of_q, uint32_t index);

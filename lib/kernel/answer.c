@@ -73,7 +73,7 @@ static void blame(struct state *s, tfa_reply *reply)
         double d = (double)s->Dinv[i];
         if (s->m->body[i].n == 1 && !(d > 0 && isfinite(d))) {
             reply->field = TFA_FIELD_BODY;
-            reply->index = i;
+            reply->index = s->m->body[i].link;
             return;
         }
     }
@@ -260,7 +260,7 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_r
     }
     if (answer->status == TFA_E_SINGULAR) {
         reply->field = TFA_FIELD_BODY;
-        reply->index = (uint32_t)s->bad_body;
+        reply->index = s->m->body[s->bad_body].link;
     }
     return answer->status;
 }

@@ -124,6 +124,7 @@ static void round_body(struct tfa_body *o, const struct draft_body *b)
     o->kind = b->kind;
     o->n = b->n;
     o->base = b->base;
+    o->link = b->link;
     o->regular = is_regular(b);
 }
 

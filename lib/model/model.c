@@ -181,6 +181,11 @@ const char *tfa_model_body_name(const tfa_model *model, uint32_t body)
     return body < model->bodies ? model->body_name[body] : "";
 }
 
+uint32_t tfa_model_body_frame(const tfa_model *model, uint32_t body)
+{
+    return body < model->bodies ? model->body[body].link : 0;
+}
+
 int32_t tfa_model_body_parent(const tfa_model *model, uint32_t body)
 {
     return body < model->bodies ? model->body[body].parent : -1;

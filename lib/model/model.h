@@ -33,6 +33,7 @@ struct tfa_body {
     double I[6];     /* xx xy xz yy yz zz about the origin of frame i, kg m^2 */
     double armature; /* added to each freedom of the joint */
     int32_t parent;  /* body index, -1: the world; always below the own index */
+    uint32_t link;   /* frame of the link that gives it its name */
     uint32_t q, v;   /* first coordinate and first freedom, the base's six freedoms included in v */
     uint8_t kind;    /* enum tfa_kind */
     uint8_t n;       /* freedoms: 1, 3 or 6 */

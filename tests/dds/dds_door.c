@@ -394,10 +394,8 @@ static void a_restart_is_survived(void **state)
 
 static void nobody_is_found_in_an_empty_domain(void **state)
 {
-    const tfa_dds_client_options options = {.domain =
-                                                test_domain() + 1 > 230 ? 19 : test_domain() + 1,
-                                            .robot = "arm",
-                                            .connect_timeout_ms = 300};
+    const tfa_dds_client_options options = {
+        .domain = TEST_EMPTY_DOMAIN, .robot = "arm", .connect_timeout_ms = 300};
     tfa_dds_client *client;
 
     (void)state;

@@ -18,7 +18,9 @@
 
 #include <cmocka.h>
 
-#define TEST_EMPTY_DOMAIN 225u /* no test serves anything there */
+/* Domains 201 to 224 are for these tests; nobody serves anything in 225; 230 is the last of all. */
+#define TEST_FIRST_DOMAIN 201u
+#define TEST_EMPTY_DOMAIN 225u
 
 /* A domain id of this process's own, on the loopback interface. A socket in the abstract name space
  * reserves it while we live, so that tests that run at the same time do not meet. */
@@ -30,9 +32,10 @@ static inline uint32_t test_domain(void)
         return domain;
     setenv("CYCLONEDDS_URI", "file://" TFA_SOURCE_DIR "/config/cyclonedds-loopback.xml", 1);
     const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    for (uint32_t i = 0; i < 200 && domain == 0; i++) {
+    const uint32_t domains = TEST_EMPTY_DOMAIN - TEST_FIRST_DOMAIN;
+    for (uint32_t i = 0; i < domains && domain == 0; i++) {
         struct sockaddr_un name = {.sun_family = AF_UNIX};
-        const uint32_t candidate = 20 + ((uint32_t)getpid() + i) % 200;
+        const uint32_t candidate = TEST_FIRST_DOMAIN + ((uint32_t)getpid() + i) % domains;
         snprintf(name.sun_path + 1, sizeof name.sun_path - 1, "totalforce-test-%u", candidate);
         if (bind(fd, (struct sockaddr *)&name, sizeof name) == 0)
             domain = candidate;

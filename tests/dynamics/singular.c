@@ -96,7 +96,7 @@ static void singular_state_stands_alone(void **state)
             assert_int_equal(reply.status, TFA_E_NOT_COMPUTED);
             assert_int_equal(reply.state, 1);
             assert_int_equal(reply.field, TFA_FIELD_BODY);
-            assert_int_equal(reply.index, 0);
+            assert_int_equal(reply.index, tfa_model_body_frame(robot.model, 0));
             assert_int_equal(answers[1].status, TFA_E_NOT_COMPUTED);
             for (uint32_t k = 0; k < 3; k += 2) {
                 oracle_set_state(robot.o, &r, k);
@@ -135,7 +135,7 @@ static void tfa_names_the_body(void **state)
             r.method = methods[m];
             assert_int_equal(tfa_compute(robot.f64, &r, &reply), TFA_E_SINGULAR);
             assert_int_equal(reply.field, TFA_FIELD_BODY);
-            assert_int_equal(reply.index, solid);
+            assert_int_equal(reply.index, tfa_model_body_frame(robot.model, (uint32_t)solid));
             assert_int_equal(reply.state, 0);
             for (int k = 0; k < 3; k++)
                 assert_int_equal(answers[k].status, TFA_E_SINGULAR);
@@ -176,12 +176,55 @@ static void massless_leaf_needs_armature(void **state)
     close_robot(&robot);
 }
 
+/* A free brick: Lambda^-1 at its centre is diag(1/m, 1/I), whatever its pose. One hinge: rank 1. */
+static void spectrum_of_closed_forms(void **state)
+{
+    (void)state;
+    static const double pose[7] = {1, 2, 3, 0.5, -0.5, 0.5, 0.5}, angle[1] = {0.4};
+    tfa_link links[2] = {{.name = "brick", .mass = 4, .quat = {0, 0, 0, 1}},
+                         {.name = "leaf", .mass = 1, .quat = {0, 0, 0, 1}}};
+    tfa_joint hinge = {.name = "hinge",
+                       .type = TFA_JOINT_REVOLUTE,
+                       .child = 1,
+                       .quat = {0, 0, 0, 1},
+                       .axis = {0, 0, 1},
+                       .mimic = -1};
+    const double inertia[6] = {2e-7, 0, 0, 1.5e-7, 0, 1e-7}; /* rank 6 all the same */
+    double lambda[36];
+    tfa_spectrum s;
+    tfa_reply reply = {.lambda_inv = lambda, .spectrum = &s};
+    tfa_request r = {.op = TFA_OP_OPERATIONAL_INERTIA,
+                     .flags = TFA_WANT_SPECTRUM,
+                     .refine = TFA_REFINE_DEFAULT,
+                     .count = 1,
+                     .tip_count = 1,
+                     .q = angle,
+                     .base_pose = pose};
+    for (int k = 0; k < 6; k++)
+        links[0].inertia[k] = links[1].inertia[k] = inertia[k];
+    for (int leaf = 0; leaf < 2; leaf++) {
+        const tfa_model_options options = {.base = leaf ? TFA_BASE_FIXED : TFA_BASE_FLOATING};
+        tfa_description d = {"brick", links, 1 + (size_t)leaf, &hinge, (size_t)leaf};
+        tfa_model *model = NULL;
+        assert_int_equal(tfa_model_create(&d, &options, NULL, &model), TFA_OK);
+        tfa_workspace *w = fixture_workspace(model, TFA_F64);
+        r.tips[0] = (uint32_t)leaf;
+        assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+        assert_int_equal(s.rank, leaf ? 1 : 6);
+        assert_true(fabs(s.eig_max - 1e7) < 1e-6);
+        assert_true(fabs(s.eig_min - (leaf ? 0 : 0.25)) < 1e-6);
+        tfa_workspace_free(w);
+        tfa_model_free(model);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(singular_state_stands_alone),
         cmocka_unit_test(tfa_names_the_body),
         cmocka_unit_test(massless_leaf_needs_armature),
+        cmocka_unit_test(spectrum_of_closed_forms),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

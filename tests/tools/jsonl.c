@@ -420,7 +420,8 @@ static void test_explanations(void **state)
             "method: rnea does not answer forward_dynamics");
     explain(&arm, "{" FD "," Q ",\"method\":\"tfa\"}",
             &(tfa_reply){.status = TFA_E_SINGULAR, .field = TFA_FIELD_BODY, .index = 2},
-            "tfa: body 2: singular inertia: the method needs the inverse of a body's inertia; use "
+            "tfa: body 'lower': singular inertia: the method needs the inverse of a body's "
+            "inertia; use "
             "aba or give the body an inertia");
     explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_NOT_COMPUTED},
             "forward_dynamics: answer not finite: the problem is singular at this configuration");

@@ -55,7 +55,7 @@ static void note(outcome *o, int status, const reference_robot *robot, const tfa
     if (status == TFA_E_SINGULAR) {
         o->refused++;
         snprintf(o->culprit, sizeof o->culprit, "%s",
-                 tfa_model_body_name(robot->model, reply->index));
+                 tfa_model_frame(robot->model, reply->index).name);
         return;
     }
     double e = status == TFA_OK ? relative(error) : INFINITY;

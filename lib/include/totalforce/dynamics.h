@@ -136,7 +136,7 @@ typedef enum tfa_field {
     TFA_FIELD_REFINE,
     TFA_FIELD_FRAME,
     TFA_FIELD_ESTIMATE,
-    TFA_FIELD_BODY, /**< `index` is a body: singular inertia */
+    TFA_FIELD_BODY, /**< singular inertia: `index` is the frame of the link that names the body */
 } tfa_field;
 
 /** "q", "base_pose", ...: as spelt in JSON. Static storage. */
@@ -149,7 +149,7 @@ TFA_API const char *tfa_field_name(tfa_field field);
 typedef struct tfa_reply {
     int32_t status;            /**< of the request as a whole: the first state that failed */
     tfa_field field;           /**< culprit of a bad request */
-    uint32_t index;            /**< index in that field, of one state; or the body */
+    uint32_t index;            /**< index in that field, of one state; or a link frame */
     uint32_t state;            /**< the state it is about */
     double *qdd;               /**< count x v_count */
     double *base_acceleration; /**< count x 6: time derivative of the components of base_twist */
@@ -209,7 +209,7 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_METHOD      the method does not exist or cannot answer the op;
  *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
  *                     of 2895 bodies);
- *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is the body;
+ *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;
  *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
  */
 TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);

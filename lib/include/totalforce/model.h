@@ -118,6 +118,8 @@ TFA_API tfa_frame_info tfa_model_frame(const tfa_model *model, uint32_t frame);
 TFA_API int32_t tfa_model_find_frame(const tfa_model *model, const char *name);
 /** Name of the link that gave body its name (the child link of its joint). */
 TFA_API const char *tfa_model_body_name(const tfa_model *model, uint32_t body);
+/** Frame of that link: what a reply's TFA_FIELD_BODY names. 0 for a body that does not exist. */
+TFA_API uint32_t tfa_model_body_frame(const tfa_model *model, uint32_t body);
 /** Body that carries body `body` (its parent), or -1 for the world. */
 TFA_API int32_t tfa_model_body_parent(const tfa_model *model, uint32_t body);
 

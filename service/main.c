@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * totalforced: answers robot-dynamics requests over shared memory and DDS.
+ */
+#include <argp.h>
+#include <errno.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <totalforce/version.h>
+
+#include "daemon.h"
+#include "log.h"
+#include "realtime.h"
+#include "runtime_dir.h"
+#include "sigbus.h"
+
+#ifdef TFA_HAVE_DDS
+#include "dds.h"
+#endif
+
+enum { EXIT_GOOD = 0, EXIT_FAILED = 2, EXIT_USAGE = 3 };
+
+typedef struct arguments {
+    const char *file;
+    bool check, dump;
+} arguments;
+
+/* All that start-up takes, in order; stop_all gives it back in the opposite order. */
+typedef struct service {
+    tfa_daemon daemon;
+    int lock;
+    uid_t user;
+    gid_t user_group;
+    void *dds; /* tfa_dds */
+} service;
+
+/* ---- the steps ---- */
+
+/* Every thread inherits this: signals are read by the control thread alone. */
+static int block_signals(service *s)
+{
+    sigset_t set;
+    (void)s;
+    sigemptyset(&set);
+    sigaddset(&set, SIGTERM);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGHUP);
+    sigaddset(&set, SIGUSR1);
+    signal(SIGPIPE, SIG_IGN);
+    return pthread_sigmask(SIG_BLOCK, &set, NULL) == 0 ? TFA_OK : TFA_E_SYSTEM;
+}
+
+static int start_log(service *s)
+{
+    return tfa_log_start((tfa_log_level)s->daemon.settings->log_level);
+}
+
+static int find_identity(service *s)
+{
+    return tfa_identity_find(s->daemon.settings, &s->user, &s->user_group, &s->daemon.group);
+}
+
+static int take_runtime_dir(service *s)
+{
+    const char *path = s->daemon.settings->runtime_dir;
+    int status = tfa_runtime_dir_take(path, &s->lock);
+    if (status == TFA_OK && s->user != (uid_t)-1)
+        status = tfa_runtime_dir_give(path, s->lock, s->user, s->user_group);
+    return status;
+}
+
+static int guard_memory(service *s)
+{
+    tfa_realtime_raise_files();
+    tfa_realtime_lock(&s->daemon.settings->realtime);
+    return tfa_sigbus_install();
+}
+
+static int load_robots(service *s)
+{
+    return daemon_load_robots(&s->daemon);
+}
+
+static int join_dds(service *s)
+{
+#ifdef TFA_HAVE_DDS
+    const config *settings = s->daemon.settings;
+    const uint32_t count = s->daemon.dds_count;
+    if (!settings->dds.enabled || count == 0)
+        return TFA_OK;
+    tfa_dds_robot *robots = calloc(count, sizeof *robots);
+    if (!robots)
+        return TFA_E_MEMORY;
+    for (uint32_t i = 0; i < count; i++)
+        robots[i] = (tfa_dds_robot){.name = s->daemon.robots[i].config->name,
+                                    .model = s->daemon.robots[i].model,
+                                    .max_batch = s->daemon.robots[i].shape.max_batch};
+    const tfa_dds_options options = {.domain = settings->dds.domain,
+                                     .robots = robots,
+                                     .robot_count = count,
+                                     .spin_ns = settings->spin_ns};
+    tfa_dds *dds;
+    int status = tfa_dds_create(&options, &dds);
+    if (status != TFA_OK)
+        tfa_log(TFA_LOG_ERROR, "dds: domain %u: %s", settings->dds.domain, tfa_dds_error());
+    s->dds = dds;
+    free(robots);
+    return status;
+#else
+    if (!s->daemon.settings->dds.enabled)
+        return TFA_OK;
+    tfa_log(TFA_LOG_ERROR, "dds.enabled: this totalforced was built without DDS");
+    return TFA_E_UNSUPPORTED;
+#endif
+}
+
+static int start_workers(service *s)
+{
+    return daemon_start_workers(&s->daemon);
+}
+
+static int drop_privileges(service *s)
+{
+    if (s->user == (uid_t)-1)
+        return TFA_OK;
+    return tfa_identity_become(s->user, s->user_group, s->daemon.group);
+}
+
+static int self_test(service *s)
+{
+    return daemon_self_test(&s->daemon);
+}
+
+static int open_dds(service *s)
+{
+#ifdef TFA_HAVE_DDS
+    return s->dds ? tfa_dds_start(s->dds, s->daemon.workers[0].worker) : TFA_OK;
+#else
+    (void)s;
+    return TFA_OK;
+#endif
+}
+
+static void stop_dds(service *s)
+{
+#ifdef TFA_HAVE_DDS
+    tfa_dds_stop(s->dds);
+#endif
+    s->dds = NULL;
+}
+
+static int open_control(service *s)
+{
+    return control_open(&s->daemon);
+}
+
+static int open_sockets(service *s)
+{
+    return control_listen(&s->daemon);
+}
+
+static int say_ready(service *s)
+{
+    tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.robot_count,
+            s->daemon.settings->workers, s->daemon.settings->runtime_dir);
+    notify_ready();
+    return TFA_OK;
+}
+
+/* The order of start-up. Each line depends on those above it. */
+static const struct {
+    const char *what;
+    int (*step)(service *s);
+} start_up[] = {
+    {"signals", block_signals},
+    {"log thread", start_log},
+    {"user and group", find_identity},
+    {"runtime directory", take_runtime_dir},
+    {"memory", guard_memory},
+    {"control", open_control},
+    {"robots", load_robots},
+    {"dds domain", join_dds}, /* before the workers: its threads inherit priorities */
+    {"workers", start_workers},
+    {"privileges", drop_privileges}, /* after priorities and locks are held */
+    {"self-test", self_test},
+    {"dds", open_dds},
+    {"sockets", open_sockets},
+    {"ready", say_ready},
+};
+
+static void stop_all(service *s)
+{
+    notify_stopping();
+    control_deafen(&s->daemon);
+    stop_dds(s);                     /* its requests need the workers */
+    daemon_stop_workers(&s->daemon); /* they answer what is in the rings */
+    session_end_all(&s->daemon);
+    daemon_free_fleet(&s->daemon);
+    control_close(&s->daemon);
+    if (s->lock >= 0)
+        tfa_runtime_dir_release(s->daemon.settings->runtime_dir, s->lock);
+    tfa_log_stop();
+}
+
+static int serve(const config *settings)
+{
+    service s = {.daemon = {.settings = settings,
+                            .epoll = -1,
+                            .signals = -1,
+                            .reserve = -1,
+                            .group = (gid_t)-1},
+                 .lock = -1,
+                 .user = (uid_t)-1};
+    int status = TFA_OK;
+    for (size_t i = 0; i < sizeof start_up / sizeof *start_up && status == TFA_OK; i++) {
+        errno = 0;
+        status = start_up[i].step(&s);
+        if (status == TFA_E_SYSTEM && errno)
+            tfa_log(TFA_LOG_ERROR, "start-up: %s: %s", start_up[i].what, strerror(errno));
+        else if (status != TFA_OK)
+            tfa_log(TFA_LOG_ERROR, "start-up: %s: %s", start_up[i].what, tfa_status_text(status));
+    }
+    if (status == TFA_OK)
+        control_run(&s.daemon);
+    stop_all(&s);
+    return status == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
+}
+
+/* ---- the command line ---- */
+
+enum { KEY_CHECK = 'n', KEY_DUMP = 'd' };
+
+static const struct argp_option option_table[] = {
+    {"check", KEY_CHECK, NULL, 0, "Check the configuration and end: 0 good, 2 not", 0},
+    {"dump-config", KEY_DUMP, NULL, 0, "Print the configuration in effect, explained, and end", 0},
+    {0}};
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    arguments *a = state->input;
+    switch (key) {
+    case KEY_CHECK:
+        a->check = true;
+        return 0;
+    case KEY_DUMP:
+        a->dump = true;
+        return 0;
+    case ARGP_KEY_ARG:
+        if (a->file)
+            argp_error(state, "one configuration file, not two");
+        a->file = text;
+        return 0;
+    case ARGP_KEY_NO_ARGS:
+        argp_error(state, "which configuration file?");
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+int main(int argc, char **argv)
+{
+    static const struct argp argp = {
+        .options = option_table,
+        .parser = parse,
+        .args_doc = "CONFIG.yaml",
+        .doc =
+            "Serves the robots of a configuration file until SIGTERM. SIGUSR1 logs the counters."};
+    arguments a = {0};
+    config *settings;
+    argp_program_version = "totalforced " TFA_VERSION;
+    argp_err_exit_status = EXIT_USAGE;
+    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &a);
+    if (error)
+        return EXIT_USAGE;
+    if (config_load(a.file, stderr, &settings) != TFA_OK)
+        return EXIT_FAILED;
+    int result = EXIT_GOOD;
+    if (a.dump)
+        config_dump(settings, stdout);
+    else if (!a.check)
+        result = serve(settings);
+    config_free(settings);
+    return result;
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Tells the service manager how the daemon is; says nothing where there is none.
+ */
+#include "daemon.h"
+
+#ifdef TFA_HAVE_SYSTEMD
+
+#include <systemd/sd-daemon.h>
+
+void notify_ready(void)
+{
+    (void)sd_notify(0, "READY=1\nSTATUS=Answering");
+}
+
+void notify_stopping(void)
+{
+    (void)sd_notify(0, "STOPPING=1\nSTATUS=Draining");
+}
+
+void notify_watchdog(void)
+{
+    (void)sd_notify(0, "WATCHDOG=1");
+}
+
+uint64_t notify_watchdog_ns(void)
+{
+    uint64_t us = 0;
+    return sd_watchdog_enabled(0, &us) > 0 ? us * 1000 : 0;
+}
+
+#else
+
+void notify_ready(void) {}
+
+void notify_stopping(void) {}
+
+void notify_watchdog(void) {}
+
+uint64_t notify_watchdog_ns(void)
+{
+    return 0;
+}
+
+#endif

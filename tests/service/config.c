@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The configuration: defaults, errors with line and column, and the printed form.
+ */
+#include "config.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define ROBOT "robots:\n  - name: arm\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n"
+
+/* Loads a text. @return the errors, with the file's name cut off; release with free */
+static char *load(const char *text, int expected, config **out)
+{
+    char name[] = "/tmp/tfa-config-XXXXXX", *errors = NULL;
+    size_t size = 0;
+    int fd = mkstemp(name);
+    assert_true(fd >= 0);
+    assert_int_equal(write(fd, text, strlen(text)), strlen(text));
+    close(fd);
+    FILE *stream = open_memstream(&errors, &size);
+    assert_non_null(stream);
+    int status = config_load(name, stream, out);
+    fclose(stream);
+    unlink(name);
+    if (status != expected)
+        print_error("%s", errors);
+    assert_int_equal(status, expected);
+    if (status != TFA_OK) {
+        assert_null(*out);
+        assert_int_equal(strncmp(errors, name, strlen(name)), 0);
+        memmove(errors, errors + strlen(name), strlen(errors + strlen(name)) + 1);
+    }
+    return errors;
+}
+
+static void defaults_hold(void **state)
+{
+    (void)state;
+    config *c;
+    free(load(ROBOT, TFA_OK, &c));
+    assert_int_equal(c->workers, 1);
+    assert_int_equal(c->spin_ns, 50000);
+    assert_true(c->allow_spin);
+    assert_false(c->realtime.mlock || c->dds.enabled);
+    assert_int_equal(c->limits.clients, 64);
+    assert_int_equal(c->robots_count, 1);
+    assert_string_equal(c->robots[0].name, "arm");
+    assert_int_equal(c->robots[0].estimate, CONFIG_ESTIMATE_SAMPLED);
+    assert_int_equal(c->robots[0].estimate_every, 100);
+    assert_int_equal(c->robots[0].wait, TFA_WAIT_HYBRID);
+    assert_int_equal(c->robots[0].gravity_count, 0);
+    config_free(c);
+}
+
+static void values_arrive(void **state)
+{
+    (void)state;
+    config *c;
+    free(load(
+        "workers: 2\nrealtime:\n  priority: 5\n  affinity: [0, 1]\nlimits: {clients: 7}\n" ROBOT
+        "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: spin\n"
+        "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n",
+        TFA_OK, &c));
+    assert_int_equal(c->workers, 2);
+    assert_int_equal(c->realtime.priority, 5);
+    assert_int_equal(c->realtime.affinity[1], 1);
+    assert_int_equal(c->limits.clients, 7);
+    assert_int_equal(c->limits.clients_per_user, 32);
+    assert_int_equal(c->robots[0].base, TFA_BASE_FLOATING);
+    assert_true(c->robots[0].gravity[2] == -1.62);
+    assert_int_equal(c->robots[0].wait, TFA_WAIT_SPIN);
+    assert_int_equal(c->robots[0].armature_count, 2);
+    assert_string_equal(c->robots[0].armature[1].joint, "j2");
+    assert_true(c->robots[0].armature[0].value == 0.25);
+    config_free(c);
+}
+
+static void errors_name_line_and_column(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *place, *what;
+    } cases[] = {
+        {"workerz: 2\n" ROBOT, ":1:1: ", "workerz"},
+        {"workers: 0\n" ROBOT, ":1:10: ", "out of range: 1 to 64"},
+        {"workers: many\n" ROBOT, ":1:10: ", "many"},
+        {"workers: -1\n" ROBOT, ":1:10: ", "-1"},
+        {"workers: 1\nworkers: 2\n" ROBOT, ":2:1: ", "workers: it is there twice"},
+        {"limits:\n  clients: 5\n  clientz: 5\n" ROBOT, ":3:3: ", "clientz"},
+        {"limits:\n  clients: 9999\n" ROBOT, ":2:12: ", "limits.clients"},
+        {"backend: disk\n" ROBOT, ":1:10: ", "disk"},
+        {"allow_spin: perhaps\n" ROBOT, ":1:13: ", "perhaps"},
+        {"workers: [\n" ROBOT, ":", "workers"},
+        {"workers: 1\n", ":", "robots"},
+        {"robots: []\n", ":", "robots"},
+        {"", ":1:1: ", "robots"},
+        {"robots:\n  - name: arm\n", ":2:5: ", "urdf"},
+        {"robots:\n  - name: a/b\n    urdf: x\n", ":2:11: ", "a/b"},
+        {"robots:\n  - name: arm\n    urdf: nowhere.urdf\n", ":3:11: ", "nowhere.urdf"},
+        {ROBOT "    slots: 3\n", ":4:12: ", "power of two"},
+        {ROBOT "    gravity: [0, 0]\n", ":4:", "3"},
+        {ROBOT "    wait: default\n", ":4:11: ", "spin, hybrid or block"},
+        {ROBOT "    estimate: often\n", ":4:15: ", "often"},
+        {ROBOT "    armature: [{joint: a}]\n", ":4:", "value"},
+        {ROBOT "    armature: [{joint: a, value: -1}]\n", ":4:34: ", "armature[0].value"},
+        {ROBOT "  - name: arm\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n",
+         ":4:11: ", "already"},
+        {"realtime: {affinity: [0, 0], priority: 9}\nworkers: 2\n" ROBOT, ":1:22: ", "never run"},
+        {"realtime: {affinity: [9999]}\n" ROBOT, ":1:22: ", "no processor 9999"},
+        {"realtime: {affinity: [0]}\nworkers: 2\n" ROBOT, ":1:22: ", "one for each"},
+        {"allow_spin: no\n" ROBOT "    wait: spin\n", ":5:11: ", "allow_spin"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        config *c;
+        char *errors = load(cases[i].text, TFA_E_PARSE, &c);
+        if (strncmp(errors, cases[i].place, strlen(cases[i].place)) != 0 ||
+            !strstr(errors, cases[i].what))
+            fail_msg("case %zu: '%s' should be at '%s' and name '%s'", i, errors, cases[i].place,
+                     cases[i].what);
+        free(errors);
+    }
+}
+
+static void several_errors_in_one_go(void **state)
+{
+    (void)state;
+    config *c;
+    char *errors =
+        load("workers: 0\nspin_ns: 2000000000\n" ROBOT "    slots: 5\n", TFA_E_PARSE, &c);
+    assert_non_null(strstr(errors, "workers"));
+    assert_non_null(strstr(errors, "spin_ns"));
+    assert_non_null(strstr(errors, "slots"));
+    free(errors);
+}
+
+static void missing_file(void **state)
+{
+    (void)state;
+    config *c;
+    char *errors = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&errors, &size);
+    assert_int_equal(config_load("/nowhere/c.yaml", stream, &c), TFA_E_FILE);
+    fclose(stream);
+    assert_non_null(strstr(errors, "/nowhere/c.yaml"));
+    free(errors);
+}
+
+static char *dump(const config *c)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    config_dump(c, stream);
+    fclose(stream);
+    return text;
+}
+
+/* What is printed can be read again and prints the same. */
+static void dump_is_a_fixed_point(void **state)
+{
+    (void)state;
+    config *c;
+    free(load("dds:\n  domain: 3\ngroup: \"a \\\"b\\\"\"\n" ROBOT "    gravity: [0.1, 0, -9.81]\n"
+              "    armature:\n      - {joint: j1, value: 0.1}\n      - {joint: j2, value: 3}\n",
+              TFA_OK, &c));
+    char *first = dump(c);
+    config_free(c);
+    free(load(first, TFA_OK, &c));
+    assert_int_equal(c->dds.domain, 3);
+    assert_string_equal(c->group, "a \"b\"");
+    assert_true(c->robots[0].gravity[0] == 0.1);
+    assert_int_equal(c->robots[0].armature_count, 2);
+    char *second = dump(c);
+    assert_string_equal(first, second);
+    config_free(c);
+    free(first);
+    free(second);
+}
+
+/* The shipped examples are good, and full.yaml shows every key at its default. */
+static void examples_are_true(void **state)
+{
+    (void)state;
+    config *minimal, *full, *arm;
+    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/minimal.yaml", stderr, &minimal), TFA_OK);
+    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/full.yaml", stderr, &full), TFA_OK);
+    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/arm.yaml", stderr, &arm), TFA_OK);
+    char *a = dump(minimal), *b = dump(full);
+    assert_string_equal(a, b);
+    FILE *file = fopen(TFA_SOURCE_DIR "/config/full.yaml", "r");
+    char text[16384];
+    text[fread(text, 1, sizeof text - 1, file)] = 0;
+    fclose(file);
+    for (char *line = strtok(a, "\n"); line; line = strtok(NULL, "\n")) {
+        char *colon = strchr(line, ':');
+        if (!colon || line[strspn(line, " ")] == '#')
+            continue;
+        *colon = 0;
+        if (!strstr(text, line + strspn(line, " -")))
+            fail_msg("config/full.yaml does not show '%s'", line);
+    }
+    free(a);
+    free(b);
+    config_free(minimal);
+    config_free(full);
+    config_free(arm);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(defaults_hold),
+        cmocka_unit_test(values_arrive),
+        cmocka_unit_test(errors_name_line_and_column),
+        cmocka_unit_test(several_errors_in_one_go),
+        cmocka_unit_test(missing_file),
+        cmocka_unit_test(dump_is_a_fixed_point),
+        cmocka_unit_test(examples_are_true),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

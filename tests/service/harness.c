@@ -1,0 +1,302 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The real totalforced under test.
+ */
+#include "harness.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+void sleep_ms(unsigned ms)
+{
+    const struct timespec time = {.tv_sec = ms / 1000, .tv_nsec = (long)(ms % 1000) * 1000000};
+    nanosleep(&time, NULL);
+}
+
+static void write_yaml(FILE *out, const char *text)
+{
+    for (; *text; text++) {
+        if (*text == '@')
+            fputs(TFA_SOURCE_DIR, out);
+        else
+            fputc(*text, out);
+    }
+}
+
+void harness_make(harness *h, const char *robots, const char *more)
+{
+    memset(h, 0, sizeof *h);
+    strcpy(h->directory, "/tmp/tfa-test-XXXXXX");
+    assert_non_null(mkdtemp(h->directory));
+    snprintf(h->runtime_dir, sizeof h->runtime_dir, "%s/run", h->directory);
+    snprintf(h->config, sizeof h->config, "%s/c.yaml", h->directory);
+    FILE *out = fopen(h->config, "w");
+    assert_non_null(out);
+    fprintf(out, "runtime_dir: %s\n%srobots:\n", h->runtime_dir, more);
+    write_yaml(out, robots);
+    fclose(out);
+}
+
+static void launch(harness *h)
+{
+    h->pid = fork();
+    assert_true(h->pid >= 0);
+    if (h->pid != 0)
+        return;
+    char log[96];
+    snprintf(log, sizeof log, "%s/log", h->directory);
+    int fd = open(log, O_WRONLY | O_CREAT | O_APPEND, 0600);
+    (void)dup2(fd, STDERR_FILENO);
+    (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+    unsetenv("NOTIFY_SOCKET");
+    if (h->preload[0])
+        setenv("LD_PRELOAD", h->preload, 1);
+    execl(TFA_BINARY_DIR "/bin/totalforced", "totalforced", h->config, (char *)NULL);
+    _exit(127);
+}
+
+static void show_log(const harness *h)
+{
+    char path[96], text[4096];
+    snprintf(path, sizeof path, "%s/log", h->directory);
+    FILE *in = fopen(path, "r");
+    if (!in)
+        return;
+    size_t n = fread(text, 1, sizeof text - 1, in);
+    text[n] = 0;
+    fclose(in);
+    print_error("%s", text);
+}
+
+void harness_start(harness *h, const char *robot)
+{
+    char socket[160];
+    snprintf(socket, sizeof socket, "%s/%s.sock", h->runtime_dir, robot);
+    launch(h);
+    for (unsigned i = 0; i < WAIT_NS / 5000000; i++) {
+        tfa_client_options options = harness_options(h, robot);
+        tfa_client *client;
+        if (access(socket, F_OK) == 0 && tfa_client_connect(&options, &client) == TFA_OK) {
+            tfa_client_close(client);
+            return;
+        }
+        if (waitpid(h->pid, NULL, WNOHANG) == h->pid)
+            break;
+        sleep_ms(5);
+    }
+    show_log(h);
+    h->pid = 0;
+    fail_msg("the daemon did not start");
+}
+
+static int wait_end(harness *h)
+{
+    int status = -1;
+    for (unsigned i = 0; i < WAIT_NS / 2000000; i++) {
+        if (waitpid(h->pid, &status, WNOHANG) == h->pid) {
+            h->pid = 0;
+            return status;
+        }
+        sleep_ms(2);
+    }
+    show_log(h);
+    fail_msg("the daemon did not end");
+    return -1;
+}
+
+int harness_run(harness *h)
+{
+    launch(h);
+    return wait_end(h);
+}
+
+int harness_stop(harness *h, int signal)
+{
+    kill(h->pid, signal);
+    return wait_end(h);
+}
+
+static void remove_all(const char *directory)
+{
+    char path[512];
+    DIR *d = opendir(directory);
+    if (!d)
+        return;
+    for (const struct dirent *e; (e = readdir(d)) != NULL;) {
+        struct stat info;
+        if (strcmp(e->d_name, ".") == 0 || strcmp(e->d_name, "..") == 0)
+            continue;
+        snprintf(path, sizeof path, "%s/%s", directory, e->d_name);
+        if (lstat(path, &info) == 0 && S_ISDIR(info.st_mode))
+            remove_all(path);
+        else
+            unlink(path);
+    }
+    closedir(d);
+    rmdir(directory);
+}
+
+void harness_remove(harness *h)
+{
+    if (h->pid > 0)
+        (void)harness_stop(h, SIGKILL);
+    remove_all(h->directory);
+}
+
+tfa_client_options harness_options(const harness *h, const char *robot)
+{
+    return (tfa_client_options){
+        .runtime_dir = h->runtime_dir, .robot = robot, .connect_timeout_ms = 20000};
+}
+
+tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait)
+{
+    tfa_client_options options = harness_options(h, robot);
+    tfa_client *client;
+    options.wait = wait;
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    return client;
+}
+
+int harness_shm_entries(void)
+{
+    int count = 0;
+    DIR *d = opendir("/dev/shm");
+    assert_non_null(d);
+    for (const struct dirent *e; (e = readdir(d)) != NULL;)
+        count += strncmp(e->d_name, "tfa-", 4) == 0;
+    closedir(d);
+    return count;
+}
+
+int harness_descriptors(const harness *h)
+{
+    char path[64];
+    int count = 0;
+    snprintf(path, sizeof path, "/proc/%d/fd", (int)h->pid);
+    DIR *d = opendir(path);
+    assert_non_null(d);
+    while (readdir(d))
+        count++;
+    closedir(d);
+    return count - 2;
+}
+
+int harness_mappings(const harness *h)
+{
+    char path[64];
+    int count = 0;
+    snprintf(path, sizeof path, "/proc/%d/maps", (int)h->pid);
+    FILE *in = fopen(path, "r");
+    assert_non_null(in);
+    for (int c; (c = fgetc(in)) != EOF;)
+        count += c == '\n';
+    fclose(in);
+    return count;
+}
+
+long harness_resident_kib(const harness *h)
+{
+    char path[64];
+    long pages = 0;
+    snprintf(path, sizeof path, "/proc/%d/statm", (int)h->pid);
+    FILE *in = fopen(path, "r");
+    assert_non_null(in);
+    assert_int_equal(fscanf(in, "%*d %ld", &pages), 1);
+    fclose(in);
+    return pages * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+static bool log_has(const harness *h, const char *text)
+{
+    char path[96];
+    char *line = NULL;
+    size_t size = 0;
+    bool found = false;
+    snprintf(path, sizeof path, "%s/log", h->directory);
+    FILE *in = fopen(path, "r");
+    if (!in)
+        return false;
+    while (!found && getline(&line, &size, in) > 0)
+        found = strstr(line, text) != NULL;
+    free(line);
+    fclose(in);
+    return found;
+}
+
+bool harness_logged(const harness *h, const char *text)
+{
+    for (unsigned i = 0; i < 1000; i++) {
+        if (log_has(h, text))
+            return true;
+        sleep_ms(5);
+    }
+    show_log(h);
+    return false;
+}
+
+static long faults_of(const char *task, const char *thread)
+{
+    char path[512], name[32];
+    long faults = -1;
+    snprintf(path, sizeof path, "%s/stat", task);
+    FILE *in = fopen(path, "r");
+    if (!in)
+        return -1;
+    if (fscanf(in, "%*d (%31[^)]) %*c %*d %*d %*d %*d %*d %*u %ld", name, &faults) != 2 ||
+        strcmp(name, thread) != 0)
+        faults = -1;
+    fclose(in);
+    return faults;
+}
+
+long harness_thread_faults(const harness *h, const char *thread)
+{
+    char path[64], task[384];
+    long faults = -1;
+    snprintf(path, sizeof path, "/proc/%d/task", (int)h->pid);
+    DIR *d = opendir(path);
+    assert_non_null(d);
+    for (const struct dirent *e; faults < 0 && (e = readdir(d)) != NULL;) {
+        snprintf(task, sizeof task, "%s/%s", path, e->d_name);
+        if (e->d_name[0] != '.')
+            faults = faults_of(task, thread);
+    }
+    closedir(d);
+    return faults;
+}
+
+int ask_arm(tfa_client *client, double x, double qdd[7], uint64_t timeout_ns)
+{
+    double q[7], v[7], tau[7];
+    for (int i = 0; i < 7; i++) {
+        q[i] = x + 0.1 * i;
+        v[i] = 0.3 * x - 0.2 * i;
+        tau[i] = 1 - 0.1 * i;
+    }
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = q,
+                                 .v = v,
+                                 .tau = tau};
+    tfa_reply reply = {.qdd = qdd};
+    return tfa_client_call(client, &request, &reply, timeout_ns, NULL);
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Starts the real totalforced in a directory of its own, and looks at it from outside.
+ */
+#ifndef TFA_TESTS_SERVICE_HARNESS_H
+#define TFA_TESTS_SERVICE_HARNESS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <sys/types.h>
+#include <totalforce/client.h>
+
+#define WAIT_NS 20000000000u /* for what must happen; only ever used up by a failure */
+
+typedef struct harness {
+    char directory[64]; /* configuration, log and runtime directory */
+    char runtime_dir[80];
+    char config[80];
+    char preload[256]; /* LD_PRELOAD of the daemon, or "" */
+    pid_t pid;
+} harness;
+
+/** Makes the directory. `robots` is the YAML below "robots:", `more` other top-level keys. Names
+ *  of URDF files start at the source directory: "@/config/robots/arm7.urdf". */
+void harness_make(harness *h, const char *robots, const char *more);
+/** Starts the daemon and waits until it accepts `robot`. */
+void harness_start(harness *h, const char *robot);
+/** Starts it and waits until it ended. @return its wait status */
+int harness_run(harness *h);
+/** Sends a signal and waits for the end. @return wait status */
+int harness_stop(harness *h, int signal);
+/** Stops the daemon if it runs; removes the directory. */
+void harness_remove(harness *h);
+
+tfa_client_options harness_options(const harness *h, const char *robot);
+/** Connects or fails the test. */
+tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait);
+
+/** Entries of /dev/shm that totalforced makes. */
+int harness_shm_entries(void);
+/** Open descriptors, mappings and resident KiB of the daemon. */
+int harness_descriptors(const harness *h);
+int harness_mappings(const harness *h);
+long harness_resident_kib(const harness *h);
+/** Does the log contain this text? Waits for it a while. */
+bool harness_logged(const harness *h, const char *text);
+/** Minor page faults of the daemon's thread of that name; -1 if there is none. */
+long harness_thread_faults(const harness *h, const char *thread);
+
+void sleep_ms(unsigned ms);
+
+/** One forward dynamics of the 7-joint arm; x varies the state. @return status of the reply */
+int ask_arm(tfa_client *client, double x, double qdd[7], uint64_t timeout_ns);
+
+#define ARM "  - name: arm\n    urdf: @/config/robots/arm7.urdf\n"
+
+#endif

@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A worker with a solver of our own: its cycle without a thread, then with threads on all sides.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <pthread.h>
+#include <sched.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "sigbus.h"
+#include "worker.h"
+
+#define CLIENTS 3
+#define EXCHANGES 3000
+#define VISITS 40
+
+/* qdd = q + tau, or a refusal when op is not forward dynamics. */
+static int add(void *self, const tfa_request *request, tfa_reply *reply)
+{
+    uint32_t *calls = self;
+    ++*calls;
+    if (request->op != TFA_OP_FORWARD_DYNAMICS) {
+        reply->field = TFA_FIELD_OP;
+        return TFA_E_ARGUMENT;
+    }
+    for (uint32_t i = 0; i < 2 * request->count; i++)
+        reply->qdd[i] = request->q[i] + request->tau[i];
+    return TFA_OK;
+}
+
+typedef struct bench {
+    tfa_worker *worker;
+    uint32_t calls;
+    pthread_t thread;
+} bench;
+
+static void make_bench(bench *b, tfa_wait wait)
+{
+    const tfa_worker_robot robot = {
+        .shape = {.q_count = 2, .v_count = 2, .max_batch = 4}, .solve = add, .self = &b->calls};
+    const tfa_worker_options options = {
+        .robots = &robot, .robot_count = 1, .spin_ns = 20000, .wait = wait};
+    b->calls = 0;
+    assert_int_equal(tfa_worker_create(&options, &b->worker), TFA_OK);
+}
+
+static int send_to(tfa_port *port, double x, uint64_t id)
+{
+    const double q[2] = {x, 2 * x}, tau[2] = {1, 2};
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = q, .tau = tau};
+    tfa_wire_ask ask;
+    if (tfa_ring_full(&port->ring))
+        return TFA_E_AGAIN;
+    int status = tfa_wire_encode_request(&port->shape, &request, tfa_wire_want(&request, NULL), id,
+                                         0, tfa_ring_next_request(&port->ring), &ask);
+    if (status == TFA_OK)
+        tfa_port_send(port);
+    return status;
+}
+
+/* Is the oldest reply that of x? Releases it. */
+static bool take_from(tfa_port *port, double x, uint64_t id)
+{
+    const tfa_wire_ask ask = {.count = 1,
+                              .want = 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_OUT_QDD |
+                                      1u << TFA_WIRE_OUT_BASE_ACCELERATION};
+    tfa_wire_ask fixed = ask;
+    fixed.want &= ~(1u << TFA_WIRE_OUT_BASE_ACCELERATION);
+    double qdd[2] = {0};
+    tfa_reply reply = {.qdd = qdd};
+    const tfa_wire_reply *line = tfa_ring_oldest_reply(&port->ring);
+    bool good = line->id == id && tfa_wire_decode_reply(line, &reply) == fixed.want &&
+                reply.status == TFA_OK;
+    tfa_wire_copy_answers(&port->shape, &fixed, line, &reply);
+    good = good && qdd[0] == x + 1 && qdd[1] == 2 * x + 2 && line->t_received <= line->t_start &&
+           line->t_start <= line->t_done;
+    tfa_ring_release(&port->ring);
+    return good;
+}
+
+/* ---- without a thread ---- */
+
+static void cycle_answers(void **state)
+{
+    (void)state;
+    bench b;
+    tfa_port port;
+    make_bench(&b, TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 8, 4, &port), TFA_OK);
+    assert_int_equal(tfa_worker_cycle(b.worker), 0);
+    for (int i = 0; i < 50; i++) {
+        assert_int_equal(send_to(&port, i, (uint64_t)i), TFA_OK);
+        assert_false(tfa_ring_reply_ready(&port.ring));
+        assert_int_equal(tfa_worker_cycle(b.worker), 1);
+        assert_true(tfa_ring_reply_ready(&port.ring));
+        assert_true(take_from(&port, i, (uint64_t)i));
+    }
+    assert_int_equal(b.calls, 50);
+    assert_int_equal(tfa_seat_count(port.seat)->requests, 50);
+    assert_int_equal(atomic_load(&tfa_worker_pulse(b.worker)->heartbeat), 51);
+    tfa_port_close(&port);
+    tfa_worker_destroy(b.worker);
+}
+
+/* A client with a full ring does not keep another waiting for more than its turn. */
+static void turns_are_bounded(void **state)
+{
+    (void)state;
+    bench b;
+    tfa_port greedy, modest;
+    make_bench(&b, TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 64, 1, &greedy), TFA_OK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &modest), TFA_OK);
+    for (uint64_t i = 0; i < 64; i++)
+        assert_int_equal(send_to(&greedy, 1, i), TFA_OK);
+    assert_int_equal(send_to(&greedy, 1, 64), TFA_E_AGAIN);
+    assert_int_equal(send_to(&modest, 2, 5), TFA_OK);
+    const uint32_t first = tfa_worker_cycle(b.worker);
+    assert_in_range(first, 2, 9);
+    assert_true(tfa_ring_reply_ready(&modest.ring));
+    assert_true(take_from(&modest, 2, 5));
+    uint32_t all = first;
+    for (uint32_t n; (n = tfa_worker_cycle(b.worker)) != 0;)
+        all += n;
+    assert_int_equal(all, 65);
+    tfa_port_close(&greedy);
+    tfa_port_close(&modest);
+    tfa_worker_destroy(b.worker);
+}
+
+static void refusals_are_counted(void **state)
+{
+    (void)state;
+    bench b;
+    tfa_port port;
+    tfa_wire_ask ask;
+    tfa_reply reply;
+    const tfa_request wrong = {.op = TFA_OP_MASS_MATRIX, .count = 1};
+    make_bench(&b, TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 2, 1, &port), TFA_OK);
+    assert_int_equal(tfa_wire_encode_request(&port.shape, &wrong, 0, 9, 0,
+                                             tfa_ring_next_request(&port.ring), &ask),
+                     TFA_OK);
+    tfa_port_send(&port);
+    /* a robot of another size: refused before the solver sees it */
+    tfa_wire_request *line = tfa_ring_next_request(&port.ring);
+    assert_int_equal(tfa_wire_encode_request(&port.shape, &wrong, 0, 10, 0, line, &ask), TFA_OK);
+    line->dof++;
+    tfa_port_send(&port);
+    assert_int_equal(tfa_worker_cycle(b.worker), 2);
+    assert_int_equal(tfa_wire_decode_reply(tfa_ring_oldest_reply(&port.ring), &reply), 0);
+    assert_int_equal(reply.status, TFA_E_ARGUMENT);
+    assert_int_equal(reply.field, TFA_FIELD_OP);
+    tfa_ring_release(&port.ring);
+    (void)tfa_wire_decode_reply(tfa_ring_oldest_reply(&port.ring), &reply);
+    assert_int_equal(reply.status, TFA_E_PROTOCOL);
+    assert_int_equal(b.calls, 1);
+    assert_int_equal(tfa_seat_count(port.seat)->rejected, 2);
+    tfa_port_close(&port);
+    tfa_worker_destroy(b.worker);
+}
+
+static void broken_window_ends_the_client(void **state)
+{
+    (void)state;
+    bench b;
+    tfa_port bad, good;
+    make_bench(&b, TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 4, 1, &bad), TFA_OK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 4, 1, &good), TFA_OK);
+    tfa_wire_request *line = tfa_ring_next_request(&bad.ring);
+    atomic_store(&line->seq, 77);
+    assert_int_equal(send_to(&good, 3, 1), TFA_OK);
+    assert_int_equal(tfa_worker_cycle(b.worker), 1);
+    assert_true(tfa_seat_broken(bad.seat));
+    assert_false(tfa_seat_broken(good.seat));
+    atomic_store(&line->seq, 1); /* too late to be good again */
+    assert_int_equal(tfa_worker_cycle(b.worker), 0);
+    tfa_port_close(&bad);
+    tfa_port_close(&good);
+    tfa_worker_destroy(b.worker);
+}
+
+static void seats_run_out_and_come_back(void **state)
+{
+    (void)state;
+    bench b;
+    tfa_port *ports = calloc(TFA_WORKER_SEATS + 1, sizeof *ports);
+    make_bench(&b, TFA_WAIT_BLOCK);
+    for (int round = 0; round < 2; round++) {
+        for (int i = 0; i < TFA_WORKER_SEATS; i++)
+            assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &ports[i]), TFA_OK);
+        assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &ports[TFA_WORKER_SEATS]), TFA_E_REFUSED);
+        for (int i = 0; i < TFA_WORKER_SEATS; i++)
+            tfa_port_close(&ports[i]);
+    }
+    assert_int_equal(tfa_port_open(b.worker, 1, 1, 1, &ports[0]), TFA_E_ROBOT);
+    assert_int_equal(tfa_port_open(b.worker, 0, 3, 1, &ports[0]), TFA_E_SIZE);
+    assert_int_equal(tfa_port_open(b.worker, 0, 1, 5, &ports[0]), TFA_E_SIZE);
+    free(ports);
+    tfa_worker_destroy(b.worker);
+}
+
+static void sleep_ends_for_requests_and_kicks(void **state)
+{
+    (void)state;
+    bench b;
+    tfa_port port;
+    make_bench(&b, TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &port), TFA_OK);
+    tfa_worker_sleep(b.worker, -1); /* the kick of attach */
+    assert_int_equal(send_to(&port, 1, 1), TFA_OK);
+    tfa_worker_sleep(b.worker, -1); /* would hang if the recheck missed the request */
+    assert_int_equal(tfa_worker_cycle(b.worker), 1);
+    tfa_worker_kick(b.worker);
+    tfa_worker_sleep(b.worker, -1);
+    tfa_port_close(&port);
+    tfa_worker_destroy(b.worker);
+}
+
+/* ---- with threads ---- */
+
+static void *run(void *worker)
+{
+    tfa_worker_run(worker);
+    return NULL;
+}
+
+/* Waits: looks, then sleeps. Bounded: a lost wake-up fails instead of hanging. */
+static bool wait_for(tfa_port *port)
+{
+    for (int i = 0; i < 64; i++)
+        if (tfa_ring_reply_ready(&port->ring))
+            return true;
+    const uint64_t index = port->ring.received;
+    for (int i = 0; i < 100; i++)
+        if (tfa_port_wait(port, index, 200000000))
+            return true;
+    return false;
+}
+
+static void *client(void *argument)
+{
+    tfa_port *port = argument;
+    uint64_t sent = 0, received = 0;
+    while (received < EXCHANGES) {
+        while (sent < EXCHANGES && send_to(port, (double)sent, sent) == TFA_OK)
+            sent++;
+        if (!wait_for(port) || !take_from(port, (double)received, received))
+            return (void *)1;
+        received++;
+    }
+    return NULL;
+}
+
+/* Comes, asks once, goes: the seat changes hands while the worker runs. */
+static void *visitor(void *argument)
+{
+    tfa_worker *worker = argument;
+    for (uint64_t i = 0; i < VISITS; i++) {
+        tfa_port port;
+        if (tfa_port_open(worker, 0, 2, 1, &port) != TFA_OK)
+            return (void *)1;
+        if (send_to(&port, 5, i) != TFA_OK ||
+            (i % 2 && !(wait_for(&port) && take_from(&port, 5, i))))
+            return (void *)1;
+        tfa_port_close(&port); /* every other time with a request under way */
+    }
+    return NULL;
+}
+
+static void threads(tfa_wait wait)
+{
+    bench b;
+    tfa_port ports[CLIENTS];
+    pthread_t clients[CLIENTS], guest;
+    void *result;
+    make_bench(&b, wait);
+    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    for (uint32_t i = 0; i < CLIENTS; i++) {
+        assert_int_equal(tfa_port_open(b.worker, 0, 1u << i, 1, &ports[i]), TFA_OK);
+        assert_int_equal(pthread_create(&clients[i], NULL, client, &ports[i]), 0);
+    }
+    assert_int_equal(pthread_create(&guest, NULL, visitor, b.worker), 0);
+    for (uint32_t i = 0; i < CLIENTS; i++) {
+        pthread_join(clients[i], &result);
+        assert_null(result);
+    }
+    pthread_join(guest, &result);
+    assert_null(result);
+    for (uint32_t i = 0; i < CLIENTS; i++) {
+        assert_int_equal(atomic_load(&tfa_seat_count(ports[i].seat)->requests), EXCHANGES);
+        tfa_port_close(&ports[i]);
+    }
+    tfa_worker_stop(b.worker);
+    pthread_join(b.thread, NULL);
+    tfa_worker_destroy(b.worker);
+}
+
+static void threads_hybrid(void **state)
+{
+    (void)state;
+    threads(TFA_WAIT_HYBRID);
+}
+
+static void threads_block(void **state)
+{
+    (void)state;
+    threads(TFA_WAIT_BLOCK);
+}
+
+/* What is in the rings when the end comes is answered. */
+static void stop_drains(void **state)
+{
+    (void)state;
+    bench b;
+    tfa_port port;
+    make_bench(&b, TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 64, 1, &port), TFA_OK);
+    for (uint64_t i = 0; i < 64; i++)
+        assert_int_equal(send_to(&port, 1, i), TFA_OK);
+    tfa_worker_stop(b.worker);
+    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    pthread_join(b.thread, NULL);
+    for (uint64_t i = 0; i < 64; i++) {
+        assert_true(tfa_ring_reply_ready(&port.ring));
+        assert_true(take_from(&port, 1, i));
+    }
+    tfa_port_close(&port);
+    tfa_worker_destroy(b.worker);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cycle_answers),
+        cmocka_unit_test(turns_are_bounded),
+        cmocka_unit_test(refusals_are_counted),
+        cmocka_unit_test(broken_window_ends_the_client),
+        cmocka_unit_test(seats_run_out_and_come_back),
+        cmocka_unit_test(sleep_ends_for_requests_and_kicks),
+        cmocka_unit_test(threads_hybrid),
+        cmocka_unit_test(threads_block),
+        cmocka_unit_test(stop_drains),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

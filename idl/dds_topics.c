@@ -29,7 +29,7 @@ typedef struct topic_row {
  * (0.10 sets no watermark for it), so it may write from the receiving thread, which cannot wait for
  * acknowledgements that it would have to receive itself; and a client that stops acknowledging
  * loses its own replies and nobody else's. 256 are four clients with all the requests under way
- * that they may have. Torques are asked for best effort, which matches publishers of either kind. */
+ * that they may have. Torques are asked for best effort: that matches publishers of either kind. */
 static const topic_row topics[] = {
     [TFA_DDS_ROBOT_INFO] = {TFA_DDS_TOPIC_ROBOT_INFO, &totalforce_dds_RobotInfo_desc, true,
                             .writer = {true, 1, 0}, .reader = {true, 1, 0}},

@@ -21,6 +21,8 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/totalforce-config-v
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/totalforce-config.cmake
   ${CMAKE_CURRENT_BINARY_DIR}/totalforce-config-version.cmake DESTINATION ${package_dir})
 
+# Relative to where the file lies, so that a tree that was moved or staged works.
+file(RELATIVE_PATH package_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
 configure_file(totalforce.pc.in totalforce.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/totalforce.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

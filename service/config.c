@@ -68,6 +68,8 @@ static void print_cyaml_error(reader *r, cyaml_err_t error)
         hint = "; totalforced --dump-config shows every key";
     if (strstr(r->message, "already seen"))
         hint = ": it is there twice";
+    if (*hint || error == CYAML_ERR_MAPPING_FIELD_MISSING)
+        r->field[0] = 0; /* it names the key before the offence */
     if (*hint && key)
         config_locate_key(r->file, key + 1, &r->line, &r->column);
     fprintf(r->errors, "%s:%zu:%zu: %s%s%s\n", r->file, r->line, r->column, r->field,

@@ -4,9 +4,9 @@
  * The DDS door at work: samples become requests in the worker's ring, answers become samples.
  *
  * Latency first: Cyclone's receiving thread calls a listener, which puts the request into the ring,
- * spins for the answer and writes the reply itself, so that no thread is woken on the way (a wake-up
- * costs 23 us and more, the answer of a small robot takes 1). What takes longer than spin_ns is
- * handed over to the dds thread.
+ * spins for the answer and writes the reply itself, so that no thread is woken on the way (a
+ * wake-up costs 23 us and more, the answer of a small robot takes 1). What takes longer than
+ * spin_ns is handed over to the dds thread.
  */
 #include "dds_internal.h"
 

@@ -214,6 +214,37 @@ static void null_means_zero(void **state)
     for_every_robot(left_out, true);
 }
 
+/* ---- rotor inertia of the file counts when the model is asked for it ---- */
+
+static void rotor(test_robot *robot)
+{
+    random_states *x =
+        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    struct answer *a = answer_make(robot), *b = answer_make(robot);
+    tfa_request r = full_request(robot, x);
+    for (int asked = 0; asked < 2; asked++) {
+        const tfa_model_options options = {.base = robot->base, .rotor_inertia = asked == 0};
+        tfa_model *model = NULL;
+        for (size_t j = 0; asked && j < robot->description->joint_count; j++)
+            robot->description->joints[j].armature += robot->description->joints[j].rotor;
+        assert_int_equal(tfa_model_create(robot->description, &options, NULL, &model), TFA_OK);
+        tfa_workspace *w = fixture_workspace(model, TFA_F64);
+        ask(robot, w, &r, asked ? b : a, 0);
+        tfa_workspace_free(w);
+        tfa_model_free(model);
+    }
+    assert_same(robot, a, b);
+    answer_free(b);
+    answer_free(a);
+    random_states_free(x);
+}
+
+static void rotor_inertia_is_armature(void **state)
+{
+    (void)state;
+    for_every_robot(rotor, true);
+}
+
 /* ---- every instruction set gives the same, up to rounding ---- */
 
 static void isa(test_robot *robot)
@@ -352,9 +383,13 @@ static void spectrum_bounds_lambda_inv(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(batch_equals_single_calls), cmocka_unit_test(fused_equals_separate),
-        cmocka_unit_test(null_means_zero),           cmocka_unit_test(instruction_sets_agree),
-        cmocka_unit_test(estimate_covers_the_error), cmocka_unit_test(spectrum_bounds_lambda_inv),
+        cmocka_unit_test(batch_equals_single_calls),
+        cmocka_unit_test(fused_equals_separate),
+        cmocka_unit_test(null_means_zero),
+        cmocka_unit_test(rotor_inertia_is_armature),
+        cmocka_unit_test(instruction_sets_agree),
+        cmocka_unit_test(estimate_covers_the_error),
+        cmocka_unit_test(spectrum_bounds_lambda_inv),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

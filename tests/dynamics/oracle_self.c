@@ -205,8 +205,40 @@ static void bias_is_lagranges(void **state)
     }
 }
 
-/* A free robot without gravity and outer forces keeps its momentum: the sum over links, about the
- * world's origin, has no slope although the joints push. */
+static uint32_t root_of(const tfa_description *d)
+{
+    uint32_t root = 0;
+    for (size_t steps = 0; steps < d->joint_count; steps++)
+        for (size_t j = 0; j < d->joint_count; j++)
+            root = d->joints[j].child == root ? d->joints[j].parent : root;
+    return root;
+}
+
+/* Momentum of all links, linear first, about the world's origin and in its axes. The base's rows
+ * of M v are the momentum about the root link's origin, in its axes. */
+static void momentum(oracle *o, const random_states *x, uint32_t root, double p[6])
+{
+    const uint32_t n = oracle_freedoms(o);
+    double *M = calloc((size_t)n * n, sizeof *M), local[6] = {0}, at[3], R[9];
+    tfa_request r = request_of(x);
+    oracle_set_state(o, &r, 0);
+    oracle_mass_matrix(o, M);
+    for (uint32_t i = 0; i < 6; i++)
+        for (uint32_t k = 0; k < n; k++)
+            local[i] += M[i * n + k] * (k < 6 ? x->base_twist[k] : x->v[k - 6]);
+    oracle_pose(o, root, at, R);
+    for (int i = 0; i < 6; i++) {
+        const double *row = R + 3 * (i % 3), *in = local + i / 3 * 3;
+        p[i] = row[0] * in[0] + row[1] * in[1] + row[2] * in[2];
+    }
+    for (int i = 0; i < 3; i++) {
+        int b = (i + 1) % 3, c = (i + 2) % 3;
+        p[3 + i] += at[b] * p[c] - at[c] * p[b];
+    }
+    free(M);
+}
+
+/* A free robot without gravity and outer forces keeps its momentum although its joints push. */
 static void free_robot_keeps_momentum(void **state)
 {
     (void)state;
@@ -218,39 +250,17 @@ static void free_robot_keeps_momentum(void **state)
         oracle *o = oracle_create(d, TFA_BASE_FLOATING);
         random_states *x = random_states_create(seed, d, o, 1, 0);
         random_states *y = random_states_create(seed, d, o, 1, 0);
-        uint32_t n = oracle_freedoms(o), nv = n - 6, root = 0;
-        for (size_t j = 0; j < d->joint_count; j++)
-            for (size_t k = 0; k < d->joint_count; k++)
-                root = d->joints[k].child == root ? d->joints[k].parent : root;
-        double *qdd = calloc(nv, sizeof *qdd), *tau = calloc(nv, sizeof *tau), base[6];
-        double *M = calloc((size_t)n * n, sizeof *M), p[2][6];
+        double *qdd = calloc(oracle_v_count(o), sizeof *qdd), base[6], p[2][6];
         tfa_request r = request_of(x);
         r.gravity = zero;
         oracle_set_state(o, &r, 0);
         oracle_forward(o, x->tau, NULL, qdd, base);
         for (int side = 0; side < 2; side++) {
-            double local[6] = {0}, at[3], R[9], *l = p[side], *a = p[side] + 3;
             step_state(d, o, x, qdd, base, side ? dt : -dt, y);
-            r = request_of(y);
-            oracle_set_state(o, &r, 0);
-            oracle_mass_matrix(o, M);
-            for (uint32_t i = 0; i < 6; i++) /* rows of the base: momentum in its own axes */
-                for (uint32_t k = 0; k < n; k++)
-                    local[i] += M[i * n + k] * (k < 6 ? y->base_twist[k] : y->v[k - 6]);
-            oracle_pose(o, root, at, R);
-            for (int i = 0; i < 6; i++) {
-                const double *row = R + 3 * (i % 3), *in = local + i / 3 * 3;
-                p[side][i] = row[0] * in[0] + row[1] * in[1] + row[2] * in[2];
-            }
-            for (int i = 0; i < 3; i++) {
-                int b = (i + 1) % 3, c = (i + 2) % 3;
-                a[i] += at[b] * l[c] - at[c] * l[b];
-            }
+            momentum(o, y, root_of(d), p[side]);
         }
         for (int i = 0; i < 6; i++)
             assert_close((p[1][i] - p[0][i]) / (2 * dt), 0, 1e-5, "momentum");
-        free(M);
-        free(tau);
         free(qdd);
         random_states_free(y);
         random_states_free(x);

@@ -149,8 +149,10 @@ static void random_joint(random_source *s, tfa_joint *j, tfa_joint_type type, do
         for (uint32_t i = 0; i < 3; i++)
             j->axis[i] = i == along ? sign : 0;
     }
-    if (type != TFA_JOINT_FIXED && chance(s, armature))
+    if (type != TFA_JOINT_FIXED && chance(s, armature)) {
         j->armature = random_uniform(s, 0.01, 0.5);
+        j->rotor = j->armature / 3; /* for nobody, unless the model is asked to add it */
+    }
 }
 
 /* Link that the next moving joint hangs from, of links 0 .. made - 1. */

@@ -103,7 +103,7 @@ static void errors_name_line_and_column(void **state)
         {"workers: 1\n", ":", "robots"},
         {"robots: []\n", ":", "robots"},
         {"", ":1:1: ", "robots"},
-        {"robots:\n  - name: arm\n", ":2:5: ", "urdf"},
+        {"robots:\n  - name: arm\n", ":2:11: ", "Missing required mapping field: urdf"},
         {"robots:\n  - name: a/b\n    urdf: x\n", ":2:11: ", "a/b"},
         {"robots:\n  - name: arm\n    urdf: nowhere.urdf\n", ":3:11: ", "nowhere.urdf"},
         {ROBOT "    slots: 3\n", ":4:12: ", "power of two"},

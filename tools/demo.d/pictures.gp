@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The demonstration's pictures. gnuplot -e "folder='build/demo'" pictures.gp
+# The demonstration's pictures: gnuplot -e "folder='build/demo'; floor_us=0.29" pictures.gp
+# floor_us is the p50 of the ping-pong measured in the same run.
 #
 # Colours are Okabe and Ito's, dashes differ too, so that they can be told apart in grey.
 
@@ -28,27 +29,35 @@ do for [kind in "svg png"] {
     plot for [j=1:7] sprintf('%s/arm_motion.dat', folder) using 1:(column(3+j)) \
         with lines ls j title sprintf('joint %d', j)
 
-    # --- stick figures
+    # --- stick figures, from the front and from the side
     set output sprintf('%s/arm_motion.%s', folder, kind)
-    set title "Motion of the arm: a figure every 0.5 s, the last one dark"
-    set xlabel 'x (m)' offset 0,-1; set ylabel 'y (m)' offset -1,0; set zlabel 'z (m)' rotate parallel
-    unset key; set view 65,40; set xyplane at 0; set view equal xyz
+    figures = sprintf('%s/arm_figures.dat', folder)
     last = 59
-    splot for [k=0:last:5] sprintf('%s/arm_figures.dat', folder) index k using 1:2:3 \
-              with lines lw 2 lc rgb int(200 - 170.0 * k / last) * 65793 notitle, \
-          sprintf('%s/arm_figures.dat', folder) index last using 1:2:3 \
-              with linespoints lw 4 pt 7 ps 0.6 lc rgb '#0072B2' notitle
-    unset view; set key; unset zlabel
+    grey(k) = int(210 - 150.0 * k / last) * 65793
+    unset key
+    set multiplot layout 1,2 title "Motion of the arm: a figure every 0.5 s, later ones darker, the last one blue"
+    set size ratio -1; unset title
+    set ylabel 'z (m)'; set yrange [-0.05:1.25]; set xrange [-0.65:0.65]
+    do for [view in "1 2"] {
+        set xlabel view eq "1" ? 'x (m), seen from the side' : 'y (m), seen from the front'
+        column_x = int(view)
+        plot for [k=0:last-1:5] figures index k using column_x:3 with lines lw 2 lc rgb grey(k), \
+             figures index last using column_x:3 with linespoints lw 3 pt 7 ps 0.5 lc rgb '#0072B2'
+    }
+    unset multiplot
+    set size noratio; set autoscale; set key
 
     # --- latency
     set output sprintf('%s/latency.%s', folder, kind)
     set title "Round trip of a 7-joint forward dynamics request: share of requests that took longer"
     set xlabel 'round trip (us)' offset 0,0; set ylabel 'share that took longer' offset 0,0
-    set logscale xy; set key top right; set grid
+    set logscale xy; set key inside top right; set grid
+    set arrow 1 from floor_us, graph 0 to floor_us, graph 1 nohead lc rgb 'black' dt 3 lw 2
+    set label 1 'ping-pong p50' at floor_us, graph 0.05 rotate by 90 left offset 0.8,0
     set format y '10^{%L}'
     set yrange [1e-5:1]
     plot sprintf('%s/shm.hgrm', folder) using 1:($2 < 1 ? 1 - $2 : NaN) with lines ls 1 \
              title 'shared memory (spin)', \
          sprintf('%s/dds.hgrm', folder) using 1:($2 < 1 ? 1 - $2 : NaN) with lines ls 2 title 'DDS'
-    unset logscale; set autoscale; set format y
+    unset logscale; set autoscale; set format y; unset arrow 1; unset label 1
 }

@@ -28,6 +28,10 @@
 #define KP 100.0
 #define KD 20.0
 
+/* An error estimate is relative to |qdd|. Where the torques hold the robot still, qdd is itself the
+ * rounding of two large forces that cancel, and the ratio says nothing. */
+#define MOVING 1e-3
+
 struct run {
     tfa_model *model;
     tfa_workspace *workspace;
@@ -40,7 +44,8 @@ struct run {
     double pose[7], twist[6], wrench[6], acceleration[6], base_other[6];
     histogram via_shm, via_dds;
     uint64_t steps, different, failed;
-    double worst_estimate, worst_tracking;
+    double worst_estimate; /* while the robot accelerates: see MOVING */
+    double worst_tracking;
     FILE *motion, *figures;
 };
 
@@ -58,7 +63,7 @@ static double *numbers(size_t n)
 
 static int connect_all(struct run *r, const char *robot, uint32_t domain)
 {
-    const tfa_client_options shm = {.robot = robot};
+    const tfa_client_options shm = {.robot = robot, .wait = TFA_WAIT_SPIN};
     const tfa_dds_client_options dds = {
         .domain = domain, .robot = robot, .connect_timeout_ms = 20000};
     int status = tfa_client_connect(&shm, &r->shm);
@@ -158,6 +163,15 @@ static void compare(struct run *r, const double *base)
     r->different += !same;
 }
 
+static void note_estimate(struct run *r, const tfa_answer *answer)
+{
+    double size = 0;
+    for (uint32_t j = 0; j < r->nv; j++)
+        size += r->qdd[j] * r->qdd[j];
+    if (answer->flags & TFA_ANSWER_ESTIMATED && sqrt(size) > MOVING)
+        r->worst_estimate = fmax(r->worst_estimate, answer->error_estimate);
+}
+
 static int ask_shm(struct run *r, double *us)
 {
     tfa_request request = forward_request(r);
@@ -170,8 +184,7 @@ static int ask_shm(struct run *r, double *us)
     *us = (double)took * 1e-3;
     if (status == TFA_OK) {
         compare(r, r->base_other);
-        if (answer.flags & TFA_ANSWER_ESTIMATED)
-            r->worst_estimate = fmax(r->worst_estimate, answer.error_estimate);
+        note_estimate(r, &answer);
     }
     return status;
 }
@@ -221,7 +234,7 @@ static int step(struct run *r, double t)
     if (status == TFA_OK)
         status = tfa_compute(r->workspace, &request, &reply);
     if (status == TFA_OK) {
-        r->worst_estimate = fmax(r->worst_estimate, answer.error_estimate);
+        note_estimate(r, &answer);
         status = ask_shm(r, &shm_us);
     }
     if (status == TFA_OK)
@@ -270,7 +283,8 @@ static void print(const struct run *r, const char *robot)
     print_line("DDS torque stream", &r->via_dds);
     printf("  in process, shared memory and DDS: %lu of %lu answers differ in any bit\n",
            (unsigned long)r->different, (unsigned long)(2 * r->steps));
-    printf("  worst error estimate of qdd %.1e; tracking error after 2 s at most %.1e rad\n",
+    printf("  worst error estimate of qdd while it moves %.1e; tracking error after 2 s at most "
+           "%.1e rad\n",
            r->worst_estimate, r->worst_tracking);
 }
 

@@ -1,0 +1,390 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Clients that speak the protocol themselves, and badly. A witness must not notice.
+ */
+#include "harness.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <errno.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "client/hello.h"
+
+#define TIMEOUT_NS WAIT_NS
+
+typedef struct villain {
+    int socket;
+    int fds[TFA_WELCOME_DESCRIPTORS];
+    tfa_welcome welcome;
+    tfa_ring_client ring;
+} villain;
+
+static uint64_t seed = 0x9e3779b97f4a7c15u;
+
+static uint64_t random_bits(void)
+{
+    seed ^= seed << 13;
+    seed ^= seed >> 7;
+    seed ^= seed << 17;
+    return seed;
+}
+
+static int connect_raw(const harness *h)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    snprintf(address.sun_path, sizeof address.sun_path, "%.80s/arm.sock", h->runtime_dir);
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
+    return fd;
+}
+
+static tfa_hello good_hello(tfa_wait wait)
+{
+    return (tfa_hello){.magic = TFA_HELLO_MAGIC,
+                       .abi = TFA_HELLO_ABI,
+                       .slots = 8,
+                       .max_batch = 2,
+                       .wait = wait,
+                       .robot = "arm"};
+}
+
+static void receive_welcome(villain *v)
+{
+    union {
+        char bytes[CMSG_SPACE(sizeof v->fds)];
+        struct cmsghdr align;
+    } control;
+    struct iovec part = {.iov_base = &v->welcome, .iov_len = sizeof v->welcome};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    assert_int_equal(recvmsg(v->socket, &message, MSG_CMSG_CLOEXEC), sizeof v->welcome);
+    assert_int_equal(v->welcome.status, TFA_OK);
+    memcpy(v->fds, CMSG_DATA(CMSG_FIRSTHDR(&message)), sizeof v->fds);
+}
+
+/* A client by the book so far. */
+static villain enter(const harness *h, tfa_wait wait)
+{
+    villain v = {.socket = connect_raw(h)};
+    const tfa_hello hello = good_hello(wait);
+    assert_int_equal(send(v.socket, &hello, sizeof hello, 0), sizeof hello);
+    receive_welcome(&v);
+    const tfa_ring_layout *l = &v.welcome.layout;
+    v.ring = (tfa_ring_client){.layout = *l, .spin = wait == TFA_WAIT_SPIN};
+    v.ring.requests = mmap(NULL, l->request_bytes, PROT_READ | PROT_WRITE, MAP_SHARED,
+                           v.fds[TFA_WELCOME_REQUESTS], 0);
+    v.ring.replies =
+        mmap(NULL, l->reply_bytes, PROT_READ, MAP_SHARED, v.fds[TFA_WELCOME_REPLIES], 0);
+    v.ring.pulse =
+        mmap(NULL, sizeof(tfa_ring_pulse), PROT_READ, MAP_SHARED, v.fds[TFA_WELCOME_PULSE], 0);
+    assert_ptr_not_equal(v.ring.requests, MAP_FAILED);
+    assert_ptr_not_equal(v.ring.replies, MAP_FAILED);
+    assert_ptr_not_equal(v.ring.pulse, MAP_FAILED);
+    return v;
+}
+
+static void leave(villain *v)
+{
+    munmap(v->ring.requests, v->ring.layout.request_bytes);
+    munmap((void *)(uintptr_t)v->ring.replies, v->ring.layout.reply_bytes);
+    munmap((void *)(uintptr_t)v->ring.pulse, sizeof(tfa_ring_pulse));
+    for (int i = 0; i < TFA_WELCOME_DESCRIPTORS; i++)
+        close(v->fds[i]);
+    close(v->socket);
+}
+
+static void wake(const villain *v)
+{
+    const uint64_t one = 1;
+    (void)!write(v->fds[TFA_WELCOME_DOORBELL], &one, sizeof one);
+}
+
+/* The daemon hangs up on this socket. */
+static void assert_hung_up(int socket)
+{
+    struct pollfd fd = {.fd = socket, .events = POLLRDHUP};
+    assert_int_equal(poll(&fd, 1, (int)(WAIT_NS / 1000000)), 1);
+    assert_true(fd.revents & (POLLHUP | POLLRDHUP));
+}
+
+typedef struct scene {
+    harness h;
+    tfa_client *witness;
+    double truth[7];
+} scene;
+
+static void assert_unharmed(scene *s)
+{
+    double qdd[7];
+    for (int i = 0; i < 5; i++) {
+        assert_int_equal(ask_arm(s->witness, 1, qdd, TIMEOUT_NS), TFA_OK);
+        assert_memory_equal(qdd, s->truth, sizeof qdd);
+    }
+}
+
+static void open_scene(scene *s, const char *more)
+{
+    harness_make(&s->h, ARM, more);
+    harness_start(&s->h, "arm");
+    s->witness = harness_connect(&s->h, "arm", TFA_WAIT_HYBRID);
+    assert_int_equal(ask_arm(s->witness, 1, s->truth, TIMEOUT_NS), TFA_OK);
+}
+
+static void close_scene(scene *s)
+{
+    assert_unharmed(s);
+    tfa_client_close(s->witness);
+    assert_int_equal(harness_stop(&s->h, SIGTERM), 0);
+    harness_remove(&s->h);
+}
+
+/* ---- memory ---- */
+
+static void truncates_its_requests(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    for (int i = 0; i < 20; i++) {
+        villain v = enter(&s.h, i & 1 ? TFA_WAIT_SPIN : TFA_WAIT_BLOCK);
+        /* to nothing, or to one page, so that the worker falls over a later slot */
+        assert_int_equal(ftruncate(v.fds[TFA_WELCOME_REQUESTS], i & 2 ? 4096 : 0), 0);
+        if (i & 2) {
+            const tfa_wire_request line = {.count = 1};
+            memcpy(tfa_ring_next_request(&v.ring), &line, sizeof line);
+            (void)tfa_ring_send(&v.ring); /* the first slot is there; the next is not */
+            (void)ftruncate(v.fds[TFA_WELCOME_REQUESTS], 0);
+        }
+        wake(&v);
+        assert_hung_up(v.socket);
+        assert_unharmed(&s);
+        leave(&v);
+    }
+    assert_true(harness_logged(&s.h, "took its memory away"));
+    close_scene(&s);
+}
+
+static void replies_are_out_of_reach(void **state)
+{
+    static const char *const backends[] = {"backend: shm\n", "backend: memfd\n"};
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        scene s;
+        open_scene(&s, backends[i]);
+        villain v = enter(&s.h, TFA_WAIT_BLOCK);
+        static const int readonly[] = {TFA_WELCOME_REPLIES, TFA_WELCOME_PULSE, TFA_WELCOME_NAMES};
+        for (int k = 0; k < 3; k++) {
+            const int fd = v.fds[readonly[k]];
+            assert_int_not_equal(ftruncate(fd, 0), 0);
+            assert_int_equal(write(fd, "x", 1), -1);
+            assert_ptr_equal(mmap(NULL, 64, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0), MAP_FAILED);
+        }
+        if (i == 1) {
+            assert_int_not_equal(ftruncate(v.fds[TFA_WELCOME_REQUESTS], 0), 0);
+            assert_int_equal(errno, EPERM); /* sealed */
+        }
+        leave(&v);
+        close_scene(&s);
+    }
+}
+
+/* ---- slots ---- */
+
+/* Random bytes under a good sequence number: every one is answered, most with a refusal. */
+static void writes_garbage(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    villain v = enter(&s.h, TFA_WAIT_HYBRID);
+    const uint32_t dof = v.welcome.shape.q_count + v.welcome.shape.v_count;
+    for (int i = 0; i < 5000; i++) {
+        uint64_t *slot = tfa_ring_next_request(&v.ring);
+        for (size_t k = 1; k < v.ring.layout.request_stride / 8; k++)
+            slot[k] = random_bits();
+        tfa_wire_request *line = (tfa_wire_request *)(void *)slot;
+        if (i & 1)
+            line->dof = dof;
+        if (i & 2)
+            line->op = (uint16_t)(line->op % 5), line->method = (uint16_t)(line->method % 7);
+        if (i & 4)
+            line->count %= 3, line->tip_count &= 7, line->wrench_count &= 7;
+        const uint64_t id = line->id;
+        if (tfa_ring_send(&v.ring))
+            wake(&v);
+        for (int t = 0; !tfa_ring_reply_ready(&v.ring) && t < 200000; t++)
+            usleep(t < 1000 ? 0 : 100);
+        assert_true(tfa_ring_reply_ready(&v.ring));
+        assert_int_equal(((const tfa_wire_reply *)tfa_ring_oldest_reply(&v.ring))->id, id);
+        tfa_ring_release(&v.ring);
+        if (i % 500 == 0)
+            assert_unharmed(&s);
+    }
+    leave(&v);
+    close_scene(&s);
+}
+
+static void leaves_the_window(void **state)
+{
+    static const uint64_t numbers[] = {2, 9, 1000, UINT64_MAX, UINT64_MAX - 8};
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        villain v = enter(&s.h, TFA_WAIT_BLOCK);
+        tfa_wire_request *line = tfa_ring_next_request(&v.ring);
+        atomic_store(&line->seq, numbers[i]);
+        wake(&v);
+        assert_hung_up(v.socket);
+        leave(&v);
+        assert_unharmed(&s);
+    }
+    close_scene(&s);
+}
+
+/* Fills the ring again and again and never reads a reply; says it sleeps, too. */
+static void floods(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    villain v = enter(&s.h, TFA_WAIT_HYBRID);
+    const pid_t child = fork();
+    if (child == 0) {
+        const tfa_wire_request line = {.count = 1, .op = TFA_OP_MASS_MATRIX};
+        atomic_store(&tfa_ring_bell_of(&v.ring)->asleep, 1);
+        for (;;) {
+            unsigned char *slot = tfa_ring_next_request(&v.ring);
+            memcpy(slot + 8, (const unsigned char *)&line + 8, sizeof line - 8);
+            (void)tfa_ring_send(&v.ring);
+            wake(&v);
+            for (int t = 0; t < 100 && !tfa_ring_reply_ready(&v.ring); t++)
+                tfa_ring_relax(); /* now and then it even overtakes the worker */
+            v.ring.received++;
+        }
+    }
+    for (int i = 0; i < 200; i++)
+        assert_unharmed(&s);
+    kill(child, SIGKILL);
+    leave(&v);
+    close_scene(&s);
+}
+
+/* ---- the socket ---- */
+
+static void garbage_hello(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    for (int i = 0; i < 100; i++) {
+        unsigned char bytes[512];
+        tfa_welcome w;
+        for (size_t k = 0; k < sizeof bytes; k++)
+            bytes[k] = (unsigned char)random_bits();
+        tfa_hello hello = good_hello(TFA_WAIT_BLOCK);
+        size_t size = sizeof hello;
+        if (i % 4 == 0)
+            size = 1 + (size_t)(random_bits() % sizeof bytes);
+        else if (i % 4 == 1)
+            memcpy(bytes, &hello, 8); /* right magic and version, then noise */
+        else if (i % 4 == 2)
+            memset(hello.robot, 'x', sizeof hello.robot), memcpy(bytes, &hello, sizeof hello);
+        int fd = connect_raw(&s.h);
+        assert_int_equal(send(fd, bytes, size, 0), size);
+        assert_int_equal(recv(fd, &w, sizeof w, 0), sizeof w);
+        assert_int_not_equal(w.status, TFA_OK);
+        assert_true(w.text[0] != 0);
+        assert_int_equal(recv(fd, &w, sizeof w, 0), 0); /* then it hangs up */
+        close(fd);
+    }
+    close_scene(&s);
+}
+
+static void speaks_after_the_greeting(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    villain v = enter(&s.h, TFA_WAIT_BLOCK);
+    const tfa_hello again = good_hello(TFA_WAIT_BLOCK);
+    assert_int_equal(send(v.socket, &again, sizeof again, 0), sizeof again);
+    assert_hung_up(v.socket);
+    leave(&v);
+    close_scene(&s);
+}
+
+/* Says nothing: turned out after a while. Takes the welcome and never reads it: no harm. */
+static void silent_ones(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    int silent[10], deaf[10];
+    const tfa_hello hello = good_hello(TFA_WAIT_BLOCK);
+    for (int i = 0; i < 10; i++) {
+        silent[i] = connect_raw(&s.h);
+        deaf[i] = connect_raw(&s.h);
+        assert_int_equal(send(deaf[i], &hello, sizeof hello, 0), sizeof hello);
+    }
+    for (int i = 0; i < 10; i++)
+        assert_hung_up(silent[i]);
+    assert_unharmed(&s);
+    for (int i = 0; i < 10; i++) {
+        close(silent[i]);
+        close(deaf[i]);
+    }
+    close_scene(&s);
+}
+
+static void more_than_may_come(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "limits: {clients: 4}\n");
+    int fds[20];
+    for (int i = 0; i < 20; i++)
+        fds[i] = connect_raw(&s.h);
+    for (int i = 5; i < 20; i++) {
+        tfa_welcome w;
+        assert_int_equal(recv(fds[i], &w, sizeof w, 0), sizeof w);
+        assert_int_equal(w.status, TFA_E_REFUSED);
+    }
+    for (int i = 0; i < 20; i++)
+        close(fds[i]);
+    close_scene(&s);
+}
+
+int main(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(truncates_its_requests),
+        cmocka_unit_test(replies_are_out_of_reach),
+        cmocka_unit_test(writes_garbage),
+        cmocka_unit_test(leaves_the_window),
+        cmocka_unit_test(floods),
+        cmocka_unit_test(garbage_hello),
+        cmocka_unit_test(speaks_after_the_greeting),
+        cmocka_unit_test(silent_ones),
+        cmocka_unit_test(more_than_may_come),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

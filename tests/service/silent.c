@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The steady state of spinning: a million requests through two processes without one allocation,
+ * one system call or one page fault in the worker's and the client's thread.
+ *
+ * Both threads are sealed after a warm-up (seal.h): the first allocation or system call would end
+ * its process. At the end the client goes, the worker wants to sleep, and the seal does kill it:
+ * this shows that it was there all the time.
+ */
+#include "harness.h"
+#include "seal.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define WARM_UP 20000
+#define REQUESTS 1000000
+#define SEAL_AFTER "5000" /* looks at the clock by the worker: two for each request */
+#define BATCH 8
+
+/* ---- the client, in a process of its own ---- */
+
+static double numbers[3][BATCH * 7 + 64];
+
+/* Requests of all kinds, one after the other. */
+static int ask(tfa_client *client, unsigned i)
+{
+    static double qdd[BATCH * 7], tau[BATCH * 7], lambda[36], mass[49];
+    static tfa_answer answers[BATCH];
+    static const tfa_op ops[] = {TFA_OP_FORWARD_DYNAMICS, TFA_OP_FORWARD_DYNAMICS,
+                                 TFA_OP_INVERSE_DYNAMICS, TFA_OP_OPERATIONAL_INERTIA,
+                                 TFA_OP_MASS_MATRIX,      TFA_OP_FORWARD_DYNAMICS};
+    const unsigned kind = i % 6;
+    const double *x = numbers[0] + i % 64;
+    tfa_request r = {.op = ops[kind],
+                     .refine = TFA_REFINE_DEFAULT,
+                     .count = kind == 1 ? BATCH : 1,
+                     .q = x,
+                     .v = numbers[1],
+                     .tau = numbers[2],
+                     .tip_count = kind == 3 || kind == 5,
+                     .tips = {9}};
+    tfa_reply reply = {
+        .qdd = qdd, .tau = tau, .lambda_inv = lambda, .mass_matrix = mass, .answers = answers};
+    return tfa_client_call(client, &r, &reply, WAIT_NS, NULL);
+}
+
+static int client_process(const char *runtime_dir)
+{
+    const tfa_client_options options = {
+        .runtime_dir = runtime_dir, .robot = "arm", .wait = TFA_WAIT_SPIN, .max_batch = BATCH};
+    struct rusage before, after;
+    tfa_client *client;
+    char byte = 'w';
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < BATCH * 7 + 64; i++)
+            numbers[k][i] = 0.01 * ((i * 37 + k * 11) % 100);
+    if (tfa_client_connect(&options, &client) != TFA_OK)
+        return 20;
+    for (unsigned i = 0; i < WARM_UP; i++)
+        if (ask(client, i) != TFA_OK)
+            return 21;
+    getrusage(RUSAGE_THREAD, &before);
+    if (write(SEAL_WRITE_FD, &byte, 1) != 1 || read(SEAL_READ_FD, &byte, 1) != 1)
+        return 22;
+    if (tfa_test_seal() != 0)
+        return 23;
+    getrusage(RUSAGE_THREAD, &before);
+    int status = TFA_OK;
+    for (unsigned i = 0; i < REQUESTS && status == TFA_OK; i++)
+        status = ask(client, i);
+    getrusage(RUSAGE_THREAD, &after);
+    byte = 'o';
+    if (status != TFA_OK)
+        byte = 's';
+    else if (after.ru_minflt != before.ru_minflt || after.ru_majflt != before.ru_majflt)
+        byte = 'f';
+    if (write(SEAL_WRITE_FD, &byte, 1) != 1 || read(SEAL_READ_FD, &byte, 1) != 1)
+        _exit(24);
+    _exit(0);
+}
+
+typedef struct child {
+    pid_t pid;
+    int to, from;
+} child;
+
+static child start_client(const harness *h)
+{
+    int in[2], out[2];
+    child c;
+    assert_int_equal(pipe2(in, O_CLOEXEC), 0);
+    assert_int_equal(pipe2(out, O_CLOEXEC), 0);
+    c.pid = fork();
+    assert_true(c.pid >= 0);
+    if (c.pid == 0) {
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+        (void)dup2(in[0], SEAL_READ_FD);
+        (void)dup2(out[1], SEAL_WRITE_FD);
+        setenv("LD_PRELOAD", TFA_SEAL, 1);
+        execl("/proc/self/exe", "test_silent", "client", h->runtime_dir, (char *)NULL);
+        _exit(127);
+    }
+    close(in[0]);
+    close(out[1]);
+    c.to = in[1];
+    c.from = out[0];
+    return c;
+}
+
+/* What the client says; 0 when it died. */
+static char hear(const child *c)
+{
+    char byte = 0;
+    ssize_t n = read(c->from, &byte, 1);
+    return n == 1 ? byte : 0;
+}
+
+static void explain(pid_t pid)
+{
+    int status;
+    waitpid(pid, &status, 0);
+    print_error("the client ended: %s %d\n", WIFSIGNALED(status) ? "signal" : "exit",
+                WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
+}
+
+static char hear_or_explain(const child *c)
+{
+    char byte = hear(c);
+    if (!byte)
+        explain(c->pid);
+    return byte;
+}
+
+static void a_million_in_silence(void **state)
+{
+    (void)state;
+    harness h;
+    int status;
+    if (sysconf(_SC_NPROCESSORS_ONLN) < 2) {
+        print_message("skipped: spinning needs two processors\n");
+        skip();
+    }
+    harness_make(&h, ARM, "");
+    snprintf(h.preload, sizeof h.preload, "%s", TFA_SEAL);
+    setenv("TFA_SEAL_THREAD", "worker0", 1);
+    setenv("TFA_SEAL_AFTER", SEAL_AFTER, 1);
+    harness_start(&h, "arm");
+    unsetenv("TFA_SEAL_THREAD");
+    unsetenv("TFA_SEAL_AFTER");
+    child client = start_client(&h);
+    assert_int_equal(hear_or_explain(&client), 'w');
+    const long faults = harness_thread_faults(&h, "worker0");
+    assert_true(faults >= 0);
+    assert_int_equal(write(client.to, "g", 1), 1);
+    assert_int_equal(hear_or_explain(&client), 'o'); /* o: good, s: a status, f: page faults */
+    assert_int_equal(waitpid(h.pid, &status, WNOHANG), 0);
+    assert_int_equal(harness_thread_faults(&h, "worker0"), faults);
+    assert_int_equal(write(client.to, "g", 1), 1);
+    assert_int_equal(waitpid(client.pid, &status, 0), client.pid);
+    assert_int_equal(status, 0);
+    /* the negative control: with nobody to spin for, the worker sleeps, and sleeping is a call */
+    assert_int_equal(waitpid(h.pid, &status, 0), h.pid);
+    h.pid = 0;
+    assert_true(WIFSIGNALED(status));
+    assert_int_equal(WTERMSIG(status), SIGSYS);
+    harness_remove(&h);
+}
+
+/* The other half of the seal kills, too. */
+static void the_seal_holds(void **state)
+{
+    (void)state;
+    int status;
+    pid_t pid = fork();
+    if (pid == 0) {
+        setenv("LD_PRELOAD", TFA_SEAL, 1);
+        execl("/proc/self/exe", "test_silent", "allocate", (char *)NULL);
+        _exit(127);
+    }
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_true(WIFSIGNALED(status));
+    assert_int_equal(WTERMSIG(status), SIGILL);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 3 && strcmp(argv[1], "client") == 0)
+        return client_process(argv[2]);
+    if (argc == 2 && strcmp(argv[1], "allocate") == 0) {
+        if (tfa_test_seal() != 0)
+            return 1;
+        void *volatile memory = malloc(1);
+        free(memory);
+        return 0;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_seal_holds),
+        cmocka_unit_test(a_million_in_silence),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -5,7 +5,7 @@
  * Needs idl/totalforce.idl and Cyclone DDS, nothing else of totalforce:
  *
  *   idlc idl/totalforce.idl
- *   cc examples/dds_stream.c totalforce.c -I. -lddsc -lm -o dds_stream
+ *   cc docs/examples/dds_stream.c totalforce.c -I. -lddsc -lm -o dds_stream
  *   ./dds_stream ROBOT JOINTS [SAMPLES]        (a fixed base, one freedom a joint)
  */
 #include <dds/dds.h>

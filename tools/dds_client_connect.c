@@ -52,12 +52,17 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
 {
     const char **names =
         calloc((size_t)robot->joints._length + robot->frames._length + 1, sizeof *names);
+    uint32_t *types = calloc((size_t)robot->joints._length + 1, sizeof *types);
 
     client->robot_info = robot;
-    if (names == NULL)
+    client->info.joint_names = names;
+    client->info.joint_types = types;
+    if (names == NULL || types == NULL)
         return TFA_E_MEMORY;
-    for (uint32_t i = 0; i < robot->joints._length; i++)
+    for (uint32_t i = 0; i < robot->joints._length; i++) {
         names[i] = robot->joints._buffer[i].name;
+        types[i] = robot->joints._buffer[i].type;
+    }
     for (uint32_t i = 0; i < robot->frames._length; i++)
         names[robot->joints._length + i] = robot->frames._buffer[i];
     for (uint32_t i = 0; i < 32; i++) {
@@ -74,6 +79,7 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
         .joint_count = robot->joints._length,
         .frame_count = robot->frames._length,
         .joint_names = names,
+        .joint_types = types,
         .frame_names = names + robot->joints._length,
         .model_hash = client->hash_text,
     };
@@ -231,6 +237,7 @@ void tfa_dds_client_close(tfa_dds_client *client)
         totalforce_dds_Reply_free(client->early[i], DDS_FREE_ALL);
     totalforce_dds_Reply_free(client->scratch, DDS_FREE_ALL);
     free((void *)(uintptr_t)client->info.joint_names);
+    free((void *)(uintptr_t)client->info.joint_types);
     totalforce_dds_RobotInfo_free(client->robot_info, DDS_FREE_ALL);
     sem_destroy(&client->bell.rings);
     sem_destroy(&client->stream_bell.rings);

@@ -253,8 +253,13 @@ int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *r
     if (ring->sent > ring->received && client->call_end < ring->sent)
         return reply->status = TFA_E_ARGUMENT; /* replies of tfa_client_send are not received yet */
     int status = send_request(client, request, tfa_wire_want(request, reply), now, &id);
-    if (status != TFA_OK)
+    if (status != TFA_OK) {
+        if (status == TFA_E_SIZE) /* beyond max_batch, or more answers than a slot holds */
+            reply->field = TFA_FIELD_COUNT;
+        if (status == TFA_E_UNSUPPORTED) /* the mass matrix of a robot this large */
+            reply->field = TFA_FIELD_OP;
         return reply->status = status;
+    }
     client->call_end = ring->sent - 1;
     status = wait_reply(client, deadline_of(now, timeout_ns));
     if (status != TFA_OK) {

@@ -66,6 +66,10 @@ static void launch(harness *h)
     (void)dup2(fd, STDERR_FILENO);
     (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
     unsetenv("NOTIFY_SOCKET");
+    if (h->notify[0]) {
+        setenv("NOTIFY_SOCKET", h->notify, 1);
+        setenv("WATCHDOG_USEC", "200000", 1);
+    }
     if (h->preload[0])
         setenv("LD_PRELOAD", h->preload, 1);
     execl(TFA_BINARY_DIR "/bin/totalforced", "totalforced", h->config, (char *)NULL);

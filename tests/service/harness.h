@@ -18,6 +18,7 @@ typedef struct harness {
     char runtime_dir[80];
     char config[80];
     char preload[256]; /* LD_PRELOAD of the daemon, or "" */
+    char notify[96];   /* NOTIFY_SOCKET of the daemon, or "" */
     pid_t pid;
 } harness;
 

@@ -9,6 +9,7 @@
 #include "daemon.h"
 #include "environment.h"
 #include "histogram.h"
+#include "pingpong.h"
 
 #include <stdio.h>
 #include <totalforce/dynamics.h>
@@ -71,7 +72,9 @@ typedef struct latency_run {
 typedef struct latency_baseline {
     histogram pingpong;
     int have_pingpong;
-    histogram solve; /**< the same requests in process; empty without --urdf */
+    histogram same_size; /**< a ping-pong of as many lines as a request and its reply have */
+    pingpong_size size;  /**< of same_size */
+    histogram solve;     /**< the same requests in process; empty without --urdf */
 } latency_baseline;
 
 /** Buffers of a reply to a whole batch. @return TFA_OK, TFA_E_MEMORY; free it either way. */
@@ -90,6 +93,8 @@ TFA_CHECKED int latency_solve(const latency_options *options, const latency_run 
 
 /** p50 of the round trip / (p50 of the ping-pong + p50 of the solve); 0 without a baseline. */
 double latency_ratio(const latency_run *run, const latency_baseline *baseline);
+/** The same with the ping-pong of the same size: what software adds to moving the data. */
+double latency_ratio_same_size(const latency_run *run, const latency_baseline *baseline);
 
 /** True when every --fail option is satisfied. */
 int latency_expected(const latency_options *options, const latency_run *run,

@@ -39,13 +39,24 @@ static double solve_p50(const latency_run *run, const latency_baseline *baseline
     return (double)histogram_quantile(h, 0.5);
 }
 
-double latency_ratio(const latency_run *run, const latency_baseline *baseline)
+static double ratio_to(const histogram *pingpong, const latency_run *run,
+                       const latency_baseline *baseline)
 {
-    if (!baseline->have_pingpong)
+    if (pingpong->count == 0)
         return 0.0;
-    double floor = (double)histogram_quantile(&baseline->pingpong, 0.5) + solve_p50(run, baseline);
+    double floor = (double)histogram_quantile(pingpong, 0.5) + solve_p50(run, baseline);
     double p50 = (double)histogram_quantile(&run->parts[PART_ROUND_TRIP], 0.5);
     return floor > 0 ? p50 / floor : 0.0;
+}
+
+double latency_ratio(const latency_run *run, const latency_baseline *baseline)
+{
+    return baseline->have_pingpong ? ratio_to(&baseline->pingpong, run, baseline) : 0.0;
+}
+
+double latency_ratio_same_size(const latency_run *run, const latency_baseline *baseline)
+{
+    return ratio_to(&baseline->same_size, run, baseline);
 }
 
 int latency_expected(const latency_options *options, const latency_run *run,
@@ -132,6 +143,10 @@ static void print_run(FILE *out, const latency_options *options, const latency_r
     if (baseline->have_pingpong)
         fprintf(out, "  p50 is %.2f x (ping-pong + solve %s)\n", latency_ratio(run, baseline),
                 baseline->solve.count ? "in process" : "by the daemon's stamps");
+    if (baseline->same_size.count)
+        fprintf(out, "  p50 is %.2f x (ping-pong of the same %u + %u cache lines + solve)\n",
+                latency_ratio_same_size(run, baseline), baseline->size.request_lines,
+                baseline->size.reply_lines);
 }
 
 static void print_environment(FILE *out)
@@ -157,6 +172,8 @@ void latency_print_text(FILE *out, const latency_options *options, const latency
     const histogram *columns = baseline->have_pingpong ? &baseline->pingpong : &baseline->solve;
     print_head(out, "us", columns);
     print_row(out, "ping-pong", &baseline->pingpong, columns);
+    if (baseline->same_size.count)
+        print_row(out, "same size", &baseline->same_size, columns);
     print_row(out, "solve", &baseline->solve, columns);
     for (int i = 0; i < count; i++)
         print_run(out, options, &runs[i], baseline);
@@ -201,14 +218,15 @@ static json_t *json_run(const latency_options *options, const latency_run *run,
                   (int)run->info.v_count, "base_freedoms", (int)run->info.base_freedoms,
                   "model_hash", run->hash, "method", tfa_method_name(run->method));
     json_t *rest = json_pack(
-        "{ss ss si sI so sI sI sI sI sI sI sI sf so sb}", "estimate",
+        "{ss ss si sI so sI sI sI sI sI sI sI sf sf so sb}", "estimate",
         estimate_name(options->estimate), "wait", wait_name(run->info.wait), "batch",
         (int)options->batch, "warmup", (json_int_t)options->warmup, "ns", parts, "max_index",
         (json_int_t)run->parts[0].highest_index, "max_at_ns", (json_int_t)run->highest_at, "misses",
         (json_int_t)run->misses, "late", (json_int_t)run->late, "longest_run",
         (json_int_t)run->longest_run, "reconnects", (json_int_t)run->reconnects, "steal_ticks",
-        (json_int_t)run->steal_ticks, "ratio", latency_ratio(run, baseline), "threads", threads,
-        "expected", latency_expected(options, run, baseline));
+        (json_int_t)run->steal_ticks, "ratio", latency_ratio(run, baseline), "ratio_same_size",
+        latency_ratio_same_size(run, baseline), "threads", threads, "expected",
+        latency_expected(options, run, baseline));
     json_object_update_new(json, rest);
     return json;
 }
@@ -219,8 +237,9 @@ int latency_print_json(FILE *out, const latency_options *options, const latency_
     json_t *list = json_array();
     for (int i = 0; i < count; i++)
         json_array_append_new(list, json_run(options, &runs[i], baseline));
-    json_t *root = json_pack("{so s{so so} so}", "environment", environment_read(), "baseline_ns",
-                             "pingpong", json_histogram(&baseline->pingpong), "solve",
+    json_t *root = json_pack("{so s{so so so} so}", "environment", environment_read(),
+                             "baseline_ns", "pingpong", json_histogram(&baseline->pingpong),
+                             "same_size", json_histogram(&baseline->same_size), "solve",
                              json_histogram(&baseline->solve), "runs", list);
     int result = json_dumpf(root, out, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
     fputc('\n', out);

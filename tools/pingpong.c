@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Two processes, two cache lines, no system call while it runs.
+ * Two processes, some cache lines each way, no system call while it runs.
  */
 #include "pingpong.h"
 
@@ -15,10 +15,16 @@
 #include <time.h>
 #include <unistd.h>
 
-/* A line each way, two lines apart: the hardware fetches neighbours in pairs. */
+typedef struct line {
+    alignas(64) uint64_t word[8];
+} line;
+
+/* The words, then what goes with them; two lines apart: the hardware fetches neighbours in pairs. */
 typedef struct table {
     alignas(128) _Atomic uint64_t ping; /* P1: parent stores (release), child loads (acquire) */
+    line there[PINGPONG_LINES_MAX];     /* payload, published by P1 */
     alignas(128) _Atomic uint64_t pong; /* P2: child stores (release), parent loads (acquire) */
+    line back[PINGPONG_LINES_MAX];      /* payload, published by P2 */
 } table;
 
 static const uint64_t stop = UINT64_MAX;
@@ -40,7 +46,23 @@ static inline void relax(void)
 #endif
 }
 
-static void echo(table *t)
+static void write_lines(line *to, uint32_t count, uint64_t value)
+{
+    for (uint32_t i = 0; i < count; i++)
+        for (int k = 0; k < 8; k++)
+            to[i].word[k] = value;
+}
+
+static uint64_t read_lines(const line *from, uint32_t count)
+{
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < count; i++)
+        for (int k = 0; k < 8; k++)
+            sum += from[i].word[k];
+    return sum;
+}
+
+static void echo(table *t, pingpong_size size)
 {
     uint64_t last = 0;
     for (;;) {
@@ -52,6 +74,7 @@ static void echo(table *t)
         if (now == stop)
             return;
         last = now;
+        write_lines(t->back, size.reply_lines - 1, read_lines(t->there, size.request_lines - 1));
         atomic_store_explicit(&t->pong, now, memory_order_release); /* P2 */
     }
 }
@@ -68,22 +91,33 @@ static int wait_for(table *t, uint64_t number, uint64_t sent)
     }
 }
 
-static int bounce(table *t, uint64_t count, uint64_t warmup, histogram *h)
+static int bounce(table *t, pingpong_size size, uint64_t count, uint64_t warmup, histogram *h)
 {
+    volatile uint64_t sink; /* the payload is read, whatever the compiler thinks */
     for (uint64_t i = 1; i <= warmup + count; i++) {
         uint64_t sent = clock_ns();
+        write_lines(t->there, size.request_lines - 1, i);
         atomic_store_explicit(&t->ping, i, memory_order_release); /* P1 */
         int status = wait_for(t, i, sent);
         if (status != TFA_OK)
             return status;
+        sink = read_lines(t->back, size.reply_lines - 1);
+        (void)sink;
         if (i > warmup)
             histogram_add(h, clock_ns() - sent);
     }
     return TFA_OK;
 }
 
-int pingpong_run(uint64_t count, uint64_t warmup, const cpu_set_t *others, histogram *h)
+static uint32_t limited(uint32_t lines)
 {
+    return lines < 1 ? 1 : lines > PINGPONG_LINES_MAX ? PINGPONG_LINES_MAX : lines;
+}
+
+int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, const cpu_set_t *others,
+                 histogram *h)
+{
+    size = (pingpong_size){limited(size.request_lines), limited(size.reply_lines)};
     table *t = mmap(NULL, sizeof *t, PROT_READ | PROT_WRITE,
                     MAP_SHARED | MAP_ANONYMOUS | MAP_POPULATE, -1, 0);
     if (t == MAP_FAILED)
@@ -96,10 +130,10 @@ int pingpong_run(uint64_t count, uint64_t warmup, const cpu_set_t *others, histo
         if (others)
             sched_setaffinity(0, sizeof *others, others);
         if (getppid() == parent)
-            echo(t);
+            echo(t, size);
         _exit(0);
     }
-    int status = child < 0 ? TFA_E_SYSTEM : bounce(t, count, warmup, h);
+    int status = child < 0 ? TFA_E_SYSTEM : bounce(t, size, count, warmup, h);
     int saved = errno;
     if (child > 0) {
         atomic_store_explicit(&t->ping, stop, memory_order_release); /* P1 */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The floor under every shared-memory round trip: one cache line each way between two processes.
+ * The floor under every shared-memory round trip: cache lines each way between two processes.
  */
 #ifndef TFA_TOOLS_PINGPONG_H
 #define TFA_TOOLS_PINGPONG_H
@@ -12,8 +12,15 @@
 #include <stdint.h>
 #include <totalforce/status.h>
 
+/** Cache lines of 64 bytes each way, 1..PINGPONG_LINES_MAX; the first holds the number. */
+typedef struct pingpong_size {
+    uint32_t request_lines, reply_lines;
+} pingpong_size;
+
+#define PINGPONG_LINES_MAX 4096
+
 /**
- * Bounces a number between this process and a child, both spinning, and times every round trip.
+ * Bounces a number, and lines of payload with it, between this process and a child, both spinning, and times every round trip.
  * @param count   round trips measured, after `warmup` that are not
  * @param others  processors for the child; NULL: wherever this process may run
  * @param[out] h  round-trip times in ns, the cost of reading the clock (twice) included as it is in
@@ -21,8 +28,8 @@
  * @return TFA_OK; TFA_E_SYSTEM (no memory, no process; errno); TFA_E_TIMEOUT (the two did not get
  *         a processor each: nothing came back within a second).
  */
-TFA_CHECKED int pingpong_run(uint64_t count, uint64_t warmup, const cpu_set_t *others,
-                             histogram *h);
+TFA_CHECKED int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup,
+                             const cpu_set_t *others, histogram *h);
 
 /** CLOCK_MONOTONIC in ns. */
 uint64_t clock_ns(void);

@@ -6,6 +6,7 @@
 #include "client/client.h"
 
 #include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -21,12 +22,32 @@
 
 /* ---- connecting ---- */
 
-static const char *runtime_dir(const tfa_client_options *options)
+/* A daemon of this user's own, in the folder that a daemon which is not root takes by default; NULL
+ * when there is none for this robot. */
+static char *own_daemon(const char *robot)
+{
+    const char *xdg = getenv("XDG_RUNTIME_DIR");
+    char *directory = NULL, *socket = NULL;
+    if (geteuid() == 0 || !xdg || !*xdg || asprintf(&directory, "%s/totalforce", xdg) < 0)
+        return NULL;
+    int found = asprintf(&socket, "%s/%s.sock", directory, robot) >= 0 && access(socket, F_OK) == 0;
+    free(socket);
+    if (found)
+        return directory;
+    free(directory);
+    return NULL;
+}
+
+/* Where to look for the daemon; allocated. */
+static char *runtime_dir(const tfa_client_options *options)
 {
     if (options->runtime_dir)
-        return options->runtime_dir;
-    const char *directory = getenv("TOTALFORCE_RUNTIME_DIR");
-    return directory && *directory ? directory : DEFAULT_DIR;
+        return strdup(options->runtime_dir);
+    const char *given = getenv("TOTALFORCE_RUNTIME_DIR");
+    if (given && *given)
+        return strdup(given);
+    char *own = own_daemon(options->robot);
+    return own ? own : strdup(DEFAULT_DIR);
 }
 
 static int check_options(const tfa_client_options *o)
@@ -42,7 +63,7 @@ static int keep_options(tfa_client *client, const tfa_client_options *o)
 {
     client->options = *o;
     client->robot = strdup(o->robot);
-    client->runtime_dir = strdup(runtime_dir(o));
+    client->runtime_dir = runtime_dir(o);
     if (!client->robot || !client->runtime_dir)
         return TFA_E_MEMORY;
     client->options.robot = client->robot;

@@ -193,8 +193,9 @@ static void test_pingpong(void **state)
     histogram *h = calloc(1, sizeof *h);
     (void)state;
     assert_non_null(h);
-    assert_int_equal(pingpong_run(COUNT, 10, NULL, h), TFA_OK);
-    assert_int_equal(h->count, COUNT);
+    assert_int_equal(pingpong_run((pingpong_size){1, 1}, COUNT, 10, NULL, h), TFA_OK);
+    assert_int_equal(pingpong_run((pingpong_size){5, 3}, COUNT, 10, NULL, h), TFA_OK);
+    assert_int_equal(h->count, 2 * COUNT);
     assert_true(h->lowest > 0);
     free(h);
 }

@@ -28,7 +28,8 @@ typedef enum tfa_wait {
 } tfa_wait;
 
 typedef struct tfa_client_options {
-    const char *runtime_dir; /**< NULL: $TOTALFORCE_RUNTIME_DIR, else /run/totalforce */
+    const char *runtime_dir; /**< NULL: $TOTALFORCE_RUNTIME_DIR, else the user's own daemon in
+                                  $XDG_RUNTIME_DIR/totalforce, else /run/totalforce */
     const char *robot;       /**< name in the daemon's configuration; required */
     uint32_t slots;          /**< requests outstanding at once, power of two; 0: 16 */
     uint32_t max_batch;      /**< states of one request; 0: 1 */

@@ -247,6 +247,12 @@ static void check_realtime(reader *r, const config *c)
     if (rt->affinity_count && rt->affinity_count != c->workers)
         complain(r, "realtime.affinity", "%zu processors for %u workers; name one for each",
                  rt->affinity_count, c->workers);
+    /* with one processor nobody is granted spin: see grant_wait in session.c */
+    if (rt->priority && c->allow_spin && processors > 1 && (long)c->workers >= processors)
+        complain(r, "realtime.priority",
+                 "%u workers of real-time priority may spin on all %ld processors and nothing else "
+                 "would run; fewer workers, or allow_spin: no",
+                 c->workers, processors);
     for (size_t i = 0; i < rt->affinity_count; i++) {
         if ((long)rt->affinity[i] >= processors)
             complain(r, "realtime.affinity", "no processor %u; there are 0 to %ld", rt->affinity[i],

@@ -91,8 +91,8 @@ static config_table dds_table = {dds_rows, .size = sizeof(config_dds)};
 
 static const config_row top_rows[] = {
     {"runtime_dir", CONFIG_TEXT, AT(config, runtime_dir),
-     .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, /run/totalforce for root, else "
-             "$XDG_RUNTIME_DIR/totalforce"},
+     .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, else /run/totalforce ($XDG_RUNTIME_DIR/"
+             "totalforce if not root)"},
     {"group", CONFIG_TEXT, AT(config, group), .help = "Group that may connect (sockets are 0660)"},
     {"user", CONFIG_TEXT, AT(config, user),
      .help = "Started by root: becomes this user when priorities and locks are held"},

@@ -164,6 +164,7 @@ static int open_sockets(service *s)
 
 static int say_ready(service *s)
 {
+    tfa_runtime_dir_ready(s->lock);
     tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.robot_count,
             s->daemon.settings->workers, s->daemon.settings->runtime_dir);
     notify_ready();

@@ -51,7 +51,7 @@ static void say_taken(const char *path, int fd)
     char text[32] = "";
     ssize_t n = pread(fd, text, sizeof text - 1, 0);
     if (n > 0)
-        text[strcspn(text, "\n")] = 0;
+        text[strcspn(text, " \n")] = 0;
     tfa_log(TFA_LOG_ERROR,
             "another totalforced (pid %s) serves '%s': stop it, or choose another "
             "runtime_dir",
@@ -91,10 +91,10 @@ static int take_lock(const char *path, const char *file, int *lock)
     return TFA_E_SYSTEM;
 }
 
-static void write_pid(int fd)
+static void write_state(int fd, const char *state)
 {
     char text[32];
-    int n = snprintf(text, sizeof text, "%d\n", (int)getpid());
+    int n = snprintf(text, sizeof text, "%d%s\n", (int)getpid(), state);
     if (ftruncate(fd, 0) != 0 || pwrite(fd, text, (size_t)n, 0) != n)
         tfa_log(TFA_LOG_WARNING, "the lock file cannot be written: %s", strerror(errno));
 }
@@ -134,9 +134,14 @@ int tfa_runtime_dir_take(const char *path, int *lock)
     free(file);
     if (status != TFA_OK)
         return status;
-    write_pid(*lock);
+    write_state(*lock, "");
     remove_stale(path);
     return TFA_OK;
+}
+
+void tfa_runtime_dir_ready(int lock)
+{
+    write_state(lock, " " TFA_LOCK_READY);
 }
 
 int tfa_runtime_dir_give(const char *path, int lock, uid_t user, gid_t group)

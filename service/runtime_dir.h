@@ -18,6 +18,9 @@ TFA_CHECKED int tfa_runtime_dir_take(const char *path, int *lock);
 /** Gives directory and lock to the user the daemon will become. */
 TFA_CHECKED int tfa_runtime_dir_give(const char *path, int lock, uid_t user, gid_t group);
 
+/** Notes in the lock file that all sockets are open: a robot without one is then unknown. */
+void tfa_runtime_dir_ready(int lock);
+
 /** Removes the lock file and lets go. */
 void tfa_runtime_dir_release(const char *path, int lock);
 

@@ -22,8 +22,9 @@
 
 /* ---- the socket ---- */
 
-/* A daemon holds the lock of this runtime directory: asked without taking it. */
-static bool daemon_lives(const char *runtime_dir)
+/* A daemon holds the lock of this runtime directory, asked without taking it, and has opened all
+ * its sockets. */
+static bool daemon_is_ready(const char *runtime_dir)
 {
     char path[sizeof(((struct sockaddr_un *)0)->sun_path) + sizeof TFA_LOCK_FILE];
     struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
@@ -31,15 +32,17 @@ static bool daemon_lives(const char *runtime_dir)
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     if (fd < 0)
         return false;
-    bool held = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+    char text[64] = "";
+    bool ready = fcntl(fd, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK &&
+                 pread(fd, text, sizeof text - 1, 0) > 0 && strstr(text, TFA_LOCK_READY);
     close(fd);
-    return held;
+    return ready;
 }
 
 static int connect_error(const char *runtime_dir)
 {
     if (errno == ENOENT)
-        return daemon_lives(runtime_dir) ? TFA_E_ROBOT : TFA_E_DISCONNECTED;
+        return daemon_is_ready(runtime_dir) ? TFA_E_ROBOT : TFA_E_DISCONNECTED;
     if (errno == ECONNREFUSED || errno == ENOTDIR)
         return TFA_E_DISCONNECTED;
     if (errno == EACCES || errno == EPERM)
@@ -78,7 +81,8 @@ static int send_hello(const tfa_client *client, int fd)
     memcpy(hello.robot, client->robot, strlen(client->robot));
     if (send(fd, &hello, sizeof hello, MSG_NOSIGNAL) == (ssize_t)sizeof hello)
         return TFA_OK;
-    return errno == EPIPE || errno == ECONNRESET ? TFA_E_DISCONNECTED : TFA_E_SYSTEM;
+    /* a daemon that is full says why and hangs up without listening: hear it out */
+    return errno == EPIPE || errno == ECONNRESET ? TFA_OK : TFA_E_SYSTEM;
 }
 
 /* Takes the descriptors out of a message. @return how many; those beyond the room are closed by
@@ -121,7 +125,9 @@ static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcom
     if (n == 0)
         return TFA_E_TIMEOUT;
     ssize_t size = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
-    if (size == 0 || (size < 0 && errno == ECONNRESET))
+    if (size < 0 && errno == ECONNRESET) /* reported before what was said: it is still there */
+        size = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
+    if (size == 0 || (size < 0 && (errno == ECONNRESET || errno == EPIPE)))
         return TFA_E_DISCONNECTED;
     if (size < 0)
         return TFA_E_SYSTEM;

@@ -17,8 +17,10 @@
 /** Counts up with every change of hello.h, wire.h or ring.h. */
 #define TFA_HELLO_ABI 1u
 #define TFA_ROBOT_NAME_MAX 63
-/** Held with a write lock (F_OFD_SETLK) by the daemon of a runtime directory as long as it lives. */
+/** Write-locked (F_OFD_SETLK) by the daemon of a runtime directory as long as it lives. */
 #define TFA_LOCK_FILE "totalforced.lock"
+/** Stands in the lock file, after the process id, once all sockets are open. */
+#define TFA_LOCK_READY "ready"
 
 typedef struct tfa_hello {
     uint32_t magic, abi;

@@ -19,7 +19,7 @@
 /* A worker whose heartbeat stood still for so long may be dead: ask the socket. A running worker
  * beats every microsecond, but a busy host can take its processor away for milliseconds, and a
  * large problem computes that long: asking costs one system call, so ask seldom. */
-#define STALE_NS 20000000u
+#define STALE_NS 100000000u
 /* A sleeper wakes so often to see whether the daemon is still there. */
 #define SLEEP_NS 20000000u
 

@@ -26,6 +26,8 @@ int tfa_draft_make(struct draft *d, const tfa_description *description,
     if (status == TFA_OK)
         status = tfa_draft_order(d, report);
     if (status == TFA_OK)
+        status = tfa_draft_values(d, options, report);
+    if (status == TFA_OK)
         status = tfa_draft_merge(d, options, report);
     if (status == TFA_OK)
         status = tfa_draft_check(d, report);

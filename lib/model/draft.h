@@ -39,6 +39,9 @@ struct draft {
 /* Orders the joints parents first: TFA_E_MODEL on loops, two parents and unreachable links. */
 int tfa_draft_order(struct draft *d, tfa_report *report);
 
+/* Refuses numbers that are none, negative masses and armatures, quaternions without direction. */
+int tfa_draft_values(const struct draft *d, const tfa_model_options *options, tfa_report *report);
+
 /* Merges fixed joints, aligns frames, sums inertias. Needs the order. */
 int tfa_draft_merge(struct draft *d, const tfa_model_options *options, tfa_report *report);
 

@@ -53,12 +53,6 @@ static int check_inertia(const struct draft *d, uint32_t i, tfa_report *report)
     ext scale = central_inertia(b, Ic);
     ext least = smallest_eigenvalue(Ic);
     uint32_t line = d->description->links[b->link].line;
-    if (b->mass < 0) {
-        tfa_report_add(report, TFA_ERROR, line, "negative-mass",
-                       "link '%s': mass %Lg kg of its body is negative; correct it",
-                       body_link(d, i), b->mass);
-        return TFA_E_MODEL;
-    }
     if (least < -PSD_TOLERANCE * fmaxl(scale, 0) - 1e-300L) {
         tfa_report_add(report, TFA_ERROR, line, "inertia-not-positive",
                        "link '%s': the inertia of its body has the eigenvalue %Lg kg m^2; a body "

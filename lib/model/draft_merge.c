@@ -75,7 +75,10 @@ static int alignment(ext *R, const double axis[3])
 /* Adds a link's inertia to its body, about the body's origin. f: the link's frame in the body. */
 static void add_inertia(struct draft_body *b, const tfa_link *link, const struct draft_frame *f)
 {
-    if (link->mass == 0 && link->inertia[0] == 0 && link->inertia[3] == 0 && link->inertia[5] == 0)
+    int empty = link->mass == 0;
+    for (int k = 0; k < 6; k++)
+        empty &= link->inertia[k] == 0;
+    if (empty)
         return;
     ext Q[9], R[9], Rt[9], t[9], I[9];
     rotation(Q, link->quat);

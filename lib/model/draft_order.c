@@ -73,6 +73,15 @@ static size_t emit(struct draft *d, size_t done, uint32_t j, const int32_t *join
     return done;
 }
 
+/* A joint of the loop that lies above joint j: after as many steps up as there are joints, the walk
+ * has left whatever hangs from the loop. */
+static const tfa_joint *joint_in_loop(const tfa_description *s, uint32_t j, const int32_t *joint_of)
+{
+    for (size_t step = 0; step < s->joint_count; step++)
+        j = (uint32_t)joint_of[s->joints[j].parent];
+    return &s->joints[j];
+}
+
 static int emit_all(struct draft *d, const int32_t *joint_of, uint8_t *emitted, uint32_t *path,
                     tfa_report *report)
 {
@@ -81,7 +90,7 @@ static int emit_all(struct draft *d, const int32_t *joint_of, uint8_t *emitted, 
     for (uint32_t j = 0; j < s->joint_count; j++) {
         done = emit(d, done, j, joint_of, emitted, path);
         if (done == SIZE_MAX) {
-            const tfa_joint *joint = &s->joints[j];
+            const tfa_joint *joint = joint_in_loop(s, j, joint_of);
             tfa_report_add(report, TFA_ERROR, joint->line, "loop",
                            "joint '%s': its parent link '%s' hangs from itself; a robot is a "
                            "tree: open the loop",

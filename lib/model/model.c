@@ -28,8 +28,12 @@ static int check_options(const tfa_model_options *options, tfa_report *report)
 {
     if (!options)
         return TFA_OK;
-    if (options->base != TFA_BASE_FIXED && options->base != TFA_BASE_FLOATING)
+    if (options->base != TFA_BASE_FIXED && options->base != TFA_BASE_FLOATING) {
+        tfa_report_add(report, TFA_ERROR, 0, "bad-base",
+                       "base: %d does not exist; give 0 (fixed) or 1 (floating)",
+                       (int)options->base);
         return TFA_E_ARGUMENT;
+    }
     for (int k = 0; options->gravity && k < 3; k++)
         if (!isfinite(options->gravity[k])) {
             tfa_report_add(report, TFA_ERROR, 0, "bad-gravity",

@@ -65,19 +65,21 @@ static void values_arrive(void **state)
 {
     (void)state;
     config *c;
-    free(load(
-        "workers: 2\nrealtime:\n  priority: 5\n  affinity: [0, 1]\nlimits: {clients: 7}\n" ROBOT
-        "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: spin\n"
-        "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n",
-        TFA_OK, &c));
+    free(load("workers: 2\nallow_spin: off\nrealtime:\n  affinity: [0, 0]\n  mlock: yes\nlimits: "
+              "{clients: 7}\n" ROBOT
+              "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: block\n"
+              "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n",
+              TFA_OK, &c));
     assert_int_equal(c->workers, 2);
-    assert_int_equal(c->realtime.priority, 5);
-    assert_int_equal(c->realtime.affinity[1], 1);
+    assert_false(c->allow_spin);
+    assert_true(c->realtime.mlock);
+    assert_int_equal(c->realtime.affinity_count, 2);
+    assert_int_equal(c->realtime.affinity[1], 0);
     assert_int_equal(c->limits.clients, 7);
     assert_int_equal(c->limits.clients_per_user, 32);
     assert_int_equal(c->robots[0].base, TFA_BASE_FLOATING);
     assert_true(c->robots[0].gravity[2] == -1.62);
-    assert_int_equal(c->robots[0].wait, TFA_WAIT_SPIN);
+    assert_int_equal(c->robots[0].wait, TFA_WAIT_BLOCK);
     assert_int_equal(c->robots[0].armature_count, 2);
     assert_string_equal(c->robots[0].armature[1].joint, "j2");
     assert_true(c->robots[0].armature[0].value == 0.25);
@@ -114,9 +116,11 @@ static void errors_name_line_and_column(void **state)
         {ROBOT "    armature: [{joint: a, value: -1}]\n", ":4:34: ", "armature[0].value"},
         {ROBOT "  - name: arm\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n",
          ":4:11: ", "already"},
-        {"realtime: {affinity: [0, 0], priority: 9}\nworkers: 2\n" ROBOT, ":1:22: ", "never run"},
+        {"realtime: {affinity: [0, 0], priority: 9}\nworkers: 2\nallow_spin: no\n" ROBOT,
+         ":1:22: ", "never run"},
         {"realtime: {affinity: [9999]}\n" ROBOT, ":1:22: ", "no processor 9999"},
         {"realtime: {affinity: [0]}\nworkers: 2\n" ROBOT, ":1:22: ", "one for each"},
+        {"workers: 64\nrealtime: {priority: 9}\n" ROBOT, ":2:22: ", "nothing else would run"},
         {"allow_spin: no\n" ROBOT "    wait: spin\n", ":5:11: ", "allow_spin"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {

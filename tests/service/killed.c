@@ -242,7 +242,7 @@ static void reconnect_waits_for_the_daemon(void **state)
     harness_remove(&h);
 }
 
-/* After the restart the name stands for a robot of another size: the program's buffers do not fit. */
+/* After the restart the name stands for a robot of another size: the buffers do not fit. */
 static void another_robot_is_refused(void **state)
 {
     (void)state;

@@ -32,6 +32,7 @@
 #define REQUESTS 1000000
 #define SEAL_AFTER "5000" /* looks at the clock by the worker: two for each request */
 #define BATCH 8
+#define ATTEMPTS 3
 
 /* ---- the client, in a process of its own ---- */
 
@@ -147,15 +148,11 @@ static char hear_or_explain(const child *c)
     return byte;
 }
 
-static void a_million_in_silence(void **state)
+/* @return false: the client made a system call */
+static bool attempt(void)
 {
-    (void)state;
     harness h;
     int status;
-    if (sysconf(_SC_NPROCESSORS_ONLN) < 2) {
-        print_message("skipped: spinning needs two processors\n");
-        skip();
-    }
     harness_make(&h, ARM, "");
     snprintf(h.preload, sizeof h.preload, "%s", TFA_SEAL);
     setenv("TFA_SEAL_THREAD", "worker0", 1);
@@ -168,7 +165,12 @@ static void a_million_in_silence(void **state)
     const long faults = harness_thread_faults(&h, "worker0");
     assert_true(faults >= 0);
     assert_int_equal(write(client.to, "g", 1), 1);
-    assert_int_equal(hear_or_explain(&client), 'o'); /* o: good, s: a status, f: page faults */
+    const char heard = hear_or_explain(&client);
+    if (heard == 0) {
+        harness_remove(&h);
+        return false;
+    }
+    assert_int_equal(heard, 'o'); /* o: good, s: a status, f: page faults */
     assert_int_equal(waitpid(h.pid, &status, WNOHANG), 0);
     assert_int_equal(harness_thread_faults(&h, "worker0"), faults);
     assert_int_equal(write(client.to, "g", 1), 1);
@@ -180,6 +182,23 @@ static void a_million_in_silence(void **state)
     assert_true(WIFSIGNALED(status));
     assert_int_equal(WTERMSIG(status), SIGSYS);
     harness_remove(&h);
+    return true;
+}
+
+static void a_million_in_silence(void **state)
+{
+    (void)state;
+    if (sysconf(_SC_NPROCESSORS_ONLN) < 2) {
+        print_message("skipped: spinning needs two processors\n");
+        skip();
+    }
+    /* A client whose worker gets no processor for 100 ms asks the socket whether the daemon lives:
+     * right, but not the steady state. On a busy machine try again; a call that belongs to the
+     * path of a request would be met every time. */
+    for (int i = 0; i < ATTEMPTS; i++)
+        if (attempt())
+            return;
+    fail_msg("a system call in each of %d attempts", ATTEMPTS);
 }
 
 /* The other half of the seal kills, too. */

@@ -181,8 +181,8 @@ static void note_rotors(const tfa_description *s, tfa_report *report)
         count += s->joints[j].type != TFA_JOINT_FIXED && s->joints[j].rotor != 0;
     if (count)
         tfa_report_add(report, TFA_NOTE, 0, "rotor-inertia",
-                       "%zu joints have a rotor inertia in the file, which is not used; ask for "
-                       "rotor inertia if the motors reflect it",
+                       "rotor inertia in the file: not used, on %zu of its joints; ask for it if "
+                       "the motors reflect it",
                        count);
 }
 

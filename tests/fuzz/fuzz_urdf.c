@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/description.h>
+#include <totalforce/model.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -95,6 +96,21 @@ static void require_report(const tfa_report *report, int status)
     }
 }
 
+/* What parsed must compile or be refused with a reason, on both bases. */
+static void require_model(const tfa_description *d)
+{
+    for (int base = TFA_BASE_FIXED; base <= TFA_BASE_FLOATING; base++) {
+        const tfa_model_options options = {.base = (tfa_base)base, .rotor_inertia = 1};
+        tfa_report report = {0};
+        tfa_model *model = NULL;
+        int status = tfa_model_create(d, &options, &report, &model);
+        REQUIRE((model != NULL) == (status == TFA_OK));
+        REQUIRE((report.errors > 0) == (status != TFA_OK));
+        tfa_model_free(model);
+        tfa_report_free(&report);
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     tfa_report report = {0};
@@ -110,6 +126,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (d) {
         require_tree(d);
         require_mimics_end(d);
+        require_model(d);
     }
     tfa_description_free(d);
     tfa_report_free(&report);

@@ -234,8 +234,8 @@ static void test_rotors(void **state)
     assert_int_equal(report.messages[0].severity, TFA_NOTE);
     assert_string_equal(report.messages[0].code, "rotor-inertia");
     assert_string_equal(report.messages[0].text,
-                        "1 joints have a rotor inertia in the file, which is not used; ask for "
-                        "rotor inertia if the motors reflect it");
+                        "rotor inertia in the file: not used, on 1 of its joints; ask for it if "
+                        "the motors reflect it");
     tfa_report_free(&report);
     const tfa_model_options options = {.rotor_inertia = 1};
     tfa_model *with = NULL;

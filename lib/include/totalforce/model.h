@@ -73,7 +73,8 @@ TFA_API size_t tfa_model_size(const tfa_description *description, const tfa_mode
  *
  * @param memory  64-byte aligned, at least tfa_model_size() bytes; the model lives in it
  * @param report  gets the messages; may be NULL
- * @return TFA_OK; TFA_E_MEMORY (too small); TFA_E_MODEL (a loop, two parents, an inertia that is
+ * @return TFA_OK; TFA_E_ARGUMENT (a NULL, a base that does not exist); TFA_E_VALUE (gravity not
+ *         finite); TFA_E_MEMORY (too small or not aligned); TFA_E_MODEL (a loop, two parents, an inertia that is
  *         not positive semidefinite, a zero axis, ...); TFA_E_NO_MASS (a massless moving leaf).
  * The description is not needed afterwards. Cost: O(bodies). Allocates nothing that stays.
  */

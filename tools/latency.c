@@ -173,30 +173,31 @@ static int pin(size_t cpu, cpu_set_t *others)
     return 0;
 }
 
-/* Where the other side of a ping-pong may run: not on the client's processor. */
-static int other_processors(const latency_options *options, cpu_set_t *others,
-                            const cpu_set_t **where)
+/* Pins the client when that was asked for. The other side of a ping-pong then runs elsewhere. */
+static int settle(const latency_options *options, latency_baseline *baseline)
 {
-    *where = NULL;
     if (options->cpu < 0)
         return 0;
-    if (pin((size_t)options->cpu, others) != 0) {
-        fprintf(stderr, "totalforce latency: --cpu %d: %s\n", options->cpu, strerror(errno));
-        return -1;
+    if (pin((size_t)options->cpu, &baseline->others) == 0) {
+        baseline->pinned = CPU_COUNT(&baseline->others) > 0;
+        return 0;
     }
-    *where = CPU_COUNT(others) ? others : NULL;
-    return 0;
+    fprintf(stderr, "totalforce latency: --cpu %d: %s\n", options->cpu, strerror(errno));
+    return -1;
+}
+
+static const cpu_set_t *elsewhere(const latency_baseline *baseline)
+{
+    return baseline->pinned ? &baseline->others : NULL;
 }
 
 /* Before the daemon has a client, so that its spinning worker does not take part. */
 static int measure_pingpong(const latency_options *options, latency_baseline *baseline)
 {
-    cpu_set_t others;
-    const cpu_set_t *where;
-    if (other_processors(options, &others, &where) != 0)
+    if (settle(options, baseline) != 0)
         return EXIT_FAILED;
-    int status =
-        pingpong_run((pingpong_size){1, 1}, PINGPONGS, PINGPONGS / 10, where, &baseline->pingpong);
+    int status = pingpong_run((pingpong_size){1, 1}, PINGPONGS, PINGPONGS / 10, elsewhere(baseline),
+                              &baseline->pingpong);
     baseline->have_pingpong = status == TFA_OK;
     if (status != TFA_OK)
         fprintf(stderr, "totalforce latency: no ping-pong baseline: %s\n",
@@ -214,15 +215,14 @@ static uint32_t lines_of(size_t bytes)
 static void measure_same_size(const latency_options *options, const tfa_client_info *info,
                               latency_baseline *baseline)
 {
-    cpu_set_t others;
-    const cpu_set_t *where;
     const size_t base = info->base_freedoms ? 1 : 0, batch = options->batch;
     const size_t asked = info->q_count + 2 * (size_t)info->v_count + base * 19;
     const size_t told = info->v_count + base * 6;
     baseline->size = (pingpong_size){lines_of(64 + batch * 8 * asked),
                                      lines_of(64 + batch * (sizeof(tfa_answer) + 8 * told))};
-    if (baseline->have_pingpong && other_processors(options, &others, &where) == 0)
-        (void)!pingpong_run(baseline->size, PINGPONGS, PINGPONGS / 10, where, &baseline->same_size);
+    if (baseline->have_pingpong)
+        (void)!pingpong_run(baseline->size, PINGPONGS, PINGPONGS / 10, elsewhere(baseline),
+                            &baseline->same_size);
 }
 
 static int report(const latency_options *options, const latency_run *runs, int count,

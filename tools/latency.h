@@ -72,6 +72,8 @@ typedef struct latency_run {
 typedef struct latency_baseline {
     histogram pingpong;
     int have_pingpong;
+    cpu_set_t others; /**< with --cpu: where the other side of a ping-pong runs */
+    int pinned;       /**< others holds a processor */
     histogram same_size; /**< a ping-pong of as many lines as a request and its reply have */
     pingpong_size size;  /**< of same_size */
     histogram solve;     /**< the same requests in process; empty without --urdf */

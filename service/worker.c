@@ -123,6 +123,7 @@ static void count(tfa_seat *seat, int status)
  * turn came; out, when it was done. @return false: the client's memory is gone */
 static bool serve(const tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
 {
+    tfa_ring_own_soon(tfa_ring_reply(&seat->ring));
     tfa_wire_copy_request(&seat->shape, tfa_ring_request(&seat->ring), seat->scratch);
     if (tfa_sigbus_hit(seat->guard))
         return false;

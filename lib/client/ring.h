@@ -112,6 +112,16 @@ static inline size_t tfa_ring_reply_offset(const tfa_ring_layout *layout, uint64
     return (size_t)(index & (layout->slots - 1)) * layout->reply_stride;
 }
 
+/** Asks for the lines of a slot that this side will write next, while it does something else: they
+ *  are still in the other side's cache from the lap before. Four lines hold the request of seven
+ *  joints, and with it most of what is asked. A hint: no memory is read or written. */
+static inline void tfa_ring_own_soon(const void *slot)
+{
+    const unsigned char *at = slot;
+    for (size_t line = 0; line < 4; line++)
+        __builtin_prefetch(at + line * TFA_WIRE_LINE, 1);
+}
+
 /* Lines of a slot that are handed over at once: they hold the request of up to 18 joints. */
 #define TFA_RING_HANDED_LINES 8
 
@@ -178,6 +188,7 @@ static inline bool tfa_ring_reply_ready(const tfa_ring_client *c)
 static inline void tfa_ring_release(tfa_ring_client *c)
 {
     c->received++;
+    tfa_ring_own_soon(tfa_ring_next_request(c));
 }
 
 static inline tfa_ring_bell *tfa_ring_bell_of(const tfa_ring_client *c)

@@ -116,24 +116,11 @@ static inline svec x_motion(const place *X, svec m)
     return (svec){m3_mul(X->E, m.w), m3_mul(X->E, v3_sub(m.v, v3_cross(X->r, m.w)))};
 }
 
-/* X^-1 m: a motion from the child's frame to the parent's */
-static inline svec x_inv_motion(const place *X, svec m)
-{
-    vec3 w = m3_tmul(X->E, m.w);
-    return (svec){w, v3_add(m3_tmul(X->E, m.v), v3_cross(X->r, w))};
-}
-
 /* X^T f: a force from the child's frame to the parent's */
 static inline svec x_t_force(const place *X, svec f)
 {
     vec3 v = m3_tmul(X->E, f.v);
     return (svec){v3_add(m3_tmul(X->E, f.w), v3_cross(X->r, v)), v};
-}
-
-/* X^-T f: a force from the parent's frame to the child's */
-static inline svec x_force(const place *X, svec f)
-{
-    return (svec){m3_mul(X->E, v3_sub(f.w, v3_cross(X->r, f.v))), m3_mul(X->E, f.v)};
 }
 
 /* v x m: velocity cross motion */

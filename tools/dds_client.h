@@ -27,16 +27,14 @@ typedef struct tfa_dds_client_options {
     uint32_t domain;   /**< DDS domain id, 0..230; the daemon's configuration has the same */
     const char *robot; /**< name in the daemon's configuration; required */
     int32_t connect_timeout_ms; /**< discovery of the daemon; 0: 5000 */
-    tfa_wait wait;              /**< how a call waits; DEFAULT means BLOCK: see below */
+    tfa_wait wait;              /**< how a call waits; DEFAULT means HYBRID: see below */
     uint32_t spin_ns;           /**< hybrid: 0 means 50000 */
 } tfa_dds_client_options;
 
-/* Why BLOCK: a round trip over DDS takes turns of four threads (caller, worker, Cyclone's receiving
- * thread on either side), and who spins takes a core that the others need. Median and mean of a
- * 7-joint arm in us, `totalforce latency arm --via dds --wait ...`, 100000 calls on a two-core
- * machine, November 2026: worker hybrid: block 17, 33; hybrid 128, 130; spin 139, 160. Worker block:
- * block 81, 87; hybrid 35, 42; spin 34, 38. With one spinner the rest share the other core and wake
- * each other cheaply; with two they queue for it. Where cores are many, spin. */
+/* Why HYBRID: a round trip over DDS takes turns of four threads (caller, worker, Cyclone's receiving
+ * thread on either side), and who spins takes a core that the others need. On two cores the daemon's
+ * worker sleeps for that reason and the caller spins: 35 us, every time (service/seat.c says how it
+ * was measured); with both asleep 85, with both spinning 130. */
 
 /**
  * Joins the domain and waits until the daemon has described the robot (RobotInfo) and all our

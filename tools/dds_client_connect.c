@@ -207,7 +207,7 @@ int tfa_dds_client_connect(const tfa_dds_client_options *options, tfa_dds_client
         return TFA_E_MEMORY;
     sem_init(&client->bell.rings, 0, 0);
     sem_init(&client->stream_bell.rings, 0, 0);
-    client->wait = options->wait == TFA_WAIT_DEFAULT ? TFA_WAIT_BLOCK : options->wait;
+    client->wait = options->wait == TFA_WAIT_DEFAULT ? TFA_WAIT_HYBRID : options->wait;
     client->spin_ns = options->spin_ns > 0 ? options->spin_ns : 50000;
     client->next_id = 1;
     const int64_t timeout_ms = options->connect_timeout_ms > 0 ? options->connect_timeout_ms : 5000;

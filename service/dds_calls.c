@@ -167,8 +167,9 @@ static void refuse_stranger(tfa_dds *door, const char *name, const dds_pending *
     answer_at_once(door, &stranger, pending, (tfa_dds_culprit){.status = TFA_E_ROBOT});
 }
 
-static void handle_request(tfa_dds *door, const totalforce_dds_Request *sample)
+static void handle_request(tfa_dds *door, const void *taken)
 {
+    const totalforce_dds_Request *sample = taken;
     dds_robot *robot = find_robot(door, sample->robot);
     dds_pending pending = {
         .id = sample->id, .stamp = sample->stamp, .t_received = tfa_dds_ros_time()};
@@ -185,8 +186,9 @@ static void handle_request(tfa_dds *door, const totalforce_dds_Request *sample)
         serve(door, robot, &request, &pending);
 }
 
-static void handle_torques(tfa_dds *door, const totalforce_dds_JointTorques *sample)
+static void handle_torques(tfa_dds *door, const void *taken)
 {
+    const totalforce_dds_JointTorques *sample = taken;
     dds_robot *robot = find_robot(door, sample->robot);
     dds_pending pending = {.is_stream = true, .id = sample->seq, .stamp = sample->stamp};
     tfa_dds_culprit culprit = {.status = TFA_OK};
@@ -200,9 +202,10 @@ static void handle_torques(tfa_dds *door, const totalforce_dds_JointTorques *sam
         serve(door, robot, &request, &pending);
 }
 
-void tfa_dds_on_request(dds_entity_t reader, void *arg)
+/* Takes what is there and hands each sample on, counted, under the door's mutex. */
+static void take_all(tfa_dds *door, dds_entity_t reader, _Atomic uint64_t *counter,
+                     void (*handle)(tfa_dds *, const void *))
 {
-    tfa_dds *door = arg;
     void *samples[TAKE_AT_ONCE] = {NULL};
     dds_sample_info_t infos[TAKE_AT_ONCE];
     dds_return_t count;
@@ -211,31 +214,24 @@ void tfa_dds_on_request(dds_entity_t reader, void *arg)
         pthread_mutex_lock(&door->mutex);
         for (dds_return_t i = 0; i < count; i++)
             if (infos[i].valid_data) {
-                add_one(&door->count.requests);
-                handle_request(door, samples[i]);
+                add_one(counter);
+                handle(door, samples[i]);
             }
         pthread_mutex_unlock(&door->mutex);
         (void)dds_return_loan(reader, samples, count);
     }
 }
 
+void tfa_dds_on_request(dds_entity_t reader, void *arg)
+{
+    tfa_dds *door = arg;
+    take_all(door, reader, &door->count.requests, handle_request);
+}
+
 void tfa_dds_on_torques(dds_entity_t reader, void *arg)
 {
     tfa_dds *door = arg;
-    void *samples[TAKE_AT_ONCE] = {NULL};
-    dds_sample_info_t infos[TAKE_AT_ONCE];
-    dds_return_t count;
-
-    while ((count = dds_take(reader, samples, infos, TAKE_AT_ONCE, TAKE_AT_ONCE)) > 0) {
-        pthread_mutex_lock(&door->mutex);
-        for (dds_return_t i = 0; i < count; i++)
-            if (infos[i].valid_data) {
-                add_one(&door->count.torques);
-                handle_torques(door, samples[i]);
-            }
-        pthread_mutex_unlock(&door->mutex);
-        (void)dds_return_loan(reader, samples, count);
-    }
+    take_all(door, reader, &door->count.torques, handle_torques);
 }
 
 /* ---- the dds thread ---- */

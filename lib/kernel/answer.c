@@ -177,18 +177,19 @@ static int answer_lambda(struct state *s, const tfa_request *r, uint32_t k, tfa_
     if (method == TFA_METHOD_AUTO || method == TFA_METHOD_ABA)
         method = TFA_METHOD_PROPAGATION;
     const uint32_t steps = refine_steps(r, method);
-    const int one_sided = method == TFA_METHOD_TFA_ONE_SIDED;
-    tfa_method factors = method == TFA_METHOD_PROPAGATION ? TFA_METHOD_ABA : method;
-    if (one_sided)
-        factors = steps > 0 ? TFA_METHOD_TFA : TFA_METHOD_ABA;
-    int status = TFA_OK;
-    if (one_sided && steps == 0)
-        status = TFA_V(lambda_one_sided)(s, r->frame);
-    if (status == TFA_OK && !(one_sided && steps == 0 && !wants_estimate(r, method)))
+    /* forward elimination of the tips needs no factors of the whole robot, its estimate does */
+    const int direct = method == TFA_METHOD_TFA_ONE_SIDED && steps == 0;
+    tfa_method factors = method;
+    if (direct || method == TFA_METHOD_PROPAGATION)
+        factors = TFA_METHOD_ABA;
+    else if (method == TFA_METHOD_TFA_ONE_SIDED)
+        factors = TFA_METHOD_TFA;
+    int status = direct ? TFA_V(lambda_one_sided)(s, r->frame) : TFA_OK;
+    if (status == TFA_OK && (!direct || wants_estimate(r, method)))
         status = factor(s, factors);
     if (status != TFA_OK)
         return status;
-    if (!(one_sided && steps == 0))
+    if (!direct)
         lambda_kept(s, r->frame, factors, steps);
     if (wants_estimate(r, method)) {
         out->error_estimate = lambda_estimate(s, r->frame, factors);

@@ -23,4 +23,7 @@ const struct tfa_method_row *tfa_method_row(uint32_t method);
  * holds n x n doubles. */
 tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch);
 
+/* tfa_compute for a request that tfa_request_check passed; the reply is as that left it. */
+int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);
+
 #endif

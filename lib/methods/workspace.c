@@ -18,7 +18,6 @@ struct tfa_workspace {
     const struct tfa_kernel *kernel;
     struct state *state;
     double *spectrum; /* scratch of the eigenvalues */
-    double *lambda;   /* where lambda_inv goes when only its spectrum is wanted */
 };
 
 static tfa_precision precision_of(const tfa_workspace_options *options)
@@ -34,7 +33,6 @@ static size_t walk(const tfa_model *model, const struct tfa_kernel *kernel, void
     struct tfa_workspace *w = arena_take(&a, 1, sizeof *w), count_only;
     struct tfa_workspace *o = w ? w : &count_only;
     o->spectrum = arena_take(&a, SPECTRUM_ENTRIES, sizeof(double));
-    o->lambda = arena_take(&a, SPECTRUM_ENTRIES, sizeof(double));
     void *state = arena_take(&a, kernel->size(model), 1);
     o->model = model;
     o->kernel = kernel;
@@ -96,8 +94,12 @@ static void add_spectrum(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa
 int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply)
 {
     int status = tfa_request_check(workspace->model, request, reply);
-    if (status != TFA_OK)
-        return status;
+    return status == TFA_OK ? tfa_compute_checked(workspace, request, reply) : status;
+}
+
+int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply)
+{
+    int status = TFA_OK;
     const int spectrum = request->flags & TFA_WANT_SPECTRUM && request->tip_count &&
                          reply->spectrum && reply->lambda_inv;
     for (uint32_t k = 0; k < request->count; k++) {

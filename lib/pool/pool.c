@@ -8,6 +8,7 @@
 #include <totalforce/pool.h>
 #include <unistd.h>
 
+#include "methods/methods.h"
 #include "pool/team.h"
 
 /* Tasks for each thread: enough that a thread which is stopped leaves work to the others. */
@@ -146,7 +147,7 @@ static void compute_slice(void *context, uint32_t task, uint32_t worker)
     uint32_t last = (uint32_t)((uint64_t)count * (task + 1) / p->tasks);
     tfa_request request = slice_request(p, first, last - first);
     tfa_reply reply = slice_reply(p, first);
-    int status = tfa_compute(p->workspace[worker], &request, &reply);
+    int status = tfa_compute_checked(p->workspace[worker], &request, &reply);
     p->outcome[task] = (struct outcome){status, reply.field, reply.index, first + reply.state};
 }
 

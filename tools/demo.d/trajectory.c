@@ -18,6 +18,7 @@
 
 #include "dds_client.h"
 #include "histogram.h"
+#include "pingpong.h"
 #include "skeleton.h"
 
 #define STEP_NS 1000000 /* 1 kHz */
@@ -48,13 +49,6 @@ struct run {
     double worst_tracking;
     FILE *motion, *figures;
 };
-
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
 
 static double *numbers(size_t n)
 {
@@ -177,9 +171,9 @@ static int ask_shm(struct run *r, double *us)
     tfa_request request = forward_request(r);
     tfa_answer answer;
     tfa_reply reply = {.qdd = r->other, .base_acceleration = r->base_other, .answers = &answer};
-    uint64_t start = now_ns();
+    uint64_t start = clock_ns();
     int status = tfa_client_call(r->shm, &request, &reply, TIMEOUT_NS, NULL);
-    uint64_t took = now_ns() - start;
+    uint64_t took = clock_ns() - start;
     histogram_add(&r->via_shm, took);
     *us = (double)took * 1e-3;
     if (status == TFA_OK) {
@@ -198,13 +192,13 @@ static int ask_dds(struct run *r, double *us)
         torques.base_wrench = r->wrench;
     }
     tfa_dds_accelerations answer = {.qdd = r->other, .base_acceleration = r->base_other};
-    uint64_t start = now_ns();
+    uint64_t start = clock_ns();
     int status = tfa_dds_stream_publish(r->dds, &torques);
     do {
         if (status == TFA_OK)
             status = tfa_dds_stream_take(r->dds, &answer, TIMEOUT_NS);
     } while (status == TFA_OK && answer.seq < r->steps);
-    uint64_t took = now_ns() - start;
+    uint64_t took = clock_ns() - start;
     histogram_add(&r->via_dds, took);
     *us = (double)took * 1e-3;
     if (status == TFA_OK)
@@ -251,7 +245,7 @@ static int step(struct run *r, double t)
 
 static int run_steps(struct run *r, double seconds)
 {
-    uint64_t due = now_ns();
+    uint64_t due = clock_ns();
     const uint64_t count = (uint64_t)(seconds * 1e9 / STEP_NS);
     for (r->steps = 0; r->steps < count; r->steps++) {
         int status = step(r, (double)r->steps * STEP_NS * 1e-9);

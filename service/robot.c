@@ -55,7 +55,7 @@ static int compile(const config_robot *from, const char *path, tfa_report *repor
                                        .gravity = from->gravity_count ? from->gravity : NULL,
                                        .rotor_inertia = from->rotor_inertia};
     tfa_description *description;
-    int status = tfa_urdf_load(path, NULL, &description, report);
+    int status = tfa_urdf_load(path, &description, report);
     if (status != TFA_OK)
         return status;
     status = set_armature(from, description);

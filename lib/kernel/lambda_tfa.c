@@ -13,7 +13,7 @@
 /* The support of a body as a chain, root first. */
 static struct tfa_chain support_chain(struct state *s, int32_t body)
 {
-    struct tfa_chain chain = {s->m->body[body].depth, s->path};
+    struct tfa_chain chain = {.length = s->m->body[body].depth, .body = s->path};
     for (int32_t i = body; i >= 0; i = s->m->body[i].parent)
         s->path[s->m->body[i].depth - 1] = (uint32_t)i;
     return chain;

@@ -56,6 +56,10 @@ const char *tfa_field_name(tfa_field field)
         [TFA_FIELD_REFINE] = "refine",
         [TFA_FIELD_FRAME] = "frame",
         [TFA_FIELD_ESTIMATE] = "estimate",
+        [TFA_FIELD_LOCKED] = "locked",
+        [TFA_FIELD_HELD] = "hold",
+        [TFA_FIELD_TOLERANCE] = "tolerance",
+        [TFA_FIELD_PAYLOADS] = "payload",
         [TFA_FIELD_BODY] = "body",
     };
     if ((unsigned)field >= sizeof names / sizeof *names)

@@ -27,7 +27,10 @@ struct layout {
     struct tfa_chain *chain;
     uint32_t *chain_body;
     tfa_joint_info *joint;
-    const char **body_name;
+    tfa_body_info *body_info;
+    struct tfa_coordinate *coordinate;
+    struct tfa_freedom *freedom;
+    double *armature;
     int32_t *dof_parent;
     uint32_t *dof_depth;
     size_t *dof_row;
@@ -64,7 +67,10 @@ static struct layout lay_out(const struct draft *d, void *memory)
     l.chain = arena_take(&a, d->bodies, sizeof *l.chain);
     l.chain_body = arena_take(&a, d->bodies, sizeof *l.chain_body);
     l.joint = arena_take(&a, d->movable, sizeof *l.joint);
-    l.body_name = arena_take(&a, d->bodies, sizeof *l.body_name);
+    l.body_info = arena_take(&a, d->bodies, sizeof *l.body_info);
+    l.coordinate = arena_take(&a, (size_t)d->bodies * 7, sizeof *l.coordinate);
+    l.freedom = arena_take(&a, freedoms, sizeof *l.freedom);
+    l.armature = arena_take(&a, freedoms, sizeof *l.armature);
     l.dof_parent = arena_take(&a, freedoms, sizeof *l.dof_parent);
     l.dof_depth = arena_take(&a, freedoms, sizeof *l.dof_depth);
     l.dof_row = arena_take(&a, freedoms, sizeof *l.dof_row);
@@ -156,8 +162,16 @@ static void place_bodies(struct tfa_model *m, struct layout *l, const struct dra
         b->last = l->body[b->parent].leaf;
         l->body[b->parent].leaf = 0;
     }
-    m->q_count = q;
+    m->q_count = m->inner_q = q;
     m->freedoms = v;
+    m->v_count = v - m->base_freedoms;
+    for (uint32_t k = 0; k < q; k++)
+        l->coordinate[k] = (struct tfa_coordinate){k, 1, 0};
+    for (uint32_t k = 0; k < m->v_count; k++)
+        l->freedom[k] = (struct tfa_freedom){k, 1};
+    for (uint32_t i = 0; i < d->bodies; i++)
+        for (uint32_t k = 0; k < l->body[i].n; k++)
+            l->armature[l->body[i].v + k] = l->body[i].armature;
 }
 
 /* Expanded tree of freedoms: a joint with n freedoms is a path of n nodes. */
@@ -314,7 +328,10 @@ const struct tfa_model *tfa_compile(const struct draft *d, const tfa_model_optio
     m->frame = l.frame;
     m->chain = l.chain;
     m->joint = l.joint;
-    m->body_name = l.body_name;
+    m->body_info = l.body_info;
+    m->coordinate = l.coordinate;
+    m->freedom = l.freedom;
+    m->armature = l.armature;
     m->dof_parent = l.dof_parent;
     m->dof_depth = l.dof_depth;
     m->dof_row = l.dof_row;
@@ -325,7 +342,7 @@ const struct tfa_model *tfa_compile(const struct draft *d, const tfa_model_optio
     place_frames(&l, d, &text);
     place_joints(m, &l, d, &text);
     for (uint32_t i = 0; i < m->bodies; i++)
-        l.body_name[i] = l.frame[d->body[i].link].name;
+        l.body_info[i].name = l.frame[d->body[i].link].name;
     summarise(m, &l, d);
     hash_model(m);
     return m;

@@ -94,7 +94,7 @@ int tfa_model_load(const char *urdf_path, const tfa_model_options *options, tfa_
     tfa_report own = {0};
     tfa_report *r = report ? report : &own;
     tfa_description *description = NULL;
-    int status = tfa_urdf_load(urdf_path, NULL, &description, r);
+    int status = tfa_urdf_load(urdf_path, &description, r);
     if (status == TFA_OK)
         status = tfa_model_create(description, options, r, model);
     tfa_description_free(description);
@@ -134,7 +134,7 @@ uint32_t tfa_model_q_count(const tfa_model *model)
 
 uint32_t tfa_model_v_count(const tfa_model *model)
 {
-    return model->freedoms - model->base_freedoms;
+    return model->v_count;
 }
 
 uint32_t tfa_model_base_freedoms(const tfa_model *model)
@@ -182,7 +182,7 @@ int32_t tfa_model_find_frame(const tfa_model *model, const char *name)
 
 const char *tfa_model_body_name(const tfa_model *model, uint32_t body)
 {
-    return body < model->bodies ? model->body_name[body] : "";
+    return body < model->bodies ? model->body_info[body].name : "";
 }
 
 uint32_t tfa_model_body_frame(const tfa_model *model, uint32_t body)

@@ -17,6 +17,7 @@ enum tfa_kind {
     TFA_KIND_PRISMATIC = 1, /* H = e_6: translation along z */
     TFA_KIND_PLANAR = 2,    /* H = e_4 e_5 e_3: velocity in the moved plane, then rotation */
     TFA_KIND_FREE = 3,      /* H = e_4 e_5 e_6 e_1 e_2 e_3: linear, then angular velocity */
+    TFA_KIND_FUSED = 4,     /* several joints in a row without mass between them: H depends on q */
 };
 
 /* M is kept by rows of ancestors; a chain of N bodies has N (N+1) / 2 entries. Above this many (a
@@ -24,24 +25,32 @@ enum tfa_kind {
  * so: O(N d^2) methods lose to the others long before. */
 #define TFA_MASS_ENTRIES_MAX ((size_t)4 << 20)
 
-/* Constants of one body. Frame i is fixed in body i with its origin on joint i. */
+/* One of the joints of a fused body, in their order from the parent. Its frame is fixed in what it
+ * moves; that of the last one is the body's. */
+struct tfa_part {
+    double E[9], r[3]; /* from the frame of the part before (first: the parent's) at q = 0 */
+    uint8_t kind;      /* TFA_KIND_REVOLUTE or TFA_KIND_PRISMATIC */
+};
+
+/* Constants of one body. Frame i is fixed in body i with its origin on its (last) joint. */
 struct tfa_body {
     double E[9];     /* rotation from the parent's frame to the joint's frame at q = 0, row major */
     double r[3];     /* origin of the joint in the parent's frame, m */
     double mass;     /* kg */
     double h[3];     /* mass times centre of mass, frame i, kg m */
     double I[6];     /* xx xy xz yy yz zz about the origin of frame i, kg m^2 */
-    double armature; /* added to each freedom of the joint */
+    double armature; /* of a joint with one freedom; see tfa_model.armature for all freedoms */
     int32_t parent;  /* body index, -1: the world; always below the own index */
     uint32_t link;   /* frame of the link that gives it its name */
-    uint32_t q, v;   /* first coordinate and first freedom, the base's six freedoms included in v */
+    uint32_t q, v;   /* first inner coordinate and freedom, the base's six included in v only */
     uint8_t kind;    /* enum tfa_kind */
-    uint8_t n;       /* freedoms: 1, 3 or 6 */
+    uint8_t n;       /* freedoms: 1 to 6 */
     uint8_t regular; /* 1: the rigid inertia is safely positive definite */
     uint8_t base;    /* 1: the floating base; its q and v come in fields of their own */
     uint8_t leaf;    /* 1: no body hangs from it */
     uint8_t last;    /* 1: the last child of its parent, the first to be folded inward */
     int32_t multi;   /* index among bodies with n > 1, else -1 */
+    uint32_t part;   /* fused: its n parts start here in tfa_model.part */
     int32_t tree;    /* root body of the tree that it stands in */
     uint32_t depth;  /* bodies from the root to here, this one included */
 };
@@ -49,23 +58,49 @@ struct tfa_body {
 /* A link of the file: a frame on a body. */
 struct tfa_frame {
     int32_t body; /* -1: fixed to the world */
+    uint8_t part; /* 0: fixed in the body; k: moved by the first k parts of a fused body only, and
+                     R and p are those in the frame of part k */
     double R[9];  /* rotation from the link frame to the body frame (or the world) */
     double p[3];  /* origin of the link frame in the body frame */
     const char *name;
 };
 
-/* One main chain of the plan: from the root body of a tree to its deepest leaf. */
+/* Where an inner coordinate and an inner freedom come from: the public arrays follow the declared
+ * order and leave out what follows others; inside, bodies stand tree by tree.
+ *   q_inner = multiplier q[from] + offset,  v_inner = multiplier v[from] */
+struct tfa_coordinate {
+    uint32_t from;
+    double multiplier, offset;
+};
+struct tfa_freedom {
+    uint32_t from;
+    double multiplier;
+};
+
+/* A freedom that follows another one: v_follower = multiplier v_leader, the leader follows none.
+ * Inner freedoms, the base's included. */
+struct tfa_mimic {
+    uint32_t follower, leader;
+    double multiplier;
+};
+
+/* One main chain of the plan: from the root body of a tree to its deepest leaf. The tree's bodies
+ * are first .. end - 1, and nothing else stands between. */
 struct tfa_chain {
+    uint32_t first, end;
     uint32_t length;
     const uint32_t *body; /* root first */
 };
 
 struct tfa_model {
-    uint32_t bodies;   /* floating base included */
-    uint32_t multis;   /* bodies with more than one freedom */
-    uint32_t freedoms; /* all, base included */
-    uint32_t q_count;  /* coordinates of the joints, base excluded */
+    uint32_t bodies;           /* floating base included */
+    uint32_t multis;           /* bodies with more than one freedom */
+    uint32_t parts;            /* of all fused bodies */
+    uint32_t freedoms;         /* inner, base included */
+    uint32_t inner_q;          /* inner coordinates, base excluded */
+    uint32_t q_count, v_count; /* public: base excluded, followers excluded */
     uint32_t base_freedoms;
+    uint32_t mimics;
     uint32_t depth;          /* bodies on the longest path */
     uint32_t depth_freedoms; /* freedoms on the path with most of them */
     uint32_t frames, joints, trees;
@@ -76,8 +111,16 @@ struct tfa_model {
     const struct tfa_body *body;
     const struct tfa_frame *frame;
     const struct tfa_chain *chain; /* one for each tree */
+    const struct tfa_part *part;
+    const struct tfa_coordinate *coordinate; /* inner_q */
+    const struct tfa_freedom *freedom;       /* freedoms - base_freedoms */
+    const struct tfa_mimic *mimic;
+    const double *armature; /* of each inner freedom */
+    const double *damping;  /* of each inner freedom; NULL: none */
     const tfa_joint_info *joint;
-    const char *const *body_name;
+    const tfa_declared_joint *declared;
+    uint32_t declared_joints;
+    const tfa_body_info *body_info; /* its `name` is the body's */
     /* freedoms as nodes of Featherstone's expanded tree (2008, 6.1) */
     const int32_t *dof_parent; /* -1: none */
     const uint32_t *dof_depth; /* freedoms above it */

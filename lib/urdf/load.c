@@ -52,11 +52,9 @@ static int run_passes(const char *text, size_t length, char *clean, tfa_urdf_log
     return status;
 }
 
-int tfa_urdf_parse(const char *text, size_t length, const char *name,
-                   const tfa_urdf_options *options, tfa_description **description,
+int tfa_urdf_parse(const char *text, size_t length, const char *name, tfa_description **description,
                    tfa_report *report)
 {
-    (void)options; /* nothing to choose yet */
     if (!description || !report || (!text && length > 0))
         return TFA_E_ARGUMENT;
     *description = NULL;
@@ -82,8 +80,7 @@ int tfa_urdf_parse(const char *text, size_t length, const char *name,
     return status;
 }
 
-int tfa_urdf_load(const char *path, const tfa_urdf_options *options, tfa_description **description,
-                  tfa_report *report)
+int tfa_urdf_load(const char *path, tfa_description **description, tfa_report *report)
 {
     if (!path || !description || !report)
         return TFA_E_ARGUMENT;
@@ -96,7 +93,7 @@ int tfa_urdf_load(const char *path, const tfa_urdf_options *options, tfa_descrip
     if (file >= 0)
         close(file);
     if (status == TFA_OK)
-        status = tfa_urdf_parse(text, length, path, options, description, report);
+        status = tfa_urdf_parse(text, length, path, description, report);
     else {
         char why[128];
         tfa_report_set_file(report, path);

@@ -223,7 +223,7 @@ static int bench(const char *path, size_t repetitions, int csv)
 {
     tfa_report report = {0};
     tfa_description *d = NULL;
-    if (tfa_urdf_load(path, NULL, &d, &report) != TFA_OK) {
+    if (tfa_urdf_load(path, &d, &report) != TFA_OK) {
         fprintf(stderr, "%s: cannot be loaded\n", path);
         return 1;
     }

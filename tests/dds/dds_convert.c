@@ -166,11 +166,26 @@ static void replies_survive(void **state)
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
         const tfa_request request = full_request((tfa_op)op, &floating);
         const tfa_dds_reply_sizes sizes = tfa_dds_sizes_of_reply(&request, &floating);
-        const tfa_reply before = {TFA_E_NOT_COMPUTED, TFA_FIELD_BODY, 3,          2,
-                                  numbers[0],         numbers[1],     numbers[2], numbers[3],
-                                  numbers[4],         numbers[5],     spectrum,   answers};
-        tfa_reply after = {0,      0,      0,      0,      got[0],       got[1],
-                           got[2], got[3], got[4], got[5], spectrum_out, answers_out};
+        const tfa_reply before = {.status = TFA_E_NOT_COMPUTED,
+                                  .field = TFA_FIELD_BODY,
+                                  .index = 3,
+                                  .state = 2,
+                                  .qdd = numbers[0],
+                                  .base_acceleration = numbers[1],
+                                  .tau = numbers[2],
+                                  .base_wrench = numbers[3],
+                                  .lambda_inv = numbers[4],
+                                  .mass_matrix = numbers[5],
+                                  .spectrum = spectrum,
+                                  .answers = answers};
+        tfa_reply after = {.qdd = got[0],
+                           .base_acceleration = got[1],
+                           .tau = got[2],
+                           .base_wrench = got[3],
+                           .lambda_inv = got[4],
+                           .mass_matrix = got[5],
+                           .spectrum = spectrum_out,
+                           .answers = answers_out};
         totalforce_dds_Reply in = {.id = 77};
 
         tfa_dds_reply_fill(&before, &sizes, &in);

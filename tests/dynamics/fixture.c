@@ -93,7 +93,7 @@ static int load_file(uint32_t index, test_robot *robot, tfa_report *report, bool
     robot->seed = 100 + index;
     snprintf(robot->name, sizeof robot->name, "%.60s, %s base", strrchr(path, '/') + 1,
              robot->base == TFA_BASE_FLOATING ? "floating" : "fixed");
-    if (tfa_urdf_load(path, NULL, &robot->description, report) == TFA_OK)
+    if (tfa_urdf_load(path, &robot->description, report) == TFA_OK)
         return 1;
     give_up(robot, report, *own);
     return -1;

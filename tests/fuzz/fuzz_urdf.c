@@ -115,7 +115,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     tfa_report report = {0};
     tfa_description *d = NULL;
-    int status = tfa_urdf_parse((const char *)data, size, "fuzz", NULL, &d, &report);
+    int status = tfa_urdf_parse((const char *)data, size, "fuzz", &d, &report);
     REQUIRE(status == TFA_OK || status == TFA_E_PARSE || status == TFA_E_FILE);
     REQUIRE((d != NULL) == (status == TFA_OK));
     require_report(&report, status);

@@ -21,7 +21,7 @@
 static int parse(const char *text, size_t length, tfa_description **d, tfa_report *report)
 {
     *report = (tfa_report){0};
-    return tfa_urdf_parse(text, length, "f.urdf", NULL, d, report);
+    return tfa_urdf_parse(text, length, "f.urdf", d, report);
 }
 
 /* Parses and expects `code` in the first message. */
@@ -274,7 +274,7 @@ static void expect_unreadable(const char *path, int error)
 {
     tfa_report report = {0};
     tfa_description *d = NULL;
-    assert_int_equal(tfa_urdf_load(path, NULL, &d, &report), TFA_E_FILE);
+    assert_int_equal(tfa_urdf_load(path, &d, &report), TFA_E_FILE);
     assert_int_equal(errno, error);
     assert_null(d);
     assert_int_equal(report.errors, 1);
@@ -293,17 +293,17 @@ static void test_files(void **state)
     assert_true(file >= 0);
     tfa_report report = {0};
     tfa_description *d = NULL;
-    assert_int_equal(tfa_urdf_load(path, NULL, &d, &report), TFA_E_PARSE);
+    assert_int_equal(tfa_urdf_load(path, &d, &report), TFA_E_PARSE);
     assert_string_equal(report.messages[0].code, "empty-file");
     tfa_report_free(&report);
     static const char good[] = "<robot name=\"r\"><link name=\"a\"/></robot>";
     assert_int_equal(write(file, good, sizeof good - 1), sizeof good - 1);
-    assert_int_equal(tfa_urdf_load(path, NULL, &d, &report), TFA_OK);
+    assert_int_equal(tfa_urdf_load(path, &d, &report), TFA_OK);
     assert_int_equal(d->link_count, 1);
     tfa_description_free(d);
     tfa_report_free(&report);
     assert_int_equal(ftruncate(file, (off_t)TFA_URDF_MAX_BYTES + 1), 0);
-    assert_int_equal(tfa_urdf_load(path, NULL, &d, &report), TFA_E_FILE);
+    assert_int_equal(tfa_urdf_load(path, &d, &report), TFA_E_FILE);
     assert_string_equal(report.messages[0].code, "too-large");
     tfa_report_free(&report);
     close(file);
@@ -315,10 +315,10 @@ static void test_arguments(void **state)
     (void)state;
     tfa_report report = {0};
     tfa_description *d = NULL;
-    assert_int_equal(tfa_urdf_load(NULL, NULL, &d, &report), TFA_E_ARGUMENT);
-    assert_int_equal(tfa_urdf_load("x", NULL, NULL, &report), TFA_E_ARGUMENT);
-    assert_int_equal(tfa_urdf_load("x", NULL, &d, NULL), TFA_E_ARGUMENT);
-    assert_int_equal(tfa_urdf_parse(NULL, 1, "x", NULL, &d, &report), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_urdf_load(NULL, &d, &report), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_urdf_load("x", NULL, &report), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_urdf_load("x", &d, NULL), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_urdf_parse(NULL, 1, "x", &d, &report), TFA_E_ARGUMENT);
     tfa_description_free(NULL);
 }
 

@@ -59,7 +59,7 @@ static void check_robot(const char *path)
 {
     tfa_report report = {0};
     tfa_description *d = NULL;
-    int status = tfa_urdf_load(path, NULL, &d, &report);
+    int status = tfa_urdf_load(path, &d, &report);
     for (size_t i = 0; i < report.count && report.errors > 0; i++)
         print_error("%s: %s\n", path, report.messages[i].text);
     assert_int_equal(status, TFA_OK);

@@ -26,7 +26,7 @@ static int row_fails(const urdf_row *row)
     tfa_report report = {0};
     tfa_description *description = NULL;
     int status =
-        tfa_urdf_parse(row->text, strlen(row->text), "f.urdf", NULL, &description, &report);
+        tfa_urdf_parse(row->text, strlen(row->text), "f.urdf", &description, &report);
     size_t expected = row->severity >= 0;
     int fails = status != row->status || (description != NULL) != (status == TFA_OK) ||
                 (row->message ? report.count != expected : report.count < expected) ||

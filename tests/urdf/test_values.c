@@ -22,7 +22,7 @@ static tfa_description *parse(const char *text)
 {
     tfa_report report = {0};
     tfa_description *d = NULL;
-    int status = tfa_urdf_parse(text, strlen(text), "f.urdf", NULL, &d, &report);
+    int status = tfa_urdf_parse(text, strlen(text), "f.urdf", &d, &report);
     if (status != TFA_OK && report.count > 0)
         print_error("%s\n", report.messages[0].text);
     tfa_report_free(&report);
@@ -213,7 +213,7 @@ static void check_decimal_point(void)
     tfa_description_free(d);
     tfa_report report = {0};
     const char *bad = MASS("1,5");
-    assert_int_equal(tfa_urdf_parse(bad, strlen(bad), NULL, NULL, &d, &report), TFA_E_PARSE);
+    assert_int_equal(tfa_urdf_parse(bad, strlen(bad), NULL, &d, &report), TFA_E_PARSE);
     tfa_report_free(&report);
 }
 

@@ -22,7 +22,7 @@ struct skeleton *skeleton_load(const char *urdf)
 {
     struct skeleton *s = calloc(1, sizeof *s);
     tfa_report report = {0};
-    if (!s || tfa_urdf_load(urdf, NULL, &s->robot, &report) != TFA_OK) {
+    if (!s || tfa_urdf_load(urdf, &s->robot, &report) != TFA_OK) {
         fprintf(stderr, "demo: %s cannot be loaded\n", urdf);
         tfa_report_free(&report);
         free(s);

@@ -49,6 +49,7 @@ typedef struct tfa_joint {
     double rotor;      /**< the same as written in the file (drake:rotor_inertia times the square of
                             drake:gear_ratio); added to armature only when asked for */
     double damping;    /**< N m s/rad or N s/m, as written; used only when asked for */
+    double friction;   /**< N m or N, as written; never used, counted in a note */
     int32_t mimic;     /**< index of the joint it follows, or -1 */
     double multiplier; /**< q = multiplier * q[mimic] + offset */
     double offset;
@@ -63,16 +64,10 @@ typedef struct tfa_description {
     size_t joint_count;
 } tfa_description;
 
-/** What the URDF front end does where files leave a choice. Zero-initialise for the defaults. */
-typedef struct tfa_urdf_options {
-    uint32_t reserved; /**< 0 */
-} tfa_urdf_options;
-
 /**
  * Reads a URDF file into a description.
  *
  * @param path     file name
- * @param options  NULL for the defaults
  * @param[out] description  made with malloc; release with tfa_description_free; NULL on error
  * @param report   every error, warning and note with its line; may not be NULL
  * @return TFA_OK; TFA_E_FILE (cannot be read, too large); TFA_E_PARSE (malformed: the report has
@@ -81,12 +76,11 @@ typedef struct tfa_urdf_options {
  * Never prints, never opens a mesh, never uses the network, independent of the locale.
  * Thread rule: one call at a time in a process (urdfdom's log handler is global).
  */
-TFA_API TFA_CHECKED int tfa_urdf_load(const char *path, const tfa_urdf_options *options,
-                                      tfa_description **description, tfa_report *report);
+TFA_API TFA_CHECKED int tfa_urdf_load(const char *path, tfa_description **description,
+                                      tfa_report *report);
 
 /** As tfa_urdf_load, from text in memory; `name` stands for the file in messages. */
 TFA_API TFA_CHECKED int tfa_urdf_parse(const char *text, size_t length, const char *name,
-                                       const tfa_urdf_options *options,
                                        tfa_description **description, tfa_report *report);
 
 /** Releases a description made by tfa_urdf_load or tfa_urdf_parse. NULL is allowed. */

@@ -19,8 +19,10 @@
 extern "C" {
 #endif
 
-#define TFA_MAX_TIPS 8     /**< tips of one request */
-#define TFA_MAX_WRENCHES 8 /**< external wrenches of one request */
+#define TFA_MAX_TIPS 8         /**< tips of one request */
+#define TFA_MAX_WRENCHES 8     /**< external wrenches of one request */
+#define TFA_MAX_PAYLOADS 4     /**< payloads of one request */
+#define TFA_PAYLOAD_NUMBERS 10 /**< mass, centre of mass (3), inertia (6) as in tfa_payload */
 
 typedef enum tfa_op {
     TFA_OP_FORWARD_DYNAMICS = 1,    /**< q, v, tau -> qdd (and lambda_inv when tips are given) */
@@ -66,7 +68,19 @@ typedef enum tfa_precision {
 #define TFA_REFINE_DEFAULT UINT32_MAX /**< the method's default: 1 for tfa, 0 for the others */
 
 /** Wanted besides the plain answer; flags of a request. */
-#define TFA_WANT_SPECTRUM 1u /**< rank and extreme eigenvalues of lambda_inv */
+#define TFA_WANT_SPECTRUM 1u    /**< rank and extreme eigenvalues of lambda_inv */
+#define TFA_WANT_POSES 2u       /**< poses of the tips in the world */
+#define TFA_WANT_CERTIFICATE 4u /**< the exact error of held joints */
+
+/**
+ * Approximate forward dynamics: joints that are taken to keep their velocity (qdd = 0) although
+ * nothing holds them. The answer minimises Gauss' constraint over the others.
+ */
+typedef enum tfa_hold {
+    TFA_HOLD_NONE = 0,
+    TFA_HOLD_GIVEN = 1, /**< the joints of `held` */
+    TFA_HOLD_AUTO = 2,  /**< as many as `tolerance` allows, by a bound that is never too small */
+} tfa_hold;
 
 /**
  * One request. Arrays hold `count` states one after the other; NULL where not used.
@@ -82,8 +96,18 @@ typedef struct tfa_request {
     uint32_t count;              /**< states, at least 1 */
     uint32_t tip_count;          /**< 0..TFA_MAX_TIPS */
     uint32_t wrench_count;       /**< 0..TFA_MAX_WRENCHES */
+    uint32_t payload_count;      /**< 0..TFA_MAX_PAYLOADS, besides those of the model */
+    uint32_t locked_count;       /**< joints that are locked for this request */
+    uint32_t held_count;         /**< TFA_HOLD_GIVEN */
+    tfa_hold hold;               /**< forward dynamics only */
+    double tolerance;            /**< TFA_HOLD_AUTO: largest relative error in the energy norm */
     uint32_t tips[TFA_MAX_TIPS]; /**< frame indices */
-    uint32_t wrench_frames[TFA_MAX_WRENCHES]; /**< frame indices */
+    uint32_t wrench_frames[TFA_MAX_WRENCHES];  /**< frame indices */
+    uint32_t payload_frames[TFA_MAX_PAYLOADS]; /**< frame indices */
+    const uint32_t *locked; /**< joint indices, for every state: their qdd is 0, exactly, and
+                                 lambda_inv is that of the robot with these joints fixed; their v
+                                 (0, as a rule) is kept */
+    const uint32_t *held;   /**< joint indices */
 
     const double *q;                 /**< count x q_count, rad or m */
     const double *v;                 /**< count x v_count, rad/s or m/s; NULL: at rest */
@@ -95,11 +119,14 @@ typedef struct tfa_request {
     const double *base_acceleration; /**< count x 6 (inverse), root link frame; NULL: zero */
     const double *gravity;           /**< 3, world frame, m/s^2; NULL: the model's */
     const double *wrenches;          /**< count x wrench_count x 6, force then moment */
+    const double *payloads; /**< payload_count x TFA_PAYLOAD_NUMBERS: mass, com, inertia as in
+                                 tfa_payload, for every state */
 } tfa_request;
 
 /** Flags of an answer. */
 #define TFA_ANSWER_ESTIMATED 1u /**< error_estimate was measured for this state */
 #define TFA_ANSWER_FALLBACK 2u  /**< the method asked for failed here; `method` answered */
+#define TFA_ANSWER_HELD 4u      /**< approximate: joints were held that nothing holds */
 
 /** What is known of the answer for one state. */
 typedef struct tfa_answer {
@@ -115,6 +142,18 @@ typedef struct tfa_spectrum {
     uint32_t padding; /**< 0 */
     double eig_min, eig_max;
 } tfa_spectrum;
+
+/**
+ * How far held joints lead astray. With x the exact accelerations and y the answer, the error in
+ * the energy norm is |x - y|_M = sqrt((x - y)^T M (x - y)), and |x|_M^2 = |y|_M^2 + |x - y|_M^2.
+ */
+typedef struct tfa_certificate {
+    double error;    /**< |x - y|_M, kg^1/2 m/s^2; by one more solve with TFA_WANT_CERTIFICATE, else
+                          an upper bound (TFA_HOLD_AUTO) or NaN */
+    double relative; /**< the same over |x|_M */
+    uint32_t held;   /**< joints that were held */
+    uint32_t exact;  /**< 1: by one more solve; 0: a bound */
+} tfa_certificate;
 
 /** Which input a failed request is about; with `index` it names the culprit. */
 typedef enum tfa_field {
@@ -136,6 +175,10 @@ typedef enum tfa_field {
     TFA_FIELD_REFINE,
     TFA_FIELD_FRAME,
     TFA_FIELD_ESTIMATE,
+    TFA_FIELD_LOCKED,
+    TFA_FIELD_HELD,
+    TFA_FIELD_TOLERANCE,
+    TFA_FIELD_PAYLOADS,
     TFA_FIELD_BODY, /**< singular inertia: `index` is the frame of the link that names the body */
 } tfa_field;
 
@@ -151,6 +194,7 @@ typedef struct tfa_reply {
     tfa_field field;           /**< culprit of a bad request */
     uint32_t index;            /**< index in that field, of one state; or a link frame */
     uint32_t state;            /**< the state it is about */
+    uint64_t model;            /**< tfa_model_tag of the model that answered */
     double *qdd;               /**< count x v_count */
     double *base_acceleration; /**< count x 6: time derivative of the components of base_twist */
     double *tau;               /**< count x v_count (inverse dynamics) */
@@ -158,7 +202,10 @@ typedef struct tfa_reply {
     double *lambda_inv;        /**< count x (6 m) x (6 m), row major */
     double *mass_matrix;       /**< count x n x n, row major */
     tfa_spectrum *spectrum;    /**< count, with TFA_WANT_SPECTRUM */
-    tfa_answer *answers;       /**< count; may be NULL */
+    double *poses;             /**< count x tip_count x 7 with TFA_WANT_POSES: x y z (m), quaternion
+                                    x y z w (w >= 0) of the tip's link frame in the world */
+    tfa_certificate *certificate; /**< count, for TFA_HOLD_GIVEN and TFA_HOLD_AUTO */
+    tfa_answer *answers;          /**< count; may be NULL */
 } tfa_reply;
 
 /** Everything that changes while computing. One thread uses a workspace at a time. */

@@ -8,16 +8,22 @@
 
 static inline void inward(struct state *s, const num *tau, int what)
 {
-    const struct tfa_model *m = s->m;
-    for (uint32_t i = m->bodies; i-- > 0;)
-        fold(s, i, tau, what | FOLD_FRESH);
+    for (uint32_t k = s->spans; k-- > 0;)
+        for (uint32_t i = s->span[k].end; i-- > s->span[k].first;)
+            fold(s, i, tau, what | FOLD_FRESH);
+}
+
+/* The factors stand where those of TFA's side branches and of held joints did. */
+static inline void have_aba(struct state *s)
+{
+    s->have = (s->have | HAVE_ABA) & ~(uint32_t)(HAVE_TFA | HAVE_HELD);
 }
 
 static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 {
     const struct tfa_model *m = s->m;
     for (uint32_t i = 0; i < m->bodies; i++) {
-        int32_t p = m->body[i].parent;
+        int32_t p = s->body[i].parent;
         unfold(s, i, p < 0 ? ground : s->a[p], qdd, bias);
     }
 }
@@ -25,18 +31,33 @@ static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
 {
     const svec ground = {{0, 0, 0}, v3_neg(s->gravity)};
-    if (s->moving) {
+    const int kept = s->have & HAVE_ABA;
+    if (s->moving && kept)
+        inward(s, tau, FOLD_FORCE | FOLD_BIAS);
+    else if (s->moving)
         inward(s, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS);
-        outward(s, ground, qdd, 1);
-    } else {
+    else if (kept)
+        inward(s, tau, FOLD_FORCE);
+    else
         inward(s, tau, FOLD_INERTIA | FOLD_FORCE);
-        outward(s, ground, qdd, 0);
-    }
+    have_aba(s);
+    outward(s, ground, qdd, s->moving);
 }
 
 void TFA_V(aba_factor)(struct state *s)
 {
-    inward(s, NULL, FOLD_INERTIA);
+    if (!(s->have & HAVE_ABA))
+        inward(s, NULL, FOLD_INERTIA);
+    have_aba(s);
+}
+
+num TFA_V(aba_energy)(struct state *s, const num *tau)
+{
+    num sum = 0;
+    inward(s, tau, FOLD_FORCE);
+    for (uint32_t i = 0; i < s->m->bodies; i++)
+        sum += joint_energy(s, i);
+    return sum;
 }
 
 void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd)

@@ -11,7 +11,9 @@
 
 /* What an inward step computes; constants at every call, so that the rest folds away.
  * FOLD_FRESH: all bodies are folded in one sweep, so that nothing need be initialised: the first
- * child to be folded stores, the others add, and the body's own terms join when its turn comes. */
+ * child to be folded stores, the others add, and the body's own terms join when its turn comes.
+ * FOLD_FORCE without FOLD_INERTIA uses the factors that are there: the same operations in the same
+ * order, so that the answer is the same to the bit. */
 enum { FOLD_INERTIA = 1, FOLD_FORCE = 2, FOLD_BIAS = 4, FOLD_FRESH = 8 };
 
 /* IA_i = I_i, pA_i = p_i before anything is folded in */
@@ -67,10 +69,12 @@ static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b,
                           int what)
 {
     const sym6 IA = fold_inertia(s, i, b, what);
-    const svec U = {{IA.A.xz, IA.A.yz, IA.A.zz}, {IA.B.zx, IA.B.zy, IA.B.zz}};
-    const num Dinv = 1 / U.w.z;
-    s->U[i] = U;
-    s->Dinv[i] = Dinv;
+    if (what & FOLD_INERTIA) {
+        s->U[i] = (svec){{IA.A.xz, IA.A.yz, IA.A.zz}, {IA.B.zx, IA.B.zy, IA.B.zz}};
+        s->Dinv[i] = 1 / IA.A.zz;
+    }
+    const svec U = s->U[i];
+    const num Dinv = s->Dinv[i];
     svec pa = sv_zero();
     num u = 0;
     if (what & FOLD_FORCE) {
@@ -99,8 +103,10 @@ static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b,
         }
         give_force(s, b, x_t_force(&s->X[i], pa), what);
     }
-    const sym6 up = s6_to_parent_past_z(&s->X[i], &Ia);
-    give_inertia(s, b, &up, what);
+    if (what & FOLD_INERTIA) {
+        const sym6 up = s6_to_parent_past_z(&s->X[i], &Ia);
+        give_inertia(s, b, &up, what);
+    }
 }
 
 /* 1 freedom along component `axis`:
@@ -110,9 +116,9 @@ static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b,
 static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b, const num *tau,
                           int axis, int what)
 {
+    const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA) {
-        s->IA[i] = fold_inertia(s, i, b, what);
-        s->U[i] = s6_column(&s->IA[i], axis);
+        s->U[i] = s6_column(&IA, axis);
         s->Dinv[i] = 1 / (sv_get(&s->U[i], axis) + (num)b->armature);
     }
     const svec U = s->U[i];
@@ -123,7 +129,7 @@ static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b,
         s->u[i] = u;
         if (b->parent >= 0) {
             if (what & FOLD_BIAS) {
-                pa = sv_add(pa, s6_mul(&s->IA[i], s->c[i]));
+                pa = sv_add(pa, s6_mul(&IA, s->c[i]));
                 u -= sv_dot(U, s->c[i]);
             }
             pa = sv_add(pa, sv_scale(U, Dinv * u));
@@ -131,22 +137,25 @@ static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b,
         }
     }
     if ((what & FOLD_INERTIA) && b->parent >= 0) {
-        sym6 Ia = s->IA[i];
+        sym6 Ia = IA;
         s6_rank1(&Ia, U, Dinv);
         Ia = s6_to_parent(&s->X[i], &Ia);
         give_inertia(s, b, &Ia, what);
     }
 }
 
-/* U = IA H and the factors of D = H^T U + R */
-static inline void multi_factor(struct multi *w, const sym6 *IA, const struct tfa_body *b)
+/* U = IA H and the factors of D = H^T U + R. A held freedom has U = 0 and D = 1: with no force
+ * left to it (fold_n), its acceleration is 0. */
+static inline void multi_factor(const struct state *s, struct multi *w, const sym6 *IA,
+                                const struct tfa_body *b)
 {
     for (uint32_t k = 0; k < b->n; k++) {
-        svec U = s6_mul(IA, multi_axis(w, k));
+        const int held = w->held >> k & 1;
+        svec U = held ? sv_zero() : s6_mul(IA, multi_axis(w, k));
         sv_store(w->U + 6 * k, U);
         for (uint32_t j = 0; j <= k; j++)
-            w->L[6 * k + j] = sv_dot(multi_axis(w, j), U);
-        w->L[6 * k + k] += (num)b->armature;
+            w->L[6 * k + j] = w->held >> j & 1 ? 0 : sv_dot(multi_axis(w, j), U);
+        w->L[6 * k + k] += held ? 1 : joint_armature(s, b, k);
     }
     ldl_factor(w->L, b->n);
 }
@@ -156,19 +165,18 @@ static inline void fold_n(struct state *s, uint32_t i, const struct tfa_body *b,
                           int what)
 {
     struct multi *w = &s->multi[b->multi];
-    if (what & FOLD_INERTIA) {
-        s->IA[i] = fold_inertia(s, i, b, what);
-        multi_factor(w, &s->IA[i], b);
-    }
+    const sym6 IA = fold_inertia(s, i, b, what);
+    if (what & FOLD_INERTIA)
+        multi_factor(s, w, &IA, b);
     if (what & FOLD_FORCE) {
         num u[6];
         svec pa = fold_force(s, i, b, what);
         joint_force(s, b, pa, u);
         for (uint32_t k = 0; k < b->n; k++)
-            u[k] = w->u[k] = tau[b->v + k] - u[k];
+            u[k] = w->u[k] = w->held >> k & 1 ? 0 : tau[b->v + k] - u[k];
         if (b->parent >= 0) {
             if (what & FOLD_BIAS) {
-                pa = sv_add(pa, s6_mul(&s->IA[i], s->c[i]));
+                pa = sv_add(pa, s6_mul(&IA, s->c[i]));
                 for (uint32_t k = 0; k < b->n; k++)
                     u[k] -= sv_dot(sv_from(w->U + 6 * k), s->c[i]);
             }
@@ -179,7 +187,7 @@ static inline void fold_n(struct state *s, uint32_t i, const struct tfa_body *b,
         }
     }
     if ((what & FOLD_INERTIA) && b->parent >= 0) {
-        sym6 Ia = s->IA[i];
+        sym6 Ia = IA;
         num V[36]; /* L^-1 U^T, so that U D^-1 U^T is a sum of n rank-1 terms */
         for (uint32_t k = 0; k < b->n; k++) {
             for (uint32_t e = 0; e < 6; e++) {
@@ -196,8 +204,8 @@ static inline void fold_n(struct state *s, uint32_t i, const struct tfa_body *b,
 
 static inline void fold(struct state *s, uint32_t i, const num *tau, int what)
 {
-    const struct tfa_body *b = &s->m->body[i];
-    if (b->kind == TFA_KIND_REVOLUTE && what & FOLD_INERTIA && !(b->armature > 0))
+    const struct tfa_body *b = &s->body[i];
+    if (b->kind == TFA_KIND_REVOLUTE && !(b->armature > 0))
         fold_z(s, i, b, tau, what);
     else if (b->kind == TFA_KIND_REVOLUTE)
         fold_1(s, i, b, tau, AXIS_REVOLUTE, what);
@@ -210,7 +218,7 @@ static inline void fold(struct state *s, uint32_t i, const num *tau, int what)
 /* Outward: a' = X a_parent + c,  qdd = D^-1 (u - U^T a'),  a = a' + H qdd */
 static inline void unfold(struct state *s, uint32_t i, svec parent, num *qdd, int bias)
 {
-    const struct tfa_body *b = &s->m->body[i];
+    const struct tfa_body *b = &s->body[i];
     svec a = x_motion(&s->X[i], parent);
     if (bias)
         a = sv_add(a, s->c[i]);
@@ -225,6 +233,22 @@ static inline void unfold(struct state *s, uint32_t i, svec parent, num *qdd, in
     }
     add_joint_motion(s, b, x, &a);
     s->a[i] = a;
+}
+
+/* u^T D^-1 u: what joint i adds to tau^T M^-1 tau after an inward pass over tau */
+static inline num joint_energy(const struct state *s, uint32_t i)
+{
+    const struct tfa_body *b = &s->body[i];
+    if (b->n == 1)
+        return s->u[i] * s->u[i] * s->Dinv[i];
+    const struct multi *w = &s->multi[b->multi];
+    num x[6], sum = 0;
+    for (uint32_t k = 0; k < b->n; k++)
+        x[k] = w->u[k];
+    ldl_solve(w->L, b->n, x);
+    for (uint32_t k = 0; k < b->n; k++)
+        sum += w->u[k] * x[k];
+    return sum;
 }
 
 #endif

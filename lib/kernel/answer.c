@@ -1,244 +1,151 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One state of a checked request: the method, refinement, estimate, fallback, and the answer.
+ * One state of a checked request: to the op that answers it, and what the ops share.
  */
+#include "kernel/answer.h"
+
 #include <math.h>
 
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
 #include "kernel/load.h"
 
-/* Above this estimate the answer of a method that lost too much is replaced by ABA's
- * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
-#define FALLBACK_ESTIMATE 1e-4
-
-static int wants_estimate(const tfa_request *r, tfa_method method)
+int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
 {
     return r->estimate == TFA_ESTIMATE_ALWAYS ||
            (r->estimate == TFA_ESTIMATE_DEFAULT &&
             (method == TFA_METHOD_TFA || method == TFA_METHOD_TFA_ONE_SIDED));
 }
 
-static uint32_t refine_steps(const tfa_request *r, tfa_method method)
+uint32_t TFA_V(refine_steps)(const tfa_request *r, tfa_method method)
 {
     if (r->refine != TFA_REFINE_DEFAULT)
         return r->refine;
     return method == TFA_METHOD_TFA ? 1 : 0;
 }
 
-/* Factors of a method; TFA may refuse. */
-static int factor(struct state *s, tfa_method method)
+/* Is the projected inertia D of a body's joint positive? Kept are 1/D, or those of its factors. */
+static int moves_mass(const struct state *s, uint32_t i)
 {
-    if (method == TFA_METHOD_TFA)
-        return TFA_V(tfa_factor)(s);
-    if (method == TFA_METHOD_CRBA) {
-        TFA_V(crba)(s);
-        TFA_V(ltdl_factor)(s);
-    } else {
-        TFA_V(aba_factor)(s);
+    const struct tfa_body *b = &s->body[i];
+    for (uint32_t k = 0; k < b->n; k++) {
+        const double d = (double)(b->n == 1 ? s->Dinv[i] : s->multi[b->multi].L[7 * k]);
+        if (!(s->stop[b->v + k] & s->holding) && !(d > 0 && isfinite(d)))
+            return 0;
     }
-    return TFA_OK;
+    return 1;
 }
 
-/* qdd = M^-1 (tau - h), leaving the method's factors */
-static int forward_dynamics(struct state *s, tfa_method method)
+void TFA_V(blame)(struct state *s, tfa_reply *reply)
 {
-    if (method == TFA_METHOD_ABA) {
-        TFA_V(aba)(s, s->tau, s->qdd);
-        return TFA_OK;
-    }
-    int status = factor(s, method);
-    if (status != TFA_OK)
-        return status;
-    if (method == TFA_METHOD_TFA) {
-        TFA_V(tfa_solve)(s, s->tau, s->qdd, 1);
-        return TFA_OK;
-    }
-    const uint32_t n = s->m->freedoms;
-    for (uint32_t j = 0; j < n; j++)
-        s->dx[j] = 0;
-    TFA_V(rnea)(s, s->dx, s->res, 1);
-    for (uint32_t j = 0; j < n; j++)
-        s->qdd[j] = s->tau[j] - s->res[j];
-    TFA_V(ltdl_solve)(s, s->qdd, 1);
-    return TFA_OK;
-}
-
-/* The body whose projected inertia D is not positive, if that is what went wrong. */
-static void blame(struct state *s, tfa_reply *reply)
-{
-    TFA_V(aba_factor)(s);
-    for (uint32_t i = 0; i < s->m->bodies; i++) {
-        double d = (double)s->Dinv[i];
-        if (s->m->body[i].n == 1 && !(d > 0 && isfinite(d))) {
-            reply->field = TFA_FIELD_BODY;
-            reply->index = s->m->body[i].link;
-            return;
-        }
-    }
-}
-
-/* Copies Lambda^-1 out; returns 1 when all of it is finite. */
-static int unload_lambda(const struct state *s, double *out)
-{
-    const size_t n = 6 * s->tips;
-    int finite = 1;
-    for (size_t e = 0; e < n * n; e++) {
-        double x = (double)s->lambda[e];
-        finite &= isfinite(x) != 0;
-        if (out)
-            out[e] = x;
-    }
-    return finite;
-}
-
-/* Lambda^-1 with the factors that the method left */
-static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method method,
-                        uint32_t refine)
-{
-    if (method == TFA_METHOD_TFA || refine > 0)
-        TFA_V(lambda_columns)(s, frame, method, refine);
-    else if (method == TFA_METHOD_CRBA)
-        TFA_V(lambda_crba)(s, frame);
-    else
-        TFA_V(lambda_propagation)(s, frame);
-}
-
-/* |Lambda^-1 f - J x| / (|Lambda^-1| |f|) with x = M^-1 J^T f refined once, f of signs: what the
- * answer does to one wrench against a second solution that shares the factors only. */
-static double lambda_estimate(struct state *s, tfa_reference_frame frame, tfa_method method)
-{
-    const uint32_t nv = s->m->freedoms;
-    const size_t n = 6 * s->tips;
-    TFA_V(jacobian)(s, frame);
-    for (uint32_t j = 0; j < nv; j++) {
-        s->tau[j] = 0;
-        for (size_t e = 0; e < n; e++)
-            s->tau[j] += (e % 3 == 1 ? -1 : 1) * s->psi[(size_t)j * n + e];
-    }
-    TFA_V(solve)(s, method, s->tau, s->qdd);
-    TFA_V(rnea)(s, s->qdd, s->res, 0);
-    for (uint32_t j = 0; j < nv; j++)
-        s->res[j] = s->tau[j] - s->res[j];
-    TFA_V(solve)(s, method, s->res, s->dx);
-    num difference = 0, size = 0;
-    for (size_t e = 0; e < n; e++) {
-        num y = 0;
-        for (uint32_t j = 0; j < nv; j++)
-            y -= s->psi[(size_t)j * n + e] * (s->qdd[j] + s->dx[j]);
-        for (size_t f = 0; f < n; f++) {
-            num l = s->lambda[e * n + f];
-            y += (f % 3 == 1 ? -1 : 1) * l;
-            size += l * l;
-        }
-        difference += y * y;
-    }
-    return size > 0 ? sqrt((double)difference / ((double)size * (double)n)) : 0;
-}
-
-static int answer_forward(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
-                          tfa_answer *out)
-{
-    tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_METHOD_ABA : r->method;
-    const uint32_t steps = refine_steps(r, method);
-    int status = forward_dynamics(s, method);
-    if (status != TFA_OK)
-        return status;
-    if (steps > 0 || wants_estimate(r, method)) {
-        int converging;
-        out->error_estimate = TFA_V(refine)(s, method, steps, &converging);
-        out->flags |= TFA_ANSWER_ESTIMATED;
-        if (method != TFA_METHOD_ABA && !(converging && out->error_estimate <= FALLBACK_ESTIMATE)) {
-            method = TFA_METHOD_ABA;
-            out->flags |= TFA_ANSWER_FALLBACK;
-            TFA_V(aba)(s, s->tau, s->qdd);
-            out->error_estimate = TFA_V(refine)(s, method, 0, &converging);
-        }
-    }
-    out->method = (uint16_t)method;
-    const size_t nj = s->m->freedoms - s->m->base_freedoms;
-    int finite = TFA_V(unload)(
-        s, s->qdd, reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
-        reply->qdd ? reply->qdd + nj * k : NULL);
-    if (finite && s->tips && reply->lambda_inv) {
-        lambda_kept(s, r->frame, method, method == TFA_METHOD_ABA ? 0 : steps);
-        finite = unload_lambda(s, reply->lambda_inv + (size_t)36 * s->tips * s->tips * k);
-    }
-    if (!finite)
-        blame(s, reply);
-    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
-}
-
-static int answer_lambda(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
-                         tfa_answer *out)
-{
-    tfa_method method = r->method;
-    if (method == TFA_METHOD_AUTO || method == TFA_METHOD_ABA)
-        method = TFA_METHOD_PROPAGATION;
-    const uint32_t steps = refine_steps(r, method);
-    /* forward elimination of the tips needs no factors of the whole robot, its estimate does */
-    const int direct = method == TFA_METHOD_TFA_ONE_SIDED && steps == 0;
-    tfa_method factors = method;
-    if (direct || method == TFA_METHOD_PROPAGATION)
-        factors = TFA_METHOD_ABA;
-    else if (method == TFA_METHOD_TFA_ONE_SIDED)
-        factors = TFA_METHOD_TFA;
-    int status = direct ? TFA_V(lambda_one_sided)(s, r->frame) : TFA_OK;
-    if (status == TFA_OK && (!direct || wants_estimate(r, method)))
-        status = factor(s, factors);
-    if (status != TFA_OK)
-        return status;
-    if (!direct)
-        lambda_kept(s, r->frame, factors, steps);
-    if (wants_estimate(r, method)) {
-        out->error_estimate = lambda_estimate(s, r->frame, factors);
-        out->flags |= TFA_ANSWER_ESTIMATED;
-        if (method != TFA_METHOD_PROPAGATION && !(out->error_estimate <= FALLBACK_ESTIMATE)) {
-            out->flags |= TFA_ANSWER_FALLBACK;
-            method = TFA_METHOD_PROPAGATION;
-            TFA_V(aba_factor)(s);
-            TFA_V(lambda_propagation)(s, r->frame);
-            out->error_estimate = lambda_estimate(s, r->frame, TFA_METHOD_ABA);
-        }
-    }
-    out->method = (uint16_t)method;
-    double *to = reply->lambda_inv ? reply->lambda_inv + (size_t)36 * s->tips * s->tips * k : NULL;
-    if (unload_lambda(s, to))
-        return TFA_OK;
-    blame(s, reply);
-    return TFA_E_NOT_COMPUTED;
+    (void)TFA_V(factor)(s, TFA_METHOD_ABA);
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            if (!moves_mass(s, i)) {
+                reply->field = TFA_FIELD_BODY;
+                reply->index = s->body[i].link;
+                return;
+            }
 }
 
 static int answer_inverse(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
 {
-    const size_t nj = s->m->freedoms - s->m->base_freedoms;
     TFA_V(rnea)(s, s->qdd, s->res, 1);
+    for (uint32_t j = 0; s->known_any && j < s->m->freedoms; j++)
+        s->res[j] -= s->known[j];
+    TFA_V(gather)(s, s->res);
     out->method = TFA_METHOD_RNEA;
     int finite =
         TFA_V(unload)(s, s->res, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
-                      reply->tau ? reply->tau + nj * k : NULL);
+                      reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}
+
+/* Where freedom j stands in the public M, and with which factor: T^T M T */
+static inline size_t public_freedom(const struct tfa_model *m, uint32_t j, double *multiplier)
+{
+    const uint32_t nb = m->base_freedoms;
+    *multiplier = j < nb ? 1 : m->freedom[j - nb].multiplier;
+    return j < nb ? j : nb + m->freedom[j - nb].from;
 }
 
 /* Rows of M hold ancestors only; everything else of the dense answer is zero. */
 static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
 {
     const struct tfa_model *m = s->m;
-    const size_t n = m->freedoms;
+    const size_t n = m->base_freedoms + m->v_count;
     TFA_V(crba)(s);
     out->method = TFA_METHOD_CRBA;
     double *M = reply->mass_matrix ? reply->mass_matrix + n * n * k : NULL;
     for (size_t e = 0; M && e < n * n; e++)
         M[e] = 0;
     int finite = 1;
-    for (uint32_t j = 0; M && j < n; j++)
+    for (uint32_t j = 0; M && j < m->freedoms; j++)
         for (int32_t i = (int32_t)j; i >= 0; i = m->dof_parent[i]) {
-            double x = (double)s->M[m->dof_row[j] + m->dof_depth[i]];
+            double left, right;
+            const size_t a = public_freedom(m, j, &left),
+                         b = public_freedom(m, (uint32_t)i, &right);
+            const double x = left * right * (double)s->M[m->dof_row[j] + m->dof_depth[i]];
             finite &= isfinite(x) != 0;
-            M[j * n + (size_t)i] = M[(size_t)i * n + j] = x;
+            M[a * n + b] += x;
+            if ((uint32_t)i != j)
+                M[b * n + a] += x;
         }
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}
+
+/* Quaternion x y z w with w >= 0 of a rotation matrix, by the largest of its four squares. */
+static void quaternion(const double R[9], double q[4])
+{
+    const double t[4] = {R[0] - R[4] - R[8], R[4] - R[0] - R[8], R[8] - R[0] - R[4],
+                         R[0] + R[4] + R[8]};
+    const double off[3] = {R[7] - R[5], R[2] - R[6], R[3] - R[1]};
+    int k = 3;
+    for (int e = 0; e < 3; e++)
+        if (t[e] > t[k])
+            k = e;
+    q[k] = sqrt(1 + t[k]) / 2;
+    const double f = 1 / (4 * q[k]);
+    for (int e = 0; e < 3; e++)
+        if (k == 3)
+            q[e] = off[e] * f;
+        else if (e != k)
+            q[e] = (R[3 * e + k] + R[3 * k + e]) * f;
+    if (k != 3)
+        q[3] = off[k] * f;
+    if (q[3] < 0)
+        for (int e = 0; e < 4; e++)
+            q[e] = -q[e];
+}
+
+static void answer_poses(const struct state *s, uint32_t k, double *poses)
+{
+    for (uint32_t t = 0; t < s->tips; t++) {
+        double *out = poses + 7 * ((size_t)s->tips * k + t), rotation[9];
+        num R[9], p[3];
+        TFA_V(frame_pose)(s, s->tip[t], R, p);
+        for (int e = 0; e < 9; e++)
+            rotation[e] = (double)R[e];
+        for (int e = 0; e < 3; e++)
+            out[e] = (double)p[e];
+        quaternion(rotation, out + 3);
+    }
+}
+
+static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
+                     tfa_answer *answer)
+{
+    switch (request->op) {
+    case TFA_OP_FORWARD_DYNAMICS:
+        return TFA_V(answer_forward)(s, request, k, reply, answer);
+    case TFA_OP_OPERATIONAL_INERTIA:
+        return TFA_V(answer_lambda)(s, request, k, reply, answer);
+    case TFA_OP_INVERSE_DYNAMICS:
+        return answer_inverse(s, k, reply, answer);
+    default:
+        return answer_mass(s, k, reply, answer);
+    }
 }
 
 int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
@@ -246,22 +153,12 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_r
 {
     *answer = (tfa_answer){.error_estimate = NAN};
     TFA_V(load)(s, request, k);
-    switch (request->op) {
-    case TFA_OP_FORWARD_DYNAMICS:
-        answer->status = answer_forward(s, request, k, reply, answer);
-        break;
-    case TFA_OP_OPERATIONAL_INERTIA:
-        answer->status = answer_lambda(s, request, k, reply, answer);
-        break;
-    case TFA_OP_INVERSE_DYNAMICS:
-        answer->status = answer_inverse(s, k, reply, answer);
-        break;
-    default:
-        answer->status = answer_mass(s, k, reply, answer);
-    }
+    answer->status = answer_op(s, request, k, reply, answer);
+    if (request->flags & TFA_WANT_POSES && reply->poses)
+        answer_poses(s, k, reply->poses);
     if (answer->status == TFA_E_SINGULAR) {
         reply->field = TFA_FIELD_BODY;
-        reply->index = s->m->body[s->bad_body].link;
+        reply->index = s->body[s->bad_body].link;
     }
     return answer->status;
 }

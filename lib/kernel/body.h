@@ -49,6 +49,12 @@ static inline svec multi_motion(const struct multi *u, uint32_t n, const num *x)
     return sum;
 }
 
+/* Rotor inertia of freedom k */
+static inline num joint_armature(const struct state *s, const struct tfa_body *b, uint32_t k)
+{
+    return (num)(b->n == 1 ? b->armature : s->m->armature[b->v + k]);
+}
+
 /* a += H x for the joint of body b, x its freedoms */
 static inline void add_joint_motion(const struct state *s, const struct tfa_body *b, const num *x,
                                     svec *a)

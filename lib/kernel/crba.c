@@ -11,18 +11,18 @@
 static void fill_row(struct state *s, uint32_t i, uint32_t k, svec f)
 {
     const struct tfa_model *m = s->m;
-    const struct tfa_body *b = &m->body[i];
+    const struct tfa_body *b = &s->body[i];
     uint32_t j = b->v + k;
     num *row = s->M + m->dof_row[j];
     num h[6];
     joint_force(s, b, f, h);
     for (uint32_t e = 0; e <= k; e++)
         row[m->dof_depth[b->v] + e] = h[e];
-    row[m->dof_depth[j]] += (num)b->armature;
-    for (int32_t up = b->parent; up >= 0; up = m->body[up].parent) {
+    row[m->dof_depth[j]] += joint_armature(s, b, k);
+    for (int32_t up = b->parent; up >= 0; up = s->body[up].parent) {
         f = x_t_force(&s->X[i], f);
         i = (uint32_t)up;
-        const struct tfa_body *a = &m->body[up];
+        const struct tfa_body *a = &s->body[up];
         joint_force(s, a, f, row + m->dof_depth[a->v]);
     }
 }
@@ -30,19 +30,22 @@ static void fill_row(struct state *s, uint32_t i, uint32_t k, svec f)
 void TFA_V(crba)(struct state *s)
 {
     const struct tfa_model *m = s->m;
+    if (s->have & HAVE_M)
+        return;
+    s->have = (s->have | HAVE_M) & ~(uint32_t)HAVE_LTDL;
     for (uint32_t i = 0; i < m->bodies; i++)
-        s->IA[i] = rigid_inertia(&m->body[i]);
+        s->Ic[i] = rigid_inertia(&s->body[i]);
     for (uint32_t i = m->bodies; i-- > 0;) {
-        const struct tfa_body *b = &m->body[i];
+        const struct tfa_body *b = &s->body[i];
         if (b->parent >= 0) {
-            sym6 up = s6_to_parent(&s->X[i], &s->IA[i]);
-            s6_add(&s->IA[b->parent], &up);
+            sym6 up = s6_to_parent(&s->X[i], &s->Ic[i]);
+            s6_add(&s->Ic[b->parent], &up);
         }
         for (uint32_t k = 0; k < b->n; k++) {
             svec H = b->n == 1 ? sv_zero() : multi_axis(&s->multi[b->multi], k);
             if (b->n == 1)
                 add_joint_motion(s, b, &(num){1}, &H);
-            fill_row(s, i, k, s6_mul(&s->IA[i], H));
+            fill_row(s, i, k, s6_mul(&s->Ic[i], H));
         }
     }
 }
@@ -50,6 +53,12 @@ void TFA_V(crba)(struct state *s)
 void TFA_V(ltdl_factor)(struct state *s)
 {
     const struct tfa_model *m = s->m;
+    s->have |= HAVE_LTDL;
+    if (m->mimics) {
+        TFA_V(reduced_factor)(s);
+        return;
+    }
+    s->have &= ~(uint32_t)HAVE_M;
     for (uint32_t k = m->freedoms; k-- > 0;) {
         num *row = s->M + m->dof_row[k];
         num inv = 1 / row[m->dof_depth[k]];
@@ -74,15 +83,19 @@ void TFA_V(ltdl_half)(const struct state *s, num *x, size_t stride)
     }
 }
 
-void TFA_V(ltdl_solve)(const struct state *s, num *x, size_t stride)
+void TFA_V(ltdl_solve)(struct state *s, num *x)
 {
     const struct tfa_model *m = s->m;
-    TFA_V(ltdl_half)(s, x, stride);
+    if (m->mimics) {
+        TFA_V(reduced_solve)(s, x);
+        return;
+    }
+    TFA_V(ltdl_half)(s, x, 1);
     for (uint32_t k = 0; k < m->freedoms; k++) {
         const num *row = s->M + m->dof_row[k];
-        num sum = x[k * stride] / row[m->dof_depth[k]];
+        num sum = x[k] / row[m->dof_depth[k]];
         for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i])
-            sum -= row[m->dof_depth[i]] * x[(size_t)i * stride];
-        x[k * stride] = sum;
+            sum -= row[m->dof_depth[i]] * x[i];
+        x[k] = sum;
     }
 }

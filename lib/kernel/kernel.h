@@ -13,8 +13,8 @@
 
 /* --- pose.c, velocity.c: what every method needs ---------------------------------------- */
 
-/* X_i = Z(q_i) T_i for all bodies; base_pose may be NULL. */
-void TFA_V(pose)(struct state *s, const double *base_pose, const double *q);
+/* X_i = Z(q_i) T_i of the bodies in s->span, unless they are there. */
+void TFA_V(pose)(struct state *s);
 
 /* v_i, c_i and p_i = v_i x* I_i v_i - wrench_i, outward. Without velocity and wrench all are 0
  * and s->moving says so. */
@@ -29,26 +29,40 @@ void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias);
 
 /* Forward dynamics in one go: factors and qdd = M^-1 (tau - h). */
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd);
-/* IA, U, D only. */
+/* IA, U, D only. Both use those that are there. */
 void TFA_V(aba_factor)(struct state *s);
 /* qdd = M^-1 tau with kept factors (no bias). */
 void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd);
+
+/* tau^T M^-1 tau with kept factors, by the inward pass alone. */
+num TFA_V(aba_energy)(struct state *s, const num *tau);
 
 /* --- crba.c: Featherstone 2008, tables 6.2 and 6.3 ---------------------------------------- */
 
 /* Rows of M by structure (see model->dof_row). */
 void TFA_V(crba)(struct state *s);
-/* M = L^T D L in place. */
+/* M = L^T D L in place; with mimics, the factors of T^T M T. Needs crba. */
 void TFA_V(ltdl_factor)(struct state *s);
 /* x <- M^-1 x. */
-void TFA_V(ltdl_solve)(const struct state *s, num *x, size_t stride);
+void TFA_V(ltdl_solve)(struct state *s, num *x);
 /* x <- L^-T x, half of the solve; and the entries of D. */
 void TFA_V(ltdl_half)(const struct state *s, num *x, size_t stride);
 
+/* --- mimic.c: freedoms that follow others ---------------------------------------------------- */
+
+/* T^T M T from M, factored; x <- T (T^T M T)^-1 T^T x. */
+void TFA_V(reduced_factor)(struct state *s);
+void TFA_V(reduced_solve)(struct state *s, num *x);
+/* T^T tau: what followers need becomes their leaders'. */
+void TFA_V(gather)(struct state *s, num *tau);
+/* x, an acceleration that a method found without regard to mimics, becomes the one with. */
+void TFA_V(follow)(struct state *s, tfa_method method, num *x);
+
 /* --- tfa.c: Fijany & Featherstone 2013 ----------------------------------------------------- */
 
-/* Constant terms, once for each workspace. */
+/* Constant terms, once for each workspace; and of one body whose constants changed. */
 void TFA_V(tfa_bake)(struct state *s);
+void TFA_V(tfa_bake_body)(struct state *s, uint32_t body);
 /* Folds side branches, builds and factors the block tridiagonal system of every main chain.
  * TFA_E_SINGULAR with s->bad_body when an inertia on a chain cannot be inverted. */
 int TFA_V(tfa_factor)(struct state *s);
@@ -67,18 +81,26 @@ int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame);
 void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_method method,
                            uint32_t refine);
 
-/* --- refine.c ------------------------------------------------------------------------------- */
+/* --- solve.c, refine.c ---------------------------------------------------------------------- */
 
-/* x = M^-1 rhs with kept factors of the method. */
+/* Factors of a method, unless they are there. TFA may refuse: TFA_E_SINGULAR, s->bad_body. */
+int TFA_V(factor)(struct state *s, tfa_method method);
+/* x = M^-1 rhs with kept factors of the method; x may be rhs. */
 void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
+/* The same without regard to mimics. */
+void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x);
 /* Refinement of s->qdd: returns the last |dx|/|x|; *converging is 0 when a step did not shrink
  * tenfold. Steps 0 with estimate: one correction computed and not applied. */
 double TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int *converging);
 
-/* --- answer.c ------------------------------------------------------------------------------- */
+/* --- answer.c, answer_forward.c, answer_lambda.c ---------------------------------------------- */
 
 /* One state of a checked request. */
 int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
                   tfa_answer *answer);
+int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                          tfa_answer *out);
+int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                         tfa_answer *out);
 
 #endif

@@ -14,10 +14,32 @@ static void world_in_body(const struct state *s, int32_t body, mat3 *R, vec3 *o)
 {
     *R = s->X[body].E;
     *o = v3_neg(m3_mul(s->X[body].E, s->X[body].r));
-    for (int32_t i = s->m->body[body].parent; i >= 0; i = s->m->body[i].parent) {
+    for (int32_t i = s->body[body].parent; i >= 0; i = s->body[i].parent) {
         *o = v3_sub(*o, m3_mul(*R, m3_mul(s->X[i].E, s->X[i].r)));
         *R = m3_mm(*R, s->X[i].E);
     }
+}
+
+/* The axes and the origin of a frame in the coordinates of its body; one inside a fused joint is
+ * carried on by the parts behind it. */
+static void frame_in_body(const struct state *s, const struct tfa_frame *f, mat3 *R, vec3 *p)
+{
+    *R = m3_load(f->R);
+    *p = v3_load(f->p);
+    if (f->part == 0)
+        return;
+    const struct tfa_body *b = &s->body[f->body];
+    for (uint32_t k = f->part; k < b->n; k++) {
+        const place *P = &s->multi[b->multi].part[k];
+        *R = m3_mm(P->E, *R);
+        *p = m3_mul(P->E, v3_sub(*p, P->r));
+    }
+}
+
+uint32_t TFA_V(frame_freedoms)(const struct state *s, uint32_t frame)
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    return f->part ? f->part : s->body[f->body].n;
 }
 
 int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
@@ -26,8 +48,9 @@ int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_referenc
     const struct tfa_frame *f = &s->m->frame[frame];
     if (f->body < 0)
         return -1;
-    mat3 R = m3_load(f->R);
-    vec3 p = v3_load(f->p), origin;
+    mat3 R;
+    vec3 p, origin;
+    frame_in_body(s, f, &R, &p);
     if (mode != TFA_FRAME_LOCAL) {
         world_in_body(s, f->body, &R, &origin);
         if (mode == TFA_FRAME_WORLD)
@@ -41,21 +64,44 @@ int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_referenc
     return f->body;
 }
 
+void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3])
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    mat3 axes = m3_load(f->R);
+    vec3 at = v3_load(f->p);
+    if (f->body >= 0) {
+        mat3 world;
+        vec3 origin;
+        frame_in_body(s, f, &axes, &at);
+        world_in_body(s, f->body, &world, &origin);
+        axes = m3_tmm(world, axes);
+        at = m3_tmul(world, v3_sub(at, origin));
+    }
+    const num r[9] = {axes.xx, axes.xy, axes.xz, axes.yx, axes.yy,
+                      axes.yz, axes.zx, axes.zy, axes.zz};
+    for (int k = 0; k < 9; k++)
+        R[k] = r[k];
+    p[0] = at.x;
+    p[1] = at.y;
+    p[2] = at.z;
+}
+
 /* Row j of a table of freedoms by tip columns */
 static inline num *columns(const struct state *s, num *table, uint32_t j)
 {
     return table + (size_t)j * 6 * s->tips;
 }
 
-/* The joint's share of six forces: out[k][e] = H_k^T P_e */
+/* The joint's share of six forces: out[k][e] = H_k^T P_e for its first `freedoms` freedoms, which
+ * are those that move what the forces act on; 0 for the rest. */
 static inline void joint_columns(const struct state *s, const struct tfa_body *b, const svec P[6],
-                                 num out[6][6])
+                                 uint32_t freedoms, num out[6][6])
 {
     for (int e = 0; e < 6; e++) {
         num h[6];
         joint_force(s, b, P[e], h);
         for (uint32_t k = 0; k < b->n; k++)
-            out[k][e] = h[k];
+            out[k][e] = k < freedoms ? h[k] : 0;
     }
 }
 
@@ -68,15 +114,15 @@ static void clear_columns(struct state *s, num *table)
 
 void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
 {
-    const struct tfa_model *m = s->m;
     clear_columns(s, s->psi);
     for (uint32_t t = 0; t < s->tips; t++) {
         svec P[6];
         int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
-        for (; i >= 0; i = m->body[i].parent) {
-            const struct tfa_body *b = &m->body[i];
+        uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
+        for (; i >= 0; i = s->body[i].parent, moved = 6) {
+            const struct tfa_body *b = &s->body[i];
             num h[6][6];
-            joint_columns(s, b, P, h);
+            joint_columns(s, b, P, moved, h);
             for (uint32_t k = 0; k < b->n; k++)
                 for (int e = 0; e < 6; e++)
                     columns(s, s->psi, b->v + k)[6 * t + (uint32_t)e] = h[k][e];
@@ -86,10 +132,11 @@ void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
     }
 }
 
-void TFA_V(propagate)(const struct state *s, int32_t i, svec P[6], num psi[6][6], num phi[6][6])
+void TFA_V(propagate)(const struct state *s, int32_t i, uint32_t moved, svec P[6], num psi[6][6],
+                      num phi[6][6])
 {
-    const struct tfa_body *b = &s->m->body[i];
-    joint_columns(s, b, P, psi);
+    const struct tfa_body *b = &s->body[i];
+    joint_columns(s, b, P, moved, psi);
     for (int e = 0; e < 6; e++) {
         if (b->n == 1) {
             phi[0][e] = s->Dinv[i] * psi[0][e];
@@ -98,7 +145,7 @@ void TFA_V(propagate)(const struct state *s, int32_t i, svec P[6], num psi[6][6]
             const struct multi *w = &s->multi[b->multi];
             num x[6];
             for (uint32_t k = 0; k < b->n; k++)
-                x[k] = psi[k][e];
+                x[k] = w->held >> k & 1 ? 0 : psi[k][e];
             ldl_solve(w->L, b->n, x);
             for (uint32_t k = 0; k < b->n; k++) {
                 phi[k][e] = x[k];
@@ -144,17 +191,18 @@ static void clear_lambda(struct state *s)
 
 void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame)
 {
-    const struct tfa_model *m = s->m;
     clear_lambda(s);
-    for (uint32_t i = 0; i < m->bodies; i++)
-        s->support[i] = 0;
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            s->support[i] = 0;
     for (uint32_t t = 0; t < s->tips; t++) {
         svec P[6];
         int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
-        for (; i >= 0; i = m->body[i].parent) {
-            const struct tfa_body *b = &m->body[i];
+        uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
+        for (; i >= 0; i = s->body[i].parent, moved = 6) {
+            const struct tfa_body *b = &s->body[i];
             num psi[6][6], phi[6][6];
-            TFA_V(propagate)(s, i, P, psi, phi);
+            TFA_V(propagate)(s, i, moved, P, psi, phi);
             for (uint32_t k = 0; k < b->n; k++)
                 for (int e = 0; e < 6; e++) {
                     columns(s, s->psi, b->v + k)[6 * t + (uint32_t)e] = psi[k][e];
@@ -163,9 +211,10 @@ void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame)
             s->support[i] |= (uint8_t)(1u << t);
         }
     }
-    for (uint32_t i = 0; i < m->bodies; i++)
-        for (uint32_t k = 0; s->support[i] && k < m->body[i].n; k++)
-            add_blocks(s, s->support[i], m->body[i].v + k);
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            for (uint32_t j = 0; s->support[i] && j < s->body[i].n; j++)
+                add_blocks(s, s->support[i], s->body[i].v + j);
     TFA_V(lambda_mirror)(s);
 }
 

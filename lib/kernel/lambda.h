@@ -13,9 +13,16 @@
 int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
                              svec P[6]);
 
-/* Takes six forces past joint i: psi = H^T P, phi = D^-1 psi, P <- X^T (P - U phi).
- * Needs the articulated-body factors of body i. */
-void TFA_V(propagate)(const struct state *s, int32_t i, svec P[6], num psi[6][6], num phi[6][6]);
+/* How many freedoms of its body's joint move a frame: all, but for one inside a fused joint. */
+uint32_t TFA_V(frame_freedoms)(const struct state *s, uint32_t frame);
+
+/* Axes of a frame (columns, row major) and its origin in the world. Needs the pose. */
+void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3]);
+
+/* Takes six forces past joint i: psi = H^T P, phi = D^-1 psi, P <- X^T (P - U phi), where they act
+ * on what its first `moved` freedoms move. Needs the articulated-body factors of body i. */
+void TFA_V(propagate)(const struct state *s, int32_t i, uint32_t moved, svec P[6], num psi[6][6],
+                      num phi[6][6]);
 
 /* Copies the upper triangle of s->lambda to the lower one. */
 void TFA_V(lambda_mirror)(struct state *s);

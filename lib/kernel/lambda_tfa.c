@@ -13,16 +13,16 @@
 /* The support of a body as a chain, root first. */
 static struct tfa_chain support_chain(struct state *s, int32_t body)
 {
-    struct tfa_chain chain = {.length = s->m->body[body].depth, .body = s->path};
-    for (int32_t i = body; i >= 0; i = s->m->body[i].parent)
-        s->path[s->m->body[i].depth - 1] = (uint32_t)i;
+    struct tfa_chain chain = {.length = s->body[body].depth, .body = s->path};
+    for (int32_t i = body; i >= 0; i = s->body[i].parent)
+        s->path[s->body[i].depth - 1] = (uint32_t)i;
     return chain;
 }
 
 /* F_N = S_N^-1 K_N (-I_N^-1 P), six columns: K I^-1 = I^-1 - C */
 static void tip_force(const struct state *s, uint32_t i, const svec P[6], svec F[6])
 {
-    const struct tfa_body *b = &s->m->body[i];
+    const struct tfa_body *b = &s->body[i];
     const struct row *r = &s->row[i];
     for (int e = 0; e < 6; e++) {
         num x[6];
@@ -52,12 +52,14 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
 {
     svec P[6], F[6], a[6];
     int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
+    uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
     while (i >= 0 && !(s->side[i] & CHAIN)) {
         num psi[6][6], phi[6][6];
-        if (s->m->body[i].tree != s->m->body[chain->body[0]].tree)
+        if (s->body[i].tree != s->body[chain->body[0]].tree)
             break;
-        TFA_V(propagate)(s, i, P, psi, phi);
-        i = s->m->body[i].parent;
+        TFA_V(propagate)(s, i, moved, P, psi, phi);
+        i = s->body[i].parent;
+        moved = 6;
     }
     if (i < 0 || !(s->side[i] & CHAIN))
         return; /* nothing that moves one moves the other: the block stays zero */
@@ -86,6 +88,10 @@ int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame)
 {
     for (size_t k = 0; k < (size_t)36 * s->tips * s->tips; k++)
         s->lambda[k] = 0;
+    for (uint32_t t = 0; t < s->tips; t++)
+        if (s->m->frame[s->tip[t]].part)
+            return TFA_E_UNSUPPORTED; /* a force inside a joint is no right-hand side of a row */
+    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_TFA);
     for (uint32_t u = 0; u < s->tips; u++) {
         svec P[6], F[6], a[6];
         int32_t i = TFA_V(frame_columns)(s, s->tip[u], frame, P);

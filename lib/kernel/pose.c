@@ -39,9 +39,47 @@ static void unit_axes(struct multi *u, const struct tfa_body *b)
             u->H[6 * k + e] = (num)(e == axis[k]);
 }
 
+static inline place revolute(mat3 T, vec3 r, num sine, num cosine)
+{
+    return (place){turn_z(T, sine, cosine), r};
+}
+
+static inline place prismatic(mat3 T, vec3 r, num q)
+{
+    return (place){T, v3_add(r, v3_scale(v3(T.zx, T.zy, T.zz), q))};
+}
+
+/* X = X_n .. X_1 of the parts, and H with the columns of all parts in the frame of the last one:
+ * the axis of part k, moved on by the parts after it. */
+static void pose_fused(struct state *s, uint32_t i, const num *q)
+{
+    const struct tfa_body *b = &s->body[i];
+    struct multi *w = &s->multi[b->multi];
+    place X = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+    for (uint32_t k = 0; k < b->n; k++) {
+        const struct tfa_part *part = &s->m->part[b->part + k];
+        const int turns = part->kind == TFA_KIND_REVOLUTE;
+        if (turns) {
+            num sine, cosine;
+            num_sincos(q[k], &sine, &cosine);
+            w->part[k] = revolute(m3_load(part->E), v3_load(part->r), sine, cosine);
+        } else {
+            w->part[k] = prismatic(m3_load(part->E), v3_load(part->r), q[k]);
+        }
+        const place *P = &w->part[k];
+        for (uint32_t j = 0; j < k; j++)
+            sv_store(w->H + 6 * j, x_motion(P, sv_from(w->H + 6 * j)));
+        for (uint32_t e = 0; e < 6; e++)
+            w->H[6 * k + e] = (num)(e == (turns ? 2 : 5));
+        X.r = v3_add(X.r, m3_tmul(X.E, P->r));
+        X.E = m3_mm(P->E, X.E);
+    }
+    s->X[i] = X;
+}
+
 static void pose_multi(struct state *s, uint32_t i, const num *q)
 {
-    const struct tfa_body *b = &s->m->body[i];
+    const struct tfa_body *b = &s->body[i];
     mat3 T = m3_load(b->E);
     vec3 r = v3_load(b->r);
     unit_axes(&s->multi[b->multi], b);
@@ -56,28 +94,28 @@ static void pose_multi(struct state *s, uint32_t i, const num *q)
     }
 }
 
-void TFA_V(pose)(struct state *s, const double *base_pose, const double *q)
+static inline void pose_body(struct state *s, uint32_t i)
 {
-    const struct tfa_model *m = s->m;
-    for (uint32_t k = 0; k < m->q_count; k++)
-        s->q[k] = (num)q[k];
-    for (uint32_t i = 0; i < m->bodies; i++) {
-        const struct tfa_body *b = &m->body[i];
-        if (b->kind == TFA_KIND_REVOLUTE) {
-            num_sincos(s->q[b->q], &s->sine[b->q], &s->cosine[b->q]);
-            s->X[i].E = turn_z(m3_load(b->E), s->sine[b->q], s->cosine[b->q]);
-            s->X[i].r = v3_load(b->r);
-        } else if (b->kind == TFA_KIND_PRISMATIC) {
-            mat3 T = m3_load(b->E);
-            s->X[i].E = T;
-            s->X[i].r = v3_add(v3_load(b->r), v3_scale(v3(T.zx, T.zy, T.zz), s->q[b->q]));
-        } else if (b->base) {
-            num base[7];
-            for (int k = 0; k < 7; k++)
-                base[k] = (num)base_pose[k];
-            pose_multi(s, i, base);
-        } else {
-            pose_multi(s, i, s->q + b->q);
-        }
+    const struct tfa_body *b = &s->body[i];
+    if (b->kind == TFA_KIND_REVOLUTE) {
+        num_sincos(s->q[b->q], &s->sine[b->q], &s->cosine[b->q]);
+        s->X[i] = revolute(m3_load(b->E), v3_load(b->r), s->sine[b->q], s->cosine[b->q]);
+    } else if (b->kind == TFA_KIND_PRISMATIC) {
+        s->X[i] = prismatic(m3_load(b->E), v3_load(b->r), s->q[b->q]);
+    } else if (b->kind == TFA_KIND_FUSED) {
+        pose_fused(s, i, s->q + b->q);
+    } else {
+        pose_multi(s, i, b->base ? s->base : s->q + b->q);
     }
+}
+
+void TFA_V(pose)(struct state *s)
+{
+    if (s->have & HAVE_POSE)
+        return;
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            if (!(s->holding && s->posture[i] & POSTURE_SILENT))
+                pose_body(s, i);
+    s->have |= HAVE_POSE;
 }

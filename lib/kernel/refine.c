@@ -12,22 +12,6 @@
 #define SHRINK 10.0
 #define ROUNDING 1e-13
 
-void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x)
-{
-    switch (method) {
-    case TFA_METHOD_TFA:
-        TFA_V(tfa_solve)(s, rhs, x, 0);
-        return;
-    case TFA_METHOD_CRBA:
-        for (uint32_t j = 0; j < s->m->freedoms; j++)
-            x[j] = rhs[j];
-        TFA_V(ltdl_solve)(s, x, 1);
-        return;
-    default:
-        TFA_V(aba_solve)(s, rhs, x);
-    }
-}
-
 static double norm(const num *x, uint32_t n)
 {
     num sum = 0;

@@ -16,10 +16,19 @@
 
 /* A body with more than one freedom. H is 6 x n, its columns here as rows of six. */
 struct multi {
-    num H[36]; /* motion subspace */
-    num U[36]; /* IA H */
-    num L[36]; /* LDL^T factors of D = H^T U + R */
-    num u[6];  /* tau - H^T pA */
+    place part[6]; /* fused: from the frame of the part before to that of this part */
+    uint32_t held; /* bit k: freedom k has no acceleration (hold.c) */
+    num H[36];     /* motion subspace */
+    num U[36];     /* IA H */
+    num L[36];     /* LDL^T factors of D = H^T U + R */
+    num u[6];      /* tau - H^T pA */
+};
+
+/* A rigid composite: mass, mass times centre of mass, inertia about the origin of its frame. */
+struct composite {
+    num m;
+    vec3 h;
+    sym3 I;
 };
 
 /* Constant terms of TFA for one body: 1-freedom joints on bodies without side branches. */
@@ -44,16 +53,19 @@ struct row {
 enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
 
 /* ARRAY(type, name, count, unit, frame, "writer: meaning")
- * nb bodies, nv freedoms with the base's, d freedoms on the deepest path, M entries of M. */
+ * nb bodies, nv freedoms with the base's, mass entries of M, dense freedoms without mimics. */
 #define TFA_STATE_ARRAYS(ARRAY)                                                                    \
-    ARRAY(num, q, m->q_count, "rad, m", "joint", "load: joint coordinates")                        \
+    ARRAY(num, q, m->inner_q, "rad, m", "joint", "load: inner joint coordinates")                  \
     ARRAY(num, qd, nv, "rad/s, m/s", "joint", "load: velocities, base first")                      \
     ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
     ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
     ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
-    ARRAY(num, sine, m->q_count, "1", "joint", "pose: of revolute coordinates")                    \
-    ARRAY(num, cosine, m->q_count, "1", "joint", "pose: of revolute coordinates")                  \
+    ARRAY(num, known, nv, "N m, N", "joint",                                                       \
+          "load: forces that follow from q and v: damping, "                                       \
+          "wrenches inside fused joints")                                                          \
+    ARRAY(num, sine, m->inner_q, "1", "joint", "pose: of revolute coordinates")                    \
+    ARRAY(num, cosine, m->inner_q, "1", "joint", "pose: of revolute coordinates")                  \
     ARRAY(place, X, nb, "1, m", "parent -> i", "pose: X_i = Z(q_i) T_i")                           \
     ARRAY(svec, v, nb, "rad/s, m/s", "i", "velocity: body velocity")                               \
     ARRAY(svec, c, nb, "rad/s2, m/s2", "i", "velocity: v x H qd")                                  \
@@ -61,12 +73,26 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(svec, wrench, nb, "N m, N", "i", "load: external wrench")                                \
     ARRAY(svec, a, nb, "rad/s2, m/s2", "i", "any: body acceleration, a_0 = -gravity")              \
     ARRAY(svec, f, nb, "N m, N", "i", "rnea: force across joint i")                                \
-    ARRAY(sym6, IA, nb, "kg m2, kg m, kg", "i", "aba: articulated inertia")                        \
+    ARRAY(sym6, IA, nb, "kg m2, kg m, kg", "i",                                                    \
+          "aba: what the children add to the articulated "                                         \
+          "inertia; tfa, hold: the whole of it")                                                   \
+    ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i", "crba: composite inertia")                         \
+    ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "hold: composite without freedom")  \
     ARRAY(svec, pA, nb, "N m, N", "i", "aba: articulated bias force")                              \
     ARRAY(svec, U, nb, "kg m2, kg m", "i", "aba: IA H of a 1-freedom joint")                       \
     ARRAY(num, Dinv, nb, "1/(kg m2)", "joint", "aba: 1 / (H^T IA H + R)")                          \
     ARRAY(num, u, nb, "N m, N", "joint", "aba: tau - H^T pA")                                      \
     ARRAY(struct multi, multi, m->multis, "", "i", "pose, aba: bodies with several freedoms")      \
+    ARRAY(struct tfa_body, own, nb, "", "i", "payload: constants of bodies that carry one")        \
+    ARRAY(uint8_t, mark, nv, "", "", "load: scratch, by public freedom")                           \
+    ARRAY(uint8_t, stop, nv, "", "joint", "load: STOP_ bits of each freedom")                      \
+    ARRAY(uint8_t, posture, nb, "", "", "hold: what held joints make of each body")                \
+    ARRAY(num, lag, nv, "N m, N", "joint", "hold: M qdd + h - tau, the holding forces")            \
+    ARRAY(double, score, nv, "", "joint", "hold: what letting go of a joint promises")             \
+    ARRAY(num, W, (size_t)m->mimics *nv, "", "joint", "mimic: rows M^-1 G^T")                      \
+    ARRAY(num, S, (size_t)m->mimics * m->mimics, "", "mimic", "mimic: LDL factors of G M^-1 G^T")  \
+    ARRAY(num, Mr, dense *dense, "kg m2", "joint", "mimic: T^T M T, then its LDL factors")         \
+    ARRAY(num, y, m->mimics ? nv : 0, "", "joint", "mimic: right-hand sides of T^T M T and of S")  \
     ARRAY(uint8_t, side, nb, "", "", "tfa: SIDE, CHAIN, CARRIES of each body")                     \
     ARRAY(uint32_t, path, m->depth, "", "", "tfa: a tip's chain, root first")                      \
     ARRAY(struct row, row, nb, "", "i", "tfa: block rows, by body             ")                   \
@@ -79,8 +105,44 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
 
 #define TFA_TIP_COLUMNS ((size_t)6 * TFA_MAX_TIPS)
 
+/* What is valid for the q, base pose, payloads and locked joints of the request before. */
+enum {
+    HAVE_POSE = 1,  /* X, sine, cosine */
+    HAVE_ABA = 2,   /* IA, U, Dinv, multi of all freedoms */
+    HAVE_HELD = 4,  /* the same with locked or held joints */
+    HAVE_TFA = 8,   /* row */
+    HAVE_M = 16,    /* M as such */
+    HAVE_LTDL = 32, /* M factored; or Mr, with mimics */
+    HAVE_W = 64,    /* W and S, by the factors of the method in w_method */
+};
+
+/* What held joints make of a body (hold.c): no freedom from here to the world; nothing but held
+ * joints below, so that it is one rigid composite with them; nobody asks for its motion */
+enum { POSTURE_GROUNDED = 1, POSTURE_RIGID = 2, POSTURE_SILENT = 4 };
+
+/* Why a freedom has no acceleration */
+enum { STOP_LOCKED = 1, STOP_HELD = 2 };
+
+/* Bodies first .. end - 1 */
+struct span {
+    uint32_t first, end;
+};
+
 struct state {
     const struct tfa_model *m;
+    const struct tfa_body *body; /* the model's, or own when the request has payloads */
+    uint32_t have;               /* HAVE_ bits */
+    tfa_method w_method;
+    struct span span[TFA_MAX_TIPS]; /* what the request depends on, ascending */
+    uint32_t spans;
+    uint32_t payloads; /* applied to own */
+    uint32_t payload_frame[TFA_MAX_PAYLOADS];
+    double payload[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
+    num base[7];      /* load: base pose */
+    uint32_t stopped; /* STOP_ bits that some freedom has */
+    uint32_t holding; /* STOP_ bits in force: hold.c replaces aba.c */
+    int skipping;     /* silent bodies are left out */
+    int known_any;    /* some known is not zero */
     vec3 gravity;
     int moving;    /* some velocity or wrench is not zero: c and p count */
     int wrenched;  /* some s->wrench is not zero */
@@ -98,6 +160,7 @@ static inline size_t state_walk(const struct tfa_model *m, void *base, struct st
     struct arena a = {base, 0};
     const size_t nb = m->bodies, nv = m->freedoms;
     const size_t mass = m->mass_entries <= TFA_MASS_ENTRIES_MAX ? m->mass_entries : 0;
+    const size_t dense = mass && m->mimics ? m->freedoms - m->mimics : 0;
     struct state *s = arena_take(&a, 1, sizeof *s), count_only;
     struct state *o = s ? s : &count_only;
 #define TFA_STATE_TAKE(type, name, count, unit, frame, what)                                       \
@@ -105,6 +168,7 @@ static inline size_t state_walk(const struct tfa_model *m, void *base, struct st
     TFA_STATE_ARRAYS(TFA_STATE_TAKE)
 #undef TFA_STATE_TAKE
     o->m = m;
+    o->body = m->body;
     *out = s;
     return a.used;
 }

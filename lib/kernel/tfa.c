@@ -11,41 +11,59 @@
 #include "kernel/kernel.h"
 #include "kernel/tfa_row.h"
 
+/* T I_parent^-1 and T I_parent^-1 T^T for the tree transform T of body i */
+static void bake_inboard(struct state *s, uint32_t i)
+{
+    const struct tfa_body *b = &s->body[i];
+    struct total *t = &s->total[i];
+    const place T = {m3_load(b->E), v3_load(b->r)};
+    const sym6 *up = &s->total[b->parent].Iinv;
+    t->TIT = s6_inv_to_child(&T, up);
+    for (int k = 0; k < 6; k++) {
+        num column[6];
+        sv_store(column, x_motion(&T, s6_column(up, k)));
+        for (int e = 0; e < 6; e++)
+            t->TI[6 * e + k] = column[e];
+    }
+}
+
+/* I^-1; that of an irregular body is never read: the chain refuses it */
+static void bake_inverse(struct state *s, uint32_t i)
+{
+    const sym6 I = rigid_inertia(&s->body[i]);
+    if (s->body[i].regular)
+        (void)s6_invert(&I, &s->total[i].Iinv);
+}
+
 void TFA_V(tfa_bake)(struct state *s)
 {
-    const struct tfa_model *m = s->m;
-    for (uint32_t i = 0; i < m->bodies; i++) {
-        const struct tfa_body *b = &m->body[i];
-        struct total *t = &s->total[i];
-        sym6 I = rigid_inertia(b);
-        if (!b->regular || !s6_invert(&I, &t->Iinv))
-            continue; /* never read: the chain refuses this body */
-        if (b->parent < 0)
-            continue;
-        const place T = {m3_load(b->E), v3_load(b->r)};
-        const sym6 *up = &s->total[b->parent].Iinv;
-        t->TIT = s6_inv_to_child(&T, up);
-        for (int k = 0; k < 6; k++) {
-            num column[6];
-            sv_store(column, x_motion(&T, s6_column(up, k)));
-            for (int e = 0; e < 6; e++)
-                t->TI[6 * e + k] = column[e];
-        }
+    for (uint32_t i = 0; i < s->m->bodies; i++) {
+        bake_inverse(s, i);
+        if (s->body[i].parent >= 0)
+            bake_inboard(s, i);
     }
+}
+
+void TFA_V(tfa_bake_body)(struct state *s, uint32_t body)
+{
+    bake_inverse(s, body);
+    for (uint32_t i = body + 1; i < s->m->bodies; i++)
+        if (s->body[i].parent == (int32_t)body)
+            bake_inboard(s, i);
 }
 
 /* Which bodies are chain, which fold into it. Only the chain's own tree takes part. */
 static void mark(struct state *s, const struct tfa_chain *chain)
 {
     const struct tfa_model *m = s->m;
-    const int32_t tree = m->body[chain->body[0]].tree;
+    const int32_t tree = s->body[chain->body[0]].tree;
     for (uint32_t i = 0; i < m->bodies; i++)
-        s->side[i] = m->body[i].tree == tree ? SIDE : 0;
+        s->side[i] = s->body[i].tree == tree ? SIDE : 0;
     for (uint32_t k = 0; k < chain->length; k++)
         s->side[chain->body[k]] = CHAIN;
     for (uint32_t i = 0; i < m->bodies; i++)
-        if (s->side[i] == SIDE && s->side[m->body[i].parent] & CHAIN)
-            s->side[m->body[i].parent] |= CARRIES;
+        if (s->side[i] == SIDE && s->side[s->body[i].parent] & CHAIN)
+            s->side[s->body[i].parent] |= CARRIES;
 }
 
 /* Folds the side branches of the marked tree into its chain. */
@@ -54,7 +72,7 @@ static inline void fold_sides(struct state *s, const num *tau, int what)
     const struct tfa_model *m = s->m;
     for (uint32_t i = 0; i < m->bodies; i++)
         if (s->side[i])
-            fold_start(s, i, &m->body[i], what);
+            fold_start(s, i, &s->body[i], what);
     for (uint32_t i = m->bodies; i-- > 0;)
         if (s->side[i] == SIDE)
             fold(s, i, tau, what);
@@ -76,7 +94,7 @@ static inline void turn_rows(num *x, num c, num n)
  * of the precomputed T I^-1 and T I^-1 T^T only. */
 static inline void row_inboard(const struct state *s, uint32_t i, struct row *r, num *Y)
 {
-    const struct tfa_body *b = &s->m->body[i];
+    const struct tfa_body *b = &s->body[i];
     const struct row *up = &s->row[b->parent];
     if (b->kind == TFA_KIND_REVOLUTE && !(s->side[b->parent] & CARRIES)) {
         const struct total *t = &s->total[i];
@@ -105,12 +123,12 @@ static inline void row_eliminate(struct state *s, const struct tfa_chain *chain,
                                  const num *Y)
 {
     const uint32_t i = chain->body[k];
-    const struct tfa_body *b = &s->m->body[i];
+    const struct tfa_body *b = &s->body[i];
     struct row *r = &s->row[i];
     num W[36] = {0}, Iinv[36];
     if (k > 0) {
         struct row *up = &s->row[b->parent];
-        const struct tfa_body *pb = &s->m->body[b->parent];
+        const struct tfa_body *pb = &s->body[b->parent];
         const struct multi *pw = pb->multi < 0 ? NULL : &s->multi[pb->multi];
         row_up(up, pb, pw, r, &s->X[i], up->G);
         lu6_solve(&up->S, up->G, 6);
@@ -127,9 +145,8 @@ static inline void row_eliminate(struct state *s, const struct tfa_chain *chain,
 
 int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain)
 {
-    const struct tfa_model *m = s->m;
     for (uint32_t k = 0; k < chain->length; k++)
-        if (!m->body[chain->body[k]].regular) {
+        if (!s->body[chain->body[k]].regular) {
             s->bad_body = (int32_t)chain->body[k];
             return TFA_E_SINGULAR;
         }
@@ -137,7 +154,7 @@ int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain)
     fold_sides(s, NULL, FOLD_INERTIA);
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
-        const struct tfa_body *b = &m->body[i];
+        const struct tfa_body *b = &s->body[i];
         struct row *r = &s->row[i];
         num Y[36];
         if (!(s->side[i] & CARRIES)) {
@@ -146,7 +163,7 @@ int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain)
             s->bad_body = (int32_t)i;
             return TFA_E_SINGULAR;
         }
-        row_joint(r, b->multi < 0 ? NULL : &s->multi[b->multi], b, &s->IA[i]);
+        row_joint(s, r, b->multi < 0 ? NULL : &s->multi[b->multi], b, &s->IA[i]);
         if (k > 0)
             row_inboard(s, i, r, Y);
         row_eliminate(s, chain, k, Y);
@@ -156,11 +173,15 @@ int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain)
 
 int TFA_V(tfa_factor)(struct state *s)
 {
+    if (s->have & HAVE_TFA)
+        return TFA_OK;
+    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD); /* side branches use their arrays */
     for (uint32_t t = 0; t < s->m->trees; t++) {
         int status = TFA_V(tfa_factor_chain)(s, &s->m->chain[t]);
         if (status != TFA_OK)
             return status;
     }
+    s->have |= HAVE_TFA;
     return TFA_OK;
 }
 
@@ -171,7 +192,7 @@ static void forward(struct state *s, const struct tfa_chain *chain, const num *t
     const int products = bias && s->moving;
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
-        const struct tfa_body *b = &s->m->body[i];
+        const struct tfa_body *b = &s->body[i];
         struct row *r = &s->row[i];
         svec known = s6_mul(&r->Iinv, s->pA[i]);
         if (products)
@@ -206,13 +227,35 @@ static void back(struct state *s, const struct tfa_chain *chain)
     }
 }
 
+/* x with H x = m for a fused joint, whose axes are not orthonormal: unnormalised modified
+ * Gram-Schmidt, H = Q R with R unit upper triangular. */
+static void fused_rates(const struct multi *w, uint32_t n, svec m, num *x)
+{
+    svec Q[6];
+    num R[36];
+    for (uint32_t k = 0; k < n; k++) {
+        Q[k] = multi_axis(w, k);
+        for (uint32_t j = 0; j < k; j++) {
+            R[6 * j + k] = sv_dot(Q[j], Q[k]) / sv_dot(Q[j], Q[j]);
+            Q[k] = sv_sub(Q[k], sv_scale(Q[j], R[6 * j + k]));
+        }
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        x[k] = sv_dot(Q[k], m) / sv_dot(Q[k], Q[k]);
+        m = sv_sub(m, sv_scale(Q[k], x[k]));
+    }
+    for (uint32_t k = n - 1; k-- > 0;)
+        for (uint32_t j = k + 1; j < n; j++)
+            x[k] -= R[6 * k + j] * x[j];
+}
+
 /* a_i = I_i^-1 (F_i - X_{i+1}^T F_{i+1} - p_i),  qdd_i = H_i^T (a_i - X_i a_{i-1} - c_i) */
 static void accelerations(struct state *s, const struct tfa_chain *chain, num *qdd, int bias)
 {
     svec up = {{0, 0, 0}, bias ? v3_neg(s->gravity) : v3(0, 0, 0)};
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
-        const struct tfa_body *b = &s->m->body[i];
+        const struct tfa_body *b = &s->body[i];
         svec net = sv_sub(sv_from(s->row[i].F), s->pA[i]);
         if (k + 1 < chain->length) {
             const uint32_t o = chain->body[k + 1];
@@ -222,7 +265,10 @@ static void accelerations(struct state *s, const struct tfa_chain *chain, num *q
         svec relative = sv_sub(a, x_motion(&s->X[i], up));
         if (bias && s->moving)
             relative = sv_sub(relative, s->c[i]);
-        joint_force(s, b, relative, qdd + b->v); /* H^T: H has orthonormal columns */
+        if (b->kind == TFA_KIND_FUSED)
+            fused_rates(&s->multi[b->multi], b->n, relative, qdd + b->v);
+        else
+            joint_force(s, b, relative, qdd + b->v); /* H^T: H has orthonormal columns */
         s->a[i] = up = a;
     }
 }
@@ -241,7 +287,7 @@ static void solve_chain(struct state *s, const struct tfa_chain *chain, const nu
     accelerations(s, chain, qdd, bias);
     for (uint32_t i = 0; i < s->m->bodies; i++)
         if (s->side[i] == SIDE)
-            unfold(s, i, s->a[s->m->body[i].parent], qdd, products);
+            unfold(s, i, s->a[s->body[i].parent], qdd, products);
 }
 
 void TFA_V(tfa_solve)(struct state *s, const num *tau, num *qdd, int bias)

@@ -15,7 +15,7 @@
 /* Six freedoms without armature: C = I^-1, so K = 0 and F = tau: the row decouples. */
 static inline int row_decouples(const struct tfa_body *b)
 {
-    return b->n == 6 && !(b->armature > 0);
+    return b->kind == TFA_KIND_FREE && !(b->armature > 0);
 }
 
 /* S^-1 of a positive definite 6 x 6 by LDL^T; 0 when a pivot is not positive. */
@@ -37,8 +37,8 @@ static inline int s6_invert(const sym6 *S, sym6 *inverse)
 }
 
 /* K_i and B_i = H_i Theta_i^-1 */
-static inline void row_joint(struct row *r, const struct multi *w, const struct tfa_body *b,
-                             const sym6 *I)
+static inline void row_joint(const struct state *s, struct row *r, const struct multi *w,
+                             const struct tfa_body *b, const sym6 *I)
 {
     if (b->n == 1) {
         int axis = body_axis(b);
@@ -57,7 +57,7 @@ static inline void row_joint(struct row *r, const struct multi *w, const struct 
         sv_store(IH + 6 * k, U);
         for (uint32_t j = 0; j <= k; j++)
             theta[6 * k + j] = sv_dot(multi_axis(w, j), U);
-        theta[6 * k + k] += (num)b->armature;
+        theta[6 * k + k] += joint_armature(s, b, k);
     }
     ldl_factor(theta, b->n);
     for (int e = 0; e < 6; e++) { /* B^T = Theta^-1 H^T, column e */

@@ -7,6 +7,7 @@
 
 #include "methods/methods.h"
 #include "model/model.h"
+#include "model/payload.h"
 
 /* A quaternion whose norm is off by more than this is an error of the sender, not rounding. */
 #define QUATERNION_TOLERANCE 1e-3
@@ -49,7 +50,7 @@ static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tf
         if (!is_unit(r->base_pose + 7 * (size_t)k + 3))
             return blame(reply, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, k);
     if (m->multis == m->base_freedoms / 6)
-        return TFA_OK;
+        return TFA_OK; /* no joint has a quaternion */
     for (uint32_t j = 0; j < m->joints; j++) {
         if (m->joint[j].type != TFA_JOINT_FLOATING)
             continue;
@@ -78,6 +79,68 @@ static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_rep
         if (r->wrench_frames[t] >= m->frames)
             return blame(reply, TFA_E_LINK, TFA_FIELD_WRENCHES, t, 0);
     return TFA_OK;
+}
+
+static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    if (r->payload_count > TFA_MAX_PAYLOADS)
+        return blame(reply, TFA_E_SIZE, TFA_FIELD_PAYLOADS, r->payload_count, 0);
+    if (r->payload_count && !r->payloads)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, 0, 0);
+    for (uint32_t k = 0; k < r->payload_count; k++) {
+        const double *numbers = r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k;
+        if (r->payload_frames[k] >= m->frames)
+            return blame(reply, TFA_E_LINK, TFA_FIELD_PAYLOADS, k, 0);
+        if (m->frame[r->payload_frames[k]].part)
+            return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_PAYLOADS, k, 0);
+        for (uint32_t e = 0; e < TFA_PAYLOAD_NUMBERS; e++)
+            if (!isfinite(numbers[e]))
+                return blame(reply, TFA_E_VALUE, TFA_FIELD_PAYLOADS, k, 0);
+        if (!tfa_payload_is_physical(numbers))
+            return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, k, 0);
+    }
+    return TFA_OK;
+}
+
+/* Joints that exist. Naming one twice does no harm. */
+static int check_joints(const struct tfa_model *m, const uint32_t *joints, uint32_t count,
+                        tfa_field field, tfa_reply *reply)
+{
+    if (count > m->joints)
+        return blame(reply, TFA_E_SIZE, field, count, 0);
+    if (count && !joints)
+        return blame(reply, TFA_E_ARGUMENT, field, 0, 0);
+    for (uint32_t k = 0; k < count; k++)
+        if (joints[k] >= m->joints)
+            return blame(reply, TFA_E_JOINT, field, k, 0);
+    return TFA_OK;
+}
+
+/* Joints are locked and held by the articulated-body algorithm and what builds on its factors. */
+static int check_stops(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    int status = check_joints(m, r->locked, r->locked_count, TFA_FIELD_LOCKED, reply);
+    if (status != TFA_OK)
+        return status;
+    if (r->locked_count && r->method != TFA_METHOD_AUTO && r->method != TFA_METHOD_ABA &&
+        r->method != TFA_METHOD_PROPAGATION && r->method != TFA_METHOD_RNEA)
+        return blame(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
+    if (r->locked_count && r->op == TFA_OP_MASS_MATRIX)
+        return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
+    if ((unsigned)r->hold > TFA_HOLD_AUTO)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_HELD, 0, 0);
+    if (r->hold == TFA_HOLD_NONE)
+        return TFA_OK;
+    if (r->hold == TFA_HOLD_AUTO && !(r->tolerance > 0 && isfinite(r->tolerance)))
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_TOLERANCE, 0, 0);
+    if (r->method != TFA_METHOD_AUTO && r->method != TFA_METHOD_ABA)
+        return blame(reply, TFA_E_METHOD, TFA_FIELD_HELD, 0, 0);
+    if (r->op != TFA_OP_FORWARD_DYNAMICS || r->tip_count || m->mimics ||
+        r->estimate == TFA_ESTIMATE_ALWAYS || r->refine - 1 < 2)
+        return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_HELD, 0, 0);
+    return r->hold == TFA_HOLD_GIVEN
+               ? check_joints(m, r->held, r->held_count, TFA_FIELD_HELD, reply)
+               : TFA_OK;
 }
 
 static int method_answers(const tfa_request *r)
@@ -118,6 +181,8 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
     if (!method_answers(r))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+    if (m->mimics && r->method == TFA_METHOD_TFA_ONE_SIDED)
+        return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
     if (needs_mass_matrix(r) && m->mass_entries > TFA_MASS_ENTRIES_MAX)
         return blame(reply, TFA_E_UNSUPPORTED,
                      r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
@@ -126,7 +191,7 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
 
 static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
-    const size_t n = r->count, nj = m->freedoms - m->base_freedoms;
+    const size_t n = r->count, nj = m->v_count;
     const int base = m->base_freedoms > 0;
     if (!r->q && m->q_count)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
@@ -163,9 +228,14 @@ int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_re
     reply->field = TFA_FIELD_NONE;
     reply->index = 0;
     reply->state = 0;
+    reply->model = tfa_model_tag(model);
     int status = check_choices(model, request, reply);
     if (status == TFA_OK)
         status = check_frames(model, request, reply);
+    if (status == TFA_OK)
+        status = check_payloads(model, request, reply);
+    if (status == TFA_OK)
+        status = check_stops(model, request, reply);
     if (status == TFA_OK)
         status = check_arrays(model, request, reply);
     if (status == TFA_OK)

@@ -12,7 +12,6 @@
 size_t tfa_compiled_size(const struct draft *d);
 
 /* Compiles into `memory`: 64-byte aligned, tfa_compiled_size bytes. Cannot fail. */
-const struct tfa_model *tfa_compile(const struct draft *d, const tfa_model_options *options,
-                                    void *memory);
+const struct tfa_model *tfa_compile(const struct draft *d, void *memory);
 
 #endif

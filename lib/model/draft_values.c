@@ -64,7 +64,7 @@ static int check_armature(const tfa_joint *joint, int with_rotor, tfa_report *re
     return TFA_E_MODEL;
 }
 
-static int check_joint(const tfa_joint *joint, int with_rotor, tfa_report *report)
+static int check_joint(const tfa_joint *joint, const tfa_model_options *options, tfa_report *report)
 {
     if ((int)joint->type < TFA_JOINT_FIXED || joint->type > TFA_JOINT_FLOATING) {
         tfa_report_add(report, TFA_ERROR, joint->line, "bad-type",
@@ -84,19 +84,23 @@ static int check_joint(const tfa_joint *joint, int with_rotor, tfa_report *repor
                        joint->name, joint->quat[0], joint->quat[1], joint->quat[2], joint->quat[3]);
         return TFA_E_MODEL;
     }
-    return check_armature(joint, with_rotor, report);
+    if (options->damping && !isfinite(joint->damping)) {
+        tfa_report_add(report, TFA_ERROR, joint->line, "bad-number",
+                       "joint '%s': its damping is not finite; correct it", joint->name);
+        return TFA_E_MODEL;
+    }
+    return check_armature(joint, options->rotor_inertia != 0, report);
 }
 
-int tfa_draft_values(const struct draft *d, const tfa_model_options *options, tfa_report *report)
+int tfa_draft_values(struct draft *d, tfa_report *report)
 {
     const tfa_description *s = d->description;
-    const int with_rotor = options && options->rotor_inertia;
     int status = TFA_OK;
     for (size_t k = 0; k < s->link_count; k++)
         if (check_link(&s->links[k], report) != TFA_OK)
             status = TFA_E_MODEL;
     for (size_t j = 0; j < s->joint_count; j++)
-        if (check_joint(&s->joints[j], with_rotor, report) != TFA_OK)
+        if (check_joint(&s->joints[j], d->options, report) != TFA_OK)
             status = TFA_E_MODEL;
     return status;
 }

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The public noun: making, reading and releasing a model.
+ * The public noun: making and releasing a model.
  */
 #include "model/model.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "model/arena.h"
 #include "model/compile.h"
@@ -34,6 +33,18 @@ static int check_options(const tfa_model_options *options, tfa_report *report)
                        (int)options->base);
         return TFA_E_ARGUMENT;
     }
+    if ((unsigned)options->inertia > TFA_INERTIA_STRICT_PHYSICAL) {
+        tfa_report_add(report, TFA_ERROR, 0, "bad-policy",
+                       "inertia: policy %d does not exist; use one of tfa_inertia_policy",
+                       (int)options->inertia);
+        return TFA_E_ARGUMENT;
+    }
+    if ((unsigned)options->mimic > TFA_MIMIC_LOCK) {
+        tfa_report_add(report, TFA_ERROR, 0, "bad-policy",
+                       "mimic: policy %d does not exist; use one of tfa_mimic_policy",
+                       (int)options->mimic);
+        return TFA_E_ARGUMENT;
+    }
     for (int k = 0; options->gravity && k < 3; k++)
         if (!isfinite(options->gravity[k])) {
             tfa_report_add(report, TFA_ERROR, 0, "bad-gravity",
@@ -57,7 +68,7 @@ int tfa_model_init(void *memory, size_t size, const tfa_description *description
     if (status == TFA_OK && (size < tfa_compiled_size(&d) || (uintptr_t)memory % TFA_ALIGNMENT))
         status = TFA_E_MEMORY;
     if (status == TFA_OK)
-        *model = tfa_compile(&d, options, memory);
+        *model = tfa_compile(&d, memory);
     tfa_draft_free(&d);
     return status;
 }
@@ -77,7 +88,7 @@ int tfa_model_create(const tfa_description *description, const tfa_model_options
         void *memory = aligned_alloc(TFA_ALIGNMENT, tfa_compiled_size(&d));
         status = memory ? TFA_OK : TFA_E_MEMORY;
         if (memory) {
-            (void)tfa_compile(&d, options, memory);
+            (void)tfa_compile(&d, memory);
             *model = memory; /* the model stands at the start of its memory */
         }
     }
@@ -105,92 +116,4 @@ int tfa_model_load(const char *urdf_path, const tfa_model_options *options, tfa_
 void tfa_model_free(tfa_model *model)
 {
     free(model);
-}
-
-const char *tfa_model_name(const tfa_model *model)
-{
-    return model->name;
-}
-
-const uint8_t *tfa_model_hash(const tfa_model *model)
-{
-    return model->hash;
-}
-
-const char *tfa_model_hash_text(const tfa_model *model)
-{
-    return model->hash_text;
-}
-
-tfa_model_summary tfa_model_summarise(const tfa_model *model)
-{
-    return model->summary;
-}
-
-uint32_t tfa_model_q_count(const tfa_model *model)
-{
-    return model->q_count;
-}
-
-uint32_t tfa_model_v_count(const tfa_model *model)
-{
-    return model->v_count;
-}
-
-uint32_t tfa_model_base_freedoms(const tfa_model *model)
-{
-    return model->base_freedoms;
-}
-
-uint32_t tfa_model_joint_count(const tfa_model *model)
-{
-    return model->joints;
-}
-
-tfa_joint_info tfa_model_joint(const tfa_model *model, uint32_t joint)
-{
-    return joint < model->joints ? model->joint[joint] : (tfa_joint_info){0};
-}
-
-int32_t tfa_model_find_joint(const tfa_model *model, const char *name)
-{
-    for (uint32_t k = 0; k < model->joints; k++)
-        if (strcmp(model->joint[k].name, name) == 0)
-            return (int32_t)k;
-    return -1;
-}
-
-uint32_t tfa_model_frame_count(const tfa_model *model)
-{
-    return model->frames;
-}
-
-tfa_frame_info tfa_model_frame(const tfa_model *model, uint32_t frame)
-{
-    if (frame >= model->frames)
-        return (tfa_frame_info){NULL, -1};
-    return (tfa_frame_info){model->frame[frame].name, model->frame[frame].body};
-}
-
-int32_t tfa_model_find_frame(const tfa_model *model, const char *name)
-{
-    for (uint32_t k = 0; k < model->frames; k++)
-        if (strcmp(model->frame[k].name, name) == 0)
-            return (int32_t)k;
-    return -1;
-}
-
-const char *tfa_model_body_name(const tfa_model *model, uint32_t body)
-{
-    return body < model->bodies ? model->body_info[body].name : "";
-}
-
-uint32_t tfa_model_body_frame(const tfa_model *model, uint32_t body)
-{
-    return body < model->bodies ? model->body[body].link : 0;
-}
-
-int32_t tfa_model_body_parent(const tfa_model *model, uint32_t body)
-{
-    return body < model->bodies ? model->body[body].parent : -1;
 }

@@ -55,6 +55,12 @@ struct tfa_body {
     uint32_t depth;  /* bodies from the root to here, this one included */
 };
 
+/* Mass of a body in extended precision as its links give it, payloads not included: what derived
+ * models start from. */
+struct tfa_bare {
+    long double mass, h[3], I[6]; /* as in tfa_body */
+};
+
 /* A link of the file: a frame on a body. */
 struct tfa_frame {
     int32_t body; /* -1: fixed to the world */
@@ -101,7 +107,10 @@ struct tfa_model {
     uint32_t q_count, v_count; /* public: base excluded, followers excluded */
     uint32_t base_freedoms;
     uint32_t mimics;
-    uint32_t depth;          /* bodies on the longest path */
+    uint32_t hollow; /* freedoms that move nothing with mass, nor armature, by themselves but only
+                        together with those that they follow or lead: M is singular before the
+                        projection, and regular after it */
+    uint32_t depth;  /* bodies on the longest path */
     uint32_t depth_freedoms; /* freedoms on the path with most of them */
     uint32_t frames, joints, trees;
     size_t mass_entries; /* entries of M that are not zero by structure, lower triangle */
@@ -109,6 +118,8 @@ struct tfa_model {
     tfa_base base;
     tfa_model_summary summary;
     const struct tfa_body *body;
+    const struct tfa_bare *bare; /* bodies + 1: the last one is what does not move */
+    long double bare_mass;       /* of all links, kg */
     const struct tfa_frame *frame;
     const struct tfa_chain *chain; /* one for each tree */
     const struct tfa_part *part;

@@ -7,35 +7,51 @@
 #ifndef TFA_SPATIAL_DENSE_H
 #define TFA_SPATIAL_DENSE_H
 
+#include <stddef.h>
+
 #include "spatial/num.h"
 
-/* A = L D L^T in place: L below the diagonal (unit), 1/D on it. Row stride 6. */
-static inline void ldl_factor(num *A, int n)
+/* A = L D L^T in place: L below the diagonal (unit), 1/D on it. */
+static inline void ldl_factor_rows(num *A, int n, size_t stride)
 {
     for (int k = 0; k < n; k++) {
-        num inv = 1 / A[6 * k + k];
+        num *row_k = A + stride * (size_t)k;
+        num inv = 1 / row_k[k];
         for (int i = k + 1; i < n; i++) {
-            num l = A[6 * i + k] * inv;
+            num *row = A + stride * (size_t)i;
+            num l = row[k] * inv;
             for (int j = k + 1; j <= i; j++)
-                A[6 * i + j] -= l * A[6 * j + k];
+                row[j] -= l * A[stride * (size_t)j + (size_t)k];
         }
         for (int i = k + 1; i < n; i++)
-            A[6 * i + k] *= inv;
-        A[6 * k + k] = inv;
+            A[stride * (size_t)i + (size_t)k] *= inv;
+        row_k[k] = inv;
     }
+}
+
+/* x <- A^-1 x with those factors */
+static inline void ldl_solve_rows(const num *L, int n, size_t stride, num *x)
+{
+    for (int i = 1; i < n; i++)
+        for (int k = 0; k < i; k++)
+            x[i] -= L[stride * (size_t)i + (size_t)k] * x[k];
+    for (int i = 0; i < n; i++)
+        x[i] *= L[stride * (size_t)i + (size_t)i];
+    for (int i = n - 2; i >= 0; i--)
+        for (int k = i + 1; k < n; k++)
+            x[i] -= L[stride * (size_t)k + (size_t)i] * x[k];
+}
+
+/* The same with rows of six */
+static inline void ldl_factor(num *A, int n)
+{
+    ldl_factor_rows(A, n, 6);
 }
 
 /* x <- A^-1 x with the factors of ldl_factor */
 static inline void ldl_solve(const num *L, int n, num *x)
 {
-    for (int i = 1; i < n; i++)
-        for (int k = 0; k < i; k++)
-            x[i] -= L[6 * i + k] * x[k];
-    for (int i = 0; i < n; i++)
-        x[i] *= L[6 * i + i];
-    for (int i = n - 2; i >= 0; i--)
-        for (int k = i + 1; k < n; k++)
-            x[i] -= L[6 * k + i] * x[k];
+    ldl_solve_rows(L, n, 6, x);
 }
 
 /* LU factors of a 6 x 6 matrix with the exchanges that were made: exchange[e] of rows (k, i) in

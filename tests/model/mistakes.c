@@ -334,8 +334,8 @@ const struct mistake mistakes[] = {
      11,
      1,
      "inertia-not-positive",
-     "link 'upper': the inertia of its body has the eigenvalue -0.5 kg m^2; a body cannot have a "
-     "negative one: correct <inertia>"},
+     "link 'upper': its inertia has the eigenvalue -0.5 kg m^2; a body cannot have a negative one: "
+     "correct <inertia>, or choose inertia = repair"},
     {"indefinite inertia",
      indefinite_inertia,
      {0},
@@ -343,8 +343,9 @@ const struct mistake mistakes[] = {
      11,
      1,
      "inertia-not-positive",
-     "link 'upper': the inertia of its body has the eigenvalue -0.01 kg m^2; a body cannot have a "
-     "negative one: correct <inertia>"},
+     "link 'upper': its inertia has the eigenvalue -0.01 kg m^2; a body cannot have a negative "
+     "one: "
+     "correct <inertia>, or choose inertia = repair"},
     {"products without moments",
      products_without_moments,
      {0},
@@ -352,8 +353,8 @@ const struct mistake mistakes[] = {
      14,
      1,
      "inertia-not-positive",
-     "link 'probe': the inertia of its body has the eigenvalue -0.125 kg m^2; a body cannot have "
-     "a negative one: correct <inertia>"},
+     "link 'probe': its inertia has the eigenvalue -0.125 kg m^2; a body cannot have a negative "
+     "one: correct <inertia>, or choose inertia = repair"},
     {"massless leaf",
      massless_leaf,
      {0},
@@ -361,8 +362,10 @@ const struct mistake mistakes[] = {
      103,
      1,
      "massless-leaf",
-     "joint 'swing': nothing with mass moves with it, so the mass matrix is singular; make it "
-     "fixed, or give link 'pointer' mass or the joint armature"},
+     "joint 'swing': nothing with mass moves with it, so the mass matrix is singular; lock it "
+     "(lock_massless_leaves locks all of them), make it fixed, or give link 'pointer' mass or the "
+     "joint "
+     "armature"},
     {"massless branch",
      massless_branch,
      {0},
@@ -370,17 +373,19 @@ const struct mistake mistakes[] = {
      104,
      2,
      "massless-leaf",
-     "joint 'twist': nothing with mass moves with it, so the mass matrix is singular; make it "
-     "fixed, or give link 'needle' mass or the joint armature"},
+     "joint 'twist': nothing with mass moves with it, so the mass matrix is singular; lock it "
+     "(lock_massless_leaves locks all of them), make it fixed, or give link 'needle' mass or the "
+     "joint "
+     "armature"},
     {"massless floating base",
      massless_base,
      {.base = TFA_BASE_FLOATING},
      TFA_E_NO_MASS,
-     0,
+     10,
      1,
-     "massless-leaf",
-     "joint '(base)': nothing with mass moves with it, so the mass matrix is singular; make it "
-     "fixed, or give link 'base' mass or the joint armature"},
+     "massless-root",
+     "link 'base': the floating base has no mass, and no two joints hold it, so the mass matrix is "
+     "singular; give it mass, make its joint fixed, or let the link that has the mass be the root"},
     {"NaN gravity",
      NULL,
      {.gravity = nan_gravity},

@@ -79,7 +79,8 @@ typedef enum tfa_precision {
 typedef enum tfa_hold {
     TFA_HOLD_NONE = 0,
     TFA_HOLD_GIVEN = 1, /**< the joints of `held` */
-    TFA_HOLD_AUTO = 2,  /**< as many as `tolerance` allows, by a bound that is never too small */
+    TFA_HOLD_AUTO = 2,  /**< those that `tolerance` allows; finding them takes several solves, so
+                             it tells what can be held (tfa_reply.held), and is not for speed */
 } tfa_hold;
 
 /**
@@ -148,11 +149,12 @@ typedef struct tfa_spectrum {
  * the energy norm is |x - y|_M = sqrt((x - y)^T M (x - y)), and |x|_M^2 = |y|_M^2 + |x - y|_M^2.
  */
 typedef struct tfa_certificate {
-    double error;    /**< |x - y|_M, kg^1/2 m/s^2; by one more solve with TFA_WANT_CERTIFICATE, else
-                          an upper bound (TFA_HOLD_AUTO) or NaN */
+    double error;    /**< |x - y|_M, kg^1/2 m/s^2; 0.1 % and the rounding of the answer (8 eps |x|_M
+                          for each body) above what was computed, so that it is never too small.
+                          NaN: not asked for (TFA_HOLD_GIVEN without TFA_WANT_CERTIFICATE) */
     double relative; /**< the same over |x|_M */
     uint32_t held;   /**< joints that were held */
-    uint32_t exact;  /**< 1: by one more solve; 0: a bound */
+    uint32_t exact;  /**< 1: it was computed; 0: not asked for */
 } tfa_certificate;
 
 /** Which input a failed request is about; with `index` it names the culprit. */
@@ -205,7 +207,8 @@ typedef struct tfa_reply {
     double *poses;             /**< count x tip_count x 7 with TFA_WANT_POSES: x y z (m), quaternion
                                     x y z w (w >= 0) of the tip's link frame in the world */
     tfa_certificate *certificate; /**< count, for TFA_HOLD_GIVEN and TFA_HOLD_AUTO */
-    tfa_answer *answers;          /**< count; may be NULL */
+    uint8_t *held; /**< count x joints: 1 where TFA_HOLD_GIVEN or TFA_HOLD_AUTO held the joint */
+    tfa_answer *answers; /**< count; may be NULL */
 } tfa_reply;
 
 /** Everything that changes while computing. One thread uses a workspace at a time. */
@@ -248,14 +251,19 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *
  * @return reply->status:
  *   TFA_OK            every state answered (see answers[k].flags for fallbacks);
- *   TFA_E_ARGUMENT    a NULL that is needed, an op, frame or policy that does not exist;
- *   TFA_E_SIZE        count 0, or too many tips or wrenches;
+ *   TFA_E_ARGUMENT    a NULL that is needed, an op, frame or policy that does not exist, a tolerance
+ *                     that is not positive, a payload that no body can be;
+ *   TFA_E_SIZE        count 0, or too many tips, wrenches, payloads, locked or held joints;
  *   TFA_E_VALUE       NaN or infinite input: field, state and index say which;
  *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
- *   TFA_E_LINK        a tip or a wrench names a frame that does not exist;
- *   TFA_E_METHOD      the method does not exist or cannot answer the op;
+ *   TFA_E_LINK        a tip, a wrench or a payload names a frame that does not exist;
+ *   TFA_E_JOINT       locked or held names a joint that does not exist;
+ *   TFA_E_METHOD      the method does not exist or cannot answer the op (with locked or held
+ *                     joints: rnea, aba, propagation; with mimics projected: not tfa-one-sided);
  *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
- *                     of 2895 bodies);
+ *                     of 2895 bodies); the mass matrix with locked joints; held joints together
+ *                     with tips, refinement, an estimate or mimics; a payload on a link between
+ *                     fused joints;
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;
  *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
  */

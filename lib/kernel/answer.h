@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the answers to the several ops share.
+ */
+#ifndef TFA_KERNEL_ANSWER_H
+#define TFA_KERNEL_ANSWER_H
+
+#include "kernel/state.h"
+
+/* Above this estimate the answer of a method that lost too much is replaced by ABA's
+ * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
+#define FALLBACK_ESTIMATE 1e-4
+
+/* A policy of the request, with the method's default. */
+int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);
+uint32_t TFA_V(refine_steps)(const tfa_request *r, tfa_method method);
+
+/* Names the body whose projected inertia D is not positive, if that is what went wrong. */
+void TFA_V(blame)(struct state *s, tfa_reply *reply);
+
+/* Lambda^-1 with the factors that the method left, copied out. Returns 1 when all is finite. */
+int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_method method,
+                        uint32_t refine, tfa_reply *reply);
+
+#endif

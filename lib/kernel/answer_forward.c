@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Forward dynamics of one state: the method, refinement, estimate and fallback; or with held joints.
+ */
+#include <math.h>
+
+#include "kernel/answer.h"
+#include "kernel/hold.h"
+#include "kernel/kernel.h"
+#include "kernel/load.h"
+
+/* qdd = M^-1 (tau - h) with the factors of M */
+static void forward_crba(struct state *s)
+{
+    const uint32_t n = s->m->freedoms;
+    for (uint32_t j = 0; j < n; j++)
+        s->dx[j] = 0;
+    TFA_V(rnea)(s, s->dx, s->res, 1);
+    for (uint32_t j = 0; j < n; j++)
+        s->qdd[j] = s->tau[j] - s->res[j];
+    TFA_V(ltdl_solve)(s, s->qdd);
+}
+
+/* qdd = M^-1 (tau - h), leaving the method's factors */
+static int forward_dynamics(struct state *s, tfa_method method)
+{
+    if (method == TFA_METHOD_ABA && !s->holding) {
+        TFA_V(aba)(s, s->tau, s->qdd);
+    } else if (method == TFA_METHOD_ABA) {
+        TFA_V(hold)(s, s->tau, s->qdd);
+    } else {
+        int status = TFA_V(factor)(s, method);
+        if (status != TFA_OK)
+            return status;
+        if (method == TFA_METHOD_TFA)
+            TFA_V(tfa_solve)(s, s->tau, s->qdd, 1);
+        else
+            forward_crba(s);
+    }
+    if (method != TFA_METHOD_CRBA)
+        TFA_V(follow)(s, method, s->qdd);
+    return TFA_OK;
+}
+
+/* Writes qdd out; returns 1 when all of it is finite. */
+static int unload_qdd(const struct state *s, uint32_t k, tfa_reply *reply)
+{
+    return TFA_V(unload)(s, s->qdd,
+                         reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
+                         reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
+}
+
+/* Which joints were held, by public joint */
+static void unload_held(struct state *s, uint8_t *out)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t j = m->base_freedoms; j < m->freedoms; j++)
+        s->mark[m->freedom[j - m->base_freedoms].from] = s->stop[j];
+    for (uint32_t k = 0; k < m->joints; k++)
+        out[k] = (s->mark[m->joint[k].v_index] & STOP_HELD) != 0;
+}
+
+/* Joints held as an approximation, and what that costs */
+static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                       tfa_answer *out)
+{
+    tfa_certificate c = {.error = NAN, .relative = NAN, .held = r->held_count};
+    if (r->hold == TFA_HOLD_AUTO)
+        c = TFA_V(hold_auto)(s, r->tolerance);
+    else
+        (void)forward_dynamics(s, TFA_METHOD_ABA);
+    out->method = TFA_METHOD_ABA;
+    if (c.held)
+        out->flags |= TFA_ANSWER_HELD;
+    const int finite = unload_qdd(s, k, reply);
+    if (r->flags & TFA_WANT_CERTIFICATE && r->hold == TFA_HOLD_GIVEN)
+        c = TFA_V(hold_certificate)(s);
+    if (reply->certificate)
+        reply->certificate[k] = c;
+    if (reply->held)
+        unload_held(s, reply->held + (size_t)s->m->joints * k);
+    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}
+
+/* Refinement and estimate, and ABA's answer where the method's is no good. */
+static tfa_method refine(struct state *s, tfa_method method, uint32_t steps, tfa_answer *out)
+{
+    int converging;
+    out->error_estimate = TFA_V(refine)(s, method, steps, &converging);
+    out->flags |= TFA_ANSWER_ESTIMATED;
+    if (method == TFA_METHOD_ABA || (converging && out->error_estimate <= FALLBACK_ESTIMATE))
+        return method;
+    out->flags |= TFA_ANSWER_FALLBACK;
+    (void)forward_dynamics(s, TFA_METHOD_ABA);
+    out->error_estimate = TFA_V(refine)(s, TFA_METHOD_ABA, 0, &converging);
+    return TFA_METHOD_ABA;
+}
+
+/* A follower without mass makes M singular, but not T^T M T: only crba can answer. */
+static int rescue_massless_follower(struct state *s, tfa_answer *out)
+{
+    if (!s->m->mimics || s->holding || s->m->mass_entries > TFA_MASS_ENTRIES_MAX)
+        return 0;
+    (void)forward_dynamics(s, TFA_METHOD_CRBA);
+    out->flags |= TFA_ANSWER_FALLBACK;
+    out->method = TFA_METHOD_CRBA;
+    return 1;
+}
+
+int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                          tfa_answer *out)
+{
+    if (r->hold != TFA_HOLD_NONE)
+        return answer_held(s, r, k, reply, out);
+    tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_METHOD_ABA : r->method;
+    const uint32_t steps = TFA_V(refine_steps)(r, method);
+    int status = forward_dynamics(s, method);
+    if (status != TFA_OK)
+        return status;
+    if (steps > 0 || TFA_V(wants_estimate)(r, method))
+        method = refine(s, method, steps, out);
+    out->method = (uint16_t)method;
+    int finite = unload_qdd(s, k, reply);
+    if (!finite && r->method == TFA_METHOD_AUTO && rescue_massless_follower(s, out)) {
+        method = TFA_METHOD_CRBA;
+        finite = unload_qdd(s, k, reply);
+    }
+    if (finite && s->tips && reply->lambda_inv)
+        finite = TFA_V(lambda_after)(s, r, k, method, method == TFA_METHOD_ABA ? 0 : steps, reply);
+    if (!finite)
+        TFA_V(blame)(s, reply);
+    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}

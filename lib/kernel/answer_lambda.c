@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Lambda^-1 of one state: alone, or with the factors that forward dynamics left.
+ */
+#include <math.h>
+
+#include "kernel/answer.h"
+#include "kernel/kernel.h"
+#include "kernel/lambda.h"
+
+/* Copies Lambda^-1 out; returns 1 when all of it is finite. */
+static int unload_lambda(const struct state *s, double *out)
+{
+    const size_t n = 6 * s->tips;
+    int finite = 1;
+    for (size_t e = 0; e < n * n; e++) {
+        double x = (double)s->lambda[e];
+        finite &= isfinite(x) != 0;
+        if (out)
+            out[e] = x;
+    }
+    return finite;
+}
+
+/* Lambda^-1 with the factors that the method left */
+static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method method,
+                        uint32_t refine)
+{
+    if (method == TFA_METHOD_TFA || refine > 0 || s->m->mimics)
+        TFA_V(lambda_columns)(s, frame, method, refine);
+    else if (method == TFA_METHOD_CRBA)
+        TFA_V(lambda_crba)(s, frame);
+    else
+        TFA_V(lambda_propagation)(s, frame);
+}
+
+static double *place_of(const struct state *s, uint32_t k, const tfa_reply *reply)
+{
+    const size_t n = 6 * s->tips;
+    return reply->lambda_inv ? reply->lambda_inv + n * n * k : NULL;
+}
+
+int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_method method,
+                        uint32_t refine, tfa_reply *reply)
+{
+    lambda_kept(s, r->frame, method, refine);
+    return unload_lambda(s, place_of(s, k, reply));
+}
+
+/* |Lambda^-1 f - J x| / (|Lambda^-1| |f|) with x = M^-1 J^T f refined once, f of signs: what the
+ * answer does to one wrench against a second solution that shares the factors only. */
+static double lambda_estimate(struct state *s, tfa_reference_frame frame, tfa_method method)
+{
+    const uint32_t nv = s->m->freedoms;
+    const size_t n = 6 * s->tips;
+    TFA_V(jacobian)(s, frame);
+    for (uint32_t j = 0; j < nv; j++) {
+        s->tau[j] = 0;
+        for (size_t e = 0; e < n; e++)
+            s->tau[j] += (e % 3 == 1 ? -1 : 1) * s->psi[(size_t)j * n + e];
+    }
+    TFA_V(solve)(s, method, s->tau, s->qdd);
+    TFA_V(rnea)(s, s->qdd, s->res, 0);
+    for (uint32_t j = 0; j < nv; j++)
+        s->res[j] = s->tau[j] - s->res[j];
+    TFA_V(solve)(s, method, s->res, s->dx);
+    num difference = 0, size = 0;
+    for (size_t e = 0; e < n; e++) {
+        num y = 0;
+        for (uint32_t j = 0; j < nv; j++)
+            y -= s->psi[(size_t)j * n + e] * (s->qdd[j] + s->dx[j]);
+        for (size_t f = 0; f < n; f++) {
+            num l = s->lambda[e * n + f];
+            y += (f % 3 == 1 ? -1 : 1) * l;
+            size += l * l;
+        }
+        difference += y * y;
+    }
+    return size > 0 ? sqrt((double)difference / ((double)size * (double)n)) : 0;
+}
+
+/* Propagation's answer where the method's is no good */
+static void fall_back(struct state *s, tfa_reference_frame frame, tfa_answer *out)
+{
+    out->flags |= TFA_ANSWER_FALLBACK;
+    (void)TFA_V(factor)(s, TFA_METHOD_ABA);
+    lambda_kept(s, frame, TFA_METHOD_ABA, 0);
+}
+
+/* Forward elimination of the tips needs no factors of the whole robot, its estimate does. */
+static int one_sided(struct state *s, const tfa_request *r, tfa_method *method, tfa_answer *out)
+{
+    int status = TFA_V(lambda_one_sided)(s, r->frame);
+    if (status == TFA_E_UNSUPPORTED) {
+        fall_back(s, r->frame, out);
+        *method = TFA_METHOD_PROPAGATION;
+        return TFA_OK;
+    }
+    if (status == TFA_OK && TFA_V(wants_estimate)(r, *method))
+        status = TFA_V(factor)(s, TFA_METHOD_ABA);
+    return status;
+}
+
+int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                         tfa_answer *out)
+{
+    tfa_method method = r->method;
+    if (method == TFA_METHOD_AUTO || method == TFA_METHOD_ABA)
+        method = TFA_METHOD_PROPAGATION;
+    const uint32_t steps = TFA_V(refine_steps)(r, method);
+    tfa_method factors = method;
+    int status;
+    if (method == TFA_METHOD_TFA_ONE_SIDED && steps == 0) {
+        factors = TFA_METHOD_ABA;
+        status = one_sided(s, r, &method, out);
+    } else {
+        if (method == TFA_METHOD_PROPAGATION)
+            factors = TFA_METHOD_ABA;
+        else if (method == TFA_METHOD_TFA_ONE_SIDED)
+            factors = TFA_METHOD_TFA;
+        status = TFA_V(factor)(s, factors);
+        if (status == TFA_OK)
+            lambda_kept(s, r->frame, factors, steps);
+    }
+    if (status != TFA_OK)
+        return status;
+    if (TFA_V(wants_estimate)(r, method)) {
+        out->error_estimate = lambda_estimate(s, r->frame, factors);
+        out->flags |= TFA_ANSWER_ESTIMATED;
+        if (method != TFA_METHOD_PROPAGATION && !(out->error_estimate <= FALLBACK_ESTIMATE)) {
+            fall_back(s, r->frame, out);
+            method = TFA_METHOD_PROPAGATION;
+            out->error_estimate = lambda_estimate(s, r->frame, TFA_METHOD_ABA);
+        }
+    }
+    out->method = (uint16_t)method;
+    if (unload_lambda(s, place_of(s, k, reply)))
+        return TFA_OK;
+    TFA_V(blame)(s, reply);
+    return TFA_E_NOT_COMPUTED;
+}

@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Articulated bodies with joints that have no acceleration. Three savings over a joint that is
+ * free: what no freedom moves is not computed; what hangs from the last freedom is one rigid
+ * composite of ten numbers instead of 21; and a joint between needs no projection.
+ */
+#include "kernel/hold.h"
+
+#include "kernel/aba_step.h"
+#include "kernel/kernel.h"
+
+/* ---- the plan ---- */
+
+static inline int stops(const struct state *s, const struct tfa_body *b)
+{
+    for (uint32_t k = 0; k < b->n; k++)
+        if (!(s->stop[b->v + k] & s->holding))
+            return 0;
+    return 1;
+}
+
+static void hold_parts(struct state *s)
+{
+    for (uint32_t i = 0; i < s->m->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        if (b->multi < 0)
+            continue;
+        struct multi *w = &s->multi[b->multi];
+        w->held = 0;
+        for (uint32_t k = 0; k < b->n; k++)
+            w->held |= (s->stop[b->v + k] & s->holding ? 1u : 0u) << k;
+    }
+}
+
+void TFA_V(hold_plan)(struct state *s, uint32_t bits, int silent)
+{
+    s->holding = bits & s->stopped;
+    hold_parts(s);
+    if (!s->holding)
+        return;
+    for (uint32_t i = 0; i < s->m->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        const int ground = b->parent < 0 || s->posture[b->parent] & POSTURE_GROUNDED;
+        s->posture[i] = POSTURE_RIGID | (ground && stops(s, b) ? POSTURE_GROUNDED : 0);
+    }
+    for (uint32_t i = s->m->bodies; i-- > 0;) {
+        const struct tfa_body *b = &s->body[i];
+        const int rigid = s->posture[i] & POSTURE_RIGID;
+        if (b->parent >= 0 && !(rigid && stops(s, b)))
+            s->posture[b->parent] &= (uint8_t)~POSTURE_RIGID;
+        if (silent && rigid && s->posture[i] & POSTURE_GROUNDED)
+            s->posture[i] |= POSTURE_SILENT;
+    }
+}
+
+/* ---- rigid composites ---- */
+
+static inline struct composite composite_of(const struct tfa_body *b)
+{
+    return (struct composite){
+        (num)b->mass,
+        v3_load(b->h),
+        {(num)b->I[0], (num)b->I[1], (num)b->I[2], (num)b->I[3], (num)b->I[4], (num)b->I[5]}};
+}
+
+static inline sym6 composite_inertia(const struct composite *c)
+{
+    const vec3 h = c->h;
+    return (sym6){c->I, {0, -h.z, h.y, h.z, 0, -h.x, -h.y, h.x, 0}, {c->m, 0, 0, c->m, 0, c->m}};
+}
+
+/* I a */
+static inline svec composite_mul(const struct composite *c, svec a)
+{
+    return (svec){v3_add(s3_mul(c->I, a.w), v3_cross(c->h, a.v)),
+                  v3_sub(v3_scale(a.v, c->m), v3_cross(c->h, a.w))};
+}
+
+/* About the parent's origin: h + m r,  I + (2 r.h + m r.r) 1 - (r h^T + h r^T + m r r^T) */
+static inline struct composite composite_to_parent(const place *X, const struct composite *c)
+{
+    const vec3 r = X->r, h = m3_tmul(X->E, c->h);
+    const sym3 I = s3_congruence_t(X->E, c->I);
+    const vec3 g = v3_add(h, v3_scale(r, c->m)); /* r h^T + h r^T + m r r^T = r g^T + h r^T */
+    const num d = v3_dot(r, h) + v3_dot(r, g);
+    return (struct composite){c->m,
+                              g,
+                              {I.xx + d - r.x * g.x - h.x * r.x, I.xy - r.x * g.y - h.x * r.y,
+                               I.xz - r.x * g.z - h.x * r.z, I.yy + d - r.y * g.y - h.y * r.y,
+                               I.yz - r.y * g.z - h.y * r.z, I.zz + d - r.z * g.z - h.z * r.z}};
+}
+
+static inline void composite_add(struct composite *c, const struct composite *other)
+{
+    c->m += other->m;
+    c->h = v3_add(c->h, other->h);
+    c->I = s3_add(c->I, other->I);
+}
+
+/* ---- inward ---- */
+
+static inline void start(struct state *s, uint32_t i, int what)
+{
+    const struct tfa_body *b = &s->body[i];
+    fold_start(s, i, b, what & ~(s->posture[i] & POSTURE_RIGID ? FOLD_INERTIA : 0));
+    if (what & FOLD_INERTIA && s->posture[i] & POSTURE_RIGID)
+        s->rigid[i] = composite_of(b);
+}
+
+static inline void give_composite(struct state *s, uint32_t i, const struct tfa_body *b)
+{
+    const struct composite up = composite_to_parent(&s->X[i], &s->rigid[i]);
+    if (s->posture[b->parent] & POSTURE_RIGID) {
+        composite_add(&s->rigid[b->parent], &up);
+    } else {
+        const sym6 I = composite_inertia(&up);
+        s6_add(&s->IA[b->parent], &I);
+    }
+}
+
+/* What a joint without acceleration leaves to solves and to force propagation: nothing. */
+static inline void stand_still(struct state *s, uint32_t i, const struct tfa_body *b)
+{
+    if (b->n > 1) {
+        multi_factor(s, &s->multi[b->multi], &s->IA[i], b);
+        return;
+    }
+    s->U[i] = sv_zero();
+    s->Dinv[i] = 0;
+}
+
+/* A joint without acceleration: IA_parent += X^T IA X,  pA_parent += X^T (pA + IA c) */
+static inline void fold_held(struct state *s, uint32_t i, const struct tfa_body *b, int what)
+{
+    const int rigid = s->posture[i] & POSTURE_RIGID;
+    if (what & FOLD_FORCE) {
+        svec pa = s->pA[i];
+        if (what & FOLD_BIAS && rigid)
+            pa = sv_add(pa, composite_mul(&s->rigid[i], s->c[i]));
+        else if (what & FOLD_BIAS)
+            pa = sv_add(pa, s6_mul(&s->IA[i], s->c[i]));
+        give_force(s, b, x_t_force(&s->X[i], pa), 0);
+    }
+    if (!(what & FOLD_INERTIA))
+        return;
+    stand_still(s, i, b);
+    if (rigid) {
+        give_composite(s, i, b);
+    } else {
+        const sym6 up = s6_to_parent(&s->X[i], &s->IA[i]);
+        s6_add(&s->IA[b->parent], &up);
+    }
+}
+
+static inline void inward(struct state *s, const num *tau, int what)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        if (!(s->posture[i] & POSTURE_SILENT))
+            start(s, i, what);
+    for (uint32_t i = m->bodies; i-- > 0;) {
+        const struct tfa_body *b = &s->body[i];
+        if (s->posture[i] & POSTURE_GROUNDED) {
+            if (what & FOLD_INERTIA)
+                stand_still(s, i, b);
+        } else if (stops(s, b)) {
+            fold_held(s, i, b, what);
+        } else {
+            if (what & FOLD_INERTIA && s->posture[i] & POSTURE_RIGID)
+                s->IA[i] = composite_inertia(&s->rigid[i]);
+            fold(s, i, tau, what);
+        }
+    }
+}
+
+/* ---- outward ---- */
+
+static inline void outward(struct state *s, svec ground, num *qdd, int bias)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        const svec parent = b->parent < 0 ? ground : s->a[b->parent];
+        if (!stops(s, b)) {
+            unfold(s, i, parent, qdd, bias);
+            continue;
+        }
+        for (uint32_t k = 0; k < b->n; k++)
+            qdd[b->v + k] = 0;
+        if (s->posture[i] & POSTURE_RIGID)
+            continue; /* nothing below asks for its acceleration */
+        const svec a = x_motion(&s->X[i], parent);
+        s->a[i] = bias ? sv_add(a, s->c[i]) : a;
+    }
+}
+
+static void have_held(struct state *s)
+{
+    s->have = (s->have | HAVE_HELD) & ~(uint32_t)(HAVE_TFA | HAVE_ABA);
+}
+
+void TFA_V(hold)(struct state *s, const num *tau, num *qdd)
+{
+    const svec ground = {{0, 0, 0}, v3_neg(s->gravity)};
+    TFA_V(hold_factor)(s);
+    if (s->moving)
+        inward(s, tau, FOLD_FORCE | FOLD_BIAS);
+    else
+        inward(s, tau, FOLD_FORCE);
+    outward(s, ground, qdd, s->moving);
+}
+
+void TFA_V(hold_factor)(struct state *s)
+{
+    if (!(s->have & HAVE_HELD))
+        inward(s, NULL, FOLD_INERTIA);
+    have_held(s);
+}
+
+void TFA_V(hold_solve)(struct state *s, const num *tau, num *qdd)
+{
+    inward(s, tau, FOLD_FORCE);
+    outward(s, sv_zero(), qdd, 0);
+}
+
+num TFA_V(hold_energy)(struct state *s, const num *tau)
+{
+    num sum = 0;
+    inward(s, tau, FOLD_FORCE);
+    for (uint32_t i = 0; i < s->m->bodies; i++)
+        if (!stops(s, &s->body[i]))
+            sum += joint_energy(s, i);
+    return sum;
+}

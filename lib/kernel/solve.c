@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Every method as a pair: factors, which depend on q only, and solves with kept factors.
+ */
+#include "kernel/hold.h"
+#include "kernel/kernel.h"
+
+int TFA_V(factor)(struct state *s, tfa_method method)
+{
+    if (method == TFA_METHOD_TFA)
+        return TFA_V(tfa_factor)(s);
+    if (method == TFA_METHOD_CRBA && !(s->have & HAVE_LTDL)) {
+        TFA_V(crba)(s);
+        TFA_V(ltdl_factor)(s);
+    } else if (method != TFA_METHOD_CRBA && s->holding) {
+        TFA_V(hold_factor)(s);
+    } else if (method != TFA_METHOD_CRBA) {
+        TFA_V(aba_factor)(s);
+    }
+    return TFA_OK;
+}
+
+void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x)
+{
+    if (method == TFA_METHOD_TFA)
+        TFA_V(tfa_solve)(s, rhs, x, 0);
+    else if (s->holding)
+        TFA_V(hold_solve)(s, rhs, x);
+    else
+        TFA_V(aba_solve)(s, rhs, x);
+}
+
+void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x)
+{
+    if (method == TFA_METHOD_CRBA) {
+        for (uint32_t j = 0; j < s->m->freedoms; j++)
+            x[j] = rhs[j];
+        TFA_V(ltdl_solve)(s, x);
+        return;
+    }
+    TFA_V(solve_free)(s, method, rhs, x);
+    TFA_V(follow)(s, method, x);
+}

@@ -1,0 +1,121 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Reading a model.
+ */
+#include <string.h>
+
+#include "model/model.h"
+
+const char *tfa_model_name(const tfa_model *model)
+{
+    return model->name;
+}
+
+const uint8_t *tfa_model_hash(const tfa_model *model)
+{
+    return model->hash;
+}
+
+const char *tfa_model_hash_text(const tfa_model *model)
+{
+    return model->hash_text;
+}
+
+uint64_t tfa_model_tag(const tfa_model *model)
+{
+    uint64_t tag = 0;
+    for (int k = 0; k < 8; k++)
+        tag = tag << 8 | model->hash[k];
+    return tag;
+}
+
+tfa_model_summary tfa_model_summarise(const tfa_model *model)
+{
+    return model->summary;
+}
+
+uint32_t tfa_model_q_count(const tfa_model *model)
+{
+    return model->q_count;
+}
+
+uint32_t tfa_model_v_count(const tfa_model *model)
+{
+    return model->v_count;
+}
+
+uint32_t tfa_model_base_freedoms(const tfa_model *model)
+{
+    return model->base_freedoms;
+}
+
+uint32_t tfa_model_joint_count(const tfa_model *model)
+{
+    return model->joints;
+}
+
+tfa_joint_info tfa_model_joint(const tfa_model *model, uint32_t joint)
+{
+    return joint < model->joints ? model->joint[joint] : (tfa_joint_info){0};
+}
+
+int32_t tfa_model_find_joint(const tfa_model *model, const char *name)
+{
+    for (uint32_t k = 0; k < model->joints; k++)
+        if (strcmp(model->joint[k].name, name) == 0)
+            return (int32_t)k;
+    return -1;
+}
+
+uint32_t tfa_model_frame_count(const tfa_model *model)
+{
+    return model->frames;
+}
+
+tfa_frame_info tfa_model_frame(const tfa_model *model, uint32_t frame)
+{
+    if (frame >= model->frames)
+        return (tfa_frame_info){NULL, -1};
+    return (tfa_frame_info){model->frame[frame].name, model->frame[frame].body};
+}
+
+int32_t tfa_model_find_frame(const tfa_model *model, const char *name)
+{
+    for (uint32_t k = 0; k < model->frames; k++)
+        if (strcmp(model->frame[k].name, name) == 0)
+            return (int32_t)k;
+    return -1;
+}
+
+uint32_t tfa_model_declared_count(const tfa_model *model)
+{
+    return model->declared_joints;
+}
+
+tfa_declared_joint tfa_model_declared(const tfa_model *model, uint32_t index)
+{
+    if (index >= model->declared_joints)
+        return (tfa_declared_joint){.body = -1, .joint = -1, .leader = -1};
+    return model->declared[index];
+}
+
+tfa_body_info tfa_model_body(const tfa_model *model, uint32_t body)
+{
+    return body < model->bodies ? model->body_info[body] : (tfa_body_info){0};
+}
+
+const char *tfa_model_body_name(const tfa_model *model, uint32_t body)
+{
+    return body < model->bodies ? model->body_info[body].name : "";
+}
+
+uint32_t tfa_model_body_frame(const tfa_model *model, uint32_t body)
+{
+    return body < model->bodies ? model->body[body].link : 0;
+}
+
+int32_t tfa_model_body_parent(const tfa_model *model, uint32_t body)
+{
+    return body < model->bodies ? model->body[body].parent : -1;
+}

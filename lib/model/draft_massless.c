@@ -1,0 +1,123 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Freedoms that nothing with mass moves with: M would be singular.
+ */
+#include <stdlib.h>
+
+#include "model/draft.h"
+
+/* heavy: the link or something that hangs from it has mass, inertia or a payload. */
+static void weigh(struct draft *d)
+{
+    const tfa_description *s = d->description;
+    for (size_t k = 0; k < s->link_count; k++) {
+        struct draft_link *link = &d->link[k];
+        const ext *I = link->inertia;
+        link->heavy =
+            link->present && (s->links[k].mass > 0 || I[0] + I[3] + I[5] > 0 || link->loaded);
+    }
+    for (size_t k = s->joint_count; k-- > 0;) {
+        const tfa_joint *joint = &s->joints[d->order[k]];
+        if (d->joint[d->order[k]].fate != TFA_FATE_ABSENT)
+            d->link[joint->parent].heavy |= d->link[joint->child].heavy;
+    }
+}
+
+/* sound[j]: joint j, or one that follows it, moves mass or an armature. */
+static void find_sound(const struct draft *d, uint8_t *sound)
+{
+    const tfa_description *s = d->description;
+    for (size_t j = 0; j < s->joint_count; j++) {
+        if (!draft_moves(d, j) || !(d->link[s->joints[j].child].heavy || draft_armature(d, j) > 0))
+            continue;
+        sound[d->joint[j].fate == TFA_FATE_FOLLOWS ? (size_t)d->joint[j].leader : j] = 1;
+    }
+}
+
+/* The joint stands at 0. */
+static void lock(struct draft *d, size_t j, tfa_report *report)
+{
+    const tfa_joint *joint = &d->description->joints[j];
+    d->joint[j].fate = TFA_FATE_LOCKED;
+    if (joint->type == TFA_JOINT_FLOATING)
+        d->joint[j].q[6] = 1;
+    tfa_report_add(report, TFA_WARNING, joint->line, "massless-leaf-locked",
+                   "joint '%s': nothing with mass moves with it; locked at 0", joint->name);
+}
+
+static void refuse(const struct draft *d, size_t j, tfa_report *report)
+{
+    const tfa_joint *joint = &d->description->joints[j];
+    tfa_report_add(report, TFA_ERROR, joint->line, "massless-leaf",
+                   "joint '%s': nothing with mass moves with it, so the mass matrix is singular; "
+                   "lock it (lock_massless_leaves locks all of them), make it fixed, or give link "
+                   "'%s' mass or the joint armature",
+                   joint->name, d->description->links[joint->child].name);
+}
+
+/* What followed a joint that is now locked stands still too. */
+static void lock_followers(struct draft *d)
+{
+    for (size_t j = 0; j < d->description->joint_count; j++) {
+        struct draft_joint *joint = &d->joint[j];
+        if (joint->fate != TFA_FATE_FOLLOWS || d->joint[joint->leader].fate != TFA_FATE_LOCKED)
+            continue;
+        joint->fate = TFA_FATE_LOCKED;
+        joint->q[0] = joint->offset;
+    }
+}
+
+int tfa_draft_leaves(struct draft *d, tfa_report *report)
+{
+    uint8_t *sound = calloc(d->description->joint_count + 1, 1);
+    if (!sound)
+        return TFA_E_MEMORY;
+    int status = TFA_OK;
+    weigh(d);
+    find_sound(d, sound);
+    for (size_t k = d->description->joint_count; k-- > 0;) {
+        const uint32_t j = d->order[k];
+        if (d->joint[j].fate != TFA_FATE_MOVES || sound[j])
+            continue;
+        if (d->options->lock_massless_leaves) {
+            lock(d, j, report);
+        } else {
+            refuse(d, j, report);
+            status = TFA_E_NO_MASS;
+        }
+    }
+    lock_followers(d);
+    free(sound);
+    return status;
+}
+
+/* Does anything resist the six freedoms of the base besides what the joint on it does? */
+static int base_is_held(const struct draft *d)
+{
+    const struct draft_body *b = &d->body[0];
+    uint32_t children = 0;
+    if (b->mass > 0 || b->I[0] + b->I[3] + b->I[5] > 0 || b->loaded)
+        return 1;
+    for (uint32_t i = 1; i < d->bodies; i++) {
+        if (d->body[i].parent != 0 || !d->link[d->body[i].link].heavy)
+            continue;
+        children++;
+        if (d->body[i].armature > 0)
+            return 1;
+    }
+    return children >= 2;
+}
+
+int tfa_draft_base(const struct draft *d, tfa_report *report)
+{
+    if (d->options->base != TFA_BASE_FLOATING || base_is_held(d))
+        return TFA_OK;
+    const tfa_link *root = &d->description->links[d->root];
+    tfa_report_add(report, TFA_ERROR, root->line, "massless-root",
+                   "link '%s': the floating base has no mass, and no two joints hold it, so the "
+                   "mass matrix is singular; give it mass, make its joint fixed, or let the link "
+                   "that has the mass be the root",
+                   root->name);
+    return TFA_E_NO_MASS;
+}

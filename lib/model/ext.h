@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Vectors and rotations in extended precision: constants are rounded to double once, at the end.
+ */
+#ifndef TFA_MODEL_EXT_H
+#define TFA_MODEL_EXT_H
+
+#include <string.h>
+
+typedef long double ext;
+
+/* Row and column of each of the six numbers xx xy xz yy yz zz */
+static const int ext_row[6] = {0, 0, 0, 1, 1, 2}, ext_col[6] = {0, 1, 2, 1, 2, 2};
+
+/* c = a b, row major; c may not be a or b */
+static inline void ext_mul(ext *c, const ext *a, const ext *b)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+}
+
+static inline void ext_transpose(ext *t, const ext *a)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            t[3 * i + j] = a[3 * j + i];
+}
+
+/* y = a x + b; y may not be x */
+static inline void ext_apply(ext *y, const ext *a, const ext *x, const ext *b)
+{
+    for (int i = 0; i < 3; i++)
+        y[i] = a[3 * i] * x[0] + a[3 * i + 1] * x[1] + a[3 * i + 2] * x[2] + b[i];
+}
+
+/* y = a^T x; y may not be x */
+static inline void ext_apply_transposed(ext *y, const ext *a, const ext *x)
+{
+    for (int i = 0; i < 3; i++)
+        y[i] = a[i] * x[0] + a[3 + i] * x[1] + a[6 + i] * x[2];
+}
+
+static inline void ext_widen(ext *to, const double *from, int count)
+{
+    for (int k = 0; k < count; k++)
+        to[k] = from[k];
+}
+
+static inline void ext_round(double *to, const ext *from, int count)
+{
+    for (int k = 0; k < count; k++)
+        to[k] = (double)from[k];
+}
+
+static inline void ext_identity(ext *R)
+{
+    memset(R, 0, 9 * sizeof *R);
+    R[0] = R[4] = R[8] = 1;
+}
+
+/* Rotation matrix (moved axes to fixed axes) of a quaternion x y z w, normalised here. */
+static inline void ext_rotation(ext *R, const ext *quat)
+{
+    ext x = quat[0], y = quat[1], z = quat[2], w = quat[3];
+    ext s = 2 / (x * x + y * y + z * z + w * w);
+    ext m[9] = {1 - s * (y * y + z * z), s * (x * y - w * z),     s * (x * z + w * y),
+                s * (x * y + w * z),     1 - s * (x * x + z * z), s * (y * z - w * x),
+                s * (x * z - w * y),     s * (y * z + w * x),     1 - s * (x * x + y * y)};
+    memcpy(R, m, sizeof m);
+}
+
+#endif

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The hash of a model: everything that decides the answers, and the names in their order, because
+ * clients map by them.
+ */
+#include "model/hash.h"
+
+#include <sha256.h>
+#include <stdio.h>
+#include <string.h>
+
+static void add(SHA2_CTX *c, const void *data, size_t size)
+{
+    SHA256Update(c, data, size);
+}
+
+static void add_bodies(SHA2_CTX *c, const struct tfa_model *m)
+{
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        const struct tfa_body *b = &m->body[i];
+        const uint8_t small[4] = {b->kind, b->n, b->base, 0};
+        add(c, b->E, offsetof(struct tfa_body, parent));
+        add(c, &b->parent, sizeof b->parent);
+        add(c, small, sizeof small);
+    }
+    for (uint32_t k = 0; k < m->parts; k++) {
+        add(c, m->part[k].E, sizeof m->part[k].E + sizeof m->part[k].r);
+        add(c, &m->part[k].kind, 1);
+    }
+}
+
+static void add_maps(SHA2_CTX *c, const struct tfa_model *m)
+{
+    for (uint32_t k = 0; k < m->inner_q; k++) {
+        const struct tfa_coordinate *q = &m->coordinate[k];
+        const double numbers[2] = {q->multiplier, q->offset};
+        add(c, &q->from, sizeof q->from);
+        add(c, numbers, sizeof numbers);
+    }
+    for (uint32_t k = 0; k < m->freedoms - m->base_freedoms; k++) {
+        add(c, &m->freedom[k].from, sizeof m->freedom[k].from);
+        add(c, &m->freedom[k].multiplier, sizeof m->freedom[k].multiplier);
+    }
+    for (uint32_t k = 0; k < m->mimics; k++) {
+        const uint32_t pair[2] = {m->mimic[k].follower, m->mimic[k].leader};
+        add(c, pair, sizeof pair);
+    }
+    add(c, m->armature, m->freedoms * sizeof *m->armature);
+    if (m->damping)
+        add(c, m->damping, m->freedoms * sizeof *m->damping);
+}
+
+static void add_names(SHA2_CTX *c, const struct tfa_model *m)
+{
+    for (uint32_t k = 0; k < m->frames; k++) {
+        const struct tfa_frame *f = &m->frame[k];
+        add(c, f->R, sizeof f->R + sizeof f->p);
+        add(c, &f->body, sizeof f->body);
+        add(c, &f->part, 1);
+        add(c, f->name, strlen(f->name) + 1);
+    }
+    for (uint32_t k = 0; k < m->joints; k++)
+        add(c, m->joint[k].name, strlen(m->joint[k].name) + 1);
+}
+
+void tfa_hash_model(struct tfa_model *m)
+{
+    static const char version[] = "totalforce model 2";
+    SHA2_CTX c;
+    SHA256Init(&c);
+    add(&c, version, sizeof version);
+    add(&c, m->gravity, sizeof m->gravity);
+    add_bodies(&c, m);
+    add_maps(&c, m);
+    add_names(&c, m);
+    SHA256Final(m->hash, &c);
+    for (int k = 0; k < 32; k++)
+        snprintf(m->hash_text + 2 * k, 3, "%02x", m->hash[k]);
+}

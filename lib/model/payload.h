@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Payloads: what can be wrong with them, and adding them to a body.
+ */
+#ifndef TFA_MODEL_PAYLOAD_H
+#define TFA_MODEL_PAYLOAD_H
+
+#include "model/model.h"
+
+/* What is wrong with the numbers of a payload and what to do, or NULL. */
+const char *tfa_payload_fault(const tfa_payload *payload);
+
+/* 1: ten finite numbers of a payload can be those of a body: mass not negative, inertia positive
+ * semidefinite. No allocation. */
+uint8_t tfa_payload_is_physical(const double numbers[10]);
+
+/* Adds a payload to what carries it; its link's frame is fixed in that. */
+void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_frame *frame,
+                          const tfa_payload *payload);
+
+/**
+ * Adds a payload to the constants of a body: mass, h, I and `regular`. Double precision, no
+ * allocation: for a request's own copy of the body.
+ *
+ * @param frame    of the link that carries it: fixed in that body (part 0)
+ * @param numbers  mass, com (3), inertia (6) as in tfa_payload
+ */
+void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
+                          const double numbers[10]);
+
+/* 1: LDL^T of the 6 x 6 inertia, scaled to unit diagonal, has no pivot that is nearly zero. */
+uint8_t tfa_inertia_is_regular(const struct tfa_body *body);
+
+#endif

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The arrays of a model while a draft is compiled into them.
+ */
+#ifndef TFA_MODEL_PLACE_H
+#define TFA_MODEL_PLACE_H
+
+#include "model/draft.h"
+
+struct layout {
+    struct tfa_model *model;
+    struct tfa_body *body;
+    struct tfa_bare *bare;
+    struct tfa_frame *frame;
+    struct tfa_chain *chain;
+    uint32_t *chain_body;
+    struct tfa_part *part;
+    tfa_joint_info *joint;
+    tfa_declared_joint *declared;
+    tfa_body_info *body_info;
+    struct tfa_coordinate *coordinate;
+    struct tfa_freedom *freedom;
+    struct tfa_mimic *mimic;
+    double *armature, *damping;
+    int32_t *dof_parent;
+    uint32_t *dof_depth;
+    size_t *dof_row;
+    char *text;
+    size_t size;
+};
+
+/* Bodies with their places in q and v, depths and trees; parts of fused ones. */
+void tfa_place_bodies(struct layout *l, const struct draft *d);
+
+/* The expanded tree of freedoms. */
+void tfa_place_freedoms(struct layout *l);
+
+/* The main chain of each tree. */
+void tfa_place_chains(struct layout *l);
+
+/* Where inner coordinates and freedoms come from; armature, damping, mimics. */
+void tfa_place_maps(struct layout *l, const struct draft *d);
+
+/* Frames, public joints and declared joints with their names. */
+void tfa_place_names(struct layout *l, const struct draft *d);
+
+#endif

@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The masses of a model with its payloads.
+ */
+#include "model/weigh.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "model/eigen.h"
+#include "model/payload.h"
+
+/* A principal moment this far below the moments about the joint is rounding: a point or a rod. */
+#define FLAT_MOMENT 1e-15L
+
+/* Bodies with their payloads; returns the mass of the payloads. */
+static ext load(const struct tfa_model *m, struct tfa_weight *weight, const tfa_payload *payloads,
+                size_t count)
+{
+    ext mass = 0;
+    for (uint32_t i = 0; i <= m->bodies; i++)
+        weight[i].sum = m->bare[i];
+    for (size_t k = 0; k < count; k++) {
+        int32_t frame = tfa_model_find_frame(m, payloads[k].link);
+        if (frame < 0)
+            continue;
+        const struct tfa_frame *f = &m->frame[frame];
+        const uint32_t body = f->body < 0 ? m->bodies : (uint32_t)f->body;
+        tfa_bare_add_payload(&weight[body].sum, f, &payloads[k]);
+        mass += payloads[k].mass;
+    }
+    return mass;
+}
+
+static void round_body(struct tfa_body *b, const struct tfa_bare *sum)
+{
+    b->mass = (double)sum->mass;
+    ext_round(b->h, sum->h, 3);
+    ext_round(b->I, sum->I, 6);
+    b->regular = tfa_inertia_is_regular(b);
+}
+
+/* Gyration radii and condition from the principal moments about the centre of mass. */
+static void inform_of_moments(tfa_body_info *info, const struct tfa_bare *sum, const ext c[3])
+{
+    const ext m = sum->mass, cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    ext central[6], value[3];
+    for (int k = 0; k < 6; k++)
+        central[k] =
+            sum->I[k] - m * ((ext_row[k] == ext_col[k] ? cc : 0) - c[ext_row[k]] * c[ext_col[k]]);
+    tfa_eigen(central, value, NULL);
+    for (int k = 0; k < 3; k++)
+        if (value[k] < FLAT_MOMENT * (sum->I[0] + sum->I[3] + sum->I[5]))
+            value[k] = 0;
+    info->gyration_min = (double)sqrtl(value[0] / m);
+    info->gyration_max = (double)sqrtl(value[2] / m);
+    info->condition = value[0] > 0 ? (double)(value[2] / value[0]) : (double)INFINITY;
+}
+
+static void inform(const struct tfa_model *m, const struct tfa_body *b, tfa_body_info *info,
+                   const struct tfa_bare *sum)
+{
+    const struct tfa_frame *f = &m->frame[b->link];
+    ext c[3] = {0, 0, 0}, R[9], com[3];
+    info->name = f->name;
+    info->parent = b->parent;
+    info->freedoms = b->n;
+    info->mass = b->mass;
+    info->regular = b->regular;
+    info->gyration_min = info->gyration_max = info->condition = (double)NAN;
+    for (int k = 0; sum->mass > 0 && k < 3; k++)
+        c[k] = sum->h[k] / sum->mass;
+    ext_widen(R, f->R, 9);
+    ext_apply_transposed(com, R, c); /* the link that gives the name has its origin on the joint */
+    ext_round(info->com, com, 3);
+    if (sum->mass > 0)
+        inform_of_moments(info, sum, c);
+}
+
+/* R <- R E^T Rz(q), p <- p + R r, or along z: across one joint with one freedom */
+static void step(ext R[9], ext p[3], const double *E, const double *r, int prismatic, ext q)
+{
+    ext T[9], Tt[9], at[3], turned[9];
+    const ext along = prismatic ? q : 0, s = prismatic ? 0 : sinl(q), c = prismatic ? 1 : cosl(q);
+    ext_widen(T, E, 9);
+    for (int k = 0; k < 3; k++)
+        at[k] = r[k] + along * T[6 + k];
+    ext to[3];
+    ext_apply(to, R, at, p);
+    memcpy(p, to, sizeof to);
+    ext_transpose(Tt, T);
+    ext_mul(turned, R, Tt);
+    for (int k = 0; k < 9; k += 3) {
+        R[k] = c * turned[k] + s * turned[k + 1];
+        R[k + 1] = c * turned[k + 1] - s * turned[k];
+        R[k + 2] = turned[k + 2];
+    }
+}
+
+/* Where body i stands when q is 0: followers at their offsets. */
+static void place(const struct tfa_model *m, const struct tfa_body *body, struct tfa_weight *weight,
+                  uint32_t i)
+{
+    const struct tfa_body *b = &body[i];
+    struct tfa_weight *w = &weight[i];
+    ext_identity(w->R);
+    memset(w->p, 0, sizeof w->p);
+    if (b->base)
+        return;
+    if (b->parent >= 0) {
+        memcpy(w->R, weight[b->parent].R, sizeof w->R);
+        memcpy(w->p, weight[b->parent].p, sizeof w->p);
+    }
+    const struct tfa_coordinate *q = m->coordinate + b->q;
+    if (b->kind != TFA_KIND_FUSED)
+        step(w->R, w->p, b->E, b->r, b->kind == TFA_KIND_PRISMATIC, b->n == 1 ? q->offset : 0);
+    for (uint32_t k = 0; b->kind == TFA_KIND_FUSED && k < b->n; k++) {
+        const struct tfa_part *part = &m->part[b->part + k];
+        step(w->R, w->p, part->E, part->r, part->kind == TFA_KIND_PRISMATIC, q[k].offset);
+    }
+}
+
+/* Masses and centre of mass of all there is */
+static void sum_up(struct tfa_model *m, const struct tfa_body *body, struct tfa_weight *weight,
+                   ext payloads)
+{
+    tfa_model_summary *s = &m->summary;
+    const struct tfa_bare *world = &weight[m->bodies].sum;
+    const ext total = m->bare_mass + payloads;
+    ext moving = 0, h[3] = {world->h[0], world->h[1], world->h[2]};
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        struct tfa_weight *w = &weight[i];
+        ext at[3];
+        place(m, body, weight, i);
+        moving += w->sum.mass;
+        ext_apply(at, w->R, w->sum.h, h);
+        for (int k = 0; k < 3; k++)
+            h[k] = at[k] + w->sum.mass * w->p[k];
+    }
+    s->total_mass = (double)total;
+    s->moving_mass = (double)moving;
+    for (int k = 0; k < 3; k++)
+        s->com[k] = total > 0 ? (double)(h[k] / total) : 0;
+}
+
+/* Children come after parents: sum backwards. */
+static uint32_t count_hollow(const struct tfa_model *m, const struct tfa_body *body,
+                             struct tfa_weight *weight)
+{
+    uint32_t hollow = 0;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        weight[i].heavy = body[i].mass > 0 || body[i].I[0] + body[i].I[3] + body[i].I[5] > 0;
+    for (uint32_t i = m->bodies; i-- > 0;) {
+        const struct tfa_body *b = &body[i];
+        if (b->parent >= 0)
+            weight[b->parent].heavy |= weight[i].heavy;
+        for (uint32_t k = b->v; k < b->v + b->n; k++)
+            hollow += !weight[i].heavy && !(m->armature[k] > 0);
+    }
+    return hollow;
+}
+
+/* The first body on a main chain that cannot be inverted */
+static int32_t find_singular(const struct tfa_model *m, const struct tfa_body *body)
+{
+    for (uint32_t t = 0; t < m->trees; t++)
+        for (uint32_t k = 0; k < m->chain[t].length; k++)
+            if (!body[m->chain[t].body[k]].regular)
+                return (int32_t)m->chain[t].body[k];
+    return -1;
+}
+
+void tfa_weigh(struct tfa_model *m, struct tfa_body *body, tfa_body_info *info,
+               struct tfa_weight *weight, const tfa_payload *payloads, size_t payload_count)
+{
+    const ext mass = load(m, weight, payloads, payload_count);
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        round_body(&body[i], &weight[i].sum);
+        inform(m, &body[i], &info[i], &weight[i].sum);
+    }
+    sum_up(m, body, weight, mass);
+    m->hollow = count_hollow(m, body, weight);
+    m->summary.singular_body = find_singular(m, body);
+}

@@ -7,6 +7,8 @@
 #ifndef TFA_KERNEL_ABA_STEP_H
 #define TFA_KERNEL_ABA_STEP_H
 
+#include <math.h>
+
 #include "kernel/body.h"
 
 /* What an inward step computes; constants at every call, so that the rest folds away.
@@ -144,11 +146,16 @@ static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b,
     }
 }
 
-/* U = IA H and the factors of D = H^T U + R. A held freedom has U = 0 and D = 1: with no force
+/* A freedom whose share of D is this small beside what it was before the others were taken out is
+ * rounding: two of the joint's axes move the same thing in the same way. */
+#define SINGULAR_PIVOT ((num)64 * NUM_EPSILON)
+
+/* U = IA H and the factors of D = H^T U + R; not a number where D is singular. A held freedom has U = 0 and D = 1: with no force
  * left to it (fold_n), its acceleration is 0. */
 static inline void multi_factor(const struct state *s, struct multi *w, const sym6 *IA,
                                 const struct tfa_body *b)
 {
+    num whole[6];
     for (uint32_t k = 0; k < b->n; k++) {
         const int held = w->held >> k & 1;
         svec U = held ? sv_zero() : s6_mul(IA, multi_axis(w, k));
@@ -156,8 +163,12 @@ static inline void multi_factor(const struct state *s, struct multi *w, const sy
         for (uint32_t j = 0; j <= k; j++)
             w->L[6 * k + j] = w->held >> j & 1 ? 0 : sv_dot(multi_axis(w, j), U);
         w->L[6 * k + k] += held ? 1 : joint_armature(s, b, k);
+        whole[k] = w->L[6 * k + k];
     }
     ldl_factor(w->L, b->n);
+    for (uint32_t k = 0; k < b->n; k++)
+        if (!(w->L[7 * k] > 0 && w->L[7 * k] * whole[k] * SINGULAR_PIVOT < 1))
+            w->L[7 * k] = (num)NAN;
 }
 
 /* The same step for a joint with several freedoms */

@@ -12,6 +12,14 @@
  * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
 #define FALLBACK_ESTIMATE 1e-4
 
+/* What answers when nobody chose: aba; with mimics crba, because T^T M T can be inverted wherever the
+ * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
+static inline tfa_method TFA_V(auto_method)(const struct state *s)
+{
+    const int projects = s->m->mimics && !s->holding && s->m->mass_entries <= TFA_MASS_ENTRIES_MAX;
+    return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;
+}
+
 /* A policy of the request, with the method's default. */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);
 uint32_t TFA_V(refine_steps)(const tfa_request *r, tfa_method method);

@@ -83,29 +83,19 @@ static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_re
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
-/* Refinement and estimate, and ABA's answer where the method's is no good. */
+/* Refinement and estimate, and the answer of auto's method where the other's is no good. */
 static tfa_method refine(struct state *s, tfa_method method, uint32_t steps, tfa_answer *out)
 {
     int converging;
     out->error_estimate = TFA_V(refine)(s, method, steps, &converging);
     out->flags |= TFA_ANSWER_ESTIMATED;
-    if (method == TFA_METHOD_ABA || (converging && out->error_estimate <= FALLBACK_ESTIMATE))
+    if (method == TFA_V(auto_method)(s) || (converging && out->error_estimate <= FALLBACK_ESTIMATE))
         return method;
     out->flags |= TFA_ANSWER_FALLBACK;
-    (void)forward_dynamics(s, TFA_METHOD_ABA);
-    out->error_estimate = TFA_V(refine)(s, TFA_METHOD_ABA, 0, &converging);
-    return TFA_METHOD_ABA;
-}
-
-/* A follower without mass makes M singular, but not T^T M T: only crba can answer. */
-static int rescue_massless_follower(struct state *s, tfa_answer *out)
-{
-    if (!s->m->mimics || s->holding || s->m->mass_entries > TFA_MASS_ENTRIES_MAX)
-        return 0;
-    (void)forward_dynamics(s, TFA_METHOD_CRBA);
-    out->flags |= TFA_ANSWER_FALLBACK;
-    out->method = TFA_METHOD_CRBA;
-    return 1;
+    const tfa_method last = TFA_V(auto_method)(s);
+    (void)forward_dynamics(s, last);
+    out->error_estimate = TFA_V(refine)(s, last, 0, &converging);
+    return last;
 }
 
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
@@ -113,7 +103,7 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
 {
     if (r->hold != TFA_HOLD_NONE)
         return answer_held(s, r, k, reply, out);
-    tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_METHOD_ABA : r->method;
+    tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_V(auto_method)(s) : r->method;
     const uint32_t steps = TFA_V(refine_steps)(r, method);
     int status = forward_dynamics(s, method);
     if (status != TFA_OK)
@@ -122,10 +112,6 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
         method = refine(s, method, steps, out);
     out->method = (uint16_t)method;
     int finite = unload_qdd(s, k, reply);
-    if (!finite && r->method == TFA_METHOD_AUTO && rescue_massless_follower(s, out)) {
-        method = TFA_METHOD_CRBA;
-        finite = unload_qdd(s, k, reply);
-    }
     if (finite && s->tips && reply->lambda_inv)
         finite = TFA_V(lambda_after)(s, r, k, method, method == TFA_METHOD_ABA ? 0 : steps, reply);
     if (!finite)

@@ -80,61 +80,88 @@ static double lambda_estimate(struct state *s, tfa_reference_frame frame, tfa_me
     return size > 0 ? sqrt((double)difference / ((double)size * (double)n)) : 0;
 }
 
-/* Propagation's answer where the method's is no good */
-static void fall_back(struct state *s, tfa_reference_frame frame, tfa_answer *out)
+/* The answer of auto's method where the other's is no good. Returns whose factors it used. */
+static tfa_method fall_back(struct state *s, tfa_reference_frame frame, tfa_answer *out)
 {
+    const tfa_method last = TFA_V(auto_method)(s);
     out->flags |= TFA_ANSWER_FALLBACK;
-    (void)TFA_V(factor)(s, TFA_METHOD_ABA);
-    lambda_kept(s, frame, TFA_METHOD_ABA, 0);
+    (void)TFA_V(factor)(s, last);
+    lambda_kept(s, frame, last, 0);
+    return last;
+}
+
+/* Lambda^-1 by the factors of aba is called force propagation. */
+static tfa_method named(tfa_method factors)
+{
+    return factors == TFA_METHOD_ABA ? TFA_METHOD_PROPAGATION : factors;
+}
+
+/* Whose factors a method uses; forward elimination of the tips goes by columns when refined. */
+static tfa_method factors_of(const struct state *s, tfa_method method)
+{
+    switch (method) {
+    case TFA_METHOD_AUTO:
+        return TFA_V(auto_method)(s);
+    case TFA_METHOD_PROPAGATION:
+        return TFA_METHOD_ABA;
+    case TFA_METHOD_TFA_ONE_SIDED:
+        return TFA_METHOD_TFA;
+    default:
+        return method;
+    }
 }
 
 /* Forward elimination of the tips needs no factors of the whole robot, its estimate does. */
-static int one_sided(struct state *s, const tfa_request *r, tfa_method *method, tfa_answer *out)
+static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors, tfa_answer *out)
 {
     int status = TFA_V(lambda_one_sided)(s, r->frame);
+    *factors = TFA_METHOD_ABA;
+    out->method = TFA_METHOD_TFA_ONE_SIDED;
     if (status == TFA_E_UNSUPPORTED) {
-        fall_back(s, r->frame, out);
-        *method = TFA_METHOD_PROPAGATION;
+        *factors = fall_back(s, r->frame, out);
+        out->method = (uint16_t)named(*factors);
         return TFA_OK;
     }
-    if (status == TFA_OK && TFA_V(wants_estimate)(r, *method))
-        status = TFA_V(factor)(s, TFA_METHOD_ABA);
+    if (status == TFA_OK && TFA_V(wants_estimate)(r, TFA_METHOD_TFA_ONE_SIDED))
+        status = TFA_V(factor)(s, *factors);
     return status;
+}
+
+static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa_method factors,
+                      tfa_answer *out)
+{
+    int status = TFA_V(factor)(s, factors);
+    if (status == TFA_OK)
+        lambda_kept(s, r->frame, factors, steps);
+    out->method = (uint16_t)(r->method == TFA_METHOD_TFA_ONE_SIDED ? r->method : named(factors));
+    return status;
+}
+
+static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors,
+                     tfa_answer *out)
+{
+    const tfa_method last = TFA_V(auto_method)(s);
+    out->error_estimate = lambda_estimate(s, frame, factors);
+    out->flags |= TFA_ANSWER_ESTIMATED;
+    if (out->method == (uint16_t)named(last) || out->error_estimate <= FALLBACK_ESTIMATE)
+        return;
+    (void)fall_back(s, frame, out);
+    out->method = (uint16_t)named(last);
+    out->error_estimate = lambda_estimate(s, frame, last);
 }
 
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out)
 {
-    tfa_method method = r->method;
-    if (method == TFA_METHOD_AUTO || method == TFA_METHOD_ABA)
-        method = TFA_METHOD_PROPAGATION;
-    const uint32_t steps = TFA_V(refine_steps)(r, method);
-    tfa_method factors = method;
-    int status;
-    if (method == TFA_METHOD_TFA_ONE_SIDED && steps == 0) {
-        factors = TFA_METHOD_ABA;
-        status = one_sided(s, r, &method, out);
-    } else {
-        if (method == TFA_METHOD_PROPAGATION)
-            factors = TFA_METHOD_ABA;
-        else if (method == TFA_METHOD_TFA_ONE_SIDED)
-            factors = TFA_METHOD_TFA;
-        status = TFA_V(factor)(s, factors);
-        if (status == TFA_OK)
-            lambda_kept(s, r->frame, factors, steps);
-    }
+    const uint32_t steps = TFA_V(refine_steps)(r, r->method);
+    tfa_method factors = factors_of(s, r->method);
+    const int status = r->method == TFA_METHOD_TFA_ONE_SIDED && steps == 0
+                           ? one_sided(s, r, &factors, out)
+                           : by_factors(s, r, steps, factors, out);
     if (status != TFA_OK)
         return status;
-    if (TFA_V(wants_estimate)(r, method)) {
-        out->error_estimate = lambda_estimate(s, r->frame, factors);
-        out->flags |= TFA_ANSWER_ESTIMATED;
-        if (method != TFA_METHOD_PROPAGATION && !(out->error_estimate <= FALLBACK_ESTIMATE)) {
-            fall_back(s, r->frame, out);
-            method = TFA_METHOD_PROPAGATION;
-            out->error_estimate = lambda_estimate(s, r->frame, TFA_METHOD_ABA);
-        }
-    }
-    out->method = (uint16_t)method;
+    if (TFA_V(wants_estimate)(r, (tfa_method)out->method))
+        estimate(s, r->frame, factors, out);
     if (unload_lambda(s, place_of(s, k, reply)))
         return TFA_OK;
     TFA_V(blame)(s, reply);

@@ -203,11 +203,16 @@ static void have_held(struct state *s)
 void TFA_V(hold)(struct state *s, const num *tau, num *qdd)
 {
     const svec ground = {{0, 0, 0}, v3_neg(s->gravity)};
-    TFA_V(hold_factor)(s);
-    if (s->moving)
+    const int kept = s->have & HAVE_HELD;
+    if (s->moving && kept)
         inward(s, tau, FOLD_FORCE | FOLD_BIAS);
-    else
+    else if (s->moving)
+        inward(s, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS);
+    else if (kept)
         inward(s, tau, FOLD_FORCE);
+    else
+        inward(s, tau, FOLD_INERTIA | FOLD_FORCE);
+    have_held(s);
     outward(s, ground, qdd, s->moving);
 }
 

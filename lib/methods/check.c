@@ -125,7 +125,7 @@ static int check_stops(const struct tfa_model *m, const tfa_request *r, tfa_repl
     if (r->locked_count && r->method != TFA_METHOD_AUTO && r->method != TFA_METHOD_ABA &&
         r->method != TFA_METHOD_PROPAGATION && r->method != TFA_METHOD_RNEA)
         return blame(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
-    if (r->locked_count && r->op == TFA_OP_MASS_MATRIX)
+    if (r->locked_count && (r->op == TFA_OP_MASS_MATRIX || m->hollow))
         return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
     if ((unsigned)r->hold > TFA_HOLD_AUTO)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_HELD, 0, 0);
@@ -160,11 +160,22 @@ static int method_answers(const tfa_request *r)
     }
 }
 
+/* Forward elimination sees one tip's support, not who follows whom; and where a follower moves no
+ * mass of its own only T^T M T can be inverted, which is crba's way. */
+static int copes_with_mimics(const struct tfa_model *m, tfa_method method)
+{
+    if (m->mimics && method == TFA_METHOD_TFA_ONE_SIDED)
+        return 0;
+    return !m->hollow || method == TFA_METHOD_AUTO || method == TFA_METHOD_CRBA ||
+           method == TFA_METHOD_RNEA;
+}
+
 /* Does the answer need M itself? */
-static int needs_mass_matrix(const tfa_request *r)
+static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r)
 {
     return r->op == TFA_OP_MASS_MATRIX ||
-           (r->op != TFA_OP_INVERSE_DYNAMICS && r->method == TFA_METHOD_CRBA);
+           (r->op != TFA_OP_INVERSE_DYNAMICS &&
+            (r->method == TFA_METHOD_CRBA || (m->hollow && r->method == TFA_METHOD_AUTO)));
 }
 
 static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
@@ -181,9 +192,9 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
     if (!method_answers(r))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
-    if (m->mimics && r->method == TFA_METHOD_TFA_ONE_SIDED)
+    if (!copes_with_mimics(m, r->method))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
-    if (needs_mass_matrix(r) && m->mass_entries > TFA_MASS_ENTRIES_MAX)
+    if (needs_mass_matrix(m, r) && m->mass_entries > TFA_MASS_ENTRIES_MAX)
         return blame(reply, TFA_E_UNSUPPORTED,
                      r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
     return TFA_OK;

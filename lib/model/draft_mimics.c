@@ -98,7 +98,7 @@ static int check_locked(const struct draft *d, uint32_t j, tfa_report *report)
     const struct draft_joint *leader = &d->joint[follower->leader];
     const tfa_description *s = d->description;
     const char *name = s->joints[j].name, *of = s->joints[follower->leader].name;
-    if (d->options->mimic != TFA_MIMIC_PROJECT)
+    if (d->options->mimic != TFA_MIMIC_PROJECT || leader->fate == TFA_FATE_ABSENT)
         return TFA_OK;
     if (leader->fate != TFA_FATE_LOCKED && follower->multiplier != 0) {
         tfa_report_add(report, TFA_ERROR, 0, "scene-lock",

@@ -82,12 +82,17 @@ oracle *oracle_create(const tfa_description *description, tfa_base base)
     if (!o->body || !o->order || !o->freedom || !order_links(o))
         goto err_free;
     number_freedoms(o);
-    o->M = calloc((size_t)o->n * o->n + 1, sizeof *o->M);
-    o->LDL = calloc((size_t)o->n * o->n + 1, sizeof *o->LDL);
-    o->h = calloc((size_t)o->n + 1, sizeof *o->h);
-    o->v = calloc((size_t)o->n + 1, sizeof *o->v);
-    if (!o->M || !o->LDL || !o->h || !o->v)
+    size_t n = (size_t)o->n + 1;
+    o->tie = calloc(n, sizeof *o->tie);
+    o->M = calloc(n * n, sizeof *o->M);
+    o->Mt = calloc(n * n, sizeof *o->Mt);
+    o->LDL = calloc(n * n, sizeof *o->LDL);
+    o->h = calloc(n, sizeof *o->h);
+    o->ht = calloc(n, sizeof *o->ht);
+    o->v = calloc(n, sizeof *o->v);
+    if (!o->tie || !o->M || !o->Mt || !o->LDL || !o->h || !o->ht || !o->v)
         goto err_free;
+    oracle_tie_freedoms(o, NULL, 0);
     return o;
 err_free:
     oracle_free(o);
@@ -99,9 +104,12 @@ void oracle_free(oracle *o)
     if (!o)
         return;
     free(o->v);
+    free(o->ht);
     free(o->h);
     free(o->LDL);
+    free(o->Mt);
     free(o->M);
+    free(o->tie);
     free(o->freedom);
     free(o->order);
     free(o->body);
@@ -128,6 +136,18 @@ uint32_t oracle_joint_of_freedom(const oracle *o, uint32_t k, uint32_t *within)
     const struct body *b = &o->body[o->freedom[o->base + k].link];
     *within = o->base + k - b->freedom;
     return (uint32_t)b->joint;
+}
+
+void oracle_tie_freedoms(oracle *o, const oracle_tie *ties, uint32_t rows)
+{
+    o->rows = ties ? rows : o->n;
+    for (uint32_t k = 0; k < o->n; k++)
+        o->tie[k] = ties ? ties[k] : (oracle_tie){k, 1};
+}
+
+void oracle_use_damping(oracle *o, uint32_t use)
+{
+    o->damped = use;
 }
 
 /* ---- equations ---- */
@@ -176,10 +196,11 @@ static void columns_free(struct columns *c)
     free(c->index);
 }
 
-static void add_link(oracle *o, uint32_t link, struct columns *c)
+/* Adds a mass m that moves with `link`: b holds its centre, its motion and its inertia. */
+static void add_mass(oracle *o, uint32_t link, const struct body *b, quad m, struct columns *c)
 {
-    const struct body *b = &o->body[link];
-    quad m = o->description->links[link].mass;
+    o->mass += m;
+    o->moment = vec_add(o->moment, vec_scale(m, b->com));
     vec3 momentum_rate = vec_scale(m, vec_sub(b->a_com, o->gravity));
     vec3 spin_rate = vec_add(mat_apply(&b->I, b->alpha), vec_cross(b->w, mat_apply(&b->I, b->w)));
     uint32_t count = jacobian(o, link, b->com, c->index, c->linear, c->angular);
@@ -191,6 +212,17 @@ static void add_link(oracle *o, uint32_t link, struct columns *c)
         o->h[c->index[i]] +=
             vec_dot(c->linear[i], momentum_rate) + vec_dot(c->angular[i], spin_rate);
     }
+}
+
+/* A payload: TFA_PAYLOAD_NUMBERS numbers, rigidly on a link. */
+static void add_payload(oracle *o, uint32_t link, const double *x, struct columns *c)
+{
+    tfa_link load = {.mass = x[0], .com = {x[1], x[2], x[3]}, .quat = {0, 0, 0, 1}};
+    for (int i = 0; i < 6; i++)
+        load.inertia[i] = x[4 + i];
+    struct body b = o->body[link];
+    oracle_mass_properties(&b, &load);
+    add_mass(o, link, &b, load.mass, c);
 }
 
 /* h -= J^T wrench, the wrench taken to the origin of the link's frame and to world axes. */
@@ -210,17 +242,46 @@ static void subtract_wrench(oracle *o, uint32_t link, const double *wrench,
         o->h[c->index[i]] -= vec_dot(c->linear[i], force) + vec_dot(c->angular[i], moment);
 }
 
+/* Mt = T^T M T, ht = T^T h. Rows that nothing is tied to become 1 0 0 ... = 0. */
+static void tie(oracle *o)
+{
+    uint32_t n = o->n, rows = o->rows;
+    for (size_t i = 0; i < (size_t)rows * rows; i++)
+        o->Mt[i] = 0;
+    for (uint32_t i = 0; i < rows; i++)
+        o->ht[i] = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        if (o->tie[i].to == ORACLE_STILL)
+            continue;
+        o->ht[o->tie[i].to] += o->tie[i].multiplier * o->h[i];
+        quad *row = o->Mt + (size_t)o->tie[i].to * rows;
+        for (uint32_t k = 0; k < n; k++)
+            if (o->tie[k].to != ORACLE_STILL)
+                row[o->tie[k].to] +=
+                    o->tie[i].multiplier * (o->tie[k].multiplier * o->M[(size_t)i * n + k]);
+    }
+    for (uint32_t i = 0; i < rows; i++)
+        if (o->Mt[(size_t)i * rows + i] == 0)
+            o->Mt[(size_t)i * rows + i] = 1;
+}
+
+static int tied_to(const oracle *o, uint32_t row)
+{
+    for (uint32_t k = 0; k < o->n; k++)
+        if (o->tie[k].to == row)
+            return 1;
+    return 0;
+}
+
 /* M = L D L^T, L unit lower, D on the diagonal. */
 static void factorise(oracle *o)
 {
-    uint32_t n = o->n;
+    uint32_t n = o->rows;
     quad *A = o->LDL;
     for (size_t i = 0; i < (size_t)n * n; i++)
-        A[i] = o->M[i];
+        A[i] = o->Mt[i];
     for (uint32_t k = 0; k < n; k++)
         for (uint32_t i = k + 1; i < n; i++) {
-            if (A[(size_t)i * n + k] == 0)
-                continue;
             quad l = A[(size_t)i * n + k] / A[(size_t)k * n + k];
             for (uint32_t j = k + 1; j <= i; j++)
                 A[(size_t)i * n + j] -= l * A[(size_t)j * n + k];
@@ -231,14 +292,14 @@ static void factorise(oracle *o)
 /* x <- L^-1 x */
 static void solve_lower(const oracle *o, quad *x)
 {
-    for (uint32_t k = 0; k < o->n; k++)
-        for (uint32_t i = k + 1; i < o->n; i++)
-            x[i] -= o->LDL[(size_t)k * o->n + i] * x[k];
+    for (uint32_t k = 0; k < o->rows; k++)
+        for (uint32_t i = k + 1; i < o->rows; i++)
+            x[i] -= o->LDL[(size_t)k * o->rows + i] * x[k];
 }
 
 static void solve(const oracle *o, quad *x)
 {
-    uint32_t n = o->n;
+    uint32_t n = o->rows;
     solve_lower(o, x);
     for (uint32_t k = n; k-- > 0;) {
         x[k] /= o->LDL[(size_t)k * n + k];
@@ -261,31 +322,40 @@ void oracle_set_state(oracle *o, const tfa_request *r, uint32_t state)
     for (size_t i = 0; i < (size_t)o->n * o->n; i++)
         o->M[i] = 0;
     o->gravity = vec_from(r->gravity ? r->gravity : earth);
+    o->mass = 0;
+    o->moment = (vec3){{0, 0, 0}};
     oracle_move_links(o, r->q ? r->q + (size_t)state * o->q_count : NULL,
                       r->base_pose ? r->base_pose + (size_t)state * 7 : NULL);
 
     struct columns c = columns_make(o);
     for (uint32_t k = 0; k < d->link_count; k++)
-        add_link(o, k, &c);
+        add_mass(o, k, &o->body[k], d->links[k].mass, &c);
+    for (uint32_t k = 0; k < r->payload_count; k++)
+        add_payload(o, r->payload_frames[k], r->payloads + (size_t)k * TFA_PAYLOAD_NUMBERS, &c);
     for (uint32_t w = 0; w < r->wrench_count; w++)
         subtract_wrench(o, r->wrench_frames[w],
                         r->wrenches + ((size_t)state * r->wrench_count + w) * 6, r->frame, &c);
     columns_free(&c);
-    for (uint32_t k = o->base; k < o->n; k++)
-        o->M[(size_t)k * o->n + k] += d->joints[o->body[o->freedom[k].link].joint].armature;
+    for (uint32_t k = o->base; k < o->n; k++) {
+        const tfa_joint *j = &d->joints[o->body[o->freedom[k].link].joint];
+        o->M[(size_t)k * o->n + k] += j->armature;
+        o->h[k] += o->damped ? j->damping * o->v[k] : 0;
+    }
+    tie(o);
     factorise(o);
 }
 
 void oracle_forward(oracle *o, const double *tau, const double *base_wrench, double *qdd,
                     double *base_acceleration)
 {
-    quad *x = calloc((size_t)o->n + 1, sizeof *x);
-    for (uint32_t k = 0; k < o->n; k++) {
+    quad *x = calloc((size_t)o->rows + 1, sizeof *x);
+    for (uint32_t k = 0; k < o->rows; k++) {
         const double *given = k < o->base ? base_wrench : tau;
-        x[k] = (given ? given[k < o->base ? k : k - o->base] : 0) - o->h[k];
+        if (tied_to(o, k))
+            x[k] = (given ? given[k < o->base ? k : k - o->base] : 0) - o->ht[k];
     }
     solve(o, x);
-    for (uint32_t k = 0; k < o->n; k++) {
+    for (uint32_t k = 0; k < o->rows; k++) {
         if (k >= o->base)
             qdd[k - o->base] = (double)x[k];
         else if (base_acceleration)
@@ -297,12 +367,12 @@ void oracle_forward(oracle *o, const double *tau, const double *base_wrench, dou
 void oracle_inverse(oracle *o, const double *qdd, const double *base_acceleration, double *tau,
                     double *base_wrench)
 {
-    for (uint32_t i = 0; i < o->n; i++) {
-        quad sum = o->h[i];
-        for (uint32_t k = 0; k < o->n; k++) {
+    for (uint32_t i = 0; i < o->rows; i++) {
+        quad sum = o->ht[i];
+        for (uint32_t k = 0; k < o->rows; k++) {
             const double *given = k < o->base ? base_acceleration : qdd;
             if (given)
-                sum += o->M[(size_t)i * o->n + k] * given[k < o->base ? k : k - o->base];
+                sum += o->Mt[(size_t)i * o->rows + k] * given[k < o->base ? k : k - o->base];
         }
         if (i >= o->base)
             tau[i - o->base] = (double)sum;
@@ -313,11 +383,11 @@ void oracle_inverse(oracle *o, const double *qdd, const double *base_acceleratio
 
 void oracle_mass_matrix(oracle *o, double *mass_matrix)
 {
-    for (size_t i = 0; i < (size_t)o->n * o->n; i++)
-        mass_matrix[i] = (double)o->M[i];
+    for (size_t i = 0; i < (size_t)o->rows * o->rows; i++)
+        mass_matrix[i] = (double)o->Mt[i];
 }
 
-/* Rows of J of one tip, each row n long, multiplied by L^-1. */
+/* Rows of J T of one tip, each `rows` long, multiplied by L^-1. */
 static void tip_rows(const oracle *o, uint32_t link, tfa_reference_frame frame, quad *rows)
 {
     const struct body *b = &o->body[link];
@@ -326,25 +396,28 @@ static void tip_rows(const oracle *o, uint32_t link, tfa_reference_frame frame, 
     uint32_t count =
         jacobian(o, link, frame == TFA_FRAME_WORLD ? origin : b->p, c.index, c.linear, c.angular);
     for (uint32_t k = 0; k < count; k++) {
+        const oracle_tie *t = &o->tie[c.index[k]];
         vec3 linear = c.linear[k], angular = c.angular[k];
+        if (t->to == ORACLE_STILL)
+            continue;
         if (frame == TFA_FRAME_LOCAL) {
             linear = mat_apply_transposed(&b->R, linear);
             angular = mat_apply_transposed(&b->R, angular);
         }
         for (int i = 0; i < 3; i++) {
-            rows[(size_t)i * o->n + c.index[k]] = linear.x[i];
-            rows[(size_t)(3 + i) * o->n + c.index[k]] = angular.x[i];
+            rows[(size_t)i * o->rows + t->to] += t->multiplier * linear.x[i];
+            rows[(size_t)(3 + i) * o->rows + t->to] += t->multiplier * angular.x[i];
         }
     }
     for (int i = 0; i < 6; i++)
-        solve_lower(o, rows + (size_t)i * o->n);
+        solve_lower(o, rows + (size_t)i * o->rows);
     columns_free(&c);
 }
 
 void oracle_lambda_inv(oracle *o, const uint32_t *tips, uint32_t tip_count,
                        tfa_reference_frame frame, double *lambda_inv)
 {
-    uint32_t n = o->n, m = 6 * tip_count;
+    uint32_t n = o->rows, m = 6 * tip_count;
     quad *G = calloc((size_t)m * n + 1, sizeof *G);
     for (uint32_t t = 0; t < tip_count; t++)
         tip_rows(o, tips[t], frame, G + (size_t)t * 6 * n);
@@ -356,38 +429,4 @@ void oracle_lambda_inv(oracle *o, const uint32_t *tips, uint32_t tip_count,
             lambda_inv[(size_t)i * m + j] = (double)sum;
         }
     free(G);
-}
-
-/* ---- by-products ---- */
-
-void oracle_energy(oracle *o, double *kinetic, double *potential)
-{
-    quad T = 0, V = 0;
-    for (uint32_t i = 0; i < o->n; i++)
-        for (uint32_t k = 0; k < o->n; k++)
-            T += o->v[i] * o->M[(size_t)i * o->n + k] * o->v[k] / 2;
-    for (size_t k = 0; k < o->description->link_count; k++)
-        V -= o->description->links[k].mass * vec_dot(o->gravity, o->body[k].com);
-    *kinetic = (double)T;
-    *potential = (double)V;
-}
-
-static void vec_store(double *out, vec3 a)
-{
-    for (int i = 0; i < 3; i++)
-        out[i] = (double)a.x[i];
-}
-
-void oracle_pose(const oracle *o, uint32_t link, double position[3], double rotation[9])
-{
-    const struct body *b = &o->body[link];
-    vec_store(position, b->p);
-    for (int i = 0; i < 9; i++)
-        rotation[i] = (double)b->R.col[i % 3].x[i / 3];
-}
-
-void oracle_velocity(const oracle *o, uint32_t link, double linear[3], double angular[3])
-{
-    vec_store(linear, o->body[link].v);
-    vec_store(angular, o->body[link].w);
 }

@@ -10,6 +10,7 @@
 #ifndef TESTS_DYNAMICS_ORACLE_H
 #define TESTS_DYNAMICS_ORACLE_H
 
+#include <stdint.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>
@@ -27,9 +28,29 @@ uint32_t oracle_v_count(const oracle *o);
 /** Index in description->joints of the joint that owns freedom `k` of v; `within` counts in it. */
 uint32_t oracle_joint_of_freedom(const oracle *o, uint32_t k, uint32_t *within);
 
+/** What becomes of a freedom in a robot that has fewer of them: its velocity is `multiplier` times
+ * that of freedom `to`, or it never changes. */
+typedef struct oracle_tie {
+    uint32_t to; /**< 0 .. rows - 1, or ORACLE_STILL */
+    double multiplier;
+} oracle_tie;
+#define ORACLE_STILL UINT32_MAX
+
 /**
- * Takes state `state` of the request (q, v, base, gravity, wrenches; tips and wrench_frames are
- * indices of links) and builds poses, Jacobians, M and h. gravity NULL: 0 0 -9.80665.
+ * Ties the freedoms, base first: qdd = T y, T as the n `ties` say. From the next state on M and h
+ * are T^T M T and T^T h of all links and joints, and answers have `rows` rows. q and v of a request
+ * still hold all joints: whoever ties sees to it that they fit. A row that nothing is tied to does
+ * not move and takes part in nothing: its qdd is 0. NULL: every freedom its own again.
+ */
+void oracle_tie_freedoms(oracle *o, const oracle_tie *ties, uint32_t rows);
+
+/** From the next state on joints resist with damping times velocity: part of h. Off at first. */
+void oracle_use_damping(oracle *o, uint32_t use);
+
+/**
+ * Takes state `state` of the request (q, v, base, gravity, wrenches, payloads; tips, wrench_frames
+ * and payload_frames are indices of links) and builds poses, Jacobians, M and h. gravity NULL:
+ * 0 0 -9.80665.
  */
 void oracle_set_state(oracle *o, const tfa_request *request, uint32_t state);
 
@@ -47,6 +68,11 @@ void oracle_mass_matrix(oracle *o, double *mass_matrix);
 void oracle_lambda_inv(oracle *o, const uint32_t *tips, uint32_t tip_count,
                        tfa_reference_frame frame, double *lambda_inv);
 
+/** sqrt(x^T M x) of x = a - b, both as oracle_forward gives them (base apart); b NULL: zero. */
+double oracle_energy_norm(const oracle *o, const double *a, const double *a_base, const double *b,
+                          const double *b_base);
+/** All mass, payloads included, and its centre in the world. */
+void oracle_mass(const oracle *o, double *mass, double com[3]);
 /** Kinetic energy (rotors included) and potential energy of gravity, J. */
 void oracle_energy(oracle *o, double *kinetic, double *potential);
 /** Position of the link frame (3) and its rotation matrix (row major) in the world. */

@@ -94,7 +94,7 @@ static void velocity_and_acceleration(struct body *b, const struct body *parent,
     b->a = vec_add(parent->a, vec_add(turning, u_dot));
 }
 
-static void mass_properties(struct body *b, const tfa_link *link)
+void oracle_mass_properties(struct body *b, const tfa_link *link)
 {
     const double *i = link->inertia;
     mat3 I = {{{{i[0], i[1], i[2]}}, {{i[1], i[3], i[4]}}, {{i[2], i[4], i[5]}}}};
@@ -138,6 +138,6 @@ void oracle_move_links(oracle *o, const double *q, const double *base_pose)
         velocity_and_acceleration(b, parent, f, o->v + b->freedom,
                                   !j || j->type == TFA_JOINT_PLANAR ||
                                       j->type == TFA_JOINT_FLOATING);
-        mass_properties(b, &d->links[link]);
+        oracle_mass_properties(b, &d->links[link]);
     }
 }

@@ -32,8 +32,14 @@ struct oracle {
     struct body *body;         /* one for each link */
     uint32_t *order;           /* links, parents first, in declared order of their joints */
     struct freedom *freedom;
-    quad *M, *LDL, *h; /* n x n, n x n, n */
-    quad *v;           /* all velocities, base first */
+    oracle_tie *tie;     /* n: what becomes of each freedom */
+    uint32_t damped;     /* 1: h holds the damping of the joints */
+    uint32_t rows;       /* freedoms left: length of the answers, base included */
+    quad *M, *h;         /* n x n, n: of all freedoms */
+    quad *Mt, *LDL, *ht; /* rows x rows, rows x rows, rows: T^T M T, its factors, T^T h */
+    quad *v;             /* all velocities, base first */
+    quad mass;           /* payloads included */
+    vec3 moment;         /* mass times its centre, world */
     vec3 gravity;
 };
 
@@ -45,5 +51,8 @@ static inline const tfa_joint *joint_above(const oracle *o, const struct body *b
 
 /* Poses, velocities, freedoms and velocity-product accelerations of all links, from q, o->v. */
 void oracle_move_links(oracle *o, const double *q, const double *base_pose);
+
+/* Centre of mass, its motion and the inertia of `link`, a mass that moves like `b`. */
+void oracle_mass_properties(struct body *b, const tfa_link *link);
 
 #endif

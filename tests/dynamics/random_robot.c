@@ -252,6 +252,78 @@ tfa_description *random_robot_create(uint64_t seed, const random_robot_options *
     return d;
 }
 
+/* Does every moving joint move something with mass? */
+static bool all_heavy(const tfa_description *d, bool *heavy)
+{
+    for (size_t k = 0; k < d->link_count; k++)
+        heavy[k] = d->links[k].mass > 0;
+    for (size_t pass = 0; pass < d->joint_count; pass++)
+        for (size_t j = 0; j < d->joint_count; j++)
+            heavy[d->joints[j].parent] |= heavy[d->joints[j].child];
+    for (size_t j = 0; j < d->joint_count; j++)
+        if (d->joints[j].type != TFA_JOINT_FIXED && !heavy[d->joints[j].child])
+            return false;
+    return true;
+}
+
+void random_robot_empty_links(random_source *s, tfa_description *d, double fraction)
+{
+    bool *heavy = calloc(d->link_count, sizeof *heavy);
+    for (size_t j = 0; heavy && j < d->joint_count; j++) {
+        tfa_link *link = &d->links[d->joints[j].child], before = *link;
+        if (!chance(s, fraction))
+            continue;
+        link->mass = 0;
+        for (int i = 0; i < 6; i++)
+            link->inertia[i] = 0;
+        if (!all_heavy(d, heavy))
+            *link = before;
+    }
+    free(heavy);
+}
+
+static bool has_one_freedom(const tfa_joint *j)
+{
+    return j->type == TFA_JOINT_REVOLUTE || j->type == TFA_JOINT_CONTINUOUS ||
+           j->type == TFA_JOINT_PRISMATIC;
+}
+
+/* Few bits: q of a follower is exact in double when its leader's has few, too. */
+static double in_256ths(double x)
+{
+    return round(x * 256) / 256;
+}
+
+void random_robot_add_mimics(random_source *s, tfa_description *d, double fraction)
+{
+    for (size_t j = 0; j < d->joint_count; j++) {
+        tfa_joint *follower = &d->joints[j];
+        if (!has_one_freedom(follower) || !chance(s, fraction))
+            continue;
+        uint32_t leader = random_below(s, (uint32_t)d->joint_count);
+        bool circle = false;
+        for (int32_t k = (int32_t)leader; k >= 0; k = d->joints[k].mimic)
+            circle |= k == (int32_t)j;
+        if (circle || !has_one_freedom(&d->joints[leader]))
+            continue;
+        follower->mimic = (int32_t)leader;
+        follower->multiplier = in_256ths(random_uniform(s, 0.4, 1.5) * (chance(s, 0.5) ? 1 : -1));
+        follower->offset = chance(s, 0.5) ? in_256ths(random_uniform(s, -0.5, 0.5)) : 0;
+    }
+}
+
+void random_payload(random_source *s, double payload[TFA_PAYLOAD_NUMBERS])
+{
+    tfa_link box = {.name = ""};
+    random_inertia(s, &box);
+    double scale = random_uniform(s, 0.1, 3) / box.mass;
+    payload[0] = scale * box.mass;
+    for (int i = 0; i < 3; i++)
+        payload[1 + i] = box.com[i];
+    for (int i = 0; i < 6; i++)
+        payload[4 + i] = scale * box.inertia[i];
+}
+
 void random_robot_free(tfa_description *d)
 {
     if (!d)

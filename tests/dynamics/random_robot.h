@@ -46,6 +46,17 @@ typedef struct random_robot_options {
 tfa_description *random_robot_create(uint64_t seed, const random_robot_options *options);
 void random_robot_free(tfa_description *description);
 
+/** Takes mass and inertia away from links, each with this chance, but from none without which
+ * a moving joint would move nothing with mass, and not from the root. */
+void random_robot_empty_links(random_source *s, tfa_description *description, double chance);
+
+/** Makes joints with one freedom follow others, each with this chance: leaders stand before or
+ * behind them, and may follow others in turn. Multipliers and offsets are multiples of 1/256. */
+void random_robot_add_mimics(random_source *s, tfa_description *description, double chance);
+
+/** A box of 0.1 to 3 kg near the link's origin, as in a request. */
+void random_payload(random_source *s, double payload[TFA_PAYLOAD_NUMBERS]);
+
 /** `count` states of a robot, everything that a request can hold. */
 typedef struct random_states {
     uint32_t count, wrench_count;

@@ -258,10 +258,12 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
  *   TFA_E_LINK        a tip, a wrench or a payload names a frame that does not exist;
  *   TFA_E_JOINT       locked or held names a joint that does not exist;
- *   TFA_E_METHOD      the method does not exist or cannot answer the op (with locked or held
- *                     joints: rnea, aba, propagation; with mimics projected: not tfa-one-sided);
+ *   TFA_E_METHOD      the method does not exist or cannot answer the op; locked and held joints
+ *                     take rnea, aba and propagation only; projected mimics not tfa-one-sided,
+ *                     and only crba where a follower moves no mass of its own;
  *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
- *                     of 2895 bodies); the mass matrix with locked joints; held joints together
+ *                     of 2895 bodies); the mass matrix with locked joints, or any answer with them where only
+ *                     crba can answer; held joints together
  *                     with tips, refinement, an estimate or mimics; a payload on a link between
  *                     fused joints;
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;

@@ -185,7 +185,9 @@ TFA_API TFA_CHECKED int tfa_model_create(const tfa_description *description,
  * @param gravity   3 numbers, m/s^2; NULL: as `model`
  * @param payloads  in place of those that `model` carries; payload_count 0: as `model`
  * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_VALUE (not finite, mass negative); TFA_E_LINK; TFA_E_MODEL
- *         (an inertia that is not positive semidefinite); TFA_E_MEMORY. Release with tfa_model_free.
+ *         (an inertia that is not positive semidefinite; a massless link inside a fused body);
+ *         TFA_E_NO_MASS (a payload in `model` was all that moved with a joint); TFA_E_MEMORY.
+ *         Release with tfa_model_free.
  */
 TFA_API TFA_CHECKED int tfa_model_derive(const tfa_model *model, const double *gravity,
                                          const tfa_payload *payloads, size_t payload_count,

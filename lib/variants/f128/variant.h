@@ -18,4 +18,6 @@ typedef long double num;
 #define num_sincos sincosl
 #endif
 
+#define NUM_EPSILON ((num)0x1p-56 * (num)0x1p-56)
+
 #endif

@@ -9,6 +9,7 @@
 #include <math.h>
 
 typedef double num;
+#define NUM_EPSILON 0x1p-52
 
 static inline void num_sincos(num x, num *s, num *c)
 {

@@ -72,7 +72,7 @@ static const TiXmlAttribute *find(const TiXmlElement &in, const char *name)
     return nullptr;
 }
 
-static bool has_xacro(const std::string &value)
+bool has_xacro(const std::string &value)
 {
     return value.find("${") != std::string::npos || value.find("$(") != std::string::npos;
 }
@@ -85,11 +85,20 @@ static bool is_known(const char *name, std::initializer_list<const char *> known
                        [name](const char *k) { return strcmp(k, name) == 0; });
 }
 
-/* "value="1,5" of <mass>" */
-static std::string describe(const TiXmlAttribute &attribute, const TiXmlElement &in)
+std::string describe(const TiXmlAttribute &attribute, const TiXmlElement &in)
 {
     return std::string(attribute.Name()) + "=" + quoted(attribute.ValueStr()) + " of <" +
            in.Value() + ">";
+}
+
+const TiXmlElement *next_element(const TiXmlElement &element, const TiXmlElement &top)
+{
+    if (const TiXmlElement *child = element.FirstChildElement())
+        return child;
+    for (const TiXmlNode *at = &element; at != &top; at = at->Parent())
+        if (const TiXmlElement *next = at->NextSiblingElement())
+            return next;
+    return nullptr;
 }
 
 void owner::say(tfa_severity severity, uint32_t line, const char *code,

@@ -20,6 +20,15 @@ uint32_t line_of(const TiXmlBase &node);
 /* The value as it may be printed: quoted, control characters escaped, not too long. */
 std::string quoted(const std::string &value);
 
+/* Does the value hold an expression that xacro would have replaced? */
+bool has_xacro(const std::string &value);
+
+/* "value="1,5" of <mass>" */
+std::string describe(const TiXmlAttribute &attribute, const TiXmlElement &in);
+
+/* The element after this one in document order, below `top`; nullptr at the end. No recursion. */
+const TiXmlElement *next_element(const TiXmlElement &element, const TiXmlElement &top);
+
 /* Appends ` name="value"` with the value escaped. */
 void write_attribute(std::string &out, const char *name, const std::string &value);
 

@@ -108,6 +108,7 @@ bool fill_joint(tfa_joint &to, const urdf::ModelInterface &model)
         copy(to.axis, urdf::Vector3(1, 0, 0)); /* unused; URDF's default */
     tfa_axis_normalise(to.axis);
     to.damping = from->dynamics ? from->dynamics->damping : 0;
+    to.friction = from->dynamics ? from->dynamics->friction : 0;
     to.multiplier = from->mimic ? from->mimic->multiplier : 1;
     to.offset = from->mimic ? from->mimic->offset : 0;
     return true;

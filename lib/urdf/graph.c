@@ -5,6 +5,7 @@
  */
 #include "urdf/urdf.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -33,17 +34,35 @@ static void find_parents(const tfa_description *d, int32_t *parent_of, tfa_urdf_
     }
 }
 
-static void check_roots(const tfa_description *d, const int32_t *parent_of, tfa_urdf_log *log)
+/* " with joint 'NAME'" for the first joint that hangs from a link, or "". */
+static const char *name_first(const tfa_description *d, int32_t first, char text[300])
 {
+    text[0] = '\0';
+    if (first != NONE)
+        snprintf(text, 300, " with joint '%s'", d->joints[first].name);
+    return text;
+}
+
+/* More than one root: islands. `first` is scratch for one joint below each link. */
+static void check_roots(const tfa_description *d, const int32_t *parent_of, int32_t *first,
+                        tfa_urdf_log *log)
+{
+    for (size_t i = 0; i < d->link_count; i++)
+        first[i] = NONE;
+    for (size_t j = d->joint_count; j-- > 0;)
+        first[d->joints[j].parent] = (int32_t)j;
     int32_t root = NONE;
+    char mine[300];
+    char other[300];
     for (size_t i = 0; i < d->link_count; i++) {
         if (parent_of[i] != NONE)
             continue;
         if (root != NONE)
             tfa_urdf_say(log, TFA_ERROR, d->links[i].line, "two-roots",
-                         "link '%s': neither it nor link '%s' (line %u) is the child of a joint; "
-                         "connect them or remove one",
-                         d->links[i].name, d->links[root].name, d->links[root].line);
+                         "link '%s'%s: neither it nor link '%s'%s (line %u) is the child of a "
+                         "joint; connect them or remove one",
+                         d->links[i].name, name_first(d, first[i], mine), d->links[root].name,
+                         name_first(d, first[root], other), d->links[root].line);
         else
             root = (int32_t)i;
     }
@@ -125,7 +144,7 @@ int tfa_urdf_graph(const tfa_description *description, tfa_urdf_log *log)
         find_parents(d, parent_of, log);
         /* With two parents the walk up is not the whole story: one error at a time. */
         if (log->errors == errors) {
-            check_roots(d, parent_of, log);
+            check_roots(d, parent_of, next, log);
             check_loops(d, parent_of, next, state, log);
         }
         check_mimics(d, next, state, log);

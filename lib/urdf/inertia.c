@@ -6,6 +6,7 @@
 #include "urdf/urdf.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 /* One Jacobi rotation that makes a[p][q] zero. */
 static void jacobi_rotate(double a[3][3], int p, int q)
@@ -49,18 +50,46 @@ static void principal_moments(const double inertia[6], double moment[3])
     moment[2] = high * scale;
 }
 
-static void check_link(const tfa_link *link, tfa_urdf_log *log)
+static bool is_identity(const double inertia[6])
 {
-    double moment[3];
-    principal_moments(link->inertia, moment);
-    if (link->mass < 1e-4)
-        tfa_urdf_say(log, TFA_WARNING, link->line, "small-mass",
-                     "link '%s': mass %g kg is below 1e-4 kg; give it the mass of the real part, "
-                     "or 0 if it is only a frame",
-                     link->name, link->mass);
-    /* Not positive semidefinite is the model compiler's business, which knows what moves. */
-    if (moment[0] < 0.0 || moment[2] <= 0.0)
+    static const double identity[6] = {1, 0, 0, 1, 0, 1};
+    bool same = true;
+    for (int i = 0; i < 6; i++)
+        same = same && inertia[i] == identity[i];
+    return same;
+}
+
+static void check_mass(const tfa_link *link, const double moment[3], tfa_urdf_log *log)
+{
+    if (link->mass >= 1e-4)
         return;
+    double condition = moment[0] > 0.0 ? moment[2] / moment[0] : INFINITY;
+    tfa_urdf_say(log, TFA_WARNING, link->line, "small-mass",
+                 "link '%s': mass %g kg is below 1e-4 kg, condition number of its inertia %.3g; "
+                 "give it the mass of the real part, or 0 if it is only a frame",
+                 link->name, link->mass, condition);
+}
+
+/* One warning for the robot: a file that has one placeholder has them everywhere. */
+static void check_placeholders(const tfa_description *d, tfa_urdf_log *log)
+{
+    const tfa_link *first = NULL;
+    size_t count = 0;
+    for (size_t i = 0; i < d->link_count; i++) {
+        if (d->links[i].mass == 0.0 || !is_identity(d->links[i].inertia))
+            continue;
+        first = first ? first : &d->links[i];
+        count++;
+    }
+    if (first)
+        tfa_urdf_say(log, TFA_WARNING, first->line, "placeholder-inertia",
+                     "link '%s': <inertia> is the identity matrix, as exporters write when they "
+                     "know none; give it the inertia of the real part; links like it: %zu",
+                     first->name, count);
+}
+
+static void check_gyration(const tfa_link *link, const double moment[3], tfa_urdf_log *log)
+{
     double least = sqrt(moment[0] / link->mass);
     double most = sqrt(moment[2] / link->mass);
     if (least < 1e-3 || most > 2.0)
@@ -68,13 +97,10 @@ static void check_link(const tfa_link *link, tfa_urdf_log *log)
                      "link '%s': gyration radii %g to %g m, condition number %.3g; real parts have "
                      "1 mm to 2 m: check the units of <mass> and <inertia>",
                      link->name, least, most, moment[2] / moment[0]);
-    if (moment[0] + moment[1] <= 0.0) {
-        tfa_urdf_say(log, TFA_WARNING, link->line, "triangle",
-                     "link '%s': only one of its principal moments of inertia is not zero, which "
-                     "no body has; correct <inertia>",
-                     link->name);
-        return;
-    }
+}
+
+static void check_triangle(const tfa_link *link, const double moment[3], tfa_urdf_log *log)
+{
     double excess = moment[2] / (moment[0] + moment[1]) - 1.0;
     if (excess > 1e-6) /* files round: at six digits a flat plate is off by that much */
         tfa_urdf_say(log, TFA_WARNING, link->line, "triangle",
@@ -83,9 +109,37 @@ static void check_link(const tfa_link *link, tfa_urdf_log *log)
                      link->name, 100.0 * excess);
 }
 
+static void check_link(const tfa_link *link, tfa_urdf_log *log)
+{
+    double moment[3];
+    principal_moments(link->inertia, moment);
+    bool zero = moment[0] == 0.0 && moment[2] == 0.0;
+    if (link->mass == 0.0 && !zero)
+        tfa_urdf_say(log, TFA_WARNING, link->line, "inertia-without-mass",
+                     "link '%s': mass 0, but an inertia that is not 0; give it the mass of the "
+                     "real part, or no <inertial> if it is only a frame",
+                     link->name);
+    if (link->mass == 0.0)
+        return;
+    check_mass(link, moment, log);
+    /* A point mass is well. Not positive semidefinite is the model compiler's business, which
+     * knows what moves; what is negative by the rounding of the file counts as 0. */
+    if (zero || moment[0] < -1e-6 * (moment[1] + moment[2]))
+        return;
+    moment[0] = fmax(moment[0], 0.0);
+    if (moment[1] > 0.0) {
+        check_gyration(link, moment, log);
+        check_triangle(link, moment, log);
+    } else
+        tfa_urdf_say(log, TFA_WARNING, link->line, "triangle",
+                     "link '%s': only one of its principal moments of inertia is not zero, which "
+                     "no body has; correct <inertia>",
+                     link->name);
+}
+
 void tfa_urdf_inertia(const tfa_description *description, tfa_urdf_log *log)
 {
+    check_placeholders(description, log);
     for (size_t i = 0; i < description->link_count; i++)
-        if (description->links[i].mass > 0.0)
-            check_link(&description->links[i], log);
+        check_link(&description->links[i], log);
 }

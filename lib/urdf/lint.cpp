@@ -47,6 +47,20 @@ static void lint_inertial(const owner &own, const TiXmlElement &inertial, std::s
     out += "</inertial>";
 }
 
+/* Expressions where dynamics never looks: the robot is right, and yet xacro has not been run. */
+void linter::find_macros(const std::string &link, const TiXmlElement &element)
+{
+    for (const TiXmlElement *e = &element; e; e = next_element(*e, element))
+        for (const TiXmlAttribute *a = e->FirstAttribute(); a; a = a->Next()) {
+            if (!has_xacro(a->ValueStr()))
+                continue;
+            if (macro_count_++ > 0)
+                continue;
+            macros_ = "link '" + link + "': " + describe(*a, *e);
+            macro_line_ = line_of(*a);
+        }
+}
+
 void linter::link(const TiXmlElement &element)
 {
     const std::string *name = robot_.name(element, "name");
@@ -64,6 +78,10 @@ void linter::link(const TiXmlElement &element)
     if (const TiXmlElement *inertial =
             own.one(element, "inertial", TFA_ERROR, "duplicate-inertial"))
         lint_inertial(own, *inertial, out_);
+    for (const char *unused : {"visual", "collision"})
+        for (const TiXmlElement *e = element.FirstChildElement(unused); e;
+             e = e->NextSiblingElement(unused))
+            find_macros(*name, *e);
     out_ += "</link>\n";
     links_.push_back({*name, line_of(element)});
 }
@@ -128,8 +146,17 @@ static void lint_limit(const owner &own, const TiXmlElement &element, tfa_joint_
         return;
     std::string unused;
     double number;
-    for (const char *name : {"lower", "upper", "effort", "velocity"})
+    double lower = 0;
+    double upper = 0;
+    bool has_lower = own.number(*limit, "lower", unused, &lower, TFA_WARNING, "bad-limit");
+    bool has_upper = own.number(*limit, "upper", unused, &upper, TFA_WARNING, "bad-limit");
+    for (const char *name : {"effort", "velocity"})
         own.number(*limit, name, unused, &number, TFA_WARNING, "bad-limit");
+    bool limited = type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC;
+    if (limited && has_lower && has_upper && lower == upper)
+        own.say(TFA_NOTE, line_of(*limit), "equal-limits",
+                "lower and upper limit are both " + text_of(lower) +
+                    ", but dynamics lets it move; make it fixed if it cannot");
 }
 
 static void lint_mimic(const owner &own, const TiXmlElement &element, joint_source &joint,
@@ -162,7 +189,7 @@ static void lint_mimic(const owner &own, const TiXmlElement &element, joint_sour
     out += "/>";
 }
 
-void linter::dynamics(const owner &own, const TiXmlElement &element)
+static void lint_dynamics(const owner &own, const TiXmlElement &element, std::string &out)
 {
     const TiXmlElement *dynamics = own.one(element, "dynamics", TFA_WARNING);
     if (!dynamics)
@@ -170,14 +197,13 @@ void linter::dynamics(const owner &own, const TiXmlElement &element)
     double damping = 0;
     double friction = 0;
     std::string text;
-    std::string unused;
-    if (own.number(*dynamics, "damping", text, &damping))
-        out_ += "<dynamics" + text + "/>";
+    own.number(*dynamics, "damping", text, &damping);
+    own.number(*dynamics, "friction", text, &friction);
+    if (!text.empty())
+        out += "<dynamics" + text + "/>";
     if (damping < 0)
         own.say(TFA_WARNING, line_of(*dynamics), "negative-damping",
                 "damping " + text_of(damping) + " is negative and adds energy; correct it");
-    own.number(*dynamics, "friction", unused, &friction);
-    with_friction_ += friction != 0;
     if (!dynamics->Attribute("damping") && !dynamics->Attribute("friction"))
         own.say(TFA_WARNING, line_of(*dynamics), "empty-dynamics",
                 "<dynamics> has neither damping nor friction; remove it or add them");
@@ -249,7 +275,7 @@ void linter::joint(const TiXmlElement &element)
     lint_limit(own, element, joint.type);
     out_ += R"(<limit lower="0" upper="0" effort="0" velocity="0"/>)"; /* urdfdom wants one */
     lint_mimic(own, element, joint, out_);
-    dynamics(own, element);
+    lint_dynamics(own, element, out_);
     joint.armature = reflected_inertia(own, element);
     out_ += "</joint>\n";
     joints_.push_back(joint);
@@ -259,38 +285,32 @@ void linter::joint(const TiXmlElement &element)
 
 void linter::transmission(const TiXmlElement &element)
 {
+    const std::string *name = nullptr;
     for (const TiXmlElement *a = element.FirstChildElement("actuator"); a;
          a = a->NextSiblingElement("actuator")) {
         if (!a->FirstChildElement("drake:rotor_inertia"))
             continue;
-        const TiXmlElement *joint = robot_.required(element, "joint");
-        const std::string *name = joint ? robot_.name(*joint, "name") : nullptr;
-        if (name)
-            rotors_.push_back(
-                {*name, line_of(*a), reflected_inertia(owner(log_, "joint '" + *name + "'"), *a)});
+        const TiXmlElement *joint = name ? nullptr : robot_.required(element, "joint");
+        name = joint ? robot_.name(*joint, "name") : name;
+        if (!name)
+            return; /* its reason was reported */
+        rotors_.push_back(
+            {*name, line_of(*a), reflected_inertia(owner(log_, "joint '" + *name + "'"), *a)});
     }
 }
 
-/* Unexpanded macros anywhere, found without recursion. One message: the rest has the same cause. */
+/* Unexpanded macros anywhere. One message: the rest has the same cause. */
 static bool report_xacro(const owner &own, const TiXmlElement &robot)
 {
-    const TiXmlNode *node = &robot;
-    while (node) {
-        const TiXmlElement *e = node->ToElement();
+    for (const TiXmlElement *e = &robot; e; e = next_element(*e, robot)) {
         bool old_style =
-            e && e->Parent() == &robot &&
+            e->Parent() == &robot &&
             (e->ValueStr() == "macro" || e->ValueStr() == "property" || e->ValueStr() == "include");
-        if (e && (old_style || e->ValueStr().compare(0, 6, "xacro:") == 0)) {
-            own.say(TFA_ERROR, line_of(*e), "xacro",
-                    std::string("<") + e->Value() + "> is not expanded; run xacro first");
-            return true;
-        }
-        const TiXmlNode *next = node->FirstChild();
-        while (!next && node && node != &robot) {
-            next = node->NextSibling();
-            node = node->Parent();
-        }
-        node = next;
+        if (!old_style && e->ValueStr().compare(0, 6, "xacro:") != 0)
+            continue;
+        own.say(TFA_ERROR, line_of(*e), "xacro",
+                std::string("<") + e->Value() + "> is not expanded; run xacro first");
+        return true;
     }
     return false;
 }
@@ -335,10 +355,11 @@ void linter::robot(const TiXmlElement &element)
                        std::to_string(TFA_URDF_MAX_LINKS) + " are supported");
     else if (!links_.empty() && !name_.empty())
         resolve();
-    if (with_friction_ > 0)
-        robot_.say(TFA_NOTE, 0, "friction",
-                   "friction of <dynamics> is ignored; joints that have it: " +
-                       std::to_string(with_friction_));
+    if (macro_count_ > 0)
+        tfa_urdf_say(log_, TFA_WARNING, macro_line_, "xacro",
+                     "%s is an unexpanded xacro expression, harmless in <visual> and <collision>; "
+                     "run xacro first; expressions like it: %zu",
+                     macros_.c_str(), macro_count_);
 }
 
 } // namespace tfa

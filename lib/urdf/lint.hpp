@@ -59,7 +59,7 @@ class linter
     void children(const TiXmlElement &element);
     void link(const TiXmlElement &element);
     void joint(const TiXmlElement &element);
-    void dynamics(const owner &own, const TiXmlElement &element);
+    void find_macros(const std::string &link, const TiXmlElement &element);
     void transmission(const TiXmlElement &element);
 
     void resolve();
@@ -78,7 +78,9 @@ class linter
     std::vector<link_source> links_;
     std::vector<joint_source> joints_;
     std::vector<rotor_source> rotors_;
-    size_t with_friction_ = 0;
+    std::string macros_; /* the first expression where nobody looks, empty if there is none */
+    uint32_t macro_line_ = 0;
+    size_t macro_count_ = 0;
     bool broken_ = false;   /* a joint is left out or hangs nowhere */
     bool resolved_ = false; /* every name has an index */
 };

@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <locale.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -47,8 +48,24 @@ static int run_passes(const char *text, size_t length, char *clean, tfa_urdf_log
         status = TFA_E_PARSE;
     if (status == TFA_OK)
         status = tfa_urdf_fill(*canonical, *skeleton, log);
-    if (status == TFA_OK)
+    if (status == TFA_OK) {
         tfa_urdf_inertia(*skeleton, log);
+        tfa_urdf_notes(*skeleton, log);
+    }
+    return status;
+}
+
+/* run_passes with the point as decimal mark, in what is read and in messages, for this thread. */
+static int run_in_classic_locale(const char *text, size_t length, char *clean, tfa_urdf_log *log,
+                                 tfa_description **skeleton, char **canonical)
+{
+    locale_t classic = newlocale(LC_ALL_MASK, "C", (locale_t)0); /* static in glibc: no malloc */
+    if (classic == (locale_t)0)
+        return TFA_E_MEMORY;
+    locale_t former = uselocale(classic);
+    int status = run_passes(text, length, clean, log, skeleton, canonical);
+    uselocale(former);
+    freelocale(classic);
     return status;
 }
 
@@ -68,8 +85,9 @@ int tfa_urdf_parse(const char *text, size_t length, const char *name, tfa_descri
     tfa_description *skeleton = NULL;
     char *canonical = NULL;
     char *clean = malloc(length + 1);
-    int status =
-        clean ? run_passes(text, length, clean, &log, &skeleton, &canonical) : TFA_E_MEMORY;
+    int status = TFA_E_MEMORY;
+    if (clean)
+        status = run_in_classic_locale(text, length, clean, &log, &skeleton, &canonical);
     tfa_urdf_say_rest(&log);
     free(clean);
     free(canonical);

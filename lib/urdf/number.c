@@ -67,12 +67,13 @@ tfa_number_fault tfa_number_read(const char *text, size_t length, double *number
     locale_t classic = newlocale(LC_ALL_MASK, "C", (locale_t)0); /* static in glibc: no malloc */
     if (classic == (locale_t)0)
         return TFA_NUMBER_MALFORMED;
-    *number = strtod_l(copy, NULL, classic);
+    double value = strtod_l(copy, NULL, classic);
     freelocale(classic);
-    if (!isfinite(*number))
+    if (!isfinite(value))
         return TFA_NUMBER_OVERFLOW;
-    if (*number == 0.0 && !is_written_as_zero(text, length))
+    if (value == 0.0 && !is_written_as_zero(text, length))
         return TFA_NUMBER_UNDERFLOW;
+    *number = value;
     return TFA_NUMBER_OK;
 }
 

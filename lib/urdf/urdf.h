@@ -8,6 +8,7 @@
  *   graph   the skeleton is one tree and its mimics end
  *   fill    canonical text -> urdfdom -> the numbers of the description
  *   inertia warnings about inertias that no real body has
+ *   notes   what is in the description and not used
  *
  * urdfdom never sees a byte that lint has not checked: the canonical text holds only what the
  * description needs, with every number spelled as in the file.
@@ -31,10 +32,10 @@ enum {
     TFA_URDF_MAX_BYTES = 64 << 20,
     TFA_URDF_MAX_LINKS = 100000,
     TFA_URDF_MAX_NAME = 255,
-    TFA_URDF_MAX_DEPTH = 200,      /* TinyXML recurses once a level; real files have 8 */
-    TFA_URDF_MAX_NODES = 8000000,  /* elements and attributes: bounds TinyXML's memory */
-    TFA_URDF_MAX_ATTRIBUTES = 256, /* of one element: TinyXML's search for doubles is quadratic */
-    TFA_URDF_MAX_REPEATS = 100,    /* messages of one code that are listed */
+    TFA_URDF_MAX_DEPTH = 200,     /* TinyXML recurses once a level; real files have 8 */
+    TFA_URDF_MAX_NODES = 5000000, /* elements and attributes: TinyXML takes 0.2 KiB for each */
+    TFA_URDF_MAX_ATTRIBUTES = 64, /* of one element: TinyXML's search for doubles is quadratic */
+    TFA_URDF_MAX_REPEATS = 100,   /* messages of one code that are listed */
     TFA_URDF_MAX_CODES = 64
 };
 
@@ -72,7 +73,7 @@ typedef enum tfa_number_fault {
 
 /*
  * Reads a decimal number: sign, digits with an optional point, optional exponent, nothing else.
- * The same in every locale.
+ * The same in every locale. Leaves *number alone when there is a fault.
  */
 tfa_number_fault tfa_number_read(const char *text, size_t length, double *number);
 
@@ -89,6 +90,8 @@ int tfa_urdf_fill(const char *canonical, tfa_description *description,
                   tfa_urdf_log *log) TFA_NOEXCEPT;
 
 void tfa_urdf_inertia(const tfa_description *description, tfa_urdf_log *log);
+
+void tfa_urdf_notes(const tfa_description *description, tfa_urdf_log *log);
 
 #ifdef __cplusplus
 }

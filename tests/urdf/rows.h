@@ -12,13 +12,15 @@ typedef struct urdf_row {
     const char *name;
     const char *text;
     int status;
-    int severity; /* -1: loads without a word; else there is exactly this one message */
+    int severity; /* -1: loads without a word; else the report holds this and nothing else */
     uint32_t line;
     const char *code;
-    const char *message;
+    const char *message; /* texts, one a line */
 } urdf_row;
 
 extern const urdf_row urdf_number_rows[];
+extern const urdf_row urdf_inertial_rows[];
+extern const urdf_row urdf_joint_rows[];
 extern const urdf_row urdf_tree_rows[];
 extern const urdf_row urdf_xml_rows[];
 
@@ -29,7 +31,7 @@ extern const urdf_row urdf_xml_rows[];
     "<joint name=\"" name "\" type=\"" type "\"><parent link=\"" parent "\"/><child link=\"" child \
     "\"/>" rest "</joint>\n"
 #define LIMIT "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>"
-#define INERTIA "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>"
+#define INERTIA "<inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/>"
 /* A link with an inertial: <origin> on line 3, <mass> on line 4, <inertia> on line 5. */
 #define HEAVY(origin, mass, inertia)                                                               \
     "<link name=\"arm\"><inertial>\n" origin "\n" mass "\n" inertia "\n</inertial></link>\n"
@@ -39,5 +41,15 @@ extern const urdf_row urdf_xml_rows[];
     ROBOT(HEAVY("", "<mass value=\"1\"/>",                                                         \
                 "<inertia ixx=\"" text "\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>"))
 #define TWO(type, rest) ROBOT(LINK("a") LINK("b") JOINT("j", type, "a", "b", rest))
+
+/* As TWO, but both links have mass. */
+#define MASSIVE(name)                                                                              \
+    "<link name=\"" name "\"><inertial><mass value=\"1\"/>" INERTIA "</inertial></link>\n"
+#define JOINED(type, rest) ROBOT(MASSIVE("a") MASSIVE("b") JOINT("j", type, "a", "b", rest))
+
+/* Codes and sentences that many rows share. */
+#define BAD "bad-number"
+#define NOT_A_NUMBER                                                                               \
+    "is not a number; write digits, point and exponent without blanks or units, such as 1.5e-3"
 
 #endif

@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Rows about names, the tree and mimics.
+ * Rows about names and the tree.
  */
 #include "rows.h"
-
-#define FOLLOW(joint) "<mimic joint=\"" joint "\"/>"
 
 const urdf_row urdf_tree_rows[] = {
     {"one link", ROBOT(LINK("a")), TFA_OK, -1, 0, "", ""},
@@ -32,10 +30,10 @@ const urdf_row urdf_tree_rows[] = {
     {"two roots", ROBOT(LINK("a") LINK("b")), TFA_E_PARSE, TFA_ERROR, 3, "two-roots",
      "link 'b': neither it nor link 'a' (line 2) is the child of a joint; connect them or remove "
      "one"},
-    {"world", ROBOT(LINK("a") JOINT("j", "fixed", "world", "a", "")), TFA_OK, TFA_NOTE, 3,
+    {"world", ROBOT(LINK("a") JOINT("j", "floating", "world", "a", "")), TFA_OK, TFA_NOTE, 3,
      "world-added", "link 'world': not declared but a joint's parent; it becomes the root"},
-    {"world declared", ROBOT(LINK("a") LINK("world") JOINT("j", "fixed", "world", "a", "")), TFA_OK,
-     -1, 0, "", ""},
+    {"world declared", ROBOT(LINK("a") LINK("world") JOINT("j", "floating", "world", "a", "")),
+     TFA_OK, -1, 0, "", ""},
     {"unknown parent", ROBOT(LINK("a") JOINT("j", "fixed", "x", "a", "")), TFA_E_PARSE, TFA_ERROR,
      3, "unknown-link",
      "joint 'j': parent link 'x' does not exist; declare it or correct the name"},
@@ -75,9 +73,10 @@ const urdf_row urdf_tree_rows[] = {
      "robot: name=\"\" of <link> is empty; give it a name"},
     {"robot without name", "<robot>\n" LINK("a") "</robot>", TFA_E_PARSE, TFA_ERROR, 1,
      "missing-attribute", "robot: <robot> has no name; add name=\"...\""},
-    {"name with a line end", ROBOT(LINK("a\n")), TFA_E_PARSE, TFA_ERROR, 2, "bad-name", NULL},
+    {"name with a line end", ROBOT(LINK("a\n")), TFA_E_PARSE, TFA_ERROR, 2, "bad-name",
+     "robot: name=\"a\\n\" of <link> holds a control character; remove it"},
     {"name with a control character", ROBOT(LINK("a&#7;")), TFA_E_PARSE, TFA_ERROR, 2, "bad-name",
-     NULL},
+     "robot: name=\"a\\x07\" of <link> holds a control character; remove it"},
     {"name with everything that is allowed",
      ROBOT(LINK("a &lt;&amp;&quot;'&gt; &#xE9; \xC3\xA9/[]")), TFA_OK, -1, 0, "", ""},
     {"no links", ROBOT(""), TFA_E_PARSE, TFA_ERROR, 1, "no-links",
@@ -90,35 +89,36 @@ const urdf_row urdf_tree_rows[] = {
      "unknown-element", "robot: <lnik> in <robot> is ignored; is it misspelled?"},
     {"things of others", ROBOT(LINK("a") "<gazebo/><transmission/><material/><drake:x/>"), TFA_OK,
      -1, 0, "", ""},
-
-    {"mimic of a missing joint", TWO("continuous", FOLLOW("x")), TFA_E_PARSE, TFA_ERROR, 4,
-     "mimic-unknown", "joint 'j': mimics joint 'x', which does not exist; correct the name"},
-    {"mimic of itself", TWO("continuous", FOLLOW("j")), TFA_E_PARSE, TFA_ERROR, 4, "mimic-self",
-     "joint 'j': mimics itself; name another joint or remove <mimic>"},
-    {"mimic without a joint", TWO("continuous", "<mimic/>"), TFA_E_PARSE, TFA_ERROR, 4,
-     "missing-attribute", "joint 'j': <mimic> has no joint; add joint=\"...\""},
-    {"malformed multiplier", TWO("continuous", "<mimic joint=\"j\" multiplier=\"2x\"/>"),
-     TFA_E_PARSE, TFA_ERROR, 4, "bad-number", NULL},
-    {"mimic in a circle",
-     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("i", "continuous", "a", "b", FOLLOW("j"))
-               JOINT("j", "continuous", "b", "c", FOLLOW("i"))),
-     TFA_E_PARSE, TFA_ERROR, 5, "mimic-loop",
-     "joint 'i': mimics joint 'j', which in the end mimics it; let one of them move by itself"},
-    {"mimic of a fixed joint",
-     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("i", "fixed", "a", "b", "")
-               JOINT("j", "continuous", "b", "c", FOLLOW("i"))),
-     TFA_E_PARSE, TFA_ERROR, 6, "mimic-type",
-     "joint 'j': mimics joint 'i', which has no single coordinate; follow a revolute, continuous "
-     "or prismatic joint"},
-    {"mimic by a floating joint",
-     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("i", "continuous", "a", "b", "")
-               JOINT("j", "floating", "b", "c", FOLLOW("i"))),
-     TFA_E_PARSE, TFA_ERROR, 6, "mimic-type",
-     "joint 'j': only a joint with one freedom can follow another; remove <mimic>"},
-    {"mimic by a fixed joint",
-     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("i", "continuous", "a", "b", "")
-               JOINT("j", "fixed", "b", "c", FOLLOW("i"))),
-     TFA_OK, TFA_WARNING, 6, "mimic-fixed",
-     "joint 'j': a fixed joint has a <mimic>, which is ignored; remove it"},
+    {"islands",
+     ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "") LINK("c") LINK("d") LINK("e")
+               JOINT("j", "fixed", "c", "d", "") JOINT("k", "fixed", "c", "e", "")),
+     TFA_E_PARSE, TFA_ERROR, 5, "two-roots",
+     "link 'c' with joint 'j': neither it nor link 'a' with joint 'i' (line 2) is the child of a "
+     "joint; connect them or remove one"},
+    {"long cycle beside the robot",
+     ROBOT(LINK("a") LINK("b") LINK("c") LINK("d") JOINT("i", "fixed", "b", "c", "")
+               JOINT("j", "fixed", "c", "d", "") JOINT("k", "fixed", "d", "b", "")),
+     TFA_E_PARSE, TFA_ERROR, 8, "loop",
+     "link 'b': hangs from itself, through joint 'k' and joint 'j' (line 7); a robot is a tree: "
+     "open the loop"},
+    {"closed chain",
+     ROBOT(LINK("a") LINK("b") LINK("c") LINK("d") JOINT("i", "continuous", "a", "b", "")
+               JOINT("j", "continuous", "a", "c", "") JOINT("k", "continuous", "b", "d", "")
+                   JOINT("l", "continuous", "c", "d", "")),
+     TFA_E_PARSE, TFA_ERROR, 9, "two-parents",
+     "link 'd': child of joint 'k' (line 8) and of joint 'l'; a robot is a tree: remove one"},
+    {"children before parents",
+     ROBOT(JOINT("j", "continuous", "b", "c", "") JOINT("i", "continuous", "a", "b", "") LINK("c")
+               LINK("b") LINK("a")),
+     TFA_OK, -1, 0, "", ""},
+    {"version 2.0", "<robot name=\"r\" version=\"2.0\">\n" LINK("a") "</robot>", TFA_OK, TFA_NOTE,
+     1, "version", "robot: version=\"2.0\" is read as 1.0"},
+    {"link in another case", ROBOT(LINK("a") LINK("A") JOINT("j", "floating", "a", "A", "")),
+     TFA_OK, -1, 0, "", ""},
+    {"two joints between the same links",
+     ROBOT(LINK("a") LINK("b") JOINT("i", "continuous", "a", "b", "")
+               JOINT("j", "fixed", "a", "b", "")),
+     TFA_E_PARSE, TFA_ERROR, 5, "two-parents",
+     "link 'b': child of joint 'i' (line 4) and of joint 'j'; a robot is a tree: remove one"},
     {0},
 };

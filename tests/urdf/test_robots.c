@@ -55,6 +55,96 @@ static double sum_of_masses(const char *text)
     return sum;
 }
 
+enum { CODES = 8 };
+
+/* What the files hold, counted with an XML reader that is not ours, and what there is to say. */
+static const struct expectation {
+    const char *file;
+    size_t links, joints, fixed, mimics, massless;
+    size_t moving_massless; /* children of moving joints */
+    size_t damping, friction;
+    struct {
+        const char *code;
+        size_t count;
+    } said[CODES];
+} expectations[] = {
+    {"allegro_right.urdf", 21, 20, 4, 0, 0, 0, 16, 16, {{"triangle", 13}, {"friction", 1}}},
+    {"anymal_c.urdf", 78, 77, 65, 0, 19, 0, 0, 0, {{"triangle", 5}, {"no-inertial", 1}}},
+    {"baxter.urdf", 57, 56, 37, 2, 1, 0, 19, 0, {{"odd-gyration", 2}}},
+    {"double_pendulum.urdf", 3, 2, 0, 0, 0, 0, 2, 0, {{"equal-limits", 2}}},
+    {"go2.urdf", 31, 30, 18, 0, 2, 0, 0, 0, {{"no-inertial", 1}}},
+    {"h1.urdf", 25, 24, 5, 0, 5, 0, 0, 0, {{"no-inertial", 1}}},
+    {"iiwa14.urdf", 11, 10, 3, 0, 3, 0, 7, 0, {{"no-inertial", 1}}},
+    {"panda.urdf", 13, 12, 3, 1, 2, 0, 9, 0, {{"no-inertial", 1}}},
+    {"pr2.urdf", 82, 81, 51, 10, 14, 0, 32, 0, {{"triangle", 2}, {"no-inertial", 1}}},
+    {"romeo.urdf", 82, 81, 26, 22, 50, 24, 0, 0, {{"triangle", 2}, {"no-inertial", 1}}},
+    {"simple_humanoid.urdf", 31, 30, 1, 0, 1, 0, 0, 0, {{"placeholder-inertia", 1}}},
+    {"solo12.urdf", 17, 16, 4, 0, 0, 0, 0, 0, {{NULL, 0}}},
+    {"ur5.urdf", 11, 10, 4, 0, 4, 0, 0, 0, {{"no-inertial", 1}}},
+};
+
+static void count(const tfa_description *d, struct expectation *got)
+{
+    for (size_t i = 0; i < d->link_count; i++)
+        got->massless += d->links[i].mass == 0;
+    for (size_t j = 0; j < d->joint_count; j++) {
+        const tfa_joint *joint = &d->joints[j];
+        bool fixed = joint->type == TFA_JOINT_FIXED;
+        got->fixed += fixed;
+        got->mimics += joint->mimic >= 0;
+        got->moving_massless += !fixed && d->links[joint->child].mass == 0;
+        got->damping += joint->damping != 0;
+        got->friction += joint->friction != 0;
+    }
+}
+
+static size_t count_code(const tfa_report *report, const char *code)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < report->count; i++)
+        n += strcmp(report->messages[i].code, code) == 0;
+    return n;
+}
+
+static void check_messages(const struct expectation *want, const tfa_report *report)
+{
+    size_t expected = 0;
+    for (size_t k = 0; k < CODES && want->said[k].code; k++) {
+        size_t n = count_code(report, want->said[k].code);
+        if (n != want->said[k].count)
+            fail_msg("%s: %zu messages %s", want->file, n, want->said[k].code);
+        expected += n;
+    }
+    for (size_t i = 0; i < report->count && report->count != expected; i++)
+        print_error("%s:%u: %s\n", want->file, report->messages[i].line, report->messages[i].text);
+    assert_int_equal(report->count, expected);
+}
+
+/* Nothing is expected of robots that are not in the table. */
+static void check_expectation(const char *path, const tfa_description *d, const tfa_report *report)
+{
+    const char *file = strrchr(path, '/') + 1;
+    const struct expectation *want = NULL;
+    for (size_t i = 0; i < sizeof expectations / sizeof *expectations; i++)
+        if (strcmp(expectations[i].file, file) == 0)
+            want = &expectations[i];
+    if (!want) {
+        print_message("%s: nothing is known of it\n", file);
+        return;
+    }
+    struct expectation got = {0};
+    count(d, &got);
+    assert_int_equal(d->link_count, want->links);
+    assert_int_equal(d->joint_count, want->joints);
+    assert_int_equal(got.fixed, want->fixed);
+    assert_int_equal(got.mimics, want->mimics);
+    assert_int_equal(got.massless, want->massless);
+    assert_int_equal(got.moving_massless, want->moving_massless);
+    assert_int_equal(got.damping, want->damping);
+    assert_int_equal(got.friction, want->friction);
+    check_messages(want, report);
+}
+
 static void check_robot(const char *path)
 {
     tfa_report report = {0};
@@ -73,6 +163,7 @@ static void check_robot(const char *path)
     double expected = sum_of_masses(text);
     assert_memory_equal(&sum, &expected, sizeof sum);
     free(text);
+    check_expectation(path, d, &report);
     tfa_description_free(d);
     tfa_report_free(&report);
 }
@@ -98,7 +189,7 @@ static void test_robots(void **state)
     }
     closedir(folder);
     print_message("%zu robots\n", robots);
-    assert_true(robots > 0);
+    assert_true(robots >= sizeof expectations / sizeof *expectations);
 }
 
 int main(void)

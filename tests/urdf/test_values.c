@@ -14,7 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <totalforce/description.h>
+#include <totalforce/model.h>
 
 #include <cmocka.h>
 
@@ -177,6 +177,98 @@ static void test_world(void **state)
     tfa_description_free(d);
 }
 
+/* Neither the order of the alphabet nor that of the numbers: that of the document, but a joint
+ * comes after those that carry it. */
+static void test_published_order(void **state)
+{
+    (void)state;
+    static const char text[] = ROBOT(MASSIVE("e") MASSIVE("d") MASSIVE("c") MASSIVE("b")
+                                         MASSIVE("a") JOINT("joint_10", "continuous", "b", "c", "")
+                                             JOINT("joint_2", "prismatic", "a", "d", LIMIT)
+                                                 JOINT("joint_3", "revolute", "a", "b", LIMIT)
+                                                     JOINT("joint_1", "continuous", "a", "e", ""));
+    static const char *const order[] = {"joint_3", "joint_10", "joint_2", "joint_1"};
+    tfa_description *d = parse(text);
+    assert_string_equal(d->joints[0].name, "joint_10"); /* as declared */
+    tfa_model *model = NULL;
+    assert_int_equal(tfa_model_create(d, NULL, NULL, &model), TFA_OK);
+    assert_int_equal(tfa_model_joint_count(model), 4);
+    for (uint32_t j = 0; j < 4; j++) {
+        assert_string_equal(tfa_model_joint(model, j).name, order[j]);
+        assert_int_equal(tfa_model_find_joint(model, order[j]), j);
+    }
+    tfa_model_free(model);
+    tfa_description_free(d);
+}
+
+static void test_damping_and_friction(void **state)
+{
+    (void)state;
+    tfa_description *d = parse(ROBOT(
+        LINK("a") LINK("b") LINK("c") LINK("d") LINK("e")
+            JOINT("i", "continuous", "a", "b", "<dynamics damping=\"0.1\" friction=\"2e-3\"/>")
+                JOINT("j", "continuous", "b", "c", "<dynamics friction=\"1e-300\"/>")
+                    JOINT("k", "continuous", "c", "d", "<dynamics damping=\"-0.3\"/>")
+                        JOINT("l", "continuous", "d", "e", "<dynamics/>")));
+    static const double damping[] = {0.1, 0, -0.3, 0};
+    static const double friction[] = {2e-3, 1e-300, 0, 0};
+    for (size_t j = 0; j < 4; j++) {
+        assert_same(d->joints[j].damping, damping[j]);
+        assert_same(d->joints[j].friction, friction[j]);
+    }
+    tfa_description_free(d);
+}
+
+static void assert_same_description(const tfa_description *a, const tfa_description *b)
+{
+    assert_int_equal(a->link_count, b->link_count);
+    assert_int_equal(a->joint_count, b->joint_count);
+    for (size_t i = 0; i < a->link_count; i++) {
+        assert_string_equal(a->links[i].name, b->links[i].name);
+        assert_int_equal(a->links[i].line, b->links[i].line);
+        assert_same(a->links[i].mass, b->links[i].mass);
+        assert_memory_equal(a->links[i].com, b->links[i].com, sizeof b->links[i].com);
+        assert_memory_equal(a->links[i].inertia, b->links[i].inertia, sizeof b->links[i].inertia);
+    }
+    for (size_t j = 0; j < a->joint_count; j++) {
+        assert_string_equal(a->joints[j].name, b->joints[j].name);
+        assert_int_equal(a->joints[j].line, b->joints[j].line);
+        assert_memory_equal(a->joints[j].xyz, b->joints[j].xyz, sizeof b->joints[j].xyz);
+        assert_memory_equal(a->joints[j].quat, b->joints[j].quat, sizeof b->joints[j].quat);
+        assert_memory_equal(a->joints[j].axis, b->joints[j].axis, sizeof b->joints[j].axis);
+    }
+}
+
+/* `text` with every line end replaced by `end`; release with free(). */
+static char *with_line_ends(const char *text, const char *end)
+{
+    char *out = malloc(2 * strlen(text) + 1);
+    assert_non_null(out);
+    char *at = out;
+    for (; *text; text++)
+        if (*text == '\n')
+            at = stpcpy(at, end);
+        else
+            *at++ = *text;
+    *at = '\0';
+    return out;
+}
+
+static void test_line_ends(void **state)
+{
+    (void)state;
+    tfa_description *unix_style = parse(full);
+    static const char *const ends[] = {"\r\n", "\r"};
+    for (size_t i = 0; i < 2; i++) {
+        char *text = with_line_ends(full, ends[i]);
+        tfa_description *d = parse(text);
+        assert_same_description(unix_style, d);
+        tfa_description_free(d);
+        free(text);
+    }
+    tfa_description_free(unix_style);
+}
+
 /* rotor = rotor inertia times the gear ratio squared, summed over a joint's actuators */
 static void test_rotors(void **state)
 {
@@ -228,21 +320,55 @@ static void test_locale_of_streams(void **state)
     assert_true(set);
 }
 
+/* Numbers in messages have a point as well. */
+static void check_printed_point(void)
+{
+    static const char text[] = TWO("continuous", "<axis xyz=\"0 0 2.5\"/>");
+    tfa_report report = {0};
+    tfa_description *d = NULL;
+    assert_int_equal(tfa_urdf_parse(text, strlen(text), NULL, &d, &report), TFA_OK);
+    assert_int_equal(report.count, 1);
+    assert_string_equal(report.messages[0].text, "joint 'j': axis has the length 2.5 and is "
+                                                 "normalised; write a unit vector");
+    tfa_description_free(d);
+    tfa_report_free(&report);
+}
+
+/* Sets a C locale with a decimal comma: an installed one, or one made in `folder`. */
+static bool set_comma_locale(const char *folder)
+{
+    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (setlocale(LC_ALL, names[i]) && localeconv()->decimal_point[0] == ',')
+            return true;
+    char command[256];
+    snprintf(command, sizeof command,
+             "localedef --no-archive -i de_DE -f UTF-8 %s/de_DE.UTF-8 >/dev/null 2>&1", folder);
+    if (system(command) != 0)
+        return false;
+    setenv("LOCPATH", folder, 1);
+    return setlocale(LC_ALL, "de_DE.UTF-8") && localeconv()->decimal_point[0] == ',';
+}
+
 static void test_locale_of_c(void **state)
 {
     (void)state;
-    static const char *const names[] = {"de_DE.UTF-8", "de_DE.utf8", "fr_FR.UTF-8", "de_DE"};
-    const char *set = NULL;
-    for (size_t i = 0; i < sizeof names / sizeof *names && !set; i++)
-        set = setlocale(LC_ALL, names[i]);
-    if (set && localeconv()->decimal_point[0] == ',')
+    char folder[] = "/tmp/tfa-locale-XXXXXX";
+    assert_non_null(mkdtemp(folder));
+    bool set = set_comma_locale(folder);
+    if (set) {
         check_decimal_point();
-    else
-        print_message("skipped: no locale with a decimal comma is installed\n");
-    bool installed = set != NULL;
+        check_printed_point();
+    }
     setlocale(LC_ALL, "C");
-    if (!installed)
+    unsetenv("LOCPATH");
+    char command[64];
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    assert_int_equal(system(command), 0);
+    if (!set) {
+        print_message("skipped: no locale with a decimal comma, nor the means to make one\n");
         skip();
+    }
 }
 
 int main(void)
@@ -254,6 +380,9 @@ int main(void)
         cmocka_unit_test(test_mimic_and_defaults),
         cmocka_unit_test(test_axis_is_normalised),
         cmocka_unit_test(test_world),
+        cmocka_unit_test(test_published_order),
+        cmocka_unit_test(test_damping_and_friction),
+        cmocka_unit_test(test_line_ends),
         cmocka_unit_test(test_rotors),
         cmocka_unit_test(test_names_come_out_unchanged),
         cmocka_unit_test(test_locale_of_streams),

@@ -1,0 +1,255 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Computes everything with a model, in random states, with buffers that end where they must.
+ */
+#include "sound.h"
+#include "use.h"
+
+#include <math.h>
+#include <string.h>
+#include <totalforce/dynamics.h>
+
+enum { MOST_FREEDOMS = 128, MOST_QUADRUPLE = 24, MOST_LISTED = 4 };
+
+/* One request and the memory behind it; each array on the heap, so that its end is watched. */
+struct exchange {
+    tfa_request request;
+    tfa_reply reply;
+    size_t count, n, tips; /* states, rows of M, tips */
+    double *q, *v, *tau, *qdd, *pose, *twist, *wrench, *acceleration, *wrenches, *payloads;
+    uint32_t *locked, *held;
+    double gravity[3];
+};
+
+static double *numbers(size_t n, double scale, struct chance *c)
+{
+    double *array = malloc(n * sizeof *array + (n == 0));
+    REQUIRE(array);
+    for (size_t i = 0; i < n; i++)
+        array[i] = scale * chance_signed(c);
+    static const double odd[] = {0, NAN, -INFINITY, 1e308, 1e-308, 1e15};
+    if (n > 0 && chance_percent(c, 3))
+        array[chance_below(c, n)] = odd[chance_below(c, sizeof odd / sizeof *odd)];
+    return array;
+}
+
+static uint32_t *indices(size_t n, size_t end, struct chance *c)
+{
+    uint32_t *array = malloc(n * sizeof *array + (n == 0));
+    REQUIRE(array);
+    for (size_t i = 0; i < n; i++)
+        array[i] = (uint32_t)(chance_percent(c, 2) ? end : chance_below(c, end));
+    return array;
+}
+
+static void normalise(double *quaternion, struct chance *c)
+{
+    double norm = 0;
+    for (int i = 0; i < 4; i++)
+        norm += quaternion[i] * quaternion[i];
+    norm = sqrt(norm);
+    for (int i = 0; i < 4 && norm > 0 && !chance_percent(c, 1); i++)
+        quaternion[i] /= norm;
+}
+
+static void choose_state(struct exchange *x, const tfa_model *m, struct chance *c)
+{
+    size_t k = x->count;
+    size_t nq = tfa_model_q_count(m);
+    size_t nv = tfa_model_v_count(m);
+    x->q = numbers(k * nq, chance_percent(c, 90) ? 4 : 1e6, c);
+    for (size_t s = 0; s < k; s++)
+        for (uint32_t j = 0; j < tfa_model_joint_count(m); j++) {
+            const tfa_joint_info joint = tfa_model_joint(m, j);
+            if (joint.q_count == 7)
+                normalise(x->q + s * nq + joint.q_index + 3, c);
+        }
+    x->v = numbers(k * nv, 3, c);
+    x->tau = numbers(k * nv, 20, c);
+    x->qdd = numbers(k * nv, 20, c);
+    x->pose = numbers(k * 7, 1, c);
+    for (size_t s = 0; s < k; s++)
+        normalise(x->pose + 7 * s + 3, c);
+    x->twist = numbers(k * 6, 1, c);
+    x->wrench = numbers(k * 6, 10, c);
+    x->acceleration = numbers(k * 6, 10, c);
+}
+
+static void choose_lists(struct exchange *x, const tfa_model *m, struct chance *c)
+{
+    tfa_request *r = &x->request;
+    size_t frames = tfa_model_frame_count(m);
+    size_t joints = tfa_model_joint_count(m);
+    x->tips = chance_below(c, MOST_LISTED);
+    r->tip_count = (uint32_t)x->tips;
+    r->wrench_count = (uint32_t)chance_below(c, 3);
+    r->payload_count = chance_percent(c, 20) ? 1 + (uint32_t)chance_below(c, 2) : 0;
+    r->locked_count = chance_percent(c, 25) ? 1 + (uint32_t)chance_below(c, MOST_LISTED) : 0;
+    r->held_count = chance_percent(c, 25) ? 1 + (uint32_t)chance_below(c, MOST_LISTED) : 0;
+    for (int i = 0; i < MOST_LISTED; i++) {
+        r->tips[i] = (uint32_t)chance_below(c, frames);
+        r->wrench_frames[i] = (uint32_t)chance_below(c, frames + chance_percent(c, 2));
+        r->payload_frames[i] = (uint32_t)chance_below(c, frames);
+    }
+    x->wrenches = numbers(x->count * r->wrench_count * 6, 10, c);
+    x->payloads = numbers(r->payload_count * (size_t)TFA_PAYLOAD_NUMBERS, 0.1, c);
+    for (size_t i = 0; i < r->payload_count; i++) {
+        double *p = x->payloads + i * TFA_PAYLOAD_NUMBERS;
+        p[0] = fabs(p[0]);
+        p[4] = fabs(p[4]);
+        p[9] = fabs(p[9]);
+        p[7] = p[4] + p[9];
+        p[5] = p[6] = p[8] = 0;
+    }
+    x->locked = indices(r->locked_count, joints, c);
+    x->held = indices(r->held_count, joints, c);
+    if (r->held_count > 0)
+        r->hold = TFA_HOLD_GIVEN;
+    else if (chance_percent(c, 15))
+        r->hold = TFA_HOLD_AUTO;
+    r->tolerance = pow(10, 8 * chance_signed(c) - 6);
+}
+
+static void make_reply(struct exchange *x, size_t nv)
+{
+    tfa_reply *y = &x->reply;
+    size_t rows = 6 * x->tips;
+    struct chance none = {0};
+    y->qdd = numbers(x->count * nv, 0, &none);
+    y->base_acceleration = numbers(x->count * 6, 0, &none);
+    y->tau = numbers(x->count * nv, 0, &none);
+    y->base_wrench = numbers(x->count * 6, 0, &none);
+    y->lambda_inv = numbers(x->count * rows * rows, 0, &none);
+    y->mass_matrix = numbers(x->count * x->n * x->n, 0, &none);
+    y->poses = numbers(x->count * x->tips * 7, 0, &none);
+    y->spectrum = calloc(x->count, sizeof *y->spectrum);
+    y->certificate = calloc(x->count, sizeof *y->certificate);
+    y->answers = calloc(x->count, sizeof *y->answers);
+    REQUIRE(y->spectrum && y->certificate && y->answers);
+}
+
+static void make_exchange(struct exchange *x, const tfa_model *m, struct chance *c)
+{
+    memset(x, 0, sizeof *x);
+    tfa_request *r = &x->request;
+    x->count = 1 + chance_below(c, 3);
+    x->n = tfa_model_base_freedoms(m) + tfa_model_v_count(m);
+    choose_state(x, m, c);
+    choose_lists(x, m, c);
+    make_reply(x, tfa_model_v_count(m));
+    r->count = (uint32_t)x->count;
+    r->refine = chance_percent(c, 60) ? TFA_REFINE_DEFAULT : (uint32_t)chance_below(c, 3);
+    r->estimate = (tfa_estimate)chance_below(c, 3);
+    r->frame = (tfa_reference_frame)chance_below(c, 3);
+    r->flags = (uint32_t)chance_below(c, 8);
+    r->q = x->q;
+    r->v = x->v;
+    r->tau = x->tau;
+    r->qdd = x->qdd;
+    r->base_pose = x->pose;
+    r->base_twist = x->twist;
+    r->base_wrench = x->wrench;
+    r->base_acceleration = x->acceleration;
+    r->wrenches = x->wrenches;
+    r->payloads = x->payloads;
+    r->locked = x->locked;
+    r->held = x->held;
+    if (chance_percent(c, 10))
+        r->gravity = memcpy(x->gravity, (double[]){1, -2, 3}, sizeof x->gravity);
+}
+
+static void free_exchange(struct exchange *x)
+{
+    double *const arrays[] = {x->q,
+                              x->v,
+                              x->tau,
+                              x->qdd,
+                              x->pose,
+                              x->twist,
+                              x->wrench,
+                              x->acceleration,
+                              x->wrenches,
+                              x->payloads,
+                              x->reply.qdd,
+                              x->reply.base_acceleration,
+                              x->reply.tau,
+                              x->reply.base_wrench,
+                              x->reply.lambda_inv,
+                              x->reply.mass_matrix,
+                              x->reply.poses};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        free(arrays[i]);
+    free(x->locked);
+    free(x->held);
+    free(x->reply.spectrum);
+    free(x->reply.certificate);
+    free(x->reply.answers);
+}
+
+static void require_finite(const double *array, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        REQUIRE(isfinite(array[i]));
+}
+
+/* An answer that is not finite is not called an answer. */
+static void check(const struct exchange *x, const tfa_model *m)
+{
+    const tfa_reply *y = &x->reply;
+    size_t nv = tfa_model_v_count(m);
+    size_t rows = 6 * x->tips;
+    if (y->status != TFA_OK)
+        return;
+    switch (x->request.op) {
+    case TFA_OP_FORWARD_DYNAMICS:
+        require_finite(y->qdd, x->count * nv);
+        break;
+    case TFA_OP_INVERSE_DYNAMICS:
+        require_finite(y->tau, x->count * nv);
+        break;
+    case TFA_OP_OPERATIONAL_INERTIA:
+        require_finite(y->lambda_inv, x->count * rows * rows);
+        break;
+    case TFA_OP_MASS_MATRIX:
+        require_finite(y->mass_matrix, x->count * x->n * x->n);
+        break;
+    }
+}
+
+static void compute_everything(tfa_workspace *w, struct exchange *x, const tfa_model *m)
+{
+    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
+        for (int method = TFA_METHOD_AUTO; method <= TFA_METHOD_PROPAGATION; method++) {
+            x->request.op = (tfa_op)op;
+            x->request.method = (tfa_method)method;
+            int status = tfa_compute(w, &x->request, &x->reply);
+            REQUIRE(status == x->reply.status);
+            check(x, m);
+        }
+}
+
+static void use_precision(const tfa_model *m, tfa_precision precision, struct chance *c)
+{
+    const tfa_workspace_options options = {.precision = precision};
+    tfa_workspace *w = NULL;
+    int status = tfa_workspace_create(m, &options, &w);
+    if (status == TFA_E_UNSUPPORTED)
+        return;
+    REQUIRE(status == TFA_OK);
+    struct exchange x;
+    make_exchange(&x, m, c);
+    compute_everything(w, &x, m);
+    free_exchange(&x);
+    tfa_workspace_free(w);
+}
+
+void use_model(const tfa_model *model, struct chance *c)
+{
+    size_t freedoms = tfa_model_v_count(model) + tfa_model_base_freedoms(model);
+    if (freedoms > MOST_FREEDOMS)
+        return; /* more of the same, only slower */
+    use_precision(model, TFA_F64, c);
+    if (freedoms <= MOST_QUADRUPLE && chance_percent(c, 10))
+        use_precision(model, TFA_F128, c);
+}

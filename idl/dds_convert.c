@@ -22,6 +22,11 @@ _Static_assert(sizeof(totalforce_dds_Spectrum) == sizeof(tfa_spectrum), "Spectru
 SAME_PLACE(totalforce_dds_Spectrum, rank, tfa_spectrum, rank);
 SAME_PLACE(totalforce_dds_Spectrum, eig_min, tfa_spectrum, eig_min);
 SAME_PLACE(totalforce_dds_Spectrum, eig_max, tfa_spectrum, eig_max);
+_Static_assert(sizeof(totalforce_dds_Certificate) == sizeof(tfa_certificate), "Certificate");
+SAME_PLACE(totalforce_dds_Certificate, error, tfa_certificate, error);
+SAME_PLACE(totalforce_dds_Certificate, relative, tfa_certificate, relative);
+SAME_PLACE(totalforce_dds_Certificate, held, tfa_certificate, held);
+SAME_PLACE(totalforce_dds_Certificate, exact, tfa_certificate, exact);
 
 tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa_dds_shape *shape)
 {
@@ -35,6 +40,7 @@ tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa
     if (request->op == TFA_OP_FORWARD_DYNAMICS) {
         sizes.qdd = count * shape->v_count;
         sizes.base_acceleration = count * shape->base_freedoms;
+        sizes.certificate = request->hold != TFA_HOLD_NONE ? count : 0;
     }
     if (request->op == TFA_OP_INVERSE_DYNAMICS) {
         sizes.tau = count * shape->v_count;
@@ -45,6 +51,7 @@ tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa
     if (answers_lambda) {
         sizes.lambda_inv = count * rows * rows;
         sizes.spectrum = request->flags & TFA_WANT_SPECTRUM ? count : 0;
+        sizes.poses = request->flags & TFA_WANT_POSES ? count * request->tip_count * 7 : 0;
     }
     return sizes;
 }
@@ -63,23 +70,70 @@ static const double *view_array(const dds_sequence_double *sequence, uint64_t ex
     return sequence->_buffer;
 }
 
+/* How many indices a sequence holds; 0 and a culprit when there are more than `limit`. */
+static uint32_t count_indices(const dds_sequence_unsigned_long *sequence, uint32_t limit,
+                              tfa_field field, tfa_dds_culprit *culprit)
+{
+    if (sequence->_length <= limit)
+        return sequence->_length;
+    if (culprit->status == TFA_OK)
+        *culprit = (tfa_dds_culprit){TFA_E_SIZE, field, sequence->_length};
+    return 0;
+}
+
 /* Copies frame indices; at most `limit`. */
 static uint32_t copy_indices(const dds_sequence_unsigned_long *sequence, uint32_t *indices,
                              uint32_t limit, tfa_field field, tfa_dds_culprit *culprit)
 {
-    if (sequence->_length > limit) {
-        if (culprit->status == TFA_OK)
-            *culprit = (tfa_dds_culprit){TFA_E_SIZE, field, sequence->_length};
-        return 0;
-    }
-    if (sequence->_length > 0)
-        memcpy(indices, sequence->_buffer, sequence->_length * sizeof *indices);
-    return sequence->_length;
+    const uint32_t count = count_indices(sequence, limit, field, culprit);
+    if (count > 0)
+        memcpy(indices, sequence->_buffer, count * sizeof *indices);
+    return count;
+}
+
+/* Views joint indices; at most one for each freedom. */
+static const uint32_t *view_joints(const dds_sequence_unsigned_long *sequence, uint32_t v_count,
+                                   uint32_t *count, tfa_field field, tfa_dds_culprit *culprit)
+{
+    *count = count_indices(sequence, v_count, field, culprit);
+    return *count > 0 ? sequence->_buffer : NULL;
 }
 
 static bool op_exists(uint32_t op)
 {
     return op >= TFA_OP_FORWARD_DYNAMICS && op <= TFA_OP_MASS_MATRIX;
+}
+
+/* What decides every size. */
+static void check_sizes(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
+                        tfa_dds_culprit *culprit)
+{
+    *culprit = (tfa_dds_culprit){.status = TFA_OK};
+    if (!op_exists(sample->op))
+        *culprit = (tfa_dds_culprit){TFA_E_ARGUMENT, TFA_FIELD_OP, sample->op};
+    else if (sample->count < 1 || sample->count > shape->max_batch)
+        *culprit = (tfa_dds_culprit){TFA_E_SIZE, TFA_FIELD_COUNT, sample->count};
+    else if (sample->method > UINT16_MAX) /* the ring has 16 bits for it */
+        *culprit = (tfa_dds_culprit){TFA_E_METHOD, TFA_FIELD_METHOD, sample->method};
+}
+
+/* Everything that is not one number for each joint or base freedom. */
+static void view_lists(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
+                       tfa_request *r, tfa_dds_culprit *culprit)
+{
+    r->tip_count = copy_indices(&sample->tips, r->tips, TFA_MAX_TIPS, TFA_FIELD_TIPS, culprit);
+    r->wrench_count = copy_indices(&sample->wrench_frames, r->wrench_frames, TFA_MAX_WRENCHES,
+                                   TFA_FIELD_WRENCHES, culprit);
+    r->payload_count = copy_indices(&sample->payload_frames, r->payload_frames, TFA_MAX_PAYLOADS,
+                                    TFA_FIELD_PAYLOADS, culprit);
+    r->locked =
+        view_joints(&sample->locked, shape->v_count, &r->locked_count, TFA_FIELD_LOCKED, culprit);
+    r->held = view_joints(&sample->held, shape->v_count, &r->held_count, TFA_FIELD_HELD, culprit);
+    r->gravity = view_array(&sample->gravity, 3, TFA_FIELD_GRAVITY, culprit);
+    r->wrenches = view_array(&sample->wrenches, (uint64_t)r->count * r->wrench_count * 6,
+                             TFA_FIELD_WRENCHES, culprit);
+    r->payloads = view_array(&sample->payloads, (uint64_t)r->payload_count * TFA_PAYLOAD_NUMBERS,
+                             TFA_FIELD_PAYLOADS, culprit);
 }
 
 int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
@@ -89,17 +143,10 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_sha
     const uint64_t v_size = count * shape->v_count;
     const uint64_t base = shape->base_freedoms > 0 ? count : 0;
 
-    *culprit = (tfa_dds_culprit){.status = TFA_OK};
     *request = (tfa_request){0};
-    if (!op_exists(sample->op))
-        *culprit = (tfa_dds_culprit){TFA_E_ARGUMENT, TFA_FIELD_OP, sample->op};
-    else if (sample->count < 1 || sample->count > shape->max_batch)
-        *culprit = (tfa_dds_culprit){TFA_E_SIZE, TFA_FIELD_COUNT, sample->count};
-    else if (sample->method > UINT16_MAX) /* the ring has 16 bits for it */
-        *culprit = (tfa_dds_culprit){TFA_E_METHOD, TFA_FIELD_METHOD, sample->method};
+    check_sizes(sample, shape, culprit);
     if (culprit->status != TFA_OK)
         return culprit->status;
-
     *request = (tfa_request){
         .op = (tfa_op)sample->op,
         .method = (tfa_method)sample->method,
@@ -108,11 +155,9 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_sha
         .refine = sample->refine,
         .flags = sample->flags,
         .count = sample->count,
+        .hold = (tfa_hold)sample->hold,
+        .tolerance = sample->tolerance,
     };
-    request->tip_count =
-        copy_indices(&sample->tips, request->tips, TFA_MAX_TIPS, TFA_FIELD_TIPS, culprit);
-    request->wrench_count = copy_indices(&sample->wrench_frames, request->wrench_frames,
-                                         TFA_MAX_WRENCHES, TFA_FIELD_WRENCHES, culprit);
     request->q = view_array(&sample->q, count * shape->q_count, TFA_FIELD_Q, culprit);
     request->v = view_array(&sample->v, v_size, TFA_FIELD_V, culprit);
     request->tau = view_array(&sample->tau, v_size, TFA_FIELD_TAU, culprit);
@@ -123,9 +168,7 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_sha
         view_array(&sample->base_wrench, 6 * base, TFA_FIELD_BASE_WRENCH, culprit);
     request->base_acceleration =
         view_array(&sample->base_acceleration, 6 * base, TFA_FIELD_BASE_ACCELERATION, culprit);
-    request->gravity = view_array(&sample->gravity, 3, TFA_FIELD_GRAVITY, culprit);
-    request->wrenches = view_array(&sample->wrenches, count * request->wrench_count * 6,
-                                   TFA_FIELD_WRENCHES, culprit);
+    view_lists(sample, shape, request, culprit);
     return culprit->status;
 }
 
@@ -162,8 +205,9 @@ static dds_sequence_double borrow(const double *array, uint64_t size)
     };
 }
 
-static dds_sequence_unsigned_long borrow_indices(const uint32_t *array, uint32_t length)
+static dds_sequence_unsigned_long borrow_indices(const uint32_t *array, uint32_t size)
 {
+    const uint32_t length = array != NULL ? size : 0;
     return (dds_sequence_unsigned_long){
         ._maximum = length,
         ._length = length,
@@ -179,7 +223,9 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
     const uint64_t v_size = count * shape->v_count;
     const uint64_t base = shape->base_freedoms > 0 ? count : 0;
 
-    if (request->tip_count > TFA_MAX_TIPS || request->wrench_count > TFA_MAX_WRENCHES)
+    if (request->tip_count > TFA_MAX_TIPS || request->wrench_count > TFA_MAX_WRENCHES ||
+        request->payload_count > TFA_MAX_PAYLOADS || request->locked_count > shape->v_count ||
+        request->held_count > shape->v_count)
         return TFA_E_SIZE;
     sample->op = (uint32_t)request->op;
     sample->method = (uint32_t)request->method;
@@ -188,6 +234,13 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
     sample->refine = request->refine;
     sample->flags = request->flags;
     sample->count = request->count;
+    sample->hold = (uint32_t)request->hold;
+    sample->tolerance = request->tolerance;
+    sample->payload_frames = borrow_indices(request->payload_frames, request->payload_count);
+    sample->locked = borrow_indices(request->locked, request->locked_count);
+    sample->held = borrow_indices(request->held, request->held_count);
+    sample->payloads =
+        borrow(request->payloads, (uint64_t)request->payload_count * TFA_PAYLOAD_NUMBERS);
     sample->tips = borrow_indices(request->tips, request->tip_count);
     sample->wrench_frames = borrow_indices(request->wrench_frames, request->wrench_count);
     sample->q = borrow(request->q, count * shape->q_count);
@@ -215,6 +268,7 @@ void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes
     const tfa_dds_reply_sizes *s = tfa_dds_status_has_answers(reply->status) ? sizes : &none;
     const uint32_t answers = reply->answers != NULL ? s->answers : 0;
     const uint32_t spectra = reply->spectrum != NULL ? s->spectrum : 0;
+    const uint32_t certificates = reply->certificate != NULL ? s->certificate : 0;
 
     sample->status = reply->status;
     sample->field = (uint32_t)reply->field;
@@ -230,6 +284,10 @@ void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes
     sample->mass_matrix = borrow(reply->mass_matrix, s->mass_matrix);
     sample->spectrum = (dds_sequence_totalforce_dds_Spectrum){
         spectra, spectra, spectra > 0 ? (totalforce_dds_Spectrum *)reply->spectrum : NULL, false};
+    sample->poses = borrow(reply->poses, s->poses);
+    sample->certificate = (dds_sequence_totalforce_dds_Certificate){
+        certificates, certificates,
+        certificates > 0 ? (totalforce_dds_Certificate *)reply->certificate : NULL, false};
 }
 
 void tfa_dds_accelerations_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes,
@@ -266,12 +324,32 @@ static bool read_array(double *to, const dds_sequence_double *from, uint32_t exp
     return read_items(to, from->_buffer, from->_length, expected, sizeof *to);
 }
 
+/* The first eight bytes of a hash, most significant first: tfa_model_tag. */
+static uint64_t tag_of(const totalforce_dds_Hash hash)
+{
+    uint64_t tag = 0;
+    for (int i = 0; i < 8; i++)
+        tag = tag << 8 | hash[i];
+    return tag;
+}
+
+void tfa_dds_set_hash(totalforce_dds_Hash hash, const totalforce_dds_Hash present, uint64_t model)
+{
+    memcpy(hash, present, sizeof(totalforce_dds_Hash));
+    if (model == 0 || model == tag_of(present))
+        return;
+    memset(hash, 0, sizeof(totalforce_dds_Hash));
+    for (int i = 0; i < 8; i++)
+        hash[i] = (uint8_t)(model >> (56 - 8 * i));
+}
+
 int tfa_dds_reply_read(const totalforce_dds_Reply *sample, const tfa_dds_reply_sizes *sizes,
                        tfa_reply *reply)
 {
     static const tfa_dds_reply_sizes none;
     const tfa_dds_reply_sizes *s = tfa_dds_status_has_answers(sample->status) ? sizes : &none;
 
+    reply->model = tag_of(sample->model_hash);
     reply->status = sample->status;
     reply->field = (tfa_field)sample->field;
     reply->index = sample->index;
@@ -285,6 +363,9 @@ int tfa_dds_reply_read(const totalforce_dds_Reply *sample, const tfa_dds_reply_s
         read_array(reply->mass_matrix, &sample->mass_matrix, s->mass_matrix) &&
         read_items(reply->answers, sample->answers._buffer, sample->answers._length, s->answers,
                    sizeof *reply->answers) &&
+        read_array(reply->poses, &sample->poses, s->poses) &&
+        read_items(reply->certificate, sample->certificate._buffer, sample->certificate._length,
+                   s->certificate, sizeof *reply->certificate) &&
         read_items(reply->spectrum, sample->spectrum._buffer, sample->spectrum._length, s->spectrum,
                    sizeof *reply->spectrum);
     return fits ? TFA_OK : TFA_E_PROTOCOL;

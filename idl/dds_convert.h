@@ -33,7 +33,7 @@ typedef struct tfa_dds_shape {
 /** Numbers in each array of a reply; 0: the request does not ask for it. */
 typedef struct tfa_dds_reply_sizes {
     uint32_t qdd, base_acceleration, tau, base_wrench, lambda_inv, mass_matrix;
-    uint32_t spectrum, answers;
+    uint32_t spectrum, answers, poses, certificate;
 } tfa_dds_reply_sizes;
 
 /** Why a sample was not turned into a request; `status` is TFA_OK when it was. */
@@ -49,8 +49,8 @@ tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa
 /**
  * Views a Request sample as a tfa_request: its pointers lead into the sample.
  *
- * Checks what decides sizes: op, count (1 .. max_batch), numbers of tips and wrenches, the length
- * of every sequence. Leaves values, frames and methods to tfa_request_check (but a method that has
+ * Checks what decides sizes: op, count (1 .. max_batch), numbers of tips, wrenches, payloads and
+ * joints, the length of every sequence. Leaves values, frames and methods to tfa_request_check (but a method that has
  * more than 16 bits is refused here).
  * @return culprit->status: TFA_OK; TFA_E_ARGUMENT (op); TFA_E_SIZE; TFA_E_METHOD.
  */
@@ -65,7 +65,8 @@ int tfa_dds_torques_view(const totalforce_dds_JointTorques *sample, const tfa_dd
  * Fills everything of a Request sample that comes from a tfa_request (not robot, client, id and
  * stamp). The sequences point at the arrays of the request: write the sample while those live, and
  * never free it.
- * @return TFA_OK; TFA_E_SIZE (more tips or wrenches than a tfa_request holds).
+ * @return TFA_OK; TFA_E_SIZE (more tips, wrenches or payloads than a tfa_request holds, more locked
+ *         or held joints than the robot has).
  */
 int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
                          totalforce_dds_Request *sample);
@@ -90,6 +91,12 @@ TFA_CHECKED int tfa_dds_reply_read(const totalforce_dds_Reply *sample,
 
 /** Whether a reply with this status carries arrays: some of its states may be valid. */
 bool tfa_dds_status_has_answers(int32_t status);
+
+/**
+ * Writes the hash of the model that answered: `present`, the one that RobotInfo tells, unless
+ * `model` (tfa_reply.model; 0: nobody answered) is the tag of another, of which no more is known.
+ */
+void tfa_dds_set_hash(totalforce_dds_Hash hash, const totalforce_dds_Hash present, uint64_t model);
 
 /** Copies a robot's name into the key of a sample. @return whether it fits. */
 bool tfa_dds_set_robot(char key[totalforce_dds_ROBOT_NAME_MAX + 1], const char *name);

@@ -208,6 +208,50 @@ static bool is_name(const char *s)
     return true;
 }
 
+/* No other robot and no scene of another may have the name that clients would ask for. */
+static void check_unique(reader *r, const config *c, size_t i, const char *path, const char *name)
+{
+    char other[2 * TFA_ROBOT_NAME_MAX + 2];
+    for (size_t k = 0; k < i; k++) {
+        const config_robot *robot = &c->robots[k];
+        if (strcmp(name, robot->name) == 0)
+            complain(r, path, "'%s' is already the name of robots[%zu]", name, k);
+        for (size_t s = 0; s < robot->scenes_count; s++) {
+            snprintf(other, sizeof other, "%.63s.%.63s", robot->name, robot->scenes[s].name);
+            if (strcmp(name, other) == 0)
+                complain(r, path, "'%s' is already the name of robots[%zu].scenes[%zu]", name, k,
+                         s);
+        }
+    }
+}
+
+static void check_lock(reader *r, const config_lock *lock, const char *path)
+{
+    if (lock->pose_count && lock->pose_count != 3 && lock->pose_count != 7)
+        complain(r, path, "%zu numbers; planar joints take 3, floating joints 7", lock->pose_count);
+}
+
+static void check_scene(reader *r, const config *c, size_t i, size_t k)
+{
+    const config_robot *robot = &c->robots[i];
+    const config_scene *scene = &robot->scenes[k];
+    char path[96], name[2 * TFA_ROBOT_NAME_MAX + 2];
+    snprintf(path, sizeof path, "robots[%zu].scenes[%zu].name", i, k);
+    if (!is_name(scene->name) || strlen(robot->name) + 1 + strlen(scene->name) > TFA_ROBOT_NAME_MAX)
+        complain(r, path, "'%s.%s' is not a name: 1 to %d letters, digits, '-', '_', '.'",
+                 robot->name, scene->name, TFA_ROBOT_NAME_MAX);
+    for (size_t s = 0; s < k; s++)
+        if (strcmp(scene->name, robot->scenes[s].name) == 0)
+            complain(r, path, "'%s' is already the name of robots[%zu].scenes[%zu]", scene->name, i,
+                     s);
+    snprintf(name, sizeof name, "%.63s.%.63s", robot->name, scene->name);
+    check_unique(r, c, i, path, name);
+    for (size_t j = 0; j < scene->locked_count; j++) {
+        snprintf(path, sizeof path, "robots[%zu].scenes[%zu].locked[%zu].pose", i, k, j);
+        check_lock(r, &scene->locked[j], path);
+    }
+}
+
 static void check_robot(reader *r, const config *c, size_t i)
 {
     const config_robot *robot = &c->robots[i];
@@ -216,9 +260,7 @@ static void check_robot(reader *r, const config *c, size_t i)
     if (!is_name(robot->name))
         complain(r, path, "'%s' is not a name: 1 to %d letters, digits, '-', '_', '.'", robot->name,
                  TFA_ROBOT_NAME_MAX);
-    for (size_t k = 0; k < i; k++)
-        if (strcmp(robot->name, c->robots[k].name) == 0)
-            complain(r, path, "'%s' is already the name of robots[%zu]", robot->name, k);
+    check_unique(r, c, i, path, robot->name);
     snprintf(path, sizeof path, "robots[%zu].slots", i);
     if (robot->slots & (robot->slots - 1))
         complain(r, path, "%u is not a power of two", robot->slots);
@@ -227,6 +269,8 @@ static void check_robot(reader *r, const config *c, size_t i)
         complain(r, path, "choose spin, hybrid or block");
     if (robot->wait == TFA_WAIT_SPIN && !c->allow_spin)
         complain(r, path, "spin, but allow_spin is no");
+    for (size_t k = 0; k < robot->scenes_count; k++)
+        check_scene(r, c, i, k);
 }
 
 static void check_file(reader *r, const config *c, size_t i)
@@ -324,6 +368,22 @@ int config_load(const char *file, FILE *errors, config **out)
     return TFA_OK;
 }
 
+/* The lists of structs below a struct; those of scalars belong to libcyaml. */
+static void free_lists(const config_table *t, char *in)
+{
+    for (const config_row *row = t->rows; row->key; row++) {
+        if (row->kind == CONFIG_GROUP)
+            free_lists(row->table, in + row->at);
+        if (row->kind != CONFIG_LIST || !row->table)
+            continue;
+        char *entries = *(char **)(void *)(in + row->at);
+        const size_t count = *(const size_t *)(const void *)(in + row->count_at);
+        for (size_t i = 0; entries && i < count; i++)
+            free_lists(row->table, entries + i * row->table->size);
+        free(entries);
+    }
+}
+
 void config_free(config *c)
 {
     if (!c)
@@ -332,12 +392,17 @@ void config_free(config *c)
     const cyaml_config_t settings = cyaml_settings(&nobody);
     const cyaml_schema_value_t top = top_schema();
     (void)cyaml_free(&settings, &top, c->raw, 0);
-    for (size_t i = 0; i < c->robots_count && c->robots; i++)
-        free(c->robots[i].armature);
-    free(c->robots);
+    free_lists(&config_top, (char *)c);
     free(c->default_dir);
     free(c->file);
     free(c);
+}
+
+void config_place(const config *c, const char *path, char *text, size_t size)
+{
+    size_t line, column;
+    config_locate(c->file, path, &line, &column);
+    snprintf(text, size, "%s:%zu:%zu", c->file, line, column);
 }
 
 char *config_urdf_path(const config *c, const config_robot *robot)

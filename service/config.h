@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The configuration of the daemon: read once, constant from then on.
+ * The configuration of the daemon: constant once read; a reload reads another one.
  *
  * One table (config_table.c) holds every key with its type, default, range and explanation; the
- * parser, --check and --dump-config come from it.
+ * parser, --check, --dump-config and what a reload may change come from it.
  */
 #ifndef TFA_SERVICE_CONFIG_H
 #define TFA_SERVICE_CONFIG_H
@@ -29,6 +29,38 @@ typedef struct config_armature {
     double value; /* kg m^2 or kg */
 } config_armature;
 
+#define CONFIG_BASE_SAME 2u /* of a scene: as its robot; otherwise a tfa_base */
+
+typedef struct config_lock {
+    const char *joint;
+    double q;     /* of a joint with one coordinate */
+    double *pose; /* of one with several */
+    size_t pose_count;
+} config_lock;
+
+typedef struct config_payload {
+    const char *link;
+    double mass;
+    double *com;
+    size_t com_count; /* 3, or 0: the link frame's origin */
+    double *inertia;
+    size_t inertia_count; /* 6, or 0: a point */
+} config_payload;
+
+/* What part of a robot is served under the name ROBOT.SCENE, and how it is loaded. */
+typedef struct config_scene {
+    const char *name, *root;
+    const char **tips;
+    size_t tips_count;
+    config_lock *locked;
+    size_t locked_count;
+    config_payload *payload;
+    size_t payload_count;
+    uint32_t base;
+    double *gravity;
+    size_t gravity_count; /* 3, or 0: as its robot */
+} config_scene;
+
 typedef struct config_robot {
     const char *name, *urdf;
     uint32_t base; /* tfa_base */
@@ -36,11 +68,15 @@ typedef struct config_robot {
     size_t gravity_count; /* 3, or 0 for the default */
     config_armature *armature;
     size_t armature_count;
+    uint32_t inertia; /* tfa_inertia_policy */
+    uint32_t mimic;   /* tfa_mimic_policy */
+    config_scene *scenes;
+    size_t scenes_count;
     uint32_t estimate; /* config_estimate */
     uint32_t estimate_every;
     uint32_t wait; /* tfa_wait: what clients get that ask for nothing */
     uint32_t slots, max_batch;
-    bool rotor_inertia;
+    bool rotor_inertia, damping, lock_massless_leaves;
     bool dds;
 } config_robot;
 
@@ -85,6 +121,16 @@ void config_free(config *c);
 
 /** Writes the configuration in effect as YAML, every key with its explanation. */
 void config_dump(const config *c, FILE *out);
+
+/**
+ * Names the first key that differs although only a restart can change it, in `text`: the whole
+ * sentence. @return there is one
+ */
+bool config_needs_restart(const config *now, const config *next, char *text, size_t size);
+
+/** Where the value of a path like "robots[1].scenes[0].root" stands: "FILE:LINE:COLUMN", for
+ *  messages about it. */
+void config_place(const config *c, const char *path, char *text, size_t size);
 
 /** Path of a robot's URDF file: relative ones start at the configuration file. Release with free;
  *  NULL when memory is short. */

@@ -51,7 +51,7 @@ static void dump_list(const config_row *row, const char *in, int indent, FILE *o
             dump_table(row->table, entries + i * row->table->size, indent + 4, "  - ", out);
         return;
     }
-    const size_t size = row->entry == CONFIG_COUNT ? sizeof(uint32_t) : sizeof(double);
+    const size_t size = config_entry_size(row);
     for (size_t i = 0; i < count; i++) {
         fputs(i ? ", " : " [", out);
         dump_scalar(row->entry, row, entries + i * size, out);

@@ -12,6 +12,10 @@
     .at = offsetof(type, member), .count_at = offsetof(type, member##_count)
 
 static const char *const base_words[] = {"fixed", "floating", NULL};
+static const char *const scene_base_words[] = {"fixed", "floating", "same", NULL};
+/* in the order of the enums in model.h */
+static const char *const inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
+static const char *const mimic_words[] = {"free", "project", "lock", NULL};
 static const char *const estimate_words[] = {"never", "sampled", "always", NULL};
 static const char *const backend_words[] = {"shm", "memfd", NULL};
 /* the index is tfa_wait; nobody configures "default" */
@@ -25,34 +29,91 @@ static const cyaml_strval_t bool_words[] = {{"false", 0}, {"no", 0},  {"off", 0}
 /* clang-format off */
 
 static const config_row armature_rows[] = {
-    {"joint", CONFIG_TEXT, AT(config_armature, joint), .required = true,
+    {"joint", CONFIG_TEXT, AT(config_armature, joint), .required = true, .live = true,
      .help = "Name of the joint"},
-    {"value", CONFIG_NUMBER, AT(config_armature, value), .required = true, .low = 0, .high = 1e6,
-     .help = "Reflected rotor inertia, kg m^2 (revolute) or kg (prismatic)"},
+    {"value", CONFIG_NUMBER, AT(config_armature, value), .required = true, .live = true, .low = 0,
+     .high = 1e6, .help = "Reflected rotor inertia, kg m^2 (revolute) or kg (prismatic)"},
     {0}};
 static config_table armature_table = {armature_rows, .size = sizeof(config_armature)};
+
+static const config_row lock_rows[] = {
+    {"joint", CONFIG_TEXT, AT(config_lock, joint), .required = true, .live = true,
+     .help = "Name of the joint"},
+    {"q", CONFIG_NUMBER, AT(config_lock, q), .live = true, .low = -1e6, .high = 1e6,
+     .help = "Where it stands, rad or m"},
+    {"pose", CONFIG_LIST, LIST_AT(config_lock, pose), .live = true, .low = 3, .high = 7,
+     .entry = CONFIG_NUMBER,
+     .help = "In place of q: planar x y theta; floating x y z and quaternion x y z w"},
+    {0}};
+static config_table lock_table = {lock_rows, .size = sizeof(config_lock)};
+
+static const config_row payload_rows[] = {
+    {"link", CONFIG_TEXT, AT(config_payload, link), .required = true, .live = true,
+     .help = "Link that carries it, rigidly"},
+    {"mass", CONFIG_NUMBER, AT(config_payload, mass), .required = true, .live = true, .low = 0,
+     .high = 1e9, .help = "kg"},
+    {"com", CONFIG_LIST, LIST_AT(config_payload, com), .live = true, .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .help = "Centre of mass, m, link frame; its origin when absent"},
+    {"inertia", CONFIG_LIST, LIST_AT(config_payload, inertia), .live = true, .low = 6, .high = 6,
+     .entry = CONFIG_NUMBER,
+     .help = "ixx ixy ixz iyy iyz izz about the centre of mass, kg m^2; a point when absent"},
+    {0}};
+static config_table payload_table = {payload_rows, .size = sizeof(config_payload)};
+
+static const config_row scene_rows[] = {
+    {"name", CONFIG_TEXT, AT(config_scene, name), .required = true,
+     .help = "Served as ROBOT.SCENE, with a socket of its own"},
+    {"root", CONFIG_TEXT, AT(config_scene, root), .live = true,
+     .help = "Only what hangs from this link, which takes the root's place; all when absent"},
+    {"tips", CONFIG_LIST, LIST_AT(config_scene, tips), .live = true, .low = 0, .high = 1000,
+     .entry = CONFIG_TEXT,
+     .help = "Fixed base: only the trees that carry one of these links; all when absent"},
+    {"locked", CONFIG_LIST, LIST_AT(config_scene, locked), .live = true, .low = 0, .high = 100000,
+     .table = &lock_table, .help = "Joints that do not move: absent from q, v, tau and qdd"},
+    {"payload", CONFIG_LIST, LIST_AT(config_scene, payload), .live = true, .low = 0, .high = 1000,
+     .table = &payload_table, .help = "Loads on links"},
+    {"base", CONFIG_WORD, AT(config_scene, base), .live = true, .standard = CONFIG_BASE_SAME,
+     .words = scene_base_words, .help = "fixed, floating, or same: as the robot"},
+    {"gravity", CONFIG_LIST, LIST_AT(config_scene, gravity), .live = true, .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; the robot's when absent"},
+    {0}};
+static config_table scene_table = {scene_rows, .size = sizeof(config_scene)};
 
 static const config_row robot_rows[] = {
     {"name", CONFIG_TEXT, AT(config_robot, name), .required = true,
      .help = "What clients ask for; names the socket: letters, digits, '-', '_', '.'"},
-    {"urdf", CONFIG_TEXT, AT(config_robot, urdf), .required = true,
+    {"urdf", CONFIG_TEXT, AT(config_robot, urdf), .required = true, .live = true,
      .help = "The robot's file; a relative path starts at this configuration file"},
-    {"base", CONFIG_WORD, AT(config_robot, base), .standard = TFA_BASE_FIXED, .words = base_words,
-     .help = "fixed or floating"},
-    {"gravity", CONFIG_LIST, LIST_AT(config_robot, gravity), .low = 3, .high = 3,
+    {"base", CONFIG_WORD, AT(config_robot, base), .live = true, .standard = TFA_BASE_FIXED,
+     .words = base_words, .help = "fixed or floating"},
+    {"gravity", CONFIG_LIST, LIST_AT(config_robot, gravity), .live = true, .low = 3, .high = 3,
      .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; 0 0 -9.80665 when absent"},
-    {"armature", CONFIG_LIST, LIST_AT(config_robot, armature), .low = 0, .high = 100000,
-     .table = &armature_table, .help = "Rotor inertias by joint; URDF cannot say them"},
-    {"rotor_inertia", CONFIG_BOOL, AT(config_robot, rotor_inertia), .standard = false,
+    {"armature", CONFIG_LIST, LIST_AT(config_robot, armature), .live = true, .low = 0,
+     .high = 100000, .table = &armature_table,
+     .help = "Rotor inertias by joint; URDF cannot say them"},
+    {"rotor_inertia", CONFIG_BOOL, AT(config_robot, rotor_inertia), .live = true, .standard = false,
      .help = "Apply drake:rotor_inertia of the file"},
-    {"estimate", CONFIG_WORD, AT(config_robot, estimate), .standard = CONFIG_ESTIMATE_SAMPLED,
-     .words = estimate_words,
+    {"inertia", CONFIG_WORD, AT(config_robot, inertia), .live = true,
+     .standard = TFA_INERTIA_STRICT, .words = inertia_words,
+     .help = "Inertias that no body can have: strict, warn, repair, strict-physical"},
+    {"mimic", CONFIG_WORD, AT(config_robot, mimic), .live = true, .standard = TFA_MIMIC_FREE,
+     .words = mimic_words,
+     .help = "Joints that mimic others: free (ordinary joints), project (exact), lock"},
+    {"damping", CONFIG_BOOL, AT(config_robot, damping), .live = true, .standard = false,
+     .help = "Subtract the file's joint damping times velocity from tau"},
+    {"lock_massless_leaves", CONFIG_BOOL, AT(config_robot, lock_massless_leaves), .live = true,
+     .standard = false,
+     .help = "Joints that move nothing with mass become fixed at 0; otherwise they are an error"},
+    {"scenes", CONFIG_LIST, LIST_AT(config_robot, scenes), .low = 0, .high = 1000,
+     .table = &scene_table, .help = "Parts or loads of the robot, each served as ROBOT.SCENE"},
+    {"estimate", CONFIG_WORD, AT(config_robot, estimate), .live = true,
+     .standard = CONFIG_ESTIMATE_SAMPLED, .words = estimate_words,
      .help = "Error estimate for requests that leave it open: never, sampled, always"},
-    {"estimate_every", CONFIG_COUNT, AT(config_robot, estimate_every), .standard = 100, .low = 1,
-     .high = 1e9, .help = "sampled: one request in so many"},
+    {"estimate_every", CONFIG_COUNT, AT(config_robot, estimate_every), .live = true,
+     .standard = 100, .low = 1, .high = 1e9, .help = "sampled: one request in so many"},
     {"wait", CONFIG_WORD, AT(config_robot, wait), .standard = TFA_WAIT_HYBRID, .words = wait_words,
      .help = "For clients that leave it open: spin, hybrid, block"},
-    {"slots", CONFIG_COUNT, AT(config_robot, slots), .standard = 64, .low = 1,
+    {"slots", CONFIG_COUNT, AT(config_robot, slots), .live = true, .standard = 64, .low = 1,
      .high = TFA_RING_SLOTS_MAX, .help = "Most requests a client may have outstanding"},
     {"max_batch", CONFIG_COUNT, AT(config_robot, max_batch), .standard = 64, .low = 1,
      .high = 65536, .help = "Most states of one request"},
@@ -62,11 +123,11 @@ static const config_row robot_rows[] = {
 static config_table robot_table = {robot_rows, .size = sizeof(config_robot)};
 
 static const config_row limit_rows[] = {
-    {"clients", CONFIG_COUNT, AT(config_limits, clients), .standard = 64, .low = 1,
+    {"clients", CONFIG_COUNT, AT(config_limits, clients), .live = true, .standard = 64, .low = 1,
      .high = TFA_WORKER_SEATS - 32, .help = "Most clients at once"},
-    {"clients_per_user", CONFIG_COUNT, AT(config_limits, clients_per_user), .standard = 32,
-     .low = 1, .high = TFA_WORKER_SEATS - 32, .help = "Most clients of one user at once"},
-    {"memory_mib", CONFIG_COUNT, AT(config_limits, memory_mib), .standard = 512, .low = 1,
+    {"clients_per_user", CONFIG_COUNT, AT(config_limits, clients_per_user), .live = true,
+     .standard = 32, .low = 1, .high = TFA_WORKER_SEATS - 32, .help = "Most clients of one user at once"},
+    {"memory_mib", CONFIG_COUNT, AT(config_limits, memory_mib), .live = true, .standard = 512, .low = 1,
      .high = 1048576, .help = "Most shared memory for all clients together, MiB"},
     {0}};
 static config_table limit_table = {limit_rows, .size = sizeof(config_limits)};
@@ -154,6 +215,20 @@ static void build_scalar(config_kind kind, cyaml_schema_value_t *value)
     }
 }
 
+size_t config_entry_size(const config_row *row)
+{
+    if (row->table)
+        return row->table->size;
+    switch (row->entry) {
+    case CONFIG_COUNT:
+        return sizeof(uint32_t);
+    case CONFIG_TEXT:
+        return sizeof(const char *);
+    default:
+        return sizeof(double);
+    }
+}
+
 static void build_nested(config_table *t, size_t i, cyaml_schema_value_t *value)
 {
     const config_row *row = &t->rows[i];
@@ -167,8 +242,10 @@ static void build_nested(config_table *t, size_t i, cyaml_schema_value_t *value)
     }
     if (!row->table)
         build_scalar(row->entry, &t->entries[i]);
+    if (!row->table && row->entry == CONFIG_TEXT)
+        t->entries[i].flags = CYAML_FLAG_POINTER;
     value->type = CYAML_SEQUENCE;
-    value->data_size = row->table ? row->table->value.data_size : t->entries[i].data_size;
+    value->data_size = row->table ? row->table->value.data_size : (uint32_t)config_entry_size(row);
     value->sequence.entry = row->table ? &row->table->value : &t->entries[i];
     value->sequence.min = (uint32_t)row->low;
     value->sequence.max = (uint32_t)row->high;

@@ -10,7 +10,7 @@
 
 #include "config.h"
 
-#define CONFIG_ROWS_MAX 16
+#define CONFIG_ROWS_MAX 20
 
 typedef enum config_kind {
     CONFIG_COUNT,  /* uint32_t */
@@ -29,10 +29,11 @@ typedef struct config_row {
     config_kind kind;
     size_t at, count_at; /* offsets in the struct */
     bool required;
+    bool live;                /* a reload may change it; of a GROUP or LIST with table: see there */
     uint32_t standard;        /* the default of COUNT, BOOL and WORD */
     double low, high;         /* range of COUNT and NUMBER; entries of a LIST */
     const char *const *words; /* of WORD, up to NULL: the value is the index */
-    config_kind entry;        /* of a LIST without table: COUNT or NUMBER */
+    config_kind entry;        /* of a LIST without table: COUNT, NUMBER or TEXT */
     struct config_table *table;
     const char *help;
 } config_row;
@@ -56,6 +57,9 @@ extern config_table config_top;
 
 /** Makes the libcyaml schema of a table and those below it. */
 void config_build(config_table *table);
+
+/** Bytes of an entry of a LIST in the configuration. */
+size_t config_entry_size(const config_row *row);
 
 /** Where the value of a path like "robots[1].urdf" stands in the file; 0, 0 when it is nowhere. */
 void config_locate(const char *file, const char *path, size_t *line, size_t *column);

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
+#include <sys/eventfd.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <time.h>
@@ -34,7 +35,7 @@ uint64_t control_clock(void)
 /* ---- opening and closing ---- */
 
 /* In epoll, sessions are pointers; a listener is the address of its entry in d->listeners, the
- * signals that of d->signals. */
+ * signals that of d->signals, the reload's event that of d->reload. */
 static int watch(const tfa_daemon *d, int fd, void *what)
 {
     struct epoll_event event = {.events = EPOLLIN, .data.ptr = what};
@@ -52,21 +53,24 @@ int control_open(tfa_daemon *d)
     d->epoll = epoll_create1(EPOLL_CLOEXEC);
     d->signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
     d->reserve = open("/dev/null", O_RDONLY | O_CLOEXEC);
-    if (d->epoll < 0 || d->signals < 0 || d->reserve < 0)
+    d->reload.event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (d->epoll < 0 || d->signals < 0 || d->reserve < 0 || d->reload.event < 0)
         return TFA_E_SYSTEM;
     d->watchdog_ns = notify_watchdog_ns() / 2;
-    return watch(d, d->signals, &d->signals) == 0 ? TFA_OK : TFA_E_SYSTEM;
+    if (watch(d, d->signals, &d->signals) != 0)
+        return TFA_E_SYSTEM;
+    return watch(d, d->reload.event, &d->reload) == 0 ? TFA_OK : TFA_E_SYSTEM;
 }
 
 int control_listen(tfa_daemon *d)
 {
-    d->listeners = malloc(d->robot_count * sizeof *d->listeners);
+    d->listeners = malloc(d->fleet.count * sizeof *d->listeners);
     if (!d->listeners)
         return TFA_E_MEMORY;
-    for (uint32_t i = 0; i < d->robot_count; i++)
+    for (uint32_t i = 0; i < d->fleet.count; i++)
         d->listeners[i] = -1;
-    for (uint32_t i = 0; i < d->robot_count; i++) {
-        const char *name = d->robots[i].config->name;
+    for (uint32_t i = 0; i < d->fleet.count; i++) {
+        const char *name = d->fleet.robots[i].name;
         d->listeners[i] = tfa_runtime_dir_listen(d->settings->runtime_dir, name, d->group);
         if (d->listeners[i] < 0 || watch(d, d->listeners[i], &d->listeners[i]) != 0) {
             tfa_log(TFA_LOG_ERROR, "socket '%s/%s.sock': %s", d->settings->runtime_dir, name,
@@ -79,10 +83,10 @@ int control_listen(tfa_daemon *d)
 
 void control_deafen(tfa_daemon *d)
 {
-    for (uint32_t i = 0; d->listeners && i < d->robot_count; i++) {
+    for (uint32_t i = 0; d->listeners && i < d->fleet.count; i++) {
         if (d->listeners[i] < 0)
             continue;
-        tfa_runtime_dir_unlink(d->settings->runtime_dir, d->robots[i].config->name);
+        tfa_runtime_dir_unlink(d->settings->runtime_dir, d->fleet.robots[i].name);
         close(d->listeners[i]);
     }
     free(d->listeners);
@@ -97,6 +101,8 @@ void control_close(tfa_daemon *d)
         close(d->signals);
     if (d->reserve >= 0)
         close(d->reserve);
+    if (d->reload.event >= 0)
+        close(d->reload.event);
 }
 
 /* ---- events ---- */
@@ -159,7 +165,7 @@ static void take_signals(tfa_daemon *d)
     while (read(d->signals, &info, sizeof info) == (ssize_t)sizeof info) {
         switch (info.ssi_signo) {
         case SIGHUP:
-            tfa_log(TFA_LOG_WARNING, "SIGHUP: the configuration is read at the start only");
+            reload_request(d);
             break;
         case SIGUSR1:
             log_totals(d);
@@ -177,8 +183,12 @@ static void dispatch(tfa_daemon *d, void *what)
         take_signals(d);
         return;
     }
+    if (what == &d->reload) {
+        reload_event(d);
+        return;
+    }
     const int *entry = what;
-    for (uint32_t i = 0; i < d->robot_count; i++)
+    for (uint32_t i = 0; i < d->fleet.count; i++)
         if (entry == &d->listeners[i]) {
             accept_client(d, i);
             return;
@@ -214,6 +224,8 @@ static int tick_ms(const tfa_daemon *d)
     int ms = NOBODY_MS;
     if (d->session_count)
         ms = session_any_leaving(d) ? LEAVING_MS : TICK_MS;
+    if (reload_is_urgent(d))
+        ms = LEAVING_MS;
     const uint64_t watchdog = d->watchdog_ns / 4 / 1000000;
     return d->watchdog_ns && watchdog < (uint64_t)ms ? (int)watchdog : ms;
 }
@@ -227,6 +239,7 @@ void control_run(tfa_daemon *d)
             dispatch(d, events[i].data.ptr);
         /* sessions end here or in their own event, so no event of this batch met a dead one */
         session_tick(d);
+        reload_tick(d);
         watch_workers(d);
     }
     log_totals(d);

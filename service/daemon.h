@@ -22,7 +22,7 @@
 typedef struct daemon_worker {
     tfa_worker *worker;
     tfa_segment pulse;
-    tfa_robot_solver *solvers; /* one for each robot */
+    tfa_robot_solver **solvers; /* one for each robot */
     pthread_t thread;
     bool started;
     uint32_t clients;
@@ -31,8 +31,10 @@ typedef struct daemon_worker {
 
 typedef enum session_state {
     SESSION_GREETING, /* connected, HELLO has not come */
+    SESSION_WAITING,  /* HELLO came while a reload changes the robot's shape: it is kept */
     SESSION_SEATED,   /* has a ring */
-    SESSION_LEAVING,  /* the worker was asked to let go */
+    SESSION_DRAINING, /* the worker answers what was sent, then lets go; the socket is open */
+    SESSION_LEAVING,  /* the worker was asked to let go; the socket is closed */
 } session_state;
 
 /* One connection on the control socket. */
@@ -47,17 +49,62 @@ typedef struct session {
     daemon_worker *worker;
     tfa_seat *seat;
     tfa_segment requests, replies;
+    tfa_hello hello; /* of a session that waits */
+    ssize_t hello_size;
 } session;
 
 typedef struct daemon_totals {
     uint64_t connections, refused, requests, rejected;
 } daemon_totals;
 
-typedef struct tfa_daemon {
-    const config *settings;
+/* All robots and scenes of a configuration: those that are served, or those that a reload made. */
+typedef struct fleet {
     tfa_robot *robots; /* those with dds first: the DDS door numbers them as the workers do */
-    uint32_t robot_count, dds_count;
+    uint32_t count, dds_count;
+} fleet;
+
+/* The DDS door as a reload sees it; main.c fills it in, and without DDS nothing is in it. Robots
+ * are numbered as in the fleet, below dds_count. */
+typedef struct daemon_door {
+    void *self;
+    /* Replies may come from this model from now on, too. */
+    void (*expect)(void *self, uint32_t robot, const tfa_model *next);
+    /* Lets go of a robot's ring when what was asked is answered. @return it has; else ask again */
+    bool (*leave)(void *self, uint32_t robot);
+    /* Tells the domain; takes a ring again if it had left. */
+    int (*announce)(void *self, uint32_t robot, const tfa_model *model);
+} daemon_door;
+
+typedef enum reload_phase {
+    RELOAD_NONE,
+    RELOAD_LOADING,  /* the thread makes everything aside */
+    RELOAD_DRAINING, /* robots whose shape changes lose their clients */
+    RELOAD_OFFERED,  /* the workers have not all taken the new solvers */
+} reload_phase;
+
+/* A reload under way. Up to the commit it owns what is new, afterwards what is old: either is
+ * released in the same way. */
+typedef struct reload {
+    reload_phase phase;
+    bool again; /* SIGHUP came meanwhile */
+    pthread_t thread;
+    int event;   /* eventfd: the thread is done */
+    bool loaded; /* the eventfd said so */
+    int status;
+    config *settings;
+    fleet fleet;
+    bool *changed;               /* by robot: it has another model or estimate policy */
+    bool *reshaped;              /* and its clients cannot stay */
+    tfa_robot_solver ***solvers; /* by worker and robot; NULL where nothing changed */
+    uint64_t start;
+} reload;
+
+typedef struct tfa_daemon {
+    config *settings;
+    fleet fleet;
     daemon_worker *workers;
+    daemon_door door;
+    reload reload;
 
     int epoll, signals, reserve;
     int *listeners; /* one for each robot */
@@ -72,11 +119,27 @@ typedef struct tfa_daemon {
 
 /* ---- fleet.c: robots and workers ---- */
 
-TFA_CHECKED int daemon_load_robots(tfa_daemon *d);
+TFA_CHECKED int fleet_load(const config *settings, fleet *f);
+void fleet_unload(fleet *f);
 TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
 TFA_CHECKED int daemon_self_test(tfa_daemon *d);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_fleet(tfa_daemon *d);
+
+/* ---- reload.c: other models while it runs; reload_load.c: what its thread does ---- */
+
+/* SIGHUP: begins a reload, or notes that another one is wanted. */
+void reload_request(tfa_daemon *d);
+/* The thread is done. */
+void reload_event(tfa_daemon *d);
+/* Time passed: clients may have left, workers may have taken over. */
+void reload_tick(tfa_daemon *d);
+/* It waits for workers: look again soon. */
+bool reload_is_urgent(const tfa_daemon *d);
+/* Ends it whatever its phase; the workers run no more. */
+void reload_abandon(tfa_daemon *d);
+/* The thread: fills in d->reload from settings to solvers, and status. `d` is only read. */
+void *reload_thread(void *d);
 
 /* ---- control.c: the control thread's loop ---- */
 
@@ -101,12 +164,19 @@ void session_event(tfa_daemon *d, session *s);
 void session_tick(tfa_daemon *d);
 /* Ends all of them; the workers run no more. */
 void session_end_all(tfa_daemon *d);
+/* The clients of a robot have to go when what they sent is answered. */
+void session_drain(tfa_daemon *d, uint32_t robot);
+/* Somebody has a seat with this robot. */
+bool session_any_seated(const tfa_daemon *d, uint32_t robot);
+/* Answers the HELLOs that were kept. */
+void session_greet_waiting(tfa_daemon *d);
 /* Some session waits for its worker: look again soon. */
 bool session_any_leaving(const tfa_daemon *d);
 
 /* ---- notify.c: the service manager ---- */
 
 void notify_ready(void);
+void notify_reloading(void);
 void notify_stopping(void);
 void notify_watchdog(void);
 /* ns between two signs of life that the service manager wants; 0: none. */

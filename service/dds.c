@@ -41,15 +41,6 @@ static bool failed(dds_return_t entity_or_code, const char *step)
 
 /* ---- create ---- */
 
-static void adopt_model(dds_robot *robot, const tfa_model *model)
-{
-    robot->model = model;
-    memcpy(robot->hash, tfa_model_hash(model), sizeof robot->hash);
-    robot->shape.q_count = tfa_model_q_count(model);
-    robot->shape.v_count = tfa_model_v_count(model);
-    robot->shape.base_freedoms = tfa_model_base_freedoms(model);
-}
-
 static int make_robots(tfa_dds *door, const tfa_dds_options *options)
 {
     door->robots = calloc(options->robot_count, sizeof *door->robots);
@@ -67,7 +58,7 @@ static int make_robots(tfa_dds *door, const tfa_dds_options *options)
         }
         robot->index = i;
         robot->shape.max_batch = from->max_batch > 0 ? from->max_batch : 1;
-        adopt_model(robot, from->model);
+        tfa_dds_adopt(robot, from->model);
         robot->pending = calloc(door->slots, sizeof *robot->pending);
         if (robot->pending == NULL)
             return TFA_E_MEMORY;
@@ -167,6 +158,7 @@ static int open_door(tfa_dds *door)
 
 int tfa_dds_start(tfa_dds *door, struct tfa_worker *worker)
 {
+    door->worker = worker;
     for (uint32_t i = 0; i < door->robot_count; i++) {
         dds_robot *robot = &door->robots[i];
         const int status = tfa_dds_ring_open(worker, robot, door->slots, &robot->ring);
@@ -181,17 +173,6 @@ int tfa_dds_start(tfa_dds *door, struct tfa_worker *worker)
     door->running = true;
     (void)pthread_setname_np(door->thread, "tfa-dds");
     return open_door(door);
-}
-
-int tfa_dds_announce(tfa_dds *door, uint32_t index, const tfa_model *model)
-{
-    if (index >= door->robot_count)
-        return TFA_E_ARGUMENT;
-    pthread_mutex_lock(&door->mutex);
-    adopt_model(&door->robots[index], model);
-    const dds_return_t code = tfa_dds_write_info(door, &door->robots[index]);
-    pthread_mutex_unlock(&door->mutex);
-    return code == DDS_RETCODE_OK ? TFA_OK : TFA_E_SYSTEM;
 }
 
 /* ---- stop ---- */

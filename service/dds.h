@@ -24,7 +24,7 @@ typedef struct tfa_dds tfa_dds;
 
 typedef struct tfa_dds_robot {
     const char *name;       /**< at most 63 bytes; lives as long as the door */
-    const tfa_model *model; /**< for RobotInfo; the worker has its own reference */
+    const tfa_model *model; /**< for RobotInfo; must live until another was announced */
     uint32_t max_batch;     /**< states of one request */
 } tfa_dds_robot;
 
@@ -59,7 +59,19 @@ TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
  *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; what the worker says. */
 TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker);
 
-/** Tells the domain that robot `robot` now has this model (after a swap). Any thread. */
+/* The exchange of a model, in this order, from one thread: expect, the worker takes it over,
+ * announce. When the arrays or the names of the robot change, leave until true comes before. */
+
+/** Replies of robot `robot` may come from this model, too: they carry its hash. */
+void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next);
+
+/** Gives the robot's ring back to the worker once what is under way is answered; what comes
+ *  meanwhile is refused with TFA_E_AGAIN. @return it has been given back; otherwise ask again */
+bool tfa_dds_leave(tfa_dds *dds, uint32_t robot);
+
+/** Tells the domain that robot `robot` now has this model; takes a ring again after tfa_dds_leave.
+ *  @return TFA_OK; TFA_E_ARGUMENT; TFA_E_SYSTEM; what the worker says: it is asked again with the
+ *          next model */
 TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *model);
 
 /** Withdraws the robots, closes the door, joins the thread, leaves the domain, frees. The worker

@@ -51,7 +51,8 @@ static dds_return_t write_reply(tfa_dds *door, const dds_robot *robot, const dds
 
     memcpy(sample.robot, robot->name, sizeof sample.robot);
     memcpy(sample.client, to->client, sizeof sample.client);
-    memcpy(sample.model_hash, robot->hash, sizeof sample.model_hash);
+    tfa_dds_set_hash(sample.model_hash, tfa_dds_hash_of(robot, answer->reply.model),
+                     answer->reply.model);
     tfa_dds_reply_fill(&answer->reply, &to->sizes, &sample);
     return dds_write(door->reply_writer, &sample);
 }
@@ -66,7 +67,8 @@ static dds_return_t write_accelerations(tfa_dds *door, const dds_robot *robot,
     };
 
     memcpy(sample.robot, robot->name, sizeof sample.robot);
-    memcpy(sample.model_hash, robot->hash, sizeof sample.model_hash);
+    tfa_dds_set_hash(sample.model_hash, tfa_dds_hash_of(robot, answer->reply.model),
+                     answer->reply.model);
     tfa_dds_accelerations_fill(&answer->reply, &to->sizes, &sample);
     return dds_write(door->accelerations_writer, &sample);
 }
@@ -123,7 +125,7 @@ static bool answer_soon(tfa_dds *door, dds_robot *robot)
 static int submit(tfa_dds *door, dds_robot *robot, const tfa_request *request,
                   const dds_pending *pending)
 {
-    if (robot->last - robot->first == door->slots)
+    if (robot->leaving || robot->last - robot->first == door->slots)
         return TFA_E_AGAIN;
     const int status = tfa_dds_ring_submit(robot->ring, request);
     if (status != TFA_OK)

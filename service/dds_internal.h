@@ -35,11 +35,13 @@ typedef struct dds_robot {
     const tfa_model *model;
     uint32_t index; /* in the worker */
     tfa_dds_shape shape;
-    totalforce_dds_Hash hash;
-    struct tfa_dds_ring *ring;
-    dds_pending *pending; /* a list of `slots`: entry i stands at i % slots, as in the ring */
-    uint64_t first, last; /* oldest under way, next to come */
-    bool handed_over;     /* the dds thread takes its answers, until none is under way */
+    totalforce_dds_Hash hash;  /* of the model that was announced */
+    totalforce_dds_Hash other; /* of the one before or of the next: replies may come from it */
+    struct tfa_dds_ring *ring; /* NULL after tfa_dds_leave */
+    bool leaving;              /* no more requests */
+    dds_pending *pending;      /* a list of `slots`: entry i stands at i % slots, as in the ring */
+    uint64_t first, last;      /* oldest under way, next to come */
+    bool handed_over;          /* the dds thread takes its answers, until none is under way */
 } dds_robot;
 
 struct tfa_dds {
@@ -57,6 +59,7 @@ struct tfa_dds {
     pthread_mutex_t mutex;
     pthread_cond_t handover; /* the dds thread has something to wait for, or must stop */
     pthread_t thread;
+    struct tfa_worker *worker;
     bool running, stopping;
     int64_t stop_deadline; /* CLOCK_MONOTONIC: then what is under way stays unanswered */
 
@@ -69,6 +72,15 @@ struct tfa_dds {
 
 /* CLOCK_MONOTONIC, ns. */
 int64_t tfa_dds_monotonic(void);
+
+/* ---- dds_swap.c: other models ---- */
+
+/* Takes shape and hash from a model. */
+void tfa_dds_adopt(dds_robot *robot, const tfa_model *model);
+
+/* The hash with this tag among those that the robot's replies may have; the announced one if there
+ * is none. The door is locked. */
+const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
 
 /* ---- dds_calls.c: from samples to requests, from answers to samples ---- */
 

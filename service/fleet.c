@@ -14,33 +14,41 @@
 
 /* ---- robots ---- */
 
-static int load_those(tfa_daemon *d, bool dds)
+static int load_those(const config *settings, bool dds, fleet *f)
 {
-    for (size_t i = 0; i < d->settings->robots_count; i++) {
-        const config_robot *from = &d->settings->robots[i];
+    for (size_t i = 0; i < settings->robots_count; i++) {
+        const config_robot *from = &settings->robots[i];
         if (from->dds != dds)
             continue;
-        tfa_robot *robot = &d->robots[d->robot_count];
-        int status = tfa_robot_load(d->settings, from, robot);
+        int status = tfa_robot_load(settings, from, &f->robots[f->count]);
         if (status != TFA_OK)
             return status;
-        d->robot_count++;
-        tfa_log(TFA_LOG_INFO, "robot '%s': %u joints, %u freedoms%s, model %.12s", from->name,
-                tfa_model_joint_count(robot->model), robot->shape.v_count,
-                robot->shape.base_freedoms ? " and a floating base" : "",
-                tfa_model_hash_text(robot->model));
+        f->count += (uint32_t)tfa_robot_count(from);
     }
     return TFA_OK;
 }
 
-int daemon_load_robots(tfa_daemon *d)
+int fleet_load(const config *settings, fleet *f)
 {
-    d->robots = calloc(d->settings->robots_count, sizeof *d->robots);
-    if (!d->robots)
-        return TFA_E_MEMORY;
-    int status = load_those(d, true);
-    d->dds_count = d->robot_count;
-    return status == TFA_OK ? load_those(d, false) : status;
+    size_t count = 0;
+    for (size_t i = 0; i < settings->robots_count; i++)
+        count += tfa_robot_count(&settings->robots[i]);
+    *f = (fleet){.robots = calloc(count, sizeof *f->robots)};
+    int status = f->robots ? load_those(settings, true, f) : TFA_E_MEMORY;
+    f->dds_count = f->count;
+    if (status == TFA_OK)
+        status = load_those(settings, false, f);
+    if (status != TFA_OK)
+        fleet_unload(f);
+    return status;
+}
+
+void fleet_unload(fleet *f)
+{
+    for (uint32_t i = 0; i < f->count; i++)
+        tfa_robot_unload(&f->robots[i]);
+    free(f->robots);
+    *f = (fleet){0};
 }
 
 /* ---- workers ---- */
@@ -57,20 +65,21 @@ static tfa_wait worker_wait(const config *settings)
 
 static int make_worker(tfa_daemon *d, daemon_worker *w)
 {
-    tfa_worker_robot *robots = calloc(d->robot_count, sizeof *robots);
-    w->solvers = calloc(d->robot_count, sizeof *w->solvers);
+    const fleet *f = &d->fleet;
+    tfa_worker_robot *robots = calloc(f->count, sizeof *robots);
+    w->solvers = calloc(f->count, sizeof *w->solvers);
     int status = robots && w->solvers ? TFA_OK : TFA_E_MEMORY;
-    for (uint32_t i = 0; i < d->robot_count && status == TFA_OK; i++) {
+    for (uint32_t i = 0; i < f->count && status == TFA_OK; i++) {
+        status = tfa_robot_solver_create(&f->robots[i], &w->solvers[i]);
         robots[i] = (tfa_worker_robot){
-            .shape = d->robots[i].shape, .solve = tfa_robot_solve, .self = &w->solvers[i]};
-        status = tfa_robot_solver_init(&d->robots[i], &w->solvers[i]);
+            .shape = f->robots[i].shape, .solve = tfa_robot_solve, .self = w->solvers[i]};
     }
     if (status == TFA_OK)
         status = tfa_segment_create((config_backend)d->settings->backend, sizeof(tfa_ring_pulse),
                                     &w->pulse);
     if (status == TFA_OK) {
         const tfa_worker_options options = {.robots = robots,
-                                            .robot_count = d->robot_count,
+                                            .robot_count = f->count,
                                             .spin_ns = d->settings->spin_ns,
                                             .wait = worker_wait(d->settings),
                                             .pulse = w->pulse.memory};
@@ -122,12 +131,12 @@ int daemon_start_workers(tfa_daemon *d)
 
 int daemon_self_test(tfa_daemon *d)
 {
-    for (uint32_t i = 0; i < d->robot_count; i++)
+    for (uint32_t i = 0; i < d->fleet.count; i++)
         for (uint32_t k = 0; k < d->settings->workers; k++) {
-            int status = tfa_robot_self_test(&d->robots[i], d->workers[k].worker, i);
+            int status = tfa_robot_self_test(&d->fleet.robots[i], d->workers[k].worker, i);
             if (status != TFA_OK) {
                 tfa_log(TFA_LOG_ERROR, "self-test: robot '%s', worker %u: %s",
-                        d->robots[i].config->name, k, tfa_status_text(status));
+                        d->fleet.robots[i].name, k, tfa_status_text(status));
                 return status;
             }
         }
@@ -150,8 +159,8 @@ static void free_worker(const tfa_daemon *d, daemon_worker *w)
 {
     tfa_worker_destroy(w->worker);
     tfa_segment_destroy(&w->pulse);
-    for (uint32_t i = 0; w->solvers && i < d->robot_count; i++)
-        tfa_robot_solver_free(&w->solvers[i]);
+    for (uint32_t i = 0; w->solvers && i < d->fleet.count; i++)
+        tfa_robot_solver_free(w->solvers[i]);
     free(w->solvers);
 }
 
@@ -160,7 +169,5 @@ void daemon_free_fleet(tfa_daemon *d)
     for (uint32_t i = 0; d->workers && i < d->settings->workers; i++)
         free_worker(d, &d->workers[i]);
     free(d->workers);
-    for (uint32_t i = 0; i < d->robot_count; i++)
-        tfa_robot_unload(&d->robots[i]);
-    free(d->robots);
+    fleet_unload(&d->fleet);
 }

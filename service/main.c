@@ -81,23 +81,24 @@ static int guard_memory(service *s)
 
 static int load_robots(service *s)
 {
-    return daemon_load_robots(&s->daemon);
+    return fleet_load(s->daemon.settings, &s->daemon.fleet);
 }
 
 static int join_dds(service *s)
 {
 #ifdef TFA_HAVE_DDS
     const config *settings = s->daemon.settings;
-    const uint32_t count = s->daemon.dds_count;
+    const fleet *f = &s->daemon.fleet;
+    const uint32_t count = f->dds_count;
     if (!settings->dds.enabled || count == 0)
         return TFA_OK;
     tfa_dds_robot *robots = calloc(count, sizeof *robots);
     if (!robots)
         return TFA_E_MEMORY;
     for (uint32_t i = 0; i < count; i++)
-        robots[i] = (tfa_dds_robot){.name = s->daemon.robots[i].config->name,
-                                    .model = s->daemon.robots[i].model,
-                                    .max_batch = s->daemon.robots[i].shape.max_batch};
+        robots[i] = (tfa_dds_robot){.name = f->robots[i].name,
+                                    .model = f->robots[i].model,
+                                    .max_batch = f->robots[i].shape.max_batch};
     const tfa_dds_options options = {.domain = settings->dds.domain,
                                      .robots = robots,
                                      .robot_count = count,
@@ -134,10 +135,30 @@ static int self_test(service *s)
     return daemon_self_test(&s->daemon);
 }
 
+#ifdef TFA_HAVE_DDS
+static void door_expect(void *door, uint32_t robot, const tfa_model *next)
+{
+    tfa_dds_expect(door, robot, next);
+}
+
+static bool door_leave(void *door, uint32_t robot)
+{
+    return tfa_dds_leave(door, robot);
+}
+
+static int door_announce(void *door, uint32_t robot, const tfa_model *model)
+{
+    return tfa_dds_announce(door, robot, model);
+}
+#endif
+
 static int open_dds(service *s)
 {
 #ifdef TFA_HAVE_DDS
-    return s->dds ? tfa_dds_start(s->dds, s->daemon.workers[0].worker) : TFA_OK;
+    if (!s->dds)
+        return TFA_OK;
+    s->daemon.door = (daemon_door){s->dds, door_expect, door_leave, door_announce};
+    return tfa_dds_start(s->dds, s->daemon.workers[0].worker);
 #else
     (void)s;
     return TFA_OK;
@@ -150,6 +171,7 @@ static void stop_dds(service *s)
     tfa_dds_stop(s->dds);
 #endif
     s->dds = NULL;
+    s->daemon.door = (daemon_door){0};
 }
 
 static int open_control(service *s)
@@ -165,7 +187,7 @@ static int open_sockets(service *s)
 static int say_ready(service *s)
 {
     tfa_runtime_dir_ready(s->lock);
-    tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.robot_count,
+    tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.fleet.count,
             s->daemon.settings->workers, s->daemon.settings->runtime_dir);
     notify_ready();
     return TFA_OK;
@@ -198,20 +220,24 @@ static void stop_all(service *s)
     control_deafen(&s->daemon);
     stop_dds(s);                     /* its requests need the workers */
     daemon_stop_workers(&s->daemon); /* they answer what is in the rings */
+    reload_abandon(&s->daemon);
     session_end_all(&s->daemon);
     daemon_free_fleet(&s->daemon);
     control_close(&s->daemon);
     if (s->lock >= 0)
         tfa_runtime_dir_release(s->daemon.settings->runtime_dir, s->lock);
+    config_free(s->daemon.settings);
     tfa_log_stop();
 }
 
-static int serve(const config *settings)
+/* Takes the configuration over: a reload may put another in its place. */
+static int serve(config *settings)
 {
     service s = {.daemon = {.settings = settings,
                             .epoll = -1,
                             .signals = -1,
                             .reserve = -1,
+                            .reload.event = -1,
                             .group = (gid_t)-1},
                  .lock = -1,
                  .user = (uid_t)-1};
@@ -230,12 +256,23 @@ static int serve(const config *settings)
     return status == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
 }
 
+/* Everything that a start or a reload would load. */
+static int check(const config *settings)
+{
+    fleet f;
+    int status = fleet_load(settings, &f);
+    if (status == TFA_OK)
+        fleet_unload(&f);
+    return status == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
+}
+
 /* ---- the command line ---- */
 
 enum { KEY_CHECK = 'n', KEY_DUMP = 'd' };
 
 static const struct argp_option option_table[] = {
-    {"check", KEY_CHECK, NULL, 0, "Check the configuration and end: 0 good, 2 not", 0},
+    {"check", KEY_CHECK, NULL, 0, "Check the configuration and its robots, and end: 0 good, 2 not",
+     0},
     {"dump-config", KEY_DUMP, NULL, 0, "Print the configuration in effect, explained, and end", 0},
     {0}};
 
@@ -268,8 +305,8 @@ int main(int argc, char **argv)
         .options = option_table,
         .parser = parse,
         .args_doc = "CONFIG.yaml",
-        .doc =
-            "Serves the robots of a configuration file until SIGTERM. SIGUSR1 logs the counters."};
+        .doc = "Serves the robots of a configuration file until SIGTERM. SIGHUP reads the file and "
+               "the robots again; SIGUSR1 logs the counters."};
     arguments a = {0};
     config *settings;
     argp_program_version = "totalforced " TFA_VERSION;
@@ -279,11 +316,13 @@ int main(int argc, char **argv)
         return EXIT_USAGE;
     if (config_load(a.file, stderr, &settings) != TFA_OK)
         return EXIT_FAILED;
+    if (!a.dump && !a.check)
+        return serve(settings);
     int result = EXIT_GOOD;
     if (a.dump)
         config_dump(settings, stdout);
-    else if (!a.check)
-        result = serve(settings);
+    if (a.check)
+        result = check(settings);
     config_free(settings);
     return result;
 }

@@ -7,11 +7,18 @@
 
 #ifdef TFA_HAVE_SYSTEMD
 
+#include <inttypes.h>
 #include <systemd/sd-daemon.h>
 
 void notify_ready(void)
 {
     (void)sd_notify(0, "READY=1\nSTATUS=Answering");
+}
+
+void notify_reloading(void)
+{
+    (void)sd_notifyf(0, "RELOADING=1\nMONOTONIC_USEC=%" PRIu64 "\nSTATUS=Answering, reloading",
+                     control_clock() / 1000);
 }
 
 void notify_stopping(void)
@@ -33,6 +40,8 @@ uint64_t notify_watchdog_ns(void)
 #else
 
 void notify_ready(void) {}
+
+void notify_reloading(void) {}
 
 void notify_stopping(void) {}
 

@@ -1,21 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Robots: from the configuration to models, names and workspaces.
+ * Robots and their scenes: from the configuration to models and names.
  */
 #include "robot.h"
 
-#include <errno.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "log.h"
 
-#define ALIGNMENT 64
-#define SELF_TEST_NS 100000000u
-#define SELF_TEST_TRIES 100 /* 10 s: a loaded machine may be slow, a robot may be large */
+#define CODES 16 /* different warnings that are counted in the log */
 
-/* ---- loading ---- */
+/* ---- what is said of it ---- */
 
 static void log_report(const tfa_report *report)
 {
@@ -30,39 +28,62 @@ static void log_report(const tfa_report *report)
     }
 }
 
-static int set_armature(const config_robot *from, tfa_description *description)
+/* Warnings by code. */
+typedef struct tally {
+    const char *code[CODES];
+    uint32_t count[CODES];
+    uint32_t codes, others;
+} tally;
+
+static void add_warnings(tally *t, const tfa_report *report)
 {
-    for (size_t i = 0; i < from->armature_count; i++) {
-        const config_armature *a = &from->armature[i];
-        size_t joint = 0;
-        while (joint < description->joint_count &&
-               strcmp(description->joints[joint].name, a->joint) != 0)
-            joint++;
-        if (joint == description->joint_count) {
-            tfa_log(TFA_LOG_ERROR, "robot '%s': armature: the robot has no joint '%s'", from->name,
-                    a->joint);
-            return TFA_E_JOINT;
+    for (size_t i = 0; i < report->count; i++) {
+        const tfa_message *m = &report->messages[i];
+        uint32_t k = 0;
+        if (m->severity != TFA_WARNING)
+            continue;
+        while (k < t->codes && strcmp(t->code[k], m->code) != 0)
+            k++;
+        if (k == CODES) {
+            t->others++;
+            continue;
         }
-        description->joints[joint].armature = a->value;
+        if (k == t->codes)
+            t->code[t->codes++] = m->code;
+        t->count[k]++;
     }
-    return TFA_OK;
 }
 
-static int compile(const config_robot *from, const char *path, tfa_report *report,
-                   tfa_model **model)
+static void write_warnings(const tally *t, char *text, size_t size)
 {
-    const tfa_model_options options = {.base = (tfa_base)from->base,
-                                       .gravity = from->gravity_count ? from->gravity : NULL,
-                                       .rotor_inertia = from->rotor_inertia};
-    tfa_description *description;
-    int status = tfa_urdf_load(path, &description, report);
-    if (status != TFA_OK)
-        return status;
-    status = set_armature(from, description);
-    if (status == TFA_OK)
-        status = tfa_model_create(description, &options, report, model);
-    tfa_description_free(description);
-    return status;
+    size_t used = (size_t)snprintf(text, size, "%s", t->codes ? "warnings:" : "no warnings");
+    for (uint32_t k = 0; k < t->codes && used < size; k++)
+        used += (size_t)snprintf(text + used, size - used, "%s %s %u", k ? "," : "", t->code[k],
+                                 t->count[k]);
+    if (t->others && used < size)
+        snprintf(text + used, size - used, ", others %u", t->others);
+}
+
+/* Two lines: what clients see, and where the file became smaller. */
+static void log_summary(const tfa_robot *robot, const tfa_report *of_file,
+                        const tfa_report *of_model)
+{
+    const tfa_model_summary s = tfa_model_summarise(robot->model);
+    tally warnings = {0};
+    char text[160];
+    add_warnings(&warnings, of_file);
+    add_warnings(&warnings, of_model);
+    write_warnings(&warnings, text, sizeof text);
+    tfa_log(TFA_LOG_INFO, "robot '%s': %u joints, %u freedoms%s, model %.16s%s", robot->name,
+            tfa_model_joint_count(robot->model), robot->shape.v_count,
+            robot->shape.base_freedoms ? " and a floating base" : "",
+            tfa_model_hash_text(robot->model),
+            robot->shared->origin ? ", shares its constants with another of this robot" : "");
+    tfa_log(TFA_LOG_INFO,
+            "robot '%s': %u links, %u bodies, %.6g kg (%.6g moving); joints: %u fixed, %u locked, "
+            "%u fused, %u follow, %u absent; %s",
+            robot->name, s.links, s.bodies, s.total_mass, s.moving_mass, s.fixed, s.locked, s.fused,
+            s.follows, s.absent, text);
 }
 
 /* ---- names: types, joint names, frame names ---- */
@@ -99,137 +120,112 @@ static int write_names(const config *settings, tfa_robot *robot)
     return TFA_OK;
 }
 
-int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robot)
+/* Everything that a client is told is in the shape or among the names. */
+bool tfa_robot_same_shape(const tfa_robot *a, const tfa_robot *b)
 {
-    tfa_report report = {0};
-    *robot = (tfa_robot){.config = from, .names = TFA_SEGMENT_NONE};
-    char *path = config_urdf_path(settings, from);
-    if (!path)
-        return TFA_E_MEMORY;
-    int status = compile(from, path, &report, &robot->model);
-    log_report(&report);
-    tfa_report_free(&report);
-    if (status == TFA_OK) {
-        robot->shape = (tfa_wire_shape){.q_count = tfa_model_q_count(robot->model),
-                                        .v_count = tfa_model_v_count(robot->model),
-                                        .base_freedoms = tfa_model_base_freedoms(robot->model),
-                                        .max_batch = from->max_batch};
-        status = write_names(settings, robot);
-    }
-    if (status != TFA_OK) {
-        tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", from->name, path, tfa_status_text(status),
-                tfa_status_cause(status));
-        tfa_robot_unload(robot);
-    }
-    free(path);
-    return status;
+    return memcmp(&a->shape, &b->shape, sizeof a->shape) == 0 &&
+           tfa_model_joint_count(a->model) == tfa_model_joint_count(b->model) &&
+           tfa_model_frame_count(a->model) == tfa_model_frame_count(b->model) &&
+           a->names.size == b->names.size &&
+           memcmp(a->names.memory, b->names.memory, a->names.size) == 0;
+}
+
+/* ---- loading ---- */
+
+size_t tfa_robot_count(const config_robot *from)
+{
+    return 1 + from->scenes_count;
 }
 
 void tfa_robot_unload(tfa_robot *robot)
 {
     tfa_segment_destroy(&robot->names);
-    tfa_model_free(robot->model);
+    tfa_shared_model_drop(robot->shared);
+    robot->shared = NULL;
     robot->model = NULL;
 }
 
-/* ---- solving ---- */
-
-int tfa_robot_solver_init(const tfa_robot *robot, tfa_robot_solver *solver)
+static void name_robot(const tfa_subject *s, tfa_robot *robot)
 {
-    const size_t size = tfa_workspace_size(robot->model, NULL);
-    *solver = (tfa_robot_solver){.estimate = robot->config->estimate,
-                                 .every = robot->config->estimate_every,
-                                 .until_next = robot->config->estimate_every};
-    if (!size)
-        return TFA_E_UNSUPPORTED;
-    solver->memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
-    if (!solver->memory)
-        return TFA_E_MEMORY;
-    memset(solver->memory, 0, size); /* every page is there before the first request */
-    int status = tfa_workspace_init(solver->memory, size, robot->model, NULL, &solver->workspace);
-    if (status != TFA_OK)
-        tfa_robot_solver_free(solver);
+    *robot = (tfa_robot){.config = s->robot, .scene = s->scene, .names = TFA_SEGMENT_NONE};
+    /* they fit: the configuration was checked */
+    char *end = stpcpy(robot->name, s->robot->name);
+    if (s->scene)
+        stpcpy(stpcpy(end, "."), s->scene->name);
+}
+
+static int complete(const tfa_subject *s, tfa_robot *robot)
+{
+    robot->model = robot->shared->model;
+    robot->shape = (tfa_wire_shape){.q_count = tfa_model_q_count(robot->model),
+                                    .v_count = tfa_model_v_count(robot->model),
+                                    .base_freedoms = tfa_model_base_freedoms(robot->model),
+                                    .max_batch = s->robot->max_batch};
+    int status = write_names(s->settings, robot);
+    return status == TFA_OK ? tfa_robot_verify(robot) : status;
+}
+
+/* Compiles number `i`, of which the ones before are compiled. */
+static int load_one(const tfa_subject *subjects, size_t i, const tfa_description *description,
+                    const tfa_report *of_file, tfa_shared_model **models, tfa_robot *robot)
+{
+    tfa_report report = {0};
+    tfa_report_set_file(&report, of_file->file);
+    int status =
+        tfa_subject_compile(&subjects[i], description, subjects, models, i, &report, &models[i]);
+    robot->shared = models[i];
+    if (status == TFA_OK)
+        status = complete(&subjects[i], robot);
+    log_report(&report);
+    if (status == TFA_OK)
+        log_summary(robot, of_file, &report);
+    else
+        tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", robot->name, of_file->file,
+                tfa_status_text(status), tfa_status_cause(status));
+    tfa_report_free(&report);
     return status;
 }
 
-void tfa_robot_solver_free(tfa_robot_solver *solver)
+static int load_all(const tfa_subject *subjects, size_t count, const char *path, tfa_robot *robots)
 {
-    free(solver->memory);
-    *solver = (tfa_robot_solver){0};
-}
-
-/* What a request gets that leaves the estimate open. DEFAULT is the library's: always for TFA. */
-static tfa_estimate policy(tfa_robot_solver *solver)
-{
-    if (solver->estimate == CONFIG_ESTIMATE_NEVER)
-        return TFA_ESTIMATE_NEVER;
-    if (solver->estimate == CONFIG_ESTIMATE_ALWAYS)
-        return TFA_ESTIMATE_ALWAYS;
-    if (--solver->until_next)
-        return TFA_ESTIMATE_DEFAULT;
-    solver->until_next = solver->every;
-    return TFA_ESTIMATE_ALWAYS;
-}
-
-int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply)
-{
-    tfa_robot_solver *solver = self;
-    if (request->estimate != TFA_ESTIMATE_DEFAULT)
-        return tfa_compute(solver->workspace, request, reply);
-    tfa_request decided = *request;
-    decided.estimate = policy(solver);
-    return tfa_compute(solver->workspace, &decided, reply);
-}
-
-/* ---- self-test ---- */
-
-/* q = 0, but quaternions are 0 0 0 1. */
-static void set_zero(const tfa_robot *robot, double *q)
-{
-    memset(q, 0, robot->shape.q_count * sizeof *q);
-    for (uint32_t i = 0; i < tfa_model_joint_count(robot->model); i++) {
-        const tfa_joint_info joint = tfa_model_joint(robot->model, i);
-        if (joint.type == TFA_JOINT_FLOATING)
-            q[joint.q_index + 6] = 1;
-    }
-}
-
-static int ask(tfa_port *port, const double *q)
-{
-    static const double pose[7] = {0, 0, 0, 0, 0, 0, 1};
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = q,
-                                 .base_pose = port->shape.base_freedoms ? pose : NULL};
-    tfa_wire_ask asked;
-    tfa_reply reply;
-    int status = tfa_wire_encode_request(&port->shape, &request, tfa_wire_want(&request, NULL), 1,
-                                         0, tfa_ring_next_request(&port->ring), &asked);
-    if (status != TFA_OK)
-        return status;
-    tfa_port_send(port);
-    int tries = 0;
-    while (!tfa_port_wait(port, 0, SELF_TEST_NS))
-        if (++tries == SELF_TEST_TRIES)
-            return TFA_E_TIMEOUT;
-    (void)tfa_wire_decode_reply(tfa_ring_oldest_reply(&port->ring), &reply);
-    /* a robot may be singular at q = 0; it was answered all the same */
-    return tfa_wire_has_answers(reply.status) ? TFA_OK : reply.status;
-}
-
-int tfa_robot_self_test(const tfa_robot *robot, tfa_worker *worker, uint32_t index)
-{
-    tfa_port port;
-    double *q = malloc((robot->shape.q_count + 1) * sizeof *q);
-    if (!q)
+    tfa_report report = {0};
+    tfa_description *description = NULL;
+    tfa_shared_model **models = calloc(count, sizeof *models);
+    if (!models)
         return TFA_E_MEMORY;
-    set_zero(robot, q);
-    int status = tfa_port_open(worker, index, 1, 1, &port);
-    if (status == TFA_OK) {
-        status = ask(&port, q);
-        tfa_port_close(&port);
+    tfa_report_set_file(&report, path);
+    int status = tfa_urdf_load(path, &description, &report);
+    log_report(&report);
+    if (status == TFA_OK)
+        status = tfa_subject_armature(&subjects[0], description);
+    if (status != TFA_OK)
+        tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", robots[0].name, path,
+                tfa_status_text(status), tfa_status_cause(status));
+    for (size_t i = 0; i < count && status == TFA_OK; i++)
+        status = load_one(subjects, i, description, &report, models, &robots[i]);
+    tfa_description_free(description);
+    tfa_report_free(&report);
+    free(models);
+    return status;
+}
+
+int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robots)
+{
+    const size_t count = tfa_robot_count(from);
+    char *path = config_urdf_path(settings, from);
+    tfa_subject *subjects = calloc(count, sizeof *subjects);
+    int status = path && subjects ? TFA_OK : TFA_E_MEMORY;
+    if (status != TFA_OK)
+        goto done;
+    for (size_t i = 0; i < count; i++) {
+        subjects[i] = (tfa_subject){settings, from, i ? &from->scenes[i - 1] : NULL};
+        name_robot(&subjects[i], &robots[i]);
     }
-    free(q);
+    status = load_all(subjects, count, path, robots);
+    for (size_t i = count; status != TFA_OK && i > 0; i--)
+        tfa_robot_unload(&robots[i - 1]);
+done:
+    free(subjects);
+    free(path);
     return status;
 }

@@ -29,7 +29,8 @@ static tfa_seat *free_seat(tfa_worker *w)
 static int fill_seat(const tfa_worker *w, const tfa_seat_options *o, tfa_seat *seat)
 {
     seat->robot = o->robot;
-    seat->shape = w->robots[o->robot].shape;
+    seat->shape = w->lists[w->latest][o->robot].shape;
+    seat->drained = 0;
     seat->shape.max_batch = o->max_batch;
     seat->wait = o->wait;
     seat->doorbell = o->doorbell;
@@ -98,13 +99,14 @@ int tfa_worker_attach(tfa_worker *w, const tfa_seat_options *options, tfa_seat *
     return status;
 }
 
-bool tfa_worker_detach(tfa_worker *w, tfa_seat *seat)
+/* Asks the worker for the seat if it was not asked. @return the seat is free */
+static bool leave(tfa_worker *w, tfa_seat *seat, uint32_t how)
 {
     pthread_mutex_lock(&w->mutex);
     uint32_t state = atomic_load_explicit(&seat->state, memory_order_acquire); /* R8 */
-    if (state == SEAT_SITTING || state == SEAT_BROKEN) {
-        atomic_store_explicit(&seat->state, SEAT_LEAVING, memory_order_release); /* A7 */
-        state = SEAT_LEAVING;
+    if (state != how && state != SEAT_LEAVING && state != SEAT_LEFT) {
+        atomic_store_explicit(&seat->state, how, memory_order_release); /* A7 */
+        state = how;
         tfa_worker_kick(w);
     }
     const bool gone = state == SEAT_LEFT || atomic_load_explicit(&w->phase, memory_order_acquire) !=
@@ -118,6 +120,36 @@ bool tfa_worker_detach(tfa_worker *w, tfa_seat *seat)
     }
     pthread_mutex_unlock(&w->mutex);
     return gone;
+}
+
+bool tfa_worker_detach(tfa_worker *w, tfa_seat *seat)
+{
+    return leave(w, seat, SEAT_LEAVING);
+}
+
+bool tfa_worker_drain(tfa_worker *w, tfa_seat *seat)
+{
+    return leave(w, seat, SEAT_DRAINING);
+}
+
+/* ---- other solvers ---- */
+
+void tfa_worker_offer(tfa_worker *w, const tfa_worker_robot *robots)
+{
+    pthread_mutex_lock(&w->mutex);
+    w->latest = 1 - w->latest;
+    tfa_worker_robot *list = w->lists[w->latest];
+    memcpy(list, robots, w->robot_count * sizeof *list);
+    atomic_store_explicit(&w->offer, list, memory_order_release); /* A12 */
+    pthread_mutex_unlock(&w->mutex);
+    tfa_worker_kick(w);
+}
+
+bool tfa_worker_took(const tfa_worker *w)
+{
+    return atomic_load_explicit(&w->taken, memory_order_acquire) == /* R13 */
+               atomic_load_explicit(&w->offer, memory_order_relaxed) ||
+           atomic_load_explicit(&w->phase, memory_order_acquire) != WORKER_RUNNING; /* R10 */
 }
 
 bool tfa_seat_broken(const tfa_seat *seat)
@@ -169,15 +201,14 @@ static tfa_wait port_wait(const tfa_worker *w)
 static int attach_port(tfa_port *port, uint32_t robot, const tfa_ring_layout *layout)
 {
     unsigned char *memory = port->memory;
-    const tfa_seat_options options = {
-        .robot = robot,
-        .max_batch = port->shape.max_batch,
-        .layout = *layout,
-        .requests = memory,
-        .replies = memory + layout->request_bytes,
-        .wait = port_wait(port->worker),
-        .doorbell = -1,
-        .internal = true};
+    const tfa_seat_options options = {.robot = robot,
+                                      .max_batch = port->shape.max_batch,
+                                      .layout = *layout,
+                                      .requests = memory,
+                                      .replies = memory + layout->request_bytes,
+                                      .wait = port_wait(port->worker),
+                                      .doorbell = -1,
+                                      .internal = true};
     port->ring = (tfa_ring_client){.layout = *layout,
                                    .requests = memory,
                                    .replies = memory + layout->request_bytes,
@@ -190,7 +221,9 @@ int tfa_port_open(tfa_worker *w, uint32_t robot, uint32_t slots, uint32_t max_ba
     *port = (tfa_port){.worker = w};
     if (robot >= w->robot_count)
         return TFA_E_ROBOT;
-    port->shape = w->robots[robot].shape;
+    pthread_mutex_lock(&w->mutex);
+    port->shape = w->lists[w->latest][robot].shape;
+    pthread_mutex_unlock(&w->mutex);
     if (!tfa_ring_slots_valid(slots) || max_batch == 0 || max_batch > port->shape.max_batch)
         return TFA_E_SIZE;
     port->shape.max_batch = max_batch;

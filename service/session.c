@@ -52,30 +52,40 @@ static void add_up(tfa_daemon *d, const session *s)
     d->totals.rejected += atomic_load_explicit(&count->rejected, memory_order_relaxed);
 }
 
-/* @return the worker has let go, the session is gone */
-static bool try_leave(tfa_daemon *d, session *s)
+static void lose_seat(tfa_daemon *d, session *s)
 {
-    if (!tfa_worker_detach(s->worker->worker, s->seat))
-        return false;
     add_up(d, s);
     s->worker->clients--;
     forget(d, s);
-    return true;
+}
+
+/* If the worker has let go, the session is gone. */
+static void try_leave(tfa_daemon *d, session *s)
+{
+    if (tfa_worker_detach(s->worker->worker, s->seat))
+        lose_seat(d, s);
+}
+
+/* The same, but it hangs up only now: every answer is there. */
+static void try_drain(tfa_daemon *d, session *s)
+{
+    if (tfa_worker_drain(s->worker->worker, s->seat))
+        lose_seat(d, s);
 }
 
 /* Hangs up at once; the memory follows when the worker has let go. */
 static void end(tfa_daemon *d, session *s)
 {
     tfa_log(TFA_LOG_DEBUG, "client %d of robot '%s' leaves", (int)s->process,
-            d->robots[s->robot].config->name);
-    if (s->state == SESSION_GREETING) {
+            d->fleet.robots[s->robot].name);
+    if (s->state == SESSION_GREETING || s->state == SESSION_WAITING) {
         forget(d, s);
         return;
     }
     close(s->socket);
     s->socket = -1;
     s->state = SESSION_LEAVING;
-    (void)try_leave(d, s);
+    try_leave(d, s);
 }
 
 /* ---- the greeting ---- */
@@ -103,13 +113,14 @@ static uint32_t sessions_of(const tfa_daemon *d, uid_t user)
 
 static int check_hello(tfa_daemon *d, const session *s, const tfa_hello *hello, tfa_welcome *w)
 {
-    const config_robot *robot = d->robots[s->robot].config;
+    const tfa_robot *served = &d->fleet.robots[s->robot];
+    const config_robot *robot = served->config;
     const config_limits *limits = &d->settings->limits;
     if (hello->magic != TFA_HELLO_MAGIC || hello->abi != TFA_HELLO_ABI)
         return refuse(d, w, TFA_E_PROTOCOL, "this daemon speaks version %u of the protocol",
                       TFA_HELLO_ABI);
-    if (!memchr(hello->robot, 0, sizeof hello->robot) || strcmp(hello->robot, robot->name) != 0)
-        return refuse(d, w, TFA_E_ROBOT, "this socket serves robot '%s'", robot->name);
+    if (!memchr(hello->robot, 0, sizeof hello->robot) || strcmp(hello->robot, served->name) != 0)
+        return refuse(d, w, TFA_E_ROBOT, "this socket serves robot '%s'", served->name);
     if (!tfa_ring_slots_valid(hello->slots) || hello->slots > robot->slots)
         return refuse(d, w, TFA_E_SIZE, "slots: %u; a power of two, at most %u", hello->slots,
                       robot->slots);
@@ -127,7 +138,7 @@ static int check_hello(tfa_daemon *d, const session *s, const tfa_hello *hello, 
 /* Spinning takes a processor on each side: with a single one both would only be in the way. */
 static tfa_wait grant_wait(const tfa_daemon *d, const session *s, uint32_t asked)
 {
-    const config_robot *robot = d->robots[s->robot].config;
+    const config_robot *robot = d->fleet.robots[s->robot].config;
     tfa_wait wait = (tfa_wait)(asked == TFA_WAIT_DEFAULT ? robot->wait : asked);
     const bool may_spin = d->settings->allow_spin && sysconf(_SC_NPROCESSORS_ONLN) > 1;
     return wait == TFA_WAIT_SPIN && !may_spin ? TFA_WAIT_HYBRID : wait;
@@ -186,7 +197,7 @@ static int take_seat(tfa_daemon *d, session *s, tfa_welcome *w)
 
 static int grant(tfa_daemon *d, session *s, const tfa_hello *hello, tfa_welcome *w)
 {
-    const tfa_robot *robot = &d->robots[s->robot];
+    const tfa_robot *robot = &d->fleet.robots[s->robot];
     int status = check_hello(d, s, hello, w);
     if (status != TFA_OK)
         return status;
@@ -216,7 +227,7 @@ static bool send_welcome(const tfa_daemon *d, const session *s, tfa_welcome *w)
         fds[TFA_WELCOME_REQUESTS] = s->requests.fd;
         fds[TFA_WELCOME_REPLIES] = s->replies.fd_readonly;
         fds[TFA_WELCOME_PULSE] = s->worker->pulse.fd_readonly;
-        fds[TFA_WELCOME_NAMES] = d->robots[s->robot].names.fd_readonly;
+        fds[TFA_WELCOME_NAMES] = d->fleet.robots[s->robot].names.fd_readonly;
         fds[TFA_WELCOME_DOORBELL] = s->doorbell;
         message.msg_control = control.bytes;
         message.msg_controllen = sizeof control.bytes;
@@ -244,7 +255,7 @@ static void greet(tfa_daemon *d, session *s, const tfa_hello *hello, ssize_t siz
     tfa_segment_close(&s->replies);
     if (status != TFA_OK)
         tfa_log(TFA_LOG_INFO, "client %d (user %u) of robot '%s' refused: %s", (int)s->process,
-                (unsigned)s->user, d->robots[s->robot].config->name, w.text);
+                (unsigned)s->user, d->fleet.robots[s->robot].name, w.text);
     if (status != TFA_OK || !sent)
         end(d, s);
 }
@@ -287,7 +298,13 @@ void session_event(tfa_daemon *d, session *s)
     if (size < 0 && (errno == EAGAIN || errno == EINTR))
         return;
     if (size > 0 && s->state == SESSION_GREETING) {
-        greet(d, s, &hello, size);
+        if (!d->fleet.robots[s->robot].moving) {
+            greet(d, s, &hello, size);
+            return;
+        }
+        s->hello = hello;
+        s->hello_size = size;
+        s->state = SESSION_WAITING;
         return;
     }
     if (size > 0)
@@ -302,12 +319,14 @@ void session_tick(tfa_daemon *d)
     for (session *s = d->sessions, *next; s; s = next) {
         next = s->next;
         if (s->state == SESSION_LEAVING) {
-            (void)try_leave(d, s);
+            try_leave(d, s);
+        } else if (s->state == SESSION_DRAINING) {
+            try_drain(d, s);
         } else if (s->state == SESSION_SEATED && tfa_seat_broken(s->seat)) {
             tfa_log(TFA_LOG_WARNING,
                     "client %d of robot '%s' broke the protocol or took its memory away: it has to "
                     "go",
-                    (int)s->process, d->robots[s->robot].config->name);
+                    (int)s->process, d->fleet.robots[s->robot].name);
             end(d, s);
         } else if (s->state == SESSION_GREETING && now - s->since > GREETING_NS) {
             end(d, s);
@@ -318,9 +337,41 @@ void session_tick(tfa_daemon *d)
 bool session_any_leaving(const tfa_daemon *d)
 {
     for (const session *s = d->sessions; s; s = s->next)
-        if (s->state == SESSION_LEAVING)
+        if (s->state == SESSION_LEAVING || s->state == SESSION_DRAINING)
             return true;
     return false;
+}
+
+/* ---- a reload that changes the shape of a robot ---- */
+
+void session_drain(tfa_daemon *d, uint32_t robot)
+{
+    for (session *s = d->sessions, *next; s; s = next) {
+        next = s->next;
+        if (s->robot != robot || s->state != SESSION_SEATED)
+            continue;
+        s->state = SESSION_DRAINING;
+        try_drain(d, s);
+    }
+}
+
+bool session_any_seated(const tfa_daemon *d, uint32_t robot)
+{
+    for (const session *s = d->sessions; s; s = s->next)
+        if (s->robot == robot && s->state >= SESSION_SEATED)
+            return true;
+    return false;
+}
+
+void session_greet_waiting(tfa_daemon *d)
+{
+    for (session *s = d->sessions, *next; s; s = next) {
+        next = s->next;
+        if (s->state != SESSION_WAITING || d->fleet.robots[s->robot].moving)
+            continue;
+        s->state = SESSION_GREETING;
+        greet(d, s, &s->hello, s->hello_size);
+    }
 }
 
 void session_end_all(tfa_daemon *d)
@@ -328,7 +379,7 @@ void session_end_all(tfa_daemon *d)
     for (session *s = d->sessions, *next; s; s = next) {
         next = s->next;
         if (s->state == SESSION_LEAVING)
-            (void)try_leave(d, s);
+            try_leave(d, s);
         else
             end(d, s);
     }

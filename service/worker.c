@@ -60,13 +60,17 @@ int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
     w->spin_ns = options->spin_ns;
     w->wait = options->wait == TFA_WAIT_DEFAULT ? TFA_WAIT_HYBRID : options->wait;
     w->pulse = options->pulse ? options->pulse : &w->own_pulse;
-    w->robots = calloc(options->robot_count, sizeof *w->robots);
-    int status = w->robots ? open_descriptors(w) : TFA_E_MEMORY;
+    for (int i = 0; i < 2; i++)
+        w->lists[i] = calloc(options->robot_count, sizeof *w->lists[i]);
+    int status = w->lists[0] && w->lists[1] ? open_descriptors(w) : TFA_E_MEMORY;
     if (status != TFA_OK) {
         tfa_worker_destroy(w);
         return status;
     }
-    memcpy(w->robots, options->robots, options->robot_count * sizeof *w->robots);
+    memcpy(w->lists[0], options->robots, options->robot_count * sizeof *w->lists[0]);
+    w->robots = w->lists[0];
+    atomic_store_explicit(&w->offer, w->robots, memory_order_relaxed);
+    atomic_store_explicit(&w->taken, w->robots, memory_order_relaxed);
     *worker = w;
     return TFA_OK;
 }
@@ -80,7 +84,8 @@ void tfa_worker_destroy(tfa_worker *w)
     if (w->kick >= 0)
         close(w->kick);
     pthread_mutex_destroy(&w->mutex);
-    free(w->robots);
+    free(w->lists[0]);
+    free(w->lists[1]);
     free(w);
 }
 
@@ -119,10 +124,21 @@ static void count(tfa_seat *seat, int status)
     atomic_store_explicit(&seat->count.rejected, n + 1, memory_order_relaxed);
 }
 
+/* Other solvers may have been offered. */
+static void take_offer(tfa_worker *w)
+{
+    const tfa_worker_robot *offer = atomic_load_explicit(&w->offer, memory_order_acquire); /* R12 */
+    if (offer == w->robots)
+        return;
+    w->robots = offer;
+    atomic_store_explicit(&w->taken, offer, memory_order_release); /* A13 */
+}
+
 /* Answers the next request of a client, which is there. `now`: in, when it was seen and when its
  * turn came; out, when it was done. @return false: the client's memory is gone */
-static bool serve(const tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
+static bool serve(tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
 {
+    take_offer(w);
     tfa_ring_own_soon(tfa_ring_reply(&seat->ring));
     tfa_wire_copy_request(&seat->shape, tfa_ring_request(&seat->ring), seat->scratch);
     if (tfa_sigbus_hit(seat->guard))
@@ -154,7 +170,7 @@ static void break_seat(tfa_seat *seat)
                                             memory_order_relaxed, memory_order_relaxed);
 }
 
-static uint32_t serve_seat(const tfa_worker *w, tfa_seat *seat)
+static uint32_t serve_seat(tfa_worker *w, tfa_seat *seat)
 {
     uint64_t seen = 0, now = 0;
     uint32_t served = 0;
@@ -173,17 +189,27 @@ static uint32_t serve_seat(const tfa_worker *w, tfa_seat *seat)
     return served;
 }
 
-static void let_go(tfa_seat *seat)
+static void let_go(tfa_seat *seat, uint32_t state)
 {
-    uint32_t leaving = SEAT_LEAVING;
-    atomic_compare_exchange_strong_explicit(&seat->state, &leaving, SEAT_LEFT, memory_order_release,
+    atomic_compare_exchange_strong_explicit(&seat->state, &state, SEAT_LEFT, memory_order_release,
                                             memory_order_relaxed); /* A8 */
+}
+
+/* Answers what was sent before the client had to go: no more than the ring holds. */
+static uint32_t drain_seat(tfa_worker *w, tfa_seat *seat)
+{
+    const uint32_t served = serve_seat(w, seat);
+    seat->drained += served;
+    if (served == 0 || seat->drained >= seat->ring.layout.slots || tfa_sigbus_hit(seat->guard))
+        let_go(seat, SEAT_DRAINING);
+    return served;
 }
 
 uint32_t tfa_worker_cycle(tfa_worker *w)
 {
     const uint32_t used = atomic_load_explicit(&w->seats_used, memory_order_acquire); /* R9 */
     uint32_t served = 0;
+    take_offer(w);
     for (uint32_t i = 0; i < used; i++) {
         tfa_seat *seat = &w->seats[i];
         switch (atomic_load_explicit(&seat->state, memory_order_acquire)) { /* R6, R7 */
@@ -191,7 +217,10 @@ uint32_t tfa_worker_cycle(tfa_worker *w)
             served += serve_seat(w, seat);
             break;
         case SEAT_LEAVING:
-            let_go(seat);
+            let_go(seat, SEAT_LEAVING);
+            break;
+        case SEAT_DRAINING:
+            served += drain_seat(w, seat);
             break;
         default:
             break;

@@ -4,15 +4,24 @@
  * A worker takes requests from rings, solves them and answers. Its cycle is a plain function.
  *
  * Who may call what: tfa_worker_cycle and tfa_worker_sleep belong to the worker's thread (or to a
- * test that has none). tfa_worker_attach, _detach, _open, _close and _kick may be called by any
- * other thread; they share a mutex that the worker's thread never takes.
+ * test that has none). tfa_worker_attach, _detach, _drain, _offer, _open, _close and _kick may be
+ * called by any other thread; they share a mutex that the worker's thread never takes.
  *
  * The way of a seat, the only memory that both sides write; state is atomic:
  *   FREE -> SITTING   attach: fills the seat, A6 store release   <-> R6 worker, load acquire
  *   SITTING -> BROKEN worker: the client broke the protocol or its memory is gone; no more requests
  *   -> LEAVING        detach, A7 store release                   <-> R7 worker, load acquire
- *   LEAVING -> LEFT   worker: will not touch it again, A8 release <-> R8 detach, load acquire
- *   LEFT -> FREE      detach, which then owns the memory again
+ *   -> DRAINING       drain, A7: the worker answers what was sent before it lets go
+ *   LEAVING, DRAINING -> LEFT  worker: will not touch it again, A8 release <-> R8 detach, acquire
+ *   LEFT -> FREE      detach or drain, which then owns the memory again
+ *
+ * The way of other solvers into a worker that runs, a pointer in each direction:
+ *   offer  A12 store release, another thread <-> R12 worker, load acquire, before every request
+ *   taken  A13 store release, worker         <-> R13 another thread, load acquire: the worker will
+ *          not touch the solvers of before again, and whoever offered owns them
+ * The worker neither allocates nor frees, and a request is answered by one of them from its
+ * beginning to its end. Who attaches a client after an offer can rely on the new ones: the worker
+ * looks for an offer (R12) after it has seen the seat (R6).
  */
 #ifndef TFA_SERVICE_WORKER_H
 #define TFA_SERVICE_WORKER_H
@@ -93,6 +102,18 @@ TFA_CHECKED int tfa_worker_attach(tfa_worker *worker, const tfa_seat_options *op
 /** Asks the worker to let go of a client. @return true: it has, the seat is free. Otherwise call
  *  again in a while; the first call asks. True at once while no thread is in tfa_worker_run. */
 bool tfa_worker_detach(tfa_worker *worker, tfa_seat *seat);
+
+/** As tfa_worker_detach, but lets the worker answer what the client has sent before. Bounded: as
+ *  many requests as the ring has slots. tfa_worker_detach may still be called instead. */
+bool tfa_worker_drain(tfa_worker *worker, tfa_seat *seat);
+
+/** Offers the worker other solvers for all its robots: `robots` (copied) in the same order. A robot
+ *  may change its shape only while nobody is attached to it. The offer before must be taken. */
+void tfa_worker_offer(tfa_worker *worker, const tfa_worker_robot *robots);
+
+/** The worker took the last offer: it will not touch the solvers of before again. True as well
+ *  while no thread is in tfa_worker_run. */
+bool tfa_worker_took(const tfa_worker *worker);
 
 /** The worker stopped serving this client: it broke the protocol. */
 bool tfa_seat_broken(const tfa_seat *seat);

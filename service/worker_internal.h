@@ -8,7 +8,7 @@
 
 #include "worker.h"
 
-enum seat_state { SEAT_FREE, SEAT_SITTING, SEAT_BROKEN, SEAT_LEAVING, SEAT_LEFT };
+enum seat_state { SEAT_FREE, SEAT_SITTING, SEAT_BROKEN, SEAT_DRAINING, SEAT_LEAVING, SEAT_LEFT };
 
 enum worker_phase { WORKER_IDLE, WORKER_RUNNING, WORKER_ENDED };
 
@@ -23,6 +23,7 @@ struct tfa_seat {
     int guard;     /* of sigbus.h */
     int doorbell;
     tfa_wait wait;
+    uint32_t drained; /* requests answered while DRAINING; the worker's */
     tfa_seat_counters count;
 };
 
@@ -33,7 +34,11 @@ struct tfa_worker {
     _Atomic uint32_t phase;      /* enum worker_phase: A10 release <-> R10 acquire */
     _Atomic bool stop;           /* A11 release <-> R11 acquire */
 
-    tfa_worker_robot *robots;
+    const tfa_worker_robot *robots;          /* one of `lists`: the worker's own */
+    _Atomic(const tfa_worker_robot *) offer; /* A12, R12 */
+    _Atomic(const tfa_worker_robot *) taken; /* A13, R13 */
+    tfa_worker_robot *lists[2];              /* the one offered last, and the one of before */
+    uint32_t latest;                         /* which; under the mutex */
     uint32_t robot_count;
     uint32_t spin_ns;
     tfa_wait wait;

@@ -30,6 +30,9 @@ int command_latency(int argc, char **argv);
 uint64_t option_unsigned(struct argp_state *state, const char *name, const char *text,
                          uint64_t lowest, uint64_t highest);
 double option_double(struct argp_state *state, const char *name, const char *text);
+/** "x,y,...": at most `most` finite numbers. @return how many */
+uint32_t option_numbers(struct argp_state *state, const char *name, const char *text, double *out,
+                        uint32_t most);
 /** "x,y,z" */
 void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3]);
 tfa_base option_base(struct argp_state *state, const char *text);

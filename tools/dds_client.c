@@ -214,6 +214,7 @@ int tfa_dds_client_receive(tfa_dds_client *client, tfa_reply *reply, uint64_t ti
 
     if (reply == NULL || client->first == client->last)
         return TFA_E_ARGUMENT;
+    reply->model = 0;
     tfa_dds_bell_silence(&client->bell);
     while ((sample = take_oldest(client)) == NULL) {
         const int status = tfa_dds_client_wait(client, &client->bell, deadline);

@@ -5,7 +5,8 @@
  * `totalforce call` share everything here, so their replies agree to the byte.
  *
  *     {"id":1,"op":"forward_dynamics","q":[...],"v":[...],"tau":[...]}
- *     -> {"id":1,"status":"ok","method":"aba","qdd":[...],"error_estimate":3e-16}
+ *     -> {"id":1,"status":"ok","method":"aba","qdd":[...],"error_estimate":3e-16,
+ *         "model":"0123456789abcdef"}
  *     -> {"id":1,"status":"error","error":"q: 6 values, the robot has 7 joints (a, ...)",
  *         "code":"E_SIZE"}
  */
@@ -49,9 +50,14 @@ typedef struct jsonl_buffers {
     double *mass_matrix;           /**< n x n; NULL until first asked for */
     double base_pose[7], base_twist[6], base_wrench[6], base_acceleration[6], gravity[3];
     double wrenches[TFA_MAX_WRENCHES * 6];
+    double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
+    uint32_t *locked, *held; /**< v_count each: no robot has more joints than freedoms */
+    uint8_t *named;          /**< v_count: joints of the list that is being read */
     double reply_acceleration[6], reply_wrench[6];
     double lambda_inv[36 * TFA_MAX_TIPS * TFA_MAX_TIPS];
+    double poses[7 * TFA_MAX_TIPS];
     tfa_spectrum spectrum;
+    tfa_certificate certificate;
     tfa_answer answer;
 } jsonl_buffers;
 

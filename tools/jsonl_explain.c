@@ -91,6 +91,59 @@ static void name_body(const robot_names *names, const tfa_reply *reply, char *bo
         snprintf(body, size, "body '%s': ", robot_names_frame_name(names, reply->index));
 }
 
+/* " with locked joints": what a method that answers the op cannot do besides. */
+static const char *besides(const tfa_request *request, tfa_field field)
+{
+    if (field == TFA_FIELD_LOCKED)
+        return " with locked joints; aba does";
+    if (field == TFA_FIELD_HELD)
+        return " with held joints; aba does";
+    return request->op == TFA_OP_FORWARD_DYNAMICS && request->tip_count ? " with tips" : "";
+}
+
+static int explain_payload(const robot_names *names, const tfa_request *request,
+                           const tfa_reply *reply, jsonl_error *error)
+{
+    uint32_t k = reply->index < request->payload_count ? reply->index : 0;
+    char place[32] = "payload";
+    if (request->payload_count > 1)
+        snprintf(place, sizeof place, "payload[%u]", k);
+    if (reply->status == TFA_E_UNSUPPORTED)
+        return jsonl_fail(error, reply->status,
+                          "%s: link '%.200s' moves with some joints of a body and not with "
+                          "others, without mass of its own; load a link at its end",
+                          place, robot_names_frame_name(names, request->payload_frames[k]));
+    if (reply->status == TFA_E_ARGUMENT && request->payloads) {
+        double mass = request->payloads[TFA_PAYLOAD_NUMBERS * (size_t)k];
+        if (mass < 0)
+            return jsonl_fail(error, reply->status, "%s.mass: %g: must not be negative", place,
+                              mass);
+        return jsonl_fail(error, reply->status,
+                          "%s.inertia: no body of %g kg has it; give ixx,ixy,ixz,iyy,iyz,izz about "
+                          "the centre of mass, with eigenvalues that are not negative",
+                          place, mass);
+    }
+    return jsonl_fail(error, reply->status, "%s: %s: %s", place, tfa_status_text(reply->status),
+                      tfa_status_cause(reply->status));
+}
+
+/* What a request changes about the robot: payloads, locked and held joints. @return 0: nothing of
+ * that is to blame */
+static int explain_change(const robot_names *names, const tfa_request *request,
+                          const tfa_reply *reply, jsonl_error *error)
+{
+    if (reply->field == TFA_FIELD_PAYLOADS)
+        return explain_payload(names, request, reply, error);
+    if (reply->status == TFA_E_UNSUPPORTED && reply->field == TFA_FIELD_HELD)
+        return jsonl_fail(error, reply->status,
+                          "hold: joints are held without tips, refine, \"estimate\":\"always\" and "
+                          "joints that follow others (--mimic project); ask separately");
+    if (reply->status == TFA_E_UNSUPPORTED && reply->field == TFA_FIELD_LOCKED)
+        return jsonl_fail(error, reply->status, "locked: %s does not go with locked joints",
+                          jsonl_op_name(request->op));
+    return 0;
+}
+
 int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
                   jsonl_error *error)
 {
@@ -106,16 +159,17 @@ int jsonl_explain(const robot_names *names, const tfa_request *request, const tf
         return jsonl_fail(error, status, "%s: %s%s: %s", tfa_method_name(request->method), body,
                           text, cause);
     case TFA_E_METHOD:
-        return jsonl_fail(
-            error, status, "method: %s does not answer %s%s", tfa_method_name(request->method),
-            jsonl_op_name(request->op),
-            request->op == TFA_OP_FORWARD_DYNAMICS && request->tip_count ? " with tips" : "");
+        return jsonl_fail(error, status, "method: %s does not answer %s%s",
+                          tfa_method_name(request->method), jsonl_op_name(request->op),
+                          besides(request, reply->field));
     case TFA_E_NOT_COMPUTED:
         return jsonl_fail(error, status, "%s: %s%s: %s", jsonl_op_name(request->op), body, text,
                           cause);
     default:
         break;
     }
+    if (explain_change(names, request, reply, error))
+        return status;
     const double *numbers = field_numbers(request, reply->field);
     if (status == TFA_E_VALUE && numbers)
         return jsonl_fail(error, status, "%s: %g: %s", place, numbers[reply->index], text);

@@ -32,7 +32,10 @@ extern const struct argp jsonl_argp;
     "  mass_matrix          q -> M\n"                                                              \
     "q, v, tau, qdd are arrays in joint order (`totalforce model --json` prints it) or objects "   \
     "{joint: value}. A floating base has base_pose, base_twist, base_wrench, base_acceleration. "  \
-    "Optional: method, refine, estimate, gravity, frame (world, local, local_world_aligned). "     \
+    "Optional: method, refine, estimate, gravity, frame (world, local, local_world_aligned), "     \
+    "poses (true: those of the tips), payload ({link, mass, com, inertia} or a list of such), "    \
+    "locked ([joint,...]: they do not move), hold ([joint,...] or {auto: tolerance}: their "       \
+    "motion is neglected), certificate (true: by how much the answer errs for that). "             \
     "A line that cannot be answered gets {\"id\":..,\"status\":\"error\",\"error\":..,"            \
     "\"code\":..} and the next line is answered all the same."
 

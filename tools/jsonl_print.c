@@ -5,6 +5,7 @@
  */
 #include "jsonl.h"
 
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -85,15 +86,16 @@ static void print_array(FILE *out, const char *key, const double *values, size_t
     print_vector(out, values, count);
 }
 
-static void print_matrix(FILE *out, const char *key, const double *values, size_t n)
+static void print_matrix(FILE *out, const char *key, const double *values, size_t rows,
+                         size_t columns)
 {
     if (!values)
         return;
     fprintf(out, ",\"%s\":[", key);
-    for (size_t row = 0; row < n; row++) {
+    for (size_t row = 0; row < rows; row++) {
         if (row)
             fputc(',', out);
-        print_vector(out, values + row * n, n);
+        print_vector(out, values + row * columns, columns);
     }
     fputc(']', out);
 }
@@ -102,6 +104,26 @@ static void print_number_key(FILE *out, const char *key, double value)
 {
     fprintf(out, ",\"%s\":", key);
     jsonl_print_number(out, value);
+}
+
+/* A number that may not be known. */
+static void print_known(FILE *out, double value)
+{
+    if (isfinite(value))
+        jsonl_print_number(out, value);
+    else
+        fputs("null", out);
+}
+
+static void print_certificate(FILE *out, const tfa_certificate *c)
+{
+    if (!c)
+        return;
+    fputs(",\"certificate\":{\"error\":", out);
+    print_known(out, c->error);
+    fputs(",\"relative\":", out);
+    print_known(out, c->relative);
+    fprintf(out, ",\"held\":%u,\"exact\":%s}", c->held, c->exact ? "true" : "false");
 }
 
 void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
@@ -119,17 +141,25 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
     print_array(out, "base_acceleration", reply->base_acceleration, 6);
     print_array(out, "tau", reply->tau, v_count);
     print_array(out, "base_wrench", reply->base_wrench, 6);
-    print_matrix(out, "lambda_inv", reply->lambda_inv, 6 * (size_t)request->tip_count);
+    print_matrix(out, "lambda_inv", reply->lambda_inv, 6 * (size_t)request->tip_count,
+                 6 * (size_t)request->tip_count);
     if (reply->spectrum) {
         fprintf(out, ",\"rank\":%u", reply->spectrum->rank);
         print_number_key(out, "eig_min", reply->spectrum->eig_min);
         print_number_key(out, "eig_max", reply->spectrum->eig_max);
     }
-    print_matrix(out, "M", reply->mass_matrix, names->base_freedoms + v_count);
+    print_matrix(out, "poses", reply->poses, request->tip_count, 7);
+    print_matrix(out, "M", reply->mass_matrix, names->base_freedoms + v_count,
+                 names->base_freedoms + v_count);
+    print_certificate(out, reply->certificate);
     if ((answer->flags & TFA_ANSWER_ESTIMATED) && isfinite(answer->error_estimate))
         print_number_key(out, "error_estimate", answer->error_estimate);
     if (answer->flags & TFA_ANSWER_FALLBACK)
         fputs(",\"fallback\":true", out);
+    if (answer->flags & TFA_ANSWER_HELD)
+        fputs(",\"held\":true", out);
+    if (reply->model)
+        fprintf(out, ",\"model\":\"%016" PRIx64 "\"", reply->model);
     fputs("}\n", out);
 }
 

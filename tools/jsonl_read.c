@@ -106,15 +106,6 @@ static int read_gravity(jsonl_reader *r, const json_t *value)
     return jsonl_numbers(r, value, 3, r->buffers->gravity);
 }
 
-static int find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame)
-{
-    int64_t index = robot_names_frame(r->names, link);
-    if (index < 0)
-        return jsonl_fail(r->error, TFA_E_LINK, "%s: no link '%.200s' in the robot", key, link);
-    *frame = (uint32_t)index;
-    return TFA_OK;
-}
-
 static int read_tips(jsonl_reader *r, const json_t *value)
 {
     if (!json_is_array(value))
@@ -131,7 +122,7 @@ static int read_tips(jsonl_reader *r, const json_t *value)
         if (!json_is_string(link))
             return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s, must be a link name", key,
                               jsonl_type(link));
-        int status = find_frame(r, key, json_string_value(link), &r->request->tips[i]);
+        int status = jsonl_find_frame(r, key, json_string_value(link), &r->request->tips[i]);
         if (status != TFA_OK)
             return status;
     }
@@ -158,7 +149,7 @@ static int read_wrench(jsonl_reader *r, const json_t *value)
         snprintf(key, sizeof key, "wrench.%.200s", link);
         jsonl_reader inner = *r;
         inner.key = key;
-        int status = find_frame(r, "wrench", link, &r->request->wrench_frames[count]);
+        int status = jsonl_find_frame(r, "wrench", link, &r->request->wrench_frames[count]);
         if (status == TFA_OK)
             status = jsonl_numbers(&inner, six, 6, r->buffers->wrenches + 6 * count);
         if (status != TFA_OK)
@@ -217,13 +208,6 @@ static int read_estimate(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-static int read_locked(jsonl_reader *r, const json_t *value)
-{
-    (void)value;
-    return jsonl_fail(r->error, TFA_E_UNSUPPORTED,
-                      "locked: this build cannot lock joints; make them fixed in the URDF");
-}
-
 static int read_elsewhere(jsonl_reader *r, const json_t *value)
 {
     (void)r;
@@ -255,7 +239,11 @@ static const struct {
     {"method", ALL, read_method},
     {"refine", FD | OI, read_refine},
     {"estimate", FD | OI, read_estimate},
-    {"locked", ALL, read_locked},
+    {"poses", FD | OI, jsonl_read_poses},
+    {"payload", ALL, jsonl_read_payload},
+    {"locked", FD | OI, jsonl_read_locked},
+    {"hold", FD, jsonl_read_hold},
+    {"certificate", FD, jsonl_read_certificate},
 };
 
 static int read_op(jsonl_reader *r, const json_t *object, unsigned *bit)
@@ -306,10 +294,22 @@ static int require(jsonl_reader *r)
     if (!request->base_pose && r->names->base_freedoms)
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
                           "base_pose: missing; the base floats: [x,y,z,qx,qy,qz,qw]");
-    if (request->op == TFA_OP_OPERATIONAL_INERTIA && request->tip_count == 0)
+    if (request->tip_count == 0 &&
+        (request->op == TFA_OP_OPERATIONAL_INERTIA || request->flags & TFA_WANT_POSES))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "tips: missing; 1 to %d link names",
                           TFA_MAX_TIPS);
+    if (request->hold == TFA_HOLD_NONE && request->flags & TFA_WANT_CERTIFICATE)
+        return jsonl_fail(r->error, TFA_E_ARGUMENT,
+                          "certificate: no joint is held; give hold, or leave it out");
     return TFA_OK;
+}
+
+/* The certificate takes the place of an estimate, which goes with exact answers only: not asked
+ * for, it is left out where joints are held. */
+static void choose_estimate(jsonl_reader *r, const json_t *object)
+{
+    if (r->request->hold != TFA_HOLD_NONE && !json_object_get(object, "estimate"))
+        r->request->estimate = TFA_ESTIMATE_NEVER;
 }
 
 static int point_reply(jsonl_reader *r, tfa_reply *reply)
@@ -343,6 +343,10 @@ static int point_reply(jsonl_reader *r, tfa_reply *reply)
         reply->lambda_inv = b->lambda_inv;
         reply->spectrum = &b->spectrum;
     }
+    if (r->request->flags & TFA_WANT_POSES)
+        reply->poses = b->poses;
+    if (r->request->hold != TFA_HOLD_NONE)
+        reply->certificate = &b->certificate;
     return TFA_OK;
 }
 
@@ -368,6 +372,7 @@ int jsonl_read(const json_t *object, const robot_names *names, const jsonl_defau
         if (status != TFA_OK)
             return status;
     }
+    choose_estimate(&r, object);
     status = require(&r);
     return status == TFA_OK ? point_reply(&r, reply) : status;
 }

@@ -23,7 +23,13 @@ int jsonl_buffers_init(jsonl_buffers *buffers, const robot_names *names)
             return TFA_E_MEMORY;
         }
     }
-    return TFA_OK;
+    buffers->locked = calloc(names->v_count + (size_t)1, sizeof *buffers->locked);
+    buffers->held = calloc(names->v_count + (size_t)1, sizeof *buffers->held);
+    buffers->named = calloc(names->v_count + (size_t)1, sizeof *buffers->named);
+    if (buffers->locked && buffers->held && buffers->named)
+        return TFA_OK;
+    jsonl_buffers_free(buffers);
+    return TFA_E_MEMORY;
 }
 
 void jsonl_buffers_free(jsonl_buffers *buffers)
@@ -35,6 +41,9 @@ void jsonl_buffers_free(jsonl_buffers *buffers)
     free(buffers->reply_qdd);
     free(buffers->reply_tau);
     free(buffers->mass_matrix);
+    free(buffers->locked);
+    free(buffers->held);
+    free(buffers->named);
     *buffers = (jsonl_buffers){0};
 }
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Reads numbers out of JSON values: plain arrays, and joint values by order or by name.
+ * Reads numbers out of JSON values: plain arrays, and joint values by order or by name; looks up
+ * links.
  */
 #include "jsonl_values.h"
 
@@ -134,4 +135,13 @@ int jsonl_joints(jsonl_reader *r, const json_t *value, int of_q, double *out)
     return jsonl_fail(r->error, TFA_E_ARGUMENT,
                       "%s: %s, must be an array in joint order or an object {joint: value}", r->key,
                       jsonl_type(value));
+}
+
+int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame)
+{
+    int64_t index = robot_names_frame(r->names, link);
+    if (index < 0)
+        return jsonl_fail(r->error, TFA_E_LINK, "%s: no link '%.200s' in the robot", key, link);
+    *frame = (uint32_t)index;
+    return TFA_OK;
 }

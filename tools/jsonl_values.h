@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Reads numbers out of JSON values. Private to the jsonl_*.c files.
+ * Reads the parts of a request out of JSON values. Private to the jsonl_*.c files.
  */
 #ifndef TFA_TOOLS_JSONL_VALUES_H
 #define TFA_TOOLS_JSONL_VALUES_H
@@ -26,5 +26,21 @@ int jsonl_numbers(jsonl_reader *r, const json_t *value, size_t count, double *ou
 /** Reads q (of_q) or v, tau, qdd: an array in joint order, or {joint: value} where joints left out
  *  are 0. @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_JOINT. */
 int jsonl_joints(jsonl_reader *r, const json_t *value, int of_q, double *out);
+
+/** Looks a link up; `key` stands for it in the message. @return TFA_OK, TFA_E_LINK. */
+int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame);
+
+/* jsonl_changes.c: what a request changes about the robot, and what it wants to know of that. */
+
+/** ["joint",...] @return TFA_OK, TFA_E_ARGUMENT, TFA_E_JOINT. */
+int jsonl_read_locked(jsonl_reader *r, const json_t *value);
+/** ["joint",...] or {"auto": tolerance} @return as jsonl_read_locked. */
+int jsonl_read_hold(jsonl_reader *r, const json_t *value);
+/** {"link":..,"mass":..,"com":[3],"inertia":[6]} or a list of such. @return TFA_OK,
+ *  TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_LINK. */
+int jsonl_read_payload(jsonl_reader *r, const json_t *value);
+/** true or false. @return TFA_OK, TFA_E_ARGUMENT. */
+int jsonl_read_poses(jsonl_reader *r, const json_t *value);
+int jsonl_read_certificate(jsonl_reader *r, const json_t *value);
 
 #endif

@@ -32,16 +32,27 @@ double option_double(struct argp_state *state, const char *name, const char *tex
     return value;
 }
 
-void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3])
+uint32_t option_numbers(struct argp_state *state, const char *name, const char *text, double *out,
+                        uint32_t most)
 {
     const char *at = text;
-    for (int i = 0; i < 3; i++) {
+    for (uint32_t count = 1;; count++) {
         char *end = NULL;
-        out[i] = strtod(at, &end);
-        if (end == at || !isfinite(out[i]) || *end != (i < 2 ? ',' : '\0'))
-            argp_error(state, "--%s: '%s' is not three finite numbers x,y,z", name, text);
+        double value = strtod(at, &end);
+        if (end == at || !isfinite(value) || count > most || (*end != ',' && *end != '\0'))
+            argp_error(state, "--%s: '%s' is not 1 to %u finite numbers with commas between", name,
+                       text, most);
+        out[count - 1] = value;
+        if (*end == '\0')
+            return count;
         at = end + 1;
     }
+}
+
+void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3])
+{
+    if (option_numbers(state, name, text, out, 3) != 3)
+        argp_error(state, "--%s: '%s' is not three finite numbers x,y,z", name, text);
 }
 
 int option_word(struct argp_state *state, const char *name, const char *text,

@@ -6,6 +6,7 @@
 #include "commands.h"
 #include "jsonl_options.h"
 #include "jsonl_serve.h"
+#include "scene_options.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -14,29 +15,15 @@
 
 typedef struct solve_options {
     const char *file;
-    tfa_model_options model;
+    scene_options scene;
     tfa_workspace_options workspace;
-    double gravity[3];
     jsonl_options lines;
-    int mimic; /* index in mimic_words */
 } solve_options;
 
-enum { KEY_BASE = 256, KEY_PRECISION, KEY_GRAVITY, KEY_MIMIC, KEY_ROTOR };
-
-static const char *const mimic_words[] = {"free", "project", "lock"};
+enum { KEY_PRECISION = 256 };
 
 static const struct argp_option option_table[] = {
-    {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "The root link (fixed)"},
-    {.name = "precision", .key = KEY_PRECISION, .arg = "f64|f128", .doc = "Arithmetic (f64)"},
-    {.name = "gravity",
-     .key = KEY_GRAVITY,
-     .arg = "X,Y,Z",
-     .doc = "Gravity in the world, m/s^2 (0,0,-9.80665)"},
-    {.name = "rotor-inertia",
-     .key = KEY_ROTOR,
-     .doc = "Apply drake:rotor_inertia of the file (left out unless asked for)"},
-    {.name = "mimic", .key = KEY_MIMIC, .arg = "free", .doc = "Mimic joints move freely (free)"},
-    {0}};
+    {.name = "precision", .key = KEY_PRECISION, .arg = "f64|f128", .doc = "Arithmetic (f64)"}, {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
@@ -45,23 +32,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
     switch (key) {
     case ARGP_KEY_INIT:
         state->child_inputs[0] = &options->lines;
-        return 0;
-    case KEY_BASE:
-        options->model.base = option_base(state, text);
+        state->child_inputs[1] = &options->scene;
         return 0;
     case KEY_PRECISION:
         options->workspace.precision =
             (tfa_precision)option_word(state, "precision", text, precisions, 2);
-        return 0;
-    case KEY_GRAVITY:
-        option_vector3(state, "gravity", text, options->gravity);
-        options->model.gravity = options->gravity;
-        return 0;
-    case KEY_ROTOR:
-        options->model.rotor_inertia = 1;
-        return 0;
-    case KEY_MIMIC:
-        options->mimic = option_word(state, "mimic", text, mimic_words, 3);
         return 0;
     case ARGP_KEY_ARG:
         option_argument(state, &options->file, text);
@@ -112,7 +87,7 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
 
 int command_solve(int argc, char **argv)
 {
-    static const struct argp_child children[] = {{.argp = &jsonl_argp}, {0}};
+    static const struct argp_child children[] = {{.argp = &jsonl_argp}, {.argp = &scene_argp}, {0}};
     static const struct argp argp = {
         .options = option_table,
         .parser = parse,
@@ -125,18 +100,11 @@ int command_solve(int argc, char **argv)
         fprintf(stderr, "totalforce solve: %s\n", strerror(error));
         return EXIT_USAGE;
     }
-    if (options.mimic) {
-        fprintf(stderr,
-                "totalforce solve: --mimic %s: %s: this build makes mimic joints ordinary joints "
-                "(--mimic free) [%s]\n",
-                mimic_words[options.mimic], tfa_status_text(TFA_E_UNSUPPORTED),
-                tfa_status_name(TFA_E_UNSUPPORTED));
-        return EXIT_FAILED;
-    }
     tfa_report report = {0};
-    tfa_model *model = load_model(options.file, &options.model, TFA_WARNING, &report);
+    tfa_model *model = load_scene(options.file, &options.scene, TFA_WARNING, &report);
     int result = model ? solve_lines(&options, model) : EXIT_FAILED;
     tfa_model_free(model);
     tfa_report_free(&report);
+    scene_options_free(&options.scene);
     return result;
 }

@@ -269,6 +269,7 @@ int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *r
     uint64_t id = 0;
     reply->field = TFA_FIELD_NONE;
     reply->index = reply->state = 0;
+    reply->model = 0;
     if (!client->connection.alive)
         return reply->status = TFA_E_DISCONNECTED;
     if (ring->sent > ring->received && client->call_end < ring->sent)
@@ -310,6 +311,7 @@ int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns
         *exchange = (tfa_exchange){0};
     reply->field = TFA_FIELD_NONE;
     reply->index = reply->state = 0;
+    reply->model = 0;
     if (client->lost != client->lost_end) {
         if (exchange)
             exchange->id = client->lost;

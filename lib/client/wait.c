@@ -16,10 +16,11 @@
 
 /* Between two looks at the clock (31 ns) while spinning: 64 pauses are about 1 us. */
 #define SPINS_PER_LOOK 64
-/* A worker whose heartbeat stood still for so long may be dead: ask the socket. A running worker
- * beats every microsecond, but a busy host can take its processor away for milliseconds, and a
- * large problem computes that long: asking costs one system call, so ask seldom. */
-#define STALE_NS 100000000u
+/* Who spins for so long asks the socket whether the daemon is still there, and again after as long.
+ * The heartbeat of the worker does not tell: it goes on when the daemon hung up on this client only,
+ * because a reload changed the robot's shape. Asking costs one system call, and a large problem
+ * computes that long: ask seldom. */
+#define ASK_NS 100000000u
 /* A sleeper wakes so often to see whether the daemon is still there. */
 #define SLEEP_NS 20000000u
 
@@ -36,22 +37,14 @@ bool tfa_connection_hung_up(const client_connection *connection)
     return poll(&fd, 1, 0) > 0 && (fd.revents & (POLLHUP | POLLRDHUP | POLLERR | POLLNVAL)) != 0;
 }
 
-/* Has the worker made progress lately? What a spinning client knows of it. */
-typedef struct watch {
-    uint64_t beat, since;
-} watch;
-
-/* @return the heartbeat stood still for STALE_NS; then it starts anew */
-static bool is_stale(const tfa_ring_pulse *pulse, watch *w, uint64_t now)
+/* @return it is time to ask; `asked`: 0 at first */
+static bool is_time_to_ask(uint64_t *asked, uint64_t now)
 {
-    uint64_t beat = atomic_load_explicit(&pulse->heartbeat, memory_order_relaxed); /* R5 */
-    if (w->since == 0 || beat != w->beat) {
-        *w = (watch){beat, now};
+    if (*asked == 0)
+        *asked = now;
+    if (now - *asked < ASK_NS)
         return false;
-    }
-    if (now - w->since < STALE_NS)
-        return false;
-    w->since = now;
+    *asked = now;
     return true;
 }
 
@@ -60,7 +53,7 @@ static bool is_stale(const tfa_ring_pulse *pulse, watch *w, uint64_t now)
 static int spin(const tfa_client *client, uint64_t end)
 {
     const client_connection *c = &client->connection;
-    watch w = {0, 0};
+    uint64_t asked = 0;
     for (;;) {
         for (int i = 0; i < SPINS_PER_LOOK; i++) {
             if (tfa_ring_reply_ready(&c->ring))
@@ -70,7 +63,7 @@ static int spin(const tfa_client *client, uint64_t end)
         const uint64_t now = tfa_clock_ns();
         if (now >= end)
             return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_TIMEOUT;
-        if (is_stale(c->ring.pulse, &w, now) && tfa_connection_hung_up(c))
+        if (is_time_to_ask(&asked, now) && tfa_connection_hung_up(c))
             return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_DISCONNECTED;
     }
 }

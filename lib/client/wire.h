@@ -41,6 +41,10 @@ enum {
     TFA_WIRE_BASE_ACCELERATION,
     TFA_WIRE_GRAVITY,
     TFA_WIRE_WRENCHES,
+    TFA_WIRE_PAYLOADS,
+    TFA_WIRE_LOCKED,    /* joint indices: uint32_t, padded to 8 bytes */
+    TFA_WIRE_HELD,      /* the same */
+    TFA_WIRE_TOLERANCE, /* one number, of every request that holds joints */
     TFA_WIRE_REQUEST_BLOCKS
 };
 
@@ -54,21 +58,25 @@ enum {
     TFA_WIRE_LAMBDA_INV,
     TFA_WIRE_MASS_MATRIX,
     TFA_WIRE_SPECTRUM,
+    TFA_WIRE_POSES,
+    TFA_WIRE_CERTIFICATE,
     TFA_WIRE_REPLY_BLOCKS
 };
 
-/** Line 0 of a request slot. After it: tips and wrench frames (uint32_t, padded to 8 bytes), then
- *  the blocks. */
+/** Line 0 of a request slot. After it: tips, wrench frames and payload frames (uint32_t, padded to
+ *  8 bytes), then the blocks. */
 typedef struct tfa_wire_request {
     _Atomic uint64_t seq; /**< index in the ring + 1; stored last (ring.h) */
     uint64_t id;          /**< the client's; echoed */
     uint64_t t_sent;      /**< CLOCK_MONOTONIC ns */
     uint32_t count, dof;  /**< states; q_count + v_count + base freedoms, as a check */
     uint32_t refine, flags;
-    uint16_t op, method, estimate, frame; /**< what does not fit is sent as 65535: invalid too */
-    uint16_t tip_count, wrench_count;
-    uint16_t present, want; /**< blocks */
-    uint64_t reserved;      /**< 0 */
+    uint32_t locked_count, held_count;
+    uint16_t op, method;           /**< what does not fit is sent as 65535: invalid too */
+    uint16_t present, want;        /**< blocks */
+    uint8_t estimate, frame, hold; /**< what does not fit is sent as 255: invalid too */
+    uint8_t tip_count, wrench_count, payload_count; /**< the same */
+    uint16_t reserved;                              /**< 0 */
 } tfa_wire_request;
 
 /** Line 0 of a reply slot. */
@@ -76,14 +84,17 @@ typedef struct tfa_wire_reply {
     _Atomic uint64_t seq; /**< index in the ring + 1; stored last (ring.h) */
     uint64_t id;
     uint64_t t_received, t_start, t_done; /**< CLOCK_MONOTONIC ns */
+    uint64_t model; /**< tfa_model_tag of the model that answered; 0: none did */
     int32_t status;
-    uint32_t field, index, state;
-    uint32_t want; /**< blocks that follow; 0 when nothing was computed */
-    uint32_t reserved;
+    uint32_t index, state;
+    uint16_t field;
+    uint16_t want; /**< blocks that follow; 0 when nothing was computed */
 } tfa_wire_reply;
 
 _Static_assert(sizeof(tfa_wire_request) == TFA_WIRE_LINE, "a request's line is one cache line");
 _Static_assert(sizeof(tfa_wire_reply) == TFA_WIRE_LINE, "a reply's line is one cache line");
+_Static_assert(TFA_WIRE_REQUEST_BLOCKS <= 16 && TFA_WIRE_REPLY_BLOCKS <= 16,
+               "blocks have a bit each");
 _Static_assert(ATOMIC_LLONG_LOCK_FREE == 2, "the ring needs lock-free 64-bit atomics");
 
 /** What decides the layout of a reply: kept in private memory by both sides. */
@@ -131,7 +142,7 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_ask *ask
 /** Writes what the line of a reply says about the request as a whole; not seq, not the times. */
 void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot);
 
-/** Reads the line of a reply: status, field, index, state. @return blocks that follow */
+/** Reads the line of a reply: status, field, index, state, model. @return blocks that follow */
 uint32_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply);
 
 /** Copies the answers of a slot to the buffers of `reply` that are not NULL. */

@@ -10,10 +10,12 @@
 
 #include <cmocka.h>
 
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "client/wire.h"
+#include "same_request.h"
 
 #define BATCH 3
 
@@ -31,7 +33,7 @@ static uint64_t random_bits(void)
     return seed;
 }
 
-static const double *numbers(size_t count)
+static const void *numbers(size_t count)
 {
     double *x = malloc((count + 1) * sizeof *x);
     for (size_t i = 0; i < count; i++)
@@ -46,13 +48,6 @@ static void *exact(size_t size)
     return memory;
 }
 
-static void assert_same(const double *a, const double *b, size_t count)
-{
-    assert_int_equal(a == NULL, b == NULL);
-    if (a)
-        assert_memory_equal(a, b, count * sizeof *a);
-}
-
 /* A request with everything; `without` leaves out block k where bit k is set. */
 static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
 {
@@ -61,54 +56,50 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
                      .estimate = TFA_ESTIMATE_ALWAYS,
                      .frame = TFA_FRAME_WORLD,
                      .refine = TFA_REFINE_DEFAULT,
-                     .flags = TFA_WANT_SPECTRUM,
+                     .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES | TFA_WANT_CERTIFICATE,
                      .count = BATCH,
                      .tip_count = 3,
                      .wrench_count = 2,
+                     .payload_count = 3,
+                     .locked_count = s->v_count, /* odd: the block is padded */
+                     .held_count = 3,
+                     .hold = without >> TFA_WIRE_TOLERANCE & 1 ? TFA_HOLD_NONE : TFA_HOLD_AUTO,
+                     .tolerance = 1e-3,
                      .tips = {5, 0, 70000},
-                     .wrench_frames = {UINT32_MAX, 4}};
-    const double **arrays[] = {&r.q,         &r.v,          &r.tau,         &r.qdd,
-                               &r.base_pose, &r.base_twist, &r.base_wrench, &r.base_acceleration,
-                               &r.gravity,   &r.wrenches};
-    const size_t width[] = {s->q_count, s->v_count, s->v_count, s->v_count, 7, 6, 6, 6, 1, 12};
-    for (uint32_t k = 0; k < TFA_WIRE_REQUEST_BLOCKS; k++)
-        *arrays[k] = without >> k & 1 ? NULL : numbers(BATCH * width[k]);
+                     .wrench_frames = {UINT32_MAX, 4},
+                     .payload_frames = {1, UINT32_MAX, 0}};
+#define GIVE(block, array, count)                                                                  \
+    r.array = without >> TFA_WIRE_##block & 1 ? NULL : numbers(BATCH * (size_t)(count))
+    GIVE(Q, q, s->q_count);
+    GIVE(V, v, s->v_count);
+    GIVE(TAU, tau, s->v_count);
+    GIVE(QDD, qdd, s->v_count);
+    GIVE(BASE_POSE, base_pose, 7);
+    GIVE(BASE_TWIST, base_twist, 6);
+    GIVE(BASE_WRENCH, base_wrench, 6);
+    GIVE(BASE_ACCELERATION, base_acceleration, 6);
+    GIVE(GRAVITY, gravity, 1);
+    GIVE(WRENCHES, wrenches, 12);
+    GIVE(PAYLOADS, payloads, TFA_PAYLOAD_NUMBERS);
+    GIVE(LOCKED, locked, s->v_count);
+    GIVE(HELD, held, 3);
+#undef GIVE
     return r;
 }
 
 static void free_request(const tfa_request *r)
 {
-    const double *arrays[] = {r->q,         r->v,          r->tau,         r->qdd,
-                              r->base_pose, r->base_twist, r->base_wrench, r->base_acceleration,
-                              r->gravity,   r->wrenches};
+    const void *arrays[] = {r->q,         r->v,          r->tau,         r->qdd,
+                            r->base_pose, r->base_twist, r->base_wrench, r->base_acceleration,
+                            r->gravity,   r->wrenches,   r->payloads,    r->locked,
+                            r->held};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free((void *)(uintptr_t)arrays[k]);
 }
 
-static void compare(const tfa_wire_shape *s, const tfa_request *a, const tfa_request *b)
+static request_sizes sizes_of(const tfa_wire_shape *s)
 {
-    assert_int_equal(a->op, b->op);
-    assert_int_equal(a->method, b->method);
-    assert_int_equal(a->estimate, b->estimate);
-    assert_int_equal(a->frame, b->frame);
-    assert_int_equal(a->refine, b->refine);
-    assert_int_equal(a->flags, b->flags);
-    assert_int_equal(a->count, b->count);
-    assert_int_equal(a->tip_count, b->tip_count);
-    assert_int_equal(a->wrench_count, b->wrench_count);
-    assert_memory_equal(a->tips, b->tips, a->tip_count * sizeof *a->tips);
-    assert_memory_equal(a->wrench_frames, b->wrench_frames,
-                        a->wrench_count * sizeof *a->wrench_frames);
-    assert_same(a->q, b->q, BATCH * s->q_count);
-    assert_same(a->v, b->v, BATCH * s->v_count);
-    assert_same(a->tau, b->tau, BATCH * s->v_count);
-    assert_same(a->qdd, b->qdd, BATCH * s->v_count);
-    assert_same(a->base_pose, b->base_pose, BATCH * 7);
-    assert_same(a->base_twist, b->base_twist, BATCH * 6);
-    assert_same(a->base_wrench, b->base_wrench, BATCH * 6);
-    assert_same(a->base_acceleration, b->base_acceleration, BATCH * 6);
-    assert_same(a->gravity, b->gravity, 3);
-    assert_same(a->wrenches, b->wrenches, BATCH * 12);
+    return (request_sizes){s->q_count, s->v_count, s->base_freedoms};
 }
 
 /* Every subset of the optional blocks arrives as it was sent. */
@@ -116,6 +107,7 @@ static void requests_arrive(void **state)
 {
     (void)state;
     const size_t size = tfa_wire_request_capacity(&dog);
+    const request_sizes sizes = sizes_of(&dog);
     for (uint32_t without = 0; without < 1u << TFA_WIRE_REQUEST_BLOCKS; without++) {
         tfa_request sent = full_request(&dog, without), got;
         void *slot = exact(size), *copy = exact(size);
@@ -128,7 +120,7 @@ static void requests_arrive(void **state)
         assert_int_equal(tfa_wire_decode_request(&dog, copy, &got, &asked, &culprit), TFA_OK);
         assert_int_equal(((tfa_wire_request *)copy)->id, 7);
         assert_memory_equal(&ask, &asked, sizeof ask);
-        compare(&dog, &sent, &got);
+        assert_same_request(&sizes, &sent, &got);
         free_request(&sent);
         free(slot);
         free(copy);
@@ -140,25 +132,40 @@ static void nonsense_arrives(void **state)
 {
     (void)state;
     const size_t size = tfa_wire_request_capacity(&arm);
+    const double none = 0;
     void *slot = exact(size);
     tfa_request r = {.op = (tfa_op)77,
                      .method = (tfa_method)100000,
                      .frame = (tfa_reference_frame)-1,
                      .count = 0,
                      .tip_count = 9,
-                     .wrench_count = 100},
+                     .wrench_count = 100,
+                     .payload_count = 1000,
+                     .locked_count = 8,
+                     .held_count = UINT32_MAX,
+                     .hold = (tfa_hold)300},
                 got;
+    r.wrenches = r.payloads = &none;
+    r.locked = r.held = &r.locked_count;
     tfa_wire_ask ask;
     tfa_field culprit;
     assert_int_equal(tfa_wire_encode_request(&arm, &r, 0, 1, 1, slot, &ask), TFA_OK);
     assert_int_equal(tfa_wire_decode_request(&arm, slot, &got, &ask, &culprit), TFA_OK);
     assert_int_equal(got.op, 77);
     assert_int_equal(got.method, 65535);
-    assert_int_equal(got.frame, 65535);
+    assert_int_equal(got.frame, 255);
     assert_int_equal(got.count, 0);
     assert_int_equal(got.tip_count, 9);
     assert_int_equal(got.wrench_count, 100);
+    assert_int_equal(got.payload_count, 255);
+    assert_int_equal(got.locked_count, 8);
+    assert_int_equal(got.held_count, UINT32_MAX);
+    assert_int_equal(got.hold, 255);
     assert_null(got.q);
+    assert_null(got.wrenches);
+    assert_null(got.payloads);
+    assert_null(got.locked);
+    assert_null(got.held);
     free(slot);
 }
 
@@ -185,20 +192,81 @@ static void limits_are_kept(void **state)
     free(slot);
 }
 
-/* The common exchange is a few cache lines. */
-static void common_request_is_small(void **state)
+static size_t bytes_written(const unsigned char *slot, size_t capacity)
+{
+    while (capacity > 0 && slot[capacity - 1] == 0xa5)
+        capacity--;
+    return capacity;
+}
+
+/* The common exchange is a few cache lines: 7 joints with q, v and tau, and their qdd. */
+static void common_exchange_is_small(void **state)
 {
     (void)state;
     static const double x[7] = {0};
-    unsigned char *slot = exact(tfa_wire_request_capacity(&arm));
+    double qdd[7];
+    tfa_answer answer;
+    const size_t request_size = tfa_wire_request_capacity(&arm);
+    const size_t reply_size = tfa_wire_reply_capacity(&arm);
+    unsigned char *slot = exact(request_size), *answered = exact(reply_size);
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = x, .v = x, .tau = x};
+    tfa_reply reply = {.qdd = qdd, .answers = &answer};
     tfa_wire_ask ask;
-    assert_int_equal(tfa_wire_encode_request(&arm, &r, tfa_wire_want(&r, NULL), 1, 1, slot, &ask),
+    assert_int_equal(tfa_wire_encode_request(&arm, &r, tfa_wire_want(&r, &reply), 1, 1, slot, &ask),
                      TFA_OK);
-    size_t end = tfa_wire_request_capacity(&arm);
-    while (slot[end - 1] == 0xa5)
-        end--;
-    assert_true(end <= (size_t)4 * 64);
+    assert_in_range(bytes_written(slot, request_size), 1, 4 * TFA_WIRE_LINE);
+    reply = (tfa_reply){.model = UINT64_MAX};
+    tfa_wire_reply_buffers(&arm, &ask, answered, &reply);
+    memcpy(reply.qdd, x, sizeof x);
+    *reply.answers = (tfa_answer){0};
+    assert_null(reply.poses);
+    assert_null(reply.certificate);
+    tfa_wire_encode_reply(&reply, ask.want, answered);
+    assert_in_range(bytes_written(answered, reply_size), 1, 3 * TFA_WIRE_LINE);
+    free(slot);
+    free(answered);
+}
+
+/* True when `count` items from `at` on lie within the copy, or there are none. */
+static bool inside(const void *at, size_t bytes, const void *copy, size_t size)
+{
+    const unsigned char *begin = copy, *first = at;
+    return !at || (first >= begin && bytes <= size && first + bytes <= begin + size);
+}
+
+/* What a decoded request points at lies in the copy of the slot, whatever its counts say. */
+static void assert_request_inside(const tfa_wire_shape *s, const tfa_request *r, const void *copy,
+                                  size_t size)
+{
+    const size_t count = r->count * sizeof(double);
+    assert_true(r->count <= s->max_batch);
+    assert_true(inside(r->q, count * s->q_count, copy, size));
+    assert_true(inside(r->v, count * s->v_count, copy, size));
+    assert_true(inside(r->tau, count * s->v_count, copy, size));
+    assert_true(inside(r->qdd, count * s->v_count, copy, size));
+    assert_true(inside(r->base_pose, count * 7, copy, size));
+    assert_true(inside(r->base_twist, count * 6, copy, size));
+    assert_true(inside(r->base_wrench, count * 6, copy, size));
+    assert_true(inside(r->base_acceleration, count * 6, copy, size));
+    assert_true(inside(r->gravity, 3 * sizeof(double), copy, size));
+    assert_true(inside(r->wrenches, count * 6 * r->wrench_count, copy, size));
+    assert_true(inside(r->payloads, r->payload_count * sizeof(double[10]), copy, size));
+    assert_true(inside(r->locked, r->locked_count * sizeof(uint32_t), copy, size));
+    assert_true(inside(r->held, r->held_count * sizeof(uint32_t), copy, size));
+}
+
+/* The answers that a decoded request asks for fit into a reply slot. */
+static void assert_reply_inside(const tfa_wire_shape *s, const tfa_wire_ask *ask)
+{
+    const size_t size = tfa_wire_reply_capacity(s), count = ask->count;
+    void *slot = exact(size);
+    tfa_reply out;
+    tfa_wire_reply_buffers(s, ask, slot, &out);
+    assert_true(inside(out.lambda_inv, count * ask->tip_count * ask->tip_count * sizeof(double[36]),
+                       slot, size));
+    assert_true(inside(out.poses, count * ask->tip_count * sizeof(double[7]), slot, size));
+    assert_true(inside(out.certificate, count * sizeof *out.certificate, slot, size));
+    assert_true(inside(out.spectrum, count * sizeof *out.spectrum, slot, size));
     free(slot);
 }
 
@@ -221,23 +289,19 @@ static void hostile_lines_stay_inside(void **state)
             line->count %= s->max_batch + 1;
         if (i & 8)
             line->op %= 5;
+        if (i & 16) { /* sometimes valid counts, one too many, or none */
+            line->wrench_count %= TFA_MAX_WRENCHES + 2;
+            line->payload_count %= TFA_MAX_PAYLOADS + 2;
+            line->locked_count %= s->v_count + 2;
+            line->held_count %= s->v_count + 2;
+        }
         tfa_wire_copy_request(s, slot, copy);
         tfa_request r;
         tfa_wire_ask ask;
         tfa_field culprit;
         if (tfa_wire_decode_request(s, copy, &r, &ask, &culprit) == TFA_OK) {
-            const unsigned char *end = (unsigned char *)copy + size;
-            assert_true(r.count <= s->max_batch);
-            assert_true(!r.q || (const unsigned char *)(r.q + r.count * s->q_count) <= end);
-            assert_true(!r.gravity || (const unsigned char *)(r.gravity + 3) <= end);
-            unsigned char *reply = exact(tfa_wire_reply_capacity(s));
-            tfa_reply out;
-            tfa_wire_reply_buffers(s, &ask, reply, &out);
-            if (out.lambda_inv)
-                assert_true((unsigned char *)(out.lambda_inv + (size_t)36 * ask.tip_count *
-                                                                   ask.tip_count * ask.count) <=
-                            reply + tfa_wire_reply_capacity(s));
-            free(reply);
+            assert_request_inside(s, &r, copy, size);
+            assert_reply_inside(s, &ask);
         }
         free(slot);
         free(copy);
@@ -248,40 +312,56 @@ static void replies_arrive(void **state)
 {
     (void)state;
     unsigned char *slot = exact(tfa_wire_reply_capacity(&dog));
-    const tfa_request r = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .flags = TFA_WANT_SPECTRUM, .count = 2, .tip_count = 1};
-    double qdd[22], base[12], lambda[72];
+    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                           .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES | TFA_WANT_CERTIFICATE,
+                           .count = 2,
+                           .tip_count = 1,
+                           .hold = TFA_HOLD_GIVEN};
+    double qdd[22], base[12], lambda[72], poses[14];
     tfa_answer answers[2];
     tfa_spectrum spectrum[2];
+    tfa_certificate certificate[2];
     tfa_reply mine = {.qdd = qdd,
                       .base_acceleration = base,
                       .lambda_inv = lambda,
                       .spectrum = spectrum,
+                      .poses = poses,
+                      .certificate = certificate,
                       .answers = answers};
     const tfa_wire_ask ask = {.count = 2, .tip_count = 1, .want = tfa_wire_want(&r, &mine)};
-    tfa_reply inside = {.status = TFA_E_NOT_COMPUTED, .field = TFA_FIELD_Q, .index = 3, .state = 1};
-    tfa_wire_reply_buffers(&dog, &ask, slot, &inside);
-    assert_null(inside.tau);
-    assert_null(inside.mass_matrix);
+    tfa_reply there = {.status = TFA_E_NOT_COMPUTED,
+                       .field = TFA_FIELD_BODY,
+                       .index = UINT32_MAX,
+                       .state = 1,
+                       .model = 0x0123456789abcdefu};
+    tfa_wire_reply_buffers(&dog, &ask, slot, &there);
+    assert_null(there.tau);
+    assert_null(there.mass_matrix);
     for (int i = 0; i < 22; i++)
-        inside.qdd[i] = i;
-    inside.lambda_inv[71] = 71;
-    inside.base_acceleration[11] = 11;
-    inside.spectrum[1].rank = 5;
-    inside.answers[1] = (tfa_answer){.status = -15, .method = 3, .error_estimate = 0.5};
-    tfa_wire_encode_reply(&inside, ask.want, slot);
+        there.qdd[i] = i;
+    there.lambda_inv[71] = 71;
+    there.base_acceleration[11] = 11;
+    there.spectrum[1].rank = 5;
+    there.poses[13] = 13;
+    there.certificate[1] = (tfa_certificate){0.25, 0.5, 4, 1};
+    there.answers[1] = (tfa_answer){.status = -15, .method = 3, .error_estimate = 0.5};
+    tfa_wire_encode_reply(&there, ask.want, slot);
     assert_int_equal(tfa_wire_decode_reply(slot, &mine), ask.want);
     tfa_wire_copy_answers(&dog, &ask, slot, &mine);
     assert_int_equal(mine.status, TFA_E_NOT_COMPUTED);
-    assert_int_equal(mine.field, TFA_FIELD_Q);
-    assert_int_equal(mine.index, 3);
+    assert_int_equal(mine.field, TFA_FIELD_BODY);
+    assert_int_equal(mine.index, UINT32_MAX);
     assert_int_equal(mine.state, 1);
+    assert_true(mine.model == 0x0123456789abcdefu);
     assert_true(qdd[21] == 21 && lambda[71] == 71 && base[11] == 11);
     assert_int_equal(spectrum[1].rank, 5);
+    assert_true(poses[13] == 13 && certificate[1].error == 0.25 && certificate[1].held == 4);
     assert_true(answers[1].status == -15 && answers[1].method == 3);
-    inside.status = TFA_E_VALUE;
-    tfa_wire_encode_reply(&inside, ask.want, slot);
+    there.status = TFA_E_VALUE;
+    there.model = 1;
+    tfa_wire_encode_reply(&there, ask.want, slot);
     assert_int_equal(tfa_wire_decode_reply(slot, &mine), 0);
+    assert_true(mine.model == 1); /* a refusal names the model, too */
     free(slot);
 }
 
@@ -289,7 +369,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(requests_arrive),           cmocka_unit_test(nonsense_arrives),
-        cmocka_unit_test(limits_are_kept),           cmocka_unit_test(common_request_is_small),
+        cmocka_unit_test(limits_are_kept),           cmocka_unit_test(common_exchange_is_small),
         cmocka_unit_test(hostile_lines_stay_inside), cmocka_unit_test(replies_arrive),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

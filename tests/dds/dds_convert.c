@@ -7,6 +7,7 @@
 #include "dds_convert.h"
 #include "dds_test.h"
 #include "dds_topics.h"
+#include "same_request.h"
 
 #include <math.h>
 #include <string.h>
@@ -20,6 +21,8 @@ static const tfa_dds_shape fixed = {Q, V, 0, BATCH};
 
 /* Enough numbers for the largest array of a test. */
 static double numbers[16][BATCH * 48 * 48];
+
+static const uint32_t joints[V] = {7, 0, UINT32_MAX, 3, 4, 5, 6, 1};
 
 static void fill_numbers(void)
 {
@@ -41,12 +44,20 @@ static tfa_request full_request(tfa_op op, const tfa_dds_shape *shape)
         .estimate = TFA_ESTIMATE_ALWAYS,
         .frame = TFA_FRAME_WORLD,
         .refine = 2,
-        .flags = TFA_WANT_SPECTRUM,
+        .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES | TFA_WANT_CERTIFICATE,
         .count = 3,
         .tip_count = 2,
         .wrench_count = 1,
+        .payload_count = 3,
+        .locked_count = 3,
+        .held_count = V,
+        .hold = TFA_HOLD_AUTO,
+        .tolerance = 1e-3,
         .tips = {4, 7},
         .wrench_frames = {5},
+        .payload_frames = {9, UINT32_MAX, 0},
+        .locked = joints,
+        .held = joints,
         .q = numbers[0],
         .v = numbers[1],
         .tau = numbers[2],
@@ -57,6 +68,7 @@ static tfa_request full_request(tfa_op op, const tfa_dds_shape *shape)
         .base_acceleration = base ? numbers[7] : NULL,
         .gravity = numbers[8],
         .wrenches = numbers[9],
+        .payloads = numbers[10],
     };
 }
 
@@ -86,41 +98,6 @@ static void pass(const pair *p, const void *in, void *out)
     assert_true(info.valid_data);
 }
 
-static void assert_same_array(const double *a, const double *b, size_t count)
-{
-    assert_int_equal(a == NULL || count == 0, b == NULL);
-    if (b != NULL)
-        assert_memory_equal(a, b, count * sizeof *a);
-}
-
-static void assert_same_request(const tfa_request *a, const tfa_request *b,
-                                const tfa_dds_shape *shape)
-{
-    const size_t count = a->count, base = shape->base_freedoms > 0 ? count : 0;
-
-    assert_int_equal(a->op, b->op);
-    assert_int_equal(a->method, b->method);
-    assert_int_equal(a->estimate, b->estimate);
-    assert_int_equal(a->frame, b->frame);
-    assert_int_equal(a->refine, b->refine);
-    assert_int_equal(a->flags, b->flags);
-    assert_int_equal(a->count, b->count);
-    assert_int_equal(a->tip_count, b->tip_count);
-    assert_int_equal(a->wrench_count, b->wrench_count);
-    assert_memory_equal(a->tips, b->tips, sizeof a->tips);
-    assert_memory_equal(a->wrench_frames, b->wrench_frames, sizeof a->wrench_frames);
-    assert_same_array(a->q, b->q, count * shape->q_count);
-    assert_same_array(a->v, b->v, count * shape->v_count);
-    assert_same_array(a->tau, b->tau, count * shape->v_count);
-    assert_same_array(a->qdd, b->qdd, count * shape->v_count);
-    assert_same_array(a->base_pose, b->base_pose, 7 * base);
-    assert_same_array(a->base_twist, b->base_twist, 6 * base);
-    assert_same_array(a->base_wrench, b->base_wrench, 6 * base);
-    assert_same_array(a->base_acceleration, b->base_acceleration, 6 * base);
-    assert_same_array(a->gravity, b->gravity, 3);
-    assert_same_array(a->wrenches, b->wrenches, count * a->wrench_count * 6);
-}
-
 static void requests_survive(void **state)
 {
     const tfa_dds_shape *shapes[] = {&floating, &fixed};
@@ -133,6 +110,7 @@ static void requests_survive(void **state)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
             const tfa_request before = full_request((tfa_op)op, shapes[s]);
             totalforce_dds_Request in = {.id = (uint64_t)op, .stamp = -5};
+            const request_sizes sizes = {Q, V, shapes[s]->base_freedoms};
             tfa_request after;
             tfa_dds_culprit culprit;
 
@@ -143,7 +121,7 @@ static void requests_survive(void **state)
             assert_int_equal(out->id, op);
             assert_int_equal(out->stamp, -5);
             assert_int_equal(tfa_dds_request_view(out, shapes[s], &after, &culprit), TFA_OK);
-            assert_same_request(&before, &after, shapes[s]);
+            assert_same_request(&sizes, &before, &after);
         }
     totalforce_dds_Request_free(out, DDS_FREE_ALL);
     assert_int_equal(dds_delete(p.participant), DDS_RETCODE_OK);
@@ -153,7 +131,9 @@ static void replies_survive(void **state)
 {
     static tfa_answer answers[BATCH], answers_out[BATCH];
     static tfa_spectrum spectrum[BATCH], spectrum_out[BATCH];
-    static double got[6][BATCH * 48 * 48];
+    static tfa_certificate certificate[BATCH], certificate_out[BATCH];
+    static double got[7][BATCH * 48 * 48];
+    const totalforce_dds_Hash hash = {1, 2, 3, 4, 5, 6, 7, 8, 9};
     const pair p = open_pair(TFA_DDS_REPLY);
     totalforce_dds_Reply *out = totalforce_dds_Reply__alloc();
 
@@ -162,6 +142,7 @@ static void replies_survive(void **state)
     for (uint16_t i = 0; i < BATCH; i++) {
         answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, NAN};
         spectrum[i] = (tfa_spectrum){6u + i, 0, 1e-300, 1e300};
+        certificate[i] = (tfa_certificate){NAN, 1e-300, 6u + i, 1};
     }
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
         const tfa_request request = full_request((tfa_op)op, &floating);
@@ -177,6 +158,8 @@ static void replies_survive(void **state)
                                   .lambda_inv = numbers[4],
                                   .mass_matrix = numbers[5],
                                   .spectrum = spectrum,
+                                  .poses = numbers[6],
+                                  .certificate = certificate,
                                   .answers = answers};
         tfa_reply after = {.qdd = got[0],
                            .base_acceleration = got[1],
@@ -185,9 +168,12 @@ static void replies_survive(void **state)
                            .lambda_inv = got[4],
                            .mass_matrix = got[5],
                            .spectrum = spectrum_out,
+                           .poses = got[6],
+                           .certificate = certificate_out,
                            .answers = answers_out};
         totalforce_dds_Reply in = {.id = 77};
 
+        tfa_dds_set_hash(in.model_hash, hash, 0x0102030405060708u);
         tfa_dds_reply_fill(&before, &sizes, &in);
         pass(&p, &in, out);
         assert_int_equal(out->id, 77);
@@ -196,8 +182,12 @@ static void replies_survive(void **state)
         assert_int_equal(after.field, TFA_FIELD_BODY);
         assert_int_equal(after.index, 3);
         assert_int_equal(after.state, 2);
+        assert_true(after.model == 0x0102030405060708u);
         assert_memory_equal(after.answers, answers, sizes.answers * sizeof *answers);
         assert_memory_equal(after.spectrum, spectrum, sizes.spectrum * sizeof *spectrum);
+        assert_memory_equal(after.certificate, certificate,
+                            sizes.certificate * sizeof *certificate);
+        assert_memory_equal(after.poses, numbers[6], sizes.poses * sizeof(double));
         assert_memory_equal(after.qdd, numbers[0], sizes.qdd * sizeof(double));
         assert_memory_equal(after.base_acceleration, numbers[1],
                             sizes.base_acceleration * sizeof(double));
@@ -223,12 +213,20 @@ static void sizes_follow_the_op(void **state)
     (void)state;
     assert_true(s.qdd == 3 * V && s.base_acceleration == 18 && s.lambda_inv == 3 * 144);
     assert_true(s.spectrum == 3 && s.answers == 3 && s.tau == 0 && s.mass_matrix == 0);
+    assert_true(s.poses == 3 * 2 * 7 && s.certificate == 3);
+    r.flags = 0;
+    r.hold = TFA_HOLD_NONE;
+    s = tfa_dds_sizes_of_reply(&r, &floating);
+    assert_true(s.poses == 0 && s.certificate == 0 && s.spectrum == 0);
+    r.flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES;
+    r.hold = TFA_HOLD_GIVEN;
     r.tip_count = 0;
     s = tfa_dds_sizes_of_reply(&r, &fixed);
     assert_true(s.qdd == 3 * V && s.base_acceleration == 0 && s.lambda_inv == 0 && s.spectrum == 0);
+    assert_true(s.poses == 0 && s.certificate == 3);
     r.op = TFA_OP_INVERSE_DYNAMICS;
     s = tfa_dds_sizes_of_reply(&r, &floating);
-    assert_true(s.tau == 3 * V && s.base_wrench == 18 && s.qdd == 0);
+    assert_true(s.tau == 3 * V && s.base_wrench == 18 && s.qdd == 0 && s.certificate == 0);
     r.op = TFA_OP_MASS_MATRIX;
     s = tfa_dds_sizes_of_reply(&r, &floating);
     assert_true(s.mass_matrix == 3 * (V + 6) * (V + 6) && s.tau == 0);
@@ -269,6 +267,13 @@ static void wrong_sizes_are_named(void **state)
     REFUSED(s.tips._length = 9, TFA_E_SIZE, TFA_FIELD_TIPS, 9);
     REFUSED(s.wrench_frames._length = UINT32_MAX, TFA_E_SIZE, TFA_FIELD_WRENCHES, UINT32_MAX);
     REFUSED(s.wrench_frames._length = 0, TFA_E_SIZE, TFA_FIELD_WRENCHES, 18);
+    REFUSED(s.payload_frames._length = 5, TFA_E_SIZE, TFA_FIELD_PAYLOADS, 5);
+    REFUSED(s.payload_frames._length = 2, TFA_E_SIZE, TFA_FIELD_PAYLOADS, 30);
+    REFUSED(s.payload_frames._length = 0, TFA_E_SIZE, TFA_FIELD_PAYLOADS, 30);
+    REFUSED(s.payloads._length = 29, TFA_E_SIZE, TFA_FIELD_PAYLOADS, 29);
+    REFUSED(s.locked._length = V + 1, TFA_E_SIZE, TFA_FIELD_LOCKED, V + 1);
+    REFUSED(s.locked._length = UINT32_MAX, TFA_E_SIZE, TFA_FIELD_LOCKED, UINT32_MAX);
+    REFUSED(s.held._length = V + 1, TFA_E_SIZE, TFA_FIELD_HELD, V + 1);
     REFUSED(s.q._length = 3 * Q - 1, TFA_E_SIZE, TFA_FIELD_Q, 3 * Q - 1);
     REFUSED(s.v._length += 1, TFA_E_SIZE, TFA_FIELD_V, 3 * V + 1);
     REFUSED(s.tau._length = 1, TFA_E_SIZE, TFA_FIELD_TAU, 1);
@@ -283,6 +288,44 @@ static void wrong_sizes_are_named(void **state)
     assert_int_equal(tfa_dds_request_fill(&good, &floating, &s), TFA_OK);
     assert_int_equal(tfa_dds_request_view(&s, &fixed, &out, &culprit), TFA_E_SIZE);
     assert_int_equal(culprit.field, TFA_FIELD_BASE_POSE);
+}
+
+/* What a sample cannot carry is refused where it is made. */
+static void too_much_is_not_sent(void **state)
+{
+    const tfa_request good = full_request(TFA_OP_FORWARD_DYNAMICS, &floating);
+    totalforce_dds_Request s = {0};
+    tfa_request bad;
+
+    (void)state;
+#define NOT_SENT(change)                                                                           \
+    do {                                                                                           \
+        bad = good;                                                                                \
+        change;                                                                                    \
+        assert_int_equal(tfa_dds_request_fill(&bad, &floating, &s), TFA_E_SIZE);                   \
+    } while (0)
+    NOT_SENT(bad.tip_count = TFA_MAX_TIPS + 1);
+    NOT_SENT(bad.wrench_count = TFA_MAX_WRENCHES + 1);
+    NOT_SENT(bad.payload_count = TFA_MAX_PAYLOADS + 1);
+    NOT_SENT(bad.locked_count = V + 1);
+    NOT_SENT(bad.held_count = UINT32_MAX);
+#undef NOT_SENT
+}
+
+/* The hash that goes with an answer is that of the model which gave it. */
+static void hash_follows_the_model(void **state)
+{
+    const totalforce_dds_Hash present = {0xff, 2, 3, 4, 5, 6, 7, 8, 9};
+    const totalforce_dds_Hash other = {0x80, 0, 0, 0, 0, 0, 0, 1};
+    totalforce_dds_Hash hash;
+
+    (void)state;
+    tfa_dds_set_hash(hash, present, 0xff02030405060708u);
+    assert_memory_equal(hash, present, sizeof hash);
+    tfa_dds_set_hash(hash, present, 0); /* refused before a model saw it */
+    assert_memory_equal(hash, present, sizeof hash);
+    tfa_dds_set_hash(hash, present, 0x8000000000000001u);
+    assert_memory_equal(hash, other, sizeof hash);
 }
 
 static void torques_become_requests(void **state)
@@ -327,6 +370,7 @@ int main(void)
         cmocka_unit_test(requests_survive),        cmocka_unit_test(replies_survive),
         cmocka_unit_test(sizes_follow_the_op),     cmocka_unit_test(wrong_sizes_are_named),
         cmocka_unit_test(torques_become_requests), cmocka_unit_test(names_fit_or_not),
+        cmocka_unit_test(too_much_is_not_sent),    cmocka_unit_test(hash_follows_the_model),
     };
 
     fill_numbers();

@@ -28,7 +28,9 @@ typedef struct outputs {
     double qdd[TEST_BATCH * N_MAX], base_acceleration[TEST_BATCH * 6];
     double tau[TEST_BATCH * N_MAX], base_wrench[TEST_BATCH * 6];
     double lambda_inv[TEST_BATCH * ROWS * ROWS], mass_matrix[TEST_BATCH * N_MAX * N_MAX];
+    double poses[TEST_BATCH * 7 * 2];
     tfa_spectrum spectrum[TEST_BATCH];
+    tfa_certificate certificate[TEST_BATCH];
     tfa_answer answers[TEST_BATCH];
 } outputs;
 
@@ -43,6 +45,8 @@ static tfa_reply reply_into(outputs *o)
         .lambda_inv = o->lambda_inv,
         .mass_matrix = o->mass_matrix,
         .spectrum = o->spectrum,
+        .poses = o->poses,
+        .certificate = o->certificate,
         .answers = o->answers,
     };
 }
@@ -95,9 +99,9 @@ static tfa_dds_client *connect_to(const char *robot)
     return client;
 }
 
-/* Asks over DDS and in process; status, culprit and every bit must agree. */
-static void assert_same_answer(tfa_dds_client *client, const tfa_model *model,
-                               const tfa_request *request)
+/* Asks over DDS and in process; status, culprit and every bit must agree. @return the status */
+static int assert_same_answer(tfa_dds_client *client, const tfa_model *model,
+                              const tfa_request *request)
 {
     static outputs over, here;
     tfa_reply a = reply_into(&over), b = reply_into(&here);
@@ -112,9 +116,11 @@ static void assert_same_answer(tfa_dds_client *client, const tfa_model *model,
     assert_int_equal(a.field, b.field);
     assert_int_equal(a.index, b.index);
     assert_int_equal(a.state, b.state);
+    assert_true(a.model == b.model && a.model == tfa_model_tag(model));
     if (expected == TFA_OK)
         assert_memory_equal(&over, &here, sizeof over);
     assert_true(times.t_sent <= times.t_reply);
+    return expected;
 }
 
 static int start(void **state)
@@ -216,6 +222,45 @@ static void every_method_gives_the_same_bits(void **state)
             assert_same_answer(client, robots[0].model, &request);
         }
     tfa_dds_client_close(client);
+}
+
+/* Locked and held joints, payloads, poses; each alone, and what goes together. */
+static void a_changed_robot_gives_the_same_bits(void **state)
+{
+    static const uint32_t joints[] = {3, 0};
+    static const double payloads[2 * TFA_PAYLOAD_NUMBERS] = {0.5, 0.1,  0, 0.2,  0.01, 0.001,
+                                                             0,   0.02, 0, 0.03, 2};
+    static inputs in;
+
+    (void)state;
+    for (int r = 0; r < TEST_ROBOTS; r++) {
+        tfa_dds_client *client = connect_to(robots[r].name);
+
+        for (uint32_t variant = 0; variant < 16; variant++) {
+            make_inputs(&in, 1000 + variant);
+            tfa_request request =
+                make_request(robots[r].model, TFA_OP_FORWARD_DYNAMICS, &in, 1 + variant % 3);
+            request.payload_count = variant & 1 ? 2 : 0;
+            request.payload_frames[0] = 4;
+            request.payload_frames[1] = 1;
+            request.payloads = payloads;
+            request.locked_count = variant & 2 ? 1 : 0;
+            request.locked = joints + 1;
+            if (variant & 4) {
+                request.hold = variant & 8 ? TFA_HOLD_AUTO : TFA_HOLD_GIVEN;
+                request.tolerance = 0.5;
+                request.held = joints;
+                request.held_count = 1;
+                request.flags = variant & 1 ? TFA_WANT_CERTIFICATE : 0;
+            } else {
+                request.tip_count = 2;
+                request.tips[0] = 4;
+                request.flags = TFA_WANT_POSES;
+            }
+            assert_int_equal(assert_same_answer(client, robots[r].model, &request), TFA_OK);
+        }
+        tfa_dds_client_close(client);
+    }
 }
 
 /* What tfa_compute refuses, the door refuses with the same culprit; and goes on. */
@@ -409,6 +454,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(the_robot_is_described),
         cmocka_unit_test(every_op_gives_the_same_bits),
         cmocka_unit_test(every_method_gives_the_same_bits),
+        cmocka_unit_test(a_changed_robot_gives_the_same_bits),
         cmocka_unit_test(bad_values_are_named),
         cmocka_unit_test(many_clients_get_their_own_replies),
         cmocka_unit_test(streams_echo),

@@ -36,6 +36,7 @@ typedef struct ring_slot {
     double *numbers;
     tfa_answer *answers;
     tfa_spectrum *spectrum;
+    tfa_certificate *certificate;
 } ring_slot;
 
 struct tfa_dds_ring {
@@ -51,7 +52,8 @@ static size_t doubles_of(const tfa_dds_shape *s)
 {
     const size_t n = s->base_freedoms + s->v_count;
 
-    return s->max_batch * (2 * (s->v_count + 6u) + TIPS_ROWS * TIPS_ROWS + n * n);
+    return s->max_batch *
+           (2 * (s->v_count + 6u) + TIPS_ROWS * TIPS_ROWS + n * n + 7 * TFA_MAX_TIPS);
 }
 
 static bool make_slot(ring_slot *slot, const tfa_dds_shape *s)
@@ -61,7 +63,9 @@ static bool make_slot(ring_slot *slot, const tfa_dds_shape *s)
     slot->numbers = calloc(doubles_of(s), sizeof(double));
     slot->answers = calloc(batch, sizeof *slot->answers);
     slot->spectrum = calloc(batch, sizeof *slot->spectrum);
-    if (slot->numbers == NULL || slot->answers == NULL || slot->spectrum == NULL)
+    slot->certificate = calloc(batch, sizeof *slot->certificate);
+    if (slot->numbers == NULL || slot->answers == NULL || slot->spectrum == NULL ||
+        slot->certificate == NULL)
         return false;
     tfa_reply *reply = &slot->answer.reply;
     reply->qdd = slot->numbers;
@@ -70,6 +74,8 @@ static bool make_slot(ring_slot *slot, const tfa_dds_shape *s)
     reply->base_wrench = reply->tau + batch * s->v_count;
     reply->mass_matrix = reply->base_wrench + batch * 6;
     reply->lambda_inv = reply->mass_matrix + batch * n * n;
+    reply->poses = reply->lambda_inv + batch * TIPS_ROWS * TIPS_ROWS;
+    reply->certificate = slot->certificate;
     reply->answers = slot->answers;
     reply->spectrum = slot->spectrum;
     return true;
@@ -100,6 +106,7 @@ void tfa_dds_ring_close(struct tfa_dds_ring *ring)
         free(ring->slot[i].numbers);
         free(ring->slot[i].answers);
         free(ring->slot[i].spectrum);
+        free(ring->slot[i].certificate);
     }
     tfa_workspace_free(ring->workspace);
     free(ring);

@@ -122,6 +122,21 @@ static void errors_name_line_and_column(void **state)
         {"realtime: {affinity: [0]}\nworkers: 2\n" ROBOT, ":1:22: ", "one for each"},
         {"workers: 64\nrealtime: {priority: 9}\n" ROBOT, ":2:22: ", "nothing else would run"},
         {"allow_spin: no\n" ROBOT "    wait: spin\n", ":5:11: ", "allow_spin"},
+        {ROBOT "    mimic: perhaps\n", ":4:12: ", "perhaps"},
+        {ROBOT "    inertia: strictly\n", ":4:14: ", "strictly"},
+        {ROBOT "    scenes: [{root: a}]\n", ":4:", "name"},
+        {ROBOT "    scenes: [{name: a/b}]\n", ":4:21: ", "'arm.a/b' is not a name"},
+        {ROBOT "    scenes: [{name: s}, {name: s}]\n", ":4:32: ", "already the name of robots[0]"},
+        {ROBOT "    scenes: [{name: s, tipps: [a]}]\n", ":4:24: ", "tipps"},
+        {ROBOT "    scenes: [{name: s, payload: [{link: a}]}]\n", ":4:", "mass"},
+        {ROBOT "    scenes: [{name: s, payload: [{link: a, mass: -1}]}]\n",
+         ":4:50: ", "robots[0].scenes[0].payload[0].mass"},
+        {ROBOT "    scenes: [{name: s, payload: [{link: a, mass: 1, com: [1]}]}]\n", ":4:", "3"},
+        {ROBOT "    scenes: [{name: s, locked: [{joint: a, pose: [1, 2, 3, 4]}]}]\n",
+         ":4:50: ", "planar joints take 3"},
+        {ROBOT "    scenes: [{name: s}]\n  - name: arm.s\n    urdf: " TFA_SOURCE_DIR
+               "/config/robots/arm7.urdf\n",
+         ":5:11: ", "'arm.s' is already the name of robots[0].scenes[0]"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         config *c;
@@ -191,14 +206,90 @@ static void dump_is_a_fixed_point(void **state)
     free(second);
 }
 
+#define SCENES                                                                                     \
+    ROBOT "    mimic: project\n    damping: yes\n    scenes:\n"                                    \
+          "      - {name: whole}\n"                                                                \
+          "      - name: part\n        root: a\n        tips: [b, \"c d\"]\n        base: "        \
+          "floating\n"                                                                             \
+          "        gravity: [0, 0, 1]\n"                                                           \
+          "        locked: [{joint: j, q: 0.5}, {joint: k, pose: [1, 2, 3]}]\n"                    \
+          "        payload: [{link: l, mass: 2, com: [1, 2, 3], inertia: [1, 0, 0, 1, 0, 1]}]\n"
+
+static void scenes_arrive(void **state)
+{
+    (void)state;
+    config *c;
+    free(load(SCENES, TFA_OK, &c));
+    const config_robot *robot = &c->robots[0];
+    assert_int_equal(robot->mimic, TFA_MIMIC_PROJECT);
+    assert_int_equal(robot->inertia, TFA_INERTIA_STRICT);
+    assert_true(robot->damping && !robot->lock_massless_leaves);
+    assert_int_equal(robot->scenes_count, 2);
+    const config_scene *whole = &robot->scenes[0], *part = &robot->scenes[1];
+    assert_int_equal(whole->base, CONFIG_BASE_SAME);
+    assert_null(whole->root);
+    assert_int_equal(whole->tips_count + whole->locked_count + whole->payload_count, 0);
+    assert_int_equal(part->base, TFA_BASE_FLOATING);
+    assert_string_equal(part->tips[1], "c d");
+    assert_true(part->locked[0].q == 0.5 && part->locked[0].pose_count == 0);
+    assert_true(part->locked[1].pose[2] == 3);
+    assert_true(part->payload[0].mass == 2 && part->payload[0].com[1] == 2);
+    assert_int_equal(part->payload[0].inertia_count, 6);
+    char *first = dump(c);
+    config_free(c);
+    free(load(first, TFA_OK, &c));
+    char *second = dump(c);
+    assert_string_equal(first, second);
+    config_free(c);
+    free(first);
+    free(second);
+}
+
+/* What a reload may change is not named, what it may not is. */
+static void restart_is_asked_for(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *now, *next, *text;
+    } cases[] = {
+        {ROBOT, ROBOT, NULL},
+        {ROBOT,
+         ROBOT "    gravity: [0, 0, 1]\n    mimic: lock\n    armature: [{joint: a, value: 1}]\n",
+         NULL},
+        {ROBOT, "limits: {clients: 3}\n" ROBOT "    slots: 8\n    estimate: never\n", NULL},
+        {SCENES, ROBOT "    scenes: [{name: whole, root: b}, {name: part}]\n", NULL},
+        {SCENES, ROBOT "    scenes: [{name: whole}, {name: other}]\n",
+         "robots[0].scenes[1].name is another"},
+        {SCENES, ROBOT, "robots[0].scenes has 0 entries, it had 2"},
+        {ROBOT, ROBOT "    dds: no\n", "robots[0].dds is another"},
+        {ROBOT, ROBOT "    max_batch: 3\n", "robots[0].max_batch is another"},
+        {ROBOT, "backend: memfd\n" ROBOT, "backend is another"},
+        {ROBOT, "group: users\n" ROBOT, "group is another"},
+        {"dds: {domain: 1}\n" ROBOT, "dds: {domain: 2}\n" ROBOT, "dds.domain is another"},
+        {"workers: 2\nrealtime: {affinity: [0, 0]}\n" ROBOT,
+         "workers: 2\nrealtime: {affinity: [0, 1]}\n" ROBOT, "realtime.affinity[1] is another"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        config *now, *next;
+        char text[200] = "";
+        free(load(cases[i].now, TFA_OK, &now));
+        free(load(cases[i].next, TFA_OK, &next));
+        assert_int_equal(config_needs_restart(now, next, text, sizeof text), cases[i].text != NULL);
+        assert_string_equal(text, cases[i].text ? cases[i].text : "");
+        config_free(now);
+        config_free(next);
+    }
+}
+
 /* The shipped examples are good, and full.yaml shows every key at its default. */
 static void examples_are_true(void **state)
 {
     (void)state;
-    config *minimal, *full, *arm;
+    config *minimal, *full, *arm, *scenes;
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/minimal.yaml", stderr, &minimal), TFA_OK);
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/full.yaml", stderr, &full), TFA_OK);
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/arm.yaml", stderr, &arm), TFA_OK);
+    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/scenes.yaml", stderr, &scenes), TFA_OK);
     char *a = dump(minimal), *b = dump(full);
     assert_string_equal(a, b);
     FILE *file = fopen(TFA_SOURCE_DIR "/config/full.yaml", "r");
@@ -218,6 +309,7 @@ static void examples_are_true(void **state)
     config_free(minimal);
     config_free(full);
     config_free(arm);
+    config_free(scenes);
 }
 
 int main(void)
@@ -229,6 +321,8 @@ int main(void)
         cmocka_unit_test(several_errors_in_one_go),
         cmocka_unit_test(missing_file),
         cmocka_unit_test(dump_is_a_fixed_point),
+        cmocka_unit_test(scenes_arrive),
+        cmocka_unit_test(restart_is_asked_for),
         cmocka_unit_test(examples_are_true),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -47,11 +47,19 @@ void harness_make(harness *h, const char *robots, const char *more)
     assert_non_null(mkdtemp(h->directory));
     snprintf(h->runtime_dir, sizeof h->runtime_dir, "%s/run", h->directory);
     snprintf(h->config, sizeof h->config, "%s/c.yaml", h->directory);
-    FILE *out = fopen(h->config, "w");
+    harness_configure(h, robots, more);
+}
+
+void harness_configure(const harness *h, const char *robots, const char *more)
+{
+    char next[96];
+    snprintf(next, sizeof next, "%s.next", h->config);
+    FILE *out = fopen(next, "w");
     assert_non_null(out);
     fprintf(out, "runtime_dir: %s\n%srobots:\n", h->runtime_dir, more);
     write_yaml(out, robots);
     fclose(out);
+    assert_int_equal(rename(next, h->config), 0);
 }
 
 static void launch(harness *h)
@@ -228,32 +236,37 @@ long harness_resident_kib(const harness *h)
     return pages * (sysconf(_SC_PAGESIZE) / 1024);
 }
 
-static bool log_has(const harness *h, const char *text)
+unsigned harness_log_lines(const harness *h, const char *text)
 {
     char path[96];
     char *line = NULL;
     size_t size = 0;
-    bool found = false;
+    unsigned found = 0;
     snprintf(path, sizeof path, "%s/log", h->directory);
     FILE *in = fopen(path, "r");
     if (!in)
-        return false;
-    while (!found && getline(&line, &size, in) > 0)
-        found = strstr(line, text) != NULL;
+        return 0;
+    while (getline(&line, &size, in) > 0)
+        found += strstr(line, text) != NULL;
     free(line);
     fclose(in);
     return found;
 }
 
-bool harness_logged(const harness *h, const char *text)
+bool harness_logged_times(const harness *h, const char *text, unsigned times)
 {
-    for (unsigned i = 0; i < 1000; i++) {
-        if (log_has(h, text))
+    for (unsigned i = 0; i < WAIT_NS / 2000000; i++) {
+        if (harness_log_lines(h, text) >= times)
             return true;
-        sleep_ms(5);
+        sleep_ms(2);
     }
     show_log(h);
     return false;
+}
+
+bool harness_logged(const harness *h, const char *text)
+{
+    return harness_logged_times(h, text, 1);
 }
 
 static long faults_of(const char *task, const char *thread)

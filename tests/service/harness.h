@@ -25,6 +25,8 @@ typedef struct harness {
 /** Makes the directory. `robots` is the YAML below "robots:", `more` other top-level keys. Names
  *  of URDF files start at the source directory: "@/config/robots/arm7.urdf". */
 void harness_make(harness *h, const char *robots, const char *more);
+/** Writes another configuration in its place, as harness_make does. */
+void harness_configure(const harness *h, const char *robots, const char *more);
 /** Starts the daemon and waits until it accepts `robot`. */
 void harness_start(harness *h, const char *robot);
 /** Starts it and waits until it ended. @return its wait status */
@@ -46,6 +48,10 @@ int harness_mappings(const harness *h);
 long harness_resident_kib(const harness *h);
 /** Does the log contain this text? Waits for it a while. */
 bool harness_logged(const harness *h, const char *text);
+/** The same, in so many lines. */
+bool harness_logged_times(const harness *h, const char *text, unsigned times);
+/** Lines of the log that contain this text now. */
+unsigned harness_log_lines(const harness *h, const char *text);
 /** Minor page faults of the daemon's thread of that name; -1 if there is none. */
 long harness_thread_faults(const harness *h, const char *thread);
 

@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The steady state of spinning: a million requests through two processes without one allocation,
- * one system call or one page fault in the worker's and the client's thread.
+ * one system call or one page fault in the worker's and the client's thread, while the daemon is
+ * given other models.
  *
  * Both threads are sealed after a warm-up (seal.h): the first allocation or system call would end
  * its process. At the end the client goes, the worker wants to sleep, and the seal does kill it:
@@ -33,6 +34,7 @@
 #define SEAL_AFTER "5000" /* looks at the clock by the worker: two for each request */
 #define BATCH 8
 #define ATTEMPTS 3
+#define RELOADS 6
 
 /* ---- the client, in a process of its own ---- */
 
@@ -148,6 +150,17 @@ static char hear_or_explain(const child *c)
     return byte;
 }
 
+/* Other models for the worker, which it takes over as silently as it answers. */
+static void reload_meanwhile(const harness *h)
+{
+    for (unsigned i = 1; i <= RELOADS; i++) {
+        harness_configure(h, i % 2 ? ARM "    gravity: [0, 0, -1.62]\n" : ARM, "");
+        assert_int_equal(kill(h->pid, SIGHUP), 0);
+        if (!harness_logged_times(h, "reload: done, 1 of 1", i))
+            return; /* the worker is dead: why, is seen elsewhere */
+    }
+}
+
 /* @return false: the client made a system call */
 static bool attempt(void)
 {
@@ -165,6 +178,7 @@ static bool attempt(void)
     const long faults = harness_thread_faults(&h, "worker0");
     assert_true(faults >= 0);
     assert_int_equal(write(client.to, "g", 1), 1);
+    reload_meanwhile(&h);
     const char heard = hear_or_explain(&client);
     if (heard == 0) {
         harness_remove(&h);

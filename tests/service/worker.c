@@ -339,6 +339,137 @@ static void stop_drains(void **state)
     tfa_worker_destroy(b.worker);
 }
 
+/* ---- other solvers, and clients that have to go ---- */
+
+#define OFFERS 300
+
+/* One of many solvers: it must not be asked once the worker took another. */
+typedef struct one_of {
+    uint32_t calls;
+    bool retired;
+    _Atomic bool *hold; /* it waits as long as this is set */
+} one_of;
+
+static int add_once(void *self, const tfa_request *request, tfa_reply *reply)
+{
+    one_of *me = self;
+    if (me->retired)
+        return TFA_E_SYSTEM;
+    while (me->hold && atomic_load(me->hold))
+        sched_yield();
+    return add(&me->calls, request, reply);
+}
+
+static tfa_worker_robot served_by(one_of *one)
+{
+    return (tfa_worker_robot){
+        .shape = {.q_count = 2, .v_count = 2, .max_batch = 4}, .solve = add_once, .self = one};
+}
+
+static void make_bench_of(bench *b, one_of *one)
+{
+    const tfa_worker_robot robot = served_by(one);
+    const tfa_worker_options options = {
+        .robots = &robot, .robot_count = 1, .spin_ns = 20000, .wait = TFA_WAIT_HYBRID};
+    assert_int_equal(tfa_worker_create(&options, &b->worker), TFA_OK);
+}
+
+/* The cycle after an offer answers with it, and without requests takes it all the same. */
+static void offers_are_taken(void **state)
+{
+    (void)state;
+    bench b;
+    one_of ones[3] = {{0}};
+    tfa_port port;
+    make_bench_of(&b, &ones[0]);
+    assert_int_equal(tfa_port_open(b.worker, 0, 4, 1, &port), TFA_OK);
+    for (uint32_t i = 0; i < 3; i++) {
+        const tfa_worker_robot robot = served_by(&ones[i]);
+        if (i)
+            tfa_worker_offer(b.worker, &robot);
+        assert_int_equal(send_to(&port, i, i), TFA_OK);
+        assert_int_equal(tfa_worker_cycle(b.worker), 1);
+        assert_int_equal(ones[i].calls, 1);
+        assert_true(take_from(&port, i, i));
+    }
+    tfa_port_close(&port);
+    tfa_worker_destroy(b.worker);
+}
+
+/* Clients ask all the time; each solver is spoilt as soon as the worker says that it took the next.
+ * ThreadSanitizer sees to it that this is an order and not luck. */
+static void offers_while_asked(void **state)
+{
+    (void)state;
+    bench b;
+    one_of *ones = calloc(OFFERS, sizeof *ones);
+    tfa_port ports[CLIENTS];
+    pthread_t clients[CLIENTS];
+    void *result;
+    make_bench_of(&b, &ones[0]);
+    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    for (uint32_t i = 0; i < CLIENTS; i++) {
+        assert_int_equal(tfa_port_open(b.worker, 0, 8, 1, &ports[i]), TFA_OK);
+        assert_int_equal(pthread_create(&clients[i], NULL, client, &ports[i]), 0);
+    }
+    for (uint32_t i = 1; i < OFFERS; i++) {
+        const tfa_worker_robot robot = served_by(&ones[i]);
+        tfa_worker_offer(b.worker, &robot);
+        while (!tfa_worker_took(b.worker))
+            sched_yield();
+        ones[i - 1].retired = true;
+    }
+    for (uint32_t i = 0; i < CLIENTS; i++) {
+        pthread_join(clients[i], &result);
+        assert_null(result); /* every answer is right */
+        tfa_port_close(&ports[i]);
+    }
+    tfa_worker_stop(b.worker);
+    pthread_join(b.thread, NULL);
+    uint32_t calls = 0;
+    for (uint32_t i = 0; i < OFFERS; i++)
+        calls += ones[i].calls;
+    assert_int_equal(calls, CLIENTS * EXCHANGES);
+    tfa_worker_destroy(b.worker);
+    free(ones);
+}
+
+/* What a client sent before it has to go is answered; another is not disturbed. */
+static void drained_seats(void **state)
+{
+    (void)state;
+    bench b;
+    _Atomic bool hold = false;
+    one_of one = {.hold = &hold};
+    tfa_port port, other;
+    make_bench_of(&b, &one);
+    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    assert_int_equal(tfa_port_open(b.worker, 0, 16, 1, &port), TFA_OK);
+    assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &other), TFA_OK);
+    assert_int_equal(send_to(&other, 2, 0), TFA_OK); /* answered: the thread runs */
+    assert_true(wait_for(&other) && take_from(&other, 2, 0));
+    atomic_store(&hold, true);
+    for (uint64_t i = 0; i < 16; i++)
+        assert_int_equal(send_to(&port, (double)i, i), TFA_OK);
+    assert_false(tfa_worker_drain(b.worker, port.seat));
+    assert_false(tfa_worker_drain(b.worker, port.seat));
+    atomic_store(&hold, false);
+    while (!tfa_worker_drain(b.worker, port.seat))
+        sched_yield();
+    port.seat = NULL;
+    for (uint64_t i = 0; i < 16; i++) {
+        assert_true(tfa_ring_reply_ready(&port.ring));
+        assert_true(take_from(&port, (double)i, i));
+    }
+    assert_int_equal(send_to(&other, 3, 1), TFA_OK);
+    assert_true(wait_for(&other) && take_from(&other, 3, 1));
+    tfa_port_close(&other);
+    tfa_worker_stop(b.worker);
+    pthread_join(b.thread, NULL);
+    tfa_worker_destroy(b.worker);
+    free(port.memory);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -351,6 +482,9 @@ int main(void)
         cmocka_unit_test(threads_hybrid),
         cmocka_unit_test(threads_block),
         cmocka_unit_test(stop_drains),
+        cmocka_unit_test(offers_are_taken),
+        cmocka_unit_test(offers_while_asked),
+        cmocka_unit_test(drained_seats),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,6 +29,15 @@ robots:
     base: floating
   - name: cart
     urdf: $data/cart.urdf
+  - name: hand
+    urdf: $data/hand.urdf
+    mimic: project
+    lock_massless_leaves: true
+    damping: true
+    scenes:
+      - name: part
+        root: palm
+        payload: [{link: left, mass: 1, com: [0, 0, 0.1]}]
 EOF
 
 # Its socket may be left from a daemon that was killed: it is there when it answers. Descriptors 3
@@ -66,7 +75,11 @@ cat "$data/requests.jsonl" "$data/refused.jsonl" "$data/requests.jsonl" >"$work/
 "$tool" solve "$data/arm.urdf" <"$work/lines" >"$work/solved"
 "$tool" solve --base floating "$data/arm.urdf" <"$data/floating.jsonl" >"$work/floated"
 "$tool" solve "$data/cart.urdf" <"$data/cart.jsonl" >"$work/carted"
-grep -q '"status":"error"' "$work/floated" "$work/carted" && fail "solve refuses a good request"
+"$tool" solve "$data/hand.urdf" --mimic project --lock-massless-leaves --damping \
+    <"$data/hand.jsonl" >"$work/handed" 2>/dev/null
+"$tool" solve "$data/hand.urdf" --mimic project --lock-massless-leaves --damping --root palm \
+    --payload left:1,0,0,0.1 <"$data/hand_part.jsonl" >"$work/parted" 2>/dev/null
+grep -q '"status":"error"' "$work/floated" "$work/carted" "$work/handed" "$work/parted" && fail "solve refuses a good request"
 for via in shm dds; do
     call arm --via $via <"$work/lines" >"$work/out" || fail "call --via $via: $(cat "$work/err")"
     same "$work/out" "$work/solved" "call --via $via differs from solve"
@@ -74,6 +87,10 @@ for via in shm dds; do
     same "$work/out" "$work/floated" "call --via $via differs for a floating base"
     call cart --via $via <"$data/cart.jsonl" >"$work/out"
     same "$work/out" "$work/carted" "call --via $via differs for joints of many freedoms"
+    call hand --via $via <"$data/hand.jsonl" >"$work/out"
+    same "$work/out" "$work/handed" "call --via $via differs for joints that follow and fused ones"
+    call hand.part --via $via <"$data/hand_part.jsonl" >"$work/out"
+    same "$work/out" "$work/parted" "call --via $via differs for a scene"
 done
 
 # a robot that nobody serves

@@ -26,10 +26,33 @@ status 3 "$tool" solve "$data/arm.urdf" --method magic
 status 3 "$tool" solve "$data/arm.urdf" --refine 3
 status 3 "$tool" solve "$data/arm.urdf" --gravity 0,0
 status 3 "$tool" solve "$data/arm.urdf" --precision f16
-status 2 "$tool" solve "$data/arm.urdf" --mimic project
-says "$work/err" "--mimic project: not supported"
-says "$work/err" "E_UNSUPPORTED"
-status 0 "$tool" solve "$data/arm.urdf" --mimic free
+for policy in --mimic=free --mimic=project --mimic=lock --inertia=strict --inertia=warn \
+    --inertia=repair --inertia=strict-physical --damping --lock-massless-leaves --rotor-inertia; do
+    status 0 "$tool" solve "$data/arm.urdf" $policy
+done
+status 3 "$tool" solve "$data/arm.urdf" --mimic perhaps
+says "$work/err" "--mimic: no 'perhaps'; there are free, project, lock"
+status 3 "$tool" model "$data/arm.urdf" --inertia none
+says "$work/err" "there are strict, warn, repair, strict-physical"
+status 3 "$tool" model "$data/arm.urdf" --lock elbow
+says "$work/err" "--lock: 'elbow' is not JOINT=VALUE"
+status 3 "$tool" model "$data/arm.urdf" --lock elbow=high
+says "$work/err" "--lock: 'high' is not 1 to 7 finite numbers"
+status 2 "$tool" model "$data/arm.urdf" --lock elbow=1,2
+says "$work/err" "--lock elbow: 2 numbers; the joint has 1 coordinate"
+status 2 "$tool" model "$data/arm.urdf" --lock wrist=1
+says "$work/err" "joint 'wrist': the scene locks it, but the robot has no such joint"
+status 3 "$tool" model "$data/arm.urdf" --payload tool
+says "$work/err" "--payload: 'tool' is not LINK:MASS"
+status 3 "$tool" model "$data/arm.urdf" --payload tool:1,2
+says "$work/err" "--payload tool: 2 numbers, must be 1, 4 or 10"
+status 3 "$tool" model "$data/arm.urdf" --payload tool:-1
+says "$work/err" "--payload tool: mass -1 must not be negative"
+status 3 "$tool" model "$data/arm.urdf" --root upper --root lower
+says "$work/err" "--root: given twice"
+status 2 "$tool" model "$data/arm.urdf" --tip nowhere
+says "$work/err" "link 'nowhere': the tip of the scene does not exist"
+status 3 "$tool" call arm --mimic project
 status 2 "$tool" solve "$work/absent.urdf"
 says "$work/err" "absent.urdf"
 status 2 "$tool" model "$work/absent.urdf"
@@ -57,6 +80,46 @@ says "$work/json" '"body_count":3'
 says "$work/json" '"base":"fixed"'
 status 0 "$tool" model --json --base floating "$data/arm.urdf"
 says "$work/out" '"base": "floating"'
+
+# a hand: two joints fused, one that follows, one that is locked, what is ignored
+status 0 "$tool" model "$data/hand.urdf" --mimic project --lock-massless-leaves --damping
+says "$work/out" "policies: mimic project, inertia strict, damping, massless leaves locked"
+says "$work/out" "joints: 1 move, 0 fixed, 1 locked, 2 fused, 1 follow, 0 absent"
+says "$work/out" "centre of mass 0.00025 0 0.17 m"
+says "$work/out" "swing: part of palm"
+says "$work/out" "pitch: part of palm"
+says "$work/out" "finger = -1 * thumb + 0.002"
+says "$work/out" "palm                            0.6  at 0 0 0.05  gyration 0.0408..0.0577  condition 2"
+says "$work/out" "1 warning [massless-leaf-locked]"
+status 0 "$tool" model --json "$data/hand.urdf" --mimic project --lock-massless-leaves
+tr -d ' \n' <"$work/out" >"$work/json"
+says "$work/json" '"fates":{"moves":1,"fixed":0,"locked":1,"fused":2,"follows":1,"absent":0}'
+says "$work/json" '"leader":"thumb","multiplier":-1.0,"offset":0.002'
+says "$work/json" '"mimic":"project","inertia":"strict","rotor_inertia":false'
+says "$work/json" '{"code":"massless-leaf-locked","severity":"warning","count":1}'
+says "$work/json" '"ignored":["robot:frictionof<dynamics>isignored'
+says "$work/json" '"regular":true'
+says "$work/json" '"scene":null'
+
+# and one finger of it, loaded
+status 0 "$tool" model --json "$data/hand.urdf" --root palm --mimic lock --lock swing=0.3 \
+    --tip left --payload left:1,0,0,0.1
+tr -d ' \n' <"$work/out" >"$work/json"
+says "$work/json" '"joints":["thumb"]'
+says "$work/json" '"locked":2,"fused":0,"follows":0,"absent":2'
+says "$work/json" '"name":"pitch","type":"revolute","fate":"absent","body":null'
+says "$work/json" '"scene":{"root":"palm","tips":["left"],"locks":["swing"]'
+says "$work/json" '"world_links":["palm","right","antenna"]'
+
+# an inertia put right is told
+sed 's/<inertia ixx="0.004"/<inertia ixx="-0.004"/' "$data/arm.urdf" >"$work/bent.urdf"
+status 2 "$tool" model "$work/bent.urdf"
+says "$work/err" "[inertia-not-positive]"
+status 0 "$tool" model "$work/bent.urdf" --inertia repair
+says "$work/out" "  repaired"
+says "$work/out" "link 'slide': its inertia has the principal moments"
+status 0 "$tool" model "$work/bent.urdf" --inertia warn
+says "$work/out" "1 warning [inertia-not-positive]"
 
 # standard output that cannot be written is a failure, not silence
 "$tool" model "$data/arm.urdf" >/dev/full 2>"$work/err"

@@ -46,6 +46,17 @@ static void check_reply(const char *text)
     json_decref(reply);
 }
 
+/* Joints that exist, each once. */
+static void check_joints(const uint32_t *list, uint32_t count, const robot_names *names)
+{
+    require(count <= names->joint_count);
+    for (uint32_t i = 0; i < count; i++) {
+        require(list[i] < names->joint_count);
+        for (uint32_t k = 0; k < i; k++)
+            require(list[k] != list[i]);
+    }
+}
+
 static void check_request(const tfa_request *request, const robot_names *names)
 {
     require(request->count == 1 && request->tip_count <= TFA_MAX_TIPS);
@@ -54,6 +65,15 @@ static void check_request(const tfa_request *request, const robot_names *names)
         require(isfinite(request->q[i]));
     for (uint32_t i = 0; i < request->tip_count; i++)
         require(request->tips[i] < names->frame_count);
+    require(request->payload_count <= TFA_MAX_PAYLOADS);
+    for (uint32_t i = 0; i < request->payload_count; i++)
+        require(request->payload_frames[i] < names->frame_count);
+    for (uint32_t i = 0; i < request->payload_count * TFA_PAYLOAD_NUMBERS; i++)
+        require(isfinite(request->payloads[i]));
+    check_joints(request->locked, request->locked_count, names);
+    check_joints(request->held, request->held_count, names);
+    require(request->hold != TFA_HOLD_AUTO || request->tolerance > 0);
+    require(request->hold != TFA_HOLD_NONE || !(request->flags & TFA_WANT_CERTIFICATE));
 }
 
 static void answer_line(const tfa_client_info *info, const char *line, size_t size)

@@ -4,7 +4,7 @@
  * JSON lines without a solver: what is read into a request, and the exact sentence for each line
  * that is refused.
  */
-#include "jsonl.h"
+#include "jsonl_line.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -14,71 +14,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-static const char *const arm_joints[] = {"pan", "lift", "slide"};
-static const char *const arm_links[] = {"base", "upper", "lower", "tool"};
-static const tfa_client_info arm = {.q_count = 3,
-                                    .v_count = 3,
-                                    .joint_count = 3,
-                                    .frame_count = 4,
-                                    .joint_names = arm_joints,
-                                    .frame_names = arm_links};
-
-/* A floating base that carries a hinge, a planar joint and a floating joint. */
-static const char *const ship_joints[] = {"mast", "deck", "boat"};
-static const uint32_t ship_types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
-static const char *const ship_links[] = {"hull", "sail", "crate", "dinghy"};
-static const tfa_client_info ship = {.q_count = 11,
-                                     .v_count = 10,
-                                     .base_freedoms = 6,
-                                     .joint_count = 3,
-                                     .frame_count = 4,
-                                     .joint_names = ship_joints,
-                                     .joint_types = ship_types,
-                                     .frame_names = ship_links};
-
-/* One line read; everything it points to. */
-typedef struct reading {
-    robot_names names;
-    jsonl_buffers buffers;
-    json_t *object;
-    tfa_request request;
-    tfa_reply reply;
-    jsonl_error error;
-    int status;
-} reading;
-
-static void read_line(reading *r, const tfa_client_info *info, const char *line, size_t length)
-{
-    const jsonl_defaults defaults = JSONL_DEFAULTS;
-    memset(r, 0, sizeof *r);
-    assert_int_equal(robot_names_from_info(&r->names, "robot", info), TFA_OK);
-    assert_int_equal(jsonl_buffers_init(&r->buffers, &r->names), TFA_OK);
-    r->status = jsonl_load(line, length, 1, &r->object, &r->error);
-    if (r->status == TFA_OK)
-        r->status = jsonl_read(r->object, &r->names, &defaults, &r->buffers, &r->request, &r->reply,
-                               &r->error);
-}
-
-static void forget(reading *r)
-{
-    json_decref(r->object);
-    jsonl_buffers_free(&r->buffers);
-    robot_names_free(&r->names);
-}
-
-/* The line is refused with this status and exactly this sentence. */
-static void refuse(const tfa_client_info *info, const char *line, int status, const char *text)
-{
-    reading r;
-    read_line(&r, info, line, strlen(line));
-    if (r.status != status || strcmp(r.error.text, text) != 0)
-        print_error("line  %s\nwant  %s: %s\nfound %s: %s\n", line, tfa_status_name(status), text,
-                    tfa_status_name(r.status), r.error.text);
-    assert_int_equal(r.status, status);
-    assert_string_equal(r.error.text, text);
-    forget(&r);
-}
 
 static void test_not_json(void **state)
 {
@@ -130,12 +65,6 @@ static void test_deep_nesting(void **state)
     free(line);
 }
 
-#define Q "\"q\":[0,0,0]"
-#define FD "\"op\":\"forward_dynamics\""
-#define ID "\"op\":\"inverse_dynamics\""
-#define OI "\"op\":\"operational_inertia\""
-#define MM "\"op\":\"mass_matrix\""
-
 static const struct {
     const char *line;
     int status;
@@ -154,8 +83,6 @@ static const struct {
      "v: 1 values, the robot has 3 joints (pan, lift, slide)"},
     {"{" FD "," Q ",\"torque\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'torque'"},
     {"{" FD "," Q ",\"count\":2}", TFA_E_ARGUMENT, "unknown key 'count'"},
-    {"{" FD "," Q ",\"locked\":[\"pan\"]}", TFA_E_UNSUPPORTED,
-     "locked: this build cannot lock joints; make them fixed in the URDF"},
     {"{" ID "," Q ",\"tau\":[0,0,0]}", TFA_E_ARGUMENT, "tau: inverse_dynamics does not use it"},
     {"{" MM "," Q ",\"wrench\":{}}", TFA_E_ARGUMENT, "wrench: mass_matrix does not use it"},
     {"{" FD "," Q ",\"base_pose\":[0,0,0,0,0,0,1]}", TFA_E_ARGUMENT,
@@ -210,8 +137,6 @@ static void test_refused_by_an_arm(void **state)
     snprintf(text, sizeof text, "op: a number, must be one of %s", ops);
     refuse(&arm, "{\"op\":1," Q "}", TFA_E_ARGUMENT, text);
 }
-
-#define POSE "\"base_pose\":[1,2,3,0,0,0,1]"
 
 static void test_refused_by_a_ship(void **state)
 {
@@ -392,18 +317,6 @@ static void test_strings(void **state)
     print_of("\xed\xa0\x80", "\"\\ufffd\\ufffd\\ufffd\"");
     print_of("\xf4\x90\x80\x80", "\"\\ufffd\\ufffd\\ufffd\\ufffd\"");
     print_of("\xe2\x82", "\"\\ufffd\\ufffd\"");
-}
-
-/* What a reply with a bad status is about. */
-static void explain(const tfa_client_info *info, const char *line, const tfa_reply *reply,
-                    const char *want)
-{
-    reading r;
-    read_line(&r, info, line, strlen(line));
-    assert_int_equal(r.status, TFA_OK);
-    assert_int_equal(jsonl_explain(&r.names, &r.request, reply, &r.error), reply->status);
-    assert_string_equal(r.error.text, want);
-    forget(&r);
 }
 
 static void test_explanations(void **state)

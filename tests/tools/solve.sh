@@ -43,9 +43,47 @@ near "$work/a" "$work/b" 1e-12 "rnea(aba(tau)) is not tau"
 echo '{"op":"forward_dynamics","q":[0.1,0,0.2],"tau":[0,3,0]}' | solve >"$work/a"
 echo '{"op":"forward_dynamics","tau":{"elbow":3},"q":{"rail":0.2,"shoulder":0.1}}' | solve >"$work/b"
 same "$work/a" "$work/b" "by name differs from by order"
-echo '{"op":"forward_dynamics","q":[1,0,0],"gravity":[1,2,3]}' | solve >"$work/a"
-echo '{"op":"forward_dynamics","q":[1,0,0]}' | solve --gravity 1,2,3 >"$work/b"
+echo '{"op":"forward_dynamics","q":[1,0,0],"gravity":[1,2,3]}' | solve | sed 's/,"model.*//' >"$work/a"
+echo '{"op":"forward_dynamics","q":[1,0,0]}' | solve --gravity 1,2,3 | sed 's/,"model.*//' >"$work/b"
 same "$work/a" "$work/b" "--gravity differs from gravity in the request"
+
+# every reply names the model, by the start of the hash that `model` prints
+tag=$("$tool" model "$data/arm.urdf" 2>/dev/null | sed -n 's/^  hash \(................\).*/\1/p')
+[ "$(grep -c "\"model\":\"$tag\"}\$" "$work/replies")" -eq "$(wc -l <"$work/replies")" ] ||
+    fail "a reply does not name model '$tag'"
+
+# a joint locked by the request is a joint locked by the scene, but for its place in the arrays
+echo '{"op":"forward_dynamics","q":[0.1,-0.4,0.2],"v":[1,0,2],"tau":[9,5,2],"locked":["elbow"],"tips":["tool"],"poses":true}' |
+    solve >"$work/out"
+array qdd <"$work/out" | sed -n '1p;3p' >"$work/a"
+[ "$(array qdd <"$work/out" | sed -n 2p)" = 0.0 ] || fail "a locked joint moves"
+echo '{"op":"forward_dynamics","q":[0.1,0.2],"v":[1,2],"tau":[9,2],"tips":["tool"],"poses":true}' |
+    solve --lock elbow=-0.4 >"$work/out2"
+array qdd <"$work/out2" >"$work/b"
+near "$work/a" "$work/b" 1e-12 "locked in the request differs from --lock"
+for file in out out2; do
+    sed 's/.*"poses":\[\[\([^]]*\)\]\].*/\1/' "$work/$file" | tr ',' '\n' >"$work/$file.pose"
+done
+near "$work/out.pose" "$work/out2.pose" 1e-12 "poses differ with a joint locked"
+
+# held joints: the certificate is the error, in the norm of M (here of one freedom)
+echo '{"op":"mass_matrix","q":[0,0,0]}' | solve | sed 's/.*,\([0-9.]*\)\]\].*/\1/' >"$work/m"
+echo '{"op":"forward_dynamics","q":[0,0,0],"tau":[0,0,4],"gravity":[0,0,0],"hold":["rail"],"certificate":true,"locked":["shoulder","elbow"]}' |
+    solve >"$work/out"
+says "$work/out" '"held":1,"exact":true},"held":true'
+sed 's/.*"certificate":{"error":\([^,]*\).*/\1/' "$work/out" >"$work/a"
+awk '{ printf "%.9f\n", 4 / sqrt($1) }' "$work/m" >"$work/b"
+paste "$work/a" "$work/b" | awk '!($1 >= $2 && $1 <= 1.01 * $2) { exit 1 }' ||
+    fail "the certificate is not the error: $(cat "$work/a" "$work/b")"
+
+# a payload of the request is a payload of the scene
+echo '{"op":"forward_dynamics","q":[0.1,-0.4,0.2],"payload":{"link":"tool","mass":2,"com":[0.1,0,0.2],"inertia":[0.1,0.01,0,0.2,0,0.3]}}' |
+    solve | array qdd >"$work/a"
+echo '{"op":"forward_dynamics","q":[0.1,-0.4,0.2]}' |
+    solve --payload tool:2,0.1,0,0.2,0.1,0.01,0,0.2,0,0.3 | array qdd >"$work/b"
+near "$work/a" "$work/b" 1e-12 "payload in the request differs from --payload"
+echo '{"op":"forward_dynamics","q":[0.1,-0.4,0.2]}' | solve | array qdd >"$work/b"
+cmp -s "$work/a" "$work/b" && fail "a payload changes nothing"
 
 # quadruple precision confirms the double answer
 echo '{"op":"forward_dynamics","q":[0.1,-0.4,0.2],"v":[1,1,1]}' >"$work/request"

@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Replies to bytes and back.
+ */
+#include "client/wire_reply.h"
+
+#include <string.h>
+
+typedef void *reply_arrays[TFA_WIRE_REPLY_BLOCKS];
+
+/* Bytes of block `block` of a reply. */
+static size_t reply_width(const tfa_wire_shape *shape, uint32_t block, const tfa_wire_ask *ask)
+{
+    const size_t count = ask->count, n = tfa_wire_freedoms(shape), m = 6 * (size_t)ask->tip_count;
+    switch (block) {
+    case TFA_WIRE_ANSWERS:
+        return count * sizeof(tfa_answer);
+    case TFA_WIRE_OUT_QDD:
+    case TFA_WIRE_OUT_TAU:
+        return count * shape->v_count * sizeof(double);
+    case TFA_WIRE_LAMBDA_INV:
+        return count * m * m * sizeof(double);
+    case TFA_WIRE_MASS_MATRIX:
+        return count * n * n * sizeof(double);
+    case TFA_WIRE_SPECTRUM:
+        return count * sizeof(tfa_spectrum);
+    case TFA_WIRE_POSES:
+        return count * ask->tip_count * 7 * sizeof(double);
+    case TFA_WIRE_CERTIFICATE:
+        return count * sizeof(tfa_certificate);
+    default: /* base acceleration, base wrench */
+        return count * 6 * sizeof(double);
+    }
+}
+
+/* Room for the answers that grow with a square. */
+static size_t square_capacity(const tfa_wire_shape *shape)
+{
+    const tfa_wire_ask one = {.count = 1, .tip_count = TFA_MAX_TIPS};
+    const size_t lambda = reply_width(shape, TFA_WIRE_LAMBDA_INV, &one);
+    size_t state = lambda;
+    if (tfa_wire_freedoms(shape) <= TFA_WIRE_MASS_MATRIX_MAX) {
+        const size_t mass = reply_width(shape, TFA_WIRE_MASS_MATRIX, &one);
+        state = mass > lambda ? mass : lambda;
+    }
+    const size_t all = state * shape->max_batch;
+    const size_t cap = all < TFA_WIRE_SQUARE_BYTES ? all : TFA_WIRE_SQUARE_BYTES;
+    return cap > state ? cap : state;
+}
+
+size_t tfa_wire_reply_capacity(const tfa_wire_shape *shape)
+{
+    const tfa_wire_ask all = {.count = shape->max_batch, .tip_count = TFA_MAX_TIPS};
+    return TFA_WIRE_LINE + square_capacity(shape) + reply_width(shape, TFA_WIRE_ANSWERS, &all) +
+           reply_width(shape, TFA_WIRE_SPECTRUM, &all) + reply_width(shape, TFA_WIRE_POSES, &all) +
+           reply_width(shape, TFA_WIRE_CERTIFICATE, &all) +
+           reply_width(shape, TFA_WIRE_OUT_QDD, &all) +
+           reply_width(shape, TFA_WIRE_OUT_BASE_ACCELERATION, &all);
+}
+
+int tfa_wire_check_ask(const tfa_wire_shape *shape, const tfa_wire_ask *ask, tfa_field *culprit)
+{
+    const uint32_t squares = 1u << TFA_WIRE_LAMBDA_INV | 1u << TFA_WIRE_MASS_MATRIX;
+    size_t bytes = 0;
+    *culprit = TFA_FIELD_COUNT;
+    if (ask->count > shape->max_batch)
+        return TFA_E_SIZE;
+    if (!(ask->want & squares))
+        return TFA_OK;
+    *culprit = TFA_FIELD_OP;
+    if (ask->want >> TFA_WIRE_MASS_MATRIX & 1 &&
+        tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX)
+        return TFA_E_UNSUPPORTED;
+    *culprit = TFA_FIELD_COUNT;
+    for (uint32_t block = TFA_WIRE_LAMBDA_INV; block <= TFA_WIRE_MASS_MATRIX; block++)
+        if (ask->want >> block & 1)
+            bytes += reply_width(shape, block, ask);
+    return bytes <= square_capacity(shape) ? TFA_OK : TFA_E_SIZE;
+}
+
+static void arrays_of_reply(const tfa_reply *r, reply_arrays arrays)
+{
+    arrays[TFA_WIRE_ANSWERS] = r->answers;
+    arrays[TFA_WIRE_OUT_QDD] = r->qdd;
+    arrays[TFA_WIRE_OUT_BASE_ACCELERATION] = r->base_acceleration;
+    arrays[TFA_WIRE_OUT_TAU] = r->tau;
+    arrays[TFA_WIRE_OUT_BASE_WRENCH] = r->base_wrench;
+    arrays[TFA_WIRE_LAMBDA_INV] = r->lambda_inv;
+    arrays[TFA_WIRE_MASS_MATRIX] = r->mass_matrix;
+    arrays[TFA_WIRE_SPECTRUM] = r->spectrum;
+    arrays[TFA_WIRE_POSES] = r->poses;
+    arrays[TFA_WIRE_CERTIFICATE] = r->certificate;
+}
+
+/* Blocks that a request can be answered with at all. */
+static uint32_t blocks_of_op(const tfa_request *r)
+{
+    uint32_t tips = 0, held = 0;
+    if (r->tip_count) {
+        tips = 1u << TFA_WIRE_LAMBDA_INV;
+        tips |= r->flags & TFA_WANT_SPECTRUM ? 1u << TFA_WIRE_SPECTRUM : 0;
+        tips |= r->flags & TFA_WANT_POSES ? 1u << TFA_WIRE_POSES : 0;
+    }
+    if (r->hold != TFA_HOLD_NONE)
+        held = 1u << TFA_WIRE_CERTIFICATE;
+    switch (r->op) {
+    case TFA_OP_FORWARD_DYNAMICS:
+        return tips | held | 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_OUT_QDD |
+               1u << TFA_WIRE_OUT_BASE_ACCELERATION;
+    case TFA_OP_INVERSE_DYNAMICS:
+        return 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_OUT_TAU | 1u << TFA_WIRE_OUT_BASE_WRENCH;
+    case TFA_OP_OPERATIONAL_INERTIA:
+        return tips | 1u << TFA_WIRE_ANSWERS;
+    case TFA_OP_MASS_MATRIX:
+        return 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_MASS_MATRIX;
+    default:
+        return 0;
+    }
+}
+
+uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)
+{
+    uint32_t want = blocks_of_op(request);
+    if (!reply)
+        return want;
+    reply_arrays arrays;
+    arrays_of_reply(reply, arrays);
+    for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++)
+        if (!arrays[block])
+            want &= ~(1u << block);
+    return want;
+}
+
+uint32_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request)
+{
+    return tfa_wire_of_robot(shape, blocks_of_op(request));
+}
+
+/* Where block by block of a reply stands in a slot; NULL for what is not wanted. */
+static void locate_reply(const tfa_wire_shape *shape, const tfa_wire_ask *ask, void *slot,
+                         reply_arrays arrays)
+{
+    unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
+    memset(arrays, 0, sizeof(reply_arrays));
+    for (uint32_t bits = ask->want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+        arrays[block] = at;
+        at += reply_width(shape, block, ask);
+    }
+}
+
+void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_ask *ask, void *slot,
+                            tfa_reply *reply)
+{
+    reply_arrays arrays;
+    locate_reply(shape, ask, slot, arrays);
+    reply->answers = arrays[TFA_WIRE_ANSWERS];
+    reply->qdd = arrays[TFA_WIRE_OUT_QDD];
+    reply->base_acceleration = arrays[TFA_WIRE_OUT_BASE_ACCELERATION];
+    reply->tau = arrays[TFA_WIRE_OUT_TAU];
+    reply->base_wrench = arrays[TFA_WIRE_OUT_BASE_WRENCH];
+    reply->lambda_inv = arrays[TFA_WIRE_LAMBDA_INV];
+    reply->mass_matrix = arrays[TFA_WIRE_MASS_MATRIX];
+    reply->spectrum = arrays[TFA_WIRE_SPECTRUM];
+    reply->poses = arrays[TFA_WIRE_POSES];
+    reply->certificate = arrays[TFA_WIRE_CERTIFICATE];
+}
+
+void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot)
+{
+    tfa_wire_reply *line = slot;
+    line->model = reply->model;
+    line->status = reply->status;
+    line->field = tfa_wire_16((uint32_t)reply->field);
+    line->index = reply->index;
+    line->state = reply->state;
+    line->want = tfa_wire_has_answers(reply->status) ? (uint16_t)want : 0;
+}
+
+uint32_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply)
+{
+    const tfa_wire_reply *line = slot;
+    reply->model = line->model;
+    reply->status = line->status;
+    reply->field = (tfa_field)line->field;
+    reply->index = line->index;
+    reply->state = line->state;
+    return line->want;
+}
+
+void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_ask *ask, const void *slot,
+                           tfa_reply *reply)
+{
+    const unsigned char *at = (const unsigned char *)slot + TFA_WIRE_LINE;
+    reply_arrays arrays;
+    arrays_of_reply(reply, arrays);
+    for (uint32_t bits = ask->want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+        const size_t size = reply_width(shape, block, ask);
+        if (arrays[block])
+            memcpy(arrays[block], at, size);
+        at += size;
+    }
+}

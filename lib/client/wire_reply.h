@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What requests must know of the replies they ask for. Private to wire.c and wire_reply.c.
+ */
+#ifndef TFA_CLIENT_WIRE_REPLY_H
+#define TFA_CLIENT_WIRE_REPLY_H
+
+#include "client/wire.h"
+
+/* Rows of M. */
+static inline uint32_t tfa_wire_freedoms(const tfa_wire_shape *shape)
+{
+    return shape->base_freedoms + shape->v_count;
+}
+
+static inline uint16_t tfa_wire_16(uint32_t x)
+{
+    return (uint16_t)(x < UINT16_MAX ? x : UINT16_MAX);
+}
+
+/* Without what only a floating base has. */
+static inline uint32_t tfa_wire_of_robot(const tfa_wire_shape *shape, uint32_t want)
+{
+    const uint32_t base = 1u << TFA_WIRE_OUT_BASE_ACCELERATION | 1u << TFA_WIRE_OUT_BASE_WRENCH;
+    return shape->base_freedoms == 0 ? want & ~base : want;
+}
+
+/* Blocks that a request can be answered with for this robot. */
+uint32_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request);
+
+/* Can these answers be given through a slot? The culprit is the count or the op.
+ * @return TFA_OK, TFA_E_SIZE, TFA_E_UNSUPPORTED */
+int tfa_wire_check_ask(const tfa_wire_shape *shape, const tfa_wire_ask *ask, tfa_field *culprit);
+
+#endif

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The models of a running totalforced change while it is asked over DDS.
+ */
+#include "dds_test.h"
+
+#include "harness.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <string.h>
+
+#include "dds_client.h"
+
+#define SWAPS 20
+#define SNAKE "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n"
+
+static const double gravities[2][3] = {{0, 0, -9.80665}, {0, 0, -1.5}};
+static const char *const yaml[2] = {ARM, ARM "    gravity: [0, 0, -1.5]\n"};
+static const double q[64] = {0.1, 0.4, -0.3, 0.2, 0.6, -0.5, 0.1};
+
+/* Asks until it is told to stop; checks that each reply is that of the model it names. */
+typedef struct asker {
+    tfa_dds_client *client;
+    double expected[2][7];
+    uint64_t tags[2];
+    _Atomic bool stop;
+    _Atomic int model; /* that answered last */
+    uint32_t asked;
+    const char *error;
+    pthread_t thread;
+} asker;
+
+static tfa_request make_request(void)
+{
+    return (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
+                         .estimate = TFA_ESTIMATE_NEVER,
+                         .refine = TFA_REFINE_DEFAULT,
+                         .count = 1,
+                         .q = q};
+}
+
+static void expect(asker *a)
+{
+    const tfa_request request = make_request();
+
+    for (int i = 0; i < 2; i++) {
+        const tfa_model_options options = {.gravity = gravities[i]};
+        tfa_reply reply = {.qdd = a->expected[i]};
+        tfa_report report = {0};
+        tfa_model *model;
+        tfa_workspace *workspace;
+        assert_int_equal(
+            tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &options, &report, &model),
+            TFA_OK);
+        assert_int_equal(tfa_workspace_create(model, NULL, &workspace), TFA_OK);
+        assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+        a->tags[i] = tfa_model_tag(model);
+        tfa_workspace_free(workspace);
+        tfa_model_free(model);
+        tfa_report_free(&report);
+    }
+}
+
+static void *ask(void *argument)
+{
+    asker *a = argument;
+    const tfa_request request = make_request();
+    double qdd[7];
+
+    for (; !atomic_load(&a->stop) && a->error == NULL; a->asked++) {
+        tfa_reply reply = {.qdd = qdd};
+        if (tfa_dds_client_call(a->client, &request, &reply, WAIT_NS, NULL) != TFA_OK)
+            a->error = "a request was not answered";
+        const int model = reply.model == a->tags[0] ? 0 : reply.model == a->tags[1] ? 1 : -1;
+        if (model < 0)
+            a->error = "a reply names neither model";
+        else if (memcmp(qdd, a->expected[model], sizeof qdd) != 0)
+            a->error = "a reply is not that of the model it names";
+        atomic_store(&a->model, model);
+    }
+    return NULL;
+}
+
+static tfa_dds_client *connect_to_arm(void)
+{
+    const tfa_dds_client_options options = {
+        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 20000};
+    tfa_dds_client *client;
+
+    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
+    return client;
+}
+
+static const char *with_dds(void)
+{
+    static char more[64];
+
+    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u}\n", test_domain());
+    return more;
+}
+
+static void reload(const harness *h, const char *robots, unsigned times)
+{
+    harness_configure(h, robots, with_dds());
+    assert_int_equal(kill(h->pid, SIGHUP), 0);
+    assert_true(harness_logged_times(h, "reload: done, 1 of 1", times));
+}
+
+static void same_shape(void **state)
+{
+    static asker a;
+    harness h;
+
+    (void)state;
+    expect(&a);
+    harness_make(&h, yaml[0], with_dds());
+    harness_start(&h, "arm");
+    a.client = connect_to_arm();
+    assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
+    for (unsigned i = 1; i <= SWAPS; i++) {
+        reload(&h, yaml[i % 2], i);
+        for (unsigned k = 0; k < 2000 && atomic_load(&a.model) != (int)(i % 2); k++)
+            sleep_ms(2);
+        assert_int_equal(atomic_load(&a.model), i % 2);
+    }
+    atomic_store(&a.stop, true);
+    pthread_join(a.thread, NULL);
+    if (a.error != NULL)
+        fail_msg("request %u: %s", a.asked, a.error);
+    tfa_dds_client_close(a.client);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+/* Who connects after the exchange finds the new joints; the stream and calls fit them. */
+static void other_shape(void **state)
+{
+    harness h;
+    double qdd[64];
+    const tfa_request request = make_request();
+
+    (void)state;
+    harness_make(&h, ARM, with_dds());
+    harness_start(&h, "arm");
+    for (unsigned i = 1; i <= 4; i++) {
+        tfa_dds_client *old = connect_to_arm();
+        const uint32_t joints = tfa_dds_client_get_info(old)->v_count;
+        tfa_reply reply = {.qdd = qdd};
+        uint64_t id;
+        assert_int_equal(joints, i % 2 ? 7 : 64);
+        for (int k = 0; k < 8; k++) /* under way when the change comes */
+            assert_int_equal(tfa_dds_client_send(old, &request, &id), TFA_OK);
+        reload(&h, i % 2 ? SNAKE : ARM, i);
+        for (int k = 0; k < 8; k++) { /* every one is answered, if only by a refusal */
+            const int status = tfa_dds_client_receive(old, &reply, WAIT_NS, NULL);
+            assert_true(status != TFA_E_TIMEOUT && status != TFA_E_DISCONNECTED);
+        }
+        tfa_dds_client *client = connect_to_arm();
+        assert_int_equal(tfa_dds_client_get_info(client)->v_count, i % 2 ? 64 : 7);
+        assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+        tfa_dds_client_close(client);
+        tfa_dds_client_close(old);
+    }
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(same_shape), cmocka_unit_test(other_shape)};
+
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,417 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Models that change while the daemon answers: none lost, none mixed, nothing half built.
+ *
+ * `test_reload SWAPS [spin]` measures what an exchange costs the requests around it.
+ */
+#include "load.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define TIMEOUT_NS WAIT_NS
+#define SWAPS 24
+#define QUIET_MS 20 /* for each exchange: as long without exchanges, to compare with */
+
+static const double gravities[LOAD_MODELS][3] = {{0, 0, -9.80665}, {0.5, 0, -1.62}};
+static const tfa_payload payloads[LOAD_MODELS] = {
+    {.link = "tool0", .mass = 2, .com = {0, 0, 0.05}, .inertia = {4e-3, 0, 0, 4e-3, 0, 2e-3}},
+    {.link = "link_6", .mass = 0.5, .com = {0.1, 0, 0}},
+};
+
+/* One robot and one scene of it, both other in the two configurations. */
+static const char *const yaml[LOAD_MODELS] = {
+    ARM "    scenes:\n"
+        "      - name: loaded\n"
+        "        payload: [{link: tool0, mass: 2, com: [0, 0, 0.05],\n"
+        "                   inertia: [4.0e-3, 0, 0, 4.0e-3, 0, 2.0e-3]}]\n",
+    ARM "    gravity: [0.5, 0, -1.62]\n"
+        "    scenes:\n"
+        "      - name: loaded\n"
+        "        payload: [{link: link_6, mass: 0.5, com: [0.1, 0, 0]}]\n",
+};
+
+typedef struct models {
+    tfa_model *plain[LOAD_MODELS], *loaded[LOAD_MODELS];
+} models;
+
+/* As the daemon makes them: the scene shares the constants of the robot. */
+static void make_models(models *m)
+{
+    for (int i = 0; i < LOAD_MODELS; i++) {
+        const tfa_model_options options = {.gravity = gravities[i]};
+        tfa_report report = {0};
+        assert_int_equal(tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &options,
+                                        &report, &m->plain[i]),
+                         TFA_OK);
+        assert_int_equal(
+            tfa_model_derive(m->plain[i], NULL, &payloads[i], 1, &report, &m->loaded[i]), TFA_OK);
+        tfa_report_free(&report);
+    }
+}
+
+static void free_models(models *m)
+{
+    for (int i = 0; i < LOAD_MODELS; i++) {
+        tfa_model_free(m->loaded[i]);
+        tfa_model_free(m->plain[i]);
+    }
+}
+
+static void reload(const harness *h)
+{
+    assert_int_equal(kill(h->pid, SIGHUP), 0);
+}
+
+/* ---- under load ---- */
+
+static void print_figures(const char *what, load_figures f)
+{
+    print_message("%-22s %7u requests, median %7.2f us, p99 %8.2f, worst %9.2f\n", what, f.count,
+                  f.median * 1e-3, f.p99 * 1e-3, f.worst * 1e-3);
+}
+
+/* Requests before the first exchange, between exchanges, and the first of each new model. */
+static void print_all(const load *l, uint32_t quiet, uint32_t end)
+{
+    static const struct {
+        const char *what;
+        size_t member;
+    } members[] = {{"from when it was due", offsetof(load_sample, latency)},
+                   {"in the ring", offsetof(load_sample, wait)},
+                   {"computing", offsetof(load_sample, computation)}};
+    for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
+        print_message("%s:\n", members[i].what);
+        print_figures("  no exchanges", load_look(l, 0, quiet, false, members[i].member));
+        print_figures("  between exchanges", load_look(l, quiet, end, false, members[i].member));
+        print_figures("  first of a new model", load_look(l, quiet, end, true, members[i].member));
+    }
+}
+
+static void swap_often(const harness *h, load *l, int swaps)
+{
+    for (int i = 1; i <= swaps; i++) {
+        const int next = i % LOAD_MODELS;
+        harness_configure(h, yaml[next], "");
+        reload(h);
+        if (!load_answered_by(l, next))
+            break;
+        sleep_ms((unsigned)i % 7 * 3);
+    }
+}
+
+static void under_load(int swaps, tfa_wait wait)
+{
+    harness h;
+    models m;
+    load l;
+    make_models(&m);
+    const load_robot robots[LOAD_CLIENTS] = {{"arm", {m.plain[0], m.plain[1]}},
+                                             {"arm.loaded", {m.loaded[0], m.loaded[1]}}};
+    harness_make(&h, yaml[0], "");
+    harness_start(&h, "arm");
+    load_start(&l, &h, robots, wait);
+    sleep_ms(QUIET_MS * (unsigned)swaps);
+    const uint32_t quiet = atomic_load(&l.count);
+    const int descriptors = harness_descriptors(&h);
+    swap_often(&h, &l, swaps);
+    const uint32_t end = atomic_load(&l.count);
+    assert_true(load_stop(&l));
+    assert_true(harness_logged_times(&h, "reload: done, 2 of 2", (unsigned)swaps));
+    assert_in_range(harness_descriptors(&h), 1, descriptors);
+    assert_int_equal(load_look(&l, quiet, end, true, 0).count, swaps * LOAD_CLIENTS);
+    print_message("%.0f requests/s; %u times more than %u ms behind\n",
+                  end * 1e9 / (double)load_time(&l), l.resyncs, LOAD_BEHIND_NS / 1000000);
+    print_all(&l, quiet, end);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    load_free(&l);
+    free_models(&m);
+    harness_remove(&h);
+}
+
+static void swapped_under_load(void **state)
+{
+    (void)state;
+    under_load(SWAPS, TFA_WAIT_HYBRID);
+}
+
+/* ---- other shapes ---- */
+
+#define SHAPES 6
+#define SNAKE "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n"
+
+/* What was sent is answered by the old model, then it hangs up; connected again, the new one. */
+static void other_shape(tfa_wait wait)
+{
+    harness h;
+    double q[LOAD_JOINTS] = {0.1, 0.2}, qdd[LOAD_JOINTS];
+    const tfa_request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    uint64_t id;
+    harness_make(&h, ARM, "");
+    harness_start(&h, "arm");
+    tfa_client *client = harness_connect(&h, "arm", wait);
+    tfa_client *idle = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    const uint32_t slots = tfa_client_get_info(client)->slots;
+    harness_configure(&h, SNAKE, "");
+    for (uint32_t i = 0; i < slots; i++)
+        assert_int_equal(tfa_client_send(client, &request, &id), TFA_OK);
+    reload(&h);
+    assert_true(harness_logged(&h, "reload: done, 1 of 1"));
+    assert_true(harness_logged(&h, "hung up on"));
+    for (uint32_t i = 0; i < slots; i++) {
+        tfa_reply reply = {.qdd = qdd};
+        assert_int_equal(tfa_client_receive(client, &reply, TIMEOUT_NS, NULL), TFA_OK);
+    }
+    assert_int_equal(ask_arm(client, 1, qdd, 0), TFA_E_DISCONNECTED);
+    assert_int_equal(ask_arm(idle, 1, qdd, 0), TFA_E_DISCONNECTED);
+    assert_int_equal(tfa_client_reconnect(client), TFA_E_SIZE); /* its buffers would not fit */
+    tfa_client_close(client);
+    tfa_client_close(idle);
+    client = harness_connect(&h, "arm", wait);
+    assert_int_equal(tfa_client_get_info(client)->v_count, 64);
+    tfa_client_close(client);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+static void shape_changes(void **state)
+{
+    (void)state;
+    other_shape(TFA_WAIT_HYBRID);
+    other_shape(TFA_WAIT_SPIN);
+    other_shape(TFA_WAIT_BLOCK);
+}
+
+/* One who asks without a pause; hung up on, it connects anew. Every reply fits the robot it saw. */
+typedef struct asker {
+    const harness *h;
+    tfa_wait wait;
+    int shapes;
+    int status;
+    pthread_t thread;
+} asker;
+
+static void ask_until_hung_up(asker *a)
+{
+    static const double zeros[64];
+    double qdd[64];
+    tfa_client_options options = harness_options(a->h, "arm");
+    tfa_client *client;
+    options.wait = a->wait;
+    a->status = tfa_client_connect(&options, &client);
+    if (a->status != TFA_OK)
+        return;
+    const tfa_request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
+    tfa_reply reply = {.qdd = qdd};
+    while (a->status == TFA_OK)
+        a->status = tfa_client_call(client, &request, &reply, TIMEOUT_NS, NULL);
+    tfa_client_close(client);
+}
+
+static void *ask_all_shapes(void *argument)
+{
+    asker *a = argument;
+    for (a->status = TFA_E_DISCONNECTED; a->shapes < SHAPES && a->status == TFA_E_DISCONNECTED;
+         a->shapes++)
+        ask_until_hung_up(a);
+    return NULL;
+}
+
+static void shape_changes_while_asked(void **state)
+{
+    (void)state;
+    harness h;
+    harness_make(&h, ARM, "");
+    harness_start(&h, "arm");
+    asker askers[2] = {{.h = &h, .wait = TFA_WAIT_HYBRID}, {.h = &h, .wait = TFA_WAIT_BLOCK}};
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(pthread_create(&askers[i].thread, NULL, ask_all_shapes, &askers[i]), 0);
+    sleep_ms(50);
+    for (unsigned i = 1; i <= SHAPES; i++) {
+        harness_configure(&h, i % 2 ? SNAKE : ARM, "");
+        reload(&h);
+        assert_true(harness_logged_times(&h, "reload: done, 1 of 1", i));
+        sleep_ms(50);
+    }
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    for (int i = 0; i < 2; i++) {
+        pthread_join(askers[i].thread, NULL);
+        assert_int_equal(askers[i].status, TFA_E_DISCONNECTED);
+        assert_int_equal(askers[i].shapes, SHAPES);
+    }
+    harness_remove(&h);
+}
+
+/* ---- what fails ---- */
+
+static void write_file(const harness *h, const char *name, const char *text)
+{
+    char path[128];
+    snprintf(path, sizeof path, "%s/%s", h->directory, name);
+    FILE *out = fopen(path, "w");
+    assert_non_null(out);
+    fputs(text, out);
+    fclose(out);
+}
+
+static char *read_file(const char *path)
+{
+    FILE *in = fopen(path, "r");
+    assert_non_null(in);
+    char *text = calloc(1, 1 << 20);
+    text[fread(text, 1, (1 << 20) - 1, in)] = 0;
+    fclose(in);
+    return text;
+}
+
+/* Each reload is refused and named, and the model of before answers with the same bits. */
+static void refused(void **state)
+{
+    (void)state;
+#define OWN "  - name: arm\n    urdf: arm.urdf\n"
+    static const struct {
+        const char *robots, *more, *urdf, *text;
+    } cases[] = {
+        {OWN, "", "<robot name=\"arm\"><link name=\"base_link\">", "malformed file"},
+        {OWN, "", "", "arm.urdf"},
+        {OWN "    gravityy: [0, 0, 1]\n", "", NULL, "gravityy"},
+        {OWN "    gravity: [0, 0]\n", "", NULL, "gravity"},
+        {OWN "    urdf: nowhere.urdf\n", "", NULL, "urdf"},
+        {OWN "    scenes: [{name: s}]\n", "", NULL, "scenes has 1 entries, it had 0"},
+        {OWN ARM, "", NULL, "already the name"},
+        {OWN "  - name: another\n    urdf: arm.urdf\n", "", NULL, "robots has 2 entries"},
+        {"  - name: leg\n    urdf: arm.urdf\n", "", NULL, "robots[0].name is another"},
+        {OWN, "workers: 2\n", NULL, "workers is another: that needs a restart"},
+        {OWN "    armature: [{joint: joint_8, value: 1}]\n", "", NULL,
+         "no joint 'joint_8'; nearest: 'joint_"},
+    };
+    harness h;
+    double before[7], after[7];
+    char *arm = read_file(TFA_SOURCE_DIR "/config/robots/arm7.urdf");
+    harness_make(&h, OWN, "");
+    write_file(&h, "arm.urdf", arm);
+    harness_start(&h, "arm");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+    assert_int_equal(ask_arm(client, 1, before, TIMEOUT_NS), TFA_OK);
+    for (unsigned i = 0; i < sizeof cases / sizeof *cases; i++) {
+        write_file(&h, "arm.urdf", cases[i].urdf ? cases[i].urdf : arm);
+        harness_configure(&h, cases[i].robots, cases[i].more);
+        reload(&h);
+        assert_true(harness_logged_times(&h, "everything stays as it was", i + 1));
+        if (!harness_logged(&h, cases[i].text))
+            fail_msg("case %u does not name '%s'", i, cases[i].text);
+        assert_int_equal(ask_arm(client, 1, after, TIMEOUT_NS), TFA_OK);
+        assert_memory_equal(before, after, sizeof before);
+    }
+    assert_int_equal(harness_log_lines(&h, "reload: done"), 0);
+    write_file(&h, "arm.urdf", arm); /* and a good one is taken */
+    harness_configure(&h, OWN "    gravity: [0, 0, -1]\n", "");
+    reload(&h);
+    assert_true(harness_logged(&h, "reload: done, 1 of 1"));
+    assert_int_equal(ask_arm(client, 1, after, TIMEOUT_NS), TFA_OK);
+    assert_memory_not_equal(before, after, sizeof before);
+    tfa_client_close(client);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+    free(arm);
+}
+
+/* What only the control thread reads is taken over, too; the models need not change. */
+static void limits_are_taken(void **state)
+{
+    (void)state;
+    harness h;
+    tfa_client *second;
+    harness_make(&h, ARM, "");
+    harness_start(&h, "arm");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    harness_configure(&h, ARM, "limits: {clients: 1}\n");
+    reload(&h);
+    assert_true(harness_logged(&h, "reload: done, 0 of 1"));
+    const tfa_client_options options = harness_options(&h, "arm");
+    assert_int_equal(tfa_client_connect(&options, &second), TFA_E_REFUSED);
+    tfa_client_close(client);
+    harness_remove(&h);
+}
+
+/* Signals that come faster than reloads end are not forgotten: the last file is the one. */
+static void many_signals(void **state)
+{
+    (void)state;
+    harness h;
+    double heavy[7], light[7], last[7];
+    harness_make(&h, ARM, "");
+    harness_start(&h, "arm");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+    assert_int_equal(ask_arm(client, 1, heavy, TIMEOUT_NS), TFA_OK);
+    for (int i = 0; i < 50; i++) {
+        harness_configure(&h, i % 2 ? ARM : ARM "    gravity: [0, 0, -3]\n", "");
+        reload(&h);
+        assert_int_equal(ask_arm(client, 1, last, TIMEOUT_NS), TFA_OK);
+    }
+    harness_configure(&h, ARM "    gravity: [0, 0, -2]\n", "");
+    reload(&h);
+    bool done = false;
+    for (unsigned i = 0; i < 2000 && !done; i++) {
+        sleep_ms(2);
+        assert_int_equal(ask_arm(client, 1, light, TIMEOUT_NS), TFA_OK);
+        done = memcmp(light, heavy, sizeof light) != 0 && memcmp(light, last, sizeof light) != 0;
+    }
+    assert_true(done);
+    tfa_client_close(client);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0); /* a reload may be under way */
+    harness_remove(&h);
+}
+
+/* SIGKILL or SIGTERM in the middle of a reload: nothing is left, it starts again. */
+static void ended_in_a_reload(void **state)
+{
+    (void)state;
+    harness h;
+    double qdd[7];
+    harness_make(&h, ARM, "");
+    for (unsigned i = 0; i < 24; i++) {
+        harness_configure(&h, ARM, "");
+        harness_start(&h, "arm");
+        tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+        harness_configure(&h, i % 2 ? SNAKE : ARM "    gravity: [0, 0, -2]\n", "");
+        reload(&h);
+        usleep(i * 211);
+        const int signal = i % 4 == 3 ? SIGTERM : SIGKILL;
+        const int status = harness_stop(&h, signal);
+        assert_true(signal == SIGKILL ? WIFSIGNALED(status) : status == 0);
+        assert_int_equal(harness_shm_entries(), 0);
+        assert_int_equal(ask_arm(client, 1, qdd, 0), TFA_E_DISCONNECTED);
+        tfa_client_close(client);
+    }
+    harness_remove(&h);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 1) {
+        under_load(atoi(argv[1]),
+                   argc > 2 && strcmp(argv[2], "spin") == 0 ? TFA_WAIT_SPIN : TFA_WAIT_HYBRID);
+        return 0;
+    }
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(swapped_under_load),        cmocka_unit_test(shape_changes),
+        cmocka_unit_test(shape_changes_while_asked), cmocka_unit_test(refused),
+        cmocka_unit_test(limits_are_taken),          cmocka_unit_test(many_signals),
+        cmocka_unit_test(ended_in_a_reload),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Scenes and policies of the configuration: the daemon serves what the library compiles.
+ */
+#include "harness.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+
+#include <totalforce/description.h>
+#include <totalforce/model.h>
+
+#define TIMEOUT_NS WAIT_NS
+#define HUMANOID TFA_SOURCE_DIR "/config/robots/humanoid.urdf"
+#define ARM_FILE TFA_SOURCE_DIR "/config/robots/arm7.urdf"
+#define FREEDOMS_MAX 64
+
+/* ---- the shipped example ---- */
+
+/* The robots of an example below config/, with its folder written as '@/config/'. */
+static void read_robots(const char *file, char *robots, size_t size)
+{
+    char text[8192];
+    FILE *in = fopen(file, "r");
+    assert_non_null(in);
+    text[fread(text, 1, sizeof text - 1, in)] = 0;
+    fclose(in);
+    const char *from = strstr(text, "\nrobots:\n");
+    assert_non_null(from);
+    from += strlen("\nrobots:\n");
+    for (const char *urdf; (urdf = strstr(from, "urdf: robots/")); from = urdf + 6) {
+        const size_t used = strlen(robots);
+        snprintf(robots + used, size - used, "%.*s@/config/", (int)(urdf + 6 - from), from);
+    }
+    strncat(robots, from, size - strlen(robots) - 1);
+}
+
+static tfa_model *compile(const char *file, const tfa_model_options *options)
+{
+    tfa_report report = {0};
+    tfa_model *model;
+    assert_int_equal(tfa_model_load(file, options, &report, &model), TFA_OK);
+    tfa_report_free(&report);
+    return model;
+}
+
+/* The same hash, the same lists, and the same bits of one forward dynamics. */
+static void assert_serves(const harness *h, const char *name, const tfa_model *model)
+{
+    static const double pose[7] = {0, 0, 1, 0, 0, 0, 1};
+    double q[FREEDOMS_MAX], here[FREEDOMS_MAX], there[FREEDOMS_MAX], base[2][6];
+    tfa_client *client = harness_connect(h, name, TFA_WAIT_BLOCK);
+    const tfa_client_info *info = tfa_client_get_info(client);
+    assert_string_equal(info->model_hash, tfa_model_hash_text(model));
+    assert_int_equal(info->v_count, tfa_model_v_count(model));
+    assert_int_equal(info->frame_count, tfa_model_frame_count(model));
+    for (uint32_t i = 0; i < info->joint_count; i++)
+        assert_string_equal(info->joint_names[i], tfa_model_joint(model, i).name);
+    for (int i = 0; i < FREEDOMS_MAX; i++)
+        q[i] = 0.1 * (i % 7);
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .estimate = TFA_ESTIMATE_NEVER,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = q,
+                                 .base_pose = info->base_freedoms ? pose : NULL};
+    tfa_reply a = {.qdd = here, .base_acceleration = base[0]};
+    tfa_reply b = {.qdd = there, .base_acceleration = base[1]};
+    tfa_workspace *w;
+    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    assert_int_equal(tfa_compute(w, &request, &a), TFA_OK);
+    assert_int_equal(tfa_client_call(client, &request, &b, TIMEOUT_NS, NULL), TFA_OK);
+    assert_memory_equal(here, there, info->v_count * sizeof(double));
+    assert_true(b.model == tfa_model_tag(model));
+    tfa_workspace_free(w);
+    tfa_client_close(client);
+}
+
+static void check_arm(const harness *h)
+{
+    static const double moon[3] = {0, 0, -1.62};
+    const tfa_payload load = {
+        .link = "tool0", .mass = 2, .com = {0, 0, 0.05}, .inertia = {4e-3, 0, 0, 4e-3, 0, 2e-3}};
+    const tfa_scene scene = {.payloads = &load, .payload_count = 1};
+    const tfa_model_options options[3] = {{0}, {.scene = &scene}, {.gravity = moon}};
+    static const char *const names[3] = {"arm", "arm.loaded", "arm.moon"};
+    for (int i = 0; i < 3; i++) {
+        tfa_model *model = compile(ARM_FILE, &options[i]);
+        assert_serves(h, names[i], model);
+        tfa_model_free(model);
+    }
+}
+
+static void check_humanoid(const harness *h)
+{
+    static const char *const tips[] = {"left_palm"};
+    const tfa_scene reach = {.root = "torso_link", .tips = tips, .tip_count = 1};
+    const tfa_model_options whole = {.base = TFA_BASE_FLOATING}, part = {.scene = &reach};
+    tfa_model *all = compile(HUMANOID, &whole), *arm = compile(HUMANOID, &part);
+    assert_serves(h, "humanoid", all);
+    assert_serves(h, "humanoid.reach", arm);
+    assert_true(tfa_model_v_count(arm) < tfa_model_v_count(all) / 2);
+    tfa_client *walk = harness_connect(h, "humanoid.walk", TFA_WAIT_BLOCK);
+    const tfa_client_info *info = tfa_client_get_info(walk);
+    assert_int_equal(info->v_count, tfa_model_v_count(all) - 18);
+    for (uint32_t i = 0; i < info->joint_count; i++)
+        assert_null(strstr(info->joint_names[i], "thumb"));
+    tfa_client_close(walk);
+    tfa_model_free(all);
+    tfa_model_free(arm);
+}
+
+static void example_is_served(void **state)
+{
+    (void)state;
+    harness h;
+    char robots[8192] = "";
+    read_robots(TFA_SOURCE_DIR "/config/scenes.yaml", robots, sizeof robots);
+    harness_make(&h, robots, "");
+    harness_start(&h, "arm");
+    check_arm(&h);
+    check_humanoid(&h);
+    assert_true(harness_logged(&h, "robot 'arm.moon': 7 joints"));
+    assert_int_equal(harness_log_lines(&h, "shares its constants"), 2);
+    assert_true(harness_logged(&h, "robot 'humanoid.walk': "));
+    assert_true(harness_logged(&h, " 18 locked,"));
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+/* ---- mistakes ---- */
+
+static int run_check(const harness *h)
+{
+    char command[512];
+    snprintf(command, sizeof command, "%s/bin/totalforced --check %s 2>>%s/log", TFA_BINARY_DIR,
+             h->config, h->directory);
+    return system(command);
+}
+
+/* A start and --check say the same. */
+static void mistakes_are_named(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *yaml, *text;
+    } cases[] = {
+        {ARM "    scenes: [{name: s, payload: [{link: tool, mass: 1}]}]\n",
+         "c.yaml:5:41: robot 'arm', scene 's': no link 'tool'; nearest: 'tool0', "},
+        {ARM "    scenes: [{name: s, tips: [tool0, tol0]}]\n",
+         "c.yaml:5:38: robot 'arm', scene 's': no link 'tol0'; nearest: 'tool0', "},
+        {ARM "    scenes: [{name: s, root: link3}]\n", "no link 'link3'; nearest: 'link_"},
+        {ARM "    scenes: [{name: s, locked: [{joint: joint1, q: 1}]}]\n",
+         "c.yaml:5:41: robot 'arm', scene 's': no joint 'joint1'; nearest: 'joint_"},
+        {ARM "    scenes: [{name: s, locked: [{joint: joint_1, pose: [1, 2, 3]}]}]\n",
+         "joint 'joint_1' stands at one `q`"},
+        {ARM "    armature: [{joint: joint_8, value: 1}]\n",
+         "c.yaml:5:24: robot 'arm': no joint 'joint_8'; nearest: 'joint_"},
+        {ARM "    scenes: [{name: s, payload: [{link: tool0, mass: 1, inertia: [1, 0, 0, 1, 0, "
+             "-1]}]}]\n",
+         "robot 'arm.s'"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        harness h;
+        harness_make(&h, cases[i].yaml, "");
+        const int status = harness_run(&h), checked = run_check(&h);
+        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
+        assert_true(WIFEXITED(checked) && WEXITSTATUS(checked) == 2);
+        if (!harness_logged_times(&h, cases[i].text, 2))
+            fail_msg("case %zu does not say '%s' twice", i, cases[i].text);
+        harness_remove(&h);
+    }
+}
+
+static void good_ones_pass_the_check(void **state)
+{
+    (void)state;
+    harness h;
+    harness_make(&h, ARM "    scenes: [{name: s, gravity: [0, 0, -1]}]\n", "");
+    assert_int_equal(run_check(&h), 0);
+    assert_true(harness_logged(&h, "robot 'arm.s'"));
+    harness_remove(&h);
+}
+
+/* ---- policies ---- */
+
+#define INERTIA "<inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/>"
+#define LINK(name, inertia)                                                                        \
+    "<link name=\"" name "\"><inertial><mass value=\"1\"/><origin xyz=\"0.1 0 0\"/>" inertia       \
+    "</inertial></link>"
+#define JOINT(name, parent, child, more)                                                           \
+    "<joint name=\"" name "\" type=\"continuous\"><parent link=\"" parent                          \
+    "\"/><child link=\"" child "\"/><axis xyz=\"0 1 0\"/>" more "</joint>"
+
+static void write_robot(const harness *h, const char *inner)
+{
+    char path[128];
+    snprintf(path, sizeof path, "%s/r.urdf", h->directory);
+    FILE *out = fopen(path, "w");
+    assert_non_null(out);
+    fprintf(out, "<robot name=\"r\"><link name=\"base\"/>\n%s\n</robot>\n", inner);
+    fclose(out);
+}
+
+/* @return freedoms of the robot as served, or -1: it is refused */
+static int freedoms_with(const char *inner, const char *policy)
+{
+    harness h;
+    char yaml[256];
+    int freedoms = -1;
+    snprintf(yaml, sizeof yaml, "  - name: r\n    urdf: r.urdf\n%s", policy);
+    harness_make(&h, yaml, "");
+    write_robot(&h, inner);
+    if (run_check(&h) == 0) {
+        harness_start(&h, "r");
+        tfa_client *client = harness_connect(&h, "r", TFA_WAIT_BLOCK);
+        freedoms = (int)tfa_client_get_info(client)->v_count;
+        tfa_client_close(client);
+        assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    }
+    harness_remove(&h);
+    return freedoms;
+}
+
+static void policies_count(void **state)
+{
+    (void)state;
+    static const char mimic[] = LINK("a", INERTIA) LINK("b", INERTIA) JOINT("j", "base", "a", "")
+        JOINT("k", "a", "b", "<mimic joint=\"j\" multiplier=\"2\"/>");
+    static const char wrong[] =
+        LINK("a", "<inertia ixx=\"-1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>")
+            JOINT("j", "base", "a", "");
+    static const char leaf[] = LINK("a", INERTIA) "<link name=\"b\"/>" JOINT("j", "base", "a", "")
+        JOINT("k", "a", "b", "");
+    assert_int_equal(freedoms_with(mimic, ""), 2);
+    assert_int_equal(freedoms_with(mimic, "    mimic: project\n"), 1);
+    assert_int_equal(freedoms_with(mimic, "    mimic: lock\n"), 1);
+    assert_int_equal(freedoms_with(wrong, ""), -1);
+    assert_int_equal(freedoms_with(wrong, "    inertia: repair\n"), 1);
+    assert_int_equal(freedoms_with(leaf, ""), -1);
+    assert_int_equal(freedoms_with(leaf, "    lock_massless_leaves: yes\n"), 1);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(example_is_served),
+        cmocka_unit_test(mistakes_are_named),
+        cmocka_unit_test(good_ones_pass_the_check),
+        cmocka_unit_test(policies_count),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * One JSON line read for one of two small robots, for the tests of the reader.
+ */
+#ifndef TFA_TESTS_JSONL_LINE_H
+#define TFA_TESTS_JSONL_LINE_H
+
+#include "jsonl.h"
+
+/** Joints pan, lift, slide; links base, upper, lower, tool. */
+extern const tfa_client_info arm;
+/** A floating base that carries a hinge, a planar joint and a floating joint. */
+extern const tfa_client_info ship;
+
+/** One line read; everything it points to. */
+typedef struct reading {
+    robot_names names;
+    jsonl_buffers buffers;
+    json_t *object;
+    tfa_request request;
+    tfa_reply reply;
+    jsonl_error error;
+    int status;
+} reading;
+
+/** Reads a line; forget() releases what it holds. */
+void read_line(reading *r, const tfa_client_info *info, const char *line, size_t length);
+void forget(reading *r);
+
+/** Fails unless the line is refused with this status and exactly this sentence. */
+void refuse(const tfa_client_info *info, const char *line, int status, const char *text);
+
+/** Fails unless this reply to a good line is explained with exactly this sentence. */
+void explain(const tfa_client_info *info, const char *line, const tfa_reply *reply,
+             const char *want);
+
+#define Q "\"q\":[0,0,0]"
+#define FD "\"op\":\"forward_dynamics\""
+#define ID "\"op\":\"inverse_dynamics\""
+#define OI "\"op\":\"operational_inertia\""
+#define MM "\"op\":\"mass_matrix\""
+
+#define POSE "\"base_pose\":[1,2,3,0,0,0,1]"
+
+#endif

@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Reads policies and scenes off the command line.
+ */
+#include "scene_options.h"
+
+#include "commands.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    KEY_BASE = 1024,
+    KEY_GRAVITY,
+    KEY_MIMIC,
+    KEY_INERTIA,
+    KEY_ROTOR,
+    KEY_DAMPING,
+    KEY_MASSLESS,
+    KEY_LOCK,
+    KEY_ROOT,
+    KEY_TIP,
+    KEY_PAYLOAD,
+};
+
+static const struct argp_option option_table[] = {
+    {.doc = "How the file becomes a model:"},
+    {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "The root link (fixed)"},
+    {.name = "gravity",
+     .key = KEY_GRAVITY,
+     .arg = "X,Y,Z",
+     .doc = "Gravity in the world, m/s^2 (0,0,-9.80665)"},
+    {.name = "mimic",
+     .key = KEY_MIMIC,
+     .arg = "free|project|lock",
+     .doc = "Joints that mimic others are ordinary joints, follow exactly, or stand still (free)"},
+    {.name = "inertia",
+     .key = KEY_INERTIA,
+     .arg = "strict|warn|repair|strict-physical",
+     .doc = "An inertia that no body can have: strict refuses negative eigenvalues, "
+            "strict-physical a broken triangle inequality, too; warn uses it as written; repair "
+            "makes negative eigenvalues 0 (strict)"},
+    {.name = "rotor-inertia",
+     .key = KEY_ROTOR,
+     .doc = "Apply drake:rotor_inertia of the file (left out unless asked for)"},
+    {.name = "damping",
+     .key = KEY_DAMPING,
+     .doc = "Apply the damping of the file (left out unless asked for)"},
+    {.name = "lock-massless-leaves",
+     .key = KEY_MASSLESS,
+     .doc = "Lock joints that move nothing with mass (an error unless asked for)"},
+    {.doc = "What of it is modelled:"},
+    {.name = "lock",
+     .key = KEY_LOCK,
+     .arg = "JOINT=VALUE",
+     .doc = "Joint that stands still at this coordinate (several: x,y,..), as if it were fixed"},
+    {.name = "root", .key = KEY_ROOT, .arg = "LINK", .doc = "Only what hangs from this link"},
+    {.name = "tip",
+     .key = KEY_TIP,
+     .arg = "LINK",
+     .doc = "Only the trees that carry one of these links (fixed base)"},
+    {.name = "payload",
+     .key = KEY_PAYLOAD,
+     .arg = "LINK:MASS[,X,Y,Z[,IXX,IXY,IXZ,IYY,IYZ,IZZ]]",
+     .doc = "Load on a link: kg, its centre of mass in m, its inertia about that in kg m^2"},
+    {.doc = "--lock, --tip and --payload may be given several times."},
+    {0}};
+
+const char *const scene_mimic_words[] = {"free", "project", "lock", NULL};
+const char *const scene_inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
+
+/* One more of a list; ends the program without memory. */
+static void *grow(struct argp_state *state, void *list, uint32_t count, size_t size)
+{
+    void *grown = reallocarray(list, (size_t)count + 1, size);
+    if (!grown)
+        argp_failure(state, EXIT_FAILED, 0, "%s", tfa_status_text(TFA_E_MEMORY));
+    return grown;
+}
+
+/* Ends the name before the last `mark` and returns what follows it. Names may hold the mark,
+ * numbers do not. */
+static const char *split(struct argp_state *state, const char *name, char *text, char mark,
+                         const char *form)
+{
+    char *at = strrchr(text, mark);
+    if (!at || at == text)
+        argp_error(state, "--%s: '%s' is not %s", name, text, form);
+    *at = '\0';
+    return at + 1;
+}
+
+static void add_lock(struct argp_state *state, scene_options *o, char *text)
+{
+    o->locks = grow(state, o->locks, o->lock_count, sizeof *o->locks);
+    o->lock_list = grow(state, o->lock_list, o->lock_count, sizeof *o->lock_list);
+    scene_lock *lock = &o->locks[o->lock_count];
+    const char *numbers = split(state, "lock", text, '=', "JOINT=VALUE");
+    *lock = (scene_lock){.lock.joint = text};
+    lock->numbers = option_numbers(state, "lock", numbers, lock->lock.q, 7);
+    o->lock_list[o->lock_count++] = lock->lock;
+}
+
+static void add_tip(struct argp_state *state, scene_options *o, const char *text)
+{
+    o->tips = grow(state, o->tips, o->tip_count, sizeof *o->tips);
+    o->tips[o->tip_count++] = text;
+}
+
+static void add_payload(struct argp_state *state, scene_options *o, char *text)
+{
+    static const char form[] = "LINK:MASS[,X,Y,Z[,IXX,IXY,IXZ,IYY,IYZ,IZZ]]";
+    double n[10] = {0};
+    o->payloads = grow(state, o->payloads, o->payload_count, sizeof *o->payloads);
+    tfa_payload *payload = &o->payloads[o->payload_count++];
+    const char *numbers = split(state, "payload", text, ':', form);
+    const uint32_t count = option_numbers(state, "payload", numbers, n, 10);
+    if (count != 1 && count != 4 && count != 10)
+        argp_error(state, "--payload %s: %u numbers, must be 1, 4 or 10: %s", text, count, form);
+    if (n[0] < 0)
+        argp_error(state, "--payload %s: mass %g must not be negative", text, n[0]);
+    *payload = (tfa_payload){.link = text, .mass = n[0]};
+    memcpy(payload->com, n + 1, sizeof payload->com);
+    memcpy(payload->inertia, n + 4, sizeof payload->inertia);
+}
+
+/* The model's options point at what was read, which does not move any more. */
+static void finish(scene_options *o)
+{
+    o->scene.locks = o->lock_list;
+    o->scene.lock_count = o->lock_count;
+    o->scene.tips = o->tips;
+    o->scene.tip_count = o->tip_count;
+    o->scene.payloads = o->payloads;
+    o->scene.payload_count = o->payload_count;
+    if (o->scene.root || o->lock_count || o->tip_count || o->payload_count)
+        o->model.scene = &o->scene;
+}
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    scene_options *o = state->input;
+    switch (key) {
+    case KEY_BASE:
+        o->model.base = option_base(state, text);
+        return 0;
+    case KEY_GRAVITY:
+        option_vector3(state, "gravity", text, o->gravity);
+        o->model.gravity = o->gravity;
+        return 0;
+    case KEY_MIMIC:
+        o->model.mimic = (tfa_mimic_policy)option_word(state, "mimic", text, scene_mimic_words, 3);
+        return 0;
+    case KEY_INERTIA:
+        o->model.inertia =
+            (tfa_inertia_policy)option_word(state, "inertia", text, scene_inertia_words, 4);
+        return 0;
+    case KEY_ROTOR:
+        o->model.rotor_inertia = 1;
+        return 0;
+    case KEY_DAMPING:
+        o->model.damping = 1;
+        return 0;
+    case KEY_MASSLESS:
+        o->model.lock_massless_leaves = 1;
+        return 0;
+    case KEY_LOCK:
+        add_lock(state, o, text);
+        return 0;
+    case KEY_ROOT:
+        if (o->scene.root)
+            argp_error(state, "--root: given twice, '%s' and '%s'", o->scene.root, text);
+        o->scene.root = text;
+        return 0;
+    case KEY_TIP:
+        add_tip(state, o, text);
+        return 0;
+    case KEY_PAYLOAD:
+        add_payload(state, o, text);
+        return 0;
+    case ARGP_KEY_END:
+        finish(o);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+const struct argp scene_argp = {.options = option_table, .parser = parse};
+
+/* Coordinates of a joint of that type. */
+static uint32_t coordinates(tfa_joint_type type)
+{
+    return type == TFA_JOINT_FLOATING ? 7 : type == TFA_JOINT_PLANAR ? 3 : 1;
+}
+
+/* The joints exist, or there were no model. */
+static int locks_fit(const scene_options *o, const tfa_model *model)
+{
+    const uint32_t joints = tfa_model_declared_count(model);
+    int fit = 1;
+    for (uint32_t k = 0; k < o->lock_count; k++)
+        for (uint32_t j = 0; j < joints; j++) {
+            const tfa_declared_joint joint = tfa_model_declared(model, j);
+            if (strcmp(joint.name, o->locks[k].lock.joint) != 0)
+                continue;
+            if (o->locks[k].numbers == coordinates(joint.type))
+                break;
+            fprintf(stderr, "--lock %s: %u numbers; the joint has %u coordinate%s\n", joint.name,
+                    o->locks[k].numbers, coordinates(joint.type),
+                    coordinates(joint.type) == 1 ? "" : "s: x,y,..");
+            fit = 0;
+            break;
+        }
+    return fit;
+}
+
+tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,
+                      tfa_report *report)
+{
+    tfa_model *model = load_model(path, &options->model, lowest, report);
+    if (!model || locks_fit(options, model))
+        return model;
+    tfa_model_free(model);
+    return NULL;
+}
+
+void scene_options_free(scene_options *options)
+{
+    free(options->locks);
+    free(options->lock_list);
+    free(options->tips);
+    free(options->payloads);
+    *options = (scene_options){0};
+}

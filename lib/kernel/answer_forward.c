@@ -51,14 +51,11 @@ static int unload_qdd(const struct state *s, uint32_t k, tfa_reply *reply)
                          reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
 }
 
-/* Which joints were held, by public joint */
-static void unload_held(struct state *s, uint8_t *out)
+static void unload_held(const struct state *s, uint8_t *out)
 {
     const struct tfa_model *m = s->m;
     for (uint32_t j = m->base_freedoms; j < m->freedoms; j++)
-        s->mark[m->freedom[j - m->base_freedoms].from] = s->stop[j];
-    for (uint32_t k = 0; k < m->joints; k++)
-        out[k] = (s->mark[m->joint[k].v_index] & STOP_HELD) != 0;
+        out[m->freedom[j - m->base_freedoms].from] = (s->stop[j] & STOP_HELD) != 0;
 }
 
 /* Joints held as an approximation, and what that costs */
@@ -79,7 +76,7 @@ static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_re
     if (reply->certificate)
         reply->certificate[k] = c;
     if (reply->held)
-        unload_held(s, reply->held + (size_t)s->m->joints * k);
+        unload_held(s, reply->held + (size_t)s->m->v_count * k);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 

@@ -207,7 +207,7 @@ typedef struct tfa_reply {
     double *poses;             /**< count x tip_count x 7 with TFA_WANT_POSES: x y z (m), quaternion
                                     x y z w (w >= 0) of the tip's link frame in the world */
     tfa_certificate *certificate; /**< count, for TFA_HOLD_GIVEN and TFA_HOLD_AUTO */
-    uint8_t *held; /**< count x joints: 1 where TFA_HOLD_GIVEN or TFA_HOLD_AUTO held the joint */
+    uint8_t *held; /**< count x v_count: 1 where TFA_HOLD_GIVEN or TFA_HOLD_AUTO held the freedom */
     tfa_answer *answers; /**< count; may be NULL */
 } tfa_reply;
 

@@ -314,8 +314,7 @@ static void check_single(const reduction *r, uint32_t step, const tfa_request *b
     slice.spectrum[0] = all->spectrum[k];
     slice.certificate[0] = all->certificate[k];
     slice.answers[0] = all->answers[k];
-    const uint32_t joints = tfa_model_joint_count(r->model);
-    memcpy(slice.held, all->held + (size_t)k * joints, joints);
+    memcpy(slice.held, all->held + (size_t)k * nv, nv);
     memcpy(&slice.status, &alone.status, sizeof slice - offsetof(struct everything, status));
     if (memcmp(&alone, &slice, sizeof alone) != 0)
         explain(r, step, &q, &alone, &slice);

@@ -55,6 +55,8 @@ static int answer_inverse(struct state *s, uint32_t k, tfa_reply *reply, tfa_ans
     for (uint32_t j = 0; s->known_any && j < s->m->freedoms; j++)
         s->res[j] -= s->known[j];
     TFA_V(gather)(s, s->res);
+    for (uint32_t j = 0; j < s->m->mimics; j++) /* one public force stands for both */
+        s->res[s->m->mimic[j].follower] = s->res[s->m->mimic[j].leader];
     out->method = TFA_METHOD_RNEA;
     int finite =
         TFA_V(unload)(s, s->res, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,

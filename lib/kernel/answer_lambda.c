@@ -64,6 +64,7 @@ static double lambda_estimate(struct state *s, tfa_reference_frame frame, tfa_me
     TFA_V(rnea)(s, s->qdd, s->res, 0);
     for (uint32_t j = 0; j < nv; j++)
         s->res[j] = s->tau[j] - s->res[j];
+    TFA_V(gather)(s, s->res);
     TFA_V(solve)(s, method, s->res, s->dx);
     num difference = 0, size = 0;
     for (size_t e = 0; e < n; e++) {

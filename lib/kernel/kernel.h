@@ -53,7 +53,7 @@ void TFA_V(ltdl_half)(const struct state *s, num *x, size_t stride);
 /* T^T M T from M, factored; x <- T (T^T M T)^-1 T^T x. */
 void TFA_V(reduced_factor)(struct state *s);
 void TFA_V(reduced_solve)(struct state *s, num *x);
-/* T^T tau: what followers need becomes their leaders'. */
+/* Forces with the same T^T tau, all of them on leaders. */
 void TFA_V(gather)(struct state *s, num *tau);
 /* x, an acceleration that a method found without regard to mimics, becomes the one with. */
 void TFA_V(follow)(struct state *s, tfa_method method, num *x);

@@ -245,6 +245,7 @@ static void solve_refined(struct state *s, tfa_method method, uint32_t refine)
         TFA_V(rnea)(s, s->qdd, s->res, 0);
         for (uint32_t j = 0; j < nv; j++)
             s->res[j] = s->tau[j] - s->res[j];
+        TFA_V(gather)(s, s->res);
         TFA_V(solve)(s, method, s->res, s->dx);
         for (uint32_t j = 0; j < nv; j++)
             s->qdd[j] += s->dx[j];

@@ -63,8 +63,8 @@ void TFA_V(gather)(struct state *s, num *tau)
     const struct tfa_model *m = s->m;
     for (uint32_t k = 0; k < m->mimics; k++)
         tau[m->mimic[k].leader] += (num)m->mimic[k].multiplier * tau[m->mimic[k].follower];
-    for (uint32_t k = 0; k < m->mimics; k++) /* one public force stands for both */
-        tau[m->mimic[k].follower] = tau[m->mimic[k].leader];
+    for (uint32_t k = 0; k < m->mimics; k++)
+        tau[m->mimic[k].follower] = 0;
 }
 
 /* ---- G ---- */

@@ -27,6 +27,7 @@ static double correction(struct state *s, tfa_method method)
     TFA_V(rnea)(s, s->qdd, s->res, 1);
     for (uint32_t j = 0; j < n; j++)
         s->res[j] = s->tau[j] - s->res[j];
+    TFA_V(gather)(s, s->res); /* the forces between followers and leaders are no residual */
     TFA_V(solve)(s, method, s->res, s->dx);
     double size = norm(s->qdd, n), change = norm(s->dx, n);
     return size > 0 ? change / size : change;

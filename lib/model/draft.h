@@ -118,6 +118,9 @@ int tfa_draft_trees(struct draft *d);
 /* Inertias that no body has: refused, told or repaired. */
 int tfa_draft_inertias(struct draft *d, tfa_report *report);
 
+/* Notes what a fixed base weighs: it decides no answer. Last of all, when nothing is wrong. */
+void tfa_draft_note_base(const struct draft *d, tfa_report *report);
+
 /* Joints that move nothing with mass: refused or locked. */
 int tfa_draft_leaves(struct draft *d, tfa_report *report);
 

@@ -93,3 +93,23 @@ int tfa_draft_inertias(struct draft *d, tfa_report *report)
             status = TFA_E_MODEL;
     return status;
 }
+
+/* Mass that a fixed base carries decides no answer. */
+void tfa_draft_note_base(const struct draft *d, tfa_report *report)
+{
+    const tfa_link *root = &d->description->links[d->root];
+    ext mass = 0;
+    size_t links = 0;
+    for (size_t k = 0; k < d->description->link_count; k++) {
+        const double m = d->description->links[k].mass;
+        if (!d->link[k].present || d->link[k].moves || m == 0)
+            continue;
+        mass += m;
+        links++;
+    }
+    if (links)
+        tfa_report_add(report, TFA_NOTE, root->line, "base-mass",
+                       "link '%s': %zu of the links that are fixed to the world have mass, %.6Lg "
+                       "kg: not used; choose the floating base if they move",
+                       root->name, links, mass);
+}

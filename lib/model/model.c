@@ -11,18 +11,6 @@
 #include "model/arena.h"
 #include "model/compile.h"
 
-size_t tfa_model_size(const tfa_description *description, const tfa_model_options *options)
-{
-    struct draft d;
-    size_t size = 0;
-    if (!description)
-        return 0;
-    if (tfa_draft_make(&d, description, options, NULL) == TFA_OK)
-        size = tfa_compiled_size(&d);
-    tfa_draft_free(&d);
-    return size;
-}
-
 static int check_options(const tfa_model_options *options, tfa_report *report)
 {
     if (!options)
@@ -52,6 +40,19 @@ static int check_options(const tfa_model_options *options, tfa_report *report)
             return TFA_E_VALUE;
         }
     return TFA_OK;
+}
+
+size_t tfa_model_size(const tfa_description *description, const tfa_model_options *options)
+{
+    struct draft d = {0};
+    size_t size = 0;
+    if (!description)
+        return 0;
+    if (check_options(options, NULL) == TFA_OK &&
+        tfa_draft_make(&d, description, options, NULL) == TFA_OK)
+        size = tfa_compiled_size(&d);
+    tfa_draft_free(&d);
+    return size;
 }
 
 int tfa_model_init(void *memory, size_t size, const tfa_description *description,

@@ -3,6 +3,7 @@
  *
  * The growing list of messages that loading and compiling a robot leaves behind.
  */
+#include <locale.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -53,9 +54,12 @@ void tfa_report_add(tfa_report *report, tfa_severity severity, uint32_t line, co
         return;
     char *text = NULL;
     va_list arguments;
+    /* numbers with a point in every locale; the C locale is static in glibc, so this cannot fail */
+    const locale_t former = uselocale(newlocale(LC_ALL_MASK, "C", (locale_t)0));
     va_start(arguments, format);
     char *block = message_block(code ? code : "", format, arguments, &text);
     va_end(arguments);
+    uselocale(former);
     if (!block)
         return;
     report->messages[report->count++] =

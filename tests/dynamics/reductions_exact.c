@@ -19,9 +19,6 @@
 #include "reductions.h"
 
 #define BOUND 1e-13
-/* A refinement step of TFA does not reach the forces that make joints follow: they keep the method's
- * own error, two or three digits more than the others have. */
-#define TFA_FOLLOWERS 2e-12
 /* Lambda^-1 of TFA is not refined, and one-sided it is a difference (methods.md, section 5). */
 #define TFA_LAMBDA 2e-11
 #define STATES 2
@@ -215,8 +212,7 @@ static void check_forward(const reduction *r, const tfa_request *request, struct
             q.method = methods[m].method;
             bool answered = ask(r, wide ? r->f128 : r->f64, &q, &reply);
             count(r, wide ? methods[m].f128 : methods[m].f64,
-                  answered ? relative_difference(got->x, want->x, r->n) : -1,
-                  r->coupled && q.method == TFA_METHOD_TFA ? TFA_FOLLOWERS : BOUND);
+                  answered ? relative_difference(got->x, want->x, r->n) : -1, BOUND);
             tally[find_tally(wide ? methods[m].f128 : methods[m].f64)].fell_back +=
                 answered && how.flags & TFA_ANSWER_FALLBACK;
         }

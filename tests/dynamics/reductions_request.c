@@ -19,7 +19,6 @@
 #include "reductions.h"
 
 #define BOUND 1e-13
-#define TFA_FOLLOWERS 2e-12 /* as in reductions_exact.c */
 #define TFA_LAMBDA 2e-11
 #define SEEDS 100
 #define MOST 96 /* freedoms */
@@ -84,11 +83,11 @@ static void for_seeds(void (*law)(reduction *r, uint64_t seed))
     assert_true(compared > SEEDS && left_out < SEEDS / 2);
 }
 
-static double bound_of(const reduction *r, tfa_method method, bool lambda)
+static double bound_of(tfa_method method, bool lambda)
 {
     if (method != TFA_METHOD_TFA && method != TFA_METHOD_TFA_ONE_SIDED)
         return BOUND;
-    return lambda ? TFA_LAMBDA : r->coupled ? TFA_FOLLOWERS : BOUND;
+    return lambda ? TFA_LAMBDA : BOUND;
 }
 
 /* Forward dynamics with Lambda^-1 in the same request, and Lambda^-1 alone in every frame, by the
@@ -113,15 +112,15 @@ static void check_answers(const reduction *r, const question *a, const tfa_reque
             q.op = TFA_OP_FORWARD_DYNAMICS;
             if (q.method != TFA_METHOD_PROPAGATION && q.method != TFA_METHOD_TFA_ONE_SIDED &&
                 ask(r, r->f64, &q, &reply)) {
-                within(r, name, x, want, r->n, bound_of(r, q.method, false));
+                within(r, name, x, want, r->n, bound_of(q.method, false));
                 if ((int)q.frame == frame)
                     within(r, "lambda_inv besides qdd", lambda, want_lambda, rows * rows,
-                           bound_of(r, q.method, true));
+                           bound_of(q.method, true));
             }
             q.op = TFA_OP_OPERATIONAL_INERTIA;
             q.frame = (tfa_reference_frame)frame;
             if (ask(r, r->f64, &q, &reply))
-                within(r, name, lambda, want_lambda, rows * rows, bound_of(r, q.method, true));
+                within(r, name, lambda, want_lambda, rows * rows, bound_of(q.method, true));
         }
     }
 }

@@ -16,6 +16,7 @@
 #include <cmocka.h>
 
 #include "fixture.h"
+#include "quad.h"
 #include "step.h"
 
 #define STATES 4
@@ -330,6 +331,48 @@ static void work_becomes_energy(void **state)
     print_message("  worst imbalance %.2g\n", worst_power);
 }
 
+/* Whole turns of a joint change nothing, near the origin and far from it: the angle that is left
+ * after as many turns as a double can count. */
+static void windings_do_not_matter(void **state)
+{
+    static const double turns[] = {1, -3, 1e6, -1e9};
+    (void)state;
+    tfa_link links[] = {{.name = "a", .quat = {0, 0, 0, 1}},
+                        {.name = "b",
+                         .quat = {0, 0, 0, 1},
+                         .mass = 2,
+                         .com = {0.3, 0.1, 0},
+                         .inertia = {0.02, 0, 0, 0.03, 0, 0.04}}};
+    tfa_joint joint = {.name = "j",
+                       .type = TFA_JOINT_CONTINUOUS,
+                       .parent = 0,
+                       .child = 1,
+                       .quat = {0, 0, 0, 1},
+                       .axis = {0, 1, 0},
+                       .mimic = -1};
+    const tfa_description d = {"one", links, 2, &joint, 1};
+    tfa_model *model;
+    tfa_workspace *w;
+    assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);
+    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    for (size_t k = 0; k < sizeof turns / sizeof *turns; k++) {
+        const double wound = 0.7 + 2 * M_PI * turns[k];
+        /* the angle that this double stands for: 2 pi in three parts, in quadruple precision */
+        const quad turn = (quad)6.283185307179586 + (quad)2.4492935982947064e-16 +
+                          (quad)-5.989539619436679e-33;
+        const double left = (double)((quad)wound - (quad)turns[k] * turn);
+        double qdd[2];
+        for (int e = 0; e < 2; e++) {
+            tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = e ? &left : &wound};
+            tfa_reply reply = {.qdd = &qdd[e]};
+            assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+        }
+        assert_true(fabs(qdd[0] - qdd[1]) <= 1e-14 * fabs(qdd[1]));
+    }
+    tfa_workspace_free(w);
+    tfa_model_free(model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -337,6 +380,7 @@ int main(void)
         cmocka_unit_test(matrices_are_symmetric),
         cmocka_unit_test(observers_agree),
         cmocka_unit_test(work_becomes_energy),
+        cmocka_unit_test(windings_do_not_matter),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

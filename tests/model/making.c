@@ -230,7 +230,11 @@ static void test_rotors(void **state)
     tfa_report report = {0};
     tfa_model *without = NULL;
     assert_int_equal(tfa_model_create(&h.d, NULL, &report, &without), TFA_OK);
-    assert_int_equal(report.count, 1);
+    assert_int_equal(report.count, 2);
+    assert_string_equal(report.messages[1].code, "base-mass");
+    assert_string_equal(report.messages[1].text,
+                        "link 'base': 1 of the links that are fixed to the world have mass, 4 kg: "
+                        "not used; choose the floating base if they move");
     assert_int_equal(report.messages[0].severity, TFA_NOTE);
     assert_string_equal(report.messages[0].code, "rotor-inertia");
     assert_string_equal(report.messages[0].text,

@@ -279,7 +279,8 @@ static void test_absent(void **state)
     tfa_report report = {0};
     tfa_model *m = NULL;
     assert_int_equal(tfa_model_create(&h.d, &options, &report, &m), TFA_OK);
-    assert_int_equal(report.count, 2);
+    assert_int_equal(report.count, 3);
+    assert_string_equal(report.messages[2].code, "base-mass");
     assert_int_equal(report.warnings, 1);
     assert_string_equal(report.messages[0].text,
                         "link 'cart': it is not part of the scene, its payload is left out; choose "

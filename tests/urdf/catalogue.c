@@ -79,7 +79,8 @@ const urdf_case urdf_catalogue[] = {
               "tests/urdf/test_values.c:test_mimic_and_defaults; "
               "tests/model/policies.c:test_mimic_free; tests/model/policies.c:test_mimic_project; "
               "tests/model/policies.c:test_mimic_lock"},
-    {"continuous", "continuous without limit; tests/urdf/test_values.c:test_document_order"},
+    {"continuous", "continuous without limit; tests/urdf/test_values.c:test_document_order; "
+                   "tests/dynamics/relations.c:windings_do_not_matter"},
     {"planar / floating", "planar and floating; tests/urdf/test_values.c:test_document_order; "
                           "tests/dynamics/requests.c:joint quaternion"},
     {"joint damping", "damping; negative damping; malformed damping; friction; "

@@ -41,6 +41,7 @@ tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa
         sizes.qdd = count * shape->v_count;
         sizes.base_acceleration = count * shape->base_freedoms;
         sizes.certificate = request->hold != TFA_HOLD_NONE ? count : 0;
+        sizes.held = sizes.certificate * shape->v_count;
     }
     if (request->op == TFA_OP_INVERSE_DYNAMICS) {
         sizes.tau = count * shape->v_count;
@@ -269,6 +270,7 @@ void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes
     const uint32_t answers = reply->answers != NULL ? s->answers : 0;
     const uint32_t spectra = reply->spectrum != NULL ? s->spectrum : 0;
     const uint32_t certificates = reply->certificate != NULL ? s->certificate : 0;
+    const uint32_t held = reply->held != NULL ? s->held : 0;
 
     sample->status = reply->status;
     sample->field = (uint32_t)reply->field;
@@ -288,6 +290,7 @@ void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes
     sample->certificate = (dds_sequence_totalforce_dds_Certificate){
         certificates, certificates,
         certificates > 0 ? (totalforce_dds_Certificate *)reply->certificate : NULL, false};
+    sample->held = (dds_sequence_octet){held, held, held > 0 ? reply->held : NULL, false};
 }
 
 void tfa_dds_accelerations_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes,
@@ -366,6 +369,8 @@ int tfa_dds_reply_read(const totalforce_dds_Reply *sample, const tfa_dds_reply_s
         read_array(reply->poses, &sample->poses, s->poses) &&
         read_items(reply->certificate, sample->certificate._buffer, sample->certificate._length,
                    s->certificate, sizeof *reply->certificate) &&
+        read_items(reply->held, sample->held._buffer, sample->held._length, s->held,
+                   sizeof *reply->held) &&
         read_items(reply->spectrum, sample->spectrum._buffer, sample->spectrum._length, s->spectrum,
                    sizeof *reply->spectrum);
     return fits ? TFA_OK : TFA_E_PROTOCOL;

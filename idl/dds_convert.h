@@ -30,10 +30,10 @@ typedef struct tfa_dds_shape {
     uint32_t max_batch;     /**< states that one request may hold */
 } tfa_dds_shape;
 
-/** Numbers in each array of a reply; 0: the request does not ask for it. */
+/** Elements of each array of a reply; 0: the request does not ask for it. */
 typedef struct tfa_dds_reply_sizes {
     uint32_t qdd, base_acceleration, tau, base_wrench, lambda_inv, mass_matrix;
-    uint32_t spectrum, answers, poses, certificate;
+    uint32_t spectrum, answers, poses, certificate, held;
 } tfa_dds_reply_sizes;
 
 /** Why a sample was not turned into a request; `status` is TFA_OK when it was. */

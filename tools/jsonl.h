@@ -53,6 +53,7 @@ typedef struct jsonl_buffers {
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     uint32_t *locked, *held; /**< v_count each: no robot has more joints than freedoms */
     uint8_t *named;          /**< v_count: joints of the list that is being read */
+    uint8_t *reply_held;     /**< v_count: the reply */
     double reply_acceleration[6], reply_wrench[6];
     double lambda_inv[36 * TFA_MAX_TIPS * TFA_MAX_TIPS];
     double poses[7 * TFA_MAX_TIPS];

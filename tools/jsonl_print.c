@@ -126,6 +126,23 @@ static void print_certificate(FILE *out, const tfa_certificate *c)
     fprintf(out, ",\"held\":%u,\"exact\":%s}", c->held, c->exact ? "true" : "false");
 }
 
+/* The joints that were held. All freedoms of a joint are, or none. */
+static void print_held(FILE *out, const robot_names *names, const uint8_t *held)
+{
+    const char *separator = "";
+    if (!held)
+        return;
+    fputs(",\"held\":[", out);
+    for (uint32_t j = 0; j < names->joint_count; j++) {
+        if (!held[names->joints[j].v_index])
+            continue;
+        fputs(separator, out);
+        jsonl_print_string(out, names->joints[j].name);
+        separator = ",";
+    }
+    fputc(']', out);
+}
+
 void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
                        const tfa_request *request, const tfa_reply *reply)
 {
@@ -156,8 +173,7 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
         print_number_key(out, "error_estimate", answer->error_estimate);
     if (answer->flags & TFA_ANSWER_FALLBACK)
         fputs(",\"fallback\":true", out);
-    if (answer->flags & TFA_ANSWER_HELD)
-        fputs(",\"held\":true", out);
+    print_held(out, names, reply->held);
     if (reply->model)
         fprintf(out, ",\"model\":\"%016" PRIx64 "\"", reply->model);
     fputs("}\n", out);

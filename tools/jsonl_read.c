@@ -345,8 +345,10 @@ static int point_reply(jsonl_reader *r, tfa_reply *reply)
     }
     if (r->request->flags & TFA_WANT_POSES)
         reply->poses = b->poses;
-    if (r->request->hold != TFA_HOLD_NONE)
+    if (r->request->hold != TFA_HOLD_NONE) {
         reply->certificate = &b->certificate;
+        reply->held = b->reply_held;
+    }
     return TFA_OK;
 }
 

@@ -84,16 +84,10 @@ static size_t request_width(const tfa_wire_shape *shape, uint32_t block, const s
     }
 }
 
-/* Every block begins at a multiple of 8 bytes. */
-static size_t padded(size_t bytes)
-{
-    return (bytes + 7) & ~(size_t)7;
-}
-
 /* Bytes of the frame indices that stand before the blocks. */
 static size_t frames_bytes(const struct counts *n)
 {
-    return padded(((size_t)n->tips + n->wrenches + n->payloads) * sizeof(uint32_t));
+    return tfa_wire_padded(((size_t)n->tips + n->wrenches + n->payloads) * sizeof(uint32_t));
 }
 
 /* Bytes of a slot that holds these blocks. */
@@ -101,7 +95,7 @@ static size_t request_size(const tfa_wire_shape *shape, uint32_t present, const 
 {
     size_t size = TFA_WIRE_LINE + frames_bytes(n);
     for (uint32_t bits = present; bits; bits &= bits - 1)
-        size += padded(request_width(shape, (uint32_t)__builtin_ctz(bits), n));
+        size += tfa_wire_padded(request_width(shape, (uint32_t)__builtin_ctz(bits), n));
     return size;
 }
 
@@ -240,7 +234,7 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const size_t size = request_width(shape, block, &n);
         memcpy(at, arrays[block], size);
-        at += padded(size);
+        at += tfa_wire_padded(size);
     }
     return TFA_OK;
 }
@@ -299,7 +293,7 @@ static void point_into(const tfa_wire_shape *shape, uint32_t present, const stru
         default: /* TFA_WIRE_TOLERANCE */
             memcpy(&r->tolerance, at, sizeof r->tolerance);
         }
-        at += padded(request_width(shape, block, n));
+        at += tfa_wire_padded(request_width(shape, block, n));
     }
 }
 

@@ -60,6 +60,7 @@ enum {
     TFA_WIRE_SPECTRUM,
     TFA_WIRE_POSES,
     TFA_WIRE_CERTIFICATE,
+    TFA_WIRE_OUT_HELD, /* bytes, padded to 8 */
     TFA_WIRE_REPLY_BLOCKS
 };
 

@@ -9,7 +9,7 @@
 
 typedef void *reply_arrays[TFA_WIRE_REPLY_BLOCKS];
 
-/* Bytes of block `block` of a reply. */
+/* Bytes of block `block` of a reply, without padding. */
 static size_t reply_width(const tfa_wire_shape *shape, uint32_t block, const tfa_wire_ask *ask)
 {
     const size_t count = ask->count, n = tfa_wire_freedoms(shape), m = 6 * (size_t)ask->tip_count;
@@ -29,6 +29,8 @@ static size_t reply_width(const tfa_wire_shape *shape, uint32_t block, const tfa
         return count * ask->tip_count * 7 * sizeof(double);
     case TFA_WIRE_CERTIFICATE:
         return count * sizeof(tfa_certificate);
+    case TFA_WIRE_OUT_HELD:
+        return count * shape->v_count;
     default: /* base acceleration, base wrench */
         return count * 6 * sizeof(double);
     }
@@ -55,6 +57,7 @@ size_t tfa_wire_reply_capacity(const tfa_wire_shape *shape)
     return TFA_WIRE_LINE + square_capacity(shape) + reply_width(shape, TFA_WIRE_ANSWERS, &all) +
            reply_width(shape, TFA_WIRE_SPECTRUM, &all) + reply_width(shape, TFA_WIRE_POSES, &all) +
            reply_width(shape, TFA_WIRE_CERTIFICATE, &all) +
+           tfa_wire_padded(reply_width(shape, TFA_WIRE_OUT_HELD, &all)) +
            reply_width(shape, TFA_WIRE_OUT_QDD, &all) +
            reply_width(shape, TFA_WIRE_OUT_BASE_ACCELERATION, &all);
 }
@@ -79,18 +82,25 @@ int tfa_wire_check_ask(const tfa_wire_shape *shape, const tfa_wire_ask *ask, tfa
     return bytes <= square_capacity(shape) ? TFA_OK : TFA_E_SIZE;
 }
 
+/* X(block, field of tfa_reply) */
+#define REPLY_ARRAYS(X)                                                                            \
+    X(ANSWERS, answers)                                                                            \
+    X(OUT_QDD, qdd)                                                                                \
+    X(OUT_BASE_ACCELERATION, base_acceleration)                                                    \
+    X(OUT_TAU, tau)                                                                                \
+    X(OUT_BASE_WRENCH, base_wrench)                                                                \
+    X(LAMBDA_INV, lambda_inv)                                                                      \
+    X(MASS_MATRIX, mass_matrix)                                                                    \
+    X(SPECTRUM, spectrum)                                                                          \
+    X(POSES, poses)                                                                                \
+    X(CERTIFICATE, certificate)                                                                    \
+    X(OUT_HELD, held)
+
 static void arrays_of_reply(const tfa_reply *r, reply_arrays arrays)
 {
-    arrays[TFA_WIRE_ANSWERS] = r->answers;
-    arrays[TFA_WIRE_OUT_QDD] = r->qdd;
-    arrays[TFA_WIRE_OUT_BASE_ACCELERATION] = r->base_acceleration;
-    arrays[TFA_WIRE_OUT_TAU] = r->tau;
-    arrays[TFA_WIRE_OUT_BASE_WRENCH] = r->base_wrench;
-    arrays[TFA_WIRE_LAMBDA_INV] = r->lambda_inv;
-    arrays[TFA_WIRE_MASS_MATRIX] = r->mass_matrix;
-    arrays[TFA_WIRE_SPECTRUM] = r->spectrum;
-    arrays[TFA_WIRE_POSES] = r->poses;
-    arrays[TFA_WIRE_CERTIFICATE] = r->certificate;
+#define TAKE(block, field) arrays[TFA_WIRE_##block] = r->field;
+    REPLY_ARRAYS(TAKE)
+#undef TAKE
 }
 
 /* Blocks that a request can be answered with at all. */
@@ -103,7 +113,7 @@ static uint32_t blocks_of_op(const tfa_request *r)
         tips |= r->flags & TFA_WANT_POSES ? 1u << TFA_WIRE_POSES : 0;
     }
     if (r->hold != TFA_HOLD_NONE)
-        held = 1u << TFA_WIRE_CERTIFICATE;
+        held = 1u << TFA_WIRE_CERTIFICATE | 1u << TFA_WIRE_OUT_HELD;
     switch (r->op) {
     case TFA_OP_FORWARD_DYNAMICS:
         return tips | held | 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_OUT_QDD |
@@ -137,34 +147,28 @@ uint32_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *reque
     return tfa_wire_of_robot(shape, blocks_of_op(request));
 }
 
-/* Where block by block of a reply stands in a slot; NULL for what is not wanted. */
-static void locate_reply(const tfa_wire_shape *shape, const tfa_wire_ask *ask, void *slot,
-                         reply_arrays arrays)
-{
-    unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
-    memset(arrays, 0, sizeof(reply_arrays));
-    for (uint32_t bits = ask->want; bits; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
-        arrays[block] = at;
-        at += reply_width(shape, block, ask);
-    }
-}
-
 void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_ask *ask, void *slot,
                             tfa_reply *reply)
 {
-    reply_arrays arrays;
-    locate_reply(shape, ask, slot, arrays);
-    reply->answers = arrays[TFA_WIRE_ANSWERS];
-    reply->qdd = arrays[TFA_WIRE_OUT_QDD];
-    reply->base_acceleration = arrays[TFA_WIRE_OUT_BASE_ACCELERATION];
-    reply->tau = arrays[TFA_WIRE_OUT_TAU];
-    reply->base_wrench = arrays[TFA_WIRE_OUT_BASE_WRENCH];
-    reply->lambda_inv = arrays[TFA_WIRE_LAMBDA_INV];
-    reply->mass_matrix = arrays[TFA_WIRE_MASS_MATRIX];
-    reply->spectrum = arrays[TFA_WIRE_SPECTRUM];
-    reply->poses = arrays[TFA_WIRE_POSES];
-    reply->certificate = arrays[TFA_WIRE_CERTIFICATE];
+    unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
+    /* one by one: an array of them would be zeroed with `rep stos`, see decode_line */
+#define NOTHING(block, field) reply->field = NULL;
+    REPLY_ARRAYS(NOTHING)
+#undef NOTHING
+    for (uint32_t bits = ask->want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+        switch (block) {
+#define POINT(name, field)                                                                         \
+    case TFA_WIRE_##name:                                                                          \
+        reply->field = (void *)at;                                                                 \
+        break;
+            REPLY_ARRAYS(POINT)
+#undef POINT
+        default:
+            break;
+        }
+        at += tfa_wire_padded(reply_width(shape, block, ask));
+    }
 }
 
 void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot)
@@ -200,6 +204,6 @@ void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_ask *ask,
         const size_t size = reply_width(shape, block, ask);
         if (arrays[block])
             memcpy(arrays[block], at, size);
-        at += size;
+        at += tfa_wire_padded(size);
     }
 }

@@ -19,6 +19,12 @@ static inline uint16_t tfa_wire_16(uint32_t x)
     return (uint16_t)(x < UINT16_MAX ? x : UINT16_MAX);
 }
 
+/* Every block begins at a multiple of 8 bytes. */
+static inline size_t tfa_wire_padded(size_t bytes)
+{
+    return (bytes + 7) & ~(size_t)7;
+}
+
 /* Without what only a floating base has. */
 static inline uint32_t tfa_wire_of_robot(const tfa_wire_shape *shape, uint32_t want)
 {

@@ -221,6 +221,7 @@ static void common_exchange_is_small(void **state)
     *reply.answers = (tfa_answer){0};
     assert_null(reply.poses);
     assert_null(reply.certificate);
+    assert_null(reply.held);
     tfa_wire_encode_reply(&reply, ask.want, answered);
     assert_in_range(bytes_written(answered, reply_size), 1, 3 * TFA_WIRE_LINE);
     free(slot);
@@ -266,7 +267,28 @@ static void assert_reply_inside(const tfa_wire_shape *s, const tfa_wire_ask *ask
                        slot, size));
     assert_true(inside(out.poses, count * ask->tip_count * sizeof(double[7]), slot, size));
     assert_true(inside(out.certificate, count * sizeof *out.certificate, slot, size));
+    assert_true(inside(out.held, count * s->v_count, slot, size));
     assert_true(inside(out.spectrum, count * sizeof *out.spectrum, slot, size));
+    free(slot);
+}
+
+/* The largest answer to one request fits into a slot, and to the byte. */
+static void largest_reply_fits(void **state)
+{
+    (void)state;
+    const size_t size = tfa_wire_reply_capacity(&dog);
+    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                           .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
+                           .count = BATCH,
+                           .tip_count = TFA_MAX_TIPS,
+                           .hold = TFA_HOLD_AUTO};
+    const tfa_wire_ask ask = {
+        .count = BATCH, .tip_count = TFA_MAX_TIPS, .want = tfa_wire_want(&r, NULL)};
+    unsigned char *slot = exact(size);
+    tfa_reply out;
+    tfa_wire_reply_buffers(&dog, &ask, slot, &out);
+    assert_non_null(out.held); /* the last block: 33 bytes, padded */
+    assert_ptr_equal(out.held, slot + size - 40);
     free(slot);
 }
 
@@ -321,12 +343,14 @@ static void replies_arrive(void **state)
     tfa_answer answers[2];
     tfa_spectrum spectrum[2];
     tfa_certificate certificate[2];
+    uint8_t held[23] = {[22] = 77}; /* one more than there are: the block is padded */
     tfa_reply mine = {.qdd = qdd,
                       .base_acceleration = base,
                       .lambda_inv = lambda,
                       .spectrum = spectrum,
                       .poses = poses,
                       .certificate = certificate,
+                      .held = held,
                       .answers = answers};
     const tfa_wire_ask ask = {.count = 2, .tip_count = 1, .want = tfa_wire_want(&r, &mine)};
     tfa_reply there = {.status = TFA_E_NOT_COMPUTED,
@@ -344,6 +368,8 @@ static void replies_arrive(void **state)
     there.spectrum[1].rank = 5;
     there.poses[13] = 13;
     there.certificate[1] = (tfa_certificate){0.25, 0.5, 4, 1};
+    for (uint8_t i = 0; i < 22; i++)
+        there.held[i] = i % 3;
     there.answers[1] = (tfa_answer){.status = -15, .method = 3, .error_estimate = 0.5};
     tfa_wire_encode_reply(&there, ask.want, slot);
     assert_int_equal(tfa_wire_decode_reply(slot, &mine), ask.want);
@@ -356,6 +382,9 @@ static void replies_arrive(void **state)
     assert_true(qdd[21] == 21 && lambda[71] == 71 && base[11] == 11);
     assert_int_equal(spectrum[1].rank, 5);
     assert_true(poses[13] == 13 && certificate[1].error == 0.25 && certificate[1].held == 4);
+    for (int i = 0; i < 22; i++)
+        assert_int_equal(held[i], i % 3);
+    assert_int_equal(held[22], 77);
     assert_true(answers[1].status == -15 && answers[1].method == 3);
     there.status = TFA_E_VALUE;
     there.model = 1;
@@ -371,6 +400,7 @@ int main(void)
         cmocka_unit_test(requests_arrive),           cmocka_unit_test(nonsense_arrives),
         cmocka_unit_test(limits_are_kept),           cmocka_unit_test(common_exchange_is_small),
         cmocka_unit_test(hostile_lines_stay_inside), cmocka_unit_test(replies_arrive),
+        cmocka_unit_test(largest_reply_fits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -132,6 +132,8 @@ static void replies_survive(void **state)
     static tfa_answer answers[BATCH], answers_out[BATCH];
     static tfa_spectrum spectrum[BATCH], spectrum_out[BATCH];
     static tfa_certificate certificate[BATCH], certificate_out[BATCH];
+    static const uint8_t held[BATCH * V] = {1, 0, 0, 1, 1, 0, 0, 0, 0, 1, [3 * V - 1] = 1};
+    static uint8_t held_in[BATCH * V], held_out[BATCH * V];
     static double got[7][BATCH * 48 * 48];
     const totalforce_dds_Hash hash = {1, 2, 3, 4, 5, 6, 7, 8, 9};
     const pair p = open_pair(TFA_DDS_REPLY);
@@ -139,6 +141,7 @@ static void replies_survive(void **state)
 
     (void)state;
     memset(out, 0, sizeof *out);
+    memcpy(held_in, held, sizeof held);
     for (uint16_t i = 0; i < BATCH; i++) {
         answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, NAN};
         spectrum[i] = (tfa_spectrum){6u + i, 0, 1e-300, 1e300};
@@ -160,6 +163,7 @@ static void replies_survive(void **state)
                                   .spectrum = spectrum,
                                   .poses = numbers[6],
                                   .certificate = certificate,
+                                  .held = held_in,
                                   .answers = answers};
         tfa_reply after = {.qdd = got[0],
                            .base_acceleration = got[1],
@@ -170,6 +174,7 @@ static void replies_survive(void **state)
                            .spectrum = spectrum_out,
                            .poses = got[6],
                            .certificate = certificate_out,
+                           .held = held_out,
                            .answers = answers_out};
         totalforce_dds_Reply in = {.id = 77};
 
@@ -187,6 +192,7 @@ static void replies_survive(void **state)
         assert_memory_equal(after.spectrum, spectrum, sizes.spectrum * sizeof *spectrum);
         assert_memory_equal(after.certificate, certificate,
                             sizes.certificate * sizeof *certificate);
+        assert_memory_equal(after.held, held, sizes.held);
         assert_memory_equal(after.poses, numbers[6], sizes.poses * sizeof(double));
         assert_memory_equal(after.qdd, numbers[0], sizes.qdd * sizeof(double));
         assert_memory_equal(after.base_acceleration, numbers[1],
@@ -213,20 +219,21 @@ static void sizes_follow_the_op(void **state)
     (void)state;
     assert_true(s.qdd == 3 * V && s.base_acceleration == 18 && s.lambda_inv == 3 * 144);
     assert_true(s.spectrum == 3 && s.answers == 3 && s.tau == 0 && s.mass_matrix == 0);
-    assert_true(s.poses == 3 * 2 * 7 && s.certificate == 3);
+    assert_true(s.poses == 3 * 2 * 7 && s.certificate == 3 && s.held == 3 * V);
     r.flags = 0;
     r.hold = TFA_HOLD_NONE;
     s = tfa_dds_sizes_of_reply(&r, &floating);
-    assert_true(s.poses == 0 && s.certificate == 0 && s.spectrum == 0);
+    assert_true(s.poses == 0 && s.certificate == 0 && s.held == 0 && s.spectrum == 0);
     r.flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES;
     r.hold = TFA_HOLD_GIVEN;
     r.tip_count = 0;
     s = tfa_dds_sizes_of_reply(&r, &fixed);
     assert_true(s.qdd == 3 * V && s.base_acceleration == 0 && s.lambda_inv == 0 && s.spectrum == 0);
-    assert_true(s.poses == 0 && s.certificate == 3);
+    assert_true(s.poses == 0 && s.certificate == 3 && s.held == 3 * V);
     r.op = TFA_OP_INVERSE_DYNAMICS;
     s = tfa_dds_sizes_of_reply(&r, &floating);
     assert_true(s.tau == 3 * V && s.base_wrench == 18 && s.qdd == 0 && s.certificate == 0);
+    assert_true(s.held == 0);
     r.op = TFA_OP_MASS_MATRIX;
     s = tfa_dds_sizes_of_reply(&r, &floating);
     assert_true(s.mass_matrix == 3 * (V + 6) * (V + 6) && s.tau == 0);

@@ -31,6 +31,7 @@ typedef struct outputs {
     double poses[TEST_BATCH * 7 * 2];
     tfa_spectrum spectrum[TEST_BATCH];
     tfa_certificate certificate[TEST_BATCH];
+    uint8_t held[TEST_BATCH * N_MAX];
     tfa_answer answers[TEST_BATCH];
 } outputs;
 
@@ -47,6 +48,7 @@ static tfa_reply reply_into(outputs *o)
         .spectrum = o->spectrum,
         .poses = o->poses,
         .certificate = o->certificate,
+        .held = o->held,
         .answers = o->answers,
     };
 }

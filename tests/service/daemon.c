@@ -255,23 +255,30 @@ static void armature_counts(void **state)
     harness_remove(&heavy);
 }
 
+static const struct {
+    const char *yaml;
+    int measured; /* of 20 */
+} policies[] = {{"    estimate: never\n", 0},
+                {"    estimate: always\n", 20},
+                {"    estimate: sampled\n    estimate_every: 5\n", 4}};
+#define POLICIES (sizeof policies / sizeof *policies)
+
+static void start_with_policy(harness *h, size_t policy)
+{
+    char yaml[256];
+    snprintf(yaml, sizeof yaml, ARM "%s", policies[policy].yaml);
+    harness_make(h, yaml, "");
+    harness_start(h, "arm");
+}
+
 /* The estimate policy: one in `estimate_every` is measured, never, always, or as asked. */
 static void estimates_follow_the_policy(void **state)
 {
     (void)state;
-    static const struct {
-        const char *yaml;
-        int measured;
-    } cases[] = {{"    estimate: never\n", 0},
-                 {"    estimate: always\n", 20},
-                 {"    estimate: sampled\n    estimate_every: 5\n", 4}};
-    for (size_t i = 0; i < 3; i++) {
+    for (size_t i = 0; i < POLICIES; i++) {
         harness h;
-        char yaml[256];
         const double q[7] = {0.1, 0.2, 0.3};
-        snprintf(yaml, sizeof yaml, ARM "%s", cases[i].yaml);
-        harness_make(&h, yaml, "");
-        harness_start(&h, "arm");
+        start_with_policy(&h, i);
         tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
         int measured = 0;
         for (int k = 0; k < 20; k++) {
@@ -286,7 +293,53 @@ static void estimates_follow_the_policy(void **state)
             assert_int_equal(tfa_client_call(client, &r, &reply, TIMEOUT_NS, NULL), TFA_OK);
             measured += (answer.flags & TFA_ANSWER_ESTIMATED) != 0;
         }
-        assert_int_equal(measured, cases[i].measured);
+        assert_int_equal(measured, policies[i].measured);
+        tfa_client_close(client);
+        harness_remove(&h);
+    }
+}
+
+/* One request that leaves the estimate open while joints are held. */
+static void ask_held(tfa_client *client, tfa_hold hold, uint32_t flags)
+{
+    static const double q[7] = {0.1, 0.2, 0.3};
+    static const uint32_t joints[] = {5, 6};
+    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                           .refine = TFA_REFINE_DEFAULT,
+                           .flags = flags,
+                           .count = 1,
+                           .held_count = hold == TFA_HOLD_GIVEN ? 2 : 0,
+                           .hold = hold,
+                           .tolerance = 10, /* whatever that costs */
+                           .held = joints,
+                           .q = q};
+    double qdd[7];
+    uint8_t held[7];
+    tfa_answer answer;
+    tfa_certificate certificate;
+    tfa_reply reply = {.qdd = qdd, .answers = &answer, .certificate = &certificate, .held = held};
+    assert_int_equal(tfa_client_call(client, &r, &reply, TIMEOUT_NS, NULL), TFA_OK);
+    assert_int_equal(answer.flags, TFA_ANSWER_HELD);
+    assert_int_equal(certificate.exact, hold == TFA_HOLD_AUTO || flags != 0);
+    assert_int_equal(certificate.held, hold == TFA_HOLD_GIVEN ? 2 : 7);
+    for (int i = 0; i < 7; i++) {
+        assert_int_equal(held[i], hold == TFA_HOLD_AUTO || i >= 5);
+        assert_true(!held[i] || qdd[i] == 0);
+    }
+}
+
+/* No policy adds an estimate to what cannot have one: held joints have a certificate. */
+static void held_joints_are_not_estimated(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < POLICIES; i++) {
+        harness h;
+        start_with_policy(&h, i);
+        tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+        for (int k = 0; k < 10; k++) { /* `sampled` comes round */
+            ask_held(client, TFA_HOLD_GIVEN, k & 1 ? TFA_WANT_CERTIFICATE : 0);
+            ask_held(client, TFA_HOLD_AUTO, 0);
+        }
         tfa_client_close(client);
         harness_remove(&h);
     }
@@ -304,6 +357,7 @@ int main(void)
         cmocka_unit_test(bad_robots_are_named),
         cmocka_unit_test(armature_counts),
         cmocka_unit_test(estimates_follow_the_policy),
+        cmocka_unit_test(held_joints_are_not_estimated),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

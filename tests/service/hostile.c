@@ -226,6 +226,9 @@ static void writes_garbage(void **state)
             line->op = (uint16_t)(line->op % 5), line->method = (uint16_t)(line->method % 7);
         if (i & 4)
             line->count %= 3, line->tip_count &= 7, line->wrench_count &= 7;
+        if (i & 8)
+            line->hold %= 4, line->payload_count %= 6, line->locked_count %= 9,
+                line->held_count %= 9;
         const uint64_t id = line->id;
         if (tfa_ring_send(&v.ring))
             wake(&v);
@@ -235,6 +238,84 @@ static void writes_garbage(void **state)
         assert_int_equal(((const tfa_wire_reply *)tfa_ring_oldest_reply(&v.ring))->id, id);
         tfa_ring_release(&v.ring);
         if (i % 500 == 0)
+            assert_unharmed(&s);
+    }
+    leave(&v);
+    close_scene(&s);
+}
+
+/* What the counts and blocks of a request whose other bytes are 0 deserve. A block without a count
+ * is nothing; a count without its block lacks it. */
+static int32_t deserved(const tfa_wire_request *line, uint32_t joints, tfa_field *field)
+{
+    const struct {
+        uint32_t count, limit, block;
+        tfa_field field;
+    } lists[] = {
+        {line->payload_count, TFA_MAX_PAYLOADS, TFA_WIRE_PAYLOADS, TFA_FIELD_PAYLOADS},
+        {line->locked_count, joints, TFA_WIRE_LOCKED, TFA_FIELD_LOCKED},
+        {line->hold == TFA_HOLD_GIVEN ? line->held_count : 0, joints, TFA_WIRE_HELD,
+         TFA_FIELD_HELD},
+    };
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+        *field = lists[k].field;
+        if (lists[k].count > lists[k].limit)
+            return TFA_E_SIZE;
+        if (lists[k].count && !(line->present >> lists[k].block & 1))
+            return TFA_E_ARGUMENT;
+    }
+    *field = TFA_FIELD_NONE;
+    return TFA_OK;
+}
+
+static void exchange_line(villain *v, const tfa_wire_request *line)
+{
+    unsigned char *slot = tfa_ring_next_request(&v->ring);
+    memset(slot + 8, 0, v->ring.layout.request_stride - 8);
+    memcpy(slot + 8, (const unsigned char *)line + 8, sizeof *line - 8);
+    if (tfa_ring_send(&v->ring))
+        wake(v);
+    for (int t = 0; !tfa_ring_reply_ready(&v->ring) && t < 200000; t++)
+        usleep(t < 1000 ? 0 : 100);
+    assert_true(tfa_ring_reply_ready(&v->ring));
+    tfa_field field;
+    const tfa_wire_reply *reply = tfa_ring_oldest_reply(&v->ring);
+    const int32_t status = deserved(line, v->welcome.shape.v_count, &field);
+    if (reply->status != status || reply->field != (uint32_t)field || reply->id != line->id)
+        fail_msg(
+            "payloads %u, locked %u, held %u, hold %u, blocks %x: %s about %s, not %s about %s",
+            line->payload_count, line->locked_count, line->held_count, line->hold, line->present,
+            tfa_status_name(reply->status), tfa_field_name((tfa_field)reply->field),
+            tfa_status_name(status), tfa_field_name(field));
+    tfa_ring_release(&v->ring);
+}
+
+/* Counts without blocks, blocks without counts, counts beyond everything: each refused by name. */
+static void counts_without_measure(void **state)
+{
+    (void)state;
+    scene s;
+    open_scene(&s, "");
+    villain v = enter(&s.h, TFA_WAIT_HYBRID);
+    const tfa_wire_shape *shape = &v.welcome.shape;
+    const uint32_t joints[] = {0, 1, shape->v_count, shape->v_count + 1, UINT32_MAX};
+    static const uint8_t payloads[] = {0, 1, TFA_MAX_PAYLOADS + 1, 255};
+    for (uint32_t i = 0; i < 4 * 5 * 5 * 2 * 8; i++) {
+        tfa_wire_request line = {.id = i,
+                                 .count = 1,
+                                 .dof = shape->q_count + shape->v_count,
+                                 .op = TFA_OP_FORWARD_DYNAMICS,
+                                 .want = 1u << TFA_WIRE_OUT_QDD | 1u << TFA_WIRE_OUT_HELD,
+                                 .present = 1u << TFA_WIRE_Q};
+        line.payload_count = payloads[i % 4];
+        line.locked_count = joints[i / 4 % 5];
+        line.held_count = joints[i / 20 % 5];
+        line.hold = i / 100 % 2 ? TFA_HOLD_GIVEN : TFA_HOLD_NONE;
+        line.present |= i / 200 & 1 ? 1u << TFA_WIRE_PAYLOADS : 0;
+        line.present |= i / 200 & 2 ? 1u << TFA_WIRE_LOCKED : 0;
+        line.present |= i / 200 & 4 ? 1u << TFA_WIRE_HELD : 0;
+        exchange_line(&v, &line);
+        if (i % 200 == 0)
             assert_unharmed(&s);
     }
     leave(&v);
@@ -379,6 +460,7 @@ int main(void)
         cmocka_unit_test(truncates_its_requests),
         cmocka_unit_test(replies_are_out_of_reach),
         cmocka_unit_test(writes_garbage),
+        cmocka_unit_test(counts_without_measure),
         cmocka_unit_test(leaves_the_window),
         cmocka_unit_test(floods),
         cmocka_unit_test(garbage_hello),

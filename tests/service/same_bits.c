@@ -67,7 +67,10 @@ typedef struct answers {
     tfa_reply reply;
     double qdd[BATCH * 256], base_acceleration[BATCH * 6], tau[BATCH * 256], base_wrench[BATCH * 6];
     double lambda_inv[BATCH * 48 * 48], mass_matrix[BATCH * 72 * 72];
+    double poses[BATCH * 7 * 2];
     tfa_spectrum spectrum[BATCH];
+    tfa_certificate certificate[BATCH];
+    uint8_t held[BATCH * 256];
     tfa_answer answers[BATCH];
 } answers;
 
@@ -81,12 +84,29 @@ static answers *make_answers(void)
                            .lambda_inv = a->lambda_inv,
                            .mass_matrix = a->mass_matrix,
                            .spectrum = a->spectrum,
+                           .poses = a->poses,
+                           .certificate = a->certificate,
+                           .held = a->held,
                            .answers = a->answers};
     return a;
 }
 
-static void compare(const tfa_request *r, tfa_workspace *workspace, tfa_client *client,
-                    const char *what)
+/* What was seen of held joints: the comparison is of something. */
+static struct {
+    unsigned held, free, certified;
+} seen;
+
+static void look_at(const tfa_request *r, const tfa_client_info *info, const answers *a)
+{
+    for (uint32_t k = 0; r->hold == TFA_HOLD_AUTO && k < r->count * info->v_count; k++)
+        *(a->held[k] ? &seen.held : &seen.free) += 1;
+    for (uint32_t k = 0; k < r->count; k++)
+        seen.certified += a->certificate[k].exact && a->certificate[k].error > 0;
+}
+
+/* @return the status of both */
+static int compare(const tfa_request *r, tfa_workspace *workspace, tfa_client *client,
+                   const char *what)
 {
     answers *here = make_answers(), *there = make_answers();
     tfa_exchange times;
@@ -98,13 +118,16 @@ static void compare(const tfa_request *r, tfa_workspace *workspace, tfa_client *
     assert_int_equal(here->reply.field, there->reply.field);
     assert_int_equal(here->reply.index, there->reply.index);
     assert_int_equal(here->reply.state, there->reply.state);
+    assert_true(here->reply.model == there->reply.model);
     const size_t head = offsetof(answers, qdd);
     if (memcmp((char *)here + head, (char *)there + head, sizeof *here - head) != 0)
         fail_msg("%s: other bits through the ring", what);
     assert_true(times.t_sent <= times.t_received && times.t_received <= times.t_start &&
                 times.t_start <= times.t_done && times.t_done <= times.t_reply);
+    look_at(r, tfa_client_get_info(client), there);
     free(here);
     free(there);
+    return status;
 }
 
 static tfa_request base_request(tfa_op op, uint32_t count)
@@ -145,8 +168,60 @@ static void compare_good(const char *name, const tfa_client_info *info, tfa_work
                 r.wrench_frames[1] = 1;
                 r.wrenches = numbers[7];
                 snprintf(what, sizeof what, "%s op %u method %u count %u", name, op, method, count);
-                compare(&r, w, client, what);
+                (void)compare(&r, w, client, what);
             }
+}
+
+/* A request that changes the robot: bits of `variant` say how. */
+static tfa_request changed_request(tfa_op op, uint32_t count, uint32_t variant,
+                                   const tfa_client_info *info, uint32_t joints[4])
+{
+    static const double loads[2 * TFA_PAYLOAD_NUMBERS] = {0.5, 0.1,  0, 0.2,  0.01, 0.001,
+                                                          0,   0.02, 0, 0.03, 2};
+    tfa_request r = base_request(op, count);
+    const uint32_t last = info->joint_count - 1;
+    joints[0] = last / 2, joints[1] = 0, joints[2] = last, joints[3] = last / 3;
+    r.v = numbers[1];
+    r.tau = op == TFA_OP_FORWARD_DYNAMICS ? numbers[2] : NULL;
+    r.qdd = op == TFA_OP_INVERSE_DYNAMICS ? numbers[3] : NULL;
+    r.payload_count = variant & 1 ? 2 : 0;
+    r.payload_frames[0] = info->frame_count - 1;
+    r.payload_frames[1] = info->frame_count / 2;
+    r.payloads = loads;
+    r.locked_count = variant & 2 && op != TFA_OP_MASS_MATRIX ? 1 + variant % 2 : 0;
+    r.locked = joints;
+    if (op == TFA_OP_FORWARD_DYNAMICS && variant & 12) {
+        r.hold = variant & 8 ? TFA_HOLD_AUTO : TFA_HOLD_GIVEN;
+        r.tolerance = variant & 4 ? 0.9 : 0.05;
+        r.held_count = variant & 1 ? 2 : 1;
+        r.held = joints + 2;
+        r.flags = variant & 1 ? TFA_WANT_CERTIFICATE : 0;
+        r.estimate = TFA_ESTIMATE_NEVER;
+    } else if (op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_OPERATIONAL_INERTIA) {
+        r.tip_count = 2;
+        r.tips[0] = info->frame_count - 1;
+        r.tips[1] = info->frame_count / 3;
+        r.flags = TFA_WANT_POSES;
+    }
+    return r;
+}
+
+/* Locked and held joints, payloads and poses; each alone, and what goes together. */
+static void compare_changed(const char *name, const tfa_client_info *info, tfa_workspace *w,
+                            tfa_client *client)
+{
+    char what[80];
+    uint32_t joints[4];
+    memset(&seen, 0, sizeof seen);
+    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
+        for (uint32_t variant = 0; variant < 16; variant++)
+            for (uint32_t count = 1; count <= BATCH; count += BATCH - 1) {
+                const tfa_request r = changed_request((tfa_op)op, count, variant, info, joints);
+                snprintf(what, sizeof what, "%s changed: op %u variant %u count %u", name, op,
+                         variant, count);
+                assert_int_equal(compare(&r, w, client, what), TFA_OK);
+            }
+    assert_true(seen.held > 0 && seen.free > 0 && seen.certified > 0);
 }
 
 /* Bad requests name the same culprit. */
@@ -159,7 +234,7 @@ static void compare_bad(const char *name, tfa_workspace *w, tfa_client *client)
     do {                                                                                           \
         r = good;                                                                                  \
         __VA_ARGS__;                                                                               \
-        compare(&r, w, client, name);                                                              \
+        (void)compare(&r, w, client, name);                                                        \
     } while (0)
     TRY(r.op = (tfa_op)0);
     TRY(r.op = (tfa_op)9);
@@ -183,6 +258,51 @@ static void compare_bad(const char *name, tfa_workspace *w, tfa_client *client)
     double pose[14] = {0, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 1};
     TRY(r.base_pose = pose);
 #undef TRY
+}
+
+/* Bad changes of the robot, too. */
+static void compare_bad_changes(const char *name, const tfa_client_info *info, tfa_workspace *w,
+                                tfa_client *client)
+{
+    uint32_t joints[4];
+    const tfa_request good = changed_request(TFA_OP_FORWARD_DYNAMICS, 2, 7, info, joints);
+    const uint32_t stranger = info->joint_count;
+    double loads[2 * TFA_PAYLOAD_NUMBERS];
+    tfa_request r;
+#define REFUSED(status, ...)                                                                       \
+    do {                                                                                           \
+        r = good;                                                                                  \
+        memcpy(loads, good.payloads, sizeof loads);                                                \
+        r.payloads = loads;                                                                        \
+        __VA_ARGS__;                                                                               \
+        assert_int_equal(compare(&r, w, client, name), status);                                    \
+    } while (0)
+    REFUSED(TFA_OK, );
+    REFUSED(TFA_E_SIZE, r.payload_count = TFA_MAX_PAYLOADS + 1);
+    REFUSED(TFA_E_ARGUMENT, r.payloads = NULL);
+    REFUSED(TFA_E_LINK, r.payload_frames[1] = info->frame_count);
+    REFUSED(TFA_E_VALUE, loads[13] = __builtin_nan(""));
+    REFUSED(TFA_E_ARGUMENT, loads[0] = -1);
+    REFUSED(TFA_E_ARGUMENT, loads[14] = -1);
+    REFUSED(TFA_E_SIZE, r.locked_count = info->v_count + 1);
+    REFUSED(TFA_E_SIZE, r.locked_count = UINT32_MAX);
+    REFUSED(TFA_E_ARGUMENT, r.locked = NULL);
+    REFUSED(TFA_E_JOINT, r.locked_count = 1, r.locked = &stranger);
+    REFUSED(TFA_E_SIZE, r.held_count = info->v_count + 1);
+    REFUSED(TFA_E_ARGUMENT, r.held = NULL);
+    REFUSED(TFA_E_JOINT, r.held_count = 1, r.held = &stranger);
+    REFUSED(TFA_E_ARGUMENT, r.hold = (tfa_hold)3);
+    REFUSED(TFA_E_ARGUMENT, r.hold = (tfa_hold)-1);
+    REFUSED(TFA_E_ARGUMENT, r.hold = TFA_HOLD_AUTO, r.tolerance = 0);
+    REFUSED(TFA_E_ARGUMENT, r.hold = TFA_HOLD_AUTO, r.tolerance = __builtin_nan(""));
+    REFUSED(TFA_E_METHOD, r.method = TFA_METHOD_CRBA);
+    REFUSED(TFA_E_METHOD, r.locked_count = 0, r.method = TFA_METHOD_TFA);
+    REFUSED(TFA_E_UNSUPPORTED, r.tip_count = 1);
+    REFUSED(TFA_E_UNSUPPORTED, r.refine = 1);
+    REFUSED(TFA_E_UNSUPPORTED, r.estimate = TFA_ESTIMATE_ALWAYS);
+    REFUSED(TFA_E_UNSUPPORTED, r.op = TFA_OP_INVERSE_DYNAMICS);
+    REFUSED(TFA_E_UNSUPPORTED, r.op = TFA_OP_MASS_MATRIX, r.hold = TFA_HOLD_NONE);
+#undef REFUSED
 }
 
 static void check_info(const tfa_client_info *info, const tfa_model *model)
@@ -219,7 +339,9 @@ static void same_bits_with(const harness *h, const robot_case *robot)
     const tfa_client_info *info = tfa_client_get_info(client);
     check_info(info, model);
     compare_good(robot->name, info, workspace, client);
+    compare_changed(robot->name, info, workspace, client);
     compare_bad(robot->name, workspace, client);
+    compare_bad_changes(robot->name, info, workspace, client);
     tfa_client_close(client);
     tfa_workspace_free(workspace);
     tfa_model_free(model);

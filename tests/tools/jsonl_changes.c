@@ -112,6 +112,7 @@ static void test_a_changed_robot(void **state)
     assert_int_equal(q->payload_frames[1], 1);
     assert_memory_equal(q->payloads, payloads, sizeof payloads);
     assert_non_null(r.reply.certificate);
+    assert_non_null(r.reply.held);
     assert_null(r.reply.poses);
     forget(&r);
 }
@@ -129,6 +130,7 @@ static void test_what_is_wanted(void **state)
     assert_true(r.request.tolerance == 1e-3);
     assert_int_equal(r.request.estimate, TFA_ESTIMATE_ALWAYS); /* asked for: the library refuses */
     assert_non_null(r.reply.certificate);
+    assert_non_null(r.reply.held);
     forget(&r);
     read_line(&r, &arm, posed, sizeof posed - 1);
     assert_int_equal(r.status, TFA_OK);
@@ -136,6 +138,7 @@ static void test_what_is_wanted(void **state)
     assert_int_equal(r.request.locked_count, 0);
     assert_non_null(r.reply.poses);
     assert_null(r.reply.certificate);
+    assert_null(r.reply.held);
     forget(&r);
     read_line(&r, &arm, plain, sizeof plain - 1);
     assert_int_equal(r.status, TFA_OK);
@@ -197,14 +200,16 @@ static void test_approximate_reply_lines(void **state)
     r.buffers.answer = (tfa_answer){.method = TFA_METHOD_ABA, .flags = TFA_ANSWER_HELD};
     r.buffers.certificate =
         (tfa_certificate){.error = 0.5, .relative = 0.25, .held = 1, .exact = 1};
+    r.reply.held[0] = 1;
     print_reply(&r, "{\"status\":\"ok\",\"method\":\"aba\",\"qdd\":[0.0,0.0,0.0],"
                     "\"certificate\":{\"error\":0.5,\"relative\":0.25,\"held\":1,\"exact\":true},"
-                    "\"held\":true,\"model\":\"0123456789abcdef\"}\n");
+                    "\"held\":[\"pan\"],\"model\":\"0123456789abcdef\"}\n");
     r.reply.model = 1;
-    r.buffers.certificate = (tfa_certificate){.error = NAN, .relative = NAN, .held = 1};
+    r.reply.held[2] = 1;
+    r.buffers.certificate = (tfa_certificate){.error = NAN, .relative = NAN, .held = 2};
     print_reply(&r, "{\"status\":\"ok\",\"method\":\"aba\",\"qdd\":[0.0,0.0,0.0],"
-                    "\"certificate\":{\"error\":null,\"relative\":null,\"held\":1,\"exact\":false},"
-                    "\"held\":true,\"model\":\"0000000000000001\"}\n");
+                    "\"certificate\":{\"error\":null,\"relative\":null,\"held\":2,\"exact\":false},"
+                    "\"held\":[\"pan\",\"slide\"],\"model\":\"0000000000000001\"}\n");
     forget(&r);
     read_line(&r, &arm, posed, sizeof posed - 1);
     r.buffers.poses[13] = 1;
@@ -212,6 +217,40 @@ static void test_approximate_reply_lines(void **state)
     r.reply.spectrum = NULL;
     print_reply(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"qdd\":[0.0,0.0,0.0],"
                     "\"poses\":[[0.0,0.0,0.0,0.0,0.0,0.0,0.0],[0.0,0.0,0.0,0.0,0.0,0.0,1.0]]}\n");
+    forget(&r);
+}
+
+/* Held joints by name: each once however many freedoms it has; none at all is a list, too. */
+static void test_held_joints_are_named(void **state)
+{
+    static const char line[] = "{" FD ",\"q\":{}," POSE ",\"hold\":{\"auto\":0.5}}";
+    static const struct {
+        uint8_t held[10]; /* mast, deck (3), boat (6) */
+        const char *names;
+    } cases[] = {
+        {{0}, ",\"held\":[]}"},
+        {{1}, ",\"held\":[\"mast\"]}"},
+        {{0, 1, 1, 1}, ",\"held\":[\"deck\"]}"},
+        {{1, 0, 0, 0, 1, 1, 1, 1, 1, 1}, ",\"held\":[\"mast\",\"boat\"]}"},
+        {{1, 1, 1, 1, 1, 1, 1, 1, 1, 1}, ",\"held\":[\"mast\",\"deck\",\"boat\"]}"},
+    };
+    reading r;
+    (void)state;
+    read_line(&r, &ship, line, sizeof line - 1);
+    assert_int_equal(r.status, TFA_OK);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char *text = NULL;
+        size_t size = 0;
+        FILE *out = open_memstream(&text, &size);
+        assert_non_null(out);
+        memcpy(r.reply.held, cases[i].held, sizeof cases[i].held);
+        jsonl_print_reply(out, NULL, &r.names, &r.request, &r.reply);
+        fclose(out);
+        const char *found = strstr(text, ",\"held\":[");
+        assert_non_null(found);
+        assert_memory_equal(found, cases[i].names, strlen(cases[i].names));
+        free(text);
+    }
     forget(&r);
 }
 
@@ -223,6 +262,7 @@ int main(void)
         cmocka_unit_test(test_what_is_wanted),
         cmocka_unit_test(test_explained_changes),
         cmocka_unit_test(test_approximate_reply_lines),
+        cmocka_unit_test(test_held_joints_are_named),
     };
     return cmocka_run_group_tests_name("jsonl_changes", tests, NULL, NULL);
 }

@@ -16,7 +16,7 @@ static inline void inward(struct state *s, const num *tau, int what)
 /* The factors stand where those of TFA's side branches and of held joints did. */
 static inline void have_aba(struct state *s)
 {
-    s->have = (s->have | HAVE_ABA) & ~(uint32_t)(HAVE_TFA | HAVE_HELD);
+    s->have = (s->have | HAVE_ABA) & ~(uint32_t)(HAVE_CHAIN | HAVE_HELD);
 }
 
 static inline void outward(struct state *s, svec ground, num *qdd, int bias)

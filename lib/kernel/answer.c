@@ -7,22 +7,30 @@
 
 #include <math.h>
 
+#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
 #include "kernel/load.h"
+
+/* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
+static int inverts(tfa_method method)
+{
+    const struct chain_method *chain = TFA_V(chain_method)(method);
+    return chain && chain->inverts;
+}
 
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
 {
     return r->estimate == TFA_ESTIMATE_ALWAYS ||
            (r->estimate == TFA_ESTIMATE_DEFAULT &&
-            (method == TFA_METHOD_TFA || method == TFA_METHOD_TFA_ONE_SIDED));
+            (inverts(method) || method == TFA_METHOD_TFA_ONE_SIDED));
 }
 
 uint32_t TFA_V(refine_steps)(const tfa_request *r, tfa_method method)
 {
     if (r->refine != TFA_REFINE_DEFAULT)
         return r->refine;
-    return method == TFA_METHOD_TFA ? 1 : 0;
+    return inverts(method) ? 1 : 0;
 }
 
 /* Is the projected inertia D of a body's joint positive? Kept are 1/D, or those of its factors. */

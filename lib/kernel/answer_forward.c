@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "kernel/answer.h"
+#include "kernel/chain.h"
 #include "kernel/hold.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
@@ -30,11 +31,12 @@ static int forward_dynamics(struct state *s, tfa_method method)
     } else if (method == TFA_METHOD_ABA) {
         TFA_V(hold)(s, s->tau, s->qdd);
     } else {
+        const struct chain_method *chain = TFA_V(chain_method)(method);
         int status = TFA_V(factor)(s, method);
         if (status != TFA_OK)
             return status;
-        if (method == TFA_METHOD_TFA)
-            TFA_V(tfa_solve)(s, s->tau, s->qdd, 1);
+        if (chain)
+            TFA_V(chain_solve)(s, chain, s->tau, s->qdd, 1);
         else
             forward_crba(s);
     }

@@ -6,6 +6,7 @@
 #include <math.h>
 
 #include "kernel/answer.h"
+#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
 
@@ -27,7 +28,7 @@ static int unload_lambda(const struct state *s, double *out)
 static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method method,
                         uint32_t refine)
 {
-    if (method == TFA_METHOD_TFA || refine > 0 || s->m->mimics)
+    if (TFA_V(chain_method)(method) || refine > 0 || s->m->mimics)
         TFA_V(lambda_columns)(s, frame, method, refine);
     else if (method == TFA_METHOD_CRBA)
         TFA_V(lambda_crba)(s, frame);

@@ -197,7 +197,7 @@ static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 
 static void have_held(struct state *s)
 {
-    s->have = (s->have | HAVE_HELD) & ~(uint32_t)(HAVE_TFA | HAVE_ABA);
+    s->have = (s->have | HAVE_HELD) & ~(uint32_t)(HAVE_CHAIN | HAVE_ABA);
 }
 
 void TFA_V(hold)(struct state *s, const num *tau, num *qdd)

@@ -63,11 +63,6 @@ void TFA_V(follow)(struct state *s, tfa_method method, num *x);
 /* Constant terms, once for each workspace; and of one body whose constants changed. */
 void TFA_V(tfa_bake)(struct state *s);
 void TFA_V(tfa_bake_body)(struct state *s, uint32_t body);
-/* Folds side branches, builds and factors the block tridiagonal system of every main chain.
- * TFA_E_SINGULAR with s->bad_body when an inertia on a chain cannot be inverted. */
-int TFA_V(tfa_factor)(struct state *s);
-/* qdd = M^-1 (tau - h), or M^-1 tau without bias, with kept factors. */
-void TFA_V(tfa_solve)(struct state *s, const num *tau, num *qdd, int bias);
 
 /* --- lambda.c, lambda_tfa.c ----------------------------------------------------------------- */
 

@@ -19,11 +19,17 @@ static struct tfa_chain support_chain(struct state *s, int32_t body)
     return chain;
 }
 
+/* The row of a body on its own support's chain */
+static const struct row *row_of(const struct state *s, uint32_t body)
+{
+    return (const struct row *)(const void *)s->rows + (s->body[body].depth - 1);
+}
+
 /* F_N = S_N^-1 K_N (-I_N^-1 P), six columns: K I^-1 = I^-1 - C */
 static void tip_force(const struct state *s, uint32_t i, const svec P[6], svec F[6])
 {
     const struct tfa_body *b = &s->body[i];
-    const struct row *r = &s->row[i];
+    const struct row *r = row_of(s, i);
     for (int e = 0; e < 6; e++) {
         num x[6];
         sv_store(x, sv_scale(s6_mul(&r->Iinv, P[e]), -1));
@@ -68,7 +74,7 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
     for (int e = 0; e < 6; e++)
         a[e] = sv_add(F[e], P_u[e]);
     while (chain->body[k] != (uint32_t)i) { /* F_k = -G_k F_{k+1}, net force F_k - X^T F_{k+1} */
-        const struct row *r = &s->row[chain->body[k - 1]];
+        const struct row *r = row_of(s, chain->body[k - 1]);
         for (int e = 0; e < 6; e++) {
             num out[6], in[6];
             sv_store(in, F[e]);
@@ -80,7 +86,7 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
         k--;
     }
     for (int e = 0; e < 6; e++)
-        a[e] = s6_mul(&s->row[i].Iinv, a[e]);
+        a[e] = s6_mul(&row_of(s, (uint32_t)i)->Iinv, a[e]);
     put_block(s, t, u, P, a);
 }
 
@@ -91,19 +97,21 @@ int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame)
     for (uint32_t t = 0; t < s->tips; t++)
         if (s->m->frame[s->tip[t]].part)
             return TFA_E_UNSUPPORTED; /* a force inside a joint is no right-hand side of a row */
-    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_TFA);
+    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_CHAIN);
     for (uint32_t u = 0; u < s->tips; u++) {
         svec P[6], F[6], a[6];
         int32_t i = TFA_V(frame_columns)(s, s->tip[u], frame, P);
         if (i < 0)
             continue;
         struct tfa_chain chain = support_chain(s, i);
-        int status = TFA_V(tfa_factor_chain)(s, &chain);
+        int status = TFA_V(chain_fold)(s, &chain, 1);
+        if (status == TFA_OK)
+            status = TFA_V(tfa_factor_rows)(s, &chain, (struct row *)(void *)s->rows);
         if (status != TFA_OK)
             return status;
         tip_force(s, (uint32_t)i, P, F);
         for (int e = 0; e < 6; e++)
-            a[e] = s6_mul(&s->row[i].Iinv, sv_add(F[e], P[e]));
+            a[e] = s6_mul(&row_of(s, (uint32_t)i)->Iinv, sv_add(F[e], P[e]));
         put_block(s, u, u, P, a);
         for (uint32_t t = 0; t < u; t++)
             cross_block(s, t, u, &chain, frame, P);

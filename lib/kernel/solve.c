@@ -3,13 +3,15 @@
  *
  * Every method as a pair: factors, which depend on q only, and solves with kept factors.
  */
+#include "kernel/chain.h"
 #include "kernel/hold.h"
 #include "kernel/kernel.h"
 
 int TFA_V(factor)(struct state *s, tfa_method method)
 {
-    if (method == TFA_METHOD_TFA)
-        return TFA_V(tfa_factor)(s);
+    const struct chain_method *chain = TFA_V(chain_method)(method);
+    if (chain)
+        return TFA_V(chain_factor)(s, chain);
     if (method == TFA_METHOD_CRBA && !(s->have & HAVE_LTDL)) {
         TFA_V(crba)(s);
         TFA_V(ltdl_factor)(s);
@@ -23,8 +25,9 @@ int TFA_V(factor)(struct state *s, tfa_method method)
 
 void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x)
 {
-    if (method == TFA_METHOD_TFA)
-        TFA_V(tfa_solve)(s, rhs, x, 0);
+    const struct chain_method *chain = TFA_V(chain_method)(method);
+    if (chain)
+        TFA_V(chain_solve)(s, chain, rhs, x, 0);
     else if (s->holding)
         TFA_V(hold_solve)(s, rhs, x);
     else

@@ -95,7 +95,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(num, y, m->mimics ? nv : 0, "", "joint", "mimic: right-hand sides of T^T M T and of S")  \
     ARRAY(uint8_t, side, nb, "", "", "tfa: SIDE, CHAIN, CARRIES of each body")                     \
     ARRAY(uint32_t, path, m->depth, "", "", "tfa: a tip's chain, root first")                      \
-    ARRAY(struct row, row, nb, "", "i", "tfa: block rows, by body             ")                   \
+    ARRAY(char, rows, TFA_V(chain_bytes)(m), "", "", "factor: what a method along chains keeps")   \
     ARRAY(struct total, total, nb, "", "i", "bake: constant terms of tfa")                         \
     ARRAY(num, M, mass, "kg m2", "joint", "crba: rows of M, then its LDL factors")                 \
     ARRAY(num, psi, nv *TFA_TIP_COLUMNS, "1, m", "joint", "lambda: H^T P of each tip column")      \
@@ -110,7 +110,7 @@ enum {
     HAVE_POSE = 1,  /* X, sine, cosine */
     HAVE_ABA = 2,   /* IA, U, Dinv, multi of all freedoms */
     HAVE_HELD = 4,  /* the same with locked or held joints */
-    HAVE_TFA = 8,   /* row */
+    HAVE_CHAIN = 8, /* rows, of the method in chain_method */
     HAVE_M = 16,    /* M as such */
     HAVE_LTDL = 32, /* M factored; or Mr, with mimics */
     HAVE_W = 64,    /* W and S, by the factors of the method in w_method */
@@ -128,11 +128,15 @@ struct span {
     uint32_t first, end;
 };
 
+/* Bytes of rows that the methods along chains need. */
+size_t TFA_V(chain_bytes)(const struct tfa_model *m);
+
 struct state {
     const struct tfa_model *m;
     const struct tfa_body *body; /* the model's, or own when the request has payloads */
     uint32_t have;               /* HAVE_ bits */
     tfa_method w_method;
+    tfa_method chain_method;
     struct span span[TFA_MAX_TIPS]; /* what the request depends on, ascending */
     uint32_t spans;
     uint32_t payloads; /* applied to own */

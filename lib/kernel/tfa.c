@@ -52,32 +52,6 @@ void TFA_V(tfa_bake_body)(struct state *s, uint32_t body)
             bake_inboard(s, i);
 }
 
-/* Which bodies are chain, which fold into it. Only the chain's own tree takes part. */
-static void mark(struct state *s, const struct tfa_chain *chain)
-{
-    const struct tfa_model *m = s->m;
-    const int32_t tree = s->body[chain->body[0]].tree;
-    for (uint32_t i = 0; i < m->bodies; i++)
-        s->side[i] = s->body[i].tree == tree ? SIDE : 0;
-    for (uint32_t k = 0; k < chain->length; k++)
-        s->side[chain->body[k]] = CHAIN;
-    for (uint32_t i = 0; i < m->bodies; i++)
-        if (s->side[i] == SIDE && s->side[s->body[i].parent] & CHAIN)
-            s->side[s->body[i].parent] |= CARRIES;
-}
-
-/* Folds the side branches of the marked tree into its chain. */
-static inline void fold_sides(struct state *s, const num *tau, int what)
-{
-    const struct tfa_model *m = s->m;
-    for (uint32_t i = 0; i < m->bodies; i++)
-        if (s->side[i])
-            fold_start(s, i, &s->body[i], what);
-    for (uint32_t i = m->bodies; i-- > 0;)
-        if (s->side[i] == SIDE)
-            fold(s, i, tau, what);
-}
-
 /* Rows 0,1 and 3,4 of a 6 x n matrix turned by the joint angle (cosine c, sine n) */
 static inline void turn_rows(num *x, num c, num n)
 {
@@ -95,7 +69,7 @@ static inline void turn_rows(num *x, num c, num n)
 static inline void row_inboard(const struct state *s, uint32_t i, struct row *r, num *Y)
 {
     const struct tfa_body *b = &s->body[i];
-    const struct row *up = &s->row[b->parent];
+    const struct row *up = r - 1;
     if (b->kind == TFA_KIND_REVOLUTE && !(s->side[b->parent] & CARRIES)) {
         const struct total *t = &s->total[i];
         const num c = s->cosine[b->q], n = s->sine[b->q];
@@ -119,15 +93,15 @@ static inline void row_inboard(const struct state *s, uint32_t i, struct row *r,
 }
 
 /* S_i = I_i^-1 + K_i (Y_i + XI_i G_{i-1}), factored; G_i waits for row i+1 */
-static inline void row_eliminate(struct state *s, const struct tfa_chain *chain, uint32_t k,
-                                 const num *Y)
+static inline void row_eliminate(struct state *s, const struct tfa_chain *chain, struct row *row,
+                                 uint32_t k, const num *Y)
 {
     const uint32_t i = chain->body[k];
     const struct tfa_body *b = &s->body[i];
-    struct row *r = &s->row[i];
+    struct row *r = &row[k];
     num W[36] = {0}, Iinv[36];
     if (k > 0) {
-        struct row *up = &s->row[b->parent];
+        struct row *up = r - 1;
         const struct tfa_body *pb = &s->body[b->parent];
         const struct multi *pw = pb->multi < 0 ? NULL : &s->multi[pb->multi];
         row_up(up, pb, pw, r, &s->X[i], up->G);
@@ -143,19 +117,12 @@ static inline void row_eliminate(struct state *s, const struct tfa_chain *chain,
     lu6_factor(&r->S);
 }
 
-int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain)
+int TFA_V(tfa_factor_rows)(struct state *s, const struct tfa_chain *chain, struct row *row)
 {
-    for (uint32_t k = 0; k < chain->length; k++)
-        if (!s->body[chain->body[k]].regular) {
-            s->bad_body = (int32_t)chain->body[k];
-            return TFA_E_SINGULAR;
-        }
-    mark(s, chain);
-    fold_sides(s, NULL, FOLD_INERTIA);
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
         const struct tfa_body *b = &s->body[i];
-        struct row *r = &s->row[i];
+        struct row *r = &row[k];
         num Y[36];
         if (!(s->side[i] & CARRIES)) {
             r->Iinv = s->total[i].Iinv;
@@ -165,35 +132,22 @@ int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain)
         }
         row_joint(s, r, b->multi < 0 ? NULL : &s->multi[b->multi], b, &s->IA[i]);
         if (k > 0)
-            row_inboard(s, i, r, Y);
-        row_eliminate(s, chain, k, Y);
+            row_inboard(s, i, row + k, Y);
+        row_eliminate(s, chain, row, k, Y);
     }
-    return TFA_OK;
-}
-
-int TFA_V(tfa_factor)(struct state *s)
-{
-    if (s->have & HAVE_TFA)
-        return TFA_OK;
-    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD); /* side branches use their arrays */
-    for (uint32_t t = 0; t < s->m->trees; t++) {
-        int status = TFA_V(tfa_factor_chain)(s, &s->m->chain[t]);
-        if (status != TFA_OK)
-            return status;
-    }
-    s->have |= HAVE_TFA;
     return TFA_OK;
 }
 
 /* F <- S^-1 (B tau + K (c + I^-1 p - XI (p_parent - F_parent))), forward elimination.
  * The first row sees the ground's acceleration instead. */
-static void forward(struct state *s, const struct tfa_chain *chain, const num *tau, int bias)
+static void forward(struct state *s, const struct tfa_chain *chain, struct row *row, const num *tau,
+                    int bias)
 {
     const int products = bias && s->moving;
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
         const struct tfa_body *b = &s->body[i];
-        struct row *r = &s->row[i];
+        struct row *r = &row[k];
         svec known = s6_mul(&r->Iinv, s->pA[i]);
         if (products)
             known = sv_add(known, s->c[i]);
@@ -204,7 +158,7 @@ static void forward(struct state *s, const struct tfa_chain *chain, const num *t
             num carried[6], moved[6];
             sv_store(carried, s->pA[b->parent]);
             for (int e = 0; e < 6; e++)
-                carried[e] -= s->row[b->parent].F[e];
+                carried[e] -= row[k - 1].F[e];
             m6_apply(moved, r->XI, carried);
             for (int e = 0; e < 6; e++)
                 r->F[e] -= moved[e];
@@ -216,12 +170,12 @@ static void forward(struct state *s, const struct tfa_chain *chain, const num *t
 }
 
 /* F_i -= G_i F_{i+1} */
-static void back(struct state *s, const struct tfa_chain *chain)
+static void back(const struct tfa_chain *chain, struct row *row)
 {
     for (uint32_t k = chain->length - 1; k-- > 0;) {
-        struct row *r = &s->row[chain->body[k]];
+        struct row *r = &row[k];
         num g[6];
-        m6_apply(g, r->G, s->row[chain->body[k + 1]].F);
+        m6_apply(g, r->G, row[k + 1].F);
         for (int e = 0; e < 6; e++)
             r->F[e] -= g[e];
     }
@@ -250,18 +204,19 @@ static void fused_rates(const struct multi *w, uint32_t n, svec m, num *x)
 }
 
 /* a_i = I_i^-1 (F_i - X_{i+1}^T F_{i+1} - p_i),  qdd_i = H_i^T (a_i - X_i a_{i-1} - c_i) */
-static void accelerations(struct state *s, const struct tfa_chain *chain, num *qdd, int bias)
+static void accelerations(const struct state *s, const struct tfa_chain *chain,
+                          const struct row *row, num *qdd, int bias)
 {
     svec up = {{0, 0, 0}, bias ? v3_neg(s->gravity) : v3(0, 0, 0)};
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
         const struct tfa_body *b = &s->body[i];
-        svec net = sv_sub(sv_from(s->row[i].F), s->pA[i]);
+        svec net = sv_sub(sv_from(row[k].F), s->pA[i]);
         if (k + 1 < chain->length) {
             const uint32_t o = chain->body[k + 1];
-            net = sv_sub(net, x_t_force(&s->X[o], sv_from(s->row[o].F)));
+            net = sv_sub(net, x_t_force(&s->X[o], sv_from(row[k + 1].F)));
         }
-        svec a = s6_mul(&s->row[i].Iinv, net);
+        svec a = s6_mul(&row[k].Iinv, net);
         svec relative = sv_sub(a, x_motion(&s->X[i], up));
         if (bias && s->moving)
             relative = sv_sub(relative, s->c[i]);
@@ -269,29 +224,26 @@ static void accelerations(struct state *s, const struct tfa_chain *chain, num *q
             fused_rates(&s->multi[b->multi], b->n, relative, qdd + b->v);
         else
             joint_force(s, b, relative, qdd + b->v); /* H^T: H has orthonormal columns */
-        s->a[i] = up = a;
+        up = a;
     }
 }
 
-static void solve_chain(struct state *s, const struct tfa_chain *chain, const num *tau, num *qdd,
-                        int bias)
+static size_t bytes(size_t length)
 {
-    const int products = bias && s->moving;
-    mark(s, chain);
-    if (products)
-        fold_sides(s, tau, FOLD_FORCE | FOLD_BIAS);
-    else
-        fold_sides(s, tau, FOLD_FORCE);
-    forward(s, chain, tau, bias);
-    back(s, chain);
-    accelerations(s, chain, qdd, bias);
-    for (uint32_t i = 0; i < s->m->bodies; i++)
-        if (s->side[i] == SIDE)
-            unfold(s, i, s->a[s->body[i].parent], qdd, products);
+    return length * sizeof(struct row);
 }
 
-void TFA_V(tfa_solve)(struct state *s, const num *tau, num *qdd, int bias)
+static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
 {
-    for (uint32_t t = 0; t < s->m->trees; t++)
-        solve_chain(s, &s->m->chain[t], tau, qdd, bias);
+    return TFA_V(tfa_factor_rows)(s, chain, rows);
 }
+
+static void solve(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
+                  num *qdd, int bias)
+{
+    forward(s, chain, rows, tau, bias);
+    back(chain, rows);
+    accelerations(s, chain, rows, qdd, bias);
+}
+
+const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, 1, bytes, factor, solve};

@@ -6,10 +6,10 @@
 #ifndef TFA_KERNEL_TFA_H
 #define TFA_KERNEL_TFA_H
 
-#include "kernel/state.h"
+#include "kernel/chain.h"
 
-/* Marks the chain, folds everything else of its tree into it and factors the block rows.
+/* Factors the block rows of a chain whose side branches are folded (chain_fold). row[0 .. length).
  * TFA_E_SINGULAR with s->bad_body when an inertia on the chain cannot be inverted. */
-int TFA_V(tfa_factor_chain)(struct state *s, const struct tfa_chain *chain);
+int TFA_V(tfa_factor_rows)(struct state *s, const struct tfa_chain *chain, struct row *row);
 
 #endif

@@ -61,7 +61,7 @@ static inline void row_joint(const struct state *s, struct row *r, const struct 
     }
     ldl_factor(theta, b->n);
     for (int e = 0; e < 6; e++) { /* B^T = Theta^-1 H^T, column e */
-        num x[6];
+        num x[6] = {0};
         for (uint32_t k = 0; k < b->n; k++)
             x[k] = w->H[6 * k + (uint32_t)e];
         ldl_solve(theta, b->n, x);

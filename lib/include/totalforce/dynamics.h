@@ -39,7 +39,14 @@ typedef enum tfa_op {
     X(ABA, 3, "aba", 1, 1, "articulated bodies, O(N); lambda_inv by force propagation")            \
     X(TFA, 4, "tfa", 1, 1, "total force algorithm, block LU; lambda_inv by (74)-(78)")             \
     X(TFA_ONE_SIDED, 5, "tfa-one-sided", 0, 1, "lambda_inv by forward elimination of the tip")     \
-    X(PROPAGATION, 6, "propagation", 0, 1, "force propagation along the tips' supports")
+    X(PROPAGATION, 6, "propagation", 0, 1, "force propagation along the tips' supports")           \
+    X(TFA_CR, 7, "tfa-cr", 1, 1, "total force algorithm by block cyclic reduction")                \
+    X(HESSENBERG, 8, "hessenberg", 1, 1, "the paper's (57): block upper Hessenberg, O(N^2)")       \
+    X(CFA, 9, "cfa", 1, 1, "constraint forces, block LDL^T; no armature")                          \
+    X(CFA_CR, 10, "cfa-cr", 1, 1, "constraint forces by block cyclic reduction; no armature")      \
+    X(DCA, 11, "dca", 1, 1, "divide and conquer: two-handle inverse inertias, assembly tree")      \
+    X(SCAN, 12, "scan", 1, 1, "segment scan of articulated bodies, one pass")                      \
+    X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "segment scan seeded with outboard inertias")
 
 typedef enum tfa_method {
 #define TFA_METHOD_ENUM(name, number, text, fd, lambda, what) TFA_METHOD_##name = number,

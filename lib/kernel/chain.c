@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * From trees to chains and back, around every method that goes along a chain.
+ */
+#include "kernel/chain.h"
+
+#include "kernel/aba_step.h"
+#include "kernel/kernel.h"
+
+static const struct chain_method *const methods[] = {
+    &TFA_V(tfa_method),  &TFA_V(tfa_cr_method),        &TFA_V(hessenberg_method),
+    &TFA_V(cfa_method),  &TFA_V(cfa_cr_method),        &TFA_V(dca_method),
+    &TFA_V(scan_method), &TFA_V(scan_two_pass_method),
+};
+#define METHODS (sizeof methods / sizeof *methods)
+
+const struct chain_method *TFA_V(chain_method)(tfa_method method)
+{
+    for (size_t k = 0; k < METHODS; k++)
+        if (methods[k]->method == method)
+            return methods[k];
+    return NULL;
+}
+
+/* Room for the method that keeps most. Trees share it, one behind the other. */
+size_t TFA_V(chain_bytes)(const struct tfa_model *m)
+{
+    size_t most = 0;
+    for (size_t k = 0; k < METHODS; k++) {
+        size_t sum = 0;
+        for (uint32_t t = 0; t < m->trees; t++)
+            sum += methods[k]->bytes(m->chain[t].length);
+        most = sum > most ? sum : most;
+    }
+    return most;
+}
+
+/* Which bodies are chain, which fold into it. Only the chain's own tree takes part. */
+static void mark(struct state *s, const struct tfa_chain *chain)
+{
+    const struct tfa_model *m = s->m;
+    const int32_t tree = s->body[chain->body[0]].tree;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        s->side[i] = s->body[i].tree == tree ? SIDE : 0;
+    for (uint32_t k = 0; k < chain->length; k++)
+        s->side[chain->body[k]] = CHAIN;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        if (s->side[i] == SIDE && s->side[s->body[i].parent] & CHAIN)
+            s->side[s->body[i].parent] |= CARRIES;
+}
+
+/* Folds the side branches of the marked tree into its chain. */
+static inline void fold_sides(struct state *s, const num *tau, int what)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        if (s->side[i])
+            fold_start(s, i, &s->body[i], what);
+    for (uint32_t i = m->bodies; i-- > 0;)
+        if (s->side[i] == SIDE)
+            fold(s, i, tau, what);
+}
+
+int TFA_V(chain_fold)(struct state *s, const struct tfa_chain *chain, int inverts)
+{
+    for (uint32_t k = 0; inverts && k < chain->length; k++)
+        if (!s->body[chain->body[k]].regular) {
+            s->bad_body = (int32_t)chain->body[k];
+            return TFA_E_SINGULAR;
+        }
+    mark(s, chain);
+    fold_sides(s, NULL, FOLD_INERTIA);
+    return TFA_OK;
+}
+
+int TFA_V(chain_factor)(struct state *s, const struct chain_method *method)
+{
+    char *rows = s->rows;
+    if (s->have & HAVE_CHAIN && s->chain_method == method->method)
+        return TFA_OK;
+    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_CHAIN); /* side branches use their arrays */
+    for (uint32_t t = 0; t < s->m->trees; t++) {
+        const struct tfa_chain *chain = &s->m->chain[t];
+        int status = TFA_V(chain_fold)(s, chain, method->inverts);
+        if (status == TFA_OK)
+            status = method->factor(s, chain, rows);
+        if (status != TFA_OK)
+            return status;
+        rows += method->bytes(chain->length);
+    }
+    s->have |= HAVE_CHAIN;
+    s->chain_method = method->method;
+    return TFA_OK;
+}
+
+/* a_i = X_i a_parent + c_i + H_i qdd_i along the chain, then outward through the side branches */
+static void unfold_sides(struct state *s, const struct tfa_chain *chain, num *qdd, int bias)
+{
+    const int products = chain_products(s, bias);
+    svec a = chain_ground(s, bias);
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const uint32_t i = chain->body[k];
+        const struct tfa_body *b = &s->body[i];
+        a = x_motion(&s->X[i], a);
+        if (products)
+            a = sv_add(a, s->c[i]);
+        add_joint_motion(s, b, qdd + b->v, &a);
+        s->a[i] = a;
+    }
+    for (uint32_t i = chain->first; i < chain->end; i++)
+        if (s->side[i] == SIDE)
+            unfold(s, i, s->a[s->body[i].parent], qdd, products);
+}
+
+void TFA_V(chain_solve)(struct state *s, const struct chain_method *method, const num *tau,
+                        num *qdd, int bias)
+{
+    char *rows = s->rows;
+    for (uint32_t t = 0; t < s->m->trees; t++) {
+        const struct tfa_chain *chain = &s->m->chain[t];
+        mark(s, chain);
+        if (chain_products(s, bias))
+            fold_sides(s, tau, FOLD_FORCE | FOLD_BIAS);
+        else
+            fold_sides(s, tau, FOLD_FORCE);
+        method->solve(s, chain, rows, tau, qdd, bias);
+        if (chain->end - chain->first > chain->length)
+            unfold_sides(s, chain, qdd, bias);
+        rows += method->bytes(chain->length);
+    }
+}

@@ -18,7 +18,9 @@
     X(model, "    ", "load a URDF and report what became of it")                                   \
     X(solve, "    ", "answer JSON lines from standard input, in process")                          \
     X(call, "     ", "answer the same JSON lines through a running daemon")                        \
-    X(latency, "  ", "measure a running daemon's round trips")
+    X(latency, "  ", "measure a running daemon's round trips")                                     \
+    X(chain, "    ", "write a test mechanism as URDF")                                             \
+    X(chart, "    ", "chart accuracy against speed")
 
 static const struct {
     const char *name;

@@ -9,6 +9,7 @@
 #include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
+#include "kernel/scan.h"
 
 /* Copies Lambda^-1 out; returns 1 when all of it is finite. */
 static int unload_lambda(const struct state *s, double *out)
@@ -28,6 +29,9 @@ static int unload_lambda(const struct state *s, double *out)
 static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method method,
                         uint32_t refine)
 {
+    const int scan = method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS;
+    if (scan && refine == 0 && TFA_V(scan_lambda)(s, frame))
+        return;
     if (TFA_V(chain_method)(method) || refine > 0 || s->m->mimics)
         TFA_V(lambda_columns)(s, frame, method, refine);
     else if (method == TFA_METHOD_CRBA)
@@ -98,13 +102,15 @@ static tfa_method named(tfa_method factors)
     return factors == TFA_METHOD_ABA ? TFA_METHOD_PROPAGATION : factors;
 }
 
-/* Whose factors a method uses; forward elimination of the tips goes by columns when refined. */
+/* Whose factors a method uses; forward elimination of the tips and extended force propagation go by
+ * columns when refined. */
 static tfa_method factors_of(const struct state *s, tfa_method method)
 {
     switch (method) {
     case TFA_METHOD_AUTO:
         return TFA_V(auto_method)(s);
     case TFA_METHOD_PROPAGATION:
+    case TFA_METHOD_EFPA:
         return TFA_METHOD_ABA;
     case TFA_METHOD_TFA_ONE_SIDED:
         return TFA_METHOD_TFA;
@@ -132,10 +138,13 @@ static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors,
 static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa_method factors,
                       tfa_answer *out)
 {
+    const int own_name = r->method == TFA_METHOD_TFA_ONE_SIDED || r->method == TFA_METHOD_EFPA;
     int status = TFA_V(factor)(s, factors);
-    if (status == TFA_OK)
+    if (status == TFA_OK && r->method == TFA_METHOD_EFPA && steps == 0 && !s->m->mimics)
+        TFA_V(lambda_efpa)(s, r->frame);
+    else if (status == TFA_OK)
         lambda_kept(s, r->frame, factors, steps);
-    out->method = (uint16_t)(r->method == TFA_METHOD_TFA_ONE_SIDED ? r->method : named(factors));
+    out->method = (uint16_t)(own_name ? r->method : named(factors));
     return status;
 }
 

@@ -1,33 +1,49 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The constraint force algorithm by block cyclic reduction.
+ * The constraint force algorithm by block cyclic reduction: the rows of cfa_row.h, each assembled
+ * for itself, then cyclic.h with LDL^T blocks.
  */
+#include "kernel/cfa_row.h"
 #include "kernel/chain.h"
+#include "kernel/cyclic.h"
+
+/* What it keeps: the block rows of the system, and behind them what they are made from. */
+static inline struct cfa_row *rows_behind(struct cyclic_row *row, size_t length)
+{
+    return (struct cfa_row *)(void *)(row + length);
+}
 
 static size_t bytes(size_t length)
 {
-    (void)length;
-    return 0;
+    return length * (sizeof(struct cyclic_row) + sizeof(struct cfa_row));
 }
 
 static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
 {
-    (void)s;
-    (void)chain;
-    (void)rows;
-    return TFA_E_UNSUPPORTED;
+    struct cyclic_row *row = rows;
+    struct cfa_row *parts = rows_behind(row, chain->length);
+    for (uint32_t k = 0; k < chain->length; k++)
+        if (!cfa_start(s, chain, parts, k))
+            return TFA_E_SINGULAR;
+    for (uint32_t k = 0; k < chain->length; k++) {
+        row[k].size = cfa_size(&s->body[chain->body[k]]);
+        cfa_assemble(s, chain, parts, k, row[k].D.a, row[k].L);
+    }
+    cyclic_factor(row, chain->length, CYCLIC_SYMMETRIC);
+    return TFA_OK;
 }
 
 static void solve(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                   num *qdd, int bias)
 {
-    (void)s;
-    (void)chain;
-    (void)rows;
-    (void)tau;
-    (void)qdd;
-    (void)bias;
+    struct cyclic_row *row = rows;
+    struct cfa_row *parts = rows_behind(row, chain->length);
+    cfa_right_hand_sides(s, chain, parts, tau, row->x, sizeof *row, bias);
+    cyclic_solve(row, chain->length, CYCLIC_SYMMETRIC);
+    for (uint32_t k = 0; k < chain->length; k++)
+        cfa_total_force(s, chain, parts, k, row[k].x);
+    cfa_accelerations(s, chain, parts, qdd, bias);
 }
 
 const struct chain_method TFA_V(cfa_cr_method) = {TFA_METHOD_CFA_CR, 1, bytes, factor, solve};

@@ -1,34 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The segment scan, two passes.
+ * The segment scan with two passes: every segment's factors know what hangs outboard of it, so
+ * that they are those of the articulated-body algorithm wherever the chain is cut.
  */
-#include "kernel/chain.h"
-
-static size_t bytes(size_t length)
-{
-    (void)length;
-    return 0;
-}
+#include "kernel/scan.h"
 
 static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
 {
-    (void)s;
-    (void)chain;
-    (void)rows;
-    return TFA_E_UNSUPPORTED;
+    return TFA_V(scan_factor)(s, chain, rows, -1); /* every cut */
 }
 
-static void solve(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
-                  num *qdd, int bias)
-{
-    (void)s;
-    (void)chain;
-    (void)rows;
-    (void)tau;
-    (void)qdd;
-    (void)bias;
-}
-
-const struct chain_method TFA_V(scan_two_pass_method) = {TFA_METHOD_SCAN_TWO_PASS, 0, bytes, factor,
-                                                         solve};
+const struct chain_method TFA_V(scan_two_pass_method) = {
+    TFA_METHOD_SCAN_TWO_PASS, 0, TFA_V(scan_bytes), factor, TFA_V(scan_solve)};

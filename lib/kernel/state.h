@@ -76,7 +76,8 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(sym6, IA, nb, "kg m2, kg m, kg", "i",                                                    \
           "aba: what the children add to the articulated "                                         \
           "inertia; tfa, hold: the whole of it")                                                   \
-    ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i", "crba: composite inertia")                         \
+    ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
+          "crba: composite inertia; efpa: inverse inertias Omega")                                 \
     ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "hold: composite without freedom")  \
     ARRAY(svec, pA, nb, "N m, N", "i", "aba: articulated bias force")                              \
     ARRAY(svec, U, nb, "kg m2, kg m", "i", "aba: IA H of a 1-freedom joint")                       \

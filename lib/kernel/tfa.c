@@ -7,8 +7,8 @@
  */
 #include "kernel/tfa.h"
 
-#include "kernel/aba_step.h"
 #include "kernel/kernel.h"
+#include "kernel/tfa_motion.h"
 #include "kernel/tfa_row.h"
 
 /* T I_parent^-1 and T I_parent^-1 T^T for the tree transform T of body i */
@@ -52,46 +52,6 @@ void TFA_V(tfa_bake_body)(struct state *s, uint32_t body)
             bake_inboard(s, i);
 }
 
-/* Rows 0,1 and 3,4 of a 6 x n matrix turned by the joint angle (cosine c, sine n) */
-static inline void turn_rows(num *x, num c, num n)
-{
-    for (int block = 0; block < 2; block++)
-        for (int j = 0; j < 6; j++) {
-            num *a = x + 18 * block + j;
-            num up = a[0], down = a[6];
-            a[0] = c * up + n * down;
-            a[6] = c * down - n * up;
-        }
-}
-
-/* XI = X I_parent^-1 and Y = XI X^T. Constant inertias on a revolute joint need plane rotations
- * of the precomputed T I^-1 and T I^-1 T^T only. */
-static inline void row_inboard(const struct state *s, uint32_t i, struct row *r, num *Y)
-{
-    const struct tfa_body *b = &s->body[i];
-    const struct row *up = r - 1;
-    if (b->kind == TFA_KIND_REVOLUTE && !(s->side[b->parent] & CARRIES)) {
-        const struct total *t = &s->total[i];
-        const num c = s->cosine[b->q], n = s->sine[b->q];
-        for (int k = 0; k < 36; k++)
-            r->XI[k] = t->TI[k];
-        turn_rows(r->XI, c, n);
-        const place Z = {{c, n, 0, -n, c, 0, 0, 0, 1}, {0, 0, 0}};
-        sym6 y = {s3_congruence(Z.E, t->TIT.A), m3_congruence_t(m3_t(Z.E), t->TIT.B),
-                  s3_congruence(Z.E, t->TIT.M)};
-        s6_dense(Y, &y);
-        return;
-    }
-    for (int k = 0; k < 6; k++) {
-        num column[6];
-        sv_store(column, x_motion(&s->X[i], s6_column(&up->Iinv, k)));
-        for (int e = 0; e < 6; e++)
-            r->XI[6 * e + k] = column[e];
-    }
-    sym6 y = s6_inv_to_child(&s->X[i], &up->Iinv);
-    s6_dense(Y, &y);
-}
-
 /* S_i = I_i^-1 + K_i (Y_i + XI_i G_{i-1}), factored; G_i waits for row i+1 */
 static inline void row_eliminate(struct state *s, const struct tfa_chain *chain, struct row *row,
                                  uint32_t k, const num *Y)
@@ -124,15 +84,11 @@ int TFA_V(tfa_factor_rows)(struct state *s, const struct tfa_chain *chain, struc
         const struct tfa_body *b = &s->body[i];
         struct row *r = &row[k];
         num Y[36];
-        if (!(s->side[i] & CARRIES)) {
-            r->Iinv = s->total[i].Iinv;
-        } else if (!s6_invert(&s->IA[i], &r->Iinv)) {
-            s->bad_body = (int32_t)i;
+        if (!inverse_inertia(s, i, &r->Iinv))
             return TFA_E_SINGULAR;
-        }
         row_joint(s, r, b->multi < 0 ? NULL : &s->multi[b->multi], b, &s->IA[i]);
         if (k > 0)
-            row_inboard(s, i, row + k, Y);
+            inverse_inboard(s, i, &row[k - 1].Iinv, r->XI, Y);
         row_eliminate(s, chain, row, k, Y);
     }
     return TFA_OK;
@@ -181,49 +137,14 @@ static void back(const struct tfa_chain *chain, struct row *row)
     }
 }
 
-/* x with H x = m for a fused joint, whose axes are not orthonormal: unnormalised modified
- * Gram-Schmidt, H = Q R with R unit upper triangular. */
-static void fused_rates(const struct multi *w, uint32_t n, svec m, num *x)
-{
-    svec Q[6];
-    num R[36];
-    for (uint32_t k = 0; k < n; k++) {
-        Q[k] = multi_axis(w, k);
-        for (uint32_t j = 0; j < k; j++) {
-            R[6 * j + k] = sv_dot(Q[j], Q[k]) / sv_dot(Q[j], Q[j]);
-            Q[k] = sv_sub(Q[k], sv_scale(Q[j], R[6 * j + k]));
-        }
-    }
-    for (uint32_t k = 0; k < n; k++) {
-        x[k] = sv_dot(Q[k], m) / sv_dot(Q[k], Q[k]);
-        m = sv_sub(m, sv_scale(Q[k], x[k]));
-    }
-    for (uint32_t k = n - 1; k-- > 0;)
-        for (uint32_t j = k + 1; j < n; j++)
-            x[k] -= R[6 * k + j] * x[j];
-}
-
-/* a_i = I_i^-1 (F_i - X_{i+1}^T F_{i+1} - p_i),  qdd_i = H_i^T (a_i - X_i a_{i-1} - c_i) */
 static void accelerations(const struct state *s, const struct tfa_chain *chain,
                           const struct row *row, num *qdd, int bias)
 {
-    svec up = {{0, 0, 0}, bias ? v3_neg(s->gravity) : v3(0, 0, 0)};
+    svec up = chain_ground(s, bias);
     for (uint32_t k = 0; k < chain->length; k++) {
-        const uint32_t i = chain->body[k];
-        const struct tfa_body *b = &s->body[i];
-        svec net = sv_sub(sv_from(row[k].F), s->pA[i]);
-        if (k + 1 < chain->length) {
-            const uint32_t o = chain->body[k + 1];
-            net = sv_sub(net, x_t_force(&s->X[o], sv_from(row[k + 1].F)));
-        }
-        svec a = s6_mul(&row[k].Iinv, net);
-        svec relative = sv_sub(a, x_motion(&s->X[i], up));
-        if (bias && s->moving)
-            relative = sv_sub(relative, s->c[i]);
-        if (b->kind == TFA_KIND_FUSED)
-            fused_rates(&s->multi[b->multi], b->n, relative, qdd + b->v);
-        else
-            joint_force(s, b, relative, qdd + b->v); /* H^T: H has orthonormal columns */
+        const num *next = k + 1 < chain->length ? row[k + 1].F : NULL;
+        svec a = total_acceleration(s, chain, k, &row[k].Iinv, sv_from(row[k].F), next);
+        joint_acceleration(s, chain->body[k], a, up, qdd, bias);
         up = a;
     }
 }

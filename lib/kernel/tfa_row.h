@@ -10,30 +10,12 @@
 #ifndef TFA_KERNEL_TFA_ROW_H
 #define TFA_KERNEL_TFA_ROW_H
 
-#include "kernel/body.h"
+#include "kernel/tfa_inverse.h"
 
 /* Six freedoms without armature: C = I^-1, so K = 0 and F = tau: the row decouples. */
 static inline int row_decouples(const struct tfa_body *b)
 {
     return b->kind == TFA_KIND_FREE && !(b->armature > 0);
-}
-
-/* S^-1 of a positive definite 6 x 6 by LDL^T; 0 when a pivot is not positive. */
-static inline int s6_invert(const sym6 *S, sym6 *inverse)
-{
-    num L[36], columns[36];
-    s6_dense(L, S);
-    ldl_factor(L, 6);
-    for (int k = 0; k < 6; k++)
-        if (!(L[7 * k] > 0))
-            return 0;
-    for (int k = 0; k < 6; k++) {
-        for (int e = 0; e < 6; e++)
-            columns[6 * k + e] = (num)(e == k);
-        ldl_solve(L, 6, columns + 6 * k);
-    }
-    *inverse = s6_from_dense(columns);
-    return 1;
 }
 
 /* K_i and B_i = H_i Theta_i^-1 */

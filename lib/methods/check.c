@@ -170,6 +170,38 @@ static int copes_with_mimics(const struct tfa_model *m, tfa_method method)
            method == TFA_METHOD_RNEA;
 }
 
+static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain)
+{
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const struct tfa_body *b = &m->body[chain->body[k]];
+        for (uint32_t j = 0; j < b->n; j++)
+            if (m->armature[b->v + j] > 0)
+                return 1;
+    }
+    return 0;
+}
+
+/* Rotor inertia is no force between bodies: constraint forces cannot carry it along a main chain.
+ * Side branches are folded into the chain with theirs. */
+static int copes_with_armature(const struct tfa_model *m, tfa_method method)
+{
+    if (method != TFA_METHOD_CFA && method != TFA_METHOD_CFA_CR)
+        return 1;
+    for (uint32_t t = 0; t < m->trees; t++)
+        if (has_armature(m, &m->chain[t]))
+            return 0;
+    return 1;
+}
+
+/* The block Hessenberg matrix is dense: there is no room for that of a long chain. */
+static int is_too_long(const struct tfa_model *m, tfa_method method)
+{
+    for (uint32_t t = 0; method == TFA_METHOD_HESSENBERG && t < m->trees; t++)
+        if (m->chain[t].length > TFA_HESSENBERG_LONGEST)
+            return 1;
+    return 0;
+}
+
 /* Does the answer need M itself? */
 static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r)
 {
@@ -192,8 +224,10 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
     if (!method_answers(r))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
-    if (!copes_with_mimics(m, r->method))
+    if (!copes_with_mimics(m, r->method) || !copes_with_armature(m, r->method))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+    if (is_too_long(m, r->method))
+        return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
     if (needs_mass_matrix(m, r) && m->mass_entries > TFA_MASS_ENTRIES_MAX)
         return blame(reply, TFA_E_UNSUPPORTED,
                      r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);

@@ -22,6 +22,8 @@ static inline num num_abs(num x)
 }
 
 /* m ? a : b, where m is the result of a comparison */
+#ifndef num_select
 #define num_select(m, a, b) ((m) ? (a) : (b))
+#endif
 
 #endif

@@ -22,15 +22,11 @@
 #define WRENCHES 2
 #define LAMBDA ((size_t)36 * TIPS * TIPS)
 
-static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_CRBA,
-                                     TFA_METHOD_TFA};
+static const tfa_method methods[] = {
+    TFA_METHOD_AUTO,          TFA_METHOD_ABA, TFA_METHOD_CRBA,      TFA_METHOD_TFA,
+    TFA_METHOD_TFA_CR,        TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN,
+    TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
 #define METHODS (sizeof methods / sizeof *methods)
-
-static bool refuses(const test_robot *robot, tfa_method method)
-{
-    return (method == TFA_METHOD_TFA || method == TFA_METHOD_TFA_ONE_SIDED) &&
-           tfa_model_summarise(robot->model).singular_body >= 0;
-}
 
 /* One answer to STATES states: qdd, base_acceleration, lambda_inv. */
 struct answer {
@@ -106,7 +102,7 @@ static void batch(test_robot *robot)
     struct answer *all = answer_make(robot), *each = answer_make(robot);
     tfa_request r = full_request(robot, x);
     for (size_t m = 0; m < METHODS; m++) {
-        if (refuses(robot, methods[m]))
+        if (fixture_refuses(robot, methods[m]))
             continue;
         r.method = methods[m];
         ask(robot, robot->f64, &r, all, 0);
@@ -141,7 +137,7 @@ static void fused(test_robot *robot)
     for (size_t m = 0; m < METHODS; m++)
         for (uint32_t refine = 0; refine < 2; refine++) {
             tfa_request r = full_request(robot, x);
-            if (refuses(robot, methods[m]))
+            if (fixture_refuses(robot, methods[m]))
                 continue;
             r.method = methods[m];
             r.refine = refine;
@@ -265,7 +261,7 @@ static void isa(test_robot *robot)
             print_message("SKIP: %s: not on this processor\n", names[k]);
         for (size_t m = 0; here && m < METHODS; m++) {
             r.method = methods[m];
-            if (refuses(robot, methods[m]))
+            if (fixture_refuses(robot, methods[m]))
                 continue;
             ask(robot, w, &r, a, 0);
             assert_within(robot, names[k], qdd_error(robot, a, reference), 3e-11, NULL);
@@ -299,7 +295,7 @@ static void estimate(test_robot *robot)
     r.estimate = TFA_ESTIMATE_ALWAYS;
     r.refine = 0;
     for (size_t m = 0; m < METHODS; m++) {
-        if (refuses(robot, methods[m]))
+        if (fixture_refuses(robot, methods[m]))
             continue;
         r.method = methods[m];
         ask(robot, robot->f64, &r, a, 0);

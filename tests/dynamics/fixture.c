@@ -211,6 +211,22 @@ static __attribute__((noinline)) void poison_stack(void)
         below[k] = NAN;
 }
 
+bool fixture_refuses(const test_robot *robot, tfa_method method)
+{
+    static const tfa_method inverting[] = {
+        TFA_METHOD_TFA,    TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_TFA_CR,    TFA_METHOD_CFA,
+        TFA_METHOD_CFA_CR, TFA_METHOD_DCA,           TFA_METHOD_HESSENBERG};
+    const tfa_request r = {
+        .op = TFA_OP_OPERATIONAL_INERTIA, .method = method, .count = 1, .tip_count = 1};
+    tfa_reply reply = {0};
+    if (tfa_request_check(robot->model, &r, &reply) == TFA_E_METHOD)
+        return true;
+    for (size_t k = 0; k < sizeof inverting / sizeof *inverting; k++)
+        if (inverting[k] == method)
+            return tfa_model_summarise(robot->model).singular_body >= 0;
+    return false;
+}
+
 void compute_ok(const test_robot *robot, tfa_workspace *w, const tfa_request *request,
                 tfa_reply *reply)
 {

@@ -42,6 +42,10 @@ tfa_request fixture_request(const test_robot *robot, const random_states *x);
 void compute_ok(const test_robot *robot, tfa_workspace *w, const tfa_request *request,
                 tfa_reply *reply);
 
+/** Has the robot a body that the method cannot invert, or a joint that it has no place for? It says
+ * so by name: singular.c, chains_cr.c. */
+bool fixture_refuses(const test_robot *robot, tfa_method method);
+
 /** |x - reference| / |reference| in the 2-norm; |x| where the reference is zero. */
 double relative_error(const double *x, const double *reference, size_t n);
 

@@ -51,19 +51,31 @@ static struct way forward_ways[] = {
     {"crba, refined", TFA_METHOD_CRBA, 1, TFA_F64, 5e-14, 0},
     {"tfa", TFA_METHOD_TFA, 0, TFA_F64, 2e-11, 0},
     {"tfa, refined", TFA_METHOD_TFA, 1, TFA_F64, 5e-14, 0},
+    {"tfa-cr", TFA_METHOD_TFA_CR, 0, TFA_F64, 2e-11, 0},
+    {"tfa-cr, refined", TFA_METHOD_TFA_CR, 1, TFA_F64, 5e-14, 0},
+    {"cfa", TFA_METHOD_CFA, 0, TFA_F64, 2e-11, 0},
+    {"cfa, refined", TFA_METHOD_CFA, 1, TFA_F64, 5e-14, 0},
+    {"cfa-cr", TFA_METHOD_CFA_CR, 0, TFA_F64, 2e-11, 0},
+    {"cfa-cr, refined", TFA_METHOD_CFA_CR, 1, TFA_F64, 5e-14, 0},
+    {"scan", TFA_METHOD_SCAN, 0, TFA_F64, 2e-12, 0},
+    {"scan, refined", TFA_METHOD_SCAN, 1, TFA_F64, 5e-14, 0},
+    {"dca", TFA_METHOD_DCA, 0, TFA_F64, 1e-10, 0},
+    {"dca, refined", TFA_METHOD_DCA, 1, TFA_F64, 5e-14, 0},
+    {"hessenberg", TFA_METHOD_HESSENBERG, 0, TFA_F64, 2e-11, 0},
+    {"hessenberg, refined", TFA_METHOD_HESSENBERG, 1, TFA_F64, 5e-14, 0},
+    {"scan-two-pass", TFA_METHOD_SCAN_TWO_PASS, 0, TFA_F64, 2e-12, 0},
     {"auto", TFA_METHOD_AUTO, TFA_REFINE_DEFAULT, TFA_F64, 2e-12, 0},
     {"aba, f128", TFA_METHOD_ABA, 0, TFA_F128, 1e-14, 0},
     {"crba, f128", TFA_METHOD_CRBA, 0, TFA_F128, 1e-14, 0},
     {"tfa, f128", TFA_METHOD_TFA, 0, TFA_F128, 1e-14, 0},
+    {"tfa-cr, f128", TFA_METHOD_TFA_CR, 0, TFA_F128, 1e-14, 0},
+    {"cfa, f128", TFA_METHOD_CFA, 0, TFA_F128, 1e-14, 0},
+    {"cfa-cr, f128", TFA_METHOD_CFA_CR, 0, TFA_F128, 1e-14, 0},
+    {"scan, f128", TFA_METHOD_SCAN, 0, TFA_F128, 1e-14, 0},
+    {"dca, f128", TFA_METHOD_DCA, 0, TFA_F128, 1e-14, 0},
+    {"hessenberg, f128", TFA_METHOD_HESSENBERG, 0, TFA_F128, 1e-14, 0},
 };
 #define FORWARD_WAYS (sizeof forward_ways / sizeof *forward_ways)
-
-/* TFA needs the inverse of every inertia on its main chains; it says so by name. */
-static bool refuses(const test_robot *robot, tfa_method method)
-{
-    return (method == TFA_METHOD_TFA || method == TFA_METHOD_TFA_ONE_SIDED) &&
-           tfa_model_summarise(robot->model).singular_body >= 0;
-}
 
 /* qdd and base_acceleration of one state against each other, as one vector. */
 static double acceleration_error(const test_robot *robot, const double *qdd, const double *base,
@@ -100,7 +112,7 @@ static void forward_dynamics(test_robot *robot)
         for (size_t w = 0; w < FORWARD_WAYS; w++) {
             struct way *way = &forward_ways[w];
             tfa_reply reply = {.qdd = qdd, .base_acceleration = base, .answers = answers};
-            if (refuses(robot, way->method))
+            if (fixture_refuses(robot, way->method))
                 continue;
             r.method = way->method;
             r.refine = way->refine;
@@ -211,11 +223,23 @@ static void crba_gives_the_mass_matrix(void **state)
 static struct way lambda_ways[] = {
     {"propagation", TFA_METHOD_PROPAGATION, 0, TFA_F64, 2e-12, 0},
     {"aba", TFA_METHOD_ABA, 0, TFA_F64, 2e-12, 0},
+    {"efpa", TFA_METHOD_EFPA, 0, TFA_F64, 2e-12, 0},
+    {"efpa, refined", TFA_METHOD_EFPA, 1, TFA_F64, 3e-14, 0},
+    {"efpa, f128", TFA_METHOD_EFPA, 0, TFA_F128, 2e-14, 0},
     {"crba", TFA_METHOD_CRBA, 0, TFA_F64, 1e-11, 0},
     {"tfa", TFA_METHOD_TFA, 0, TFA_F64, 2e-11, 0},
     {"tfa, refined", TFA_METHOD_TFA, 1, TFA_F64, 3e-14, 0},
     {"tfa-one-sided", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F64, 4e-11, 0},
     {"tfa-one-sided, refined", TFA_METHOD_TFA_ONE_SIDED, 1, TFA_F64, 3e-14, 0},
+    {"tfa-cr", TFA_METHOD_TFA_CR, 0, TFA_F64, 2e-11, 0},
+    {"tfa-cr, refined", TFA_METHOD_TFA_CR, 1, TFA_F64, 3e-14, 0},
+    {"cfa", TFA_METHOD_CFA, 0, TFA_F64, 2e-11, 0},
+    {"cfa-cr", TFA_METHOD_CFA_CR, 0, TFA_F64, 2e-11, 0},
+    {"cfa-cr, refined", TFA_METHOD_CFA_CR, 1, TFA_F64, 3e-14, 0},
+    {"scan", TFA_METHOD_SCAN, 0, TFA_F64, 2e-12, 0},
+    {"scan-two-pass", TFA_METHOD_SCAN_TWO_PASS, 0, TFA_F64, 2e-12, 0},
+    {"dca", TFA_METHOD_DCA, 0, TFA_F64, 4e-11, 0},
+    {"hessenberg", TFA_METHOD_HESSENBERG, 0, TFA_F64, 1e-11, 0},
     {"auto", TFA_METHOD_AUTO, TFA_REFINE_DEFAULT, TFA_F64, 2e-12, 0},
     {"propagation, f128", TFA_METHOD_PROPAGATION, 0, TFA_F128, 2e-14, 0},
     {"tfa, f128", TFA_METHOD_TFA, 0, TFA_F128, 2e-14, 0},
@@ -237,7 +261,7 @@ static void lambda_of_tips(test_robot *robot, const random_states *x, tfa_reques
     for (size_t w = 0; w < LAMBDA_WAYS; w++) {
         struct way *way = &lambda_ways[w];
         tfa_reply reply = {.lambda_inv = got};
-        if (refuses(robot, way->method))
+        if (fixture_refuses(robot, way->method))
             continue;
         snprintf(what, sizeof what, "%s, %u tips, frame %d", way->name, (unsigned)r->tip_count,
                  (int)r->frame);

@@ -106,4 +106,12 @@ double scaled_condition(const double *M, uint32_t n);
 /** Euclidean norm of the difference over that of the reference. */
 double relative_difference(const double *x, const double *reference, size_t n);
 
+/** Does the method refuse, by name, bodies that have no inverse inertia or joints with armature? */
+static inline bool reduction_may_refuse(tfa_method method)
+{
+    return method == TFA_METHOD_TFA ||
+           (method >= TFA_METHOD_TFA_ONE_SIDED && method < TFA_METHOD_SCAN &&
+            method != TFA_METHOD_PROPAGATION);
+}
+
 #endif

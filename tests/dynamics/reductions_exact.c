@@ -52,7 +52,7 @@ static struct {
     const char *what;
     double worst;
     unsigned count, refused, fell_back;
-} tally[40];
+} tally[64];
 static unsigned skipped, robots, fused_joints, inner_frames;
 
 static size_t find_tally(const char *what)
@@ -79,7 +79,7 @@ static void count(const reduction *r, const char *what, double error, double bou
 static bool ask(const reduction *r, tfa_workspace *w, const tfa_request *request, tfa_reply *reply)
 {
     int status = tfa_compute(w, request, reply);
-    bool may = request->method == TFA_METHOD_TFA || request->method == TFA_METHOD_TFA_ONE_SIDED;
+    bool may = reduction_may_refuse(request->method);
     bool named = (status == TFA_E_SINGULAR && reply->field == TFA_FIELD_BODY) ||
                  (status == TFA_E_METHOD && reply->field == TFA_FIELD_METHOD);
     if (status != TFA_OK && !(may && named))
@@ -197,14 +197,22 @@ static void check_forward(const reduction *r, const tfa_request *request, struct
     static const struct {
         tfa_method method;
         const char *f64, *f128;
-    } methods[] = {{TFA_METHOD_AUTO, "forward, auto", "forward, auto, f128"},
-                   {TFA_METHOD_ABA, "forward, aba", "forward, aba, f128"},
-                   {TFA_METHOD_CRBA, "forward, crba", "forward, crba, f128"},
-                   {TFA_METHOD_TFA, "forward, tfa", "forward, tfa, f128"}};
+    } methods[] = {
+        {TFA_METHOD_AUTO, "forward, auto", "forward, auto, f128"},
+        {TFA_METHOD_ABA, "forward, aba", "forward, aba, f128"},
+        {TFA_METHOD_CRBA, "forward, crba", "forward, crba, f128"},
+        {TFA_METHOD_TFA, "forward, tfa", "forward, tfa, f128"},
+        {TFA_METHOD_TFA_CR, "forward, tfa-cr", "forward, tfa-cr, f128"},
+        {TFA_METHOD_CFA, "forward, cfa", "forward, cfa, f128"},
+        {TFA_METHOD_CFA_CR, "forward, cfa-cr", "forward, cfa-cr, f128"},
+        {TFA_METHOD_SCAN, "forward, scan", "forward, scan, f128"},
+        {TFA_METHOD_SCAN_TWO_PASS, "forward, scan-two-pass", "forward, scan-two-pass, f128"},
+        {TFA_METHOD_DCA, "forward, dca", "forward, dca, f128"},
+        {TFA_METHOD_HESSENBERG, "forward, hessenberg", "forward, hessenberg, f128"}};
     tfa_request q = *request;
     const uint32_t base = r->n - r->nv;
     oracle_forward(r->o, q.tau, q.base_wrench, want->x + base, want->x);
-    for (size_t m = 0; m < 4; m++)
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
         for (int wide = 0; wide < 2; wide++) {
             tfa_answer how = {0};
             tfa_reply reply = reply_into(r, got);
@@ -297,6 +305,14 @@ static void check_lambda(const reduction *r, const question *a, const tfa_reques
                    {TFA_METHOD_CRBA, "lambda_inv, crba"},
                    {TFA_METHOD_TFA, "lambda_inv, tfa"},
                    {TFA_METHOD_TFA_ONE_SIDED, "lambda_inv, tfa-one-sided"},
+                   {TFA_METHOD_TFA_CR, "lambda_inv, tfa-cr"},
+                   {TFA_METHOD_CFA, "lambda_inv, cfa"},
+                   {TFA_METHOD_CFA_CR, "lambda_inv, cfa-cr"},
+                   {TFA_METHOD_SCAN, "lambda_inv, scan"},
+                   {TFA_METHOD_SCAN_TWO_PASS, "lambda_inv, scan-two-pass"},
+                   {TFA_METHOD_DCA, "lambda_inv, dca"},
+                   {TFA_METHOD_HESSENBERG, "lambda_inv, hessenberg"},
+                   {TFA_METHOD_EFPA, "lambda_inv, efpa"},
                    {TFA_METHOD_PROPAGATION, "lambda_inv, propagation"}};
     question tips = *a;
     uint32_t link = 0;
@@ -313,11 +329,11 @@ static void check_lambda(const reduction *r, const question *a, const tfa_reques
         for (int frame = 0; frame < 3; frame++) {
             q.frame = (tfa_reference_frame)frame;
             oracle_lambda_inv(r->o, tips.whole.tips, tips.whole.tip_count, q.frame, want->lambda);
-            for (size_t m = 0; m < 6; m++) {
+            for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
                 tfa_reply reply = reply_into(r, got);
                 q.method = methods[m].method;
                 bool answered = ask(r, r->f64, &q, &reply);
-                bool tfa = q.method == TFA_METHOD_TFA || q.method == TFA_METHOD_TFA_ONE_SIDED;
+                bool tfa = reduction_may_refuse(q.method);
                 double error = relative_difference(got->lambda, want->lambda, (size_t)rows * rows);
                 count(r, methods[m].name, answered ? error : -1, tfa ? TFA_LAMBDA : BOUND);
                 if (answered)

@@ -191,9 +191,11 @@ static void judge(int status, const tfa_request *q, tfa_base base, uint64_t seed
 
 static void check(const struct robot *r, tfa_base base, uint64_t seed)
 {
-    static const tfa_method methods[] = {TFA_METHOD_AUTO,        TFA_METHOD_CRBA,
-                                         TFA_METHOD_ABA,         TFA_METHOD_TFA,
-                                         TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED};
+    static const tfa_method methods[] = {
+        TFA_METHOD_AUTO,       TFA_METHOD_CRBA,        TFA_METHOD_ABA,           TFA_METHOD_TFA,
+        TFA_METHOD_TFA_CR,     TFA_METHOD_CFA,         TFA_METHOD_CFA_CR,        TFA_METHOD_DCA,
+        TFA_METHOD_HESSENBERG, TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_EFPA};
+    const size_t count = sizeof methods / sizeof *methods, lambda_only = 3; /* at the end */
     const double pose[7] = {0.1, 0.2, 0.3, 0.5, 0.5, -0.5, 0.5}, twist[6] = {1, 0, 2, 0.3, 0.5, 1};
     random_source s = {seed};
     struct tied t;
@@ -225,13 +227,13 @@ static void check(const struct robot *r, tfa_base base, uint64_t seed)
     oracle_forward(o, tau, NULL, want + t.base, want);
     q.tips[0] = (uint32_t)r->d.link_count - 1;
     oracle_lambda_inv(o, q.tips, 1, TFA_FRAME_LOCAL_WORLD_ALIGNED, want_L);
-    for (size_t m = 0; m < 6; m++) {
+    for (size_t m = 0; m < count; m++) {
         tfa_reply reply = {.qdd = x + t.base, .base_acceleration = x, .lambda_inv = L};
         q.method = methods[m];
         q.op = TFA_OP_OPERATIONAL_INERTIA;
         judge(tfa_compute(w, &q, &reply), &q, base, seed, L, want_L, 36);
         q.op = TFA_OP_FORWARD_DYNAMICS;
-        if (m < 4)
+        if (m < count - lambda_only)
             judge(tfa_compute(w, &q, &reply), &q, base, seed, x, want, t.rows);
     }
     oracle_free(o);

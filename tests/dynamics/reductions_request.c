@@ -45,10 +45,9 @@ static void within(const reduction *r, const char *what, const double *x, const 
 static bool ask(const reduction *r, tfa_workspace *w, const tfa_request *q, tfa_reply *reply)
 {
     int status = tfa_compute(w, q, reply);
-    bool tfa = q->method == TFA_METHOD_TFA || q->method == TFA_METHOD_TFA_ONE_SIDED;
     bool named = (status == TFA_E_SINGULAR && reply->field == TFA_FIELD_BODY) ||
                  (status == TFA_E_METHOD && reply->field == TFA_FIELD_METHOD);
-    if (status != TFA_OK && !(tfa && named))
+    if (status != TFA_OK && !(reduction_may_refuse(q->method) && named))
         fail_msg("%s: op %d, method %s: %s (%s %u)", r->name, (int)q->op,
                  tfa_method_name((uint32_t)q->method), tfa_status_text(status),
                  tfa_field_name(reply->field), (unsigned)reply->index);
@@ -85,7 +84,7 @@ static void for_seeds(void (*law)(reduction *r, uint64_t seed))
 
 static double bound_of(tfa_method method, bool lambda)
 {
-    if (method != TFA_METHOD_TFA && method != TFA_METHOD_TFA_ONE_SIDED)
+    if (!reduction_may_refuse(method))
         return BOUND;
     return lambda ? TFA_LAMBDA : BOUND;
 }
@@ -111,7 +110,7 @@ static void check_answers(const reduction *r, const question *a, const tfa_reque
             q.frame = request->frame; /* the wrenches were given in it */
             q.op = TFA_OP_FORWARD_DYNAMICS;
             if (q.method != TFA_METHOD_PROPAGATION && q.method != TFA_METHOD_TFA_ONE_SIDED &&
-                ask(r, r->f64, &q, &reply)) {
+                q.method != TFA_METHOD_EFPA && ask(r, r->f64, &q, &reply)) {
                 within(r, name, x, want, r->n, bound_of(q.method, false));
                 if ((int)q.frame == frame)
                     within(r, "lambda_inv besides qdd", lambda, want_lambda, rows * rows,
@@ -392,15 +391,17 @@ static void refuse_inside(const reduction *r, const tfa_request *request)
 
 static void check_loaded(const reduction *r, const question *a, uint32_t k)
 {
-    static const tfa_method methods[] = {TFA_METHOD_AUTO,        TFA_METHOD_ABA,
-                                         TFA_METHOD_CRBA,        TFA_METHOD_TFA,
-                                         TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED};
+    static const tfa_method methods[] = {
+        TFA_METHOD_AUTO,        TFA_METHOD_ABA,           TFA_METHOD_CRBA,          TFA_METHOD_TFA,
+        TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,
+        TFA_METHOD_CFA_CR,      TFA_METHOD_SCAN,          TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,
+        TFA_METHOD_HESSENBERG,  TFA_METHOD_EFPA};
     static double M[MOST * MOST], want[MOST * MOST];
     const uint32_t base = r->n - r->nv;
     tfa_request whole, q = question_state(a, r, k, &whole);
     oracle_tie_freedoms(r->o, r->tie, r->n);
     oracle_set_state(r->o, &whole, 0);
-    check_answers(r, a, &q, methods, 6);
+    check_answers(r, a, &q, methods, sizeof methods / sizeof *methods);
     tfa_reply reply = {.mass_matrix = M};
     q.tip_count = 0;
     q.op = TFA_OP_MASS_MATRIX;

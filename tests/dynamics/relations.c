@@ -21,13 +21,11 @@
 
 #define STATES 4
 
-static const tfa_method forward_methods[] = {TFA_METHOD_ABA, TFA_METHOD_CRBA, TFA_METHOD_TFA};
-
-static bool refuses(const test_robot *robot, tfa_method method)
-{
-    return (method == TFA_METHOD_TFA || method == TFA_METHOD_TFA_ONE_SIDED) &&
-           tfa_model_summarise(robot->model).singular_body >= 0;
-}
+static const tfa_method forward_methods[] = {
+    TFA_METHOD_ABA, TFA_METHOD_CRBA,      TFA_METHOD_TFA,  TFA_METHOD_TFA_CR,
+    TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS,
+    TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
+#define FORWARD_METHODS (sizeof forward_methods / sizeof *forward_methods)
 
 /* Buffers for all answers to STATES states with two tips. */
 struct answers {
@@ -90,8 +88,8 @@ static void equations_hold(test_robot *robot)
 {
     random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 2);
     struct answers *a = answers_make(robot);
-    for (size_t m = 0; m < 3; m++) {
-        if (refuses(robot, forward_methods[m]))
+    for (size_t m = 0; m < FORWARD_METHODS; m++) {
+        if (fixture_refuses(robot, forward_methods[m]))
             continue;
         tfa_request r = fixture_request(robot, x);
         tfa_reply reply = reply_into(robot, a, 0);
@@ -139,8 +137,10 @@ static double asymmetry(const double *A, size_t n)
 
 static void symmetric(test_robot *robot)
 {
-    static const tfa_method methods[] = {TFA_METHOD_PROPAGATION, TFA_METHOD_CRBA, TFA_METHOD_TFA,
-                                         TFA_METHOD_TFA_ONE_SIDED};
+    static const tfa_method methods[] = {
+        TFA_METHOD_PROPAGATION,   TFA_METHOD_CRBA, TFA_METHOD_TFA,        TFA_METHOD_TFA_ONE_SIDED,
+        TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,  TFA_METHOD_CFA_CR,     TFA_METHOD_SCAN,
+        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA};
     random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
     struct answers *a = answers_make(robot);
     tfa_request r = fixture_request(robot, x);
@@ -151,9 +151,9 @@ static void symmetric(test_robot *robot)
         assert_within(robot, "M", asymmetry(a->M + k * robot->n * robot->n, robot->n), 0, NULL);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     two_tips(robot, &r);
-    for (size_t m = 0; m < 4; m++) {
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
         r.method = methods[m];
-        if (refuses(robot, r.method))
+        if (fixture_refuses(robot, r.method))
             continue;
         compute_ok(robot, robot->f64, &r, &reply);
         for (size_t k = 0; k < STATES; k++)
@@ -358,8 +358,8 @@ static void windings_do_not_matter(void **state)
     for (size_t k = 0; k < sizeof turns / sizeof *turns; k++) {
         const double wound = 0.7 + 2 * M_PI * turns[k];
         /* the angle that this double stands for: 2 pi in three parts, in quadruple precision */
-        const quad turn = (quad)6.283185307179586 + (quad)2.4492935982947064e-16 +
-                          (quad)-5.989539619436679e-33;
+        const quad turn =
+            (quad)6.283185307179586 + (quad)2.4492935982947064e-16 + (quad)-5.989539619436679e-33;
         const double left = (double)((quad)wound - (quad)turns[k] * turn);
         double qdd[2];
         for (int e = 0; e < 2; e++) {

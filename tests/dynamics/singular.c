@@ -112,7 +112,7 @@ static void singular_state_stands_alone(void **state)
     close_robot(&robot);
 }
 
-/* TFA inverts the inertias on its main chain: it names the body that has none. */
+/* TFA and CFA invert the inertias on the main chain: they name the body that has none. */
 static void tfa_names_the_body(void **state)
 {
     (void)state;
@@ -128,11 +128,13 @@ static void tfa_names_the_body(void **state)
         u.links[1].inertia[0] = u.links[1].inertia[3] = u.links[1].inertia[5] = 0.1 * masses[solid];
         open_robot(&robot, &u.d);
         assert_int_equal(tfa_model_summarise(robot.model).singular_body, solid);
-        static const tfa_method methods[] = {TFA_METHOD_TFA, TFA_METHOD_TFA_ONE_SIDED};
-        for (int m = 0; m < 2; m++) {
+        static const tfa_method methods[] = {TFA_METHOD_TFA, TFA_METHOD_TFA_CR, TFA_METHOD_CFA,
+                                             TFA_METHOD_CFA_CR, TFA_METHOD_TFA_ONE_SIDED};
+        for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
             tfa_request r = three_states;
-            r.op = m ? TFA_OP_OPERATIONAL_INERTIA : TFA_OP_FORWARD_DYNAMICS;
             r.method = methods[m];
+            r.op = r.method == TFA_METHOD_TFA_ONE_SIDED ? TFA_OP_OPERATIONAL_INERTIA
+                                                        : TFA_OP_FORWARD_DYNAMICS;
             assert_int_equal(tfa_compute(robot.f64, &r, &reply), TFA_E_SINGULAR);
             assert_int_equal(reply.field, TFA_FIELD_BODY);
             assert_int_equal(reply.index, tfa_model_body_frame(robot.model, (uint32_t)solid));

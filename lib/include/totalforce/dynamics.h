@@ -46,7 +46,8 @@ typedef enum tfa_op {
     X(CFA_CR, 10, "cfa-cr", 1, 1, "constraint forces by block cyclic reduction; no armature")      \
     X(DCA, 11, "dca", 1, 1, "divide and conquer: two-handle inverse inertias, assembly tree")      \
     X(SCAN, 12, "scan", 1, 1, "segment scan of articulated bodies, one pass")                      \
-    X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "segment scan seeded with outboard inertias")
+    X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "segment scan seeded with outboard inertias")      \
+    X(EFPA, 14, "efpa", 0, 1, "extended force propagation, O(N + m d + m^2) for m tips")
 
 typedef enum tfa_method {
 #define TFA_METHOD_ENUM(name, number, text, fd, lambda, what) TFA_METHOD_##name = number,
@@ -267,12 +268,13 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_JOINT       locked or held names a joint that does not exist;
  *   TFA_E_METHOD      the method does not exist or cannot answer the op; locked and held joints
  *                     take rnea, aba and propagation only; projected mimics not tfa-one-sided,
- *                     and only crba where a follower moves no mass of its own;
+ *                     and only crba where a follower moves no mass of its own; a joint with
+ *                     armature on a main chain (a tree's longest path) takes neither cfa nor cfa-cr;
  *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
- *                     of 2895 bodies); the mass matrix with locked joints, or any answer with them where only
- *                     crba can answer; held joints together
- *                     with tips, refinement, an estimate or mimics; a payload on a link between
- *                     fused joints;
+ *                     of 2895 bodies); hessenberg on a main chain of more than 256 bodies; the mass
+ *                     matrix with locked joints, or any answer with them where only crba can
+ *                     answer; held joints together with tips, refinement, an estimate or mimics; a
+ *                     payload on a link between fused joints;
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;
  *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
  */

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The segment scan along a chain: the articulated-body algorithm inside segments, which are
+ * independent of each other, and a scan over the segments. It needs no inverse inertia.
+ *
+ *   factor: each segment inward by itself (scan_segment_factor), with the inertia G of the next
+ *           few bodies on its end; over the segments the inertia J that hangs on each cut
+ *           (scan_join.h), of which J - G is left to the scan; segments whose cut is still light
+ *           beside it once more with all of J on their end.
+ *   solve:  each segment inward, then the bias forces inward and the accelerations outward over
+ *           the cuts, then each segment outward.
+ */
+#ifndef TFA_KERNEL_SCAN_H
+#define TFA_KERNEL_SCAN_H
+
+#include "kernel/chain.h"
+#include "kernel/scan_join.h"
+
+/* One body on the chain */
+struct scan_body {
+    sym6 I;    /* its inertia with side branches, without what is outboard on the chain */
+    svec P[6]; /* force on it for each unit of the force that its segment passes on, frame i */
+};
+
+/* Bodies at positions first .. end - 1 of the chain */
+struct scan_segment {
+    uint32_t first, end;
+    int seeded;             /* all that is outboard was on its end: nothing is left, E = 1 */
+    struct scan_element at; /* after factor: closed, so that f_out means the bias force beyond */
+    struct lu6 E;           /* 1 + C left; not of a seeded one, nor the last */
+    num known[36];          /* G: inertia that its factors have on its end, that body's frame */
+    num left[36];           /* J - G: the rest of the articulated inertia beyond the cut */
+    svec v, g;              /* a_out and f_in at rest; closed like `at` in the course of solve */
+    svec a_in, f_out;       /* what it gets from the scan: frames of the body before, of its end */
+};
+
+struct scan {
+    uint32_t segments;
+    struct scan_segment *segment;
+    struct scan_body *body; /* by position on the chain */
+};
+
+/* Bytes of rows; the arrays in it. */
+size_t TFA_V(scan_bytes)(size_t length);
+struct scan *TFA_V(scan_place)(void *rows, size_t length);
+
+/* Where the chain is cut, from the constants of its bodies. */
+void TFA_V(scan_cut)(const struct state *s, const struct tfa_chain *chain, struct scan *scan);
+
+/* One segment inward: U, D, IA of its bodies and their P, its element. `outer`, the articulated
+ * inertia beyond the cut, goes on its end; NULL: that of the next bodies, from their constants and
+ * poses. Changes nothing of other segments. The last one passes nothing on and has no P, A, C. */
+void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
+                                struct scan_segment *segment, const num *outer);
+/* One segment inward: u of its joints, v and g */
+void TFA_V(scan_segment_inward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
+                                struct scan_segment *segment, const num *tau, int bias);
+/* One segment outward from a_in and f_out: qdd of its joints */
+void TFA_V(scan_segment_outward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
+                                 const struct scan_segment *segment, num *qdd, int bias);
+
+/* Both methods. Factors: a second pass for segments whose cut is `light` or lighter (scan_meet).
+ * Solve: any number of times. Always TFA_OK; a singular M gives answers that are not finite. */
+int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *rows, num light);
+void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
+                       num *qdd, int bias);
+
+/* Lambda^-1 of the request's one tip into s->lambda, with the factors that either method left.
+ * 0: it has no part in a chain's last segment, or there are others, or mimics. O(N / 16). */
+int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame);
+
+/* C += psi^T D^-1 psi, upper triangle */
+static inline void scan_add_response(num *C, const num *psi, const num *phi)
+{
+    for (int e = 0; e < 6; e++)
+        for (int f = e; f < 6; f++)
+            C[6 * e + f] += psi[e] * phi[f];
+}
+
+/* M x and M^T x for a dense M */
+static inline svec scan_times(const num *M, svec x)
+{
+    num in[6], out[6];
+    sv_store(in, x);
+    m6_apply(out, M, in);
+    return sv_from(out);
+}
+
+static inline svec scan_times_t(const num *M, svec x)
+{
+    num in[6], out[6] = {0};
+    sv_store(in, x);
+    for (int k = 0; k < 6; k++)
+        for (int e = 0; e < 6; e++)
+            out[e] += M[6 * k + e] * in[k];
+    return sv_from(out);
+}
+
+#endif

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Inverse inertias along a chain, each as its own body and its outboard neighbour see it: what the
+ * block rows of the total and of the constraint force algorithms are assembled from. A row needs
+ * its own inverse and that of the row before, nothing else.
+ */
+#ifndef TFA_KERNEL_TFA_INVERSE_H
+#define TFA_KERNEL_TFA_INVERSE_H
+
+#include "kernel/body.h"
+
+/* S^-1 of a positive definite 6 x 6 by LDL^T; 0 when a pivot is not positive. */
+static inline int s6_invert(const sym6 *S, sym6 *inverse)
+{
+    num L[36], columns[36];
+    s6_dense(L, S);
+    ldl_factor(L, 6);
+    for (int k = 0; k < 6; k++)
+        if (!(L[7 * k] > 0))
+            return 0;
+    for (int k = 0; k < 6; k++) {
+        for (int e = 0; e < 6; e++)
+            columns[6 * k + e] = (num)(e == k);
+        ldl_solve(L, 6, columns + 6 * k);
+    }
+    *inverse = s6_from_dense(columns);
+    return 1;
+}
+
+/* I^-1 of a body on a chain, side branches included. 0, and s->bad_body says so, when the inertia
+ * with side branches folded in is not positive definite. */
+static inline int inverse_inertia(struct state *s, uint32_t i, sym6 *inverse)
+{
+    if (!(s->side[i] & CARRIES)) {
+        *inverse = s->total[i].Iinv;
+        return 1;
+    }
+    if (s6_invert(&s->IA[i], inverse))
+        return 1;
+    s->bad_body = (int32_t)i;
+    return 0;
+}
+
+/* Rows 0,1 and 3,4 of a 6 x n matrix turned by the joint angle (cosine c, sine n) */
+static inline void turn_rows(num *x, num c, num n)
+{
+    for (int block = 0; block < 2; block++)
+        for (int j = 0; j < 6; j++) {
+            num *a = x + 18 * block + j;
+            num up = a[0], down = a[6];
+            a[0] = c * up + n * down;
+            a[6] = c * down - n * up;
+        }
+}
+
+/* XI = X_i I_{i-1}^-1 and Y = XI X_i^T from `up`, the inverse inertia of the parent. Constant
+ * inertias on a revolute joint need plane rotations of the precomputed T I^-1 and T I^-1 T^T only. */
+static inline void inverse_inboard(const struct state *s, uint32_t i, const sym6 *up, num *XI,
+                                   num *Y)
+{
+    const struct tfa_body *b = &s->body[i];
+    if (b->kind == TFA_KIND_REVOLUTE && !(s->side[b->parent] & CARRIES)) {
+        const struct total *t = &s->total[i];
+        const num c = s->cosine[b->q], n = s->sine[b->q];
+        for (int k = 0; k < 36; k++)
+            XI[k] = t->TI[k];
+        turn_rows(XI, c, n);
+        const place Z = {{c, n, 0, -n, c, 0, 0, 0, 1}, {0, 0, 0}};
+        sym6 y = {s3_congruence(Z.E, t->TIT.A), m3_congruence_t(m3_t(Z.E), t->TIT.B),
+                  s3_congruence(Z.E, t->TIT.M)};
+        s6_dense(Y, &y);
+        return;
+    }
+    for (int k = 0; k < 6; k++) {
+        num column[6];
+        sv_store(column, x_motion(&s->X[i], s6_column(up, k)));
+        for (int e = 0; e < 6; e++)
+            XI[6 * e + k] = column[e];
+    }
+    sym6 y = s6_inv_to_child(&s->X[i], up);
+    s6_dense(Y, &y);
+}
+
+#endif

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * From the total forces of a chain to its accelerations: the last step of every method that finds
+ * these forces. Row by row; a row needs the forces and the accelerations of its neighbours only.
+ */
+#ifndef TFA_KERNEL_TFA_MOTION_H
+#define TFA_KERNEL_TFA_MOTION_H
+
+#include "kernel/body.h"
+#include "kernel/chain.h"
+
+/* x with H x = m for a fused joint, whose axes are not orthonormal: unnormalised modified
+ * Gram-Schmidt, H = Q R with R unit upper triangular. */
+static void fused_rates(const struct multi *w, uint32_t n, svec m, num *x)
+{
+    svec Q[6];
+    num R[36];
+    for (uint32_t k = 0; k < n; k++) {
+        Q[k] = multi_axis(w, k);
+        for (uint32_t j = 0; j < k; j++) {
+            R[6 * j + k] = sv_dot(Q[j], Q[k]) / sv_dot(Q[j], Q[j]);
+            Q[k] = sv_sub(Q[k], sv_scale(Q[j], R[6 * j + k]));
+        }
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        x[k] = sv_dot(Q[k], m) / sv_dot(Q[k], Q[k]);
+        m = sv_sub(m, sv_scale(Q[k], x[k]));
+    }
+    for (uint32_t k = n - 1; k-- > 0;)
+        for (uint32_t j = k + 1; j < n; j++)
+            x[k] -= R[6 * k + j] * x[j];
+}
+
+/* a_k = I_k^-1 (F_k - X_{k+1}^T F_{k+1} - p_k); `next` is not read behind the last body */
+static inline svec total_acceleration(const struct state *s, const struct tfa_chain *chain,
+                                      uint32_t k, const sym6 *inverse, svec F, const num *next)
+{
+    svec net = sv_sub(F, s->pA[chain->body[k]]);
+    if (k + 1 < chain->length)
+        net = sv_sub(net, x_t_force(&s->X[chain->body[k + 1]], sv_from(next)));
+    return s6_mul(inverse, net);
+}
+
+/* qdd_i = Wa_i^T (a - X_i up - c_i) */
+static inline void joint_acceleration(const struct state *s, uint32_t i, svec a, svec up, num *qdd,
+                                      int bias)
+{
+    const struct tfa_body *b = &s->body[i];
+    svec relative = sv_sub(a, x_motion(&s->X[i], up));
+    if (chain_products(s, bias))
+        relative = sv_sub(relative, s->c[i]);
+    if (b->kind == TFA_KIND_FUSED)
+        fused_rates(&s->multi[b->multi], b->n, relative, qdd + b->v);
+    else
+        joint_force(s, b, relative, qdd + b->v); /* H^T: H has orthonormal columns */
+}
+
+#endif

@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Included before every kernel source that is compiled as C++: what the kernels call and are called
+ * from is C.
+ */
+#ifndef TFA_COUNT_C_LINKAGE_H
+#define TFA_COUNT_C_LINKAGE_H
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+extern "C" {
+#include "kernel/table.h"
+#include "model/model.h"
+#include "model/payload.h"
+extern const struct tfa_kernel tfa_kernel_count_base;
+}
+
+#endif

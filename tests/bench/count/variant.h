@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Number type: a double that counts what is done with it and when that could be done at the
+ * earliest. For tests and benchmarks only; the kernels are compiled as C++ for it.
+ *
+ * A value carries the time at which it is known: one more than that of the latest operand. The
+ * latest time of all is the length of the longest dependency chain: the time on as many processors
+ * as could be of use, when each operation takes one unit and moving numbers takes none.
+ */
+#ifndef TFA_VARIANT_H
+#define TFA_VARIANT_H
+
+#include <cmath>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#define NUM_EPSILON 0x1p-52
+
+/* C words that C++ lacks */
+#define restrict __restrict__
+#define _Static_assert static_assert
+
+struct num_tally {
+    uint64_t multiplications, additions, divisions, comparisons;
+    /* of these, operations whose result was known before: x * 0, x * +-1, x + 0 */
+    uint64_t idle;
+    /* operations that can be done at time 1, 2, ...; [0] is not used */
+    std::vector<uint64_t> level;
+};
+
+/* One thread only. */
+inline num_tally num_counts;
+inline uint32_t num_epoch; /* values known at this time or before are given */
+
+class num;
+
+/* Result of a comparison, used by num_select; plain branches follow it without waiting. */
+struct num_mask {
+    bool is;
+    uint32_t time;
+    num_mask(bool value, uint32_t known = 0) : is(value), time(known) {}
+    operator bool() const
+    {
+        return is;
+    }
+};
+
+class num
+{
+  public:
+    num() = default; /* trivial: the kernels clear and copy memory */
+
+    template <typename T, typename = std::enable_if_t<std::is_arithmetic<T>::value>>
+    constexpr num(T x) : value(static_cast<double>(x)), time(0)
+    {
+    }
+
+    explicit operator double() const
+    {
+        return value;
+    }
+
+    /* The same value, known no earlier than that */
+    num not_before(uint32_t when) const
+    {
+        return num(value, when > time ? when : time);
+    }
+
+    friend num operator*(num a, num b)
+    {
+        num_counts.multiplications++;
+        num_counts.idle += a.is_unit() || b.is_unit();
+        return num(a.value * b.value, step(a, b));
+    }
+
+    friend num operator/(num a, num b)
+    {
+        num_counts.divisions++;
+        return num(a.value / b.value, step(a, b));
+    }
+
+    friend num operator+(num a, num b)
+    {
+        num_counts.additions++;
+        num_counts.idle += a.is_zero() || b.is_zero();
+        return num(a.value + b.value, step(a, b));
+    }
+
+    friend num operator-(num a, num b)
+    {
+        num_counts.additions++;
+        num_counts.idle += a.is_zero() || b.is_zero();
+        return num(a.value - b.value, step(a, b));
+    }
+
+    /* a sign costs nothing: it joins the operation that follows */
+    num operator-() const
+    {
+        return num(-value, time);
+    }
+
+    num &operator+=(num b)
+    {
+        return *this = *this + b;
+    }
+    num &operator-=(num b)
+    {
+        return *this = *this - b;
+    }
+    num &operator*=(num b)
+    {
+        return *this = *this * b;
+    }
+    num &operator/=(num b)
+    {
+        return *this = *this / b;
+    }
+
+#define NUM_COMPARISON(op)                                                                         \
+    friend num_mask operator op(num a, num b)                                                      \
+    {                                                                                              \
+        num_counts.comparisons++;                                                                  \
+        return num_mask(a.value op b.value, step(a, b));                                           \
+    }
+    NUM_COMPARISON(<)
+    NUM_COMPARISON(>)
+    NUM_COMPARISON(<=)
+    NUM_COMPARISON(>=)
+    NUM_COMPARISON(==)
+    NUM_COMPARISON(!=)
+#undef NUM_COMPARISON
+
+    /* Time since num_forget() */
+    uint32_t age() const
+    {
+        return time > num_epoch ? time - num_epoch : 0;
+    }
+
+  private:
+    num(double x, uint32_t when) : value(x), time(when) {}
+
+    bool is_zero() const
+    {
+        return value <= 0 && value >= 0;
+    }
+
+    bool is_unit() const
+    {
+        const double size = value < 0 ? -value : value;
+        return is_zero() || (size <= 1 && size >= 1);
+    }
+
+    /* When the result of an operation on a and b is known, and one more operation of that time */
+    static uint32_t step(num a, num b)
+    {
+        const uint32_t x = a.age(), y = b.age(), done = (x > y ? x : y) + 1;
+        if (done >= num_counts.level.size())
+            num_counts.level.resize(2 * static_cast<size_t>(done) + 2);
+        num_counts.level[done]++;
+        return num_epoch + done;
+    }
+
+    double value;
+    uint32_t time;
+};
+
+static_assert(std::is_trivially_copyable<num>::value, "the kernels copy memory");
+
+/* Both values wait for the comparison. */
+inline num num_choose(num_mask m, num a, num b)
+{
+    return (m.is ? a : b).not_before(m.time);
+}
+#define num_select(m, a, b) num_choose((m), (a), (b))
+
+/* Counts from zero; everything that is known now is given. */
+inline void num_forget()
+{
+    std::vector<uint64_t> level;
+    level.swap(num_counts.level);
+    uint32_t latest = 0;
+    for (size_t k = 0; k < level.size(); k++)
+        if (level[k])
+            latest = static_cast<uint32_t>(k);
+    level.assign(level.size(), 0);
+    num_epoch += latest;
+    num_counts = num_tally{};
+    num_counts.level.swap(level);
+}
+
+/* Sines are not counted. */
+inline void num_sincos(num x, num *s, num *c)
+{
+    const double angle = static_cast<double>(x);
+    *s = num(std::sin(angle)).not_before(num_epoch + x.age());
+    *c = num(std::cos(angle)).not_before(num_epoch + x.age());
+}
+
+#endif

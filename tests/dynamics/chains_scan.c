@@ -1,0 +1,417 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The segment scan: the same numbers as the articulated-body algorithm for every length of chain,
+ * its error beside that algorithm's on chains that are hard, where it cuts, and its join.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "chains_scan.h"
+#include "fixture.h"
+#include "kernel/kernel.h"
+#include "kernel/load.h"
+#include "kernel/scan.h"
+#include "kernel/table.h"
+
+/* A chain, and a state in quadruple precision to look into */
+struct bench {
+    tfa_description *d;
+    tfa_model *model;
+    uint32_t n;
+    double *q, *v, *tau, wrenches[12];
+    uint32_t wrench_frames[2], wrench_count;
+    void *memory;
+    struct state *s;
+};
+
+static void bench_load(struct bench *b, chain_mechanism mechanism, tfa_base base, uint64_t seed)
+{
+    const tfa_model_options options = {.base = base};
+    random_source r = {seed + 1};
+    assert_int_equal(tfa_model_create(b->d, &options, NULL, &b->model), TFA_OK);
+    b->n = tfa_model_v_count(b->model);
+    b->q = calloc(tfa_model_q_count(b->model) + 7, sizeof *b->q);
+    b->v = calloc(b->n, sizeof *b->v);
+    b->tau = calloc(b->n, sizeof *b->tau);
+    assert_true(b->q && b->v && b->tau);
+    chain_coordinates(mechanism, b->d, seed + 2, b->q);
+    for (uint32_t k = 0; k < b->n; k++) {
+        b->v[k] = random_uniform(&r, -1, 1);
+        b->tau[k] = random_uniform(&r, -1, 1);
+    }
+}
+
+static struct bench bench_open(chain_mechanism mechanism, uint32_t links, tfa_base base,
+                               uint64_t seed)
+{
+    struct bench b = {.d = chain_create(mechanism, links, seed)};
+    bench_load(&b, mechanism, base, seed);
+    return b;
+}
+
+static void bench_close(struct bench *b)
+{
+    free(b->memory);
+    free(b->tau);
+    free(b->v);
+    free(b->q);
+    tfa_model_free(b->model);
+    chain_free(b->d);
+}
+
+static tfa_request bench_request(const struct bench *b)
+{
+    static const double pose[7] = {0, 0, 0, 0, 0, 0, 1};
+    tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                     .estimate = TFA_ESTIMATE_NEVER,
+                     .count = 1,
+                     .wrench_count = b->wrench_count,
+                     .wrenches = b->wrenches,
+                     .q = b->q,
+                     .v = b->v,
+                     .tau = b->tau,
+                     .base_pose = pose};
+    memcpy(r.wrench_frames, b->wrench_frames, sizeof b->wrench_frames);
+    return r;
+}
+
+/* The kernels' own state, loaded with the request */
+static struct state *bench_state(struct bench *b)
+{
+    const struct tfa_kernel *kernel = tfa_kernel_select(TFA_F128);
+    const tfa_request request = bench_request(b);
+    const size_t size = (kernel->size(b->model) + 63) / 64 * 64;
+    b->memory = aligned_alloc(64, size);
+    assert_non_null(b->memory);
+    b->s = kernel->init(b->model, b->memory);
+    TFA_V(load)(b->s, &request, 0);
+    return b->s;
+}
+
+/* ---- every length, in quadruple precision ---- */
+
+static double worst_length;
+
+static void compare(struct bench *b, tfa_method method)
+{
+    struct state *s = bench_state(b);
+    const uint32_t n = b->model->freedoms;
+    const struct chain_method *chain = TFA_V(chain_method)(method);
+    num *want = calloc(n, sizeof *want), *got = calloc(n, sizeof *got);
+    assert_true(want && got);
+    for (int bias = 0; bias < 2; bias++) {
+        num difference = 0, size = 0;
+        if (bias) {
+            TFA_V(aba)(s, s->tau, want);
+        } else {
+            TFA_V(aba_factor)(s);
+            TFA_V(aba_solve)(s, s->tau, want);
+        }
+        assert_int_equal(TFA_V(chain_factor)(s, chain), TFA_OK);
+        for (int again = 0; again < 2; again++) { /* factors last; the answer may be the question */
+            memcpy(got, s->tau, n * sizeof *got);
+            TFA_V(chain_solve)(s, chain, got, got, bias);
+        }
+        for (uint32_t k = 0; k < n; k++) {
+            difference += (got[k] - want[k]) * (got[k] - want[k]);
+            size += want[k] * want[k];
+        }
+        const double error = sqrt((double)(difference / size));
+        if (!(error < 1e-25))
+            fail_msg("%s, %u links, %s: error %.3g", b->d->name, (unsigned)b->d->joint_count,
+                     tfa_method_name((uint32_t)method), error);
+        worst_length = fmax(worst_length, error);
+    }
+    free(got);
+    free(want);
+    free(b->memory);
+    b->memory = NULL;
+}
+
+static void every_length_equals_aba(void **state)
+{
+    (void)state;
+    static const chain_mechanism kinds[] = {CHAIN_MIXED, CHAIN_POINTS, CHAIN_HEAVY_SPOTS};
+    for (uint32_t links = 1; links <= 130; links++)
+        for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+            const tfa_base base = (links + k) % 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
+            struct bench b = bench_open(kinds[k], links, base, links);
+            compare(&b, TFA_METHOD_SCAN);
+            compare(&b, TFA_METHOD_SCAN_TWO_PASS);
+            bench_close(&b);
+        }
+    print_message("  worst difference %.2g\n", worst_length);
+}
+
+/* ---- Lambda^-1 of a tip ---- */
+
+static void tip_equals_propagation(void **state)
+{
+    (void)state;
+    num want[36];
+    for (uint32_t links = 1; links <= 130; links += links < 40 ? 1 : 7) {
+        struct bench b = bench_open(CHAIN_MIXED, links, TFA_BASE_FIXED, links);
+        struct state *s = bench_state(&b);
+        s->tips = 1;
+        s->tip[0] = tfa_model_frame_count(b.model) - 1;
+        TFA_V(aba_factor)(s);
+        TFA_V(lambda_propagation)(s, TFA_FRAME_LOCAL);
+        memcpy(want, s->lambda, sizeof want);
+        for (int two = 0; two < 2; two++) {
+            const tfa_method method = two ? TFA_METHOD_SCAN_TWO_PASS : TFA_METHOD_SCAN;
+            num worst = 0, size = 0;
+            assert_int_equal(TFA_V(chain_factor)(s, TFA_V(chain_method)(method)), TFA_OK);
+            assert_int_equal(TFA_V(scan_lambda)(s, TFA_FRAME_LOCAL), 1);
+            for (int k = 0; k < 36; k++) {
+                const num d = num_abs(s->lambda[k] - want[k]);
+                worst = d > worst ? d : worst;
+                size = num_abs(want[k]) > size ? num_abs(want[k]) : size;
+            }
+            assert_true((double)(worst / size) < 1e-28);
+        }
+        s->tip[0] = 0; /* the root: it has no part in this */
+        assert_int_equal(TFA_V(scan_lambda)(s, TFA_FRAME_LOCAL), 0);
+        bench_close(&b);
+    }
+}
+
+/* ---- side branches ---- */
+
+/* Every fourth link hangs from the one before as a branch of its own: the chain goes on beside it. */
+static void branch(tfa_description *d)
+{
+    for (size_t k = 2; k + 1 < d->joint_count; k += 4)
+        d->joints[k + 1].parent = d->joints[k].parent;
+}
+
+/* Side branches, wrenches, velocities, rotor inertia, all types of joints, two trees at times */
+static void branches_and_wrenches_equal_aba(void **state)
+{
+    (void)state;
+    for (uint32_t trial = 0; trial < 40; trial++) {
+        const tfa_base base = trial % 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
+        struct bench b = {.d = chain_create(CHAIN_MIXED, 50 + 2 * trial, trial)};
+        random_source r = {trial};
+        branch(b.d);
+        if (trial % 4 == 0)
+            b.d->joints[20].parent = 0;
+        bench_load(&b, CHAIN_MIXED, base, trial);
+        for (uint32_t k = 0; k < 2; k++) {
+            b.wrench_frames[k] = random_below(&r, tfa_model_frame_count(b.model));
+            for (uint32_t e = 0; e < 6; e++)
+                b.wrenches[6 * k + e] = random_uniform(&r, -5, 5);
+        }
+        b.wrench_count = 2;
+        assert_int_equal(b.model->trees, base == TFA_BASE_FIXED && trial % 4 == 0 ? 2 : 1);
+        compare(&b, TFA_METHOD_SCAN);
+        compare(&b, TFA_METHOD_SCAN_TWO_PASS);
+        bench_close(&b);
+    }
+    print_message("  worst difference %.2g\n", worst_length);
+}
+
+/* ---- error beside that of aba ---- */
+
+enum { SEEDS = 6, RIGHT_SIDES = 3 };
+static const char *const right_side_names[RIGHT_SIDES] = {"qdd", "tau", "gravity"};
+static const tfa_method rivals[] = {TFA_METHOD_ABA, TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS};
+#define RIVALS (sizeof rivals / sizeof *rivals)
+
+static void run(tfa_workspace *w, tfa_request *r, tfa_method method, double *qdd)
+{
+    tfa_reply reply = {.qdd = qdd};
+    r->method = method;
+    assert_int_equal(tfa_compute(w, r, &reply), TFA_OK);
+}
+
+/* tau that gives the accelerations in b->v; random; none */
+static void make_right_side(const struct bench *b, tfa_workspace *f128, int side, tfa_request *r)
+{
+    static const double weightless[3] = {0, 0, 0};
+    r->v = NULL;
+    r->gravity = side < 2 ? weightless : NULL;
+    if (side == 0) {
+        tfa_request inverse = *r;
+        tfa_reply reply = {.tau = b->tau};
+        inverse.op = TFA_OP_INVERSE_DYNAMICS;
+        inverse.method = TFA_METHOD_RNEA;
+        inverse.tau = NULL;
+        inverse.qdd = b->v;
+        assert_int_equal(tfa_compute(f128, &inverse, &reply), TFA_OK);
+    }
+    r->tau = side < 2 ? b->tau : NULL;
+}
+
+/* Adds the squares of the relative errors of each method. */
+static void add_errors(chain_mechanism mechanism, uint32_t links, uint64_t seed, int side,
+                       double *sum)
+{
+    struct bench b = bench_open(mechanism, links, TFA_BASE_FIXED, seed);
+    tfa_workspace *f64 = fixture_workspace(b.model, TFA_F64);
+    tfa_workspace *f128 = fixture_workspace(b.model, TFA_F128);
+    double *want = calloc(b.n, sizeof *want), *got = calloc(b.n, sizeof *got);
+    tfa_request r = bench_request(&b);
+    assert_true(want && got);
+    make_right_side(&b, f128, side, &r);
+    run(f128, &r, TFA_METHOD_ABA, want);
+    for (size_t m = 0; m < RIVALS; m++) {
+        run(f64, &r, rivals[m], got);
+        const double error = relative_error(got, want, b.n);
+        sum[m] += error * error;
+    }
+    free(got);
+    free(want);
+    tfa_workspace_free(f128);
+    tfa_workspace_free(f64);
+    bench_close(&b);
+}
+
+/* Root mean square over seeds: one answer's ratio may be anything, ABA is lucky now and then. At
+ * rest under gravity one pass forms the forces between segments, and ABA none: 6 times its error on
+ * a helix of 1024 with fused multiply-add (1.7e-12). */
+static void error_is_abas(void **state)
+{
+    (void)state;
+    static const uint32_t lengths[] = {8, 24, 64, 200, 1024};
+    double worst[RIVALS] = {0};
+    for (int mechanism = 0; mechanism < CHAIN_MECHANISMS; mechanism++)
+        for (size_t n = 0; n < sizeof lengths / sizeof *lengths; n++)
+            for (int side = 0; side < RIGHT_SIDES; side++) {
+                double sum[RIVALS] = {0};
+                const uint64_t seeds = lengths[n] > 200 ? 2 : SEEDS;
+                for (uint64_t seed = 1; seed <= seeds; seed++)
+                    add_errors((chain_mechanism)mechanism, lengths[n], seed, side, sum);
+                for (size_t m = 1; m < RIVALS; m++) {
+                    const double own = sqrt(sum[m] / (double)seeds);
+                    const double abas = sqrt(sum[0] / (double)seeds) + 2e-16;
+                    if (!(own <= (rivals[m] == TFA_METHOD_SCAN && side == 2 ? 8 : 5) * abas))
+                        fail_msg("%s, %u links, %s, %s: error %.3g, that of aba %.3g",
+                                 chain_mechanism_names[mechanism], (unsigned)lengths[n],
+                                 right_side_names[side], tfa_method_name((uint32_t)rivals[m]), own,
+                                 abas);
+                    worst[m] = fmax(worst[m], own / abas);
+                }
+            }
+    for (size_t m = 1; m < RIVALS; m++)
+        print_message("  %-14s at most %.2g times the error of aba\n",
+                      tfa_method_name((uint32_t)rivals[m]), worst[m]);
+}
+
+/* ---- cuts ---- */
+
+static const struct scan *factored(struct bench *b, tfa_method method)
+{
+    struct state *s = bench_state(b);
+    assert_int_equal(TFA_V(chain_factor)(s, TFA_V(chain_method)(method)), TFA_OK);
+    return (const struct scan *)(const void *)s->rows;
+}
+
+static uint32_t seeded(const struct scan *scan)
+{
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < scan->segments; k++)
+        count += scan->segment[k].seeded != 0;
+    return count;
+}
+
+/* Segments cover the chain, 12 to 20 bodies each, and end on bodies that weigh something. */
+static void cuts_stand_on_heavy_bodies(void **state)
+{
+    (void)state;
+    struct bench b = bench_open(CHAIN_ALTERNATING9, 500, TFA_BASE_FIXED, 3);
+    const struct scan *scan = factored(&b, TFA_METHOD_SCAN);
+    uint32_t at = 0;
+    assert_true(scan->segments > 25);
+    for (uint32_t k = 0; k < scan->segments; k++) {
+        const struct scan_segment *segment = &scan->segment[k];
+        assert_int_equal(segment->first, at);
+        at = segment->end;
+        if (k + 1 == scan->segments)
+            break;
+        assert_in_range(segment->end - segment->first, 12, 20);
+        assert_true(b.model->body[b.model->chain[0].body[at - 1]].mass > 0.5);
+    }
+    assert_int_equal(at, 500);
+    assert_int_equal(seeded(scan), 0);
+    bench_close(&b);
+}
+
+/* A millionfold heavier tip right behind a cut: one segment goes a second time, not the others. */
+static void a_light_cut_gets_a_second_pass(void **state)
+{
+    (void)state;
+    uint32_t light = 0;
+    for (uint32_t links = 20; links < 120; links++) {
+        struct bench b = bench_open(CHAIN_HEAVY_TIP, links, TFA_BASE_FIXED, links);
+        const uint32_t count = seeded(factored(&b, TFA_METHOD_SCAN));
+        assert_true(count <= 1);
+        light += count;
+        free(b.memory);
+        const struct scan *two = factored(&b, TFA_METHOD_SCAN_TWO_PASS);
+        assert_int_equal(seeded(two), two->segments - 1);
+        bench_close(&b);
+    }
+    print_message("  %u of 100 chains with a heavy tip\n", (unsigned)light);
+}
+
+/* ---- the join ---- */
+
+static void random_element(random_source *r, struct scan_element *x)
+{
+    num B[36], K[36];
+    for (int k = 0; k < 36; k++) {
+        x->A[k] = (num)random_uniform(r, -1, 1);
+        B[k] = k < 18 ? (num)random_uniform(r, -1, 1) : 0; /* C and J of rank 3 */
+        K[k] = k < 18 ? (num)random_uniform(r, -1, 1) : 0;
+    }
+    m6_tmul(x->C, B, B);
+    m6_tmul(x->J, K, K);
+}
+
+static double element_difference(const struct scan_element *x, const struct scan_element *y)
+{
+    num worst = 0;
+    for (int k = 0; k < 36; k++) {
+        const num d[3] = {x->A[k] - y->A[k], x->C[k] - y->C[k], x->J[k] - y->J[k]};
+        for (int e = 0; e < 3; e++)
+            worst = num_abs(d[e]) > worst ? num_abs(d[e]) : worst;
+    }
+    return (double)worst;
+}
+
+static void joining_is_associative(void **state)
+{
+    (void)state;
+    random_source r = {5};
+    for (int trial = 0; trial < 100; trial++) {
+        struct scan_element x[3];
+        for (int k = 0; k < 3; k++)
+            random_element(&r, &x[k]);
+        const struct scan_element inner = scan_join(&x[0], &x[1]), outer = scan_join(&x[1], &x[2]);
+        const struct scan_element one = scan_join(&inner, &x[2]), other = scan_join(&x[0], &outer);
+        assert_true(element_difference(&one, &other) < 1e-28);
+        assert_true(element_difference(&one, &inner) > 1e-3);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(joining_is_associative),
+        cmocka_unit_test(cuts_stand_on_heavy_bodies),
+        cmocka_unit_test(a_light_cut_gets_a_second_pass),
+        cmocka_unit_test(every_length_equals_aba),
+        cmocka_unit_test(tip_equals_propagation),
+        cmocka_unit_test(branches_and_wrenches_equal_aba),
+        cmocka_unit_test(error_is_abas),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * `totalforce chart`: accuracy against speed.
+ */
+#include "chart.h"
+#include "commands.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* All rows of a run; pictures need them together. */
+typedef struct rows {
+    chart_row *all;
+    size_t count, room;
+    int failed;
+} rows;
+
+static chart_row *new_row(rows *r)
+{
+    if (r->count == r->room) {
+        r->room = r->room ? 2 * r->room : 256;
+        chart_row *more = realloc(r->all, r->room * sizeof *more);
+        if (!more)
+            return NULL;
+        r->all = more;
+    }
+    r->all[r->count] = (chart_row){0};
+    return &r->all[r->count++];
+}
+
+static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
+{
+    const size_t first = r->count;
+    for (uint32_t m = 0; m < o->method_count; m++)
+        for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
+            if (!(o->refine & 1u << refine))
+                continue;
+            chart_row *row = new_row(r);
+            if (!row)
+                return TFA_E_MEMORY;
+            row->method = o->methods[m];
+            row->refine = refine;
+            chart_measure(row, c, d, o->budget);
+        }
+    chart_mark_front(r->all + first, r->count - first);
+    return TFA_OK;
+}
+
+static int chart_subject_at(rows *r, const chart_options *o, FILE *out,
+                            const chart_subject *subject, uint32_t bodies)
+{
+    chart_case c;
+    int status = chart_case_open(&c, o, subject, bodies);
+    if (status != TFA_OK)
+        return status;
+    for (uint32_t rhs = 0; status == TFA_OK && rhs < CHART_RHS_COUNT; rhs++) {
+        const size_t first = r->count;
+        chart_data d;
+        if (!(o->rhs & 1u << rhs))
+            continue;
+        status = chart_data_make(&d, &c, (chart_rhs)rhs, o->states);
+        if (status != TFA_OK) {
+            fprintf(stderr, "totalforce chart: %s, %" PRIu32 " bodies, %s: exact answer: %s\n",
+                    c.name, c.bodies, chart_rhs_words[rhs], tfa_status_text(status));
+            break;
+        }
+        status = chart_methods(r, o, &c, &d);
+        chart_data_free(&d);
+        for (size_t i = first; i < r->count; i++)
+            (o->json ? chart_print_row_json : chart_print_row)(out, &r->all[i]);
+        fflush(out);
+    }
+    chart_case_close(&c);
+    return status;
+}
+
+/* What cannot be charted is told and left out; the rest is charted. */
+static void chart_all(rows *r, const chart_options *o, FILE *out)
+{
+    if (!o->json)
+        chart_print_head(out, o);
+    for (uint32_t i = 0; i < o->subject_count; i++) {
+        const chart_subject *subject = &o->subjects[i];
+        for (uint32_t k = 0; k < (subject->file ? 1 : o->size_count); k++)
+            if (chart_subject_at(r, o, out, subject, o->sizes[k]) != TFA_OK)
+                r->failed = 1;
+    }
+}
+
+/* chart.csv or chart.jsonl in the folder, which is made; standard output without one. */
+static FILE *open_output(const chart_options *o)
+{
+    char path[4096];
+    if (!o->folder)
+        return stdout;
+    if (mkdir(o->folder, 0777) != 0 && errno != EEXIST) {
+        fprintf(stderr, "totalforce chart: %s: %s\n", o->folder, strerror(errno));
+        return NULL;
+    }
+    snprintf(path, sizeof path, "%s/chart.%s", o->folder, o->json ? "jsonl" : "csv");
+    FILE *out = fopen(path, "w");
+    if (!out)
+        fprintf(stderr, "totalforce chart: %s: %s\n", path, strerror(errno));
+    return out;
+}
+
+static int close_output(FILE *out)
+{
+    int bad = fflush(out) != 0 || ferror(out);
+    if (out != stdout)
+        bad |= fclose(out) != 0;
+    if (bad)
+        fprintf(stderr, "totalforce chart: output: %s\n", strerror(errno));
+    return bad ? EXIT_FAILED : EXIT_GOOD;
+}
+
+int command_chart(int argc, char **argv)
+{
+    chart_options options;
+    rows r = {0};
+    int error = chart_parse(argc, argv, &options);
+    if (error) {
+        fprintf(stderr, "totalforce chart: %s\n", strerror(error));
+        free(options.command);
+        return EXIT_USAGE;
+    }
+    int result = EXIT_FAILED;
+    FILE *out = open_output(&options);
+    if (out) {
+        chart_all(&r, &options, out);
+        result = close_output(out);
+    }
+    if (result == EXIT_GOOD && options.folder)
+        result = chart_draw(&options, r.all, r.count);
+    if (result == EXIT_GOOD && r.failed)
+        result = EXIT_FAILED;
+    free(r.all);
+    free(options.command);
+    return result;
+}

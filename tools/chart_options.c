@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The command line of `totalforce chart`.
+ */
+#include "chart.h"
+#include "commands.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const chart_rhs_words[CHART_RHS_COUNT] = {
+#define CHART_RHS_WORD(name, word, what) word,
+    CHART_RHS_LIST(CHART_RHS_WORD)
+#undef CHART_RHS_WORD
+};
+
+enum {
+    KEY_URDF = 256,
+    KEY_BASE,
+    KEY_RHS,
+    KEY_REFINE,
+    KEY_STATES,
+    KEY_BUDGET,
+    KEY_JSON,
+    KEY_SCRIPTS
+};
+
+static const struct argp_option option_table[] = {
+    {.name = "mechanisms",
+     .key = 'm',
+     .arg = "LIST",
+     .doc = "NAME or NAME:X, where X is its mass "
+            "ratio, taper or radius (all, unless --urdf is given)"},
+    {.name = "bodies", .key = 'n', .arg = "LIST", .doc = "Sizes of the mechanisms (8,32,128)"},
+    {.name = "urdf", .key = KEY_URDF, .arg = "FILE", .doc = "A robot; may be repeated"},
+    {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "Of the robots (fixed)"},
+    {.name = "methods", .key = 'M', .arg = "LIST", .doc = "Methods (all of forward dynamics)"},
+    {.name = "rhs", .key = KEY_RHS, .arg = "LIST", .doc = "Of qdd, tau, gravity (all)"},
+    {.name = "refine",
+     .key = KEY_REFINE,
+     .arg = "LIST",
+     .doc = "Refinement steps, of 0, 1, 2 (0,1)"},
+    {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states for each row (3)"},
+    {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
+    {.name = "budget-ms", .key = KEY_BUDGET, .arg = "N", .doc = "Time for timing one row (20)"},
+    {.name = "json", .key = KEY_JSON, .doc = "JSON, one row a line, in place of CSV"},
+    {.name = "output", .key = 'o', .arg = "FOLDER", .doc = "Write chart.csv, SVG and PNG there"},
+    {.name = "scripts",
+     .key = KEY_SCRIPTS,
+     .arg = "FOLDER",
+     .doc = "The gnuplot scripts (those "
+            "installed with the program)"},
+    {0}};
+
+/* Calls `take` for each word of "a,b,c", which is cut up in place. */
+static void for_each_word(struct argp_state *state, char *text,
+                          void (*take)(struct argp_state *, char *))
+{
+    for (char *word = strtok(text, ","); word; word = strtok(NULL, ","))
+        take(state, word);
+}
+
+static void take_mechanism(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    if (o->subject_count == CHART_CASES)
+        argp_error(state, "--mechanisms: more than %d mechanisms and robots", CHART_CASES);
+    char name[32];
+    const char *colon = strchr(word, ':');
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(word, ":"), word);
+    int kind = mechanism_find(name);
+    if (kind < 0)
+        argp_error(state, "--mechanisms: no '%s'; `totalforce chain --help` lists them", name);
+    double value = colon ? option_double(state, "mechanisms", colon + 1) : 0.0;
+    if (colon && !(value > 0.0))
+        argp_error(state, "--mechanisms: %s: the number must be positive", word);
+    o->subjects[o->subject_count++] =
+        (chart_subject){.label = word, .kind = (mechanism_kind)kind, .value = value};
+}
+
+static void take_size(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    if (o->size_count == CHART_SIZES)
+        argp_error(state, "--bodies: more than %d sizes", CHART_SIZES);
+    o->sizes[o->size_count++] =
+        (uint32_t)option_unsigned(state, "bodies", word, 1, MECHANISM_BODIES_MAX);
+}
+
+static void take_method(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    int32_t method = tfa_method_find(word);
+    if (method < 0)
+        argp_error(state, "--methods: no '%s'", word);
+    if (o->method_count == CHART_METHODS)
+        argp_error(state, "--methods: more than %d", CHART_METHODS);
+    o->methods[o->method_count++] = (uint32_t)method;
+}
+
+static void take_rhs(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    o->rhs |= 1u << option_word(state, "rhs", word, chart_rhs_words, CHART_RHS_COUNT);
+}
+
+static void take_refine(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    o->refine |= 1u << option_unsigned(state, "refine", word, 0, CHART_REFINE - 1);
+}
+
+static void take_file(struct argp_state *state, const char *file)
+{
+    chart_options *o = state->input;
+    if (o->subject_count == CHART_CASES)
+        argp_error(state, "--urdf: more than %d mechanisms and robots", CHART_CASES);
+    o->subjects[o->subject_count++] = (chart_subject){.label = file, .file = file};
+}
+
+static void complete(chart_options *o)
+{
+    static const uint32_t sizes[] = {8, 32, 128};
+    static const uint32_t answering[] = {
+#define CHART_METHOD(name, number, text, fd, lambda, what) fd && (number) ? (number) : 0u,
+        TFA_METHOD_LIST(CHART_METHOD)
+#undef CHART_METHOD
+    };
+    for (int i = 0; o->subject_count == 0 && i < MECHANISM_COUNT; i++)
+        o->subjects[i] =
+            (chart_subject){.label = mechanism_name((mechanism_kind)i), .kind = (mechanism_kind)i};
+    o->subject_count = o->subject_count ? o->subject_count : MECHANISM_COUNT;
+    if (o->size_count == 0) {
+        memcpy(o->sizes, sizes, sizeof sizes);
+        o->size_count = sizeof sizes / sizeof *sizes;
+    }
+    const uint32_t asked = o->method_count;
+    for (size_t i = 0; asked == 0 && i < sizeof answering / sizeof *answering; i++)
+        if (answering[i])
+            o->methods[o->method_count++] = answering[i];
+    o->rhs = o->rhs ? o->rhs : (1u << CHART_RHS_COUNT) - 1;
+    o->refine = o->refine ? o->refine : 3;
+}
+
+static error_t parse_list(int key, char *text, struct argp_state *state)
+{
+    switch (key) {
+    case 'm':
+        for_each_word(state, text, take_mechanism);
+        return 0;
+    case 'n':
+        for_each_word(state, text, take_size);
+        return 0;
+    case 'M':
+        for_each_word(state, text, take_method);
+        return 0;
+    case KEY_RHS:
+        for_each_word(state, text, take_rhs);
+        return 0;
+    case KEY_REFINE:
+        for_each_word(state, text, take_refine);
+        return 0;
+    case KEY_URDF:
+        take_file(state, text);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    chart_options *o = state->input;
+    switch (key) {
+    case KEY_BASE:
+        o->base = option_base(state, text);
+        return 0;
+    case KEY_STATES:
+        o->states = (uint32_t)option_unsigned(state, "states", text, 2, CHART_STATES);
+        return 0;
+    case KEY_BUDGET:
+        o->budget = (uint32_t)option_unsigned(state, "budget-ms", text, 1, 100000);
+        return 0;
+    case 's':
+        o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
+        return 0;
+    case KEY_JSON:
+        o->json = 1;
+        return 0;
+    case 'o':
+        o->folder = text;
+        return 0;
+    case KEY_SCRIPTS:
+        o->scripts = text;
+        return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "one argument too many: '%s'", text);
+        return 0;
+    case ARGP_KEY_END:
+        complete(o);
+        return 0;
+    default:
+        return parse_list(key, text, state);
+    }
+}
+
+/* The command line as it was typed, before the lists are cut up. */
+static char *join(int argc, char **argv)
+{
+    size_t size = 1;
+    for (int i = 0; i < argc; i++)
+        size += strlen(argv[i]) + 1;
+    char *line = calloc(size, 1);
+    for (int i = 0; line && i < argc; i++)
+        stpcpy(stpcpy(line + strlen(line), i ? " " : ""), argv[i]);
+    return line;
+}
+
+#define CHART_RHS_HELP(name, word, what) "  " word ": " what "\n"
+
+int chart_parse(int argc, char **argv, chart_options *options)
+{
+    static const struct argp argp = {
+        .options = option_table,
+        .parser = parse,
+        .doc = "Charts accuracy against speed: every method on every mechanism, size, right-hand "
+               "side and number of refinement steps, against articulated bodies in quadruple "
+               "precision.\v"
+               "Right-hand sides:\n" CHART_RHS_LIST(
+                   CHART_RHS_HELP) "\nTimes are CPU times of this thread, medians, taken in turns "
+                                   "with aba. The floor "
+                                   "is what the exact answer changes by when the inputs change in "
+                                   "their last bit."};
+    *options = (chart_options){.states = 3, .seed = 1, .budget = 20, .command = join(argc, argv)};
+    return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
+}

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The overview: a small panel for each mechanism and size, and in words what follows from it.
+ */
+#include "chart.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+/* Both from CHART_CASES x CHART_SIZES: what a picture has room for. */
+typedef struct grid {
+    char subjects[CHART_CASES][64];
+    uint32_t subject_count;
+    uint32_t sizes[CHART_SIZES];
+    uint32_t size_count;
+} grid;
+
+static uint32_t column_of(grid *g, uint32_t bodies)
+{
+    uint32_t k = 0;
+    while (k < g->size_count && g->sizes[k] != bodies)
+        k++;
+    if (k == g->size_count && k < CHART_SIZES)
+        g->sizes[g->size_count++] = bodies;
+    return k;
+}
+
+static uint32_t line_of(grid *g, const char *subject)
+{
+    uint32_t k = 0;
+    while (k < g->subject_count && strcmp(g->subjects[k], subject) != 0)
+        k++;
+    if (k == g->subject_count && k < CHART_CASES)
+        snprintf(g->subjects[g->subject_count++], sizeof g->subjects[0], "%s", subject);
+    return k;
+}
+
+static chart_rhs first_rhs(const chart_options *o)
+{
+    chart_rhs rhs = CHART_QDD;
+    while (rhs < CHART_GRAVITY && !(o->rhs >> rhs & 1u))
+        rhs++;
+    return rhs;
+}
+
+/* In how many panels - mechanism, size, right-hand side - a method with so many steps is on the
+ * front, is far above the floor, and gives no answer of its own. */
+typedef struct tally {
+    uint32_t front, far, silent, panels;
+} tally;
+
+#define FAR 100.0
+
+static tally count_method(const chart_row *rows, size_t count, uint32_t method, uint32_t refine)
+{
+    tally t = {0};
+    for (size_t i = 0; i < count; i++) {
+        if (rows[i].method != method || rows[i].refine != refine)
+            continue;
+        const int good = chart_row_good(&rows[i]);
+        t.panels++;
+        t.silent += !good;
+        t.front += good && rows[i].front;
+        t.far += good && rows[i].error > FAR * fmax(rows[i].floor, 1e-15);
+    }
+    return t;
+}
+
+static void write_table(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
+{
+    fprintf(out, "$words << EOD\n%-14s", "panels");
+    for (uint32_t refine = 0; refine < CHART_REFINE; refine++)
+        if (o->refine >> refine & 1u)
+            fprintf(out, " | %" PRIu32 " steps: front  far  silent", refine);
+    for (uint32_t m = 0; m < o->method_count; m++) {
+        fprintf(out, "\n%-14s", tfa_method_name(o->methods[m]));
+        for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
+            const tally t = count_method(rows, count, o->methods[m], refine);
+            if (o->refine >> refine & 1u)
+                fprintf(out, " |         %5" PRIu32 "%5" PRIu32 "%8" PRIu32, t.front, t.far,
+                        t.silent);
+        }
+    }
+    fputs("\nEOD\n", out);
+}
+
+/* The methods for which the condition holds, or "none". */
+static void list_methods(FILE *out, const chart_options *o, const chart_row *rows, size_t count,
+                         uint32_t refine, int (*holds)(const tally *))
+{
+    const char *before = "";
+    for (uint32_t m = 0; m < o->method_count; m++) {
+        const tally t = count_method(rows, count, o->methods[m], refine);
+        if (!holds(&t))
+            continue;
+        fprintf(out, "%s%s", before, tfa_method_name(o->methods[m]));
+        before = ", ";
+    }
+    fputs(*before ? ".\n" : "none.\n", out);
+}
+
+static int is_always_near(const tally *t)
+{
+    return t->far == 0 && t->silent == 0;
+}
+
+static int is_on_a_front(const tally *t)
+{
+    return t->front > 0;
+}
+
+/* What the rows say, counted and not asserted. */
+static void write_sentences(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
+{
+    const tally any = count_method(rows, count, o->methods[0], o->refine & 1u ? 0 : 1);
+    fprintf(out,
+            "$sentences << EOD\nCounted over all %" PRIu32 " panels, all right-hand sides; far: "
+            "error more than %g times the floor (or 1e-15); silent: refused, or fell back to "
+            "another method.\n",
+            any.panels, FAR);
+    for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
+        if (!(o->refine >> refine & 1u))
+            continue;
+        fprintf(out, "With %" PRIu32 " refinement steps, never far and never silent: ", refine);
+        list_methods(out, o, rows, count, refine, is_always_near);
+        fprintf(out, "With %" PRIu32 " refinement steps, on the front somewhere: ", refine);
+        list_methods(out, o, rows, count, refine, is_on_a_front);
+    }
+    fputs("EOD\n", out);
+}
+
+void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)
+{
+    grid g = {0};
+    const chart_rhs rhs = first_rhs(o);
+    fputs("$data << EOD\n", gnuplot);
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t line = line_of(&g, rows[i].subject);
+        const uint32_t column = column_of(&g, rows[i].bodies);
+        if (rows[i].rhs == rhs && chart_row_good(&rows[i]))
+            fprintf(gnuplot, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d\n",
+                    line, column, rows[i].method, rows[i].refine, rows[i].time,
+                    fmin(fmax(rows[i].error, 1e-17), 1e2), fmax(rows[i].floor, 1e-17),
+                    rows[i].front);
+    }
+    fputs("EOD\n", gnuplot);
+    fprintf(gnuplot, "rhs_name = rhs_%d\nlines = %" PRIu32 "\ncolumns = %" PRIu32 "\n", (int)rhs,
+            g.subject_count, g.size_count);
+    fprintf(gnuplot, "array line_name[%" PRIu32 "]\narray column_name[%" PRIu32 "]\n",
+            g.subject_count, g.size_count);
+    for (uint32_t k = 0; k < g.subject_count; k++)
+        fprintf(gnuplot, "line_name[%" PRIu32 "] = '%s'\n", k + 1, g.subjects[k]);
+    for (uint32_t k = 0; k < g.size_count; k++)
+        fprintf(gnuplot, "column_name[%" PRIu32 "] = '%" PRIu32 " bodies'\n", k + 1, g.sizes[k]);
+    write_table(gnuplot, o, rows, count);
+    write_sentences(gnuplot, o, rows, count);
+    fputs("load scripts.'/overview.gp'\n", gnuplot);
+}

@@ -149,11 +149,11 @@ static tfa_request request(const struct bench *b, tfa_op op, tfa_method method, 
     return r;
 }
 
-/* Places the buffer of one kind of answer; all of them are multiples of 8 bytes. */
+/* Places the buffer of one kind of answer at a multiple of 8 bytes. */
 static void *take(struct outputs *o, size_t bytes)
 {
     void *at = o->memory ? o->memory + o->size : NULL;
-    o->size += bytes;
+    o->size += (bytes + 7) / 8 * 8;
     return at;
 }
 

@@ -134,6 +134,9 @@ static tfa_reply slice_reply(const tfa_pool *p, uint32_t first)
     r.base_wrench = out(r.base_wrench, 6, first);
     r.lambda_inv = out(r.lambda_inv, 36 * tips * tips, first);
     r.mass_matrix = out(r.mass_matrix, n * n, first);
+    r.poses = out(r.poses, 7 * tips, first);
+    r.held = r.held ? r.held + nv * first : NULL;
+    r.certificate = r.certificate ? r.certificate + first : NULL;
     r.spectrum = r.spectrum ? r.spectrum + first : NULL;
     r.answers = r.answers ? r.answers + first : NULL;
     return r;

@@ -79,12 +79,41 @@ static void counter_counts(void **state)
     assert_int_equal(atomic_load(&calls) - before, 2);
 }
 
+/* The same with what a request may change: payloads that come and go, locked joints, held ones. */
+static unsigned long change_things(test_robot *robot, tfa_request r, tfa_reply *reply)
+{
+    static const double load[TFA_PAYLOAD_NUMBERS] = {2, 0.1, 0, 0.2, 0.01, 0, 0, 0.01, 0, 0.01};
+    static const uint32_t first[] = {0};
+    tfa_certificate certificate[2];
+    unsigned long answered = 0;
+    reply->certificate = certificate;
+    r.method = TFA_METHOD_AUTO;
+    r.refine = 0;
+    r.estimate = TFA_ESTIMATE_NEVER;
+    r.payloads = load;
+    r.payload_frames[0] = r.tips[0];
+    r.locked = r.held = first;
+    for (unsigned k = 0; k < 64; k++) {
+        r.op = k & 1 ? TFA_OP_OPERATIONAL_INERTIA : TFA_OP_FORWARD_DYNAMICS;
+        r.payload_count = k >> 1 & 1;
+        r.locked_count = k >> 2 & 1;
+        r.hold = (tfa_hold)(k >> 4 & 3);
+        r.held_count = 1;
+        r.tolerance = 0.3;
+        r.tip_count = r.hold ? 0 : 2;
+        r.flags = r.hold ? TFA_WANT_CERTIFICATE : TFA_WANT_POSES;
+        answered += tfa_compute(robot->f64, &r, reply) == TFA_OK;
+    }
+    return answered;
+}
+
 /* Every op with every method, a bad request, and a fallback-prone refinement. */
 static void every_request(test_robot *robot)
 {
     random_states *x = random_states_create(robot->seed, robot->description, robot->o, 2, 2);
     const size_t n = robot->n;
-    double *numbers = calloc(2 * (2 * (size_t)robot->nv + n * n + 12 + 144) + 1, sizeof *numbers);
+    double *numbers =
+        calloc(2 * (2 * (size_t)robot->nv + n * n + 12 + 144 + 14) + 1, sizeof *numbers);
     tfa_spectrum spectrum[2];
     tfa_answer answers[2];
     assert_non_null(numbers);
@@ -94,6 +123,7 @@ static void every_request(test_robot *robot)
     reply.base_acceleration = reply.mass_matrix + 2 * n * n;
     reply.base_wrench = reply.base_acceleration + 12;
     reply.lambda_inv = reply.base_wrench + 12;
+    reply.poses = reply.lambda_inv + 2 * 144;
     tfa_request r = fixture_request(robot, x);
     r.flags = TFA_WANT_SPECTRUM;
     r.estimate = TFA_ESTIMATE_ALWAYS;
@@ -109,8 +139,10 @@ static void every_request(test_robot *robot)
                 r.refine = refine;
                 answered += tfa_compute(robot->f64, &r, &reply) == TFA_OK;
             }
+    const unsigned long changed = change_things(robot, r, &reply);
     unsigned long after = atomic_load(&calls);
     assert_true(answered >= 3 * 4);
+    assert_true(changed >= 16);
     assert_int_equal(after - before, 0);
     free(numbers);
     random_states_free(x);

@@ -129,7 +129,7 @@ static tfa_request request(const struct bench *b, tfa_op op, tfa_method method, 
     tfa_request r = {.op = op,
                      .method = method,
                      .refine = TFA_REFINE_DEFAULT,
-                     .flags = tips ? TFA_WANT_SPECTRUM : 0,
+                     .flags = tips ? TFA_WANT_SPECTRUM | TFA_WANT_POSES : 0,
                      .count = STATES,
                      .tip_count = tips,
                      .wrench_count = b->wrench_frames[0] ? WRENCHES : 0,
@@ -149,11 +149,11 @@ static tfa_request request(const struct bench *b, tfa_op op, tfa_method method, 
     return r;
 }
 
-/* Places the buffer of one kind of answer; all of them are multiples of 8 bytes. */
+/* Places the buffer of one kind of answer at a multiple of 8 bytes. */
 static void *take(struct outputs *o, size_t bytes)
 {
     void *at = o->memory ? o->memory + o->size : NULL;
-    o->size += bytes;
+    o->size += (bytes + 7) / 8 * 8;
     return at;
 }
 
@@ -170,6 +170,9 @@ static void place(struct outputs *o, const struct bench *b, uint32_t count)
         .mass_matrix = take(o, count * n * n * d),
         .spectrum = take(o, count * sizeof(tfa_spectrum)),
         .answers = take(o, count * sizeof(tfa_answer)),
+        .poses = take(o, count * 7 * TIPS * d),
+        .certificate = take(o, count * sizeof(tfa_certificate)),
+        .held = take(o, count * b->nv),
     };
 }
 
@@ -219,13 +222,16 @@ static const struct {
     tfa_method method;
     uint32_t tips;
     uint32_t step; /* of the batch sizes: all of them where states are cheap */
+    tfa_hold hold;
 } kinds[] = {
-    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_AUTO, 0, 1},
-    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_TFA, TIPS, 32},
-    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_CRBA, 1, 32},
-    {TFA_OP_INVERSE_DYNAMICS, TFA_METHOD_AUTO, 0, 1},
-    {TFA_OP_OPERATIONAL_INERTIA, TFA_METHOD_AUTO, TIPS, 8},
-    {TFA_OP_MASS_MATRIX, TFA_METHOD_AUTO, 0, 4},
+    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_AUTO, 0, 1, TFA_HOLD_NONE},
+    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_TFA, TIPS, 32, TFA_HOLD_NONE},
+    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_CRBA, 1, 32, TFA_HOLD_NONE},
+    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_AUTO, 0, 16, TFA_HOLD_GIVEN},
+    {TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_AUTO, 0, 32, TFA_HOLD_AUTO},
+    {TFA_OP_INVERSE_DYNAMICS, TFA_METHOD_AUTO, 0, 1, TFA_HOLD_NONE},
+    {TFA_OP_OPERATIONAL_INERTIA, TFA_METHOD_AUTO, TIPS, 8, TFA_HOLD_NONE},
+    {TFA_OP_MASS_MATRIX, TFA_METHOD_AUTO, 0, 4, TFA_HOLD_NONE},
 };
 
 static void same_bits(tfa_base base)
@@ -233,7 +239,13 @@ static void same_bits(tfa_base base)
     struct bench b;
     open_humanoid(&b, base);
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        static const uint32_t fingers[] = {20, 21, 22, 23};
         tfa_request r = request(&b, kinds[k].op, kinds[k].method, kinds[k].tips);
+        r.hold = kinds[k].hold;
+        r.held = fingers;
+        r.held_count = 4;
+        r.tolerance = 0.3;
+        r.flags |= r.hold ? TFA_WANT_CERTIFICATE : 0;
         for (uint32_t count = 1; count <= STATES; count += kinds[k].step)
             compare(&b, &r, count);
     }

@@ -157,8 +157,9 @@ typedef struct tfa_spectrum {
  * the energy norm is |x - y|_M = sqrt((x - y)^T M (x - y)), and |x|_M^2 = |y|_M^2 + |x - y|_M^2.
  */
 typedef struct tfa_certificate {
-    double error; /**< |x - y|_M, kg^1/2 m/s^2; 0.1 % and the rounding of the answer (64 eps |x|_M
-                          for each body) above what was computed, so that it is never too small.
+    double
+        error; /**< |x - y|_M, kg^1/2 m/s^2; 0.1 % and the rounding of the answer, 64 eps (|x|_M +
+                          |M^-1 tau|_M) for each body, above what was computed: never too small.
                           NaN: not asked for (TFA_HOLD_GIVEN without TFA_WANT_CERTIFICATE) */
     double relative; /**< the same over |x|_M */
     uint32_t held;   /**< joints that were held */

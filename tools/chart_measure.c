@@ -93,19 +93,25 @@ static double now(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-/* Seconds for each of `calls` calls. Every call is another state than the one before, since factors
- * of the same q would be kept. */
-static double sample(tfa_workspace *w, const chart_data *d, uint32_t method, uint32_t refine,
-                     uint32_t calls)
+/* Which state comes next: every call, whatever its method, has another q than the one before, since
+ * the factors of the same q would be kept. */
+typedef struct turns {
+    tfa_workspace *workspace;
+    const chart_data *data;
+    uint32_t next;
+} turns;
+
+/* Seconds for each of `calls` calls. */
+static double sample(turns *t, uint32_t method, uint32_t refine, uint32_t calls)
 {
     tfa_answer answer;
     tfa_request requests[CHART_STATES];
-    tfa_reply reply = chart_reply(d, &answer);
-    for (uint32_t s = 0; s < d->states; s++)
-        requests[s] = request_of(d, s, method, refine);
+    tfa_reply reply = chart_reply(t->data, &answer);
+    for (uint32_t s = 0; s < t->data->states; s++)
+        requests[s] = request_of(t->data, s, method, refine);
     const double start = now();
     for (uint32_t k = 0; k < calls; k++)
-        (void)tfa_compute(w, &requests[k % d->states], &reply);
+        (void)tfa_compute(t->workspace, &requests[t->next++ % t->data->states], &reply);
     return (now() - start) / calls;
 }
 
@@ -119,14 +125,15 @@ static uint32_t calls_for(double seconds)
 static void measure_times(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
 {
     double times[SAMPLES_MAX], aba[SAMPLES_MAX], ratios[SAMPLES_MAX];
-    const double first = sample(c->f64, d, row->method, row->refine, d->states);
-    const double first_aba = sample(c->f64, d, TFA_METHOD_ABA, 0, d->states);
+    turns t = {.workspace = c->f64, .data = d};
+    const double first = sample(&t, row->method, row->refine, 1);
+    const double first_aba = sample(&t, TFA_METHOD_ABA, 0, d->states);
     const uint32_t calls = calls_for(first), aba_calls = calls_for(first_aba);
     const double end = now() + 1e-3 * budget_ms;
     uint32_t n = 0;
     while (n < SAMPLES_MIN || (n < SAMPLES_MAX && now() < end)) {
-        times[n] = 1e6 * sample(c->f64, d, row->method, row->refine, calls);
-        aba[n] = 1e6 * sample(c->f64, d, TFA_METHOD_ABA, 0, aba_calls);
+        times[n] = 1e6 * sample(&t, row->method, row->refine, calls);
+        aba[n] = 1e6 * sample(&t, TFA_METHOD_ABA, 0, aba_calls);
         ratios[n] = aba[n] > 0.0 ? times[n] / aba[n] : NAN;
         n++;
     }

@@ -26,8 +26,8 @@ enum tfa_kind {
 #define TFA_MASS_ENTRIES_MAX ((size_t)4 << 20)
 
 /* The longest main chain that the method hessenberg takes: it keeps 36 N (N - 1) / 2 numbers, here
- * 9.4 MB in double, in every workspace of the model, whether the method is used or not. */
-#define TFA_HESSENBERG_LONGEST 256
+ * 2.4 MB in double, in every workspace of the model, whether the method is used or not. */
+#define TFA_HESSENBERG_LONGEST 130
 
 /* One of the joints of a fused body, in their order from the parent. Its frame is fixed in what it
  * moves; that of the last one is the body's. */

@@ -14,7 +14,7 @@ for name in $mechanisms; do
         status 0 "$tool" chain $name --bodies $bodies
         same "$work/out" "$work/chain.urdf" "chain $name is not the same twice"
         status 0 "$tool" model --json "$work/chain.urdf"
-        says "$work/out" "\"name\": \"$name-$bodies\""
+        says "$work/out" "\"robot\": \"$name-$bodies\""
     done
 done
 status 0 "$tool" chain random --bodies 3 --seed 1

@@ -233,7 +233,8 @@ static int find_floor(chart_data *d, chart_case *c)
     }
     memcpy(d->coordinates, kept, count * sizeof(double));
     free(kept);
-    d->floor = status == TFA_OK ? chart_median(errors, d->states) : NAN;
+    /* and the answer is rounded */
+    d->floor = status == TFA_OK ? fmax(chart_median(errors, d->states), 0x1p-53) : NAN;
     return status;
 }
 

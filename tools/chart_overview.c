@@ -37,6 +37,15 @@ static uint32_t line_of(grid *g, const char *subject)
     return k;
 }
 
+/* Robots have the sizes they have: one column for all of them. */
+static int has_one_column(const chart_options *o)
+{
+    for (uint32_t i = 0; i < o->subject_count; i++)
+        if (!o->subjects[i].file)
+            return 0;
+    return 1;
+}
+
 static chart_rhs first_rhs(const chart_options *o)
 {
     chart_rhs rhs = CHART_QDD;
@@ -135,10 +144,11 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
 {
     grid g = {0};
     const chart_rhs rhs = first_rhs(o);
+    const int one_column = has_one_column(o);
     fputs("$data << EOD\n", gnuplot);
     for (size_t i = 0; i < count; i++) {
         const uint32_t line = line_of(&g, rows[i].subject);
-        const uint32_t column = column_of(&g, rows[i].bodies);
+        const uint32_t column = column_of(&g, one_column ? 0 : rows[i].bodies);
         if (rows[i].rhs == rhs && chart_row_good(&rows[i]))
             fprintf(gnuplot, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d\n",
                     line, column, rows[i].method, rows[i].refine, rows[i].time,
@@ -152,8 +162,10 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
             g.subject_count, g.size_count);
     for (uint32_t k = 0; k < g.subject_count; k++)
         fprintf(gnuplot, "line_name[%" PRIu32 "] = '%s'\n", k + 1, g.subjects[k]);
-    for (uint32_t k = 0; k < g.size_count; k++)
+    for (uint32_t k = 0; k < g.size_count && !one_column; k++)
         fprintf(gnuplot, "column_name[%" PRIu32 "] = '%" PRIu32 " bodies'\n", k + 1, g.sizes[k]);
+    if (one_column)
+        fputs("column_name[1] = 'robots'\n", gnuplot);
     write_table(gnuplot, o, rows, count);
     write_sentences(gnuplot, o, rows, count);
     fputs("load scripts.'/overview.gp'\n", gnuplot);

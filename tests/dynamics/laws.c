@@ -238,7 +238,7 @@ static struct way lambda_ways[] = {
     {"cfa-cr, refined", TFA_METHOD_CFA_CR, 1, TFA_F64, 3e-14, 0},
     {"scan", TFA_METHOD_SCAN, 0, TFA_F64, 2e-12, 0},
     {"scan-two-pass", TFA_METHOD_SCAN_TWO_PASS, 0, TFA_F64, 2e-12, 0},
-    {"dca", TFA_METHOD_DCA, 0, TFA_F64, 4e-11, 0},
+    {"dca", TFA_METHOD_DCA, 0, TFA_F64, 4e-10, 0},
     {"hessenberg", TFA_METHOD_HESSENBERG, 0, TFA_F64, 1e-11, 0},
     {"auto", TFA_METHOD_AUTO, TFA_REFINE_DEFAULT, TFA_F64, 2e-12, 0},
     {"propagation, f128", TFA_METHOD_PROPAGATION, 0, TFA_F128, 2e-14, 0},

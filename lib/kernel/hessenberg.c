@@ -19,25 +19,22 @@
  * are refused all the same: Theta is no better where a point lies on its joint's axis.
  */
 #include "kernel/chain.h"
-#include "kernel/joint_basis.h"
+#include "kernel/tfa_motion.h"
 #include "kernel/tfa_row.h"
 
-/* Block row i; the blocks right of the diagonal stand behind all rows. */
-struct hrow {
-    struct row r;  /* K, B; S: the diagonal block, factored; F: right-hand side, then a; XI: times
-                      row i - 1 it is to be taken from row i; the rest is not used */
-    num basis[36]; /* joint_basis.h */
-};
+/* Block rows are struct row: K, B; S: the diagonal block, factored; F: right-hand side, then a; XI:
+ * times row i - 1 it is to be taken from row i; the rest is not used. The blocks right of the
+ * diagonal stand behind all rows. */
 
 /* Blocks i, i+1 .. i, length - 1 of 36 numbers each */
-static inline num *upper(struct hrow *rows, size_t length, size_t i)
+static inline num *upper(struct row *rows, size_t length, size_t i)
 {
     return (num *)(rows + length) + 36 * (i * (2 * length - i - 1) / 2);
 }
 
 /* C_i X_{i+1}^T .. X_j^T I_j for all j > i: B_i times the rows I_j m, m the motion of body j when
  * the joint's freedom moves at unit rate */
-static void row_costs(struct state *s, const struct tfa_chain *chain, struct hrow *rows, uint32_t i)
+static void row_costs(struct state *s, const struct tfa_chain *chain, struct row *rows, uint32_t i)
 {
     const struct tfa_body *b = &s->body[chain->body[i]];
     num *U = upper(rows, chain->length, i);
@@ -45,7 +42,7 @@ static void row_costs(struct state *s, const struct tfa_chain *chain, struct hro
         num one[6] = {0}, B[6] = {0};
         svec m = sv_zero();
         one[k] = 1;
-        row_add_B(&rows[i].r, b, one, B);
+        row_add_B(&rows[i], b, one, B);
         add_joint_motion(s, b, one, &m);
         for (uint32_t j = i + 1; j < chain->length; j++) {
             const uint32_t o = chain->body[j];
@@ -91,15 +88,15 @@ static inline void take(const struct row *r, const num *above, num *block)
 }
 
 /* Row i less what row i - 1 leaves before its diagonal */
-static void row_eliminate(struct state *s, const struct tfa_chain *chain, struct hrow *rows,
+static void row_eliminate(struct state *s, const struct tfa_chain *chain, struct row *rows,
                           uint32_t i)
 {
-    struct row *r = &rows[i].r;
+    struct row *r = &rows[i];
     struct lu6 D;
     for (int e = 0; e < 36; e++)
         r->S.a[e] = (num)(e % 7 == 0);
     if (i > 0) {
-        const struct lu6 *before = &rows[i - 1].r.S;
+        const struct lu6 *before = &rows[i - 1].S;
         const num *above = upper(rows, chain->length, i - 1);
         num *U = upper(rows, chain->length, i);
         for (int e = 0; e < 36; e++)
@@ -108,7 +105,7 @@ static void row_eliminate(struct state *s, const struct tfa_chain *chain, struct
         take(r, above, r->S.a);
         for (size_t j = 0; j + i + 1 < chain->length; j++)
             take(r, above + 36 * (j + 1), U + 36 * j);
-        lu6_factor(&rows[i - 1].r.S);
+        lu6_factor(&rows[i - 1].S);
     }
     if (i + 1 == chain->length)
         lu6_factor(&r->S);
@@ -118,20 +115,19 @@ static size_t bytes(size_t length)
 {
     if (length > TFA_HESSENBERG_LONGEST)
         return 0;
-    return length * sizeof(struct hrow) + length * (length - 1) / 2 * 36 * sizeof(num);
+    return length * sizeof(struct row) + length * (length - 1) / 2 * 36 * sizeof(num);
 }
 
 static int factor(struct state *s, const struct tfa_chain *chain, void *memory)
 {
-    struct hrow *rows = memory;
+    struct row *rows = memory;
     if (chain->length > TFA_HESSENBERG_LONGEST)
         return TFA_E_UNSUPPORTED; /* tfa_request_check has said so */
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
         const struct tfa_body *b = &s->body[i];
-        struct row *r = &rows[k].r;
+        struct row *r = &rows[k];
         row_joint(s, r, b->multi < 0 ? NULL : &s->multi[b->multi], b, &s->IA[i]);
-        joint_basis(s, b, rows[k].basis);
         row_costs(s, chain, rows, k);
         row_eliminate(s, chain, rows, k);
     }
@@ -140,14 +136,14 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *memory)
 
 /* F <- B (tau - H^T g) + K c, less the multiple of the row before, where g = P^-1 p; the first row
  * sees the ground's acceleration, too */
-static void forward(struct state *s, const struct tfa_chain *chain, struct hrow *rows,
+static void forward(struct state *s, const struct tfa_chain *chain, struct row *rows,
                     const num *tau, int bias)
 {
     svec g = sv_zero();
     for (uint32_t k = chain->length; k-- > 0;) {
         const uint32_t i = chain->body[k];
         const struct tfa_body *b = &s->body[i];
-        struct row *r = &rows[k].r;
+        struct row *r = &rows[k];
         svec known = chain_products(s, bias) ? s->c[i] : sv_zero();
         num active[6];
         g = sv_add(g, s->pA[i]);
@@ -163,43 +159,38 @@ static void forward(struct state *s, const struct tfa_chain *chain, struct hrow 
     }
     for (uint32_t k = 1; k < chain->length; k++) {
         num above[6];
-        m6_apply(above, rows[k].r.XI, rows[k - 1].r.F);
+        m6_apply(above, rows[k].XI, rows[k - 1].F);
         for (int e = 0; e < 6; e++)
-            rows[k].r.F[e] -= above[e];
+            rows[k].F[e] -= above[e];
     }
 }
 
 /* F <- a */
-static void back(const struct tfa_chain *chain, struct hrow *rows)
+static void back(const struct tfa_chain *chain, struct row *rows)
 {
     for (uint32_t i = chain->length; i-- > 0;) {
         const num *U = upper(rows, chain->length, i);
-        num *a = rows[i].r.F;
+        num *a = rows[i].F;
         for (uint32_t j = i + 1; j < chain->length; j++, U += 36) {
             num share[6];
-            m6_apply(share, U, rows[j].r.F);
+            m6_apply(share, U, rows[j].F);
             for (int e = 0; e < 6; e++)
                 a[e] -= share[e];
         }
-        lu6_solve(&rows[i].r.S, a, 1);
+        lu6_solve(&rows[i].S, a, 1);
     }
 }
 
 static void solve(struct state *s, const struct tfa_chain *chain, void *memory, const num *tau,
                   num *qdd, int bias)
 {
-    struct hrow *rows = memory;
+    struct row *rows = memory;
     forward(s, chain, rows, tau, bias);
     back(chain, rows);
     svec up = chain_ground(s, bias);
     for (uint32_t k = 0; k < chain->length; k++) { /* qdd = Wa^T (P^T a - c) */
-        const uint32_t i = chain->body[k];
-        const struct tfa_body *b = &s->body[i];
-        const svec a = sv_from(rows[k].r.F);
-        svec relative = sv_sub(a, x_motion(&s->X[i], up));
-        if (chain_products(s, bias))
-            relative = sv_sub(relative, s->c[i]);
-        basis_rates(rows[k].basis, b->n, relative, qdd + b->v);
+        const svec a = sv_from(rows[k].F);
+        joint_acceleration(s, chain->body[k], a, up, qdd, bias);
         up = a;
     }
 }

@@ -19,9 +19,9 @@
 #include "kernel/kernel.h"
 
 /* The pass that certifies has rounding of its own, and the answer has, too: a certificate is made
- * larger by a thousandth, and by so much of |x|_M + |M^-1 tau|_M for every body. The worst that was seen is 9
- * units where the torques all but cancel (10 bodies, seed 3594 of test_reductions_hold), 1 on the
- * planar chain of 512 bodies (bench_hold), 2026-11-21. */
+ * larger by a thousandth, and by so much of |x|_M + |M^-1 tau|_M for every body. The worst that was
+ * seen is 9 units of |x|_M where the torques all but cancel (10 bodies, seed 3594 of
+ * test_reductions_hold), 1 on the planar chain of 512 bodies (bench_hold), 2026-11-21. */
 #define MARGIN 1.001
 #define ROUNDING (64 * 2.220446049250313e-16)
 

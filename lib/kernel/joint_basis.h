@@ -22,14 +22,18 @@ static inline svec basis_project(const svec *Q, const num *inv, uint32_t count, 
     return m;
 }
 
-/* H = Q R by Gram and Schmidt without norms (R is unit upper triangular), then Q is filled up to
- * six with what the unit vectors have that is farthest from it. */
-static inline void basis_complete(const struct multi *w, uint32_t n, svec Q[6], num inv[6], num *R)
+/* H = Q R by Gram and Schmidt without norms; R, zero before, is unit upper triangular. */
+static inline void basis_factor(const struct multi *w, uint32_t n, svec Q[6], num inv[6], num *R)
 {
     for (uint32_t k = 0; k < n; k++) {
         Q[k] = basis_project(Q, inv, k, multi_axis(w, k), R + k);
         inv[k] = 1 / sv_dot(Q[k], Q[k]);
     }
+}
+
+/* Fills Q up to six with what the unit vectors have that is farthest from it. */
+static inline void basis_complete(uint32_t n, svec Q[6], num inv[6])
+{
     for (uint32_t k = n; k < 6; k++) {
         num longest = 0;
         for (int e = 0; e < 6; e++) {
@@ -63,7 +67,8 @@ static inline void joint_basis(const struct state *s, const struct tfa_body *b, 
     const uint32_t n = b->n;
     svec Q[6], Wa[6];
     num inv[6], R[36] = {0};
-    basis_complete(&s->multi[b->multi], n, Q, inv, R);
+    basis_factor(&s->multi[b->multi], n, Q, inv, R);
+    basis_complete(n, Q, inv);
     for (uint32_t k = n; k < 6; k++)
         sv_store(basis + 6 * (k - n), Q[k]);
     for (uint32_t k = n; k-- > 0;) { /* Wa^T = R^-1 (Q^T Q)^-1 Q^T */

@@ -89,7 +89,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(uint8_t, stop, nv, "", "joint", "load: STOP_ bits of each freedom")                      \
     ARRAY(uint8_t, posture, nb, "", "", "hold: what held joints make of each body")                \
     ARRAY(num, lag, nv, "N m, N", "joint", "hold: M qdd + h - tau, the holding forces")            \
-    ARRAY(double, score, nv, "", "joint", "hold: what letting go of a joint promises")             \
+    ARRAY(double, score, nb, "", "i", "hold: what letting go of its joint promises")               \
     ARRAY(num, W, (size_t)m->mimics *nv, "", "joint", "mimic: rows M^-1 G^T")                      \
     ARRAY(num, S, (size_t)m->mimics * m->mimics, "", "mimic", "mimic: LDL factors of G M^-1 G^T")  \
     ARRAY(num, Mr, dense *dense, "kg m2", "joint", "mimic: T^T M T, then its LDL factors")         \

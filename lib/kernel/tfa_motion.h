@@ -9,27 +9,19 @@
 
 #include "kernel/body.h"
 #include "kernel/chain.h"
+#include "kernel/joint_basis.h"
 
-/* x with H x = m for a fused joint, whose axes are not orthonormal: unnormalised modified
- * Gram-Schmidt, H = Q R with R unit upper triangular. */
-static void fused_rates(const struct multi *w, uint32_t n, svec m, num *x)
+/* x with H x = m for a fused joint, whose axes are not orthonormal: R x = (Q^T Q)^-1 Q^T m */
+static inline void fused_rates(const struct multi *w, uint32_t n, svec m, num *x)
 {
     svec Q[6];
-    num R[36];
-    for (uint32_t k = 0; k < n; k++) {
-        Q[k] = multi_axis(w, k);
-        for (uint32_t j = 0; j < k; j++) {
-            R[6 * j + k] = sv_dot(Q[j], Q[k]) / sv_dot(Q[j], Q[j]);
-            Q[k] = sv_sub(Q[k], sv_scale(Q[j], R[6 * j + k]));
-        }
-    }
-    for (uint32_t k = 0; k < n; k++) {
-        x[k] = sv_dot(Q[k], m) / sv_dot(Q[k], Q[k]);
-        m = sv_sub(m, sv_scale(Q[k], x[k]));
-    }
-    for (uint32_t k = n - 1; k-- > 0;)
+    num inv[6], R[36] = {0};
+    basis_factor(w, n, Q, inv, R);
+    for (uint32_t k = n; k-- > 0;) {
+        x[k] = sv_dot(Q[k], m) * inv[k];
         for (uint32_t j = k + 1; j < n; j++)
             x[k] -= R[6 * k + j] * x[j];
+    }
 }
 
 /* a_k = I_k^-1 (F_k - X_{k+1}^T F_{k+1} - p_k); `next` is not read behind the last body */

@@ -136,7 +136,7 @@ static int check_stops(const struct tfa_model *m, const tfa_request *r, tfa_repl
     if (r->method != TFA_METHOD_AUTO && r->method != TFA_METHOD_ABA)
         return blame(reply, TFA_E_METHOD, TFA_FIELD_HELD, 0, 0);
     if (r->op != TFA_OP_FORWARD_DYNAMICS || r->tip_count || m->mimics ||
-        r->estimate == TFA_ESTIMATE_ALWAYS || r->refine - 1 < 2)
+        r->estimate == TFA_ESTIMATE_ALWAYS || (r->refine != 0 && r->refine != TFA_REFINE_DEFAULT))
         return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_HELD, 0, 0);
     return r->hold == TFA_HOLD_GIVEN
                ? check_joints(m, r->held, r->held_count, TFA_FIELD_HELD, reply)

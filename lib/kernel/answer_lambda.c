@@ -154,8 +154,10 @@ static void estimate(struct state *s, tfa_reference_frame frame, tfa_method fact
     const tfa_method last = TFA_V(auto_method)(s);
     out->error_estimate = lambda_estimate(s, frame, factors);
     out->flags |= TFA_ANSWER_ESTIMATED;
-    if (out->method == (uint16_t)named(last) || out->error_estimate <= FALLBACK_ESTIMATE)
+    const uint16_t doubt = TFA_V(doubt)(out->error_estimate, 1);
+    if (out->method == (uint16_t)named(last) || !doubt)
         return;
+    out->flags |= doubt;
     (void)fall_back(s, frame, out);
     out->method = (uint16_t)named(last);
     out->error_estimate = lambda_estimate(s, frame, last);

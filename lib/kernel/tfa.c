@@ -167,4 +167,4 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     accelerations(s, chain, rows, qdd, bias);
 }
 
-const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, 1, bytes, factor, solve};
+const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, bytes, factor, solve};

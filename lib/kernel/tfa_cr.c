@@ -109,4 +109,4 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     }
 }
 
-const struct chain_method TFA_V(tfa_cr_method) = {TFA_METHOD_TFA_CR, 1, bytes, factor, solve};
+const struct chain_method TFA_V(tfa_cr_method) = {TFA_METHOD_TFA_CR, bytes, factor, solve};

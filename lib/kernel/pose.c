@@ -51,21 +51,19 @@ static inline place prismatic(mat3 T, vec3 r, num q)
 
 /* X = X_n .. X_1 of the parts, and H with the columns of all parts in the frame of the last one:
  * the axis of part k, moved on by the parts after it. */
-static void pose_fused(struct state *s, uint32_t i, const num *q)
+static void pose_fused(struct state *s, uint32_t i)
 {
     const struct tfa_body *b = &s->body[i];
+    const num *q = s->q + b->q, *sine = s->sine + b->q, *cosine = s->cosine + b->q;
     struct multi *w = &s->multi[b->multi];
     place X = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
     for (uint32_t k = 0; k < b->n; k++) {
         const struct tfa_part *part = &s->m->part[b->part + k];
         const int turns = part->kind == TFA_KIND_REVOLUTE;
-        if (turns) {
-            num sine, cosine;
-            num_sincos(q[k], &sine, &cosine);
-            w->part[k] = revolute(m3_load(part->E), v3_load(part->r), sine, cosine);
-        } else {
+        if (turns)
+            w->part[k] = revolute(m3_load(part->E), v3_load(part->r), sine[k], cosine[k]);
+        else
             w->part[k] = prismatic(m3_load(part->E), v3_load(part->r), q[k]);
-        }
         const place *P = &w->part[k];
         for (uint32_t j = 0; j < k; j++)
             sv_store(w->H + 6 * j, x_motion(P, sv_from(w->H + 6 * j)));
@@ -84,9 +82,7 @@ static void pose_multi(struct state *s, uint32_t i, const num *q)
     vec3 r = v3_load(b->r);
     unit_axes(&s->multi[b->multi], b);
     if (b->kind == TFA_KIND_PLANAR) {
-        num sine, cosine;
-        num_sincos(q[2], &sine, &cosine);
-        s->X[i].E = turn_z(T, sine, cosine);
+        s->X[i].E = turn_z(T, s->sine[b->q + 2], s->cosine[b->q + 2]);
         s->X[i].r = v3_add(r, m3_tmul(T, v3(q[0], q[1], 0)));
     } else {
         s->X[i].E = m3_mm(quaternion_axes(q + 3), T);
@@ -98,21 +94,29 @@ static inline void pose_body(struct state *s, uint32_t i)
 {
     const struct tfa_body *b = &s->body[i];
     if (b->kind == TFA_KIND_REVOLUTE) {
-        num_sincos(s->q[b->q], &s->sine[b->q], &s->cosine[b->q]);
         s->X[i] = revolute(m3_load(b->E), v3_load(b->r), s->sine[b->q], s->cosine[b->q]);
     } else if (b->kind == TFA_KIND_PRISMATIC) {
         s->X[i] = prismatic(m3_load(b->E), v3_load(b->r), s->q[b->q]);
     } else if (b->kind == TFA_KIND_FUSED) {
-        pose_fused(s, i, s->q + b->q);
+        pose_fused(s, i);
     } else {
         pose_multi(s, i, b->base ? s->base : s->q + b->q);
     }
+}
+
+/* Of all coordinates of the bodies in a span, angles or not: they go by the vector. */
+static void turn(struct state *s, struct span span)
+{
+    const uint32_t end = span.end < s->m->bodies ? s->body[span.end].q : s->m->inner_q;
+    num_sincos_many(s->q, s->sine, s->cosine, s->body[span.first].q, end);
 }
 
 void TFA_V(pose)(struct state *s)
 {
     if (s->have & HAVE_POSE)
         return;
+    for (uint32_t k = 0; k < s->spans; k++)
+        turn(s, s->span[k]);
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
             if (!(s->holding && s->posture[i] & POSTURE_SILENT))

@@ -64,8 +64,8 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(num, known, nv, "N m, N", "joint",                                                       \
           "load: forces that follow from q and v: damping, "                                       \
           "wrenches inside fused joints")                                                          \
-    ARRAY(num, sine, m->inner_q, "1", "joint", "pose: of revolute coordinates")                    \
-    ARRAY(num, cosine, m->inner_q, "1", "joint", "pose: of revolute coordinates")                  \
+    ARRAY(num, sine, m->inner_q, "1", "joint", "pose: of q; counts where it is an angle")          \
+    ARRAY(num, cosine, m->inner_q, "1", "joint", "pose: of q")                                     \
     ARRAY(place, X, nb, "1, m", "parent -> i", "pose: X_i = Z(q_i) T_i")                           \
     ARRAY(svec, v, nb, "rad/s, m/s", "i", "velocity: body velocity")                               \
     ARRAY(svec, c, nb, "rad/s2, m/s2", "i", "velocity: v x H qd")                                  \

@@ -7,6 +7,7 @@
 #ifndef TFA_SPATIAL_NUM_H
 #define TFA_SPATIAL_NUM_H
 
+#include <stddef.h>
 #include <stdint.h>
 
 #include "variant.h"
@@ -20,6 +21,16 @@ static inline num num_abs(num x)
 {
     return x < 0 ? -x : x;
 }
+
+/* Sines and cosines of x[first] .. x[end - 1]. Arrays start and end on a whole vector (arena.h): a
+ * variant may read and write whole vectors. */
+#ifndef num_sincos_many
+static inline void num_sincos_many(const num *x, num *s, num *c, size_t first, size_t end)
+{
+    for (size_t k = first; k < end; k++)
+        num_sincos(x[k], &s[k], &c[k]);
+}
+#endif
 
 /* m ? a : b, where m is the result of a comparison */
 #ifndef num_select

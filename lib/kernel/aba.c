@@ -30,7 +30,7 @@ static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
 {
-    const svec ground = {{0, 0, 0}, v3_neg(s->gravity)};
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
     const int kept = s->have & HAVE_ABA;
     if (s->moving && kept)
         inward(s, tau, FOLD_FORCE | FOLD_BIAS);
@@ -53,7 +53,7 @@ void TFA_V(aba_factor)(struct state *s)
 
 num TFA_V(aba_energy)(struct state *s, const num *tau)
 {
-    num sum = 0;
+    num sum = num_of(0);
     inward(s, tau, FOLD_FORCE);
     for (uint32_t i = 0; i < s->m->bodies; i++)
         sum += joint_energy(s, i);

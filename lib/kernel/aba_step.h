@@ -78,7 +78,7 @@ static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b,
     const svec U = s->U[i];
     const num Dinv = s->Dinv[i];
     svec pa = sv_zero();
-    num u = 0;
+    num u = num_of(0);
     if (what & FOLD_FORCE) {
         pa = fold_force(s, i, b, what);
         u = tau[b->v] - pa.w.z;
@@ -88,9 +88,10 @@ static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b,
         return;
     const vec3 k = v3_scale(U.v, Dinv);
     const num kx = U.w.x * Dinv, ky = U.w.y * Dinv;
-    const sym6 Ia = {{IA.A.xx - kx * U.w.x, IA.A.xy - kx * U.w.y, 0, IA.A.yy - ky * U.w.y, 0, 0},
+    const num o = num_of(0);
+    const sym6 Ia = {{IA.A.xx - kx * U.w.x, IA.A.xy - kx * U.w.y, o, IA.A.yy - ky * U.w.y, o, o},
                      {IA.B.xx - kx * U.v.x, IA.B.xy - kx * U.v.y, IA.B.xz - kx * U.v.z,
-                      IA.B.yx - ky * U.v.x, IA.B.yy - ky * U.v.y, IA.B.yz - ky * U.v.z, 0, 0, 0},
+                      IA.B.yx - ky * U.v.x, IA.B.yy - ky * U.v.y, IA.B.yz - ky * U.v.z, o, o, o},
                      {IA.M.xx - k.x * U.v.x, IA.M.xy - k.x * U.v.y, IA.M.xz - k.x * U.v.z,
                       IA.M.yy - k.y * U.v.y, IA.M.yz - k.y * U.v.z, IA.M.zz - k.z * U.v.z}};
     if (what & FOLD_FORCE) {
@@ -121,7 +122,7 @@ static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b,
     const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA) {
         s->U[i] = s6_column(&IA, axis);
-        s->Dinv[i] = 1 / (sv_get(&s->U[i], axis) + (num)b->armature);
+        s->Dinv[i] = 1 / (sv_get(&s->U[i], axis) + num_of(b->armature));
     }
     const svec U = s->U[i];
     const num Dinv = s->Dinv[i];
@@ -148,7 +149,7 @@ static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b,
 
 /* A freedom whose share of D is this small beside what it was before the others were taken out is
  * rounding: two of the joint's axes move the same thing in the same way. */
-#define SINGULAR_PIVOT ((num)64 * NUM_EPSILON)
+#define SINGULAR_PIVOT (num_of(64) * NUM_EPSILON)
 
 /* U = IA H and the factors of D = H^T U + R; not a number where D is singular. A held freedom has U = 0 and D = 1: with no force
  * left to it (fold_n), its acceleration is 0. */
@@ -161,14 +162,14 @@ static inline void multi_factor(const struct state *s, struct multi *w, const sy
         svec U = held ? sv_zero() : s6_mul(IA, multi_axis(w, k));
         sv_store(w->U + 6 * k, U);
         for (uint32_t j = 0; j <= k; j++)
-            w->L[6 * k + j] = w->held >> j & 1 ? 0 : sv_dot(multi_axis(w, j), U);
-        w->L[6 * k + k] += held ? 1 : joint_armature(s, b, k);
+            w->L[6 * k + j] = w->held >> j & 1 ? num_of(0) : sv_dot(multi_axis(w, j), U);
+        w->L[6 * k + k] += held ? num_of(1) : joint_armature(s, b, k);
         whole[k] = w->L[6 * k + k];
     }
     ldl_factor(w->L, b->n);
     for (uint32_t k = 0; k < b->n; k++)
-        if (!(w->L[7 * k] > 0 && w->L[7 * k] * whole[k] * SINGULAR_PIVOT < 1))
-            w->L[7 * k] = (num)NAN;
+        w->L[7 * k] = num_select((w->L[7 * k] > 0) & (w->L[7 * k] * whole[k] * SINGULAR_PIVOT < 1),
+                                 w->L[7 * k], num_of(NAN));
 }
 
 /* The same step for a joint with several freedoms */
@@ -184,7 +185,7 @@ static inline void fold_n(struct state *s, uint32_t i, const struct tfa_body *b,
         svec pa = fold_force(s, i, b, what);
         joint_force(s, b, pa, u);
         for (uint32_t k = 0; k < b->n; k++)
-            u[k] = w->u[k] = w->held >> k & 1 ? 0 : tau[b->v + k] - u[k];
+            u[k] = w->u[k] = w->held >> k & 1 ? num_of(0) : tau[b->v + k] - u[k];
         if (b->parent >= 0) {
             if (what & FOLD_BIAS) {
                 pa = sv_add(pa, s6_mul(&IA, s->c[i]));
@@ -253,7 +254,7 @@ static inline num joint_energy(const struct state *s, uint32_t i)
     if (b->n == 1)
         return s->u[i] * s->u[i] * s->Dinv[i];
     const struct multi *w = &s->multi[b->multi];
-    num x[6], sum = 0;
+    num x[6], sum = num_of(0);
     for (uint32_t k = 0; k < b->n; k++)
         x[k] = w->u[k];
     ldl_solve(w->L, b->n, x);

@@ -176,7 +176,7 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_r
                   tfa_answer *answer)
 {
     *answer = (tfa_answer){.error_estimate = NAN};
-    TFA_V(load)(s, request, k);
+    TFA_V(load)(s, request, k, 1);
     answer->status = answer_op(s, request, k, reply, answer);
     if (request->flags & TFA_WANT_POSES && reply->poses)
         answer_poses(s, k, reply->poses);

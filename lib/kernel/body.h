@@ -19,19 +19,21 @@ static inline int body_axis(const struct tfa_body *b)
 /* I v with the rigid inertia: moment I w + h x v, force m v - h x w */
 static inline svec rigid_mul(const struct tfa_body *b, svec v)
 {
-    sym3 I = {(num)b->I[0], (num)b->I[1], (num)b->I[2], (num)b->I[3], (num)b->I[4], (num)b->I[5]};
+    sym3 I = {num_of(b->I[0]), num_of(b->I[1]), num_of(b->I[2]),
+              num_of(b->I[3]), num_of(b->I[4]), num_of(b->I[5])};
     vec3 h = v3_load(b->h);
     return (svec){v3_add(s3_mul(I, v.w), v3_cross(h, v.v)),
-                  v3_sub(v3_scale(v.v, (num)b->mass), v3_cross(h, v.w))};
+                  v3_sub(v3_scale(v.v, num_of(b->mass)), v3_cross(h, v.w))};
 }
 
 static inline sym6 rigid_inertia(const struct tfa_body *b)
 {
-    num x = (num)b->h[0], y = (num)b->h[1], z = (num)b->h[2], m = (num)b->mass;
-    return (sym6){
-        {(num)b->I[0], (num)b->I[1], (num)b->I[2], (num)b->I[3], (num)b->I[4], (num)b->I[5]},
-        {0, -z, y, z, 0, -x, -y, x, 0},
-        {m, 0, 0, m, 0, m}};
+    num x = num_of(b->h[0]), y = num_of(b->h[1]), z = num_of(b->h[2]), m = num_of(b->mass),
+        o = num_of(0);
+    return (sym6){{num_of(b->I[0]), num_of(b->I[1]), num_of(b->I[2]), num_of(b->I[3]),
+                   num_of(b->I[4]), num_of(b->I[5])},
+                  {o, -z, y, z, o, -x, -y, x, o},
+                  {m, o, o, m, o, m}};
 }
 
 /* Column k of the motion subspace of a joint with several freedoms */
@@ -52,7 +54,7 @@ static inline svec multi_motion(const struct multi *u, uint32_t n, const num *x)
 /* Rotor inertia of freedom k */
 static inline num joint_armature(const struct state *s, const struct tfa_body *b, uint32_t k)
 {
-    return (num)(b->n == 1 ? b->armature : s->m->armature[b->v + k]);
+    return num_of(b->n == 1 ? b->armature : s->m->armature[b->v + k]);
 }
 
 /* a += H x for the joint of body b, x its freedoms */

@@ -15,25 +15,27 @@
 #include "kernel/lambda.h"
 #include "model/payload.h"
 
-static const double *at(const double *array, size_t stride, uint32_t k)
+/* One number of an array of states, `stride` numbers each, from the state of every lane. */
+static inline num take(const struct state *s, const double *array, size_t stride, size_t index)
 {
-    return array ? array + stride * k : NULL;
+    return num_gather(array + index, stride, s->lane);
 }
 
 /* Inner coordinates and base pose. Returns whether they are those of the request before. */
-static int load_coordinates(struct state *s, const double *q, const double *base)
+static int load_coordinates(struct state *s, const tfa_request *r)
 {
     const struct tfa_model *m = s->m;
     int same = 1;
     for (uint32_t k = 0; k < m->inner_q; k++) {
         const struct tfa_coordinate *c = &m->coordinate[k];
-        const num x = (num)c->multiplier * (num)q[c->from] + (num)c->offset;
-        same &= x == s->q[k];
+        const num x =
+            num_of(c->multiplier) * take(s, r->q, m->q_count, c->from) + num_of(c->offset);
+        same &= num_all(x == s->q[k]);
         s->q[k] = x;
     }
     for (uint32_t k = 0; m->base_freedoms && k < 7; k++) {
-        const num x = (num)base[k];
-        same &= x == s->base[k];
+        const num x = take(s, r->base_pose, 7, k);
+        same &= num_all(x == s->base[k]);
         s->base[k] = x;
     }
     return same;
@@ -46,15 +48,14 @@ static int load_freedoms(const struct state *s, num *out, const double *base, co
     const uint32_t nb = m->base_freedoms, n = m->freedoms;
     int any = 0;
     for (uint32_t j = 0; j < nb; j++) {
-        double x = base ? base[j] : 0;
-        any |= x != 0;
-        out[j] = (num)x;
+        out[j] = base ? take(s, base, 6, j) : num_of(0);
+        any |= !num_all(out[j] == num_of(0));
     }
     for (uint32_t j = nb; j < n; j++) {
         const struct tfa_freedom *f = &m->freedom[j - nb];
-        double x = joints ? joints[f->from] : 0;
-        any |= x != 0;
-        out[j] = (num)f->multiplier * (num)x;
+        const num x = joints ? take(s, joints, m->v_count, f->from) : num_of(0);
+        any |= !num_all(x == num_of(0));
+        out[j] = num_of(f->multiplier) * x;
     }
     return any;
 }
@@ -65,7 +66,7 @@ static void load_forces(struct state *s, const double *base, const double *joint
     const struct tfa_model *m = s->m;
     load_freedoms(s, s->tau, base, joints);
     for (uint32_t k = 0; k < m->mimics; k++)
-        s->tau[m->mimic[k].follower] = 0;
+        s->tau[m->mimic[k].follower] = num_of(0);
 }
 
 /* ---- payloads ---- */
@@ -211,20 +212,22 @@ static void know_nothing(struct state *s)
     if (!s->known_any)
         return;
     for (uint32_t j = 0; j < s->m->freedoms; j++)
-        s->known[j] = 0;
+        s->known[j] = num_of(0);
     s->known_any = 0;
 }
 
-/* Sum of the unit wrenches at a frame times the six numbers given. On a frame inside a fused joint
+/* Sum of the unit wrenches at a frame times the six numbers of wrench w. On a frame inside a fused joint
  * it acts as on the body, but for the freedoms behind it, which it does not load. */
-static void add_wrench(struct state *s, uint32_t frame, tfa_reference_frame mode, const double *w)
+static void add_wrench(struct state *s, const tfa_request *r, uint32_t w)
 {
+    const uint32_t frame = r->wrench_frames[w];
     svec P[6], sum = sv_zero();
-    const int32_t body = TFA_V(frame_columns)(s, frame, mode, P);
+    const int32_t body = TFA_V(frame_columns)(s, frame, r->frame, P);
     if (body < 0)
         return;
     for (int e = 0; e < 6; e++)
-        sum = sv_add(sum, sv_scale(P[e], (num)w[e]));
+        sum = sv_add(sum, sv_scale(P[e], take(s, r->wrenches, (size_t)6 * r->wrench_count,
+                                              (size_t)6 * w + (size_t)e)));
     s->wrench[body] = sv_add(s->wrench[body], sum);
     const struct tfa_body *b = &s->body[body];
     const uint32_t moved = TFA_V(frame_freedoms)(s, frame);
@@ -237,15 +240,14 @@ static void add_wrench(struct state *s, uint32_t frame, tfa_reference_frame mode
     s->known_any = 1;
 }
 
-static void load_wrenches(struct state *s, const tfa_request *r, uint32_t k)
+static void load_wrenches(struct state *s, const tfa_request *r)
 {
     if (!r->wrench_count && !s->wrenched)
         return;
     for (uint32_t i = 0; i < s->m->bodies; i++)
         s->wrench[i] = sv_zero();
     for (uint32_t w = 0; w < r->wrench_count; w++)
-        add_wrench(s, r->wrench_frames[w], r->frame,
-                   r->wrenches + 6 * ((size_t)r->wrench_count * k + w));
+        add_wrench(s, r, w);
     s->wrenched = r->wrench_count > 0;
 }
 
@@ -255,38 +257,39 @@ static void load_damping(struct state *s)
     if (!s->m->damping)
         return;
     for (uint32_t j = s->m->base_freedoms; j < s->m->freedoms; j++)
-        s->known[j] -= (num)s->m->damping[j] * s->qd[j];
+        s->known[j] -= num_of(s->m->damping[j]) * s->qd[j];
     s->known_any = 1;
 }
 
-static void load_motion(struct state *s, const tfa_request *r, uint32_t k)
+static void load_motion(struct state *s, const tfa_request *r)
 {
-    const size_t nj = s->m->v_count;
     know_nothing(s);
-    load_wrenches(s, r, k);
-    s->moving = load_freedoms(s, s->qd, at(r->base_twist, 6, k), at(r->v, nj, k));
+    load_wrenches(s, r);
+    s->moving = load_freedoms(s, s->qd, r->base_twist, r->v);
     load_damping(s);
     s->moving |= s->wrenched;
     if (r->op == TFA_OP_FORWARD_DYNAMICS) {
-        load_forces(s, at(r->base_wrench, 6, k), at(r->tau, nj, k));
+        load_forces(s, r->base_wrench, r->tau);
         for (uint32_t j = 0; s->known_any && j < s->m->freedoms; j++)
             s->tau[j] += s->known[j];
     } else {
-        load_freedoms(s, s->qdd, at(r->base_acceleration, 6, k), at(r->qdd, nj, k));
+        load_freedoms(s, s->qdd, r->base_acceleration, r->qdd);
         for (uint32_t j = 0; s->stopped && j < s->m->freedoms; j++)
             if (s->stop[j])
-                s->qdd[j] = 0;
+                s->qdd[j] = num_of(0);
     }
 }
 
-void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k)
+void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
 {
-    const struct tfa_model *m = s->m;
-    s->gravity = v3_load(r->gravity ? r->gravity : m->gravity);
+    s->lanes = count;
+    for (uint32_t l = 0; l < NUM_LANES; l++)
+        s->lane[l] = k + (l < count ? l : count - 1);
+    s->gravity = v3_load(r->gravity ? r->gravity : s->m->gravity);
     s->tips = r->tip_count;
     for (uint32_t t = 0; t < r->tip_count; t++)
         s->tip[t] = r->tips[t];
-    int same = load_coordinates(s, at(r->q, m->q_count, k), at(r->base_pose, 7, k));
+    int same = load_coordinates(s, r);
     if (!same_payloads(s, r)) {
         load_payloads(s, r);
         same = 0;
@@ -302,8 +305,21 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k)
     TFA_V(pose)(s);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA || r->op == TFA_OP_MASS_MATRIX)
         return;
-    load_motion(s, r, k);
+    load_motion(s, r);
     TFA_V(velocity)(s);
+}
+
+/* Every lane's number to its place; returns whether all are finite. */
+static int give(const struct state *s, num x, double *array, size_t stride)
+{
+    int finite = 1;
+    for (uint32_t l = 0; l < s->lanes; l++) {
+        const double value = (double)num_lane(x, l);
+        finite &= isfinite(value) != 0;
+        if (array)
+            array[stride * l] = value;
+    }
+    return finite;
 }
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)
@@ -311,17 +327,12 @@ int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joi
     const struct tfa_model *m = s->m;
     const uint32_t nb = m->base_freedoms;
     int finite = 1;
-    for (uint32_t j = 0; j < nb; j++) {
-        double value = (double)x[j];
-        finite &= isfinite(value) != 0;
-        if (base)
-            base[j] = value;
-    }
+    for (uint32_t j = 0; j < nb; j++)
+        finite &= give(s, x[j], base ? base + j : NULL, 6);
     for (uint32_t j = nb; j < m->freedoms; j++) {
-        double value = (double)x[j];
-        finite &= isfinite(value) != 0;
-        if (joints && m->freedom[j - nb].multiplier == 1)
-            joints[m->freedom[j - nb].from] = value;
+        const struct tfa_freedom *f = &m->freedom[j - nb];
+        double *out = joints && f->multiplier == 1 ? joints + f->from : NULL;
+        finite &= give(s, x[j], out, m->v_count);
     }
     return finite;
 }

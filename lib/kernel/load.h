@@ -8,11 +8,12 @@
 
 #include "kernel/state.h"
 
-/* Reads state k of a checked request: pose and velocity terms are computed too. */
-void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k);
+/* Reads states k .. k + count - 1 (at most NUM_LANES) of a checked request, the last one into the
+ * lanes that are left over: pose and velocity terms are computed too. */
+void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count);
 
-/* Writes freedoms as doubles to the base's and the joints' arrays (either may be NULL).
- * Returns 1 when all are finite. */
+/* Writes freedoms as doubles to the base's and the joints' arrays of state k (either may be NULL),
+ * those of the other lanes behind. Returns 1 when all are finite. */
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints);
 
 #endif

@@ -36,7 +36,7 @@ static void unit_axes(struct multi *u, const struct tfa_body *b)
     const uint8_t *axis = b->kind == TFA_KIND_PLANAR ? planar : free_joint;
     for (int k = 0; k < b->n; k++)
         for (int e = 0; e < 6; e++)
-            u->H[6 * k + e] = (num)(e == axis[k]);
+            u->H[6 * k + e] = num_of(e == axis[k]);
 }
 
 static inline place revolute(mat3 T, vec3 r, num sine, num cosine)
@@ -56,7 +56,8 @@ static void pose_fused(struct state *s, uint32_t i)
     const struct tfa_body *b = &s->body[i];
     const num *q = s->q + b->q, *sine = s->sine + b->q, *cosine = s->cosine + b->q;
     struct multi *w = &s->multi[b->multi];
-    place X = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+    const num o = num_of(0), l = num_of(1);
+    place X = {{l, o, o, o, l, o, o, o, l}, {o, o, o}};
     for (uint32_t k = 0; k < b->n; k++) {
         const struct tfa_part *part = &s->m->part[b->part + k];
         const int turns = part->kind == TFA_KIND_REVOLUTE;
@@ -68,7 +69,7 @@ static void pose_fused(struct state *s, uint32_t i)
         for (uint32_t j = 0; j < k; j++)
             sv_store(w->H + 6 * j, x_motion(P, sv_from(w->H + 6 * j)));
         for (uint32_t e = 0; e < 6; e++)
-            w->H[6 * k + e] = (num)(e == (turns ? 2 : 5));
+            w->H[6 * k + e] = num_of(e == (turns ? 2 : 5));
         X.r = v3_add(X.r, m3_tmul(X.E, P->r));
         X.E = m3_mm(P->E, X.E);
     }
@@ -83,7 +84,7 @@ static void pose_multi(struct state *s, uint32_t i, const num *q)
     unit_axes(&s->multi[b->multi], b);
     if (b->kind == TFA_KIND_PLANAR) {
         s->X[i].E = turn_z(T, s->sine[b->q + 2], s->cosine[b->q + 2]);
-        s->X[i].r = v3_add(r, m3_tmul(T, v3(q[0], q[1], 0)));
+        s->X[i].r = v3_add(r, m3_tmul(T, v3(q[0], q[1], num_of(0))));
     } else {
         s->X[i].E = m3_mm(quaternion_axes(q + 3), T);
         s->X[i].r = v3_add(r, m3_tmul(T, v3(q[0], q[1], q[2])));

@@ -134,6 +134,8 @@ size_t TFA_V(chain_bytes)(const struct tfa_model *m);
 
 struct state {
     const struct tfa_model *m;
+    uint32_t lane[NUM_LANES];    /* the state of the request that each lane holds */
+    uint32_t lanes;              /* how many of them count */
     const struct tfa_body *body; /* the model's, or own when the request has payloads */
     uint32_t have;               /* HAVE_ bits */
     tfa_method w_method;

@@ -27,10 +27,11 @@ static inline void move(struct state *s, uint32_t i, const struct tfa_body *b)
     svec v = b->parent < 0 ? sv_zero() : x_motion(&s->X[i], s->v[b->parent]);
     num qd = s->qd[b->v];
     if (b->kind == TFA_KIND_REVOLUTE) {
-        s->c[i] = (svec){{v.w.y * qd, -v.w.x * qd, 0}, {v.v.y * qd, -v.v.x * qd, 0}};
+        s->c[i] =
+            (svec){v3(v.w.y * qd, -v.w.x * qd, num_of(0)), v3(v.v.y * qd, -v.v.x * qd, num_of(0))};
         v.w.z += qd;
     } else if (b->kind == TFA_KIND_PRISMATIC) {
-        s->c[i] = (svec){{0, 0, 0}, {v.w.y * qd, -v.w.x * qd, 0}};
+        s->c[i] = (svec){v3_zero(), v3(v.w.y * qd, -v.w.x * qd, num_of(0))};
         v.v.z += qd;
     } else if (b->kind == TFA_KIND_FUSED) {
         v = move_fused(s, i, b, v);

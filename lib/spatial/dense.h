@@ -68,7 +68,8 @@ static inline void lu6_factor(struct lu6 *f)
     int e = 0;
     for (int k = 0; k < 6; k++) {
         for (int i = k + 1; i < 6; i++, e++) {
-            num better = num_select(num_abs(a[6 * i + k]) > num_abs(a[6 * k + k]), (num)1, (num)0);
+            num better =
+                num_select(num_abs(a[6 * i + k]) > num_abs(a[6 * k + k]), num_of(1), num_of(0));
             f->exchange[e] = better;
             for (int j = 0; j < 6; j++) {
                 num up = a[6 * k + j], down = a[6 * i + j];

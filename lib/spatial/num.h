@@ -17,11 +17,6 @@
 #define TFA_V_EXPAND(name, variant) TFA_V_PASTE(name, variant)
 #define TFA_V(name) TFA_V_EXPAND(name, TFA_VARIANT)
 
-static inline num num_abs(num x)
-{
-    return x < 0 ? -x : x;
-}
-
 /* Sines and cosines of x[first] .. x[end - 1]. Arrays start and end on a whole vector (arena.h): a
  * variant may read and write whole vectors. */
 #ifndef num_sincos_many
@@ -32,9 +27,36 @@ static inline void num_sincos_many(const num *x, num *s, num *c, size_t first, s
 }
 #endif
 
+/* Lanes: how many states stand side by side in a num. These are for one; a variant with several
+ * brings its own. */
+#ifndef NUM_LANES
+#define NUM_LANES 1
+
+/* A constant, the same in every lane */
+static inline num num_of(double x)
+{
+    return (num)x;
+}
+
+/* array[stride * lane] for the state in every lane, and the number of one lane */
+static inline num num_gather(const double *array, size_t stride, const uint32_t *lane)
+{
+    return (num)array[stride * lane[0]];
+}
+#define num_lane(x, lane) (x)
+
+/* Does a comparison hold in every lane? */
+#define num_all(m) (m)
+
 /* m ? a : b, where m is the result of a comparison */
 #ifndef num_select
 #define num_select(m, a, b) ((m) ? (a) : (b))
 #endif
+#endif
+
+static inline num num_abs(num x)
+{
+    return num_select(x < num_of(0), -x, x);
+}
 
 #endif

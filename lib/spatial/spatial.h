@@ -30,7 +30,7 @@ typedef struct sym6 {
 
 static inline svec sv_zero(void)
 {
-    return (svec){{0, 0, 0}, {0, 0, 0}};
+    return (svec){v3_zero(), v3_zero()};
 }
 
 static inline svec sv_add(svec a, svec b)

@@ -25,9 +25,14 @@ static inline vec3 v3(num x, num y, num z)
     return (vec3){x, y, z};
 }
 
+static inline vec3 v3_zero(void)
+{
+    return v3(num_of(0), num_of(0), num_of(0));
+}
+
 static inline vec3 v3_load(const double *p)
 {
-    return (vec3){(num)p[0], (num)p[1], (num)p[2]};
+    return (vec3){num_of(p[0]), num_of(p[1]), num_of(p[2])};
 }
 
 static inline vec3 v3_add(vec3 a, vec3 b)
@@ -62,8 +67,8 @@ static inline vec3 v3_cross(vec3 a, vec3 b)
 
 static inline mat3 m3_load(const double *p)
 {
-    return (mat3){(num)p[0], (num)p[1], (num)p[2], (num)p[3], (num)p[4],
-                  (num)p[5], (num)p[6], (num)p[7], (num)p[8]};
+    return (mat3){num_of(p[0]), num_of(p[1]), num_of(p[2]), num_of(p[3]), num_of(p[4]),
+                  num_of(p[5]), num_of(p[6]), num_of(p[7]), num_of(p[8])};
 }
 
 /* E v */

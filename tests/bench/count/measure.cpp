@@ -212,7 +212,7 @@ int count_robot::measure(count_method method, count_parts &parts)
 {
     body &b = *m_;
     state *s = b.s;
-    TFA_V(load)(s, &b.request, 0);
+    TFA_V(load)(s, &b.request, 0, 1);
     s->have = HAVE_POSE;
     const bool whole = method == COUNT_SCAN_TREE;
     const int status = whole ? TFA_OK : b.factor(method);
@@ -241,7 +241,7 @@ int count_robot::counted(count_method method, double *qdd)
     reply.qdd = qdd;
     b.request.method = (tfa_method)method;
     if (method == COUNT_SCAN_TREE) {
-        TFA_V(load)(b.s, &b.request, 0);
+        TFA_V(load)(b.s, &b.request, 0, 1);
         b.dynamics(method);
         return TFA_V(unload)(b.s, b.s->qdd, nullptr, qdd) ? TFA_OK : TFA_E_NOT_COMPUTED;
     }

@@ -7,19 +7,8 @@
 #include "kernel/load.h"
 
 #include <math.h>
-#include <string.h>
 
-#include "kernel/body.h"
-#include "kernel/hold.h"
 #include "kernel/kernel.h"
-#include "kernel/lambda.h"
-#include "model/payload.h"
-
-/* One number of an array of states, `stride` numbers each, from the state of every lane. */
-static inline num take(const struct state *s, const double *array, size_t stride, size_t index)
-{
-    return num_gather(array + index, stride, s->lane);
-}
 
 /* Inner coordinates and base pose. Returns whether they are those of the request before. */
 static int load_coordinates(struct state *s, const tfa_request *r)
@@ -69,143 +58,7 @@ static void load_forces(struct state *s, const double *base, const double *joint
         s->tau[m->mimic[k].follower] = num_of(0);
 }
 
-/* ---- payloads ---- */
-
-static int same_payloads(const struct state *s, const tfa_request *r)
-{
-    if (!s->payloads && !r->payload_count)
-        return 1;
-    return s->payloads == r->payload_count &&
-           memcmp(s->payload_frame, r->payload_frames, s->payloads * sizeof(uint32_t)) == 0 &&
-           memcmp(s->payload, r->payloads, s->payloads * TFA_PAYLOAD_NUMBERS * sizeof(double)) == 0;
-}
-
-/* Bodies that a payload hangs on, or hung on: constants of the model, then what is added now. */
-static void load_payloads(struct state *s, const tfa_request *r)
-{
-    const struct tfa_model *m = s->m;
-    if (s->body == m->body) {
-        memcpy(s->own, m->body, m->bodies * sizeof *s->own);
-        s->body = s->own;
-    }
-    uint32_t changed[2 * TFA_MAX_PAYLOADS], count = 0;
-    for (uint32_t k = 0; k < s->payloads; k++)
-        if (m->frame[s->payload_frame[k]].body >= 0)
-            changed[count++] = (uint32_t)m->frame[s->payload_frame[k]].body;
-    for (uint32_t k = 0; k < count; k++)
-        s->own[changed[k]] = m->body[changed[k]];
-    s->payloads = r->payload_count;
-    for (uint32_t k = 0; k < s->payloads; k++) {
-        const struct tfa_frame *f = &m->frame[r->payload_frames[k]];
-        const double *numbers = r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k;
-        s->payload_frame[k] = r->payload_frames[k];
-        memcpy(s->payload + TFA_PAYLOAD_NUMBERS * (size_t)k, numbers,
-               TFA_PAYLOAD_NUMBERS * sizeof *numbers);
-        if (f->body < 0)
-            continue; /* the world carries it */
-        tfa_body_add_payload(&s->own[f->body], f, numbers);
-        changed[count++] = (uint32_t)f->body;
-    }
-    for (uint32_t k = 0; k < count; k++)
-        TFA_V(tfa_bake_body)(s, changed[k]);
-    if (!s->payloads)
-        s->body = m->body;
-}
-
-/* ---- locked and held joints ---- */
-
-static void mark(struct state *s, const uint32_t *joints, uint32_t count, uint8_t bit)
-{
-    for (uint32_t k = 0; k < count; k++) {
-        const tfa_joint_info *joint = &s->m->joint[joints[k]];
-        for (uint32_t j = 0; j < joint->v_count; j++)
-            s->mark[joint->v_index + j] |= bit;
-    }
-}
-
-/* The STOP_ bits of every inner freedom. Returns whether they are those of the request before. */
-static int load_stops(struct state *s, const tfa_request *r)
-{
-    const struct tfa_model *m = s->m;
-    const uint32_t nb = m->base_freedoms;
-    const uint32_t held = r->hold == TFA_HOLD_GIVEN ? r->held_count : 0;
-    if (!r->locked_count && !held && !s->stopped)
-        return 1;
-    int same = 1;
-    for (uint32_t k = 0; k < m->v_count; k++)
-        s->mark[k] = 0;
-    mark(s, r->locked, r->locked_count, STOP_LOCKED);
-    mark(s, r->held, held, STOP_HELD);
-    s->stopped = 0;
-    for (uint32_t j = nb; j < m->freedoms; j++) {
-        const uint8_t stop = s->mark[m->freedom[j - nb].from];
-        same &= stop == s->stop[j];
-        s->stop[j] = stop;
-        s->stopped |= stop;
-    }
-    return same;
-}
-
-/* May bodies that nothing moves be left out? Only where nobody asks for a force or a pose. */
-static int may_skip(const tfa_request *r)
-{
-    return r->op == TFA_OP_FORWARD_DYNAMICS && !r->tip_count && !r->wrench_count &&
-           r->hold != TFA_HOLD_AUTO && !(r->flags & TFA_WANT_CERTIFICATE) &&
-           r->estimate != TFA_ESTIMATE_ALWAYS &&
-           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
-}
-
-/* ---- what the request depends on ---- */
-
-/* Lambda^-1 by force propagation, and poses, see the trees of the tips only. */
-static int depends_on_tips_only(const struct state *s, const tfa_request *r)
-{
-    return r->op == TFA_OP_OPERATIONAL_INERTIA && r->estimate != TFA_ESTIMATE_ALWAYS &&
-           (r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA ||
-            r->method == TFA_METHOD_PROPAGATION) &&
-           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->holding;
-}
-
-static uint32_t spans_of_tips(const struct state *s, const tfa_request *r, struct span *out)
-{
-    const struct tfa_model *m = s->m;
-    uint32_t count = 0;
-    for (uint32_t t = 0; t < m->trees && count < r->tip_count; t++) {
-        const struct tfa_chain *tree = &m->chain[t];
-        int wanted = 0;
-        for (uint32_t k = 0; k < r->tip_count; k++) {
-            const int32_t body = m->frame[r->tips[k]].body;
-            wanted |= body >= (int32_t)tree->first && body < (int32_t)tree->end;
-        }
-        if (wanted)
-            out[count++] = (struct span){tree->first, tree->end};
-    }
-    return count;
-}
-
-static int is_everything(const struct state *s)
-{
-    return s->spans == 1 && s->span[0].end - s->span[0].first == s->m->bodies;
-}
-
-/* What was computed of everything serves for a part of it; what was computed of a part serves for
- * the same part only. */
-static int load_spans(struct state *s, const tfa_request *r, int same)
-{
-    struct span wanted[TFA_MAX_TIPS] = {{0, s->m->bodies}};
-    uint32_t count = 1;
-    if (depends_on_tips_only(s, r)) {
-        if (same && s->have && is_everything(s))
-            return 1;
-        count = spans_of_tips(s, r, wanted);
-    }
-    same &= count == s->spans && memcmp(wanted, s->span, count * sizeof *wanted) == 0;
-    memcpy(s->span, wanted, count * sizeof *wanted);
-    s->spans = count;
-    return same;
-}
-
-/* ---- wrenches, damping ---- */
+/* ---- velocities, forces ---- */
 
 static void know_nothing(struct state *s)
 {
@@ -214,41 +67,6 @@ static void know_nothing(struct state *s)
     for (uint32_t j = 0; j < s->m->freedoms; j++)
         s->known[j] = num_of(0);
     s->known_any = 0;
-}
-
-/* Sum of the unit wrenches at a frame times the six numbers of wrench w. On a frame inside a fused joint
- * it acts as on the body, but for the freedoms behind it, which it does not load. */
-static void add_wrench(struct state *s, const tfa_request *r, uint32_t w)
-{
-    const uint32_t frame = r->wrench_frames[w];
-    svec P[6], sum = sv_zero();
-    const int32_t body = TFA_V(frame_columns)(s, frame, r->frame, P);
-    if (body < 0)
-        return;
-    for (int e = 0; e < 6; e++)
-        sum = sv_add(sum, sv_scale(P[e], take(s, r->wrenches, (size_t)6 * r->wrench_count,
-                                              (size_t)6 * w + (size_t)e)));
-    s->wrench[body] = sv_add(s->wrench[body], sum);
-    const struct tfa_body *b = &s->body[body];
-    const uint32_t moved = TFA_V(frame_freedoms)(s, frame);
-    if (moved == b->n)
-        return;
-    num x[6];
-    joint_force(s, b, sum, x);
-    for (uint32_t k = moved; k < b->n; k++)
-        s->known[b->v + k] -= x[k];
-    s->known_any = 1;
-}
-
-static void load_wrenches(struct state *s, const tfa_request *r)
-{
-    if (!r->wrench_count && !s->wrenched)
-        return;
-    for (uint32_t i = 0; i < s->m->bodies; i++)
-        s->wrench[i] = sv_zero();
-    for (uint32_t w = 0; w < r->wrench_count; w++)
-        add_wrench(s, r, w);
-    s->wrenched = r->wrench_count > 0;
 }
 
 /* known -= d qd */
@@ -264,7 +82,7 @@ static void load_damping(struct state *s)
 static void load_motion(struct state *s, const tfa_request *r)
 {
     know_nothing(s);
-    load_wrenches(s, r);
+    TFA_V(load_wrenches)(s, r);
     s->moving = load_freedoms(s, s->qd, r->base_twist, r->v);
     load_damping(s);
     s->moving |= s->wrenched;
@@ -290,17 +108,7 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
     for (uint32_t t = 0; t < r->tip_count; t++)
         s->tip[t] = r->tips[t];
     int same = load_coordinates(s, r);
-    if (!same_payloads(s, r)) {
-        load_payloads(s, r);
-        same = 0;
-    }
-    if (!load_stops(s, r) || s->stopped != s->holding ||
-        (s->stopped && s->skipping != may_skip(r))) {
-        s->skipping = may_skip(r);
-        TFA_V(hold_plan)(s, STOP_LOCKED | STOP_HELD, s->skipping);
-        same = 0;
-    }
-    if (!load_spans(s, r, same))
+    if (!TFA_V(load_changes)(s, r, same))
         s->have = 0;
     TFA_V(pose)(s);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA || r->op == TFA_OP_MASS_MATRIX)

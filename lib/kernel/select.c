@@ -13,6 +13,10 @@ extern const struct tfa_kernel tfa_kernel_f128_base;
 extern const struct tfa_kernel tfa_kernel_f64_avx2;
 extern const struct tfa_kernel tfa_kernel_f64_avx512;
 
+extern const struct tfa_lanes tfa_lanes_f64x2_base;
+extern const struct tfa_lanes tfa_lanes_f64x4_avx2;
+extern const struct tfa_lanes tfa_lanes_f64x8_avx512;
+
 /* best first */
 static const struct tfa_kernel *const kernels[] = {
 #ifdef TFA_HAVE_X86_VARIANTS
@@ -36,4 +40,21 @@ const struct tfa_kernel *tfa_kernel_select(tfa_precision precision)
             best = kernels[k];
     }
     return best;
+}
+
+static const struct tfa_lanes *const wide[] = {
+#ifdef TFA_HAVE_X86_VARIANTS
+    &tfa_lanes_f64x8_avx512,
+    &tfa_lanes_f64x4_avx2,
+#endif
+    &tfa_lanes_f64x2_base,
+};
+
+const struct tfa_lanes *tfa_lanes_select(void)
+{
+    const struct tfa_kernel *one = tfa_kernel_select(TFA_F64);
+    for (size_t k = 0; k < sizeof wide / sizeof *wide; k++)
+        if (strcmp(wide[k]->isa, one->isa) == 0)
+            return wide[k];
+    return NULL;
 }

@@ -7,6 +7,7 @@
 #define TFA_KERNEL_STATE_H
 
 #include <stddef.h>
+#include <string.h>
 #include <totalforce/dynamics.h>
 
 #include "model/arena.h"
@@ -54,13 +55,11 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
 
 /* ARRAY(type, name, count, unit, frame, "writer: meaning")
  * nb bodies, nv freedoms with the base's, mass entries of M, dense freedoms without mimics. */
-#define TFA_STATE_ARRAYS(ARRAY)                                                                    \
+#define TFA_MOTION_ARRAYS(ARRAY)                                                                   \
     ARRAY(num, q, m->inner_q, "rad, m", "joint", "load: inner joint coordinates")                  \
     ARRAY(num, qd, nv, "rad/s, m/s", "joint", "load: velocities, base first")                      \
     ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
-    ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
-    ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
     ARRAY(num, known, nv, "N m, N", "joint",                                                       \
           "load: forces that follow from q and v: damping, "                                       \
           "wrenches inside fused joints")                                                          \
@@ -76,18 +75,23 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(sym6, IA, nb, "kg m2, kg m, kg", "i",                                                    \
           "aba: what the children add to the articulated "                                         \
           "inertia; tfa, hold: the whole of it")                                                   \
-    ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
-          "crba: composite inertia; efpa: inverse inertias Omega")                                 \
-    ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "hold: composite without freedom")  \
     ARRAY(svec, pA, nb, "N m, N", "i", "aba: articulated bias force")                              \
     ARRAY(svec, U, nb, "kg m2, kg m", "i", "aba: IA H of a 1-freedom joint")                       \
     ARRAY(num, Dinv, nb, "1/(kg m2)", "joint", "aba: 1 / (H^T IA H + R)")                          \
     ARRAY(num, u, nb, "N m, N", "joint", "aba: tau - H^T pA")                                      \
     ARRAY(struct multi, multi, m->multis, "", "i", "pose, aba: bodies with several freedoms")      \
+    ARRAY(uint8_t, stop, nv, "", "joint", "load: STOP_ bits of each freedom")                      \
+    ARRAY(uint8_t, posture, nb, "", "", "hold: what held joints make of each body")
+
+/* Of one state at a time only */
+#define TFA_SINGLE_ARRAYS(ARRAY)                                                                   \
+    ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
+    ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
+    ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
+          "crba: composite inertia; efpa: inverse inertias Omega")                                 \
+    ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "hold: composite without freedom")  \
     ARRAY(struct tfa_body, own, nb, "", "i", "payload: constants of bodies that carry one")        \
     ARRAY(uint8_t, mark, nv, "", "", "load: scratch, by public freedom")                           \
-    ARRAY(uint8_t, stop, nv, "", "joint", "load: STOP_ bits of each freedom")                      \
-    ARRAY(uint8_t, posture, nb, "", "", "hold: what held joints make of each body")                \
     ARRAY(num, lag, nv, "N m, N", "joint", "hold: M qdd + h - tau, the holding forces")            \
     ARRAY(double, score, nb, "", "i", "hold: what letting go of its joint promises")               \
     ARRAY(num, W, (size_t)m->mimics *nv, "", "joint", "mimic: rows M^-1 G^T")                      \
@@ -103,6 +107,12 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(num, phi, nv *TFA_TIP_COLUMNS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")         \
     ARRAY(num, lambda, TFA_TIP_COLUMNS *TFA_TIP_COLUMNS, "1/kg", "tip", "lambda: answer")          \
     ARRAY(uint8_t, support, nb, "", "", "lambda: bit t set: body supports tip t")
+
+#if NUM_LANES == 1
+#define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY) TFA_SINGLE_ARRAYS(ARRAY)
+#else
+#define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY)
+#endif
 
 #define TFA_TIP_COLUMNS ((size_t)6 * TFA_MAX_TIPS)
 
@@ -166,8 +176,10 @@ static inline size_t state_walk(const struct tfa_model *m, void *base, struct st
 {
     struct arena a = {base, 0};
     const size_t nb = m->bodies, nv = m->freedoms;
+#if NUM_LANES == 1
     const size_t mass = m->mass_entries <= TFA_MASS_ENTRIES_MAX ? m->mass_entries : 0;
     const size_t dense = mass && m->mimics ? m->freedoms - m->mimics : 0;
+#endif
     struct state *s = arena_take(&a, 1, sizeof *s), count_only;
     struct state *o = s ? s : &count_only;
 #define TFA_STATE_TAKE(type, name, count, unit, frame, what)                                       \
@@ -178,6 +190,15 @@ static inline size_t state_walk(const struct tfa_model *m, void *base, struct st
     o->body = m->body;
     *out = s;
     return a.used;
+}
+
+/* A state in memory of that size, all zero. */
+static inline struct state *state_init(const struct tfa_model *m, void *memory)
+{
+    struct state *s;
+    memset(memory, 0, state_walk(m, NULL, &s));
+    (void)state_walk(m, memory, &s);
+    return s;
 }
 
 #endif

@@ -21,8 +21,22 @@ struct tfa_kernel {
                   tfa_answer *answer);
 };
 
+/* Several states at a time: forward dynamics by aba. */
+struct tfa_lanes {
+    const char *isa;
+    uint32_t lanes;
+    int (*supported)(void);
+    size_t (*size)(const tfa_model *model);
+    struct state *(*init)(const tfa_model *model, void *memory);
+    /* States k .. k + count - 1 (at most `lanes`) of a checked request, which changes nothing about
+     * the robot and has no mimics. Returns whether all answers are finite. */
+    int (*answer)(struct state *s, const tfa_request *request, uint32_t k, uint32_t count,
+                  tfa_reply *reply);
+};
+
 /* Best variant of that precision which this processor supports, or the one that TFA_ISA in the
  * environment names. NULL when there is none. */
 const struct tfa_kernel *tfa_kernel_select(tfa_precision precision);
+const struct tfa_lanes *tfa_lanes_select(void);
 
 #endif

@@ -3,28 +3,9 @@
  *
  * The one symbol that a compiled variant offers to the rest of the library.
  */
-#include <string.h>
-
+#include "kernel/cpu.h"
 #include "kernel/kernel.h"
 #include "kernel/table.h"
-
-/* Exactly the features that the flags of this variant allow. */
-static int supported(void)
-{
-#if defined(__x86_64__)
-    __builtin_cpu_init();
-#if defined(__AVX512F__)
-    if (!__builtin_cpu_supports("avx512f") || !__builtin_cpu_supports("avx512vl") ||
-        !__builtin_cpu_supports("avx512dq") || !__builtin_cpu_supports("avx512bw"))
-        return 0;
-#endif
-#if defined(__AVX2__)
-    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
-        return 0;
-#endif
-#endif
-    return 1;
-}
 
 static size_t size(const tfa_model *model)
 {
@@ -34,21 +15,15 @@ static size_t size(const tfa_model *model)
 
 static struct state *init(const tfa_model *model, void *memory)
 {
-    struct state *s;
-    size_t bytes = size(model);
-    memset(memory, 0, bytes);
-    (void)state_walk(model, memory, &s);
+    struct state *s = state_init(model, memory);
     TFA_V(tfa_bake)(s);
     return s;
 }
 
-#define TFA_STRING_EXPAND(x) #x
-#define TFA_STRING(x) TFA_STRING_EXPAND(x)
-
 const struct tfa_kernel TFA_V(kernel) = {
     .isa = TFA_STRING(TFA_ISA_NAME),
     .precision = TFA_PRECISION,
-    .supported = supported,
+    .supported = tfa_cpu_supported,
     .size = size,
     .init = init,
     .answer = TFA_V(answer),

@@ -288,9 +288,16 @@ typedef struct tfa_reply {
 /** Everything that changes while computing. One thread uses a workspace at a time. */
 typedef struct tfa_workspace tfa_workspace;
 
+/** How many states of a request are computed side by side, in the lanes of vector registers. */
+typedef enum tfa_states {
+    TFA_STATES_AUTO = 0, /**< as many as the machine has lanes, for robots up to 128 bodies */
+    TFA_STATES_ONE = 1,  /**< one: the smallest workspace */
+} tfa_states;
+
 typedef struct tfa_workspace_options {
     tfa_precision precision; /**< of the factors and of the answers */
     tfa_residual residual;   /**< of refinement steps */
+    tfa_states states;
 } tfa_workspace_options;
 
 /** Bytes for a workspace of this model, 64-byte aligned. NULL options: f64. */

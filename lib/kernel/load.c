@@ -6,7 +6,7 @@
  */
 #include "kernel/load.h"
 
-#include <math.h>
+#include <float.h>
 
 #include "kernel/kernel.h"
 
@@ -14,20 +14,20 @@
 static int load_coordinates(struct state *s, const tfa_request *r)
 {
     const struct tfa_model *m = s->m;
-    int same = 1;
+    num_mask same = num_of(0) == num_of(0);
     for (uint32_t k = 0; k < m->inner_q; k++) {
         const struct tfa_coordinate *c = &m->coordinate[k];
         const num x =
             num_of(c->multiplier) * take(s, r->q, m->q_count, c->from) + num_of(c->offset);
-        same &= num_all(x == s->q[k]);
+        same &= x == s->q[k];
         s->q[k] = x;
     }
     for (uint32_t k = 0; m->base_freedoms && k < 7; k++) {
         const num x = take(s, r->base_pose, 7, k);
-        same &= num_all(x == s->base[k]);
+        same &= x == s->base[k];
         s->base[k] = x;
     }
-    return same;
+    return num_all(same);
 }
 
 /* out = base six, then joints; a NULL input is zero. Returns whether anything is not zero. */
@@ -35,18 +35,18 @@ static int load_freedoms(const struct state *s, num *out, const double *base, co
 {
     const struct tfa_model *m = s->m;
     const uint32_t nb = m->base_freedoms, n = m->freedoms;
-    int any = 0;
+    num_mask none = num_of(0) == num_of(0);
     for (uint32_t j = 0; j < nb; j++) {
         out[j] = base ? take(s, base, 6, j) : num_of(0);
-        any |= !num_all(out[j] == num_of(0));
+        none &= out[j] == num_of(0);
     }
     for (uint32_t j = nb; j < n; j++) {
         const struct tfa_freedom *f = &m->freedom[j - nb];
         const num x = joints ? take(s, joints, m->v_count, f->from) : num_of(0);
-        any |= !num_all(x == num_of(0));
+        none &= x == num_of(0);
         out[j] = num_of(f->multiplier) * x;
     }
-    return any;
+    return !num_all(none);
 }
 
 /* Forces of the joints alone: a follower's is part of its leader's already. */
@@ -117,24 +117,20 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
     TFA_V(velocity)(s);
 }
 
-/* Every lane's number to its place; returns whether all are finite. */
-static int give(const struct state *s, num x, double *array, size_t stride)
+/* Every lane's number to its place; whether it is finite, as a double too: x - x is 0 or not a
+ * number. */
+static num_mask give(const struct state *s, num x, double *array, size_t stride)
 {
-    int finite = 1;
-    for (uint32_t l = 0; l < s->lanes; l++) {
-        const double value = (double)num_lane(x, l);
-        finite &= isfinite(value) != 0;
-        if (array)
-            array[stride * l] = value;
-    }
-    return finite;
+    for (uint32_t l = 0; array && l < s->lanes; l++)
+        array[stride * l] = (double)num_lane(x, l);
+    return (x - x == num_of(0)) & (x <= num_of(DBL_MAX)) & (x >= num_of(-DBL_MAX));
 }
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)
 {
     const struct tfa_model *m = s->m;
     const uint32_t nb = m->base_freedoms;
-    int finite = 1;
+    num_mask finite = num_of(0) == num_of(0);
     for (uint32_t j = 0; j < nb; j++)
         finite &= give(s, x[j], base ? base + j : NULL, 6);
     for (uint32_t j = nb; j < m->freedoms; j++) {
@@ -142,5 +138,5 @@ int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joi
         double *out = joints && f->multiplier == 1 ? joints + f->from : NULL;
         finite &= give(s, x[j], out, m->v_count);
     }
-    return finite;
+    return num_all(finite);
 }

@@ -45,7 +45,8 @@ static inline num num_gather(const double *array, size_t stride, const uint32_t 
 }
 #define num_lane(x, lane) (x)
 
-/* Does a comparison hold in every lane? */
+/* What a comparison says of every lane; does it hold in all of them? */
+typedef int num_mask;
 #define num_all(m) (m)
 
 /* m ? a : b, where m is the result of a comparison */

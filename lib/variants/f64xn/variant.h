@@ -34,7 +34,7 @@ static inline int num_every(num_mask m)
         all &= m[l];
     return all != 0;
 }
-#define num_all(m) num_every((num_mask)(m))
+#define num_all(m) num_every(m)
 
 static inline num num_gather(const double *array, size_t stride, const uint32_t *lane)
 {

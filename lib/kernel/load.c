@@ -123,7 +123,10 @@ static num_mask give(const struct state *s, num x, double *array, size_t stride)
 {
     for (uint32_t l = 0; array && l < s->lanes; l++)
         array[stride * l] = (double)num_lane(x, l);
-    return (x - x == num_of(0)) & (x <= num_of(DBL_MAX)) & (x >= num_of(-DBL_MAX));
+    num_mask finite = x - x == num_of(0);
+    finite &= x <= num_of(DBL_MAX);
+    finite &= x >= num_of(-DBL_MAX);
+    return finite;
 }
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)

@@ -32,7 +32,10 @@ static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method m
     const int scan = method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS;
     if (scan && refine == 0 && TFA_V(scan_lambda)(s, frame))
         return;
-    if (TFA_V(chain_method)(method) || refine > 0 || s->m->mimics)
+    const struct chain_method *chain = TFA_V(chain_method)(method);
+    if (chain && chain->six_forces && !s->m->mimics)
+        TFA_V(lambda_chain)(s, frame, chain, refine);
+    else if (chain || refine > 0 || s->m->mimics)
         TFA_V(lambda_columns)(s, frame, method, refine);
     else if (method == TFA_METHOD_CRBA)
         TFA_V(lambda_crba)(s, frame);

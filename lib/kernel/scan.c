@@ -157,8 +157,7 @@ int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *row
 static void close_forces(struct scan_segment *segment)
 {
     num v[6];
-    segment->g =
-        sv_add(segment->g, scan_times_t(segment->at.A, scan_times(segment->left, segment->v)));
+    segment->g = sv_add(segment->g, m6_times_t(segment->at.A, m6_times(segment->left, segment->v)));
     sv_store(v, segment->v);
     lu6_solve(&segment->E, v, 1);
     segment->v = sv_from(v);
@@ -173,7 +172,7 @@ static void scan_inward(struct scan *scan)
         if (k + 1 < scan->segments && !segment->seeded)
             close_forces(segment);
         segment->f_out = g;
-        g = sv_add(segment->g, scan_times_t(segment->at.A, g));
+        g = sv_add(segment->g, m6_times_t(segment->at.A, g));
     }
 }
 
@@ -186,10 +185,10 @@ static void scan_outward(struct scan *scan, svec a)
         segment->a_in = a;
         if (k + 1 == scan->segments)
             break;
-        a = sv_add(scan_times(segment->at.A, a), segment->v);
-        a = sv_sub(a, scan_times(segment->at.C, segment->f_out));
+        a = sv_add(m6_times(segment->at.A, a), segment->v);
+        a = sv_sub(a, m6_times(segment->at.C, segment->f_out));
         if (!segment->seeded)
-            segment->f_out = sv_add(segment->f_out, scan_times(segment->left, a));
+            segment->f_out = sv_add(segment->f_out, m6_times(segment->left, a));
     }
 }
 
@@ -212,5 +211,5 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
     return TFA_V(scan_factor)(s, chain, rows, (num)LIGHT);
 }
 
-const struct chain_method TFA_V(scan_method) = {TFA_METHOD_SCAN, 0, TFA_V(scan_bytes), factor,
-                                                TFA_V(scan_solve)};
+const struct chain_method TFA_V(scan_method) = {TFA_METHOD_SCAN,   0,   TFA_V(scan_bytes), factor,
+                                                TFA_V(scan_solve), NULL};

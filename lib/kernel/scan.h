@@ -15,6 +15,7 @@
 #define TFA_KERNEL_SCAN_H
 
 #include "kernel/chain.h"
+#include "kernel/lambda.h"
 #include "kernel/scan_join.h"
 
 /* One body on the chain */
@@ -66,8 +67,8 @@ int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *row
 void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                        num *qdd, int bias);
 
-/* Lambda^-1 of the request's one tip into s->lambda, with the factors that either method left.
- * 0: it has no part in a chain's last segment, or there are others, or mimics. O(N / 16). */
+/* Lambda^-1 of the request's tips into s->lambda, with the factors that either method left. 0: a
+ * tip reaches a chain before its last segment, or there are mimics. O(N / 16) for each tip. */
 int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame);
 
 /* C += psi^T D^-1 psi, upper triangle */
@@ -76,25 +77,6 @@ static inline void scan_add_response(num *C, const num *psi, const num *phi)
     for (int e = 0; e < 6; e++)
         for (int f = e; f < 6; f++)
             C[6 * e + f] += psi[e] * phi[f];
-}
-
-/* M x and M^T x for a dense M */
-static inline svec scan_times(const num *M, svec x)
-{
-    num in[6], out[6];
-    sv_store(in, x);
-    m6_apply(out, M, in);
-    return sv_from(out);
-}
-
-static inline svec scan_times_t(const num *M, svec x)
-{
-    num in[6], out[6] = {0};
-    sv_store(in, x);
-    for (int k = 0; k < 6; k++)
-        for (int e = 0; e < 6; e++)
-            out[e] += M[6 * k + e] * in[k];
-    return sv_from(out);
 }
 
 #endif

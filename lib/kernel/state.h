@@ -46,7 +46,7 @@ struct row {
     sym6 Iinv;    /* inverse of the inertia with side branches folded in */
     num K[36];    /* K_i = 1 - C_i I_i; of a 1-freedom joint only its row that differs from 1 */
     num B[36];    /* B_i = H_i Theta_i^-1, a row of six for each freedom; 1 freedom: 1/Theta */
-    num F[6];     /* total force, frame i */
+    num F[36];    /* total forces, frame i: 6 x columns for one right-hand side or six */
 };
 
 /* What TFA does with a body: fold it into its parent, keep it on a chain; it carries a side branch */

@@ -114,6 +114,7 @@ static tfa_method factors_of(const struct state *s, tfa_method method)
         return TFA_V(auto_method)(s);
     case TFA_METHOD_PROPAGATION:
     case TFA_METHOD_EFPA:
+    case TFA_METHOD_PV_OSIMR:
         return TFA_METHOD_ABA;
     case TFA_METHOD_TFA_ONE_SIDED:
         return TFA_METHOD_TFA;
@@ -141,10 +142,12 @@ static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors,
 static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa_method factors,
                       tfa_answer *out)
 {
-    const int own_name = r->method == TFA_METHOD_TFA_ONE_SIDED || r->method == TFA_METHOD_EFPA;
+    const int own_name = r->method == TFA_METHOD_TFA_ONE_SIDED || r->method == TFA_METHOD_EFPA || r->method == TFA_METHOD_PV_OSIMR;
     int status = TFA_V(factor)(s, factors);
     if (status == TFA_OK && r->method == TFA_METHOD_EFPA && steps == 0 && !s->m->mimics)
         TFA_V(lambda_efpa)(s, r->frame);
+    else if (status == TFA_OK && r->method == TFA_METHOD_PV_OSIMR && steps == 0 && !s->m->mimics)
+        TFA_V(lambda_osim)(s, r->frame);
     else if (status == TFA_OK)
         lambda_kept(s, r->frame, factors, steps);
     out->method = (uint16_t)(own_name ? r->method : named(factors));

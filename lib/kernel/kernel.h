@@ -74,6 +74,7 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame);
 int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame);
 /* Needs the articulated-body factors; leaves s->Ic spoilt, which only crba reads, after writing. */
 void TFA_V(lambda_efpa)(struct state *s, tfa_reference_frame frame);
+void TFA_V(lambda_osim)(struct state *s, tfa_reference_frame frame);
 /* By columns: Lambda^-1 = J (M^-1 J^T) with kept factors and refinement steps. */
 void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_method method,
                            uint32_t refine);

@@ -47,7 +47,8 @@ typedef enum tfa_op {
     X(DCA, 11, "dca", 1, 1, "divide and conquer: two-handle inverse inertias, assembly tree")      \
     X(SCAN, 12, "scan", 1, 1, "segment scan of articulated bodies, one pass")                      \
     X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "segment scan seeded with outboard inertias")      \
-    X(EFPA, 14, "efpa", 0, 1, "extended force propagation, O(N + m d + m^2) for m tips")
+    X(EFPA, 14, "efpa", 0, 1, "extended force propagation, O(N + m d + m^2) for m tips")  \
+    X(PV_OSIMR, 15, "pv-osimr", 0, 1, "force propagators of shared supports, O(N + m^2) for m tips")
 
 typedef enum tfa_method {
 #define TFA_METHOD_ENUM(name, number, text, fd, lambda, what) TFA_METHOD_##name = number,

@@ -125,7 +125,8 @@ static void complete(chart_options *o)
 {
     static const uint32_t sizes[] = {8, 32, 128};
     static const uint32_t answering[] = {
-#define CHART_METHOD(name, number, text, fd, lambda, what) fd && (number) ? (number) : 0u,
+#define CHART_METHOD(name, number, text, fd, lambda, cost, refuses, what)                          \
+    fd && (number) ? (number) : 0u,
         TFA_METHOD_LIST(CHART_METHOD)
 #undef CHART_METHOD
     };

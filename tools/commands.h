@@ -24,6 +24,7 @@ int command_model(int argc, char **argv);
 int command_solve(int argc, char **argv);
 int command_call(int argc, char **argv);
 int command_latency(int argc, char **argv);
+int command_methods(int argc, char **argv);
 int command_chain(int argc, char **argv);
 int command_chart(int argc, char **argv);
 

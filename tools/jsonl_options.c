@@ -37,7 +37,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         method = tfa_method_find(text);
         if (method < 0)
             argp_error(state, "--method: no '%s'; there are%s", text,
-#define METHOD_NAME(name, number, word, fd, lambda, what) " " word
+#define METHOD_NAME(name, number, word, fd, lambda, cost, refuses, what) " " word
                        TFA_METHOD_LIST(METHOD_NAME));
 #undef METHOD_NAME
         options->defaults.method = (tfa_method)method;

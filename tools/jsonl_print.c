@@ -172,7 +172,7 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
     if ((answer->flags & TFA_ANSWER_ESTIMATED) && isfinite(answer->error_estimate))
         print_number_key(out, "error_estimate", answer->error_estimate);
     if (answer->flags & TFA_ANSWER_FALLBACK)
-        fputs(",\"fallback\":true", out);
+        fprintf(out, ",\"fallback\":true,\"reason\":\"%s\"", tfa_fallback_text(answer->flags));
     print_held(out, names, reply->held);
     if (reply->model)
         fprintf(out, ",\"model\":\"%016" PRIx64 "\"", reply->model);

@@ -170,7 +170,7 @@ static int read_method(jsonl_reader *r, const json_t *value)
     if (method < 0)
         return jsonl_fail(r->error, TFA_E_METHOD, "method: no '%.200s'; there are%s",
                           json_string_value(value),
-#define METHOD_NAME(name, number, text, fd, lambda, what) " " text
+#define METHOD_NAME(name, number, text, fd, lambda, cost, refuses, what) " " text
                           TFA_METHOD_LIST(METHOD_NAME));
 #undef METHOD_NAME
     r->request->method = (tfa_method)method;

@@ -19,6 +19,7 @@
     X(solve, "    ", "answer JSON lines from standard input, in process")                          \
     X(call, "     ", "answer the same JSON lines through a running daemon")                        \
     X(latency, "  ", "measure a running daemon's round trips")                                     \
+    X(methods, "  ", "list the methods, their cost and what they refuse")                          \
     X(chain, "    ", "write a test mechanism as URDF")                                             \
     X(chart, "    ", "chart accuracy against speed")
 

@@ -13,24 +13,38 @@
 #include "kernel/load.h"
 
 /* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
-static int inverts(tfa_method method)
-{
-    const struct chain_method *chain = TFA_V(chain_method)(method);
-    return chain && chain->inverts;
-}
-
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
 {
     return r->estimate == TFA_ESTIMATE_ALWAYS ||
-           (r->estimate == TFA_ESTIMATE_DEFAULT &&
-            (inverts(method) || method == TFA_METHOD_TFA_ONE_SIDED));
+           (r->estimate == TFA_ESTIMATE_DEFAULT && method_inverts(method));
 }
 
 uint32_t TFA_V(refine_steps)(const tfa_request *r, tfa_method method)
 {
     if (r->refine != TFA_REFINE_DEFAULT)
         return r->refine;
-    return inverts(method) ? 1 : 0;
+    return method_inverts(method) && method != TFA_METHOD_TFA_ONE_SIDED ? 1 : 0;
+}
+
+tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed)
+{
+    const tfa_method last = TFA_V(auto_method)(s);
+    if (failed == TFA_METHOD_SCAN || failed == TFA_METHOD_SCAN_TWO_PASS || last != TFA_METHOD_ABA ||
+        s->holding)
+        return last;
+    for (uint32_t t = 0; t < s->m->trees; t++)
+        if (s->m->chain[t].length >= FALLBACK_SCAN_LENGTH)
+            return TFA_METHOD_SCAN_TWO_PASS;
+    return last;
+}
+
+uint16_t TFA_V(doubt)(double estimate, int converging)
+{
+    if (!isfinite(estimate))
+        return TFA_ANSWER_NOT_FINITE;
+    if (estimate > FALLBACK_ESTIMATE)
+        return TFA_ANSWER_INACCURATE;
+    return converging ? 0 : TFA_ANSWER_STALLED;
 }
 
 /* Is the projected inertia D of a body's joint positive? Kept are 1/D, or those of its factors. */

@@ -8,9 +8,13 @@
 
 #include "kernel/state.h"
 
-/* Above this estimate the answer of a method that lost too much is replaced by ABA's
+/* Above this estimate the answer of a method that lost too much is replaced
  * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
 #define FALLBACK_ESTIMATE 1e-4
+
+/* From this length of a main chain on the segment scan is asked first where another method failed: it
+ * is as accurate as aba, and its segments go in parallel. */
+#define FALLBACK_SCAN_LENGTH 128
 
 /* What answers when nobody chose: aba; with mimics crba, because T^T M T can be inverted wherever the
  * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
@@ -19,6 +23,12 @@ static inline tfa_method TFA_V(auto_method)(const struct state *s)
     const int projects = s->m->mimics && !s->holding && s->m->mass_entries <= TFA_MASS_ENTRIES_MAX;
     return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;
 }
+
+/* Who answers instead of a method that failed: the scan, then what auto takes. */
+tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed);
+
+/* 0, or the reason (TFA_ANSWER_*) why an answer with this estimate is not to be given. */
+uint16_t TFA_V(doubt)(double estimate, int converging);
 
 /* A policy of the request, with the method's default. */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);

@@ -82,19 +82,22 @@ static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_re
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
-/* Refinement and estimate, and the answer of auto's method where the other's is no good. */
+/* Refinement and estimate; while the answer is in doubt, that of the next method, as it is. */
 static tfa_method refine(struct state *s, tfa_method method, uint32_t steps, tfa_answer *out)
 {
     int converging;
+    uint16_t doubt;
     out->error_estimate = TFA_V(refine)(s, method, steps, &converging);
     out->flags |= TFA_ANSWER_ESTIMATED;
-    if (method == TFA_V(auto_method)(s) || (converging && out->error_estimate <= FALLBACK_ESTIMATE))
-        return method;
-    out->flags |= TFA_ANSWER_FALLBACK;
-    const tfa_method last = TFA_V(auto_method)(s);
-    (void)forward_dynamics(s, last);
-    out->error_estimate = TFA_V(refine)(s, last, 0, &converging);
-    return last;
+    while (method != TFA_V(auto_method)(s) &&
+           (doubt = TFA_V(doubt)(out->error_estimate, converging))) {
+        if (!(out->flags & TFA_ANSWER_FALLBACK))
+            out->flags |= TFA_ANSWER_FALLBACK | doubt;
+        method = TFA_V(fallback)(s, method);
+        (void)forward_dynamics(s, method);
+        out->error_estimate = TFA_V(refine)(s, method, 0, &converging);
+    }
+    return method;
 }
 
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,

@@ -49,10 +49,31 @@ static double *place_of(const struct state *s, uint32_t k, const tfa_reply *repl
     return reply->lambda_inv ? reply->lambda_inv + n * n * k : NULL;
 }
 
+/* The way to Lambda^-1 that a request takes when it is to be neither refined nor projected: where
+ * several tips share bodies, composed propagators are never slower (docs/methods.md). */
+static tfa_method way_of(const struct state *s, const tfa_request *r)
+{
+    return r->method == TFA_METHOD_AUTO && s->tips > 1 ? TFA_METHOD_PV_OSIMR : r->method;
+}
+
+/* The ways that have the articulated-body factors in common; 0: this is none of them. */
+static int by_wrenches(struct state *s, tfa_reference_frame frame, tfa_method way)
+{
+    if (way == TFA_METHOD_EFPA)
+        TFA_V(lambda_efpa)(s, frame);
+    else if (way == TFA_METHOD_PV_OSIMR)
+        TFA_V(lambda_pv)(s, frame);
+    else
+        return 0;
+    return 1;
+}
+
 int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_method method,
                         uint32_t refine, tfa_reply *reply)
 {
-    lambda_kept(s, r->frame, method, refine);
+    const int plain = method == TFA_METHOD_ABA && refine == 0 && !s->m->mimics;
+    if (!(plain && by_wrenches(s, r->frame, way_of(s, r))))
+        lambda_kept(s, r->frame, method, refine);
     return unload_lambda(s, place_of(s, k, reply));
 }
 
@@ -105,8 +126,8 @@ static tfa_method named(tfa_method factors)
     return factors == TFA_METHOD_ABA ? TFA_METHOD_PROPAGATION : factors;
 }
 
-/* Whose factors a method uses; forward elimination of the tips and extended force propagation go by
- * columns when refined. */
+/* Whose factors a method uses; forward elimination of the tips goes by block solves when refined,
+ * what has the articulated-body factors by columns. */
 static tfa_method factors_of(const struct state *s, tfa_method method)
 {
     switch (method) {
@@ -142,15 +163,14 @@ static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors,
 static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa_method factors,
                       tfa_answer *out)
 {
-    const int own_name = r->method == TFA_METHOD_TFA_ONE_SIDED || r->method == TFA_METHOD_EFPA || r->method == TFA_METHOD_PV_OSIMR;
+    const int plain = steps == 0 && !s->m->mimics;
+    const tfa_method way = plain ? way_of(s, r) : r->method;
+    const int own_name =
+        way == TFA_METHOD_TFA_ONE_SIDED || way == TFA_METHOD_EFPA || way == TFA_METHOD_PV_OSIMR;
     int status = TFA_V(factor)(s, factors);
-    if (status == TFA_OK && r->method == TFA_METHOD_EFPA && steps == 0 && !s->m->mimics)
-        TFA_V(lambda_efpa)(s, r->frame);
-    else if (status == TFA_OK && r->method == TFA_METHOD_PV_OSIMR && steps == 0 && !s->m->mimics)
-        TFA_V(lambda_osim)(s, r->frame);
-    else if (status == TFA_OK)
+    if (status == TFA_OK && !(plain && by_wrenches(s, r->frame, way)))
         lambda_kept(s, r->frame, factors, steps);
-    out->method = (uint16_t)(own_name ? r->method : named(factors));
+    out->method = (uint16_t)(own_name ? way : named(factors));
     return status;
 }
 
@@ -160,8 +180,10 @@ static void estimate(struct state *s, tfa_reference_frame frame, tfa_method fact
     const tfa_method last = TFA_V(auto_method)(s);
     out->error_estimate = lambda_estimate(s, frame, factors);
     out->flags |= TFA_ANSWER_ESTIMATED;
-    if (out->method == (uint16_t)named(last) || out->error_estimate <= FALLBACK_ESTIMATE)
-        return;
+    const uint16_t doubt = TFA_V(doubt)(out->error_estimate, 1);
+    if (out->method == (uint16_t)named(last) || out->method == TFA_METHOD_PV_OSIMR || !doubt)
+        return; /* by the same factors */
+    out->flags |= doubt;
     (void)fall_back(s, frame, out);
     out->method = (uint16_t)named(last);
     out->error_estimate = lambda_estimate(s, frame, last);

@@ -82,7 +82,7 @@ int TFA_V(chain_factor)(struct state *s, const struct chain_method *method)
     s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_CHAIN); /* side branches use their arrays */
     for (uint32_t t = 0; t < s->m->trees; t++) {
         const struct tfa_chain *chain = &s->m->chain[t];
-        int status = TFA_V(chain_fold)(s, chain, method->inverts);
+        int status = TFA_V(chain_fold)(s, chain, method_inverts(method->method));
         if (status == TFA_OK)
             status = method->factor(s, chain, rows);
         if (status != TFA_OK)

@@ -16,7 +16,6 @@
 /* A method is one file and one row of the table in chain.c. */
 struct chain_method {
     tfa_method method;
-    int inverts; /* needs I_k^-1: bodies that have none are refused by name */
     /* What it keeps between factor and solve: bytes for a chain of so many bodies, at s->rows. */
     size_t (*bytes)(size_t length);
     /* Factors: s->IA is ready. TFA_OK, or TFA_E_SINGULAR with s->bad_body, or TFA_E_UNSUPPORTED. */
@@ -35,6 +34,19 @@ struct chain_method {
 extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(hessenberg_method),
     TFA_V(cfa_method), TFA_V(cfa_cr_method), TFA_V(dca_method), TFA_V(scan_method),
     TFA_V(scan_two_pass_method);
+
+/* Does it need I_k^-1? Bodies that have none are refused by name. */
+static inline int method_inverts(tfa_method method)
+{
+    switch (method) {
+#define METHOD_INVERTS(name, number, text, fd, lambda, cost, refuses, what)                        \
+    case TFA_METHOD_##name:                                                                        \
+        return ((refuses)&TFA_REFUSES_NO_INVERSE) != 0;
+        TFA_METHOD_LIST(METHOD_INVERTS)
+#undef METHOD_INVERTS
+    }
+    return 0;
+}
 
 /* NULL: the method does not go along chains. */
 const struct chain_method *TFA_V(chain_method)(tfa_method method);

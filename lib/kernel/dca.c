@@ -326,4 +326,4 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     disassemble(s, chain, piece, tau, qdd);
 }
 
-const struct chain_method TFA_V(dca_method) = {TFA_METHOD_DCA, 1, bytes, factor, solve, NULL};
+const struct chain_method TFA_V(dca_method) = {TFA_METHOD_DCA, bytes, factor, solve, NULL};

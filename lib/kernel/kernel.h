@@ -64,7 +64,7 @@ void TFA_V(follow)(struct state *s, tfa_method method, num *x);
 void TFA_V(tfa_bake)(struct state *s);
 void TFA_V(tfa_bake_body)(struct state *s, uint32_t body);
 
-/* --- lambda.c, lambda_tfa.c, lambda_efpa.c ----------------------------------------------------------------- */
+/* --- lambda.c, lambda_tfa.c, lambda_efpa.c, lambda_pv.c ----------------------------------- */
 
 /* J^T columns of the tips into s->psi (nv x 6m). Linear columns first. */
 void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame);
@@ -74,7 +74,8 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame);
 int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame);
 /* Needs the articulated-body factors; leaves s->Ic spoilt, which only crba reads, after writing. */
 void TFA_V(lambda_efpa)(struct state *s, tfa_reference_frame frame);
-void TFA_V(lambda_osim)(struct state *s, tfa_reference_frame frame);
+/* The same with the stretches of bodies that several tips share passed in one step. */
+void TFA_V(lambda_pv)(struct state *s, tfa_reference_frame frame);
 /* By columns: Lambda^-1 = J (M^-1 J^T) with kept factors and refinement steps. */
 void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_method method,
                            uint32_t refine);

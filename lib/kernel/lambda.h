@@ -21,6 +21,14 @@ static inline num *lambda_entry(const struct state *s, uint32_t t, uint32_t u, u
     return s->lambda + (size_t)(6 * t + e) * 6 * s->tips + 6 * u + f;
 }
 
+/* C += psi^T D^-1 psi, upper triangle */
+static inline void add_response(num *C, const num *psi, const num *phi)
+{
+    for (int e = 0; e < 6; e++)
+        for (int f = e; f < 6; f++)
+            C[6 * e + f] += psi[e] * phi[f];
+}
+
 /* M x and M^T x for a dense M */
 static inline svec m6_times(const num *M, svec x)
 {

@@ -211,5 +211,5 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
     return TFA_V(scan_factor)(s, chain, rows, (num)LIGHT);
 }
 
-const struct chain_method TFA_V(scan_method) = {TFA_METHOD_SCAN,   0,   TFA_V(scan_bytes), factor,
+const struct chain_method TFA_V(scan_method) = {TFA_METHOD_SCAN, TFA_V(scan_bytes), factor,
                                                 TFA_V(scan_solve), NULL};

@@ -71,12 +71,4 @@ void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *row
  * tip reaches a chain before its last segment, or there are mimics. O(N / 16) for each tip. */
 int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame);
 
-/* C += psi^T D^-1 psi, upper triangle */
-static inline void scan_add_response(num *C, const num *psi, const num *phi)
-{
-    for (int e = 0; e < 6; e++)
-        for (int f = e; f < 6; f++)
-            C[6 * e + f] += psi[e] * phi[f];
-}
-
 #endif

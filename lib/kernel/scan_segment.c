@@ -31,7 +31,7 @@ static inline void carry_1(const struct state *s, uint32_t i, int axis, svec P[6
         phi[e] = s->Dinv[i] * psi[e];
         P[e] = x_t_force(&X, sv_sub(P[e], sv_scale(U, phi[e])));
     }
-    scan_add_response(C, psi, phi);
+    add_response(C, psi, phi);
 }
 
 /* Inward past one body: P to its parent, C grows. */
@@ -49,7 +49,7 @@ static inline void carry(const struct state *s, uint32_t i, struct scan_body *ro
     } else {
         TFA_V(propagate)(s, (int32_t)i, 6, P, psi, phi);
         for (uint32_t k = 0; k < b->n; k++)
-            scan_add_response(C, psi[k], phi[k]);
+            add_response(C, psi[k], phi[k]);
     }
 }
 

@@ -192,4 +192,4 @@ static struct row *six_forces(struct state *s, const struct tfa_chain *chain, vo
     return row;
 }
 
-const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, 1, bytes, factor, solve, six_forces};
+const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, bytes, factor, solve, six_forces};

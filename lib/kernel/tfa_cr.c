@@ -126,5 +126,5 @@ static struct row *six_forces(struct state *s, const struct tfa_chain *chain, vo
     return A.r;
 }
 
-const struct chain_method TFA_V(tfa_cr_method) = {TFA_METHOD_TFA_CR, 1, bytes, factor, solve,
+const struct chain_method TFA_V(tfa_cr_method) = {TFA_METHOD_TFA_CR, bytes, factor, solve,
                                                   six_forces};

@@ -116,14 +116,19 @@ static int check_joints(const struct tfa_model *m, const uint32_t *joints, uint3
     return TFA_OK;
 }
 
+static int refuses(tfa_method method, unsigned what)
+{
+    const tfa_method_info *row = tfa_method_describe((uint32_t)method);
+    return row && row->refuses & what;
+}
+
 /* Joints are locked and held by the articulated-body algorithm and what builds on its factors. */
 static int check_stops(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     int status = check_joints(m, r->locked, r->locked_count, TFA_FIELD_LOCKED, reply);
     if (status != TFA_OK)
         return status;
-    if (r->locked_count && r->method != TFA_METHOD_AUTO && r->method != TFA_METHOD_ABA &&
-        r->method != TFA_METHOD_PROPAGATION && r->method != TFA_METHOD_RNEA)
+    if (r->locked_count && refuses(r->method, TFA_REFUSES_STOPS))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
     if (r->locked_count && (r->op == TFA_OP_MASS_MATRIX || m->hollow))
         return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
@@ -145,7 +150,7 @@ static int check_stops(const struct tfa_model *m, const tfa_request *r, tfa_repl
 
 static int method_answers(const tfa_request *r)
 {
-    const struct tfa_method_row *row = tfa_method_row((uint32_t)r->method);
+    const tfa_method_info *row = tfa_method_describe((uint32_t)r->method);
     if (!row)
         return 0;
     switch (r->op) {
@@ -160,16 +165,6 @@ static int method_answers(const tfa_request *r)
     }
 }
 
-/* Forward elimination sees one tip's support, not who follows whom; and where a follower moves no
- * mass of its own only T^T M T can be inverted, which is crba's way. */
-static int copes_with_mimics(const struct tfa_model *m, tfa_method method)
-{
-    if (m->mimics && method == TFA_METHOD_TFA_ONE_SIDED)
-        return 0;
-    return !m->hollow || method == TFA_METHOD_AUTO || method == TFA_METHOD_CRBA ||
-           method == TFA_METHOD_RNEA;
-}
-
 static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain)
 {
     for (uint32_t k = 0; k < chain->length; k++) {
@@ -181,25 +176,26 @@ static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain
     return 0;
 }
 
-/* Rotor inertia is no force between bodies: constraint forces cannot carry it along a main chain.
- * Side branches are folded into the chain with theirs. */
-static int copes_with_armature(const struct tfa_model *m, tfa_method method)
+/* Forward elimination sees one tip's support, not who follows whom; and where a follower moves no
+ * mass of its own only T^T M T can be inverted, which is crba's way. Rotor inertia is no force
+ * between bodies: constraint forces cannot carry it along a main chain, but side branches are
+ * folded into the chain with theirs. The block Hessenberg matrix is dense: there is no room for that
+ * of a long chain. */
+static int check_method(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
-    if (method != TFA_METHOD_CFA && method != TFA_METHOD_CFA_CR)
-        return 1;
-    for (uint32_t t = 0; t < m->trees; t++)
-        if (has_armature(m, &m->chain[t]))
-            return 0;
-    return 1;
-}
-
-/* The block Hessenberg matrix is dense: there is no room for that of a long chain. */
-static int is_too_long(const struct tfa_model *m, tfa_method method)
-{
-    for (uint32_t t = 0; method == TFA_METHOD_HESSENBERG && t < m->trees; t++)
-        if (m->chain[t].length > TFA_HESSENBERG_LONGEST)
-            return 1;
-    return 0;
+    int status = method_answers(r) ? TFA_OK : TFA_E_METHOD;
+    if ((m->mimics && refuses(r->method, TFA_REFUSES_MIMICS)) ||
+        (m->hollow && refuses(r->method, TFA_REFUSES_HOLLOW)))
+        status = TFA_E_METHOD;
+    for (uint32_t t = 0; status == TFA_OK && t < m->trees; t++) {
+        if (refuses(r->method, TFA_REFUSES_ARMATURE) && has_armature(m, &m->chain[t]))
+            status = TFA_E_METHOD;
+        else if (refuses(r->method, TFA_REFUSES_LENGTH) &&
+                 m->chain[t].length > TFA_HESSENBERG_LONGEST)
+            status = TFA_E_UNSUPPORTED;
+    }
+    return status == TFA_OK ? TFA_OK
+                            : blame(reply, status, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
 }
 
 /* Does the answer need M itself? */
@@ -207,7 +203,7 @@ static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r)
 {
     return r->op == TFA_OP_MASS_MATRIX ||
            (r->op != TFA_OP_INVERSE_DYNAMICS &&
-            (r->method == TFA_METHOD_CRBA || (m->hollow && r->method == TFA_METHOD_AUTO)));
+            (refuses(r->method, TFA_REFUSES_SIZE) || (m->hollow && r->method == TFA_METHOD_AUTO)));
 }
 
 static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
@@ -222,12 +218,9 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0, 0);
     if (r->refine > 2 && r->refine != TFA_REFINE_DEFAULT)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
-    if (!method_answers(r))
-        return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
-    if (!copes_with_mimics(m, r->method) || !copes_with_armature(m, r->method))
-        return blame(reply, TFA_E_METHOD, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
-    if (is_too_long(m, r->method))
-        return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+    const int status = check_method(m, r, reply);
+    if (status != TFA_OK)
+        return status;
     if (needs_mass_matrix(m, r) && m->mass_entries > TFA_MASS_ENTRIES_MAX)
         return blame(reply, TFA_E_UNSUPPORTED,
                      r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);

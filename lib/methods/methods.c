@@ -7,18 +7,38 @@
 
 #include <string.h>
 
-static const struct tfa_method_row rows[] = {
-#define ROW(name, number, text, fd, lambda, what) {TFA_METHOD_##name, text, fd, lambda, what},
+static const tfa_method_info rows[] = {
+#define ROW(name, number, text, fd, lambda, cost, refuses, what)                                   \
+    [number] = {TFA_METHOD_##name, text, fd, lambda, cost, refuses, what},
     TFA_METHOD_LIST(ROW)
 #undef ROW
 };
 
-const struct tfa_method_row *tfa_method_row(uint32_t method)
+const tfa_method_info *tfa_method_describe(uint32_t method)
 {
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
-        if ((uint32_t)rows[k].method == method)
-            return &rows[k];
-    return NULL;
+    return method < sizeof rows / sizeof *rows ? &rows[method] : NULL;
+}
+
+const char *tfa_refusal_text(unsigned refusal)
+{
+    switch (refusal) {
+    case TFA_REFUSES_NO_INVERSE:
+        return "a body of a main chain whose inertia has no inverse";
+    case TFA_REFUSES_ARMATURE:
+        return "rotor inertia on a main chain";
+    case TFA_REFUSES_LENGTH:
+        return "a main chain of more than 130 bodies";
+    case TFA_REFUSES_SIZE:
+        return "robots whose M has more than 4 Mi entries";
+    case TFA_REFUSES_STOPS:
+        return "joints locked or held by the request";
+    case TFA_REFUSES_MIMICS:
+        return "mimic joints that are projected";
+    case TFA_REFUSES_HOLLOW:
+        return "mimic joints that move no mass of their own";
+    default:
+        return "";
+    }
 }
 
 int32_t tfa_method_find(const char *name)
@@ -31,8 +51,18 @@ int32_t tfa_method_find(const char *name)
 
 const char *tfa_method_name(uint32_t method)
 {
-    const struct tfa_method_row *row = tfa_method_row(method);
+    const tfa_method_info *row = tfa_method_describe(method);
     return row ? row->name : "unknown";
+}
+
+const char *tfa_fallback_text(unsigned flags)
+{
+    if (!(flags & TFA_ANSWER_FALLBACK))
+        return "";
+    return flags & TFA_ANSWER_NOT_FINITE   ? "not finite"
+           : flags & TFA_ANSWER_INACCURATE ? "inaccurate"
+           : flags & TFA_ANSWER_STALLED    ? "stalled"
+                                           : "not there";
 }
 
 const char *tfa_field_name(tfa_field field)

@@ -1,23 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The table of methods as the library itself reads it.
+ * What the files of this folder share.
  */
 #ifndef TFA_METHODS_METHODS_H
 #define TFA_METHODS_METHODS_H
 
 #include <totalforce/dynamics.h>
-
-struct tfa_method_row {
-    tfa_method method;
-    const char *name;
-    int forward_dynamics; /* answers qdd */
-    int lambda;           /* answers lambda_inv */
-    const char *what;
-};
-
-/* NULL when there is no such method. */
-const struct tfa_method_row *tfa_method_row(uint32_t method);
 
 /* Rank and extreme eigenvalues of a symmetric n x n matrix (n <= 6 TFA_MAX_TIPS). `scratch`
  * holds n x n doubles. */

@@ -313,6 +313,7 @@ static void check_lambda(const reduction *r, const question *a, const tfa_reques
                    {TFA_METHOD_DCA, "lambda_inv, dca"},
                    {TFA_METHOD_HESSENBERG, "lambda_inv, hessenberg"},
                    {TFA_METHOD_EFPA, "lambda_inv, efpa"},
+                   {TFA_METHOD_PV_OSIMR, "lambda_inv, pv-osimr"},
                    {TFA_METHOD_PROPAGATION, "lambda_inv, propagation"}};
     question tips = *a;
     uint32_t link = 0;

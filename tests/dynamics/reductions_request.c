@@ -110,7 +110,8 @@ static void check_answers(const reduction *r, const question *a, const tfa_reque
             q.frame = request->frame; /* the wrenches were given in it */
             q.op = TFA_OP_FORWARD_DYNAMICS;
             if (q.method != TFA_METHOD_PROPAGATION && q.method != TFA_METHOD_TFA_ONE_SIDED &&
-                q.method != TFA_METHOD_EFPA && ask(r, r->f64, &q, &reply)) {
+                q.method != TFA_METHOD_EFPA && q.method != TFA_METHOD_PV_OSIMR &&
+                ask(r, r->f64, &q, &reply)) {
                 within(r, name, x, want, r->n, bound_of(q.method, false));
                 if ((int)q.frame == frame)
                     within(r, "lambda_inv besides qdd", lambda, want_lambda, rows * rows,
@@ -218,7 +219,8 @@ static void check_zeros(const reduction *r, const tfa_request *request, const st
 
 static void locked(reduction *r, uint64_t seed)
 {
-    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION};
+    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION,
+                                         TFA_METHOD_PV_OSIMR};
     question a;
     struct locked l;
     random_source s = {seed};
@@ -395,7 +397,7 @@ static void check_loaded(const reduction *r, const question *a, uint32_t k)
         TFA_METHOD_AUTO,        TFA_METHOD_ABA,           TFA_METHOD_CRBA,          TFA_METHOD_TFA,
         TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,
         TFA_METHOD_CFA_CR,      TFA_METHOD_SCAN,          TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,
-        TFA_METHOD_HESSENBERG,  TFA_METHOD_EFPA};
+        TFA_METHOD_HESSENBERG,  TFA_METHOD_EFPA,          TFA_METHOD_PV_OSIMR};
     static double M[MOST * MOST], want[MOST * MOST];
     const uint32_t base = r->n - r->nv;
     tfa_request whole, q = question_state(a, r, k, &whole);
@@ -446,7 +448,8 @@ static void payload_is_mass(void **state)
 /* Both at once, on the same joints and links as often as not. */
 static void both(reduction *r, uint64_t seed)
 {
-    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_PROPAGATION};
+    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_PROPAGATION,
+                                         TFA_METHOD_PV_OSIMR};
     double numbers[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     question a;
     struct locked l;

@@ -176,7 +176,8 @@ static void change_question(struct sequence *x)
         TFA_METHOD_AUTO,          TFA_METHOD_AUTO, TFA_METHOD_ABA,           TFA_METHOD_CRBA,
         TFA_METHOD_TFA,           TFA_METHOD_RNEA, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_PROPAGATION,
         TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,  TFA_METHOD_CFA_CR,        TFA_METHOD_SCAN,
-        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG,    TFA_METHOD_EFPA};
+        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG,    TFA_METHOD_EFPA,
+        TFA_METHOD_PV_OSIMR};
     static const uint32_t refine[] = {TFA_REFINE_DEFAULT, TFA_REFINE_DEFAULT, 0, 1, 2};
     x->q.op = (tfa_op)(1 + random_below(&x->s, 4));
     x->q.method = methods[random_below(&x->s, sizeof methods / sizeof *methods)];
@@ -225,7 +226,8 @@ static tfa_request plausible(struct sequence *x)
         q.method = TFA_METHOD_AUTO;
     if (q.op == TFA_OP_FORWARD_DYNAMICS &&
         (q.method == TFA_METHOD_RNEA || q.method == TFA_METHOD_TFA_ONE_SIDED ||
-         q.method == TFA_METHOD_PROPAGATION || q.method == TFA_METHOD_EFPA))
+         q.method == TFA_METHOD_PROPAGATION || q.method == TFA_METHOD_EFPA ||
+         q.method == TFA_METHOD_PV_OSIMR))
         q.method = TFA_METHOD_ABA;
     if (q.op == TFA_OP_OPERATIONAL_INERTIA && q.method == TFA_METHOD_RNEA)
         q.method = TFA_METHOD_PROPAGATION;

@@ -264,7 +264,8 @@ static void methods_answer_their_ops(void **state)
         const char *name;
         int forward, lambda;
     } rows[] = {
-#define ROW(name, number, text, fd, lambda, what) {TFA_METHOD_##name, text, fd, lambda},
+#define ROW(name, number, text, fd, lambda, cost, refuses, what)                                   \
+    {TFA_METHOD_##name, text, fd, lambda},
         TFA_METHOD_LIST(ROW)
 #undef ROW
     };

@@ -16,6 +16,13 @@ for command in model solve call latency; do
     status 3 "$tool" $command --no-such-option x
     status 3 "$tool" $command one two
 done
+# the table of methods: a word of every kind of refusal, and JSON that can be read
+status 0 "$tool" methods
+says "$work/out" "rotor inertia on a main chain"
+says "$work/out" "segment scan"
+status 0 "$tool" methods --json
+says "$work/out" '{"method":"aba","number":3,"forward_dynamics":true,"lambda_inv":true,"cost":"O(N)",'
+status 3 "$tool" methods aba
 status 3 "$tool"
 status 3 "$tool" dance
 says "$work/err" "no command 'dance'"

@@ -358,18 +358,21 @@ static void test_a_reply_line(void **state)
     assert_int_equal(r.status, TFA_OK);
     r.buffers.lambda_inv[1] = 0.5;
     r.buffers.spectrum = (tfa_spectrum){.rank = 6, .eig_min = 1e-3, .eig_max = 2};
-    r.buffers.answer = (tfa_answer){.method = TFA_METHOD_PROPAGATION,
-                                    .flags = TFA_ANSWER_ESTIMATED | TFA_ANSWER_FALLBACK,
-                                    .error_estimate = 3e-16};
+    r.buffers.answer =
+        (tfa_answer){.method = TFA_METHOD_PROPAGATION,
+                     .flags = TFA_ANSWER_ESTIMATED | TFA_ANSWER_FALLBACK | TFA_ANSWER_STALLED,
+                     .error_estimate = 3e-16};
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
     jsonl_print_reply(out, json_object_get(r.object, "id"), &r.names, &r.request, &r.reply);
     fclose(out);
 #define ROW ",[0.0,0.0,0.0,0.0,0.0,0.0]"
-    assert_string_equal(text, "{\"id\":\"a\",\"status\":\"ok\",\"method\":\"propagation\","
-                              "\"lambda_inv\":[[0.0,0.5,0.0,0.0,0.0,0.0]" ROW ROW ROW ROW ROW
-                              "],\"rank\":6,\"eig_min\":0.001,\"eig_max\":2.0,"
-                              "\"error_estimate\":2.9999999999999999e-16,\"fallback\":true}\n");
+    assert_string_equal(
+        text,
+        "{\"id\":\"a\",\"status\":\"ok\",\"method\":\"propagation\","
+        "\"lambda_inv\":[[0.0,0.5,0.0,0.0,0.0,0.0]" ROW ROW ROW ROW ROW
+        "],\"rank\":6,\"eig_min\":0.001,\"eig_max\":2.0,"
+        "\"error_estimate\":2.9999999999999999e-16,\"fallback\":true,\"reason\":\"stalled\"}\n");
     free(text);
     forget(&r);
 }

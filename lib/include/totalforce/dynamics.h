@@ -31,30 +31,84 @@ typedef enum tfa_op {
     TFA_OP_MASS_MATRIX = 4,         /**< q -> M */
 } tfa_op;
 
-/* X(NAME, number, name on the command line, answers forward dynamics, answers lambda_inv, text) */
+/**
+ * What a method cannot take. A request with it is refused by name (tfa_compute lists the statuses);
+ * nothing else answers in its stead.
+ */
+typedef enum tfa_refusal {
+    TFA_REFUSES_NOTHING = 0,
+    TFA_REFUSES_NO_INVERSE = 1, /**< a body of a main chain whose inertia has no inverse */
+    TFA_REFUSES_ARMATURE = 2,   /**< rotor inertia on a main chain */
+    TFA_REFUSES_LENGTH = 4,     /**< a main chain of more than 130 bodies */
+    TFA_REFUSES_SIZE = 8,       /**< robots whose M has more than 4 Mi entries */
+    TFA_REFUSES_STOPS = 16,     /**< joints locked or held by the request */
+    TFA_REFUSES_MIMICS = 32,    /**< mimic joints that are projected */
+    TFA_REFUSES_HOLLOW = 64,    /**< mimic joints that move no mass of their own */
+} tfa_refusal;
+
+/* One row for each method:
+ * X(NAME, number, name on the command line, answers forward dynamics, answers lambda_inv,
+ *   cost, what it refuses, text)
+ * d: depth of the tree, m: tips. Adding a method is a row here, a file in lib/kernel and, for one
+ * along chains, a row in lib/kernel/chain.c. */
+#define TFA_CHAIN_REFUSES (TFA_REFUSES_STOPS | TFA_REFUSES_HOLLOW)
+#define TFA_INVERSE_REFUSES (TFA_CHAIN_REFUSES | TFA_REFUSES_NO_INVERSE)
 #define TFA_METHOD_LIST(X)                                                                         \
-    X(AUTO, 0, "auto", 1, 1, "the plan chooses")                                                   \
-    X(RNEA, 1, "rnea", 0, 0, "recursive Newton-Euler, inverse dynamics, O(N)")                     \
-    X(CRBA, 2, "crba", 1, 1, "composite rigid bodies and sparse LTDL, O(N d^2)")                   \
-    X(ABA, 3, "aba", 1, 1, "articulated bodies, O(N); lambda_inv by force propagation")            \
-    X(TFA, 4, "tfa", 1, 1, "total force algorithm, block LU; lambda_inv by (74)-(78)")             \
-    X(TFA_ONE_SIDED, 5, "tfa-one-sided", 0, 1, "lambda_inv by forward elimination of the tip")     \
-    X(PROPAGATION, 6, "propagation", 0, 1, "force propagation along the tips' supports")           \
-    X(TFA_CR, 7, "tfa-cr", 1, 1, "total force algorithm by block cyclic reduction")                \
-    X(HESSENBERG, 8, "hessenberg", 1, 1, "the paper's (57): block upper Hessenberg, O(N^2)")       \
-    X(CFA, 9, "cfa", 1, 1, "constraint forces, block LDL^T; no armature")                          \
-    X(CFA_CR, 10, "cfa-cr", 1, 1, "constraint forces by block cyclic reduction; no armature")      \
-    X(DCA, 11, "dca", 1, 1, "divide and conquer: two-handle inverse inertias, assembly tree")      \
-    X(SCAN, 12, "scan", 1, 1, "segment scan of articulated bodies, one pass")                      \
-    X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "segment scan seeded with outboard inertias")      \
-    X(EFPA, 14, "efpa", 0, 1, "extended force propagation, O(N + m d + m^2) for m tips")  \
-    X(PV_OSIMR, 15, "pv-osimr", 0, 1, "force propagators of shared supports, O(N + m^2) for m tips")
+    X(AUTO, 0, "auto", 1, 1, "O(N)", TFA_REFUSES_NOTHING, "the plan chooses")                      \
+    X(RNEA, 1, "rnea", 0, 0, "O(N)", TFA_REFUSES_NOTHING,                                          \
+      "recursive Newton-Euler, inverse dynamics")                                                  \
+    X(CRBA, 2, "crba", 1, 1, "O(N d^2)", TFA_REFUSES_STOPS | TFA_REFUSES_SIZE,                     \
+      "composite rigid bodies and sparse LTDL")                                                    \
+    X(ABA, 3, "aba", 1, 1, "O(N)", TFA_REFUSES_HOLLOW,                                             \
+      "articulated bodies; lambda_inv by force propagation")                                       \
+    X(TFA, 4, "tfa", 1, 1, "O(N)", TFA_INVERSE_REFUSES,                                            \
+      "total force algorithm, block LU; lambda_inv by (74)-(78)")                                  \
+    X(TFA_ONE_SIDED, 5, "tfa-one-sided", 0, 1, "O(N + m d)",                                       \
+      TFA_INVERSE_REFUSES | TFA_REFUSES_MIMICS, "lambda_inv by forward elimination of the tip")    \
+    X(PROPAGATION, 6, "propagation", 0, 1, "O(N + m d)", TFA_REFUSES_HOLLOW,                       \
+      "force propagation along the tips' supports")                                                \
+    X(TFA_CR, 7, "tfa-cr", 1, 1, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,                \
+      "total force algorithm by block cyclic reduction")                                           \
+    X(HESSENBERG, 8, "hessenberg", 1, 1, "O(N^2)", TFA_INVERSE_REFUSES | TFA_REFUSES_LENGTH,       \
+      "the paper's (57): block upper Hessenberg")                                                  \
+    X(CFA, 9, "cfa", 1, 1, "O(N)", TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,                     \
+      "constraint forces, block LDL^T")                                                            \
+    X(CFA_CR, 10, "cfa-cr", 1, 1, "O(N), O(log N) in parallel",                                    \
+      TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE, "constraint forces by block cyclic reduction")   \
+    X(DCA, 11, "dca", 1, 1, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,                     \
+      "divide and conquer: two-handle inverse inertias, assembly tree")                            \
+    X(SCAN, 12, "scan", 1, 1, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,                      \
+      "segment scan of articulated bodies, one pass")                                              \
+    X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,    \
+      "segment scan seeded with outboard inertias")                                                \
+    X(EFPA, 14, "efpa", 0, 1, "O(N + m d + m^2)", TFA_CHAIN_REFUSES, "extended force propagation") \
+    X(PV_OSIMR, 15, "pv-osimr", 0, 1, "O(N + m^2)", TFA_REFUSES_HOLLOW,                            \
+      "force propagation with shared supports passed in one step")
 
 typedef enum tfa_method {
-#define TFA_METHOD_ENUM(name, number, text, fd, lambda, what) TFA_METHOD_##name = number,
+#define TFA_METHOD_ENUM(name, number, text, fd, lambda, cost, refuses, what)                       \
+    TFA_METHOD_##name = number,
     TFA_METHOD_LIST(TFA_METHOD_ENUM)
 #undef TFA_METHOD_ENUM
 } tfa_method;
+
+/** A row of the table of methods. */
+typedef struct tfa_method_info {
+    tfa_method method;
+    const char *name;     /**< "aba": as spelt on the command line and in JSON */
+    int forward_dynamics; /**< answers qdd */
+    int lambda;           /**< answers lambda_inv */
+    const char *cost;     /**< "O(N)" */
+    unsigned refuses;     /**< TFA_REFUSES_ bits */
+    const char *what;     /**< one line */
+} tfa_method_info;
+
+/** The row of a method, static storage; NULL when there is no such method. Any thread. */
+TFA_API const tfa_method_info *tfa_method_describe(uint32_t method);
+
+/** What one TFA_REFUSES_ bit means, "a body of a main chain whose inertia has no inverse"; "" for
+ * any other number. Static storage. Any thread. */
+TFA_API const char *tfa_refusal_text(unsigned refusal);
 
 typedef enum tfa_estimate {
     TFA_ESTIMATE_DEFAULT = 0, /**< always for TFA, never for the others */
@@ -72,7 +126,15 @@ typedef enum tfa_reference_frame {
 typedef enum tfa_precision {
     TFA_F64 = 0,  /**< double */
     TFA_F128 = 1, /**< quadruple precision, about 100 times slower: a reference */
+    TFA_F32 = 2,  /**< float */
 } tfa_precision;
+
+/** In which arithmetic the residual of a refinement step is computed, and qdd summed up. */
+typedef enum tfa_residual {
+    TFA_RESIDUAL_SAME = 0, /**< that of the workspace */
+    TFA_RESIDUAL_F64 = 1,  /**< double, around factors in float */
+    TFA_RESIDUAL_F128 = 2, /**< quadruple precision, around factors in double or float: precise */
+} tfa_residual;
 
 #define TFA_REFINE_DEFAULT UINT32_MAX /**< the method's default: 1 for tfa, 0 for the others */
 
@@ -137,6 +199,10 @@ typedef struct tfa_request {
 #define TFA_ANSWER_ESTIMATED 1u /**< error_estimate was measured for this state */
 #define TFA_ANSWER_FALLBACK 2u  /**< the method asked for failed here; `method` answered */
 #define TFA_ANSWER_HELD 4u      /**< approximate: joints were held that nothing holds */
+/* Why there was a fallback: */
+#define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
+#define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
+#define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
 
 /** What is known of the answer for one state. */
 typedef struct tfa_answer {
@@ -225,7 +291,8 @@ typedef struct tfa_reply {
 typedef struct tfa_workspace tfa_workspace;
 
 typedef struct tfa_workspace_options {
-    tfa_precision precision;
+    tfa_precision precision; /**< of the factors and of the answers */
+    tfa_residual residual;   /**< of refinement steps */
 } tfa_workspace_options;
 
 /** Bytes for a workspace of this model, 64-byte aligned. NULL options: f64. */
@@ -273,7 +340,7 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *                     and only crba where a follower moves no mass of its own; a joint with
  *                     armature on a main chain (a tree's longest path) takes neither cfa nor cfa-cr;
  *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
- *                     of 2895 bodies); hessenberg on a main chain of more than 256 bodies; the mass
+ *                     of 2895 bodies); hessenberg on a main chain of more than 130 bodies; the mass
  *                     matrix with locked joints, or any answer with them where only crba can
  *                     answer; held joints together with tips, refinement, an estimate or mimics; a
  *                     payload on a link between fused joints;
@@ -286,6 +353,10 @@ TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tf
 TFA_API int32_t tfa_method_find(const char *name);
 /** Name of a method; "unknown" otherwise. */
 TFA_API const char *tfa_method_name(uint32_t method);
+/** Why a method did not answer itself, from the flags of an answer: "inaccurate", "stalled", "not
+ * finite", "not there" (the method does not exist for these tips); "" without TFA_ANSWER_FALLBACK.
+ * Static storage. Any thread. */
+TFA_API const char *tfa_fallback_text(unsigned flags);
 /** The instruction set the kernels run on: "avx512", "avx2" or "base"; TFA_ISA forces one. */
 TFA_API const char *tfa_isa_name(void);
 

@@ -246,6 +246,9 @@ static struct way lambda_ways[] = {
     {"auto", TFA_METHOD_AUTO, TFA_REFINE_DEFAULT, TFA_F64, 2e-12, 0},
     {"propagation, f128", TFA_METHOD_PROPAGATION, 0, TFA_F128, 2e-14, 0},
     {"tfa, f128", TFA_METHOD_TFA, 0, TFA_F128, 2e-14, 0},
+    {"tfa, refined twice, f128", TFA_METHOD_TFA, 2, TFA_F128, 2e-14, 0},
+    {"tfa-cr, f128", TFA_METHOD_TFA_CR, 0, TFA_F128, 2e-14, 0},
+    {"scan, f128", TFA_METHOD_SCAN, 0, TFA_F128, 2e-14, 0},
     {"tfa-one-sided, f128", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F128, 2e-14, 0},
 };
 #define LAMBDA_WAYS (sizeof lambda_ways / sizeof *lambda_ways)

@@ -232,6 +232,7 @@ static struct way lambda_ways[] = {
     {"crba", TFA_METHOD_CRBA, 0, TFA_F64, 1e-11, 0},
     {"tfa", TFA_METHOD_TFA, 0, TFA_F64, 2e-11, 0},
     {"tfa, refined", TFA_METHOD_TFA, 1, TFA_F64, 3e-14, 0},
+    {"tfa, refined twice", TFA_METHOD_TFA, 2, TFA_F64, 3e-14, 0},
     {"tfa-one-sided", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F64, 4e-11, 0},
     {"tfa-one-sided, refined", TFA_METHOD_TFA_ONE_SIDED, 1, TFA_F64, 3e-14, 0},
     {"tfa-cr", TFA_METHOD_TFA_CR, 0, TFA_F64, 2e-11, 0},
@@ -246,9 +247,6 @@ static struct way lambda_ways[] = {
     {"auto", TFA_METHOD_AUTO, TFA_REFINE_DEFAULT, TFA_F64, 2e-12, 0},
     {"propagation, f128", TFA_METHOD_PROPAGATION, 0, TFA_F128, 2e-14, 0},
     {"tfa, f128", TFA_METHOD_TFA, 0, TFA_F128, 2e-14, 0},
-    {"tfa, refined twice, f128", TFA_METHOD_TFA, 2, TFA_F128, 2e-14, 0},
-    {"tfa-cr, f128", TFA_METHOD_TFA_CR, 0, TFA_F128, 2e-14, 0},
-    {"scan, f128", TFA_METHOD_SCAN, 0, TFA_F128, 2e-14, 0},
     {"tfa-one-sided, f128", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F128, 2e-14, 0},
 };
 #define LAMBDA_WAYS (sizeof lambda_ways / sizeof *lambda_ways)

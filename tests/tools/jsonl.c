@@ -110,7 +110,8 @@ static const struct {
      "frame: must be \"world\", \"local\" or \"local_world_aligned\""},
     {"{" FD "," Q ",\"method\":\"magic\"}", TFA_E_METHOD,
      "method: no 'magic'; there are auto rnea crba aba tfa tfa-one-sided "
-     "propagation tfa-cr hessenberg cfa cfa-cr dca scan scan-two-pass efpa"},
+     "propagation tfa-cr hessenberg cfa cfa-cr dca scan scan-two-pass efpa "
+     "pv-osimr"},
     {"{" FD "," Q ",\"method\":3}", TFA_E_ARGUMENT, "method: a number, must be a string"},
     {"{" FD "," Q ",\"refine\":3}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},
     {"{" FD "," Q ",\"refine\":1.5}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},

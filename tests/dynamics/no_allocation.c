@@ -132,7 +132,7 @@ static void every_request(test_robot *robot)
 
     unsigned long before = atomic_load(&calls), answered = 0;
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
-        for (int method = -1; method <= TFA_METHOD_PROPAGATION; method++)
+        for (int method = -1; method <= TFA_METHOD_PV_OSIMR; method++)
             for (uint32_t refine = 0; refine <= 2; refine++) {
                 r.op = (tfa_op)op;
                 r.method = (tfa_method)method;

@@ -36,25 +36,27 @@ says "$work/err" "radius: -1"
 "$tool" chain random >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "chain does not notice a full disk"
 
-header="mechanism,bodies,rhs,method,refine,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front"
-status 0 "$tool" chart --bodies 2,5 --budget-ms 1 --states 2
+header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front"
+# peers come on top of what is counted here
+methods=crba,aba,tfa,tfa-cr,hessenberg,cfa,cfa-cr,dca,scan,scan-two-pass
+status 0 "$tool" chart --bodies 2,5 --budget-ms 1 --states 2 --methods $methods
 cp "$work/out" "$work/chart.csv"
 says "$work/chart.csv" "# command: "
 [ "$(grep -v '^#' "$work/chart.csv" | head -1)" = "$header" ] || fail "another header"
 # 13 mechanisms, 2 sizes, 3 right-hand sides, 2 refinements, and at least aba, crba and tfa
 grep -v '^#' "$work/chart.csv" | awk -F, '
     NR == 1 { next }
-    NF != 17 { print "fields: " $0; bad = 1 }
-    { rows++; methods[$4] = 1; key = $1 "," $2 "," $3; keys[key] = 1; if ($17) front[key] = 1 }
-    $6 == "ok" || $6 == "fallback" {
-        if ($9 !~ /^[0-9.]+e[-+][0-9]+$/ || $10 == "" || $13 <= 0 || $14 <= 0 || $15 <= 0) {
+    NF != 19 { print "fields: " $0; bad = 1 }
+    { rows++; methods[$4] = 1; key = $1 "," $2 "," $3; keys[key] = 1; if ($19) front[key] = 1 }
+    $8 == "ok" || $8 == "fallback" {
+        if ($11 !~ /^[0-9.]+e[-+][0-9]+$/ || $12 == "" || $15 <= 0 || $16 <= 0 || $17 <= 0) {
             print "not finite: " $0; bad = 1
         }
-        if ($4 == "aba" && $9 > 1e-6) { print "aba is far off: " $0; bad = 1 }
+        if ($4 == "aba" && $11 > 1e-6) { print "aba is far off: " $0; bad = 1 }
         next
     }
-    $6 !~ /^E_/ || $9 != "" || $7 == "" { print "refused without a name: " $0; bad = 1 }
-    $6 == "E_SINGULAR" && $7 !~ /^body link/ { print "no body named: " $0; bad = 1 }
+    $8 !~ /^E_/ || $11 != "" || $9 == "" { print "refused without a name: " $0; bad = 1 }
+    $8 == "E_SINGULAR" && $9 !~ /^body link/ { print "no body named: " $0; bad = 1 }
     END {
         for (key in keys) { n++; if (!front[key]) { print "no front: " key; bad = 1 } }
         for (m in methods) count++
@@ -62,21 +64,21 @@ grep -v '^#' "$work/chart.csv" | awk -F, '
         if (count < 10 || rows != n * count * 2) { print "rows: " rows; bad = 1 }
         exit bad
     }' || fail "the rows of the chart"
-grep -q '^rank-deficient,5,qdd,tfa,0,E_SINGULAR,body link' "$work/chart.csv" ||
+grep -q '^rank-deficient,5,qdd,tfa,0,f64,1,E_SINGULAR,body link' "$work/chart.csv" ||
     fail "tfa is not refused on a rank-deficient body"
 
 # a robot, floating, as JSON; the theory of a thin chain
 status 0 "$tool" chart --urdf "$data/arm.urdf" --base floating --rhs tau --refine 0 --json --budget-ms 1
 says "$work/out" '"mechanism":"arm"'
-says "$work/out" '"rhs":"tau","method":"aba","refine":0,"status":"ok"'
+says "$work/out" '"rhs":"tau","method":"aba","refine":0,"precision":"f64","threads":1,"status":"ok"'
 status 0 "$tool" chart --mechanisms thin --bodies 24 --methods aba,tfa --rhs qdd --refine 0 --budget-ms 1
-grep -v '^#' "$work/out" | awk -F, '$4 == "aba" { a = $9 } $4 == "tfa" { t = $9 }
+grep -v '^#' "$work/out" | awk -F, '$4 == "aba" { a = $11 } $4 == "tfa" { t = $11 }
     END { exit !(a > 0 && t > 1e3 * a) }' || fail "tfa is not seen to fail on thin rods"
 # the chain of a chart is the chain of `totalforce chain`
 "$tool" chain random --bodies 6 >"$work/chain.urdf"
 for source in "--mechanisms random --bodies 6" "--urdf $work/chain.urdf"; do
-    status 0 "$tool" chart $source --methods aba,tfa,crba --rhs tau --refine 0 --budget-ms 1
-    grep -v '^#' "$work/out" | sed 1d | cut -d, -f 3-12 >"$work/errors.$(expr "$source" : '--u')"
+    status 0 "$tool" chart $source --turn 1 --methods aba,tfa,crba --rhs tau --refine 0 --budget-ms 1
+    grep -v '^#' "$work/out" | sed 1d | cut -d, -f 3-14 >"$work/errors.$(expr "$source" : '--u')"
 done
 same "$work/errors.0" "$work/errors.3" "a mechanism and its file do not give the same errors"
 

@@ -3,7 +3,7 @@
 #
 # All mechanisms and sizes at a glance: a line of small panels for each mechanism, a column for each
 # size, one right-hand side. Given: $data, $words, $sentences, lines, columns, line_name, column_name,
-# rhs_name, and style.gp.
+# low_time, high_time, rhs_name, time_name, and style.gp.
 
 head_px = 90
 panel_px = 150
@@ -16,13 +16,6 @@ wide_px = wide_px < 1180 ? 1180 : wide_px
 high_px = head_px + panel_px * lines + foot_px
 cell_px = (wide_px - left_px - right_px) * 1.0 / columns
 
-# one range of time for each column
-array low_time[columns]; array high_time[columns]
-do for [c=0:columns-1] {
-    stats $data using ($2==c ? $5 : NaN) name 'T' nooutput
-    low_time[c+1] = T_min * 0.7; high_time[c+1] = T_max * 1.4
-}
-
 do for [kind in "svg png"] {
     if (kind eq "svg") {
         set terminal svg size wide_px,high_px font 'sans,12' background rgb 'white'
@@ -32,7 +25,7 @@ do for [kind in "svg png"] {
     set output sprintf('%s/overview.%s', folder, kind)
     set multiplot
     set label 1 "Accuracy against speed: ".rhs_name at screen 0.5, screen 1 - 25.0/high_px center font ',16' noenhanced
-    set label 2 "relative error of qdd (2-norm, up) over CPU time of a call (µs, right); dashed: floor of the data; hollow: as solved, filled: refined" \
+    set label 2 "up: relative error of qdd (2-norm); right: ".time_name."; dashed: floor of the data; hollow: as solved, filled: refined" \
         at screen 0.5, screen 1 - 50.0/high_px center font ',11' noenhanced
     set logscale xy
     set yrange [1e-17:1e2]; set ytics 1e-16, 1e4, 1e2 font ',9'; unset mytics

@@ -106,7 +106,7 @@ typedef struct body {
  * most of all that were tried: bends and twists of 0.01 to pi, axes across the links or of any
  * direction, angles in q or in the frames (docs/charts/section6.md; 20 seeds, 2026-11-22). Wider
  * bends curl a chain up and make it benign: +-pi and any axis, 1024 bodies: 20 to 50 times less. */
-#define RANDOM_ANGLE 0.8
+#define RANDOM_ANGLE 0.9
 #define HELIX_BEND 0.6
 #define HELIX_TWIST 0.1
 

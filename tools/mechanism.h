@@ -16,7 +16,7 @@
     X(STRAIGHT, "straight", "a straight chain, axes across it by turns")                           \
     X(ZIGZAG, "zigzag", "bent by 1 rad to and fro, axes by turns in and across its plane")         \
     X(HELIX, "helix", "bent by 0.6 and twisted by 0.1 rad at every joint, axes by turns")          \
-    X(RANDOM, "random", "hinges across the links, twisted and bent at random within 0.8 rad")      \
+    X(RANDOM, "random", "hinges across the links, twisted and bent at random within 0.9 rad")      \
     X(TAPER, "taper", "random; masses fall by `taper` from root to tip, radii by its root")        \
     X(HEAVY_TIP, "heavy-tip", "random; the last body has `ratio` times the mass of the others")    \
     X(ALTERNATING, "alternating", "random; every second body has `ratio` times the mass")          \

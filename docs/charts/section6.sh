@@ -73,12 +73,12 @@ cat <<EOF
 What is beyond a factor of five, and why:
 
 * heavy-tip, \`tfa\` and \`tfa-cr\`: ours are more exact, and spread over two decades from seed to
-  seed. Of 200 seeds (2 states each) the largest is 7.4e-3 for \`tfa\` and 6.1e-3 for \`tfa-cr\`: theirs
-  for \`tfa-cr\` lies within, for \`tfa\` 2.7 times beyond. No definition of the random chain that was
+  seed. Of 200 seeds (2 states each) the largest is 1.3e-2 for \`tfa\` and 8.8e-3 for \`tfa-cr\`: theirs
+  for \`tfa-cr\` lies within, for \`tfa\` 1.6 times beyond. No definition of the random chain that was
   tried - bends and twists of 0.3 to pi rad, axes across the links or of any direction, moving or at
-  rest - has a median above 8e-4.
+  rest - has a median of \`tfa\` above 8e-4.
 * straight, \`cfa-cr\` and \`dca\`: ours lose as much as \`tfa\`, in every mechanism, since all three
   start from the same inverse inertias; theirs lose less than their \`tfa\` here, and \`cfa-cr\` on the
-  helix. Neither q = 0 exactly, nor rest, nor parallel axes changes that: of 60 seeds at q = 0 the least
-  is 1.1e-9 for \`cfa-cr\` and 1.0e-9 for \`dca\`. One step of refinement puts both on the floor.
+  helix. Neither q = 0 exactly nor rest changes that, and parallel axes move \`tfa\` away instead: of 60
+  seeds at q = 0 the least is 1.1e-9 for \`cfa-cr\` and 1.0e-9 for \`dca\`. One step of refinement puts both on the floor.
 EOF

@@ -38,6 +38,7 @@ typedef struct turns {
     tfa_request batch; /* with a pool: the states of the data over and over */
     tfa_reply reply;
     double *block; /* the arrays of both */
+    int status;    /* of the first call that failed */
 } turns;
 
 /* `rows` rows of `width` numbers, those of `from` over and over. */
@@ -74,11 +75,10 @@ static double sample(turns *t, const chart_choice *who, uint32_t calls)
     t->batch.method = (tfa_method)who->method;
     t->batch.refine = who->refine;
     const double start = read_clock(t->clock);
-    for (uint32_t k = 0; k < calls; k++)
-        if (t->block)
-            (void)tfa_pool_compute(t->c->pool, &t->batch, &t->reply);
-        else
-            (void)chart_answer(t->c, who, t->data, t->next++ % t->data->states, &reply);
+    for (uint32_t k = 0; k < calls && t->status == TFA_OK; k++)
+        t->status = t->block
+                        ? tfa_pool_compute(t->c->pool, &t->batch, &t->reply)
+                        : chart_answer(t->c, who, t->data, t->next++ % t->data->states, &reply);
     return (read_clock(t->clock) - start) / calls / (t->block ? BATCH : 1);
 }
 
@@ -113,9 +113,9 @@ static void take_turns(chart_row *row, turns *t, double seconds)
 int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
 {
     turns t = {.c = c, .data = d, .clock = c->pool ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID};
-    const int status = c->pool ? make_batch(&t) : TFA_OK;
-    if (status == TFA_OK)
+    t.status = c->pool ? make_batch(&t) : TFA_OK;
+    if (t.status == TFA_OK)
         take_turns(row, &t, 1e-3 * budget_ms);
     free(t.block);
-    return status;
+    return t.status;
 }

@@ -146,7 +146,8 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     const chart_rhs rhs = first_rhs(o);
     const int one_column = has_one_column(o);
     chart_range times[CHART_SIZES + 1] = {0};
-    fputs("$data << EOD\n", gnuplot);
+    /* the first is of no panel: gnuplot warns of data without any */
+    fputs("$data << EOD\n-1 -1 0 0 1 1 1 0\n", gnuplot);
     for (size_t i = 0; i < count; i++) {
         const uint32_t line = line_of(&g, rows[i].subject);
         const uint32_t column = column_of(&g, one_column ? 0 : rows[i].bodies);

@@ -29,10 +29,11 @@ static const char *name_row(const chart_options *o, const chart_row *row, char *
     return text;
 }
 
-/* Block $data: rhs method refine time error front floor line. Numbers only. */
+/* Block $data: rhs method refine time error front floor line. */
 static void give_rows(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
 {
-    fputs("$data << EOD\n", out);
+    /* the first is of no panel: gnuplot warns of data without any */
+    fputs("$data << EOD\n-1 0 0 1 1 0 1 -1\n", out);
     for (size_t i = 0; i < count; i++)
         if (chart_row_good(&rows[i]))
             fprintf(out, "%d %" PRIu32 " %" PRIu32 " %.6g %.6g %d %.6g %d\n", (int)rows[i].rhs,

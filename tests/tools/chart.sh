@@ -166,6 +166,10 @@ if command -v gnuplot >/dev/null; then
         grep -q '</svg>' "$work/p/$picture.svg" || fail "no whole $picture.svg"
     done
     says "$work/p/random-3.svg" "hessenberg"
+    status 0 "$tool" chart --mechanisms rank-deficient --bodies 4 --methods tfa --budget-ms 1 \
+        --output "$work/t"
+    [ -s "$work/err" ] && fail "gnuplot complains of no answers: $(cat "$work/err")"
+    says "$work/t/rank-deficient-4.svg" "not shown: singular inertia: tfa, tfa+1"
     status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,tfa,scan --budget-ms 1 \
         --threads 2,1 --output "$work/t"
     [ -s "$work/err" ] && fail "gnuplot complains of threads: $(cat "$work/err")"

@@ -41,7 +41,9 @@ do for [kind in "svg png"] {
             set format x (l == lines - 1 ? '10^{%L}' : ''); set xtics 10 font ',9'
             if (c == 0) { set label 3 line_name[l+1] at screen (left_px - 50.0)/wide_px, graph 0.5 right noenhanced }
             if (l == 0) { set label 4 column_name[c+1] at graph 0.5, graph 1.12 center noenhanced }
-            plot $data using ($1==l && $2==c ? $5 : NaN):7 smooth unique with lines lc rgb '#777777' lw 1.2 dt 2, \
+            # the first: so that a panel without answers is a panel all the same
+            plot 1e-17 with dots lc rgb '#ffffff', \
+                 $data using ($1==l && $2==c ? $5 : NaN):7 smooth unique with lines lc rgb '#777777' lw 1.2 dt 2, \
                  for [m in order] $data using ($1==l && $2==c && $3==m+0 && $4==0 ? $5 : NaN):6 \
                      with points pt shape[m+0] ps 0.75 lw 1.5 lc rgb colour[m+0], \
                  for [m in order] $data using ($1==l && $2==c && $3==m+0 && $4>0 ? $5 : NaN):6 \

@@ -49,7 +49,9 @@ do for [kind in "svg png"] {
             if (l == lines - 1) {
                 set label 3 value(sprintf('front_%d', r)) at graph 0, screen (foot_px - 60.0)/high_px left noenhanced font ',10'
             }
-            plot $data using ($1==r ? $4 : NaN):7 smooth unique with lines lc rgb '#888888' lw 1.5 dt 2, \
+            # the first: so that a panel without answers is a panel all the same
+            plot low with dots lc rgb '#ffffff', \
+                 $data using ($1==r ? $4 : NaN):7 smooth unique with lines lc rgb '#888888' lw 1.5 dt 2, \
                  $data using ($1==r && $6==1 ? $4 : NaN):5 smooth unique with steps lc rgb '#bbbbbb' lw front_px, \
                  $data using ($1==r && $8==l && $6==1 ? $4 : NaN):5 with points pt 7 ps 2.6 lc rgb '#bbbbbb', \
                  for [m in order] $data using ($1==r && $8==l && $2==m+0 && $3==0 ? $4 : NaN):5 \

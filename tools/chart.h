@@ -196,8 +196,9 @@ double chart_now(void);
 int chart_answer(chart_case *c, const chart_choice *who, const chart_data *d, uint32_t state,
                  tfa_reply *reply);
 
-/** Marks the front among rows of one subject, size, threads and right-hand side. Errors below the floor of
- * the data count as the floor, and errors within a factor of two as equal. */
+/** Marks the front among rows of one subject, size, threads and right-hand side. Errors below the
+ * floor of the data count as the floor, errors within a factor of two as equal, and errors of 1 or
+ * more as no answer: 0 has the error 1. */
 void chart_mark_front(chart_row *rows, size_t count);
 /** An answer of the method itself, with a finite error. */
 int chart_row_good(const chart_row *row);
@@ -221,6 +222,11 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *options, const char
 void chart_set_string(FILE *gnuplot, const char *name, const char *text);
 /** time_name: what is on the axis of time. */
 void chart_set_time_name(FILE *gnuplot, uint32_t threads);
+/** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */
+#define CHART_ERROR_MIN 1e-17
+#define CHART_ERROR_MAX 1e2
+double chart_draw_error(const chart_row *row);
+double chart_draw_floor(const chart_row *row);
 /** Of positive numbers; zero-initialised: none yet. */
 typedef struct chart_range {
     double low, high;

@@ -97,6 +97,16 @@ void chart_set_time_name(FILE *out, uint32_t threads)
                                  : "CPU time of a call (µs)");
 }
 
+double chart_draw_error(const chart_row *row)
+{
+    return fmin(fmax(row->error, CHART_ERROR_MIN), CHART_ERROR_MAX);
+}
+
+double chart_draw_floor(const chart_row *row)
+{
+    return fmax(row->floor, CHART_ERROR_MIN);
+}
+
 void chart_widen(chart_range *range, double value)
 {
     range->low = range->high > 0.0 ? fmin(range->low, value) : value;

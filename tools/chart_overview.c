@@ -156,7 +156,7 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
         chart_widen(&times[column], rows[i].time);
         fprintf(gnuplot, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d\n",
                 line, column, rows[i].who.method, rows[i].who.refine, rows[i].time,
-                fmin(fmax(rows[i].error, 1e-17), 1e2), fmax(rows[i].floor, 1e-17), rows[i].front);
+                chart_draw_error(&rows[i]), chart_draw_floor(&rows[i]), rows[i].front);
     }
     fputs("EOD\n", gnuplot);
     chart_set_times(gnuplot, times, g.size_count);

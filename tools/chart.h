@@ -232,7 +232,7 @@ typedef struct chart_range {
     double low, high;
 } chart_range;
 void chart_widen(chart_range *range, double value);
-/** low_time and high_time: axes with a margin, of 1 to 10 where there is nothing. */
+/** low_time, high_time, time_tics, time_format: axes with a margin, 1 to 10 without any time. */
 void chart_set_times(FILE *gnuplot, const chart_range *times, uint32_t count);
 
 #endif

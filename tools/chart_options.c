@@ -236,26 +236,35 @@ static error_t parse_list(int key, char *text, struct argp_state *state)
     }
 }
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_number(int key, char *text, struct argp_state *state)
 {
     chart_options *o = state->input;
     switch (key) {
-    case KEY_BASE:
-        o->base = option_base(state, text);
-        return 0;
     case KEY_STATES:
         o->states = (uint32_t)option_unsigned(state, "states", text, 2, CHART_STATES);
         return 0;
     case KEY_BUDGET:
         o->budget = (uint32_t)option_unsigned(state, "budget-ms", text, 1, 100000);
         return 0;
-    case 's':
-        o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
-        return 0;
     case KEY_TURN:
         o->turn = option_double(state, "turn", text);
         if (!(o->turn > 0.0 && o->turn <= 1e3))
             argp_error(state, "--turn: %s, must be above 0 and at most 1000", text);
+        return 0;
+    case 's':
+        o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
+        return 0;
+    default:
+        return parse_list(key, text, state);
+    }
+}
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    chart_options *o = state->input;
+    switch (key) {
+    case KEY_BASE:
+        o->base = option_base(state, text);
         return 0;
     case KEY_JSON:
         o->json = 1;
@@ -274,7 +283,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         check(state, o);
         return 0;
     default:
-        return parse_list(key, text, state);
+        return parse_number(key, text, state);
     }
 }
 

@@ -75,6 +75,8 @@ typedef struct chart_case {
 /** @return TFA_OK; otherwise nothing is left to release and the reason stands on stderr */
 int chart_case_open(chart_case *c, const chart_options *options, const chart_subject *subject,
                     uint32_t bodies);
+/** The same of any mechanism. */
+int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label);
 void chart_case_close(chart_case *c);
 
 /** States of one case and right-hand side, one after the other, and the exact answers. */
@@ -99,6 +101,9 @@ tfa_reply chart_reply(const chart_data *d, tfa_answer *answer);
 /** Relative error of d->found against the exact answer of the state: 2-norm, and the largest of
  * single components. */
 double chart_error(const chart_data *d, uint32_t state, double *worst_component);
+
+/** What a refusal was about, by name. */
+void chart_name_culprit(char *text, size_t size, const chart_case *c, const tfa_reply *reply);
 
 double chart_median(double *values, uint32_t count);
 

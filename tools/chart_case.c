@@ -31,24 +31,22 @@ static mechanism_options options_of(const chart_options *o, const chart_subject 
     return m;
 }
 
-static int compile_mechanism(chart_case *c, const chart_options *o, const chart_subject *subject,
-                             uint32_t bodies)
+static int compile_mechanism(chart_case *c, const mechanism_options *m, const char *label)
 {
     char why[128];
-    mechanism_options m = options_of(o, subject, bodies);
-    if (mechanism_check(&m, why, sizeof why) != 0) {
-        fprintf(stderr, "totalforce chart: %s: %s\n", subject->label, why);
+    if (mechanism_check(m, why, sizeof why) != 0) {
+        fprintf(stderr, "totalforce: %s: %s\n", label, why);
         return TFA_E_ARGUMENT;
     }
-    tfa_description *description = mechanism_make(&m);
+    tfa_description *description = mechanism_make(m);
     if (!description)
         return TFA_E_MEMORY;
     int status = tfa_model_create(description, &(tfa_model_options){.base = TFA_BASE_FIXED}, NULL,
                                   &c->model);
     mechanism_free(description);
-    snprintf(c->name, sizeof c->name, "%s", subject->label);
-    c->bodies = bodies;
-    c->stay = has_configuration(subject->kind);
+    snprintf(c->name, sizeof c->name, "%s", label);
+    c->bodies = m->bodies;
+    c->stay = has_configuration(m->kind);
     return status;
 }
 
@@ -69,12 +67,9 @@ static int compile_file(chart_case *c, const chart_options *o, const chart_subje
     return TFA_OK;
 }
 
-int chart_case_open(chart_case *c, const chart_options *options, const chart_subject *subject,
-                    uint32_t bodies)
+/* The workspaces of what was compiled with that status. */
+static int make_workspaces(chart_case *c, int status, const char *label, uint32_t bodies)
 {
-    *c = (chart_case){.random = options->seed};
-    int status = subject->file ? compile_file(c, options, subject)
-                               : compile_mechanism(c, options, subject, bodies);
     if (status == TFA_OK)
         status = tfa_workspace_create(c->model, NULL, &c->f64);
     if (status == TFA_OK)
@@ -82,10 +77,26 @@ int chart_case_open(chart_case *c, const chart_options *options, const chart_sub
                                       &c->f128);
     if (status == TFA_OK)
         return TFA_OK;
-    fprintf(stderr, "totalforce chart: %s, %" PRIu32 " bodies: %s\n", subject->label, bodies,
+    fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
             tfa_status_text(status));
     chart_case_close(c);
     return status;
+}
+
+int chart_case_open(chart_case *c, const chart_options *options, const chart_subject *subject,
+                    uint32_t bodies)
+{
+    *c = (chart_case){.random = options->seed};
+    const mechanism_options m = options_of(options, subject, bodies);
+    const int status = subject->file ? compile_file(c, options, subject)
+                                     : compile_mechanism(c, &m, subject->label);
+    return make_workspaces(c, status, subject->label, bodies);
+}
+
+int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label)
+{
+    *c = (chart_case){.random = mechanism->seed};
+    return make_workspaces(c, compile_mechanism(c, mechanism, label), label, mechanism->bodies);
 }
 
 void chart_case_close(chart_case *c)

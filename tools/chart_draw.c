@@ -5,89 +5,12 @@
  */
 #include "chart.h"
 #include "commands.h"
+#include "results.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdarg.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-typedef struct drawing {
-    FILE *gnuplot; /* its standard input */
-    pid_t pid;
-    char scripts[4096];
-    const chart_options *options;
-} drawing;
-
-/* Where the scripts are: beside the program, as installed and as built. */
-static int find_scripts(const chart_options *o, char *folder, size_t size)
-{
-    struct stat facts;
-    char program[2048] = "";
-    if (o->scripts) {
-        snprintf(folder, size, "%s", o->scripts);
-    } else {
-        ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-        program[length > 0 ? length : 0] = '\0';
-        char *slash = strrchr(program, '/');
-        if (slash)
-            *slash = '\0';
-        snprintf(folder, size, "%s/../" TFA_CHART_SCRIPTS, program);
-    }
-    if (stat(folder, &facts) == 0)
-        return 0;
-    fprintf(stderr,
-            "totalforce chart: no gnuplot scripts in %s: %s; --scripts says where they are\n",
-            folder, strerror(errno));
-    return -1;
-}
-
-static int start(drawing *d, const chart_options *o)
-{
-    int ends[2];
-    d->options = o;
-    if (find_scripts(o, d->scripts, sizeof d->scripts) != 0 || pipe(ends) != 0)
-        return -1;
-    d->pid = fork();
-    if (d->pid == 0) {
-        dup2(ends[0], STDIN_FILENO);
-        close(ends[0]);
-        close(ends[1]);
-        execlp("gnuplot", "gnuplot", "-", (char *)NULL);
-        fprintf(stderr, "totalforce chart: gnuplot: %s (package gnuplot-nox)\n", strerror(errno));
-        _exit(127);
-    }
-    close(ends[0]);
-    d->gnuplot = d->pid > 0 ? fdopen(ends[1], "w") : NULL;
-    if (!d->gnuplot)
-        close(ends[1]);
-    return d->gnuplot ? 0 : -1;
-}
-
-static int finish(drawing *d)
-{
-    int status = 0;
-    if (d->gnuplot)
-        fclose(d->gnuplot);
-    if (d->pid > 0 && waitpid(d->pid, &status, 0) == d->pid && status == 0)
-        return EXIT_GOOD;
-    fprintf(stderr, "totalforce chart: gnuplot failed; chart.%s is complete\n",
-            d->options->json ? "jsonl" : "csv");
-    return EXIT_FAILED;
-}
-
-/* A string of gnuplot in single quotes, whose quotes are doubled. */
-static void set_string(FILE *out, const char *name, const char *text)
-{
-    fprintf(out, "%s = '", name);
-    for (const char *c = text; *c; c++)
-        fprintf(out, *c == '\'' ? "''" : "%c", *c);
-    fputs("'\n", out);
-}
 
 /* Block $data: rhs method refine time error front floor. Numbers only. */
 static void give_rows(FILE *out, const chart_row *rows, size_t count)
@@ -149,7 +72,7 @@ static void name_front(FILE *out, const chart_row *rows, size_t count, chart_rhs
         after = next->time;
     }
     snprintf(name, sizeof name, "front_%d", (int)rhs);
-    set_string(out, name, text);
+    gnuplot_string(out, name, text);
 }
 
 /* Why a row is not in the picture; NULL if it is. */
@@ -186,27 +109,28 @@ static void name_silent(FILE *out, const chart_row *rows, size_t count)
                 append(text, sizeof text, "%s%s%s", k == i ? "" : ", ",
                        tfa_method_name(rows[k].method), steps_word(rows[k].refine));
     }
-    set_string(out, "silent", text[0] ? text : "none");
+    gnuplot_string(out, "silent", text[0] ? text : "none");
 }
 
-static void draw_scatter(drawing *d, const chart_row *rows, size_t count)
+static void draw_scatter(FILE *out, const chart_options *options, const chart_row *rows,
+                         size_t count)
 {
     char name[256];
     snprintf(name, sizeof name, "%s, %" PRIu32 " bodies", rows->subject, rows->bodies);
-    set_string(d->gnuplot, "subject", name);
+    gnuplot_string(out, "subject", name);
     snprintf(name, sizeof name, "%s-%" PRIu32, rows->subject, rows->bodies);
     for (char *c = name; *c; c++)
         if (*c == ':')
             *c = '-';
-    set_string(d->gnuplot, "file", name);
-    give_rows(d->gnuplot, rows, count);
-    give_range(d->gnuplot, rows, count);
+    gnuplot_string(out, "file", name);
+    give_rows(out, rows, count);
+    give_range(out, rows, count);
     for (int rhs = 0; rhs < CHART_RHS_COUNT; rhs++) {
-        name_front(d->gnuplot, rows, count, (chart_rhs)rhs);
-        fprintf(d->gnuplot, "has_%d = %d\n", rhs, (d->options->rhs >> rhs & 1u) != 0);
+        name_front(out, rows, count, (chart_rhs)rhs);
+        fprintf(out, "has_%d = %d\n", rhs, (options->rhs >> rhs & 1u) != 0);
     }
-    name_silent(d->gnuplot, rows, count);
-    fputs("load scripts.'/scatter.gp'\n", d->gnuplot);
+    name_silent(out, rows, count);
+    fputs("load scripts.'/scatter.gp'\n", out);
 }
 
 /* Rows of the subject and size that `rows` begins with. */
@@ -221,18 +145,16 @@ static size_t same_case(const chart_row *rows, size_t count)
 
 int chart_draw(const chart_options *options, const chart_row *rows, size_t count)
 {
-    drawing d = {0};
+    gnuplot_pipe g;
     if (count == 0)
         return EXIT_GOOD;
-    if (start(&d, options) != 0)
-        return d.pid > 0 ? finish(&d) : EXIT_FAILED;
-    set_string(d.gnuplot, "scripts", d.scripts);
-    set_string(d.gnuplot, "folder", options->folder);
-    fputs("load scripts.'/style.gp'\n", d.gnuplot);
-    for (size_t i = 0, n; i < count; i += n) {
-        n = same_case(rows + i, count - i);
-        draw_scatter(&d, rows + i, n);
+    if (gnuplot_start(&g, "chart", options->scripts, options->folder) == 0) {
+        fputs("load scripts.'/style.gp'\n", g.in);
+        for (size_t i = 0, n; i < count; i += n) {
+            n = same_case(rows + i, count - i);
+            draw_scatter(g.in, options, rows + i, n);
+        }
+        chart_draw_overview(g.in, options, rows, count);
     }
-    chart_draw_overview(d.gnuplot, options, rows, count);
-    return finish(&d);
+    return gnuplot_finish(&g);
 }

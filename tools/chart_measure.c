@@ -52,15 +52,13 @@ static tfa_request request_of(const chart_data *d, uint32_t state, uint32_t meth
     return request;
 }
 
-/* What the refusal was about, by name. */
-static void name_culprit(chart_row *row, const chart_case *c, const tfa_reply *reply)
+void chart_name_culprit(char *text, size_t size, const chart_case *c, const tfa_reply *reply)
 {
     const char *what = tfa_field_name(reply->field);
     if (reply->field == TFA_FIELD_BODY && reply->index < tfa_model_frame_count(c->model))
-        snprintf(row->field, sizeof row->field, "%s %.50s", what,
-                 tfa_model_frame(c->model, reply->index).name);
+        snprintf(text, size, "%s %.50s", what, tfa_model_frame(c->model, reply->index).name);
     else
-        snprintf(row->field, sizeof row->field, "%s", what);
+        snprintf(text, size, "%s", what);
 }
 
 static void measure_errors(chart_row *row, chart_case *c, const chart_data *d)
@@ -73,7 +71,7 @@ static void measure_errors(chart_row *row, chart_case *c, const chart_data *d)
         tfa_reply reply = chart_reply(d, &answer);
         row->status = tfa_compute(c->f64, &request, &reply);
         if (row->status != TFA_OK) {
-            name_culprit(row, c, &reply);
+            chart_name_culprit(row->field, sizeof row->field, c, &reply);
             return;
         }
         errors[s] = chart_error(d, s, &worst);

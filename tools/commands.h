@@ -27,6 +27,7 @@ int command_latency(int argc, char **argv);
 int command_methods(int argc, char **argv);
 int command_chain(int argc, char **argv);
 int command_chart(int argc, char **argv);
+int command_atlas(int argc, char **argv);
 
 /* Option values. A bad one ends the program with usage (argp_error), naming the option. */
 

@@ -9,17 +9,14 @@
 
 static const tfa_method_info rows[] = {
 #define ROW(name, number, text, fd, lambda, cost, refuses, what)                                   \
-    {TFA_METHOD_##name, text, fd, lambda, cost, refuses, what},
+    [number] = {TFA_METHOD_##name, text, fd, lambda, cost, refuses, what},
     TFA_METHOD_LIST(ROW)
 #undef ROW
 };
 
 const tfa_method_info *tfa_method_describe(uint32_t method)
 {
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++)
-        if ((uint32_t)rows[k].method == method)
-            return &rows[k];
-    return NULL;
+    return method < sizeof rows / sizeof *rows ? &rows[method] : NULL;
 }
 
 const char *tfa_refusal_text(unsigned refusal)

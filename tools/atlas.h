@@ -23,8 +23,7 @@ enum { ATLAS_METHODS = 32, ATLAS_SIZES = 16, ATLAS_POINTS = 25 };
     X(THIN, "thin", THIN, radius, 1, 1e-6, "radius of the rods / length", "thin rods")             \
     X(TAPER, "taper", TAPER, taper, 1, 1e-12, "mass of the tip / mass of the root",                \
       "masses fall from root to tip")                                                              \
-    X(CURL, "curl", HELIX, curl, 0, 1, "bend: 0 straight, 1 a helix of 21° a joint",               \
-      "from straight to curled")
+    X(CURL, "curl", HELIX, curl, 0, 1, "bend (1: 21° a joint)", "from straight to a helix")
 
 typedef enum atlas_map {
 #define ATLAS_MAP_ENUM(name, word, kind, member, first, last, axis, what) ATLAS_##name,
@@ -123,15 +122,17 @@ typedef struct atlas_summary {
     uint64_t unsaid;                       /**< states of the service */
     uint64_t silent;                       /**< states, any mode with an estimate */
     uint64_t estimates;                    /**< states with estimate always that had one */
-    const atlas_row *over;                 /**< largest error / estimate; NULL: none to speak of */
-    const atlas_row *worst;                /**< largest error of an answer of the service */
-    const atlas_row *far; /**< the same over the floor of the data, above ATLAS_ROUNDING */
+    uint64_t broken;        /**< cells and methods with an estimate below error / ATLAS_OVER_MOST */
+    const atlas_row *over;  /**< largest error / estimate; NULL: none to speak of */
+    const atlas_row *worst; /**< largest error of an answer of the service */
+    const atlas_row *far;   /**< the same over the floor of the data, above ATLAS_ROUNDING */
 } atlas_summary;
 
 atlas_summary atlas_summarise(const atlas_row *rows, size_t count);
 /** Was every promise kept? What was not is told on stderr. */
 int atlas_promises_kept(const atlas_summary *summary, const atlas_row *rows, size_t count);
 /** One sentence a line, each after `prefix`: where methods fail, what the service answers. */
+void atlas_print_estimates(FILE *out, const char *prefix, const atlas_summary *summary);
 void atlas_print_summary(FILE *out, const char *prefix, const atlas_row *rows, size_t count);
 
 /** "1e6": two digits, and no more of an exponent than it needs. */

@@ -14,7 +14,7 @@
 void atlas_short(char *text, size_t size, double value)
 {
     int exponent = 0;
-    if (value == 0.0 || (value >= 0.01 && value < 100.0)) {
+    if (value == 0.0 || (value >= 0.01 && value < 99.5)) {
         snprintf(text, size, "%.2g", value);
         return;
     }
@@ -62,6 +62,8 @@ void atlas_print_head(FILE *out, const atlas_options *options, const atlas_row *
         fprintf(out, "%s%s; value: %s\n", prefix, atlas_what(rows[i].map), atlas_axis(rows[i].map));
         atlas_print_summary(out, prefix, rows + i, n);
     }
+    const atlas_summary all = atlas_summarise(rows, count);
+    atlas_print_estimates(out, "# all maps: ", &all);
     fputs("map,value,bodies,rhs,method,mode,own,fallback,refused,status,about,answered_by,reason,"
           "error,worst,estimate,error_over_estimate,silent,floor\n",
           out);

@@ -21,6 +21,7 @@ static double over_floor(const atlas_row *row)
 
 static void keep_extremes(atlas_summary *s, const atlas_row *row)
 {
+    s->broken += row->mode == ATLAS_ESTIMATED && row->over > ATLAS_OVER_MOST;
     if (is_estimated(row) && row->over > (s->over ? s->over->over : 0.0))
         s->over = row;
     if (row->mode != ATLAS_SERVICE || row->own + row->fallback == 0)
@@ -49,17 +50,22 @@ atlas_summary atlas_summarise(const atlas_row *rows, size_t count)
 
 static void tell_broken(const atlas_row *row)
 {
+    char value[32];
+    atlas_short(value, sizeof value, row->value);
     fprintf(stderr,
-            "totalforce atlas: %s %g, %" PRIu32 " bodies, %s, %s: an error is %.3g times its "
-            "estimate; %" PRIu32 " states with an error above 1e-6 estimated below 1e-7\n",
-            atlas_map_words[row->map], row->value, row->bodies, tfa_method_name(row->method),
-            atlas_mode_words[row->mode], row->over, row->silent);
+            "totalforce atlas: %s %s, %" PRIu32 " bodies, %s, %s: ", atlas_map_words[row->map],
+            value, row->bodies, tfa_method_name(row->method), atlas_mode_words[row->mode]);
+    if (row->silent)
+        fprintf(stderr, "%" PRIu32 " errors above 1e-6 are estimated below 1e-7\n", row->silent);
+    else
+        fprintf(stderr, "an estimate is 1/%.2g of the error\n", row->over);
 }
 
 int atlas_promises_kept(const atlas_summary *summary, const atlas_row *rows, size_t count)
 {
     if (summary->silent == 0 && (!summary->over || summary->over->over <= ATLAS_OVER_MOST))
         return 1;
+    fprintf(stderr, "totalforce atlas: a promise about estimates is broken\n");
     for (size_t i = 0; i < count; i++)
         if (rows[i].silent || rows[i].over > ATLAS_OVER_MOST)
             tell_broken(&rows[i]);
@@ -119,8 +125,8 @@ static void print_row_name(FILE *out, const atlas_row *row)
 {
     char value[32];
     atlas_short(value, sizeof value, row->value);
-    fprintf(out, " (%s at %s, %" PRIu32 " bodies", tfa_method_name(row->method), value,
-            row->bodies);
+    fprintf(out, " (%s at %s %s, %" PRIu32 " bodies", tfa_method_name(row->method),
+            atlas_map_words[row->map], value, row->bodies);
     if (row->worst_by != row->method)
         fprintf(out, ", answered by %s", tfa_method_name(row->worst_by));
     fputc(')', out);
@@ -162,7 +168,7 @@ static void print_service(FILE *out, const char *prefix, const atlas_summary *s)
     fputs(".\n", out);
 }
 
-static void print_estimates(FILE *out, const char *prefix, const atlas_summary *s)
+void atlas_print_estimates(FILE *out, const char *prefix, const atlas_summary *s)
 {
     fprintf(out, "%sOf %" PRIu64 " estimates ", prefix, s->estimates);
     if (s->over) {
@@ -171,8 +177,10 @@ static void print_estimates(FILE *out, const char *prefix, const atlas_summary *
     } else {
         fputs("none is below the true error", out);
     }
-    fprintf(out, ", promised 1/%g; errors above 1e-6 estimated below 1e-7: %" PRIu64 ".\n",
-            ATLAS_OVER_MOST, s->silent);
+    fprintf(out,
+            ", promised 1/%g, broken in %" PRIu64
+            " cells; errors above 1e-6 estimated below 1e-7: %" PRIu64 ".\n",
+            ATLAS_OVER_MOST, s->broken, s->silent);
 }
 
 void atlas_print_summary(FILE *out, const char *prefix, const atlas_row *rows, size_t count)
@@ -186,5 +194,5 @@ void atlas_print_summary(FILE *out, const char *prefix, const atlas_row *rows, s
     print_failures(out, "Refined once, still: ", rows, count, ATLAS_REFINED);
     print_floor(out, prefix, rows, count);
     print_service(out, prefix, &s);
-    print_estimates(out, prefix, &s);
+    atlas_print_estimates(out, prefix, &s);
 }

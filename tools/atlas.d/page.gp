@@ -60,7 +60,7 @@ do for [kind in "svg png"] {
             do for [k=0:values-1:value_step] { set ytics add ((c == 0 ? value_name[k+1] : '') k) font ',9' offset 0.4,0 }
             if (l == 0 || c == methods) { set label 3 (c < methods ? method_name[c+1] : 'floor of the data') at graph 0.5, graph 1.06 center noenhanced font ',11' }
             if (c == 0) { set label 4 mode_name[l+1] at screen 22.0/wide_px, graph 0.5 center rotate font ',12' }
-            if (l == 2 && c == 0) { set label 6 'moving bodies' at screen (left_px + (panel_wide + gap_x) * methods * 0.5) / wide_px, screen (foot_px - 18.0) / high_px center font ',10' }
+            if (l == 2 && c == 0) { set label 6 'moving bodies' at screen (left_px + (panel_wide + gap_x) * methods * 0.5) / wide_px, screen (foot_px - 6.0) / high_px center font ',10' }
             if (c == 0) { set label 5 axis at screen 46.0/wide_px, graph 0.5 center rotate noenhanced font ',8' }
             if (c == methods) {
                 plot $floor using 1:2:(0.52):(0.52):3 with boxxyerror fs solid 1 noborder fc palette

@@ -48,7 +48,6 @@ static int measure_at(rows *r, const atlas_options *o, atlas_map map, uint32_t p
     int status = chart_case_open_mechanism(&c, &mechanism, atlas_map_words[map]);
     if (status != TFA_OK)
         return status;
-    c.stay = atlas_stays(map);
     status = chart_data_make(&d, &c, o->rhs, o->states);
     if (status == TFA_OK) {
         measure_cell(r, o, &c, &d,

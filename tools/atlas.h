@@ -11,8 +11,8 @@
 enum { ATLAS_METHODS = 32, ATLAS_SIZES = 16, ATLAS_POINTS = 25 };
 
 /* X(NAME, word, mechanism, what varies: a member of mechanism_options, first and last value,
- *   axis, what it is). A map whose axis begins at 0 is about the configuration: it stays near q = 0,
- *   and its values are the squares of equal steps, close together where the chain is straight. */
+ *   axis, what it is). Values are evenly spaced in their logarithm; on an axis that begins at 0 they
+ *   are the squares of equal steps, close together where the chain is straight. */
 #define ATLAS_MAP_LIST(X)                                                                          \
     X(RATIO, "ratio", ALTERNATING, ratio, 1, 1e12, "mass ratio of neighbours",                     \
       "every second body is heavier")                                                              \
@@ -70,8 +70,6 @@ int atlas_parse(int argc, char **argv, atlas_options *options);
 double atlas_value(atlas_map map, uint32_t point, uint32_t points);
 /** The mechanism of a cell. */
 mechanism_options atlas_mechanism(atlas_map map, double value, uint32_t bodies, uint64_t seed);
-/** Does the map stay near q = 0? */
-int atlas_stays(atlas_map map);
 const char *atlas_axis(atlas_map map);
 const char *atlas_what(atlas_map map);
 

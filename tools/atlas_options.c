@@ -39,7 +39,7 @@ double atlas_value(atlas_map map, uint32_t point, uint32_t points)
 {
     const double first = maps[map].first, last = maps[map].last;
     const double way = points > 1 ? (double)point / (points - 1) : 1.0;
-    return atlas_stays(map) ? first + (last - first) * way * way : first * pow(last / first, way);
+    return first == 0.0 ? last * way * way : first * pow(last / first, way);
 }
 
 mechanism_options atlas_mechanism(atlas_map map, double value, uint32_t bodies, uint64_t seed)
@@ -48,11 +48,6 @@ mechanism_options atlas_mechanism(atlas_map map, double value, uint32_t bodies, 
     m.seed = seed;
     memcpy((char *)&m + maps[map].member, &value, sizeof value);
     return m;
-}
-
-int atlas_stays(atlas_map map)
-{
-    return maps[map].first == 0.0;
 }
 
 const char *atlas_axis(atlas_map map)

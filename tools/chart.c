@@ -16,6 +16,8 @@ typedef struct rows {
     chart_row *all;
     size_t count, room;
     int failed;
+    /* the fewest bodies at which a call was too long, by method and precision; 0: none was */
+    uint32_t over[CHART_METHODS][CHART_PRECISION_COUNT];
 } rows;
 
 static chart_row *new_row(rows *r)
@@ -31,29 +33,55 @@ static chart_row *new_row(rows *r)
     return &r->all[r->count++];
 }
 
-static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
+/* A residual of its own, or a peer, with steps only where there are such. */
+static int exists(const chart_choice *who)
 {
-    const size_t first = r->count;
-    for (uint32_t m = 0; m < o->method_count; m++)
-        for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
-            if (!(o->refine & 1u << refine))
-                continue;
-            chart_row *row = new_row(r);
-            if (!row)
-                return TFA_E_MEMORY;
-            row->method = o->methods[m];
-            row->refine = refine;
-            chart_measure(row, c, d, o->budget);
-        }
-    chart_mark_front(r->all + first, r->count - first);
+    if (who->method >= CHART_PEER)
+        return who->refine == 0 && who->precision == CHART_F64;
+    return who->refine > 0 || chart_precisions[who->precision].residual == TFA_RESIDUAL_SAME;
+}
+
+static int add_row(rows *r, const chart_options *o, chart_case *c, const chart_data *d,
+                   const chart_choice *who)
+{
+    chart_row *row = new_row(r);
+    uint32_t *over = &r->over[who->method][who->precision];
+    if (!row)
+        return TFA_E_MEMORY;
+    row->who = *who;
+    chart_row_begin(row, c, d);
+    if (*over && c->bodies >= *over)
+        row->skipped = CHART_SKIPPED_OVER_BUDGET;
+    else
+        chart_measure(row, c, d, o->budget);
+    if (row->skipped && strcmp(row->skipped, CHART_SKIPPED_OVER_BUDGET) == 0 &&
+        (!*over || c->bodies < *over))
+        *over = c->bodies;
     return TFA_OK;
 }
 
+static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
+{
+    const size_t first = r->count;
+    int status = TFA_OK;
+    chart_choice who = {.threads = c->threads};
+    for (uint32_t p = 0; p < o->precision_count; p++)
+        for (uint32_t m = 0; m < o->method_count; m++)
+            for (who.refine = 0; who.refine < CHART_REFINE && status == TFA_OK; who.refine++) {
+                who.method = o->methods[m];
+                who.precision = o->precisions[p];
+                if (o->refine >> who.refine & 1u && exists(&who))
+                    status = add_row(r, o, c, d, &who);
+            }
+    chart_mark_front(r->all + first, r->count - first);
+    return status;
+}
+
 static int chart_subject_at(rows *r, const chart_options *o, FILE *out,
-                            const chart_subject *subject, uint32_t bodies)
+                            const chart_subject *subject, uint32_t bodies, uint32_t threads)
 {
     chart_case c;
-    int status = chart_case_open(&c, o, subject, bodies);
+    int status = chart_case_open(&c, o, subject, bodies, threads);
     if (status != TFA_OK)
         return status;
     for (uint32_t rhs = 0; status == TFA_OK && rhs < CHART_RHS_COUNT; rhs++) {
@@ -85,8 +113,9 @@ static void chart_all(rows *r, const chart_options *o, FILE *out)
     for (uint32_t i = 0; i < o->subject_count; i++) {
         const chart_subject *subject = &o->subjects[i];
         for (uint32_t k = 0; k < (subject->file ? 1 : o->size_count); k++)
-            if (chart_subject_at(r, o, out, subject, o->sizes[k]) != TFA_OK)
-                r->failed = 1;
+            for (uint32_t t = 0; t < o->thread_count; t++)
+                if (chart_subject_at(r, o, out, subject, o->sizes[k], o->threads[t]) != TFA_OK)
+                    r->failed = 1;
     }
 }
 

@@ -43,7 +43,7 @@ int gnuplot_start(gnuplot_pipe *g, const char *name, const char *scripts, const 
 /** @return an exit status; the reason stands on stderr */
 int gnuplot_finish(gnuplot_pipe *g);
 
-/** name = 'text' */
+/** name = "text", of one or more lines */
 void gnuplot_string(FILE *in, const char *name, const char *text);
 
 #endif

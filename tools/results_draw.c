@@ -74,11 +74,13 @@ int gnuplot_finish(gnuplot_pipe *g)
     return EXIT_FAILED;
 }
 
-/* In single quotes a quote is doubled. */
 void gnuplot_string(FILE *in, const char *name, const char *text)
 {
-    fprintf(in, "%s = '", name);
+    fprintf(in, "%s = \"", name);
     for (const char *c = text; *c; c++)
-        fprintf(in, *c == '\'' ? "''" : "%c", *c);
-    fputs("'\n", in);
+        if (*c == '\n')
+            fputs("\\n", in);
+        else
+            fprintf(in, *c == '"' || *c == '\\' ? "\\%c" : "%c", *c);
+    fputs("\"\n", in);
 }

@@ -201,8 +201,9 @@ double chart_now(void);
 int chart_answer(chart_case *c, const chart_choice *who, const chart_data *d, uint32_t state,
                  tfa_reply *reply);
 
-/** Marks the front among rows of one subject, size, threads and right-hand side. Errors below the floor of
- * the data count as the floor, and errors within a factor of two as equal. */
+/** Marks the front among rows of one subject, size, threads and right-hand side. Errors below the
+ * floor of the data count as the floor, errors within a factor of two as equal, and errors of 1 or
+ * more as no answer: 0 has the error 1. */
 void chart_mark_front(chart_row *rows, size_t count);
 /** An answer of the method itself, with a finite error. */
 int chart_row_good(const chart_row *row);
@@ -224,12 +225,17 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *options, const char
                          size_t count);
 /** time_name: what is on the axis of time. */
 void chart_set_time_name(FILE *gnuplot, uint32_t threads);
+/** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */
+#define CHART_ERROR_MIN 1e-17
+#define CHART_ERROR_MAX 1e2
+double chart_draw_error(const chart_row *row);
+double chart_draw_floor(const chart_row *row);
 /** Of positive numbers; zero-initialised: none yet. */
 typedef struct chart_range {
     double low, high;
 } chart_range;
 void chart_widen(chart_range *range, double value);
-/** low_time and high_time: axes with a margin, of 1 to 10 where there is nothing. */
+/** low_time, high_time, time_tics, time_format: axes with a margin, 1 to 10 without any time. */
 void chart_set_times(FILE *gnuplot, const chart_range *times, uint32_t count);
 
 #endif

@@ -19,19 +19,54 @@ void chart_set_time_name(FILE *out, uint32_t threads)
                                : "CPU time of a call (µs)");
 }
 
+double chart_draw_error(const chart_row *row)
+{
+    return fmin(fmax(row->error, CHART_ERROR_MIN), CHART_ERROR_MAX);
+}
+
+double chart_draw_floor(const chart_row *row)
+{
+    return fmax(row->floor, CHART_ERROR_MIN);
+}
+
 void chart_widen(chart_range *range, double value)
 {
     range->low = range->high > 0.0 ? fmin(range->low, value) : value;
     range->high = fmax(range->high, value);
 }
 
+/* Tics at 1, 2, 5, 10, ... where an axis is too short for decades alone. */
+static void set_tics(FILE *out, uint32_t k, double low, double high)
+{
+    const char *before = "";
+    if (high / low > 50.0) {
+        fprintf(out, "time_tics[%" PRIu32 "] = '10'\ntime_format[%" PRIu32 "] = '10^{%%L}'\n", k,
+                k);
+        return;
+    }
+    fprintf(out, "time_tics[%" PRIu32 "] = '(", k);
+    for (int decade = (int)floor(log10(low)); pow(10.0, decade) <= high; decade++)
+        for (int step = 0; step < 3; step++) {
+            const double at = pow(10.0, decade) * (step == 0 ? 1.0 : step == 1 ? 2.0 : 5.0);
+            if (at < low || at > high)
+                continue;
+            fprintf(out, "%s%g", before, at);
+            before = ",";
+        }
+    fprintf(out, ")'\ntime_format[%" PRIu32 "] = '%%g'\n", k);
+}
+
 void chart_set_times(FILE *out, const chart_range *times, uint32_t count)
 {
-    fprintf(out, "array low_time[%" PRIu32 "]\narray high_time[%" PRIu32 "]\n", count, count);
-    for (uint32_t k = 0; k < count; k++) {
-        const int empty = times[k].high <= 0.0;
-        fprintf(out, "low_time[%" PRIu32 "] = %g\nhigh_time[%" PRIu32 "] = %g\n", k + 1,
-                empty ? 1.0 : times[k].low / 1.5, k + 1, empty ? 10.0 : times[k].high * 1.5);
+    static const char *const arrays[] = {"low_time", "high_time", "time_tics", "time_format"};
+    for (int i = 0; i < 4; i++)
+        fprintf(out, "array %s[%" PRIu32 "]\n", arrays[i], count);
+    for (uint32_t k = 1; k <= count; k++) {
+        const int empty = times[k - 1].high <= 0.0;
+        const double low = empty ? 1.0 : times[k - 1].low / 1.5;
+        const double high = empty ? 10.0 : times[k - 1].high * 1.5;
+        fprintf(out, "low_time[%" PRIu32 "] = %g\nhigh_time[%" PRIu32 "] = %g\n", k, low, k, high);
+        set_tics(out, k, low, high);
     }
 }
 

@@ -77,6 +77,14 @@ static tally count_method(const chart_row *rows, size_t count, uint32_t method, 
     return t;
 }
 
+static void write_cells(FILE *out, const tally *t)
+{
+    if (t->panels > 0)
+        fprintf(out, " |         %5" PRIu32 "%5" PRIu32 "%8" PRIu32, t->front, t->far, t->silent);
+    else
+        fprintf(out, " |         %5s%5s%8s", "-", "-", "-");
+}
+
 static void write_table(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
 {
     fprintf(out, "$words << EOD\n%-14s", "panels");
@@ -88,8 +96,7 @@ static void write_table(FILE *out, const chart_options *o, const chart_row *rows
         for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
             const tally t = count_method(rows, count, o->methods[m], refine);
             if (o->refine >> refine & 1u)
-                fprintf(out, " |         %5" PRIu32 "%5" PRIu32 "%8" PRIu32, t.front, t.far,
-                        t.silent);
+                write_cells(out, &t);
         }
     }
     fputs("\nEOD\n", out);
@@ -125,9 +132,9 @@ static void write_sentences(FILE *out, const chart_options *o, const chart_row *
 {
     const tally any = count_method(rows, count, o->methods[0], o->refine & 1u ? 0 : 1);
     fprintf(out,
-            "$sentences << EOD\nCounted over all %" PRIu32 " panels, all right-hand sides; far: "
-            "error more than %g times the floor (or 1e-15); silent: refused, or fell back to "
-            "another method.\n",
+            "$sentences << EOD\nCounted over all %" PRIu32 " panels, all right-hand sides. Far: "
+            "error more than %g times the floor (or 1e-15).\n"
+            "Silent: refused, skipped, or fell back to another method.\n",
             any.panels, FAR);
     for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
         if (!(o->refine >> refine & 1u))
@@ -156,7 +163,7 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
         chart_widen(&times[column], rows[i].time);
         fprintf(gnuplot, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d\n",
                 line, column, rows[i].who.method, rows[i].who.refine, rows[i].time,
-                fmin(fmax(rows[i].error, 1e-17), 1e2), fmax(rows[i].floor, 1e-17), rows[i].front);
+                chart_draw_error(&rows[i]), chart_draw_floor(&rows[i]), rows[i].front);
     }
     fputs("EOD\n", gnuplot);
     chart_set_times(gnuplot, times, g.size_count);

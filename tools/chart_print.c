@@ -26,7 +26,7 @@ void chart_print_head(FILE *out, const chart_options *options)
         "# status over_budget: a call, here or with fewer bodies, took more than %g ms; "
         "too_large, refused: of peers\n"
         "# front: 1 on the Pareto front of its mechanism, size, threads and right-hand side, "
-        "errors within a factor of two, or below the floor, being equal\n",
+        "errors within a factor of two, or below the floor, being equal, and 1 no answer\n",
         options->states, options->seed, CHART_OVER_BUDGET * options->budget);
     fputs("mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,"
           "worst_component,floor,"

@@ -39,7 +39,7 @@ static void give_rows(FILE *out, const chart_options *o, const chart_row *rows, 
         if (chart_row_good(&rows[i]))
             fprintf(out, "%d %" PRIu32 " %" PRIu32 " %.6g %.6g %d %.6g %d\n", (int)rows[i].rhs,
                     rows[i].who.method, rows[i].who.refine, rows[i].time,
-                    fmax(rows[i].error, 1e-17), rows[i].front, fmax(rows[i].floor, 1e-17),
+                    chart_draw_error(&rows[i]), rows[i].front, chart_draw_floor(&rows[i]),
                     line_of(o, &rows[i]));
     fputs("EOD\n", out);
 }
@@ -47,12 +47,12 @@ static void give_rows(FILE *out, const chart_options *o, const chart_row *rows, 
 /* Whole decades around errors and floors. */
 static void give_range(FILE *out, const chart_row *rows, size_t count)
 {
-    double low = 1.0, high = 1e-17;
+    double low = 1.0, high = CHART_ERROR_MIN;
     for (size_t i = 0; i < count; i++) {
         if (!chart_row_good(&rows[i]))
             continue;
-        low = fmin(low, fmax(fmin(rows[i].error, rows[i].floor), 1e-17));
-        high = fmax(high, fmax(rows[i].error, rows[i].floor));
+        low = fmin(low, fmin(chart_draw_error(&rows[i]), chart_draw_floor(&rows[i])));
+        high = fmax(high, fmax(chart_draw_error(&rows[i]), chart_draw_floor(&rows[i])));
     }
     fprintf(out, "low = 1e%d\nhigh = 1e%d\n", (int)floor(log10(low) - 0.2),
             (int)ceil(log10(high) + 0.2));

@@ -3,7 +3,7 @@
 #
 # All mechanisms and sizes at a glance: a line of small panels for each mechanism, a column for each
 # size, one right-hand side. Given: $data, $words, $sentences, lines, columns, line_name, column_name,
-# low_time, high_time, rhs_name, time_name, and style.gp.
+# what chart_set_times sets, rhs_name, time_name, and style.gp.
 
 head_px = 90
 panel_px = 150
@@ -38,7 +38,8 @@ do for [kind in "svg png"] {
             set size (cell_px - 10) / wide_px, (panel_px - 12.0) / high_px
             set xrange [low_time[c+1]:high_time[c+1]]
             set format y (c == 0 ? '10^{%L}' : '')
-            set format x (l == lines - 1 ? '10^{%L}' : ''); set xtics 10 font ',9'
+            set format x (l == lines - 1 ? time_format[c+1] : ''); set xtics font ',9'
+            eval('set xtics '.time_tics[c+1])
             if (c == 0) { set label 3 line_name[l+1] at screen (left_px - 50.0)/wide_px, graph 0.5 right noenhanced }
             if (l == 0) { set label 4 column_name[c+1] at graph 0.5, graph 1.12 center noenhanced }
             # the first: so that a panel without answers is a panel all the same
@@ -55,8 +56,8 @@ do for [kind in "svg png"] {
     # the key, and what follows
     unset logscale; unset grid; unset border; unset tics
     set xrange [0:1]; set yrange [0:1]
-    set origin (wide_px - right_px + 10.0) / wide_px, foot_px * 1.0 / high_px
-    set size (right_px - 10.0) / wide_px, 1 - (foot_px + head_px) * 1.0 / high_px
+    set origin (wide_px - right_px + 10.0) / wide_px, 0
+    set size (right_px - 10.0) / wide_px, 1 - head_px * 1.0 / high_px
     set key at graph 0.0, 1.0 left top Left reverse samplen 2 spacing 1.4 noenhanced
     y(k) = (foot_px - 40.0 - step_px * k) / high_px
     do for [i=1:|$sentences|] {

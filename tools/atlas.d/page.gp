@@ -14,7 +14,7 @@ left_px = 100; head_px = 96; right_px = 70
 step_px = 19
 foot_px = 62 + step_px * |$words|
 wide_px = left_px + (panel_wide + gap_x) * (methods + 1) + right_px
-wide_px = wide_px < 1240 ? 1240 : wide_px
+wide_px = wide_px < 1500 ? 1500 : wide_px # the sentences
 high_px = head_px + (panel_high + gap_y) * 3 + foot_px
 array mode_name[3] = ['alone', 'refined once', 'as the service answers']
 
@@ -24,9 +24,9 @@ margins(c, l) = sprintf("set lmargin at screen %f; set rmargin at screen %f; set
     (left_px + (panel_wide + gap_x) * c + panel_wide) * 1.0 / wide_px, \
     1 - (head_px + (panel_high + gap_y) * l) * 1.0 / high_px, \
     1 - (head_px + (panel_high + gap_y) * l + panel_high) * 1.0 / high_px)
-# ticks with room for their labels: every second size, every second value of many
-size_step = sizes > 5 ? 2 : 1
-value_step = values > 7 ? 2 : 1
+# ticks with room for their labels
+size_step = int(ceil(sizes / 4.0))
+value_step = int(ceil(values / 8.0))
 
 do for [kind in "svg png"] {
     if (kind eq "svg") {

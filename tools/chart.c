@@ -5,12 +5,11 @@
  */
 #include "chart.h"
 #include "commands.h"
+#include "results.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* All rows of a run; pictures need them together. */
 typedef struct rows {
@@ -120,33 +119,6 @@ static void chart_all(rows *r, const chart_options *o, FILE *out)
     }
 }
 
-/* chart.csv or chart.jsonl in the folder, which is made; standard output without one. */
-static FILE *open_output(const chart_options *o)
-{
-    char path[4096];
-    if (!o->folder)
-        return stdout;
-    if (mkdir(o->folder, 0777) != 0 && errno != EEXIST) {
-        fprintf(stderr, "totalforce chart: %s: %s\n", o->folder, strerror(errno));
-        return NULL;
-    }
-    snprintf(path, sizeof path, "%s/chart.%s", o->folder, o->json ? "jsonl" : "csv");
-    FILE *out = fopen(path, "w");
-    if (!out)
-        fprintf(stderr, "totalforce chart: %s: %s\n", path, strerror(errno));
-    return out;
-}
-
-static int close_output(FILE *out)
-{
-    int bad = fflush(out) != 0 || ferror(out);
-    if (out != stdout)
-        bad |= fclose(out) != 0;
-    if (bad)
-        fprintf(stderr, "totalforce chart: output: %s\n", strerror(errno));
-    return bad ? EXIT_FAILED : EXIT_GOOD;
-}
-
 int command_chart(int argc, char **argv)
 {
     chart_options options;
@@ -158,10 +130,10 @@ int command_chart(int argc, char **argv)
         return EXIT_USAGE;
     }
     int result = EXIT_FAILED;
-    FILE *out = open_output(&options);
+    FILE *out = results_open("chart", options.folder, options.json);
     if (out) {
         chart_all(&r, &options, out);
-        result = close_output(out);
+        result = results_close("chart", out);
     }
     if (result == EXIT_GOOD && options.folder)
         result = chart_draw(&options, r.all, r.count);

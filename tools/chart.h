@@ -119,6 +119,8 @@ typedef struct chart_case {
 /** @return TFA_OK; otherwise nothing is left to release and the reason stands on stderr */
 int chart_case_open(chart_case *c, const chart_options *options, const chart_subject *subject,
                     uint32_t bodies, uint32_t threads);
+/** The same of any mechanism, for one thread and without peers. */
+int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label);
 void chart_case_close(chart_case *c);
 
 /** Makes the peers among the methods asked for: from the URDF file, or, where that is NULL, from
@@ -154,6 +156,9 @@ tfa_reply chart_reply(const chart_data *d, tfa_answer *answer);
 /** Relative error of d->found against the exact answer of the state: 2-norm, and the largest of
  * single components. */
 double chart_error(const chart_data *d, uint32_t state, double *worst_component);
+
+/** What a refusal was about, by name. */
+void chart_name_culprit(char *text, size_t size, const chart_case *c, const tfa_reply *reply);
 
 double chart_median(double *values, uint32_t count);
 
@@ -218,8 +223,6 @@ void chart_draw_scatter(FILE *gnuplot, const chart_options *options, const chart
 /** The overview: rows of one precision and number of threads. */
 void chart_draw_overview(FILE *gnuplot, const chart_options *options, const chart_row *rows,
                          size_t count);
-/** name = "text"; newlines are kept */
-void chart_set_string(FILE *gnuplot, const char *name, const char *text);
 /** time_name: what is on the axis of time. */
 void chart_set_time_name(FILE *gnuplot, uint32_t threads);
 /** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */

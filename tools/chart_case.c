@@ -27,25 +27,24 @@ static mechanism_options options_of(const chart_options *o, const chart_subject 
 #define TURN_MECHANISM 1e-3
 #define TURN_ROBOT 3.0
 
-static int compile_mechanism(chart_case *c, const chart_options *o, const chart_subject *subject,
-                             uint32_t bodies)
+static int compile_mechanism(chart_case *c, const chart_options *o, const mechanism_options *m,
+                             const char *label)
 {
     char why[128];
-    const mechanism_options m = options_of(o, subject, bodies);
-    if (mechanism_check(&m, why, sizeof why) != 0) {
-        fprintf(stderr, "totalforce chart: %s: %s\n", subject->label, why);
+    if (mechanism_check(m, why, sizeof why) != 0) {
+        fprintf(stderr, "totalforce: %s: %s\n", label, why);
         return TFA_E_ARGUMENT;
     }
-    tfa_description *description = mechanism_make(&m);
+    tfa_description *description = mechanism_make(m);
     if (!description)
         return TFA_E_MEMORY;
     int status = tfa_model_create(description, &(tfa_model_options){.base = TFA_BASE_FIXED}, NULL,
                                   &c->model);
     mechanism_free(description);
-    snprintf(c->name, sizeof c->name, "%s", subject->label);
-    c->bodies = bodies;
+    snprintf(c->name, sizeof c->name, "%s", label);
+    c->bodies = m->bodies;
     c->turn = o->turn > 0.0 ? o->turn : TURN_MECHANISM;
-    return status == TFA_OK ? chart_peers_open(c, o, NULL, &m) : status;
+    return status == TFA_OK ? chart_peers_open(c, o, NULL, m) : status;
 }
 
 static int compile_file(chart_case *c, const chart_options *o, const chart_subject *subject)
@@ -79,22 +78,38 @@ static int make_workspaces(chart_case *c, const chart_options *o)
     return c->unsupported[CHART_F64] ? c->unsupported[CHART_F64] : c->unsupported[CHART_F128];
 }
 
+/* What answers for the model that was compiled with that status. */
+static int open_compiled(chart_case *c, const chart_options *options, int status, const char *label,
+                         uint32_t bodies)
+{
+    if (status == TFA_OK)
+        status = make_workspaces(c, options);
+    if (status == TFA_OK && c->threads > 1)
+        status = tfa_pool_create(c->model, &(tfa_pool_options){.threads = c->threads}, &c->pool);
+    if (status == TFA_OK)
+        return TFA_OK;
+    fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
+            tfa_status_text(status));
+    chart_case_close(c);
+    return status;
+}
+
 int chart_case_open(chart_case *c, const chart_options *options, const chart_subject *subject,
                     uint32_t bodies, uint32_t threads)
 {
     *c = (chart_case){.random = options->seed, .threads = threads};
-    int status = subject->file ? compile_file(c, options, subject)
-                               : compile_mechanism(c, options, subject, bodies);
-    if (status == TFA_OK)
-        status = make_workspaces(c, options);
-    if (status == TFA_OK && threads > 1)
-        status = tfa_pool_create(c->model, &(tfa_pool_options){.threads = threads}, &c->pool);
-    if (status == TFA_OK)
-        return TFA_OK;
-    fprintf(stderr, "totalforce chart: %s, %" PRIu32 " bodies: %s\n", subject->label, bodies,
-            tfa_status_text(status));
-    chart_case_close(c);
-    return status;
+    const mechanism_options m = options_of(options, subject, bodies);
+    const int status = subject->file ? compile_file(c, options, subject)
+                                     : compile_mechanism(c, options, &m, subject->label);
+    return open_compiled(c, options, status, subject->label, bodies);
+}
+
+int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label)
+{
+    static const chart_options plain; /* no peers, the precisions of error and reference */
+    *c = (chart_case){.random = mechanism->seed, .threads = 1};
+    const int status = compile_mechanism(c, &plain, mechanism, label);
+    return open_compiled(c, &plain, status, label, mechanism->bodies);
 }
 
 void chart_case_close(chart_case *c)

@@ -5,96 +5,18 @@
  */
 #include "chart.h"
 #include "commands.h"
+#include "results.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-typedef struct drawing {
-    FILE *gnuplot; /* its standard input */
-    pid_t pid;
-    char scripts[4096];
-    const chart_options *options;
-} drawing;
-
-/* Where the scripts are: beside the program, as installed and as built. */
-static int find_scripts(const chart_options *o, char *folder, size_t size)
-{
-    struct stat facts;
-    char program[2048] = "";
-    if (o->scripts) {
-        snprintf(folder, size, "%s", o->scripts);
-    } else {
-        ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-        program[length > 0 ? length : 0] = '\0';
-        char *slash = strrchr(program, '/');
-        if (slash)
-            *slash = '\0';
-        snprintf(folder, size, "%s/../" TFA_CHART_SCRIPTS, program);
-    }
-    if (stat(folder, &facts) == 0)
-        return 0;
-    fprintf(stderr,
-            "totalforce chart: no gnuplot scripts in %s: %s; --scripts says where they are\n",
-            folder, strerror(errno));
-    return -1;
-}
-
-static int start(drawing *d, const chart_options *o)
-{
-    int ends[2];
-    d->options = o;
-    if (find_scripts(o, d->scripts, sizeof d->scripts) != 0 || pipe(ends) != 0)
-        return -1;
-    d->pid = fork();
-    if (d->pid == 0) {
-        dup2(ends[0], STDIN_FILENO);
-        close(ends[0]);
-        close(ends[1]);
-        execlp("gnuplot", "gnuplot", "-", (char *)NULL);
-        fprintf(stderr, "totalforce chart: gnuplot: %s (package gnuplot-nox)\n", strerror(errno));
-        _exit(127);
-    }
-    close(ends[0]);
-    d->gnuplot = d->pid > 0 ? fdopen(ends[1], "w") : NULL;
-    if (!d->gnuplot)
-        close(ends[1]);
-    return d->gnuplot ? 0 : -1;
-}
-
-static int finish(drawing *d)
-{
-    int status = 0;
-    if (d->gnuplot)
-        fclose(d->gnuplot);
-    if (d->pid > 0 && waitpid(d->pid, &status, 0) == d->pid && status == 0)
-        return EXIT_GOOD;
-    fprintf(stderr, "totalforce chart: gnuplot failed; chart.%s is complete\n",
-            d->options->json ? "jsonl" : "csv");
-    return EXIT_FAILED;
-}
-
-void chart_set_string(FILE *out, const char *name, const char *text)
-{
-    fprintf(out, "%s = \"", name);
-    for (const char *c = text; *c; c++)
-        if (*c == '\n')
-            fputs("\\n", out);
-        else
-            fprintf(out, *c == '"' || *c == '\\' ? "\\%c" : "%c", *c);
-    fputs("\"\n", out);
-}
 
 void chart_set_time_name(FILE *out, uint32_t threads)
 {
-    chart_set_string(out, "time_name",
-                     threads > 1 ? "wall time of a state in a batch (µs)"
-                                 : "CPU time of a call (µs)");
+    gnuplot_string(out, "time_name",
+                   threads > 1 ? "wall time of a state in a batch (µs)"
+                               : "CPU time of a call (µs)");
 }
 
 double chart_draw_error(const chart_row *row)
@@ -159,7 +81,7 @@ static size_t same_case(const chart_row *rows, size_t count)
 }
 
 /* The overview has room for the first precision and number of threads only. */
-static int draw_overview(drawing *d, const chart_options *o, const chart_row *rows, size_t count)
+static int draw_overview(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)
 {
     size_t n = 0;
     chart_row *first = malloc(count * sizeof *first);
@@ -169,7 +91,7 @@ static int draw_overview(drawing *d, const chart_options *o, const chart_row *ro
         if (rows[i].who.precision == o->precisions[0] && rows[i].who.threads == o->threads[0])
             first[n++] = rows[i];
     if (n > 0)
-        chart_draw_overview(d->gnuplot, o, first, n);
+        chart_draw_overview(gnuplot, o, first, n);
     free(first);
     return 0;
 }
@@ -189,19 +111,18 @@ static void give_style(FILE *out, const chart_options *o)
 
 int chart_draw(const chart_options *options, const chart_row *rows, size_t count)
 {
-    drawing d = {0};
+    gnuplot_pipe g;
+    int drawn = 0;
     if (count == 0)
         return EXIT_GOOD;
-    if (start(&d, options) != 0)
-        return d.pid > 0 ? finish(&d) : EXIT_FAILED;
-    chart_set_string(d.gnuplot, "scripts", d.scripts);
-    chart_set_string(d.gnuplot, "folder", options->folder);
-    give_style(d.gnuplot, options);
-    for (size_t i = 0, n; i < count; i += n) {
-        n = same_case(rows + i, count - i);
-        chart_draw_scatter(d.gnuplot, options, rows + i, n);
+    if (gnuplot_start(&g, "chart", options->scripts, options->folder) == 0) {
+        give_style(g.in, options);
+        for (size_t i = 0, n; i < count; i += n) {
+            n = same_case(rows + i, count - i);
+            chart_draw_scatter(g.in, options, rows + i, n);
+        }
+        drawn = draw_overview(g.in, options, rows, count);
     }
-    const int drawn = draw_overview(&d, options, rows, count);
-    const int finished = finish(&d);
+    const int finished = gnuplot_finish(&g);
     return drawn == 0 ? finished : EXIT_FAILED;
 }

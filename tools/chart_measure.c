@@ -52,15 +52,13 @@ int chart_answer(chart_case *c, const chart_choice *who, const chart_data *d, ui
     return tfa_compute(c->workspaces[who->precision], &request, reply);
 }
 
-/* What the refusal was about, by name. */
-static void name_culprit(chart_row *row, const chart_case *c, const tfa_reply *reply)
+void chart_name_culprit(char *text, size_t size, const chart_case *c, const tfa_reply *reply)
 {
     const char *what = tfa_field_name(reply->field);
     if (reply->field == TFA_FIELD_BODY && reply->index < tfa_model_frame_count(c->model))
-        snprintf(row->field, sizeof row->field, "%s %.50s", what,
-                 tfa_model_frame(c->model, reply->index).name);
+        snprintf(text, size, "%s %.50s", what, tfa_model_frame(c->model, reply->index).name);
     else
-        snprintf(row->field, sizeof row->field, "%s", what);
+        snprintf(text, size, "%s", what);
 }
 
 /* Errors of all states, unless the first takes so long that the time is to be saved. */
@@ -74,7 +72,7 @@ static void measure_errors(chart_row *row, chart_case *c, const chart_data *d, u
         tfa_reply reply = chart_reply(d, &answer);
         row->status = chart_answer(c, &row->who, d, s, &reply);
         if (row->status != TFA_OK) {
-            name_culprit(row, c, &reply);
+            chart_name_culprit(row->field, sizeof row->field, c, &reply);
             return;
         }
         if (s == 0 && chart_now() - start > 1e-3 * CHART_OVER_BUDGET * budget_ms) {

@@ -9,7 +9,6 @@
 
 #include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum {
@@ -67,14 +66,6 @@ static const struct argp_option option_table[] = {
      .doc = "The gnuplot scripts (those "
             "installed with the program)"},
     {0}};
-
-/* Calls `take` for each word of "a,b,c", which is cut up in place. */
-static void for_each_word(struct argp_state *state, char *text,
-                          void (*take)(struct argp_state *, char *))
-{
-    for (char *word = strtok(text, ","); word; word = strtok(NULL, ","))
-        take(state, word);
-}
 
 static void take_mechanism(struct argp_state *state, char *word)
 {
@@ -287,18 +278,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-/* The command line as it was typed, before the lists are cut up. */
-static char *join(int argc, char **argv)
-{
-    size_t size = 1;
-    for (int i = 0; i < argc; i++)
-        size += strlen(argv[i]) + 1;
-    char *line = calloc(size, 1);
-    for (int i = 0; line && i < argc; i++)
-        stpcpy(stpcpy(line + strlen(line), i ? " " : ""), argv[i]);
-    return line;
-}
-
 #define CHART_RHS_HELP(name, word, what) "  " word ": " what "\n"
 #define CHART_PRECISION_HELP(name, word, precision, residual, what) "  " word ": " what "\n"
 
@@ -358,6 +337,7 @@ int chart_parse(int argc, char **argv, chart_options *options)
                                                                                    "their "
                                                                                    "last "
                                                                                    "bit."};
-    *options = (chart_options){.states = 3, .seed = 1, .budget = 20, .command = join(argc, argv)};
+    *options = (chart_options){
+        .states = 3, .seed = 1, .budget = 20, .command = join_arguments(argc, argv)};
     return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
 }

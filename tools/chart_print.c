@@ -4,32 +4,14 @@
  * Prints what was charted: CSV under a head that says how it came about, or JSON lines.
  */
 #include "chart.h"
-#include "environment.h"
+#include "results.h"
 
 #include <inttypes.h>
 #include <math.h>
-#include <time.h>
-
-static void print_fact(FILE *out, const json_t *facts, const char *key)
-{
-    const json_t *value = json_object_get(facts, key);
-    if (json_is_string(value))
-        fprintf(out, "# %s: %s\n", key, json_string_value(value));
-}
 
 void chart_print_head(FILE *out, const chart_options *options)
 {
-    char date[32] = "unknown";
-    time_t seconds = time(NULL);
-    struct tm day;
-    if (gmtime_r(&seconds, &day))
-        strftime(date, sizeof date, "%Y-%m-%d", &day);
-    json_t *facts = environment_read();
-    fprintf(out, "# command: %s\n# date: %s\n", options->command, date);
-    print_fact(out, facts, "processor");
-    print_fact(out, facts, "client_kernels");
-    print_fact(out, facts, "version");
-    json_decref(facts);
+    results_print_head(out, options->command);
     fprintf(
         out,
         "# states of each row: %" PRIu32 ", seed %" PRIu64 "\n"
@@ -52,13 +34,6 @@ void chart_print_head(FILE *out, const chart_options *options)
           out);
 }
 
-/* Nothing where there is no number. */
-static void print_number(FILE *out, const char *format, double value)
-{
-    if (isfinite(value))
-        fprintf(out, format, value);
-}
-
 /* NULL: nobody. */
 static const char *answered_by(const chart_row *row)
 {
@@ -76,14 +51,9 @@ void chart_print_row(FILE *out, const chart_row *row)
             answered_by(row) ? answered_by(row) : "");
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         fputc(',', out);
-        print_number(out, i < 4 ? "%.3e" : "%.4g", numbers[i]);
+        results_print_number(out, i < 4 ? "%.3e" : "%.4g", numbers[i]);
     }
     fprintf(out, ",%" PRIu32 ",%d\n", row->samples, row->front);
-}
-
-static void set_number(json_t *object, const char *key, double value)
-{
-    json_object_set_new(object, key, isfinite(value) ? json_real(value) : json_null());
 }
 
 void chart_print_row_json(FILE *out, const chart_row *row)
@@ -101,13 +71,13 @@ void chart_print_row_json(FILE *out, const chart_row *row)
     json_object_set_new(o, "about", json_string(row->field));
     json_object_set_new(o, "answered_by",
                         answered_by(row) ? json_string(answered_by(row)) : json_null());
-    set_number(o, "error", row->error);
-    set_number(o, "worst_component", row->worst);
-    set_number(o, "floor", row->floor);
-    set_number(o, "estimate", row->estimate);
-    set_number(o, "time_us", row->time);
-    set_number(o, "aba_us", row->aba_time);
-    set_number(o, "time_ratio", row->ratio);
+    results_set_number(o, "error", row->error);
+    results_set_number(o, "worst_component", row->worst);
+    results_set_number(o, "floor", row->floor);
+    results_set_number(o, "estimate", row->estimate);
+    results_set_number(o, "time_us", row->time);
+    results_set_number(o, "aba_us", row->aba_time);
+    results_set_number(o, "time_ratio", row->ratio);
     json_object_set_new(o, "samples", json_integer(row->samples));
     json_object_set_new(o, "front", json_boolean(row->front));
     json_dumpf(o, out, JSON_COMPACT | JSON_REAL_PRECISION(4));

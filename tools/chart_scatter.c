@@ -4,6 +4,7 @@
  * One scatter: a column of panels for each right-hand side, a line for each precision.
  */
 #include "chart.h"
+#include "results.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -116,7 +117,7 @@ static void name_front(FILE *out, const chart_options *o, const chart_row *rows,
     }
     wrap(text, 46, 3);
     snprintf(name, sizeof name, "front_%d", (int)rhs);
-    chart_set_string(out, name, text);
+    gnuplot_string(out, name, text);
 }
 
 /* Why a row is not in the picture; NULL if it is. */
@@ -170,7 +171,7 @@ static void name_silent(FILE *out, const chart_options *o, const chart_row *rows
     }
     append(text, sizeof text, "%s", *semicolon ? "" : "none");
     wrap(text, 180, 2);
-    chart_set_string(out, "silent", text);
+    gnuplot_string(out, "silent", text);
 }
 
 /* What the picture is of, and the name of its file. */
@@ -182,12 +183,12 @@ static void give_names(FILE *out, const chart_row *row)
         snprintf(suffix, sizeof suffix, "-%" PRIu32 "-threads", row->who.threads);
     }
     snprintf(name, sizeof name, "%s, %" PRIu32 " bodies%s", row->subject, row->bodies, threads);
-    chart_set_string(out, "subject", name);
+    gnuplot_string(out, "subject", name);
     snprintf(name, sizeof name, "%s-%" PRIu32 "%s", row->subject, row->bodies, suffix);
     for (char *c = name; *c; c++)
         if (*c == ':')
             *c = '-';
-    chart_set_string(out, "file", name);
+    gnuplot_string(out, "file", name);
     chart_set_time_name(out, row->who.threads);
 }
 

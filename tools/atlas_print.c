@@ -52,7 +52,8 @@ void atlas_print_head(FILE *out, const atlas_options *options, const atlas_row *
             "# own, fallback, refused: states answered by the method, by answered_by, by status\n"
             "# estimate: as replied, median; error_over_estimate: largest among errors above %g; "
             "silent: states with an error above 1e-6 estimated below 1e-7\n"
-            "# floor: change of the exact answer when q, v and tau change in the last bit, at "
+            "# floor: change of the exact answer when every number of the robot and of the request "
+            "changes in the last bit, at "
             "least 2^-53\n",
             options->states, options->seed, ATLAS_ROUNDING);
     print_modes(out);

@@ -143,10 +143,11 @@ static void print_floor(FILE *out, const char *prefix, const atlas_row *rows, si
     if (first == UINT32_MAX)
         return;
     atlas_short(value, sizeof value, value_at(rows, count, first));
-    fprintf(out,
-            "%sFrom %s on, at some size, the floor is above 1e-4: the last bit of q, v and tau "
-            "changes the exact answer by more, and no method can help.\n",
-            prefix, value);
+    fprintf(
+        out,
+        "%sFrom %s on, at some size, the floor is above 1e-4: the last bits of the robot's numbers "
+        "and the request's change the exact answer by more, and no method can help.\n",
+        prefix, value);
 }
 
 static void print_service(FILE *out, const char *prefix, const atlas_summary *s)

@@ -110,8 +110,10 @@ typedef struct chart_case {
     /** f64 and f128 are always there; NULL where not asked for, or `unsupported` says why. */
     tfa_workspace *workspaces[CHART_PRECISION_COUNT];
     int unsupported[CHART_PRECISION_COUNT];
-    tfa_pool *pool;    /**< f64, with more than one thread; NULL otherwise */
-    chart_peer *peers; /**< all that were asked for; NULL: none */
+    tfa_pool *pool;       /**< f64, with more than one thread; NULL otherwise */
+    chart_peer *peers;    /**< all that were asked for; NULL: none */
+    tfa_model *neighbour; /**< the same with the last bit of every number changed */
+    tfa_workspace *neighbour_f128;
     uint64_t random;
     double turn; /**< joint angles are drawn from +-turn rad, displacements from a tenth in m */
 } chart_case;
@@ -122,6 +124,10 @@ int chart_case_open(chart_case *c, const chart_options *options, const chart_sub
 /** The same of any mechanism, for one thread and without peers. */
 int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label);
 void chart_case_close(chart_case *c);
+
+/** Makes the neighbour of the robot, whose description is changed. @return a tfa_status */
+int chart_floor_open(chart_case *c, tfa_description *description, const tfa_model_options *options);
+void chart_floor_close(chart_case *c);
 
 /** Makes the peers among the methods asked for: from the URDF file, or, where that is NULL, from
  * one that is written for them. Those that refuse the robot say why in their rows. */
@@ -144,6 +150,8 @@ typedef struct chart_data {
 
 /** Draws the states and computes their exact answers and the floor. @return a tfa_status */
 int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states);
+/** The part of it that finds the floor. */
+int chart_floor_find(chart_data *d, chart_case *c);
 void chart_data_free(chart_data *d);
 
 /** A peer's answer to one state, into d->found. */

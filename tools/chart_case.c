@@ -38,8 +38,10 @@ static int compile_mechanism(chart_case *c, const chart_options *o, const mechan
     tfa_description *description = mechanism_make(m);
     if (!description)
         return TFA_E_MEMORY;
-    int status = tfa_model_create(description, &(tfa_model_options){.base = TFA_BASE_FIXED}, NULL,
-                                  &c->model);
+    const tfa_model_options options = {.base = TFA_BASE_FIXED};
+    int status = tfa_model_create(description, &options, NULL, &c->model);
+    if (status == TFA_OK)
+        status = chart_floor_open(c, description, &options);
     mechanism_free(description);
     snprintf(c->name, sizeof c->name, "%s", label);
     c->bodies = m->bodies;
@@ -51,10 +53,18 @@ static int compile_file(chart_case *c, const chart_options *o, const chart_subje
 {
     tfa_report report = {0};
     tfa_model_options options = {.base = o->base, .lock_massless_leaves = 1};
+    tfa_description *description = NULL;
     c->model = load_model(subject->file, &options, TFA_ERROR, &report);
     tfa_report_free(&report);
     if (!c->model)
         return TFA_E_MODEL;
+    int status = tfa_urdf_load(subject->file, &description, &report);
+    if (status == TFA_OK)
+        status = chart_floor_open(c, description, &options);
+    tfa_report_free(&report);
+    tfa_description_free(description);
+    if (status != TFA_OK)
+        return status;
     /* the name is a word of CSV, JSON and file names */
     snprintf(c->name, sizeof c->name, "%s", tfa_model_name(c->model));
     for (char *at = c->name; *at; at++)
@@ -115,6 +125,7 @@ int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism,
 void chart_case_close(chart_case *c)
 {
     chart_peers_close(c->peers);
+    chart_floor_close(c);
     tfa_pool_free(c->pool);
     for (int p = 0; p < CHART_PRECISION_COUNT; p++)
         tfa_workspace_free(c->workspaces[p]);

@@ -111,45 +111,6 @@ static int solve_exactly(chart_data *d, chart_case *c, uint32_t state)
     return tfa_compute(c->workspaces[CHART_F128], &request, &reply);
 }
 
-/* Each number goes to its upper or lower neighbour or stays. */
-static void nudge(uint64_t *random, double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        switch (mechanism_random_bits(random) % 3) {
-        case 0:
-            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], INFINITY);
-            break;
-        case 1:
-            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], -INFINITY);
-            break;
-        default:
-            break;
-        }
-}
-
-/* How far the exact answers move when q, v and tau change in the last bit. The arrays are restored
- * afterwards. */
-static int find_floor(chart_data *d, chart_case *c)
-{
-    double errors[CHART_STATES], worst;
-    const size_t count = (size_t)d->states * ((size_t)d->q + 2 * (size_t)d->v);
-    double *kept = malloc((count + 1) * sizeof(double));
-    if (!kept)
-        return TFA_E_MEMORY;
-    memcpy(kept, d->coordinates, count * sizeof(double));
-    nudge(&c->random, d->coordinates, count); /* q, v and tau stand one behind the other */
-    int status = TFA_OK;
-    for (uint32_t s = 0; status == TFA_OK && s < d->states; s++) {
-        status = solve_exactly(d, c, s);
-        errors[s] = chart_error(d, s, &worst);
-    }
-    memcpy(d->coordinates, kept, count * sizeof(double));
-    free(kept);
-    /* and the answer is rounded */
-    d->floor = status == TFA_OK ? fmax(chart_median(errors, d->states), 0x1p-53) : NAN;
-    return status;
-}
-
 int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states)
 {
     int status = allocate(d, c, rhs, states);
@@ -162,7 +123,7 @@ int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states
                    ((size_t)d->v + d->base) * sizeof(double));
     }
     if (status == TFA_OK)
-        status = find_floor(d, c);
+        status = chart_floor_find(d, c);
     if (status != TFA_OK)
         chart_data_free(d);
     return status;

@@ -26,18 +26,21 @@ static const struct tfa_chain *chain_of(const struct state *s, int32_t body, str
     return NULL;
 }
 
-/* L += P^T C P,  P <- A^T P */
+/* L += P^T C P,  P <- A^T P, with C and A of the segment that has all of the outboard part on its
+ * end:  y = E^-1 C P,  L += P^T y,  P <- A^T (P - left y) */
 static void cross_segment(const struct scan_segment *segment, svec P[6], num *L)
 {
+    svec y[6];
     for (int e = 0; e < 6; e++) {
-        num x[6], y[6];
-        sv_store(x, P[e]);
-        m6_apply(y, segment->at.C, x);
+        y[e] = scan_times(segment->at.C, P[e]);
+        y[e] = scan_closed(&segment->E, y[e]);
         for (int f = e; f < 6; f++)
-            L[6 * e + f] += sv_dot(P[f], sv_from(y));
+            L[6 * e + f] += sv_dot(P[f], y[e]);
     }
-    for (int e = 0; e < 6; e++)
+    for (int e = 0; e < 6; e++) {
+        P[e] = sv_sub(P[e], scan_times(segment->left, y[e]));
         P[e] = scan_times_t(segment->at.A, P[e]);
+    }
 }
 
 int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame)

@@ -20,8 +20,9 @@ struct chain_method {
     size_t (*bytes)(size_t length);
     /* Factors: s->IA is ready. TFA_OK, or TFA_E_SINGULAR with s->bad_body, or TFA_E_UNSUPPORTED. */
     int (*factor)(struct state *s, const struct tfa_chain *chain, void *rows);
-    /* qdd of the chain's joints from tau; s->pA is ready. Without bias: c = 0, p without v x* I v,
-     * no gravity. Any number of times with the same factors; qdd may be tau. */
+    /* qdd of the chain's joints from tau, and in s->a the a_k of bodies that carry side branches, as
+     * the method found them; s->pA is ready. Without bias: c = 0, p without v x* I v, no gravity.
+     * Any number of times with the same factors; qdd may be tau. */
     void (*solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                   num *qdd, int bias);
     /* Total forces without bias for six right-hand sides in one go, 6 x 6 in F of the rows that it

@@ -7,7 +7,8 @@
  *   factor: each segment inward by itself (scan_segment_factor), with the inertia G of the next
  *           few bodies on its end; over the segments the inertia J that hangs on each cut
  *           (scan_join.h), of which J - G is left to the scan; segments whose cut is still light
- *           beside it once more with all of J on their end.
+ *           beside it once more with all of J for G, and over all segments again: J - G is now
+ *           rounding, or what the second pass found better.
  *   solve:  each segment inward, then the bias forces inward and the accelerations outward over
  *           the cuts, then each segment outward.
  */
@@ -27,12 +28,15 @@ struct scan_body {
 /* Bodies at positions first .. end - 1 of the chain */
 struct scan_segment {
     uint32_t first, end;
-    int seeded;             /* all that is outboard was on its end: nothing is left, E = 1 */
-    struct scan_element at; /* after factor: closed, so that f_out means the bias force beyond */
-    struct lu6 E;           /* 1 + C left; not of a seeded one, nor the last */
+    int seeded;             /* factored twice */
+    struct scan_element at; /* of its bodies and what is on its end */
     num known[36];          /* G: inertia that its factors have on its end, that body's frame */
-    num left[36];           /* J - G: the rest of the articulated inertia beyond the cut */
-    svec v, g;              /* a_out and f_in at rest; closed like `at` in the course of solve */
+    num J[36];              /* articulated inertia of it and all beyond it, on the body before it */
+    num left[36];           /* J - G, J of the next segment; as what follows, not of the last one */
+    struct lu6 E;           /* 1 + C left */
+    num load;               /* scan_meet */
+    num EA[36];             /* E^-1 A */
+    svec v, g;              /* a_out and f_in without a_in and f_out; then v at a_in = 0 */
     svec a_in, f_out;       /* what it gets from the scan: frames of the body before, of its end */
 };
 
@@ -70,5 +74,14 @@ void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *row
 /* Lambda^-1 of the request's tips into s->lambda, with the factors that either method left. 0: a
  * tip reaches a chain before its last segment, or there are mimics. O(N / 16) for each tip. */
 int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame);
+
+/* E^-1 x */
+static inline svec scan_closed(const struct lu6 *E, svec x)
+{
+    num v[6];
+    sv_store(v, x);
+    lu6_solve(E, v, 1);
+    return sv_from(v);
+}
 
 #endif

@@ -29,7 +29,9 @@ static inline void carry_1(const struct state *s, uint32_t i, int axis, svec P[6
     for (int e = 0; e < 6; e++) {
         psi[e] = sv_get(&P[e], axis);
         phi[e] = s->Dinv[i] * psi[e];
-        P[e] = x_t_force(&X, sv_sub(P[e], sv_scale(U, phi[e])));
+        P[e] = sv_sub(P[e], sv_scale(U, phi[e]));
+        sv_put(&P[e], axis, (num)s->body[i].armature * phi[e]); /* psi - D phi is rounding */
+        P[e] = x_t_force(&X, P[e]);
     }
     add_response(C, psi, phi);
 }

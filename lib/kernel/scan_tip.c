@@ -47,6 +47,17 @@ static int reaches(const struct state *s)
     return 1;
 }
 
+/* One segment inward, with all of the outboard part on its end: A and C become E^-1 A and E^-1 C. */
+static void cross(struct state *s, uint32_t tips, struct tip_wrenches *w,
+                  const struct scan_segment *segment)
+{
+    num C[36];
+    for (int e = 0; e < 36; e++)
+        C[e] = segment->at.C[e];
+    lu6_solve(&segment->E, C, 6);
+    TFA_V(tips_cross)(s, tips, w, segment->EA, C);
+}
+
 int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame)
 {
     struct tip_wrenches w[TFA_MAX_TIPS];
@@ -76,7 +87,7 @@ int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame)
             if (left >> t & 1 && s->body[w[t].body].tree == s->body[w[first].body].tree)
                 tips |= 1u << t;
         for (uint32_t k = scan->segments - 1; k-- > 0;)
-            TFA_V(tips_cross)(s, tips, w, scan->segment[k].at.A, scan->segment[k].at.C);
+            cross(s, tips, w, &scan->segment[k]);
         left &= ~tips;
     }
     TFA_V(lambda_mirror)(s);

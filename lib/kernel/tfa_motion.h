@@ -39,6 +39,7 @@ static inline void joint_acceleration(const struct state *s, uint32_t i, svec a,
                                       int bias)
 {
     const struct tfa_body *b = &s->body[i];
+    s->a[i] = a; /* chain.h: for side branches */
     svec relative = sv_sub(a, x_motion(&s->X[i], up));
     if (chain_products(s, bias))
         relative = sv_sub(relative, s->c[i]);

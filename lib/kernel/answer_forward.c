@@ -83,20 +83,26 @@ static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_re
 }
 
 /* Refinement and estimate; while the answer is in doubt, that of the next method, as it is. */
-static tfa_method refine(struct state *s, tfa_method method, uint32_t steps, tfa_answer *out)
+static tfa_method refine(struct state *s, tfa_method method, uint32_t steps, int certified,
+                         tfa_answer *out)
 {
-    int converging;
+    int converging = 1;
+    double estimate = 0;
     uint16_t doubt;
-    out->error_estimate = TFA_V(refine)(s, method, steps, &converging);
-    out->flags |= TFA_ANSWER_ESTIMATED;
-    while (method != TFA_V(auto_method)(s) &&
-           (doubt = TFA_V(doubt)(out->error_estimate, converging))) {
+    if (steps > 0)
+        estimate = TFA_V(refine)(s, method, steps, &converging);
+    if (certified && (method == TFA_V(auto_method)(s) || !TFA_V(doubt)(estimate, converging)))
+        estimate = TFA_V(certify)(s, method);
+    while (method != TFA_V(auto_method)(s) && (doubt = TFA_V(doubt)(estimate, converging))) {
         if (!(out->flags & TFA_ANSWER_FALLBACK))
             out->flags |= TFA_ANSWER_FALLBACK | doubt;
         method = TFA_V(fallback)(s, method);
         (void)forward_dynamics(s, method);
-        out->error_estimate = TFA_V(refine)(s, method, 0, &converging);
+        estimate = TFA_V(certify)(s, method);
+        converging = 1;
     }
+    out->error_estimate = estimate;
+    out->flags |= TFA_ANSWER_ESTIMATED;
     return method;
 }
 
@@ -110,8 +116,9 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     int status = forward_dynamics(s, method);
     if (status != TFA_OK)
         return status;
-    if (steps > 0 || TFA_V(wants_estimate)(r, method))
-        method = refine(s, method, steps, out);
+    const int certified = TFA_V(wants_estimate)(r, method);
+    if (steps > 0 || certified)
+        method = refine(s, method, steps, certified, out);
     out->method = (uint16_t)method;
     int finite = unload_qdd(s, k, reply);
     if (finite && s->tips && reply->lambda_inv)

@@ -24,6 +24,9 @@ void TFA_V(velocity)(struct state *s);
 
 /* tau = M qdd + h (bias) or M qdd alone. Featherstone 2008, table 5.1. */
 void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias);
+/* The same with pose, velocities and forces shaken by a rounding: differs from rnea by what rounding
+ * may have done to either. */
+void TFA_V(rnea_shaken)(struct state *s, const num *qdd, num *tau, int bias);
 
 /* --- aba.c: Featherstone 2008, table 7.1 -------------------------------------------------- */
 
@@ -78,6 +81,13 @@ void TFA_V(lambda_efpa)(struct state *s, tfa_reference_frame frame);
 void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_method method,
                            uint32_t refine);
 
+/* --- lambda_error.c -------------------------------------------------------------------------- */
+
+/* Relative error of s->lambda, which came from the method's factors with so many refinement steps:
+ * |error| / |Lambda^-1|, sums of squares of all entries. Needs the method's factors. */
+double TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
+                           uint32_t steps);
+
 /* --- solve.c, refine.c ---------------------------------------------------------------------- */
 
 /* Factors of a method, unless they are there. TFA may refuse: TFA_E_SINGULAR, s->bad_body. */
@@ -86,8 +96,10 @@ int TFA_V(factor)(struct state *s, tfa_method method);
 void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
 /* The same without regard to mimics. */
 void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x);
-/* Refinement of s->qdd: returns the last |dx|/|x|; *converging is 0 when a step did not shrink
- * tenfold. Steps 0 with estimate: one correction computed and not applied. */
+/* |dx|/|x| of one more step, which is not made, from a shaken residual: the estimate of s->qdd. */
+double TFA_V(certify)(struct state *s, tfa_method method);
+/* Refinement of s->qdd, one step at least: returns the last |dx|/|x|; *converging is 0 when a step did
+ * not shrink tenfold. */
 double TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int *converging);
 
 /* --- answer.c, answer_forward.c, answer_lambda.c ---------------------------------------------- */

@@ -8,9 +8,9 @@
 #include "kernel/kernel.h"
 
 /* A step that does not shrink the correction tenfold is not converging, unless it is already at
- * the level of rounding (methods.md section 4). */
+ * the level of rounding, 450 units of the answer (methods.md section 4). */
 #define SHRINK 10.0
-#define ROUNDING 1e-13
+#define ROUNDING (1e-13 * (ANSWER_EPSILON / 0x1p-52))
 
 static double norm(const num *x, uint32_t n)
 {

@@ -86,9 +86,19 @@ int TFA_V(factor)(struct state *s, tfa_method method);
 void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
 /* The same without regard to mimics. */
 void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x);
-/* Refinement of s->qdd: returns the last |dx|/|x|; *converging is 0 when a step did not shrink
- * tenfold. Steps 0 with estimate: one correction computed and not applied. */
-double TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int *converging);
+/* Refinement of s->qdd; into the wider state where there is one, which has loaded the request. Steps
+ * 0: one correction computed and not applied. `fully`: to the digits of the wider arithmetic, or it
+ * is in doubt. */
+struct refined {
+    double estimate; /* the last |dx|/|x| */
+    uint16_t doubt;  /* 0, or why the answer is not to be given (TFA_ANSWER_*) */
+};
+struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int fully);
+/* s->res = tau - RNEA(s->qdd). Returns |s->qdd|. */
+double TFA_V(residual)(struct state *s);
+/* As the wider one of another kernel, see table.h. */
+void TFA_V(wider_add)(struct state *s, const double *dx, int fresh);
+double TFA_V(wider_residual)(struct state *s, double *residual);
 
 /* --- answer.c, answer_forward.c, answer_lambda.c ---------------------------------------------- */
 
@@ -97,6 +107,8 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_r
                   tfa_answer *answer);
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out);
+/* Writes s->qdd out; returns 1 when all of it is finite. */
+int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out);
 

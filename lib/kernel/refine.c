@@ -7,6 +7,7 @@
 #include <math.h>
 
 #include "kernel/answer.h"
+#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/table.h"
 
@@ -20,12 +21,14 @@
  * left can be told. Below this no step is made any more. */
 #define LEFT_ENOUGH 0x1p-57
 /* An answer is as good as the wider arithmetic when no more is left than two units, or than a part
- * of what the same method would lose there: what it lost here, in proportion of the roundings. The
- * cases of test_precision, 2026-11-22: with a sixteenth all are within 4 times aba's error in double;
- * with the units alone 8 of aba's 12 answers for torques of a random qdd went to the wider kernel,
- * which could do no better; with 1e-12 for all, tfa had 37 times aba's error on a chain of 8. */
+ * of what the same method would lose there: what it lost here, in proportion of the roundings. Methods
+ * with I^-1 lose more than aba and get less. The cases of test_precision, 2026-11-22: so all are
+ * within 5 times aba's error in double; with the units alone 8 of aba's 12 answers for torques of a
+ * random qdd went to the wider kernel, which could do no better; with 1e-12 for all, tfa had 37 times
+ * aba's error on a chain of 8. */
 #define LEFT_UNITS 0x1p-51
-#define LEFT_PART 0.0625
+#define LEFT_PART 0x1p-4
+#define LEFT_PART_INVERTING 0x1p-7
 
 static double norm(const num *x, uint32_t n)
 {
@@ -93,11 +96,12 @@ static double correction(struct state *s, tfa_method method)
 }
 
 /* What a method that lost `first` in this arithmetic may leave of its error */
-static double allowed(const struct state *s, double first)
+static double allowed(const struct state *s, tfa_method method, double first)
 {
+    const double part = method_inverts(method) ? LEFT_PART_INVERTING : LEFT_PART;
     const int doubles = s->wider && s->wider->kernel->precision == TFA_F64;
     const double wider = doubles ? first * (0x1p-52 / (double)NUM_EPSILON) : 0;
-    return fmax(LEFT_UNITS, LEFT_PART * wider);
+    return fmax(LEFT_UNITS, part * wider);
 }
 
 /* qdd += dx */
@@ -116,7 +120,7 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
     if (s->wider)
         hand_over(s, s->qdd, 1);
     double estimate = correction(s, method), left = 0;
-    const double enough = allowed(s, estimate);
+    const double enough = allowed(s, method, estimate);
     int converging = 1;
     double before = 1;
     for (uint32_t step = 0; step < steps; step++) {

@@ -115,8 +115,8 @@ static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa
     return status;
 }
 
-static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors,
-                     uint32_t steps, tfa_answer *out)
+static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors, uint32_t steps,
+                     tfa_answer *out)
 {
     const tfa_method last = TFA_V(auto_method)(s);
     out->error_estimate = TFA_V(lambda_error)(s, frame, factors, steps);
@@ -133,7 +133,7 @@ static void estimate(struct state *s, tfa_reference_frame frame, tfa_method fact
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out)
 {
-    const uint32_t steps = TFA_V(refine_steps)(r, r->method);
+    const uint32_t steps = TFA_V(refine_steps)(s, r, r->method);
     tfa_method factors = factors_of(s, r->method);
     const int status = r->method == TFA_METHOD_TFA_ONE_SIDED && steps == 0
                            ? one_sided(s, r, &factors, out)

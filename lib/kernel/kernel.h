@@ -96,11 +96,21 @@ int TFA_V(factor)(struct state *s, tfa_method method);
 void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
 /* The same without regard to mimics. */
 void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x);
-/* |dx|/|x| of one more step, which is not made, from a shaken residual: the estimate of s->qdd. */
-double TFA_V(certify)(struct state *s, tfa_method method);
-/* Refinement of s->qdd, one step at least: returns the last |dx|/|x|; *converging is 0 when a step did
- * not shrink tenfold. */
-double TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int *converging);
+/* Refinement of s->qdd; into the wider state where there is one, which has loaded the request. Steps
+ * 0: one correction computed and not applied. `fully`: to the digits of the wider arithmetic, or it
+ * is in doubt. `certified`: the estimate is that of the refined answer, from a shaken residual; without
+ * it steps are estimated by what the last of them changed. */
+struct refined {
+    double estimate; /* |dx|/|x| */
+    uint16_t doubt;  /* 0, or why the answer is not to be given (TFA_ANSWER_*) */
+};
+struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int fully,
+                             int certified);
+/* s->res = tau - RNEA(s->qdd), or shaken (rnea_shaken). Returns |s->qdd|. */
+double TFA_V(residual)(struct state *s, int shaken);
+/* As the wider one of another kernel, see table.h. */
+void TFA_V(wider_add)(struct state *s, const double *dx, int fresh);
+double TFA_V(wider_residual)(struct state *s, double *residual, int shaken);
 
 /* --- answer.c, answer_forward.c, answer_lambda.c ---------------------------------------------- */
 
@@ -109,6 +119,8 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_r
                   tfa_answer *answer);
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out);
+/* Writes s->qdd out; returns 1 when all of it is finite. */
+int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out);
 

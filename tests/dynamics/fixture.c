@@ -113,6 +113,7 @@ tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision
 
 static void open_workspaces(test_robot *robot)
 {
+    robot->f32 = fixture_workspace(robot->model, TFA_F32);
     robot->f64 = fixture_workspace(robot->model, TFA_F64);
     robot->f128 = fixture_workspace(robot->model, TFA_F128);
     robot->o = oracle_create(robot->description, robot->base);
@@ -155,6 +156,7 @@ void fixture_close(test_robot *robot)
 {
     tfa_workspace_free(robot->f128);
     tfa_workspace_free(robot->f64);
+    tfa_workspace_free(robot->f32);
     oracle_free(robot->o);
     tfa_model_free(robot->model);
     if (robot->random)

@@ -19,7 +19,7 @@ typedef struct test_robot {
     tfa_description *description;
     oracle *o;
     tfa_model *model;
-    tfa_workspace *f64, *f128;
+    tfa_workspace *f32, *f64, *f128;
     uint32_t n, nv, nq; /* rows of M, length of v, length of q */
 } test_robot;
 

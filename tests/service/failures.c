@@ -71,7 +71,7 @@ static void compare(const harness *h, uint32_t k)
     failure_open(row, &robot);
     const uint32_t count = failure_truth(row, &robot, want);
     in_process(row, &robot, &own_reply);
-    tfa_client *client = harness_connect(h, name, TFA_WAIT_AUTO);
+    tfa_client *client = harness_connect(h, name, TFA_WAIT_DEFAULT);
     const tfa_request r = failure_guarded(row, &robot);
     assert_int_equal(tfa_client_call(client, &r, &reply, WAIT_NS, NULL), TFA_OK);
     tfa_client_close(client);
@@ -86,7 +86,7 @@ static void compare(const harness *h, uint32_t k)
 static void ordinary(const harness *h)
 {
     double got[7];
-    tfa_client *client = harness_connect(h, "arm", TFA_WAIT_AUTO);
+    tfa_client *client = harness_connect(h, "arm", TFA_WAIT_DEFAULT);
     static double first[7];
     assert_int_equal(ask_arm(client, 0.3, got, WAIT_NS), TFA_OK);
     if (first[0] == 0)

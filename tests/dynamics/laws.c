@@ -335,6 +335,28 @@ static void every_method_gives_lambda_inv(void **state)
     print_worst(lambda_ways, LAMBDA_WAYS);
 }
 
+/* ---- the table ---- */
+
+static bool has_way(const struct way *ways, size_t count, uint32_t method, tfa_precision precision)
+{
+    for (size_t k = 0; k < count; k++)
+        if ((uint32_t)ways[k].method == method && ways[k].precision == precision)
+            return true;
+    return false;
+}
+
+static void every_method_of_the_table_is_here(void **state)
+{
+    (void)state;
+    for (uint32_t m = 0; tfa_method_describe(m); m++) {
+        const tfa_method_info *row = tfa_method_describe(m);
+        if (row->forward_dynamics && !has_way(forward_ways, FORWARD_WAYS, m, TFA_F64))
+            fail_msg("%s: no law for its accelerations", row->name);
+        if (row->lambda && !has_way(lambda_ways, LAMBDA_WAYS, m, TFA_F64))
+            fail_msg("%s: no law for its lambda_inv", row->name);
+    }
+}
+
 /* ---- order ---- */
 
 static void joint_order(test_robot *robot)
@@ -366,6 +388,7 @@ static void joints_stand_in_declared_order(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_method_of_the_table_is_here),
         cmocka_unit_test(joints_stand_in_declared_order),
         cmocka_unit_test(every_method_gives_the_acceleration),
         cmocka_unit_test(inverse_dynamics_gives_the_force),

@@ -88,14 +88,12 @@ void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
 void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x);
 /* Refinement of s->qdd; into the wider state where there is one, which has loaded the request. Steps
  * 0: one correction computed and not applied. `fully`: to the digits of the wider arithmetic, or it
- * is in doubt. */
+ * is in doubt (s->wider only). */
 struct refined {
     double estimate; /* the last |dx|/|x| */
     uint16_t doubt;  /* 0, or why the answer is not to be given (TFA_ANSWER_*) */
 };
 struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int fully);
-/* s->res = tau - RNEA(s->qdd). Returns |s->qdd|. */
-double TFA_V(residual)(struct state *s);
 /* As the wider one of another kernel, see table.h. */
 void TFA_V(wider_add)(struct state *s, const double *dx, int fresh);
 double TFA_V(wider_residual)(struct state *s, double *residual);

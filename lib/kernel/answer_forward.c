@@ -110,7 +110,8 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
 }
 
 /* The wider kernel reads all of the request, whose refinement it takes part in. */
-static void load_wider(const struct state *s, const tfa_request *r, uint32_t k, uint32_t steps)
+static __attribute__((noinline)) void load_wider(const struct state *s, const tfa_request *r,
+                                                 uint32_t k, uint32_t steps)
 {
     tfa_request refined = *r;
     refined.refine = steps;

@@ -142,8 +142,8 @@ static int answer_forward_mixed(tfa_workspace *w, const tfa_request *r, uint32_t
     return last;
 }
 
-static int answer_mixed(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply,
-                        tfa_answer *answer)
+static __attribute__((noinline)) int answer_mixed(tfa_workspace *w, const tfa_request *r,
+                                                  uint32_t k, tfa_reply *reply, tfa_answer *answer)
 {
     if (r->op != TFA_OP_FORWARD_DYNAMICS || r->hold != TFA_HOLD_NONE)
         return answer_wider(w, r, k, reply, answer);

@@ -101,7 +101,12 @@ static int load_file(uint32_t index, test_robot *robot, tfa_report *report, bool
 
 tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision)
 {
-    const tfa_workspace_options options = {.precision = precision};
+    return fixture_mixed(model, precision, TFA_RESIDUAL_SAME);
+}
+
+tfa_workspace *fixture_mixed(const tfa_model *model, tfa_precision factors, tfa_residual residual)
+{
+    const tfa_workspace_options options = {.precision = factors, .residual = residual};
     tfa_workspace *w = NULL;
     size_t size = (tfa_workspace_size(model, &options) + 63) / 64 * 64;
     void *memory = aligned_alloc(64, size);

@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -169,8 +170,7 @@ static struct errors measure(const struct shape *shape, uint32_t n, int side,
         e.floor += x.floor * x.floor / SEEDS;
         forget(&x);
     }
-    e = (struct errors){sqrt(e.own), sqrt(e.aba), sqrt(e.floor), e.flags};
-    return e;
+    return (struct errors){sqrt(e.own), sqrt(e.aba), sqrt(e.floor), e.flags};
 }
 
 /* ---- what each precision promises ---- */
@@ -246,10 +246,156 @@ static void promises_are_kept(void **state)
     }
 }
 
+/* ---- where float is not enough ---- */
+
+/* tfa in float alone is far off; asked for without an estimate it is given as it is. By default, aba
+ * or the scan answers and says so, in float as good as float can be, in a mixed workspace right. */
+static void tfa_in_float_is_not_for_long_chains(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < SHAPES; k++) {
+        const struct errors bare = measure(&shapes[k], 128, OF_QDD, &f32, TFA_METHOD_TFA, 0);
+        const struct errors mixed =
+            measure(&shapes[k], 128, OF_QDD, &f32_f64, TFA_METHOD_TFA, BY_DEFAULT);
+        struct question x;
+        double own[LONGEST], abas[LONGEST];
+        ask(&x, &shapes[k], 128, OF_QDD, 1);
+        tfa_request r = x.r;
+        r.estimate = TFA_ESTIMATE_DEFAULT;
+        r.refine = TFA_REFINE_DEFAULT;
+        r.method = TFA_METHOD_TFA;
+        const tfa_answer a = answer(&x, &f32, &r, own);
+        r.method = TFA_METHOD_ABA;
+        (void)answer(&x, &f32, &r, abas);
+        const double error = relative_error(own, x.want, 128),
+                     of_aba = relative_error(abas, x.want, 128);
+        print_message("  %-8s tfa in float %.1e; by default %s, %.1e (aba %.1e); mixed %.1e\n",
+                      shapes[k].name, bare.own, tfa_method_name(a.method), error, of_aba,
+                      mixed.own);
+        assert_true(bare.own > 0.1 && !(bare.flags & FLAGGED));
+        assert_true(a.flags & TFA_ANSWER_FALLBACK && a.method != TFA_METHOD_TFA);
+        assert_true(error <= 5 * of_aba);
+        assert_true(mixed.flags & TFA_ANSWER_FALLBACK && mixed.own <= 5 * mixed.aba);
+        forget(&x);
+    }
+}
+
+/* A chain that aba in float cannot answer: the last link weighs 1e6. */
+static void the_wider_kernel_has_the_last_word(void **state)
+{
+    (void)state;
+    static const struct shape heavy = {"heavy tip", CHAIN_HEAVY_TIP, 0};
+    const struct errors e = measure(&heavy, 32, OF_QDD, &f32_f64, TFA_METHOD_ABA, BY_DEFAULT);
+    print_message("  error %.1e, aba in f64 %.1e\n", e.own, e.aba);
+    assert_true(e.flags & TFA_ANSWER_WIDER && e.flags & TFA_ANSWER_FALLBACK);
+    assert_true(e.own <= 1.1 * e.aba);
+}
+
+/* Steps that are asked for are made, each for some digits more; without any it is float alone. */
+static void steps_are_counted(void **state)
+{
+    (void)state;
+    double before = 1;
+    uint16_t ignored = 0;
+    struct question x;
+    ask(&x, &shapes[0], 32, TORQUES, 1);
+    assert_true(error_of(&x, &f32_f64, TFA_METHOD_ABA, 0, &ignored) ==
+                error_of(&x, &f32, TFA_METHOD_ABA, 0, &ignored));
+    for (uint32_t steps = 0; steps <= TFA_MAX_REFINE; steps++) {
+        const double error = error_of(&x, &f32_f64, TFA_METHOD_CRBA, steps, &ignored);
+        print_message("  crba, f32+f64, %u steps: %.1e\n", (unsigned)steps, error);
+        assert_true(error < before / 5 || error < 1e-15);
+        before = error;
+    }
+    forget(&x);
+}
+
+static void narrower_residuals_are_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        tfa_workspace_options options;
+        int status;
+    } cases[] = {
+        {{TFA_F32, TFA_RESIDUAL_F128}, TFA_OK},
+        {{TFA_F64, TFA_RESIDUAL_F64}, TFA_OK},
+        {{TFA_F128, TFA_RESIDUAL_F128}, TFA_OK},
+        {{TFA_F128, TFA_RESIDUAL_F64}, TFA_E_UNSUPPORTED},
+        {{TFA_F64, (tfa_residual)9}, TFA_E_UNSUPPORTED},
+        {{(tfa_precision)9, TFA_RESIDUAL_SAME}, TFA_E_UNSUPPORTED},
+    };
+    struct question x;
+    ask(&x, &shapes[0], 8, TORQUES, 1);
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        tfa_workspace *w = NULL;
+        assert_int_equal(tfa_workspace_create(x.robot.model, &cases[k].options, &w),
+                         cases[k].status);
+        tfa_workspace_free(w);
+    }
+    forget(&x);
+}
+
+/* ---- what is no solve is the wider kernel's own answer, to the bit ---- */
+
+struct other_answers {
+    double tau[LONGEST], M[64 * 64], lambda[12 * 12], poses[14], qdd[LONGEST];
+    tfa_answer answer[4];
+};
+
+static void answer_others(struct question *x, const tfa_workspace_options *options,
+                          struct other_answers *out)
+{
+    static const uint32_t held[] = {1};
+    tfa_workspace *w = fixture_mixed(x->robot.model, options->precision, options->residual);
+    tfa_reply reply = {
+        .tau = out->tau, .mass_matrix = out->M, .lambda_inv = out->lambda, .poses = out->poses};
+    tfa_request r = x->r;
+    memset(out, 0, sizeof *out);
+    r.method = TFA_METHOD_AUTO;
+    r.qdd = x->want;
+    for (int op = TFA_OP_INVERSE_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
+        reply.answers = &out->answer[op - TFA_OP_INVERSE_DYNAMICS];
+        r.op = (tfa_op)op;
+        r.tip_count = op == TFA_OP_OPERATIONAL_INERTIA ? 2 : 0;
+        r.tips[0] = x->robot.n;
+        r.tips[1] = x->robot.n / 2;
+        r.flags = r.tip_count ? TFA_WANT_POSES : 0;
+        compute_ok(&x->robot, w, &r, &reply);
+    }
+    r.op = TFA_OP_FORWARD_DYNAMICS;
+    r.tip_count = r.flags = 0;
+    r.hold = TFA_HOLD_GIVEN;
+    r.held = held;
+    r.held_count = 1;
+    reply = (tfa_reply){.qdd = out->qdd, .answers = &out->answer[3]};
+    compute_ok(&x->robot, w, &r, &reply);
+    tfa_workspace_free(w);
+}
+
+static void all_else_is_the_wider_kernels(void **state)
+{
+    (void)state;
+    static struct other_answers mixed, own;
+    struct question x;
+    ask(&x, &shapes[0], 20, OF_QDD, 1);
+    answer_others(&x, &f32_f64, &mixed);
+    answer_others(&x, &f64, &own);
+    assert_memory_equal(&mixed, &own, sizeof own);
+    answer_others(&x, &f64_f128, &mixed);
+    answer_others(&x, &f128, &own);
+    assert_memory_equal(&mixed, &own, sizeof own);
+    forget(&x);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(promises_are_kept),
+        cmocka_unit_test(tfa_in_float_is_not_for_long_chains),
+        cmocka_unit_test(the_wider_kernel_has_the_last_word),
+        cmocka_unit_test(steps_are_counted),
+        cmocka_unit_test(narrower_residuals_are_refused),
+        cmocka_unit_test(all_else_is_the_wider_kernels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -10,8 +10,8 @@
 #include "kernel/body.h"
 #include "kernel/kernel.h"
 
-/* A number of a body goes through some operations: so many roundings it is shaken by. With 1 test_estimates
- * saw truths 120 times an estimate, 2026-11-22. */
+/* So many roundings a number is shaken by: what a body computes from it and adds up. test_estimates
+ * 5000 saw 89 of 884724 answers whose error was above 30 estimates with 4, 77 with 8, 2026-11-22. */
 #define LOUD 8
 
 static inline num shake(num x, uint32_t *turn)

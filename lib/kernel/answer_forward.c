@@ -136,8 +136,10 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     out->method = (uint16_t)method;
     int finite = refined && s->wider ? s->wider->kernel->unload(s->wider->state, k, reply)
                                      : TFA_V(unload_qdd)(s, k, reply);
-    if (finite && s->tips && reply->lambda_inv)
+    if (finite && s->tips && reply->lambda_inv) {
+        (void)TFA_V(factor)(s, method); /* unless they are there */
         finite = TFA_V(lambda_after)(s, r, k, method, method == TFA_METHOD_ABA ? 0 : steps, reply);
+    }
     if (!finite)
         TFA_V(blame)(s, reply);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;

@@ -29,7 +29,7 @@
 #define METHODS 32
 
 /* In a long run so many answers may break the rule: by chance an estimate misses what rounding did,
- * seen in 77 of 884724 (5000 robots), 2026-11-22. */
+ * seen in 70 of 884724 (5000 robots), 2026-11-22. */
 #define RARE 5000
 
 /* auto may lose this many times what aba loses before it must say so, and that is nothing */

@@ -32,7 +32,7 @@ uint16_t TFA_V(doubt)(double estimate, int converging);
 
 /* A policy of the request, with the method's default. */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);
-uint32_t TFA_V(refine_steps)(const tfa_request *r, tfa_method method);
+uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_method method);
 
 /* Names the body whose projected inertia D is not positive, if that is what went wrong. */
 void TFA_V(blame)(struct state *s, tfa_reply *reply);

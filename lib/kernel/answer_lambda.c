@@ -77,39 +77,6 @@ int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_m
     return unload_lambda(s, place_of(s, k, reply));
 }
 
-/* |Lambda^-1 f - J x| / (|Lambda^-1| |f|) with x = M^-1 J^T f refined once, f of signs: what the
- * answer does to one wrench against a second solution that shares the factors only. */
-static double lambda_estimate(struct state *s, tfa_reference_frame frame, tfa_method method)
-{
-    const uint32_t nv = s->m->freedoms;
-    const size_t n = 6 * s->tips;
-    TFA_V(jacobian)(s, frame);
-    for (uint32_t j = 0; j < nv; j++) {
-        s->tau[j] = 0;
-        for (size_t e = 0; e < n; e++)
-            s->tau[j] += (e % 3 == 1 ? -1 : 1) * s->psi[(size_t)j * n + e];
-    }
-    TFA_V(solve)(s, method, s->tau, s->qdd);
-    TFA_V(rnea)(s, s->qdd, s->res, 0);
-    for (uint32_t j = 0; j < nv; j++)
-        s->res[j] = s->tau[j] - s->res[j];
-    TFA_V(gather)(s, s->res);
-    TFA_V(solve)(s, method, s->res, s->dx);
-    num difference = 0, size = 0;
-    for (size_t e = 0; e < n; e++) {
-        num y = 0;
-        for (uint32_t j = 0; j < nv; j++)
-            y -= s->psi[(size_t)j * n + e] * (s->qdd[j] + s->dx[j]);
-        for (size_t f = 0; f < n; f++) {
-            num l = s->lambda[e * n + f];
-            y += (f % 3 == 1 ? -1 : 1) * l;
-            size += l * l;
-        }
-        difference += y * y;
-    }
-    return size > 0 ? sqrt((double)difference / ((double)size * (double)n)) : 0;
-}
-
 /* The answer of auto's method where the other's is no good. Returns whose factors it used. */
 static tfa_method fall_back(struct state *s, tfa_reference_frame frame, tfa_answer *out)
 {
@@ -174,11 +141,11 @@ static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa
     return status;
 }
 
-static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors,
+static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors, uint32_t steps,
                      tfa_answer *out)
 {
     const tfa_method last = TFA_V(auto_method)(s);
-    out->error_estimate = lambda_estimate(s, frame, factors);
+    out->error_estimate = TFA_V(lambda_error)(s, frame, factors, steps);
     out->flags |= TFA_ANSWER_ESTIMATED;
     const uint16_t doubt = TFA_V(doubt)(out->error_estimate, 1);
     if (out->method == (uint16_t)named(last) || out->method == TFA_METHOD_PV_OSIMR || !doubt)
@@ -186,13 +153,13 @@ static void estimate(struct state *s, tfa_reference_frame frame, tfa_method fact
     out->flags |= doubt;
     (void)fall_back(s, frame, out);
     out->method = (uint16_t)named(last);
-    out->error_estimate = lambda_estimate(s, frame, last);
+    out->error_estimate = TFA_V(lambda_error)(s, frame, last, 0);
 }
 
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out)
 {
-    const uint32_t steps = TFA_V(refine_steps)(r, r->method);
+    const uint32_t steps = TFA_V(refine_steps)(s, r, r->method);
     tfa_method factors = factors_of(s, r->method);
     const int status = r->method == TFA_METHOD_TFA_ONE_SIDED && steps == 0
                            ? one_sided(s, r, &factors, out)
@@ -200,7 +167,7 @@ int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_
     if (status != TFA_OK)
         return status;
     if (TFA_V(wants_estimate)(r, (tfa_method)out->method))
-        estimate(s, r->frame, factors, out);
+        estimate(s, r->frame, factors, steps, out);
     if (unload_lambda(s, place_of(s, k, reply)))
         return TFA_OK;
     TFA_V(blame)(s, reply);

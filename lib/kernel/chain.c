@@ -65,7 +65,7 @@ static inline void fold_sides(struct state *s, const num *tau, int what)
 int TFA_V(chain_fold)(struct state *s, const struct tfa_chain *chain, int inverts)
 {
     for (uint32_t k = 0; inverts && k < chain->length; k++)
-        if (!s->body[chain->body[k]].regular) {
+        if (!(s->total[chain->body[k]].Iinv.A.xx > 0)) {
             s->bad_body = (int32_t)chain->body[k];
             return TFA_E_SINGULAR;
         }

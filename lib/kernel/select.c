@@ -8,20 +8,19 @@
 
 #include "kernel/table.h"
 
-extern const struct tfa_kernel tfa_kernel_f64_base;
-extern const struct tfa_kernel tfa_kernel_f128_base;
-extern const struct tfa_kernel tfa_kernel_f64_avx2;
-extern const struct tfa_kernel tfa_kernel_f64_avx512;
-
-/* best first */
-static const struct tfa_kernel *const kernels[] = {
+/* best first among those of one precision */
 #ifdef TFA_HAVE_X86_VARIANTS
-    &tfa_kernel_f64_avx512,
-    &tfa_kernel_f64_avx2,
+#define VARIANTS(X) X(f64_avx512) X(f64_avx2) X(f64_base) X(f32_avx512) X(f32_avx2) X(f32_base)
+#else
+#define VARIANTS(X) X(f64_base) X(f32_base)
 #endif
-    &tfa_kernel_f64_base,
-    &tfa_kernel_f128_base,
-};
+
+#define DECLARE(variant) extern const struct tfa_kernel tfa_kernel_##variant;
+VARIANTS(DECLARE)
+DECLARE(f128_base)
+
+#define ADDRESS(variant) &tfa_kernel_##variant,
+static const struct tfa_kernel *const kernels[] = {VARIANTS(ADDRESS) ADDRESS(f128_base)};
 
 const struct tfa_kernel *tfa_kernel_select(tfa_precision precision)
 {

@@ -61,6 +61,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
     ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
     ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
+    ARRAY(double, carry, nv, "", "joint", "refine: what goes to the wider kernel and comes back")  \
     ARRAY(num, known, nv, "N m, N", "joint",                                                       \
           "load: forces that follow from q and v: damping, "                                       \
           "wrenches inside fused joints")                                                          \
@@ -153,7 +154,8 @@ struct state {
     int wrenched;  /* some s->wrench is not zero */
     uint32_t tips; /* of the request under way */
     uint32_t tip[TFA_MAX_TIPS];
-    int32_t bad_body; /* body whose inertia could not be inverted */
+    const struct tfa_wider *wider; /* of refinement; NULL: none */
+    int32_t bad_body;              /* body whose inertia could not be inverted */
 #define TFA_STATE_DECLARE(type, name, count, unit, frame, what) type *name;
     TFA_STATE_ARRAYS(TFA_STATE_DECLARE)
 #undef TFA_STATE_DECLARE

@@ -27,12 +27,13 @@ static void bake_inboard(struct state *s, uint32_t i)
     }
 }
 
-/* I^-1; that of an irregular body is never read: the chain refuses it */
+/* I^-1, or zeros where there is none: for an irregular body, and in single precision for one whose
+ * inertia rounding made so. The chain refuses it. */
 static void bake_inverse(struct state *s, uint32_t i)
 {
     const sym6 I = rigid_inertia(&s->body[i]);
-    if (s->body[i].regular)
-        (void)s6_invert(&I, &s->total[i].Iinv);
+    if (!s->body[i].regular || !s6_invert(&I, &s->total[i].Iinv))
+        s->total[i].Iinv = (sym6){0};
 }
 
 void TFA_V(tfa_bake)(struct state *s)

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "kernel/kernel.h"
+#include "kernel/load.h"
 #include "kernel/table.h"
 
 /* Exactly the features that the flags of this variant allow. */
@@ -42,6 +43,11 @@ static struct state *init(const tfa_model *model, void *memory)
     return s;
 }
 
+static void widen(struct state *s, const struct tfa_wider *wider)
+{
+    s->wider = wider;
+}
+
 #define TFA_STRING_EXPAND(x) #x
 #define TFA_STRING(x) TFA_STRING_EXPAND(x)
 
@@ -52,4 +58,9 @@ const struct tfa_kernel TFA_V(kernel) = {
     .size = size,
     .init = init,
     .answer = TFA_V(answer),
+    .widen = widen,
+    .load = TFA_V(load),
+    .add = TFA_V(wider_add),
+    .residual = TFA_V(wider_residual),
+    .unload = TFA_V(unload_qdd),
 };

@@ -16,6 +16,9 @@
 #define TFA_V_EXPAND(name, variant) TFA_V_PASTE(name, variant)
 #define TFA_V(name) TFA_V_EXPAND(name, TFA_VARIANT)
 
+/* Rounding of an answer: that of num, or of the doubles in which it is given. */
+#define ANSWER_EPSILON (NUM_EPSILON > 0x1p-52 ? (double)NUM_EPSILON : 0x1p-52)
+
 static inline num num_abs(num x)
 {
     return x < 0 ? -x : x;

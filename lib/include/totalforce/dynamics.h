@@ -136,6 +136,7 @@ typedef enum tfa_residual {
     TFA_RESIDUAL_F128 = 2, /**< quadruple precision, around factors in double or float: precise */
 } tfa_residual;
 
+#define TFA_MAX_REFINE 3              /**< refinement steps of one request */
 #define TFA_REFINE_DEFAULT UINT32_MAX /**< the method's default: 1 for tfa, 0 for the others */
 
 /** Wanted besides the plain answer; flags of a request. */
@@ -163,7 +164,7 @@ typedef struct tfa_request {
     tfa_method method;           /**< of the op; TFA_METHOD_AUTO unless asked otherwise */
     tfa_estimate estimate;       /**< error estimate policy */
     tfa_reference_frame frame;   /**< of wrenches and lambda_inv */
-    uint32_t refine;             /**< refinement steps 0, 1, 2 or TFA_REFINE_DEFAULT */
+    uint32_t refine;             /**< refinement steps 0..TFA_MAX_REFINE or TFA_REFINE_DEFAULT */
     uint32_t flags;              /**< TFA_WANT_* */
     uint32_t count;              /**< states, at least 1 */
     uint32_t tip_count;          /**< 0..TFA_MAX_TIPS */
@@ -203,6 +204,8 @@ typedef struct tfa_request {
 #define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
 #define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
 #define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
+/* And by whom: */
+#define TFA_ANSWER_WIDER 64u /**< answered in the arithmetic of the residual: tfa_residual */
 
 /** What is known of the answer for one state. */
 typedef struct tfa_answer {

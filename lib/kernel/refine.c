@@ -32,10 +32,10 @@
 
 static double norm(const num *x, uint32_t n)
 {
-    double sum = 0;
+    num sum = 0;
     for (uint32_t j = 0; j < n; j++)
-        sum += (double)x[j] * (double)x[j];
-    return sqrt(sum);
+        sum += x[j] * x[j];
+    return sqrt((double)sum);
 }
 
 /* s->res = tau - RNEA(s->qdd); or shaken, and the difference, too: with the sign that cannot cancel

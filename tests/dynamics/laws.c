@@ -79,11 +79,8 @@ static struct way forward_ways[] = {
     {"aba, f32", TFA_METHOD_ABA, 0, TFA_F32, 7e-4, 0},
     {"crba, f32", TFA_METHOD_CRBA, 0, TFA_F32, 8e-3, 0},
     {"tfa, f32", TFA_METHOD_TFA, 0, TFA_F32, 6e-3, 0},
-    {"tfa-cr, f32", TFA_METHOD_TFA_CR, 0, TFA_F32, 6e-3, 0},
     {"cfa, f32", TFA_METHOD_CFA, 0, TFA_F32, 5e-3, 0},
-    {"cfa-cr, f32", TFA_METHOD_CFA_CR, 0, TFA_F32, 4e-3, 0},
     {"scan, f32", TFA_METHOD_SCAN, 0, TFA_F32, 7e-4, 0},
-    {"scan-two-pass, f32", TFA_METHOD_SCAN_TWO_PASS, 0, TFA_F32, 7e-4, 0},
     {"dca, f32", TFA_METHOD_DCA, 0, TFA_F32, 3e-2, 0},
     {"hessenberg, f32", TFA_METHOD_HESSENBERG, 0, TFA_F32, 1e-2, 0},
     {"aba, f32, refined", TFA_METHOD_ABA, 1, TFA_F32, 2e-5, 0},
@@ -268,16 +265,9 @@ static struct way lambda_ways[] = {
     {"tfa-one-sided, f128", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F128, 2e-14, 0},
     {"propagation, f32", TFA_METHOD_PROPAGATION, 0, TFA_F32, 4e-4, 0},
     {"efpa, f32", TFA_METHOD_EFPA, 0, TFA_F32, 4e-4, 0},
-    {"crba, f32", TFA_METHOD_CRBA, 0, TFA_F32, 7e-3, 0},
     {"tfa, f32", TFA_METHOD_TFA, 0, TFA_F32, 1e-2, 0},
     {"tfa-one-sided, f32", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F32, 1e-2, 0},
-    {"tfa-cr, f32", TFA_METHOD_TFA_CR, 0, TFA_F32, 2e-2, 0},
-    {"cfa, f32", TFA_METHOD_CFA, 0, TFA_F32, 7e-3, 0},
-    {"cfa-cr, f32", TFA_METHOD_CFA_CR, 0, TFA_F32, 4e-3, 0},
     {"scan, f32", TFA_METHOD_SCAN, 0, TFA_F32, 4e-4, 0},
-    {"scan-two-pass, f32", TFA_METHOD_SCAN_TWO_PASS, 0, TFA_F32, 4e-4, 0},
-    {"dca, f32", TFA_METHOD_DCA, 0, TFA_F32, 1e-1, 0},
-    {"hessenberg, f32", TFA_METHOD_HESSENBERG, 0, TFA_F32, 1e-2, 0},
 };
 #define LAMBDA_WAYS (sizeof lambda_ways / sizeof *lambda_ways)
 #define LAMBDA_STATES 2

@@ -129,15 +129,21 @@ typedef enum tfa_precision {
     TFA_F32 = 2,  /**< float */
 } tfa_precision;
 
-/** In which arithmetic the residual of a refinement step is computed, and qdd summed up. */
+/**
+ * In which arithmetic the residual of a refinement step is computed, and qdd summed up. Where it is
+ * not that of the factors, it also answers all that is no solve with factors: inverse dynamics, M,
+ * lambda_inv (besides qdd, too: by auto, whatever the method), poses, and held joints.
+ */
 typedef enum tfa_residual {
     TFA_RESIDUAL_SAME = 0, /**< that of the workspace */
     TFA_RESIDUAL_F64 = 1,  /**< double, around factors in float */
     TFA_RESIDUAL_F128 = 2, /**< quadruple precision, around factors in double or float: precise */
 } tfa_residual;
 
-#define TFA_MAX_REFINE 3              /**< refinement steps of one request */
-#define TFA_REFINE_DEFAULT UINT32_MAX /**< the method's default: 1 for tfa, 0 for the others */
+#define TFA_MAX_REFINE 3 /**< refinement steps of one request */
+/** The default: 1 for methods that invert body inertias, 0 for the others; with a wider residual as
+ * many as it takes, up to 3 around float, 2 around double. */
+#define TFA_REFINE_DEFAULT UINT32_MAX
 
 /** Wanted besides the plain answer; flags of a request. */
 #define TFA_WANT_SPECTRUM 1u    /**< rank and extreme eigenvalues of lambda_inv */
@@ -204,8 +210,10 @@ typedef struct tfa_request {
 #define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
 #define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
 #define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
-/* And by whom: */
-#define TFA_ANSWER_WIDER 64u /**< answered in the arithmetic of the residual: tfa_residual */
+/** Answered in the arithmetic of the residual, without the factors: with TFA_ANSWER_FALLBACK by what
+ * auto takes, because all was in doubt in that of the factors; alone by the method asked for, which
+ * was refused there. */
+#define TFA_ANSWER_WIDER 64u
 
 /** What is known of the answer for one state. */
 typedef struct tfa_answer {
@@ -294,8 +302,9 @@ typedef struct tfa_reply {
 typedef struct tfa_workspace tfa_workspace;
 
 typedef struct tfa_workspace_options {
-    tfa_precision precision; /**< of the factors and of the answers */
-    tfa_residual residual;   /**< of refinement steps */
+    tfa_precision precision; /**< of the factors */
+    tfa_residual residual; /**< of refinement steps; with a wider one the workspace holds the state
+                                of both arithmetics */
 } tfa_workspace_options;
 
 /** Bytes for a workspace of this model, 64-byte aligned. NULL options: f64. */
@@ -303,7 +312,8 @@ TFA_API size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_op
 
 /**
  * Initialises a workspace in memory of the caller. The model must outlive it.
- * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (precision not built).
+ * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (precision not built,
+ *         or a residual narrower than the factors).
  */
 TFA_API TFA_CHECKED int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
                                            const tfa_workspace_options *options,

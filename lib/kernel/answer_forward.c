@@ -82,8 +82,9 @@ static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_re
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
-/* Refinement and estimate; while the answer is in doubt, that of the next method, as it is or, where
- * the residual is wider, refined. What is left in doubt then is left to the wider kernel. */
+/* Refinement and estimate; while the answer is in doubt, that of the next method, refined as the first
+ * was. What is left in doubt then is left to the wider kernel, where there is one. Who wants no
+ * estimate gets the bare answer. */
 static tfa_method refine(struct state *s, const tfa_request *r, tfa_method method, uint32_t steps,
                          tfa_answer *out)
 {
@@ -91,7 +92,7 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
     const int certified = TFA_V(wants_estimate)(r, method);
     struct refined x = TFA_V(refine)(s, method, steps, fully, certified);
     out->flags |= TFA_ANSWER_ESTIMATED;
-    while (x.doubt) {
+    while (x.doubt && r->estimate != TFA_ESTIMATE_NEVER) {
         const int last = method == TFA_V(auto_method)(s);
         if (last && !s->wider)
             break;
@@ -103,7 +104,7 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
         }
         method = TFA_V(fallback)(s, method);
         (void)forward_dynamics(s, method);
-        x = TFA_V(refine)(s, method, s->wider ? steps : 0, fully, certified);
+        x = TFA_V(refine)(s, method, steps, fully, certified);
     }
     out->error_estimate = x.estimate;
     return method;

@@ -7,6 +7,8 @@
  */
 #include <math.h>
 
+#include "kernel/answer.h"
+#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
 
@@ -67,10 +69,14 @@ double TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_metho
 {
     const size_t entries = 36 * (size_t)s->tips * s->tips;
     num error = 0, size = 0;
+    if (method_inverts(method)) { /* factors that may be blind are no judges (refine.c) */
+        method = TFA_METHOD_ABA;
+        (void)TFA_V(factor)(s, method);
+    }
     TFA_V(jacobian)(s, frame);
     for (uint32_t probe = 0; probe < PROBES; probe++)
         error += difference(s, method, steps + 1, probe);
     for (size_t e = 0; e < entries; e++)
         size += s->lambda[e] * s->lambda[e];
-    return size > 0 ? sqrt((double)(error / (PROBES * size))) : 0;
+    return size > 0 ? ESTIMATE_SAFETY * sqrt((double)(error / (PROBES * size))) : 0;
 }

@@ -143,6 +143,8 @@ static double error_of(struct question *x, const tfa_workspace_options *options,
     tfa_request r = x->r;
     r.method = method;
     r.refine = refine;
+    if (refine == TFA_REFINE_DEFAULT) /* as a service is asked: what is in doubt is not given */
+        r.estimate = TFA_ESTIMATE_DEFAULT;
     const tfa_answer a = answer(x, options, &r, got);
     *flags |= a.flags;
     return relative_error(got, x->want, x->robot.n);

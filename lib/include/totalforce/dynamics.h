@@ -111,8 +111,9 @@ TFA_API const tfa_method_info *tfa_method_describe(uint32_t method);
 TFA_API const char *tfa_refusal_text(unsigned refusal);
 
 typedef enum tfa_estimate {
-    TFA_ESTIMATE_DEFAULT = 0, /**< always for TFA, never for the others */
-    TFA_ESTIMATE_NEVER = 1,
+    TFA_ESTIMATE_DEFAULT = 0, /**< always for methods that refuse TFA_REFUSES_NO_INVERSE, never for
+                                   the others, but what refinement sees of an error counts */
+    TFA_ESTIMATE_NEVER = 1,   /**< the bare answer of the method, refined if asked: no fallback */
     TFA_ESTIMATE_ALWAYS = 2,
 } tfa_estimate;
 

@@ -281,17 +281,17 @@ static error_t parse(int key, char *text, struct argp_state *state)
 #define CHART_RHS_HELP(name, word, what) "  " word ": " what "\n"
 #define CHART_PRECISION_HELP(name, word, precision, residual, what) "  " word ": " what "\n"
 
-/* clang-format off: it breaks the lines after a macro into words */
+/* clang-format off */
 static const char documentation[] =
     "Charts accuracy against speed: every method on every mechanism, size, right-hand side and "
     "number of refinement steps, against articulated bodies in quadruple precision.\v"
-    "Right-hand sides:\n" CHART_RHS_LIST(CHART_RHS_HELP) "\nPrecisions:\n" CHART_PRECISION_LIST(
-        CHART_PRECISION_HELP) "\nTimes are CPU times of this thread, medians, taken in turns with "
-                              "aba in f64; with more than "
-                              "one thread wall times of a batch of 64 states, for one of them. The "
-                              "floor is what the exact "
-                              "answer changes by when every number of the robot and of the request "
-                              "changes in its last bit.";
+    "Right-hand sides:\n"
+    CHART_RHS_LIST(CHART_RHS_HELP)
+    "\nPrecisions:\n"
+    CHART_PRECISION_LIST(CHART_PRECISION_HELP)
+    "\nTimes are CPU times of this thread, medians, taken in turns with aba in f64; with more than "
+    "one thread wall times of a batch of 64 states, for one of them. The floor is what the exact "
+    "answer changes by when every number of the robot and of the request changes in its last bit.";
 /* clang-format on */
 
 int chart_parse(int argc, char **argv, chart_options *options)

@@ -22,6 +22,8 @@ typedef enum config_estimate {
     CONFIG_ESTIMATE_ALWAYS,
 } config_estimate;
 
+typedef enum config_precision { CONFIG_PRECISION_F64, CONFIG_PRECISION_F32 } config_precision;
+
 typedef enum config_backend { CONFIG_BACKEND_SHM, CONFIG_BACKEND_MEMFD } config_backend;
 
 typedef struct config_armature {
@@ -74,7 +76,9 @@ typedef struct config_robot {
     size_t scenes_count;
     uint32_t estimate; /* config_estimate */
     uint32_t estimate_every;
-    uint32_t wait; /* tfa_wait: what clients get that ask for nothing */
+    uint32_t precision; /* config_precision */
+    uint32_t residual;  /* tfa_residual */
+    uint32_t wait;      /* tfa_wait: what clients get that ask for nothing */
     uint32_t slots, max_batch;
     bool rotor_inertia, damping, lock_massless_leaves;
     bool dds;

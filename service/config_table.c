@@ -17,6 +17,9 @@ static const char *const scene_base_words[] = {"fixed", "floating", "same", NULL
 static const char *const inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
 static const char *const mimic_words[] = {"free", "project", "lock", NULL};
 static const char *const estimate_words[] = {"never", "sampled", "always", NULL};
+static const char *const precision_words[] = {"f64", "f32", NULL};
+/* in the order of tfa_residual */
+static const char *const residual_words[] = {"same", "f64", "f128", NULL};
 static const char *const backend_words[] = {"shm", "memfd", NULL};
 /* the index is tfa_wait; nobody configures "default" */
 static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
@@ -111,6 +114,12 @@ static const config_row robot_rows[] = {
      .help = "Error estimate for requests that leave it open: never, sampled, always"},
     {"estimate_every", CONFIG_COUNT, AT(config_robot, estimate_every), .live = true,
      .standard = 100, .low = 1, .high = 1e9, .help = "sampled: one request in so many"},
+    {"precision", CONFIG_WORD, AT(config_robot, precision), .live = true,
+     .standard = CONFIG_PRECISION_F64, .words = precision_words,
+     .help = "Arithmetic of the factors: f64, f32 (docs/methods.md)"},
+    {"residual", CONFIG_WORD, AT(config_robot, residual), .live = true,
+     .standard = TFA_RESIDUAL_SAME, .words = residual_words,
+     .help = "Arithmetic in which accelerations are refined and all else is answered: same, f64, f128"},
     {"wait", CONFIG_WORD, AT(config_robot, wait), .standard = TFA_WAIT_HYBRID, .words = wait_words,
      .help = "For clients that leave it open: spin, hybrid, block"},
     {"slots", CONFIG_COUNT, AT(config_robot, slots), .live = true, .standard = 64, .low = 1,

@@ -93,7 +93,7 @@ typedef struct reload {
     int status;
     config *settings;
     fleet fleet;
-    bool *changed;               /* by robot: it has another model or estimate policy */
+    bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
     bool *reshaped;              /* and its clients cannot stay */
     tfa_robot_solver ***solvers; /* by worker and robot; NULL where nothing changed */
     uint64_t start;

@@ -36,9 +36,10 @@ static int read_settings(const tfa_daemon *d, reload *r)
     return status;
 }
 
-static bool same_policy(const config_robot *a, const config_robot *b)
+static bool same_solver(const config_robot *a, const config_robot *b)
 {
-    return a->estimate == b->estimate && a->estimate_every == b->estimate_every;
+    return a->estimate == b->estimate && a->estimate_every == b->estimate_every &&
+           a->precision == b->precision && a->residual == b->residual;
 }
 
 /* Names and their order are those of now: config_needs_restart. */
@@ -52,7 +53,7 @@ static int compare(const tfa_daemon *d, reload *r)
     for (uint32_t i = 0; i < count; i++) {
         const tfa_robot *now = &d->fleet.robots[i], *next = &r->fleet.robots[i];
         r->changed[i] = memcmp(tfa_model_hash(now->model), tfa_model_hash(next->model), 32) != 0 ||
-                        !same_policy(now->config, next->config);
+                        !same_solver(now->config, next->config);
         r->reshaped[i] = r->changed[i] && !tfa_robot_same_shape(now, next);
     }
     return TFA_OK;

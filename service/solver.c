@@ -18,16 +18,22 @@ struct tfa_robot_solver {
     uint32_t every, until_next;
 };
 
-static int make_workspace(const tfa_model *model, tfa_robot_solver *solver)
+static int make_workspace(const tfa_robot *robot, tfa_robot_solver *solver)
 {
-    const size_t size = tfa_workspace_size(model, NULL);
+    static const tfa_precision precisions[] = {
+        [CONFIG_PRECISION_F64] = TFA_F64,
+        [CONFIG_PRECISION_F32] = TFA_F32,
+    };
+    const tfa_workspace_options options = {.precision = precisions[robot->config->precision],
+                                           .residual = (tfa_residual)robot->config->residual};
+    const size_t size = tfa_workspace_size(robot->model, &options);
     if (!size)
         return TFA_E_UNSUPPORTED;
     solver->memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
     if (!solver->memory)
         return TFA_E_MEMORY;
     memset(solver->memory, 0, size); /* every page is there before the first request */
-    return tfa_workspace_init(solver->memory, size, model, NULL, &solver->workspace);
+    return tfa_workspace_init(solver->memory, size, robot->model, &options, &solver->workspace);
 }
 
 int tfa_robot_solver_create(const tfa_robot *robot, tfa_robot_solver **solver)
@@ -39,7 +45,7 @@ int tfa_robot_solver_create(const tfa_robot *robot, tfa_robot_solver **solver)
     *made = (tfa_robot_solver){.estimate = robot->config->estimate,
                                .every = robot->config->estimate_every,
                                .until_next = robot->config->estimate_every};
-    int status = make_workspace(robot->model, made);
+    int status = make_workspace(robot, made);
     if (status != TFA_OK) {
         tfa_robot_solver_free(made);
         return status;

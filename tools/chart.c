@@ -5,18 +5,19 @@
  */
 #include "chart.h"
 #include "commands.h"
+#include "results.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* All rows of a run; pictures need them together. */
 typedef struct rows {
     chart_row *all;
     size_t count, room;
     int failed;
+    /* the fewest bodies at which a call was too long, by method and precision; 0: none was */
+    uint32_t over[CHART_METHODS][CHART_PRECISION_COUNT];
 } rows;
 
 static chart_row *new_row(rows *r)
@@ -32,29 +33,55 @@ static chart_row *new_row(rows *r)
     return &r->all[r->count++];
 }
 
-static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
+/* A residual of its own, or a peer, with steps only where there are such. */
+static int exists(const chart_choice *who)
 {
-    const size_t first = r->count;
-    for (uint32_t m = 0; m < o->method_count; m++)
-        for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
-            if (!(o->refine & 1u << refine))
-                continue;
-            chart_row *row = new_row(r);
-            if (!row)
-                return TFA_E_MEMORY;
-            row->method = o->methods[m];
-            row->refine = refine;
-            chart_measure(row, c, d, o->budget);
-        }
-    chart_mark_front(r->all + first, r->count - first);
+    if (who->method >= CHART_PEER)
+        return who->refine == 0 && who->precision == CHART_F64;
+    return who->refine > 0 || chart_precisions[who->precision].residual == TFA_RESIDUAL_SAME;
+}
+
+static int add_row(rows *r, const chart_options *o, chart_case *c, const chart_data *d,
+                   const chart_choice *who)
+{
+    chart_row *row = new_row(r);
+    uint32_t *over = &r->over[who->method][who->precision];
+    if (!row)
+        return TFA_E_MEMORY;
+    row->who = *who;
+    chart_row_begin(row, c, d);
+    if (*over && c->bodies >= *over)
+        row->skipped = CHART_SKIPPED_OVER_BUDGET;
+    else
+        chart_measure(row, c, d, o->budget);
+    if (row->skipped && strcmp(row->skipped, CHART_SKIPPED_OVER_BUDGET) == 0 &&
+        (!*over || c->bodies < *over))
+        *over = c->bodies;
     return TFA_OK;
 }
 
+static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
+{
+    const size_t first = r->count;
+    int status = TFA_OK;
+    chart_choice who = {.threads = c->threads};
+    for (uint32_t p = 0; p < o->precision_count; p++)
+        for (uint32_t m = 0; m < o->method_count; m++)
+            for (who.refine = 0; who.refine < CHART_REFINE && status == TFA_OK; who.refine++) {
+                who.method = o->methods[m];
+                who.precision = o->precisions[p];
+                if (o->refine >> who.refine & 1u && exists(&who))
+                    status = add_row(r, o, c, d, &who);
+            }
+    chart_mark_front(r->all + first, r->count - first);
+    return status;
+}
+
 static int chart_subject_at(rows *r, const chart_options *o, FILE *out,
-                            const chart_subject *subject, uint32_t bodies)
+                            const chart_subject *subject, uint32_t bodies, uint32_t threads)
 {
     chart_case c;
-    int status = chart_case_open(&c, o, subject, bodies);
+    int status = chart_case_open(&c, o, subject, bodies, threads);
     if (status != TFA_OK)
         return status;
     for (uint32_t rhs = 0; status == TFA_OK && rhs < CHART_RHS_COUNT; rhs++) {
@@ -86,36 +113,10 @@ static void chart_all(rows *r, const chart_options *o, FILE *out)
     for (uint32_t i = 0; i < o->subject_count; i++) {
         const chart_subject *subject = &o->subjects[i];
         for (uint32_t k = 0; k < (subject->file ? 1 : o->size_count); k++)
-            if (chart_subject_at(r, o, out, subject, o->sizes[k]) != TFA_OK)
-                r->failed = 1;
+            for (uint32_t t = 0; t < o->thread_count; t++)
+                if (chart_subject_at(r, o, out, subject, o->sizes[k], o->threads[t]) != TFA_OK)
+                    r->failed = 1;
     }
-}
-
-/* chart.csv or chart.jsonl in the folder, which is made; standard output without one. */
-static FILE *open_output(const chart_options *o)
-{
-    char path[4096];
-    if (!o->folder)
-        return stdout;
-    if (mkdir(o->folder, 0777) != 0 && errno != EEXIST) {
-        fprintf(stderr, "totalforce chart: %s: %s\n", o->folder, strerror(errno));
-        return NULL;
-    }
-    snprintf(path, sizeof path, "%s/chart.%s", o->folder, o->json ? "jsonl" : "csv");
-    FILE *out = fopen(path, "w");
-    if (!out)
-        fprintf(stderr, "totalforce chart: %s: %s\n", path, strerror(errno));
-    return out;
-}
-
-static int close_output(FILE *out)
-{
-    int bad = fflush(out) != 0 || ferror(out);
-    if (out != stdout)
-        bad |= fclose(out) != 0;
-    if (bad)
-        fprintf(stderr, "totalforce chart: output: %s\n", strerror(errno));
-    return bad ? EXIT_FAILED : EXIT_GOOD;
 }
 
 int command_chart(int argc, char **argv)
@@ -129,10 +130,10 @@ int command_chart(int argc, char **argv)
         return EXIT_USAGE;
     }
     int result = EXIT_FAILED;
-    FILE *out = open_output(&options);
+    FILE *out = results_open("chart", options.folder, options.json);
     if (out) {
         chart_all(&r, &options, out);
-        result = close_output(out);
+        result = results_close("chart", out);
     }
     if (result == EXIT_GOOD && options.folder)
         result = chart_draw(&options, r.all, r.count);

@@ -1,21 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A mechanism or robot to chart: its model, its workspaces, its states and their exact answers.
+ * A mechanism or robot to chart: its model and all that answers for it.
  */
 #include "chart.h"
 #include "commands.h"
 
 #include <inttypes.h>
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-/* Mechanisms that are what their name says in one configuration only. */
-static int has_configuration(mechanism_kind kind)
-{
-    return kind == MECHANISM_STRAIGHT || kind == MECHANISM_ZIGZAG || kind == MECHANISM_HELIX;
-}
 
 static mechanism_options options_of(const chart_options *o, const chart_subject *subject,
                                     uint32_t bodies)
@@ -31,233 +23,112 @@ static mechanism_options options_of(const chart_options *o, const chart_subject 
     return m;
 }
 
-static int compile_mechanism(chart_case *c, const chart_options *o, const chart_subject *subject,
-                             uint32_t bodies)
+/* Mechanisms are what their name says at q = 0; robots stand anywhere. */
+#define TURN_MECHANISM 1e-3
+#define TURN_ROBOT 3.0
+
+static int compile_mechanism(chart_case *c, const chart_options *o, const mechanism_options *m,
+                             const char *label)
 {
     char why[128];
-    mechanism_options m = options_of(o, subject, bodies);
-    if (mechanism_check(&m, why, sizeof why) != 0) {
-        fprintf(stderr, "totalforce chart: %s: %s\n", subject->label, why);
+    if (mechanism_check(m, why, sizeof why) != 0) {
+        fprintf(stderr, "totalforce: %s: %s\n", label, why);
         return TFA_E_ARGUMENT;
     }
-    tfa_description *description = mechanism_make(&m);
+    tfa_description *description = mechanism_make(m);
     if (!description)
         return TFA_E_MEMORY;
-    int status = tfa_model_create(description, &(tfa_model_options){.base = TFA_BASE_FIXED}, NULL,
-                                  &c->model);
+    const tfa_model_options options = {.base = TFA_BASE_FIXED};
+    int status = tfa_model_create(description, &options, NULL, &c->model);
+    if (status == TFA_OK)
+        status = chart_floor_open(c, description, &options);
     mechanism_free(description);
-    snprintf(c->name, sizeof c->name, "%s", subject->label);
-    c->bodies = bodies;
-    c->stay = has_configuration(subject->kind);
-    return status;
+    snprintf(c->name, sizeof c->name, "%s", label);
+    c->bodies = m->bodies;
+    c->turn = o->turn > 0.0 ? o->turn : TURN_MECHANISM;
+    return status == TFA_OK ? chart_peers_open(c, o, NULL, m) : status;
 }
 
 static int compile_file(chart_case *c, const chart_options *o, const chart_subject *subject)
 {
     tfa_report report = {0};
     tfa_model_options options = {.base = o->base, .lock_massless_leaves = 1};
+    tfa_description *description = NULL;
     c->model = load_model(subject->file, &options, TFA_ERROR, &report);
     tfa_report_free(&report);
     if (!c->model)
         return TFA_E_MODEL;
+    int status = tfa_urdf_load(subject->file, &description, &report);
+    if (status == TFA_OK)
+        status = chart_floor_open(c, description, &options);
+    tfa_report_free(&report);
+    tfa_description_free(description);
+    if (status != TFA_OK)
+        return status;
     /* the name is a word of CSV, JSON and file names */
     snprintf(c->name, sizeof c->name, "%s", tfa_model_name(c->model));
     for (char *at = c->name; *at; at++)
         if (!strchr("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789.-_", *at))
             *at = '_';
     c->bodies = tfa_model_summarise(c->model).bodies;
-    return TFA_OK;
+    c->turn = o->turn > 0.0 ? o->turn : TURN_ROBOT;
+    return chart_peers_open(c, o, subject->file, NULL);
 }
 
-int chart_case_open(chart_case *c, const chart_options *options, const chart_subject *subject,
-                    uint32_t bodies)
+/* Only what the chart stands on must be there; a precision that is not built has rows that say so. */
+static int make_workspaces(chart_case *c, const chart_options *o)
 {
-    *c = (chart_case){.random = options->seed};
-    int status = subject->file ? compile_file(c, options, subject)
-                               : compile_mechanism(c, options, subject, bodies);
+    uint32_t wanted = 1u << CHART_F64 | 1u << CHART_F128;
+    for (uint32_t k = 0; k < o->precision_count; k++)
+        wanted |= 1u << o->precisions[k];
+    for (uint32_t p = 0; p < CHART_PRECISION_COUNT; p++)
+        if (wanted >> p & 1u)
+            c->unsupported[p] =
+                tfa_workspace_create(c->model, &chart_precisions[p], &c->workspaces[p]);
+    return c->unsupported[CHART_F64] ? c->unsupported[CHART_F64] : c->unsupported[CHART_F128];
+}
+
+/* What answers for the model that was compiled with that status. */
+static int open_compiled(chart_case *c, const chart_options *options, int status, const char *label,
+                         uint32_t bodies)
+{
     if (status == TFA_OK)
-        status = tfa_workspace_create(c->model, NULL, &c->f64);
-    if (status == TFA_OK)
-        status = tfa_workspace_create(c->model, &(tfa_workspace_options){.precision = TFA_F128},
-                                      &c->f128);
+        status = make_workspaces(c, options);
+    if (status == TFA_OK && c->threads > 1)
+        status = tfa_pool_create(c->model, &(tfa_pool_options){.threads = c->threads}, &c->pool);
     if (status == TFA_OK)
         return TFA_OK;
-    fprintf(stderr, "totalforce chart: %s, %" PRIu32 " bodies: %s\n", subject->label, bodies,
+    fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
             tfa_status_text(status));
     chart_case_close(c);
     return status;
 }
 
+int chart_case_open(chart_case *c, const chart_options *options, const chart_subject *subject,
+                    uint32_t bodies, uint32_t threads)
+{
+    *c = (chart_case){.random = options->seed, .threads = threads};
+    const mechanism_options m = options_of(options, subject, bodies);
+    const int status = subject->file ? compile_file(c, options, subject)
+                                     : compile_mechanism(c, options, &m, subject->label);
+    return open_compiled(c, options, status, subject->label, bodies);
+}
+
+int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label)
+{
+    static const chart_options plain; /* no peers, the precisions of error and reference */
+    *c = (chart_case){.random = mechanism->seed, .threads = 1};
+    const int status = compile_mechanism(c, &plain, mechanism, label);
+    return open_compiled(c, &plain, status, label, mechanism->bodies);
+}
+
 void chart_case_close(chart_case *c)
 {
-    tfa_workspace_free(c->f128);
-    tfa_workspace_free(c->f64);
+    chart_peers_close(c->peers);
+    chart_floor_close(c);
+    tfa_pool_free(c->pool);
+    for (int p = 0; p < CHART_PRECISION_COUNT; p++)
+        tfa_workspace_free(c->workspaces[p]);
     tfa_model_free(c->model);
     *c = (chart_case){0};
-}
-
-/* One walk for sizes and pointers: the arrays stand one behind the other. */
-static int allocate(chart_data *d, const chart_case *c, chart_rhs rhs, uint32_t states)
-{
-    *d = (chart_data){.rhs = rhs,
-                      .states = states,
-                      .q = tfa_model_q_count(c->model),
-                      .v = tfa_model_v_count(c->model),
-                      .base = tfa_model_base_freedoms(c->model)};
-    const size_t answer = (size_t)d->v + d->base;
-    const size_t sizes[] = {(size_t)states * d->q, (size_t)states * d->v, (size_t)states * d->v,
-                            (size_t)states * 7,    states * answer,       answer};
-    double **const arrays[] = {&d->coordinates, &d->velocity, &d->tau,
-                               &d->pose,        &d->exact,    &d->found};
-    size_t total = 0;
-    for (int i = 0; i < 6; i++)
-        total += sizes[i];
-    d->block = calloc(total + 1, sizeof(double));
-    double *at = d->block;
-    for (int i = 0; at && i < 6; at += sizes[i++])
-        *arrays[i] = at;
-    return d->block ? TFA_OK : TFA_E_MEMORY;
-}
-
-/* A rotation that is not special, its quaternion normalised. */
-static void draw_quaternion(uint64_t *random, double *quat)
-{
-    double square = 0.0;
-    for (int i = 0; i < 4; i++) {
-        quat[i] = mechanism_random_normal(random);
-        square += quat[i] * quat[i];
-    }
-    for (int i = 0; i < 4; i++)
-        quat[i] /= sqrt(square);
-}
-
-static void draw_coordinates(chart_case *c, double *q)
-{
-    const double turn = c->stay ? 1e-3 : 3.0;
-    for (uint32_t j = 0; j < tfa_model_joint_count(c->model); j++) {
-        const tfa_joint_info joint = tfa_model_joint(c->model, j);
-        const double range = joint.type == TFA_JOINT_PRISMATIC ? 0.3 : turn;
-        for (uint32_t k = 0; k < joint.q_count; k++)
-            q[joint.q_index + k] = mechanism_random_uniform(&c->random, -range, range);
-        if (joint.type == TFA_JOINT_FLOATING)
-            draw_quaternion(&c->random, q + joint.q_index + 3);
-    }
-}
-
-/* tau = RNEA(qdd) in f128, rounded: the exact answer is close to this qdd, whatever the size of
- * the robot. */
-static int torques_of_motion(chart_data *d, chart_case *c, uint32_t state)
-{
-    tfa_request request = chart_request(d, state);
-    tfa_answer answer;
-    tfa_reply reply = {.tau = d->tau + (size_t)state * d->v, .answers = &answer};
-    for (uint32_t k = 0; k < d->v; k++)
-        d->found[k] = mechanism_random_normal(&c->random);
-    request.op = TFA_OP_INVERSE_DYNAMICS;
-    request.method = TFA_METHOD_RNEA;
-    request.qdd = d->found;
-    return tfa_compute(c->f128, &request, &reply);
-}
-
-static int draw_state(chart_data *d, chart_case *c, uint32_t state)
-{
-    double *tau = d->tau + (size_t)state * d->v, *velocity = d->velocity + (size_t)state * d->v;
-    draw_coordinates(c, d->coordinates + (size_t)state * d->q);
-    if (d->base)
-        draw_quaternion(&c->random, d->pose + 7 * (size_t)state + 3);
-    for (uint32_t k = 0; d->rhs != CHART_GRAVITY && k < d->v; k++)
-        velocity[k] = mechanism_random_normal(&c->random);
-    for (uint32_t k = 0; d->rhs == CHART_TAU && k < d->v; k++)
-        tau[k] = mechanism_random_normal(&c->random);
-    return d->rhs == CHART_QDD ? torques_of_motion(d, c, state) : TFA_OK;
-}
-
-tfa_request chart_request(const chart_data *d, uint32_t state)
-{
-    return (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
-                         .method = TFA_METHOD_ABA,
-                         .estimate = TFA_ESTIMATE_NEVER,
-                         .count = 1,
-                         .q = d->coordinates + (size_t)state * d->q,
-                         .v = d->velocity + (size_t)state * d->v,
-                         .tau = d->tau + (size_t)state * d->v,
-                         .base_pose = d->base ? d->pose + 7 * (size_t)state : NULL};
-}
-
-tfa_reply chart_reply(const chart_data *d, tfa_answer *answer)
-{
-    return (tfa_reply){
-        .qdd = d->found, .base_acceleration = d->base ? d->found + d->v : NULL, .answers = answer};
-}
-
-/* The exact answer to a state, into d->found. */
-static int solve_exactly(chart_data *d, chart_case *c, uint32_t state)
-{
-    tfa_answer answer;
-    tfa_request request = chart_request(d, state);
-    tfa_reply reply = chart_reply(d, &answer);
-    return tfa_compute(c->f128, &request, &reply);
-}
-
-/* Each number goes to its upper or lower neighbour or stays. */
-static void nudge(uint64_t *random, double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        switch (mechanism_random_bits(random) % 3) {
-        case 0:
-            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], INFINITY);
-            break;
-        case 1:
-            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], -INFINITY);
-            break;
-        default:
-            break;
-        }
-}
-
-/* How far the exact answers move when q, v and tau change in the last bit. The arrays are restored
- * afterwards. */
-static int find_floor(chart_data *d, chart_case *c)
-{
-    double errors[CHART_STATES], worst;
-    const size_t count = (size_t)d->states * ((size_t)d->q + 2 * (size_t)d->v);
-    double *kept = malloc((count + 1) * sizeof(double));
-    if (!kept)
-        return TFA_E_MEMORY;
-    memcpy(kept, d->coordinates, count * sizeof(double));
-    nudge(&c->random, d->coordinates, count); /* q, v and tau stand one behind the other */
-    int status = TFA_OK;
-    for (uint32_t s = 0; status == TFA_OK && s < d->states; s++) {
-        status = solve_exactly(d, c, s);
-        errors[s] = chart_error(d, s, &worst);
-    }
-    memcpy(d->coordinates, kept, count * sizeof(double));
-    free(kept);
-    /* and the answer is rounded */
-    d->floor = status == TFA_OK ? fmax(chart_median(errors, d->states), 0x1p-53) : NAN;
-    return status;
-}
-
-int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states)
-{
-    int status = allocate(d, c, rhs, states);
-    for (uint32_t s = 0; status == TFA_OK && s < states; s++) {
-        status = draw_state(d, c, s);
-        if (status == TFA_OK)
-            status = solve_exactly(d, c, s);
-        if (status == TFA_OK)
-            memcpy(d->exact + s * ((size_t)d->v + d->base), d->found,
-                   ((size_t)d->v + d->base) * sizeof(double));
-    }
-    if (status == TFA_OK)
-        status = find_floor(d, c);
-    if (status != TFA_OK)
-        chart_data_free(d);
-    return status;
-}
-
-void chart_data_free(chart_data *d)
-{
-    free(d->block);
-    d->block = NULL;
 }

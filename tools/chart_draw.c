@@ -5,234 +5,124 @@
  */
 #include "chart.h"
 #include "commands.h"
+#include "results.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-typedef struct drawing {
-    FILE *gnuplot; /* its standard input */
-    pid_t pid;
-    char scripts[4096];
-    const chart_options *options;
-} drawing;
-
-/* Where the scripts are: beside the program, as installed and as built. */
-static int find_scripts(const chart_options *o, char *folder, size_t size)
+void chart_set_time_name(FILE *out, uint32_t threads)
 {
-    struct stat facts;
-    char program[2048] = "";
-    if (o->scripts) {
-        snprintf(folder, size, "%s", o->scripts);
-    } else {
-        ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
-        program[length > 0 ? length : 0] = '\0';
-        char *slash = strrchr(program, '/');
-        if (slash)
-            *slash = '\0';
-        snprintf(folder, size, "%s/../" TFA_CHART_SCRIPTS, program);
+    gnuplot_string(out, "time_name",
+                   threads > 1 ? "wall time of a state in a batch (µs)"
+                               : "CPU time of a call (µs)");
+}
+
+double chart_draw_error(const chart_row *row)
+{
+    return fmin(fmax(row->error, CHART_ERROR_MIN), CHART_ERROR_MAX);
+}
+
+double chart_draw_floor(const chart_row *row)
+{
+    return fmax(row->floor, CHART_ERROR_MIN);
+}
+
+void chart_widen(chart_range *range, double value)
+{
+    range->low = range->high > 0.0 ? fmin(range->low, value) : value;
+    range->high = fmax(range->high, value);
+}
+
+/* Tics at 1, 2, 5, 10, ... where an axis is too short for decades alone. */
+static void set_tics(FILE *out, uint32_t k, double low, double high)
+{
+    const char *before = "";
+    if (high / low > 50.0) {
+        fprintf(out, "time_tics[%" PRIu32 "] = '10'\ntime_format[%" PRIu32 "] = '10^{%%L}'\n", k,
+                k);
+        return;
     }
-    if (stat(folder, &facts) == 0)
-        return 0;
-    fprintf(stderr,
-            "totalforce chart: no gnuplot scripts in %s: %s; --scripts says where they are\n",
-            folder, strerror(errno));
-    return -1;
+    fprintf(out, "time_tics[%" PRIu32 "] = '(", k);
+    for (int decade = (int)floor(log10(low)); pow(10.0, decade) <= high; decade++)
+        for (int step = 0; step < 3; step++) {
+            const double at = pow(10.0, decade) * (step == 0 ? 1.0 : step == 1 ? 2.0 : 5.0);
+            if (at < low || at > high)
+                continue;
+            fprintf(out, "%s%g", before, at);
+            before = ",";
+        }
+    fprintf(out, ")'\ntime_format[%" PRIu32 "] = '%%g'\n", k);
 }
 
-static int start(drawing *d, const chart_options *o)
+void chart_set_times(FILE *out, const chart_range *times, uint32_t count)
 {
-    int ends[2];
-    d->options = o;
-    if (find_scripts(o, d->scripts, sizeof d->scripts) != 0 || pipe(ends) != 0)
-        return -1;
-    d->pid = fork();
-    if (d->pid == 0) {
-        dup2(ends[0], STDIN_FILENO);
-        close(ends[0]);
-        close(ends[1]);
-        execlp("gnuplot", "gnuplot", "-", (char *)NULL);
-        fprintf(stderr, "totalforce chart: gnuplot: %s (package gnuplot-nox)\n", strerror(errno));
-        _exit(127);
+    static const char *const arrays[] = {"low_time", "high_time", "time_tics", "time_format"};
+    for (int i = 0; i < 4; i++)
+        fprintf(out, "array %s[%" PRIu32 "]\n", arrays[i], count);
+    for (uint32_t k = 1; k <= count; k++) {
+        const int empty = times[k - 1].high <= 0.0;
+        const double low = empty ? 1.0 : times[k - 1].low / 1.5;
+        const double high = empty ? 10.0 : times[k - 1].high * 1.5;
+        fprintf(out, "low_time[%" PRIu32 "] = %g\nhigh_time[%" PRIu32 "] = %g\n", k, low, k, high);
+        set_tics(out, k, low, high);
     }
-    close(ends[0]);
-    d->gnuplot = d->pid > 0 ? fdopen(ends[1], "w") : NULL;
-    if (!d->gnuplot)
-        close(ends[1]);
-    return d->gnuplot ? 0 : -1;
 }
 
-static int finish(drawing *d)
-{
-    int status = 0;
-    if (d->gnuplot)
-        fclose(d->gnuplot);
-    if (d->pid > 0 && waitpid(d->pid, &status, 0) == d->pid && status == 0)
-        return EXIT_GOOD;
-    fprintf(stderr, "totalforce chart: gnuplot failed; chart.%s is complete\n",
-            d->options->json ? "jsonl" : "csv");
-    return EXIT_FAILED;
-}
-
-/* A string of gnuplot in single quotes, whose quotes are doubled. */
-static void set_string(FILE *out, const char *name, const char *text)
-{
-    fprintf(out, "%s = '", name);
-    for (const char *c = text; *c; c++)
-        fprintf(out, *c == '\'' ? "''" : "%c", *c);
-    fputs("'\n", out);
-}
-
-/* Block $data: rhs method refine time error front floor. Numbers only. */
-static void give_rows(FILE *out, const chart_row *rows, size_t count)
-{
-    fputs("$data << EOD\n", out);
-    for (size_t i = 0; i < count; i++)
-        if (chart_row_good(&rows[i]))
-            fprintf(out, "%d %" PRIu32 " %" PRIu32 " %.6g %.6g %d %.6g\n", (int)rows[i].rhs,
-                    rows[i].method, rows[i].refine, rows[i].time, fmax(rows[i].error, 1e-17),
-                    rows[i].front, fmax(rows[i].floor, 1e-17));
-    fputs("EOD\n", out);
-}
-
-/* Whole decades around errors and floors. */
-static void give_range(FILE *out, const chart_row *rows, size_t count)
-{
-    double low = 1.0, high = 1e-17;
-    for (size_t i = 0; i < count; i++) {
-        if (!chart_row_good(&rows[i]))
-            continue;
-        low = fmin(low, fmax(fmin(rows[i].error, rows[i].floor), 1e-17));
-        high = fmax(high, fmax(rows[i].error, rows[i].floor));
-    }
-    fprintf(out, "low = 1e%d\nhigh = 1e%d\n", (int)floor(log10(low) - 0.2),
-            (int)ceil(log10(high) + 0.2));
-}
-
-static const char *steps_word(uint32_t refine)
-{
-    static const char *const words[CHART_REFINE] = {"", "+1", "+2"};
-    return refine < CHART_REFINE ? words[refine] : "+?";
-}
-
-__attribute__((format(printf, 3, 4))) static void append(char *text, size_t size,
-                                                         const char *format, ...)
-{
-    const size_t used = strlen(text);
-    va_list list;
-    va_start(list, format);
-    vsnprintf(text + used, size - used, format, list);
-    va_end(list);
-}
-
-/* The names of the front of one right-hand side, fastest first. */
-static void name_front(FILE *out, const chart_row *rows, size_t count, chart_rhs rhs)
-{
-    char text[256] = "", name[32];
-    double after = -1.0;
-    for (;;) {
-        const chart_row *next = NULL;
-        for (size_t i = 0; i < count; i++)
-            if (rows[i].front && rows[i].rhs == rhs && rows[i].time > after &&
-                (!next || rows[i].time < next->time))
-                next = &rows[i];
-        if (!next)
-            break;
-        append(text, sizeof text, "%s%s%s", text[0] ? ", " : "", tfa_method_name(next->method),
-               steps_word(next->refine));
-        after = next->time;
-    }
-    snprintf(name, sizeof name, "front_%d", (int)rhs);
-    set_string(out, name, text);
-}
-
-/* Why a row is not in the picture; NULL if it is. */
-static const char *silence(const chart_row *row)
-{
-    if (chart_row_good(row))
-        return NULL;
-    return row->status == TFA_OK ? "fell back to another method" : tfa_status_text(row->status);
-}
-
-/* A row of the same method and steps, or of the same reason, that came earlier. */
-static int came_before(const chart_row *rows, size_t i, int compare_method)
-{
-    for (size_t k = 0; k < i; k++) {
-        const char *why = silence(&rows[k]);
-        const int same = rows[k].method == rows[i].method && rows[k].refine == rows[i].refine;
-        if (why && strcmp(why, silence(&rows[i])) == 0 && (same || !compare_method))
-            return 1;
-    }
-    return 0;
-}
-
-/* Who did not answer, and who had another method's answer, by reason. */
-static void name_silent(FILE *out, const chart_row *rows, size_t count)
-{
-    char text[1024] = "";
-    for (size_t i = 0; i < count; i++) {
-        if (!silence(&rows[i]) || came_before(rows, i, 0))
-            continue;
-        append(text, sizeof text, "%s%s: ", text[0] ? "; " : "", silence(&rows[i]));
-        for (size_t k = i; k < count; k++)
-            if (silence(&rows[k]) && strcmp(silence(&rows[k]), silence(&rows[i])) == 0 &&
-                !came_before(rows, k, 1))
-                append(text, sizeof text, "%s%s%s", k == i ? "" : ", ",
-                       tfa_method_name(rows[k].method), steps_word(rows[k].refine));
-    }
-    set_string(out, "silent", text[0] ? text : "none");
-}
-
-static void draw_scatter(drawing *d, const chart_row *rows, size_t count)
-{
-    char name[256];
-    snprintf(name, sizeof name, "%s, %" PRIu32 " bodies", rows->subject, rows->bodies);
-    set_string(d->gnuplot, "subject", name);
-    snprintf(name, sizeof name, "%s-%" PRIu32, rows->subject, rows->bodies);
-    for (char *c = name; *c; c++)
-        if (*c == ':')
-            *c = '-';
-    set_string(d->gnuplot, "file", name);
-    give_rows(d->gnuplot, rows, count);
-    give_range(d->gnuplot, rows, count);
-    for (int rhs = 0; rhs < CHART_RHS_COUNT; rhs++) {
-        name_front(d->gnuplot, rows, count, (chart_rhs)rhs);
-        fprintf(d->gnuplot, "has_%d = %d\n", rhs, (d->options->rhs >> rhs & 1u) != 0);
-    }
-    name_silent(d->gnuplot, rows, count);
-    fputs("load scripts.'/scatter.gp'\n", d->gnuplot);
-}
-
-/* Rows of the subject and size that `rows` begins with. */
+/* Rows of the subject, size and threads that `rows` begins with. */
 static size_t same_case(const chart_row *rows, size_t count)
 {
     size_t n = 1;
     while (n < count && rows[n].bodies == rows->bodies &&
-           strcmp(rows[n].subject, rows->subject) == 0)
+           rows[n].who.threads == rows->who.threads && strcmp(rows[n].subject, rows->subject) == 0)
         n++;
     return n;
 }
 
+/* The overview has room for the first precision and number of threads only. */
+static int draw_overview(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)
+{
+    size_t n = 0;
+    chart_row *first = malloc(count * sizeof *first);
+    if (!first)
+        return -1;
+    for (size_t i = 0; i < count; i++)
+        if (rows[i].who.precision == o->precisions[0] && rows[i].who.threads == o->threads[0])
+            first[n++] = rows[i];
+    if (n > 0)
+        chart_draw_overview(gnuplot, o, first, n);
+    free(first);
+    return 0;
+}
+
+/* Which methods there are, and the names of what the marks of peers stand for. */
+static void give_style(FILE *out, const chart_options *o)
+{
+    fputs("charted = ' ", out);
+    for (uint32_t m = 0; m < o->method_count; m++)
+        fprintf(out, "%" PRIu32 " ", o->methods[m]);
+    fputs("'\nload scripts.'/style.gp'\n", out);
+    for (uint32_t m = 0; m < o->method_count; m++)
+        if (o->methods[m] >= CHART_PEER)
+            fprintf(out, "label[%" PRIu32 "] = '%s'\n", o->methods[m],
+                    chart_method_name(o->methods[m]));
+}
+
 int chart_draw(const chart_options *options, const chart_row *rows, size_t count)
 {
-    drawing d = {0};
+    gnuplot_pipe g;
+    int drawn = 0;
     if (count == 0)
         return EXIT_GOOD;
-    if (start(&d, options) != 0)
-        return d.pid > 0 ? finish(&d) : EXIT_FAILED;
-    set_string(d.gnuplot, "scripts", d.scripts);
-    set_string(d.gnuplot, "folder", options->folder);
-    fputs("load scripts.'/style.gp'\n", d.gnuplot);
-    for (size_t i = 0, n; i < count; i += n) {
-        n = same_case(rows + i, count - i);
-        draw_scatter(&d, rows + i, n);
+    if (gnuplot_start(&g, "chart", options->scripts, options->folder) == 0) {
+        give_style(g.in, options);
+        for (size_t i = 0, n; i < count; i += n) {
+            n = same_case(rows + i, count - i);
+            chart_draw_scatter(g.in, options, rows + i, n);
+        }
+        drawn = draw_overview(g.in, options, rows, count);
     }
-    chart_draw_overview(d.gnuplot, options, rows, count);
-    return finish(&d);
+    const int finished = gnuplot_finish(&g);
+    return drawn == 0 ? finished : EXIT_FAILED;
 }

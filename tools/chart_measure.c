@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Measures one method on one case: errors against the exact answers, and time against aba's.
+ * Measures one method on one case: its errors against the exact answers, and what follows from a row.
  */
 #include "chart.h"
 
@@ -9,12 +9,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-enum { SAMPLES_MAX = 101, SAMPLES_MIN = 3 };
-
-/* Reading the thread's clock is a system call of some 0.3 us: a sample must be long against it. */
-#define SAMPLE_SECONDS 50e-6
 
 double chart_error(const chart_data *d, uint32_t state, double *worst_component)
 {
@@ -44,36 +38,45 @@ double chart_median(double *values, uint32_t count)
     return count % 2 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
 
-static tfa_request request_of(const chart_data *d, uint32_t state, uint32_t method, uint32_t refine)
+int chart_answer(chart_case *c, const chart_choice *who, const chart_data *d, uint32_t state,
+                 tfa_reply *reply)
 {
     tfa_request request = chart_request(d, state);
-    request.method = (tfa_method)method;
-    request.refine = refine;
-    return request;
+    if (who->method >= CHART_PEER) {
+        chart_peer_answer(c, who->method, d, state);
+        *reply->answers = (tfa_answer){.method = (uint16_t)who->method, .error_estimate = NAN};
+        return TFA_OK;
+    }
+    request.method = (tfa_method)who->method;
+    request.refine = who->refine;
+    return tfa_compute(c->workspaces[who->precision], &request, reply);
 }
 
-/* What the refusal was about, by name. */
-static void name_culprit(chart_row *row, const chart_case *c, const tfa_reply *reply)
+void chart_name_culprit(char *text, size_t size, const chart_case *c, const tfa_reply *reply)
 {
     const char *what = tfa_field_name(reply->field);
     if (reply->field == TFA_FIELD_BODY && reply->index < tfa_model_frame_count(c->model))
-        snprintf(row->field, sizeof row->field, "%s %.50s", what,
-                 tfa_model_frame(c->model, reply->index).name);
+        snprintf(text, size, "%s %.50s", what, tfa_model_frame(c->model, reply->index).name);
     else
-        snprintf(row->field, sizeof row->field, "%s", what);
+        snprintf(text, size, "%s", what);
 }
 
-static void measure_errors(chart_row *row, chart_case *c, const chart_data *d)
+/* Errors of all states, unless the first takes so long that the time is to be saved. */
+static void measure_errors(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
 {
     double errors[CHART_STATES], estimates[CHART_STATES];
+    const double start = chart_now();
     for (uint32_t s = 0; s < d->states; s++) {
         double worst;
         tfa_answer answer;
-        tfa_request request = request_of(d, s, row->method, row->refine);
         tfa_reply reply = chart_reply(d, &answer);
-        row->status = tfa_compute(c->f64, &request, &reply);
+        row->status = chart_answer(c, &row->who, d, s, &reply);
         if (row->status != TFA_OK) {
-            name_culprit(row, c, &reply);
+            chart_name_culprit(row->field, sizeof row->field, c, &reply);
+            return;
+        }
+        if (s == 0 && chart_now() - start > 1e-3 * CHART_OVER_BUDGET * budget_ms) {
+            row->skipped = CHART_SKIPPED_OVER_BUDGET;
             return;
         }
         errors[s] = chart_error(d, s, &worst);
@@ -86,78 +89,34 @@ static void measure_errors(chart_row *row, chart_case *c, const chart_data *d)
     row->estimate = chart_median(estimates, d->states);
 }
 
-static double now(void)
+/* What is known without asking. */
+static void look_before(chart_row *row, const chart_case *c)
 {
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* Which state comes next: every call, whatever its method, has another q than the one before, since
- * the factors of the same q would be kept. */
-typedef struct turns {
-    tfa_workspace *workspace;
-    const chart_data *data;
-    uint32_t next;
-} turns;
-
-/* Seconds for each of `calls` calls. */
-static double sample(turns *t, uint32_t method, uint32_t refine, uint32_t calls)
-{
-    tfa_answer answer;
-    tfa_request requests[CHART_STATES];
-    tfa_reply reply = chart_reply(t->data, &answer);
-    for (uint32_t s = 0; s < t->data->states; s++)
-        requests[s] = request_of(t->data, s, method, refine);
-    const double start = now();
-    for (uint32_t k = 0; k < calls; k++)
-        (void)tfa_compute(t->workspace, &requests[t->next++ % t->data->states], &reply);
-    return (now() - start) / calls;
-}
-
-static uint32_t calls_for(double seconds)
-{
-    const double calls = seconds > 0.0 ? ceil(SAMPLE_SECONDS / seconds) : 1000.0;
-    return (uint32_t)fmin(calls, 1000.0);
-}
-
-/* The method and aba in turns, so that what the machine does to one it does to the other. */
-static void measure_times(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
-{
-    double times[SAMPLES_MAX], aba[SAMPLES_MAX], ratios[SAMPLES_MAX];
-    turns t = {.workspace = c->f64, .data = d};
-    const double first = sample(&t, row->method, row->refine, 1);
-    const double first_aba = sample(&t, TFA_METHOD_ABA, 0, d->states);
-    const uint32_t calls = calls_for(first), aba_calls = calls_for(first_aba);
-    const double end = now() + 1e-3 * budget_ms;
-    uint32_t n = 0;
-    while (n < SAMPLES_MIN || (n < SAMPLES_MAX && now() < end)) {
-        times[n] = 1e6 * sample(&t, row->method, row->refine, calls);
-        aba[n] = 1e6 * sample(&t, TFA_METHOD_ABA, 0, aba_calls);
-        ratios[n] = aba[n] > 0.0 ? times[n] / aba[n] : NAN;
-        n++;
+    const chart_choice *who = &row->who;
+    if (who->method >= CHART_PEER)
+        row->skipped = chart_peer_refusal(c, who->method, row->field, sizeof row->field);
+    else if (!c->workspaces[who->precision]) {
+        row->status = c->unsupported[who->precision];
+        snprintf(row->field, sizeof row->field, CHART_FIELD_PRECISION);
     }
-    row->samples = n;
-    row->time = chart_median(times, n);
-    row->aba_time = chart_median(aba, n);
-    row->ratio = chart_median(ratios, n);
 }
 
-void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
+void chart_row_begin(chart_row *row, const chart_case *c, const chart_data *d)
 {
     snprintf(row->subject, sizeof row->subject, "%s", c->name);
     row->bodies = c->bodies;
     row->rhs = d->rhs;
     row->floor = d->floor;
     row->error = row->worst = row->estimate = row->time = row->aba_time = row->ratio = NAN;
-    measure_errors(row, c, d);
-    if (row->status == TFA_OK)
-        measure_times(row, c, d, budget_ms);
 }
 
-int chart_row_good(const chart_row *row)
+void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
 {
-    return row->status == TFA_OK && row->answered_by == row->method && isfinite(row->error);
+    look_before(row, c);
+    if (row->status == TFA_OK && !row->skipped)
+        measure_errors(row, c, d, budget_ms);
+    if (row->status == TFA_OK && !row->skipped)
+        row->status = chart_measure_times(row, c, d, budget_ms);
 }
 
 /* Another is as good as this one and takes less time. Twice the error counts as equal: errors of
@@ -172,7 +131,7 @@ static int is_beaten(const chart_row *row, const chart_row *other)
 void chart_mark_front(chart_row *rows, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        rows[i].front = chart_row_good(&rows[i]);
+        rows[i].front = chart_row_good(&rows[i]) && rows[i].error < 1.0;
         for (size_t k = 0; rows[i].front && k < count; k++)
             if (is_beaten(&rows[i], &rows[k]))
                 rows[i].front = 0;

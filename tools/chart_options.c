@@ -5,23 +5,20 @@
  */
 #include "chart.h"
 #include "commands.h"
+#include "peer.h"
 
 #include <errno.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
-
-const char *const chart_rhs_words[CHART_RHS_COUNT] = {
-#define CHART_RHS_WORD(name, word, what) word,
-    CHART_RHS_LIST(CHART_RHS_WORD)
-#undef CHART_RHS_WORD
-};
 
 enum {
     KEY_URDF = 256,
     KEY_BASE,
     KEY_RHS,
     KEY_REFINE,
+    KEY_PRECISION,
+    KEY_THREADS,
+    KEY_TURN,
     KEY_STATES,
     KEY_BUDGET,
     KEY_JSON,
@@ -37,12 +34,27 @@ static const struct argp_option option_table[] = {
     {.name = "bodies", .key = 'n', .arg = "LIST", .doc = "Sizes of the mechanisms (8,32,128)"},
     {.name = "urdf", .key = KEY_URDF, .arg = "FILE", .doc = "A robot; may be repeated"},
     {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "Of the robots (fixed)"},
-    {.name = "methods", .key = 'M', .arg = "LIST", .doc = "Methods (all of forward dynamics)"},
+    {.name = "methods",
+     .key = 'M',
+     .arg = "LIST",
+     .doc = "Methods and peers (all of forward dynamics)"},
     {.name = "rhs", .key = KEY_RHS, .arg = "LIST", .doc = "Of qdd, tau, gravity (all)"},
     {.name = "refine",
      .key = KEY_REFINE,
      .arg = "LIST",
      .doc = "Refinement steps, of 0, 1, 2 (0,1)"},
+    {.name = "precision",
+     .key = KEY_PRECISION,
+     .arg = "LIST",
+     .doc = "Of f64, f32, f32+f64, f64+f128, f128 (f64)"},
+    {.name = "threads",
+     .key = KEY_THREADS,
+     .arg = "LIST",
+     .doc = "Numbers of threads; with more than 1, batches of states on a pool (1)"},
+    {.name = "turn",
+     .key = KEY_TURN,
+     .arg = "X",
+     .doc = "Joint angles within +-X rad (0.001 for mechanisms, 3 for robots)"},
     {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states for each row (3)"},
     {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
     {.name = "budget-ms", .key = KEY_BUDGET, .arg = "N", .doc = "Time for timing one row (20)"},
@@ -54,14 +66,6 @@ static const struct argp_option option_table[] = {
      .doc = "The gnuplot scripts (those "
             "installed with the program)"},
     {0}};
-
-/* Calls `take` for each word of "a,b,c", which is cut up in place. */
-static void for_each_word(struct argp_state *state, char *text,
-                          void (*take)(struct argp_state *, char *))
-{
-    for (char *word = strtok(text, ","); word; word = strtok(NULL, ","))
-        take(state, word);
-}
 
 static void take_mechanism(struct argp_state *state, char *word)
 {
@@ -93,7 +97,7 @@ static void take_size(struct argp_state *state, char *word)
 static void take_method(struct argp_state *state, char *word)
 {
     chart_options *o = state->input;
-    int32_t method = tfa_method_find(word);
+    const int32_t method = chart_method_find(word);
     if (method < 0)
         argp_error(state, "--methods: no '%s'", word);
     if (o->method_count == CHART_METHODS)
@@ -113,6 +117,25 @@ static void take_refine(struct argp_state *state, char *word)
     o->refine |= 1u << option_unsigned(state, "refine", word, 0, CHART_REFINE - 1);
 }
 
+static void take_precision(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    const int precision =
+        option_word(state, "precision", word, chart_precision_words, CHART_PRECISION_COUNT);
+    for (uint32_t k = 0; k < o->precision_count; k++)
+        if (o->precisions[k] == (uint32_t)precision)
+            argp_error(state, "--precision: %s twice", word);
+    o->precisions[o->precision_count++] = (uint32_t)precision;
+}
+
+static void take_threads(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    if (o->thread_count == CHART_THREADS)
+        argp_error(state, "--threads: more than %d numbers", CHART_THREADS);
+    o->threads[o->thread_count++] = (uint32_t)option_unsigned(state, "threads", word, 1, 256);
+}
+
 static void take_file(struct argp_state *state, const char *file)
 {
     chart_options *o = state->input;
@@ -121,29 +144,55 @@ static void take_file(struct argp_state *state, const char *file)
     o->subjects[o->subject_count++] = (chart_subject){.label = file, .file = file};
 }
 
+static void all_mechanisms(chart_options *o)
+{
+    for (int i = 0; i < MECHANISM_COUNT; i++)
+        o->subjects[i] =
+            (chart_subject){.label = mechanism_name((mechanism_kind)i), .kind = (mechanism_kind)i};
+    o->subject_count = MECHANISM_COUNT;
+}
+
+/* All methods of forward dynamics, and the peers of this build. */
+static void all_methods(chart_options *o)
+{
+    const tfa_method_info *row;
+    for (uint32_t method = TFA_METHOD_AUTO + 1; (row = tfa_method_describe(method)); method++)
+        if (row->forward_dynamics)
+            o->methods[o->method_count++] = method;
+    for (uint32_t k = 0; peer_table[k]; k++)
+        o->methods[o->method_count++] = CHART_PEER + k;
+}
+
 static void complete(chart_options *o)
 {
     static const uint32_t sizes[] = {8, 32, 128};
-    static const uint32_t answering[] = {
-#define CHART_METHOD(name, number, text, fd, lambda, cost, refuses, what)                          \
-    fd && (number) ? (number) : 0u,
-        TFA_METHOD_LIST(CHART_METHOD)
-#undef CHART_METHOD
-    };
-    for (int i = 0; o->subject_count == 0 && i < MECHANISM_COUNT; i++)
-        o->subjects[i] =
-            (chart_subject){.label = mechanism_name((mechanism_kind)i), .kind = (mechanism_kind)i};
-    o->subject_count = o->subject_count ? o->subject_count : MECHANISM_COUNT;
+    if (o->subject_count == 0)
+        all_mechanisms(o);
     if (o->size_count == 0) {
         memcpy(o->sizes, sizes, sizeof sizes);
         o->size_count = sizeof sizes / sizeof *sizes;
     }
-    const uint32_t asked = o->method_count;
-    for (size_t i = 0; asked == 0 && i < sizeof answering / sizeof *answering; i++)
-        if (answering[i])
-            o->methods[o->method_count++] = answering[i];
+    if (o->method_count == 0)
+        all_methods(o);
+    if (o->precision_count == 0)
+        o->precisions[o->precision_count++] = CHART_F64;
+    if (o->thread_count == 0)
+        o->threads[o->thread_count++] = 1;
     o->rhs = o->rhs ? o->rhs : (1u << CHART_RHS_COUNT) - 1;
     o->refine = o->refine ? o->refine : 3;
+}
+
+/* What cannot be charted at all. */
+static void check(struct argp_state *state, const chart_options *o)
+{
+    for (uint32_t k = 0; k < o->precision_count; k++) {
+        const uint32_t p = o->precisions[k];
+        if (chart_precisions[p].residual != TFA_RESIDUAL_SAME && o->refine == 1)
+            argp_error(state, "--precision %s needs --refine 1 or 2", chart_precision_words[p]);
+        for (uint32_t t = 0; t < o->thread_count; t++)
+            if (p != CHART_F64 && o->threads[t] > 1)
+                argp_error(state, "--threads %u takes --precision f64 only", o->threads[t]);
+    }
 }
 
 static error_t parse_list(int key, char *text, struct argp_state *state)
@@ -164,11 +213,40 @@ static error_t parse_list(int key, char *text, struct argp_state *state)
     case KEY_REFINE:
         for_each_word(state, text, take_refine);
         return 0;
+    case KEY_PRECISION:
+        for_each_word(state, text, take_precision);
+        return 0;
+    case KEY_THREADS:
+        for_each_word(state, text, take_threads);
+        return 0;
     case KEY_URDF:
         take_file(state, text);
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static error_t parse_number(int key, char *text, struct argp_state *state)
+{
+    chart_options *o = state->input;
+    switch (key) {
+    case KEY_STATES:
+        o->states = (uint32_t)option_unsigned(state, "states", text, 2, CHART_STATES);
+        return 0;
+    case KEY_BUDGET:
+        o->budget = (uint32_t)option_unsigned(state, "budget-ms", text, 1, 100000);
+        return 0;
+    case KEY_TURN:
+        o->turn = option_double(state, "turn", text);
+        if (!(o->turn > 0.0 && o->turn <= 1e3))
+            argp_error(state, "--turn: %s, must be above 0 and at most 1000", text);
+        return 0;
+    case 's':
+        o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
+        return 0;
+    default:
+        return parse_list(key, text, state);
     }
 }
 
@@ -178,15 +256,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
     switch (key) {
     case KEY_BASE:
         o->base = option_base(state, text);
-        return 0;
-    case KEY_STATES:
-        o->states = (uint32_t)option_unsigned(state, "states", text, 2, CHART_STATES);
-        return 0;
-    case KEY_BUDGET:
-        o->budget = (uint32_t)option_unsigned(state, "budget-ms", text, 1, 100000);
-        return 0;
-    case 's':
-        o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
         return 0;
     case KEY_JSON:
         o->json = 1;
@@ -202,39 +271,37 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case ARGP_KEY_END:
         complete(o);
+        check(state, o);
         return 0;
     default:
-        return parse_list(key, text, state);
+        return parse_number(key, text, state);
     }
 }
 
-/* The command line as it was typed, before the lists are cut up. */
-static char *join(int argc, char **argv)
-{
-    size_t size = 1;
-    for (int i = 0; i < argc; i++)
-        size += strlen(argv[i]) + 1;
-    char *line = calloc(size, 1);
-    for (int i = 0; line && i < argc; i++)
-        stpcpy(stpcpy(line + strlen(line), i ? " " : ""), argv[i]);
-    return line;
-}
-
 #define CHART_RHS_HELP(name, word, what) "  " word ": " what "\n"
+#define CHART_PRECISION_HELP(name, word, precision, residual, what) "  " word ": " what "\n"
+
+/* clang-format off */
+static const char documentation[] =
+    "Charts accuracy against speed: every method on every mechanism, size, right-hand side and "
+    "number of refinement steps, against articulated bodies in quadruple precision.\v"
+    "Right-hand sides:\n"
+    CHART_RHS_LIST(CHART_RHS_HELP)
+    "\nPrecisions:\n"
+    CHART_PRECISION_LIST(CHART_PRECISION_HELP)
+    "\nTimes are CPU times of this thread, medians, taken in turns with aba in f64; with more than "
+    "one thread wall times of a batch of 64 states, for one of them. The floor is what the exact "
+    "answer changes by when every number of the robot and of the request changes in its last bit.";
+/* clang-format on */
 
 int chart_parse(int argc, char **argv, chart_options *options)
 {
     static const struct argp argp = {
         .options = option_table,
         .parser = parse,
-        .doc = "Charts accuracy against speed: every method on every mechanism, size, right-hand "
-               "side and number of refinement steps, against articulated bodies in quadruple "
-               "precision.\v"
-               "Right-hand sides:\n" CHART_RHS_LIST(
-                   CHART_RHS_HELP) "\nTimes are CPU times of this thread, medians, taken in turns "
-                                   "with aba. The floor "
-                                   "is what the exact answer changes by when the inputs change in "
-                                   "their last bit."};
-    *options = (chart_options){.states = 3, .seed = 1, .budget = 20, .command = join(argc, argv)};
+        .doc = documentation,
+    };
+    *options = (chart_options){
+        .states = 3, .seed = 1, .budget = 20, .command = join_arguments(argc, argv)};
     return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
 }

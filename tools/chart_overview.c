@@ -66,7 +66,7 @@ static tally count_method(const chart_row *rows, size_t count, uint32_t method, 
 {
     tally t = {0};
     for (size_t i = 0; i < count; i++) {
-        if (rows[i].method != method || rows[i].refine != refine)
+        if (rows[i].who.method != method || rows[i].who.refine != refine)
             continue;
         const int good = chart_row_good(&rows[i]);
         t.panels++;
@@ -77,6 +77,14 @@ static tally count_method(const chart_row *rows, size_t count, uint32_t method, 
     return t;
 }
 
+static void write_cells(FILE *out, const tally *t)
+{
+    if (t->panels > 0)
+        fprintf(out, " |         %5" PRIu32 "%5" PRIu32 "%8" PRIu32, t->front, t->far, t->silent);
+    else
+        fprintf(out, " |         %5s%5s%8s", "-", "-", "-");
+}
+
 static void write_table(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
 {
     fprintf(out, "$words << EOD\n%-14s", "panels");
@@ -84,12 +92,11 @@ static void write_table(FILE *out, const chart_options *o, const chart_row *rows
         if (o->refine >> refine & 1u)
             fprintf(out, " | %" PRIu32 " steps: front  far  silent", refine);
     for (uint32_t m = 0; m < o->method_count; m++) {
-        fprintf(out, "\n%-14s", tfa_method_name(o->methods[m]));
+        fprintf(out, "\n%-14s", chart_method_name(o->methods[m]));
         for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
             const tally t = count_method(rows, count, o->methods[m], refine);
             if (o->refine >> refine & 1u)
-                fprintf(out, " |         %5" PRIu32 "%5" PRIu32 "%8" PRIu32, t.front, t.far,
-                        t.silent);
+                write_cells(out, &t);
         }
     }
     fputs("\nEOD\n", out);
@@ -104,7 +111,7 @@ static void list_methods(FILE *out, const chart_options *o, const chart_row *row
         const tally t = count_method(rows, count, o->methods[m], refine);
         if (!holds(&t))
             continue;
-        fprintf(out, "%s%s", before, tfa_method_name(o->methods[m]));
+        fprintf(out, "%s%s", before, chart_method_name(o->methods[m]));
         before = ", ";
     }
     fputs(*before ? ".\n" : "none.\n", out);
@@ -112,7 +119,7 @@ static void list_methods(FILE *out, const chart_options *o, const chart_row *row
 
 static int is_always_near(const tally *t)
 {
-    return t->far == 0 && t->silent == 0;
+    return t->panels > 0 && t->far == 0 && t->silent == 0;
 }
 
 static int is_on_a_front(const tally *t)
@@ -125,9 +132,9 @@ static void write_sentences(FILE *out, const chart_options *o, const chart_row *
 {
     const tally any = count_method(rows, count, o->methods[0], o->refine & 1u ? 0 : 1);
     fprintf(out,
-            "$sentences << EOD\nCounted over all %" PRIu32 " panels, all right-hand sides; far: "
-            "error more than %g times the floor (or 1e-15); silent: refused, or fell back to "
-            "another method.\n",
+            "$sentences << EOD\nCounted over all %" PRIu32 " panels, all right-hand sides. Far: "
+            "error more than %g times the floor (or 1e-15).\n"
+            "Silent: refused, skipped, or fell back to another method.\n",
             any.panels, FAR);
     for (uint32_t refine = 0; refine < CHART_REFINE; refine++) {
         if (!(o->refine >> refine & 1u))
@@ -145,17 +152,22 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     grid g = {0};
     const chart_rhs rhs = first_rhs(o);
     const int one_column = has_one_column(o);
-    fputs("$data << EOD\n", gnuplot);
+    chart_range times[CHART_SIZES + 1] = {0};
+    /* the first is of no panel: gnuplot warns of data without any */
+    fputs("$data << EOD\n-1 -1 0 0 1 1 1 0\n", gnuplot);
     for (size_t i = 0; i < count; i++) {
         const uint32_t line = line_of(&g, rows[i].subject);
         const uint32_t column = column_of(&g, one_column ? 0 : rows[i].bodies);
-        if (rows[i].rhs == rhs && chart_row_good(&rows[i]))
-            fprintf(gnuplot, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d\n",
-                    line, column, rows[i].method, rows[i].refine, rows[i].time,
-                    fmin(fmax(rows[i].error, 1e-17), 1e2), fmax(rows[i].floor, 1e-17),
-                    rows[i].front);
+        if (rows[i].rhs != rhs || !chart_row_good(&rows[i]))
+            continue;
+        chart_widen(&times[column], rows[i].time);
+        fprintf(gnuplot, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d\n",
+                line, column, rows[i].who.method, rows[i].who.refine, rows[i].time,
+                chart_draw_error(&rows[i]), chart_draw_floor(&rows[i]), rows[i].front);
     }
     fputs("EOD\n", gnuplot);
+    chart_set_times(gnuplot, times, g.size_count);
+    chart_set_time_name(gnuplot, rows->who.threads);
     fprintf(gnuplot, "rhs_name = rhs_%d\nlines = %" PRIu32 "\ncolumns = %" PRIu32 "\n", (int)rhs,
             g.subject_count, g.size_count);
     fprintf(gnuplot, "array line_name[%" PRIu32 "]\narray column_name[%" PRIu32 "]\n",

@@ -4,101 +4,81 @@
  * Prints what was charted: CSV under a head that says how it came about, or JSON lines.
  */
 #include "chart.h"
-#include "environment.h"
+#include "results.h"
 
 #include <inttypes.h>
 #include <math.h>
-#include <time.h>
-
-static void print_fact(FILE *out, const json_t *facts, const char *key)
-{
-    const json_t *value = json_object_get(facts, key);
-    if (json_is_string(value))
-        fprintf(out, "# %s: %s\n", key, json_string_value(value));
-}
 
 void chart_print_head(FILE *out, const chart_options *options)
 {
-    char date[32] = "unknown";
-    time_t seconds = time(NULL);
-    struct tm day;
-    if (gmtime_r(&seconds, &day))
-        strftime(date, sizeof date, "%Y-%m-%d", &day);
-    json_t *facts = environment_read();
-    fprintf(out, "# command: %s\n# date: %s\n", options->command, date);
-    print_fact(out, facts, "processor");
-    print_fact(out, facts, "client_kernels");
-    print_fact(out, facts, "version");
-    json_decref(facts);
-    fprintf(out,
-            "# states of each row: %" PRIu32 ", seed %" PRIu64 "\n"
-            "# error: relative 2-norm error of qdd to aba in f128, median over the states;"
-            " worst_component: largest relative error of one component in any state\n"
-            "# floor: change of the exact answer when q, v and tau change in the last bit, at "
-            "least 2^-53; the robot's own constants do not change\n"
-            "# time_us: median CPU time of a call; aba_us: aba's, in turns; time_ratio: median of "
-            "neighbours' ratios\n"
-            "# front: 1 on the Pareto front of its mechanism, size and right-hand side, errors "
-            "within a factor of two, or below the floor, being equal\n",
-            options->states, options->seed);
-    fputs("mechanism,bodies,rhs,method,refine,status,about,answered_by,error,worst_component,floor,"
+    results_print_head(out, options->command);
+    fprintf(
+        out,
+        "# states of each row: %" PRIu32 ", seed %" PRIu64 "\n"
+        "# error: relative 2-norm error of qdd to aba in f128, median over the states;"
+        " worst_component: largest relative error of one component in any state\n"
+        "# floor: change of the exact answer when every number of the robot and of the request "
+        "changes in the last bit, at "
+        "least 2^-53; the robot's own constants do not change\n"
+        "# precision: of the factors, and behind + of the residual of refinement steps\n"
+        "# time_us: with one thread median CPU time of a call of one state; with more, wall time "
+        "of a batch of 64 states on a pool, for one of them; aba_us: that of aba in f64, in "
+        "turns; time_ratio: median of neighbours' ratios\n"
+        "# status over_budget: a call, here or with fewer bodies, took more than %g ms; "
+        "too_large, refused: of peers\n"
+        "# front: 1 on the Pareto front of its mechanism, size, threads and right-hand side, "
+        "errors within a factor of two, or below the floor, being equal, and 1 no answer\n",
+        options->states, options->seed, CHART_OVER_BUDGET * options->budget);
+    fputs("mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,"
+          "worst_component,floor,"
           "estimate,time_us,aba_us,time_ratio,samples,front\n",
           out);
 }
 
-static const char *status_word(const chart_row *row)
+/* NULL: nobody. */
+static const char *answered_by(const chart_row *row)
 {
-    if (row->status == TFA_OK)
-        return row->answered_by == row->method ? "ok" : "fallback";
-    return tfa_status_name(row->status);
-}
-
-/* Nothing where there is no number. */
-static void print_number(FILE *out, const char *format, double value)
-{
-    if (isfinite(value))
-        fprintf(out, format, value);
+    return row->status == TFA_OK && !row->skipped ? chart_method_name(row->answered_by) : NULL;
 }
 
 void chart_print_row(FILE *out, const chart_row *row)
 {
     const double numbers[] = {row->error, row->worst,    row->floor, row->estimate,
                               row->time,  row->aba_time, row->ratio};
-    fprintf(out, "%s,%" PRIu32 ",%s,%s,%" PRIu32 ",%s,%s,%s", row->subject, row->bodies,
-            chart_rhs_words[row->rhs], tfa_method_name(row->method), row->refine, status_word(row),
-            row->field, row->status == TFA_OK ? tfa_method_name(row->answered_by) : "");
+    const chart_choice *who = &row->who;
+    fprintf(out, "%s,%" PRIu32 ",%s,%s,%" PRIu32 ",%s,%" PRIu32 ",%s,%s,%s", row->subject,
+            row->bodies, chart_rhs_words[row->rhs], chart_method_name(who->method), who->refine,
+            chart_precision_words[who->precision], who->threads, chart_row_status(row), row->field,
+            answered_by(row) ? answered_by(row) : "");
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         fputc(',', out);
-        print_number(out, i < 4 ? "%.3e" : "%.4g", numbers[i]);
+        results_print_number(out, i < 4 ? "%.3e" : "%.4g", numbers[i]);
     }
     fprintf(out, ",%" PRIu32 ",%d\n", row->samples, row->front);
-}
-
-static void set_number(json_t *object, const char *key, double value)
-{
-    json_object_set_new(object, key, isfinite(value) ? json_real(value) : json_null());
 }
 
 void chart_print_row_json(FILE *out, const chart_row *row)
 {
     json_t *o = json_object();
+    const chart_choice *who = &row->who;
     json_object_set_new(o, "mechanism", json_string(row->subject));
     json_object_set_new(o, "bodies", json_integer(row->bodies));
     json_object_set_new(o, "rhs", json_string(chart_rhs_words[row->rhs]));
-    json_object_set_new(o, "method", json_string(tfa_method_name(row->method)));
-    json_object_set_new(o, "refine", json_integer(row->refine));
-    json_object_set_new(o, "status", json_string(status_word(row)));
+    json_object_set_new(o, "method", json_string(chart_method_name(who->method)));
+    json_object_set_new(o, "refine", json_integer(who->refine));
+    json_object_set_new(o, "precision", json_string(chart_precision_words[who->precision]));
+    json_object_set_new(o, "threads", json_integer(who->threads));
+    json_object_set_new(o, "status", json_string(chart_row_status(row)));
     json_object_set_new(o, "about", json_string(row->field));
     json_object_set_new(o, "answered_by",
-                        row->status == TFA_OK ? json_string(tfa_method_name(row->answered_by))
-                                              : json_null());
-    set_number(o, "error", row->error);
-    set_number(o, "worst_component", row->worst);
-    set_number(o, "floor", row->floor);
-    set_number(o, "estimate", row->estimate);
-    set_number(o, "time_us", row->time);
-    set_number(o, "aba_us", row->aba_time);
-    set_number(o, "time_ratio", row->ratio);
+                        answered_by(row) ? json_string(answered_by(row)) : json_null());
+    results_set_number(o, "error", row->error);
+    results_set_number(o, "worst_component", row->worst);
+    results_set_number(o, "floor", row->floor);
+    results_set_number(o, "estimate", row->estimate);
+    results_set_number(o, "time_us", row->time);
+    results_set_number(o, "aba_us", row->aba_time);
+    results_set_number(o, "time_ratio", row->ratio);
     json_object_set_new(o, "samples", json_integer(row->samples));
     json_object_set_new(o, "front", json_boolean(row->front));
     json_dumpf(o, out, JSON_COMPACT | JSON_REAL_PRECISION(4));

@@ -27,6 +27,7 @@ int command_latency(int argc, char **argv);
 int command_methods(int argc, char **argv);
 int command_chain(int argc, char **argv);
 int command_chart(int argc, char **argv);
+int command_atlas(int argc, char **argv);
 
 /* Option values. A bad one ends the program with usage (argp_error), naming the option. */
 
@@ -45,6 +46,12 @@ int option_word(struct argp_state *state, const char *name, const char *text,
                 const char *const *words, int count);
 /** Takes one positional argument; a second one is a usage error. */
 void option_argument(struct argp_state *state, const char **slot, const char *text);
+
+/** Calls `take` for each word of "a,b,c", which is cut up in place. */
+void for_each_word(struct argp_state *state, char *text,
+                   void (*take)(struct argp_state *state, char *word));
+/** The command line as it was typed, if no list was cut up yet; free() it. NULL: out of memory. */
+char *join_arguments(int argc, char **argv);
 
 /**
  * Loads and compiles a URDF and prints what the report says at or above `lowest` on stderr.

@@ -19,7 +19,10 @@ static const struct argp_option option_table[] = {
      .key = KEY_METHOD,
      .arg = "NAME",
      .doc = "Method of forward_dynamics and operational_inertia where a request names none (auto)"},
-    {.name = "refine", .key = KEY_REFINE, .arg = "0|1|2", .doc = "Refinement steps (the method's)"},
+    {.name = "refine",
+     .key = KEY_REFINE,
+     .arg = "0|1|2|3",
+     .doc = "Refinement steps (the method's)"},
     {.name = "estimate",
      .key = KEY_ESTIMATE,
      .arg = "always|never",
@@ -43,7 +46,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
         options->defaults.method = (tfa_method)method;
         return 0;
     case KEY_REFINE:
-        options->defaults.refine = (uint32_t)option_unsigned(state, "refine", text, 0, 2);
+        options->defaults.refine =
+            (uint32_t)option_unsigned(state, "refine", text, 0, TFA_MAX_REFINE);
         return 0;
     case KEY_ESTIMATE:
         options->defaults.estimate = option_word(state, "estimate", text, policies, 2) == 0

@@ -173,6 +173,8 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
         print_number_key(out, "error_estimate", answer->error_estimate);
     if (answer->flags & TFA_ANSWER_FALLBACK)
         fprintf(out, ",\"fallback\":true,\"reason\":\"%s\"", tfa_fallback_text(answer->flags));
+    if (answer->flags & TFA_ANSWER_WIDER)
+        fputs(",\"wider\":true", out);
     print_held(out, names, reply->held);
     if (reply->model)
         fprintf(out, ",\"model\":\"%016" PRIx64 "\"", reply->model);

@@ -179,8 +179,9 @@ static int read_method(jsonl_reader *r, const json_t *value)
 
 static int read_refine(jsonl_reader *r, const json_t *value)
 {
-    if (!json_is_integer(value) || json_integer_value(value) < 0 || json_integer_value(value) > 2)
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "refine: must be 0, 1 or 2");
+    if (!json_is_integer(value) || json_integer_value(value) < 0 ||
+        json_integer_value(value) > TFA_MAX_REFINE)
+        return jsonl_fail(r->error, TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3");
     r->request->refine = (uint32_t)json_integer_value(value);
     return TFA_OK;
 }

@@ -21,7 +21,8 @@
     X(latency, "  ", "measure a running daemon's round trips")                                     \
     X(methods, "  ", "list the methods, their cost and what they refuse")                          \
     X(chain, "    ", "write a test mechanism as URDF")                                             \
-    X(chart, "    ", "chart accuracy against speed")
+    X(chart, "    ", "chart accuracy against speed")                                               \
+    X(atlas, "    ", "map where methods fail, and what the service answers there")
 
 static const struct {
     const char *name;

@@ -15,17 +15,17 @@
 #define MECHANISM_LIST(X)                                                                          \
     X(STRAIGHT, "straight", "a straight chain, axes across it by turns")                           \
     X(ZIGZAG, "zigzag", "bent by 1 rad to and fro, axes by turns in and across its plane")         \
-    X(HELIX, "helix", "the same bend and twist at every joint")                                    \
-    X(RANDOM, "random", "random joint frames and axes")                                            \
+    X(HELIX, "helix", "bent by 0.6 and twisted by 0.1 rad at every joint, axes by turns")          \
+    X(RANDOM, "random", "hinges across the links, twisted and bent at random within 0.9 rad")      \
     X(TAPER, "taper", "random; masses fall by `taper` from root to tip, radii by its root")        \
     X(HEAVY_TIP, "heavy-tip", "random; the last body has `ratio` times the mass of the others")    \
     X(ALTERNATING, "alternating", "random; every second body has `ratio` times the mass")          \
     X(THIN, "thin", "random; rods of a very small radius")                                         \
     X(LIGHT_HEAVY, "light-heavy", "random; the outboard half has `ratio` times the mass")          \
     X(MASSLESS, "massless", "random; every second body, never the tip, is massless")               \
-    X(RANK_DEFICIENT, "rank-deficient", "ideal rods and point masses among ordinary rods")         \
+    X(RANK_DEFICIENT, "rank-deficient", "random; ideal rods and point masses among ordinary rods") \
     X(SIDE_BRANCHES, "side-branches", "random; half the bodies hang from a main chain in pairs")   \
-    X(PLANAR, "planar", "random bends in one plane, all axes parallel")
+    X(PLANAR, "planar", "as random, without the twists: all axes parallel")
 
 typedef enum mechanism_kind {
 #define MECHANISM_ENUM(name, text, what) MECHANISM_##name,
@@ -37,7 +37,8 @@ typedef enum mechanism_kind {
 enum { MECHANISM_BODIES_MAX = 16384 };
 
 /** What a mechanism is made from: start with mechanism_defaults(). All links are 1 m long along
- * their z, all joints revolute; an ordinary body is a uniform rod of 1 kg. */
+ * their z, all joints revolute; an ordinary body is a uniform rod of 1 kg. A mechanism is what its
+ * name says at q = 0: bends and twists stand in the joint frames. */
 typedef struct mechanism_options {
     mechanism_kind kind;
     uint32_t bodies; /**< moving bodies, 1..MECHANISM_BODIES_MAX; the fixed base is one link more */

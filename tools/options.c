@@ -89,6 +89,24 @@ void option_argument(struct argp_state *state, const char **slot, const char *te
     *slot = text;
 }
 
+void for_each_word(struct argp_state *state, char *text,
+                   void (*take)(struct argp_state *state, char *word))
+{
+    for (char *word = strtok(text, ","); word; word = strtok(NULL, ","))
+        take(state, word);
+}
+
+char *join_arguments(int argc, char **argv)
+{
+    size_t size = 1;
+    for (int i = 0; i < argc; i++)
+        size += strlen(argv[i]) + 1;
+    char *line = calloc(size, 1);
+    for (int i = 0; line && i < argc; i++)
+        stpcpy(stpcpy(line + strlen(line), i ? " " : ""), argv[i]);
+    return line;
+}
+
 static void print_report(const tfa_report *report, tfa_severity lowest)
 {
     for (size_t i = 0; i < report->count; i++) {

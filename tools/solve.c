@@ -20,14 +20,23 @@ typedef struct solve_options {
     jsonl_options lines;
 } solve_options;
 
-enum { KEY_PRECISION = 256 };
+enum { KEY_PRECISION = 256, KEY_RESIDUAL };
 
 static const struct argp_option option_table[] = {
-    {.name = "precision", .key = KEY_PRECISION, .arg = "f64|f128", .doc = "Arithmetic (f64)"}, {0}};
+    {.name = "precision",
+     .key = KEY_PRECISION,
+     .arg = "f64|f128|f32",
+     .doc = "Arithmetic of the factors (f64)"},
+    {.name = "residual",
+     .key = KEY_RESIDUAL,
+     .arg = "same|f64|f128",
+     .doc = "Arithmetic in which accelerations are refined and all else is answered (same)"},
+    {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const precisions[] = {"f64", "f128"};
+    static const char *const precisions[] = {"f64", "f128", "f32"}; /* as tfa_precision */
+    static const char *const residuals[] = {"same", "f64", "f128"}; /* as tfa_residual */
     solve_options *options = state->input;
     switch (key) {
     case ARGP_KEY_INIT:
@@ -36,7 +45,16 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_PRECISION:
         options->workspace.precision =
-            (tfa_precision)option_word(state, "precision", text, precisions, 2);
+            (tfa_precision)option_word(state, "precision", text, precisions, 3);
+        return 0;
+    case KEY_RESIDUAL:
+        options->workspace.residual =
+            (tfa_residual)option_word(state, "residual", text, residuals, 3);
+        return 0;
+    case ARGP_KEY_END:
+        if (options->workspace.precision == TFA_F128 &&
+            options->workspace.residual == TFA_RESIDUAL_F64)
+            argp_error(state, "--residual f64: narrower than --precision f128");
         return 0;
     case ARGP_KEY_ARG:
         option_argument(state, &options->file, text);

@@ -19,10 +19,16 @@ int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
            (r->estimate == TFA_ESTIMATE_DEFAULT && method_inverts(method));
 }
 
-uint32_t TFA_V(refine_steps)(const tfa_request *r, tfa_method method)
+/* Float has 7 digits, of which a long chain takes 3 or 4; with double one step is nearly always
+ * enough, and the second is made where it is not. */
+#define STEPS_WIDER (NUM_EPSILON > 0x1p-52 ? 3 : 2)
+
+uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_method method)
 {
     if (r->refine != TFA_REFINE_DEFAULT)
         return r->refine;
+    if (s->wider)
+        return STEPS_WIDER;
     return method_inverts(method) && method != TFA_METHOD_TFA_ONE_SIDED ? 1 : 0;
 }
 

@@ -10,6 +10,7 @@
 #include "kernel/hold.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/table.h"
 
 /* qdd = M^-1 (tau - h) with the factors of M */
 static void forward_crba(struct state *s)
@@ -45,8 +46,7 @@ static int forward_dynamics(struct state *s, tfa_method method)
     return TFA_OK;
 }
 
-/* Writes qdd out; returns 1 when all of it is finite. */
-static int unload_qdd(const struct state *s, uint32_t k, tfa_reply *reply)
+int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 {
     return TFA_V(unload)(s, s->qdd,
                          reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
@@ -72,7 +72,7 @@ static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_re
     out->method = TFA_METHOD_ABA;
     if (c.held)
         out->flags |= TFA_ANSWER_HELD;
-    const int finite = unload_qdd(s, k, reply);
+    const int finite = TFA_V(unload_qdd)(s, k, reply);
     if (r->flags & TFA_WANT_CERTIFICATE && r->hold == TFA_HOLD_GIVEN)
         c = TFA_V(hold_certificate)(s);
     if (reply->certificate)
@@ -82,22 +82,41 @@ static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_re
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
-/* Refinement and estimate; while the answer is in doubt, that of the next method, as it is. */
-static tfa_method refine(struct state *s, tfa_method method, uint32_t steps, tfa_answer *out)
+/* Refinement and estimate; while the answer is in doubt, that of the next method, refined as the first
+ * was. What is left in doubt then is left to the wider kernel, where there is one. Who wants no
+ * estimate gets the bare answer. */
+static tfa_method refine(struct state *s, const tfa_request *r, tfa_method method, uint32_t steps,
+                         tfa_answer *out)
 {
-    int converging;
-    uint16_t doubt;
-    out->error_estimate = TFA_V(refine)(s, method, steps, &converging);
+    const int fully = s->wider && r->refine == TFA_REFINE_DEFAULT;
+    const int certified = TFA_V(wants_estimate)(r, method);
+    struct refined x = TFA_V(refine)(s, method, steps, fully, certified);
     out->flags |= TFA_ANSWER_ESTIMATED;
-    while (method != TFA_V(auto_method)(s) &&
-           (doubt = TFA_V(doubt)(out->error_estimate, converging))) {
+    while (x.doubt && r->estimate != TFA_ESTIMATE_NEVER) {
+        const int last = method == TFA_V(auto_method)(s);
+        if (last && !s->wider)
+            break;
         if (!(out->flags & TFA_ANSWER_FALLBACK))
-            out->flags |= TFA_ANSWER_FALLBACK | doubt;
+            out->flags |= TFA_ANSWER_FALLBACK | x.doubt;
+        if (last) {
+            out->flags |= TFA_ANSWER_WIDER;
+            break;
+        }
         method = TFA_V(fallback)(s, method);
         (void)forward_dynamics(s, method);
-        out->error_estimate = TFA_V(refine)(s, method, 0, &converging);
+        x = TFA_V(refine)(s, method, steps, fully, certified);
     }
+    out->error_estimate = x.estimate;
     return method;
+}
+
+/* The wider kernel reads all of the request, whose refinement it takes part in. */
+static __attribute__((noinline)) void load_wider(const struct state *s, const tfa_request *r,
+                                                 uint32_t k, uint32_t steps)
+{
+    tfa_request refined = *r;
+    refined.refine = steps;
+    s->wider->kernel->load(s->wider->state, &refined, k);
 }
 
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
@@ -106,16 +125,22 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     if (r->hold != TFA_HOLD_NONE)
         return answer_held(s, r, k, reply, out);
     tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_V(auto_method)(s) : r->method;
-    const uint32_t steps = TFA_V(refine_steps)(r, method);
+    const uint32_t steps = TFA_V(refine_steps)(s, r, method);
+    const int refined = steps > 0 || TFA_V(wants_estimate)(r, method);
     int status = forward_dynamics(s, method);
     if (status != TFA_OK)
         return status;
-    if (steps > 0 || TFA_V(wants_estimate)(r, method))
-        method = refine(s, method, steps, out);
+    if (refined && s->wider)
+        load_wider(s, r, k, steps);
+    if (refined)
+        method = refine(s, r, method, steps, out);
     out->method = (uint16_t)method;
-    int finite = unload_qdd(s, k, reply);
-    if (finite && s->tips && reply->lambda_inv)
+    int finite = refined && s->wider ? s->wider->kernel->unload(s->wider->state, k, reply)
+                                     : TFA_V(unload_qdd)(s, k, reply);
+    if (finite && s->tips && reply->lambda_inv) {
+        (void)TFA_V(factor)(s, method); /* unless they are there */
         finite = TFA_V(lambda_after)(s, r, k, method, method == TFA_METHOD_ABA ? 0 : steps, reply);
+    }
     if (!finite)
         TFA_V(blame)(s, reply);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;

@@ -32,7 +32,10 @@ static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method m
     const int scan = method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS;
     if (scan && refine == 0 && TFA_V(scan_lambda)(s, frame))
         return;
-    if (TFA_V(chain_method)(method) || refine > 0 || s->m->mimics)
+    const struct chain_method *chain = TFA_V(chain_method)(method);
+    if (chain && chain->six_forces && !s->m->mimics)
+        TFA_V(lambda_chain)(s, frame, chain, refine);
+    else if (chain || refine > 0 || s->m->mimics)
         TFA_V(lambda_columns)(s, frame, method, refine);
     else if (method == TFA_METHOD_CRBA)
         TFA_V(lambda_crba)(s, frame);
@@ -46,44 +49,32 @@ static double *place_of(const struct state *s, uint32_t k, const tfa_reply *repl
     return reply->lambda_inv ? reply->lambda_inv + n * n * k : NULL;
 }
 
+/* The way to Lambda^-1 that a request takes when it is to be neither refined nor projected: where
+ * several tips share bodies, composed propagators are never slower (docs/methods.md). */
+static tfa_method way_of(const struct state *s, const tfa_request *r)
+{
+    return r->method == TFA_METHOD_AUTO && s->tips > 1 ? TFA_METHOD_PV_OSIMR : r->method;
+}
+
+/* The ways that have the articulated-body factors in common; 0: this is none of them. */
+static int by_wrenches(struct state *s, tfa_reference_frame frame, tfa_method way)
+{
+    if (way == TFA_METHOD_EFPA)
+        TFA_V(lambda_efpa)(s, frame);
+    else if (way == TFA_METHOD_PV_OSIMR)
+        TFA_V(lambda_pv)(s, frame);
+    else
+        return 0;
+    return 1;
+}
+
 int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_method method,
                         uint32_t refine, tfa_reply *reply)
 {
-    lambda_kept(s, r->frame, method, refine);
+    const int plain = method == TFA_METHOD_ABA && refine == 0 && !s->m->mimics;
+    if (!(plain && by_wrenches(s, r->frame, way_of(s, r))))
+        lambda_kept(s, r->frame, method, refine);
     return unload_lambda(s, place_of(s, k, reply));
-}
-
-/* |Lambda^-1 f - J x| / (|Lambda^-1| |f|) with x = M^-1 J^T f refined once, f of signs: what the
- * answer does to one wrench against a second solution that shares the factors only. */
-static double lambda_estimate(struct state *s, tfa_reference_frame frame, tfa_method method)
-{
-    const uint32_t nv = s->m->freedoms;
-    const size_t n = 6 * s->tips;
-    TFA_V(jacobian)(s, frame);
-    for (uint32_t j = 0; j < nv; j++) {
-        s->tau[j] = 0;
-        for (size_t e = 0; e < n; e++)
-            s->tau[j] += (e % 3 == 1 ? -1 : 1) * s->psi[(size_t)j * n + e];
-    }
-    TFA_V(solve)(s, method, s->tau, s->qdd);
-    TFA_V(rnea)(s, s->qdd, s->res, 0);
-    for (uint32_t j = 0; j < nv; j++)
-        s->res[j] = s->tau[j] - s->res[j];
-    TFA_V(gather)(s, s->res);
-    TFA_V(solve)(s, method, s->res, s->dx);
-    num difference = 0, size = 0;
-    for (size_t e = 0; e < n; e++) {
-        num y = 0;
-        for (uint32_t j = 0; j < nv; j++)
-            y -= s->psi[(size_t)j * n + e] * (s->qdd[j] + s->dx[j]);
-        for (size_t f = 0; f < n; f++) {
-            num l = s->lambda[e * n + f];
-            y += (f % 3 == 1 ? -1 : 1) * l;
-            size += l * l;
-        }
-        difference += y * y;
-    }
-    return size > 0 ? sqrt((double)difference / ((double)size * (double)n)) : 0;
 }
 
 /* The answer of auto's method where the other's is no good. Returns whose factors it used. */
@@ -102,8 +93,8 @@ static tfa_method named(tfa_method factors)
     return factors == TFA_METHOD_ABA ? TFA_METHOD_PROPAGATION : factors;
 }
 
-/* Whose factors a method uses; forward elimination of the tips and extended force propagation go by
- * columns when refined. */
+/* Whose factors a method uses; forward elimination of the tips goes by block solves when refined,
+ * what has the articulated-body factors by columns. */
 static tfa_method factors_of(const struct state *s, tfa_method method)
 {
     switch (method) {
@@ -111,6 +102,7 @@ static tfa_method factors_of(const struct state *s, tfa_method method)
         return TFA_V(auto_method)(s);
     case TFA_METHOD_PROPAGATION:
     case TFA_METHOD_EFPA:
+    case TFA_METHOD_PV_OSIMR:
         return TFA_METHOD_ABA;
     case TFA_METHOD_TFA_ONE_SIDED:
         return TFA_METHOD_TFA;
@@ -138,35 +130,36 @@ static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors,
 static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa_method factors,
                       tfa_answer *out)
 {
-    const int own_name = r->method == TFA_METHOD_TFA_ONE_SIDED || r->method == TFA_METHOD_EFPA;
+    const int plain = steps == 0 && !s->m->mimics;
+    const tfa_method way = plain ? way_of(s, r) : r->method;
+    const int own_name =
+        way == TFA_METHOD_TFA_ONE_SIDED || way == TFA_METHOD_EFPA || way == TFA_METHOD_PV_OSIMR;
     int status = TFA_V(factor)(s, factors);
-    if (status == TFA_OK && r->method == TFA_METHOD_EFPA && steps == 0 && !s->m->mimics)
-        TFA_V(lambda_efpa)(s, r->frame);
-    else if (status == TFA_OK)
+    if (status == TFA_OK && !(plain && by_wrenches(s, r->frame, way)))
         lambda_kept(s, r->frame, factors, steps);
-    out->method = (uint16_t)(own_name ? r->method : named(factors));
+    out->method = (uint16_t)(own_name ? way : named(factors));
     return status;
 }
 
-static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors,
+static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors, uint32_t steps,
                      tfa_answer *out)
 {
     const tfa_method last = TFA_V(auto_method)(s);
-    out->error_estimate = lambda_estimate(s, frame, factors);
+    out->error_estimate = TFA_V(lambda_error)(s, frame, factors, steps);
     out->flags |= TFA_ANSWER_ESTIMATED;
     const uint16_t doubt = TFA_V(doubt)(out->error_estimate, 1);
-    if (out->method == (uint16_t)named(last) || !doubt)
-        return;
+    if (out->method == (uint16_t)named(last) || out->method == TFA_METHOD_PV_OSIMR || !doubt)
+        return; /* by the same factors */
     out->flags |= doubt;
     (void)fall_back(s, frame, out);
     out->method = (uint16_t)named(last);
-    out->error_estimate = lambda_estimate(s, frame, last);
+    out->error_estimate = TFA_V(lambda_error)(s, frame, last, 0);
 }
 
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out)
 {
-    const uint32_t steps = TFA_V(refine_steps)(r, r->method);
+    const uint32_t steps = TFA_V(refine_steps)(s, r, r->method);
     tfa_method factors = factors_of(s, r->method);
     const int status = r->method == TFA_METHOD_TFA_ONE_SIDED && steps == 0
                            ? one_sided(s, r, &factors, out)
@@ -174,7 +167,7 @@ int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_
     if (status != TFA_OK)
         return status;
     if (TFA_V(wants_estimate)(r, (tfa_method)out->method))
-        estimate(s, r->frame, factors, out);
+        estimate(s, r->frame, factors, steps, out);
     if (unload_lambda(s, place_of(s, k, reply)))
         return TFA_OK;
     TFA_V(blame)(s, reply);

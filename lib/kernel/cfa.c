@@ -97,4 +97,4 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     cfa_accelerations(s, chain, parts, qdd, bias);
 }
 
-const struct chain_method TFA_V(cfa_method) = {TFA_METHOD_CFA, bytes, factor, solve};
+const struct chain_method TFA_V(cfa_method) = {TFA_METHOD_CFA, bytes, factor, solve, NULL};

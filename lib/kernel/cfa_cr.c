@@ -40,10 +40,10 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     struct cyclic_row *row = rows;
     struct cfa_row *parts = rows_behind(row, chain->length);
     cfa_right_hand_sides(s, chain, parts, tau, row->x, sizeof *row, bias);
-    cyclic_solve(row, chain->length, CYCLIC_SYMMETRIC);
+    cyclic_solve(row, chain->length, CYCLIC_SYMMETRIC, 1);
     for (uint32_t k = 0; k < chain->length; k++)
         cfa_total_force(s, chain, parts, k, row[k].x);
     cfa_accelerations(s, chain, parts, qdd, bias);
 }
 
-const struct chain_method TFA_V(cfa_cr_method) = {TFA_METHOD_CFA_CR, bytes, factor, solve};
+const struct chain_method TFA_V(cfa_cr_method) = {TFA_METHOD_CFA_CR, bytes, factor, solve, NULL};

@@ -176,7 +176,7 @@ static inline void cfa_accelerations(const struct state *s, const struct tfa_cha
         if (chain_products(s, bias))
             relative = sv_sub(relative, s->c[i]);
         basis_rates(row[k].basis, b->n, relative, qdd + b->v);
-        up = a;
+        s->a[i] = up = a;
     }
 }
 

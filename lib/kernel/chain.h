@@ -20,10 +20,16 @@ struct chain_method {
     size_t (*bytes)(size_t length);
     /* Factors: s->IA is ready. TFA_OK, or TFA_E_SINGULAR with s->bad_body, or TFA_E_UNSUPPORTED. */
     int (*factor)(struct state *s, const struct tfa_chain *chain, void *rows);
-    /* qdd of the chain's joints from tau; s->pA is ready. Without bias: c = 0, p without v x* I v,
-     * no gravity. Any number of times with the same factors; qdd may be tau. */
+    /* qdd of the chain's joints from tau, and in s->a the a_k of bodies that carry side branches, as
+     * the method found them; s->pA is ready. Without bias: c = 0, p without v x* I v, no gravity.
+     * Any number of times with the same factors; qdd may be tau. */
     void (*solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                   num *qdd, int bias);
+    /* Total forces without bias for six right-hand sides in one go, 6 x 6 in F of the rows that it
+     * returns, which hold the inverse inertias too: A^-1 Pi of (74). Column j of tau is at tau[j],
+     * its freedoms `stride` apart; s->pA is not read. NULL: Lambda^-1 goes by columns. */
+    struct row *(*six_forces)(struct state *s, const struct tfa_chain *chain, void *rows,
+                              const num *tau, size_t stride);
 };
 
 extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(hessenberg_method),
@@ -54,6 +60,18 @@ void TFA_V(chain_solve)(struct state *s, const struct chain_method *method, cons
 /* Marks the chain and folds the inertias of all else of its tree into it. Refuses bodies without
  * inverse when `inverts`. */
 int TFA_V(chain_fold)(struct state *s, const struct tfa_chain *chain, int inverts);
+
+/* Does the body stand on the chain of its tree? */
+static inline int chain_has(const struct state *s, const struct tfa_chain *chain, int32_t body)
+{
+    const uint32_t k = s->body[body].depth - 1;
+    return k < chain->length && chain->body[k] == (uint32_t)body;
+}
+
+/* Lambda^-1 of every tip by the total forces of the main chains, with kept factors of a method that
+ * has six_forces, each tip refined so many times. O(N) for each tip. */
+void TFA_V(lambda_chain)(struct state *s, tfa_reference_frame frame,
+                         const struct chain_method *method, uint32_t refine);
 
 /* tau^T .. the joint's freedoms of body i on a chain: does the bias count? */
 static inline int chain_products(const struct state *s, int bias)

@@ -31,7 +31,7 @@ struct cyclic_row {
     num U[36];     /* given unless symmetric: U_k; then GU */
     num P[36];     /* what row k - h saw of row k */
     num Q[36];     /* what row k + h saw of row k */
-    num x[6];      /* given: b_k; then x_k */
+    num x[36];     /* given: b_k; then x_k; size x n for n right-hand sides */
     uint32_t size; /* given: unknowns of the row, 0 to 6; 6 unless symmetric */
 };
 
@@ -83,15 +83,17 @@ static inline void cyclic_clear(num *A)
         A[e] = 0;
 }
 
-/* y -= A x */
-static inline void cyclic_take(num *y, const num *A, const num *x, uint32_t rows, uint32_t columns)
+/* Y -= A X for `n` columns, row stride n */
+static inline void cyclic_take(num *Y, const num *A, const num *X, uint32_t rows, uint32_t inner,
+                               uint32_t n)
 {
-    for (uint32_t e = 0; e < rows; e++) {
-        num sum = 0;
-        for (uint32_t k = 0; k < columns; k++)
-            sum += A[6 * e + k] * x[k];
-        y[e] -= sum;
-    }
+    for (uint32_t e = 0; e < rows; e++)
+        for (uint32_t j = 0; j < n; j++) {
+            num sum = 0;
+            for (uint32_t k = 0; k < inner; k++)
+                sum += A[6 * e + k] * X[n * k + j];
+            Y[n * e + j] -= sum;
+        }
 }
 
 static inline void cyclic_factor_diagonal(struct cyclic_row *r, enum cyclic_kind kind)
@@ -163,42 +165,45 @@ static inline void cyclic_factor(struct cyclic_row *row, size_t length, enum cyc
     cyclic_factor_diagonal(&row[0], kind);
 }
 
-static inline void cyclic_divide_x(struct cyclic_row *r, enum cyclic_kind kind)
+/* Symmetric systems have one right-hand side only. */
+static inline void cyclic_divide_x(struct cyclic_row *r, enum cyclic_kind kind, uint32_t n)
 {
     if (kind == CYCLIC_GENERAL)
-        lu6_solve(&r->D, r->x, 1);
+        lu6_solve(&r->D, r->x, (int)n);
     else
         ldl_solve(r->D.a, (int)r->size, r->x);
 }
 
 /* b of row i of level h less what the rows eliminated at this level take */
 static inline void cyclic_reduce_x(struct cyclic_row *row, size_t length, size_t i, size_t h,
-                                   enum cyclic_kind kind)
+                                   enum cyclic_kind kind, uint32_t n)
 {
-    const uint32_t n = cyclic_size(&row[i], kind);
+    const uint32_t size = cyclic_size(&row[i], kind);
     if (i >= h)
-        cyclic_take(row[i].x, row[i - h].Q, row[i - h].x, n, cyclic_size(&row[i - h], kind));
+        cyclic_take(row[i].x, row[i - h].Q, row[i - h].x, size, cyclic_size(&row[i - h], kind), n);
     if (i + h < length)
-        cyclic_take(row[i].x, row[i + h].P, row[i + h].x, n, cyclic_size(&row[i + h], kind));
+        cyclic_take(row[i].x, row[i + h].P, row[i + h].x, size, cyclic_size(&row[i + h], kind), n);
 }
 
-/* x <- the solution for the right-hand side in x */
-static inline void cyclic_solve(struct cyclic_row *row, size_t length, enum cyclic_kind kind)
+/* x <- the solution for the n right-hand sides in x, row stride n */
+static inline void cyclic_solve(struct cyclic_row *row, size_t length, enum cyclic_kind kind,
+                                uint32_t n)
 {
     size_t h = 1;
     for (; h < length; h *= 2) {
         for (size_t k = h; k < length; k += 2 * h)
-            cyclic_divide_x(&row[k], kind);
+            cyclic_divide_x(&row[k], kind, n);
         for (size_t i = 0; i < length; i += 2 * h)
-            cyclic_reduce_x(row, length, i, h, kind);
+            cyclic_reduce_x(row, length, i, h, kind, n);
     }
-    cyclic_divide_x(&row[0], kind);
+    cyclic_divide_x(&row[0], kind, n);
     for (h /= 2; h > 0; h /= 2)
         for (size_t k = h; k < length; k += 2 * h) {
-            const uint32_t n = cyclic_size(&row[k], kind);
-            cyclic_take(row[k].x, row[k].L, row[k - h].x, n, cyclic_size(&row[k - h], kind));
+            const uint32_t size = cyclic_size(&row[k], kind);
+            cyclic_take(row[k].x, row[k].L, row[k - h].x, size, cyclic_size(&row[k - h], kind), n);
             if (k + h < length)
-                cyclic_take(row[k].x, row[k].U, row[k + h].x, n, cyclic_size(&row[k + h], kind));
+                cyclic_take(row[k].x, row[k].U, row[k + h].x, size, cyclic_size(&row[k + h], kind),
+                            n);
         }
 }
 

@@ -324,6 +324,11 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     piece[0].f1 = join_solve(&piece[0], b, beta, tau + b->v, qdd + b->v);
     piece[0].f2 = sv_zero();
     disassemble(s, chain, piece, tau, qdd);
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const uint32_t i = chain->body[k];
+        if (s->side[i] & CARRIES)
+            s->a[i] = s6_mul(&piece[k].Iinv, sv_sub(sv_add(piece[k].f1, piece[k].f2), s->pA[i]));
+    }
 }
 
-const struct chain_method TFA_V(dca_method) = {TFA_METHOD_DCA, bytes, factor, solve};
+const struct chain_method TFA_V(dca_method) = {TFA_METHOD_DCA, bytes, factor, solve, NULL};

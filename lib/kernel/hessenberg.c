@@ -42,7 +42,7 @@ static void row_costs(struct state *s, const struct tfa_chain *chain, struct row
         num one[6] = {0}, B[6] = {0};
         svec m = sv_zero();
         one[k] = 1;
-        row_add_B(&rows[i], b, one, B);
+        row_add_B(&rows[i], b, one, 1, B, 1);
         add_joint_motion(s, b, one, &m);
         for (uint32_t j = i + 1; j < chain->length; j++) {
             const uint32_t o = chain->body[j];
@@ -155,7 +155,7 @@ static void forward(struct state *s, const struct tfa_chain *chain, struct row *
             known = sv_add(known, x_motion(&s->X[i], chain_ground(s, bias)));
         sv_store(r->F, known);
         row_apply_K(r, b, r->F, 1);
-        row_add_B(r, b, active, r->F);
+        row_add_B(r, b, active, 1, r->F, 1);
     }
     for (uint32_t k = 1; k < chain->length; k++) {
         num above[6];
@@ -190,9 +190,10 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *memory, 
     svec up = chain_ground(s, bias);
     for (uint32_t k = 0; k < chain->length; k++) { /* qdd = Wa^T (P^T a - c) */
         const svec a = sv_from(rows[k].F);
-        joint_acceleration(s, chain->body[k], a, up, qdd, bias);
+        joint_acceleration(s, chain->body[k], a, up, qdd + s->body[chain->body[k]].v, bias);
         up = a;
     }
 }
 
-const struct chain_method TFA_V(hessenberg_method) = {TFA_METHOD_HESSENBERG, bytes, factor, solve};
+const struct chain_method TFA_V(hessenberg_method) = {TFA_METHOD_HESSENBERG, bytes, factor, solve,
+                                                      NULL};

@@ -23,7 +23,7 @@
  * seen is 9 units of |x|_M where the torques all but cancel (10 bodies, seed 3594 of
  * test_reductions_hold), 1 on the planar chain of 512 bodies (bench_hold), 2026-11-21. */
 #define MARGIN 1.001
-#define ROUNDING (64 * 2.220446049250313e-16)
+#define ROUNDING (64 * ANSWER_EPSILON)
 
 /* A round lets go of as many joints as move already, divided by this, and of one more at least.
  * Slower growth finds smaller sets in more rounds: for 10 % on the 3-D chain of 512 bodies 1 left
@@ -131,12 +131,12 @@ static double score(const struct state *s, const struct tfa_body *b, uint32_t i)
         return 0;
     svec n = sv_zero();
     sv_put(&n, body_axis(b), s->lag[b->v]);
-    if (!b->regular)
+    if (!(s->total[i].Iinv.A.xx > 0))
         return INFINITY;
     num sum = quadratic(&s->total[i].Iinv, n);
     if (b->parent < 0)
         return (double)sum;
-    if (!s->body[b->parent].regular)
+    if (!(s->total[b->parent].Iinv.A.xx > 0))
         return INFINITY;
     return (double)(sum + quadratic(&s->total[b->parent].Iinv, x_t_force(&s->X[i], n)));
 }

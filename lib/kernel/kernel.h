@@ -24,6 +24,9 @@ void TFA_V(velocity)(struct state *s);
 
 /* tau = M qdd + h (bias) or M qdd alone. Featherstone 2008, table 5.1. */
 void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias);
+/* The same with pose, velocities and forces shaken by a rounding: differs from rnea by what rounding
+ * may have done to either. */
+void TFA_V(rnea_shaken)(struct state *s, const num *qdd, num *tau, int bias);
 
 /* --- aba.c: Featherstone 2008, table 7.1 -------------------------------------------------- */
 
@@ -64,7 +67,7 @@ void TFA_V(follow)(struct state *s, tfa_method method, num *x);
 void TFA_V(tfa_bake)(struct state *s);
 void TFA_V(tfa_bake_body)(struct state *s, uint32_t body);
 
-/* --- lambda.c, lambda_tfa.c, lambda_efpa.c ----------------------------------------------------------------- */
+/* --- lambda.c, lambda_tfa.c, lambda_efpa.c, lambda_pv.c ----------------------------------- */
 
 /* J^T columns of the tips into s->psi (nv x 6m). Linear columns first. */
 void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame);
@@ -74,9 +77,18 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame);
 int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame);
 /* Needs the articulated-body factors; leaves s->Ic spoilt, which only crba reads, after writing. */
 void TFA_V(lambda_efpa)(struct state *s, tfa_reference_frame frame);
+/* The same with the stretches of bodies that several tips share passed in one step. */
+void TFA_V(lambda_pv)(struct state *s, tfa_reference_frame frame);
 /* By columns: Lambda^-1 = J (M^-1 J^T) with kept factors and refinement steps. */
 void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_method method,
                            uint32_t refine);
+
+/* --- lambda_error.c -------------------------------------------------------------------------- */
+
+/* Relative error of s->lambda, which came from the method's factors with so many refinement steps:
+ * |error| / |Lambda^-1|, sums of squares of all entries. Needs the method's factors. */
+double TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
+                           uint32_t steps);
 
 /* --- solve.c, refine.c ---------------------------------------------------------------------- */
 
@@ -86,9 +98,19 @@ int TFA_V(factor)(struct state *s, tfa_method method);
 void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
 /* The same without regard to mimics. */
 void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x);
-/* Refinement of s->qdd: returns the last |dx|/|x|; *converging is 0 when a step did not shrink
- * tenfold. Steps 0 with estimate: one correction computed and not applied. */
-double TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int *converging);
+/* Refinement of s->qdd; into the wider state where there is one, which has loaded the request. Steps
+ * 0: one correction computed and not applied. `fully`: to the digits of the wider arithmetic, or it
+ * is in doubt (s->wider only). `certified`: the estimate is that of the refined answer, from a shaken residual; without
+ * it steps are estimated by what the last of them changed. */
+struct refined {
+    double estimate; /* |dx|/|x| */
+    uint16_t doubt;  /* 0, or why the answer is not to be given (TFA_ANSWER_*) */
+};
+struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int fully,
+                             int certified);
+/* As the wider one of another kernel, see table.h. */
+void TFA_V(wider_add)(struct state *s, const double *dx, int fresh);
+double TFA_V(wider_residual)(struct state *s, double *residual, int shaken);
 
 /* --- answer.c, answer_forward.c, answer_lambda.c ---------------------------------------------- */
 
@@ -97,6 +119,8 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_r
                   tfa_answer *answer);
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out);
+/* Writes s->qdd out; returns 1 when all of it is finite. */
+int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out);
 

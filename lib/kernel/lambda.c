@@ -86,12 +86,6 @@ void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3]
     p[2] = at.z;
 }
 
-/* Row j of a table of freedoms by tip columns */
-static inline num *columns(const struct state *s, num *table, uint32_t j)
-{
-    return table + (size_t)j * 6 * s->tips;
-}
-
 /* The joint's share of six forces: out[k][e] = H_k^T P_e for its first `freedoms` freedoms, which
  * are those that move what the forces act on; 0 for the rest. */
 static inline void joint_columns(const struct state *s, const struct tfa_body *b, const svec P[6],
@@ -125,7 +119,7 @@ void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
             joint_columns(s, b, P, moved, h);
             for (uint32_t k = 0; k < b->n; k++)
                 for (int e = 0; e < 6; e++)
-                    columns(s, s->psi, b->v + k)[6 * t + (uint32_t)e] = h[k][e];
+                    tip_columns(s, s->psi, b->v + k, t)[e] = h[k][e];
             for (int e = 0; e < 6; e++)
                 P[e] = x_t_force(&s->X[i], P[e]);
         }
@@ -156,23 +150,49 @@ void TFA_V(propagate)(const struct state *s, int32_t i, uint32_t moved, svec P[6
     }
 }
 
-/* Adds the blocks that freedom j contributes for the tips that body i supports:
- * Lambda^-1_tu += psi_t^T D^-1 psi_u */
+void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame frame,
+                      struct tip_wrenches *w)
+{
+    w->body = TFA_V(frame_columns)(s, s->tip[t], frame, w->P);
+    w->moved = w->body < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
+}
+
+void TFA_V(tip_pass)(struct state *s, uint32_t t, struct tip_wrenches *w)
+{
+    const int32_t i = w->body;
+    const struct tfa_body *b = &s->body[i];
+    num psi[6][6], phi[6][6];
+    TFA_V(propagate)(s, i, w->moved, w->P, psi, phi);
+    for (uint32_t k = 0; k < b->n; k++)
+        for (int e = 0; e < 6; e++) {
+            tip_columns(s, s->psi, b->v + k, t)[e] = psi[k][e];
+            tip_columns(s, s->phi, b->v + k, t)[e] = phi[k][e];
+        }
+    s->support[i] |= (uint8_t)(1u << t);
+    w->body = b->parent;
+    w->moved = 6;
+}
+
+/* Lambda^-1_tu += psi_t^T phi_u of freedom j for the tips that its body supports */
 static void add_blocks(struct state *s, uint8_t support, uint32_t j)
 {
-    const num *psi = columns(s, s->psi, j), *phi = columns(s, s->phi, j);
-    const size_t n = 6 * s->tips;
-    for (uint32_t t = 0; t < s->tips; t++) {
-        if (!(support >> t & 1))
-            continue;
+    for (uint32_t t = 0; t < s->tips; t++)
         for (uint32_t u = t; u < s->tips; u++) {
-            if (!(support >> u & 1))
+            if (!(support >> t & support >> u & 1))
                 continue;
-            for (size_t e = 0; e < 6; e++)
-                for (size_t f = u == t ? e : 0; f < 6; f++)
-                    s->lambda[(6 * t + e) * n + 6 * u + f] += psi[6 * t + e] * phi[6 * u + f];
+            const num *psi = tip_columns(s, s->psi, j, t), *phi = tip_columns(s, s->phi, j, u);
+            for (uint32_t e = 0; e < 6; e++)
+                for (uint32_t f = u == t ? e : 0; f < 6; f++)
+                    *lambda_entry(s, t, u, e, f) += psi[e] * phi[f];
         }
-    }
+}
+
+void TFA_V(lambda_joints)(struct state *s)
+{
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            for (uint32_t j = 0; s->support[i] && j < s->body[i].n; j++)
+                add_blocks(s, s->support[i], s->body[i].v + j);
 }
 
 void TFA_V(lambda_mirror)(struct state *s)
@@ -183,38 +203,43 @@ void TFA_V(lambda_mirror)(struct state *s)
             s->lambda[i * n + j] = s->lambda[j * n + i];
 }
 
-static void clear_lambda(struct state *s)
+void TFA_V(lambda_clear)(struct state *s)
 {
     for (size_t k = 0; k < (size_t)36 * s->tips * s->tips; k++)
         s->lambda[k] = 0;
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            s->support[i] = 0;
+}
+
+void TFA_V(tips_cross)(struct state *s, uint32_t tips, struct tip_wrenches *w, const num *A,
+                       const num *C)
+{
+    for (uint32_t u = 0; u < s->tips; u++) {
+        svec CP[6];
+        if (!(tips >> u & 1))
+            continue;
+        for (int f = 0; f < 6; f++)
+            CP[f] = m6_times(C, w[u].P[f]);
+        for (uint32_t t = 0; t <= u; t++)
+            for (uint32_t e = 0; tips >> t & 1 && e < 6; e++)
+                for (uint32_t f = u == t ? e : 0; f < 6; f++)
+                    *lambda_entry(s, t, u, e, f) += sv_dot(w[t].P[e], CP[f]);
+    }
+    for (uint32_t t = 0; t < s->tips; t++)
+        for (int e = 0; tips >> t & 1 && e < 6; e++)
+            w[t].P[e] = m6_times_t(A, w[t].P[e]);
 }
 
 void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame)
 {
-    clear_lambda(s);
-    for (uint32_t k = 0; k < s->spans; k++)
-        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            s->support[i] = 0;
+    TFA_V(lambda_clear)(s);
     for (uint32_t t = 0; t < s->tips; t++) {
-        svec P[6];
-        int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
-        uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
-        for (; i >= 0; i = s->body[i].parent, moved = 6) {
-            const struct tfa_body *b = &s->body[i];
-            num psi[6][6], phi[6][6];
-            TFA_V(propagate)(s, i, moved, P, psi, phi);
-            for (uint32_t k = 0; k < b->n; k++)
-                for (int e = 0; e < 6; e++) {
-                    columns(s, s->psi, b->v + k)[6 * t + (uint32_t)e] = psi[k][e];
-                    columns(s, s->phi, b->v + k)[6 * t + (uint32_t)e] = phi[k][e];
-                }
-            s->support[i] |= (uint8_t)(1u << t);
-        }
+        struct tip_wrenches w;
+        for (TFA_V(tip_start)(s, t, frame, &w); w.body >= 0;)
+            TFA_V(tip_pass)(s, t, &w);
     }
-    for (uint32_t k = 0; k < s->spans; k++)
-        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            for (uint32_t j = 0; s->support[i] && j < s->body[i].n; j++)
-                add_blocks(s, s->support[i], s->body[i].v + j);
+    TFA_V(lambda_joints)(s);
     TFA_V(lambda_mirror)(s);
 }
 
@@ -222,7 +247,7 @@ void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame)
 void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame)
 {
     const struct tfa_model *m = s->m;
-    clear_lambda(s);
+    TFA_V(lambda_clear)(s);
     TFA_V(jacobian)(s, frame);
     const size_t n = 6 * s->tips;
     for (size_t e = 0; e < n; e++)
@@ -230,7 +255,7 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame)
     for (uint32_t j = 0; j < m->freedoms; j++) {
         num inv = 1 / s->M[m->dof_row[j] + m->dof_depth[j]];
         for (size_t e = 0; e < n; e++)
-            columns(s, s->phi, j)[e] = inv * columns(s, s->psi, j)[e];
+            tip_columns(s, s->phi, j, 0)[e] = inv * tip_columns(s, s->psi, j, 0)[e];
         add_blocks(s, 0xff, j);
     }
     TFA_V(lambda_mirror)(s);
@@ -260,17 +285,17 @@ void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_metho
     TFA_V(jacobian)(s, frame);
     for (size_t e = 0; e < n; e++) {
         for (uint32_t j = 0; j < nv; j++)
-            s->tau[j] = columns(s, s->psi, j)[e];
+            s->tau[j] = tip_columns(s, s->psi, j, 0)[e];
         solve_refined(s, method, refine);
         for (uint32_t j = 0; j < nv; j++)
-            columns(s, s->phi, j)[e] = s->qdd[j];
+            tip_columns(s, s->phi, j, 0)[e] = s->qdd[j];
     }
     for (size_t e = 0; e < n; e++)
         for (size_t f = e; f < n; f++) {
             num one = 0, other = 0; /* J M^-1 J^T is symmetric: the mean of both sums */
             for (uint32_t j = 0; j < nv; j++) {
-                one += columns(s, s->psi, j)[e] * columns(s, s->phi, j)[f];
-                other += columns(s, s->psi, j)[f] * columns(s, s->phi, j)[e];
+                one += tip_columns(s, s->psi, j, 0)[e] * tip_columns(s, s->phi, j, 0)[f];
+                other += tip_columns(s, s->psi, j, 0)[f] * tip_columns(s, s->phi, j, 0)[e];
             }
             s->lambda[e * n + f] = (one + other) / 2;
         }

@@ -8,6 +8,46 @@
 
 #include "kernel/state.h"
 
+/* Row j of a table of freedoms by tip columns (psi, phi), the six of tip t */
+static inline num *tip_columns(const struct state *s, num *table, uint32_t j, uint32_t t)
+{
+    return table + (size_t)j * 6 * s->tips + 6 * (size_t)t;
+}
+
+/* Entry e, f of the block of tips t and u */
+static inline num *lambda_entry(const struct state *s, uint32_t t, uint32_t u, uint32_t e,
+                                uint32_t f)
+{
+    return s->lambda + (size_t)(6 * t + e) * 6 * s->tips + 6 * u + f;
+}
+
+/* C += psi^T D^-1 psi, upper triangle */
+static inline void add_response(num *C, const num *psi, const num *phi)
+{
+    for (int e = 0; e < 6; e++)
+        for (int f = e; f < 6; f++)
+            C[6 * e + f] += psi[e] * phi[f];
+}
+
+/* M x and M^T x for a dense M */
+static inline svec m6_times(const num *M, svec x)
+{
+    num in[6], out[6];
+    sv_store(in, x);
+    m6_apply(out, M, in);
+    return sv_from(out);
+}
+
+static inline svec m6_times_t(const num *M, svec x)
+{
+    num in[6], out[6] = {0};
+    sv_store(in, x);
+    for (int k = 0; k < 6; k++)
+        for (int e = 0; e < 6; e++)
+            out[e] += M[6 * k + e] * in[k];
+    return sv_from(out);
+}
+
 /* Six unit wrenches at a frame (three forces, three moments) in the coordinates of its body.
  * Returns the body, -1 when the frame is fixed to the world. Needs the pose. */
 int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
@@ -23,6 +63,31 @@ void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3]
  * on what its first `moved` freedoms move. Needs the articulated-body factors of body i. */
 void TFA_V(propagate)(const struct state *s, int32_t i, uint32_t moved, svec P[6], num psi[6][6],
                       num phi[6][6]);
+
+/* The six unit wrenches of a tip on their way inward */
+struct tip_wrenches {
+    int32_t body;   /* on which they act, in its coordinates; -1: none is left */
+    uint32_t moved; /* by how many freedoms of its joint they are moved */
+    svec P[6];
+};
+
+/* Where they start: at the tip's own body. */
+void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame frame,
+                      struct tip_wrenches *w);
+
+/* Takes them past the joint of their body: its psi and phi are kept, s->support says so. */
+void TFA_V(tip_pass)(struct state *s, uint32_t t, struct tip_wrenches *w);
+
+/* Takes the wrenches of `tips` (bits) past a stretch of bodies that moves its outer end by C f
+ * under a force f there and passes A^T f on: Lambda^-1_tu += P_t^T C P_u, P <- A^T P. */
+void TFA_V(tips_cross)(struct state *s, uint32_t tips, struct tip_wrenches *w, const num *A,
+                       const num *C);
+
+/* Lambda^-1 = 0, no body supports a tip. */
+void TFA_V(lambda_clear)(struct state *s);
+
+/* Lambda^-1_tu += psi_t^T phi_u of every joint that supports both tips. Upper triangle. */
+void TFA_V(lambda_joints)(struct state *s);
 
 /* Copies the upper triangle of s->lambda to the lower one. */
 void TFA_V(lambda_mirror)(struct state *s);

@@ -11,7 +11,8 @@
  * O(N + m d + m^2) where force propagation with all joints of all pairs is O(m^2 d). Only sums of
  * positive semidefinite terms. It pays from four tips of a long chain on: 64 bodies, 8 tips 42 us
  * against 57, one tip 10 against 7; on robots of common depth it does not (8 limbs of 5: 8 against
- * 6). Measured 2026-11-21, gcc 12, f64 without AVX, medians of 31 calls on an Intel Xeon VM.
+ * 6). Measured 2026-11-21, gcc 12, f64 without AVX, medians of 31 calls on an Intel Xeon VM. With up to
+ * eight tips composed propagators (lambda_pv.c) are faster than both.
  */
 #include "kernel/body.h"
 #include "kernel/kernel.h"
@@ -25,12 +26,6 @@ struct meetings {
     int32_t body[MEETINGS];
     svec past[MEETINGS][TFA_MAX_TIPS][6];
 };
-
-/* Row `row` of the psi or phi of tip t */
-static inline num *entry(const struct state *s, num *table, uint32_t row, uint32_t t)
-{
-    return table + (size_t)row * 6 * s->tips + 6 * (size_t)t;
-}
 
 /* L Y L^T + H D^-1 H^T for one freedom: L is 1 but for the joint's row l, whose own entry is
  * R / D = 1 - U_z / D without the cancellation. */
@@ -106,9 +101,6 @@ static uint32_t meeting_at(struct meetings *m, int32_t body)
 static void find_meetings(struct state *s, tfa_reference_frame frame, struct meetings *m)
 {
     m->count = 0;
-    for (uint32_t k = 0; k < s->spans; k++)
-        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            s->support[i] = 0;
     for (uint32_t t = 0; t < s->tips; t++) {
         svec P[6];
         uint32_t met = 0;
@@ -127,14 +119,14 @@ static void put_block(struct state *s, uint32_t i, uint32_t t, uint32_t u, const
                       const svec Q[6])
 {
     const struct tfa_body *b = &s->body[i];
-    const size_t n = 6 * (size_t)s->tips;
     for (uint32_t f = 0; f < 6; f++) {
         const svec a = b->parent < 0 ? sv_zero() : s6_mul(&s->Ic[b->parent], Q[f]);
         for (uint32_t e = 0; e < 6; e++) {
             num sum = sv_dot(P[e], a);
             for (uint32_t k = 0; k < b->n; k++)
-                sum += entry(s, s->psi, b->v + k, t)[e] * entry(s, s->phi, b->v + k, u)[f];
-            s->lambda[(6 * t + e) * n + 6 * u + f] = sum;
+                sum +=
+                    tip_columns(s, s->psi, b->v + k, t)[e] * tip_columns(s, s->phi, b->v + k, u)[f];
+            *lambda_entry(s, t, u, e, f) = sum;
         }
     }
 }
@@ -142,28 +134,21 @@ static void put_block(struct state *s, uint32_t i, uint32_t t, uint32_t u, const
 /* Takes the wrenches of tip t inward and answers its block and those with the tips before it. */
 static void go_inward(struct state *s, uint32_t t, tfa_reference_frame frame, struct meetings *m)
 {
-    svec P[6];
+    struct tip_wrenches w;
     uint32_t met = 0;
-    int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
-    uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
-    for (int first = 1; i >= 0; i = s->body[i].parent, moved = 6, first = 0) {
-        const struct tfa_body *b = &s->body[i];
-        num psi[6][6], phi[6][6];
-        TFA_V(propagate)(s, i, moved, P, psi, phi);
-        for (uint32_t k = 0; k < b->n; k++)
-            for (uint32_t e = 0; e < 6; e++) {
-                entry(s, s->psi, b->v + k, t)[e] = psi[k][e];
-                entry(s, s->phi, b->v + k, t)[e] = phi[k][e];
-            }
+    TFA_V(tip_start)(s, t, frame, &w);
+    for (int first = 1; w.body >= 0; first = 0) {
+        const int32_t i = w.body;
+        TFA_V(tip_pass)(s, t, &w);
         if (first)
-            put_block(s, (uint32_t)i, t, t, P, P);
+            put_block(s, (uint32_t)i, t, t, w.P, w.P);
         for (uint32_t k = 0; k < m->count; k++)
             if (m->body[k] == i) {
                 for (uint32_t u = 0; u < t; u++)
                     if (s->support[i] & ~met & 1u << u)
-                        put_block(s, (uint32_t)i, u, t, m->past[k][u], P);
+                        put_block(s, (uint32_t)i, u, t, m->past[k][u], w.P);
                 for (int e = 0; e < 6; e++)
-                    m->past[k][t][e] = P[e];
+                    m->past[k][t][e] = w.P[e];
             }
         met |= s->support[i];
     }
@@ -172,8 +157,7 @@ static void go_inward(struct state *s, uint32_t t, tfa_reference_frame frame, st
 void TFA_V(lambda_efpa)(struct state *s, tfa_reference_frame frame)
 {
     struct meetings m;
-    for (size_t k = 0; k < (size_t)36 * s->tips * s->tips; k++)
-        s->lambda[k] = 0;
+    TFA_V(lambda_clear)(s);
     find_meetings(s, frame, &m);
     go_outward(s);
     for (uint32_t t = 0; t < s->tips; t++)

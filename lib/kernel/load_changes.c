@@ -106,7 +106,8 @@ static int depends_on_tips_only(const struct state *s, const tfa_request *r)
 {
     return r->op == TFA_OP_OPERATIONAL_INERTIA && r->estimate != TFA_ESTIMATE_ALWAYS &&
            (r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA ||
-            r->method == TFA_METHOD_PROPAGATION) &&
+            r->method == TFA_METHOD_PROPAGATION || r->method == TFA_METHOD_EFPA ||
+            r->method == TFA_METHOD_PV_OSIMR) &&
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->holding;
 }
 

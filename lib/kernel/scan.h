@@ -7,7 +7,8 @@
  *   factor: each segment inward by itself (scan_segment_factor), with the inertia G of the next
  *           few bodies on its end; over the segments the inertia J that hangs on each cut
  *           (scan_join.h), of which J - G is left to the scan; segments whose cut is still light
- *           beside it once more with all of J on their end.
+ *           beside it once more with all of J for G, and over all segments again: J - G is now
+ *           rounding, or what the second pass found better.
  *   solve:  each segment inward, then the bias forces inward and the accelerations outward over
  *           the cuts, then each segment outward.
  */
@@ -15,6 +16,7 @@
 #define TFA_KERNEL_SCAN_H
 
 #include "kernel/chain.h"
+#include "kernel/lambda.h"
 #include "kernel/scan_join.h"
 
 /* One body on the chain */
@@ -26,12 +28,15 @@ struct scan_body {
 /* Bodies at positions first .. end - 1 of the chain */
 struct scan_segment {
     uint32_t first, end;
-    int seeded;             /* all that is outboard was on its end: nothing is left, E = 1 */
-    struct scan_element at; /* after factor: closed, so that f_out means the bias force beyond */
-    struct lu6 E;           /* 1 + C left; not of a seeded one, nor the last */
+    int seeded;             /* factored twice */
+    struct scan_element at; /* of its bodies and what is on its end */
     num known[36];          /* G: inertia that its factors have on its end, that body's frame */
-    num left[36];           /* J - G: the rest of the articulated inertia beyond the cut */
-    svec v, g;              /* a_out and f_in at rest; closed like `at` in the course of solve */
+    num J[36];              /* articulated inertia of it and all beyond it, on the body before it */
+    num left[36];           /* J - G, J of the next segment; as what follows, not of the last one */
+    struct lu6 E;           /* 1 + C left */
+    num load;               /* scan_meet */
+    num EA[36];             /* E^-1 A */
+    svec v, g;              /* a_out and f_in without a_in and f_out; then v at a_in = 0 */
     svec a_in, f_out;       /* what it gets from the scan: frames of the body before, of its end */
 };
 
@@ -66,35 +71,17 @@ int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *row
 void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                        num *qdd, int bias);
 
-/* Lambda^-1 of the request's one tip into s->lambda, with the factors that either method left.
- * 0: it has no part in a chain's last segment, or there are others, or mimics. O(N / 16). */
+/* Lambda^-1 of the request's tips into s->lambda, with the factors that either method left. 0: a
+ * tip reaches a chain before its last segment, or there are mimics. O(N / 16) for each tip. */
 int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame);
 
-/* C += psi^T D^-1 psi, upper triangle */
-static inline void scan_add_response(num *C, const num *psi, const num *phi)
+/* E^-1 x */
+static inline svec scan_closed(const struct lu6 *E, svec x)
 {
-    for (int e = 0; e < 6; e++)
-        for (int f = e; f < 6; f++)
-            C[6 * e + f] += psi[e] * phi[f];
-}
-
-/* M x and M^T x for a dense M */
-static inline svec scan_times(const num *M, svec x)
-{
-    num in[6], out[6];
-    sv_store(in, x);
-    m6_apply(out, M, in);
-    return sv_from(out);
-}
-
-static inline svec scan_times_t(const num *M, svec x)
-{
-    num in[6], out[6] = {0};
-    sv_store(in, x);
-    for (int k = 0; k < 6; k++)
-        for (int e = 0; e < 6; e++)
-            out[e] += M[6 * k + e] * in[k];
-    return sv_from(out);
+    num v[6];
+    sv_store(v, x);
+    lu6_solve(E, v, 1);
+    return sv_from(v);
 }
 
 #endif

@@ -60,22 +60,19 @@ static inline num scan_meet(struct lu6 *E, const num *C, const num *outer)
 
 /* The element with the inertia `outer` hung on its end, E = 1 + C outer from scan_meet. What is
  * left of f_out is the outboard part's bias force.
- *   A <- E^-1 A,   C <- E^-1 C,   J <- J + A^T outer E^-1 A */
-static inline void scan_close(struct scan_element *x, const struct lu6 *E, const num *outer)
+ *   EA = E^-1 A,   J = x->J + A^T outer EA */
+static inline void scan_hang(const struct scan_element *x, const struct lu6 *E, const num *outer,
+                             num *EA, num *J)
 {
-    num W[36], F[36], G[36];
+    num F[36], G[36];
     for (int k = 0; k < 36; k++)
-        W[k] = x->A[k];
-    lu6_solve(E, W, 6);
-    lu6_solve(E, x->C, 6);
-    m6_symmetrise(x->C);
-    m6_mul(F, outer, W);
+        EA[k] = x->A[k];
+    lu6_solve(E, EA, 6);
+    m6_mul(F, outer, EA);
     m6_tmul(G, x->A, F);
-    for (int k = 0; k < 36; k++) {
-        x->J[k] += G[k];
-        x->A[k] = W[k];
-    }
-    m6_symmetrise(x->J);
+    for (int k = 0; k < 36; k++)
+        J[k] = x->J[k] + G[k];
+    m6_symmetrise(J);
 }
 
 /* `out` is outboard of `in`. Associative: a tree or cyclic reduction may join in any order.
@@ -85,9 +82,11 @@ static inline struct scan_element scan_join(const struct scan_element *in,
 {
     struct scan_element sum = *in;
     struct lu6 E;
-    num F[36], At[36];
+    num F[36], At[36], EA[36];
     (void)scan_meet(&E, in->C, out->J);
-    scan_close(&sum, &E, out->J);
+    scan_hang(in, &E, out->J, EA, sum.J);
+    lu6_solve(&E, sum.C, 6);
+    m6_symmetrise(sum.C);
     for (int i = 0; i < 6; i++)
         for (int j = 0; j < 6; j++)
             At[6 * i + j] = out->A[6 * j + i];
@@ -96,9 +95,7 @@ static inline struct scan_element scan_join(const struct scan_element *in,
     for (int k = 0; k < 36; k++)
         sum.C[k] += out->C[k];
     m6_symmetrise(sum.C);
-    m6_mul(F, out->A, sum.A);
-    for (int k = 0; k < 36; k++)
-        sum.A[k] = F[k];
+    m6_mul(sum.A, out->A, EA);
     return sum;
 }
 

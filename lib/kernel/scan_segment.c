@@ -29,9 +29,11 @@ static inline void carry_1(const struct state *s, uint32_t i, int axis, svec P[6
     for (int e = 0; e < 6; e++) {
         psi[e] = sv_get(&P[e], axis);
         phi[e] = s->Dinv[i] * psi[e];
-        P[e] = x_t_force(&X, sv_sub(P[e], sv_scale(U, phi[e])));
+        P[e] = sv_sub(P[e], sv_scale(U, phi[e]));
+        sv_put(&P[e], axis, (num)s->body[i].armature * phi[e]); /* psi - D phi is rounding */
+        P[e] = x_t_force(&X, P[e]);
     }
-    scan_add_response(C, psi, phi);
+    add_response(C, psi, phi);
 }
 
 /* Inward past one body: P to its parent, C grows. */
@@ -49,7 +51,7 @@ static inline void carry(const struct state *s, uint32_t i, struct scan_body *ro
     } else {
         TFA_V(propagate)(s, (int32_t)i, 6, P, psi, phi);
         for (uint32_t k = 0; k < b->n; k++)
-            scan_add_response(C, psi[k], phi[k]);
+            add_response(C, psi[k], phi[k]);
     }
 }
 

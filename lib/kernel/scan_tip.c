@@ -1,68 +1,95 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Lambda^-1 of one tip at the end of a chain, by-product of the segment scan: six unit wrenches go
- * inward body by body through the last segment, and in one step through each of the others.
+ * Lambda^-1 of tips beyond the last cut of their chains, by-product of the segment scan: unit
+ * wrenches go inward joint by joint as far as the last segment reaches, side branches included, and
+ * in one step through each segment before it. A tip further in would need the articulated inertia
+ * of its bodies: those segments have it only up to what the scan knows beyond their cut.
  */
 #include "kernel/lambda.h"
 #include "kernel/scan.h"
 
-/* The chain that ends with this segment-full of bodies, and its rows; NULL where the body stands
- * elsewhere */
-static const struct tfa_chain *chain_of(const struct state *s, int32_t body, struct scan **scan,
-                                        uint32_t *position)
+/* The chain of a body's tree, and its rows */
+static const struct tfa_chain *chain_of(const struct state *s, int32_t body,
+                                        const struct scan **scan)
 {
-    char *rows = s->rows;
-    for (uint32_t t = 0; t < s->m->trees; t++) {
-        const struct tfa_chain *chain = &s->m->chain[t];
-        *scan = (struct scan *)(void *)rows;
-        for (uint32_t k = (*scan)->segment[(*scan)->segments - 1].first; k < chain->length; k++)
-            if (chain->body[k] == (uint32_t)body) {
-                *position = k;
-                return chain;
-            }
+    const char *rows = s->rows;
+    const struct tfa_chain *chain = s->m->chain;
+    for (; (uint32_t)body >= chain->end; chain++)
         rows += TFA_V(scan_bytes)(chain->length);
-    }
-    return NULL;
+    *scan = (const struct scan *)(const void *)rows;
+    return chain;
 }
 
-/* L += P^T C P,  P <- A^T P */
-static void cross_segment(const struct scan_segment *segment, svec P[6], num *L)
+/* Position on the chain of a body or, on a side branch, of the body that carries it */
+static uint32_t position(const struct state *s, const struct tfa_chain *chain, int32_t i)
 {
-    for (int e = 0; e < 6; e++) {
-        num x[6], y[6];
-        sv_store(x, P[e]);
-        m6_apply(y, segment->at.C, x);
-        for (int f = e; f < 6; f++)
-            L[6 * e + f] += sv_dot(P[f], sv_from(y));
+    while (!chain_has(s, chain, i))
+        i = s->body[i].parent;
+    return s->body[i].depth - 1;
+}
+
+static const struct scan_segment *last_segment(const struct scan *scan)
+{
+    return &scan->segment[scan->segments - 1];
+}
+
+/* Do all tips stand beyond the last cut of their chain? */
+static int reaches(const struct state *s)
+{
+    for (uint32_t t = 0; t < s->tips; t++) {
+        const struct scan *scan;
+        const int32_t i = s->m->frame[s->tip[t]].body;
+        const struct tfa_chain *chain = i < 0 ? NULL : chain_of(s, i, &scan);
+        if (chain && position(s, chain, i) < last_segment(scan)->first)
+            return 0;
     }
-    for (int e = 0; e < 6; e++)
-        P[e] = scan_times_t(segment->at.A, P[e]);
+    return 1;
+}
+
+/* One segment inward, with all of the outboard part on its end: A and C become E^-1 A and E^-1 C. */
+static void cross(struct state *s, uint32_t tips, struct tip_wrenches *w,
+                  const struct scan_segment *segment)
+{
+    num C[36];
+    for (int e = 0; e < 36; e++)
+        C[e] = segment->at.C[e];
+    lu6_solve(&segment->E, C, 6);
+    TFA_V(tips_cross)(s, tips, w, segment->EA, C);
 }
 
 int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame)
 {
-    struct scan *scan;
-    uint32_t position;
-    svec P[6];
-    if (s->tips != 1 || s->m->mimics)
+    struct tip_wrenches w[TFA_MAX_TIPS];
+    uint32_t left = 0;
+    if (s->m->mimics || !reaches(s))
         return 0;
-    int32_t i = TFA_V(frame_columns)(s, s->tip[0], frame, P);
-    const struct tfa_chain *chain = i < 0 ? NULL : chain_of(s, i, &scan, &position);
-    if (!chain)
-        return 0;
-    uint32_t moved = TFA_V(frame_freedoms)(s, s->tip[0]);
-    num psi[6][6], phi[6][6];
-    for (int k = 0; k < 36; k++)
-        s->lambda[k] = 0;
-    for (uint32_t k = position + 1; k-- > scan->segment[scan->segments - 1].first; moved = 6) {
-        i = (int32_t)chain->body[k];
-        TFA_V(propagate)(s, i, moved, P, psi, phi);
-        for (uint32_t j = 0; j < s->body[i].n; j++)
-            scan_add_response(s->lambda, psi[j], phi[j]);
+    TFA_V(lambda_clear)(s);
+    for (uint32_t t = 0; t < s->tips; t++) {
+        const struct scan *scan;
+        TFA_V(tip_start)(s, t, frame, &w[t]);
+        if (w[t].body < 0)
+            continue;
+        const struct tfa_chain *chain = chain_of(s, w[t].body, &scan);
+        const uint32_t cut = last_segment(scan)->first;
+        while (w[t].body >= 0 && position(s, chain, w[t].body) >= cut)
+            TFA_V(tip_pass)(s, t, &w[t]);
+        left |= (uint32_t)(w[t].body >= 0) << t;
     }
-    for (uint32_t k = scan->segments - 1; k-- > 0;)
-        cross_segment(&scan->segment[k], P, s->lambda);
+    TFA_V(lambda_joints)(s);
+    while (left) { /* tree by tree */
+        const struct scan *scan;
+        uint32_t tips = 0, first = 0;
+        while (!(left >> first & 1))
+            first++;
+        (void)chain_of(s, w[first].body, &scan);
+        for (uint32_t t = first; t < s->tips; t++)
+            if (left >> t & 1 && s->body[w[t].body].tree == s->body[w[first].body].tree)
+                tips |= 1u << t;
+        for (uint32_t k = scan->segments - 1; k-- > 0;)
+            cross(s, tips, w, &scan->segment[k]);
+        left &= ~tips;
+    }
     TFA_V(lambda_mirror)(s);
     return 1;
 }

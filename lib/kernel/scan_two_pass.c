@@ -12,4 +12,4 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
 }
 
 const struct chain_method TFA_V(scan_two_pass_method) = {
-    TFA_METHOD_SCAN_TWO_PASS, TFA_V(scan_bytes), factor, TFA_V(scan_solve)};
+    TFA_METHOD_SCAN_TWO_PASS, TFA_V(scan_bytes), factor, TFA_V(scan_solve), NULL};

@@ -8,24 +8,21 @@
 
 #include "kernel/table.h"
 
-extern const struct tfa_kernel tfa_kernel_f64_base;
-extern const struct tfa_kernel tfa_kernel_f128_base;
-extern const struct tfa_kernel tfa_kernel_f64_avx2;
-extern const struct tfa_kernel tfa_kernel_f64_avx512;
+extern const struct tfa_lanes tfa_lanes_f64x2_base, tfa_lanes_f64x4_avx2, tfa_lanes_f64x8_avx512;
 
-extern const struct tfa_lanes tfa_lanes_f64x2_base;
-extern const struct tfa_lanes tfa_lanes_f64x4_avx2;
-extern const struct tfa_lanes tfa_lanes_f64x8_avx512;
-
-/* best first */
-static const struct tfa_kernel *const kernels[] = {
+/* best first among those of one precision */
 #ifdef TFA_HAVE_X86_VARIANTS
-    &tfa_kernel_f64_avx512,
-    &tfa_kernel_f64_avx2,
+#define VARIANTS(X) X(f64_avx512) X(f64_avx2) X(f64_base) X(f32_avx512) X(f32_avx2) X(f32_base)
+#else
+#define VARIANTS(X) X(f64_base) X(f32_base)
 #endif
-    &tfa_kernel_f64_base,
-    &tfa_kernel_f128_base,
-};
+
+#define DECLARE(variant) extern const struct tfa_kernel tfa_kernel_##variant;
+VARIANTS(DECLARE)
+DECLARE(f128_base)
+
+#define ADDRESS(variant) &tfa_kernel_##variant,
+static const struct tfa_kernel *const kernels[] = {VARIANTS(ADDRESS) ADDRESS(f128_base)};
 
 const struct tfa_kernel *tfa_kernel_select(tfa_precision precision)
 {
@@ -42,7 +39,7 @@ const struct tfa_kernel *tfa_kernel_select(tfa_precision precision)
     return best;
 }
 
-static const struct tfa_lanes *const wide[] = {
+static const struct tfa_lanes *const lane_kernels[] = {
 #ifdef TFA_HAVE_X86_VARIANTS
     &tfa_lanes_f64x8_avx512,
     &tfa_lanes_f64x4_avx2,
@@ -53,8 +50,8 @@ static const struct tfa_lanes *const wide[] = {
 const struct tfa_lanes *tfa_lanes_select(void)
 {
     const struct tfa_kernel *one = tfa_kernel_select(TFA_F64);
-    for (size_t k = 0; k < sizeof wide / sizeof *wide; k++)
-        if (strcmp(wide[k]->isa, one->isa) == 0)
-            return wide[k];
+    for (size_t k = 0; k < sizeof lane_kernels / sizeof *lane_kernels; k++)
+        if (strcmp(lane_kernels[k]->isa, one->isa) == 0)
+            return lane_kernels[k];
     return NULL;
 }

@@ -47,7 +47,7 @@ struct row {
     sym6 Iinv;    /* inverse of the inertia with side branches folded in */
     num K[36];    /* K_i = 1 - C_i I_i; of a 1-freedom joint only its row that differs from 1 */
     num B[36];    /* B_i = H_i Theta_i^-1, a row of six for each freedom; 1 freedom: 1/Theta */
-    num F[6];     /* total force, frame i */
+    num F[36];    /* total forces, frame i: 6 x columns for one right-hand side or six */
 };
 
 /* What TFA does with a body: fold it into its parent, keep it on a chain; it carries a side branch */
@@ -85,6 +85,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
 
 /* Of one state at a time only */
 #define TFA_SINGLE_ARRAYS(ARRAY)                                                                   \
+    ARRAY(double, carry, nv, "", "joint", "refine: what goes to the wider kernel and comes back")  \
     ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
     ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
     ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
@@ -165,7 +166,8 @@ struct state {
     int wrenched;  /* some s->wrench is not zero */
     uint32_t tips; /* of the request under way */
     uint32_t tip[TFA_MAX_TIPS];
-    int32_t bad_body; /* body whose inertia could not be inverted */
+    const struct tfa_wider *wider; /* of refinement; NULL: none */
+    int32_t bad_body;              /* body whose inertia could not be inverted */
 #define TFA_STATE_DECLARE(type, name, count, unit, frame, what) type *name;
     TFA_STATE_ARRAYS(TFA_STATE_DECLARE)
 #undef TFA_STATE_DECLARE

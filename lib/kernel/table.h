@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a compiled variant of the kernels offers to the rest of the library.
+ * What a compiled variant of the kernels offers to the rest of the library, and to another variant
+ * whose answers it refines.
  */
 #ifndef TFA_KERNEL_TABLE_H
 #define TFA_KERNEL_TABLE_H
@@ -9,6 +10,7 @@
 #include <totalforce/dynamics.h>
 
 struct state;
+struct tfa_wider;
 
 struct tfa_kernel {
     const char *isa;
@@ -19,6 +21,24 @@ struct tfa_kernel {
     /* One state of a checked request; fills answer, and field/index of the reply on failure. */
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
                   tfa_answer *answer);
+
+    /* From now on refinement in s has its residual from `wider`, which outlives s. */
+    void (*widen)(struct state *s, const struct tfa_wider *wider);
+    /* And what the kernel does as the wider one of another: reads state k of a checked request; */
+    void (*load)(struct state *s, const tfa_request *request, uint32_t k);
+    /* x = dx (fresh) or x += dx, as follows for followers; */
+    void (*add)(struct state *s, const double *dx, int fresh);
+    /* residual = tau - RNEA(x), shaken (rnea_shaken) or not. Returns |x|; */
+    double (*residual)(struct state *s, double *residual, int shaken);
+    /* writes x to the reply. Returns 1 when all of it is finite. */
+    int (*unload)(const struct state *s, uint32_t k, tfa_reply *reply);
+};
+
+/* Another kernel with a state of the same model: where refinement has its residual from, in wider
+ * arithmetic, and where the solution is summed up. */
+struct tfa_wider {
+    const struct tfa_kernel *kernel;
+    struct state *state;
 };
 
 /* Several states at a time: forward dynamics by aba. */

@@ -27,12 +27,13 @@ static void bake_inboard(struct state *s, uint32_t i)
     }
 }
 
-/* I^-1; that of an irregular body is never read: the chain refuses it */
+/* I^-1, or zeros where there is none: for an irregular body, and in single precision for one whose
+ * inertia rounding made so. The chain refuses it. */
 static void bake_inverse(struct state *s, uint32_t i)
 {
     const sym6 I = rigid_inertia(&s->body[i]);
-    if (s->body[i].regular)
-        (void)s6_invert(&I, &s->total[i].Iinv);
+    if (!s->body[i].regular || !s6_invert(&I, &s->total[i].Iinv))
+        s->total[i].Iinv = (sym6){0};
 }
 
 void TFA_V(tfa_bake)(struct state *s)
@@ -94,45 +95,54 @@ int TFA_V(tfa_factor_rows)(struct state *s, const struct tfa_chain *chain, struc
     return TFA_OK;
 }
 
-/* F <- S^-1 (B tau + K (c + I^-1 p - XI (p_parent - F_parent))), forward elimination.
- * The first row sees the ground's acceleration instead. */
+/* F <- S^-1 (K (F - XI (p - F of the row before)) + B tau) for `columns` columns: F is what is known
+ * of the row's acceleration, p the bias force on the body before. `before`: NULL in the first row */
+static inline void row_forward(const struct tfa_body *b, struct row *r, const struct row *before,
+                               const num *p, const num *tau, size_t stride, int columns)
+{
+    if (before) {
+        num carried[36], moved[36];
+        for (int e = 0; e < 6 * columns; e++)
+            carried[e] = p[e] - before->F[e];
+        m6_columns(moved, r->XI, carried, columns);
+        for (int e = 0; e < 6 * columns; e++)
+            r->F[e] -= moved[e];
+    }
+    row_apply_K(r, b, r->F, columns);
+    row_add_B(r, b, tau, stride, r->F, columns);
+    lu6_solve(&r->S, r->F, columns);
+}
+
+/* Forward elimination of the right-hand side B tau + K (c + I^-1 p - XI p_parent). The first row
+ * sees the ground's acceleration instead. */
 static void forward(struct state *s, const struct tfa_chain *chain, struct row *row, const num *tau,
                     int bias)
 {
-    const int products = bias && s->moving;
     for (uint32_t k = 0; k < chain->length; k++) {
         const uint32_t i = chain->body[k];
         const struct tfa_body *b = &s->body[i];
         struct row *r = &row[k];
+        num p[6] = {0};
         svec known = s6_mul(&r->Iinv, s->pA[i]);
-        if (products)
+        if (chain_products(s, bias))
             known = sv_add(known, s->c[i]);
         if (k == 0 && bias)
-            known = sv_add(known, x_motion(&s->X[i], (svec){{0, 0, 0}, v3_neg(s->gravity)}));
+            known = sv_add(known, x_motion(&s->X[i], chain_ground(s, bias)));
         sv_store(r->F, known);
-        if (k > 0) {
-            num carried[6], moved[6];
-            sv_store(carried, s->pA[b->parent]);
-            for (int e = 0; e < 6; e++)
-                carried[e] -= row[k - 1].F[e];
-            m6_apply(moved, r->XI, carried);
-            for (int e = 0; e < 6; e++)
-                r->F[e] -= moved[e];
-        }
-        row_apply_K(r, b, r->F, 1);
-        row_add_B(r, b, tau + b->v, r->F);
-        lu6_solve(&r->S, r->F, 1);
+        if (k > 0)
+            sv_store(p, s->pA[b->parent]);
+        row_forward(b, r, k > 0 ? r - 1 : NULL, p, tau + b->v, 1, 1);
     }
 }
 
 /* F_i -= G_i F_{i+1} */
-static void back(const struct tfa_chain *chain, struct row *row)
+static inline void back(const struct tfa_chain *chain, struct row *row, int columns)
 {
     for (uint32_t k = chain->length - 1; k-- > 0;) {
         struct row *r = &row[k];
-        num g[6];
-        m6_apply(g, r->G, row[k + 1].F);
-        for (int e = 0; e < 6; e++)
+        num g[36];
+        m6_columns(g, r->G, row[k + 1].F, columns);
+        for (int e = 0; e < 6 * columns; e++)
             r->F[e] -= g[e];
     }
 }
@@ -144,7 +154,7 @@ static void accelerations(const struct state *s, const struct tfa_chain *chain,
     for (uint32_t k = 0; k < chain->length; k++) {
         const num *next = k + 1 < chain->length ? row[k + 1].F : NULL;
         svec a = total_acceleration(s, chain, k, &row[k].Iinv, sv_from(row[k].F), next);
-        joint_acceleration(s, chain->body[k], a, up, qdd, bias);
+        joint_acceleration(s, chain->body[k], a, up, qdd + s->body[chain->body[k]].v, bias);
         up = a;
     }
 }
@@ -163,8 +173,24 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
                   num *qdd, int bias)
 {
     forward(s, chain, rows, tau, bias);
-    back(chain, rows);
+    back(chain, rows, 1);
     accelerations(s, chain, rows, qdd, bias);
 }
 
-const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, bytes, factor, solve};
+/* F = A^-1 B tau for six right-hand sides in one go */
+static struct row *six_forces(struct state *s, const struct tfa_chain *chain, void *rows,
+                              const num *tau, size_t stride)
+{
+    static const num none[36];
+    struct row *row = rows;
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const struct tfa_body *b = &s->body[chain->body[k]];
+        for (int e = 0; e < 36; e++)
+            row[k].F[e] = 0;
+        row_forward(b, &row[k], k > 0 ? &row[k - 1] : NULL, none, tau + stride * b->v, stride, 6);
+    }
+    back(chain, row, 6);
+    return row;
+}
+
+const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, bytes, factor, solve, six_forces};

@@ -89,7 +89,7 @@ static void right_hand_side(const struct state *s, const struct tfa_chain *chain
         known = sv_add(known, s->c[i]);
     sv_store(F, known);
     row_apply_K(r, b, F, 1);
-    row_add_B(r, b, tau + b->v, F);
+    row_add_B(r, b, tau + b->v, 1, F, 1);
 }
 
 static void solve(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
@@ -98,15 +98,33 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     const struct system A = system_at(rows, chain->length);
     for (uint32_t k = 0; k < chain->length; k++)
         right_hand_side(s, chain, A, k, tau, bias);
-    cyclic_solve(A.c, chain->length, CYCLIC_GENERAL);
+    cyclic_solve(A.c, chain->length, CYCLIC_GENERAL, 1);
     svec up = chain_ground(s, bias);
     for (uint32_t k = 0; k < chain->length; k++) {
         const num *next = k + 1 < chain->length ? A.c[k + 1].x : NULL;
         const svec F = sv_from(A.c[k].x);
         const svec a = total_acceleration(s, chain, k, &A.r[k].Iinv, F, next);
-        joint_acceleration(s, chain->body[k], a, up, qdd, bias);
+        joint_acceleration(s, chain->body[k], a, up, qdd + s->body[chain->body[k]].v, bias);
         up = a;
     }
 }
 
-const struct chain_method TFA_V(tfa_cr_method) = {TFA_METHOD_TFA_CR, bytes, factor, solve};
+/* F = A^-1 B tau for six right-hand sides in one go */
+static struct row *six_forces(struct state *s, const struct tfa_chain *chain, void *rows,
+                              const num *tau, size_t stride)
+{
+    const struct system A = system_at(rows, chain->length);
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const struct tfa_body *b = &s->body[chain->body[k]];
+        cyclic_clear(A.c[k].x);
+        row_add_B(&A.r[k], b, tau + stride * b->v, stride, A.c[k].x, 6);
+    }
+    cyclic_solve(A.c, chain->length, CYCLIC_GENERAL, 6);
+    for (uint32_t k = 0; k < chain->length; k++)
+        for (int e = 0; e < 36; e++)
+            A.r[k].F[e] = A.c[k].x[e];
+    return A.r;
+}
+
+const struct chain_method TFA_V(tfa_cr_method) = {TFA_METHOD_TFA_CR, bytes, factor, solve,
+                                                  six_forces};

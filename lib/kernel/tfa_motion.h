@@ -34,18 +34,19 @@ static inline svec total_acceleration(const struct state *s, const struct tfa_ch
     return s6_mul(inverse, net);
 }
 
-/* qdd_i = Wa_i^T (a - X_i up - c_i) */
+/* qdd_i = Wa_i^T (a - X_i up - c_i), the joint's own freedoms */
 static inline void joint_acceleration(const struct state *s, uint32_t i, svec a, svec up, num *qdd,
                                       int bias)
 {
     const struct tfa_body *b = &s->body[i];
+    s->a[i] = a; /* chain.h: for side branches */
     svec relative = sv_sub(a, x_motion(&s->X[i], up));
     if (chain_products(s, bias))
         relative = sv_sub(relative, s->c[i]);
     if (b->kind == TFA_KIND_FUSED)
-        fused_rates(&s->multi[b->multi], b->n, relative, qdd + b->v);
+        fused_rates(&s->multi[b->multi], b->n, relative, qdd);
     else
-        joint_force(s, b, relative, qdd + b->v); /* H^T: H has orthonormal columns */
+        joint_force(s, b, relative, qdd); /* H^T: H has orthonormal columns */
 }
 
 #endif

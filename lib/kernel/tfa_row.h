@@ -82,16 +82,19 @@ static inline void row_apply_K(const struct row *r, const struct tfa_body *b, nu
     }
 }
 
-/* x += B_i tau_i */
-static inline void row_add_B(const struct row *r, const struct tfa_body *b, const num *tau, num *x)
+/* x += B_i tau_i for `columns` columns; those of tau, freedom by freedom, are `stride` apart */
+static inline void row_add_B(const struct row *r, const struct tfa_body *b, const num *tau,
+                             size_t stride, num *x, int columns)
 {
     if (b->n == 1) {
-        x[body_axis(b)] += r->B[0] * tau[0];
+        for (int j = 0; j < columns; j++)
+            x[columns * body_axis(b) + j] += r->B[0] * tau[j];
         return;
     }
     for (uint32_t k = 0; k < b->n; k++)
         for (int e = 0; e < 6; e++)
-            x[e] += r->B[6 * k + (uint32_t)e] * tau[k];
+            for (int j = 0; j < columns; j++)
+                x[columns * e + j] += r->B[6 * k + (uint32_t)e] * tau[stride * k + (size_t)j];
 }
 
 /* G <- A_{i,i+1} = (X_{i+1} C_i)^T - XI_{i+1}^T; `next` is row i+1, X its transform */
@@ -115,7 +118,7 @@ static inline void row_up(const struct row *r, const struct tfa_body *b, const s
         num column[6] = {0};
         num one[6] = {0};
         one[k] = 1;
-        row_add_B(r, b, one, column);
+        row_add_B(r, b, one, 1, column, 1);
         for (int e = 0; e < 6; e++)
             for (int f = 0; f < 6; f++)
                 G[6 * e + f] += column[e] * XH[f];

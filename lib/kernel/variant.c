@@ -5,6 +5,7 @@
  */
 #include "kernel/cpu.h"
 #include "kernel/kernel.h"
+#include "kernel/load.h"
 #include "kernel/table.h"
 
 static size_t size(const tfa_model *model)
@@ -20,6 +21,11 @@ static struct state *init(const tfa_model *model, void *memory)
     return s;
 }
 
+static void widen(struct state *s, const struct tfa_wider *wider)
+{
+    s->wider = wider;
+}
+
 const struct tfa_kernel TFA_V(kernel) = {
     .isa = TFA_STRING(TFA_ISA_NAME),
     .precision = TFA_PRECISION,
@@ -27,4 +33,9 @@ const struct tfa_kernel TFA_V(kernel) = {
     .size = size,
     .init = init,
     .answer = TFA_V(answer),
+    .widen = widen,
+    .load = TFA_V(load),
+    .add = TFA_V(wider_add),
+    .residual = TFA_V(wider_residual),
+    .unload = TFA_V(unload_qdd),
 };

@@ -222,7 +222,7 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0, 0);
     if ((unsigned)r->estimate > TFA_ESTIMATE_ALWAYS)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0, 0);
-    if (r->refine > 2 && r->refine != TFA_REFINE_DEFAULT)
+    if (r->refine > TFA_MAX_REFINE && r->refine != TFA_REFINE_DEFAULT)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
     const int status = check_method(m, r, reply);
     if (status != TFA_OK)

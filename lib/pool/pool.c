@@ -34,9 +34,9 @@ struct tfa_pool {
     uint32_t tasks;
 };
 
-static int create_workspaces(tfa_pool *p, tfa_precision precision)
+static int create_workspaces(tfa_pool *p, const tfa_pool_options *o)
 {
-    const tfa_workspace_options options = {.precision = precision};
+    const tfa_workspace_options options = {.precision = o->precision, .residual = o->residual};
     p->workspace = calloc(p->threads, sizeof(tfa_workspace *));
     p->outcome = calloc((size_t)p->threads * TASKS_PER_THREAD, sizeof *p->outcome);
     int status = p->workspace && p->outcome ? TFA_OK : TFA_E_MEMORY;
@@ -59,7 +59,7 @@ int tfa_pool_create(const tfa_model *model, const tfa_pool_options *options, tfa
     p->threads = o->threads ? o->threads : (uint32_t)(online > 0 ? online : 1);
     p->threads = p->threads > MAX_THREADS ? MAX_THREADS : p->threads;
     p->model = model;
-    int status = create_workspaces(p, o->precision);
+    int status = create_workspaces(p, o);
     if (status == TFA_OK) {
         int error =
             team_start(&p->team, p->threads, o->spin_ns ? o->spin_ns : DEFAULT_SPIN_NS, o->cpus);

@@ -113,27 +113,27 @@ static inline void lu6_solve(const struct lu6 *f, num *x, int n)
         }
 }
 
-/* C = A B for 6 x 6, row major */
-static inline void m6_mul(num *C, const num *A, const num *B)
+/* C = A B for a 6 x 6 A and the n columns of B, row major */
+static inline void m6_columns(num *C, const num *A, const num *B, int n)
 {
     for (int i = 0; i < 6; i++)
-        for (int j = 0; j < 6; j++) {
+        for (int j = 0; j < n; j++) {
             num s = A[6 * i] * B[j];
             for (int k = 1; k < 6; k++)
-                s += A[6 * i + k] * B[6 * k + j];
-            C[6 * i + j] = s;
+                s += A[6 * i + k] * B[n * k + j];
+            C[n * i + j] = s;
         }
+}
+
+static inline void m6_mul(num *C, const num *A, const num *B)
+{
+    m6_columns(C, A, B, 6);
 }
 
 /* y = A x */
 static inline void m6_apply(num *y, const num *A, const num *x)
 {
-    for (int i = 0; i < 6; i++) {
-        num s = A[6 * i] * x[0];
-        for (int k = 1; k < 6; k++)
-            s += A[6 * i + k] * x[k];
-        y[i] = s;
-    }
+    m6_columns(y, A, x, 1);
 }
 
 #endif

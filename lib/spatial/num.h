@@ -17,6 +17,9 @@
 #define TFA_V_EXPAND(name, variant) TFA_V_PASTE(name, variant)
 #define TFA_V(name) TFA_V_EXPAND(name, TFA_VARIANT)
 
+/* Rounding of an answer: that of num, or of the doubles in which it is given. */
+#define ANSWER_EPSILON (NUM_EPSILON > 0x1p-52 ? (double)NUM_EPSILON : 0x1p-52)
+
 /* Sines and cosines of x[first] .. x[end - 1]. Arrays start and end on a whole vector (arena.h): a
  * variant may read and write whole vectors. */
 #ifndef num_sincos_many

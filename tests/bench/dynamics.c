@@ -8,6 +8,7 @@
  *   bench_dynamics [--csv] [--repetitions N] [ROBOT.urdf ...]
  */
 #include "bench.h"
+#include "peer.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -48,21 +49,22 @@ static void *make_ours(const tfa_description *description, tfa_method method)
     return NULL;
 }
 
-static void *make_aba(const char *path, const tfa_description *d)
+static void *make_aba(const char *path, const tfa_description *d, char *why, size_t size)
 {
-    (void)path;
+    (void)path, (void)why, (void)size;
     return make_ours(d, TFA_METHOD_ABA);
 }
 
-static void *make_crba(const char *path, const tfa_description *d)
+static void *make_crba(const char *path, const tfa_description *d, char *why, size_t size)
 {
-    (void)path;
-    return d->joint_count > 300 ? NULL : make_ours(d, TFA_METHOD_CRBA); /* O(N d^2): minutes */
+    (void)path, (void)why, (void)size;
+    return d->joint_count > PEER_BODIES_MAX ? NULL
+                                            : make_ours(d, TFA_METHOD_CRBA); /* O(N d^2): minutes */
 }
 
-static void *make_tfa(const char *path, const tfa_description *d)
+static void *make_tfa(const char *path, const tfa_description *d, char *why, size_t size)
 {
-    (void)path;
+    (void)path, (void)why, (void)size;
     return make_ours(d, TFA_METHOD_TFA);
 }
 
@@ -84,14 +86,14 @@ static void forward_ours(void *robot, const double *q, const double *v, const do
         qdd[0] = NAN;
 }
 
-static const struct contestant contestants[] = {
+static const struct peer contestants[] = {
     {"totalforce aba", make_aba, forward_ours, release_ours},
     {"totalforce crba", make_crba, forward_ours, release_ours},
     {"totalforce tfa", make_tfa, forward_ours, release_ours},
 };
 
 struct entry {
-    const struct contestant *who;
+    const struct peer *who;
     void *robot;
     double *samples; /* ns a call, by repetition */
     double error;    /* largest difference from the first contestant, relative */
@@ -173,20 +175,17 @@ static int by_value(const void *a, const void *b)
 static size_t gather(struct entry *entries, const char *path, const tfa_description *d,
                      size_t repetitions)
 {
-    const struct contestant *all[MAX_CONTESTANTS];
+    const struct peer *all[MAX_CONTESTANTS];
     size_t count = 0, n = 0;
     for (size_t k = 0; k < sizeof contestants / sizeof *contestants; k++)
         all[count++] = &contestants[k];
-#ifdef HAVE_MUJOCO
-    if (d->joint_count <= 300) /* its dense parts need minutes above */
-        all[count++] = &peer_mujoco;
-#endif
-#ifdef HAVE_KDL
-    if (d->joint_count <= 300)
-        all[count++] = &peer_kdl;
-#endif
+    for (size_t k = 0; peer_table[k] && d->joint_count <= PEER_BODIES_MAX; k++)
+        all[count++] = peer_table[k];
     for (size_t k = 0; k < count; k++) {
-        void *robot = all[k]->make(path, d);
+        char why[256] = "";
+        void *robot = all[k]->make(path, d, why, sizeof why);
+        if (!robot && why[0])
+            fprintf(stderr, "%s: %s\n", all[k]->name, why);
         if (robot)
             entries[n++] = (struct entry){all[k], robot, calloc(repetitions, sizeof(double)), 0};
     }

@@ -297,7 +297,7 @@ static void bad_values_are_named(void **state)
     BAD(bad.method = TFA_METHOD_RNEA);
     BAD(bad.frame = (tfa_reference_frame)3);
     BAD(bad.estimate = (tfa_estimate)77);
-    BAD(bad.refine = 3);
+    BAD(bad.refine = TFA_MAX_REFINE + 1);
     BAD((bad.tip_count = 1, bad.tips[0] = 1000));
     BAD((bad.wrench_count = 1, bad.wrench_frames[0] = UINT32_MAX, bad.wrenches = in.external));
     BAD((bad.op = TFA_OP_OPERATIONAL_INERTIA, bad.tip_count = 0));

@@ -86,6 +86,7 @@ static void measure(const struct cell *c, uint64_t seed, double error[METHODS], 
     }
     r.method = TFA_METHOD_DCA;
     r.refine = 1;
+    r.estimate = TFA_ESTIMATE_DEFAULT;
     compute_ok(&robot, robot.f64, &r, &reply);
     *service = relative_error(got, want, c->n);
     free(x);

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The segment scan: the same numbers as the articulated-body algorithm for every length of chain,
- * its error beside that algorithm's on chains that are hard, where it cuts, and its join.
+ * where it cuts, and its join. Its error: chains_scan_error.c.
  */
 #include <math.h>
 #include <setjmp.h>
@@ -15,86 +15,10 @@
 #include <cmocka.h>
 
 #include "chains_scan.h"
+#include "chains_state.h"
 #include "fixture.h"
 #include "kernel/kernel.h"
-#include "kernel/load.h"
 #include "kernel/scan.h"
-#include "kernel/table.h"
-
-/* A chain, and a state in quadruple precision to look into */
-struct bench {
-    tfa_description *d;
-    tfa_model *model;
-    uint32_t n;
-    double *q, *v, *tau, wrenches[12];
-    uint32_t wrench_frames[2], wrench_count;
-    void *memory;
-    struct state *s;
-};
-
-static void bench_load(struct bench *b, chain_mechanism mechanism, tfa_base base, uint64_t seed)
-{
-    const tfa_model_options options = {.base = base};
-    random_source r = {seed + 1};
-    assert_int_equal(tfa_model_create(b->d, &options, NULL, &b->model), TFA_OK);
-    b->n = tfa_model_v_count(b->model);
-    b->q = calloc(tfa_model_q_count(b->model) + 7, sizeof *b->q);
-    b->v = calloc(b->n, sizeof *b->v);
-    b->tau = calloc(b->n, sizeof *b->tau);
-    assert_true(b->q && b->v && b->tau);
-    chain_coordinates(mechanism, b->d, seed + 2, b->q);
-    for (uint32_t k = 0; k < b->n; k++) {
-        b->v[k] = random_uniform(&r, -1, 1);
-        b->tau[k] = random_uniform(&r, -1, 1);
-    }
-}
-
-static struct bench bench_open(chain_mechanism mechanism, uint32_t links, tfa_base base,
-                               uint64_t seed)
-{
-    struct bench b = {.d = chain_create(mechanism, links, seed)};
-    bench_load(&b, mechanism, base, seed);
-    return b;
-}
-
-static void bench_close(struct bench *b)
-{
-    free(b->memory);
-    free(b->tau);
-    free(b->v);
-    free(b->q);
-    tfa_model_free(b->model);
-    chain_free(b->d);
-}
-
-static tfa_request bench_request(const struct bench *b)
-{
-    static const double pose[7] = {0, 0, 0, 0, 0, 0, 1};
-    tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
-                     .estimate = TFA_ESTIMATE_NEVER,
-                     .count = 1,
-                     .wrench_count = b->wrench_count,
-                     .wrenches = b->wrenches,
-                     .q = b->q,
-                     .v = b->v,
-                     .tau = b->tau,
-                     .base_pose = pose};
-    memcpy(r.wrench_frames, b->wrench_frames, sizeof b->wrench_frames);
-    return r;
-}
-
-/* The kernels' own state, loaded with the request */
-static struct state *bench_state(struct bench *b)
-{
-    const struct tfa_kernel *kernel = tfa_kernel_select(TFA_F128);
-    const tfa_request request = bench_request(b);
-    const size_t size = (kernel->size(b->model) + 63) / 64 * 64;
-    b->memory = aligned_alloc(64, size);
-    assert_non_null(b->memory);
-    b->s = kernel->init(b->model, b->memory);
-    TFA_V(load)(b->s, &request, 0, 1);
-    return b->s;
-}
 
 /* ---- every length, in quadruple precision ---- */
 
@@ -177,8 +101,6 @@ static void tip_equals_propagation(void **state)
             }
             assert_true((double)(worst / size) < 1e-28);
         }
-        s->tip[0] = 0; /* the root: it has no part in this */
-        assert_int_equal(TFA_V(scan_lambda)(s, TFA_FRAME_LOCAL), 0);
         bench_close(&b);
     }
 }
@@ -216,93 +138,6 @@ static void branches_and_wrenches_equal_aba(void **state)
         bench_close(&b);
     }
     print_message("  worst difference %.2g\n", worst_length);
-}
-
-/* ---- error beside that of aba ---- */
-
-enum { SEEDS = 6, RIGHT_SIDES = 3 };
-static const char *const right_side_names[RIGHT_SIDES] = {"qdd", "tau", "gravity"};
-static const tfa_method rivals[] = {TFA_METHOD_ABA, TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS};
-#define RIVALS (sizeof rivals / sizeof *rivals)
-
-static void run(tfa_workspace *w, tfa_request *r, tfa_method method, double *qdd)
-{
-    tfa_reply reply = {.qdd = qdd};
-    r->method = method;
-    assert_int_equal(tfa_compute(w, r, &reply), TFA_OK);
-}
-
-/* tau that gives the accelerations in b->v; random; none */
-static void make_right_side(const struct bench *b, tfa_workspace *f128, int side, tfa_request *r)
-{
-    static const double weightless[3] = {0, 0, 0};
-    r->v = NULL;
-    r->gravity = side < 2 ? weightless : NULL;
-    if (side == 0) {
-        tfa_request inverse = *r;
-        tfa_reply reply = {.tau = b->tau};
-        inverse.op = TFA_OP_INVERSE_DYNAMICS;
-        inverse.method = TFA_METHOD_RNEA;
-        inverse.tau = NULL;
-        inverse.qdd = b->v;
-        assert_int_equal(tfa_compute(f128, &inverse, &reply), TFA_OK);
-    }
-    r->tau = side < 2 ? b->tau : NULL;
-}
-
-/* Adds the squares of the relative errors of each method. */
-static void add_errors(chain_mechanism mechanism, uint32_t links, uint64_t seed, int side,
-                       double *sum)
-{
-    struct bench b = bench_open(mechanism, links, TFA_BASE_FIXED, seed);
-    tfa_workspace *f64 = fixture_workspace(b.model, TFA_F64);
-    tfa_workspace *f128 = fixture_workspace(b.model, TFA_F128);
-    double *want = calloc(b.n, sizeof *want), *got = calloc(b.n, sizeof *got);
-    tfa_request r = bench_request(&b);
-    assert_true(want && got);
-    make_right_side(&b, f128, side, &r);
-    run(f128, &r, TFA_METHOD_ABA, want);
-    for (size_t m = 0; m < RIVALS; m++) {
-        run(f64, &r, rivals[m], got);
-        const double error = relative_error(got, want, b.n);
-        sum[m] += error * error;
-    }
-    free(got);
-    free(want);
-    tfa_workspace_free(f128);
-    tfa_workspace_free(f64);
-    bench_close(&b);
-}
-
-/* Root mean square over seeds: one answer's ratio may be anything, ABA is lucky now and then. At
- * rest under gravity one pass forms the forces between segments, and ABA none: 6 times its error on
- * a helix of 1024 with fused multiply-add (1.7e-12). */
-static void error_is_abas(void **state)
-{
-    (void)state;
-    static const uint32_t lengths[] = {8, 24, 64, 200, 1024};
-    double worst[RIVALS] = {0};
-    for (int mechanism = 0; mechanism < CHAIN_MECHANISMS; mechanism++)
-        for (size_t n = 0; n < sizeof lengths / sizeof *lengths; n++)
-            for (int side = 0; side < RIGHT_SIDES; side++) {
-                double sum[RIVALS] = {0};
-                const uint64_t seeds = lengths[n] > 200 ? 2 : SEEDS;
-                for (uint64_t seed = 1; seed <= seeds; seed++)
-                    add_errors((chain_mechanism)mechanism, lengths[n], seed, side, sum);
-                for (size_t m = 1; m < RIVALS; m++) {
-                    const double own = sqrt(sum[m] / (double)seeds);
-                    const double abas = sqrt(sum[0] / (double)seeds) + 2e-16;
-                    if (!(own <= (rivals[m] == TFA_METHOD_SCAN && side == 2 ? 8 : 5) * abas))
-                        fail_msg("%s, %u links, %s, %s: error %.3g, that of aba %.3g",
-                                 chain_mechanism_names[mechanism], (unsigned)lengths[n],
-                                 right_side_names[side], tfa_method_name((uint32_t)rivals[m]), own,
-                                 abas);
-                    worst[m] = fmax(worst[m], own / abas);
-                }
-            }
-    for (size_t m = 1; m < RIVALS; m++)
-        print_message("  %-14s at most %.2g times the error of aba\n",
-                      tfa_method_name((uint32_t)rivals[m]), worst[m]);
 }
 
 /* ---- cuts ---- */
@@ -411,7 +246,6 @@ int main(void)
         cmocka_unit_test(every_length_equals_aba),
         cmocka_unit_test(tip_equals_propagation),
         cmocka_unit_test(branches_and_wrenches_equal_aba),
-        cmocka_unit_test(error_is_abas),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

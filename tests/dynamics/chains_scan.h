@@ -23,6 +23,11 @@ typedef enum chain_mechanism {
     CHAIN_COMPACT,      /**< random; links a thousandth as long as what joins them */
     CHAIN_POINTS,       /**< random; two links of three are points */
     CHAIN_MIXED,        /**< random; all types of joints, armature */
+    CHAIN_ZIGZAG,       /**< bent by 1 rad to and fro, joints by turns in and across its plane */
+    CHAIN_PLANAR,       /**< random bends in one plane, all joints across it */
+    CHAIN_LIGHT_HEAVY,  /**< random; the outboard half weighs 1e6 a link */
+    CHAIN_MASSLESS,     /**< random; every second link, never the tip, weighs nothing */
+    CHAIN_BRANCHES,     /**< random; every second link of the chain carries two more as a branch */
     CHAIN_MECHANISMS
 } chain_mechanism;
 

@@ -11,8 +11,9 @@
 #include "random_robot.h"
 
 const char *const chain_mechanism_names[CHAIN_MECHANISMS] = {
-    "straight",    "helix",           "random", "taper",   "swelling", "heavy tip", "heavy spots",
-    "alternating", "alternating 1e9", "thin",   "compact", "points",   "mixed"};
+    "straight",    "helix",       "random",          "taper",       "swelling", "heavy tip",
+    "heavy spots", "alternating", "alternating 1e9", "thin",        "compact",  "points",
+    "mixed",       "zigzag",      "planar",          "light-heavy", "massless", "branches"};
 
 /* A uniform rod along x from the joint on */
 static void rod(tfa_link *link, double mass, double length, double radius)
@@ -49,6 +50,12 @@ static void make_link(chain_mechanism mechanism, uint32_t i, uint32_t n, tfa_lin
     case CHAIN_ALTERNATING9:
         mass = i % 2 ? 1e-9 : 1;
         break;
+    case CHAIN_LIGHT_HEAVY:
+        mass = i >= n / 2 ? 1e6 : 1;
+        break;
+    case CHAIN_MASSLESS:
+        mass = (n - 1 - i) % 2 ? 0 : 1;
+        break;
     default:
         break;
     }
@@ -62,13 +69,43 @@ static void make_link(chain_mechanism mechanism, uint32_t i, uint32_t n, tfa_lin
     }
 }
 
+/* Links go by fours: two of the chain, then two that hang from the first of them as a branch. */
+static uint32_t parent_of(chain_mechanism mechanism, uint32_t i)
+{
+    if (mechanism != CHAIN_BRANCHES || i == 0 || i % 4 % 2 == 1)
+        return i;
+    return i % 4 == 0 ? i - 2 : i - 1;
+}
+
+/* Where the joint frame stands, and its axis in that frame */
+static void turn_joint(chain_mechanism mechanism, uint32_t i, random_source *s, tfa_joint *joint)
+{
+    joint->axis[mechanism == CHAIN_STRAIGHT ? 1 + i % 2
+                : mechanism == CHAIN_ZIGZAG ? 2 - i % 2
+                                            : 2] = 1;
+    if (mechanism == CHAIN_STRAIGHT)
+        return;
+    if (mechanism == CHAIN_HELIX) {
+        joint->quat[0] = 0.09983341664682815; /* 0.2 rad about x */
+        joint->quat[3] = 0.9950041652780258;
+    } else if (mechanism == CHAIN_ZIGZAG || mechanism == CHAIN_PLANAR) { /* about y; about z */
+        const double angle = mechanism == CHAIN_PLANAR ? random_uniform(s, -1.5, 1.5)
+                             : i % 2                   ? 1
+                                                       : -1;
+        joint->quat[mechanism == CHAIN_PLANAR ? 2 : 1] = sin(angle / 2);
+        joint->quat[3] = cos(angle / 2);
+    } else {
+        random_quaternion(s, joint->quat);
+    }
+}
+
 static void make_joint(chain_mechanism mechanism, uint32_t i, random_source *s, tfa_joint *joint)
 {
     static const tfa_joint_type types[] = {
         TFA_JOINT_REVOLUTE, TFA_JOINT_CONTINUOUS, TFA_JOINT_PRISMATIC, TFA_JOINT_REVOLUTE,
         TFA_JOINT_PLANAR,   TFA_JOINT_CONTINUOUS, TFA_JOINT_FLOATING,  TFA_JOINT_REVOLUTE};
     *joint = (tfa_joint){.type = TFA_JOINT_CONTINUOUS,
-                         .parent = i,
+                         .parent = parent_of(mechanism, i),
                          .child = i + 1,
                          .xyz = {i > 0, 0, 0},
                          .quat = {0, 0, 0, 1},
@@ -77,13 +114,7 @@ static void make_joint(chain_mechanism mechanism, uint32_t i, random_source *s, 
         joint->type = types[random_below(s, 8)];
         joint->armature = random_below(s, 2) ? random_uniform(s, 0, 0.3) : 0;
     }
-    if (mechanism == CHAIN_HELIX) {
-        joint->quat[0] = 0.09983341664682815; /* 0.2 rad about x */
-        joint->quat[3] = 0.9950041652780258;
-    } else if (mechanism != CHAIN_STRAIGHT) {
-        random_quaternion(s, joint->quat);
-    }
-    joint->axis[mechanism == CHAIN_STRAIGHT ? 1 + i % 2 : 2] = 1;
+    turn_joint(mechanism, i, s, joint);
 }
 
 tfa_description *chain_create(chain_mechanism mechanism, uint32_t n, uint64_t seed)
@@ -135,6 +166,8 @@ void chain_coordinates(chain_mechanism mechanism, const tfa_description *d, uint
             q[0] = 0;
         else if (mechanism == CHAIN_HELIX)
             q[0] = 0.2 + 0.02 * (double)(seed % 8);
+        else if (mechanism == CHAIN_ZIGZAG)
+            q[0] *= 5e-5; /* to 1e-3 rad */
         q += n;
     }
 }

@@ -101,7 +101,12 @@ static int load_file(uint32_t index, test_robot *robot, tfa_report *report, bool
 
 tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision)
 {
-    const tfa_workspace_options options = {.precision = precision};
+    return fixture_mixed(model, precision, TFA_RESIDUAL_SAME);
+}
+
+tfa_workspace *fixture_mixed(const tfa_model *model, tfa_precision factors, tfa_residual residual)
+{
+    const tfa_workspace_options options = {.precision = factors, .residual = residual};
     tfa_workspace *w = NULL;
     size_t size = (tfa_workspace_size(model, &options) + 63) / 64 * 64;
     void *memory = aligned_alloc(64, size);
@@ -113,6 +118,7 @@ tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision
 
 static void open_workspaces(test_robot *robot)
 {
+    robot->f32 = fixture_workspace(robot->model, TFA_F32);
     robot->f64 = fixture_workspace(robot->model, TFA_F64);
     robot->f128 = fixture_workspace(robot->model, TFA_F128);
     robot->o = oracle_create(robot->description, robot->base);
@@ -155,6 +161,7 @@ void fixture_close(test_robot *robot)
 {
     tfa_workspace_free(robot->f128);
     tfa_workspace_free(robot->f64);
+    tfa_workspace_free(robot->f32);
     oracle_free(robot->o);
     tfa_model_free(robot->model);
     if (robot->random)

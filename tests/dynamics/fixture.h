@@ -19,7 +19,7 @@ typedef struct test_robot {
     tfa_description *description;
     oracle *o;
     tfa_model *model;
-    tfa_workspace *f64, *f128;
+    tfa_workspace *f32, *f64, *f128;
     uint32_t n, nv, nq; /* rows of M, length of v, length of q */
 } test_robot;
 
@@ -31,6 +31,7 @@ void fixture_close(test_robot *robot);
 /** A workspace in memory full of NaN: what is read before it is written spoils the answer.
  * Release with tfa_workspace_free. */
 tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision);
+tfa_workspace *fixture_mixed(const tfa_model *model, tfa_precision factors, tfa_residual residual);
 
 /** Calls `law` for every robot on both bases. `random_only` leaves the files out. */
 void for_every_robot(void (*law)(test_robot *robot), bool random_only);

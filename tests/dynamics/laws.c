@@ -39,7 +39,9 @@ static void print_worst(const struct way *ways, size_t count)
 
 static tfa_workspace *workspace_of(const test_robot *robot, const struct way *way)
 {
-    return way->precision == TFA_F128 ? robot->f128 : robot->f64;
+    return way->precision == TFA_F128  ? robot->f128
+           : way->precision == TFA_F32 ? robot->f32
+                                       : robot->f64;
 }
 
 /* ---- accelerations ---- */
@@ -74,6 +76,15 @@ static struct way forward_ways[] = {
     {"scan, f128", TFA_METHOD_SCAN, 0, TFA_F128, 1e-14, 0},
     {"dca, f128", TFA_METHOD_DCA, 0, TFA_F128, 1e-14, 0},
     {"hessenberg, f128", TFA_METHOD_HESSENBERG, 0, TFA_F128, 1e-14, 0},
+    {"aba, f32", TFA_METHOD_ABA, 0, TFA_F32, 7e-4, 0},
+    {"crba, f32", TFA_METHOD_CRBA, 0, TFA_F32, 8e-3, 0},
+    {"tfa, f32", TFA_METHOD_TFA, 0, TFA_F32, 6e-3, 0},
+    {"cfa, f32", TFA_METHOD_CFA, 0, TFA_F32, 5e-3, 0},
+    {"scan, f32", TFA_METHOD_SCAN, 0, TFA_F32, 7e-4, 0},
+    {"dca, f32", TFA_METHOD_DCA, 0, TFA_F32, 3e-2, 0},
+    {"hessenberg, f32", TFA_METHOD_HESSENBERG, 0, TFA_F32, 1e-2, 0},
+    {"aba, f32, refined", TFA_METHOD_ABA, 1, TFA_F32, 2e-5, 0},
+    {"tfa, f32, refined", TFA_METHOD_TFA, 1, TFA_F32, 7e-4, 0},
 };
 #define FORWARD_WAYS (sizeof forward_ways / sizeof *forward_ways)
 
@@ -145,11 +156,15 @@ static void every_method_gives_the_acceleration(void **state)
 static struct way force_ways[] = {
     {"rnea", TFA_METHOD_RNEA, 0, TFA_F64, 2e-13, 0},
     {"rnea, f128", TFA_METHOD_RNEA, 0, TFA_F128, 1e-13, 0},
+    {"rnea, f32", TFA_METHOD_RNEA, 0, TFA_F32, 4e-5, 0},
 };
+#define FORCE_WAYS (sizeof force_ways / sizeof *force_ways)
 static struct way mass_ways[] = {
     {"M", TFA_METHOD_CRBA, 0, TFA_F64, 1e-14, 0},
     {"M, f128", TFA_METHOD_CRBA, 0, TFA_F128, 1e-14, 0},
+    {"M, f32", TFA_METHOD_CRBA, 0, TFA_F32, 6e-6, 0},
 };
+#define MASS_WAYS (sizeof mass_ways / sizeof *mass_ways)
 
 static void inverse_dynamics(test_robot *robot)
 {
@@ -160,7 +175,7 @@ static void inverse_dynamics(test_robot *robot)
     double *want = calloc(robot->nv + 1, sizeof *want);
     double base[STATES * 6], want_base[6];
     r.op = TFA_OP_INVERSE_DYNAMICS;
-    for (size_t w = 0; w < 2; w++) {
+    for (size_t w = 0; w < FORCE_WAYS; w++) {
         struct way *way = &force_ways[w];
         tfa_reply reply = {.tau = tau, .base_wrench = base};
         r.method = way->method;
@@ -183,7 +198,7 @@ static void inverse_dynamics_gives_the_force(void **state)
 {
     (void)state;
     for_every_robot(inverse_dynamics, false);
-    print_worst(force_ways, 2);
+    print_worst(force_ways, FORCE_WAYS);
 }
 
 static void mass_matrix(test_robot *robot)
@@ -194,7 +209,7 @@ static void mass_matrix(test_robot *robot)
     tfa_request r = fixture_request(robot, x);
     double *M = calloc(STATES * entries, sizeof *M), *want = calloc(entries, sizeof *want);
     r.op = TFA_OP_MASS_MATRIX;
-    for (size_t w = 0; w < 2; w++) {
+    for (size_t w = 0; w < MASS_WAYS; w++) {
         struct way *way = &mass_ways[w];
         tfa_reply reply = {.mass_matrix = M};
         r.method = way->method;
@@ -215,7 +230,7 @@ static void crba_gives_the_mass_matrix(void **state)
 {
     (void)state;
     for_every_robot(mass_matrix, false);
-    print_worst(mass_ways, 2);
+    print_worst(mass_ways, MASS_WAYS);
 }
 
 /* ---- Lambda^-1 ---- */
@@ -225,10 +240,14 @@ static struct way lambda_ways[] = {
     {"aba", TFA_METHOD_ABA, 0, TFA_F64, 2e-12, 0},
     {"efpa", TFA_METHOD_EFPA, 0, TFA_F64, 2e-12, 0},
     {"efpa, refined", TFA_METHOD_EFPA, 1, TFA_F64, 3e-14, 0},
+    {"pv-osimr", TFA_METHOD_PV_OSIMR, 0, TFA_F64, 2e-12, 0},
+    {"pv-osimr, refined", TFA_METHOD_PV_OSIMR, 1, TFA_F64, 3e-14, 0},
+    {"pv-osimr, f128", TFA_METHOD_PV_OSIMR, 0, TFA_F128, 2e-14, 0},
     {"efpa, f128", TFA_METHOD_EFPA, 0, TFA_F128, 2e-14, 0},
     {"crba", TFA_METHOD_CRBA, 0, TFA_F64, 1e-11, 0},
     {"tfa", TFA_METHOD_TFA, 0, TFA_F64, 2e-11, 0},
     {"tfa, refined", TFA_METHOD_TFA, 1, TFA_F64, 3e-14, 0},
+    {"tfa, refined twice", TFA_METHOD_TFA, 2, TFA_F64, 3e-14, 0},
     {"tfa-one-sided", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F64, 4e-11, 0},
     {"tfa-one-sided, refined", TFA_METHOD_TFA_ONE_SIDED, 1, TFA_F64, 3e-14, 0},
     {"tfa-cr", TFA_METHOD_TFA_CR, 0, TFA_F64, 2e-11, 0},
@@ -244,6 +263,11 @@ static struct way lambda_ways[] = {
     {"propagation, f128", TFA_METHOD_PROPAGATION, 0, TFA_F128, 2e-14, 0},
     {"tfa, f128", TFA_METHOD_TFA, 0, TFA_F128, 2e-14, 0},
     {"tfa-one-sided, f128", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F128, 2e-14, 0},
+    {"propagation, f32", TFA_METHOD_PROPAGATION, 0, TFA_F32, 4e-4, 0},
+    {"efpa, f32", TFA_METHOD_EFPA, 0, TFA_F32, 4e-4, 0},
+    {"tfa, f32", TFA_METHOD_TFA, 0, TFA_F32, 1e-2, 0},
+    {"tfa-one-sided, f32", TFA_METHOD_TFA_ONE_SIDED, 0, TFA_F32, 1e-2, 0},
+    {"scan, f32", TFA_METHOD_SCAN, 0, TFA_F32, 4e-4, 0},
 };
 #define LAMBDA_WAYS (sizeof lambda_ways / sizeof *lambda_ways)
 #define LAMBDA_STATES 2
@@ -305,6 +329,28 @@ static void every_method_gives_lambda_inv(void **state)
     print_worst(lambda_ways, LAMBDA_WAYS);
 }
 
+/* ---- the table ---- */
+
+static bool has_way(const struct way *ways, size_t count, uint32_t method, tfa_precision precision)
+{
+    for (size_t k = 0; k < count; k++)
+        if ((uint32_t)ways[k].method == method && ways[k].precision == precision)
+            return true;
+    return false;
+}
+
+static void every_method_of_the_table_is_here(void **state)
+{
+    (void)state;
+    for (uint32_t m = 0; tfa_method_describe(m); m++) {
+        const tfa_method_info *row = tfa_method_describe(m);
+        if (row->forward_dynamics && !has_way(forward_ways, FORWARD_WAYS, m, TFA_F64))
+            fail_msg("%s: no law for its accelerations", row->name);
+        if (row->lambda && !has_way(lambda_ways, LAMBDA_WAYS, m, TFA_F64))
+            fail_msg("%s: no law for its lambda_inv", row->name);
+    }
+}
+
 /* ---- order ---- */
 
 static void joint_order(test_robot *robot)
@@ -336,6 +382,7 @@ static void joints_stand_in_declared_order(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_method_of_the_table_is_here),
         cmocka_unit_test(joints_stand_in_declared_order),
         cmocka_unit_test(every_method_gives_the_acceleration),
         cmocka_unit_test(inverse_dynamics_gives_the_force),

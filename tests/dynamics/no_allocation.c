@@ -80,7 +80,7 @@ static void counter_counts(void **state)
 }
 
 /* The same with what a request may change: payloads that come and go, locked joints, held ones. */
-static unsigned long change_things(test_robot *robot, tfa_request r, tfa_reply *reply)
+static unsigned long change_things(tfa_workspace *w, tfa_request r, tfa_reply *reply)
 {
     static const double load[TFA_PAYLOAD_NUMBERS] = {2, 0.1, 0, 0.2, 0.01, 0, 0, 0.01, 0, 0.01};
     static const uint32_t first[] = {0};
@@ -102,13 +102,13 @@ static unsigned long change_things(test_robot *robot, tfa_request r, tfa_reply *
         r.tolerance = 0.3;
         r.tip_count = r.hold ? 0 : 2;
         r.flags = r.hold ? TFA_WANT_CERTIFICATE : TFA_WANT_POSES;
-        answered += tfa_compute(robot->f64, &r, reply) == TFA_OK;
+        answered += tfa_compute(w, &r, reply) == TFA_OK;
     }
     return answered;
 }
 
 /* Every op with every method, a bad request, and a fallback-prone refinement. */
-static void every_request(test_robot *robot)
+static void every_request_of(test_robot *robot, tfa_workspace *w)
 {
     random_states *x = random_states_create(robot->seed, robot->description, robot->o, 2, 2);
     const size_t n = robot->n;
@@ -132,20 +132,28 @@ static void every_request(test_robot *robot)
 
     unsigned long before = atomic_load(&calls), answered = 0;
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
-        for (int method = -1; method <= TFA_METHOD_PROPAGATION; method++)
-            for (uint32_t refine = 0; refine <= 2; refine++) {
+        for (int method = -1; method <= TFA_METHOD_PV_OSIMR; method++)
+            for (uint32_t refine = 0; refine <= TFA_MAX_REFINE; refine++) {
                 r.op = (tfa_op)op;
                 r.method = (tfa_method)method;
                 r.refine = refine;
-                answered += tfa_compute(robot->f64, &r, &reply) == TFA_OK;
+                answered += tfa_compute(w, &r, &reply) == TFA_OK;
             }
-    const unsigned long changed = change_things(robot, r, &reply);
+    const unsigned long changed = change_things(w, r, &reply);
     unsigned long after = atomic_load(&calls);
     assert_true(answered >= 3 * 4);
     assert_true(changed >= 16);
     assert_int_equal(after - before, 0);
     free(numbers);
     random_states_free(x);
+}
+
+static void every_request(test_robot *robot)
+{
+    tfa_workspace *mixed = fixture_mixed(robot->model, TFA_F32, TFA_RESIDUAL_F64);
+    every_request_of(robot, robot->f64);
+    every_request_of(robot, mixed);
+    tfa_workspace_free(mixed);
 }
 
 static void computing_allocates_nothing(void **state)

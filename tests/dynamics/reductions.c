@@ -320,9 +320,10 @@ static void check_status(const reduction *r, int status, const tfa_report *repor
     fail_msg("%s: %s", r->name, tfa_status_text(status));
 }
 
-static tfa_workspace *workspace(const tfa_model *model, tfa_precision precision)
+static tfa_workspace *workspace(const tfa_model *model, tfa_precision precision,
+                                tfa_residual residual)
 {
-    const tfa_workspace_options options = {.precision = precision};
+    const tfa_workspace_options options = {.precision = precision, .residual = residual};
     tfa_workspace *w = NULL;
     assert_int_equal(tfa_workspace_create(model, &options, &w), TFA_OK);
     return w;
@@ -349,8 +350,9 @@ static void make_model(reduction *r, bool derived)
         check_status(r, status, &report);
     }
     tfa_report_free(&report);
-    r->f64 = workspace(r->model, TFA_F64);
-    r->f128 = workspace(r->model, TFA_F128);
+    r->f64 = workspace(r->model, TFA_F64, TFA_RESIDUAL_SAME);
+    r->f128 = workspace(r->model, TFA_F128, TFA_RESIDUAL_SAME);
+    r->mixed = workspace(r->model, TFA_F32, TFA_RESIDUAL_F64);
 }
 
 /* A payload that is added later must find a body that has mass: a fused one has none inside. */
@@ -397,6 +399,7 @@ void reduction_open(reduction *r, uint64_t seed, uint32_t kinds, tfa_base base)
 
 void reduction_close(reduction *r)
 {
+    tfa_workspace_free(r->mixed);
     tfa_workspace_free(r->f128);
     tfa_workspace_free(r->f64);
     tfa_model_free(r->model);

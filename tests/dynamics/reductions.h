@@ -56,7 +56,7 @@ typedef struct reduction {
     double gravity[3];
     tfa_model *undivided; /**< the model that `model` was derived from, or NULL */
     tfa_model *model;
-    tfa_workspace *f64, *f128;
+    tfa_workspace *f64, *f128, *mixed; /**< mixed: factors in float, residuals in double */
     uint32_t n, nv, nq; /**< of the reduced model: rows of M, length of v, length of q */
     uint32_t whole_nq, whole_nv;
     double payloads[REDUCTION_PAYLOADS * TFA_PAYLOAD_NUMBERS]; /**< that the model carries */

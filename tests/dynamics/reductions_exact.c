@@ -52,7 +52,7 @@ static struct {
     const char *what;
     double worst;
     unsigned count, refused, fell_back;
-} tally[64];
+} tally[96];
 static unsigned skipped, robots, fused_joints, inner_frames;
 
 static size_t find_tally(const char *what)
@@ -194,35 +194,40 @@ static tfa_reply reply_into(const reduction *r, struct answer *a)
 static void check_forward(const reduction *r, const tfa_request *request, struct answer *want,
                           struct answer *got)
 {
+#define WAYS(name)                                                                                 \
+    {                                                                                              \
+        name, name ", f128", name ", f32+f64"                                                      \
+    }
     static const struct {
         tfa_method method;
-        const char *f64, *f128;
-    } methods[] = {
-        {TFA_METHOD_AUTO, "forward, auto", "forward, auto, f128"},
-        {TFA_METHOD_ABA, "forward, aba", "forward, aba, f128"},
-        {TFA_METHOD_CRBA, "forward, crba", "forward, crba, f128"},
-        {TFA_METHOD_TFA, "forward, tfa", "forward, tfa, f128"},
-        {TFA_METHOD_TFA_CR, "forward, tfa-cr", "forward, tfa-cr, f128"},
-        {TFA_METHOD_CFA, "forward, cfa", "forward, cfa, f128"},
-        {TFA_METHOD_CFA_CR, "forward, cfa-cr", "forward, cfa-cr, f128"},
-        {TFA_METHOD_SCAN, "forward, scan", "forward, scan, f128"},
-        {TFA_METHOD_SCAN_TWO_PASS, "forward, scan-two-pass", "forward, scan-two-pass, f128"},
-        {TFA_METHOD_DCA, "forward, dca", "forward, dca, f128"},
-        {TFA_METHOD_HESSENBERG, "forward, hessenberg", "forward, hessenberg, f128"}};
+        const char *name[3];
+    } methods[] = {{TFA_METHOD_AUTO, WAYS("forward, auto")},
+                   {TFA_METHOD_ABA, WAYS("forward, aba")},
+                   {TFA_METHOD_CRBA, WAYS("forward, crba")},
+                   {TFA_METHOD_TFA, WAYS("forward, tfa")},
+                   {TFA_METHOD_TFA_CR, WAYS("forward, tfa-cr")},
+                   {TFA_METHOD_CFA, WAYS("forward, cfa")},
+                   {TFA_METHOD_CFA_CR, WAYS("forward, cfa-cr")},
+                   {TFA_METHOD_SCAN, WAYS("forward, scan")},
+                   {TFA_METHOD_SCAN_TWO_PASS, WAYS("forward, scan-two-pass")},
+                   {TFA_METHOD_DCA, WAYS("forward, dca")},
+                   {TFA_METHOD_HESSENBERG, WAYS("forward, hessenberg")}};
+#undef WAYS
+    tfa_workspace *const workspaces[] = {r->f64, r->f128, r->mixed};
     tfa_request q = *request;
     const uint32_t base = r->n - r->nv;
     oracle_forward(r->o, q.tau, q.base_wrench, want->x + base, want->x);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
-        for (int wide = 0; wide < 2; wide++) {
+        for (int w = 0; w < 3; w++) {
+            const char *name = methods[m].name[w];
             tfa_answer how = {0};
             tfa_reply reply = reply_into(r, got);
             reply.answers = &how;
             q.method = methods[m].method;
-            bool answered = ask(r, wide ? r->f128 : r->f64, &q, &reply);
-            count(r, wide ? methods[m].f128 : methods[m].f64,
-                  answered ? relative_difference(got->x, want->x, r->n) : -1, BOUND);
-            tally[find_tally(wide ? methods[m].f128 : methods[m].f64)].fell_back +=
-                answered && how.flags & TFA_ANSWER_FALLBACK;
+            q.refine = w == 2 ? TFA_REFINE_DEFAULT : request->refine;
+            bool answered = ask(r, workspaces[w], &q, &reply);
+            count(r, name, answered ? relative_difference(got->x, want->x, r->n) : -1, BOUND);
+            tally[find_tally(name)].fell_back += answered && how.flags & TFA_ANSWER_FALLBACK;
         }
 }
 
@@ -313,6 +318,7 @@ static void check_lambda(const reduction *r, const question *a, const tfa_reques
                    {TFA_METHOD_DCA, "lambda_inv, dca"},
                    {TFA_METHOD_HESSENBERG, "lambda_inv, hessenberg"},
                    {TFA_METHOD_EFPA, "lambda_inv, efpa"},
+                   {TFA_METHOD_PV_OSIMR, "lambda_inv, pv-osimr"},
                    {TFA_METHOD_PROPAGATION, "lambda_inv, propagation"}};
     question tips = *a;
     uint32_t link = 0;

@@ -194,8 +194,9 @@ static void check(const struct robot *r, tfa_base base, uint64_t seed)
     static const tfa_method methods[] = {
         TFA_METHOD_AUTO,       TFA_METHOD_CRBA,        TFA_METHOD_ABA,           TFA_METHOD_TFA,
         TFA_METHOD_TFA_CR,     TFA_METHOD_CFA,         TFA_METHOD_CFA_CR,        TFA_METHOD_DCA,
-        TFA_METHOD_HESSENBERG, TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_EFPA};
-    const size_t count = sizeof methods / sizeof *methods, lambda_only = 3; /* at the end */
+        TFA_METHOD_HESSENBERG, TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_EFPA,
+        TFA_METHOD_PV_OSIMR};
+    const size_t count = sizeof methods / sizeof *methods, lambda_only = 4; /* at the end */
     const double pose[7] = {0.1, 0.2, 0.3, 0.5, 0.5, -0.5, 0.5}, twist[6] = {1, 0, 2, 0.3, 0.5, 1};
     random_source s = {seed};
     struct tied t;

@@ -92,7 +92,7 @@ static double bound_of(tfa_method method, bool lambda)
 /* Forward dynamics with Lambda^-1 in the same request, and Lambda^-1 alone in every frame, by the
  * methods given, of the oracle's state as it is set. */
 static void check_answers(const reduction *r, const question *a, const tfa_request *request,
-                          const tfa_method *methods, size_t count)
+                          const tfa_method *methods, size_t count, tfa_workspace *w)
 {
     static double lambda[ROWS * ROWS], want_lambda[ROWS * ROWS];
     double x[MOST] = {0}, want[MOST] = {0};
@@ -107,10 +107,12 @@ static void check_answers(const reduction *r, const question *a, const tfa_reque
         for (size_t m = 0; m < count; m++) {
             const char *name = tfa_method_name((uint32_t)methods[m]);
             q.method = methods[m];
+            q.refine = w == r->mixed ? TFA_REFINE_DEFAULT : request->refine;
             q.frame = request->frame; /* the wrenches were given in it */
             q.op = TFA_OP_FORWARD_DYNAMICS;
             if (q.method != TFA_METHOD_PROPAGATION && q.method != TFA_METHOD_TFA_ONE_SIDED &&
-                q.method != TFA_METHOD_EFPA && ask(r, r->f64, &q, &reply)) {
+                q.method != TFA_METHOD_EFPA && q.method != TFA_METHOD_PV_OSIMR &&
+                ask(r, w, &q, &reply)) {
                 within(r, name, x, want, r->n, bound_of(q.method, false));
                 if ((int)q.frame == frame)
                     within(r, "lambda_inv besides qdd", lambda, want_lambda, rows * rows,
@@ -118,7 +120,7 @@ static void check_answers(const reduction *r, const question *a, const tfa_reque
             }
             q.op = TFA_OP_OPERATIONAL_INERTIA;
             q.frame = (tfa_reference_frame)frame;
-            if (ask(r, r->f64, &q, &reply))
+            if (ask(r, w, &q, &reply))
                 within(r, name, lambda, want_lambda, rows * rows, bound_of(q.method, true));
         }
     }
@@ -204,11 +206,12 @@ static void check_refusals(const reduction *r, const tfa_request *request)
 }
 
 /* The locked joints' qdd are zeros, not small numbers. */
-static void check_zeros(const reduction *r, const tfa_request *request, const struct locked *l)
+static void check_zeros(const reduction *r, tfa_workspace *w, const tfa_request *request,
+                        const struct locked *l)
 {
     double qdd[MOST];
     tfa_reply reply = {.qdd = qdd};
-    ask(r, r->f64, request, &reply);
+    ask(r, w, request, &reply);
     for (uint32_t k = 0; k < l->count; k++) {
         tfa_joint_info info = tfa_model_joint(r->model, l->joints[k]);
         for (uint32_t i = 0; i < info.v_count; i++)
@@ -218,7 +221,8 @@ static void check_zeros(const reduction *r, const tfa_request *request, const st
 
 static void locked(reduction *r, uint64_t seed)
 {
-    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION};
+    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION,
+                                         TFA_METHOD_PV_OSIMR};
     question a;
     struct locked l;
     random_source s = {seed};
@@ -235,15 +239,18 @@ static void locked(reduction *r, uint64_t seed)
         one.locked_count = l.count;
         oracle_tie_freedoms(r->o, l.tie, r->n);
         oracle_set_state(r->o, &whole, 0);
-        check_answers(r, &a, &one, methods, 3);
+        check_answers(r, &a, &one, methods, 3, r->f64);
+        check_answers(r, &a, &one, methods, 3, r->mixed);
         check_inverse(r, &one, &whole, &l);
-        check_zeros(r, &one, &l);
+        check_zeros(r, r->f64, &one, &l);
+        check_zeros(r, r->mixed, &one, &l);
         if (l.count)
             check_refusals(r, &one);
         one.locked_count = 0; /* and let go of again */
         oracle_tie_freedoms(r->o, r->tie, r->n);
         oracle_set_state(r->o, &whole, 0);
-        check_answers(r, &a, &one, methods, 3);
+        check_answers(r, &a, &one, methods, 3, r->f64);
+        check_answers(r, &a, &one, methods, 3, r->mixed);
     }
     question_close(&a);
 }
@@ -395,13 +402,14 @@ static void check_loaded(const reduction *r, const question *a, uint32_t k)
         TFA_METHOD_AUTO,        TFA_METHOD_ABA,           TFA_METHOD_CRBA,          TFA_METHOD_TFA,
         TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,
         TFA_METHOD_CFA_CR,      TFA_METHOD_SCAN,          TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,
-        TFA_METHOD_HESSENBERG,  TFA_METHOD_EFPA};
+        TFA_METHOD_HESSENBERG,  TFA_METHOD_EFPA,          TFA_METHOD_PV_OSIMR};
     static double M[MOST * MOST], want[MOST * MOST];
     const uint32_t base = r->n - r->nv;
     tfa_request whole, q = question_state(a, r, k, &whole);
     oracle_tie_freedoms(r->o, r->tie, r->n);
     oracle_set_state(r->o, &whole, 0);
-    check_answers(r, a, &q, methods, sizeof methods / sizeof *methods);
+    check_answers(r, a, &q, methods, sizeof methods / sizeof *methods, r->f64);
+    check_answers(r, a, &q, methods, sizeof methods / sizeof *methods, r->mixed);
     tfa_reply reply = {.mass_matrix = M};
     q.tip_count = 0;
     q.op = TFA_OP_MASS_MATRIX;
@@ -446,7 +454,8 @@ static void payload_is_mass(void **state)
 /* Both at once, on the same joints and links as often as not. */
 static void both(reduction *r, uint64_t seed)
 {
-    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_PROPAGATION};
+    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_PROPAGATION,
+                                         TFA_METHOD_PV_OSIMR};
     double numbers[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     question a;
     struct locked l;
@@ -463,7 +472,8 @@ static void both(reduction *r, uint64_t seed)
         a.r.locked_count = l.count;
         oracle_tie_freedoms(r->o, l.tie, r->n);
         oracle_set_state(r->o, &a.whole, 0);
-        check_answers(r, &a, &a.r, methods, 2);
+        check_answers(r, &a, &a.r, methods, 2, r->f64);
+        check_answers(r, &a, &a.r, methods, 2, r->mixed);
         check_inverse(r, &a.r, &a.whole, &l);
     }
     question_close(&a);

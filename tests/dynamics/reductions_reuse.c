@@ -176,7 +176,8 @@ static void change_question(struct sequence *x)
         TFA_METHOD_AUTO,          TFA_METHOD_AUTO, TFA_METHOD_ABA,           TFA_METHOD_CRBA,
         TFA_METHOD_TFA,           TFA_METHOD_RNEA, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_PROPAGATION,
         TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,  TFA_METHOD_CFA_CR,        TFA_METHOD_SCAN,
-        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG,    TFA_METHOD_EFPA};
+        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG,    TFA_METHOD_EFPA,
+        TFA_METHOD_PV_OSIMR};
     static const uint32_t refine[] = {TFA_REFINE_DEFAULT, TFA_REFINE_DEFAULT, 0, 1, 2};
     x->q.op = (tfa_op)(1 + random_below(&x->s, 4));
     x->q.method = methods[random_below(&x->s, sizeof methods / sizeof *methods)];
@@ -225,7 +226,8 @@ static tfa_request plausible(struct sequence *x)
         q.method = TFA_METHOD_AUTO;
     if (q.op == TFA_OP_FORWARD_DYNAMICS &&
         (q.method == TFA_METHOD_RNEA || q.method == TFA_METHOD_TFA_ONE_SIDED ||
-         q.method == TFA_METHOD_PROPAGATION || q.method == TFA_METHOD_EFPA))
+         q.method == TFA_METHOD_PROPAGATION || q.method == TFA_METHOD_EFPA ||
+         q.method == TFA_METHOD_PV_OSIMR))
         q.method = TFA_METHOD_ABA;
     if (q.op == TFA_OP_OPERATIONAL_INERTIA && q.method == TFA_METHOD_RNEA)
         q.method = TFA_METHOD_PROPAGATION;
@@ -323,7 +325,8 @@ static void check_single(const reduction *r, uint32_t step, const tfa_request *b
         explain(r, step, &q, &alone, &slice);
 }
 
-static void sequence(const reduction *r, uint64_t seed, tfa_precision precision, uint32_t requests)
+static void sequence(const reduction *r, uint64_t seed, const tfa_workspace_options *o,
+                     uint32_t requests)
 {
     static struct everything kept, fresh;
     static struct sequence x;
@@ -332,7 +335,7 @@ static void sequence(const reduction *r, uint64_t seed, tfa_precision precision,
     x.s.state = seed;
     if (!question_open(&x.a, r, seed, STATES, 2))
         return;
-    tfa_workspace *w = fixture_workspace(r->model, precision);
+    tfa_workspace *w = fixture_mixed(r->model, o->precision, o->residual);
     x.q = x.a.r;
     for (uint32_t step = 0; step < requests; step++) {
         const tfa_request before = x.q;
@@ -341,7 +344,7 @@ static void sequence(const reduction *r, uint64_t seed, tfa_precision precision,
         const tfa_request q = plausible(&x);
         if (one_in(&x, 10))
             disturb(&x, w, &kept);
-        tfa_workspace *other = fixture_workspace(r->model, precision);
+        tfa_workspace *other = fixture_mixed(r->model, o->precision, o->residual);
         answer(w, &q, &kept);
         answer(other, &q, &fresh);
         for (uint32_t k = 0; q.count == STATES && fresh.status == TFA_OK && k < STATES; k++)
@@ -355,7 +358,7 @@ static void sequence(const reduction *r, uint64_t seed, tfa_precision precision,
     question_close(&x.a);
 }
 
-static void run(tfa_precision precision, uint64_t seeds, uint32_t requests)
+static void run(tfa_precision precision, tfa_residual residual, uint64_t seeds, uint32_t requests)
 {
     memset(&tally, 0, sizeof tally);
     for (uint64_t seed = 4001; seed <= 4000 + seeds; seed++)
@@ -363,7 +366,7 @@ static void run(tfa_precision precision, uint64_t seeds, uint32_t requests)
             reduction r;
             reduction_open(&r, seed, REDUCE_ANYTHING, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
             if (r.n > 0)
-                sequence(&r, seed, precision, requests);
+                sequence(&r, seed, &(tfa_workspace_options){precision, residual}, requests);
             reduction_close(&r);
         }
     print_message("  %u requests, %u refused; of the others %u with the q before, %u forward, %u "
@@ -378,13 +381,19 @@ static void run(tfa_precision precision, uint64_t seeds, uint32_t requests)
 static void in_double(void **state)
 {
     (void)state;
-    run(TFA_F64, SEEDS, REQUESTS);
+    run(TFA_F64, TFA_RESIDUAL_SAME, SEEDS, REQUESTS);
 }
 
 static void in_quadruple(void **state)
 {
     (void)state;
-    run(TFA_F128, SEEDS / 4, REQUESTS / 2);
+    run(TFA_F128, TFA_RESIDUAL_SAME, SEEDS / 4, REQUESTS / 2);
+}
+
+static void in_float_and_double(void **state)
+{
+    (void)state;
+    run(TFA_F32, TFA_RESIDUAL_F64, SEEDS, REQUESTS);
 }
 
 int main(void)
@@ -392,6 +401,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(in_double),
         cmocka_unit_test(in_quadruple),
+        cmocka_unit_test(in_float_and_double),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

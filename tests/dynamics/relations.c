@@ -140,7 +140,8 @@ static void symmetric(test_robot *robot)
     static const tfa_method methods[] = {
         TFA_METHOD_PROPAGATION,   TFA_METHOD_CRBA, TFA_METHOD_TFA,        TFA_METHOD_TFA_ONE_SIDED,
         TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,  TFA_METHOD_CFA_CR,     TFA_METHOD_SCAN,
-        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA};
+        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA,
+        TFA_METHOD_PV_OSIMR};
     random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
     struct answers *a = answers_make(robot);
     tfa_request r = fixture_request(robot, x);

@@ -109,7 +109,7 @@ static const struct {
     {"estimate 3", MEMBER(estimate), 3, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0},
     {"frame 3", MEMBER(frame), 3, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0},
     {"frame -1", MEMBER(frame), UINT32_MAX, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0},
-    {"refine 3", MEMBER(refine), 3, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0},
+    {"refine 4", MEMBER(refine), 4, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0},
     {"no states", MEMBER(count), 0, TFA_E_SIZE, TFA_FIELD_COUNT, 0},
     {"9 tips", MEMBER(tip_count), 9, TFA_E_SIZE, TFA_FIELD_TIPS, 9},
     {"9 wrenches", MEMBER(wrench_count), 9, TFA_E_SIZE, TFA_FIELD_WRENCHES, 9},

@@ -338,7 +338,7 @@ static void test_request_errors(void **state)
     bad[4].q = NULL;
     bad[5].base_pose = NULL;
     bad[6].wrenches = NULL;
-    bad[7].refine = 3;
+    bad[7].refine = TFA_MAX_REFINE + 1;
     static const double gravity[3] = {0, 0, (double)NAN};
     bad[8].gravity = gravity;
     bad[9].frame = (tfa_reference_frame)-1;

@@ -56,6 +56,8 @@ static void defaults_hold(void **state)
     assert_string_equal(c->robots[0].name, "arm");
     assert_int_equal(c->robots[0].estimate, CONFIG_ESTIMATE_SAMPLED);
     assert_int_equal(c->robots[0].estimate_every, 100);
+    assert_int_equal(c->robots[0].precision, CONFIG_PRECISION_F64);
+    assert_int_equal(c->robots[0].residual, TFA_RESIDUAL_SAME);
     assert_int_equal(c->robots[0].wait, TFA_WAIT_HYBRID);
     assert_int_equal(c->robots[0].gravity_count, 0);
     config_free(c);
@@ -68,6 +70,7 @@ static void values_arrive(void **state)
     free(load("workers: 2\nallow_spin: off\nrealtime:\n  affinity: [0, 0]\n  mlock: yes\nlimits: "
               "{clients: 7}\n" ROBOT
               "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: block\n"
+              "    precision: f32\n    residual: f128\n"
               "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n",
               TFA_OK, &c));
     assert_int_equal(c->workers, 2);
@@ -80,6 +83,8 @@ static void values_arrive(void **state)
     assert_int_equal(c->robots[0].base, TFA_BASE_FLOATING);
     assert_true(c->robots[0].gravity[2] == -1.62);
     assert_int_equal(c->robots[0].wait, TFA_WAIT_BLOCK);
+    assert_int_equal(c->robots[0].precision, CONFIG_PRECISION_F32);
+    assert_int_equal(c->robots[0].residual, TFA_RESIDUAL_F128);
     assert_int_equal(c->robots[0].armature_count, 2);
     assert_string_equal(c->robots[0].armature[1].joint, "j2");
     assert_true(c->robots[0].armature[0].value == 0.25);
@@ -112,6 +117,8 @@ static void errors_name_line_and_column(void **state)
         {ROBOT "    gravity: [0, 0]\n", ":4:", "3"},
         {ROBOT "    wait: default\n", ":4:11: ", "spin, hybrid or block"},
         {ROBOT "    estimate: often\n", ":4:15: ", "often"},
+        {ROBOT "    precision: f128\n", ":4:16: ", "f128"},
+        {ROBOT "    residual: double\n", ":4:15: ", "double"},
         {ROBOT "    armature: [{joint: a}]\n", ":4:", "value"},
         {ROBOT "    armature: [{joint: a, value: -1}]\n", ":4:34: ", "armature[0].value"},
         {ROBOT "  - name: arm\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n",
@@ -257,6 +264,7 @@ static void restart_is_asked_for(void **state)
          ROBOT "    gravity: [0, 0, 1]\n    mimic: lock\n    armature: [{joint: a, value: 1}]\n",
          NULL},
         {ROBOT, "limits: {clients: 3}\n" ROBOT "    slots: 8\n    estimate: never\n", NULL},
+        {ROBOT, ROBOT "    precision: f32\n    residual: f64\n", NULL},
         {SCENES, ROBOT "    scenes: [{name: whole, root: b}, {name: part}]\n", NULL},
         {SCENES, ROBOT "    scenes: [{name: whole}, {name: other}]\n",
          "robots[0].scenes[1].name is another"},

@@ -255,6 +255,39 @@ static void armature_counts(void **state)
     harness_remove(&heavy);
 }
 
+/* One daemon, whose configuration changes: float is another answer, a refined one nearly the same. */
+static void precision_is_taken_in_a_reload(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *yaml;
+        double nearest, farthest; /* relative, from double */
+    } cases[] = {{ARM "    precision: f32\n", 1e-9, 1e-4},
+                 {ARM "    precision: f32\n    residual: f64\n", 0, 1e-13},
+                 {ARM "    residual: f128\n", 0, 1e-13}};
+    harness h;
+    double plain[7], qdd[7];
+    harness_make(&h, ARM, "");
+    harness_start(&h, "arm");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    assert_int_equal(ask_arm(client, 1, plain, TIMEOUT_NS), TFA_OK);
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        double difference = 0, size = 0;
+        harness_configure(&h, cases[i].yaml, "");
+        assert_int_equal(kill(h.pid, SIGHUP), 0);
+        assert_true(harness_logged_times(&h, "reload: done, 1 of 1", (unsigned)i + 1));
+        assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
+        for (int k = 0; k < 7; k++) {
+            difference += (qdd[k] - plain[k]) * (qdd[k] - plain[k]);
+            size += plain[k] * plain[k];
+        }
+        assert_true(difference >= cases[i].nearest * cases[i].nearest * size);
+        assert_true(difference <= cases[i].farthest * cases[i].farthest * size);
+    }
+    tfa_client_close(client);
+    harness_remove(&h);
+}
+
 static const struct {
     const char *yaml;
     int measured; /* of 20 */
@@ -356,6 +389,7 @@ int main(void)
         cmocka_unit_test(stops_clean),
         cmocka_unit_test(bad_robots_are_named),
         cmocka_unit_test(armature_counts),
+        cmocka_unit_test(precision_is_taken_in_a_reload),
         cmocka_unit_test(estimates_follow_the_policy),
         cmocka_unit_test(held_joints_are_not_estimated),
     };

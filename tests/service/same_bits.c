@@ -242,7 +242,7 @@ static void compare_bad(const char *name, tfa_workspace *w, tfa_client *client)
     TRY(r.method = TFA_METHOD_RNEA);
     TRY(r.frame = (tfa_reference_frame)7);
     TRY(r.estimate = (tfa_estimate)8);
-    TRY(r.refine = 3);
+    TRY(r.refine = TFA_MAX_REFINE + 1);
     TRY(r.count = 0);
     TRY(r.q = NULL);
     TRY(r.tip_count = 9);

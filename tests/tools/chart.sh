@@ -36,25 +36,27 @@ says "$work/err" "radius: -1"
 "$tool" chain random >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "chain does not notice a full disk"
 
-header="mechanism,bodies,rhs,method,refine,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front"
-status 0 "$tool" chart --bodies 2,5 --budget-ms 1 --states 2
+header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front"
+# peers come on top of what is counted here
+methods=crba,aba,tfa,tfa-cr,hessenberg,cfa,cfa-cr,dca,scan,scan-two-pass
+status 0 "$tool" chart --bodies 2,5 --budget-ms 1 --states 2 --methods $methods
 cp "$work/out" "$work/chart.csv"
 says "$work/chart.csv" "# command: "
 [ "$(grep -v '^#' "$work/chart.csv" | head -1)" = "$header" ] || fail "another header"
 # 13 mechanisms, 2 sizes, 3 right-hand sides, 2 refinements, and at least aba, crba and tfa
 grep -v '^#' "$work/chart.csv" | awk -F, '
     NR == 1 { next }
-    NF != 17 { print "fields: " $0; bad = 1 }
-    { rows++; methods[$4] = 1; key = $1 "," $2 "," $3; keys[key] = 1; if ($17) front[key] = 1 }
-    $6 == "ok" || $6 == "fallback" {
-        if ($9 !~ /^[0-9.]+e[-+][0-9]+$/ || $10 == "" || $13 <= 0 || $14 <= 0 || $15 <= 0) {
+    NF != 19 { print "fields: " $0; bad = 1 }
+    { rows++; methods[$4] = 1; key = $1 "," $2 "," $3; keys[key] = 1; if ($19) front[key] = 1 }
+    $8 == "ok" || $8 == "fallback" {
+        if ($11 !~ /^[0-9.]+e[-+][0-9]+$/ || $12 == "" || $15 <= 0 || $16 <= 0 || $17 <= 0) {
             print "not finite: " $0; bad = 1
         }
-        if ($4 == "aba" && $9 > 1e-6) { print "aba is far off: " $0; bad = 1 }
+        if ($4 == "aba" && $11 > 1e-6) { print "aba is far off: " $0; bad = 1 }
         next
     }
-    $6 !~ /^E_/ || $9 != "" || $7 == "" { print "refused without a name: " $0; bad = 1 }
-    $6 == "E_SINGULAR" && $7 !~ /^body link/ { print "no body named: " $0; bad = 1 }
+    $8 !~ /^E_/ || $11 != "" || $9 == "" { print "refused without a name: " $0; bad = 1 }
+    $8 == "E_SINGULAR" && $9 !~ /^body link/ { print "no body named: " $0; bad = 1 }
     END {
         for (key in keys) { n++; if (!front[key]) { print "no front: " key; bad = 1 } }
         for (m in methods) count++
@@ -62,23 +64,74 @@ grep -v '^#' "$work/chart.csv" | awk -F, '
         if (count < 10 || rows != n * count * 2) { print "rows: " rows; bad = 1 }
         exit bad
     }' || fail "the rows of the chart"
-grep -q '^rank-deficient,5,qdd,tfa,0,E_SINGULAR,body link' "$work/chart.csv" ||
+grep -q '^rank-deficient,5,qdd,tfa,0,f64,1,E_SINGULAR,body link' "$work/chart.csv" ||
     fail "tfa is not refused on a rank-deficient body"
 
 # a robot, floating, as JSON; the theory of a thin chain
 status 0 "$tool" chart --urdf "$data/arm.urdf" --base floating --rhs tau --refine 0 --json --budget-ms 1
 says "$work/out" '"mechanism":"arm"'
-says "$work/out" '"rhs":"tau","method":"aba","refine":0,"status":"ok"'
+says "$work/out" '"rhs":"tau","method":"aba","refine":0,"precision":"f64","threads":1,"status":"ok"'
 status 0 "$tool" chart --mechanisms thin --bodies 24 --methods aba,tfa --rhs qdd --refine 0 --budget-ms 1
-grep -v '^#' "$work/out" | awk -F, '$4 == "aba" { a = $9 } $4 == "tfa" { t = $9 }
+grep -v '^#' "$work/out" | awk -F, '$4 == "aba" { a = $11 } $4 == "tfa" { t = $11 }
     END { exit !(a > 0 && t > 1e3 * a) }' || fail "tfa is not seen to fail on thin rods"
 # the chain of a chart is the chain of `totalforce chain`
 "$tool" chain random --bodies 6 >"$work/chain.urdf"
 for source in "--mechanisms random --bodies 6" "--urdf $work/chain.urdf"; do
-    status 0 "$tool" chart $source --methods aba,tfa,crba --rhs tau --refine 0 --budget-ms 1
-    grep -v '^#' "$work/out" | sed 1d | cut -d, -f 3-12 >"$work/errors.$(expr "$source" : '--u')"
+    status 0 "$tool" chart $source --turn 1 --methods aba,tfa,crba --rhs tau --refine 0 --budget-ms 1
+    grep -v '^#' "$work/out" | sed 1d | cut -d, -f 3-14 >"$work/errors.$(expr "$source" : '--u')"
 done
 same "$work/errors.0" "$work/errors.3" "a mechanism and its file do not give the same errors"
+
+# rows of one method in one file: FIELD METHOD FILE
+field() {
+    grep -v '^#' "$3" | awk -F, -v field="$1" -v method="$2" '$4 == method { print $field }'
+}
+
+# precision: the reference itself has no error, and f64 with f128 residuals is a chart of its own
+status 0 "$tool" chart --mechanisms random --bodies 5 --methods aba,tfa --rhs tau --refine 0,1 \
+    --precision f64,f64+f128,f128 --budget-ms 1
+[ "$(field 6 aba "$work/out" | tr '\n' ' ')" = "f64 f64 f64+f128 f128 f128 " ] ||
+    fail "rows by precision: $(cat "$work/out")"
+grep -v '^#' "$work/out" | awk -F, '$4 == "aba" && $6 == "f128" && $5 == 0 { n++; bad = $11 > 1e-20 }
+    END { exit !(n == 1 && !bad) }' || fail "the reference differs from itself"
+# a precision that is not there has rows that say so
+status 0 "$tool" chart --mechanisms random --bodies 5 --methods aba,tfa --rhs tau --precision f32 \
+    --budget-ms 1
+for word in $(field 8 tfa "$work/out"); do
+    [ $word = ok ] || [ $word = fallback ] || [ $word = E_UNSUPPORTED ] || fail "f32: $word"
+done
+[ "$(field 6 tfa "$work/out" | sort -u)" = f32 ] || fail "no rows in f32"
+
+# threads: the same states, so the same errors, however many threads
+status 0 "$tool" chart --mechanisms random --bodies 9 --methods aba,tfa --rhs tau --threads 1,2 \
+    --budget-ms 1
+for method in aba tfa; do
+    [ "$(field 7 $method "$work/out" | tr '\n' ' ')" = "1 1 2 2 " ] || fail "rows by threads"
+    [ "$(field 11 $method "$work/out" | sort | uniq -c | awk '$1 % 2' | wc -l)" -eq 0 ] ||
+        fail "errors by threads"
+    field 15 $method "$work/out" | awk '!($1 > 0) { exit 1 }' || fail "no time by threads"
+done
+
+# what would take too long is skipped, and says so: crba needs a second or so here, against 20 ms
+status 0 "$tool" chart --mechanisms straight --bodies 8,2048,2049 --methods aba,crba,hessenberg \
+    --rhs tau --refine 0 --budget-ms 1 --states 2
+[ "$(field 8 crba "$work/out" | tr '\n' ' ')" = "ok over_budget over_budget " ] || fail "over budget"
+[ "$(field 8 hessenberg "$work/out" | tr '\n' ' ')" = "ok E_UNSUPPORTED E_UNSUPPORTED " ] ||
+    fail "hessenberg of 2048 bodies"
+[ "$(field 8 aba "$work/out" | tr '\n' ' ')" = "ok ok ok " ] || fail "aba of 2048 bodies"
+
+# peers, where they are built in
+if "$tool" chart --methods mujoco,kdl --mechanisms random,side-branches --bodies 5,301 --rhs tau \
+    --budget-ms 1 >"$work/out" 2>"$work/err"; then
+    for peer in mujoco kdl; do
+        grep -q "^random,5,tau,$peer,0,f64,1,ok,,$peer," "$work/out" || fail "no $peer"
+        grep -q "^random,301,tau,$peer,0,f64,1,too_large,more than" "$work/out" || fail "$peer of 301"
+        field 11 $peer "$work/out" | awk '$1 > 1e-6 { exit 1 }' || fail "$peer is far off"
+    done
+    grep -q "^side-branches,5,tau,kdl,0,f64,1,refused,joint" "$work/out" || fail "kdl takes a tree"
+else
+    says "$work/err" "--methods: no 'mujoco'"
+fi
 
 status 3 "$tool" chart --mechanisms knot
 says "$work/err" "--mechanisms: no 'knot'"
@@ -86,6 +139,15 @@ status 3 "$tool" chart --methods magic
 status 3 "$tool" chart --rhs sideways
 says "$work/err" "--rhs: no 'sideways'; there are qdd, tau, gravity"
 status 3 "$tool" chart --refine 3
+status 3 "$tool" chart --precision f16
+says "$work/err" "--precision: no 'f16'; there are f64, f32, f32+f64, f64+f128, f128"
+status 3 "$tool" chart --precision f32+f64 --refine 0
+says "$work/err" "--precision f32+f64 needs --refine 1 or 2"
+status 3 "$tool" chart --precision f128 --threads 1,2
+says "$work/err" "--threads 2 takes --precision f64 only"
+status 3 "$tool" chart --threads 0
+status 3 "$tool" chart --turn 0
+says "$work/err" "--turn: 0, must be above 0"
 status 3 "$tool" chart one
 status 2 "$tool" chart --urdf "$work/absent.urdf"
 status 2 "$tool" chart --mechanisms random --bodies 2 --output "$work/absent/folder"
@@ -104,6 +166,20 @@ if command -v gnuplot >/dev/null; then
         grep -q '</svg>' "$work/p/$picture.svg" || fail "no whole $picture.svg"
     done
     says "$work/p/random-3.svg" "hessenberg"
+    status 0 "$tool" chart --mechanisms rank-deficient --bodies 4 --methods tfa --budget-ms 1 \
+        --output "$work/t"
+    [ -s "$work/err" ] && fail "gnuplot complains of no answers: $(cat "$work/err")"
+    says "$work/t/rank-deficient-4.svg" "not shown: singular inertia: tfa, tfa+1"
+    status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,tfa,scan --budget-ms 1 \
+        --threads 2,1 --output "$work/t"
+    [ -s "$work/err" ] && fail "gnuplot complains of threads: $(cat "$work/err")"
+    says "$work/t/random-4-2-threads.svg" "wall time of a state in a batch"
+    status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,tfa --budget-ms 1 \
+        --precision f64,f128 --output "$work/t"
+    [ -s "$work/err" ] && fail "gnuplot complains of precisions: $(cat "$work/err")"
+    says "$work/t/random-4.svg" "f128"
+    says "$work/t/random-4.svg" "tfa"
+    grep -q hessenberg "$work/t/random-4.svg" && fail "the key has methods that are not charted"
 else
     echo "gnuplot is not installed: pictures are not tested"
 fi

@@ -30,9 +30,11 @@ says "$work/err" "no command 'dance'"
 status 3 "$tool" solve "$data/arm.urdf" --base swimming
 says "$work/err" "--base: no 'swimming'; there are fixed, floating"
 status 3 "$tool" solve "$data/arm.urdf" --method magic
-status 3 "$tool" solve "$data/arm.urdf" --refine 3
+status 3 "$tool" solve "$data/arm.urdf" --refine 4
 status 3 "$tool" solve "$data/arm.urdf" --gravity 0,0
 status 3 "$tool" solve "$data/arm.urdf" --precision f16
+status 3 "$tool" solve "$data/arm.urdf" --residual f32
+status 3 "$tool" solve "$data/arm.urdf" --precision f128 --residual f64
 for policy in --mimic=free --mimic=project --mimic=lock --inertia=strict --inertia=warn \
     --inertia=repair --inertia=strict-physical --damping --lock-massless-leaves --rotor-inertia; do
     status 0 "$tool" solve "$data/arm.urdf" $policy

@@ -110,11 +110,12 @@ static const struct {
      "frame: must be \"world\", \"local\" or \"local_world_aligned\""},
     {"{" FD "," Q ",\"method\":\"magic\"}", TFA_E_METHOD,
      "method: no 'magic'; there are auto rnea crba aba tfa tfa-one-sided "
-     "propagation tfa-cr hessenberg cfa cfa-cr dca scan scan-two-pass efpa"},
+     "propagation tfa-cr hessenberg cfa cfa-cr dca scan scan-two-pass efpa "
+     "pv-osimr"},
     {"{" FD "," Q ",\"method\":3}", TFA_E_ARGUMENT, "method: a number, must be a string"},
-    {"{" FD "," Q ",\"refine\":3}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},
-    {"{" FD "," Q ",\"refine\":1.5}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},
-    {"{" FD "," Q ",\"refine\":-1}", TFA_E_ARGUMENT, "refine: must be 0, 1 or 2"},
+    {"{" FD "," Q ",\"refine\":4}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},
+    {"{" FD "," Q ",\"refine\":1.5}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},
+    {"{" FD "," Q ",\"refine\":-1}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},
     {"{" FD "," Q ",\"estimate\":\"maybe\"}", TFA_E_ARGUMENT,
      "estimate: must be \"always\" or \"never\""},
     {"{" FD "," Q ",\"gravity\":[0,0]}", TFA_E_SIZE, "gravity: 2 values, must be 3"},

@@ -3,7 +3,7 @@
 #
 # All mechanisms and sizes at a glance: a line of small panels for each mechanism, a column for each
 # size, one right-hand side. Given: $data, $words, $sentences, lines, columns, line_name, column_name,
-# rhs_name, and style.gp.
+# what chart_set_times sets, rhs_name, time_name, and style.gp.
 
 head_px = 90
 panel_px = 150
@@ -16,13 +16,6 @@ wide_px = wide_px < 1180 ? 1180 : wide_px
 high_px = head_px + panel_px * lines + foot_px
 cell_px = (wide_px - left_px - right_px) * 1.0 / columns
 
-# one range of time for each column
-array low_time[columns]; array high_time[columns]
-do for [c=0:columns-1] {
-    stats $data using ($2==c ? $5 : NaN) name 'T' nooutput
-    low_time[c+1] = T_min * 0.7; high_time[c+1] = T_max * 1.4
-}
-
 do for [kind in "svg png"] {
     if (kind eq "svg") {
         set terminal svg size wide_px,high_px font 'sans,12' background rgb 'white'
@@ -32,7 +25,7 @@ do for [kind in "svg png"] {
     set output sprintf('%s/overview.%s', folder, kind)
     set multiplot
     set label 1 "Accuracy against speed: ".rhs_name at screen 0.5, screen 1 - 25.0/high_px center font ',16' noenhanced
-    set label 2 "relative error of qdd (2-norm, up) over CPU time of a call (µs, right); dashed: floor of the data; hollow: as solved, filled: refined" \
+    set label 2 "up: relative error of qdd (2-norm); right: ".time_name."; dashed: floor of the data; hollow: as solved, filled: refined" \
         at screen 0.5, screen 1 - 50.0/high_px center font ',11' noenhanced
     set logscale xy
     set yrange [1e-17:1e2]; set ytics 1e-16, 1e4, 1e2 font ',9'; unset mytics
@@ -45,10 +38,13 @@ do for [kind in "svg png"] {
             set size (cell_px - 10) / wide_px, (panel_px - 12.0) / high_px
             set xrange [low_time[c+1]:high_time[c+1]]
             set format y (c == 0 ? '10^{%L}' : '')
-            set format x (l == lines - 1 ? '10^{%L}' : ''); set xtics 10 font ',9'
+            set format x (l == lines - 1 ? time_format[c+1] : ''); set xtics font ',9'
+            eval('set xtics '.time_tics[c+1])
             if (c == 0) { set label 3 line_name[l+1] at screen (left_px - 50.0)/wide_px, graph 0.5 right noenhanced }
             if (l == 0) { set label 4 column_name[c+1] at graph 0.5, graph 1.12 center noenhanced }
-            plot $data using ($1==l && $2==c ? $5 : NaN):7 smooth unique with lines lc rgb '#777777' lw 1.2 dt 2, \
+            # the first: so that a panel without answers is a panel all the same
+            plot 1e-17 with dots lc rgb '#ffffff', \
+                 $data using ($1==l && $2==c ? $5 : NaN):7 smooth unique with lines lc rgb '#777777' lw 1.2 dt 2, \
                  for [m in order] $data using ($1==l && $2==c && $3==m+0 && $4==0 ? $5 : NaN):6 \
                      with points pt shape[m+0] ps 0.75 lw 1.5 lc rgb colour[m+0], \
                  for [m in order] $data using ($1==l && $2==c && $3==m+0 && $4>0 ? $5 : NaN):6 \
@@ -60,8 +56,8 @@ do for [kind in "svg png"] {
     # the key, and what follows
     unset logscale; unset grid; unset border; unset tics
     set xrange [0:1]; set yrange [0:1]
-    set origin (wide_px - right_px + 10.0) / wide_px, foot_px * 1.0 / high_px
-    set size (right_px - 10.0) / wide_px, 1 - (foot_px + head_px) * 1.0 / high_px
+    set origin (wide_px - right_px + 10.0) / wide_px, 0
+    set size (right_px - 10.0) / wide_px, 1 - head_px * 1.0 / high_px
     set key at graph 0.0, 1.0 left top Left reverse samplen 2 spacing 1.4 noenhanced
     y(k) = (foot_px - 40.0 - step_px * k) / high_px
     do for [i=1:|$sentences|] {

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
+# Given: charted, the numbers of the methods in the chart, each between blanks.
+#
 # The marks of the methods, by their number: one shape for a family, dark for the first of it and
 # light for the second, so that print in grey keeps them apart. Hollow: as solved; filled: refined.
 
@@ -17,8 +19,13 @@ n = 4;  s = 8;  c = '#08306B'; l = 'tfa';           eval(define_mark)
 n = 8;  s = 4;  c = '#E69F00'; l = 'hessenberg';    eval(define_mark)
 n = 12; s = 10; c = '#00441B'; l = 'scan';          eval(define_mark)
 n = 13; s = 10; c = '#66C2A4'; l = 'scan-two-pass'; eval(define_mark)
+# peers; who they are is added behind this file
+n = 24; s = 1;  c = '#CC3311'; l = '';              eval(define_mark)
+n = 25; s = 2;  c = '#CC3311'; l = '';              eval(define_mark)
 
-order = "3 2 4 7 8 9 10 11 12 13"
+# those in the chart, as the key has them
+order = ''
+do for [m in "3 2 4 7 8 9 10 11 12 13 24 25"] { if (strstrt(charted, ' '.m.' ')) { order = order.' '.m } }
 rhs_0 = 'qdd: torques of a random qdd'
 rhs_1 = 'tau: random torques'
 rhs_2 = 'gravity: at rest, no torques'

@@ -81,7 +81,9 @@ typedef enum tfa_refusal {
       "segment scan of articulated bodies, one pass")                                              \
     X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,    \
       "segment scan seeded with outboard inertias")                                                \
-    X(EFPA, 14, "efpa", 0, 1, "O(N + m d + m^2)", TFA_CHAIN_REFUSES, "extended force propagation")
+    X(EFPA, 14, "efpa", 0, 1, "O(N + m d + m^2)", TFA_CHAIN_REFUSES, "extended force propagation") \
+    X(PV_OSIMR, 15, "pv-osimr", 0, 1, "O(N + m^2)", TFA_REFUSES_HOLLOW,                            \
+      "force propagation with shared supports passed in one step")
 
 typedef enum tfa_method {
 #define TFA_METHOD_ENUM(name, number, text, fd, lambda, cost, refuses, what)                       \
@@ -109,8 +111,9 @@ TFA_API const tfa_method_info *tfa_method_describe(uint32_t method);
 TFA_API const char *tfa_refusal_text(unsigned refusal);
 
 typedef enum tfa_estimate {
-    TFA_ESTIMATE_DEFAULT = 0, /**< always for TFA, never for the others */
-    TFA_ESTIMATE_NEVER = 1,
+    TFA_ESTIMATE_DEFAULT = 0, /**< always for methods that refuse TFA_REFUSES_NO_INVERSE, never for
+                                   the others, but what refinement sees of an error counts */
+    TFA_ESTIMATE_NEVER = 1,   /**< the bare answer of the method, refined if asked: no fallback */
     TFA_ESTIMATE_ALWAYS = 2,
 } tfa_estimate;
 
@@ -127,14 +130,21 @@ typedef enum tfa_precision {
     TFA_F32 = 2,  /**< float */
 } tfa_precision;
 
-/** In which arithmetic the residual of a refinement step is computed, and qdd summed up. */
+/**
+ * In which arithmetic the residual of a refinement step is computed, and qdd summed up. Where it is
+ * not that of the factors, it also answers all that is no solve with factors: inverse dynamics, M,
+ * lambda_inv (besides qdd, too: by auto, whatever the method), poses, and held joints.
+ */
 typedef enum tfa_residual {
     TFA_RESIDUAL_SAME = 0, /**< that of the workspace */
     TFA_RESIDUAL_F64 = 1,  /**< double, around factors in float */
     TFA_RESIDUAL_F128 = 2, /**< quadruple precision, around factors in double or float: precise */
 } tfa_residual;
 
-#define TFA_REFINE_DEFAULT UINT32_MAX /**< the method's default: 1 for tfa, 0 for the others */
+#define TFA_MAX_REFINE 3 /**< refinement steps of one request */
+/** The default: 1 for methods that invert body inertias, 0 for the others; with a wider residual as
+ * many as it takes, up to 3 around float, 2 around double. */
+#define TFA_REFINE_DEFAULT UINT32_MAX
 
 /** Wanted besides the plain answer; flags of a request. */
 #define TFA_WANT_SPECTRUM 1u    /**< rank and extreme eigenvalues of lambda_inv */
@@ -161,7 +171,7 @@ typedef struct tfa_request {
     tfa_method method;           /**< of the op; TFA_METHOD_AUTO unless asked otherwise */
     tfa_estimate estimate;       /**< error estimate policy */
     tfa_reference_frame frame;   /**< of wrenches and lambda_inv */
-    uint32_t refine;             /**< refinement steps 0, 1, 2 or TFA_REFINE_DEFAULT */
+    uint32_t refine;             /**< refinement steps 0..TFA_MAX_REFINE or TFA_REFINE_DEFAULT */
     uint32_t flags;              /**< TFA_WANT_* */
     uint32_t count;              /**< states, at least 1 */
     uint32_t tip_count;          /**< 0..TFA_MAX_TIPS */
@@ -201,6 +211,10 @@ typedef struct tfa_request {
 #define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
 #define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
 #define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
+/** Answered in the arithmetic of the residual, without the factors: with TFA_ANSWER_FALLBACK by what
+ * auto takes, because all was in doubt in that of the factors; alone by the method asked for, which
+ * was refused there. */
+#define TFA_ANSWER_WIDER 64u
 
 /** What is known of the answer for one state. */
 typedef struct tfa_answer {
@@ -295,8 +309,9 @@ typedef enum tfa_states {
 } tfa_states;
 
 typedef struct tfa_workspace_options {
-    tfa_precision precision; /**< of the factors and of the answers */
-    tfa_residual residual;   /**< of refinement steps */
+    tfa_precision precision; /**< of the factors */
+    tfa_residual residual; /**< of refinement steps; with a wider one the workspace holds the state
+                                of both arithmetics */
     tfa_states states;
 } tfa_workspace_options;
 
@@ -305,7 +320,8 @@ TFA_API size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_op
 
 /**
  * Initialises a workspace in memory of the caller. The model must outlive it.
- * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (precision not built).
+ * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (precision not built,
+ *         or a residual narrower than the factors).
  */
 TFA_API TFA_CHECKED int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
                                            const tfa_workspace_options *options,

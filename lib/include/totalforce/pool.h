@@ -20,7 +20,8 @@ typedef struct tfa_pool_options {
     uint32_t spin_ns; /**< how long an idle thread spins before it sleeps; 0: 50000 */
     const int *cpus;  /**< `threads` processors to pin to, the caller's first; NULL: no pinning.
                                The caller's own is not changed. */
-    tfa_precision precision;
+    tfa_precision precision; /**< as in tfa_workspace_options */
+    tfa_residual residual;   /**< as in tfa_workspace_options */
 } tfa_pool_options;
 
 /**

@@ -156,10 +156,7 @@ struct count_robot::body {
     {
         parts.factor = during([&] { (void)factor(method); });
         parts.solve = during([&] { solve(method); });
-        parts.refine = during([&] {
-            int converging;
-            (void)TFA_V(refine)(s, (tfa_method)method, 1, &converging);
-        });
+        parts.refine = during([&] { (void)TFA_V(refine)(s, (tfa_method)method, 1, 0, 0); });
     }
 
     /* ABA's two halves go through the bodies together. */

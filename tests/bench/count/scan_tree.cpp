@@ -85,10 +85,11 @@ beyond closed(const element &x, const beyond &all)
     const beyond b = left_of(x, all);
     lu6 E;
     (void)scan_meet(&E, x.at.C, b.J);
-    element sum = x;
+    beyond sum;
+    num EA[36];
     sum.g = felt(x, b, drift(x, E, b));
-    scan_close(&sum.at, &E, b.J);
-    return as_beyond(sum);
+    scan_hang(&x.at, &E, b.J, EA, sum.J);
+    return sum;
 }
 
 svec end_acceleration(const element &x, svec a_in, const beyond &all)
@@ -104,13 +105,15 @@ element joined(const element &in, const element &out)
 {
     const beyond b = left_of(in, as_beyond(out));
     lu6 E;
-    num F[36], At[36];
+    num F[36], At[36], EA[36];
     (void)scan_meet(&E, in.at.C, b.J);
     const svec w = drift(in, E, b);
     element sum = in;
     sum.g = felt(in, b, w);
     sum.v = sv_add(out.v, times(out.at.A, w));
-    scan_close(&sum.at, &E, b.J);
+    scan_hang(&in.at, &E, b.J, EA, sum.at.J);
+    lu6_solve(&E, sum.at.C, 6);
+    m6_symmetrise(sum.at.C);
     for (int i = 0; i < 6; i++)
         for (int j = 0; j < 6; j++)
             At[6 * i + j] = out.at.A[6 * j + i];
@@ -118,11 +121,9 @@ element joined(const element &in, const element &out)
     m6_mul(sum.at.C, out.at.A, F);
     for (int k = 0; k < 36; k++)
         sum.at.C[k] += out.at.C[k];
-    m6_mul(F, out.at.A, sum.at.A);
-    for (int k = 0; k < 36; k++) {
-        sum.at.A[k] = F[k];
+    m6_mul(sum.at.A, out.at.A, EA);
+    for (int k = 0; k < 36; k++)
         sum.known[k] = out.known[k];
-    }
     return sum;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * MuJoCo as a contestant: the least it needs for forward dynamics (composite rigid bodies, sparse
+ * MuJoCo as a peer: the least it needs for forward dynamics (composite rigid bodies, sparse
  * factorisation, Newton-Euler bias); no contacts, no constraints, no sensors.
  */
 #pragma GCC diagnostic push
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bench.h"
+#include "peer.h"
 
 struct mujoco_robot {
     mjModel *model;
@@ -34,33 +34,48 @@ static void release(void *robot)
     free(r);
 }
 
-static void *make(const char *path, const tfa_description *description)
+/* Warnings, which would go to a file in the working folder: what is wrong shows in the error. */
+static void be_quiet(const char *text)
 {
-    char error[1000] = "";
-    struct mujoco_robot *r = calloc(1, sizeof *r);
-    r->model = mj_loadXML(path, NULL, error, sizeof error);
-    if (!r->model) {
-        fprintf(stderr, "mujoco: %s\n", error);
-        release(r);
-        return NULL;
-    }
-    r->data = mj_makeData(r->model);
-    r->n = r->model->nv;
-    r->force = calloc((size_t)r->n + 1, sizeof *r->force);
-    r->at = calloc((size_t)r->n + 1, sizeof *r->at);
-    r->model->opt.gravity[2] = -9.80665;
+    (void)text;
+}
+
+/* Our joints by name. @return the first that is not there, or NULL */
+static const char *find_joints(struct mujoco_robot *r, const tfa_description *description)
+{
     int k = 0;
     for (size_t j = 0; j < description->joint_count; j++) {
         if (description->joints[j].type == TFA_JOINT_FIXED)
             continue;
-        int id = mj_name2id(r->model, mjOBJ_JOINT, description->joints[j].name);
-        if (id < 0 || k >= r->n) {
-            release(r);
-            return NULL;
-        }
+        const int id = mj_name2id(r->model, mjOBJ_JOINT, description->joints[j].name);
+        if (id < 0 || k >= r->n)
+            return description->joints[j].name;
         r->at[k++] = r->model->jnt_dofadr[id];
         /* the URDF importer may set armature and damping defaults: all zero here */
         r->model->dof_armature[r->model->jnt_dofadr[id]] = 0;
+    }
+    return NULL;
+}
+
+static void *make(const char *path, const tfa_description *description, char *why, size_t size)
+{
+    struct mujoco_robot *r = calloc(1, sizeof *r);
+    mju_user_warning = be_quiet;
+    r->model = mj_loadXML(path, NULL, why, (int)size);
+    r->data = r->model ? mj_makeData(r->model) : NULL;
+    if (!r->data) {
+        release(r);
+        return NULL;
+    }
+    r->n = r->model->nv;
+    r->force = calloc((size_t)r->n + 1, sizeof *r->force);
+    r->at = calloc((size_t)r->n + 1, sizeof *r->at);
+    r->model->opt.gravity[2] = -9.80665;
+    const char *missing = find_joints(r, description);
+    if (missing) {
+        snprintf(why, size, "no joint %s", missing);
+        release(r);
+        return NULL;
     }
     return r;
 }
@@ -87,4 +102,4 @@ static void forward(void *robot, const double *q, const double *v, const double 
         qdd[k] = d->qacc[r->at[k]];
 }
 
-const struct contestant peer_mujoco = {"mujoco", make, forward, release};
+const struct peer peer_mujoco = {"mujoco", make, forward, release};

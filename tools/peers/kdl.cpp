@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // SPDX-FileCopyrightText: The totalforce authors
 //
-// Orocos KDL as a contestant: its recursive Newton-Euler forward dynamics of a chain.
+// Orocos KDL as a peer: its recursive Newton-Euler forward dynamics of a chain.
+#include <cstdio>
 #include <kdl/chain.hpp>
 #include <kdl/chainfdsolver_recursive_newton_euler.hpp>
 
-#include "bench.h"
+#include "peer.h"
 
 namespace
 {
@@ -37,7 +38,7 @@ KDL::RigidBodyInertia inertia(const tfa_link &l)
 }
 
 // Chains only: each joint hangs from the child of the one before.
-void *make(const char *, const tfa_description *d)
+void *make(const char *, const tfa_description *d, char *why, size_t size)
 {
     Robot *r = new Robot;
     size_t moving = 0;
@@ -47,6 +48,8 @@ void *make(const char *, const tfa_description *d)
         bool simple = joint.type == TFA_JOINT_REVOLUTE || joint.type == TFA_JOINT_CONTINUOUS ||
                       joint.type == TFA_JOINT_FIXED;
         if (!chain || !simple) {
+            std::snprintf(why, size, "%s: %s", joint.name,
+                          chain ? "neither revolute nor fixed" : "not a chain");
             delete r;
             return nullptr;
         }
@@ -92,4 +95,4 @@ void release(void *robot)
 
 } // namespace
 
-extern "C" const struct contestant peer_kdl = {"orocos-kdl", make, forward, release};
+extern "C" const struct peer peer_kdl = {"kdl", make, forward, release};

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * How wrong is Lambda^-1? With E its error and random f of variance 1 the mean of |E f|^2 is |E|^2, the
+ * sum of the squares of all entries (Hutchinson 1989). Lambda^-1 f is compared with J x, where
+ * x = M^-1 J^T f is refined once more often than the answer was.
+ */
+#include <math.h>
+
+#include "kernel/answer.h"
+#include "kernel/chain.h"
+#include "kernel/kernel.h"
+#include "kernel/lambda.h"
+
+/* Wrenches that are tried: one alone may by chance lie across the error. */
+#define PROBES 3
+
+/* Component e of a wrench: uniform, variance 1 */
+static num component(uint32_t probe, size_t e)
+{
+    const uint32_t bits = ((uint32_t)e + 64 * probe + 1) * 2654435761u;
+    return ((num)(int32_t)(bits >> 16) - 32768) * (num)(1.7320508 / 32768);
+}
+
+/* s->qdd = M^-1 s->tau with refinement steps, the last from a shaken residual */
+static void solve_refined(struct state *s, tfa_method method, uint32_t steps)
+{
+    const uint32_t nv = s->m->freedoms;
+    TFA_V(solve)(s, method, s->tau, s->qdd);
+    for (uint32_t step = 0; step < steps; step++) {
+        if (step + 1 == steps)
+            TFA_V(rnea_shaken)(s, s->qdd, s->res, 0);
+        else
+            TFA_V(rnea)(s, s->qdd, s->res, 0);
+        for (uint32_t j = 0; j < nv; j++)
+            s->res[j] = s->tau[j] - s->res[j];
+        TFA_V(gather)(s, s->res);
+        TFA_V(solve)(s, method, s->res, s->dx);
+        for (uint32_t j = 0; j < nv; j++)
+            s->qdd[j] += s->dx[j];
+    }
+}
+
+/* |Lambda^-1 f - J x|^2 */
+static num difference(struct state *s, tfa_method method, uint32_t steps, uint32_t probe)
+{
+    const uint32_t nv = s->m->freedoms;
+    const size_t n = 6 * s->tips;
+    num sum = 0;
+    for (uint32_t j = 0; j < nv; j++) {
+        s->tau[j] = 0;
+        for (size_t e = 0; e < n; e++)
+            s->tau[j] += component(probe, e) * s->psi[(size_t)j * n + e];
+    }
+    solve_refined(s, method, steps);
+    for (size_t e = 0; e < n; e++) {
+        num y = 0;
+        for (uint32_t j = 0; j < nv; j++)
+            y -= s->psi[(size_t)j * n + e] * s->qdd[j];
+        for (size_t f = 0; f < n; f++)
+            y += component(probe, f) * s->lambda[e * n + f];
+        sum += y * y;
+    }
+    return sum;
+}
+
+double TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
+                           uint32_t steps)
+{
+    const size_t entries = 36 * (size_t)s->tips * s->tips;
+    num error = 0, size = 0;
+    if (method_inverts(method)) { /* factors that may be blind are no judges (refine.c) */
+        method = TFA_METHOD_ABA;
+        (void)TFA_V(factor)(s, method);
+    }
+    TFA_V(jacobian)(s, frame);
+    for (uint32_t probe = 0; probe < PROBES; probe++)
+        error += difference(s, method, steps + 1, probe);
+    for (size_t e = 0; e < entries; e++)
+        size += s->lambda[e] * s->lambda[e];
+    return size > 0 ? ESTIMATE_SAFETY * sqrt((double)(error / (PROBES * size))) : 0;
+}

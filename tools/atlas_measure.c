@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The error of one method in one cell: alone, refined once, and as the service answers.
+ */
+#include "atlas.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* dx = M^-1 (tau - RNEA(qdd)), qdd += dx, by requests of their own: refinement asked for in one
+ * request ends in a fallback where it fails, and here the failure is what is wanted. */
+static int refine_by_hand(chart_case *c, const chart_data *d, tfa_request request, double *scratch)
+{
+    static const double weightless[3];
+    double *tau = scratch, *first = scratch + d->v;
+    tfa_request inverse = request;
+    tfa_answer answer;
+    memcpy(first, d->found, d->v * sizeof *first);
+    inverse.op = TFA_OP_INVERSE_DYNAMICS;
+    inverse.method = TFA_METHOD_RNEA;
+    inverse.qdd = first;
+    tfa_reply reply = {.tau = tau, .answers = &answer};
+    int status = tfa_compute(c->workspaces[CHART_F64], &inverse, &reply);
+    for (uint32_t k = 0; k < d->v; k++)
+        tau[k] = request.tau[k] - tau[k];
+    request.tau = tau;
+    request.v = NULL;
+    request.gravity = weightless;
+    reply = chart_reply(d, &answer);
+    if (status == TFA_OK)
+        status = tfa_compute(c->workspaces[CHART_F64], &request, &reply);
+    for (uint32_t k = 0; k < d->v; k++)
+        d->found[k] += first[k];
+    return status;
+}
+
+static tfa_request request_of(const atlas_row *row, const chart_data *d, uint32_t state)
+{
+    tfa_request request = chart_request(d, state);
+    request.method = (tfa_method)row->method;
+    if (row->mode == ATLAS_SERVICE || row->mode == ATLAS_ESTIMATED) {
+        request.refine = TFA_REFINE_DEFAULT;
+        request.estimate = row->mode == ATLAS_SERVICE ? TFA_ESTIMATE_DEFAULT : TFA_ESTIMATE_ALWAYS;
+    }
+    return request;
+}
+
+static void count_answer(atlas_row *row, const tfa_answer *answer, double error)
+{
+    if (error >= row->worst) {
+        row->worst = error;
+        row->worst_by = answer->method;
+    }
+    if (answer->flags & TFA_ANSWER_FALLBACK) {
+        if (row->fallback++ == 0) {
+            row->answered_by = answer->method;
+            row->reason = answer->flags;
+        }
+    } else {
+        row->own++;
+    }
+    if (!(answer->flags & TFA_ANSWER_ESTIMATED)) {
+        row->unsaid += error > ATLAS_FAILED;
+        return;
+    }
+    row->estimated++;
+    if (error > ATLAS_ROUNDING)
+        row->over = fmax(row->over, error / answer->error_estimate);
+    row->silent += error > 1e-6 && answer->error_estimate < 1e-7;
+}
+
+void atlas_measure(atlas_row *row, chart_case *c, const chart_data *d)
+{
+    double errors[CHART_STATES], estimates[CHART_STATES], component;
+    double *scratch = malloc((2 * (size_t)d->v + 1) * sizeof *scratch);
+    row->answered_by = row->method;
+    row->floor = d->floor;
+    for (uint32_t s = 0; s < d->states; s++) {
+        tfa_answer answer = {0};
+        tfa_request request = request_of(row, d, s);
+        tfa_reply reply = chart_reply(d, &answer);
+        int status =
+            scratch ? tfa_compute(c->workspaces[CHART_F64], &request, &reply) : TFA_E_MEMORY;
+        errors[s] = INFINITY;
+        estimates[s] = answer.flags & TFA_ANSWER_ESTIMATED ? answer.error_estimate : NAN;
+        if (status == TFA_OK && row->mode == ATLAS_REFINED)
+            status = refine_by_hand(c, d, request, scratch);
+        if (status == TFA_OK) {
+            errors[s] = chart_error(d, s, &component);
+            count_answer(row, &answer, errors[s]);
+        } else if (row->refused++ == 0) {
+            row->status = status;
+            chart_name_culprit(row->field, sizeof row->field, c, &reply);
+        }
+    }
+    free(scratch);
+    row->error = chart_median(errors, d->states);
+    row->estimate = isnan(estimates[0]) ? NAN : chart_median(estimates, d->states);
+}
+
+int atlas_fell_back(const atlas_row *row)
+{
+    return !atlas_refused(row) && row->fallback >= row->own;
+}
+
+int atlas_refused(const atlas_row *row)
+{
+    return row->refused > row->own + row->fallback;
+}
+
+int atlas_failed(const atlas_row *row)
+{
+    if (row->own + row->fallback == 0)
+        return row->status == TFA_E_NOT_COMPUTED;
+    return row->error > ATLAS_FAILED && row->error > ATLAS_FAR * row->floor;
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the data themselves allow: every number of the robot and of the request has been rounded, and
+ * no method can tell it from its neighbours. So the floor is how far the exact answer moves when each
+ * of them goes to a neighbour. A number that is 0 is taken to be 0.
+ */
+#include "chart.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Each number goes to its upper or lower neighbour or stays. */
+static void nudge(uint64_t *random, double *values, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        switch (mechanism_random_bits(random) % 3) {
+        case 0:
+            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], INFINITY);
+            break;
+        case 1:
+            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], -INFINITY);
+            break;
+        default:
+            break;
+        }
+}
+
+static void nudge_robot(uint64_t *random, tfa_description *d)
+{
+    for (size_t k = 0; k < d->link_count; k++) {
+        tfa_link *link = &d->links[k];
+        nudge(random, &link->mass, 1);
+        nudge(random, link->com, 3);
+        nudge(random, link->quat, 4);
+        nudge(random, link->inertia, 6);
+    }
+    for (size_t k = 0; k < d->joint_count; k++) {
+        tfa_joint *joint = &d->joints[k];
+        nudge(random, joint->xyz, 3);
+        nudge(random, joint->quat, 4);
+        nudge(random, joint->axis, 3);
+    }
+}
+
+int chart_floor_open(chart_case *c, tfa_description *description, const tfa_model_options *options)
+{
+    uint64_t random = c->random ^ UINT64_C(0x9e3779b97f4a7c15); /* states stay as they were */
+    nudge_robot(&random, description);
+    const int status = tfa_model_create(description, options, NULL, &c->neighbour);
+    return status == TFA_OK
+               ? tfa_workspace_create(c->neighbour, &(tfa_workspace_options){.precision = TFA_F128},
+                                      &c->neighbour_f128)
+               : status;
+}
+
+void chart_floor_close(chart_case *c)
+{
+    tfa_workspace_free(c->neighbour_f128);
+    tfa_model_free(c->neighbour);
+}
+
+int chart_floor_find(chart_data *d, chart_case *c)
+{
+    double errors[CHART_STATES], worst;
+    const size_t count = (size_t)d->states * ((size_t)d->q + 2 * (size_t)d->v);
+    double *kept = malloc((count + 1) * sizeof(double));
+    if (!kept)
+        return TFA_E_MEMORY;
+    memcpy(kept, d->coordinates, count * sizeof(double));
+    nudge(&c->random, d->coordinates, count); /* q, v and tau stand one behind the other */
+    int status = TFA_OK;
+    for (uint32_t s = 0; status == TFA_OK && s < d->states; s++) {
+        tfa_answer answer;
+        const tfa_request request = chart_request(d, s);
+        tfa_reply reply = chart_reply(d, &answer);
+        status = tfa_compute(c->neighbour_f128, &request, &reply);
+        errors[s] = chart_error(d, s, &worst);
+    }
+    memcpy(d->coordinates, kept, count * sizeof(double));
+    free(kept);
+    /* and the answer is rounded */
+    d->floor = status == TFA_OK ? fmax(chart_median(errors, d->states), 0x1p-53) : NAN;
+    return status;
+}

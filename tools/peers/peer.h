@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What is asked of a peer: forward dynamics of a robot on a fixed base, one number for each joint.
+ */
+#ifndef TFA_TOOLS_PEER_H
+#define TFA_TOOLS_PEER_H
+
+#include <stddef.h>
+#include <totalforce/description.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Their costs grow as N^2 to N^3, and so does loading: minutes above this many bodies. */
+#define PEER_BODIES_MAX 300
+
+struct peer {
+    const char *name;
+    /** Makes the robot from its URDF file and its description; NULL when it cannot, and `why` says
+     * so in one line. */
+    void *(*make)(const char *path, const tfa_description *description, char *why, size_t size);
+    /** qdd = M^-1 (tau - h) under gravity 0 0 -9.80665; arrays in the order of the description's
+     * joints, fixed ones left out. */
+    void (*forward)(void *robot, const double *q, const double *v, const double *tau, double *qdd);
+    void (*release)(void *robot);
+};
+
+/** Those that are built in (-DTFA_PEERS=ON); NULL behind the last. */
+extern const struct peer *const peer_table[];
+
+extern const struct peer peer_mujoco;
+extern const struct peer peer_kdl;
+
+#ifdef __cplusplus
+}
+#endif
+#endif

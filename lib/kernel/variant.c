@@ -21,6 +21,11 @@ static struct state *init(const tfa_model *model, void *memory)
     return s;
 }
 
+static void load(struct state *s, const tfa_request *request, uint32_t k)
+{
+    TFA_V(load)(s, request, k, 1);
+}
+
 static void widen(struct state *s, const struct tfa_wider *wider)
 {
     s->wider = wider;
@@ -34,7 +39,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .init = init,
     .answer = TFA_V(answer),
     .widen = widen,
-    .load = TFA_V(load),
+    .load = load,
     .add = TFA_V(wider_add),
     .residual = TFA_V(wider_residual),
     .unload = TFA_V(unload_qdd),

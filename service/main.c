@@ -75,6 +75,7 @@ static int take_runtime_dir(service *s)
 static int guard_memory(service *s)
 {
     tfa_realtime_raise_files();
+    tfa_realtime_populate();
     tfa_realtime_lock(&s->daemon.settings->realtime);
     return tfa_sigbus_install();
 }

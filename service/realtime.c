@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <grp.h>
+#include <link.h>
 #include <pwd.h>
 #include <sched.h>
 #include <string.h>
@@ -15,6 +16,26 @@
 #include <unistd.h>
 
 #include "log.h"
+
+/* Before Linux 5.14 there is no such advice, and the first request of a kind faults its code in. */
+static int populate(struct dl_phdr_info *object, size_t size, void *unused)
+{
+    const uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE);
+    (void)size;
+    (void)unused;
+    for (int k = 0; k < object->dlpi_phnum; k++) {
+        const ElfW(Phdr) *segment = &object->dlpi_phdr[k];
+        const uintptr_t start = object->dlpi_addr + segment->p_vaddr, first = start / page * page;
+        if (segment->p_type == PT_LOAD && !(segment->p_flags & PF_W))
+            (void)madvise((void *)first, start + segment->p_memsz - first, MADV_POPULATE_READ);
+    }
+    return 0;
+}
+
+void tfa_realtime_populate(void)
+{
+    (void)dl_iterate_phdr(populate, NULL);
+}
 
 void tfa_realtime_lock(const config_realtime *wanted)
 {

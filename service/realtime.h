@@ -12,6 +12,9 @@
 
 #include "config.h"
 
+/** Maps all code and constants of the program and its libraries, so that no request does. */
+void tfa_realtime_populate(void);
+
 /** Locks all memory, if configured. A refusal is a warning in the log. */
 void tfa_realtime_lock(const config_realtime *wanted);
 

@@ -19,7 +19,7 @@ void chart_print_head(FILE *out, const chart_options *options)
         " worst_component: largest relative error of one component in any state\n"
         "# floor: change of the exact answer when every number of the robot and of the request "
         "changes in the last bit, at "
-        "least 2^-53; the robot's own constants do not change\n"
+        "least 2^-53\n"
         "# precision: of the factors, and behind + of the residual of refinement steps\n"
         "# time_us: with one thread median CPU time of a call of one state; with more, wall time "
         "of a batch of 64 states on a pool, for one of them; aba_us: that of aba in f64, in "

@@ -222,7 +222,7 @@ static struct promise promises[] = {
 static void hold_to(struct promise *p, const struct shape *shape, uint32_t n, int side)
 {
     const struct errors e = measure(shape, n, side, p->options, p->method, p->refine);
-    const double unit = p->unit == OF_ABA     ? fmax(e.aba, 0x1p-53)
+    const double unit = p->unit == OF_ABA     ? fmax(e.aba, 0x1p-51)
                         : p->unit == OF_FLOOR ? e.floor
                                               : 0x1p-23;
     if (!(e.own <= p->within * unit))

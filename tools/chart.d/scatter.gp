@@ -70,7 +70,7 @@ do for [kind in "svg png"] {
     set xrange [0:1]; set yrange [0:1]
     set key at graph 0.0, 1.0 left top Left reverse samplen 2 spacing 1.35 noenhanced
     set label 2 silent at screen 0.02, screen 30.0/high_px left noenhanced font ',10'
-    set label 4 "Left is fast, low is exact. Every method off the grey front is slower or less exact than one on it. Below the dashed line the last bit of q, v and tau matters more than the method." \
+    set label 4 "Left is fast, low is exact. Every method off the grey front is slower or less exact than one on it. Below the dashed line the last bits of the robot and of the request matter more than the method." \
         at screen 0.02, screen 50.0/high_px left noenhanced font ',10'
     plot for [m in order] NaN with points pt shape[m+0] ps 1.1 lw 2 lc rgb colour[m+0] title label[m+0], \
          NaN with points pt 7 ps 1.1 lc rgb 'black' title 'filled: refined (+1, +2)', \

@@ -46,11 +46,11 @@ struct question {
     double floor;
 };
 
-static const tfa_workspace_options f32 = {TFA_F32, TFA_RESIDUAL_SAME},
-                                   f32_f64 = {TFA_F32, TFA_RESIDUAL_F64},
-                                   f64 = {TFA_F64, TFA_RESIDUAL_SAME},
-                                   f64_f128 = {TFA_F64, TFA_RESIDUAL_F128},
-                                   f128 = {TFA_F128, TFA_RESIDUAL_SAME};
+static const tfa_workspace_options f32 = {TFA_F32, TFA_RESIDUAL_SAME, TFA_STATES_AUTO},
+                                   f32_f64 = {TFA_F32, TFA_RESIDUAL_F64, TFA_STATES_AUTO},
+                                   f64 = {TFA_F64, TFA_RESIDUAL_SAME, TFA_STATES_AUTO},
+                                   f64_f128 = {TFA_F64, TFA_RESIDUAL_F128, TFA_STATES_AUTO},
+                                   f128 = {TFA_F128, TFA_RESIDUAL_SAME, TFA_STATES_AUTO};
 
 static tfa_answer answer(struct question *x, const tfa_workspace_options *options,
                          const tfa_request *r, double *qdd)
@@ -319,10 +319,10 @@ static void narrower_residuals_are_refused(void **state)
         tfa_workspace_options options;
         int status;
     } cases[] = {
-        {{TFA_F32, TFA_RESIDUAL_F128}, TFA_OK},
-        {{TFA_F64, TFA_RESIDUAL_F64}, TFA_OK},
-        {{TFA_F128, TFA_RESIDUAL_F128}, TFA_OK},
-        {{TFA_F128, TFA_RESIDUAL_F64}, TFA_E_UNSUPPORTED},
+        {{TFA_F32, TFA_RESIDUAL_F128, TFA_STATES_AUTO}, TFA_OK},
+        {{TFA_F64, TFA_RESIDUAL_F64, TFA_STATES_AUTO}, TFA_OK},
+        {{TFA_F128, TFA_RESIDUAL_F128, TFA_STATES_AUTO}, TFA_OK},
+        {{TFA_F128, TFA_RESIDUAL_F64, TFA_STATES_AUTO}, TFA_E_UNSUPPORTED},
         {{TFA_F64, (tfa_residual)9}, TFA_E_UNSUPPORTED},
         {{(tfa_precision)9, TFA_RESIDUAL_SAME}, TFA_E_UNSUPPORTED},
     };

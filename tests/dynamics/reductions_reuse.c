@@ -366,7 +366,9 @@ static void run(tfa_precision precision, tfa_residual residual, uint64_t seeds, 
             reduction r;
             reduction_open(&r, seed, REDUCE_ANYTHING, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
             if (r.n > 0)
-                sequence(&r, seed, &(tfa_workspace_options){precision, residual}, requests);
+                sequence(&r, seed,
+                         &(tfa_workspace_options){.precision = precision, .residual = residual},
+                         requests);
             reduction_close(&r);
         }
     print_message("  %u requests, %u refused; of the others %u with the q before, %u forward, %u "

@@ -37,10 +37,10 @@ inline uint32_t num_epoch; /* values known at this time or before are given */
 class num;
 
 /* Result of a comparison, used by num_select; plain branches follow it without waiting. */
-struct num_mask {
+struct num_outcome {
     bool is;
     uint32_t time;
-    num_mask(bool value, uint32_t known = 0) : is(value), time(known) {}
+    num_outcome(bool value, uint32_t known = 0) : is(value), time(known) {}
     operator bool() const
     {
         return is;
@@ -119,10 +119,10 @@ class num
     }
 
 #define NUM_COMPARISON(op)                                                                         \
-    friend num_mask operator op(num a, num b)                                                      \
+    friend num_outcome operator op(num a, num b)                                                   \
     {                                                                                              \
         num_counts.comparisons++;                                                                  \
-        return num_mask(a.value op b.value, step(a, b));                                           \
+        return num_outcome(a.value op b.value, step(a, b));                                        \
     }
     NUM_COMPARISON(<)
     NUM_COMPARISON(>)
@@ -169,7 +169,7 @@ class num
 static_assert(std::is_trivially_copyable<num>::value, "the kernels copy memory");
 
 /* Both values wait for the comparison. */
-inline num num_choose(num_mask m, num a, num b)
+inline num num_choose(num_outcome m, num a, num b)
 {
     return (m.is ? a : b).not_before(m.time);
 }

@@ -76,6 +76,6 @@ struct state *bench_state(struct bench *b)
     b->memory = aligned_alloc(64, size);
     assert_non_null(b->memory);
     b->s = kernel->init(b->model, b->memory);
-    TFA_V(load)(b->s, &request, 0);
+    TFA_V(load)(b->s, &request, 0, 1);
     return b->s;
 }

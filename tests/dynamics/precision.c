@@ -324,7 +324,7 @@ static void narrower_residuals_are_refused(void **state)
         {{TFA_F128, TFA_RESIDUAL_F128, TFA_STATES_AUTO}, TFA_OK},
         {{TFA_F128, TFA_RESIDUAL_F64, TFA_STATES_AUTO}, TFA_E_UNSUPPORTED},
         {{TFA_F64, (tfa_residual)9, TFA_STATES_AUTO}, TFA_E_UNSUPPORTED},
-        {{(tfa_precision)9, TFA_RESIDUAL_SAME}, TFA_E_UNSUPPORTED},
+        {{(tfa_precision)9, TFA_RESIDUAL_SAME, TFA_STATES_AUTO}, TFA_E_UNSUPPORTED},
     };
     struct question x;
     ask(&x, &shapes[0], 8, TORQUES, 1);

@@ -142,12 +142,18 @@ static tfa_reply slice_reply(const tfa_pool *p, uint32_t first)
     return r;
 }
 
+/* Where slice `task` begins. Long batches are cut where vectors of states end. */
+static uint32_t slice_start(const tfa_pool *p, uint32_t task)
+{
+    const uint32_t count = p->request->count, lanes = count >= 16 * p->tasks ? 8 : 1;
+    const uint32_t start = (uint32_t)((uint64_t)count * task / p->tasks);
+    return task == p->tasks ? count : start / lanes * lanes;
+}
+
 static void compute_slice(void *context, uint32_t task, uint32_t worker)
 {
     tfa_pool *p = context;
-    uint32_t count = p->request->count;
-    uint32_t first = (uint32_t)((uint64_t)count * task / p->tasks);
-    uint32_t last = (uint32_t)((uint64_t)count * (task + 1) / p->tasks);
+    const uint32_t first = slice_start(p, task), last = slice_start(p, task + 1);
     tfa_request request = slice_request(p, first, last - first);
     tfa_reply reply = slice_reply(p, first);
     int status = tfa_compute_checked(p->workspace[worker], &request, &reply);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Shared memory without a name: POSIX shm unlinked at once, or memfd.
+ * Shared memory without a name: a file of /dev/shm that never had one, or memfd.
  */
 #include "segment.h"
 
@@ -9,39 +9,34 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <sys/mman.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* The name lives for microseconds, but another process could wait for it: 128 random bits. */
+/* A second descriptor of the same file, for readers only. */
+static int open_readonly(tfa_segment *s)
+{
+    char path[32];
+    snprintf(path, sizeof path, "/proc/self/fd/%d", s->fd);
+    s->fd_readonly = open(path, O_RDONLY | O_CLOEXEC);
+    return s->fd_readonly >= 0 ? TFA_OK : TFA_E_SYSTEM;
+}
+
+/* Where shm_open makes its objects; but one that never has a name cannot be opened by anybody else, nor
+ * stay behind when the daemon is killed between making and unlinking it. */
 static int open_shm(tfa_segment *s)
 {
-    unsigned long long bits[2];
-    char name[48];
-    if (getrandom(bits, sizeof bits, 0) != (ssize_t)sizeof bits)
-        return TFA_E_SYSTEM;
-    snprintf(name, sizeof name, "/tfa-%016llx%016llx", bits[0], bits[1]);
-    s->fd = shm_open(name, O_RDWR | O_CREAT | O_EXCL, 0600);
-    if (s->fd < 0)
-        return TFA_E_SYSTEM;
-    s->fd_readonly = shm_open(name, O_RDONLY, 0);
-    const int saved = errno;
-    shm_unlink(name);
-    errno = saved;
-    return s->fd_readonly >= 0 ? TFA_OK : TFA_E_SYSTEM;
+    s->fd = open("/dev/shm", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    return s->fd >= 0 ? open_readonly(s) : TFA_E_SYSTEM;
 }
 
 /* A memfd is born with mode 0777, and whoever holds a descriptor of it may reopen it for writing
  * through /proc: 0600 stops other users. Its size can be sealed, which POSIX shm cannot. */
 static int open_memfd(tfa_segment *s)
 {
-    char path[32];
     s->fd = memfd_create("totalforce", MFD_CLOEXEC | MFD_ALLOW_SEALING);
     if (s->fd < 0 || fchmod(s->fd, 0600) != 0)
         return TFA_E_SYSTEM;
-    snprintf(path, sizeof path, "/proc/self/fd/%d", s->fd);
-    s->fd_readonly = open(path, O_RDONLY | O_CLOEXEC);
-    return s->fd_readonly >= 0 ? TFA_OK : TFA_E_SYSTEM;
+    return open_readonly(s);
 }
 
 static int allocate(tfa_segment *s, config_backend backend)

@@ -108,6 +108,8 @@ static inline void pose_body(struct state *s, uint32_t i)
 /* Of all coordinates of the bodies in a span, angles or not: they go by the vector. */
 static void turn(struct state *s, struct span span)
 {
+    if (span.first == span.end)
+        return; /* nothing moves */
     const uint32_t end = span.end < s->m->bodies ? s->body[span.end].q : s->m->inner_q;
     num_sincos_many(s->q, s->sine, s->cosine, s->body[span.first].q, end);
 }

@@ -107,11 +107,32 @@ static void a_state_without_answer_spoils_no_other(void **state)
     for_every_robot(overflow, true);
 }
 
+/* A robot that is nothing but its base has no freedom, and an answer all the same. */
+static void nothing_moves(void **state)
+{
+    (void)state;
+    tfa_link link = {
+        .name = "base", .mass = 1, .quat = {0, 0, 0, 1}, .inertia = {1, 0, 0, 1, 0, 1}};
+    const tfa_description d = {.name = "rock", .links = &link, .link_count = 1};
+    tfa_model *model;
+    tfa_workspace *w;
+    double none[1];
+    tfa_answer each[3];
+    assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);
+    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 3, .q = none};
+    tfa_reply reply = {.qdd = none, .answers = each};
+    assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+    tfa_workspace_free(w);
+    tfa_model_free(model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_bits_as_one_at_a_time),
         cmocka_unit_test(a_state_without_answer_spoils_no_other),
+        cmocka_unit_test(nothing_moves),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -261,13 +261,15 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame)
     TFA_V(lambda_mirror)(s);
 }
 
-/* x = M^-1 rhs with refinement steps: r = rhs - M x, x += M^-1 r */
-static void solve_refined(struct state *s, tfa_method method, uint32_t refine)
+void TFA_V(solve_refined)(struct state *s, tfa_method method, uint32_t steps, int shaken)
 {
     const uint32_t nv = s->m->freedoms;
     TFA_V(solve)(s, method, s->tau, s->qdd);
-    for (uint32_t step = 0; step < refine; step++) {
-        TFA_V(rnea)(s, s->qdd, s->res, 0);
+    for (uint32_t step = 0; step < steps; step++) {
+        if (shaken && step + 1 == steps)
+            TFA_V(rnea_shaken)(s, s->qdd, s->res, 0);
+        else
+            TFA_V(rnea)(s, s->qdd, s->res, 0);
         for (uint32_t j = 0; j < nv; j++)
             s->res[j] = s->tau[j] - s->res[j];
         TFA_V(gather)(s, s->res);
@@ -286,7 +288,7 @@ void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_metho
     for (size_t e = 0; e < n; e++) {
         for (uint32_t j = 0; j < nv; j++)
             s->tau[j] = tip_columns(s, s->psi, j, 0)[e];
-        solve_refined(s, method, refine);
+        TFA_V(solve_refined)(s, method, refine, 0);
         for (uint32_t j = 0; j < nv; j++)
             tip_columns(s, s->phi, j, 0)[e] = s->qdd[j];
     }

@@ -89,6 +89,10 @@ void TFA_V(lambda_clear)(struct state *s);
 /* Lambda^-1_tu += psi_t^T phi_u of every joint that supports both tips. Upper triangle. */
 void TFA_V(lambda_joints)(struct state *s);
 
+/* s->qdd = M^-1 s->tau with refinement steps: r = tau - M x, x += M^-1 r; `shaken`: the last residual
+ * is that of an estimate (rnea.c). */
+void TFA_V(solve_refined)(struct state *s, tfa_method method, uint32_t steps, int shaken);
+
 /* Copies the upper triangle of s->lambda to the lower one. */
 void TFA_V(lambda_mirror)(struct state *s);
 

@@ -22,25 +22,6 @@ static num component(uint32_t probe, size_t e)
     return ((num)(int32_t)(bits >> 16) - 32768) * (num)(1.7320508 / 32768);
 }
 
-/* s->qdd = M^-1 s->tau with refinement steps, the last from a shaken residual */
-static void solve_refined(struct state *s, tfa_method method, uint32_t steps)
-{
-    const uint32_t nv = s->m->freedoms;
-    TFA_V(solve)(s, method, s->tau, s->qdd);
-    for (uint32_t step = 0; step < steps; step++) {
-        if (step + 1 == steps)
-            TFA_V(rnea_shaken)(s, s->qdd, s->res, 0);
-        else
-            TFA_V(rnea)(s, s->qdd, s->res, 0);
-        for (uint32_t j = 0; j < nv; j++)
-            s->res[j] = s->tau[j] - s->res[j];
-        TFA_V(gather)(s, s->res);
-        TFA_V(solve)(s, method, s->res, s->dx);
-        for (uint32_t j = 0; j < nv; j++)
-            s->qdd[j] += s->dx[j];
-    }
-}
-
 /* |Lambda^-1 f - J x|^2 */
 static num difference(struct state *s, tfa_method method, uint32_t steps, uint32_t probe)
 {
@@ -52,7 +33,7 @@ static num difference(struct state *s, tfa_method method, uint32_t steps, uint32
         for (size_t e = 0; e < n; e++)
             s->tau[j] += component(probe, e) * s->psi[(size_t)j * n + e];
     }
-    solve_refined(s, method, steps);
+    TFA_V(solve_refined)(s, method, steps, 1);
     for (size_t e = 0; e < n; e++) {
         num y = 0;
         for (uint32_t j = 0; j < nv; j++)

@@ -40,34 +40,55 @@ static tfa_workspace *one_at_a_time(const tfa_model *model)
     return w;
 }
 
+/* A robot's states, asked of both kinds of workspace. */
+struct both {
+    random_states *x;
+    struct answers wide, one;
+    tfa_workspace *w; /* one at a time */
+    tfa_request request;
+};
+
+static void open_both(struct both *b, const test_robot *robot)
+{
+    const size_t bytes = STATES * (robot->nv + 1u) * sizeof(double);
+    b->x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    b->wide.qdd = malloc(bytes);
+    b->one.qdd = malloc(bytes);
+    b->w = one_at_a_time(robot->model);
+    b->request = fixture_request(robot, b->x);
+    b->request.wrench_count = 0;
+}
+
+static void close_both(struct both *b)
+{
+    tfa_workspace_free(b->w);
+    free(b->one.qdd);
+    free(b->wide.qdd);
+    random_states_free(b->x);
+}
+
 static void every_count(test_robot *robot)
 {
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
-    struct answers wide = {.qdd = malloc(STATES * (robot->nv + 1u) * sizeof(double))};
-    struct answers one = {.qdd = malloc(STATES * (robot->nv + 1u) * sizeof(double))};
-    tfa_workspace *w = one_at_a_time(robot->model);
-    tfa_request r = fixture_request(robot, x);
-    r.wrench_count = 0;
+    struct both b;
+    open_both(&b, robot);
+    tfa_request r = b.request;
     for (int resting = 0; resting < 2; resting++) {
-        r.v = resting ? NULL : x->v;
+        r.v = resting ? NULL : b.x->v;
         r.base_twist = resting ? NULL : r.base_twist;
         for (r.count = 1; r.count <= STATES; r.count++) {
-            ask(robot->f64, &r, &wide, robot->nv);
-            ask(w, &r, &one, robot->nv);
-            assert_memory_equal(wide.qdd, one.qdd, STATES * robot->nv * sizeof(double));
+            ask(robot->f64, &r, &b.wide, robot->nv);
+            ask(b.w, &r, &b.one, robot->nv);
+            assert_memory_equal(b.wide.qdd, b.one.qdd, STATES * robot->nv * sizeof(double));
             if (robot->base == TFA_BASE_FLOATING)
-                assert_memory_equal(wide.base, one.base, sizeof one.base);
+                assert_memory_equal(b.wide.base, b.one.base, sizeof b.one.base);
             for (uint32_t k = 0; k < r.count; k++) {
-                assert_int_equal(wide.each[k].status, TFA_OK);
-                assert_int_equal(wide.each[k].method, one.each[k].method);
-                assert_int_equal(wide.each[k].flags, one.each[k].flags);
+                assert_int_equal(b.wide.each[k].status, TFA_OK);
+                assert_int_equal(b.wide.each[k].method, b.one.each[k].method);
+                assert_int_equal(b.wide.each[k].flags, b.one.each[k].flags);
             }
         }
     }
-    tfa_workspace_free(w);
-    free(one.qdd);
-    free(wide.qdd);
-    random_states_free(x);
+    close_both(&b);
 }
 
 static void same_bits_as_one_at_a_time(void **state)
@@ -79,26 +100,20 @@ static void same_bits_as_one_at_a_time(void **state)
 /* Forces so large that the answer to one state is not finite. */
 static void overflow(test_robot *robot)
 {
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
-    struct answers wide = {.qdd = malloc(STATES * (robot->nv + 1u) * sizeof(double))};
-    struct answers one = {.qdd = malloc(STATES * (robot->nv + 1u) * sizeof(double))};
-    tfa_workspace *w = one_at_a_time(robot->model);
-    tfa_request r = fixture_request(robot, x);
+    struct both b;
+    open_both(&b, robot);
+    tfa_request r = b.request;
     const uint32_t bad = 5;
-    r.wrench_count = 0;
     for (uint32_t j = 0; j < robot->nv; j++)
-        x->tau[(size_t)bad * robot->nv + j] = j % 2 ? -1.7e308 : 1.7e308;
-    ask(robot->f64, &r, &wide, robot->nv);
-    ask(w, &r, &one, robot->nv);
+        b.x->tau[(size_t)bad * robot->nv + j] = j % 2 ? -1.7e308 : 1.7e308;
+    ask(robot->f64, &r, &b.wide, robot->nv);
+    ask(b.w, &r, &b.one, robot->nv);
     for (uint32_t k = 0; k < STATES; k++) {
-        assert_int_equal(wide.each[k].status, one.each[k].status);
-        assert_memory_equal(wide.qdd + (size_t)k * robot->nv, one.qdd + (size_t)k * robot->nv,
+        assert_int_equal(b.wide.each[k].status, b.one.each[k].status);
+        assert_memory_equal(b.wide.qdd + (size_t)k * robot->nv, b.one.qdd + (size_t)k * robot->nv,
                             robot->nv * sizeof(double));
     }
-    tfa_workspace_free(w);
-    free(one.qdd);
-    free(wide.qdd);
-    random_states_free(x);
+    close_both(&b);
 }
 
 static void a_state_without_answer_spoils_no_other(void **state)

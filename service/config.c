@@ -276,7 +276,7 @@ static void check_robot(reader *r, const config *c, size_t i)
 static void check_file(reader *r, const config *c, size_t i)
 {
     char path[64];
-    char *urdf = config_urdf_path(c, &c->robots[i]);
+    char *urdf = config_file_path(c, c->robots[i].urdf);
     snprintf(path, sizeof path, "robots[%zu].urdf", i);
     if (urdf && access(urdf, R_OK) != 0)
         complain(r, path, "'%s' cannot be read: %s", urdf, strerror(errno));
@@ -327,11 +327,34 @@ static int set_runtime_dir(config *c)
     return c->default_dir ? TFA_OK : TFA_E_MEMORY;
 }
 
+static int read_crossovers(reader *r, config *c)
+{
+    char error[512];
+    c->crossover = *tfa_crossovers_default();
+    if (!c->crossovers)
+        return TFA_OK;
+    char *path = config_file_path(c, c->crossovers);
+    if (!path)
+        return TFA_E_MEMORY;
+    if (tfa_crossovers_read(path, &c->crossover, error, sizeof error) != TFA_OK)
+        complain(r, "crossovers", "%s", error);
+    free(path);
+    return TFA_OK;
+}
+
+static void check_specialise(reader *r, const config *c)
+{
+    if (c->specialise != CONFIG_SPECIALISE_OFF && !c->specialise_directory)
+        complain(r, "specialise", "needs 'specialise_directory': where the kernels are");
+}
+
 static int finish(reader *r, config *c)
 {
     int status = resolve(r, &config_top, c->raw, "", (char *)c);
     if (status == TFA_OK)
         status = set_runtime_dir(c);
+    if (status == TFA_OK)
+        status = read_crossovers(r, c);
     if (status != TFA_OK)
         return status;
     for (size_t i = 0; i < c->robots_count; i++) {
@@ -339,6 +362,7 @@ static int finish(reader *r, config *c)
         check_file(r, c, i);
     }
     check_realtime(r, c);
+    check_specialise(r, c);
     return r->count ? TFA_E_PARSE : TFA_OK;
 }
 
@@ -405,14 +429,14 @@ void config_place(const config *c, const char *path, char *text, size_t size)
     snprintf(text, size, "%s:%zu:%zu", c->file, line, column);
 }
 
-char *config_urdf_path(const config *c, const config_robot *robot)
+char *config_file_path(const config *c, const char *name)
 {
     char *path = NULL, *directory = strdup(c->file);
     int n = -1;
-    if (robot->urdf[0] == '/')
-        n = asprintf(&path, "%s", robot->urdf);
+    if (name[0] == '/')
+        n = asprintf(&path, "%s", name);
     else if (directory)
-        n = asprintf(&path, "%s/%s", dirname(directory), robot->urdf);
+        n = asprintf(&path, "%s/%s", dirname(directory), name);
     free(directory);
     return n < 0 ? NULL : path;
 }

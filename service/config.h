@@ -14,6 +14,7 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <totalforce/client.h>
+#include <totalforce/crossovers.h>
 #include <totalforce/model.h>
 
 typedef enum config_estimate {
@@ -23,6 +24,16 @@ typedef enum config_estimate {
 } config_estimate;
 
 typedef enum config_precision { CONFIG_PRECISION_F64, CONFIG_PRECISION_F32 } config_precision;
+
+/* Methods that a robot's workspaces have room for: tfa_workspace_options.methods 0 or all */
+typedef enum config_methods { CONFIG_METHODS_AUTO, CONFIG_METHODS_ALL } config_methods;
+
+/* Kernels of robots' own */
+typedef enum config_specialise {
+    CONFIG_SPECIALISE_OFF,
+    CONFIG_SPECIALISE_LOAD,
+    CONFIG_SPECIALISE_BUILD,
+} config_specialise;
 
 typedef enum config_backend { CONFIG_BACKEND_SHM, CONFIG_BACKEND_MEMFD } config_backend;
 
@@ -80,6 +91,9 @@ typedef struct config_robot {
     uint32_t residual;  /* tfa_residual */
     uint32_t wait;      /* tfa_wait: what clients get that ask for nothing */
     uint32_t slots, max_batch;
+    uint32_t cut;     /* states */
+    uint32_t methods; /* config_methods */
+    double snap;
     bool rotor_inertia, damping, lock_massless_leaves;
     bool dds;
 } config_robot;
@@ -95,6 +109,12 @@ typedef struct config_realtime {
     bool mlock;
 } config_realtime;
 
+typedef struct config_pool {
+    uint32_t threads, priority, spin_ns, from;
+    uint32_t *affinity;
+    size_t affinity_count;
+} config_pool;
+
 typedef struct config_dds {
     bool enabled;
     uint32_t domain;
@@ -102,14 +122,20 @@ typedef struct config_dds {
 
 typedef struct config {
     const char *runtime_dir, *group, *user;
+    const char *crossovers; /* file */
+    const char *specialise_directory;
+    uint32_t specialise; /* config_specialise */
     uint32_t log_level;
     uint32_t workers, spin_ns, backend;
     bool allow_spin;
     config_limits limits;
     config_realtime realtime;
+    config_pool pool;
     config_dds dds;
     config_robot *robots;
     size_t robots_count;
+
+    tfa_crossovers crossover; /* what the file `crossovers` holds, or those shipped */
 
     char *file;        /* the file it came from */
     void *raw;         /* what libcyaml allocated: strings and lists live there */
@@ -136,8 +162,8 @@ bool config_needs_restart(const config *now, const config *next, char *text, siz
  *  messages about it. */
 void config_place(const config *c, const char *path, char *text, size_t size);
 
-/** Path of a robot's URDF file: relative ones start at the configuration file. Release with free;
- *  NULL when memory is short. */
-char *config_urdf_path(const config *c, const config_robot *robot);
+/** A file that the configuration names: relative paths start at the configuration file. Release
+ *  with free; NULL when memory is short. */
+char *config_file_path(const config *c, const char *name);
 
 #endif

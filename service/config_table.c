@@ -20,6 +20,10 @@ static const char *const estimate_words[] = {"never", "sampled", "always", NULL}
 static const char *const precision_words[] = {"f64", "f32", NULL};
 /* in the order of tfa_residual */
 static const char *const residual_words[] = {"same", "f64", "f128", NULL};
+/* in the order of config_methods */
+static const char *const methods_words[] = {"auto", "all", NULL};
+/* in the order of config_specialise */
+static const char *const specialise_words[] = {"off", "load", "build", NULL};
 static const char *const backend_words[] = {"shm", "memfd", NULL};
 /* the index is tfa_wait; nobody configures "default" */
 static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
@@ -107,6 +111,9 @@ static const config_row robot_rows[] = {
     {"lock_massless_leaves", CONFIG_BOOL, AT(config_robot, lock_massless_leaves), .live = true,
      .standard = false,
      .help = "Joints that move nothing with mass become fixed at 0; otherwise they are an error"},
+    {"snap", CONFIG_NUMBER, AT(config_robot, snap), .live = true, .standard = 0, .low = 0,
+     .high = TFA_SNAP_MAX,
+     .help = "Rotations within this angle (rad) of right angles become exactly that; 0: as written"},
     {"scenes", CONFIG_LIST, LIST_AT(config_robot, scenes), .low = 0, .high = 1000,
      .table = &scene_table, .help = "Parts or loads of the robot, each served as ROBOT.SCENE"},
     {"estimate", CONFIG_WORD, AT(config_robot, estimate), .live = true,
@@ -126,6 +133,12 @@ static const config_row robot_rows[] = {
      .high = TFA_RING_SLOTS_MAX, .help = "Most requests a client may have outstanding"},
     {"max_batch", CONFIG_COUNT, AT(config_robot, max_batch), .standard = 64, .low = 1,
      .high = 65536, .help = "Most states of one request"},
+    {"cut", CONFIG_COUNT, AT(config_robot, cut), .live = true, .standard = 32, .low = 1,
+     .high = 65536,
+     .help = "Longer batches are solved so many states at a time; others' short requests come between"},
+    {"methods", CONFIG_WORD, AT(config_robot, methods), .live = true,
+     .standard = CONFIG_METHODS_AUTO, .words = methods_words,
+     .help = "Room for all methods, or, beyond 256 bodies, only for what auto takes: auto, all"},
     {"dds", CONFIG_BOOL, AT(config_robot, dds), .standard = true,
      .help = "Answer for this robot over DDS, if dds is enabled"},
     {0}};
@@ -150,6 +163,21 @@ static const config_row realtime_rows[] = {
      .help = "Lock all memory of the daemon"},
     {0}};
 static config_table realtime_table = {realtime_rows, .size = sizeof(config_realtime)};
+
+static const config_row pool_rows[] = {
+    {"threads", CONFIG_COUNT, AT(config_pool, threads), .standard = 0, .low = 0, .high = 256,
+     .help = "Threads that work on one large request, the worker's own included; 0: no pool"},
+    {"from", CONFIG_COUNT, AT(config_pool, from), .standard = 1000, .low = 1, .high = 1e9,
+     .help = "Large: so many bodies times states"},
+    {"spin_ns", CONFIG_COUNT, AT(config_pool, spin_ns), .standard = 50000, .low = 1, .high = 4e9,
+     .help = "An idle thread spins so long before it sleeps; waking it is a system call"},
+    {"priority", CONFIG_COUNT, AT(config_pool, priority), .standard = 0, .low = 0, .high = 99,
+     .help = "SCHED_FIFO priority of its threads; 0: the ordinary scheduler"},
+    {"affinity", CONFIG_LIST, LIST_AT(config_pool, affinity), .low = 0, .high = 256,
+     .entry = CONFIG_COUNT,
+     .help = "Processor of each thread besides the workers, in order; none: any"},
+    {0}};
+static config_table pool_table = {pool_rows, .size = sizeof(config_pool)};
 
 static const config_row dds_rows[] = {
     {"enabled", CONFIG_BOOL, AT(config_dds, enabled), .standard = false,
@@ -176,10 +204,19 @@ static const config_row top_rows[] = {
      .help = "Clients may ask for spin, which takes the worker's core while they are connected"},
     {"backend", CONFIG_WORD, AT(config, backend), .standard = CONFIG_BACKEND_SHM,
      .words = backend_words, .help = "Memory shared with clients: shm or memfd"},
+    {"crossovers", CONFIG_TEXT, AT(config, crossovers), .live = true,
+     .help = "What auto goes by: a file of totalforce chart --calibrate; as shipped when absent"},
+    {"specialise", CONFIG_WORD, AT(config, specialise), .standard = CONFIG_SPECIALISE_OFF,
+     .words = specialise_words, .live = true,
+     .help = "Kernels of robots' own: off, load, build (those that are not there; takes a compiler)"},
+    {"specialise_directory", CONFIG_TEXT, AT(config, specialise_directory), .live = true,
+     .help = "Where they are; only root and the daemon's user may write there and above"},
     {"limits", CONFIG_GROUP, AT(config, limits), .table = &limit_table,
      .help = "What clients may take"},
     {"realtime", CONFIG_GROUP, AT(config, realtime), .table = &realtime_table,
      .help = "Each needs a permission; what could not be had is reported"},
+    {"pool", CONFIG_GROUP, AT(config, pool), .table = &pool_table,
+     .help = "Several cores for large requests; whichever worker has one may use it"},
     {"dds", CONFIG_GROUP, AT(config, dds), .table = &dds_table, .help = "The DDS door"},
     {"robots", CONFIG_LIST, LIST_AT(config, robots), .required = true, .low = 1, .high = 1000,
      .table = &robot_table, .help = "The robots that are served"},

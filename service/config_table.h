@@ -10,7 +10,7 @@
 
 #include "config.h"
 
-#define CONFIG_ROWS_MAX 20
+#define CONFIG_ROWS_MAX 24
 
 typedef enum config_kind {
     CONFIG_COUNT,  /* uint32_t */

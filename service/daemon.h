@@ -8,6 +8,7 @@
 #define TFA_SERVICE_DAEMON_H
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <sys/types.h>
@@ -86,7 +87,9 @@ typedef enum reload_phase {
  * released in the same way. */
 typedef struct reload {
     reload_phase phase;
-    bool again; /* SIGHUP came meanwhile */
+    bool building;     /* kernels only: nothing else is another afterwards */
+    bool again;        /* SIGHUP came meanwhile */
+    atomic_bool hurry; /* compilers are to stop */
     pthread_t thread;
     int event;   /* eventfd: the thread is done */
     bool loaded; /* the eventfd said so */
@@ -102,6 +105,7 @@ typedef struct reload {
 typedef struct tfa_daemon {
     config *settings;
     fleet fleet;
+    tfa_team *team; /* threads of all robots' pools; NULL: none */
     daemon_worker *workers;
     daemon_door door;
     reload reload;
@@ -121,6 +125,8 @@ typedef struct tfa_daemon {
 
 TFA_CHECKED int fleet_load(const config *settings, fleet *f);
 void fleet_unload(fleet *f);
+/* Starts the pool's threads, if configured, and gives robots their workspaces for it. */
+TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
 TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
 TFA_CHECKED int daemon_self_test(tfa_daemon *d);
 void daemon_stop_workers(tfa_daemon *d);
@@ -130,6 +136,9 @@ void daemon_free_fleet(tfa_daemon *d);
 
 /* SIGHUP: begins a reload, or notes that another one is wanted. */
 void reload_request(tfa_daemon *d);
+/* Builds the kernels that robots want and exchanges their solvers, unless there are none or a reload is
+ * under way, after which it is done anyhow. */
+void reload_build(tfa_daemon *d);
 /* The thread is done. */
 void reload_event(tfa_daemon *d);
 /* Time passed: clients may have left, workers may have taken over. */

@@ -5,6 +5,7 @@
  */
 #include "daemon.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,6 +52,46 @@ void fleet_unload(fleet *f)
     *f = (fleet){0};
 }
 
+/* ---- the pool ---- */
+
+/* Threads as wanted, or as they can be had. */
+static int start_team(const config_pool *wanted, const int *cpus, tfa_team **team)
+{
+    tfa_team_options options = {.threads = wanted->threads,
+                                .spin_ns = wanted->spin_ns,
+                                .cpus = wanted->affinity_count ? cpus : NULL,
+                                .priority = wanted->priority};
+    int status = tfa_team_create(&options, team);
+    if (status != TFA_E_SYSTEM || (!options.cpus && !options.priority))
+        return status;
+    tfa_log(TFA_LOG_WARNING,
+            "pool: its threads stay with the ordinary scheduler, on any processor: %s; for the "
+            "priority raise LimitRTPRIO or give CAP_SYS_NICE",
+            strerror(errno));
+    options.cpus = NULL;
+    options.priority = 0;
+    return tfa_team_create(&options, team);
+}
+
+int daemon_start_pool(tfa_daemon *d)
+{
+    const config_pool *wanted = &d->settings->pool;
+    int cpus[257] = {0}; /* the caller's, which is not changed, then those configured */
+    if (!wanted->threads)
+        return TFA_OK;
+    for (uint32_t k = 1; k < wanted->threads; k++)
+        cpus[k] = wanted->affinity_count
+                      ? (int)wanted->affinity[(k - 1) % (uint32_t)wanted->affinity_count]
+                      : 0;
+    int status = start_team(wanted, cpus, &d->team);
+    for (uint32_t i = 0; i < d->fleet.count && status == TFA_OK; i++)
+        status = tfa_robot_open_pool(&d->fleet.robots[i], wanted, d->team);
+    if (status == TFA_OK)
+        tfa_log(TFA_LOG_INFO, "pool: %u threads with the worker's own, from %u bodies x states on",
+                wanted->threads, wanted->from);
+    return status;
+}
+
 /* ---- workers ---- */
 
 /* The most eager wait mode that a robot is configured with. */
@@ -70,9 +111,9 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
     w->solvers = calloc(f->count, sizeof *w->solvers);
     int status = robots && w->solvers ? TFA_OK : TFA_E_MEMORY;
     for (uint32_t i = 0; i < f->count && status == TFA_OK; i++) {
-        status = tfa_robot_solver_create(&f->robots[i], &w->solvers[i]);
-        robots[i] = (tfa_worker_robot){
-            .shape = f->robots[i].shape, .solve = tfa_robot_solve, .self = w->solvers[i]};
+        status = tfa_robot_solver_create(&f->robots[i], &d->settings->pool, &w->solvers[i]);
+        if (status == TFA_OK)
+            robots[i] = tfa_robot_for_worker(&f->robots[i], w->solvers[i]);
     }
     if (status == TFA_OK)
         status = tfa_segment_create((config_backend)d->settings->backend, sizeof(tfa_ring_pulse),
@@ -170,4 +211,5 @@ void daemon_free_fleet(tfa_daemon *d)
         free_worker(d, &d->workers[i]);
     free(d->workers);
     fleet_unload(&d->fleet);
+    tfa_team_free(d->team);
 }

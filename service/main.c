@@ -119,6 +119,11 @@ static int join_dds(service *s)
 #endif
 }
 
+static int start_pool(service *s)
+{
+    return daemon_start_pool(&s->daemon);
+}
+
 static int start_workers(service *s)
 {
     return daemon_start_workers(&s->daemon);
@@ -191,6 +196,7 @@ static int say_ready(service *s)
     tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.fleet.count,
             s->daemon.settings->workers, s->daemon.settings->runtime_dir);
     notify_ready();
+    reload_build(&s->daemon);
     return TFA_OK;
 }
 
@@ -207,6 +213,7 @@ static const struct {
     {"control", open_control},
     {"robots", load_robots},
     {"dds domain", join_dds}, /* before the workers: its threads inherit priorities */
+    {"pool", start_pool},
     {"workers", start_workers},
     {"privileges", drop_privileges}, /* after priorities and locks are held */
     {"self-test", self_test},

@@ -140,6 +140,10 @@ size_t tfa_robot_count(const config_robot *from)
 void tfa_robot_unload(tfa_robot *robot)
 {
     tfa_segment_destroy(&robot->names);
+    tfa_pool_free(robot->pool);
+    robot->pool = NULL;
+    tfa_specialised_free(robot->own);
+    robot->own = NULL;
     tfa_shared_model_drop(robot->shared);
     robot->shared = NULL;
     robot->model = NULL;
@@ -147,7 +151,10 @@ void tfa_robot_unload(tfa_robot *robot)
 
 static void name_robot(const tfa_subject *s, tfa_robot *robot)
 {
-    *robot = (tfa_robot){.config = s->robot, .scene = s->scene, .names = TFA_SEGMENT_NONE};
+    *robot = (tfa_robot){.config = s->robot,
+                         .scene = s->scene,
+                         .names = TFA_SEGMENT_NONE,
+                         .crossovers = s->settings->crossover};
     /* they fit: the configuration was checked */
     char *end = stpcpy(robot->name, s->robot->name);
     if (s->scene)
@@ -177,11 +184,13 @@ static int load_one(const tfa_subject *subjects, size_t i, const tfa_description
     if (status == TFA_OK)
         status = complete(&subjects[i], robot);
     log_report(&report);
-    if (status == TFA_OK)
+    if (status == TFA_OK) {
         log_summary(robot, of_file, &report);
-    else
+        tfa_robot_find_kernel(subjects[i].settings, robot);
+    } else {
         tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", robot->name, of_file->file,
                 tfa_status_text(status), tfa_status_cause(status));
+    }
     tfa_report_free(&report);
     return status;
 }
@@ -212,7 +221,7 @@ static int load_all(const tfa_subject *subjects, size_t count, const char *path,
 int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robots)
 {
     const size_t count = tfa_robot_count(from);
-    char *path = config_urdf_path(settings, from);
+    char *path = config_file_path(settings, from->urdf);
     tfa_subject *subjects = calloc(count, sizeof *subjects);
     int status = path && subjects ? TFA_OK : TFA_E_MEMORY;
     if (status != TFA_OK)

@@ -9,6 +9,8 @@
 
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>
+#include <totalforce/pool.h>
+#include <totalforce/specialised.h>
 
 #include "client/hello.h"
 #include "config.h"
@@ -21,10 +23,14 @@ typedef struct tfa_robot {
     const config_robot *config;        /**< of a scene: of its robot */
     const config_scene *scene;         /**< NULL: the robot itself */
     tfa_shared_model *shared;
-    const tfa_model *model; /**< of `shared` */
-    tfa_wire_shape shape;   /**< max_batch as configured */
-    tfa_segment names;      /**< see tfa_welcome.names_bytes */
-    bool moving;            /**< a reload changes its shape: nobody gets a seat meanwhile */
+    const tfa_model *model;    /**< of `shared` */
+    tfa_wire_shape shape;      /**< max_batch as configured */
+    tfa_segment names;         /**< see tfa_welcome.names_bytes */
+    tfa_pool *pool;            /**< for large requests, shared by all workers; NULL: none */
+    tfa_crossovers crossovers; /**< what auto goes by */
+    tfa_specialised *own;      /**< its own kernel; NULL: the generic one answers */
+    bool tried;                /**< it was built, or cannot be: not again for this model */
+    bool moving;               /**< a reload changes its shape: nobody gets a seat meanwhile */
 } tfa_robot;
 
 /* ---- robot.c: loading ---- */
@@ -40,22 +46,46 @@ size_t tfa_robot_count(const config_robot *from);
 TFA_CHECKED int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robots);
 void tfa_robot_unload(tfa_robot *robot);
 
+/** Gives the robot a pool of these threads, if it can have large requests. @return TFA_OK;
+ *  TFA_E_MEMORY; TFA_E_UNSUPPORTED */
+TFA_CHECKED int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted, tfa_team *team);
+
 /** Same arrays, same joints and links in the same order: clients of one can be served by the other
  *  without noticing. */
 bool tfa_robot_same_shape(const tfa_robot *a, const tfa_robot *b);
+
+/* ---- kernel.c: kernels of robots' own ---- */
+
+/** Looks for the robot's own kernel where the configuration says, and logs which kernel answers. */
+void tfa_robot_find_kernel(const config *settings, tfa_robot *robot);
+/** Is it to be built? */
+bool tfa_robot_wants_kernel(const config *settings, const tfa_robot *robot);
+/** Builds and loads it; what goes wrong is logged. Takes seconds of a compiler, in processes of its own,
+ *  as nice as the calling thread; go_on(context) may stop it. */
+void tfa_robot_build_kernel(const config *settings, tfa_robot *robot, int (*go_on)(void *context),
+                            void *context);
+/** The same build, or both none. */
+bool tfa_robot_same_kernel(const tfa_robot *a, const tfa_robot *b);
 
 /* ---- solver.c: solving ---- */
 
 /** A workspace and an estimate policy: belongs to one worker. */
 typedef struct tfa_robot_solver tfa_robot_solver;
 
-/** @return TFA_OK; TFA_E_MEMORY; TFA_E_UNSUPPORTED. Every page is there when it returns. */
-TFA_CHECKED int tfa_robot_solver_create(const tfa_robot *robot, tfa_robot_solver **solver);
+/** For a robot whose pool, if it has one, outlives it. @return TFA_OK; TFA_E_MEMORY;
+ *  TFA_E_UNSUPPORTED. Every page is there when it returns. */
+TFA_CHECKED int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
+                                        tfa_robot_solver **solver);
 /** NULL is allowed. */
 void tfa_robot_solver_free(tfa_robot_solver *solver);
 
-/** A tfa_solver; `self` is a tfa_robot_solver. */
-int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply);
+/** A tfa_solver; `self` is a tfa_robot_solver. Large requests go to the pool, unless it serves
+ *  another worker. */
+int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply,
+                    const tfa_pause *pause);
+
+/** What a worker has to know of the robot. */
+tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver);
 
 /* ---- self_test.c: is it fit to answer? ---- */
 

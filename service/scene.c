@@ -241,6 +241,7 @@ static int create(const tfa_subject *s, const tfa_description *d, const tfa_scen
                                        .rotor_inertia = robot->rotor_inertia,
                                        .damping = robot->damping,
                                        .lock_massless_leaves = robot->lock_massless_leaves,
+                                       .snap = robot->snap,
                                        .inertia = (tfa_inertia_policy)robot->inertia,
                                        .mimic = (tfa_mimic_policy)robot->mimic,
                                        .scene = s->scene ? scene : NULL};

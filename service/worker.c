@@ -19,7 +19,7 @@
 #include "sigbus.h"
 
 /* Requests of one client in one turn: a client with a full ring delays another by at most so many
- * of its own. */
+ * of its own; by one part of one if they are long. */
 #define REQUESTS_PER_TURN 4
 /* Idle cycles between two looks at the clock. */
 #define CYCLES_PER_LOOK 64
@@ -97,7 +97,7 @@ static void wake_client(const void *reply_slot)
 }
 
 /* Solves the private copy of a request into a reply slot. @return status of the reply */
-static int answer(const tfa_worker *w, const tfa_seat *seat, void *slot)
+static int answer(const tfa_worker *w, const tfa_seat *seat, void *slot, const tfa_pause *pause)
 {
     const tfa_worker_robot *robot = &w->robots[seat->robot];
     tfa_reply reply = {.status = TFA_OK};
@@ -106,7 +106,7 @@ static int answer(const tfa_worker *w, const tfa_seat *seat, void *slot)
     int status = tfa_wire_decode_request(&seat->shape, seat->scratch, &request, &ask, &reply.field);
     if (status == TFA_OK) {
         tfa_wire_reply_buffers(&seat->shape, &ask, slot, &reply);
-        status = robot->solve(robot->self, &request, &reply);
+        status = robot->solve(robot->self, &request, &reply, pause);
     }
     reply.status = status;
     tfa_wire_encode_reply(&reply, ask.want, slot);
@@ -134,15 +134,36 @@ static void take_offer(tfa_worker *w)
     atomic_store_explicit(&w->taken, offer, memory_order_release); /* A13 */
 }
 
-/* Answers the next request of a client, which is there. `now`: in, when it was seen and when its
- * turn came; out, when it was done. @return false: the client's memory is gone */
-static bool serve(tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
+/* A long request under way. */
+typedef struct interlude {
+    tfa_worker *worker;
+    const tfa_seat *busy; /* whose it is */
+} interlude;
+
+static void serve_others(void *context);
+
+/* A private copy of the next request, which is there. @return false: the client's memory is gone */
+static bool fetch(tfa_seat *seat)
 {
-    take_offer(w);
     tfa_ring_own_soon(tfa_ring_reply(&seat->ring));
     tfa_wire_copy_request(&seat->shape, tfa_ring_request(&seat->ring), seat->scratch);
-    if (tfa_sigbus_hit(seat->guard))
-        return false;
+    return !tfa_sigbus_hit(seat->guard);
+}
+
+/* Is the private copy that of a long request? */
+static bool is_long(const tfa_worker *w, const tfa_seat *seat)
+{
+    const tfa_wire_request *request = seat->scratch;
+    const uint32_t cut = w->robots[seat->robot].cut;
+    return cut && request->count > cut;
+}
+
+/* Answers the request of which there is a private copy. `now`: in, when it was seen and when its
+ * turn came; out, when it was done. */
+static void serve(tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
+{
+    interlude pause_of = {w, seat};
+    const tfa_pause pause = {serve_others, &pause_of};
     tfa_wire_reply *line = tfa_ring_reply(&seat->ring);
     const tfa_wire_request *request = seat->scratch;
     /* it came after the turn began: a client that answers a reply within it */
@@ -151,7 +172,7 @@ static bool serve(tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
     if (request->t_sent > seen)
         seen = *now;
     const uint64_t start = *now;
-    const int status = answer(w, seat, line);
+    const int status = answer(w, seat, line, is_long(w, seat) ? &pause : NULL);
     line->id = request->id;
     line->t_received = seen;
     line->t_start = start;
@@ -159,7 +180,6 @@ static bool serve(tfa_worker *w, tfa_seat *seat, uint64_t seen, uint64_t *now)
     count(seat, status);
     if (tfa_ring_publish(&seat->ring))
         wake_client(line);
-    return true;
 }
 
 /* No more requests of this client. It may be leaving at the same moment: then it stays so. */
@@ -170,23 +190,54 @@ static void break_seat(tfa_seat *seat)
                                             memory_order_relaxed, memory_order_relaxed);
 }
 
-static uint32_t serve_seat(tfa_worker *w, tfa_seat *seat)
+/* A turn of one client, which a long request ends. Between the parts of another's long request
+ * (`interlude`) solvers stay those that it began with, and long ones wait. */
+static uint32_t serve_seat(tfa_worker *w, tfa_seat *seat, bool in_between)
 {
     uint64_t seen = 0, now = 0;
     uint32_t served = 0;
+    bool another = true;
     tfa_ring_state state;
-    while ((state = tfa_ring_poll(&seat->ring)) == TFA_RING_READY && served < REQUESTS_PER_TURN) {
+    while ((state = tfa_ring_poll(&seat->ring)) == TFA_RING_READY && another &&
+           served < REQUESTS_PER_TURN) {
         if (served == 0)
             seen = now = clock_ns();
-        if (!serve(w, seat, seen, &now)) {
+        if (!in_between)
+            take_offer(w);
+        if (!fetch(seat)) {
             state = TFA_RING_BROKEN;
             break;
         }
+        another = !is_long(w, seat);
+        if (in_between && !another)
+            break;
+        serve(w, seat, seen, &now);
         served++;
     }
     if (state == TFA_RING_BROKEN || tfa_sigbus_hit(seat->guard))
         break_seat(seat);
     return served;
+}
+
+static void show_life(tfa_worker *w)
+{
+    atomic_store_explicit(&w->pulse->heartbeat, ++w->beat, memory_order_relaxed); /* A5 */
+}
+
+/* A long request pauses: the short ones of everybody else. Who leaves or has to go waits for the end
+ * of it. */
+static void serve_others(void *context)
+{
+    const interlude *i = context;
+    tfa_worker *w = i->worker;
+    const uint32_t used = atomic_load_explicit(&w->seats_used, memory_order_acquire); /* R9 */
+    for (uint32_t k = 0; k < used; k++) {
+        tfa_seat *seat = &w->seats[k];
+        if (seat != i->busy &&
+            atomic_load_explicit(&seat->state, memory_order_acquire) == SEAT_SITTING) /* R6 */
+            (void)serve_seat(w, seat, true);
+    }
+    show_life(w);
 }
 
 static void let_go(tfa_seat *seat, uint32_t state)
@@ -198,7 +249,7 @@ static void let_go(tfa_seat *seat, uint32_t state)
 /* Answers what was sent before the client had to go: no more than the ring holds. */
 static uint32_t drain_seat(tfa_worker *w, tfa_seat *seat)
 {
-    const uint32_t served = serve_seat(w, seat);
+    const uint32_t served = serve_seat(w, seat, false);
     seat->drained += served;
     if (served == 0 || seat->drained >= seat->ring.layout.slots || tfa_sigbus_hit(seat->guard))
         let_go(seat, SEAT_DRAINING);
@@ -214,7 +265,7 @@ uint32_t tfa_worker_cycle(tfa_worker *w)
         tfa_seat *seat = &w->seats[i];
         switch (atomic_load_explicit(&seat->state, memory_order_acquire)) { /* R6, R7 */
         case SEAT_SITTING:
-            served += serve_seat(w, seat);
+            served += serve_seat(w, seat, false);
             break;
         case SEAT_LEAVING:
             let_go(seat, SEAT_LEAVING);
@@ -226,7 +277,7 @@ uint32_t tfa_worker_cycle(tfa_worker *w)
             break;
         }
     }
-    atomic_store_explicit(&w->pulse->heartbeat, ++w->beat, memory_order_relaxed); /* A5 */
+    show_life(w);
     return served;
 }
 

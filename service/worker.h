@@ -37,14 +37,25 @@
 
 #define TFA_WORKER_SEATS 256
 
-/** Answers one request, as tfa_compute. Called in the worker's thread: no allocation, no lock. */
-typedef int (*tfa_solver)(void *self, const tfa_request *request, tfa_reply *reply);
+/** What a solver that has just solved a part of a long request lets come in between: it calls
+ *  between(context). The solver may be called for other, short requests meanwhile. */
+typedef struct tfa_pause {
+    void (*between)(void *context);
+    void *context;
+} tfa_pause;
+
+/** Answers one request, as tfa_compute. Called in the worker's thread: no allocation, no lock.
+ *  `pause` is NULL for requests of at most `cut` states. */
+typedef int (*tfa_solver)(void *self, const tfa_request *request, tfa_reply *reply,
+                          const tfa_pause *pause);
 
 /** What a worker needs to know of a robot. */
 typedef struct tfa_worker_robot {
     tfa_wire_shape shape; /**< max_batch: the most that any client may have */
     tfa_solver solve;
-    void *self; /**< this worker's own (a workspace) */
+    void *self;   /**< this worker's own (a workspace) */
+    uint32_t cut; /**< requests of more states are long: others' short ones come between their
+                       parts; 0: none is */
 } tfa_worker_robot;
 
 typedef struct tfa_worker_options {

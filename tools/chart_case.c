@@ -82,9 +82,11 @@ static int make_workspaces(chart_case *c, const chart_options *o)
     for (uint32_t k = 0; k < o->precision_count; k++)
         wanted |= 1u << o->precisions[k];
     for (uint32_t p = 0; p < CHART_PRECISION_COUNT; p++)
-        if (wanted >> p & 1u)
-            c->unsupported[p] =
-                tfa_workspace_create(c->model, &chart_precisions[p], &c->workspaces[p]);
+        if (wanted >> p & 1u) {
+            tfa_workspace_options options = chart_precisions[p];
+            options.crossovers = &o->crossovers;
+            c->unsupported[p] = tfa_workspace_create(c->model, &options, &c->workspaces[p]);
+        }
     return c->unsupported[CHART_F64] ? c->unsupported[CHART_F64] : c->unsupported[CHART_F128];
 }
 
@@ -95,7 +97,10 @@ static int open_compiled(chart_case *c, const chart_options *options, int status
     if (status == TFA_OK)
         status = make_workspaces(c, options);
     if (status == TFA_OK && c->threads > 1)
-        status = tfa_pool_create(c->model, &(tfa_pool_options){.threads = c->threads}, &c->pool);
+        status = tfa_pool_create(
+            c->model,
+            &(tfa_pool_options){.threads = c->threads, .crossovers = &options->crossovers},
+            &c->pool);
     if (status == TFA_OK)
         return TFA_OK;
     fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
@@ -116,7 +121,8 @@ int chart_case_open(chart_case *c, const chart_options *options, const chart_sub
 
 int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label)
 {
-    static const chart_options plain; /* no peers, the precisions of error and reference */
+    /* no peers, the precisions of error and reference */
+    const chart_options plain = {.crossovers = *tfa_crossovers_default()};
     *c = (chart_case){.random = mechanism->seed, .threads = 1};
     const int status = compile_mechanism(c, &plain, mechanism, label);
     return open_compiled(c, &plain, status, label, mechanism->bodies);

@@ -21,6 +21,8 @@ enum {
     KEY_TURN,
     KEY_STATES,
     KEY_BUDGET,
+    KEY_CALIBRATE,
+    KEY_CROSSOVERS,
     KEY_JSON,
     KEY_SCRIPTS
 };
@@ -57,7 +59,18 @@ static const struct argp_option option_table[] = {
      .doc = "Joint angles within +-X rad (0.001 for mechanisms, 3 for robots)"},
     {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states for each row (3)"},
     {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
-    {.name = "budget-ms", .key = KEY_BUDGET, .arg = "N", .doc = "Time for timing one row (20)"},
+    {.name = "budget-ms",
+     .key = KEY_BUDGET,
+     .arg = "N",
+     .doc = "Time for timing one row (20), or for one size of a calibration (250)"},
+    {.name = "calibrate",
+     .key = KEY_CALIBRATE,
+     .doc = "No chart: measure from which size on which way is the faster one here, and write the "
+            "table for --crossovers and for the daemon's key crossovers (under a minute)"},
+    {.name = "crossovers",
+     .key = KEY_CROSSOVERS,
+     .arg = "FILE",
+     .doc = "What auto goes by (as shipped)"},
     {.name = "json", .key = KEY_JSON, .doc = "JSON, one row a line, in place of CSV"},
     {.name = "output", .key = 'o', .arg = "FOLDER", .doc = "Write chart.csv, SVG and PNG there"},
     {.name = "scripts",
@@ -180,6 +193,8 @@ static void complete(chart_options *o)
         o->threads[o->thread_count++] = 1;
     o->rhs = o->rhs ? o->rhs : (1u << CHART_RHS_COUNT) - 1;
     o->refine = o->refine ? o->refine : 3;
+    if (o->budget == 0)
+        o->budget = o->calibrate ? 250 : 20;
 }
 
 /* What cannot be charted at all. */
@@ -260,6 +275,12 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_JSON:
         o->json = 1;
         return 0;
+    case KEY_CALIBRATE:
+        o->calibrate = 1;
+        return 0;
+    case KEY_CROSSOVERS:
+        option_crossovers(state, text, &o->crossovers);
+        return 0;
     case 'o':
         o->folder = text;
         return 0;
@@ -301,7 +322,9 @@ int chart_parse(int argc, char **argv, chart_options *options)
         .parser = parse,
         .doc = documentation,
     };
-    *options = (chart_options){
-        .states = 3, .seed = 1, .budget = 20, .command = join_arguments(argc, argv)};
+    *options = (chart_options){.crossovers = *tfa_crossovers_default(),
+                               .states = 3,
+                               .seed = 1,
+                               .command = join_arguments(argc, argv)};
     return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
 }

@@ -22,8 +22,8 @@ const char *const chart_precision_words[CHART_PRECISION_COUNT] = {
 };
 
 const tfa_workspace_options chart_precisions[CHART_PRECISION_COUNT] = {
-#define CHART_PRECISION_OPTIONS(name, word, precision, residual, what)                             \
-    {precision, residual, TFA_STATES_AUTO},
+#define CHART_PRECISION_OPTIONS(name, word, first, second, what)                                   \
+    {.precision = first, .residual = second, .methods = TFA_METHODS_ALL},
     CHART_PRECISION_LIST(CHART_PRECISION_OPTIONS)
 #undef CHART_PRECISION_OPTIONS
 };

@@ -15,14 +15,15 @@
 
 /* X(name, padding of the list in --help, what it does) */
 #define COMMAND_LIST(X)                                                                            \
-    X(model, "    ", "load a URDF and report what became of it")                                   \
-    X(solve, "    ", "answer JSON lines from standard input, in process")                          \
-    X(call, "     ", "answer the same JSON lines through a running daemon")                        \
-    X(latency, "  ", "measure a running daemon's round trips")                                     \
-    X(methods, "  ", "list the methods, their cost and what they refuse")                          \
-    X(chain, "    ", "write a test mechanism as URDF")                                             \
-    X(chart, "    ", "chart accuracy against speed")                                               \
-    X(atlas, "    ", "map where methods fail, and what the service answers there")
+    X(model, "       ", "load a URDF and report what became of it")                                \
+    X(solve, "       ", "answer JSON lines from standard input, in process")                       \
+    X(call, "        ", "answer the same JSON lines through a running daemon")                     \
+    X(latency, "     ", "measure a running daemon's round trips")                                  \
+    X(methods, "     ", "list the methods, their cost and what they refuse")                       \
+    X(chain, "       ", "write a test mechanism as URDF")                                          \
+    X(chart, "       ", "chart accuracy against speed")                                            \
+    X(atlas, "       ", "map where methods fail, and what the service answers there")              \
+    X(specialise, "  ", "compile a kernel of one robot's own")
 
 static const struct {
     const char *name;

@@ -8,17 +8,24 @@
 
 #include <stdio.h>
 #include <string.h>
+#include <totalforce/specialised.h>
 
 typedef struct model_options {
     const char *file;
     scene_options scene;
+    const char *kernels; /* folder */
     int json;
 } model_options;
 
-enum { KEY_JSON = 256 };
+enum { KEY_JSON = 256, KEY_KERNELS };
 
 static const struct argp_option option_table[] = {
-    {.name = "json", .key = KEY_JSON, .doc = "Print the report as JSON"}, {0}};
+    {.name = "json", .key = KEY_JSON, .doc = "Print the report as JSON"},
+    {.name = "kernels",
+     .key = KEY_KERNELS,
+     .arg = "FOLDER",
+     .doc = "Where `totalforce specialise` put kernels: say which one the robot runs on"},
+    {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
@@ -29,6 +36,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_JSON:
         options->json = 1;
+        return 0;
+    case KEY_KERNELS:
+        options->kernels = text;
         return 0;
     case ARGP_KEY_ARG:
         option_argument(state, &options->file, text);
@@ -41,13 +51,36 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
+/* Which kernel answers, and why it is not the robot's own */
+static void describe_kernel(const model_options *options, const tfa_model *model, char *text,
+                            size_t size)
+{
+    char reason[512];
+    tfa_specialised *own = NULL;
+    snprintf(text, size, "generic");
+    if (!options->kernels || !model)
+        return;
+    const int status = tfa_specialised_find(options->kernels, model, &own, reason, sizeof reason);
+    if (status != TFA_OK)
+        snprintf(text, size, "generic: %s", reason[0] ? reason : tfa_status_text(status));
+    if (!own)
+        return;
+    const tfa_specialised_info info = tfa_specialised_describe(own);
+    snprintf(text, size, "own: %s, %u states at a time, within %.2g of the generic one, %s",
+             info.path, info.lanes ? info.lanes : 1, info.error, info.compiler);
+    tfa_specialised_free(own);
+}
+
 /* @return an exit status */
 static int print_report(const model_options *options, const tfa_report *messages,
                         const tfa_model *model)
 {
     model_report report;
     int failed = 0;
+    char kernel[1024];
     int status = model_report_init(&report, options->file, &options->scene, messages, model);
+    describe_kernel(options, model, kernel, sizeof kernel);
+    report.kernel = kernel;
     if (status != TFA_OK)
         fprintf(stderr, "totalforce model: %s\n", tfa_status_text(status));
     else if (options->json)

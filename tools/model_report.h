@@ -23,6 +23,7 @@ typedef struct model_report {
     const scene_options *options;
     const tfa_report *messages;
     const tfa_model *model; /**< NULL: it could not be loaded */
+    const char *kernel;     /**< which one answers, and why */
     uint32_t bodies;
     /* links of body b: link_names[first_link[b]] to link_names[first_link[b + 1] - 1]; after the
      * last body those fixed to the world */

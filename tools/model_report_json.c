@@ -143,10 +143,10 @@ static json_t *plan(const tfa_model *model, const tfa_model_summary *s)
 
 static json_t *policies(const tfa_model_options *o)
 {
-    return json_pack("{ss ss sb sb sb}", "mimic", scene_mimic_words[o->mimic], "inertia",
+    return json_pack("{ss ss sb sb sb sf}", "mimic", scene_mimic_words[o->mimic], "inertia",
                      scene_inertia_words[o->inertia], "rotor_inertia", (int)o->rotor_inertia,
                      "damping", (int)o->damping, "lock_massless_leaves",
-                     (int)o->lock_massless_leaves);
+                     (int)o->lock_massless_leaves, "snap", o->snap);
 }
 
 static json_t *scene(const tfa_scene *s)
@@ -197,6 +197,7 @@ static void add_model(json_t *root, const model_report *r)
     json_object_set_new(root, "centre_of_mass", vector(s.com));
     json_object_set_new(root, "gravity", vector(s.gravity));
     json_object_set_new(root, "plan", plan(model, &s));
+    json_object_set_new(root, "kernel", text_of(r->kernel));
     json_object_set_new(root, "hash", json_string(tfa_model_hash_text(model)));
     json_object_set_new(root, "isa", json_string(tfa_isa_name()));
     json_object_set_new(root, "version", json_string(TFA_VERSION));

@@ -22,6 +22,8 @@ static void print_policies(const model_report *r)
            scene_inertia_words[o->inertia], o->rotor_inertia ? ", rotor inertia" : "",
            o->damping ? ", damping" : "",
            o->lock_massless_leaves ? ", massless leaves locked" : "");
+    if (o->snap > 0)
+        printf("  right angles within %g rad are exact\n", o->snap);
     if (!scene)
         return;
     printf("  scene: root %s, tips %zu, locks %zu, payloads %zu\n",
@@ -54,7 +56,8 @@ static void print_plan(const model_report *r, const tfa_model_summary *s)
     if (s->singular_body >= 0)
         printf("  plan: tfa is refused, body '%s' has an inertia without inverse; auto avoids it\n",
                tfa_model_body_name(r->model, (uint32_t)s->singular_body));
-    printf("  kernels %s\n  hash %s\n", tfa_isa_name(), tfa_model_hash_text(r->model));
+    printf("  kernels %s, %s\n  hash %s\n", tfa_isa_name(), r->kernel,
+           tfa_model_hash_text(r->model));
 }
 
 static void print_joints(const tfa_model *model)

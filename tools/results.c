@@ -13,7 +13,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
-FILE *results_open(const char *name, const char *folder, int json)
+FILE *results_create(const char *name, const char *folder, const char *file)
 {
     char path[4096];
     if (!folder)
@@ -22,11 +22,18 @@ FILE *results_open(const char *name, const char *folder, int json)
         fprintf(stderr, "totalforce %s: %s: %s\n", name, folder, strerror(errno));
         return NULL;
     }
-    snprintf(path, sizeof path, "%s/%s.%s", folder, name, json ? "jsonl" : "csv");
+    snprintf(path, sizeof path, "%s/%s", folder, file);
     FILE *out = fopen(path, "w");
     if (!out)
         fprintf(stderr, "totalforce %s: %s: %s\n", name, path, strerror(errno));
     return out;
+}
+
+FILE *results_open(const char *name, const char *folder, int json)
+{
+    char file[64];
+    snprintf(file, sizeof file, "%s.%s", name, json ? "jsonl" : "csv");
+    return results_create(name, folder, file);
 }
 
 int results_close(const char *name, FILE *out)

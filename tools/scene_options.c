@@ -23,6 +23,7 @@ enum {
     KEY_ROOT,
     KEY_TIP,
     KEY_PAYLOAD,
+    KEY_SNAP,
 };
 
 static const struct argp_option option_table[] = {
@@ -51,6 +52,11 @@ static const struct argp_option option_table[] = {
     {.name = "lock-massless-leaves",
      .key = KEY_MASSLESS,
      .doc = "Lock joints that move nothing with mass (an error unless asked for)"},
+    {.name = "snap",
+     .key = KEY_SNAP,
+     .arg = "ANGLE",
+     .doc = "Rotations within ANGLE rad of right angles become exactly that; a note says what the "
+            "largest change was (as in the file)"},
     {.doc = "What of it is modelled:"},
     {.name = "lock",
      .key = KEY_LOCK,
@@ -165,6 +171,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_MASSLESS:
         o->model.lock_massless_leaves = 1;
+        return 0;
+    case KEY_SNAP:
+        o->model.snap = option_double(state, "snap", text);
+        if (o->model.snap < 0 || o->model.snap > TFA_SNAP_MAX)
+            argp_error(state, "--snap: %s is not an angle from 0 to %g rad", text, TFA_SNAP_MAX);
         return 0;
     case KEY_LOCK:
         add_lock(state, o, text);

@@ -13,19 +13,10 @@ static inline void inward(struct state *s, const num *tau, int what)
             fold(s, i, tau, what | FOLD_FRESH);
 }
 
-/* The factors stand where those of TFA's side branches and of held joints did. */
-static inline void have_aba(struct state *s)
-{
-    s->have = (s->have | HAVE_ABA) & ~(uint32_t)(HAVE_CHAIN | HAVE_HELD);
-}
-
 static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 {
-    const struct tfa_model *m = s->m;
-    for (uint32_t i = 0; i < m->bodies; i++) {
-        int32_t p = s->body[i].parent;
-        unfold(s, i, p < 0 ? ground : s->a[p], qdd, bias);
-    }
+    for (uint32_t i = 0; i < s->bodies; i++)
+        unfold(s, i, parent_motion(&s->body[i], s->a, ground), qdd, bias);
 }
 
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
@@ -55,7 +46,7 @@ num TFA_V(aba_energy)(struct state *s, const num *tau)
 {
     num sum = num_of(0);
     inward(s, tau, FOLD_FORCE);
-    for (uint32_t i = 0; i < s->m->bodies; i++)
+    for (uint32_t i = 0; i < s->bodies; i++)
         sum += joint_energy(s, i);
     return sum;
 }

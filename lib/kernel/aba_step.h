@@ -10,73 +10,54 @@
 #include <math.h>
 
 #include "kernel/body.h"
-
-/* What an inward step computes; constants at every call, so that the rest folds away.
- * FOLD_FRESH: all bodies are folded in one sweep, so that nothing need be initialised: the first
- * child to be folded stores, the others add, and the body's own terms join when its turn comes.
- * FOLD_FORCE without FOLD_INERTIA uses the factors that are there: the same operations in the same
- * order, so that the answer is the same to the bit. */
-enum { FOLD_INERTIA = 1, FOLD_FORCE = 2, FOLD_BIAS = 4, FOLD_FRESH = 8 };
+#include "kernel/hinge.h"
+#include "kernel/join.h"
 
 /* IA_i = I_i, pA_i = p_i before anything is folded in */
-static inline void fold_start(struct state *s, uint32_t i, const struct tfa_body *b, int what)
+static inline void fold_start(struct state *s, uint32_t i, int what)
 {
     if (what & FOLD_INERTIA)
-        s->IA[i] = rigid_inertia(b);
+        s->IA[i] = rigid_inertia(body_loaded(s, i));
     if (what & FOLD_FORCE)
         s->pA[i] = what & FOLD_BIAS ? s->p[i] : sv_zero();
 }
 
 /* IA_i = I_i and what its children gave */
-static inline sym6 fold_inertia(const struct state *s, uint32_t i, const struct tfa_body *b,
-                                int what)
+TFA_INLINE sym6 fold_inertia(const struct state *s, uint32_t i, const terms *b, int what)
 {
     if (!(what & FOLD_FRESH))
         return s->IA[i];
-    sym6 I = rigid_inertia(b);
+    sym6 I = rigid_inertia(body_loaded(s, i));
     if (!b->leaf)
-        s6_add(&I, &s->IA[i]);
+        add_given_inertia(s, i, &I);
     return I;
 }
 
 /* pA_i = p_i and what its children gave */
-static inline svec fold_force(const struct state *s, uint32_t i, const struct tfa_body *b, int what)
+TFA_INLINE svec fold_force(const struct state *s, uint32_t i, const terms *b, int what)
 {
     if (!(what & FOLD_FRESH))
         return s->pA[i];
     svec p = what & FOLD_BIAS ? s->p[i] : sv_zero();
-    return b->leaf ? p : sv_add(p, s->pA[i]);
+    return b->leaf ? p : sv_add(p, given_force(s, i));
 }
 
-static inline void give_inertia(struct state *s, const struct tfa_body *b, const sym6 *up, int what)
+static inline int is_plain_z(const terms *b)
 {
-    if (what & FOLD_FRESH && b->last)
-        s->IA[b->parent] = *up;
-    else
-        s6_add(&s->IA[b->parent], up);
+    return b->kind == TFA_KIND_REVOLUTE && !terms_geared(b);
 }
 
-static inline void give_force(struct state *s, const struct tfa_body *b, svec up, int what)
-{
-    if (what & FOLD_FRESH && b->last)
-        s->pA[b->parent] = up;
-    else
-        s->pA[b->parent] = sv_add(s->pA[b->parent], up);
-}
-
-/* A revolute joint without rotor inertia. As fold_1, but what the projection makes zero is left
- * out: row and column z of Ia = IA - U D^-1 U^T, and the z components of c.
+/* A revolute joint without rotor inertia: fold_1 without what the projection makes zero (hinge.h).
  *   pA_parent += X^T (pA + Ia c + U D^-1 u) */
-static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b, const num *tau,
-                          int what)
+TFA_INLINE void fold_z(struct state *s, uint32_t i, const terms *b, const num *tau, int what)
 {
     const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA) {
-        s->U[i] = (svec){{IA.A.xz, IA.A.yz, IA.A.zz}, {IA.B.zx, IA.B.zy, IA.B.zz}};
+        s->U[i] = hinge_U(&IA);
         s->Dinv[i] = 1 / IA.A.zz;
+        s->K[i] = hinge_gain(s->U[i], s->Dinv[i]);
     }
-    const svec U = s->U[i];
-    const num Dinv = s->Dinv[i];
+    const svec U = s->U[i], k = s->K[i];
     svec pa = sv_zero();
     num u = num_of(0);
     if (what & FOLD_FORCE) {
@@ -86,29 +67,16 @@ static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b,
     }
     if (b->parent < 0)
         return;
-    const vec3 k = v3_scale(U.v, Dinv);
-    const num kx = U.w.x * Dinv, ky = U.w.y * Dinv;
-    const num o = num_of(0);
-    const sym6 Ia = {{IA.A.xx - kx * U.w.x, IA.A.xy - kx * U.w.y, o, IA.A.yy - ky * U.w.y, o, o},
-                     {IA.B.xx - kx * U.v.x, IA.B.xy - kx * U.v.y, IA.B.xz - kx * U.v.z,
-                      IA.B.yx - ky * U.v.x, IA.B.yy - ky * U.v.y, IA.B.yz - ky * U.v.z, o, o, o},
-                     {IA.M.xx - k.x * U.v.x, IA.M.xy - k.x * U.v.y, IA.M.xz - k.x * U.v.z,
-                      IA.M.yy - k.y * U.v.y, IA.M.yz - k.y * U.v.z, IA.M.zz - k.z * U.v.z}};
+    const sym6 Ia = hinge_project(&IA, U, k);
     if (what & FOLD_FORCE) {
-        pa = sv_add(pa, (svec){{kx * u, ky * u, u}, v3_scale(k, u)});
-        if (what & FOLD_BIAS) {
-            const svec c = s->c[i];
-            pa.w.x += Ia.A.xx * c.w.x + Ia.A.xy * c.w.y + Ia.B.xx * c.v.x + Ia.B.xy * c.v.y;
-            pa.w.y += Ia.A.xy * c.w.x + Ia.A.yy * c.w.y + Ia.B.yx * c.v.x + Ia.B.yy * c.v.y;
-            pa.v.x += Ia.B.xx * c.w.x + Ia.B.yx * c.w.y + Ia.M.xx * c.v.x + Ia.M.xy * c.v.y;
-            pa.v.y += Ia.B.xy * c.w.x + Ia.B.yy * c.w.y + Ia.M.xy * c.v.x + Ia.M.yy * c.v.y;
-            pa.v.z += Ia.B.xz * c.w.x + Ia.B.yz * c.w.y + Ia.M.xz * c.v.x + Ia.M.yz * c.v.y;
-        }
-        give_force(s, b, x_t_force(&s->X[i], pa), what);
+        pa = hinge_force(pa, k, u);
+        if (what & FOLD_BIAS)
+            pa = hinge_add_bias(pa, &Ia, s->c[i]);
+        give_force(s, i, force_up(s, i, b, pa), what);
     }
     if (what & FOLD_INERTIA) {
-        const sym6 up = s6_to_parent_past_z(&s->X[i], &Ia);
-        give_inertia(s, b, &up, what);
+        const sym6 up = inertia_up_past_z(s, i, b, &Ia);
+        give_inertia(s, i, &up, what);
     }
 }
 
@@ -116,13 +84,13 @@ static inline void fold_z(struct state *s, uint32_t i, const struct tfa_body *b,
  *   U = IA H,  D = H^T U + R,  u = tau - H^T pA
  *   IA_parent += X^T (IA - U D^-1 U^T) X
  *   pA_parent += X^T (pA + IA c + U D^-1 (u - U^T c)) */
-static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b, const num *tau,
-                          int axis, int what)
+static inline void fold_1(struct state *s, uint32_t i, const terms *b, const num *tau, int axis,
+                          int what)
 {
     const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA) {
         s->U[i] = s6_column(&IA, axis);
-        s->Dinv[i] = 1 / (sv_get(&s->U[i], axis) + num_of(b->armature));
+        s->Dinv[i] = 1 / (sv_get(&s->U[i], axis) + terms_armature(body_loaded(s, i)));
     }
     const svec U = s->U[i];
     const num Dinv = s->Dinv[i];
@@ -136,14 +104,14 @@ static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b,
                 u -= sv_dot(U, s->c[i]);
             }
             pa = sv_add(pa, sv_scale(U, Dinv * u));
-            give_force(s, b, x_t_force(&s->X[i], pa), what);
+            give_force(s, i, force_up(s, i, b, pa), what);
         }
     }
     if ((what & FOLD_INERTIA) && b->parent >= 0) {
         sym6 Ia = IA;
         s6_rank1(&Ia, U, Dinv);
         Ia = s6_to_parent(&s->X[i], &Ia);
-        give_inertia(s, b, &Ia, what);
+        give_inertia(s, i, &Ia, what);
     }
 }
 
@@ -151,10 +119,16 @@ static inline void fold_1(struct state *s, uint32_t i, const struct tfa_body *b,
  * rounding: two of the joint's axes move the same thing in the same way. */
 #define SINGULAR_PIVOT (num_of(64) * NUM_EPSILON)
 
+/* 1/D of a freedom whose D was `whole`; not a number where it is rounding */
+static inline num sound_pivot(num inverse, num whole)
+{
+    return num_select((inverse > 0) & (inverse * whole * SINGULAR_PIVOT < 1), inverse, num_of(NAN));
+}
+
 /* U = IA H and the factors of D = H^T U + R; not a number where D is singular. A held freedom has U = 0 and D = 1: with no force
  * left to it (fold_n), its acceleration is 0. */
 static inline void multi_factor(const struct state *s, struct multi *w, const sym6 *IA,
-                                const struct tfa_body *b)
+                                const terms *b)
 {
     num whole[6];
     for (uint32_t k = 0; k < b->n; k++) {
@@ -168,20 +142,18 @@ static inline void multi_factor(const struct state *s, struct multi *w, const sy
     }
     ldl_factor(w->L, b->n);
     for (uint32_t k = 0; k < b->n; k++)
-        w->L[7 * k] = num_select((w->L[7 * k] > 0) & (w->L[7 * k] * whole[k] * SINGULAR_PIVOT < 1),
-                                 w->L[7 * k], num_of(NAN));
+        w->L[7 * k] = sound_pivot(w->L[7 * k], whole[k]);
 }
 
 /* The same step for a joint with several freedoms */
-static inline void fold_n(struct state *s, uint32_t i, const struct tfa_body *b, const num *tau,
-                          int what)
+static inline void fold_n(struct state *s, uint32_t i, const terms *b, const num *tau, int what)
 {
     struct multi *w = &s->multi[b->multi];
     const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA)
         multi_factor(s, w, &IA, b);
     if (what & FOLD_FORCE) {
-        num u[6];
+        num u[6] = {num_of(0)}; /* all six, or the compiler is in doubt */
         svec pa = fold_force(s, i, b, what);
         joint_force(s, b, pa, u);
         for (uint32_t k = 0; k < b->n; k++)
@@ -195,7 +167,7 @@ static inline void fold_n(struct state *s, uint32_t i, const struct tfa_body *b,
             ldl_solve(w->L, b->n, u);
             for (uint32_t k = 0; k < b->n; k++)
                 pa = sv_add(pa, sv_scale(sv_from(w->U + 6 * k), u[k]));
-            give_force(s, b, x_t_force(&s->X[i], pa), what);
+            give_force(s, i, force_up(s, i, b, pa), what);
         }
     }
     if ((what & FOLD_INERTIA) && b->parent >= 0) {
@@ -210,33 +182,86 @@ static inline void fold_n(struct state *s, uint32_t i, const struct tfa_body *b,
             s6_rank1(&Ia, sv_from(V + 6 * k), w->L[6 * k + k]);
         }
         Ia = s6_to_parent(&s->X[i], &Ia);
-        give_inertia(s, b, &Ia, what);
+        give_inertia(s, i, &Ia, what);
+    }
+}
+
+/* A floating base, which hangs from the world and is never held. As fold_n with H a permutation, so
+ * that U has the columns of IA; its size is known here and its loops have none left. */
+TFA_OUTLINE void fold_base(struct state *s, uint32_t i, const terms *b, const num *tau, int what)
+{
+    struct multi *w = &s->multi[b->multi];
+    const sym6 IA = fold_inertia(s, i, b, what);
+    if (what & FOLD_INERTIA) {
+        num whole[6], *L = w->L;
+#pragma GCC unroll 6
+        for (int k = 0; k < 6; k++) {
+            const svec U = s6_column(&IA, (k + 3) % 6);
+            sv_store(w->U + 6 * k, U);
+            base_force(U, L + 6 * k);
+            whole[k] = L[7 * k];
+        }
+        ldl6_factor(L);
+#pragma GCC unroll 6
+        for (int k = 0; k < 6; k++)
+            L[7 * k] = sound_pivot(L[7 * k], whole[k]);
+    }
+    if (what & FOLD_FORCE) {
+        num u[6] = {num_of(0)}; /* all six, or the compiler is in doubt */
+        base_force(fold_force(s, i, b, what), u);
+#pragma GCC unroll 6
+        for (int k = 0; k < 6; k++)
+            w->u[k] = tau[b->v + (uint32_t)k] - u[k];
     }
 }
 
 static inline void fold(struct state *s, uint32_t i, const num *tau, int what)
 {
-    const struct tfa_body *b = &s->body[i];
-    if (b->kind == TFA_KIND_REVOLUTE && !(b->armature > 0))
+    const terms *b = body_terms(s, i);
+    if (is_plain_z(b))
         fold_z(s, i, b, tau, what);
     else if (b->kind == TFA_KIND_REVOLUTE)
         fold_1(s, i, b, tau, AXIS_REVOLUTE, what);
     else if (b->kind == TFA_KIND_PRISMATIC)
         fold_1(s, i, b, tau, AXIS_PRISMATIC, what);
+    else if (b->base)
+        fold_base(s, i, b, tau, what);
     else
         fold_n(s, i, b, tau, what);
 }
 
-/* Outward: a' = X a_parent + c,  qdd = D^-1 (u - U^T a'),  a = a' + H qdd */
-static inline void unfold(struct state *s, uint32_t i, svec parent, num *qdd, int bias)
+TFA_OUTLINE void unfold_base(struct state *s, uint32_t i, svec a, num *x)
 {
-    const struct tfa_body *b = &s->body[i];
-    svec a = x_motion(&s->X[i], parent);
+    const struct multi *w = &s->multi[body_terms(s, i)->multi];
+#pragma GCC unroll 6
+    for (int k = 0; k < 6; k++)
+        x[k] = w->u[k] - sv_dot(sv_from(w->U + 6 * k), a);
+    ldl6_solve(w->L, x);
+    s->a[i] = sv_add(a, base_motion(x));
+}
+
+/* Outward: a' = X a_parent + c,  qdd = D^-1 (u - U^T a'),  a = a' + H qdd. Of a plain revolute joint H^T a
+ * comes first, from D^-1 u and what U D^-1 takes of the other five: fewer operations wait for each other. */
+TFA_INLINE void unfold(struct state *s, uint32_t i, svec parent, num *qdd, int bias)
+{
+    const terms *b = body_terms(s, i);
+    svec a = motion_down(s, i, b, parent);
     if (bias)
         a = sv_add(a, s->c[i]);
     num *x = qdd + b->v;
+    if (is_plain_z(b)) {
+        const svec K = s->K[i];
+        const num z = s->Dinv[i] * s->u[i] - K.w.x * a.w.x - K.w.y * a.w.y - v3_dot(K.v, a.v);
+        x[0] = z - a.w.z;
+        a.w.z = z;
+        s->a[i] = a;
+        return;
+    }
     if (b->n == 1) {
         x[0] = s->Dinv[i] * (s->u[i] - sv_dot(s->U[i], a));
+    } else if (b->base) {
+        unfold_base(s, i, a, x);
+        return;
     } else {
         const struct multi *w = &s->multi[b->multi];
         for (uint32_t k = 0; k < b->n; k++)
@@ -250,7 +275,7 @@ static inline void unfold(struct state *s, uint32_t i, svec parent, num *qdd, in
 /* u^T D^-1 u: what joint i adds to tau^T M^-1 tau after an inward pass over tau */
 static inline num joint_energy(const struct state *s, uint32_t i)
 {
-    const struct tfa_body *b = &s->body[i];
+    const terms *b = body_terms(s, i);
     if (b->n == 1)
         return s->u[i] * s->u[i] * s->Dinv[i];
     const struct multi *w = &s->multi[b->multi];

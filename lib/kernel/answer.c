@@ -8,8 +8,8 @@
 #include <math.h>
 
 #include "kernel/chain.h"
+#include "kernel/frame.h"
 #include "kernel/kernel.h"
-#include "kernel/lambda.h"
 #include "kernel/load.h"
 
 /* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
@@ -44,13 +44,21 @@ tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed)
     return last;
 }
 
-uint16_t TFA_V(doubt)(double estimate, int converging)
+uint16_t TFA_V(doubt)(const num_doubles *estimate, int converging)
 {
-    if (!isfinite(estimate))
-        return TFA_ANSWER_NOT_FINITE;
-    if (estimate > FALLBACK_ESTIMATE)
-        return TFA_ANSWER_INACCURATE;
+    for (int l = 0; l < NUM_LANES; l++) {
+        if (!isfinite(estimate->lane[l]))
+            return TFA_ANSWER_NOT_FINITE;
+        if (estimate->lane[l] > FALLBACK_ESTIMATE)
+            return TFA_ANSWER_INACCURATE;
+    }
     return converging ? 0 : TFA_ANSWER_STALLED;
+}
+
+void TFA_V(tell_estimate)(const struct state *s, const num_doubles *estimate, tfa_answer *out)
+{
+    for (uint32_t l = 0; l < s->lanes; l++)
+        out[l].error_estimate = estimate->lane[l];
 }
 
 /* Is the projected inertia D of a body's joint positive? Kept are 1/D, or those of its factors. */
@@ -58,8 +66,8 @@ static int moves_mass(const struct state *s, uint32_t i)
 {
     const struct tfa_body *b = &s->body[i];
     for (uint32_t k = 0; k < b->n; k++) {
-        const double d = (double)(b->n == 1 ? s->Dinv[i] : s->multi[b->multi].L[7 * k]);
-        if (!(s->stop[b->v + k] & s->holding) && !(d > 0 && isfinite(d)))
+        const num d = b->n == 1 ? s->Dinv[i] : s->multi[b->multi].L[7 * k];
+        if (!(s->stop[b->v + k] & s->holding) && !(num_all(d > 0) && num_all(d - d == num_of(0))))
             return 0;
     }
     return 1;
@@ -100,6 +108,21 @@ static inline size_t public_freedom(const struct tfa_model *m, uint32_t j, doubl
     return j < nb ? j : nb + m->freedom[j - nb].from;
 }
 
+/* One entry of M to the matrix of every state, and to its mirror image. Returns whether all are finite. */
+static int give_entry(const struct state *s, double *M, size_t n, size_t a, size_t b, double factor,
+                      num entry, int twice)
+{
+    int finite = 1;
+    for (uint32_t l = 0; M && l < s->lanes; l++, M += n * n) {
+        const double x = factor * (double)num_lane(entry, l);
+        finite &= isfinite(x) != 0;
+        M[a * n + b] += x;
+        if (twice)
+            M[b * n + a] += x;
+    }
+    return finite;
+}
+
 /* Rows of M hold ancestors only; everything else of the dense answer is zero. */
 static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
 {
@@ -108,7 +131,7 @@ static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer
     TFA_V(crba)(s);
     out->method = TFA_METHOD_CRBA;
     double *M = reply->mass_matrix ? reply->mass_matrix + n * n * k : NULL;
-    for (size_t e = 0; M && e < n * n; e++)
+    for (size_t e = 0; M && e < n * n * s->lanes; e++)
         M[e] = 0;
     int finite = 1;
     for (uint32_t j = 0; M && j < m->freedoms; j++)
@@ -116,11 +139,8 @@ static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer
             double left, right;
             const size_t a = public_freedom(m, j, &left),
                          b = public_freedom(m, (uint32_t)i, &right);
-            const double x = left * right * (double)s->M[m->dof_row[j] + m->dof_depth[i]];
-            finite &= isfinite(x) != 0;
-            M[a * n + b] += x;
-            if ((uint32_t)i != j)
-                M[b * n + a] += x;
+            finite &= give_entry(s, M, n, a, b, left * right, s->M[m->dof_row[j] + m->dof_depth[i]],
+                                 (uint32_t)i != j);
         }
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
@@ -149,18 +169,25 @@ static void quaternion(const double R[9], double q[4])
             q[e] = -q[e];
 }
 
-static void answer_poses(const struct state *s, uint32_t k, double *poses)
+/* The pose of tip t of every state */
+static void answer_pose(const struct state *s, uint32_t t, double *out)
 {
-    for (uint32_t t = 0; t < s->tips; t++) {
-        double *out = poses + 7 * ((size_t)s->tips * k + t), rotation[9];
-        num R[9], p[3];
-        TFA_V(frame_pose)(s, s->tip[t], R, p);
+    num R[9], p[3];
+    TFA_V(frame_pose)(s, s->tip[t], R, p);
+    for (uint32_t l = 0; l < s->lanes; l++, out += 7 * (size_t)s->tips) {
+        double rotation[9];
         for (int e = 0; e < 9; e++)
-            rotation[e] = (double)R[e];
+            rotation[e] = (double)num_lane(R[e], l);
         for (int e = 0; e < 3; e++)
-            out[e] = (double)p[e];
+            out[e] = (double)num_lane(p[e], l);
         quaternion(rotation, out + 3);
     }
+}
+
+void TFA_V(answer_poses)(const struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
+{
+    for (uint32_t t = 0; r->flags & TFA_WANT_POSES && reply->poses && t < s->tips; t++)
+        answer_pose(s, t, reply->poses + 7 * ((size_t)s->tips * k + t));
 }
 
 static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
@@ -169,8 +196,10 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
     switch (request->op) {
     case TFA_OP_FORWARD_DYNAMICS:
         return TFA_V(answer_forward)(s, request, k, reply, answer);
+#if NUM_LANES == 1 /* lanes.c takes no tips */
     case TFA_OP_OPERATIONAL_INERTIA:
         return TFA_V(answer_lambda)(s, request, k, reply, answer);
+#endif
     case TFA_OP_INVERSE_DYNAMICS:
         return answer_inverse(s, k, reply, answer);
     default:
@@ -178,17 +207,25 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
     }
 }
 
-int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
-                  tfa_answer *answer)
+int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, uint32_t count,
+                  tfa_reply *reply, tfa_answer *answer)
 {
-    *answer = (tfa_answer){.error_estimate = NAN};
-    TFA_V(load)(s, request, k, 1);
+    for (uint32_t l = 0; l < count; l++)
+        answer[l] = (tfa_answer){.error_estimate = NAN};
+    s->apart = 0;
+    TFA_V(load)(s, request, k, count);
     answer->status = answer_op(s, request, k, reply, answer);
-    if (request->flags & TFA_WANT_POSES && reply->poses)
-        answer_poses(s, k, reply->poses);
+    TFA_V(answer_poses)(s, request, k, reply);
     if (answer->status == TFA_E_SINGULAR) {
         reply->field = TFA_FIELD_BODY;
         reply->index = s->body[s->bad_body].link;
     }
+    for (uint32_t l = 1; l < count; l++) {
+        answer[l].status = answer->status;
+        answer[l].method = answer->method;
+        answer[l].flags = answer->flags;
+    }
+    if (s->apart)
+        s->have = 0;
     return answer->status;
 }

@@ -16,6 +16,11 @@
  * wrong by more than 30 estimates, by 86 at most (2026-11-22). */
 #define ESTIMATE_SAFETY 4
 
+/* A step that does not shrink the correction tenfold is not converging, unless it is already at
+ * the level of rounding, 450 units of the answer (methods.md section 4). */
+#define SHRINK 10.0
+#define ROUNDING (1e-13 * (ANSWER_EPSILON / 0x1p-52))
+
 /* From this length of a main chain on the segment scan is asked first where another method failed: it
  * is as accurate as aba, and its segments go in parallel. */
 #define FALLBACK_SCAN_LENGTH 128
@@ -24,15 +29,19 @@
  * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
 static inline tfa_method TFA_V(auto_method)(const struct state *s)
 {
-    const int projects = s->m->mimics && !s->holding && s->m->mass_entries <= TFA_MASS_ENTRIES_MAX;
+    const int projects = s->m->mimics && !s->holding && room_for(s->methods, TFA_METHOD_CRBA);
     return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;
 }
 
 /* Who answers instead of a method that failed: the scan, then what auto takes. */
 tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed);
 
-/* 0, or the reason (TFA_ANSWER_*) why an answer with this estimate is not to be given. */
-uint16_t TFA_V(doubt)(double estimate, int converging);
+/* 0, or the reason (TFA_ANSWER_*) why an answer with this estimate is not to be given; of several,
+ * why some of them is not. */
+uint16_t TFA_V(doubt)(const num_doubles *estimate, int converging);
+
+/* The estimates of all answers */
+void TFA_V(tell_estimate)(const struct state *s, const num_doubles *estimate, tfa_answer *out);
 
 /* A policy of the request, with the method's default. */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Forward dynamics of one state: the method, refinement, estimate and fallback; or with held joints.
+ * Forward dynamics of one state: the method, refinement, estimate and fallback.
  */
 #include <math.h>
 
@@ -17,15 +17,14 @@ static void forward_crba(struct state *s)
 {
     const uint32_t n = s->m->freedoms;
     for (uint32_t j = 0; j < n; j++)
-        s->dx[j] = 0;
+        s->dx[j] = num_of(0);
     TFA_V(rnea)(s, s->dx, s->res, 1);
     for (uint32_t j = 0; j < n; j++)
         s->qdd[j] = s->tau[j] - s->res[j];
     TFA_V(ltdl_solve)(s, s->qdd);
 }
 
-/* qdd = M^-1 (tau - h), leaving the method's factors */
-static int forward_dynamics(struct state *s, tfa_method method)
+int TFA_V(forward_dynamics)(struct state *s, tfa_method method)
 {
     if (method == TFA_METHOD_ABA && !s->holding) {
         TFA_V(aba)(s, s->tau, s->qdd);
@@ -53,35 +52,6 @@ int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
                          reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
 }
 
-static void unload_held(const struct state *s, uint8_t *out)
-{
-    const struct tfa_model *m = s->m;
-    for (uint32_t j = m->base_freedoms; j < m->freedoms; j++)
-        out[m->freedom[j - m->base_freedoms].from] = (s->stop[j] & STOP_HELD) != 0;
-}
-
-/* Joints held as an approximation, and what that costs */
-static int answer_held(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
-                       tfa_answer *out)
-{
-    tfa_certificate c = {.error = NAN, .relative = NAN, .held = r->held_count};
-    if (r->hold == TFA_HOLD_AUTO)
-        c = TFA_V(hold_auto)(s, r->tolerance);
-    else
-        (void)forward_dynamics(s, TFA_METHOD_ABA);
-    out->method = TFA_METHOD_ABA;
-    if (c.held)
-        out->flags |= TFA_ANSWER_HELD;
-    const int finite = TFA_V(unload_qdd)(s, k, reply);
-    if (r->flags & TFA_WANT_CERTIFICATE && r->hold == TFA_HOLD_GIVEN)
-        c = TFA_V(hold_certificate)(s);
-    if (reply->certificate)
-        reply->certificate[k] = c;
-    if (reply->held)
-        unload_held(s, reply->held + (size_t)s->m->v_count * k);
-    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
-}
-
 /* Refinement and estimate; while the answer is in doubt, that of the next method, refined as the first
  * was. What is left in doubt then is left to the wider kernel, where there is one. Who wants no
  * estimate gets the bare answer. */
@@ -96,6 +66,10 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
         const int last = method == TFA_V(auto_method)(s);
         if (last && !s->wider)
             break;
+        if (NUM_LANES > 1) { /* the other states may be in no doubt */
+            s->apart = 1;
+            break;
+        }
         if (!(out->flags & TFA_ANSWER_FALLBACK))
             out->flags |= TFA_ANSWER_FALLBACK | x.doubt;
         if (last) {
@@ -103,10 +77,10 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
             break;
         }
         method = TFA_V(fallback)(s, method);
-        (void)forward_dynamics(s, method);
+        (void)TFA_V(forward_dynamics)(s, method);
         x = TFA_V(refine)(s, method, steps, fully, certified);
     }
-    out->error_estimate = x.estimate;
+    TFA_V(tell_estimate)(s, &x.estimate, out);
     return method;
 }
 
@@ -122,12 +96,14 @@ static __attribute__((noinline)) void load_wider(const struct state *s, const tf
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out)
 {
+#if NUM_LANES == 1
     if (r->hold != TFA_HOLD_NONE)
-        return answer_held(s, r, k, reply, out);
+        return TFA_V(answer_held)(s, r, k, reply, out);
+#endif
     tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_V(auto_method)(s) : r->method;
     const uint32_t steps = TFA_V(refine_steps)(s, r, method);
     const int refined = steps > 0 || TFA_V(wants_estimate)(r, method);
-    int status = forward_dynamics(s, method);
+    int status = TFA_V(forward_dynamics)(s, method);
     if (status != TFA_OK)
         return status;
     if (refined && s->wider)
@@ -137,10 +113,12 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     out->method = (uint16_t)method;
     int finite = refined && s->wider ? s->wider->kernel->unload(s->wider->state, k, reply)
                                      : TFA_V(unload_qdd)(s, k, reply);
+#if NUM_LANES == 1 /* lanes.c takes no tips */
     if (finite && s->tips && reply->lambda_inv) {
         (void)TFA_V(factor)(s, method); /* unless they are there */
         finite = TFA_V(lambda_after)(s, r, k, method, method == TFA_METHOD_ABA ? 0 : steps, reply);
     }
+#endif
     if (!finite)
         TFA_V(blame)(s, reply);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;

@@ -9,19 +9,46 @@
 #include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
-#include "kernel/scan.h"
 
-/* Copies Lambda^-1 out; returns 1 when all of it is finite. */
+static inline void give_six(double *out, const six *x)
+{
+    if (sizeof(num) == sizeof(double))
+        six_store((num *)(void *)out, x);
+    else
+        for (int e = 0; e < 6; e++)
+            out[e] = (double)six_lane(x, e);
+}
+
+static inline void mirror(double *A, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = 0; j < i; j++)
+            A[i * n + j] = A[j * n + i];
+}
+
+/* Lambda^-1 from its upper triangle, six numbers at a time as they were written: a load of more waits
+ * until all of them have left the processor. Returns 1 when all of it is finite: x - x is 0 or not a number; as a
+ * double, too. */
 static int unload_lambda(const struct state *s, double *out)
 {
-    const size_t n = 6 * s->tips;
-    int finite = 1;
-    for (size_t e = 0; e < n * n; e++) {
-        double x = (double)s->lambda[e];
-        finite &= isfinite(x) != 0;
+    const size_t count = (size_t)36 * s->tips * s->tips;
+    six sum = six_zero();
+    num rest = num_of(0);
+    for (size_t e = 0; e < count; e += 6) {
+        const six x = six_load(s->lambda + e);
+        sum = six_add(sum, num_of(1), six_sub(x, num_of(1), x));
         if (out)
-            out[e] = x;
+            give_six(out + e, &x);
     }
+    for (int k = 0; k < 6; k++)
+        rest += six_lane(&sum, k);
+    int finite = num_all(rest == num_of(0));
+    for (size_t e = 0; NUM_EPSILON < 0x1p-60 && e < count; e++)
+        finite &= isfinite((double)s->lambda[e]) != 0;
+    if (out && s->tips == 1)
+        mirror(out, 6); /* unrolled */
+    else if (out)
+        mirror(out, (size_t)6 * s->tips);
     return finite;
 }
 
@@ -29,6 +56,10 @@ static int unload_lambda(const struct state *s, double *out)
 static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method method,
                         uint32_t refine)
 {
+    if (method == TFA_METHOD_ABA && refine == 0 && !s->m->mimics) {
+        TFA_V(lambda_propagation)(s, frame);
+        return;
+    }
     const int scan = method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS;
     if (scan && refine == 0 && TFA_V(scan_lambda)(s, frame))
         return;
@@ -37,10 +68,8 @@ static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method m
         TFA_V(lambda_chain)(s, frame, chain, refine);
     else if (chain || refine > 0 || s->m->mimics)
         TFA_V(lambda_columns)(s, frame, method, refine);
-    else if (method == TFA_METHOD_CRBA)
-        TFA_V(lambda_crba)(s, frame);
     else
-        TFA_V(lambda_propagation)(s, frame);
+        TFA_V(lambda_crba)(s, frame);
 }
 
 static double *place_of(const struct state *s, uint32_t k, const tfa_reply *reply)
@@ -134,10 +163,15 @@ static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa
     const tfa_method way = plain ? way_of(s, r) : r->method;
     const int own_name =
         way == TFA_METHOD_TFA_ONE_SIDED || way == TFA_METHOD_EFPA || way == TFA_METHOD_PV_OSIMR;
-    int status = TFA_V(factor)(s, factors);
+    out->method = (uint16_t)(own_name ? way : named(factors));
+    if (plain && !own_name && factors == TFA_METHOD_ABA && s->tips == 1 && !s->holding &&
+        !(s->have & HAVE_ABA)) {
+        TFA_V(lambda_fold)(s, r->frame);
+        return TFA_OK;
+    }
+    const int status = TFA_V(factor)(s, factors);
     if (status == TFA_OK && !(plain && by_wrenches(s, r->frame, way)))
         lambda_kept(s, r->frame, factors, steps);
-    out->method = (uint16_t)(own_name ? way : named(factors));
     return status;
 }
 
@@ -145,15 +179,21 @@ static void estimate(struct state *s, tfa_reference_frame frame, tfa_method fact
                      tfa_answer *out)
 {
     const tfa_method last = TFA_V(auto_method)(s);
-    out->error_estimate = TFA_V(lambda_error)(s, frame, factors, steps);
+    num_doubles error = TFA_V(lambda_error)(s, frame, factors, steps);
+    TFA_V(tell_estimate)(s, &error, out);
     out->flags |= TFA_ANSWER_ESTIMATED;
-    const uint16_t doubt = TFA_V(doubt)(out->error_estimate, 1);
+    const uint16_t doubt = TFA_V(doubt)(&error, 1);
     if (out->method == (uint16_t)named(last) || out->method == TFA_METHOD_PV_OSIMR || !doubt)
-        return; /* by the same factors */
+        return;          /* by the same factors */
+    if (NUM_LANES > 1) { /* the other states may be in no doubt */
+        s->apart = 1;
+        return;
+    }
     out->flags |= doubt;
     (void)fall_back(s, frame, out);
     out->method = (uint16_t)named(last);
-    out->error_estimate = TFA_V(lambda_error)(s, frame, last, 0);
+    error = TFA_V(lambda_error)(s, frame, last, 0);
+    TFA_V(tell_estimate)(s, &error, out);
 }
 
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,

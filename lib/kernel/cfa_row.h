@@ -49,7 +49,7 @@ static inline void cfa_project(const struct cfa_row *r, const struct tfa_body *b
         for (int e = 0; e < 6; e++)
             in[e] = x[6 * e + j];
         for (uint32_t k = 0; k < cfa_size(b); k++) {
-            num sum = 0;
+            num sum = num_of(0);
             for (uint32_t e = 0; e < 6; e++)
                 sum += r->basis[6 * k + e] * in[e];
             out[6 * k + (uint32_t)j] = sum;

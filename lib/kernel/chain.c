@@ -9,9 +9,11 @@
 #include "kernel/kernel.h"
 
 static const struct chain_method *const methods[] = {
-    &TFA_V(tfa_method),  &TFA_V(tfa_cr_method),        &TFA_V(hessenberg_method),
-    &TFA_V(cfa_method),  &TFA_V(cfa_cr_method),        &TFA_V(dca_method),
-    &TFA_V(scan_method), &TFA_V(scan_two_pass_method),
+    &TFA_V(tfa_method),        &TFA_V(tfa_cr_method), &TFA_V(cfa_method),
+    &TFA_V(cfa_cr_method),     &TFA_V(dca_method),
+#if NUM_LANES == 1 /* lanes.c takes neither */
+    &TFA_V(hessenberg_method), &TFA_V(scan_method),   &TFA_V(scan_two_pass_method),
+#endif
 };
 #define METHODS (sizeof methods / sizeof *methods)
 
@@ -24,11 +26,13 @@ const struct chain_method *TFA_V(chain_method)(tfa_method method)
 }
 
 /* Room for the method that keeps most. Trees share it, one behind the other. */
-size_t TFA_V(chain_bytes)(const struct tfa_model *m)
+size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t wanted)
 {
     size_t most = 0;
     for (size_t k = 0; k < METHODS; k++) {
         size_t sum = 0;
+        if (!room_for(wanted, methods[k]->method))
+            continue;
         for (uint32_t t = 0; t < m->trees; t++)
             sum += methods[k]->bytes(m->chain[t].length);
         most = sum > most ? sum : most;
@@ -56,7 +60,7 @@ static inline void fold_sides(struct state *s, const num *tau, int what)
     const struct tfa_model *m = s->m;
     for (uint32_t i = 0; i < m->bodies; i++)
         if (s->side[i])
-            fold_start(s, i, &s->body[i], what);
+            fold_start(s, i, what);
     for (uint32_t i = m->bodies; i-- > 0;)
         if (s->side[i] == SIDE)
             fold(s, i, tau, what);
@@ -65,7 +69,7 @@ static inline void fold_sides(struct state *s, const num *tau, int what)
 int TFA_V(chain_fold)(struct state *s, const struct tfa_chain *chain, int inverts)
 {
     for (uint32_t k = 0; inverts && k < chain->length; k++)
-        if (!(s->total[chain->body[k]].Iinv.A.xx > 0)) {
+        if (!num_all(s->Iinv[chain->body[k]].A.xx > 0)) {
             s->bad_body = (int32_t)chain->body[k];
             return TFA_E_SINGULAR;
         }

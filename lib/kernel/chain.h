@@ -82,7 +82,7 @@ static inline int chain_products(const struct state *s, int bias)
 /* a_{-1}: minus gravity, or 0 without bias */
 static inline svec chain_ground(const struct state *s, int bias)
 {
-    return (svec){{0, 0, 0}, bias ? v3_neg(s->gravity) : v3(0, 0, 0)};
+    return (svec){v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
 }
 
 #endif

@@ -44,7 +44,7 @@ void TFA_V(crba)(struct state *s)
         for (uint32_t k = 0; k < b->n; k++) {
             svec H = b->n == 1 ? sv_zero() : multi_axis(&s->multi[b->multi], k);
             if (b->n == 1)
-                add_joint_motion(s, b, &(num){1}, &H);
+                sv_put(&H, body_axis(b), num_of(1));
             fill_row(s, i, k, s6_mul(&s->Ic[i], H));
         }
     }

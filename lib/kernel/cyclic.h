@@ -58,16 +58,16 @@ static inline void cyclic_divide(const struct cyclic_row *r, num *x, uint32_t co
     }
 }
 
-/* C += sign A B; A is rows x inner, B inner x columns */
-static inline void cyclic_add(num *C, num sign, const num *A, const num *B, uint32_t rows,
-                              uint32_t inner, uint32_t columns)
+/* C -= A B; A is rows x inner, B inner x columns */
+static inline void cyclic_less(num *C, const num *A, const num *B, uint32_t rows, uint32_t inner,
+                               uint32_t columns)
 {
     for (uint32_t e = 0; e < rows; e++)
         for (uint32_t f = 0; f < columns; f++) {
-            num sum = 0;
+            num sum = num_of(0);
             for (uint32_t k = 0; k < inner; k++)
                 sum += A[6 * e + k] * B[6 * k + f];
-            C[6 * e + f] += sign * sum;
+            C[6 * e + f] -= sum;
         }
 }
 
@@ -80,7 +80,7 @@ static inline void cyclic_transpose(num *T, const num *A)
 static inline void cyclic_clear(num *A)
 {
     for (int e = 0; e < 36; e++)
-        A[e] = 0;
+        A[e] = num_of(0);
 }
 
 /* Y -= A X for `n` columns, row stride n */
@@ -89,7 +89,7 @@ static inline void cyclic_take(num *Y, const num *A, const num *X, uint32_t rows
 {
     for (uint32_t e = 0; e < rows; e++)
         for (uint32_t j = 0; j < n; j++) {
-            num sum = 0;
+            num sum = num_of(0);
             for (uint32_t k = 0; k < inner; k++)
                 sum += A[6 * e + k] * X[n * k + j];
             Y[n * e + j] -= sum;
@@ -137,18 +137,18 @@ static inline void cyclic_reduce(struct cyclic_row *row, size_t length, size_t i
     if (i >= h) {
         const struct cyclic_row *o = &row[i - h];
         const uint32_t inner = cyclic_size(o, kind);
-        cyclic_add(r->D.a, -1, o->Q, o->U, n, inner, n);
+        cyclic_less(r->D.a, o->Q, o->U, n, inner, n);
         cyclic_clear(r->L);
-        cyclic_add(r->L, -1, o->Q, o->L, n, inner, cyclic_size(&row[i - 2 * h], kind));
+        cyclic_less(r->L, o->Q, o->L, n, inner, cyclic_size(&row[i - 2 * h], kind));
     }
     if (i + h < length) {
         const struct cyclic_row *o = &row[i + h];
         const uint32_t inner = cyclic_size(o, kind);
-        cyclic_add(r->D.a, -1, o->P, o->L, n, inner, n);
+        cyclic_less(r->D.a, o->P, o->L, n, inner, n);
         if (kind == CYCLIC_GENERAL) {
             cyclic_clear(r->U);
             if (i + 2 * h < length)
-                cyclic_add(r->U, -1, o->P, o->U, 6, 6, 6);
+                cyclic_less(r->U, o->P, o->U, 6, 6, 6);
         }
     }
 }

@@ -79,17 +79,17 @@ static inline void in_basis(const struct tfa_body *b, const num Q[36], const sym
 static inline int armature_factor(const struct tfa_body *b, const num *S, const num *R, num *K)
 {
     struct lu6 lu;
-    num any = 0;
+    num any = num_of(0);
     for (uint32_t k = 0; k < b->n; k++)
         any += R[k];
-    if (!(any > 0))
+    if (!num_all(any > 0))
         return 0;
     if (b->n == 1) {
         K[0] = 1 / (1 + S[0] * R[0]);
         return 1;
     }
     for (uint32_t e = 0; e < 36; e++)
-        K[e] = lu.a[e] = (num)(e % 7 == 0);
+        K[e] = lu.a[e] = num_of(e % 7 == 0);
     for (uint32_t k = 0; k < b->n; k++)
         for (uint32_t j = 0; j < b->n; j++)
             lu.a[6 * k + j] += S[6 * k + j] * R[j];
@@ -114,7 +114,7 @@ static inline void join_armature(const struct tfa_body *b, const svec *G, const 
             for (uint32_t f = e; f < 6; f++)
                 extra[6 * e + f] += g[e] * h->T[6 * k + f];
         for (uint32_t j = 0; j < b->n; j++) {
-            h->N[6 * k + j] = 0;
+            h->N[6 * k + j] = num_of(0);
             for (uint32_t l = 0; l < b->n; l++)
                 h->N[6 * k + j] += K[6 * k + l] * S[6 * l + j];
         }
@@ -208,7 +208,7 @@ static void join(struct state *s, uint32_t i, struct piece *A, struct piece *h)
     take_product(&A->P2, h->Z, WZ);
     for (int e = 0; e < 6; e++)
         for (int f = 0; f < 6; f++) {
-            num sum = 0;
+            num sum = num_of(0);
             for (int k = 0; k < 6; k++)
                 sum += h->Y[6 * k + e] * WZ[6 * k + f];
             A->P12[6 * e + f] = sum;
@@ -221,7 +221,7 @@ static int pieces_start(struct state *s, const struct tfa_chain *chain, struct p
         const uint32_t i = chain->body[k];
         struct piece *h = &piece[k];
         if (!(s->side[i] & CARRIES)) {
-            h->Iinv = s->total[i].Iinv;
+            h->Iinv = s->Iinv[i];
         } else if (!s6_invert(&s->IA[i], &h->Iinv)) {
             s->bad_body = (int32_t)i;
             return TFA_E_SINGULAR;

@@ -58,16 +58,17 @@ void TFA_V(hold_plan)(struct state *s, uint32_t bits, int silent)
 
 static inline struct composite composite_of(const struct tfa_body *b)
 {
-    return (struct composite){
-        (num)b->mass,
-        v3_load(b->h),
-        {(num)b->I[0], (num)b->I[1], (num)b->I[2], (num)b->I[3], (num)b->I[4], (num)b->I[5]}};
+    return (struct composite){num_of(b->mass),
+                              v3_load(b->h),
+                              {num_of(b->I[0]), num_of(b->I[1]), num_of(b->I[2]), num_of(b->I[3]),
+                               num_of(b->I[4]), num_of(b->I[5])}};
 }
 
 static inline sym6 composite_inertia(const struct composite *c)
 {
     const vec3 h = c->h;
-    return (sym6){c->I, {0, -h.z, h.y, h.z, 0, -h.x, -h.y, h.x, 0}, {c->m, 0, 0, c->m, 0, c->m}};
+    const num o = num_of(0);
+    return (sym6){c->I, {o, -h.z, h.y, h.z, o, -h.x, -h.y, h.x, o}, {c->m, o, o, c->m, o, c->m}};
 }
 
 /* I a */
@@ -103,7 +104,7 @@ static inline void composite_add(struct composite *c, const struct composite *ot
 static inline void start(struct state *s, uint32_t i, int what)
 {
     const struct tfa_body *b = &s->body[i];
-    fold_start(s, i, b, what & ~(s->posture[i] & POSTURE_RIGID ? FOLD_INERTIA : 0));
+    fold_start(s, i, what & ~(s->posture[i] & POSTURE_RIGID ? FOLD_INERTIA : 0));
     if (what & FOLD_INERTIA && s->posture[i] & POSTURE_RIGID)
         s->rigid[i] = composite_of(b);
 }
@@ -127,7 +128,7 @@ static inline void stand_still(struct state *s, uint32_t i, const struct tfa_bod
         return;
     }
     s->U[i] = sv_zero();
-    s->Dinv[i] = 0;
+    s->Dinv[i] = num_of(0);
 }
 
 /* A joint without acceleration: IA_parent += X^T IA X,  pA_parent += X^T (pA + IA c) */
@@ -140,7 +141,7 @@ static inline void fold_held(struct state *s, uint32_t i, const struct tfa_body 
             pa = sv_add(pa, composite_mul(&s->rigid[i], s->c[i]));
         else if (what & FOLD_BIAS)
             pa = sv_add(pa, s6_mul(&s->IA[i], s->c[i]));
-        give_force(s, b, x_t_force(&s->X[i], pa), 0);
+        give_force(s, i, x_t_force(&s->X[i], pa), 0);
     }
     if (!(what & FOLD_INERTIA))
         return;
@@ -187,7 +188,7 @@ static inline void outward(struct state *s, svec ground, num *qdd, int bias)
             continue;
         }
         for (uint32_t k = 0; k < b->n; k++)
-            qdd[b->v + k] = 0;
+            qdd[b->v + k] = num_of(0);
         if (s->posture[i] & POSTURE_RIGID)
             continue; /* nothing below asks for its acceleration */
         const svec a = x_motion(&s->X[i], parent);
@@ -202,7 +203,7 @@ static void have_held(struct state *s)
 
 void TFA_V(hold)(struct state *s, const num *tau, num *qdd)
 {
-    const svec ground = {{0, 0, 0}, v3_neg(s->gravity)};
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
     const int kept = s->have & HAVE_HELD;
     if (s->moving && kept)
         inward(s, tau, FOLD_FORCE | FOLD_BIAS);
@@ -231,7 +232,7 @@ void TFA_V(hold_solve)(struct state *s, const num *tau, num *qdd)
 
 num TFA_V(hold_energy)(struct state *s, const num *tau)
 {
-    num sum = 0;
+    num sum = num_of(0);
     inward(s, tau, FOLD_FORCE);
     for (uint32_t i = 0; i < s->m->bodies; i++)
         if (!stops(s, &s->body[i]))

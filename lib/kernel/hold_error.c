@@ -131,14 +131,14 @@ static double score(const struct state *s, const struct tfa_body *b, uint32_t i)
         return 0;
     svec n = sv_zero();
     sv_put(&n, body_axis(b), s->lag[b->v]);
-    if (!(s->total[i].Iinv.A.xx > 0))
+    if (!(s->Iinv[i].A.xx > 0))
         return INFINITY;
-    num sum = quadratic(&s->total[i].Iinv, n);
+    num sum = quadratic(&s->Iinv[i], n);
     if (b->parent < 0)
         return (double)sum;
-    if (!(s->total[b->parent].Iinv.A.xx > 0))
+    if (!(s->Iinv[b->parent].A.xx > 0))
         return INFINITY;
-    return (double)(sum + quadratic(&s->total[b->parent].Iinv, x_t_force(&s->X[i], n)));
+    return (double)(sum + quadratic(&s->Iinv[b->parent], x_t_force(&s->X[i], n)));
 }
 
 static void rank(struct state *s)

@@ -35,16 +35,16 @@ static inline void basis_factor(const struct multi *w, uint32_t n, svec Q[6], nu
 static inline void basis_complete(uint32_t n, svec Q[6], num inv[6])
 {
     for (uint32_t k = n; k < 6; k++) {
-        num longest = 0;
+        num longest = num_of(0);
+        Q[k] = sv_zero();
         for (int e = 0; e < 6; e++) {
             svec unit = sv_zero();
-            sv_put(&unit, e, 1);
+            sv_put(&unit, e, num_of(1));
             unit = basis_project(Q, inv, k, unit, NULL);
             const num size = sv_dot(unit, unit);
-            if (size > longest) {
-                longest = size;
-                Q[k] = unit;
-            }
+            const num_mask longer = size > longest;
+            longest = num_select(longer, size, longest);
+            Q[k] = sv_select(longer, unit, Q[k]);
         }
         inv[k] = 1 / longest;
     }
@@ -58,10 +58,10 @@ static inline void joint_basis(const struct state *s, const struct tfa_body *b, 
     if (b->n == 1) {
         const int axis = body_axis(b);
         for (int e = 0; e < 36; e++)
-            basis[e] = 0;
+            basis[e] = num_of(0);
         for (int k = 0; k < 5; k++)
-            basis[7 * k + (k >= axis)] = 1;
-        basis[30 + axis] = 1;
+            basis[7 * k + (k >= axis)] = num_of(1);
+        basis[30 + axis] = num_of(1);
         return;
     }
     const uint32_t n = b->n;

@@ -87,8 +87,8 @@ void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_metho
 
 /* Relative error of s->lambda, which came from the method's factors with so many refinement steps:
  * |error| / |Lambda^-1|, sums of squares of all entries. Needs the method's factors. */
-double TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
-                           uint32_t steps);
+num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
+                                uint32_t steps);
 
 /* --- solve.c, refine.c ---------------------------------------------------------------------- */
 
@@ -103,8 +103,8 @@ void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *
  * is in doubt (s->wider only). `certified`: the estimate is that of the refined answer, from a shaken residual; without
  * it steps are estimated by what the last of them changed. */
 struct refined {
-    double estimate; /* |dx|/|x| */
-    uint16_t doubt;  /* 0, or why the answer is not to be given (TFA_ANSWER_*) */
+    num_doubles estimate; /* |dx|/|x| */
+    uint16_t doubt; /* 0, or why the answer is not to be given (TFA_ANSWER_*), that of some lane */
 };
 struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int fully,
                              int certified);
@@ -112,16 +112,40 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
 void TFA_V(wider_add)(struct state *s, const double *dx, int fresh);
 double TFA_V(wider_residual)(struct state *s, double *residual, int shaken);
 
-/* --- answer.c, answer_forward.c, answer_lambda.c ---------------------------------------------- */
+/* --- scan_strips.c: see table.h ------------------------------------------------------------------ */
 
-/* One state of a checked request. */
-int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
-                  tfa_answer *answer);
+struct scan_segment;
+struct tfa_factors;
+struct tfa_strip_ends;
+size_t TFA_V(strips_bytes)(void);
+void TFA_V(strips_travel)(struct tfa_strip_ends *ends, int first);
+int TFA_V(strips_join)(struct scan_segment *segments, struct tfa_strip_ends *ends, double light);
+void TFA_V(strips_pass)(struct scan_segment *segments, struct tfa_strip_ends *ends,
+                        const double gravity[3]);
+
+/* --- answer.c, answer_forward.c, answer_lambda.c, answer_tips.c --------------------------------- */
+
+/* States k .. k + count - 1 of a checked request, at most NUM_LANES, and as many answers. Several that
+ * cannot go on together, or one of which has no answer, get none that counts: s->apart, or a status
+ * that is not TFA_OK. */
+int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, uint32_t count,
+                  tfa_reply *reply, tfa_answer *answer);
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out);
+/* The same with joints held as an approximation, and what that costs; one state at a time. */
+int TFA_V(answer_held)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                       tfa_answer *out);
+/* qdd = M^-1 (tau - h), leaving the method's factors */
+int TFA_V(forward_dynamics)(struct state *s, tfa_method method);
 /* Writes s->qdd out; returns 1 when all of it is finite. */
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out);
+/* Poses of the tips, where they are wanted */
+void TFA_V(answer_poses)(const struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply);
+/* As a kernel offers them, see table.h. */
+struct tfa_factors TFA_V(lend)(struct state *s);
+int TFA_V(answer_tips)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                       tfa_answer *out);
 
 #endif

@@ -19,31 +19,42 @@
 #include "kernel/lambda.h"
 #include "kernel/tfa_motion.h"
 
-/* A chain, the method that solves for it, and where the tips' wrenches meet it (body -1: nowhere) */
+/* A tip's wrenches where they meet the chain, on body -1: nowhere (struct tip_wrenches) */
+struct landing {
+    int32_t body;
+    uint32_t moved;
+    svec P[6];
+};
+
+/* A chain, the method that solves for it, and the tips on it */
 struct solver {
     const struct tfa_chain *chain;
     const struct chain_method *method;
     void *rows;
-    struct tip_wrenches at[TFA_MAX_TIPS];
+    struct landing at[TFA_MAX_TIPS];
 };
 
 /* The tips of this tree, past their side branches */
 static void find_tips(struct state *s, tfa_reference_frame frame, struct solver *x)
 {
     for (uint32_t t = 0; t < s->tips; t++) {
-        struct tip_wrenches *w = &x->at[t];
-        TFA_V(tip_start)(s, t, frame, w);
-        if (w->body < (int32_t)x->chain->first || w->body >= (int32_t)x->chain->end)
-            w->body = -1;
-        while (w->body >= 0 && !chain_has(s, x->chain, w->body))
-            TFA_V(tip_pass)(s, t, w);
+        struct tip_wrenches w;
+        TFA_V(tip_start)(s, t, frame, &w);
+        if (w.body < (int32_t)x->chain->first || w.body >= (int32_t)x->chain->end)
+            w.body = -1;
+        while (w.body >= 0 && !chain_has(s, x->chain, w.body))
+            TFA_V(tip_pass)(s, t, &w);
+        x->at[t].body = w.body;
+        x->at[t].moved = w.moved;
+        if (w.body >= 0)
+            wrenches_store(&w.P, x->at[t].P);
     }
 }
 
 /* psi = H^T P of the chain's joints; 0 for those that do not move the tip */
 static void joint_forces(struct state *s, const struct solver *x, uint32_t t)
 {
-    struct tip_wrenches w = x->at[t];
+    struct landing w = x->at[t];
     for (uint32_t k = x->chain->length; k-- > 0;) {
         const uint32_t i = x->chain->body[k];
         const struct tfa_body *b = &s->body[i];
@@ -53,7 +64,7 @@ static void joint_forces(struct state *s, const struct solver *x, uint32_t t)
             if (moves)
                 joint_force(s, b, w.P[e], h);
             for (uint32_t j = 0; j < b->n; j++)
-                tip_columns(s, s->psi, b->v + j, t)[e] = j < w.moved ? h[j] : 0;
+                tip_columns(s, s->psi, b->v + j, t)[e] = j < w.moved ? h[j] : num_of(0);
             if (moves)
                 w.P[e] = x_t_force(&s->X[i], w.P[e]);
         }
@@ -89,12 +100,12 @@ static inline svec acceleration(const struct state *s, const struct solver *x,
 
 /* The acceleration of a tip on a body whose parent has `up` and whose joint has qdd: of a joint of
  * several parts the first freedoms may move the tip alone. */
-static svec tip_acceleration(const struct state *s, const struct tip_wrenches *w, svec up, num *qdd)
+static svec tip_acceleration(const struct state *s, const struct landing *w, svec up, num *qdd)
 {
     const struct tfa_body *b = &s->body[w->body];
     svec a = x_motion(&s->X[w->body], up);
     for (uint32_t j = w->moved; j < b->n; j++)
-        qdd[j] = 0;
+        qdd[j] = num_of(0);
     add_joint_motion(s, b, qdd, &a);
     return a;
 }
@@ -115,7 +126,7 @@ static void add_block(struct state *s, const struct solver *x, uint32_t t, uint3
 static void add_forces(struct state *s, const struct solver *x, const struct row *row, uint32_t u)
 {
     for (uint32_t t = 0; t <= u; t++) {
-        const struct tip_wrenches *w = &x->at[t];
+        const struct landing *w = &x->at[t];
         svec a[6];
         if (w->body < 0)
             continue;
@@ -181,7 +192,7 @@ static void move_bodies(const struct state *s, const struct solver *x, struct ro
 static void add_motion(struct state *s, const struct solver *x, const struct row *row, uint32_t u)
 {
     for (uint32_t t = 0; t <= u; t++) {
-        const struct tip_wrenches *w = &x->at[t];
+        const struct landing *w = &x->at[t];
         svec a[6];
         if (w->body < 0)
             continue;

@@ -56,7 +56,7 @@ static sym6 omega_n(const struct state *s, const struct tfa_body *b, const sym6 
             h[e][k] = w->H[6 * k + e];
         ldl_solve(w->L, b->n, h[e]);
         L[e] = sv_zero();
-        sv_put(&L[e], (int)e, 1);
+        sv_put(&L[e], (int)e, num_of(1));
         for (uint32_t k = 0; k < b->n; k++)
             L[e] = sv_sub(L[e], sv_scale(sv_from(w->U + 6 * k), h[e][k]));
         YL[e] = s6_mul(Y, L[e]);
@@ -139,16 +139,18 @@ static void go_inward(struct state *s, uint32_t t, tfa_reference_frame frame, st
     TFA_V(tip_start)(s, t, frame, &w);
     for (int first = 1; w.body >= 0; first = 0) {
         const int32_t i = w.body;
+        svec P[6];
         TFA_V(tip_pass)(s, t, &w);
+        wrenches_store(&w.P, P);
         if (first)
-            put_block(s, (uint32_t)i, t, t, w.P, w.P);
+            put_block(s, (uint32_t)i, t, t, P, P);
         for (uint32_t k = 0; k < m->count; k++)
             if (m->body[k] == i) {
                 for (uint32_t u = 0; u < t; u++)
                     if (s->support[i] & ~met & 1u << u)
-                        put_block(s, (uint32_t)i, u, t, m->past[k][u], w.P);
+                        put_block(s, (uint32_t)i, u, t, m->past[k][u], P);
                 for (int e = 0; e < 6; e++)
-                    m->past[k][t][e] = w.P[e];
+                    m->past[k][t][e] = P[e];
             }
         met |= s->support[i];
     }

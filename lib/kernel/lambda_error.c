@@ -19,7 +19,7 @@
 static num component(uint32_t probe, size_t e)
 {
     const uint32_t bits = ((uint32_t)e + 64 * probe + 1) * 2654435761u;
-    return ((num)(int32_t)(bits >> 16) - 32768) * (num)(1.7320508 / 32768);
+    return num_of((int32_t)(bits >> 16) - 32768) * num_of(1.7320508 / 32768);
 }
 
 /* |Lambda^-1 f - J x|^2 */
@@ -27,15 +27,15 @@ static num difference(struct state *s, tfa_method method, uint32_t steps, uint32
 {
     const uint32_t nv = s->m->freedoms;
     const size_t n = 6 * s->tips;
-    num sum = 0;
+    num sum = num_of(0);
     for (uint32_t j = 0; j < nv; j++) {
-        s->tau[j] = 0;
+        s->tau[j] = num_of(0);
         for (size_t e = 0; e < n; e++)
             s->tau[j] += component(probe, e) * s->psi[(size_t)j * n + e];
     }
     TFA_V(solve_refined)(s, method, steps, 1);
     for (size_t e = 0; e < n; e++) {
-        num y = 0;
+        num y = num_of(0);
         for (uint32_t j = 0; j < nv; j++)
             y -= s->psi[(size_t)j * n + e] * s->qdd[j];
         for (size_t f = 0; f < n; f++)
@@ -45,19 +45,25 @@ static num difference(struct state *s, tfa_method method, uint32_t steps, uint32
     return sum;
 }
 
-double TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
-                           uint32_t steps)
+num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
+                                uint32_t steps)
 {
     const size_t entries = 36 * (size_t)s->tips * s->tips;
-    num error = 0, size = 0;
+    num error = num_of(0), size = num_of(0);
+    num_doubles estimate;
     if (method_inverts(method)) { /* factors that may be blind are no judges (refine.c) */
         method = TFA_METHOD_ABA;
         (void)TFA_V(factor)(s, method);
     }
     TFA_V(jacobian)(s, frame);
+    TFA_V(lambda_mirror)(s);
     for (uint32_t probe = 0; probe < PROBES; probe++)
         error += difference(s, method, steps + 1, probe);
     for (size_t e = 0; e < entries; e++)
         size += s->lambda[e] * s->lambda[e];
-    return size > 0 ? ESTIMATE_SAFETY * sqrt((double)(error / (PROBES * size))) : 0;
+    const num ratio = error / (PROBES * size);
+    for (int l = 0; l < NUM_LANES; l++)
+        estimate.lane[l] =
+            num_lane(size, l) > 0 ? ESTIMATE_SAFETY * sqrt((double)num_lane(ratio, l)) : 0;
+    return estimate;
 }

@@ -4,9 +4,8 @@
  * Lambda^-1 of many tips by composed force propagators (PV-OSIMr: Sathya, Decre, Swevers, IEEE RA-L
  * 2024, arXiv 2310.03676).
  *
- * The wrenches of one tip alone go inward joint by joint as in force propagation. From where tips
- * meet to where they meet the next one they have a stretch of bodies in common, which six unit
- * wrenches cross once:
+ * The wrenches of one tip alone go inward as in force propagation. From where tips meet to where they
+ * meet the next one they have a stretch of bodies in common, which six unit wrenches cross once:
  *   C = sum of psi^T D^-1 psi, what its outer end yields;  A^T, what it passes on of a wrench there
  * The tips' wrenches cross it in one step, P <- A^T P. Omega, the inverse inertia at the outer end,
  * goes outward over the stretches, and two tips meet once, at the outermost end that both have:
@@ -17,16 +16,13 @@
 #include "kernel/lambda.h"
 
 #define STRETCHES (TFA_MAX_TIPS - 1) /* m tips meet at m - 1 bodies at most */
-/* Fewer freedoms than this are passed joint by joint. 2, 3 and 5 differ by at most 3 % on the robots
- * of docs/methods.md but for a finger of four joints with two tips, 17 % slower with 5. gcc 12, f64
- * without AVX, Intel Xeon with AVX-512, 2026-11-22. */
-#define SHORT 3u
 
 struct stretch {
-    uint32_t tips;  /* bits: whose support it is */
-    int32_t inward; /* the next stretch of their support; -1: none */
-    num A[36], Omega[36];
-    svec P[TFA_MAX_TIPS][6]; /* the tips' wrenches at its outer end */
+    uint32_t tips;                   /* bits: whose support it is */
+    int32_t inward;                  /* the next stretch of their support; -1: none */
+    struct wrenches A;               /* columns of A^T: what becomes of six unit wrenches */
+    struct block Omega;              /* C, then the inverse inertia at its outer end */
+    struct wrenches P[TFA_MAX_TIPS]; /* the tips' wrenches at its outer end */
 };
 
 struct stretches {
@@ -60,70 +56,50 @@ static int32_t outermost(const struct state *s, const struct tip_wrenches *w)
     return body;
 }
 
-/* Does a stretch start at this body? Not for one tip, nor for few freedoms before the first. */
-static int is_stretch(const struct state *s, const struct stretches *x, int32_t body)
+/* Takes the wrenches of a tip to the first body that others have in common with it: its own block,
+ * but for what comes from there. */
+static void go_alone(struct state *s, uint32_t t, struct tip_wrenches *w)
 {
-    const uint32_t tips = s->support[body];
-    uint32_t freedoms = 0;
-    if (!(tips & (tips - 1)))
-        return 0;
-    for (uint32_t t = 0; t < s->tips; t++)
-        if (tips >> t & 1 && x->last[t] >= 0)
-            return 1;
-    for (int32_t i = body; i >= 0 && s->support[i] == tips; i = s->body[i].parent)
-        freedoms += s->body[i].n;
-    return freedoms >= SHORT;
-}
-
-/* A and C of the bodies from `body` inward that support these tips and no others, which counts as
- * done: s->support of them is 0. Returns the body before them. */
-static int32_t compose(struct state *s, int32_t body, uint32_t tips, num *A, num *C)
-{
-    svec P[6];
-    int32_t i = body;
-    for (int e = 0; e < 6; e++) {
-        P[e] = sv_zero();
-        sv_put(&P[e], e, 1);
-    }
-    for (int e = 0; e < 36; e++)
-        C[e] = 0;
-    for (; i >= 0 && s->support[i] == tips; i = s->body[i].parent) {
-        num psi[6][6], phi[6][6];
-        TFA_V(propagate)(s, i, 6, P, psi, phi);
-        for (uint32_t k = 0; k < s->body[i].n; k++)
-            add_response(C, psi[k], phi[k]);
-        s->support[i] = 0;
-    }
-    for (int e = 0; e < 6; e++) {
-        sv_store(A + 6 * e, P[e]);
-        for (int f = 0; f < e; f++)
-            C[6 * e + f] = C[6 * f + e];
-    }
-    return i;
+    struct block C = block_zero();
+    w->body = TFA_V(carry)(s, w->body, 1u << t, w->moved, &w->P, &C);
+    w->moved = 6;
+    TFA_V(lambda_put)(s, t, t, &C);
 }
 
 /* Takes the tips that a body supports past the stretch that starts there. */
 static void cross(struct state *s, struct stretches *x, struct tip_wrenches *w, int32_t body)
 {
     struct stretch *here = &x->at[x->count];
+    num A[36];
     here->tips = s->support[body];
     here->inward = -1;
-    body = compose(s, body, here->tips, here->A, here->Omega);
+    here->A = wrenches_unit();
+    here->Omega = block_zero();
+    body = TFA_V(carry)(s, body, here->tips, 6, &here->A, &here->Omega);
+    for (int k = 0; k < 6; k++)
+        six_store(A + 6 * k, &here->A.at[k]);
     for (uint32_t t = 0; t < s->tips; t++) {
         if (!(here->tips >> t & 1))
             continue;
         if (x->last[t] >= 0)
             x->at[x->last[t]].inward = (int32_t)x->count;
         x->last[t] = (int32_t)x->count;
-        for (int e = 0; e < 6; e++) {
-            here->P[t][e] = w[t].P[e];
-            if (body >= 0)
-                w[t].P[e] = m6_times_t(here->A, w[t].P[e]);
-        }
+        here->P[t] = w[t].P;
+        if (body >= 0)
+            w[t].P = wrenches_apply(A, &w[t].P);
         w[t].body = body;
         w[t].moved = 6;
     }
     x->count++;
+}
+
+/* Omega P */
+static struct wrenches yield_of(const struct stretch *here, const struct wrenches *P)
+{
+    num Omega[36];
+    for (int k = 0; k < 6; k++)
+        six_store(Omega + 6 * k, &here->Omega.row[k]);
+    return wrenches_apply(Omega, P);
 }
 
 /* Omega = C + A Omega_inboard A^T, inboard first */
@@ -131,15 +107,22 @@ static void go_outward(struct stretches *x)
 {
     for (uint32_t k = x->count; k-- > 0;) {
         struct stretch *here = &x->at[k];
-        num OA[36]; /* rows: Omega times the rows of A */
         if (here->inward < 0)
             continue;
-        for (int e = 0; e < 6; e++)
-            sv_store(OA + 6 * e, m6_times(x->at[here->inward].Omega, sv_from(here->A + 6 * e)));
-        for (int e = 0; e < 6; e++)
-            for (int f = 0; f < 6; f++)
-                here->Omega[6 * e + f] += sv_dot(sv_from(here->A + 6 * e), sv_from(OA + 6 * f));
+        const struct wrenches a = yield_of(&x->at[here->inward], &here->A);
+        wrenches_respond(&here->Omega, &here->A, &a);
     }
+}
+
+/* Lambda^-1_tu += P^T a */
+static inline void add_block(struct state *s, uint32_t t, uint32_t u, const struct wrenches *P,
+                             const struct wrenches *a)
+{
+    struct block C = block_zero();
+    wrenches_respond(&C, P, a);
+    for (uint32_t e = 0; e < 6; e++)
+        for (uint32_t f = u == t ? e : 0; f < 6; f++)
+            *lambda_entry(s, t, u, e, f) += six_lane(&C.row[e], f);
 }
 
 /* The blocks of the tips of a stretch that have not met further out: met[u] says whom tip u has met,
@@ -148,16 +131,15 @@ static void meet(struct state *s, const struct stretch *here, uint32_t met[])
 {
     for (uint32_t u = 0; u < s->tips; u++) {
         const uint32_t fresh = here->tips & ~met[u] & ((2u << u) - 1);
-        svec a[6];
         if (!(here->tips >> u & 1))
             continue;
-        for (int f = 0; fresh && f < 6; f++)
-            a[f] = m6_times(here->Omega, here->P[u][f]);
-        for (uint32_t t = 0; t <= u; t++)
-            for (uint32_t e = 0; fresh >> t & 1 && e < 6; e++)
-                for (uint32_t f = u == t ? e : 0; f < 6; f++)
-                    *lambda_entry(s, t, u, e, f) += sv_dot(here->P[t][e], a[f]);
         met[u] |= here->tips;
+        if (!fresh)
+            continue;
+        const struct wrenches a = yield_of(here, &here->P[u]);
+        for (uint32_t t = 0; t <= u; t++)
+            if (fresh >> t & 1)
+                add_block(s, t, u, &here->P[t], &a);
     }
 }
 
@@ -175,16 +157,15 @@ void TFA_V(lambda_pv)(struct state *s, tfa_reference_frame frame)
     for (uint32_t t = 0; t < s->tips; t++)
         x.last[t] = -1;
     while ((body = outermost(s, w)) >= 0) {
-        if (is_stretch(s, &x, body))
+        const uint32_t tips = s->support[body];
+        if (tips & (tips - 1))
             cross(s, &x, w, body);
         else
             for (uint32_t t = 0; t < s->tips; t++)
-                if (w[t].body == body)
-                    TFA_V(tip_pass)(s, t, &w[t]);
+                if (tips >> t & 1)
+                    go_alone(s, t, &w[t]);
     }
     go_outward(&x);
     for (uint32_t k = 0; k < x.count; k++)
         meet(s, &x.at[k], met);
-    TFA_V(lambda_joints)(s);
-    TFA_V(lambda_mirror)(s);
 }

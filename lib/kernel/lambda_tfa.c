@@ -32,7 +32,7 @@ static void tip_force(const struct state *s, uint32_t i, const svec P[6], svec F
     const struct row *r = row_of(s, i);
     for (int e = 0; e < 6; e++) {
         num x[6];
-        sv_store(x, sv_scale(s6_mul(&r->Iinv, P[e]), -1));
+        sv_store(x, sv_neg(s6_mul(&r->Iinv, P[e])));
         row_apply_K(r, b, x, 1);
         lu6_solve(&r->S, x, 1);
         F[e] = sv_from(x);
@@ -57,18 +57,19 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
                         tfa_reference_frame frame, const svec P_u[6])
 {
     svec P[6], F[6], a[6];
-    int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
-    uint32_t moved = i < 0 ? 0 : TFA_V(frame_freedoms)(s, s->tip[t]);
-    while (i >= 0 && !(s->side[i] & CHAIN)) {
-        num psi[6][6], phi[6][6];
-        if (s->body[i].tree != s->body[chain->body[0]].tree)
+    struct tip_wrenches w;
+    for (TFA_V(tip_start)(s, t, frame, &w); w.body >= 0 && !(s->side[w.body] & CHAIN);) {
+        six psi[6], phi[6];
+        if (s->body[w.body].tree != s->body[chain->body[0]].tree)
             break;
-        TFA_V(propagate)(s, i, moved, P, psi, phi);
-        i = s->body[i].parent;
-        moved = 6;
+        TFA_V(propagate)(s, w.body, w.moved, &w.P, psi, phi);
+        w.body = s->body[w.body].parent;
+        w.moved = 6;
     }
+    const int32_t i = w.body;
     if (i < 0 || !(s->side[i] & CHAIN))
         return; /* nothing that moves one moves the other: the block stays zero */
+    wrenches_store(&w.P, P);
     uint32_t k = chain->length - 1;
     tip_force(s, chain->body[k], P_u, F);
     for (int e = 0; e < 6; e++)
@@ -80,7 +81,7 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
             sv_store(in, F[e]);
             m6_apply(out, r->G, in);
             svec outboard = x_t_force(&s->X[chain->body[k]], F[e]);
-            F[e] = sv_scale(sv_from(out), -1);
+            F[e] = sv_neg(sv_from(out));
             a[e] = sv_sub(F[e], outboard);
         }
         k--;
@@ -93,7 +94,7 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
 int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame)
 {
     for (size_t k = 0; k < (size_t)36 * s->tips * s->tips; k++)
-        s->lambda[k] = 0;
+        s->lambda[k] = num_of(0);
     for (uint32_t t = 0; t < s->tips; t++)
         if (s->m->frame[s->tip[t]].part)
             return TFA_E_UNSUPPORTED; /* a force inside a joint is no right-hand side of a row */

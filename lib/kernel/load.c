@@ -10,19 +10,27 @@
 
 #include "kernel/kernel.h"
 
-/* Inner coordinates and base pose. Returns whether they are those of the request before. */
-static int load_coordinates(struct state *s, const tfa_request *r)
+/* Inner coordinates of the bodies in a span. Returns whether they are those of before. */
+static int load_coordinates(struct state *s, const tfa_request *r, struct span span)
 {
-    const struct tfa_model *m = s->m;
     num_mask same = num_of(0) == num_of(0);
-    for (uint32_t k = 0; k < m->inner_q; k++) {
-        const struct tfa_coordinate *c = &m->coordinate[k];
+    if (span.first == span.end)
+        return 1; /* nothing moves */
+    const uint32_t end = span.end < s->bodies ? s->body[span.end].q : s->coordinates;
+    for (uint32_t k = s->body[span.first].q; k < end; k++) {
+        const coordinate *c = &s->coordinate[k];
         const num x =
-            num_of(c->multiplier) * take(s, r->q, m->q_count, c->from) + num_of(c->offset);
+            num_of(c->multiplier) * take_joint(s, r->q, s->m->q_count, c->from) + num_of(c->offset);
         same &= x == s->q[k];
         s->q[k] = x;
     }
-    for (uint32_t k = 0; m->base_freedoms && k < 7; k++) {
+    return num_all(same);
+}
+
+static int load_base(struct state *s, const tfa_request *r)
+{
+    num_mask same = num_of(0) == num_of(0);
+    for (uint32_t k = 0; s->m->base_freedoms && k < 7; k++) {
         const num x = take(s, r->base_pose, 7, k);
         same &= x == s->base[k];
         s->base[k] = x;
@@ -30,19 +38,50 @@ static int load_coordinates(struct state *s, const tfa_request *r)
     return num_all(same);
 }
 
+/* Is what was computed of these spans there? What was computed of everything serves for a part of it;
+ * what was computed of a part serves for the same part only. */
+static int serves(const struct state *s, const struct span *wanted, uint32_t count)
+{
+    if (s->have && s->spans == 1 && s->span[0].end - s->span[0].first == s->bodies)
+        return 1;
+    int same = count == s->spans;
+    for (uint32_t k = 0; same && k < count; k++)
+        same = wanted[k].first == s->span[k].first && wanted[k].end == s->span[k].end;
+    return same;
+}
+
+/* What the answer depends on: coordinates of other trees are not even read. */
+static void load_pose(struct state *s, const tfa_request *r)
+{
+    struct span wanted[TFA_MAX_TIPS];
+    int same = TFA_V(load_changes)(s, r);
+    const uint32_t count = TFA_V(load_spans)(s, r, wanted);
+    for (uint32_t k = 0; k < count; k++)
+        same &= load_coordinates(s, r, wanted[k]);
+    same &= load_base(s, r);
+    if (same && serves(s, wanted, count))
+        return;
+    s->have = 0;
+    s->spans = count;
+    for (uint32_t k = 0; k < count; k++) {
+        s->span[k].first = wanted[k].first;
+        s->span[k].end = wanted[k].end;
+    }
+}
+
 /* out = base six, then joints; a NULL input is zero. Returns whether anything is not zero. */
 static int load_freedoms(const struct state *s, num *out, const double *base, const double *joints)
 {
     const struct tfa_model *m = s->m;
-    const uint32_t nb = m->base_freedoms, n = m->freedoms;
+    const uint32_t nb = m->base_freedoms, n = s->freedoms;
     num_mask none = num_of(0) == num_of(0);
     for (uint32_t j = 0; j < nb; j++) {
         out[j] = base ? take(s, base, 6, j) : num_of(0);
         none &= out[j] == num_of(0);
     }
     for (uint32_t j = nb; j < n; j++) {
-        const struct tfa_freedom *f = &m->freedom[j - nb];
-        const num x = joints ? take(s, joints, m->v_count, f->from) : num_of(0);
+        const freedom *f = &s->freedom[j - nb];
+        const num x = joints ? take_joint(s, joints, m->v_count, f->from) : num_of(0);
         none &= x == num_of(0);
         out[j] = num_of(f->multiplier) * x;
     }
@@ -64,7 +103,7 @@ static void know_nothing(struct state *s)
 {
     if (!s->known_any)
         return;
-    for (uint32_t j = 0; j < s->m->freedoms; j++)
+    for (uint32_t j = 0; j < s->freedoms; j++)
         s->known[j] = num_of(0);
     s->known_any = 0;
 }
@@ -74,8 +113,8 @@ static void load_damping(struct state *s)
 {
     if (!s->m->damping)
         return;
-    for (uint32_t j = s->m->base_freedoms; j < s->m->freedoms; j++)
-        s->known[j] -= num_of(s->m->damping[j]) * s->qd[j];
+    for (uint32_t j = s->m->base_freedoms; j < s->freedoms; j++)
+        s->known[j] -= load_friction(s, j) * s->qd[j];
     s->known_any = 1;
 }
 
@@ -88,11 +127,11 @@ static void load_motion(struct state *s, const tfa_request *r)
     s->moving |= s->wrenched;
     if (r->op == TFA_OP_FORWARD_DYNAMICS) {
         load_forces(s, r->base_wrench, r->tau);
-        for (uint32_t j = 0; s->known_any && j < s->m->freedoms; j++)
+        for (uint32_t j = 0; s->known_any && j < s->freedoms; j++)
             s->tau[j] += s->known[j];
     } else {
         load_freedoms(s, s->qdd, r->base_acceleration, r->qdd);
-        for (uint32_t j = 0; s->stopped && j < s->m->freedoms; j++)
+        for (uint32_t j = 0; s->stopped && j < s->freedoms; j++)
             if (s->stop[j])
                 s->qdd[j] = num_of(0);
     }
@@ -100,16 +139,9 @@ static void load_motion(struct state *s, const tfa_request *r)
 
 void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
 {
-    s->lanes = count;
-    for (uint32_t l = 0; l < NUM_LANES; l++)
-        s->lane[l] = k + (l < count ? l : count - 1);
+    load_names(s, r, k, count);
     s->gravity = v3_load(r->gravity ? r->gravity : s->m->gravity);
-    s->tips = r->tip_count;
-    for (uint32_t t = 0; t < r->tip_count; t++)
-        s->tip[t] = r->tips[t];
-    int same = load_coordinates(s, r);
-    if (!TFA_V(load_changes)(s, r, same))
-        s->have = 0;
+    load_pose(s, r);
     TFA_V(pose)(s);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA || r->op == TFA_OP_MASS_MATRIX)
         return;
@@ -117,29 +149,26 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
     TFA_V(velocity)(s);
 }
 
-/* Every lane's number to its place; whether it is finite, as a double too: x - x is 0 or not a
- * number. */
-static num_mask give(const struct state *s, num x, double *array, size_t stride)
+/* As a double, too: x - x is 0 or not a number. */
+static num_mask is_finite(num x)
 {
-    for (uint32_t l = 0; array && l < s->lanes; l++)
-        array[stride * l] = (double)num_lane(x, l);
-    num_mask finite = x - x == num_of(0);
-    finite &= x <= num_of(DBL_MAX);
-    finite &= x >= num_of(-DBL_MAX);
-    return finite;
+    num_mask good = x - x == num_of(0);
+    if (NUM_EPSILON < 0x1p-60) { /* a double may not be wide enough */
+        good &= x <= num_of(DBL_MAX);
+        good &= x >= num_of(-DBL_MAX);
+    }
+    return good;
 }
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)
 {
-    const struct tfa_model *m = s->m;
-    const uint32_t nb = m->base_freedoms;
-    num_mask finite = num_of(0) == num_of(0);
-    for (uint32_t j = 0; j < nb; j++)
-        finite &= give(s, x[j], base ? base + j : NULL, 6);
-    for (uint32_t j = nb; j < m->freedoms; j++) {
-        const struct tfa_freedom *f = &m->freedom[j - nb];
-        double *out = joints && f->multiplier == 1 ? joints + f->from : NULL;
-        finite &= give(s, x[j], out, m->v_count);
-    }
-    return num_all(finite);
+    const uint32_t nb = s->m->base_freedoms;
+    num_mask good = num_of(0) == num_of(0);
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        good &= is_finite(x[j]);
+    for (uint32_t j = 0; base && j < nb; j++)
+        give(s, x[j], base + j, 6);
+    for (uint32_t j = nb; joints && j < s->freedoms; j++)
+        give_joint(s, x[j], joints, &s->freedom[j - nb]);
+    return num_all(good);
 }

@@ -12,35 +12,64 @@
  * lanes that are left over: pose and velocity terms are computed too. */
 void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count);
 
-#if NUM_LANES == 1
-/* What the request changes about the robot, and what it depends on. `same`: its coordinates are
- * those of the request before. Returns whether what was computed then is still good. */
-int TFA_V(load_changes)(struct state *s, const tfa_request *r, int same);
+/* Which states these are and which tips they ask for: what load does first. */
+static inline void load_names(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
+{
+    s->lanes = count;
+    for (uint32_t l = 0; l < NUM_LANES; l++)
+        s->lane[l] = k + (l < count ? l : count - 1);
+    s->tips = r->tip_count;
+    for (uint32_t t = 0; t < r->tip_count; t++)
+        s->tip[t] = r->tips[t];
+}
+
+/* A number of the lanes that count into the arrays of as many states, `stride` numbers each */
+static inline void give(const struct state *s, num x, double *array, size_t stride)
+{
+    for (uint32_t l = 0; l < s->lanes; l++)
+        array[stride * l] = (double)num_lane(x, l);
+}
+
+#ifdef TFA_PACKED
+#include "kernel/packed_load.h"
+#else
+
+/* What the request changes about the robot. Returns whether what was computed before is of the same
+ * one. */
+int TFA_V(load_changes)(struct state *s, const tfa_request *r);
+
+/* Bodies that the answer depends on, in ascending order. Returns how many spans there are. */
+uint32_t TFA_V(load_spans)(const struct state *s, const tfa_request *r,
+                           struct span out[TFA_MAX_TIPS]);
 
 /* s->wrench, and the forces that follow from it. Needs the pose. */
 void TFA_V(load_wrenches)(struct state *s, const tfa_request *r);
-#else
-/* Requests that come in several states at a time change nothing about the robot (lanes.c). */
-static inline int TFA_V(load_changes)(struct state *s, const tfa_request *r, int same)
-{
-    (void)r;
-    s->spans = 1;
-    s->span[0] = (struct span){0, s->m->bodies};
-    return same;
-}
-
-static inline void TFA_V(load_wrenches)(struct state *s, const tfa_request *r)
-{
-    (void)s;
-    (void)r;
-}
-#endif
 
 /* One number of an array of states, `stride` numbers each, from the state of every lane. */
 static inline num take(const struct state *s, const double *array, size_t stride, size_t index)
 {
     return num_gather(array + index, stride, s->lane);
 }
+
+static inline num take_joint(const struct state *s, const double *array, size_t stride, source from)
+{
+    return take(s, array, stride, from);
+}
+
+/* Damping of freedom j */
+static inline num load_friction(const struct state *s, uint32_t j)
+{
+    return num_of(s->m->damping[j]);
+}
+
+/* A freedom of the joints; those that follow others are not public. */
+static inline void give_joint(const struct state *s, num x, double *joints, const freedom *f)
+{
+    if (f->multiplier == 1)
+        give(s, x, joints + f->from, s->m->v_count);
+}
+
+#endif
 
 /* Writes freedoms as doubles to the base's and the joints' arrays of state k (either may be NULL),
  * those of the other lanes behind. Returns 1 when all are finite. */

@@ -7,11 +7,12 @@
 #include <string.h>
 
 #include "kernel/body.h"
+#include "kernel/frame.h"
 #include "kernel/hold.h"
 #include "kernel/kernel.h"
-#include "kernel/lambda.h"
 #include "kernel/load.h"
 #include "model/payload.h"
+#include "model/tips.h"
 
 /* ---- payloads ---- */
 
@@ -111,47 +112,25 @@ static int depends_on_tips_only(const struct state *s, const tfa_request *r)
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->holding;
 }
 
-static uint32_t spans_of_tips(const struct state *s, const tfa_request *r, struct span *out)
+uint32_t TFA_V(load_spans)(const struct state *s, const tfa_request *r,
+                           struct span out[TFA_MAX_TIPS])
 {
-    const struct tfa_model *m = s->m;
-    uint32_t count = 0;
-    for (uint32_t t = 0; t < m->trees && count < r->tip_count; t++) {
-        const struct tfa_chain *tree = &m->chain[t];
-        int wanted = 0;
-        for (uint32_t k = 0; k < r->tip_count; k++) {
-            const int32_t body = m->frame[r->tips[k]].body;
-            wanted |= body >= (int32_t)tree->first && body < (int32_t)tree->end;
-        }
-        if (wanted)
-            out[count++] = (struct span){tree->first, tree->end};
+    const struct tfa_chain *tree[TFA_MAX_TIPS];
+    if (!depends_on_tips_only(s, r)) {
+        out[0] = (struct span){0, s->m->bodies};
+        return 1;
     }
+    const uint32_t count = tfa_trees_of_tips(s->m, r, tree);
+    for (uint32_t k = 0; k < count; k++)
+        out[k] = (struct span){tree[k]->first, tree[k]->end};
     return count;
 }
 
-static int is_everything(const struct state *s)
-{
-    return s->spans == 1 && s->span[0].end - s->span[0].first == s->m->bodies;
-}
+/* ---- all of it ---- */
 
-/* What was computed of everything serves for a part of it; what was computed of a part serves for
- * the same part only. */
-static int load_spans(struct state *s, const tfa_request *r, int same)
+int TFA_V(load_changes)(struct state *s, const tfa_request *r)
 {
-    struct span wanted[TFA_MAX_TIPS] = {{0, s->m->bodies}};
-    uint32_t count = 1;
-    if (depends_on_tips_only(s, r)) {
-        if (same && s->have && is_everything(s))
-            return 1;
-        count = spans_of_tips(s, r, wanted);
-    }
-    same &= count == s->spans && memcmp(wanted, s->span, count * sizeof *wanted) == 0;
-    memcpy(s->span, wanted, count * sizeof *wanted);
-    s->spans = count;
-    return same;
-}
-
-int TFA_V(load_changes)(struct state *s, const tfa_request *r, int same)
-{
+    int same = 1;
     if (!same_payloads(s, r)) {
         load_payloads(s, r);
         same = 0;
@@ -162,7 +141,7 @@ int TFA_V(load_changes)(struct state *s, const tfa_request *r, int same)
         TFA_V(hold_plan)(s, STOP_LOCKED | STOP_HELD, s->skipping);
         same = 0;
     }
-    return load_spans(s, r, same);
+    return same;
 }
 
 /* ---- wrenches ---- */

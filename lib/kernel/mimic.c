@@ -16,7 +16,7 @@
 static inline uint32_t reduced(const struct tfa_model *m, uint32_t j, num *multiplier)
 {
     const uint32_t nb = m->base_freedoms;
-    *multiplier = j < nb ? 1 : (num)m->freedom[j - nb].multiplier;
+    *multiplier = num_of(j < nb ? 1 : m->freedom[j - nb].multiplier);
     return j < nb ? j : nb + m->freedom[j - nb].from;
 }
 
@@ -26,7 +26,7 @@ void TFA_V(reduced_factor)(struct state *s)
     const struct tfa_model *m = s->m;
     const size_t n = m->freedoms - m->mimics;
     for (size_t e = 0; e < n * n; e++)
-        s->Mr[e] = 0;
+        s->Mr[e] = num_of(0);
     for (uint32_t j = 0; j < m->freedoms; j++)
         for (int32_t i = (int32_t)j; i >= 0; i = m->dof_parent[i]) {
             num left, right;
@@ -46,7 +46,7 @@ void TFA_V(reduced_solve)(struct state *s, num *x)
     const uint32_t n = m->freedoms - m->mimics;
     num multiplier;
     for (uint32_t j = 0; j < n; j++)
-        s->y[j] = 0;
+        s->y[j] = num_of(0);
     for (uint32_t j = 0; j < m->freedoms; j++) {
         const uint32_t a = reduced(m, j, &multiplier);
         s->y[a] += multiplier * x[j];
@@ -62,9 +62,9 @@ void TFA_V(gather)(struct state *s, num *tau)
 {
     const struct tfa_model *m = s->m;
     for (uint32_t k = 0; k < m->mimics; k++)
-        tau[m->mimic[k].leader] += (num)m->mimic[k].multiplier * tau[m->mimic[k].follower];
+        tau[m->mimic[k].leader] += num_of(m->mimic[k].multiplier) * tau[m->mimic[k].follower];
     for (uint32_t k = 0; k < m->mimics; k++)
-        tau[m->mimic[k].follower] = 0;
+        tau[m->mimic[k].follower] = num_of(0);
 }
 
 /* ---- G ---- */
@@ -77,7 +77,7 @@ static inline int active(const struct state *s, const struct tfa_mimic *g)
 
 static inline num gap(const struct tfa_mimic *g, const num *x)
 {
-    return x[g->follower] - (num)g->multiplier * x[g->leader];
+    return x[g->follower] - num_of(g->multiplier) * x[g->leader];
 }
 
 /* W and the factors of S, by the factors of the method */
@@ -90,18 +90,18 @@ static void constrain(struct state *s, tfa_method method)
         const struct tfa_mimic *g = &m->mimic[k];
         num *w = s->W + (size_t)k * m->freedoms;
         for (uint32_t j = 0; j < m->freedoms; j++)
-            w[j] = 0;
+            w[j] = num_of(0);
         if (!active(s, g))
             continue;
-        w[g->follower] = 1;
-        w[g->leader] -= (num)g->multiplier;
+        w[g->follower] = num_of(1);
+        w[g->leader] -= num_of(g->multiplier);
         TFA_V(solve_free)(s, method, w, w);
     }
     for (uint32_t k = 0; k < m->mimics; k++)
         for (uint32_t j = 0; j < m->mimics; j++) {
             const int both = active(s, &m->mimic[k]) && active(s, &m->mimic[j]);
             s->S[(size_t)k * m->mimics + j] =
-                both ? gap(&m->mimic[k], s->W + (size_t)j * m->freedoms) : (num)(j == k);
+                both ? gap(&m->mimic[k], s->W + (size_t)j * m->freedoms) : num_of(j == k);
         }
     ldl_factor_rows(s->S, (int)m->mimics, m->mimics);
     s->have |= HAVE_W;
@@ -116,7 +116,7 @@ void TFA_V(follow)(struct state *s, tfa_method method, num *x)
     constrain(s, method);
     num *z = s->y;
     for (uint32_t k = 0; k < m->mimics; k++)
-        z[k] = active(s, &m->mimic[k]) ? gap(&m->mimic[k], x) : 0;
+        z[k] = active(s, &m->mimic[k]) ? gap(&m->mimic[k], x) : num_of(0);
     ldl_solve_rows(s->S, (int)m->mimics, m->mimics, z);
     for (uint32_t k = 0; k < m->mimics; k++) {
         const num *w = s->W + (size_t)k * m->freedoms;
@@ -124,5 +124,5 @@ void TFA_V(follow)(struct state *s, tfa_method method, num *x)
             x[j] -= w[j] * z[k];
     }
     for (uint32_t k = 0; k < m->mimics; k++) /* what rounding left */
-        x[m->mimic[k].follower] = (num)m->mimic[k].multiplier * x[m->mimic[k].leader];
+        x[m->mimic[k].follower] = num_of(m->mimic[k].multiplier) * x[m->mimic[k].leader];
 }

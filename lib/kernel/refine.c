@@ -11,10 +11,6 @@
 #include "kernel/kernel.h"
 #include "kernel/table.h"
 
-/* A step that does not shrink the correction tenfold is not converging, unless it is already at
- * the level of rounding, 450 units of the answer (methods.md section 4). */
-#define SHRINK 10.0
-#define ROUNDING (1e-13 * (ANSWER_EPSILON / 0x1p-52))
 #define ROUNDING_WIDER 1e-13
 
 /* With a wider residual each correction shrinks by as much as the one before did, so that what is
@@ -30,12 +26,15 @@
 #define LEFT_PART 0x1p-4
 #define LEFT_PART_INVERTING 0x1p-7
 
-static double norm(const num *x, uint32_t n)
+static num_doubles norm(const num *x, uint32_t n)
 {
-    num sum = 0;
+    num sum = num_of(0);
+    num_doubles root;
     for (uint32_t j = 0; j < n; j++)
         sum += x[j] * x[j];
-    return sqrt((double)sum);
+    for (int l = 0; l < NUM_LANES; l++)
+        root.lane[l] = sqrt((double)num_lane(sum, l));
+    return root;
 }
 
 /* s->res = tau - RNEA(s->qdd); or shaken, and the difference, too: with the sign that cannot cancel
@@ -50,33 +49,35 @@ static void find_residual(struct state *s, int shaken)
     for (uint32_t j = 0; j < n; j++)
         s->res[j] = s->tau[j] - s->res[j];
     for (uint32_t j = 0; shaken && j < n; j++)
-        s->res[j] += (s->res[j] < 0 ? -(num)NUM_EPSILON : (num)NUM_EPSILON) * num_abs(s->tau[j]);
+        s->res[j] +=
+            num_select(s->res[j] < 0, num_of(-(double)NUM_EPSILON), num_of((double)NUM_EPSILON)) *
+            num_abs(s->tau[j]);
     TFA_V(gather)(s, s->res); /* the forces between followers and leaders are no residual */
 }
 
-/* ---- what crosses from one kernel to another, as doubles ---- */
+/* ---- what crosses from one kernel to another, as doubles; of one state at a time ---- */
 
 void TFA_V(wider_add)(struct state *s, const double *dx, int fresh)
 {
     const struct tfa_model *m = s->m;
     for (uint32_t j = 0; j < m->freedoms; j++)
-        s->qdd[j] = (fresh ? 0 : s->qdd[j]) + (num)dx[j];
+        s->qdd[j] = (fresh ? num_of(0) : s->qdd[j]) + num_of(dx[j]);
     for (uint32_t k = 0; k < m->mimics; k++)
-        s->qdd[m->mimic[k].follower] = (num)m->mimic[k].multiplier * s->qdd[m->mimic[k].leader];
+        s->qdd[m->mimic[k].follower] = num_of(m->mimic[k].multiplier) * s->qdd[m->mimic[k].leader];
 }
 
 double TFA_V(wider_residual)(struct state *s, double *residual, int shaken)
 {
     find_residual(s, shaken);
     for (uint32_t j = 0; j < s->m->freedoms; j++)
-        residual[j] = (double)s->res[j];
-    return norm(s->qdd, s->m->freedoms);
+        residual[j] = (double)num_lane(s->res[j], 0);
+    return norm(s->qdd, s->m->freedoms).lane[0];
 }
 
 static void hand_over(struct state *s, const num *x, int fresh)
 {
     for (uint32_t j = 0; j < s->m->freedoms; j++)
-        s->carry[j] = (double)x[j];
+        s->carry[j] = (double)num_lane(x[j], 0);
     s->wider->kernel->add(s->wider->state, s->carry, fresh);
 }
 
@@ -85,37 +86,42 @@ static double fetch_residual(struct state *s, int shaken)
 {
     const double size = s->wider->kernel->residual(s->wider->state, s->carry, shaken);
     for (uint32_t j = 0; j < s->m->freedoms; j++)
-        s->res[j] = (num)s->carry[j];
+        s->res[j] = num_of(s->carry[j]);
     return size;
 }
 
 /* ---- steps ---- */
 
 /* dx = M^-1 (tau - RNEA(qdd)), and |dx| / |qdd| */
-static double correction(struct state *s, tfa_method method, int shaken)
+static num_doubles correction(struct state *s, tfa_method method, int shaken)
 {
-    double size = 0;
+    num_doubles size = {{0}}, change;
     if (s->wider)
-        size = fetch_residual(s, shaken);
+        size.lane[0] = fetch_residual(s, shaken);
     else
         find_residual(s, shaken);
     TFA_V(solve)(s, method, s->res, s->dx);
     if (!s->wider) /* here, beside the other norm: 0.5 ns a body less (aba, 2026-11-22) */
         size = norm(s->qdd, s->m->freedoms);
-    const double change = norm(s->dx, s->m->freedoms);
-    return size > 0 ? change / size : change;
+    change = norm(s->dx, s->m->freedoms);
+    for (int l = 0; l < NUM_LANES; l++)
+        change.lane[l] = size.lane[l] > 0 ? change.lane[l] / size.lane[l] : change.lane[l];
+    return change;
 }
 
 /* The error of s->qdd. Factors from inverse inertias may have lost a direction for good, and then see
  * nothing of it (hessenberg: error 340, estimate 2e-5, seed 75 of test_estimates with TFA_ISA=base;
  * tfa-cr: 920 times the estimate; 2026-11-22). Aba's judge them, for no more than a solve of theirs. */
-static double judge(struct state *s, tfa_method method)
+static num_doubles judge(struct state *s, tfa_method method)
 {
     if (method_inverts(method)) {
         method = TFA_METHOD_ABA;
         (void)TFA_V(factor)(s, method);
     }
-    return ESTIMATE_SAFETY * correction(s, method, 1);
+    num_doubles estimate = correction(s, method, 1);
+    for (int l = 0; l < NUM_LANES; l++)
+        estimate.lane[l] *= ESTIMATE_SAFETY;
+    return estimate;
 }
 
 /* May a method that lost `first` in this arithmetic leave so much of its error? */
@@ -137,33 +143,42 @@ static void apply(struct state *s)
             s->qdd[j] += s->dx[j];
 }
 
+/* Is every correction a tenth of the one before, or rounding? */
+static int converges(const num_doubles *next, const num_doubles *before, double rounding)
+{
+    int all = 1;
+    for (int l = 0; l < NUM_LANES; l++)
+        all &= next->lane[l] * SHRINK <= before->lane[l] || next->lane[l] < rounding;
+    return all;
+}
+
 struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps, int fully,
                              int certified)
 {
     const double rounding = s->wider ? ROUNDING_WIDER : ROUNDING;
     if (s->wider)
         hand_over(s, s->qdd, 1);
-    const double first = steps ? correction(s, method, 0) : judge(s, method);
-    double estimate = first, before = 1, left = 0;
+    const num_doubles first = steps ? correction(s, method, 0) : judge(s, method);
+    num_doubles estimate = first;
+    double before = 1, left = 0; /* with a wider kernel, whose states come one at a time */
     int converging = 1;
     for (uint32_t step = 0; step < steps; step++) {
         apply(s);
         if (s->wider)
-            left = estimate * estimate / before;
+            left = estimate.lane[0] * estimate.lane[0] / before;
         if (step + 1 == steps || (s->wider && left < LEFT_ENOUGH))
             break;
-        const double next = correction(s, method, 0);
-        if (!(next * SHRINK <= estimate || next < rounding))
-            converging = 0;
-        before = estimate;
+        const num_doubles next = correction(s, method, 0);
+        converging &= converges(&next, &estimate, rounding);
+        before = estimate.lane[0];
         estimate = next;
     }
-    uint16_t doubt = TFA_V(doubt)(estimate, converging);
-    if (fully && !doubt && !is_enough(s, method, first, left))
+    uint16_t doubt = TFA_V(doubt)(&estimate, converging);
+    if (fully && !doubt && !is_enough(s, method, first.lane[0], left))
         doubt = TFA_ANSWER_INACCURATE;
     if (steps > 0 && certified && doubt != TFA_ANSWER_NOT_FINITE) {
         estimate = judge(s, method);
-        doubt = doubt ? doubt : TFA_V(doubt)(estimate, 1);
+        doubt = doubt ? doubt : TFA_V(doubt)(&estimate, 1);
     }
     return (struct refined){estimate, doubt};
 }

@@ -11,6 +11,7 @@
  */
 #include "kernel/scan.h"
 
+#include "kernel/cut.h"
 #include "kernel/kernel.h"
 #include "model/arena.h"
 
@@ -20,15 +21,6 @@
 #define SEGMENT 16u
 #define REACH 4u
 #define SHORTEST (SEGMENT - REACH)
-/* A cut moves away from the middle for a load this many times less. */
-#define LIGHTER 1.5
-/* Bodies beyond a cut that are looked at for its load. */
-#define AHEAD 4u
-/* What is left to hang on a cut beside what the segment yields (scan_meet), from where on one pass
- * loses digits that ABA keeps. Chains of revolute joints seldom get there; with all types of joints
- * the worst answer had 5 times the error of ABA at 30, and 13 times at 1000. 13 mechanisms,
- * N 24 to 256, 6 to 8 seeds each, 2026-11-21. */
-#define LIGHT 30
 
 static size_t take(void *rows, size_t length, struct scan **out)
 {
@@ -58,54 +50,20 @@ struct scan *TFA_V(scan_place)(void *rows, size_t length)
 
 /* ---- the cuts ---- */
 
-static const struct tfa_body *body_at(const struct state *s, const struct tfa_chain *chain,
-                                      uint32_t k)
-{
-    return &s->body[chain->body[k]];
-}
-
-/* What may hang on the end of a segment behind body k, in multiples of what its joint moves by
- * itself: the heaviest of the next bodies, held by the next joint, which moves with body k but for
- * its own rotation.
- *   (m |r|^2 + |I| (1 - (z . z')^2)) / D_k     r, z': of the next joint, across z and along it */
-static double load_of(const struct state *s, const struct tfa_chain *chain, uint32_t k)
-{
-    const struct tfa_body *b = body_at(s, chain, k), *next = body_at(s, chain, k + 1);
-    double mass = 0, moment = 0;
-    for (uint32_t j = k + 1; j < chain->length && j <= k + AHEAD; j++) {
-        const struct tfa_body *o = body_at(s, chain, j);
-        mass = o->mass > mass ? o->mass : mass;
-        moment = o->I[0] + o->I[3] + o->I[5] > moment ? o->I[0] + o->I[3] + o->I[5] : moment;
-    }
-    if (b->kind != TFA_KIND_REVOLUTE)
-        return mass / (b->mass + b->armature);
-    const double across = next->r[0] * next->r[0] + next->r[1] * next->r[1];
-    const double along = next->kind == TFA_KIND_REVOLUTE ? next->E[8] : 0;
-    return (mass * across + moment * (1 - along * along)) / (b->I[5] + b->armature);
-}
-
-/* The end of the segment that starts at `first`: behind the regular body SEGMENT - REACH to
- * SEGMENT + REACH on that has the least load, the nearest to SEGMENT of those that have about the
- * least. Where none of them is regular, behind the next one that is. */
+/* The end of the segment that starts at `first`: behind the best body SEGMENT - REACH to
+ * SEGMENT + REACH on. Where none of them is regular, behind the next one that is. */
 static uint32_t end_of(const struct state *s, const struct tfa_chain *chain, uint32_t first)
 {
     const uint32_t middle = first + SEGMENT - 1;
-    uint32_t best = 0;
-    double least = 0;
     if (chain->length - first <= SEGMENT + REACH)
         return chain->length;
-    for (uint32_t away = 0; away <= 2 * REACH; away++) { /* 0, -1, +1, -2, +2, .. */
-        const uint32_t k = away % 2 ? middle - (away + 1) / 2 : middle + away / 2;
-        const double load = load_of(s, chain, k);
-        if (body_at(s, chain, k)->regular && (!best || LIGHTER * load < least)) {
-            best = k;
-            least = load;
-        }
-    }
-    for (uint32_t k = middle + REACH + 1; !best && k < chain->length; k++)
-        if (body_at(s, chain, k)->regular)
-            best = k;
-    return best ? best + 1 : chain->length;
+    const int64_t best = tfa_cut_near(s->body, chain, middle, REACH);
+    if (best >= 0)
+        return (uint32_t)best + 1;
+    for (uint32_t k = middle + REACH + 1; k < chain->length; k++)
+        if (s->body[chain->body[k]].regular)
+            return k + 1;
+    return chain->length;
 }
 
 void TFA_V(scan_cut)(const struct state *s, const struct tfa_chain *chain, struct scan *scan)
@@ -122,9 +80,7 @@ void TFA_V(scan_cut)(const struct state *s, const struct tfa_chain *chain, struc
 
 /* ---- factors ---- */
 
-/* The scan: the inertia that hangs on each cut, inward, and how each segment moves with the part
- * of it that its factors do not know. */
-static void join_segments(struct scan *scan)
+void TFA_V(scan_join_segments)(struct scan *scan)
 {
     uint32_t k = scan->segments - 1;
     for (int e = 0; e < 36; e++)
@@ -138,6 +94,51 @@ static void join_segments(struct scan *scan)
     }
 }
 
+/* What the parts of a step have in common. Segments are independent of each other in every step;
+ * SEGMENTS_PER_PART of them are one part, so that handing them out costs little. */
+struct work {
+    struct state *s;
+    const struct tfa_chain *chain;
+    struct scan *scan;
+    const num *tau;
+    num *qdd;
+    int bias;
+};
+#define SEGMENTS_PER_PART 4u
+
+static uint32_t parts_of(const struct scan *scan)
+{
+    return (scan->segments + SEGMENTS_PER_PART - 1) / SEGMENTS_PER_PART;
+}
+
+/* The segments of one part */
+static struct span part_of(const struct scan *scan, uint32_t part)
+{
+    const uint32_t end = (part + 1) * SEGMENTS_PER_PART;
+    return (struct span){part * SEGMENTS_PER_PART, end < scan->segments ? end : scan->segments};
+}
+
+static void factor_part(void *context, uint32_t part, uint32_t worker)
+{
+    const struct work *w = context;
+    const struct span span = part_of(w->scan, part);
+    (void)worker;
+    for (uint32_t k = span.first; k < span.end; k++)
+        TFA_V(scan_segment_factor)(w->s, w->chain, w->scan, &w->scan->segment[k], NULL);
+}
+
+static void factor_again_part(void *context, uint32_t part, uint32_t worker)
+{
+    const struct work *w = context;
+    const struct span span = part_of(w->scan, part);
+    (void)worker;
+    for (uint32_t k = span.first; k < span.end; k++) {
+        struct scan_segment *segment = &w->scan->segment[k];
+        if (segment->seeded)
+            TFA_V(scan_segment_factor)(w->s, w->chain, w->scan, segment, segment[1].J);
+    }
+}
+
 /* The second pass needs a second scan: what it left on a segment's end is the inertia that the
  * first pass found, what its own factors hand inward differs by rounding, and where light bodies
  * carry heavy ones the difference counts. Left out, two passes had up to 177 times the error of
@@ -145,34 +146,33 @@ static void join_segments(struct scan *scan)
 int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *rows, num light)
 {
     struct scan *scan = TFA_V(scan_place)(rows, chain->length);
+    struct work work = {.s = s, .chain = chain, .scan = scan};
     int again = 0;
     TFA_V(scan_cut)(s, chain, scan);
     for (uint32_t k = 0; k < chain->length; k++)
         scan->body[k].I = s->IA[chain->body[k]];
-    for (uint32_t k = scan->segments; k-- > 0;) /* independent of each other */
-        TFA_V(scan_segment_factor)(s, chain, scan, &scan->segment[k], NULL);
-    join_segments(scan);
-    for (uint32_t k = scan->segments - 1; k-- > 0;) { /* independent of each other */
+    crew_run(s->crew, factor_part, &work, parts_of(scan));
+    TFA_V(scan_join_segments)(scan);
+    for (uint32_t k = 0; k + 1 < scan->segments; k++) {
         struct scan_segment *segment = &scan->segment[k];
         segment->seeded = !(segment->load < light);
         again |= segment->seeded;
-        if (segment->seeded)
-            TFA_V(scan_segment_factor)(s, chain, scan, segment, segment[1].J);
     }
-    if (again)
-        join_segments(scan);
+    if (again) {
+        crew_run(s->crew, factor_again_part, &work, parts_of(scan));
+        TFA_V(scan_join_segments)(scan);
+    }
     return TFA_OK;
 }
 
 /* ---- solve ---- */
 
-/* Bias forces over the cuts, inward, and how the ends move when a_in = 0:
- *   v <- E^-1 (v - C g_out),   g_in = g + A^T (g_out + left v)
+/* v <- E^-1 (v - C g_out),   g_in = g + A^T (g_out + left v)
  * Torques may throw a segment with nothing on its end a millionfold of how it moves in the chain:
  * v and C g_out must cancel before E^-1, whose rounding is the same in all directions, goes over
  * them. With E^-1 v - E^-1 C g_out one pass had 8 times the error of ABA, now 1.5 (zigzag, 1024
  * bodies, qdd, median of 7 states, 2026-11-22). */
-static void scan_inward(struct scan *scan)
+void TFA_V(scan_inward)(struct scan *scan)
 {
     svec g = sv_zero();
     for (uint32_t k = scan->segments; k-- > 0;) {
@@ -188,9 +188,8 @@ static void scan_inward(struct scan *scan)
     }
 }
 
-/* Accelerations over the cuts, outward; with them the forces that the cuts pass on:
- *   a_out = E^-1 A a_in + v,   f_out = g_out + left a_out */
-static void scan_outward(struct scan *scan, svec a)
+/*   a_out = E^-1 A a_in + v,   f_out = g_out + left a_out */
+void TFA_V(scan_outward)(struct scan *scan, svec a)
 {
     for (uint32_t k = 0; k < scan->segments; k++) {
         struct scan_segment *segment = &scan->segment[k];
@@ -202,23 +201,42 @@ static void scan_outward(struct scan *scan, svec a)
     }
 }
 
+static void inward_part(void *context, uint32_t part, uint32_t worker)
+{
+    const struct work *w = context;
+    const struct span span = part_of(w->scan, part);
+    (void)worker;
+    for (uint32_t k = span.end; k-- > span.first;)
+        TFA_V(scan_segment_inward)
+    (w->s, w->chain, w->scan, &w->scan->segment[k], w->tau, w->bias);
+}
+
+static void outward_part(void *context, uint32_t part, uint32_t worker)
+{
+    const struct work *w = context;
+    const struct span span = part_of(w->scan, part);
+    (void)worker;
+    for (uint32_t k = span.first; k < span.end; k++)
+        TFA_V(scan_segment_outward)
+    (w->s, w->chain, w->scan, &w->scan->segment[k], w->qdd, w->bias);
+}
+
 void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                        num *qdd, int bias)
 {
     struct scan *scan = rows;
-    for (uint32_t k = scan->segments; k-- > 0;)
-        TFA_V(scan_segment_inward)(s, chain, scan, &scan->segment[k], tau, bias);
-    scan_inward(scan);
-    scan_outward(scan, chain_ground(s, bias));
-    for (uint32_t k = 0; k < scan->segments; k++)
-        TFA_V(scan_segment_outward)(s, chain, scan, &scan->segment[k], qdd, bias);
+    struct work work = {.s = s, .chain = chain, .scan = scan, .tau = tau, .qdd = qdd, .bias = bias};
+    crew_run(s->crew, inward_part, &work, parts_of(scan));
+    TFA_V(scan_inward)(scan);
+    TFA_V(scan_outward)(scan, chain_ground(s, bias));
+    crew_run(s->crew, outward_part, &work, parts_of(scan));
 }
 
 /* ---- the method with one pass ---- */
 
 static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
 {
-    return TFA_V(scan_factor)(s, chain, rows, (num)LIGHT);
+    return TFA_V(scan_factor)(s, chain, rows, (num)TFA_SCAN_LIGHT);
 }
 
 const struct chain_method TFA_V(scan_method) = {TFA_METHOD_SCAN, TFA_V(scan_bytes), factor,

@@ -30,12 +30,12 @@ struct scan_segment {
     uint32_t first, end;
     int seeded;             /* factored twice */
     struct scan_element at; /* of its bodies and what is on its end */
-    num known[36];          /* G: inertia that its factors have on its end, that body's frame */
-    num J[36];              /* articulated inertia of it and all beyond it, on the body before it */
-    num left[36];           /* J - G, J of the next segment; as what follows, not of the last one */
-    struct lu6 E;           /* 1 + C left */
+    num known[M6_NUMBERS];  /* G: inertia that its factors have on its end, that body's frame */
+    num J[M6_NUMBERS];      /* articulated inertia of it and all beyond it, on the body before it */
+    num left[M6_NUMBERS];   /* J - G, J of the next segment; as what follows, not of the last one */
+    struct rows_lu E;       /* 1 + C left */
     num load;               /* scan_meet */
-    num EA[36];             /* E^-1 A */
+    num EA[M6_NUMBERS];     /* E^-1 A */
     svec v, g;              /* a_out and f_in without a_in and f_out; then v at a_in = 0 */
     svec a_in, f_out;       /* what it gets from the scan: frames of the body before, of its end */
 };
@@ -52,6 +52,14 @@ struct scan *TFA_V(scan_place)(void *rows, size_t length);
 
 /* Where the chain is cut, from the constants of its bodies. */
 void TFA_V(scan_cut)(const struct state *s, const struct tfa_chain *chain, struct scan *scan);
+
+/* Over the segments. The inertia that hangs on each cut, inward, and how each segment moves with the
+ * part of it that its factors do not know; */
+void TFA_V(scan_join_segments)(struct scan *scan);
+/* bias forces over the cuts, inward, and how the ends move when a_in = 0; */
+void TFA_V(scan_inward)(struct scan *scan);
+/* accelerations over the cuts, outward from the ground's, and the forces that the cuts pass on. */
+void TFA_V(scan_outward)(struct scan *scan, svec ground);
 
 /* One segment inward: U, D, IA of its bodies and their P, its element. `outer`, the articulated
  * inertia beyond the cut, goes on its end; NULL: that of the next bodies, from their constants and
@@ -71,16 +79,12 @@ int TFA_V(scan_factor)(struct state *s, const struct tfa_chain *chain, void *row
 void TFA_V(scan_solve)(struct state *s, const struct tfa_chain *chain, void *rows, const num *tau,
                        num *qdd, int bias);
 
-/* Lambda^-1 of the request's tips into s->lambda, with the factors that either method left. 0: a
- * tip reaches a chain before its last segment, or there are mimics. O(N / 16) for each tip. */
-int TFA_V(scan_lambda)(struct state *s, tfa_reference_frame frame);
-
 /* E^-1 x */
-static inline svec scan_closed(const struct lu6 *E, svec x)
+static inline svec scan_closed(const struct rows_lu *E, svec x)
 {
     num v[6];
     sv_store(v, x);
-    lu6_solve(E, v, 1);
+    rows_solve_one(E, v);
     return sv_from(v);
 }
 

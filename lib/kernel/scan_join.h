@@ -16,24 +16,13 @@
 #ifndef TFA_KERNEL_SCAN_JOIN_H
 #define TFA_KERNEL_SCAN_JOIN_H
 
-#include "spatial/dense.h"
+#include "spatial/rows.h"
 #include "spatial/spatial.h"
 
 struct scan_element {
-    num A[36], C[36], J[36]; /* row major; motion per motion, motion per force, force per motion */
+    num A[M6_NUMBERS], C[M6_NUMBERS],
+        J[M6_NUMBERS]; /* row major; motion per motion, motion per force, force per motion */
 };
-
-/* out = A^T B for 6 x 6 */
-static inline void m6_tmul(num *out, const num *A, const num *B)
-{
-    for (int i = 0; i < 6; i++)
-        for (int j = 0; j < 6; j++) {
-            num s = A[i] * B[j];
-            for (int k = 1; k < 6; k++)
-                s += A[6 * k + i] * B[6 * k + j];
-            out[6 * i + j] = s;
-        }
-}
 
 /* A <- (A + A^T) / 2 */
 static inline void m6_symmetrise(num *A)
@@ -46,32 +35,36 @@ static inline void m6_symmetrise(num *A)
 /* E = 1 + C J_out, factored. All eigenvalues of E are at least 1; C and J are rank deficient, so
  * that LU with row exchanges is what works. Returns the sum of the eigenvalues of C J_out: how
  * many times heavier the outboard part is than what the element yields by itself. */
-static inline num scan_meet(struct lu6 *E, const num *C, const num *outer)
+static inline num scan_meet(struct rows_lu *E, const num *C, const num *outer)
 {
     num ratio = 0;
-    m6_mul(E->a, C, outer);
-    for (int e = 0; e < 6; e++) {
-        ratio += E->a[7 * e];
-        E->a[7 * e] += 1;
+    struct row6 J[6];
+    rows_load(J, outer);
+    rows_mul(E->U, C, J);
+    for (uint32_t e = 0; e < 6; e++) {
+        num *diagonal = row_at(&E->U[e], e);
+        ratio += *diagonal;
+        *diagonal += 1;
     }
-    lu6_factor(E);
+    rows_factor(E);
     return ratio;
 }
 
 /* The element with the inertia `outer` hung on its end, E = 1 + C outer from scan_meet. What is
  * left of f_out is the outboard part's bias force.
  *   EA = E^-1 A,   J = x->J + A^T outer EA */
-static inline void scan_hang(const struct scan_element *x, const struct lu6 *E, const num *outer,
-                             num *EA, num *J)
+static inline void scan_hang(const struct scan_element *x, const struct rows_lu *E,
+                             const num *outer, num *EA, num *J)
 {
-    num F[36], G[36];
-    for (int k = 0; k < 36; k++)
-        EA[k] = x->A[k];
-    lu6_solve(E, EA, 6);
-    m6_mul(F, outer, EA);
-    m6_tmul(G, x->A, F);
-    for (int k = 0; k < 36; k++)
-        J[k] = x->J[k] + G[k];
+    struct row6 a[6], b[6];
+    rows_load(a, x->A);
+    rows_solve(E, a);
+    rows_store(EA, a);
+    rows_mul(b, outer, a);
+    rows_tmul(a, x->A, b);
+    for (int k = 0; k < 6; k++)
+        a[k] = row_add(a[k], row_load(x->J + 6 * k), 1);
+    rows_store(J, a);
     m6_symmetrise(J);
 }
 
@@ -81,21 +74,28 @@ static inline struct scan_element scan_join(const struct scan_element *in,
                                             const struct scan_element *out)
 {
     struct scan_element sum = *in;
-    struct lu6 E;
-    num F[36], At[36], EA[36];
+    struct rows_lu E;
+    struct row6 a[6], b[6];
+    num At[M6_NUMBERS] = {0}, EA[M6_NUMBERS];
     (void)scan_meet(&E, in->C, out->J);
     scan_hang(in, &E, out->J, EA, sum.J);
-    lu6_solve(&E, sum.C, 6);
+    rows_load(a, in->C);
+    rows_solve(&E, a);
+    rows_store(sum.C, a);
     m6_symmetrise(sum.C);
     for (int i = 0; i < 6; i++)
         for (int j = 0; j < 6; j++)
             At[6 * i + j] = out->A[6 * j + i];
-    m6_mul(F, sum.C, At);
-    m6_mul(sum.C, out->A, F);
-    for (int k = 0; k < 36; k++)
-        sum.C[k] += out->C[k];
+    rows_load(a, At);
+    rows_mul(b, sum.C, a);
+    rows_mul(a, out->A, b);
+    for (int k = 0; k < 6; k++)
+        a[k] = row_add(a[k], row_load(out->C + 6 * k), 1);
+    rows_store(sum.C, a);
     m6_symmetrise(sum.C);
-    m6_mul(sum.A, out->A, EA);
+    rows_load(a, EA);
+    rows_mul(b, out->A, a);
+    rows_store(sum.A, b);
     return sum;
 }
 

@@ -41,7 +41,6 @@ static inline void carry(const struct state *s, uint32_t i, struct scan_body *ro
                          num *C)
 {
     const struct tfa_body *b = &s->body[i];
-    num psi[6][6], phi[6][6];
     for (int e = 0; e < 6; e++)
         row->P[e] = P[e];
     if (b->kind == TFA_KIND_REVOLUTE) {
@@ -49,9 +48,16 @@ static inline void carry(const struct state *s, uint32_t i, struct scan_body *ro
     } else if (b->kind == TFA_KIND_PRISMATIC) {
         carry_1(s, i, AXIS_PRISMATIC, P, C);
     } else {
-        TFA_V(propagate)(s, (int32_t)i, 6, P, psi, phi);
-        for (uint32_t k = 0; k < b->n; k++)
-            add_response(C, psi[k], phi[k]);
+        struct wrenches w = wrenches_from(P);
+        six psi[6], phi[6];
+        TFA_V(propagate)(s, (int32_t)i, 6, &w, psi, phi);
+        wrenches_store(&w, P);
+        for (uint32_t k = 0; k < b->n; k++) {
+            num left[6], right[6];
+            six_store(left, &psi[k]);
+            six_store(right, &phi[k]);
+            add_response(C, left, right);
+        }
     }
 }
 
@@ -101,10 +107,9 @@ void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, 
                                 struct scan_segment *segment, const num *outer)
 {
     const int last = segment->end == chain->length;
-    const int32_t parent = s->body[chain->body[segment->first]].parent;
+    const uint32_t first = chain->body[segment->first];
     struct scan_element *x = &segment->at;
-    sym6 none = {{0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0}},
-         theirs = none;
+    sym6 whole = s->IA[first];
     svec P[6];
     for (int e = 0; e < 36; e++)
         x->C[e] = x->J[e] = 0;
@@ -113,20 +118,20 @@ void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, 
         sv_put(&P[e], e, 1);
     }
     start_inertias(s, chain, scan, segment, outer);
-    if (parent >= 0) { /* fold adds to the parent, which is of another segment */
-        theirs = s->IA[parent];
-        s->IA[parent] = none;
-    }
     for (uint32_t k = segment->end; k-- > segment->first;) {
         const uint32_t i = chain->body[k];
-        fold(s, i, NULL, FOLD_INERTIA);
+        if (i == first) {
+            whole = s->IA[i];
+            fold(s, i, NULL, FOLD_INERTIA | FOLD_CUT);
+        } else {
+            fold(s, i, NULL, FOLD_INERTIA);
+        }
         if (!last)
             carry(s, i, &scan->body[k], P, x->C);
     }
-    if (parent >= 0) {
-        s6_dense(x->J, &s->IA[parent]);
-        s->IA[parent] = theirs;
-    }
+    if (s->body[first].parent >= 0)
+        s6_dense(x->J, &s->IA[first]);
+    s->IA[first] = whole; /* the forces want it */
     for (int e = 0; e < 6; e++) {
         sv_store(x->A + 6 * e, P[e]);
         for (int f = 0; f < e; f++)
@@ -163,25 +168,19 @@ static inline void inward(struct state *s, const struct tfa_chain *chain, const 
                           struct scan_segment *segment, const num *tau, int what)
 {
     const int last = segment->end == chain->length;
-    const int32_t parent = s->body[chain->body[segment->first]].parent;
-    svec theirs = sv_zero();
+    const uint32_t first = chain->body[segment->first];
     num v[6] = {0};
-    if (parent >= 0) {
-        theirs = s->pA[parent];
-        s->pA[parent] = sv_zero();
-    }
     for (uint32_t k = segment->end; k-- > segment->first;) {
         const uint32_t i = chain->body[k];
-        fold(s, i, tau, what);
+        if (i == first)
+            fold(s, i, tau, what | FOLD_CUT);
+        else
+            fold(s, i, tau, what);
         if (!last)
             add_motion(s, i, &scan->body[k], what & FOLD_BIAS, v);
     }
     segment->v = sv_from(v);
-    segment->g = sv_zero();
-    if (parent >= 0) {
-        segment->g = s->pA[parent];
-        s->pA[parent] = theirs;
-    }
+    segment->g = s->body[first].parent >= 0 ? s->pA[first] : sv_zero();
 }
 
 void TFA_V(scan_segment_inward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,

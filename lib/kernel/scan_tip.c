@@ -51,10 +51,11 @@ static int reaches(const struct state *s)
 static void cross(struct state *s, uint32_t tips, struct tip_wrenches *w,
                   const struct scan_segment *segment)
 {
-    num C[36];
-    for (int e = 0; e < 36; e++)
-        C[e] = segment->at.C[e];
-    lu6_solve(&segment->E, C, 6);
+    struct row6 rows[6];
+    num C[M6_NUMBERS];
+    rows_load(rows, segment->at.C);
+    rows_solve(&segment->E, rows);
+    rows_store(C, rows);
     TFA_V(tips_cross)(s, tips, w, segment->EA, C);
 }
 

@@ -9,7 +9,8 @@
 
 int TFA_V(factor)(struct state *s, tfa_method method)
 {
-    const struct chain_method *chain = TFA_V(chain_method)(method);
+    const struct chain_method *chain =
+        method == TFA_METHOD_ABA ? NULL : TFA_V(chain_method)(method);
     if (chain)
         return TFA_V(chain_factor)(s, chain);
     if (method == TFA_METHOD_CRBA && !(s->have & HAVE_LTDL)) {

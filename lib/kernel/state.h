@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Everything that changes while a kernel computes: each array declared once.
+ * Everything that changes while a kernel computes: each array declared once. A kernel of one robot's own
+ * has less of it, of sizes that are known (own_state.h).
  */
 #ifndef TFA_KERNEL_STATE_H
 #define TFA_KERNEL_STATE_H
@@ -10,6 +11,8 @@
 #include <string.h>
 #include <totalforce/dynamics.h>
 
+#include "kernel/crew.h"
+#include "kernel/terms.h"
 #include "model/arena.h"
 #include "model/model.h"
 #include "spatial/dense.h"
@@ -25,6 +28,10 @@ struct multi {
     num u[6];      /* tau - H^T pA */
 };
 
+#ifdef TFA_OWN
+#include "kernel/own_state.h"
+#else
+
 /* A rigid composite: mass, mass times centre of mass, inertia about the origin of its frame. */
 struct composite {
     num m;
@@ -34,7 +41,6 @@ struct composite {
 
 /* Constant terms of TFA for one body: 1-freedom joints on bodies without side branches. */
 struct total {
-    sym6 Iinv; /* inverse of the rigid inertia, frame i */
     sym6 TIT; /* T_i I_{i-1}^-1 T_i^T: the parent's inverse inertia in the joint's frame at q = 0 */
     num TI[36]; /* T_i I_{i-1}^-1 */
 };
@@ -54,17 +60,18 @@ struct row {
 enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
 
 /* ARRAY(type, name, count, unit, frame, "writer: meaning")
- * nb bodies, nv freedoms with the base's, mass entries of M, dense freedoms without mimics. */
+ * nb bodies, nq inner coordinates, nv freedoms with the base's, mass entries of M, dense freedoms
+ * without mimics. In a packed variant steps stand for bodies (terms.h). */
 #define TFA_MOTION_ARRAYS(ARRAY)                                                                   \
-    ARRAY(num, q, m->inner_q, "rad, m", "joint", "load: inner joint coordinates")                  \
+    ARRAY(num, q, nq, "rad, m", "joint", "load: inner joint coordinates")                          \
     ARRAY(num, qd, nv, "rad/s, m/s", "joint", "load: velocities, base first")                      \
     ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
     ARRAY(num, known, nv, "N m, N", "joint",                                                       \
           "load: forces that follow from q and v: damping, "                                       \
           "wrenches inside fused joints")                                                          \
-    ARRAY(num, sine, m->inner_q, "1", "joint", "pose: of q; counts where it is an angle")          \
-    ARRAY(num, cosine, m->inner_q, "1", "joint", "pose: of q")                                     \
+    ARRAY(num, sine, nq, "1", "joint", "pose: of q; counts where it is an angle")                  \
+    ARRAY(num, cosine, nq, "1", "joint", "pose: of q")                                             \
     ARRAY(place, X, nb, "1, m", "parent -> i", "pose: X_i = Z(q_i) T_i")                           \
     ARRAY(svec, v, nb, "rad/s, m/s", "i", "velocity: body velocity")                               \
     ARRAY(svec, c, nb, "rad/s2, m/s2", "i", "velocity: v x H qd")                                  \
@@ -77,6 +84,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
           "inertia; tfa, hold: the whole of it")                                                   \
     ARRAY(svec, pA, nb, "N m, N", "i", "aba: articulated bias force")                              \
     ARRAY(svec, U, nb, "kg m2, kg m", "i", "aba: IA H of a 1-freedom joint")                       \
+    ARRAY(svec, K, nb, "1, m", "i", "aba: U D^-1 of a revolute joint without rotor inertia")       \
     ARRAY(num, Dinv, nb, "1/(kg m2)", "joint", "aba: 1 / (H^T IA H + R)")                          \
     ARRAY(num, u, nb, "N m, N", "joint", "aba: tau - H^T pA")                                      \
     ARRAY(struct multi, multi, m->multis, "", "i", "pose, aba: bodies with several freedoms")      \
@@ -101,18 +109,34 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(num, y, m->mimics ? nv : 0, "", "joint", "mimic: right-hand sides of T^T M T and of S")  \
     ARRAY(uint8_t, side, nb, "", "", "tfa: SIDE, CHAIN, CARRIES of each body")                     \
     ARRAY(uint32_t, path, m->depth, "", "", "tfa: a tip's chain, root first")                      \
-    ARRAY(char, rows, TFA_V(chain_bytes)(m), "", "", "factor: what a method along chains keeps")   \
-    ARRAY(struct total, total, nb, "", "i", "bake: constant terms of tfa")                         \
+    ARRAY(char, rows, TFA_V(chain_bytes)(m, methods), "", "",                                      \
+          "factor: what a method along chains keeps")                                              \
+    ARRAY(sym6, Iinv, nb, "1/(kg m2), 1/kg", "i", "bake: inverse of the rigid inertia")            \
+    ARRAY(struct total, total, room_inverts(methods) ? nb : 0, "", "i",                            \
+          "bake: constant terms of tfa")                                                           \
     ARRAY(num, M, mass, "kg m2", "joint", "crba: rows of M, then its LDL factors")                 \
-    ARRAY(num, psi, nv *TFA_TIP_COLUMNS, "1, m", "joint", "lambda: H^T P of each tip column")      \
-    ARRAY(num, phi, nv *TFA_TIP_COLUMNS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")         \
-    ARRAY(num, lambda, TFA_TIP_COLUMNS *TFA_TIP_COLUMNS, "1/kg", "tip", "lambda: answer")          \
+    ARRAY(num, psi, nv *tips, "1, m", "joint", "lambda: H^T P of each tip column")                 \
+    ARRAY(num, phi, nv *tips, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")                    \
+    ARRAY(num, lambda, tips *tips, "1/kg", "tip", "lambda: answer")                                \
     ARRAY(uint8_t, support, nb, "", "", "lambda: bit t set: body supports tip t")
 
-#if NUM_LANES == 1
-#define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY) TFA_SINGLE_ARRAYS(ARRAY)
+/* Of one state whose bodies share lanes: what packed.c writes once */
+#define TFA_PACKED_ARRAYS(ARRAY)                                                                   \
+    ARRAY(terms, packed, nb, "", "i", "constant terms in lane order")                              \
+    ARRAY(struct fork, fork, m->bodies, "", "", "what steps take from other lanes")                \
+    ARRAY(struct slot, child, m->bodies, "", "", "children of each body, the last one first")      \
+    ARRAY(uint32_t, child_of, m->bodies, "", "", "a body's first among them")                      \
+    ARRAY(coordinate, coordinates_of, nq, "", "", "where coordinates come from")                   \
+    ARRAY(freedom, freedoms_of, nv, "", "", "where freedoms come from and go to")                  \
+    ARRAY(num, friction, nv, "N m s", "joint", "damping of each freedom")                          \
+    ARRAY(uint32_t, step_of, m->bodies, "", "", "where a body stands: its step")                   \
+    ARRAY(uint32_t, lane_of, m->bodies, "", "", "and its lane")                                    \
+    ARRAY(uint32_t, children, m->bodies, "", "", "how many a body has")
+
+#ifdef TFA_PACKED
+#define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY) TFA_PACKED_ARRAYS(ARRAY)
 #else
-#define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY)
+#define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY) TFA_SINGLE_ARRAYS(ARRAY)
 #endif
 
 #define TFA_TIP_COLUMNS ((size_t)6 * TFA_MAX_TIPS)
@@ -140,15 +164,58 @@ struct span {
     uint32_t first, end;
 };
 
-/* Bytes of rows that the methods along chains need. */
-size_t TFA_V(chain_bytes)(const struct tfa_model *m);
+/* Where inner coordinates and freedoms come from: the number of a public one, or one for each lane. */
+#ifdef TFA_PACKED
+typedef struct each source;
+typedef struct coordinate {
+    source from;
+    double multiplier, offset; /* without mimics the same in all lanes */
+} coordinate;
+typedef struct freedom {
+    source from;
+    double multiplier;
+    uint32_t held; /* bit l: lane l holds a body, others repeat one */
+} freedom;
+#else
+typedef uint32_t source;
+typedef struct tfa_coordinate coordinate;
+typedef struct tfa_freedom freedom;
+#endif
+
+/* How many of them a state has: those of the model, or what they are packed into. */
+struct extent {
+    uint32_t bodies, coordinates, freedoms;
+    uint32_t methods; /* to have room for: bits 1u << tfa_method */
+};
+
+/* Bytes of rows that these methods need along chains: bits 1u << tfa_method. */
+size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t methods);
+
+/* Is there room for this one? */
+static inline int room_for(uint32_t methods, tfa_method method)
+{
+    return (int)(methods >> method & 1);
+}
+
+/* Is a method among them that inverts body inertias? */
+static inline int room_inverts(uint32_t methods)
+{
+#define ROOM_INVERTS(name, number, text, fd, lambda, cost, refuses, what)                          \
+    ((refuses)&TFA_REFUSES_NO_INVERSE ? 1u << (number) : 0) |
+    return (methods & (TFA_METHOD_LIST(ROOM_INVERTS) 0)) != 0;
+#undef ROOM_INVERTS
+}
 
 struct state {
     const struct tfa_model *m;
-    uint32_t lane[NUM_LANES];    /* the state of the request that each lane holds */
-    uint32_t lanes;              /* how many of them count */
-    const struct tfa_body *body; /* the model's, or own when the request has payloads */
-    uint32_t have;               /* HAVE_ bits */
+    uint32_t methods;                       /* there is room for: bits 1u << tfa_method */
+    uint32_t bodies, coordinates, freedoms; /* of the arrays, see struct extent */
+    const coordinate *coordinate;
+    const freedom *freedom;   /* joints only */
+    uint32_t lane[NUM_LANES]; /* the state of the request that each lane holds */
+    uint32_t lanes;           /* how many of them count */
+    const terms *body;        /* the model's, own when the request has payloads, or packed */
+    uint32_t have;            /* HAVE_ bits */
     tfa_method w_method;
     tfa_method chain_method;
     struct span span[TFA_MAX_TIPS]; /* what the request depends on, ascending */
@@ -167,19 +234,29 @@ struct state {
     uint32_t tips; /* of the request under way */
     uint32_t tip[TFA_MAX_TIPS];
     const struct tfa_wider *wider; /* of refinement; NULL: none */
+    struct tfa_crew *crew;         /* of the request under way; NULL: the caller alone */
+    int apart;                     /* lanes were to go different ways: nothing counts */
     int32_t bad_body;              /* body whose inertia could not be inverted */
 #define TFA_STATE_DECLARE(type, name, count, unit, frame, what) type *name;
     TFA_STATE_ARRAYS(TFA_STATE_DECLARE)
 #undef TFA_STATE_DECLARE
 };
 
+static inline struct extent model_extent(const struct tfa_model *m, uint32_t methods)
+{
+    return (struct extent){m->bodies, m->inner_q, m->freedoms, methods};
+}
+
 /* One walk: with a base it places the state and its arrays, without it only counts. */
-static inline size_t state_walk(const struct tfa_model *m, void *base, struct state **out)
+static inline size_t state_walk(const struct tfa_model *m, struct extent n, void *base,
+                                struct state **out)
 {
     struct arena a = {base, 0};
-    const size_t nb = m->bodies, nv = m->freedoms;
-#if NUM_LANES == 1
-    const size_t mass = m->mass_entries <= TFA_MASS_ENTRIES_MAX ? m->mass_entries : 0;
+    const size_t nb = n.bodies, nq = n.coordinates, nv = n.freedoms;
+#ifndef TFA_PACKED
+    const uint32_t methods = n.methods;
+    const size_t tips = NUM_LANES == 1 ? TFA_TIP_COLUMNS : 0; /* lanes.c takes none */
+    const size_t mass = room_for(methods, TFA_METHOD_CRBA) ? m->mass_entries : 0;
     const size_t dense = mass && m->mimics ? m->freedoms - m->mimics : 0;
 #endif
     struct state *s = arena_take(&a, 1, sizeof *s), count_only;
@@ -189,18 +266,37 @@ static inline size_t state_walk(const struct tfa_model *m, void *base, struct st
     TFA_STATE_ARRAYS(TFA_STATE_TAKE)
 #undef TFA_STATE_TAKE
     o->m = m;
+    o->bodies = n.bodies;
+    o->coordinates = n.coordinates;
+    o->freedoms = n.freedoms;
+    o->methods = n.methods;
+#ifndef TFA_PACKED
     o->body = m->body;
+    o->coordinate = m->coordinate;
+    o->freedom = m->freedom;
+#endif
     *out = s;
     return a.used;
 }
 
-/* A state in memory of that size, all zero. */
-static inline struct state *state_init(const struct tfa_model *m, void *memory)
+/* All bodies are folded: the factors stand where those of TFA's side branches and of held joints did. */
+static inline void have_aba(struct state *s)
+{
+    s->have = (s->have | HAVE_ABA) & ~(uint32_t)(HAVE_CHAIN | HAVE_HELD);
+}
+
+/* H of planar and free joints, which is constant: unit axes, linear freedoms first (pose.c). */
+void TFA_V(unit_axes)(struct state *s);
+
+/* A state in memory of that size, all zero but for what is constant. */
+static inline struct state *state_init(const struct tfa_model *m, struct extent n, void *memory)
 {
     struct state *s;
-    memset(memory, 0, state_walk(m, NULL, &s));
-    (void)state_walk(m, memory, &s);
+    memset(memory, 0, state_walk(m, n, NULL, &s));
+    (void)state_walk(m, n, memory, &s);
+    TFA_V(unit_axes)(s);
     return s;
 }
 
+#endif
 #endif

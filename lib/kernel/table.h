@@ -9,18 +9,61 @@
 
 #include <totalforce/dynamics.h>
 
+struct scan_segment;
 struct state;
+struct strips;
+struct tfa_crew;
+struct tfa_strip_ends;
 struct tfa_wider;
+struct tfa_packing;
+
+/* Where a kernel keeps the articulated-body factors of each body (state.h), in numbers of its precision,
+ * for another that computes them: X, U and 1/D of joints with one freedom, 12, 6 and 1 numbers a body;
+ * and of joints with several, `multi_bytes` apart. */
+struct tfa_factors {
+    void *X, *U, *Dinv;
+    char *part, *H, *multi_U, *L;
+    size_t multi_bytes;
+};
 
 struct tfa_kernel {
     const char *isa;
     tfa_precision precision;
     int (*supported)(void); /* every CPU feature that the flags allow is present */
-    size_t (*size)(const tfa_model *model);
-    struct state *(*init)(const tfa_model *model, void *memory);
+    /* With room for these methods: bits 1u << tfa_method */
+    size_t (*size)(const tfa_model *model, uint32_t methods);
+    struct state *(*init)(const tfa_model *model, uint32_t methods, void *memory);
     /* One state of a checked request; fills answer, and field/index of the reply on failure. */
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
                   tfa_answer *answer);
+
+    /* Sines and cosines of doubles, whole vectors at a time (variants/sincos.h): what the kernels of one
+     * robot's own call. */
+    void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
+
+    struct tfa_factors (*lend)(struct state *s);
+    /* What a state of a checked request, which changes nothing about the robot, asks of its tips, with
+     * the factors of the bodies that carry them: of another kernel, written where lend said. Lambda^-1
+     * is neither refined nor estimated. Returns whether all of it is finite. */
+    int (*answer_tips)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
+                       tfa_answer *answer);
+
+    /* From now on this crew works on a solve in s, until another is named; NULL: the caller alone. */
+    void (*employ)(struct state *s, struct tfa_crew *crew);
+
+    /* The scan over segments in lanes (strips.h); `segments` is memory of strips_bytes(). */
+    size_t (*strips_bytes)(void);
+    /* v_in from E, r, v_end (first); then dv_in from E, r, v_in and the v_end that came of it, so
+     * that no velocity jumps where segments meet. Without, light bodies on long levers (links of
+     * 1 mm, joints 1 m apart, 1024 bodies) had 5 times the error of aba, with it 1.0 (median of 7,
+     * 2026-11-22); */
+    void (*strips_travel)(struct tfa_strip_ends *ends, int first);
+    /* the segments joined. Returns whether some cut is `light` or lighter (scan.h): `known` is then
+     * what hangs there, with which all want to be computed again; */
+    int (*strips_join)(struct scan_segment *segments, struct tfa_strip_ends *ends, double light);
+    /* a_in and f_out from a_end and g. */
+    void (*strips_pass)(struct scan_segment *segments, struct tfa_strip_ends *ends,
+                        const double gravity[3]);
 
     /* From now on refinement in s has its residual from `wider`, which outlives s. */
     void (*widen)(struct state *s, const struct tfa_wider *wider);
@@ -41,22 +84,87 @@ struct tfa_wider {
     struct state *state;
 };
 
-/* Several states at a time: forward dynamics by aba. */
+struct pieces;
+struct tfa_crew;
+
+/* Who solves M x = residual for an estimate, at the coordinates of the request; public order. Returns
+ * whether all of x is finite. */
+struct tfa_judge {
+    int (*solve)(struct tfa_judge *judge, const double *residual, double *x);
+};
+
+/* One state of a long chain of revolute bodies, its pieces side by side: forward dynamics by tfa-cr
+ * and cfa-cr. */
+struct tfa_pieces {
+    size_t (*size)(const tfa_model *model); /* 0: not a robot for it */
+    struct pieces *(*init)(const tfa_model *model, void *memory);
+    /* State k of a checked request which changes nothing about the robot, with refinement and
+     * estimate. Returns 0 where the answer is in doubt: it is left to one number at a time. */
+    int (*answer)(struct pieces *p, struct tfa_crew *crew, const tfa_request *request, uint32_t k,
+                  struct tfa_judge *judge, tfa_reply *reply, tfa_answer *answer);
+    /* Lambda^-1 of one tip, neither refined nor estimated. Returns 0 also where the tip is not on the
+     * last body. */
+    int (*answer_lambda)(struct pieces *p, struct tfa_crew *crew, const tfa_request *request,
+                         uint32_t k, tfa_reply *reply, tfa_answer *answer);
+};
+
+#define TFA_LANES_MAX 16
+
+/* Several states at a time */
 struct tfa_lanes {
     const char *isa;
+    tfa_precision precision;
     uint32_t lanes;
     int (*supported)(void);
-    size_t (*size)(const tfa_model *model);
-    struct state *(*init)(const tfa_model *model, void *memory);
-    /* States k .. k + count - 1 (at most `lanes`) of a checked request, which changes nothing about
-     * the robot and has no mimics. Returns whether all answers are finite. */
+    size_t (*size)(const tfa_model *model, uint32_t methods);
+    struct state *(*init)(const tfa_model *model, uint32_t methods, void *memory);
+    /* May several states of this checked request go together? */
+    int (*takes)(const tfa_request *request);
+    /* States k .. k + count - 1 (at most `lanes`) of such a request. Returns whether they went
+     * together and all have an answer; otherwise nothing that was written counts. */
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, uint32_t count,
-                  tfa_reply *reply);
+                  tfa_reply *reply, tfa_answer *answers);
+};
+
+/* Forward dynamics of one state of a long chain, its segments in lanes. For robots that
+ * tfa_cut_strips takes. */
+struct tfa_strips_kernel {
+    const char *isa;
+    int (*supported)(void);
+    /* `one` scans over the segments. */
+    size_t (*size)(const tfa_model *model, const struct tfa_kernel *one);
+    struct strips *(*init)(const tfa_model *model, const struct tfa_kernel *one, void *memory);
+    /* State k of a checked request, which changes nothing about the robot. light: strips_join.
+     * Returns whether all accelerations are finite. */
+    int (*answer)(struct strips *s, struct tfa_crew *crew, const tfa_request *request, uint32_t k,
+                  double light, tfa_reply *reply);
+};
+
+/* One state at a time, its independent limbs side by side: forward dynamics by aba, and the factors that
+ * tips ask for. */
+struct tfa_limbs {
+    const char *isa;
+    uint32_t lanes;
+    double step; /* time for one step of the packing, in bodies that go one by one */
+    int (*supported)(void);
+    size_t (*size)(const tfa_model *model, const struct tfa_packing *packing);
+    struct state *(*init)(const tfa_model *model, const struct tfa_packing *packing, void *memory);
+    /* State k of a checked request, which changes nothing about the robot and has no mimics: its
+     * accelerations, where they are asked for, and its factors. Returns whether all of the answer is
+     * finite. */
+    int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply);
+    /* Of the state that came last, the factors of all bodies that carry a tip of the request. Whether
+     * they are finite is left to who uses them. */
+    void (*give)(const struct state *s, const tfa_request *request, const struct tfa_factors *to);
 };
 
 /* Best variant of that precision which this processor supports, or the one that TFA_ISA in the
- * environment names. NULL when there is none. */
+ * environment names. NULL when there is none. Lanes are of the same instruction set. */
 const struct tfa_kernel *tfa_kernel_select(tfa_precision precision);
-const struct tfa_lanes *tfa_lanes_select(void);
+const struct tfa_lanes *tfa_lanes_select(tfa_precision precision);
+const struct tfa_strips_kernel *tfa_strips_select(void);
+const struct tfa_pieces *tfa_pieces_select(void);
+/* Variants of the instruction set that tfa_kernel_select takes: number k, NULL behind the last. */
+const struct tfa_limbs *tfa_limbs_select(uint32_t k);
 
 #endif

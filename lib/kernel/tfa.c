@@ -17,7 +17,7 @@ static void bake_inboard(struct state *s, uint32_t i)
     const struct tfa_body *b = &s->body[i];
     struct total *t = &s->total[i];
     const place T = {m3_load(b->E), v3_load(b->r)};
-    const sym6 *up = &s->total[b->parent].Iinv;
+    const sym6 *up = &s->Iinv[b->parent];
     t->TIT = s6_inv_to_child(&T, up);
     for (int k = 0; k < 6; k++) {
         num column[6];
@@ -32,15 +32,15 @@ static void bake_inboard(struct state *s, uint32_t i)
 static void bake_inverse(struct state *s, uint32_t i)
 {
     const sym6 I = rigid_inertia(&s->body[i]);
-    if (!s->body[i].regular || !s6_invert(&I, &s->total[i].Iinv))
-        s->total[i].Iinv = (sym6){0};
+    if (!s->body[i].regular || !s6_invert(&I, &s->Iinv[i]))
+        s->Iinv[i] = (sym6){0};
 }
 
 void TFA_V(tfa_bake)(struct state *s)
 {
     for (uint32_t i = 0; i < s->m->bodies; i++) {
         bake_inverse(s, i);
-        if (s->body[i].parent >= 0)
+        if (s->body[i].parent >= 0 && room_inverts(s->methods))
             bake_inboard(s, i);
     }
 }
@@ -48,7 +48,7 @@ void TFA_V(tfa_bake)(struct state *s)
 void TFA_V(tfa_bake_body)(struct state *s, uint32_t body)
 {
     bake_inverse(s, body);
-    for (uint32_t i = body + 1; i < s->m->bodies; i++)
+    for (uint32_t i = body + 1; room_inverts(s->methods) && i < s->m->bodies; i++)
         if (s->body[i].parent == (int32_t)body)
             bake_inboard(s, i);
 }
@@ -186,7 +186,7 @@ static struct row *six_forces(struct state *s, const struct tfa_chain *chain, vo
     for (uint32_t k = 0; k < chain->length; k++) {
         const struct tfa_body *b = &s->body[chain->body[k]];
         for (int e = 0; e < 36; e++)
-            row[k].F[e] = 0;
+            row[k].F[e] = num_of(0);
         row_forward(b, &row[k], k > 0 ? &row[k - 1] : NULL, none, tau + stride * b->v, stride, 6);
     }
     back(chain, row, 6);

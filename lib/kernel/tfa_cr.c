@@ -83,7 +83,7 @@ static void right_hand_side(const struct state *s, const struct tfa_chain *chain
     const struct row *r = &A.r[k];
     num *F = A.c[k].x;
     const svec before =
-        k > 0 ? sv_scale(s6_mul(&r[-1].Iinv, s->pA[b->parent]), -1) : chain_ground(s, bias);
+        k > 0 ? sv_neg(s6_mul(&r[-1].Iinv, s->pA[b->parent])) : chain_ground(s, bias);
     svec known = sv_add(s6_mul(&r->Iinv, s->pA[i]), x_motion(&s->X[i], before));
     if (chain_products(s, bias))
         known = sv_add(known, s->c[i]);

@@ -9,31 +9,14 @@
 #define TFA_KERNEL_TFA_INVERSE_H
 
 #include "kernel/body.h"
-
-/* S^-1 of a positive definite 6 x 6 by LDL^T; 0 when a pivot is not positive. */
-static inline int s6_invert(const sym6 *S, sym6 *inverse)
-{
-    num L[36], columns[36];
-    s6_dense(L, S);
-    ldl_factor(L, 6);
-    for (int k = 0; k < 6; k++)
-        if (!(L[7 * k] > 0))
-            return 0;
-    for (int k = 0; k < 6; k++) {
-        for (int e = 0; e < 6; e++)
-            columns[6 * k + e] = (num)(e == k);
-        ldl_solve(L, 6, columns + 6 * k);
-    }
-    *inverse = s6_from_dense(columns);
-    return 1;
-}
+#include "spatial/inverse.h"
 
 /* I^-1 of a body on a chain, side branches included. 0, and s->bad_body says so, when the inertia
  * with side branches folded in is not positive definite. */
 static inline int inverse_inertia(struct state *s, uint32_t i, sym6 *inverse)
 {
     if (!(s->side[i] & CARRIES)) {
-        *inverse = s->total[i].Iinv;
+        *inverse = s->Iinv[i];
         return 1;
     }
     if (s6_invert(&s->IA[i], inverse))
@@ -66,19 +49,15 @@ static inline void inverse_inboard(const struct state *s, uint32_t i, const sym6
         for (int k = 0; k < 36; k++)
             XI[k] = t->TI[k];
         turn_rows(XI, c, n);
-        const place Z = {{c, n, 0, -n, c, 0, 0, 0, 1}, {0, 0, 0}};
-        sym6 y = {s3_congruence(Z.E, t->TIT.A), m3_congruence_t(m3_t(Z.E), t->TIT.B),
-                  s3_congruence(Z.E, t->TIT.M)};
+        const num o = num_of(0);
+        const mat3 Z = {c, n, o, -n, c, o, o, o, num_of(1)};
+        sym6 y = {s3_congruence(Z, t->TIT.A), m3_congruence_t(m3_t(Z), t->TIT.B),
+                  s3_congruence(Z, t->TIT.M)};
         s6_dense(Y, &y);
         return;
     }
-    for (int k = 0; k < 6; k++) {
-        num column[6];
-        sv_store(column, x_motion(&s->X[i], s6_column(up, k)));
-        for (int e = 0; e < 6; e++)
-            XI[6 * e + k] = column[e];
-    }
-    sym6 y = s6_inv_to_child(&s->X[i], up);
+    sym6 y;
+    inverse_behind(&s->X[i], up, XI, &y);
     s6_dense(Y, &y);
 }
 

@@ -25,8 +25,8 @@ static inline void row_joint(const struct state *s, struct row *r, const struct 
     if (b->n == 1) {
         int axis = body_axis(b);
         svec U = s6_column(I, axis);
-        num inv = 1 / (sv_get(&U, axis) + (num)b->armature);
-        num k = (num)b->armature * inv; /* 1 - I_zz / Theta, without the cancellation */
+        num inv = 1 / (sv_get(&U, axis) + num_of(b->armature));
+        num k = num_of(b->armature) * inv; /* 1 - I_zz / Theta, without the cancellation */
         U = sv_scale(U, -inv);
         sv_put(&U, axis, k);
         sv_store(r->K, U);
@@ -52,10 +52,10 @@ static inline void row_joint(const struct state *s, struct row *r, const struct 
     }
     for (int e = 0; e < 6; e++)
         for (int f = 0; f < 6; f++) {
-            num sum = (num)(e == f);
+            num sum = num_of(e == f);
             for (uint32_t k = 0; k < b->n; k++)
                 sum -= r->B[6 * k + (uint32_t)e] * IH[6 * k + (uint32_t)f];
-            r->K[6 * e + f] = row_decouples(b) ? 0 : sum;
+            r->K[6 * e + f] = row_decouples(b) ? num_of(0) : sum;
         }
 }
 
@@ -103,7 +103,7 @@ static inline void row_up(const struct row *r, const struct tfa_body *b, const s
 {
     if (row_decouples(b)) {
         for (int k = 0; k < 36; k++)
-            G[k] = 0;
+            G[k] = num_of(0);
         return;
     }
     for (int e = 0; e < 6; e++)
@@ -112,12 +112,12 @@ static inline void row_up(const struct row *r, const struct tfa_body *b, const s
     for (uint32_t k = 0; k < b->n; k++) { /* C = sum over freedoms of B_k H_k^T */
         svec H = b->n == 1 ? sv_zero() : multi_axis(w, k);
         if (b->n == 1)
-            sv_put(&H, body_axis(b), 1);
+            sv_put(&H, body_axis(b), num_of(1));
         num XH[6];
         sv_store(XH, x_motion(X, H));
         num column[6] = {0};
         num one[6] = {0};
-        one[k] = 1;
+        one[k] = num_of(1);
         row_add_B(r, b, one, 1, column, 1);
         for (int e = 0; e < 6; e++)
             for (int f = 0; f < 6; f++)

@@ -7,23 +7,40 @@
 #include "kernel/kernel.h"
 #include "kernel/load.h"
 #include "kernel/table.h"
+#include "variants/sincos.h"
 
-static size_t size(const tfa_model *model)
+static size_t size(const tfa_model *model, uint32_t methods)
 {
     struct state *none;
-    return state_walk(model, NULL, &none);
+    return state_walk(model, model_extent(model, methods), NULL, &none);
 }
 
-static struct state *init(const tfa_model *model, void *memory)
+static struct state *init(const tfa_model *model, uint32_t methods, void *memory)
 {
-    struct state *s = state_init(model, memory);
+    struct state *s = state_init(model, model_extent(model, methods), memory);
     TFA_V(tfa_bake)(s);
     return s;
+}
+
+static int answer(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
+                  tfa_answer *answer_of)
+{
+    return TFA_V(answer)(s, request, k, 1, reply, answer_of);
 }
 
 static void load(struct state *s, const tfa_request *request, uint32_t k)
 {
     TFA_V(load)(s, request, k, 1);
+}
+
+static void sincos_of_doubles(const double *x, double *sine, double *cosine, size_t count)
+{
+    sincos_f64(x, sine, cosine, 0, count);
+}
+
+static void employ(struct state *s, struct tfa_crew *crew)
+{
+    s->crew = crew;
 }
 
 static void widen(struct state *s, const struct tfa_wider *wider)
@@ -37,7 +54,15 @@ const struct tfa_kernel TFA_V(kernel) = {
     .supported = tfa_cpu_supported,
     .size = size,
     .init = init,
-    .answer = TFA_V(answer),
+    .answer = answer,
+    .sincos = sincos_of_doubles,
+    .lend = TFA_V(lend),
+    .answer_tips = TFA_V(answer_tips),
+    .employ = employ,
+    .strips_bytes = TFA_V(strips_bytes),
+    .strips_travel = TFA_V(strips_travel),
+    .strips_join = TFA_V(strips_join),
+    .strips_pass = TFA_V(strips_pass),
     .widen = widen,
     .load = load,
     .add = TFA_V(wider_add),

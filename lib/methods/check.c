@@ -21,24 +21,26 @@ static int blame(tfa_reply *reply, int status, tfa_field field, uint32_t index, 
     return status;
 }
 
-/* All numbers finite? Adding x - x keeps the loop free of branches: it is 0 or NaN. Four sums, so
+/* 0 where all numbers are finite, else not a number: the sum of x - x, free of branches. Four sums, so
  * that no addition waits for the one before. */
-static int check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width,
-                        size_t count)
+static double doubt(const double *x, size_t n)
 {
-    if (!x)
-        return TFA_OK;
-    const size_t n = width * count;
     double sum[4] = {0};
     size_t at = 0;
+    if (!x)
+        return 0;
     for (; at + 4 <= n; at += 4)
         for (size_t e = 0; e < 4; e++)
             sum[e] += x[at + e] - x[at + e];
     for (; at < n; at++)
-        sum[0] += x[at] - x[at];
-    if (sum[0] + sum[1] + sum[2] + sum[3] == 0)
-        return TFA_OK;
-    for (size_t k = 0; k < n; k++)
+        sum[at & 3] += x[at] - x[at];
+    return sum[0] + sum[1] + sum[2] + sum[3];
+}
+
+static int check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width,
+                        size_t count)
+{
+    for (size_t k = 0; x && k < width * count; k++)
         if (!isfinite(x[k]))
             return blame(reply, TFA_E_VALUE, field, (uint32_t)(k % width), (uint32_t)(k / width));
     return TFA_OK;
@@ -154,11 +156,8 @@ static int check_stops(const struct tfa_model *m, const tfa_request *r, tfa_repl
                : TFA_OK;
 }
 
-static int method_answers(const tfa_request *r)
+static int method_answers(const tfa_method_info *row, const tfa_request *r)
 {
-    const tfa_method_info *row = tfa_method_describe((uint32_t)r->method);
-    if (!row)
-        return 0;
     switch (r->op) {
     case TFA_OP_FORWARD_DYNAMICS:
         return row->forward_dynamics;
@@ -182,34 +181,43 @@ static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain
     return 0;
 }
 
+/* Rotor inertia and lengths, tree by tree */
+static int chains_take(const struct tfa_model *m, unsigned refuses_what)
+{
+    for (uint32_t t = 0; t < m->trees; t++) {
+        if (refuses_what & TFA_REFUSES_ARMATURE && has_armature(m, &m->chain[t]))
+            return TFA_E_METHOD;
+        if (refuses_what & TFA_REFUSES_LENGTH && m->chain[t].length > TFA_HESSENBERG_LONGEST)
+            return TFA_E_UNSUPPORTED;
+    }
+    return TFA_OK;
+}
+
 /* Forward elimination sees one tip's support, not who follows whom; and where a follower moves no
  * mass of its own only T^T M T can be inverted, which is crba's way. Rotor inertia is no force
  * between bodies: constraint forces cannot carry it along a main chain, but side branches are
  * folded into the chain with theirs. The block Hessenberg matrix is dense: there is no room for that
  * of a long chain. */
-static int check_method(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+static int check_method(const struct tfa_model *m, const tfa_request *r, const tfa_method_info *row,
+                        tfa_reply *reply)
 {
-    int status = method_answers(r) ? TFA_OK : TFA_E_METHOD;
-    if ((m->mimics && refuses(r->method, TFA_REFUSES_MIMICS)) ||
-        (m->hollow && refuses(r->method, TFA_REFUSES_HOLLOW)))
+    int status = row && method_answers(row, r) ? TFA_OK : TFA_E_METHOD;
+    if (status == TFA_OK && ((m->mimics && row->refuses & TFA_REFUSES_MIMICS) ||
+                             (m->hollow && row->refuses & TFA_REFUSES_HOLLOW)))
         status = TFA_E_METHOD;
-    for (uint32_t t = 0; status == TFA_OK && t < m->trees; t++) {
-        if (refuses(r->method, TFA_REFUSES_ARMATURE) && has_armature(m, &m->chain[t]))
-            status = TFA_E_METHOD;
-        else if (refuses(r->method, TFA_REFUSES_LENGTH) &&
-                 m->chain[t].length > TFA_HESSENBERG_LONGEST)
-            status = TFA_E_UNSUPPORTED;
-    }
+    if (status == TFA_OK && row->refuses & (TFA_REFUSES_ARMATURE | TFA_REFUSES_LENGTH))
+        status = chains_take(m, row->refuses);
     return status == TFA_OK ? TFA_OK
                             : blame(reply, status, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
 }
 
 /* Does the answer need M itself? */
-static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r)
+static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
+                             const tfa_method_info *row)
 {
     return r->op == TFA_OP_MASS_MATRIX ||
            (r->op != TFA_OP_INVERSE_DYNAMICS &&
-            (refuses(r->method, TFA_REFUSES_SIZE) || (m->hollow && r->method == TFA_METHOD_AUTO)));
+            (row->refuses & TFA_REFUSES_SIZE || (m->hollow && r->method == TFA_METHOD_AUTO)));
 }
 
 static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
@@ -224,23 +232,21 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0, 0);
     if (r->refine > TFA_MAX_REFINE && r->refine != TFA_REFINE_DEFAULT)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
-    const int status = check_method(m, r, reply);
+    const tfa_method_info *row = tfa_method_describe((uint32_t)r->method);
+    const int status = check_method(m, r, row, reply);
     if (status != TFA_OK)
         return status;
-    if (needs_mass_matrix(m, r) && m->mass_entries > TFA_MASS_ENTRIES_MAX)
+    if (m->mass_entries > TFA_MASS_ENTRIES_MAX && needs_mass_matrix(m, r, row))
         return blame(reply, TFA_E_UNSUPPORTED,
                      r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
     return TFA_OK;
 }
 
-static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+/* Who is it? */
+static int blame_array(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     const size_t n = r->count, nj = m->v_count;
     const int base = m->base_freedoms > 0;
-    if (!r->q && m->q_count)
-        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
-    if (!r->base_pose && base)
-        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
     const struct {
         tfa_field field;
         const double *x;
@@ -257,13 +263,28 @@ static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_rep
         {TFA_FIELD_WRENCHES, r->wrench_count ? r->wrenches : NULL, (size_t)6 * r->wrench_count, n},
         {TFA_FIELD_GRAVITY, r->gravity, 3, 1},
     };
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
-        int status =
+    int status = TFA_OK;
+    for (size_t k = 0; status == TFA_OK && k < sizeof arrays / sizeof *arrays; k++)
+        status =
             check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width, arrays[k].count);
-        if (status != TFA_OK)
-            return status;
-    }
-    return TFA_OK;
+    return status;
+}
+
+static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    const size_t n = r->count, nj = m->v_count;
+    if (!r->q && m->q_count)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
+    if (!r->base_pose && m->base_freedoms)
+        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
+    double sum = doubt(r->q, m->q_count * n) + doubt(r->v, nj * n) + doubt(r->tau, nj * n) +
+                 doubt(r->qdd, nj * n) + doubt(r->gravity, 3);
+    if (m->base_freedoms)
+        sum += doubt(r->base_pose, 7 * n) + doubt(r->base_twist, 6 * n) +
+               doubt(r->base_wrench, 6 * n) + doubt(r->base_acceleration, 6 * n);
+    if (r->wrench_count)
+        sum += doubt(r->wrenches, (size_t)6 * r->wrench_count * n);
+    return sum == 0 ? TFA_OK : blame_array(m, r, reply);
 }
 
 int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_reply *reply)

@@ -5,11 +5,17 @@
  */
 #include <math.h>
 
+#include "kernel/cut.h"
 #include "methods/workspace.h"
+#include "model/tips.h"
 
-/* Fewer states go one at a time: eight lanes take as long as 1.5 states of a 7-joint arm (measured
- * 2026-11-22, Intel Xeon with AVX-512). */
-#define LANES_STATES_MIN 2
+/* Chains with fewer bodies are one thread's work. */
+#define PARTS_BODIES_MIN 48
+
+static int wants_spectrum(const tfa_request *r, const tfa_reply *reply)
+{
+    return r->flags & TFA_WANT_SPECTRUM && r->tip_count && reply->spectrum && reply->lambda_inv;
+}
 
 static void add_spectrum(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
@@ -64,44 +70,200 @@ static __attribute__((noinline)) int answer_mixed(tfa_workspace *w, const tfa_re
     return answer_wider(w, &part, k, reply, &tips);
 }
 
+int tfa_room_check(const tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
+{
+    const int whole = r->op == TFA_OP_MASS_MATRIX;
+    if (w->methods & TFA_METHOD_BIT(whole ? TFA_METHOD_CRBA : r->method))
+        return TFA_OK;
+    reply->field = whole ? TFA_FIELD_OP : TFA_FIELD_METHOD;
+    reply->index = whole ? 0 : (uint32_t)r->method;
+    return reply->status = TFA_E_UNSUPPORTED;
+}
+
 int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply)
 {
-    int status = tfa_request_check(workspace->model, request, reply);
-    return status == TFA_OK ? tfa_compute_checked(workspace, request, reply) : status;
+    const int status = tfa_request_check(workspace->model, request, reply);
+    return status == TFA_OK ? tfa_compute_states(workspace, request, 0, request->count, reply)
+                            : status;
 }
 
-/* May the states of a request go side by side? Forward dynamics and nothing else, by aba. */
-static int goes_by_lanes(const tfa_workspace *w, const tfa_request *r)
+int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                       uint32_t count, tfa_reply *reply)
 {
-    return w->lanes && r->op == TFA_OP_FORWARD_DYNAMICS &&
-           (r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA) &&
-           r->estimate != TFA_ESTIMATE_ALWAYS && r->hold == TFA_HOLD_NONE &&
-           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !r->tip_count &&
-           !r->wrench_count && !r->payload_count && !r->locked_count;
+    const int status = tfa_room_check(workspace, request, reply);
+    return status == TFA_OK ? tfa_compute_checked(workspace, request, first, first + count, reply)
+                            : status;
 }
 
-/* As many states from k on as go side by side; 0 where one at a time is better or has to say
- * what is wrong. */
-static uint32_t compute_lanes(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply)
+/* Of the robot as it is */
+static int is_unchanged(const tfa_request *r)
 {
-    const uint32_t left = r->count - k;
-    const uint32_t count = left < w->lanes->lanes ? left : w->lanes->lanes;
-    if (count < LANES_STATES_MIN || !w->lanes->answer(w->lane_state, r, k, count, reply))
+    return r->hold == TFA_HOLD_NONE && !r->wrench_count && !r->payload_count && !r->locked_count;
+}
+
+/* And nothing but the answer is asked, as the articulated-body factors give it */
+static int is_plain(const tfa_request *r)
+{
+    return is_unchanged(r) && r->estimate != TFA_ESTIMATE_ALWAYS &&
+           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
+}
+
+static int is_forward(const tfa_request *r)
+{
+    return r->op == TFA_OP_FORWARD_DYNAMICS;
+}
+
+static int is_scan(tfa_method method)
+{
+    return method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS;
+}
+
+static int is_cyclic(tfa_method method)
+{
+    return method == TFA_METHOD_TFA_CR || method == TFA_METHOD_CFA_CR;
+}
+
+/* May the segments of a chain go side by side? By scan. */
+static int goes_by_strips(const tfa_workspace *w, const tfa_request *r)
+{
+    return w->strips && is_scan(r->method) && is_forward(r) && is_plain(r) && !r->tip_count;
+}
+
+/* Bodies of the trees that carry a tip */
+static uint32_t bodies_of_tips(const struct tfa_model *m, const tfa_request *r)
+{
+    const struct tfa_chain *tree[TFA_MAX_TIPS];
+    const uint32_t trees = tfa_trees_of_tips(m, r, tree);
+    uint32_t bodies = 0;
+    for (uint32_t k = 0; k < trees; k++)
+        bodies += tree[k]->end - tree[k]->first;
+    return bodies;
+}
+
+/* May the limbs of one state? By aba; Lambda^-1 where more bodies have to be folded than limbs are
+ * worth, of which one at a time leaves out the other trees. */
+static int goes_by_limbs(const tfa_workspace *w, const tfa_request *r)
+{
+    const int aba = r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA;
+    if (!w->limbs || !is_plain(r))
         return 0;
-    for (uint32_t l = 0; reply->answers && l < count; l++)
-        reply->answers[k + l] =
-            (tfa_answer){.method = TFA_METHOD_ABA, .error_estimate = (double)NAN};
+    if (is_forward(r))
+        return aba;
+    return r->op == TFA_OP_OPERATIONAL_INERTIA &&
+           (aba || r->method == TFA_METHOD_PROPAGATION || r->method == TFA_METHOD_PV_OSIMR) &&
+           bodies_of_tips(w->model, r) >= w->limbs_from;
+}
+
+static int compute_strips(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply)
+{
+    const double light = r->method == TFA_METHOD_SCAN ? TFA_SCAN_LIGHT : -1; /* every cut */
+    if (!w->strips->answer(w->strips_state, w->crew, r, k, light, reply))
+        return 0;
+    if (reply->answers)
+        reply->answers[k] =
+            (tfa_answer){.method = (uint16_t)r->method, .error_estimate = (double)NAN};
+    return 1;
+}
+
+/* As many of the states k .. end - 1 as go side by side; 0 where they are fewer than `from`, or one has
+ * to say what is wrong. */
+static uint32_t compute_lanes(tfa_workspace *w, const tfa_request *r, uint32_t k, uint32_t end,
+                              uint32_t from, tfa_reply *reply)
+{
+    tfa_answer answers[TFA_LANES_MAX];
+    tfa_reply several = *reply;
+    const uint32_t left = end - k;
+    const uint32_t count = left < w->lanes->lanes ? left : w->lanes->lanes;
+    if (count < from || !w->lanes->answer(w->lane_state, r, k, count, &several, answers))
+        return 0;
+    for (uint32_t l = 0; l < count; l++) {
+        if (reply->answers)
+            reply->answers[k + l] = answers[l];
+        if (wants_spectrum(r, reply))
+            add_spectrum(w, r, k + l, reply);
+    }
     return count;
+}
+
+/* State k, its limbs side by side, then what its tips ask for. Returns 0 where it has to say what is
+ * wrong. */
+static uint32_t compute_limbs(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply)
+{
+    tfa_answer answer = {.method = TFA_METHOD_ABA, .error_estimate = (double)NAN};
+    if (!w->limbs->answer(w->limb_state, r, k, reply))
+        return 0;
+    if (r->tip_count) {
+        w->limbs->give(w->limb_state, r, &w->factors);
+        if (!w->kernel->answer_tips(w->state, r, k, reply, &answer))
+            return 0;
+    }
+    if (reply->answers)
+        reply->answers[k] = answer;
+    if (wants_spectrum(r, reply))
+        add_spectrum(w, r, k, reply);
+    return 1;
+}
+
+int tfa_goes_in_parts(const tfa_model *model, const tfa_request *r)
+{
+    return (is_scan(r->method) || is_cyclic(r->method)) &&
+           tfa_longest_chain(model) >= PARTS_BODIES_MIN && r->hold == TFA_HOLD_NONE;
+}
+
+/* May the chain of a state go in pieces? Forward dynamics of the robot as it is, or Lambda^-1 of one
+ * tip as it comes. */
+static int goes_by_pieces(const tfa_workspace *w, const tfa_request *r)
+{
+    const int bare = r->refine == 0 && r->estimate == TFA_ESTIMATE_NEVER;
+    const int asked = r->op == TFA_OP_FORWARD_DYNAMICS
+                          ? !r->tip_count
+                          : r->op == TFA_OP_OPERATIONAL_INERTIA && r->tip_count == 1 && bare &&
+                                r->method == TFA_METHOD_TFA_CR && !(r->flags & TFA_WANT_POSES);
+    return w->pieces && w->strips && asked && is_cyclic(r->method) && is_unchanged(r);
+}
+
+/* The scan judges what pieces answer: as accurate as aba, and as parallel as they are. */
+struct strips_judge {
+    struct tfa_judge judge;
+    tfa_workspace *workspace;
+    const tfa_request *request;
+    uint32_t state;
+};
+
+static int judge_by_strips(struct tfa_judge *judge, const double *residual, double *x)
+{
+    static const double weightless[3];
+    const struct strips_judge *j = (const struct strips_judge *)judge;
+    tfa_workspace *w = j->workspace;
+    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                           .count = 1,
+                           .q = j->request->q + (size_t)w->model->q_count * j->state,
+                           .tau = residual,
+                           .gravity = weightless};
+    tfa_reply reply = {.qdd = x};
+    return w->strips->answer(w->strips_state, w->crew, &r, 0, TFA_SCAN_LIGHT, &reply);
+}
+
+/* By one number at a time where the chain does not go in pieces, or its answer is not good enough */
+static int answer_one(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                      tfa_answer *answer)
+{
+    struct strips_judge by = {{judge_by_strips}, w, r, k};
+    struct pieces *p = w->piece_state;
+    const int lambda = r->op == TFA_OP_OPERATIONAL_INERTIA;
+    if (goes_by_pieces(w, r) &&
+        (lambda ? w->pieces->answer_lambda(p, w->crew, r, k, reply, answer)
+                : w->pieces->answer(p, w->crew, r, k, &by.judge, reply, answer)))
+        return TFA_OK;
+    return w->kernel->answer(w->state, r, k, reply, answer);
 }
 
 static int compute_one(tfa_workspace *w, const tfa_request *request, uint32_t k, tfa_reply *reply)
 {
-    const int spectrum = request->flags & TFA_WANT_SPECTRUM && request->tip_count &&
-                         reply->spectrum && reply->lambda_inv;
     tfa_reply one = *reply;
     tfa_answer answer;
     const int status = w->wider.kernel ? answer_mixed(w, request, k, &one, &answer)
-                                       : w->kernel->answer(w->state, request, k, &one, &answer);
+                                       : answer_one(w, request, k, &one, &answer);
     if (reply->answers)
         reply->answers[k] = answer;
     if (status != TFA_OK && reply->status == TFA_OK) {
@@ -110,18 +272,81 @@ static int compute_one(tfa_workspace *w, const tfa_request *request, uint32_t k,
         reply->index = one.index;
         reply->state = k;
     }
-    if (status == TFA_OK && spectrum)
+    if (status == TFA_OK && wants_spectrum(request, reply))
         add_spectrum(w, request, k, reply);
     return status;
 }
 
-int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply)
+/* The request of a state that is alone: a copy with auto's method by name, if that is another. */
+static const tfa_request *decide(const tfa_workspace *w, const tfa_request *r, tfa_request *named)
 {
-    const int lanes = goes_by_lanes(workspace, request);
-    for (uint32_t k = 0; k < request->count;) {
-        uint32_t done = lanes ? compute_lanes(workspace, request, k, reply) : 0;
+    const tfa_method method =
+        r->method == TFA_METHOD_AUTO ? tfa_auto_method(w, r) : TFA_METHOD_AUTO;
+    if (method == TFA_METHOD_AUTO)
+        return r;
+    *named = *r;
+    named->method = method;
+    return named;
+}
+
+static int goes_by_own(const tfa_workspace *w, const tfa_request *r, const tfa_reply *reply)
+{
+    const int to_nowhere = r->tip_count && !reply->lambda_inv;
+    return w->own && r->hold == TFA_HOLD_NONE && !to_nowhere && w->own->takes(&w->host, r);
+}
+
+/* What says who answered: the methods that a robot's own kernel is made of */
+static uint16_t own_method(const tfa_request *r)
+{
+    if (r->method != TFA_METHOD_AUTO)
+        return (uint16_t)r->method;
+    return r->op == TFA_OP_INVERSE_DYNAMICS      ? TFA_METHOD_RNEA
+           : r->op == TFA_OP_OPERATIONAL_INERTIA ? TFA_METHOD_PROPAGATION
+                                                 : TFA_METHOD_ABA;
+}
+
+/* By the robot's own kernel: as many of the states k .. end - 1 as it takes at a time, without tips;
+ * 0 where an answer is not finite, which the generic kernel has to say. */
+static uint32_t compute_own(tfa_workspace *w, const tfa_request *r, uint32_t k, uint32_t end,
+                            tfa_reply *reply)
+{
+    const uint32_t left = end - k, lanes = r->tip_count ? 0 : w->own->lanes;
+    uint32_t count = left < lanes ? left : lanes;
+    if (count < w->crossovers.lanes_from || !w->own->many(&w->host, r, k, count, reply))
+        count = w->own->one(&w->host, r, k, reply) ? 1 : 0;
+    for (uint32_t l = 0; l < count; l++) {
+        if (reply->answers)
+            reply->answers[k + l] =
+                (tfa_answer){.method = own_method(r), .error_estimate = (double)NAN};
+        if (wants_spectrum(r, reply))
+            add_spectrum(w, r, k + l, reply);
+    }
+    return count;
+}
+
+int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                        uint32_t end, tfa_reply *reply)
+{
+    tfa_request named;
+    const tfa_request *one = decide(workspace, request, &named);
+    const int strips = goes_by_strips(workspace, one);
+    const int limbs = goes_by_limbs(workspace, one);
+    const uint32_t few = workspace->crossovers.lanes_from;
+    const int lanes = workspace->lanes && end - first >= few &&
+                      !goes_by_strips(workspace, request) && !goes_by_pieces(workspace, request) &&
+                      workspace->lanes->takes(request);
+    const uint32_t from = limbs && workspace->lanes_from > few ? workspace->lanes_from : few;
+    const int own = goes_by_own(workspace, request, reply);
+    for (uint32_t k = first; k < end;) {
+        uint32_t done = own ? compute_own(workspace, request, k, end, reply) : 0;
+        if (!done && lanes)
+            done = compute_lanes(workspace, request, k, end, from, reply);
+        if (!done && strips)
+            done = (uint32_t)compute_strips(workspace, one, k, reply);
+        if (!done && limbs)
+            done = compute_limbs(workspace, one, k, reply);
         if (!done)
-            (void)compute_one(workspace, request, k, reply);
+            (void)compute_one(workspace, one, k, reply);
         k += done ? done : 1;
     }
     return reply->status;

@@ -12,7 +12,21 @@
  * holds n x n doubles. */
 tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch);
 
-/* tfa_compute for a request that tfa_request_check passed; the reply is as that left it. */
-int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);
+struct tfa_crew;
+
+/* Does a method that goes in parts answer the request, so that several threads serve one state? */
+int tfa_goes_in_parts(const tfa_model *model, const tfa_request *request);
+
+/* From now on this crew works on each state of the workspace; NULL: the caller alone. The crew does
+ * not run anything else while the workspace computes. */
+void tfa_workspace_employ(tfa_workspace *workspace, struct tfa_crew *crew);
+
+/* Refuses methods that the workspace has no room for. */
+int tfa_room_check(const tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);
+
+/* tfa_compute of states first .. end - 1 of a request that tfa_request_check and tfa_room_check
+ * passed; the reply is as they left it. */
+int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                        uint32_t end, tfa_reply *reply);
 
 #endif

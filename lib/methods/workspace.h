@@ -6,17 +6,40 @@
 #ifndef TFA_METHODS_WORKSPACE_H
 #define TFA_METHODS_WORKSPACE_H
 
+#include "kernel/crew.h"
+#include "kernel/own_abi.h"
 #include "kernel/table.h"
 #include "methods/methods.h"
 
 struct tfa_workspace {
     const struct tfa_model *model;
+    uint32_t methods; /* there is room for: bits 1u << tfa_method */
+    tfa_crossovers crossovers;
+    uint32_t longest_chain; /* bodies on the longest main chain */
+    struct tfa_crew *crew;  /* of the request under way; NULL: the caller alone */
     const struct tfa_kernel *kernel;
     struct state *state;
     struct tfa_wider wider;        /* of the residual; no kernel: that of the factors */
     const struct tfa_lanes *lanes; /* NULL: one state at a time */
     struct state *lane_state;
-    double *spectrum; /* scratch of the eigenvalues */
+    uint32_t lanes_from;           /* fewer states whose limbs go side by side go one at a time */
+    const struct tfa_limbs *limbs; /* NULL: one body at a time */
+    struct state *limb_state;
+    struct tfa_factors factors; /* where `kernel` has those that tips take from limbs */
+    uint32_t limbs_from; /* bodies of the trees of tips from which their factors come from limbs */
+    const struct tfa_pieces *pieces; /* NULL: no chain in pieces */
+    struct pieces *piece_state;
+    const struct tfa_strips_kernel *strips; /* NULL: chains one body at a time */
+    struct strips *strips_state;
+    const struct tfa_own_kernel *own; /* NULL: the robot has no kernel of its own */
+    struct tfa_own_host host;         /* what that is given */
+    double *spectrum;                 /* scratch of the eigenvalues */
 };
+
+uint32_t tfa_longest_chain(const tfa_model *model);
+
+/* The method that answers a state of a request with TFA_METHOD_AUTO that does not go side by side
+ * with others: TFA_METHOD_AUTO leaves it to the kernel. */
+tfa_method tfa_auto_method(const tfa_workspace *workspace, const tfa_request *request);
 
 #endif

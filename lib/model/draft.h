@@ -35,6 +35,12 @@ struct draft_joint {
     uint32_t number;           /* public: its index */
 };
 
+/* The frame that a body is to have, in the one that it has: turned about z (cosine, sine), its origin
+ * moved along z. */
+struct draft_move {
+    ext c, s, w;
+};
+
 struct draft_body {
     ext E[9], r[3];
     ext mass, h[3], I[6];
@@ -44,7 +50,11 @@ struct draft_body {
     int32_t joint;  /* description joint, -1 for the floating base; fused: the last one */
     uint32_t first; /* fused: its n parts start here in draft.part */
     uint8_t kind, n, base;
-    uint8_t loaded; /* a link of it carries a payload */
+    uint8_t loaded;  /* a link of it carries a payload */
+    uint8_t aligned; /* its x axis lies on the common normal with a child's axis */
+    uint8_t axial;   /* as in tfa_body, and d */
+    ext d;
+    struct draft_move move;
 };
 
 struct draft_part {
@@ -130,8 +140,17 @@ int tfa_draft_merge(struct draft *d, tfa_report *report);
 /* Refuses a floating base without mass that nothing holds. */
 int tfa_draft_base(const struct draft *d, tfa_report *report);
 
+/* R becomes the rotation by right angles that it is within `limit` of, if there is one. Returns the angle
+ * of the change, rad. */
+ext draft_snap(ext R[9], double limit);
+/* Says how many rotations that is for, and the largest change. */
+void draft_note_snaps(const struct draft *d, tfa_report *report);
+
 /* Bodies without mass become parts of the one body that hangs from them. */
 int tfa_draft_fuse(struct draft *d, tfa_report *report);
+
+/* Turns and moves frames such that as many constant transforms as can be are screws. */
+void tfa_draft_axial(struct draft *d);
 
 /* Bodies tree by tree, parents first; numbers what is public: frames, joints, coordinates. */
 int tfa_draft_sort(struct draft *d);

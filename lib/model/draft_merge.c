@@ -12,7 +12,7 @@
 
 /* Adds a link's inertia to its body, about the body's origin. f: the link's frame in the body. */
 static void add_inertia(struct draft_body *b, const tfa_link *link, const ext s[6],
-                        const struct draft_frame *f)
+                        const struct draft_frame *f, double snap)
 {
     int empty = link->mass == 0;
     for (int k = 0; k < 6; k++)
@@ -22,6 +22,7 @@ static void add_inertia(struct draft_body *b, const tfa_link *link, const ext s[
     ext quat[4], Q[9], R[9], Rt[9], t[9], I[9];
     ext_widen(quat, link->quat, 4);
     ext_rotation(Q, quat);
+    (void)draft_snap(Q, snap);
     ext_mul(R, f->R, Q);
     const ext Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]};
     ext_mul(t, R, Ic);
@@ -83,6 +84,7 @@ static void place_joint(const struct draft *d, const tfa_joint *joint, ext axes[
     ext_widen(quat, joint->quat, 4);
     ext_widen(xyz, joint->xyz, 3);
     ext_rotation(R, quat);
+    (void)draft_snap(R, d->options->snap);
     ext_mul(axes, up->R, R);
     ext_apply(origin, up->R, xyz, up->p);
 }
@@ -155,6 +157,7 @@ int tfa_draft_merge(struct draft *d, tfa_report *report)
 {
     const tfa_description *s = d->description;
     note_rotors(d, report);
+    draft_note_snaps(d, report);
     start_at_root(d);
     for (size_t k = 0; k < s->joint_count; k++) {
         const uint32_t j = d->order[k];
@@ -168,7 +171,7 @@ int tfa_draft_merge(struct draft *d, tfa_report *report)
         if (!d->link[k].present)
             continue;
         struct draft_body *b = d->frame[k].body < 0 ? &d->world : &d->body[d->frame[k].body];
-        add_inertia(b, &s->links[k], d->link[k].inertia, &d->frame[k]);
+        add_inertia(b, &s->links[k], d->link[k].inertia, &d->frame[k], d->options->snap);
         b->loaded |= d->link[k].loaded;
         d->mass += s->links[k].mass;
     }

@@ -15,12 +15,15 @@ static void add(SHA2_CTX *c, const void *data, size_t size)
     SHA256Update(c, data, size);
 }
 
-static void add_bodies(SHA2_CTX *c, const struct tfa_model *m)
+static void add_bodies(SHA2_CTX *c, const struct tfa_model *m, int geared)
 {
     for (uint32_t i = 0; i < m->bodies; i++) {
         const struct tfa_body *b = &m->body[i];
         const uint8_t small[4] = {b->kind, b->n, b->base, 0};
-        add(c, b->E, offsetof(struct tfa_body, parent));
+        struct tfa_body numbers = *b;
+        if (!geared)
+            numbers.armature = 0;
+        add(c, numbers.E, offsetof(struct tfa_body, parent));
         add(c, &b->parent, sizeof b->parent);
         add(c, small, sizeof small);
     }
@@ -30,7 +33,7 @@ static void add_bodies(SHA2_CTX *c, const struct tfa_model *m)
     }
 }
 
-static void add_maps(SHA2_CTX *c, const struct tfa_model *m)
+static void add_maps(SHA2_CTX *c, const struct tfa_model *m, int geared)
 {
     for (uint32_t k = 0; k < m->inner_q; k++) {
         const struct tfa_coordinate *q = &m->coordinate[k];
@@ -46,7 +49,8 @@ static void add_maps(SHA2_CTX *c, const struct tfa_model *m)
         const uint32_t pair[2] = {m->mimic[k].follower, m->mimic[k].leader};
         add(c, pair, sizeof pair);
     }
-    add(c, m->armature, m->freedoms * sizeof *m->armature);
+    if (geared)
+        add(c, m->armature, m->freedoms * sizeof *m->armature);
     if (m->damping)
         add(c, m->damping, m->freedoms * sizeof *m->damping);
 }
@@ -64,17 +68,23 @@ static void add_names(SHA2_CTX *c, const struct tfa_model *m)
         add(c, m->joint[k].name, strlen(m->joint[k].name) + 1);
 }
 
-void tfa_hash_model(struct tfa_model *m)
+void tfa_hash_without(const struct tfa_model *m, int gravity, int armature, uint8_t hash[32])
 {
-    static const char version[] = "totalforce model 2";
+    static const char version[] = "totalforce model 3";
     SHA2_CTX c;
     SHA256Init(&c);
     add(&c, version, sizeof version);
-    add(&c, m->gravity, sizeof m->gravity);
-    add_bodies(&c, m);
-    add_maps(&c, m);
+    if (!gravity)
+        add(&c, m->gravity, sizeof m->gravity);
+    add_bodies(&c, m, !armature);
+    add_maps(&c, m, !armature);
     add_names(&c, m);
-    SHA256Final(m->hash, &c);
+    SHA256Final(hash, &c);
+}
+
+void tfa_hash_model(struct tfa_model *m)
+{
+    tfa_hash_without(m, 0, 0, m->hash);
     for (int k = 0; k < 32; k++)
         snprintf(m->hash_text + 2 * k, 3, "%02x", m->hash[k]);
 }

@@ -33,6 +33,14 @@ static int check_options(const tfa_model_options *options, tfa_report *report)
                        (int)options->mimic);
         return TFA_E_ARGUMENT;
     }
+    if (!(options->snap >= 0 && options->snap <= TFA_SNAP_MAX)) {
+        tfa_report_add(
+            report, TFA_ERROR, 0, "bad-snap",
+            "snap: %g is not an angle from 0 to %g rad; give what rounding in the file may "
+            "be",
+            options->snap, TFA_SNAP_MAX);
+        return TFA_E_VALUE;
+    }
     for (int k = 0; options->gravity && k < 3; k++)
         if (!isfinite(options->gravity[k])) {
             tfa_report_add(report, TFA_ERROR, 0, "bad-gravity",

@@ -21,9 +21,13 @@ enum tfa_kind {
 };
 
 /* M is kept by rows of ancestors; a chain of N bodies has N (N+1) / 2 entries. Above this many (a
- * chain of 2895, 32 MiB in double) a workspace has no room for M, and the methods that need it say
+ * chain of 2895, 32 MiB in double) no workspace has room for M, and the methods that need it say
  * so: O(N d^2) methods lose to the others long before. */
 #define TFA_MASS_ENTRIES_MAX ((size_t)4 << 20)
+
+/* Robots of more bodies get, unless more is asked for, a workspace with room only for what auto
+ * takes: 3 KB a body instead of 7 KB and M. */
+#define TFA_ROOM_BODIES_MAX 256
 
 /* The longest main chain that the method hessenberg takes: it keeps 36 N (N - 1) / 2 numbers, here
  * 2.4 MB in double, in every workspace of the model, whether the method is used or not. */
@@ -36,14 +40,15 @@ struct tfa_part {
     uint8_t kind;      /* TFA_KIND_REVOLUTE or TFA_KIND_PRISMATIC */
 };
 
-/* Constants of one body. Frame i is fixed in body i with its origin on its (last) joint. */
+/* Constants of one body. Frame i is fixed in body i, its origin on the axis of its (last) joint. */
 struct tfa_body {
     double E[9];     /* rotation from the parent's frame to the joint's frame at q = 0, row major */
-    double r[3];     /* origin of the joint in the parent's frame, m */
+    double r[3];     /* origin of the joint's frame in the parent's frame, m */
     double mass;     /* kg */
     double h[3];     /* mass times centre of mass, frame i, kg m */
     double I[6];     /* xx xy xz yy yz zz about the origin of frame i, kg m^2 */
     double armature; /* of a joint with one freedom; see tfa_model.armature for all freedoms */
+    double d;        /* axial: shift along z */
     int32_t parent;  /* body index, -1: the world; always below the own index */
     uint32_t link;   /* frame of the link that gives it its name */
     uint32_t q, v;   /* first inner coordinate and freedom, the base's six included in v only */
@@ -53,10 +58,13 @@ struct tfa_body {
     uint8_t base;    /* 1: the floating base; its q and v come in fields of their own */
     uint8_t leaf;    /* 1: no body hangs from it */
     uint8_t last;    /* 1: the last child of its parent, the first to be folded inward */
-    int32_t multi;   /* index among bodies with n > 1, else -1 */
-    uint32_t part;   /* fused: its n parts start here in tfa_model.part */
-    int32_t tree;    /* root body of the tree that it stands in */
-    uint32_t depth;  /* bodies from the root to here, this one included */
+    uint8_t
+        axial; /* 1: revolute, and E = Rz(theta) Rx(alpha), r = (a, -d sin alpha, d cos alpha), the
+                        frames of Denavit and Hartenberg: see spatial/screw.h */
+    int32_t multi;  /* index among bodies with n > 1, else -1 */
+    uint32_t part;  /* fused: its n parts start here in tfa_model.part */
+    int32_t tree;   /* root body of the tree that it stands in */
+    uint32_t depth; /* bodies from the root to here, this one included */
 };
 
 /* Mass of a body in extended precision as its links give it, payloads not included: what derived

@@ -65,8 +65,8 @@ void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_frame *frame,
         bare->h[i] += m * c[i];
 }
 
-void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
-                          const double numbers[10])
+void tfa_body_hang_payload(struct tfa_body *body, const struct tfa_frame *frame,
+                           const double numbers[10])
 {
     const double *R = frame->R, *com = numbers + 1, *s = numbers + 4, m = numbers[0];
     const double Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]};
@@ -86,6 +86,12 @@ void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
     body->mass += m;
     for (int i = 0; i < 3; i++)
         body->h[i] += m * c[i];
+}
+
+void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
+                          const double numbers[10])
+{
+    tfa_body_hang_payload(body, frame, numbers);
     body->regular = tfa_inertia_is_regular(body);
 }
 

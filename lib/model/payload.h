@@ -29,6 +29,11 @@ void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_frame *frame,
 void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
                           const double numbers[10]);
 
+/* The same, but that `regular` stays what it was: for methods that invert no inertia. To know it takes longer
+ * than the forward dynamics of an arm. */
+void tfa_body_hang_payload(struct tfa_body *body, const struct tfa_frame *frame,
+                           const double numbers[10]);
+
 /* 1: LDL^T of the 6 x 6 inertia, scaled to unit diagonal, has no pivot that is nearly zero. */
 uint8_t tfa_inertia_is_regular(const struct tfa_body *body);
 

@@ -14,6 +14,8 @@ static void round_body(struct tfa_body *o, const struct draft *d, uint32_t i)
     ext_round(o->E, b->E, 9);
     ext_round(o->r, b->r, 3);
     o->armature = b->armature;
+    o->d = (double)b->d;
+    o->axial = b->axial;
     o->parent = b->parent;
     o->kind = b->kind;
     o->n = b->n;

@@ -62,7 +62,7 @@ static void inform(const struct tfa_model *m, const struct tfa_body *b, tfa_body
                    const struct tfa_bare *sum)
 {
     const struct tfa_frame *f = &m->frame[b->link];
-    ext c[3] = {0, 0, 0}, R[9], com[3];
+    ext c[3] = {0, 0, 0}, R[9], from[3], com[3];
     info->name = f->name;
     info->parent = b->parent;
     info->freedoms = b->n;
@@ -72,7 +72,9 @@ static void inform(const struct tfa_model *m, const struct tfa_body *b, tfa_body
     for (int k = 0; sum->mass > 0 && k < 3; k++)
         c[k] = sum->h[k] / sum->mass;
     ext_widen(R, f->R, 9);
-    ext_apply_transposed(com, R, c); /* the link that gives the name has its origin on the joint */
+    for (int k = 0; k < 3; k++)
+        from[k] = c[k] - f->p[k];
+    ext_apply_transposed(com, R, from); /* in the frame of the link that gives the name */
     ext_round(info->com, com, 3);
     if (sum->mass > 0)
         inform_of_moments(info, sum, c);

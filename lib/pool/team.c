@@ -16,6 +16,8 @@
  *   E1 epoch increment (seq_cst, caller: ticket is stored)  -> E2 epoch load, futex wait (worker)
  *   S1 sleepers increment (seq_cst, worker about to sleep)  -> S2 sleepers load (seq_cst, caller):
  *      of E1;S2 and S1;E2 at least one sees the other's store, so no wake is lost.
+ *   B1 busy store 0 (release, the caller that leaves)       -> B2 busy exchange (acquire, the next):
+ *      who holds the team has all that callers write to itself.
  */
 #include "pool/team.h"
 
@@ -24,6 +26,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <sys/syscall.h>
 #include <time.h>
@@ -32,6 +35,13 @@
 #define LINE 64
 #define TASK_BITS 20
 #define TASK_MASK (((uint64_t)1 << TASK_BITS) - 1)
+
+/* A caller that has waited for so many turns lets others run, after so many of these it sleeps for
+ * a moment: a thread that lost its processor to a caller of real-time priority gets it back only
+ * then. A turn takes 15 ns (AMD Zen 5), so it is the 60th and the 500th microsecond. */
+#define TURNS_PER_YIELD 4096
+#define YIELDS_PER_SLEEP 8
+#define SLEEP_NS 50000
 
 struct member {
     struct team *team;
@@ -45,6 +55,7 @@ struct team {
     _Alignas(LINE) _Atomic uint32_t epoch; /* futex word */
     _Atomic uint32_t sleepers;
     _Atomic uint32_t stop;
+    _Alignas(LINE) _Atomic uint32_t busy;
     _Alignas(LINE) team_task *task; /* the job of the phase */
     void *context;
     uint32_t phase;
@@ -141,6 +152,31 @@ static void call_sleepers(struct team *t)
         syscall(SYS_futex, &t->epoch, FUTEX_WAKE_PRIVATE, INT32_MAX, NULL, NULL, 0);
 }
 
+/* A task is under way in a thread that may have lost its processor: not for ever in its way. */
+static void wait_for_others(struct team *t)
+{
+    static const struct timespec moment = {.tv_nsec = SLEEP_NS};
+    for (uint32_t turn = 1; atomic_load_explicit(&t->left, memory_order_acquire); turn++) { /* L2 */
+        relax();
+        if (turn % TURNS_PER_YIELD != 0)
+            continue;
+        if (turn < TURNS_PER_YIELD * YIELDS_PER_SLEEP)
+            sched_yield(); /* more threads than cores: let the one that holds the last task run */
+        else
+            nanosleep(&moment, NULL);
+    }
+}
+
+int team_take(struct team *t)
+{
+    return atomic_exchange_explicit(&t->busy, 1, memory_order_acquire) == 0; /* B2 */
+}
+
+void team_leave(struct team *t)
+{
+    atomic_store_explicit(&t->busy, 0, memory_order_release); /* B1 */
+}
+
 void team_run(struct team *t, team_task *task, void *context, uint32_t tasks)
 {
     if (tasks == 0)
@@ -153,43 +189,59 @@ void team_run(struct team *t, team_task *task, void *context, uint32_t tasks)
     atomic_store_explicit(&t->ticket, ticket, memory_order_release); /* T1 */
     call_sleepers(t);
     work(t, ticket, 0);
-    for (uint32_t turn = 1; atomic_load_explicit(&t->left, memory_order_acquire); turn++) { /* L2 */
-        relax();
-        if (turn % 4096 == 0)
-            sched_yield(); /* more threads than cores: let the one that holds the last task run */
-    }
+    wait_for_others(t);
 }
 
-static int start_member(struct team *t, uint32_t worker, const int *cpus)
+/* Processor and priority of one thread */
+static int describe(pthread_attr_t *attributes, const struct team_options *o, uint32_t worker)
+{
+    const struct sched_param parameter = {.sched_priority = o->priority};
+    int error = 0;
+    if (o->cpus) {
+        cpu_set_t set;
+        CPU_ZERO(&set);
+        CPU_SET((size_t)o->cpus[worker], &set);
+        error = pthread_attr_setaffinity_np(attributes, sizeof set, &set);
+    }
+    if (!error && o->priority)
+        error = pthread_attr_setinheritsched(attributes, PTHREAD_EXPLICIT_SCHED);
+    if (!error && o->priority)
+        error = pthread_attr_setschedpolicy(attributes, SCHED_FIFO);
+    if (!error && o->priority)
+        error = pthread_attr_setschedparam(attributes, &parameter);
+    return error;
+}
+
+static int start_member(struct team *t, uint32_t worker, const struct team_options *o)
 {
     struct member *m = &t->members[worker];
+    char name[16];
     *m = (struct member){.team = t, .worker = worker};
     pthread_attr_t attributes;
     int error = pthread_attr_init(&attributes);
     if (error)
         return error;
-    if (cpus) {
-        cpu_set_t set;
-        CPU_ZERO(&set);
-        CPU_SET((size_t)cpus[worker], &set);
-        error = pthread_attr_setaffinity_np(&attributes, sizeof set, &set);
-    }
+    error = describe(&attributes, o, worker);
     if (!error)
         error = pthread_create(&m->thread, &attributes, member_main, m);
     pthread_attr_destroy(&attributes);
-    return error;
+    if (error)
+        return error;
+    snprintf(name, sizeof name, "tfa-pool%u", (unsigned)worker & 0xffff);
+    pthread_setname_np(m->thread, name);
+    return 0;
 }
 
-int team_start(struct team **team, uint32_t threads, uint32_t spin_ns, const int *cpus)
+int team_start(struct team **team, const struct team_options *o)
 {
     struct team *t = aligned_alloc(LINE, sizeof *t);
     if (!t)
         return ENOMEM;
-    *t = (struct team){.spin_ns = spin_ns};
-    t->members = calloc(threads, sizeof *t->members);
+    *t = (struct team){.spin_ns = o->spin_ns};
+    t->members = calloc(o->threads, sizeof *t->members);
     int error = t->members ? 0 : ENOMEM;
-    for (t->threads = 1; !error && t->threads < threads; t->threads++) {
-        error = start_member(t, t->threads, cpus);
+    for (t->threads = 1; !error && t->threads < o->threads; t->threads++) {
+        error = start_member(t, t->threads, o);
         if (error)
             break;
     }

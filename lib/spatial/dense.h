@@ -54,6 +54,54 @@ static inline void ldl_solve(const num *L, int n, num *x)
     ldl_solve_rows(L, n, 6, x);
 }
 
+/* The same of 6 x 6, without a loop left: for a kernel that keeps the matrix in registers */
+TFA_INLINE void ldl6_column(num *A, int k)
+{
+    const num inv = 1 / A[7 * k];
+#pragma GCC unroll 6
+    for (int i = 0; i < 6; i++) {
+        const num l = i > k ? A[6 * i + k] * inv : num_of(0);
+#pragma GCC unroll 6
+        for (int j = 0; j < 6; j++)
+            if (k < j && j <= i)
+                A[6 * i + j] -= l * A[6 * j + k];
+    }
+#pragma GCC unroll 6
+    for (int i = 0; i < 6; i++)
+        if (i > k)
+            A[6 * i + k] *= inv;
+    A[7 * k] = inv;
+}
+
+TFA_INLINE void ldl6_factor(num *A)
+{
+    ldl6_column(A, 0);
+    ldl6_column(A, 1);
+    ldl6_column(A, 2);
+    ldl6_column(A, 3);
+    ldl6_column(A, 4);
+    ldl6_column(A, 5);
+}
+
+TFA_INLINE void ldl6_solve(const num *L, num *x)
+{
+#pragma GCC unroll 6
+    for (int i = 0; i < 6; i++)
+#pragma GCC unroll 6
+        for (int k = 0; k < 6; k++)
+            if (k < i)
+                x[i] -= L[6 * i + k] * x[k];
+#pragma GCC unroll 6
+    for (int i = 0; i < 6; i++)
+        x[i] *= L[7 * i];
+#pragma GCC unroll 6
+    for (int e = 0; e < 6; e++)
+#pragma GCC unroll 6
+        for (int k = 0; k < 6; k++)
+            if (k > 5 - e)
+                x[5 - e] -= L[6 * k + 5 - e] * x[k];
+}
+
 /* LU factors of a 6 x 6 matrix with the exchanges that were made: exchange[e] of rows (k, i) in
  * the order k = 0..4, i = k+1..5 is 1 where they were exchanged, else 0. */
 struct lu6 {
@@ -134,6 +182,14 @@ static inline void m6_mul(num *C, const num *A, const num *B)
 static inline void m6_apply(num *y, const num *A, const num *x)
 {
     m6_columns(y, A, x, 1);
+}
+
+/* C += psi^T phi for rows of six, upper triangle */
+static inline void add_response(num *C, const num *psi, const num *phi)
+{
+    for (int e = 0; e < 6; e++)
+        for (int f = e; f < 6; f++)
+            C[6 * e + f] += psi[e] * phi[f];
 }
 
 #endif

@@ -33,6 +33,12 @@ static inline svec sv_zero(void)
     return (svec){v3_zero(), v3_zero()};
 }
 
+static inline sym6 s6_zero(void)
+{
+    const num o = num_of(0);
+    return (sym6){{o, o, o, o, o, o}, {o, o, o, o, o, o, o, o, o}, {o, o, o, o, o, o}};
+}
+
 static inline svec sv_add(svec a, svec b)
 {
     return (svec){v3_add(a.w, b.w), v3_add(a.v, b.v)};
@@ -43,9 +49,22 @@ static inline svec sv_sub(svec a, svec b)
     return (svec){v3_sub(a.w, b.w), v3_sub(a.v, b.v)};
 }
 
+static inline svec sv_neg(svec a)
+{
+    return (svec){v3_neg(a.w), v3_neg(a.v)};
+}
+
 static inline svec sv_scale(svec a, num s)
 {
     return (svec){v3_scale(a.w, s), v3_scale(a.v, s)};
+}
+
+/* a in the lanes where m holds, b elsewhere */
+static inline svec sv_select(num_mask m, svec a, svec b)
+{
+    return (svec){
+        {num_select(m, a.w.x, b.w.x), num_select(m, a.w.y, b.w.y), num_select(m, a.w.z, b.w.z)},
+        {num_select(m, a.v.x, b.v.x), num_select(m, a.v.y, b.v.y), num_select(m, a.v.z, b.v.z)}};
 }
 
 static inline num sv_dot(svec a, svec b)
@@ -111,16 +130,22 @@ static inline svec sv_from(const num *o)
 }
 
 /* X m: a motion from the parent's frame to the child's */
-static inline svec x_motion(const place *X, svec m)
+TFA_INLINE svec x_motion(const place *X, svec m)
 {
     return (svec){m3_mul(X->E, m.w), m3_mul(X->E, v3_sub(m.v, v3_cross(X->r, m.w)))};
 }
 
 /* X^T f: a force from the child's frame to the parent's */
-static inline svec x_t_force(const place *X, svec f)
+TFA_INLINE svec x_t_force(const place *X, svec f)
 {
     vec3 v = m3_tmul(X->E, f.v);
     return (svec){v3_add(m3_tmul(X->E, f.w), v3_cross(X->r, v)), v};
+}
+
+/* The transform by X, then by Y */
+static inline place x_then(const place *X, const place *Y)
+{
+    return (place){m3_mm(Y->E, X->E), v3_add(X->r, m3_tmul(X->E, Y->r))};
 }
 
 /* v x m: velocity cross motion */
@@ -141,7 +166,21 @@ static inline svec s6_mul(const sym6 *S, svec v)
                   v3_add(m3_tmul(S->B, v.w), s3_mul(S->M, v.v))};
 }
 
-static inline void s6_add(sym6 *S, const sym6 *T)
+/* A rigid inertia of inertia I about the origin, mass times centre of mass h and mass m */
+static inline sym6 s6_rigid(sym3 I, vec3 h, num m)
+{
+    const num o = num_of(0);
+    return (sym6){I, {o, -h.z, h.y, h.z, o, -h.x, -h.y, h.x, o}, {m, o, o, m, o, m}};
+}
+
+/* The same times v: moment I w + h x v, force m v - h x w */
+static inline svec s6_rigid_mul(sym3 I, vec3 h, num m, svec v)
+{
+    return (svec){v3_add(s3_mul(I, v.w), v3_cross(h, v.v)),
+                  v3_sub(v3_scale(v.v, m), v3_cross(h, v.w))};
+}
+
+TFA_INLINE void s6_add(sym6 *S, const sym6 *T)
 {
     S->A = s3_add(S->A, T->A);
     S->B = m3_add(S->B, T->B);
@@ -171,7 +210,7 @@ static inline sym3 shift_block(sym3 A, vec3 r, mat3 B, mat3 C)
 }
 
 /* An inertia about the origin of shifted axes: [1 rx; 0 1] S [1 0; -rx 1] */
-static inline sym6 s6_shift(vec3 r, const sym6 *S)
+TFA_INLINE sym6 s6_shift(vec3 r, const sym6 *S)
 {
     mat3 B = m3_add(S->B, cross_s3(r, S->M));
     return (sym6){shift_block(S->A, r, S->B, B), B, S->M};
@@ -187,7 +226,7 @@ static inline sym6 s6_to_parent(const place *X, const sym6 *S)
 
 /* X^T S X where the rows and columns of S for the rotation about z are exactly zero, as they are
  * in an inertia projected past a revolute joint: two rows of E do the work of three. */
-static inline sym6 s6_to_parent_past_z(const place *X, const sym6 *S)
+TFA_INLINE sym6 s6_to_parent_past_z(const place *X, const sym6 *S)
 {
     const mat3 E = X->E;
     const vec3 ex = {E.xx, E.xy, E.xz}, ey = {E.yx, E.yy, E.yz};

@@ -143,4 +143,12 @@ static inline sym3 s3_add(sym3 A, sym3 B)
     return (sym3){A.xx + B.xx, A.xy + B.xy, A.xz + B.xz, A.yy + B.yy, A.yz + B.yz, A.zz + B.zz};
 }
 
+/* rx M: the columns are r x m_k */
+static inline mat3 cross_m3(vec3 r, mat3 M)
+{
+    return (mat3){r.y * M.zx - r.z * M.yx, r.y * M.zy - r.z * M.yy, r.y * M.zz - r.z * M.yz,
+                  r.z * M.xx - r.x * M.zx, r.z * M.xy - r.x * M.zy, r.z * M.xz - r.x * M.zz,
+                  r.x * M.yx - r.y * M.xx, r.x * M.yy - r.y * M.xy, r.x * M.yz - r.y * M.xz};
+}
+
 #endif

@@ -252,15 +252,26 @@ bool owner::vector(const TiXmlElement &in, const char *attribute, std::string &o
     return true;
 }
 
+/* urdfdom's default; a negative zero is not */
+static bool all_zero(const double value[3])
+{
+    static const double zero[3] = {0, 0, 0};
+    return memcmp(value, zero, sizeof zero) == 0;
+}
+
+/* Zeros are not written: urdfdom makes a stream for every number, half the time of a load. */
 void owner::pose(const TiXmlElement &in, std::string &out) const
 {
     const TiXmlElement *origin = one(in, "origin");
     if (!origin)
         return;
-    double unused[3];
     out += "<origin";
-    vector(*origin, "xyz", out, unused);
-    vector(*origin, "rpy", out, unused);
+    for (const char *part : {"xyz", "rpy"}) {
+        double value[3];
+        std::string text;
+        if (vector(*origin, part, text, value) && !all_zero(value))
+            out += text;
+    }
     out += "/>";
     if (const TiXmlAttribute *a = find(*origin, "quat_xyzw"))
         say(TFA_ERROR, line_of(*a), "quaternion-origin",

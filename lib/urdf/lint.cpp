@@ -273,7 +273,8 @@ void linter::joint(const TiXmlElement &element)
     broken_ |= !joint_end(own, element, "child", joint.child, out_);
     lint_axis(own, element, joint.type, out_);
     lint_limit(own, element, joint.type);
-    out_ += R"(<limit lower="0" upper="0" effort="0" velocity="0"/>)"; /* urdfdom wants one */
+    if (joint.type == TFA_JOINT_REVOLUTE || joint.type == TFA_JOINT_PRISMATIC)
+        out_ += R"(<limit effort="0" velocity="0"/>)"; /* urdfdom wants one */
     lint_mimic(own, element, joint, out_);
     lint_dynamics(own, element, out_);
     joint.armature = reflected_inertia(own, element);

@@ -40,10 +40,11 @@ static void release_ours(void *robot)
 
 static void *make_ours(const tfa_description *description, tfa_method method)
 {
+    static const tfa_workspace_options options = {.methods = TFA_METHODS_ALL};
     struct ours *o = calloc(1, sizeof *o);
     o->method = method;
     if (tfa_model_create(description, NULL, NULL, &o->model) == TFA_OK &&
-        tfa_workspace_create(o->model, NULL, &o->workspace) == TFA_OK)
+        tfa_workspace_create(o->model, &options, &o->workspace) == TFA_OK)
         return o;
     release_ours(o);
     return NULL;

@@ -122,6 +122,7 @@ static int robot(const char *path, tfa_base base, int along, uint32_t refine)
 {
     static const double pose[7] = {0, 0, 0, 0, 0, 0, 1};
     const tfa_model_options options = {.base = base};
+    const tfa_workspace_options plain = {.methods = TFA_METHODS_ALL};
     const tfa_workspace_options quadruple = {.precision = TFA_F128};
     tfa_description *d = NULL;
     tfa_report report = {0};
@@ -130,7 +131,7 @@ static int robot(const char *path, tfa_base base, int along, uint32_t refine)
     struct bench b = {0};
     if (tfa_urdf_load(path, &d, &report) != TFA_OK ||
         tfa_model_create(d, &options, &report, &model) != TFA_OK ||
-        tfa_workspace_create(model, NULL, &b.w) != TFA_OK ||
+        tfa_workspace_create(model, &plain, &b.w) != TFA_OK ||
         tfa_workspace_create(model, &quadruple, &f128) != TFA_OK) {
         fprintf(stderr, "%s: no model\n", path);
         return 1;

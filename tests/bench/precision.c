@@ -17,11 +17,11 @@
 #define ROUNDS 21
 #define SLICE_NS 2e6
 
-#define F64 TFA_F64, TFA_RESIDUAL_SAME, TFA_STATES_ONE
-#define F32 TFA_F32, TFA_RESIDUAL_SAME, TFA_STATES_ONE
-#define F128 TFA_F128, TFA_RESIDUAL_SAME, TFA_STATES_ONE
-#define F32_F64 TFA_F32, TFA_RESIDUAL_F64, TFA_STATES_ONE
-#define F64_F128 TFA_F64, TFA_RESIDUAL_F128, TFA_STATES_ONE
+#define F64 .precision = TFA_F64, .residual = TFA_RESIDUAL_SAME, .states = TFA_STATES_ONE
+#define F32 .precision = TFA_F32, .residual = TFA_RESIDUAL_SAME, .states = TFA_STATES_ONE
+#define F128 .precision = TFA_F128, .residual = TFA_RESIDUAL_SAME, .states = TFA_STATES_ONE
+#define F32_F64 .precision = TFA_F32, .residual = TFA_RESIDUAL_F64, .states = TFA_STATES_ONE
+#define F64_F128 .precision = TFA_F64, .residual = TFA_RESIDUAL_F128, .states = TFA_STATES_ONE
 
 static struct way {
     const char *name;

@@ -18,9 +18,10 @@ typedef struct solver {
 static solver solvers[TEST_ROBOTS];
 static pthread_t thread;
 
-static int solve(void *self, const tfa_request *request, tfa_reply *reply)
+static int solve(void *self, const tfa_request *request, tfa_reply *reply, const tfa_pause *pause)
 {
     const solver *s = self;
+    (void)pause;
     const struct timespec delay = {.tv_sec = s->delay_us / 1000000,
                                    .tv_nsec = s->delay_us % 1000000 * 1000};
 

@@ -80,10 +80,12 @@ static void every_way(struct bench *b, const uint32_t *tips)
         memcpy(s->tip, tips, s->tips * sizeof *tips);
         TFA_V(aba_factor)(s);
         TFA_V(lambda_propagation)(s, TFA_FRAME_WORLD);
+        TFA_V(lambda_mirror)(s);
         memcpy(want, s->lambda, n * sizeof *want);
         for (size_t w = 0; w < WAYS; w++) {
             if (!answer(s, &ways[w]))
                 continue;
+            TFA_V(lambda_mirror)(s);
             const double error = difference(s->lambda, want, n);
             if (!(error <= ways[w].bound))
                 fail_msg("%s, %u links, %u tips (%u %u %u %u), %s: %g", b->d->name, (unsigned)b->n,

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * States side by side in the lanes of vector registers: the same answers as one after the other, to
- * the bit, for any number of states; and a state without an answer spoils no other.
+ * the bit, to every question, in double and in float, for any number of states; and a state without an answer spoils no other.
  */
 #include <math.h>
 #include <setjmp.h>
@@ -14,105 +14,96 @@
 
 #include <cmocka.h>
 
-#include "fixture.h"
+#include "questions.h"
 
 #define STATES 19 /* two vectors of eight and a rest */
 
-struct answers {
-    double *qdd, base[6 * STATES];
-    tfa_answer each[STATES];
-};
-
-static void ask(tfa_workspace *w, const tfa_request *r, struct answers *a, size_t nv)
-{
-    memset(a->qdd, 0xff, STATES * nv * sizeof *a->qdd);
-    memset(a->base, 0xff, sizeof a->base);
-    tfa_reply reply = {.qdd = a->qdd, .base_acceleration = a->base, .answers = a->each};
-    (void)tfa_compute(w, r, &reply);
-}
-
-static tfa_workspace *one_at_a_time(const tfa_model *model)
+static tfa_workspace *workspace_of(const test_robot *robot, tfa_precision precision,
+                                   tfa_states states)
 {
     tfa_workspace *w;
-    assert_int_equal(
-        tfa_workspace_create(model, &(tfa_workspace_options){.states = TFA_STATES_ONE}, &w),
-        TFA_OK);
+    const tfa_workspace_options o = {.precision = precision, .states = states};
+    assert_int_equal(tfa_workspace_create(robot->model, &o, &w), TFA_OK);
     return w;
 }
 
 /* A robot's states, asked of both kinds of workspace. */
 struct both {
     random_states *x;
-    struct answers wide, one;
-    tfa_workspace *w; /* one at a time */
-    tfa_request request;
+    answers *wide, *one;
+    tfa_workspace *lanes, *w; /* several at a time; one */
 };
 
-static void open_both(struct both *b, const test_robot *robot)
+static void open_both(struct both *b, const test_robot *robot, tfa_precision precision)
 {
-    const size_t bytes = STATES * (robot->nv + 1u) * sizeof(double);
-    b->x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
-    b->wide.qdd = malloc(bytes);
-    b->one.qdd = malloc(bytes);
-    b->w = one_at_a_time(robot->model);
-    b->request = fixture_request(robot, b->x);
-    b->request.wrench_count = 0;
+    b->x = random_states_create(robot->seed, robot->description, robot->o, STATES, 2);
+    b->wide = answers_create(robot, STATES);
+    b->one = answers_create(robot, STATES);
+    b->lanes = workspace_of(robot, precision, TFA_STATES_AUTO);
+    b->w = workspace_of(robot, precision, TFA_STATES_ONE);
 }
 
 static void close_both(struct both *b)
 {
     tfa_workspace_free(b->w);
-    free(b->one.qdd);
-    free(b->wide.qdd);
+    tfa_workspace_free(b->lanes);
+    answers_free(b->one);
+    answers_free(b->wide);
     random_states_free(b->x);
+}
+
+static void ask_both(struct both *b, const test_robot *robot, const question *q, uint32_t count)
+{
+    const tfa_request r = question_request(robot, q, b->x, count);
+    answers_ask(b->wide, b->lanes, &r);
+    answers_ask(b->one, b->w, &r);
+    assert_same_answers(robot, q, "in lanes and one by one", b->wide, b->one);
+}
+
+static void every_question(test_robot *robot)
+{
+    const tfa_precision precisions[] = {TFA_F64, TFA_F32};
+    for (int p = 0; p < 2; p++) {
+        struct both b;
+        open_both(&b, robot, precisions[p]);
+        for (size_t k = 0; k < question_count; k++)
+            if (question_fits(robot, &questions[k]))
+                ask_both(&b, robot, &questions[k], STATES);
+        close_both(&b);
+    }
+}
+
+/* The same bits as one at a time, whatever is asked. */
+static void same_bits_as_one_at_a_time(void **state)
+{
+    (void)state;
+    for_every_robot(every_question, false);
 }
 
 static void every_count(test_robot *robot)
 {
     struct both b;
-    open_both(&b, robot);
-    tfa_request r = b.request;
-    for (int resting = 0; resting < 2; resting++) {
-        r.v = resting ? NULL : b.x->v;
-        r.base_twist = resting ? NULL : r.base_twist;
-        for (r.count = 1; r.count <= STATES; r.count++) {
-            ask(robot->f64, &r, &b.wide, robot->nv);
-            ask(b.w, &r, &b.one, robot->nv);
-            assert_memory_equal(b.wide.qdd, b.one.qdd, STATES * robot->nv * sizeof(double));
-            if (robot->base == TFA_BASE_FLOATING)
-                assert_memory_equal(b.wide.base, b.one.base, sizeof b.one.base);
-            for (uint32_t k = 0; k < r.count; k++) {
-                assert_int_equal(b.wide.each[k].status, TFA_OK);
-                assert_int_equal(b.wide.each[k].method, b.one.each[k].method);
-                assert_int_equal(b.wide.each[k].flags, b.one.each[k].flags);
-            }
-        }
-    }
+    open_both(&b, robot, TFA_F64);
+    for (uint32_t count = 1; count <= STATES; count++)
+        ask_both(&b, robot, &questions[0], count);
     close_both(&b);
 }
 
-static void same_bits_as_one_at_a_time(void **state)
+static void any_number_of_states(void **state)
 {
     (void)state;
-    for_every_robot(every_count, false);
+    for_every_robot(every_count, true);
 }
 
 /* Forces so large that the answer to one state is not finite. */
 static void overflow(test_robot *robot)
 {
     struct both b;
-    open_both(&b, robot);
-    tfa_request r = b.request;
+    open_both(&b, robot, TFA_F64);
     const uint32_t bad = 5;
     for (uint32_t j = 0; j < robot->nv; j++)
         b.x->tau[(size_t)bad * robot->nv + j] = j % 2 ? -1.7e308 : 1.7e308;
-    ask(robot->f64, &r, &b.wide, robot->nv);
-    ask(b.w, &r, &b.one, robot->nv);
-    for (uint32_t k = 0; k < STATES; k++) {
-        assert_int_equal(b.wide.each[k].status, b.one.each[k].status);
-        assert_memory_equal(b.wide.qdd + (size_t)k * robot->nv, b.one.qdd + (size_t)k * robot->nv,
-                            robot->nv * sizeof(double));
-    }
+    ask_both(&b, robot, &questions[0], STATES);
     close_both(&b);
 }
 
@@ -120,6 +111,29 @@ static void a_state_without_answer_spoils_no_other(void **state)
 {
     (void)state;
     for_every_robot(overflow, true);
+}
+
+/* Where some states move and others do not, these have the same numbers as at rest. */
+static void some_rest(test_robot *robot)
+{
+    struct both b;
+    open_both(&b, robot, TFA_F64);
+    for (uint32_t k = 0; k < STATES; k += 3) {
+        memset(b.x->v + (size_t)k * robot->nv, 0, robot->nv * sizeof(double));
+        memset(b.x->base_twist + (size_t)k * 6, 0, 6 * sizeof(double));
+    }
+    const tfa_request r = question_request(robot, &questions[0], b.x, STATES);
+    answers_ask(b.wide, b.lanes, &r);
+    answers_ask(b.one, b.w, &r);
+    for (size_t j = 0; j < (size_t)STATES * robot->nv; j++)
+        assert_true(b.wide->qdd[j] == b.one->qdd[j]); /* zeros may differ in sign */
+    close_both(&b);
+}
+
+static void some_move_and_others_rest(void **state)
+{
+    (void)state;
+    for_every_robot(some_rest, true);
 }
 
 /* A robot that is nothing but its base has no freedom, and an answer all the same. */
@@ -146,6 +160,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_bits_as_one_at_a_time),
+        cmocka_unit_test(any_number_of_states),
+        cmocka_unit_test(some_move_and_others_rest),
         cmocka_unit_test(a_state_without_answer_spoils_no_other),
         cmocka_unit_test(nothing_moves),
     };

@@ -228,6 +228,7 @@ static void same_for_another_observer(test_robot *robot)
     struct answers *a = answers_make(robot), *b = answers_make(robot);
     tfa_request r = fixture_request(robot, x);
     tfa_reply reply = reply_into(robot, a, 0);
+    r.gravity = x->gravity; /* it turns with the world */
     r.frame = TFA_FRAME_LOCAL;
     r.tip_count = 1;
     r.tips[0] = robot->description->joints[robot->description->joint_count - 1].child;

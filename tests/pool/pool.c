@@ -400,6 +400,66 @@ static void test_singular_states(void **state)
     close_bench(&b);
 }
 
+/* One piece of a request after the other, by a pool or (NULL) by the workspace alone. */
+static int in_pieces(const struct bench *b, tfa_pool *pool, const tfa_request *r, uint32_t piece,
+                     tfa_reply *reply)
+{
+    int status = tfa_request_check(b->model, r, reply);
+    for (uint32_t first = 0; first < r->count; first += piece) {
+        const uint32_t left = r->count - first, count = left < piece ? left : piece;
+        status = pool ? tfa_pool_compute_states(pool, r, first, count, reply)
+                      : tfa_compute_states(b->workspace, r, first, count, reply);
+        assert_int_equal(status, reply->status);
+    }
+    return status;
+}
+
+/* A batch in pieces of any size is the batch: same bits, same culprit. */
+static void test_pieces(void **state)
+{
+    (void)state;
+    static const uint32_t pieces[] = {1, 2, 5, 8, 16, 31, STATES, 2 * STATES};
+    struct bench b;
+    open_model(&b, point_arm());
+    memset(b.q + (size_t)2 * 60, 0, 2 * sizeof(double)); /* states without an answer */
+    memset(b.q + (size_t)2 * 17, 0, 2 * sizeof(double));
+    const tfa_request r = request(&b, TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_ABA, 0);
+    struct outputs whole, cut;
+    open_outputs(&whole, &b, STATES);
+    open_outputs(&cut, &b, STATES);
+    assert_int_equal(tfa_compute(b.workspace, &r, &whole.reply), TFA_E_NOT_COMPUTED);
+    for (size_t k = 0; k < sizeof pieces / sizeof *pieces; k++)
+        for (int p = -1; p < POOLS; p++) {
+            memset(cut.memory, UNTOUCHED, cut.size);
+            assert_int_equal(in_pieces(&b, p < 0 ? NULL : b.pool[p], &r, pieces[k], &cut.reply),
+                             TFA_E_NOT_COMPUTED);
+            assert_int_equal(cut.reply.state, 17);
+            assert_int_equal(cut.reply.field, whole.reply.field);
+            assert_memory_equal(cut.memory, whole.memory, whole.size);
+        }
+    free(whole.memory);
+    free(cut.memory);
+    close_bench(&b);
+}
+
+/* Who asks for a priority gets it, or is told by name why not. */
+static void test_priority(void **state)
+{
+    (void)state;
+    tfa_team *team = NULL;
+    tfa_team_options options = {.threads = 2, .priority = 100};
+    assert_int_equal(tfa_team_create(&options, &team), TFA_E_ARGUMENT);
+    options.priority = 1;
+    errno = 0;
+    const int status = tfa_team_create(&options, &team);
+    if (status != TFA_OK) {
+        assert_int_equal(status, TFA_E_SYSTEM);
+        assert_int_equal(errno, EPERM);
+        assert_null(team);
+    }
+    tfa_team_free(team);
+}
+
 static void test_options(void **state)
 {
     (void)state;
@@ -459,6 +519,7 @@ int main(void)
         cmocka_unit_test(test_bare_request),   cmocka_unit_test(test_bad_states),
         cmocka_unit_test(test_request_errors), cmocka_unit_test(test_singular_states),
         cmocka_unit_test(test_options),        cmocka_unit_test(test_processors),
+        cmocka_unit_test(test_pieces),         cmocka_unit_test(test_priority),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

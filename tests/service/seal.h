@@ -6,7 +6,9 @@
  * It is a library to be preloaded. A process under it seals a thread by itself when the
  * environment asks for it:
  *   TFA_SEAL_THREAD=NAME  the thread of that name,
- *   TFA_SEAL_AFTER=N      when it asks for the time for the N-th time.
+ *   TFA_SEAL_AFTER=N      when it asks for the time for the N-th time,
+ *   TFA_SEAL_POOL=1       with what a caller of a pool needs while one of its threads has lost its
+ *                         processor: futex, sched_yield and nanosleep are left, too.
  * A program may also call tfa_test_seal.
  */
 #ifndef TFA_TESTS_SERVICE_SEAL_H

@@ -7,7 +7,8 @@
  *
  * Both threads are sealed after a warm-up (seal.h): the first allocation or system call would end
  * its process. At the end the client goes, the worker wants to sleep, and the seal does kill it:
- * this shows that it was there all the time.
+ * this shows that it was there all the time. The same with a pool that some requests go to; there the
+ * calls are left by which a worker makes room for a thread of the pool.
  */
 #include "harness.h"
 #include "seal.h"
@@ -31,7 +32,8 @@
 
 #define WARM_UP 20000
 #define REQUESTS 1000000
-#define SEAL_AFTER "5000" /* looks at the clock by the worker: two for each request */
+#define POOL_REQUESTS 10000 /* three threads spin */
+#define SEAL_AFTER "5000"   /* looks at the clock by the worker: two for each request */
 #define BATCH 8
 #define ATTEMPTS 3
 #define RELOADS 6
@@ -63,7 +65,7 @@ static int ask(tfa_client *client, unsigned i)
     return tfa_client_call(client, &r, &reply, WAIT_NS, NULL);
 }
 
-static int client_process(const char *runtime_dir)
+static int client_process(const char *runtime_dir, unsigned requests)
 {
     const tfa_client_options options = {
         .runtime_dir = runtime_dir, .robot = "arm", .wait = TFA_WAIT_SPIN, .max_batch = BATCH};
@@ -85,7 +87,7 @@ static int client_process(const char *runtime_dir)
         return 23;
     getrusage(RUSAGE_THREAD, &before);
     int status = TFA_OK;
-    for (unsigned i = 0; i < REQUESTS && status == TFA_OK; i++)
+    for (unsigned i = 0; i < requests && status == TFA_OK; i++)
         status = ask(client, i);
     getrusage(RUSAGE_THREAD, &after);
     byte = 'o';
@@ -103,7 +105,7 @@ typedef struct child {
     int to, from;
 } child;
 
-static child start_client(const harness *h)
+static child start_client(const harness *h, bool pool)
 {
     int in[2], out[2];
     child c;
@@ -116,7 +118,8 @@ static child start_client(const harness *h)
         (void)dup2(in[0], SEAL_READ_FD);
         (void)dup2(out[1], SEAL_WRITE_FD);
         setenv("LD_PRELOAD", TFA_SEAL, 1);
-        execl("/proc/self/exe", "test_silent", "client", h->runtime_dir, (char *)NULL);
+        execl("/proc/self/exe", "test_silent", pool ? "pool-client" : "client", h->runtime_dir,
+              (char *)NULL);
         _exit(127);
     }
     close(in[0]);
@@ -151,10 +154,10 @@ static char hear_or_explain(const child *c)
 }
 
 /* Other models for the worker, which it takes over as silently as it answers. */
-static void reload_meanwhile(const harness *h)
+static void reload_meanwhile(const harness *h, const char *more)
 {
     for (unsigned i = 1; i <= RELOADS; i++) {
-        harness_configure(h, i % 2 ? ARM "    gravity: [0, 0, -1.62]\n" : ARM, "");
+        harness_configure(h, i % 2 ? ARM "    gravity: [0, 0, -1.62]\n" : ARM, more);
         assert_int_equal(kill(h->pid, SIGHUP), 0);
         if (!harness_logged_times(h, "reload: done, 1 of 1", i))
             return; /* the worker is dead: why, is seen elsewhere */
@@ -162,23 +165,27 @@ static void reload_meanwhile(const harness *h)
 }
 
 /* @return false: the client made a system call */
-static bool attempt(void)
+static bool attempt(bool pool)
 {
+    const char *more = pool ? "pool: {threads: 2, from: 50, spin_ns: 4000000000}\n" : "";
     harness h;
     int status;
-    harness_make(&h, ARM, "");
+    harness_make(&h, ARM, more);
     snprintf(h.preload, sizeof h.preload, "%s", TFA_SEAL);
     setenv("TFA_SEAL_THREAD", "worker0", 1);
     setenv("TFA_SEAL_AFTER", SEAL_AFTER, 1);
+    if (pool)
+        setenv("TFA_SEAL_POOL", "1", 1);
     harness_start(&h, "arm");
+    unsetenv("TFA_SEAL_POOL");
     unsetenv("TFA_SEAL_THREAD");
     unsetenv("TFA_SEAL_AFTER");
-    child client = start_client(&h);
+    child client = start_client(&h, pool);
     assert_int_equal(hear_or_explain(&client), 'w');
     const long faults = harness_thread_faults(&h, "worker0");
     assert_true(faults >= 0);
     assert_int_equal(write(client.to, "g", 1), 1);
-    reload_meanwhile(&h);
+    reload_meanwhile(&h, more);
     const char heard = hear_or_explain(&client);
     if (heard == 0) {
         harness_remove(&h);
@@ -199,9 +206,8 @@ static bool attempt(void)
     return true;
 }
 
-static void a_million_in_silence(void **state)
+static void in_silence(bool pool)
 {
-    (void)state;
     if (sysconf(_SC_NPROCESSORS_ONLN) < 2) {
         print_message("skipped: spinning needs two processors\n");
         skip();
@@ -210,9 +216,21 @@ static void a_million_in_silence(void **state)
      * right, but not the steady state. On a busy machine try again; a call that belongs to the
      * path of a request would be met every time. */
     for (int i = 0; i < ATTEMPTS; i++)
-        if (attempt())
+        if (attempt(pool))
             return;
     fail_msg("a system call in each of %d attempts", ATTEMPTS);
+}
+
+static void a_million_in_silence(void **state)
+{
+    (void)state;
+    in_silence(false);
+}
+
+static void with_a_pool(void **state)
+{
+    (void)state;
+    in_silence(true);
 }
 
 /* The other half of the seal kills, too. */
@@ -234,7 +252,9 @@ static void the_seal_holds(void **state)
 int main(int argc, char **argv)
 {
     if (argc == 3 && strcmp(argv[1], "client") == 0)
-        return client_process(argv[2]);
+        return client_process(argv[2], REQUESTS);
+    if (argc == 3 && strcmp(argv[1], "pool-client") == 0)
+        return client_process(argv[2], POOL_REQUESTS);
     if (argc == 2 && strcmp(argv[1], "allocate") == 0) {
         if (tfa_test_seal() != 0)
             return 1;
@@ -245,6 +265,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_seal_holds),
         cmocka_unit_test(a_million_in_silence),
+        cmocka_unit_test(with_a_pool),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

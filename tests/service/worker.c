@@ -16,6 +16,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "port_calls.h"
 #include "sigbus.h"
 #include "worker.h"
 
@@ -24,9 +25,10 @@
 #define VISITS 40
 
 /* qdd = q + tau, or a refusal when op is not forward dynamics. */
-static int add(void *self, const tfa_request *request, tfa_reply *reply)
+static int add(void *self, const tfa_request *request, tfa_reply *reply, const tfa_pause *pause)
 {
     uint32_t *calls = self;
+    (void)pause;
     ++*calls;
     if (request->op != TFA_OP_FORWARD_DYNAMICS) {
         reply->field = TFA_FIELD_OP;
@@ -51,40 +53,6 @@ static void make_bench(bench *b, tfa_wait wait)
         .robots = &robot, .robot_count = 1, .spin_ns = 20000, .wait = wait};
     b->calls = 0;
     assert_int_equal(tfa_worker_create(&options, &b->worker), TFA_OK);
-}
-
-static int send_to(tfa_port *port, double x, uint64_t id)
-{
-    const double q[2] = {x, 2 * x}, tau[2] = {1, 2};
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = q, .tau = tau};
-    tfa_wire_ask ask;
-    if (tfa_ring_full(&port->ring))
-        return TFA_E_AGAIN;
-    int status = tfa_wire_encode_request(&port->shape, &request, tfa_wire_want(&request, NULL), id,
-                                         0, tfa_ring_next_request(&port->ring), &ask);
-    if (status == TFA_OK)
-        tfa_port_send(port);
-    return status;
-}
-
-/* Is the oldest reply that of x? Releases it. */
-static bool take_from(tfa_port *port, double x, uint64_t id)
-{
-    const tfa_wire_ask ask = {.count = 1,
-                              .want = 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_OUT_QDD |
-                                      1u << TFA_WIRE_OUT_BASE_ACCELERATION};
-    tfa_wire_ask fixed = ask;
-    fixed.want &= ~(1u << TFA_WIRE_OUT_BASE_ACCELERATION);
-    double qdd[2] = {0};
-    tfa_reply reply = {.qdd = qdd};
-    const tfa_wire_reply *line = tfa_ring_oldest_reply(&port->ring);
-    bool good = line->id == id && tfa_wire_decode_reply(line, &reply) == fixed.want &&
-                reply.status == TFA_OK;
-    tfa_wire_copy_answers(&port->shape, &fixed, line, &reply);
-    good = good && qdd[0] == x + 1 && qdd[1] == 2 * x + 2 && line->t_received <= line->t_start &&
-           line->t_start <= line->t_done;
-    tfa_ring_release(&port->ring);
-    return good;
 }
 
 /* ---- without a thread ---- */
@@ -350,14 +318,15 @@ typedef struct one_of {
     _Atomic bool *hold; /* it waits as long as this is set */
 } one_of;
 
-static int add_once(void *self, const tfa_request *request, tfa_reply *reply)
+static int add_once(void *self, const tfa_request *request, tfa_reply *reply,
+                    const tfa_pause *pause)
 {
     one_of *me = self;
     if (me->retired)
         return TFA_E_SYSTEM;
     while (me->hold && atomic_load(me->hold))
         sched_yield();
-    return add(&me->calls, request, reply);
+    return add(&me->calls, request, reply, pause);
 }
 
 static tfa_worker_robot served_by(one_of *one)

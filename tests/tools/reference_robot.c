@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "kernels.h"
+
 static int numbers(const json_t *state, const char *key, uint32_t count, double *out)
 {
     const json_t *list = json_object_get(state, key);
@@ -96,8 +98,10 @@ static int load_model(reference_robot *robot, const json_t *root, const char *ro
     if (numbers(root, "gravity", 3, gravity) != 0)
         return -1;
     int status = tfa_model_load(path, &options, &report, &robot->model);
-    if (status == TFA_OK)
-        status = tfa_workspace_create(robot->model, NULL, &robot->workspace);
+    if (status == TFA_OK) {
+        const tfa_workspace_options own = {.specialised = kernels_find(robot->model)};
+        status = tfa_workspace_create(robot->model, &own, &robot->workspace);
+    }
     for (size_t i = 0; status != TFA_OK && i < report.count; i++) {
         char text[1024];
         tfa_report_format(&report, i, text, sizeof text);

@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * MuJoCo as a peer: the least it needs for forward dynamics (composite rigid bodies, sparse
- * factorisation, Newton-Euler bias); no contacts, no constraints, no sensors.
+ * factorisation, Newton-Euler bias) and for Lambda^-1 (the same factors, half a solve of six columns); no contacts,
+ * no constraints, no sensors.
  */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
@@ -18,6 +19,7 @@ struct mujoco_robot {
     mjModel *model;
     mjData *data;
     mjtNum *force;
+    mjtNum *columns; /* lambda: J and D^-1/2 L^-T J^T, six rows each */
     int n;
     int *at; /* our joint -> its place in qpos and qvel */
 };
@@ -30,6 +32,7 @@ static void release(void *robot)
     if (r->model)
         mj_deleteModel(r->model);
     free(r->force);
+    free(r->columns);
     free(r->at);
     free(r);
 }
@@ -69,6 +72,7 @@ static void *make(const char *path, const tfa_description *description, char *wh
     }
     r->n = r->model->nv;
     r->force = calloc((size_t)r->n + 1, sizeof *r->force);
+    r->columns = calloc(12 * (size_t)r->n + 1, sizeof *r->columns);
     r->at = calloc((size_t)r->n + 1, sizeof *r->at);
     r->model->opt.gravity[2] = -9.80665;
     const char *missing = find_joints(r, description);
@@ -80,19 +84,25 @@ static void *make(const char *path, const tfa_description *description, char *wh
     return r;
 }
 
+/* Composite inertias and their sparse factors */
+static void factor(const struct mujoco_robot *r, const double *q)
+{
+    for (int k = 0; k < r->n; k++)
+        r->data->qpos[r->at[k]] = q[k];
+    mj_kinematics(r->model, r->data);
+    mj_comPos(r->model, r->data);
+    mj_crb(r->model, r->data);
+    mj_factorM(r->model, r->data);
+}
+
 static void forward(void *robot, const double *q, const double *v, const double *tau, double *qdd)
 {
     struct mujoco_robot *r = robot;
     mjModel *m = r->model;
     mjData *d = r->data;
-    for (int k = 0; k < r->n; k++) {
-        d->qpos[r->at[k]] = q[k];
+    for (int k = 0; k < r->n; k++)
         d->qvel[r->at[k]] = v[k];
-    }
-    mj_kinematics(m, d);
-    mj_comPos(m, d);
-    mj_crb(m, d);
-    mj_factorM(m, d);
+    factor(r, q);
     mj_comVel(m, d);
     mj_rne(m, d, 0, d->qfrc_bias);
     for (int k = 0; k < r->n; k++)
@@ -100,6 +110,21 @@ static void forward(void *robot, const double *q, const double *v, const double 
     mj_solveM(m, d, d->qacc, r->force, 1);
     for (int k = 0; k < r->n; k++)
         qdd[k] = d->qacc[r->at[k]];
+}
+
+int peer_mujoco_lambda(void *robot, const double *q, const char *link, double *lambda_inv)
+{
+    struct mujoco_robot *r = robot;
+    const int body = mj_name2id(r->model, mjOBJ_BODY, link);
+    const int n = r->n;
+    mjtNum *J = r->columns, *Y = r->columns + 6 * n;
+    if (body < 0)
+        return -1;
+    factor(r, q);
+    mj_jac(r->model, r->data, J, J + 3 * n, r->data->xpos + 3 * body, body);
+    mj_solveM2(r->model, r->data, Y, J, 6);
+    mju_mulMatMatT(lambda_inv, Y, Y, 6, n, 6);
+    return 0;
 }
 
 const struct peer peer_mujoco = {"mujoco", make, forward, release};

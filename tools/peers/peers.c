@@ -13,3 +13,9 @@ const struct peer *const peer_table[] = {
     &peer_kdl,
 #endif
     NULL};
+
+const struct peer_lambda peer_lambda_table[] = {
+#ifdef HAVE_MUJOCO
+    {&peer_mujoco, peer_mujoco_lambda},
+#endif
+    {NULL, NULL}};

@@ -12,6 +12,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <totalforce/crossovers.h>
 #include <totalforce/model.h>
 #include <totalforce/status.h>
 
@@ -308,20 +309,36 @@ typedef enum tfa_states {
     TFA_STATES_ONE = 1,  /**< one: the smallest workspace */
 } tfa_states;
 
+/** Sets of methods: one bit for each. */
+#define TFA_METHOD_BIT(method) (1u << (method))
+#define TFA_METHODS_ALL UINT32_MAX
+
+struct tfa_specialised; /* specialised.h */
+
 typedef struct tfa_workspace_options {
     tfa_precision precision; /**< of the factors */
     tfa_residual residual; /**< of refinement steps; with a wider one the workspace holds the state
                                 of both arithmetics */
     tfa_states states;
+    uint32_t methods; /**< to make room for: TFA_METHOD_BITs. Always among them: auto and what it
+                           takes, rnea, aba, propagation, efpa, pv-osimr, scan and scan-two-pass. The
+                           mass matrix takes the room of crba. 0: TFA_METHODS_ALL for robots up to
+                           256 bodies, no others for larger ones */
+    const tfa_crossovers *crossovers; /**< what `auto` goes by, copied; NULL: as shipped */
+    const struct tfa_specialised
+        *specialised; /**< the model's own kernel, which outlives the workspace: it
+                           answers what it takes, in double throughout only; NULL: none */
 } tfa_workspace_options;
 
-/** Bytes for a workspace of this model, 64-byte aligned. NULL options: f64. */
+/** Bytes for a workspace of this model, 64-byte aligned; NULL options: all 0. What it is made of and
+ *  its bounds: docs/memory.md. */
 TFA_API size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_options *options);
 
 /**
  * Initialises a workspace in memory of the caller. The model must outlive it.
  * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (precision not built,
- *         or a residual narrower than the factors).
+ *         or a residual narrower than the factors); TFA_E_ARGUMENT (a NULL; options->specialised is the
+ *         kernel of another model).
  */
 TFA_API TFA_CHECKED int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
                                            const tfa_workspace_options *options,
@@ -331,6 +348,9 @@ TFA_API TFA_CHECKED int tfa_workspace_init(void *memory, size_t size, const tfa_
 TFA_API TFA_CHECKED int tfa_workspace_create(const tfa_model *model,
                                              const tfa_workspace_options *options,
                                              tfa_workspace **workspace);
+
+/** Methods that it has room for: TFA_METHOD_BITs. */
+TFA_API uint32_t tfa_workspace_methods(const tfa_workspace *workspace);
 
 /** Releases a workspace made by tfa_workspace_create. NULL is allowed. */
 TFA_API void tfa_workspace_free(tfa_workspace *workspace);
@@ -361,7 +381,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *                     and only crba where a follower moves no mass of its own; a joint with
  *                     armature on a main chain (a tree's longest path) takes neither cfa nor cfa-cr;
  *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
- *                     of 2895 bodies); hessenberg on a main chain of more than 130 bodies; the mass
+ *                     of 2895 bodies); the workspace has no room for the method
+ *                     (tfa_workspace_options.methods); hessenberg on a main chain of more than 130 bodies; the mass
  *                     matrix with locked joints, or any answer with them where only crba can
  *                     answer; held joints together with tips, refinement, an estimate or mimics; a
  *                     payload on a link between fused joints;
@@ -369,6 +390,16 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
  */
 TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);
+
+/**
+ * States first .. first + count - 1 of a request that tfa_request_check has accepted, for callers who
+ * have other things to do between the states of a batch. The request must not change in between,
+ * and the states must be its. Writes the buffers of the reply where tfa_compute would; `status` and
+ * the culprit stay those of the first failure since the check.
+ * @return reply->status, see tfa_compute
+ */
+TFA_API int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                               uint32_t count, tfa_reply *reply);
 
 /** Method of that name ("aba", "tfa", ...), or -1. */
 TFA_API int32_t tfa_method_find(const char *name);

@@ -69,6 +69,8 @@ typedef struct tfa_scene {
     size_t payload_count;
 } tfa_scene;
 
+#define TFA_SNAP_MAX 0.01 /**< rad: more is no rounding */
+
 /** Zero-initialise for the defaults. */
 typedef struct tfa_model_options {
     tfa_base base;
@@ -81,6 +83,9 @@ typedef struct tfa_model_options {
     tfa_inertia_policy inertia;
     tfa_mimic_policy mimic;
     const tfa_scene *scene; /**< NULL: the whole robot */
+    double snap; /**< rad, at most TFA_SNAP_MAX: rotations of joints and inertias this near to right
+                      angles about the axes become exactly that, and a note says what the largest
+                      change was; 0: as in the file */
 } tfa_model_options;
 
 /** One public joint, in declared order (document order, parents first, fixed joints absent). */
@@ -164,7 +169,7 @@ TFA_API size_t tfa_model_size(const tfa_description *description, const tfa_mode
  * @param memory  64-byte aligned, at least tfa_model_size() bytes; the model lives in it
  * @param report  gets the messages; may be NULL
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, a base that does not exist); TFA_E_VALUE (gravity not
- *         finite); TFA_E_MEMORY (too small or not aligned); TFA_E_MODEL (a loop, two parents, an inertia that is
+ *         finite, snap out of range); TFA_E_MEMORY (too small or not aligned); TFA_E_MODEL (a loop, two parents, an inertia that is
  *         not positive semidefinite, a zero axis, ...); TFA_E_NO_MASS (a massless moving leaf).
  * The description is not needed afterwards. Cost: O(bodies). Allocates nothing that stays.
  */

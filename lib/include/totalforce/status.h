@@ -42,7 +42,8 @@ extern "C" {
     X(E_REFUSED, -20, "refused", "the daemon does not serve this user, or a quota is used up")     \
     X(E_SYSTEM, -21, "system call failed", "see errno")                                            \
     X(E_UNSUPPORTED, -22, "not supported", "this build or this robot cannot do that")              \
-    X(E_LOST, -23, "request lost", "the daemon restarted while the request was under way: repeat")
+    X(E_LOST, -23, "request lost", "the daemon restarted while the request was under way: repeat") \
+    X(E_BUSY, -24, "busy", "another thread is using it: compute without it, or ask again")
 
 typedef enum tfa_status {
 #define TFA_STATUS_ENUM(name, number, text, cause) TFA_##name = number,

@@ -7,11 +7,13 @@
 #define TOTALFORCE_TOTALFORCE_H
 
 #include <totalforce/client.h>
+#include <totalforce/crossovers.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>
 #include <totalforce/pool.h>
 #include <totalforce/report.h>
+#include <totalforce/specialised.h>
 #include <totalforce/status.h>
 #include <totalforce/version.h>
 

@@ -18,6 +18,7 @@ typedef long double num;
 #define num_sincos sincosl
 #endif
 
+#define NUM_NO_VECTORS /* of __float128 */
 #define NUM_EPSILON ((num)0x1p-56 * (num)0x1p-56)
 
 #endif

@@ -6,14 +6,17 @@
 #ifndef TFA_VARIANT_H
 #define TFA_VARIANT_H
 
-#include <math.h>
+#include "variants/sincos.h"
 
 typedef float num;
 #define NUM_EPSILON 0x1p-23f
+#define num_sincos_many sincos_f32
 
-static inline void num_sincos(num x, num *s, num *c)
-{
-    sincosf(x, s, c);
-}
+/* Numbers that the instruction set takes at a time (six.h) */
+#if defined(__AVX__)
+#define NUM_ROW 8
+#else
+#define NUM_ROW 4
+#endif
 
 #endif

@@ -6,10 +6,19 @@
 #ifndef TFA_VARIANT_H
 #define TFA_VARIANT_H
 
-#include "variants/sincos_f64.h"
+#include "variants/sincos.h"
 
 typedef double num;
 #define NUM_EPSILON 0x1p-52
 #define num_sincos_many sincos_f64
+
+/* Numbers that the instruction set takes at a time (six.h) */
+#if defined(__AVX512F__)
+#define NUM_ROW 8
+#elif defined(__AVX__)
+#define NUM_ROW 4
+#else
+#define NUM_ROW 2
+#endif
 
 #endif

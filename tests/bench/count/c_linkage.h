@@ -11,7 +11,10 @@
 #include <cstddef>
 #include <cstdint>
 
+#define _Alignas alignas
+
 extern "C" {
+#include "kernel/cut.h"
 #include "kernel/table.h"
 #include "model/model.h"
 #include "model/payload.h"

@@ -81,11 +81,15 @@ class chain_maker
         j.type = TFA_JOINT_CONTINUOUS;
         j.parent = i;
         j.child = i + 1;
+        const double alpha = M_PI * uniform(), theta = M_PI * uniform(), d = 0.1 * uniform();
         j.xyz[0] = 1;
-        j.xyz[1] = 0.1 * uniform();
-        j.xyz[2] = 0.1 * uniform();
-        unit(j.quat, 4);
-        unit(j.axis, 3);
+        j.xyz[1] = -d * std::sin(alpha);
+        j.xyz[2] = d * std::cos(alpha);
+        j.quat[0] = std::sin(alpha / 2) * std::cos(theta / 2);
+        j.quat[1] = -std::sin(alpha / 2) * std::sin(theta / 2);
+        j.quat[2] = std::cos(alpha / 2) * std::sin(theta / 2);
+        j.quat[3] = std::cos(alpha / 2) * std::cos(theta / 2);
+        j.axis[2] = 1;
         j.mimic = -1;
     }
 
@@ -180,11 +184,11 @@ count_robot::count_robot(unsigned joints, bool moving) : m_(new body)
     b.model = maker.compile();
     if (!b.model || tfa_workspace_create(b.model, nullptr, &b.workspace) != TFA_OK)
         std::abort();
-    const size_t bytes = tfa_kernel_count_base.size(b.model);
+    const size_t bytes = tfa_kernel_count_base.size(b.model, TFA_METHODS_ALL);
     b.memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
     if (!b.memory)
         std::abort();
-    b.s = tfa_kernel_count_base.init(b.model, b.memory);
+    b.s = tfa_kernel_count_base.init(b.model, TFA_METHODS_ALL, b.memory);
     for (unsigned k = 0; k < joints; k++) {
         b.q.push_back(maker.uniform());
         b.v.push_back(maker.uniform());

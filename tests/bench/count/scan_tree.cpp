@@ -14,7 +14,7 @@ namespace
 
 /* Force that a part passes on, by the acceleration of its end: f_out = J a_out + g */
 struct beyond {
-    num J[36];
+    num J[M6_NUMBERS];
     svec g;
 };
 
@@ -23,7 +23,7 @@ struct beyond {
 struct element {
     scan_element at;
     svec v, g;
-    num known[36];
+    num known[M6_NUMBERS];
 };
 
 beyond left_of(const element &x, beyond b)
@@ -50,16 +50,16 @@ svec times_t(const num *M, svec x)
     return times(T, x);
 }
 
-svec solved(const lu6 &E, svec x)
+svec solved(const rows_lu &E, svec x)
 {
     num in[6];
     sv_store(in, x);
-    lu6_solve(&E, in, 1);
+    rows_solve_one(&E, in);
     return sv_from(in);
 }
 
 /* a_out - E^-1 A a_in of x with that beyond its end */
-svec drift(const element &x, const lu6 &E, const beyond &b)
+svec drift(const element &x, const rows_lu &E, const beyond &b)
 {
     return solved(E, sv_sub(x.v, times(x.at.C, b.g)));
 }
@@ -83,10 +83,10 @@ beyond as_beyond(const element &x)
 beyond closed(const element &x, const beyond &all)
 {
     const beyond b = left_of(x, all);
-    lu6 E;
+    rows_lu E;
     (void)scan_meet(&E, x.at.C, b.J);
     beyond sum;
-    num EA[36];
+    num EA[M6_NUMBERS];
     sum.g = felt(x, b, drift(x, E, b));
     scan_hang(&x.at, &E, b.J, EA, sum.J);
     return sum;
@@ -95,7 +95,7 @@ beyond closed(const element &x, const beyond &all)
 svec end_acceleration(const element &x, svec a_in, const beyond &all)
 {
     const beyond b = left_of(x, all);
-    lu6 E;
+    rows_lu E;
     (void)scan_meet(&E, x.at.C, b.J);
     return sv_add(drift(x, E, b), solved(E, times(x.at.A, a_in)));
 }
@@ -104,24 +104,31 @@ svec end_acceleration(const element &x, svec a_in, const beyond &all)
 element joined(const element &in, const element &out)
 {
     const beyond b = left_of(in, as_beyond(out));
-    lu6 E;
-    num F[36], At[36], EA[36];
+    rows_lu E;
+    row6 rows[6], other[6];
+    num At[M6_NUMBERS], EA[M6_NUMBERS];
     (void)scan_meet(&E, in.at.C, b.J);
     const svec w = drift(in, E, b);
     element sum = in;
     sum.g = felt(in, b, w);
     sum.v = sv_add(out.v, times(out.at.A, w));
     scan_hang(&in.at, &E, b.J, EA, sum.at.J);
-    lu6_solve(&E, sum.at.C, 6);
+    rows_load(rows, in.at.C);
+    rows_solve(&E, rows);
+    rows_store(sum.at.C, rows);
     m6_symmetrise(sum.at.C);
     for (int i = 0; i < 6; i++)
         for (int j = 0; j < 6; j++)
             At[6 * i + j] = out.at.A[6 * j + i];
-    m6_mul(F, sum.at.C, At);
-    m6_mul(sum.at.C, out.at.A, F);
+    rows_load(rows, At);
+    rows_mul(other, sum.at.C, rows);
+    rows_mul(rows, out.at.A, other);
+    rows_store(sum.at.C, rows);
     for (int k = 0; k < 36; k++)
         sum.at.C[k] += out.at.C[k];
-    m6_mul(sum.at.A, out.at.A, EA);
+    rows_load(rows, EA);
+    rows_mul(other, out.at.A, rows);
+    rows_store(sum.at.A, other);
     for (int k = 0; k < 36; k++)
         sum.known[k] = out.known[k];
     return sum;

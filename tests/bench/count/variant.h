@@ -17,6 +17,7 @@
 #include <vector>
 
 #define NUM_EPSILON 0x1p-52
+#define NUM_NO_VECTORS
 
 /* C words that C++ lacks */
 #define restrict __restrict__

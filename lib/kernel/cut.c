@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Cuts behind heavy bodies.
+ */
+#include "kernel/cut.h"
+
+/* A cut moves away from the middle for a load this many times less. */
+#define LIGHTER 1.5
+/* Bodies beyond a cut that are looked at for its load. */
+#define AHEAD 4u
+
+/* Shorter chains are faster body by body, longer ones have twice the segments. */
+#define STRIPS_BODIES_MIN 48u
+#define STRIPS_BODIES_MANY 256u
+/* A cut moves by at most this part of a segment. */
+#define STRIPS_REACH 8u
+
+/* What may hang on the end of a segment behind body k, in multiples of what its joint moves by
+ * itself: the heaviest of the next bodies, held by the next joint, which moves with body k but for
+ * its own rotation.
+ *   (m |r|^2 + |I| (1 - (z . z')^2)) / D_k     r, z': of the next joint, across z and along it */
+static double load_of(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t k)
+{
+    const struct tfa_body *b = &body[chain->body[k]], *next = &body[chain->body[k + 1]];
+    double mass = 0, moment = 0;
+    for (uint32_t j = k + 1; j < chain->length && j <= k + AHEAD; j++) {
+        const struct tfa_body *o = &body[chain->body[j]];
+        mass = o->mass > mass ? o->mass : mass;
+        moment = o->I[0] + o->I[3] + o->I[5] > moment ? o->I[0] + o->I[3] + o->I[5] : moment;
+    }
+    if (b->kind != TFA_KIND_REVOLUTE)
+        return mass / (b->mass + b->armature);
+    const double across = next->r[0] * next->r[0] + next->r[1] * next->r[1];
+    const double along = next->kind == TFA_KIND_REVOLUTE ? next->E[8] : 0;
+    return (mass * across + moment * (1 - along * along)) / (b->I[5] + b->armature);
+}
+
+int64_t tfa_cut_near(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t middle,
+                     uint32_t reach)
+{
+    int64_t best = -1;
+    double least = 0;
+    for (uint32_t away = 0; away <= 2 * reach; away++) { /* 0, -1, +1, -2, +2, .. */
+        const uint32_t k = away % 2 ? middle - (away + 1) / 2 : middle + away / 2;
+        const double load = load_of(body, chain, k);
+        if (body[chain->body[k]].regular && (best < 0 || LIGHTER * load < least)) {
+            best = k;
+            least = load;
+        }
+    }
+    return best;
+}
+
+static int goes_in_strips(const tfa_model *m)
+{
+    if (m->trees != 1 || m->bodies < STRIPS_BODIES_MIN || m->chain[0].length != m->bodies ||
+        m->base_freedoms || m->mimics)
+        return 0;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        if (m->body[i].kind != TFA_KIND_REVOLUTE || m->body[i].armature > 0)
+            return 0;
+    return 1;
+}
+
+struct tfa_strips tfa_cut_strips(const tfa_model *m)
+{
+    struct tfa_strips s = {.count = goes_in_strips(m) ? 8 : 0, .shortest = m->bodies};
+    if (m->bodies >= STRIPS_BODIES_MANY)
+        s.count *= 2;
+    for (uint32_t k = 0, end = 0; k < s.count; k++) {
+        const uint32_t length = m->bodies / s.count;
+        s.first[k] = end;
+        end = (uint32_t)((uint64_t)m->bodies * (k + 1) / s.count);
+        if (k + 1 < s.count) {
+            const int64_t at = tfa_cut_near(m->body, m->chain, end - 1, length / STRIPS_REACH);
+            if (at < 0)
+                return (struct tfa_strips){0};
+            end = (uint32_t)at + 1;
+        }
+        s.length[k] = end - s.first[k];
+        s.shortest = s.length[k] < s.shortest ? s.length[k] : s.shortest;
+        s.longest = s.length[k] > s.longest ? s.length[k] : s.longest;
+    }
+    return s;
+}

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Joint transform of one body: X_i = Z(q_i) T_i.
+ */
+#ifndef TFA_KERNEL_POSE_STEP_H
+#define TFA_KERNEL_POSE_STEP_H
+
+#include "kernel/body.h"
+#include "kernel/hinge.h"
+
+/* Rotation from joint axes to body axes of a quaternion x y z w of any norm near 1. */
+static inline mat3 quaternion_axes(const num *o)
+{
+    num x = o[0], y = o[1], z = o[2], w = o[3];
+    num s = 2 / (x * x + y * y + z * z + w * w);
+    return (mat3){1 - s * (y * y + z * z), s * (x * y + w * z),     s * (x * z - w * y),
+                  s * (x * y - w * z),     1 - s * (x * x + z * z), s * (y * z + w * x),
+                  s * (x * z + w * y),     s * (y * z - w * x),     1 - s * (x * x + y * y)};
+}
+
+static inline place revolute(mat3 T, vec3 r, num sine, num cosine)
+{
+    return (place){hinge_turn(T, sine, cosine), r};
+}
+
+static inline place prismatic(mat3 T, vec3 r, num q)
+{
+    return (place){T, v3_add(r, v3_scale(v3(T.zx, T.zy, T.zz), q))};
+}
+
+/* X = X_n .. X_1 of the parts, and H with the columns of all parts in the frame of the last one:
+ * the axis of part k, moved on by the parts after it. */
+static void pose_fused(struct state *s, uint32_t i)
+{
+    const terms *b = body_terms(s, i);
+    const num *q = s->q + b->q, *sine = s->sine + b->q, *cosine = s->cosine + b->q;
+    struct multi *w = &s->multi[b->multi];
+    const num o = num_of(0), l = num_of(1);
+    place X = {{l, o, o, o, l, o, o, o, l}, {o, o, o}};
+    for (uint32_t k = 0; k < b->n; k++) {
+        const struct tfa_part *part = &s->m->part[b->part + k];
+        const int turns = part->kind == TFA_KIND_REVOLUTE;
+        if (turns)
+            w->part[k] = revolute(m3_load(part->E), v3_load(part->r), sine[k], cosine[k]);
+        else
+            w->part[k] = prismatic(m3_load(part->E), v3_load(part->r), q[k]);
+        const place *P = &w->part[k];
+        for (uint32_t j = 0; j < k; j++)
+            sv_store(w->H + 6 * j, x_motion(P, sv_from(w->H + 6 * j)));
+        for (uint32_t e = 0; e < 6; e++)
+            w->H[6 * k + e] = num_of(e == (turns ? 2 : 5));
+        X = x_then(&X, P);
+    }
+    s->X[i] = X;
+}
+
+static inline void pose_multi(struct state *s, uint32_t i, const num *q)
+{
+    const terms *b = body_terms(s, i);
+    mat3 T = terms_E(b);
+    vec3 r = terms_r(b);
+    if (b->kind == TFA_KIND_PLANAR) {
+        s->X[i].E = hinge_turn(T, s->sine[b->q + 2], s->cosine[b->q + 2]);
+        s->X[i].r = v3_add(r, m3_tmul(T, v3(q[0], q[1], num_of(0))));
+    } else {
+        s->X[i].E = m3_mm(quaternion_axes(q + 3), T);
+        s->X[i].r = v3_add(r, m3_tmul(T, v3(q[0], q[1], q[2])));
+    }
+}
+
+static inline void pose_body(struct state *s, uint32_t i)
+{
+    const terms *b = body_terms(s, i);
+    if (b->kind == TFA_KIND_REVOLUTE) {
+        s->X[i] = revolute(terms_E(b), terms_r(b), s->sine[b->q], s->cosine[b->q]);
+    } else if (b->kind == TFA_KIND_PRISMATIC) {
+        s->X[i] = prismatic(terms_E(b), terms_r(b), s->q[b->q]);
+    } else if (b->kind == TFA_KIND_FUSED) {
+        pose_fused(s, i);
+    } else {
+        pose_multi(s, i, b->base ? s->base : s->q + b->q);
+    }
+}
+
+#endif

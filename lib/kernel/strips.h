@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What passes between the segments of a chain that are computed side by side in lanes, and the scan
+ * over them, which a kernel of one number at a time does.
+ */
+#ifndef TFA_KERNEL_STRIPS_H
+#define TFA_KERNEL_STRIPS_H
+
+#include "kernel/cut.h"
+
+/* STRIP_NUMBERS(X): X(name, numbers, meaning). Number e of segment k stands at
+ * name[e * TFA_STRIPS_MAX + k]; letters as in scan_join.h. */
+#define TFA_STRIP_NUMBERS(X)                                                                       \
+    X(E, 9, "rotation from the frame of the body before to that of its end")                       \
+    X(r, 3, "origin of the latter in the former")                                                  \
+    X(v_end, 6, "velocity of its end while the body before rests; then from v_in")                 \
+    X(v_in, 6, "velocity of the body before")                                                      \
+    X(dv_in, 6, "what is to be added to it")                                                       \
+    X(known, 36, "G: inertia that its factors have on its end")                                    \
+    X(A, 36, "element")                                                                            \
+    X(C, 36, "upper triangle")                                                                     \
+    X(J, 36, "")                                                                                   \
+    X(a_end, 6, "a_out without a_in and f_out")                                                    \
+    X(g, 6, "f_in without a_in and f_out") X(a_in, 6, "from the scan") X(f_out, 6, "from the scan")
+
+/* Every array is a whole number of vectors, the first at the front. */
+struct tfa_strip_ends {
+#define TFA_STRIP_DECLARE(name, numbers, meaning) double name[(numbers)*TFA_STRIPS_MAX];
+    TFA_STRIP_NUMBERS(TFA_STRIP_DECLARE)
+#undef TFA_STRIP_DECLARE
+    uint32_t count;
+};
+
+#endif

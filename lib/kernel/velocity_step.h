@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Velocity and velocity-product terms of one body.
+ */
+#ifndef TFA_KERNEL_VELOCITY_STEP_H
+#define TFA_KERNEL_VELOCITY_STEP_H
+
+#include "kernel/body.h"
+#include "kernel/hinge.h"
+#include "kernel/join.h"
+
+/* A fused joint's subspace changes with q. Part by part, in the coordinates of the body:
+ *   v <- v + H_k qd_k,  c <- c + v x H_k qd_k */
+static inline svec move_fused(struct state *s, uint32_t i, const terms *b, svec v)
+{
+    const struct multi *w = &s->multi[b->multi];
+    svec c = sv_zero();
+    for (uint32_t k = 0; k < b->n; k++) {
+        const svec joint = sv_scale(multi_axis(w, k), s->qd[b->v + k]);
+        c = sv_add(c, cross_motion(v, joint));
+        v = sv_add(v, joint);
+    }
+    s->c[i] = c;
+    return v;
+}
+
+/* v_i = X_i v_parent + H_i qd_i,  c_i = v_i x H_i qd_i */
+static inline void move(struct state *s, uint32_t i, const terms *b)
+{
+    svec v = moved_along(s, i, b);
+    num qd = s->qd[b->v];
+    if (b->kind == TFA_KIND_REVOLUTE) {
+        s->c[i] = hinge_products(v, qd);
+        v.w.z += qd;
+    } else if (b->kind == TFA_KIND_PRISMATIC) {
+        s->c[i] = (svec){v3_zero(), v3(v.w.y * qd, -v.w.x * qd, num_of(0))};
+        v.v.z += qd;
+    } else if (b->base) {
+        v = base_motion(s->qd + b->v);
+        s->c[i] = sv_zero();
+    } else if (b->kind == TFA_KIND_FUSED) {
+        v = move_fused(s, i, b, v);
+    } else {
+        svec joint = multi_motion(&s->multi[b->multi], b->n, s->qd + b->v);
+        s->c[i] = cross_motion(v, joint);
+        v = sv_add(v, joint);
+    }
+    s->v[i] = v;
+}
+
+/* v x* I v */
+TFA_INLINE svec gyroscopic(const struct state *s, uint32_t i)
+{
+    return cross_force(s->v[i], rigid_mul(body_loaded(s, i), s->v[i]));
+}
+
+#endif

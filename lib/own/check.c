@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Which robots have a kernel of their own.
+ */
+#include "model/model.h"
+#include "own/own.h"
+
+static const char *joint_of(const tfa_model *m, uint32_t body)
+{
+    for (uint32_t j = 0; j < m->declared_joints; j++)
+        if (m->declared[j].body == (int32_t)body && m->declared[j].fate != TFA_FATE_FIXED &&
+            m->declared[j].fate != TFA_FATE_LOCKED)
+            return m->declared[j].name;
+    return m->body_info[body].name;
+}
+
+static const char *follower(const tfa_model *m)
+{
+    for (uint32_t j = 0; j < m->declared_joints; j++)
+        if (m->declared[j].fate == TFA_FATE_FOLLOWS)
+            return m->declared[j].name;
+    return "?";
+}
+
+static int check_body(const tfa_model *m, uint32_t i, struct own_reason *why)
+{
+    static const char *const kinds[] = {
+        [TFA_KIND_PLANAR] = "is planar",
+        [TFA_KIND_FREE] = "is free",
+        [TFA_KIND_FUSED] = "moves a massless link: it is fused with the next",
+    };
+    const struct tfa_body *b = &m->body[i];
+    if (b->base || b->kind == TFA_KIND_REVOLUTE || b->kind == TFA_KIND_PRISMATIC)
+        return TFA_OK;
+    return own_refuse(
+        why, TFA_E_UNSUPPORTED,
+        "unsupported: joint '%s' %s, only revolute and prismatic joints are specialised; "
+        "the generic kernel answers",
+        joint_of(m, i), kinds[b->kind]);
+}
+
+static int check(const tfa_model *m, struct own_reason *why)
+{
+    if (m->mimics)
+        return own_refuse(
+            why, TFA_E_UNSUPPORTED,
+            "unsupported: joint '%s' follows another one, mimics are not specialised; "
+            "the generic kernel answers",
+            follower(m));
+    if (!m->bodies || m->bodies > TFA_SPECIALISED_BODIES_MAX)
+        return own_refuse(
+            why, TFA_E_UNSUPPORTED,
+            "unsupported: %u bodies, specialised are robots with 1 to %d; the generic "
+            "kernel answers",
+            m->bodies, TFA_SPECIALISED_BODIES_MAX);
+    int status = TFA_OK;
+    for (uint32_t i = 0; status == TFA_OK && i < m->bodies; i++)
+        status = check_body(m, i, why);
+    return status;
+}
+
+int tfa_specialised_check(const tfa_model *model, char *reason, size_t size)
+{
+    struct own_reason why = {reason, size};
+    if (size)
+        reason[0] = '\0';
+    return model ? check(model, &why) : TFA_E_ARGUMENT;
+}

@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A compiler as a child process, with limits. posix_spawn shares the memory of this process until the
+ * program starts, so that a daemon's workers have no page fault from it, as they would after fork.
+ */
+#include <errno.h>
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "own/own.h"
+
+#define PATIENCE 2 /* times the processor time that is allowed */
+#define LOOK_NS 5000000
+
+/* The soft limit on time says which it was (SIGXCPU); what does not heed it is killed by the clock. The
+ * shell sets limits on itself and becomes the program; the words reach it as they are. */
+static const char limited[] = "ulimit -S -t \"$1\" && ulimit -v \"$2\" && ulimit -f \"$3\" && "
+                              "ulimit -c 0 && shift 3 && exec \"$@\"";
+
+struct launch {
+    posix_spawn_file_actions_t files;
+    posix_spawnattr_t attributes;
+    char limit[3][16];
+    char temporary[600];
+    const char *words[OWN_WORDS + 8];
+};
+
+static void set_words(struct launch *c, const char *const *words, const struct own_limits *l)
+{
+    size_t n = 0;
+    snprintf(c->limit[0], sizeof c->limit[0], "%u", l->seconds);
+    snprintf(c->limit[1], sizeof c->limit[1], "%llu", l->memory_mib * 1024ull);
+    snprintf(c->limit[2], sizeof c->limit[2], "%llu", l->file_mib * 2048ull); /* of 512 bytes */
+    const char *const first[] = {"sh", "-c", limited, "sh", c->limit[0], c->limit[1], c->limit[2]};
+    for (; n < sizeof first / sizeof *first; n++)
+        c->words[n] = first[n];
+    for (size_t k = 0; k < OWN_WORDS && words[k]; k++)
+        c->words[n++] = words[k];
+    c->words[n] = NULL;
+}
+
+/* Signals as at the start of a program, a process group of its own. */
+static int set_attributes(struct launch *c)
+{
+    sigset_t none, all;
+    const struct sched_param ordinary = {0};
+    short flags = POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP |
+                  POSIX_SPAWN_SETSCHEDULER;
+    sigemptyset(&none);
+    sigfillset(&all);
+    sigdelset(&all, SIGKILL);
+    sigdelset(&all, SIGSTOP);
+    return posix_spawnattr_setsigmask(&c->attributes, &none) ||
+           posix_spawnattr_setsigdefault(&c->attributes, &all) ||
+           posix_spawnattr_setpgroup(&c->attributes, 0) ||
+           posix_spawnattr_setschedpolicy(&c->attributes, SCHED_OTHER) ||
+           posix_spawnattr_setschedparam(&c->attributes, &ordinary) ||
+           posix_spawnattr_setflags(&c->attributes, flags);
+}
+
+/* It reads nothing, writes `said`, and has no other file of this process. */
+static int set_files(struct launch *c, const char *said)
+{
+    return posix_spawn_file_actions_addopen(&c->files, 0, "/dev/null", O_RDONLY, 0) ||
+           posix_spawn_file_actions_addopen(&c->files, 1, said, O_WRONLY | O_CREAT | O_TRUNC,
+                                            0600) ||
+           posix_spawn_file_actions_adddup2(&c->files, 1, 2) ||
+           posix_spawn_file_actions_addclosefrom_np(&c->files, 3);
+}
+
+static double seconds_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Returns what waitpid says; kills it when it takes too long. */
+static int wait_for(const struct own_child *child, const struct own_limits *l, int *late)
+{
+    const double end = child->start + PATIENCE * (double)l->seconds;
+    const struct timespec pause = {0, LOOK_NS};
+    int result = 0;
+    for (;;) {
+        const pid_t got = waitpid(child->process, &result, WNOHANG);
+        if (got == child->process)
+            return result;
+        if (got < 0 && errno != EINTR)
+            return -1;
+        if (!*late && (seconds_now() > end || (l->go_on && !l->go_on(l->context)))) {
+            *late = 1;
+            kill(-child->process, SIGKILL);
+        }
+        nanosleep(&pause, NULL);
+    }
+}
+
+/* The first lines of what it said, for people; unprintable bytes of a locale go. */
+static void quote(const char *said, char *text, size_t size)
+{
+    FILE *file = fopen(said, "re");
+    const size_t n = file ? fread(text, 1, size - 1, file) : 0;
+    text[n] = '\0';
+    if (file)
+        fclose(file);
+    for (char *c = text; *c; c++)
+        if ((unsigned char)*c < ' ')
+            *c = ' ';
+}
+
+static int judge(const char *program, int result, int late, const struct own_limits *l,
+                 const char *said, struct own_reason *why)
+{
+    char text[400];
+    const int signal_of = WIFSIGNALED(result) ? WTERMSIG(result) : 0;
+    if (late && l->go_on && !l->go_on(l->context))
+        return own_refuse(why, TFA_E_TIMEOUT, "%s was stopped: something else is more urgent",
+                          program);
+    if (late || signal_of == SIGXCPU)
+        return own_refuse(why, TFA_E_TIMEOUT, "%s took more than %u s and was stopped", program,
+                          l->seconds);
+    if (result == 0)
+        return TFA_OK;
+    quote(said, text, sizeof text);
+    return own_refuse(why, TFA_E_NOT_COMPUTED,
+                      "%s failed (%s %d; it had %u s, %u MiB of memory, files up to %u MiB): %s",
+                      program, signal_of ? "signal" : "status",
+                      signal_of ? signal_of : WEXITSTATUS(result), l->seconds, l->memory_mib,
+                      l->file_mib, text);
+}
+
+static int start(struct launch *c, const char *folder, pid_t *process)
+{
+    const char *path = getenv("PATH");
+    char search[4096];
+    snprintf(search, sizeof search, "PATH=%s", path ? path : "/usr/bin:/bin");
+    snprintf(c->temporary, sizeof c->temporary, "TMPDIR=%s", folder);
+    char locale[] = "LC_ALL=C";
+    char *environment[] = {search, c->temporary, locale, NULL};
+    return posix_spawn(process, "/bin/sh", &c->files, &c->attributes, (char **)c->words,
+                       environment);
+}
+
+int own_child_start(const char *const *words, const char *folder, int number,
+                    const struct own_limits *limits, struct own_child *child,
+                    struct own_reason *why)
+{
+    struct launch c;
+    *child = (struct own_child){.program = words[0], .start = seconds_now()};
+    snprintf(child->said, sizeof child->said, "%s/said%d", folder, number);
+    if (posix_spawn_file_actions_init(&c.files) != 0)
+        return TFA_E_MEMORY;
+    if (posix_spawnattr_init(&c.attributes) != 0) {
+        posix_spawn_file_actions_destroy(&c.files);
+        return TFA_E_MEMORY;
+    }
+    set_words(&c, words, limits);
+    int error = set_attributes(&c) || set_files(&c, child->said) ? ENOMEM : 0;
+    if (!error)
+        error = start(&c, folder, &child->process);
+    posix_spawnattr_destroy(&c.attributes);
+    posix_spawn_file_actions_destroy(&c.files);
+    if (!error)
+        return TFA_OK;
+    child->process = 0;
+    return own_refuse(why, TFA_E_SYSTEM, "%s cannot be started: %s", words[0], strerror(error));
+}
+
+int own_child_wait(struct own_child *child, const struct own_limits *limits, struct own_reason *why)
+{
+    int late = 0;
+    const int result = wait_for(child, limits, &late);
+    kill(-child->process, SIGKILL); /* what it may have left behind */
+    child->process = 0;
+    return judge(child->program, result, late, limits, child->said, why);
+}
+
+void own_child_stop(struct own_child *child)
+{
+    int result;
+    if (!child->process)
+        return;
+    kill(-child->process, SIGKILL);
+    while (waitpid(child->process, &result, 0) < 0 && errno == EINTR)
+        ;
+    child->process = 0;
+}
+
+int own_child_run(const char *const *words, const char *folder, const struct own_limits *limits,
+                  struct own_reason *why)
+{
+    struct own_child child;
+    const int status = own_child_start(words, folder, 0, limits, &child, why);
+    return status == TFA_OK ? own_child_wait(&child, limits, why) : status;
+}

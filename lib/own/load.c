@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Loading a kernel: nothing of it is called before all that it says about itself fits.
+ */
+#include <dlfcn.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <totalforce/dynamics.h>
+#include <unistd.h>
+
+#include "kernel/table.h"
+#include "model/model.h"
+#include "model/payload.h"
+#include "own/own.h"
+
+static int check_version(const char *path, const struct tfa_own_kernel *k, struct own_reason *why)
+{
+    if (k->abi != TFA_OWN_ABI)
+        return own_refuse(why, TFA_E_UNSUPPORTED,
+                          "'%s' exports version %u, this library wants version %u; build it again",
+                          path, k->abi, TFA_OWN_ABI);
+    if (k->request_bytes != sizeof(tfa_request) || k->reply_bytes != sizeof(tfa_reply) ||
+        k->model_bytes != sizeof(struct tfa_model))
+        return own_refuse(
+            why, TFA_E_UNSUPPORTED,
+            "'%s' was built from other sources than this library: requests of %u bytes, "
+            "replies of %u, models of %u; build it again",
+            path, k->request_bytes, k->reply_bytes, k->model_bytes);
+    return TFA_OK;
+}
+
+static int check_kernel(const char *path, const struct tfa_own_kernel *k, const tfa_model *model,
+                        struct own_reason *why)
+{
+    const int status = check_version(path, k, why);
+    if (status != TFA_OK)
+        return status;
+    uint8_t hash[32];
+    own_hash(model, k->keeps, hash);
+    if (memcmp(k->model, hash, sizeof k->model) != 0 || k->bodies != model->bodies)
+        return own_refuse(why, TFA_E_UNSUPPORTED, "'%s' has another model in it than its seal says",
+                          path);
+    if (!k->isa || strcmp(k->isa, tfa_isa_name()) != 0)
+        return own_refuse(why, TFA_E_UNSUPPORTED,
+                          "'%s' is for the instruction set %s, the kernels here run on %s", path,
+                          k->isa ? k->isa : "(none)", tfa_isa_name());
+    if (!k->compiler || !k->takes || !k->one || !k->lanes != !k->many || k->lanes > 16)
+        return own_refuse(why, TFA_E_UNSUPPORTED, "'%s' is incomplete: a function is missing",
+                          path);
+    return TFA_OK;
+}
+
+static int load(const char *path, const tfa_model *model, tfa_specialised *s,
+                struct own_reason *why)
+{
+    char copied[32];
+    snprintf(copied, sizeof copied, "/proc/self/fd/%d", s->file);
+    s->object = dlopen(copied, RTLD_NOW | RTLD_LOCAL);
+    if (!s->object)
+        return own_refuse(why, TFA_E_FILE, "'%s' cannot be loaded: %s", path, dlerror());
+    s->kernel = dlsym(s->object, TFA_OWN_SYMBOL);
+    if (!s->kernel)
+        return own_refuse(why, TFA_E_UNSUPPORTED, "'%s' exports no %s", path, TFA_OWN_SYMBOL);
+    const int status = check_kernel(path, s->kernel, model, why);
+    return status == TFA_OK ? own_verify(path, s->kernel, model, &s->error, why) : status;
+}
+
+int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialised **specialised,
+                         char *reason, size_t size)
+{
+    struct own_reason why = {reason, size};
+    int status = TFA_OK;
+    if (size)
+        reason[0] = '\0';
+    if (!path || !model || !specialised)
+        return TFA_E_ARGUMENT;
+    *specialised = NULL;
+    tfa_specialised *s = calloc(1, sizeof *s);
+    if (s)
+        s->path = strdup(path);
+    if (!s || !s->path) {
+        free(s);
+        return TFA_E_MEMORY;
+    }
+    s->file = own_open(path, model, s->digest, &status, &why);
+    if (status == TFA_OK)
+        status = load(path, model, s, &why);
+    if (status == TFA_OK)
+        *specialised = s;
+    else
+        tfa_specialised_free(s);
+    return status;
+}
+
+struct tfa_own_host own_host(const tfa_model *model)
+{
+    return (struct tfa_own_host){model, tfa_kernel_select(TFA_F64)->sincos, tfa_body_hang_payload};
+}
+
+void tfa_specialised_name(const tfa_model *model, uint32_t keeps,
+                          char name[TFA_SPECIALISED_NAME_SIZE])
+{
+    uint8_t hash[32];
+    char text[65];
+    own_hash(model, keeps, hash);
+    for (int k = 0; k < 32; k++)
+        snprintf(text + 2 * k, 3, "%02x", hash[k]);
+    snprintf(name, TFA_SPECIALISED_NAME_SIZE, "%s-%s%s%s.so", text, tfa_isa_name(),
+             keeps & TFA_KEEP_GRAVITY ? "-gravity" : "",
+             keeps & TFA_KEEP_ARMATURE ? "-armature" : "");
+}
+
+int tfa_specialised_find(const char *directory, const tfa_model *model,
+                         tfa_specialised **specialised, char *reason, size_t size)
+{
+    static const uint32_t keeps[] = {0, TFA_KEEP_GRAVITY, TFA_KEEP_ARMATURE,
+                                     TFA_KEEP_GRAVITY | TFA_KEEP_ARMATURE};
+    char path[4096], name[TFA_SPECIALISED_NAME_SIZE];
+    int status = TFA_E_FILE;
+    if (size)
+        reason[0] = '\0';
+    if (!directory || !model || !specialised)
+        return TFA_E_ARGUMENT;
+    *specialised = NULL;
+    for (size_t k = 0; k < sizeof keeps / sizeof *keeps && status == TFA_E_FILE; k++) {
+        tfa_specialised_name(model, keeps[k], name);
+        if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path)
+            return TFA_E_FILE;
+        if (k == 0 || access(path, F_OK) == 0) /* what is missing is the first */
+            status = tfa_specialised_load(path, model, specialised, reason, size);
+    }
+    return status;
+}
+
+tfa_specialised_info tfa_specialised_describe(const tfa_specialised *s)
+{
+    return (tfa_specialised_info){.path = s->path,
+                                  .isa = s->kernel->isa,
+                                  .compiler = s->kernel->compiler,
+                                  .bodies = s->kernel->bodies,
+                                  .lanes = s->kernel->lanes,
+                                  .keeps = s->kernel->keeps,
+                                  .digest = s->digest,
+                                  .error = s->error};
+}
+
+void tfa_specialised_free(tfa_specialised *s)
+{
+    if (!s)
+        return;
+    if (s->object)
+        dlclose(s->object);
+    if (s->file >= 0)
+        close(s->file);
+    free(s->path);
+    free(s);
+}

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What a phase of a team costs: as many tasks as threads, tasks of nothing, and tasks of 2 us each
+ * against the same work alone.
+ *
+ *     bench_team [TURNS [THREADS]]
+ *
+ * Wall time of the caller, ns a phase: best, median, 99th percentile. On a busy machine: below
+ * `chrt -f 1`, with at most as many threads as cores.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "pool/team.h"
+
+#define TURNS_MAX 1000000
+#define WORK 650 /* dependent additions through memory: about 2 us (AMD Zen 5) */
+
+static double times[TURNS_MAX];
+
+static double now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
+}
+
+static void nothing(void *context, uint32_t task, uint32_t worker)
+{
+    (void)context;
+    (void)task;
+    (void)worker;
+}
+
+static void work(void *context, uint32_t task, uint32_t worker)
+{
+    double *sums = context;
+    volatile double x = sums[8 * worker];
+    for (int k = 0; k < WORK; k++)
+        x += 1.0 + task;
+    sums[8 * worker] = x;
+}
+
+static int by_size(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void measure(struct team *team, team_task *task, uint32_t tasks, int turns, const char *what,
+                    uint32_t threads)
+{
+    static double sums[8 * 256];
+    for (int k = -1000; k < turns; k++) {
+        const double start = now_ns();
+        team_run(team, task, sums, tasks);
+        if (k >= 0)
+            times[k] = now_ns() - start;
+    }
+    qsort(times, (size_t)turns, sizeof *times, by_size);
+    printf("%7u %-12s %8.0f %8.0f %8.0f\n", threads, what, times[0], times[turns / 2],
+           times[turns - 1 - turns / 100]);
+}
+
+int main(int argc, char **argv)
+{
+    static const uint32_t threads[] = {1, 2, 3, 4, 8};
+    const int turns = argc > 1 ? atoi(argv[1]) : 20000;
+    if (turns < 1 || turns > TURNS_MAX) {
+        fprintf(stderr, "turns: 1 to %d\n", TURNS_MAX);
+        return 3;
+    }
+    const uint32_t most = argc > 2 ? (uint32_t)atoi(argv[2]) : 8;
+    printf("threads task             best   median      p99\n");
+    for (size_t k = 0; k < sizeof threads / sizeof *threads && threads[k] <= most; k++) {
+        struct team *team;
+        const struct team_options options = {.threads = threads[k], .spin_ns = 100000};
+        if (team_start(&team, &options))
+            return 2;
+        measure(team, nothing, threads[k], turns, "nothing", threads[k]);
+        measure(team, work, threads[k], turns, "2 us each", threads[k]);
+        measure(team, work, 8, turns, "8 of 2 us", threads[k]);
+        team_stop(team);
+    }
+    return 0;
+}

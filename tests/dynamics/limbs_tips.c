@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Tips with the factors that limbs side by side left: Lambda^-1 and poses are those of one body after
+ * the other, to the bit, in whatever order requests come, whether they go by limbs or not.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "fixture.h"
+#include "methods/workspace.h"
+#include "plan/limbs.h"
+
+#define COORDINATES 2
+#define STATES (2 * COORDINATES)
+#define REQUESTS 96
+#define TIPS 4
+#define LAMBDA (36 * TIPS * TIPS)
+
+struct answers {
+    double base[6], lambda[LAMBDA], poses[7 * TIPS];
+    tfa_spectrum spectrum;
+    tfa_answer answer;
+    double *qdd;
+};
+
+/* ---- who answers ---- */
+
+/* A workspace all of whose plain states go by these limbs, whether they pay or not. Returns the memory
+ * of the limbs. */
+static void *by_limbs(tfa_workspace *w, const struct tfa_limbs *limbs)
+{
+    int32_t table[TFA_LIMBS_BODIES_MAX * TFA_LIMBS_LANES_MAX];
+    const struct tfa_packing p = tfa_limbs_pack(w->model, limbs->lanes, table);
+    void *memory = aligned_alloc(64, limbs->size(w->model, &p));
+    w->limbs = limbs;
+    w->limb_state = limbs->init(w->model, &p, memory);
+    w->factors = w->kernel->lend(w->state);
+    w->limbs_from = 0;
+    return memory;
+}
+
+/* ---- what is asked ---- */
+
+static tfa_method any_method(random_source *s, tfa_op op)
+{
+    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION,
+                                         TFA_METHOD_PV_OSIMR, TFA_METHOD_EFPA};
+    return methods[random_below(s, op == TFA_OP_FORWARD_DYNAMICS ? 2 : 5)];
+}
+
+/* At few states, so that coordinates come again; now and then there is an estimate, a joint is locked,
+ * or a payload hangs somewhere, which limbs leave to others. */
+static tfa_request any_request(random_source *s, const test_robot *robot, const random_states *x,
+                               const uint32_t *joint, const double *payload)
+{
+    const size_t c = random_below(s, COORDINATES), k = 2 * c + random_below(s, 2);
+    const uint32_t frames = tfa_model_frame_count(robot->model);
+    tfa_request r = fixture_request(robot, x);
+    r.op = random_below(s, 2) ? TFA_OP_FORWARD_DYNAMICS : TFA_OP_OPERATIONAL_INERTIA;
+    r.method = any_method(s, r.op);
+    r.estimate = random_below(s, 4) ? TFA_ESTIMATE_NEVER : TFA_ESTIMATE_ALWAYS;
+    r.frame = (tfa_reference_frame)random_below(s, 3);
+    r.flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES;
+    r.count = 1;
+    r.wrench_count = 0;
+    r.q += c * robot->nq;
+    r.v = random_below(s, 3) ? r.v + k * robot->nv : NULL;
+    r.tau += k * robot->nv;
+    r.base_pose = r.base_pose ? r.base_pose + 7 * c : NULL;
+    r.base_twist = r.base_twist && r.v ? r.base_twist + 6 * k : NULL;
+    r.tip_count = random_below(s, TIPS) + (r.op == TFA_OP_OPERATIONAL_INERTIA);
+    for (uint32_t t = 0; t < r.tip_count; t++)
+        r.tips[t] = random_below(s, frames);
+    if (random_below(s, 8) == 0 && r.method != TFA_METHOD_EFPA) {
+        r.locked = joint;
+        r.locked_count = 1;
+    }
+    if (random_below(s, 8) == 0 && !robot->model->parts) {
+        r.payload_count = 1;
+        r.payload_frames[0] = random_below(s, frames);
+        r.payloads = payload;
+    }
+    return r;
+}
+
+static void ask(const test_robot *robot, tfa_workspace *w, const tfa_request *r, struct answers *a)
+{
+    tfa_reply reply = {.qdd = a->qdd,
+                       .base_acceleration = a->base,
+                       .lambda_inv = a->lambda,
+                       .spectrum = &a->spectrum,
+                       .poses = a->poses,
+                       .answers = &a->answer};
+    double *qdd = a->qdd;
+    memset(a, 0, sizeof *a);
+    memset(qdd, 0, robot->nv * sizeof *qdd);
+    a->qdd = qdd;
+    compute_ok(robot, w, r, &reply);
+}
+
+static void assert_same(const test_robot *robot, const struct answers *a, const struct answers *b)
+{
+    assert_memory_equal(a->qdd, b->qdd, robot->nv * sizeof *a->qdd);
+    assert_memory_equal(a->base, b->base, sizeof a->base);
+    assert_memory_equal(a->lambda, b->lambda, sizeof a->lambda);
+    assert_memory_equal(a->poses, b->poses, sizeof a->poses);
+    assert_memory_equal(&a->spectrum, &b->spectrum, sizeof a->spectrum);
+    assert_int_equal(a->answer.method, b->answer.method);
+    assert_int_equal(a->answer.flags, b->answer.flags);
+}
+
+/* ---- both ---- */
+
+static void compare(test_robot *robot, const struct tfa_limbs *limbs)
+{
+    random_source s = {robot->seed};
+    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    tfa_workspace *one = fixture_workspace(robot->model, TFA_F64),
+                  *limbed = fixture_workspace(robot->model, TFA_F64);
+    void *memory = by_limbs(limbed, limbs);
+    struct answers a = {.qdd = calloc(robot->nv + 1, sizeof(double))},
+                   b = {.qdd = calloc(robot->nv + 1, sizeof(double))};
+    const uint32_t joint = random_below(&s, tfa_model_joint_count(robot->model));
+    double payload[TFA_PAYLOAD_NUMBERS];
+    random_payload(&s, payload);
+    one->limbs = NULL;
+    for (uint32_t k = 0; k < REQUESTS; k++) {
+        const tfa_request r = any_request(&s, robot, x, &joint, payload);
+        ask(robot, one, &r, &a);
+        ask(robot, limbed, &r, &b);
+        assert_same(robot, &a, &b);
+    }
+    free(b.qdd);
+    free(a.qdd);
+    tfa_workspace_free(limbed);
+    tfa_workspace_free(one);
+    free(memory);
+    random_states_free(x);
+}
+
+static void every_variant(test_robot *robot)
+{
+    const struct tfa_limbs *limbs;
+    for (uint32_t k = 0; (limbs = tfa_limbs_select(k)); k++)
+        if (!robot->model->mimics && tfa_model_joint_count(robot->model))
+            compare(robot, limbs);
+}
+
+static void same_bits_in_any_order(void **state)
+{
+    (void)state;
+    for_every_robot(every_variant, false);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(same_bits_in_any_order),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

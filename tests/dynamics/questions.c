@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ */
+#include "questions.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#define NEVER TFA_ESTIMATE_NEVER
+#define ALWAYS TFA_ESTIMATE_ALWAYS
+#define USUAL .refine = TFA_REFINE_DEFAULT
+#define FORWARD .op = TFA_OP_FORWARD_DYNAMICS
+#define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
+
+const question questions[] = {
+    {"forward dynamics", FORWARD, USUAL},
+    {"at rest", FORWARD, USUAL, .resting = true},
+    {"with wrenches", FORWARD, USUAL, .wrenches = true},
+    {"at rest with wrenches", FORWARD, USUAL, .wrenches = true, .resting = true},
+    {"estimated", FORWARD, USUAL, .estimate = ALWAYS},
+    {"refined", FORWARD, .method = TFA_METHOD_ABA, .estimate = NEVER, .refine = 1},
+    {"with one tip", FORWARD, USUAL, .tips = 1},
+    {"with three tips", FORWARD, USUAL, .tips = 3, .flags = TFA_WANT_POSES},
+    {"with a payload", FORWARD, USUAL, .payload = true},
+    {"with a locked joint", FORWARD, USUAL, .locked = true},
+    {"crba", FORWARD, USUAL, .method = TFA_METHOD_CRBA},
+    {"tfa", FORWARD, USUAL, .method = TFA_METHOD_TFA},
+    {"tfa, bare", FORWARD, .method = TFA_METHOD_TFA, .estimate = NEVER},
+    {"tfa, twice refined", FORWARD, .method = TFA_METHOD_TFA, .estimate = NEVER, .refine = 2},
+    {"tfa-cr", FORWARD, USUAL, .method = TFA_METHOD_TFA_CR},
+    {"hessenberg", FORWARD, USUAL, .method = TFA_METHOD_HESSENBERG},
+    {"cfa", FORWARD, USUAL, .method = TFA_METHOD_CFA},
+    {"cfa-cr", FORWARD, USUAL, .method = TFA_METHOD_CFA_CR},
+    {"dca", FORWARD, USUAL, .method = TFA_METHOD_DCA},
+    {"scan", FORWARD, USUAL, .method = TFA_METHOD_SCAN},
+    {"scan-two-pass", FORWARD, USUAL, .method = TFA_METHOD_SCAN_TWO_PASS},
+    {"inverse dynamics", .op = TFA_OP_INVERSE_DYNAMICS, USUAL},
+    {"inverse dynamics with wrenches", .op = TFA_OP_INVERSE_DYNAMICS, USUAL, .wrenches = true},
+    {"inverse dynamics at rest", .op = TFA_OP_INVERSE_DYNAMICS, USUAL, .resting = true},
+    {"mass matrix", .op = TFA_OP_MASS_MATRIX, USUAL},
+    {"mass matrix and poses", .op = TFA_OP_MASS_MATRIX, USUAL, .tips = 2, .flags = TFA_WANT_POSES},
+    {"lambda of one tip", LAMBDA, USUAL, .tips = 1},
+    {"lambda of three tips", LAMBDA, USUAL, .tips = 3},
+    {"lambda by propagation", LAMBDA, USUAL, .tips = 3, .method = TFA_METHOD_PROPAGATION},
+    {"lambda by efpa", LAMBDA, USUAL, .tips = 3, .method = TFA_METHOD_EFPA},
+    {"lambda by crba", LAMBDA, USUAL, .tips = 2, .method = TFA_METHOD_CRBA},
+    {"lambda by tfa", LAMBDA, USUAL, .tips = 1, .method = TFA_METHOD_TFA},
+    {"lambda by tfa-one-sided", LAMBDA, .refine = 0, .tips = 1, .method = TFA_METHOD_TFA_ONE_SIDED},
+    {"lambda by scan", LAMBDA, USUAL, .tips = 1, .method = TFA_METHOD_SCAN},
+    {"lambda, estimated", LAMBDA, USUAL, .tips = 1, .estimate = ALWAYS},
+    {"lambda, refined", LAMBDA, .refine = 1, .tips = 1},
+};
+const size_t question_count = sizeof questions / sizeof *questions;
+
+static const double payload[TFA_PAYLOAD_NUMBERS] = {1.5,   0.01, -0.02, 0.03, 0.02,
+                                                    0.001, 0,    0.03,  0,    0.01};
+static const uint32_t first_joint[] = {0};
+
+bool question_fits(const test_robot *robot, const question *q)
+{
+    random_states *x = random_states_create(1, robot->description, robot->o, 1, 1);
+    const tfa_request r = question_request(robot, q, x, 1);
+    tfa_reply reply = {0};
+    const int status = tfa_request_check(robot->model, &r, &reply);
+    random_states_free(x);
+    const int inverts = (tfa_method_describe(q->method)->refuses & TFA_REFUSES_NO_INVERSE) != 0;
+    return status == TFA_OK && !(inverts && tfa_model_summarise(robot->model).singular_body >= 0);
+}
+
+tfa_request question_request(const test_robot *robot, const question *q, const random_states *x,
+                             uint32_t count)
+{
+    tfa_request r = fixture_request(robot, x);
+    const uint32_t frames = tfa_model_frame_count(robot->model);
+    r.op = q->op;
+    r.method = q->method;
+    r.estimate = q->estimate;
+    r.refine = q->refine;
+    r.flags = q->flags;
+    r.count = count;
+    r.tip_count = q->tips;
+    for (uint32_t t = 0; t < q->tips; t++) /* the last links: ends of branches, as a rule */
+        r.tips[t] = frames > 1 + t ? frames - 1 - t : 0;
+    if (!q->wrenches)
+        r.wrench_count = 0;
+    if (q->resting)
+        r.v = r.base_twist = NULL;
+    if (q->payload) {
+        r.payload_count = 1;
+        r.payload_frames[0] = frames - 1;
+        r.payloads = payload;
+    }
+    if (q->locked) {
+        r.locked_count = 1;
+        r.locked = first_joint;
+    }
+    return r;
+}
+
+#define MOST_TIPS 3
+
+answers *answers_create(const test_robot *robot, uint32_t count)
+{
+    answers *a = calloc(1, sizeof *a);
+    const size_t nv = robot->nv, n = robot->n, k = count;
+    a->count = count;
+    a->numbers = 2 * nv + 12 + (size_t)36 * MOST_TIPS * MOST_TIPS + n * n + 7 * MOST_TIPS;
+    a->memory = malloc(k * a->numbers * sizeof(double));
+    a->each = malloc(k * sizeof *a->each);
+    double *at = a->memory;
+    a->qdd = at;
+    a->tau = at += k * nv;
+    a->base_acceleration = at += k * nv;
+    a->base_wrench = at += k * 6;
+    a->lambda_inv = at += k * 6;
+    a->mass_matrix = at += k * 36 * MOST_TIPS * MOST_TIPS;
+    a->poses = at + k * n * n;
+    return a;
+}
+
+void answers_free(answers *a)
+{
+    free(a->each);
+    free(a->memory);
+    free(a);
+}
+
+void answers_ask(answers *a, tfa_workspace *w, const tfa_request *r)
+{
+    for (size_t k = 0; k < a->count * a->numbers; k++)
+        a->memory[k] = NAN;
+    memset(a->each, 0, a->count * sizeof *a->each);
+    tfa_reply reply = {.qdd = a->qdd,
+                       .tau = a->tau,
+                       .base_acceleration = a->base_acceleration,
+                       .base_wrench = a->base_wrench,
+                       .lambda_inv = a->lambda_inv,
+                       .mass_matrix = a->mass_matrix,
+                       .poses = a->poses,
+                       .answers = a->each};
+    (void)tfa_compute(w, r, &reply);
+}
+
+void assert_same_answers(const test_robot *robot, const question *q, const char *what,
+                         const answers *x, const answers *y)
+{
+    for (uint32_t k = 0; k < x->count; k++)
+        if (x->each[k].status != y->each[k].status || x->each[k].method != y->each[k].method ||
+            x->each[k].flags != y->each[k].flags ||
+            memcmp(&x->each[k].error_estimate, &y->each[k].error_estimate, sizeof(double)) != 0)
+            fail_msg("%s: %s: %s: state %u: status %d and %d, method %d and %d, flags %d and %d, "
+                     "estimate %g and %g",
+                     robot->name, q->name, what, (unsigned)k, x->each[k].status, y->each[k].status,
+                     x->each[k].method, y->each[k].method, x->each[k].flags, y->each[k].flags,
+                     x->each[k].error_estimate, y->each[k].error_estimate);
+    for (size_t k = 0; k < x->count * x->numbers; k++)
+        if (memcmp(x->memory + k, y->memory + k, sizeof(double)) != 0 &&
+            !(x->memory[k] == 0 && y->memory[k] == 0)) /* zeros of either sign */
+            fail_msg("%s: %s: %s: number %zu of %zu for %u states: %.17g and %.17g", robot->name,
+                     q->name, what, k, x->numbers, (unsigned)x->count, x->memory[k], y->memory[k]);
+}

@@ -1,0 +1,282 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Kernels of robots' own beside the generic kernel and beside quadruple precision, at random states of
+ * every robot that has one in TFA_TEST_KERNELS.
+ *
+ * Differences and errors are relative to the largest number of an answer. Both kernels round, each in its
+ * order: in these states, which are well-conditioned, they differ by no more than AGREEMENT; and the
+ * errors of a kernel are on the whole no larger than those of the generic one, up to LOSS.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "fixture.h"
+#include "kernels.h"
+#include "model/model.h"
+
+#define STATES 200
+#define FREEDOMS 64 /* of a robot, at most */
+#define AGREEMENT 1e-14
+#define LOSS 2.0  /* of the error in the mean square; 1.12 was seen */
+#define ULP 1e-16 /* no error is smaller than that of rounding the answer */
+
+struct answer {
+    double x[STATES * FREEDOMS], base[STATES * 6], lambda[STATES * 36];
+};
+
+/* What was found about one robot: the largest of each */
+struct found {
+    double difference, loss;
+    uint32_t questions, tips;
+};
+
+struct trial {
+    test_robot *robot;
+    random_states *states;
+    tfa_workspace *generic; /* that of the fixture has the kernel */
+    struct found found;
+    struct answer by_own, by_generic, exact;
+};
+
+static uint32_t robots, ours;
+
+/* ---- what is compared ---- */
+
+/* One state's numbers that are judged together, in two arrays */
+struct piece {
+    size_t at[2], n[2]; /* in struct answer, from its start; how many */
+};
+
+static const double *array(const struct answer *a, const struct piece *p, int part)
+{
+    return (const double *)(const void *)((const char *)a + p->at[part]);
+}
+
+static double largest_of(const struct answer *a, const struct piece *p, uint32_t k)
+{
+    double most = 0;
+    for (int part = 0; part < 2; part++)
+        for (size_t e = k * p->n[part]; e < (k + 1) * p->n[part]; e++)
+            most = fmax(most, fabs(array(a, p, part)[e]));
+    return most;
+}
+
+/* Infinite where a number is none */
+static double distance(const struct answer *a, const struct answer *b, const struct piece *p,
+                       uint32_t k)
+{
+    double most = 0;
+    for (int part = 0; part < 2; part++)
+        for (size_t e = k * p->n[part]; e < (k + 1) * p->n[part]; e++) {
+            const double d = fabs(array(a, p, part)[e] - array(b, p, part)[e]);
+            most = d <= INFINITY ? fmax(most, d) : INFINITY;
+        }
+    return most;
+}
+
+static void judge(struct trial *t, const char *what, const struct piece *p)
+{
+    double own = 0, generic = 0, most = 0;
+    for (uint32_t k = 0; k < STATES; k++) {
+        const double size = largest_of(&t->exact, p, k);
+        const double own_error = distance(&t->by_own, &t->exact, p, k) / size;
+        const double generic_error = distance(&t->by_generic, &t->exact, p, k) / size;
+        most = fmax(most, distance(&t->by_own, &t->by_generic, p, k) / size);
+        own += own_error * own_error;
+        generic += generic_error * generic_error;
+    }
+    own = sqrt(own / STATES);
+    generic = sqrt(generic / STATES);
+    assert_within(t->robot, what, most, AGREEMENT, &t->found.difference);
+    if (!(own <= LOSS * fmax(generic, ULP)))
+        fail_msg("%s: %s: errors of %.2g, of the generic kernel %.2g", t->robot->name, what, own,
+                 generic);
+    t->found.loss = fmax(t->found.loss, own / fmax(generic, ULP));
+}
+
+/* ---- asking ---- */
+
+/* State k of a request without tips, alone */
+static tfa_request alone(const struct trial *t, const tfa_request *all, uint32_t k)
+{
+    const size_t nq = t->robot->nq, nv = t->robot->nv;
+    tfa_request r = *all;
+    r.count = 1;
+    r.q += nq * k;
+    r.v += nv * k;
+    r.tau += nv * k;
+    r.qdd += nv * k;
+    if (r.base_pose) {
+        r.base_pose += (size_t)7 * k;
+        r.base_twist += (size_t)6 * k;
+        r.base_wrench += (size_t)6 * k;
+        r.base_acceleration += (size_t)6 * k;
+    }
+    return r;
+}
+
+/* Writes what was asked of state k, and behind it. */
+static void compute(const struct trial *t, tfa_workspace *w, const tfa_request *r, uint32_t k,
+                    struct answer *a)
+{
+    const int forces = r->op == TFA_OP_INVERSE_DYNAMICS;
+    tfa_reply reply = {.lambda_inv = a->lambda + (size_t)36 * k};
+    *(forces ? &reply.tau : &reply.qdd) = a->x + (size_t)t->robot->nv * k;
+    *(forces ? &reply.base_wrench : &reply.base_acceleration) = a->base + (size_t)6 * k;
+    compute_ok(t->robot, w, r, &reply);
+}
+
+/* Asks the kernel, for all states at once or for one after the other. Does it answer? If so, then all of
+ * them: judge wants no answer of anybody else. */
+static bool ask_own(struct trial *t, const tfa_request *r, bool one_by_one)
+{
+    const uint64_t before = kernels_answered();
+    memset(&t->by_own, 0xff, sizeof t->by_own);
+    for (uint32_t k = 0; one_by_one && k < STATES; k++) {
+        const tfa_request one = alone(t, r, k);
+        compute(t, t->robot->f64, &one, k, &t->by_own);
+    }
+    if (!one_by_one)
+        compute(t, t->robot->f64, r, 0, &t->by_own);
+    if (kernels_answered() == before)
+        return false;
+    assert_int_equal(kernels_answered() - before, STATES);
+    t->found.questions++;
+    return true;
+}
+
+static void ask_others(struct trial *t, const tfa_request *r)
+{
+    compute(t, t->generic, r, 0, &t->by_generic);
+    compute(t, t->robot->f128, r, 0, &t->exact);
+}
+
+static void judge_motion(struct trial *t, const char *what)
+{
+    const struct piece p = {{offsetof(struct answer, x), offsetof(struct answer, base)},
+                            {t->robot->nv, t->robot->n - t->robot->nv}};
+    judge(t, what, &p);
+}
+
+static void judge_lambda(struct trial *t, const char *what)
+{
+    judge(t, what, &(struct piece){{offsetof(struct answer, lambda)}, {36}});
+}
+
+static tfa_request request_of(const struct trial *t, tfa_op op)
+{
+    tfa_request r = fixture_request(t->robot, t->states);
+    r.op = op;
+    return r;
+}
+
+/* Kernels have other code for one state than for several. */
+static void compare_motion(struct trial *t, tfa_op op, const char *what)
+{
+    const tfa_request r = request_of(t, op);
+    ask_others(t, &r);
+    for (int one_by_one = 0; one_by_one < 2; one_by_one++) {
+        if (!ask_own(t, &r, one_by_one))
+            fail_msg("%s: the kernel leaves %s to the generic one", t->robot->name, what);
+        judge_motion(t, what);
+    }
+}
+
+/* Has a later frame the same body? It is tried, then: the first stands at the joint. */
+static bool comes_again(const struct tfa_model *m, uint32_t f)
+{
+    for (uint32_t later = f + 1; later < m->frames; later++)
+        if (m->frame[later].body == m->frame[f].body)
+            return true;
+    return false;
+}
+
+/* Kernels of large robots take some tips only. */
+static void compare_tips(struct trial *t)
+{
+    tfa_request r = request_of(t, TFA_OP_FORWARD_DYNAMICS);
+    r.tip_count = 1;
+    for (uint32_t f = 0; f < t->robot->model->frames; f++) {
+        if (comes_again(t->robot->model, f))
+            continue;
+        r.op = TFA_OP_FORWARD_DYNAMICS;
+        r.tips[0] = f;
+        r.frame = (tfa_reference_frame)(f % 3);
+        const bool taken = ask_own(t, &r, false);
+        if (taken) {
+            ask_others(t, &r);
+            judge_motion(t, "qdd with lambda_inv");
+            judge_lambda(t, "lambda_inv with qdd");
+        }
+        r.op = TFA_OP_OPERATIONAL_INERTIA;
+        const bool alone =
+            ask_own(t, &r, false); /* more of them than with qdd (OWN_TWO_WALKS_MAX) */
+        assert_true(alone || !taken);
+        if (alone) {
+            ask_others(t, &r);
+            judge_lambda(t, "lambda_inv");
+        }
+        t->found.tips += alone;
+    }
+    if (!t->found.tips)
+        fail_msg("%s: the kernel leaves all tips to the generic one", t->robot->name);
+}
+
+/* ---- robots ---- */
+
+static bool is_ours(const test_robot *robot)
+{
+    static const char *const names[] = {"arm7.urdf", "quadruped.urdf", "humanoid.urdf"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        if (strncmp(robot->name, names[k], strlen(names[k])) == 0)
+            return true;
+    return false;
+}
+
+static void try_robot(test_robot *robot)
+{
+    assert_true(robot->n <= FREEDOMS);
+    struct trial *t = calloc(1, sizeof *t);
+    assert_non_null(t);
+    t->robot = robot;
+    assert_int_equal(tfa_workspace_create(robot->model, NULL, &t->generic), TFA_OK);
+    t->states = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    compare_motion(t, TFA_OP_FORWARD_DYNAMICS, "qdd");
+    compare_motion(t, TFA_OP_INVERSE_DYNAMICS, "tau");
+    compare_tips(t);
+    print_message("  %-40s %4u questions, %2u tips: differs by up to %.1e, errors %.2f times those "
+                  "of the generic kernel\n",
+                  robot->name, (unsigned)t->found.questions, (unsigned)t->found.tips,
+                  t->found.difference, t->found.loss);
+    robots++;
+    ours += is_ours(robot);
+    random_states_free(t->states);
+    tfa_workspace_free(t->generic);
+    free(t);
+}
+
+static void kernels_agree_with_the_generic_one(void **state)
+{
+    (void)state;
+    if (!getenv("TFA_TEST_KERNELS"))
+        fail_msg("TFA_TEST_KERNELS must name the folder that test_make_kernels filled");
+    for_every_robot(try_robot, false);
+    if (ours != 6) /* each on both bases */
+        fail_msg("%u kernels of arm7, quadruped and humanoid instead of 6", (unsigned)ours);
+    if (robots == ours)
+        print_message("SKIP: no kernels of robots in ../shared/robots\n");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(kernels_agree_with_the_generic_one)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Files that are not what was sealed: cut, changed, for another version or model, or no shared object
+ * at all. Nothing of them is loaded.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "bench.h"
+#include "own/own.h"
+
+struct sealed {
+    bench b;
+    char path[256];
+    char *bytes;
+    size_t size;
+};
+
+static int open_group(void **state)
+{
+    static struct sealed s;
+    bench_open(&s.b);
+    bench_build(&s.b, s.b.arm, "SOUND", bench_path(&s.b, "kernel.so", s.path));
+    s.bytes = bench_read(s.path, &s.size);
+    *state = &s;
+    return 0;
+}
+
+static int close_group(void **state)
+{
+    struct sealed *s = *state;
+    free(s->bytes);
+    bench_close(&s->b);
+    return 0;
+}
+
+static int try_bytes(struct sealed *s, const char *bytes, size_t size)
+{
+    bench_write(s->path, bytes, size);
+    return bench_load(&s->b, s->path);
+}
+
+static void cut_files_are_refused(void **state)
+{
+    struct sealed *s = *state;
+    const size_t seal = sizeof(struct own_seal);
+    const size_t sizes[] = {
+        1,           64,          seal - 1,    seal,           seal + 1,
+        s->size / 2, s->size - 1, s->size - 8, s->size - seal, s->size - seal - 1};
+    assert_int_equal(try_bytes(s, s->bytes, s->size), TFA_OK);
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+        assert_int_equal(try_bytes(s, s->bytes, sizes[k]), TFA_E_PARSE);
+        bench_assert_reason(&s->b, "truncated or no kernel");
+    }
+    /* and one that has something behind it */
+    char *longer = calloc(1, s->size + 1);
+    memcpy(longer, s->bytes, s->size);
+    assert_int_equal(try_bytes(s, longer, s->size + 1), TFA_E_PARSE);
+    free(longer);
+}
+
+static void any_changed_byte_is_seen(void **state)
+{
+    struct sealed *s = *state;
+    char *changed = malloc(s->size);
+    const size_t step = s->size / 211;
+    for (size_t at = 0; at < s->size; at += at + step < s->size - 100 ? step : 1) {
+        memcpy(changed, s->bytes, s->size);
+        changed[at] ^= 4;
+        assert_int_equal(try_bytes(s, changed, s->size), TFA_E_PARSE);
+    }
+    free(changed);
+}
+
+/* Sealed anew, so that only what it says about itself is wrong */
+static void other_versions_and_models_are_refused(void **state)
+{
+    struct sealed *s = *state;
+    struct own_seal *seal = (struct own_seal *)(void *)malloc(sizeof *seal);
+    char *changed = malloc(s->size);
+    uint8_t other[32] = {1, 2, 3};
+    memcpy(changed, s->bytes, s->size);
+    own_seal_make(changed, s->size - sizeof *seal, other, 0, seal);
+    memcpy(changed + s->size - sizeof *seal, seal, sizeof *seal);
+    assert_int_equal(try_bytes(s, changed, s->size), TFA_E_UNSUPPORTED);
+    bench_assert_reason(&s->b, "for another model, 01020300");
+    free(changed);
+    free(seal);
+}
+
+/* A seal is no proof that it is a shared object. */
+static void sealed_rubbish_is_refused(void **state)
+{
+    struct sealed *s = *state;
+    struct own_seal seal;
+    char rubbish[256 + sizeof seal];
+    memset(rubbish, 'x', 256);
+    own_seal_make(rubbish, 256, tfa_model_hash(s->b.arm), 0, &seal);
+    memcpy(rubbish + 256, &seal, sizeof seal);
+    assert_int_equal(try_bytes(s, rubbish, sizeof rubbish), TFA_E_FILE);
+    bench_assert_reason(&s->b, "cannot be loaded");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cut_files_are_refused),
+        cmocka_unit_test(any_changed_byte_is_seen),
+        cmocka_unit_test(other_versions_and_models_are_refused),
+        cmocka_unit_test(sealed_rubbish_is_refused),
+    };
+    return cmocka_run_group_tests(tests, open_group, close_group);
+}

@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Who may have written a kernel: owners, modes, links, folders above, and what else can lie there.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "bench.h"
+#include "own/own.h"
+
+#define SOMEBODY 54321u /* nobody's user */
+
+static int open_group(void **state)
+{
+    static bench b;
+    char path[256];
+    bench_open(&b);
+    bench_build(&b, b.arm, "SOUND", bench_path(&b, "kernels/kernel.so", path));
+    *state = &b;
+    return 0;
+}
+
+static int close_group(void **state)
+{
+    bench_close(*state);
+    return 0;
+}
+
+static void expect(bench *b, int status, const char *reason)
+{
+    char path[256];
+    assert_int_equal(bench_load(b, bench_path(b, "kernels/kernel.so", path)), status);
+    if (reason)
+        bench_assert_reason(b, reason);
+}
+
+static void change_mode(const bench *b, const char *name, mode_t mode)
+{
+    char path[256];
+    assert_int_equal(chmod(bench_path(b, name, path), mode), 0);
+}
+
+static void nobody_else_may_write_the_file(void **state)
+{
+    bench *b = *state;
+    expect(b, TFA_OK, NULL);
+    change_mode(b, "kernels/kernel.so", 0664);
+    expect(b, TFA_E_REFUSED, "mode 0664");
+    change_mode(b, "kernels/kernel.so", 0646);
+    expect(b, TFA_E_REFUSED, "chmod go-w");
+    change_mode(b, "kernels/kernel.so", 0400);
+    expect(b, TFA_OK, NULL);
+    change_mode(b, "kernels/kernel.so", 0644);
+}
+
+static void nobody_else_may_write_the_folder(void **state)
+{
+    bench *b = *state;
+    change_mode(b, "kernels", 0775);
+    expect(b, TFA_E_REFUSED, "kernels' can be written by others (mode 0775)");
+    change_mode(b, "kernels", 0757);
+    expect(b, TFA_E_REFUSED, "mode 0757");
+    change_mode(b, "kernels", 0755);
+    expect(b, TFA_OK, NULL);
+}
+
+/* A folder above with the sticky bit is good enough, as /tmp is; that of the kernels is not. */
+static void nor_a_folder_above(void **state)
+{
+    bench *b = *state;
+    char path[256];
+    change_mode(b, "", 0777);
+    expect(b, TFA_E_REFUSED, "mode 0777");
+    change_mode(b, "", 01777);
+    expect(b, TFA_OK, NULL);
+    change_mode(b, "", 0700);
+    change_mode(b, "kernels", 01777);
+    struct own_reason why = {b->reason, sizeof b->reason};
+    b->reason[0] = '\0';
+    assert_int_equal(own_trust(bench_path(b, "kernels", path), geteuid(), &why), TFA_E_REFUSED);
+    bench_assert_reason(b, "mode 1777");
+    change_mode(b, "kernels", 0755);
+}
+
+/* Seen by somebody else these files are a foreigner's, unless they are root's; and those that are given
+ * away are a foreigner's to us. */
+static void foreigners_are_refused(void **state)
+{
+    bench *b = *state;
+    char path[256];
+    struct own_reason why = {b->reason, sizeof b->reason};
+    bench_path(b, "kernels/kernel.so", path);
+    b->reason[0] = '\0';
+    if (geteuid() != 0) {
+        assert_int_equal(own_trust(path, SOMEBODY, &why), TFA_E_REFUSED);
+        bench_assert_reason(b, "neither to root nor to the user");
+        return;
+    }
+    assert_int_equal(own_trust(path, SOMEBODY, &why), TFA_OK);
+    assert_int_equal(chown(path, SOMEBODY, (gid_t)-1), 0);
+    expect(b, TFA_E_REFUSED, "belongs to user 54321");
+    assert_int_equal(own_trust(path, SOMEBODY, &why), TFA_OK);
+    assert_int_equal(chown(path, 0, (gid_t)-1), 0);
+    assert_int_equal(chown(bench_path(b, "kernels", path), SOMEBODY, (gid_t)-1), 0);
+    expect(b, TFA_E_REFUSED, "kernels' belongs to user 54321");
+    assert_int_equal(chown(path, 0, (gid_t)-1), 0);
+    expect(b, TFA_OK, NULL);
+}
+
+/* A link is followed, and what counts is where it leads. */
+static void links_are_followed_first(void **state)
+{
+    bench *b = *state;
+    char path[256], link_at[256];
+    bench_path(b, "kernels/kernel.so", path);
+    assert_int_equal(symlink(path, bench_path(b, "link.so", link_at)), 0);
+    assert_int_equal(bench_load(b, link_at), TFA_OK);
+    change_mode(b, "kernels", 0777);
+    assert_int_equal(bench_load(b, link_at), TFA_E_REFUSED);
+    change_mode(b, "kernels", 0755);
+    assert_int_equal(symlink("loop", bench_path(b, "loop", link_at)), 0);
+    assert_int_equal(bench_load(b, link_at), TFA_E_FILE);
+}
+
+/* None of these is a file, and none makes anybody wait. */
+static void other_things_are_no_kernels(void **state)
+{
+    bench *b = *state;
+    char path[256];
+    assert_int_equal(bench_load(b, bench_path(b, "nothing", path)), TFA_E_FILE);
+    assert_int_equal(bench_load(b, bench_path(b, "kernels", path)), TFA_E_FILE);
+    assert_int_equal(mkfifo(bench_path(b, "fifo", path), 0600), 0);
+    assert_int_equal(bench_load(b, path), TFA_E_REFUSED);
+    assert_true(bench_load(b, "/dev/null") != TFA_OK);
+    bench_write(bench_path(b, "empty", path), "", 0);
+    assert_int_equal(bench_load(b, path), TFA_E_PARSE);
+}
+
+static void arguments_are_checked(void **state)
+{
+    bench *b = *state;
+    tfa_specialised *kernel;
+    char path[256];
+    bench_path(b, "kernels/kernel.so", path);
+    assert_int_equal(tfa_specialised_load(NULL, b->arm, &kernel, NULL, 0), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_specialised_load(path, NULL, &kernel, NULL, 0), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_specialised_load(path, b->arm, NULL, NULL, 0), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_specialised_trust(NULL, NULL, 0), TFA_E_ARGUMENT);
+    assert_int_equal(tfa_specialised_trust(b->kernels, NULL, 0), TFA_OK);
+    char one[1];
+    change_mode(b, "kernels/kernel.so", 0666);
+    assert_int_equal(tfa_specialised_load(path, b->arm, &kernel, one, 1), TFA_E_REFUSED);
+    assert_int_equal(one[0], '\0');
+    change_mode(b, "kernels/kernel.so", 0644);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nobody_else_may_write_the_file),
+        cmocka_unit_test(nobody_else_may_write_the_folder),
+        cmocka_unit_test(nor_a_folder_above),
+        cmocka_unit_test(foreigners_are_refused),
+        cmocka_unit_test(links_are_followed_first),
+        cmocka_unit_test(other_things_are_no_kernels),
+        cmocka_unit_test(arguments_are_checked),
+    };
+    return cmocka_run_group_tests(tests, open_group, close_group);
+}

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Kernels of robots' own in the daemon: loaded at the start, taken by a reload, refused with a reason,
+ * built while it answers; the generic kernel serves in all other cases, and clients notice nothing.
+ */
+#include "harness.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include "bench.h"
+
+/* A folder with a stand-in for the arm, and a daemon that is told of it */
+struct served {
+    bench b;
+    harness h;
+    char kernel[400], more[256];
+};
+
+static void open_served(struct served *s, const char *mode)
+{
+    char name[TFA_SPECIALISED_NAME_SIZE];
+    bench_open(&s->b);
+    tfa_specialised_name(s->b.arm, 0, name);
+    snprintf(s->kernel, sizeof s->kernel, "%s/%s", s->b.kernels, name);
+    snprintf(s->more, sizeof s->more, "specialise: %s\nspecialise_directory: %s\n", mode,
+             s->b.kernels);
+    harness_make(&s->h, ARM, s->more);
+}
+
+static void close_served(struct served *s)
+{
+    assert_int_equal(harness_stop(&s->h, SIGTERM), 0);
+    harness_remove(&s->h);
+    bench_close(&s->b);
+}
+
+static void it_answers(const harness *h)
+{
+    double qdd[7];
+    tfa_client *client = harness_connect(h, "arm", TFA_WAIT_BLOCK);
+    assert_int_equal(ask_arm(client, 0.3, qdd, WAIT_NS), TFA_OK);
+    assert_true(isfinite(qdd[0]));
+    tfa_client_close(client);
+}
+
+static void a_kernel_is_loaded(void **state)
+{
+    struct served s;
+    (void)state;
+    open_served(&s, "load");
+    bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
+    harness_start(&s.h, "arm");
+    assert_true(harness_logged(&s.h, "robot 'arm': kernel of its own"));
+    it_answers(&s.h);
+    close_served(&s);
+}
+
+static void off_is_off(void **state)
+{
+    struct served s;
+    (void)state;
+    open_served(&s, "off");
+    bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
+    harness_start(&s.h, "arm");
+    it_answers(&s.h);
+    assert_int_equal(harness_log_lines(&s.h, "kernel of its own"), 0);
+    close_served(&s);
+}
+
+/* The reason is in the log, and the robot is served all the same. */
+static void a_bad_one_is_refused(void **state)
+{
+    struct served s;
+    (void)state;
+    open_served(&s, "load");
+    bench_build(&s.b, s.b.arm, "WRONG_ANSWER", s.kernel);
+    harness_start(&s.h, "arm");
+    assert_true(harness_logged(&s.h, "robot 'arm': the generic kernel answers"));
+    assert_true(harness_logged(&s.h, "inverse dynamics: tau of state 0"));
+    it_answers(&s.h);
+    close_served(&s);
+    open_served(&s, "load");
+    bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
+    assert_int_equal(chmod(s.b.kernels, 0777), 0);
+    harness_start(&s.h, "arm");
+    assert_true(harness_logged(&s.h, "can be written by others (mode 0777)"));
+    it_answers(&s.h);
+    close_served(&s);
+}
+
+/* A reload takes a kernel that appeared, another build of it, and drops one that is gone; who is
+ * connected stays. */
+static void a_reload_exchanges_kernels(void **state)
+{
+    struct served s;
+    double qdd[7];
+    (void)state;
+    open_served(&s, "load");
+    harness_start(&s.h, "arm");
+    assert_true(harness_logged(&s.h, "robot 'arm': no kernel of its own yet"));
+    tfa_client *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
+    bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
+    for (unsigned turn = 1; turn <= 2; turn++) {
+        assert_int_equal(kill(s.h.pid, SIGHUP), 0);
+        assert_true(harness_logged_times(&s.h, "reload: done", turn));
+        assert_int_equal(ask_arm(client, 0.3, qdd, WAIT_NS), TFA_OK);
+    }
+    assert_int_equal(harness_log_lines(&s.h, "reload: done, 1 of 1"),
+                     1); /* the same the second time */
+    assert_int_equal(harness_log_lines(&s.h, "reload: done, 0 of 1"), 1);
+    assert_int_equal(remove(s.kernel), 0);
+    assert_int_equal(kill(s.h.pid, SIGHUP), 0);
+    assert_true(harness_logged_times(&s.h, "reload: done, 1 of 1", 2));
+    assert_int_equal(ask_arm(client, 0.3, qdd, WAIT_NS), TFA_OK);
+    tfa_client_close(client);
+    close_served(&s);
+}
+
+static void a_kernel_is_built(void **state)
+{
+    struct served s;
+    double qdd[7];
+    struct stat facts;
+    (void)state;
+    open_served(&s, "build");
+    harness_start(&s.h, "arm");
+    tfa_client *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
+    while (!harness_log_lines(&s.h, "specialise: done"))
+        assert_int_equal(ask_arm(client, 0.3, qdd, WAIT_NS), TFA_OK);
+    assert_int_equal(harness_log_lines(&s.h, "specialise: done, 1 of 1 kernels exchanged"), 1);
+    assert_int_equal(harness_log_lines(&s.h, "robot 'arm': kernel built in"), 1);
+    assert_int_equal(stat(s.kernel, &facts), 0);
+    assert_int_equal(ask_arm(client, 0.3, qdd, WAIT_NS), TFA_OK);
+    tfa_client_close(client);
+    assert_int_equal(harness_stop(&s.h, SIGTERM), 0);
+    harness_start(&s.h, "arm"); /* the second time it is there */
+    assert_true(harness_logged_times(&s.h, "robot 'arm': kernel of its own", 2));
+    assert_int_equal(harness_log_lines(&s.h, "specialise: building"), 1);
+    close_served(&s);
+}
+
+/* Nobody waits for a compiler at the end. */
+static void the_end_does_not_wait(void **state)
+{
+    struct served s;
+    (void)state;
+    open_served(&s, "build");
+    harness_start(&s.h, "arm");
+    close_served(&s);
+}
+
+static void build_refuses_folders_of_others(void **state)
+{
+    struct served s;
+    struct stat facts;
+    (void)state;
+    open_served(&s, "build");
+    assert_int_equal(chmod(s.b.kernels, 0777), 0);
+    harness_start(&s.h, "arm");
+    assert_true(harness_logged(&s.h, "can be written by others (mode 0777)"));
+    assert_true(harness_logged(&s.h, "specialise: done, 0 of 1"));
+    assert_int_not_equal(stat(s.kernel, &facts), 0);
+    close_served(&s);
+}
+
+static void a_folder_must_be_named(void **state)
+{
+    harness h;
+    (void)state;
+    harness_make(&h, ARM, "specialise: load\n");
+    assert_int_not_equal(harness_run(&h), 0);
+    assert_true(harness_logged(&h, "needs 'specialise_directory'"));
+    harness_remove(&h);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_kernel_is_loaded),
+        cmocka_unit_test(off_is_off),
+        cmocka_unit_test(a_bad_one_is_refused),
+        cmocka_unit_test(a_reload_exchanges_kernels),
+        cmocka_unit_test(a_kernel_is_built),
+        cmocka_unit_test(the_end_does_not_wait),
+        cmocka_unit_test(build_refuses_folders_of_others),
+        cmocka_unit_test(a_folder_must_be_named),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

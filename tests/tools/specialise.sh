@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+#
+# `totalforce specialise`: a kernel from a URDF, found by `totalforce model`; and what it says where
+# there is none to be had.
+. "$(dirname "$0")/check.sh"
+
+chmod go-w "$work"
+status 0 "$tool" specialise "$data/arm.urdf" -o "$work" --tables --snap 1e-6
+says "$work/out" "loaded and tested in"
+says "$work/err" "the largest change is"
+set -- "$work"/*.so
+[ -f "$1" ] || fail "no shared object"
+says "${1%.so}.h" "static const struct tfa_body own_body"
+status 0 "$tool" model "$data/arm.urdf" --snap 1e-6 --kernels "$work"
+says "$work/out" "own: $1"
+status 0 "$tool" model "$data/arm.urdf" --base floating --kernels "$work" # another model
+says "$work/out" "generic: "
+chmod o+w "$work"
+status 0 "$tool" model "$data/arm.urdf" --snap 1e-6 --kernels "$work"
+says "$work/out" "can be written by others"
+chmod o-w "$work"
+
+status 2 env PATH=/nowhere "$tool" specialise "$data/arm.urdf" -o "$work/none.so"
+says "$work/err" "no compiler found: looked for clang, gcc and cc in PATH; \`apt install clang\`"
+[ ! -e "$work/none.so" ] || fail "a file without a compiler"
+status 2 "$tool" specialise "$data/hand.urdf" --lock-massless-leaves --mimic project -o "$work/none.so"
+says "$work/err" "the generic kernel answers"
+status 2 "$tool" specialise "$data/arm.urdf" -o "$work/no/folder.so"
+says "$work/err" "cannot be written"
+status 3 "$tool" specialise "$data/arm.urdf"
+says "$work/err" "where to?"
+status 3 "$tool" specialise "$data/arm.urdf" -o "$work" --keep everything
+says "$work/err" "there are gravity, payload, armature"
+status 3 "$tool" specialise "$data/arm.urdf" -o "$work" --snap 1
+says "$work/err" "is not an angle"
+finish

@@ -132,6 +132,7 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
 
 static void *run_worker(void *worker)
 {
+    tfa_stack_prepare(); /* a rare question goes deeper than those before it */
     tfa_worker_run(worker);
     return NULL;
 }

@@ -69,7 +69,8 @@ int tfa_team_create(const tfa_team_options *options, tfa_team **team)
     const struct team_options inner = {.threads = t->threads,
                                        .spin_ns = o->spin_ns ? o->spin_ns : DEFAULT_SPIN_NS,
                                        .cpus = o->cpus,
-                                       .priority = (int)o->priority};
+                                       .priority = (int)o->priority,
+                                       .begin = tfa_stack_prepare};
     const int error = team_start(&t->team, &inner);
     if (error) {
         free(t);

@@ -58,6 +58,7 @@ struct team {
     _Alignas(LINE) _Atomic uint32_t busy;
     _Alignas(LINE) team_task *task; /* the job of the phase */
     void *context;
+    void (*begin)(void);
     uint32_t phase;
     uint32_t spin_ns;
     uint32_t threads;
@@ -137,6 +138,8 @@ static void *member_main(void *argument)
     struct member *m = argument;
     struct team *t = m->team;
     uint32_t phase = 0;
+    if (t->begin)
+        t->begin();
     while (!atomic_load_explicit(&t->stop, memory_order_acquire)) {
         uint64_t ticket = wait_for_phase(t, phase);
         phase = phase_of(ticket);
@@ -237,7 +240,7 @@ int team_start(struct team **team, const struct team_options *o)
     struct team *t = aligned_alloc(LINE, sizeof *t);
     if (!t)
         return ENOMEM;
-    *t = (struct team){.spin_ns = o->spin_ns};
+    *t = (struct team){.spin_ns = o->spin_ns, .begin = o->begin};
     t->members = calloc(o->threads, sizeof *t->members);
     int error = t->members ? 0 : ENOMEM;
     for (t->threads = 1; !error && t->threads < o->threads; t->threads++) {

@@ -17,10 +17,11 @@ struct team;
 typedef void team_task(void *context, uint32_t task, uint32_t worker);
 
 struct team_options {
-    uint32_t threads; /* the caller included */
-    uint32_t spin_ns; /* how long an idle thread spins before it sleeps */
-    const int *cpus;  /* NULL, or a processor for each thread, the caller's first (unused) */
-    int priority;     /* SCHED_FIFO; 0: as the thread that starts them */
+    uint32_t threads;    /* the caller included */
+    uint32_t spin_ns;    /* how long an idle thread spins before it sleeps */
+    const int *cpus;     /* NULL, or a processor for each thread, the caller's first (unused) */
+    int priority;        /* SCHED_FIFO; 0: as the thread that starts them */
+    void (*begin)(void); /* what each thread does first, or NULL */
 };
 
 /* Starts threads - 1 threads. Returns 0 or an errno. */

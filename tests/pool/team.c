@@ -44,7 +44,7 @@ static void count_task(void *context, uint32_t task, uint32_t worker)
 static void run_phases(uint32_t threads, uint32_t spin_ns, int phases, int slow)
 {
     struct team *team = NULL;
-    assert_int_equal(team_start(&team, &(struct team_options){threads, spin_ns, NULL, 0}), 0);
+    assert_int_equal(team_start(&team, &(struct team_options){threads, spin_ns, NULL, 0, NULL}), 0);
     struct count c = {.threads = threads, .slow = slow};
     uint32_t expected[TASKS] = {0};
     for (int p = 0; p < phases; p++) {
@@ -69,7 +69,7 @@ static void test_sleeping_threads(void **state)
 {
     (void)state;
     struct team *team = NULL;
-    assert_int_equal(team_start(&team, &(struct team_options){4, 1, NULL, 0}), 0);
+    assert_int_equal(team_start(&team, &(struct team_options){4, 1, NULL, 0, NULL}), 0);
     struct count c = {.threads = 4, .tasks = TASKS};
     for (uint32_t p = 1; p <= 50; p++) {
         pause_ms(1); /* longer than they spin: all are asleep now */
@@ -91,7 +91,7 @@ static void test_stop_without_work(void **state)
     (void)state;
     for (int k = 0; k < 50; k++) {
         struct team *team = NULL;
-        assert_int_equal(team_start(&team, &(struct team_options){3, 100, NULL, 0}), 0);
+        assert_int_equal(team_start(&team, &(struct team_options){3, 100, NULL, 0, NULL}), 0);
         team_stop(team);
     }
 }

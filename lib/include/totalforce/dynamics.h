@@ -401,6 +401,18 @@ TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tf
 TFA_API int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                                uint32_t count, tfa_reply *reply);
 
+/** No request takes more of the calling thread's stack, whatever the robot and the method (`test_stack`
+ *  measures it; docs/memory.md). */
+#define TFA_STACK_BYTES ((size_t)256 * 1024)
+
+/**
+ * Writes to the TFA_STACK_BYTES below the caller's frame, so that no request of this thread meets a page
+ * fault there: the system gives a stack its pages when they are first used. To be called once by a
+ * real-time thread before its first request; the threads of a tfa_pool have done so. Cost: a page fault
+ * for each page not there yet. A thread with a smaller stack must not call it.
+ */
+TFA_API void tfa_stack_prepare(void);
+
 /** Method of that name ("aba", "tfa", ...), or -1. */
 TFA_API int32_t tfa_method_find(const char *name);
 /** Name of a method; "unknown" otherwise. */

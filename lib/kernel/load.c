@@ -7,8 +7,15 @@
 #include "kernel/load.h"
 
 #include <float.h>
+#include <math.h>
 
 #include "kernel/kernel.h"
+
+static num coordinate_of(const struct state *s, const tfa_request *r, uint32_t k)
+{
+    const coordinate *c = &s->coordinate[k];
+    return num_of(c->multiplier) * take_joint(s, r->q, s->m->q_count, c->from) + num_of(c->offset);
+}
 
 /* Inner coordinates of the bodies in a span. Returns whether they are those of before. */
 static int load_coordinates(struct state *s, const tfa_request *r, struct span span)
@@ -18,9 +25,8 @@ static int load_coordinates(struct state *s, const tfa_request *r, struct span s
         return 1; /* nothing moves */
     const uint32_t end = span.end < s->bodies ? s->body[span.end].q : s->coordinates;
     for (uint32_t k = s->body[span.first].q; k < end; k++) {
-        const coordinate *c = &s->coordinate[k];
         const num x =
-            num_of(c->multiplier) * take_joint(s, r->q, s->m->q_count, c->from) + num_of(c->offset);
+            s->straight ? take_straight(s, r->q, s->m->q_count, k) : coordinate_of(s, r, k);
         same &= x == s->q[k];
         s->q[k] = x;
     }
@@ -69,22 +75,37 @@ static void load_pose(struct state *s, const tfa_request *r)
     }
 }
 
+/* Numbers of the joints: as they come where the inner ones are the public ones in the same order. Returns
+ * whether all are zero. */
+static num_mask load_joints(const struct state *s, num *out, const double *joints, uint32_t count)
+{
+    const size_t stride = s->m->v_count;
+    num_mask none = num_of(0) == num_of(0);
+    for (uint32_t j = 0; s->straight && j < count; j++) {
+        out[j] = take_straight(s, joints, stride, j);
+        none &= out[j] == num_of(0);
+    }
+    for (uint32_t j = 0; !s->straight && j < count; j++) {
+        const freedom *f = &s->freedom[j];
+        out[j] = num_of(f->multiplier) * take_joint(s, joints, stride, f->from);
+        none &= out[j] == num_of(0);
+    }
+    return none;
+}
+
 /* out = base six, then joints; a NULL input is zero. Returns whether anything is not zero. */
 static int load_freedoms(const struct state *s, num *out, const double *base, const double *joints)
 {
-    const struct tfa_model *m = s->m;
-    const uint32_t nb = m->base_freedoms, n = s->freedoms;
+    const uint32_t nb = s->m->base_freedoms, n = s->freedoms;
     num_mask none = num_of(0) == num_of(0);
     for (uint32_t j = 0; j < nb; j++) {
         out[j] = base ? take(s, base, 6, j) : num_of(0);
         none &= out[j] == num_of(0);
     }
-    for (uint32_t j = nb; j < n; j++) {
-        const freedom *f = &s->freedom[j - nb];
-        const num x = joints ? take_joint(s, joints, m->v_count, f->from) : num_of(0);
-        none &= x == num_of(0);
-        out[j] = num_of(f->multiplier) * x;
-    }
+    if (joints)
+        none &= load_joints(s, out + nb, joints, n - nb);
+    for (uint32_t j = nb; !joints && j < n; j++)
+        out[j] = num_of(0);
     return !num_all(none);
 }
 
@@ -149,26 +170,25 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
     TFA_V(velocity)(s);
 }
 
-/* As a double, too: x - x is 0 or not a number. */
-static num_mask is_finite(num x)
+/* 0, or not a number where x is not finite as a double: x - x; a wider number may be too large for one */
+static num doubt(num x)
 {
-    num_mask good = x - x == num_of(0);
-    if (NUM_EPSILON < 0x1p-60) { /* a double may not be wide enough */
-        good &= x <= num_of(DBL_MAX);
-        good &= x >= num_of(-DBL_MAX);
-    }
-    return good;
+    if (NUM_EPSILON < 0x1p-60)
+        x = num_select((x <= num_of(DBL_MAX)) & (x >= num_of(-DBL_MAX)), x, num_of(INFINITY));
+    return x - x;
 }
 
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)
 {
     const uint32_t nb = s->m->base_freedoms;
-    num_mask good = num_of(0) == num_of(0);
+    num sum = num_of(0);
     for (uint32_t j = 0; j < s->freedoms; j++)
-        good &= is_finite(x[j]);
+        sum += doubt(x[j]);
     for (uint32_t j = 0; base && j < nb; j++)
         give(s, x[j], base + j, 6);
-    for (uint32_t j = nb; joints && j < s->freedoms; j++)
+    for (uint32_t j = nb; s->straight && joints && j < s->freedoms; j++)
+        give(s, x[j], joints + (j - nb), s->m->v_count);
+    for (uint32_t j = nb; !s->straight && joints && j < s->freedoms; j++)
         give_joint(s, x[j], joints, &s->freedom[j - nb]);
-    return num_all(good);
+    return num_all(sum == num_of(0));
 }

@@ -26,8 +26,14 @@ static inline void load_names(struct state *s, const tfa_request *r, uint32_t k,
 /* A number of the lanes that count into the arrays of as many states, `stride` numbers each */
 static inline void give(const struct state *s, num x, double *array, size_t stride)
 {
+#if NUM_LANES == 1
+    (void)s;
+    (void)stride;
+    array[0] = (double)x;
+#else
     for (uint32_t l = 0; l < s->lanes; l++)
         array[stride * l] = (double)num_lane(x, l);
+#endif
 }
 
 #ifdef TFA_PACKED
@@ -54,6 +60,12 @@ static inline num take(const struct state *s, const double *array, size_t stride
 static inline num take_joint(const struct state *s, const double *array, size_t stride, source from)
 {
     return take(s, array, stride, from);
+}
+
+/* Number k of a joint, where s->straight */
+static inline num take_straight(const struct state *s, const double *array, size_t stride, size_t k)
+{
+    return take(s, array, stride, k);
 }
 
 /* Damping of freedom j */

@@ -212,6 +212,7 @@ struct state {
     uint32_t bodies, coordinates, freedoms; /* of the arrays, see struct extent */
     const coordinate *coordinate;
     const freedom *freedom;   /* joints only */
+    int straight;             /* inner coordinates and freedoms of joints are the public ones */
     uint32_t lane[NUM_LANES]; /* the state of the request that each lane holds */
     uint32_t lanes;           /* how many of them count */
     const terms *body;        /* the model's, own when the request has payloads, or packed */
@@ -241,6 +242,19 @@ struct state {
     TFA_STATE_ARRAYS(TFA_STATE_DECLARE)
 #undef TFA_STATE_DECLARE
 };
+
+#ifndef TFA_PACKED
+static inline int model_is_straight(const struct tfa_model *m)
+{
+    int straight = m->inner_q == m->q_count && m->freedoms - m->base_freedoms == m->v_count;
+    for (uint32_t k = 0; straight && k < m->inner_q; k++)
+        straight = m->coordinate[k].from == k && m->coordinate[k].multiplier == 1 &&
+                   m->coordinate[k].offset == 0;
+    for (uint32_t k = 0; straight && k < m->v_count; k++)
+        straight = m->freedom[k].from == k && m->freedom[k].multiplier == 1;
+    return straight;
+}
+#endif
 
 static inline struct extent model_extent(const struct tfa_model *m, uint32_t methods)
 {
@@ -274,6 +288,7 @@ static inline size_t state_walk(const struct tfa_model *m, struct extent n, void
     o->body = m->body;
     o->coordinate = m->coordinate;
     o->freedom = m->freedom;
+    o->straight = model_is_straight(m);
 #endif
     *out = s;
     return a.used;

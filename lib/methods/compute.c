@@ -324,8 +324,9 @@ static uint32_t compute_own(tfa_workspace *w, const tfa_request *r, uint32_t k, 
     return count;
 }
 
-int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
-                        uint32_t end, tfa_reply *reply)
+/* By the generic kernels, states first .. end - 1 */
+static void compute_generic(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                            uint32_t end, tfa_reply *reply)
 {
     tfa_request named;
     const tfa_request *one = decide(workspace, request, &named);
@@ -336,11 +337,8 @@ int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, ui
                       !goes_by_strips(workspace, request) && !goes_by_pieces(workspace, request) &&
                       workspace->lanes->takes(request);
     const uint32_t from = limbs && workspace->lanes_from > few ? workspace->lanes_from : few;
-    const int own = goes_by_own(workspace, request, reply);
     for (uint32_t k = first; k < end;) {
-        uint32_t done = own ? compute_own(workspace, request, k, end, reply) : 0;
-        if (!done && lanes)
-            done = compute_lanes(workspace, request, k, end, from, reply);
+        uint32_t done = lanes ? compute_lanes(workspace, request, k, end, from, reply) : 0;
         if (!done && strips)
             done = (uint32_t)compute_strips(workspace, one, k, reply);
         if (!done && limbs)
@@ -349,5 +347,19 @@ int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, ui
             (void)compute_one(workspace, one, k, reply);
         k += done ? done : 1;
     }
+}
+
+int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                        uint32_t end, tfa_reply *reply)
+{
+    const int own = goes_by_own(workspace, request, reply);
+    for (uint32_t k = first; own && k < end;) {
+        const uint32_t done = compute_own(workspace, request, k, end, reply);
+        if (!done) /* what is wrong with this state, a generic kernel says */
+            compute_generic(workspace, request, k, k + 1, reply);
+        k += done ? done : 1;
+    }
+    if (!own)
+        compute_generic(workspace, request, first, end, reply);
     return reply->status;
 }

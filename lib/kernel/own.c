@@ -38,16 +38,12 @@ TFA_INLINE struct own_lanes own_states(uint32_t k, uint32_t count)
     return at;
 }
 
-/* Sines and cosines of coordinates first .. end - 1. The rest of the last vector is 0: whatever stood there
- * might be a large angle, which takes long. */
+/* Sines and cosines of coordinates first .. end - 1 */
 TFA_INLINE void own_turn(struct own_inputs *in, const struct tfa_own_host *host, size_t first,
                          size_t end)
 {
-    const size_t count = (end - first) * NUM_LANES;
-    for (size_t k = end; (k - first) * NUM_LANES < (count + 7) / 8 * 8; k++)
-        in->q[k] = num_of(0);
-    host->sincos((const double *)(in->q + first), (double *)(in->sine + first),
-                 (double *)(in->cosine + first), count);
+    host->sincos((const double *)(in->angle + first), (double *)(in->sine + first),
+                 (double *)(in->cosine + first), (end - first) * NUM_LANES);
 }
 
 TFA_INLINE void own_load(struct own_inputs *in, const struct tfa_own_host *host,
@@ -124,7 +120,7 @@ int TFA_V(own)(const struct tfa_own_host *host, const tfa_request *r, uint32_t k
 /* ---- tips, one number at a time ---- */
 
 #define OWN_LOAD_TREE(i)                                                                           \
-    if (own_body[i].tree == own_body[tip].tree && !own_body[i].base)                               \
+    if (!own_is_straight() && own_body[i].tree == own_body[tip].tree && !own_body[i].base)         \
         own_take_coordinate(in, at, r, own_body[i].q);
 #define OWN_COUNT_TREE(i) end += own_body[i].tree == own_body[tip].tree && !own_body[i].base;
 
@@ -135,6 +131,7 @@ TFA_INLINE void own_load_tree(struct own_inputs *in, const struct tfa_own_host *
     const struct tfa_body *root = &own_body[own_body[tip].tree];
     size_t end = root->base ? 0 : root->q;
     const size_t first = end;
+    in->angle = own_angles(in, at, r);
     OWN_OUTWARD(OWN_LOAD_TREE)
     OWN_OUTWARD(OWN_COUNT_TREE)
     for (size_t k = 0; OWN_BASE && k < 7; k++)

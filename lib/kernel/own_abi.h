@@ -12,7 +12,7 @@
 #include <totalforce/dynamics.h>
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated tables. */
-#define TFA_OWN_ABI 1u
+#define TFA_OWN_ABI 2u
 
 /* The symbol */
 #define TFA_OWN_SYMBOL "tfa_own_kernel"
@@ -26,7 +26,7 @@ struct tfa_frame;
 /* What the library gives a kernel at every call */
 struct tfa_own_host {
     const tfa_model *model;
-    /* Sines and cosines of x[0] .. x[count - 1]. Whole vectors of 64 bytes are read and written. */
+    /* Sines and cosines of x[0] .. x[count - 1]. Whole vectors of 64 bytes are written. */
     void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
     /* As tfa_body_hang_payload: for kernels that keep payloads an input. */
     void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,

@@ -41,8 +41,10 @@ TFA_INLINE int own_supports(int32_t i, int32_t tip)
         fold(s, i, NULL, FOLD_INERTIA | FOLD_FRESH);
 
 /* Only of what hangs from the tip's first moving ancestor */
-TFA_INLINE void own_factor(struct state *s,
-                           int32_t tip){OWN_OUTWARD(OWN_POSE_TREE) OWN_INWARD(OWN_FOLD_TREE)}
+TFA_INLINE void own_factor(struct state *s, int32_t tip)
+{
+    OWN_OUTWARD(OWN_POSE_TREE) OWN_INWARD(OWN_FOLD_TREE)
+}
 
 /* The world in body coordinates: its axes, and its origin */
 #define OWN_AXES(i)                                                                                \
@@ -57,11 +59,26 @@ TFA_INLINE void own_factor(struct state *s,
     if (own_supports(i, tip))                                                                      \
         carry_past(s, i, &P, &C);
 
+typedef uint64_t own_row_bits __attribute__((vector_size(sizeof(num_row))));
+
+/* As own_is_sound, of a matrix in vectors */
+TFA_INLINE int own_block_is_sound(const struct block *C)
+{
+    own_row_bits sign[SIX_ROWS] = {{0}};
+    uint64_t any = 0;
+    for (int e = 0; e < 6; e++)
+        for (int k = 0; k < SIX_ROWS; k++)
+            sign[k] |= ((own_row_bits)C->row[e].row[k] & OWN_EXPONENT) + OWN_TOO_LARGE;
+    for (int e = 0; e < 6; e++)
+        any |= row_lane(sign[e / NUM_ROW], e % NUM_ROW);
+    return !(any >> 63);
+}
+
 TFA_INLINE int own_give_lambda(const struct block *C, double *out)
 {
     for (int e = 0; e < 6; e++)
         six_store(out + 6 * e, &C->row[e]);
-    return own_is_sound(out, 36);
+    return own_block_is_sound(C);
 }
 
 /* C = Lambda^-1 with the factors that are there; f: the tip's frame */

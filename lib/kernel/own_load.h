@@ -11,16 +11,19 @@
 #include "kernel/own_abi.h"
 #include "kernel/state.h"
 
-/* Below 2^900. A singular robot's answers are above, or not numbers. */
+/* Below 2^900: the sign bit stays clear. A singular robot's answers are above, or not numbers. */
+#define OWN_EXPONENT (UINT64_C(0x7ff) << 52)
+#define OWN_TOO_LARGE ((uint64_t)(0x800 - (0x3ff + 900)) << 52)
+
 TFA_INLINE int own_is_sound(const num *x, size_t count)
 {
-    uint64_t sound = 1;
+    uint64_t sign = 0;
     for (size_t k = 0; k < count * NUM_LANES; k++) {
         uint64_t bits;
         memcpy(&bits, (const char *)x + k * sizeof(double), sizeof bits);
-        sound &= (bits >> 52 & 0x7ff) < 0x3ff + 900;
+        sign |= (bits & OWN_EXPONENT) + OWN_TOO_LARGE;
     }
-    return (int)sound;
+    return !(sign >> 63);
 }
 
 #ifdef TFA_PACKED
@@ -46,11 +49,31 @@ TFA_INLINE void own_take_coordinate(struct own_inputs *in, const struct own_lane
     in->q[k] = num_of(c->multiplier) * own_take(at, r->q, OWN_Q_COUNT, c->from) + num_of(c->offset);
 }
 
+/* Are the coordinates those of the request, one by one? */
+TFA_INLINE int own_is_straight(void)
+{
+    int straight = NUM_LANES == 1;
+#pragma GCC unroll 64
+    for (uint32_t k = 0; k < OWN_COORDINATES; k++)
+        straight &= own_coordinate[k].from == k && own_coordinate[k].multiplier == 1 &&
+                    own_coordinate[k].offset == 0;
+    return straight;
+}
+
+/* Where the coordinates stand. Sines are taken of them by the vector, which would wait for numbers copied one
+ * by one. */
+TFA_INLINE const num *own_angles(const struct own_inputs *in, const struct own_lanes *at,
+                                 const tfa_request *r)
+{
+    return own_is_straight() ? (const num *)(r->q + (size_t)OWN_Q_COUNT * at->lane[0]) : in->q;
+}
+
 TFA_INLINE void own_take_coordinates(struct own_inputs *in, const struct own_lanes *at,
                                      const tfa_request *r)
 {
+    in->angle = own_angles(in, at, r);
 #pragma GCC unroll 64
-    for (size_t k = 0; k < OWN_COORDINATES; k++)
+    for (size_t k = 0; k < OWN_COORDINATES && !own_is_straight(); k++)
         own_take_coordinate(in, at, r, k);
     for (size_t k = 0; OWN_BASE && k < 7; k++)
         in->base[k] = own_take(at, r->base_pose, 7, k);

@@ -33,6 +33,7 @@ TFA_INLINE void own_take_coordinates(struct own_inputs *in, const struct own_lan
                                      const tfa_request *r)
 {
     const double *q = r->q + (size_t)OWN_Q_COUNT * at->lane[0];
+    in->angle = in->q;
 #define OWN_LOAD(i) own_take_coordinate(in, &own_step[i], q);
     OWN_STEPS_OUTWARD(OWN_LOAD)
 #undef OWN_LOAD

@@ -38,13 +38,14 @@
 #define OWN_GOES_FORWARD 0 /* no code for what is not taken */
 #endif
 
-/* Whole vectors of 8 doubles are read and written from any coordinate on (variants/sincos.h). */
+/* Whole vectors of 8 doubles are written from any coordinate on (variants/sincos.h). */
 #define OWN_ROOM(n) ((n) + 8)
 
 /* What comes from the request, and sines: other functions know where these stand. */
 struct own_inputs {
     num q[OWN_ROOM(OWN_UNIT_COORDINATES)], sine[OWN_ROOM(OWN_UNIT_COORDINATES)],
         cosine[OWN_ROOM(OWN_UNIT_COORDINATES)];
+    const num *angle; /* q, or the request's own numbers where they are the same */
     num qd[OWN_UNIT_FREEDOMS], x[OWN_UNIT_FREEDOMS]; /* x: tau, or qdd */
     num base[7];
     struct tfa_body carried[OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD ? OWN_BODIES : 1];

@@ -36,7 +36,7 @@ TFA_INLINE void own_start(struct state *s, struct own_inputs *in, const struct t
 {
     s->m = host->model;
     s->loaded = own_carry_payloads(in, host, r);
-    s->q = in->q;
+    s->q = in->angle;
     s->sine = in->sine;
     s->cosine = in->cosine;
     s->qd = in->qd;

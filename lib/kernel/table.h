@@ -37,8 +37,8 @@ struct tfa_kernel {
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
                   tfa_answer *answer);
 
-    /* Sines and cosines of doubles, whole vectors at a time (variants/sincos.h): what the kernels of one
-     * robot's own call. */
+    /* Sines and cosines of `count` doubles, written by the vector (variants/sincos.h): what the kernels of
+     * one robot's own call. */
     void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
 
     struct tfa_factors (*lend)(struct state *s);

@@ -35,7 +35,7 @@ static void load(struct state *s, const tfa_request *request, uint32_t k)
 
 static void sincos_of_doubles(const double *x, double *sine, double *cosine, size_t count)
 {
-    sincos_f64(x, sine, cosine, 0, count);
+    sincos_f64_some(x, sine, cosine, count);
 }
 
 static void employ(struct state *s, struct tfa_crew *crew)

@@ -12,6 +12,7 @@
 
 #ifdef TFA_SLEEF
 #include <sleef.h>
+#include <stdint.h>
 #include <string.h>
 
 /* 7 angles: 150 ns by glibc one by one, 36 by two calls of avx2, 20 by one of avx512. Measured
@@ -60,6 +61,39 @@ typedef Sleef___m128_2 sincos_floats;
 SINCOS_MANY(sincos_f64, double, sincos_doubles, SINCOS_DOUBLES)
 SINCOS_MANY(sincos_f32, float, sincos_floats, SINCOS_FLOATS)
 #undef SINCOS_MANY
+
+/* The `count` numbers from x on and zeros behind them, at most a vector of them: no others are read, nor do
+ * they have to come from memory as they were written, one by one. */
+#if defined(__AVX512F__)
+static inline __m512d sincos_first(const double *x, size_t count)
+{
+    return _mm512_maskz_loadu_pd((__mmask8)(0xffu >> (count < 8 ? 8 - count : 0)), x);
+}
+#elif defined(__AVX2__)
+static inline __m256d sincos_first(const double *x, size_t count)
+{
+    static const int64_t mask[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
+    const size_t skipped = count < 4 ? 4 - count : 0;
+    return _mm256_maskload_pd(x, _mm256_loadu_si256((const __m256i *)(mask + skipped)));
+}
+#else
+static inline __m128d sincos_first(const double *x, size_t count)
+{
+    return count < 2 ? _mm_load_sd(x) : _mm_loadu_pd(x);
+}
+#endif
+
+/* Of x[0] .. x[count - 1], which need not end on a whole vector; whole ones are written. */
+static inline void sincos_f64_some(const double *x, double *s, double *c, size_t count)
+{
+    sincos_doubles p;
+    const size_t lanes = sizeof p.x / sizeof *x;
+    for (size_t k = 0; k < count; k += lanes) {
+        p = SINCOS_DOUBLES(sincos_first(x + k, count - k));
+        memcpy(s + k, &p.x, sizeof p.x);
+        memcpy(c + k, &p.y, sizeof p.y);
+    }
+}
 #else
 #define SINCOS_MANY(name, real, pair_of)                                                           \
     static inline void name(const real *x, real *s, real *c, size_t first, size_t end)             \
@@ -70,6 +104,11 @@ SINCOS_MANY(sincos_f32, float, sincos_floats, SINCOS_FLOATS)
 SINCOS_MANY(sincos_f64, double, sincos)
 SINCOS_MANY(sincos_f32, float, sincosf)
 #undef SINCOS_MANY
+
+static inline void sincos_f64_some(const double *x, double *s, double *c, size_t count)
+{
+    sincos_f64(x, s, c, 0, count);
+}
 #endif
 
 #endif

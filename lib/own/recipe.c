@@ -23,8 +23,12 @@ static const struct isa {
 };
 
 /* Numbers are finite and zeros have no sign: what is multiplied by a constant 0 is not in the code. What
- * is not finite is found by its bits. No vectorising: it turns scalar stores into wide loads that wait
- * for them (lib/kernel/CMakeLists.txt). */
+ * is not finite is found by its bits. Sums are added in the order that waits least, and products fused with
+ * them wherever they stand: 291 ns instead of 312 for the forward dynamics of arm7 together with the tuning
+ * below, Lambda^-1 250 instead of 272, and as accurate (own_agreement; AMD EPYC family 25 model 17,
+ * clang 14, 2026-11-22). Not when linking, where it would change the arithmetic of the thread that
+ * loads the kernel. No vectorising: it turns scalar stores into wide loads that wait for them
+ * (lib/kernel/CMakeLists.txt). */
 static const char *const common[] = {"-std=gnu11",
                                      "-fPIC",
                                      "-O3",
@@ -33,10 +37,8 @@ static const char *const common[] = {"-std=gnu11",
                                      "-w",
                                      "-fvisibility=hidden",
                                      "-ffunction-sections",
-                                     "-fno-math-errno",
-                                     "-fno-trapping-math",
-                                     "-ffinite-math-only",
-                                     "-fno-signed-zeros",
+                                     "-ffast-math",
+                                     "-ffp-contract=fast",
                                      "-fno-tree-vectorize",
                                      "-fno-tree-slp-vectorize",
                                      "-DTFA_OWN",
@@ -109,12 +111,12 @@ static void compile(struct writer *w, const struct own_compiler *compiler, const
     begin(w, compiler);
     add_all(w, common);
     add_all(w, isa->flags);
-    add(w, compiler->clang ? "-ffp-contract=on" : "-ffp-contract=fast");
     if (compiler->clang) { /* every step is in place, whatever its size (gcc: flatten) */
         add(w, "-mllvm");
         add(w, "-inline-threshold=1000000");
     }
 #if defined(__x86_64__)
+    add(w, "-mtune=native");
     if (!compiler->clang && compiler->major >= 12 && what == ONE) {
         add(w, "-mmove-max=128");
         add(w, "-mstore-max=128");

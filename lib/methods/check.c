@@ -43,10 +43,14 @@ static double doubt(const double *x, size_t n)
             sum[0] += x[k] - x[k];
         return sum[0];
     }
-    for (size_t at = 0; at < n; at += 4) {
-        const double *four = x + (at + 4 <= n ? at : n - 4);
-        sum += doubt_of(four);
-        more += doubt_of(four + 2);
+    const double *const last = x + (n - 4);
+    for (; x <= last; x += 4) {
+        sum += doubt_of(x);
+        more += doubt_of(x + 2);
+    }
+    if (x != last + 4) {
+        sum += doubt_of(last);
+        more += doubt_of(last + 2);
     }
     sum += more;
     return sum[0] + sum[1];
@@ -273,48 +277,81 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
     return TFA_OK;
 }
 
+/* What the op reads of a motion: velocities and forces, or velocities and accelerations, or neither.
+ * What it does not read may hold anything. */
+static int moves(const tfa_request *r)
+{
+    return r->op == TFA_OP_FORWARD_DYNAMICS || r->op == TFA_OP_INVERSE_DYNAMICS;
+}
+
+static int is_forward(const tfa_request *r)
+{
+    return r->op == TFA_OP_FORWARD_DYNAMICS;
+}
+
 /* Who is it? */
 static int blame_array(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     const size_t n = r->count, nj = m->v_count;
-    const int base = m->base_freedoms > 0;
+    const int base = m->base_freedoms > 0, forward = is_forward(r), inverse = moves(r) && !forward;
     const struct {
+        int read;
         tfa_field field;
         const double *x;
         size_t width, count;
     } arrays[] = {
-        {TFA_FIELD_Q, r->q, m->q_count, n},
-        {TFA_FIELD_V, r->v, nj, n},
-        {TFA_FIELD_TAU, r->tau, nj, n},
-        {TFA_FIELD_QDD, r->qdd, nj, n},
-        {TFA_FIELD_BASE_POSE, base ? r->base_pose : NULL, 7, n},
-        {TFA_FIELD_BASE_TWIST, base ? r->base_twist : NULL, 6, n},
-        {TFA_FIELD_BASE_WRENCH, base ? r->base_wrench : NULL, 6, n},
-        {TFA_FIELD_BASE_ACCELERATION, base ? r->base_acceleration : NULL, 6, n},
-        {TFA_FIELD_WRENCHES, r->wrench_count ? r->wrenches : NULL, (size_t)6 * r->wrench_count, n},
-        {TFA_FIELD_GRAVITY, r->gravity, 3, 1},
+        {1, TFA_FIELD_Q, r->q, m->q_count, n},
+        {moves(r), TFA_FIELD_V, r->v, nj, n},
+        {forward, TFA_FIELD_TAU, r->tau, nj, n},
+        {inverse, TFA_FIELD_QDD, r->qdd, nj, n},
+        {base, TFA_FIELD_BASE_POSE, r->base_pose, 7, n},
+        {base && moves(r), TFA_FIELD_BASE_TWIST, r->base_twist, 6, n},
+        {base && forward, TFA_FIELD_BASE_WRENCH, r->base_wrench, 6, n},
+        {base && inverse, TFA_FIELD_BASE_ACCELERATION, r->base_acceleration, 6, n},
+        {moves(r) && r->wrench_count, TFA_FIELD_WRENCHES, r->wrenches, (size_t)6 * r->wrench_count,
+         n},
+        {moves(r), TFA_FIELD_GRAVITY, r->gravity, 3, 1},
     };
     int status = TFA_OK;
     for (size_t k = 0; status == TFA_OK && k < sizeof arrays / sizeof *arrays; k++)
-        status =
-            check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width, arrays[k].count);
+        if (arrays[k].read)
+            status =
+                check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width, arrays[k].count);
     return status;
+}
+
+static double doubt_base(const tfa_request *r)
+{
+    const size_t n = r->count;
+    double sum = doubt(r->base_pose, 7 * n);
+    if (moves(r))
+        sum += doubt(r->base_twist, 6 * n) +
+               doubt(is_forward(r) ? r->base_wrench : r->base_acceleration, 6 * n);
+    return sum;
+}
+
+static double doubt_motion(const struct tfa_model *m, const tfa_request *r)
+{
+    const size_t n = r->count, nj = m->v_count;
+    double sum = doubt(r->v, nj * n) + doubt(is_forward(r) ? r->tau : r->qdd, nj * n);
+    if (r->gravity)
+        sum += doubt(r->gravity, 3);
+    if (r->wrench_count)
+        sum += doubt(r->wrenches, (size_t)6 * r->wrench_count * n);
+    return sum;
 }
 
 static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
-    const size_t n = r->count, nj = m->v_count;
     if (!r->q && m->q_count)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
     if (!r->base_pose && m->base_freedoms)
         return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
-    double sum = doubt(r->q, m->q_count * n) + doubt(r->v, nj * n) + doubt(r->tau, nj * n) +
-                 doubt(r->qdd, nj * n) + doubt(r->gravity, 3);
+    double sum = doubt(r->q, (size_t)m->q_count * r->count);
+    if (moves(r))
+        sum += doubt_motion(m, r);
     if (m->base_freedoms)
-        sum += doubt(r->base_pose, 7 * n) + doubt(r->base_twist, 6 * n) +
-               doubt(r->base_wrench, 6 * n) + doubt(r->base_acceleration, 6 * n);
-    if (r->wrench_count)
-        sum += doubt(r->wrenches, (size_t)6 * r->wrench_count * n);
+        sum += doubt_base(r);
     return sum == 0 ? TFA_OK : blame_array(m, r, reply);
 }
 

@@ -126,22 +126,43 @@ static const struct {
     int status;
     tfa_field field;
     uint32_t index, state;
+    tfa_op op;
 } spoilt_numbers[] = {
-    {"q", ARRAY(q), NQ + 8, NAN, TFA_E_VALUE, TFA_FIELD_Q, 8, 1},
-    {"v", ARRAY(v), 2 * NV + 7, INFINITY, TFA_E_VALUE, TFA_FIELD_V, 7, 2},
-    {"tau", ARRAY(tau), 0, -INFINITY, TFA_E_VALUE, TFA_FIELD_TAU, 0, 0},
-    {"qdd", ARRAY(qdd), NV, NAN, TFA_E_VALUE, TFA_FIELD_QDD, 0, 1},
-    {"base_pose", ARRAY(pose), 7 * 2 + 1, NAN, TFA_E_VALUE, TFA_FIELD_BASE_POSE, 1, 2},
-    {"base_twist", ARRAY(twist), 5, NAN, TFA_E_VALUE, TFA_FIELD_BASE_TWIST, 5, 0},
-    {"base_wrench", ARRAY(wrench), 6 + 3, NAN, TFA_E_VALUE, TFA_FIELD_BASE_WRENCH, 3, 1},
+    {"q", ARRAY(q), NQ + 8, NAN, TFA_E_VALUE, TFA_FIELD_Q, 8, 1, TFA_OP_FORWARD_DYNAMICS},
+    {"v", ARRAY(v), 2 * NV + 7, INFINITY, TFA_E_VALUE, TFA_FIELD_V, 7, 2, TFA_OP_FORWARD_DYNAMICS},
+    {"tau", ARRAY(tau), 0, -INFINITY, TFA_E_VALUE, TFA_FIELD_TAU, 0, 0, TFA_OP_FORWARD_DYNAMICS},
+    {"qdd", ARRAY(qdd), NV, NAN, TFA_E_VALUE, TFA_FIELD_QDD, 0, 1, TFA_OP_INVERSE_DYNAMICS},
+    {"qdd of forward dynamics", ARRAY(qdd), NV, NAN, TFA_OK, TFA_FIELD_NONE, 0, 0,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"tau of inverse dynamics", ARRAY(tau), NV, NAN, TFA_OK, TFA_FIELD_NONE, 0, 0,
+     TFA_OP_INVERSE_DYNAMICS},
+    {"v at rest", ARRAY(v), 1, NAN, TFA_OK, TFA_FIELD_NONE, 0, 0, TFA_OP_OPERATIONAL_INERTIA},
+    {"v of inverse dynamics", ARRAY(v), 1, NAN, TFA_E_VALUE, TFA_FIELD_V, 1, 0,
+     TFA_OP_INVERSE_DYNAMICS},
+    {"q of Lambda^-1", ARRAY(q), 1, NAN, TFA_E_VALUE, TFA_FIELD_Q, 1, 0,
+     TFA_OP_OPERATIONAL_INERTIA},
+    {"base_twist of Lambda^-1", ARRAY(twist), 5, NAN, TFA_OK, TFA_FIELD_NONE, 0, 0,
+     TFA_OP_OPERATIONAL_INERTIA},
+    {"base_pose", ARRAY(pose), 7 * 2 + 1, NAN, TFA_E_VALUE, TFA_FIELD_BASE_POSE, 1, 2,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"base_twist", ARRAY(twist), 5, NAN, TFA_E_VALUE, TFA_FIELD_BASE_TWIST, 5, 0,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"base_wrench", ARRAY(wrench), 6 + 3, NAN, TFA_E_VALUE, TFA_FIELD_BASE_WRENCH, 3, 1,
+     TFA_OP_FORWARD_DYNAMICS},
     {"base_acceleration", ARRAY(acceleration), 17, NAN, TFA_E_VALUE, TFA_FIELD_BASE_ACCELERATION, 5,
-     2},
-    {"gravity", ARRAY(gravity), 1, INFINITY, TFA_E_VALUE, TFA_FIELD_GRAVITY, 1, 0},
-    {"wrenches", ARRAY(wrenches), 6 + 4, NAN, TFA_E_VALUE, TFA_FIELD_WRENCHES, 4, 1},
-    {"base quaternion", ARRAY(pose), 7 * 2 + 6, 1.002, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, 2},
-    {"base quaternion of zeros", ARRAY(pose), 6, 0, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, 0},
-    {"joint quaternion", ARRAY(q), NQ + 7, 0.9985, TFA_E_QUATERNION, TFA_FIELD_Q, 4, 1},
-    {"quaternion within 1e-3", ARRAY(pose), 7 + 6, 1.0009, TFA_OK, TFA_FIELD_NONE, 0, 0},
+     2, TFA_OP_INVERSE_DYNAMICS},
+    {"gravity", ARRAY(gravity), 1, INFINITY, TFA_E_VALUE, TFA_FIELD_GRAVITY, 1, 0,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"wrenches", ARRAY(wrenches), 6 + 4, NAN, TFA_E_VALUE, TFA_FIELD_WRENCHES, 4, 1,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"base quaternion", ARRAY(pose), 7 * 2 + 6, 1.002, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, 2,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"base quaternion of zeros", ARRAY(pose), 6, 0, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, 0,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"joint quaternion", ARRAY(q), NQ + 7, 0.9985, TFA_E_QUATERNION, TFA_FIELD_Q, 4, 1,
+     TFA_OP_FORWARD_DYNAMICS},
+    {"quaternion within 1e-3", ARRAY(pose), 7 + 6, 1.0009, TFA_OK, TFA_FIELD_NONE, 0, 0,
+     TFA_OP_FORWARD_DYNAMICS},
 };
 
 /* A pointer that is needed set to NULL. */
@@ -231,6 +252,7 @@ static void bad_numbers_are_named(void **state)
     for (size_t k = 0; k < sizeof spoilt_numbers / sizeof *spoilt_numbers; k++) {
         struct scene s;
         set_scene(&s);
+        s.r.op = spoilt_numbers[k].op;
         memcpy((char *)&s + spoilt_numbers[k].array + 8 * (size_t)spoilt_numbers[k].place,
                &spoilt_numbers[k].value, 8);
         expect(spoilt_numbers[k].what, &s.r, spoilt_numbers[k].status, spoilt_numbers[k].field,

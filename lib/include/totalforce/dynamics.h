@@ -372,7 +372,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_ARGUMENT    a NULL that is needed, an op, frame or policy that does not exist, a tolerance
  *                     that is not positive, a payload that no body can be;
  *   TFA_E_SIZE        count 0, or too many tips, wrenches, payloads, locked or held joints;
- *   TFA_E_VALUE       NaN or infinite input: field, state and index say which;
+ *   TFA_E_VALUE       NaN or infinite input: field, state and index say which (arrays that the op does
+ *                     not read may hold anything);
  *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
  *   TFA_E_LINK        a tip, a wrench or a payload names a frame that does not exist;
  *   TFA_E_JOINT       locked or held names a joint that does not exist;

@@ -25,10 +25,14 @@ static void open_library(struct contest *c, const struct library *l)
     const struct task *t = c->task;
     const tfa_model_options options = {
         .base = c->robot->base, .lock_massless_leaves = 1, .snap = c->robot->snap};
-    const tfa_workspace_options workspace = {.precision = t->precision,
-                                             .specialised = l->specialised};
-    const tfa_pool_options pool = {
-        .threads = t->threads, .cpus = cpus_for(t->threads), .precision = t->precision};
+    /* large robots have no room for every method unless asked */
+    const uint32_t methods = t->method == TFA_METHOD_AUTO ? 0 : TFA_METHOD_BIT(t->method);
+    const tfa_workspace_options workspace = {
+        .precision = t->precision, .methods = methods, .specialised = l->specialised};
+    const tfa_pool_options pool = {.threads = t->threads,
+                                   .cpus = cpus_for(t->threads),
+                                   .precision = t->precision,
+                                   .methods = methods};
     struct contestant *w = &c->who[c->count];
     *w = (struct contestant){.name = l->name, .library = l};
     int status = l->tfa_model_create(c->robot->description, &options, NULL, &w->model);

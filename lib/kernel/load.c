@@ -173,8 +173,11 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
 /* 0, or not a number where x is not finite as a double: x - x; a wider number may be too large for one */
 static num doubt(num x)
 {
-    if (NUM_EPSILON < 0x1p-60)
-        x = num_select((x <= num_of(DBL_MAX)) & (x >= num_of(-DBL_MAX)), x, num_of(INFINITY));
+    if (NUM_EPSILON < 0x1p-60) {
+        num_mask small = x <= num_of(DBL_MAX);
+        small &= x >= num_of(-DBL_MAX);
+        x = num_select(small, x, num_of(INFINITY));
+    }
     return x - x;
 }
 

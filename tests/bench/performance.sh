@@ -162,7 +162,8 @@ step_peak() {
 
 step_crossovers() {
     say "crossovers"
-    "$bin/totalforce" chart --calibrate --budget-ms $budget --output "$output" 2>"$output/crossovers.txt"
+    # the table tells the command: no folders of this machine in it
+    (cd "$output" && "$bin/totalforce" chart --calibrate --budget-ms $budget --output . 2>crossovers.txt)
 }
 
 step_draw() {

@@ -29,7 +29,7 @@ while [ $# -gt 0 ]; do
     --robots) robots=$2 command="$command --robots $(basename "$2")" && shift ;;
     --former) former=$2 && shift ;;
     --only) only=$2 && shift ;;
-    --build) build=$2 && shift ;;
+    --build) build=$(realpath -m "$2") && shift ;;
     --output) output=$2 page=$2/performance.md && shift ;;
     *) sed -n '5,19s/^# \{0,1\}//p' "$0" >&2 && exit 3 ;;
     esac

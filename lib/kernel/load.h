@@ -62,12 +62,6 @@ static inline num take_joint(const struct state *s, const double *array, size_t 
     return take(s, array, stride, from);
 }
 
-/* Number k of a joint, where s->straight */
-static inline num take_straight(const struct state *s, const double *array, size_t stride, size_t k)
-{
-    return take(s, array, stride, k);
-}
-
 /* Damping of freedom j */
 static inline num load_friction(const struct state *s, uint32_t j)
 {

@@ -42,12 +42,6 @@ static inline num take_joint(const struct state *s, const double *array, size_t 
     return num_gather(array + stride * s->lane[0], 1, from.lane);
 }
 
-/* Never: bodies in lanes stand in another order. */
-static inline num take_straight(const struct state *s, const double *array, size_t stride, size_t k)
-{
-    return take(s, array, stride, k);
-}
-
 static inline num load_friction(const struct state *s, uint32_t j)
 {
     return s->friction[j];

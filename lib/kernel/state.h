@@ -211,8 +211,8 @@ struct state {
     uint32_t methods;                       /* there is room for: bits 1u << tfa_method */
     uint32_t bodies, coordinates, freedoms; /* of the arrays, see struct extent */
     const coordinate *coordinate;
-    const freedom *freedom;   /* joints only */
-    int straight;             /* inner coordinates and freedoms of joints are the public ones */
+    const freedom *freedom; /* joints only */
+    int straight; /* inner coordinates and freedoms of joints are the public ones; never when packed */
     uint32_t lane[NUM_LANES]; /* the state of the request that each lane holds */
     uint32_t lanes;           /* how many of them count */
     const terms *body;        /* the model's, own when the request has payloads, or packed */

@@ -55,7 +55,7 @@ static int scan_pays(const tfa_workspace *w, const tfa_request *r, int forward, 
 
 tfa_method tfa_auto_method(const tfa_workspace *w, const tfa_request *r)
 {
-    const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
+    const int forward = is_forward(r);
     const int lambda = r->op == TFA_OP_OPERATIONAL_INERTIA || (forward && r->tip_count);
     if (!forward && !lambda)
         return TFA_METHOD_AUTO;

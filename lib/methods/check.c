@@ -281,12 +281,7 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
  * What it does not read may hold anything. */
 static int moves(const tfa_request *r)
 {
-    return r->op == TFA_OP_FORWARD_DYNAMICS || r->op == TFA_OP_INVERSE_DYNAMICS;
-}
-
-static int is_forward(const tfa_request *r)
-{
-    return r->op == TFA_OP_FORWARD_DYNAMICS;
+    return is_forward(r) || r->op == TFA_OP_INVERSE_DYNAMICS;
 }
 
 /* Who is it? */

@@ -108,11 +108,6 @@ static int is_plain(const tfa_request *r)
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
 }
 
-static int is_forward(const tfa_request *r)
-{
-    return r->op == TFA_OP_FORWARD_DYNAMICS;
-}
-
 static int is_scan(tfa_method method)
 {
     return method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS;
@@ -215,7 +210,7 @@ int tfa_goes_in_parts(const tfa_model *model, const tfa_request *r)
 static int goes_by_pieces(const tfa_workspace *w, const tfa_request *r)
 {
     const int bare = r->refine == 0 && r->estimate == TFA_ESTIMATE_NEVER;
-    const int asked = r->op == TFA_OP_FORWARD_DYNAMICS
+    const int asked = is_forward(r)
                           ? !r->tip_count
                           : r->op == TFA_OP_OPERATIONAL_INERTIA && r->tip_count == 1 && bare &&
                                 r->method == TFA_METHOD_TFA_CR && !(r->flags & TFA_WANT_POSES);

@@ -12,6 +12,11 @@
  * holds n x n doubles. */
 tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch);
 
+static inline int is_forward(const tfa_request *r)
+{
+    return r->op == TFA_OP_FORWARD_DYNAMICS;
+}
+
 struct tfa_crew;
 
 /* Does a method that goes in parts answer the request, so that several threads serve one state? */

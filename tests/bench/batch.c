@@ -18,10 +18,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
 
 #include "peak.h"
+#include "timing.h"
 #ifdef TFA_COUNT
 #include "count/request.h"
 #endif
@@ -60,13 +60,6 @@ struct subject {
     tfa_reply reply;
     double *block;
 };
-
-static double now(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
 
 static double uniform(double range)
 {
@@ -173,12 +166,12 @@ static double two_callers(struct subject *s)
     if (pthread_create(&thread, NULL, second_caller, &c) != 0)
         return 0;
     pthread_barrier_wait(&gate);
-    const double start = now(CLOCK_MONOTONIC);
+    const double start = wall_ns();
     for (uint32_t k = 0; k < BATCHES; k++)
         compute_half(s, s->lanes, 0);
     pthread_join(thread, NULL);
     pthread_barrier_destroy(&gate);
-    return now(CLOCK_MONOTONIC) - start;
+    return wall_ns() - start;
 }
 
 /* ---- turns ---- */
@@ -196,21 +189,15 @@ static double turn(struct subject *s, int way)
     if (way == CALLERS)
         return two_callers(s) / (STATES * BATCHES);
     int status = batch(s, way);
-    const double start = now(clock);
+    const double start = time_ns(clock);
     for (uint32_t k = 0; status == TFA_OK && k < BATCHES; k++)
         status = batch(s, way);
-    return status == TFA_OK ? (now(clock) - start) / (STATES * BATCHES) : 0;
-}
-
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+    return status == TFA_OK ? (time_ns(clock) - start) / (STATES * BATCHES) : 0;
 }
 
 static double median(double *x)
 {
-    qsort(x, ROUNDS, sizeof *x, compare);
+    qsort(x, ROUNDS, sizeof *x, by_value);
     return x[ROUNDS / 2];
 }
 

@@ -12,11 +12,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
 #include <unistd.h>
 
 #include "bench.h"
+#include "timing.h"
 
 #define STATES 8u
 #define ROUNDS 51
@@ -24,22 +24,9 @@
 
 enum { ABA, ALONE, POOL, WAYS };
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
 static double uniform(double range)
 {
     return range * (2.0 * rand() / RAND_MAX - 1);
-}
-
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 struct subject {
@@ -123,15 +110,15 @@ static void measure(struct subject *s, uint32_t threads)
     for (int round = 0; round < ROUNDS; round++)
         for (int way = 0; way < WAYS; way++) {
             (void)ask(s, way, 0); /* threads awake */
-            const double start = now();
+            const double start = wall_ns();
             for (int c = 0; c < calls; c++)
                 (void)ask(s, way, (uint32_t)(round + c) % STATES);
-            ns[way][round] = (now() - start) / calls;
+            ns[way][round] = (wall_ns() - start) / calls;
         }
     const char *const name = tfa_method_name(s->method);
     printf("%5zu", s->n);
     for (int way = 0; way < WAYS; way++) {
-        qsort(ns[way], ROUNDS, sizeof **ns, by_size);
+        qsort(ns[way], ROUNDS, sizeof **ns, by_value);
         printf("  %s%s %8.2f us (least %8.2f)", way == ABA ? "aba" : name,
                way == POOL ? " pool" : "", ns[way][ROUNDS / 2] * 1e-3, ns[way][0] * 1e-3);
     }

@@ -11,10 +11,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
 
 #include "bench.h"
+#include "timing.h"
 
 #define ROUNDS_MAX 101
 
@@ -24,13 +24,6 @@ struct figures {
     size_t model_bytes, workspace_bytes, one_bytes;
     uint32_t bodies;
 };
-
-static double now_ms(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
-}
 
 static int fail(const char *path, const char *what, int status)
 {
@@ -45,18 +38,18 @@ static int measure(const char *path, struct figures *f)
     tfa_description *description = NULL;
     tfa_model *model = NULL;
     tfa_workspace *workspace = NULL;
-    const double start = now_ms();
+    const double start = cpu_ns();
     int status = tfa_urdf_load(path, &description, &report);
-    const double parsed = now_ms();
+    const double parsed = cpu_ns();
     if (status == TFA_OK)
         status = tfa_model_create(description, NULL, &report, &model);
-    const double created = now_ms();
+    const double created = cpu_ns();
     if (status == TFA_OK)
         status = tfa_workspace_create(model, NULL, &workspace);
-    const double ready = now_ms();
-    f->parse = parsed - start;
-    f->create = created - parsed;
-    f->workspace = ready - created;
+    const double ready = cpu_ns();
+    f->parse = 1e-6 * (parsed - start);
+    f->create = 1e-6 * (created - parsed);
+    f->workspace = 1e-6 * (ready - created);
     if (status == TFA_OK) {
         f->bodies = tfa_model_summarise(model).bodies;
         f->model_bytes = tfa_model_size(description, NULL);
@@ -70,15 +63,9 @@ static int measure(const char *path, struct figures *f)
     return status == TFA_OK ? 0 : fail(path, "cannot be measured", status);
 }
 
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static double median(double *values, int count)
 {
-    qsort(values, (size_t)count, sizeof *values, by_size);
+    qsort(values, (size_t)count, sizeof *values, by_value);
     return values[count / 2];
 }
 

@@ -14,9 +14,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
 #include <unistd.h>
+
+#include "timing.h"
 
 #define STATES 16
 #define MAX_CONTESTANTS 8
@@ -135,13 +136,6 @@ static void free_states(struct states *s)
     free(s->first);
 }
 
-static double cpu_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
 static void call(const struct entry *e, const struct states *s, size_t k)
 {
     size_t at = k % STATES * s->n;
@@ -165,12 +159,6 @@ static double difference(const struct states *s)
         size += s->first[k] * s->first[k];
     }
     return sqrt(sum / size);
-}
-
-static int by_value(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 static size_t gather(struct entry *entries, const char *path, const tfa_description *d,

@@ -12,8 +12,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
+
+#include "timing.h"
 
 #define LINKS 512
 #define SLICE_NS 1e6
@@ -209,19 +210,6 @@ static double true_error(struct subject *s)
     for (uint32_t k = 0; k < s->n; k++)
         s->scratch[k] = s->answer[k] - s->exact[k];
     return energy(s, s->scratch) / energy(s, s->exact);
-}
-
-static double cpu_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 /* ns a call. q changes in the last bit from call to call, so that nothing is kept from before. */

@@ -12,8 +12,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
+
+#include "timing.h"
 
 #define TURNS 31
 #define TURN_NS 1e6 /* long against a clock read */
@@ -33,19 +34,6 @@ struct bench {
     unsigned call;
 };
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
-}
-
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static int ask(struct bench *b, tfa_workspace *w, double *out)
 {
     tfa_reply reply = {.lambda_inv = out};
@@ -58,13 +46,13 @@ static double turn(struct bench *b)
 {
     double out[MOST];
     unsigned calls = 0;
-    const double start = now();
+    const double start = cpu_ns();
     do {
         if (ask(b, b->w, out) != TFA_OK)
             return NAN;
         calls++;
-    } while (now() - start < TURN_NS);
-    return (now() - start) / calls;
+    } while (cpu_ns() - start < TURN_NS);
+    return (cpu_ns() - start) / calls;
 }
 
 static double error(struct bench *b, const double *want)
@@ -96,7 +84,7 @@ static void measure(struct bench *b, tfa_workspace *f128)
         }
     for (size_t m = 0; m < METHODS; m++) {
         b->request.method = methods[m];
-        qsort(ns[m], TURNS, sizeof **ns, ascending);
+        qsort(ns[m], TURNS, sizeof **ns, by_value);
         printf("  %-14s %u tips %9.2f us  error %.1e\n", tfa_method_name((uint32_t)methods[m]),
                (unsigned)b->request.tip_count, ns[m][TURNS / 2] / 1e3, error(b, want));
     }

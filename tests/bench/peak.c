@@ -4,16 +4,10 @@
 #include "peak.h"
 
 #include <string.h>
-#include <time.h>
+
+#include "timing.h"
 
 #define TURNS 20000
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
 
 /* Twelve chains: two operations at a time, each known after four cycles, leave room for four more.
  * One variable each: an array would be kept in memory. */
@@ -31,12 +25,12 @@ static double now(void)
         typedef real vec __attribute__((vector_size(bytes)));                                      \
         const vec a = (vec){0} + (real)0.999, b = (vec){0} + (real)0.001;                          \
         EACH(START)                                                                                \
-        const double start = now();                                                                \
+        const double start = cpu_ns();                                                             \
         for (int turn = 0; turn < TURNS; turn++) {                                                 \
             EACH(STEP)                                                                             \
             EACH(STAY)                                                                             \
         }                                                                                          \
-        const double ns = now() - start;                                                           \
+        const double ns = cpu_ns() - start;                                                        \
         return 2.0 * CHAINS * TURNS * (double)((bytes) / sizeof(real)) / ns;                       \
     }
 

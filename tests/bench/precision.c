@@ -10,8 +10,9 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
+
+#include "timing.h"
 
 #define STATES 16
 #define ROUNDS 21
@@ -50,13 +51,6 @@ static struct way {
 
 static double *q, *v, *tau, *answer[STATES];
 
-static double cpu_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
 static void ask(const struct way *w, size_t state, size_t n, double *out)
 {
     const tfa_request r = {.op = w->op,
@@ -84,12 +78,6 @@ static double sample(const struct way *w, size_t n, double *out)
         now = cpu_ns();
     }
     return (now - start) / (double)calls;
-}
-
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 /* The largest relative error of the states */
@@ -127,7 +115,7 @@ static void run(const tfa_model *model, const char *file)
             ways[k].ns[round] = sample(&ways[k], n, out);
     for (int k = 0; k < WAYS; k++) {
         struct way *w = &ways[k];
-        qsort(w->ns, ROUNDS, sizeof *w->ns, ascending);
+        qsort(w->ns, ROUNDS, sizeof *w->ns, by_value);
         measure_error(w, n, out);
         printf("%s, %zu freedoms: %-24s %9.1f ns a freedom, %7.2f of aba; error %.1e\n", file, n,
                w->name, w->ns[ROUNDS / 2] / (double)n, w->ns[ROUNDS / 2] / ways[0].ns[ROUNDS / 2],

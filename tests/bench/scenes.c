@@ -10,8 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
+
+#include "timing.h"
 
 #define STATES 16
 #define SLICE_NS 2e6 /* long against a clock read, short against a shift of the host's load */
@@ -161,13 +162,6 @@ static void call(struct bench *b, size_t k)
         fprintf(stderr, "%s: %s\n", b->row->name, tfa_status_text(reply.status));
 }
 
-static double cpu_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
 /* ns a call over one turn */
 static double turn(struct bench *b, size_t calls)
 {
@@ -175,12 +169,6 @@ static double turn(struct bench *b, size_t calls)
     for (size_t k = 0; k < calls; k++)
         call(b, k);
     return (cpu_ns() - start) / (double)calls;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 static void measure(struct bench *benches, size_t repetitions)

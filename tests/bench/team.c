@@ -11,21 +11,14 @@
  */
 #include <stdio.h>
 #include <stdlib.h>
-#include <time.h>
 
 #include "pool/team.h"
+#include "timing.h"
 
 #define TURNS_MAX 1000000
 #define WORK 650 /* dependent additions through memory: about 2 us (AMD Zen 5) */
 
 static double times[TURNS_MAX];
-
-static double now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
-}
 
 static void nothing(void *context, uint32_t task, uint32_t worker)
 {
@@ -43,23 +36,17 @@ static void work(void *context, uint32_t task, uint32_t worker)
     sums[8 * worker] = x;
 }
 
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void measure(struct team *team, team_task *task, uint32_t tasks, int turns, const char *what,
                     uint32_t threads)
 {
     static double sums[8 * 256];
     for (int k = -1000; k < turns; k++) {
-        const double start = now_ns();
+        const double start = wall_ns();
         team_run(team, task, sums, tasks);
         if (k >= 0)
-            times[k] = now_ns() - start;
+            times[k] = wall_ns() - start;
     }
-    qsort(times, (size_t)turns, sizeof *times, by_size);
+    qsort(times, (size_t)turns, sizeof *times, by_value);
     printf("%7u %-12s %8.0f %8.0f %8.0f\n", threads, what, times[0], times[turns / 2],
            times[turns - 1 - turns / 100]);
 }

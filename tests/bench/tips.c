@@ -15,10 +15,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
 
 #include "peer.h"
+#include "timing.h"
 
 #define STATES 16
 #define TURN_NS 1e6 /* long against a clock read, short against a shift of the host's load */
@@ -83,13 +83,6 @@ static void call(struct row *row, size_t k)
         row->lambda[0] = NAN;
 }
 
-static double cpu_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
 /* ns a call over one turn */
 static double turn(struct row *row, size_t calls)
 {
@@ -97,12 +90,6 @@ static double turn(struct row *row, size_t calls)
     for (size_t k = 0; k < calls; k++)
         call(row, k);
     return (cpu_ns() - start) / (double)calls;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
 }
 
 static void measure(struct row *rows, size_t count, size_t turns)

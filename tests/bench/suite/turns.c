@@ -7,22 +7,10 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <time.h>
+
+#include "../timing.h"
 
 enum { ROUNDS_MAX = 256 };
-
-static double now(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static double median(const double *values, uint32_t n, double *least)
 {
@@ -44,12 +32,12 @@ static double turn(struct contest *c, uint32_t who, uint32_t calls)
         c->task->threads > 1 || cold ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID;
     if (cold) {
         flush_all();
-        (void)now(clock); /* the clock is not what is to be cold */
+        (void)time_ns(clock); /* the clock is not what is to be cold */
     }
-    const double start = now(clock);
+    const double start = time_ns(clock);
     for (uint32_t k = 0; k < calls; k++)
         (void)contest_ask(c, who);
-    return (now(clock) - start) / calls;
+    return (time_ns(clock) - start) / calls;
 }
 
 uint32_t contest_measure(struct contest *c, double turn_us, uint32_t rounds,

@@ -25,7 +25,7 @@ static const struct isa {
 /* Numbers are finite and zeros have no sign: what is multiplied by a constant 0 is not in the code. What
  * is not finite is found by its bits. Sums are added in the order that waits least, and products fused with
  * them wherever they stand: 291 ns instead of 312 for the forward dynamics of arm7 together with the tuning
- * below, Lambda^-1 250 instead of 272, and as accurate (own_agreement; AMD EPYC family 25 model 17,
+ * below, Lambda^-1 250 instead of 272, and as accurate (own_agreement; a loop by hand, AMD EPYC family 25 model 17,
  * clang 14, 2026-11-22). Not when linking, where it would change the arithmetic of the thread that
  * loads the kernel. No vectorising: it turns scalar stores into wide loads that wait for them
  * (lib/kernel/CMakeLists.txt). */

@@ -24,9 +24,9 @@ void TFA_V(velocity)(struct state *s);
 
 /* tau = M qdd + h (bias) or M qdd alone. Featherstone 2008, table 5.1. */
 void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias);
-/* The same with pose, velocities and forces shaken by a rounding: differs from rnea by what rounding
- * may have done to either. */
-void TFA_V(rnea_shaken)(struct state *s, const num *qdd, num *tau, int bias);
+/* The same with motions and forces perturbed by roundings (perturb.h): the difference
+ * from rnea shows the effect of rounding on either. */
+void TFA_V(rnea_perturbed)(struct state *s, const num *qdd, num *tau, int bias);
 
 /* --- aba.c: Featherstone 2008, table 7.1 -------------------------------------------------- */
 

@@ -201,7 +201,7 @@ void TFA_V(solve_refined)(struct state *s, tfa_method method, uint32_t steps, in
     TFA_V(solve)(s, method, s->tau, s->qdd);
     for (uint32_t step = 0; step < steps; step++) {
         if (shaken && step + 1 == steps)
-            TFA_V(rnea_shaken)(s, s->qdd, s->res, 0);
+            TFA_V(rnea_perturbed)(s, s->qdd, s->res, 0);
         else
             TFA_V(rnea)(s, s->qdd, s->res, 0);
         for (uint32_t j = 0; j < nv; j++)

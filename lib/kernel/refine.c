@@ -43,7 +43,7 @@ static void find_residual(struct state *s, int shaken)
 {
     const uint32_t n = s->m->freedoms;
     if (shaken)
-        TFA_V(rnea_shaken)(s, s->qdd, s->res, 1);
+        TFA_V(rnea_perturbed)(s, s->qdd, s->res, 1);
     else
         TFA_V(rnea)(s, s->qdd, s->res, 1);
     for (uint32_t j = 0; j < n; j++)

@@ -4,63 +4,97 @@
  * Recursive Newton-Euler: inverse dynamics, and the residual of every other method.
  *
  * A residual shows what a method loses, but not what pose, velocities and the residual itself lose to
- * rounding, which every method shares with it. An estimate takes it with all of them shaken: each
- * number times 1 + e or 1 - e, e some roundings, by turns that look random.
+ * rounding, which every method shares with it. An estimate takes the residual with all of them
+ * perturbed (perturb.h).
  */
 #include "kernel/kernel.h"
+#include "kernel/perturb.h"
 #include "kernel/rnea_step.h"
-#include "kernel/shake.h"
 
-/* c_i and p_i, or what they are of a shaken velocity */
-static inline void products_of(const struct state *s, uint32_t i, int shaken, uint32_t *turn,
-                               svec *c, svec *p)
+/* ---- as it is ---- */
+
+/* tau_i = H_i^T f_i + R_i qdd_i,  f_parent += X_i^T f_i */
+static inline void inward(struct state *s, uint32_t i, const num *qdd, num *tau)
 {
-    *c = s->c[i];
-    *p = s->p[i];
-    if (!shaken)
-        return;
-    const svec v = s->v[i], momentum = rigid_mul(&s->body[i], shake_svec(v, turn));
-    *c = shake_svec(*c, turn);
-    *p = sv_sub(cross_force(shake_svec(v, turn), momentum), shake_svec(s->wrench[i], turn));
+    const struct tfa_body *b = &s->body[i];
+    euler_joint(s, i, qdd, tau);
+    if (b->parent >= 0)
+        s->f[b->parent] = sv_add(s->f[b->parent], x_t_force(&s->X[i], s->f[i]));
 }
 
-static inline __attribute__((always_inline)) void newton_euler(struct state *s, const num *qdd,
-                                                               num *tau, int bias, int shaken)
+void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
 {
     const struct tfa_model *m = s->m;
     const int products = bias && s->moving;
-    uint32_t turn = 1;
     const svec ground = {v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
 
     /* a_i = X_i a_parent + H_i qdd_i + c_i,  f_i = I_i a_i + p_i */
     for (uint32_t i = 0; i < m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
-        const place X = shaken ? shake_place(&s->X[i], b->n == 1, &turn) : s->X[i];
-        svec a = x_motion(&X, b->parent < 0 ? ground : s->a[b->parent]), c, p = sv_zero();
-        if (products) {
-            products_of(s, i, shaken, &turn, &c, &p);
-            a = sv_add(a, c);
-        }
-        euler_out(s, i, a, qdd, products ? &p : NULL);
+        svec a = x_motion(&s->X[i], b->parent < 0 ? ground : s->a[b->parent]);
+        if (products)
+            a = sv_add(a, s->c[i]);
+        euler_out(s, i, a, qdd, products ? &s->p[i] : NULL);
     }
-
-    /* tau_i = H_i^T f_i + R_i qdd_i,  f_parent += X_i^T f_i */
-    for (uint32_t i = m->bodies; i-- > 0;) {
-        const struct tfa_body *b = &s->body[i];
-        euler_joint(s, i, qdd, tau);
-        if (b->parent < 0)
-            continue;
-        const place X = shaken ? shake_place(&s->X[i], b->n == 1, &turn) : s->X[i];
-        s->f[b->parent] = sv_add(s->f[b->parent], x_t_force(&X, s->f[i]));
-    }
+    for (uint32_t i = m->bodies; i-- > 0;)
+        inward(s, i, qdd, tau);
 }
 
-void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
+/* ---- perturbed ---- */
+
+/* Sum of the absolute values that v_i is made of, and of c_i */
+static inline svec velocity_abs(const struct state *s, uint32_t i, const place *X, svec *c)
 {
-    newton_euler(s, qdd, tau, bias, 0);
+    const struct tfa_body *b = &s->body[i];
+    svec joint = sv_zero();
+    add_joint_motion(s, b, s->qd + b->v, &joint);
+    joint = sv_abs(joint);
+    const svec before = b->parent < 0 ? sv_zero() : sv_abs(s->v[b->parent]);
+    const svec v = sv_add(x_motion_abs(X, before), joint);
+    *c = cross_motion_abs(v, joint);
+    return v;
 }
 
-void TFA_V(rnea_shaken)(struct state *s, const num *qdd, num *tau, int bias)
+/* a_i and f_i as in rnea, each perturbed */
+static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, const num *qdd,
+                                     int products, uint32_t *rng)
 {
-    newton_euler(s, qdd, tau, bias, 1);
+    const struct tfa_body *b = &s->body[i];
+    const svec before = b->parent < 0 ? ground : s->a[b->parent];
+    const place X = place_abs(&s->X[i], b->n == 1);
+    svec a = x_motion(&s->X[i], before), size = x_motion_abs(&X, sv_abs(before)), f = sv_zero();
+    if (products) {
+        svec c;
+        const svec v = velocity_abs(s, i, &X, &c);
+        a = sv_add(a, s->c[i]);
+        size = sv_add(size, c);
+        f = cross_force_abs(v, rigid_mul_abs(terms_I(b), terms_h(b), terms_mass(b), v));
+        f = sv_add(f, sv_abs(s->wrench[i]));
+    }
+    euler_out(s, i, sv_perturb(a, size, rng), qdd, products ? &s->p[i] : NULL);
+    f = sv_add(f, rigid_mul_abs(terms_I(b), terms_h(b), terms_mass(b), sv_abs(s->a[i])));
+    s->f[i] = sv_perturb(s->f[i], f, rng);
+}
+
+static inline void inward_perturbed(struct state *s, uint32_t i, const num *qdd, num *tau,
+                                    uint32_t *rng)
+{
+    const struct tfa_body *b = &s->body[i];
+    euler_joint(s, i, qdd, tau);
+    if (b->parent < 0)
+        return;
+    const place X = place_abs(&s->X[i], b->n == 1);
+    const svec up =
+        sv_perturb(x_t_force(&s->X[i], s->f[i]), x_t_force_abs(&X, sv_abs(s->f[i])), rng);
+    s->f[b->parent] = sv_add(s->f[b->parent], up);
+}
+
+void TFA_V(rnea_perturbed)(struct state *s, const num *qdd, num *tau, int bias)
+{
+    uint32_t rng = 1;
+    const svec ground = {v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
+    for (uint32_t i = 0; i < s->m->bodies; i++)
+        outward_perturbed(s, i, ground, qdd, bias && s->moving, &rng);
+    for (uint32_t i = s->m->bodies; i-- > 0;)
+        inward_perturbed(s, i, qdd, tau, &rng);
 }

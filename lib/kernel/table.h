@@ -71,7 +71,7 @@ struct tfa_kernel {
     void (*load)(struct state *s, const tfa_request *request, uint32_t k);
     /* x = dx (fresh) or x += dx, as follows for followers; */
     void (*add)(struct state *s, const double *dx, int fresh);
-    /* residual = tau - RNEA(x), shaken (rnea_shaken) or not. Returns |x|; */
+    /* residual = tau - RNEA(x), perturbed (rnea_perturbed) or not. Returns |x|; */
     double (*residual)(struct state *s, double *residual, int shaken);
     /* writes x to the reply. Returns 1 when all of it is finite. */
     int (*unload)(const struct state *s, uint32_t k, tfa_reply *reply);

@@ -31,10 +31,12 @@ static vec3 world_origin(const struct state *s, int32_t body)
 
 /* The axes and the origin of a frame in the coordinates of its body; one inside a fused joint is
  * carried on by the parts behind it. */
-static void frame_in_body(const struct state *s, const struct tfa_frame *f, mat3 *R, vec3 *p)
+static void frame_in_body(const struct state *s, uint32_t frame, mat3 *R, vec3 *p)
 {
-    *R = m3_load(f->R);
-    *p = v3_load(f->p);
+    const struct tfa_frame *f = &s->m->frame[frame];
+    const place own = terms_frame(s->m, frame);
+    *R = own.E;
+    *p = own.r;
     if (f->part == 0)
         return;
     const struct tfa_body *b = &s->body[f->body];
@@ -57,7 +59,7 @@ int32_t TFA_V(frame_at)(const struct state *s, uint32_t frame, tfa_reference_fra
     const struct tfa_frame *f = &s->m->frame[frame];
     if (f->body < 0)
         return -1;
-    frame_in_body(s, f, R, p);
+    frame_in_body(s, frame, R, p);
     if (mode != TFA_FRAME_LOCAL)
         *R = world_axes(s, f->body);
     if (mode == TFA_FRAME_WORLD)
@@ -80,11 +82,12 @@ int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_referenc
 void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3])
 {
     const struct tfa_frame *f = &s->m->frame[frame];
-    mat3 axes = m3_load(f->R);
-    vec3 at = v3_load(f->p);
+    const place own = terms_frame(s->m, frame);
+    mat3 axes = own.E;
+    vec3 at = own.r;
     if (f->body >= 0) {
         const mat3 world = world_axes(s, f->body);
-        frame_in_body(s, f, &axes, &at);
+        frame_in_body(s, frame, &axes, &at);
         axes = m3_tmm(world, axes);
         at = m3_tmul(world, v3_sub(at, world_origin(s, f->body)));
     }

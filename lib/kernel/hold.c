@@ -58,10 +58,7 @@ void TFA_V(hold_plan)(struct state *s, uint32_t bits, int silent)
 
 static inline struct composite composite_of(const struct tfa_body *b)
 {
-    return (struct composite){num_of(b->mass),
-                              v3_load(b->h),
-                              {num_of(b->I[0]), num_of(b->I[1]), num_of(b->I[2]), num_of(b->I[3]),
-                               num_of(b->I[4]), num_of(b->I[5])}};
+    return (struct composite){terms_mass(b), terms_h(b), terms_I(b)};
 }
 
 static inline sym6 composite_inertia(const struct composite *c)

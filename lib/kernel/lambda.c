@@ -70,7 +70,7 @@ void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame fra
     w->moved = 0;
     if (f->body < 0)
         return;
-    vec3 p = v3_load(f->p);
+    vec3 p = terms_frame(s->m, s->tip[t]).r;
     const int aligned = frame == TFA_FRAME_LOCAL_WORLD_ALIGNED;
     w->moved = TFA_V(frame_freedoms)(s, s->tip[t]);
     if (f->part || !aligned)

@@ -25,12 +25,47 @@ static int same_payloads(const struct state *s, const tfa_request *r)
            memcmp(s->payload, r->payloads, s->payloads * TFA_PAYLOAD_NUMBERS * sizeof(double)) == 0;
 }
 
+#ifdef NUM_QUAD
+static void take_own_quad(struct state *s, uint32_t body)
+{
+    s->own_quad[body] = *s->m->body[body].quad;
+    s->own[body].quad = &s->own_quad[body];
+}
+
+static void hang_on_quad(struct state *s, uint32_t frame, const double *numbers)
+{
+    tfa_payload p = {.mass = numbers[0]};
+    memcpy(p.com, numbers + 1, sizeof p.com);
+    memcpy(p.inertia, numbers + 4, sizeof p.inertia);
+    tfa_bare_add_payload(&s->own_quad[s->m->frame[frame].body].mass, &s->m->frame_quad[frame], &p);
+}
+#endif
+
+/* The model's constants of a body, for payloads to be added to */
+static void take_own(struct state *s, uint32_t body)
+{
+    s->own[body] = s->m->body[body];
+#ifdef NUM_QUAD
+    take_own_quad(s, body);
+#endif
+}
+
+static void hang_payload(struct state *s, uint32_t frame, const double *numbers)
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    tfa_body_add_payload(&s->own[f->body], f, numbers);
+#ifdef NUM_QUAD
+    hang_on_quad(s, frame, numbers);
+#endif
+}
+
 /* Bodies that a payload hangs on, or hung on: constants of the model, then what is added now. */
 static void load_payloads(struct state *s, const tfa_request *r)
 {
     const struct tfa_model *m = s->m;
     if (s->body == m->body) {
-        memcpy(s->own, m->body, m->bodies * sizeof *s->own);
+        for (uint32_t i = 0; i < m->bodies; i++)
+            take_own(s, i);
         s->body = s->own;
     }
     uint32_t changed[2 * TFA_MAX_PAYLOADS], count = 0;
@@ -38,7 +73,7 @@ static void load_payloads(struct state *s, const tfa_request *r)
         if (m->frame[s->payload_frame[k]].body >= 0)
             changed[count++] = (uint32_t)m->frame[s->payload_frame[k]].body;
     for (uint32_t k = 0; k < count; k++)
-        s->own[changed[k]] = m->body[changed[k]];
+        take_own(s, changed[k]);
     s->payloads = r->payload_count;
     for (uint32_t k = 0; k < s->payloads; k++) {
         const struct tfa_frame *f = &m->frame[r->payload_frames[k]];
@@ -48,7 +83,7 @@ static void load_payloads(struct state *s, const tfa_request *r)
                TFA_PAYLOAD_NUMBERS * sizeof *numbers);
         if (f->body < 0)
             continue; /* the world carries it */
-        tfa_body_add_payload(&s->own[f->body], f, numbers);
+        hang_payload(s, r->payload_frames[k], numbers);
         changed[count++] = (uint32_t)f->body;
     }
     for (uint32_t k = 0; k < count; k++)

@@ -39,12 +39,12 @@ static void pose_fused(struct state *s, uint32_t i)
     const num o = num_of(0), l = num_of(1);
     place X = {{l, o, o, o, l, o, o, o, l}, {o, o, o}};
     for (uint32_t k = 0; k < b->n; k++) {
-        const struct tfa_part *part = &s->m->part[b->part + k];
-        const int turns = part->kind == TFA_KIND_REVOLUTE;
+        const place T = terms_part(s->m, b->part + k);
+        const int turns = s->m->part[b->part + k].kind == TFA_KIND_REVOLUTE;
         if (turns)
-            w->part[k] = revolute(m3_load(part->E), v3_load(part->r), sine[k], cosine[k]);
+            w->part[k] = revolute(T.E, T.r, sine[k], cosine[k]);
         else
-            w->part[k] = prismatic(m3_load(part->E), v3_load(part->r), q[k]);
+            w->part[k] = prismatic(T.E, T.r, q[k]);
         const place *P = &w->part[k];
         for (uint32_t j = 0; j < k; j++)
             sv_store(w->H + 6 * j, x_motion(P, sv_from(w->H + 6 * j)));

@@ -91,6 +91,13 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(uint8_t, stop, nv, "", "joint", "load: STOP_ bits of each freedom")                      \
     ARRAY(uint8_t, posture, nb, "", "", "hold: what held joints make of each body")
 
+/* Constants that are not rounded: in quadruple precision only */
+#ifdef NUM_QUAD
+#define STATE_QUADS(count) (count)
+#else
+#define STATE_QUADS(count) 0
+#endif
+
 /* Of one state at a time only */
 #define TFA_SINGLE_ARRAYS(ARRAY)                                                                   \
     ARRAY(double, carry, nv, "", "joint", "refine: what goes to the wider kernel and comes back")  \
@@ -100,6 +107,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
           "crba: composite inertia; efpa: inverse inertias Omega")                                 \
     ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "hold: composite without freedom")  \
     ARRAY(struct tfa_body, own, nb, "", "i", "payload: constants of bodies that carry one")        \
+    ARRAY(struct tfa_body_quad, own_quad, STATE_QUADS(nb), "", "i", "payload: the same in quad")   \
     ARRAY(uint8_t, mark, nv, "", "", "load: scratch, by public freedom")                           \
     ARRAY(num, lag, nv, "N m, N", "joint", "hold: M qdd + h - tau, the holding forces")            \
     ARRAY(double, score, nb, "", "i", "hold: what letting go of its joint promises")               \

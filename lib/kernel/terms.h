@@ -12,6 +12,61 @@
 #include "model/model.h"
 #include "spatial/spatial.h"
 
+#ifdef NUM_QUAD
+typedef tfa_quad constant;
+#define TERMS_PLACE(b) (&(b)->quad->place)
+#define TERMS_MASS(b) (&(b)->quad->mass)
+
+static inline num constant_of(tfa_quad x)
+{
+    return x;
+}
+#else
+typedef double constant;
+#define TERMS_PLACE(b) (b)
+#define TERMS_MASS(b) (b)
+
+static inline num constant_of(double x)
+{
+    return num_of(x);
+}
+#endif
+
+static inline vec3 constant_vec3(const constant *p)
+{
+    return (vec3){constant_of(p[0]), constant_of(p[1]), constant_of(p[2])};
+}
+
+static inline mat3 constant_mat3(const constant *p)
+{
+    return (mat3){constant_of(p[0]), constant_of(p[1]), constant_of(p[2]),
+                  constant_of(p[3]), constant_of(p[4]), constant_of(p[5]),
+                  constant_of(p[6]), constant_of(p[7]), constant_of(p[8])};
+}
+
+/* Axes of a link's frame in its body, and its origin there */
+static inline place terms_frame(const struct tfa_model *m, uint32_t frame)
+{
+#ifdef NUM_QUAD
+    const struct tfa_place_quad *f = &m->frame_quad[frame];
+    return (place){constant_mat3(f->E), constant_vec3(f->r)};
+#else
+    const struct tfa_frame *f = &m->frame[frame];
+    return (place){constant_mat3(f->R), constant_vec3(f->p)};
+#endif
+}
+
+/* From the frame of the part before to that of a part of a fused body, both at q = 0 */
+static inline place terms_part(const struct tfa_model *m, uint32_t part)
+{
+#ifdef NUM_QUAD
+    const struct tfa_place_quad *p = &m->part_quad[part];
+#else
+    const struct tfa_part *p = &m->part[part];
+#endif
+    return (place){constant_mat3(p->E), constant_vec3(p->r)};
+}
+
 #if defined TFA_PACKED && defined TFA_OWN
 #include "kernel/own_packed_terms.h"
 #elif defined TFA_PACKED
@@ -28,29 +83,30 @@ typedef struct tfa_body terms;
 /* T: from the parent's frame to the joint's at q = 0 */
 static inline mat3 terms_E(const terms *b)
 {
-    return m3_load(b->E);
+    return constant_mat3(TERMS_PLACE(b)->E);
 }
 
 static inline vec3 terms_r(const terms *b)
 {
-    return v3_load(b->r);
+    return constant_vec3(TERMS_PLACE(b)->r);
 }
 
 static inline num terms_mass(const terms *b)
 {
-    return num_of(b->mass);
+    return constant_of(TERMS_MASS(b)->mass);
 }
 
 /* Mass times centre of mass */
 static inline vec3 terms_h(const terms *b)
 {
-    return v3_load(b->h);
+    return constant_vec3(TERMS_MASS(b)->h);
 }
 
 static inline sym3 terms_I(const terms *b)
 {
-    return (sym3){num_of(b->I[0]), num_of(b->I[1]), num_of(b->I[2]),
-                  num_of(b->I[3]), num_of(b->I[4]), num_of(b->I[5])};
+    const constant *I = TERMS_MASS(b)->I;
+    return (sym3){constant_of(I[0]), constant_of(I[1]), constant_of(I[2]),
+                  constant_of(I[3]), constant_of(I[4]), constant_of(I[5])};
 }
 
 /* Of a joint with one freedom */

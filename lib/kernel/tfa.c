@@ -16,7 +16,7 @@ static void bake_inboard(struct state *s, uint32_t i)
 {
     const struct tfa_body *b = &s->body[i];
     struct total *t = &s->total[i];
-    const place T = {m3_load(b->E), v3_load(b->r)};
+    const place T = {terms_E(b), terms_r(b)};
     const sym6 *up = &s->Iinv[b->parent];
     t->TIT = s6_inv_to_child(&T, up);
     for (int k = 0; k < 6; k++) {

@@ -46,11 +46,14 @@ static struct layout lay_out(const struct draft *d, void *memory)
     const uint32_t freedoms = count_freedoms(d);
     l.model = arena_take(&a, 1, sizeof *l.model);
     l.body = arena_take(&a, d->bodies, sizeof *l.body);
+    l.quad = arena_take(&a, d->bodies, sizeof *l.quad);
     l.bare = arena_take(&a, d->bodies + 1u, sizeof *l.bare);
     l.frame = arena_take(&a, d->frames, sizeof *l.frame);
+    l.frame_quad = arena_take(&a, d->frames, sizeof *l.frame_quad);
     l.chain = arena_take(&a, d->bodies, sizeof *l.chain);
     l.chain_body = arena_take(&a, d->bodies, sizeof *l.chain_body);
     l.part = arena_take(&a, d->parts, sizeof *l.part);
+    l.part_quad = arena_take(&a, d->parts, sizeof *l.part_quad);
     l.joint = arena_take(&a, d->joints, sizeof *l.joint);
     l.declared = arena_take(&a, d->description->joint_count, sizeof *l.declared);
     l.body_info = arena_take(&a, d->bodies, sizeof *l.body_info);
@@ -78,8 +81,10 @@ static void bind(struct layout *l, const struct draft *d)
     m->body = l->body;
     m->bare = l->bare;
     m->frame = l->frame;
+    m->frame_quad = l->frame_quad;
     m->chain = l->chain;
     m->part = l->part;
+    m->part_quad = l->part_quad;
     m->joint = l->joint;
     m->declared = l->declared;
     m->body_info = l->body_info;
@@ -145,7 +150,7 @@ const struct tfa_model *tfa_compile(const struct draft *d, void *memory)
     tfa_place_maps(&l, d);
     tfa_place_names(&l, d);
     summarise(m, d);
-    tfa_weigh(m, l.body, l.body_info, d->weight, scene->payloads, scene->payload_count);
+    tfa_weigh(m, l.body, l.quad, l.body_info, d->weight, scene->payloads, scene->payload_count);
     tfa_hash_model(m);
     return m;
 }

@@ -15,7 +15,8 @@
 
 struct derived {
     struct tfa_model *model;
-    struct tfa_body *body; /* payloads only */
+    struct tfa_body *body; /* payloads only, with the next two */
+    struct tfa_body_quad *quad;
     tfa_body_info *info;
     size_t size;
 };
@@ -27,6 +28,7 @@ static struct derived lay_out(const struct tfa_model *from, int with_bodies, voi
     l.model = arena_take(&a, 1, sizeof *l.model);
     if (with_bodies) {
         l.body = arena_take(&a, from->bodies, sizeof *l.body);
+        l.quad = arena_take(&a, from->bodies, sizeof *l.quad);
         l.info = arena_take(&a, from->bodies, sizeof *l.info);
     }
     l.size = a.used;
@@ -109,10 +111,12 @@ static int apply_payloads(const struct derived *l, const struct tfa_model *from,
     if (!weight)
         return TFA_E_MEMORY;
     memcpy(l->body, from->body, from->bodies * sizeof *l->body);
+    for (uint32_t i = 0; i < from->bodies; i++)
+        l->quad[i] = *from->body[i].quad;
     memcpy(l->info, from->body_info, from->bodies * sizeof *l->info);
     m->body = l->body;
     m->body_info = l->info;
-    tfa_weigh(m, l->body, l->info, weight, payloads, count);
+    tfa_weigh(m, l->body, l->quad, l->info, weight, payloads, count);
     int status = check_freedoms(m, weight, report);
     free(weight);
     return status;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A draft is a model under construction: ordered, reduced, merged, aligned, in extended precision.
+ * A draft is a model under construction: ordered, reduced, merged, aligned, in quadruple precision.
  */
 #ifndef TFA_MODEL_DRAFT_H
 #define TFA_MODEL_DRAFT_H
@@ -15,12 +15,12 @@
 
 /* What the reductions found out about a link. */
 struct draft_link {
-    ext inertia[6];  /* as the description states it, or repaired */
-    uint8_t present; /* part of the scene */
-    uint8_t heavy;   /* it has mass, inertia or a payload; later: or something beyond it has */
-    uint8_t loaded;  /* it carries a payload */
-    uint8_t tip;     /* the scene names it as a tip */
-    uint8_t moves;   /* with a joint that is not fixed, or with the base */
+    long double inertia[6]; /* as the description states it, or repaired */
+    uint8_t present;        /* part of the scene */
+    uint8_t heavy;  /* it has mass, inertia or a payload; later: or something beyond it has */
+    uint8_t loaded; /* it carries a payload */
+    uint8_t tip;    /* the scene names it as a tip */
+    uint8_t moves;  /* with a joint that is not fixed, or with the base */
 };
 
 /* What becomes of a joint. Mimics are resolved: the leader follows none. */
@@ -52,8 +52,8 @@ struct draft_body {
     uint8_t kind, n, base;
     uint8_t loaded;  /* a link of it carries a payload */
     uint8_t aligned; /* its x axis lies on the common normal with a child's axis */
-    uint8_t axial;   /* as in tfa_body, and d */
-    ext d;
+    uint8_t axial;   /* as in tfa_body, and its a and d */
+    ext a, d;
     struct draft_move move;
 };
 
@@ -142,7 +142,7 @@ int tfa_draft_base(const struct draft *d, tfa_report *report);
 
 /* R becomes the rotation by right angles that it is within `limit` of, if there is one. Returns the angle
  * of the change, rad. */
-ext draft_snap(ext R[9], double limit);
+long double draft_snap(ext R[9], double limit);
 /* Says how many rotations that is for, and the largest change. */
 void draft_note_snaps(const struct draft *d, tfa_report *report);
 

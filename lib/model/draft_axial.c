@@ -8,8 +8,6 @@
  * of each body can have that; and where axes are nearly parallel, their normal is far away: the
  * transform stays general there.
  */
-#include <math.h>
-
 #include "model/draft.h"
 
 /* The inverse inertia about the new origin is at most so many times what it is about the joints at the
@@ -27,12 +25,12 @@
 #define EXACT 1e-17L
 
 /* I x = y for a symmetric positive I: xx xy xz yy yz zz */
-static void solve(const ext I[6], const ext y[3], ext x[3])
+static void solve(const long double I[6], const long double y[3], long double x[3])
 {
-    const ext l1 = I[1] / I[0], l2 = I[2] / I[0];
-    const ext yy = I[3] - l1 * I[1], yz = I[4] - l1 * I[2], l = yz / yy;
-    const ext zz = I[5] - l2 * I[2] - l * yz;
-    const ext b = y[1] - l1 * y[0];
+    const long double l1 = I[1] / I[0], l2 = I[2] / I[0];
+    const long double yy = I[3] - l1 * I[1], yz = I[4] - l1 * I[2], l = yz / yy;
+    const long double zz = I[5] - l2 * I[2] - l * yz;
+    const long double b = y[1] - l1 * y[0];
     x[2] = (y[2] - l2 * y[0] - l * b) / zz;
     x[1] = b / yy - l * x[2];
     x[0] = y[0] / I[0] - l1 * x[1] - l2 * x[2];
@@ -40,36 +38,39 @@ static void solve(const ext I[6], const ext y[3], ext x[3])
 
 /* Trace of the inverse mass at a point p from the centre of mass, times the mass:
  *   3 + m tr([p]x I^-1 [p]x^T) */
-static ext mobility(const struct draft_body *b, const ext I[6], const ext point[3])
+static long double mobility(const struct draft_body *b, const long double I[6],
+                            const long double point[3])
 {
-    ext p[3], sum = 3;
+    long double p[3], sum = 3;
     for (int k = 0; k < 3; k++)
-        p[k] = point[k] - b->h[k] / b->mass;
-    const ext rows[3][3] = {{0, -p[2], p[1]}, {p[2], 0, -p[0]}, {-p[1], p[0], 0}};
+        p[k] = point[k] - (long double)(b->h[k] / b->mass);
+    const long double rows[3][3] = {{0, -p[2], p[1]}, {p[2], 0, -p[0]}, {-p[1], p[0], 0}};
     for (int k = 0; k < 3; k++) {
-        ext x[3];
+        long double x[3];
         solve(I, rows[k], x);
-        sum += b->mass * (rows[k][0] * x[0] + rows[k][1] * x[1] + rows[k][2] * x[2]);
+        sum += (long double)b->mass * (rows[k][0] * x[0] + rows[k][1] * x[1] + rows[k][2] * x[2]);
     }
     return sum;
 }
 
-/* May the body's origin move to the height w of its axis? `joint`: that of what hangs from it */
-static uint8_t within_reach(const struct draft_body *b, const ext joint[3], ext w)
+/* May the body's origin move to the height w of its axis? r: the joint of what hangs from it */
+static uint8_t within_reach(const struct draft_body *b, const ext r[3], ext w)
 {
     if (!(b->mass > 0))
         return 0;
-    const ext origin[3] = {0, 0, 0}, foot[3] = {0, 0, w}, *h = b->h, m = b->mass;
+    const long double origin[3] = {0, 0, 0}, foot[3] = {0, 0, (long double)w};
+    const long double joint[3] = {(long double)r[0], (long double)r[1], (long double)r[2]};
+    const ext *h = b->h, m = b->mass;
     const ext hh = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
     const ext trace = b->I[0] + b->I[3] + b->I[5] - 2 * hh / m; /* about the centre of mass */
-    ext I[6];
+    long double I[6];
     for (int k = 0; k < 6; k++) {
         const int diagonal = ext_row[k] == ext_col[k];
-        I[k] = b->I[k] - ((diagonal ? hh : 0) - h[ext_row[k]] * h[ext_col[k]]) / m +
-               (diagonal ? FLAT * trace : 0);
+        I[k] = (long double)(b->I[k] - ((diagonal ? hh : 0) - h[ext_row[k]] * h[ext_col[k]]) / m +
+                             (diagonal ? FLAT * trace : 0));
     }
-    const ext now = fmaxl(mobility(b, I, origin), mobility(b, I, joint));
-    return mobility(b, I, foot) <= WORSE * now;
+    const long double now = mobility(b, I, origin), there = mobility(b, I, joint);
+    return mobility(b, I, foot) <= WORSE * (now > there ? now : there);
 }
 
 /* Where the common normal of a body's and a child's axis starts on z, and where it points. 0: nowhere
@@ -77,7 +78,7 @@ static uint8_t within_reach(const struct draft_body *b, const ext joint[3], ext 
 static uint8_t find_normal(const struct draft_body *child, struct draft_body *b)
 {
     const ext *e = child->E + 6, *r = child->r; /* the child's axis, and its joint */
-    const ext sine = hypotl(e[0], e[1]), away = hypotl(r[0], r[1]);
+    const ext sine = ext_hypot(e[0], e[1]), away = ext_hypot(r[0], r[1]);
     if (sine < PARALLEL) {
         if (away > 0)
             b->move = (struct draft_move){r[0] / away, r[1] / away, 0};
@@ -172,21 +173,18 @@ static void move_all(struct draft *d)
 }
 
 /* Is the constant transform E = Rz Rx, r = (a, -d sin alpha, d cos alpha) with (0, -sin alpha, cos alpha)
- * the last row of E? */
+ * the last row of E? The doubles of the model become exactly that; the quadruple ones stay as they are. */
 static void recognise(struct draft_body *b, const struct draft_body *parent)
 {
-    ext *E = b->E, *r = b->r;
-    const ext d = r[1] * E[7] + r[2] * E[8], moved = fabsl(parent->move.w) + fabsl(b->move.w);
-    const ext nothing = EXACT * (hypotl(r[0], hypotl(r[1], r[2])) + moved);
-    const ext off = hypotl(r[1] - d * E[7], r[2] - d * E[8]);
-    if (b->kind != TFA_KIND_REVOLUTE || fabsl(E[6]) > EXACT || off > nothing)
+    const ext *E = b->E, *r = b->r;
+    const ext d = r[1] * E[7] + r[2] * E[8], moved = ext_abs(parent->move.w) + ext_abs(b->move.w);
+    const ext nothing = EXACT * (ext_hypot(r[0], ext_hypot(r[1], r[2])) + moved);
+    const ext off = ext_hypot(r[1] - d * E[7], r[2] - d * E[8]);
+    if (b->kind != TFA_KIND_REVOLUTE || ext_abs(E[6]) > EXACT || off > nothing)
         return;
     b->axial = 1;
-    b->d = fabsl(d) > nothing ? d : 0;
-    E[6] = 0;
-    r[0] = fabsl(r[0]) > nothing ? r[0] : 0;
-    r[1] = b->d * E[7];
-    r[2] = b->d * E[8];
+    b->d = ext_abs(d) > nothing ? d : 0;
+    b->a = ext_abs(r[0]) > nothing ? r[0] : 0;
 }
 
 void tfa_draft_axial(struct draft *d)

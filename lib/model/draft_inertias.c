@@ -14,7 +14,7 @@
 #define TRIANGLE_TOLERANCE 1e-6L
 
 /* V diag(value) V^T with the negative values 0 */
-static void clip(ext s[6], const ext value[3], const ext V[9])
+static void clip(long double s[6], const long double value[3], const long double V[9])
 {
     for (int k = 0; k < 6; k++) {
         s[k] = 0;
@@ -23,7 +23,7 @@ static void clip(ext s[6], const ext value[3], const ext V[9])
     }
 }
 
-static void tell_repaired(const tfa_link *link, const ext was[3], tfa_report *report)
+static void tell_repaired(const tfa_link *link, const long double was[3], tfa_report *report)
 {
     tfa_report_add(report, TFA_WARNING, link->line, "inertia-repaired",
                    "link '%s': its inertia has the principal moments %.6Lg %.6Lg %.6Lg kg m^2; "
@@ -35,7 +35,7 @@ static void tell_repaired(const tfa_link *link, const ext was[3], tfa_report *re
 static int check_negative(struct draft *d, size_t k, int moves, tfa_report *report)
 {
     const tfa_link *link = &d->description->links[k];
-    ext value[3], V[9];
+    long double value[3], V[9];
     tfa_eigen(d->link[k].inertia, value, V);
     if (!tfa_eigen_negative(value))
         return TFA_OK;
@@ -56,7 +56,7 @@ static int check_negative(struct draft *d, size_t k, int moves, tfa_report *repo
 static int check_triangle(const struct draft *d, size_t k, tfa_report *report)
 {
     const tfa_link *link = &d->description->links[k];
-    ext value[3];
+    long double value[3];
     tfa_eigen(d->link[k].inertia, value, NULL);
     if (value[2] <= (1 + TRIANGLE_TOLERANCE) * (value[0] + value[1]))
         return TFA_OK;
@@ -81,7 +81,8 @@ int tfa_draft_inertias(struct draft *d, tfa_report *report)
 {
     const tfa_description *s = d->description;
     for (size_t k = 0; k < s->link_count; k++)
-        ext_widen(d->link[k].inertia, s->links[k].inertia, 6);
+        for (int e = 0; e < 6; e++)
+            d->link[k].inertia[e] = s->links[k].inertia[e];
     d->link[d->root].moves = d->options->base == TFA_BASE_FLOATING;
     for (size_t k = 0; k < s->joint_count; k++) {
         const tfa_joint *joint = &s->joints[d->order[k]];
@@ -98,7 +99,7 @@ int tfa_draft_inertias(struct draft *d, tfa_report *report)
 void tfa_draft_note_base(const struct draft *d, tfa_report *report)
 {
     const tfa_link *root = &d->description->links[d->root];
-    ext mass = 0;
+    long double mass = 0;
     size_t links = 0;
     for (size_t k = 0; k < d->description->link_count; k++) {
         const double m = d->description->links[k].mass;

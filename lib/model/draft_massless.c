@@ -13,7 +13,7 @@ static void weigh(struct draft *d)
     const tfa_description *s = d->description;
     for (size_t k = 0; k < s->link_count; k++) {
         struct draft_link *link = &d->link[k];
-        const ext *I = link->inertia;
+        const long double *I = link->inertia;
         link->heavy =
             link->present && (s->links[k].mass > 0 || I[0] + I[3] + I[5] > 0 || link->loaded);
     }

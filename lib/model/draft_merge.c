@@ -2,16 +2,15 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Links become bodies: joints that do not move merged, frames turned so that joint axes are z,
- * inertias summed about the joint. All of it in extended precision, rounded to double once at the
+ * inertias summed about the joint. All of it in quadruple precision, rounded to double once at the
  * end.
  */
-#include <math.h>
 #include <string.h>
 
 #include "model/draft.h"
 
 /* Adds a link's inertia to its body, about the body's origin. f: the link's frame in the body. */
-static void add_inertia(struct draft_body *b, const tfa_link *link, const ext s[6],
+static void add_inertia(struct draft_body *b, const tfa_link *link, const long double s[6],
                         const struct draft_frame *f, double snap)
 {
     int empty = link->mass == 0;

@@ -108,12 +108,12 @@ static int check_locked(const struct draft *d, uint32_t j, tfa_report *report)
         return TFA_E_MODEL;
     }
     ext q = follower->multiplier * leader->q[0] + follower->offset;
-    if (fabsl(follower->q[0] - q) <= 1e-9L * (1 + fabsl(q)))
+    if (ext_abs(follower->q[0] - q) <= 1e-9L * (1 + ext_abs(q)))
         return TFA_OK;
     tfa_report_add(report, TFA_ERROR, 0, "scene-lock",
                    "joint '%s': the scene locks it at %Lg, but following joint '%s' it stands at "
                    "%Lg; remove its lock",
-                   name, follower->q[0], of, q);
+                   name, (long double)follower->q[0], of, (long double)q);
     return TFA_E_MODEL;
 }
 

@@ -12,17 +12,17 @@
 static int nearest(const ext R[9], ext C[9])
 {
     for (int k = 0; k < 9; k++)
-        C[k] = roundl(R[k]);
+        C[k] = roundl((long double)R[k]);
     for (int i = 0; i < 3; i++) {
-        const ext in_row = fabsl(C[3 * i]) + fabsl(C[3 * i + 1]) + fabsl(C[3 * i + 2]);
-        const ext in_column = fabsl(C[i]) + fabsl(C[3 + i]) + fabsl(C[6 + i]);
+        const ext in_row = ext_abs(C[3 * i]) + ext_abs(C[3 * i + 1]) + ext_abs(C[3 * i + 2]);
+        const ext in_column = ext_abs(C[i]) + ext_abs(C[3 + i]) + ext_abs(C[6 + i]);
         if (in_row != 1 || in_column != 1)
             return 0;
     }
     return 1; /* a reflection is no neighbour of a rotation: the limit tells */
 }
 
-ext draft_snap(ext R[9], double limit)
+long double draft_snap(ext R[9], double limit)
 {
     ext C[9], sum = 0;
     if (!(limit > 0) || !nearest(R, C))
@@ -30,8 +30,8 @@ ext draft_snap(ext R[9], double limit)
     for (int k = 0; k < 9; k++)
         sum += (R[k] - C[k]) * (R[k] - C[k]);
     /* |R - C| = 2 sqrt(2) sin(angle / 2) */
-    const ext angle = 2 * asinl(fminl(sqrtl(sum / 8), 1));
-    if (!(angle <= limit))
+    const long double angle = 2 * asinl(fminl(sqrtl((long double)sum / 8), 1));
+    if (!(angle <= (long double)limit))
         return 0;
     memcpy(R, C, sizeof C);
     return angle;
@@ -39,7 +39,7 @@ ext draft_snap(ext R[9], double limit)
 
 struct tally {
     size_t count;
-    ext largest;
+    long double largest;
     const char *name;
 };
 
@@ -48,7 +48,7 @@ static void look(struct tally *t, const double quat[4], double limit, const char
     ext q[4], R[9];
     ext_widen(q, quat, 4);
     ext_rotation(R, q);
-    const ext angle = draft_snap(R, limit);
+    const long double angle = draft_snap(R, limit);
     t->count += angle > 1e-17L; /* what a double can be off is not worth a word */
     if (angle > t->largest) {
         t->largest = angle;

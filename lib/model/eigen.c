@@ -6,32 +6,35 @@
 #include "model/eigen.h"
 
 #include <math.h>
+#include <string.h>
+
+#include "model/ext.h"
 
 /* One rotation that makes a[p][q] zero: a <- G^T a G, V <- V G */
-static void rotate(ext a[3][3], ext V[9], int p, int q)
+static void rotate(long double a[3][3], long double V[9], int p, int q)
 {
     if (a[p][q] == 0)
         return;
-    ext theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-    ext t = copysignl(1, theta) / (fabsl(theta) + hypotl(theta, 1));
-    ext c = 1 / sqrtl(t * t + 1), s = t * c;
+    long double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+    long double t = copysignl(1, theta) / (fabsl(theta) + hypotl(theta, 1));
+    long double c = 1 / sqrtl(t * t + 1), s = t * c;
     int r = 3 - p - q;
-    ext apr = a[p][r], aqr = a[q][r];
+    long double apr = a[p][r], aqr = a[q][r];
     a[p][p] -= t * a[p][q];
     a[q][q] += t * a[p][q];
     a[p][q] = a[q][p] = 0;
     a[p][r] = a[r][p] = c * apr - s * aqr;
     a[q][r] = a[r][q] = s * apr + c * aqr;
     for (int k = 0; k < 9; k += 3) {
-        ext x = V[k + p], y = V[k + q];
+        long double x = V[k + p], y = V[k + q];
         V[k + p] = c * x - s * y;
         V[k + q] = s * x + c * y;
     }
 }
 
-static void swap_columns(ext value[3], ext V[9], int p, int q)
+static void swap_columns(long double value[3], long double V[9], int p, int q)
 {
-    ext t = value[p];
+    long double t = value[p];
     value[p] = value[q];
     value[q] = t;
     for (int k = 0; k < 9; k += 3) {
@@ -41,14 +44,15 @@ static void swap_columns(ext value[3], ext V[9], int p, int q)
     }
 }
 
-void tfa_eigen(const ext s[6], ext value[3], ext *V)
+void tfa_eigen(const long double s[6], long double value[3], long double *V)
 {
-    ext own[9], scale = 0;
-    ext *W = V ? V : own;
-    ext_identity(W);
+    long double own[9], scale = 0;
+    long double *W = V ? V : own;
+    memset(W, 0, 9 * sizeof *W);
+    W[0] = W[4] = W[8] = 1;
     for (int k = 0; k < 6; k++)
         scale = fmaxl(scale, fabsl(s[k]));
-    ext a[3][3] = {{0}}; /* scaled: no finite input overflows */
+    long double a[3][3] = {{0}}; /* scaled: no finite input overflows */
     for (int k = 0; scale > 0 && k < 6; k++)
         a[ext_row[k]][ext_col[k]] = a[ext_col[k]][ext_row[k]] = s[k] / scale;
     for (int sweep = 0; sweep < 10; sweep++) { /* quadratic: six reach the last bit */
@@ -66,8 +70,8 @@ void tfa_eigen(const ext s[6], ext value[3], ext *V)
         swap_columns(value, W, 0, 1);
 }
 
-int tfa_eigen_negative(const ext value[3])
+int tfa_eigen_negative(const long double value[3])
 {
-    ext trace = value[0] + value[1] + value[2];
+    long double trace = value[0] + value[1] + value[2];
     return value[0] < -TFA_PSD_TOLERANCE * fmaxl(trace, 0) - 1e-300L;
 }

@@ -1,17 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Vectors and rotations in extended precision: constants are rounded to double once, at the end.
+ * Vectors and rotations in quadruple precision. The f128 kernel reads constants as they are compiled;
+ * the others read them rounded to double once, at the end.
  */
 #ifndef TFA_MODEL_EXT_H
 #define TFA_MODEL_EXT_H
 
 #include <string.h>
 
-typedef long double ext;
+#include "model/quad.h"
+
+typedef tfa_quad ext;
 
 /* Row and column of each of the six numbers xx xy xz yy yz zz */
 static const int ext_row[6] = {0, 0, 0, 1, 1, 2}, ext_col[6] = {0, 1, 2, 1, 2, 2};
+
+static inline ext ext_abs(ext x)
+{
+    return x < 0 ? -x : x;
+}
+
+static inline ext ext_hypot(ext x, ext y)
+{
+    return TFA_QUAD_SQRT(x * x + y * y);
+}
 
 /* c = a b, row major; c may not be a or b */
 static inline void ext_mul(ext *c, const ext *a, const ext *b)

@@ -24,11 +24,13 @@ static void add_bodies(SHA2_CTX *c, const struct tfa_model *m, int geared)
         if (!geared)
             numbers.armature = 0;
         add(c, numbers.E, offsetof(struct tfa_body, parent));
+        add(c, b->quad, sizeof *b->quad);
         add(c, &b->parent, sizeof b->parent);
         add(c, small, sizeof small);
     }
     for (uint32_t k = 0; k < m->parts; k++) {
         add(c, m->part[k].E, sizeof m->part[k].E + sizeof m->part[k].r);
+        add(c, &m->part_quad[k], sizeof *m->part_quad);
         add(c, &m->part[k].kind, 1);
     }
 }
@@ -60,6 +62,7 @@ static void add_names(SHA2_CTX *c, const struct tfa_model *m)
     for (uint32_t k = 0; k < m->frames; k++) {
         const struct tfa_frame *f = &m->frame[k];
         add(c, f->R, sizeof f->R + sizeof f->p);
+        add(c, &m->frame_quad[k], sizeof *m->frame_quad);
         add(c, &f->body, sizeof f->body);
         add(c, &f->part, 1);
         add(c, f->name, strlen(f->name) + 1);
@@ -70,7 +73,7 @@ static void add_names(SHA2_CTX *c, const struct tfa_model *m)
 
 void tfa_hash_without(const struct tfa_model *m, int gravity, int armature, uint8_t hash[32])
 {
-    static const char version[] = "totalforce model 3";
+    static const char version[] = "totalforce model 4";
     SHA2_CTX c;
     SHA256Init(&c);
     add(&c, version, sizeof version);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The axes of a joint, and where it puts its child (docs/conventions.md), in extended precision.
+ * The axes of a joint, and where it puts its child (docs/conventions.md), in quadruple precision.
  */
 #include <math.h>
 #include <string.h>
@@ -10,8 +10,8 @@
 
 static int unit(ext *a)
 {
-    ext norm = sqrtl(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
-    if (!(norm > 0) || !isfinite(norm))
+    const ext norm = TFA_QUAD_SQRT(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    if (!(norm > 0 && norm < (ext)INFINITY))
         return TFA_E_MODEL;
     for (int i = 0; i < 3; i++)
         a[i] /= norm;
@@ -27,7 +27,7 @@ static int align(ext *R, const double axis[3])
         return TFA_E_MODEL;
     int k = 0;
     for (int i = 1; i < 3; i++)
-        if (fabsl(a[i]) > fabsl(a[k]))
+        if (ext_abs(a[i]) > ext_abs(a[k]))
             k = i;
     ext x[3];
     const int e = (k + 1) % 3;
@@ -54,7 +54,8 @@ int tfa_joint_axes(ext R[9], const tfa_joint *joint)
 static void turn(ext *R, const ext *axes, ext angle)
 {
     const ext n[3] = {axes[2], axes[5], axes[8]};
-    const ext s = sinl(angle), c = cosl(angle);
+    ext s, c;
+    TFA_QUAD_SINCOS(angle, &s, &c);
     const ext skew[9] = {0, -n[2], n[1], n[2], 0, -n[0], -n[1], n[0], 0};
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)

@@ -10,6 +10,8 @@
 #include <stdint.h>
 #include <totalforce/model.h>
 
+#include "model/quad.h"
+
 /* Joint kinds after compilation: each body frame is turned so that its joint's motion subspace
  * consists of unit axes of that frame. */
 enum tfa_kind {
@@ -40,6 +42,20 @@ struct tfa_part {
     uint8_t kind;      /* TFA_KIND_REVOLUTE or TFA_KIND_PRISMATIC */
 };
 
+/* Mass of a body as its links give it: what derived models start from. */
+struct tfa_bare {
+    tfa_quad mass, h[3], I[6]; /* as in tfa_body */
+};
+
+/* What E, r or R, p of the same thing is before it is rounded to double: what f128 reads. */
+struct tfa_place_quad {
+    tfa_quad E[9], r[3];
+};
+struct tfa_body_quad {
+    struct tfa_place_quad place;
+    struct tfa_bare mass; /* payloads included */
+};
+
 /* Constants of one body. Frame i is fixed in body i, its origin on the axis of its (last) joint. */
 struct tfa_body {
     double E[9];     /* rotation from the parent's frame to the joint's frame at q = 0, row major */
@@ -61,16 +77,11 @@ struct tfa_body {
     uint8_t
         axial; /* 1: revolute, and E = Rz(theta) Rx(alpha), r = (a, -d sin alpha, d cos alpha), the
                         frames of Denavit and Hartenberg: see spatial/screw.h */
-    int32_t multi;  /* index among bodies with n > 1, else -1 */
-    uint32_t part;  /* fused: its n parts start here in tfa_model.part */
-    int32_t tree;   /* root body of the tree that it stands in */
-    uint32_t depth; /* bodies from the root to here, this one included */
-};
-
-/* Mass of a body in extended precision as its links give it, payloads not included: what derived
- * models start from. */
-struct tfa_bare {
-    long double mass, h[3], I[6]; /* as in tfa_body */
+    int32_t multi;                    /* index among bodies with n > 1, else -1 */
+    uint32_t part;                    /* fused: its n parts start here in tfa_model.part */
+    int32_t tree;                     /* root body of the tree that it stands in */
+    uint32_t depth;                   /* bodies from the root to here, this one included */
+    const struct tfa_body_quad *quad; /* the same constants, not rounded */
 };
 
 /* A link of the file: a frame on a body. */
@@ -130,11 +141,13 @@ struct tfa_model {
     tfa_base base;
     tfa_model_summary summary;
     const struct tfa_body *body;
-    const struct tfa_bare *bare; /* bodies + 1: the last one is what does not move */
-    long double bare_mass;       /* of all links, kg */
+    const struct tfa_bare *bare; /* bodies + 1, without payloads: the last one does not move */
+    tfa_quad bare_mass;          /* of all links, kg */
     const struct tfa_frame *frame;
-    const struct tfa_chain *chain; /* one for each tree */
+    const struct tfa_place_quad *frame_quad; /* of each frame: R and p */
+    const struct tfa_chain *chain;           /* one for each tree */
     const struct tfa_part *part;
+    const struct tfa_place_quad *part_quad;  /* of each part */
     const struct tfa_coordinate *coordinate; /* inner_q */
     const struct tfa_freedom *freedom;       /* freedoms - base_freedoms */
     const struct tfa_mimic *mimic;

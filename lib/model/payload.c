@@ -8,6 +8,7 @@
 #include <math.h>
 
 #include "model/eigen.h"
+#include "model/ext.h"
 
 /* A main-chain body whose inertia, scaled to unit diagonal, has a pivot below this cannot be
  * inverted with more than about two good digits in double: TFA refuses it. */
@@ -15,8 +16,9 @@
 
 static int is_positive(const double inertia[6])
 {
-    ext I[6], value[3];
-    ext_widen(I, inertia, 6);
+    long double I[6], value[3];
+    for (int k = 0; k < 6; k++)
+        I[k] = inertia[k];
     tfa_eigen(I, value, NULL);
     return !tfa_eigen_negative(value);
 }
@@ -42,16 +44,15 @@ const char *tfa_payload_fault(const tfa_payload *payload)
     return NULL;
 }
 
-void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_frame *frame,
+void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_place_quad *frame,
                           const tfa_payload *payload)
 {
-    ext R[9], p[3], com[3], c[3], t[9], Rt[9], I[9];
+    const ext *R = frame->E;
+    ext com[3], c[3], t[9], Rt[9], I[9];
     const double *s = payload->inertia;
     const ext Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]}, m = payload->mass;
-    ext_widen(R, frame->R, 9);
-    ext_widen(p, frame->p, 3);
     ext_widen(com, payload->com, 3);
-    ext_apply(c, R, com, p);
+    ext_apply(c, R, com, frame->r);
     ext_mul(t, R, Ic);
     ext_transpose(Rt, R);
     ext_mul(I, t, Rt);
@@ -98,10 +99,10 @@ void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
 uint8_t tfa_inertia_is_regular(const struct tfa_body *body)
 {
     const double *I = body->I, *h = body->h, m = body->mass;
-    ext a[6][6] = {{I[0], I[1], I[2], 0, -h[2], h[1]}, {I[1], I[3], I[4], h[2], 0, -h[0]},
-                   {I[2], I[4], I[5], -h[1], h[0], 0}, {0, h[2], -h[1], m, 0, 0},
-                   {-h[2], 0, h[0], 0, m, 0},          {h[1], -h[0], 0, 0, 0, m}};
-    ext s[6];
+    long double a[6][6] = {{I[0], I[1], I[2], 0, -h[2], h[1]}, {I[1], I[3], I[4], h[2], 0, -h[0]},
+                           {I[2], I[4], I[5], -h[1], h[0], 0}, {0, h[2], -h[1], m, 0, 0},
+                           {-h[2], 0, h[0], 0, m, 0},          {h[1], -h[0], 0, 0, 0, m}};
+    long double s[6];
     for (int i = 0; i < 6; i++) {
         if (!(a[i][i] > 0))
             return 0;

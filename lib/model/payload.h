@@ -15,8 +15,8 @@ const char *tfa_payload_fault(const tfa_payload *payload);
  * semidefinite. No allocation. */
 uint8_t tfa_payload_is_physical(const double numbers[10]);
 
-/* Adds a payload to what carries it; its link's frame is fixed in that. */
-void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_frame *frame,
+/* Adds a payload to what carries it; R and p of its link's frame are fixed in that. No allocation. */
+void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_place_quad *frame,
                           const tfa_payload *payload);
 
 /**

@@ -11,11 +11,14 @@
 struct layout {
     struct tfa_model *model;
     struct tfa_body *body;
+    struct tfa_body_quad *quad;
     struct tfa_bare *bare;
     struct tfa_frame *frame;
+    struct tfa_place_quad *frame_quad;
     struct tfa_chain *chain;
     uint32_t *chain_body;
     struct tfa_part *part;
+    struct tfa_place_quad *part_quad;
     tfa_joint_info *joint;
     tfa_declared_joint *declared;
     tfa_body_info *body_info;

@@ -8,11 +8,19 @@
 #include "model/place.h"
 
 /* Mass, h, I and `regular` come from the weighing. */
-static void round_body(struct tfa_body *o, const struct draft *d, uint32_t i)
+static void round_body(struct tfa_body *o, struct tfa_place_quad *quad, const struct draft *d,
+                       uint32_t i)
 {
     const struct draft_body *b = &d->body[i];
+    memcpy(quad->E, b->E, sizeof quad->E);
+    memcpy(quad->r, b->r, sizeof quad->r);
     ext_round(o->E, b->E, 9);
     ext_round(o->r, b->r, 3);
+    if (b->axial) {
+        const ext screw[3] = {b->a, b->d * b->E[7], b->d * b->E[8]};
+        o->E[6] = 0;
+        ext_round(o->r, screw, 3);
+    }
     o->armature = b->armature;
     o->d = (double)b->d;
     o->axial = b->axial;
@@ -30,6 +38,9 @@ static void place_parts(struct layout *l, const struct draft *d, uint32_t i)
     for (uint32_t k = 0; b->kind == TFA_KIND_FUSED && k < b->n; k++) {
         const struct draft_part *from = &d->part[d->body[i].first + k];
         struct tfa_part *part = &l->part[l->model->parts++];
+        struct tfa_place_quad *quad = &l->part_quad[part - l->part];
+        memcpy(quad->E, from->E, sizeof quad->E);
+        memcpy(quad->r, from->r, sizeof quad->r);
         ext_round(part->E, from->E, 9);
         ext_round(part->r, from->r, 3);
         part->kind = from->kind;
@@ -63,7 +74,7 @@ void tfa_place_bodies(struct layout *l, const struct draft *d)
     uint32_t q = 0, v = 0;
     for (uint32_t i = 0; i < d->bodies; i++) {
         struct tfa_body *b = &l->body[i];
-        round_body(b, d, i);
+        round_body(b, &l->quad[i].place, d, i);
         place_parts(l, d, i);
         place_bare(&l->bare[i], &d->body[i]);
         b->q = q;

@@ -25,6 +25,9 @@ static void place_frames(struct layout *l, const struct draft *d)
         struct tfa_frame *f = &l->frame[from->number];
         f->body = from->body;
         f->part = from->part;
+        struct tfa_place_quad *quad = &l->frame_quad[from->number];
+        memcpy(quad->E, from->R, sizeof quad->E);
+        memcpy(quad->r, from->p, sizeof quad->r);
         ext_round(f->R, from->R, 9);
         ext_round(f->p, from->p, 3);
         f->name = keep_text(l, d->description->links[k].name);

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "model/eigen.h"
+#include "model/ext.h"
 #include "model/payload.h"
 
 /* A principal moment this far below the moments about the joint is rounding: a point or a rod. */
@@ -27,14 +28,16 @@ static ext load(const struct tfa_model *m, struct tfa_weight *weight, const tfa_
             continue;
         const struct tfa_frame *f = &m->frame[frame];
         const uint32_t body = f->body < 0 ? m->bodies : (uint32_t)f->body;
-        tfa_bare_add_payload(&weight[body].sum, f, &payloads[k]);
+        tfa_bare_add_payload(&weight[body].sum, &m->frame_quad[frame], &payloads[k]);
         mass += payloads[k].mass;
     }
     return mass;
 }
 
-static void round_body(struct tfa_body *b, const struct tfa_bare *sum)
+static void round_body(struct tfa_body *b, struct tfa_body_quad *quad, const struct tfa_bare *sum)
 {
+    quad->mass = *sum;
+    b->quad = quad;
     b->mass = (double)sum->mass;
     ext_round(b->h, sum->h, 3);
     ext_round(b->I, sum->I, 6);
@@ -45,16 +48,16 @@ static void round_body(struct tfa_body *b, const struct tfa_bare *sum)
 static void inform_of_moments(tfa_body_info *info, const struct tfa_bare *sum, const ext c[3])
 {
     const ext m = sum->mass, cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    ext central[6], value[3];
+    long double central[6], value[3];
     for (int k = 0; k < 6; k++)
-        central[k] =
-            sum->I[k] - m * ((ext_row[k] == ext_col[k] ? cc : 0) - c[ext_row[k]] * c[ext_col[k]]);
+        central[k] = (long double)(sum->I[k] - m * ((ext_row[k] == ext_col[k] ? cc : 0) -
+                                                    c[ext_row[k]] * c[ext_col[k]]));
     tfa_eigen(central, value, NULL);
     for (int k = 0; k < 3; k++)
-        if (value[k] < FLAT_MOMENT * (sum->I[0] + sum->I[3] + sum->I[5]))
+        if (value[k] < FLAT_MOMENT * (long double)(sum->I[0] + sum->I[3] + sum->I[5]))
             value[k] = 0;
-    info->gyration_min = (double)sqrtl(value[0] / m);
-    info->gyration_max = (double)sqrtl(value[2] / m);
+    info->gyration_min = (double)sqrtl(value[0] / (long double)m);
+    info->gyration_max = (double)sqrtl(value[2] / (long double)m);
     info->condition = value[0] > 0 ? (double)(value[2] / value[0]) : (double)INFINITY;
 }
 
@@ -84,7 +87,10 @@ static void inform(const struct tfa_model *m, const struct tfa_body *b, tfa_body
 static void step(ext R[9], ext p[3], const double *E, const double *r, int prismatic, ext q)
 {
     ext T[9], Tt[9], at[3], turned[9];
-    const ext along = prismatic ? q : 0, s = prismatic ? 0 : sinl(q), c = prismatic ? 1 : cosl(q);
+    const ext along = prismatic ? q : 0;
+    ext s = 0, c = 1;
+    if (!prismatic && q != 0)
+        TFA_QUAD_SINCOS(q, &s, &c);
     ext_widen(T, E, 9);
     for (int k = 0; k < 3; k++)
         at[k] = r[k] + along * T[6 + k];
@@ -173,12 +179,13 @@ static int32_t find_singular(const struct tfa_model *m, const struct tfa_body *b
     return -1;
 }
 
-void tfa_weigh(struct tfa_model *m, struct tfa_body *body, tfa_body_info *info,
-               struct tfa_weight *weight, const tfa_payload *payloads, size_t payload_count)
+void tfa_weigh(struct tfa_model *m, struct tfa_body *body, struct tfa_body_quad *quad,
+               tfa_body_info *info, struct tfa_weight *weight, const tfa_payload *payloads,
+               size_t payload_count)
 {
     const ext mass = load(m, weight, payloads, payload_count);
     for (uint32_t i = 0; i < m->bodies; i++) {
-        round_body(&body[i], &weight[i].sum);
+        round_body(&body[i], &quad[i], &weight[i].sum);
         inform(m, &body[i], &info[i], &weight[i].sum);
     }
     sum_up(m, body, weight, mass);

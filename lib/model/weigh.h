@@ -11,19 +11,20 @@
 /* Scratch: a body with its payloads, and where it stands when q is 0. */
 struct tfa_weight {
     struct tfa_bare sum;
-    long double R[9], p[3]; /* body axes to root link axes; origin in the root link's frame */
-    uint8_t heavy;          /* it has mass or inertia, or something that hangs from it has */
+    tfa_quad R[9], p[3]; /* body axes to root link axes; origin in the root link's frame */
+    uint8_t heavy;       /* it has mass or inertia, or something that hangs from it has */
 };
 
 /**
- * Fills mass, h, I and `regular` of body[], info[], m->hollow and the masses, com and singular_body
+ * Fills mass, h, I and `regular` of body[], the masses of quad[], info[], m->hollow and the masses, com and singular_body
  * of m->summary from m->bare and the payloads. Reads m->frame, m->part, m->chain, m->coordinate and the
  * rest of body[]. Payloads on links that the model does not have are left out.
  *
  * @param weight  scratch, m->bodies + 1
  * Cannot fail: payloads were checked. Cost: O(bodies + payloads x frames).
  */
-void tfa_weigh(struct tfa_model *m, struct tfa_body *body, tfa_body_info *info,
-               struct tfa_weight *weight, const tfa_payload *payloads, size_t payload_count);
+void tfa_weigh(struct tfa_model *m, struct tfa_body *body, struct tfa_body_quad *quad,
+               tfa_body_info *info, struct tfa_weight *weight, const tfa_payload *payloads,
+               size_t payload_count);
 
 #endif

@@ -19,6 +19,7 @@ typedef long double num;
 #endif
 
 #define NUM_NO_VECTORS /* of __float128 */
+#define NUM_QUAD       /* reads the constants of a model as they were before they became doubles */
 #define NUM_EPSILON ((num)0x1p-56 * (num)0x1p-56)
 
 #endif

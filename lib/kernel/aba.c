@@ -8,9 +8,11 @@
 
 static inline void inward(struct state *s, const num *tau, int what)
 {
+    if (what & FOLD_INERTIA)
+        sentinel_reset(s);
     for (uint32_t k = s->spans; k-- > 0;)
         for (uint32_t i = s->span[k].end; i-- > s->span[k].first;)
-            fold(s, i, tau, what | FOLD_FRESH);
+            fold(s, i, tau, what | FOLD_FRESH | FOLD_WATCH);
 }
 
 static inline void outward(struct state *s, svec ground, num *qdd, int bias)

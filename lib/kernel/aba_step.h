@@ -12,6 +12,7 @@
 #include "kernel/body.h"
 #include "kernel/hinge.h"
 #include "kernel/join.h"
+#include "kernel/sentinel.h"
 
 /* IA_i = I_i, pA_i = p_i before anything is folded in */
 static inline void fold_start(struct state *s, uint32_t i, int what)
@@ -55,6 +56,8 @@ TFA_INLINE void fold_z(struct state *s, uint32_t i, const terms *b, const num *t
     if (what & FOLD_INERTIA) {
         s->U[i] = hinge_U(&IA);
         s->Dinv[i] = 1 / IA.A.zz;
+        if (what & FOLD_WATCH)
+            sentinel_see_D(s, b, IA.A.zz);
         s->K[i] = hinge_gain(s->U[i], s->Dinv[i]);
     }
     const svec U = s->U[i], k = s->K[i];
@@ -90,7 +93,10 @@ static inline void fold_1(struct state *s, uint32_t i, const terms *b, const num
     const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA) {
         s->U[i] = s6_column(&IA, axis);
-        s->Dinv[i] = 1 / (sv_get(&s->U[i], axis) + terms_armature(body_loaded(s, i)));
+        const num D = sv_get(&s->U[i], axis) + terms_armature(body_loaded(s, i));
+        s->Dinv[i] = 1 / D;
+        if (what & FOLD_WATCH)
+            sentinel_see_D(s, b, D);
     }
     const svec U = s->U[i];
     const num Dinv = s->Dinv[i];
@@ -152,6 +158,8 @@ static inline void fold_n(struct state *s, uint32_t i, const terms *b, const num
     const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA)
         multi_factor(s, w, &IA, b);
+    if (what & FOLD_INERTIA && what & FOLD_WATCH)
+        sentinel_see_multi(s, b, w);
     if (what & FOLD_FORCE) {
         num u[6] = {num_of(0)}; /* all six, or the compiler is in doubt */
         svec pa = fold_force(s, i, b, what);
@@ -205,6 +213,10 @@ TFA_OUTLINE void fold_base(struct state *s, uint32_t i, const terms *b, const nu
 #pragma GCC unroll 6
         for (int k = 0; k < 6; k++)
             L[7 * k] = sound_pivot(L[7 * k], whole[k]);
+        if (what & FOLD_WATCH) {
+            sentinel_see_block(s, b, 0, L);
+            sentinel_see_block(s, b, 3, L);
+        }
     }
     if (what & FOLD_FORCE) {
         num u[6] = {num_of(0)}; /* all six, or the compiler is in doubt */

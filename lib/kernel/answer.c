@@ -11,6 +11,7 @@
 #include "kernel/frame.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/sentinel.h"
 
 /* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
@@ -55,33 +56,65 @@ uint16_t TFA_V(doubt)(const num_doubles *estimate, int converging)
     return converging ? 0 : TFA_ANSWER_STALLED;
 }
 
-void TFA_V(tell_estimate)(const struct state *s, const num_doubles *estimate, tfa_answer *out)
+int TFA_V(alarmed)(struct state *s, const tfa_request *r, tfa_method method, tfa_answer *out)
 {
+    if (r->estimate != TFA_ESTIMATE_DEFAULT)
+        return 0;
+    TFA_V(sentinel_of)(s, method);
+    if (!sentinel_trips(s))
+        return 0;
+    out->flags |= TFA_ANSWER_SENTINEL;
+    return 1;
+}
+
+int TFA_V(is_answer)(const struct state *s, const tfa_request *r, const num_doubles *estimate)
+{
+    int all = 1;
+    for (uint32_t l = 0; l < s->lanes; l++)
+        all &= estimate->lane[l] <= 1;
+    return all || r->estimate == TFA_ESTIMATE_NEVER;
+}
+
+void TFA_V(tell_estimate)(const struct state *s, const tfa_request *r, const num_doubles *estimate,
+                          tfa_answer *out)
+{
+    if (r->estimate == TFA_ESTIMATE_NEVER)
+        return;
+    out->flags |= TFA_ANSWER_ESTIMATED;
     for (uint32_t l = 0; l < s->lanes; l++)
         out[l].error_estimate = estimate->lane[l];
 }
 
-/* Is the projected inertia D of a body's joint positive? Kept are 1/D, or those of its factors. */
-static int moves_mass(const struct state *s, uint32_t i)
+/* Less is not what made an answer fail. */
+#define SINGULAR_LIGHTNESS (1e-2 / (double)NUM_EPSILON)
+
+/* How far the projected inertia D of a body's joint is below the largest inertia that it may move:
+ * infinite where it is not positive. Kept are 1/D, or those of its factors. */
+static double lightness(const struct state *s, uint32_t i)
 {
     const struct tfa_body *b = &s->body[i];
+    double most = 0;
     for (uint32_t k = 0; k < b->n; k++) {
         const num d = b->n == 1 ? s->Dinv[i] : s->multi[b->multi].L[7 * k];
-        if (!(s->stop[b->v + k] & s->holding) && !(num_all(d > 0) && num_all(d - d == num_of(0))))
-            return 0;
+        if (s->stop[b->v + k] & s->holding)
+            continue;
+        if (!(num_all(d > 0) && num_all(d - d == num_of(0))))
+            return INFINITY;
+        most = fmax(most, (double)num_lane(d * terms_bound(b, k), 0));
     }
-    return 1;
+    return most;
 }
 
 void TFA_V(blame)(struct state *s, tfa_reply *reply)
 {
+    double lightest = SINGULAR_LIGHTNESS;
     (void)TFA_V(factor)(s, TFA_METHOD_ABA);
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            if (!moves_mass(s, i)) {
+            if (lightness(s, i) > lightest) {
+                lightest = lightness(s, i);
                 reply->field = TFA_FIELD_BODY;
                 reply->index = s->body[i].link;
-                return;
             }
 }
 

@@ -40,14 +40,21 @@ tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed);
  * why some of them is not. */
 uint16_t TFA_V(doubt)(const num_doubles *estimate, int converging);
 
-/* The estimates of all answers */
-void TFA_V(tell_estimate)(const struct state *s, const num_doubles *estimate, tfa_answer *out);
+/* The estimates of all answers, unless the request wants none. */
+void TFA_V(tell_estimate)(const struct state *s, const tfa_request *r, const num_doubles *estimate,
+                          tfa_answer *out);
+
+/* Is an error estimate to be computed because the sentinel tripped? The answer is then flagged. */
+int TFA_V(alarmed)(struct state *s, const tfa_request *r, tfa_method method, tfa_answer *out);
+
+/* Are these estimates those of answers at all, none of them above 1? */
+int TFA_V(is_answer)(const struct state *s, const tfa_request *r, const num_doubles *estimate);
 
 /* A policy of the request, with the method's default. */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);
 uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_method method);
 
-/* Names the body whose projected inertia D is not positive, if that is what went wrong. */
+/* Names the body whose projected inertia D is not positive, or furthest below what is safe. */
 void TFA_V(blame)(struct state *s, tfa_reply *reply);
 
 /* Lambda^-1 with the factors that the method left, copied out. Returns 1 when all is finite. */

@@ -53,15 +53,13 @@ int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 }
 
 /* Refinement and estimate; while the answer is in doubt, that of the next method, refined as the first
- * was. What is left in doubt then is left to the wider kernel, where there is one. Who wants no
- * estimate gets the bare answer. */
+ * was. If the estimate is still too large, the wider kernel answers, where there is one. A request
+ * without estimates gets the bare answer. *sound: no estimate is above 1. */
 static tfa_method refine(struct state *s, const tfa_request *r, tfa_method method, uint32_t steps,
-                         tfa_answer *out)
+                         int certified, int *sound, tfa_answer *out)
 {
     const int fully = s->wider && r->refine == TFA_REFINE_DEFAULT;
-    const int certified = TFA_V(wants_estimate)(r, method);
     struct refined x = TFA_V(refine)(s, method, steps, fully, certified);
-    out->flags |= TFA_ANSWER_ESTIMATED;
     while (x.doubt && r->estimate != TFA_ESTIMATE_NEVER) {
         const int last = method == TFA_V(auto_method)(s);
         if (last && !s->wider)
@@ -80,7 +78,10 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
         (void)TFA_V(forward_dynamics)(s, method);
         x = TFA_V(refine)(s, method, steps, fully, certified);
     }
-    TFA_V(tell_estimate)(s, &x.estimate, out);
+    *sound = TFA_V(is_answer)(s, r, &x.estimate);
+    if (NUM_LANES > 1 && !*sound)
+        s->apart = 1;
+    TFA_V(tell_estimate)(s, r, &x.estimate, out);
     return method;
 }
 
@@ -101,15 +102,24 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
         return TFA_V(answer_held)(s, r, k, reply, out);
 #endif
     tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_V(auto_method)(s) : r->method;
-    const uint32_t steps = TFA_V(refine_steps)(s, r, method);
-    const int refined = steps > 0 || TFA_V(wants_estimate)(r, method);
+    uint32_t steps = TFA_V(refine_steps)(s, r, method);
+    int certified = TFA_V(wants_estimate)(r, method), sound = 1;
     int status = TFA_V(forward_dynamics)(s, method);
     if (status != TFA_OK)
         return status;
+    if (!certified && TFA_V(alarmed)(s, r, method, out)) {
+        certified = 1;
+        s->apart = NUM_LANES > 1; /* the other states may need no estimate */
+        if (r->refine == TFA_REFINE_DEFAULT && !steps)
+            steps = 1;
+    }
+    if (s->apart)
+        return TFA_OK;
+    const int refined = steps > 0 || certified;
     if (refined && s->wider)
         load_wider(s, r, k, steps);
     if (refined)
-        method = refine(s, r, method, steps, out);
+        method = refine(s, r, method, steps, certified, &sound, out);
     out->method = (uint16_t)method;
     int finite = refined && s->wider ? s->wider->kernel->unload(s->wider->state, k, reply)
                                      : TFA_V(unload_qdd)(s, k, reply);
@@ -119,7 +129,22 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
         finite = TFA_V(lambda_after)(s, r, k, method, method == TFA_METHOD_ABA ? 0 : steps, reply);
     }
 #endif
-    if (!finite)
+    if (!finite || !sound)
         TFA_V(blame)(s, reply);
-    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+    return finite && sound ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
+
+#if NUM_LANES == 1
+int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
+                            const tfa_reply *reply, double limit, tfa_answer *out)
+{
+    tfa_request whole = *r;
+    whole.estimate = TFA_ESTIMATE_ALWAYS;
+    TFA_V(load)(s, &whole, k, 1);
+    TFA_V(load_freedoms)(s, s->qdd, reply->base_acceleration, reply->qdd);
+    (void)TFA_V(factor)(s, TFA_METHOD_ABA);
+    const struct refined x = TFA_V(refine)(s, TFA_METHOD_ABA, 0, 0, 1);
+    TFA_V(tell_estimate)(s, &whole, &x.estimate, out);
+    return !x.doubt && x.estimate.lane[0] <= limit;
+}
+#endif

@@ -9,6 +9,7 @@
 #include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
+#include "kernel/load.h"
 
 static inline void give_six(double *out, const six *x)
 {
@@ -175,25 +176,33 @@ static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa
     return status;
 }
 
-static void estimate(struct state *s, tfa_reference_frame frame, tfa_method factors, uint32_t steps,
-                     tfa_answer *out)
+/* Error estimate, and the answer of auto's method where it is too large. Returns 0 if it is above 1 then. */
+static int estimate(struct state *s, const tfa_request *r, tfa_method factors, uint32_t steps,
+                    tfa_answer *out)
 {
+    const tfa_reference_frame frame = r->frame;
     const tfa_method last = TFA_V(auto_method)(s);
     num_doubles error = TFA_V(lambda_error)(s, frame, factors, steps);
-    TFA_V(tell_estimate)(s, &error, out);
-    out->flags |= TFA_ANSWER_ESTIMATED;
+    TFA_V(tell_estimate)(s, r, &error, out);
     const uint16_t doubt = TFA_V(doubt)(&error, 1);
     if (out->method == (uint16_t)named(last) || out->method == TFA_METHOD_PV_OSIMR || !doubt)
-        return;          /* by the same factors */
-    if (NUM_LANES > 1) { /* the other states may be in no doubt */
-        s->apart = 1;
-        return;
-    }
+        return TFA_V(is_answer)(s, r, &error); /* by the same factors */
     out->flags |= doubt;
     (void)fall_back(s, frame, out);
     out->method = (uint16_t)named(last);
     error = TFA_V(lambda_error)(s, frame, last, 0);
-    TFA_V(tell_estimate)(s, &error, out);
+    TFA_V(tell_estimate)(s, r, &error, out);
+    return TFA_V(is_answer)(s, r, &error);
+}
+
+/* Once more with an estimate, which needs all bodies where the answer needed those of the tips' trees. */
+static int answer_estimated(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                            tfa_answer *out)
+{
+    tfa_request whole = *r;
+    whole.estimate = TFA_ESTIMATE_ALWAYS;
+    TFA_V(load)(s, &whole, k, 1);
+    return TFA_V(answer_lambda)(s, &whole, k, reply, out);
 }
 
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
@@ -206,9 +215,11 @@ int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_
                            : by_factors(s, r, steps, factors, out);
     if (status != TFA_OK)
         return status;
-    if (TFA_V(wants_estimate)(r, (tfa_method)out->method))
-        estimate(s, r->frame, factors, steps, out);
-    if (unload_lambda(s, place_of(s, k, reply)))
+    const int certified = TFA_V(wants_estimate)(r, (tfa_method)out->method);
+    if (!certified && TFA_V(alarmed)(s, r, factors, out))
+        return answer_estimated(s, r, k, reply, out);
+    const int sound = !certified || estimate(s, r, factors, steps, out);
+    if (unload_lambda(s, place_of(s, k, reply)) && sound)
         return TFA_OK;
     TFA_V(blame)(s, reply);
     return TFA_E_NOT_COMPUTED;

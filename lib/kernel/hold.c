@@ -154,6 +154,8 @@ static inline void fold_held(struct state *s, uint32_t i, const struct tfa_body 
 static inline void inward(struct state *s, const num *tau, int what)
 {
     const struct tfa_model *m = s->m;
+    if (what & FOLD_INERTIA)
+        sentinel_reset(s);
     for (uint32_t i = 0; i < m->bodies; i++)
         if (!(s->posture[i] & POSTURE_SILENT))
             start(s, i, what);
@@ -167,7 +169,7 @@ static inline void inward(struct state *s, const num *tau, int what)
         } else {
             if (what & FOLD_INERTIA && s->posture[i] & POSTURE_RIGID)
                 s->IA[i] = composite_inertia(&s->rigid[i]);
-            fold(s, i, tau, what);
+            fold(s, i, tau, what | FOLD_WATCH);
         }
     }
 }

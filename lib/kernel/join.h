@@ -18,7 +18,7 @@
  * order, so that the answer is the same to the bit.
  * FOLD_CUT, not with FOLD_FRESH: what the parent would get takes the place of the body's own IA and pA.
  * The parent belongs to another thread. */
-enum { FOLD_INERTIA = 1, FOLD_FORCE = 2, FOLD_BIAS = 4, FOLD_FRESH = 8, FOLD_CUT = 16 };
+enum { FOLD_INERTIA = 1, FOLD_FORCE = 2, FOLD_BIAS = 4, FOLD_FRESH = 8, FOLD_CUT = 16, FOLD_WATCH = 32 };
 
 #if defined TFA_PACKED && defined TFA_OWN
 #include "kernel/own_packed_join.h"

@@ -53,6 +53,8 @@ void TFA_V(ltdl_half)(const struct state *s, num *x, size_t stride);
 
 /* --- mimic.c: freedoms that follow others ---------------------------------------------------- */
 
+/* Freedom of T^T M T that inner freedom j belongs to, and how many times it moves with it. */
+uint32_t TFA_V(reduced_freedom)(const struct tfa_model *m, uint32_t j, num *multiplier);
 /* T^T M T from M, factored; x <- T (T^T M T)^-1 T^T x. */
 void TFA_V(reduced_factor)(struct state *s);
 void TFA_V(reduced_solve)(struct state *s, num *x);
@@ -89,6 +91,11 @@ void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_metho
  * |error| / |Lambda^-1|, sums of squares of all entries. Needs the method's factors. */
 num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
                                 uint32_t steps);
+
+/* --- sentinel.c -------------------------------------------------------------------------------- */
+
+/* s->margin of the factors of crba or of a scan; those of aba have it already (sentinel.h). */
+void TFA_V(sentinel_of)(struct state *s, tfa_method method);
 
 /* --- solve.c, refine.c ---------------------------------------------------------------------- */
 
@@ -135,6 +142,9 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
 /* The same with joints held as an approximation, and what that costs; one state at a time. */
 int TFA_V(answer_held)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                        tfa_answer *out);
+/* As a kernel offers it, see table.h. */
+int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
+                            const tfa_reply *reply, double limit, tfa_answer *out);
 /* qdd = M^-1 (tau - h), leaving the method's factors */
 int TFA_V(forward_dynamics)(struct state *s, tfa_method method);
 /* Writes s->qdd out; returns 1 when all of it is finite. */

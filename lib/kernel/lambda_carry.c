@@ -97,9 +97,10 @@ void TFA_V(lambda_fold)(struct state *s, tfa_reference_frame frame)
     struct block c = block_zero();
     TFA_V(tip_start)(s, 0, frame, &w);
     wrenches_copy(&p, &w.P);
+    sentinel_reset(s);
     for (uint32_t k = s->spans; k-- > 0;)
         for (uint32_t i = s->span[k].end; i-- > s->span[k].first;) {
-            fold(s, i, NULL, FOLD_INERTIA | FOLD_FRESH);
+            fold(s, i, NULL, FOLD_INERTIA | FOLD_FRESH | FOLD_WATCH);
             if ((int32_t)i != w.body)
                 continue;
             carry_body(s, w.body, w.moved, &p, &c);

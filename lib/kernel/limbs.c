@@ -10,6 +10,7 @@
 #include "kernel/kernel.h"
 #include "kernel/load.h"
 #include "kernel/packed.h"
+#include "kernel/sentinel.h"
 #include "kernel/table.h"
 
 /* Time for a step against that for one body, a chain of 64 in one lane: 1.5 with two lanes of SSE2,
@@ -28,12 +29,14 @@ static int answer(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *
     TFA_V(load)(s, r, k, 1);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA) {
         TFA_V(aba_factor)(s);
-        return 1;
+        return sentinel_trips(s) ? TFA_ANSWERED_ALARMED : TFA_ANSWERED;
     }
     TFA_V(aba)(s, s->tau, s->qdd);
-    return TFA_V(unload)(s, s->qdd,
-                         reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
-                         reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
+    if (!TFA_V(unload)(s, s->qdd,
+                       reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
+                       reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL))
+        return TFA_NOT_ANSWERED;
+    return sentinel_trips(s) ? TFA_ANSWERED_ALARMED : TFA_ANSWERED;
 }
 
 /* Lane l of n numbers, from memory: by way of vectors it would take longer. */

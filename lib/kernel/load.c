@@ -94,7 +94,7 @@ static num_mask load_joints(const struct state *s, num *out, const double *joint
 }
 
 /* out = base six, then joints; a NULL input is zero. Returns whether anything is not zero. */
-static int load_freedoms(const struct state *s, num *out, const double *base, const double *joints)
+int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, const double *joints)
 {
     const uint32_t nb = s->m->base_freedoms, n = s->freedoms;
     num_mask none = num_of(0) == num_of(0);
@@ -113,7 +113,7 @@ static int load_freedoms(const struct state *s, num *out, const double *base, co
 static void load_forces(struct state *s, const double *base, const double *joints)
 {
     const struct tfa_model *m = s->m;
-    load_freedoms(s, s->tau, base, joints);
+    TFA_V(load_freedoms)(s, s->tau, base, joints);
     for (uint32_t k = 0; k < m->mimics; k++)
         s->tau[m->mimic[k].follower] = num_of(0);
 }
@@ -143,7 +143,7 @@ static void load_motion(struct state *s, const tfa_request *r)
 {
     know_nothing(s);
     TFA_V(load_wrenches)(s, r);
-    s->moving = load_freedoms(s, s->qd, r->base_twist, r->v);
+    s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
     load_damping(s);
     s->moving |= s->wrenched;
     if (r->op == TFA_OP_FORWARD_DYNAMICS) {
@@ -151,7 +151,7 @@ static void load_motion(struct state *s, const tfa_request *r)
         for (uint32_t j = 0; s->known_any && j < s->freedoms; j++)
             s->tau[j] += s->known[j];
     } else {
-        load_freedoms(s, s->qdd, r->base_acceleration, r->qdd);
+        TFA_V(load_freedoms)(s, s->qdd, r->base_acceleration, r->qdd);
         for (uint32_t j = 0; s->stopped && j < s->freedoms; j++)
             if (s->stop[j])
                 s->qdd[j] = num_of(0);

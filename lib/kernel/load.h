@@ -36,6 +36,10 @@ static inline void give(const struct state *s, num x, double *array, size_t stri
 #endif
 }
 
+/* Inner freedoms of the states at hand from public arrays, those of the base (NULL: 0) and those of the joints
+ * (NULL: 0). Returns whether some is not 0. */
+int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, const double *joints);
+
 #ifdef TFA_PACKED
 #include "kernel/packed_load.h"
 #else

@@ -90,6 +90,7 @@ static void load_payloads(struct state *s, const tfa_request *r)
         TFA_V(tfa_bake_body)(s, changed[k]);
     if (!s->payloads)
         s->body = m->body;
+    s->payload_bound = num_of(tfa_payload_bound(m, s->payloads, s->payload));
 }
 
 /* ---- locked and held joints ---- */

@@ -13,7 +13,7 @@
 /* ---- T ---- */
 
 /* The reduced freedom and the multiplier of inner freedom j */
-static inline uint32_t reduced(const struct tfa_model *m, uint32_t j, num *multiplier)
+uint32_t TFA_V(reduced_freedom)(const struct tfa_model *m, uint32_t j, num *multiplier)
 {
     const uint32_t nb = m->base_freedoms;
     *multiplier = num_of(j < nb ? 1 : m->freedom[j - nb].multiplier);
@@ -30,7 +30,8 @@ void TFA_V(reduced_factor)(struct state *s)
     for (uint32_t j = 0; j < m->freedoms; j++)
         for (int32_t i = (int32_t)j; i >= 0; i = m->dof_parent[i]) {
             num left, right;
-            const size_t a = reduced(m, j, &left), b = reduced(m, (uint32_t)i, &right);
+            const size_t a = TFA_V(reduced_freedom)(m, j, &left),
+                         b = TFA_V(reduced_freedom)(m, (uint32_t)i, &right);
             const num x = left * right * s->M[m->dof_row[j] + m->dof_depth[i]];
             s->Mr[a * n + b] += x;
             if ((uint32_t)i != j)
@@ -48,12 +49,12 @@ void TFA_V(reduced_solve)(struct state *s, num *x)
     for (uint32_t j = 0; j < n; j++)
         s->y[j] = num_of(0);
     for (uint32_t j = 0; j < m->freedoms; j++) {
-        const uint32_t a = reduced(m, j, &multiplier);
+        const uint32_t a = TFA_V(reduced_freedom)(m, j, &multiplier);
         s->y[a] += multiplier * x[j];
     }
     ldl_solve_rows(s->Mr, (int)n, n, s->y);
     for (uint32_t j = 0; j < m->freedoms; j++) {
-        const uint32_t a = reduced(m, j, &multiplier);
+        const uint32_t a = TFA_V(reduced_freedom)(m, j, &multiplier);
         x[j] = multiplier * s->y[a];
     }
 }

@@ -24,6 +24,12 @@ int TFA_V(own)(const struct tfa_own_host *host, const tfa_request *r, uint32_t k
 
 /* ---- what all of them share ---- */
 
+/* Left to a generic kernel, which estimates the error */
+TFA_INLINE int own_is_doubtful(const struct state *s, const tfa_request *r)
+{
+    return r->estimate != TFA_ESTIMATE_NEVER && sentinel_trips(s);
+}
+
 TFA_INLINE double *own_place(double *array, size_t stride, uint32_t k)
 {
     return array ? array + stride * k : NULL;
@@ -75,7 +81,7 @@ static __attribute__((flatten, noinline)) int forward(const struct tfa_own_host 
     own_forward(&s, in.x, qdd);
     own_give(qdd, own_place(reply->base_acceleration, 6, k), own_place(reply->qdd, OWN_V_COUNT, k),
              count);
-    return own_is_sound(qdd, OWN_UNIT_FREEDOMS);
+    return own_is_sound(qdd, OWN_UNIT_FREEDOMS) && !own_is_doubtful(&s, r);
 }
 
 #ifdef TFA_PACKED
@@ -150,7 +156,7 @@ TFA_INLINE int lambda_of(const struct tfa_own_host *host, const tfa_request *r, 
     own_start(&s, &in, host, r);
     own_factor(&s, tip);
     const struct block C = own_carry(&s, tip, &host->model->frame[r->tips[0]], r->frame);
-    return own_give_lambda(&C, reply->lambda_inv + 36 * (size_t)k);
+    return own_give_lambda(&C, reply->lambda_inv + 36 * (size_t)k) && !own_is_doubtful(&s, r);
 }
 
 #define OWN_LAMBDA(i)                                                                              \
@@ -212,7 +218,7 @@ both(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, tfa_repl
     default:
         return 0;
     }
-    return own_is_sound(qdd, OWN_FREEDOMS) &&
+    return own_is_sound(qdd, OWN_FREEDOMS) && !own_is_doubtful(&s, r) &&
            own_give_lambda(&C, reply->lambda_inv + 36 * (size_t)k);
 }
 

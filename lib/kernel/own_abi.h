@@ -12,7 +12,7 @@
 #include <totalforce/dynamics.h>
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated tables. */
-#define TFA_OWN_ABI 2u
+#define TFA_OWN_ABI 3u
 
 /* The symbol */
 #define TFA_OWN_SYMBOL "tfa_own_kernel"
@@ -31,6 +31,8 @@ struct tfa_own_host {
     /* As tfa_body_hang_payload: for kernels that keep payloads an input. */
     void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,
                         const double numbers[10]);
+    /* As tfa_payload_bound */
+    double (*payload_bound)(const struct tfa_model *model, uint32_t count, const double *numbers);
 };
 
 struct tfa_own_kernel {

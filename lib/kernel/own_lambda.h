@@ -38,7 +38,7 @@ TFA_INLINE int own_supports(int32_t i, int32_t tip)
         pose_body(s, i);
 #define OWN_FOLD_TREE(i)                                                                           \
     if (own_body[i].tree == own_body[tip].tree)                                                    \
-        fold(s, i, NULL, FOLD_INERTIA | FOLD_FRESH);
+        fold(s, i, NULL, FOLD_INERTIA | FOLD_FRESH | FOLD_WATCH);
 
 /* Only of what hangs from the tip's first moving ancestor */
 TFA_INLINE void own_factor(struct state *s, int32_t tip)

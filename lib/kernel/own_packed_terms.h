@@ -52,6 +52,7 @@ static const int own_lane_of[] = {OWN_LANE_OF};
 #define OWN_LANE_MASS(l) OWN_LANE(l).mass
 #define OWN_LANE_ARMATURE(l) OWN_LANE(l).armature
 #define OWN_LANE_D(l) OWN_LANE(l).d
+#define OWN_LANE_BOUND(l) OWN_LANE(l).bound[k]
 OWN_TERM(own_E, num, OWN_INDEX, OWN_LANE_E)
 OWN_TERM(own_r, num, OWN_INDEX, OWN_LANE_R)
 OWN_TERM(own_h, num, OWN_INDEX, OWN_LANE_H)
@@ -59,6 +60,7 @@ OWN_TERM(own_I, num, OWN_INDEX, OWN_LANE_I)
 OWN_TERM(terms_mass, num, , OWN_LANE_MASS)
 OWN_TERM(terms_armature, num, , OWN_LANE_ARMATURE)
 OWN_TERM(terms_d, num, , OWN_LANE_D)
+OWN_TERM(own_bound, num, OWN_INDEX, OWN_LANE_BOUND)
 
 TFA_INLINE mat3 terms_E(const terms *b)
 {
@@ -79,6 +81,11 @@ TFA_INLINE vec3 terms_h(const terms *b)
 TFA_INLINE sym3 terms_I(const terms *b)
 {
     return (sym3){own_I(b, 0), own_I(b, 1), own_I(b, 2), own_I(b, 3), own_I(b, 4), own_I(b, 5)};
+}
+
+TFA_INLINE num terms_bound(const terms *b, uint32_t k)
+{
+    return own_bound(b, (int)k);
 }
 
 TFA_INLINE int terms_geared(const terms *b)

@@ -61,6 +61,8 @@ struct state {
     sym6 IA[OWN_UNITS];
     svec pA[OWN_UNITS], U[OWN_UNITS], K[OWN_UNITS];
     num Dinv[OWN_UNITS], u[OWN_UNITS];
+    num margin;        /* sentinel.h */
+    num payload_bound; /* inertia of the request's payloads about any joint, at most */
     vec3 gravity;
     uint32_t holding; /* none is held */
 };

@@ -42,6 +42,10 @@ TFA_INLINE void own_start(struct state *s, struct own_inputs *in, const struct t
     s->qd = in->qd;
     s->base = in->base;
     s->holding = 0;
+    sentinel_reset(s);
+    s->payload_bound = num_of(OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD && r->payload_count
+                                  ? host->payload_bound(host->model, r->payload_count, r->payloads)
+                                  : 0);
     const int given = OWN_KEEPS & TFA_OWN_KEEPS_GRAVITY;
     s->gravity = v3_load(given && r->gravity ? r->gravity
                          : given             ? host->model->gravity
@@ -73,7 +77,8 @@ TFA_INLINE void own_pose(struct state *s, uint32_t i)
 #define OWN_MOVE(i)                                                                                \
     move(s, i, &own_unit[i]);                                                                      \
     s->p[i] = gyroscopic(s, i);
-#define OWN_FOLD(i) fold(s, i, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS | FOLD_FRESH);
+#define OWN_FOLD(i)                                                                                \
+    fold(s, i, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS | FOLD_FRESH | FOLD_WATCH);
 #define OWN_UNFOLD(i) unfold(s, i, parent_motion(&own_unit[i], s->a, ground), qdd, 1);
 
 /* Articulated bodies, once they stand: qdd = M^-1 (tau - h) */

@@ -95,6 +95,8 @@ static void put_constants(terms *t, uint32_t l, const struct tfa_body *b)
     t->mass[l] = b->mass;
     t->armature[l] = b->armature;
     t->d[l] = b->d;
+    for (int k = 0; k < 6; k++)
+        t->bound[k][l] = b->bound[k];
 }
 
 /* What is the same in all lanes */

@@ -42,6 +42,7 @@ typedef struct terms {
     sym3 I;
     num armature;
     num d;
+    num bound[6];
     num_mask roots;    /* lanes whose parent is the world */
     struct slots from; /* scattered: the parents */
     struct each holds; /* the body whose numbers a lane has: the one that stands there, or one that
@@ -90,6 +91,11 @@ static inline sym3 terms_I(const terms *b)
 static inline num terms_armature(const terms *b)
 {
     return b->armature;
+}
+
+static inline num terms_bound(const terms *b, uint32_t k)
+{
+    return b->bound[k];
 }
 
 static inline num terms_d(const terms *b)

@@ -237,6 +237,8 @@ struct state {
     uint32_t holding; /* STOP_ bits in force: hold.c replaces aba.c */
     int skipping;     /* silent bodies are left out */
     int known_any;    /* some known is not zero */
+    num margin;        /* aba: below zero where the sentinel trips (sentinel.h) */
+    num payload_bound; /* inertia of the request's payloads about any joint, at most */
     vec3 gravity;
     int moving;    /* some velocity or wrench is not zero: c and p count */
     int wrenched;  /* some s->wrench is not zero */

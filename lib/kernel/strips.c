@@ -226,7 +226,7 @@ static void begin(struct strips *s, uint32_t g, struct load *w)
 
 /* Past one joint; what is kept goes to x. */
 static inline void pass(const struct rib *b, struct step *x, num tau, num qd, struct load *w,
-                        int moving)
+                        num *margin, int moving)
 {
     const place X = x->X;
     sym6 IA = rib_inertia(b);
@@ -237,7 +237,8 @@ static inline void pass(const struct rib *b, struct step *x, num tau, num qd, st
         c = hinge_products(x->v, qd);
     }
     const svec U = hinge_U(&IA);
-    const num Dinv = 1 / IA.A.zz, u = tau - pA.w.z;
+    const num Dinv = 1 / IA.A.zz, u = tau - pA.w.z, above = IA.A.zz - b->floor;
+    *margin = num_select(above < *margin, above, *margin);
     const svec k = hinge_gain(U, Dinv);
     const sym6 Ia = hinge_project(&IA, U, k);
     x->U = U;
@@ -270,7 +271,7 @@ static inline void inward(struct strips *s, uint32_t g, int moving)
 {
     const size_t first = (size_t)g * s->steps;
     struct load w, fresh;
-    num dense[36];
+    num dense[36], margin = num_of(1);
     if (moving && !s->again)
         correct_velocities(s, g);
     begin(s, g, &fresh);
@@ -280,8 +281,9 @@ static inline void inward(struct strips *s, uint32_t g, int moving)
             replace(s->length[g] == num_of(t + 1), &w.IA.A.xx, &fresh.IA.A.xx,
                     sizeof w / sizeof(num));
         pass(&s->rib[first + t], &s->step[first + t], s->tau[first + t], s->qd[first + t], &w,
-             moving);
+             &margin, moving);
     }
+    s->margin[g] = margin;
     s6_dense(dense, &w.IA);
     put_end(s->ends->J, g, dense, 36);
     put_end(s->ends->C, g, w.C, 36);
@@ -363,7 +365,7 @@ static int moves(const struct strips *s)
 static int answer(struct strips *s, struct tfa_crew *crew, const tfa_request *request,
                   uint32_t state, double light, tfa_reply *reply)
 {
-    int finite = 1;
+    int finite = 1, safe = 1;
     s->request = request;
     s->reply = reply;
     s->state = state;
@@ -383,9 +385,11 @@ static int answer(struct strips *s, struct tfa_crew *crew, const tfa_request *re
     }
     s->one->strips_pass(s->segments, s->ends, request->gravity ? request->gravity : s->m->gravity);
     crew_run(crew, outward_task, s, s->groups);
-    for (uint32_t g = 0; g < s->groups; g++)
+    for (uint32_t g = 0; g < s->groups; g++) {
         finite &= num_all(s->finite[g]);
-    return finite;
+        safe &= num_all(s->margin[g] >= 0);
+    }
+    return !finite ? TFA_NOT_ANSWERED : safe ? TFA_ANSWERED : TFA_ANSWERED_ALARMED;
 }
 
 const struct tfa_strips_kernel TFA_V(strips) = {

@@ -8,6 +8,7 @@
 
 #include <string.h>
 
+#include "kernel/sentinel_limit.h"
 #include "kernel/strips.h"
 #include "kernel/table.h"
 #include "model/arena.h"
@@ -21,6 +22,7 @@ struct rib {
     vec3 h;
     sym3 I;
     num damping;
+    num floor;                /* smallest D that is safe (sentinel.h) */
     uint32_t from[NUM_LANES]; /* where q, v, tau and qdd of their joints stand in a request */
 };
 
@@ -45,6 +47,7 @@ struct strips {
     struct step *step;                 /* [group][step] */
     num *q, *qd, *tau, *sine, *cosine; /* [group][step] */
     num_mask *finite;                  /* [group] */
+    num *margin;                       /* [group] below zero where the sentinel trips */
     /* the request under way */
     const tfa_request *request;
     tfa_reply *reply;
@@ -69,6 +72,7 @@ static inline size_t strips_walk(const tfa_model *m, const struct tfa_kernel *on
     o->segments = arena_take(&a, one->strips_bytes(), 1);
     o->length = arena_take(&a, groups, sizeof(num));
     o->finite = arena_take(&a, groups, sizeof(num_mask));
+    o->margin = arena_take(&a, groups, sizeof(num));
     o->rib = arena_take(&a, n, sizeof(struct rib));
     o->step = arena_take(&a, n, sizeof(struct step));
     o->q = arena_take(&a, n, sizeof(num));
@@ -106,6 +110,8 @@ static inline void fill_rib(const struct strips *s, struct rib *rib, uint32_t la
     put_lane(&rib->h.x, b->h, 3, lane);
     put_lane(&rib->I.xx, b->I, 6, lane);
     put_lane(&rib->damping, at >= 0 && m->damping ? &m->damping[b->v] : &(double){0}, 1, lane);
+    const double least = b->bound[0] * ((double)NUM_EPSILON / SENTINEL_LIMIT);
+    put_lane(&rib->floor, &least, 1, lane);
     rib->from[lane] = at < 0 ? 0 : m->freedom[b->v].from;
 }
 

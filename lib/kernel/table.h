@@ -26,6 +26,9 @@ struct tfa_factors {
     size_t multi_bytes;
 };
 
+/* What became of a state; alarmed: the sentinel tripped (sentinel.h), the error is to be estimated. */
+enum { TFA_NOT_ANSWERED = 0, TFA_ANSWERED = 1, TFA_ANSWERED_ALARMED = 2 };
+
 struct tfa_kernel {
     const char *isa;
     tfa_precision precision;
@@ -47,6 +50,11 @@ struct tfa_kernel {
      * is neither refined nor estimated. Returns whether all of it is finite. */
     int (*answer_tips)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
                        tfa_answer *answer);
+
+    /* Estimates the error of the accelerations of state k, which stand in the reply, by the factors of aba.
+     * Returns 0 where they are in doubt: the estimate is above `limit`, 1e-4, or not finite. */
+    int (*estimate)(struct state *s, const tfa_request *request, uint32_t k, const tfa_reply *reply,
+                    double limit, tfa_answer *answer);
 
     /* From now on this crew works on a solve in s, until another is named; NULL: the caller alone. */
     void (*employ)(struct state *s, struct tfa_crew *crew);
@@ -135,7 +143,7 @@ struct tfa_strips_kernel {
     size_t (*size)(const tfa_model *model, const struct tfa_kernel *one);
     struct strips *(*init)(const tfa_model *model, const struct tfa_kernel *one, void *memory);
     /* State k of a checked request, which changes nothing about the robot. light: strips_join.
-     * Returns whether all accelerations are finite. */
+     * TFA_NOT_ANSWERED: some acceleration is not finite. */
     int (*answer)(struct strips *s, struct tfa_crew *crew, const tfa_request *request, uint32_t k,
                   double light, tfa_reply *reply);
 };
@@ -150,8 +158,7 @@ struct tfa_limbs {
     size_t (*size)(const tfa_model *model, const struct tfa_packing *packing);
     struct state *(*init)(const tfa_model *model, const struct tfa_packing *packing, void *memory);
     /* State k of a checked request, which changes nothing about the robot and has no mimics: its
-     * accelerations, where they are asked for, and its factors. Returns whether all of the answer is
-     * finite. */
+     * accelerations, where they are asked for, and its factors. TFA_NOT_ANSWERED: some are not finite. */
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply);
     /* Of the state that came last, the factors of all bodies that carry a tip of the request. Whether
      * they are finite is left to who uses them. */

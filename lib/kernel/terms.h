@@ -115,6 +115,12 @@ static inline num terms_armature(const terms *b)
     return num_of(b->armature);
 }
 
+/* Largest inertia that freedom k may move */
+static inline num terms_bound(const terms *b, uint32_t k)
+{
+    return num_of(b->bound[k]);
+}
+
 /* Of an axial one: shift along z */
 static inline num terms_d(const terms *b)
 {

@@ -58,6 +58,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .sincos = sincos_of_doubles,
     .lend = TFA_V(lend),
     .answer_tips = TFA_V(answer_tips),
+    .estimate = TFA_V(estimate_forward),
     .employ = employ,
     .strips_bytes = TFA_V(strips_bytes),
     .strips_travel = TFA_V(strips_travel),

@@ -101,11 +101,16 @@ static int is_unchanged(const tfa_request *r)
     return r->hold == TFA_HOLD_NONE && !r->wrench_count && !r->payload_count && !r->locked_count;
 }
 
-/* And nothing but the answer is asked, as the articulated-body factors give it */
+/* And nothing but the answer is asked, as the articulated-body factors give it, and its estimate */
 static int is_plain(const tfa_request *r)
 {
-    return is_unchanged(r) && r->estimate != TFA_ESTIMATE_ALWAYS &&
-           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
+    return is_unchanged(r) && (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
+}
+
+/* Is an estimate asked for that only the kernel of one state gives together with the answer? */
+static int estimates_tips(const tfa_request *r)
+{
+    return r->estimate == TFA_ESTIMATE_ALWAYS && r->tip_count;
 }
 
 static int is_scan(tfa_method method)
@@ -140,7 +145,7 @@ static uint32_t bodies_of_tips(const struct tfa_model *m, const tfa_request *r)
 static int goes_by_limbs(const tfa_workspace *w, const tfa_request *r)
 {
     const int aba = r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA;
-    if (!w->limbs || !is_plain(r))
+    if (!w->limbs || !is_plain(r) || estimates_tips(r))
         return 0;
     if (is_forward(r))
         return aba;
@@ -149,14 +154,35 @@ static int goes_by_limbs(const tfa_workspace *w, const tfa_request *r)
            bodies_of_tips(w->model, r) >= w->limbs_from;
 }
 
+/* Where the sentinel tripped, an answer with a larger estimate is refined by the kernel of one state. */
+#define ALARM_ESTIMATE 1e-7
+
+/* Estimate of accelerations that stand in the reply, if the request or the sentinel asks for it. Returns 0
+ * where the kernel of one state is to answer instead. */
+static int estimate_if_asked(tfa_workspace *w, const tfa_request *r, uint32_t k, int alarmed,
+                             const tfa_reply *reply, tfa_answer *answer)
+{
+    const int asked = is_forward(r) && r->estimate == TFA_ESTIMATE_ALWAYS;
+    alarmed &= r->estimate == TFA_ESTIMATE_DEFAULT;
+    if (!asked && !alarmed)
+        return 1;
+    const int whole = reply->qdd && (reply->base_acceleration || !w->model->base_freedoms);
+    if (!is_forward(r) || r->tip_count || !whole)
+        return 0;
+    if (alarmed)
+        answer->flags |= TFA_ANSWER_SENTINEL;
+    return w->kernel->estimate(w->state, r, k, reply, alarmed ? ALARM_ESTIMATE : 1, answer);
+}
+
 static int compute_strips(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     const double light = r->method == TFA_METHOD_SCAN ? TFA_SCAN_LIGHT : -1; /* every cut */
-    if (!w->strips->answer(w->strips_state, w->crew, r, k, light, reply))
+    tfa_answer answer = {.method = (uint16_t)r->method, .error_estimate = (double)NAN};
+    const int answered = w->strips->answer(w->strips_state, w->crew, r, k, light, reply);
+    if (!answered || !estimate_if_asked(w, r, k, answered == TFA_ANSWERED_ALARMED, reply, &answer))
         return 0;
     if (reply->answers)
-        reply->answers[k] =
-            (tfa_answer){.method = (uint16_t)r->method, .error_estimate = (double)NAN};
+        reply->answers[k] = answer;
     return 1;
 }
 
@@ -185,7 +211,8 @@ static uint32_t compute_lanes(tfa_workspace *w, const tfa_request *r, uint32_t k
 static uint32_t compute_limbs(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     tfa_answer answer = {.method = TFA_METHOD_ABA, .error_estimate = (double)NAN};
-    if (!w->limbs->answer(w->limb_state, r, k, reply))
+    const int answered = w->limbs->answer(w->limb_state, r, k, reply);
+    if (!answered || !estimate_if_asked(w, r, k, answered == TFA_ANSWERED_ALARMED, reply, &answer))
         return 0;
     if (r->tip_count) {
         w->limbs->give(w->limb_state, r, &w->factors);
@@ -236,7 +263,8 @@ static int judge_by_strips(struct tfa_judge *judge, const double *residual, doub
                            .tau = residual,
                            .gravity = weightless};
     tfa_reply reply = {.qdd = x};
-    return w->strips->answer(w->strips_state, w->crew, &r, 0, TFA_SCAN_LIGHT, &reply);
+    return w->strips->answer(w->strips_state, w->crew, &r, 0, TFA_SCAN_LIGHT, &reply) !=
+           TFA_NOT_ANSWERED;
 }
 
 /* By one number at a time where the chain does not go in pieces, or its answer is not good enough */
@@ -300,19 +328,31 @@ static uint16_t own_method(const tfa_request *r)
                                                  : TFA_METHOD_ABA;
 }
 
-/* By the robot's own kernel: as many of the states k .. end - 1 as it takes at a time, without tips;
- * 0 where an answer is not finite, which the generic kernel has to say. */
-static uint32_t compute_own(tfa_workspace *w, const tfa_request *r, uint32_t k, uint32_t end,
-                            tfa_reply *reply)
+/* What a robot's own kernel is asked when an estimate of its answer is to follow */
+static const tfa_request *without_estimate(const tfa_request *r, tfa_request *bare)
+{
+    if (!is_forward(r) || r->tip_count || r->estimate != TFA_ESTIMATE_ALWAYS)
+        return r;
+    *bare = *r;
+    bare->estimate = TFA_ESTIMATE_NEVER;
+    return bare;
+}
+
+/* By the robot's own kernel: as many of the states k .. end - 1 as it takes at a time, without tips. 0 where
+ * an answer is not finite or in doubt: the generic kernel answers and reports why. */
+static uint32_t compute_own(tfa_workspace *w, const tfa_request *r, const tfa_request *bare,
+                            uint32_t k, uint32_t end, tfa_reply *reply)
 {
     const uint32_t left = end - k, lanes = r->tip_count ? 0 : w->own->lanes;
     uint32_t count = left < lanes ? left : lanes;
-    if (count < w->crossovers.lanes_from || !w->own->many(&w->host, r, k, count, reply))
-        count = w->own->one(&w->host, r, k, reply) ? 1 : 0;
+    if (count < w->crossovers.lanes_from || !w->own->many(&w->host, bare, k, count, reply))
+        count = w->own->one(&w->host, bare, k, reply) ? 1 : 0;
     for (uint32_t l = 0; l < count; l++) {
+        tfa_answer answer = {.method = own_method(r), .error_estimate = (double)NAN};
+        if (!estimate_if_asked(w, r, k + l, 0, reply, &answer))
+            return l;
         if (reply->answers)
-            reply->answers[k + l] =
-                (tfa_answer){.method = own_method(r), .error_estimate = (double)NAN};
+            reply->answers[k + l] = answer;
         if (wants_spectrum(r, reply))
             add_spectrum(w, r, k + l, reply);
     }
@@ -347,9 +387,11 @@ static void compute_generic(tfa_workspace *workspace, const tfa_request *request
 int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                         uint32_t end, tfa_reply *reply)
 {
-    const int own = goes_by_own(workspace, request, reply);
+    tfa_request copy;
+    const tfa_request *bare = workspace->own ? without_estimate(request, &copy) : request;
+    const int own = goes_by_own(workspace, bare, reply);
     for (uint32_t k = first; own && k < end;) {
-        const uint32_t done = compute_own(workspace, request, k, end, reply);
+        const uint32_t done = compute_own(workspace, request, bare, k, end, reply);
         if (!done) /* what is wrong with this state, a generic kernel says */
             compute_generic(workspace, request, k, k + 1, reply);
         k += done ? done : 1;

@@ -77,10 +77,11 @@ struct tfa_body {
     uint8_t
         axial; /* 1: revolute, and E = Rz(theta) Rx(alpha), r = (a, -d sin alpha, d cos alpha), the
                         frames of Denavit and Hartenberg: see spatial/screw.h */
-    int32_t multi;                    /* index among bodies with n > 1, else -1 */
-    uint32_t part;                    /* fused: its n parts start here in tfa_model.part */
-    int32_t tree;                     /* root body of the tree that it stands in */
-    uint32_t depth;                   /* bodies from the root to here, this one included */
+    int32_t multi;   /* index among bodies with n > 1, else -1 */
+    uint32_t part;   /* fused: its n parts start here in tfa_model.part */
+    int32_t tree;    /* root body of the tree that it stands in */
+    uint32_t depth;  /* bodies from the root to here, this one included */
+    double bound[6]; /* of each freedom: largest inertia it may move, at any q (inertia_bound.h) */
     const struct tfa_body_quad *quad; /* the same constants, not rounded */
 };
 
@@ -138,6 +139,7 @@ struct tfa_model {
     uint32_t frames, joints, trees;
     size_t mass_entries; /* entries of M that are not zero by structure, lower triangle */
     double gravity[3];
+    double reach; /* sum over all bodies of the largest distance from their parents, m */
     tfa_base base;
     tfa_model_summary summary;
     const struct tfa_body *body;

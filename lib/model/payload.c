@@ -6,9 +6,11 @@
 #include "model/payload.h"
 
 #include <math.h>
+#include <totalforce/dynamics.h>
 
 #include "model/eigen.h"
 #include "model/ext.h"
+#include "model/model.h"
 
 /* A main-chain body whose inertia, scaled to unit diagonal, has a pivot below this cannot be
  * inverted with more than about two good digits in double: TFA refuses it. */
@@ -119,4 +121,15 @@ uint8_t tfa_inertia_is_regular(const struct tfa_body *body)
                 a[i][j] -= a[i][k] * a[k][j] / a[k][k];
     }
     return 1;
+}
+
+double tfa_payload_bound(const struct tfa_model *m, uint32_t count, const double *numbers)
+{
+    double sum = 0;
+    for (const double *n = numbers; n < numbers + TFA_PAYLOAD_NUMBERS * (size_t)count;
+         n += TFA_PAYLOAD_NUMBERS) {
+        const double reach = m->reach + sqrt(n[1] * n[1] + n[2] * n[2] + n[3] * n[3]);
+        sum += n[0] * fmax(1, reach * reach) + (n[4] + n[7] + n[9]) / 2;
+    }
+    return sum;
 }

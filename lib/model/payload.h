@@ -34,6 +34,9 @@ void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
 void tfa_body_hang_payload(struct tfa_body *body, const struct tfa_frame *frame,
                            const double numbers[10]);
 
+/* Largest inertia that these payloads may have about any joint, and at least their mass: kg m^2, kg. */
+double tfa_payload_bound(const struct tfa_model *m, uint32_t count, const double *numbers);
+
 /* 1: LDL^T of the 6 x 6 inertia, scaled to unit diagonal, has no pivot that is nearly zero. */
 uint8_t tfa_inertia_is_regular(const struct tfa_body *body);
 

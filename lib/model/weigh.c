@@ -191,4 +191,5 @@ void tfa_weigh(struct tfa_model *m, struct tfa_body *body, struct tfa_body_quad 
     sum_up(m, body, weight, mass);
     m->hollow = count_hollow(m, body, weight);
     m->summary.singular_body = find_singular(m, body);
+    tfa_inertia_bounds(m, body, &weight->moments, sizeof *weight);
 }

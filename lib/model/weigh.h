@@ -6,13 +6,15 @@
 #ifndef TFA_MODEL_WEIGH_H
 #define TFA_MODEL_WEIGH_H
 
+#include "model/inertia_bound.h"
 #include "model/model.h"
 
 /* Scratch: a body with its payloads, and where it stands when q is 0. */
 struct tfa_weight {
     struct tfa_bare sum;
     tfa_quad R[9], p[3]; /* body axes to root link axes; origin in the root link's frame */
-    uint8_t heavy;       /* it has mass or inertia, or something that hangs from it has */
+    struct tfa_moments moments;
+    uint8_t heavy; /* it has mass or inertia, or something that hangs from it has */
 };
 
 /**

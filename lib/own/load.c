@@ -96,7 +96,8 @@ int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialis
 
 struct tfa_own_host own_host(const tfa_model *model)
 {
-    return (struct tfa_own_host){model, tfa_kernel_select(TFA_F64)->sincos, tfa_body_hang_payload};
+    return (struct tfa_own_host){model, tfa_kernel_select(TFA_F64)->sincos, tfa_body_hang_payload,
+                                 tfa_payload_bound};
 }
 
 void tfa_specialised_name(const tfa_model *model, uint32_t keeps,

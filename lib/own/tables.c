@@ -122,7 +122,8 @@ static void say_body(struct own_text *t, const tfa_model *m, uint32_t i)
         const char *name;
         const double *x;
         uint32_t n;
-    } arrays[] = {{"E", b->E, 9}, {"r", b->r, 3}, {"h", b->h, 3}, {"I", b->I, 6}};
+    } arrays[] = {
+        {"E", b->E, 9}, {"r", b->r, 3}, {"h", b->h, 3}, {"I", b->I, 6}, {"bound", b->bound, b->n}};
     say_title(t, m, i);
     own_say(t, "    {");
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
@@ -141,7 +142,7 @@ static void say_bodies(struct own_text *t, const tfa_model *m)
         t,
         "\n/* E, r: of the joint's frame in the parent's, m; h: mass times centre of mass, kg m; "
         "I: xx xy xz yy\n * yz zz about the frame's origin, kg m^2; mass, kg; armature, kg m^2 "
-        "or kg */\n"
+        "or kg; bound: largest inertia that a freedom may move */\n"
         "static const struct tfa_body own_body[OWN_BODIES] = {\n");
     for (uint32_t i = 0; i < m->bodies; i++)
         say_body(t, m, i);

@@ -216,6 +216,9 @@ typedef struct tfa_request {
  * auto takes, because all was in doubt in that of the factors; alone by the method asked for, which
  * was refused there. */
 #define TFA_ANSWER_WIDER 64u
+/** The sentinel tripped (TFA_ESTIMATE_DEFAULT): the estimate was computed although the method does not ask
+ * for one. */
+#define TFA_ANSWER_SENTINEL 128u
 
 /** What is known of the answer for one state. */
 typedef struct tfa_answer {

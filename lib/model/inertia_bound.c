@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Upper bounds of the inertia that each joint moves, whatever q is: what the sentinel compares the
+ * projected articulated inertia D with (kernel/sentinel.h).
+ *
+ * For the subtree of a body, with rho an upper bound of the distance of its mass from the origin of the body's
+ * frame: mass, first moment (integral of rho) and second moment (integral of rho^2). A transform to the
+ * parent's frame, whose origin is at most L away, gives  mass,  first + L mass,  second + 2 L first + L^2 mass.
+ */
+#include "model/inertia_bound.h"
+
+#include <math.h>
+
+/* A prismatic, planar or floating joint is taken to move so far, m: its limits are not in the model. */
+#define TRAVEL 1.0
+
+static struct tfa_moments shifted(struct tfa_moments s, double length)
+{
+    return (struct tfa_moments){.mass = s.mass,
+                                .first = s.first + length * s.mass,
+                                .second = s.second + length * (2 * s.first + length * s.mass)};
+}
+
+static void add(struct tfa_moments *to, struct tfa_moments s)
+{
+    to->mass += s.mass;
+    to->first += s.first;
+    to->second += s.second;
+}
+
+static double norm(const double *x, int n)
+{
+    double sum = 0;
+    for (int k = 0; k < n; k++)
+        sum += x[k] * x[k];
+    return sqrt(sum);
+}
+
+static double travel(uint8_t kind)
+{
+    return kind == TFA_KIND_REVOLUTE ? 0 : TRAVEL;
+}
+
+/* Largest distance between the origins of the parent's frame and the body's */
+static double reach(const struct tfa_model *m, const struct tfa_body *b)
+{
+    if (b->kind != TFA_KIND_FUSED)
+        return norm(b->r, 3) + travel(b->kind);
+    double sum = 0;
+    for (uint32_t k = 0; k < b->n; k++)
+        sum += norm(m->part[b->part + k].r, 3) + travel(m->part[b->part + k].kind);
+    return sum;
+}
+
+/* Largest distance of the body's origin from the axis z of its parent */
+static double reach_from_axis(const struct tfa_model *m, const struct tfa_body *b)
+{
+    return b->kind == TFA_KIND_FUSED ? reach(m, b) : norm(b->r, 2) + travel(b->kind);
+}
+
+/* Of one body: the second moment about a point is half the trace of the inertia there, and
+ * first^2 <= mass second (Cauchy, Schwarz). */
+static struct tfa_moments moments_of(const struct tfa_body *b)
+{
+    const double second = (b->I[0] + b->I[3] + b->I[5]) / 2;
+    return (struct tfa_moments){b->mass, sqrt(b->mass * fmax(second, 0)), second, b->I[5]};
+}
+
+/* Bounds of the freedoms of a body whose subtree has these moments */
+static void bound_freedoms(const struct tfa_model *m, struct tfa_body *b, struct tfa_moments s)
+{
+    double length = 0; /* from the axis of a fused part to the body's origin */
+    for (uint32_t k = b->n; k-- > 0;) {
+        const struct tfa_part *part = &m->part[b->part + k];
+        const int fused = b->kind == TFA_KIND_FUSED;
+        const int turns = fused                        ? part->kind == TFA_KIND_REVOLUTE
+                          : b->kind == TFA_KIND_FREE   ? k >= 3
+                          : b->kind == TFA_KIND_PLANAR ? k == 2
+                                                       : b->kind == TFA_KIND_REVOLUTE;
+        const double all =
+            b->kind == TFA_KIND_FREE || fused ? shifted(s, length).second : s.about_z;
+        b->bound[k] = (turns ? all : s.mass) + m->armature[b->v + k];
+        if (fused)
+            length += norm(part->r, 3) + travel(part->kind);
+    }
+}
+
+void tfa_inertia_bounds(struct tfa_model *m, struct tfa_body *body, struct tfa_moments *scratch,
+                        size_t stride)
+{
+    m->reach = 0;
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        struct tfa_moments *s = (struct tfa_moments *)((char *)scratch + i * stride);
+        *s = moments_of(&body[i]);
+        m->reach += reach(m, &body[i]);
+    }
+    for (uint32_t i = m->bodies; i-- > 0;) {
+        struct tfa_body *b = &body[i];
+        const struct tfa_moments *s = (struct tfa_moments *)((char *)scratch + i * stride);
+        bound_freedoms(m, b, *s);
+        if (b->parent < 0)
+            continue;
+        struct tfa_moments *parent =
+            (struct tfa_moments *)((char *)scratch + (size_t)b->parent * stride);
+        parent->about_z += shifted(*s, reach_from_axis(m, b)).second;
+        add(parent, shifted(*s, reach(m, b)));
+    }
+}

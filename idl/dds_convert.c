@@ -52,8 +52,8 @@ tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa
     if (answers_lambda) {
         sizes.lambda_inv = count * rows * rows;
         sizes.spectrum = request->flags & TFA_WANT_SPECTRUM ? count : 0;
-        sizes.poses = request->flags & TFA_WANT_POSES ? count * request->tip_count * 7 : 0;
     }
+    sizes.poses = request->flags & TFA_WANT_POSES ? count * request->tip_count * 7 : 0;
     return sizes;
 }
 

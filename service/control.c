@@ -142,6 +142,17 @@ static void accept_client(tfa_daemon *d, uint32_t robot)
     session_begin(d, robot, fd);
 }
 
+static void log_dds_totals(const tfa_dds_counters *c)
+{
+    tfa_log(TFA_LOG_INFO,
+            "dds: requests %llu, torques %llu, replies %llu, rejected %llu, dropped %llu, "
+            "handovers %llu",
+            (unsigned long long)c->requests, (unsigned long long)c->torques,
+            (unsigned long long)c->replies, (unsigned long long)c->rejected,
+            (unsigned long long)c->dropped, (unsigned long long)c->handovers);
+}
+
+/* Requests and rejected ones of both transports. */
 static void log_totals(const tfa_daemon *d)
 {
     uint64_t requests = d->totals.requests, rejected = d->totals.rejected;
@@ -151,6 +162,12 @@ static void log_totals(const tfa_daemon *d)
         const tfa_seat_counters *count = tfa_seat_count(s->seat);
         requests += atomic_load_explicit(&count->requests, memory_order_relaxed);
         rejected += atomic_load_explicit(&count->rejected, memory_order_relaxed);
+    }
+    if (d->door.count) {
+        const tfa_dds_counters dds = d->door.count(d->door.self);
+        requests += dds.requests + dds.torques;
+        rejected += dds.rejected;
+        log_dds_totals(&dds);
     }
     tfa_log(TFA_LOG_INFO,
             "clients %u, connections %llu, refused %llu, requests %llu, rejected %llu",

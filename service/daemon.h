@@ -15,6 +15,7 @@
 
 #include "client/hello.h"
 #include "config.h"
+#include "dds.h"
 #include "robot.h"
 #include "segment.h"
 #include "worker.h"
@@ -74,6 +75,8 @@ typedef struct daemon_door {
     bool (*leave)(void *self, uint32_t robot);
     /* Tells the domain; takes a ring again if it had left. */
     int (*announce)(void *self, uint32_t robot, const tfa_model *model);
+    /* Requests and replies since the start. */
+    tfa_dds_counters (*count)(const void *self);
 } daemon_door;
 
 typedef enum reload_phase {

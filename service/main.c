@@ -18,7 +18,7 @@
 #include "sigbus.h"
 
 #ifdef TFA_HAVE_DDS
-#include "dds.h"
+#include "dds_convert.h"
 #endif
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 2, EXIT_USAGE = 3 };
@@ -156,15 +156,34 @@ static int door_announce(void *door, uint32_t robot, const tfa_model *model)
 {
     return tfa_dds_announce(door, robot, model);
 }
+
+static tfa_dds_counters door_count(const void *door)
+{
+    return tfa_dds_count(door);
+}
+
+static void log_dds(const service *s)
+{
+    const uint32_t robots = s->daemon.fleet.dds_count;
+    tfa_log(TFA_LOG_INFO, "dds: domain %u, %u robots: %s and %s, stream %s and %s, described by %s",
+            s->daemon.settings->dds.domain, robots, TFA_DDS_TOPIC_REQUEST, TFA_DDS_TOPIC_REPLY,
+            TFA_DDS_TOPIC_TORQUES, TFA_DDS_TOPIC_ACCELERATIONS, TFA_DDS_TOPIC_ROBOT_INFO);
+}
 #endif
 
 static int open_dds(service *s)
 {
 #ifdef TFA_HAVE_DDS
-    if (!s->dds)
+    if (!s->dds) {
+        tfa_log(TFA_LOG_INFO, "dds: off: %s",
+                s->daemon.settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
         return TFA_OK;
-    s->daemon.door = (daemon_door){s->dds, door_expect, door_leave, door_announce};
-    return tfa_dds_start(s->dds, s->daemon.workers[0].worker);
+    }
+    s->daemon.door = (daemon_door){s->dds, door_expect, door_leave, door_announce, door_count};
+    const int status = tfa_dds_start(s->dds, s->daemon.workers[0].worker);
+    if (status == TFA_OK)
+        log_dds(s);
+    return status;
 #else
     (void)s;
     return TFA_OK;

@@ -125,23 +125,16 @@ void daemon_explain(const daemon_options *options, daemon_via via, int status, c
                     size_t size)
 {
     const char *reason = status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status);
-    const char *directory = options->runtime_dir;
-    if (!directory)
-        directory = getenv("TOTALFORCE_RUNTIME_DIR");
-    if (!directory)
-        directory = "/run/totalforce";
-    if (via == DAEMON_SHM && status == TFA_E_DISCONNECTED)
-        snprintf(
-            text, size,
-            "robot '%s' over shm: no daemon at %s/%s.sock: is totalforced running, and is this "
-            "its runtime directory?",
-            options->robot, directory, options->robot);
-    else if (via == DAEMON_DDS && status == TFA_E_TIMEOUT)
+    const tfa_client_options shm = {.runtime_dir = options->runtime_dir, .robot = options->robot};
+    if (via == DAEMON_SHM)
+        (void)tfa_client_explain(&shm, status, text, size);
+    else if (status == TFA_E_TIMEOUT)
         snprintf(text, size,
-                 "robot '%s' over dds: no daemon in domain %u: is totalforced running, in this "
-                 "domain, with the same CYCLONEDDS_URI?",
-                 options->robot, options->domain);
+                 "robot '%s': no daemon answers in DDS domain %u: is totalforced running with "
+                 "'dds: {enabled: yes, domain: %u}', and has it the same CYCLONEDDS_URI (%s)?",
+                 options->robot, options->domain, options->domain,
+                 getenv("CYCLONEDDS_URI") ? getenv("CYCLONEDDS_URI") : "not set here");
     else
-        snprintf(text, size, "robot '%s' over %s: %s: %s", options->robot, daemon_via_name(via),
+        snprintf(text, size, "robot '%s' in DDS domain %u: %s: %s", options->robot, options->domain,
                  tfa_status_text(status), reason);
 }

@@ -9,6 +9,7 @@
 #include "pingpong.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <sched.h>
 #include <stdlib.h>
 #include <string.h>
@@ -191,17 +192,56 @@ static const cpu_set_t *elsewhere(const latency_baseline *baseline)
     return baseline->pinned ? &baseline->others : NULL;
 }
 
+static int run_pingpong(pingpong_size size, const latency_baseline *baseline, histogram *h)
+{
+    return pingpong_run(size, PINGPONGS, PINGPONGS / 10, PINGPONG_LIMIT_NS, elsewhere(baseline), h);
+}
+
+/* Processors that the two sides of a ping-pong may use. */
+static int processors_of(const latency_baseline *baseline)
+{
+    cpu_set_t ours;
+    if (baseline->pinned)
+        return 1 + CPU_COUNT(&baseline->others);
+    return sched_getaffinity(0, sizeof ours, &ours) == 0 ? CPU_COUNT(&ours) : 1;
+}
+
+/* The two sides did not have a processor each: says what was measured, and the load. */
+static void explain_busy(const latency_baseline *baseline)
+{
+    const histogram *seen = &baseline->pingpong;
+    const int processors = processors_of(baseline);
+    double load = 0;
+    if (processors < 2) {
+        fputs("totalforce latency: no ping-pong baseline: two processors are needed, this process "
+              "may use one\n",
+              stderr);
+        return;
+    }
+    (void)getloadavg(&load, 1);
+    fprintf(stderr,
+            "totalforce latency: no ping-pong baseline: busy: %" PRIu64 " of %d round trips in "
+            "%.0f s, p50 %.1f us, slowest %.0f us; %d processors, load %.1f: end other programs, "
+            "or choose a free processor with --cpu\n",
+            seen->count, PINGPONGS, (double)PINGPONG_LIMIT_NS / 1e9,
+            (double)histogram_quantile(seen, 0.5) / 1e3, (double)seen->highest / 1e3, processors,
+            load);
+}
+
 /* Before the daemon has a client, so that its spinning worker does not take part. */
 static int measure_pingpong(const latency_options *options, latency_baseline *baseline)
 {
     if (settle(options, baseline) != 0)
         return EXIT_FAILED;
-    int status = pingpong_run((pingpong_size){1, 1}, PINGPONGS, PINGPONGS / 10, elsewhere(baseline),
-                              &baseline->pingpong);
+    latency_progress("ping-pong", 0, 0);
+    const int status = run_pingpong((pingpong_size){1, 1}, baseline, &baseline->pingpong);
+    const int saved = errno;
+    latency_progress(NULL, 0, 0);
     baseline->have_pingpong = status == TFA_OK;
-    if (status != TFA_OK)
-        fprintf(stderr, "totalforce latency: no ping-pong baseline: %s\n",
-                status == TFA_E_SYSTEM ? strerror(errno) : "two processors are needed");
+    if (status == TFA_E_TIMEOUT)
+        explain_busy(baseline);
+    else if (status != TFA_OK)
+        fprintf(stderr, "totalforce latency: no ping-pong baseline: %s\n", strerror(saved));
     return EXIT_GOOD;
 }
 
@@ -221,8 +261,7 @@ static void measure_same_size(const latency_options *options, const tfa_client_i
     baseline->size = (pingpong_size){lines_of(64 + batch * 8 * asked),
                                      lines_of(64 + batch * (sizeof(tfa_answer) + 8 * told))};
     if (baseline->have_pingpong)
-        (void)!pingpong_run(baseline->size, PINGPONGS, PINGPONGS / 10, elsewhere(baseline),
-                            &baseline->same_size);
+        (void)!run_pingpong(baseline->size, baseline, &baseline->same_size);
 }
 
 static int report(const latency_options *options, const latency_run *runs, int count,

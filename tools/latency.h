@@ -89,6 +89,10 @@ void latency_reply_free(tfa_reply *reply);
 TFA_CHECKED int latency_measure(const latency_options *options, daemon_via via, latency_run *run);
 void latency_run_free(latency_run *run);
 
+/** Where standard error is a terminal: "what: done of count" in its last line, at most twice a
+ *  second; count 0: "what" alone, at once; what NULL: clears the line. */
+void latency_progress(const char *what, uint64_t done, uint64_t count);
+
 /** Solves the requests of `run` in process with the model in options->urdf. Prints errors.
  *  @return TFA_OK; TFA_E_MODEL; TFA_E_SIZE (another robot); as tfa_compute. */
 TFA_CHECKED int latency_solve(const latency_options *options, const latency_run *run, histogram *h);

@@ -169,9 +169,9 @@ void latency_print_text(FILE *out, const latency_options *options, const latency
 {
     print_environment(out);
     fprintf(out, "\nbaseline of this run\n");
-    const histogram *columns = baseline->have_pingpong ? &baseline->pingpong : &baseline->solve;
+    const histogram *columns = baseline->pingpong.count ? &baseline->pingpong : &baseline->solve;
     print_head(out, "us", columns);
-    print_row(out, "ping-pong", &baseline->pingpong, columns);
+    print_row(out, baseline->have_pingpong ? "ping-pong" : "busy", &baseline->pingpong, columns);
     if (baseline->same_size.count)
         print_row(out, "same size", &baseline->same_size, columns);
     print_row(out, "solve", &baseline->solve, columns);

@@ -9,10 +9,12 @@
 #include "robot_names.h"
 
 #include <errno.h>
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <totalforce/totalforce.h>
+#include <unistd.h>
 
 /* Requests that differ: enough that no branch predictor learns one by heart, few enough that they
  * stay in the second-level cache. */
@@ -177,6 +179,29 @@ static int reconnect(loop *l)
     return status;
 }
 
+void latency_progress(const char *what, uint64_t done, uint64_t count)
+{
+    static const uint64_t pause = 500000000;
+    static int terminal = -1, shown;
+    static uint64_t last;
+    if (terminal < 0)
+        terminal = isatty(STDERR_FILENO);
+    if (!terminal || (what == NULL && !shown))
+        return;
+    const uint64_t now = clock_ns();
+    if (what != NULL && count > 0 && now - last < pause)
+        return;
+    last = now;
+    shown = what != NULL;
+    if (what == NULL)
+        fputs("\r\033[K", stderr);
+    else if (count == 0)
+        fprintf(stderr, "\r\033[K%s ...", what);
+    else
+        fprintf(stderr, "\r\033[K%s: %" PRIu64 " of %" PRIu64 " round trips", what, done, count);
+    fflush(stderr);
+}
+
 /* One request there and back. @return TFA_OK to go on. */
 static int exchange_one(loop *l, uint64_t index, int measured)
 {
@@ -221,8 +246,10 @@ static int measure_loop(loop *l)
     uint64_t steal = environment_steal_ticks();
     thread_usage client = environment_this_thread();
     l->started = clock_ns();
-    for (uint64_t i = 0; i < l->options->count && status == TFA_OK; i++)
+    for (uint64_t i = 0; i < l->options->count && status == TFA_OK; i++) {
         status = exchange_one(l, i, 1);
+        latency_progress(daemon_via_name(run->via), i + 1, l->options->count);
+    }
     run->elapsed_ns = clock_ns() - l->started;
     thread_usage now = environment_this_thread();
     run->client = environment_difference(&client, &now);
@@ -268,6 +295,7 @@ int latency_measure(const latency_options *options, daemon_via via, latency_run 
     status = prepare(&l);
     if (status == TFA_OK)
         status = measure_loop(&l);
+    latency_progress(NULL, 0, 0);
     if (status != TFA_OK)
         fprintf(stderr, "totalforce latency: robot '%s' over %s: %s: %s\n", options->daemon.robot,
                 daemon_via_name(via), tfa_status_text(status), tfa_status_cause(status));

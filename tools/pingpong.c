@@ -80,25 +80,28 @@ static void echo(table *t, pingpong_size size)
 }
 
 /* Waits for the echo; looks at the clock now and then, so that a dead child ends the run. */
-static int wait_for(table *t, uint64_t number, uint64_t sent)
+static int wait_for(table *t, uint64_t number, uint64_t end)
 {
     for (unsigned spins = 1;; spins++) {
         if (atomic_load_explicit(&t->pong, memory_order_acquire) == number) /* P2 */
             return TFA_OK;
-        if (spins % 4096 == 0 && clock_ns() - sent > second)
+        if (spins % 4096 == 0 && clock_ns() > end)
             return TFA_E_TIMEOUT;
         relax();
     }
 }
 
-static int bounce(table *t, pingpong_size size, uint64_t count, uint64_t warmup, histogram *h)
+static int bounce(table *t, pingpong_size size, uint64_t count, uint64_t warmup, uint64_t end,
+                  histogram *h)
 {
     volatile uint64_t sink; /* the payload is read, whatever the compiler thinks */
     for (uint64_t i = 1; i <= warmup + count; i++) {
         uint64_t sent = clock_ns();
+        if (sent > end)
+            return TFA_E_TIMEOUT;
         write_lines(t->there, size.request_lines - 1, i);
         atomic_store_explicit(&t->ping, i, memory_order_release); /* P1 */
-        int status = wait_for(t, i, sent);
+        int status = wait_for(t, i, end);
         if (status != TFA_OK)
             return status;
         sink = read_lines(t->back, size.reply_lines - 1);
@@ -114,8 +117,8 @@ static uint32_t limited(uint32_t lines)
     return lines < 1 ? 1 : lines > PINGPONG_LINES_MAX ? PINGPONG_LINES_MAX : lines;
 }
 
-int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, const cpu_set_t *others,
-                 histogram *h)
+int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, uint64_t limit,
+                 const cpu_set_t *others, histogram *h)
 {
     size = (pingpong_size){limited(size.request_lines), limited(size.reply_lines)};
     table *t = mmap(NULL, sizeof *t, PROT_READ | PROT_WRITE,
@@ -133,7 +136,7 @@ int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, const cpu_
             echo(t, size);
         _exit(0);
     }
-    int status = child < 0 ? TFA_E_SYSTEM : bounce(t, size, count, warmup, h);
+    int status = child < 0 ? TFA_E_SYSTEM : bounce(t, size, count, warmup, clock_ns() + limit, h);
     int saved = errno;
     if (child > 0) {
         atomic_store_explicit(&t->ping, stop, memory_order_release); /* P1 */

@@ -19,16 +19,21 @@ typedef struct pingpong_size {
 
 #define PINGPONG_LINES_MAX 4096
 
+/** Longest run: on an idle machine the round trips take a tenth of a second. */
+#define PINGPONG_LIMIT_NS UINT64_C(2000000000)
+
 /**
- * Bounces a number, and lines of payload with it, between this process and a child, both spinning, and times every round trip.
+ * Bounces a number, and lines of payload with it, between this process and a child, both spinning,
+ * and times every round trip.
  * @param count   round trips measured, after `warmup` that are not
+ * @param limit   longest duration, ns: where it ends the run, h holds what was measured until then
  * @param others  processors for the child; NULL: wherever this process may run
  * @param[out] h  round-trip times in ns, the cost of reading the clock (twice) included as it is in
  *                every other figure of `totalforce latency`
- * @return TFA_OK; TFA_E_SYSTEM (no memory, no process; errno); TFA_E_TIMEOUT (the two did not get
- *         a processor each: nothing came back within a second).
+ * @return TFA_OK; TFA_E_SYSTEM (no memory, no process; errno); TFA_E_TIMEOUT (the limit: the two
+ *         processes do not have a processor each).
  */
-TFA_CHECKED int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup,
+TFA_CHECKED int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, uint64_t limit,
                              const cpu_set_t *others, histogram *h);
 
 /** CLOCK_MONOTONIC in ns. */

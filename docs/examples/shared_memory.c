@@ -16,8 +16,9 @@ int main(int argc, char **argv)
     tfa_client *client;
     int status = tfa_client_connect(&options, &client);
     if (status != TFA_OK) {
-        fprintf(stderr, "%s: %s; %s\n", options.robot, tfa_status_text(status),
-                tfa_status_cause(status));
+        char why[256];
+        tfa_client_explain(&options, status, why, sizeof why);
+        fprintf(stderr, "%s\n", why);
         return EXIT_FAILURE;
     }
     const tfa_client_info *info = tfa_client_get_info(client);

@@ -105,6 +105,35 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
     return TFA_OK;
 }
 
+/* What is said of the folder DIR and the socket DIR/ROBOT.sock. */
+static int explain(const char *robot, const char *dir, int status, const char *reason, char *text,
+                   size_t size)
+{
+    if (status == TFA_E_DISCONNECTED)
+        return snprintf(text, size,
+                        "robot '%s': no daemon listens at %s/%s.sock: start one (totalforced "
+                        "FILE.yaml), or set TOTALFORCE_RUNTIME_DIR to the runtime_dir of one that "
+                        "runs",
+                        robot, dir, robot);
+    if (status == TFA_E_ROBOT)
+        return snprintf(text, size,
+                        "robot '%s': the daemon at %s serves no robot of that name; 'robots' in "
+                        "its configuration lists its robots",
+                        robot, dir);
+    return snprintf(text, size, "robot '%s' at %s/%s.sock: %s: %s", robot, dir, robot,
+                    tfa_status_text(status), reason);
+}
+
+size_t tfa_client_explain(const tfa_client_options *options, int status, char *text, size_t size)
+{
+    const char *reason = status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status);
+    const char *robot = options && options->robot ? options->robot : "";
+    char *dir = options ? runtime_dir(options) : NULL;
+    const int length = explain(robot, dir ? dir : DEFAULT_DIR, status, reason, text, size);
+    free(dir);
+    return length < 0 ? 0 : (size_t)length;
+}
+
 void tfa_client_close(tfa_client *client)
 {
     if (!client)

@@ -106,24 +106,24 @@ static void arrays_of_reply(const tfa_reply *r, reply_arrays arrays)
 /* Blocks that a request can be answered with at all. */
 static uint32_t blocks_of_op(const tfa_request *r)
 {
-    uint32_t tips = 0, held = 0;
+    uint32_t always = 1u << TFA_WIRE_ANSWERS, lambda = 0, held = 0;
     if (r->tip_count) {
-        tips = 1u << TFA_WIRE_LAMBDA_INV;
-        tips |= r->flags & TFA_WANT_SPECTRUM ? 1u << TFA_WIRE_SPECTRUM : 0;
-        tips |= r->flags & TFA_WANT_POSES ? 1u << TFA_WIRE_POSES : 0;
+        always |= r->flags & TFA_WANT_POSES ? 1u << TFA_WIRE_POSES : 0;
+        lambda = 1u << TFA_WIRE_LAMBDA_INV;
+        lambda |= r->flags & TFA_WANT_SPECTRUM ? 1u << TFA_WIRE_SPECTRUM : 0;
     }
     if (r->hold != TFA_HOLD_NONE)
         held = 1u << TFA_WIRE_CERTIFICATE | 1u << TFA_WIRE_OUT_HELD;
     switch (r->op) {
     case TFA_OP_FORWARD_DYNAMICS:
-        return tips | held | 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_OUT_QDD |
+        return always | lambda | held | 1u << TFA_WIRE_OUT_QDD |
                1u << TFA_WIRE_OUT_BASE_ACCELERATION;
     case TFA_OP_INVERSE_DYNAMICS:
-        return 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_OUT_TAU | 1u << TFA_WIRE_OUT_BASE_WRENCH;
+        return always | 1u << TFA_WIRE_OUT_TAU | 1u << TFA_WIRE_OUT_BASE_WRENCH;
     case TFA_OP_OPERATIONAL_INERTIA:
-        return tips | 1u << TFA_WIRE_ANSWERS;
+        return always | lambda;
     case TFA_OP_MASS_MATRIX:
-        return 1u << TFA_WIRE_ANSWERS | 1u << TFA_WIRE_MASS_MATRIX;
+        return always | 1u << TFA_WIRE_MASS_MATRIX;
     default:
         return 0;
     }
@@ -139,6 +139,8 @@ uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)
     for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++)
         if (!arrays[block])
             want &= ~(1u << block);
+    if (!arrays[TFA_WIRE_LAMBDA_INV]) /* a spectrum is computed from the caller's lambda_inv */
+        want &= ~(1u << TFA_WIRE_SPECTRUM);
     return want;
 }
 

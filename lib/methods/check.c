@@ -255,6 +255,14 @@ static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
             (row->refuses & TFA_REFUSES_SIZE || (m->hollow && r->method == TFA_METHOD_AUTO)));
 }
 
+/* A spectrum is that of lambda_inv: of an op that gives it, and of at least one tip. */
+static int check_spectrum(const tfa_request *r, tfa_reply *reply)
+{
+    if (!is_forward(r) && r->op != TFA_OP_OPERATIONAL_INERTIA)
+        return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
+    return r->tip_count ? TFA_OK : blame(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
+}
+
 static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if ((int)r->op < TFA_OP_FORWARD_DYNAMICS || r->op > TFA_OP_MASS_MATRIX)
@@ -358,6 +366,8 @@ int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_re
     reply->state = 0;
     reply->model = tfa_model_tag(model);
     int status = check_choices(model, request, reply);
+    if (status == TFA_OK && request->flags & TFA_WANT_SPECTRUM)
+        status = check_spectrum(request, reply);
     if (status == TFA_OK && !is_bare(request))
         status = check_scene(model, request, reply);
     if (status == TFA_OK)

@@ -2,74 +2,161 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The README's three programs, as printed there, are compiled, and run against a daemon.
+# Runs the README: its programs and its shell commands, taken from its text, in the order in which
+# they stand there, as a newcomer would, in a folder of its own. A block of a language that is not
+# known here is an error, so no block can be forgotten.
 #
 #   readme.sh SOURCE_FOLDER BUILD_FOLDER
 set -eu
 source=$1
 build=$2
 scratch=$(mktemp -d)
-daemon=
 finish() {
     status=$?
-    [ -n "$daemon" ] && kill -TERM "$daemon" 2>/dev/null && wait "$daemon" || true
+    # the daemon's process id, while it runs
+    [ ! -s "$scratch/daemon" ] || kill -TERM "$(cat "$scratch/daemon")" 2>/dev/null || true
     rm -rf "$scratch"
     exit $status
 }
 trap finish EXIT
 trap 'exit 130' INT TERM
+fail() {
+    echo "readme: $*"
+    exit 1
+}
 
-# the C blocks of the README, in order: door1.c door2.c door3.c
+# What is not run here, by how the line begins, and why.
+cat >"$scratch/skipped" <<'SKIPPED'
+tools/demo|builds everything and runs for a minute; a stage of tools/test
+tools/test|runs this test
+tools/setup --peers|installs packages as root
+build/peers/bin/bench_dynamics|needs the peers
+build/peers/bin/totalforce chart|needs the peers, and minutes
+SKIPPED
+
+# Programs go to their files, named in the first line; commands to one script. After a daemon was
+# started, the script waits until a client can connect.
 awk -v folder="$scratch" '
-    /^```c$/ {n++; inside = 1; next}
-    /^```/   {inside = 0}
-    inside   {print > (folder "/door" n ".c")}' "$source/README.md"
-[ -s "$scratch/door3.c" ] || { echo "readme: three C programs expected"; exit 1; }
+    function complain(text) { print "readme: line " NR ": " text; bad = 1 }
+    BEGIN {
+        while ((getline line < (folder "/skipped")) > 0)
+            skip[substr(line, 1, index(line, "|") - 1)] = substr(line, index(line, "|") + 1)
+        script = folder "/script"
+        print "set -eo pipefail" > script
+    }
+    /^```/ && !inside {
+        inside = substr($0, 4)
+        file = ""
+        if (inside !~ /^(sh|c|cmake|json)$/)
+            complain("a block of language \"" inside "\"")
+        next
+    }
+    /^```/ { inside = ""; next }
+    !inside && /^(    |\t|\$ )/ { complain("a command outside of a block: " $0) }
+    inside == "c" || inside == "cmake" {
+        if (file == "") {
+            if (!match($0, /[A-Za-z]+\.(c|txt)/))
+                complain("the first line of a program names its file")
+            file = substr($0, RSTART, RLENGTH)
+            print "cp \"" folder "/" file "\" ." > script
+        }
+        print > (folder "/" file)
+    }
+    inside == "sh" {
+        for (prefix in skip)
+            if (index($0, prefix) == 1) {
+                print "echo \"skipped: " prefix ": " skip[prefix] "\"" > script
+                seen[prefix] = 1
+                next
+            }
+        print > script
+        commands++
+        if (/& daemon=\$!/)
+            print "await" > script
+    }
+    END {
+        for (prefix in skip)
+            if (!(prefix in seen))
+                complain("nothing begins with \"" prefix "\"")
+        print "readme: " commands " lines of commands"
+        exit bad
+    }' "$source/README.md" || exit 1
 
-domain=$((150 + $$ % 50))
-sed -i "s/dds_create_participant(0,/dds_create_participant($domain,/" "$scratch/door3.c"
-flags="-std=gnu17 -Wall -Wextra -Werror -I$source/lib/include -I$build/lib/include"
-link="-L$build/lib -Wl,-rpath,$build/lib -ltotalforce"
-# A sanitizer of the build must be in the program too.
-sanitize=$(sed -n 's/^TFA_SANITIZE:STRING=//p' "$build/CMakeCache.txt")
-[ -z "$sanitize" ] || flags="$flags -fsanitize=$sanitize"
+# A newcomer has the source folder, built, and an environment without any of ours. DDS keeps to
+# ports and a tag of its own: other daemons of domain 0 on this machine are not met.
+mkdir -p "$scratch/home" "$scratch/source/build" "$scratch/run" "$scratch/bin"
+cp -rL "$source/config" "$source/idl" "$scratch/source"
+ln -s "$build" "$scratch/source/build/release"
+sed -i "s|<Discovery>|&<Tag>readme-$$</Tag><Ports><Base>$((8000 + $$ % 90 * 250))</Base></Ports>|" \
+    "$scratch/source/config/cyclonedds-loopback.xml"
 compiler=$(sed -n 's/^CMAKE_C_COMPILER:[A-Z]*=//p' "$build/CMakeCache.txt")
-# shellcheck disable=SC2086
-for door in 1 2; do
-    "$compiler" $flags "$scratch/door$door.c" -o "$scratch/door$door" $link
-done
-idlc -o "$scratch" "$source/idl/totalforce.idl"
-# shellcheck disable=SC2086
-"$compiler" $flags -I"$scratch" -w "$scratch/door3.c" "$scratch/totalforce.c" -o "$scratch/door3" \
-    -lddsc
+cat >"$scratch/bin/cc" <<CC
+#!/bin/sh
+# what idlc writes is not ours to judge
+case "\$*" in *totalforce.c*) warn=-w ;; *) warn="-Wall -Wextra -Werror" ;; esac
+exec "$compiler" -std=gnu17 \$warn "\$@"
+CC
+chmod +x "$scratch/bin/cc"
+cat >"$scratch/run.sh" <<'RUN'
+await() {
+    echo $daemon >"$SCRATCH/daemon"
+    turn=0
+    until [ -S "$TOTALFORCE_RUNTIME_DIR/arm.sock" ]; do
+        turn=$((turn + 1))
+        [ $turn -le 300 ] && kill -0 $daemon
+        sleep 0.1
+    done
+}
+cd "$SCRATCH/source"
+. "$SCRATCH/script"
+wait $daemon
+: >"$SCRATCH/daemon"
+RUN
+environment() {
+    timeout 200 env -i HOME="$scratch/home" PATH="$scratch/bin:$PATH" SCRATCH="$scratch" \
+        TOTALFORCE_RUNTIME_DIR="$scratch/run" "$@"
+}
+environment bash "$scratch/run.sh" >"$scratch/out" 2>"$scratch/err" || {
+    cat "$scratch/out" "$scratch/err"
+    fail "a command failed"
+}
 
-cat >"$scratch/readme.yaml" <<YAML
-runtime_dir: $scratch
-dds:
-  enabled: yes
-  domain: $domain
-robots:
-  - name: arm
-    urdf: $source/config/robots/arm7.urdf
-YAML
-export TOTALFORCE_RUNTIME_DIR="$scratch"
-export CYCLONEDDS_URI="file://$source/config/cyclonedds-loopback.xml"
-"$build/bin/totalforced" "$scratch/readme.yaml" 2>"$scratch/log" &
-daemon=$!
-turn=0
-until [ -S "$scratch/arm.sock" ]; do
-    turn=$((turn + 1))
-    [ $turn -le 300 ] && kill -0 "$daemon" || { cat "$scratch/log"; exit 1; }
-    sleep 0.1
+# The programs are of one opinion: the second acceleration by library, ring and DDS.
+second=$(grep '^[a-z_0-9]* [-+][0-9.]* rad/s^2$' "$scratch/out" | sed -n '2s/^[^ ]* //p')
+[ -n "$second" ] || fail "the library gives no accelerations"
+for say in "^[a-z_0-9]* $second\$" "^$second\$" "^sample [0-9]*: qdd.1. $second\$"; do
+    grep -q "$say" "$scratch/out" || {
+        cat "$scratch/out"
+        fail "no line '$say'"
+    }
 done
+says() {
+    grep -q "$2" "$1" || {
+        cat "$1"
+        fail "nothing says '$2'"
+    }
+}
+says "$scratch/err" 'dds: domain 0, 1 robots: totalforce/request'
+says "$scratch/err" 'dds: requests [1-9]'
 
-cd "$source"
-"$scratch/door1" >"$scratch/one"
-"$scratch/door2" >"$scratch/two"
-"$scratch/door3" >"$scratch/three"
-[ "$(wc -l <"$scratch/one")" -eq 7 ]
-# the same numbers through both doors
-sed 's/^[^ ]* //' "$scratch/one" | diff - "$scratch/two"
-second=$(sed -n '2p' "$scratch/two")
-grep -qF "$second" "$scratch/three" || { echo "readme: no answer over DDS"; exit 1; }
-echo "readme: three programs compiled, run, and of one opinion"
+# Every subcommand of the table exists.
+sed -n 's/^| `totalforce \([a-z]*\).*/\1/p' "$source/README.md" >"$scratch/subcommands"
+[ "$(wc -l <"$scratch/subcommands")" -ge 9 ] || fail "the table of subcommands is not found"
+while read -r subcommand; do
+    "$build/bin/totalforce" "$subcommand" --help >"$scratch/help" ||
+        fail "totalforce $subcommand is in the table and does not exist"
+done <"$scratch/subcommands"
+
+# Without the robot's file and without a daemon the programs say what is missing, and where.
+cd "$scratch"
+for door in one two; do
+    if environment LD_LIBRARY_PATH="$scratch/home/totalforce/lib" "$scratch/home/try/$door" \
+        2>"$scratch/err"; then
+        fail "$door succeeds without what it needs"
+    fi
+    case $door in
+    one) says "$scratch/err" 'config/robots/arm7.urdf.*No such file' ;;
+    two) says "$scratch/err" "no daemon listens at $scratch/run/arm.sock: start one" ;;
+    esac
+done
+echo "readme: every command ran, and the three programs are of one opinion"

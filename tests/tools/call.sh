@@ -115,8 +115,8 @@ ask() {
 }
 ask 1 '{"id":1,"status":"ok"'
 stop_daemon -KILL
-ask 2 '{"id":2,"status":"error","error":"mass_matrix of robot '\''arm'\'': daemon gone'
-ask 3 '{"id":3,"status":"error","error":"robot '\''arm'\'' over shm: no daemon at'
+ask 2 '{"id":2,"status":"error","error":"mass_matrix of robot '\''arm'\'': no daemon'
+ask 3 '{"id":3,"status":"error","error":"robot '\''arm'\'': no daemon listens at'
 start_daemon
 ask 4 '{"id":4,"status":"ok"'
 exec 3>&-
@@ -150,5 +150,5 @@ status 2 "$tool" latency arm --csv /nonexistent/x --count 10 --runtime-dir "$run
 
 stop_daemon -TERM
 latency 2 "$tool" latency arm
-says "$work/err" "no daemon at $run/arm.sock"
+says "$work/err" "no daemon listens at $run/arm.sock: start one"
 finish

@@ -344,8 +344,8 @@ static void test_explanations(void **state)
             &(tfa_reply){.status = TFA_E_VALUE, .field = TFA_FIELD_Q, .index = 1},
             "q[1] (lift): 0: not a finite number");
     explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_DISCONNECTED},
-            "forward_dynamics of robot 'robot': daemon gone: the daemon ended or hung up: "
-            "reconnect and repeat");
+            "forward_dynamics of robot 'robot': no daemon: none listens at the robot's "
+            "socket, or it ended: start totalforced, then reconnect");
 }
 
 static void test_a_reply_line(void **state)

@@ -9,6 +9,7 @@
 
 #include <errno.h>
 #include <jansson.h>
+#include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -17,6 +18,8 @@
 #include <unistd.h>
 
 #include <cmocka.h>
+
+#define MINUTE_NS UINT64_C(60000000000)
 
 static const latency_options plain = {
     .daemon = {.robot = "arm"}, .shm = 1, .count = 1000, .warmup = 10, .batch = 1, .cpu = -1};
@@ -193,10 +196,33 @@ static void test_pingpong(void **state)
     histogram *h = calloc(1, sizeof *h);
     (void)state;
     assert_non_null(h);
-    assert_int_equal(pingpong_run((pingpong_size){1, 1}, COUNT, 10, NULL, h), TFA_OK);
-    assert_int_equal(pingpong_run((pingpong_size){5, 3}, COUNT, 10, NULL, h), TFA_OK);
+    assert_int_equal(pingpong_run((pingpong_size){1, 1}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
+    assert_int_equal(pingpong_run((pingpong_size){5, 3}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
     assert_int_equal(h->count, 2 * COUNT);
     assert_true(h->lowest > 0);
+    free(h);
+}
+
+/* Both sides on one processor: a round trip takes two turns of the scheduler. The run ends by its
+ * limit with what it saw. */
+static void test_pingpong_is_bounded(void **state)
+{
+    enum { COUNT = 1000000 };
+    static const uint64_t limit = 200000000;
+    histogram *h = calloc(1, sizeof *h);
+    cpu_set_t one, before;
+    (void)state;
+    assert_non_null(h);
+    assert_int_equal(sched_getaffinity(0, sizeof before, &before), 0);
+    CPU_ZERO(&one);
+    for (size_t cpu = 0; CPU_COUNT(&one) == 0; cpu++)
+        if (CPU_ISSET(cpu, &before))
+            CPU_SET(cpu, &one);
+    assert_int_equal(sched_setaffinity(0, sizeof one, &one), 0);
+    const int status = pingpong_run((pingpong_size){1, 1}, COUNT, 0, limit, NULL, h);
+    assert_int_equal(sched_setaffinity(0, sizeof before, &before), 0);
+    assert_int_equal(status, TFA_E_TIMEOUT);
+    assert_true(h->count < COUNT);
     free(h);
 }
 
@@ -219,7 +245,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_json),     cmocka_unit_test(test_ratio_and_expectations),
         cmocka_unit_test(test_text),     cmocka_unit_test(test_files),
-        cmocka_unit_test(test_pingpong), cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_pingpong), cmocka_unit_test(test_pingpong_is_bounded),
+        cmocka_unit_test(test_threads),
     };
     return cmocka_run_group_tests_name("latency", tests, NULL, NULL);
 }

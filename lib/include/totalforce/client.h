@@ -66,6 +66,15 @@ typedef struct tfa_exchange {
  */
 TFA_API TFA_CHECKED int tfa_client_connect(const tfa_client_options *options, tfa_client **client);
 
+/**
+ * Writes why tfa_client_connect or tfa_client_reconnect returned `status` for these options: the
+ * robot, the path of its socket and the remedy, for instance "robot 'arm': no daemon listens at
+ * /run/totalforce/arm.sock: ...". Reads errno for TFA_E_SYSTEM: call it first. Always terminated.
+ * @return the length that the whole text needs, as snprintf does. Allocates. Any thread.
+ */
+TFA_API size_t tfa_client_explain(const tfa_client_options *options, int status, char *text,
+                                  size_t size);
+
 /** Connects again after TFA_E_DISCONNECTED, with the same options. Requests under way are lost:
  *  tfa_client_receive reports them with TFA_E_LOST. */
 TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);

@@ -148,8 +148,8 @@ typedef enum tfa_residual {
 #define TFA_REFINE_DEFAULT UINT32_MAX
 
 /** Wanted besides the plain answer; flags of a request. */
-#define TFA_WANT_SPECTRUM 1u    /**< rank and extreme eigenvalues of lambda_inv */
-#define TFA_WANT_POSES 2u       /**< poses of the tips in the world */
+#define TFA_WANT_SPECTRUM 1u    /**< rank and extreme eigenvalues: of ops that give lambda_inv */
+#define TFA_WANT_POSES 2u       /**< poses of the tips in the world: of every op */
 #define TFA_WANT_CERTIFICATE 4u /**< the exact error of held joints */
 
 /**
@@ -293,9 +293,10 @@ typedef struct tfa_reply {
     double *base_acceleration; /**< count x 6: time derivative of the components of base_twist */
     double *tau;               /**< count x v_count (inverse dynamics) */
     double *base_wrench;       /**< count x 6 (inverse dynamics) */
-    double *lambda_inv;        /**< count x (6 m) x (6 m), row major */
+    double *lambda_inv;        /**< count x (6 m) x (6 m), row major (forward dynamics and
+                                    operational inertia with m tips) */
     double *mass_matrix;       /**< count x n x n, row major */
-    tfa_spectrum *spectrum;    /**< count, with TFA_WANT_SPECTRUM */
+    tfa_spectrum *spectrum;    /**< count, with TFA_WANT_SPECTRUM, where lambda_inv is not NULL */
     double *poses;             /**< count x tip_count x 7 with TFA_WANT_POSES: x y z (m), quaternion
                                     x y z w (w >= 0) of the tip's link frame in the world */
     tfa_certificate *certificate; /**< count, for TFA_HOLD_GIVEN and TFA_HOLD_AUTO */
@@ -374,7 +375,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_OK            every state answered (see answers[k].flags for fallbacks);
  *   TFA_E_ARGUMENT    a NULL that is needed, an op, frame or policy that does not exist, a tolerance
  *                     that is not positive, a payload that no body can be;
- *   TFA_E_SIZE        count 0, or too many tips, wrenches, payloads, locked or held joints;
+ *   TFA_E_SIZE        count 0, or too many tips, wrenches, payloads, locked or held joints; no tip
+ *                     for operational inertia or a spectrum;
  *   TFA_E_VALUE       NaN or infinite input: field, state and index say which (arrays that the op does
  *                     not read may hold anything);
  *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
@@ -388,8 +390,9 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *                     of 2895 bodies); the workspace has no room for the method
  *                     (tfa_workspace_options.methods); hessenberg on a main chain of more than 130 bodies; the mass
  *                     matrix with locked joints, or any answer with them where only crba can
- *                     answer; held joints together with tips, refinement, an estimate or mimics; a
- *                     payload on a link between fused joints;
+ *                     answer; a spectrum of inverse dynamics or of the mass matrix; held
+ *                     joints together with tips, refinement, an estimate or mimics; a payload on a
+ *                     link between fused joints;
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;
  *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
  */

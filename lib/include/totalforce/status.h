@@ -37,7 +37,8 @@ extern "C" {
     X(E_NOT_COMPUTED, -15, "answer not finite", "the problem is singular at this configuration")   \
     X(E_AGAIN, -16, "ring full", "as many requests are outstanding as there are slots: wait one")  \
     X(E_TIMEOUT, -17, "timed out", "no reply within the given time; the id is reported later")     \
-    X(E_DISCONNECTED, -18, "daemon gone", "the daemon ended or hung up: reconnect and repeat")     \
+    X(E_DISCONNECTED, -18, "no daemon",                                                            \
+      "none listens at the robot's socket, or it ended: start totalforced, then reconnect")        \
     X(E_PROTOCOL, -19, "protocol error", "the peer broke the protocol or speaks another version")  \
     X(E_REFUSED, -20, "refused", "the daemon does not serve this user, or a quota is used up")     \
     X(E_SYSTEM, -21, "system call failed", "see errno")                                            \

@@ -217,7 +217,7 @@ typedef struct chart_row {
  * good for one of the seeds, the row of that seed stands for all. */
 void chart_join_seeds(chart_row *rows, size_t count, uint32_t seeds);
 /** Sets same_as. Rows of batches on a pool have none: their answers come from other calls than
- * their times. */
+ * their times. Nor have those that quadruple precision makes exact. */
 void chart_find_same(chart_row *rows, size_t count);
 
 /** Names the case in the row, which has no numbers yet. */

@@ -55,10 +55,18 @@ static int are_same(const chart_row *a, const chart_row *b)
            a->who.precision == b->who.precision && a->bits == b->bits;
 }
 
+/* Answers that are exact are the same, whatever the code. */
+static int may_tell(const chart_row *row)
+{
+    const uint32_t precision = row->who.precision;
+    return chart_row_good(row) && row->who.threads == 1 &&
+           (precision == CHART_F64 || precision == CHART_F32);
+}
+
 void chart_find_same(chart_row *rows, size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        for (size_t k = 0; k < i && chart_row_good(&rows[i]) && rows[i].who.threads == 1; k++)
+        for (size_t k = 0; k < i && may_tell(&rows[i]); k++)
             if (chart_row_drawn(&rows[k]) && are_same(&rows[i], &rows[k])) {
                 rows[i].same_as = rows[k].who.method;
                 break;

@@ -113,7 +113,7 @@ static void seeds_are_put_together(void **state)
 {
     (void)state;
     chart_row rows[6];
-    const double errors[] = {1e-9, 1e-12, 1e-10}, times[] = {2.0, 1.0, 4.0};
+    const double errors[] = {1e-10, 1e-9, 1e-12}, times[] = {2.0, 1.0, 4.0};
     for (int s = 0; s < 3; s++) {
         rows[2 * s] = made_up(TFA_METHOD_ABA, errors[s], times[s], 1);
         rows[2 * s + 1] = made_up(TFA_METHOD_TFA, errors[s], times[s], 2);

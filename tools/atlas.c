@@ -38,26 +38,40 @@ static void measure_cell(rows *r, const atlas_options *o, chart_case *c, const c
         }
 }
 
-static int measure_at(rows *r, const atlas_options *o, atlas_map map, uint32_t point,
-                      uint32_t bodies)
+/* All methods and modes of a cell, for one seed */
+static int measure_seed(rows *r, const atlas_options *o, atlas_row cell, uint64_t seed)
 {
-    const double value = atlas_value(map, point, o->points);
-    const mechanism_options mechanism = atlas_mechanism(map, value, bodies, o->seed);
+    const mechanism_options mechanism = atlas_mechanism(cell.map, cell.value, cell.bodies, seed);
     chart_case c;
     chart_data d;
-    int status = chart_case_open_mechanism(&c, &mechanism, atlas_map_words[map]);
+    int status = chart_case_open_mechanism(&c, &mechanism, atlas_map_words[cell.map]);
     if (status != TFA_OK)
         return status;
     status = chart_data_make(&d, &c, o->rhs, o->states);
     if (status == TFA_OK) {
-        measure_cell(r, o, &c, &d,
-                     (atlas_row){.map = map, .point = point, .value = value, .bodies = bodies});
+        measure_cell(r, o, &c, &d, cell);
         chart_data_free(&d);
     } else {
         fprintf(stderr, "totalforce atlas: %s %g, %" PRIu32 " bodies: exact answer: %s\n",
-                atlas_map_words[map], value, bodies, tfa_status_text(status));
+                atlas_map_words[cell.map], cell.value, cell.bodies, tfa_status_text(status));
     }
     chart_case_close(&c);
+    return status;
+}
+
+static int measure_at(rows *r, const atlas_options *o, atlas_map map, uint32_t point,
+                      uint32_t bodies)
+{
+    const size_t first = r->count, count = (size_t)o->method_count * ATLAS_MODE_COUNT;
+    const double value = atlas_value(map, point, o->points);
+    const atlas_row cell = {.map = map, .point = point, .value = value, .bodies = bodies};
+    int status = TFA_OK;
+    for (uint32_t k = 0; status == TFA_OK && k < o->seeds; k++)
+        status = measure_seed(r, o, cell, o->seed + k);
+    r->count = status == TFA_OK ? first + count : first;
+    for (size_t i = first; i < r->count; i++)
+        atlas_join_seeds(&r->all[i], count, o->seeds);
+    atlas_find_same(r->all + first, r->count - first);
     return status;
 }
 
@@ -65,7 +79,8 @@ static int measure_at(rows *r, const atlas_options *o, atlas_map map, uint32_t p
 static int measure_all(rows *r, const atlas_options *o)
 {
     const size_t cells = count_bits(o->maps) * o->points * o->size_count;
-    r->all = calloc(cells * o->method_count * ATLAS_MODE_COUNT, sizeof *r->all);
+    /* the last cell has the rows of all its seeds */
+    r->all = calloc((cells + o->seeds) * o->method_count * ATLAS_MODE_COUNT, sizeof *r->all);
     if (!r->all) {
         fprintf(stderr, "totalforce atlas: %s\n", tfa_status_text(TFA_E_MEMORY));
         return -1;

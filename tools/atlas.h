@@ -55,7 +55,8 @@ typedef struct atlas_options {
     uint32_t sizes[ATLAS_SIZES], size_count;
     uint32_t methods[ATLAS_METHODS], method_count;
     chart_rhs rhs;
-    uint32_t states; /**< of each cell */
+    uint32_t states; /**< of each cell and seed */
+    uint32_t seeds;  /**< of each cell: seed, seed + 1, ... */
     uint64_t seed;
     int json;
     const char *folder;  /**< for rows and pictures; NULL: rows on standard output only */
@@ -85,15 +86,20 @@ typedef struct atlas_row {
     char field[64];                  /**< what it was about */
     uint32_t answered_by;            /**< tfa_method: after a fallback another one */
     uint32_t reason;                 /**< TFA_ANSWER_ flags of the first fallback */
-    double error;      /**< relative 2-norm, median over the states, infinite where there is none */
-    double worst;      /**< largest over the states that were answered */
-    double estimate;   /**< as replied, median; NaN: not estimated */
-    double over;       /**< largest error / estimate among errors above ATLAS_ROUNDING; 0: none */
-    uint32_t worst_by; /**< tfa_method that answered the worst of them */
+    double error; /**< relative 2-norm, median over the states, infinite where there is none */
+    double error_low, error_high; /**< least and largest of the seeds' errors */
+    double worst;                 /**< largest over the states that were answered */
+    double estimate;              /**< as replied, median; NaN: not estimated */
+    double over;        /**< largest error / estimate among errors above ATLAS_ROUNDING; 0: none */
+    uint32_t worst_by;  /**< tfa_method that answered the worst of them */
     uint32_t estimated; /**< states with an estimate */
     uint32_t unsaid;    /**< states wrong by more than ATLAS_FAILED, without an estimate */
     uint32_t silent;    /**< states whose error is above 1e-6 and estimated below 1e-7 */
     double floor;       /**< of the data */
+    uint64_t bits;      /**< hash of all bits of all answers */
+    uint32_t
+        same_as; /**< tfa_method of an earlier row of the cell and mode that was answered by itself
+                             as this one was, to the last bit; 0: none */
 } atlas_row;
 
 /* Below it the estimate is rounding, too. */
@@ -108,6 +114,13 @@ typedef struct atlas_row {
 /** Fills in a row whose map, value, method and mode are set. */
 void atlas_measure(atlas_row *row, chart_case *c, const chart_data *d);
 
+/** Puts the rows of several seeds, `stride` rows apart, together in the first: sums of states,
+ * medians of errors, estimates and floors, and the worst of the worst. */
+void atlas_join_seeds(atlas_row *first, size_t stride, uint32_t seeds);
+
+/** Sets same_as in the rows of one cell. */
+void atlas_find_same(atlas_row *rows, size_t count);
+
 /** Most states were not answered by the method asked for. */
 int atlas_fell_back(const atlas_row *row);
 int atlas_refused(const atlas_row *row);
@@ -120,8 +133,10 @@ typedef struct atlas_summary {
     uint64_t unsaid;                       /**< states of the service */
     uint64_t silent;                       /**< states, any mode with an estimate */
     uint64_t estimates;                    /**< states with estimate always that had one */
-    uint64_t broken;        /**< cells and methods with an estimate below error / ATLAS_OVER_MOST */
-    const atlas_row *over;  /**< largest error / estimate; NULL: none to speak of */
+    uint64_t broken;       /**< cells and methods with an estimate below error / ATLAS_OVER_MOST */
+    const atlas_row *over; /**< largest error / estimate; NULL: none to speak of */
+    const atlas_row
+        *spread; /**< largest error_high / error_low of a method alone, failing somewhere */
     const atlas_row *worst; /**< largest error of an answer of the service */
     const atlas_row *far;   /**< the same over the floor of the data, above ATLAS_ROUNDING */
 } atlas_summary;

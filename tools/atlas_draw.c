@@ -26,13 +26,15 @@ static double decades(double error)
 }
 
 /* Who answered: nothing for the method itself, a question mark if it is wrong and has no estimate,
- * the first letter of another one, a cross for none. */
+ * the first letter of another one, a cross for none. Alone: an equals sign for the same answers. */
 static const char *mark_of(const atlas_row *row, char letter[2])
 {
     if (atlas_refused(row))
         return "×";
     if (row->mode == ATLAS_SERVICE && !atlas_fell_back(row) && 2 * row->unsaid >= row->own)
         return "?";
+    if (row->mode == ATLAS_PLAIN && row->same_as)
+        return "=";
     letter[0] = atlas_fell_back(row) ? tfa_method_name(row->answered_by)[0] : '\0';
     letter[1] = '\0';
     return letter;
@@ -108,7 +110,8 @@ static void give_key(FILE *out, const atlas_row *rows, size_t count)
         const char *name = tfa_method_name(rows[i].answered_by);
         fprintf(out, "%c  %s\n", name[0], name);
     }
-    fputs("?  itself, wrong by more\n   than 1e-4, no estimate\n×  nobody: refused by name\nEOD\n",
+    fputs("?  itself, wrong by more\n   than 1e-4, no estimate\n×  nobody: refused by name\n"
+          "=  as a method to the left,\n   to the last bit\nEOD\n",
           out);
 }
 

@@ -77,6 +77,7 @@ void atlas_measure(atlas_row *row, chart_case *c, const chart_data *d)
     double *scratch = malloc((2 * (size_t)d->v + 1) * sizeof *scratch);
     row->answered_by = row->method;
     row->floor = d->floor;
+    row->bits = CHART_HASH_START;
     for (uint32_t s = 0; s < d->states; s++) {
         tfa_answer answer = {0};
         tfa_request request = request_of(row, d, s);
@@ -90,14 +91,74 @@ void atlas_measure(atlas_row *row, chart_case *c, const chart_data *d)
         if (status == TFA_OK) {
             errors[s] = chart_error(d, s, &component);
             count_answer(row, &answer, errors[s]);
+            row->bits = chart_hash_answer(row->bits, d);
         } else if (row->refused++ == 0) {
             row->status = status;
             chart_name_culprit(row->field, sizeof row->field, c, &reply);
         }
     }
     free(scratch);
-    row->error = chart_median(errors, d->states);
+    row->error = row->error_low = row->error_high = chart_median(errors, d->states);
     row->estimate = isnan(estimates[0]) ? NAN : chart_median(estimates, d->states);
+}
+
+/* What another seed adds to sums and extremes */
+static void add_seed(atlas_row *row, const atlas_row *other)
+{
+    if (row->fallback == 0 && other->fallback) {
+        row->answered_by = other->answered_by;
+        row->reason = other->reason;
+    }
+    if (row->refused == 0 && other->refused) {
+        row->status = other->status;
+        memcpy(row->field, other->field, sizeof row->field);
+    }
+    if (other->worst > row->worst) {
+        row->worst = other->worst;
+        row->worst_by = other->worst_by;
+    }
+    row->bits = row->bits * CHART_HASH_PRIME ^ other->bits;
+    row->own += other->own;
+    row->fallback += other->fallback;
+    row->refused += other->refused;
+    row->estimated += other->estimated;
+    row->unsaid += other->unsaid;
+    row->silent += other->silent;
+    row->over = fmax(row->over, other->over);
+    row->error_low = fmin(row->error_low, other->error_low);
+    row->error_high = fmax(row->error_high, other->error_high);
+}
+
+void atlas_join_seeds(atlas_row *first, size_t stride, uint32_t seeds)
+{
+    double errors[CHART_SEEDS], estimates[CHART_SEEDS], floors[CHART_SEEDS];
+    uint32_t estimated = 0;
+    for (uint32_t s = 0; s < seeds; s++) {
+        const atlas_row *row = first + s * stride;
+        errors[s] = row->error;
+        floors[s] = row->floor;
+        if (!isnan(row->estimate))
+            estimates[estimated++] = row->estimate;
+        if (s > 0)
+            add_seed(first, row);
+    }
+    first->error = chart_median(errors, seeds);
+    first->floor = chart_median(floors, seeds);
+    first->estimate = estimated ? chart_median(estimates, estimated) : NAN;
+}
+
+static int is_all_own(const atlas_row *row)
+{
+    return row->own && !row->fallback && !row->refused;
+}
+
+void atlas_find_same(atlas_row *rows, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        for (size_t k = 0; k < i && !rows[i].same_as; k++)
+            if (rows[k].mode == rows[i].mode && rows[k].bits == rows[i].bits && !rows[k].same_as &&
+                is_all_own(&rows[k]) && is_all_own(&rows[i]))
+                rows[i].same_as = rows[k].method;
 }
 
 int atlas_fell_back(const atlas_row *row)

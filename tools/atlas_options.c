@@ -60,7 +60,7 @@ const char *atlas_what(atlas_map map)
     return maps[map].what;
 }
 
-enum { KEY_MAPS = 256, KEY_POINTS, KEY_RHS, KEY_STATES, KEY_JSON, KEY_SCRIPTS };
+enum { KEY_MAPS = 256, KEY_POINTS, KEY_RHS, KEY_STATES, KEY_SEEDS, KEY_JSON, KEY_SCRIPTS };
 
 static const struct argp_option option_table[] = {
     {.name = "maps", .key = KEY_MAPS, .arg = "LIST", .doc = "Maps (all)"},
@@ -68,8 +68,12 @@ static const struct argp_option option_table[] = {
     {.name = "bodies", .key = 'n', .arg = "LIST", .doc = "Sizes (2,4,8,16,32,64,128,256)"},
     {.name = "methods", .key = 'M', .arg = "LIST", .doc = "Methods (all of forward dynamics)"},
     {.name = "rhs", .key = KEY_RHS, .arg = "qdd|tau|gravity", .doc = "Right-hand side (qdd)"},
-    {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states in each cell (5)"},
+    {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states of each seed (3)"},
     {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
+    {.name = "seeds",
+     .key = KEY_SEEDS,
+     .arg = "N",
+     .doc = "Seeds in each cell, from --seed on: other mechanisms and states (3)"},
     {.name = "json", .key = KEY_JSON, .doc = "JSON, one row a line, in place of CSV"},
     {.name = "output", .key = 'o', .arg = "FOLDER", .doc = "Write atlas.csv, SVG and PNG there"},
     {.name = "scripts",
@@ -159,6 +163,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_STATES:
         o->states = (uint32_t)option_unsigned(state, "states", text, 1, CHART_STATES);
         return 0;
+    case KEY_SEEDS:
+        o->seeds = (uint32_t)option_unsigned(state, "seeds", text, 1, CHART_SEEDS);
+        return 0;
     case 's':
         o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
         return 0;
@@ -195,6 +202,6 @@ int atlas_parse(int argc, char **argv, atlas_options *options)
                                                      "thirtieth of the true error, or an "
                                                      "error above 1e-6 was estimated below 1e-7."};
     *options = (atlas_options){
-        .points = 13, .states = 5, .seed = 1, .command = join_arguments(argc, argv)};
+        .points = 13, .states = 3, .seeds = 3, .seed = 1, .command = join_arguments(argc, argv)};
     return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
 }

@@ -45,17 +45,21 @@ void atlas_print_head(FILE *out, const atlas_options *options, const atlas_row *
 {
     char prefix[64];
     results_print_head(out, options->command);
-    fprintf(out,
-            "# states of each cell: %" PRIu32 ", seed %" PRIu64 "\n"
-            "# error: relative 2-norm error of qdd to aba in f128, median over the states; worst: "
-            "largest\n"
-            "# own, fallback, refused: states answered by the method, by answered_by, by status\n"
-            "# estimate: as replied, median; error_over_estimate: largest among errors above %g; "
-            "silent: states with an error above 1e-6 estimated below 1e-7\n"
-            "# floor: change of the exact answer when every number of the robot and of the request "
-            "changes in the last bit, at "
-            "least 2^-53\n",
-            options->states, options->seed, ATLAS_ROUNDING);
+    fprintf(
+        out,
+        "# states of each cell and seed: %" PRIu32 ", seeds: %" PRIu32 " from %" PRIu64 " on\n"
+        "# error: relative 2-norm error of qdd to aba in f128, median over the seeds of the "
+        "median over the states; error_low, error_high: of the least and the worst seed; worst: "
+        "largest of all\n"
+        "# own, fallback, refused: states answered by the method, by answered_by, by status\n"
+        "# estimate: as replied, median; error_over_estimate: largest among errors above %g; "
+        "silent: states with an error above 1e-6 estimated below 1e-7; unsaid: states wrong by "
+        "more than %g without an estimate; same_as: an earlier method with the same answers, to "
+        "the "
+        "last bit\n"
+        "# floor: change of the exact answer when every number of the robot and of the request "
+        "changes in the last bit, and sines and cosines are rounded to double; at least 2^-53\n",
+        options->states, options->seeds, options->seed, ATLAS_ROUNDING, ATLAS_FAILED);
     print_modes(out);
     for (size_t i = 0, n; i < count; i += n) {
         n = atlas_same_map(rows + i, count - i);
@@ -66,7 +70,8 @@ void atlas_print_head(FILE *out, const atlas_options *options, const atlas_row *
     const atlas_summary all = atlas_summarise(rows, count);
     atlas_print_estimates(out, "# all maps: ", &all);
     fputs("map,value,bodies,rhs,method,mode,own,fallback,refused,status,about,answered_by,reason,"
-          "error,worst,estimate,error_over_estimate,silent,floor\n",
+          "error,worst,estimate,error_over_estimate,silent,floor,error_low,error_high,unsaid,same_"
+          "as\n",
           out);
 }
 
@@ -95,7 +100,12 @@ void atlas_print_row(FILE *out, const atlas_options *options, const atlas_row *r
         fputc(',', out);
         results_print_number(out, "%.2e", numbers[i]);
     }
-    fprintf(out, ",%" PRIu32 ",%.2e\n", row->silent, row->floor);
+    fprintf(out, ",%" PRIu32 ",%.2e,", row->silent, row->floor);
+    results_print_number(out, "%.2e", row->error_low);
+    fputc(',', out);
+    results_print_number(out, "%.2e", row->error_high);
+    fprintf(out, ",%" PRIu32 ",%s\n", row->unsaid,
+            row->same_as ? tfa_method_name(row->same_as) : "");
 }
 
 void atlas_print_row_json(FILE *out, const atlas_options *options, const atlas_row *row)
@@ -120,6 +130,11 @@ void atlas_print_row_json(FILE *out, const atlas_options *options, const atlas_r
     results_set_number(o, "error_over_estimate", row->over > 0.0 ? row->over : NAN);
     json_object_set_new(o, "silent", json_integer(row->silent));
     results_set_number(o, "floor", row->floor);
+    results_set_number(o, "error_low", row->error_low);
+    results_set_number(o, "error_high", row->error_high);
+    json_object_set_new(o, "unsaid", json_integer(row->unsaid));
+    json_object_set_new(o, "same_as",
+                        row->same_as ? json_string(tfa_method_name(row->same_as)) : json_null());
     json_dumpf(o, out, JSON_COMPACT | JSON_REAL_PRECISION(4));
     fputc('\n', out);
     json_decref(o);

@@ -19,11 +19,20 @@ static double over_floor(const atlas_row *row)
     return row->worst > ATLAS_ROUNDING ? row->worst / row->floor : 0.0;
 }
 
+/* How many times the worst seed is the least */
+static double seed_spread(const atlas_row *row)
+{
+    const int counts = row->mode == ATLAS_PLAIN && !row->refused && row->error_high > ATLAS_FAILED;
+    return counts && row->error_low > 0.0 ? row->error_high / row->error_low : 0.0;
+}
+
 static void keep_extremes(atlas_summary *s, const atlas_row *row)
 {
     s->broken += row->mode == ATLAS_ESTIMATED && row->over > ATLAS_OVER_MOST;
     if (is_estimated(row) && row->over > (s->over ? s->over->over : 0.0))
         s->over = row;
+    if (seed_spread(row) > (s->spread ? seed_spread(s->spread) : 0.0))
+        s->spread = row;
     if (row->mode != ATLAS_SERVICE || row->own + row->fallback == 0)
         return;
     if (!s->worst || row->worst > s->worst->worst)
@@ -150,6 +159,16 @@ static void print_floor(FILE *out, const char *prefix, const atlas_row *rows, si
         prefix, value);
 }
 
+static void print_spread(FILE *out, const char *prefix, const atlas_summary *s)
+{
+    if (!s->spread)
+        return;
+    fprintf(out, "%sLargest error of a seed / least, of a method alone that fails: %.0f", prefix,
+            seed_spread(s->spread));
+    print_row_name(out, s->spread);
+    fputs(".\n", out);
+}
+
 static void print_service(FILE *out, const char *prefix, const atlas_summary *s)
 {
     const uint64_t *answers = s->answers[ATLAS_SERVICE];
@@ -173,7 +192,10 @@ void atlas_print_estimates(FILE *out, const char *prefix, const atlas_summary *s
 {
     fprintf(out, "%sOf %" PRIu64 " estimates ", prefix, s->estimates);
     if (s->over) {
-        fprintf(out, "the least is 1/%.2g of the true error", s->over->over);
+        if (s->over->over > 1.0)
+            fprintf(out, "the least is 1/%.2g of the true error", s->over->over);
+        else
+            fprintf(out, "the least is %.2g times the true error", 1.0 / s->over->over);
         print_row_name(out, s->over);
     } else {
         fputs("none is below the true error", out);
@@ -194,6 +216,7 @@ void atlas_print_summary(FILE *out, const char *prefix, const atlas_row *rows, s
     fputs(prefix, out);
     print_failures(out, "Refined once, still: ", rows, count, ATLAS_REFINED);
     print_floor(out, prefix, rows, count);
+    print_spread(out, prefix, &s);
     print_service(out, prefix, &s);
     atlas_print_estimates(out, prefix, &s);
 }

@@ -54,7 +54,7 @@ static int add_row(rows *r, const chart_options *o, chart_case *c, const chart_d
     if (*over && c->bodies >= *over)
         row->skipped = CHART_SKIPPED_OVER_BUDGET;
     else
-        chart_measure(row, c, d, o->budget);
+        chart_measure(row, c, d, o->budget, 1e-3 * o->budget / o->seeds);
     if (row->skipped && strcmp(row->skipped, CHART_SKIPPED_OVER_BUDGET) == 0 &&
         (!*over || c->bodies < *over))
         *over = c->bodies;
@@ -63,7 +63,6 @@ static int add_row(rows *r, const chart_options *o, chart_case *c, const chart_d
 
 static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
 {
-    const size_t first = r->count;
     int status = TFA_OK;
     chart_choice who = {.threads = c->threads};
     for (uint32_t p = 0; p < o->precision_count; p++)
@@ -74,19 +73,18 @@ static int chart_methods(rows *r, const chart_options *o, chart_case *c, const c
                 if (o->refine >> who.refine & 1u && exists(&who))
                     status = add_row(r, o, c, d, &who);
             }
-    chart_mark_front(r->all + first, r->count - first);
     return status;
 }
 
-static int chart_subject_at(rows *r, const chart_options *o, FILE *out,
-                            const chart_subject *subject, uint32_t bodies, uint32_t threads)
+/* All rows of one seed */
+static int chart_seed(rows *r, const chart_options *o, const chart_subject *subject,
+                      uint32_t bodies, uint32_t threads)
 {
     chart_case c;
     int status = chart_case_open(&c, o, subject, bodies, threads);
     if (status != TFA_OK)
         return status;
     for (uint32_t rhs = 0; status == TFA_OK && rhs < CHART_RHS_COUNT; rhs++) {
-        const size_t first = r->count;
         chart_data d;
         if (!(o->rhs & 1u << rhs))
             continue;
@@ -98,11 +96,40 @@ static int chart_subject_at(rows *r, const chart_options *o, FILE *out,
         }
         status = chart_methods(r, o, &c, &d);
         chart_data_free(&d);
-        for (size_t i = first; i < r->count; i++)
-            (o->json ? chart_print_row_json : chart_print_row)(out, &r->all[i]);
-        fflush(out);
     }
     chart_case_close(&c);
+    return status;
+}
+
+/* The front of each right-hand side */
+static void mark_fronts(chart_row *all, size_t count)
+{
+    for (size_t i = 0, n; i < count; i += n) {
+        for (n = 1; i + n < count && all[i + n].rhs == all[i].rhs;)
+            n++;
+        chart_mark_front(all + i, n);
+    }
+}
+
+/* The seeds of one subject and size, put together */
+static int chart_subject_at(rows *r, const chart_options *o, FILE *out,
+                            const chart_subject *subject, uint32_t bodies, uint32_t threads)
+{
+    const size_t first = r->count;
+    chart_options one = *o;
+    int status = TFA_OK;
+    for (uint32_t k = 0; status == TFA_OK && k < o->seeds; k++) {
+        one.seed = o->seed + k;
+        status = chart_seed(r, &one, subject, bodies, threads);
+    }
+    const size_t count = status == TFA_OK ? (r->count - first) / o->seeds : 0;
+    r->count = first + count;
+    chart_join_seeds(r->all + first, count, o->seeds);
+    chart_find_same(r->all + first, count);
+    mark_fronts(r->all + first, count);
+    for (size_t i = first; i < r->count; i++)
+        (o->json ? chart_print_row_json : chart_print_row)(out, &r->all[i]);
+    fflush(out);
     return status;
 }
 

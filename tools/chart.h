@@ -16,6 +16,7 @@ enum {
     CHART_CASES = 32,
     CHART_SIZES = 16,
     CHART_STATES = 16,
+    CHART_SEEDS = 16,
     CHART_REFINE = 3,
     CHART_THREADS = 8, /* numbers of threads */
     CHART_PEER = 24    /* the number of the first peer; smaller ones are tfa_method */
@@ -72,7 +73,8 @@ typedef struct chart_options {
     uint32_t threads[CHART_THREADS], thread_count;
     uint32_t rhs;    /**< bit set of chart_rhs */
     uint32_t refine; /**< bit set of refinement steps */
-    uint32_t states; /**< of each case and right-hand side */
+    uint32_t states; /**< of each case, seed and right-hand side */
+    uint32_t seeds;  /**< of each case: seed, seed + 1, ... */
     uint32_t budget; /**< CPU time for one row, ms */
     double turn;     /**< joint angles are drawn from +-turn rad; 0: as the subject has it */
     uint64_t seed;
@@ -112,10 +114,10 @@ typedef struct chart_case {
     /** f64 and f128 are always there; NULL where not asked for, or `unsupported` says why. */
     tfa_workspace *workspaces[CHART_PRECISION_COUNT];
     int unsupported[CHART_PRECISION_COUNT];
-    tfa_pool *pool;       /**< f64, with more than one thread; NULL otherwise */
-    chart_peer *peers;    /**< all that were asked for; NULL: none */
-    tfa_model *neighbour; /**< the same with the last bit of every number changed */
-    tfa_workspace *neighbour_f128;
+    tfa_pool *pool;                /**< f64, with more than one thread; NULL otherwise */
+    chart_peer *peers;             /**< all that were asked for; NULL: none */
+    tfa_model *neighbour;          /**< the same with the last bit of every number changed */
+    tfa_workspace *neighbour_f128; /**< sines and cosines rounded to double */
     uint64_t random;
     double turn; /**< joint angles are drawn from +-turn rad, displacements from a tenth in m */
 } chart_case;
@@ -167,6 +169,11 @@ tfa_reply chart_reply(const chart_data *d, tfa_answer *answer);
  * single components. */
 double chart_error(const chart_data *d, uint32_t state, double *worst_component);
 
+/** FNV-1a over the bits of the answer in d->found, carried on from `hash`. */
+#define CHART_HASH_START UINT64_C(0xcbf29ce484222325)
+#define CHART_HASH_PRIME UINT64_C(0x100000001b3)
+uint64_t chart_hash_answer(uint64_t hash, const chart_data *d);
+
 /** What a refusal was about, by name. */
 void chart_name_culprit(char *text, size_t size, const chart_case *c, const tfa_reply *reply);
 
@@ -178,18 +185,24 @@ typedef struct chart_row {
     uint32_t bodies;
     chart_rhs rhs;
     chart_choice who;
-    int status;            /**< of the first state that was not answered */
-    const char *skipped;   /**< why it was not asked at all: one word; NULL: it was */
-    char field[64];        /**< what status or skipped are about */
-    uint32_t answered_by;  /**< tfa_method: another one after a fallback */
-    double error;          /**< relative 2-norm, median over the states */
-    double worst;          /**< largest relative error of a component in any state */
-    double floor;          /**< of the data */
-    double estimate;       /**< as replied, median; NaN without refinement */
-    double time, aba_time; /**< us a state: medians of interleaved samples */
-    double ratio;          /**< median of time / aba_time of neighbours */
+    int status;                   /**< of the first state that was not answered */
+    const char *skipped;          /**< why it was not asked at all: one word; NULL: it was */
+    char field[64];               /**< what status or skipped are about */
+    uint32_t answered_by;         /**< tfa_method: another one after a fallback */
+    double error;                 /**< relative 2-norm, median over the states */
+    double error_low, error_high; /**< least and largest of the seeds' errors */
+    double worst;                 /**< largest relative error of a component in any state */
+    double floor;                 /**< of the data */
+    double estimate;              /**< as replied, median; NaN without refinement */
+    double time, aba_time;        /**< us a state: medians of interleaved samples */
+    double time_low, time_high;   /**< least and largest of the seeds' times */
+    double ratio;                 /**< median of time / aba_time of neighbours */
     uint32_t samples;
-    int front; /**< on the Pareto front of its subject, size, threads and right-hand side */
+    uint64_t bits; /**< hash of all bits of all answers */
+    uint32_t
+        same_as; /**< tfa_method or peer of an earlier row, with as many steps, whose answers are
+                           the same to the last bit; 0: none */
+    int front;   /**< on the Pareto front of its subject, size, threads and right-hand side */
 } chart_row;
 
 /** A call that takes longer than this many budgets is not repeated, and is not made for any larger
@@ -199,12 +212,23 @@ typedef struct chart_row {
 /** What a row is about whose precision is not built. */
 #define CHART_FIELD_PRECISION "precision"
 
+/** Puts rows of several seeds together, `count` of each seed one behind the other, into the first
+ * `count`: medians over the seeds, and their least and largest errors and times. If a row is not
+ * good for one of the seeds, the row of that seed stands for all. */
+void chart_join_seeds(chart_row *rows, size_t count, uint32_t seeds);
+/** Sets same_as. Rows of batches on a pool have none: their answers come from other calls than
+ * their times. Nor have those that quadruple precision makes exact. */
+void chart_find_same(chart_row *rows, size_t count);
+
 /** Names the case in the row, which has no numbers yet. */
 void chart_row_begin(chart_row *row, const chart_case *c, const chart_data *d);
-/** Errors and times of row->who. */
-void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms);
+/** Errors and times of row->who.
+ * @param budget_ms  a call that takes CHART_OVER_BUDGET of them is not repeated
+ * @param seconds    for timing */
+void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms,
+                   double seconds);
 /** The part of it that is time: the choice and aba in turns. @return a tfa_status */
-int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms);
+int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, double seconds);
 /** CPU time of this thread, s. */
 double chart_now(void);
 /** One answer, into d->found; `reply` from chart_reply. @return its status */
@@ -213,7 +237,8 @@ int chart_answer(chart_case *c, const chart_choice *who, const chart_data *d, ui
 
 /** Marks the front among rows of one subject, size, threads and right-hand side. Errors below the
  * floor of the data count as the floor, errors within a factor of two as equal, and errors of 1 or
- * more as no answer: 0 has the error 1. */
+ * more as no answer: 0 has the error 1. A row whose answers are the same as those of an earlier one
+ * is not on the front. */
 void chart_mark_front(chart_row *rows, size_t count);
 /** An answer of the method itself, with a finite error. */
 int chart_row_good(const chart_row *row);
@@ -238,7 +263,9 @@ void chart_set_time_name(FILE *gnuplot, uint32_t threads);
 /** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */
 #define CHART_ERROR_MIN 1e-17
 #define CHART_ERROR_MAX 1e2
-double chart_draw_error(const chart_row *row);
+/** Has the row a mark of its own? */
+int chart_row_drawn(const chart_row *row);
+double chart_draw_error(double error);
 double chart_draw_floor(const chart_row *row);
 /** Of positive numbers; zero-initialised: none yet. */
 typedef struct chart_range {

@@ -19,9 +19,9 @@ void chart_set_time_name(FILE *out, uint32_t threads)
                                : "CPU time of a call (µs)");
 }
 
-double chart_draw_error(const chart_row *row)
+double chart_draw_error(double error)
 {
-    return fmin(fmax(row->error, CHART_ERROR_MIN), CHART_ERROR_MAX);
+    return fmin(fmax(error, CHART_ERROR_MIN), CHART_ERROR_MAX);
 }
 
 double chart_draw_floor(const chart_row *row)

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the data themselves allow: every number of the robot and of the request has been rounded, and
- * no method can tell it from its neighbours. So the floor is how far the exact answer moves when each
- * of them goes to a neighbour. A number that is 0 is taken to be 0.
+ * What the data themselves allow: the floor is how far the exact answer moves when every number
+ * that a computation in double starts from is rounded. Each number of the robot and of the request
+ * goes to its upper or lower neighbour or stays; a number that is 0 stays 0. Sines and cosines of
+ * the joint angles are rounded to double, each on its own: next to q = 0 the rounding of the cosine
+ * is much more than that of the angle, and cos^2 + sin^2 is no longer 1.
  */
 #include "chart.h"
 
@@ -41,6 +43,9 @@ static void nudge_robot(uint64_t *random, tfa_description *d)
         nudge(random, joint->xyz, 3);
         nudge(random, joint->quat, 4);
         nudge(random, joint->axis, 3);
+        nudge(random, &joint->armature, 1);
+        nudge(random, &joint->multiplier, 1);
+        nudge(random, &joint->offset, 1);
     }
 }
 
@@ -48,11 +53,10 @@ int chart_floor_open(chart_case *c, tfa_description *description, const tfa_mode
 {
     uint64_t random = c->random ^ UINT64_C(0x9e3779b97f4a7c15); /* states stay as they were */
     nudge_robot(&random, description);
+    const tfa_workspace_options rounded = {.precision = TFA_F128, .round_sincos = 1};
     const int status = tfa_model_create(description, options, NULL, &c->neighbour);
-    return status == TFA_OK
-               ? tfa_workspace_create(c->neighbour, &(tfa_workspace_options){.precision = TFA_F128},
-                                      &c->neighbour_f128)
-               : status;
+    return status == TFA_OK ? tfa_workspace_create(c->neighbour, &rounded, &c->neighbour_f128)
+                            : status;
 }
 
 void chart_floor_close(chart_case *c)
@@ -61,20 +65,28 @@ void chart_floor_close(chart_case *c)
     tfa_model_free(c->neighbour);
 }
 
+/* All numbers of all requests stand one behind the other: q, v, tau, poses. */
+static size_t request_numbers(const chart_data *d)
+{
+    return (size_t)d->states * ((size_t)d->q + 2 * (size_t)d->v + 7);
+}
+
 int chart_floor_find(chart_data *d, chart_case *c)
 {
-    double errors[CHART_STATES], worst;
-    const size_t count = (size_t)d->states * ((size_t)d->q + 2 * (size_t)d->v);
+    double errors[CHART_STATES], worst, gravity[3] = {0.0, 0.0, -9.80665};
+    const size_t count = request_numbers(d);
     double *kept = malloc((count + 1) * sizeof(double));
     if (!kept)
         return TFA_E_MEMORY;
     memcpy(kept, d->coordinates, count * sizeof(double));
-    nudge(&c->random, d->coordinates, count); /* q, v and tau stand one behind the other */
+    nudge(&c->random, d->coordinates, count);
+    nudge(&c->random, gravity, 3);
     int status = TFA_OK;
     for (uint32_t s = 0; status == TFA_OK && s < d->states; s++) {
         tfa_answer answer;
-        const tfa_request request = chart_request(d, s);
+        tfa_request request = chart_request(d, s);
         tfa_reply reply = chart_reply(d, &answer);
+        request.gravity = gravity;
         status = tfa_compute(c->neighbour_f128, &request, &reply);
         errors[s] = chart_error(d, s, &worst);
     }

@@ -61,11 +61,21 @@ void chart_name_culprit(char *text, size_t size, const chart_case *c, const tfa_
         snprintf(text, size, "%s", what);
 }
 
+uint64_t chart_hash_answer(uint64_t hash, const chart_data *d)
+{
+    const unsigned char *at = (const unsigned char *)d->found;
+    const size_t size = ((size_t)d->v + d->base) * sizeof(double);
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ at[i]) * CHART_HASH_PRIME;
+    return hash;
+}
+
 /* Errors of all states, unless the first takes so long that the time is to be saved. */
 static void measure_errors(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
 {
     double errors[CHART_STATES], estimates[CHART_STATES];
     const double start = chart_now();
+    row->bits = CHART_HASH_START;
     for (uint32_t s = 0; s < d->states; s++) {
         double worst;
         tfa_answer answer;
@@ -80,12 +90,13 @@ static void measure_errors(chart_row *row, chart_case *c, const chart_data *d, u
             return;
         }
         errors[s] = chart_error(d, s, &worst);
+        row->bits = chart_hash_answer(row->bits, d);
         row->worst = fmax(row->worst, worst);
         estimates[s] = answer.error_estimate;
         if (s == 0 || answer.flags & TFA_ANSWER_FALLBACK)
             row->answered_by = answer.method;
     }
-    row->error = chart_median(errors, d->states);
+    row->error = row->error_low = row->error_high = chart_median(errors, d->states);
     row->estimate = chart_median(estimates, d->states);
 }
 
@@ -108,15 +119,17 @@ void chart_row_begin(chart_row *row, const chart_case *c, const chart_data *d)
     row->rhs = d->rhs;
     row->floor = d->floor;
     row->error = row->worst = row->estimate = row->time = row->aba_time = row->ratio = NAN;
+    row->error_low = row->error_high = row->time_low = row->time_high = NAN;
 }
 
-void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
+void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms,
+                   double seconds)
 {
     look_before(row, c);
     if (row->status == TFA_OK && !row->skipped)
         measure_errors(row, c, d, budget_ms);
     if (row->status == TFA_OK && !row->skipped)
-        row->status = chart_measure_times(row, c, d, budget_ms);
+        row->status = chart_measure_times(row, c, d, seconds);
 }
 
 /* Another is as good as this one and takes less time. Twice the error counts as equal: errors of
@@ -125,13 +138,13 @@ static int is_beaten(const chart_row *row, const chart_row *other)
 {
     const double error = fmax(row->error, row->floor);
     const double other_error = fmax(other->error, other->floor);
-    return chart_row_good(other) && other->time < row->time && other_error <= 2.0 * error;
+    return chart_row_drawn(other) && other->time < row->time && other_error <= 2.0 * error;
 }
 
 void chart_mark_front(chart_row *rows, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        rows[i].front = chart_row_good(&rows[i]) && rows[i].error < 1.0;
+        rows[i].front = chart_row_drawn(&rows[i]) && rows[i].error < 1.0;
         for (size_t k = 0; rows[i].front && k < count; k++)
             if (is_beaten(&rows[i], &rows[k]))
                 rows[i].front = 0;

@@ -20,6 +20,7 @@ enum {
     KEY_THREADS,
     KEY_TURN,
     KEY_STATES,
+    KEY_SEEDS,
     KEY_BUDGET,
     KEY_CALIBRATE,
     KEY_CROSSOVERS,
@@ -57,8 +58,12 @@ static const struct argp_option option_table[] = {
      .key = KEY_TURN,
      .arg = "X",
      .doc = "Joint angles within +-X rad (0.001 for mechanisms, 3 for robots)"},
-    {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states for each row (3)"},
+    {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states of each seed (3)"},
     {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
+    {.name = "seeds",
+     .key = KEY_SEEDS,
+     .arg = "N",
+     .doc = "Seeds for each row, from --seed on: other mechanisms and states (3)"},
     {.name = "budget-ms",
      .key = KEY_BUDGET,
      .arg = "N",
@@ -249,6 +254,9 @@ static error_t parse_number(int key, char *text, struct argp_state *state)
     case KEY_STATES:
         o->states = (uint32_t)option_unsigned(state, "states", text, 2, CHART_STATES);
         return 0;
+    case KEY_SEEDS:
+        o->seeds = (uint32_t)option_unsigned(state, "seeds", text, 1, CHART_SEEDS);
+        return 0;
     case KEY_BUDGET:
         o->budget = (uint32_t)option_unsigned(state, "budget-ms", text, 1, 100000);
         return 0;
@@ -312,7 +320,8 @@ static const char documentation[] =
     CHART_PRECISION_LIST(CHART_PRECISION_HELP)
     "\nTimes are CPU times of this thread, medians, taken in turns with aba in f64; with more than "
     "one thread wall times of a batch of 64 states, for one of them. The floor is what the exact "
-    "answer changes by when every number of the robot and of the request changes in its last bit.";
+    "answer changes by when every number of the robot and of the request changes in its last bit and "
+    "sines and cosines are rounded to double.";
 /* clang-format on */
 
 int chart_parse(int argc, char **argv, chart_options *options)
@@ -324,6 +333,7 @@ int chart_parse(int argc, char **argv, chart_options *options)
     };
     *options = (chart_options){.crossovers = *tfa_crossovers_default(),
                                .states = 3,
+                               .seeds = 3,
                                .seed = 1,
                                .command = join_arguments(argc, argv)};
     return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;

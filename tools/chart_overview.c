@@ -154,16 +154,18 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     const int one_column = has_one_column(o);
     chart_range times[CHART_SIZES + 1] = {0};
     /* the first is of no panel: gnuplot warns of data without any */
-    fputs("$data << EOD\n-1 -1 0 0 1 1 1 0\n", gnuplot);
+    fputs("$data << EOD\n-1 -1 0 0 1 1 1 0 1 1\n", gnuplot);
     for (size_t i = 0; i < count; i++) {
         const uint32_t line = line_of(&g, rows[i].subject);
         const uint32_t column = column_of(&g, one_column ? 0 : rows[i].bodies);
-        if (rows[i].rhs != rhs || !chart_row_good(&rows[i]))
+        if (rows[i].rhs != rhs || !chart_row_drawn(&rows[i]))
             continue;
         chart_widen(&times[column], rows[i].time);
-        fprintf(gnuplot, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d\n",
+        fprintf(gnuplot,
+                "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d %.6g %.6g\n",
                 line, column, rows[i].who.method, rows[i].who.refine, rows[i].time,
-                chart_draw_error(&rows[i]), chart_draw_floor(&rows[i]), rows[i].front);
+                chart_draw_error(rows[i].error), chart_draw_floor(&rows[i]), rows[i].front,
+                chart_draw_error(rows[i].error_low), chart_draw_error(rows[i].error_high));
     }
     fputs("EOD\n", gnuplot);
     chart_set_times(gnuplot, times, g.size_count);

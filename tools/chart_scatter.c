@@ -30,17 +30,22 @@ static const char *name_row(const chart_options *o, const chart_row *row, char *
     return text;
 }
 
-/* Block $data: rhs method refine time error front floor line. */
+/* Block $data: rhs method refine time error front floor line, then least and largest error and time of
+ * the seeds. */
 static void give_rows(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
 {
     /* the first is of no panel: gnuplot warns of data without any */
-    fputs("$data << EOD\n-1 0 0 1 1 0 1 -1\n", out);
-    for (size_t i = 0; i < count; i++)
-        if (chart_row_good(&rows[i]))
-            fprintf(out, "%d %" PRIu32 " %" PRIu32 " %.6g %.6g %d %.6g %d\n", (int)rows[i].rhs,
-                    rows[i].who.method, rows[i].who.refine, rows[i].time,
-                    chart_draw_error(&rows[i]), rows[i].front, chart_draw_floor(&rows[i]),
-                    line_of(o, &rows[i]));
+    fputs("$data << EOD\n-1 0 0 1 1 0 1 -1 1 1 1 1\n", out);
+    for (size_t i = 0; i < count; i++) {
+        const chart_row *row = &rows[i];
+        if (!chart_row_drawn(row))
+            continue;
+        fprintf(out, "%d %" PRIu32 " %" PRIu32 " %.6g %.6g %d %.6g %d", (int)row->rhs,
+                row->who.method, row->who.refine, row->time, chart_draw_error(row->error),
+                row->front, chart_draw_floor(row), line_of(o, row));
+        fprintf(out, " %.6g %.6g %.6g %.6g\n", chart_draw_error(row->error_low),
+                chart_draw_error(row->error_high), row->time_low, row->time_high);
+    }
     fputs("EOD\n", out);
 }
 
@@ -49,10 +54,11 @@ static void give_range(FILE *out, const chart_row *rows, size_t count)
 {
     double low = 1.0, high = CHART_ERROR_MIN;
     for (size_t i = 0; i < count; i++) {
-        if (!chart_row_good(&rows[i]))
+        if (!chart_row_drawn(&rows[i]))
             continue;
-        low = fmin(low, fmin(chart_draw_error(&rows[i]), chart_draw_floor(&rows[i])));
-        high = fmax(high, fmax(chart_draw_error(&rows[i]), chart_draw_floor(&rows[i])));
+        const double floor = chart_draw_floor(&rows[i]);
+        low = fmin(low, fmin(chart_draw_error(rows[i].error_low), floor));
+        high = fmax(high, fmax(chart_draw_error(rows[i].error_high), floor));
     }
     fprintf(out, "low = 1e%d\nhigh = 1e%d\n", (int)floor(log10(low) - 0.2),
             (int)ceil(log10(high) + 0.2));
@@ -63,8 +69,10 @@ static void give_times(FILE *out, const chart_row *rows, size_t count)
 {
     chart_range times[CHART_RHS_COUNT] = {0};
     for (size_t i = 0; i < count; i++)
-        if (chart_row_good(&rows[i]))
-            chart_widen(&times[rows[i].rhs], rows[i].time);
+        if (chart_row_drawn(&rows[i])) {
+            chart_widen(&times[rows[i].rhs], rows[i].time_low);
+            chart_widen(&times[rows[i].rhs], rows[i].time_high);
+        }
     chart_set_times(out, times, CHART_RHS_COUNT);
 }
 
@@ -174,6 +182,31 @@ static void name_silent(FILE *out, const chart_options *o, const chart_row *rows
     gnuplot_string(out, "silent", text);
 }
 
+/* "tfa-cr = cfa-cr" for each mark that stands for several methods, by number of steps */
+static void name_same(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
+{
+    char text[1024] = "One mark, the same answers to the last bit: ", name[64], last[64] = "";
+    const char *semicolon = "";
+    for (size_t i = 0; i < count; i++) {
+        int listed = 0;
+        for (size_t k = 0; k < i && !listed; k++) /* of another right-hand side */
+            listed = rows[k].same_as && rows[k].same_as == rows[i].same_as &&
+                     rows[k].who.method == rows[i].who.method &&
+                     rows[k].who.refine == rows[i].who.refine &&
+                     rows[k].who.precision == rows[i].who.precision;
+        if (!rows[i].same_as || listed)
+            continue;
+        chart_row first = rows[i];
+        first.who.method = rows[i].same_as;
+        append(text, sizeof text, "%s%s = ", semicolon, name_row(o, &first, name, sizeof name));
+        append(text, sizeof text, "%s", name_row(o, &rows[i], last, sizeof last));
+        semicolon = "; ";
+    }
+    append(text, sizeof text, "%s", *semicolon ? "" : "none");
+    wrap(text, 180, 1);
+    gnuplot_string(out, "same", text);
+}
+
 /* What the picture is of, and the name of its file. */
 static void give_names(FILE *out, const chart_row *row)
 {
@@ -208,5 +241,6 @@ void chart_draw_scatter(FILE *gnuplot, const chart_options *o, const chart_row *
         fprintf(gnuplot, "line_name[%" PRIu32 "] = '%s'\n", k + 1,
                 chart_precision_words[o->precisions[k]]);
     name_silent(gnuplot, o, rows, count);
+    name_same(gnuplot, o, rows, count);
     fputs("load scripts.'/scatter.gp'\n", gnuplot);
 }

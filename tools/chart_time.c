@@ -105,17 +105,17 @@ static void take_turns(chart_row *row, turns *t, double seconds)
         n++;
     }
     row->samples = n;
-    row->time = chart_median(times, n);
+    row->time = row->time_low = row->time_high = chart_median(times, n);
     row->aba_time = chart_median(aba, n);
     row->ratio = chart_median(ratios, n);
 }
 
-int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
+int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, double seconds)
 {
     turns t = {.c = c, .data = d, .clock = c->pool ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID};
     t.status = c->pool ? make_batch(&t) : TFA_OK;
     if (t.status == TFA_OK)
-        take_turns(row, &t, 1e-3 * budget_ms);
+        take_turns(row, &t, seconds);
     free(t.block);
     return t.status;
 }

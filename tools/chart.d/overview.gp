@@ -5,7 +5,7 @@
 # size, one right-hand side. Given: $data, $words, $sentences, lines, columns, line_name, column_name,
 # what chart_set_times sets, rhs_name, time_name, and style.gp.
 
-head_px = 90
+head_px = 104
 panel_px = 150
 left_px = 160
 right_px = 170
@@ -25,8 +25,8 @@ do for [kind in "svg png"] {
     set output sprintf('%s/overview.%s', folder, kind)
     set multiplot
     set label 1 "Accuracy against speed: ".rhs_name at screen 0.5, screen 1 - 25.0/high_px center font ',16' noenhanced
-    set label 2 "up: relative error of qdd (2-norm); right: ".time_name."; dashed: floor of the data; hollow: as solved, filled: refined" \
-        at screen 0.5, screen 1 - 50.0/high_px center font ',11' noenhanced
+    set label 2 "up: relative error of qdd (2-norm); right: ".time_name."\nhollow: as solved, filled: refined; bars: least and largest over the seeds; dashed: floor of the data" \
+        at screen 0.5, screen 1 - 46.0/high_px center font ',11' noenhanced
     set logscale xy
     set yrange [1e-17:1e2]; set ytics 1e-16, 1e4, 1e2 font ',9'; unset mytics
     set grid xtics ytics lc rgb '#dddddd' lt 1 lw 0.5
@@ -45,6 +45,8 @@ do for [kind in "svg png"] {
             # the first: so that a panel without answers is a panel all the same
             plot 1e-17 with dots lc rgb '#ffffff', \
                  $data using ($1==l && $2==c ? $5 : NaN):7 smooth unique with lines lc rgb '#777777' lw 1.2 dt 2, \
+                 for [m in order] $data using ($1==l && $2==c && $3==m+0 ? $5 : NaN):6:9:10 \
+                     with yerrorbars pt 0 lw 0.7 lc rgb colour[m+0], \
                  for [m in order] $data using ($1==l && $2==c && $3==m+0 && $4==0 ? $5 : NaN):6 \
                      with points pt shape[m+0] ps 0.75 lw 1.5 lc rgb colour[m+0], \
                  for [m in order] $data using ($1==l && $2==c && $3==m+0 && $4>0 ? $5 : NaN):6 \

@@ -3,13 +3,13 @@
 #
 # Accuracy against speed for one mechanism and size: a column of panels for each right-hand side, a
 # line for each precision, and a key. All panels of a column share front, floor and ranges.
-# Given: $data, low, high, what chart_set_times sets, subject, file, folder, has_N, front_N, lines, line_name, time_name,
+# Given: $data, same, low, high, what chart_set_times sets, subject, file, folder, has_N, front_N, lines, line_name, time_name,
 # silent, and style.gp.
 
 wide_px = 1280
 head_px = 66
 line_px = 350
-foot_px = 156
+foot_px = 190
 high_px = head_px + line_px * lines + foot_px
 panels = has_0 + has_1 + has_2
 left_px = 75
@@ -55,6 +55,8 @@ do for [kind in "svg png"] {
                  $data using ($1==r ? $4 : NaN):7 smooth unique with lines lc rgb '#888888' lw 1.5 dt 2, \
                  $data using ($1==r && $6==1 ? $4 : NaN):5 smooth unique with steps lc rgb '#bbbbbb' lw front_px, \
                  $data using ($1==r && $8==l && $6==1 ? $4 : NaN):5 with points pt 7 ps 2.6 lc rgb '#bbbbbb', \
+                 for [m in order] $data using ($1==r && $8==l && $2==m+0 ? $4 : NaN):5:11:12:9:10 \
+                     with xyerrorbars pt 0 lw 1 lc rgb colour[m+0], \
                  for [m in order] $data using ($1==r && $8==l && $2==m+0 && $3==0 ? $4 : NaN):5 \
                      with points pt shape[m+0] ps 1.1 lw 2 lc rgb colour[m+0], \
                  for [m in order] $data using ($1==r && $8==l && $2==m+0 && $3>0 ? $4 : NaN):5 \
@@ -69,9 +71,10 @@ do for [kind in "svg png"] {
     unset logscale; unset grid; unset border; unset tics; unset xlabel; unset ylabel; unset title
     set xrange [0:1]; set yrange [0:1]
     set key at graph 0.0, 1.0 left top Left reverse samplen 2 spacing 1.35 noenhanced
-    set label 2 silent at screen 0.02, screen 30.0/high_px left noenhanced font ',10'
-    set label 4 "Left is fast, low is exact. Every method off the grey front is slower or less exact than one on it. Below the dashed line the last bits of the robot and of the request matter more than the method." \
-        at screen 0.02, screen 50.0/high_px left noenhanced font ',10'
+    set label 2 silent at screen 0.02, screen 28.0/high_px left noenhanced font ',10'
+    set label 6 same at screen 0.02, screen 46.0/high_px left noenhanced font ',10'
+    set label 4 "Left is fast, low is exact. A mark is the median over the seeds, its bars reach from the least to the largest of them. What is off the grey front is slower or less exact than a mark on it.\nBelow the dashed line the rounding of the inputs matters more than the method." \
+        at screen 0.02, screen 78.0/high_px left noenhanced font ',10'
     plot for [m in order] NaN with points pt shape[m+0] ps 1.1 lw 2 lc rgb colour[m+0] title label[m+0], \
          NaN with points pt 7 ps 1.1 lc rgb 'black' title 'filled: refined (+1, +2)', \
          NaN with points pt 7 ps 2.6 lc rgb '#bbbbbb' title 'on the Pareto front', \

@@ -332,6 +332,10 @@ typedef struct tfa_workspace_options {
     const struct tfa_specialised
         *specialised; /**< the model's own kernel, which outlives the workspace: it
                            answers what it takes, in double throughout only; NULL: none */
+    int round_sincos; /**< of TFA_F128 only: the sine and the cosine of each joint angle are
+                           rounded to double, each on its own. The difference from the answer without
+                           it is what no computation in double can avoid. 0: sines and cosines
+                           are as exact as the rest */
 } tfa_workspace_options;
 
 /** Bytes for a workspace of this model, 64-byte aligned; NULL options: all 0. What it is made of and

@@ -18,6 +18,7 @@ typedef long double num;
 #define num_sincos sincosl
 #endif
 
+#define num_rounded(x) ((num)(double)(x))
 #define NUM_NO_VECTORS /* of __float128 */
 #define NUM_QUAD       /* reads the constants of a model as they were before they became doubles */
 #define NUM_EPSILON ((num)0x1p-56 * (num)0x1p-56)

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The residual tau - RNEA(qdd) of a chain in pieces. Each piece starts from the acceleration of the body
- * before it and from the force behind it that the solution has (BORDER_V, BORDER_FORCE), and ends on a
- * slightly different value than its neighbour started from. These gaps follow from one another along the
- * borders,
+ * The residual tau - RNEA(qdd) of a chain in pieces. Each piece starts from the acceleration of the
+ * body before it and from the force behind it that the solution has (BORDER_V, BORDER_FORCE), and
+ * ends on a slightly different value than its neighbour started from. These gaps follow from one
+ * another along the borders,
  *
  *   da before piece l + 1 = X da before piece l + (a of its last body - a before piece l + 1)
  *   df behind piece l     = X^T df behind piece l + 1 + (f of its first joint - f that piece l had)
  *
- * and the pieces carry them to all their bodies. So every joint's acceleration and force differs from
- * RNEA's by roundings of its own size. A piece that starts on a body at rest would lose roundings of
- * what the whole piece adds up to, which in light bodies between heavy ones is a million times more.
- * Shaken as in rnea.c; the small da and df need no shaking.
+ * and the pieces carry them to all their bodies. So every joint's acceleration and force differs
+ * from RNEA's by roundings of its own size. A piece that starts on a body at rest would lose
+ * roundings of what the whole piece adds up to, which in light bodies between heavy ones is a
+ * million times more. Shaken as in rnea.c; the small da and df need no shaking.
  */
 #include "kernel/hinge.h"
 #include "kernel/pieces.h"
@@ -58,7 +58,8 @@ static inline svec row_force(const struct pieces *p, const struct piece_body *b,
     return sv_add(f, cross_force(shake_svec(r[k].v, &turn), momentum));
 }
 
-/* a of each body, from the one that the solution has before the piece; of the last one to the border */
+/* a of each body, from the one that the solution has before the piece; of the last one to the
+ * border */
 static inline __attribute__((always_inline)) void move(const struct pieces *p, uint32_t g,
                                                        int shaken)
 {
@@ -72,8 +73,8 @@ static inline __attribute__((always_inline)) void move(const struct pieces *p, u
     border_put_many(p, BORDER_MOVED, g, &a.w.x, 6);
 }
 
-/* rhs = tau - H^T f with the force behind the piece that the solution has; the force on the body before
- * the piece to the border */
+/* rhs = tau - H^T f with the force behind the piece that the solution has; the force on the body
+ * before the piece to the border */
 static inline __attribute__((always_inline)) void press(const struct pieces *p, uint32_t g,
                                                         int shaken)
 {
@@ -136,7 +137,8 @@ PIECES_TASK(move)
 PIECES_TASK(press)
 PIECES_TASK(compare)
 
-/* BORDER_BEHIND: the force behind each piece that the solution has on the body before the next one */
+/* BORDER_BEHIND: the force behind each piece that the solution has on the body before the next one
+ */
 static void set_behind(const struct pieces *p)
 {
     for (int e = 0; e < 6; e++) {
@@ -162,8 +164,7 @@ static void push_borders(const struct pieces *p)
     }
 }
 
-/* The joint before each piece has what that of the piece before found. */
-static void tell_next(const struct pieces *p)
+void TFA_V(pieces_tell_next)(const struct pieces *p)
 {
     for (uint32_t piece = 1; piece < p->pieces; piece++) {
         const struct piece_row *from = &piece_rows(p, (piece - 1) / NUM_LANES)[p->rows];
@@ -182,5 +183,5 @@ void TFA_V(pieces_residual)(struct pieces *p, int shaken)
     crew_run(p->crew, press_group, p, p->groups);
     push_borders(p);
     crew_run(p->crew, compare_group, p, p->groups);
-    tell_next(p);
+    TFA_V(pieces_tell_next)(p);
 }

@@ -309,9 +309,14 @@ void TFA_V(pieces_forward)(struct pieces *p)
     finish(p);
 }
 
-void TFA_V(pieces_correct)(struct pieces *p)
+void TFA_V(pieces_eliminate)(struct pieces *p)
 {
     p->what = 0;
     crew_run(p->crew, eliminate_group, p, p->groups);
+}
+
+void TFA_V(pieces_correct)(struct pieces *p)
+{
+    TFA_V(pieces_eliminate)(p);
     finish(p);
 }

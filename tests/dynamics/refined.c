@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One refinement step makes no answer worse: for every method of forward dynamics, with the pieces of a
- * long chain side by side and row by row, on every mechanism. Nor does it lose more than the same step
- * by a request of inverse dynamics. The truth is aba in quadruple precision.
+ * One refinement step makes no answer worse: for every method of forward dynamics, with the pieces
+ * of a long chain side by side and row by row, on every mechanism. Nor does it lose more than the
+ * same step by a request of inverse dynamics. The truth is aba in quadruple precision.
  *
  *     test_refined [SEEDS]
  */
@@ -19,13 +19,15 @@
 #include "fixture.h"
 #include "mechanism.h"
 
-/* A refined error may be so many bare ones and floors (floor_of), and what rounding of one number adds. */
+/* A refined error may be so many bare ones and floors (find_truth), and what rounding of one number
+ * adds. */
 #define WORSE 3
 #define ROUNDING 1e-14
 /* The same step by requests of inverse dynamics and of the method loses the same, but for luck. */
 #define LUCK 10
-/* A method whose error with torques of a random qdd is larger has lost a direction in its factors. A step
- * with them adds their error of what rounding leaves in the residual, whatever the residual is. */
+/* A method whose error with torques of a random qdd is larger has lost a direction in its factors.
+ * A step with them adds their error of what rounding leaves in the residual, whatever the residual
+ * is. */
 #define LOST 1e-1
 
 enum { SIDE_QDD, SIDE_TAU, SIDE_GRAVITY, SIDES };
@@ -169,8 +171,9 @@ static int is_cyclic(tfa_method method)
     return method == TFA_METHOD_TFA_CR || method == TFA_METHOD_CFA_CR;
 }
 
-/* Is a refined answer no worse than the bare one, and by cyclic reduction as good as a step by hand? *lost: no step of
- * this method is any good; decided by torques of a random qdd, which come first. */
+/* Is a refined answer no worse than the bare one, and by cyclic reduction as good as a step by
+ * hand? *lost: no step of this method is any good; decided by torques of a random qdd, which come
+ * first. */
 static void compare(subject *x, tfa_request r, int side, int *lost)
 {
     const double bare = error_of(x, r, 0, x->bare);

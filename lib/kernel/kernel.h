@@ -129,6 +129,7 @@ void TFA_V(strips_travel)(struct tfa_strip_ends *ends, int first);
 int TFA_V(strips_join)(struct scan_segment *segments, struct tfa_strip_ends *ends, double light);
 void TFA_V(strips_pass)(struct scan_segment *segments, struct tfa_strip_ends *ends,
                         const double gravity[3]);
+void TFA_V(strips_close)(struct scan_segment *segments, struct tfa_strip_ends *ends);
 
 /* --- answer.c, answer_forward.c, answer_lambda.c, answer_tips.c --------------------------------- */
 

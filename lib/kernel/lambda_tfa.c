@@ -1,9 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Lambda^-1 by the one-sided form of TFA: the chain is the tip's own support, the unit wrenches
- * stand in the last block row only, so that forward elimination answers the diagonal block:
- *   A F = e_N (C_N - I_N^-1) P^T,   Lambda^-1 = P I_N^-1 (F_N + P^T).
+ * Lambda^-1 by the one-sided form of TFA: the chain is the tip's own support, so that forward
+ * elimination answers the diagonal block. With the unit wrenches P on the last body alone that is
+ *   A F = e_N (C_N - I_N^-1) P^T,   Lambda^-1 = P I_N^-1 (F_N + P^T),
+ * where F_N and P^T cancel: a light body hands nearly all of a wrench on, and I_N^-1 makes of the
+ * rounding of P what may be a thousand times Lambda^-1's (a finger of panda: rank 10 in place of
+ * 7). Less the wrench itself, f_i = F_i + P_i^T with P_i^T carried to body i, it is the system of
+ * (74): A f = B H^T P_i^T,   Lambda^-1 = P I_N^-1 f_N,   net force on body i: f_i - X_{i+1}^T
+ * f_{i+1}
  */
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
@@ -25,18 +30,9 @@ static const struct row *row_of(const struct state *s, uint32_t body)
     return (const struct row *)(const void *)s->rows + (s->body[body].depth - 1);
 }
 
-/* F_N = S_N^-1 K_N (-I_N^-1 P), six columns: K I^-1 = I^-1 - C */
-static void tip_force(const struct state *s, uint32_t i, const svec P[6], svec F[6])
+static inline svec column(const num *F, int e)
 {
-    const struct tfa_body *b = &s->body[i];
-    const struct row *r = row_of(s, i);
-    for (int e = 0; e < 6; e++) {
-        num x[6];
-        sv_store(x, sv_neg(s6_mul(&r->Iinv, P[e])));
-        row_apply_K(r, b, x, 1);
-        lu6_solve(&r->S, x, 1);
-        F[e] = sv_from(x);
-    }
+    return (svec){{F[e], F[6 + e], F[12 + e]}, {F[18 + e], F[24 + e], F[30 + e]}};
 }
 
 static void put_block(struct state *s, uint32_t t, uint32_t u, const svec P[6], const svec a[6])
@@ -54,9 +50,9 @@ static void put_block(struct state *s, uint32_t t, uint32_t u, const svec P[6], 
 /* The block of tips t and u from the accelerations that tip u's wrenches give its chain: tip t's
  * wrenches are propagated through its side branch to the first body of the chain. */
 static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tfa_chain *chain,
-                        tfa_reference_frame frame, const svec P_u[6])
+                        tfa_reference_frame frame)
 {
-    svec P[6], F[6], a[6];
+    svec P[6], f[6], a[6];
     struct tip_wrenches w;
     for (TFA_V(tip_start)(s, t, frame, &w); w.body >= 0 && !(s->side[w.body] & CHAIN);) {
         six psi[6], phi[6];
@@ -71,20 +67,18 @@ static void cross_block(struct state *s, uint32_t t, uint32_t u, const struct tf
         return; /* nothing that moves one moves the other: the block stays zero */
     wrenches_store(&w.P, P);
     uint32_t k = chain->length - 1;
-    tip_force(s, chain->body[k], P_u, F);
     for (int e = 0; e < 6; e++)
-        a[e] = sv_add(F[e], P_u[e]);
-    while (chain->body[k] != (uint32_t)i) { /* F_k = -G_k F_{k+1}, net force F_k - X^T F_{k+1} */
+        a[e] = f[e] = column(row_of(s, chain->body[k])->F, e);
+    for (; chain->body[k] != (uint32_t)i; k--) { /* back substitution: f_k -= G_k f_{k+1} */
         const struct row *r = row_of(s, chain->body[k - 1]);
         for (int e = 0; e < 6; e++) {
             num out[6], in[6];
-            sv_store(in, F[e]);
+            sv_store(in, f[e]);
             m6_apply(out, r->G, in);
-            svec outboard = x_t_force(&s->X[chain->body[k]], F[e]);
-            F[e] = sv_neg(sv_from(out));
-            a[e] = sv_sub(F[e], outboard);
+            const svec outboard = x_t_force(&s->X[chain->body[k]], f[e]);
+            f[e] = sv_sub(column(r->F, e), sv_from(out));
+            a[e] = sv_sub(f[e], outboard);
         }
-        k--;
     }
     for (int e = 0; e < 6; e++)
         a[e] = s6_mul(&row_of(s, (uint32_t)i)->Iinv, a[e]);
@@ -99,8 +93,9 @@ int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame)
         if (s->m->frame[s->tip[t]].part)
             return TFA_E_UNSUPPORTED; /* a force inside a joint is no right-hand side of a row */
     s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_CHAIN);
+    TFA_V(jacobian)(s, frame);
     for (uint32_t u = 0; u < s->tips; u++) {
-        svec P[6], F[6], a[6];
+        svec P[6], a[6];
         int32_t i = TFA_V(frame_columns)(s, s->tip[u], frame, P);
         if (i < 0)
             continue;
@@ -110,12 +105,15 @@ int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame)
             status = TFA_V(tfa_factor_rows)(s, &chain, (struct row *)(void *)s->rows);
         if (status != TFA_OK)
             return status;
-        tip_force(s, (uint32_t)i, P, F);
+        const struct row *tip = row_of(s, (uint32_t)i);
+        TFA_V(tfa_forward_six)
+        (s, &chain, (struct row *)(void *)s->rows, tip_columns(s, s->psi, 0, u),
+         (size_t)6 * s->tips);
         for (int e = 0; e < 6; e++)
-            a[e] = s6_mul(&row_of(s, (uint32_t)i)->Iinv, sv_add(F[e], P[e]));
+            a[e] = s6_mul(&tip->Iinv, column(tip->F, e));
         put_block(s, u, u, P, a);
         for (uint32_t t = 0; t < u; t++)
-            cross_block(s, t, u, &chain, frame, P);
+            cross_block(s, t, u, &chain, frame);
     }
     TFA_V(lambda_mirror)(s);
     return TFA_OK;

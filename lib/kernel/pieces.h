@@ -2,10 +2,10 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * One long chain of revolute bodies in pieces of equal length, as many of them side by side as a
- * number has lanes: lane l of group g walks piece NUM_LANES g + l. What pieces tell each other stands
- * in arrays by piece, at their borders. How many pieces there are depends on the chain alone, so that
- * an answer is the same for any number of lanes and threads. Behind the last body of the chain the
- * last pieces are filled up with bodies that nothing couples to.
+ * number has lanes: lane l of group g walks piece NUM_LANES g + l. What pieces tell each other
+ * stands in arrays by piece, at their borders. How many pieces there are depends on the chain
+ * alone, so that an answer is the same for any number of lanes and threads. Behind the last body of
+ * the chain the last pieces are filled up with bodies that nothing couples to.
  *
  * The block rows are five wide. H^T I_i times row i of the total force system (tfa_row.h) is
  * H^T F_i = tau_i for a joint without rotor inertia; with that component known and eliminated,
@@ -58,7 +58,7 @@ struct piece_row {
     struct piece_factors factors;
     place X;
     svec v, p; /* of a chain that moves */
-    svec f;    /* residual: I a + p */
+    svec a;    /* residual */
     num sine, cosine;
     num qd, tau;
     num rhs; /* tau, or the residual */
@@ -69,13 +69,14 @@ struct piece_row {
 enum {
     /* 12: from the frame before the piece to its last body */
     BORDER_PLACE = 0,
-    /* 6: velocity, then acceleration, of the last body; first where the body before rests */
+    /* 6: velocity of the last body, first where the body before rests; then its acceleration */
     BORDER_MOVED = 12,
-    /* 6: the same of the body before; and what that velocity is wrong by */
+    /* 6: velocity of the body before, then its acceleration as the solution has it; and what that
+     * is wrong by */
     BORDER_V = 18,
     BORDER_DV = 24,
-    /* 15 + 25 + 5: what is left of the last row, its diagonal block, its coupling to the last row of
-     * the piece before, its right-hand side; then x */
+    /* 15 + 25 + 5: what is left of the last row, its diagonal block, its coupling to the last row
+     * of the piece before, its right-hand side; then x */
     BORDER_D = 30,
     BORDER_L = BORDER_D + 15,
     BORDER_B = BORDER_L + 25,
@@ -87,9 +88,11 @@ enum {
     BORDER_RATE = BORDER_LEFT_B + 5,
     BORDER_ALONE,
     BORDER_CARRIED,
-    /* 6: force of the piece on the body before; of the pieces behind on the last body */
+    /* 6: force of the piece on the body before as the solution has it, and by inverse dynamics; of
+     * the pieces behind on the last body, then what that is wrong by */
     BORDER_FORCE,
-    BORDER_BEHIND = BORDER_FORCE + 6,
+    BORDER_PRESSED = BORDER_FORCE + 6,
+    BORDER_BEHIND = BORDER_PRESSED + 6,
     BORDER_ROWS = BORDER_BEHIND + 6
 };
 
@@ -115,8 +118,8 @@ struct pieces {
     int what; /* PIECES_ bits */
 };
 
-/* What a step computes. BIAS: velocities, gravity and wrenches count; without it the right-hand side
- * is a residual, and what is found is added to qdd. */
+/* What a step computes. BIAS: velocities, gravity and wrenches count; without it the right-hand
+ * side is a residual, and what is found is added to qdd. */
 enum { PIECES_FACTOR = 1, PIECES_BIAS = 2, PIECES_SHAKEN = 4 };
 
 static inline struct piece_body *piece_bodies(const struct pieces *p, uint32_t group)
@@ -158,28 +161,46 @@ static inline void border_get_many(const struct pieces *p, int e, uint32_t group
         x[k] = border_get(p, e + k, group);
 }
 
+/* Column `piece` of rows of the border in every lane */
+static inline void border_column(const struct pieces *p, int e, uint32_t piece, num *x, int count)
+{
+    for (int k = 0; k < count; k++)
+        x[k] = num_of(p->border[(size_t)(e + k) * p->width + piece]);
+}
+
+static inline void border_put_column(const struct pieces *p, int e, uint32_t piece, svec x)
+{
+    const num out[6] = {x.w.x, x.w.y, x.w.z, x.v.x, x.v.y, x.v.z};
+    for (int k = 0; k < 6; k++)
+        p->border[(size_t)(e + k) * p->width + piece] = num_lane(out[k], 0);
+}
+
 /* pieces.c: memory and constants */
 size_t TFA_V(pieces_walk)(const struct tfa_model *m, void *base, struct pieces **out);
 struct pieces *TFA_V(pieces_init)(const struct tfa_model *m, void *memory);
 
-/* pieces_motion.c: X of every body, velocities and what they are wrong by at the borders. BORDER_V from
- * BORDER_MOVED and that of the ground */
+/* pieces_motion.c: X of every body, velocities and what they are wrong by at the borders. BORDER_DV
+ * from BORDER_V and BORDER_MOVED */
 void TFA_V(pieces_motion)(struct pieces *p);
-void TFA_V(pieces_travel)(const struct pieces *p, svec ground);
+void TFA_V(pieces_close_gaps)(const struct pieces *p);
 
 /* pieces_last.c: x of the last row of each piece, in place of BORDER_B */
 void TFA_V(pieces_last)(struct pieces *p);
 
-/* pieces_solve.c: factors of all rows but the pieces' last; qdd; qdd += M^-1 rhs with kept factors, and
- * the sums of squares */
+/* pieces_solve.c: factors of all rows but the pieces' last; with them, the same rows of another
+ * rhs; qdd; qdd += M^-1 rhs with kept factors, and the sums of squares. The last two leave BORDER_V
+ * and BORDER_FORCE of the solution. */
 void TFA_V(pieces_factor)(struct pieces *p);
+void TFA_V(pieces_eliminate)(struct pieces *p);
 void TFA_V(pieces_forward)(struct pieces *p);
 void TFA_V(pieces_correct)(struct pieces *p);
 
 /* pieces_lambda.c: Lambda^-1 of a checked request for one tip on the last body */
 void TFA_V(pieces_lambda)(struct pieces *p, const tfa_request *r, double *lambda);
 
-/* pieces_residual.c: rhs = tau - RNEA(qdd), shaken (shake.h) or not */
+/* pieces_residual.c: rhs = tau - RNEA(qdd), shaken (shake.h) or not; rhs of the joint before each
+ * piece from that of the piece before */
 void TFA_V(pieces_residual)(struct pieces *p, int shaken);
+void TFA_V(pieces_tell_next)(const struct pieces *p);
 
 #endif

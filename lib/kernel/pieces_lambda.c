@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Lambda^-1 of a tip on the last body of a chain in pieces: the one-sided form of TFA (lambda_tfa.c)
- * with blocks of five. The unit wrenches P stand in the last row only,
+ * Lambda^-1 of a tip on the last body of a chain in pieces: the one-sided form of TFA
+ * (lambda_tfa.c) with blocks of five. Right-hand sides are what the unit wrenches P do to the
+ * joints,
  *
- *   b_N = -W^T I_N^-1 P,   Lambda^-1 = P^T I_N^-1 (W x_N + P)
+ *   tau_i = H^T P_i,   Lambda^-1 = P^T I_N^-1 (W x_N + Wa tau_N)
  *
  * so that the rows inside the pieces are eliminated and never found again: of the last body's piece
  * the row itself, of all pieces their last rows.
@@ -55,46 +56,68 @@ static void unit_columns(const struct pieces *p, struct tip tip, const tfa_reque
     unit_wrenches(R, at, P);
 }
 
-/* x of the tip's row for the right-hand side b. The first call factors the last rows. */
-static vec5 tip_row(struct pieces *p, struct tip tip, vec5 b, int what)
+/* BORDER_BEHIND: a wrench on the tip as the last body of each piece feels it, and filling behind
+ * the tip */
+static void carry_borders(const struct pieces *p, struct tip tip, svec P)
 {
-    const struct piece_factors *f = &piece_rows(p, tip.group)[tip.row].factors;
-    const int last = tip.row == p->rows;
-    vec5 y = b, left;
-    for (int k = 0; k < 5; k++) {
-        double *own = p->border + (size_t)(BORDER_B + k) * p->width;
-        double *shares = p->border + (size_t)(BORDER_LEFT_B + k) * p->width;
-        for (uint32_t l = 0; l < p->pieces; l++)
-            own[l] = shares[l] = 0;
+    const struct piece_row *r = piece_rows(p, tip.group);
+    num *numbers = &P.w.x;
+    for (uint32_t l = tip.piece + 1; l < p->pieces; l++)
+        border_put_column(p, BORDER_BEHIND, l, sv_zero());
+    border_put_column(p, BORDER_BEHIND, tip.piece, P);
+    for (uint32_t k = tip.row; k > 0; k--)
+        P = x_t_force(&r[k].X, P);
+    for (int e = 0; e < 6; e++) /* of the tip's lane in all of them */
+        numbers[e] = num_of(num_lane(numbers[e], tip.lane));
+    for (uint32_t l = tip.piece; l-- > 0;) {
+        place X;
+        border_put_column(p, BORDER_BEHIND, l, P);
+        border_column(p, BORDER_PLACE, l, &X.E.xx, 12);
+        P = x_t_force(&X, P);
     }
-    if (!last) {
-        vec5 scaled, share = {{num_of(0), num_of(0), num_of(0), num_of(0), num_of(0)}};
-        s5_lower(&f->M, &y);
-        scaled = y;
-        s5_scale(&f->M, &scaled);
-        v5_take_t(&share, &f->ZL, &scaled);
-        for (int k = 0; k < 5; k++)
-            p->border[(size_t)(BORDER_LEFT_B + k) * p->width + tip.piece] =
-                num_lane(share.x[k], tip.lane);
-    } else {
-        for (int k = 0; k < 5; k++)
-            p->border[(size_t)(BORDER_B + k) * p->width + tip.piece] = num_lane(b.x[k], tip.lane);
+}
+
+/* From the last body of each piece inward; filling hands on what it has. */
+static void carry_group(void *context, uint32_t g, uint32_t worker)
+{
+    const struct pieces *p = context;
+    const struct piece_body *b = piece_bodies(p, g);
+    struct piece_row *r = piece_rows(p, g);
+    svec P;
+    (void)worker;
+    border_get_many(p, BORDER_BEHIND, g, &P.w.x, 6);
+    for (uint32_t k = p->rows; k > 0; k--) {
+        const svec inboard = x_t_force(&r[k].X, P);
+        const num *from = &inboard.w.x;
+        num *to = &P.w.x;
+        r[k].rhs = P.w.z * b[k].live;
+        for (int e = 0; e < 6; e++)
+            to[e] = num_select(b[k].live > num_of(0), from[e], to[e]);
     }
+}
+
+/* Force on the tip's body by the right-hand side of P */
+static svec tip_force(struct pieces *p, struct tip tip, svec P, int what)
+{
+    const struct piece_row *r = &piece_rows(p, tip.group)[tip.row];
+    vec5 x, left;
+    carry_borders(p, tip, P);
+    crew_run(p->crew, carry_group, p, p->groups);
+    TFA_V(pieces_tell_next)(p);
+    TFA_V(pieces_eliminate)(p);
     p->what = what;
     TFA_V(pieces_last)(p);
     for (int k = 0; k < 5; k++) {
-        const double *x = p->border + (size_t)(BORDER_B + k) * p->width + tip.piece;
-        if (last)
-            y.x[k] = num_of(*x);
-        else
-            left.x[k] = num_of(tip.piece > 0 ? x[-1] : 0);
+        const double *found = p->border + (size_t)(BORDER_B + k) * p->width + tip.piece;
+        x.x[k] = tip.row == p->rows ? num_of(*found) : r->factors.y.x[k];
+        left.x[k] = num_of(tip.piece > 0 ? found[-1] : 0);
     }
-    if (!last) {
-        v5_take(&y, &f->ZL, &left);
-        s5_scale(&f->M, &y);
-        s5_upper(&f->M, &y);
+    if (tip.row < p->rows) { /* nothing is outboard of it */
+        v5_take(&x, &r->factors.ZL, &left);
+        s5_scale(&r->factors.M, &x);
+        s5_upper(&r->factors.M, &x);
     }
-    return y;
+    return v5_with(x, P.w.z);
 }
 
 void TFA_V(pieces_lambda)(struct pieces *p, const tfa_request *r, double *lambda)
@@ -104,11 +127,8 @@ void TFA_V(pieces_lambda)(struct pieces *p, const tfa_request *r, double *lambda
     svec P[6], a[6];
     TFA_V(pieces_factor)(p);
     unit_columns(p, tip, r, P);
-    for (int e = 0; e < 6; e++) {
-        const vec5 rhs = v5_of(sv_scale(s6_mul(&b->Iinv, P[e]), num_of(-1)));
-        const vec5 x = tip_row(p, tip, rhs, e == 0 ? PIECES_FACTOR : 0);
-        a[e] = s6_mul(&b->Iinv, sv_add(v5_with(x, num_of(0)), P[e]));
-    }
+    for (int e = 0; e < 6; e++)
+        a[e] = s6_mul(&b->Iinv, tip_force(p, tip, P[e], e == 0 ? PIECES_FACTOR : 0));
     for (int e = 0; e < 6; e++)
         for (int f = 0; f < 6; f++) {
             const num both = sv_dot(P[e], a[f]) + sv_dot(P[f], a[e]);

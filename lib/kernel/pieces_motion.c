@@ -60,27 +60,14 @@ static void step_group(void *context, uint32_t g, uint32_t worker)
     border_put_many(p, BORDER_MOVED, g, &v.w.x, 6);
 }
 
-/* Column `piece` of rows of the border in every lane */
-static void border_column(const struct pieces *p, int e, uint32_t piece, num *x, int count)
-{
-    for (int k = 0; k < count; k++)
-        x[k] = num_of(p->border[(size_t)(e + k) * p->width + piece]);
-}
-
-static void put_column(const struct pieces *p, int e, uint32_t piece, svec x)
-{
-    const num out[6] = {x.w.x, x.w.y, x.w.z, x.v.x, x.v.y, x.v.z};
-    for (int k = 0; k < 6; k++)
-        p->border[(size_t)(e + k) * p->width + piece] = num_lane(out[k], 0);
-}
-
 /* Before piece l + 1 from before piece l. The same in every lane. */
-void TFA_V(pieces_travel)(const struct pieces *p, svec v)
+static void travel(const struct pieces *p)
 {
+    svec v = sv_zero();
     for (uint32_t l = 0; l < p->pieces; l++) {
         place X;
         svec moved;
-        put_column(p, BORDER_V, l, v);
+        border_put_column(p, BORDER_V, l, v);
         border_column(p, BORDER_PLACE, l, &X.E.xx, 12);
         border_column(p, BORDER_MOVED, l, &moved.w.x, 6);
         v = sv_add(x_motion(&X, v), moved);
@@ -89,10 +76,10 @@ void TFA_V(pieces_travel)(const struct pieces *p, svec v)
 
 /* The rounding of a whole piece's transform, by which no velocity may jump where pieces meet:
  *   dv before piece l + 1 = X dv before piece l + (v of its last body - v before piece l + 1) */
-static void correct_borders(const struct pieces *p)
+void TFA_V(pieces_close_gaps)(const struct pieces *p)
 {
     svec dv = sv_zero();
-    put_column(p, BORDER_DV, 0, dv);
+    border_put_column(p, BORDER_DV, 0, dv);
     for (uint32_t l = 0; l + 1 < p->pieces; l++) {
         place X;
         svec moved, v;
@@ -100,7 +87,7 @@ static void correct_borders(const struct pieces *p)
         border_column(p, BORDER_MOVED, l, &moved.w.x, 6);
         border_column(p, BORDER_V, l + 1, &v.w.x, 6);
         dv = sv_add(x_motion(&X, dv), sv_sub(moved, v));
-        put_column(p, BORDER_DV, l + 1, dv);
+        border_put_column(p, BORDER_DV, l + 1, dv);
     }
 }
 
@@ -109,7 +96,7 @@ void TFA_V(pieces_motion)(struct pieces *p)
     crew_run(p->crew, move_group, p, p->groups);
     if (!p->moving)
         return;
-    TFA_V(pieces_travel)(p, sv_zero());
+    travel(p);
     crew_run(p->crew, step_group, p, p->groups);
-    correct_borders(p);
+    TFA_V(pieces_close_gaps)(p);
 }

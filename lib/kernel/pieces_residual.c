@@ -1,9 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The residual tau - RNEA(qdd) of a chain in pieces: accelerations as velocities in pieces_motion.c,
- * first on a body at rest, then on the one before; forces likewise, inward. Shaken as in rnea.c, the
- * same in every piece.
+ * The residual tau - RNEA(qdd) of a chain in pieces. Each piece starts from the acceleration of the
+ * body before it and from the force behind it that the solution has (BORDER_V, BORDER_FORCE), and
+ * ends on a slightly different value than its neighbour started from. These gaps follow from one
+ * another along the borders,
+ *
+ *   da before piece l + 1 = X da before piece l + (a of its last body - a before piece l + 1)
+ *   df behind piece l     = X^T df behind piece l + 1 + (f of its first joint - f that piece l had)
+ *
+ * and the pieces carry them to all their bodies. So every joint's acceleration and force differs
+ * from RNEA's by roundings of its own size. A piece that starts on a body at rest would lose
+ * roundings of what the whole piece adds up to, which in light bodies between heavy ones is a
+ * million times more. Shaken as in rnea.c; the small da and df need no shaking.
  */
 #include "kernel/hinge.h"
 #include "kernel/pieces.h"
@@ -49,42 +58,42 @@ static inline svec row_force(const struct pieces *p, const struct piece_body *b,
     return sv_add(f, cross_force(shake_svec(r[k].v, &turn), momentum));
 }
 
-/* Each piece on a body at rest */
+/* a of each body, from the one that the solution has before the piece; of the last one to the
+ * border */
 static inline __attribute__((always_inline)) void move(const struct pieces *p, uint32_t g,
                                                        int shaken)
 {
-    const struct piece_row *r = piece_rows(p, g);
-    place whole = row_place(r, 1, shaken);
-    svec a = row_motion(p, r, 1, &whole, sv_zero(), shaken);
-    for (uint32_t k = 2; k <= p->rows; k++) {
+    struct piece_row *r = piece_rows(p, g);
+    svec a;
+    border_get_many(p, BORDER_V, g, &a.w.x, 6);
+    for (uint32_t k = 1; k <= p->rows; k++) {
         const place X = row_place(r, k, shaken);
-        a = row_motion(p, r, k, &X, a, shaken);
-        if (shaken)
-            whole = x_then(&whole, &X);
+        a = r[k].a = row_motion(p, r, k, &X, a, shaken);
     }
-    if (shaken)
-        border_put_many(p, BORDER_PLACE, g, &whole.E.xx, 12);
     border_put_many(p, BORDER_MOVED, g, &a.w.x, 6);
 }
 
-/* f of each body, and what they sum up to on the body before the piece */
+/* rhs = tau - H^T f with the force behind the piece that the solution has; the force on the body
+ * before the piece to the border */
 static inline __attribute__((always_inline)) void press(const struct pieces *p, uint32_t g,
                                                         int shaken)
 {
     const struct piece_body *b = piece_bodies(p, g);
     struct piece_row *r = piece_rows(p, g);
-    svec a, f = sv_zero();
-    border_get_many(p, BORDER_V, g, &a.w.x, 6);
+    svec da, f;
+    border_get_many(p, BORDER_DV, g, &da.w.x, 6);
     for (uint32_t k = 1; k <= p->rows; k++) {
-        const place X = row_place(r, k, shaken);
-        a = row_motion(p, r, k, &X, a, shaken);
-        r[k].f = row_force(p, b, r, k, a, shaken);
+        da = x_motion(&r[k].X, da);
+        r[k].a = sv_add(r[k].a, da);
     }
+    border_get_many(p, BORDER_BEHIND, g, &f.w.x, 6);
     for (uint32_t k = p->rows; k > 0; k--) {
         const place X = row_place(r, k, shaken);
-        f = x_t_force(&X, sv_add(f, r[k].f));
+        f = sv_add(f, row_force(p, b, r, k, r[k].a, shaken));
+        r[k].rhs = r[k].tau - f.w.z;
+        f = x_t_force(&X, f);
     }
-    border_put_many(p, BORDER_FORCE, g, &f.w.x, 6);
+    border_put_many(p, BORDER_PRESSED, g, &f.w.x, 6);
 }
 
 /* To its joints' places in the array for the judge */
@@ -95,24 +104,22 @@ static inline void give_residual(const struct pieces *p, const struct piece_body
             p->residual[b->v[l]] = num_lane(rest, l);
 }
 
-/* rhs = tau - H^T f, with the force of the pieces behind */
+/* rhs -= H^T df, what the force behind the piece was wrong by */
 static inline __attribute__((always_inline)) void compare(const struct pieces *p, uint32_t g,
                                                           int shaken)
 {
     const struct piece_body *b = piece_bodies(p, g);
     struct piece_row *r = piece_rows(p, g);
-    svec f;
-    border_get_many(p, BORDER_BEHIND, g, &f.w.x, 6);
+    svec df;
+    border_get_many(p, BORDER_BEHIND, g, &df.w.x, 6);
     for (uint32_t k = p->rows; k > 0; k--) {
-        const place X = row_place(r, k, shaken);
-        f = sv_add(f, r[k].f);
-        r[k].rhs = (r[k].tau - f.w.z) * b[k].live;
+        r[k].rhs = (r[k].rhs - df.w.z) * b[k].live;
         if (shaken) { /* with the sign that cannot cancel the rest */
             const num e = num_abs(r[k].tau) * NUM_EPSILON;
             r[k].rhs += num_select(r[k].rhs < num_of(0), -e, e);
             give_residual(p, &b[k], r[k].rhs);
         }
-        f = x_t_force(&X, f);
+        df = x_t_force(&r[k].X, df);
     }
 }
 
@@ -130,27 +137,34 @@ PIECES_TASK(move)
 PIECES_TASK(press)
 PIECES_TASK(compare)
 
-/* Force behind piece l from that behind piece l + 1. The same in every lane. */
-static void push_borders(const struct pieces *p)
+/* BORDER_BEHIND: the force behind each piece that the solution has on the body before the next one
+ */
+static void set_behind(const struct pieces *p)
 {
-    svec f = sv_zero();
-    for (uint32_t l = p->pieces; l-- > 0;) {
-        const num out[6] = {f.w.x, f.w.y, f.w.z, f.v.x, f.v.y, f.v.z};
-        num x[18];
-        for (uint32_t k = 0; k < 6; k++)
-            p->border[(size_t)(BORDER_BEHIND + k) * p->width + l] = num_lane(out[k], 0);
-        for (uint32_t k = 0; k < 12; k++)
-            x[k] = num_of(p->border[(size_t)(BORDER_PLACE + k) * p->width + l]);
-        for (uint32_t k = 0; k < 6; k++)
-            x[12 + k] = num_of(p->border[(size_t)(BORDER_FORCE + k) * p->width + l]);
-        const place X = {{x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8]},
-                         {x[9], x[10], x[11]}};
-        f = sv_add(x_t_force(&X, f), sv_from(x + 12));
+    for (int e = 0; e < 6; e++) {
+        double *behind = p->border + (size_t)(BORDER_BEHIND + e) * p->width;
+        const double *found = p->border + (size_t)(BORDER_FORCE + e) * p->width;
+        for (uint32_t l = 0; l < p->pieces; l++)
+            behind[l] = l + 1 < p->pieces ? found[l + 1] : 0;
     }
 }
 
-/* The joint before each piece has what that of the piece before found. */
-static void tell_next(const struct pieces *p)
+/* BORDER_BEHIND: what that force was wrong by */
+static void push_borders(const struct pieces *p)
+{
+    svec df = sv_zero();
+    for (uint32_t l = p->pieces; l-- > 0;) {
+        place X;
+        svec pressed, found;
+        border_put_column(p, BORDER_BEHIND, l, df);
+        border_column(p, BORDER_PLACE, l, &X.E.xx, 12);
+        border_column(p, BORDER_PRESSED, l, &pressed.w.x, 6);
+        border_column(p, BORDER_FORCE, l, &found.w.x, 6);
+        df = sv_add(x_t_force(&X, df), sv_sub(pressed, found));
+    }
+}
+
+void TFA_V(pieces_tell_next)(const struct pieces *p)
 {
     for (uint32_t piece = 1; piece < p->pieces; piece++) {
         const struct piece_row *from = &piece_rows(p, (piece - 1) / NUM_LANES)[p->rows];
@@ -162,10 +176,12 @@ static void tell_next(const struct pieces *p)
 void TFA_V(pieces_residual)(struct pieces *p, int shaken)
 {
     p->what = shaken ? PIECES_SHAKEN : 0;
+    border_put_column(p, BORDER_V, 0, (svec){v3_zero(), v3_neg(p->gravity)});
     crew_run(p->crew, move_group, p, p->groups);
-    TFA_V(pieces_travel)(p, (svec){v3_zero(), v3_neg(p->gravity)});
+    TFA_V(pieces_close_gaps)(p);
+    set_behind(p);
     crew_run(p->crew, press_group, p, p->groups);
     push_borders(p);
     crew_run(p->crew, compare_group, p, p->groups);
-    tell_next(p);
+    TFA_V(pieces_tell_next)(p);
 }

@@ -207,6 +207,21 @@ static inline void give(const struct pieces *p, const struct piece_body *b, stru
             p->qdd[b->v[l]] = num_lane(r->qdd, l);
 }
 
+/* What the residual starts from, of the solution or of what is added to it: acceleration of the body
+ * before a piece, force of the piece on it */
+static inline void leave_border(const struct pieces *p, uint32_t g, svec a, svec f, int what)
+{
+    if (!(what & PIECES_BIAS)) {
+        svec before;
+        border_get_many(p, BORDER_V, g, &before.w.x, 6);
+        a = sv_add(a, before);
+        border_get_many(p, BORDER_FORCE, g, &before.w.x, 6);
+        f = sv_add(f, before);
+    }
+    border_put_many(p, BORDER_V, g, &a.w.x, 6);
+    border_put_many(p, BORDER_FORCE, g, &f.w.x, 6);
+}
+
 /* qdd of all joints but the last one of each piece, which needs the force behind it */
 static inline __attribute__((always_inline)) void substitute(const struct pieces *p, uint32_t g,
                                                              int what)
@@ -224,9 +239,12 @@ static inline __attribute__((always_inline)) void substitute(const struct pieces
     for (uint32_t k = last; k-- > 0;) {
         x = k > 0 ? row_back(&r[k].factors, &left, &x) : left;
         const svec own = v5_with(x, r[k].rhs);
-        svec net = sv_sub(own, x_t_force(&r[k + 1].X, F));
+        const svec outboard = x_t_force(&r[k + 1].X, F);
+        svec net = sv_sub(own, outboard);
         if (what & PIECES_BIAS)
             net = sv_sub(net, r[k].p);
+        if (k == 0)
+            leave_border(p, g, s6_mul(&b->Iinv, net), outboard, what);
         const vec3 a = angular(&b[k].Iinv, net);
         const mat3 *E = &r[k + 1].X.E;
         const num carried = v3_dot(v3(E->zx, E->zy, E->zz), a);
@@ -291,9 +309,14 @@ void TFA_V(pieces_forward)(struct pieces *p)
     finish(p);
 }
 
-void TFA_V(pieces_correct)(struct pieces *p)
+void TFA_V(pieces_eliminate)(struct pieces *p)
 {
     p->what = 0;
     crew_run(p->crew, eliminate_group, p, p->groups);
+}
+
+void TFA_V(pieces_correct)(struct pieces *p)
+{
+    TFA_V(pieces_eliminate)(p);
     finish(p);
 }

@@ -38,6 +38,7 @@ struct scan_segment {
     num EA[M6_NUMBERS];     /* E^-1 A */
     svec v, g;              /* a_out and f_in without a_in and f_out; then v at a_in = 0 */
     svec a_in, f_out;       /* what it gets from the scan: frames of the body before, of its end */
+    svec a_end;             /* what its last body does with them */
 };
 
 struct scan {
@@ -60,6 +61,9 @@ void TFA_V(scan_join_segments)(struct scan *scan);
 void TFA_V(scan_inward)(struct scan *scan);
 /* accelerations over the cuts, outward from the ground's, and the forces that the cuts pass on. */
 void TFA_V(scan_outward)(struct scan *scan, svec ground);
+/* what is to be added to a_in and f_out, in their place: each segment ends on an acceleration that the
+ * next one has not started from. */
+void TFA_V(scan_close_gaps)(struct scan *scan);
 
 /* One segment inward: U, D, IA of its bodies and their P, its element. `outer`, the articulated
  * inertia beyond the cut, goes on its end; NULL: that of the next bodies, from their constants and
@@ -69,9 +73,12 @@ void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, 
 /* One segment inward: u of its joints, v and g */
 void TFA_V(scan_segment_inward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
                                 struct scan_segment *segment, const num *tau, int bias);
-/* One segment outward from a_in and f_out: qdd of its joints */
+/* One segment outward from a_in and f_out: qdd of its joints, a_end */
 void TFA_V(scan_segment_outward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
-                                 const struct scan_segment *segment, num *qdd, int bias);
+                                 struct scan_segment *segment, num *qdd, int bias);
+/* What a_in and f_out from scan_close_gaps add to qdd */
+void TFA_V(scan_segment_correct)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
+                                 const struct scan_segment *segment, num *qdd);
 
 /* Both methods. Factors: a second pass for segments whose cut is `light` or lighter (scan_meet).
  * Solve: any number of times. Always TFA_OK; a singular M gives answers that are not finite. */

@@ -212,7 +212,7 @@ static inline void take_force(struct state *s, uint32_t i, const struct scan_bod
 }
 
 void TFA_V(scan_segment_outward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
-                                 const struct scan_segment *segment, num *qdd, int bias)
+                                 struct scan_segment *segment, num *qdd, int bias)
 {
     const int last = segment->end == chain->length;
     svec a = segment->a_in;
@@ -222,5 +222,38 @@ void TFA_V(scan_segment_outward)(struct state *s, const struct tfa_chain *chain,
             take_force(s, i, &scan->body[k], segment->f_out);
         unfold(s, i, a, qdd, chain_products(s, bias));
         a = s->a[i];
+    }
+    segment->a_end = a;
+}
+
+static inline void clear_force(struct state *s, uint32_t i)
+{
+    const struct tfa_body *b = &s->body[i];
+    if (b->n == 1)
+        s->u[i] = 0;
+    for (uint32_t k = 0; b->n > 1 && k < b->n; k++)
+        s->multi[b->multi].u[k] = 0;
+}
+
+void TFA_V(scan_segment_correct)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
+                                 const struct scan_segment *segment, num *qdd)
+{
+    const int last = segment->end == chain->length;
+    svec da = segment->a_in;
+    for (uint32_t k = segment->first; k < segment->end; k++) {
+        const uint32_t i = chain->body[k];
+        const struct tfa_body *b = &s->body[i];
+        const svec a = s->a[i];
+        num before[6];
+        for (uint32_t j = 0; j < b->n; j++)
+            before[j] = qdd[b->v + j];
+        clear_force(s, i);
+        if (!last)
+            take_force(s, i, &scan->body[k], segment->f_out);
+        unfold(s, i, da, qdd, 0);
+        da = s->a[i];
+        s->a[i] = sv_add(a, da);
+        for (uint32_t j = 0; j < b->n; j++)
+            qdd[b->v + j] += before[j];
     }
 }

@@ -78,6 +78,14 @@ int TFA_V(strips_join)(struct scan_segment *segments, struct tfa_strip_ends *end
     return again;
 }
 
+static void put_passed(const struct scan_segment *segments, struct tfa_strip_ends *ends)
+{
+    for (uint32_t k = 0; k < ends->count; k++) {
+        put_vector(ends->a_in, k, segments[k].a_in);
+        put_vector(ends->f_out, k, segments[k].f_out);
+    }
+}
+
 void TFA_V(strips_pass)(struct scan_segment *segments, struct tfa_strip_ends *ends,
                         const double gravity[3])
 {
@@ -89,10 +97,16 @@ void TFA_V(strips_pass)(struct scan_segment *segments, struct tfa_strip_ends *en
     }
     TFA_V(scan_inward)(&scan);
     TFA_V(scan_outward)(&scan, ground);
-    for (uint32_t k = 0; k < ends->count; k++) {
-        put_vector(ends->a_in, k, segments[k].a_in);
-        put_vector(ends->f_out, k, segments[k].f_out);
-    }
+    put_passed(segments, ends);
+}
+
+void TFA_V(strips_close)(struct scan_segment *segments, struct tfa_strip_ends *ends)
+{
+    struct scan scan = {.segments = ends->count, .segment = segments};
+    for (uint32_t k = 0; k < ends->count; k++)
+        segments[k].a_end = fetch_vector(ends->a_end, k);
+    TFA_V(scan_close_gaps)(&scan);
+    put_passed(segments, ends);
 }
 
 size_t TFA_V(strips_bytes)(void)

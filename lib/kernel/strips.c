@@ -9,7 +9,7 @@
  *   open:    sines and poses; the velocity of each end while the body before rests
  *   travel:  velocities
  *   inward:  U, D, u, psi of every joint, and the element of every segment
- *   outward: accelerations
+ *   outward: accelerations, twice: each segment from its own, then what the ends say was wrong
  */
 #include "kernel/strips.h"
 
@@ -319,25 +319,23 @@ static inline void unload(const struct strips *s, uint32_t g, uint32_t t, num x)
 static inline void outward(struct strips *s, uint32_t g, int moving)
 {
     const size_t first = (size_t)g * s->steps;
-    svec a = get_end_vector(s->ends->a_in, g);
+    svec a = get_end_vector(s->ends->a_in, g), end = a;
     num f[6];
-    num_mask finite = num_of(0) == num_of(0);
     get_end(s->ends->f_out, g, f, 6);
     for (uint32_t t = 0; t < s->steps; t++) {
-        const struct step *x = &s->step[first + t];
+        struct step *x = &s->step[first + t];
         num u = x->u;
         a = x_motion(&x->X, a);
         if (moving)
             a = sv_add(a, hinge_products(x->v, s->qd[first + t]));
         for (int e = 0; e < 6; e++)
             u -= x->psi[e] * f[e];
-        const num qdd = x->Dinv * (u - sv_dot(x->U, a));
-        a.w.z += qdd;
-        finite &= (qdd - qdd == num_of(0)) | (num_of(t) >= s->length[g]);
-        if (s->reply->qdd)
-            unload(s, g, t, qdd);
+        x->u = x->Dinv * (u - sv_dot(x->U, a)); /* qdd from here on */
+        a.w.z += x->u;
+        if (t + 1 >= s->cut.shortest)
+            replace(s->length[g] == num_of(t + 1), &end.w.x, &a.w.x, 6);
     }
-    s->finite[g] = finite;
+    put_end_vector(s->ends->a_end, g, end);
 }
 
 static void outward_task(void *context, uint32_t part, uint32_t worker)
@@ -348,6 +346,35 @@ static void outward_task(void *context, uint32_t part, uint32_t worker)
         outward(s, part, 1);
     else
         outward(s, part, 0);
+}
+
+/* What a_in and f_out were wrong by, to all bodies of the segment */
+static void correct(struct strips *s, uint32_t g)
+{
+    const size_t first = (size_t)g * s->steps;
+    svec da = get_end_vector(s->ends->a_in, g);
+    num f[6];
+    num_mask finite = num_of(0) == num_of(0);
+    get_end(s->ends->f_out, g, f, 6);
+    for (uint32_t t = 0; t < s->steps; t++) {
+        const struct step *x = &s->step[first + t];
+        num u = num_of(0);
+        da = x_motion(&x->X, da);
+        for (int e = 0; e < 6; e++)
+            u -= x->psi[e] * f[e];
+        const num more = x->Dinv * (u - sv_dot(x->U, da)), qdd = x->u + more;
+        da.w.z += more;
+        finite &= (qdd - qdd == num_of(0)) | (num_of(t) >= s->length[g]);
+        if (s->reply->qdd)
+            unload(s, g, t, qdd);
+    }
+    s->finite[g] = finite;
+}
+
+static void correct_task(void *context, uint32_t part, uint32_t worker)
+{
+    (void)worker;
+    correct(context, part);
 }
 
 /* ---- the answer ---- */
@@ -385,6 +412,8 @@ static int answer(struct strips *s, struct tfa_crew *crew, const tfa_request *re
     }
     s->one->strips_pass(s->segments, s->ends, request->gravity ? request->gravity : s->m->gravity);
     crew_run(crew, outward_task, s, s->groups);
+    s->one->strips_close(s->segments, s->ends);
+    crew_run(crew, correct_task, s, s->groups);
     for (uint32_t g = 0; g < s->groups; g++) {
         finite &= num_all(s->finite[g]);
         safe &= num_all(s->margin[g] >= 0);

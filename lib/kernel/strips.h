@@ -21,8 +21,10 @@
     X(A, 36, "element")                                                                            \
     X(C, 36, "upper triangle")                                                                     \
     X(J, 36, "")                                                                                   \
-    X(a_end, 6, "a_out without a_in and f_out")                                                    \
-    X(g, 6, "f_in without a_in and f_out") X(a_in, 6, "from the scan") X(f_out, 6, "from the scan")
+    X(a_end, 6, "a_out without a_in and f_out; then with them")                                    \
+    X(g, 6, "f_in without a_in and f_out")                                                         \
+    X(a_in, 6, "from the scan; then what is to be added to it")                                    \
+    X(f_out, 6, "the same")
 
 /* Every array is a whole number of vectors, the first at the front. */
 struct tfa_strip_ends {

@@ -74,6 +74,8 @@ struct tfa_kernel {
     /* a_in and f_out from a_end and g. */
     void (*strips_pass)(struct scan_segment *segments, struct tfa_strip_ends *ends,
                         const double gravity[3]);
+    /* what is to be added to both, from the a_end that they led to. */
+    void (*strips_close)(struct scan_segment *segments, struct tfa_strip_ends *ends);
 
     /* From now on refinement in s has its residual from `wider`, which outlives s. */
     void (*widen)(struct state *s, const struct tfa_wider *wider);

@@ -177,20 +177,25 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     accelerations(s, chain, rows, qdd, bias);
 }
 
-/* F = A^-1 B tau for six right-hand sides in one go */
-static struct row *six_forces(struct state *s, const struct tfa_chain *chain, void *rows,
-                              const num *tau, size_t stride)
+void TFA_V(tfa_forward_six)(struct state *s, const struct tfa_chain *chain, struct row *row,
+                            const num *tau, size_t stride)
 {
     static const num none[36];
-    struct row *row = rows;
     for (uint32_t k = 0; k < chain->length; k++) {
         const struct tfa_body *b = &s->body[chain->body[k]];
         for (int e = 0; e < 36; e++)
             row[k].F[e] = num_of(0);
         row_forward(b, &row[k], k > 0 ? &row[k - 1] : NULL, none, tau + stride * b->v, stride, 6);
     }
-    back(chain, row, 6);
-    return row;
+}
+
+/* F = A^-1 B tau for six right-hand sides in one go */
+static struct row *six_forces(struct state *s, const struct tfa_chain *chain, void *rows,
+                              const num *tau, size_t stride)
+{
+    TFA_V(tfa_forward_six)(s, chain, rows, tau, stride);
+    back(chain, rows, 6);
+    return rows;
 }
 
 const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, bytes, factor, solve, six_forces};

@@ -70,6 +70,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .strips_travel = TFA_V(strips_travel),
     .strips_join = TFA_V(strips_join),
     .strips_pass = TFA_V(strips_pass),
+    .strips_close = TFA_V(strips_close),
     .widen = widen,
     .load = load,
     .add = TFA_V(wider_add),

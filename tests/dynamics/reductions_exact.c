@@ -19,7 +19,7 @@
 #include "reductions.h"
 
 #define BOUND 1e-13
-/* Lambda^-1 of TFA is not refined, and one-sided it is a difference (methods.md, section 5). */
+/* Lambda^-1 of TFA one-sided is not refined. */
 #define TFA_LAMBDA 2e-11
 #define STATES 2
 #define WRENCHES 2

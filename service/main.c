@@ -268,10 +268,10 @@ static int serve(config *settings)
 static int check(const config *settings)
 {
     fleet f;
-    int status = fleet_load(settings, &f);
+    const int identity = tfa_identity_check(settings), status = fleet_load(settings, &f);
     if (status == TFA_OK)
         fleet_unload(&f);
-    return status == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
+    return status == TFA_OK && identity == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
 }
 
 /* ---- the command line ---- */
@@ -279,8 +279,8 @@ static int check(const config *settings)
 enum { KEY_CHECK = 'n', KEY_DUMP = 'd' };
 
 static const struct argp_option option_table[] = {
-    {"check", KEY_CHECK, NULL, 0, "Check the configuration and its robots, and end: 0 good, 2 not",
-     0},
+    {"check", KEY_CHECK, NULL, 0,
+     "Check the configuration, its robots, user and group, and end: 0 good, 2 not", 0},
     {"dump-config", KEY_DUMP, NULL, 0, "Print the configuration in effect, explained, and end", 0},
     {0}};
 

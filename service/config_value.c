@@ -95,7 +95,11 @@ static bool read_number(const char *text, double *value)
 /* Beyond 2^53 the value is rounded; every range ends far below. */
 static bool read_count(const char *text, double *value)
 {
-    return text[strspn(text, "0123456789")] == 0 && read_number(text, value);
+    uint64_t whole = UINT64_MAX;
+    if (tfa_whole_number_read(text, strlen(text), &whole) == TFA_NUMBER_MALFORMED)
+        return false;
+    *value = (double)whole;
+    return true;
 }
 
 /* Without separators, leading zeros and unit, the comma as a point: what was most likely meant.

@@ -315,10 +315,14 @@ int main(int argc, char **argv)
         .args_doc = "CONFIG.yaml",
         .doc = "Serves the robots of a configuration file until SIGTERM. SIGHUP reads the file and "
                "the robots again; SIGUSR1 logs the counters."};
+    static char help[] = "--help";
     arguments a = {0};
     config *settings;
     argp_program_version = "totalforced " TFA_VERSION;
     argp_err_exit_status = EXIT_USAGE;
+    for (int i = 1; i < argc; i++) /* argp knows -? only */
+        if (strcmp(argv[i], "-h") == 0)
+            argv[i] = help;
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &a);
     if (error)
         return EXIT_USAGE;

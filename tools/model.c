@@ -102,7 +102,8 @@ int command_model(int argc, char **argv)
         .options = option_table,
         .parser = parse,
         .args_doc = "FILE.urdf",
-        .doc = "Loads a URDF and reports what became of it: bodies before and after, masses, what "
+        .doc = "Loads a URDF (-: standard input) and reports what became of it: bodies before and "
+               "after, masses, what "
                "was merged, locked, fused, left out or repaired, how well each inertia can be "
                "inverted, the order of the joints, the plan.\v"
                "Errors, warnings and notes go to standard error as FILE:LINE: severity: text; with "

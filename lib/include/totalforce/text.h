@@ -8,6 +8,7 @@
 #define TOTALFORCE_TEXT_H
 
 #include <stddef.h>
+#include <stdint.h>
 #include <totalforce/status.h>
 
 #ifdef __cplusplus
@@ -28,6 +29,13 @@ typedef enum tfa_number_fault {
  * @param number  is written with TFA_NUMBER_OK only
  */
 TFA_API tfa_number_fault tfa_number_read(const char *text, size_t length, double *number);
+
+/**
+ * Reads a whole number: decimal digits and nothing else, no leading zero. Any thread.
+ *
+ * @param number  is written with TFA_NUMBER_OK only; TFA_NUMBER_OVERFLOW: beyond 2^64 - 1
+ */
+TFA_API tfa_number_fault tfa_whole_number_read(const char *text, size_t length, uint64_t *number);
 
 /** Name number `index` of a list. */
 typedef const char *(*tfa_list_name)(const void *list, size_t index);

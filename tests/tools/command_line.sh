@@ -155,6 +155,27 @@ says "$work/out" "link 'slide': its inertia has the principal moments"
 status 0 "$tool" model "$work/bent.urdf" --inertia warn
 says "$work/out" "1 warning [inertia-not-positive]"
 
+# the tree: merged links in brackets, joints that share a body, one that follows, branches
+status 0 "$tool" model --tree "$data/arm.urdf"
+cat >"$work/tree" <<'EOF'
+arm  (fixed base)  [base]
+`-- upper  (shoulder continuous)  3 kg
+    lower  (elbow revolute)  2.5 kg  [plate]
+    slide  (rail prismatic)  0.8 kg  [tool]
+EOF
+same "$work/out" "$work/tree" "the tree of the arm"
+status 0 "$tool" model --tree --mimic project --lock-massless-leaves "$data/hand.urdf"
+says "$work/out" '`-- palm  (pitch revolute + roll revolute)  0.6 kg  [cross, antenna]'
+says "$work/out" '    |-- left  (thumb prismatic)  0.1 kg'
+says "$work/out" '    `-- right  (finger prismatic that follows thumb)  0.1 kg'
+status 0 "$tool" model --tree --base floating "$data/arm.urdf"
+says "$work/out" '`-- base  (floating base)  5 kg'
+status 3 "$tool" model --tree --json "$data/arm.urdf"
+# branches of branches: as wide as 40 of them, not more
+"$tool" chain side-branches --bodies 2000 >"$work/comb.urdf"
+status 0 "$tool" model --tree "$work/comb.urdf"
+awk 'length > 260 { exit 1 } END { exit NR < 2000 }' "$work/out" || fail "the tree of a comb"
+
 # standard input in place of a file
 "$tool" model "$data/arm.urdf" --json >"$work/want" 2>"$work/err"
 "$tool" model - --json <"$data/arm.urdf" 2>"$work/err" | sed "s|\"(standard input)\"|\"$data/arm.urdf\"|; s|\"-\"|\"$data/arm.urdf\"|" >"$work/found"

@@ -137,9 +137,9 @@ typedef struct config {
 
     tfa_crossovers crossover; /* what the file `crossovers` holds, or those shipped */
 
-    char *file;        /* the file it came from */
-    void *raw;         /* what libcyaml allocated: strings and lists live there */
-    char *default_dir; /* runtime_dir when the file says nothing */
+    char *file;                       /* it came from */
+    struct yaml_document_s *document; /* what is in it: the texts live there */
+    char *default_dir;                /* runtime_dir when the file says nothing */
 } config;
 
 /**

@@ -14,7 +14,10 @@ static void dump_text(const char *text, FILE *out)
     for (; *text; text++) {
         if (*text == '"' || *text == '\\')
             fputc('\\', out);
-        fputc(*text, out);
+        if ((unsigned char)*text < ' ' || *text == 0x7f)
+            fprintf(out, "\\x%02x", (unsigned)*text);
+        else
+            fputc(*text, out);
     }
     fputc('"', out);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Every key of the configuration, once; and the libcyaml schema made of it.
+ * Every key of the configuration, once.
  */
 #include "config_table.h"
 
@@ -29,10 +29,6 @@ static const char *const backend_words[] = {"shm", "memfd", NULL};
 static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
 static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
 
-/* libcyaml's own type takes any unknown word for true */
-static const cyaml_strval_t bool_words[] = {{"false", 0}, {"no", 0},  {"off", 0},
-                                            {"true", 1},  {"yes", 1}, {"on", 1}};
-
 /* clang-format off */
 
 static const config_row armature_rows[] = {
@@ -41,7 +37,7 @@ static const config_row armature_rows[] = {
     {"value", CONFIG_NUMBER, AT(config_armature, value), .required = true, .live = true, .low = 0,
      .high = 1e6, .help = "Reflected rotor inertia, kg m^2 (revolute) or kg (prismatic)"},
     {0}};
-static config_table armature_table = {armature_rows, .size = sizeof(config_armature)};
+static const config_table armature_table = {armature_rows, sizeof(config_armature)};
 
 static const config_row lock_rows[] = {
     {"joint", CONFIG_TEXT, AT(config_lock, joint), .required = true, .live = true,
@@ -52,7 +48,7 @@ static const config_row lock_rows[] = {
      .entry = CONFIG_NUMBER,
      .help = "In place of q: planar x y theta; floating x y z and quaternion x y z w"},
     {0}};
-static config_table lock_table = {lock_rows, .size = sizeof(config_lock)};
+static const config_table lock_table = {lock_rows, sizeof(config_lock)};
 
 static const config_row payload_rows[] = {
     {"link", CONFIG_TEXT, AT(config_payload, link), .required = true, .live = true,
@@ -65,7 +61,7 @@ static const config_row payload_rows[] = {
      .entry = CONFIG_NUMBER,
      .help = "ixx ixy ixz iyy iyz izz about the centre of mass, kg m^2; a point when absent"},
     {0}};
-static config_table payload_table = {payload_rows, .size = sizeof(config_payload)};
+static const config_table payload_table = {payload_rows, sizeof(config_payload)};
 
 static const config_row scene_rows[] = {
     {"name", CONFIG_TEXT, AT(config_scene, name), .required = true,
@@ -84,7 +80,7 @@ static const config_row scene_rows[] = {
     {"gravity", CONFIG_LIST, LIST_AT(config_scene, gravity), .live = true, .low = 3, .high = 3,
      .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; the robot's when absent"},
     {0}};
-static config_table scene_table = {scene_rows, .size = sizeof(config_scene)};
+static const config_table scene_table = {scene_rows, sizeof(config_scene)};
 
 static const config_row robot_rows[] = {
     {"name", CONFIG_TEXT, AT(config_robot, name), .required = true,
@@ -127,7 +123,8 @@ static const config_row robot_rows[] = {
     {"residual", CONFIG_WORD, AT(config_robot, residual), .live = true,
      .standard = TFA_RESIDUAL_SAME, .words = residual_words,
      .help = "Arithmetic in which accelerations are refined and all else is answered: same, f64, f128"},
-    {"wait", CONFIG_WORD, AT(config_robot, wait), .standard = TFA_WAIT_HYBRID, .words = wait_words,
+    {"wait", CONFIG_WORD, AT(config_robot, wait), .standard = TFA_WAIT_HYBRID,
+     .words = wait_words, .low = TFA_WAIT_SPIN,
      .help = "For clients that leave it open: spin, hybrid, block"},
     {"slots", CONFIG_COUNT, AT(config_robot, slots), .live = true, .standard = 64, .low = 1,
      .high = TFA_RING_SLOTS_MAX, .help = "Most requests a client may have outstanding"},
@@ -142,7 +139,7 @@ static const config_row robot_rows[] = {
     {"dds", CONFIG_BOOL, AT(config_robot, dds), .standard = true,
      .help = "Answer for this robot over DDS, if dds is enabled"},
     {0}};
-static config_table robot_table = {robot_rows, .size = sizeof(config_robot)};
+static const config_table robot_table = {robot_rows, sizeof(config_robot)};
 
 static const config_row limit_rows[] = {
     {"clients", CONFIG_COUNT, AT(config_limits, clients), .live = true, .standard = 64, .low = 1,
@@ -152,7 +149,7 @@ static const config_row limit_rows[] = {
     {"memory_mib", CONFIG_COUNT, AT(config_limits, memory_mib), .live = true, .standard = 512, .low = 1,
      .high = 1048576, .help = "Most shared memory for all clients together, MiB"},
     {0}};
-static config_table limit_table = {limit_rows, .size = sizeof(config_limits)};
+static const config_table limit_table = {limit_rows, sizeof(config_limits)};
 
 static const config_row realtime_rows[] = {
     {"priority", CONFIG_COUNT, AT(config_realtime, priority), .standard = 0, .low = 0, .high = 99,
@@ -162,7 +159,7 @@ static const config_row realtime_rows[] = {
     {"mlock", CONFIG_BOOL, AT(config_realtime, mlock), .standard = false,
      .help = "Lock all memory of the daemon"},
     {0}};
-static config_table realtime_table = {realtime_rows, .size = sizeof(config_realtime)};
+static const config_table realtime_table = {realtime_rows, sizeof(config_realtime)};
 
 static const config_row pool_rows[] = {
     {"threads", CONFIG_COUNT, AT(config_pool, threads), .standard = 0, .low = 0, .high = 256,
@@ -177,7 +174,7 @@ static const config_row pool_rows[] = {
      .entry = CONFIG_COUNT,
      .help = "Processor of each thread besides the workers, in order; none: any"},
     {0}};
-static config_table pool_table = {pool_rows, .size = sizeof(config_pool)};
+static const config_table pool_table = {pool_rows, sizeof(config_pool)};
 
 static const config_row dds_rows[] = {
     {"enabled", CONFIG_BOOL, AT(config_dds, enabled), .standard = false,
@@ -185,7 +182,7 @@ static const config_row dds_rows[] = {
     {"domain", CONFIG_COUNT, AT(config_dds, domain), .standard = 0, .low = 0, .high = 230,
      .help = "DDS domain id"},
     {0}};
-static config_table dds_table = {dds_rows, .size = sizeof(config_dds)};
+static const config_table dds_table = {dds_rows, sizeof(config_dds)};
 
 static const config_row top_rows[] = {
     {"runtime_dir", CONFIG_TEXT, AT(config, runtime_dir),
@@ -221,45 +218,12 @@ static const config_row top_rows[] = {
     {"robots", CONFIG_LIST, LIST_AT(config, robots), .required = true, .low = 1, .high = 1000,
      .table = &robot_table, .help = "The robots that are served"},
     {0}};
-config_table config_top = {top_rows, .size = sizeof(config)};
+const config_table config_top = {top_rows, sizeof(config)};
 
 /* clang-format on */
 
 _Static_assert(sizeof top_rows / sizeof *top_rows <= CONFIG_ROWS_MAX, "more keys: raise the limit");
 _Static_assert(sizeof robot_rows / sizeof *robot_rows <= CONFIG_ROWS_MAX, "as above");
-
-static void build_words(config_table *t, size_t i, cyaml_schema_value_t *value)
-{
-    uint32_t n = 0;
-    for (uint32_t k = 0; t->rows[i].words[k]; k++) {
-        t->words[i][k] = (cyaml_strval_t){t->rows[i].words[k], (int64_t)k};
-        n++;
-    }
-    value->enumeration.strings = t->words[i];
-    value->enumeration.count = n;
-}
-
-static void build_scalar(config_kind kind, cyaml_schema_value_t *value)
-{
-    static const struct {
-        cyaml_type_e type;
-        uint32_t size;
-    } scalars[] = {
-        [CONFIG_COUNT] = {CYAML_UINT, sizeof(uint32_t)},
-        [CONFIG_BOOL] = {CYAML_ENUM, sizeof(uint32_t)},
-        [CONFIG_NUMBER] = {CYAML_FLOAT, sizeof(double)},
-        [CONFIG_TEXT] = {CYAML_STRING, sizeof(char)},
-        [CONFIG_WORD] = {CYAML_ENUM, sizeof(uint32_t)},
-    };
-    value->type = scalars[kind].type;
-    value->data_size = scalars[kind].size;
-    if (kind == CONFIG_TEXT)
-        value->string.max = UINT32_MAX;
-    if (kind == CONFIG_BOOL) {
-        value->enumeration.strings = bool_words;
-        value->enumeration.count = sizeof bool_words / sizeof *bool_words;
-    }
-}
 
 size_t config_entry_size(const config_row *row)
 {
@@ -273,52 +237,4 @@ size_t config_entry_size(const config_row *row)
     default:
         return sizeof(double);
     }
-}
-
-static void build_nested(config_table *t, size_t i, cyaml_schema_value_t *value)
-{
-    const config_row *row = &t->rows[i];
-    if (row->table)
-        config_build(row->table);
-    if (row->kind == CONFIG_GROUP) {
-        value->type = CYAML_MAPPING;
-        value->data_size = row->table->value.data_size;
-        value->mapping.fields = row->table->fields;
-        return;
-    }
-    if (!row->table)
-        build_scalar(row->entry, &t->entries[i]);
-    if (!row->table && row->entry == CONFIG_TEXT)
-        t->entries[i].flags = CYAML_FLAG_POINTER;
-    value->type = CYAML_SEQUENCE;
-    value->data_size = row->table ? row->table->value.data_size : (uint32_t)config_entry_size(row);
-    value->sequence.entry = row->table ? &row->table->value : &t->entries[i];
-    value->sequence.min = (uint32_t)row->low;
-    value->sequence.max = (uint32_t)row->high;
-}
-
-void config_build(config_table *t)
-{
-    size_t i = 0;
-    for (; t->rows[i].key; i++) {
-        const config_row *row = &t->rows[i];
-        cyaml_schema_field_t *f = &t->fields[i];
-        const uint32_t at = (uint32_t)(i * sizeof(config_raw));
-        *f = (cyaml_schema_field_t){.key = row->key, .data_offset = at};
-        f->count_offset = at + (uint32_t)offsetof(config_raw, count);
-        f->count_size = sizeof(uint64_t);
-        f->value.flags = CYAML_FLAG_POINTER | CYAML_FLAG_STRICT;
-        if (!row->required)
-            f->value.flags |= CYAML_FLAG_OPTIONAL;
-        if (row->kind >= CONFIG_GROUP)
-            build_nested(t, i, &f->value);
-        else
-            build_scalar(row->kind, &f->value);
-        if (row->kind == CONFIG_WORD)
-            build_words(t, i, &f->value);
-    }
-    t->fields[i] = (cyaml_schema_field_t){0};
-    t->value = (cyaml_schema_value_t){.type = CYAML_MAPPING,
-                                      .data_size = (uint32_t)(i * sizeof(config_raw)),
-                                      .mapping.fields = t->fields};
 }

@@ -287,10 +287,10 @@ static int serve(config *settings)
 static int check(const config *settings)
 {
     fleet f;
-    int status = fleet_load(settings, &f);
+    const int identity = tfa_identity_check(settings), status = fleet_load(settings, &f);
     if (status == TFA_OK)
         fleet_unload(&f);
-    return status == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
+    return status == TFA_OK && identity == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
 }
 
 /* ---- the command line ---- */
@@ -298,8 +298,8 @@ static int check(const config *settings)
 enum { KEY_CHECK = 'n', KEY_DUMP = 'd' };
 
 static const struct argp_option option_table[] = {
-    {"check", KEY_CHECK, NULL, 0, "Check the configuration and its robots, and end: 0 good, 2 not",
-     0},
+    {"check", KEY_CHECK, NULL, 0,
+     "Check the configuration, its robots, user and group, and end: 0 good, 2 not", 0},
     {"dump-config", KEY_DUMP, NULL, 0, "Print the configuration in effect, explained, and end", 0},
     {0}};
 
@@ -334,10 +334,14 @@ int main(int argc, char **argv)
         .args_doc = "CONFIG.yaml",
         .doc = "Serves the robots of a configuration file until SIGTERM. SIGHUP reads the file and "
                "the robots again; SIGUSR1 logs the counters."};
+    static char help[] = "--help";
     arguments a = {0};
     config *settings;
     argp_program_version = "totalforced " TFA_VERSION;
     argp_err_exit_status = EXIT_USAGE;
+    for (int i = 1; i < argc; i++) /* argp knows -? only */
+        if (strcmp(argv[i], "-h") == 0)
+            argv[i] = help;
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &a);
     if (error)
         return EXIT_USAGE;

@@ -87,25 +87,51 @@ void tfa_realtime_raise_files(void)
     }
 }
 
+static void report_unknown(const config *c, const char *key, const char *name, const char *list)
+{
+    char place[512];
+    config_place(c, key, place, sizeof place);
+    tfa_log(TFA_LOG_ERROR, "%s: %s: there is no %s '%s' on this machine; getent %s lists them",
+            place, key, key, name, list);
+}
+
+static const struct passwd *find_user(const config *c)
+{
+    const struct passwd *entry = getpwnam(c->user);
+    if (!entry)
+        report_unknown(c, "user", c->user, "passwd");
+    return entry;
+}
+
+static const struct group *find_group(const config *c)
+{
+    const struct group *entry = getgrnam(c->group);
+    if (!entry)
+        report_unknown(c, "group", c->group, "group");
+    return entry;
+}
+
+int tfa_identity_check(const config *c)
+{
+    const bool user = !c->user || find_user(c), group = !c->group || find_group(c);
+    return user && group ? TFA_OK : TFA_E_ARGUMENT;
+}
+
 int tfa_identity_find(const config *c, uid_t *user, gid_t *user_group, gid_t *group)
 {
     *user = (uid_t)-1;
     *user_group = *group = (gid_t)-1;
     if (c->user && geteuid() == 0) {
-        const struct passwd *entry = getpwnam(c->user);
-        if (!entry) {
-            tfa_log(TFA_LOG_ERROR, "user: there is no user '%s'", c->user);
+        const struct passwd *entry = find_user(c);
+        if (!entry)
             return TFA_E_ARGUMENT;
-        }
         *user = entry->pw_uid;
         *user_group = entry->pw_gid;
     }
     if (c->group) {
-        const struct group *entry = getgrnam(c->group);
-        if (!entry) {
-            tfa_log(TFA_LOG_ERROR, "group: there is no group '%s'", c->group);
+        const struct group *entry = find_group(c);
+        if (!entry)
             return TFA_E_ARGUMENT;
-        }
         *group = entry->gr_gid;
     }
     return TFA_OK;

@@ -24,6 +24,10 @@ void tfa_realtime_worker(const config_realtime *wanted, uint32_t number, pthread
 /** As many descriptors as the system lets us have: each client takes some. */
 void tfa_realtime_raise_files(void);
 
+/** Do the user and the group of the configuration exist? Said in the log, with key, line and value.
+ *  @return TFA_OK; TFA_E_ARGUMENT: not both */
+TFA_CHECKED int tfa_identity_check(const config *c);
+
 /** Finds user and group of the configuration. @return TFA_OK; TFA_E_ARGUMENT: there is none of
  *  that name (said in the log). Ids that are not configured become -1. */
 TFA_CHECKED int tfa_identity_find(const config *c, uid_t *user, gid_t *user_group, gid_t *group);

@@ -9,9 +9,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/text.h>
 
 #include "log.h"
-#include "nearest.h"
 
 static const double standard_gravity[3] = {0, 0, -9.80665};
 static const config_scene whole = {.base = CONFIG_BASE_SAME};

@@ -35,7 +35,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
         options->via = (daemon_via)option_word(state, "via", text, vias, 2);
         return 0;
     case ARGP_KEY_ARG:
-        option_argument(state, &options->daemon.robot, text);
+        option_argument(
+            state, options->daemon.robot ? &options->lines.file : &options->daemon.robot, text);
         return 0;
     case ARGP_KEY_NO_ARGS:
         argp_error(state, "which robot?");
@@ -102,9 +103,10 @@ int command_call(int argc, char **argv)
     static const struct argp argp = {
         .options = option_table,
         .parser = parse,
-        .args_doc = "ROBOT",
-        .doc = "Sends JSON lines from standard input to the daemon that serves ROBOT; one reply a "
-               "line, in order, the same as `totalforce solve` gives.\v" JSONL_HELP,
+        .args_doc = "ROBOT [REQUESTS.jsonl]",
+        .doc = "Sends JSON lines (-, the default: standard input) to the daemon that serves ROBOT; "
+               "one "
+               "reply a line, in order, the same as `totalforce solve` gives.\v" JSONL_HELP,
         .children = children};
     call_options options = {.lines = JSONL_OPTIONS_DEFAULT};
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);

@@ -5,6 +5,7 @@
  */
 #include "commands.h"
 #include "mechanism.h"
+#include "suggest.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -83,10 +84,12 @@ static mechanism_options complete(const chain_options *options, mechanism_kind k
 
 static int unknown_name(const char *name)
 {
-    fprintf(stderr, "totalforce chain: no mechanism '%s'; there are", name);
+    const char *names[MECHANISM_COUNT];
+    char list[512];
     for (int i = 0; i < MECHANISM_COUNT; i++)
-        fprintf(stderr, "%s %s", i ? "," : "", mechanism_name((mechanism_kind)i));
-    fputc('\n', stderr);
+        names[i] = mechanism_name((mechanism_kind)i);
+    suggest_words(name, names, MECHANISM_COUNT, list, sizeof list);
+    fprintf(stderr, "totalforce chain: no mechanism '%s'; %s\n", name, list);
     return EXIT_USAGE;
 }
 

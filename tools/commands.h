@@ -58,7 +58,7 @@ void for_each_word(struct argp_state *state, char *text,
 char *join_arguments(int argc, char **argv);
 
 /**
- * Loads and compiles a URDF and prints what the report says at or above `lowest` on stderr.
+ * Loads and compiles a URDF ("-": from standard input) and prints what the report says at or above `lowest` on stderr.
  * @return the model, or NULL after an error message.
  */
 tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,

@@ -17,11 +17,9 @@ static int read_joint(jsonl_reader *r, const json_t *name, size_t place, uint32_
     const char *text = json_string_value(name);
     int64_t index = robot_names_joint(r->names, text);
     if (index < 0) {
-        char robot[512];
-        robot_names_describe(r->names, 0, robot, sizeof robot);
-        return jsonl_fail(r->error, TFA_E_JOINT,
-                          "%s[%zu]: no moving joint '%.200s'; the robot has %s", r->key, place,
-                          text, robot);
+        char key[64];
+        snprintf(key, sizeof key, "%.40s[%zu]", r->key, place);
+        return jsonl_no_joint(r, key, text);
     }
     if (named[index])
         return jsonl_fail(r->error, TFA_E_JOINT, "%s[%zu]: joint '%.200s' twice; name it once",

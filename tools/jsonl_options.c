@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Options that `solve` and `call` have in common, and the run from standard input to output.
+ * Options that `solve` and `call` have in common, and the run from requests to replies.
  */
 #include "jsonl_options.h"
 
 #include "commands.h"
+#include "suggest.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -35,14 +37,14 @@ static error_t parse(int key, char *text, struct argp_state *state)
     static const char *const policies[] = {"always", "never"};
     jsonl_options *options = state->input;
     int32_t method;
+    char list[512];
     switch (key) {
     case KEY_METHOD:
         method = tfa_method_find(text);
-        if (method < 0)
-            argp_error(state, "--method: no '%s'; there are%s", text,
-#define METHOD_NAME(name, number, word, fd, lambda, cost, refuses, what) " " word
-                       TFA_METHOD_LIST(METHOD_NAME));
-#undef METHOD_NAME
+        if (method < 0) {
+            suggest_methods(text, list, sizeof list);
+            argp_error(state, "--method: no '%s'; %s", text, list);
+        }
         options->defaults.method = (tfa_method)method;
         return 0;
     case KEY_REFINE:
@@ -67,7 +69,17 @@ const struct argp jsonl_argp = {.options = option_table, .parser = parse};
 int jsonl_run(const char *command, const jsonl_options *options, const jsonl_peer *peer)
 {
     jsonl_tally tally;
-    int status = jsonl_serve(STDIN_FILENO, stdout, peer, &options->defaults, &tally);
+    const int is_standard = !options->file || strcmp(options->file, "-") == 0;
+    const int input = is_standard ? STDIN_FILENO : open(options->file, O_RDONLY | O_CLOEXEC);
+    if (input < 0) {
+        fprintf(stderr, "%s: %s: %s\n", command, options->file, strerror(errno));
+        return EXIT_FAILED;
+    }
+    int status = jsonl_serve(input, stdout, peer, &options->defaults, &tally);
+    const int error = errno;
+    if (!is_standard)
+        close(input);
+    errno = error;
     if (status == TFA_OK)
         return options->strict && tally.errors ? EXIT_UNMET : EXIT_GOOD;
     /* who stops reading our replies knows it: nothing to say */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Options that `solve` and `call` have in common, and the run from standard input to output.
+ * Options that `solve` and `call` have in common, and the run from requests to replies.
  */
 #ifndef TFA_TOOLS_JSONL_OPTIONS_H
 #define TFA_TOOLS_JSONL_OPTIONS_H
@@ -12,7 +12,8 @@
 
 typedef struct jsonl_options {
     jsonl_defaults defaults;
-    int strict; /**< an error reply makes the exit status 1 */
+    int strict;       /**< an error reply makes the exit status 1 */
+    const char *file; /**< of requests; NULL or "-": standard input */
 } jsonl_options;
 
 #define JSONL_OPTIONS_DEFAULT                                                                      \
@@ -39,7 +40,7 @@ extern const struct argp jsonl_argp;
     "A line that cannot be answered gets {\"id\":..,\"status\":\"error\",\"error\":..,"            \
     "\"code\":..} and the next line is answered all the same."
 
-/** Serves standard input to standard output. @return an exit status of commands.h. */
+/** Serves the requests to standard output. @return an exit status of commands.h. */
 int jsonl_run(const char *command, const jsonl_options *options, const jsonl_peer *peer);
 
 #endif

@@ -5,9 +5,11 @@
  * which function reads them.
  */
 #include "jsonl_values.h"
+#include "suggest.h"
 
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/text.h>
 
 /* Which ops use a key. */
 enum { FD = 1, ID = 2, OI = 4, MM = 8, ALL = FD | ID | OI | MM };
@@ -166,13 +168,13 @@ static int read_method(jsonl_reader *r, const json_t *value)
     if (!json_is_string(value))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "method: %s, must be a string",
                           jsonl_type(value));
-    int32_t method = tfa_method_find(json_string_value(value));
-    if (method < 0)
-        return jsonl_fail(r->error, TFA_E_METHOD, "method: no '%.200s'; there are%s",
-                          json_string_value(value),
-#define METHOD_NAME(name, number, text, fd, lambda, cost, refuses, what) " " text
-                          TFA_METHOD_LIST(METHOD_NAME));
-#undef METHOD_NAME
+    const char *name = json_string_value(value);
+    const int32_t method = tfa_method_find(name);
+    if (method < 0) {
+        char list[512];
+        suggest_methods(name, list, sizeof list);
+        return jsonl_fail(r->error, TFA_E_METHOD, "method: no '%.200s'; %s", name, list);
+    }
     r->request->method = (tfa_method)method;
     return TFA_OK;
 }
@@ -267,9 +269,24 @@ static int read_op(jsonl_reader *r, const json_t *object, unsigned *bit)
                       there_are);
 }
 
+enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
+
+static const char *key_name(const void *unused, size_t index)
+{
+    (void)unused;
+    return keys[index].name;
+}
+
+static int unknown_key(jsonl_reader *r, const char *key)
+{
+    char nearest[160];
+    tfa_nearest(key, NULL, KEY_COUNT, key_name, nearest, sizeof nearest);
+    return jsonl_fail(r->error, TFA_E_ARGUMENT, "unknown key '%.200s'; nearest: %s", key, nearest);
+}
+
 static int read_key(jsonl_reader *r, const char *key, const json_t *value, unsigned op)
 {
-    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+    for (size_t i = 0; i < KEY_COUNT; i++) {
         if (strcmp(keys[i].name, key) != 0)
             continue;
         if (!(keys[i].ops & op))
@@ -278,7 +295,7 @@ static int read_key(jsonl_reader *r, const char *key, const json_t *value, unsig
         r->key = keys[i].name;
         return keys[i].read(r, value);
     }
-    return jsonl_fail(r->error, TFA_E_ARGUMENT, "unknown key '%.200s'", key);
+    return unknown_key(r, key);
 }
 
 /* What must be there once every key was read. */

@@ -113,11 +113,7 @@ static int read_joint_object(jsonl_reader *r, const json_t *value, int of_q, dou
     {
         int64_t joint = robot_names_joint(r->names, name);
         if (joint < 0) {
-            char robot[512];
-            robot_names_describe(r->names, of_q, robot, sizeof robot);
-            return jsonl_fail(r->error, TFA_E_JOINT,
-                              "%s: no moving joint '%.200s'; the robot has %s", r->key, name,
-                              robot);
+            return jsonl_no_joint(r, r->key, name);
         }
         int status = read_joint_value(r, &r->names->joints[joint], number, of_q, out);
         if (status != TFA_OK)
@@ -137,11 +133,25 @@ int jsonl_joints(jsonl_reader *r, const json_t *value, int of_q, double *out)
                       jsonl_type(value));
 }
 
+int jsonl_no_joint(jsonl_reader *r, const char *key, const char *name)
+{
+    char robot[512], nearest[200];
+    robot_names_describe(r->names, 0, robot, sizeof robot);
+    robot_names_nearest_joints(r->names, name, nearest, sizeof nearest);
+    return jsonl_fail(r->error, TFA_E_JOINT,
+                      "%s: no moving joint '%.200s'; nearest: %s; the robot has %s", key, name,
+                      nearest, robot);
+}
+
 int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame)
 {
     int64_t index = robot_names_frame(r->names, link);
-    if (index < 0)
-        return jsonl_fail(r->error, TFA_E_LINK, "%s: no link '%.200s' in the robot", key, link);
+    if (index < 0) {
+        char nearest[200];
+        robot_names_nearest_frames(r->names, link, nearest, sizeof nearest);
+        return jsonl_fail(r->error, TFA_E_LINK, "%s: no link '%.200s' in the robot; nearest: %s",
+                          key, link, nearest);
+    }
     *frame = (uint32_t)index;
     return TFA_OK;
 }

@@ -27,6 +27,9 @@ int jsonl_numbers(jsonl_reader *r, const json_t *value, size_t count, double *ou
  *  are 0. @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_JOINT. */
 int jsonl_joints(jsonl_reader *r, const json_t *value, int of_q, double *out);
 
+/** There is no such joint that moves; `key` stands for it in the message. @return TFA_E_JOINT */
+int jsonl_no_joint(jsonl_reader *r, const char *key, const char *name);
+
 /** Looks a link up; `key` stands for it in the message. @return TFA_OK, TFA_E_LINK. */
 int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame);
 

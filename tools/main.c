@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/dynamics.h>
+#include <totalforce/text.h>
 #include <totalforce/version.h>
 
 /* X(name, padding of the list in --help, what it does) */
@@ -36,12 +37,13 @@ static const struct {
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
 static const char documentation[] =
-    "Rigid-body dynamics of robots: what a torque does, and what a tip weighs.\v"
+    "Rigid-body dynamics: forward and inverse dynamics, mass matrix, operational-space inertia.\v"
     "Commands:\n"
 #define COMMAND(name, pad, what) "  " #name pad what "\n"
     COMMAND_LIST(COMMAND)
 #undef COMMAND
-        "\n`totalforce COMMAND --help` tells more. Exit status: 0 good, 1 an expectation was not "
+        "\n`totalforce help COMMAND` tells more, and so does `totalforce COMMAND -h`. Exit status: "
+        "0 good, 1 an expectation was not "
         "met, "
         "2 failure, 3 wrong command line.";
 
@@ -84,6 +86,45 @@ static int run(int index, int argc, char **argv)
     return status;
 }
 
+static const char *command_name(const void *unused, size_t index)
+{
+    (void)unused;
+    return index < COMMAND_COUNT ? commands[index].name : "help";
+}
+
+/* @return its number, -1 after a message */
+static int find_command(const char *name)
+{
+    char nearest[120];
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        if (strcmp(commands[i].name, name) == 0)
+            return i;
+    tfa_nearest(name, NULL, COMMAND_COUNT + 1, command_name, nearest, sizeof nearest);
+    fprintf(stderr, "totalforce: no command '%s'; nearest: %s; `totalforce --help` lists them\n",
+            name, nearest);
+    return -1;
+}
+
+/* -h is --help, as everywhere else; argp knows -? only. */
+static void spell_out_help(int argc, char **argv)
+{
+    static char help[] = "--help";
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++)
+        if (strcmp(argv[i], "-h") == 0)
+            argv[i] = help;
+}
+
+/* `help` is the program's --help, `help COMMAND` the command's: put so in place. */
+static void turn_help_around(int *argc, char **argv)
+{
+    static char help[] = "--help";
+    if (*argc < 2 || strcmp(argv[1], "help") != 0)
+        return;
+    *argc = *argc > 2 ? 3 : 2;
+    argv[1] = *argc > 2 ? argv[2] : help;
+    argv[*argc - 1] = help;
+}
+
 int main(int argc, char **argv)
 {
     static const struct argp argp = {
@@ -93,15 +134,13 @@ int main(int argc, char **argv)
     argp_program_version_hook = print_version;
     /* a reader that goes away is an error of fflush, not the end of the program */
     signal(SIGPIPE, SIG_IGN);
+    turn_help_around(&argc, argv);
+    spell_out_help(argc, argv);
     error_t error = argp_parse(&argp, argc, argv, ARGP_IN_ORDER, NULL, &chosen);
     if (error) {
         fprintf(stderr, "totalforce: %s\n", strerror(error));
         return EXIT_USAGE;
     }
-    for (int i = 0; i < COMMAND_COUNT; i++)
-        if (strcmp(commands[i].name, argv[chosen.at]) == 0)
-            return run(i, argc - chosen.at, argv + chosen.at);
-    fprintf(stderr, "totalforce: no command '%s'; `totalforce --help` lists them\n",
-            argv[chosen.at]);
-    return EXIT_USAGE;
+    const int command = find_command(argv[chosen.at]);
+    return command < 0 ? EXIT_USAGE : run(command, argc - chosen.at, argv + chosen.at);
 }

@@ -208,7 +208,8 @@ static void write_body(const body *b, uint32_t i, FILE *out)
 void mechanism_write(const mechanism_options *options, FILE *out)
 {
     uint64_t state = options->seed;
-    fprintf(out, "<?xml version=\"1.0\"?>\n<!-- totalforce chain %s --bodies %" PRIu32,
+    /* short options: a comment must not hold two hyphens in a row */
+    fprintf(out, "<?xml version=\"1.0\"?>\n<!-- totalforce chain %s -n %" PRIu32,
             mechanism_name(options->kind), options->bodies);
     fprintf(out, " -r %.17g -m %.17g -t %.17g -c %.17g -s %" PRIu64 " -->\n", options->radius,
             options->ratio, options->taper, options->curl, options->seed);

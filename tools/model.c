@@ -14,13 +14,16 @@ typedef struct model_options {
     const char *file;
     scene_options scene;
     const char *kernels; /* folder */
-    int json;
+    int json, tree;
 } model_options;
 
-enum { KEY_JSON = 256, KEY_KERNELS };
+enum { KEY_JSON = 256, KEY_KERNELS, KEY_TREE };
 
 static const struct argp_option option_table[] = {
     {.name = "json", .key = KEY_JSON, .doc = "Print the report as JSON"},
+    {.name = "tree",
+     .key = KEY_TREE,
+     .doc = "Draw the robot: bodies with the joints that move them, masses, [links fixed to them]"},
     {.name = "kernels",
      .key = KEY_KERNELS,
      .arg = "FOLDER",
@@ -37,8 +40,15 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_JSON:
         options->json = 1;
         return 0;
+    case KEY_TREE:
+        options->tree = 1;
+        return 0;
     case KEY_KERNELS:
         options->kernels = text;
+        return 0;
+    case ARGP_KEY_END:
+        if (options->json && options->tree)
+            argp_error(state, "--json and --tree: choose one");
         return 0;
     case ARGP_KEY_ARG:
         option_argument(state, &options->file, text);
@@ -85,6 +95,8 @@ static int print_report(const model_options *options, const tfa_report *messages
         fprintf(stderr, "totalforce model: %s\n", tfa_status_text(status));
     else if (options->json)
         failed = model_report_print_json(&report);
+    else if (model && options->tree)
+        failed = model_report_print_tree(&report);
     else if (model)
         failed = model_report_print_text(&report);
     if (fflush(stdout) != 0 || failed) {
@@ -102,7 +114,8 @@ int command_model(int argc, char **argv)
         .options = option_table,
         .parser = parse,
         .args_doc = "FILE.urdf",
-        .doc = "Loads a URDF and reports what became of it: bodies before and after, masses, what "
+        .doc = "Loads a URDF (-: standard input) and reports what became of it: bodies before and "
+               "after, masses, what "
                "was merged, locked, fused, left out or repaired, how well each inertia can be "
                "inverted, the order of the joints, the plan.\v"
                "Errors, warnings and notes go to standard error as FILE:LINE: severity: text; with "

@@ -42,6 +42,7 @@ void model_report_free(model_report *report);
 /** Prints on standard output. @return 0, or not 0 when that failed. */
 int model_report_print_text(const model_report *report);
 int model_report_print_json(const model_report *report);
+int model_report_print_tree(const model_report *report);
 
 /** Words for numbers of the model, as both forms spell them. */
 const char *model_joint_type_name(tfa_joint_type type);

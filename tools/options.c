@@ -4,31 +4,38 @@
  * Option values and loading, shared by the subcommands.
  */
 #include "commands.h"
+#include "suggest.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/description.h>
+#include <totalforce/text.h>
 
 uint64_t option_unsigned(struct argp_state *state, const char *name, const char *text,
                          uint64_t lowest, uint64_t highest)
 {
-    char *end = NULL;
-    errno = 0;
-    unsigned long long value = strtoull(text, &end, 10);
-    if (errno || end == text || *end || text[0] == '-' || value < lowest || value > highest)
-        argp_error(state, "--%s: '%s' is not a whole number from %llu to %llu", name, text,
-                   (unsigned long long)lowest, (unsigned long long)highest);
+    uint64_t value = 0;
+    const tfa_number_fault fault = tfa_whole_number_read(text, strlen(text), &value);
+    if (fault != TFA_NUMBER_OK || value < lowest || value > highest)
+        argp_error(state, "--%s: '%s' is not a whole number from %llu to %llu%s", name, text,
+                   (unsigned long long)lowest, (unsigned long long)highest,
+                   fault == TFA_NUMBER_MALFORMED ? ", in decimal digits" : "");
     return value;
+}
+
+/* @return it is a number that double precision can hold */
+static int read_number(const char *text, size_t length, double *value)
+{
+    return tfa_number_read(text, length, value) == TFA_NUMBER_OK;
 }
 
 double option_double(struct argp_state *state, const char *name, const char *text)
 {
-    char *end = NULL;
-    double value = strtod(text, &end);
-    if (end == text || *end || !isfinite(value))
-        argp_error(state, "--%s: '%s' is not a finite number", name, text);
+    double value = 0;
+    if (!read_number(text, strlen(text), &value))
+        argp_error(state, "--%s: '%s' is not a finite number, such as 2.5 or -1e-3", name, text);
     return value;
 }
 
@@ -37,15 +44,13 @@ uint32_t option_numbers(struct argp_state *state, const char *name, const char *
 {
     const char *at = text;
     for (uint32_t count = 1;; count++) {
-        char *end = NULL;
-        double value = strtod(at, &end);
-        if (end == at || !isfinite(value) || count > most || (*end != ',' && *end != '\0'))
+        const size_t length = strcspn(at, ",");
+        if (count > most || !read_number(at, length, &out[count - 1]))
             argp_error(state, "--%s: '%s' is not 1 to %u finite numbers with commas between", name,
                        text, most);
-        out[count - 1] = value;
-        if (*end == '\0')
+        if (at[length] == '\0')
             return count;
-        at = end + 1;
+        at += length + 1;
     }
 }
 
@@ -65,15 +70,12 @@ void option_crossovers(struct argp_state *state, const char *path, tfa_crossover
 int option_word(struct argp_state *state, const char *name, const char *text,
                 const char *const *words, int count)
 {
+    char list[512];
     for (int i = 0; i < count; i++)
         if (strcmp(words[i], text) == 0)
             return i;
-    char list[256] = "";
-    for (int i = 0; i < count; i++) {
-        size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", words[i]);
-    }
-    argp_error(state, "--%s: no '%s'; there are %s", name, text, list);
+    suggest_words(text, words, (size_t)count, list, sizeof list);
+    argp_error(state, "--%s: no '%s'; %s", name, text, list);
     return 0;
 }
 
@@ -99,7 +101,7 @@ void option_argument(struct argp_state *state, const char **slot, const char *te
 void for_each_word(struct argp_state *state, char *text,
                    void (*take)(struct argp_state *state, char *word))
 {
-    for (char *word = strtok(text, ","); word; word = strtok(NULL, ","))
+    for (char *word = strsep(&text, ","); word; word = strsep(&text, ","))
         take(state, word);
 }
 
@@ -129,12 +131,53 @@ static void print_report(const tfa_report *report, tfa_severity lowest)
     }
 }
 
+/* All of standard input; free() it. NULL: errno says why. */
+static char *read_standard_input(size_t *length)
+{
+    char *text = NULL;
+    size_t size = 0;
+    for (*length = 0;;) {
+        if (*length == size) {
+            size = size ? 2 * size : 65536;
+            char *grown = realloc(text, size);
+            if (!grown)
+                break;
+            text = grown;
+        }
+        const size_t got = fread(text + *length, 1, size - *length, stdin);
+        *length += got;
+        if (got == 0 && !ferror(stdin))
+            return text;
+        if (got == 0)
+            break;
+    }
+    free(text);
+    return NULL;
+}
+
+static int load_standard_input(const tfa_model_options *options, tfa_report *report,
+                               tfa_model **model)
+{
+    tfa_description *description = NULL;
+    size_t length;
+    char *text = read_standard_input(&length);
+    if (!text)
+        return TFA_E_FILE;
+    int status = tfa_urdf_parse(text, length, "(standard input)", &description, report);
+    if (status == TFA_OK)
+        status = tfa_model_create(description, options, report, model);
+    tfa_description_free(description);
+    free(text);
+    return status;
+}
+
 tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
                       tfa_report *report)
 {
     tfa_model *model = NULL;
     errno = 0;
-    int status = tfa_model_load(path, options, report, &model);
+    int status = strcmp(path, "-") == 0 ? load_standard_input(options, report, &model)
+                                        : tfa_model_load(path, options, report, &model);
     int saved = errno;
     print_report(report, lowest);
     if (status == TFA_OK)

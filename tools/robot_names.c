@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/text.h>
 
 /* Joints named in a message before it says "...": long enough for an arm, short for a chain. */
 enum { NAMES_SHOWN = 8 };
@@ -120,6 +121,28 @@ int64_t robot_names_joint(const robot_names *names, const char *name)
 int64_t robot_names_frame(const robot_names *names, const char *name)
 {
     return look_up(names->frame_lookup, name);
+}
+
+static const char *joint_name(const void *joints, size_t index)
+{
+    return ((const robot_joint *)joints)[index].name;
+}
+
+static const char *frame_name(const void *names, size_t index)
+{
+    return robot_names_frame_name(names, (uint32_t)index);
+}
+
+void robot_names_nearest_joints(const robot_names *names, const char *wrong, char *text,
+                                size_t size)
+{
+    tfa_nearest(wrong, names->joints, names->joint_count, joint_name, text, size);
+}
+
+void robot_names_nearest_frames(const robot_names *names, const char *wrong, char *text,
+                                size_t size)
+{
+    tfa_nearest(wrong, names, names->frame_count, frame_name, text, size);
 }
 
 const char *robot_names_frame_name(const robot_names *names, uint32_t frame)

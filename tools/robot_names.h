@@ -48,6 +48,12 @@ int64_t robot_names_joint(const robot_names *names, const char *name);
 /** Index of the link's frame, or -1. */
 int64_t robot_names_frame(const robot_names *names, const char *name);
 
+/** Writes up to three joints or links that a wrong name may have meant: "'a', 'b', 'c'". */
+void robot_names_nearest_joints(const robot_names *names, const char *wrong, char *text,
+                                size_t size);
+void robot_names_nearest_frames(const robot_names *names, const char *wrong, char *text,
+                                size_t size);
+
 /** Name of the link with this frame; "?" when out of range. */
 const char *robot_names_frame_name(const robot_names *names, uint32_t frame);
 

@@ -64,9 +64,13 @@ static error_t parse(int key, char *text, struct argp_state *state)
         if (options->workspace.precision == TFA_F128 &&
             options->workspace.residual == TFA_RESIDUAL_F64)
             argp_error(state, "--residual f64: narrower than --precision f128");
+        if (options->file && strcmp(options->file, "-") == 0 &&
+            (!options->lines.file || strcmp(options->lines.file, "-") == 0))
+            argp_error(state, "the robot comes from standard input: name the file of the requests, "
+                              "totalforce solve - REQUESTS.jsonl");
         return 0;
     case ARGP_KEY_ARG:
-        option_argument(state, &options->file, text);
+        option_argument(state, options->file ? &options->lines.file : &options->file, text);
         return 0;
     case ARGP_KEY_NO_ARGS:
         argp_error(state, "which URDF file?");
@@ -115,12 +119,13 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
 int command_solve(int argc, char **argv)
 {
     static const struct argp_child children[] = {{.argp = &jsonl_argp}, {.argp = &scene_argp}, {0}};
-    static const struct argp argp = {
-        .options = option_table,
-        .parser = parse,
-        .args_doc = "FILE.urdf",
-        .doc = "Answers JSON lines from standard input, one reply a line, in order.\v" JSONL_HELP,
-        .children = children};
+    static const struct argp argp = {.options = option_table,
+                                     .parser = parse,
+                                     .args_doc = "FILE.urdf [REQUESTS.jsonl]",
+                                     .doc = "Answers JSON lines, one reply a line, in order. "
+                                            "Either file may be -, which is standard "
+                                            "input: the default of the requests.\v" JSONL_HELP,
+                                     .children = children};
     solve_options options = {.lines = JSONL_OPTIONS_DEFAULT, .workspace.methods = TFA_METHODS_ALL};
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
     if (error) {

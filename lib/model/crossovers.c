@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/crossovers.h>
+#include <totalforce/text.h>
 
 #define VERSION 1
 
@@ -76,13 +77,10 @@ static char *trim(char *text)
     return text;
 }
 
-/* Decimal digits and nothing else: strtoul would take "-1" and " 1". */
 static int number(const char *text, uint32_t *out)
 {
-    char *end;
-    errno = 0;
-    const unsigned long long value = strtoull(text, &end, 10);
-    if (!isdigit((unsigned char)*text) || *end || errno || value >= TFA_NEVER)
+    uint64_t value;
+    if (tfa_whole_number_read(text, strlen(text), &value) != TFA_NUMBER_OK || value >= TFA_NEVER)
         return 0;
     *out = (uint32_t)value;
     return 1;

@@ -4,7 +4,9 @@
  * Joints that the scene locks.
  */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
+#include <totalforce/text.h>
 
 #include "model/draft.h"
 
@@ -21,6 +23,22 @@ static int32_t find_joint(const struct draft *d, const char *name)
         if (strcmp(d->description->joints[j].name, name) == 0)
             return (int32_t)j;
     return -1;
+}
+
+static const char *joint_name(const void *description, size_t index)
+{
+    return ((const tfa_description *)description)->joints[index].name;
+}
+
+static int refuse_unknown(const struct draft *d, const tfa_lock *lock, tfa_report *report)
+{
+    char nearest[200], what[320];
+    tfa_nearest(lock->joint ? lock->joint : "", d->description, d->description->joint_count,
+                joint_name, nearest, sizeof nearest);
+    snprintf(what, sizeof what,
+             "the scene locks it, but the robot has no such joint; correct the name; nearest: %s",
+             nearest);
+    return refuse(lock, what, report);
 }
 
 /* What is wrong with the coordinates, or NULL. */
@@ -41,8 +59,7 @@ static int lock_joint(struct draft *d, const tfa_lock *lock, tfa_report *report)
 {
     int32_t j = find_joint(d, lock->joint);
     if (j < 0)
-        return refuse(lock, "the scene locks it, but the robot has no such joint; correct the name",
-                      report);
+        return refuse_unknown(d, lock, report);
     struct draft_joint *joint = &d->joint[j];
     const tfa_joint_type type = d->description->joints[j].type;
     if (type == TFA_JOINT_FIXED)

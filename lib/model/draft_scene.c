@@ -5,6 +5,7 @@
  */
 #include <math.h>
 #include <string.h>
+#include <totalforce/text.h>
 
 #include "model/draft.h"
 #include "model/payload.h"
@@ -18,6 +19,23 @@ static int32_t find_link(const struct draft *d, const char *name)
     return -1;
 }
 
+static const char *link_name(const void *description, size_t index)
+{
+    return ((const tfa_description *)description)->links[index].name;
+}
+
+/* Adds the error about a link that does not exist, with the nearest that do. */
+static int refuse_link(const struct draft *d, const char *code, const char *name, const char *what,
+                       tfa_report *report)
+{
+    char nearest[200];
+    tfa_nearest(name ? name : "", d->description, d->description->link_count, link_name, nearest,
+                sizeof nearest);
+    tfa_report_add(report, TFA_ERROR, 0, code, "link '%s': %s; nearest: %s", name ? name : "(none)",
+                   what, nearest);
+    return TFA_E_MODEL;
+}
+
 static const char *shown(const char *name)
 {
     return name ? name : "(none)";
@@ -28,13 +46,11 @@ static int find_root(struct draft *d, const char *name, tfa_report *report)
     if (!name)
         return TFA_OK;
     int32_t link = find_link(d, name);
-    if (link < 0) {
-        tfa_report_add(report, TFA_ERROR, 0, "scene-root",
-                       "link '%s': the root of the scene does not exist; name a link of the robot, "
-                       "or none for all of it",
-                       name);
-        return TFA_E_MODEL;
-    }
+    if (link < 0)
+        return refuse_link(d, "scene-root", name,
+                           "the root of the scene does not exist; name a link of the robot, or "
+                           "none for all of it",
+                           report);
     d->root = (uint32_t)link;
     return TFA_OK;
 }
@@ -62,10 +78,13 @@ static int mark_tip(struct draft *d, const char *name, tfa_report *report)
         d->link[link].tip = 1;
         return TFA_OK;
     }
-    tfa_report_add(report, TFA_ERROR, 0, "scene-tip", "link '%s': the tip of the scene %s",
-                   shown(name),
-                   link < 0 ? "does not exist; name a link of the robot"
-                            : "does not hang from its root; choose another tip or another root");
+    if (link < 0)
+        return refuse_link(d, "scene-tip", name,
+                           "the tip of the scene does not exist; name a link of the robot", report);
+    tfa_report_add(report, TFA_ERROR, 0, "scene-tip",
+                   "link '%s': the tip of the scene does not hang from its root; choose another "
+                   "tip or another root",
+                   name);
     return TFA_E_MODEL;
 }
 
@@ -74,7 +93,9 @@ static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report 
     int32_t link = find_link(d, payload->link);
     const char *wrong = tfa_payload_fault(payload);
     if (link < 0)
-        wrong = "is on a link that does not exist; name a link of the robot";
+        return refuse_link(d, "scene-payload", payload->link,
+                           "the payload is on a link that does not exist; name a link of the robot",
+                           report);
     if (wrong) {
         tfa_report_add(report, TFA_ERROR, 0, "scene-payload", "link '%s': the payload %s",
                        shown(payload->link), wrong);

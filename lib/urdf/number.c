@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Numbers in URDF attributes: one grammar, the same in every locale, nothing read half.
+ * Numbers: one grammar, the same in every locale, nothing read half.
  */
 #include "urdf/urdf.h"
 

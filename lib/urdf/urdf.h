@@ -20,6 +20,7 @@
 #include <stdint.h>
 #include <totalforce/description.h>
 #include <totalforce/report.h>
+#include <totalforce/text.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -63,19 +64,6 @@ void tfa_urdf_say_rest(tfa_urdf_log *log);
  * (length + 1 bytes), everything else blanked but line ends, so that rows stay right.
  */
 int tfa_urdf_guard(const char *text, size_t length, char *clean, tfa_urdf_log *log);
-
-typedef enum tfa_number_fault {
-    TFA_NUMBER_OK = 0,
-    TFA_NUMBER_MALFORMED,
-    TFA_NUMBER_UNDERFLOW, /* not zero as written, zero as a double */
-    TFA_NUMBER_OVERFLOW
-} tfa_number_fault;
-
-/*
- * Reads a decimal number: sign, digits with an optional point, optional exponent, nothing else.
- * The same in every locale. Leaves *number alone when there is a fault.
- */
-tfa_number_fault tfa_number_read(const char *text, size_t length, double *number);
 
 /* Makes `axis` a unit vector and returns the length it had; leaves a zero vector as it is. */
 double tfa_axis_normalise(double axis[3]);

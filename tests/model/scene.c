@@ -58,17 +58,19 @@ static const struct refusal {
     {{.root = "nobody"},
      "scene-root",
      "link 'nobody': the root of the scene does not exist; name a link of the robot, or none for "
-     "all of it"},
+     "all of it; nearest: 'foot', 'base', 'post'"},
     {{.tips = nobody, .tip_count = 1},
      "scene-tip",
-     "link 'nobody': the tip of the scene does not exist; name a link of the robot"},
+     "link 'nobody': the tip of the scene does not exist; name a link of the robot; nearest: "
+     "'foot', 'base', 'post'"},
     {{.root = "upper_r", .tips = lower_l, .tip_count = 1},
      "scene-tip",
      "link 'lower_l': the tip of the scene does not hang from its root; choose another tip or "
      "another root"},
     {{.locks = no_lock, .lock_count = 1},
      "scene-lock",
-     "joint 'nojoint': the scene locks it, but the robot has no such joint; correct the name"},
+     "joint 'nojoint': the scene locks it, but the robot has no such joint; correct the name; "
+     "nearest: 'rail', 'turn', 'stand'"},
     {{.locks = lock_fixed, .lock_count = 1},
      "scene-lock",
      "joint 'stand': the scene locks it, but it is fixed in the file; remove the lock"},
@@ -84,7 +86,8 @@ static const struct refusal {
      "correct it (x y z, then x y z w)"},
     {{.payloads = on_nobody, .payload_count = 1},
      "scene-payload",
-     "link 'nobody': the payload is on a link that does not exist; name a link of the robot"},
+     "link 'nobody': the payload is on a link that does not exist; name a link of the robot; "
+     "nearest: 'foot', 'base', 'post'"},
     {{.payloads = negative, .payload_count = 1},
      "scene-payload",
      "link 'ball': the payload has a negative mass; correct it"},

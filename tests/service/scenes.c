@@ -182,6 +182,31 @@ static void mistakes_are_named(void **state)
     }
 }
 
+/* A start would end because of them; as an ordinary user it would not even look at `user`. */
+static void users_and_groups_exist(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *more, *user, *group;
+        int status;
+    } cases[] = {
+        {"user: nobody\n", NULL, NULL, 0},
+        {"user: no-such-user\n", "c.yaml:2:7: user: there is no user 'no-such-user'", NULL, 2},
+        {"group: no-such-group\n", NULL, "c.yaml:2:8: group: there is no group 'no-such-group'", 2},
+        {"user: no-such-user\ngroup: no-such-group\n",
+         "c.yaml:2:7: user: ", "c.yaml:3:8: group: ", 2},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        harness h;
+        harness_make(&h, ARM, cases[i].more);
+        const int checked = run_check(&h);
+        assert_true(WIFEXITED(checked) && WEXITSTATUS(checked) == cases[i].status);
+        assert_true(!cases[i].user || harness_logged(&h, cases[i].user));
+        assert_true(!cases[i].group || harness_logged(&h, cases[i].group));
+        harness_remove(&h);
+    }
+}
+
 static void good_ones_pass_the_check(void **state)
 {
     (void)state;
@@ -254,9 +279,8 @@ static void policies_count(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(example_is_served),
-        cmocka_unit_test(mistakes_are_named),
-        cmocka_unit_test(good_ones_pass_the_check),
+        cmocka_unit_test(example_is_served),      cmocka_unit_test(mistakes_are_named),
+        cmocka_unit_test(users_and_groups_exist), cmocka_unit_test(good_ones_pass_the_check),
         cmocka_unit_test(policies_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

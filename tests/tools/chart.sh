@@ -27,7 +27,8 @@ status 0 "$tool" chain helix --bodies 3 --curl 0
 says "$work/out" 'rpy="0 0 0"'
 status 3 "$tool" chain
 status 3 "$tool" chain knot
-says "$work/err" "no mechanism 'knot'; there are straight, zigzag"
+says "$work/err" "no mechanism 'knot'; nearest: "
+says "$work/err" "; there are straight, zigzag"
 status 3 "$tool" chain random --bodies 0
 status 3 "$tool" chain random --curl 2
 says "$work/err" "curl: 2, must be 0 (straight) to 1 (curled)"

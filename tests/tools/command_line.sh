@@ -9,13 +9,36 @@ says "$work/out" "solve"
 says "$work/out" "latency"
 status 0 "$tool" --version
 says "$work/out" "totalforce "
-for command in model solve call latency; do
+for command in model solve call latency methods chain chart atlas specialise; do
     status 0 "$tool" $command --help
     says "$work/out" "Usage: totalforce $command"
+    cp "$work/out" "$work/help"
+    status 0 "$tool" $command -h
+    same "$work/out" "$work/help" "$command -h is not $command --help"
+    status 0 "$tool" help $command
+    same "$work/out" "$work/help" "help $command is not $command --help"
+done
+for command in model solve call latency; do
     status 3 "$tool" $command
     status 3 "$tool" $command --no-such-option x
-    status 3 "$tool" $command one two
+    status 3 "$tool" $command one two three
 done
+status 0 "$tool" --help
+cp "$work/out" "$work/help"
+status 0 "$tool" -h
+same "$work/out" "$work/help" "-h is not --help"
+status 0 "$tool" help
+same "$work/out" "$work/help" "help is not --help"
+status 3 "$tool" help solvr
+says "$work/err" "no command 'solvr'; nearest: 'solve', "
+status 3 "$tool" hlep
+says "$work/err" "'help'"
+status 0 "$bin/totalforced" -h
+says "$work/out" "Usage: totalforced"
+status 3 "$tool" chain helx
+says "$work/err" "no mechanism 'helx'; nearest: 'helix', "
+status 3 "$tool" call arm --method tfacr
+says "$work/err" "--method: no 'tfacr'; nearest: 'tfa-cr', "
 # the table of methods: a word of every kind of refusal, and JSON that can be read
 status 0 "$tool" methods
 says "$work/out" "rotor inertia on a main chain"
@@ -50,7 +73,9 @@ says "$work/err" "--lock: 'high' is not 1 to 7 finite numbers"
 status 2 "$tool" model "$data/arm.urdf" --lock elbow=1,2
 says "$work/err" "--lock elbow: 2 numbers; the joint has 1 coordinate"
 status 2 "$tool" model "$data/arm.urdf" --lock wrist=1
-says "$work/err" "joint 'wrist': the scene locks it, but the robot has no such joint"
+says "$work/err" "joint 'wrist': the scene locks it, but the robot has no such joint; correct the name; nearest: '"
+status 2 "$tool" model "$data/arm.urdf" --tip tol
+says "$work/err" "link 'tol': the tip of the scene does not exist; name a link of the robot; nearest: 'tool', "
 status 3 "$tool" model "$data/arm.urdf" --payload tool
 says "$work/err" "--payload: 'tool' is not LINK:MASS"
 status 3 "$tool" model "$data/arm.urdf" --payload tool:1,2
@@ -129,6 +154,47 @@ says "$work/out" "  repaired"
 says "$work/out" "link 'slide': its inertia has the principal moments"
 status 0 "$tool" model "$work/bent.urdf" --inertia warn
 says "$work/out" "1 warning [inertia-not-positive]"
+
+# the tree: merged links in brackets, joints that share a body, one that follows, branches
+status 0 "$tool" model --tree "$data/arm.urdf"
+cat >"$work/tree" <<'EOF'
+arm  (fixed base)  [base]
+`-- upper  (shoulder continuous)  3 kg
+    lower  (elbow revolute)  2.5 kg  [plate]
+    slide  (rail prismatic)  0.8 kg  [tool]
+EOF
+same "$work/out" "$work/tree" "the tree of the arm"
+status 0 "$tool" model --tree --mimic project --lock-massless-leaves "$data/hand.urdf"
+says "$work/out" '`-- palm  (pitch revolute + roll revolute)  0.6 kg  [cross, antenna]'
+says "$work/out" '    |-- left  (thumb prismatic)  0.1 kg'
+says "$work/out" '    `-- right  (finger prismatic that follows thumb)  0.1 kg'
+status 0 "$tool" model --tree --base floating "$data/arm.urdf"
+says "$work/out" '`-- base  (floating base)  5 kg'
+status 3 "$tool" model --tree --json "$data/arm.urdf"
+# branches of branches: as wide as 40 of them, not more
+"$tool" chain side-branches --bodies 2000 >"$work/comb.urdf"
+status 0 "$tool" model --tree "$work/comb.urdf"
+awk 'length > 260 { exit 1 } END { exit NR < 2000 }' "$work/out" || fail "the tree of a comb"
+
+# standard input in place of a file
+"$tool" model "$data/arm.urdf" --json >"$work/want" 2>"$work/err"
+"$tool" model - --json <"$data/arm.urdf" 2>"$work/err" | sed "s|\"(standard input)\"|\"$data/arm.urdf\"|; s|\"-\"|\"$data/arm.urdf\"|" >"$work/found"
+same "$work/found" "$work/want" "model - is not model FILE"
+echo '{"op":"mass_matrix","q":[0,0,0]}' >"$work/lines"
+"$tool" solve "$data/arm.urdf" <"$work/lines" >"$work/want"
+grep -q '"status":"ok"' "$work/want" || fail "no mass matrix"
+"$tool" solve "$data/arm.urdf" - <"$work/lines" >"$work/found"
+same "$work/found" "$work/want" "solve FILE - is not solve FILE"
+"$tool" solve "$data/arm.urdf" "$work/lines" </dev/null >"$work/found"
+same "$work/found" "$work/want" "requests from a file"
+"$tool" solve - "$work/lines" <"$data/arm.urdf" >"$work/found"
+same "$work/found" "$work/want" "a robot from standard input"
+status 3 "$tool" solve -
+says "$work/err" "the robot comes from standard input: name the file of the requests"
+status 2 "$tool" model -
+says "$work/err" "(standard input):1: error: "
+status 2 "$tool" solve "$data/arm.urdf" "$work/absent.jsonl"
+says "$work/err" "absent.jsonl: No such file or directory"
 
 # standard output that cannot be written is a failure, not silence
 "$tool" model "$data/arm.urdf" >/dev/full 2>"$work/err"

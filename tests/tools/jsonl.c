@@ -77,12 +77,15 @@ static const struct {
     {"{" MM ",\"q\":[0,\"1\",0]}", TFA_E_ARGUMENT, "q[1] (lift): a string, must be a number"},
     {"{" MM ",\"q\":[0,0,null]}", TFA_E_ARGUMENT, "q[2] (slide): null, must be a number"},
     {"{" MM ",\"q\":{\"pan\":1,\"twist\":2}}", TFA_E_JOINT,
-     "q: no moving joint 'twist'; the robot has 3 joints (pan, lift, slide)"},
+     "q: no moving joint 'twist'; nearest: 'lift', 'slide', 'pan'; the robot has 3 joints (pan, "
+     "lift, slide)"},
     {"{" MM ",\"q\":{\"pan\":[1]}}", TFA_E_ARGUMENT, "q.pan: an array, must be a number"},
     {"{" FD "," Q ",\"v\":[0]}", TFA_E_SIZE,
      "v: 1 values, the robot has 3 joints (pan, lift, slide)"},
-    {"{" FD "," Q ",\"torque\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'torque'"},
-    {"{" FD "," Q ",\"count\":2}", TFA_E_ARGUMENT, "unknown key 'count'"},
+    {"{" FD "," Q ",\"torque\":[0,0,0]}", TFA_E_ARGUMENT,
+     "unknown key 'torque'; nearest: 'tau', 'frame', 'op'"},
+    {"{" FD "," Q ",\"count\":2}", TFA_E_ARGUMENT,
+     "unknown key 'count'; nearest: 'op', 'tau', 'poses'"},
     {"{" ID "," Q ",\"tau\":[0,0,0]}", TFA_E_ARGUMENT, "tau: inverse_dynamics does not use it"},
     {"{" MM "," Q ",\"wrench\":{}}", TFA_E_ARGUMENT, "wrench: mass_matrix does not use it"},
     {"{" FD "," Q ",\"base_pose\":[0,0,0,0,0,0,1]}", TFA_E_ARGUMENT,
@@ -94,12 +97,12 @@ static const struct {
     {"{" OI "," Q ",\"tips\":[\"tool\",3]}", TFA_E_ARGUMENT,
      "tips[1]: a number, must be a link name"},
     {"{" OI "," Q ",\"tips\":[\"tool\",\"hand\"]}", TFA_E_LINK,
-     "tips[1]: no link 'hand' in the robot"},
+     "tips[1]: no link 'hand' in the robot; nearest: 'base', 'tool', 'upper'"},
     {"{" OI "," Q ",\"tips\":[\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\","
      "\"tool\",\"tool\"]}",
      TFA_E_SIZE, "tips: 9 links, must be 1 to 8"},
     {"{" FD "," Q ",\"wrench\":{\"hand\":[0,0,0,0,0,0]}}", TFA_E_LINK,
-     "wrench: no link 'hand' in the robot"},
+     "wrench: no link 'hand' in the robot; nearest: 'base', 'tool', 'upper'"},
     {"{" FD "," Q ",\"wrench\":{\"tool\":[0,0,0]}}", TFA_E_SIZE,
      "wrench.tool: 3 values, must be 6"},
     {"{" FD "," Q ",\"wrench\":{\"tool\":[0,0,0,0,0,true]}}", TFA_E_ARGUMENT,
@@ -109,8 +112,8 @@ static const struct {
     {"{" FD "," Q ",\"frame\":\"tool\"}", TFA_E_ARGUMENT,
      "frame: must be \"world\", \"local\" or \"local_world_aligned\""},
     {"{" FD "," Q ",\"method\":\"magic\"}", TFA_E_METHOD,
-     "method: no 'magic'; there are auto rnea crba aba tfa tfa-one-sided "
-     "propagation tfa-cr hessenberg cfa cfa-cr dca scan scan-two-pass efpa "
+     "method: no 'magic'; nearest: 'auto', 'aba', 'rnea'; there are auto, rnea, crba, aba, tfa, "
+     "tfa-one-sided, propagation, tfa-cr, hessenberg, cfa, cfa-cr, dca, scan, scan-two-pass, efpa, "
      "pv-osimr"},
     {"{" FD "," Q ",\"method\":3}", TFA_E_ARGUMENT, "method: a number, must be a string"},
     {"{" FD "," Q ",\"refine\":4}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},

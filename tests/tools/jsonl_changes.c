@@ -25,7 +25,8 @@ static const struct {
     {"{" FD "," Q ",\"locked\":[\"pan\",2]}", TFA_E_ARGUMENT,
      "locked[1]: a number, must be a joint name"},
     {"{" FD "," Q ",\"locked\":[\"weld\"]}", TFA_E_JOINT,
-     "locked[0]: no moving joint 'weld'; the robot has 3 joints (pan, lift, slide)"},
+     "locked[0]: no moving joint 'weld'; nearest: 'pan', 'lift', 'slide'; the robot has 3 joints "
+     "(pan, lift, slide)"},
     {"{" FD "," Q ",\"locked\":[\"pan\",\"lift\",\"slide\",\"pan\"]}", TFA_E_JOINT,
      "locked[3]: joint 'pan' twice; name it once"},
     {"{" MM "," Q ",\"locked\":[\"pan\"]}", TFA_E_ARGUMENT, "locked: mass_matrix does not use it"},
@@ -38,7 +39,8 @@ static const struct {
     {"{" FD "," Q ",\"hold\":[\"lift\",\"lift\"]}", TFA_E_JOINT,
      "hold[1]: joint 'lift' twice; name it once"},
     {"{" FD "," Q ",\"hold\":[\"wrist\"]}", TFA_E_JOINT,
-     "hold[0]: no moving joint 'wrist'; the robot has 3 joints (pan, lift, slide)"},
+     "hold[0]: no moving joint 'wrist'; nearest: 'lift', 'slide', 'pan'; the robot has 3 joints "
+     "(pan, lift, slide)"},
     {"{" FD "," Q ",\"hold\":{}}", TFA_E_ARGUMENT,
      "hold: an object must be {\"auto\": largest relative error}"},
     {"{" FD "," Q ",\"hold\":{\"auto\":1e-3,\"pan\":1}}", TFA_E_ARGUMENT,
@@ -63,7 +65,7 @@ static const struct {
     {"{" MM "," Q ",\"payload\":{\"link\":7,\"mass\":1}}", TFA_E_ARGUMENT,
      "payload.link: a number, must be a link name"},
     {"{" MM "," Q ",\"payload\":{\"link\":\"hand\",\"mass\":1}}", TFA_E_LINK,
-     "payload.link: no link 'hand' in the robot"},
+     "payload.link: no link 'hand' in the robot; nearest: 'base', 'tool', 'upper'"},
     {"{" MM "," Q ",\"payload\":{\"link\":\"tool\"}}", TFA_E_ARGUMENT,
      "payload.mass: missing, must be a number in kg"},
     {"{" MM "," Q ",\"payload\":{\"link\":\"tool\",\"mass\":\"1\"}}", TFA_E_ARGUMENT,

@@ -324,14 +324,21 @@ int main(int argc, char **argv)
                         "OUTPUT_PREFIX\n");
         return 3;
     }
+    uint64_t domain;
+    double seconds;
+    if (tfa_number_read(argv[4], strlen(argv[4]), &seconds) != TFA_NUMBER_OK ||
+        tfa_whole_number_read(argv[5], strlen(argv[5]), &domain) != TFA_NUMBER_OK || domain > 230) {
+        fprintf(stderr, "demo: %s seconds in domain %s: not two numbers\n", argv[4], argv[5]);
+        return 3;
+    }
     static struct run r; /* histograms are large */
     int status = prepare(&r, argv[2], strcmp(argv[3], "floating") == 0);
     if (status == TFA_OK)
-        status = connect_all(&r, argv[1], (uint32_t)atoi(argv[5]));
+        status = connect_all(&r, argv[1], (uint32_t)domain);
     r.motion = open_output(argv[6], "motion");
     r.figures = open_output(argv[6], "figures");
     if (status == TFA_OK && r.motion && r.figures) {
-        status = run_steps(&r, atof(argv[4]));
+        status = run_steps(&r, seconds);
         print(&r, argv[1]);
     }
     int bad = close_output(r.motion) | close_output(r.figures);

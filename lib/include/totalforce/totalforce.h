@@ -15,6 +15,7 @@
 #include <totalforce/report.h>
 #include <totalforce/specialised.h>
 #include <totalforce/status.h>
+#include <totalforce/text.h>
 #include <totalforce/version.h>
 
 #endif

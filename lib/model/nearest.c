@@ -3,10 +3,10 @@
  *
  * The names that a mistyped one may have meant: by edit distance (Levenshtein).
  */
-#include "nearest.h"
-
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+#include <totalforce/text.h>
 
 #define NEAREST 3
 #define LENGTH 96 /* of names, for comparing */
@@ -36,7 +36,7 @@ static uint32_t distance(const char *a, const char *b)
     return row[columns];
 }
 
-void tfa_nearest(const char *wrong, const void *list, size_t count, nearest_name name, char *text,
+void tfa_nearest(const char *wrong, const void *list, size_t count, tfa_list_name name, char *text,
                  size_t size)
 {
     const char *best[NEAREST] = {NULL};

@@ -20,6 +20,7 @@ static void clip(long double s[6], const long double value[3], const long double
         s[k] = 0;
         for (int e = 0; e < 3; e++)
             s[k] += fmaxl(value[e], 0) * V[3 * ext_row[k] + e] * V[3 * ext_col[k] + e];
+        s[k] = (double)s[k]; /* a number that the file could hold */
     }
 }
 

@@ -50,6 +50,8 @@ static int make_bodies(struct draft *d, tfa_report *report)
     if (status == TFA_OK)
         status = tfa_draft_fuse(d, report);
     if (status == TFA_OK)
+        status = tfa_draft_singular(d, report);
+    if (status == TFA_OK)
         tfa_draft_axial(d);
     if (status == TFA_OK)
         status = tfa_draft_sort(d);

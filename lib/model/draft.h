@@ -149,6 +149,9 @@ void draft_note_snaps(const struct draft *d, tfa_report *report);
 /* Bodies without mass become parts of the one body that hangs from them. */
 int tfa_draft_fuse(struct draft *d, tfa_report *report);
 
+/* Refuses robots whose M is singular at every q. */
+int tfa_draft_singular(struct draft *d, tfa_report *report);
+
 /* Turns and moves frames such that as many constant transforms as can be are screws. */
 void tfa_draft_axial(struct draft *d);
 

@@ -266,12 +266,28 @@ static bool all_heavy(const tfa_description *d, bool *heavy)
     return true;
 }
 
+/* Bodies without mass between joints of more than six freedoms make M singular at every q: none is next to
+ * a joint of several. */
+static bool is_next_to_many(const tfa_description *d, uint32_t link)
+{
+    for (size_t j = 0; j < d->joint_count; j++) {
+        const tfa_joint *joint = &d->joints[j];
+        const bool many = joint->type == TFA_JOINT_PLANAR || joint->type == TFA_JOINT_FLOATING;
+        if (many && (joint->parent == link || joint->child == link))
+            return true;
+        if (joint->type == TFA_JOINT_FIXED && joint->parent == link &&
+            is_next_to_many(d, joint->child))
+            return true;
+    }
+    return false;
+}
+
 void random_robot_empty_links(random_source *s, tfa_description *d, double fraction)
 {
     bool *heavy = calloc(d->link_count, sizeof *heavy);
     for (size_t j = 0; heavy && j < d->joint_count; j++) {
         tfa_link *link = &d->links[d->joints[j].child], before = *link;
-        if (!chance(s, fraction))
+        if (!chance(s, fraction) || is_next_to_many(d, d->joints[j].child))
             continue;
         link->mass = 0;
         for (int i = 0; i < 6; i++)

@@ -47,7 +47,8 @@ tfa_description *random_robot_create(uint64_t seed, const random_robot_options *
 void random_robot_free(tfa_description *description);
 
 /** Takes mass and inertia away from links, each with this chance, but from none without which
- * a moving joint would move nothing with mass, and not from the root. */
+ * a moving joint would move nothing with mass, not from those next to a joint of several freedoms, and not
+ * from the root. */
 void random_robot_empty_links(random_source *s, tfa_description *description, double chance);
 
 /** Makes joints with one freedom follow others, each with this chance: leaders stand before or

@@ -170,7 +170,8 @@ TFA_API size_t tfa_model_size(const tfa_description *description, const tfa_mode
  * @param report  gets the messages; may be NULL
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, a base that does not exist); TFA_E_VALUE (gravity not
  *         finite, snap out of range); TFA_E_MEMORY (too small or not aligned); TFA_E_MODEL (a loop, two parents, an inertia that is
- *         not positive semidefinite, a zero axis, ...); TFA_E_NO_MASS (a massless moving leaf).
+ *         not positive semidefinite, a zero axis, ...); TFA_E_NO_MASS (a massless moving leaf, or a mass
+ *         matrix that is singular at every q).
  * The description is not needed afterwards. Cost: O(bodies). Allocates nothing that stays.
  */
 TFA_API TFA_CHECKED int tfa_model_init(void *memory, size_t size,

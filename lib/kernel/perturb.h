@@ -14,7 +14,7 @@
 #include "spatial/spatial.h"
 
 /* Largest perturbation, in roundings of the sum of absolute values. */
-#define PERTURB_ULPS 16
+#define PERTURB_ULPS 4
 
 /* ---- sums of absolute values ---- */
 

@@ -82,7 +82,7 @@ bool has_xacro(const std::string &value)
 std::string file_of(const tfa_urdf_log *log)
 {
     const char *file = log->report->file;
-    return file && file[0] != '\0' && file[0] != '-' && file[0] != '<' ? file : "FILE";
+    return file && file[0] != '\0' && file[0] != '(' ? file : "FILE";
 }
 
 static bool is_known(const char *name, std::initializer_list<const char *> known)

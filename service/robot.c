@@ -45,12 +45,12 @@ static void add_warnings(tally *t, const tfa_report *report)
         while (k < t->codes && strcmp(t->code[k], m->code) != 0)
             k++;
         if (k == CODES) {
-            t->others++;
+            t->others += m->count;
             continue;
         }
         if (k == t->codes)
             t->code[t->codes++] = m->code;
-        t->count[k]++;
+        t->count[k] += m->count;
     }
 }
 
@@ -176,7 +176,7 @@ static int complete(const tfa_subject *s, tfa_robot *robot)
 static int load_one(const tfa_subject *subjects, size_t i, const tfa_description *description,
                     const tfa_report *of_file, tfa_shared_model **models, tfa_robot *robot)
 {
-    tfa_report report = {0};
+    tfa_report report = {.words = TFA_WORDS_YAML};
     tfa_report_set_file(&report, of_file->file);
     int status =
         tfa_subject_compile(&subjects[i], description, subjects, models, i, &report, &models[i]);
@@ -197,7 +197,7 @@ static int load_one(const tfa_subject *subjects, size_t i, const tfa_description
 
 static int load_all(const tfa_subject *subjects, size_t count, const char *path, tfa_robot *robots)
 {
-    tfa_report report = {0};
+    tfa_report report = {.words = TFA_WORDS_YAML};
     tfa_description *description = NULL;
     tfa_shared_model **models = calloc(count, sizeof *models);
     if (!models)

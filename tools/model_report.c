@@ -42,14 +42,15 @@ static int is_one_of(const char *code, const char *const *codes)
 
 int model_code_is_ignored(const char *code)
 {
-    static const char *const codes[] = {"unknown-element", "unknown-attribute", "friction",
-                                        "rotor-inertia",   "mimic-fixed",       NULL};
+    static const char *const codes[] = {
+        "not-used",          "damping",     "friction", "rotor-inertia",
+        "unknown-attribute", "mimic-fixed", NULL};
     return is_one_of(code, codes);
 }
 
 int model_code_is_repaired(const char *code)
 {
-    static const char *const codes[] = {"inertia-repaired", NULL};
+    static const char *const codes[] = {"inertia-repaired", "inertia-rounded", NULL};
     return is_one_of(code, codes);
 }
 
@@ -109,7 +110,7 @@ static int count_codes(model_report *r)
             found = &grown[r->code_count++];
             *found = (code_count){.code = message->code, .severity = message->severity};
         }
-        found->count++;
+        found->count += message->count;
     }
     return TFA_OK;
 }

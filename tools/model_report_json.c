@@ -33,9 +33,10 @@ static json_t *messages(const model_report *r)
     json_t *list = json_array();
     for (size_t i = 0; i < r->messages->count; i++) {
         const tfa_message *m = &r->messages->messages[i];
-        json_array_append_new(
-            list, json_pack("{ss si ss so}", "severity", model_severity_name(m->severity), "line",
-                            (int)m->line, "code", m->code, "text", text_of(m->text)));
+        json_array_append_new(list, json_pack("{ss si ss si so}", "severity",
+                                              model_severity_name(m->severity), "line",
+                                              (int)m->line, "code", m->code, "count", (int)m->count,
+                                              "text", text_of(m->text)));
     }
     return list;
 }
@@ -53,9 +54,13 @@ static json_t *codes(const model_report *r)
 static json_t *selected(const model_report *r, int (*selects)(const char *))
 {
     json_t *list = json_array();
-    for (size_t i = 0; i < r->messages->count; i++)
-        if (selects(r->messages->messages[i].code))
-            json_array_append_new(list, text_of(r->messages->messages[i].text));
+    for (size_t i = 0; i < r->messages->count; i++) {
+        const tfa_message *m = &r->messages->messages[i];
+        if (selects(m->code))
+            json_array_append_new(list, json_pack("{so si si so}", "name", text_of(m->subject),
+                                                  "count", (int)m->count, "line", (int)m->line,
+                                                  "text", text_of(m->text)));
+    }
     return list;
 }
 

@@ -176,6 +176,7 @@ tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_se
 {
     tfa_model *model = NULL;
     errno = 0;
+    report->words = TFA_WORDS_COMMAND_LINE;
     int status = strcmp(path, "-") == 0 ? load_standard_input(options, report, &model)
                                         : tfa_model_load(path, options, report, &model);
     int saved = errno;

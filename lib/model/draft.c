@@ -55,8 +55,11 @@ static int make_bodies(struct draft *d, tfa_report *report)
         tfa_draft_axial(d);
     if (status == TFA_OK)
         status = tfa_draft_sort(d);
-    if (status == TFA_OK && d->options->base == TFA_BASE_FIXED)
-        tfa_draft_note_base(d, report);
+    if (status == TFA_OK) {
+        tfa_draft_note_unused(d, report);
+        if (d->options->base == TFA_BASE_FIXED)
+            tfa_draft_note_base(d, report);
+    }
     return status;
 }
 

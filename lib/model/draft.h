@@ -80,6 +80,7 @@ struct draft {
     struct draft_part *part;
     struct draft_body world;   /* what does not move: its mass, in the frame of the root */
     ext mass;                  /* of all links that are present */
+    long double rounding;      /* inertia that the doubles of the file cannot tell from 0 */
     struct tfa_weight *weight; /* scratch of tfa_weigh: bodies + 1 */
     uint32_t *order;           /* joints, parents first, document order otherwise */
     uint32_t bodies, parts;
@@ -134,6 +135,9 @@ void tfa_draft_note_base(const struct draft *d, tfa_report *report);
 /* Joints that move nothing with mass: refused or locked. */
 int tfa_draft_leaves(struct draft *d, tfa_report *report);
 
+/* Notes what the description says and the model does not use. When nothing is wrong. */
+void tfa_draft_note_unused(const struct draft *d, tfa_report *report);
+
 /* Merges what does not move, aligns frames, sums inertias. */
 int tfa_draft_merge(struct draft *d, tfa_report *report);
 
@@ -146,6 +150,10 @@ long double draft_snap(ext R[9], double limit);
 /* Says how many rotations that is for, and the largest change. */
 void draft_note_snaps(const struct draft *d, tfa_report *report);
 
+/* Warns of links that move by themselves and have no <inertial>; an error with the policy
+ * strict-physical. next: by body, the one that it becomes part of; 0: it stays. */
+int tfa_draft_check_massless(const struct draft *d, const uint32_t *next, tfa_report *report);
+
 /* Bodies without mass become parts of the one body that hangs from them. */
 int tfa_draft_fuse(struct draft *d, tfa_report *report);
 
@@ -157,6 +165,11 @@ void tfa_draft_axial(struct draft *d);
 
 /* Bodies tree by tree, parents first; numbers what is public: frames, joints, coordinates. */
 int tfa_draft_sort(struct draft *d);
+
+/* The option with which a refused description would be a model, in the words of the report's door;
+ * NULL if there is none. Compiles it with others. */
+const char *tfa_find_remedy(const tfa_description *description, const tfa_model_options *options,
+                            const tfa_report *report, char *text, size_t size);
 
 /* Fills *d; release with tfa_draft_free also after an error. */
 int tfa_draft_make(struct draft *d, const tfa_description *description,

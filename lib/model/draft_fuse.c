@@ -13,6 +13,7 @@
 struct fusion {
     uint32_t *children; /* of each body */
     uint32_t *row;      /* joints in a row that end here: 1 for a body that stays ordinary */
+    uint32_t *next;     /* the body that it becomes part of; 0: it stays */
     int32_t *place;     /* its new index; -1: it vanished into the one that follows */
 };
 
@@ -39,6 +40,7 @@ static int count_rows(const struct draft *d, struct fusion *f, tfa_report *repor
             continue;
         f->row[i] = f->row[up] + 1;
         f->place[up] = -1;
+        f->next[up] = i;
         if (f->row[i] != TFA_PARTS_MAX + 1)
             continue; /* tell once */
         tfa_report_add(report, TFA_ERROR, s->joints[b->joint].line, "massless-chain",
@@ -121,6 +123,8 @@ static void close_gaps(struct draft *d, struct fusion *f)
 static int fuse(struct draft *d, struct fusion *f, tfa_report *report)
 {
     int status = count_rows(d, f, report);
+    if (status == TFA_OK)
+        status = tfa_draft_check_massless(d, f->next, report);
     if (status != TFA_OK)
         return status;
     for (uint32_t i = 0; i < d->bodies; i++)
@@ -135,11 +139,12 @@ int tfa_draft_fuse(struct draft *d, tfa_report *report)
 {
     const size_t n = d->bodies + 1u;
     struct fusion f = {calloc(n, sizeof *f.children), calloc(n, sizeof *f.row),
-                       calloc(n, sizeof *f.place)};
+                       calloc(n, sizeof *f.next), calloc(n, sizeof *f.place)};
     int status = TFA_E_MEMORY;
-    if (f.children && f.row && f.place)
+    if (f.children && f.row && f.next && f.place)
         status = fuse(d, &f, report);
     free(f.place);
+    free(f.next);
     free(f.row);
     free(f.children);
     return status;

@@ -3,9 +3,11 @@
  *
  * Freedoms that nothing with mass moves with: M would be singular.
  */
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "model/draft.h"
+#include "model/tell.h"
 
 /* heavy: the link or something that hangs from it has mass, inertia or a payload. */
 static void weigh(struct draft *d)
@@ -42,18 +44,19 @@ static void lock(struct draft *d, size_t j, tfa_report *report)
     d->joint[j].fate = TFA_FATE_LOCKED;
     if (joint->type == TFA_JOINT_FLOATING)
         d->joint[j].q[6] = 1;
-    tfa_report_add(report, TFA_WARNING, joint->line, "massless-leaf-locked",
+    tfa_tell_alike(report, TFA_WARNING, joint->line, "massless-leaf-locked", "joints", joint->name,
                    "joint '%s': nothing with mass moves with it; locked at 0", joint->name);
 }
 
 static void refuse(const struct draft *d, size_t j, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];
-    tfa_report_add(report, TFA_ERROR, joint->line, "massless-leaf",
+    tfa_tell_alike(report, TFA_ERROR, joint->line, "massless-leaf", "joints", joint->name,
                    "joint '%s': nothing with mass moves with it, so the mass matrix is singular; "
-                   "lock it (lock_massless_leaves locks all of them), make it fixed, or give link "
-                   "'%s' mass or the joint armature",
-                   joint->name, d->description->links[joint->child].name);
+                   "lock it (%s locks all of them), make it fixed, or give link '%s' mass or the "
+                   "joint armature",
+                   joint->name, tfa_tell_choice(report, TFA_CHOICE_LOCK_LEAVES),
+                   d->description->links[joint->child].name);
 }
 
 /* What followed a joint that is now locked stands still too. */
@@ -76,7 +79,7 @@ int tfa_draft_leaves(struct draft *d, tfa_report *report)
     int status = TFA_OK;
     weigh(d);
     find_sound(d, sound);
-    for (size_t k = d->description->joint_count; k-- > 0;) {
+    for (size_t k = 0; k < d->description->joint_count; k++) {
         const uint32_t j = d->order[k];
         if (d->joint[j].fate != TFA_FATE_MOVES || sound[j])
             continue;
@@ -90,6 +93,60 @@ int tfa_draft_leaves(struct draft *d, tfa_report *report)
     lock_followers(d);
     free(sound);
     return status;
+}
+
+/* "joint 'a' and joint 'b'", or "joint 'a' to joint 'c'": those of a fused body that ends at b */
+static void name_joints(const struct draft *d, const struct draft_body *b, uint32_t row, char *text,
+                        size_t size)
+{
+    const tfa_joint *joints = d->description->joints;
+    const struct draft_body *first = b;
+    for (uint32_t k = 1; k < row; k++)
+        first = &d->body[first->parent];
+    snprintf(text, size, "joint '%s' %s joint '%s'", joints[first->joint].name,
+             row == 2 ? "and" : "to", joints[b->joint].name);
+}
+
+/* end: the fused body of `row` joints that it becomes part of, or NULL */
+static void tell_massless(const struct draft *d, const struct draft_body *body,
+                          const struct draft_body *end, uint32_t row, tfa_report *report)
+{
+    const tfa_link *link = &d->description->links[body->link];
+    const int refused = d->options->inertia == TFA_INERTIA_STRICT_PHYSICAL;
+    char joints[600], became[700] = "";
+    if (end) {
+        name_joints(d, end, row, joints, sizeof joints);
+        snprintf(became, sizeof became, ": %s became one joint with %u freedoms", joints, row);
+    }
+    tfa_tell_alike(
+        report, refused ? TFA_ERROR : TFA_WARNING, link->line, "massless-link", "links", link->name,
+        "link '%s': moves by itself and has no <inertial>%s; add <inertial>%s%s%s", link->name,
+        became, body->base ? "" : ", or make its joint fixed", refused ? ", or choose " : "",
+        refused ? tfa_tell_choice(report, TFA_CHOICE_INERTIA_STRICT) : "");
+}
+
+/* Nothing but the links of the file makes it a body: one that carries a payload has mass. */
+static int lacks_inertial(const struct draft *d, const struct draft_body *b)
+{
+    return b->mass == 0 && b->I[0] + b->I[3] + b->I[5] == 0 && !b->loaded &&
+           !d->description->links[b->link].inertial;
+}
+
+int tfa_draft_check_massless(const struct draft *d, const uint32_t *next, tfa_report *report)
+{
+    int found = 0;
+    for (uint32_t i = 0; i < d->bodies; i++) {
+        uint32_t end = i, row = 1;
+        if (!lacks_inertial(d, &d->body[i]))
+            continue;
+        while (next[end])
+            end = next[end];
+        for (int32_t up = d->body[end].parent; up >= 0 && next[up]; up = d->body[up].parent)
+            row++;
+        tell_massless(d, &d->body[i], row > 1 ? &d->body[end] : NULL, row, report);
+        found = 1;
+    }
+    return found && d->options->inertia == TFA_INERTIA_STRICT_PHYSICAL ? TFA_E_MODEL : TFA_OK;
 }
 
 /* Does anything resist the six freedoms of the base besides what the joint on it does? */

@@ -124,20 +124,6 @@ static int add_moving(struct draft *d, uint32_t j, tfa_report *report)
     return TFA_OK;
 }
 
-/* Rotors that the file states and nobody asked for deserve a note. */
-static void note_rotors(const struct draft *d, tfa_report *report)
-{
-    const tfa_description *s = d->description;
-    size_t count = 0;
-    for (size_t j = 0; j < s->joint_count; j++)
-        count += draft_moves(d, j) && s->joints[j].rotor != 0;
-    if (count && !d->options->rotor_inertia)
-        tfa_report_add(report, TFA_NOTE, 0, "rotor-inertia",
-                       "rotor inertia in the file: not used, on %zu of its joints; ask for it if "
-                       "the motors reflect it",
-                       count);
-}
-
 static void start_at_root(struct draft *d)
 {
     struct draft_frame *root = &d->frame[d->root];
@@ -155,7 +141,6 @@ static void start_at_root(struct draft *d)
 int tfa_draft_merge(struct draft *d, tfa_report *report)
 {
     const tfa_description *s = d->description;
-    note_rotors(d, report);
     draft_note_snaps(d, report);
     start_at_root(d);
     for (size_t k = 0; k < s->joint_count; k++) {

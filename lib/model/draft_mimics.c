@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "model/draft.h"
+#include "model/tell.h"
 
 static int mimics(const struct draft *d, size_t j)
 {
@@ -21,9 +22,10 @@ static void tell_free(const struct draft *d, tfa_report *report)
         count += mimics(d, j) && d->joint[j].fate == TFA_FATE_MOVES;
     if (count)
         tfa_report_add(report, TFA_WARNING, 0, "mimic-free",
-                       "robot: joints that mimic others move on their own here: %zu; choose mimic "
-                       "= project to have them follow, or lock",
-                       count);
+                       "robot: joints that mimic others move on their own here: %zu; choose %s to "
+                       "have them follow, or %s",
+                       count, tfa_tell_choice(report, TFA_CHOICE_MIMIC_PROJECT),
+                       tfa_tell_choice(report, TFA_CHOICE_MIMIC_LOCK));
 }
 
 static int has_one_freedom(const tfa_joint *joint)

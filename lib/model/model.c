@@ -10,6 +10,7 @@
 
 #include "model/arena.h"
 #include "model/compile.h"
+#include "model/tell.h"
 
 static int check_options(const tfa_model_options *options, tfa_report *report)
 {
@@ -63,6 +64,17 @@ size_t tfa_model_size(const tfa_description *description, const tfa_model_option
     return size;
 }
 
+/* A draft of the description; what is wrong with it ends with the option that would help. */
+static int make_draft(struct draft *d, const tfa_description *description,
+                      const tfa_model_options *options, tfa_report *report)
+{
+    char text[128];
+    const int status = tfa_draft_make(d, description, options, report);
+    if (status != TFA_OK && report && report->errors > 0)
+        tfa_tell_refused(report, tfa_find_remedy(description, options, report, text, sizeof text));
+    return status;
+}
+
 int tfa_model_init(void *memory, size_t size, const tfa_description *description,
                    const tfa_model_options *options, tfa_report *report, const tfa_model **model)
 {
@@ -70,10 +82,11 @@ int tfa_model_init(void *memory, size_t size, const tfa_description *description
         return TFA_E_ARGUMENT;
     *model = NULL;
     struct draft d;
+    tfa_tell_begin(report);
     int status = check_options(options, report);
     if (status != TFA_OK)
         return status;
-    status = tfa_draft_make(&d, description, options, report);
+    status = make_draft(&d, description, options, report);
     if (status == TFA_OK && (size < tfa_compiled_size(&d) || (uintptr_t)memory % TFA_ALIGNMENT))
         status = TFA_E_MEMORY;
     if (status == TFA_OK)
@@ -89,10 +102,11 @@ int tfa_model_create(const tfa_description *description, const tfa_model_options
         return TFA_E_ARGUMENT;
     *model = NULL;
     struct draft d;
+    tfa_tell_begin(report);
     int status = check_options(options, report);
     if (status != TFA_OK)
         return status;
-    status = tfa_draft_make(&d, description, options, report);
+    status = make_draft(&d, description, options, report);
     if (status == TFA_OK) {
         void *memory = aligned_alloc(TFA_ALIGNMENT, tfa_compiled_size(&d));
         status = memory ? TFA_OK : TFA_E_MEMORY;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The names that a mistyped one may have meant: by edit distance (Levenshtein).
+ * The names that a mistyped one may have meant: by edit distance.
  */
 #include <stdint.h>
 #include <stdio.h>
@@ -17,23 +17,52 @@ static uint32_t smallest(uint32_t a, uint32_t b, uint32_t c)
     return least < c ? least : c;
 }
 
-/* Insertions, deletions and replacements that make b of a: one row of the table at a time. */
+/* Insertions, deletions, replacements and exchanges of neighbours that make b of a: three rows of
+ * the table at a time. */
 static uint32_t distance(const char *a, const char *b)
 {
     const size_t rows = strnlen(a, LENGTH), columns = strnlen(b, LENGTH);
-    uint32_t row[LENGTH + 1];
+    uint32_t table[3][LENGTH + 1];
     for (size_t k = 0; k <= columns; k++)
-        row[k] = (uint32_t)k;
+        table[0][k] = (uint32_t)k;
     for (size_t i = 1; i <= rows; i++) {
-        uint32_t diagonal = row[0];
+        uint32_t *row = table[i % 3], *above = table[(i + 2) % 3], *before = table[(i + 1) % 3];
         row[0] = (uint32_t)i;
         for (size_t k = 1; k <= columns; k++) {
-            const uint32_t above = row[k];
-            row[k] = smallest(above + 1, row[k - 1] + 1, diagonal + (a[i - 1] != b[k - 1]));
-            diagonal = above;
+            row[k] = smallest(above[k] + 1, row[k - 1] + 1, above[k - 1] + (a[i - 1] != b[k - 1]));
+            if (i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1])
+                row[k] = smallest(row[k], row[k], before[k - 2] + 1);
         }
     }
-    return row[columns];
+    return table[rows % 3][columns];
+}
+
+/* ASCII letters, in every locale */
+static void lower(const char *from, char to[LENGTH + 1])
+{
+    size_t k = 0;
+    for (; k < LENGTH && from[k]; k++)
+        to[k] = (char)(from[k] >= 'A' && from[k] <= 'Z' ? from[k] - 'A' + 'a' : from[k]);
+    to[k] = '\0';
+}
+
+const char *tfa_misspelled(const char *wrong, const void *list, size_t count, tfa_list_name name)
+{
+    const char *best = NULL;
+    uint32_t least = UINT32_MAX;
+    char a[LENGTH + 1], b[LENGTH + 1];
+    lower(wrong, a);
+    for (size_t i = 0; i < count; i++) {
+        const char *candidate = name(list, i);
+        const size_t length = strlen(candidate);
+        lower(candidate, b);
+        const uint32_t d = distance(a, b);
+        if (d >= least || d > (length < 6 ? 1 : 2))
+            continue;
+        least = d;
+        best = candidate;
+    }
+    return best;
 }
 
 void tfa_nearest(const char *wrong, const void *list, size_t count, tfa_list_name name, char *text,

@@ -10,6 +10,8 @@
 #include <string.h>
 #include <totalforce/report.h>
 
+#include "model/tell.h"
+
 static int report_grow(tfa_report *report)
 {
     if (report->count < report->capacity)
@@ -23,12 +25,21 @@ static int report_grow(tfa_report *report)
     return 0;
 }
 
+int tfa_report_print(char *text, size_t size, const char *format, va_list arguments)
+{
+    /* the C locale is static in glibc, so this cannot fail */
+    const locale_t former = uselocale(newlocale(LC_ALL_MASK, "C", (locale_t)0));
+    const int length = vsnprintf(text, size, format, arguments);
+    uselocale(former);
+    return length;
+}
+
 /* Code and text share one block that starts with the code, so that one free() releases both. */
 static char *message_block(const char *code, const char *format, va_list arguments, char **text)
 {
     va_list again;
     va_copy(again, arguments);
-    int length = vsnprintf(NULL, 0, format, again);
+    int length = tfa_report_print(NULL, 0, format, again);
     va_end(again);
     if (length < 0)
         return NULL;
@@ -39,7 +50,7 @@ static char *message_block(const char *code, const char *format, va_list argumen
         return NULL;
     memcpy(block, code, code_size);
     *text = block + code_size;
-    vsnprintf(*text, text_size, format, arguments);
+    tfa_report_print(*text, text_size, format, arguments);
     return block;
 }
 
@@ -54,16 +65,13 @@ void tfa_report_add(tfa_report *report, tfa_severity severity, uint32_t line, co
         return;
     char *text = NULL;
     va_list arguments;
-    /* numbers with a point in every locale; the C locale is static in glibc, so this cannot fail */
-    const locale_t former = uselocale(newlocale(LC_ALL_MASK, "C", (locale_t)0));
     va_start(arguments, format);
     char *block = message_block(code ? code : "", format, arguments, &text);
     va_end(arguments);
-    uselocale(former);
     if (!block)
         return;
-    report->messages[report->count++] =
-        (tfa_message){.severity = severity, .line = line, .code = block, .text = text};
+    report->messages[report->count++] = (tfa_message){
+        .severity = severity, .line = line, .count = 1, .code = block, .text = text, .subject = ""};
 }
 
 void tfa_report_set_file(tfa_report *report, const char *file)

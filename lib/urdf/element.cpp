@@ -5,6 +5,8 @@
  */
 #include "urdf/element.hpp"
 
+#include "model/tell.h"
+
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
@@ -77,10 +79,14 @@ bool has_xacro(const std::string &value)
     return value.find("${") != std::string::npos || value.find("$(") != std::string::npos;
 }
 
+std::string file_of(const tfa_urdf_log *log)
+{
+    const char *file = log->report->file;
+    return file && file[0] != '\0' && file[0] != '(' ? file : "FILE";
+}
+
 static bool is_known(const char *name, std::initializer_list<const char *> known)
 {
-    if (strchr(name, ':')) /* another program's name space */
-        return true;
     return std::any_of(known.begin(), known.end(),
                        [name](const char *k) { return strcmp(k, name) == 0; });
 }
@@ -101,10 +107,50 @@ const TiXmlElement *next_element(const TiXmlElement &element, const TiXmlElement
     return nullptr;
 }
 
+void unused_items::add(const std::string &item, uint32_t line)
+{
+    for (entry &e : entries_)
+        if (e.item == item) {
+            e.count++;
+            return;
+        }
+    if (entries_.size() == most)
+        entries_.push_back({"other elements", line, 0});
+    if (entries_.size() > most)
+        entries_.back().count++;
+    else
+        entries_.push_back({item, line, 1});
+}
+
 void owner::say(tfa_severity severity, uint32_t line, const char *code,
                 const std::string &what) const
 {
-    tfa_urdf_say(log_, severity, line, code, "%s: %s", text_.c_str(), what.c_str());
+    if (name_.empty())
+        tfa_urdf_say(log_, severity, line, code, "%s: %s", kind_, what.c_str());
+    else
+        tfa_urdf_say(log_, severity, line, code, "%s '%s': %s", kind_, name_.c_str(), what.c_str());
+}
+
+void owner::say_alike(tfa_severity severity, uint32_t line, const char *code,
+                      const std::string &what) const
+{
+    log_->errors += severity == TFA_ERROR;
+    tfa_tell_alike(log_->report, severity, line, code, kind_[0] == 'l' ? "links" : "joints",
+                   name_.c_str(), "%s '%s': %s", kind_, name_.c_str(), what.c_str());
+}
+
+std::string owner::run_xacro() const
+{
+    const std::string file = file_of(log_);
+    const std::string ending = ".xacro", urdf = ".urdf";
+    std::string to = file;
+    if (to.size() > ending.size() &&
+        to.compare(to.size() - ending.size(), std::string::npos, ending) == 0)
+        to.resize(to.size() - ending.size());
+    if (to == file || to.size() < urdf.size() ||
+        to.compare(to.size() - urdf.size(), std::string::npos, urdf) != 0)
+        to += urdf;
+    return "run xacro first: xacro " + file + " > " + to;
 }
 
 const TiXmlElement *owner::one(const TiXmlElement &in, const char *name, tfa_severity severity,
@@ -150,7 +196,7 @@ const std::string *owner::name(const TiXmlElement &in, const char *attribute) co
     const std::string &value = a->ValueStr();
     if (has_xacro(value)) {
         say(TFA_ERROR, line_of(*a), "xacro",
-            describe(*a, in) + " is an unexpanded xacro expression; run xacro first");
+            describe(*a, in) + " is an unexpanded xacro expression; " + run_xacro());
         return nullptr;
     }
     if (value.size() > TFA_URDF_MAX_NAME) {
@@ -171,25 +217,24 @@ const std::string *owner::name(const TiXmlElement &in, const char *attribute) co
 bool owner::fault(const TiXmlAttribute &a, const TiXmlElement &in, const std::string &piece,
                   tfa_number_fault fault, tfa_severity severity, const char *code) const
 {
-    static const struct {
-        const char *code;
-        const char *what;
-    } faults[] = {
-        {"", ""},
-        {"bad-number", "is not a number; write digits, point and exponent without blanks or units, "
-                       "such as 1.5e-3"},
-        {"underflow", "is smaller than any number of double precision; write 0 if that is meant"},
-        {"overflow", "is larger than any number of double precision; correct it"},
-    };
+    const char *kind = "bad-number";
+    const char *what = "is not a number; write digits, point and exponent without blanks or units, "
+                       "such as 1.5e-3";
     if (fault == TFA_NUMBER_OK)
         return true;
+    if (fault == TFA_NUMBER_UNDERFLOW) {
+        kind = "underflow";
+        what = "is smaller than any number of double precision; write 0 if that is meant";
+    } else if (fault == TFA_NUMBER_OVERFLOW) {
+        kind = "overflow";
+        what = "is larger than any number of double precision; correct it";
+    }
     std::string which = piece == a.ValueStr() ? " " : ": " + quoted(piece) + " ";
     if (has_xacro(a.ValueStr()))
         say(severity, line_of(a), "xacro",
-            describe(a, in) + " is an unexpanded xacro expression; run xacro first");
+            describe(a, in) + " is an unexpanded xacro expression; " + run_xacro());
     else
-        say(severity, line_of(a), code ? code : faults[fault].code,
-            describe(a, in) + which + faults[fault].what);
+        say(severity, line_of(a), code ? code : kind, describe(a, in) + which + what);
     return false;
 }
 
@@ -279,21 +324,43 @@ void owner::pose(const TiXmlElement &in, std::string &out) const
     unknown_attributes(*origin, {"xyz", "rpy", "quat_xyzw"});
 }
 
-void owner::unknown_children(const TiXmlElement &in,
-                             std::initializer_list<const char *> known) const
+static const char *name_at(const void *list, size_t index)
 {
-    for (const TiXmlElement *e = in.FirstChildElement(); e; e = e->NextSiblingElement())
-        if (!is_known(e->Value(), known))
-            say(TFA_WARNING, line_of(*e), "unknown-element",
-                std::string("<") + e->Value() + "> in <" + in.Value() +
-                    "> is ignored; is it misspelled?");
+    return static_cast<const char *const *>(list)[index];
+}
+
+void owner::unknown_children(const TiXmlElement &in, std::initializer_list<const char *> known,
+                             std::initializer_list<const char *> silent) const
+{
+    for (const TiXmlElement *e = in.FirstChildElement(); e; e = e->NextSiblingElement()) {
+        const char *name = e->Value();
+        if (is_known(name, known) || is_known(name, silent))
+            continue;
+        const char *meant = nullptr;
+        if (!strchr(name, ':')) /* not of another program's name space */
+            meant = tfa_misspelled(name, known.begin(), known.size(), name_at);
+        if (meant)
+            say(TFA_ERROR, line_of(*e), "misspelled-element",
+                std::string("<") + name + "> in <" + in.Value() + ">: did you mean <" + meant +
+                    ">?");
+        else
+            not_used(std::string("<") + name + ">", line_of(*e));
+    }
+}
+
+void owner::unused_attributes(const TiXmlElement &in,
+                              std::initializer_list<const char *> known) const
+{
+    for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
+        if (!is_known(a->Name(), known))
+            not_used(std::string(a->Name()) + " of <" + in.Value() + ">", line_of(*a));
 }
 
 void owner::unknown_attributes(const TiXmlElement &in,
                                std::initializer_list<const char *> known) const
 {
     for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
-        if (!is_known(a->Name(), known))
+        if (!is_known(a->Name(), known) && !strchr(a->Name(), ':'))
             say(TFA_WARNING, line_of(*a), "unknown-attribute",
                 std::string(a->Name()) + " of <" + in.Value() + "> is ignored; is it misspelled?");
 }

@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <string>
 #include <tinyxml.h>
+#include <vector>
 
 namespace tfa
 {
@@ -23,6 +24,9 @@ std::string quoted(const std::string &value);
 /* Does the value hold an expression that xacro would have replaced? */
 bool has_xacro(const std::string &value);
 
+/* The name of the file, for a command that reads it; "FILE" for standard input. */
+std::string file_of(const tfa_urdf_log *log);
+
 /* "value="1,5" of <mass>" */
 std::string describe(const TiXmlAttribute &attribute, const TiXmlElement &in);
 
@@ -32,14 +36,51 @@ const TiXmlElement *next_element(const TiXmlElement &element, const TiXmlElement
 /* Appends ` name="value"` with the value escaped. */
 void write_attribute(std::string &out, const char *name, const std::string &value);
 
+/* What the file says and dynamics does not use, by name, in order of first appearance. */
+class unused_items
+{
+  public:
+    struct entry {
+        std::string item;
+        uint32_t line;
+        size_t count;
+    };
+
+    void add(const std::string &item, uint32_t line);
+    const std::vector<entry> &entries() const
+    {
+        return entries_;
+    }
+
+  private:
+    static constexpr size_t most = 100; /* names; a file with more is odd, and must not be slow */
+    std::vector<entry> entries_;
+};
+
 /* One link or joint (or the robot) while it is being checked. */
 class owner
 {
   public:
-    owner(tfa_urdf_log *log, std::string text) : log_(log), text_(std::move(text)) {}
+    owner(tfa_urdf_log *log, unused_items *unused, const char *kind, std::string name = "")
+        : log_(log), unused_(unused), kind_(kind), name_(std::move(name))
+    {
+    }
 
     /* "link 'NAME': what" */
     void say(tfa_severity severity, uint32_t line, const char *code, const std::string &what) const;
+
+    /* The same of a link or joint, for what many can have alike: one message for all of them. */
+    void say_alike(tfa_severity severity, uint32_t line, const char *code,
+                   const std::string &what) const;
+
+    /* "run xacro first: xacro FILE > FILE.urdf" */
+    std::string run_xacro() const;
+
+    /* The element, or something in it, is not used. */
+    void not_used(const std::string &item, uint32_t line) const
+    {
+        unused_->add(item, line);
+    }
 
     /* The first child of that name; a second one is reported. */
     const TiXmlElement *one(const TiXmlElement &in, const char *name,
@@ -70,8 +111,12 @@ class owner
     /* Appends <origin .../> if `in` has one. */
     void pose(const TiXmlElement &in, std::string &out) const;
 
-    /* Warns of children that nobody here knows, for a misspelled one is lost without a trace. */
-    void unknown_children(const TiXmlElement &in, std::initializer_list<const char *> known) const;
+    /* A child whose name is nearly a known one is an error: a misspelled <inertial> would be lost
+     * without a trace. Others are counted as not used, but for `silent`. */
+    void unknown_children(const TiXmlElement &in, std::initializer_list<const char *> known,
+                          std::initializer_list<const char *> silent = {}) const;
+    /* Attributes that dynamics does not use. */
+    void unused_attributes(const TiXmlElement &in, std::initializer_list<const char *> known) const;
     void unknown_attributes(const TiXmlElement &in,
                             std::initializer_list<const char *> known) const;
 
@@ -80,7 +125,9 @@ class owner
                tfa_number_fault fault, tfa_severity severity, const char *code) const;
 
     tfa_urdf_log *log_;
-    std::string text_;
+    unused_items *unused_;
+    const char *kind_; /* "robot", "link" or "joint" */
+    std::string name_;
 };
 
 } // namespace tfa

@@ -68,22 +68,20 @@ void linter::link(const TiXmlElement &element)
         broken_ = true;
         return;
     }
-    owner own(log_, "link '" + *name + "'");
-    own.unknown_children(element, {"inertial", "visual", "collision", "sensor", "contact", "gazebo",
-                                   "self_collision_checking", "collision_checking", "self_filter",
-                                   "collision_checker", "verbose", "velocity_decay", "material"});
+    owner own(log_, &unused_, "link", *name);
+    own.unknown_children(element, {"inertial"}, {"visual", "collision", "material"});
     out_ += "<link";
     write_attribute(out_, "name", *name);
     out_ += ">";
-    if (const TiXmlElement *inertial =
-            own.one(element, "inertial", TFA_ERROR, "duplicate-inertial"))
+    const TiXmlElement *inertial = own.one(element, "inertial", TFA_ERROR, "duplicate-inertial");
+    if (inertial)
         lint_inertial(own, *inertial, out_);
     for (const char *unused : {"visual", "collision"})
         for (const TiXmlElement *e = element.FirstChildElement(unused); e;
              e = e->NextSiblingElement(unused))
             find_macros(*name, *e);
     out_ += "</link>\n";
-    links_.push_back({*name, line_of(element)});
+    links_.push_back({*name, line_of(element), inertial != nullptr});
 }
 
 /* --- joints -------------------------------------------------------------------------------- */
@@ -128,9 +126,9 @@ static void lint_axis(const owner &own, const TiXmlElement &element, tfa_joint_t
             own.say(TFA_ERROR, line_of(*axis), "zero-axis",
                     "axis 0 0 0 has no direction; give it a unit vector");
         else if (std::fabs(length - 1) > 1e-3)
-            own.say(TFA_WARNING, line_of(*axis), "axis-length",
-                    "axis has the length " + text_of(length) +
-                        " and is normalised; write a unit vector");
+            own.say_alike(TFA_WARNING, line_of(*axis), "axis-length",
+                          "axis has the length " + text_of(length) +
+                              " and is normalised; write a unit vector");
     }
     own.unknown_attributes(*axis, {"xyz"});
     out += "/>";
@@ -140,8 +138,9 @@ static void lint_limit(const owner &own, const TiXmlElement &element, tfa_joint_
 {
     const TiXmlElement *limit = own.one(element, "limit", TFA_WARNING);
     if (!limit && (type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC))
-        own.say(TFA_WARNING, line_of(element), "no-limit",
-                "no <limit>; dynamics needs none, but other programs refuse the file: add it");
+        own.say_alike(
+            TFA_WARNING, line_of(element), "no-limit",
+            "no <limit>; dynamics needs none, but other programs refuse the file: add it");
     if (!limit)
         return;
     std::string unused;
@@ -150,13 +149,17 @@ static void lint_limit(const owner &own, const TiXmlElement &element, tfa_joint_
     double upper = 0;
     bool has_lower = own.number(*limit, "lower", unused, &lower, TFA_WARNING, "bad-limit");
     bool has_upper = own.number(*limit, "upper", unused, &upper, TFA_WARNING, "bad-limit");
+    if (has_lower || has_upper)
+        own.not_used("position limits", line_of(*limit));
     for (const char *name : {"effort", "velocity"})
-        own.number(*limit, name, unused, &number, TFA_WARNING, "bad-limit");
+        if (own.number(*limit, name, unused, &number, TFA_WARNING, "bad-limit"))
+            own.not_used(std::string(name) + " limits", line_of(*limit));
+    own.unused_attributes(*limit, {"lower", "upper", "effort", "velocity"});
     bool limited = type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC;
     if (limited && has_lower && has_upper && lower == upper)
-        own.say(TFA_NOTE, line_of(*limit), "equal-limits",
-                "lower and upper limit are both " + text_of(lower) +
-                    ", but dynamics lets it move; make it fixed if it cannot");
+        own.say_alike(TFA_NOTE, line_of(*limit), "equal-limits",
+                      "lower and upper limit are both " + text_of(lower) +
+                          ", but dynamics lets it move; make it fixed if it cannot");
 }
 
 static void lint_mimic(const owner &own, const TiXmlElement &element, joint_source &joint,
@@ -166,8 +169,8 @@ static void lint_mimic(const owner &own, const TiXmlElement &element, joint_sour
     if (!mimic)
         return;
     if (joint.type == TFA_JOINT_FIXED) {
-        own.say(TFA_WARNING, line_of(*mimic), "mimic-fixed",
-                "a fixed joint has a <mimic>, which is ignored; remove it");
+        own.say_alike(TFA_WARNING, line_of(*mimic), "mimic-fixed",
+                      "a fixed joint has a <mimic>, which is ignored; remove it");
         return;
     }
     if (joint.type == TFA_JOINT_PLANAR || joint.type == TFA_JOINT_FLOATING) {
@@ -199,14 +202,15 @@ static void lint_dynamics(const owner &own, const TiXmlElement &element, std::st
     std::string text;
     own.number(*dynamics, "damping", text, &damping);
     own.number(*dynamics, "friction", text, &friction);
+    own.unused_attributes(*dynamics, {"damping", "friction"});
     if (!text.empty())
         out += "<dynamics" + text + "/>";
     if (damping < 0)
-        own.say(TFA_WARNING, line_of(*dynamics), "negative-damping",
-                "damping " + text_of(damping) + " is negative and adds energy; correct it");
+        own.say_alike(TFA_WARNING, line_of(*dynamics), "negative-damping",
+                      "damping " + text_of(damping) + " is negative and adds energy; correct it");
     if (!dynamics->Attribute("damping") && !dynamics->Attribute("friction"))
-        own.say(TFA_WARNING, line_of(*dynamics), "empty-dynamics",
-                "<dynamics> has neither damping nor friction; remove it or add them");
+        own.say_alike(TFA_WARNING, line_of(*dynamics), "empty-dynamics",
+                      "<dynamics> has neither damping nor friction; remove it or add them");
 }
 
 /* "drake:rotor_inertia" and "drake:gear_ratio" below `element`: rotor inertia seen by the joint. */
@@ -253,11 +257,10 @@ void linter::joint(const TiXmlElement &element)
         broken_ = true;
         return;
     }
-    owner own(log_, "joint '" + *name + "'");
+    owner own(log_, &unused_, "joint", *name);
     own.unknown_children(element,
-                         {"origin", "parent", "child", "axis", "limit", "mimic", "dynamics",
-                          "safety_controller", "calibration", "gazebo", "hardwareInterface",
-                          "actuator", "property", "verbose", "motor"});
+                         {"origin", "parent", "child", "axis", "limit", "mimic", "dynamics"},
+                         {"drake:rotor_inertia", "drake:gear_ratio"});
     joint.name = *name;
     joint.line = line_of(element);
     if (!joint_type(own, element, joint.type)) {
@@ -287,6 +290,7 @@ void linter::joint(const TiXmlElement &element)
 void linter::transmission(const TiXmlElement &element)
 {
     const std::string *name = nullptr;
+    bool rotor = false;
     for (const TiXmlElement *a = element.FirstChildElement("actuator"); a;
          a = a->NextSiblingElement("actuator")) {
         if (!a->FirstChildElement("drake:rotor_inertia"))
@@ -295,9 +299,12 @@ void linter::transmission(const TiXmlElement &element)
         name = joint ? robot_.name(*joint, "name") : name;
         if (!name)
             return; /* its reason was reported */
+        rotor = true;
         rotors_.push_back(
-            {*name, line_of(*a), reflected_inertia(owner(log_, "joint '" + *name + "'"), *a)});
+            {*name, line_of(*a), reflected_inertia(owner(log_, &unused_, "joint", *name), *a)});
     }
+    if (!rotor) /* rotors are noted where it is known whether they are used */
+        robot_.not_used("<transmission>", line_of(element));
 }
 
 /* Unexpanded macros anywhere. One message: the rest has the same cause. */
@@ -310,7 +317,7 @@ static bool report_xacro(const owner &own, const TiXmlElement &robot)
         if (!old_style && e->ValueStr().compare(0, 6, "xacro:") != 0)
             continue;
         own.say(TFA_ERROR, line_of(*e), "xacro",
-                std::string("<") + e->Value() + "> is not expanded; run xacro first");
+                std::string("<") + e->Value() + "> is not expanded; " + own.run_xacro());
         return true;
     }
     return false;
@@ -318,9 +325,7 @@ static bool report_xacro(const owner &own, const TiXmlElement &robot)
 
 void linter::children(const TiXmlElement &element)
 {
-    robot_.unknown_children(element, {"link", "joint", "transmission", "material", "gazebo",
-                                      "sensor", "frame", "mujoco", "ros2_control", "group",
-                                      "self_collision_checking"});
+    robot_.unknown_children(element, {"link", "joint", "transmission"}, {"material"});
     for (const TiXmlElement *e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
         if (e->ValueStr() == "link")
             link(*e);
@@ -331,12 +336,25 @@ void linter::children(const TiXmlElement &element)
     }
 }
 
+/* What makes a URDF of a file in another format. */
+static std::string conversion(const std::string &root, const std::string &file)
+{
+    if (root == "sdf" || root == "gazebo")
+        return "this is SDF, not URDF; convert it: rosrun pysdf sdf2urdf.py " + file + " " + file +
+               ".urdf (gz sdf converts the other way only)";
+    if (root == "mujoco")
+        return "this is MJCF, not URDF; convert it: python3 -c \"from mjcf_urdf_simple_converter "
+               "import convert; convert('" +
+               file + "', '" + file + ".urdf')\" (pip install mjcf-urdf-simple-converter)";
+    return "a URDF file has <robot>; export URDF from the program that wrote the file";
+}
+
 void linter::robot(const TiXmlElement &element)
 {
     if (element.ValueStr() != "robot") {
         robot_.say(TFA_ERROR, line_of(element), "not-urdf",
-                   std::string("the root element is <") + element.Value() +
-                       ">; a URDF file has <robot>");
+                   std::string("the root element is <") + element.Value() + ">; " +
+                       conversion(element.ValueStr(), file_of(log_)));
         return;
     }
     if (report_xacro(robot_, element))
@@ -359,8 +377,8 @@ void linter::robot(const TiXmlElement &element)
     if (macro_count_ > 0)
         tfa_urdf_say(log_, TFA_WARNING, macro_line_, "xacro",
                      "%s is an unexpanded xacro expression, harmless in <visual> and <collision>; "
-                     "run xacro first; expressions like it: %zu",
-                     macros_.c_str(), macro_count_);
+                     "%s; expressions like it: %zu",
+                     macros_.c_str(), robot_.run_xacro().c_str(), macro_count_);
 }
 
 } // namespace tfa

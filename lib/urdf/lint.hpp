@@ -18,6 +18,7 @@ namespace tfa
 struct link_source {
     std::string name;
     uint32_t line;
+    bool inertial; /* it has one */
 };
 
 struct joint_source {
@@ -43,7 +44,7 @@ struct rotor_source {
 class linter
 {
   public:
-    explicit linter(tfa_urdf_log *log) : log_(log), robot_(log, "robot") {}
+    explicit linter(tfa_urdf_log *log) : log_(log), robot_(log, &unused_, "robot") {}
 
     void robot(const TiXmlElement &element);
 
@@ -70,8 +71,10 @@ class linter
     void resolve_mimic(joint_source &joint, const index &joints);
     void resolve_rotors(const index &joints);
     size_t text_size() const;
+    void put_unused(tfa_unused *unused, char *&strings) const;
 
     tfa_urdf_log *log_;
+    unused_items unused_;
     owner robot_;
     std::string name_;
     std::string out_; /* canonical elements inside <robot> */

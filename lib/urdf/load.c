@@ -3,6 +3,7 @@
  *
  * Reads a URDF file and runs the passes of urdf.h over it.
  */
+#include "model/tell.h"
 #include "urdf/urdf.h"
 
 #include <errno.h>
@@ -77,9 +78,11 @@ int tfa_urdf_parse(const char *text, size_t length, const char *name, tfa_descri
     *description = NULL;
     tfa_urdf_log log = {.report = report};
     tfa_report_set_file(report, name);
+    tfa_tell_begin(report);
     if (length > TFA_URDF_MAX_BYTES) {
         tfa_urdf_say(&log, TFA_ERROR, 0, "too-large", "file: more than %d MiB; is it a URDF file?",
                      TFA_URDF_MAX_BYTES >> 20);
+        tfa_tell_refused(report, NULL);
         return TFA_E_FILE;
     }
     tfa_description *skeleton = NULL;
@@ -89,6 +92,8 @@ int tfa_urdf_parse(const char *text, size_t length, const char *name, tfa_descri
     if (clean)
         status = run_in_classic_locale(text, length, clean, &log, &skeleton, &canonical);
     tfa_urdf_say_rest(&log);
+    if (status != TFA_OK)
+        tfa_tell_refused(report, NULL);
     free(clean);
     free(canonical);
     if (status == TFA_OK)
@@ -115,9 +120,11 @@ int tfa_urdf_load(const char *path, tfa_description **description, tfa_report *r
     else {
         char why[128];
         tfa_report_set_file(report, path);
+        tfa_tell_begin(report);
         tfa_report_add(report, TFA_ERROR, 0, "unreadable", "file: cannot be read: %s",
                        status == TFA_E_MEMORY ? "out of memory"
                                               : strerror_r(error, why, sizeof why));
+        tfa_tell_refused(report, NULL);
         errno = error;
     }
     free(text);

@@ -38,11 +38,22 @@ void tfa_urdf_say(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const
     tfa_report_add(log->report, severity, line, code, "%s", text);
 }
 
+/* One message that counts as many. */
+static void say_rest(tfa_report *report, tfa_severity severity, const char *code, size_t rest)
+{
+    const size_t before = report->count;
+    tfa_report_add(report, severity, 0, code,
+                   "robot: %zu more messages of this kind are not listed", rest);
+    report->errors += severity == TFA_ERROR ? rest - 1 : 0;
+    report->warnings += severity == TFA_WARNING ? rest - 1 : 0;
+    if (report->count > before)
+        report->messages[before].count = (uint32_t)rest;
+}
+
 void tfa_urdf_say_rest(tfa_urdf_log *log)
 {
     for (size_t i = 0; i < log->code_count; i++)
         if (log->codes[i].count > TFA_URDF_MAX_REPEATS)
-            tfa_report_add(log->report, log->codes[i].severity, 0, log->codes[i].code,
-                           "robot: %zu more messages of this kind are not listed",
-                           log->codes[i].count - TFA_URDF_MAX_REPEATS);
+            say_rest(log->report, log->codes[i].severity, log->codes[i].code,
+                     log->codes[i].count - TFA_URDF_MAX_REPEATS);
 }

@@ -22,7 +22,7 @@ void linter::add_world()
                               [](const joint_source &joint) { return joint.parent == "world"; });
     if (first == joints_.end())
         return;
-    links_.insert(links_.begin(), {"world", 0});
+    links_.insert(links_.begin(), {"world", 0, false});
     out_ += "<link name=\"world\"/>\n";
     tfa_urdf_say(log_, TFA_NOTE, first->line, "world-added",
                  "link 'world': not declared but a joint's parent; it becomes the root");
@@ -114,6 +114,8 @@ size_t linter::text_size() const
         size += link.name.size() + 1;
     for (const joint_source &joint : joints_)
         size += joint.name.size() + 1;
+    for (const unused_items::entry &entry : unused_.entries())
+        size += entry.item.size() + 1;
     return size;
 }
 
@@ -125,14 +127,22 @@ static const char *put(char *&at, const std::string &text)
     return start;
 }
 
-/* One block: description, links, joints, strings. */
+void linter::put_unused(tfa_unused *unused, char *&strings) const
+{
+    for (const unused_items::entry &entry : unused_.entries()) {
+        *unused++ = {put(strings, entry.item), entry.line, entry.count};
+    }
+}
+
+/* One block: description, links, joints, what is not used, strings. */
 int linter::finish(tfa_description **skeleton, char **canonical) const
 {
     if (!resolved_)
         return TFA_E_PARSE;
     size_t links_size = links_.size() * sizeof(tfa_link);
     size_t joints_size = joints_.size() * sizeof(tfa_joint);
-    size_t fixed_size = sizeof(tfa_description) + links_size + joints_size;
+    size_t unused_size = unused_.entries().size() * sizeof(tfa_unused);
+    size_t fixed_size = sizeof(tfa_description) + links_size + joints_size + unused_size;
     char *block = static_cast<char *>(calloc(1, fixed_size + text_size()));
     std::string text = "<robot";
     write_attribute(text, "name", name_);
@@ -151,9 +161,14 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
     d->link_count = links_.size();
     d->joints = reinterpret_cast<tfa_joint *>(block + sizeof *d + links_size);
     d->joint_count = joints_.size();
+    auto *unused = reinterpret_cast<tfa_unused *>(block + fixed_size - unused_size);
+    put_unused(unused, strings);
+    d->unused = unused;
+    d->unused_count = unused_.entries().size();
     for (size_t i = 0; i < links_.size(); i++) {
         d->links[i].name = put(strings, links_[i].name);
         d->links[i].line = links_[i].line;
+        d->links[i].inertial = links_[i].inertial;
     }
     for (size_t j = 0; j < joints_.size(); j++) {
         const joint_source &s = joints_[j];

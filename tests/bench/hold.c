@@ -77,7 +77,11 @@ static tfa_model *make_chain(int planar)
         if (!planar)
             random_rotation(joints[i].quat);
     }
-    const tfa_description d = {"chain", links, LINKS + 1, joints, LINKS};
+    const tfa_description d = {.name = "chain",
+                               .links = links,
+                               .link_count = LINKS + 1,
+                               .joints = joints,
+                               .joint_count = LINKS};
     tfa_model *model = NULL;
     return tfa_model_create(&d, NULL, NULL, &model) == TFA_OK ? model : NULL;
 }

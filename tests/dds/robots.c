@@ -16,7 +16,11 @@ static int make(test_robot *robot, const char *name, uint32_t joints, tfa_base b
     tfa_link links[LINKS_MAX] = {0};
     tfa_joint list[LINKS_MAX] = {0};
     char names[2 * LINKS_MAX][16];
-    const tfa_description description = {name, links, joints + 1u, list, joints};
+    const tfa_description description = {.name = name,
+                                         .links = links,
+                                         .link_count = joints + 1u,
+                                         .joints = list,
+                                         .joint_count = joints};
     const tfa_model_options options = {.base = base};
 
     for (uint32_t i = 0; i <= joints; i++) {

@@ -126,7 +126,11 @@ tfa_description *chain_create(chain_mechanism mechanism, uint32_t n, uint64_t se
     char(*names)[2][16] = calloc(n + 1, sizeof *names);
     if (!d || !links || !joints || !names)
         abort();
-    *d = (tfa_description){chain_mechanism_names[mechanism], links, n + 1, joints, n};
+    *d = (tfa_description){.name = chain_mechanism_names[mechanism],
+                           .links = links,
+                           .link_count = n + 1,
+                           .joints = joints,
+                           .joint_count = n};
     for (uint32_t i = 0; i <= n; i++) {
         for (uint32_t kind = 0; kind < 2; kind++) {
             char *name = names[i][kind];

@@ -52,7 +52,11 @@ static void thin_chain(struct chain *c, double radius, double ratio)
             .axis = {0, i % 2, 1 - i % 2},
             .mimic = -1,
         };
-    c->d = (tfa_description){"chain", c->links, LINKS + 1, c->joints, LINKS};
+    c->d = (tfa_description){.name = "chain",
+                             .links = c->links,
+                             .link_count = LINKS + 1,
+                             .joints = c->joints,
+                             .joint_count = LINKS};
 }
 
 struct setup {

@@ -53,7 +53,8 @@ static void double_pendulum(void **state)
         joints[k].armature = 0.01 * (k + 1);
     }
     joints[1].xyz[2] = -l1;
-    tfa_description d = {"pendulum", links, 3, joints, 2};
+    tfa_description d = {
+        .name = "pendulum", .links = links, .link_count = 3, .joints = joints, .joint_count = 2};
     oracle *o = oracle_create(&d, TFA_BASE_FIXED);
     assert_non_null(o);
 

@@ -34,7 +34,8 @@ struct robot {
 static void begin(struct robot *r)
 {
     memset(r, 0, sizeof *r);
-    r->d = (tfa_description){"robot", r->links, 1, r->joints, 0};
+    r->d = (tfa_description){
+        .name = "robot", .links = r->links, .link_count = 1, .joints = r->joints, .joint_count = 0};
     r->links[0].name = "root";
     r->links[0].quat[3] = 1;
     r->links[0].mass = 3;

@@ -343,7 +343,8 @@ static void gear(void **state)
         joints[k].mimic = -1;
         joints[k].armature = 0.125 * (k + 1);
     }
-    tfa_description d = {"gear", links, 3, joints, 2};
+    tfa_description d = {
+        .name = "gear", .links = links, .link_count = 3, .joints = joints, .joint_count = 2};
     oracle *o = oracle_create(&d, TFA_BASE_FIXED);
     const double q[2] = {0.3, r * 0.3}, v[2] = {1, r}, tau = 7;
     double qdd, M, moved = 1, still = 0;
@@ -397,7 +398,11 @@ static void payload_is_a_link(void **state)
                                                   .quat = {0, 0, 0, 1},
                                                   .mimic = -1};
         }
-        tfa_description d = {"linked", more_links, links + 2, more_joints, joints + 2};
+        tfa_description d = {.name = "linked",
+                             .links = more_links,
+                             .link_count = links + 2,
+                             .joints = more_joints,
+                             .joint_count = joints + 2};
         oracle *o = oracle_create(&d, t.base);
         t.r.payload_count = 0;
         oracle_set_state(o, &t.r, 0);

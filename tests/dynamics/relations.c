@@ -352,7 +352,8 @@ static void windings_do_not_matter(void **state)
                        .quat = {0, 0, 0, 1},
                        .axis = {0, 1, 0},
                        .mimic = -1};
-    const tfa_description d = {"one", links, 2, &joint, 1};
+    const tfa_description d = {
+        .name = "one", .links = links, .link_count = 2, .joints = &joint, .joint_count = 1};
     tfa_model *model;
     tfa_workspace *w;
     assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);

@@ -45,7 +45,8 @@ static void build(tfa_link links[5], tfa_joint joints[4], tfa_description *d)
                                 .quat = {0, 0, 0, 1},
                                 .axis = {0, k == 0, k != 0},
                                 .mimic = -1};
-    *d = (tfa_description){"bad", links, 5, joints, 4};
+    *d = (tfa_description){
+        .name = "bad", .links = links, .link_count = 5, .joints = joints, .joint_count = 4};
 }
 
 /* A request that is in order, on a floating base, and room to spoil every part of it. */

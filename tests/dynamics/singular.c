@@ -43,7 +43,11 @@ static void universal_joint(struct universal *u)
                                         .mimic = -1}}};
     u->links[2].mass = 2;
     u->links[2].com[0] = 1;
-    u->d = (tfa_description){"universal", u->links, 3, u->joints, 2};
+    u->d = (tfa_description){.name = "universal",
+                             .links = u->links,
+                             .link_count = 3,
+                             .joints = u->joints,
+                             .joint_count = 2};
 }
 
 static void open_robot(test_robot *robot, tfa_description *d)
@@ -206,7 +210,11 @@ static void spectrum_of_closed_forms(void **state)
         links[0].inertia[k] = links[1].inertia[k] = inertia[k];
     for (int leaf = 0; leaf < 2; leaf++) {
         const tfa_model_options options = {.base = leaf ? TFA_BASE_FIXED : TFA_BASE_FLOATING};
-        tfa_description d = {"brick", links, 1 + (size_t)leaf, &hinge, (size_t)leaf};
+        tfa_description d = {.name = "brick",
+                             .links = links,
+                             .link_count = 1 + (size_t)leaf,
+                             .joints = &hinge,
+                             .joint_count = (size_t)leaf};
         tfa_model *model = NULL;
         assert_int_equal(tfa_model_create(&d, &options, NULL, &model), TFA_OK);
         tfa_workspace *w = fixture_workspace(model, TFA_F64);

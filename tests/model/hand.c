@@ -32,7 +32,8 @@ uint32_t hand_link(hand *h, const char *name, double mass, double x, double y, d
                             .mass = mass,
                             .com = {x, y, z},
                             .quat = {0, 0, 0, 1},
-                            .inertia = {i, 0, 0, i, 0, i}};
+                            .inertia = {i, 0, 0, i, 0, i},
+                            .inertial = 1};
     return k;
 }
 

@@ -225,7 +225,8 @@ static void test_rotors(void **state)
     hand h;
     hand_arm(&h);
     h.joint[0].armature = 0.5;
-    h.joint[0].rotor = 0.25;
+    h.joint[0].rotor = 0.25; /* the armature is the user's word: no note */
+    h.joint[1].rotor = 0.125;
     h.joint[2].rotor = 8; /* on a fixed joint: nothing */
     tfa_report report = {0};
     tfa_model *without = NULL;
@@ -233,13 +234,16 @@ static void test_rotors(void **state)
     assert_int_equal(report.count, 2);
     assert_string_equal(report.messages[1].code, "base-mass");
     assert_string_equal(report.messages[1].text,
-                        "link 'base': 1 of the links that are fixed to the world have mass, 4 kg: "
-                        "not used; choose the floating base if they move");
+                        "link 'base': it and what is fixed to it have mass, 4 kg, which is not "
+                        "used, and the file has no link 'world' that it is fixed to; did you mean "
+                        "base = floating?");
     assert_int_equal(report.messages[0].severity, TFA_NOTE);
     assert_string_equal(report.messages[0].code, "rotor-inertia");
     assert_string_equal(report.messages[0].text,
-                        "rotor inertia in the file: not used, on 1 of its joints; ask for it if "
-                        "the motors reflect it");
+                        "robot: rotor inertia: not used; in the file: 1; rotor_inertia = 1 uses "
+                        "it");
+    assert_int_equal(report.messages[0].line, 101);
+    assert_string_equal(report.messages[0].subject, "rotor inertia");
     tfa_report_free(&report);
     const tfa_model_options options = {.rotor_inertia = 1};
     tfa_model *with = NULL;
@@ -247,6 +251,7 @@ static void test_rotors(void **state)
     assert_int_equal(report.warnings, 0);
     assert_true(tfa_model_joint(without, 0).armature == 0.5);
     assert_true(tfa_model_joint(with, 0).armature == 0.75);
+    assert_true(tfa_model_joint(with, 1).armature == 0.125);
     hand_near(first_inertia(with) - first_inertia(without), 0.25, 1e-12);
     tfa_model_free(with);
     tfa_model_free(without);

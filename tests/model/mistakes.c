@@ -145,7 +145,7 @@ void massless_leaf(hand *h)
     hand_joint(h, "swing", TFA_JOINT_CONTINUOUS, TOOL, 4);
 }
 
-/* Both joints move nothing; the inner one is told last. */
+/* Both joints move nothing: one message. */
 static void massless_branch(hand *h)
 {
     massless_leaf(h);
@@ -363,20 +363,20 @@ const struct mistake mistakes[] = {
      1,
      "massless-leaf",
      "joint 'swing': nothing with mass moves with it, so the mass matrix is singular; lock it "
-     "(lock_massless_leaves locks all of them), make it fixed, or give link 'pointer' mass or the "
+     "(lock_massless_leaves = 1 locks all of them), make it fixed, or give link 'pointer' mass or "
+     "the "
      "joint "
      "armature"},
     {"massless branch",
      massless_branch,
      {0},
      TFA_E_NO_MASS,
-     104,
+     103,
      2,
      "massless-leaf",
-     "joint 'twist': nothing with mass moves with it, so the mass matrix is singular; lock it "
-     "(lock_massless_leaves locks all of them), make it fixed, or give link 'needle' mass or the "
-     "joint "
-     "armature"},
+     "joint 'swing': nothing with mass moves with it, so the mass matrix is singular; lock it "
+     "(lock_massless_leaves = 1 locks all of them), make it fixed, or give link 'pointer' mass or "
+     "the joint armature; joints like it: 2 ('swing', 'twist')"},
     {"massless floating base",
      massless_base,
      {.base = TFA_BASE_FLOATING},

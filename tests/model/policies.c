@@ -157,10 +157,11 @@ static void test_massless_leaves(void **state)
     const tfa_model_options lock = {.lock_massless_leaves = 1};
     struct outcome o = compile(&h, &lock);
     assert_int_equal(o.report.warnings, 3);
-    assert_string_equal(o.report.messages[2].code, "massless-leaf-locked");
-    assert_string_equal(o.report.messages[2].text,
-                        "joint 'swing': nothing with mass moves with it; locked at 0");
-    assert_int_equal(o.report.messages[2].line, 103);
+    assert_string_equal(said(&o, "massless-leaf-locked")->text,
+                        "joint 'swing': nothing with mass moves with it; locked at 0; joints like "
+                        "it: 3 ('swing', 'twist', 'fly')");
+    assert_int_equal(said(&o, "massless-leaf-locked")->line, 103);
+    assert_int_equal(said(&o, "massless-leaf-locked")->count, 3);
     assert_int_equal(tfa_model_summarise(o.model).bodies, 2);
     assert_int_equal(tfa_model_summarise(o.model).locked, 3);
     assert_int_equal(tfa_model_frame(o.model, 6).body, 1);
@@ -235,7 +236,7 @@ static void test_mimic_free(void **state)
     assert_int_equal(m->severity, TFA_WARNING);
     assert_string_equal(m->text,
                         "robot: joints that mimic others move on their own here: 2; choose "
-                        "mimic = project to have them follow, or lock");
+                        "mimic = project to have them follow, or mimic = lock");
     assert_int_equal(tfa_model_v_count(o.model), 3);
     forget(&o);
 }

@@ -131,7 +131,8 @@ says "$work/json" '"fates":{"moves":1,"fixed":0,"locked":1,"fused":2,"follows":1
 says "$work/json" '"leader":"thumb","multiplier":-1.0,"offset":0.002'
 says "$work/json" '"mimic":"project","inertia":"strict","rotor_inertia":false'
 says "$work/json" '{"code":"massless-leaf-locked","severity":"warning","count":1}'
-says "$work/json" '"ignored":["robot:frictionof<dynamics>isignored'
+says "$work/json" '"ignored":[{"name":"damping","count":1,"line":23,'
+says "$work/json" '{"name":"friction","count":1,"line":23,'
 says "$work/json" '"regular":true'
 says "$work/json" '"scene":null'
 

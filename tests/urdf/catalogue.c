@@ -13,6 +13,7 @@ const urdf_case urdf_catalogue[] = {
      "`1.5kg`, empty, `${m}`, newline inside a value",
      "comma; trailing blank; leading blank; nan; inf; hexadecimal; unit; empty number; "
      "xacro expression; xacro argument; newline in a number; newline as a character number; "
+     "tests/urdf/corpus/comma.expect:bad-number; "
      "tests/urdf/test_attributes.c:test_every_attribute"},
     {"COM or inertia vector with 2 or 4 numbers, tabs or newlines between numbers",
      "vector of 2; vector of 4; vector of 6; empty vector; tab in a vector; newline in a vector; "
@@ -53,9 +54,13 @@ const urdf_case urdf_catalogue[] = {
      "no inertial, fixed joint; mass 0, fixed joint; no inertial, moving joint"},
     {"massless moving body with massive descendants (universal joints, iCub, Romeo)",
      "inertia without mass; tests/urdf/test_robots.c:romeo.urdf; "
-     "tests/model/derived.c:test_fused; tests/model/derived.c:test_six_parts_at_most"},
+     "tests/urdf/corpus/no_inertial_between.expect:massless-link; "
+     "tests/urdf/corpus/zero_inertial_between.expect:exit 0; "
+     "tests/model/messages.c:test_no_inertial; tests/model/derived.c:test_fused; "
+     "tests/model/derived.c:test_six_parts_at_most"},
     {"massless moving **leaf** (PR2 gripper tips)",
      "no inertial, moving joint; tests/urdf/test_robots.c:pr2.urdf; "
+     "tests/urdf/corpus/many_fingers.expect:joints like it: 9; "
      "tests/model/mistakes.c:massless-leaf; tests/model/policies.c:test_massless_leaves"},
     {"rank-deficient inertia (point mass, rod)",
      "point mass; rod; mass 0, inertia 0; tests/dynamics/singular.c:tfa_names_the_body; "
@@ -65,14 +70,20 @@ const urdf_case urdf_catalogue[] = {
      "small gyration; large gyration; gyration of 1 mm and of 2 m; gyration a little beyond 2 m; "
      "placeholder inertia; placeholder inertias"},
     {"inertia not positive definite",
-     "negative inertia; nearly negative inertia; tests/model/mistakes.c:inertia-not-positive; "
+     "negative inertia; nearly negative inertia; "
+     "tests/urdf/corpus/not_rounded.expect:inertia-not-positive; "
+     "tests/urdf/corpus/rounded_moment.expect:inertia-rounded; "
+     "tests/model/messages.c:test_rounded; tests/model/messages.c:test_rounding_scales; "
+     "tests/model/mistakes.c:inertia-not-positive; "
      "tests/model/policies.c:test_inertia_rows; tests/model/policies.c:test_repaired"},
     {"triangle inequality violated",
      "triangle; triangle, a little; triangle, off the axes; triangle, rotated; only one moment; "
      "flat plate, rounded; tests/model/policies.c:test_inertia_rows"},
-    {"root inertial, fixed base", "tests/urdf/test_values.c:test_numbers_are_exact; "
-                                  "tests/model/merging.c:test_merged_is_unmerged; "
-                                  "tests/model/policies.c:test_massless_root"},
+    {"root inertial, fixed base",
+     "tests/urdf/corpus/root_with_mass.expect:did you mean "
+     "--base=floating?; tests/urdf/test_values.c:test_numbers_are_exact; "
+     "tests/model/merging.c:test_merged_is_unmerged; "
+     "tests/model/policies.c:test_massless_root"},
     {"rotated inertial origin", "triangle, rotated; tests/urdf/test_values.c:test_rpy; "
                                 "tests/model/merging.c:test_merged_is_unmerged"},
     {"mimic", "mimic in a chain; malformed multiplier; malformed offset; "
@@ -85,12 +96,18 @@ const urdf_case urdf_catalogue[] = {
                           "tests/dynamics/requests.c:joint quaternion"},
     {"joint damping", "damping; negative damping; malformed damping; friction; "
                       "friction of two joints; malformed friction; empty dynamics; "
+                      "tests/urdf/corpus/damping.expect:--damping uses it; "
+                      "tests/urdf/corpus/friction.expect:not used; "
+                      "tests/model/messages.c:test_unused; "
                       "tests/urdf/test_values.c:test_damping_and_friction; "
                       "tests/model/policies.c:test_damping"},
     {"rotor inertia", "negative rotor inertia; malformed rotor inertia; rotor of nobody; "
-                      "two rotors of nobody; tests/urdf/test_values.c:test_rotors; "
+                      "two rotors of nobody; "
+                      "tests/urdf/corpus/rotor_inertia.expect:--rotor-inertia uses it; "
+                      "tests/urdf/test_values.c:test_rotors; "
                       "tests/model/making.c:test_rotors"},
-    {"xacro left in", "xacro element; xacro element, deep; xacro include; old xacro; "
+    {"xacro left in", "tests/urdf/corpus/macro.expect:xacro macro.urdf.xacro > macro.urdf; "
+                      "xacro element; xacro element, deep; xacro include; old xacro; "
                       "xacro in a name; xacro in a vector; xacro in a joint type; "
                       "xacro expression; xacro name space; xacro where nobody looks; "
                       "braces that are no xacro"},

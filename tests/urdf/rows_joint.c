@@ -33,8 +33,7 @@ const urdf_row urdf_joint_rows[] = {
      4, BAD, "joint 'j': damping=\"1,0\" of <dynamics> " NOT_A_NUMBER},
     {"negative damping", TWO("continuous", "<dynamics damping=\"-1\"/>"), TFA_OK, TFA_WARNING, 4,
      "negative-damping", "joint 'j': damping -1 is negative and adds energy; correct it"},
-    {"friction", TWO("continuous", "<dynamics friction=\"1\"/>"), TFA_OK, TFA_NOTE, 0, "friction",
-     "robot: friction of <dynamics> is ignored; joints that have it: 1"},
+    {"friction", TWO("continuous", "<dynamics friction=\"1\"/>"), TFA_OK, -1, 0, "", ""},
     {"negative rotor inertia", TWO("continuous", "<drake:rotor_inertia value=\"-1\"/>"),
      TFA_E_PARSE, TFA_ERROR, 4, "bad-armature",
      "joint 'j': rotor inertia -1 kg m^2 and gear ratio 1 give no finite armature; correct them"},
@@ -124,8 +123,7 @@ const urdf_row urdf_joint_rows[] = {
                                                          "<dynamics friction=\"1e-3\"/>")
                JOINT("j", "continuous", "b", "c", "<dynamics damping=\"1\" friction=\"0.0\"/>")
                    JOINT("k", "continuous", "c", "d", "<dynamics damping=\"1\" friction=\"5\"/>")),
-     TFA_OK, TFA_NOTE, 0, "friction",
-     "robot: friction of <dynamics> is ignored; joints that have it: 2"},
+     TFA_OK, -1, 0, "", ""},
     {"malformed friction", TWO("continuous", "<dynamics friction=\"1.\t\"/>"), TFA_E_PARSE,
      TFA_ERROR, 4, BAD, "joint 'j': friction=\"1.\\t\" of <dynamics> " NOT_A_NUMBER},
     {"malformed rotor inertia", TWO("continuous", "<drake:rotor_inertia value=\"1e-4kgm2\"/>"),

@@ -31,7 +31,8 @@ const urdf_row urdf_number_rows[] = {
     {"two signs", MASS("--1"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
      "link 'arm': value=\"--1\" of <mass> " NOT_A_NUMBER},
     {"xacro expression", MASS("${m}"), TFA_E_PARSE, TFA_ERROR, 4, "xacro",
-     "link 'arm': value=\"${m}\" of <mass> is an unexpanded xacro expression; run xacro first"},
+     "link 'arm': value=\"${m}\" of <mass> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
     {"newline in a number", MASS("1.\n5"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
      "link 'arm': value=\"1.\\n5\" of <mass> " NOT_A_NUMBER},
     {"underflow", MASS("1e-400"), TFA_E_PARSE, TFA_ERROR, 4, "underflow",
@@ -75,9 +76,11 @@ const urdf_row urdf_number_rows[] = {
      "double precision; write 0 if that is meant"},
     {"smallest number", COM("0 5e-324 0"), TFA_OK, -1, 0, "", ""},
     {"xacro in a vector", COM("0 ${x} 0"), TFA_E_PARSE, TFA_ERROR, 3, "xacro",
-     "link 'arm': xyz=\"0 ${x} 0\" of <origin> is an unexpanded xacro expression; run xacro first"},
+     "link 'arm': xyz=\"0 ${x} 0\" of <origin> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
     {"xacro argument", MASS("$(arg m)"), TFA_E_PARSE, TFA_ERROR, 4, "xacro",
-     "link 'arm': value=\"$(arg m)\" of <mass> is an unexpanded xacro expression; run xacro first"},
+     "link 'arm': value=\"$(arg m)\" of <mass> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
     {"newline as a character number", MASS("1&#10;5"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
      "link 'arm': value=\"1\\n5\" of <mass> " NOT_A_NUMBER},
     {"digits as character numbers", MASS("&#49;.&#x35;"), TFA_OK, -1, 0, "", ""},

@@ -15,7 +15,9 @@ const urdf_row urdf_xml_rows[] = {
     {"text", "hello", TFA_E_PARSE, TFA_ERROR, 1, "bad-xml",
      "xml: text outside the root element; is this a URDF file?"},
     {"another root", "<sdf/>", TFA_E_PARSE, TFA_ERROR, 1, "not-urdf",
-     "robot: the root element is <sdf>; a URDF file has <robot>"},
+     "robot: the root element is <sdf>; this is SDF, not URDF; convert it: rosrun pysdf "
+     "sdf2urdf.py "
+     "f.urdf f.urdf.urdf (gz sdf converts the other way only)"},
     {"two roots elements", "<robot name=\"r\"><link name=\"a\"/></robot>\n<robot/>", TFA_E_PARSE,
      TFA_ERROR, 2, "bad-xml", "xml: a second root element <robot>; a file holds one robot"},
     {"text after the robot", ROBOT(LINK("a")) "x", TFA_E_PARSE, TFA_ERROR, 4, "bad-xml",
@@ -69,29 +71,34 @@ const urdf_row urdf_xml_rows[] = {
     {"UTF-8 overlong", ROBOT(LINK("\xC0\x80")), TFA_E_PARSE, TFA_ERROR, 2, "bad-encoding",
      "xml: byte 0xc0 is not UTF-8; save the file as UTF-8"},
     {"xacro element", ROBOT("<xacro:macro name=\"m\"/>" LINK("a")), TFA_E_PARSE, TFA_ERROR, 2,
-     "xacro", "robot: <xacro:macro> is not expanded; run xacro first"},
+     "xacro", "robot: <xacro:macro> is not expanded; run xacro first: xacro f.urdf > f.urdf.urdf"},
     {"xacro element, deep",
      ROBOT(LINK("a") "<link name=\"b\"><visual>\n<xacro:box/></visual></link>"), TFA_E_PARSE,
-     TFA_ERROR, 4, "xacro", "robot: <xacro:box> is not expanded; run xacro first"},
+     TFA_ERROR, 4, "xacro",
+     "robot: <xacro:box> is not expanded; run xacro first: xacro f.urdf > f.urdf.urdf"},
     {"old xacro", ROBOT(LINK("a") "<property name=\"m\" value=\"1\"/>"), TFA_E_PARSE, TFA_ERROR, 3,
-     "xacro", "robot: <property> is not expanded; run xacro first"},
+     "xacro", "robot: <property> is not expanded; run xacro first: xacro f.urdf > f.urdf.urdf"},
     {"xacro in a name", ROBOT(LINK("${prefix}a")), TFA_E_PARSE, TFA_ERROR, 2, "xacro",
-     "robot: name=\"${prefix}a\" of <link> is an unexpanded xacro expression; run xacro first"},
+     "robot: name=\"${prefix}a\" of <link> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
     {"xacro name space",
      "<robot name=\"r\" xmlns:xacro=\"http://ros.org/wiki/xacro\">" LINK("a") "</robot>", TFA_OK,
      -1, 0, "", ""},
     {"xacro include", ROBOT(LINK("a") "<xacro:include filename=\"$(find x)/y.xacro\"/>"),
-     TFA_E_PARSE, TFA_ERROR, 3, "xacro", "robot: <xacro:include> is not expanded; run xacro first"},
+     TFA_E_PARSE, TFA_ERROR, 3, "xacro",
+     "robot: <xacro:include> is not expanded; run xacro first: xacro f.urdf > f.urdf.urdf"},
     {"xacro in a joint type", ROBOT(LINK("a") LINK("b") JOINT("j", "${type}", "a", "b", "")),
      TFA_E_PARSE, TFA_ERROR, 4, "xacro",
-     "joint 'j': type=\"${type}\" of <joint> is an unexpanded xacro expression; run xacro first"},
+     "joint 'j': type=\"${type}\" of <joint> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
     {"xacro where nobody looks",
      ROBOT("<link name=\"a\"><visual>\n<origin xyz=\"${x/2} 0 0\"/><geometry>\n<mesh "
            "filename=\"$(find p)/m\"/></geometry></visual></link>\n<link name=\"b\"><collision "
            "name=\"${n}\"/></link>" JOINT("j", "floating", "a", "b", "")),
      TFA_OK, TFA_WARNING, 3, "xacro",
      "link 'a': xyz=\"${x/2} 0 0\" of <origin> is an unexpanded xacro expression, harmless in "
-     "<visual> and <collision>; run xacro first; expressions like it: 3"},
+     "<visual> and <collision>; run xacro first: xacro f.urdf > f.urdf.urdf; expressions like it: "
+     "3"},
     {"braces that are no xacro", ROBOT("<link name=\"a\"><visual name=\"$ {x} {y}\"/></link>"),
      TFA_OK, -1, 0, "", ""},
     {"CRLF, cut off", "<robot name=\"r\">\r\n<link name=\"a\">\r\n", TFA_E_PARSE, TFA_ERROR, 3,

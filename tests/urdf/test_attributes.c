@@ -111,9 +111,10 @@ static void expect(size_t i, const char *value, const char *code, const char *me
     tfa_description *d = NULL;
     assert_int_equal(tfa_urdf_parse(text, strlen(text), "f.urdf", &d, &report), TFA_E_PARSE);
     assert_null(d);
-    for (size_t k = 0; report.count != 1 && k < report.count; k++)
+    for (size_t k = 0; report.count != 2 && k < report.count; k++)
         print_error("%s\n", report.messages[k].text);
-    assert_int_equal(report.count, 1);
+    assert_int_equal(report.count, 2);
+    assert_string_equal(report.messages[1].code, "refused");
     char got[2048];
     char want[2048];
     tfa_report_format(&report, 0, got, sizeof got);
@@ -149,7 +150,8 @@ static void check_attribute(size_t i)
     }
     char message[1024];
     snprintf(message, sizeof message,
-             "%s: %.*s=\"${m + 1}\" of <%s> is an unexpanded xacro expression; run xacro first",
+             "%s: %.*s=\"${m + 1}\" of <%s> is an unexpanded xacro expression; run xacro first: "
+             "xacro f.urdf > f.urdf.urdf",
              owner_of(i), name, lines[i] + 1, element);
     expect(i, "${m + 1}", "xacro", message);
 }

@@ -185,7 +185,8 @@ static void test_repetitions(void **state)
         {"inertials", "<link name=\"b\">", "<inertial/>\n", "</link>", TFA_E_PARSE},
         {"links of one name", "", "<link name=\"a\"/>\n", "", TFA_E_PARSE},
         {"roots", "", "<link name=\"b\"/><link name=\"c\"/>\n", "", TFA_E_PARSE},
-        {"unknown elements", "", "<lnik/>\n", "", TFA_OK},
+        {"unknown elements", "", "<vendor/>\n", "", TFA_OK},
+        {"misspelled elements", "", "<lnik/>\n", "", TFA_E_PARSE},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         char head[128];

@@ -24,14 +24,15 @@ static int parse(const char *text, size_t length, tfa_description **d, tfa_repor
     return tfa_urdf_parse(text, length, "f.urdf", d, report);
 }
 
-/* Parses and expects this one message. */
+/* Parses and expects this one message, and the line that says how many there are. */
 static void expect_error(const char *text, size_t length, int status, const char *message)
 {
     tfa_report report;
     tfa_description *d = NULL;
     assert_int_equal(parse(text, length, &d, &report), status);
     assert_null(d);
-    assert_int_equal(report.count, 1);
+    assert_int_equal(report.count, 2);
+    assert_string_equal(report.messages[1].text, "robot: not loaded: 1 error");
     char got[1024];
     tfa_report_format(&report, 0, got, sizeof got);
     assert_string_equal(got, message);
@@ -210,7 +211,11 @@ static void test_repeats(void **state)
     tfa_report report;
     tfa_description *d = NULL;
     assert_int_equal(parse(text, strlen(text), &d, &report), TFA_E_PARSE);
-    assert_int_equal(report.count, TFA_URDF_MAX_REPEATS + 1);
+    assert_int_equal(report.count, TFA_URDF_MAX_REPEATS + 2);
+    assert_int_equal(report.messages[TFA_URDF_MAX_REPEATS].count, 900);
+    assert_int_equal(report.errors, 1000);
+    assert_string_equal(report.messages[TFA_URDF_MAX_REPEATS + 1].text,
+                        "robot: not loaded: 1000 errors of 1 kind");
     assert_string_equal(report.messages[TFA_URDF_MAX_REPEATS].text,
                         "robot: 900 more messages of this kind are not listed");
     tfa_report_free(&report);

@@ -15,6 +15,14 @@
 
 #include <cmocka.h>
 
+/* A refused file ends with one line that says how many errors there are. */
+static size_t without_last(const tfa_report *report, const urdf_row *row)
+{
+    const tfa_message *last = report->count > 0 ? &report->messages[report->count - 1] : NULL;
+    const bool refused = last && strcmp(last->code, "refused") == 0;
+    return refused == (row->status != TFA_OK) ? report->count - refused : SIZE_MAX;
+}
+
 /* Are the lines of row->message all that was said, with the row's severity, line and code? */
 static bool report_differs(const tfa_report *report, const urdf_row *row)
 {
@@ -29,7 +37,7 @@ static bool report_differs(const tfa_report *report, const urdf_row *row)
             return true;
         text += length + (text[length] == '\n');
     }
-    return report->count != i;
+    return without_last(report, row) != i;
 }
 
 static int row_fails(const urdf_row *row)

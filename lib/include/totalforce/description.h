@@ -33,6 +33,8 @@ typedef struct tfa_link {
     double quat[4];    /**< inertial frame in the link frame, x y z w */
     double inertia[6]; /**< ixx ixy ixz iyy iyz izz, kg m^2, about the centre of mass,
                             along the axes of the inertial frame */
+    uint32_t inertial; /**< 1: the file states mass and inertia, zeros included; 0: it has no
+                            <inertial>, which is warned about where the link moves by itself */
 } tfa_link;
 
 /** A joint between two links. */
@@ -49,11 +51,18 @@ typedef struct tfa_joint {
     double rotor;      /**< the same as written in the file (drake:rotor_inertia times the square of
                             drake:gear_ratio); added to armature only when asked for */
     double damping;    /**< N m s/rad or N s/m, as written; used only when asked for */
-    double friction;   /**< N m or N, as written; never used, counted in a note */
+    double friction;   /**< N m or N, as written; never used: a note says so */
     int32_t mimic;     /**< index of the joint it follows, or -1 */
     double multiplier; /**< q = multiplier * q[mimic] + offset */
     double offset;
 } tfa_joint;
+
+/** Something that the file says and that no model uses, such as limits or transmissions. */
+typedef struct tfa_unused {
+    const char *item; /**< "velocity limits", "<gazebo>" */
+    uint32_t line;    /**< of the first one */
+    size_t count;
+} tfa_unused;
 
 /** A tree of links: exactly one link is nobody's child. Joints stand in document order. */
 typedef struct tfa_description {
@@ -62,6 +71,8 @@ typedef struct tfa_description {
     size_t link_count;
     tfa_joint *joints;
     size_t joint_count;
+    const tfa_unused *unused; /**< in order of first appearance; noted when a model is made */
+    size_t unused_count;
 } tfa_description;
 
 /**

@@ -19,10 +19,21 @@ typedef enum tfa_severity { TFA_NOTE = 0, TFA_WARNING = 1, TFA_ERROR = 2 } tfa_s
 /** One message. Strings belong to the report and live as long as it. */
 typedef struct tfa_message {
     tfa_severity severity;
-    uint32_t line;    /**< line in the file, 1-based; 0 where there is none */
+    uint32_t line;    /**< line in the file, 1-based; 0 where there is none; the first one's */
+    uint32_t count;   /**< links, joints or elements that it is about: 1, or all that are alike */
     const char *code; /**< stable code, for instance "bad-number" */
-    const char *text; /**< "link 'NAME': what; what to do" */
+    const char *text; /**< "link 'NAME': what; what to do; links like it: 9 ('NAME', 'B', ...)" */
+    const char *subject; /**< first link or joint of a message that may be about many; name of
+                              what a note says is not used: "damping", "<gazebo>"; else "" */
+    uint32_t stem;       /**< bytes of text before the list of those like it; 0: it is about one */
 } tfa_message;
+
+/** How a message spells an option: as the user of that door writes it. */
+typedef enum tfa_words {
+    TFA_WORDS_C = 0,        /**< mimic = project, as in tfa_model_options */
+    TFA_WORDS_COMMAND_LINE, /**< --mimic=project */
+    TFA_WORDS_YAML,         /**< mimic: project */
+} tfa_words;
 
 /** A growing list of messages. Zero-initialise before first use; release with tfa_report_free. */
 typedef struct tfa_report {
@@ -30,8 +41,10 @@ typedef struct tfa_report {
     tfa_message *messages;
     size_t count;
     size_t capacity;
-    size_t errors;
-    size_t warnings;
+    size_t errors;   /**< as often as they occurred: a message about nine links counts nine times */
+    size_t warnings; /**< the same */
+    size_t first;    /**< first message of the load or compilation that wrote last */
+    tfa_words words; /**< set by the caller before loading */
 } tfa_report;
 
 /**

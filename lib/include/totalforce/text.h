@@ -41,12 +41,20 @@ TFA_API tfa_number_fault tfa_whole_number_read(const char *text, size_t length, 
 typedef const char *(*tfa_list_name)(const void *list, size_t index);
 
 /**
- * Writes the (up to) three names of a list with the smallest edit distance (Levenshtein) to
- * `wrong`, nearest first, as "'a', 'b', 'c'"; "none" for an empty list. Names are compared by
- * their first 96 bytes: O(count). Any thread.
+ * Writes the (up to) three names of a list with the smallest edit distance (letters added, left
+ * out, replaced, or exchanged with a neighbour) to `wrong`, nearest first, as "'a', 'b', 'c'";
+ * "none" for an empty list. Names are compared by their first 96 bytes: O(count). Any thread.
  */
 TFA_API void tfa_nearest(const char *wrong, const void *list, size_t count, tfa_list_name name,
                          char *text, size_t size);
+
+/**
+ * The name of a list that `wrong` is a misspelling of: at an edit distance of at most 1, or 2 for
+ * names of six letters and more, capitals counting as small letters; NULL if there is none.
+ * Any thread.
+ */
+TFA_API const char *tfa_misspelled(const char *wrong, const void *list, size_t count,
+                                   tfa_list_name name);
 
 #ifdef __cplusplus
 }

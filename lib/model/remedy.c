@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The option with which a refused robot would load: the policies are tried, fewest first.
+ */
+#include <stdio.h>
+#include <string.h>
+
+#include "model/draft.h"
+#include "model/tell.h"
+
+/* The policies that turn an error into something else, those that change the robot least first. */
+static const tfa_choice choices[] = {TFA_CHOICE_INERTIA_STRICT, TFA_CHOICE_INERTIA_REPAIR,
+                                     TFA_CHOICE_MIMIC_PROJECT,  TFA_CHOICE_LOCK_LEAVES,
+                                     TFA_CHOICE_MIMIC_LOCK,     TFA_CHOICE_BASE_FIXED};
+enum { CHOICES = sizeof choices / sizeof *choices };
+
+/* @return 0 if the option has that value already, or another choice of the set decided it */
+static int choose(tfa_model_options *o, const tfa_model_options *given, tfa_choice choice)
+{
+    const tfa_model_options before = *o;
+    switch (choice) {
+    case TFA_CHOICE_INERTIA_STRICT:
+        o->inertia = TFA_INERTIA_STRICT;
+        return given->inertia == TFA_INERTIA_STRICT_PHYSICAL;
+    case TFA_CHOICE_INERTIA_REPAIR:
+        o->inertia = TFA_INERTIA_REPAIR;
+        return given->inertia != TFA_INERTIA_REPAIR && before.inertia == given->inertia;
+    case TFA_CHOICE_MIMIC_PROJECT:
+        o->mimic = TFA_MIMIC_PROJECT;
+        return given->mimic != TFA_MIMIC_PROJECT;
+    case TFA_CHOICE_MIMIC_LOCK:
+        o->mimic = TFA_MIMIC_LOCK;
+        return given->mimic != TFA_MIMIC_LOCK && before.mimic == given->mimic;
+    case TFA_CHOICE_LOCK_LEAVES:
+        o->lock_massless_leaves = 1;
+        return !given->lock_massless_leaves;
+    case TFA_CHOICE_BASE_FIXED:
+        o->base = TFA_BASE_FIXED;
+        return given->base != TFA_BASE_FIXED;
+    default:
+        return 0;
+    }
+}
+
+/* Does it compile with the choices of the set, each of which changes something? */
+static int loads(const tfa_description *description, const tfa_model_options *given, unsigned set)
+{
+    tfa_model_options options = *given;
+    struct draft d;
+    for (int k = 0; k < CHOICES; k++)
+        if (set >> k & 1 && !choose(&options, given, choices[k]))
+            return 0;
+    const int status = tfa_draft_make(&d, description, &options, NULL);
+    tfa_draft_free(&d);
+    return status == TFA_OK;
+}
+
+static int size_of(unsigned set)
+{
+    return __builtin_popcount(set);
+}
+
+const char *tfa_find_remedy(const tfa_description *description, const tfa_model_options *options,
+                            const tfa_report *report, char *text, size_t size)
+{
+    static const tfa_model_options defaults = {0};
+    const tfa_model_options *given = options ? options : &defaults;
+    for (int most = 1; most <= 3; most++)
+        for (unsigned set = 1; set < 1u << CHOICES; set++) {
+            if (size_of(set) != most || !loads(description, given, set))
+                continue;
+            size_t used = 0;
+            for (int k = 0; k < CHOICES; k++)
+                if (set >> k & 1 && used < size)
+                    used += (size_t)snprintf(text + used, size - used, "%s%s", used ? " and " : "",
+                                             tfa_tell_choice(report, choices[k]));
+            return text;
+        }
+    return NULL;
+}

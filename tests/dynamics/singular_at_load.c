@@ -38,7 +38,11 @@ static void make(struct robot *r, random_source *s)
         TFA_JOINT_FIXED,    TFA_JOINT_PLANAR,   TFA_JOINT_FLOATING};
     const uint32_t links = 2 + random_below(s, LINKS - 1);
     memset(r, 0, sizeof *r);
-    r->d = (tfa_description){"random", r->link, links, r->joint, links - 1};
+    r->d = (tfa_description){.name = "random",
+                             .links = r->link,
+                             .link_count = links,
+                             .joints = r->joint,
+                             .joint_count = links - 1};
     for (uint32_t k = 0; k < links; k++) {
         tfa_link *l = &r->link[k];
         const int last = k + 1 == links;

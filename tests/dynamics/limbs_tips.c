@@ -67,7 +67,6 @@ static tfa_request any_request(random_source *s, const test_robot *robot, const 
     r.method = any_method(s, r.op);
     r.estimate = random_below(s, 4) ? TFA_ESTIMATE_NEVER : TFA_ESTIMATE_ALWAYS;
     r.frame = (tfa_reference_frame)random_below(s, 3);
-    r.flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES;
     r.count = 1;
     r.wrench_count = 0;
     r.q += c * robot->nq;
@@ -76,6 +75,7 @@ static tfa_request any_request(random_source *s, const test_robot *robot, const 
     r.base_pose = r.base_pose ? r.base_pose + 7 * c : NULL;
     r.base_twist = r.base_twist && r.v ? r.base_twist + 6 * k : NULL;
     r.tip_count = random_below(s, TIPS) + (r.op == TFA_OP_OPERATIONAL_INERTIA);
+    r.flags = TFA_WANT_POSES | (r.tip_count ? TFA_WANT_SPECTRUM : 0);
     for (uint32_t t = 0; t < r.tip_count; t++)
         r.tips[t] = random_below(s, frames);
     if (random_below(s, 8) == 0 && r.method != TFA_METHOD_EFPA) {

@@ -7,10 +7,7 @@
 #define TFA_KERNEL_ANSWER_H
 
 #include "kernel/state.h"
-
-/* Above this estimate the answer of a method that lost too much is replaced
- * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
-#define FALLBACK_ESTIMATE 1e-4
+#include "kernel/table.h"
 
 /* What is seen of an error times this is the estimate. Without it 1 answer in 10 000 of test_estimates was
  * wrong by more than 30 estimates, by 86 at most (2026-11-22). */

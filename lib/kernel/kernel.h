@@ -107,7 +107,7 @@ void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
 void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x);
 /* Refinement of s->qdd; into the wider state where there is one, which has loaded the request. Steps
  * 0: one correction computed and not applied. `fully`: to the digits of the wider arithmetic, or it
- * is in doubt (s->wider only). `certified`: the estimate is that of the refined answer, from a shaken residual; without
+ * is in doubt (s->wider only). `certified`: the estimate is that of the refined answer, from a perturbed residual; without
  * it steps are estimated by what the last of them changed. */
 struct refined {
     num_doubles estimate; /* |dx|/|x| */
@@ -117,7 +117,7 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
                              int certified);
 /* As the wider one of another kernel, see table.h. */
 void TFA_V(wider_add)(struct state *s, const double *dx, int fresh);
-double TFA_V(wider_residual)(struct state *s, double *residual, int shaken);
+double TFA_V(wider_residual)(struct state *s, double *residual, int perturbed);
 
 /* --- scan_strips.c: see table.h ------------------------------------------------------------------ */
 

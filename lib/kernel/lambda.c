@@ -195,12 +195,12 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame)
     TFA_V(lambda_mirror)(s);
 }
 
-void TFA_V(solve_refined)(struct state *s, tfa_method method, uint32_t steps, int shaken)
+void TFA_V(solve_refined)(struct state *s, tfa_method method, uint32_t steps, int perturbed)
 {
     const uint32_t nv = s->m->freedoms;
     TFA_V(solve)(s, method, s->tau, s->qdd);
     for (uint32_t step = 0; step < steps; step++) {
-        if (shaken && step + 1 == steps)
+        if (perturbed && step + 1 == steps)
             TFA_V(rnea_perturbed)(s, s->qdd, s->res, 0);
         else
             TFA_V(rnea)(s, s->qdd, s->res, 0);

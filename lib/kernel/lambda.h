@@ -87,9 +87,9 @@ void TFA_V(lambda_put)(struct state *s, uint32_t t, uint32_t u, const struct blo
 /* Lambda^-1_tu += psi_t^T phi_u of every joint that supports both tips. Upper triangle. */
 void TFA_V(lambda_joints)(struct state *s);
 
-/* s->qdd = M^-1 s->tau with refinement steps: r = tau - M x, x += M^-1 r; `shaken`: the last residual
+/* s->qdd = M^-1 s->tau with refinement steps: r = tau - M x, x += M^-1 r; `perturbed`: the last residual
  * is that of an estimate (rnea.c). */
-void TFA_V(solve_refined)(struct state *s, tfa_method method, uint32_t steps, int shaken);
+void TFA_V(solve_refined)(struct state *s, tfa_method method, uint32_t steps, int perturbed);
 
 /* Copies the upper triangle of s->lambda to the lower one, where propagation and composed propagators
  * leave numbers that are finite if those above are, and no more: unload does the same on the way out. */

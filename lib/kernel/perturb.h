@@ -11,6 +11,9 @@
 #ifndef TFA_KERNEL_PERTURB_H
 #define TFA_KERNEL_PERTURB_H
 
+#include <string.h>
+
+#include "kernel/perturb_table.h"
 #include "spatial/spatial.h"
 
 /* Largest perturbation, in roundings of the sum of absolute values. */
@@ -83,12 +86,18 @@ static inline svec cross_force_abs(svec v, svec f)
 
 /* ---- perturbations ---- */
 
-/* Of either sign, 0.5 to 1 times PERTURB_ULPS roundings */
+static const uint32_t perturb_lanes[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
+/* Of either sign, 0.5 to 1 times PERTURB_ULPS roundings, another one in every lane */
 static inline num perturbation(uint32_t *rng)
 {
-    *rng = *rng * 1664525u + 1013904223u;
-    const double size = 0.5 + 0.5 * (double)(*rng & 0x7fffffffu) * 0x1p-31;
-    return num_of(*rng >> 31 ? size : -size) * (PERTURB_ULPS * NUM_EPSILON);
+    const double *from = perturb_table + (*rng)++ % PERTURB_COUNT;
+    num x;
+    if (sizeof(num) == NUM_LANES * sizeof(double) && NUM_EPSILON < 0x1p-30 && NUM_EPSILON > 0x1p-60)
+        memcpy(&x, from, sizeof x);
+    else
+        x = num_gather(from, 1, perturb_lanes);
+    return x * (PERTURB_ULPS * NUM_EPSILON);
 }
 
 static inline vec3 v3_perturb(vec3 a, vec3 size, uint32_t *rng)

@@ -120,7 +120,7 @@ struct pieces {
 
 /* What a step computes. BIAS: velocities, gravity and wrenches count; without it the right-hand
  * side is a residual, and what is found is added to qdd. */
-enum { PIECES_FACTOR = 1, PIECES_BIAS = 2, PIECES_SHAKEN = 4 };
+enum { PIECES_FACTOR = 1, PIECES_BIAS = 2, PIECES_PERTURBED = 4 };
 
 static inline struct piece_body *piece_bodies(const struct pieces *p, uint32_t group)
 {
@@ -198,9 +198,9 @@ void TFA_V(pieces_correct)(struct pieces *p);
 /* pieces_lambda.c: Lambda^-1 of a checked request for one tip on the last body */
 void TFA_V(pieces_lambda)(struct pieces *p, const tfa_request *r, double *lambda);
 
-/* pieces_residual.c: rhs = tau - RNEA(qdd), shaken (shake.h) or not; rhs of the joint before each
+/* pieces_residual.c: rhs = tau - RNEA(qdd), perturbed (perturb.h) or not; rhs of the joint before each
  * piece from that of the piece before */
-void TFA_V(pieces_residual)(struct pieces *p, int shaken);
+void TFA_V(pieces_residual)(struct pieces *p, int perturbed);
 void TFA_V(pieces_tell_next)(const struct pieces *p);
 
 #endif

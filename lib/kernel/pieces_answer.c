@@ -50,7 +50,7 @@ static double refine(struct pieces *p)
     return sqrt(sum_of(p, p->sum_dx) / sum_of(p, p->sum_qdd));
 }
 
-/* The error of qdd: of a shaken residual, seen by factors that know no inverse inertia (refine.c) */
+/* The error of qdd: of a perturbed residual, seen by factors that know no inverse inertia (refine.c) */
 static double judge(struct pieces *p, struct tfa_judge *judge)
 {
     double sum = 0;

@@ -12,63 +12,78 @@
  * and the pieces carry them to all their bodies. So every joint's acceleration and force differs
  * from RNEA's by roundings of its own size. A piece that starts on a body at rest would lose
  * roundings of what the whole piece adds up to, which in light bodies between heavy ones is a
- * million times more. Shaken as in rnea.c; the small da and df need no shaking.
+ * million times more. Perturbed as in rnea.c; the small da and df need no perturbation.
  */
 #include "kernel/hinge.h"
+#include "kernel/perturb.h"
 #include "kernel/pieces.h"
-#include "kernel/shake.h"
 
-/* By turns of its own for each row and number, so that a row is shaken the same in every pass. */
-static inline uint32_t turn_of(uint32_t k, uint32_t number)
+/* Random numbers of its own for each row, so that rows of all pieces are alike */
+static inline uint32_t rng_of(uint32_t k, uint32_t number)
 {
-    return (3 * k + number) * 0x9e3779b9u;
+    return 37 * k + number;
 }
 
-static inline place row_place(const struct piece_row *r, uint32_t k, int shaken)
+/* The joint's velocity as a spatial vector */
+static inline svec joint_velocity(const struct piece_row *r, uint32_t k)
 {
-    uint32_t turn = turn_of(k, 0);
-    return shaken ? shake_place(&r[k].X, 1, &turn) : r[k].X;
+    return (svec){v3(num_of(0), num_of(0), r[k].qd), v3_zero()};
 }
 
 /* X a + c + H qdd */
-static inline svec row_motion(const struct pieces *p, const struct piece_row *r, uint32_t k,
-                              const place *X, svec a, int shaken)
+static inline svec row_motion(const struct pieces *p, const struct piece_row *r, uint32_t k, svec a,
+                              int perturbed)
 {
-    uint32_t turn = turn_of(k, 1);
-    a = x_motion(X, a);
+    const place X = place_abs(&r[k].X, 1);
+    svec size = x_motion_abs(&X, sv_abs(a));
+    a = x_motion(&r[k].X, a);
     if (p->moving) {
-        const svec c = hinge_products(r[k].v, r[k].qd);
-        a = sv_add(a, shaken ? shake_svec(c, &turn) : c);
+        a = sv_add(a, hinge_products(r[k].v, r[k].qd));
+        size = sv_add(size, cross_motion_abs(sv_abs(r[k].v), sv_abs(joint_velocity(r, k))));
     }
     a.w.z += r[k].qdd;
-    return a;
+    uint32_t rng = rng_of(k, 0);
+    return perturbed ? sv_perturb(a, size, &rng) : a;
 }
 
 /* I a + p */
 static inline svec row_force(const struct pieces *p, const struct piece_body *b,
-                             const struct piece_row *r, uint32_t k, svec a, int shaken)
+                             const struct piece_row *r, uint32_t k, svec a, int perturbed)
 {
-    uint32_t turn = turn_of(k, 2);
-    const svec f = s6_rigid_mul(b[k].I, b[k].h, b[k].mass, a);
-    if (!p->moving)
+    svec f = s6_rigid_mul(b[k].I, b[k].h, b[k].mass, a);
+    if (p->moving)
+        f = sv_add(f, r[k].p);
+    if (!perturbed)
         return f;
-    if (!shaken)
-        return sv_add(f, r[k].p);
-    const svec momentum = s6_rigid_mul(b[k].I, b[k].h, b[k].mass, shake_svec(r[k].v, &turn));
-    return sv_add(f, cross_force(shake_svec(r[k].v, &turn), momentum));
+    const svec v = sv_abs(r[k].v);
+    svec size = rigid_mul_abs(b[k].I, b[k].h, b[k].mass, sv_abs(a));
+    if (p->moving)
+        size = sv_add(size, cross_force_abs(v, rigid_mul_abs(b[k].I, b[k].h, b[k].mass, v)));
+    uint32_t rng = rng_of(k, 6);
+    return sv_perturb(f, size, &rng);
+}
+
+/* X^T f */
+static inline svec row_force_up(const struct piece_row *r, uint32_t k, svec f, int perturbed)
+{
+    const svec up = x_t_force(&r[k].X, f);
+    if (!perturbed)
+        return up;
+    const place X = place_abs(&r[k].X, 1);
+    uint32_t rng = rng_of(k, 12);
+    return sv_perturb(up, x_t_force_abs(&X, sv_abs(f)), &rng);
 }
 
 /* a of each body, from the one that the solution has before the piece; of the last one to the
  * border */
 static inline __attribute__((always_inline)) void move(const struct pieces *p, uint32_t g,
-                                                       int shaken)
+                                                       int perturbed)
 {
     struct piece_row *r = piece_rows(p, g);
     svec a;
     border_get_many(p, BORDER_V, g, &a.w.x, 6);
     for (uint32_t k = 1; k <= p->rows; k++) {
-        const place X = row_place(r, k, shaken);
-        a = r[k].a = row_motion(p, r, k, &X, a, shaken);
+        a = r[k].a = row_motion(p, r, k, a, perturbed);
     }
     border_put_many(p, BORDER_MOVED, g, &a.w.x, 6);
 }
@@ -76,7 +91,7 @@ static inline __attribute__((always_inline)) void move(const struct pieces *p, u
 /* rhs = tau - H^T f with the force behind the piece that the solution has; the force on the body
  * before the piece to the border */
 static inline __attribute__((always_inline)) void press(const struct pieces *p, uint32_t g,
-                                                        int shaken)
+                                                        int perturbed)
 {
     const struct piece_body *b = piece_bodies(p, g);
     struct piece_row *r = piece_rows(p, g);
@@ -88,10 +103,9 @@ static inline __attribute__((always_inline)) void press(const struct pieces *p, 
     }
     border_get_many(p, BORDER_BEHIND, g, &f.w.x, 6);
     for (uint32_t k = p->rows; k > 0; k--) {
-        const place X = row_place(r, k, shaken);
-        f = sv_add(f, row_force(p, b, r, k, r[k].a, shaken));
+        f = sv_add(f, row_force(p, b, r, k, r[k].a, perturbed));
         r[k].rhs = r[k].tau - f.w.z;
-        f = x_t_force(&X, f);
+        f = row_force_up(r, k, f, perturbed);
     }
     border_put_many(p, BORDER_PRESSED, g, &f.w.x, 6);
 }
@@ -106,7 +120,7 @@ static inline void give_residual(const struct pieces *p, const struct piece_body
 
 /* rhs -= H^T df, what the force behind the piece was wrong by */
 static inline __attribute__((always_inline)) void compare(const struct pieces *p, uint32_t g,
-                                                          int shaken)
+                                                          int perturbed)
 {
     const struct piece_body *b = piece_bodies(p, g);
     struct piece_row *r = piece_rows(p, g);
@@ -114,7 +128,7 @@ static inline __attribute__((always_inline)) void compare(const struct pieces *p
     border_get_many(p, BORDER_BEHIND, g, &df.w.x, 6);
     for (uint32_t k = p->rows; k > 0; k--) {
         r[k].rhs = (r[k].rhs - df.w.z) * b[k].live;
-        if (shaken) { /* with the sign that cannot cancel the rest */
+        if (perturbed) { /* with the sign that cannot cancel the rest */
             const num e = num_abs(r[k].tau) * NUM_EPSILON;
             r[k].rhs += num_select(r[k].rhs < num_of(0), -e, e);
             give_residual(p, &b[k], r[k].rhs);
@@ -128,7 +142,7 @@ static inline __attribute__((always_inline)) void compare(const struct pieces *p
     {                                                                                              \
         const struct pieces *p = context;                                                          \
         (void)worker;                                                                              \
-        if (p->what & PIECES_SHAKEN)                                                               \
+        if (p->what & PIECES_PERTURBED)                                                            \
             name(p, g, 1);                                                                         \
         else                                                                                       \
             name(p, g, 0);                                                                         \
@@ -173,9 +187,9 @@ void TFA_V(pieces_tell_next)(const struct pieces *p)
     }
 }
 
-void TFA_V(pieces_residual)(struct pieces *p, int shaken)
+void TFA_V(pieces_residual)(struct pieces *p, int perturbed)
 {
-    p->what = shaken ? PIECES_SHAKEN : 0;
+    p->what = perturbed ? PIECES_PERTURBED : 0;
     border_put_column(p, BORDER_V, 0, (svec){v3_zero(), v3_neg(p->gravity)});
     crew_run(p->crew, move_group, p, p->groups);
     TFA_V(pieces_close_gaps)(p);

@@ -37,18 +37,18 @@ static num_doubles norm(const num *x, uint32_t n)
     return root;
 }
 
-/* s->res = tau - RNEA(s->qdd); or shaken, and the difference, too: with the sign that cannot cancel
+/* s->res = tau - RNEA(s->qdd); or perturbed, and the difference, too: with the sign that cannot cancel
  * the rest. */
-static void find_residual(struct state *s, int shaken)
+static void find_residual(struct state *s, int perturbed)
 {
     const uint32_t n = s->m->freedoms;
-    if (shaken)
+    if (perturbed)
         TFA_V(rnea_perturbed)(s, s->qdd, s->res, 1);
     else
         TFA_V(rnea)(s, s->qdd, s->res, 1);
     for (uint32_t j = 0; j < n; j++)
         s->res[j] = s->tau[j] - s->res[j];
-    for (uint32_t j = 0; shaken && j < n; j++)
+    for (uint32_t j = 0; perturbed && j < n; j++)
         s->res[j] +=
             num_select(s->res[j] < 0, num_of(-(double)NUM_EPSILON), num_of((double)NUM_EPSILON)) *
             num_abs(s->tau[j]);
@@ -66,9 +66,9 @@ void TFA_V(wider_add)(struct state *s, const double *dx, int fresh)
         s->qdd[m->mimic[k].follower] = num_of(m->mimic[k].multiplier) * s->qdd[m->mimic[k].leader];
 }
 
-double TFA_V(wider_residual)(struct state *s, double *residual, int shaken)
+double TFA_V(wider_residual)(struct state *s, double *residual, int perturbed)
 {
-    find_residual(s, shaken);
+    find_residual(s, perturbed);
     for (uint32_t j = 0; j < s->m->freedoms; j++)
         residual[j] = (double)num_lane(s->res[j], 0);
     return norm(s->qdd, s->m->freedoms).lane[0];
@@ -82,9 +82,9 @@ static void hand_over(struct state *s, const num *x, int fresh)
 }
 
 /* s->res = tau - RNEA(x) of the wider state. Returns |x|. */
-static double fetch_residual(struct state *s, int shaken)
+static double fetch_residual(struct state *s, int perturbed)
 {
-    const double size = s->wider->kernel->residual(s->wider->state, s->carry, shaken);
+    const double size = s->wider->kernel->residual(s->wider->state, s->carry, perturbed);
     for (uint32_t j = 0; j < s->m->freedoms; j++)
         s->res[j] = num_of(s->carry[j]);
     return size;
@@ -93,13 +93,13 @@ static double fetch_residual(struct state *s, int shaken)
 /* ---- steps ---- */
 
 /* dx = M^-1 (tau - RNEA(qdd)), and |dx| / |qdd| */
-static num_doubles correction(struct state *s, tfa_method method, int shaken)
+static num_doubles correction(struct state *s, tfa_method method, int perturbed)
 {
     num_doubles size = {{0}}, change;
     if (s->wider)
-        size.lane[0] = fetch_residual(s, shaken);
+        size.lane[0] = fetch_residual(s, perturbed);
     else
-        find_residual(s, shaken);
+        find_residual(s, perturbed);
     TFA_V(solve)(s, method, s->res, s->dx);
     if (!s->wider) /* here, beside the other norm: 0.5 ns a body less (aba, 2026-11-22) */
         size = norm(s->qdd, s->m->freedoms);

@@ -7,11 +7,12 @@
  * rounding, which every method shares with it. An estimate takes the residual with all of them
  * perturbed (perturb.h).
  */
+#include "kernel/join.h"
 #include "kernel/kernel.h"
 #include "kernel/perturb.h"
 #include "kernel/rnea_step.h"
 
-/* ---- as it is ---- */
+#ifndef TFA_PACKED /* limbs need the residual of estimates only */
 
 /* tau_i = H_i^T f_i + R_i qdd_i,  f_parent += X_i^T f_i */
 static inline void inward(struct state *s, uint32_t i, const num *qdd, num *tau)
@@ -40,16 +41,17 @@ void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
         inward(s, i, qdd, tau);
 }
 
+#endif
+
 /* ---- perturbed ---- */
 
 /* Sum of the absolute values that v_i is made of, and of c_i */
-static inline svec velocity_abs(const struct state *s, uint32_t i, const place *X, svec *c)
+static inline svec velocity_abs(const struct state *s, const terms *b, const place *X, svec *c)
 {
-    const struct tfa_body *b = &s->body[i];
     svec joint = sv_zero();
     add_joint_motion(s, b, s->qd + b->v, &joint);
     joint = sv_abs(joint);
-    const svec before = b->parent < 0 ? sv_zero() : sv_abs(s->v[b->parent]);
+    const svec before = sv_abs(parent_motion(b, s->v, sv_zero()));
     const svec v = sv_add(x_motion_abs(X, before), joint);
     *c = cross_motion_abs(v, joint);
     return v;
@@ -59,13 +61,13 @@ static inline svec velocity_abs(const struct state *s, uint32_t i, const place *
 static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, const num *qdd,
                                      int products, uint32_t *rng)
 {
-    const struct tfa_body *b = &s->body[i];
-    const svec before = b->parent < 0 ? ground : s->a[b->parent];
+    const terms *b = body_terms(s, i);
+    const svec before = parent_motion(b, s->a, ground);
     const place X = place_abs(&s->X[i], b->n == 1);
     svec a = x_motion(&s->X[i], before), size = x_motion_abs(&X, sv_abs(before)), f = sv_zero();
     if (products) {
         svec c;
-        const svec v = velocity_abs(s, i, &X, &c);
+        const svec v = velocity_abs(s, b, &X, &c);
         a = sv_add(a, s->c[i]);
         size = sv_add(size, c);
         f = cross_force_abs(v, rigid_mul_abs(terms_I(b), terms_h(b), terms_mass(b), v));
@@ -76,25 +78,27 @@ static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, c
     s->f[i] = sv_perturb(s->f[i], f, rng);
 }
 
+/* tau_i, and f_i to the parent, which stands where ABA has its bias force */
 static inline void inward_perturbed(struct state *s, uint32_t i, const num *qdd, num *tau,
                                     uint32_t *rng)
 {
-    const struct tfa_body *b = &s->body[i];
+    const terms *b = body_terms(s, i);
+    if (!b->leaf)
+        s->f[i] = sv_add(s->f[i], given_force(s, i));
     euler_joint(s, i, qdd, tau);
     if (b->parent < 0)
         return;
     const place X = place_abs(&s->X[i], b->n == 1);
-    const svec up =
-        sv_perturb(x_t_force(&s->X[i], s->f[i]), x_t_force_abs(&X, sv_abs(s->f[i])), rng);
-    s->f[b->parent] = sv_add(s->f[b->parent], up);
+    const svec size = x_t_force_abs(&X, sv_abs(s->f[i]));
+    give_force(s, i, sv_perturb(x_t_force(&s->X[i], s->f[i]), size, rng), FOLD_FRESH);
 }
 
 void TFA_V(rnea_perturbed)(struct state *s, const num *qdd, num *tau, int bias)
 {
-    uint32_t rng = 1;
+    uint32_t rng = 0;
     const svec ground = {v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
-    for (uint32_t i = 0; i < s->m->bodies; i++)
+    for (uint32_t i = 0; i < s->bodies; i++)
         outward_perturbed(s, i, ground, qdd, bias && s->moving, &rng);
-    for (uint32_t i = s->m->bodies; i-- > 0;)
+    for (uint32_t i = s->bodies; i-- > 0;)
         inward_perturbed(s, i, qdd, tau, &rng);
 }

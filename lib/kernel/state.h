@@ -67,6 +67,8 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(num, qd, nv, "rad/s, m/s", "joint", "load: velocities, base first")                      \
     ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
+    ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
+    ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
     ARRAY(num, known, nv, "N m, N", "joint",                                                       \
           "load: forces that follow from q and v: damping, "                                       \
           "wrenches inside fused joints")                                                          \
@@ -101,8 +103,6 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
 /* Of one state at a time only */
 #define TFA_SINGLE_ARRAYS(ARRAY)                                                                   \
     ARRAY(double, carry, nv, "", "joint", "refine: what goes to the wider kernel and comes back")  \
-    ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
-    ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
     ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
           "crba: composite inertia; efpa: inverse inertias Omega")                                 \
     ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "hold: composite without freedom")  \

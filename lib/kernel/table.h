@@ -26,6 +26,10 @@ struct tfa_factors {
     size_t multi_bytes;
 };
 
+/* Above this estimate the answer of a method that lost too much is replaced
+ * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
+#define FALLBACK_ESTIMATE 1e-4
+
 /* What became of a state; alarmed: the sentinel tripped (sentinel.h), the error is to be estimated. */
 enum { TFA_NOT_ANSWERED = 0, TFA_ANSWERED = 1, TFA_ANSWERED_ALARMED = 2 };
 
@@ -84,7 +88,7 @@ struct tfa_kernel {
     /* x = dx (fresh) or x += dx, as follows for followers; */
     void (*add)(struct state *s, const double *dx, int fresh);
     /* residual = tau - RNEA(x), perturbed (rnea_perturbed) or not. Returns |x|; */
-    double (*residual)(struct state *s, double *residual, int shaken);
+    double (*residual)(struct state *s, double *residual, int perturbed);
     /* writes x to the reply. Returns 1 when all of it is finite. */
     int (*unload)(const struct state *s, uint32_t k, tfa_reply *reply);
 };
@@ -164,6 +168,8 @@ struct tfa_limbs {
     /* State k of a checked request, which changes nothing about the robot and has no mimics: its
      * accelerations, where they are asked for, and its factors. TFA_NOT_ANSWERED: some are not finite. */
     int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply);
+    /* Of the accelerations that came last, as tfa_kernel.estimate */
+    int (*estimate)(struct state *s, double limit, tfa_answer *answer);
     /* Of the state that came last, the factors of all bodies that carry a tip of the request. Whether
      * they are finite is left to who uses them. */
     void (*give)(const struct state *s, const tfa_request *request, const struct tfa_factors *to);

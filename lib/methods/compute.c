@@ -160,7 +160,7 @@ static int goes_by_limbs(const tfa_workspace *w, const tfa_request *r)
 /* Estimate of accelerations that stand in the reply, if the request or the sentinel asks for it. Returns 0
  * where the kernel of one state is to answer instead. */
 static int estimate_if_asked(tfa_workspace *w, const tfa_request *r, uint32_t k, int alarmed,
-                             const tfa_reply *reply, tfa_answer *answer)
+                             int by_limbs, const tfa_reply *reply, tfa_answer *answer)
 {
     const int asked = is_forward(r) && r->estimate == TFA_ESTIMATE_ALWAYS;
     alarmed &= r->estimate == TFA_ESTIMATE_DEFAULT;
@@ -171,7 +171,9 @@ static int estimate_if_asked(tfa_workspace *w, const tfa_request *r, uint32_t k,
         return 0;
     if (alarmed)
         answer->flags |= TFA_ANSWER_SENTINEL;
-    return w->kernel->estimate(w->state, r, k, reply, alarmed ? ALARM_ESTIMATE : 1, answer);
+    const double limit = alarmed ? ALARM_ESTIMATE : FALLBACK_ESTIMATE;
+    return by_limbs ? w->limbs->estimate(w->limb_state, limit, answer)
+                    : w->kernel->estimate(w->state, r, k, reply, limit, answer);
 }
 
 static int compute_strips(tfa_workspace *w, const tfa_request *r, uint32_t k, tfa_reply *reply)
@@ -179,7 +181,8 @@ static int compute_strips(tfa_workspace *w, const tfa_request *r, uint32_t k, tf
     const double light = r->method == TFA_METHOD_SCAN ? TFA_SCAN_LIGHT : -1; /* every cut */
     tfa_answer answer = {.method = (uint16_t)r->method, .error_estimate = (double)NAN};
     const int answered = w->strips->answer(w->strips_state, w->crew, r, k, light, reply);
-    if (!answered || !estimate_if_asked(w, r, k, answered == TFA_ANSWERED_ALARMED, reply, &answer))
+    if (!answered ||
+        !estimate_if_asked(w, r, k, answered == TFA_ANSWERED_ALARMED, 0, reply, &answer))
         return 0;
     if (reply->answers)
         reply->answers[k] = answer;
@@ -212,7 +215,8 @@ static uint32_t compute_limbs(tfa_workspace *w, const tfa_request *r, uint32_t k
 {
     tfa_answer answer = {.method = TFA_METHOD_ABA, .error_estimate = (double)NAN};
     const int answered = w->limbs->answer(w->limb_state, r, k, reply);
-    if (!answered || !estimate_if_asked(w, r, k, answered == TFA_ANSWERED_ALARMED, reply, &answer))
+    if (!answered ||
+        !estimate_if_asked(w, r, k, answered == TFA_ANSWERED_ALARMED, 1, reply, &answer))
         return 0;
     if (r->tip_count) {
         w->limbs->give(w->limb_state, r, &w->factors);
@@ -349,7 +353,7 @@ static uint32_t compute_own(tfa_workspace *w, const tfa_request *r, const tfa_re
         count = w->own->one(&w->host, bare, k, reply) ? 1 : 0;
     for (uint32_t l = 0; l < count; l++) {
         tfa_answer answer = {.method = own_method(r), .error_estimate = (double)NAN};
-        if (!estimate_if_asked(w, r, k + l, 0, reply, &answer))
+        if (!estimate_if_asked(w, r, k + l, 0, 0, reply, &answer))
             return l;
         if (reply->answers)
             reply->answers[k + l] = answer;

@@ -18,6 +18,7 @@
 #include <totalforce/model.h>
 
 typedef enum config_estimate {
+    CONFIG_ESTIMATE_DEFAULT,
     CONFIG_ESTIMATE_NEVER,
     CONFIG_ESTIMATE_SAMPLED,
     CONFIG_ESTIMATE_ALWAYS,

@@ -16,7 +16,7 @@ static const char *const scene_base_words[] = {"fixed", "floating", "same", NULL
 /* in the order of the enums in model.h */
 static const char *const inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
 static const char *const mimic_words[] = {"free", "project", "lock", NULL};
-static const char *const estimate_words[] = {"never", "sampled", "always", NULL};
+static const char *const estimate_words[] = {"default", "never", "sampled", "always", NULL};
 static const char *const precision_words[] = {"f64", "f32", NULL};
 /* in the order of tfa_residual */
 static const char *const residual_words[] = {"same", "f64", "f128", NULL};
@@ -113,8 +113,8 @@ static const config_row robot_rows[] = {
     {"scenes", CONFIG_LIST, LIST_AT(config_robot, scenes), .low = 0, .high = 1000,
      .table = &scene_table, .help = "Parts or loads of the robot, each served as ROBOT.SCENE"},
     {"estimate", CONFIG_WORD, AT(config_robot, estimate), .live = true,
-     .standard = CONFIG_ESTIMATE_SAMPLED, .words = estimate_words,
-     .help = "Error estimate for requests that leave it open: never, sampled, always"},
+     .standard = CONFIG_ESTIMATE_DEFAULT, .words = estimate_words,
+     .help = "Error estimate where a request leaves it open: default (sentinel), never, sampled, always"},
     {"estimate_every", CONFIG_COUNT, AT(config_robot, estimate_every), .live = true,
      .standard = 100, .low = 1, .high = 1e9, .help = "sampled: one request in so many"},
     {"precision", CONFIG_WORD, AT(config_robot, precision), .live = true,

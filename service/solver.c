@@ -110,9 +110,12 @@ tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *
         .shape = robot->shape, .solve = tfa_robot_solve, .self = solver, .cut = solver->cut};
 }
 
-/* What a request gets that leaves the estimate open. DEFAULT is the library's: always for TFA. */
+/* What a request gets that leaves the estimate open. DEFAULT is the library's: where the sentinel trips, and
+ * always for methods with inverse inertias. */
 static tfa_estimate policy(tfa_robot_solver *solver, const tfa_request *request)
 {
+    if (solver->estimate == CONFIG_ESTIMATE_DEFAULT)
+        return TFA_ESTIMATE_DEFAULT;
     if (request->hold != TFA_HOLD_NONE)
         return TFA_ESTIMATE_NEVER; /* held joints have a certificate instead */
     if (solver->estimate == CONFIG_ESTIMATE_NEVER)

@@ -5,7 +5,7 @@
  * `totalforce call` share everything here, so their replies agree to the byte.
  *
  *     {"id":1,"op":"forward_dynamics","q":[...],"v":[...],"tau":[...]}
- *     -> {"id":1,"status":"ok","method":"aba","qdd":[...],"error_estimate":3e-16,
+ *     -> {"id":1,"status":"ok","method":"aba","qdd":[...],
  *         "model":"0123456789abcdef"}
  *     -> {"id":1,"status":"error","error":"q: 6 values, the robot has 7 joints (a, ...)",
  *         "code":"E_SIZE"}
@@ -37,10 +37,10 @@ typedef struct jsonl_defaults {
     uint32_t refine;
 } jsonl_defaults;
 
-/** Method auto, estimate always, the method's own refinement. */
+/** Method auto, estimate where the sentinel trips, the method's own refinement. */
 #define JSONL_DEFAULTS                                                                             \
     {                                                                                              \
-        .method = TFA_METHOD_AUTO, .estimate = TFA_ESTIMATE_ALWAYS, .refine = TFA_REFINE_DEFAULT   \
+        .method = TFA_METHOD_AUTO, .estimate = TFA_ESTIMATE_DEFAULT, .refine = TFA_REFINE_DEFAULT  \
     }
 
 /** Memory for one request and its reply. Written by jsonl_read and by whoever answers. */

@@ -27,14 +27,14 @@ static const struct argp_option option_table[] = {
      .doc = "Refinement steps (the method's)"},
     {.name = "estimate",
      .key = KEY_ESTIMATE,
-     .arg = "always|never",
-     .doc = "Measure the error of every answer (always)"},
+     .arg = "default|always|never",
+     .doc = "Measure the error of answers: where the sentinel trips (default), of all, of none"},
     {.name = "strict", .key = KEY_STRICT, .doc = "Exit with 1 if any reply was an error"},
     {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const policies[] = {"always", "never"};
+    static const char *const policies[] = {"default", "never", "always"};
     jsonl_options *options = state->input;
     int32_t method;
     char list[512];
@@ -52,9 +52,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
             (uint32_t)option_unsigned(state, "refine", text, 0, TFA_MAX_REFINE);
         return 0;
     case KEY_ESTIMATE:
-        options->defaults.estimate = option_word(state, "estimate", text, policies, 2) == 0
-                                         ? TFA_ESTIMATE_ALWAYS
-                                         : TFA_ESTIMATE_NEVER;
+        options->defaults.estimate =
+            (tfa_estimate)option_word(state, "estimate", text, policies, 3);
         return 0;
     case KEY_STRICT:
         options->strict = 1;

@@ -171,6 +171,8 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
     print_certificate(out, reply->certificate);
     if ((answer->flags & TFA_ANSWER_ESTIMATED) && isfinite(answer->error_estimate))
         print_number_key(out, "error_estimate", answer->error_estimate);
+    if (answer->flags & TFA_ANSWER_SENTINEL)
+        fputs(",\"sentinel\":true", out);
     if (answer->flags & TFA_ANSWER_FALLBACK)
         fprintf(out, ",\"fallback\":true,\"reason\":\"%s\"", tfa_fallback_text(answer->flags));
     if (answer->flags & TFA_ANSWER_WIDER)

@@ -206,8 +206,11 @@ static int read_estimate(jsonl_reader *r, const json_t *value)
         r->request->estimate = TFA_ESTIMATE_ALWAYS;
     else if (strcmp(policy, "never") == 0)
         r->request->estimate = TFA_ESTIMATE_NEVER;
+    else if (strcmp(policy, "default") == 0)
+        r->request->estimate = TFA_ESTIMATE_DEFAULT;
     else
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "estimate: must be \"always\" or \"never\"");
+        return jsonl_fail(r->error, TFA_E_ARGUMENT,
+                          "estimate: must be \"default\", \"always\" or \"never\"");
     return TFA_OK;
 }
 

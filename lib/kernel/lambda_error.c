@@ -22,8 +22,8 @@ static num component(uint32_t probe, size_t e)
     return num_of((int32_t)(bits >> 16) - 32768) * num_of(1.7320508 / 32768);
 }
 
-/* |Lambda^-1 f - J x|^2 */
-static num difference(struct state *s, tfa_method method, uint32_t steps, uint32_t probe)
+/* |Lambda^-1 f - J x|^2 in units of `unit` */
+static num difference(struct state *s, tfa_method method, uint32_t steps, uint32_t probe, num unit)
 {
     const uint32_t nv = s->m->freedoms;
     const size_t n = 6 * s->tips;
@@ -40,6 +40,7 @@ static num difference(struct state *s, tfa_method method, uint32_t steps, uint32
             y -= s->psi[(size_t)j * n + e] * s->qdd[j];
         for (size_t f = 0; f < n; f++)
             y += component(probe, f) * s->lambda[e * n + f];
+        y /= unit;
         sum += y * y;
     }
     return sum;
@@ -49,7 +50,7 @@ num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_
                                 uint32_t steps)
 {
     const size_t entries = 36 * (size_t)s->tips * s->tips;
-    num error = num_of(0), size = num_of(0);
+    num error = num_of(0), size = num_of(0), unit = num_of(0);
     num_doubles estimate;
     if (method_inverts(method)) { /* factors that may be blind are no judges (refine.c) */
         method = TFA_METHOD_ABA;
@@ -57,10 +58,13 @@ num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_
     }
     TFA_V(jacobian)(s, frame);
     TFA_V(lambda_mirror)(s);
+    for (size_t e = 0; e < entries; e++) /* squares of anything else may under- or overflow */
+        unit = num_select(num_abs(s->lambda[e]) > unit, num_abs(s->lambda[e]), unit);
+    unit = num_select(unit > 0, unit, num_of(1));
     for (uint32_t probe = 0; probe < PROBES; probe++)
-        error += difference(s, method, steps + 1, probe);
+        error += difference(s, method, steps + 1, probe, unit);
     for (size_t e = 0; e < entries; e++)
-        size += s->lambda[e] * s->lambda[e];
+        size += s->lambda[e] / unit * (s->lambda[e] / unit);
     const num ratio = error / (PROBES * size);
     for (int l = 0; l < NUM_LANES; l++)
         estimate.lane[l] =

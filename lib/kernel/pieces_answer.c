@@ -42,6 +42,12 @@ static double sum_of(const struct pieces *p, const num *x)
     return sum;
 }
 
+/* Do sums of squares keep their digits? Otherwise the kernel of one state answers, whose norms are scaled. */
+static int is_in_range(double sum)
+{
+    return sum == 0 || (sum > 1e-280 && sum < 1e300);
+}
+
 /* One step of refinement: |dx| / |qdd| before it */
 static double refine(struct pieces *p)
 {
@@ -88,10 +94,11 @@ static int answer(struct pieces *p, struct tfa_crew *crew, const tfa_request *r,
         return 0;
     if (!bare)
         estimate = judge(p, by);
-    *out = (tfa_answer){.method = (uint16_t)r->method, .error_estimate = estimate};
-    if (steps > 0 || !bare)
-        out->flags |= TFA_ANSWER_ESTIMATED;
-    return sum_of(p, p->finite) == 0 && (bare || estimate <= FALLBACK_ESTIMATE);
+    *out = (tfa_answer){.method = (uint16_t)r->method,
+                        .flags = bare ? 0 : (uint16_t)TFA_ANSWER_ESTIMATED,
+                        .error_estimate = bare ? (double)NAN : estimate};
+    return sum_of(p, p->finite) == 0 &&
+           (bare || (is_in_range(sum_of(p, p->sum_qdd)) && estimate <= FALLBACK_ESTIMATE));
 }
 
 static int answer_lambda(struct pieces *p, struct tfa_crew *crew, const tfa_request *r, uint32_t k,

@@ -54,7 +54,7 @@ static void defaults_hold(void **state)
     assert_int_equal(c->limits.clients, 64);
     assert_int_equal(c->robots_count, 1);
     assert_string_equal(c->robots[0].name, "arm");
-    assert_int_equal(c->robots[0].estimate, CONFIG_ESTIMATE_SAMPLED);
+    assert_int_equal(c->robots[0].estimate, CONFIG_ESTIMATE_DEFAULT);
     assert_int_equal(c->robots[0].estimate_every, 100);
     assert_int_equal(c->robots[0].precision, CONFIG_PRECISION_F64);
     assert_int_equal(c->robots[0].residual, TFA_RESIDUAL_SAME);
@@ -134,7 +134,8 @@ static void errors_name_line_and_column(void **state)
         {ROBOT "    slots: 3\n", ":4:12: ", "power of two"},
         {ROBOT "    gravity: [0, 0]\n", ":4:14: ", "2 given, a list of 3 numbers is expected"},
         {ROBOT "    wait: default\n", ":4:11: ", "'default' is not one of spin, hybrid, block"},
-        {ROBOT "    estimate: often\n", ":4:15: ", "'often' is not one of never, sampled, always"},
+        {ROBOT "    estimate: often\n",
+         ":4:15: ", "'often' is not one of default, never, sampled, always"},
         {ROBOT "    precision: f128\n", ":4:16: ", "f128"},
         {ROBOT "    residual: double\n", ":4:15: ", "double"},
         {ROBOT "    armature: [{joint: a}]\n", ":4:16: ", "the key 'value' is missing"},

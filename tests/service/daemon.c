@@ -290,8 +290,9 @@ static void precision_is_taken_in_a_reload(void **state)
 
 static const struct {
     const char *yaml;
-    int measured; /* of 20 */
-} policies[] = {{"    estimate: never\n", 0},
+    int measured;        /* of 20 */
+} policies[] = {{"", 0}, /* the default: where the sentinel trips */
+                {"    estimate: never\n", 0},
                 {"    estimate: always\n", 20},
                 {"    estimate: sampled\n    estimate_every: 5\n", 4}};
 #define POLICIES (sizeof policies / sizeof *policies)

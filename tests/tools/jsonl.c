@@ -120,7 +120,7 @@ static const struct {
     {"{" FD "," Q ",\"refine\":1.5}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},
     {"{" FD "," Q ",\"refine\":-1}", TFA_E_ARGUMENT, "refine: must be 0, 1, 2 or 3"},
     {"{" FD "," Q ",\"estimate\":\"maybe\"}", TFA_E_ARGUMENT,
-     "estimate: must be \"always\" or \"never\""},
+     "estimate: must be \"default\", \"always\" or \"never\""},
     {"{" FD "," Q ",\"gravity\":[0,0]}", TFA_E_SIZE, "gravity: 2 values, must be 3"},
     {"{" FD "," Q ",\"gravity\":-9.81}", TFA_E_ARGUMENT,
      "gravity: a number, must be an array of 3 numbers"},
@@ -223,7 +223,7 @@ static void test_defaults(void **state)
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     assert_int_equal(r.request.method, TFA_METHOD_AUTO);
-    assert_int_equal(r.request.estimate, TFA_ESTIMATE_ALWAYS);
+    assert_int_equal(r.request.estimate, TFA_ESTIMATE_DEFAULT);
     assert_int_equal(r.request.refine, TFA_REFINE_DEFAULT);
     assert_int_equal(r.request.frame, TFA_FRAME_LOCAL_WORLD_ALIGNED);
     assert_null(r.request.v);

@@ -20,7 +20,8 @@ says "$work/replies" '{"id":3,"status":"ok","method":"crba","qdd":['
 says "$work/replies" '{"id":4,"status":"ok","method":"tfa","qdd":['
 says "$work/replies" '{"id":17,"status":"ok","method":"crba","M":[['
 says "$work/replies" '{"status":"ok","method":"crba","M":[['
-sed -n 1p "$work/replies" | grep -q '"error_estimate":' || fail "no error estimate"
+sed -n 1p "$work/replies" | grep -q '"error_estimate":' && fail "an estimate that nobody asked for"
+sed -n 1p "$data/requests.jsonl" | solve --estimate always | grep -q '"error_estimate":' || fail "no error estimate"
 sed -n 9p "$work/replies" | grep -q '"error_estimate":' && fail "an estimate although never"
 sed -n 12p "$work/replies" | grep -q '"rank":3,"eig_min":' || fail "rank of three joints is not 3"
 sed -n 14p "$work/replies" | grep -q '"rank":0,' || fail "rank of a fixed link is not 0"

@@ -112,10 +112,15 @@ TFA_API const tfa_method_info *tfa_method_describe(uint32_t method);
 TFA_API const char *tfa_refusal_text(unsigned refusal);
 
 typedef enum tfa_estimate {
-    TFA_ESTIMATE_DEFAULT = 0, /**< always for methods that refuse TFA_REFUSES_NO_INVERSE, never for
-                                   the others, but what refinement sees of an error counts */
-    TFA_ESTIMATE_NEVER = 1,   /**< the bare answer of the method, refined if asked: no fallback */
-    TFA_ESTIMATE_ALWAYS = 2,
+    TFA_ESTIMATE_DEFAULT = 0, /**< always for methods that refuse TFA_REFUSES_NO_INVERSE; for the
+                                   others where the sentinel trips: a joint's projected inertia D is
+                                   so far below the largest inertia Mbar that it can move that eps Mbar / D > 1e-8 (f32:
+                                   1e-3), or not positive. Then the answer is refined once by default,
+                                   estimated, and falls back where it is in doubt; flags:
+                                   TFA_ANSWER_SENTINEL. Cost: about two operations a body */
+    TFA_ESTIMATE_NEVER = 1,   /**< the bare answer of the method, refined if asked: no sentinel, no
+                                   estimate, no fallback */
+    TFA_ESTIMATE_ALWAYS = 2,  /**< of every answer; above 1: TFA_E_NOT_COMPUTED names the body */
 } tfa_estimate;
 
 /** The frame in which wrenches on links are given and lambda_inv is answered. */

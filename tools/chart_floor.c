@@ -37,12 +37,15 @@ static void nudge_robot(uint64_t *random, tfa_description *d)
         nudge(random, link->com, 3);
         nudge(random, link->quat, 4);
         nudge(random, link->inertia, 6);
+        memset(link->quat_low, 0, sizeof link->quat_low);
     }
     for (size_t k = 0; k < d->joint_count; k++) {
         tfa_joint *joint = &d->joints[k];
         nudge(random, joint->xyz, 3);
         nudge(random, joint->quat, 4);
         nudge(random, joint->axis, 3);
+        memset(joint->quat_low, 0, sizeof joint->quat_low);
+        memset(joint->axis_low, 0, sizeof joint->axis_low);
         nudge(random, &joint->armature, 1);
         nudge(random, &joint->multiplier, 1);
         nudge(random, &joint->offset, 1);

@@ -19,7 +19,7 @@ static void add_inertia(struct draft_body *b, const tfa_link *link, const long d
     if (empty)
         return;
     ext quat[4], Q[9], R[9], Rt[9], t[9], I[9];
-    ext_widen(quat, link->quat, 4);
+    ext_join(quat, link->quat, link->quat_low, 4);
     ext_rotation(Q, quat);
     (void)draft_snap(Q, snap);
     ext_mul(R, f->R, Q);
@@ -80,7 +80,7 @@ static void place_joint(const struct draft *d, const tfa_joint *joint, ext axes[
 {
     const struct draft_frame *up = &d->frame[joint->parent];
     ext quat[4], xyz[3], R[9];
-    ext_widen(quat, joint->quat, 4);
+    ext_join(quat, joint->quat, joint->quat_low, 4);
     ext_widen(xyz, joint->xyz, 3);
     ext_rotation(R, quat);
     (void)draft_snap(R, d->options->snap);

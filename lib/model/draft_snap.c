@@ -43,13 +43,14 @@ struct tally {
     const char *name;
 };
 
-static void look(struct tally *t, const double quat[4], double limit, const char *name)
+static void look(struct tally *t, const double quat[4], const double low[4], double limit,
+                 const char *name)
 {
     ext q[4], R[9];
-    ext_widen(q, quat, 4);
+    ext_join(q, quat, low, 4);
     ext_rotation(R, q);
     const long double angle = draft_snap(R, limit);
-    t->count += angle > 1e-17L; /* what a double can be off is not worth a word */
+    t->count += angle > 1e-15L; /* pi / 2 and pi as doubles are not worth a word */
     if (angle > t->largest) {
         t->largest = angle;
         t->name = name;
@@ -65,10 +66,10 @@ void draft_note_snaps(const struct draft *d, tfa_report *report)
         return;
     for (size_t j = 0; j < s->joint_count; j++)
         if (d->joint[j].fate != TFA_FATE_ABSENT)
-            look(&t, s->joints[j].quat, limit, s->joints[j].name);
+            look(&t, s->joints[j].quat, s->joints[j].quat_low, limit, s->joints[j].name);
     for (size_t k = 0; k < s->link_count; k++)
         if (d->link[k].present)
-            look(&t, s->links[k].quat, limit, s->links[k].name);
+            look(&t, s->links[k].quat, s->links[k].quat_low, limit, s->links[k].name);
     tfa_report_add(
         report, TFA_NOTE, 0, "snapped",
         "rotations made right angles: %zu, within %g rad; the largest change is %.3Lg rad, "

@@ -22,6 +22,27 @@ static int is_rotation(const double q[4])
     return all_finite(q, 4) && (q[0] != 0 || q[1] != 0 || q[2] != 0 || q[3] != 0);
 }
 
+/* Is `low` no more than what double precision leaves of `high`? */
+static int is_rest(const double *high, const double *low, int count)
+{
+    double largest = 0;
+    int small = 1;
+    for (int k = 0; k < count; k++)
+        largest = fmax(largest, fabs(high[k]));
+    for (int k = 0; k < count; k++)
+        small &= fabs(low[k]) <= 0x1p-52 * largest;
+    return small;
+}
+
+static int refuse_low(const char *kind, const char *name, uint32_t line, const char *field,
+                      tfa_report *report)
+{
+    tfa_report_add(report, TFA_ERROR, line, "bad-number",
+                   "%s '%s': %s_low is more than rounding leaves of %s; set it to 0", kind, name,
+                   field, field);
+    return TFA_E_MODEL;
+}
+
 static int refuse_link(const tfa_link *link, const char *what, tfa_report *report)
 {
     tfa_report_add(report, TFA_ERROR, link->line, "bad-number",
@@ -44,6 +65,8 @@ static int check_link(const tfa_link *link, tfa_report *report)
                        link->name, link->quat[0], link->quat[1], link->quat[2], link->quat[3]);
         return TFA_E_MODEL;
     }
+    if (!is_rest(link->quat, link->quat_low, 4))
+        return refuse_low("link", link->name, link->line, "quat", report);
     if (link->mass < 0) {
         tfa_report_add(report, TFA_ERROR, link->line, "negative-mass",
                        "link '%s': mass %g kg is negative; correct it", link->name, link->mass);
@@ -62,6 +85,13 @@ static int check_armature(const tfa_joint *joint, int with_rotor, tfa_report *re
                    "joint '%s': armature %g must be finite and not negative; correct it",
                    joint->name, a);
     return TFA_E_MODEL;
+}
+
+/* Has it an axis with a direction? One without is refused where it is used. */
+static int has_axis(const tfa_joint *joint)
+{
+    return joint->type != TFA_JOINT_FIXED && joint->type != TFA_JOINT_FLOATING &&
+           all_finite(joint->axis, 3);
 }
 
 static int check_joint(const tfa_joint *joint, const tfa_model_options *options, tfa_report *report)
@@ -84,6 +114,10 @@ static int check_joint(const tfa_joint *joint, const tfa_model_options *options,
                        joint->name, joint->quat[0], joint->quat[1], joint->quat[2], joint->quat[3]);
         return TFA_E_MODEL;
     }
+    if (!is_rest(joint->quat, joint->quat_low, 4))
+        return refuse_low("joint", joint->name, joint->line, "quat", report);
+    if (has_axis(joint) && !is_rest(joint->axis, joint->axis_low, 3))
+        return refuse_low("joint", joint->name, joint->line, "axis", report);
     if (options->damping && !isfinite(joint->damping)) {
         tfa_report_add(report, TFA_ERROR, joint->line, "bad-number",
                        "joint '%s': its damping is not finite; correct it", joint->name);

@@ -61,6 +61,21 @@ static inline void ext_widen(ext *to, const double *from, int count)
         to[k] = from[k];
 }
 
+/* Numbers of which double precision holds the rest in `low` */
+static inline void ext_join(ext *to, const double *high, const double *low, int count)
+{
+    for (int k = 0; k < count; k++)
+        to[k] = (ext)high[k] + low[k];
+}
+
+static inline void ext_split(double *high, double *low, const ext *from, int count)
+{
+    for (int k = 0; k < count; k++) {
+        high[k] = (double)from[k];
+        low[k] = (double)(from[k] - high[k]);
+    }
+}
+
 static inline void ext_round(double *to, const ext *from, int count)
 {
     for (int k = 0; k < count; k++)

@@ -20,9 +20,10 @@ static int unit(ext *a)
 
 /* With the axis along a coordinate axis e_k the others follow cyclically, and every entry is 0 or
  * +-1 exactly. */
-static int align(ext *R, const double axis[3])
+static int align(ext *R, const double axis[3], const double low[3])
 {
-    ext a[3] = {axis[0], axis[1], axis[2]};
+    ext a[3];
+    ext_join(a, axis, low, 3);
     if (unit(a) != TFA_OK)
         return TFA_E_MODEL;
     int k = 0;
@@ -47,7 +48,7 @@ static int align(ext *R, const double axis[3])
 int tfa_joint_axes(ext R[9], const tfa_joint *joint)
 {
     ext_identity(R);
-    return joint->type == TFA_JOINT_FLOATING ? TFA_OK : align(R, joint->axis);
+    return joint->type == TFA_JOINT_FLOATING ? TFA_OK : align(R, joint->axis, joint->axis_low);
 }
 
 /* Rodrigues: R = cos 1 + sin [n]x + (1 - cos) n n^T; exactly 1 at 0 */

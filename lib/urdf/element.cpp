@@ -305,23 +305,25 @@ static bool all_zero(const double value[3])
 }
 
 /* Zeros are not written: urdfdom makes a stream for every number, half the time of a load. */
-void owner::pose(const TiXmlElement &in, std::string &out) const
+tfa_rotation owner::pose(const TiXmlElement &in, std::string &out) const
 {
+    tfa_rotation rotation{{0, 0, 0, 1}, {}};
     const TiXmlElement *origin = one(in, "origin");
     if (!origin)
-        return;
-    out += "<origin";
-    for (const char *part : {"xyz", "rpy"}) {
-        double value[3];
-        std::string text;
-        if (vector(*origin, part, text, value) && !all_zero(value))
-            out += text;
-    }
-    out += "/>";
+        return rotation;
+    double xyz[3];
+    double rpy[3];
+    std::string text;
+    std::string unused;
+    if (vector(*origin, "xyz", text, xyz) && !all_zero(xyz))
+        out += "<origin" + text + "/>";
+    if (vector(*origin, "rpy", unused, rpy))
+        tfa_rotation_from_rpy(rpy, &rotation);
     if (const TiXmlAttribute *a = find(*origin, "quat_xyzw"))
         say(TFA_ERROR, line_of(*a), "quaternion-origin",
             "<origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead");
     unknown_attributes(*origin, {"xyz", "rpy", "quat_xyzw"});
+    return rotation;
 }
 
 static const char *name_at(const void *list, size_t index)

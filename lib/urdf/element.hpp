@@ -108,8 +108,8 @@ class owner
     bool vector(const TiXmlElement &in, const char *attribute, std::string &out,
                 double value[3]) const;
 
-    /* Appends <origin .../> if `in` has one. */
-    void pose(const TiXmlElement &in, std::string &out) const;
+    /* Appends the position of <origin> if `in` has one. Returns its rotation. */
+    tfa_rotation pose(const TiXmlElement &in, std::string &out) const;
 
     /* A child whose name is nearly a known one is an error: a misspelled <inertial> would be lost
      * without a trace. Others are counted as not used, but for `silent`. */

@@ -74,23 +74,16 @@ void copy(double to[3], const urdf::Vector3 &from)
     to[2] = from.z;
 }
 
-void copy(double to[4], const urdf::Rotation &from)
-{
-    from.getQuaternion(to[0], to[1], to[2], to[3]);
-}
-
 bool fill_link(tfa_link &to, const urdf::ModelInterface &model)
 {
     urdf::LinkConstSharedPtr link = model.getLink(to.name);
     if (!link)
         return false;
-    to.quat[3] = 1;
     if (!link->inertial)
         return true;
     const urdf::Inertial &from = *link->inertial;
     to.mass = from.mass;
     copy(to.com, from.origin.position);
-    copy(to.quat, from.origin.rotation);
     const double inertia[6] = {from.ixx, from.ixy, from.ixz, from.iyy, from.iyz, from.izz};
     memcpy(to.inertia, inertia, sizeof inertia);
     return true;
@@ -102,11 +95,6 @@ bool fill_joint(tfa_joint &to, const urdf::ModelInterface &model)
     if (!from)
         return false;
     copy(to.xyz, from->parent_to_joint_origin_transform.position);
-    copy(to.quat, from->parent_to_joint_origin_transform.rotation);
-    copy(to.axis, from->axis);
-    if (to.type == TFA_JOINT_FIXED || to.type == TFA_JOINT_FLOATING)
-        copy(to.axis, urdf::Vector3(1, 0, 0)); /* unused; URDF's default */
-    tfa_axis_normalise(to.axis);
     to.damping = from->dynamics ? from->dynamics->damping : 0;
     to.friction = from->dynamics ? from->dynamics->friction : 0;
     to.multiplier = from->mimic ? from->mimic->multiplier : 1;

@@ -23,12 +23,13 @@ static std::string text_of(double number)
 
 /* --- links --------------------------------------------------------------------------------- */
 
-static void lint_inertial(const owner &own, const TiXmlElement &inertial, std::string &out)
+/* Returns the rotation of the inertial frame. */
+static tfa_rotation lint_inertial(const owner &own, const TiXmlElement &inertial, std::string &out)
 {
     own.unknown_children(inertial, {"origin", "mass", "inertia"});
     double value = 0;
     out += "<inertial>";
-    own.pose(inertial, out);
+    const tfa_rotation rotation = own.pose(inertial, out);
     if (const TiXmlElement *mass = own.required(inertial, "mass")) {
         out += "<mass";
         if (own.required_number(*mass, "value", out, &value) && value < 0)
@@ -45,6 +46,7 @@ static void lint_inertial(const owner &own, const TiXmlElement &inertial, std::s
         out += "/>";
     }
     out += "</inertial>";
+    return rotation;
 }
 
 /* Expressions where dynamics never looks: the robot is right, and yet xacro has not been run. */
@@ -74,14 +76,15 @@ void linter::link(const TiXmlElement &element)
     write_attribute(out_, "name", *name);
     out_ += ">";
     const TiXmlElement *inertial = own.one(element, "inertial", TFA_ERROR, "duplicate-inertial");
+    tfa_rotation rotation{{0, 0, 0, 1}, {}};
     if (inertial)
-        lint_inertial(own, *inertial, out_);
+        rotation = lint_inertial(own, *inertial, out_);
     for (const char *unused : {"visual", "collision"})
         for (const TiXmlElement *e = element.FirstChildElement(unused); e;
              e = e->NextSiblingElement(unused))
             find_macros(*name, *e);
     out_ += "</link>\n";
-    links_.push_back({*name, line_of(element), inertial != nullptr});
+    links_.push_back({*name, line_of(element), inertial != nullptr, rotation});
 }
 
 /* --- joints -------------------------------------------------------------------------------- */
@@ -110,18 +113,17 @@ static bool joint_type(const owner &own, const TiXmlElement &element, tfa_joint_
     return false;
 }
 
-static void lint_axis(const owner &own, const TiXmlElement &element, tfa_joint_type type,
-                      std::string &out)
+static void lint_axis(const owner &own, const TiXmlElement &element, joint_source &joint)
 {
+    joint.axis[0] = 1; /* URDF's default */
     const TiXmlElement *axis = own.one(element, "axis");
-    if (!axis || type == TFA_JOINT_FIXED || type == TFA_JOINT_FLOATING)
+    if (!axis || joint.type == TFA_JOINT_FIXED || joint.type == TFA_JOINT_FLOATING)
         return;
-    double xyz[3];
-    out += "<axis";
+    std::string unused;
     if (!axis->Attribute("xyz"))
         own.missing(*axis, "xyz");
-    else if (own.vector(*axis, "xyz", out, xyz)) {
-        double length = tfa_axis_normalise(xyz);
+    else if (own.vector(*axis, "xyz", unused, joint.axis)) {
+        double length = tfa_axis_normalise(joint.axis, joint.axis_low);
         if (length == 0)
             own.say(TFA_ERROR, line_of(*axis), "zero-axis",
                     "axis 0 0 0 has no direction; give it a unit vector");
@@ -131,7 +133,6 @@ static void lint_axis(const owner &own, const TiXmlElement &element, tfa_joint_t
                               " and is normalised; write a unit vector");
     }
     own.unknown_attributes(*axis, {"xyz"});
-    out += "/>";
 }
 
 static void lint_limit(const owner &own, const TiXmlElement &element, tfa_joint_type type)
@@ -271,10 +272,10 @@ void linter::joint(const TiXmlElement &element)
     write_attribute(out_, "name", *name);
     write_attribute(out_, "type", element.Attribute("type"));
     out_ += ">";
-    own.pose(element, out_);
+    joint.rotation = own.pose(element, out_);
     broken_ |= !joint_end(own, element, "parent", joint.parent, out_);
     broken_ |= !joint_end(own, element, "child", joint.child, out_);
-    lint_axis(own, element, joint.type, out_);
+    lint_axis(own, element, joint);
     lint_limit(own, element, joint.type);
     if (joint.type == TFA_JOINT_REVOLUTE || joint.type == TFA_JOINT_PRISMATIC)
         out_ += R"(<limit effort="0" velocity="0"/>)"; /* urdfdom wants one */

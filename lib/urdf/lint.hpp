@@ -18,13 +18,17 @@ namespace tfa
 struct link_source {
     std::string name;
     uint32_t line;
-    bool inertial; /* it has one */
+    bool inertial;         /* it has one */
+    tfa_rotation rotation; /* of the inertial frame */
 };
 
 struct joint_source {
     std::string name;
     uint32_t line;
     tfa_joint_type type;
+    tfa_rotation rotation;
+    double axis[3]; /* unit: axis + axis_low */
+    double axis_low[3];
     std::string parent; /* names, resolved to the indices below */
     std::string child;
     std::string mimic; /* empty: follows nobody */

@@ -76,19 +76,3 @@ tfa_number_fault tfa_number_read(const char *text, size_t length, double *number
     *number = value;
     return TFA_NUMBER_OK;
 }
-
-double tfa_axis_normalise(double axis[3])
-{
-    /* Scaled first, so that no square over- or underflows. */
-    double most = fmax(fabs(axis[0]), fmax(fabs(axis[1]), fabs(axis[2])));
-    if (most == 0.0)
-        return 0.0;
-    double x = axis[0] / most;
-    double y = axis[1] / most;
-    double z = axis[2] / most;
-    double length = sqrt(x * x + y * y + z * z);
-    axis[0] = x / length;
-    axis[1] = y / length;
-    axis[2] = z / length;
-    return most * length;
-}

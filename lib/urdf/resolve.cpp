@@ -22,7 +22,7 @@ void linter::add_world()
                               [](const joint_source &joint) { return joint.parent == "world"; });
     if (first == joints_.end())
         return;
-    links_.insert(links_.begin(), {"world", 0, false});
+    links_.insert(links_.begin(), {"world", 0, false, {{0, 0, 0, 1}, {}}});
     out_ += "<link name=\"world\"/>\n";
     tfa_urdf_say(log_, TFA_NOTE, first->line, "world-added",
                  "link 'world': not declared but a joint's parent; it becomes the root");
@@ -134,6 +134,13 @@ void linter::put_unused(tfa_unused *unused, char *&strings) const
     }
 }
 
+/* of a link or a joint */
+template <class part> static void put_rotation(part &to, const tfa_rotation &from)
+{
+    memcpy(to.quat, from.quat, sizeof to.quat);
+    memcpy(to.quat_low, from.low, sizeof to.quat_low);
+}
+
 /* One block: description, links, joints, what is not used, strings. */
 int linter::finish(tfa_description **skeleton, char **canonical) const
 {
@@ -169,6 +176,7 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
         d->links[i].name = put(strings, links_[i].name);
         d->links[i].line = links_[i].line;
         d->links[i].inertial = links_[i].inertial;
+        put_rotation(d->links[i], links_[i].rotation);
     }
     for (size_t j = 0; j < joints_.size(); j++) {
         const joint_source &s = joints_[j];
@@ -176,6 +184,9 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
         joint.name = put(strings, s.name);
         joint.line = s.line;
         joint.type = s.type;
+        put_rotation(joint, s.rotation);
+        memcpy(joint.axis, s.axis, sizeof joint.axis);
+        memcpy(joint.axis_low, s.axis_low, sizeof joint.axis_low);
         joint.parent = s.parent_index;
         joint.child = s.child_index;
         joint.mimic = s.mimic_index;

@@ -4,9 +4,10 @@
  * Inside the URDF front end: the passes that turn text into a description, in their order.
  *
  *   guard   bytes -> tags   well-formed, bounded, no byte that TinyXML could trip over
- *   lint    tags -> skeleton description (names, lines, tree) and a canonical URDF text
+ *   lint    tags -> skeleton description (names, lines, tree, rotations and axes) and a canonical
+ *           URDF text
  *   graph   the skeleton is one tree and its mimics end
- *   fill    canonical text -> urdfdom -> the numbers of the description
+ *   fill    canonical text -> urdfdom -> the other numbers of the description
  *   inertia warnings about inertias that no real body has
  *   notes   what is in the description and not used
  *
@@ -65,8 +66,18 @@ void tfa_urdf_say_rest(tfa_urdf_log *log);
  */
 int tfa_urdf_guard(const char *text, size_t length, char *clean, tfa_urdf_log *log);
 
-/* Makes `axis` a unit vector and returns the length it had; leaves a zero vector as it is. */
-double tfa_axis_normalise(double axis[3]);
+/* A quaternion x y z w: quat + low */
+typedef struct tfa_rotation {
+    double quat[4];
+    double low[4];
+} tfa_rotation;
+
+/* R = Rz(yaw) Ry(pitch) Rx(roll) of the three angles, rad */
+void tfa_rotation_from_rpy(const double rpy[3], tfa_rotation *rotation);
+
+/* Makes axis + low a unit vector and returns the length that `axis` had; leaves a zero vector as it
+ * is. */
+double tfa_axis_normalise(double axis[3], double low[3]);
 
 /* Makes the skeleton (one malloc block) and the canonical text (malloc, terminated). */
 int tfa_urdf_lint(const char *clean, tfa_urdf_log *log, tfa_description **skeleton,

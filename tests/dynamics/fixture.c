@@ -89,8 +89,8 @@ static void make_random(uint32_t index, test_robot *robot)
 
 static int load_file(uint32_t index, test_robot *robot, tfa_report *report, bool *own)
 {
-    char path[1024];
-    if (!find_file(index, path, sizeof path, own))
+    char *path = robot->path;
+    if (!find_file(index, path, sizeof robot->path, own))
         return 0;
     robot->seed = 100 + index;
     snprintf(robot->name, sizeof robot->name, "%.60s, %s base", strrchr(path, '/') + 1,

@@ -13,6 +13,7 @@
 
 typedef struct test_robot {
     char name[96];
+    char path[1024]; /* of its file; empty: there is none */
     uint64_t seed;
     bool random; /* made here, not read from a file */
     tfa_base base;

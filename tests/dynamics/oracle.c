@@ -221,7 +221,8 @@ static void add_payload(oracle *o, uint32_t link, const double *x, struct column
     for (int i = 0; i < 6; i++)
         load.inertia[i] = x[4 + i];
     struct body b = o->body[link];
-    oracle_mass_properties(&b, &load);
+    const mat3 turn = mat_identity();
+    oracle_mass_properties(&b, &load, &turn);
     add_mass(o, link, &b, load.mass, c);
 }
 

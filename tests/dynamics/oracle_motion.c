@@ -35,7 +35,8 @@ static void free_motion(struct freedom *f, const mat3 *R)
 
 /* Moves the link from its joint's frame (already in b->R, b->p) by the joint's coordinates and
  * sets the joint's freedoms, all but `at`. */
-static void move_joint(struct body *b, struct freedom *f, const tfa_joint *j, const double *q)
+static void move_joint(const oracle *o, struct body *b, struct freedom *f, const tfa_joint *j,
+                       const double *q)
 {
     mat3 at_rest = b->R;
     if (j->type == TFA_JOINT_FIXED)
@@ -47,7 +48,7 @@ static void move_joint(struct body *b, struct freedom *f, const tfa_joint *j, co
         free_motion(f, &b->R);
         return;
     }
-    vec3 axis = vec_unit(vec_from(j->axis));
+    vec3 axis = vec_unit(o->text ? o->text->axis[b->joint] : vec_from_parts(j->axis, j->axis_low));
     vec3 zero = {{0, 0, 0}}, axis_world = mat_apply(&at_rest, axis);
     if (j->type == TFA_JOINT_PRISMATIC) {
         b->p = vec_add(b->p, vec_scale(q[0], axis_world));
@@ -94,12 +95,11 @@ static void velocity_and_acceleration(struct body *b, const struct body *parent,
     b->a = vec_add(parent->a, vec_add(turning, u_dot));
 }
 
-void oracle_mass_properties(struct body *b, const tfa_link *link)
+void oracle_mass_properties(struct body *b, const tfa_link *link, const mat3 *turn)
 {
     const double *i = link->inertia;
     mat3 I = {{{{i[0], i[1], i[2]}}, {{i[1], i[3], i[4]}}, {{i[2], i[4], i[5]}}}};
-    mat3 turn = mat_from_quaternion(link->quat);
-    mat3 axes = mat_mul(&b->R, &turn);
+    mat3 axes = mat_mul(&b->R, turn);
     mat3 axes_t = mat_transposed(&axes);
     mat3 RI = mat_mul(&axes, &I);
     b->I = mat_mul(&RI, &axes_t);
@@ -122,10 +122,11 @@ void oracle_move_links(oracle *o, const double *q, const double *base_pose)
         b->p = (vec3){{0, 0, 0}};
         if (j) {
             parent = &o->body[j->parent];
-            mat3 turn = mat_from_quaternion(j->quat);
+            mat3 turn = o->text ? o->text->joint[b->joint]
+                                : mat_from_quaternion_parts(j->quat, j->quat_low);
             b->R = mat_mul(&parent->R, &turn);
             b->p = vec_add(parent->p, mat_apply(&parent->R, vec_from(j->xyz)));
-            move_joint(b, f, j, q + b->q);
+            move_joint(o, b, f, j, q + b->q);
         } else if (o->base) {
             if (base_pose) {
                 b->R = mat_from_quaternion(base_pose + 3);
@@ -138,6 +139,8 @@ void oracle_move_links(oracle *o, const double *q, const double *base_pose)
         velocity_and_acceleration(b, parent, f, o->v + b->freedom,
                                   !j || j->type == TFA_JOINT_PLANAR ||
                                       j->type == TFA_JOINT_FLOATING);
-        oracle_mass_properties(b, &d->links[link]);
+        const tfa_link *l = &d->links[link];
+        mat3 turn = o->text ? o->text->link[link] : mat_from_quaternion_parts(l->quat, l->quat_low);
+        oracle_mass_properties(b, l, &turn);
     }
 }

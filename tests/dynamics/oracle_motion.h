@@ -7,7 +7,14 @@
 #define TESTS_DYNAMICS_ORACLE_MOTION_H
 
 #include "oracle.h"
+#include "oracle_text.h"
 #include "quad.h"
+
+struct oracle_text {
+    mat3 *link;  /* inertial frame in the link frame */
+    mat3 *joint; /* joint frame in the parent link frame */
+    vec3 *axis;  /* of any length */
+};
 
 /* One freedom: what it adds to the velocity of its child link, world axes, child origin. */
 struct freedom {
@@ -28,6 +35,7 @@ struct body {
 
 struct oracle {
     const tfa_description *description;
+    const oracle_text *text;   /* where rotations and axes are read; NULL: the description */
     uint32_t n, base, q_count; /* n: freedoms, the base's included */
     struct body *body;         /* one for each link */
     uint32_t *order;           /* links, parents first, in declared order of their joints */
@@ -52,7 +60,8 @@ static inline const tfa_joint *joint_above(const oracle *o, const struct body *b
 /* Poses, velocities, freedoms and velocity-product accelerations of all links, from q, o->v. */
 void oracle_move_links(oracle *o, const double *q, const double *base_pose);
 
-/* Centre of mass, its motion and the inertia of `link`, a mass that moves like `b`. */
-void oracle_mass_properties(struct body *b, const tfa_link *link);
+/* Centre of mass, its motion and the inertia of `link`, a mass that moves like `b`; turn: the
+ * rotation of its inertial frame. */
+void oracle_mass_properties(struct body *b, const tfa_link *link, const mat3 *turn);
 
 #endif

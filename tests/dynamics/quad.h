@@ -129,17 +129,29 @@ static inline mat3 mat_about_axis(vec3 axis, quad angle)
     return m;
 }
 
-/** Rotation of a quaternion x y z w, normalised here. */
-static inline mat3 mat_from_quaternion(const double *q)
+/** A vector in two parts, the second of which may be NULL. */
+static inline vec3 vec_from_parts(const double *high, const double *low)
 {
-    vec3 u = vec_from(q);
-    quad w = q[3], norm2 = vec_dot(u, u) + w * w;
+    return low ? vec_add(vec_from(high), vec_from(low)) : vec_from(high);
+}
+
+/** Rotation of a quaternion x y z w in two parts, normalised here. */
+static inline mat3 mat_from_quaternion_parts(const double *q, const double *low)
+{
+    vec3 u = vec_from_parts(q, low);
+    quad w = low ? (quad)q[3] + low[3] : q[3], norm2 = vec_dot(u, u) + w * w;
     mat3 m = mat_identity();
     for (int i = 0; i < 3; i++) {
         vec3 t = vec_scale(2 / norm2, vec_cross(u, m.col[i]));
         m.col[i] = vec_add(m.col[i], vec_add(vec_scale(w, t), vec_cross(u, t)));
     }
     return m;
+}
+
+/** Rotation of a quaternion x y z w, normalised here. */
+static inline mat3 mat_from_quaternion(const double *q)
+{
+    return mat_from_quaternion_parts(q, NULL);
 }
 
 #endif

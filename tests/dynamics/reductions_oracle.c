@@ -167,6 +167,7 @@ static void freeze(const struct trial *t, uint32_t joint, tfa_joint *j)
     j->quat[3] = w;
     for (int i = 0; i < 3; i++)
         j->quat[i] = (E[3 * off[i].i + off[i].k] - E[3 * off[i].k + off[i].i]) / (4 * w);
+    memset(j->quat_low, 0, sizeof j->quat_low);
     j->type = TFA_JOINT_FIXED;
     j->armature = 0;
 }

@@ -215,8 +215,10 @@ static void move_world(test_robot *robot, random_states *x, const double quat[4]
         for (size_t j = 0; j < d->joint_count; j++)
             root = d->joints[j].child == root ? d->joints[j].parent : root;
     for (size_t j = 0; j < d->joint_count; j++)
-        if (d->joints[j].parent == root)
+        if (d->joints[j].parent == root) {
             move_pose(quat, shift, d->joints[j].xyz, d->joints[j].quat);
+            memset(d->joints[j].quat_low, 0, sizeof d->joints[j].quat_low);
+        }
 }
 
 static double worst_observer;

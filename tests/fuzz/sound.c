@@ -22,12 +22,20 @@ static void require_unit(const double *v, size_t n)
     REQUIRE(fabs(square - 1) < 1e-12);
 }
 
+/* A unit vector in two parts, the second of which is less than the rounding of the first */
+static void require_parts(const double *high, const double *low, size_t n)
+{
+    require_unit(high, n);
+    for (size_t i = 0; i < n; i++)
+        REQUIRE(fabs(low[i]) <= 0x1p-53 * fabs(high[i]) + 0x1p-1074);
+}
+
 static void require_link(const tfa_link *link)
 {
     REQUIRE(link->name && strlen(link->name) > 0 && strlen(link->name) <= 255);
     require_finite(link->com, 3);
     require_finite(link->inertia, 6);
-    require_unit(link->quat, 4);
+    require_parts(link->quat, link->quat_low, 4);
     REQUIRE(isfinite(link->mass) && link->mass >= 0);
 }
 
@@ -41,8 +49,8 @@ static void require_joint(const tfa_description *d, const tfa_joint *joint)
     const double numbers[4] = {joint->damping, joint->friction, joint->multiplier, joint->offset};
     require_finite(numbers, 4);
     require_finite(joint->xyz, 3);
-    require_unit(joint->quat, 4);
-    require_unit(joint->axis, 3);
+    require_parts(joint->quat, joint->quat_low, 4);
+    require_parts(joint->axis, joint->axis_low, 3);
 }
 
 /* With one joint above every link but one, one tree is what remains when no walk up is endless. */

@@ -75,6 +75,21 @@ static void zero_quaternion(hand *h)
     h->joint[SHOULDER].quat[3] = 0;
 }
 
+static void large_low_part(hand *h)
+{
+    h->joint[SHOULDER].quat_low[1] = 1e-15;
+}
+
+static void nan_low_part(hand *h)
+{
+    h->joint[ELBOW].axis_low[0] = (double)NAN;
+}
+
+static void large_low_part_of_inertia(hand *h)
+{
+    h->link[UPPER].quat_low[3] = -1e-15;
+}
+
 static void unknown_type(hand *h)
 {
     h->joint[ELBOW].type = (tfa_joint_type)6;
@@ -295,6 +310,30 @@ const struct mistake mistakes[] = {
      1,
      "bad-number",
      "link 'upper': its inertia is not finite; correct it"},
+    {"large low part of a quaternion",
+     large_low_part,
+     {0},
+     TFA_E_MODEL,
+     100,
+     1,
+     "bad-number",
+     "joint 'shoulder': quat_low is more than rounding leaves of quat; set it to 0"},
+    {"low part of an axis",
+     nan_low_part,
+     {0},
+     TFA_E_MODEL,
+     101,
+     1,
+     "bad-number",
+     "joint 'elbow': axis_low is more than rounding leaves of axis; set it to 0"},
+    {"large low part of an inertia's quaternion",
+     large_low_part_of_inertia,
+     {0},
+     TFA_E_MODEL,
+     11,
+     1,
+     "bad-number",
+     "link 'upper': quat_low is more than rounding leaves of quat; set it to 0"},
     {"zero quaternion of an inertia",
      zero_inertia_quaternion,
      {0},

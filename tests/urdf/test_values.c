@@ -235,7 +235,11 @@ static void assert_same_description(const tfa_description *a, const tfa_descript
         assert_int_equal(a->joints[j].line, b->joints[j].line);
         assert_memory_equal(a->joints[j].xyz, b->joints[j].xyz, sizeof b->joints[j].xyz);
         assert_memory_equal(a->joints[j].quat, b->joints[j].quat, sizeof b->joints[j].quat);
+        assert_memory_equal(a->joints[j].quat_low, b->joints[j].quat_low,
+                            sizeof b->joints[j].quat_low);
         assert_memory_equal(a->joints[j].axis, b->joints[j].axis, sizeof b->joints[j].axis);
+        assert_memory_equal(a->joints[j].axis_low, b->joints[j].axis_low,
+                            sizeof b->joints[j].axis_low);
     }
 }
 

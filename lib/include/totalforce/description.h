@@ -2,6 +2,10 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * A description is a robot as its file states it: links and joints, nothing merged or reordered.
+ *
+ * Rotations and axes have a low part: the number is quat + quat_low (axis + axis_low), to 1e-32
+ * what rpy and axis of the file say. A program that writes quat or axis sets the low part to 0, which
+ * is its default, too: then the double is the number.
  */
 #ifndef TOTALFORCE_DESCRIPTION_H
 #define TOTALFORCE_DESCRIPTION_H
@@ -27,13 +31,14 @@ typedef enum tfa_joint_type {
 /** A rigid link. Strings are owned by whoever made the description. SI units. */
 typedef struct tfa_link {
     const char *name;
-    uint32_t line;     /**< where the file declares it; 0 if unknown */
-    double mass;       /**< kg; 0 with zero inertia for a frame without <inertial> */
-    double com[3];     /**< centre of mass, m, in the link frame */
-    double quat[4];    /**< inertial frame in the link frame, x y z w */
-    double inertia[6]; /**< ixx ixy ixz iyy iyz izz, kg m^2, about the centre of mass,
+    uint32_t line;      /**< where the file declares it; 0 if unknown */
+    double mass;        /**< kg; 0 with zero inertia for a frame without <inertial> */
+    double com[3];      /**< centre of mass, m, in the link frame */
+    double quat[4];     /**< inertial frame in the link frame, x y z w */
+    double quat_low[4]; /**< what quat leaves of it */
+    double inertia[6];  /**< ixx ixy ixz iyy iyz izz, kg m^2, about the centre of mass,
                             along the axes of the inertial frame */
-    uint32_t inertial; /**< 1: the file states mass and inertia, zeros included; 0: it has no
+    uint32_t inertial;  /**< 1: the file states mass and inertia, zeros included; 0: it has no
                             <inertial>, which is warned about where the link moves by itself */
 } tfa_link;
 
@@ -42,12 +47,14 @@ typedef struct tfa_joint {
     const char *name;
     uint32_t line;
     tfa_joint_type type;
-    uint32_t parent;   /**< index of the parent link */
-    uint32_t child;    /**< index of the child link */
-    double xyz[3];     /**< joint origin in the parent link frame, m */
-    double quat[4];    /**< joint frame in the parent link frame, x y z w */
-    double axis[3];    /**< unit axis in the joint frame (plane normal for planar) */
-    double armature;   /**< reflected rotor inertia, kg m^2 or kg, on each freedom */
+    uint32_t parent;    /**< index of the parent link */
+    uint32_t child;     /**< index of the child link */
+    double xyz[3];      /**< joint origin in the parent link frame, m */
+    double quat[4];     /**< joint frame in the parent link frame, x y z w */
+    double quat_low[4]; /**< what quat leaves of it */
+    double axis[3];     /**< unit axis in the joint frame (plane normal for planar) */
+    double axis_low[3]; /**< what axis leaves of it */
+    double armature;    /**< reflected rotor inertia, kg m^2 or kg, on each freedom */
     double rotor;      /**< the same as written in the file (drake:rotor_inertia times the square of
                             drake:gear_ratio); added to armature only when asked for */
     double damping;    /**< N m s/rad or N s/m, as written; used only when asked for */

@@ -60,8 +60,7 @@ int TFA_V(alarmed)(struct state *s, const tfa_request *r, tfa_method method, tfa
 {
     if (r->estimate != TFA_ESTIMATE_DEFAULT)
         return 0;
-    TFA_V(sentinel_of)(s, method);
-    if (!sentinel_trips(s))
+    if (!TFA_V(sentinel_of)(s, method))
         return 0;
     out->flags |= TFA_ANSWER_SENTINEL;
     return 1;

@@ -94,8 +94,8 @@ num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_
 
 /* --- sentinel.c -------------------------------------------------------------------------------- */
 
-/* s->margin of the factors of crba or of a scan; those of aba have it already (sentinel.h). */
-void TFA_V(sentinel_of)(struct state *s, tfa_method method);
+/* Does the sentinel trip for the factors that the method left? Those of aba have seen it (s->margin). */
+int TFA_V(sentinel_of)(struct state *s, tfa_method method);
 
 /* --- solve.c, refine.c ---------------------------------------------------------------------- */
 

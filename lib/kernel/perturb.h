@@ -86,17 +86,17 @@ static inline svec cross_force_abs(svec v, svec f)
 
 /* ---- perturbations ---- */
 
-static const uint32_t perturb_lanes[16] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-
-/* Of either sign, 0.5 to 1 times PERTURB_ULPS roundings, another one in every lane */
+/* Of either sign, 0.5 to 1 times PERTURB_ULPS roundings; another one for each body that shares lanes, the
+ * same for states side by side, whose estimates are those of one state. */
 static inline num perturbation(uint32_t *rng)
 {
     const double *from = perturb_table + (*rng)++ % PERTURB_COUNT;
+#ifdef TFA_PACKED
     num x;
-    if (sizeof(num) == NUM_LANES * sizeof(double) && NUM_EPSILON < 0x1p-30 && NUM_EPSILON > 0x1p-60)
-        memcpy(&x, from, sizeof x);
-    else
-        x = num_gather(from, 1, perturb_lanes);
+    memcpy(&x, from, sizeof x);
+#else
+    const num x = num_of(*from);
+#endif
     return x * (PERTURB_ULPS * NUM_EPSILON);
 }
 

@@ -198,7 +198,11 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
     if (fully && !doubt && !is_enough(s, method, first.lane[0], left))
         doubt = TFA_ANSWER_INACCURATE;
     if (steps > 0 && certified && doubt != TFA_ANSWER_NOT_FINITE) {
+        const num_doubles last = estimate;
         estimate = judge(s, method);
+        for (int l = 0; !converging && l < NUM_LANES;
+             l++) /* the last correction shows rounding, too */
+            estimate.lane[l] = fmax(estimate.lane[l], last.lane[l]);
         doubt = doubt ? doubt : TFA_V(doubt)(&estimate, 1);
     }
     return (struct refined){estimate, doubt};

@@ -50,8 +50,9 @@ static void see_articulated(struct state *s)
     }
 }
 
-void TFA_V(sentinel_of)(struct state *s, tfa_method method)
+int TFA_V(sentinel_of)(struct state *s, tfa_method method)
 {
+    const num kept = s->margin; /* goes with the factors of aba */
     if (method == TFA_METHOD_CRBA) {
         sentinel_reset(s);
         if (s->m->mimics)
@@ -62,4 +63,7 @@ void TFA_V(sentinel_of)(struct state *s, tfa_method method)
         sentinel_reset(s);
         see_articulated(s);
     }
+    const int trips = sentinel_trips(s);
+    s->margin = kept;
+    return trips;
 }

@@ -194,7 +194,7 @@ static void compare(subject *x, tfa_request r, int side, int *lost)
     }
     if (is_cyclic(r.method) && isfinite(by_hand)) {
         worst_by_hand = fmax(worst_by_hand, refined / other);
-        hold(x, &r, side, "inverse dynamics", bare, refined, other);
+        hold(x, &r, side, "inverse dynamics", bare, refined, *lost ? other : fmax(other, bound));
     }
 }
 

@@ -18,13 +18,28 @@
  * order, so that the answer is the same to the bit.
  * FOLD_CUT, not with FOLD_FRESH: what the parent would get takes the place of the body's own IA and pA.
  * The parent belongs to another thread. */
-enum { FOLD_INERTIA = 1, FOLD_FORCE = 2, FOLD_BIAS = 4, FOLD_FRESH = 8, FOLD_CUT = 16, FOLD_WATCH = 32 };
+enum {
+    FOLD_INERTIA = 1,
+    FOLD_FORCE = 2,
+    FOLD_BIAS = 4,
+    FOLD_FRESH = 8,
+    FOLD_CUT = 16,
+    FOLD_WATCH = 32
+};
 
 #if defined TFA_PACKED && defined TFA_OWN
 #include "kernel/own_packed_join.h"
 #elif defined TFA_PACKED
 #include "kernel/packed_join.h"
 #else
+
+/* The body whose numbers lane l has at step i: i itself */
+TFA_INLINE uint32_t body_in_lane(const struct state *s, uint32_t i, uint32_t l)
+{
+    (void)s;
+    (void)l;
+    return i;
+}
 
 /* A motion of the parent, in the parent's frame */
 TFA_INLINE svec parent_motion(const terms *b, const svec *motion, svec world)

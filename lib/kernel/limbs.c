@@ -11,6 +11,7 @@
 #include "kernel/join.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/norm.h"
 #include "kernel/packed.h"
 #include "kernel/sentinel.h"
 #include "kernel/table.h"
@@ -42,23 +43,16 @@ static int answer(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *
     return sentinel_trips(s) ? TFA_ANSWERED_ALARMED : TFA_ANSWERED;
 }
 
-/* |x| over the lanes that hold a joint; a base is the same in all */
-static double norm(const struct state *s, const num *x)
+/* |x|, summed up in the order of the bodies as for one body at a time */
+static double norm_of(struct state *s, const num *x)
 {
-    const uint32_t base = s->m->base_freedoms;
-    double sum = 0, most = 0;
-    for (int pass = 0; pass < 2; pass++)
-        for (uint32_t j = 0; j < s->freedoms; j++) {
-            const uint32_t held = j < base ? 1 : s->freedom[j - base].held;
-            for (uint32_t l = 0; l < NUM_LANES; l++) {
-                const double size = held >> l & 1 ? fabs(num_lane(x[j], l)) : 0;
-                if (pass == 0)
-                    most = size > most ? size : most;
-                else
-                    sum += size / most * (size / most);
-            }
+    const struct tfa_model *m = s->m;
+    for (uint32_t i = 0; i < m->bodies; i++)
+        for (uint32_t e = 0; e < m->body[i].n; e++) {
+            const num lanes = x[s->packed[s->step_of[i]].v + e];
+            s->inner[m->body[i].v + e] = num_of(num_lane(lanes, s->lane_of[i]));
         }
-    return most > 0 ? most * sqrt(sum) : most;
+    return norm(s->inner, m->freedoms).lane[0];
 }
 
 /* As refine.c: |M^-1 (tau - RNEA(qdd))| / |qdd|, the residual perturbed */
@@ -70,8 +64,8 @@ static int estimate(struct state *s, double limit, tfa_answer *answer)
         s->res[j] = rest + num_select(rest < 0, -e, e);
     }
     TFA_V(aba_solve)(s, s->res, s->dx);
-    const double size = norm(s, s->qdd), change = ESTIMATE_SAFETY * norm(s, s->dx);
-    answer->error_estimate = size > 0 ? change / size : change;
+    const double size = norm_of(s, s->qdd), change = norm_of(s, s->dx);
+    answer->error_estimate = ESTIMATE_SAFETY * (size > 0 ? change / size : change);
     answer->flags |= TFA_ANSWER_ESTIMATED;
     return answer->error_estimate <= limit;
 }

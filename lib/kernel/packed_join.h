@@ -11,6 +11,13 @@
 typedef double shared_double __attribute__((may_alias));
 typedef num shared_num __attribute__((may_alias));
 
+/* The body whose numbers lane l has at step i; any where it has none */
+TFA_INLINE uint32_t body_in_lane(const struct state *s, uint32_t i, uint32_t l)
+{
+    const uint32_t body = s->body[i].holds.lane[l];
+    return body == UINT32_MAX ? 0 : body;
+}
+
 /* n numbers of every lane, from where they stand in an array of structures of n numbers */
 static inline void collect(void *out, const void *array, uint32_t n, const struct slots *from)
 {

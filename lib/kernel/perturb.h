@@ -11,13 +11,14 @@
 #ifndef TFA_KERNEL_PERTURB_H
 #define TFA_KERNEL_PERTURB_H
 
-#include <string.h>
-
 #include "kernel/perturb_table.h"
 #include "spatial/spatial.h"
 
 /* Largest perturbation, in roundings of the sum of absolute values. */
 #define PERTURB_ULPS 4
+
+/* Numbers for each body: motion, force, and force on the parent */
+#define PERTURB_EACH 18u
 
 /* ---- sums of absolute values ---- */
 
@@ -86,30 +87,39 @@ static inline svec cross_force_abs(svec v, svec f)
 
 /* ---- perturbations ---- */
 
-/* Of either sign, 0.5 to 1 times PERTURB_ULPS roundings; another one for each body that shares lanes, the
- * same for states side by side, whose estimates are those of one state. */
-static inline num perturbation(uint32_t *rng)
-{
-    const double *from = perturb_table + (*rng)++ % PERTURB_COUNT;
+/* Bodies that have numbers of their own: all that share lanes, or one, also of states side by side. */
 #ifdef TFA_PACKED
-    num x;
-    memcpy(&x, from, sizeof x);
+#define PERTURB_LANES NUM_LANES
 #else
-    const num x = num_of(*from);
+#define PERTURB_LANES 1
 #endif
+
+/* Where the numbers of each lane start in the table: by the index of the body, so that a body has the same
+ * perturbations in whatever lane it stands. */
+struct perturb_start {
+    uint32_t lane[PERTURB_LANES];
+};
+
+/* Number k, 0 .. PERTURB_EACH - 1, of the bodies at hand: of either sign, 0.5 to 1 times PERTURB_ULPS
+ * roundings */
+static inline num perturbation(const struct perturb_start *start, uint32_t k)
+{
+    const double *from = perturb_table + k;
+    const num x =
+        PERTURB_LANES > 1 ? num_gather(from, 1, start->lane) : num_of(from[start->lane[0]]);
     return x * (PERTURB_ULPS * NUM_EPSILON);
 }
 
-static inline vec3 v3_perturb(vec3 a, vec3 size, uint32_t *rng)
+static inline vec3 v3_perturb(vec3 a, vec3 size, const struct perturb_start *start, uint32_t k)
 {
-    return (vec3){a.x + size.x * perturbation(rng), a.y + size.y * perturbation(rng),
-                  a.z + size.z * perturbation(rng)};
+    return (vec3){a.x + size.x * perturbation(start, k), a.y + size.y * perturbation(start, k + 1),
+                  a.z + size.z * perturbation(start, k + 2)};
 }
 
-/* a, a sum whose terms have these absolute values */
-static inline svec sv_perturb(svec a, svec size, uint32_t *rng)
+/* a, a sum whose terms have these absolute values, by the numbers k .. k + 5 */
+static inline svec sv_perturb(svec a, svec size, const struct perturb_start *start, uint32_t k)
 {
-    return (svec){v3_perturb(a.w, size.w, rng), v3_perturb(a.v, size.v, rng)};
+    return (svec){v3_perturb(a.w, size.w, start, k), v3_perturb(a.v, size.v, start, k + 3)};
 }
 
 #endif

@@ -6,11 +6,11 @@
 #ifndef TFA_KERNEL_PERTURB_TABLE_H
 #define TFA_KERNEL_PERTURB_TABLE_H
 
-/* Any vector of up to 16 doubles starts among the first PERTURB_COUNT. */
+/* The numbers of a body start among the first PERTURB_COUNT. */
 #define PERTURB_COUNT 256u
 
 /* clang-format off */
-static const double perturb_table[PERTURB_COUNT + 16] = {
+static const double perturb_table[PERTURB_COUNT + 18] = {
     -0.9877, -0.8132, 0.5312, -0.9021, 0.7184, 0.6134, 0.6496, 0.9702, 0.9534, 0.5687, 0.8783,
     0.8024, 0.7992, 0.7914, 0.9277, -0.6312, 0.5507, -0.7289, 0.7767, -0.6324, -0.8652, 0.7253,
     -0.6611, 0.8515, 0.8571, -0.7070, 0.6999, -0.8407, -0.6394, -0.6406, 0.6900, -0.9563, 0.9248,
@@ -35,7 +35,7 @@ static const double perturb_table[PERTURB_COUNT + 16] = {
     0.5788, 0.6216, -0.7645, -0.5145, -0.9796, -0.5768, -0.6727, -0.5216, -0.6249, -0.5439, -0.6688,
     -0.9313, 0.5220, -0.7013, -0.8355, -0.6613, -0.7679, 0.5570, 0.8920, 0.8515, 0.8043, 0.9990,
     0.8266, 0.8606, -0.7651, 0.7987, -0.8396, -0.9817, 0.9221, -0.5569, 0.7297, -0.6455, -0.6517,
-    -0.9646, -0.9159, -0.6188, 0.9616, -0.5753, -0.6597, -0.8551, 0.8687,
+    -0.9646, -0.9159, -0.6188, 0.9616, -0.5753, -0.6597, -0.8551, 0.8687, -0.6619, -0.6974,
 };
 /* clang-format on */
 

@@ -18,10 +18,10 @@
 #include "kernel/perturb.h"
 #include "kernel/pieces.h"
 
-/* Random numbers of its own for each row, so that rows of all pieces are alike */
-static inline uint32_t rng_of(uint32_t k, uint32_t number)
+/* By the row, alike in all pieces */
+static inline struct perturb_start row_start(uint32_t k)
 {
-    return 37 * k + number;
+    return (struct perturb_start){{PERTURB_EACH * k % PERTURB_COUNT}};
 }
 
 /* The joint's velocity as a spatial vector */
@@ -42,8 +42,8 @@ static inline svec row_motion(const struct pieces *p, const struct piece_row *r,
         size = sv_add(size, cross_motion_abs(sv_abs(r[k].v), sv_abs(joint_velocity(r, k))));
     }
     a.w.z += r[k].qdd;
-    uint32_t rng = rng_of(k, 0);
-    return perturbed ? sv_perturb(a, size, &rng) : a;
+    const struct perturb_start start = row_start(k);
+    return perturbed ? sv_perturb(a, size, &start, 0) : a;
 }
 
 /* I a + p */
@@ -59,8 +59,8 @@ static inline svec row_force(const struct pieces *p, const struct piece_body *b,
     svec size = rigid_mul_abs(b[k].I, b[k].h, b[k].mass, sv_abs(a));
     if (p->moving)
         size = sv_add(size, cross_force_abs(v, rigid_mul_abs(b[k].I, b[k].h, b[k].mass, v)));
-    uint32_t rng = rng_of(k, 6);
-    return sv_perturb(f, size, &rng);
+    const struct perturb_start start = row_start(k);
+    return sv_perturb(f, size, &start, 6);
 }
 
 /* X^T f */
@@ -70,8 +70,8 @@ static inline svec row_force_up(const struct piece_row *r, uint32_t k, svec f, i
     if (!perturbed)
         return up;
     const place X = place_abs(&r[k].X, 1);
-    uint32_t rng = rng_of(k, 12);
-    return sv_perturb(up, x_t_force_abs(&X, sv_abs(f)), &rng);
+    const struct perturb_start start = row_start(k);
+    return sv_perturb(up, x_t_force_abs(&X, sv_abs(f)), &start, 12);
 }
 
 /* a of each body, from the one that the solution has before the piece; of the last one to the

@@ -45,6 +45,14 @@ void TFA_V(rnea)(struct state *s, const num *qdd, num *tau, int bias)
 
 /* ---- perturbed ---- */
 
+static inline struct perturb_start perturb_start(const struct state *s, uint32_t i)
+{
+    struct perturb_start start;
+    for (uint32_t l = 0; l < PERTURB_LANES; l++)
+        start.lane[l] = PERTURB_EACH * body_in_lane(s, i, l) % PERTURB_COUNT;
+    return start;
+}
+
 /* Sum of the absolute values that v_i is made of, and of c_i */
 static inline svec velocity_abs(const struct state *s, const terms *b, const place *X, svec *c)
 {
@@ -59,8 +67,9 @@ static inline svec velocity_abs(const struct state *s, const terms *b, const pla
 
 /* a_i and f_i as in rnea, each perturbed */
 static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, const num *qdd,
-                                     int products, uint32_t *rng)
+                                     int products)
 {
+    const struct perturb_start start = perturb_start(s, i);
     const terms *b = body_terms(s, i);
     const svec before = parent_motion(b, s->a, ground);
     const place X = place_abs(&s->X[i], b->n == 1);
@@ -73,15 +82,15 @@ static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, c
         f = cross_force_abs(v, rigid_mul_abs(terms_I(b), terms_h(b), terms_mass(b), v));
         f = sv_add(f, sv_abs(s->wrench[i]));
     }
-    euler_out(s, i, sv_perturb(a, size, rng), qdd, products ? &s->p[i] : NULL);
+    euler_out(s, i, sv_perturb(a, size, &start, 0), qdd, products ? &s->p[i] : NULL);
     f = sv_add(f, rigid_mul_abs(terms_I(b), terms_h(b), terms_mass(b), sv_abs(s->a[i])));
-    s->f[i] = sv_perturb(s->f[i], f, rng);
+    s->f[i] = sv_perturb(s->f[i], f, &start, 6);
 }
 
 /* tau_i, and f_i to the parent, which stands where ABA has its bias force */
-static inline void inward_perturbed(struct state *s, uint32_t i, const num *qdd, num *tau,
-                                    uint32_t *rng)
+static inline void inward_perturbed(struct state *s, uint32_t i, const num *qdd, num *tau)
 {
+    const struct perturb_start start = perturb_start(s, i);
     const terms *b = body_terms(s, i);
     if (!b->leaf)
         s->f[i] = sv_add(s->f[i], given_force(s, i));
@@ -90,15 +99,14 @@ static inline void inward_perturbed(struct state *s, uint32_t i, const num *qdd,
         return;
     const place X = place_abs(&s->X[i], b->n == 1);
     const svec size = x_t_force_abs(&X, sv_abs(s->f[i]));
-    give_force(s, i, sv_perturb(x_t_force(&s->X[i], s->f[i]), size, rng), FOLD_FRESH);
+    give_force(s, i, sv_perturb(x_t_force(&s->X[i], s->f[i]), size, &start, 12), FOLD_FRESH);
 }
 
 void TFA_V(rnea_perturbed)(struct state *s, const num *qdd, num *tau, int bias)
 {
-    uint32_t rng = 0;
     const svec ground = {v3_zero(), bias ? v3_neg(s->gravity) : v3_zero()};
     for (uint32_t i = 0; i < s->bodies; i++)
-        outward_perturbed(s, i, ground, qdd, bias && s->moving, &rng);
+        outward_perturbed(s, i, ground, qdd, bias && s->moving);
     for (uint32_t i = s->bodies; i-- > 0;)
-        inward_perturbed(s, i, qdd, tau, &rng);
+        inward_perturbed(s, i, qdd, tau);
 }

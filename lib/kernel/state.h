@@ -137,6 +137,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(coordinate, coordinates_of, nq, "", "", "where coordinates come from")                   \
     ARRAY(freedom, freedoms_of, nv, "", "", "where freedoms come from and go to")                  \
     ARRAY(num, friction, nv, "N m s", "joint", "damping of each freedom")                          \
+    ARRAY(num, inner, m->freedoms, "", "joint", "limbs: freedoms in the order of the bodies")       \
     ARRAY(uint32_t, step_of, m->bodies, "", "", "where a body stands: its step")                   \
     ARRAY(uint32_t, lane_of, m->bodies, "", "", "and its lane")                                    \
     ARRAY(uint32_t, children, m->bodies, "", "", "how many a body has")

@@ -66,12 +66,13 @@ int TFA_V(alarmed)(struct state *s, const tfa_request *r, tfa_method method, tfa
     return 1;
 }
 
-int TFA_V(is_answer)(const struct state *s, const tfa_request *r, const num_doubles *estimate)
+int TFA_V(is_answer)(struct state *s, const tfa_request *r, tfa_method method,
+                     const num_doubles *estimate)
 {
     int all = 1;
     for (uint32_t l = 0; l < s->lanes; l++)
         all &= estimate->lane[l] <= 1;
-    return all || r->estimate == TFA_ESTIMATE_NEVER;
+    return all || r->estimate == TFA_ESTIMATE_NEVER || !TFA_V(sentinel_of)(s, method);
 }
 
 void TFA_V(tell_estimate)(const struct state *s, const tfa_request *r, const num_doubles *estimate,

@@ -44,8 +44,10 @@ void TFA_V(tell_estimate)(const struct state *s, const tfa_request *r, const num
 /* Is an error estimate to be computed because the sentinel tripped? The answer is then flagged. */
 int TFA_V(alarmed)(struct state *s, const tfa_request *r, tfa_method method, tfa_answer *out);
 
-/* Are these estimates those of answers at all, none of them above 1? */
-int TFA_V(is_answer)(const struct state *s, const tfa_request *r, const num_doubles *estimate);
+/* Are these estimates those of answers at all? Not where one is above 1 and the sentinel trips: M is singular
+ * but for rounding. Without the sentinel forces balance, and qdd itself is of the size of rounding. */
+int TFA_V(is_answer)(struct state *s, const tfa_request *r, tfa_method method,
+                     const num_doubles *estimate);
 
 /* A policy of the request, with the method's default. */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);

@@ -78,7 +78,7 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
         (void)TFA_V(forward_dynamics)(s, method);
         x = TFA_V(refine)(s, method, steps, fully, certified);
     }
-    *sound = TFA_V(is_answer)(s, r, &x.estimate);
+    *sound = TFA_V(is_answer)(s, r, method, &x.estimate);
     if (NUM_LANES > 1 && !*sound)
         s->apart = 1;
     TFA_V(tell_estimate)(s, r, &x.estimate, out);

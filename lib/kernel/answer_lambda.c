@@ -186,13 +186,13 @@ static int estimate(struct state *s, const tfa_request *r, tfa_method factors, u
     TFA_V(tell_estimate)(s, r, &error, out);
     const uint16_t doubt = TFA_V(doubt)(&error, 1);
     if (out->method == (uint16_t)named(last) || out->method == TFA_METHOD_PV_OSIMR || !doubt)
-        return TFA_V(is_answer)(s, r, &error); /* by the same factors */
+        return TFA_V(is_answer)(s, r, factors, &error); /* by the same factors */
     out->flags |= doubt;
     (void)fall_back(s, frame, out);
     out->method = (uint16_t)named(last);
     error = TFA_V(lambda_error)(s, frame, last, 0);
     TFA_V(tell_estimate)(s, r, &error, out);
-    return TFA_V(is_answer)(s, r, &error);
+    return TFA_V(is_answer)(s, r, last, &error);
 }
 
 /* Once more with an estimate, which needs all bodies where the answer needed those of the tips' trees. */

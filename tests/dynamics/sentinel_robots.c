@@ -134,11 +134,36 @@ static void nearly_parallel_axes_never_answer_in_silence(void **state)
     }
 }
 
+/* Torques that hold an arm still leave a qdd of the size of rounding: an answer, whatever its relative error. */
+static void balanced_forces_are_answered(void **state)
+{
+    (void)state;
+    tfa_model *model = two_axes(0.5);
+    tfa_workspace *w;
+    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    double q[2] = {0.7, -0.4}, tau[2], qdd[2];
+    tfa_request r = {.op = TFA_OP_INVERSE_DYNAMICS, .count = 1, .q = q};
+    tfa_reply reply = {.tau = tau};
+    assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+    r = (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
+                      .estimate = TFA_ESTIMATE_ALWAYS,
+                      .count = 1,
+                      .q = q,
+                      .tau = tau,
+                      .refine = TFA_REFINE_DEFAULT};
+    reply = (tfa_reply){.qdd = qdd};
+    assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+    assert_true(fabs(qdd[0]) < 1e-12 && fabs(qdd[1]) < 1e-12);
+    tfa_workspace_free(w);
+    tfa_model_free(model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_estimate_changes_no_answer),
         cmocka_unit_test(nearly_parallel_axes_never_answer_in_silence),
+        cmocka_unit_test(balanced_forces_are_answered),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -120,7 +120,7 @@ typedef enum tfa_estimate {
                                    TFA_ANSWER_SENTINEL. Cost: about two operations a body */
     TFA_ESTIMATE_NEVER = 1,   /**< the bare answer of the method, refined if asked: no sentinel, no
                                    estimate, no fallback */
-    TFA_ESTIMATE_ALWAYS = 2,  /**< of every answer; above 1: TFA_E_NOT_COMPUTED names the body */
+    TFA_ESTIMATE_ALWAYS = 2,  /**< of every answer */
 } tfa_estimate;
 
 /** The frame in which wrenches on links are given and lambda_inv is answered. */

@@ -54,7 +54,7 @@ int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 
 /* Refinement and estimate; while the answer is in doubt, that of the next method, refined as the first
  * was. If the estimate is still too large, the wider kernel answers, where there is one. A request
- * without estimates gets the bare answer. *sound: no estimate is above 1. */
+ * without estimates gets the bare answer. *sound: TFA_V(is_answer). */
 static tfa_method refine(struct state *s, const tfa_request *r, tfa_method method, uint32_t steps,
                          int certified, int *sound, tfa_answer *out)
 {

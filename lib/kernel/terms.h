@@ -16,21 +16,20 @@
 typedef tfa_quad constant;
 #define TERMS_PLACE(b) (&(b)->quad->place)
 #define TERMS_MASS(b) (&(b)->quad->mass)
-
-static inline num constant_of(tfa_quad x)
-{
-    return x;
-}
 #else
 typedef double constant;
 #define TERMS_PLACE(b) (b)
 #define TERMS_MASS(b) (b)
-
-static inline num constant_of(double x)
-{
-    return num_of(x);
-}
 #endif
+
+static inline num constant_of(constant x)
+{
+#ifdef NUM_QUAD
+    return x;
+#else
+    return num_of(x);
+#endif
+}
 
 static inline vec3 constant_vec3(const constant *p)
 {

@@ -342,7 +342,8 @@ static void test_explanations(void **state)
             "inertia; use "
             "aba or give the body an inertia");
     explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_NOT_COMPUTED},
-            "forward_dynamics: answer not finite: the problem is singular at this configuration");
+            "forward_dynamics: no reliable answer: the problem is singular at this "
+            "configuration, or nearly");
     explain(&arm, "{" FD "," Q "}",
             &(tfa_reply){.status = TFA_E_VALUE, .field = TFA_FIELD_Q, .index = 1},
             "q[1] (lift): 0: not a finite number");

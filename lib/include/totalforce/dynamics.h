@@ -403,7 +403,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *                     joints together with tips, refinement, an estimate or mimics; a payload on a
  *                     link between fused joints;
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;
- *   TFA_E_NOT_COMPUTED  an answer is not finite (M is singular at this q); others are valid.
+ *   TFA_E_NOT_COMPUTED  an answer is not finite, or no digit of it is certain: M is singular at this
+ *                     q, or nearly; others are valid.
  */
 TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);
 

@@ -21,9 +21,12 @@
 #define ROWS (6 * 2)
 #define CANARY 0xa5
 
+#define GIMBAL "/tests/tools/data/gimbal.urdf"
+
 enum { TIPS = 1, POSES = 2, SPECTRUM = 4, WRENCHES = 8, PAYLOADS = 16, LOCKED = 32, CHOICES = 64 };
 
 typedef struct doors {
+    tfa_model *model;
     tfa_workspace *library;
     tfa_client *ring;
     tfa_dds_client *dds;
@@ -145,7 +148,8 @@ static void compare(doors *d, const tfa_request *r, unsigned choice)
     tfa_reply expected = reply_into(&here), got = reply_into(&there);
     char what[64];
     const int status = tfa_compute(d->library, r, &expected);
-    assert_written(r, d, &here, status);
+    if (status != TFA_E_NOT_COMPUTED) /* which leaves the numbers of such a state in the buffers */
+        assert_written(r, d, &here, status);
     snprintf(what, sizeof what, "ring: op %d, choice %u, count %u", r->op, choice, r->count);
     (void)tfa_client_call(d->ring, r, &got, WAIT_NS, NULL);
     assert_same(&expected, &here, &got, &there, what);
@@ -180,22 +184,36 @@ static void fill_numbers(void)
     }
 }
 
-static void ask_all(const harness *h, const char *robot, const char *file, tfa_base base)
+static doors open_doors(const harness *h, const char *robot, const char *file, tfa_base base)
 {
     const tfa_model_options options = {.base = base};
     const tfa_dds_client_options over = {
         .domain = test_domain(), .robot = robot, .connect_timeout_ms = 20000};
     tfa_client_options ring = harness_options(h, robot);
     tfa_report report = {0};
-    tfa_model *model;
     doors d;
     ring.max_batch = BATCH;
-    assert_int_equal(tfa_model_load(file, &options, &report, &model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(model, NULL, &d.library), TFA_OK);
+    assert_int_equal(tfa_model_load(file, &options, &report, &d.model), TFA_OK);
+    assert_int_equal(tfa_workspace_create(d.model, NULL, &d.library), TFA_OK);
     assert_int_equal(tfa_client_connect(&ring, &d.ring), TFA_OK);
     assert_int_equal(tfa_dds_client_connect(&over, &d.dds), TFA_OK);
-    d.v_count = tfa_model_v_count(model);
-    d.base_freedoms = tfa_model_base_freedoms(model);
+    d.v_count = tfa_model_v_count(d.model);
+    d.base_freedoms = tfa_model_base_freedoms(d.model);
+    tfa_report_free(&report);
+    return d;
+}
+
+static void close_doors(doors *d)
+{
+    tfa_dds_client_close(d->dds);
+    tfa_client_close(d->ring);
+    tfa_workspace_free(d->library);
+    tfa_model_free(d->model);
+}
+
+static void ask_all(const harness *h, const char *robot, const char *file, tfa_base base)
+{
+    doors d = open_doors(h, robot, file, base);
     for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
         for (unsigned choice = 0; choice < CHOICES; choice++)
             for (uint32_t count = 1; count <= BATCH; count += BATCH - 1) {
@@ -203,11 +221,36 @@ static void ask_all(const harness *h, const char *robot, const char *file, tfa_b
                 compare(&d, &r, choice);
             }
     compare_without_lambda_inv(&d);
-    tfa_dds_client_close(d.dds);
-    tfa_client_close(d.ring);
-    tfa_workspace_free(d.library);
-    tfa_model_free(model);
-    tfa_report_free(&report);
+    close_doors(&d);
+}
+
+/* Near gimbal lock: the sentinel's flag, or the refusal with the name of a body, comes through every door
+ * without being asked for. */
+static void ask_gimbal(doors *d, double pitch, int status)
+{
+    const double q[BATCH * 3] = {0.7, pitch, 0.2, -0.3, pitch, 0.1, 1.1, pitch, -0.6};
+    for (uint32_t count = 1; count <= BATCH; count += BATCH - 1) {
+        tfa_request r = make_request(d, TFA_OP_FORWARD_DYNAMICS, 0, count);
+        tfa_answer answers[BATCH];
+        tfa_reply reply = {.answers = answers};
+        r.estimate = TFA_ESTIMATE_DEFAULT;
+        r.q = q;
+        compare(d, &r, 0);
+        assert_int_equal(tfa_dds_client_call(d->dds, &r, &reply, WAIT_NS, NULL), status);
+        if (status != TFA_OK)
+            assert_int_equal(reply.field, TFA_FIELD_BODY);
+        for (uint32_t k = 0; k < count && status == TFA_OK; k++)
+            assert_true(answers[k].flags & TFA_ANSWER_SENTINEL &&
+                        answers[k].flags & TFA_ANSWER_ESTIMATED);
+    }
+}
+
+static void ask_nearly_singular(const harness *h)
+{
+    doors d = open_doors(h, "gimbal", TFA_SOURCE_DIR GIMBAL, TFA_BASE_FIXED);
+    ask_gimbal(&d, 1.5707, TFA_OK);
+    ask_gimbal(&d, 1.5707963267948966, TFA_E_NOT_COMPUTED);
+    close_doors(&d);
 }
 
 /* The number after `text` in the log of a daemon that has ended; 0 without it. */
@@ -231,10 +274,10 @@ static void assert_logged(const harness *h)
 {
     const unsigned asked = 2 * 4 * CHOICES * 2; /* robots, ops, choices, counts */
     char text[128];
-    snprintf(text, sizeof text, "dds: domain %u, 2 robots: totalforce/request and", test_domain());
+    snprintf(text, sizeof text, "dds: domain %u, 3 robots: totalforce/request and", test_domain());
     assert_true(harness_logged(h, text));
-    assert_in_range(logged_number(h, "dds: requests "), asked, asked + 20); /* and hellos */
-    assert_in_range(logged_number(h, "refused 0, requests "), 2 * asked, 2 * asked + 20);
+    assert_in_range(logged_number(h, "dds: requests "), asked, asked + 24); /* and hellos */
+    assert_in_range(logged_number(h, "refused 0, requests "), 2 * asked, 2 * asked + 24);
 }
 
 static void library_ring_and_dds_agree(void **state)
@@ -242,7 +285,8 @@ static void library_ring_and_dds_agree(void **state)
     static const char robots[] = "  - name: arm\n    urdf: @/config/robots/arm7.urdf\n"
                                  "    max_batch: 3\n"
                                  "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n"
-                                 "    base: floating\n    max_batch: 3\n";
+                                 "    base: floating\n    max_batch: 3\n"
+                                 "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n";
     char dds[64];
     harness h;
     (void)state;
@@ -252,6 +296,7 @@ static void library_ring_and_dds_agree(void **state)
     harness_start(&h, "dog");
     ask_all(&h, "arm", TFA_SOURCE_DIR "/config/robots/arm7.urdf", TFA_BASE_FIXED);
     ask_all(&h, "dog", TFA_SOURCE_DIR "/config/robots/quadruped.urdf", TFA_BASE_FLOATING);
+    ask_nearly_singular(&h);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     assert_logged(&h);
     harness_remove(&h);

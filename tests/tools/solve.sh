@@ -26,6 +26,18 @@ sed -n 9p "$work/replies" | grep -q '"error_estimate":' && fail "an estimate alt
 sed -n 12p "$work/replies" | grep -q '"rank":3,"eig_min":' || fail "rank of three joints is not 3"
 sed -n 14p "$work/replies" | grep -q '"rank":0,' || fail "rank of a fixed link is not 0"
 
+# the sentinel is on although nobody asked: near gimbal lock an answer is flagged, at gimbal lock refused
+gimbal() {
+    printf '{"op":"forward_dynamics","q":[0.7,%s,0.2],"v":[0.3,0.2,-0.4],"tau":[1,-2,0.5]}\n' "$1" |
+        "$tool" solve --estimate "$2" "$data/gimbal.urdf"
+}
+gimbal 1.5707 default >"$work/a" || fail "near gimbal lock: refused"
+grep -q '"error_estimate":.*"sentinel":true' "$work/a" || fail "an answer in doubt is not flagged"
+gimbal 1.5707 never >"$work/a" || fail "near gimbal lock: refused without an estimate"
+grep -q 'error_estimate\|sentinel' "$work/a" && fail "a sentinel although never"
+gimbal 1.5707963267948966 default >"$work/a"
+says "$work/a" "forward_dynamics: body 'rotor': no reliable answer"
+
 # the methods agree
 for line in 3 4; do
     sed -n 1p "$work/replies" | array qdd >"$work/a"

@@ -245,7 +245,6 @@ static void decode_line(const tfa_wire_request *line, tfa_request *r)
     r->method = (tfa_method)line->method;
     r->estimate = (tfa_estimate)line->estimate;
     r->frame = (tfa_reference_frame)line->frame;
-    r->hold = TFA_HOLD_NONE;
     r->refine = line->refine;
     r->flags = line->flags;
     r->count = line->count;

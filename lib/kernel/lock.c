@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Articulated bodies with locked joints, which have no acceleration. Three savings over a joint that
- * is free: what no freedom moves is not computed; what hangs from the last freedom is one rigid
- * composite of ten numbers instead of 21; and a joint between needs no projection.
+ * Articulated bodies with locked joints, which have no acceleration. Three savings over a joint
+ * that is free: what no freedom moves is not computed; what hangs from the last freedom is one
+ * rigid composite of ten numbers instead of 21; and a joint between needs no projection.
  */
 #include "kernel/lock.h"
 

@@ -22,11 +22,6 @@ _Static_assert(sizeof(totalforce_dds_Spectrum) == sizeof(tfa_spectrum), "Spectru
 SAME_PLACE(totalforce_dds_Spectrum, rank, tfa_spectrum, rank);
 SAME_PLACE(totalforce_dds_Spectrum, eig_min, tfa_spectrum, eig_min);
 SAME_PLACE(totalforce_dds_Spectrum, eig_max, tfa_spectrum, eig_max);
-_Static_assert(sizeof(totalforce_dds_Certificate) == sizeof(tfa_certificate), "Certificate");
-SAME_PLACE(totalforce_dds_Certificate, error, tfa_certificate, error);
-SAME_PLACE(totalforce_dds_Certificate, relative, tfa_certificate, relative);
-SAME_PLACE(totalforce_dds_Certificate, held, tfa_certificate, held);
-SAME_PLACE(totalforce_dds_Certificate, exact, tfa_certificate, exact);
 
 tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa_dds_shape *shape)
 {
@@ -40,8 +35,6 @@ tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa
     if (request->op == TFA_OP_FORWARD_DYNAMICS) {
         sizes.qdd = count * shape->v_count;
         sizes.base_acceleration = count * shape->base_freedoms;
-        sizes.certificate = request->hold != TFA_HOLD_NONE ? count : 0;
-        sizes.held = sizes.certificate * shape->v_count;
     }
     if (request->op == TFA_OP_INVERSE_DYNAMICS) {
         sizes.tau = count * shape->v_count;
@@ -129,7 +122,6 @@ static void view_lists(const totalforce_dds_Request *sample, const tfa_dds_shape
                                     TFA_FIELD_PAYLOADS, culprit);
     r->locked =
         view_joints(&sample->locked, shape->v_count, &r->locked_count, TFA_FIELD_LOCKED, culprit);
-    r->held = view_joints(&sample->held, shape->v_count, &r->held_count, TFA_FIELD_HELD, culprit);
     r->gravity = view_array(&sample->gravity, 3, TFA_FIELD_GRAVITY, culprit);
     r->wrenches = view_array(&sample->wrenches, (uint64_t)r->count * r->wrench_count * 6,
                              TFA_FIELD_WRENCHES, culprit);
@@ -156,8 +148,6 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_sha
         .refine = sample->refine,
         .flags = sample->flags,
         .count = sample->count,
-        .hold = (tfa_hold)sample->hold,
-        .tolerance = sample->tolerance,
     };
     request->q = view_array(&sample->q, count * shape->q_count, TFA_FIELD_Q, culprit);
     request->v = view_array(&sample->v, v_size, TFA_FIELD_V, culprit);
@@ -225,8 +215,7 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
     const uint64_t base = shape->base_freedoms > 0 ? count : 0;
 
     if (request->tip_count > TFA_MAX_TIPS || request->wrench_count > TFA_MAX_WRENCHES ||
-        request->payload_count > TFA_MAX_PAYLOADS || request->locked_count > shape->v_count ||
-        request->held_count > shape->v_count)
+        request->payload_count > TFA_MAX_PAYLOADS || request->locked_count > shape->v_count)
         return TFA_E_SIZE;
     sample->op = (uint32_t)request->op;
     sample->method = (uint32_t)request->method;
@@ -235,11 +224,8 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
     sample->refine = request->refine;
     sample->flags = request->flags;
     sample->count = request->count;
-    sample->hold = (uint32_t)request->hold;
-    sample->tolerance = request->tolerance;
     sample->payload_frames = borrow_indices(request->payload_frames, request->payload_count);
     sample->locked = borrow_indices(request->locked, request->locked_count);
-    sample->held = borrow_indices(request->held, request->held_count);
     sample->payloads =
         borrow(request->payloads, (uint64_t)request->payload_count * TFA_PAYLOAD_NUMBERS);
     sample->tips = borrow_indices(request->tips, request->tip_count);
@@ -269,8 +255,6 @@ void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes
     const tfa_dds_reply_sizes *s = tfa_dds_status_has_answers(reply->status) ? sizes : &none;
     const uint32_t answers = reply->answers != NULL ? s->answers : 0;
     const uint32_t spectra = reply->spectrum != NULL ? s->spectrum : 0;
-    const uint32_t certificates = reply->certificate != NULL ? s->certificate : 0;
-    const uint32_t held = reply->held != NULL ? s->held : 0;
 
     sample->status = reply->status;
     sample->field = (uint32_t)reply->field;
@@ -287,10 +271,6 @@ void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes
     sample->spectrum = (dds_sequence_totalforce_dds_Spectrum){
         spectra, spectra, spectra > 0 ? (totalforce_dds_Spectrum *)reply->spectrum : NULL, false};
     sample->poses = borrow(reply->poses, s->poses);
-    sample->certificate = (dds_sequence_totalforce_dds_Certificate){
-        certificates, certificates,
-        certificates > 0 ? (totalforce_dds_Certificate *)reply->certificate : NULL, false};
-    sample->held = (dds_sequence_octet){held, held, held > 0 ? reply->held : NULL, false};
 }
 
 void tfa_dds_accelerations_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes,
@@ -367,10 +347,6 @@ int tfa_dds_reply_read(const totalforce_dds_Reply *sample, const tfa_dds_reply_s
         read_items(reply->answers, sample->answers._buffer, sample->answers._length, s->answers,
                    sizeof *reply->answers) &&
         read_array(reply->poses, &sample->poses, s->poses) &&
-        read_items(reply->certificate, sample->certificate._buffer, sample->certificate._length,
-                   s->certificate, sizeof *reply->certificate) &&
-        read_items(reply->held, sample->held._buffer, sample->held._length, s->held,
-                   sizeof *reply->held) &&
         read_items(reply->spectrum, sample->spectrum._buffer, sample->spectrum._length, s->spectrum,
                    sizeof *reply->spectrum);
     return fits ? TFA_OK : TFA_E_PROTOCOL;

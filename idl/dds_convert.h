@@ -33,7 +33,7 @@ typedef struct tfa_dds_shape {
 /** Elements of each array of a reply; 0: the request does not ask for it. */
 typedef struct tfa_dds_reply_sizes {
     uint32_t qdd, base_acceleration, tau, base_wrench, lambda_inv, mass_matrix;
-    uint32_t spectrum, answers, poses, certificate, held;
+    uint32_t spectrum, answers, poses;
 } tfa_dds_reply_sizes;
 
 /** Why a sample was not turned into a request; `status` is TFA_OK when it was. */
@@ -66,7 +66,7 @@ int tfa_dds_torques_view(const totalforce_dds_JointTorques *sample, const tfa_dd
  * stamp). The sequences point at the arrays of the request: write the sample while those live, and
  * never free it.
  * @return TFA_OK; TFA_E_SIZE (more tips, wrenches or payloads than a tfa_request holds, more locked
- *         or held joints than the robot has).
+ *         joints than the robot has).
  */
 int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
                          totalforce_dds_Request *sample);

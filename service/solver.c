@@ -112,12 +112,10 @@ tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *
 
 /* What a request gets that leaves the estimate open. DEFAULT is the library's: where the sentinel trips, and
  * always for methods with inverse inertias. */
-static tfa_estimate policy(tfa_robot_solver *solver, const tfa_request *request)
+static tfa_estimate policy(tfa_robot_solver *solver)
 {
     if (solver->estimate == CONFIG_ESTIMATE_DEFAULT)
         return TFA_ESTIMATE_DEFAULT;
-    if (request->hold != TFA_HOLD_NONE)
-        return TFA_ESTIMATE_NEVER; /* held joints have a certificate instead */
     if (solver->estimate == CONFIG_ESTIMATE_NEVER)
         return TFA_ESTIMATE_NEVER;
     if (solver->estimate == CONFIG_ESTIMATE_ALWAYS)
@@ -170,6 +168,6 @@ int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply,
     if (request->estimate != TFA_ESTIMATE_DEFAULT)
         return solve(solver, request, reply, pause);
     tfa_request decided = *request;
-    decided.estimate = policy(solver, request);
+    decided.estimate = policy(solver);
     return solve(solver, &decided, reply, pause);
 }

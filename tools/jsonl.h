@@ -51,14 +51,12 @@ typedef struct jsonl_buffers {
     double base_pose[7], base_twist[6], base_wrench[6], base_acceleration[6], gravity[3];
     double wrenches[TFA_MAX_WRENCHES * 6];
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
-    uint32_t *locked, *held; /**< v_count each: no robot has more joints than freedoms */
-    uint8_t *named;          /**< v_count: joints of the list that is being read */
-    uint8_t *reply_held;     /**< v_count: the reply */
+    uint32_t *locked; /**< v_count: no robot has more joints than freedoms */
+    uint8_t *named;   /**< v_count: joints of the list that is being read */
     double reply_acceleration[6], reply_wrench[6];
     double lambda_inv[36 * TFA_MAX_TIPS * TFA_MAX_TIPS];
     double poses[7 * TFA_MAX_TIPS];
     tfa_spectrum spectrum;
-    tfa_certificate certificate;
     tfa_answer answer;
 } jsonl_buffers;
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Reads what a request changes about the robot: joints that are locked or held, payloads.
+ * Reads what a request changes about the robot: locked joints, payloads.
  */
 #include "jsonl_values.h"
 
@@ -52,38 +52,6 @@ int jsonl_read_locked(jsonl_reader *r, const json_t *value)
                           jsonl_type(value));
     r->request->locked = r->buffers->locked;
     return read_joints(r, value, r->buffers->locked, &r->request->locked_count);
-}
-
-/* {"auto": tolerance} */
-static int read_hold_auto(jsonl_reader *r, const json_t *value)
-{
-    const json_t *tolerance = json_object_get(value, "auto");
-    if (!tolerance || json_object_size(value) != 1)
-        return jsonl_fail(r->error, TFA_E_ARGUMENT,
-                          "hold: an object must be {\"auto\": largest relative error}");
-    if (!json_is_number(tolerance))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "hold.auto: %s, must be a number above 0",
-                          jsonl_type(tolerance));
-    r->request->tolerance = json_number_value(tolerance);
-    if (!(r->request->tolerance > 0))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT,
-                          "hold.auto: %g: must be above 0, the largest relative error allowed",
-                          r->request->tolerance);
-    r->request->hold = TFA_HOLD_AUTO;
-    return TFA_OK;
-}
-
-int jsonl_read_hold(jsonl_reader *r, const json_t *value)
-{
-    if (json_is_object(value))
-        return read_hold_auto(r, value);
-    if (!json_is_array(value))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT,
-                          "hold: %s, must be an array of joint names or {\"auto\": tolerance}",
-                          jsonl_type(value));
-    r->request->hold = TFA_HOLD_GIVEN;
-    r->request->held = r->buffers->held;
-    return read_joints(r, value, r->buffers->held, &r->request->held_count);
 }
 
 /* The numbers of a payload, as in tfa_payload; what is not there is 0. */
@@ -170,23 +138,12 @@ int jsonl_read_payload(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-/* true or false: a flag of the request. */
-static int read_flag(jsonl_reader *r, const json_t *value, uint32_t flag)
-{
-    if (!json_is_boolean(value))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s, must be true or false", r->key,
-                          jsonl_type(value));
-    if (json_is_true(value))
-        r->request->flags |= flag;
-    return TFA_OK;
-}
-
 int jsonl_read_poses(jsonl_reader *r, const json_t *value)
 {
-    return read_flag(r, value, TFA_WANT_POSES);
-}
-
-int jsonl_read_certificate(jsonl_reader *r, const json_t *value)
-{
-    return read_flag(r, value, TFA_WANT_CERTIFICATE);
+    if (!json_is_boolean(value))
+        return jsonl_fail(r->error, TFA_E_ARGUMENT, "poses: %s, must be true or false",
+                          jsonl_type(value));
+    if (json_is_true(value))
+        r->request->flags |= TFA_WANT_POSES;
+    return TFA_OK;
 }

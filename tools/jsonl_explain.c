@@ -96,8 +96,6 @@ static const char *besides(const tfa_request *request, tfa_field field)
 {
     if (field == TFA_FIELD_LOCKED)
         return " with locked joints; aba does";
-    if (field == TFA_FIELD_HELD)
-        return " with held joints; aba does";
     return request->op == TFA_OP_FORWARD_DYNAMICS && request->tip_count ? " with tips" : "";
 }
 
@@ -127,17 +125,13 @@ static int explain_payload(const robot_names *names, const tfa_request *request,
                       tfa_status_cause(reply->status));
 }
 
-/* What a request changes about the robot: payloads, locked and held joints. @return 0: nothing of
+/* What a request changes about the robot: payloads, locked joints. @return 0: nothing of
  * that is to blame */
 static int explain_change(const robot_names *names, const tfa_request *request,
                           const tfa_reply *reply, jsonl_error *error)
 {
     if (reply->field == TFA_FIELD_PAYLOADS)
         return explain_payload(names, request, reply, error);
-    if (reply->status == TFA_E_UNSUPPORTED && reply->field == TFA_FIELD_HELD)
-        return jsonl_fail(error, reply->status,
-                          "hold: joints are held without tips, refine, \"estimate\":\"always\" and "
-                          "joints that follow others (--mimic project); ask separately");
     if (reply->status == TFA_E_UNSUPPORTED && reply->field == TFA_FIELD_LOCKED)
         return jsonl_fail(error, reply->status, "locked: %s does not go with locked joints",
                           jsonl_op_name(request->op));

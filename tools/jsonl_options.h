@@ -35,8 +35,7 @@ extern const struct argp jsonl_argp;
     "{joint: value}. A floating base has base_pose, base_twist, base_wrench, base_acceleration. "  \
     "Optional: method, refine, estimate, gravity, frame (world, local, local_world_aligned), "     \
     "poses (true: those of the tips), payload ({link, mass, com, inertia} or a list of such), "    \
-    "locked ([joint,...]: they do not move), hold ([joint,...] or {auto: tolerance}: their "       \
-    "motion is neglected), certificate (true: by how much the answer errs for that). "             \
+    "locked ([joint,...]: they do not move). "                                                     \
     "A line that cannot be answered gets {\"id\":..,\"status\":\"error\",\"error\":..,"            \
     "\"code\":..} and the next line is answered all the same."
 

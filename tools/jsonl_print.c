@@ -106,43 +106,6 @@ static void print_number_key(FILE *out, const char *key, double value)
     jsonl_print_number(out, value);
 }
 
-/* A number that may not be known. */
-static void print_known(FILE *out, double value)
-{
-    if (isfinite(value))
-        jsonl_print_number(out, value);
-    else
-        fputs("null", out);
-}
-
-static void print_certificate(FILE *out, const tfa_certificate *c)
-{
-    if (!c)
-        return;
-    fputs(",\"certificate\":{\"error\":", out);
-    print_known(out, c->error);
-    fputs(",\"relative\":", out);
-    print_known(out, c->relative);
-    fprintf(out, ",\"held\":%u,\"exact\":%s}", c->held, c->exact ? "true" : "false");
-}
-
-/* The joints that were held. All freedoms of a joint are, or none. */
-static void print_held(FILE *out, const robot_names *names, const uint8_t *held)
-{
-    const char *separator = "";
-    if (!held)
-        return;
-    fputs(",\"held\":[", out);
-    for (uint32_t j = 0; j < names->joint_count; j++) {
-        if (!held[names->joints[j].v_index])
-            continue;
-        fputs(separator, out);
-        jsonl_print_string(out, names->joints[j].name);
-        separator = ",";
-    }
-    fputc(']', out);
-}
-
 void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
                        const tfa_request *request, const tfa_reply *reply)
 {
@@ -168,7 +131,6 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
     print_matrix(out, "poses", reply->poses, request->tip_count, 7);
     print_matrix(out, "M", reply->mass_matrix, names->base_freedoms + v_count,
                  names->base_freedoms + v_count);
-    print_certificate(out, reply->certificate);
     if ((answer->flags & TFA_ANSWER_ESTIMATED) && isfinite(answer->error_estimate))
         print_number_key(out, "error_estimate", answer->error_estimate);
     if (answer->flags & TFA_ANSWER_SENTINEL)
@@ -177,7 +139,6 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
         fprintf(out, ",\"fallback\":true,\"reason\":\"%s\"", tfa_fallback_text(answer->flags));
     if (answer->flags & TFA_ANSWER_WIDER)
         fputs(",\"wider\":true", out);
-    print_held(out, names, reply->held);
     if (reply->model)
         fprintf(out, ",\"model\":\"%016" PRIx64 "\"", reply->model);
     fputs("}\n", out);

@@ -248,8 +248,6 @@ static const struct {
     {"poses", FD | OI, jsonl_read_poses},
     {"payload", ALL, jsonl_read_payload},
     {"locked", FD | OI, jsonl_read_locked},
-    {"hold", FD, jsonl_read_hold},
-    {"certificate", FD, jsonl_read_certificate},
 };
 
 static int read_op(jsonl_reader *r, const json_t *object, unsigned *bit)
@@ -319,18 +317,7 @@ static int require(jsonl_reader *r)
         (request->op == TFA_OP_OPERATIONAL_INERTIA || request->flags & TFA_WANT_POSES))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "tips: missing; 1 to %d link names",
                           TFA_MAX_TIPS);
-    if (request->hold == TFA_HOLD_NONE && request->flags & TFA_WANT_CERTIFICATE)
-        return jsonl_fail(r->error, TFA_E_ARGUMENT,
-                          "certificate: no joint is held; give hold, or leave it out");
     return TFA_OK;
-}
-
-/* The certificate takes the place of an estimate, which goes with exact answers only: not asked
- * for, it is left out where joints are held. */
-static void choose_estimate(jsonl_reader *r, const json_t *object)
-{
-    if (r->request->hold != TFA_HOLD_NONE && !json_object_get(object, "estimate"))
-        r->request->estimate = TFA_ESTIMATE_NEVER;
 }
 
 static int point_reply(jsonl_reader *r, tfa_reply *reply)
@@ -366,10 +353,6 @@ static int point_reply(jsonl_reader *r, tfa_reply *reply)
     }
     if (r->request->flags & TFA_WANT_POSES)
         reply->poses = b->poses;
-    if (r->request->hold != TFA_HOLD_NONE) {
-        reply->certificate = &b->certificate;
-        reply->held = b->reply_held;
-    }
     return TFA_OK;
 }
 
@@ -395,7 +378,6 @@ int jsonl_read(const json_t *object, const robot_names *names, const jsonl_defau
         if (status != TFA_OK)
             return status;
     }
-    choose_estimate(&r, object);
     status = require(&r);
     return status == TFA_OK ? point_reply(&r, reply) : status;
 }

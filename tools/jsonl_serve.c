@@ -24,10 +24,8 @@ int jsonl_buffers_init(jsonl_buffers *buffers, const robot_names *names)
         }
     }
     buffers->locked = calloc(names->v_count + (size_t)1, sizeof *buffers->locked);
-    buffers->held = calloc(names->v_count + (size_t)1, sizeof *buffers->held);
     buffers->named = calloc(names->v_count + (size_t)1, sizeof *buffers->named);
-    buffers->reply_held = calloc(names->v_count + (size_t)1, sizeof *buffers->reply_held);
-    if (buffers->locked && buffers->held && buffers->named && buffers->reply_held)
+    if (buffers->locked && buffers->named)
         return TFA_OK;
     jsonl_buffers_free(buffers);
     return TFA_E_MEMORY;
@@ -43,9 +41,7 @@ void jsonl_buffers_free(jsonl_buffers *buffers)
     free(buffers->reply_tau);
     free(buffers->mass_matrix);
     free(buffers->locked);
-    free(buffers->held);
     free(buffers->named);
-    free(buffers->reply_held);
     *buffers = (jsonl_buffers){0};
 }
 

@@ -37,13 +37,10 @@ int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_
 
 /** ["joint",...] @return TFA_OK, TFA_E_ARGUMENT, TFA_E_JOINT. */
 int jsonl_read_locked(jsonl_reader *r, const json_t *value);
-/** ["joint",...] or {"auto": tolerance} @return as jsonl_read_locked. */
-int jsonl_read_hold(jsonl_reader *r, const json_t *value);
 /** {"link":..,"mass":..,"com":[3],"inertia":[6]} or a list of such. @return TFA_OK,
  *  TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_LINK. */
 int jsonl_read_payload(jsonl_reader *r, const json_t *value);
 /** true or false. @return TFA_OK, TFA_E_ARGUMENT. */
 int jsonl_read_poses(jsonl_reader *r, const json_t *value);
-int jsonl_read_certificate(jsonl_reader *r, const json_t *value);
 
 #endif

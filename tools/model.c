@@ -3,6 +3,7 @@
  *
  * `totalforce model`: what the loader made of a URDF.
  */
+#include "advise.h"
 #include "commands.h"
 #include "model_report.h"
 
@@ -14,10 +15,12 @@ typedef struct model_options {
     const char *file;
     scene_options scene;
     const char *kernels; /* folder */
+    const char *states;  /* file */
+    double tolerance;
     int json, tree;
 } model_options;
 
-enum { KEY_JSON = 256, KEY_KERNELS, KEY_TREE };
+enum { KEY_JSON = 256, KEY_KERNELS, KEY_TREE, KEY_ADVISE, KEY_TOLERANCE };
 
 static const struct argp_option option_table[] = {
     {.name = "json", .key = KEY_JSON, .doc = "Print the report as JSON"},
@@ -28,6 +31,16 @@ static const struct argp_option option_table[] = {
      .key = KEY_KERNELS,
      .arg = "FOLDER",
      .doc = "Where `totalforce specialise` put kernels: say which one the robot runs on"},
+    {.name = "advise",
+     .key = KEY_ADVISE,
+     .arg = "STATES.jsonl",
+     .doc = "Say which joints a scene may lock in these states (lines of `totalforce solve`: "
+            "forward_dynamics with q, v, tau; -: standard input), and print the scene as a "
+            "configuration of totalforced; exit status 1 if none"},
+    {.name = "tolerance",
+     .key = KEY_TOLERANCE,
+     .arg = "T",
+     .doc = "Largest error for that, relative, in the energy norm of the accelerations"},
     {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
@@ -46,9 +59,25 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_KERNELS:
         options->kernels = text;
         return 0;
+    case KEY_ADVISE:
+        options->states = text;
+        return 0;
+    case KEY_TOLERANCE:
+        options->tolerance = option_double(state, "tolerance", text);
+        if (options->tolerance <= 0)
+            argp_error(state, "--tolerance: %s is not above 0", text);
+        return 0;
     case ARGP_KEY_END:
-        if (options->json && options->tree)
-            argp_error(state, "--json and --tree: choose one");
+        if (options->json + options->tree + (options->states != NULL) > 1)
+            argp_error(state, "--json, --tree and --advise: choose one");
+        if (!options->states != !(options->tolerance > 0))
+            argp_error(state, "--advise and --tolerance go together");
+        if (options->states && options->scene.model.mimic == TFA_MIMIC_LOCK)
+            argp_error(state,
+                       "--advise: with --mimic lock a lock on a joint moves what follows it; "
+                       "choose free or project");
+        if (options->states && options->file && strcmp(options->file, "-") == 0)
+            argp_error(state, "--advise: the scene names the URDF; give a file instead of -");
         return 0;
     case ARGP_KEY_ARG:
         option_argument(state, &options->file, text);
@@ -129,8 +158,18 @@ int command_model(int argc, char **argv)
     }
     tfa_report report = {0};
     tfa_model *model = load_scene(options.file, &options.scene,
-                                  options.json ? (tfa_severity)(TFA_ERROR + 1) : TFA_NOTE, &report);
-    int result = print_report(&options, &report, model);
+                                  options.json     ? (tfa_severity)(TFA_ERROR + 1)
+                                  : options.states ? TFA_WARNING
+                                                   : TFA_NOTE,
+                                  &report);
+    int result;
+    if (!options.states)
+        result = print_report(&options, &report, model);
+    else if (model)
+        result =
+            advise_locks(model, options.file, &options.scene, options.states, options.tolerance);
+    else
+        result = EXIT_FAILED;
     tfa_report_free(&report);
     tfa_model_free(model);
     scene_options_free(&options.scene);

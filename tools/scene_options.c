@@ -98,15 +98,26 @@ static const char *split(struct argp_state *state, const char *name, char *text,
     return at + 1;
 }
 
+int scene_options_lock(scene_options *o, const scene_lock *lock)
+{
+    scene_lock *locks = reallocarray(o->locks, (size_t)o->lock_count + 1, sizeof *locks);
+    o->locks = locks ? locks : o->locks;
+    tfa_lock *list = reallocarray(o->lock_list, (size_t)o->lock_count + 1, sizeof *list);
+    o->lock_list = list ? list : o->lock_list;
+    if (!locks || !list)
+        return TFA_E_MEMORY;
+    o->locks[o->lock_count] = *lock;
+    o->lock_list[o->lock_count++] = lock->lock;
+    return TFA_OK;
+}
+
 static void add_lock(struct argp_state *state, scene_options *o, char *text)
 {
-    o->locks = grow(state, o->locks, o->lock_count, sizeof *o->locks);
-    o->lock_list = grow(state, o->lock_list, o->lock_count, sizeof *o->lock_list);
-    scene_lock *lock = &o->locks[o->lock_count];
     const char *numbers = split(state, "lock", text, '=', "JOINT=VALUE");
-    *lock = (scene_lock){.lock.joint = text};
-    lock->numbers = option_numbers(state, "lock", numbers, lock->lock.q, 7);
-    o->lock_list[o->lock_count++] = lock->lock;
+    scene_lock lock = {.lock.joint = text};
+    lock.numbers = option_numbers(state, "lock", numbers, lock.lock.q, 7);
+    if (scene_options_lock(o, &lock) != TFA_OK)
+        argp_failure(state, EXIT_FAILED, 0, "%s", tfa_status_text(TFA_E_MEMORY));
 }
 
 static void add_tip(struct argp_state *state, scene_options *o, const char *text)
@@ -132,8 +143,7 @@ static void add_payload(struct argp_state *state, scene_options *o, char *text)
     memcpy(payload->inertia, n + 4, sizeof payload->inertia);
 }
 
-/* The model's options point at what was read, which does not move any more. */
-static void finish(scene_options *o)
+void scene_options_finish(scene_options *o)
 {
     o->scene.locks = o->lock_list;
     o->scene.lock_count = o->lock_count;
@@ -192,7 +202,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         add_payload(state, o, text);
         return 0;
     case ARGP_KEY_END:
-        finish(o);
+        scene_options_finish(o);
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;

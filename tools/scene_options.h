@@ -42,6 +42,13 @@ extern const struct argp scene_argp;
 tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,
                       tfa_report *report);
 
+/** Adds a lock whose name outlives the options; scene_options_finish follows the last one.
+ *  @return TFA_OK, TFA_E_MEMORY */
+int scene_options_lock(scene_options *options, const scene_lock *lock);
+
+/** Points the model's options at the scene, if there is one. */
+void scene_options_finish(scene_options *options);
+
 /** The words of --mimic and --inertia, by number; NULL ends them. */
 extern const char *const scene_mimic_words[];
 extern const char *const scene_inertia_words[];

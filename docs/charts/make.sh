@@ -82,12 +82,6 @@ for map in ratio heavy-tip; do
     [ ! -f "$work/atlas-tau/$map.png" ] || cp "$work/atlas-tau/$map.png" "$docs/atlas/$map-tau.png"
 done
 
-# held joints: docs/scenes.md
-if [ $# -eq 1 ] && [ -x "$build/bin/bench_hold" ]; then
-    "$build/bin/bench_hold" >"$docs/charts/hold.csv"
-    gnuplot -e "csv='$docs/charts/hold.csv'; out='$work/hold'" "$source/tests/bench/hold.gp"
-    cp "$work/hold.svg" "$docs/charts/"
-fi
 for program in test_reference test_laws; do
     [ $# -eq 3 ] || [ ! -x "$build/bin/$program" ] || "$build/bin/$program" >"$work/$program.txt" 2>&1 || true
 done

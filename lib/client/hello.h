@@ -15,7 +15,7 @@
 
 #define TFA_HELLO_MAGIC 0x31414654u /* "TFA1" */
 /** Counts up with every change of hello.h, wire.h or ring.h. */
-#define TFA_HELLO_ABI 3u
+#define TFA_HELLO_ABI 4u
 #define TFA_ROBOT_NAME_MAX 63
 /** Write-locked (F_OFD_SETLK) by the daemon of a runtime directory as long as it lives. */
 #define TFA_LOCK_FILE "totalforced.lock"

@@ -11,9 +11,7 @@
     (1u << TFA_WIRE_BASE_POSE | 1u << TFA_WIRE_BASE_TWIST | 1u << TFA_WIRE_BASE_WRENCH |           \
      1u << TFA_WIRE_BASE_ACCELERATION)
 
-#define COUNTED_BLOCKS                                                                             \
-    (1u << TFA_WIRE_WRENCHES | 1u << TFA_WIRE_PAYLOADS | 1u << TFA_WIRE_LOCKED |                   \
-     1u << TFA_WIRE_HELD)
+#define COUNTED_BLOCKS (1u << TFA_WIRE_WRENCHES | 1u << TFA_WIRE_PAYLOADS | 1u << TFA_WIRE_LOCKED)
 
 #define ALL_BLOCKS ((1u << TFA_WIRE_REQUEST_BLOCKS) - 1)
 
@@ -31,7 +29,7 @@ static uint32_t at_most(uint32_t x, uint32_t limit)
 
 /* What decides the sizes of a request's blocks, each within its limit. */
 struct counts {
-    uint32_t count, tips, wrenches, payloads, locked, held;
+    uint32_t count, tips, wrenches, payloads, locked;
 };
 
 static struct counts counts_of_request(const tfa_wire_shape *shape, const tfa_request *r)
@@ -40,8 +38,7 @@ static struct counts counts_of_request(const tfa_wire_shape *shape, const tfa_re
                            .tips = at_most(r->tip_count, TFA_MAX_TIPS),
                            .wrenches = at_most(r->wrench_count, TFA_MAX_WRENCHES),
                            .payloads = at_most(r->payload_count, TFA_MAX_PAYLOADS),
-                           .locked = at_most(r->locked_count, shape->v_count),
-                           .held = at_most(r->held_count, shape->v_count)};
+                           .locked = at_most(r->locked_count, shape->v_count)};
 }
 
 static struct counts counts_of_line(const tfa_wire_shape *shape, const tfa_wire_request *line)
@@ -50,8 +47,7 @@ static struct counts counts_of_line(const tfa_wire_shape *shape, const tfa_wire_
                            .tips = at_most(line->tip_count, TFA_MAX_TIPS),
                            .wrenches = at_most(line->wrench_count, TFA_MAX_WRENCHES),
                            .payloads = at_most(line->payload_count, TFA_MAX_PAYLOADS),
-                           .locked = at_most(line->locked_count, shape->v_count),
-                           .held = at_most(line->held_count, shape->v_count)};
+                           .locked = at_most(line->locked_count, shape->v_count)};
 }
 
 /* Bytes of block `block` of a request. */
@@ -75,10 +71,6 @@ static size_t request_width(const tfa_wire_shape *shape, uint32_t block, const s
         return (size_t)n->payloads * TFA_PAYLOAD_NUMBERS * sizeof(double);
     case TFA_WIRE_LOCKED:
         return n->locked * sizeof(uint32_t);
-    case TFA_WIRE_HELD:
-        return n->held * sizeof(uint32_t);
-    case TFA_WIRE_TOLERANCE:
-        return sizeof(double);
     default: /* base twist, wrench, acceleration */
         return count * 6;
     }
@@ -105,8 +97,7 @@ size_t tfa_wire_request_capacity(const tfa_wire_shape *shape)
                                 .tips = TFA_MAX_TIPS,
                                 .wrenches = TFA_MAX_WRENCHES,
                                 .payloads = TFA_MAX_PAYLOADS,
-                                .locked = shape->v_count,
-                                .held = shape->v_count};
+                                .locked = shape->v_count};
     return request_size(shape, ALL_BLOCKS, &most);
 }
 
@@ -123,14 +114,13 @@ size_t tfa_wire_request_capacity(const tfa_wire_shape *shape)
     X(GRAVITY, gravity)                                                                            \
     X(WRENCHES, wrenches)                                                                          \
     X(PAYLOADS, payloads)                                                                          \
-    X(LOCKED, locked)                                                                              \
-    X(HELD, held)
+    X(LOCKED, locked)
 
 /* Without a valid count there is nothing of a block; the daemon refuses by the count. */
 static uint32_t blocks_without_count(const tfa_wire_shape *shape, const tfa_request *r)
 {
     uint32_t none = COUNTED_BLOCKS;
-    if (!(r->wrench_count | r->payload_count | r->locked_count | r->held_count))
+    if (!(r->wrench_count | r->payload_count | r->locked_count))
         return none;
     if (r->wrench_count && r->wrench_count <= TFA_MAX_WRENCHES)
         none &= ~(1u << TFA_WIRE_WRENCHES);
@@ -138,8 +128,6 @@ static uint32_t blocks_without_count(const tfa_wire_shape *shape, const tfa_requ
         none &= ~(1u << TFA_WIRE_PAYLOADS);
     if (r->locked_count && r->locked_count <= shape->v_count)
         none &= ~(1u << TFA_WIRE_LOCKED);
-    if (r->held_count && r->held_count <= shape->v_count)
-        none &= ~(1u << TFA_WIRE_HELD);
     return none;
 }
 
@@ -153,10 +141,6 @@ static uint32_t arrays_of_request(const tfa_wire_shape *shape, const tfa_request
     present |= (uint32_t)(r->field != NULL) << TFA_WIRE_##block;
     REQUEST_ARRAYS(TAKE)
 #undef TAKE
-    if (r->hold != TFA_HOLD_NONE) {
-        arrays[TFA_WIRE_TOLERANCE] = &r->tolerance;
-        present |= 1u << TFA_WIRE_TOLERANCE;
-    }
     if (shape->base_freedoms == 0)
         present &= ~BASE_BLOCKS;
     return present & ~blocks_without_count(shape, r);
@@ -174,16 +158,14 @@ static void encode_line(const tfa_wire_shape *shape, const tfa_request *r, tfa_w
     line->refine = r->refine;
     line->flags = r->flags;
     line->locked_count = r->locked_count;
-    line->held_count = r->held_count;
     line->op = tfa_wire_16((uint32_t)r->op);
     line->method = tfa_wire_16((uint32_t)r->method);
     line->estimate = to_8((uint32_t)r->estimate);
     line->frame = to_8((uint32_t)r->frame);
-    line->hold = to_8((uint32_t)r->hold);
     line->tip_count = to_8(r->tip_count);
     line->wrench_count = to_8(r->wrench_count);
     line->payload_count = to_8(r->payload_count);
-    line->reserved = 0;
+    memset(line->reserved, 0, sizeof line->reserved);
 }
 
 /* The frame indices that stand before the blocks; as a rule there are none. */
@@ -259,12 +241,10 @@ static void decode_line(const tfa_wire_request *line, tfa_request *r)
     memset(r->tips, 0, sizeof r->tips);
     memset(r->wrench_frames, 0, sizeof r->wrench_frames);
     memset(r->payload_frames, 0, sizeof r->payload_frames);
-    r->tolerance = 0;
     r->op = (tfa_op)line->op;
     r->method = (tfa_method)line->method;
     r->estimate = (tfa_estimate)line->estimate;
     r->frame = (tfa_reference_frame)line->frame;
-    r->hold = (tfa_hold)line->hold;
     r->refine = line->refine;
     r->flags = line->flags;
     r->count = line->count;
@@ -272,7 +252,6 @@ static void decode_line(const tfa_wire_request *line, tfa_request *r)
     r->wrench_count = line->wrench_count;
     r->payload_count = line->payload_count;
     r->locked_count = line->locked_count;
-    r->held_count = line->held_count;
 }
 
 /* Points the arrays of a request at the blocks that stand at `at`. */
@@ -290,8 +269,8 @@ static void point_into(const tfa_wire_shape *shape, uint32_t present, const stru
         break;
             REQUEST_ARRAYS(POINT)
 #undef POINT
-        default: /* TFA_WIRE_TOLERANCE */
-            memcpy(&r->tolerance, at, sizeof r->tolerance);
+        default:
+            break;
         }
         at += tfa_wire_padded(request_width(shape, block, n));
     }

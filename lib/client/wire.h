@@ -42,9 +42,7 @@ enum {
     TFA_WIRE_GRAVITY,
     TFA_WIRE_WRENCHES,
     TFA_WIRE_PAYLOADS,
-    TFA_WIRE_LOCKED,    /* joint indices: uint32_t, padded to 8 bytes */
-    TFA_WIRE_HELD,      /* the same */
-    TFA_WIRE_TOLERANCE, /* one number, of every request that holds joints */
+    TFA_WIRE_LOCKED, /* joint indices: uint32_t, padded to 8 bytes */
     TFA_WIRE_REQUEST_BLOCKS
 };
 
@@ -59,8 +57,6 @@ enum {
     TFA_WIRE_MASS_MATRIX,
     TFA_WIRE_SPECTRUM,
     TFA_WIRE_POSES,
-    TFA_WIRE_CERTIFICATE,
-    TFA_WIRE_OUT_HELD, /* bytes, padded to 8 */
     TFA_WIRE_REPLY_BLOCKS
 };
 
@@ -72,12 +68,12 @@ typedef struct tfa_wire_request {
     uint64_t t_sent;      /**< CLOCK_MONOTONIC ns */
     uint32_t count, dof;  /**< states; q_count + v_count + base freedoms, as a check */
     uint32_t refine, flags;
-    uint32_t locked_count, held_count;
-    uint16_t op, method;           /**< what does not fit is sent as 65535: invalid too */
-    uint16_t present, want;        /**< blocks */
-    uint8_t estimate, frame, hold; /**< what does not fit is sent as 255: invalid too */
+    uint32_t locked_count;
+    uint16_t op, method;     /**< what does not fit is sent as 65535: invalid too */
+    uint16_t present, want;  /**< blocks */
+    uint8_t estimate, frame; /**< what does not fit is sent as 255: invalid too */
     uint8_t tip_count, wrench_count, payload_count; /**< the same */
-    uint16_t reserved;                              /**< 0 */
+    uint8_t reserved[7];                            /**< 0 */
 } tfa_wire_request;
 
 /** Line 0 of a reply slot. */

@@ -27,10 +27,6 @@ static size_t reply_width(const tfa_wire_shape *shape, uint32_t block, const tfa
         return count * sizeof(tfa_spectrum);
     case TFA_WIRE_POSES:
         return count * ask->tip_count * 7 * sizeof(double);
-    case TFA_WIRE_CERTIFICATE:
-        return count * sizeof(tfa_certificate);
-    case TFA_WIRE_OUT_HELD:
-        return count * shape->v_count;
     default: /* base acceleration, base wrench */
         return count * 6 * sizeof(double);
     }
@@ -56,8 +52,6 @@ size_t tfa_wire_reply_capacity(const tfa_wire_shape *shape)
     const tfa_wire_ask all = {.count = shape->max_batch, .tip_count = TFA_MAX_TIPS};
     return TFA_WIRE_LINE + square_capacity(shape) + reply_width(shape, TFA_WIRE_ANSWERS, &all) +
            reply_width(shape, TFA_WIRE_SPECTRUM, &all) + reply_width(shape, TFA_WIRE_POSES, &all) +
-           reply_width(shape, TFA_WIRE_CERTIFICATE, &all) +
-           tfa_wire_padded(reply_width(shape, TFA_WIRE_OUT_HELD, &all)) +
            reply_width(shape, TFA_WIRE_OUT_QDD, &all) +
            reply_width(shape, TFA_WIRE_OUT_BASE_ACCELERATION, &all);
 }
@@ -92,9 +86,7 @@ int tfa_wire_check_ask(const tfa_wire_shape *shape, const tfa_wire_ask *ask, tfa
     X(LAMBDA_INV, lambda_inv)                                                                      \
     X(MASS_MATRIX, mass_matrix)                                                                    \
     X(SPECTRUM, spectrum)                                                                          \
-    X(POSES, poses)                                                                                \
-    X(CERTIFICATE, certificate)                                                                    \
-    X(OUT_HELD, held)
+    X(POSES, poses)
 
 static void arrays_of_reply(const tfa_reply *r, reply_arrays arrays)
 {
@@ -106,18 +98,15 @@ static void arrays_of_reply(const tfa_reply *r, reply_arrays arrays)
 /* Blocks that a request can be answered with at all. */
 static uint32_t blocks_of_op(const tfa_request *r)
 {
-    uint32_t always = 1u << TFA_WIRE_ANSWERS, lambda = 0, held = 0;
+    uint32_t always = 1u << TFA_WIRE_ANSWERS, lambda = 0;
     if (r->tip_count) {
         always |= r->flags & TFA_WANT_POSES ? 1u << TFA_WIRE_POSES : 0;
         lambda = 1u << TFA_WIRE_LAMBDA_INV;
         lambda |= r->flags & TFA_WANT_SPECTRUM ? 1u << TFA_WIRE_SPECTRUM : 0;
     }
-    if (r->hold != TFA_HOLD_NONE)
-        held = 1u << TFA_WIRE_CERTIFICATE | 1u << TFA_WIRE_OUT_HELD;
     switch (r->op) {
     case TFA_OP_FORWARD_DYNAMICS:
-        return always | lambda | held | 1u << TFA_WIRE_OUT_QDD |
-               1u << TFA_WIRE_OUT_BASE_ACCELERATION;
+        return always | lambda | 1u << TFA_WIRE_OUT_QDD | 1u << TFA_WIRE_OUT_BASE_ACCELERATION;
     case TFA_OP_INVERSE_DYNAMICS:
         return always | 1u << TFA_WIRE_OUT_TAU | 1u << TFA_WIRE_OUT_BASE_WRENCH;
     case TFA_OP_OPERATIONAL_INERTIA:

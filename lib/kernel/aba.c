@@ -44,15 +44,6 @@ void TFA_V(aba_factor)(struct state *s)
     have_aba(s);
 }
 
-num TFA_V(aba_energy)(struct state *s, const num *tau)
-{
-    num sum = num_of(0);
-    inward(s, tau, FOLD_FORCE);
-    for (uint32_t i = 0; i < s->bodies; i++)
-        sum += joint_energy(s, i);
-    return sum;
-}
-
 void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd)
 {
     inward(s, tau, FOLD_FORCE);

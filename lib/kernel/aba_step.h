@@ -131,19 +131,19 @@ static inline num sound_pivot(num inverse, num whole)
     return num_select((inverse > 0) & (inverse * whole * SINGULAR_PIVOT < 1), inverse, num_of(NAN));
 }
 
-/* U = IA H and the factors of D = H^T U + R; not a number where D is singular. A held freedom has U = 0 and D = 1: with no force
+/* U = IA H and the factors of D = H^T U + R; not a number where D is singular. A locked freedom has U = 0 and D = 1: with no force
  * left to it (fold_n), its acceleration is 0. */
 static inline void multi_factor(const struct state *s, struct multi *w, const sym6 *IA,
                                 const terms *b)
 {
     num whole[6];
     for (uint32_t k = 0; k < b->n; k++) {
-        const int held = w->held >> k & 1;
-        svec U = held ? sv_zero() : s6_mul(IA, multi_axis(w, k));
+        const int locked = w->locked >> k & 1;
+        svec U = locked ? sv_zero() : s6_mul(IA, multi_axis(w, k));
         sv_store(w->U + 6 * k, U);
         for (uint32_t j = 0; j <= k; j++)
-            w->L[6 * k + j] = w->held >> j & 1 ? num_of(0) : sv_dot(multi_axis(w, j), U);
-        w->L[6 * k + k] += held ? num_of(1) : joint_armature(s, b, k);
+            w->L[6 * k + j] = w->locked >> j & 1 ? num_of(0) : sv_dot(multi_axis(w, j), U);
+        w->L[6 * k + k] += locked ? num_of(1) : joint_armature(s, b, k);
         whole[k] = w->L[6 * k + k];
     }
     ldl_factor(w->L, b->n);
@@ -165,7 +165,7 @@ static inline void fold_n(struct state *s, uint32_t i, const terms *b, const num
         svec pa = fold_force(s, i, b, what);
         joint_force(s, b, pa, u);
         for (uint32_t k = 0; k < b->n; k++)
-            u[k] = w->u[k] = w->held >> k & 1 ? num_of(0) : tau[b->v + k] - u[k];
+            u[k] = w->u[k] = w->locked >> k & 1 ? num_of(0) : tau[b->v + k] - u[k];
         if (b->parent >= 0) {
             if (what & FOLD_BIAS) {
                 pa = sv_add(pa, s6_mul(&IA, s->c[i]));
@@ -194,7 +194,7 @@ static inline void fold_n(struct state *s, uint32_t i, const terms *b, const num
     }
 }
 
-/* A floating base, which hangs from the world and is never held. As fold_n with H a permutation, so
+/* A floating base, which hangs from the world and is never locked. As fold_n with H a permutation, so
  * that U has the columns of IA; its size is known here and its loops have none left. */
 TFA_OUTLINE void fold_base(struct state *s, uint32_t i, const terms *b, const num *tau, int what)
 {
@@ -282,22 +282,6 @@ TFA_INLINE void unfold(struct state *s, uint32_t i, svec parent, num *qdd, int b
     }
     add_joint_motion(s, b, x, &a);
     s->a[i] = a;
-}
-
-/* u^T D^-1 u: what joint i adds to tau^T M^-1 tau after an inward pass over tau */
-static inline num joint_energy(const struct state *s, uint32_t i)
-{
-    const terms *b = body_terms(s, i);
-    if (b->n == 1)
-        return s->u[i] * s->u[i] * s->Dinv[i];
-    const struct multi *w = &s->multi[b->multi];
-    num x[6], sum = num_of(0);
-    for (uint32_t k = 0; k < b->n; k++)
-        x[k] = w->u[k];
-    ldl_solve(w->L, b->n, x);
-    for (uint32_t k = 0; k < b->n; k++)
-        sum += w->u[k] * x[k];
-    return sum;
 }
 
 #endif

@@ -37,7 +37,7 @@ tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed)
 {
     const tfa_method last = TFA_V(auto_method)(s);
     if (failed == TFA_METHOD_SCAN || failed == TFA_METHOD_SCAN_TWO_PASS || last != TFA_METHOD_ABA ||
-        s->holding)
+        s->locked)
         return last;
     for (uint32_t t = 0; t < s->m->trees; t++)
         if (s->m->chain[t].length >= FALLBACK_SCAN_LENGTH)
@@ -96,7 +96,7 @@ static double lightness(const struct state *s, uint32_t i)
     double most = 0;
     for (uint32_t k = 0; k < b->n; k++) {
         const num d = b->n == 1 ? s->Dinv[i] : s->multi[b->multi].L[7 * k];
-        if (s->stop[b->v + k] & s->holding)
+        if (s->lock[b->v + k])
             continue;
         if (!(num_all(d > 0) && num_all(d - d == num_of(0))))
             return INFINITY;

@@ -26,7 +26,7 @@
  * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
 static inline tfa_method TFA_V(auto_method)(const struct state *s)
 {
-    const int projects = s->m->mimics && !s->holding && room_for(s->methods, TFA_METHOD_CRBA);
+    const int projects = s->m->mimics && !s->locked && room_for(s->methods, TFA_METHOD_CRBA);
     return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;
 }
 

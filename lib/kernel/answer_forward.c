@@ -7,9 +7,9 @@
 
 #include "kernel/answer.h"
 #include "kernel/chain.h"
-#include "kernel/hold.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/lock.h"
 #include "kernel/table.h"
 
 /* qdd = M^-1 (tau - h) with the factors of M */
@@ -26,10 +26,10 @@ static void forward_crba(struct state *s)
 
 int TFA_V(forward_dynamics)(struct state *s, tfa_method method)
 {
-    if (method == TFA_METHOD_ABA && !s->holding) {
+    if (method == TFA_METHOD_ABA && !s->locked) {
         TFA_V(aba)(s, s->tau, s->qdd);
     } else if (method == TFA_METHOD_ABA) {
-        TFA_V(hold)(s, s->tau, s->qdd);
+        TFA_V(lock)(s, s->tau, s->qdd);
     } else {
         const struct chain_method *chain = TFA_V(chain_method)(method);
         int status = TFA_V(factor)(s, method);
@@ -97,10 +97,6 @@ static __attribute__((noinline)) void load_wider(const struct state *s, const tf
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out)
 {
-#if NUM_LANES == 1
-    if (r->hold != TFA_HOLD_NONE)
-        return TFA_V(answer_held)(s, r, k, reply, out);
-#endif
     tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_V(auto_method)(s) : r->method;
     uint32_t steps = TFA_V(refine_steps)(s, r, method);
     int certified = TFA_V(wants_estimate)(r, method), sound = 1;

@@ -165,7 +165,7 @@ static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa
     const int own_name =
         way == TFA_METHOD_TFA_ONE_SIDED || way == TFA_METHOD_EFPA || way == TFA_METHOD_PV_OSIMR;
     out->method = (uint16_t)(own_name ? way : named(factors));
-    if (plain && !own_name && factors == TFA_METHOD_ABA && s->tips == 1 && !s->holding &&
+    if (plain && !own_name && factors == TFA_METHOD_ABA && s->tips == 1 && !s->locked &&
         !(s->have & HAVE_ABA)) {
         TFA_V(lambda_fold)(s, r->frame);
         return TFA_OK;

@@ -12,7 +12,7 @@
 #include "spatial/six.h"
 
 /* Past a joint with one freedom, along component `axis`, in the coordinates of its body. What is left
- * along the axis is R phi: psi - (D - R) phi would be rounding. A held joint has U = 0, D^-1 = 0. */
+ * along the axis is R phi: psi - (D - R) phi would be rounding. A locked joint has U = 0, D^-1 = 0. */
 TFA_INLINE void past_1(const struct state *s, int32_t i, int axis, struct wrenches *P, six *psi,
                        six *phi)
 {
@@ -23,8 +23,8 @@ TFA_INLINE void past_1(const struct state *s, int32_t i, int axis, struct wrench
     for (int k = 0; k < 6; k++)
         if (k != axis)
             P->at[k] = six_sub(P->at[k], U[k], *phi);
-    P->at[axis] = s->holding ? six_sub(*psi, U[axis], *phi)
-                             : six_scale(num_of(body_loaded(s, (uint32_t)i)->armature), *phi);
+    P->at[axis] = s->locked ? six_sub(*psi, U[axis], *phi)
+                            : six_scale(num_of(body_loaded(s, (uint32_t)i)->armature), *phi);
 }
 
 /* x <- D^-1 x with the factors of ldl_factor */
@@ -49,7 +49,7 @@ static inline void past_n(const struct state *s, const struct tfa_body *b, uint3
         psi[k] = b->base ? P->at[(k + 3) % 6] : six_zero();
         for (uint32_t e = 0; !b->base && k < moved && e < 6; e++)
             psi[k] = six_add(psi[k], w->H[6 * k + e], P->at[e]);
-        phi[k] = !b->base && w->held >> k & 1 ? six_zero() : psi[k];
+        phi[k] = !b->base && w->locked >> k & 1 ? six_zero() : psi[k];
     }
     six_solve(w->L, b->n, phi);
     for (uint32_t k = 0; k < b->n; k++)
@@ -93,7 +93,7 @@ TFA_INLINE void carry_1(const struct state *s, int32_t i, int axis, struct wrenc
         wrenches_to_parent(&s->X[i], P, 0);
 }
 
-/* A revolute joint without rotor inertia that is not held: nothing is left along its axis. */
+/* A revolute joint without rotor inertia that is not locked: nothing is left along its axis. */
 TFA_INLINE void carry_z(const struct state *s, int32_t i, struct wrenches *P, struct block *C)
 {
     const svec U = s->U[i];

@@ -83,7 +83,8 @@ int TFA_V(chain_factor)(struct state *s, const struct chain_method *method)
     char *rows = s->rows;
     if (s->have & HAVE_CHAIN && s->chain_method == method->method)
         return TFA_OK;
-    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_CHAIN); /* side branches use their arrays */
+    s->have &=
+        ~(uint32_t)(HAVE_ABA | HAVE_LOCKED | HAVE_CHAIN); /* side branches use their arrays */
     for (uint32_t t = 0; t < s->m->trees; t++) {
         const struct tfa_chain *chain = &s->m->chain[t];
         int status = TFA_V(chain_fold)(s, chain, method_inverts(method->method));

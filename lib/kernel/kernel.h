@@ -37,9 +37,6 @@ void TFA_V(aba_factor)(struct state *s);
 /* qdd = M^-1 tau with kept factors (no bias). */
 void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd);
 
-/* tau^T M^-1 tau with kept factors, by the inward pass alone. */
-num TFA_V(aba_energy)(struct state *s, const num *tau);
-
 /* --- crba.c: Featherstone 2008, tables 6.2 and 6.3 ---------------------------------------- */
 
 /* Rows of M by structure (see model->dof_row). */
@@ -140,9 +137,6 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, uint3
                   tfa_reply *reply, tfa_answer *answer);
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out);
-/* The same with joints held as an approximation, and what that costs; one state at a time. */
-int TFA_V(answer_held)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
-                       tfa_answer *out);
 /* As a kernel offers it, see table.h. */
 int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
                             const tfa_reply *reply, double limit, tfa_answer *out);

@@ -36,7 +36,7 @@ TFA_INLINE void carry_body(const struct state *s, int32_t i, uint32_t moved, str
                            struct block *c)
 {
     const struct tfa_body *b = &s->body[i];
-    if (b->kind == TFA_KIND_REVOLUTE && !(b->armature > 0) && !s->holding) {
+    if (b->kind == TFA_KIND_REVOLUTE && !(b->armature > 0) && !s->locked) {
         carry_z(s, i, p, c);
     } else if (b->kind == TFA_KIND_REVOLUTE) {
         carry_1(s, i, AXIS_REVOLUTE, p, c);

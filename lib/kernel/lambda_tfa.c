@@ -92,7 +92,7 @@ int TFA_V(lambda_one_sided)(struct state *s, tfa_reference_frame frame)
     for (uint32_t t = 0; t < s->tips; t++)
         if (s->m->frame[s->tip[t]].part)
             return TFA_E_UNSUPPORTED; /* a force inside a joint is no right-hand side of a row */
-    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_HELD | HAVE_CHAIN);
+    s->have &= ~(uint32_t)(HAVE_ABA | HAVE_LOCKED | HAVE_CHAIN);
     TFA_V(jacobian)(s, frame);
     for (uint32_t u = 0; u < s->tips; u++) {
         svec P[6], a[6];

@@ -25,13 +25,13 @@ static struct state *init(const tfa_model *model, uint32_t methods, void *memory
     return s;
 }
 
-/* Not what holds joints by a search, nor the method that keeps O(N^2) numbers. Nor the scans, whose segments
+/* Not the method that keeps O(N^2) numbers. Nor the scans, whose segments
  * fill lanes themselves (strips.h), nor tips, whose six wrenches do (six.h): gcc fuses their products in
  * another way over vectors, and answers would differ from those of one state at a time in the last bit (seen
  * with one state of 19 of a chain of 20 bodies, and with a tip on one joint; gcc 12, 2026-11-22). */
 static int takes(const tfa_request *r)
 {
-    return r->hold == TFA_HOLD_NONE && r->op != TFA_OP_OPERATIONAL_INERTIA && !r->tip_count &&
+    return r->op != TFA_OP_OPERATIONAL_INERTIA && !r->tip_count &&
            r->method != TFA_METHOD_HESSENBERG && r->method != TFA_METHOD_SCAN &&
            r->method != TFA_METHOD_SCAN_TWO_PASS;
 }

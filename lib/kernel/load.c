@@ -152,8 +152,8 @@ static void load_motion(struct state *s, const tfa_request *r)
             s->tau[j] += s->known[j];
     } else {
         TFA_V(load_freedoms)(s, s->qdd, r->base_acceleration, r->qdd);
-        for (uint32_t j = 0; s->stopped && j < s->freedoms; j++)
-            if (s->stop[j])
+        for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
+            if (s->lock[j])
                 s->qdd[j] = num_of(0);
     }
 }

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a request changes about the robot: payloads, locked and held joints, the part of it that the
+ * What a request changes about the robot: payloads, locked joints, the part of it that the
  * answer depends on; and wrenches.
  */
 #include <string.h>
 
 #include "kernel/body.h"
 #include "kernel/frame.h"
-#include "kernel/hold.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/lock.h"
 #include "model/payload.h"
 #include "model/tips.h"
 
@@ -93,36 +93,29 @@ static void load_payloads(struct state *s, const tfa_request *r)
     s->payload_bound = num_of(tfa_payload_bound(m, s->payloads, s->payload));
 }
 
-/* ---- locked and held joints ---- */
+/* ---- locked joints ---- */
 
-static void mark(struct state *s, const uint32_t *joints, uint32_t count, uint8_t bit)
-{
-    for (uint32_t k = 0; k < count; k++) {
-        const tfa_joint_info *joint = &s->m->joint[joints[k]];
-        for (uint32_t j = 0; j < joint->v_count; j++)
-            s->mark[joint->v_index + j] |= bit;
-    }
-}
-
-/* The STOP_ bits of every inner freedom. Returns whether they are those of the request before. */
-static int load_stops(struct state *s, const tfa_request *r)
+/* Which inner freedoms are locked. Returns whether they are those of the request before. */
+static int load_locks(struct state *s, const tfa_request *r)
 {
     const struct tfa_model *m = s->m;
     const uint32_t nb = m->base_freedoms;
-    const uint32_t held = r->hold == TFA_HOLD_GIVEN ? r->held_count : 0;
-    if (!r->locked_count && !held && !s->stopped)
+    if (!r->locked_count && !s->locked)
         return 1;
     int same = 1;
     for (uint32_t k = 0; k < m->v_count; k++)
         s->mark[k] = 0;
-    mark(s, r->locked, r->locked_count, STOP_LOCKED);
-    mark(s, r->held, held, STOP_HELD);
-    s->stopped = 0;
+    for (uint32_t k = 0; k < r->locked_count; k++) {
+        const tfa_joint_info *joint = &m->joint[r->locked[k]];
+        for (uint32_t j = 0; j < joint->v_count; j++)
+            s->mark[joint->v_index + j] = 1;
+    }
+    s->locked = 0;
     for (uint32_t j = nb; j < m->freedoms; j++) {
-        const uint8_t stop = s->mark[m->freedom[j - nb].from];
-        same &= stop == s->stop[j];
-        s->stop[j] = stop;
-        s->stopped |= stop;
+        const uint8_t lock = s->mark[m->freedom[j - nb].from];
+        same &= lock == s->lock[j];
+        s->lock[j] = lock;
+        s->locked |= lock;
     }
     return same;
 }
@@ -131,7 +124,6 @@ static int load_stops(struct state *s, const tfa_request *r)
 static int may_skip(const tfa_request *r)
 {
     return r->op == TFA_OP_FORWARD_DYNAMICS && !r->tip_count && !r->wrench_count &&
-           r->hold != TFA_HOLD_AUTO && !(r->flags & TFA_WANT_CERTIFICATE) &&
            r->estimate != TFA_ESTIMATE_ALWAYS &&
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
 }
@@ -145,7 +137,7 @@ static int depends_on_tips_only(const struct state *s, const tfa_request *r)
            (r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA ||
             r->method == TFA_METHOD_PROPAGATION || r->method == TFA_METHOD_EFPA ||
             r->method == TFA_METHOD_PV_OSIMR) &&
-           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->holding;
+           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->locked;
 }
 
 uint32_t TFA_V(load_spans)(const struct state *s, const tfa_request *r,
@@ -171,10 +163,9 @@ int TFA_V(load_changes)(struct state *s, const tfa_request *r)
         load_payloads(s, r);
         same = 0;
     }
-    if (!load_stops(s, r) || s->stopped != s->holding ||
-        (s->stopped && s->skipping != may_skip(r))) {
+    if (!load_locks(s, r) || (s->locked && s->skipping != may_skip(r))) {
         s->skipping = may_skip(r);
-        TFA_V(hold_plan)(s, STOP_LOCKED | STOP_HELD, s->skipping);
+        TFA_V(lock_plan)(s, s->skipping);
         same = 0;
     }
     return same;

@@ -70,10 +70,10 @@ void TFA_V(gather)(struct state *s, num *tau)
 
 /* ---- G ---- */
 
-/* A leader that is stopped stops its followers: nothing is left to constrain. */
+/* A leader that is locked locks its followers: nothing is left to constrain. */
 static inline int active(const struct state *s, const struct tfa_mimic *g)
 {
-    return !(s->stop[g->leader] & s->holding);
+    return !s->lock[g->leader];
 }
 
 static inline num gap(const struct tfa_mimic *g, const num *x)

@@ -12,7 +12,7 @@
 #include <totalforce/dynamics.h>
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated tables. */
-#define TFA_OWN_ABI 3u
+#define TFA_OWN_ABI 4u
 
 /* The symbol */
 #define TFA_OWN_SYMBOL "tfa_own_kernel"

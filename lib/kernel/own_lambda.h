@@ -14,7 +14,7 @@
 TFA_INLINE void carry_past(const struct state *s, int32_t i, struct wrenches *P, struct block *C)
 {
     const struct tfa_body *b = body_terms(s, (uint32_t)i);
-    if (b->kind == TFA_KIND_REVOLUTE && !terms_geared(b) && !s->holding)
+    if (b->kind == TFA_KIND_REVOLUTE && !terms_geared(b) && !s->locked)
         carry_z(s, i, P, C);
     else if (b->kind == TFA_KIND_REVOLUTE)
         carry_1(s, i, AXIS_REVOLUTE, P, C);

@@ -64,7 +64,7 @@ struct state {
     num margin;        /* sentinel.h */
     num payload_bound; /* inertia of the request's payloads about any joint, at most */
     vec3 gravity;
-    uint32_t holding; /* none is held */
+    int locked; /* 0: no joint is locked */
 };
 
 #endif

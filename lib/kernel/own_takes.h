@@ -38,7 +38,7 @@ static int own_takes_tip(const struct tfa_own_host *host, const tfa_request *r)
 /* Nothing about the robot is other than in the tables, or an input that was kept. */
 static int own_takes_robot(const tfa_request *r)
 {
-    return r->hold == TFA_HOLD_NONE && !r->wrench_count && !r->locked_count &&
+    return !r->wrench_count && !r->locked_count &&
            (OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD || !r->payload_count) &&
            (OWN_KEEPS & TFA_OWN_KEEPS_GRAVITY || !r->gravity) &&
            r->estimate != TFA_ESTIMATE_ALWAYS &&

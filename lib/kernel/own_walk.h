@@ -41,7 +41,7 @@ TFA_INLINE void own_start(struct state *s, struct own_inputs *in, const struct t
     s->cosine = in->cosine;
     s->qd = in->qd;
     s->base = in->base;
-    s->holding = 0;
+    s->locked = 0;
     sentinel_reset(s);
     s->payload_bound = num_of(OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD && r->payload_count
                                   ? host->payload_bound(host->model, r->payload_count, r->payloads)

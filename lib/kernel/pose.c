@@ -42,7 +42,7 @@ void TFA_V(pose)(struct state *s)
         turn(s, s->span[k]);
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            if (!(s->holding && s->posture[i] & POSTURE_SILENT))
+            if (!(s->locked && s->constraint[i] & CONSTRAINT_SILENT))
                 pose_body(s, i);
     s->have |= HAVE_POSE;
 }

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The sentinel over factors that a method has left (sentinel.h). The articulated-body recursion of all
- * bodies sees its own while it runs (aba.c, hold.c).
+ * bodies sees its own while it runs (aba.c, lock.c).
  */
 #include "kernel/sentinel.h"
 

@@ -58,7 +58,7 @@ static inline void sentinel_see_multi(struct state *s, const terms *b, const str
                 column[i] -= w->L[6 * i + j] * column[j];
             inverse += column[i] * column[i] * w->L[7 * i];
         }
-        if (!(w->held >> k & 1))
+        if (!(w->locked >> k & 1))
             sentinel_see_inverse(s, b, k, inverse);
     }
 }

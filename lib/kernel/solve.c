@@ -4,8 +4,8 @@
  * Every method as a pair: factors, which depend on q only, and solves with kept factors.
  */
 #include "kernel/chain.h"
-#include "kernel/hold.h"
 #include "kernel/kernel.h"
+#include "kernel/lock.h"
 
 int TFA_V(factor)(struct state *s, tfa_method method)
 {
@@ -16,8 +16,8 @@ int TFA_V(factor)(struct state *s, tfa_method method)
     if (method == TFA_METHOD_CRBA && !(s->have & HAVE_LTDL)) {
         TFA_V(crba)(s);
         TFA_V(ltdl_factor)(s);
-    } else if (method != TFA_METHOD_CRBA && s->holding) {
-        TFA_V(hold_factor)(s);
+    } else if (method != TFA_METHOD_CRBA && s->locked) {
+        TFA_V(lock_factor)(s);
     } else if (method != TFA_METHOD_CRBA) {
         TFA_V(aba_factor)(s);
     }
@@ -29,8 +29,8 @@ void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *
     const struct chain_method *chain = TFA_V(chain_method)(method);
     if (chain)
         TFA_V(chain_solve)(s, chain, rhs, x, 0);
-    else if (s->holding)
-        TFA_V(hold_solve)(s, rhs, x);
+    else if (s->locked)
+        TFA_V(lock_solve)(s, rhs, x);
     else
         TFA_V(aba_solve)(s, rhs, x);
 }

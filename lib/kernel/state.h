@@ -20,12 +20,12 @@
 
 /* A body with more than one freedom. H is 6 x n, its columns here as rows of six. */
 struct multi {
-    place part[6]; /* fused: from the frame of the part before to that of this part */
-    uint32_t held; /* bit k: freedom k has no acceleration (hold.c) */
-    num H[36];     /* motion subspace */
-    num U[36];     /* IA H */
-    num L[36];     /* LDL^T factors of D = H^T U + R */
-    num u[6];      /* tau - H^T pA */
+    place part[6];   /* fused: from the frame of the part before to that of this part */
+    uint32_t locked; /* bit k: freedom k has no acceleration (lock.c) */
+    num H[36];       /* motion subspace */
+    num U[36];       /* IA H */
+    num L[36];       /* LDL^T factors of D = H^T U + R */
+    num u[6];        /* tau - H^T pA */
 };
 
 #ifdef TFA_OWN
@@ -83,15 +83,15 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(svec, f, nb, "N m, N", "i", "rnea: force across joint i")                                \
     ARRAY(sym6, IA, nb, "kg m2, kg m, kg", "i",                                                    \
           "aba: what the children add to the articulated "                                         \
-          "inertia; tfa, hold: the whole of it")                                                   \
+          "inertia; tfa, lock: the whole of it")                                                   \
     ARRAY(svec, pA, nb, "N m, N", "i", "aba: articulated bias force")                              \
     ARRAY(svec, U, nb, "kg m2, kg m", "i", "aba: IA H of a 1-freedom joint")                       \
     ARRAY(svec, K, nb, "1, m", "i", "aba: U D^-1 of a revolute joint without rotor inertia")       \
     ARRAY(num, Dinv, nb, "1/(kg m2)", "joint", "aba: 1 / (H^T IA H + R)")                          \
     ARRAY(num, u, nb, "N m, N", "joint", "aba: tau - H^T pA")                                      \
     ARRAY(struct multi, multi, m->multis, "", "i", "pose, aba: bodies with several freedoms")      \
-    ARRAY(uint8_t, stop, nv, "", "joint", "load: STOP_ bits of each freedom")                      \
-    ARRAY(uint8_t, posture, nb, "", "", "hold: what held joints make of each body")
+    ARRAY(uint8_t, lock, nv, "", "joint", "load: 1: the freedom is locked")                        \
+    ARRAY(uint8_t, constraint, nb, "", "", "lock: what locked joints make of each body")
 
 /* Constants that are not rounded: in quadruple precision only */
 #ifdef NUM_QUAD
@@ -105,12 +105,10 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(double, carry, nv, "", "joint", "refine: what goes to the wider kernel and comes back")  \
     ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
           "crba: composite inertia; efpa: inverse inertias Omega")                                 \
-    ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "hold: composite without freedom")  \
+    ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "lock: composite without freedom")  \
     ARRAY(struct tfa_body, own, nb, "", "i", "payload: constants of bodies that carry one")        \
     ARRAY(struct tfa_body_quad, own_quad, STATE_QUADS(nb), "", "i", "payload: the same in quad")   \
     ARRAY(uint8_t, mark, nv, "", "", "load: scratch, by public freedom")                           \
-    ARRAY(num, lag, nv, "N m, N", "joint", "hold: M qdd + h - tau, the holding forces")            \
-    ARRAY(double, score, nb, "", "i", "hold: what letting go of its joint promises")               \
     ARRAY(num, W, (size_t)m->mimics *nv, "", "joint", "mimic: rows M^-1 G^T")                      \
     ARRAY(num, S, (size_t)m->mimics * m->mimics, "", "mimic", "mimic: LDL factors of G M^-1 G^T")  \
     ARRAY(num, Mr, dense *dense, "kg m2", "joint", "mimic: T^T M T, then its LDL factors")         \
@@ -137,7 +135,7 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
     ARRAY(coordinate, coordinates_of, nq, "", "", "where coordinates come from")                   \
     ARRAY(freedom, freedoms_of, nv, "", "", "where freedoms come from and go to")                  \
     ARRAY(num, friction, nv, "N m s", "joint", "damping of each freedom")                          \
-    ARRAY(num, inner, m->freedoms, "", "joint", "limbs: freedoms in the order of the bodies")       \
+    ARRAY(num, inner, m->freedoms, "", "joint", "limbs: freedoms in the order of the bodies")      \
     ARRAY(uint32_t, step_of, m->bodies, "", "", "where a body stands: its step")                   \
     ARRAY(uint32_t, lane_of, m->bodies, "", "", "and its lane")                                    \
     ARRAY(uint32_t, children, m->bodies, "", "", "how many a body has")
@@ -152,21 +150,18 @@ enum { SIDE = 1, CHAIN = 2, CARRIES = 4 };
 
 /* What is valid for the q, base pose, payloads and locked joints of the request before. */
 enum {
-    HAVE_POSE = 1,  /* X, sine, cosine */
-    HAVE_ABA = 2,   /* IA, U, Dinv, multi of all freedoms */
-    HAVE_HELD = 4,  /* the same with locked or held joints */
-    HAVE_CHAIN = 8, /* rows, of the method in chain_method */
-    HAVE_M = 16,    /* M as such */
-    HAVE_LTDL = 32, /* M factored; or Mr, with mimics */
-    HAVE_W = 64,    /* W and S, by the factors of the method in w_method */
+    HAVE_POSE = 1,   /* X, sine, cosine */
+    HAVE_ABA = 2,    /* IA, U, Dinv, multi of all freedoms */
+    HAVE_LOCKED = 4, /* the same with locked joints */
+    HAVE_CHAIN = 8,  /* rows, of the method in chain_method */
+    HAVE_M = 16,     /* M as such */
+    HAVE_LTDL = 32,  /* M factored; or Mr, with mimics */
+    HAVE_W = 64,     /* W and S, by the factors of the method in w_method */
 };
 
-/* What held joints make of a body (hold.c): no freedom from here to the world; nothing but held
+/* What locked joints make of a body (lock.c): no freedom from here to the world; nothing but locked
  * joints below, so that it is one rigid composite with them; nobody asks for its motion */
-enum { POSTURE_GROUNDED = 1, POSTURE_RIGID = 2, POSTURE_SILENT = 4 };
-
-/* Why a freedom has no acceleration */
-enum { STOP_LOCKED = 1, STOP_HELD = 2 };
+enum { CONSTRAINT_GROUNDED = 1, CONSTRAINT_RIGID = 2, CONSTRAINT_SILENT = 4 };
 
 /* Bodies first .. end - 1 */
 struct span {
@@ -233,11 +228,10 @@ struct state {
     uint32_t payloads; /* applied to own */
     uint32_t payload_frame[TFA_MAX_PAYLOADS];
     double payload[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
-    num base[7];      /* load: base pose */
-    uint32_t stopped; /* STOP_ bits that some freedom has */
-    uint32_t holding; /* STOP_ bits in force: hold.c replaces aba.c */
-    int skipping;     /* silent bodies are left out */
-    int known_any;    /* some known is not zero */
+    num base[7];       /* load: base pose */
+    int locked;        /* some freedom is locked: lock.c replaces aba.c */
+    int skipping;      /* silent bodies are left out */
+    int known_any;     /* some known is not zero */
     num margin;        /* aba: below zero where the sentinel trips (sentinel.h) */
     num payload_bound; /* inertia of the request's payloads about any joint, at most */
     vec3 gravity;
@@ -306,10 +300,10 @@ static inline size_t state_walk(const struct tfa_model *m, struct extent n, void
     return a.used;
 }
 
-/* All bodies are folded: the factors stand where those of TFA's side branches and of held joints did. */
+/* All bodies are folded: the factors stand where those of TFA's side branches and of locked joints did. */
 static inline void have_aba(struct state *s)
 {
-    s->have = (s->have | HAVE_ABA) & ~(uint32_t)(HAVE_CHAIN | HAVE_HELD);
+    s->have = (s->have | HAVE_ABA) & ~(uint32_t)(HAVE_CHAIN | HAVE_LOCKED);
 }
 
 /* H of planar and free joints, which is constant: unit axes, linear freedoms first (pose.c). */

@@ -12,7 +12,7 @@ void TFA_V(velocity)(struct state *s)
         return;
     for (uint32_t i = 0; i < s->bodies; i++) {
         const terms *b = &s->body[i];
-        if (s->holding && s->posture[i] & POSTURE_SILENT)
+        if (s->locked && s->constraint[i] & CONSTRAINT_SILENT)
             continue;
         move(s, i, b);
         s->p[i] = sv_sub(gyroscopic(s, i), s->wrench[i]);

@@ -42,7 +42,7 @@ static int tips_at_ends(const tfa_model *m, const tfa_request *r)
 static int scan_takes(const tfa_workspace *w, const tfa_request *r)
 {
     return w->kernel->precision == TFA_F64 && !w->wider.kernel && !w->model->mimics &&
-           r->hold == TFA_HOLD_NONE && !r->locked_count;
+           !r->locked_count;
 }
 
 static int scan_pays(const tfa_workspace *w, const tfa_request *r, int forward, int lambda)

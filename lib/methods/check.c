@@ -149,37 +149,23 @@ static int refuses(tfa_method method, unsigned what)
     return row && row->refuses & what;
 }
 
-/* Joints are locked and held by the articulated-body algorithm and what builds on its factors. */
-static int check_stops(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+/* Joints are locked by the articulated-body algorithm and what builds on its factors. */
+static int check_locks(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
-    int status = check_joints(m, r->locked, r->locked_count, TFA_FIELD_LOCKED, reply);
+    const int status = check_joints(m, r->locked, r->locked_count, TFA_FIELD_LOCKED, reply);
     if (status != TFA_OK)
         return status;
-    if (r->locked_count && refuses(r->method, TFA_REFUSES_STOPS))
+    if (r->locked_count && refuses(r->method, TFA_REFUSES_LOCKED))
         return blame(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
     if (r->locked_count && (r->op == TFA_OP_MASS_MATRIX || m->hollow))
         return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
-    if ((unsigned)r->hold > TFA_HOLD_AUTO)
-        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_HELD, 0, 0);
-    if (r->hold == TFA_HOLD_NONE)
-        return TFA_OK;
-    if (r->hold == TFA_HOLD_AUTO && !(r->tolerance > 0 && isfinite(r->tolerance)))
-        return blame(reply, TFA_E_ARGUMENT, TFA_FIELD_TOLERANCE, 0, 0);
-    if (r->method != TFA_METHOD_AUTO && r->method != TFA_METHOD_ABA)
-        return blame(reply, TFA_E_METHOD, TFA_FIELD_HELD, 0, 0);
-    if (r->op != TFA_OP_FORWARD_DYNAMICS || r->tip_count || m->mimics ||
-        r->estimate == TFA_ESTIMATE_ALWAYS || (r->refine != 0 && r->refine != TFA_REFINE_DEFAULT))
-        return blame(reply, TFA_E_UNSUPPORTED, TFA_FIELD_HELD, 0, 0);
-    return r->hold == TFA_HOLD_GIVEN
-               ? check_joints(m, r->held, r->held_count, TFA_FIELD_HELD, reply)
-               : TFA_OK;
+    return TFA_OK;
 }
 
 /* Nothing but a robot's motion: no frame, no payload, no joint to look at */
 static int is_bare(const tfa_request *r)
 {
-    return !(r->tip_count | r->wrench_count | r->payload_count | r->locked_count |
-             (unsigned)r->hold) &&
+    return !(r->tip_count | r->wrench_count | r->payload_count | r->locked_count) &&
            r->op != TFA_OP_OPERATIONAL_INERTIA;
 }
 
@@ -188,7 +174,7 @@ static int check_scene(const struct tfa_model *m, const tfa_request *r, tfa_repl
     int status = check_frames(m, r, reply);
     if (status == TFA_OK)
         status = check_payloads(m, r, reply);
-    return status == TFA_OK ? check_stops(m, r, reply) : status;
+    return status == TFA_OK ? check_locks(m, r, reply) : status;
 }
 
 static int method_answers(const tfa_method_info *row, const tfa_request *r)

@@ -56,7 +56,7 @@ static int answer_forward_mixed(tfa_workspace *w, const tfa_request *r, uint32_t
 static __attribute__((noinline)) int answer_mixed(tfa_workspace *w, const tfa_request *r,
                                                   uint32_t k, tfa_reply *reply, tfa_answer *answer)
 {
-    if (r->op != TFA_OP_FORWARD_DYNAMICS || r->hold != TFA_HOLD_NONE)
+    if (r->op != TFA_OP_FORWARD_DYNAMICS)
         return answer_wider(w, r, k, reply, answer);
     const int status = answer_forward_mixed(w, r, k, reply, answer);
     if (status != TFA_OK || !r->tip_count)
@@ -98,7 +98,7 @@ int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uin
 /* Of the robot as it is */
 static int is_unchanged(const tfa_request *r)
 {
-    return r->hold == TFA_HOLD_NONE && !r->wrench_count && !r->payload_count && !r->locked_count;
+    return !r->wrench_count && !r->payload_count && !r->locked_count;
 }
 
 /* And nothing but the answer is asked, as the articulated-body factors give it, and its estimate */
@@ -233,7 +233,7 @@ static uint32_t compute_limbs(tfa_workspace *w, const tfa_request *r, uint32_t k
 int tfa_goes_in_parts(const tfa_model *model, const tfa_request *r)
 {
     return (is_scan(r->method) || is_cyclic(r->method)) &&
-           tfa_longest_chain(model) >= PARTS_BODIES_MIN && r->hold == TFA_HOLD_NONE;
+           tfa_longest_chain(model) >= PARTS_BODIES_MIN;
 }
 
 /* May the chain of a state go in pieces? Forward dynamics of the robot as it is, or Lambda^-1 of one
@@ -319,7 +319,7 @@ static const tfa_request *decide(const tfa_workspace *w, const tfa_request *r, t
 static int goes_by_own(const tfa_workspace *w, const tfa_request *r, const tfa_reply *reply)
 {
     const int to_nowhere = r->tip_count && !reply->lambda_inv;
-    return w->own && r->hold == TFA_HOLD_NONE && !to_nowhere && w->own->takes(&w->host, r);
+    return w->own && !to_nowhere && w->own->takes(&w->host, r);
 }
 
 /* What says who answered: the methods that a robot's own kernel is made of */

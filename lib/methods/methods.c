@@ -30,8 +30,8 @@ const char *tfa_refusal_text(unsigned refusal)
         return "a main chain of more than 130 bodies";
     case TFA_REFUSES_SIZE:
         return "robots whose M has more than 4 Mi entries";
-    case TFA_REFUSES_STOPS:
-        return "joints locked or held by the request";
+    case TFA_REFUSES_LOCKED:
+        return "joints locked by the request";
     case TFA_REFUSES_MIMICS:
         return "mimic joints that are projected";
     case TFA_REFUSES_HOLLOW:
@@ -87,8 +87,6 @@ const char *tfa_field_name(tfa_field field)
         [TFA_FIELD_FRAME] = "frame",
         [TFA_FIELD_ESTIMATE] = "estimate",
         [TFA_FIELD_LOCKED] = "locked",
-        [TFA_FIELD_HELD] = "hold",
-        [TFA_FIELD_TOLERANCE] = "tolerance",
         [TFA_FIELD_PAYLOADS] = "payload",
         [TFA_FIELD_BODY] = "body",
     };

@@ -37,10 +37,6 @@ static void assert_same_scalars(const tfa_request *sent, const tfa_request *got)
     assert_int_equal(sent->wrench_count, got->wrench_count);
     assert_int_equal(sent->payload_count, got->payload_count);
     assert_int_equal(sent->locked_count, got->locked_count);
-    assert_int_equal(sent->held_count, got->held_count);
-    assert_int_equal(sent->hold, got->hold);
-    if (sent->hold != TFA_HOLD_NONE)
-        assert_memory_equal(&sent->tolerance, &got->tolerance, sizeof sent->tolerance);
 }
 
 void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
@@ -55,7 +51,6 @@ void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
     assert_memory_equal(sent->payload_frames, got->payload_frames,
                         sent->payload_count * sizeof *sent->payload_frames);
     assert_same_array(sent->locked, got->locked, sent->locked_count * sizeof *sent->locked);
-    assert_same_array(sent->held, got->held, sent->held_count * sizeof *sent->held);
     assert_same_numbers(sent->q, got->q, count * sizes->q_count);
     assert_same_numbers(sent->v, got->v, count * sizes->v_count);
     assert_same_numbers(sent->tau, got->tau, count * sizes->v_count);

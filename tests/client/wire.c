@@ -56,15 +56,12 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
                      .estimate = TFA_ESTIMATE_ALWAYS,
                      .frame = TFA_FRAME_WORLD,
                      .refine = TFA_REFINE_DEFAULT,
-                     .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES | TFA_WANT_CERTIFICATE,
+                     .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
                      .count = BATCH,
                      .tip_count = 3,
                      .wrench_count = 2,
                      .payload_count = 3,
                      .locked_count = s->v_count, /* odd: the block is padded */
-                     .held_count = 3,
-                     .hold = without >> TFA_WIRE_TOLERANCE & 1 ? TFA_HOLD_NONE : TFA_HOLD_AUTO,
-                     .tolerance = 1e-3,
                      .tips = {5, 0, 70000},
                      .wrench_frames = {UINT32_MAX, 4},
                      .payload_frames = {1, UINT32_MAX, 0}};
@@ -82,7 +79,6 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
     GIVE(WRENCHES, wrenches, 12);
     GIVE(PAYLOADS, payloads, TFA_PAYLOAD_NUMBERS);
     GIVE(LOCKED, locked, s->v_count);
-    GIVE(HELD, held, 3);
 #undef GIVE
     return r;
 }
@@ -91,8 +87,7 @@ static void free_request(const tfa_request *r)
 {
     const void *arrays[] = {r->q,         r->v,          r->tau,         r->qdd,
                             r->base_pose, r->base_twist, r->base_wrench, r->base_acceleration,
-                            r->gravity,   r->wrenches,   r->payloads,    r->locked,
-                            r->held};
+                            r->gravity,   r->wrenches,   r->payloads,    r->locked};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free((void *)(uintptr_t)arrays[k]);
 }
@@ -141,12 +136,10 @@ static void nonsense_arrives(void **state)
                      .tip_count = 9,
                      .wrench_count = 100,
                      .payload_count = 1000,
-                     .locked_count = 8,
-                     .held_count = UINT32_MAX,
-                     .hold = (tfa_hold)300},
+                     .locked_count = UINT32_MAX},
                 got;
     r.wrenches = r.payloads = &none;
-    r.locked = r.held = &r.locked_count;
+    r.locked = &r.locked_count;
     tfa_wire_ask ask;
     tfa_field culprit;
     assert_int_equal(tfa_wire_encode_request(&arm, &r, 0, 1, 1, slot, &ask), TFA_OK);
@@ -158,14 +151,11 @@ static void nonsense_arrives(void **state)
     assert_int_equal(got.tip_count, 9);
     assert_int_equal(got.wrench_count, 100);
     assert_int_equal(got.payload_count, 255);
-    assert_int_equal(got.locked_count, 8);
-    assert_int_equal(got.held_count, UINT32_MAX);
-    assert_int_equal(got.hold, 255);
+    assert_int_equal(got.locked_count, UINT32_MAX);
     assert_null(got.q);
     assert_null(got.wrenches);
     assert_null(got.payloads);
     assert_null(got.locked);
-    assert_null(got.held);
     free(slot);
 }
 
@@ -220,8 +210,6 @@ static void common_exchange_is_small(void **state)
     memcpy(reply.qdd, x, sizeof x);
     *reply.answers = (tfa_answer){0};
     assert_null(reply.poses);
-    assert_null(reply.certificate);
-    assert_null(reply.held);
     tfa_wire_encode_reply(&reply, ask.want, answered);
     assert_in_range(bytes_written(answered, reply_size), 1, 3 * TFA_WIRE_LINE);
     free(slot);
@@ -253,7 +241,6 @@ static void assert_request_inside(const tfa_wire_shape *s, const tfa_request *r,
     assert_true(inside(r->wrenches, count * 6 * r->wrench_count, copy, size));
     assert_true(inside(r->payloads, r->payload_count * sizeof(double[10]), copy, size));
     assert_true(inside(r->locked, r->locked_count * sizeof(uint32_t), copy, size));
-    assert_true(inside(r->held, r->held_count * sizeof(uint32_t), copy, size));
 }
 
 /* The answers that a decoded request asks for fit into a reply slot. */
@@ -266,8 +253,6 @@ static void assert_reply_inside(const tfa_wire_shape *s, const tfa_wire_ask *ask
     assert_true(inside(out.lambda_inv, count * ask->tip_count * ask->tip_count * sizeof(double[36]),
                        slot, size));
     assert_true(inside(out.poses, count * ask->tip_count * sizeof(double[7]), slot, size));
-    assert_true(inside(out.certificate, count * sizeof *out.certificate, slot, size));
-    assert_true(inside(out.held, count * s->v_count, slot, size));
     assert_true(inside(out.spectrum, count * sizeof *out.spectrum, slot, size));
     free(slot);
 }
@@ -280,15 +265,14 @@ static void largest_reply_fits(void **state)
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
                            .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
                            .count = BATCH,
-                           .tip_count = TFA_MAX_TIPS,
-                           .hold = TFA_HOLD_AUTO};
+                           .tip_count = TFA_MAX_TIPS};
     const tfa_wire_ask ask = {
         .count = BATCH, .tip_count = TFA_MAX_TIPS, .want = tfa_wire_want(&r, NULL)};
     unsigned char *slot = exact(size);
     tfa_reply out;
     tfa_wire_reply_buffers(&dog, &ask, slot, &out);
-    assert_non_null(out.held); /* the last block: 33 bytes, padded */
-    assert_ptr_equal(out.held, slot + size - 40);
+    assert_non_null(out.poses); /* the last block */
+    assert_ptr_equal(out.poses, slot + size - sizeof(double[BATCH][TFA_MAX_TIPS][7]));
     free(slot);
 }
 
@@ -315,7 +299,6 @@ static void hostile_lines_stay_inside(void **state)
             line->wrench_count %= TFA_MAX_WRENCHES + 2;
             line->payload_count %= TFA_MAX_PAYLOADS + 2;
             line->locked_count %= s->v_count + 2;
-            line->held_count %= s->v_count + 2;
         }
         tfa_wire_copy_request(s, slot, copy);
         tfa_request r;
@@ -335,22 +318,17 @@ static void replies_arrive(void **state)
     (void)state;
     unsigned char *slot = exact(tfa_wire_reply_capacity(&dog));
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
-                           .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES | TFA_WANT_CERTIFICATE,
+                           .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
                            .count = 2,
-                           .tip_count = 1,
-                           .hold = TFA_HOLD_GIVEN};
+                           .tip_count = 1};
     double qdd[22], base[12], lambda[72], poses[14];
     tfa_answer answers[2];
     tfa_spectrum spectrum[2];
-    tfa_certificate certificate[2];
-    uint8_t held[23] = {[22] = 77}; /* one more than there are: the block is padded */
     tfa_reply mine = {.qdd = qdd,
                       .base_acceleration = base,
                       .lambda_inv = lambda,
                       .spectrum = spectrum,
                       .poses = poses,
-                      .certificate = certificate,
-                      .held = held,
                       .answers = answers};
     const tfa_wire_ask ask = {.count = 2, .tip_count = 1, .want = tfa_wire_want(&r, &mine)};
     tfa_reply there = {.status = TFA_E_NOT_COMPUTED,
@@ -367,9 +345,6 @@ static void replies_arrive(void **state)
     there.base_acceleration[11] = 11;
     there.spectrum[1].rank = 5;
     there.poses[13] = 13;
-    there.certificate[1] = (tfa_certificate){0.25, 0.5, 4, 1};
-    for (uint8_t i = 0; i < 22; i++)
-        there.held[i] = i % 3;
     there.answers[1] = (tfa_answer){.status = -15, .method = 3, .error_estimate = 0.5};
     tfa_wire_encode_reply(&there, ask.want, slot);
     assert_int_equal(tfa_wire_decode_reply(slot, &mine), ask.want);
@@ -381,10 +356,7 @@ static void replies_arrive(void **state)
     assert_true(mine.model == 0x0123456789abcdefu);
     assert_true(qdd[21] == 21 && lambda[71] == 71 && base[11] == 11);
     assert_int_equal(spectrum[1].rank, 5);
-    assert_true(poses[13] == 13 && certificate[1].error == 0.25 && certificate[1].held == 4);
-    for (int i = 0; i < 22; i++)
-        assert_int_equal(held[i], i % 3);
-    assert_int_equal(held[22], 77);
+    assert_true(poses[13] == 13);
     assert_true(answers[1].status == -15 && answers[1].method == 3);
     there.status = TFA_E_VALUE;
     there.model = 1;

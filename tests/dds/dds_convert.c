@@ -44,20 +44,16 @@ static tfa_request full_request(tfa_op op, const tfa_dds_shape *shape)
         .estimate = TFA_ESTIMATE_ALWAYS,
         .frame = TFA_FRAME_WORLD,
         .refine = 2,
-        .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES | TFA_WANT_CERTIFICATE,
+        .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
         .count = 3,
         .tip_count = 2,
         .wrench_count = 1,
         .payload_count = 3,
         .locked_count = 3,
-        .held_count = V,
-        .hold = TFA_HOLD_AUTO,
-        .tolerance = 1e-3,
         .tips = {4, 7},
         .wrench_frames = {5},
         .payload_frames = {9, UINT32_MAX, 0},
         .locked = joints,
-        .held = joints,
         .q = numbers[0],
         .v = numbers[1],
         .tau = numbers[2],
@@ -131,9 +127,6 @@ static void replies_survive(void **state)
 {
     static tfa_answer answers[BATCH], answers_out[BATCH];
     static tfa_spectrum spectrum[BATCH], spectrum_out[BATCH];
-    static tfa_certificate certificate[BATCH], certificate_out[BATCH];
-    static const uint8_t held[BATCH * V] = {1, 0, 0, 1, 1, 0, 0, 0, 0, 1, [3 * V - 1] = 1};
-    static uint8_t held_in[BATCH * V], held_out[BATCH * V];
     static double got[7][BATCH * 48 * 48];
     const totalforce_dds_Hash hash = {1, 2, 3, 4, 5, 6, 7, 8, 9};
     const pair p = open_pair(TFA_DDS_REPLY);
@@ -141,11 +134,9 @@ static void replies_survive(void **state)
 
     (void)state;
     memset(out, 0, sizeof *out);
-    memcpy(held_in, held, sizeof held);
     for (uint16_t i = 0; i < BATCH; i++) {
         answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, NAN};
         spectrum[i] = (tfa_spectrum){6u + i, 0, 1e-300, 1e300};
-        certificate[i] = (tfa_certificate){NAN, 1e-300, 6u + i, 1};
     }
     for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
         const tfa_request request = full_request((tfa_op)op, &floating);
@@ -162,8 +153,6 @@ static void replies_survive(void **state)
                                   .mass_matrix = numbers[5],
                                   .spectrum = spectrum,
                                   .poses = numbers[6],
-                                  .certificate = certificate,
-                                  .held = held_in,
                                   .answers = answers};
         tfa_reply after = {.qdd = got[0],
                            .base_acceleration = got[1],
@@ -173,8 +162,6 @@ static void replies_survive(void **state)
                            .mass_matrix = got[5],
                            .spectrum = spectrum_out,
                            .poses = got[6],
-                           .certificate = certificate_out,
-                           .held = held_out,
                            .answers = answers_out};
         totalforce_dds_Reply in = {.id = 77};
 
@@ -190,9 +177,6 @@ static void replies_survive(void **state)
         assert_true(after.model == 0x0102030405060708u);
         assert_memory_equal(after.answers, answers, sizes.answers * sizeof *answers);
         assert_memory_equal(after.spectrum, spectrum, sizes.spectrum * sizeof *spectrum);
-        assert_memory_equal(after.certificate, certificate,
-                            sizes.certificate * sizeof *certificate);
-        assert_memory_equal(after.held, held, sizes.held);
         assert_memory_equal(after.poses, numbers[6], sizes.poses * sizeof(double));
         assert_memory_equal(after.qdd, numbers[0], sizes.qdd * sizeof(double));
         assert_memory_equal(after.base_acceleration, numbers[1],
@@ -219,21 +203,18 @@ static void sizes_follow_the_op(void **state)
     (void)state;
     assert_true(s.qdd == 3 * V && s.base_acceleration == 18 && s.lambda_inv == 3 * 144);
     assert_true(s.spectrum == 3 && s.answers == 3 && s.tau == 0 && s.mass_matrix == 0);
-    assert_true(s.poses == 3 * 2 * 7 && s.certificate == 3 && s.held == 3 * V);
+    assert_int_equal(s.poses, 3 * 2 * 7);
     r.flags = 0;
-    r.hold = TFA_HOLD_NONE;
     s = tfa_dds_sizes_of_reply(&r, &floating);
-    assert_true(s.poses == 0 && s.certificate == 0 && s.held == 0 && s.spectrum == 0);
+    assert_true(s.poses == 0 && s.spectrum == 0);
     r.flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES;
-    r.hold = TFA_HOLD_GIVEN;
     r.tip_count = 0;
     s = tfa_dds_sizes_of_reply(&r, &fixed);
     assert_true(s.qdd == 3 * V && s.base_acceleration == 0 && s.lambda_inv == 0 && s.spectrum == 0);
-    assert_true(s.poses == 0 && s.certificate == 3 && s.held == 3 * V);
+    assert_int_equal(s.poses, 0);
     r.op = TFA_OP_INVERSE_DYNAMICS;
     s = tfa_dds_sizes_of_reply(&r, &floating);
-    assert_true(s.tau == 3 * V && s.base_wrench == 18 && s.qdd == 0 && s.certificate == 0);
-    assert_true(s.held == 0);
+    assert_true(s.tau == 3 * V && s.base_wrench == 18 && s.qdd == 0);
     r.op = TFA_OP_MASS_MATRIX;
     s = tfa_dds_sizes_of_reply(&r, &floating);
     assert_true(s.mass_matrix == 3 * (V + 6) * (V + 6) && s.tau == 0);
@@ -280,7 +261,6 @@ static void wrong_sizes_are_named(void **state)
     REFUSED(s.payloads._length = 29, TFA_E_SIZE, TFA_FIELD_PAYLOADS, 29);
     REFUSED(s.locked._length = V + 1, TFA_E_SIZE, TFA_FIELD_LOCKED, V + 1);
     REFUSED(s.locked._length = UINT32_MAX, TFA_E_SIZE, TFA_FIELD_LOCKED, UINT32_MAX);
-    REFUSED(s.held._length = V + 1, TFA_E_SIZE, TFA_FIELD_HELD, V + 1);
     REFUSED(s.q._length = 3 * Q - 1, TFA_E_SIZE, TFA_FIELD_Q, 3 * Q - 1);
     REFUSED(s.v._length += 1, TFA_E_SIZE, TFA_FIELD_V, 3 * V + 1);
     REFUSED(s.tau._length = 1, TFA_E_SIZE, TFA_FIELD_TAU, 1);
@@ -315,7 +295,6 @@ static void too_much_is_not_sent(void **state)
     NOT_SENT(bad.wrench_count = TFA_MAX_WRENCHES + 1);
     NOT_SENT(bad.payload_count = TFA_MAX_PAYLOADS + 1);
     NOT_SENT(bad.locked_count = V + 1);
-    NOT_SENT(bad.held_count = UINT32_MAX);
 #undef NOT_SENT
 }
 

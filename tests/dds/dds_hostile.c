@@ -165,15 +165,8 @@ static void wrong_samples_are_refused(void **state)
             TFA_FIELD_LOCKED, 8);
     REFUSED((s.locked = (dds_sequence_unsigned_long){2, 2, tips, false}), TFA_E_JOINT,
             TFA_FIELD_LOCKED, 1);
-    REFUSED((s.hold = TFA_HOLD_GIVEN,
-             s.held = s.locked =
-                 (dds_sequence_unsigned_long){many, many, (uint32_t *)(void *)huge, false}),
+    REFUSED((s.locked = (dds_sequence_unsigned_long){many, many, (uint32_t *)(void *)huge, false}),
             TFA_E_SIZE, TFA_FIELD_LOCKED, many);
-    REFUSED((s.hold = TFA_HOLD_GIVEN, s.estimate = TFA_ESTIMATE_NEVER,
-             s.held = (dds_sequence_unsigned_long){2, 2, tips, false}),
-            TFA_E_JOINT, TFA_FIELD_HELD, 1);
-    REFUSED((s.hold = TFA_HOLD_AUTO, s.tolerance = NAN), TFA_E_ARGUMENT, TFA_FIELD_TOLERANCE, 0);
-    REFUSED(s.hold = 4000000000u, TFA_E_ARGUMENT, TFA_FIELD_HELD, 0);
     REFUSED(assert_true(tfa_dds_set_robot(s.robot, "nobody")), TFA_E_ROBOT, TFA_FIELD_NONE, 0);
     REFUSED(assert_true(tfa_dds_set_robot(s.robot, "")), TFA_E_ROBOT, TFA_FIELD_NONE, 0);
 #undef REFUSED

@@ -36,8 +36,6 @@ typedef struct ring_slot {
     double *numbers;
     tfa_answer *answers;
     tfa_spectrum *spectrum;
-    tfa_certificate *certificate;
-    uint8_t *held;
 } ring_slot;
 
 struct tfa_dds_ring {
@@ -64,10 +62,7 @@ static bool make_slot(ring_slot *slot, const tfa_dds_shape *s)
     slot->numbers = calloc(doubles_of(s), sizeof(double));
     slot->answers = calloc(batch, sizeof *slot->answers);
     slot->spectrum = calloc(batch, sizeof *slot->spectrum);
-    slot->certificate = calloc(batch, sizeof *slot->certificate);
-    slot->held = calloc(batch, s->v_count);
-    if (slot->numbers == NULL || slot->answers == NULL || slot->spectrum == NULL ||
-        slot->certificate == NULL || slot->held == NULL)
+    if (slot->numbers == NULL || slot->answers == NULL || slot->spectrum == NULL)
         return false;
     tfa_reply *reply = &slot->answer.reply;
     reply->qdd = slot->numbers;
@@ -77,8 +72,6 @@ static bool make_slot(ring_slot *slot, const tfa_dds_shape *s)
     reply->mass_matrix = reply->base_wrench + batch * 6;
     reply->lambda_inv = reply->mass_matrix + batch * n * n;
     reply->poses = reply->lambda_inv + batch * TIPS_ROWS * TIPS_ROWS;
-    reply->certificate = slot->certificate;
-    reply->held = slot->held;
     reply->answers = slot->answers;
     reply->spectrum = slot->spectrum;
     return true;
@@ -109,8 +102,6 @@ void tfa_dds_ring_close(struct tfa_dds_ring *ring)
         free(ring->slot[i].numbers);
         free(ring->slot[i].answers);
         free(ring->slot[i].spectrum);
-        free(ring->slot[i].certificate);
-        free(ring->slot[i].held);
     }
     tfa_workspace_free(ring->workspace);
     free(ring);

@@ -41,8 +41,6 @@ typedef struct buffers {
     double base_wrench[BATCH * 6], lambda_inv[BATCH * ROWS * ROWS];
     double mass_matrix[BATCH * (V_MAX + 6) * (V_MAX + 6)], poses[BATCH * 2 * 7];
     tfa_spectrum spectrum[BATCH];
-    tfa_certificate certificate[BATCH];
-    uint8_t held[BATCH * V_MAX];
     tfa_answer answers[BATCH];
 } buffers;
 
@@ -57,8 +55,6 @@ static tfa_reply reply_into(buffers *b)
                        .mass_matrix = b->mass_matrix,
                        .spectrum = b->spectrum,
                        .poses = b->poses,
-                       .certificate = b->certificate,
-                       .held = b->held,
                        .answers = b->answers};
 }
 
@@ -115,8 +111,6 @@ static void assert_written(const tfa_request *r, const doors *d, const buffers *
         {"spectrum", b->spectrum, r->count * sizeof *b->spectrum,
          lambda && r->flags & TFA_WANT_SPECTRUM},
         {"answers", b->answers, r->count * sizeof *b->answers, 1},
-        {"certificate", b->certificate, sizeof b->certificate, 0},
-        {"held", b->held, sizeof b->held, 0},
     };
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         const unsigned char *at = rows[k].buffer;

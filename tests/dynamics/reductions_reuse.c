@@ -30,9 +30,7 @@ struct everything {
     double base[STATES * 6], wrench[STATES * 6];
     double lambda[STATES * 36 * TIPS * TIPS], poses[STATES * 7 * TIPS];
     tfa_spectrum spectrum[STATES];
-    tfa_certificate certificate[STATES];
     tfa_answer answers[STATES];
-    uint8_t held[STATES * MOST];
     int32_t status;
     uint32_t field, index, state;
     uint64_t model;
@@ -40,7 +38,7 @@ struct everything {
 
 static struct {
     unsigned requests, repeated, refused;
-    unsigned op[5], locked, loaded, held, tips;
+    unsigned op[5], locked, loaded, tips;
 } tally;
 
 static void answer(tfa_workspace *w, const tfa_request *q, struct everything *e)
@@ -54,8 +52,6 @@ static void answer(tfa_workspace *w, const tfa_request *q, struct everything *e)
                        .mass_matrix = e->M,
                        .spectrum = e->spectrum,
                        .poses = e->poses,
-                       .certificate = e->certificate,
-                       .held = e->held,
                        .answers = e->answers};
     (void)tfa_compute(w, q, &reply);
     e->status = reply.status;
@@ -71,7 +67,7 @@ struct sequence {
     question a;
     random_source s;
     tfa_request q;
-    uint32_t locked[MOST], held[MOST];
+    uint32_t locked[MOST];
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS], gravity[3];
     double damaged[2 * MOST * STATES]; /* q with a NaN in it */
     double own_q[2 * MOST * STATES], pose[7 * STATES];
@@ -159,15 +155,10 @@ static void change_tips(struct sequence *x)
     memcpy(x->q.tips, x->a.r.tips, sizeof x->q.tips);
 }
 
-static void change_stops(struct sequence *x)
+static void change_locks(struct sequence *x)
 {
     x->q.locked = x->locked;
     x->q.locked_count = one_in(x, 2) ? 0 : choose_joints(x, x->locked);
-    x->q.held = x->held;
-    x->q.held_count = choose_joints(x, x->held);
-    x->q.hold = (tfa_hold)random_below(&x->s, 3);
-    x->q.tolerance = pow(10, random_uniform(&x->s, -4, 0));
-    x->q.hold = one_in(x, 2) ? TFA_HOLD_NONE : x->q.hold;
 }
 
 static void change_question(struct sequence *x)
@@ -184,7 +175,7 @@ static void change_question(struct sequence *x)
     x->q.refine = refine[random_below(&x->s, 5)];
     x->q.estimate = (tfa_estimate)random_below(&x->s, 3);
     x->q.frame = (tfa_reference_frame)random_below(&x->s, 3);
-    x->q.flags = random_below(&x->s, 8);
+    x->q.flags = random_below(&x->s, 4);
 }
 
 static void change(struct sequence *x)
@@ -202,7 +193,7 @@ static void change(struct sequence *x)
     if (one_in(x, 3))
         change_tips(x);
     if (one_in(x, 4))
-        change_stops(x);
+        change_locks(x);
     if (!one_in(x, 4))
         change_question(x);
 }
@@ -213,15 +204,6 @@ static tfa_request plausible(struct sequence *x)
     tfa_request q = x->q;
     if (one_in(x, 10))
         return q;
-    if (q.hold != TFA_HOLD_NONE && !tfa_model_summarise(x->r->model).mimics) {
-        q.op = TFA_OP_FORWARD_DYNAMICS;
-        q.method = TFA_METHOD_AUTO;
-        q.refine = TFA_REFINE_DEFAULT;
-        q.estimate = TFA_ESTIMATE_DEFAULT;
-        q.tip_count = 0;
-        return q;
-    }
-    q.hold = TFA_HOLD_NONE;
     if (q.op == TFA_OP_INVERSE_DYNAMICS || q.op == TFA_OP_MASS_MATRIX)
         q.method = TFA_METHOD_AUTO;
     if (q.op == TFA_OP_FORWARD_DYNAMICS &&
@@ -260,7 +242,6 @@ static void count(const tfa_request *q, const tfa_request *before, int32_t statu
     tally.op[q->op]++;
     tally.locked += q->locked_count > 0;
     tally.loaded += q->payload_count > 0;
-    tally.held += q->hold != TFA_HOLD_NONE;
     tally.tips += q->tip_count > 0;
 }
 
@@ -268,19 +249,18 @@ static void explain(const reduction *r, uint32_t step, const tfa_request *q,
                     const struct everything *a, const struct everything *b)
 {
     print_message("request %u: op %d, method %s, refine %d, flags %u, count %u, tips %u, payloads "
-                  "%u, locked %u, hold %d; status %d and %d\n",
+                  "%u, locked %u; status %d and %d\n",
                   (unsigned)step, (int)q->op, tfa_method_name((uint32_t)q->method), (int)q->refine,
                   (unsigned)q->flags, (unsigned)q->count, (unsigned)q->tip_count,
-                  (unsigned)q->payload_count, (unsigned)q->locked_count, (int)q->hold, a->status,
-                  b->status);
+                  (unsigned)q->payload_count, (unsigned)q->locked_count, a->status, b->status);
     static const struct {
         const char *name;
         size_t at, size;
     } parts[] = {
 #define PART(name) {#name, offsetof(struct everything, name), sizeof a->name}
-        PART(qdd),    PART(tau),   PART(M),        PART(base),        PART(wrench),
-        PART(lambda), PART(poses), PART(spectrum), PART(answers),     PART(held),
-        PART(status), PART(field), PART(index),    PART(certificate), PART(model)};
+        PART(qdd),    PART(tau),   PART(M),        PART(base),    PART(wrench),
+        PART(lambda), PART(poses), PART(spectrum), PART(answers), PART(status),
+        PART(field),  PART(index), PART(model)};
     for (size_t k = 0; k < sizeof parts / sizeof *parts; k++)
         if (memcmp((const char *)a + parts[k].at, (const char *)b + parts[k].at, parts[k].size))
             print_message("  %s differs\n", parts[k].name);
@@ -317,9 +297,7 @@ static void check_single(const reduction *r, uint32_t step, const tfa_request *b
     memcpy(slice.lambda, all->lambda + rows * rows * k, rows * rows * sizeof *slice.lambda);
     memcpy(slice.poses, all->poses + poses * k, poses * sizeof *slice.poses);
     slice.spectrum[0] = all->spectrum[k];
-    slice.certificate[0] = all->certificate[k];
     slice.answers[0] = all->answers[k];
-    memcpy(slice.held, all->held + (size_t)k * nv, nv);
     memcpy(&slice.status, &alone.status, sizeof slice - offsetof(struct everything, status));
     if (memcmp(&alone, &slice, sizeof alone) != 0)
         explain(r, step, &q, &alone, &slice);
@@ -372,12 +350,12 @@ static void run(tfa_precision precision, tfa_residual residual, uint64_t seeds, 
             reduction_close(&r);
         }
     print_message("  %u requests, %u refused; of the others %u with the q before, %u forward, %u "
-                  "inverse, %u lambda_inv, %u M, %u locked, %u loaded, %u held, %u with tips\n",
+                  "inverse, %u lambda_inv, %u M, %u locked, %u loaded, %u with tips\n",
                   tally.requests, tally.refused, tally.repeated, tally.op[1], tally.op[2],
-                  tally.op[3], tally.op[4], tally.locked, tally.loaded, tally.held, tally.tips);
+                  tally.op[3], tally.op[4], tally.locked, tally.loaded, tally.tips);
     const unsigned few = tally.requests / 200;
     assert_true(tally.refused < tally.requests / 2 && tally.repeated > few);
-    assert_true(tally.locked > few && tally.loaded > few && tally.held > few && tally.tips > few);
+    assert_true(tally.locked > few && tally.loaded > few && tally.tips > few);
 }
 
 static void in_double(void **state)

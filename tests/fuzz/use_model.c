@@ -18,7 +18,7 @@ struct exchange {
     tfa_reply reply;
     size_t count, n, tips; /* states, rows of M, tips */
     double *q, *v, *tau, *qdd, *pose, *twist, *wrench, *acceleration, *wrenches, *payloads;
-    uint32_t *locked, *held;
+    uint32_t *locked;
     double gravity[3];
 };
 
@@ -86,7 +86,6 @@ static void choose_lists(struct exchange *x, const tfa_model *m, struct chance *
     r->wrench_count = (uint32_t)chance_below(c, 3);
     r->payload_count = chance_percent(c, 20) ? 1 + (uint32_t)chance_below(c, 2) : 0;
     r->locked_count = chance_percent(c, 25) ? 1 + (uint32_t)chance_below(c, MOST_LISTED) : 0;
-    r->held_count = chance_percent(c, 25) ? 1 + (uint32_t)chance_below(c, MOST_LISTED) : 0;
     for (int i = 0; i < MOST_LISTED; i++) {
         r->tips[i] = (uint32_t)chance_below(c, frames);
         r->wrench_frames[i] = (uint32_t)chance_below(c, frames + chance_percent(c, 2));
@@ -103,12 +102,6 @@ static void choose_lists(struct exchange *x, const tfa_model *m, struct chance *
         p[5] = p[6] = p[8] = 0;
     }
     x->locked = indices(r->locked_count, joints, c);
-    x->held = indices(r->held_count, joints, c);
-    if (r->held_count > 0)
-        r->hold = TFA_HOLD_GIVEN;
-    else if (chance_percent(c, 15))
-        r->hold = TFA_HOLD_AUTO;
-    r->tolerance = pow(10, 8 * chance_signed(c) - 6);
 }
 
 static void make_reply(struct exchange *x, size_t nv)
@@ -124,9 +117,8 @@ static void make_reply(struct exchange *x, size_t nv)
     y->mass_matrix = numbers(x->count * x->n * x->n, 0, &none);
     y->poses = numbers(x->count * x->tips * 7, 0, &none);
     y->spectrum = calloc(x->count, sizeof *y->spectrum);
-    y->certificate = calloc(x->count, sizeof *y->certificate);
     y->answers = calloc(x->count, sizeof *y->answers);
-    REQUIRE(y->spectrum && y->certificate && y->answers);
+    REQUIRE(y->spectrum && y->answers);
 }
 
 static void make_exchange(struct exchange *x, const tfa_model *m, struct chance *c)
@@ -142,7 +134,7 @@ static void make_exchange(struct exchange *x, const tfa_model *m, struct chance 
     r->refine = chance_percent(c, 60) ? TFA_REFINE_DEFAULT : (uint32_t)chance_below(c, 3);
     r->estimate = (tfa_estimate)chance_below(c, 3);
     r->frame = (tfa_reference_frame)chance_below(c, 3);
-    r->flags = (uint32_t)chance_below(c, 8);
+    r->flags = (uint32_t)chance_below(c, 4);
     r->q = x->q;
     r->v = x->v;
     r->tau = x->tau;
@@ -154,7 +146,6 @@ static void make_exchange(struct exchange *x, const tfa_model *m, struct chance 
     r->wrenches = x->wrenches;
     r->payloads = x->payloads;
     r->locked = x->locked;
-    r->held = x->held;
     if (chance_percent(c, 10))
         r->gravity = memcpy(x->gravity, (double[]){1, -2, 3}, sizeof x->gravity);
 }
@@ -181,9 +172,7 @@ static void free_exchange(struct exchange *x)
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
     free(x->locked);
-    free(x->held);
     free(x->reply.spectrum);
-    free(x->reply.certificate);
     free(x->reply.answers);
 }
 

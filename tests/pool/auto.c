@@ -110,7 +110,7 @@ static void test_lambda_scan_from(void **state)
     close_subject(&s);
 }
 
-/* Locked and held joints, other arithmetics, the numbers shipped: as a chain that is too short */
+/* Locked joints, other arithmetics, the numbers shipped: as a chain that is too short */
 static void test_not_by_scan(void **state)
 {
     (void)state;
@@ -120,13 +120,11 @@ static void test_not_by_scan(void **state)
     c.scan_from_1 = 2;
     tfa_workspace_options options = {.crossovers = &c};
     const uint32_t joint = 3;
-    const tfa_request locked = {.locked_count = 1, .locked = &joint},
-                      held = {.hold = TFA_HOLD_GIVEN, .held_count = 1, .held = &joint};
+    const tfa_request locked = {.locked_count = 1, .locked = &joint};
     struct subject s;
     open_subject(&s, LONGEST, &options);
     assert_int_equal(who(&s, &forward, 0), TFA_METHOD_SCAN);
     assert_int_equal(who(&s, &locked, 0), TFA_METHOD_ABA);
-    assert_int_equal(who(&s, &held, 0), TFA_METHOD_ABA);
     close_subject(&s);
     for (size_t k = 0; k < sizeof precisions / sizeof *precisions; k++) {
         options = precisions[k];

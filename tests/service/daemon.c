@@ -333,52 +333,6 @@ static void estimates_follow_the_policy(void **state)
     }
 }
 
-/* One request that leaves the estimate open while joints are held. */
-static void ask_held(tfa_client *client, tfa_hold hold, uint32_t flags)
-{
-    static const double q[7] = {0.1, 0.2, 0.3};
-    static const uint32_t joints[] = {5, 6};
-    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
-                           .refine = TFA_REFINE_DEFAULT,
-                           .flags = flags,
-                           .count = 1,
-                           .held_count = hold == TFA_HOLD_GIVEN ? 2 : 0,
-                           .hold = hold,
-                           .tolerance = 10, /* whatever that costs */
-                           .held = joints,
-                           .q = q};
-    double qdd[7];
-    uint8_t held[7];
-    tfa_answer answer;
-    tfa_certificate certificate;
-    tfa_reply reply = {.qdd = qdd, .answers = &answer, .certificate = &certificate, .held = held};
-    assert_int_equal(tfa_client_call(client, &r, &reply, TIMEOUT_NS, NULL), TFA_OK);
-    assert_int_equal(answer.flags, TFA_ANSWER_HELD);
-    assert_int_equal(certificate.exact, hold == TFA_HOLD_AUTO || flags != 0);
-    assert_int_equal(certificate.held, hold == TFA_HOLD_GIVEN ? 2 : 7);
-    for (int i = 0; i < 7; i++) {
-        assert_int_equal(held[i], hold == TFA_HOLD_AUTO || i >= 5);
-        assert_true(!held[i] || qdd[i] == 0);
-    }
-}
-
-/* No policy adds an estimate to what cannot have one: held joints have a certificate. */
-static void held_joints_are_not_estimated(void **state)
-{
-    (void)state;
-    for (size_t i = 0; i < POLICIES; i++) {
-        harness h;
-        start_with_policy(&h, i);
-        tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
-        for (int k = 0; k < 10; k++) { /* `sampled` comes round */
-            ask_held(client, TFA_HOLD_GIVEN, k & 1 ? TFA_WANT_CERTIFICATE : 0);
-            ask_held(client, TFA_HOLD_AUTO, 0);
-        }
-        tfa_client_close(client);
-        harness_remove(&h);
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -392,7 +346,6 @@ int main(void)
         cmocka_unit_test(armature_counts),
         cmocka_unit_test(precision_is_taken_in_a_reload),
         cmocka_unit_test(estimates_follow_the_policy),
-        cmocka_unit_test(held_joints_are_not_estimated),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

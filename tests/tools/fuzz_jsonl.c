@@ -71,9 +71,6 @@ static void check_request(const tfa_request *request, const robot_names *names)
     for (uint32_t i = 0; i < request->payload_count * TFA_PAYLOAD_NUMBERS; i++)
         require(isfinite(request->payloads[i]));
     check_joints(request->locked, request->locked_count, names);
-    check_joints(request->held, request->held_count, names);
-    require(request->hold != TFA_HOLD_AUTO || request->tolerance > 0);
-    require(request->hold != TFA_HOLD_NONE || !(request->flags & TFA_WANT_CERTIFICATE));
 }
 
 static void answer_line(const tfa_client_info *info, const char *line, size_t size)

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a JSON line changes about the robot - locked and held joints, payloads - and what is told of
+ * What a JSON line changes about the robot - locked joints, payloads - and what is told of
  * it: requests, refusals, replies.
  */
 #include "jsonl_line.h"
 
-#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -32,29 +31,8 @@ static const struct {
     {"{" MM "," Q ",\"locked\":[\"pan\"]}", TFA_E_ARGUMENT, "locked: mass_matrix does not use it"},
     {"{" ID "," Q ",\"locked\":[\"pan\"]}", TFA_E_ARGUMENT,
      "locked: inverse_dynamics does not use it"},
-    {"{" OI "," Q ",\"tips\":[\"tool\"],\"hold\":[\"pan\"]}", TFA_E_ARGUMENT,
-     "hold: operational_inertia does not use it"},
-    {"{" FD "," Q ",\"hold\":true}", TFA_E_ARGUMENT,
-     "hold: a boolean, must be an array of joint names or {\"auto\": tolerance}"},
-    {"{" FD "," Q ",\"hold\":[\"lift\",\"lift\"]}", TFA_E_JOINT,
-     "hold[1]: joint 'lift' twice; name it once"},
-    {"{" FD "," Q ",\"hold\":[\"wrist\"]}", TFA_E_JOINT,
-     "hold[0]: no moving joint 'wrist'; nearest: 'lift', 'slide', 'pan'; the robot has 3 joints "
-     "(pan, lift, slide)"},
-    {"{" FD "," Q ",\"hold\":{}}", TFA_E_ARGUMENT,
-     "hold: an object must be {\"auto\": largest relative error}"},
-    {"{" FD "," Q ",\"hold\":{\"auto\":1e-3,\"pan\":1}}", TFA_E_ARGUMENT,
-     "hold: an object must be {\"auto\": largest relative error}"},
-    {"{" FD "," Q ",\"hold\":{\"auto\":\"yes\"}}", TFA_E_ARGUMENT,
-     "hold.auto: a string, must be a number above 0"},
-    {"{" FD "," Q ",\"hold\":{\"auto\":0}}", TFA_E_ARGUMENT,
-     "hold.auto: 0: must be above 0, the largest relative error allowed"},
-    {"{" FD "," Q ",\"hold\":{\"auto\":-0.1}}", TFA_E_ARGUMENT,
-     "hold.auto: -0.1: must be above 0, the largest relative error allowed"},
-    {"{" FD "," Q ",\"certificate\":true}", TFA_E_ARGUMENT,
-     "certificate: no joint is held; give hold, or leave it out"},
-    {"{" FD "," Q ",\"hold\":[\"pan\"],\"certificate\":1}", TFA_E_ARGUMENT,
-     "certificate: a number, must be true or false"},
+    {"{" FD "," Q ",\"hold\":[\"pan\"]}", TFA_E_ARGUMENT,
+     "unknown key 'hold'; nearest: 'id', 'op', 'qdd'"},
     {"{" FD "," Q ",\"poses\":true}", TFA_E_ARGUMENT, "tips: missing; 1 to 8 link names"},
     {"{" FD "," Q ",\"poses\":[\"tool\"]}", TFA_E_ARGUMENT,
      "poses: an array, must be true or false"},
@@ -92,7 +70,7 @@ static void test_refusals(void **state)
 static void test_a_changed_robot(void **state)
 {
     static const char line[] =
-        "{" FD "," Q ",\"locked\":[\"slide\",\"pan\"],\"hold\":[\"lift\"],\"certificate\":true,"
+        "{" FD "," Q ",\"locked\":[\"slide\",\"pan\"],"
         "\"payload\":[{\"link\":\"tool\",\"mass\":2,\"com\":[1,2,3],\"inertia\":[4,5,6,7,8,9]},"
         "{\"link\":\"upper\",\"mass\":0.5}]}";
     static const double payloads[] = {2, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0.5, 0, 0, 0, 0, 0, 0, 0, 0, 0};
@@ -104,43 +82,25 @@ static void test_a_changed_robot(void **state)
     assert_int_equal(q->locked_count, 2);
     assert_int_equal(q->locked[0], 2);
     assert_int_equal(q->locked[1], 0);
-    assert_int_equal(q->hold, TFA_HOLD_GIVEN);
-    assert_int_equal(q->held_count, 1);
-    assert_int_equal(q->held[0], 1);
-    assert_int_equal(q->flags, TFA_WANT_CERTIFICATE);
-    assert_int_equal(q->estimate, TFA_ESTIMATE_NEVER); /* the certificate is one */
     assert_int_equal(q->payload_count, 2);
     assert_int_equal(q->payload_frames[0], 3);
     assert_int_equal(q->payload_frames[1], 1);
     assert_memory_equal(q->payloads, payloads, sizeof payloads);
-    assert_non_null(r.reply.certificate);
-    assert_non_null(r.reply.held);
     assert_null(r.reply.poses);
     forget(&r);
 }
 
 static void test_what_is_wanted(void **state)
 {
-    static const char held[] = "{" FD "," Q ",\"hold\":{\"auto\":1e-3},\"estimate\":\"always\"}";
     static const char posed[] = "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":true,\"locked\":[]}";
     static const char plain[] = "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":false}";
     reading r;
     (void)state;
-    read_line(&r, &arm, held, sizeof held - 1);
-    assert_int_equal(r.status, TFA_OK);
-    assert_int_equal(r.request.hold, TFA_HOLD_AUTO);
-    assert_true(r.request.tolerance == 1e-3);
-    assert_int_equal(r.request.estimate, TFA_ESTIMATE_ALWAYS); /* asked for: the library refuses */
-    assert_non_null(r.reply.certificate);
-    assert_non_null(r.reply.held);
-    forget(&r);
     read_line(&r, &arm, posed, sizeof posed - 1);
     assert_int_equal(r.status, TFA_OK);
     assert_true(r.request.flags & TFA_WANT_POSES);
     assert_int_equal(r.request.locked_count, 0);
     assert_non_null(r.reply.poses);
-    assert_null(r.reply.certificate);
-    assert_null(r.reply.held);
     forget(&r);
     read_line(&r, &arm, plain, sizeof plain - 1);
     assert_int_equal(r.status, TFA_OK);
@@ -170,13 +130,6 @@ static void test_explained_changes(void **state)
     explain(&arm, "{" FD "," Q ",\"locked\":[\"pan\"],\"method\":\"tfa\"}",
             &(tfa_reply){.status = TFA_E_METHOD, .field = TFA_FIELD_LOCKED},
             "method: tfa does not answer forward_dynamics with locked joints; aba does");
-    explain(&arm, "{" FD "," Q ",\"hold\":[\"pan\"],\"method\":\"crba\"}",
-            &(tfa_reply){.status = TFA_E_METHOD, .field = TFA_FIELD_HELD},
-            "method: crba does not answer forward_dynamics with held joints; aba does");
-    explain(&arm, "{" FD "," Q ",\"hold\":[\"pan\"],\"refine\":1}",
-            &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_HELD},
-            "hold: joints are held without tips, refine, \"estimate\":\"always\" and joints that "
-            "follow others (--mimic project); ask separately");
 }
 
 static void print_reply(reading *r, const char *want)
@@ -191,80 +144,28 @@ static void print_reply(reading *r, const char *want)
     free(text);
 }
 
-static void test_approximate_reply_lines(void **state)
+static void test_poses_reply_line(void **state)
 {
-    static const char line[] = "{" FD "," Q ",\"hold\":[\"pan\"]}";
     static const char posed[] = "{" FD "," Q ",\"tips\":[\"tool\",\"upper\"],\"poses\":true}";
     reading r;
     (void)state;
-    read_line(&r, &arm, line, sizeof line - 1);
-    r.reply.model = 0x0123456789abcdefu;
-    r.buffers.answer = (tfa_answer){.method = TFA_METHOD_ABA, .flags = TFA_ANSWER_HELD};
-    r.buffers.certificate =
-        (tfa_certificate){.error = 0.5, .relative = 0.25, .held = 1, .exact = 1};
-    r.reply.held[0] = 1;
-    print_reply(&r, "{\"status\":\"ok\",\"method\":\"aba\",\"qdd\":[0.0,0.0,0.0],"
-                    "\"certificate\":{\"error\":0.5,\"relative\":0.25,\"held\":1,\"exact\":true},"
-                    "\"held\":[\"pan\"],\"model\":\"0123456789abcdef\"}\n");
-    r.reply.model = 1;
-    r.reply.held[2] = 1;
-    r.buffers.certificate = (tfa_certificate){.error = NAN, .relative = NAN, .held = 2};
-    print_reply(&r, "{\"status\":\"ok\",\"method\":\"aba\",\"qdd\":[0.0,0.0,0.0],"
-                    "\"certificate\":{\"error\":null,\"relative\":null,\"held\":2,\"exact\":false},"
-                    "\"held\":[\"pan\",\"slide\"],\"model\":\"0000000000000001\"}\n");
-    forget(&r);
     read_line(&r, &arm, posed, sizeof posed - 1);
+    r.reply.model = 0x0123456789abcdefu;
     r.buffers.poses[13] = 1;
     r.reply.lambda_inv = NULL;
     r.reply.spectrum = NULL;
     print_reply(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"qdd\":[0.0,0.0,0.0],"
-                    "\"poses\":[[0.0,0.0,0.0,0.0,0.0,0.0,0.0],[0.0,0.0,0.0,0.0,0.0,0.0,1.0]]}\n");
-    forget(&r);
-}
-
-/* Held joints by name: each once however many freedoms it has; none at all is a list, too. */
-static void test_held_joints_are_named(void **state)
-{
-    static const char line[] = "{" FD ",\"q\":{}," POSE ",\"hold\":{\"auto\":0.5}}";
-    static const struct {
-        uint8_t held[10]; /* mast, deck (3), boat (6) */
-        const char *names;
-    } cases[] = {
-        {{0}, ",\"held\":[]}"},
-        {{1}, ",\"held\":[\"mast\"]}"},
-        {{0, 1, 1, 1}, ",\"held\":[\"deck\"]}"},
-        {{1, 0, 0, 0, 1, 1, 1, 1, 1, 1}, ",\"held\":[\"mast\",\"boat\"]}"},
-        {{1, 1, 1, 1, 1, 1, 1, 1, 1, 1}, ",\"held\":[\"mast\",\"deck\",\"boat\"]}"},
-    };
-    reading r;
-    (void)state;
-    read_line(&r, &ship, line, sizeof line - 1);
-    assert_int_equal(r.status, TFA_OK);
-    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        char *text = NULL;
-        size_t size = 0;
-        FILE *out = open_memstream(&text, &size);
-        assert_non_null(out);
-        memcpy(r.reply.held, cases[i].held, sizeof cases[i].held);
-        jsonl_print_reply(out, NULL, &r.names, &r.request, &r.reply);
-        fclose(out);
-        const char *found = strstr(text, ",\"held\":[");
-        assert_non_null(found);
-        assert_memory_equal(found, cases[i].names, strlen(cases[i].names));
-        free(text);
-    }
+                    "\"poses\":[[0.0,0.0,0.0,0.0,0.0,0.0,0.0],[0.0,0.0,0.0,0.0,0.0,0.0,1.0]],"
+                    "\"model\":\"0123456789abcdef\"}\n");
     forget(&r);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_a_changed_robot),
-        cmocka_unit_test(test_what_is_wanted),
-        cmocka_unit_test(test_explained_changes),
-        cmocka_unit_test(test_approximate_reply_lines),
-        cmocka_unit_test(test_held_joints_are_named),
+        cmocka_unit_test(test_refusals),         cmocka_unit_test(test_a_changed_robot),
+        cmocka_unit_test(test_what_is_wanted),   cmocka_unit_test(test_explained_changes),
+        cmocka_unit_test(test_poses_reply_line),
     };
     return cmocka_run_group_tests_name("jsonl_changes", tests, NULL, NULL);
 }

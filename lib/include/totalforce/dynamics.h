@@ -42,7 +42,7 @@ typedef enum tfa_refusal {
     TFA_REFUSES_ARMATURE = 2,   /**< rotor inertia on a main chain */
     TFA_REFUSES_LENGTH = 4,     /**< a main chain of more than 130 bodies */
     TFA_REFUSES_SIZE = 8,       /**< robots whose M has more than 4 Mi entries */
-    TFA_REFUSES_STOPS = 16,     /**< joints locked or held by the request */
+    TFA_REFUSES_LOCKED = 16,    /**< joints locked by the request */
     TFA_REFUSES_MIMICS = 32,    /**< mimic joints that are projected */
     TFA_REFUSES_HOLLOW = 64,    /**< mimic joints that move no mass of their own */
 } tfa_refusal;
@@ -52,13 +52,13 @@ typedef enum tfa_refusal {
  *   cost, what it refuses, text)
  * d: depth of the tree, m: tips. Adding a method is a row here, a file in lib/kernel and, for one
  * along chains, a row in lib/kernel/chain.c. */
-#define TFA_CHAIN_REFUSES (TFA_REFUSES_STOPS | TFA_REFUSES_HOLLOW)
+#define TFA_CHAIN_REFUSES (TFA_REFUSES_LOCKED | TFA_REFUSES_HOLLOW)
 #define TFA_INVERSE_REFUSES (TFA_CHAIN_REFUSES | TFA_REFUSES_NO_INVERSE)
 #define TFA_METHOD_LIST(X)                                                                         \
     X(AUTO, 0, "auto", 1, 1, "O(N)", TFA_REFUSES_NOTHING, "the plan chooses")                      \
     X(RNEA, 1, "rnea", 0, 0, "O(N)", TFA_REFUSES_NOTHING,                                          \
       "recursive Newton-Euler, inverse dynamics")                                                  \
-    X(CRBA, 2, "crba", 1, 1, "O(N d^2)", TFA_REFUSES_STOPS | TFA_REFUSES_SIZE,                     \
+    X(CRBA, 2, "crba", 1, 1, "O(N d^2)", TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE,                    \
       "composite rigid bodies and sparse LTDL")                                                    \
     X(ABA, 3, "aba", 1, 1, "O(N)", TFA_REFUSES_HOLLOW,                                             \
       "articulated bodies; lambda_inv by force propagation")                                       \
@@ -139,7 +139,7 @@ typedef enum tfa_precision {
 /**
  * In which arithmetic the residual of a refinement step is computed, and qdd summed up. Where it is
  * not that of the factors, it also answers all that is no solve with factors: inverse dynamics, M,
- * lambda_inv (besides qdd, too: by auto, whatever the method), poses, and held joints.
+ * lambda_inv (besides qdd, too: by auto, whatever the method), and poses.
  */
 typedef enum tfa_residual {
     TFA_RESIDUAL_SAME = 0, /**< that of the workspace */
@@ -153,20 +153,8 @@ typedef enum tfa_residual {
 #define TFA_REFINE_DEFAULT UINT32_MAX
 
 /** Wanted besides the plain answer; flags of a request. */
-#define TFA_WANT_SPECTRUM 1u    /**< rank and extreme eigenvalues: of ops that give lambda_inv */
-#define TFA_WANT_POSES 2u       /**< poses of the tips in the world: of every op */
-#define TFA_WANT_CERTIFICATE 4u /**< the exact error of held joints */
-
-/**
- * Approximate forward dynamics: joints that are taken to keep their velocity (qdd = 0) although
- * nothing holds them. The answer minimises Gauss' constraint over the others.
- */
-typedef enum tfa_hold {
-    TFA_HOLD_NONE = 0,
-    TFA_HOLD_GIVEN = 1, /**< the joints of `held` */
-    TFA_HOLD_AUTO = 2,  /**< those that `tolerance` allows; finding them takes several solves, so
-                             it tells what can be held (tfa_reply.held), and is not for speed */
-} tfa_hold;
+#define TFA_WANT_SPECTRUM 1u /**< rank and extreme eigenvalues: of ops that give lambda_inv */
+#define TFA_WANT_POSES 2u    /**< poses of the tips in the world: of every op */
 
 /**
  * One request. Arrays hold `count` states one after the other; NULL where not used.
@@ -184,16 +172,12 @@ typedef struct tfa_request {
     uint32_t wrench_count;       /**< 0..TFA_MAX_WRENCHES */
     uint32_t payload_count;      /**< 0..TFA_MAX_PAYLOADS, besides those of the model */
     uint32_t locked_count;       /**< joints that are locked for this request */
-    uint32_t held_count;         /**< TFA_HOLD_GIVEN */
-    tfa_hold hold;               /**< forward dynamics only */
-    double tolerance;            /**< TFA_HOLD_AUTO: largest relative error in the energy norm */
     uint32_t tips[TFA_MAX_TIPS]; /**< frame indices */
     uint32_t wrench_frames[TFA_MAX_WRENCHES];  /**< frame indices */
     uint32_t payload_frames[TFA_MAX_PAYLOADS]; /**< frame indices */
     const uint32_t *locked; /**< joint indices, for every state: their qdd is 0, exactly, and
                                  lambda_inv is that of the robot with these joints fixed; their v
                                  (0, as a rule) is kept */
-    const uint32_t *held;   /**< joint indices */
 
     const double *q;                 /**< count x q_count, rad or m */
     const double *v;                 /**< count x v_count, rad/s or m/s; NULL: at rest */
@@ -212,7 +196,6 @@ typedef struct tfa_request {
 /** Flags of an answer. */
 #define TFA_ANSWER_ESTIMATED 1u /**< error_estimate was measured for this state */
 #define TFA_ANSWER_FALLBACK 2u  /**< the method asked for failed here; `method` answered */
-#define TFA_ANSWER_HELD 4u      /**< approximate: joints were held that nothing holds */
 /* Why there was a fallback: */
 #define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
 #define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
@@ -240,20 +223,6 @@ typedef struct tfa_spectrum {
     double eig_min, eig_max;
 } tfa_spectrum;
 
-/**
- * How far held joints lead astray. With x the exact accelerations and y the answer, the error in
- * the energy norm is |x - y|_M = sqrt((x - y)^T M (x - y)), and |x|_M^2 = |y|_M^2 + |x - y|_M^2.
- */
-typedef struct tfa_certificate {
-    double
-        error; /**< |x - y|_M, kg^1/2 m/s^2; 0.1 % and the rounding of the answer, 64 eps (|x|_M +
-                          |M^-1 tau|_M) for each body, above what was computed: never too small.
-                          NaN: not asked for (TFA_HOLD_GIVEN without TFA_WANT_CERTIFICATE) */
-    double relative; /**< the same over |x|_M */
-    uint32_t held;   /**< joints that were held */
-    uint32_t exact;  /**< 1: it was computed; 0: not asked for */
-} tfa_certificate;
-
 /** Which input a failed request is about; with `index` it names the culprit. */
 typedef enum tfa_field {
     TFA_FIELD_NONE = 0,
@@ -275,8 +244,6 @@ typedef enum tfa_field {
     TFA_FIELD_FRAME,
     TFA_FIELD_ESTIMATE,
     TFA_FIELD_LOCKED,
-    TFA_FIELD_HELD,
-    TFA_FIELD_TOLERANCE,
     TFA_FIELD_PAYLOADS,
     TFA_FIELD_BODY, /**< singular inertia: `index` is the frame of the link that names the body */
 } tfa_field;
@@ -304,9 +271,7 @@ typedef struct tfa_reply {
     tfa_spectrum *spectrum;    /**< count, with TFA_WANT_SPECTRUM, where lambda_inv is not NULL */
     double *poses;             /**< count x tip_count x 7 with TFA_WANT_POSES: x y z (m), quaternion
                                     x y z w (w >= 0) of the tip's link frame in the world */
-    tfa_certificate *certificate; /**< count, for TFA_HOLD_GIVEN and TFA_HOLD_AUTO */
-    uint8_t *held; /**< count x v_count: 1 where TFA_HOLD_GIVEN or TFA_HOLD_AUTO held the freedom */
-    tfa_answer *answers; /**< count; may be NULL */
+    tfa_answer *answers;       /**< count; may be NULL */
 } tfa_reply;
 
 /** Everything that changes while computing. One thread uses a workspace at a time. */
@@ -382,16 +347,16 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *
  * @return reply->status:
  *   TFA_OK            every state answered (see answers[k].flags for fallbacks);
- *   TFA_E_ARGUMENT    a NULL that is needed, an op, frame or policy that does not exist, a tolerance
- *                     that is not positive, a payload that no body can be;
- *   TFA_E_SIZE        count 0, or too many tips, wrenches, payloads, locked or held joints; no tip
+ *   TFA_E_ARGUMENT    a NULL that is needed, an op, frame or policy that does not exist, a
+ *                     payload that no body can be;
+ *   TFA_E_SIZE        count 0, or too many tips, wrenches, payloads or locked joints; no tip
  *                     for operational inertia or a spectrum;
  *   TFA_E_VALUE       NaN or infinite input: field, state and index say which (arrays that the op does
  *                     not read may hold anything);
  *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
  *   TFA_E_LINK        a tip, a wrench or a payload names a frame that does not exist;
- *   TFA_E_JOINT       locked or held names a joint that does not exist;
- *   TFA_E_METHOD      the method does not exist or cannot answer the op; locked and held joints
+ *   TFA_E_JOINT       locked names a joint that does not exist;
+ *   TFA_E_METHOD      the method does not exist or cannot answer the op; locked joints
  *                     take rnea, aba and propagation only; projected mimics not tfa-one-sided,
  *                     and only crba where a follower moves no mass of its own; a joint with
  *                     armature on a main chain (a tree's longest path) takes neither cfa nor cfa-cr;
@@ -399,9 +364,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *                     of 2895 bodies); the workspace has no room for the method
  *                     (tfa_workspace_options.methods); hessenberg on a main chain of more than 130 bodies; the mass
  *                     matrix with locked joints, or any answer with them where only crba can
- *                     answer; a spectrum of inverse dynamics or of the mass matrix; held
- *                     joints together with tips, refinement, an estimate or mimics; a payload on a
- *                     link between fused joints;
+ *                     answer; a spectrum of inverse dynamics or of the mass matrix; a
+ *                     payload on a link between fused joints;
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;
  *   TFA_E_NOT_COMPUTED  an answer is not finite, or no digit of it is certain: M is singular at this
  *                     q, or nearly; others are valid.

@@ -6,6 +6,7 @@
 #ifndef TOTALFORCE_TOTALFORCE_H
 #define TOTALFORCE_TOTALFORCE_H
 
+#include <totalforce/advise.h>
 #include <totalforce/client.h>
 #include <totalforce/crossovers.h>
 #include <totalforce/description.h>

@@ -1,56 +1,55 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Articulated bodies with joints that have no acceleration. Three savings over a joint that is
- * free: what no freedom moves is not computed; what hangs from the last freedom is one rigid
- * composite of ten numbers instead of 21; and a joint between needs no projection.
+ * Articulated bodies with locked joints, which have no acceleration. Three savings over a joint
+ * that is free: what no freedom moves is not computed; what hangs from the last freedom is one
+ * rigid composite of ten numbers instead of 21; and a joint between needs no projection.
  */
-#include "kernel/hold.h"
+#include "kernel/lock.h"
 
 #include "kernel/aba_step.h"
 #include "kernel/kernel.h"
 
 /* ---- the plan ---- */
 
-static inline int stops(const struct state *s, const struct tfa_body *b)
+static inline int is_locked(const struct state *s, const struct tfa_body *b)
 {
     for (uint32_t k = 0; k < b->n; k++)
-        if (!(s->stop[b->v + k] & s->holding))
+        if (!s->lock[b->v + k])
             return 0;
     return 1;
 }
 
-static void hold_parts(struct state *s)
+static void lock_parts(struct state *s)
 {
     for (uint32_t i = 0; i < s->m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
         if (b->multi < 0)
             continue;
         struct multi *w = &s->multi[b->multi];
-        w->held = 0;
+        w->locked = 0;
         for (uint32_t k = 0; k < b->n; k++)
-            w->held |= (s->stop[b->v + k] & s->holding ? 1u : 0u) << k;
+            w->locked |= (uint32_t)s->lock[b->v + k] << k;
     }
 }
 
-void TFA_V(hold_plan)(struct state *s, uint32_t bits, int silent)
+void TFA_V(lock_plan)(struct state *s, int silent)
 {
-    s->holding = bits & s->stopped;
-    hold_parts(s);
-    if (!s->holding)
+    lock_parts(s);
+    if (!s->locked)
         return;
     for (uint32_t i = 0; i < s->m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
-        const int ground = b->parent < 0 || s->posture[b->parent] & POSTURE_GROUNDED;
-        s->posture[i] = POSTURE_RIGID | (ground && stops(s, b) ? POSTURE_GROUNDED : 0);
+        const int ground = b->parent < 0 || s->constraint[b->parent] & CONSTRAINT_GROUNDED;
+        s->constraint[i] = CONSTRAINT_RIGID | (ground && is_locked(s, b) ? CONSTRAINT_GROUNDED : 0);
     }
     for (uint32_t i = s->m->bodies; i-- > 0;) {
         const struct tfa_body *b = &s->body[i];
-        const int rigid = s->posture[i] & POSTURE_RIGID;
-        if (b->parent >= 0 && !(rigid && stops(s, b)))
-            s->posture[b->parent] &= (uint8_t)~POSTURE_RIGID;
-        if (silent && rigid && s->posture[i] & POSTURE_GROUNDED)
-            s->posture[i] |= POSTURE_SILENT;
+        const int rigid = s->constraint[i] & CONSTRAINT_RIGID;
+        if (b->parent >= 0 && !(rigid && is_locked(s, b)))
+            s->constraint[b->parent] &= (uint8_t)~CONSTRAINT_RIGID;
+        if (silent && rigid && s->constraint[i] & CONSTRAINT_GROUNDED)
+            s->constraint[i] |= CONSTRAINT_SILENT;
     }
 }
 
@@ -101,15 +100,15 @@ static inline void composite_add(struct composite *c, const struct composite *ot
 static inline void start(struct state *s, uint32_t i, int what)
 {
     const struct tfa_body *b = &s->body[i];
-    fold_start(s, i, what & ~(s->posture[i] & POSTURE_RIGID ? FOLD_INERTIA : 0));
-    if (what & FOLD_INERTIA && s->posture[i] & POSTURE_RIGID)
+    fold_start(s, i, what & ~(s->constraint[i] & CONSTRAINT_RIGID ? FOLD_INERTIA : 0));
+    if (what & FOLD_INERTIA && s->constraint[i] & CONSTRAINT_RIGID)
         s->rigid[i] = composite_of(b);
 }
 
 static inline void give_composite(struct state *s, uint32_t i, const struct tfa_body *b)
 {
     const struct composite up = composite_to_parent(&s->X[i], &s->rigid[i]);
-    if (s->posture[b->parent] & POSTURE_RIGID) {
+    if (s->constraint[b->parent] & CONSTRAINT_RIGID) {
         composite_add(&s->rigid[b->parent], &up);
     } else {
         const sym6 I = composite_inertia(&up);
@@ -117,8 +116,8 @@ static inline void give_composite(struct state *s, uint32_t i, const struct tfa_
     }
 }
 
-/* What a joint without acceleration leaves to solves and to force propagation: nothing. */
-static inline void stand_still(struct state *s, uint32_t i, const struct tfa_body *b)
+/* What a locked joint leaves to solves and to force propagation: nothing. */
+static inline void zero_joint(struct state *s, uint32_t i, const struct tfa_body *b)
 {
     if (b->n > 1) {
         multi_factor(s, &s->multi[b->multi], &s->IA[i], b);
@@ -128,10 +127,10 @@ static inline void stand_still(struct state *s, uint32_t i, const struct tfa_bod
     s->Dinv[i] = num_of(0);
 }
 
-/* A joint without acceleration: IA_parent += X^T IA X,  pA_parent += X^T (pA + IA c) */
-static inline void fold_held(struct state *s, uint32_t i, const struct tfa_body *b, int what)
+/* A locked joint: IA_parent += X^T IA X,  pA_parent += X^T (pA + IA c) */
+static inline void fold_locked(struct state *s, uint32_t i, const struct tfa_body *b, int what)
 {
-    const int rigid = s->posture[i] & POSTURE_RIGID;
+    const int rigid = s->constraint[i] & CONSTRAINT_RIGID;
     if (what & FOLD_FORCE) {
         svec pa = s->pA[i];
         if (what & FOLD_BIAS && rigid)
@@ -142,7 +141,7 @@ static inline void fold_held(struct state *s, uint32_t i, const struct tfa_body 
     }
     if (!(what & FOLD_INERTIA))
         return;
-    stand_still(s, i, b);
+    zero_joint(s, i, b);
     if (rigid) {
         give_composite(s, i, b);
     } else {
@@ -157,17 +156,17 @@ static inline void inward(struct state *s, const num *tau, int what)
     if (what & FOLD_INERTIA)
         sentinel_reset(s);
     for (uint32_t i = 0; i < m->bodies; i++)
-        if (!(s->posture[i] & POSTURE_SILENT))
+        if (!(s->constraint[i] & CONSTRAINT_SILENT))
             start(s, i, what);
     for (uint32_t i = m->bodies; i-- > 0;) {
         const struct tfa_body *b = &s->body[i];
-        if (s->posture[i] & POSTURE_GROUNDED) {
+        if (s->constraint[i] & CONSTRAINT_GROUNDED) {
             if (what & FOLD_INERTIA)
-                stand_still(s, i, b);
-        } else if (stops(s, b)) {
-            fold_held(s, i, b, what);
+                zero_joint(s, i, b);
+        } else if (is_locked(s, b)) {
+            fold_locked(s, i, b, what);
         } else {
-            if (what & FOLD_INERTIA && s->posture[i] & POSTURE_RIGID)
+            if (what & FOLD_INERTIA && s->constraint[i] & CONSTRAINT_RIGID)
                 s->IA[i] = composite_inertia(&s->rigid[i]);
             fold(s, i, tau, what | FOLD_WATCH);
         }
@@ -182,28 +181,28 @@ static inline void outward(struct state *s, svec ground, num *qdd, int bias)
     for (uint32_t i = 0; i < m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
         const svec parent = b->parent < 0 ? ground : s->a[b->parent];
-        if (!stops(s, b)) {
+        if (!is_locked(s, b)) {
             unfold(s, i, parent, qdd, bias);
             continue;
         }
         for (uint32_t k = 0; k < b->n; k++)
             qdd[b->v + k] = num_of(0);
-        if (s->posture[i] & POSTURE_RIGID)
+        if (s->constraint[i] & CONSTRAINT_RIGID)
             continue; /* nothing below asks for its acceleration */
         const svec a = x_motion(&s->X[i], parent);
         s->a[i] = bias ? sv_add(a, s->c[i]) : a;
     }
 }
 
-static void have_held(struct state *s)
+static void have_locked(struct state *s)
 {
-    s->have = (s->have | HAVE_HELD) & ~(uint32_t)(HAVE_CHAIN | HAVE_ABA);
+    s->have = (s->have | HAVE_LOCKED) & ~(uint32_t)(HAVE_CHAIN | HAVE_ABA);
 }
 
-void TFA_V(hold)(struct state *s, const num *tau, num *qdd)
+void TFA_V(lock)(struct state *s, const num *tau, num *qdd)
 {
     const svec ground = {v3_zero(), v3_neg(s->gravity)};
-    const int kept = s->have & HAVE_HELD;
+    const int kept = s->have & HAVE_LOCKED;
     if (s->moving && kept)
         inward(s, tau, FOLD_FORCE | FOLD_BIAS);
     else if (s->moving)
@@ -212,29 +211,19 @@ void TFA_V(hold)(struct state *s, const num *tau, num *qdd)
         inward(s, tau, FOLD_FORCE);
     else
         inward(s, tau, FOLD_INERTIA | FOLD_FORCE);
-    have_held(s);
+    have_locked(s);
     outward(s, ground, qdd, s->moving);
 }
 
-void TFA_V(hold_factor)(struct state *s)
+void TFA_V(lock_factor)(struct state *s)
 {
-    if (!(s->have & HAVE_HELD))
+    if (!(s->have & HAVE_LOCKED))
         inward(s, NULL, FOLD_INERTIA);
-    have_held(s);
+    have_locked(s);
 }
 
-void TFA_V(hold_solve)(struct state *s, const num *tau, num *qdd)
+void TFA_V(lock_solve)(struct state *s, const num *tau, num *qdd)
 {
     inward(s, tau, FOLD_FORCE);
     outward(s, sv_zero(), qdd, 0);
-}
-
-num TFA_V(hold_energy)(struct state *s, const num *tau)
-{
-    num sum = num_of(0);
-    inward(s, tau, FOLD_FORCE);
-    for (uint32_t i = 0; i < s->m->bodies; i++)
-        if (!stops(s, &s->body[i]))
-            sum += joint_energy(s, i);
-    return sum;
 }

@@ -33,7 +33,6 @@ typedef enum config_methods { CONFIG_METHODS_AUTO, CONFIG_METHODS_ALL } config_m
 typedef enum config_specialise {
     CONFIG_SPECIALISE_OFF,
     CONFIG_SPECIALISE_LOAD,
-    CONFIG_SPECIALISE_BUILD,
 } config_specialise;
 
 typedef enum config_backend { CONFIG_BACKEND_SHM, CONFIG_BACKEND_MEMFD } config_backend;

@@ -188,14 +188,6 @@ static int run_together(struct build *b, int runs)
     return status;
 }
 
-static int run_one_by_one(struct build *b, int runs)
-{
-    int status = TFA_OK;
-    for (int k = 0; status == TFA_OK && k < runs; k++)
-        status = own_child_run(b->recipe.words[k], b->folder, &b->limits, b->why);
-    return status;
-}
-
 /* The last run links what the others made. */
 static int compile(struct build *b)
 {
@@ -207,7 +199,7 @@ static int compile(struct build *b)
     const double start = seconds_now();
     const int last = b->recipe.runs - 1;
     if (status == TFA_OK)
-        status = b->options.one_by_one ? run_one_by_one(b, last) : run_together(b, last);
+        status = run_together(b, last);
     if (status == TFA_OK)
         status = own_child_run(b->recipe.words[last], b->folder, &b->limits, b->why);
     b->result.compile_s = seconds_now() - start;
@@ -257,9 +249,9 @@ int tfa_specialised_build(const tfa_model *model, const tfa_specialise_options *
     b->why = &why;
     if (options)
         b->options = *options;
-    b->limits = (struct own_limits){
-        unless_zero(b->options.seconds, 300), unless_zero(b->options.memory_mib, 4096),
-        unless_zero(b->options.file_mib, 64), b->options.go_on, b->options.context};
+    b->limits = (struct own_limits){unless_zero(b->options.seconds, 300),
+                                    unless_zero(b->options.memory_mib, 4096),
+                                    unless_zero(b->options.file_mib, 64)};
     status = run(b);
     if (result)
         *result = b->result;

@@ -112,8 +112,6 @@ struct own_compiler {
 
 struct own_limits {
     uint32_t seconds, memory_mib, file_mib;
-    int (*go_on)(void *context); /* NULL: it may */
-    void *context;
 };
 
 /* `wanted`, or the first in PATH. */

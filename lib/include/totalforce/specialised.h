@@ -106,11 +106,7 @@ typedef struct tfa_specialise_options {
     uint32_t seconds;     /**< processor time and patience for one compiler run; 0: 300 */
     uint32_t memory_mib;  /**< address space of a compiler; 0: 4096 */
     uint32_t file_mib;    /**< largest file that it writes; 0: 64 */
-    uint32_t one_by_one;  /**< 1: one compiler process after the other; 0: up to three at once */
     uint32_t keep_tables; /**< 1: the tables stay, as PATH with .h in place of .so */
-    /** Asked every few milliseconds; 0: stop the compiler. NULL: it may go on */
-    int (*go_on)(void *context);
-    void *context; /**< of go_on */
 } tfa_specialise_options;
 
 /** What a build took. */
@@ -137,8 +133,7 @@ TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, uint32_t 
  * @param reason  gets what went wrong, the compiler's first words included; always terminated; may be
  *                NULL with size 0
  * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_UNSUPPORTED (tfa_specialised_check, or no compiler); TFA_E_FILE
- *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT (or go_on said so); TFA_E_NOT_COMPUTED (the compiler
- *         failed); TFA_E_MEMORY; TFA_E_SYSTEM. One thread for each path.
+ *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT; TFA_E_NOT_COMPUTED (the compiler failed); TFA_E_MEMORY; TFA_E_SYSTEM. One thread for each path.
  */
 TFA_API TFA_CHECKED int tfa_specialised_build(const tfa_model *model,
                                               const tfa_specialise_options *options,

@@ -316,10 +316,13 @@ static const tfa_request *decide(const tfa_workspace *w, const tfa_request *r, t
     return named;
 }
 
+/* Batches with payloads go by the generic lanes: the specialised kernel has these one at a time. */
 static int goes_by_own(const tfa_workspace *w, const tfa_request *r, const tfa_reply *reply)
 {
     const int to_nowhere = r->tip_count && !reply->lambda_inv;
-    return w->own && r->hold == TFA_HOLD_NONE && !to_nowhere && w->own->takes(&w->host, r);
+    const int loaded_batch = r->payload_count && r->count > 1;
+    return w->own && r->hold == TFA_HOLD_NONE && !to_nowhere && !loaded_batch &&
+           w->own->takes(&w->host, r);
 }
 
 /* What says who answered: the methods that a robot's own kernel is made of */

@@ -10,6 +10,7 @@
 
 #include "kernel/cut.h"
 #include "model/arena.h"
+#include "model/hash.h"
 #include "model/model.h"
 #include "own/own.h"
 #include "plan/limbs.h"
@@ -174,7 +175,7 @@ static int fits(const tfa_model *model, const tfa_workspace_options *o)
     uint8_t hash[32];
     if (!o || !o->specialised)
         return 1;
-    own_hash(model, o->specialised->kernel->keeps, hash);
+    tfa_hash_without_gravity(model, hash);
     return memcmp(o->specialised->kernel->model, hash, sizeof hash) == 0;
 }
 

@@ -14,6 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "model/hash.h"
 #include "model/model.h"
 #include "own/own.h"
 
@@ -61,7 +62,7 @@ static int write_file(const char *path, const void *bytes, size_t size, mode_t m
 static int write_tables(struct build *b)
 {
     char *text, path[4096];
-    int status = tfa_specialised_tables(b->model, b->options.keeps, &text);
+    int status = tfa_specialised_tables(b->model, &text);
     if (status != TFA_OK)
         return status;
     snprintf(path, sizeof path, "%s/own_tables.h", b->folder);
@@ -132,8 +133,8 @@ static int place_bytes(struct build *b, const void *bytes, size_t size)
     if (file < 0)
         return own_refuse(b->why, TFA_E_FILE, "'%s' cannot be written: %s", b->path,
                           fits ? strerror(errno) : "its name is too long");
-    own_hash(b->model, b->options.keeps, hash);
-    own_seal_make(bytes, size, hash, b->options.keeps, &seal);
+    tfa_hash_without_gravity(b->model, hash);
+    own_seal_make(bytes, size, hash, &seal);
     int failed = write_all(file, bytes, size) != 0 || write_all(file, &seal, sizeof seal) != 0 ||
                  fchmod(file, 0644) != 0 || fsync(file) != 0;
     failed |= close(file) != 0;

@@ -32,7 +32,7 @@ static void open_served(struct served *s, const char *mode)
 {
     char name[TFA_SPECIALISED_NAME_SIZE];
     bench_open(&s->b);
-    tfa_specialised_name(s->b.arm, 0, name);
+    tfa_specialised_name(s->b.arm, name);
     snprintf(s->kernel, sizeof s->kernel, "%s/%s", s->b.kernels, name);
     snprintf(s->more, sizeof s->more, "specialise: %s\nspecialise_directory: %s\n", mode,
              s->b.kernels);

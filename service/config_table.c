@@ -201,8 +201,6 @@ static const config_row top_rows[] = {
      .help = "Clients may ask for spin, which takes the worker's core while they are connected"},
     {"backend", CONFIG_WORD, AT(config, backend), .standard = CONFIG_BACKEND_SHM,
      .words = backend_words, .help = "Memory shared with clients: shm or memfd"},
-    {"crossovers", CONFIG_TEXT, AT(config, crossovers), .live = true,
-     .help = "What auto goes by: a file of totalforce chart --calibrate; as shipped when absent"},
     {"specialise", CONFIG_WORD, AT(config, specialise), .standard = CONFIG_SPECIALISE_OFF,
      .words = specialise_words, .live = true,
      .help = "Specialised kernels of totalforce specialise: off, load"},

@@ -59,8 +59,7 @@ static int compare(const tfa_daemon *d, reload *r)
     for (uint32_t i = 0; i < count; i++) {
         const tfa_robot *now = &d->fleet.robots[i], *next = &r->fleet.robots[i];
         r->changed[i] = !same_model(now, next) || !same_solver(now->config, next->config) ||
-                        !tfa_robot_same_kernel(now, next) ||
-                        memcmp(&now->crossovers, &next->crossovers, sizeof now->crossovers) != 0;
+                        !tfa_robot_same_kernel(now, next);
         r->reshaped[i] = r->changed[i] && !tfa_robot_same_shape(now, next);
     }
     return TFA_OK;

@@ -23,13 +23,12 @@ typedef struct tfa_robot {
     const config_robot *config;        /**< of a scene: of its robot */
     const config_scene *scene;         /**< NULL: the robot itself */
     tfa_shared_model *shared;
-    const tfa_model *model;    /**< of `shared` */
-    tfa_wire_shape shape;      /**< max_batch as configured */
-    tfa_segment names;         /**< see tfa_welcome.names_bytes */
-    tfa_pool *pool;            /**< for large requests, shared by all workers; NULL: none */
-    tfa_crossovers crossovers; /**< what auto goes by */
-    tfa_specialised *own;      /**< its own kernel; NULL: the generic one answers */
-    bool moving;               /**< a reload changes its shape: nobody gets a seat meanwhile */
+    const tfa_model *model; /**< of `shared` */
+    tfa_wire_shape shape;   /**< max_batch as configured */
+    tfa_segment names;      /**< see tfa_welcome.names_bytes */
+    tfa_pool *pool;         /**< for large requests, shared by all workers; NULL: none */
+    tfa_specialised *own;   /**< its own kernel; NULL: the generic one answers */
+    bool moving;            /**< a reload changes its shape: nobody gets a seat meanwhile */
 } tfa_robot;
 
 /* ---- robot.c: loading ---- */

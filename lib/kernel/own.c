@@ -2,10 +2,11 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * A kernel of one robot's own: the steps of the kernels, compiled with that robot's tables
- * (own_tables.h, written by `totalforce specialise`) as constants. Compiled four times: one number at a
- * time, which exports the table; with the robot's limbs in lanes (TFA_PACKED); with states in lanes; and
- * one number at a time with inertias that are read at run time (OWN_LOADED), for payloads. Inertias as
- * inputs of all four would cost inverse dynamics of a humanoid half of its speed (docs/specialised.md).
+ * (own_tables.h, written by `totalforce specialise`) as constants. Compiled four times: one number at
+ * a time, which exports the table; with the robot's limbs in lanes (TFA_PACKED); with states in lanes;
+ * and one number at a time with inertias that are read at run time (OWN_LOADED), for payloads. Inertias
+ * as inputs of all four would make inverse dynamics of a humanoid 1.5 times as slow
+ * (docs/specialised.md).
  *
  * Compilers are told that numbers are finite and zeros have no sign, or 0 x would not be 0. What is not
  * finite is found by its bits.

@@ -35,7 +35,7 @@ static int own_takes_tip(const struct tfa_own_host *host, const tfa_request *r)
            !(r->flags & TFA_WANT_POSES);
 }
 
-/* Nothing about the robot is other than in the tables, but for gravity and, without tips, payloads. */
+/* The robot is that of the tables, but for gravity and, without tips, payloads. */
 static int own_takes_robot(const tfa_request *r)
 {
     return r->hold == TFA_HOLD_NONE && !r->wrench_count && !r->locked_count &&

@@ -8,7 +8,8 @@
  *       [--rounds N] ROBOT[:floating] ...
  *
  * ROBOT: a URDF file, or one that bench_suite makes (humanoid30, humanoid58, chain64). Kernels are
- * built where FOLDER has none; without it they live as long as the run. --snap: as of `totalforce model`.
+ * built where FOLDER has none; without it they live as long as the run. --snap: as of `totalforce
+ * model`.
  *
  * Warm: 16 states in turn. Chained: each state waits for the answer before it. Cold: no cache holds data or
  * code (suite/flush.c). Batches: 512 states at a time, ns for one. The tip is a link behind the most joints.

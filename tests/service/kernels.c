@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Specialised kernels in the daemon: loaded at the start, taken by a reload, refused with a reason. The
- * generic kernel serves in all other cases, and clients notice nothing.
+ * Specialised kernels in the daemon: loaded at the start, taken by a reload, refused with a reason.
+ * The generic kernel serves in all other cases, and clients notice nothing.
  */
 #include "harness.h"
 

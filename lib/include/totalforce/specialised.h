@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A specialised kernel: the sources of the kernels compiled once more with the constants of one robot,
- * in a shared object. Gravity and payloads of requests stay inputs of every kernel; rotor inertias are
- * constants. The generic kernel answers requests that the specialised one does not take, and states
- * without a finite answer. Which files are trusted, and why: docs/security.md.
+ * A specialised kernel: the sources of the kernels compiled once more with the constants of one
+ * robot, in a shared object. Gravity and payloads of requests stay inputs of every kernel; rotor
+ * inertias are constants. The generic kernel answers requests that the specialised one does not take,
+ * and states without a finite answer. Which files are trusted, and why: docs/security.md.
  */
 #ifndef TOTALFORCE_SPECIALISED_H
 #define TOTALFORCE_SPECIALISED_H
@@ -46,8 +46,8 @@ typedef struct tfa_specialised_info {
  */
 TFA_API TFA_CHECKED int tfa_specialised_check(const tfa_model *model, char *reason, size_t size);
 
-/** The file name of a model's kernel for this machine's instruction set, in `name`: HASH-ISA.so, with
- *  the hash of the model without its gravity, which every kernel reads at run time. Any thread. */
+/** The file name of a model's kernel for this machine's instruction set, in `name`: HASH-ISA.so,
+ *  with the hash of the model without its gravity, which kernels read at run time. Any thread. */
 TFA_API void tfa_specialised_name(const tfa_model *model, char name[TFA_SPECIALISED_NAME_SIZE]);
 
 /**
@@ -124,7 +124,8 @@ TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, char **te
  * @param reason  gets what went wrong, the compiler's first words included; always terminated; may be
  *                NULL with size 0
  * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_UNSUPPORTED (tfa_specialised_check, or no compiler); TFA_E_FILE
- *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT; TFA_E_NOT_COMPUTED (the compiler failed); TFA_E_MEMORY; TFA_E_SYSTEM. One thread for each path.
+ *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT; TFA_E_NOT_COMPUTED (the compiler
+ *         failed); TFA_E_MEMORY; TFA_E_SYSTEM. One thread for each path.
  */
 TFA_API TFA_CHECKED int tfa_specialised_build(const tfa_model *model,
                                               const tfa_specialise_options *options,

@@ -7,7 +7,6 @@
 #define TOTALFORCE_TOTALFORCE_H
 
 #include <totalforce/client.h>
-#include <totalforce/crossovers.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>

@@ -167,21 +167,6 @@ static int set_runtime_dir(config *c)
     return c->default_dir ? TFA_OK : TFA_E_MEMORY;
 }
 
-static int read_crossovers(config_reader *r, config *c)
-{
-    char error[512];
-    c->crossover = *tfa_crossovers_default();
-    if (!c->crossovers)
-        return TFA_OK;
-    char *path = config_file_path(c, c->crossovers);
-    if (!path)
-        return TFA_E_MEMORY;
-    if (tfa_crossovers_read(path, &c->crossover, error, sizeof error) != TFA_OK)
-        config_complain(r, "crossovers", "%s", error);
-    free(path);
-    return TFA_OK;
-}
-
 static void check_specialise(config_reader *r, const config *c)
 {
     if (c->specialise != CONFIG_SPECIALISE_OFF && !c->specialise_directory)
@@ -193,8 +178,6 @@ static int finish(config_reader *r, config *c)
     int status = config_read_table(r, &config_top, yaml_document_get_root_node(r->document), "", c);
     if (status == TFA_OK)
         status = set_runtime_dir(c);
-    if (status == TFA_OK)
-        status = read_crossovers(r, c);
     if (status != TFA_OK)
         return status;
     for (size_t i = 0; i < c->robots_count; i++) {

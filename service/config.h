@@ -14,7 +14,6 @@
 #include <stdint.h>
 #include <stdio.h>
 #include <totalforce/client.h>
-#include <totalforce/crossovers.h>
 #include <totalforce/model.h>
 
 typedef enum config_estimate {
@@ -33,7 +32,6 @@ typedef enum config_methods { CONFIG_METHODS_AUTO, CONFIG_METHODS_ALL } config_m
 typedef enum config_specialise {
     CONFIG_SPECIALISE_OFF,
     CONFIG_SPECIALISE_LOAD,
-    CONFIG_SPECIALISE_BUILD,
 } config_specialise;
 
 typedef enum config_backend { CONFIG_BACKEND_SHM, CONFIG_BACKEND_MEMFD } config_backend;
@@ -123,7 +121,6 @@ typedef struct config_dds {
 
 typedef struct config {
     const char *runtime_dir, *group, *user;
-    const char *crossovers; /* file */
     const char *specialise_directory;
     uint32_t specialise; /* config_specialise */
     uint32_t log_level;
@@ -135,8 +132,6 @@ typedef struct config {
     config_dds dds;
     config_robot *robots;
     size_t robots_count;
-
-    tfa_crossovers crossover; /* what the file `crossovers` holds, or those shipped */
 
     char *file;                       /* it came from */
     struct yaml_document_s *document; /* what is in it: the texts live there */

@@ -23,7 +23,7 @@ static const char *const residual_words[] = {"same", "f64", "f128", NULL};
 /* in the order of config_methods */
 static const char *const methods_words[] = {"auto", "all", NULL};
 /* in the order of config_specialise */
-static const char *const specialise_words[] = {"off", "load", "build", NULL};
+static const char *const specialise_words[] = {"off", "load", NULL};
 static const char *const backend_words[] = {"shm", "memfd", NULL};
 /* the index is tfa_wait; nobody configures "default" */
 static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
@@ -201,11 +201,9 @@ static const config_row top_rows[] = {
      .help = "Clients may ask for spin, which takes the worker's core while they are connected"},
     {"backend", CONFIG_WORD, AT(config, backend), .standard = CONFIG_BACKEND_SHM,
      .words = backend_words, .help = "Memory shared with clients: shm or memfd"},
-    {"crossovers", CONFIG_TEXT, AT(config, crossovers), .live = true,
-     .help = "What auto goes by: a file of totalforce chart --calibrate; as shipped when absent"},
     {"specialise", CONFIG_WORD, AT(config, specialise), .standard = CONFIG_SPECIALISE_OFF,
      .words = specialise_words, .live = true,
-     .help = "Kernels of robots' own: off, load, build (those that are not there; takes a compiler)"},
+     .help = "Specialised kernels of totalforce specialise: off, load"},
     {"specialise_directory", CONFIG_TEXT, AT(config, specialise_directory), .live = true,
      .help = "Where they are; only root and the daemon's user may write there and above"},
     {"limits", CONFIG_GROUP, AT(config, limits), .table = &limit_table,

@@ -8,7 +8,6 @@
 #define TFA_SERVICE_DAEMON_H
 
 #include <pthread.h>
-#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <sys/types.h>
@@ -90,9 +89,7 @@ typedef enum reload_phase {
  * released in the same way. */
 typedef struct reload {
     reload_phase phase;
-    bool building;     /* kernels only: nothing else is another afterwards */
-    bool again;        /* SIGHUP came meanwhile */
-    atomic_bool hurry; /* compilers are to stop */
+    bool again; /* SIGHUP came meanwhile */
     pthread_t thread;
     int event;   /* eventfd: the thread is done */
     bool loaded; /* the eventfd said so */
@@ -139,9 +136,6 @@ void daemon_free_fleet(tfa_daemon *d);
 
 /* SIGHUP: begins a reload, or notes that another one is wanted. */
 void reload_request(tfa_daemon *d);
-/* Builds the kernels that robots want and exchanges their solvers, unless there are none or a reload is
- * under way, after which it is done anyhow. */
-void reload_build(tfa_daemon *d);
 /* The thread is done. */
 void reload_event(tfa_daemon *d);
 /* Time passed: clients may have left, workers may have taken over. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Kernels of robots' own: found, built, and said in the log. Nothing here runs in a worker.
+ * Specialised kernels: found, loaded, and named in the log. Nothing here runs in a worker.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,10 +9,6 @@
 
 #include "log.h"
 #include "robot.h"
-
-#define BUILD_SECONDS 120
-#define BUILD_MEMORY_MIB 2048
-#define BUILD_FILE_MIB 32
 
 static void log_kernel(const tfa_robot *robot)
 {
@@ -32,15 +28,10 @@ static void log_generic(const tfa_robot *robot, int status, const char *reason)
     tfa_log(TFA_LOG_WARNING, "%s", reason[0] ? reason : tfa_status_cause(status));
 }
 
-static char *directory_of(const config *settings)
-{
-    return config_file_path(settings, settings->specialise_directory);
-}
-
-/* Not there is not wrong. */
+/* A missing file is no fault. */
 static int find(const config *settings, tfa_robot *robot, char *reason, size_t size)
 {
-    char *directory = directory_of(settings);
+    char *directory = config_file_path(settings, settings->specialise_directory);
     const int status =
         directory ? tfa_specialised_find(directory, robot->model, &robot->own, reason, size)
                   : TFA_E_MEMORY;
@@ -61,7 +52,6 @@ void tfa_robot_find_kernel(const config *settings, tfa_robot *robot)
     if (settings->specialise == CONFIG_SPECIALISE_OFF || !is_double(robot->config))
         return;
     int status = tfa_specialised_check(robot->model, reason, sizeof reason);
-    robot->tried = status != TFA_OK;
     if (status == TFA_OK)
         status = find(settings, robot, reason, sizeof reason);
     if (status == TFA_OK)
@@ -69,53 +59,6 @@ void tfa_robot_find_kernel(const config *settings, tfa_robot *robot)
     else if (status == TFA_E_FILE)
         tfa_log(TFA_LOG_INFO, "robot '%s': no kernel of its own yet, the generic one answers",
                 robot->name);
-    else
-        log_generic(robot, status, reason);
-}
-
-bool tfa_robot_wants_kernel(const config *settings, const tfa_robot *robot)
-{
-    return settings->specialise == CONFIG_SPECIALISE_BUILD && !robot->own && !robot->tried &&
-           is_double(robot->config);
-}
-
-static int build(const tfa_robot *robot, const char *directory, int (*go_on)(void *context),
-                 void *context, char *reason, size_t size)
-{
-    const tfa_specialise_options options = {.seconds = BUILD_SECONDS,
-                                            .memory_mib = BUILD_MEMORY_MIB,
-                                            .file_mib = BUILD_FILE_MIB,
-                                            .one_by_one = 1,
-                                            .go_on = go_on,
-                                            .context = context};
-    tfa_specialise_result result;
-    char name[TFA_SPECIALISED_NAME_SIZE], *path = NULL;
-    /* what nobody may load from there is not worth the compiler */
-    int status = tfa_specialised_trust(directory, reason, size);
-    tfa_specialised_name(robot->model, 0, name);
-    if (status == TFA_OK && asprintf(&path, "%s/%s", directory, name) < 0)
-        status = TFA_E_MEMORY;
-    if (status == TFA_OK)
-        status = tfa_specialised_build(robot->model, &options, path, &result, reason, size);
-    if (status == TFA_OK)
-        tfa_log(TFA_LOG_INFO, "robot '%s': kernel built in %.1f s by %s", robot->name,
-                result.compile_s, result.compiler);
-    free(path);
-    return status;
-}
-
-void tfa_robot_build_kernel(const config *settings, tfa_robot *robot, int (*go_on)(void *context),
-                            void *context)
-{
-    char reason[1024] = "", *directory = directory_of(settings);
-    int status =
-        directory ? build(robot, directory, go_on, context, reason, sizeof reason) : TFA_E_MEMORY;
-    free(directory);
-    robot->tried = true;
-    if (status == TFA_OK)
-        status = find(settings, robot, reason, sizeof reason);
-    if (status == TFA_OK)
-        log_kernel(robot);
     else
         log_generic(robot, status, reason);
 }

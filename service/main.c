@@ -215,7 +215,6 @@ static int say_ready(service *s)
     tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.fleet.count,
             s->daemon.settings->workers, s->daemon.settings->runtime_dir);
     notify_ready();
-    reload_build(&s->daemon);
     return TFA_OK;
 }
 

@@ -9,9 +9,6 @@
  *          -> commit    what is new changes places with what is old: one assignment each
  *          -> OFFERED   each worker takes the new solvers between two requests
  *          -> NONE      what is old is released; it was the new, if something failed on the way
- *
- * Kernels of robots' own are built in the same way, in a round of their own after the start and after
- * each reload: LOADING then takes the compiler's time, and only solvers change.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -35,65 +32,36 @@ static void release(const tfa_daemon *d, reload *r)
     *r = (reload){.event = r->event, .again = r->again};
 }
 
-static void begin(tfa_daemon *d, bool building)
+static void begin(tfa_daemon *d)
 {
     reload *r = &d->reload;
-    r->building = building;
     r->start = control_clock();
     r->phase = RELOAD_LOADING;
-    if (!building) {
-        tfa_log(TFA_LOG_INFO, "reload (SIGHUP): reading '%s'", d->settings->file);
-        notify_reloading();
-        r->again = false;
-    }
+    r->again = false;
+    tfa_log(TFA_LOG_INFO, "reload (SIGHUP): reading '%s'", d->settings->file);
+    notify_reloading();
     if (pthread_create(&r->thread, NULL, reload_thread, d) == 0)
         return;
     tfa_log(TFA_LOG_ERROR, "reload: no thread could be started; everything stays as it was");
     r->phase = RELOAD_NONE;
-    if (!building)
-        notify_ready();
-}
-
-void reload_build(tfa_daemon *d)
-{
-    uint32_t wanted = 0;
-    for (uint32_t i = 0; i < d->fleet.count; i++)
-        wanted += tfa_robot_wants_kernel(d->settings, &d->fleet.robots[i]);
-    if (!wanted || d->reload.phase != RELOAD_NONE)
-        return;
-    tfa_log(TFA_LOG_INFO, "specialise: building kernels for %u robots", wanted);
-    begin(d, true);
-}
-
-/* A round of building that failed as a whole is not tried again for these models. */
-static void give_up_building(tfa_daemon *d)
-{
-    for (uint32_t i = 0; i < d->fleet.count; i++)
-        d->fleet.robots[i].tried = true;
+    notify_ready();
 }
 
 static void finish(tfa_daemon *d)
 {
-    const bool built = d->reload.building;
     release(d, &d->reload);
-    if (built)
-        give_up_building(d);
-    else
-        notify_ready();
+    notify_ready();
     if (d->reload.again)
-        begin(d, false);
-    else if (!built)
-        reload_build(d);
+        begin(d);
 }
 
 void reload_request(tfa_daemon *d)
 {
     if (d->reload.phase == RELOAD_NONE) {
-        begin(d, false);
+        begin(d);
         return;
     }
     d->reload.again = true;
-    d->reload.hurry = true;
 }
 
 bool reload_is_urgent(const tfa_daemon *d)
@@ -145,12 +113,10 @@ static void commit_robot(tfa_daemon *d, uint32_t i)
     if (!d->reload.changed[i]) {
         now->config = next->config;
         now->scene = next->scene;
-        now->tried = next->tried; /* a reload tries once more */
         return;
     }
-    if (!d->reload.building)
-        tfa_log(TFA_LOG_INFO, "reload: robot '%s': model %.16s in place of %.16s", now->name,
-                tfa_model_hash_text(next->model), tfa_model_hash_text(now->model));
+    tfa_log(TFA_LOG_INFO, "reload: robot '%s': model %.16s in place of %.16s", now->name,
+            tfa_model_hash_text(next->model), tfa_model_hash_text(now->model));
     const tfa_robot old = *now;
     *now = *next;
     *next = old;
@@ -181,11 +147,9 @@ static void commit(tfa_daemon *d)
         return; /* the next tick tries again */
     for (uint32_t i = 0; i < d->fleet.count; i++)
         commit_robot(d, i);
-    if (r->settings) {
-        config *settings = d->settings;
-        d->settings = r->settings;
-        r->settings = settings;
-    }
+    config *settings = d->settings;
+    d->settings = r->settings;
+    r->settings = settings;
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
     free(robots);
@@ -213,10 +177,8 @@ static void conclude(tfa_daemon *d)
             tfa_log(TFA_LOG_ERROR, "reload: robot '%s' could not be announced over DDS",
                     d->fleet.robots[i].name);
     }
-    tfa_log(TFA_LOG_INFO, "%s: done, %u of %u %s exchanged, %.1f ms",
-            d->reload.building ? "specialise" : "reload", changed, d->fleet.count,
-            d->reload.building ? "kernels" : "models",
-            (double)(control_clock() - d->reload.start) * 1e-6);
+    tfa_log(TFA_LOG_INFO, "reload: done, %u of %u models exchanged, %.1f ms", changed,
+            d->fleet.count, (double)(control_clock() - d->reload.start) * 1e-6);
     finish(d);
 }
 
@@ -236,8 +198,8 @@ static void take_loaded(tfa_daemon *d)
     pthread_join(r->thread, NULL);
     r->loaded = false;
     if (r->status != TFA_OK) {
-        tfa_log(TFA_LOG_ERROR, "%s: refused (%s), everything stays as it was",
-                r->building ? "specialise" : "reload", tfa_status_text(r->status));
+        tfa_log(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was",
+                tfa_status_text(r->status));
         finish(d);
         return;
     }
@@ -257,7 +219,6 @@ void reload_tick(tfa_daemon *d)
 
 void reload_abandon(tfa_daemon *d)
 {
-    d->reload.hurry = true;
     if (d->reload.phase == RELOAD_LOADING)
         pthread_join(d->reload.thread, NULL);
     if (d->reload.phase != RELOAD_NONE)

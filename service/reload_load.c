@@ -43,31 +43,9 @@ static bool same_solver(const config_robot *a, const config_robot *b)
            a->methods == b->methods;
 }
 
-/* What the fleet that is made goes by; a round of building changes nothing in it. */
-static const config *settings_of(const tfa_daemon *d, const reload *r)
-{
-    return r->building ? d->settings : r->settings;
-}
-
 static bool same_model(const tfa_robot *a, const tfa_robot *b)
 {
     return memcmp(tfa_model_hash(a->model), tfa_model_hash(b->model), 32) == 0;
-}
-
-static int may_go_on(void *hurry)
-{
-    return !atomic_load_explicit((atomic_bool *)hurry, memory_order_relaxed);
-}
-
-/* Of robots whose files are as they were when they were loaded: the others wait for a SIGHUP. */
-static void build_kernels(const tfa_daemon *d, reload *r)
-{
-    for (uint32_t i = 0; i < d->fleet.count; i++) {
-        tfa_robot *next = &r->fleet.robots[i];
-        if (may_go_on(&r->hurry) && same_model(&d->fleet.robots[i], next) &&
-            tfa_robot_wants_kernel(d->settings, next))
-            tfa_robot_build_kernel(d->settings, next, may_go_on, &r->hurry);
-    }
 }
 
 /* Names and their order are those of now: config_needs_restart. */
@@ -80,12 +58,8 @@ static int compare(const tfa_daemon *d, reload *r)
         return TFA_E_MEMORY;
     for (uint32_t i = 0; i < count; i++) {
         const tfa_robot *now = &d->fleet.robots[i], *next = &r->fleet.robots[i];
-        r->changed[i] =
-            r->building
-                ? same_model(now, next) && !tfa_robot_same_kernel(now, next)
-                : !same_model(now, next) || !same_solver(now->config, next->config) ||
-                      !tfa_robot_same_kernel(now, next) ||
-                      memcmp(&now->crossovers, &next->crossovers, sizeof now->crossovers) != 0;
+        r->changed[i] = !same_model(now, next) || !same_solver(now->config, next->config) ||
+                        !tfa_robot_same_kernel(now, next);
         r->reshaped[i] = r->changed[i] && !tfa_robot_same_shape(now, next);
     }
     return TFA_OK;
@@ -96,7 +70,7 @@ static int make_pools(const tfa_daemon *d, reload *r)
     int status = TFA_OK;
     for (uint32_t i = 0; i < d->fleet.count && status == TFA_OK; i++)
         if (r->changed[i])
-            status = tfa_robot_open_pool(&r->fleet.robots[i], &settings_of(d, r)->pool, d->team);
+            status = tfa_robot_open_pool(&r->fleet.robots[i], &r->settings->pool, d->team);
     return status;
 }
 
@@ -112,8 +86,8 @@ static int make_solvers(const tfa_daemon *d, reload *r)
             return TFA_E_MEMORY;
         for (uint32_t i = 0; i < count; i++) {
             int status = r->changed[i]
-                             ? tfa_robot_solver_create(&r->fleet.robots[i],
-                                                       &settings_of(d, r)->pool, &r->solvers[k][i])
+                             ? tfa_robot_solver_create(&r->fleet.robots[i], &r->settings->pool,
+                                                       &r->solvers[k][i])
                              : TFA_OK;
             if (status != TFA_OK)
                 return status;
@@ -132,11 +106,9 @@ void *reload_thread(void *argument)
     reload *r = &d->reload;
     const uint64_t one = 1;
     (void)setpriority(PRIO_PROCESS, 0, NICE); /* on Linux: of this thread */
-    int status = r->building ? TFA_OK : read_settings(d, r);
+    int status = read_settings(d, r);
     if (status == TFA_OK)
-        status = fleet_load(settings_of(d, r), &r->fleet);
-    if (status == TFA_OK && r->building)
-        build_kernels(d, r);
+        status = fleet_load(r->settings, &r->fleet);
     if (status == TFA_OK)
         status = compare(d, r);
     if (status == TFA_OK)

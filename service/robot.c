@@ -151,10 +151,7 @@ void tfa_robot_unload(tfa_robot *robot)
 
 static void name_robot(const tfa_subject *s, tfa_robot *robot)
 {
-    *robot = (tfa_robot){.config = s->robot,
-                         .scene = s->scene,
-                         .names = TFA_SEGMENT_NONE,
-                         .crossovers = s->settings->crossover};
+    *robot = (tfa_robot){.config = s->robot, .scene = s->scene, .names = TFA_SEGMENT_NONE};
     /* they fit: the configuration was checked */
     char *end = stpcpy(robot->name, s->robot->name);
     if (s->scene)

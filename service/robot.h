@@ -23,14 +23,12 @@ typedef struct tfa_robot {
     const config_robot *config;        /**< of a scene: of its robot */
     const config_scene *scene;         /**< NULL: the robot itself */
     tfa_shared_model *shared;
-    const tfa_model *model;    /**< of `shared` */
-    tfa_wire_shape shape;      /**< max_batch as configured */
-    tfa_segment names;         /**< see tfa_welcome.names_bytes */
-    tfa_pool *pool;            /**< for large requests, shared by all workers; NULL: none */
-    tfa_crossovers crossovers; /**< what auto goes by */
-    tfa_specialised *own;      /**< its own kernel; NULL: the generic one answers */
-    bool tried;                /**< it was built, or cannot be: not again for this model */
-    bool moving;               /**< a reload changes its shape: nobody gets a seat meanwhile */
+    const tfa_model *model; /**< of `shared` */
+    tfa_wire_shape shape;   /**< max_batch as configured */
+    tfa_segment names;      /**< see tfa_welcome.names_bytes */
+    tfa_pool *pool;         /**< for large requests, shared by all workers; NULL: none */
+    tfa_specialised *own;   /**< its own kernel; NULL: the generic one answers */
+    bool moving;            /**< a reload changes its shape: nobody gets a seat meanwhile */
 } tfa_robot;
 
 /* ---- robot.c: loading ---- */
@@ -58,12 +56,6 @@ bool tfa_robot_same_shape(const tfa_robot *a, const tfa_robot *b);
 
 /** Looks for the robot's own kernel where the configuration says, and logs which kernel answers. */
 void tfa_robot_find_kernel(const config *settings, tfa_robot *robot);
-/** Is it to be built? */
-bool tfa_robot_wants_kernel(const config *settings, const tfa_robot *robot);
-/** Builds and loads it; what goes wrong is logged. Takes seconds of a compiler, in processes of its own,
- *  as nice as the calling thread; go_on(context) may stop it. */
-void tfa_robot_build_kernel(const config *settings, tfa_robot *robot, int (*go_on)(void *context),
-                            void *context);
 /** The same build, or both none. */
 bool tfa_robot_same_kernel(const tfa_robot *a, const tfa_robot *b);
 

@@ -33,7 +33,6 @@ static tfa_workspace_options options_of(const tfa_robot *robot)
                                    .residual = (tfa_residual)c->residual,
                                    .methods =
                                        c->methods == CONFIG_METHODS_ALL ? TFA_METHODS_ALL : 0,
-                                   .crossovers = &robot->crossovers,
                                    .specialised = robot->own};
 }
 
@@ -53,7 +52,6 @@ int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted, tfa_team *t
                                       .residual = o.residual,
                                       .methods = o.methods,
                                       .team = team,
-                                      .crossovers = o.crossovers,
                                       .specialised = o.specialised};
     return tfa_pool_create(robot->model, &options, &robot->pool);
 }

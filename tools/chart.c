@@ -4,7 +4,6 @@
  * `totalforce chart`: accuracy against speed.
  */
 #include "chart.h"
-#include "calibrate.h"
 #include "commands.h"
 #include "results.h"
 
@@ -158,11 +157,6 @@ int command_chart(int argc, char **argv)
         return EXIT_USAGE;
     }
     int result = EXIT_FAILED;
-    if (options.calibrate) {
-        result = calibrate(options.command, options.folder, options.budget);
-        free(options.command);
-        return result;
-    }
     FILE *out = results_open("chart", options.folder, options.json);
     if (out) {
         chart_all(&r, &options, out);

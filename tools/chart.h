@@ -80,8 +80,6 @@ typedef struct chart_options {
     uint64_t seed;
     tfa_base base; /**< of files */
     int json;
-    int calibrate; /**< no chart: the crossovers of this machine */
-    tfa_crossovers crossovers;
     const char *folder;  /**< for CSV and pictures; NULL: rows on standard output only */
     const char *scripts; /**< folder of the gnuplot scripts; NULL: beside the program */
     char *command;       /**< the command line, for the header */

@@ -83,9 +83,8 @@ static int make_workspaces(chart_case *c, const chart_options *o)
         wanted |= 1u << o->precisions[k];
     for (uint32_t p = 0; p < CHART_PRECISION_COUNT; p++)
         if (wanted >> p & 1u) {
-            tfa_workspace_options options = chart_precisions[p];
-            options.crossovers = &o->crossovers;
-            c->unsupported[p] = tfa_workspace_create(c->model, &options, &c->workspaces[p]);
+            c->unsupported[p] =
+                tfa_workspace_create(c->model, &chart_precisions[p], &c->workspaces[p]);
         }
     return c->unsupported[CHART_F64] ? c->unsupported[CHART_F64] : c->unsupported[CHART_F128];
 }
@@ -97,10 +96,7 @@ static int open_compiled(chart_case *c, const chart_options *options, int status
     if (status == TFA_OK)
         status = make_workspaces(c, options);
     if (status == TFA_OK && c->threads > 1)
-        status = tfa_pool_create(
-            c->model,
-            &(tfa_pool_options){.threads = c->threads, .crossovers = &options->crossovers},
-            &c->pool);
+        status = tfa_pool_create(c->model, &(tfa_pool_options){.threads = c->threads}, &c->pool);
     if (status == TFA_OK)
         return TFA_OK;
     fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
@@ -122,7 +118,7 @@ int chart_case_open(chart_case *c, const chart_options *options, const chart_sub
 int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label)
 {
     /* no peers, the precisions of error and reference */
-    const chart_options plain = {.crossovers = *tfa_crossovers_default()};
+    const chart_options plain = {0};
     *c = (chart_case){.random = mechanism->seed, .threads = 1};
     const int status = compile_mechanism(c, &plain, mechanism, label);
     return open_compiled(c, &plain, status, label, mechanism->bodies);

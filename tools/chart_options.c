@@ -22,8 +22,6 @@ enum {
     KEY_STATES,
     KEY_SEEDS,
     KEY_BUDGET,
-    KEY_CALIBRATE,
-    KEY_CROSSOVERS,
     KEY_JSON,
     KEY_SCRIPTS
 };
@@ -64,18 +62,7 @@ static const struct argp_option option_table[] = {
      .key = KEY_SEEDS,
      .arg = "N",
      .doc = "Seeds for each row, from --seed on: other mechanisms and states (3)"},
-    {.name = "budget-ms",
-     .key = KEY_BUDGET,
-     .arg = "N",
-     .doc = "Time for timing one row (20), or for one size of a calibration (250)"},
-    {.name = "calibrate",
-     .key = KEY_CALIBRATE,
-     .doc = "No chart: measure from which size on which way is the faster one here, and write the "
-            "table for --crossovers and for the daemon's key crossovers (under a minute)"},
-    {.name = "crossovers",
-     .key = KEY_CROSSOVERS,
-     .arg = "FILE",
-     .doc = "What auto goes by (as shipped)"},
+    {.name = "budget-ms", .key = KEY_BUDGET, .arg = "N", .doc = "CPU time for timing one row (20)"},
     {.name = "json", .key = KEY_JSON, .doc = "JSON, one row a line, in place of CSV"},
     {.name = "output", .key = 'o', .arg = "FOLDER", .doc = "Write chart.csv, SVG and PNG there"},
     {.name = "scripts",
@@ -199,7 +186,7 @@ static void complete(chart_options *o)
     o->rhs = o->rhs ? o->rhs : (1u << CHART_RHS_COUNT) - 1;
     o->refine = o->refine ? o->refine : 3;
     if (o->budget == 0)
-        o->budget = o->calibrate ? 250 : 20;
+        o->budget = 20;
 }
 
 /* What cannot be charted at all. */
@@ -283,12 +270,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_JSON:
         o->json = 1;
         return 0;
-    case KEY_CALIBRATE:
-        o->calibrate = 1;
-        return 0;
-    case KEY_CROSSOVERS:
-        option_crossovers(state, text, &o->crossovers);
-        return 0;
     case 'o':
         o->folder = text;
         return 0;
@@ -331,10 +312,7 @@ int chart_parse(int argc, char **argv, chart_options *options)
         .parser = parse,
         .doc = documentation,
     };
-    *options = (chart_options){.crossovers = *tfa_crossovers_default(),
-                               .states = 3,
-                               .seeds = 3,
-                               .seed = 1,
-                               .command = join_arguments(argc, argv)};
+    *options =
+        (chart_options){.states = 3, .seeds = 3, .seed = 1, .command = join_arguments(argc, argv)};
     return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
 }

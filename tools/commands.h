@@ -9,7 +9,6 @@
 #include <argp.h>
 #include <stdint.h>
 #include <totalforce/client.h>
-#include <totalforce/crossovers.h>
 #include <totalforce/model.h>
 
 /** Exit statuses of every subcommand. */
@@ -42,8 +41,6 @@ uint32_t option_numbers(struct argp_state *state, const char *name, const char *
 /** "x,y,z" */
 void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3]);
 tfa_base option_base(struct argp_state *state, const char *text);
-/** Reads a file of crossovers; one that is no good ends the program with EXIT_FAILED. */
-void option_crossovers(struct argp_state *state, const char *path, tfa_crossovers *out);
 tfa_wait option_wait(struct argp_state *state, const char *text);
 /** Index of `text` in a list of `count` words; the error names the words. */
 int option_word(struct argp_state *state, const char *name, const char *text,

@@ -60,13 +60,6 @@ void option_vector3(struct argp_state *state, const char *name, const char *text
         argp_error(state, "--%s: '%s' is not three finite numbers x,y,z", name, text);
 }
 
-void option_crossovers(struct argp_state *state, const char *path, tfa_crossovers *out)
-{
-    char error[512];
-    if (tfa_crossovers_read(path, out, error, sizeof error) != TFA_OK)
-        argp_failure(state, EXIT_FAILED, 0, "%s", error);
-}
-
 int option_word(struct argp_state *state, const char *name, const char *text,
                 const char *const *words, int count)
 {

@@ -13,7 +13,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
-FILE *results_create(const char *name, const char *folder, const char *file)
+FILE *results_open(const char *name, const char *folder, int json)
 {
     char path[4096];
     if (!folder)
@@ -22,18 +22,11 @@ FILE *results_create(const char *name, const char *folder, const char *file)
         fprintf(stderr, "totalforce %s: %s: %s\n", name, folder, strerror(errno));
         return NULL;
     }
-    snprintf(path, sizeof path, "%s/%s", folder, file);
+    snprintf(path, sizeof path, "%s/%s.%s", folder, name, json ? "jsonl" : "csv");
     FILE *out = fopen(path, "w");
     if (!out)
         fprintf(stderr, "totalforce %s: %s: %s\n", name, path, strerror(errno));
     return out;
-}
-
-FILE *results_open(const char *name, const char *folder, int json)
-{
-    char file[64];
-    snprintf(file, sizeof file, "%s.%s", name, json ? "jsonl" : "csv");
-    return results_create(name, folder, file);
 }
 
 int results_close(const char *name, FILE *out)

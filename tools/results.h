@@ -14,9 +14,6 @@
  * @return NULL after a message that begins with "totalforce NAME" */
 FILE *results_open(const char *name, const char *folder, int json);
 
-/** The same for a file of any name. */
-FILE *results_create(const char *name, const char *folder, const char *file);
-
 /** Flushes, and closes what is not standard output. @return an exit status; the reason stands on
  * stderr */
 int results_close(const char *name, FILE *out);

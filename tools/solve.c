@@ -17,11 +17,10 @@ typedef struct solve_options {
     const char *file;
     scene_options scene;
     tfa_workspace_options workspace;
-    tfa_crossovers crossovers; /* of `workspace`, where a file was given */
     jsonl_options lines;
 } solve_options;
 
-enum { KEY_PRECISION = 256, KEY_RESIDUAL, KEY_CROSSOVERS };
+enum { KEY_PRECISION = 256, KEY_RESIDUAL };
 
 static const struct argp_option option_table[] = {
     {.name = "precision",
@@ -32,10 +31,6 @@ static const struct argp_option option_table[] = {
      .key = KEY_RESIDUAL,
      .arg = "same|f64|f128",
      .doc = "Arithmetic in which accelerations are refined and all else is answered (same)"},
-    {.name = "crossovers",
-     .key = KEY_CROSSOVERS,
-     .arg = "FILE",
-     .doc = "What auto goes by: written by totalforce chart --calibrate (as shipped)"},
     {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
@@ -55,10 +50,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_RESIDUAL:
         options->workspace.residual =
             (tfa_residual)option_word(state, "residual", text, residuals, 3);
-        return 0;
-    case KEY_CROSSOVERS:
-        option_crossovers(state, text, &options->crossovers);
-        options->workspace.crossovers = &options->crossovers;
         return 0;
     case ARGP_KEY_END:
         if (options->workspace.precision == TFA_F128 &&

@@ -21,17 +21,13 @@ typedef struct specialise_options {
     tfa_specialise_options build;
 } specialise_options;
 
-enum { KEY_COMPILER = 256, KEY_SOURCES, KEY_KEEP, KEY_LANES, KEY_TABLES };
+enum { KEY_COMPILER = 256, KEY_SOURCES, KEY_LANES, KEY_TABLES };
 
 static const struct argp_option option_table[] = {
     {.name = "output",
      .key = 'o',
      .arg = "FILE",
      .doc = "The shared object; in a folder it gets the name that the daemon looks for"},
-    {.name = "keep",
-     .key = KEY_KEEP,
-     .arg = "LIST",
-     .doc = "What stays an input: payload, gravity, armature (none: all are constants)"},
     {.name = "lanes",
      .key = KEY_LANES,
      .arg = "WORD",
@@ -44,13 +40,6 @@ static const struct argp_option option_table[] = {
     {.name = "tables", .key = KEY_TABLES, .doc = "Keep the generated tables beside it, as FILE.h"},
     {0}};
 
-static void keep(struct argp_state *state, char *word)
-{
-    static const char *const words[] = {"gravity", "payload", "armature"}; /* TFA_KEEP_ bits */
-    specialise_options *o = state->input;
-    o->build.keeps |= 1u << option_word(state, "keep", word, words, 3);
-}
-
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     static const char *const lanes[] = {"auto", "one"};
@@ -61,9 +50,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case 'o':
         o->output = text;
-        return 0;
-    case KEY_KEEP:
-        for_each_word(state, text, keep);
         return 0;
     case KEY_LANES:
         o->build.single = (uint32_t)option_word(state, "lanes", text, lanes, 2);
@@ -92,13 +78,13 @@ static error_t parse(int key, char *text, struct argp_state *state)
 }
 
 /* The file itself, or the model's name in a folder. */
-static char *output_path(const char *output, const tfa_model *model, uint32_t keeps)
+static char *output_path(const char *output, const tfa_model *model)
 {
     char name[TFA_SPECIALISED_NAME_SIZE], *path = NULL;
     struct stat facts;
     if (stat(output, &facts) != 0 || !S_ISDIR(facts.st_mode))
         return strdup(output);
-    tfa_specialised_name(model, keeps, name);
+    tfa_specialised_name(model, name);
     return asprintf(&path, "%s/%s", output, name) < 0 ? NULL : path;
 }
 
@@ -179,7 +165,7 @@ int command_specialise(int argc, char **argv)
     /* what --snap changes is to be seen */
     const tfa_severity lowest = options.scene.model.snap > 0 ? TFA_NOTE : TFA_WARNING;
     tfa_model *model = load_scene(options.file, &options.scene, lowest, &report);
-    char *path = model ? output_path(options.output, model, options.build.keeps) : NULL;
+    char *path = model ? output_path(options.output, model) : NULL;
     if (path)
         result = build(&options, path, model);
     else if (model)

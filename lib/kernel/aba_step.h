@@ -93,7 +93,7 @@ static inline void fold_1(struct state *s, uint32_t i, const terms *b, const num
     const sym6 IA = fold_inertia(s, i, b, what);
     if (what & FOLD_INERTIA) {
         s->U[i] = s6_column(&IA, axis);
-        const num D = sv_get(&s->U[i], axis) + terms_armature(body_loaded(s, i));
+        const num D = sv_get(&s->U[i], axis) + terms_armature(b);
         s->Dinv[i] = 1 / D;
         if (what & FOLD_WATCH)
             sentinel_see_D(s, b, D);

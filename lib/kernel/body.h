@@ -24,13 +24,11 @@ TFA_INLINE const terms *body_terms(const struct state *s, uint32_t i)
 #endif
 }
 
-/* The same, but for the mass and the rotor inertia that count now: a robot's own kernel may keep them
- * an input. */
+/* The same, with the payloads of the request: only for mass, h and I. */
 TFA_INLINE const terms *body_loaded(const struct state *s, uint32_t i)
 {
-#if defined TFA_OWN && !defined TFA_PACKED
-    return OWN_KEEPS & (TFA_OWN_KEEPS_PAYLOAD | TFA_OWN_KEEPS_ARMATURE) ? &s->loaded[i]
-                                                                        : &own_body[i];
+#ifdef OWN_LOADED
+    return &s->loaded[i];
 #else
     return body_terms(s, i);
 #endif
@@ -123,8 +121,8 @@ static inline void base_force(svec f, num *x)
 static inline num joint_armature(const struct state *s, const terms *b, uint32_t k)
 {
 #ifdef TFA_OWN
-    return num_of(
-        (OWN_KEEPS & TFA_OWN_KEEPS_ARMATURE ? s->m->armature : own_armature)[terms_freedom(b) + k]);
+    (void)s;
+    return num_of(own_armature[terms_freedom(b) + k]);
 #else
     return b->n == 1 ? terms_armature(b) : num_of(s->m->armature[terms_freedom(b) + k]);
 #endif

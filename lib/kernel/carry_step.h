@@ -24,7 +24,7 @@ TFA_INLINE void past_1(const struct state *s, int32_t i, int axis, struct wrench
         if (k != axis)
             P->at[k] = six_sub(P->at[k], U[k], *phi);
     P->at[axis] = s->locked ? six_sub(*psi, U[axis], *phi)
-                            : six_scale(num_of(body_loaded(s, (uint32_t)i)->armature), *phi);
+                            : six_scale(terms_armature(body_terms(s, (uint32_t)i)), *phi);
 }
 
 /* x <- D^-1 x with the factors of ldl_factor */

@@ -2,8 +2,11 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * A kernel of one robot's own: the steps of the kernels, compiled with that robot's tables
- * (own_tables.h, written by `totalforce specialise`) as constants. Compiled three times: one number at a
- * time, which exports the table; with the robot's limbs in lanes (TFA_PACKED); with states in lanes.
+ * (own_tables.h, written by `totalforce specialise`) as constants. Compiled four times: one number at
+ * a time, which exports the table; with the robot's limbs in lanes (TFA_PACKED); with states in lanes;
+ * and one number at a time with inertias that are read at run time (OWN_LOADED), for payloads. Inertias
+ * as inputs of all four would make inverse dynamics of a humanoid 1.5 times as slow
+ * (docs/specialised.md).
  *
  * Compilers are told that numbers are finite and zeros have no sign, or 0 x would not be 0. What is not
  * finite is found by its bits.
@@ -111,7 +114,7 @@ static __attribute__((flatten, noinline)) int inverse(const struct tfa_own_host 
     return own_is_sound(tau, OWN_FREEDOMS);
 }
 
-#if NUM_LANES > 1
+#if NUM_LANES > 1 || defined OWN_LOADED
 int TFA_V(own)(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, uint32_t count,
                tfa_reply *reply)
 {
@@ -177,15 +180,13 @@ lambda(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, tfa_re
 int tfa_own_own_limbs(const struct tfa_own_host *host, const tfa_request *r, uint32_t k,
                       uint32_t count, tfa_reply *reply);
 
-/* Two walks, one with all limbs side by side: less than one walk without. */
 static int alone(const struct tfa_own_host *host, const tfa_request *r, uint32_t k,
                  tfa_reply *reply)
 {
-    if (OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD && r->payload_count)
-        return forward(host, r, k, 1, reply);
     return tfa_own_own_limbs(host, r, k, 1, reply);
 }
 
+/* Two walks, one with all limbs side by side: less than one walk without. */
 static int both(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     return alone(host, r, k, reply) && lambda(host, r, k, reply);
@@ -210,7 +211,7 @@ both(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, tfa_repl
     const struct tfa_frame *f = &host->model->frame[r->tips[0]];
     own_load_forward(&in, host, r, &at);
     own_start(&s, &in, host, r);
-    own_forward_whole(&s, in.x, qdd);
+    own_forward(&s, in.x, qdd);
     own_give(qdd, own_place(reply->base_acceleration, 6, k), own_place(reply->qdd, OWN_V_COUNT, k),
              1);
     switch (f->body) {
@@ -242,13 +243,26 @@ int TFA_V(own)(const struct tfa_own_host *host, const tfa_request *r, uint32_t k
     return r->tip_count && OWN_GOES_FORWARD ? both(host, r, k, reply) : alone(host, r, k, reply);
 }
 
+int tfa_own_own_loaded(const struct tfa_own_host *host, const tfa_request *r, uint32_t k,
+                       uint32_t count, tfa_reply *reply);
+
 static int one(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
-    return TFA_V(own)(host, r, k, 1, reply);
+    return r->payload_count ? tfa_own_own_loaded(host, r, k, 1, reply)
+                            : TFA_V(own)(host, r, k, 1, reply);
 }
 
+#if OWN_LANES
 int tfa_own_own_many(const struct tfa_own_host *host, const tfa_request *r, uint32_t k,
                      uint32_t count, tfa_reply *reply);
+
+/* 0: states with payloads go one at a time. */
+static int many(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, uint32_t count,
+                tfa_reply *reply)
+{
+    return r->payload_count ? 0 : tfa_own_own_many(host, r, k, count, reply);
+}
+#endif
 
 #define OWN_STRING_OF(x) #x
 #define OWN_STRING(x) OWN_STRING_OF(x)
@@ -262,12 +276,11 @@ __attribute__((visibility("default"))) const struct tfa_own_kernel tfa_own_kerne
     .isa = OWN_STRING(TFA_ISA_NAME),
     .compiler = __VERSION__,
     .bodies = OWN_BODIES,
-    .keeps = OWN_KEEPS,
     .lanes = OWN_LANES,
     .takes = own_takes,
     .one = one,
 #if OWN_LANES
-    .many = tfa_own_own_many,
+    .many = many,
 #endif
 };
 #endif

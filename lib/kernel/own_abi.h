@@ -17,9 +17,6 @@
 /* The symbol */
 #define TFA_OWN_SYMBOL "tfa_own_kernel"
 
-/* What stays an input of the kernel: tfa_own_kernel.keeps */
-enum { TFA_OWN_KEEPS_GRAVITY = 1, TFA_OWN_KEEPS_PAYLOAD = 2, TFA_OWN_KEEPS_ARMATURE = 4 };
-
 struct tfa_body;
 struct tfa_frame;
 
@@ -28,7 +25,7 @@ struct tfa_own_host {
     const tfa_model *model;
     /* Sines and cosines of x[0] .. x[count - 1]. Whole vectors of 64 bytes are written. */
     void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
-    /* As tfa_body_hang_payload: for kernels that keep payloads an input. */
+    /* As tfa_body_hang_payload */
     void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,
                         const double numbers[10]);
     /* As tfa_payload_bound */
@@ -38,15 +35,12 @@ struct tfa_own_host {
 struct tfa_own_kernel {
     uint32_t abi; /* TFA_OWN_ABI; the fields up to `model` never move */
     uint32_t request_bytes, reply_bytes,
-        model_bytes; /* of struct tfa_request, tfa_reply, tfa_model */
-    uint8_t
-        model[32];   /* hash of the model whose tables are in it, without what it keeps an input */
-    const char *isa; /* as in tfa_kernel.isa */
+        model_bytes;      /* of struct tfa_request, tfa_reply, tfa_model */
+    uint8_t model[32];    /* tfa_hash_without_gravity of the model whose tables are in it */
+    const char *isa;      /* as in tfa_kernel.isa */
     const char *compiler; /* with its version */
     uint32_t bodies;
-    uint32_t keeps; /* TFA_OWN_KEEPS_ */
     uint32_t lanes; /* states that `many` takes at a time; 0: there is none */
-    uint32_t padding;
     /* Is this checked request one that the kernel answers? All states of it are, or none. */
     int (*takes)(const struct tfa_own_host *host, const tfa_request *request);
     /* State k of such a request into the reply's arrays. Returns whether all of the answer is finite;

@@ -32,7 +32,7 @@
  * takes 0.80 times as long, of 40 0.86, of 48 0.90, but cold 2.8, 3.4 and 4.1 times, and its compiler 20 s and
  * more (docs/specialised.md). */
 #define OWN_WALK_MAX 40
-#if defined OWN_LIMB_LANES || OWN_BODIES <= OWN_WALK_MAX
+#if OWN_BODIES <= OWN_WALK_MAX || (defined OWN_LIMB_LANES && !defined OWN_LOADED)
 #define OWN_GOES_FORWARD 1
 #else
 #define OWN_GOES_FORWARD 0 /* no code for what is not taken */
@@ -48,12 +48,16 @@ struct own_inputs {
     const num *angle; /* q, or the request's own numbers where they are the same */
     num qd[OWN_UNIT_FREEDOMS], x[OWN_UNIT_FREEDOMS]; /* x: tau, or qdd */
     num base[7];
-    struct tfa_body carried[OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD ? OWN_BODIES : 1];
+#ifdef OWN_LOADED
+    struct tfa_body carried[OWN_BODIES]; /* with the request's payloads */
+#endif
 };
 
 struct state {
     const struct tfa_model *m;
-    const struct tfa_body *loaded;            /* masses and armatures, where they are an input */
+#ifdef OWN_LOADED
+    const struct tfa_body *loaded; /* `carried` of the inputs */
+#endif
     const num *q, *sine, *cosine, *qd, *base; /* of the inputs */
     struct multi multi[1];                    /* the base */
     place X[OWN_UNITS];

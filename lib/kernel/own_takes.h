@@ -35,12 +35,10 @@ static int own_takes_tip(const struct tfa_own_host *host, const tfa_request *r)
            !(r->flags & TFA_WANT_POSES);
 }
 
-/* Nothing about the robot is other than in the tables, or an input that was kept. */
+/* The robot is that of the tables, but for gravity and, without tips, payloads. */
 static int own_takes_robot(const tfa_request *r)
 {
-    return !r->wrench_count && !r->locked_count &&
-           (OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD || !r->payload_count) &&
-           (OWN_KEEPS & TFA_OWN_KEEPS_GRAVITY || !r->gravity) &&
+    return !r->wrench_count && !r->locked_count && !(r->payload_count && r->tip_count) &&
            r->estimate != TFA_ESTIMATE_ALWAYS &&
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
 }

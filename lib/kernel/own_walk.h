@@ -14,13 +14,12 @@
 #include "kernel/rnea_step.h"
 #include "kernel/velocity_step.h"
 
-/* Bodies with what a request hangs on them */
-TFA_INLINE const struct tfa_body *
-own_carry_payloads(struct own_inputs *in, const struct tfa_own_host *host, const tfa_request *r)
+#ifdef OWN_LOADED
+/* Bodies with the payloads of the request */
+TFA_INLINE void own_carry_payloads(struct state *s, struct own_inputs *in,
+                                   const struct tfa_own_host *host, const tfa_request *r)
 {
     const struct tfa_model *m = host->model;
-    if (!(OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD) || !r->payload_count)
-        return m->body;
     memcpy(in->carried, m->body, sizeof in->carried);
     for (uint32_t k = 0; k < r->payload_count; k++) {
         const struct tfa_frame *f = &m->frame[r->payload_frames[k]];
@@ -28,14 +27,15 @@ own_carry_payloads(struct own_inputs *in, const struct tfa_own_host *host, const
             host->add_payload(&in->carried[f->body], f,
                               r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k);
     }
-    return in->carried;
+    s->loaded = in->carried;
+    s->payload_bound = num_of(host->payload_bound(m, r->payload_count, r->payloads));
 }
+#endif
 
 TFA_INLINE void own_start(struct state *s, struct own_inputs *in, const struct tfa_own_host *host,
                           const tfa_request *r)
 {
     s->m = host->model;
-    s->loaded = own_carry_payloads(in, host, r);
     s->q = in->angle;
     s->sine = in->sine;
     s->cosine = in->cosine;
@@ -43,37 +43,14 @@ TFA_INLINE void own_start(struct state *s, struct own_inputs *in, const struct t
     s->base = in->base;
     s->locked = 0;
     sentinel_reset(s);
-    s->payload_bound = num_of(OWN_KEEPS & TFA_OWN_KEEPS_PAYLOAD && r->payload_count
-                                  ? host->payload_bound(host->model, r->payload_count, r->payloads)
-                                  : 0);
-    const int given = OWN_KEEPS & TFA_OWN_KEEPS_GRAVITY;
-    s->gravity = v3_load(given && r->gravity ? r->gravity
-                         : given             ? host->model->gravity
-                                             : own_gravity);
-}
-
-/* Does the joint of a root turn about the direction of gravity? Accelerations are the same at any of its
- * angles then, and it is taken to stand at 0. */
-TFA_INLINE int own_upright(const struct tfa_body *b)
-{
-    const double *E = b->E, *g = own_gravity;
-    return b->parent < 0 && b->kind == TFA_KIND_REVOLUTE && !(OWN_KEEPS & TFA_OWN_KEEPS_GRAVITY) &&
-           E[0] * g[0] + E[1] * g[1] + E[2] * g[2] == 0 &&
-           E[3] * g[0] + E[4] * g[1] + E[5] * g[2] == 0;
-}
-
-TFA_INLINE void own_pose(struct state *s, uint32_t i)
-{
-#ifndef TFA_PACKED
-    if (own_upright(&own_body[i]))
-        s->X[i] = (place){m3_load(own_body[i].E), v3_load(own_body[i].r)};
-    else
+    s->payload_bound = num_of(0);
+#ifdef OWN_LOADED
+    own_carry_payloads(s, in, host, r);
 #endif
-        pose_body(s, i);
+    s->gravity = v3_load(r->gravity ? r->gravity : host->model->gravity);
 }
 
-#define OWN_POSE(i) own_pose(s, i);
-#define OWN_POSE_WHOLE(i) pose_body(s, i);
+#define OWN_POSE(i) pose_body(s, i);
 #define OWN_MOVE(i)                                                                                \
     move(s, i, &own_unit[i]);                                                                      \
     s->p[i] = gyroscopic(s, i);
@@ -81,26 +58,14 @@ TFA_INLINE void own_pose(struct state *s, uint32_t i)
     fold(s, i, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS | FOLD_FRESH | FOLD_WATCH);
 #define OWN_UNFOLD(i) unfold(s, i, parent_motion(&own_unit[i], s->a, ground), qdd, 1);
 
-/* Articulated bodies, once they stand: qdd = M^-1 (tau - h) */
-TFA_INLINE void own_aba(struct state *s, const num *tau, num *qdd)
+/* Articulated bodies: qdd = M^-1 (tau - h) */
+TFA_INLINE void own_forward(struct state *s, const num *tau, num *qdd)
 {
     const svec ground = {v3_zero(), v3_neg(s->gravity)};
+    OWN_UNITS_OUTWARD(OWN_POSE)
     OWN_UNITS_OUTWARD(OWN_MOVE)
     OWN_UNITS_INWARD(OWN_FOLD)
     OWN_UNITS_OUTWARD(OWN_UNFOLD)
-}
-
-/* For accelerations alone; and with poses that are right for more than these */
-TFA_INLINE void own_forward(struct state *s, const num *tau, num *qdd)
-{
-    OWN_UNITS_OUTWARD(OWN_POSE)
-    own_aba(s, tau, qdd);
-}
-
-TFA_INLINE void own_forward_whole(struct state *s, const num *tau, num *qdd)
-{
-    OWN_UNITS_OUTWARD(OWN_POSE_WHOLE)
-    own_aba(s, tau, qdd);
 }
 
 #ifndef TFA_PACKED

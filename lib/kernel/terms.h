@@ -128,10 +128,6 @@ static inline num terms_d(const terms *b)
 
 static inline int terms_geared(const terms *b)
 {
-#ifdef TFA_OWN
-    if (OWN_KEEPS & TFA_OWN_KEEPS_ARMATURE)
-        return 1;
-#endif
     return b->armature > 0;
 }
 

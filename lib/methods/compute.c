@@ -6,11 +6,9 @@
 #include <math.h>
 
 #include "kernel/cut.h"
+#include "methods/tuning.h"
 #include "methods/workspace.h"
 #include "model/tips.h"
-
-/* Chains with fewer bodies are one thread's work. */
-#define PARTS_BODIES_MIN 48
 
 static int wants_spectrum(const tfa_request *r, const tfa_reply *reply)
 {
@@ -123,10 +121,15 @@ static int is_cyclic(tfa_method method)
     return method == TFA_METHOD_TFA_CR || method == TFA_METHOD_CFA_CR;
 }
 
-/* May the segments of a chain go side by side? By scan. */
+/* May the segments of a chain go side by side? */
+static int takes_strips(const tfa_workspace *w, const tfa_request *r)
+{
+    return w->strips && is_forward(r) && is_plain(r) && !r->tip_count;
+}
+
 static int goes_by_strips(const tfa_workspace *w, const tfa_request *r)
 {
-    return w->strips && is_scan(r->method) && is_forward(r) && is_plain(r) && !r->tip_count;
+    return is_scan(r->method) && takes_strips(w, r);
 }
 
 /* Bodies of the trees that carry a tip */
@@ -230,10 +233,19 @@ static uint32_t compute_limbs(tfa_workspace *w, const tfa_request *r, uint32_t k
     return 1;
 }
 
+/* Bodies of the longest main chain */
+static uint32_t longest_chain(const tfa_model *m)
+{
+    uint32_t longest = 0;
+    for (uint32_t t = 0; t < m->trees; t++)
+        longest = m->chain[t].length > longest ? m->chain[t].length : longest;
+    return longest;
+}
+
 int tfa_goes_in_parts(const tfa_model *model, const tfa_request *r)
 {
     return (is_scan(r->method) || is_cyclic(r->method)) &&
-           tfa_longest_chain(model) >= PARTS_BODIES_MIN;
+           longest_chain(model) >= TFA_PARTS_BODIES_MIN;
 }
 
 /* May the chain of a state go in pieces? Forward dynamics of the robot as it is, or Lambda^-1 of one
@@ -304,22 +316,26 @@ static int compute_one(tfa_workspace *w, const tfa_request *request, uint32_t k,
     return status;
 }
 
-/* The request of a state that is alone: a copy with auto's method by name, if that is another. */
-static const tfa_request *decide(const tfa_workspace *w, const tfa_request *r, tfa_request *named)
+/* Resolves TFA_METHOD_AUTO by the model and the request: the segment scan for long chains of
+ * revolute joints, in double precision; all else the kernels resolve. Returns the request, or a
+ * copy that names the scan. */
+static const tfa_request *resolve_method(const tfa_workspace *w, const tfa_request *r,
+                                         tfa_request *named)
 {
-    const tfa_method method =
-        r->method == TFA_METHOD_AUTO ? tfa_auto_method(w, r) : TFA_METHOD_AUTO;
-    if (method == TFA_METHOD_AUTO)
+    if (r->method != TFA_METHOD_AUTO || w->model->bodies < TFA_SCAN_BODIES_MIN ||
+        !takes_strips(w, r))
         return r;
     *named = *r;
-    named->method = method;
+    named->method = TFA_METHOD_SCAN;
     return named;
 }
 
+/* Batches with payloads go by the generic lanes: the specialised kernel has these one at a time. */
 static int goes_by_own(const tfa_workspace *w, const tfa_request *r, const tfa_reply *reply)
 {
     const int to_nowhere = r->tip_count && !reply->lambda_inv;
-    return w->own && !to_nowhere && w->own->takes(&w->host, r);
+    const int loaded_batch = r->payload_count && r->count > 1;
+    return w->own && !to_nowhere && !loaded_batch && w->own->takes(&w->host, r);
 }
 
 /* What says who answered: the methods that a robot's own kernel is made of */
@@ -349,7 +365,7 @@ static uint32_t compute_own(tfa_workspace *w, const tfa_request *r, const tfa_re
 {
     const uint32_t left = end - k, lanes = r->tip_count ? 0 : w->own->lanes;
     uint32_t count = left < lanes ? left : lanes;
-    if (count < w->crossovers.lanes_from || !w->own->many(&w->host, bare, k, count, reply))
+    if (count < TFA_LANES_STATES_MIN || !w->own->many(&w->host, bare, k, count, reply))
         count = w->own->one(&w->host, bare, k, reply) ? 1 : 0;
     for (uint32_t l = 0; l < count; l++) {
         tfa_answer answer = {.method = own_method(r), .error_estimate = (double)NAN};
@@ -368,10 +384,10 @@ static void compute_generic(tfa_workspace *workspace, const tfa_request *request
                             uint32_t end, tfa_reply *reply)
 {
     tfa_request named;
-    const tfa_request *one = decide(workspace, request, &named);
+    const tfa_request *one = resolve_method(workspace, request, &named);
     const int strips = goes_by_strips(workspace, one);
     const int limbs = goes_by_limbs(workspace, one);
-    const uint32_t few = workspace->crossovers.lanes_from;
+    const uint32_t few = TFA_LANES_STATES_MIN;
     const int lanes = workspace->lanes && end - first >= few &&
                       !goes_by_strips(workspace, request) && !goes_by_pieces(workspace, request) &&
                       workspace->lanes->takes(request);

@@ -9,14 +9,12 @@
 #include <string.h>
 
 #include "kernel/cut.h"
+#include "methods/tuning.h"
 #include "model/arena.h"
+#include "model/hash.h"
 #include "model/model.h"
 #include "own/own.h"
 #include "plan/limbs.h"
-
-/* Robots with more bodies have no room for several states unless it is asked for: 40 to
- * 80 KB a body with vectors of 64 bytes. */
-#define LANES_BODIES_MAX 128
 
 #define SPECTRUM_ENTRIES (36 * TFA_MAX_TIPS * TFA_MAX_TIPS)
 
@@ -26,9 +24,6 @@
      TFA_METHOD_BIT(TFA_METHOD_ABA) | TFA_METHOD_BIT(TFA_METHOD_PROPAGATION) |                     \
      TFA_METHOD_BIT(TFA_METHOD_EFPA) | TFA_METHOD_BIT(TFA_METHOD_PV_OSIMR) |                       \
      TFA_METHOD_BIT(TFA_METHOD_SCAN) | TFA_METHOD_BIT(TFA_METHOD_SCAN_TWO_PASS))
-/* States side by side take as long as so many that go one body after the other: eight lanes, a
- * 7-joint arm (measured 2026-11-22, Intel Xeon with AVX-512). */
-#define LANES_STATES_WORTH 1.5
 
 /* Who answers. The wider kernel is NULL where it would be the same, lanes where states go one by
  * one. */
@@ -97,7 +92,7 @@ static int choose(const tfa_model *model, const tfa_workspace_options *options, 
         .methods = room(model, o->methods), .kernel = tfa_kernel_select(o->precision), .share = 1};
     if (residual != o->precision)
         out->wider = tfa_kernel_select(residual);
-    else if (o->states == TFA_STATES_AUTO && model->bodies <= LANES_BODIES_MAX)
+    else if (o->states == TFA_STATES_AUTO && model->bodies <= TFA_LANES_BODIES_MAX)
         out->lanes = tfa_lanes_select(o->precision);
     if (residual == o->precision && o->precision == TFA_F64) {
         choose_limbs(model, out);
@@ -128,7 +123,7 @@ static size_t walk(const tfa_model *model, const struct choice *c, void *memory,
     o->methods = c->methods;
     o->kernel = c->kernel;
     o->lanes = c->lanes;
-    o->lanes_from = (uint32_t)(LANES_STATES_WORTH / c->share) + 1;
+    o->lanes_from = (uint32_t)(TFA_LANES_STATES_WORTH / c->share) + 1;
     if (c->lanes && o->lanes_from > c->lanes->lanes)
         o->lanes_from = c->lanes->lanes; /* full vectors always pay */
     o->limbs = c->limbs;
@@ -174,7 +169,7 @@ static int fits(const tfa_model *model, const tfa_workspace_options *o)
     uint8_t hash[32];
     if (!o || !o->specialised)
         return 1;
-    own_hash(model, o->specialised->kernel->keeps, hash);
+    tfa_hash_without_gravity(model, hash);
     return memcmp(o->specialised->kernel->model, hash, sizeof hash) == 0;
 }
 
@@ -192,11 +187,8 @@ int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
     if (size < tfa_workspace_size(model, options) || (uintptr_t)memory % TFA_ALIGNMENT)
         return TFA_E_MEMORY;
     (void)walk(model, &c, memory, workspace);
-    (*workspace)->crossovers =
-        options && options->crossovers ? *options->crossovers : *tfa_crossovers_default();
     if (options && options->round_sincos)
         c.kernel->round_sincos((*workspace)->state);
-    (*workspace)->longest_chain = tfa_longest_chain(model);
     return TFA_OK;
 }
 

@@ -13,10 +13,8 @@
 
 struct tfa_workspace {
     const struct tfa_model *model;
-    uint32_t methods; /* there is room for: bits 1u << tfa_method */
-    tfa_crossovers crossovers;
-    uint32_t longest_chain; /* bodies on the longest main chain */
-    struct tfa_crew *crew;  /* of the request under way; NULL: the caller alone */
+    uint32_t methods;      /* there is room for: bits 1u << tfa_method */
+    struct tfa_crew *crew; /* of the request under way; NULL: the caller alone */
     const struct tfa_kernel *kernel;
     struct state *state;
     struct tfa_wider wider;        /* of the residual; no kernel: that of the factors */
@@ -35,11 +33,5 @@ struct tfa_workspace {
     struct tfa_own_host host;         /* what that is given */
     double *spectrum;                 /* scratch of the eigenvalues */
 };
-
-uint32_t tfa_longest_chain(const tfa_model *model);
-
-/* The method that answers a state of a request with TFA_METHOD_AUTO that does not go side by side
- * with others: TFA_METHOD_AUTO leaves it to the kernel. */
-tfa_method tfa_auto_method(const tfa_workspace *workspace, const tfa_request *request);
 
 #endif

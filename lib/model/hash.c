@@ -15,15 +15,12 @@ static void add(SHA2_CTX *c, const void *data, size_t size)
     SHA256Update(c, data, size);
 }
 
-static void add_bodies(SHA2_CTX *c, const struct tfa_model *m, int geared)
+static void add_bodies(SHA2_CTX *c, const struct tfa_model *m)
 {
     for (uint32_t i = 0; i < m->bodies; i++) {
         const struct tfa_body *b = &m->body[i];
         const uint8_t small[4] = {b->kind, b->n, b->base, 0};
-        struct tfa_body numbers = *b;
-        if (!geared)
-            numbers.armature = 0;
-        add(c, numbers.E, offsetof(struct tfa_body, parent));
+        add(c, b->E, offsetof(struct tfa_body, parent));
         add(c, b->quad, sizeof *b->quad);
         add(c, &b->parent, sizeof b->parent);
         add(c, small, sizeof small);
@@ -35,7 +32,7 @@ static void add_bodies(SHA2_CTX *c, const struct tfa_model *m, int geared)
     }
 }
 
-static void add_maps(SHA2_CTX *c, const struct tfa_model *m, int geared)
+static void add_maps(SHA2_CTX *c, const struct tfa_model *m)
 {
     for (uint32_t k = 0; k < m->inner_q; k++) {
         const struct tfa_coordinate *q = &m->coordinate[k];
@@ -51,8 +48,7 @@ static void add_maps(SHA2_CTX *c, const struct tfa_model *m, int geared)
         const uint32_t pair[2] = {m->mimic[k].follower, m->mimic[k].leader};
         add(c, pair, sizeof pair);
     }
-    if (geared)
-        add(c, m->armature, m->freedoms * sizeof *m->armature);
+    add(c, m->armature, m->freedoms * sizeof *m->armature);
     if (m->damping)
         add(c, m->damping, m->freedoms * sizeof *m->damping);
 }
@@ -71,23 +67,28 @@ static void add_names(SHA2_CTX *c, const struct tfa_model *m)
         add(c, m->joint[k].name, strlen(m->joint[k].name) + 1);
 }
 
-void tfa_hash_without(const struct tfa_model *m, int gravity, int armature, uint8_t hash[32])
+static void hash_model(const struct tfa_model *m, int gravity, uint8_t hash[32])
 {
     static const char version[] = "totalforce model 4";
     SHA2_CTX c;
     SHA256Init(&c);
     add(&c, version, sizeof version);
-    if (!gravity)
+    if (gravity)
         add(&c, m->gravity, sizeof m->gravity);
-    add_bodies(&c, m, !armature);
-    add_maps(&c, m, !armature);
+    add_bodies(&c, m);
+    add_maps(&c, m);
     add_names(&c, m);
     SHA256Final(hash, &c);
 }
 
+void tfa_hash_without_gravity(const struct tfa_model *m, uint8_t hash[32])
+{
+    hash_model(m, 0, hash);
+}
+
 void tfa_hash_model(struct tfa_model *m)
 {
-    tfa_hash_without(m, 0, 0, m->hash);
+    hash_model(m, 1, m->hash);
     for (int k = 0; k < 32; k++)
         snprintf(m->hash_text + 2 * k, 3, "%02x", m->hash[k]);
 }

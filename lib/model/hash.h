@@ -11,8 +11,8 @@
 /* Fills hash and hash_text from all that decides the answers and the names in their order. */
 void tfa_hash_model(struct tfa_model *m);
 
-/* The hash of all but gravity, or but rotor inertias: models with the same one may share what reads these
- * from the model at hand. */
-void tfa_hash_without(const struct tfa_model *m, int gravity, int armature, uint8_t hash[32]);
+/* The hash of all but gravity. Models with the same one share a specialised kernel, which reads
+ * gravity from the model. */
+void tfa_hash_without_gravity(const struct tfa_model *m, uint8_t hash[32]);
 
 #endif

@@ -14,6 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "model/hash.h"
 #include "model/model.h"
 #include "own/own.h"
 
@@ -61,7 +62,7 @@ static int write_file(const char *path, const void *bytes, size_t size, mode_t m
 static int write_tables(struct build *b)
 {
     char *text, path[4096];
-    int status = tfa_specialised_tables(b->model, b->options.keeps, &text);
+    int status = tfa_specialised_tables(b->model, &text);
     if (status != TFA_OK)
         return status;
     snprintf(path, sizeof path, "%s/own_tables.h", b->folder);
@@ -132,8 +133,8 @@ static int place_bytes(struct build *b, const void *bytes, size_t size)
     if (file < 0)
         return own_refuse(b->why, TFA_E_FILE, "'%s' cannot be written: %s", b->path,
                           fits ? strerror(errno) : "its name is too long");
-    own_hash(b->model, b->options.keeps, hash);
-    own_seal_make(bytes, size, hash, b->options.keeps, &seal);
+    tfa_hash_without_gravity(b->model, hash);
+    own_seal_make(bytes, size, hash, &seal);
     int failed = write_all(file, bytes, size) != 0 || write_all(file, &seal, sizeof seal) != 0 ||
                  fchmod(file, 0644) != 0 || fsync(file) != 0;
     failed |= close(file) != 0;
@@ -188,14 +189,6 @@ static int run_together(struct build *b, int runs)
     return status;
 }
 
-static int run_one_by_one(struct build *b, int runs)
-{
-    int status = TFA_OK;
-    for (int k = 0; status == TFA_OK && k < runs; k++)
-        status = own_child_run(b->recipe.words[k], b->folder, &b->limits, b->why);
-    return status;
-}
-
 /* The last run links what the others made. */
 static int compile(struct build *b)
 {
@@ -207,7 +200,7 @@ static int compile(struct build *b)
     const double start = seconds_now();
     const int last = b->recipe.runs - 1;
     if (status == TFA_OK)
-        status = b->options.one_by_one ? run_one_by_one(b, last) : run_together(b, last);
+        status = run_together(b, last);
     if (status == TFA_OK)
         status = own_child_run(b->recipe.words[last], b->folder, &b->limits, b->why);
     b->result.compile_s = seconds_now() - start;
@@ -257,9 +250,9 @@ int tfa_specialised_build(const tfa_model *model, const tfa_specialise_options *
     b->why = &why;
     if (options)
         b->options = *options;
-    b->limits = (struct own_limits){
-        unless_zero(b->options.seconds, 300), unless_zero(b->options.memory_mib, 4096),
-        unless_zero(b->options.file_mib, 64), b->options.go_on, b->options.context};
+    b->limits = (struct own_limits){unless_zero(b->options.seconds, 300),
+                                    unless_zero(b->options.memory_mib, 4096),
+                                    unless_zero(b->options.file_mib, 64)};
     status = run(b);
     if (result)
         *result = b->result;

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A compiler as a child process, with limits. posix_spawn shares the memory of this process until the
- * program starts, so that a daemon's workers have no page fault from it, as they would after fork.
+ * A compiler as a child process, with limits on its time, its memory and the files that it writes.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -96,7 +95,7 @@ static int wait_for(const struct own_child *child, const struct own_limits *l, i
             return result;
         if (got < 0 && errno != EINTR)
             return -1;
-        if (!*late && (seconds_now() > end || (l->go_on && !l->go_on(l->context)))) {
+        if (!*late && seconds_now() > end) {
             *late = 1;
             kill(-child->process, SIGKILL);
         }
@@ -122,9 +121,6 @@ static int judge(const char *program, int result, int late, const struct own_lim
 {
     char text[400];
     const int signal_of = WIFSIGNALED(result) ? WTERMSIG(result) : 0;
-    if (late && l->go_on && !l->go_on(l->context))
-        return own_refuse(why, TFA_E_TIMEOUT, "%s was stopped: something else is more urgent",
-                          program);
     if (late || signal_of == SIGXCPU)
         return own_refuse(why, TFA_E_TIMEOUT, "%s took more than %u s and was stopped", program,
                           l->seconds);

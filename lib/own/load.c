@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "kernel/table.h"
+#include "model/hash.h"
 #include "model/model.h"
 #include "model/payload.h"
 #include "own/own.h"
@@ -38,7 +39,7 @@ static int check_kernel(const char *path, const struct tfa_own_kernel *k, const 
     if (status != TFA_OK)
         return status;
     uint8_t hash[32];
-    own_hash(model, k->keeps, hash);
+    tfa_hash_without_gravity(model, hash);
     if (memcmp(k->model, hash, sizeof k->model) != 0 || k->bodies != model->bodies)
         return own_refuse(why, TFA_E_UNSUPPORTED, "'%s' has another model in it than its seal says",
                           path);
@@ -100,39 +101,29 @@ struct tfa_own_host own_host(const tfa_model *model)
                                  tfa_payload_bound};
 }
 
-void tfa_specialised_name(const tfa_model *model, uint32_t keeps,
-                          char name[TFA_SPECIALISED_NAME_SIZE])
+void tfa_specialised_name(const tfa_model *model, char name[TFA_SPECIALISED_NAME_SIZE])
 {
     uint8_t hash[32];
     char text[65];
-    own_hash(model, keeps, hash);
+    tfa_hash_without_gravity(model, hash);
     for (int k = 0; k < 32; k++)
         snprintf(text + 2 * k, 3, "%02x", hash[k]);
-    snprintf(name, TFA_SPECIALISED_NAME_SIZE, "%s-%s%s%s.so", text, tfa_isa_name(),
-             keeps & TFA_KEEP_GRAVITY ? "-gravity" : "",
-             keeps & TFA_KEEP_ARMATURE ? "-armature" : "");
+    snprintf(name, TFA_SPECIALISED_NAME_SIZE, "%s-%s.so", text, tfa_isa_name());
 }
 
 int tfa_specialised_find(const char *directory, const tfa_model *model,
                          tfa_specialised **specialised, char *reason, size_t size)
 {
-    static const uint32_t keeps[] = {0, TFA_KEEP_GRAVITY, TFA_KEEP_ARMATURE,
-                                     TFA_KEEP_GRAVITY | TFA_KEEP_ARMATURE};
     char path[4096], name[TFA_SPECIALISED_NAME_SIZE];
-    int status = TFA_E_FILE;
     if (size)
         reason[0] = '\0';
     if (!directory || !model || !specialised)
         return TFA_E_ARGUMENT;
     *specialised = NULL;
-    for (size_t k = 0; k < sizeof keeps / sizeof *keeps && status == TFA_E_FILE; k++) {
-        tfa_specialised_name(model, keeps[k], name);
-        if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path)
-            return TFA_E_FILE;
-        if (k == 0 || access(path, F_OK) == 0) /* what is missing is the first */
-            status = tfa_specialised_load(path, model, specialised, reason, size);
-    }
-    return status;
+    tfa_specialised_name(model, name);
+    if (snprintf(path, sizeof path, "%s/%s", directory, name) >= (int)sizeof path)
+        return TFA_E_FILE;
+    return tfa_specialised_load(path, model, specialised, reason, size);
 }
 
 tfa_specialised_info tfa_specialised_describe(const tfa_specialised *s)
@@ -142,7 +133,6 @@ tfa_specialised_info tfa_specialised_describe(const tfa_specialised *s)
                                   .compiler = s->kernel->compiler,
                                   .bodies = s->kernel->bodies,
                                   .lanes = s->kernel->lanes,
-                                  .keeps = s->kernel->keeps,
                                   .digest = s->digest,
                                   .error = s->error};
 }

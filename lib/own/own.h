@@ -48,14 +48,14 @@ int own_trust_open(int file, const char *path, uid_t user, struct own_reason *wh
 struct own_seal {
     char magic[16];
     uint32_t abi;
-    uint32_t keeps;     /* TFA_KEEP_ */
+    uint32_t padding;
     uint64_t length;    /* of the shared object, all that stands before */
-    uint8_t model[32];  /* hash */
+    uint8_t model[32];  /* tfa_hash_without_gravity */
     uint8_t sha256[32]; /* of all that stands before it */
 };
 
 /* The seal of `length` bytes */
-void own_seal_make(const void *bytes, size_t length, const uint8_t model[32], uint32_t keeps,
+void own_seal_make(const void *bytes, size_t length, const uint8_t model[32],
                    struct own_seal *seal);
 /* Is `bytes` a shared object with its seal, for this model? */
 int own_seal_check(const char *path, const void *bytes, size_t size, const tfa_model *model,
@@ -67,9 +67,6 @@ int own_seal_check(const char *path, const void *bytes, size_t size, const tfa_m
  * `digest` gets that of its seal. */
 int own_open(const char *path, const tfa_model *model, uint8_t digest[32], int *status,
              struct own_reason *why);
-
-/* The hash by which a kernel that keeps these knows its models: equal where they differ in nothing else */
-void own_hash(const tfa_model *model, uint32_t keeps, uint8_t hash[32]);
 
 /* What kernels are given */
 struct tfa_own_host own_host(const tfa_model *model);
@@ -112,8 +109,6 @@ struct own_compiler {
 
 struct own_limits {
     uint32_t seconds, memory_mib, file_mib;
-    int (*go_on)(void *context); /* NULL: it may */
-    void *context;
 };
 
 /* `wanted`, or the first in PATH. */
@@ -121,12 +116,12 @@ int own_compiler_find(const char *wanted, const char *folder, const struct own_l
                       struct own_compiler *compiler, struct own_reason *why);
 
 /* The runs that make a shared object of the sources. At most OWN_RUNS; each ends with NULL. */
-#define OWN_RUNS 4
+#define OWN_RUNS 5
 #define OWN_WORDS 56
 struct own_recipe {
     int runs;
     const char *words[OWN_RUNS][OWN_WORDS];
-    char room[32][640]; /* for words that are put together */
+    char room[48][640]; /* for words that are put together */
 };
 int own_recipe_write(struct own_recipe *recipe, const struct own_compiler *compiler,
                      const char *sources, const char *folder, const tfa_specialise_options *options,

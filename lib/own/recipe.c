@@ -99,9 +99,9 @@ static const struct isa *isa_here(void)
     return &isas[0];
 }
 
-/* What own.c is compiled for: one number at a time, bodies or states in lanes */
-enum { ONE, LIMBS, MANY };
-static const char *const names[] = {"own_one", "own_limbs", "own_many"};
+/* What own.c is compiled for: one number at a time, bodies or states in lanes, payloads */
+enum { ONE, LIMBS, MANY, LOADED };
+static const char *const names[] = {"own_one", "own_limbs", "own_many", "own_loaded"};
 
 /* own.c over one number type: `folder`/NAME.o. Lanes: those of own_many, 0 when there is none. */
 static void compile(struct writer *w, const struct own_compiler *compiler, const char *sources,
@@ -117,7 +117,7 @@ static void compile(struct writer *w, const struct own_compiler *compiler, const
     }
 #if defined(__x86_64__)
     add(w, "-mtune=native");
-    if (!compiler->clang && compiler->major >= 12 && what == ONE) {
+    if (!compiler->clang && compiler->major >= 12 && (what == ONE || what == LOADED)) {
         add(w, "-mmove-max=128");
         add(w, "-mstore-max=128");
     }
@@ -126,12 +126,14 @@ static void compile(struct writer *w, const struct own_compiler *compiler, const
     add_made(w, "-DTFA_ISA_NAME=%s", isa->name);
     if (what == LIMBS) /* how many lanes is in the tables */
         add(w, "-DTFA_PACKED");
+    else if (what == LOADED)
+        add(w, "-DOWN_LOADED");
     else
         add_made(w, what == MANY ? "-DTFA_LANES=%s" : "-DOWN_LANES=%s", lanes);
     add_made(w, "-I%s", folder);
     add_made(w, "-I%s", sources);
     add_made(w, "-I%s/include", sources);
-    add_made(w, "-I%s/variants/%s", sources, what == ONE ? "f64" : "f64xn");
+    add_made(w, "-I%s/variants/%s", sources, what == ONE || what == LOADED ? "f64" : "f64xn");
     add(w, "-c");
     add_made(w, "%s/kernel/own.c", sources);
     add(w, "-o");
@@ -147,6 +149,7 @@ int own_recipe_write(struct own_recipe *recipe, const struct own_compiler *compi
     recipe->runs = 0;
     compile(&w, compiler, sources, folder, ONE, options->single ? "0" : lanes);
     compile(&w, compiler, sources, folder, LIMBS, lanes);
+    compile(&w, compiler, sources, folder, LOADED, lanes);
     if (!options->single)
         compile(&w, compiler, sources, folder, MANY, lanes);
     begin(&w, compiler);
@@ -155,6 +158,7 @@ int own_recipe_write(struct own_recipe *recipe, const struct own_compiler *compi
     add_all(&w, link);
     add_made(&w, "%s/own_one.o", folder);
     add_made(&w, "%s/own_limbs.o", folder);
+    add_made(&w, "%s/own_loaded.o", folder);
     if (!options->single)
         add_made(&w, "%s/own_many.o", folder);
     add(&w, "-lm");

@@ -21,19 +21,11 @@ static void digest(const void *bytes, size_t length, const struct own_seal *seal
     SHA256Final(out, &c);
 }
 
-void own_seal_make(const void *bytes, size_t length, const uint8_t model[32], uint32_t keeps,
-                   struct own_seal *seal)
+void own_seal_make(const void *bytes, size_t length, const uint8_t model[32], struct own_seal *seal)
 {
-    *seal = (struct own_seal){
-        .magic = TFA_OWN_MAGIC, .abi = TFA_OWN_ABI, .keeps = keeps, .length = length};
+    *seal = (struct own_seal){.magic = TFA_OWN_MAGIC, .abi = TFA_OWN_ABI, .length = length};
     memcpy(seal->model, model, sizeof seal->model);
     digest(bytes, length, seal, seal->sha256);
-}
-
-void own_hash(const tfa_model *model, uint32_t keeps, uint8_t hash[32])
-{
-    tfa_hash_without(model, (keeps & TFA_KEEP_GRAVITY) != 0, (keeps & TFA_KEEP_ARMATURE) != 0,
-                     hash);
 }
 
 int own_seal_check(const char *path, const void *bytes, size_t size, const tfa_model *model,
@@ -60,7 +52,7 @@ int own_seal_check(const char *path, const void *bytes, size_t size, const tfa_m
             "'%s' is of version %u of what kernels export, this library of version %u; "
             "build it again",
             path, seal.abi, TFA_OWN_ABI);
-    own_hash(model, seal.keeps, hash);
+    tfa_hash_without_gravity(model, hash);
     if (memcmp(seal.model, hash, sizeof seal.model) != 0)
         return own_refuse(why, TFA_E_UNSUPPORTED,
                           "'%s' is for another model, %02x%02x%02x%02x..., not for %.8s...", path,

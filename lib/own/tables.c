@@ -10,6 +10,7 @@
 #include <totalforce/dynamics.h>
 #include <totalforce/version.h>
 
+#include "model/hash.h"
 #include "model/model.h"
 #include "own/own.h"
 
@@ -42,10 +43,10 @@ static void say_head(struct own_text *t, const tfa_model *m)
            "#ifndef OWN_TABLES_H\n#define OWN_TABLES_H\n#include \"model/model.h\"\n\n");
 }
 
-static void say_order(struct own_text *t, const tfa_model *m, uint32_t keeps)
+static void say_order(struct own_text *t, const tfa_model *m)
 {
     uint8_t hash[32];
-    own_hash(m, keeps, hash);
+    tfa_hash_without_gravity(m, hash);
     own_say(t, "#define OWN_OUTWARD(DO)");
     for (uint32_t i = 0; i < m->bodies; i++)
         own_say(t, " DO(%u)", i);
@@ -58,7 +59,7 @@ static void say_order(struct own_text *t, const tfa_model *m, uint32_t keeps)
     own_say(t, "}\n\n");
 }
 
-static void say_sizes(struct own_text *t, const tfa_model *m, uint32_t keeps)
+static void say_sizes(struct own_text *t, const tfa_model *m)
 {
     const struct {
         const char *name, *what;
@@ -72,7 +73,6 @@ static void say_sizes(struct own_text *t, const tfa_model *m, uint32_t keeps)
         {"V_COUNT", "of a request", m->v_count},
         {"FRAMES", "of the model", m->frames},
         {"DAMPED", "1: damping acts", m->damping != NULL},
-        {"KEEPS", "what stays an input: TFA_OWN_KEEPS_", keeps},
     };
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
         own_say(t, "#define OWN_%s %u /* %s */\n", sizes[k].name, sizes[k].value, sizes[k].what);
@@ -173,8 +173,7 @@ static void say_maps(struct own_text *t, const tfa_model *m)
 
 static void say_forces(struct own_text *t, const tfa_model *m)
 {
-    own_say(t, "/* gravity, m/s^2; armature and damping of each inner freedom */\n");
-    say_array(t, "own_gravity", m->gravity, 3);
+    own_say(t, "/* armature and damping of each inner freedom */\n");
     say_array(t, "own_armature", m->armature, m->freedoms);
     say_array(t, "own_damping", m->damping, m->damping ? m->freedoms : 0);
 }
@@ -185,11 +184,10 @@ static uint32_t lanes_here(void)
     return strcmp(tfa_isa_name(), "avx512") == 0 ? 8 : strcmp(tfa_isa_name(), "avx2") == 0 ? 4 : 2;
 }
 
-int tfa_specialised_tables(const tfa_model *model, uint32_t keeps, char **text)
+int tfa_specialised_tables(const tfa_model *model, char **text)
 {
     struct own_text t = {0};
-    const uint32_t known = TFA_KEEP_GRAVITY | TFA_KEEP_PAYLOAD | TFA_KEEP_ARMATURE;
-    if (!model || !text || keeps & ~known)
+    if (!model || !text)
         return TFA_E_ARGUMENT;
     *text = NULL;
     const int status = tfa_specialised_check(model, NULL, 0);
@@ -198,13 +196,12 @@ int tfa_specialised_tables(const tfa_model *model, uint32_t keeps, char **text)
     /* numbers with a point in every locale; the C locale is static in glibc, so this cannot fail */
     const locale_t former = uselocale(newlocale(LC_ALL_MASK, "C", (locale_t)0));
     say_head(&t, model);
-    say_sizes(&t, model, keeps);
-    say_order(&t, model, keeps);
+    say_sizes(&t, model);
+    say_order(&t, model);
     say_bodies(&t, model);
     say_maps(&t, model);
     say_forces(&t, model);
-    if (!(keeps & TFA_KEEP_ARMATURE)) /* which is read body by body */
-        own_say_limbs(&t, model, lanes_here());
+    own_say_limbs(&t, model, lanes_here());
     own_say(&t, "#endif\n");
     uselocale(former);
     if (t.failed) {

@@ -41,7 +41,6 @@ struct tfa_pool {
     const tfa_model *model;
     tfa_team *team, *own; /* own: to be released with the pool; or NULL */
     uint32_t threads;
-    uint64_t pool_from; /* bodies x states */
     tfa_workspace **workspace;
     struct pool_crew crew;
     struct outcome *outcome; /* by task */
@@ -100,7 +99,6 @@ static int create_workspaces(tfa_pool *p, const tfa_pool_options *o)
     const tfa_workspace_options options = {.precision = o->precision,
                                            .residual = o->residual,
                                            .methods = o->methods,
-                                           .crossovers = o->crossovers,
                                            .specialised = o->specialised};
     p->workspace = calloc(p->threads, sizeof(tfa_workspace *));
     p->outcome = calloc((size_t)p->threads * TASKS_PER_THREAD, sizeof *p->outcome);
@@ -125,7 +123,6 @@ int tfa_pool_create(const tfa_model *model, const tfa_pool_options *options, tfa
         return TFA_E_MEMORY;
     const tfa_team_options own = {o->threads, o->spin_ns, o->cpus, o->priority};
     p->model = model;
-    p->pool_from = (o->crossovers ? o->crossovers : tfa_crossovers_default())->pool_from;
     p->team = o->team;
     int status = o->team ? TFA_OK : tfa_team_create(&own, &p->own);
     if (p->own)
@@ -179,12 +176,6 @@ static void compute_task(void *context, uint32_t task, uint32_t worker)
     p->outcome[task] = (struct outcome){status, reply.field, reply.index, reply.state};
 }
 
-/* A batch that is worth waking the others */
-static int is_worth_waking(const tfa_pool *p)
-{
-    return (uint64_t)tfa_model_summarise(p->model).bodies * p->count >= p->pool_from;
-}
-
 /* One state after the other, all threads on each. The crew leaves again: a batch has every thread
  * compute in a workspace of its own. */
 static void compute_together(tfa_pool *p, tfa_reply *reply)
@@ -214,8 +205,7 @@ static void compute_spread(tfa_pool *p, tfa_reply *reply)
     }
 }
 
-/* In parts, if there are not states enough for all threads; by one thread what is over before another
- * is awake */
+/* In parts, if there are not states enough for all threads */
 static void compute(tfa_pool *p, const tfa_request *request, uint32_t first, uint32_t count,
                     tfa_reply *reply)
 {
@@ -225,7 +215,7 @@ static void compute(tfa_pool *p, const tfa_request *request, uint32_t first, uin
     if (p->threads > 1 &&
         (count <= 1 || (count < p->threads && tfa_goes_in_parts(p->model, request))))
         compute_together(p, reply);
-    else if (p->threads > 1 && is_worth_waking(p))
+    else if (p->threads > 1)
         compute_spread(p, reply);
     else
         (void)tfa_compute_checked(p->workspace[0], request, first, first + count, reply);

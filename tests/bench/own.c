@@ -4,12 +4,12 @@
  * Kernels of robots' own beside the generic one and the peers of this build: code size, the time to
  * compile, to load and test, the largest difference, and the time of what is asked, by turns in one process.
  *
- *   bench_own [--kernels FOLDER] [--compiler PROGRAM] [--keep] [--snap ANGLE] [--csv] [--turn-us N]
+ *   bench_own [--kernels FOLDER] [--compiler PROGRAM] [--snap ANGLE] [--csv] [--turn-us N]
  *       [--rounds N] ROBOT[:floating] ...
  *
  * ROBOT: a URDF file, or one that bench_suite makes (humanoid30, humanoid58, chain64). Kernels are
- * built where FOLDER has none; without it they live as long as the run. --keep: also what payloads, gravity
- * and armatures cost that stay inputs. --snap: as of `totalforce model`.
+ * built where FOLDER has none; without it they live as long as the run. --snap: as of `totalforce
+ * model`.
  *
  * Warm: 16 states in turn. Chained: each state waits for the answer before it. Cold: no cache holds data or
  * code (suite/flush.c). Batches: 512 states at a time, ns for one. The tip is a link behind the most joints.
@@ -22,11 +22,9 @@
 #include "own_kernel.h"
 #include "suite/suite.h"
 
-enum { KERNELS = 5 };
-
 struct options {
     const char *kernels, *compiler;
-    int keep, csv;
+    int csv;
     double turn_us, snap;
     uint32_t rounds;
     char scratch[64]; /* of this run; "": kernels are to stay */
@@ -35,22 +33,13 @@ struct options {
 struct subject {
     struct robot robot;
     tfa_model *model;
-    struct kernel kernel[KERNELS];
-    uint32_t kernels;
+    struct kernel kernel;
 };
 
 static const struct library linked = {.name = "generic",
 #define LINKED(call) .call = call,
                                       SUITE_CALLS(LINKED)
 #undef LINKED
-};
-
-static const struct kernel kinds[KERNELS] = {
-    {.name = "own"},
-    {.name = "own-payload", .keeps = TFA_KEEP_PAYLOAD},
-    {.name = "own-gravity", .keeps = TFA_KEEP_GRAVITY},
-    {.name = "own-armature", .keeps = TFA_KEEP_ARMATURE},
-    {.name = "own-all", .keeps = TFA_KEEP_PAYLOAD | TFA_KEEP_GRAVITY | TFA_KEEP_ARMATURE},
 };
 
 /* ---- what is asked ---- */
@@ -85,10 +74,9 @@ static const struct question {
     {{"batch+gravity", FD, MANY}, A_GRAVITY},
 };
 
-static int is_for(const struct question *q, const struct subject *s, const struct options *o)
+static int is_for(const struct question *q, const struct subject *s)
 {
-    const int moves_on = q->task.how != HOW_CHAINED || s->robot.base == TFA_BASE_FIXED;
-    return moves_on && (q->given == NOTHING || o->keep);
+    return q->task.how != HOW_CHAINED || s->robot.base == TFA_BASE_FIXED;
 }
 
 static void hang_on(struct contest *c, const struct subject *s, enum given given)
@@ -161,18 +149,15 @@ static void print_times(const struct subject *s, struct contest *c, enum given g
 
 static void measure(struct subject *s, const struct options *o)
 {
-    struct library answering[KERNELS + 1] = {linked};
+    struct library answering[2] = {linked, linked};
     struct figures f[SUITE_WHO];
-    for (uint32_t k = 0; k < s->kernels; k++) {
-        answering[k + 1] = linked;
-        answering[k + 1].name = s->kernel[k].name;
-        answering[k + 1].specialised = s->kernel[k].loaded;
-        print_kernel(s, &s->kernel[k], o->csv);
-    }
+    answering[1].name = s->kernel.name;
+    answering[1].specialised = s->kernel.loaded;
+    print_kernel(s, &s->kernel, o->csv);
     for (size_t q = 0; q < sizeof questions / sizeof *questions; q++) {
         struct contest c;
-        if (!is_for(&questions[q], s, o) ||
-            contest_open(&c, &questions[q].task, &s->robot, answering, s->kernels + 1) != 0)
+        if (!is_for(&questions[q], s) ||
+            contest_open(&c, &questions[q].task, &s->robot, answering, 2) != 0)
             continue;
         hang_on(&c, s, questions[q].given);
         (void)contest_measure(&c, o->turn_us, o->rounds, f);
@@ -183,13 +168,10 @@ static void measure(struct subject *s, const struct options *o)
 
 static int measure_loaded(struct subject *s, const struct options *o)
 {
-    int bad = 0;
-    for (uint32_t k = 0; k < s->kernels; k++)
-        bad |= kernel_load(&s->kernel[k], s->model);
+    const int bad = kernel_load(&s->kernel, s->model);
     if (!bad)
         measure(s, o);
-    for (uint32_t k = 0; k < s->kernels; k++)
-        kernel_close(&s->kernel[k]);
+    kernel_close(&s->kernel);
     return bad;
 }
 
@@ -206,19 +188,16 @@ static int open_subject(struct subject *s, const char *argument, const struct op
     s->robot.snap = o->snap;
     const tfa_model_options options = {
         .base = s->robot.base, .lock_massless_leaves = 1, .snap = o->snap};
-    int bad = tfa_model_create(s->robot.description, &options, NULL, &s->model) != TFA_OK;
-    for (uint32_t k = 0; !bad && k < (o->keep ? KERNELS : 1); k++) {
-        s->kernel[k] = kinds[k];
-        bad = kernel_build(&s->kernel[k], s->model, o->kernels, o->compiler) != 0;
-        s->kernels += !bad;
-    }
-    return bad ? -1 : 0;
+    if (tfa_model_create(s->robot.description, &options, NULL, &s->model) != TFA_OK)
+        return -1;
+    s->kernel.name = "own";
+    return kernel_build(&s->kernel, s->model, o->kernels, o->compiler);
 }
 
 static void close_subject(struct subject *s, const struct options *o)
 {
-    for (uint32_t k = 0; o->scratch[0] && k < s->kernels; k++)
-        unlink(s->kernel[k].path);
+    if (o->scratch[0])
+        unlink(s->kernel.path);
     tfa_model_free(s->model);
     if (s->robot.description)
         robot_close(&s->robot, &linked);
@@ -232,9 +211,8 @@ static int parse(int argc, char **argv, struct options *o)
     int k = 1;
     for (; k < argc && strncmp(argv[k], "--", 2) == 0; k++) {
         const char *value = k + 1 < argc ? argv[k + 1] : "";
-        if (strcmp(argv[k], "--keep") == 0 || strcmp(argv[k], "--csv") == 0) {
-            o->keep |= strcmp(argv[k], "--keep") == 0;
-            o->csv |= strcmp(argv[k], "--csv") == 0;
+        if (strcmp(argv[k], "--csv") == 0) {
+            o->csv = 1;
             continue;
         }
         if (strcmp(argv[k], "--kernels") == 0)
@@ -259,7 +237,7 @@ int main(int argc, char **argv)
     struct options o = {.turn_us = 1000, .rounds = 41};
     const int first = parse(argc, argv, &o);
     if (!first) {
-        fputs("bench_own [--kernels FOLDER] [--compiler PROGRAM] [--keep] [--snap ANGLE] [--csv]\n"
+        fputs("bench_own [--kernels FOLDER] [--compiler PROGRAM] [--snap ANGLE] [--csv]\n"
               "    [--turn-us N] [--rounds N] ROBOT[:floating] ...\n",
               stderr);
         return 3;

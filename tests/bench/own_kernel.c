@@ -28,12 +28,10 @@ static double children_seconds(void)
 int kernel_build(struct kernel *k, const tfa_model *model, const char *folder, const char *compiler)
 {
     char name[TFA_SPECIALISED_NAME_SIZE], reason[1024];
-    const tfa_specialise_options options = {.keeps = k->keeps, .compiler = compiler};
+    const tfa_specialise_options options = {.compiler = compiler};
     tfa_specialise_result result;
-    tfa_specialised_name(model, k->keeps, name);
-    /* kernels that keep payloads bear the name of those that do not */
-    snprintf(k->path, sizeof k->path, "%s/%s%s", folder,
-             k->keeps & TFA_KEEP_PAYLOAD ? "payload-" : "", name);
+    tfa_specialised_name(model, name);
+    snprintf(k->path, sizeof k->path, "%s/%s", folder, name);
     if (access(k->path, R_OK) == 0)
         return 0;
     const double before = children_seconds();

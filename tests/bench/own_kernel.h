@@ -9,8 +9,7 @@
 #include <totalforce/totalforce.h>
 
 struct kernel {
-    const char *name; /* "own", "own, payload" .. */
-    uint32_t keeps;   /* TFA_KEEP_ bits */
+    const char *name; /* "own" */
     char path[4352];
     double compile_s; /* wall clock; 0: it was there */
     double

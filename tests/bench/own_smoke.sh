@@ -3,7 +3,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 #
 # bench_own runs, its rows are whole, kernels answer as the generic one does, and tables can be made of
-# its rows. No time is judged. The robot is small, for five kernels are compiled.
+# its rows. No time is judged.
 #   own_smoke.sh BENCH_OWN
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -26,20 +26,19 @@ joint() {
     echo "</robot>"
 } >"$work/arm7.urdf"
 
-"$1" --csv --keep --snap 1e-6 --kernels "$work" --rounds 2 --turn-us 5 "$work/arm7.urdf" >"$work/own.csv"
+"$1" --csv --snap 1e-6 --kernels "$work" --rounds 2 --turn-us 5 "$work/arm7.urdf" >"$work/own.csv"
 awk -F, '
     NR == 1 { next }
     NF != 8 { print "fields: " $0; bad = 1 }
     !($6 >= 0) || ($8 != "" && !($8 < 1e-6)) { print "numbers: " $0; bad = 1 }
-    $4 == "own-all" { own++ }
+    $4 == "own" { own++ }
     $4 == "generic" { generic++ }
     END { if (own != 5 + 15 || generic != 15) { print "rows: " own ", " generic; bad = 1 }
           exit bad }' "$work/own.csv"
-for table in kernels warm cold batch keep targets; do
+for table in kernels warm cold batch targets; do
     awk -f "$here/own_tables.awk" -v table=$table "$work/own.csv" >"$work/$table"
 done
 grep -q '^| arm7 | 2 | ' "$work/warm"
-grep -q '^| fd+payload | [0-9]' "$work/keep"
 grep -q '^| compile, arm | arm7 | 5 s |' "$work/targets"
 "$1" --kernels "$work" --snap 1e-6 --rounds 2 --turn-us 5 "$work/arm7.urdf" | grep -q 'compiled in 0.00 s'
 [ "$("$1" 2>&1 | wc -l)" -eq 2 ]

@@ -73,23 +73,6 @@ function table_batch(    k) {
         printf "| %s | %s | %s |\n", name, pair("batch"), pair("batch-id")
     }
 }
-function table_keep(    k, r, w, who, figures, figure) {
-    w = split("generic own own-payload own-gravity own-armature own-all", who, " ")
-    r = split("code_bytes compilers_s load_ms fd id lambda fd+lambda batch fd+payload batch+payload fd+gravity batch+gravity", figures, " ")
-    for (k = 1; k <= count; k++) {
-        name = list[k]
-        if (value[name, "own-all", "fd"] == "") continue
-        print "| " name " | generic | own | keeps payload | gravity | armature | all |"
-        print "|---|---|---|---|---|---|---|"
-        for (figure = 1; figure <= r; figure++) {
-            printf "| %s |", figures[figure]
-            for (j = 1; j <= w; j++)
-                printf " %s |", value[name, who[j], figures[figure]] == "" ? "-" : \
-                    sprintf(figures[figure] ~ /_(s|ms)$/ ? "%.1f" : "%.0f", value[name, who[j], figures[figure]])
-            print ""
-        }
-    }
-}
 function target(what, robot, task, limit, stretch,    here, there, base) {
     name = robot
     here = own(task)
@@ -141,7 +124,6 @@ END {
     else if (table == "warm") table_warm()
     else if (table == "cold") table_cold()
     else if (table == "batch") table_batch()
-    else if (table == "keep") table_keep()
     else if (table == "targets") table_targets()
     else { print "own_tables.awk: no table " table; exit 1 }
 }

@@ -4,14 +4,14 @@
 #
 # Everything of docs/performance.md that is measured, in one go: builds this tree with the peers that
 # are installed and the former library beside it, runs the suite for every instruction set, counts
-# instructions under callgrind, measures the share of the peak and the crossovers, draws, and puts
+# instructions under callgrind, measures the share of the peak, draws, and puts
 # the tables into the page.
 #
 #   tests/bench/performance.sh [--quick] [--robots FOLDER] [--former COMMIT] [--only STEP]
 #       [--build FOLDER] [--output FOLDER]
 #
 # Eight minutes on two free processors, --quick one; the first time building takes longer. STEP: one
-# of build, suite, isa, count, peak, crossovers, draw, page. --output FOLDER: not docs/performance;
+# of build, suite, isa, count, peak, draw, page. --output FOLDER: not docs/performance;
 # the page is then FOLDER/performance.md.
 set -eu
 source=$(cd "$(dirname "$0")/../.." && pwd)
@@ -40,8 +40,8 @@ bin=$build/bin
 made="humanoid30 humanoid58"
 own="$source/config/robots/arm7.urdf $source/config/robots/quadruped.urdf"
 humanoid=$source/config/robots/humanoid.urdf
-rounds=31 turn=1000 budget=250
-[ -z "$quick" ] || rounds=9 turn=300 budget=40
+rounds=31 turn=1000
+[ -z "$quick" ] || rounds=9 turn=300
 mkdir -p "$output"
 
 say() { printf '%s %s\n' "$(date +%T)" "$*" >&2; }
@@ -160,12 +160,6 @@ step_peak() {
     } >"$output/peak.csv"
 }
 
-step_crossovers() {
-    say "crossovers"
-    # the table tells the command: no folders of this machine in it
-    (cd "$output" && "$bin/totalforce" chart --calibrate --budget-ms $budget --output . 2>crossovers.txt)
-}
-
 step_draw() {
     command -v gnuplot >/dev/null || { say "no gnuplot: no pictures" && return 0; }
     say "drawing"
@@ -194,7 +188,7 @@ step_page() {
 }
 
 ! wanted build || { build_former && build_now; }
-for step in suite isa count peak crossovers draw page; do
+for step in suite isa count peak draw page; do
     ! wanted $step || step_$step
 done
 say "done: $page"

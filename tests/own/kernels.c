@@ -103,12 +103,8 @@ int kernels_leave_out(const tfa_model *model)
 
 void kernels_simplify(const tfa_model *model, tfa_request *request)
 {
-    const tfa_specialised *kernel = kernels_find(model);
-    if (!kernel)
-        return;
-    request->wrench_count = 0;
-    if (!(kernel->kernel->keeps & TFA_KEEP_GRAVITY))
-        request->gravity = NULL;
+    if (kernels_find(model))
+        request->wrench_count = 0;
 }
 
 /* ---- the program's end ---- */

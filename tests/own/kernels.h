@@ -21,8 +21,8 @@ const tfa_specialised *kernels_find(const tfa_model *model);
  *  TFA_TEST_KERNELS. */
 int kernels_leave_out(const tfa_model *model);
 
-/** Takes wrenches and a gravity out of a request where the model has a kernel that leaves them to the
- *  generic one: it would not be asked. */
+/** Takes wrenches out of a request where the model has a kernel, which leaves them to the generic
+ *  one. */
 void kernels_simplify(const tfa_model *model, tfa_request *request);
 
 /** States that kernels answered so far. */

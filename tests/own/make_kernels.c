@@ -54,11 +54,9 @@ static int clear(const char *folder)
 static int build(const struct wanted *w, const char *folder, tfa_model *model)
 {
     char path[4096], name[TFA_SPECIALISED_NAME_SIZE], reason[1024];
-    /* the answers in ../shared/reference are for another gravity than other tests ask for */
-    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib",
-                                            .keeps = w->ours ? 0 : TFA_KEEP_GRAVITY};
+    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib"};
     tfa_specialise_result result;
-    tfa_specialised_name(model, options.keeps, name);
+    tfa_specialised_name(model, name);
     snprintf(path, sizeof path, "%s/%s", folder, name);
     const int status = tfa_specialised_build(model, &options, path, &result, reason, sizeof reason);
     if (status == TFA_OK)

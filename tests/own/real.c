@@ -16,6 +16,7 @@
 #include <cmocka.h>
 
 #include "bench.h"
+#include "own/own.h"
 
 #define STATES 19 /* two vectors of eight and a rest */
 #define BOUND 1e-13
@@ -69,12 +70,12 @@ static void fill(struct asked *in)
     }
 }
 
-static void open_pair(struct pair *p, const char *file, tfa_base base, uint32_t keeps)
+static void open_pair(struct pair *p, const char *file, tfa_base base)
 {
     char path[256];
     bench_open(&p->b);
     p->model = bench_robot(file, base);
-    const tfa_specialise_options options = {.keeps = keeps, .sources = TFA_SOURCE_DIR "/lib"};
+    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib"};
     bench_path(&p->b, "kernels/kernel.so", path);
     int status = tfa_specialised_build(p->model, &options, path, NULL, p->b.reason, 1024);
     if (status == TFA_OK)
@@ -218,6 +219,11 @@ static void ask_for_more(struct pair *p)
         ask(p, "payload alone", &r);
         r.payload_frames[0] = 0; /* on the root */
         ask(p, "payload on the root", &r);
+        r.count = 1;
+        ask(p, "payload on the root, one state", &r);
+        r.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
+        ask(p, "payload, one state", &r);
+        r.count = STATES;
         r.locked_count = 1;
         r.locked = joint;
         ask(p, "locked", &r);
@@ -240,11 +246,10 @@ static void ask_for_more(struct pair *p)
     ask(p, "crba", &r);
 }
 
-static void ask_everything(const char *file, tfa_base base, uint32_t keeps)
+static void ask_everything(const char *file, tfa_base base)
 {
     struct pair *p = calloc(1, sizeof *p);
-    open_pair(p, file, base, keeps);
-    assert_int_equal(tfa_specialised_describe(p->kernel).keeps, keeps);
+    open_pair(p, file, base);
     for (uint32_t count = 1; count <= STATES; count++) {
         const tfa_request forward = request_of(p, TFA_OP_FORWARD_DYNAMICS, count);
         const tfa_request inverse = request_of(p, TFA_OP_INVERSE_DYNAMICS, count);
@@ -262,32 +267,47 @@ static void ask_everything(const char *file, tfa_base base, uint32_t keeps)
 static void arm(void **state)
 {
     (void)state;
-    ask_everything("arm7.urdf", TFA_BASE_FIXED, 0);
+    ask_everything("arm7.urdf", TFA_BASE_FIXED);
 }
 
 static void floating_quadruped(void **state)
 {
     (void)state;
-    ask_everything("quadruped.urdf", TFA_BASE_FLOATING, 0);
+    ask_everything("quadruped.urdf", TFA_BASE_FLOATING);
 }
 
-static void arm_that_keeps_gravity(void **state)
+/* Does the kernel itself answer this, not the generic one? */
+static int takes(const struct pair *p, const tfa_request *r)
 {
-    (void)state;
-    ask_everything("arm7.urdf", TFA_BASE_FIXED, TFA_KEEP_GRAVITY);
+    const struct tfa_own_host host = own_host(p->model);
+    return p->kernel->kernel->takes(&host, r);
 }
 
-static void arm_that_keeps_payloads(void **state)
+/* Gravity of a request is an input of every kernel, and so are payloads without tips. */
+static void gravity_and_payloads_are_inputs(void **state)
 {
+    static const double numbers[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1e-3, 0, 0, 1e-3, 0, 1e-3};
+    static const double gravity[3] = {0, 0, -1.62};
+    static const uint32_t joint[1] = {0};
+    struct pair *p = calloc(1, sizeof *p);
     (void)state;
-    ask_everything("arm7.urdf", TFA_BASE_FIXED, TFA_KEEP_PAYLOAD);
-}
-
-static void quadruped_that_keeps_all(void **state)
-{
-    (void)state;
-    ask_everything("quadruped.urdf", TFA_BASE_FLOATING,
-                   TFA_KEEP_GRAVITY | TFA_KEEP_PAYLOAD | TFA_KEEP_ARMATURE);
+    open_pair(p, "quadruped.urdf", TFA_BASE_FLOATING);
+    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
+        tfa_request r = request_of(p, (tfa_op)op, 1);
+        r.tip_count = op == TFA_OP_OPERATIONAL_INERTIA;
+        r.tips[0] = tfa_model_frame_count(p->model) - 1;
+        r.gravity = gravity;
+        assert_true(takes(p, &r));
+        r.payload_count = 1;
+        r.payloads = numbers;
+        assert_int_equal(takes(p, &r), !r.tip_count);
+        r.payload_count = 0;
+        r.locked_count = 1;
+        r.locked = joint;
+        assert_false(takes(p, &r));
+    }
+    close_pair(p);
+    free(p);
 }
 
 /* The arm with other rotors, where gravity is another */
@@ -306,20 +326,20 @@ static tfa_model *arm_elsewhere(const double *gravity, double armature)
     return model;
 }
 
-/* One kernel for robots that differ in nothing but what it keeps; not for others. */
+/* One kernel for robots that differ in gravity only; not for other rotors. */
 static void models_share_a_kernel(void **state)
 {
-    (void)state;
     static const double moon[3] = {0, 0, -1.62};
     struct pair *p = calloc(1, sizeof *p);
     char path[256];
     tfa_specialised *other;
-    open_pair(p, "arm7.urdf", TFA_BASE_FIXED, TFA_KEEP_GRAVITY | TFA_KEEP_ARMATURE);
+    (void)state;
+    open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
     bench_path(&p->b, "kernels/kernel.so", path);
     tfa_workspace_free(p->own);
     tfa_workspace_free(p->generic);
     tfa_model_free(p->model);
-    p->model = arm_elsewhere(moon, 0.02);
+    p->model = arm_elsewhere(moon, 0);
     assert_int_equal(tfa_specialised_load(path, p->model, &other, p->b.reason, 1024), TFA_OK);
     const tfa_workspace_options o = {.specialised = other};
     assert_int_equal(tfa_workspace_create(p->model, &o, &p->own), TFA_OK);
@@ -330,10 +350,6 @@ static void models_share_a_kernel(void **state)
     ask_for_more(p);
     tfa_specialised_free(p->kernel);
     p->kernel = other;
-    close_pair(p);
-
-    open_pair(p, "arm7.urdf", TFA_BASE_FIXED, TFA_KEEP_GRAVITY);
-    bench_path(&p->b, "kernels/kernel.so", path);
     tfa_model *with_rotors = arm_elsewhere(NULL, 0.02);
     assert_int_equal(tfa_specialised_load(path, with_rotors, &other, p->b.reason, 1024),
                      TFA_E_UNSUPPORTED);
@@ -347,7 +363,7 @@ static void answers_that_are_not_wanted(void **state)
 {
     (void)state;
     struct pair *p = calloc(1, sizeof *p);
-    open_pair(p, "arm7.urdf", TFA_BASE_FIXED, 0);
+    open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
     for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
         tfa_request r = request_of(p, (tfa_op)op, STATES);
         tfa_reply nothing = {0};
@@ -364,9 +380,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(arm),
         cmocka_unit_test(floating_quadruped),
-        cmocka_unit_test(arm_that_keeps_gravity),
-        cmocka_unit_test(arm_that_keeps_payloads),
-        cmocka_unit_test(quadruped_that_keeps_all),
+        cmocka_unit_test(gravity_and_payloads_are_inputs),
         cmocka_unit_test(models_share_a_kernel),
         cmocka_unit_test(answers_that_are_not_wanted),
     };

@@ -14,6 +14,7 @@
 #include <cmocka.h>
 
 #include "bench.h"
+#include "model/hash.h"
 #include "own/own.h"
 
 struct sealed {
@@ -87,7 +88,7 @@ static void other_versions_and_models_are_refused(void **state)
     char *changed = malloc(s->size);
     uint8_t other[32] = {1, 2, 3};
     memcpy(changed, s->bytes, s->size);
-    own_seal_make(changed, s->size - sizeof *seal, other, 0, seal);
+    own_seal_make(changed, s->size - sizeof *seal, other, seal);
     memcpy(changed + s->size - sizeof *seal, seal, sizeof *seal);
     assert_int_equal(try_bytes(s, changed, s->size), TFA_E_UNSUPPORTED);
     bench_assert_reason(&s->b, "for another model, 01020300");
@@ -101,8 +102,10 @@ static void sealed_rubbish_is_refused(void **state)
     struct sealed *s = *state;
     struct own_seal seal;
     char rubbish[256 + sizeof seal];
+    uint8_t hash[32];
     memset(rubbish, 'x', 256);
-    own_seal_make(rubbish, 256, tfa_model_hash(s->b.arm), 0, &seal);
+    tfa_hash_without_gravity(s->b.arm, hash);
+    own_seal_make(rubbish, 256, hash, &seal);
     memcpy(rubbish + 256, &seal, sizeof seal);
     assert_int_equal(try_bytes(s, rubbish, sizeof rubbish), TFA_E_FILE);
     bench_assert_reason(&s->b, "cannot be loaded");

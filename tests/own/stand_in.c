@@ -82,11 +82,10 @@ static void turn(const struct tfa_body *b, double s, double c, double E[9])
     }
 }
 
-static void move(struct body *all, uint32_t i, double q, double qd, double qdd)
+static void move(const double *g, struct body *all, uint32_t i, double q, double qd, double qdd)
 {
     const struct tfa_body *b = &own_body[i];
-    struct body *me = &all[i],
-                still = {.a = times(-1, (vec){own_gravity[0], own_gravity[1], own_gravity[2]})};
+    struct body *me = &all[i], still = {.a = {-g[0], -g[1], -g[2]}};
     const struct body *p = b->parent < 0 ? &still : &all[b->parent];
     const int slides = b->kind == TFA_KIND_PRISMATIC;
     turn(b, slides ? 0 : sin(q), slides ? 1 : cos(q), me->E);
@@ -121,13 +120,13 @@ static double freedom(const double *array, uint32_t k, uint32_t v)
 static int one(const struct tfa_own_host *host, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     struct body all[OWN_BODIES] = {0};
-    (void)host;
     if (STAND_IN_FAULT == FAULT_NEVER_ANSWERS)
         return 0;
     for (uint32_t i = 0; i < OWN_BODIES; i++) {
         const uint32_t v = own_body[i].v;
         const struct tfa_coordinate *c = &own_coordinate[own_body[i].q];
-        move(all, i, c->multiplier * r->q[(size_t)OWN_Q_COUNT * k + c->from] + c->offset,
+        move(host->model->gravity, all, i,
+             c->multiplier * r->q[(size_t)OWN_Q_COUNT * k + c->from] + c->offset,
              freedom(r->v, k, v), freedom(r->qdd, k, v));
         load(&all[i], &own_body[i]);
     }

@@ -108,7 +108,7 @@ static void a_sound_kernel_answers(void **state)
     char path[400], name[TFA_SPECIALISED_NAME_SIZE];
     (void)state;
     bench_open(&b);
-    tfa_specialised_name(b.arm, 0, name);
+    tfa_specialised_name(b.arm, name);
     snprintf(path, sizeof path, "%s/%s", b.kernels, name);
     bench_build(&b, b.arm, "SOUND", path);
     assert_int_equal(tfa_specialised_find(b.kernels, b.arm, &kernel, b.reason, sizeof b.reason),

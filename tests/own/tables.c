@@ -85,7 +85,7 @@ static void strip(char *text)
 static char *tables_of(const tfa_model *model)
 {
     char *text;
-    assert_int_equal(tfa_specialised_tables(model, 0, &text), TFA_OK);
+    assert_int_equal(tfa_specialised_tables(model, &text), TFA_OK);
     return text;
 }
 
@@ -135,7 +135,7 @@ static void expect_refusal(const tfa_model *model, const char *joint)
     assert_int_equal(tfa_specialised_check(model, reason, sizeof reason), TFA_E_UNSUPPORTED);
     if (!strstr(reason, joint) || !strstr(reason, "the generic kernel answers"))
         fail_msg("%s is not in: %s", joint, reason);
-    assert_int_equal(tfa_specialised_tables(model, 0, &text), TFA_E_UNSUPPORTED);
+    assert_int_equal(tfa_specialised_tables(model, &text), TFA_E_UNSUPPORTED);
     assert_null(text);
     assert_int_equal(tfa_specialised_build(model, NULL, "/tmp/never.so", NULL, reason, 512),
                      TFA_E_UNSUPPORTED);
@@ -186,17 +186,22 @@ static void robots_without_kernel_are_named(void **state)
     assert_int_equal(tfa_specialised_check(NULL, NULL, 0), TFA_E_ARGUMENT);
 }
 
-static void unknown_keeps_are_refused(void **state)
+/* Gravity is read from the model and from requests: tables hold none. */
+static void gravity_is_in_no_table(void **state)
 {
-    char *text;
+    static const double moon[3] = {0, 0, -1.62};
+    const tfa_model_options options = {.gravity = moon};
+    tfa_description *d = arm_description();
+    tfa_model *here = compile(d, NULL), *there = compile(d, &options);
+    char *text = tables_of(here), *other = tables_of(there);
     (void)state;
-    tfa_model *arm = bench_robot("arm7.urdf", TFA_BASE_FLOATING);
-    assert_int_equal(tfa_specialised_tables(arm, 8, &text), TFA_E_ARGUMENT);
-    assert_int_equal(tfa_specialised_tables(arm, 7, &text), TFA_OK);
-    assert_non_null(strstr(text, "#define OWN_KEEPS 7"));
-    assert_non_null(strstr(text, "#define OWN_BASE 6"));
+    assert_string_equal(text, other);
+    assert_null(strstr(text, "gravity"));
     free(text);
-    tfa_model_free(arm);
+    free(other);
+    tfa_model_free(here);
+    tfa_model_free(there);
+    tfa_description_free(d);
 }
 
 int main(void)
@@ -205,7 +210,7 @@ int main(void)
         cmocka_unit_test(names_change_comments_only),
         cmocka_unit_test(hostile_names_build_and_load),
         cmocka_unit_test(robots_without_kernel_are_named),
-        cmocka_unit_test(unknown_keeps_are_refused),
+        cmocka_unit_test(gravity_is_in_no_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * `auto` goes by the crossovers: which method answers, on chains one body shorter than the number
- * and as long as it, by one thread and by several; and what the scan cannot take goes another way.
+ * `auto` is a function of the model and the request: the segment scan from TFA_SCAN_BODIES_MIN
+ * bodies of a chain on, whatever the number of threads and of states; requests and robots that the
+ * scan does not take with its segments side by side go by aba.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,9 +15,10 @@
 #include <cmocka.h>
 #include <totalforce/totalforce.h>
 
+#include "methods/tuning.h"
 #include "random_robot.h"
 
-enum { LONGEST = 64, THREADS = 3 };
+enum { LONG = TFA_SCAN_BODIES_MIN, STATES = 5, THREADS = 3 };
 
 /* A random chain and all that answers for it */
 struct subject {
@@ -26,17 +28,18 @@ struct subject {
     tfa_pool *pool;
 };
 
-static void open_subject(struct subject *s, uint32_t bodies, const tfa_workspace_options *options)
+static const random_robot_options revolute = {.shape = RANDOM_CHAIN};
+
+static void open_subject(struct subject *s, uint32_t bodies, random_robot_options robot,
+                         const tfa_model_options *base, tfa_workspace_options options)
 {
-    const random_robot_options chain = {.shape = RANDOM_CHAIN, .joints = bodies};
-    s->description = random_robot_create(bodies, &chain);
+    robot.joints = bodies;
+    s->description = random_robot_create(bodies, &robot);
     assert_non_null(s->description);
-    assert_int_equal(tfa_model_create(s->description, NULL, NULL, &s->model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(s->model, options, &s->workspace), TFA_OK);
-    const tfa_pool_options pool = {.threads = THREADS,
-                                   .precision = options->precision,
-                                   .residual = options->residual,
-                                   .crossovers = options->crossovers};
+    assert_int_equal(tfa_model_create(s->description, base, NULL, &s->model), TFA_OK);
+    assert_int_equal(tfa_workspace_create(s->model, &options, &s->workspace), TFA_OK);
+    const tfa_pool_options pool = {
+        .threads = THREADS, .precision = options.precision, .residual = options.residual};
     assert_int_equal(tfa_pool_create(s->model, &pool, &s->pool), TFA_OK);
 }
 
@@ -48,119 +51,162 @@ static void close_subject(struct subject *s)
     random_robot_free(s->description);
 }
 
-/* The method that answered; `changed` is a request with nothing but what is special about it. */
-static tfa_method who(const struct subject *s, const tfa_request *changed, int pool)
+/* Numbers of all states; the same at every call */
+static double *numbers(size_t n)
 {
-    static double q[LONGEST], qdd[LONGEST], lambda[36 * 4];
+    random_source random = {n};
+    double *x = malloc(n * sizeof *x);
+    assert_non_null(x);
+    for (size_t k = 0; k < n; k++)
+        x[k] = random_uniform(&random, -1, 1);
+    return x;
+}
+
+/* Coordinates of one state: quaternions are of unit length */
+static double *coordinates(const tfa_model *m)
+{
+    random_source random = {1};
+    double *q = calloc(tfa_model_q_count(m) + 1, sizeof *q), *at = q;
+    assert_non_null(q);
+    for (uint32_t k = 0; k < tfa_model_joint_count(m); k++)
+        at += random_coordinates(&random, tfa_model_joint(m, k).type, at);
+    return q;
+}
+
+/* The method that answers; `changed` is a request with nothing but what is special about it. */
+static tfa_method method_of(const struct subject *s, const tfa_request *changed, int pool)
+{
     tfa_answer answer = {0};
     tfa_request r = *changed;
-    tfa_reply reply = {.qdd = qdd, .lambda_inv = lambda, .answers = &answer};
+    double *q = coordinates(s->model), *lambda = calloc(36 * 4, sizeof *lambda);
+    double pose[7] = {0, 0, 0, 0, 0, 0, 1}, base[6];
+    double *qdd = calloc(tfa_model_v_count(s->model), sizeof *qdd);
+    tfa_reply reply = {
+        .qdd = qdd, .base_acceleration = base, .lambda_inv = lambda, .answers = &answer};
     r.op = r.op ? r.op : TFA_OP_FORWARD_DYNAMICS;
     r.count = 1;
     r.q = q;
+    r.base_pose = tfa_model_base_freedoms(s->model) ? pose : NULL;
     assert_int_equal(pool ? tfa_pool_compute(s->pool, &r, &reply)
                           : tfa_compute(s->workspace, &r, &reply),
                      TFA_OK);
+    free(q);
+    free(qdd);
+    free(lambda);
     return (tfa_method)answer.method;
 }
 
-static const tfa_request forward; /* nothing special */
+static const tfa_request plain = {.refine = TFA_REFINE_DEFAULT};
 
-/* Each number rules its own number of threads and op, and no other. */
-static void test_scan_from(void **state)
+static void long_chains_go_by_scan(void **state)
 {
     (void)state;
-    tfa_crossovers c = *tfa_crossovers_default();
-    const tfa_workspace_options options = {.crossovers = &c};
-    c.scan_from_1 = 40;
-    c.scan_from_2 = 24;
-    c.lambda_scan_from_1 = c.lambda_scan_from_2 = TFA_NEVER;
-    for (uint32_t bodies = 23; bodies <= 40; bodies += bodies == 24 ? 15 : 1) {
+    for (uint32_t bodies = LONG - 1; bodies <= LONG; bodies++) {
         struct subject s;
-        open_subject(&s, bodies, &options);
-        const tfa_request lambda = {.op = TFA_OP_OPERATIONAL_INERTIA,
-                                    .tip_count = 1,
-                                    .tips = {tfa_model_frame_count(s.model) - 1}};
-        assert_int_equal(who(&s, &forward, 0), bodies >= 40 ? TFA_METHOD_SCAN : TFA_METHOD_ABA);
-        assert_int_equal(who(&s, &forward, 1), bodies >= 24 ? TFA_METHOD_SCAN : TFA_METHOD_ABA);
-        assert_int_equal(who(&s, &lambda, 1), TFA_METHOD_PROPAGATION);
+        open_subject(&s, bodies, revolute, NULL, (tfa_workspace_options){0});
+        for (int pool = 0; pool < 2; pool++)
+            assert_int_equal(method_of(&s, &plain, pool),
+                             bodies < LONG ? TFA_METHOD_ABA : TFA_METHOD_SCAN);
         close_subject(&s);
     }
 }
 
-static void test_lambda_scan_from(void **state)
+/* Requests that the scan does not take with its segments side by side, other arithmetics */
+static void other_requests_do_not(void **state)
 {
-    (void)state;
-    tfa_crossovers c = *tfa_crossovers_default();
-    const tfa_workspace_options options = {.crossovers = &c};
-    struct subject s;
-    c.scan_from_1 = 2;
-    c.lambda_scan_from_1 = LONGEST + 1;
-    c.scan_from_2 = c.lambda_scan_from_2 = LONGEST;
-    open_subject(&s, LONGEST, &options);
-    const uint32_t last = tfa_model_frame_count(s.model) - 1;
-    const tfa_request tip = {.op = TFA_OP_OPERATIONAL_INERTIA, .tip_count = 1, .tips = {last}};
-    const tfa_request middle = {.op = TFA_OP_OPERATIONAL_INERTIA, .tip_count = 1, .tips = {9}};
-    const tfa_request both = {.tip_count = 1, .tips = {last}};
-    assert_int_equal(who(&s, &tip, 0), TFA_METHOD_PROPAGATION);
-    assert_int_equal(who(&s, &tip, 1), TFA_METHOD_SCAN);
-    assert_int_equal(who(&s, &middle, 1), TFA_METHOD_PROPAGATION);
-    assert_int_equal(who(&s, &both, 0), TFA_METHOD_ABA);
-    assert_int_equal(who(&s, &both, 1), TFA_METHOD_SCAN);
-    close_subject(&s);
-}
-
-/* Locked joints, other arithmetics, the numbers shipped: as a chain that is too short */
-static void test_not_by_scan(void **state)
-{
-    (void)state;
     static const tfa_workspace_options precisions[] = {
         {.precision = TFA_F32}, {.precision = TFA_F128}, {.residual = TFA_RESIDUAL_F128}};
-    tfa_crossovers c = *tfa_crossovers_default();
-    c.scan_from_1 = 2;
-    tfa_workspace_options options = {.crossovers = &c};
+    static const double wrench[6] = {1},
+                        payload[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1e-3, 0, 0, 1e-3, 0, 1e-3};
     const uint32_t joint = 3;
-    const tfa_request locked = {.locked_count = 1, .locked = &joint};
+    const tfa_request aba[] = {
+        {.refine = 1},
+        {.wrench_count = 1, .wrenches = wrench},
+        {.payload_count = 1, .payloads = payload},
+        {.locked_count = 1, .locked = &joint},
+        {.tip_count = 1, .tips = {LONG}},
+    };
+    const tfa_request lambda = {.op = TFA_OP_OPERATIONAL_INERTIA, .tip_count = 1, .tips = {LONG}};
     struct subject s;
-    open_subject(&s, LONGEST, &options);
-    assert_int_equal(who(&s, &forward, 0), TFA_METHOD_SCAN);
-    assert_int_equal(who(&s, &locked, 0), TFA_METHOD_ABA);
+    (void)state;
+    open_subject(&s, LONG, revolute, NULL, (tfa_workspace_options){0});
+    for (int pool = 0; pool < 2; pool++) {
+        for (size_t k = 0; k < sizeof aba / sizeof *aba; k++)
+            assert_int_equal(method_of(&s, &aba[k], pool), TFA_METHOD_ABA);
+        assert_int_equal(method_of(&s, &lambda, pool), TFA_METHOD_PROPAGATION);
+    }
     close_subject(&s);
     for (size_t k = 0; k < sizeof precisions / sizeof *precisions; k++) {
-        options = precisions[k];
-        options.crossovers = &c;
-        open_subject(&s, LONGEST, &options);
-        assert_int_equal(who(&s, &forward, 0), TFA_METHOD_ABA);
+        open_subject(&s, LONG, revolute, NULL, precisions[k]);
+        assert_int_equal(method_of(&s, &plain, 0), TFA_METHOD_ABA);
         close_subject(&s);
     }
 }
 
-static void test_tips_from(void **state)
+/* Chains with other joints, rotor inertia or a floating base, trees */
+static void other_robots_do_not(void **state)
 {
+    static const random_robot_options robots[] = {
+        {.shape = RANDOM_CHAIN, .all_types = true},
+        {.shape = RANDOM_CHAIN, .armature_chance = 1},
+        {.shape = RANDOM_STAR},
+        revolute,
+    };
+    static const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
     (void)state;
-    tfa_crossovers c = *tfa_crossovers_default();
-    const tfa_workspace_options options = {.crossovers = &c};
-    for (uint32_t from = 2; from <= 4; from++) {
+    for (size_t k = 0; k < sizeof robots / sizeof *robots; k++) {
         struct subject s;
-        c.pv_from = from;
-        open_subject(&s, 8, &options);
-        for (uint32_t tips = 1; tips <= 2; tips++) {
-            const tfa_request r = {
-                .op = TFA_OP_OPERATIONAL_INERTIA, .tip_count = tips, .tips = {8, 7}};
-            assert_int_equal(who(&s, &r, 0),
-                             tips >= from ? TFA_METHOD_PV_OSIMR : TFA_METHOD_PROPAGATION);
-        }
+        open_subject(&s, LONG + 8, robots[k], k == 3 ? &floating : NULL,
+                     (tfa_workspace_options){0});
+        assert_int_equal(method_of(&s, &plain, 0), TFA_METHOD_ABA);
         close_subject(&s);
     }
+}
+
+/* A state has the same bits alone, in a batch, in a batch that is cut, and by several threads. */
+static void bits_depend_on_the_state_alone(void **state)
+{
+    struct subject s;
+    tfa_answer answers[STATES];
+    (void)state;
+    open_subject(&s, LONG, revolute, NULL, (tfa_workspace_options){0});
+    const size_t n = LONG;
+    double *q = numbers(n * STATES), *tau = numbers(n * STATES), *qdd = calloc(n * STATES * 4, 8);
+    tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                     .refine = TFA_REFINE_DEFAULT,
+                     .count = STATES,
+                     .q = q,
+                     .tau = tau};
+    tfa_reply reply = {.qdd = qdd, .answers = answers};
+    assert_int_equal(tfa_compute(s.workspace, &r, &reply), TFA_OK);
+    for (uint32_t k = 0; k < STATES; k++)
+        assert_int_equal(answers[k].method, TFA_METHOD_SCAN);
+    reply.qdd = qdd + n * STATES;
+    assert_int_equal(tfa_pool_compute(s.pool, &r, &reply), TFA_OK);
+    reply.qdd = qdd + 2 * n * STATES;
+    assert_int_equal(tfa_compute_states(s.workspace, &r, 0, 2, &reply), TFA_OK);
+    assert_int_equal(tfa_pool_compute_states(s.pool, &r, 2, STATES - 2, &reply), TFA_OK);
+    for (uint32_t k = 0; k < STATES; k++) {
+        const tfa_request one = {
+            .op = r.op, .refine = r.refine, .count = 1, .q = q + n * k, .tau = tau + n * k};
+        tfa_reply alone = {.qdd = qdd + 3 * n * STATES + n * k};
+        assert_int_equal(tfa_pool_compute(s.pool, &one, &alone), TFA_OK);
+    }
+    for (size_t k = 1; k < 4; k++)
+        assert_memory_equal(qdd, qdd + k * n * STATES, n * STATES * sizeof *qdd);
+    free(q);
+    free(tau);
+    free(qdd);
+    close_subject(&s);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_scan_from),
-        cmocka_unit_test(test_lambda_scan_from),
-        cmocka_unit_test(test_not_by_scan),
-        cmocka_unit_test(test_tips_from),
+        cmocka_unit_test(long_chains_go_by_scan),
+        cmocka_unit_test(other_requests_do_not),
+        cmocka_unit_test(other_robots_do_not),
+        cmocka_unit_test(bits_depend_on_the_state_alone),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -60,7 +60,6 @@ static void defaults_hold(void **state)
     assert_int_equal(c->robots[0].residual, TFA_RESIDUAL_SAME);
     assert_int_equal(c->robots[0].wait, TFA_WAIT_HYBRID);
     assert_int_equal(c->robots[0].gravity_count, 0);
-    assert_memory_equal(&c->crossover, tfa_crossovers_default(), sizeof c->crossover);
     config_free(c);
 }
 
@@ -148,10 +147,6 @@ static void errors_name_line_and_column(void **state)
         {"realtime: {affinity: [0]}\nworkers: 2\n" ROBOT, ":1:22: ", "one for each"},
         {"workers: 64\nrealtime: {priority: 9}\n" ROBOT, ":2:22: ", "nothing else would run"},
         {"allow_spin: no\n" ROBOT "    wait: spin\n", ":5:11: ", "allow_spin"},
-        {"crossovers: no/such.conf\n" ROBOT,
-         ":1:13: ", "no/such.conf: cannot be read: No such file"},
-        {"crossovers: " TFA_SOURCE_DIR "/config/arm.yaml\n" ROBOT,
-         ":1:13: ", "write version: 1 first"},
         {ROBOT "    mimic: perhaps\n", ":4:12: ", "perhaps"},
         {ROBOT "    inertia: strictly\n", ":4:14: ", "strictly"},
         {ROBOT "    scenes: [{root: a}]\n", ":4:14: ", "the key 'name' is missing"},

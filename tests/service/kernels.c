@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Kernels of robots' own in the daemon: loaded at the start, taken by a reload, refused with a reason,
- * built while it answers; the generic kernel serves in all other cases, and clients notice nothing.
+ * Specialised kernels in the daemon: loaded at the start, taken by a reload, refused with a reason.
+ * The generic kernel serves in all other cases, and clients notice nothing.
  */
 #include "harness.h"
 
@@ -32,7 +32,7 @@ static void open_served(struct served *s, const char *mode)
 {
     char name[TFA_SPECIALISED_NAME_SIZE];
     bench_open(&s->b);
-    tfa_specialised_name(s->b.arm, 0, name);
+    tfa_specialised_name(s->b.arm, name);
     snprintf(s->kernel, sizeof s->kernel, "%s/%s", s->b.kernels, name);
     snprintf(s->more, sizeof s->more, "specialise: %s\nspecialise_directory: %s\n", mode,
              s->b.kernels);
@@ -128,53 +128,6 @@ static void a_reload_exchanges_kernels(void **state)
     close_served(&s);
 }
 
-static void a_kernel_is_built(void **state)
-{
-    struct served s;
-    double qdd[7];
-    struct stat facts;
-    (void)state;
-    open_served(&s, "build");
-    harness_start(&s.h, "arm");
-    tfa_client *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
-    while (!harness_log_lines(&s.h, "specialise: done"))
-        assert_int_equal(ask_arm(client, 0.3, qdd, WAIT_NS), TFA_OK);
-    assert_int_equal(harness_log_lines(&s.h, "specialise: done, 1 of 1 kernels exchanged"), 1);
-    assert_int_equal(harness_log_lines(&s.h, "robot 'arm': kernel built in"), 1);
-    assert_int_equal(stat(s.kernel, &facts), 0);
-    assert_int_equal(ask_arm(client, 0.3, qdd, WAIT_NS), TFA_OK);
-    tfa_client_close(client);
-    assert_int_equal(harness_stop(&s.h, SIGTERM), 0);
-    harness_start(&s.h, "arm"); /* the second time it is there */
-    assert_true(harness_logged_times(&s.h, "robot 'arm': kernel of its own", 2));
-    assert_int_equal(harness_log_lines(&s.h, "specialise: building"), 1);
-    close_served(&s);
-}
-
-/* Nobody waits for a compiler at the end. */
-static void the_end_does_not_wait(void **state)
-{
-    struct served s;
-    (void)state;
-    open_served(&s, "build");
-    harness_start(&s.h, "arm");
-    close_served(&s);
-}
-
-static void build_refuses_folders_of_others(void **state)
-{
-    struct served s;
-    struct stat facts;
-    (void)state;
-    open_served(&s, "build");
-    assert_int_equal(chmod(s.b.kernels, 0777), 0);
-    harness_start(&s.h, "arm");
-    assert_true(harness_logged(&s.h, "can be written by others (mode 0777)"));
-    assert_true(harness_logged(&s.h, "specialise: done, 0 of 1"));
-    assert_int_not_equal(stat(s.kernel, &facts), 0);
-    close_served(&s);
-}
-
 static void a_folder_must_be_named(void **state)
 {
     harness h;
@@ -185,17 +138,24 @@ static void a_folder_must_be_named(void **state)
     harness_remove(&h);
 }
 
+/* The daemon starts no compiler. */
+static void build_is_no_mode(void **state)
+{
+    struct served s;
+    (void)state;
+    open_served(&s, "build");
+    assert_int_not_equal(harness_run(&s.h), 0);
+    assert_true(harness_logged(&s.h, "specialise: 'build'"));
+    harness_remove(&s.h);
+    bench_close(&s.b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_kernel_is_loaded),
-        cmocka_unit_test(off_is_off),
-        cmocka_unit_test(a_bad_one_is_refused),
-        cmocka_unit_test(a_reload_exchanges_kernels),
-        cmocka_unit_test(a_kernel_is_built),
-        cmocka_unit_test(the_end_does_not_wait),
-        cmocka_unit_test(build_refuses_folders_of_others),
-        cmocka_unit_test(a_folder_must_be_named),
+        cmocka_unit_test(a_kernel_is_loaded),     cmocka_unit_test(off_is_off),
+        cmocka_unit_test(a_bad_one_is_refused),   cmocka_unit_test(a_reload_exchanges_kernels),
+        cmocka_unit_test(a_folder_must_be_named), cmocka_unit_test(build_is_no_mode),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -347,38 +347,6 @@ static void limits_are_taken(void **state)
     harness_remove(&h);
 }
 
-/* Another file of crossovers, or other numbers in it: the same model, solved another way. */
-static void crossovers_are_taken(void **state)
-{
-    (void)state;
-    static const tfa_method methods[] = {TFA_METHOD_ABA, TFA_METHOD_SCAN, TFA_METHOD_ABA};
-    static const char *const lines[] = {"version: 1\nscan_from_1: 8\n",
-                                        "version: 1\nscan_from_1: 7\n",
-                                        "version: 1\nscan_from_1: never\n"};
-    static const double q[7];
-    harness h;
-    harness_make(&h, ARM, "crossovers: table.conf\n");
-    write_file(&h, "table.conf", lines[0]);
-    harness_start(&h, "arm");
-    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
-    for (unsigned k = 0; k < 3; k++) {
-        tfa_answer answer = {0};
-        double qdd[7];
-        const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = q};
-        tfa_reply reply = {.qdd = qdd, .answers = &answer};
-        write_file(&h, "table.conf", lines[k]);
-        if (k > 0) {
-            reload(&h);
-            assert_true(harness_logged_times(&h, "reload: done, 1 of 1", k));
-        }
-        assert_int_equal(tfa_client_call(client, &request, &reply, TIMEOUT_NS, NULL), TFA_OK);
-        assert_int_equal(answer.method, methods[k]);
-    }
-    tfa_client_close(client);
-    assert_int_equal(harness_stop(&h, SIGTERM), 0);
-    harness_remove(&h);
-}
-
 /* Signals that come faster than reloads end are not forgotten: the last file is the one. */
 static void many_signals(void **state)
 {
@@ -440,13 +408,9 @@ int main(int argc, char **argv)
         return 0;
     }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(swapped_under_load),
-        cmocka_unit_test(shape_changes),
-        cmocka_unit_test(shape_changes_while_asked),
-        cmocka_unit_test(refused),
-        cmocka_unit_test(limits_are_taken),
-        cmocka_unit_test(crossovers_are_taken),
-        cmocka_unit_test(many_signals),
+        cmocka_unit_test(swapped_under_load),        cmocka_unit_test(shape_changes),
+        cmocka_unit_test(shape_changes_while_asked), cmocka_unit_test(refused),
+        cmocka_unit_test(limits_are_taken),          cmocka_unit_test(many_signals),
         cmocka_unit_test(ended_in_a_reload),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

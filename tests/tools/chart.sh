@@ -147,26 +147,6 @@ else
     says "$work/err" "--methods: no 'mujoco'"
 fi
 
-# the crossovers of this machine are a table that other commands read
-status 0 "$tool" chart --calibrate --budget-ms 1 --output "$work/table"
-says "$work/err" "scan_from_1: 24: "
-says "$work/err" "pv_from: 2: "
-says "$work/table/crossovers.conf" "# command: totalforce chart --calibrate"
-grep -cE '^[a-z_0-9]+: (never|[0-9]+) +# ' "$work/table/crossovers.conf" | grep -qx 9 ||
-    fail "the table: $(cat "$work/table/crossovers.conf")"
-printf 'version: 1\nscan_from_1: 5\n' >"$work/early.conf"
-for file in "$work/table/crossovers.conf" "$work/early.conf"; do
-    status 0 "$tool" chart --crossovers "$file" --mechanisms random --bodies 5 --methods auto \
-        --rhs tau --refine 0 --budget-ms 1
-done
-[ "$(field 10 auto "$work/out")" = scan ] || fail "auto does not go by the table"
-printf 'version: 1\nscan_from_1: few\n' >"$work/bad.conf"
-status 2 "$tool" chart --crossovers "$work/bad.conf"
-says "$work/err" "bad.conf:2: scan_from_1: 'few' is out of range"
-status 2 "$tool" chart --crossovers "$work/absent.conf"
-"$tool" chart --calibrate --budget-ms 1 >/dev/full 2>"$work/err"
-[ $? -eq 2 ] || fail "chart --calibrate does not notice a full disk"
-
 status 3 "$tool" chart --mechanisms knot
 says "$work/err" "--mechanisms: no 'knot'"
 status 3 "$tool" chart --methods magic

@@ -30,8 +30,6 @@ status 2 "$tool" specialise "$data/arm.urdf" -o "$work/no/folder.so"
 says "$work/err" "cannot be written"
 status 3 "$tool" specialise "$data/arm.urdf"
 says "$work/err" "where to?"
-status 3 "$tool" specialise "$data/arm.urdf" -o "$work" --keep everything
-says "$work/err" "there are gravity, payload, armature"
 status 3 "$tool" specialise "$data/arm.urdf" -o "$work" --snap 1
 says "$work/err" "is not an angle"
 finish

@@ -12,7 +12,6 @@
 
 #include <stddef.h>
 #include <stdint.h>
-#include <totalforce/crossovers.h>
 #include <totalforce/model.h>
 #include <totalforce/status.h>
 
@@ -298,7 +297,6 @@ typedef struct tfa_workspace_options {
                            takes, rnea, aba, propagation, efpa, pv-osimr, scan and scan-two-pass. The
                            mass matrix takes the room of crba. 0: TFA_METHODS_ALL for robots up to
                            256 bodies, no others for larger ones */
-    const tfa_crossovers *crossovers; /**< what `auto` goes by, copied; NULL: as shipped */
     const struct tfa_specialised
         *specialised; /**< the model's own kernel, which outlives the workspace: it
                            answers what it takes, in double throughout only; NULL: none */

@@ -50,7 +50,6 @@ typedef struct tfa_pool_options {
     uint32_t methods;
     uint32_t priority;
     tfa_team *team; /**< works for this pool too, and outlives it; NULL: threads of its own */
-    const tfa_crossovers *crossovers; /**< as in tfa_workspace_options */
     const struct tfa_specialised
         *specialised; /**< as in tfa_workspace_options; outlives the pool */
 } tfa_pool_options;

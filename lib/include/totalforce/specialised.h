@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A kernel of one robot's own: the sources of the kernels compiled once more, with that robot's
- * constants in them, in a shared object. It answers what it can; the generic kernel answers the rest
- * and every state that it leaves. What is trusted, and why: docs/security.md.
+ * A specialised kernel: the sources of the kernels compiled once more with the constants of one
+ * robot, in a shared object. Gravity and payloads of requests stay inputs of every kernel; rotor
+ * inertias are constants. The generic kernel answers requests that the specialised one does not take,
+ * and states without a finite answer. Which files are trusted, and why: docs/security.md.
  */
 #ifndef TOTALFORCE_SPECIALISED_H
 #define TOTALFORCE_SPECIALISED_H
@@ -26,11 +27,6 @@ typedef struct tfa_specialised tfa_specialised;
 /** A folder name and the file name in it, terminator included; all of it fits PATH_MAX. */
 #define TFA_SPECIALISED_NAME_SIZE 96
 
-/** What stays an input of the kernel instead of becoming a constant. */
-#define TFA_KEEP_GRAVITY 1u  /**< requests with a gravity of their own */
-#define TFA_KEEP_PAYLOAD 2u  /**< requests with payloads */
-#define TFA_KEEP_ARMATURE 4u /**< armatures are read from the model */
-
 /** What a kernel tells about itself. Strings live as long as the kernel. */
 typedef struct tfa_specialised_info {
     const char *path;     /**< the file it came from */
@@ -38,7 +34,6 @@ typedef struct tfa_specialised_info {
     const char *compiler; /**< with its version */
     uint32_t bodies;
     uint32_t lanes;        /**< states that it takes at a time; 0: one only */
-    uint32_t keeps;        /**< TFA_KEEP_ bits */
     const uint8_t *digest; /**< SHA-256 of the file: 32 bytes that tell one build from another */
     double error; /**< largest relative difference from the generic kernel in the self-test */
 } tfa_specialised_info;
@@ -51,11 +46,9 @@ typedef struct tfa_specialised_info {
  */
 TFA_API TFA_CHECKED int tfa_specialised_check(const tfa_model *model, char *reason, size_t size);
 
-/** The file name of a model's kernel that keeps these (TFA_KEEP_ bits) for this machine's instruction
- *  set, in `name`: HASH-ISA.so, where gravity or armature are kept HASH-ISA-gravity-armature.so with
- *  the hash of all but these. Any thread. */
-TFA_API void tfa_specialised_name(const tfa_model *model, uint32_t keeps,
-                                  char name[TFA_SPECIALISED_NAME_SIZE]);
+/** The file name of a model's kernel for this machine's instruction set, in `name`: HASH-ISA.so,
+ *  with the hash of the model without its gravity, which kernels read at run time. Any thread. */
+TFA_API void tfa_specialised_name(const tfa_model *model, char name[TFA_SPECIALISED_NAME_SIZE]);
 
 /**
  * May what lies at `path` be executed? The file or folder, and every folder above it, must belong to
@@ -85,8 +78,7 @@ TFA_API TFA_CHECKED int tfa_specialised_load(const char *path, const tfa_model *
                                              tfa_specialised **specialised, char *reason,
                                              size_t size);
 
-/** tfa_specialised_load of the file tfa_specialised_name in `directory`, the first of those that keep
- *  nothing, gravity, armature, both; TFA_E_FILE when none is there. */
+/** tfa_specialised_load of the file tfa_specialised_name in `directory`. */
 TFA_API TFA_CHECKED int tfa_specialised_find(const char *directory, const tfa_model *model,
                                              tfa_specialised **specialised, char *reason,
                                              size_t size);
@@ -99,18 +91,13 @@ TFA_API void tfa_specialised_free(tfa_specialised *specialised);
 
 /** How a kernel is built. Zero-initialise for the defaults. */
 typedef struct tfa_specialise_options {
-    uint32_t keeps;       /**< TFA_KEEP_ bits */
     uint32_t single;      /**< 1: no code for several states at a time; 0: with it */
     const char *compiler; /**< program; NULL: the first of clang, gcc and cc in PATH */
     const char *sources;  /**< the installed sources; NULL: beside the program, then as installed */
     uint32_t seconds;     /**< processor time and patience for one compiler run; 0: 300 */
     uint32_t memory_mib;  /**< address space of a compiler; 0: 4096 */
     uint32_t file_mib;    /**< largest file that it writes; 0: 64 */
-    uint32_t one_by_one;  /**< 1: one compiler process after the other; 0: up to three at once */
     uint32_t keep_tables; /**< 1: the tables stay, as PATH with .h in place of .so */
-    /** Asked every few milliseconds; 0: stop the compiler. NULL: it may go on */
-    int (*go_on)(void *context);
-    void *context; /**< of go_on */
 } tfa_specialise_options;
 
 /** What a build took. */
@@ -126,7 +113,7 @@ typedef struct tfa_specialise_result {
  * letters, digits and . _ - replaced.
  * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY; as tfa_specialised_check
  */
-TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, uint32_t keeps, char **text);
+TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, char **text);
 
 /**
  * Compiles a kernel for the model and this machine's instruction set with the system's compiler, in
@@ -137,7 +124,7 @@ TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, uint32_t 
  * @param reason  gets what went wrong, the compiler's first words included; always terminated; may be
  *                NULL with size 0
  * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_UNSUPPORTED (tfa_specialised_check, or no compiler); TFA_E_FILE
- *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT (or go_on said so); TFA_E_NOT_COMPUTED (the compiler
+ *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT; TFA_E_NOT_COMPUTED (the compiler
  *         failed); TFA_E_MEMORY; TFA_E_SYSTEM. One thread for each path.
  */
 TFA_API TFA_CHECKED int tfa_specialised_build(const tfa_model *model,

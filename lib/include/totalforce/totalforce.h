@@ -8,7 +8,6 @@
 
 #include <totalforce/advise.h>
 #include <totalforce/client.h>
-#include <totalforce/crossovers.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>

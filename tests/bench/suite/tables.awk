@@ -199,12 +199,6 @@ function table_peak(    line, f, n, at) {
     }
 }
 
-function table_crossovers(    line) {
-    while ((getline line < (folder "/crossovers.conf")) > 0) print "    " line
-    print ""
-    while ((getline line < (folder "/crossovers.txt")) > 0) print "    " line
-}
-
 # ---- targets: stated for the reference machine, whose speed MuJoCo 2.2.2 tells ----
 
 # What it takes there for robots of the kind of ours (docs: iiwa14, solo12, atlas, valkyrie, chain 64)
@@ -310,6 +304,5 @@ BEGIN {
     else if (table == "isa") table_isa()
     else if (table == "instructions") table_instructions()
     else if (table == "peak") table_peak()
-    else if (table == "crossovers") table_crossovers()
     else { print "no table " table > "/dev/stderr"; exit 1 }
 }

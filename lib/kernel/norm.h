@@ -29,16 +29,22 @@ static __attribute__((noinline)) num_doubles norm_scaled(const num *x, uint32_t 
     return root;
 }
 
+/* A lane has the same bits whatever stands in the others. */
 static inline num_doubles norm(const num *x, uint32_t n)
 {
     num sum = num_of(0);
     num_doubles root;
     for (uint32_t j = 0; j < n; j++)
         sum += x[j] * x[j];
-    if (!num_all(sum > SQUARES_LEAST) || !num_all(sum < SQUARES_MOST))
-        return norm_scaled(x, n);
     for (int l = 0; l < NUM_LANES; l++)
         root.lane[l] = sqrt((double)num_lane(sum, l));
+    if (num_all(sum > SQUARES_LEAST) && num_all(sum < SQUARES_MOST))
+        return root;
+    const num_doubles scaled = norm_scaled(x, n);
+    for (int l = 0; l < NUM_LANES; l++)
+        if (!(num_lane(sum, l) > num_lane(SQUARES_LEAST, l)) ||
+            !(num_lane(sum, l) < num_lane(SQUARES_MOST, l)))
+            root.lane[l] = scaled.lane[l];
     return root;
 }
 

@@ -62,6 +62,7 @@ size_t TFA_V(pieces_walk)(const struct tfa_model *m, void *base, struct pieces *
     o->row = arena_take(&a, all, sizeof *o->row);
     o->last = arena_take(&a, o->groups + 8, sizeof *o->last);
     o->border = arena_take(&a, (size_t)BORDER_ROWS * o->width, sizeof(double));
+    o->unrefined = arena_take(&a, (size_t)12 * o->width, sizeof(double));
     o->finite = arena_take(&a, o->groups, sizeof(num));
     o->sum_qdd = arena_take(&a, o->groups, sizeof(num));
     o->sum_dx = arena_take(&a, o->groups, sizeof(num));

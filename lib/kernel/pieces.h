@@ -63,6 +63,7 @@ struct piece_row {
     num qd, tau;
     num rhs; /* tau, or the residual */
     num qdd;
+    num unrefined; /* qdd before its corrections */
 };
 
 /* Rows of the border: one number of each piece */
@@ -108,6 +109,7 @@ struct pieces {
     struct piece_row *row;   /* the same */
     struct piece_factors *last;     /* of the pieces' last rows, in the order of elimination */
     double *border;                 /* BORDER_ROWS x width */
+    double *unrefined;              /* 12 x width: BORDER_V and BORDER_FORCE before corrections */
     num *finite, *sum_qdd, *sum_dx; /* by group: 0 or not a number; sums of squares */
     double *residual, *change;      /* of all joints, public order */
     /* the request under way */

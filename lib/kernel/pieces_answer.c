@@ -4,6 +4,7 @@
  * Forward dynamics of a long chain by its pieces: what the rest of the library sees of them.
  */
 #include <math.h>
+#include <string.h>
 
 #include "kernel/answer.h"
 #include "kernel/pieces.h"
@@ -56,11 +57,11 @@ static double refine(struct pieces *p)
     return sqrt(sum_of(p, p->sum_dx) / sum_of(p, p->sum_qdd));
 }
 
-/* The error of qdd: of a perturbed residual, seen by factors that know no inverse inertia (refine.c) */
-static double judge(struct pieces *p, struct tfa_judge *judge)
+/* The relative correction of qdd by factors that know no inverse inertia; not a number where there is none */
+static double correction(struct pieces *p, struct tfa_judge *judge, int perturbed)
 {
     double sum = 0;
-    TFA_V(pieces_residual)(p, 1);
+    TFA_V(pieces_residual)(p, perturbed);
     if (!judge->solve(judge, p->residual, p->change))
         return (double)NAN;
     for (uint32_t j = 0; j < p->m->v_count; j++)
@@ -71,7 +72,79 @@ static double judge(struct pieces *p, struct tfa_judge *judge)
         for (uint32_t row = 1; row <= p->rows; row++)
             p->sum_qdd[g] += r[row].qdd * r[row].qdd;
     }
-    return ESTIMATE_SAFETY * sqrt(sum / sum_of(p, p->sum_qdd));
+    return sqrt(sum / sum_of(p, p->sum_qdd));
+}
+
+/* The error of qdd, by a perturbed residual and a plain one (refine.c), whose correction goes to *plain */
+static double judge(struct pieces *p, struct tfa_judge *judge, double *plain)
+{
+    const double perturbed = correction(p, judge, 1);
+    *plain = correction(p, judge, 0);
+    return ESTIMATE_SAFETY * (*plain > perturbed ? *plain : perturbed);
+}
+
+/* ---- the solution before its corrections ---- */
+
+static double *border_row(const struct pieces *p, int e)
+{
+    return p->border + (size_t)e * p->width;
+}
+
+/* qdd, and where the residual of each piece starts */
+static void keep_unrefined(struct pieces *p)
+{
+    const size_t six = (size_t)6 * p->width;
+    for (uint32_t g = 0; g < p->groups; g++)
+        for (uint32_t row = 1; row <= p->rows; row++)
+            piece_rows(p, g)[row].unrefined = piece_rows(p, g)[row].qdd;
+    memcpy(p->unrefined, border_row(p, BORDER_V), six * sizeof *p->border);
+    memcpy(p->unrefined + six, border_row(p, BORDER_FORCE), six * sizeof *p->border);
+}
+
+static void exchange(double *a, double *b, size_t count)
+{
+    for (size_t k = 0; k < count; k++) {
+        const double x = a[k];
+        a[k] = b[k];
+        b[k] = x;
+    }
+}
+
+static void exchange_unrefined(struct pieces *p)
+{
+    const size_t six = (size_t)6 * p->width;
+    for (uint32_t g = 0; g < p->groups; g++)
+        for (uint32_t row = 1; row <= p->rows; row++) {
+            struct piece_row *r = &piece_rows(p, g)[row];
+            const num x = r->qdd;
+            r->qdd = r->unrefined;
+            r->unrefined = x;
+        }
+    exchange(p->unrefined, border_row(p, BORDER_V), six);
+    exchange(p->unrefined + six, border_row(p, BORDER_FORCE), six);
+}
+
+static void write_qdd(const struct pieces *p)
+{
+    for (uint32_t g = 0; p->qdd && g < p->groups; g++)
+        for (uint32_t row = 1; row <= p->rows; row++)
+            for (uint32_t l = 0; l < NUM_LANES; l++)
+                if (piece_bodies(p, g)[row].real[l])
+                    p->qdd[piece_bodies(p, g)[row].v[l]] = num_lane(piece_rows(p, g)[row].qdd, l);
+}
+
+/* As in refine.c: the solution before its corrections, unless the refined one has a clearly smaller
+ * estimate. Returns the estimate of the one that stands. */
+static double better_of_both(struct pieces *p, struct tfa_judge *by, double refined)
+{
+    double plain;
+    exchange_unrefined(p);
+    const double unrefined = judge(p, by, &plain);
+    const int keep = !(unrefined > REFINED_CLEARLY * refined);
+    if (!keep)
+        exchange_unrefined(p);
+    write_qdd(p);
+    return keep ? unrefined : refined;
 }
 
 static int answer(struct pieces *p, struct tfa_crew *crew, const tfa_request *r, uint32_t k,
@@ -79,21 +152,26 @@ static int answer(struct pieces *p, struct tfa_crew *crew, const tfa_request *r,
 {
     const uint32_t steps = r->refine == TFA_REFINE_DEFAULT ? 1 : r->refine;
     const int bare = r->estimate == TFA_ESTIMATE_NEVER;
-    double estimate = (double)NAN;
+    double estimate = (double)NAN, first = (double)NAN, plain = (double)NAN;
     load(p, r, k);
     p->crew = crew;
     p->qdd = reply->qdd ? reply->qdd + (size_t)p->m->v_count * k : NULL;
     TFA_V(pieces_forward)(p);
+    if (!bare && steps > 0)
+        keep_unrefined(p);
     for (uint32_t step = 0; step < steps; step++) {
         const double before = estimate;
         estimate = refine(p);
+        first = step > 0 ? first : estimate;
         if (step > 0 && !bare && !(estimate * SHRINK <= before || estimate < ROUNDING))
             return 0;
     }
     if (!bare && steps > 0 && !(estimate <= FALLBACK_ESTIMATE))
         return 0;
     if (!bare)
-        estimate = judge(p, by);
+        estimate = judge(p, by, &plain);
+    if (!bare && steps > 0 && refinement_is_in_vain(first, plain))
+        estimate = better_of_both(p, by, estimate);
     *out = (tfa_answer){.method = (uint16_t)r->method,
                         .flags = bare ? 0 : (uint16_t)TFA_ANSWER_ESTIMATED,
                         .error_estimate = bare ? (double)NAN : estimate};

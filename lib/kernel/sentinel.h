@@ -25,7 +25,7 @@ TFA_INLINE void sentinel_reset(struct state *s)
 
 TFA_INLINE void sentinel_see(struct state *s, num margin)
 {
-    s->margin = num_select(margin < s->margin, margin, s->margin);
+    s->margin = sentinel_smaller(s->margin, margin);
 }
 
 /* Smallest D that is safe */

@@ -9,11 +9,18 @@
 #include "spatial/num.h"
 
 /* docs/accuracy.md, "The sentinel" */
-#ifdef TFA_TRIP_EXPERIMENT
-extern double tfa_trip;
-#define SENTINEL_LIMIT tfa_trip
-#else
 #define SENTINEL_LIMIT (NUM_EPSILON > 0x1p-30 ? 1e-3 : 1e-8)
+
+/* The smaller of a margin and that of one more joint. TFA_WITHOUT_SENTINEL is for tests/bench/sentinel.sh, which
+ * measures the sentinel's cost. */
+static inline num sentinel_smaller(num margin, num joint)
+{
+#ifdef TFA_WITHOUT_SENTINEL
+    (void)joint;
+    return margin;
+#else
+    return num_select(joint < margin, joint, margin);
 #endif
+}
 
 #endif

@@ -237,8 +237,8 @@ static inline void pass(const struct rib *b, struct step *x, num tau, num qd, st
         c = hinge_products(x->v, qd);
     }
     const svec U = hinge_U(&IA);
-    const num Dinv = 1 / IA.A.zz, u = tau - pA.w.z, above = IA.A.zz - b->floor;
-    *margin = num_select(above < *margin, above, *margin);
+    const num Dinv = 1 / IA.A.zz, u = tau - pA.w.z;
+    *margin = sentinel_smaller(*margin, IA.A.zz - b->floor);
     const svec k = hinge_gain(U, Dinv);
     const sym6 Ia = hinge_project(&IA, U, k);
     x->U = U;

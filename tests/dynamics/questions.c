@@ -155,7 +155,7 @@ void assert_same_answers(const test_robot *robot, const question *q, const char 
             x->each[k].flags != y->each[k].flags ||
             memcmp(&x->each[k].error_estimate, &y->each[k].error_estimate, sizeof(double)) != 0)
             fail_msg("%s: %s: %s: state %u: status %d and %d, method %d and %d, flags %d and %d, "
-                     "estimate %g and %g",
+                     "estimate %.17g and %.17g",
                      robot->name, q->name, what, (unsigned)k, x->each[k].status, y->each[k].status,
                      x->each[k].method, y->each[k].method, x->each[k].flags, y->each[k].flags,
                      x->each[k].error_estimate, y->each[k].error_estimate);

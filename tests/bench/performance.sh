@@ -73,7 +73,7 @@ build_former() {
 build_now() {
     say "building"
     [ -e "$build/build.ninja" ] ||
-        cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTFA_PEERS=ON >/dev/null
+        cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTFA_PEERS=ON -DTFA_COUNT=ON >/dev/null
     cmake --build "$build" --target totalforce totalforce_tool bench_suite bench_batch >/dev/null
 }
 

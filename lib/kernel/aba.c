@@ -24,15 +24,7 @@ static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
 {
     const svec ground = {v3_zero(), v3_neg(s->gravity)};
-    const int kept = s->have & HAVE_ABA;
-    if (s->moving && kept)
-        inward(s, tau, FOLD_FORCE | FOLD_BIAS);
-    else if (s->moving)
-        inward(s, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS);
-    else if (kept)
-        inward(s, tau, FOLD_FORCE);
-    else
-        inward(s, tau, FOLD_INERTIA | FOLD_FORCE);
+    pass_inward(s, tau, s->moving, s->have & HAVE_ABA, inward);
     have_aba(s);
     outward(s, ground, qdd, s->moving);
 }

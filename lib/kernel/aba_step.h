@@ -284,4 +284,22 @@ TFA_INLINE void unfold(struct state *s, uint32_t i, svec parent, num *qdd, int b
     s->a[i] = a;
 }
 
+/* A pass from tips to root: `what` of FOLD_ bits */
+typedef void inward_pass(struct state *s, const num *tau, int what);
+
+/* The pass that forward dynamics needs: inertias unless factors are kept, bias forces of a state that moves. `what` is a
+ * constant of each call, by which the compiler specialises the pass. */
+TFA_INLINE void pass_inward(struct state *s, const num *tau, int moving, int kept,
+                            inward_pass *inward)
+{
+    if (moving && kept)
+        inward(s, tau, FOLD_FORCE | FOLD_BIAS);
+    else if (moving)
+        inward(s, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS);
+    else if (kept)
+        inward(s, tau, FOLD_FORCE);
+    else
+        inward(s, tau, FOLD_INERTIA | FOLD_FORCE);
+}
+
 #endif

@@ -18,10 +18,6 @@
 #define SHRINK 10.0
 #define ROUNDING (1e-13 * (ANSWER_EPSILON / 0x1p-52))
 
-/* Of an answer and the one before its corrections the refined one stands if its estimate is smaller by this: both
- * estimates are of the residual's rounding where neither is better. */
-#define REFINED_CLEARLY 3
-
 /* Is a correction at least half of the first one, above rounding? Then the step made the answer no better, or
  * worse: factors have lost a direction, or the residual is all rounding. On light-heavy 1e12 with 1000 bodies
  * under gravity aba went from 2e-16 to 1e-12, on heavy-tip 1e12 with 48 bodies tfa-cr from 1e-13 to 4e-6
@@ -29,6 +25,13 @@
 static inline int refinement_is_in_vain(double first, double correction)
 {
     return !(2 * correction <= first || correction <= ROUNDING);
+}
+
+/* Of an answer and the one before its corrections, by their estimates: both are of the residual's rounding where
+ * neither is better, and then the one before stands. */
+static inline int refined_is_better(double unrefined, double refined)
+{
+    return unrefined > 3 * refined;
 }
 
 /* From this length of a main chain on the segment scan is asked first where another method failed: it

@@ -202,15 +202,7 @@ static void have_locked(struct state *s)
 void TFA_V(lock)(struct state *s, const num *tau, num *qdd)
 {
     const svec ground = {v3_zero(), v3_neg(s->gravity)};
-    const int kept = s->have & HAVE_LOCKED;
-    if (s->moving && kept)
-        inward(s, tau, FOLD_FORCE | FOLD_BIAS);
-    else if (s->moving)
-        inward(s, tau, FOLD_INERTIA | FOLD_FORCE | FOLD_BIAS);
-    else if (kept)
-        inward(s, tau, FOLD_FORCE);
-    else
-        inward(s, tau, FOLD_INERTIA | FOLD_FORCE);
+    pass_inward(s, tau, s->moving, s->have & HAVE_LOCKED, inward);
     have_locked(s);
     outward(s, ground, qdd, s->moving);
 }

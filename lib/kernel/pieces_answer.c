@@ -85,11 +85,6 @@ static double judge(struct pieces *p, struct tfa_judge *judge, double *plain)
 
 /* ---- the solution before its corrections ---- */
 
-static double *border_row(const struct pieces *p, int e)
-{
-    return p->border + (size_t)e * p->width;
-}
-
 /* qdd, and where the residual of each piece starts */
 static void keep_unrefined(struct pieces *p)
 {
@@ -97,8 +92,8 @@ static void keep_unrefined(struct pieces *p)
     for (uint32_t g = 0; g < p->groups; g++)
         for (uint32_t row = 1; row <= p->rows; row++)
             piece_rows(p, g)[row].unrefined = piece_rows(p, g)[row].qdd;
-    memcpy(p->unrefined, border_row(p, BORDER_V), six * sizeof *p->border);
-    memcpy(p->unrefined + six, border_row(p, BORDER_FORCE), six * sizeof *p->border);
+    memcpy(p->unrefined, border_at(p, BORDER_V, 0), six * sizeof *p->border);
+    memcpy(p->unrefined + six, border_at(p, BORDER_FORCE, 0), six * sizeof *p->border);
 }
 
 static void exchange(double *a, double *b, size_t count)
@@ -120,8 +115,8 @@ static void exchange_unrefined(struct pieces *p)
             r->qdd = r->unrefined;
             r->unrefined = x;
         }
-    exchange(p->unrefined, border_row(p, BORDER_V), six);
-    exchange(p->unrefined + six, border_row(p, BORDER_FORCE), six);
+    exchange(p->unrefined, border_at(p, BORDER_V, 0), six);
+    exchange(p->unrefined + six, border_at(p, BORDER_FORCE, 0), six);
 }
 
 static void write_qdd(const struct pieces *p)
@@ -140,11 +135,12 @@ static double better_of_both(struct pieces *p, struct tfa_judge *by, double refi
     double plain;
     exchange_unrefined(p);
     const double unrefined = judge(p, by, &plain);
-    const int keep = !(unrefined > REFINED_CLEARLY * refined);
-    if (!keep)
+    if (refined_is_better(unrefined, refined)) {
         exchange_unrefined(p);
+        return refined;
+    }
     write_qdd(p);
-    return keep ? unrefined : refined;
+    return unrefined;
 }
 
 static int answer(struct pieces *p, struct tfa_crew *crew, const tfa_request *r, uint32_t k,

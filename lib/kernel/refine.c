@@ -112,19 +112,21 @@ static void raise_to(double *estimate, double x)
  * nothing of it (hessenberg: error 340, estimate 2e-5, seed 75 of test_estimates with TFA_ISA=base;
  * tfa-cr: 920 times the estimate; 2026-11-22). Aba's judge them, for no more than a solve of theirs. Their errors are
  * not those of rounding alone, and by chance a perturbation can cancel one (cfa: error 3.4e-14, estimate
- * 7e-16, seed 44886): the residual without it counts as well. */
-static num_doubles judge(struct state *s, tfa_method method)
+ * 7e-16, seed 44886): the residual without it counts as well. Its correction goes to *plain; for other methods that
+ * is left as it is. */
+static num_doubles judge(struct state *s, tfa_method method, num_doubles *plain)
 {
     const int inverts = method_inverts(method);
     if (inverts) {
         method = TFA_METHOD_ABA;
         (void)TFA_V(factor)(s, method);
     }
-    num_doubles estimate = correction(s, method, 1), plain = {{0}};
+    num_doubles estimate = correction(s, method, 1);
     if (inverts)
-        plain = correction(s, method, 0);
+        *plain = correction(s, method, 0);
     for (int l = 0; l < NUM_LANES; l++) {
-        raise_to(&estimate.lane[l], plain.lane[l]);
+        if (inverts)
+            raise_to(&estimate.lane[l], plain->lane[l]);
         estimate.lane[l] *= ESTIMATE_SAFETY;
     }
     return estimate;
@@ -158,17 +160,18 @@ static int converges(const num_doubles *next, const num_doubles *before, double 
     return all;
 }
 
-/* States whose step was in vain. A perturbed correction is at least as large as a plain one: only where it is
- * large, too, the plain one is looked at. Factors: those that judged. */
+/* States whose step was in vain, by the plain correction: of methods that do not invert it is computed only where
+ * the perturbed one is large. */
 static int find_vain(struct state *s, tfa_method method, const num_doubles *first,
-                     const num_doubles *estimate, int *vain)
+                     const num_doubles *estimate, num_doubles plain, int *vain)
 {
     int any = 0;
     for (int l = 0; l < NUM_LANES; l++)
         any |= refinement_is_in_vain(first->lane[l], estimate->lane[l] / ESTIMATE_SAFETY);
     if (!any)
         return 0;
-    const num_doubles plain = correction(s, method_inverts(method) ? TFA_METHOD_ABA : method, 0);
+    if (!method_inverts(method))
+        plain = correction(s, method, 0);
     any = 0;
     for (int l = 0; l < NUM_LANES; l++) {
         vain[l] = refinement_is_in_vain(first->lane[l], plain.lane[l]);
@@ -180,22 +183,22 @@ static int find_vain(struct state *s, tfa_method method, const num_doubles *firs
 /* Where the step was in vain the answer before it is judged, too, and stands in s->qdd again unless the refined one
  * has a clearly smaller estimate. *estimate: of the answers that stand. */
 static void better_of_both(struct state *s, tfa_method method, const num_doubles *first,
-                           num_doubles *estimate)
+                           num_doubles plain, num_doubles *estimate)
 {
     static const uint32_t lanes[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
     const uint32_t n = s->m->freedoms;
     num_doubles keep = {{0}};
     int vain[NUM_LANES];
-    if (!find_vain(s, method, first, estimate, vain))
+    if (!find_vain(s, method, first, estimate, plain, vain))
         return;
     for (uint32_t j = 0; j < n; j++) {
         const num refined = s->qdd[j];
         s->qdd[j] = s->qdd_unrefined[j];
         s->qdd_unrefined[j] = refined;
     }
-    const num_doubles unrefined = judge(s, method);
+    const num_doubles unrefined = judge(s, method, &plain);
     for (int l = 0; l < NUM_LANES; l++)
-        if (vain[l] && !(unrefined.lane[l] > REFINED_CLEARLY * estimate->lane[l])) {
+        if (vain[l] && !refined_is_better(unrefined.lane[l], estimate->lane[l])) {
             keep.lane[l] = 1;
             estimate->lane[l] = unrefined.lane[l];
         }
@@ -210,11 +213,12 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
     const double rounding = s->wider ? ROUNDING_WIDER : ROUNDING;
     if (s->wider)
         hand_over(s, s->qdd, 1);
-    const num_doubles first = steps ? correction(s, method, 0) : judge(s, method);
+    num_doubles plain = {{0}};
+    const num_doubles first = steps ? correction(s, method, 0) : judge(s, method, &plain);
     num_doubles estimate = first;
     double before = 1, left = 0; /* with a wider kernel, whose states come one at a time */
     int converging = 1;
-    if (steps > 0 && certified)
+    if (steps > 0 && certified && !s->wider)
         memcpy(s->qdd_unrefined, s->qdd, s->m->freedoms * sizeof *s->qdd);
     for (uint32_t step = 0; step < steps; step++) {
         apply(s);
@@ -232,11 +236,11 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
         doubt = TFA_ANSWER_INACCURATE;
     if (steps > 0 && certified && doubt != TFA_ANSWER_NOT_FINITE) {
         const num_doubles last = estimate;
-        estimate = judge(s, method);
+        estimate = judge(s, method, &plain);
         for (int l = 0; !converging && l < NUM_LANES; l++) /* shows rounding, too */
             raise_to(&estimate.lane[l], last.lane[l]);
         if (!s->wider)
-            better_of_both(s, method, &first, &estimate);
+            better_of_both(s, method, &first, plain, &estimate);
         doubt = doubt ? doubt : TFA_V(doubt)(&estimate, 1);
     }
     return (struct refined){estimate, doubt};

@@ -325,6 +325,20 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
+/* A misspelt TFA_ISA is an error, not the default. */
+static bool has_kernels(void)
+{
+    char names[64];
+    if (strcmp(tfa_isa_name(), "none") != 0)
+        return true;
+    tfa_isa_names(names, sizeof names);
+    fprintf(
+        stderr,
+        "totalforced: TFA_ISA=%s: no instruction set of this library and processor; one of: %s\n",
+        getenv("TFA_ISA"), names);
+    return false;
+}
+
 int main(int argc, char **argv)
 {
     static const struct argp argp = {
@@ -342,7 +356,7 @@ int main(int argc, char **argv)
         if (strcmp(argv[i], "-h") == 0)
             argv[i] = help;
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &a);
-    if (error)
+    if (error || !has_kernels())
         return EXIT_USAGE;
     if (config_load(a.file, stderr, &settings) != TFA_OK)
         return EXIT_FAILED;

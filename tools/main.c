@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <signal.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -125,6 +126,20 @@ static void turn_help_around(int *argc, char **argv)
     argv[*argc - 1] = help;
 }
 
+/* A misspelt TFA_ISA is an error, not the default. */
+static bool has_kernels(void)
+{
+    char names[64];
+    if (strcmp(tfa_isa_name(), "none") != 0)
+        return true;
+    tfa_isa_names(names, sizeof names);
+    fprintf(
+        stderr,
+        "totalforce: TFA_ISA=%s: no instruction set of this library and processor; one of: %s\n",
+        getenv("TFA_ISA"), names);
+    return false;
+}
+
 int main(int argc, char **argv)
 {
     static const struct argp argp = {
@@ -142,5 +157,6 @@ int main(int argc, char **argv)
         return EXIT_USAGE;
     }
     const int command = find_command(argv[chosen.at]);
-    return command < 0 ? EXIT_USAGE : run(command, argc - chosen.at, argv + chosen.at);
+    return command < 0 || !has_kernels() ? EXIT_USAGE
+                                         : run(command, argc - chosen.at, argv + chosen.at);
 }

@@ -33,7 +33,7 @@ void suggest_words(const char *wrong, const char *const *words, size_t count, ch
 void suggest_methods(const char *wrong, char *text, size_t size)
 {
     static const char *const words[] = {
-#define METHOD_NAME(name, number, word, fd, lambda, cost, refuses, what) word,
+#define METHOD_NAME(name, number, word, ops, factors, cost, refuses, what) word,
         TFA_METHOD_LIST(METHOD_NAME)
 #undef METHOD_NAME
     };

@@ -45,7 +45,7 @@ TFA_INLINE svec fold_force(const struct state *s, uint32_t i, const terms *b, in
 
 static inline int is_plain_z(const terms *b)
 {
-    return b->kind == TFA_KIND_REVOLUTE && !terms_geared(b);
+    return is_revolute(b->kind) && !terms_geared(b);
 }
 
 /* A revolute joint without rotor inertia: fold_1 without what the projection makes zero (hinge.h).
@@ -232,10 +232,10 @@ static inline void fold(struct state *s, uint32_t i, const num *tau, int what)
     const terms *b = body_terms(s, i);
     if (is_plain_z(b))
         fold_z(s, i, b, tau, what);
-    else if (b->kind == TFA_KIND_REVOLUTE)
-        fold_1(s, i, b, tau, AXIS_REVOLUTE, what);
-    else if (b->kind == TFA_KIND_PRISMATIC)
-        fold_1(s, i, b, tau, AXIS_PRISMATIC, what);
+    else if (is_revolute(b->kind))
+        fold_1(s, i, b, tau, AXIS_RZ, what);
+    else if (is_prismatic(b->kind))
+        fold_1(s, i, b, tau, AXIS_TZ, what);
     else if (b->base)
         fold_base(s, i, b, tau, what);
     else

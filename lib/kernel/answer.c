@@ -7,10 +7,10 @@
 
 #include <math.h>
 
-#include "kernel/chain.h"
 #include "kernel/frame.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/method.h"
 #include "kernel/sentinel.h"
 
 /* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
@@ -30,13 +30,13 @@ uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_me
         return r->refine;
     if (s->wider)
         return STEPS_WIDER;
-    return method_inverts(method) && method != TFA_METHOD_TFA_ONE_SIDED ? 1 : 0;
+    return method_inverts(method) && !TFA_V(method)(method)->osim_elimination ? 1 : 0;
 }
 
 tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed)
 {
-    const tfa_method last = TFA_V(auto_method)(s);
-    if (failed == TFA_METHOD_SCAN || failed == TFA_METHOD_SCAN_TWO_PASS || last != TFA_METHOD_ABA ||
+    const tfa_method last = TFA_V(last_resort)(s);
+    if (NUM_LANES > 1 || TFA_V(method)(failed)->is_scan || TFA_V(method)(last)->obeys_mimics ||
         s->locked)
         return last;
     for (uint32_t t = 0; t < s->m->trees; t++)
@@ -108,7 +108,7 @@ static double lightness(const struct state *s, uint32_t i)
 void TFA_V(blame)(struct state *s, tfa_reply *reply)
 {
     double lightest = SINGULAR_LIGHTNESS;
-    (void)TFA_V(factor)(s, TFA_METHOD_ABA);
+    (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
             if (lightness(s, i) > lightest) {
@@ -229,7 +229,7 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
     switch (request->op) {
     case TFA_OP_FORWARD_DYNAMICS:
         return TFA_V(answer_forward)(s, request, k, reply, answer);
-#if NUM_LANES == 1 /* lanes.c takes no tips */
+#if NUM_LANES == 1 /* batches have no tips */
     case TFA_OP_OPERATIONAL_INERTIA:
         return TFA_V(answer_lambda)(s, request, k, reply, answer);
 #endif
@@ -240,9 +240,10 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
     }
 }
 
-int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, uint32_t count,
-                  tfa_reply *reply, tfa_answer *answer)
+int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolved by, uint32_t k,
+                  uint32_t count, tfa_reply *reply, tfa_answer *answer)
 {
+    s->by = by;
     for (uint32_t l = 0; l < count; l++)
         answer[l] = (tfa_answer){.error_estimate = NAN};
     s->apart = 0;
@@ -258,7 +259,9 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, uint3
         answer[l].method = answer->method;
         answer[l].flags = answer->flags;
     }
-    if (s->apart)
+    if (s->apart) {
         s->have = 0;
+        return TFA_E_NOT_COMPUTED;
+    }
     return answer->status;
 }

@@ -40,7 +40,7 @@ static inline int refined_is_better(double unrefined, double refined)
 
 /* What answers when nobody chose: aba; with mimics crba, because T^T M T can be inverted wherever the
  * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
-static inline tfa_method TFA_V(auto_method)(const struct state *s)
+static inline tfa_method TFA_V(last_resort)(const struct state *s)
 {
     const int projects = s->m->mimics && !s->locked && room_for(s->methods, TFA_METHOD_CRBA);
     return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;

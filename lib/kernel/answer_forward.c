@@ -6,44 +6,10 @@
 #include <math.h>
 
 #include "kernel/answer.h"
-#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
-#include "kernel/lock.h"
+#include "kernel/method.h"
 #include "kernel/table.h"
-
-/* qdd = M^-1 (tau - h) with the factors of M */
-static void forward_crba(struct state *s)
-{
-    const uint32_t n = s->m->freedoms;
-    for (uint32_t j = 0; j < n; j++)
-        s->dx[j] = num_of(0);
-    TFA_V(rnea)(s, s->dx, s->res, 1);
-    for (uint32_t j = 0; j < n; j++)
-        s->qdd[j] = s->tau[j] - s->res[j];
-    TFA_V(ltdl_solve)(s, s->qdd);
-}
-
-int TFA_V(forward_dynamics)(struct state *s, tfa_method method)
-{
-    if (method == TFA_METHOD_ABA && !s->locked) {
-        TFA_V(aba)(s, s->tau, s->qdd);
-    } else if (method == TFA_METHOD_ABA) {
-        TFA_V(lock)(s, s->tau, s->qdd);
-    } else {
-        const struct chain_method *chain = TFA_V(chain_method)(method);
-        int status = TFA_V(factor)(s, method);
-        if (status != TFA_OK)
-            return status;
-        if (chain)
-            TFA_V(chain_solve)(s, chain, s->tau, s->qdd, 1);
-        else
-            forward_crba(s);
-    }
-    if (method != TFA_METHOD_CRBA)
-        TFA_V(follow)(s, method, s->qdd);
-    return TFA_OK;
-}
 
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 {
@@ -61,10 +27,10 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
     const int fully = s->wider && r->refine == TFA_REFINE_DEFAULT;
     struct refined x = TFA_V(refine)(s, method, steps, fully, certified);
     while (x.doubt && r->estimate != TFA_ESTIMATE_NEVER) {
-        const int last = method == TFA_V(auto_method)(s);
+        const int last = method == TFA_V(last_resort)(s);
         if (last && !s->wider)
             break;
-        if (NUM_LANES > 1) { /* the other states may be in no doubt */
+        if (s->lanes > 1) { /* the other states may be in no doubt */
             s->apart = 1;
             break;
         }
@@ -79,7 +45,7 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
         x = TFA_V(refine)(s, method, steps, fully, certified);
     }
     *sound = TFA_V(is_answer)(s, r, method, &x.estimate);
-    if (NUM_LANES > 1 && !*sound)
+    if (s->lanes > 1 && !*sound)
         s->apart = 1;
     TFA_V(tell_estimate)(s, r, &x.estimate, out);
     return method;
@@ -94,10 +60,18 @@ static __attribute__((noinline)) void load_wider(const struct state *s, const tf
     s->wider->kernel->load(s->wider->state, &refined, k);
 }
 
+#if NUM_LANES == 1
+/* Force propagation is not refined. */
+static uint32_t steps_of_tips(tfa_method method, uint32_t steps)
+{
+    return TFA_V(method)(method)->osim ? 0 : steps;
+}
+#endif
+
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out)
 {
-    tfa_method method = r->method == TFA_METHOD_AUTO ? TFA_V(auto_method)(s) : r->method;
+    tfa_method method = s->by.method;
     uint32_t steps = TFA_V(refine_steps)(s, r, method);
     int certified = TFA_V(wants_estimate)(r, method), sound = 1;
     int status = TFA_V(forward_dynamics)(s, method);
@@ -105,7 +79,7 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
         return status;
     if (!certified && TFA_V(alarmed)(s, r, method, out)) {
         certified = 1;
-        s->apart = NUM_LANES > 1; /* the other states may need no estimate */
+        s->apart = s->lanes > 1; /* the other states may need no estimate */
         if (r->refine == TFA_REFINE_DEFAULT && !steps)
             steps = 1;
     }
@@ -119,10 +93,10 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     out->method = (uint16_t)method;
     int finite = refined && s->wider ? s->wider->kernel->unload(s->wider->state, k, reply)
                                      : TFA_V(unload_qdd)(s, k, reply);
-#if NUM_LANES == 1 /* lanes.c takes no tips */
+#if NUM_LANES == 1 /* batches have no tips */
     if (finite && s->tips && reply->lambda_inv) {
         (void)TFA_V(factor)(s, method); /* unless they are there */
-        finite = TFA_V(lambda_after)(s, r, k, method, method == TFA_METHOD_ABA ? 0 : steps, reply);
+        finite = TFA_V(lambda_after)(s, r, k, method, steps_of_tips(method, steps), reply);
     }
 #endif
     if (!finite || !sound)
@@ -138,8 +112,8 @@ int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
     whole.estimate = TFA_ESTIMATE_ALWAYS;
     TFA_V(load)(s, &whole, k, 1);
     TFA_V(load_freedoms)(s, s->qdd, reply->base_acceleration, reply->qdd);
-    (void)TFA_V(factor)(s, TFA_METHOD_ABA);
-    const struct refined x = TFA_V(refine)(s, TFA_METHOD_ABA, 0, 0, 1);
+    (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
+    const struct refined x = TFA_V(refine)(s, METHOD_OF_ESTIMATES, 0, 0, 1);
     TFA_V(tell_estimate)(s, &whole, &x.estimate, out);
     return !x.doubt && x.estimate.lane[0] <= limit;
 }

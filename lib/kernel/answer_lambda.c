@@ -6,10 +6,10 @@
 #include <math.h>
 
 #include "kernel/answer.h"
-#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
 #include "kernel/load.h"
+#include "kernel/method.h"
 
 static inline void give_six(double *out, const six *x)
 {
@@ -57,15 +57,13 @@ static int unload_lambda(const struct state *s, double *out)
 static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method method,
                         uint32_t refine)
 {
-    if (method == TFA_METHOD_ABA && refine == 0 && !s->m->mimics) {
-        TFA_V(lambda_propagation)(s, frame);
+    const struct method *row = TFA_V(method)(method);
+    const struct chain_method *chain = row->chain;
+    if (row->osim && refine == 0 && !s->m->mimics)
+        row->osim(s, frame);
+    else if (chain && chain->osim && refine == 0 && chain->osim(s, frame))
         return;
-    }
-    const int scan = method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS;
-    if (scan && refine == 0 && TFA_V(scan_lambda)(s, frame))
-        return;
-    const struct chain_method *chain = TFA_V(chain_method)(method);
-    if (chain && chain->six_forces && !s->m->mimics)
+    else if (chain && chain->six_forces && !s->m->mimics)
         TFA_V(lambda_chain)(s, frame, chain, refine);
     else if (chain || refine > 0 || s->m->mimics)
         TFA_V(lambda_columns)(s, frame, method, refine);
@@ -79,38 +77,19 @@ static double *place_of(const struct state *s, uint32_t k, const tfa_reply *repl
     return reply->lambda_inv ? reply->lambda_inv + n * n * k : NULL;
 }
 
-/* The way to Lambda^-1 that a request takes when it is to be neither refined nor projected: where
- * several tips share bodies, composed propagators are never slower (docs/methods.md). */
-static tfa_method way_of(const struct state *s, const tfa_request *r)
-{
-    return r->method == TFA_METHOD_AUTO && s->tips > 1 ? TFA_METHOD_PV_OSIMR : r->method;
-}
-
-/* The ways that have the articulated-body factors in common; 0: this is none of them. */
-static int by_wrenches(struct state *s, tfa_reference_frame frame, tfa_method way)
-{
-    if (way == TFA_METHOD_EFPA)
-        TFA_V(lambda_efpa)(s, frame);
-    else if (way == TFA_METHOD_PV_OSIMR)
-        TFA_V(lambda_pv)(s, frame);
-    else
-        return 0;
-    return 1;
-}
-
 int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_method method,
                         uint32_t refine, tfa_reply *reply)
 {
-    const int plain = method == TFA_METHOD_ABA && refine == 0 && !s->m->mimics;
-    if (!(plain && by_wrenches(s, r->frame, way_of(s, r))))
-        lambda_kept(s, r->frame, method, refine);
+    /* another way of propagation has the same factors */
+    const int propagates = TFA_V(method)(method)->osim && TFA_V(method)(s->by.osim)->osim;
+    lambda_kept(s, r->frame, propagates ? s->by.osim : method, refine);
     return unload_lambda(s, place_of(s, k, reply));
 }
 
 /* The answer of auto's method where the other's is no good. Returns whose factors it used. */
 static tfa_method fall_back(struct state *s, tfa_reference_frame frame, tfa_answer *out)
 {
-    const tfa_method last = TFA_V(auto_method)(s);
+    const tfa_method last = TFA_V(last_resort)(s);
     out->flags |= TFA_ANSWER_FALLBACK;
     (void)TFA_V(factor)(s, last);
     lambda_kept(s, frame, last, 0);
@@ -123,36 +102,19 @@ static tfa_method named(tfa_method factors)
     return factors == TFA_METHOD_ABA ? TFA_METHOD_PROPAGATION : factors;
 }
 
-/* Whose factors a method uses; forward elimination of the tips goes by block solves when refined,
- * what has the articulated-body factors by columns. */
-static tfa_method factors_of(const struct state *s, tfa_method method)
-{
-    switch (method) {
-    case TFA_METHOD_AUTO:
-        return TFA_V(auto_method)(s);
-    case TFA_METHOD_PROPAGATION:
-    case TFA_METHOD_EFPA:
-    case TFA_METHOD_PV_OSIMR:
-        return TFA_METHOD_ABA;
-    case TFA_METHOD_TFA_ONE_SIDED:
-        return TFA_METHOD_TFA;
-    default:
-        return method;
-    }
-}
-
 /* Forward elimination of the tips needs no factors of the whole robot, its estimate does. */
 static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors, tfa_answer *out)
 {
-    int status = TFA_V(lambda_one_sided)(s, r->frame);
-    *factors = TFA_METHOD_ABA;
-    out->method = TFA_METHOD_TFA_ONE_SIDED;
+    const tfa_method method = s->by.method;
+    int status = TFA_V(method)(method)->osim_elimination(s, r->frame);
+    *factors = METHOD_OF_ESTIMATES;
+    out->method = (uint16_t)method;
     if (status == TFA_E_UNSUPPORTED) {
         *factors = fall_back(s, r->frame, out);
         out->method = (uint16_t)named(*factors);
         return TFA_OK;
     }
-    if (status == TFA_OK && TFA_V(wants_estimate)(r, TFA_METHOD_TFA_ONE_SIDED))
+    if (status == TFA_OK && TFA_V(wants_estimate)(r, method))
         status = TFA_V(factor)(s, *factors);
     return status;
 }
@@ -160,19 +122,18 @@ static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors,
 static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa_method factors,
                       tfa_answer *out)
 {
+    const tfa_method way = s->by.method;
+    const struct method *row = TFA_V(method)(way);
     const int plain = steps == 0 && !s->m->mimics;
-    const tfa_method way = plain ? way_of(s, r) : r->method;
-    const int own_name =
-        way == TFA_METHOD_TFA_ONE_SIDED || way == TFA_METHOD_EFPA || way == TFA_METHOD_PV_OSIMR;
-    out->method = (uint16_t)(own_name ? way : named(factors));
-    if (plain && !own_name && factors == TFA_METHOD_ABA && s->tips == 1 && !s->locked &&
+    out->method = (uint16_t)named(way);
+    if (plain && row->osim == TFA_V(lambda_propagation) && s->tips == 1 && !s->locked &&
         !(s->have & HAVE_ABA)) {
         TFA_V(lambda_fold)(s, r->frame);
         return TFA_OK;
     }
     const int status = TFA_V(factor)(s, factors);
-    if (status == TFA_OK && !(plain && by_wrenches(s, r->frame, way)))
-        lambda_kept(s, r->frame, factors, steps);
+    if (status == TFA_OK)
+        lambda_kept(s, r->frame, plain && row->osim ? way : factors, steps);
     return status;
 }
 
@@ -181,7 +142,7 @@ static int estimate(struct state *s, const tfa_request *r, tfa_method factors, u
                     tfa_answer *out)
 {
     const tfa_reference_frame frame = r->frame;
-    const tfa_method last = TFA_V(auto_method)(s);
+    const tfa_method last = TFA_V(last_resort)(s);
     num_doubles error = TFA_V(lambda_error)(s, frame, factors, steps);
     TFA_V(tell_estimate)(s, r, &error, out);
     const uint16_t doubt = TFA_V(doubt)(&error, 1);
@@ -208,9 +169,9 @@ static int answer_estimated(struct state *s, const tfa_request *r, uint32_t k, t
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out)
 {
-    const uint32_t steps = TFA_V(refine_steps)(s, r, r->method);
-    tfa_method factors = factors_of(s, r->method);
-    const int status = r->method == TFA_METHOD_TFA_ONE_SIDED && steps == 0
+    const uint32_t steps = TFA_V(refine_steps)(s, r, s->by.method);
+    tfa_method factors = method_factors(s->by.method);
+    const int status = TFA_V(method)(s->by.method)->osim_elimination && steps == 0
                            ? one_sided(s, r, &factors, out)
                            : by_factors(s, r, steps, factors, out);
     if (status != TFA_OK)

@@ -8,6 +8,7 @@
 #include "kernel/answer.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/method.h"
 #include "kernel/table.h"
 
 struct tfa_factors TFA_V(lend)(struct state *s)
@@ -23,10 +24,11 @@ struct tfa_factors TFA_V(lend)(struct state *s)
 }
 
 /* The other's factors are those of some bodies at a q that was never loaded: nothing is kept. */
-int TFA_V(answer_tips)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
-                       tfa_answer *out)
+int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
+                       tfa_reply *reply, tfa_answer *out)
 {
     int finite = 1;
+    s->by = by;
     load_names(s, r, k, 1);
     (void)TFA_V(load_changes)(s, r);
     s->spans = TFA_V(load_spans)(s, r, s->span);
@@ -34,7 +36,7 @@ int TFA_V(answer_tips)(struct state *s, const tfa_request *r, uint32_t k, tfa_re
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)
         finite = TFA_V(answer_lambda)(s, r, k, reply, out) == TFA_OK;
     else if (reply->lambda_inv)
-        finite = TFA_V(lambda_after)(s, r, k, TFA_METHOD_ABA, 0, reply);
+        finite = TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply);
     TFA_V(answer_poses)(s, r, k, reply);
     s->have = 0;
     return finite;

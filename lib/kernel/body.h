@@ -10,9 +10,6 @@
 #include "kernel/terms.h"
 #include "spatial/screw.h"
 
-/* The axis of a 1-freedom joint among the six components of a spatial vector. */
-enum { AXIS_REVOLUTE = 2, AXIS_PRISMATIC = 5 };
-
 /* The constants of body i */
 TFA_INLINE const terms *body_terms(const struct state *s, uint32_t i)
 {
@@ -34,9 +31,10 @@ TFA_INLINE const terms *body_loaded(const struct state *s, uint32_t i)
 #endif
 }
 
+/* The axis of a 1-freedom joint among the six components of a spatial vector */
 static inline int body_axis(const terms *b)
 {
-    return b->kind == TFA_KIND_REVOLUTE ? AXIS_REVOLUTE : AXIS_PRISMATIC;
+    return is_revolute(b->kind) ? AXIS_RZ : AXIS_TZ; /* two cases: no load of a table */
 }
 
 /* Is X_i a screw? Doubles only. The widest numbers have general transforms: with the doubles of the model,
@@ -131,9 +129,9 @@ static inline num joint_armature(const struct state *s, const terms *b, uint32_t
 /* a += H x for the joint of body b, x its freedoms */
 static inline void add_joint_motion(const struct state *s, const terms *b, const num *x, svec *a)
 {
-    if (b->kind == TFA_KIND_REVOLUTE)
+    if (is_revolute(b->kind))
         a->w.z += x[0];
-    else if (b->kind == TFA_KIND_PRISMATIC)
+    else if (is_prismatic(b->kind))
         a->v.z += x[0];
     else if (b->base)
         *a = sv_add(*a, base_motion(x));
@@ -144,9 +142,9 @@ static inline void add_joint_motion(const struct state *s, const terms *b, const
 /* x = H^T f for the joint of body b */
 static inline void joint_force(const struct state *s, const terms *b, svec f, num *x)
 {
-    if (b->kind == TFA_KIND_REVOLUTE)
+    if (is_revolute(b->kind))
         x[0] = f.w.z;
-    else if (b->kind == TFA_KIND_PRISMATIC)
+    else if (is_prismatic(b->kind))
         x[0] = f.v.z;
     else if (b->base)
         base_force(f, x);

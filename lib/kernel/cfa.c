@@ -97,4 +97,5 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     cfa_accelerations(s, chain, parts, qdd, bias);
 }
 
-const struct chain_method TFA_V(cfa_method) = {TFA_METHOD_CFA, bytes, factor, solve, NULL};
+const struct chain_method TFA_V(cfa_method) = {
+    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};

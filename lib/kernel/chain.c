@@ -8,38 +8,6 @@
 #include "kernel/aba_step.h"
 #include "kernel/kernel.h"
 
-static const struct chain_method *const methods[] = {
-    &TFA_V(tfa_method),        &TFA_V(tfa_cr_method), &TFA_V(cfa_method),
-    &TFA_V(cfa_cr_method),     &TFA_V(dca_method),
-#if NUM_LANES == 1 /* lanes.c takes neither */
-    &TFA_V(hessenberg_method), &TFA_V(scan_method),   &TFA_V(scan_two_pass_method),
-#endif
-};
-#define METHODS (sizeof methods / sizeof *methods)
-
-const struct chain_method *TFA_V(chain_method)(tfa_method method)
-{
-    for (size_t k = 0; k < METHODS; k++)
-        if (methods[k]->method == method)
-            return methods[k];
-    return NULL;
-}
-
-/* Room for the method that keeps most. Trees share it, one behind the other. */
-size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t wanted)
-{
-    size_t most = 0;
-    for (size_t k = 0; k < METHODS; k++) {
-        size_t sum = 0;
-        if (!room_for(wanted, methods[k]->method))
-            continue;
-        for (uint32_t t = 0; t < m->trees; t++)
-            sum += methods[k]->bytes(m->chain[t].length);
-        most = sum > most ? sum : most;
-    }
-    return most;
-}
-
 /* Which bodies are chain, which fold into it. Only the chain's own tree takes part. */
 static void mark(struct state *s, const struct tfa_chain *chain)
 {
@@ -81,13 +49,13 @@ int TFA_V(chain_fold)(struct state *s, const struct tfa_chain *chain, int invert
 int TFA_V(chain_factor)(struct state *s, const struct chain_method *method)
 {
     char *rows = s->rows;
-    if (s->have & HAVE_CHAIN && s->chain_method == method->method)
+    if (s->have & HAVE_CHAIN && s->chain_method == method)
         return TFA_OK;
     s->have &=
         ~(uint32_t)(HAVE_ABA | HAVE_LOCKED | HAVE_CHAIN); /* side branches use their arrays */
     for (uint32_t t = 0; t < s->m->trees; t++) {
         const struct tfa_chain *chain = &s->m->chain[t];
-        int status = TFA_V(chain_fold)(s, chain, method_inverts(method->method));
+        int status = TFA_V(chain_fold)(s, chain, method->inverts);
         if (status == TFA_OK)
             status = method->factor(s, chain, rows);
         if (status != TFA_OK)
@@ -95,7 +63,7 @@ int TFA_V(chain_factor)(struct state *s, const struct chain_method *method)
         rows += method->bytes(chain->length);
     }
     s->have |= HAVE_CHAIN;
-    s->chain_method = method->method;
+    s->chain_method = method;
     return TFA_OK;
 }
 

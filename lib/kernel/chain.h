@@ -13,9 +13,10 @@
 
 #include "kernel/state.h"
 
-/* A method is one file and one row of the table in chain.c. */
+/* A method is one file and one row of the table in method.c. */
 struct chain_method {
-    tfa_method method;
+    /* Does it need I_k^-1? Bodies that have none are refused by name. */
+    int inverts;
     /* What it keeps between factor and solve: bytes for a chain of so many bodies, at s->rows. */
     size_t (*bytes)(size_t length);
     /* Factors: s->IA is ready. TFA_OK, or TFA_E_SINGULAR with s->bad_body, or TFA_E_UNSUPPORTED. */
@@ -30,6 +31,9 @@ struct chain_method {
      * its freedoms `stride` apart; s->pA is not read. NULL: Lambda^-1 goes by columns. */
     struct row *(*six_forces)(struct state *s, const struct tfa_chain *chain, void *rows,
                               const num *tau, size_t stride);
+    /* Lambda^-1 by a way of its own with kept factors, neither refined nor projected. Returns 0 where it
+     * goes by columns. NULL: there is no such way. */
+    int (*osim)(struct state *s, tfa_reference_frame frame);
 };
 
 extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(hessenberg_method),
@@ -40,7 +44,7 @@ extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(
 static inline int method_inverts(tfa_method method)
 {
     switch (method) {
-#define METHOD_INVERTS(name, number, text, fd, lambda, cost, refuses, what)                        \
+#define METHOD_INVERTS(name, number, text, ops, factors, cost, refuses, what)                      \
     case TFA_METHOD_##name:                                                                        \
         return ((refuses)&TFA_REFUSES_NO_INVERSE) != 0;
         TFA_METHOD_LIST(METHOD_INVERTS)
@@ -49,8 +53,19 @@ static inline int method_inverts(tfa_method method)
     return 0;
 }
 
-/* NULL: the method does not go along chains. */
-const struct chain_method *TFA_V(chain_method)(tfa_method method);
+/* The method whose factors it uses: forward elimination of the tips goes by block solves when refined,
+ * force propagation by the articulated-body factors. */
+static inline tfa_method method_factors(tfa_method method)
+{
+    switch (method) {
+#define METHOD_FACTORS(name, number, text, ops, factors, cost, refuses, what)                      \
+    case TFA_METHOD_##name:                                                                        \
+        return TFA_METHOD_##factors;
+        TFA_METHOD_LIST(METHOD_FACTORS)
+#undef METHOD_FACTORS
+    }
+    return method;
+}
 
 /* Factors of every tree, unless they are there; solves of every tree. */
 int TFA_V(chain_factor)(struct state *s, const struct chain_method *method);

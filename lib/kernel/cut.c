@@ -29,10 +29,10 @@ static double load_of(const struct tfa_body *body, const struct tfa_chain *chain
         mass = o->mass > mass ? o->mass : mass;
         moment = o->I[0] + o->I[3] + o->I[5] > moment ? o->I[0] + o->I[3] + o->I[5] : moment;
     }
-    if (b->kind != TFA_KIND_REVOLUTE)
+    if (!is_revolute(b->kind))
         return mass / (b->mass + b->armature);
     const double across = next->r[0] * next->r[0] + next->r[1] * next->r[1];
-    const double along = next->kind == TFA_KIND_REVOLUTE ? next->E[8] : 0;
+    const double along = is_revolute(next->kind) ? next->E[8] : 0;
     return (mass * across + moment * (1 - along * along)) / (b->I[5] + b->armature);
 }
 
@@ -58,7 +58,7 @@ static int goes_in_strips(const tfa_model *m)
         m->base_freedoms || m->mimics)
         return 0;
     for (uint32_t i = 0; i < m->bodies; i++)
-        if (m->body[i].kind != TFA_KIND_REVOLUTE || m->body[i].armature > 0)
+        if (!is_revolute(m->body[i].kind) || m->body[i].armature > 0)
             return 0;
     return 1;
 }

@@ -331,4 +331,5 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     }
 }
 
-const struct chain_method TFA_V(dca_method) = {TFA_METHOD_DCA, bytes, factor, solve, NULL};
+const struct chain_method TFA_V(dca_method) = {
+    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};

@@ -195,5 +195,5 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *memory, 
     }
 }
 
-const struct chain_method TFA_V(hessenberg_method) = {TFA_METHOD_HESSENBERG, bytes, factor, solve,
-                                                      NULL};
+const struct chain_method TFA_V(hessenberg_method) = {
+    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};

@@ -93,10 +93,15 @@ num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_
 
 /* Does the sentinel trip for the factors that the method left? Those of aba have seen it (s->margin). */
 int TFA_V(sentinel_of)(struct state *s, tfa_method method);
+/* It looks at the factors of M, and at those that the articulated-body recursion left. */
+void TFA_V(sentinel_see_mass)(struct state *s);
+void TFA_V(sentinel_see_articulated)(struct state *s);
 
-/* --- solve.c, refine.c ---------------------------------------------------------------------- */
+/* --- method.c, refine.c ---------------------------------------------------------------------- */
 
-/* Factors of a method, unless they are there. TFA may refuse: TFA_E_SINGULAR, s->bad_body. */
+/* qdd = M^-1 (tau - h), leaving the method's factors. TFA may refuse: TFA_E_SINGULAR, s->bad_body. */
+int TFA_V(forward_dynamics)(struct state *s, tfa_method method);
+/* Factors of a method, unless they are there. TFA may refuse as before. */
 int TFA_V(factor)(struct state *s, tfa_method method);
 /* x = M^-1 rhs with kept factors of the method; x may be rhs. */
 void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x);
@@ -131,17 +136,15 @@ void TFA_V(strips_close)(struct scan_segment *segments, struct tfa_strip_ends *e
 /* --- answer.c, answer_forward.c, answer_lambda.c, answer_tips.c --------------------------------- */
 
 /* States k .. k + count - 1 of a checked request, at most NUM_LANES, and as many answers. Several that
- * cannot go on together, or one of which has no answer, get none that counts: s->apart, or a status
- * that is not TFA_OK. */
-int TFA_V(answer)(struct state *s, const tfa_request *request, uint32_t k, uint32_t count,
-                  tfa_reply *reply, tfa_answer *answer);
+ * cannot go on together, or one of which has no answer, get none that counts: a status that is not
+ * TFA_OK. */
+int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolved by, uint32_t k,
+                  uint32_t count, tfa_reply *reply, tfa_answer *answer);
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                           tfa_answer *out);
 /* As a kernel offers it, see table.h. */
 int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
                             const tfa_reply *reply, double limit, tfa_answer *out);
-/* qdd = M^-1 (tau - h), leaving the method's factors */
-int TFA_V(forward_dynamics)(struct state *s, tfa_method method);
 /* Writes s->qdd out; returns 1 when all of it is finite. */
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
@@ -150,7 +153,7 @@ int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_
 void TFA_V(answer_poses)(const struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply);
 /* As a kernel offers them, see table.h. */
 struct tfa_factors TFA_V(lend)(struct state *s);
-int TFA_V(answer_tips)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
-                       tfa_answer *out);
+int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
+                       tfa_reply *reply, tfa_answer *out);
 
 #endif

@@ -15,10 +15,10 @@ static inline uint32_t past(const struct state *s, int32_t i, uint32_t moved, st
                             six psi[6], six phi[6])
 {
     const struct tfa_body *b = &s->body[i];
-    if (b->kind == TFA_KIND_REVOLUTE)
-        past_1(s, i, AXIS_REVOLUTE, P, psi, phi);
-    else if (b->kind == TFA_KIND_PRISMATIC)
-        past_1(s, i, AXIS_PRISMATIC, P, psi, phi);
+    if (is_revolute(b->kind))
+        past_1(s, i, AXIS_RZ, P, psi, phi);
+    else if (is_prismatic(b->kind))
+        past_1(s, i, AXIS_TZ, P, psi, phi);
     else
         past_n(s, b, moved, P, psi, phi);
     return b->n;
@@ -36,12 +36,12 @@ TFA_INLINE void carry_body(const struct state *s, int32_t i, uint32_t moved, str
                            struct block *c)
 {
     const struct tfa_body *b = &s->body[i];
-    if (b->kind == TFA_KIND_REVOLUTE && !(b->armature > 0) && !s->locked) {
+    if (is_revolute(b->kind) && !(b->armature > 0) && !s->locked) {
         carry_z(s, i, p, c);
-    } else if (b->kind == TFA_KIND_REVOLUTE) {
-        carry_1(s, i, AXIS_REVOLUTE, p, c);
-    } else if (b->kind == TFA_KIND_PRISMATIC) {
-        carry_1(s, i, AXIS_PRISMATIC, p, c);
+    } else if (is_revolute(b->kind)) {
+        carry_1(s, i, AXIS_RZ, p, c);
+    } else if (is_prismatic(b->kind)) {
+        carry_1(s, i, AXIS_TZ, p, c);
     } else {
         struct wrenches P; /* in memory, for steps that are out of line */
         struct block C;

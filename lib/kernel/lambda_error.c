@@ -8,9 +8,9 @@
 #include <math.h>
 
 #include "kernel/answer.h"
-#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/lambda.h"
+#include "kernel/method.h"
 
 /* Wrenches that are tried: one alone may by chance lie across the error. */
 #define PROBES 3
@@ -52,10 +52,8 @@ num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_
     const size_t entries = 36 * (size_t)s->tips * s->tips;
     num error = num_of(0), size = num_of(0), unit = num_of(0);
     num_doubles estimate;
-    if (method_inverts(method)) { /* factors that may be blind are no judges (refine.c) */
-        method = TFA_METHOD_ABA;
-        (void)TFA_V(factor)(s, method);
-    }
+    method = method_of_estimates(method);
+    (void)TFA_V(factor)(s, method);
     TFA_V(jacobian)(s, frame);
     TFA_V(lambda_mirror)(s);
     for (size_t e = 0; e < entries; e++) /* squares of anything else may under- or overflow */

@@ -7,7 +7,6 @@
 #include <math.h>
 
 #include "kernel/answer.h"
-#include "kernel/cpu.h"
 #include "kernel/join.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
@@ -89,7 +88,7 @@ static __attribute__((noinline)) void give_multi(const struct multi *w, const st
         give_lane((double *)(to->L + at) + 6 * k, w->L + 6 * k, 6, l);
         if (!b->base)
             give_lane((double *)(to->multi_U + at) + 6 * k, w->U + 6 * k, 6, l);
-        if (b->kind != TFA_KIND_FUSED)
+        if (!is_fused(b->kind))
             continue;
         give_lane((double *)(to->H + at) + 6 * k, w->H + 6 * k, 6, l);
         give_lane((double *)(to->part + at) + 12 * k, &w->part[k].E.xx, 12, l);
@@ -122,10 +121,8 @@ static void lend_factors(const struct state *s, const tfa_request *r, const stru
 }
 
 const struct tfa_limbs TFA_V(limbs) = {
-    .isa = TFA_STRING(TFA_ISA_NAME),
     .lanes = NUM_LANES,
     .step = STEP,
-    .supported = tfa_cpu_supported,
     .size = size,
     .init = TFA_V(packed_init),
     .answer = answer,

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "kernel/body.h"
+#include "kernel/chain.h"
 #include "kernel/frame.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
@@ -134,9 +135,7 @@ static int may_skip(const tfa_request *r)
 static int depends_on_tips_only(const struct state *s, const tfa_request *r)
 {
     return r->op == TFA_OP_OPERATIONAL_INERTIA && r->estimate != TFA_ESTIMATE_ALWAYS &&
-           (r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA ||
-            r->method == TFA_METHOD_PROPAGATION || r->method == TFA_METHOD_EFPA ||
-            r->method == TFA_METHOD_PV_OSIMR) &&
+           method_factors(s->by.method) == TFA_METHOD_ABA &&
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->locked;
 }
 

@@ -12,7 +12,7 @@
 #include <totalforce/dynamics.h>
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated tables. */
-#define TFA_OWN_ABI 4u
+#define TFA_OWN_ABI 5u
 
 /* The symbol */
 #define TFA_OWN_SYMBOL "tfa_own_kernel"
@@ -41,7 +41,8 @@ struct tfa_own_kernel {
     const char *compiler; /* with its version */
     uint32_t bodies;
     uint32_t lanes; /* states that `many` takes at a time; 0: there is none */
-    /* Is this checked request one that the kernel answers? All states of it are, or none. */
+    /* Is this checked request, by aba, rnea or propagation, one that the kernel answers? All states of it
+     * are, or none. */
     int (*takes)(const struct tfa_own_host *host, const tfa_request *request);
     /* State k of such a request into the reply's arrays. Returns whether all of the answer is finite;
      * if not, nothing that was written counts. No allocation, no lock, no system call. */

@@ -14,12 +14,12 @@
 TFA_INLINE void carry_past(const struct state *s, int32_t i, struct wrenches *P, struct block *C)
 {
     const struct tfa_body *b = body_terms(s, (uint32_t)i);
-    if (b->kind == TFA_KIND_REVOLUTE && !terms_geared(b) && !s->locked)
+    if (is_revolute(b->kind) && !terms_geared(b) && !s->locked)
         carry_z(s, i, P, C);
-    else if (b->kind == TFA_KIND_REVOLUTE)
-        carry_1(s, i, AXIS_REVOLUTE, P, C);
-    else if (b->kind == TFA_KIND_PRISMATIC)
-        carry_1(s, i, AXIS_PRISMATIC, P, C);
+    else if (is_revolute(b->kind))
+        carry_1(s, i, AXIS_RZ, P, C);
+    else if (is_prismatic(b->kind))
+        carry_1(s, i, AXIS_TZ, P, C);
     else
         carry_base(&s->multi[b->multi], P, C);
 }

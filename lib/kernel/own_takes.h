@@ -64,16 +64,15 @@ static int own_takes_forward(const struct tfa_own_host *host, const tfa_request 
 
 static int own_takes(const struct tfa_own_host *host, const tfa_request *r)
 {
-    const int by_aba = r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_ABA;
     if (!own_takes_robot(r))
         return 0;
     switch (r->op) {
     case TFA_OP_FORWARD_DYNAMICS:
-        return by_aba && own_takes_forward(host, r);
+        return own_takes_forward(host, r);
     case TFA_OP_INVERSE_DYNAMICS:
-        return !r->tip_count && (r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_RNEA);
+        return !r->tip_count;
     case TFA_OP_OPERATIONAL_INERTIA:
-        return (by_aba || r->method == TFA_METHOD_PROPAGATION) && own_takes_tip(host, r);
+        return own_takes_tip(host, r);
     default:
         return 0;
     }

@@ -17,7 +17,7 @@ struct packer {
 
 static uint32_t coordinates_of(const struct tfa_body *b)
 {
-    return b->base ? 0 : b->kind == TFA_KIND_FREE ? 7 : b->n;
+    return b->base ? 0 : joint_coordinates(b->kind, b->n);
 }
 
 static const int32_t *row_of(const struct tfa_packing *p, uint32_t step)

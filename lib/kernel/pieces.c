@@ -36,7 +36,7 @@ static int is_plain(const struct tfa_model *m)
     for (uint32_t i = 0; i < m->bodies; i++) {
         const struct tfa_body *b = &m->body[i];
         const struct tfa_coordinate *c = &m->coordinate[b->q];
-        if (b->kind != TFA_KIND_REVOLUTE || b->armature > 0 || !b->regular || c->offset != 0 ||
+        if (!is_revolute(b->kind) || b->armature > 0 || !b->regular || c->offset != 0 ||
             c->multiplier != 1 || m->freedom[b->v].multiplier != 1)
             return 0;
     }

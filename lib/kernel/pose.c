@@ -8,15 +8,13 @@
 
 void TFA_V(unit_axes)(struct state *s)
 {
-    static const uint8_t planar[] = {3, 4, 2}, free_joint[] = {3, 4, 5, 0, 1, 2};
     for (uint32_t i = 0; i < s->m->bodies; i++) {
         const struct tfa_body *b = &s->m->body[i];
-        if (b->kind != TFA_KIND_PLANAR && b->kind != TFA_KIND_FREE)
+        if (!has_constant_axes(b->kind))
             continue;
-        const uint8_t *axis = b->kind == TFA_KIND_PLANAR ? planar : free_joint;
         for (int k = 0; k < b->n; k++)
             for (int e = 0; e < 6; e++)
-                s->multi[b->multi].H[6 * k + e] = num_of(e == axis[k]);
+                s->multi[b->multi].H[6 * k + e] = num_of(e == joint_types[b->kind].axis[k]);
     }
 }
 

@@ -40,7 +40,7 @@ static void pose_fused(struct state *s, uint32_t i)
     place X = {{l, o, o, o, l, o, o, o, l}, {o, o, o}};
     for (uint32_t k = 0; k < b->n; k++) {
         const place T = terms_part(s->m, b->part + k);
-        const int turns = s->m->part[b->part + k].kind == TFA_KIND_REVOLUTE;
+        const int turns = is_revolute(s->m->part[b->part + k].kind);
         if (turns)
             w->part[k] = revolute(T.E, T.r, sine[k], cosine[k]);
         else
@@ -60,7 +60,7 @@ static inline void pose_multi(struct state *s, uint32_t i, const num *q)
     const terms *b = body_terms(s, i);
     mat3 T = terms_E(b);
     vec3 r = terms_r(b);
-    if (b->kind == TFA_KIND_PLANAR) {
+    if (is_planar(b->kind)) {
         s->X[i].E = hinge_turn(T, s->sine[b->q + 2], s->cosine[b->q + 2]);
         s->X[i].r = v3_add(r, m3_tmul(T, v3(q[0], q[1], num_of(0))));
     } else {
@@ -72,11 +72,11 @@ static inline void pose_multi(struct state *s, uint32_t i, const num *q)
 static inline void pose_body(struct state *s, uint32_t i)
 {
     const terms *b = body_terms(s, i);
-    if (b->kind == TFA_KIND_REVOLUTE) {
+    if (is_revolute(b->kind)) {
         s->X[i] = revolute(terms_E(b), terms_r(b), s->sine[b->q], s->cosine[b->q]);
-    } else if (b->kind == TFA_KIND_PRISMATIC) {
+    } else if (is_prismatic(b->kind)) {
         s->X[i] = prismatic(terms_E(b), terms_r(b), s->q[b->q]);
-    } else if (b->kind == TFA_KIND_FUSED) {
+    } else if (is_fused(b->kind)) {
         pose_fused(s, i);
     } else {
         pose_multi(s, i, b->base ? s->base : s->q + b->q);

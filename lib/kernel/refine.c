@@ -9,8 +9,8 @@
 #include <string.h>
 
 #include "kernel/answer.h"
-#include "kernel/chain.h"
 #include "kernel/kernel.h"
+#include "kernel/method.h"
 #include "kernel/norm.h"
 #include "kernel/table.h"
 
@@ -118,7 +118,7 @@ static num_doubles judge(struct state *s, tfa_method method, num_doubles *plain)
 {
     const int inverts = method_inverts(method);
     if (inverts) {
-        method = TFA_METHOD_ABA;
+        method = METHOD_OF_ESTIMATES;
         (void)TFA_V(factor)(s, method);
     }
     num_doubles estimate = correction(s, method, 1);

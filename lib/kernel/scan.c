@@ -13,6 +13,7 @@
 
 #include "kernel/cut.h"
 #include "kernel/kernel.h"
+#include "kernel/lambda.h"
 #include "model/arena.h"
 
 /* Bodies in a segment, and how far a cut may move from there. At 16 the joins take a sixth of the
@@ -273,5 +274,7 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
     return TFA_V(scan_factor)(s, chain, rows, (num)TFA_SCAN_LIGHT);
 }
 
-const struct chain_method TFA_V(scan_method) = {TFA_METHOD_SCAN, TFA_V(scan_bytes), factor,
-                                                TFA_V(scan_solve), NULL};
+const struct chain_method TFA_V(scan_method) = {.bytes = TFA_V(scan_bytes),
+                                                .factor = factor,
+                                                .solve = TFA_V(scan_solve),
+                                                .osim = TFA_V(scan_lambda)};

@@ -43,10 +43,10 @@ static inline void carry(const struct state *s, uint32_t i, struct scan_body *ro
     const struct tfa_body *b = &s->body[i];
     for (int e = 0; e < 6; e++)
         row->P[e] = P[e];
-    if (b->kind == TFA_KIND_REVOLUTE) {
-        carry_1(s, i, AXIS_REVOLUTE, P, C);
-    } else if (b->kind == TFA_KIND_PRISMATIC) {
-        carry_1(s, i, AXIS_PRISMATIC, P, C);
+    if (is_revolute(b->kind)) {
+        carry_1(s, i, AXIS_RZ, P, C);
+    } else if (is_prismatic(b->kind)) {
+        carry_1(s, i, AXIS_TZ, P, C);
     } else {
         struct wrenches w = wrenches_from(P);
         six psi[6], phi[6];
@@ -79,7 +79,7 @@ static void overlap(const struct state *s, const struct tfa_chain *chain, const 
             continue;
         const svec U = s6_column(&IA, body_axis(b));
         const num D = sv_get(&U, body_axis(b)) + (num)b->armature;
-        if (b->kind == TFA_KIND_REVOLUTE && !(D > (IA.A.xx + IA.A.yy) * (num)FAINT))
+        if (is_revolute(b->kind) && !(D > (IA.A.xx + IA.A.yy) * (num)FAINT))
             continue;
         s6_rank1(&IA, U, 1 / D);
         *G = s6_to_parent(&s->X[chain->body[k]], &IA);
@@ -156,7 +156,7 @@ static inline void add_motion(const struct state *s, uint32_t i, const struct sc
     }
     if (b->n == 1 && !products) {
         for (int e = 0; e < 6; e++)
-            v[e] += (b->kind == TFA_KIND_REVOLUTE ? row->P[e].w.z : row->P[e].v.z) * x[0];
+            v[e] += (is_revolute(b->kind) ? row->P[e].w.z : row->P[e].v.z) * x[0];
         return;
     }
     add_joint_motion(s, b, x, &m);
@@ -201,7 +201,7 @@ static inline void take_force(struct state *s, uint32_t i, const struct scan_bod
     sv_store(fe, f);
     if (b->n == 1) {
         for (int e = 0; e < 6; e++)
-            s->u[i] -= (b->kind == TFA_KIND_REVOLUTE ? row->P[e].w.z : row->P[e].v.z) * fe[e];
+            s->u[i] -= (is_revolute(b->kind) ? row->P[e].w.z : row->P[e].v.z) * fe[e];
         return;
     }
     for (int e = 0; e < 6; e++)

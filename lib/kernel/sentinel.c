@@ -7,6 +7,7 @@
 #include "kernel/sentinel.h"
 
 #include "kernel/kernel.h"
+#include "kernel/method.h"
 
 /* Of T^T M T, where a freedom also moves the subtrees of its followers */
 static void see_reduced(struct state *s)
@@ -39,7 +40,15 @@ static void see_ltdl(struct state *s)
         }
 }
 
-static void see_articulated(struct state *s)
+void TFA_V(sentinel_see_mass)(struct state *s)
+{
+    if (s->m->mimics)
+        see_reduced(s);
+    else
+        see_ltdl(s);
+}
+
+void TFA_V(sentinel_see_articulated)(struct state *s)
 {
     for (uint32_t i = 0; i < s->m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
@@ -53,15 +62,10 @@ static void see_articulated(struct state *s)
 int TFA_V(sentinel_of)(struct state *s, tfa_method method)
 {
     const num kept = s->margin; /* goes with the factors of aba */
-    if (method == TFA_METHOD_CRBA) {
+    const struct method *row = TFA_V(method)(method);
+    if (row->see) {
         sentinel_reset(s);
-        if (s->m->mimics)
-            see_reduced(s);
-        else
-            see_ltdl(s);
-    } else if (method == TFA_METHOD_SCAN || method == TFA_METHOD_SCAN_TWO_PASS) {
-        sentinel_reset(s);
-        see_articulated(s);
+        row->see(s);
     }
     const int trips = sentinel_trips(s);
     s->margin = kept;

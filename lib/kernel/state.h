@@ -12,6 +12,7 @@
 #include <totalforce/dynamics.h>
 
 #include "kernel/crew.h"
+#include "kernel/table.h"
 #include "kernel/terms.h"
 #include "model/arena.h"
 #include "model/model.h"
@@ -205,11 +206,13 @@ static inline int room_for(uint32_t methods, tfa_method method)
 /* Is a method among them that inverts body inertias? */
 static inline int room_inverts(uint32_t methods)
 {
-#define ROOM_INVERTS(name, number, text, fd, lambda, cost, refuses, what)                          \
+#define ROOM_INVERTS(name, number, text, ops, factors, cost, refuses, what)                        \
     ((refuses)&TFA_REFUSES_NO_INVERSE ? 1u << (number) : 0) |
     return (methods & (TFA_METHOD_LIST(ROOM_INVERTS) 0)) != 0;
 #undef ROOM_INVERTS
 }
+
+struct chain_method;
 
 struct state {
     const struct tfa_model *m;
@@ -222,8 +225,9 @@ struct state {
     uint32_t lanes;           /* how many of them count */
     const terms *body;        /* the model's, own when the request has payloads, or packed */
     uint32_t have;            /* HAVE_ bits */
+    struct tfa_resolved by;   /* the methods of the request under way */
     tfa_method w_method;
-    tfa_method chain_method;
+    const struct chain_method *chain_method;
     struct span span[TFA_MAX_TIPS]; /* what the request depends on, ascending */
     uint32_t spans;
     uint32_t payloads; /* applied to own */
@@ -276,7 +280,7 @@ static inline size_t state_walk(const struct tfa_model *m, struct extent n, void
     const size_t nb = n.bodies, nq = n.coordinates, nv = n.freedoms;
 #ifndef TFA_PACKED
     const uint32_t methods = n.methods;
-    const size_t tips = NUM_LANES == 1 ? TFA_TIP_COLUMNS : 0; /* lanes.c takes none */
+    const size_t tips = NUM_LANES == 1 ? TFA_TIP_COLUMNS : 0; /* batches have none */
     const size_t mass = room_for(methods, TFA_METHOD_CRBA) ? m->mass_entries : 0;
     const size_t dense = mass && m->mimics ? m->freedoms - m->mimics : 0;
 #endif

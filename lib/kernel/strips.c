@@ -16,7 +16,6 @@
 #include <float.h>
 #include <string.h>
 
-#include "kernel/cpu.h"
 #include "kernel/crew.h"
 #include "kernel/hinge.h"
 #include "kernel/strips_place.h"
@@ -422,8 +421,6 @@ static int answer(struct strips *s, struct tfa_crew *crew, const tfa_request *re
 }
 
 const struct tfa_strips_kernel TFA_V(strips) = {
-    .isa = TFA_STRING(TFA_ISA_NAME),
-    .supported = tfa_cpu_supported,
     .size = strips_size,
     .init = strips_init,
     .answer = answer,

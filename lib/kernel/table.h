@@ -33,16 +33,32 @@ struct tfa_factors {
 /* What became of a state; alarmed: the sentinel tripped (sentinel.h), the error is to be estimated. */
 enum { TFA_NOT_ANSWERED = 0, TFA_ANSWERED = 1, TFA_ANSWERED_ALARMED = 2 };
 
+/* States of one batch at most */
+#define TFA_LANES_MAX 16
+
+/* The methods that answer a request, never TFA_METHOD_AUTO: its op, and lambda_inv where that is asked
+ * for besides qdd. */
+struct tfa_resolved {
+    tfa_method method, osim;
+};
+
+/* One compiled variant of the kernels: of one state at a time, or of a batch of states in lanes. The
+ * members behind `set_residual_kernel` are of one state at a time only, NULL elsewhere. */
 struct tfa_kernel {
     const char *isa;
     tfa_precision precision;
+    uint32_t lanes;         /* states at a time */
     int (*supported)(void); /* every CPU feature that the flags allow is present */
-    /* With room for these methods: bits 1u << tfa_method */
+    /* With memory for these methods: bits 1u << tfa_method */
     size_t (*size)(const tfa_model *model, uint32_t methods);
     struct state *(*init)(const tfa_model *model, uint32_t methods, void *memory);
-    /* One state of a checked request; fills answer, and field/index of the reply on failure. */
-    int (*answer)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
-                  tfa_answer *answer);
+    /* States k .. k + count - 1, at most `lanes`, of a checked request; fills as many answers, and
+     * field/index of the reply on failure. Where several states do not go the same way, or one of them
+     * has no answer, returns a status that is not TFA_OK, and nothing that was written counts. */
+    int (*answer)(struct state *s, const tfa_request *request, struct tfa_resolved by, uint32_t k,
+                  uint32_t count, tfa_reply *reply, tfa_answer *answers);
+    /* From now on refinement of single states in s has its residual from `wider`, which outlives s. */
+    void (*widen)(struct state *s, const struct tfa_wider *wider);
 
     /* Sines and cosines of `count` doubles, written by the vector (variants/sincos.h): what the kernels of
      * one robot's own call. */
@@ -52,8 +68,8 @@ struct tfa_kernel {
     /* What a state of a checked request, which changes nothing about the robot, asks of its tips, with
      * the factors of the bodies that carry them: of another kernel, written where lend said. Lambda^-1
      * is neither refined nor estimated. Returns whether all of it is finite. */
-    int (*answer_tips)(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
-                       tfa_answer *answer);
+    int (*answer_tips)(struct state *s, const tfa_request *request, struct tfa_resolved by,
+                       uint32_t k, tfa_reply *reply, tfa_answer *answer);
 
     /* Estimates the error of the accelerations of state k, which stand in the reply, by the factors of aba.
      * Returns 0 where they are in doubt: the estimate is above `limit`, 1e-4, or not finite. */
@@ -81,9 +97,7 @@ struct tfa_kernel {
     /* what is to be added to both, from the a_end that they led to. */
     void (*strips_close)(struct scan_segment *segments, struct tfa_strip_ends *ends);
 
-    /* From now on refinement in s has its residual from `wider`, which outlives s. */
-    void (*widen)(struct state *s, const struct tfa_wider *wider);
-    /* And what the kernel does as the wider one of another: reads state k of a checked request; */
+    /* As the residual kernel of another: reads state k of a checked request; */
     void (*load)(struct state *s, const tfa_request *request, uint32_t k);
     /* x = dx (fresh) or x += dx, as follows for followers; */
     void (*add)(struct state *s, const double *dx, int fresh);
@@ -124,29 +138,9 @@ struct tfa_pieces {
                          uint32_t k, tfa_reply *reply, tfa_answer *answer);
 };
 
-#define TFA_LANES_MAX 16
-
-/* Several states at a time */
-struct tfa_lanes {
-    const char *isa;
-    tfa_precision precision;
-    uint32_t lanes;
-    int (*supported)(void);
-    size_t (*size)(const tfa_model *model, uint32_t methods);
-    struct state *(*init)(const tfa_model *model, uint32_t methods, void *memory);
-    /* May several states of this checked request go together? */
-    int (*takes)(const tfa_request *request);
-    /* States k .. k + count - 1 (at most `lanes`) of such a request. Returns whether they went
-     * together and all have an answer; otherwise nothing that was written counts. */
-    int (*answer)(struct state *s, const tfa_request *request, uint32_t k, uint32_t count,
-                  tfa_reply *reply, tfa_answer *answers);
-};
-
 /* Forward dynamics of one state of a long chain, its segments in lanes. For robots that
  * tfa_cut_strips takes. */
 struct tfa_strips_kernel {
-    const char *isa;
-    int (*supported)(void);
     /* `one` scans over the segments. */
     size_t (*size)(const tfa_model *model, const struct tfa_kernel *one);
     struct strips *(*init)(const tfa_model *model, const struct tfa_kernel *one, void *memory);
@@ -159,10 +153,8 @@ struct tfa_strips_kernel {
 /* One state at a time, its independent limbs side by side: forward dynamics by aba, and the factors that
  * tips ask for. */
 struct tfa_limbs {
-    const char *isa;
     uint32_t lanes;
     double step; /* time for one step of the packing, in bodies that go one by one */
-    int (*supported)(void);
     size_t (*size)(const tfa_model *model, const struct tfa_packing *packing);
     struct state *(*init)(const tfa_model *model, const struct tfa_packing *packing, void *memory);
     /* State k of a checked request, which changes nothing about the robot and has no mimics: its
@@ -175,13 +167,21 @@ struct tfa_limbs {
     void (*give)(const struct state *s, const tfa_request *request, const struct tfa_factors *to);
 };
 
-/* Best variant of that precision which this processor supports, or the one that TFA_ISA in the
- * environment names. NULL when there is none. Lanes are of the same instruction set. */
-const struct tfa_kernel *tfa_kernel_select(tfa_precision precision);
-const struct tfa_lanes *tfa_lanes_select(tfa_precision precision);
-const struct tfa_strips_kernel *tfa_strips_select(void);
-const struct tfa_pieces *tfa_pieces_select(void);
-/* Variants of the instruction set that tfa_kernel_select takes: number k, NULL behind the last. */
-const struct tfa_limbs *tfa_limbs_select(uint32_t k);
+#define TFA_LIMBS_MAX 2
+
+/* The kernels compiled for one instruction set: one row of the table in backend.c. */
+struct tfa_backend {
+    const struct tfa_kernel *f64, *batch_f64, *batch_f32;
+    const struct tfa_limbs *limbs[TFA_LIMBS_MAX]; /* NULL behind the last */
+    const struct tfa_strips_kernel *strips;
+    const struct tfa_pieces *pieces;
+};
+
+/* The best instruction set that this processor supports, or the one that TFA_ISA in the environment
+ * names; NULL where it names none of them. */
+const struct tfa_backend *tfa_backend_select(void);
+
+/* Quadruple precision, on every processor */
+extern const struct tfa_kernel tfa_kernel_f128_base;
 
 #endif

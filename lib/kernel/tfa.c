@@ -198,4 +198,5 @@ static struct row *six_forces(struct state *s, const struct tfa_chain *chain, vo
     return rows;
 }
 
-const struct chain_method TFA_V(tfa_method) = {TFA_METHOD_TFA, bytes, factor, solve, six_forces};
+const struct chain_method TFA_V(tfa_method) = {
+    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve, .six_forces = six_forces};

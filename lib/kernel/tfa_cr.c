@@ -126,5 +126,5 @@ static struct row *six_forces(struct state *s, const struct tfa_chain *chain, vo
     return A.r;
 }
 
-const struct chain_method TFA_V(tfa_cr_method) = {TFA_METHOD_TFA_CR, bytes, factor, solve,
-                                                  six_forces};
+const struct chain_method TFA_V(tfa_cr_method) = {
+    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve, .six_forces = six_forces};

@@ -43,7 +43,7 @@ static inline void inverse_inboard(const struct state *s, uint32_t i, const sym6
                                    num *Y)
 {
     const struct tfa_body *b = &s->body[i];
-    if (b->kind == TFA_KIND_REVOLUTE && !(s->side[b->parent] & CARRIES)) {
+    if (is_revolute(b->kind) && !(s->side[b->parent] & CARRIES)) {
         const struct total *t = &s->total[i];
         const num c = s->cosine[b->q], n = s->sine[b->q];
         for (int k = 0; k < 36; k++)

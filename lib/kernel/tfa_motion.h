@@ -43,7 +43,7 @@ static inline void joint_acceleration(const struct state *s, uint32_t i, svec a,
     svec relative = sv_sub(a, x_motion(&s->X[i], up));
     if (chain_products(s, bias))
         relative = sv_sub(relative, s->c[i]);
-    if (b->kind == TFA_KIND_FUSED)
+    if (is_fused(b->kind))
         fused_rates(&s->multi[b->multi], b->n, relative, qdd);
     else
         joint_force(s, b, relative, qdd); /* H^T: H has orthonormal columns */

@@ -15,7 +15,7 @@
 /* Six freedoms without armature: C = I^-1, so K = 0 and F = tau: the row decouples. */
 static inline int row_decouples(const struct tfa_body *b)
 {
-    return b->kind == TFA_KIND_FREE && !(b->armature > 0);
+    return is_free(b->kind) && !(b->armature > 0);
 }
 
 /* K_i and B_i = H_i Theta_i^-1 */

@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The one symbol that a compiled variant offers to the rest of the library.
+ * The table that one compiled variant of the kernels offers to the rest of the library: of one state at
+ * a time, or of a batch with one state in each lane. A batch has no tips, whose six wrenches fill lanes
+ * themselves (six.h), and none of the methods that search, keep O(N^2) numbers or fill lanes themselves
+ * (hessenberg and the scans): gcc fuses their products in another way over vectors, and answers would
+ * differ from those of one state at a time in the last bit (one state of 19 of a chain of 20 bodies; a
+ * tip on one joint; gcc 12, 2026-11-22).
  */
 #include "kernel/cpu.h"
 #include "kernel/kernel.h"
@@ -9,25 +14,31 @@
 #include "kernel/table.h"
 #include "variants/sincos.h"
 
+#if NUM_LANES > 1
+#define METHODS(wanted) ((wanted) & ~TFA_METHOD_BIT(TFA_METHOD_HESSENBERG))
+#else
+#define METHODS(wanted) (wanted)
+#endif
+
 static size_t size(const tfa_model *model, uint32_t methods)
 {
     struct state *none;
-    return state_walk(model, model_extent(model, methods), NULL, &none);
+    return state_walk(model, model_extent(model, METHODS(methods)), NULL, &none);
 }
 
 static struct state *init(const tfa_model *model, uint32_t methods, void *memory)
 {
-    struct state *s = state_init(model, model_extent(model, methods), memory);
+    struct state *s = state_init(model, model_extent(model, METHODS(methods)), memory);
     TFA_V(tfa_bake)(s);
     return s;
 }
 
-static int answer(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
-                  tfa_answer *answer_of)
+static void set_residual_kernel(struct state *s, const struct tfa_wider *wider)
 {
-    return TFA_V(answer)(s, request, k, 1, reply, answer_of);
+    s->wider = wider;
 }
 
+#if NUM_LANES == 1
 static void load(struct state *s, const tfa_request *request, uint32_t k)
 {
     TFA_V(load)(s, request, k, 1);
@@ -47,19 +58,18 @@ static void round_sincos(struct state *s)
 {
     s->round_sincos = 1;
 }
-
-static void widen(struct state *s, const struct tfa_wider *wider)
-{
-    s->wider = wider;
-}
+#endif
 
 const struct tfa_kernel TFA_V(kernel) = {
     .isa = TFA_STRING(TFA_ISA_NAME),
     .precision = TFA_PRECISION,
+    .lanes = NUM_LANES,
     .supported = tfa_cpu_supported,
     .size = size,
     .init = init,
-    .answer = answer,
+    .answer = TFA_V(answer),
+    .widen = set_residual_kernel,
+#if NUM_LANES == 1
     .sincos = sincos_of_doubles,
     .lend = TFA_V(lend),
     .answer_tips = TFA_V(answer_tips),
@@ -71,9 +81,9 @@ const struct tfa_kernel TFA_V(kernel) = {
     .strips_join = TFA_V(strips_join),
     .strips_pass = TFA_V(strips_pass),
     .strips_close = TFA_V(strips_close),
-    .widen = widen,
     .load = load,
     .add = TFA_V(wider_add),
     .residual = TFA_V(wider_residual),
     .unload = TFA_V(unload_qdd),
+#endif
 };

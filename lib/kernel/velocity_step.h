@@ -30,16 +30,16 @@ static inline void move(struct state *s, uint32_t i, const terms *b)
 {
     svec v = moved_along(s, i, b);
     num qd = s->qd[b->v];
-    if (b->kind == TFA_KIND_REVOLUTE) {
+    if (is_revolute(b->kind)) {
         s->c[i] = hinge_products(v, qd);
         v.w.z += qd;
-    } else if (b->kind == TFA_KIND_PRISMATIC) {
+    } else if (is_prismatic(b->kind)) {
         s->c[i] = (svec){v3_zero(), v3(v.w.y * qd, -v.w.x * qd, num_of(0))};
         v.v.z += qd;
     } else if (b->base) {
         v = base_motion(s->qd + b->v);
         s->c[i] = sv_zero();
-    } else if (b->kind == TFA_KIND_FUSED) {
+    } else if (is_fused(b->kind)) {
         v = move_fused(s, i, b, v);
     } else {
         svec joint = multi_motion(&s->multi[b->multi], b->n, s->qd + b->v);

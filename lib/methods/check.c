@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "methods/methods.h"
+#include "methods/traits.h"
 #include "model/model.h"
 #include "model/payload.h"
 
@@ -165,8 +166,7 @@ static int check_locks(const struct tfa_model *m, const tfa_request *r, tfa_repl
 /* Nothing but a robot's motion: no frame, no payload, no joint to look at */
 static int is_bare(const tfa_request *r)
 {
-    return !(r->tip_count | r->wrench_count | r->payload_count | r->locked_count) &&
-           r->op != TFA_OP_OPERATIONAL_INERTIA;
+    return !(traits_of(r) & (TRAITS_SCENE | TRAIT_OSIM));
 }
 
 static int check_scene(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
@@ -175,20 +175,6 @@ static int check_scene(const struct tfa_model *m, const tfa_request *r, tfa_repl
     if (status == TFA_OK)
         status = check_payloads(m, r, reply);
     return status == TFA_OK ? check_locks(m, r, reply) : status;
-}
-
-static int method_answers(const tfa_method_info *row, const tfa_request *r)
-{
-    switch (r->op) {
-    case TFA_OP_FORWARD_DYNAMICS:
-        return row->forward_dynamics;
-    case TFA_OP_OPERATIONAL_INERTIA:
-        return row->lambda;
-    case TFA_OP_INVERSE_DYNAMICS:
-        return r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_RNEA;
-    default:
-        return r->method == TFA_METHOD_AUTO || r->method == TFA_METHOD_CRBA;
-    }
 }
 
 static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain)
@@ -222,7 +208,7 @@ static int chains_take(const struct tfa_model *m, unsigned refuses_what)
 static int check_method(const struct tfa_model *m, const tfa_request *r, const tfa_method_info *row,
                         tfa_reply *reply)
 {
-    int status = row && method_answers(row, r) ? TFA_OK : TFA_E_METHOD;
+    int status = row && row->ops & TFA_OP_BIT(r->op) ? TFA_OK : TFA_E_METHOD;
     if (status == TFA_OK && ((m->mimics && row->refuses & TFA_REFUSES_MIMICS) ||
                              (m->hollow && row->refuses & TFA_REFUSES_HOLLOW)))
         status = TFA_E_METHOD;
@@ -236,9 +222,9 @@ static int check_method(const struct tfa_model *m, const tfa_request *r, const t
 static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
                              const tfa_method_info *row)
 {
-    return r->op == TFA_OP_MASS_MATRIX ||
-           (r->op != TFA_OP_INVERSE_DYNAMICS &&
-            (row->refuses & TFA_REFUSES_SIZE || (m->hollow && r->method == TFA_METHOD_AUTO)));
+    return r->op == TFA_OP_MASS_MATRIX || (r->op != TFA_OP_INVERSE_DYNAMICS &&
+                                           (row->refuses & TFA_REFUSES_SIZE ||
+                                            (m->hollow && !(row->refuses & TFA_REFUSES_HOLLOW))));
 }
 
 /* A spectrum is that of lambda_inv: of an op that gives it, and of at least one tip. */

@@ -8,8 +8,16 @@
 #include <string.h>
 
 static const tfa_method_info rows[] = {
-#define ROW(name, number, text, fd, lambda, cost, refuses, what)                                   \
-    [number] = {TFA_METHOD_##name, text, fd, lambda, cost, refuses, what},
+#define ROW(name, number, text, ops, factors, cost, refuses, what)                                 \
+    [number] = {TFA_METHOD_##name,                                                                 \
+                text,                                                                              \
+                ops,                                                                               \
+                ((ops)&TFA_OPS_FD) != 0,                                                           \
+                ((ops)&TFA_OPS_OSIM) != 0,                                                         \
+                TFA_METHOD_##factors,                                                              \
+                cost,                                                                              \
+                refuses,                                                                           \
+                what},
     TFA_METHOD_LIST(ROW)
 #undef ROW
 };

@@ -3,7 +3,7 @@
  *
  * The noun that computes: a workspace in the caller's memory.
  */
-#include "methods/workspace.h"
+#include "methods/strategy.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -25,12 +25,13 @@
      TFA_METHOD_BIT(TFA_METHOD_EFPA) | TFA_METHOD_BIT(TFA_METHOD_PV_OSIMR) |                       \
      TFA_METHOD_BIT(TFA_METHOD_SCAN) | TFA_METHOD_BIT(TFA_METHOD_SCAN_TWO_PASS))
 
-/* Who answers. The wider kernel is NULL where it would be the same, lanes where states go one by
- * one. */
+/* The kernels of a workspace. `wider` is NULL where it would be the same as `kernel` or as the factors',
+ * `batch` where states go one by one. */
 struct choice {
     uint32_t methods;
-    const struct tfa_kernel *kernel, *wider;
-    const struct tfa_lanes *lanes;
+    tfa_precision precision;
+    const struct tfa_kernel *kernel, *wider, *batch;
+    uint32_t batch_max;
     const struct tfa_pieces *pieces;
     const struct tfa_strips_kernel *strips;
     const struct tfa_limbs *limbs;
@@ -42,11 +43,12 @@ struct choice {
 
 /* Limbs side by side, with the variant that takes the least time for a state; or nothing, where one
  * body after the other takes less. */
-static void choose_limbs(const tfa_model *model, struct choice *out)
+static void choose_limbs(const tfa_model *model, const struct tfa_backend *backend,
+                         struct choice *out)
 {
-    const struct tfa_limbs *limbs;
     double least = model->bodies;
-    for (uint32_t k = 0; !model->mimics && (limbs = tfa_limbs_select(k)); k++) {
+    for (uint32_t k = 0; !model->mimics && k < TFA_LIMBS_MAX && backend->limbs[k]; k++) {
+        const struct tfa_limbs *limbs = backend->limbs[k];
         const struct tfa_packing p = tfa_limbs_pack(model, limbs->lanes, out->table);
         if (p.steps && p.steps * limbs->step < least) {
             least = p.steps * limbs->step;
@@ -59,15 +61,8 @@ static void choose_limbs(const tfa_model *model, struct choice *out)
     out->packing = tfa_limbs_pack(model, out->limbs->lanes, out->table);
 }
 
-/* Long chains go in pieces where the arithmetic is double throughout. */
-static const struct tfa_pieces *choose_pieces(const tfa_model *model)
-{
-    const struct tfa_pieces *pieces = tfa_pieces_select();
-    return pieces && pieces->size(model) ? pieces : NULL;
-}
-
 /* Methods that there is to be room for. With mimics auto takes crba. */
-static uint32_t room(const tfa_model *model, uint32_t wanted)
+static uint32_t reserved_methods(const tfa_model *model, uint32_t wanted)
 {
     uint32_t methods = wanted | METHODS_ALWAYS;
     if (!wanted && model->bodies <= TFA_ROOM_BODIES_MAX)
@@ -79,30 +74,86 @@ static uint32_t room(const tfa_model *model, uint32_t wanted)
     return methods;
 }
 
+/* Doubles throughout: the ways of one state through several lanes. */
+static void choose_doubles(const tfa_model *model, const struct tfa_backend *backend,
+                           const tfa_workspace_options *o, struct choice *out)
+{
+    const uint32_t cyclic = TFA_METHOD_BIT(TFA_METHOD_TFA_CR) | TFA_METHOD_BIT(TFA_METHOD_CFA_CR);
+    choose_limbs(model, backend, out);
+    out->own = o->specialised ? o->specialised->kernel : NULL;
+    if (out->methods & cyclic && backend->pieces->size(model))
+        out->pieces = backend->pieces;
+    if (tfa_cut_strips(model).count)
+        out->strips = backend->strips;
+}
+
+/* Floats are those of batches; doubles of batches where the robot is small and nothing is mixed. */
+static void choose_batch(const tfa_model *model, const struct tfa_backend *backend,
+                         const tfa_workspace_options *o, struct choice *out)
+{
+    const int floats = o->precision == TFA_F32;
+    const int several = !out->wider && o->states == TFA_STATES_AUTO;
+    if (floats)
+        out->batch = backend->batch_f32;
+    else if (several && o->precision == TFA_F64 && model->bodies <= TFA_LANES_BODIES_MAX)
+        out->batch = backend->batch_f64;
+    if (out->batch)
+        out->batch_max = several ? out->batch->lanes : 1;
+}
+
 /* Returns 0 when the precisions are not there or the residual's is the narrower one. */
 static int choose(const tfa_model *model, const tfa_workspace_options *options, struct choice *out)
 {
     static const tfa_workspace_options defaults;
     const tfa_workspace_options *o = options ? options : &defaults;
+    const struct tfa_backend *backend = tfa_backend_select();
     const tfa_precision residual = o->residual == TFA_RESIDUAL_F64    ? TFA_F64
                                    : o->residual == TFA_RESIDUAL_F128 ? TFA_F128
                                                                       : o->precision;
     const int narrower = o->precision == TFA_F128 && residual == TFA_F64;
-    *out = (struct choice){
-        .methods = room(model, o->methods), .kernel = tfa_kernel_select(o->precision), .share = 1};
+    if (!backend || narrower || (uint32_t)o->residual > TFA_RESIDUAL_F128 ||
+        (uint32_t)o->precision > TFA_F32)
+        return 0;
+    *out =
+        (struct choice){.methods = reserved_methods(model, o->methods),
+                        .precision = o->precision,
+                        .kernel = o->precision == TFA_F128 ? &tfa_kernel_f128_base : backend->f64,
+                        .share = 1};
     if (residual != o->precision)
-        out->wider = tfa_kernel_select(residual);
-    else if (o->states == TFA_STATES_AUTO && model->bodies <= TFA_LANES_BODIES_MAX)
-        out->lanes = tfa_lanes_select(o->precision);
-    if (residual == o->precision && o->precision == TFA_F64) {
-        choose_limbs(model, out);
-        out->own = o->specialised ? o->specialised->kernel : NULL;
-        if (out->methods & (TFA_METHOD_BIT(TFA_METHOD_TFA_CR) | TFA_METHOD_BIT(TFA_METHOD_CFA_CR)))
-            out->pieces = choose_pieces(model);
-        if (tfa_cut_strips(model).count)
-            out->strips = tfa_strips_select();
-    }
-    return out->kernel && !narrower && (uint32_t)o->residual <= TFA_RESIDUAL_F128;
+        out->wider = residual == TFA_F128 ? &tfa_kernel_f128_base : backend->f64;
+    if (o->precision == TFA_F32 && out->wider)
+        out->kernel = out->wider;
+    choose_batch(model, backend, o, out);
+    if (o->precision == TFA_F64 && !out->wider)
+        choose_doubles(model, backend, o, out);
+    return 1;
+}
+
+/* Everything that is known without memory */
+static void describe(const tfa_model *model, const struct choice *c, struct tfa_workspace *o)
+{
+    *o = (struct tfa_workspace){
+        .model = model,
+        .methods = c->methods,
+        .precision = c->precision,
+        .kernel = c->kernel,
+        .wider = {c->wider, NULL},
+        .batch = c->batch,
+        .batch_max = c->batch_max,
+        .batch_min = c->precision == TFA_F32 ? 1 : TFA_LANES_STATES_MIN,
+        .batch_min_limbs = (uint32_t)(TFA_LANES_STATES_WORTH / c->share) + 1,
+        .limbs = c->limbs,
+        .limbs_from = (uint32_t)(c->share * model->bodies) + 1, /* that limbs are worth */
+        .pieces = c->pieces,
+        .strips = c->strips,
+        .own = c->own,
+        .host = own_host(model),
+    };
+    if (c->batch && o->batch_min_limbs > c->batch->lanes)
+        o->batch_min_limbs = c->batch->lanes; /* full vectors always pay */
+    if (o->batch_min_limbs < o->batch_min)
+        o->batch_min_limbs = o->batch_min;
+    o->strategies = tfa_strategies_of(o, o->strategy);
 }
 
 /* One walk for the size and the pointers. */
@@ -110,49 +161,39 @@ static size_t walk(const tfa_model *model, const struct choice *c, void *memory,
                    struct tfa_workspace **out)
 {
     struct arena a = {memory, 0};
-    struct tfa_workspace *w = arena_take(&a, 1, sizeof *w), count_only;
-    struct tfa_workspace *o = w ? w : &count_only;
-    o->spectrum = arena_take(&a, SPECTRUM_ENTRIES, sizeof(double));
+    const int shared = c->wider == c->kernel; /* one state serves both */
+    struct tfa_workspace *w = arena_take(&a, 1, sizeof *w);
+    double *spectrum = arena_take(&a, SPECTRUM_ENTRIES, sizeof(double));
     void *state = arena_take(&a, c->kernel->size(model, c->methods), 1);
-    void *wider = arena_take(&a, c->wider ? c->wider->size(model, c->methods) : 0, 1);
+    void *wider = arena_take(&a, c->wider && !shared ? c->wider->size(model, c->methods) : 0, 1);
     void *limb_state = arena_take(&a, c->limbs ? c->limbs->size(model, &c->packing) : 0, 1);
-    void *lane_state = arena_take(&a, c->lanes ? c->lanes->size(model, c->methods) : 0, 1);
+    void *batch_state = arena_take(&a, c->batch ? c->batch->size(model, c->methods) : 0, 1);
     void *piece_state = arena_take(&a, c->pieces ? c->pieces->size(model) : 0, 1);
     void *strips = arena_take(&a, c->strips ? c->strips->size(model, c->kernel) : 0, 1);
-    o->model = model;
-    o->methods = c->methods;
-    o->kernel = c->kernel;
-    o->lanes = c->lanes;
-    o->lanes_from = (uint32_t)(TFA_LANES_STATES_WORTH / c->share) + 1;
-    if (c->lanes && o->lanes_from > c->lanes->lanes)
-        o->lanes_from = c->lanes->lanes; /* full vectors always pay */
-    o->limbs = c->limbs;
-    o->limbs_from = (uint32_t)(c->share * model->bodies) + 1; /* that limbs are worth */
-    o->pieces = c->pieces;
-    o->strips = c->strips;
-    o->own = c->own;
-    o->host = own_host(model);
-    o->crew = NULL;
-    o->wider = (struct tfa_wider){c->wider, NULL};
-    if (w) /* every page is there before the first request */
-        memset(o->spectrum, 0, SPECTRUM_ENTRIES * sizeof(double));
-    if (w)
-        w->state = c->kernel->init(model, c->methods, state);
-    if (w && c->wider) {
-        w->wider.state = c->wider->init(model, c->methods, wider);
-        c->kernel->widen(w->state, &w->wider);
-    }
-    if (w && c->limbs)
-        w->limb_state = c->limbs->init(model, &c->packing, limb_state);
-    if (w && c->limbs)
-        w->factors = c->kernel->lend(w->state);
-    if (w && c->lanes)
-        w->lane_state = c->lanes->init(model, c->methods, lane_state);
-    if (w && c->pieces)
-        w->piece_state = c->pieces->init(model, piece_state);
-    if (w && c->strips)
-        w->strips_state = c->strips->init(model, c->kernel, strips);
     *out = w;
+    if (!w)
+        return a.used;
+    describe(model, c, w);
+    w->spectrum = spectrum;
+    memset(spectrum, 0,
+           SPECTRUM_ENTRIES * sizeof(double)); /* pages are there before the first request */
+    w->state = c->kernel->init(model, c->methods, state);
+    if (c->limbs) {
+        w->limb_state = c->limbs->init(model, &c->packing, limb_state);
+        w->factors = c->kernel->lend(w->state);
+    }
+    if (c->batch)
+        w->batch_state = c->batch->init(model, c->methods, batch_state);
+    if (c->pieces)
+        w->piece_state = c->pieces->init(model, piece_state);
+    if (c->strips)
+        w->strips_state = c->strips->init(model, c->kernel, strips);
+    if (c->wider)
+        w->wider.state = shared ? w->state : c->wider->init(model, c->methods, wider);
+    if (c->wider && c->precision == TFA_F32)
+        c->batch->widen(w->batch_state, &w->wider);
+    else if (c->wider)
+        c->kernel->widen(w->state, &w->wider);
     return a.used;
 }
 
@@ -226,10 +267,4 @@ void tfa_workspace_employ(tfa_workspace *w, struct tfa_crew *crew)
 uint32_t tfa_workspace_methods(const tfa_workspace *workspace)
 {
     return workspace->methods;
-}
-
-const char *tfa_isa_name(void)
-{
-    const struct tfa_kernel *kernel = tfa_kernel_select(TFA_F64);
-    return kernel ? kernel->isa : "none";
 }

@@ -161,7 +161,7 @@ static void move_all(struct draft *d)
         move_own(b);
         if (b->parent < 0)
             continue;
-        const int fused = b->kind == TFA_KIND_FUSED;
+        const int fused = is_fused(b->kind);
         struct draft_part *first = &d->part[b->first];
         move_rows(fused ? first->E : b->E, fused ? first->r : b->r, &d->body[b->parent].move);
     }
@@ -180,7 +180,7 @@ static void recognise(struct draft_body *b, const struct draft_body *parent)
     const ext d = r[1] * E[7] + r[2] * E[8], moved = ext_abs(parent->move.w) + ext_abs(b->move.w);
     const ext nothing = EXACT * (ext_hypot(r[0], ext_hypot(r[1], r[2])) + moved);
     const ext off = ext_hypot(r[1] - d * E[7], r[2] - d * E[8]);
-    if (b->kind != TFA_KIND_REVOLUTE || ext_abs(E[6]) > EXACT || off > nothing)
+    if (!is_revolute(b->kind) || ext_abs(E[6]) > EXACT || off > nothing)
         return;
     b->axial = 1;
     b->d = ext_abs(d) > nothing ? d : 0;
@@ -194,7 +194,7 @@ void tfa_draft_axial(struct draft *d)
     for (uint32_t k = 0; k < d->bodies; k++) {
         const struct draft_body *child = &d->body[k];
         struct draft_body *b = child->parent < 0 ? NULL : &d->body[child->parent];
-        if (b && !b->aligned && b->n == 1 && child->kind == TFA_KIND_REVOLUTE)
+        if (b && !b->aligned && b->n == 1 && is_revolute(child->kind))
             b->aligned = find_normal(child, b);
     }
     move_all(d);

@@ -42,13 +42,12 @@ static void add_inertia(struct draft_body *b, const tfa_link *link, const long d
 
 static struct draft_body *new_body(struct draft *d, uint32_t link, int32_t joint, uint8_t kind)
 {
-    static const uint8_t freedoms[] = {1, 1, 3, 6};
     struct draft_body *b = &d->body[d->bodies++];
     memset(b, 0, sizeof *b);
     b->link = link;
     b->joint = joint;
     b->kind = kind;
-    b->n = freedoms[kind];
+    b->n = joint_types[kind].freedoms;
     ext_identity(b->E);
     return b;
 }

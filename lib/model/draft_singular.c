@@ -118,22 +118,21 @@ static void move_body(const struct look *l, uint32_t i, uint32_t posture, struct
     uint32_t seed = 7919u * (i + 1) + 104729u * posture;
     memset(m, 0, sizeof *m);
     ext_identity(m->X.E);
-    for (uint32_t k = 0; b->kind == TFA_KIND_FUSED && k < b->n; k++) {
+    for (uint32_t k = 0; is_fused(b->kind) && k < b->n; k++) {
         const struct draft_part *p = &l->d->part[b->first + k];
-        add_single(l, m, p->E, p->r, p->kind == TFA_KIND_PRISMATIC, p->joint, &seed);
+        add_single(l, m, p->E, p->r, is_prismatic(p->kind), p->joint, &seed);
     }
-    if (b->kind == TFA_KIND_REVOLUTE || b->kind == TFA_KIND_PRISMATIC)
-        add_single(l, m, b->E, b->r, b->kind == TFA_KIND_PRISMATIC, (uint32_t)b->joint, &seed);
-    if (b->kind != TFA_KIND_PLANAR && b->kind != TFA_KIND_FREE)
+    if (joint_types[b->kind].freedoms == 1)
+        add_single(l, m, b->E, b->r, is_prismatic(b->kind), (uint32_t)b->joint, &seed);
+    if (!has_constant_axes(b->kind))
         return;
-    static const int planar[3] = {3, 4, 2};
     const ext x = draw(&seed), y = draw(&seed), z = draw(&seed);
-    const ext shift[3] = {x, y, b->kind == TFA_KIND_FREE ? z : 0};
+    const ext shift[3] = {x, y, is_free(b->kind) ? z : 0};
     memcpy(m->X.E, b->E, sizeof b->E);
     memcpy(m->X.r, b->r, sizeof b->r);
     displace(&m->X, shift, draw(&seed));
     for (int k = 0; k < b->n; k++)
-        add_freedom(l, m, b->kind == TFA_KIND_PLANAR ? planar[k] : k, b->joint);
+        add_freedom(l, m, joint_types[b->kind].axis[k], b->joint);
 }
 
 /* ---- inertias ---- */
@@ -219,9 +218,9 @@ static int is_sound(const struct look *l, uint32_t i)
 {
     const struct draft_body *b = &l->d->body[i];
     const struct tfa_bare *own = &l->own[i];
-    if (b->kind == TFA_KIND_PRISMATIC)
+    if (is_prismatic(b->kind))
         return own->mass > 0 || b->armature > 0;
-    if (b->kind == TFA_KIND_REVOLUTE)
+    if (is_revolute(b->kind))
         return own->I[5] > PLENTY * (own->I[0] + own->I[3]) || b->armature > 0;
     struct motion m;
     ext S[36], IA[36];
@@ -300,8 +299,8 @@ static uint32_t joint_beyond(const struct draft *d, uint32_t i)
 {
     for (uint32_t k = i + 1; k < d->bodies; k++)
         if (d->body[k].parent == (int32_t)i)
-            return d->body[k].kind == TFA_KIND_FUSED ? d->part[d->body[k].first].joint
-                                                     : (uint32_t)d->body[k].joint;
+            return is_fused(d->body[k].kind) ? d->part[d->body[k].first].joint
+                                             : (uint32_t)d->body[k].joint;
     return (uint32_t)d->body[i].joint;
 }
 
@@ -321,7 +320,7 @@ static void refuse(const struct draft *d, uint32_t i, tfa_report *report)
     }
     const tfa_joint *joint = &s->joints[b->joint];
     const tfa_joint *beyond = &s->joints[joint_beyond(d, i)];
-    if (b->kind == TFA_KIND_FUSED)
+    if (is_fused(b->kind))
         tfa_report_add(
             report, TFA_ERROR, joint->line, "singular-mass",
             "joint '%s': between it and joint '%s' nothing has mass, and these %u joints "

@@ -39,13 +39,13 @@ static double norm(const double *x, int n)
 
 static double travel(uint8_t kind)
 {
-    return kind == TFA_KIND_REVOLUTE ? 0 : TRAVEL;
+    return is_revolute(kind) ? 0 : TRAVEL;
 }
 
 /* Largest distance between the origins of the parent's frame and the body's */
 static double reach(const struct tfa_model *m, const struct tfa_body *b)
 {
-    if (b->kind != TFA_KIND_FUSED)
+    if (!is_fused(b->kind))
         return norm(b->r, 3) + travel(b->kind);
     double sum = 0;
     for (uint32_t k = 0; k < b->n; k++)
@@ -56,7 +56,7 @@ static double reach(const struct tfa_model *m, const struct tfa_body *b)
 /* Largest distance of the body's origin from the axis z of its parent */
 static double reach_from_axis(const struct tfa_model *m, const struct tfa_body *b)
 {
-    return b->kind == TFA_KIND_FUSED ? reach(m, b) : norm(b->r, 2) + travel(b->kind);
+    return is_fused(b->kind) ? reach(m, b) : norm(b->r, 2) + travel(b->kind);
 }
 
 /* Of one body: the second moment about a point is half the trace of the inertia there, and
@@ -73,13 +73,9 @@ static void bound_freedoms(const struct tfa_model *m, struct tfa_body *b, struct
     double length = 0; /* from the axis of a fused part to the body's origin */
     for (uint32_t k = b->n; k-- > 0;) {
         const struct tfa_part *part = &m->part[b->part + k];
-        const int fused = b->kind == TFA_KIND_FUSED;
-        const int turns = fused                        ? part->kind == TFA_KIND_REVOLUTE
-                          : b->kind == TFA_KIND_FREE   ? k >= 3
-                          : b->kind == TFA_KIND_PLANAR ? k == 2
-                                                       : b->kind == TFA_KIND_REVOLUTE;
-        const double all =
-            b->kind == TFA_KIND_FREE || fused ? shifted(s, length).second : s.about_z;
+        const int fused = is_fused(b->kind);
+        const int turns = fused ? is_revolute(part->kind) : freedom_rotates(b->kind, k);
+        const double all = is_free(b->kind) || fused ? shifted(s, length).second : s.about_z;
         b->bound[k] = (turns ? all : s.mass) + m->armature[b->v + k];
         if (fused)
             length += norm(part->r, 3) + travel(part->kind);

@@ -10,17 +10,8 @@
 #include <stdint.h>
 #include <totalforce/model.h>
 
+#include "model/joint_type.h"
 #include "model/quad.h"
-
-/* Joint kinds after compilation: each body frame is turned so that its joint's motion subspace
- * consists of unit axes of that frame. */
-enum tfa_kind {
-    TFA_KIND_REVOLUTE = 0,  /* H = e_3: rotation about z */
-    TFA_KIND_PRISMATIC = 1, /* H = e_6: translation along z */
-    TFA_KIND_PLANAR = 2,    /* H = e_4 e_5 e_3: velocity in the moved plane, then rotation */
-    TFA_KIND_FREE = 3,      /* H = e_4 e_5 e_6 e_1 e_2 e_3: linear, then angular velocity */
-    TFA_KIND_FUSED = 4,     /* several joints in a row without mass between them: H depends on q */
-};
 
 /* M is kept by rows of ancestors; a chain of N bodies has N (N+1) / 2 entries. Above this many (a
  * chain of 2895, 32 MiB in double) no workspace has room for M, and the methods that need it say
@@ -39,7 +30,7 @@ enum tfa_kind {
  * moves; that of the last one is the body's. */
 struct tfa_part {
     double E[9], r[3]; /* from the frame of the part before (first: the parent's) at q = 0 */
-    uint8_t kind;      /* TFA_KIND_REVOLUTE or TFA_KIND_PRISMATIC */
+    uint8_t kind;      /* revolute or prismatic */
 };
 
 /* Mass of a body as its links give it: what derived models start from. */

@@ -35,7 +35,7 @@ static void place_parts(struct layout *l, const struct draft *d, uint32_t i)
 {
     struct tfa_body *b = &l->body[i];
     b->part = l->model->parts;
-    for (uint32_t k = 0; b->kind == TFA_KIND_FUSED && k < b->n; k++) {
+    for (uint32_t k = 0; is_fused(b->kind) && k < b->n; k++) {
         const struct draft_part *from = &d->part[d->body[i].first + k];
         struct tfa_part *part = &l->part[l->model->parts++];
         struct tfa_place_quad *quad = &l->part_quad[part - l->part];
@@ -79,7 +79,7 @@ void tfa_place_bodies(struct layout *l, const struct draft *d)
         place_bare(&l->bare[i], &d->body[i]);
         b->q = q;
         b->v = v;
-        q += b->base ? 0 : b->kind == TFA_KIND_FREE ? 7u : b->n;
+        q += b->base ? 0 : joint_coordinates(b->kind, b->n);
         v += b->n;
         b->multi = b->n > 1 ? (int32_t)m->multis++ : -1;
         b->tree = b->parent < 0 ? (int32_t)i : l->body[b->parent].tree;

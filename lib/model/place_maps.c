@@ -10,7 +10,7 @@
 static uint32_t joint_of(const struct draft *d, uint32_t i, uint32_t k)
 {
     const struct draft_body *b = &d->body[i];
-    return b->kind == TFA_KIND_FUSED ? d->part[b->first + k].joint : (uint32_t)b->joint;
+    return is_fused(b->kind) ? d->part[b->first + k].joint : (uint32_t)b->joint;
 }
 
 /* Inner freedom of a joint with one freedom */
@@ -39,7 +39,7 @@ static void map_single(struct layout *l, const struct draft *d, const struct dra
 
 static void map_multi(struct layout *l, const struct draft_joint *joint, const struct tfa_body *b)
 {
-    const uint32_t coordinates = b->kind == TFA_KIND_FREE ? 7 : b->n;
+    const uint32_t coordinates = joint_coordinates(b->kind, b->n);
     const uint32_t v = b->v - l->model->base_freedoms;
     for (uint32_t k = 0; k < coordinates; k++)
         l->coordinate[b->q + k] = (struct tfa_coordinate){joint->q_index + k, 1, 0};
@@ -59,7 +59,7 @@ void tfa_place_maps(struct layout *l, const struct draft *d)
             const uint32_t j = joint_of(d, i, k);
             l->armature[b->v + k] = draft_armature(d, j);
             l->damping[b->v + k] = d->options->damping ? joints[j].damping : 0;
-            if (b->kind == TFA_KIND_FUSED || b->n == 1)
+            if (is_fused(b->kind) || b->n == 1)
                 map_single(l, d, &d->joint[j], b->q + k, b->v + k - m->base_freedoms);
             else if (k == 0)
                 map_multi(l, &d->joint[j], b);

@@ -121,11 +121,11 @@ static void place(const struct tfa_model *m, const struct tfa_body *body, struct
         memcpy(w->p, weight[b->parent].p, sizeof w->p);
     }
     const struct tfa_coordinate *q = m->coordinate + b->q;
-    if (b->kind != TFA_KIND_FUSED)
-        step(w->R, w->p, b->E, b->r, b->kind == TFA_KIND_PRISMATIC, b->n == 1 ? q->offset : 0);
-    for (uint32_t k = 0; b->kind == TFA_KIND_FUSED && k < b->n; k++) {
+    if (!is_fused(b->kind))
+        step(w->R, w->p, b->E, b->r, is_prismatic(b->kind), b->n == 1 ? q->offset : 0);
+    for (uint32_t k = 0; is_fused(b->kind) && k < b->n; k++) {
         const struct tfa_part *part = &m->part[b->part + k];
-        step(w->R, w->p, part->E, part->r, part->kind == TFA_KIND_PRISMATIC, q[k].offset);
+        step(w->R, w->p, part->E, part->r, is_prismatic(part->kind), q[k].offset);
     }
 }
 

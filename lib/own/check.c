@@ -25,19 +25,14 @@ static const char *follower(const tfa_model *m)
 
 static int check_body(const tfa_model *m, uint32_t i, struct own_reason *why)
 {
-    static const char *const kinds[] = {
-        [TFA_KIND_PLANAR] = "is planar",
-        [TFA_KIND_FREE] = "is free",
-        [TFA_KIND_FUSED] = "moves a massless link: it is fused with the next",
-    };
     const struct tfa_body *b = &m->body[i];
-    if (b->base || b->kind == TFA_KIND_REVOLUTE || b->kind == TFA_KIND_PRISMATIC)
+    if (b->base || joint_types[b->kind].freedoms == 1)
         return TFA_OK;
     return own_refuse(
         why, TFA_E_UNSUPPORTED,
         "unsupported: joint '%s' %s, only revolute and prismatic joints are specialised; "
         "the generic kernel answers",
-        joint_of(m, i), kinds[b->kind]);
+        joint_of(m, i), joint_types[b->kind].text);
 }
 
 static int check(const tfa_model *m, struct own_reason *why)

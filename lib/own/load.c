@@ -97,7 +97,7 @@ int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialis
 
 struct tfa_own_host own_host(const tfa_model *model)
 {
-    return (struct tfa_own_host){model, tfa_kernel_select(TFA_F64)->sincos, tfa_body_hang_payload,
+    return (struct tfa_own_host){model, tfa_backend_select()->f64->sincos, tfa_body_hang_payload,
                                  tfa_payload_bound};
 }
 

@@ -20,9 +20,9 @@ enum {
 
 static int class_of(const struct tfa_body *b)
 {
-    if (b->kind == TFA_KIND_PRISMATIC)
+    if (is_prismatic(b->kind))
         return CLASS_PRISMATIC;
-    if (b->kind != TFA_KIND_REVOLUTE)
+    if (!is_revolute(b->kind))
         return CLASS_ALONE;
     if (b->axial)
         return b->armature > 0 ? CLASS_GEARED_AXIAL : CLASS_AXIAL;

@@ -16,8 +16,8 @@
 
 #include "chains_state.h"
 #include "fixture.h"
-#include "kernel/chain.h"
 #include "kernel/kernel.h"
+#include "kernel/method.h"
 #include "kernel/scan.h"
 
 #define LONGEST 40
@@ -59,7 +59,7 @@ static struct way {
 /* 0: the way does not answer these tips, or refuses a body of theirs */
 static int answer(struct state *s, const struct way *way)
 {
-    const struct chain_method *chain = TFA_V(chain_method)(way->factors);
+    const struct chain_method *chain = TFA_V(method)(way->factors)->chain;
     if (TFA_V(factor)(s, way->factors) != TFA_OK)
         return 0;
     if (!chain)

@@ -18,6 +18,7 @@
 #include "chains_state.h"
 #include "fixture.h"
 #include "kernel/kernel.h"
+#include "kernel/method.h"
 #include "kernel/scan.h"
 
 /* ---- every length, in quadruple precision ---- */
@@ -28,7 +29,7 @@ static void compare(struct bench *b, tfa_method method)
 {
     struct state *s = bench_state(b);
     const uint32_t n = b->model->freedoms;
-    const struct chain_method *chain = TFA_V(chain_method)(method);
+    const struct chain_method *chain = TFA_V(method)(method)->chain;
     num *want = calloc(n, sizeof *want), *got = calloc(n, sizeof *got);
     assert_true(want && got);
     for (int bias = 0; bias < 2; bias++) {
@@ -93,7 +94,7 @@ static void tip_equals_propagation(void **state)
         for (int two = 0; two < 2; two++) {
             const tfa_method method = two ? TFA_METHOD_SCAN_TWO_PASS : TFA_METHOD_SCAN;
             num worst = 0, size = 0;
-            assert_int_equal(TFA_V(chain_factor)(s, TFA_V(chain_method)(method)), TFA_OK);
+            assert_int_equal(TFA_V(chain_factor)(s, TFA_V(method)(method)->chain), TFA_OK);
             assert_int_equal(TFA_V(scan_lambda)(s, TFA_FRAME_LOCAL), 1);
             for (int k = 0; k < 36; k++) {
                 const num d = num_abs(s->lambda[k] - want[k]);
@@ -146,7 +147,7 @@ static void branches_and_wrenches_equal_aba(void **state)
 static const struct scan *factored(struct bench *b, tfa_method method)
 {
     struct state *s = bench_state(b);
-    assert_int_equal(TFA_V(chain_factor)(s, TFA_V(chain_method)(method)), TFA_OK);
+    assert_int_equal(TFA_V(chain_factor)(s, TFA_V(method)(method)->chain), TFA_OK);
     return (const struct scan *)(const void *)s->rows;
 }
 

@@ -70,7 +70,7 @@ tfa_request bench_request(const struct bench *b)
 
 struct state *bench_state(struct bench *b)
 {
-    const struct tfa_kernel *kernel = tfa_kernel_select(TFA_F128);
+    const struct tfa_kernel *kernel = &tfa_kernel_f128_base;
     const tfa_request request = bench_request(b);
     const size_t size = (kernel->size(b->model, TFA_METHODS_ALL) + 63) / 64 * 64;
     b->memory = aligned_alloc(64, size);

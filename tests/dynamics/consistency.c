@@ -271,6 +271,10 @@ static void isa(test_robot *robot)
         }
         tfa_workspace_free(w);
     }
+    assert_int_equal(setenv("TFA_ISA", "vax", 1), 0);
+    tfa_workspace *none = NULL;
+    assert_string_equal(tfa_isa_name(), "none");
+    assert_int_equal(tfa_workspace_create(robot->model, NULL, &none), TFA_E_UNSUPPORTED);
     unsetenv("TFA_ISA");
     answer_free(reference);
     answer_free(a);

@@ -15,7 +15,7 @@
 #include <cmocka.h>
 
 #include "fixture.h"
-#include "methods/workspace.h"
+#include "methods/strategy.h"
 #include "plan/limbs.h"
 
 #define STATES 64
@@ -153,6 +153,7 @@ static void compare(const test_robot *robot, const struct tfa_limbs *limbs)
     memset(memory, 0xff, size);
     struct state *s = limbs->init(robot->model, &p, memory);
     one->limbs = NULL;
+    one->strategies = tfa_strategies_of(one, one->strategy);
     for (uint32_t k = 0; k < STATES; k++) {
         tfa_reply limbed = {.qdd = a.qdd, .base_acceleration = a.base},
                   single = {.qdd = b.qdd, .base_acceleration = b.base};
@@ -173,7 +174,7 @@ static void compare(const test_robot *robot, const struct tfa_limbs *limbs)
 static void every_variant(test_robot *robot)
 {
     const struct tfa_limbs *limbs;
-    for (uint32_t k = 0; (limbs = tfa_limbs_select(k)); k++)
+    for (uint32_t k = 0; k < TFA_LIMBS_MAX && (limbs = tfa_backend_select()->limbs[k]); k++)
         if (!robot->model->mimics)
             compare(robot, limbs);
 }

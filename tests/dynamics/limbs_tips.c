@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 #include "fixture.h"
-#include "methods/workspace.h"
+#include "methods/strategy.h"
 #include "plan/limbs.h"
 
 #define COORDINATES 2
@@ -43,6 +43,7 @@ static void *by_limbs(tfa_workspace *w, const struct tfa_limbs *limbs)
     w->limb_state = limbs->init(w->model, &p, memory);
     w->factors = w->kernel->lend(w->state);
     w->limbs_from = 0;
+    w->strategies = tfa_strategies_of(w, w->strategy);
     return memory;
 }
 
@@ -131,6 +132,7 @@ static void compare(test_robot *robot, const struct tfa_limbs *limbs)
     double payload[TFA_PAYLOAD_NUMBERS];
     random_payload(&s, payload);
     one->limbs = NULL;
+    one->strategies = tfa_strategies_of(one, one->strategy);
     for (uint32_t k = 0; k < REQUESTS; k++) {
         const tfa_request r = any_request(&s, robot, x, &joint, payload);
         ask(robot, one, &r, &a);
@@ -148,7 +150,7 @@ static void compare(test_robot *robot, const struct tfa_limbs *limbs)
 static void every_variant(test_robot *robot)
 {
     const struct tfa_limbs *limbs;
-    for (uint32_t k = 0; (limbs = tfa_limbs_select(k)); k++)
+    for (uint32_t k = 0; k < TFA_LIMBS_MAX && (limbs = tfa_backend_select()->limbs[k]); k++)
         if (!robot->model->mimics && tfa_model_joint_count(robot->model))
             compare(robot, limbs);
 }

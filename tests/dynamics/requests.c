@@ -285,10 +285,9 @@ static void methods_answer_their_ops(void **state)
     static const struct {
         tfa_method method;
         const char *name;
-        int forward, lambda;
+        unsigned ops;
     } rows[] = {
-#define ROW(name, number, text, fd, lambda, cost, refuses, what)                                   \
-    {TFA_METHOD_##name, text, fd, lambda},
+#define ROW(name, number, text, ops, factors, cost, refuses, what) {TFA_METHOD_##name, text, ops},
         TFA_METHOD_LIST(ROW)
 #undef ROW
     };
@@ -300,12 +299,10 @@ static void methods_answer_their_ops(void **state)
         assert_string_equal(tfa_method_name(method), rows[k].name);
         s.r.method = method;
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
-            const int answers[] = {
-                0, rows[k].forward, method == TFA_METHOD_AUTO || method == TFA_METHOD_RNEA,
-                rows[k].lambda, method == TFA_METHOD_AUTO || method == TFA_METHOD_CRBA};
+            const int answers = (rows[k].ops & TFA_OP_BIT(op)) != 0;
             s.r.op = (tfa_op)op;
-            expect(rows[k].name, &s.r, answers[op] ? TFA_OK : TFA_E_METHOD,
-                   answers[op] ? TFA_FIELD_NONE : TFA_FIELD_METHOD, answers[op] ? 0 : method, 0);
+            expect(rows[k].name, &s.r, answers ? TFA_OK : TFA_E_METHOD,
+                   answers ? TFA_FIELD_NONE : TFA_FIELD_METHOD, answers ? 0 : method, 0);
         }
     }
     assert_int_equal(tfa_method_find("no such method"), -1);

@@ -31,6 +31,15 @@ typedef enum tfa_op {
     TFA_OP_MASS_MATRIX = 4,         /**< q -> M */
 } tfa_op;
 
+/** Sets of ops: one bit for each. */
+#define TFA_OP_BIT(op) (1u << (op))
+#define TFA_OPS_FD TFA_OP_BIT(TFA_OP_FORWARD_DYNAMICS)
+#define TFA_OPS_ID TFA_OP_BIT(TFA_OP_INVERSE_DYNAMICS)
+#define TFA_OPS_OSIM TFA_OP_BIT(TFA_OP_OPERATIONAL_INERTIA)
+#define TFA_OPS_M TFA_OP_BIT(TFA_OP_MASS_MATRIX)
+#define TFA_OPS_SOLVE (TFA_OPS_FD | TFA_OPS_OSIM) /**< solves with M */
+#define TFA_OPS_ALL (TFA_OPS_SOLVE | TFA_OPS_ID | TFA_OPS_M)
+
 /**
  * What a method cannot take. A request with it is refused by name (tfa_compute lists the statuses);
  * nothing else answers in its stead.
@@ -47,46 +56,48 @@ typedef enum tfa_refusal {
 } tfa_refusal;
 
 /* One row for each method:
- * X(NAME, number, name on the command line, answers forward dynamics, answers lambda_inv,
- *   cost, what it refuses, text)
- * d: depth of the tree, m: tips. Adding a method is a row here, a file in lib/kernel and, for one
- * along chains, a row in lib/kernel/chain.c. */
+ * X(NAME, number, name on the command line, ops, method whose factors it uses, cost, what it
+ *   refuses, text)
+ * d: depth of the tree, m: tips. Adding a method: lib/README.md. */
 #define TFA_CHAIN_REFUSES (TFA_REFUSES_LOCKED | TFA_REFUSES_HOLLOW)
 #define TFA_INVERSE_REFUSES (TFA_CHAIN_REFUSES | TFA_REFUSES_NO_INVERSE)
 #define TFA_METHOD_LIST(X)                                                                         \
-    X(AUTO, 0, "auto", 1, 1, "O(N)", TFA_REFUSES_NOTHING, "the plan chooses")                      \
-    X(RNEA, 1, "rnea", 0, 0, "O(N)", TFA_REFUSES_NOTHING,                                          \
+    X(AUTO, 0, "auto", TFA_OPS_ALL, AUTO, "O(N)", TFA_REFUSES_NOTHING,                             \
+      "chosen by the model and the request")                                                       \
+    X(RNEA, 1, "rnea", TFA_OPS_ID, RNEA, "O(N)", TFA_REFUSES_NOTHING,                              \
       "recursive Newton-Euler, inverse dynamics")                                                  \
-    X(CRBA, 2, "crba", 1, 1, "O(N d^2)", TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE,                    \
-      "composite rigid bodies and sparse LTDL")                                                    \
-    X(ABA, 3, "aba", 1, 1, "O(N)", TFA_REFUSES_HOLLOW,                                             \
+    X(CRBA, 2, "crba", TFA_OPS_SOLVE | TFA_OPS_M, CRBA, "O(N d^2)",                                \
+      TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE, "composite rigid bodies and sparse LTDL")             \
+    X(ABA, 3, "aba", TFA_OPS_SOLVE, ABA, "O(N)", TFA_REFUSES_HOLLOW,                               \
       "articulated bodies; lambda_inv by force propagation")                                       \
-    X(TFA, 4, "tfa", 1, 1, "O(N)", TFA_INVERSE_REFUSES,                                            \
+    X(TFA, 4, "tfa", TFA_OPS_SOLVE, TFA, "O(N)", TFA_INVERSE_REFUSES,                              \
       "total force algorithm, block LU; lambda_inv by (74)-(78)")                                  \
-    X(TFA_ONE_SIDED, 5, "tfa-one-sided", 0, 1, "O(N + m d)",                                       \
+    X(TFA_ONE_SIDED, 5, "tfa-one-sided", TFA_OPS_OSIM, TFA, "O(N + m d)",                          \
       TFA_INVERSE_REFUSES | TFA_REFUSES_MIMICS, "lambda_inv by forward elimination of the tip")    \
-    X(PROPAGATION, 6, "propagation", 0, 1, "O(N + m d)", TFA_REFUSES_HOLLOW,                       \
+    X(PROPAGATION, 6, "propagation", TFA_OPS_OSIM, ABA, "O(N + m d)", TFA_REFUSES_HOLLOW,          \
       "force propagation along the tips' supports")                                                \
-    X(TFA_CR, 7, "tfa-cr", 1, 1, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,                \
-      "total force algorithm by block cyclic reduction")                                           \
-    X(HESSENBERG, 8, "hessenberg", 1, 1, "O(N^2)", TFA_INVERSE_REFUSES | TFA_REFUSES_LENGTH,       \
-      "the paper's (57): block upper Hessenberg")                                                  \
-    X(CFA, 9, "cfa", 1, 1, "O(N)", TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,                     \
+    X(TFA_CR, 7, "tfa-cr", TFA_OPS_SOLVE, TFA_CR, "O(N), O(log N) in parallel",                    \
+      TFA_INVERSE_REFUSES, "total force algorithm by block cyclic reduction")                      \
+    X(HESSENBERG, 8, "hessenberg", TFA_OPS_SOLVE, HESSENBERG, "O(N^2)",                            \
+      TFA_INVERSE_REFUSES | TFA_REFUSES_LENGTH, "the paper's (57): block upper Hessenberg")        \
+    X(CFA, 9, "cfa", TFA_OPS_SOLVE, CFA, "O(N)", TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE,       \
       "constraint forces, block LDL^T")                                                            \
-    X(CFA_CR, 10, "cfa-cr", 1, 1, "O(N), O(log N) in parallel",                                    \
+    X(CFA_CR, 10, "cfa-cr", TFA_OPS_SOLVE, CFA_CR, "O(N), O(log N) in parallel",                   \
       TFA_INVERSE_REFUSES | TFA_REFUSES_ARMATURE, "constraint forces by block cyclic reduction")   \
-    X(DCA, 11, "dca", 1, 1, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,                     \
+    X(DCA, 11, "dca", TFA_OPS_SOLVE, DCA, "O(N), O(log N) in parallel", TFA_INVERSE_REFUSES,       \
       "divide and conquer: two-handle inverse inertias, assembly tree")                            \
-    X(SCAN, 12, "scan", 1, 1, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,                      \
+    X(SCAN, 12, "scan", TFA_OPS_SOLVE, SCAN, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,       \
       "segment scan of articulated bodies, one pass")                                              \
-    X(SCAN_TWO_PASS, 13, "scan-two-pass", 1, 1, "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,    \
+    X(SCAN_TWO_PASS, 13, "scan-two-pass", TFA_OPS_SOLVE, SCAN_TWO_PASS,                            \
+      "O(N), O(N/P + log P) on P", TFA_CHAIN_REFUSES,                                              \
       "segment scan seeded with outboard inertias")                                                \
-    X(EFPA, 14, "efpa", 0, 1, "O(N + m d + m^2)", TFA_CHAIN_REFUSES, "extended force propagation") \
-    X(PV_OSIMR, 15, "pv-osimr", 0, 1, "O(N + m^2)", TFA_REFUSES_HOLLOW,                            \
+    X(EFPA, 14, "efpa", TFA_OPS_OSIM, ABA, "O(N + m d + m^2)", TFA_CHAIN_REFUSES,                  \
+      "extended force propagation")                                                                \
+    X(PV_OSIMR, 15, "pv-osimr", TFA_OPS_OSIM, ABA, "O(N + m^2)", TFA_REFUSES_HOLLOW,               \
       "force propagation with shared supports passed in one step")
 
 typedef enum tfa_method {
-#define TFA_METHOD_ENUM(name, number, text, fd, lambda, cost, refuses, what)                       \
+#define TFA_METHOD_ENUM(name, number, text, ops, factors, cost, refuses, what)                     \
     TFA_METHOD_##name = number,
     TFA_METHOD_LIST(TFA_METHOD_ENUM)
 #undef TFA_METHOD_ENUM
@@ -96,8 +107,10 @@ typedef enum tfa_method {
 typedef struct tfa_method_info {
     tfa_method method;
     const char *name;     /**< "aba": as spelt on the command line and in JSON */
+    unsigned ops;         /**< that it answers: TFA_OP_BITs */
     int forward_dynamics; /**< answers qdd */
     int lambda;           /**< answers lambda_inv */
+    tfa_method factors;   /**< of this method: pose-dependent, kept between requests */
     const char *cost;     /**< "O(N)" */
     unsigned refuses;     /**< TFA_REFUSES_ bits */
     const char *what;     /**< one line */
@@ -132,7 +145,10 @@ typedef enum tfa_reference_frame {
 typedef enum tfa_precision {
     TFA_F64 = 0,  /**< double */
     TFA_F128 = 1, /**< quadruple precision, about 100 times slower: a reference */
-    TFA_F32 = 2,  /**< float */
+    TFA_F32 =
+        2, /**< float: forward dynamics, inverse dynamics and M, without tips, by all methods but
+                       hessenberg, scan and scan-two-pass. Double answers everything else, and
+                       TFA_ANSWER_WIDER says so */
 } tfa_precision;
 
 /**
@@ -199,9 +215,9 @@ typedef struct tfa_request {
 #define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
 #define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
 #define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
-/** Answered in the arithmetic of the residual, without the factors: with TFA_ANSWER_FALLBACK by what
- * auto takes, because all was in doubt in that of the factors; alone by the method asked for, which
- * was refused there. */
+/** Answered in wider arithmetic than that of the factors: that of the residual, or double instead of
+ * float. With TFA_ANSWER_FALLBACK by the method of auto, because the estimate stayed too large; alone by
+ * the method of the request, which the narrower arithmetic does not have or refused. */
 #define TFA_ANSWER_WIDER 64u
 /** The sentinel tripped (TFA_ESTIMATE_DEFAULT): the estimate was computed although the method does not ask
  * for one. */
@@ -312,8 +328,8 @@ TFA_API size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_op
 
 /**
  * Initialises a workspace in memory of the caller. The model must outlive it.
- * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (precision not built,
- *         or a residual narrower than the factors); TFA_E_ARGUMENT (a NULL; options->specialised is the
+ * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (no such precision or
+ *         instruction set, or a residual narrower than the factors); TFA_E_ARGUMENT (a NULL; options->specialised is the
  *         kernel of another model).
  */
 TFA_API TFA_CHECKED int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
@@ -400,8 +416,13 @@ TFA_API const char *tfa_method_name(uint32_t method);
  * finite", "not there" (the method does not exist for these tips); "" without TFA_ANSWER_FALLBACK.
  * Static storage. Any thread. */
 TFA_API const char *tfa_fallback_text(unsigned flags);
-/** The instruction set the kernels run on: "avx512", "avx2" or "base"; TFA_ISA forces one. */
+/** The instruction set of the kernels: "avx512", "avx2" or "base"; TFA_ISA in the environment forces one.
+ * "none" where TFA_ISA names none that library and processor have: workspaces are then
+ * TFA_E_UNSUPPORTED. Static storage. Any thread. */
 TFA_API const char *tfa_isa_name(void);
+/** The instruction sets that library and processor have, "avx2, base", the best one first: as much as
+ * fits of it. Any thread. */
+TFA_API void tfa_isa_names(char *text, size_t size);
 
 #ifdef __cplusplus
 }

@@ -10,9 +10,9 @@
 #include <random>
 #include <string>
 
-#include "kernel/chain.h"
 #include "kernel/kernel.h"
 #include "kernel/load.h"
+#include "kernel/method.h"
 #include "scan_tree.h"
 
 namespace
@@ -152,7 +152,7 @@ struct count_robot::body {
                 s->qdd[j] = s->tau[j] - s->res[j];
             TFA_V(ltdl_solve)(s, s->qdd);
         } else {
-            TFA_V(chain_solve)(s, TFA_V(chain_method)((tfa_method)method), s->tau, s->qdd, 1);
+            TFA_V(chain_solve)(s, TFA_V(method)((tfa_method)method)->chain, s->tau, s->qdd, 1);
         }
     }
 

@@ -81,7 +81,8 @@ int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_m
                         uint32_t refine, tfa_reply *reply)
 {
     /* another way of propagation has the same factors */
-    const int propagates = TFA_V(method)(method)->osim && TFA_V(method)(s->by.osim)->osim;
+    const int propagates = TFA_V(method)(method)->osim && TFA_V(method)(s->by.osim)->osim &&
+                           refine == 0 && !s->m->mimics;
     lambda_kept(s, r->frame, propagates ? s->by.osim : method, refine);
     return unload_lambda(s, place_of(s, k, reply));
 }

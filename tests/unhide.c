@@ -41,6 +41,7 @@ int main(int argc, char **argv)
     const Elf64_Shdr *sections = (const void *)(bytes + header->e_shoff);
     for (int k = 0; k < header->e_shnum; k++)
         if (sections[k].sh_type == SHT_SYMTAB)
-            unhide((void *)(bytes + sections[k].sh_offset), sections[k].sh_size / sizeof(Elf64_Sym));
+            unhide((void *)(bytes + sections[k].sh_offset),
+                   sections[k].sh_size / sizeof(Elf64_Sym));
     return munmap(bytes, (size_t)about.st_size) == 0 ? 0 : 2;
 }

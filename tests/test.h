@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Frame of a cmocka program: every TEST of the file runs, in the order of its lines. A file without a
- * main gets one.
+ * Frame of a cmocka program: every TEST of the file runs, in the order of its lines. A file without
+ * a main gets one.
  */
 #ifndef TFA_TESTS_TEST_H
 #define TFA_TESTS_TEST_H

@@ -6,8 +6,8 @@
  * second run gives the same figures.
  *
  *   bench_count [--csv PREFIX] [--largest N]
- *   bench_count --flops ROBOT.urdf ...   a state of the suite's batches, and what the processor does in
- *                                        registers (peak.h), Gflop/s; TFA_ISA as for the suite
+ *   bench_count --flops ROBOT.urdf ...   operations of a state of the suite's batches, and the peak
+ *                                        of the processor (peak.h), Gflop/s
  */
 #include <cstdio>
 #include <cstdlib>

@@ -160,7 +160,10 @@ step_peak() {
                 done
             } | awk -F, -v isa="$isa" '
                 $2 == "robot" { next }
-                $1 == "flop" { bodies[$2] = $3; flop[$2, $4] = $5; peak["f64"] = $6; peak["f32"] = $7; next }
+                $1 == "flop" {
+                    bodies[$2] = $3; flop[$2, $4] = $5; peak["f64"] = $6; peak["f32"] = $7
+                    next
+                }
                 $6 != "now" { next }
                 { task = $5; how = $1
                   if (sub(/-2$/, "", task)) how = "lanes, pool of 2"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Divide and conquer, and the block Hessenberg matrix: every length of a chain, every robot, and
+ * Divide and conquer, and the block Hessenberg matrix: every length of a chain, fused joints, and
  * what they refuse.
  */
 #include "fixture.h"
@@ -74,73 +74,6 @@ TEST(every_length_of_hessenberg)
     for (uint32_t n = 1; n <= 130; n += n < 40 ? 1 : 9)
         length_in_f128(n, n % 3 == 0, TFA_METHOD_HESSENBERG);
     print_message("  hessenberg: left %.1e, against aba %.1e\n", worst_estimate, worst_difference);
-}
-
-/* ---- all robots, in double ---- */
-
-static const struct {
-    tfa_method method;
-    uint32_t refine;
-    double bound;
-} ways[] = {
-    {TFA_METHOD_DCA, 0, 1e-10},
-    {TFA_METHOD_DCA, 1, 5e-14},
-    {TFA_METHOD_HESSENBERG, 0, 1e-10},
-    {TFA_METHOD_HESSENBERG, 1, 5e-14},
-};
-#define WAYS (sizeof ways / sizeof *ways)
-static double worst[WAYS], worst_lambda[WAYS];
-
-static void refuses_by_name(const test_robot *robot, const tfa_request *r, tfa_reply *reply,
-                            int32_t body)
-{
-    assert_int_equal(tfa_compute(robot->f64, r, reply), TFA_E_SINGULAR);
-    assert_int_equal(reply->field, TFA_FIELD_BODY);
-    assert_int_equal(reply->index, tfa_model_body_frame(robot->model, (uint32_t)body));
-}
-
-static void robot_in_double(test_robot *robot)
-{
-    random_states *x = fixture_states(robot, 0, 2, 3);
-    tfa_request r = fixture_request(robot, x);
-    const int32_t singular = tfa_model_summarise(robot->model).singular_body;
-    double *got = calloc(2 * (size_t)robot->n, sizeof *got);
-    double *want = calloc(2 * (size_t)robot->n, sizeof *want);
-    double lambda[288], want_lambda[288];
-    r.count = 1; /* each state by itself: the second one with factors of another q about */
-    r.estimate = TFA_ESTIMATE_NEVER;
-    r.tip_count = 2;
-    r.tips[0] = (uint32_t)robot->description->link_count - 1;
-    r.tips[1] = (uint32_t)robot->description->link_count / 2;
-    oracle_set_state(robot->o, &r, 0);
-    oracle_forward(robot->o, x->tau, x->base_wrench, want, want + robot->nv);
-    oracle_lambda_inv(robot->o, r.tips, 2, r.frame, want_lambda);
-    for (size_t w = 0; w < WAYS; w++) {
-        tfa_reply reply = {.qdd = got, .base_acceleration = got + robot->nv, .lambda_inv = lambda};
-        r.method = ways[w].method;
-        r.refine = ways[w].refine;
-        if (singular >= 0) {
-            refuses_by_name(robot, &r, &reply, singular);
-            continue;
-        }
-        compute_ok(robot, robot->f64, &r, &reply);
-        assert_within(robot, tfa_method_name(r.method), relative_error(got, want, robot->n),
-                      ways[w].bound, &worst[w]);
-        assert_within(robot, tfa_method_name(r.method), relative_error(lambda, want_lambda, 144),
-                      ways[w].bound, &worst_lambda[w]);
-    }
-    free(want);
-    free(got);
-    random_states_free(x);
-}
-
-TEST(every_robot_in_double)
-{
-    for_every_robot(robot_in_double, false);
-    for (size_t w = 0; w < WAYS; w++)
-        print_message("  %s, refined %u times: qdd %.1e, lambda_inv %.1e, bound %g\n",
-                      tfa_method_name(ways[w].method), (unsigned)ways[w].refine, worst[w],
-                      worst_lambda[w], ways[w].bound);
 }
 
 /* ---- joints with several axes that are not at right angles ---- */

@@ -36,7 +36,7 @@ void hand_arm(hand *h);
 tfa_model *hand_model(const hand *h, const tfa_model_options *options);
 
 /** A function that changes a robot in a statement or two */
-#define CHANGE(name, statement)                                                                     \
+#define CHANGE(name, statement)                                                                    \
     static void name(hand *h)                                                                      \
     {                                                                                              \
         statement;                                                                                 \

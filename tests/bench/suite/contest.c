@@ -65,8 +65,8 @@ static void open_peer(struct contest *c, const struct peer *peer, const struct p
     c->count += w->peers_robot != NULL;
 }
 
-/* Forward dynamics and Lambda^-1 of a tip on a fixed base is all that peers are asked for, in order of
- * the description. */
+/* Forward dynamics and Lambda^-1 of a tip on a fixed base is all that peers are asked for, in order
+ * of the description. */
 static int peers_take(const struct contest *c)
 {
     const struct task *t = c->task;

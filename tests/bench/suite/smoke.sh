@@ -28,12 +28,14 @@ grep -q '^| humanoid30, floating | 30 | ' "$work/batches"
 grep -q '^| scan-2 | [0-9]' "$work/chains"
 
 # every task runs, and its error is small but in float
-"$1" --library "$2" --rounds 1 --turn-us 1 --error "$here/../../../config/robots/humanoid.urdf" >"$work/all.csv"
-awk -F, 'NR > 1 { rows++ } NR > 1 && $19 > ($10 == "f32" ? 1e-2 : 1e-7) { print "error: " $0; bad = 1 }
+robots=$here/../../../config/robots
+"$1" --library "$2" --rounds 1 --turn-us 1 --error "$robots/humanoid.urdf" >"$work/all.csv"
+awk -F, 'NR > 1 { rows++ }
+    NR > 1 && $19 > ($10 == "f32" ? 1e-2 : 1e-7) { print "error: " $0; bad = 1 }
     END { if (rows != 62) { print "rows: " rows; bad = 1 } exit bad }' "$work/all.csv"
 
 "$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 2 --turn-us 5 \
-    --tasks fd,fd-chained,lambda,fd+payload,batch-f64 "$here/../../../config/robots/arm7.urdf" >"$work/own.csv"
+    --tasks fd,fd-chained,lambda,fd+payload,batch-f64 "$robots/arm7.urdf" >"$work/own.csv"
 awk -F, '
     NR == 1 { next }
     NF != 19 { print "fields: " $0; bad = 1 }
@@ -48,7 +50,7 @@ done
 grep -q '^| arm7 | 7 | ' "$work/warm"
 grep -q '^| compile, arm | arm7 | 5 s |' "$work/targets"
 "$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 1 --turn-us 1 --tasks fd \
-    "$here/../../../config/robots/arm7.urdf" >"$work/again"
+    "$robots/arm7.urdf" >"$work/again"
 if grep -q compile_s "$work/again"; then echo "built twice"; exit 1; fi
 [ "$("$1" 2>&1 | wc -l)" -eq 2 ]
 [ "$("$1" --list | wc -l)" -ge 70 ]

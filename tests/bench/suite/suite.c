@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The benchmark suite: every task for every robot, by the library as it is, by a former build of it,
- * by the robot's own kernel and by the peers of this build, in turns in one process. CSV on standard
- * output, a row for each contestant; or, under callgrind, the instructions of each call.
+ * The benchmark suite: every task for every robot, by the library as it is, by a former build of
+ * it, by the robot's own kernel and by the peers of this build, in turns in one process. CSV on
+ * standard output, a row for each contestant; or, under callgrind, the instructions of each call.
  *
  *   bench_suite --library build/release/lib/libtotalforce.so [--baseline OTHER.so]
  *       [--kernels FOLDER [--compiler PROGRAM]] [--turn-us N] [--rounds N] [--tasks A,B] [--error]
@@ -11,11 +11,11 @@
  *       [--count] ROBOT ...
  *   bench_suite --list                  the tasks
  *
- * ROBOT: a URDF file or one that is made (humanoid30, humanoid58, chainN), with ":floating" behind it
- * for a floating base. TFA_ISA chooses the instruction set. --kernels: contestant "own", whose kernel
- * is built where FOLDER has none; tips are then links behind the most joints. --error: the column
- * `error`, against quadruple precision. --tips, --along, --refine, --precision, --one-by-one (batches
- * without lanes): in place of a task's own.
+ * ROBOT: a URDF file or one that is made (humanoid30, humanoid58, chainN), with ":floating" behind
+ * it for a floating base. TFA_ISA chooses the instruction set. --kernels: contestant "own", whose
+ * kernel is built where FOLDER has none; tips are then links behind the most joints. --error: the
+ * column `error`, against quadruple precision. --tips, --along, --refine, --precision, --one-by-one
+ * (batches without lanes): in place of a task's own.
  */
 #include "suite.h"
 
@@ -99,8 +99,8 @@ static void print_kernel(const struct robot *r, const char *task, double value, 
                value, unit);
 }
 
-/* Of one thread only: each call and nothing else is between two toggles, and each dump bears the name
- * of its row. */
+/* Of one thread only: each call and nothing else is between two toggles, and each dump bears the
+ * name of its row. */
 static void count(struct contest *c)
 {
     if (c->task->threads > 1 || c->task->how != HOW_WARM)

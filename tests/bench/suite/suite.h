@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the parts of the benchmark suite share: libraries, robots, tasks, contestants. Grouped by the
- * file that defines it.
+ * What the parts of the benchmark suite share: libraries, robots, tasks, contestants. Grouped by
+ * the file that defines it.
  */
 #ifndef TFA_BENCH_SUITE_H
 #define TFA_BENCH_SUITE_H
@@ -72,8 +72,8 @@ struct robot {
     uint32_t tips[TFA_MAX_TIPS]; /* ends of branches, spread evenly; so many asked for */
 };
 
-/* The robot of a file, or one that is written for the occasion: humanoid30, humanoid58 (with hands),
- * chainN of N random rods. @return 0, or -1 after a message */
+/* The robot of a file, or one that is written for the occasion: humanoid30, humanoid58 (with
+ * hands), chainN of N random rods. @return 0, or -1 after a message */
 int robot_open(struct robot *r, const struct library *l, const char *name, tfa_base base);
 void robot_close(struct robot *r, const struct library *l);
 /* Its tips for a request of so many: ends of branches, or links all along it. */
@@ -99,7 +99,8 @@ enum how {
 /* With a payload, or a gravity, of the request */
 enum given { NOTHING, A_PAYLOAD, A_GRAVITY };
 
-/* The bundled humanoid: its hands locked; one arm as tip, its hand locked. The tip is its left palm. */
+/* The bundled humanoid: its hands locked; one arm as tip, its hand locked. The tip is its left
+ * palm. */
 enum scene { ANY_ROBOT, SCENE_WHOLE, SCENE_HANDS, SCENE_ARM };
 #define SUITE_PALM "left_palm"
 
@@ -173,7 +174,8 @@ int contest_ask(struct contest *c, uint32_t who);
 const char *contest_method(struct contest *c, uint32_t who);
 /* |answer - answer of the first| / |answer of the first| for one call */
 double contest_difference(struct contest *c, uint32_t who);
-/* The same against quadruple precision by the plainest method, the largest of all states; NAN of batches */
+/* The same against quadruple precision by the plainest method, the largest of all states; NAN of
+ * batches */
 double contest_error(struct contest *c, uint32_t who);
 /* Of a task that measures sizes */
 size_t contest_bytes(struct contest *c, uint32_t who);

@@ -23,8 +23,8 @@ static double median(const double *values, uint32_t n, double *least)
     return sorted[n / 2];
 }
 
-/* ns for one of `calls` calls. One thread's time is its CPU time; a single call is too short for that
- * clock, which is a system call. */
+/* ns for one of `calls` calls. One thread's time is its CPU time; a single call is too short for
+ * that clock, which is a system call. */
 static double turn(struct contest *c, uint32_t who, uint32_t calls)
 {
     const int cold = c->task->how == HOW_COLD;

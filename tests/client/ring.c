@@ -3,19 +3,11 @@
  *
  * The ring in private memory: order, fullness, windows, sleep flags, and two threads.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "client/ring.h"
+#include "test.h"
 
 #include <pthread.h>
 #include <sched.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include "client/ring.h"
 
 #define EXCHANGES 20000
 
@@ -62,9 +54,8 @@ static uint64_t receive_number(pair *p)
     return id;
 }
 
-static void layout_is_sound(void **state)
+TEST(layout_is_sound)
 {
-    (void)state;
     const tfa_wire_shape arm = {.q_count = 7, .v_count = 7, .max_batch = 1};
     for (uint32_t slots = 1; slots <= TFA_RING_SLOTS_MAX; slots *= 2) {
         const tfa_ring_layout l = tfa_ring_layout_of(&arm, slots);
@@ -79,9 +70,8 @@ static void layout_is_sound(void **state)
     assert_false(tfa_ring_slots_valid(0) || tfa_ring_slots_valid(3) || tfa_ring_slots_valid(8192));
 }
 
-static void keeps_order_over_many_laps(void **state)
+TEST(keeps_order_over_many_laps)
 {
-    (void)state;
     pair p = make_pair(4, true);
     uint64_t sent = 0, received = 0;
     for (int lap = 0; lap < 100; lap++) {
@@ -100,9 +90,8 @@ static void keeps_order_over_many_laps(void **state)
     free(p.memory);
 }
 
-static void full_means_outstanding(void **state)
+TEST(full_means_outstanding)
 {
-    (void)state;
     pair p = make_pair(2, true);
     send_number(&p, 1);
     send_number(&p, 2);
@@ -116,9 +105,8 @@ static void full_means_outstanding(void **state)
 }
 
 /* Whatever a client writes as sequence number, it is next, nothing, or an offence. */
-static void window_is_judged(void **state)
+TEST(window_is_judged)
 {
-    (void)state;
     pair p = make_pair(4, true);
     static const uint64_t bad[] = {2, 3, 5, 1000, UINT64_MAX, UINT64_MAX - 3};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
@@ -134,9 +122,8 @@ static void window_is_judged(void **state)
     free(p.memory);
 }
 
-static void half_written_request_is_not_seen(void **state)
+TEST(half_written_request_is_not_seen)
 {
-    (void)state;
     pair p = make_pair(2, true);
     tfa_wire_request *line = tfa_ring_next_request(&p.client);
     memset((unsigned char *)line + 8, 0xff, sizeof *line - 8); /* all but seq */
@@ -144,9 +131,8 @@ static void half_written_request_is_not_seen(void **state)
     free(p.memory);
 }
 
-static void wakes_only_sleepers(void **state)
+TEST(wakes_only_sleepers)
 {
-    (void)state;
     pair p = make_pair(2, false);
     assert_false(tfa_ring_send(&p.client));
     assert_false(tfa_ring_publish(&p.server));
@@ -164,9 +150,8 @@ static void wakes_only_sleepers(void **state)
     free(p.memory);
 }
 
-static void spinners_have_no_flags(void **state)
+TEST(spinners_have_no_flags)
 {
-    (void)state;
     pair p = make_pair(2, true);
     atomic_store(&p.pulse->asleep, 1);
     atomic_store(&tfa_ring_bell_of(&p.client)->asleep, 1);
@@ -187,9 +172,8 @@ static void *serve(void *argument)
 }
 
 /* Under ThreadSanitizer this shows that A1/R1 and A2/R2 order the slots' plain bytes. */
-static void two_threads(void **state)
+TEST(two_threads)
 {
-    (void)state;
     pair p = make_pair(8, false);
     pair server_side = p;
     pthread_t thread;
@@ -205,19 +189,4 @@ static void two_threads(void **state)
     }
     pthread_join(thread, NULL);
     free(p.memory);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(layout_is_sound),
-        cmocka_unit_test(keeps_order_over_many_laps),
-        cmocka_unit_test(full_means_outstanding),
-        cmocka_unit_test(window_is_judged),
-        cmocka_unit_test(half_written_request_is_not_seen),
-        cmocka_unit_test(wakes_only_sleepers),
-        cmocka_unit_test(spinners_have_no_flags),
-        cmocka_unit_test(two_threads),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,12 +5,7 @@
  */
 #include "same_request.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 static void assert_same_array(const void *sent, const void *got, size_t bytes)
 {

@@ -3,19 +3,11 @@
  *
  * Requests and replies through slots: nothing is lost, nothing hostile reaches beyond a slot.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <stdbool.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "client/wire.h"
 #include "same_request.h"
+#include "test.h"
+
+#include <stdbool.h>
 
 #define BATCH 3
 
@@ -98,9 +90,8 @@ static request_sizes sizes_of(const tfa_wire_shape *s)
 }
 
 /* Every subset of the optional blocks arrives as it was sent. */
-static void requests_arrive(void **state)
+TEST(requests_arrive)
 {
-    (void)state;
     const size_t size = tfa_wire_request_capacity(&dog);
     const request_sizes sizes = sizes_of(&dog);
     for (uint32_t without = 0; without < 1u << TFA_WIRE_REQUEST_BLOCKS; without++) {
@@ -123,9 +114,8 @@ static void requests_arrive(void **state)
 }
 
 /* What tfa_request_check refuses must reach it. */
-static void nonsense_arrives(void **state)
+TEST(nonsense_arrives)
 {
-    (void)state;
     const size_t size = tfa_wire_request_capacity(&arm);
     const double none = 0;
     void *slot = exact(size);
@@ -159,9 +149,8 @@ static void nonsense_arrives(void **state)
     free(slot);
 }
 
-static void limits_are_kept(void **state)
+TEST(limits_are_kept)
 {
-    (void)state;
     const tfa_wire_shape large = {.q_count = 300, .v_count = 300, .max_batch = 64};
     const tfa_wire_shape middle = {.q_count = 256, .v_count = 256, .max_batch = 64};
     void *slot = exact(tfa_wire_request_capacity(&large));
@@ -190,9 +179,8 @@ static size_t bytes_written(const unsigned char *slot, size_t capacity)
 }
 
 /* The common exchange is a few cache lines: 7 joints with q, v and tau, and their qdd. */
-static void common_exchange_is_small(void **state)
+TEST(common_exchange_is_small)
 {
-    (void)state;
     static const double x[7] = {0};
     double qdd[7];
     tfa_answer answer;
@@ -258,9 +246,8 @@ static void assert_reply_inside(const tfa_wire_shape *s, const tfa_wire_ask *ask
 }
 
 /* The largest answer to one request fits into a slot, and to the byte. */
-static void largest_reply_fits(void **state)
+TEST(largest_reply_fits)
 {
-    (void)state;
     const size_t size = tfa_wire_reply_capacity(&dog);
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
                            .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
@@ -278,9 +265,8 @@ static void largest_reply_fits(void **state)
 
 /* Random lines: the copy stays within the slot, the pointers within the copy. The slots are
  * allocated to the byte, so AddressSanitizer sees one step too far. */
-static void hostile_lines_stay_inside(void **state)
+TEST(hostile_lines_stay_inside)
 {
-    (void)state;
     const tfa_wire_shape *shapes[] = {&arm, &dog};
     for (int i = 0; i < 20000; i++) {
         const tfa_wire_shape *s = shapes[i & 1];
@@ -313,9 +299,8 @@ static void hostile_lines_stay_inside(void **state)
     }
 }
 
-static void replies_arrive(void **state)
+TEST(replies_arrive)
 {
-    (void)state;
     unsigned char *slot = exact(tfa_wire_reply_capacity(&dog));
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
                            .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
@@ -364,15 +349,4 @@ static void replies_arrive(void **state)
     assert_int_equal(tfa_wire_decode_reply(slot, &mine), 0);
     assert_true(mine.model == 1); /* a refusal names the model, too */
     free(slot);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(requests_arrive),           cmocka_unit_test(nonsense_arrives),
-        cmocka_unit_test(limits_are_kept),           cmocka_unit_test(common_exchange_is_small),
-        cmocka_unit_test(hostile_lines_stay_inside), cmocka_unit_test(replies_arrive),
-        cmocka_unit_test(largest_reply_fits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

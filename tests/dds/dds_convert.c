@@ -94,13 +94,12 @@ static void pass(const pair *p, const void *in, void *out)
     assert_true(info.valid_data);
 }
 
-static void requests_survive(void **state)
+TEST(requests_survive)
 {
     const tfa_dds_shape *shapes[] = {&floating, &fixed};
     const pair p = open_pair(TFA_DDS_REQUEST);
     totalforce_dds_Request *out = totalforce_dds_Request__alloc();
 
-    (void)state;
     memset(out, 0, sizeof *out);
     for (int s = 0; s < 2; s++)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
@@ -123,7 +122,7 @@ static void requests_survive(void **state)
     assert_int_equal(dds_delete(p.participant), DDS_RETCODE_OK);
 }
 
-static void replies_survive(void **state)
+TEST(replies_survive)
 {
     static tfa_answer answers[BATCH], answers_out[BATCH];
     static tfa_spectrum spectrum[BATCH], spectrum_out[BATCH];
@@ -132,7 +131,6 @@ static void replies_survive(void **state)
     const pair p = open_pair(TFA_DDS_REPLY);
     totalforce_dds_Reply *out = totalforce_dds_Reply__alloc();
 
-    (void)state;
     memset(out, 0, sizeof *out);
     for (uint16_t i = 0; i < BATCH; i++) {
         answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, NAN};
@@ -191,7 +189,7 @@ static void replies_survive(void **state)
 }
 
 /* Each op asks for its own arrays and no others; a reply of another shape is not believed. */
-static void sizes_follow_the_op(void **state)
+TEST(sizes_follow_the_op)
 {
     tfa_request r = full_request(TFA_OP_FORWARD_DYNAMICS, &floating);
     tfa_dds_reply_sizes s = tfa_dds_sizes_of_reply(&r, &floating);
@@ -200,7 +198,6 @@ static void sizes_follow_the_op(void **state)
     totalforce_dds_Reply sample = {0};
     tfa_reply out = {0};
 
-    (void)state;
     assert_true(s.qdd == 3 * V && s.base_acceleration == 18 && s.lambda_inv == 3 * 144);
     assert_true(s.spectrum == 3 && s.answers == 3 && s.tau == 0 && s.mass_matrix == 0);
     assert_int_equal(s.poses, 3 * 2 * 7);
@@ -230,14 +227,13 @@ static void sizes_follow_the_op(void **state)
 }
 
 /* A sample whose one field is wrong: refused with that field and what it held. */
-static void wrong_sizes_are_named(void **state)
+TEST(wrong_sizes_are_named)
 {
     const tfa_request good = full_request(TFA_OP_FORWARD_DYNAMICS, &floating);
     totalforce_dds_Request s = {0};
     tfa_request out;
     tfa_dds_culprit culprit;
 
-    (void)state;
 #define REFUSED(change, want_status, want_field, want_index)                                       \
     do {                                                                                           \
         assert_int_equal(tfa_dds_request_fill(&good, &floating, &s), TFA_OK);                      \
@@ -278,13 +274,12 @@ static void wrong_sizes_are_named(void **state)
 }
 
 /* What a sample cannot carry is refused where it is made. */
-static void too_much_is_not_sent(void **state)
+TEST(too_much_is_not_sent)
 {
     const tfa_request good = full_request(TFA_OP_FORWARD_DYNAMICS, &floating);
     totalforce_dds_Request s = {0};
     tfa_request bad;
 
-    (void)state;
 #define NOT_SENT(change)                                                                           \
     do {                                                                                           \
         bad = good;                                                                                \
@@ -299,13 +294,12 @@ static void too_much_is_not_sent(void **state)
 }
 
 /* The hash that goes with an answer is that of the model which gave it. */
-static void hash_follows_the_model(void **state)
+TEST(hash_follows_the_model)
 {
     const totalforce_dds_Hash present = {0xff, 2, 3, 4, 5, 6, 7, 8, 9};
     const totalforce_dds_Hash other = {0x80, 0, 0, 0, 0, 0, 0, 1};
     totalforce_dds_Hash hash;
 
-    (void)state;
     tfa_dds_set_hash(hash, present, 0xff02030405060708u);
     assert_memory_equal(hash, present, sizeof hash);
     tfa_dds_set_hash(hash, present, 0); /* refused before a model saw it */
@@ -314,14 +308,13 @@ static void hash_follows_the_model(void **state)
     assert_memory_equal(hash, other, sizeof hash);
 }
 
-static void torques_become_requests(void **state)
+TEST(torques_become_requests)
 {
     totalforce_dds_JointTorques s = {.q = {Q, Q, numbers[0], false},
                                      .tau = {V, V, numbers[2], false}};
     tfa_request r;
     tfa_dds_culprit culprit;
 
-    (void)state;
     assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &culprit), TFA_OK);
     assert_int_equal(r.op, TFA_OP_FORWARD_DYNAMICS);
     assert_int_equal(r.count, 1);
@@ -335,12 +328,11 @@ static void torques_become_requests(void **state)
     assert_int_equal(culprit.index, V - 1);
 }
 
-static void names_fit_or_not(void **state)
+TEST(names_fit_or_not)
 {
     char key[totalforce_dds_ROBOT_NAME_MAX + 1];
     char name[80];
 
-    (void)state;
     memset(name, 'a', sizeof name);
     name[63] = '\0';
     assert_true(tfa_dds_set_robot(key, name));
@@ -352,13 +344,6 @@ static void names_fit_or_not(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(requests_survive),        cmocka_unit_test(replies_survive),
-        cmocka_unit_test(sizes_follow_the_op),     cmocka_unit_test(wrong_sizes_are_named),
-        cmocka_unit_test(torques_become_requests), cmocka_unit_test(names_fit_or_not),
-        cmocka_unit_test(too_much_is_not_sent),    cmocka_unit_test(hash_follows_the_model),
-    };
-
     fill_numbers();
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

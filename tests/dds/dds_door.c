@@ -139,9 +139,8 @@ static int stop(void **state)
     return 0;
 }
 
-static void the_robot_is_described(void **state)
+TEST(the_robot_is_described)
 {
-    (void)state;
     for (int r = 0; r < TEST_ROBOTS; r++) {
         const tfa_model *model = robots[r].model;
         tfa_dds_client *client = connect_to(robots[r].name);
@@ -162,12 +161,11 @@ static void the_robot_is_described(void **state)
     }
 }
 
-static void every_op_gives_the_same_bits(void **state)
+TEST(every_op_gives_the_same_bits)
 {
     static inputs in;
     const double gravity[3] = {0.1, -0.2, -9.7};
 
-    (void)state;
     for (int r = 0; r < TEST_ROBOTS; r++) {
         const tfa_model *model = robots[r].model;
         tfa_dds_client *client = connect_to(robots[r].name);
@@ -203,12 +201,11 @@ static void every_op_gives_the_same_bits(void **state)
     }
 }
 
-static void every_method_gives_the_same_bits(void **state)
+TEST(every_method_gives_the_same_bits)
 {
     static inputs in;
     tfa_dds_client *client = connect_to("arm");
 
-    (void)state;
     make_inputs(&in, 3);
     for (uint32_t method = 0; method < 9; method++)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
@@ -223,14 +220,13 @@ static void every_method_gives_the_same_bits(void **state)
 }
 
 /* Locked joints, payloads, poses; each alone, and what goes together. */
-static void a_changed_robot_gives_the_same_bits(void **state)
+TEST(a_changed_robot_gives_the_same_bits)
 {
     static const uint32_t joint = 0;
     static const double payloads[2 * TFA_PAYLOAD_NUMBERS] = {0.5, 0.1,  0, 0.2,  0.01, 0.001,
                                                              0,   0.02, 0, 0.03, 2};
     static inputs in;
 
-    (void)state;
     for (int r = 0; r < TEST_ROBOTS; r++) {
         tfa_dds_client *client = connect_to(robots[r].name);
 
@@ -256,14 +252,13 @@ static void a_changed_robot_gives_the_same_bits(void **state)
 }
 
 /* What tfa_compute refuses, the door refuses with the same culprit; and goes on. */
-static void bad_values_are_named(void **state)
+TEST(bad_values_are_named)
 {
     static inputs in;
     const tfa_model *model = robots[1].model;
     tfa_dds_client *client = connect_to("walker");
     tfa_request good, bad;
 
-    (void)state;
     make_inputs(&in, 4);
     good = make_request(model, TFA_OP_FORWARD_DYNAMICS, &in, 3);
     in.tau[7] = NAN;
@@ -299,7 +294,7 @@ static void bad_values_are_named(void **state)
     tfa_dds_client_close(client);
 }
 
-static void many_clients_get_their_own_replies(void **state)
+TEST(many_clients_get_their_own_replies)
 {
     enum { CLIENTS = 4, ROUNDS = 50 };
     static inputs in[CLIENTS];
@@ -307,7 +302,6 @@ static void many_clients_get_their_own_replies(void **state)
     tfa_dds_client *clients[CLIENTS];
     tfa_workspace *workspace;
 
-    (void)state;
     assert_int_equal(tfa_workspace_create(robots[0].model, NULL, &workspace), TFA_OK);
     for (uint32_t c = 0; c < CLIENTS; c++) {
         clients[c] = connect_to("arm");
@@ -336,7 +330,7 @@ static void many_clients_get_their_own_replies(void **state)
 }
 
 /* 1000 samples of torques come back as accelerations with their seq and stamp. */
-static void streams_echo(void **state)
+TEST(streams_echo)
 {
     static inputs in;
     static outputs here;
@@ -344,7 +338,6 @@ static void streams_echo(void **state)
     tfa_workspace *workspace;
     double qdd[N_MAX], base[6];
 
-    (void)state;
     assert_int_equal(tfa_workspace_create(robots[1].model, NULL, &workspace), TFA_OK);
     assert_int_equal(tfa_dds_stream_open(client, 20000), TFA_OK);
     for (uint32_t k = 0; k < 1000; k++) {
@@ -386,11 +379,10 @@ static void streams_echo(void **state)
 }
 
 /* "hidden" is a robot of the daemon, but not for DDS. */
-static void strangers_are_told(void **state)
+TEST(strangers_are_told)
 {
     const char *const names[] = {"nobody", "hidden"};
 
-    (void)state;
     for (int i = 0; i < 2; i++) {
         const tfa_dds_client_options options = {
             .domain = test_domain(), .robot = names[i], .connect_timeout_ms = 20000};
@@ -401,7 +393,7 @@ static void strangers_are_told(void **state)
 }
 
 /* The daemon ends well: its clients hear of it at once, and go on when it is back. */
-static void a_restart_is_survived(void **state)
+TEST(a_restart_is_survived)
 {
     static inputs in;
     static outputs out;
@@ -429,36 +421,22 @@ static void a_restart_is_survived(void **state)
     tfa_dds_client_close(client);
 }
 
-static void nobody_is_found_in_an_empty_domain(void **state)
+TEST(nobody_is_found_in_an_empty_domain)
 {
     const tfa_dds_client_options options = {
         .domain = TEST_EMPTY_DOMAIN, .robot = "arm", .connect_timeout_ms = 300};
     tfa_dds_client *client;
 
-    (void)state;
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_E_TIMEOUT);
     assert_null(client);
 }
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_robot_is_described),
-        cmocka_unit_test(every_op_gives_the_same_bits),
-        cmocka_unit_test(every_method_gives_the_same_bits),
-        cmocka_unit_test(a_changed_robot_gives_the_same_bits),
-        cmocka_unit_test(bad_values_are_named),
-        cmocka_unit_test(many_clients_get_their_own_replies),
-        cmocka_unit_test(streams_echo),
-        cmocka_unit_test(strangers_are_told),
-        cmocka_unit_test(a_restart_is_survived),
-        cmocka_unit_test(nobody_is_found_in_an_empty_domain),
-    };
-
     test_daemon_main(argc, argv);
     if (!test_robots_make(robots))
         return 1;
-    const int failures = cmocka_run_group_tests(tests, start, stop);
+    const int failures = test_run(start, stop);
     for (int r = 0; r < TEST_ROBOTS; r++)
         tfa_model_free(robots[r].model);
     return failures;

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-static void the_example_streams(void **state)
+TEST(the_example_streams)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     char uri[512], line[128];
@@ -17,7 +17,6 @@ static void the_example_streams(void **state)
     int status, lines = 0;
     double qdd;
 
-    (void)state;
     /* The example takes the default domain; a configuration says which that is. */
     snprintf(uri, sizeof uri, "<CycloneDDS><Domain Id=\"%u\"/></CycloneDDS>,%s", test_domain(),
              getenv("CYCLONEDDS_URI"));
@@ -39,8 +38,6 @@ static void the_example_streams(void **state)
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(the_example_streams)};
-
     test_daemon_main(argc, argv);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

@@ -6,6 +6,7 @@
 #include "dds_test.h"
 
 #include "harness.h"
+#include "models.h"
 
 #include <pthread.h>
 #include <signal.h>
@@ -49,18 +50,12 @@ static void expect(asker *a)
     for (int i = 0; i < 2; i++) {
         const tfa_model_options options = {.gravity = gravities[i]};
         tfa_reply reply = {.qdd = a->expected[i]};
-        tfa_report report = {0};
-        tfa_model *model;
-        tfa_workspace *workspace;
-        assert_int_equal(
-            tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &options, &report, &model),
-            TFA_OK);
-        assert_int_equal(tfa_workspace_create(model, NULL, &workspace), TFA_OK);
+        tfa_model *model = bundled_model("arm7.urdf", &options);
+        tfa_workspace *workspace = workspace_for(model, NULL);
         assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
         a->tags[i] = tfa_model_tag(model);
         tfa_workspace_free(workspace);
         tfa_model_free(model);
-        tfa_report_free(&report);
     }
 }
 
@@ -109,15 +104,13 @@ static void reload(const harness *h, const char *robots, unsigned times)
     assert_true(harness_logged_times(h, "reload: done, 1 of 1", times));
 }
 
-static void same_shape(void **state)
+TEST(same_shape)
 {
     static asker a;
     harness h;
 
-    (void)state;
     expect(&a);
-    harness_make(&h, yaml[0], with_dds());
-    harness_start(&h, "arm");
+    harness_serve(&h, yaml[0], with_dds());
     a.client = connect_to_arm();
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
     for (unsigned i = 1; i <= SWAPS; i++) {
@@ -136,15 +129,13 @@ static void same_shape(void **state)
 }
 
 /* Who connects after the exchange finds the new joints; the stream and calls fit them. */
-static void other_shape(void **state)
+TEST(other_shape)
 {
     harness h;
     double qdd[64];
     const tfa_request request = make_request();
 
-    (void)state;
-    harness_make(&h, ARM, with_dds());
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, with_dds());
     for (unsigned i = 1; i <= 4; i++) {
         tfa_dds_client *old = connect_to_arm();
         const uint32_t joints = tfa_dds_client_get_info(old)->v_count;
@@ -166,11 +157,4 @@ static void other_shape(void **state)
     }
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(same_shape), cmocka_unit_test(other_shape)};
-
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,17 +6,11 @@
 #ifndef TFA_TESTS_DDS_TEST_H
 #define TFA_TESTS_DDS_TEST_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
+#include "test.h"
+
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 /* Domains 201 to 224 are for these tests; nobody serves anything in 225; 230 is the last of all. */
 #define TEST_FIRST_DOMAIN 201u

@@ -274,7 +274,7 @@ static void assert_logged(const harness *h)
     assert_in_range(logged_number(h, "refused 0, requests "), 2 * asked, 2 * asked + 24);
 }
 
-static void library_ring_and_dds_agree(void **state)
+TEST(library_ring_and_dds_agree)
 {
     static const char robots[] = "  - name: arm\n    urdf: @/config/robots/arm7.urdf\n"
                                  "    max_batch: 3\n"
@@ -283,7 +283,6 @@ static void library_ring_and_dds_agree(void **state)
                                  "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n";
     char dds[64];
     harness h;
-    (void)state;
     fill_numbers();
     snprintf(dds, sizeof dds, "dds:\n  enabled: true\n  domain: %u\n", test_domain());
     harness_make(&h, robots, dds);
@@ -294,10 +293,4 @@ static void library_ring_and_dds_agree(void **state)
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     assert_logged(&h);
     harness_remove(&h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(library_ring_and_dds_agree)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

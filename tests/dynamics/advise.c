@@ -5,21 +5,12 @@
  * compiled with the advised joints locked, and the norm of their difference by the oracle's M. The
  * bound is never below it and hardly above, over random robots, scenes and states.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "model/model.h"
+#include "models.h"
+#include "reductions.h"
+#include "test.h"
 
 #include <totalforce/advise.h>
-
-#include "model/model.h"
-#include "reductions.h"
 
 #define SEEDS 200
 #define STATES 3
@@ -101,7 +92,6 @@ static void answer_scene(const struct subject *s, const tfa_model *scene, uint32
                          double *y_base)
 {
     double q[2 * MOST], v[MOST], tau[MOST], qdd[MOST];
-    tfa_workspace *w = NULL;
     tfa_request r = s->r;
     tfa_reply reply = {.qdd = qdd, .base_acceleration = y_base};
     convert(s, scene, k, q, v, tau, NULL, NULL);
@@ -116,7 +106,7 @@ static void answer_scene(const struct subject *s, const tfa_model *scene, uint32
     for (uint32_t i = 0; i < r.wrench_count; i++)
         r.wrench_frames[i] = (uint32_t)tfa_model_find_frame(
             scene, tfa_model_frame(s->model, r.wrench_frames[i]).name);
-    assert_int_equal(tfa_workspace_create(scene, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(scene, NULL);
     const int status = tfa_compute(w, &r, &reply);
     if (status != TFA_OK)
         fail_msg("%s: the scene: %s (%s %u)", s->name, tfa_status_text(status),
@@ -277,9 +267,8 @@ static void advise_reduced(uint64_t seed, tfa_base base)
     reduction_close(&r);
 }
 
-static void reduced_robots(void **state)
+TEST(reduced_robots)
 {
-    (void)state;
     for (uint64_t seed = 3001; seed <= 3000 + SEEDS; seed++)
         for (int base = 0; base < 2; base++)
             advise_reduced(seed, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
@@ -318,10 +307,9 @@ static void advise_chain(uint64_t seed, uint32_t joints, bool planar)
     make_chain(d, seed, planar);
     oracle *o = oracle_create(d, TFA_BASE_FIXED);
     random_states *x = random_states_create(seed, d, o, 1, 0);
-    tfa_model *model = NULL;
     char name[80];
     snprintf(name, sizeof name, "chain of %u, seed %u", (unsigned)joints, (unsigned)seed);
-    assert_int_equal(tfa_model_create(d, NULL, NULL, &model), TFA_OK);
+    tfa_model *model = compiled(d, NULL);
     for (uint32_t k = 0; k < joints; k++)
         x->tau[k] = k == joints / 3 ? x->tau[k] : 0;
     const tfa_request q = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -337,9 +325,8 @@ static void advise_chain(uint64_t seed, uint32_t joints, bool planar)
     random_robot_free(d);
 }
 
-static void chains(void **state)
+TEST(chains)
 {
-    (void)state;
     for (uint64_t seed = 1; seed <= 12; seed++)
         advise_chain(seed, 8 + 4 * (uint32_t)(seed % 6), seed % 2 == 0);
     print_tally(50);
@@ -347,9 +334,8 @@ static void chains(void **state)
 
 /* ---- what is refused ---- */
 
-static void bad_requests(void **state)
+TEST(bad_requests)
 {
-    (void)state;
     reduction r;
     question a;
     tfa_advice advice;
@@ -366,14 +352,4 @@ static void bad_requests(void **state)
     assert_null(advice.joints);
     question_close(&a);
     reduction_close(&r);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(reduced_robots),
-        cmocka_unit_test(chains),
-        cmocka_unit_test(bad_requests),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

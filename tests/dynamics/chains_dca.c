@@ -1,21 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Divide and conquer, and the block Hessenberg matrix: every length of a chain, every robot, and
+ * Divide and conquer, and the block Hessenberg matrix: every length of a chain, fused joints, and
  * what they refuse.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
 #include "model/model.h"
+#include "models.h"
+#include "test.h"
 
 /* A random chain of so many moving joints, of all types or revolute ones. */
 static void open_chain(test_robot *robot, uint32_t joints, bool all_types, tfa_precision precision)
@@ -27,7 +19,7 @@ static void open_chain(test_robot *robot, uint32_t joints, bool all_types, tfa_p
     snprintf(robot->name, sizeof robot->name, "chain of %u %s joints", (unsigned)joints,
              all_types ? "mixed" : "revolute");
     robot->description = random_robot_create(joints, &options);
-    assert_int_equal(tfa_model_create(robot->description, &model, NULL, &robot->model), TFA_OK);
+    robot->model = compiled(robot->description, &model);
     robot->nv = tfa_model_v_count(robot->model);
     robot->n = robot->nv + tfa_model_base_freedoms(robot->model);
     robot->o = oracle_create(robot->description, robot->base);
@@ -69,97 +61,26 @@ static void length_in_f128(uint32_t joints, bool all_types, tfa_method method)
     fixture_close(&robot);
 }
 
-static void every_length_of_dca(void **state)
+TEST(every_length_of_dca)
 {
-    (void)state;
     for (uint32_t n = 1; n <= 130; n++)
         length_in_f128(n, n % 3 == 0, TFA_METHOD_DCA);
     print_message("  dca: left %.1e, against aba %.1e\n", worst_estimate, worst_difference);
 }
 
-static void every_length_of_hessenberg(void **state)
+TEST(every_length_of_hessenberg)
 {
-    (void)state;
     worst_estimate = worst_difference = 0;
     for (uint32_t n = 1; n <= 130; n += n < 40 ? 1 : 9)
         length_in_f128(n, n % 3 == 0, TFA_METHOD_HESSENBERG);
     print_message("  hessenberg: left %.1e, against aba %.1e\n", worst_estimate, worst_difference);
 }
 
-/* ---- all robots, in double ---- */
-
-static const struct {
-    tfa_method method;
-    uint32_t refine;
-    double bound;
-} ways[] = {
-    {TFA_METHOD_DCA, 0, 1e-10},
-    {TFA_METHOD_DCA, 1, 5e-14},
-    {TFA_METHOD_HESSENBERG, 0, 1e-10},
-    {TFA_METHOD_HESSENBERG, 1, 5e-14},
-};
-#define WAYS (sizeof ways / sizeof *ways)
-static double worst[WAYS], worst_lambda[WAYS];
-
-static void refuses_by_name(const test_robot *robot, const tfa_request *r, tfa_reply *reply,
-                            int32_t body)
-{
-    assert_int_equal(tfa_compute(robot->f64, r, reply), TFA_E_SINGULAR);
-    assert_int_equal(reply->field, TFA_FIELD_BODY);
-    assert_int_equal(reply->index, tfa_model_body_frame(robot->model, (uint32_t)body));
-}
-
-static void robot_in_double(test_robot *robot)
-{
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, 2, 3);
-    tfa_request r = fixture_request(robot, x);
-    const int32_t singular = tfa_model_summarise(robot->model).singular_body;
-    double *got = calloc(2 * (size_t)robot->n, sizeof *got);
-    double *want = calloc(2 * (size_t)robot->n, sizeof *want);
-    double lambda[288], want_lambda[288];
-    r.count = 1; /* each state by itself: the second one with factors of another q about */
-    r.estimate = TFA_ESTIMATE_NEVER;
-    r.tip_count = 2;
-    r.tips[0] = (uint32_t)robot->description->link_count - 1;
-    r.tips[1] = (uint32_t)robot->description->link_count / 2;
-    oracle_set_state(robot->o, &r, 0);
-    oracle_forward(robot->o, x->tau, x->base_wrench, want, want + robot->nv);
-    oracle_lambda_inv(robot->o, r.tips, 2, r.frame, want_lambda);
-    for (size_t w = 0; w < WAYS; w++) {
-        tfa_reply reply = {.qdd = got, .base_acceleration = got + robot->nv, .lambda_inv = lambda};
-        r.method = ways[w].method;
-        r.refine = ways[w].refine;
-        if (singular >= 0) {
-            refuses_by_name(robot, &r, &reply, singular);
-            continue;
-        }
-        compute_ok(robot, robot->f64, &r, &reply);
-        assert_within(robot, tfa_method_name(r.method), relative_error(got, want, robot->n),
-                      ways[w].bound, &worst[w]);
-        assert_within(robot, tfa_method_name(r.method), relative_error(lambda, want_lambda, 144),
-                      ways[w].bound, &worst_lambda[w]);
-    }
-    free(want);
-    free(got);
-    random_states_free(x);
-}
-
-static void every_robot_in_double(void **state)
-{
-    (void)state;
-    for_every_robot(robot_in_double, false);
-    for (size_t w = 0; w < WAYS; w++)
-        print_message("  %s, refined %u times: qdd %.1e, lambda_inv %.1e, bound %g\n",
-                      tfa_method_name(ways[w].method), (unsigned)ways[w].refine, worst[w],
-                      worst_lambda[w], ways[w].bound);
-}
-
 /* ---- joints with several axes that are not at right angles ---- */
 
 /* Links without mass between joints fuse these into one joint; its axes turn with q. */
-static void fused_joints(void **state)
+TEST(fused_joints)
 {
-    (void)state;
     double largest[2] = {0};
     uint32_t fused = 0;
     for (uint64_t seed = 1; seed <= 60; seed++) {
@@ -205,9 +126,8 @@ static void fused_joints(void **state)
 /* ---- refusals ---- */
 
 /* A chain longer than what hessenberg keeps room for; dca answers it. */
-static void hessenberg_refuses_long_chains(void **state)
+TEST(hessenberg_refuses_long_chains)
 {
-    (void)state;
     for (uint32_t more = 0; more < 2; more++) {
         test_robot robot;
         /* 255 joints on a floating base: as long as may be; 257 of them are not */
@@ -225,16 +145,4 @@ static void hessenberg_refuses_long_chains(void **state)
         free(qdd);
         fixture_close(&robot);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_length_of_dca),
-        cmocka_unit_test(every_length_of_hessenberg),
-        cmocka_unit_test(every_robot_in_double),
-        cmocka_unit_test(fused_joints),
-        cmocka_unit_test(hessenberg_refuses_long_chains),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

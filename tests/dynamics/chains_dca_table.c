@@ -4,17 +4,10 @@
  * What divide and conquer and the block Hessenberg matrix lose on chains that are hard for them,
  * against what theory and an independent prototype say they lose: neither more nor much less.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
-
 #include "chains_scan.h"
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 #define SEEDS 5 /* the median of so many */
 
@@ -38,7 +31,7 @@ static void open_chain(test_robot *robot, const struct cell *c, uint64_t seed)
 {
     *robot = (test_robot){.name = "chain"};
     robot->description = chain_create(c->mechanism, c->n, seed);
-    assert_int_equal(tfa_model_create(robot->description, NULL, NULL, &robot->model), TFA_OK);
+    robot->model = compiled(robot->description, NULL);
     robot->nv = robot->n = tfa_model_v_count(robot->model);
     robot->f64 = fixture_workspace(robot->model, TFA_F64);
     robot->f128 = fixture_workspace(robot->model, TFA_F128);
@@ -114,9 +107,8 @@ static void within_digits(const struct cell *c, const char *method, double times
                  chain_mechanism_names[c->mechanism], (unsigned)c->n, method, times, known);
 }
 
-static void losses_are_the_known_ones(void **state)
+TEST(losses_are_the_known_ones)
 {
-    (void)state;
     print_message("  %-12s %5s %9s %9s %9s %9s %9s\n", "chain", "n", "dca", "hessenb.", "tfa",
                   "aba", "dca, 1x");
     for (size_t k = 0; k < CELLS; k++) {
@@ -139,12 +131,4 @@ static void losses_are_the_known_ones(void **state)
         /* one step, or the articulated-body algorithm where a step does not converge */
         assert_true(service <= 10 * typical[ABA] + 1e-13);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(losses_are_the_known_ones),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,21 +4,12 @@
  * Lambda^-1 in one go: every method that answers several tips by one block solve or one crossing
  * gives what force propagation gives, for every length of chain, in quadruple precision.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "chains_state.h"
 #include "fixture.h"
 #include "kernel/kernel.h"
 #include "kernel/method.h"
 #include "kernel/scan.h"
+#include "test.h"
 
 #define LONGEST 40
 #define TIPS 4
@@ -107,9 +98,8 @@ static void print_ways(void)
 }
 
 /* The last link, the one in the middle, any, and the root */
-static void every_length(void **state)
+TEST(every_length)
 {
-    (void)state;
     static const chain_mechanism kinds[] = {CHAIN_MIXED, CHAIN_POINTS};
     for (uint32_t links = 1; links <= LONGEST; links++)
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
@@ -125,9 +115,8 @@ static void every_length(void **state)
 
 /* Branches at any link, two trees at times, fused joints: tips on the chain, on its side branches, on
  * one body, inside a joint */
-static void side_branches(void **state)
+TEST(side_branches)
 {
-    (void)state;
     for (uint32_t trial = 0; trial < 72; trial++) {
         const uint32_t links = 4 + trial % 50;
         const tfa_base base = trial % 4 > 1 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
@@ -154,9 +143,8 @@ static void side_branches(void **state)
 }
 
 /* The scan has what a tip before the last cut needs only up to what the scan itself knows. */
-static void scan_refuses_tips_before_the_last_cut(void **state)
+TEST(scan_refuses_tips_before_the_last_cut)
 {
-    (void)state;
     struct bench b = bench_open(CHAIN_RANDOM, 64, TFA_BASE_FIXED, 1);
     struct state *s = bench_state(&b);
     assert_int_equal(TFA_V(factor)(s, TFA_METHOD_SCAN), TFA_OK);
@@ -169,14 +157,4 @@ static void scan_refuses_tips_before_the_last_cut(void **state)
         assert_int_equal(TFA_V(scan_lambda)(s, TFA_FRAME_LOCAL), link == 0 || link > last);
     }
     bench_close(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_length),
-        cmocka_unit_test(side_branches),
-        cmocka_unit_test(scan_refuses_tips_before_the_last_cut),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,19 +5,10 @@
  * methods row by row, the same bits on any number of threads, refinement, estimates, and what is left
  * to the other way.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "chains_scan.h"
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 #define STATES 3
 
@@ -37,8 +28,7 @@ static void open_bench(struct bench *b, chain_mechanism mechanism, uint32_t n, d
     for (uint32_t k = 0; k < n; k++)
         b->robot.description->joints[k].damping = damping;
     const tfa_model_options options = {.damping = damping > 0};
-    assert_int_equal(tfa_model_create(b->robot.description, &options, NULL, &b->robot.model),
-                     TFA_OK);
+    b->robot.model = compiled(b->robot.description, &options);
     b->robot.n = b->robot.nv = tfa_model_v_count(b->robot.model);
     b->robot.f64 = fixture_workspace(b->robot.model, TFA_F64);
     b->robot.f128 = fixture_workspace(b->robot.model, TFA_F128);
@@ -118,9 +108,8 @@ static void state_by_pieces(struct bench *b, tfa_request r)
 }
 
 /* Every way to fill the last pieces up, at rest and moving */
-static void every_length(void **state)
+TEST(every_length)
 {
-    (void)state;
     for (uint32_t n = 48; n <= 300; n += n < 82 ? 1 : 31) {
         struct bench b;
         open_bench(&b, CHAIN_RANDOM, n, n % 2 ? 0.1 : 0);
@@ -134,9 +123,8 @@ static void every_length(void **state)
 
 /* ---- threads ---- */
 
-static void same_bits_on_any_number_of_threads(void **state)
+TEST(same_bits_on_any_number_of_threads)
 {
-    (void)state;
     static const uint32_t threads[] = {1, 2, 3, 7};
     struct bench b;
     open_bench(&b, CHAIN_RANDOM, 333, 0);
@@ -190,9 +178,8 @@ static void lambda_of(struct bench *b, size_t state)
         }
 }
 
-static void lambda_of_the_last_body(void **state)
+TEST(lambda_of_the_last_body)
 {
-    (void)state;
     for (uint32_t n = 48; n <= 300; n += n < 66 ? 1 : 47) {
         struct bench b;
         open_bench(&b, CHAIN_RANDOM, n, 0);
@@ -205,9 +192,8 @@ static void lambda_of_the_last_body(void **state)
 /* ---- estimates, and what is in doubt ---- */
 
 /* The error is below 30 estimates, and the estimate is not beyond all measure. */
-static void estimates_hold(void **state)
+TEST(estimates_hold)
 {
-    (void)state;
     static const chain_mechanism mechanisms[] = {CHAIN_STRAIGHT, CHAIN_HELIX,    CHAIN_RANDOM,
                                                  CHAIN_TAPER,    CHAIN_PLANAR,   CHAIN_ZIGZAG,
                                                  CHAIN_SWELLING, CHAIN_HEAVY_TIP};
@@ -233,9 +219,8 @@ static void estimates_hold(void **state)
 
 /* Thin links, and torques that give every joint the acceleration 1 or -1: pieces lose what rows do,
  * and the answer is another method's, which says why. */
-static void doubt_falls_back(void **state)
+TEST(doubt_falls_back)
 {
-    (void)state;
     struct bench b;
     open_bench(&b, CHAIN_THIN, 256, 0);
     tfa_request r = request_of(&b, 0, 0);
@@ -257,16 +242,4 @@ static void doubt_falls_back(void **state)
     assert_int_not_equal(a.method, TFA_METHOD_TFA_CR);
     assert_within(&b.robot, "fallback", relative_error(b.got, b.want, b.n), 1e-4, NULL);
     close_bench(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_length),
-        cmocka_unit_test(same_bits_on_any_number_of_threads),
-        cmocka_unit_test(lambda_of_the_last_body),
-        cmocka_unit_test(estimates_hold),
-        cmocka_unit_test(doubt_falls_back),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,22 +4,14 @@
  * The segment scan: the same numbers as the articulated-body algorithm for every length of chain,
  * where it cuts, and its join. Its error: chains_scan_error.c.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "chains_scan.h"
+
 #include "chains_state.h"
 #include "fixture.h"
 #include "kernel/kernel.h"
 #include "kernel/method.h"
 #include "kernel/scan.h"
+#include "test.h"
 
 /* ---- every length, in quadruple precision ---- */
 
@@ -61,9 +53,8 @@ static void compare(struct bench *b, tfa_method method)
     b->memory = NULL;
 }
 
-static void every_length_equals_aba(void **state)
+TEST(every_length_equals_aba)
 {
-    (void)state;
     static const chain_mechanism kinds[] = {CHAIN_MIXED, CHAIN_POINTS, CHAIN_HEAVY_SPOTS};
     for (uint32_t links = 1; links <= 130; links++)
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
@@ -78,9 +69,8 @@ static void every_length_equals_aba(void **state)
 
 /* ---- Lambda^-1 of a tip ---- */
 
-static void tip_equals_propagation(void **state)
+TEST(tip_equals_propagation)
 {
-    (void)state;
     num want[36];
     for (uint32_t links = 1; links <= 130; links += links < 40 ? 1 : 7) {
         struct bench b = bench_open(CHAIN_MIXED, links, TFA_BASE_FIXED, links);
@@ -117,9 +107,8 @@ static void branch(tfa_description *d)
 }
 
 /* Side branches, wrenches, velocities, rotor inertia, all types of joints, two trees at times */
-static void branches_and_wrenches_equal_aba(void **state)
+TEST(branches_and_wrenches_equal_aba)
 {
-    (void)state;
     for (uint32_t trial = 0; trial < 40; trial++) {
         const tfa_base base = trial % 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
         struct bench b = {.d = chain_create(CHAIN_MIXED, 50 + 2 * trial, trial)};
@@ -160,9 +149,8 @@ static uint32_t seeded(const struct scan *scan)
 }
 
 /* Segments cover the chain, 12 to 20 bodies each, and end on bodies that weigh something. */
-static void cuts_stand_on_heavy_bodies(void **state)
+TEST(cuts_stand_on_heavy_bodies)
 {
-    (void)state;
     struct bench b = bench_open(CHAIN_ALTERNATING9, 500, TFA_BASE_FIXED, 3);
     const struct scan *scan = factored(&b, TFA_METHOD_SCAN);
     uint32_t at = 0;
@@ -182,9 +170,8 @@ static void cuts_stand_on_heavy_bodies(void **state)
 }
 
 /* A millionfold heavier tip right behind a cut: one segment goes a second time, not the others. */
-static void a_light_cut_gets_a_second_pass(void **state)
+TEST(a_light_cut_gets_a_second_pass)
 {
-    (void)state;
     uint32_t light = 0;
     for (uint32_t links = 20; links < 120; links++) {
         struct bench b = bench_open(CHAIN_HEAVY_TIP, links, TFA_BASE_FIXED, links);
@@ -233,9 +220,8 @@ static double element_difference(const struct scan_element *x, const struct scan
     return (double)worst;
 }
 
-static void joining_is_associative(void **state)
+TEST(joining_is_associative)
 {
-    (void)state;
     random_source r = {5};
     for (int trial = 0; trial < 100; trial++) {
         struct scan_element x[3];
@@ -246,17 +232,4 @@ static void joining_is_associative(void **state)
         assert_true(element_difference(&one, &other) < 1e-28);
         assert_true(element_difference(&one, &inner) > 1e-3);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(joining_is_associative),
-        cmocka_unit_test(cuts_stand_on_heavy_bodies),
-        cmocka_unit_test(a_light_cut_gets_a_second_pass),
-        cmocka_unit_test(every_length_equals_aba),
-        cmocka_unit_test(tip_equals_propagation),
-        cmocka_unit_test(branches_and_wrenches_equal_aba),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,18 +4,10 @@
  * The error of the segment scan beside that of the articulated-body algorithm, unrefined: on every
  * mechanism, length and right-hand side, over several states each.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "chains_scan.h"
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 enum { STATES = 7, RIVALS = 3 };
 static const tfa_method rivals[RIVALS] = {TFA_METHOD_ABA, TFA_METHOD_SCAN,
@@ -47,7 +39,7 @@ static void subject_open(subject *x, chain_mechanism mechanism, uint32_t links, 
 {
     const tfa_model_options options = {.base = TFA_BASE_FIXED};
     x->description = chain_create(mechanism, links, seed);
-    assert_int_equal(tfa_model_create(x->description, &options, NULL, &x->model), TFA_OK);
+    x->model = compiled(x->description, &options);
     x->f64 = fixture_workspace(x->model, TFA_F64);
     x->f128 = fixture_workspace(x->model, TFA_F128);
     x->n = tfa_model_v_count(x->model);
@@ -197,37 +189,24 @@ static void report(void)
     memset(tallies, 0, sizeof tallies);
 }
 
-static void short_chains(void **state)
+TEST(short_chains)
 {
-    (void)state;
     for (int mechanism = 0; mechanism < CHAIN_MECHANISMS; mechanism++)
         for (uint32_t links = 8; links <= 128; links *= 4)
             compare((chain_mechanism)mechanism, links);
     report();
 }
 
-static void long_chains(void **state)
+TEST(long_chains)
 {
-    (void)state;
     for (int mechanism = 0; mechanism < CHAIN_MECHANISMS; mechanism++)
         compare((chain_mechanism)mechanism, 1024);
     report();
 }
 
 /* Where the levers are longest */
-static void longest_chains(void **state)
+TEST(longest_chains)
 {
-    (void)state;
     compare(CHAIN_ZIGZAG, 4096);
     report();
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(short_chains),
-        cmocka_unit_test(long_chains),
-        cmocka_unit_test(longest_chains),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

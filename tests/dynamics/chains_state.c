@@ -5,24 +5,17 @@
  */
 #include "chains_state.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "kernel/load.h"
 #include "kernel/table.h"
+#include "models.h"
 #include "random_robot.h"
+#include "test.h"
 
 void bench_load(struct bench *b, chain_mechanism mechanism, tfa_base base, uint64_t seed)
 {
     const tfa_model_options options = {.base = base};
     random_source r = {seed + 1};
-    assert_int_equal(tfa_model_create(b->d, &options, NULL, &b->model), TFA_OK);
+    b->model = compiled(b->d, &options);
     b->n = tfa_model_v_count(b->model);
     b->q = calloc(tfa_model_q_count(b->model) + 7, sizeof *b->q);
     b->v = calloc(b->n, sizeof *b->v);

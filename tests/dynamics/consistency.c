@@ -4,18 +4,9 @@
  * Ways to ask that must give the same answer: batches, fused requests, defaults, instruction sets,
  * and what the answer says of its own error.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 #define STATES 5
 #define TIPS 2
@@ -97,8 +88,7 @@ static tfa_request single(const test_robot *robot, const tfa_request *r, uint32_
 
 static void batch(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     struct answer *all = answer_make(robot), *each = answer_make(robot);
     tfa_request r = full_request(robot, x);
     for (size_t m = 0; m < METHODS; m++) {
@@ -119,11 +109,7 @@ static void batch(test_robot *robot)
     random_states_free(x);
 }
 
-static void batch_equals_single_calls(void **state)
-{
-    (void)state;
-    for_every_robot(batch, false);
-}
+EVERY_ROBOT(batch_equals_single_calls, batch, false)
 
 /* ---- one request for qdd and lambda_inv equals two ---- */
 
@@ -131,8 +117,7 @@ static double worst_fused;
 
 static void fused(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     struct answer *both = answer_make(robot), *apart = answer_make(robot);
     for (size_t m = 0; m < METHODS; m++)
         for (uint32_t refine = 0; refine < 2; refine++) {
@@ -157,9 +142,8 @@ static void fused(test_robot *robot)
     random_states_free(x);
 }
 
-static void fused_equals_separate(void **state)
+TEST(fused_equals_separate)
 {
-    (void)state;
     for_every_robot(fused, false);
     print_message("  worst difference %.2g\n", worst_fused);
 }
@@ -177,8 +161,7 @@ static void assert_same(const test_robot *robot, const struct answer *a, const s
 
 static void left_out(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     struct answer *a = answer_make(robot), *b = answer_make(robot);
     double *zeros = calloc((size_t)STATES * (robot->nv + 6 * WRENCHES), sizeof *zeros);
     tfa_request r = full_request(robot, x);
@@ -204,26 +187,20 @@ static void left_out(test_robot *robot)
     random_states_free(x);
 }
 
-static void null_means_zero(void **state)
-{
-    (void)state;
-    for_every_robot(left_out, true);
-}
+EVERY_ROBOT(null_means_zero, left_out, true)
 
 /* ---- rotor inertia of the file counts when the model is asked for it ---- */
 
 static void rotor(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     struct answer *a = answer_make(robot), *b = answer_make(robot);
     tfa_request r = full_request(robot, x);
     for (int asked = 0; asked < 2; asked++) {
         const tfa_model_options options = {.base = robot->base, .rotor_inertia = asked == 0};
-        tfa_model *model = NULL;
         for (size_t j = 0; asked && j < robot->description->joint_count; j++)
             robot->description->joints[j].armature += robot->description->joints[j].rotor;
-        assert_int_equal(tfa_model_create(robot->description, &options, NULL, &model), TFA_OK);
+        tfa_model *model = compiled(robot->description, &options);
         tfa_workspace *w = fixture_workspace(model, TFA_F64);
         ask(robot, w, &r, asked ? b : a, 0);
         tfa_workspace_free(w);
@@ -235,19 +212,14 @@ static void rotor(test_robot *robot)
     random_states_free(x);
 }
 
-static void rotor_inertia_is_armature(void **state)
-{
-    (void)state;
-    for_every_robot(rotor, true);
-}
+EVERY_ROBOT(rotor_inertia_is_armature, rotor, true)
 
 /* ---- every instruction set gives the same, up to rounding ---- */
 
 static void isa(test_robot *robot)
 {
     static const char *const names[] = {"base", "avx2", "avx512"};
-    random_states *x =
-        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     struct answer *a = answer_make(robot), *reference = answer_make(robot);
     tfa_request r = full_request(robot, x);
     ask(robot, robot->f128, &r, reference, 0);
@@ -281,18 +253,13 @@ static void isa(test_robot *robot)
     random_states_free(x);
 }
 
-static void instruction_sets_agree(void **state)
-{
-    (void)state;
-    for_every_robot(isa, true);
-}
+EVERY_ROBOT(instruction_sets_agree, isa, true)
 
 /* ---- the error estimate does not flatter ---- */
 
 static void estimate(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     struct answer *a = answer_make(robot), *exact = answer_make(robot);
     tfa_request r = full_request(robot, x);
     ask(robot, robot->f128, &r, exact, 0);
@@ -322,11 +289,7 @@ static void estimate(test_robot *robot)
     random_states_free(x);
 }
 
-static void estimate_covers_the_error(void **state)
-{
-    (void)state;
-    for_every_robot(estimate, false);
-}
+EVERY_ROBOT(estimate_covers_the_error, estimate, false)
 
 /* ---- the spectrum is that of lambda_inv ---- */
 
@@ -334,7 +297,7 @@ static void spectrum(test_robot *robot)
 {
     const uint32_t n = 6 * TIPS;
     random_source s = {robot->seed};
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 0, STATES, 0);
     struct answer *a = answer_make(robot);
     tfa_spectrum found[STATES];
     tfa_request r = full_request(robot, x);
@@ -374,22 +337,4 @@ static void spectrum(test_robot *robot)
     random_states_free(x);
 }
 
-static void spectrum_bounds_lambda_inv(void **state)
-{
-    (void)state;
-    for_every_robot(spectrum, false);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(batch_equals_single_calls),
-        cmocka_unit_test(fused_equals_separate),
-        cmocka_unit_test(null_means_zero),
-        cmocka_unit_test(rotor_inertia_is_armature),
-        cmocka_unit_test(instruction_sets_agree),
-        cmocka_unit_test(estimate_covers_the_error),
-        cmocka_unit_test(spectrum_bounds_lambda_inv),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+EVERY_ROBOT(spectrum_bounds_lambda_inv, spectrum, false)

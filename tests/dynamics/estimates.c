@@ -10,19 +10,10 @@
  * A robot is asked for three right-hand sides by every method with every refinement, and once for
  * Lambda^-1. 5000 robots are 910000 answers and take half a minute.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-
 #include "estimates_tally.h"
 #include "fixture.h"
 #include "hard_robot.h"
+#include "test.h"
 
 #define ROBOTS 75 /* in ctest: about 13000 answers */
 #define TIPS 2
@@ -166,9 +157,8 @@ static void ask_lambda(hard_robot *robot, random_source *s, const char *where)
     ask_all(robot, &r, &reply, want, got, (size_t)36 * r.tip_count * r.tip_count, lambda, where);
 }
 
-static void estimates_are_not_below_the_truth(void **state)
+TEST(estimates_are_not_below_the_truth)
 {
-    (void)state;
     static hard_robot robot;
     char where[200];
     for (uint64_t seed = seeds; seed < seeds + robots; seed++) {
@@ -190,30 +180,23 @@ static void estimates_are_not_below_the_truth(void **state)
     assert_int_equal(broken, 0);
 }
 
-static void answers_without_a_flag_are_right(void **state)
+TEST(answers_without_a_flag_are_right)
 {
-    (void)state;
     print_message("  by default: %llu flagged by the sentinel, %llu not, wrong by %.2g at most\n",
                   (unsigned long long)flagged, (unsigned long long)unflagged, worst_unflagged);
     assert_true(flagged > 0 && unflagged > 0 && worst_unflagged <= UNSAID);
 }
 
-static void auto_is_no_worse_than_aba(void **state)
+TEST(auto_is_no_worse_than_aba)
 {
-    (void)state;
     assert_int_equal(auto_worse, 0);
 }
 
 int main(int argc, char **argv)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(estimates_are_not_below_the_truth),
-        cmocka_unit_test(answers_without_a_flag_are_right),
-        cmocka_unit_test(auto_is_no_worse_than_aba),
-    };
     if (argc > 1)
         robots = strtoull(argv[1], NULL, 10);
     if (argc > 2)
         seeds = strtoull(argv[2], NULL, 10);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

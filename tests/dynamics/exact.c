@@ -5,16 +5,9 @@
  * one state at a time or several side by side: what makes them differ in other builds is rounding
  * only. Says so and does nothing in other builds.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
+#include "models.h"
 #include "questions.h"
+#include "test.h"
 
 #define STATES 17 /* a vector of sixteen, two of eight, and a rest */
 
@@ -30,7 +23,7 @@ static tfa_workspace *workspace_of(const test_robot *robot, const char *isa, tfa
     const tfa_workspace_options o = {.precision = precision, .states = states};
     assert_int_equal(setenv("TFA_ISA", isa, 1), 0);
     if (strcmp(tfa_isa_name(), isa) == 0)
-        assert_int_equal(tfa_workspace_create(robot->model, &o, &w), TFA_OK);
+        w = workspace_for(robot->model, &o);
     assert_int_equal(unsetenv("TFA_ISA"), 0);
     return w;
 }
@@ -50,7 +43,7 @@ static void compare(const test_robot *robot, const random_states *x, const answe
 
 static void same_bits(test_robot *robot)
 {
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 2);
+    random_states *x = fixture_states(robot, 0, STATES, 2);
     answers *first = answers_create(robot, STATES), *other = answers_create(robot, STATES);
     tfa_workspace *w[ISAS][2];
     for (size_t k = 0; k < ISAS; k++)

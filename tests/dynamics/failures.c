@@ -4,25 +4,16 @@
  * Every method is driven into the failure that theory predicts and seen to fail; its twin asks
  * the same and leaves it to the defaults.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-
 #include "failures_table.h"
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 static tfa_workspace *workspace_of(const failure *row, const tfa_model *model,
                                    tfa_residual residual)
 {
     const tfa_workspace_options options = {.precision = row->precision, .residual = residual};
-    tfa_workspace *w;
-    assert_int_equal(tfa_workspace_create(model, &options, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, &options);
     return w;
 }
 
@@ -52,9 +43,8 @@ static void guarded(const failure *row, hard_robot *robot, const double *want, u
     tfa_workspace_free(w);
 }
 
-static void every_method_fails_and_the_service_does_not(void **state)
+TEST(every_method_fails_and_the_service_does_not)
 {
-    (void)state;
     static hard_robot robot;
     for (uint32_t k = 0; k < failure_count; k++) {
         double want[HARD_ROBOT_FREEDOMS];
@@ -76,9 +66,8 @@ static bool has_row(tfa_op op, uint32_t method)
 }
 
 /* auto is the method it chooses, and rnea solves nothing that could fail. */
-static void every_method_has_a_row(void **state)
+TEST(every_method_has_a_row)
 {
-    (void)state;
     for (uint32_t m = 0; tfa_method_describe(m); m++) {
         const tfa_method_info *row = tfa_method_describe(m);
         if (m == TFA_METHOD_AUTO || m == TFA_METHOD_RNEA)
@@ -92,9 +81,8 @@ static void every_method_has_a_row(void **state)
 
 /* ABA's failure: a tip that weighs nothing has no equation of motion, and is refused by name. One
  * that weighs next to nothing is answered. */
-static void a_massless_tip_is_refused(void **state)
+TEST(a_massless_tip_is_refused)
 {
-    (void)state;
     mechanism_options o = mechanism_defaults(MECHANISM_RANDOM, 8);
     tfa_description *d = mechanism_make(&o);
     tfa_report report = {0};
@@ -114,9 +102,8 @@ static void a_massless_tip_is_refused(void **state)
     mechanism_free(d);
 }
 
-static void a_tip_of_next_to_nothing_is_answered(void **state)
+TEST(a_tip_of_next_to_nothing_is_answered)
 {
-    (void)state;
     static hard_robot robot;
     mechanism_options o = mechanism_defaults(MECHANISM_TAPER, 2);
     o.taper = 1e-15;
@@ -134,15 +121,4 @@ static void a_tip_of_next_to_nothing_is_answered(void **state)
     print_message("  a tip of 1e-15 kg: error %.1e\n", error);
     assert_true(error < 1e-9);
     hard_robot_close(&robot);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_method_has_a_row),
-        cmocka_unit_test(every_method_fails_and_the_service_does_not),
-        cmocka_unit_test(a_massless_tip_is_refused),
-        cmocka_unit_test(a_tip_of_next_to_nothing_is_answered),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

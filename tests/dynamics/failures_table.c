@@ -11,16 +11,9 @@
  */
 #include "failures_table.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
-#include <math.h>
-
 #include "estimates_tally.h"
 #include "fixture.h"
+#include "test.h"
 
 #define INACCURATE (TFA_ANSWER_FALLBACK | TFA_ANSWER_INACCURATE)
 #define DEFAULT TFA_ESTIMATE_DEFAULT, TFA_REFINE_DEFAULT, TFA_RESIDUAL_SAME

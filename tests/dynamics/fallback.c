@@ -4,17 +4,9 @@
  * Where TFA loses its digits (thin links of alternating mass: its loss sits in the inverse
  * inertias) the estimate notices, the answer comes from ABA, and the reply says so.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 enum { LINKS = 24 };
 
@@ -70,9 +62,9 @@ static void open_chain(struct setup *s, const struct chain *c)
 {
     const tfa_workspace_options quad = {.precision = TFA_F128};
     double qdd[LINKS];
-    assert_int_equal(tfa_model_create(&c->d, NULL, NULL, &s->model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(s->model, NULL, &s->f64), TFA_OK);
-    assert_int_equal(tfa_workspace_create(s->model, &quad, &s->f128), TFA_OK);
+    s->model = compiled(&c->d, NULL);
+    s->f64 = workspace_for(s->model, NULL);
+    s->f128 = workspace_for(s->model, &quad);
     for (int i = 0; i < LINKS; i++) {
         s->q[i] = sin(1.7 * i + 0.3);
         s->v[i] = cos(2.9 * i);
@@ -90,9 +82,8 @@ static void close_chain(struct setup *s)
     tfa_model_free(s->model);
 }
 
-static void forward_dynamics_falls_back(void **state)
+TEST(forward_dynamics_falls_back)
 {
-    (void)state;
     struct chain c;
     struct setup s;
     double want[LINKS], qdd[LINKS];
@@ -136,9 +127,8 @@ static void forward_dynamics_falls_back(void **state)
     close_chain(&s);
 }
 
-static void lambda_falls_back(void **state)
+TEST(lambda_falls_back)
 {
-    (void)state;
     struct chain c;
     struct setup s;
     double want[36], got[36];
@@ -164,13 +154,4 @@ static void lambda_falls_back(void **state)
         assert_true(error < 1e-4);
     }
     close_chain(&s);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(forward_dynamics_falls_back),
-        cmocka_unit_test(lambda_falls_back),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

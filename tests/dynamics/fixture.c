@@ -5,18 +5,10 @@
  */
 #include "fixture.h"
 
-#include <glob.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "kernels.h"
+#include "test.h"
+
+#include <glob.h>
 
 #define SEEDS 3 /* of each kind of random robot */
 
@@ -191,6 +183,12 @@ void for_every_robot(void (*law)(test_robot *robot), bool random_only)
                 law(&robot);
             fixture_close(&robot);
         }
+}
+
+random_states *fixture_states(const test_robot *robot, uint64_t salt, uint32_t states,
+                              uint32_t wrenches)
+{
+    return random_states_create(robot->seed + salt, robot->description, robot->o, states, wrenches);
 }
 
 tfa_request fixture_request(const test_robot *robot, const random_states *x)

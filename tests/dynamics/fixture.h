@@ -36,6 +36,16 @@ tfa_workspace *fixture_mixed(const tfa_model *model, tfa_precision factors, tfa_
 
 /** Calls `law` for every robot on both bases. `random_only` leaves the files out. */
 void for_every_robot(void (*law)(test_robot *robot), bool random_only);
+/** A test that does only this. */
+#define EVERY_ROBOT(test, law, random_only)                                                        \
+    TEST(test)                                                                                     \
+    {                                                                                              \
+        for_every_robot(law, random_only);                                                         \
+    }
+
+/** Random states of the robot; released by random_states_free. `salt` is added to its seed. */
+random_states *fixture_states(const test_robot *robot, uint64_t salt, uint32_t states,
+                              uint32_t wrenches);
 
 /** A forward-dynamics request with everything in `x`: the wrenches and the gravity included. */
 tfa_request fixture_request(const test_robot *robot, const random_states *x);

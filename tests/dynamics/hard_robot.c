@@ -5,17 +5,9 @@
  */
 #include "hard_robot.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
-
 #include "chains_scan.h"
+#include "models.h"
+#include "test.h"
 
 static double log_uniform(random_source *s, double low, double high)
 {
@@ -36,8 +28,8 @@ static int open_model(hard_robot *robot)
         robot->free_description(robot->description);
         return 0;
     }
-    assert_int_equal(tfa_workspace_create(robot->model, NULL, &robot->f64), TFA_OK);
-    assert_int_equal(tfa_workspace_create(robot->model, &quad, &robot->f128), TFA_OK);
+    robot->f64 = workspace_for(robot->model, NULL);
+    robot->f128 = workspace_for(robot->model, &quad);
     robot->nv = tfa_model_v_count(robot->model);
     robot->six = tfa_model_base_freedoms(robot->model);
     assert_true(robot->nv + robot->six <= HARD_ROBOT_FREEDOMS);

@@ -4,26 +4,17 @@
  * States side by side in the lanes of vector registers: the same answers as one after the other, to
  * the bit, to every question, in double and in float, for any number of states; and a state without an answer spoils no other.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
+#include "models.h"
 #include "questions.h"
+#include "test.h"
 
 #define STATES 19 /* two vectors of eight and a rest */
 
 static tfa_workspace *workspace_of(const test_robot *robot, tfa_precision precision,
                                    tfa_states states)
 {
-    tfa_workspace *w;
     const tfa_workspace_options o = {.precision = precision, .states = states};
-    assert_int_equal(tfa_workspace_create(robot->model, &o, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(robot->model, &o);
     return w;
 }
 
@@ -36,7 +27,7 @@ struct both {
 
 static void open_both(struct both *b, const test_robot *robot, tfa_precision precision)
 {
-    b->x = random_states_create(robot->seed, robot->description, robot->o, STATES, 2);
+    b->x = fixture_states(robot, 0, STATES, 2);
     b->wide = answers_create(robot, STATES);
     b->one = answers_create(robot, STATES);
     b->lanes = workspace_of(robot, precision, TFA_STATES_AUTO);
@@ -74,11 +65,7 @@ static void every_question(test_robot *robot)
 }
 
 /* The same bits as one at a time, whatever is asked. */
-static void same_bits_as_one_at_a_time(void **state)
-{
-    (void)state;
-    for_every_robot(every_question, false);
-}
+EVERY_ROBOT(same_bits_as_one_at_a_time, every_question, false)
 
 static void every_count(test_robot *robot)
 {
@@ -89,11 +76,7 @@ static void every_count(test_robot *robot)
     close_both(&b);
 }
 
-static void any_number_of_states(void **state)
-{
-    (void)state;
-    for_every_robot(every_count, true);
-}
+EVERY_ROBOT(any_number_of_states, every_count, true)
 
 /* Forces so large that the answer to one state is not finite. */
 static void overflow(test_robot *robot)
@@ -107,11 +90,7 @@ static void overflow(test_robot *robot)
     close_both(&b);
 }
 
-static void a_state_without_answer_spoils_no_other(void **state)
-{
-    (void)state;
-    for_every_robot(overflow, true);
-}
+EVERY_ROBOT(a_state_without_answer_spoils_no_other, overflow, true)
 
 /* Where some states move and others do not, these have the same numbers as at rest. */
 static void some_rest(test_robot *robot)
@@ -130,40 +109,21 @@ static void some_rest(test_robot *robot)
     close_both(&b);
 }
 
-static void some_move_and_others_rest(void **state)
-{
-    (void)state;
-    for_every_robot(some_rest, true);
-}
+EVERY_ROBOT(some_move_and_others_rest, some_rest, true)
 
 /* A robot that is nothing but its base has no freedom, and an answer all the same. */
-static void nothing_moves(void **state)
+TEST(nothing_moves)
 {
-    (void)state;
     tfa_link link = {
         .name = "base", .mass = 1, .quat = {0, 0, 0, 1}, .inertia = {1, 0, 0, 1, 0, 1}};
     const tfa_description d = {.name = "rock", .links = &link, .link_count = 1};
-    tfa_model *model;
-    tfa_workspace *w;
     double none[1];
     tfa_answer each[3];
-    assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_model *model = compiled(&d, NULL);
+    tfa_workspace *w = workspace_for(model, NULL);
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 3, .q = none};
     tfa_reply reply = {.qdd = none, .answers = each};
     assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
     tfa_workspace_free(w);
     tfa_model_free(model);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_bits_as_one_at_a_time),
-        cmocka_unit_test(any_number_of_states),
-        cmocka_unit_test(some_move_and_others_rest),
-        cmocka_unit_test(a_state_without_answer_spoils_no_other),
-        cmocka_unit_test(nothing_moves),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

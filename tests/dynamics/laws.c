@@ -6,17 +6,8 @@
  * The bounds are relative errors in the 2-norm over one state's answer. They are about ten times
  * the worst that these seeds and files gave; each test prints that worst.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
+#include "test.h"
 
 #define STATES 3
 #define WRENCHES 3
@@ -104,8 +95,7 @@ static double acceleration_error(const test_robot *robot, const double *qdd, con
 
 static void forward_dynamics(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
     tfa_request r = fixture_request(robot, x);
     double *qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *qdd);
     double *want = calloc((size_t)STATES * robot->nv + 1, sizeof *want);
@@ -144,9 +134,8 @@ static void forward_dynamics(test_robot *robot)
     random_states_free(x);
 }
 
-static void every_method_gives_the_acceleration(void **state)
+TEST(every_method_gives_the_acceleration)
 {
-    (void)state;
     for_every_robot(forward_dynamics, false);
     print_worst(forward_ways, FORWARD_WAYS);
 }
@@ -168,8 +157,7 @@ static struct way mass_ways[] = {
 
 static void inverse_dynamics(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed + 7, robot->description, robot->o, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 7, STATES, WRENCHES);
     tfa_request r = fixture_request(robot, x);
     double *tau = calloc((size_t)STATES * robot->nv + 1, sizeof *tau);
     double *want = calloc(robot->nv + 1, sizeof *want);
@@ -194,17 +182,15 @@ static void inverse_dynamics(test_robot *robot)
     random_states_free(x);
 }
 
-static void inverse_dynamics_gives_the_force(void **state)
+TEST(inverse_dynamics_gives_the_force)
 {
-    (void)state;
     for_every_robot(inverse_dynamics, false);
     print_worst(force_ways, FORCE_WAYS);
 }
 
 static void mass_matrix(test_robot *robot)
 {
-    random_states *x =
-        random_states_create(robot->seed + 8, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 8, STATES, 0);
     const size_t entries = (size_t)robot->n * robot->n;
     tfa_request r = fixture_request(robot, x);
     double *M = calloc(STATES * entries, sizeof *M), *want = calloc(entries, sizeof *want);
@@ -226,9 +212,8 @@ static void mass_matrix(test_robot *robot)
     random_states_free(x);
 }
 
-static void crba_gives_the_mass_matrix(void **state)
+TEST(crba_gives_the_mass_matrix)
 {
-    (void)state;
     for_every_robot(mass_matrix, false);
     print_worst(mass_ways, MASS_WAYS);
 }
@@ -305,8 +290,7 @@ static void lambda_of_tips(test_robot *robot, const random_states *x, tfa_reques
 static void lambda_inv(test_robot *robot)
 {
     random_source s = {robot->seed};
-    random_states *x =
-        random_states_create(robot->seed + 9, robot->description, robot->o, LAMBDA_STATES, 0);
+    random_states *x = fixture_states(robot, 9, LAMBDA_STATES, 0);
     tfa_request r = fixture_request(robot, x);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     r.v = r.tau = NULL;
@@ -322,9 +306,8 @@ static void lambda_inv(test_robot *robot)
     random_states_free(x);
 }
 
-static void every_method_gives_lambda_inv(void **state)
+TEST(every_method_gives_lambda_inv)
 {
-    (void)state;
     for_every_robot(lambda_inv, false);
     print_worst(lambda_ways, LAMBDA_WAYS);
 }
@@ -339,9 +322,8 @@ static bool has_way(const struct way *ways, size_t count, uint32_t method, tfa_p
     return false;
 }
 
-static void every_method_of_the_table_is_here(void **state)
+TEST(every_method_of_the_table_is_here)
 {
-    (void)state;
     for (uint32_t m = 0; tfa_method_describe(m); m++) {
         const tfa_method_info *row = tfa_method_describe(m);
         if (row->forward_dynamics && !has_way(forward_ways, FORWARD_WAYS, m, TFA_F64))
@@ -373,21 +355,4 @@ static void joint_order(test_robot *robot)
     }
 }
 
-static void joints_stand_in_declared_order(void **state)
-{
-    (void)state;
-    for_every_robot(joint_order, false);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_method_of_the_table_is_here),
-        cmocka_unit_test(joints_stand_in_declared_order),
-        cmocka_unit_test(every_method_gives_the_acceleration),
-        cmocka_unit_test(inverse_dynamics_gives_the_force),
-        cmocka_unit_test(crba_gives_the_mass_matrix),
-        cmocka_unit_test(every_method_gives_lambda_inv),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+EVERY_ROBOT(joints_stand_in_declared_order, joint_order, false)

@@ -8,20 +8,11 @@
  *
  * What a method refuses, by the row of the table, is counted.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <glob.h>
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fixture.h"
 #include "kernels.h"
+#include "test.h"
+
+#include <glob.h>
 
 #define METHODS 32
 #define WRENCHES 2
@@ -256,9 +247,8 @@ static void print_counts(const char *what, const struct count *counts)
                           (unsigned)counts[m].refused, counts[m].worst);
 }
 
-static void every_method_on_every_file(void **state)
+TEST(every_method_on_every_file)
 {
-    (void)state;
     all_in(TFA_SOURCE_DIR "/config/robots/*.urdf");
     assert_true(robots >= 8);
     all_in(TFA_SOURCE_DIR "/../shared/robots/*.urdf");
@@ -271,10 +261,4 @@ static void every_method_on_every_file(void **state)
         if (tfa_method_describe(m)->lambda)
             assert_true(lambda[m].answered > 0);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(every_method_on_every_file)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

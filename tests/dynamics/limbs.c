@@ -5,18 +5,10 @@
  * behind its parent, in as few steps as can be; and the answers are those of one body after the
  * other, to the bit, whatever was asked before.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
+#include "plan/limbs.h"
 #include "fixture.h"
 #include "methods/strategy.h"
-#include "plan/limbs.h"
+#include "test.h"
 
 #define STATES 64
 
@@ -104,11 +96,7 @@ static void plan_of(test_robot *robot)
     free(table);
 }
 
-static void every_body_once_in_the_fewest_steps(void **state)
-{
-    (void)state;
-    for_every_robot(plan_of, false);
-}
+EVERY_ROBOT(every_body_once_in_the_fewest_steps, plan_of, false)
 
 /* ---- the answers ---- */
 
@@ -145,7 +133,7 @@ static void compare(const test_robot *robot, const struct tfa_limbs *limbs)
     const struct tfa_packing p = tfa_limbs_pack(robot->model, limbs->lanes, table);
     const size_t size = limbs->size(robot->model, &p);
     void *memory = aligned_alloc(64, size);
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 0, STATES, 0);
     struct answer a = {.qdd = malloc(robot->nv * sizeof(double) + 1)},
                   b = {.qdd = malloc(robot->nv * sizeof(double) + 1)};
     tfa_workspace *one = fixture_workspace(robot->model, TFA_F64);
@@ -179,11 +167,7 @@ static void every_variant(test_robot *robot)
             compare(robot, limbs);
 }
 
-static void same_bits_as_one_body_at_a_time(void **state)
-{
-    (void)state;
-    for_every_robot(every_variant, false);
-}
+EVERY_ROBOT(same_bits_as_one_body_at_a_time, every_variant, false)
 
 /* Who is asked: robots with limbs, and no chain. */
 static void chosen_where_it_pays(test_robot *robot)
@@ -199,18 +183,4 @@ static void chosen_where_it_pays(test_robot *robot)
     assert_null(robot->f128->limbs);
 }
 
-static void chains_go_one_by_one(void **state)
-{
-    (void)state;
-    for_every_robot(chosen_where_it_pays, false);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_body_once_in_the_fewest_steps),
-        cmocka_unit_test(same_bits_as_one_body_at_a_time),
-        cmocka_unit_test(chains_go_one_by_one),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+EVERY_ROBOT(chains_go_one_by_one, chosen_where_it_pays, false)

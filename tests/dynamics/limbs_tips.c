@@ -4,18 +4,10 @@
  * Tips with the factors that limbs side by side left: Lambda^-1 and poses are those of one body after
  * the other, to the bit, in whatever order requests come, whether they go by limbs or not.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
 #include "methods/strategy.h"
 #include "plan/limbs.h"
+#include "test.h"
 
 #define COORDINATES 2
 #define STATES (2 * COORDINATES)
@@ -122,7 +114,7 @@ static void assert_same(const test_robot *robot, const struct answers *a, const 
 static void compare(test_robot *robot, const struct tfa_limbs *limbs)
 {
     random_source s = {robot->seed};
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 0, STATES, 0);
     tfa_workspace *one = fixture_workspace(robot->model, TFA_F64),
                   *limbed = fixture_workspace(robot->model, TFA_F64);
     void *memory = by_limbs(limbed, limbs);
@@ -155,16 +147,4 @@ static void every_variant(test_robot *robot)
             compare(robot, limbs);
 }
 
-static void same_bits_in_any_order(void **state)
-{
-    (void)state;
-    for_every_robot(every_variant, false);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(same_bits_in_any_order),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
-}
+EVERY_ROBOT(same_bits_in_any_order, every_variant, false)

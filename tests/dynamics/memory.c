@@ -4,17 +4,11 @@
  * What a workspace takes (docs/memory.md): bounds for each body, methods that it has room for and
  * those that it refuses, and nothing beyond its end.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-#include <totalforce/totalforce.h>
-
+#include "models.h"
 #include "random_robot.h"
+#include "test.h"
+
+#include <totalforce/totalforce.h>
 
 #define MIB ((size_t)1 << 20)
 #define GUARD 4096 /* bytes behind a workspace that nobody may touch */
@@ -26,8 +20,7 @@ static tfa_model *chain(uint32_t joints, tfa_base base)
     const random_robot_options options = {.shape = RANDOM_CHAIN, .joints = joints};
     const tfa_model_options how = {.base = base};
     tfa_description *d = random_robot_create(joints, &options);
-    tfa_model *model = NULL;
-    assert_int_equal(tfa_model_create(d, &how, NULL, &model), TFA_OK);
+    tfa_model *model = compiled(d, &how);
     random_robot_free(d);
     return model;
 }
@@ -46,9 +39,8 @@ static const struct {
     {4096, &all, 9 * 1024, 0}, /* no room for M of more than 4 Mi entries */
 };
 
-static void test_bounds(void **state)
+TEST(test_bounds)
 {
-    (void)state;
     for (size_t k = 0; k < sizeof bounds / sizeof *bounds; k++) {
         tfa_model *model = chain(bounds[k].bodies, TFA_BASE_FIXED);
         const size_t size = tfa_workspace_size(model, bounds[k].options);
@@ -147,9 +139,8 @@ static void try_methods(uint32_t bodies, tfa_base base, const tfa_workspace_opti
     tfa_model_free(model);
 }
 
-static void test_methods(void **state)
+TEST(test_methods)
 {
-    (void)state;
     static const tfa_workspace_options some[] = {
         {.methods = TFA_METHOD_BIT(TFA_METHOD_TFA)},
         {.methods = TFA_METHOD_BIT(TFA_METHOD_TFA_CR) | TFA_METHOD_BIT(TFA_METHOD_CRBA)},
@@ -166,9 +157,8 @@ static void test_methods(void **state)
 }
 
 /* Robots that fit get room for all, larger ones for what auto takes; asking is enough. */
-static void test_defaults(void **state)
+TEST(test_defaults)
 {
-    (void)state;
     tfa_model *small = chain(LARGE - 1, TFA_BASE_FIXED), *large = chain(LARGE, TFA_BASE_FIXED);
     const uint32_t tfa = TFA_METHOD_BIT(TFA_METHOD_TFA), crba = TFA_METHOD_BIT(TFA_METHOD_CRBA);
     tfa_workspace *w = guarded(small, &plain);
@@ -193,9 +183,8 @@ static void test_defaults(void **state)
 }
 
 /* What there is room for answers the same bits whatever else there is room for. */
-static void test_same_bits(void **state)
+TEST(test_same_bits)
 {
-    (void)state;
     tfa_model *model = chain(LARGE, TFA_BASE_FIXED);
     tfa_workspace *lean = guarded(model, &plain), *rich = guarded(model, &all);
     struct numbers x, y;
@@ -212,15 +201,4 @@ static void test_same_bits(void **state)
     release(lean, model, &plain);
     release(rich, model, &all);
     tfa_model_free(model);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_bounds),
-        cmocka_unit_test(test_methods),
-        cmocka_unit_test(test_defaults),
-        cmocka_unit_test(test_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,17 +3,11 @@
  *
  * tfa_compute allocates nothing: the allocator of this program counts.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
 #include "sanitized.h"
+#include "test.h"
+
+#include <stdatomic.h>
 
 static atomic_ulong calls;
 
@@ -59,9 +53,8 @@ void free(void *memory)
 #define COUNTING 0
 #endif
 
-static void counter_counts(void **state)
+TEST(counter_counts)
 {
-    (void)state;
     if (!COUNTING)
         skip();
     unsigned long before = atomic_load(&calls);
@@ -96,7 +89,7 @@ static unsigned long change_things(tfa_workspace *w, tfa_request r, tfa_reply *r
 /* Every op with every method, a bad request, and a fallback-prone refinement. */
 static void every_request_of(test_robot *robot, tfa_workspace *w)
 {
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, 2, 2);
+    random_states *x = fixture_states(robot, 0, 2, 2);
     const size_t n = robot->n;
     double *numbers =
         calloc(2 * (2 * (size_t)robot->nv + n * n + 12 + 144 + 14) + 1, sizeof *numbers);
@@ -142,19 +135,9 @@ static void every_request(test_robot *robot)
     tfa_workspace_free(mixed);
 }
 
-static void computing_allocates_nothing(void **state)
+TEST(computing_allocates_nothing)
 {
-    (void)state;
     if (!COUNTING)
         skip();
     for_every_robot(every_request, false);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(counter_counts),
-        cmocka_unit_test(computing_allocates_nothing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,19 +3,10 @@
  *
  * The oracle against closed forms and laws of mechanics, without the library.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
-
 #include "oracle.h"
 #include "random_robot.h"
 #include "step.h"
+#include "test.h"
 
 static void assert_close(double got, double want, double bound, const char *what)
 {
@@ -36,9 +27,8 @@ static tfa_request request_of(const random_states *x)
 
 /* Two links that swing about y in the plane x, z; angles from straight down. The textbook's
  * equations: m1 at c1, m2 at c2 of links with length l1, moments of inertia i1, i2. */
-static void double_pendulum(void **state)
+TEST(double_pendulum)
 {
-    (void)state;
     const double m1 = 2, m2 = 3, l1 = 0.7, c1 = 0.3, c2 = 0.45, i1 = 0.05, i2 = 0.08, g = 9.81;
     tfa_link links[3] = {{.name = "world", .quat = {0, 0, 0, 1}},
                          {.name = "1", .mass = m1, .com = {0, 0, -c1}, .quat = {0, 0, 0, 1}},
@@ -89,9 +79,8 @@ static tfa_description *robot(uint64_t seed, uint32_t joints, bool all_types)
 }
 
 /* tau = M qdd + h returns the tau that forward dynamics was given; M is symmetric. */
-static void solves_its_own_equations(void **state)
+TEST(solves_its_own_equations)
 {
-    (void)state;
     for (uint64_t seed = 1; seed <= 12; seed++) {
         tfa_description *d = robot(seed, 9, true);
         oracle *o = oracle_create(d, seed % 4 < 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
@@ -134,9 +123,8 @@ static double energy(oracle *o, const random_states *x)
 }
 
 /* d/dt (kinetic + potential) = tau . v, by a central difference along the motion. */
-static void work_becomes_energy(void **state)
+TEST(work_becomes_energy)
 {
-    (void)state;
     const double dt = 1e-5;
     for (uint64_t seed = 1; seed <= 24; seed++) {
         tfa_description *d = robot(seed, 7, true);
@@ -167,9 +155,8 @@ static void work_becomes_energy(void **state)
 
 /* Without gravity h_k = sum_ij (dM_kj/dq_i - dM_ij/dq_k / 2) v_i v_j where v = dq/dt: Lagrange's
  * route to the velocity products, which needs nothing but M. */
-static void bias_is_lagranges(void **state)
+TEST(bias_is_lagranges)
 {
-    (void)state;
     const double dt = 1e-5;
     enum { N = 6 };
     for (uint64_t seed = 1; seed <= 12; seed++) {
@@ -240,9 +227,8 @@ static void momentum(oracle *o, const random_states *x, uint32_t root, double p[
 }
 
 /* A free robot without gravity and outer forces keeps its momentum although its joints push. */
-static void free_robot_keeps_momentum(void **state)
+TEST(free_robot_keeps_momentum)
 {
-    (void)state;
     const double dt = 1e-5, zero[3] = {0, 0, 0};
     for (uint64_t seed = 1; seed <= 8; seed++) {
         tfa_description *d = robot(seed, 6, true);
@@ -268,14 +254,4 @@ static void free_robot_keeps_momentum(void **state)
         oracle_free(o);
         random_robot_free(d);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(double_pendulum),           cmocka_unit_test(solves_its_own_equations),
-        cmocka_unit_test(work_becomes_energy),       cmocka_unit_test(bias_is_lagranges),
-        cmocka_unit_test(free_robot_keeps_momentum),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

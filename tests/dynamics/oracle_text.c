@@ -5,16 +5,8 @@
  */
 #include "oracle_text.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "oracle_motion.h"
+#include "test.h"
 
 enum { TAG = 4096, DEPTH = 64, NAME = 32 };
 

@@ -5,18 +5,10 @@
  * double with a residual in quadruple precision is as good as the data. On chains, for three right
  * sides.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "chains_scan.h"
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 #define LONGEST 128
 #define SEEDS 2
@@ -57,10 +49,9 @@ static const tfa_workspace_options
 static tfa_answer answer(struct question *x, const tfa_workspace_options *options,
                          const tfa_request *r, double *qdd)
 {
-    tfa_workspace *w = NULL;
     tfa_answer a;
     tfa_reply reply = {.qdd = qdd, .answers = &a};
-    assert_int_equal(tfa_workspace_create(x->robot.model, options, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(x->robot.model, options);
     const int status = tfa_compute(w, r, &reply);
     tfa_workspace_free(w);
     a.status = status;
@@ -105,7 +96,7 @@ static void ask(struct question *x, const struct shape *shape, uint32_t n, int s
     random_source s = {seed};
     *x = (struct question){.shape = shape, .robot = {.name = "chain", .n = n, .nv = n}};
     x->robot.description = chain_create(shape->mechanism, n, seed);
-    assert_int_equal(tfa_model_create(x->robot.description, NULL, NULL, &x->robot.model), TFA_OK);
+    x->robot.model = compiled(x->robot.description, NULL);
     chain_coordinates(shape->mechanism, x->robot.description, seed, x->q);
     for (uint32_t k = 0; shape->bend > 0 && k < n; k++)
         x->q[k] = k / 2 % 2 ? -shape->bend : shape->bend;
@@ -239,9 +230,8 @@ static void hold_to(struct promise *p, const struct shape *shape, uint32_t n, in
     p->worst = fmax(p->worst, e.own / unit);
 }
 
-static void promises_are_kept(void **state)
+TEST(promises_are_kept)
 {
-    (void)state;
     for (size_t k = 0; k < PROMISES; k++) {
         struct promise *p = &promises[k];
         for (size_t s = 0; s < SHAPES; s++)
@@ -258,9 +248,8 @@ static void promises_are_kept(void **state)
 /* tfa in float alone is far off; asked for without an estimate it is given as it is. By default, aba
  * answers in float, as good as float can be, or tfa in double, and the flags say so; in a mixed workspace
  * the answer is right. */
-static void tfa_in_float_is_not_for_long_chains(void **state)
+TEST(tfa_in_float_is_not_for_long_chains)
 {
-    (void)state;
     for (size_t k = 0; k < SHAPES; k++) {
         const struct errors bare = measure(&shapes[k], 128, OF_QDD, &f32, TFA_METHOD_TFA, 0);
         const struct errors mixed =
@@ -291,9 +280,8 @@ static void tfa_in_float_is_not_for_long_chains(void **state)
 }
 
 /* A chain that aba in float cannot answer: the last link weighs 1e6. */
-static void the_wider_kernel_has_the_last_word(void **state)
+TEST(the_wider_kernel_has_the_last_word)
 {
-    (void)state;
     static const struct shape heavy = {"heavy tip", CHAIN_HEAVY_TIP, 0};
     const struct errors e = measure(&heavy, 32, OF_QDD, &f32_f64, TFA_METHOD_ABA, BY_DEFAULT);
     print_message("  error %.1e, aba in f64 %.1e\n", e.own, e.aba);
@@ -302,9 +290,8 @@ static void the_wider_kernel_has_the_last_word(void **state)
 }
 
 /* Steps that are asked for are made, each for some digits more; without any it is float alone. */
-static void steps_are_counted(void **state)
+TEST(steps_are_counted)
 {
-    (void)state;
     double before = 1;
     uint16_t ignored = 0;
     struct question x;
@@ -320,9 +307,8 @@ static void steps_are_counted(void **state)
     forget(&x);
 }
 
-static void narrower_residuals_are_refused(void **state)
+TEST(narrower_residuals_are_refused)
 {
-    (void)state;
     static const struct {
         tfa_workspace_options options;
         int status;
@@ -378,9 +364,8 @@ static void answer_others(struct question *x, const tfa_workspace_options *optio
     tfa_workspace_free(w);
 }
 
-static void all_else_is_the_wider_kernels(void **state)
+TEST(all_else_is_the_wider_kernels)
 {
-    (void)state;
     static struct other_answers mixed, own;
     struct question x;
     ask(&x, &shapes[0], 20, OF_QDD, 1);
@@ -391,17 +376,4 @@ static void all_else_is_the_wider_kernels(void **state)
     answer_others(&x, &f128, &own);
     assert_memory_equal(&mixed, &own, sizeof own);
     forget(&x);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(promises_are_kept),
-        cmocka_unit_test(tfa_in_float_is_not_for_long_chains),
-        cmocka_unit_test(the_wider_kernel_has_the_last_word),
-        cmocka_unit_test(steps_are_counted),
-        cmocka_unit_test(narrower_residuals_are_refused),
-        cmocka_unit_test(all_else_is_the_wider_kernels),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

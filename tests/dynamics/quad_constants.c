@@ -7,18 +7,10 @@
  * by 1e-16 to an answer that is off by 1e-4; here such answers agree to the last bit, so that constants
  * are right to 1e-28.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fixture.h"
+#include "models.h"
 #include "oracle_motion.h"
+#include "test.h"
 
 #define BOUND 0x1p-52 /* both are rounded to double at the end */
 #define HEAVY 1e12
@@ -56,7 +48,7 @@ static void compare(const test_robot *robot, const tfa_request *request, const r
 
 static void without_payload(test_robot *robot)
 {
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, 1, 2);
+    random_states *x = fixture_states(robot, 0, 1, 2);
     const tfa_request r = fixture_request(robot, x);
     compare(robot, &r, x);
     random_states_free(x);
@@ -64,7 +56,7 @@ static void without_payload(test_robot *robot)
 
 static void with_payloads(test_robot *robot)
 {
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, 1, 2);
+    random_states *x = fixture_states(robot, 0, 1, 2);
     random_source s = {robot->seed};
     double payload[2 * TFA_PAYLOAD_NUMBERS];
     tfa_request r = fixture_request(robot, x);
@@ -124,9 +116,8 @@ static void as_stated(test_robot *robot)
     oracle_text_free(text);
 }
 
-static void every_robot(void **state)
+TEST(every_robot)
 {
-    (void)state;
     worst = 0;
     files = 0;
     for_every_robot(as_stated, false);
@@ -156,22 +147,20 @@ static void with_heavy_link(test_robot *robot)
     tfa_workspace_free(robot->f128);
     robot->f32 = robot->f64 = NULL;
     tfa_model_free(robot->model);
-    assert_int_equal(tfa_model_create(robot->description, &base, NULL, &robot->model), TFA_OK);
+    robot->model = compiled(robot->description, &base);
     robot->f128 = fixture_workspace(robot->model, TFA_F128);
     as_stated(robot);
 }
 
-static void files_with_a_heavy_link(void **state)
+TEST(files_with_a_heavy_link)
 {
-    (void)state;
     worst = 0;
     for_every_robot(with_heavy_link, false);
     print_message("  worst %.2g\n", worst);
 }
 
-static void every_robot_with_payloads(void **state)
+TEST(every_robot_with_payloads)
 {
-    (void)state;
     worst = 0;
     for_every_robot(with_payloads, true);
     print_message("  worst %.2g\n", worst);
@@ -183,7 +172,7 @@ static void open_f128(test_robot *r)
     const tfa_model_options base = {.base = r->base};
     r->o = oracle_create(r->description, r->base);
     assert_non_null(r->o);
-    assert_int_equal(tfa_model_create(r->description, &base, NULL, &r->model), TFA_OK);
+    r->model = compiled(r->description, &base);
     r->f128 = fixture_workspace(r->model, TFA_F128);
     r->n = oracle_freedoms(r->o);
     r->nv = oracle_v_count(r->o);
@@ -191,9 +180,8 @@ static void open_f128(test_robot *r)
 }
 
 /* The last link on a random robot, 1e12 times what it was */
-static void heavy_tips(void **state)
+TEST(heavy_tips)
 {
-    (void)state;
     worst = 0;
     for (uint64_t seed = 1; seed <= 48; seed++) {
         const random_robot_options options = {.shape = (random_shape)(seed % 3),
@@ -269,9 +257,8 @@ static char *random_text(uint64_t seed, size_t *length)
     return text;
 }
 
-static void random_texts(void **state)
+TEST(random_texts)
 {
-    (void)state;
     worst = 0;
     for (uint64_t seed = 1; seed <= 96; seed++) {
         test_robot r = {.name = "random text", .seed = seed};
@@ -291,14 +278,4 @@ static void random_texts(void **state)
         free(text);
     }
     print_message("  worst %.2g\n", worst);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_robot),  cmocka_unit_test(every_robot_with_payloads),
-        cmocka_unit_test(heavy_tips),   cmocka_unit_test(files_with_a_heavy_link),
-        cmocka_unit_test(random_texts),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

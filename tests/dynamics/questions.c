@@ -3,14 +3,7 @@
  */
 #include "questions.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #define NEVER TFA_ESTIMATE_NEVER
 #define ALWAYS TFA_ESTIMATE_ALWAYS

@@ -5,18 +5,12 @@
  * in quadruple precision: robots in random and in singular postures, one tip and several; tips that
  * share more freedoms than there are; and long chains, whose pieces go side by side.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <unistd.h>
-
-#include <cmocka.h>
-#include <stdio.h>
-
 #include "fixture.h"
 #include "mechanism.h"
+#include "models.h"
+#include "test.h"
+
+#include <unistd.h>
 
 enum { POSTURES = 60, TIPS = 4, FREEDOMS = 128 };
 
@@ -95,8 +89,8 @@ static void open_workspaces(test_robot *x)
 {
     const tfa_workspace_options quad = {.precision = TFA_F128};
     const tfa_workspace_options all = {.methods = TFA_METHODS_ALL};
-    assert_int_equal(tfa_workspace_create(x->model, &all, &x->f64), TFA_OK);
-    assert_int_equal(tfa_workspace_create(x->model, &quad, &x->f128), TFA_OK);
+    x->f64 = workspace_for(x->model, &all);
+    x->f128 = workspace_for(x->model, &quad);
 }
 
 static void close_robot(test_robot *x)
@@ -126,10 +120,9 @@ static int open_robot(size_t k, test_robot *x, tfa_request *r)
     return 1;
 }
 
-static void robots_in_any_posture(void **state)
+TEST(robots_in_any_posture)
 {
     static const double upright[7] = {0, 0, 0, 0, 0, 0, 1};
-    (void)state;
     for (size_t k = 0; k < sizeof robots / sizeof *robots; k++) {
         test_robot x;
         double q[FREEDOMS];
@@ -148,13 +141,12 @@ static void robots_in_any_posture(void **state)
 }
 
 /* The tip of a planar chain moves in its plane, of a straight one at least not along it. */
-static void chains(void **state)
+TEST(chains)
 {
     static const mechanism_kind kinds[] = {MECHANISM_PLANAR, MECHANISM_STRAIGHT, MECHANISM_RANDOM,
                                            MECHANISM_TAPER};
     static const uint32_t sizes[] = {2, 4, 12, 47, 48, 64, 100};
     double q[FREEDOMS] = {0};
-    (void)state;
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
         for (size_t n = 0; n < sizeof sizes / sizeof *sizes; n++)
             for (uint64_t seed = 1; seed <= 4; seed++) {
@@ -165,7 +157,7 @@ static void chains(void **state)
                 o.seed = seed;
                 x.description = mechanism_make(&o);
                 assert_non_null(x.description);
-                assert_int_equal(tfa_model_create(x.description, &options, NULL, &x.model), TFA_OK);
+                x.model = compiled(x.description, &options);
                 snprintf(x.name, sizeof x.name, "%s of %u, seed %u", mechanism_name(o.kind),
                          (unsigned)o.bodies, (unsigned)seed);
                 open_workspaces(&x);
@@ -175,13 +167,4 @@ static void chains(void **state)
                 close_robot(&x);
                 mechanism_free(x.description);
             }
-}
-
-int main(void)
-{
-    static const struct CMUnitTest tests[] = {
-        cmocka_unit_test(robots_in_any_posture),
-        cmocka_unit_test(chains),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

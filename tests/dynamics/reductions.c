@@ -5,15 +5,8 @@
  */
 #include "reductions.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "models.h"
+#include "test.h"
 
 static bool chance(random_source *s, double probability)
 {
@@ -324,8 +317,7 @@ static tfa_workspace *workspace(const tfa_model *model, tfa_precision precision,
                                 tfa_residual residual)
 {
     const tfa_workspace_options options = {.precision = precision, .residual = residual};
-    tfa_workspace *w = NULL;
-    assert_int_equal(tfa_workspace_create(model, &options, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, &options);
     return w;
 }
 

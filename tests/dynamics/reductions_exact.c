@@ -4,19 +4,9 @@
  * Exact reductions change nothing: hundreds of random robots, each reduced in one way or in
  * several, give the answers of the robot with nothing reduced to 1e-13.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "model/model.h"
 #include "reductions.h"
+#include "test.h"
 
 #define BOUND 1e-13
 /* Lambda^-1 of TFA one-sided is not refined. */
@@ -392,9 +382,8 @@ static void print_tally(void)
     robots = skipped = fused_joints = inner_frames = 0;
 }
 
-static void each_reduction_is_exact(void **state)
+TEST(each_reduction_is_exact)
 {
-    (void)state;
     for (uint32_t kind = 0; kind <= REDUCE_TIPS; kind = kind ? 2 * kind : 1) {
         print_message("  kind %u\n", kind);
         for (uint64_t seed = 1; seed <= SEEDS_ALONE; seed++)
@@ -404,21 +393,11 @@ static void each_reduction_is_exact(void **state)
     }
 }
 
-static void combinations_are_exact(void **state)
+TEST(combinations_are_exact)
 {
-    (void)state;
     for (uint64_t seed = 1; seed <= SEEDS_TOGETHER; seed++)
         for (int base = 0; base < 2; base++)
             check(seed, REDUCE_ANYTHING, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
     assert_true(fused_joints > 0 && inner_frames > 0);
     print_tally();
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(each_reduction_is_exact),
-        cmocka_unit_test(combinations_are_exact),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

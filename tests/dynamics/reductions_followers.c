@@ -5,19 +5,11 @@
  * fingers that weigh nothing. M of all joints is singular, T^T M T is not. Whoever answers must be
  * right; auto and crba must answer.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
+#include "models.h"
 #include "oracle.h"
 #include "random_robot.h"
+#include "test.h"
+
 #include <totalforce/totalforce.h>
 
 #define BOUND 1e-13
@@ -207,11 +199,10 @@ static void check(const struct robot *r, tfa_base base, uint64_t seed)
         tau[k] = random_uniform(&s, -5, 5);
     const tfa_model_options options = {.base = base, .mimic = TFA_MIMIC_PROJECT};
     tfa_model *model = NULL;
-    tfa_workspace *w = NULL;
     int status = tfa_model_create(&r->d, &options, NULL, &model);
     if (status != TFA_OK)
         fail_msg("seed %u: %s", (unsigned)seed, tfa_status_text(status));
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, NULL);
     oracle *o = oracle_create(&r->d, base);
     tfa_request q = {.refine = TFA_REFINE_DEFAULT,
                      .count = 1,
@@ -256,23 +247,12 @@ static void for_seeds(void (*make)(struct robot *r, random_source *s))
     print_message("  %u answers, worst error %.1e; %u refused\n", answered, worst, refused);
 }
 
-static void stages_without_mass(void **state)
+TEST(stages_without_mass)
 {
-    (void)state;
     for_seeds(telescope);
 }
 
-static void fingers_without_mass(void **state)
+TEST(fingers_without_mass)
 {
-    (void)state;
     for_seeds(hand);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(stages_without_mass),
-        cmocka_unit_test(fingers_without_mass),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

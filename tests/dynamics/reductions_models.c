@@ -4,18 +4,9 @@
  * Reduced models against other models of the library: the unreduced one in quadruple precision, the
  * same without armature, the same with its payloads compiled in.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
+#include "models.h"
 #include "reductions.h"
+#include "test.h"
 
 #define BOUND 1e-13
 #define SEEDS 60
@@ -51,8 +42,7 @@ static tfa_model *compile(const reduction *r, const tfa_description *d,
 static tfa_workspace *open_workspace(const tfa_model *model, tfa_precision precision)
 {
     const tfa_workspace_options options = {.precision = precision};
-    tfa_workspace *w = NULL;
-    assert_int_equal(tfa_workspace_create(model, &options, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, &options);
     return w;
 }
 
@@ -176,9 +166,8 @@ static void unreduced(reduction *r, uint64_t seed)
     tfa_model_free(model);
 }
 
-static void unreduced_in_f128_agrees(void **state)
+TEST(unreduced_in_f128_agrees)
 {
-    (void)state;
     for_seeds(unreduced);
 }
 
@@ -226,9 +215,8 @@ static void armature(reduction *r, uint64_t seed)
     question_close(&a);
 }
 
-static void armature_is_all_there(void **state)
+TEST(armature_is_all_there)
 {
-    (void)state;
     for_seeds(armature);
 }
 
@@ -267,18 +255,7 @@ static void derived(reduction *r, uint64_t seed)
     question_close(&a);
 }
 
-static void derived_is_compiled(void **state)
+TEST(derived_is_compiled)
 {
-    (void)state;
     for_seeds(derived);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(unreduced_in_f128_agrees),
-        cmocka_unit_test(armature_is_all_there),
-        cmocka_unit_test(derived_is_compiled),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

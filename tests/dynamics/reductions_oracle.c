@@ -4,20 +4,10 @@
  * The oracle's tied freedoms and payloads against other routes to the same: joints made fixed by
  * hand, rotors too heavy to be moved, Lagrange's multipliers, a gear by its formula.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "oracle.h"
 #include "quad.h"
 #include "random_robot.h"
+#include "test.h"
 
 #define MOST 80 /* freedoms */
 
@@ -172,9 +162,8 @@ static void freeze(const struct trial *t, uint32_t joint, tfa_joint *j)
     j->armature = 0;
 }
 
-static void locked_is_fixed(void **state)
+TEST(locked_is_fixed)
 {
-    (void)state;
     worst = 0;
     for (uint64_t seed = 1; seed <= 24; seed++) {
         static struct answer tied, fixed;
@@ -216,9 +205,8 @@ static void locked_is_fixed(void **state)
 }
 
 /* Route 2: rotors of 1e18 on the locked joints, whose velocity is whatever it is. */
-static void locked_is_heavy(void **state)
+TEST(locked_is_heavy)
 {
-    (void)state;
     worst = 0;
     for (uint64_t seed = 1; seed <= 24; seed++) {
         static struct answer tied, heavy;
@@ -278,9 +266,8 @@ static void gauss(quad *A, quad *b, uint32_t n)
 
 /* Every second freedom of the joints follows the one before it. The equations of all freedoms with
  * one multiplier for each tie: M qdd + h = tau + G^T lambda, G qdd = 0. */
-static void tied_has_multipliers(void **state)
+TEST(tied_has_multipliers)
 {
-    (void)state;
     worst = 0;
     for (uint64_t seed = 1; seed <= 24; seed++) {
         static double M[MOST * MOST], h[MOST], base_h[6], qdd[MOST], base[6], want[MOST];
@@ -329,9 +316,8 @@ static void tied_has_multipliers(void **state)
 }
 
 /* Two flywheels on one shaft through a gear: (J1 + r^2 J2) qdd = tau, J with the rotors. */
-static void gear(void **state)
+TEST(gear)
 {
-    (void)state;
     tfa_link links[3] = {{.name = "world", .quat = {0, 0, 0, 1}},
                          {.name = "1", .mass = 2, .quat = {0, 0, 0, 1}},
                          {.name = "2", .mass = 3, .quat = {0, 0, 0, 1}}};
@@ -361,9 +347,8 @@ static void gear(void **state)
 }
 
 /* A payload is a link on a fixed joint at the same place, in every answer and in the mass. */
-static void payload_is_a_link(void **state)
+TEST(payload_is_a_link)
 {
-    (void)state;
     worst = 0;
     for (uint64_t seed = 1; seed <= 16; seed++) {
         static struct answer loaded, linked;
@@ -417,14 +402,4 @@ static void payload_is_a_link(void **state)
         trial_close(&t);
     }
     print_message("  worst difference %.2g\n", worst);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(locked_is_fixed),      cmocka_unit_test(locked_is_heavy),
-        cmocka_unit_test(tied_has_multipliers), cmocka_unit_test(gear),
-        cmocka_unit_test(payload_is_a_link),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

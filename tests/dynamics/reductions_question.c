@@ -3,17 +3,9 @@
  *
  * Requests to a reduced model and to its oracle. See reductions.h.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "model/model.h"
 #include "reductions.h"
+#include "test.h"
 
 /* M scaled to unit diagonal has its eigenvalues within this ratio, both of the robot as it is
  * reduced and of the same with its mimics free: rounding the constants of a model to double alone

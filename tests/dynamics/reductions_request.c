@@ -4,19 +4,10 @@
  * Joints locked and payloads added by one request, on top of whatever the scene has done: against
  * the oracle, and against scenes that lock and load the same.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "model/model.h"
+#include "models.h"
 #include "reductions.h"
+#include "test.h"
 
 #define BOUND 1e-13
 #define TFA_LAMBDA 2e-11
@@ -255,9 +246,8 @@ static void locked(reduction *r, uint64_t seed)
     question_close(&a);
 }
 
-static void locked_is_tied(void **state)
+TEST(locked_is_tied)
 {
-    (void)state;
     for_seeds(locked);
 }
 
@@ -326,8 +316,7 @@ static void compare_scenes(reduction *r, const tfa_model *model, const tfa_reque
     const uint32_t base = r->n - r->nv, nv = tfa_model_v_count(model);
     struct smaller small;
     tfa_request q;
-    tfa_workspace *w = NULL;
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, NULL);
     translate(r, model, request, &small, &q);
     q.flags = TFA_WANT_POSES;
     tfa_reply reply = {
@@ -376,9 +365,8 @@ static void same_scene(reduction *r, uint64_t seed)
     question_close(&a);
 }
 
-static void locked_is_a_scene(void **state)
+TEST(locked_is_a_scene)
 {
-    (void)state;
     for_seeds(same_scene);
 }
 
@@ -445,9 +433,8 @@ static void loaded(reduction *r, uint64_t seed)
     question_close(&a);
 }
 
-static void payload_is_mass(void **state)
+TEST(payload_is_mass)
 {
-    (void)state;
     for_seeds(loaded);
 }
 
@@ -479,19 +466,7 @@ static void both(reduction *r, uint64_t seed)
     question_close(&a);
 }
 
-static void locked_and_loaded(void **state)
+TEST(locked_and_loaded)
 {
-    (void)state;
     for_seeds(both);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(locked_is_tied),
-        cmocka_unit_test(locked_is_a_scene),
-        cmocka_unit_test(payload_is_mass),
-        cmocka_unit_test(locked_and_loaded),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

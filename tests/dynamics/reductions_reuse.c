@@ -4,19 +4,9 @@
  * What a workspace keeps from one request for the next shows in no bit: random sequences of requests,
  * many of them with the q of the one before, against a new workspace for each.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
 #include "reductions.h"
+#include "test.h"
 
 #define SEEDS 40
 #define REQUESTS 150
@@ -358,30 +348,17 @@ static void run(tfa_precision precision, tfa_residual residual, uint64_t seeds, 
     assert_true(tally.locked > few && tally.loaded > few && tally.tips > few);
 }
 
-static void in_double(void **state)
+TEST(in_double)
 {
-    (void)state;
     run(TFA_F64, TFA_RESIDUAL_SAME, SEEDS, REQUESTS);
 }
 
-static void in_quadruple(void **state)
+TEST(in_quadruple)
 {
-    (void)state;
     run(TFA_F128, TFA_RESIDUAL_SAME, SEEDS / 4, REQUESTS / 2);
 }
 
-static void in_float_and_double(void **state)
+TEST(in_float_and_double)
 {
-    (void)state;
     run(TFA_F32, TFA_RESIDUAL_F64, SEEDS, REQUESTS);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(in_double),
-        cmocka_unit_test(in_quadruple),
-        cmocka_unit_test(in_float_and_double),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,17 +7,10 @@
  *
  *     test_refined [SEEDS]
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
 #include "mechanism.h"
+#include "models.h"
+#include "test.h"
 
 /* A refined error may be so many bare ones and floors (find_truth), and what rounding of one number
  * adds. */
@@ -60,9 +53,9 @@ static void subject_open(subject *x, mechanism_options options)
     test_robot *r = &x->robot;
     r->description = mechanism_make(&options);
     assert_non_null(r->description);
-    assert_int_equal(tfa_model_create(r->description, &model, NULL, &r->model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(r->model, &all, &r->f64), TFA_OK);
-    assert_int_equal(tfa_workspace_create(r->model, &quad, &r->f128), TFA_OK);
+    r->model = compiled(r->description, &model);
+    r->f64 = workspace_for(r->model, &all);
+    r->f128 = workspace_for(r->model, &quad);
     snprintf(r->name, sizeof r->name, "%s -n %u -m %.0e -s %u", mechanism_name(options.kind),
              (unsigned)options.bodies, options.ratio, (unsigned)options.seed);
     const uint32_t n = r->nv = tfa_model_v_count(r->model);
@@ -269,10 +262,9 @@ static int is_varied(int kind)
            kind == MECHANISM_HELIX;
 }
 
-static void refined_is_no_worse(void **state)
+TEST(refined_is_no_worse)
 {
     static const uint32_t sizes[] = {8, 47, 48, 64, 128, 1000};
-    (void)state;
     for (uint64_t seed = 1; seed <= seeds; seed++)
         for (int kind = 0; kind < MECHANISM_COUNT; kind++)
             for (size_t n = 0; n < sizeof sizes / sizeof *sizes; n++) {
@@ -290,8 +282,7 @@ static void refined_is_no_worse(void **state)
 
 int main(int argc, char **argv)
 {
-    static const struct CMUnitTest tests[] = {cmocka_unit_test(refined_is_no_worse)};
     if (argc > 1)
         seeds = strtoull(argv[1], NULL, 10);
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

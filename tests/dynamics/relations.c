@@ -4,20 +4,11 @@
  * Laws of mechanics that the answers must obey: no oracle computes an answer here. Bounds are
  * about twenty times the worst that these seeds and files gave; each test prints that worst.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
+#include "models.h"
 #include "quad.h"
 #include "step.h"
+#include "test.h"
 
 #define STATES 4
 
@@ -86,7 +77,7 @@ static double worst_residual;
 
 static void equations_hold(test_robot *robot)
 {
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 2);
+    random_states *x = fixture_states(robot, 0, STATES, 2);
     struct answers *a = answers_make(robot);
     for (size_t m = 0; m < FORWARD_METHODS; m++) {
         if (fixture_refuses(robot, forward_methods[m]))
@@ -116,9 +107,8 @@ static void equations_hold(test_robot *robot)
     random_states_free(x);
 }
 
-static void inverse_dynamics_undoes_forward(void **state)
+TEST(inverse_dynamics_undoes_forward)
 {
-    (void)state;
     for_every_robot(equations_hold, false);
     print_message("  worst residual %.2g\n", worst_residual);
 }
@@ -142,7 +132,7 @@ static void symmetric(test_robot *robot)
         TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,  TFA_METHOD_CFA_CR,     TFA_METHOD_SCAN,
         TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA,
         TFA_METHOD_PV_OSIMR};
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 0, STATES, 0);
     struct answers *a = answers_make(robot);
     tfa_request r = fixture_request(robot, x);
     tfa_reply reply = reply_into(robot, a, 0);
@@ -165,11 +155,7 @@ static void symmetric(test_robot *robot)
     random_states_free(x);
 }
 
-static void matrices_are_symmetric(void **state)
-{
-    (void)state;
-    for_every_robot(symmetric, false);
-}
+EVERY_ROBOT(matrices_are_symmetric, symmetric, false)
 
 /* ---- another observer ---- */
 
@@ -226,7 +212,7 @@ static double worst_observer;
 static void same_for_another_observer(test_robot *robot)
 {
     random_source s = {robot->seed};
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 0, STATES, 0);
     struct answers *a = answers_make(robot), *b = answers_make(robot);
     tfa_request r = fixture_request(robot, x);
     tfa_reply reply = reply_into(robot, a, 0);
@@ -239,11 +225,9 @@ static void same_for_another_observer(test_robot *robot)
     double quat[4], shift[3] = {0.4, -1.2, 0.7};
     random_quaternion(&s, quat);
     move_world(robot, x, quat, shift);
-    tfa_model *moved = NULL;
-    tfa_workspace *w = NULL;
     const tfa_model_options options = {.base = robot->base};
-    assert_int_equal(tfa_model_create(robot->description, &options, NULL, &moved), TFA_OK);
-    assert_int_equal(tfa_workspace_create(moved, NULL, &w), TFA_OK);
+    tfa_model *moved = compiled(robot->description, &options);
+    tfa_workspace *w = workspace_for(moved, NULL);
     reply = reply_into(robot, b, 0);
     compute_ok(robot, w, &r, &reply);
     size_t nv = (size_t)STATES * robot->nv;
@@ -260,9 +244,8 @@ static void same_for_another_observer(test_robot *robot)
     random_states_free(x);
 }
 
-static void observers_agree(void **state)
+TEST(observers_agree)
 {
-    (void)state;
     for_every_robot(same_for_another_observer, false);
     print_message("  worst difference %.2g\n", worst_observer);
 }
@@ -307,8 +290,8 @@ static void energy_balances(test_robot *robot)
 {
     const double dt = 1e-6;
     double T[2], want;
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, 1, 0);
-    random_states *y = random_states_create(robot->seed, robot->description, robot->o, 1, 0);
+    random_states *x = fixture_states(robot, 0, 1, 0);
+    random_states *y = fixture_states(robot, 0, 1, 0);
     struct answers *a = answers_make(robot);
     tfa_request r = fixture_request(robot, x);
     tfa_reply reply = reply_into(robot, a, 0);
@@ -328,19 +311,17 @@ static void energy_balances(test_robot *robot)
     random_states_free(x);
 }
 
-static void work_becomes_energy(void **state)
+TEST(work_becomes_energy)
 {
-    (void)state;
     for_every_robot(energy_balances, false);
     print_message("  worst imbalance %.2g\n", worst_power);
 }
 
 /* Whole turns of a joint change nothing, near the origin and far from it: the angle that is left
  * after as many turns as a double can count. */
-static void windings_do_not_matter(void **state)
+TEST(windings_do_not_matter)
 {
     static const double turns[] = {1, -3, 1e6, -1e9};
-    (void)state;
     tfa_link links[] = {{.name = "a", .quat = {0, 0, 0, 1}},
                         {.name = "b",
                          .quat = {0, 0, 0, 1},
@@ -356,10 +337,8 @@ static void windings_do_not_matter(void **state)
                        .mimic = -1};
     const tfa_description d = {
         .name = "one", .links = links, .link_count = 2, .joints = &joint, .joint_count = 1};
-    tfa_model *model;
-    tfa_workspace *w;
-    assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_model *model = compiled(&d, NULL);
+    tfa_workspace *w = workspace_for(model, NULL);
     for (size_t k = 0; k < sizeof turns / sizeof *turns; k++) {
         const double wound = 0.7 + 2 * M_PI * turns[k];
         /* the angle that this double stands for: 2 pi in three parts, in quadruple precision */
@@ -376,16 +355,4 @@ static void windings_do_not_matter(void **state)
     }
     tfa_workspace_free(w);
     tfa_model_free(model);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(inverse_dynamics_undoes_forward),
-        cmocka_unit_test(matrices_are_symmetric),
-        cmocka_unit_test(observers_agree),
-        cmocka_unit_test(work_becomes_energy),
-        cmocka_unit_test(windings_do_not_matter),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

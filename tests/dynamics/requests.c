@@ -3,16 +3,9 @@
  *
  * Bad requests: each gets its status and the name of the culprit, and nothing is answered.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "models.h"
+#include "test.h"
 
-#include <cmocka.h>
 #include <totalforce/totalforce.h>
 
 #define STATES 3
@@ -188,8 +181,8 @@ static int setup(void **state)
     tfa_description d;
     const tfa_model_options options = {.base = TFA_BASE_FLOATING};
     build(links, joints, &d);
-    assert_int_equal(tfa_model_create(&d, &options, NULL, &model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(model, NULL, &workspace), TFA_OK);
+    model = compiled(&d, &options);
+    workspace = workspace_for(model, NULL);
     assert_int_equal(tfa_model_q_count(model), NQ);
     assert_int_equal(tfa_model_v_count(model), NV);
     return 0;
@@ -225,9 +218,8 @@ static void expect(const char *what, const tfa_request *r, int status, tfa_field
     }
 }
 
-static void good_request_passes(void **state)
+TEST(good_request_passes)
 {
-    (void)state;
     struct scene s;
     set_scene(&s);
     expect("good", &s.r, TFA_OK, TFA_FIELD_NONE, 0, 0);
@@ -235,9 +227,8 @@ static void good_request_passes(void **state)
     expect("good", &s.r, TFA_OK, TFA_FIELD_NONE, 0, 0);
 }
 
-static void bad_members_are_named(void **state)
+TEST(bad_members_are_named)
 {
-    (void)state;
     for (size_t k = 0; k < sizeof spoilt_members / sizeof *spoilt_members; k++) {
         struct scene s;
         set_scene(&s);
@@ -247,9 +238,8 @@ static void bad_members_are_named(void **state)
     }
 }
 
-static void bad_numbers_are_named(void **state)
+TEST(bad_numbers_are_named)
 {
-    (void)state;
     for (size_t k = 0; k < sizeof spoilt_numbers / sizeof *spoilt_numbers; k++) {
         struct scene s;
         set_scene(&s);
@@ -261,9 +251,8 @@ static void bad_numbers_are_named(void **state)
     }
 }
 
-static void missing_arrays_are_named(void **state)
+TEST(missing_arrays_are_named)
 {
-    (void)state;
     for (size_t k = 0; k < sizeof missing / sizeof *missing; k++) {
         struct scene s;
         const double *none = NULL;
@@ -279,9 +268,8 @@ static void missing_arrays_are_named(void **state)
 }
 
 /* Which method answers which op is what the public list says. */
-static void methods_answer_their_ops(void **state)
+TEST(methods_answer_their_ops)
 {
-    (void)state;
     static const struct {
         tfa_method method;
         const char *name;
@@ -309,19 +297,16 @@ static void methods_answer_their_ops(void **state)
 }
 
 /* On a fixed base the fields of the base are not read. */
-static void fixed_base_ignores_base_fields(void **state)
+TEST(fixed_base_ignores_base_fields)
 {
-    (void)state;
     tfa_link links[5];
     tfa_joint joints[4];
     tfa_description d;
     struct scene s;
     double qdd[2][NV * STATES];
-    tfa_model *fixed;
-    tfa_workspace *w;
     build(links, joints, &d);
-    assert_int_equal(tfa_model_create(&d, NULL, NULL, &fixed), TFA_OK);
-    assert_int_equal(tfa_workspace_create(fixed, NULL, &w), TFA_OK);
+    tfa_model *fixed = compiled(&d, NULL);
+    tfa_workspace *w = workspace_for(fixed, NULL);
     set_scene(&s);
     tfa_reply reply = {.qdd = qdd[0]};
     s.pose[0] = s.twist[3] = s.wrench[1] = NAN;
@@ -334,9 +319,8 @@ static void fixed_base_ignores_base_fields(void **state)
     tfa_model_free(fixed);
 }
 
-static void workspace_wants_its_memory(void **state)
+TEST(workspace_wants_its_memory)
 {
-    (void)state;
     size_t size = tfa_workspace_size(model, NULL);
     char *memory = aligned_alloc(64, (size + 127) / 64 * 64);
     tfa_workspace *w = NULL;
@@ -357,14 +341,5 @@ static void workspace_wants_its_memory(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(good_request_passes),
-        cmocka_unit_test(bad_members_are_named),
-        cmocka_unit_test(bad_numbers_are_named),
-        cmocka_unit_test(missing_arrays_are_named),
-        cmocka_unit_test(methods_answer_their_ops),
-        cmocka_unit_test(fixed_base_ignores_base_fields),
-        cmocka_unit_test(workspace_wants_its_memory),
-    };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return test_run(setup, teardown);
 }

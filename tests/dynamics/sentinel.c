@@ -5,18 +5,10 @@
  * answer is wrong by more than 1e-6 without a word, whichever code gives it. Estimates know no scale and change no
  * answer.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fixture.h"
 #include "hard_robot.h"
+#include "models.h"
+#include "test.h"
 
 #define STATES 8
 #define WRONG 1e-6
@@ -28,7 +20,7 @@ static void never_trips(test_robot *robot)
 {
     if (robot->random)
         return;
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 0, STATES, 0);
     double *numbers = calloc(STATES * (6 + robot->nv), sizeof *numbers);
     tfa_answer answers[STATES];
     tfa_reply reply = {.qdd = numbers + STATES * 6, .answers = answers};
@@ -47,11 +39,7 @@ static void never_trips(test_robot *robot)
     random_states_free(x);
 }
 
-static void robots_do_not_trip_it(void **state)
-{
-    (void)state;
-    for_every_robot(never_trips, false);
-}
+EVERY_ROBOT(robots_do_not_trip_it, never_trips, false)
 
 /* ---- where it has to speak ---- */
 
@@ -68,7 +56,7 @@ static void open_subject(struct subject *x, uint32_t bodies, mechanism_kind kind
     const tfa_workspace_options room = {.methods = TFA_METHODS_ALL};
     o.ratio = 1e12;
     hard_robot_mechanism(&o, TFA_BASE_FIXED, &x->robot);
-    assert_int_equal(tfa_workspace_create(x->robot.model, &room, &x->all), TFA_OK);
+    x->all = workspace_for(x->robot.model, &room);
     const size_t n = STATES * (size_t)x->robot.nv;
     x->q = calloc(3 * n + 72 * STATES + 2 * n, sizeof *x->q);
     x->v = x->q + n;
@@ -151,9 +139,8 @@ static void every_method(struct subject *x, tfa_request r)
     }
 }
 
-static void heavy_tips_are_flagged(void **state)
+TEST(heavy_tips_are_flagged)
 {
-    (void)state;
     static const uint32_t sizes[] = {2, 5, 8, 20, 64, 128};
     static struct subject x;
     uint32_t wrong = 0, flagged = 0;
@@ -177,9 +164,8 @@ static void heavy_tips_are_flagged(void **state)
 }
 
 /* 1e12 kg on the last link of rods that weigh 1 kg */
-static void heavy_payloads_are_flagged(void **state)
+TEST(heavy_payloads_are_flagged)
 {
-    (void)state;
     static const double payload[TFA_PAYLOAD_NUMBERS] = {1e12, 0, 0, 0.5, 1e10, 0, 0, 1e10, 0, 1e10};
     static struct subject x;
     open_subject(&x, 7, MECHANISM_RANDOM);
@@ -223,9 +209,8 @@ static void scaled(struct subject *x, tfa_request r, double scale)
                  large.error_estimate, plain.error_estimate);
 }
 
-static void estimates_know_no_scale(void **state)
+TEST(estimates_know_no_scale)
 {
-    (void)state;
     static const uint32_t sizes[] = {6, 64};
     static struct subject x;
     for (size_t i = 0; i < 2; i++) {
@@ -243,9 +228,8 @@ static void estimates_know_no_scale(void **state)
 }
 
 /* An estimate is a number where the flag says so, and none otherwise; it changes no answer. */
-static void estimates_change_no_answer(void **state)
+TEST(estimates_change_no_answer)
 {
-    (void)state;
     static const uint32_t sizes[] = {6, 64};
     static struct subject x;
     for (size_t i = 0; i < 2; i++) {
@@ -277,14 +261,4 @@ static void estimates_change_no_answer(void **state)
         }
         close_subject(&x);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(robots_do_not_trip_it),      cmocka_unit_test(heavy_tips_are_flagged),
-        cmocka_unit_test(heavy_payloads_are_flagged), cmocka_unit_test(estimates_know_no_scale),
-        cmocka_unit_test(estimates_change_no_answer),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,17 +4,9 @@
  * Estimates and robots: an estimate does not change which code computes an answer, and a robot whose M is
  * singular but for rounding is refused by the name of a body.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 #define STATES 19 /* whole vectors, and a rest */
 
@@ -43,7 +35,7 @@ static void same_bits(test_robot *robot, tfa_request r, double *bare, double *to
 static void robot_has_the_same_bits(test_robot *robot)
 {
     static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_SCAN};
-    random_states *x = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    random_states *x = fixture_states(robot, 0, STATES, 0);
     const size_t numbers = STATES * (6 + (size_t)robot->nv);
     double *bare = calloc(numbers, sizeof *bare), *told = calloc(numbers, sizeof *told);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
@@ -66,11 +58,7 @@ static void files_have_the_same_bits(test_robot *robot)
         robot_has_the_same_bits(robot);
 }
 
-static void an_estimate_changes_no_answer(void **state)
-{
-    (void)state;
-    for_every_robot(files_have_the_same_bits, false);
-}
+EVERY_ROBOT(an_estimate_changes_no_answer, files_have_the_same_bits, false)
 
 /* ---- singular but for rounding ---- */
 
@@ -96,19 +84,16 @@ static tfa_model *two_axes(double angle)
     link[2].inertia[0] = link[2].inertia[3] = link[2].inertia[5] = 0.01;
     const tfa_description d = {
         .name = "two axes", .links = link, .link_count = 3, .joints = joint, .joint_count = 2};
-    tfa_model *model = NULL;
-    assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);
+    tfa_model *model = compiled(&d, NULL);
     return model;
 }
 
 /* At these angles D of one joint is between rounding and safe. */
-static void nearly_parallel_axes_never_answer_in_silence(void **state)
+TEST(nearly_parallel_axes_never_answer_in_silence)
 {
-    (void)state;
     for (double angle = 1e-2; angle > 1e-11; angle /= 10) {
         tfa_model *model = two_axes(angle);
-        tfa_workspace *w;
-        assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+        tfa_workspace *w = workspace_for(model, NULL);
         double q[2] = {0.7, -0.4}, v[2] = {0.3, 0.2}, tau[2] = {1, -2}, qdd[2];
         tfa_answer answer;
         const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -135,12 +120,10 @@ static void nearly_parallel_axes_never_answer_in_silence(void **state)
 }
 
 /* Torques that hold an arm still leave a qdd of the size of rounding: an answer, whatever its relative error. */
-static void balanced_forces_are_answered(void **state)
+TEST(balanced_forces_are_answered)
 {
-    (void)state;
     tfa_model *model = two_axes(0.5);
-    tfa_workspace *w;
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, NULL);
     double q[2] = {0.7, -0.4}, tau[2], qdd[2];
     tfa_request r = {.op = TFA_OP_INVERSE_DYNAMICS, .count = 1, .q = q};
     tfa_reply reply = {.tau = tau};
@@ -156,14 +139,4 @@ static void balanced_forces_are_answered(void **state)
     assert_true(fabs(qdd[0]) < 1e-12 && fabs(qdd[1]) < 1e-12);
     tfa_workspace_free(w);
     tfa_model_free(model);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_estimate_changes_no_answer),
-        cmocka_unit_test(nearly_parallel_axes_never_answer_in_silence),
-        cmocka_unit_test(balanced_forces_are_answered),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,16 +3,9 @@
  *
  * Robots at the edge of what has an answer: massless bodies, point masses, a singular M.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
+#include "models.h"
+#include "test.h"
 
 /* A universal joint: `a` about x carries a cross without mass, `b` about z a point mass that lies
  * at 1, 0, 0. */
@@ -53,8 +46,8 @@ static void universal_joint(struct universal *u)
 static void open_robot(test_robot *robot, tfa_description *d)
 {
     *robot = (test_robot){.name = "universal joint", .description = d};
-    assert_int_equal(tfa_model_create(d, NULL, NULL, &robot->model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(robot->model, NULL, &robot->f64), TFA_OK);
+    robot->model = compiled(d, NULL);
+    robot->f64 = workspace_for(robot->model, NULL);
     robot->o = oracle_create(d, TFA_BASE_FIXED);
     assert_non_null(robot->o);
 }
@@ -80,9 +73,8 @@ static const tfa_request three_states = {.op = TFA_OP_FORWARD_DYNAMICS,
                                          .tau = tau};
 
 /* The state in the middle has no answer; its neighbours have theirs. */
-static void singular_state_stands_alone(void **state)
+TEST(singular_state_stands_alone)
 {
-    (void)state;
     static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_CRBA};
     struct universal u;
     test_robot robot;
@@ -117,9 +109,8 @@ static void singular_state_stands_alone(void **state)
 }
 
 /* TFA and CFA invert the inertias on the main chain: they name the body that has none. */
-static void tfa_names_the_body(void **state)
+TEST(tfa_names_the_body)
 {
-    (void)state;
     static const double masses[] = {0, 1};
     for (int solid = 0; solid < 2; solid++) {
         struct universal u;
@@ -151,9 +142,8 @@ static void tfa_names_the_body(void **state)
 }
 
 /* A leaf without mass has no equation of motion, unless its rotor has inertia. */
-static void massless_leaf_needs_armature(void **state)
+TEST(massless_leaf_needs_armature)
 {
-    (void)state;
     struct universal u;
     tfa_model *model = NULL;
     tfa_report report = {0};
@@ -183,9 +173,8 @@ static void massless_leaf_needs_armature(void **state)
 }
 
 /* A free brick: Lambda^-1 at its centre is diag(1/m, 1/I), whatever its pose. One hinge: rank 1. */
-static void spectrum_of_closed_forms(void **state)
+TEST(spectrum_of_closed_forms)
 {
-    (void)state;
     static const double pose[7] = {1, 2, 3, 0.5, -0.5, 0.5, 0.5}, angle[1] = {0.4};
     tfa_link links[2] = {{.name = "brick", .mass = 4, .quat = {0, 0, 0, 1}},
                          {.name = "leaf", .mass = 1, .quat = {0, 0, 0, 1}}};
@@ -215,8 +204,7 @@ static void spectrum_of_closed_forms(void **state)
                              .link_count = 1 + (size_t)leaf,
                              .joints = &hinge,
                              .joint_count = (size_t)leaf};
-        tfa_model *model = NULL;
-        assert_int_equal(tfa_model_create(&d, &options, NULL, &model), TFA_OK);
+        tfa_model *model = compiled(&d, &options);
         tfa_workspace *w = fixture_workspace(model, TFA_F64);
         r.tips[0] = (uint32_t)leaf;
         assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
@@ -226,15 +214,4 @@ static void spectrum_of_closed_forms(void **state)
         tfa_workspace_free(w);
         tfa_model_free(model);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(singular_state_stands_alone),
-        cmocka_unit_test(tfa_names_the_body),
-        cmocka_unit_test(massless_leaf_needs_armature),
-        cmocka_unit_test(spectrum_of_closed_forms),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,17 +5,8 @@
  * singular at random ones: random chains and trees of few links, most of them without mass, with axes along
  * coordinate axes and origins on them, so that motions coincide often.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "fixture.h"
+#include "test.h"
 
 #define LINKS 7
 #define MOST 64 /* freedoms */
@@ -128,9 +119,8 @@ static double oracle_pivot(const tfa_description *d, tfa_base base, uint64_t see
     return best;
 }
 
-static void refused_if_and_only_if_singular(void **state)
+TEST(refused_if_and_only_if_singular)
 {
-    (void)state;
     uint32_t refused = 0, sound = 0, other = 0;
     for (uint64_t seed = 1; seed <= ROBOTS; seed++) {
         static struct robot r;
@@ -156,10 +146,4 @@ static void refused_if_and_only_if_singular(void **state)
     print_message("  %u refused, %u sound, %u refused for another reason\n", (unsigned)refused,
                   (unsigned)sound, (unsigned)other);
     assert_true(refused > ROBOTS / 10 && sound > ROBOTS / 10);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(refused_if_and_only_if_singular)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

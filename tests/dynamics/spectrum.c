@@ -4,18 +4,10 @@
  * Eigenvalues of small symmetric matrices: matrices of known spectrum, Jacobi's rotations in long
  * double as the reference, and a bound on the work.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "methods/methods.h"
+#include "test.h"
 
 #include <float.h>
-#include <math.h>
-#include <string.h>
-
-#include "methods/methods.h"
 
 #define N_MAX (6 * TFA_MAX_TIPS)
 #define ENTRIES (N_MAX * N_MAX)
@@ -138,12 +130,11 @@ static double eigenvalue(int shape, uint32_t k, uint32_t n)
 }
 
 /* Of every size and shape, and from the smallest to the largest numbers that a double holds. */
-static void spectra_are_those_that_were_made(void **state)
+TEST(spectra_are_those_that_were_made)
 {
     static const double scales[] = {1, 1e-3, 1e12, 1e-300, 1e-160, 1e160, 1e300};
     static double matrix[ENTRIES];
     double value[N_MAX];
-    (void)state;
     for (int shape = 0; shape < SHAPES; shape++)
         for (uint32_t n = 1; n <= N_MAX; n += n < 13 ? 1 : 7)
             for (size_t s = 0; s < sizeof scales / sizeof *scales; s++) {
@@ -155,10 +146,9 @@ static void spectra_are_those_that_were_made(void **state)
 }
 
 /* Zero, diagonal, with a single pair, already tridiagonal, of denormal numbers */
-static void special_matrices(void **state)
+TEST(special_matrices)
 {
     static double matrix[ENTRIES];
-    (void)state;
     for (uint32_t n = 1; n <= N_MAX; n += n < 7 ? 1 : 41) {
         memset(matrix, 0, sizeof matrix);
         check(matrix, n);
@@ -186,12 +176,11 @@ static void special_matrices(void **state)
 }
 
 /* Two sweeps for each eigenvalue on the average, and never more than thrice as many. */
-static void the_work_is_bounded(void **state)
+TEST(the_work_is_bounded)
 {
     static double matrix[ENTRIES], scratch[ENTRIES];
     double value[N_MAX];
     uint64_t all = 0, sizes = 0;
-    (void)state;
     for (int shape = 0; shape < SHAPES; shape++)
         for (uint32_t n = 6; n <= N_MAX; n += 6)
             for (int times = 0; times < 5; times++) {
@@ -206,11 +195,10 @@ static void the_work_is_bounded(void **state)
     assert_true(all <= 2 * sizes);
 }
 
-static void no_number_is_said(void **state)
+TEST(no_number_is_said)
 {
     static const double bad[] = {NAN, INFINITY, -INFINITY};
     double matrix[36] = {0}, scratch[36];
-    (void)state;
     for (size_t k = 0; k < 3 * 36; k++) {
         matrix[k / 3] = bad[k % 3];
         const tfa_spectrum got = tfa_spectrum_of(matrix, 6, scratch);
@@ -218,15 +206,4 @@ static void no_number_is_said(void **state)
         assert_true(isnan(got.eig_min) && isnan(got.eig_max));
         matrix[k / 3] = 0;
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(spectra_are_those_that_were_made),
-        cmocka_unit_test(special_matrices),
-        cmocka_unit_test(the_work_is_bounded),
-        cmocka_unit_test(no_number_is_said),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

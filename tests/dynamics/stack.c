@@ -4,21 +4,15 @@
  * How deep requests go down a thread's stack: never below TFA_STACK_BYTES, which tfa_stack_prepare makes
  * sure are there.
  */
-#include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <cmocka.h>
-
 #include "kernels.h"
+#include "models.h"
 #include "questions.h"
 #include "sanitized.h"
+#include "test.h"
+
+#include <pthread.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #define STACK ((size_t)4 << 20)
 #define STATES 9
@@ -89,8 +83,8 @@ static void ask_robot(test_robot *robot)
         struct course c = {.robot = robot};
         tfa_workspace_options o = ways[k];
         o.specialised = k == 0 ? kernels_find(robot->model) : NULL;
-        assert_int_equal(tfa_workspace_create(robot->model, &o, &c.w), TFA_OK);
-        c.x = random_states_create(robot->seed, robot->description, robot->o, STATES, 2);
+        c.w = workspace_for(robot->model, &o);
+        c.x = fixture_states(robot, 0, STATES, 2);
         c.a = answers_create(robot, STATES);
         const size_t depth = depth_of(run, &c);
         deepest = depth > deepest ? depth : deepest;
@@ -102,9 +96,8 @@ static void ask_robot(test_robot *robot)
     }
 }
 
-static void no_request_goes_deeper(void **state)
+TEST(no_request_goes_deeper)
 {
-    (void)state;
 #ifdef SANITIZED
     skip(); /* frames with borders around every variable are larger */
 #endif
@@ -113,17 +106,7 @@ static void no_request_goes_deeper(void **state)
     assert_true(deepest > 4096); /* a stack that nobody painted would pass, too */
 }
 
-static void all_of_it_is_there(void **state)
+TEST(all_of_it_is_there)
 {
-    (void)state;
     assert_true(depth_of(prepare, NULL) >= TFA_STACK_BYTES);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(no_request_goes_deeper),
-        cmocka_unit_test(all_of_it_is_there),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,21 +5,14 @@
  * articulated-body algorithm for every length, and the same bits on any number of threads. Meant to
  * run under ThreadSanitizer too. Errors: chains_scan_error.c.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-#include <totalforce/totalforce.h>
-
 #include "chains_scan.h"
 #include "kernel/cut.h"
 #include "methods/workspace.h"
+#include "models.h"
 #include "random_robot.h"
+#include "test.h"
+
+#include <totalforce/totalforce.h>
 
 #define STATES 3u
 enum { POOLS = 3 };
@@ -42,9 +35,9 @@ static struct subject subject_open(chain_mechanism mechanism, uint32_t links, tf
     random_source s = {links};
     for (size_t k = 0; k < x.description->joint_count; k++)
         ((tfa_joint *)(uintptr_t)&x.description->joints[k])->damping = damping;
-    assert_int_equal(tfa_model_create(x.description, &options, NULL, &x.model), TFA_OK);
+    x.model = compiled(x.description, &options);
     const tfa_workspace_options room = {.methods = TFA_METHODS_ALL};
-    assert_int_equal(tfa_workspace_create(x.model, &room, &x.workspace), TFA_OK);
+    x.workspace = workspace_for(x.model, &room);
     x.n = tfa_model_v_count(x.model);
     x.q = calloc(8 * STATES * x.n, sizeof *x.q);
     assert_non_null(x.q);
@@ -85,9 +78,8 @@ static tfa_request request_of(const struct subject *x, tfa_method method, int mo
 
 /* ---- the cuts ---- */
 
-static void segments_cover_the_chain(void **state)
+TEST(segments_cover_the_chain)
 {
-    (void)state;
     for (uint32_t links = 48; links < 400; links += links < 130 ? 1 : 37) {
         struct subject x = subject_open(CHAIN_HEAVY_SPOTS, links, TFA_BASE_FIXED, 0);
         const struct tfa_strips s = tfa_cut_strips(x.model);
@@ -105,9 +97,8 @@ static void segments_cover_the_chain(void **state)
 }
 
 /* Other robots go another way. */
-static void others_are_not_taken(void **state)
+TEST(others_are_not_taken)
 {
-    (void)state;
     static const struct {
         chain_mechanism mechanism;
         uint32_t links;
@@ -152,9 +143,8 @@ static void compare(struct subject *x, tfa_method method, int moving)
     }
 }
 
-static void every_length_equals_aba(void **state)
+TEST(every_length_equals_aba)
 {
-    (void)state;
     static const chain_mechanism kinds[] = {CHAIN_RANDOM, CHAIN_HEAVY_SPOTS, CHAIN_HELIX,
                                             CHAIN_POINTS};
     for (uint32_t links = 48; links < 300; links += links < 100 ? 1 : 23)
@@ -172,9 +162,8 @@ static void every_length_equals_aba(void **state)
 }
 
 /* An answer that is not finite is not given, and the next one is none the worse. */
-static void overflow_is_noticed(void **state)
+TEST(overflow_is_noticed)
 {
-    (void)state;
     struct subject x = subject_open(CHAIN_RANDOM, 100, TFA_BASE_FIXED, 0);
     const double before = x.tau[x.n + 40];
     tfa_answer answers[STATES];
@@ -207,9 +196,8 @@ static void same_bits_on_threads(struct subject *x, tfa_pool *pool, tfa_method m
     assert_memory_equal(x->got, x->want, count * x->n * sizeof *x->got);
 }
 
-static void threads_give_the_same_bits(void **state)
+TEST(threads_give_the_same_bits)
 {
-    (void)state;
     static const tfa_method methods[] = {TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS,
                                          TFA_METHOD_TFA_CR, TFA_METHOD_CFA_CR, TFA_METHOD_ABA};
     static const struct {
@@ -234,14 +222,4 @@ static void threads_give_the_same_bits(void **state)
             }
             subject_close(&x);
         }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(segments_cover_the_chain),   cmocka_unit_test(others_are_not_taken),
-        cmocka_unit_test(every_length_equals_aba),    cmocka_unit_test(overflow_is_noticed),
-        cmocka_unit_test(threads_give_the_same_bits),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

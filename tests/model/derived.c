@@ -4,18 +4,9 @@
  * Massless bodies fused with what hangs from them, what is told of bodies, and derived models,
  * which are what compiling with the same gravity and payloads gives, to the last bit.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "hand.h"
 #include "model/payload.h"
+#include "test.h"
 
 /* base -j0- m0 -j1- m1 ... -j<count - 1>- end, with masses at the end only; `count` up to 8 */
 static void make_chain(hand *h, uint32_t count)
@@ -35,9 +26,8 @@ static void make_chain(hand *h, uint32_t count)
     }
 }
 
-static void test_fused(void **state)
+TEST(test_fused)
 {
-    (void)state;
     hand h;
     make_chain(&h, 4);
     tfa_model *m = hand_model(&h, NULL);
@@ -63,9 +53,8 @@ static void test_fused(void **state)
 }
 
 /* What stays a body of its own: one with a payload, a branch, a joint with several freedoms. */
-static void test_not_fused(void **state)
+TEST(test_not_fused)
 {
-    (void)state;
     hand h;
     const tfa_payload on_m1[] = {{.link = "m1", .mass = 0.1}};
     const tfa_scene loaded = {.payloads = on_m1, .payload_count = 1};
@@ -91,9 +80,8 @@ static void test_not_fused(void **state)
     tfa_model_free(m);
 }
 
-static void test_six_parts_at_most(void **state)
+TEST(test_six_parts_at_most)
 {
-    (void)state;
     hand h;
     make_chain(&h, 6);
     tfa_model *m = hand_model(&h, NULL);
@@ -111,9 +99,8 @@ static void test_six_parts_at_most(void **state)
 }
 
 /* A part may follow, and may lead. */
-static void test_fused_followers(void **state)
+TEST(test_fused_followers)
 {
-    (void)state;
     const tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT};
     hand h;
     make_chain(&h, 4);
@@ -133,9 +120,8 @@ static void test_fused_followers(void **state)
 }
 
 /* A brick of 12 kg with edges 1, 2, 3 and its joint's axis along y; and a point. */
-static void test_body_info(void **state)
+TEST(test_body_info)
 {
-    (void)state;
     hand h;
     hand_begin(&h);
     hand_link(&h, "base", 1, 0, 0, 0);
@@ -191,9 +177,8 @@ static void expect_same(const tfa_model *a, const tfa_model *b)
     }
 }
 
-static void test_derived_is_compiled(void **state)
+TEST(test_derived_is_compiled)
 {
-    (void)state;
     for (int base = 0; base < 2; base++) {
         hand h;
         hand_arm(&h);
@@ -227,9 +212,8 @@ static void test_derived_is_compiled(void **state)
     }
 }
 
-static void test_derive_refused(void **state)
+TEST(test_derive_refused)
 {
-    (void)state;
     static const double bad_gravity[3] = {0, (double)NAN, 0};
     static const struct {
         tfa_payload payload;
@@ -271,9 +255,8 @@ static void test_derive_refused(void **state)
 }
 
 /* The payload was all that moved with a joint: it may be replaced, but not moved elsewhere. */
-static void test_derive_keeps_mass(void **state)
+TEST(test_derive_keeps_mass)
 {
-    (void)state;
     hand h;
     make_chain(&h, 2);
     h.link[2].mass = 0;
@@ -296,9 +279,8 @@ static void test_derive_keeps_mass(void **state)
 }
 
 /* A request's payload and a scene's give the same constants but for rounding. */
-static void test_body_payload(void **state)
+TEST(test_body_payload)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     const tfa_payload *p = &loads[0];
@@ -322,20 +304,4 @@ static void test_body_payload(void **state)
     assert_int_equal(tfa_inertia_is_regular(&body), 0);
     tfa_model_free(loaded);
     tfa_model_free(plain);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_fused),
-        cmocka_unit_test(test_not_fused),
-        cmocka_unit_test(test_six_parts_at_most),
-        cmocka_unit_test(test_fused_followers),
-        cmocka_unit_test(test_body_info),
-        cmocka_unit_test(test_derived_is_compiled),
-        cmocka_unit_test(test_derive_refused),
-        cmocka_unit_test(test_derive_keeps_mass),
-        cmocka_unit_test(test_body_payload),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

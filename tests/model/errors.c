@@ -4,16 +4,8 @@
  * What cannot be a model is refused, by name, with the remedy: every row one mistake in a sound
  * robot, with the exact message.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "mistakes.h"
+#include "test.h"
 
 /* Of the arm: base -shoulder- upper -elbow- lower -flange(fixed)- tool */
 static void check_report(const struct mistake *row, const tfa_report *report)
@@ -37,9 +29,8 @@ static void expect_status(const struct mistake *row, int status)
                  tfa_status_name(row->status));
 }
 
-static void test_rows(void **state)
+TEST(test_rows)
 {
-    (void)state;
     static _Alignas(64) char memory[1 << 16];
     for (size_t k = 0; k < mistake_count; k++) {
         const struct mistake *row = &mistakes[k];
@@ -66,9 +57,8 @@ static void test_rows(void **state)
 }
 
 /* The sound robot itself, and mistakes that are none. */
-static void test_legal(void **state)
+TEST(test_legal)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     tfa_model_free(hand_model(&h, NULL));
@@ -96,9 +86,8 @@ static void test_legal(void **state)
 }
 
 /* A flat plate rounded to six digits is a plate; one off by 1 % is a mistake. */
-static void test_rounded_inertia(void **state)
+TEST(test_rounded_inertia)
 {
-    (void)state;
     static const struct {
         double least;
         int status;
@@ -115,9 +104,8 @@ static void test_rounded_inertia(void **state)
     }
 }
 
-static void test_null(void **state)
+TEST(test_null)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     tfa_model *model = NULL;
@@ -133,15 +121,4 @@ static void test_null(void **state)
     assert_int_equal(tfa_model_load("x", NULL, NULL, NULL), TFA_E_ARGUMENT);
     assert_int_equal(tfa_model_size(NULL, NULL), 0);
     tfa_model_free(NULL);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_rows),
-        cmocka_unit_test(test_legal),
-        cmocka_unit_test(test_rounded_inertia),
-        cmocka_unit_test(test_null),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

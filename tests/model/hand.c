@@ -5,14 +5,7 @@
  */
 #include "hand.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 void hand_begin(hand *h)
 {
@@ -83,4 +76,44 @@ void hand_near(double x, double expected, double bound)
 {
     if (!(fabs(x - expected) <= bound))
         fail_msg("%.17g, expected %.17g within %g", x, expected, bound);
+}
+
+struct outcome hand_outcome(const hand *h, const tfa_model_options *options, tfa_words words)
+{
+    struct outcome o = {.report.words = words};
+    o.status = tfa_model_create(&h->d, options, &o.report, &o.model);
+    assert_int_equal(o.status == TFA_OK, o.model != NULL);
+    return o;
+}
+
+void hand_forget(struct outcome *o)
+{
+    tfa_model_free(o->model);
+    tfa_report_free(&o->report);
+}
+
+static size_t messages_of(const struct outcome *o, const char *code, const tfa_message **last)
+{
+    size_t count = 0;
+    for (size_t k = 0; k < o->report.count; k++)
+        if (strcmp(o->report.messages[k].code, code) == 0) {
+            *last = &o->report.messages[k];
+            count++;
+        }
+    return count;
+}
+
+bool hand_says(const struct outcome *o, const char *code)
+{
+    const tfa_message *last;
+    return messages_of(o, code, &last) > 0;
+}
+
+const tfa_message *hand_said(const struct outcome *o, const char *code)
+{
+    const tfa_message *last = NULL;
+    const size_t count = messages_of(o, code, &last);
+    if (count != 1)
+        fail_msg("%zu messages with code %s", count, code);
+    return last;
 }

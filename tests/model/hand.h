@@ -6,6 +6,7 @@
 #ifndef TESTS_MODEL_HAND_H
 #define TESTS_MODEL_HAND_H
 
+#include <stdbool.h>
 #include <totalforce/totalforce.h>
 
 #define HAND_LINKS 12
@@ -33,6 +34,27 @@ void hand_arm(hand *h);
 
 /** The model of a description that must compile; release with tfa_model_free. */
 tfa_model *hand_model(const hand *h, const tfa_model_options *options);
+
+/** A function that changes a robot in a statement or two */
+#define CHANGE(name, statement)                                                                    \
+    static void name(hand *h)                                                                      \
+    {                                                                                              \
+        statement;                                                                                 \
+    }
+
+/** Whatever becomes of a description; released by hand_forget. */
+struct outcome {
+    int status;
+    tfa_model *model;
+    tfa_report report;
+};
+
+struct outcome hand_outcome(const hand *h, const tfa_model_options *options, tfa_words words);
+void hand_forget(struct outcome *o);
+/** The message with this code; fails unless there is exactly one. */
+const tfa_message *hand_said(const struct outcome *o, const char *code);
+/** Is there a message with this code? */
+bool hand_says(const struct outcome *o, const char *code);
 
 /** Fails unless |x - expected| <= bound. */
 void hand_near(double x, double expected, double bound);

@@ -3,20 +3,12 @@
  *
  * The ways to a model, what its hash tells apart, its rotors, and its accessors.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "hand.h"
+#include "models.h"
+#include "test.h"
 
-static void test_own_memory(void **state)
+TEST(test_own_memory)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
@@ -47,9 +39,8 @@ static void test_own_memory(void **state)
 }
 
 /* A model keeps nothing of the description that it was made of. */
-static void test_description_is_free_to_go(void **state)
+TEST(test_description_is_free_to_go)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     char name[] = "shoulder", robot[] = "robot", link[] = "upper";
@@ -86,65 +77,18 @@ static void change_line_and_limits(hand *h)
     h->joint[1].damping = 3;
 }
 
-static void scale_axis(hand *h)
-{
-    h->joint[1].axis[1] = 2;
-}
-
-static void mass(hand *h)
-{
-    h->link[2].mass += 1e-9;
-}
-
-static void com(hand *h)
-{
-    h->link[2].com[0] += 1e-9;
-}
-
-static void inertia(hand *h)
-{
-    h->link[2].inertia[5] *= 1.0001;
-}
-
-static void axis(hand *h)
-{
-    h->joint[1].axis[2] = 1e-6;
-}
-
-static void flipped_axis(hand *h)
-{
-    h->joint[1].axis[1] = -1;
-}
-
-static void origin(hand *h)
-{
-    h->joint[0].xyz[0] = 1e-9;
-}
-
-static void prismatic(hand *h)
-{
-    h->joint[1].type = TFA_JOINT_PRISMATIC;
-}
-
-static void armature(hand *h)
-{
-    h->joint[1].armature = 1e-6;
-}
-
-static void rotor(hand *h)
-{
-    h->joint[1].rotor = 0.25;
-}
-
-static void joint_name(hand *h)
-{
-    h->joint[1].name = "elbov";
-}
-
-static void link_name(hand *h)
-{
-    h->link[3].name = "tooth";
-}
+CHANGE(scale_axis, h->joint[1].axis[1] = 2)
+CHANGE(mass, h->link[2].mass += 1e-9)
+CHANGE(com, h->link[2].com[0] += 1e-9)
+CHANGE(inertia, h->link[2].inertia[5] *= 1.0001)
+CHANGE(axis, h->joint[1].axis[2] = 1e-6)
+CHANGE(flipped_axis, h->joint[1].axis[1] = -1)
+CHANGE(origin, h->joint[0].xyz[0] = 1e-9)
+CHANGE(prismatic, h->joint[1].type = TFA_JOINT_PRISMATIC)
+CHANGE(armature, h->joint[1].armature = 1e-6)
+CHANGE(rotor, h->joint[1].rotor = 0.25)
+CHANGE(joint_name, h->joint[1].name = "elbov")
+CHANGE(link_name, h->link[3].name = "tooth")
 
 static void fixed_frame(hand *h)
 {
@@ -152,15 +96,10 @@ static void fixed_frame(hand *h)
     memset(h->link[3].inertia, 0, sizeof h->link[3].inertia);
 }
 
-static void fixed_frame_moved(hand *h)
-{
-    fixed_frame(h);
-    h->joint[2].xyz[2] = 1e-9;
-}
+CHANGE(fixed_frame_moved, fixed_frame(h); h->joint[2].xyz[2] = 1e-9)
 
-static void test_hash(void **state)
+TEST(test_hash)
 {
-    (void)state;
     static const struct {
         const char *name;
         void (*from)(hand *h);
@@ -209,8 +148,7 @@ static void test_hash(void **state)
 /* Element 0, 0 of M at q = 0. */
 static double first_inertia(const tfa_model *m)
 {
-    tfa_workspace *w = NULL;
-    assert_int_equal(tfa_workspace_create(m, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(m, NULL);
     double q[2] = {0, 0}, M[4];
     const tfa_request r = {.op = TFA_OP_MASS_MATRIX, .count = 1, .q = q};
     tfa_reply reply = {.mass_matrix = M};
@@ -219,9 +157,8 @@ static double first_inertia(const tfa_model *m)
     return M[0];
 }
 
-static void test_rotors(void **state)
+TEST(test_rotors)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     h.joint[0].armature = 0.5;
@@ -258,9 +195,8 @@ static void test_rotors(void **state)
     tfa_report_free(&report);
 }
 
-static void test_accessors(void **state)
+TEST(test_accessors)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
@@ -298,9 +234,8 @@ static void test_accessors(void **state)
     tfa_model_free(m);
 }
 
-static void test_load(void **state)
+TEST(test_load)
 {
-    (void)state;
     static const char good[] = TFA_SOURCE_DIR "/config/robots/arm7.urdf";
     static const char missing[] = TFA_SOURCE_DIR "/config/robots/no-such-robot.urdf";
     tfa_report report = {0};
@@ -327,14 +262,4 @@ static void test_load(void **state)
     const tfa_model_options options = {.base = (tfa_base)-1};
     assert_int_equal(tfa_model_load(good, &options, NULL, &m), TFA_E_ARGUMENT);
     assert_null(m);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_own_memory), cmocka_unit_test(test_description_is_free_to_go),
-        cmocka_unit_test(test_hash),       cmocka_unit_test(test_rotors),
-        cmocka_unit_test(test_accessors),  cmocka_unit_test(test_load),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,30 +5,21 @@
  * answers. The witness is the same robot with each fixed joint made a revolute one that rests at
  * zero: its torques and its M, at the joints that both have, must be the same.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "hand.h"
+#include "models.h"
+#include "test.h"
 
 #define MAX_ROWS (HAND_LINKS * 6 + 6)
 #define G 9.80665
 
 static tfa_workspace *workspace(const tfa_model *m)
 {
-    tfa_workspace *w = NULL;
-    assert_int_equal(tfa_workspace_create(m, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(m, NULL);
     return w;
 }
 
-static void test_order(void **state)
+TEST(test_order)
 {
-    (void)state;
     hand h;
     hand_begin(&h);
     for (int k = 0; k < 6; k++) {
@@ -77,9 +68,8 @@ static void test_order(void **state)
 }
 
 /* Two masses on one body, the second turned by 90 degrees: its holding torque by hand. */
-static void test_gravity_torque(void **state)
+TEST(test_gravity_torque)
 {
-    (void)state;
     hand h;
     hand_begin(&h);
     hand_link(&h, "base", 1, 5, 5, 5);
@@ -242,9 +232,8 @@ static void compare(const tfa_model *merged, const tfa_model *witness, const str
 
 /* A wrench on every link, frames of merged links included: J^T of each is right only if the frame
  * kept its pose. */
-static void test_merged_is_unmerged(void **state)
+TEST(test_merged_is_unmerged)
 {
-    (void)state;
     hand h;
     for (int base = 0; base < 2; base++) {
         const tfa_model_options options = {.base = base ? TFA_BASE_FLOATING : TFA_BASE_FIXED};
@@ -268,14 +257,4 @@ static void test_merged_is_unmerged(void **state)
         tfa_model_free(merged);
         tfa_model_free(witness);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_order),
-        cmocka_unit_test(test_gravity_torque),
-        cmocka_unit_test(test_merged_is_unmerged),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

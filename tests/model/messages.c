@@ -4,60 +4,17 @@
  * Messages with a rule of their own: links without <inertial>, rounded inertias, what is not used,
  * many of one kind, and the last line of a refused robot in the words of each door.
  */
+#include "hand.h"
+#include "models.h"
+#include "test.h"
+
 #include <float.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include <totalforce/dynamics.h>
 #include <totalforce/text.h>
 
-#include "hand.h"
-
-struct outcome {
-    int status;
-    tfa_model *model;
-    tfa_report report;
-};
-
-static struct outcome compile(const hand *h, const tfa_model_options *options, tfa_words words)
-{
-    struct outcome o = {.report.words = words};
-    o.status = tfa_model_create(&h->d, options, &o.report, &o.model);
-    return o;
-}
-
-static void forget(struct outcome *o)
-{
-    tfa_model_free(o->model);
-    tfa_report_free(&o->report);
-}
-
-/* The only message of that code, or NULL. */
-static const tfa_message *said(const struct outcome *o, const char *code)
-{
-    const tfa_message *found = NULL;
-    for (size_t k = 0; k < o->report.count; k++)
-        if (strcmp(o->report.messages[k].code, code) == 0) {
-            assert_null(found);
-            found = &o->report.messages[k];
-        }
-    return found;
-}
-
 static void expect(const struct outcome *o, const char *code, const char *text)
 {
-    const tfa_message *m = said(o, code);
-    if (!m)
-        fail_msg("no message with code %s", code);
-    else
-        assert_string_equal(m->text, text);
+    assert_string_equal(hand_said(o, code)->text, text);
 }
 
 static void take_inertial(tfa_link *link)
@@ -76,22 +33,21 @@ static void make_hollow(hand *h)
     h->joint[1].axis[1] = 0;
 }
 
-static void test_no_inertial(void **state)
+TEST(test_no_inertial)
 {
-    (void)state;
     const tfa_model_options physical = {.inertia = TFA_INERTIA_STRICT_PHYSICAL};
     hand h;
     make_hollow(&h);
-    struct outcome o = compile(&h, NULL, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_OK);
-    assert_int_equal(said(&o, "massless-link")->severity, TFA_WARNING);
-    assert_int_equal(said(&o, "massless-link")->line, 11);
+    assert_int_equal(hand_said(&o, "massless-link")->severity, TFA_WARNING);
+    assert_int_equal(hand_said(&o, "massless-link")->line, 11);
     expect(
         &o, "massless-link",
         "link 'upper': moves by itself and has no <inertial>: joint 'shoulder' and joint 'elbow' "
         "became one joint with 2 freedoms; add <inertial>, or make its joint fixed");
-    forget(&o);
-    o = compile(&h, &physical, TFA_WORDS_C);
+    hand_forget(&o);
+    o = hand_outcome(&h, &physical, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_E_MODEL);
     expect(
         &o, "massless-link",
@@ -99,18 +55,17 @@ static void test_no_inertial(void **state)
         "became one joint with 2 freedoms; add <inertial>, or make its joint fixed, or choose "
         "inertia = strict");
     expect(&o, "refused", "robot: not loaded: 1 error; it loads with inertia = strict");
-    forget(&o);
+    hand_forget(&o);
     h.link[1].inertial = 1; /* stated zeros are a universal joint */
-    o = compile(&h, &physical, TFA_WORDS_C);
+    o = hand_outcome(&h, &physical, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_OK);
     assert_int_equal(o.report.warnings, 0);
-    forget(&o);
+    hand_forget(&o);
 }
 
 /* A link that something with mass is fixed to, or that does not move by itself, needs none. */
-static void test_inertial_not_needed(void **state)
+TEST(test_inertial_not_needed)
 {
-    (void)state;
     const tfa_model_options physical = {.inertia = TFA_INERTIA_STRICT_PHYSICAL};
     const tfa_payload load[] = {{.link = "upper", .mass = 1}};
     const tfa_scene loaded = {.payloads = load, .payload_count = 1};
@@ -121,16 +76,16 @@ static void test_inertial_not_needed(void **state)
     for (int k = 0; k < 2; k++) {
         tfa_model_options options = physical;
         options.scene = k ? &locked : &loaded;
-        struct outcome o = compile(&h, &options, TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, &options, TFA_WORDS_C);
         assert_int_equal(o.status, TFA_OK);
-        assert_null(said(&o, "massless-link"));
-        forget(&o);
+        assert_false(hand_says(&o, "massless-link"));
+        hand_forget(&o);
     }
     hand_joint(&h, "weld", TFA_JOINT_FIXED, 1, hand_link(&h, "motor", 1, 0, 0, 0));
-    struct outcome o = compile(&h, &physical, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, &physical, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_OK);
-    assert_null(said(&o, "massless-link"));
-    forget(&o);
+    assert_false(hand_says(&o, "massless-link"));
+    hand_forget(&o);
 }
 
 /* Forward dynamics of the arm at some state. */
@@ -139,38 +94,36 @@ static void solve(const tfa_model *model, double qdd[2])
     const double q[2] = {0.3, -0.7}, v[2] = {0.5, 0.25}, tau[2] = {1, -2};
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = q, .v = v, .tau = tau};
     tfa_reply reply = {.qdd = qdd};
-    tfa_workspace *w = NULL;
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, NULL);
     assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
     tfa_workspace_free(w);
 }
 
 /* A moment that is 0 but for rounding: the arm with it is the arm with 0. */
-static void test_rounded(void **state)
+TEST(test_rounded)
 {
-    (void)state;
     static const double moments[] = {-2.4e-35, -5.4e-20, -1e-16};
     hand exact, h;
     hand_arm(&exact);
     memset(exact.link[1].inertia, 0, sizeof exact.link[1].inertia);
-    struct outcome want = compile(&exact, NULL, TFA_WORDS_C);
+    struct outcome want = hand_outcome(&exact, NULL, TFA_WORDS_C);
     for (size_t k = 0; k < sizeof moments / sizeof *moments; k++) {
         double a[2], b[2];
         hand_arm(&h);
         for (int i = 0; i < 6; i++)
             h.link[1].inertia[i] = i == 0 ? moments[k] : i == 3 ? -moments[k] / 2 : 0;
-        struct outcome o = compile(&h, NULL, TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
         assert_int_equal(o.status, TFA_OK);
-        assert_int_equal(said(&o, "inertia-rounded")->severity, TFA_NOTE);
+        assert_int_equal(hand_said(&o, "inertia-rounded")->severity, TFA_NOTE);
         assert_int_equal(o.report.warnings, 0);
         assert_memory_equal(tfa_model_hash(o.model), tfa_model_hash(want.model), 32);
         solve(o.model, a);
         solve(want.model, b);
         assert_true(isfinite(a[0]) && isfinite(a[1]));
         assert_memory_equal(a, b, sizeof a);
-        forget(&o);
+        hand_forget(&o);
     }
-    forget(&want);
+    hand_forget(&want);
 }
 
 /* The arm in other units: kg become `mass` kg, m become `length` m. */
@@ -189,9 +142,8 @@ static void scale(hand *h, double mass, double length)
 }
 
 /* Rounding goes with the robot: 16 eps times its mass and the square of its longest distance. */
-static void test_rounding_scales(void **state)
+TEST(test_rounding_scales)
 {
-    (void)state;
     static const double units[][2] = {{1, 1}, {1e-6, 1e-3}, {1e6, 1e3}};
     static const struct {
         double times;
@@ -213,15 +165,14 @@ static void test_rounding_scales(void **state)
                     longest, hypot(h.joint[j].xyz[0], hypot(h.joint[j].xyz[1], h.joint[j].xyz[2])));
             h.link[1].inertia[0] = -16 * DBL_EPSILON * rows[k].times * mass * longest * longest;
             scale(&h, units[u][0], units[u][1]);
-            struct outcome o = compile(&h, NULL, TFA_WORDS_C);
+            struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
             assert_int_equal(o.status, rows[k].status);
-            forget(&o);
+            hand_forget(&o);
         }
 }
 
-static void test_unused(void **state)
+TEST(test_unused)
 {
-    (void)state;
     static const tfa_unused items[] = {{"velocity limits", 33, 7}, {"<gazebo>", 12, 3}};
     hand h;
     hand_arm(&h);
@@ -231,12 +182,12 @@ static void test_unused(void **state)
     h.joint[1].friction = 0.25;
     h.d.unused = items;
     h.d.unused_count = 2;
-    struct outcome o = compile(&h, NULL, TFA_WORDS_COMMAND_LINE);
+    struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_COMMAND_LINE);
     expect(&o, "damping", "robot: damping: not used; in the file: 2; --damping uses it");
-    assert_int_equal(said(&o, "damping")->count, 2);
-    assert_int_equal(said(&o, "damping")->line, 100);
+    assert_int_equal(hand_said(&o, "damping")->count, 2);
+    assert_int_equal(hand_said(&o, "damping")->line, 100);
     expect(&o, "friction", "robot: friction: not used; in the file: 1");
-    assert_int_equal(said(&o, "friction")->line, 101);
+    assert_int_equal(hand_said(&o, "friction")->line, 101);
     const tfa_message *m = &o.report.messages[2];
     assert_string_equal(m->code, "not-used");
     assert_string_equal(m->subject, "velocity limits");
@@ -244,17 +195,16 @@ static void test_unused(void **state)
     assert_int_equal(m->count, 7);
     assert_int_equal(m->line, 33);
     assert_string_equal(m[1].subject, "<gazebo>");
-    forget(&o);
+    hand_forget(&o);
     const tfa_model_options damped = {.damping = 1};
-    o = compile(&h, &damped, TFA_WORDS_COMMAND_LINE);
-    assert_null(said(&o, "damping"));
-    forget(&o);
+    o = hand_outcome(&h, &damped, TFA_WORDS_COMMAND_LINE);
+    assert_false(hand_says(&o, "damping"));
+    hand_forget(&o);
 }
 
 /* Nine fingers that mimic the elbow and move nothing, and what each door says of them. */
-static void test_words(void **state)
+TEST(test_words)
 {
-    (void)state;
     static const char *const remedies[] = {"mimic = project", "--mimic=project", "mimic: project"};
     static const char *const floating[] = {"base = floating?", "--base=floating?",
                                            "base: floating?"};
@@ -269,28 +219,27 @@ static void test_words(void **state)
     }
     for (int door = 0; door < 3; door++) {
         char text[200];
-        struct outcome o = compile(&h, NULL, (tfa_words)door);
+        struct outcome o = hand_outcome(&h, NULL, (tfa_words)door);
         assert_int_equal(o.status, TFA_E_NO_MASS);
         assert_int_equal(o.report.errors, 6);
         snprintf(text, sizeof text, "robot: not loaded: 6 errors of 1 kind; it loads with %s",
                  remedies[door]);
         expect(&o, "refused", text);
-        assert_non_null(strstr(said(&o, "massless-leaf")->text,
+        assert_non_null(strstr(hand_said(&o, "massless-leaf")->text,
                                "; joints like it: 6 ('f0', 'f1', 'f2', 'f3', 'f4', ...)"));
-        assert_non_null(strstr(said(&o, "mimic-free")->text, remedies[door]));
-        forget(&o);
+        assert_non_null(strstr(hand_said(&o, "mimic-free")->text, remedies[door]));
+        hand_forget(&o);
         const tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT};
-        o = compile(&h, &project, (tfa_words)door);
+        o = hand_outcome(&h, &project, (tfa_words)door);
         assert_int_equal(o.status, TFA_OK); /* the option is one with which it loads */
-        assert_non_null(strstr(said(&o, "base-mass")->text, floating[door]));
-        forget(&o);
+        assert_non_null(strstr(hand_said(&o, "base-mass")->text, floating[door]));
+        hand_forget(&o);
     }
 }
 
 /* A report that is used again: what an earlier robot left is neither added to nor counted. */
-static void test_report_again(void **state)
+TEST(test_report_again)
 {
-    (void)state;
     hand h;
     make_hollow(&h);
     const tfa_model_options physical = {.inertia = TFA_INERTIA_STRICT_PHYSICAL};
@@ -312,9 +261,8 @@ static const char *word(const void *list, size_t index)
     return ((const char *const *)list)[index];
 }
 
-static void test_misspelled(void **state)
+TEST(test_misspelled)
 {
-    (void)state;
     static const char *const words[] = {"inertial", "link", "joint", "axis"};
     static const struct {
         const char *wrong, *meant;
@@ -339,15 +287,4 @@ static void test_misspelled(void **state)
             assert_string_equal(meant, rows[k].meant);
     }
     assert_null(tfa_misspelled("link", words, 0, word));
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_inertial),  cmocka_unit_test(test_inertial_not_needed),
-        cmocka_unit_test(test_rounded),      cmocka_unit_test(test_rounding_scales),
-        cmocka_unit_test(test_unused),       cmocka_unit_test(test_words),
-        cmocka_unit_test(test_report_again), cmocka_unit_test(test_misspelled),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,40 +9,13 @@
 #include <stdint.h>
 #include <string.h>
 
-static void no_links(hand *h)
-{
-    h->d.link_count = h->d.joint_count = 0;
-}
-
-static void unknown_parent(hand *h)
-{
-    h->joint[ELBOW].parent = 4;
-}
-
-static void unknown_child(hand *h)
-{
-    h->joint[FLANGE].child = UINT32_MAX;
-}
-
-static void two_parents(hand *h)
-{
-    hand_joint(h, "strut", TFA_JOINT_FIXED, BASE, LOWER);
-}
-
-static void own_parent(hand *h)
-{
-    h->joint[ELBOW].parent = LOWER;
-}
-
-static void two_roots(hand *h)
-{
-    hand_link(h, "stray", 1, 0, 0, 0);
-}
-
-static void no_root(hand *h)
-{
-    hand_joint(h, "back", TFA_JOINT_REVOLUTE, TOOL, BASE);
-}
+CHANGE(no_links, h->d.link_count = h->d.joint_count = 0)
+CHANGE(unknown_parent, h->joint[ELBOW].parent = 4)
+CHANGE(unknown_child, h->joint[FLANGE].child = UINT32_MAX)
+CHANGE(two_parents, hand_joint(h, "strut", TFA_JOINT_FIXED, BASE, LOWER))
+CHANGE(own_parent, h->joint[ELBOW].parent = LOWER)
+CHANGE(two_roots, hand_link(h, "stray", 1, 0, 0, 0))
+CHANGE(no_root, hand_joint(h, "back", TFA_JOINT_REVOLUTE, TOOL, BASE))
 
 /* The joint that is named lies in the loop, not below it. */
 static void loop_above(hand *h)
@@ -55,97 +28,28 @@ static void loop_above(hand *h)
     hand_joint(h, "b_a", TFA_JOINT_REVOLUTE, b, a);
 }
 
-static void zero_axis(hand *h)
-{
-    h->joint[ELBOW].axis[1] = 0;
-}
-
-static void nan_axis(hand *h)
-{
-    h->joint[ELBOW].axis[0] = (double)NAN;
-}
-
-static void infinite_origin(hand *h)
-{
-    h->joint[FLANGE].xyz[1] = (double)INFINITY;
-}
-
-static void zero_quaternion(hand *h)
-{
-    h->joint[SHOULDER].quat[3] = 0;
-}
-
-static void large_low_part(hand *h)
-{
-    h->joint[SHOULDER].quat_low[1] = 1e-15;
-}
-
-static void nan_low_part(hand *h)
-{
-    h->joint[ELBOW].axis_low[0] = (double)NAN;
-}
-
-static void large_low_part_of_inertia(hand *h)
-{
-    h->link[UPPER].quat_low[3] = -1e-15;
-}
-
-static void unknown_type(hand *h)
-{
-    h->joint[ELBOW].type = (tfa_joint_type)6;
-}
-
-static void negative_armature(hand *h)
-{
-    h->joint[ELBOW].armature = -0.5;
-}
-
-static void nan_mass(hand *h)
-{
-    h->link[UPPER].mass = (double)NAN;
-}
-
-static void nan_com(hand *h)
-{
-    h->link[UPPER].com[2] = (double)NAN;
-}
-
-static void infinite_inertia(hand *h)
-{
-    h->link[UPPER].inertia[4] = (double)INFINITY;
-}
-
-static void zero_inertia_quaternion(hand *h)
-{
-    h->link[UPPER].quat[3] = 0;
-}
-
-static void negative_mass(hand *h)
-{
-    h->link[UPPER].mass = -2;
-}
+CHANGE(zero_axis, h->joint[ELBOW].axis[1] = 0)
+CHANGE(nan_axis, h->joint[ELBOW].axis[0] = (double)NAN)
+CHANGE(infinite_origin, h->joint[FLANGE].xyz[1] = (double)INFINITY)
+CHANGE(zero_quaternion, h->joint[SHOULDER].quat[3] = 0)
+CHANGE(large_low_part, h->joint[SHOULDER].quat_low[1] = 1e-15)
+CHANGE(nan_low_part, h->joint[ELBOW].axis_low[0] = (double)NAN)
+CHANGE(large_low_part_of_inertia, h->link[UPPER].quat_low[3] = -1e-15)
+CHANGE(unknown_type, h->joint[ELBOW].type = (tfa_joint_type)6)
+CHANGE(negative_armature, h->joint[ELBOW].armature = -0.5)
+CHANGE(nan_mass, h->link[UPPER].mass = (double)NAN)
+CHANGE(nan_com, h->link[UPPER].com[2] = (double)NAN)
+CHANGE(infinite_inertia, h->link[UPPER].inertia[4] = (double)INFINITY)
+CHANGE(zero_inertia_quaternion, h->link[UPPER].quat[3] = 0)
+CHANGE(negative_mass, h->link[UPPER].mass = -2)
 
 /* The body's mass as a whole is positive: its part is wrong nevertheless. */
-static void negative_mass_merged(hand *h)
-{
-    h->link[TOOL].mass = -0.25;
-}
-
-static void negative_mass_root(hand *h)
-{
-    h->link[BASE].mass = -1;
-}
-
-static void negative_inertia(hand *h)
-{
-    h->link[UPPER].inertia[0] = -0.5;
-}
+CHANGE(negative_mass_merged, h->link[TOOL].mass = -0.25)
+CHANGE(negative_mass_root, h->link[BASE].mass = -1)
+CHANGE(negative_inertia, h->link[UPPER].inertia[0] = -0.5)
 
 /* Principal moments 0.02 +- 0.03 and 0.02. */
-static void indefinite_inertia(hand *h)
-{
-    h->link[UPPER].inertia[1] = 0.03;
-}
+CHANGE(indefinite_inertia, h->link[UPPER].inertia[1] = 0.03)
 
 static void products_without_moments(hand *h)
 {

@@ -3,57 +3,13 @@
  *
  * What the policies for inertias, massless parts, mimics and damping make of a robot.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "hand.h"
 #include "mistakes.h"
 #include "model/model.h"
+#include "test.h"
 
-/* What compiling says: its status, the model if there is one, and the report. */
-struct outcome {
-    int status;
-    tfa_model *model;
-    tfa_report report;
-};
-
-static struct outcome compile(const hand *h, const tfa_model_options *options)
+TEST(test_inertia_rows)
 {
-    struct outcome o = {0};
-    o.status = tfa_model_create(&h->d, options, &o.report, &o.model);
-    assert_int_equal(o.status == TFA_OK, o.model != NULL);
-    return o;
-}
-
-static void forget(struct outcome *o)
-{
-    tfa_model_free(o->model);
-    tfa_report_free(&o->report);
-}
-
-/* The message with this code; fails unless there is exactly one. */
-static const tfa_message *said(const struct outcome *o, const char *code)
-{
-    const tfa_message *found = NULL;
-    for (size_t k = 0; k < o->report.count; k++)
-        if (strcmp(o->report.messages[k].code, code) == 0) {
-            assert_null(found);
-            found = &o->report.messages[k];
-        }
-    if (!found)
-        fail_msg("no message with code %s", code);
-    return found;
-}
-
-static void test_inertia_rows(void **state)
-{
-    (void)state;
     static const struct {
         uint32_t link;
         double ixy, ixx; /* 0: as it was */
@@ -93,43 +49,41 @@ static void test_inertia_rows(void **state)
         I[1] = rows[k].ixy;
         I[0] = rows[k].ixx > 0 ? rows[k].ixx : I[0];
         const tfa_model_options options = {.inertia = rows[k].policy};
-        struct outcome o = compile(&h, &options);
-        const tfa_message *m = said(&o, rows[k].code);
+        struct outcome o = hand_outcome(&h, &options, TFA_WORDS_C);
+        const tfa_message *m = hand_said(&o, rows[k].code);
         assert_int_equal(o.status, rows[k].status);
         assert_int_equal(m->severity, rows[k].severity);
         assert_int_equal(m->line, 10 + rows[k].link);
         assert_string_equal(m->text, rows[k].text);
         assert_int_equal(o.report.errors + o.report.warnings, 1);
-        forget(&o);
+        hand_forget(&o);
     }
 }
 
 /* What no policy has anything to say about: a broken triangle when nobody asked, or on the base;
  * a deficit that the rounding of a file explains. */
-static void test_inertia_silent(void **state)
+TEST(test_inertia_silent)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     h.link[BASE].inertia[0] = 9;
     const tfa_model_options physical = {.inertia = TFA_INERTIA_STRICT_PHYSICAL};
-    struct outcome o = compile(&h, &physical);
+    struct outcome o = hand_outcome(&h, &physical, TFA_WORDS_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
-    forget(&o);
+    hand_forget(&o);
     h.link[UPPER].inertia[0] = 9;
-    o = compile(&h, NULL);
+    o = hand_outcome(&h, NULL, TFA_WORDS_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
-    forget(&o);
+    hand_forget(&o);
     h.link[UPPER].inertia[3] = -1e-7;
-    o = compile(&h, NULL);
+    o = hand_outcome(&h, NULL, TFA_WORDS_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
-    forget(&o);
+    hand_forget(&o);
 }
 
 /* Clipping keeps the eigenvectors: 0.05 along (1, 1, 0), 0.02 along z, 0 along (1, -1, 0). */
-static void test_repaired(void **state)
+TEST(test_repaired)
 {
-    (void)state;
     hand bad, good;
     hand_arm(&bad);
     hand_arm(&good);
@@ -137,15 +91,15 @@ static void test_repaired(void **state)
     const double clipped[6] = {0.025, 0.025, 0, 0.025, 0, 0.02};
     memcpy(good.link[UPPER].inertia, clipped, sizeof clipped);
     const tfa_model_options repair = {.inertia = TFA_INERTIA_REPAIR};
-    struct outcome a = compile(&bad, &repair), b = compile(&good, NULL);
+    struct outcome a = hand_outcome(&bad, &repair, TFA_WORDS_C),
+                   b = hand_outcome(&good, NULL, TFA_WORDS_C);
     assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
-    forget(&a);
-    forget(&b);
+    hand_forget(&a);
+    hand_forget(&b);
 }
 
-static void test_massless_leaves(void **state)
+TEST(test_massless_leaves)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     hand_link(&h, "pointer", 0, 0, 0, 0);
@@ -155,23 +109,23 @@ static void test_massless_leaves(void **state)
     hand_joint(&h, "twist", TFA_JOINT_CONTINUOUS, 4, 5);
     hand_joint(&h, "fly", TFA_JOINT_FLOATING, TOOL, 6)->xyz[0] = 0.2;
     const tfa_model_options lock = {.lock_massless_leaves = 1};
-    struct outcome o = compile(&h, &lock);
+    struct outcome o = hand_outcome(&h, &lock, TFA_WORDS_C);
     assert_int_equal(o.report.warnings, 3);
-    assert_string_equal(said(&o, "massless-leaf-locked")->text,
+    assert_string_equal(hand_said(&o, "massless-leaf-locked")->text,
                         "joint 'swing': nothing with mass moves with it; locked at 0; joints like "
                         "it: 3 ('swing', 'twist', 'fly')");
-    assert_int_equal(said(&o, "massless-leaf-locked")->line, 103);
-    assert_int_equal(said(&o, "massless-leaf-locked")->count, 3);
+    assert_int_equal(hand_said(&o, "massless-leaf-locked")->line, 103);
+    assert_int_equal(hand_said(&o, "massless-leaf-locked")->count, 3);
     assert_int_equal(tfa_model_summarise(o.model).bodies, 2);
     assert_int_equal(tfa_model_summarise(o.model).locked, 3);
     assert_int_equal(tfa_model_frame(o.model, 6).body, 1);
-    forget(&o);
+    hand_forget(&o);
     h.joint[4].armature = 0.01; /* twist has a rotor: it moves, swing does not */
-    o = compile(&h, &lock);
+    o = hand_outcome(&h, &lock, TFA_WORDS_C);
     assert_int_equal(o.report.warnings, 2);
     assert_int_equal(tfa_model_joint_count(o.model), 3);
     assert_string_equal(tfa_model_joint(o.model, 2).name, "twist");
-    forget(&o);
+    hand_forget(&o);
 }
 
 static void take_mass(tfa_link *link)
@@ -181,32 +135,31 @@ static void take_mass(tfa_link *link)
 }
 
 /* A floating base without mass must be held by two joints, or by one with armature. */
-static void test_massless_root(void **state)
+TEST(test_massless_root)
 {
-    (void)state;
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
     hand h;
     hand_arm(&h);
     take_mass(&h.link[BASE]);
-    struct outcome o = compile(&h, &floating);
+    struct outcome o = hand_outcome(&h, &floating, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_E_NO_MASS);
-    assert_int_equal(said(&o, "massless-root")->line, 10);
-    forget(&o);
+    assert_int_equal(hand_said(&o, "massless-root")->line, 10);
+    hand_forget(&o);
     h.joint[SHOULDER].armature = 0.1;
-    o = compile(&h, &floating);
+    o = hand_outcome(&h, &floating, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_OK);
-    forget(&o);
+    hand_forget(&o);
     h.joint[SHOULDER].armature = 0;
     hand_joint(&h, "leg", TFA_JOINT_REVOLUTE, BASE, hand_link(&h, "leg", 1, 0, 0, 0.1))->axis[0] =
         1;
-    o = compile(&h, &floating);
+    o = hand_outcome(&h, &floating, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_OK);
-    forget(&o);
+    hand_forget(&o);
     h.joint[SHOULDER].type = TFA_JOINT_FIXED; /* descend through fixed joints */
-    o = compile(&h, &floating);
+    o = hand_outcome(&h, &floating, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_OK);
     assert_int_equal(tfa_model_summarise(o.model).bodies, 3);
-    forget(&o);
+    hand_forget(&o);
 }
 
 static tfa_joint *follow(tfa_joint *j, int32_t leader, double multiplier, double offset)
@@ -226,28 +179,26 @@ static void make_followers(hand *h)
     follow(&h->joint[ELBOW], SHOULDER, -2, 0.25);
 }
 
-static void test_mimic_free(void **state)
+TEST(test_mimic_free)
 {
-    (void)state;
     hand h;
     make_followers(&h);
-    struct outcome o = compile(&h, NULL);
-    const tfa_message *m = said(&o, "mimic-free");
+    struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
+    const tfa_message *m = hand_said(&o, "mimic-free");
     assert_int_equal(m->severity, TFA_WARNING);
     assert_string_equal(m->text,
                         "robot: joints that mimic others move on their own here: 2; choose "
                         "mimic = project to have them follow, or mimic = lock");
     assert_int_equal(tfa_model_v_count(o.model), 3);
-    forget(&o);
+    hand_forget(&o);
 }
 
-static void test_mimic_project(void **state)
+TEST(test_mimic_project)
 {
-    (void)state;
     const tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT};
     hand h;
     make_followers(&h);
-    struct outcome o = compile(&h, &project);
+    struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
     assert_int_equal(tfa_model_q_count(o.model), 1);
     assert_int_equal(tfa_model_v_count(o.model), 1);
@@ -264,13 +215,12 @@ static void test_mimic_project(void **state)
     assert_int_equal(finger.joint, -1);
     assert_int_equal(finger.leader, 0);
     assert_true(finger.multiplier == -1 && finger.offset == 0.25);
-    forget(&o);
+    hand_forget(&o);
 }
 
 /* A leader that stands makes followers stand where it puts them. */
-static void test_mimic_stands(void **state)
+TEST(test_mimic_stands)
 {
-    (void)state;
     static const tfa_lock shoulder[] = {{"shoulder", {0.75}}};
     static const tfa_lock where_it_is[] = {{"shoulder", {0.75}}, {"elbow", {-1.25}}};
     static const tfa_lock all[] = {{"shoulder", {0.75}}, {"elbow", {-1.25}}, {"finger", {-0.5}}};
@@ -285,35 +235,34 @@ static void test_mimic_stands(void **state)
     make_followers(&h);
     uint8_t hash[32];
     for (int k = 0; k < 4; k++) {
-        struct outcome o = compile(&h, &rows[k]);
+        struct outcome o = hand_outcome(&h, &rows[k], TFA_WORDS_C);
         assert_int_equal(o.status, TFA_OK);
         assert_int_equal(tfa_model_summarise(o.model).bodies, 0);
         assert_int_equal(tfa_model_summarise(o.model).locked, 3);
         if (k > 0)
             assert_memory_equal(hash, tfa_model_hash(o.model), 32);
         memcpy(hash, tfa_model_hash(o.model), 32);
-        forget(&o);
+        hand_forget(&o);
     }
 }
 
-static void test_mimic_lock(void **state)
+TEST(test_mimic_lock)
 {
-    (void)state;
     static const tfa_lock locks[] = {{"elbow", {0.25}}, {"finger", {0.25}}};
     const tfa_scene scene = {.locks = locks, .lock_count = 2};
     const tfa_model_options lock = {.mimic = TFA_MIMIC_LOCK}, by_hand = {.scene = &scene};
     hand h;
     make_followers(&h);
-    struct outcome a = compile(&h, &lock), b = compile(&h, &by_hand);
+    struct outcome a = hand_outcome(&h, &lock, TFA_WORDS_C),
+                   b = hand_outcome(&h, &by_hand, TFA_WORDS_C);
     assert_int_equal(tfa_model_v_count(a.model), 1);
     assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
-    forget(&a);
-    forget(&b);
+    hand_forget(&a);
+    hand_forget(&b);
 }
 
-static void test_mimic_refused(void **state)
+TEST(test_mimic_refused)
 {
-    (void)state;
     static const tfa_lock elbow[] = {{"elbow", {0.5}}},
                           both[] = {{"shoulder", {0.75}}, {"elbow", {0.5}}};
     static const tfa_scene follower = {.locks = elbow, .lock_count = 1},
@@ -346,30 +295,29 @@ static void test_mimic_refused(void **state)
         follow(&h.joint[SHOULDER], rows[k].mimic, 1, 0);
         h.joint[SHOULDER].type = rows[k].type;
         const tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT, .scene = rows[k].scene};
-        struct outcome o = compile(&h, &project);
+        struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
         assert_int_equal(o.status, TFA_E_MODEL);
-        assert_string_equal(said(&o, rows[k].code)->text, rows[k].text);
-        forget(&o);
+        assert_string_equal(hand_said(&o, rows[k].code)->text, rows[k].text);
+        hand_forget(&o);
     }
     make_followers(&h);
     tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT, .scene = &outside};
-    struct outcome o = compile(&h, &project);
+    struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_E_MODEL);
     assert_string_equal(o.report.messages[0].text,
                         "joint 'elbow': it follows joint 'shoulder', which does not hang from the "
                         "root of the scene; lock it, or choose another root");
-    forget(&o);
+    hand_forget(&o);
     project.scene = &outside_locked; /* that remedy helps, and the finger follows the elbow */
-    o = compile(&h, &project);
+    o = hand_outcome(&h, &project, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_OK);
     assert_int_equal(tfa_model_summarise(o.model).locked, 2);
-    forget(&o);
+    hand_forget(&o);
 }
 
 /* Mass is asked of the freedom, not of each joint that moves with it. */
-static void test_massless_followers(void **state)
+TEST(test_massless_followers)
 {
-    (void)state;
     tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT};
     hand h;
     for (int massless_leader = 0; massless_leader < 2; massless_leader++) {
@@ -377,12 +325,12 @@ static void test_massless_followers(void **state)
         uint32_t dial = hand_link(&h, "dial", 0, 0, 0, 0);
         hand_joint(&h, "dial", TFA_JOINT_CONTINUOUS, BASE, dial);
         follow(&h.joint[massless_leader ? SHOULDER : 3], massless_leader ? 3 : SHOULDER, 10, 0);
-        struct outcome o = compile(&h, &project);
+        struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
         assert_int_equal(o.status, TFA_OK);
         assert_int_equal(tfa_model_summarise(o.model).bodies, 3);
         assert_int_equal(tfa_model_v_count(o.model), 2);
         assert_int_equal(o.model->hollow, 1); /* M is regular only after the projection */
-        forget(&o);
+        hand_forget(&o);
     }
     massless_leaf(&h);
     h.joint[4].parent = 4; /* swing hangs from the dial and leads a second dial: no mass at all */
@@ -391,47 +339,34 @@ static void test_massless_followers(void **state)
     hand_link(&h, "pointer", 0, 0, 0, 0);
     hand_joint(&h, "echo", TFA_JOINT_CONTINUOUS, TOOL, hand_link(&h, "echo", 0, 0, 0, 0));
     follow(&h.joint[5], 4, 3, 0.5);
-    struct outcome o = compile(&h, &project);
+    struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
     assert_int_equal(o.status, TFA_E_NO_MASS);
     assert_int_equal(o.report.errors, 1);
-    forget(&o);
+    hand_forget(&o);
     project.lock_massless_leaves = 1;
-    o = compile(&h, &project);
+    o = hand_outcome(&h, &project, TFA_WORDS_C);
     assert_int_equal(tfa_model_summarise(o.model).locked, 2);
-    forget(&o);
+    hand_forget(&o);
 }
 
-static void test_damping(void **state)
+TEST(test_damping)
 {
-    (void)state;
     hand h;
     hand_arm(&h);
     h.joint[ELBOW].damping = 0.5;
     const tfa_model_options damped = {.damping = 1};
-    struct outcome a = compile(&h, NULL), b = compile(&h, &damped);
+    struct outcome a = hand_outcome(&h, NULL, TFA_WORDS_C),
+                   b = hand_outcome(&h, &damped, TFA_WORDS_C);
     assert_memory_not_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
-    forget(&b);
+    hand_forget(&b);
     h.joint[ELBOW].damping = 0.25;
-    b = compile(&h, NULL);
+    b = hand_outcome(&h, NULL, TFA_WORDS_C);
     assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
-    forget(&b);
-    forget(&a);
+    hand_forget(&b);
+    hand_forget(&a);
     h.joint[ELBOW].damping = (double)NAN;
-    b = compile(&h, &damped);
-    assert_string_equal(said(&b, "bad-number")->text,
+    b = hand_outcome(&h, &damped, TFA_WORDS_C);
+    assert_string_equal(hand_said(&b, "bad-number")->text,
                         "joint 'elbow': its damping is not finite; correct it");
-    forget(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_inertia_rows),       cmocka_unit_test(test_inertia_silent),
-        cmocka_unit_test(test_repaired),           cmocka_unit_test(test_massless_leaves),
-        cmocka_unit_test(test_massless_root),      cmocka_unit_test(test_mimic_free),
-        cmocka_unit_test(test_mimic_project),      cmocka_unit_test(test_mimic_stands),
-        cmocka_unit_test(test_mimic_lock),         cmocka_unit_test(test_mimic_refused),
-        cmocka_unit_test(test_massless_followers), cmocka_unit_test(test_damping),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    hand_forget(&b);
 }

@@ -6,16 +6,9 @@
  * mass, structural links dropped. Whatever leaves a robot smaller must pass: fixed joints, locks of a
  * scene, followers, fused bodies, payloads.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "hand.h"
+#include "models.h"
+#include "test.h"
 
 #define G 9.80665
 #define MOST 12
@@ -32,13 +25,12 @@ static struct facts ask_model(const tfa_model *m, const double *q)
 {
     static const double pose[7] = {0, 0, 0, 0, 0, 0, 1}, weightless[3] = {0, 0, 0};
     struct facts f = {.s = tfa_model_summarise(m)};
-    tfa_workspace *w = NULL;
     double tau[MOST] = {0};
     const uint32_t nv = tfa_model_v_count(m);
     f.n = tfa_model_base_freedoms(m) + nv;
     assert_true(f.n <= MOST);
     tau[nv ? nv - 1 : 0] = 1;
-    assert_int_equal(tfa_workspace_create(m, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(m, NULL);
     tfa_request r = {.op = TFA_OP_MASS_MATRIX, .count = 1, .q = q, .base_pose = pose, .tau = tau};
     tfa_reply reply = {.mass_matrix = f.M, .tau = f.tau, .base_wrench = f.base, .qdd = f.qdd};
     assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
@@ -97,9 +89,8 @@ static void check_bracket(const hand *h, const tfa_scene *scene, double moment_u
     }
 }
 
-static void mass_counts_once(void **state)
+TEST(mass_counts_once)
 {
-    (void)state;
     hand h;
     make_bracket(&h);
     check_bracket(&h, NULL, 4.8 * 0.2 + 0.65 * 0.45);
@@ -152,9 +143,8 @@ static void check_single(const struct facts *f, double inertia)
     hand_near(f->qdd[0], 1 / inertia, 1e-14);
 }
 
-static void armature_stays(void **state)
+TEST(armature_stays)
 {
-    (void)state;
     hand h;
     make_geared(&h);
     const double q[2] = {0.3, 0};
@@ -185,9 +175,8 @@ static void armature_stays(void **state)
     check_single(&f, upper + outer + A1 - 3 * coupling + 2.25 * (lower + A2));
 }
 
-static void armature_stays_when_fused(void **state)
+TEST(armature_stays_when_fused)
 {
-    (void)state;
     hand h;
     make_geared(&h);
     for (int k = 1; k <= 2; k++) {
@@ -207,9 +196,8 @@ static void armature_stays_when_fused(void **state)
 }
 
 /* A payload, given later, and the rotors of the file besides. */
-static void armature_stays_when_loaded(void **state)
+TEST(armature_stays_when_loaded)
 {
-    (void)state;
     hand h;
     make_geared(&h);
     h.joint[2].rotor = 0.25;
@@ -230,9 +218,8 @@ static void armature_stays_when_loaded(void **state)
 /* ---- a massless fixed link that moves its parent's centre of mass ---- */
 
 /* The same robot without and with empty links, whose numbers are there all the same. */
-static void empty_links_are_frames(void **state)
+TEST(empty_links_are_frames)
 {
-    (void)state;
     static const char *const names[] = {"camera", "tcp", "world_mark"};
     static const uint32_t parents[] = {1, 4, 0};
     const double q[2] = {0.4, -0.9};
@@ -259,9 +246,8 @@ static void empty_links_are_frames(void **state)
 }
 
 /* An empty link on a joint that is locked: it is a frame then, and no more. */
-static void locked_empty_link_is_a_frame(void **state)
+TEST(locked_empty_link_is_a_frame)
 {
-    (void)state;
     const double q[2] = {0.4, -0.9};
     hand plain, marked;
     make_bracket(&plain);
@@ -334,9 +320,8 @@ static void check_structure(const hand *h, const tfa_scene *scene)
     hand_near(f.M[0 * f.n + 4], moment[2], 1e-14);
 }
 
-static void structure_counts(void **state)
+TEST(structure_counts)
 {
-    (void)state;
     hand h;
     make_structure(&h);
     check_structure(&h, NULL);
@@ -348,15 +333,4 @@ static void structure_counts(void **state)
     h.joint[1].axis[1] = 0;
     h.joint[1].xyz[0] = 0;
     check_structure(&h, &scene);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mass_counts_once),          cmocka_unit_test(armature_stays),
-        cmocka_unit_test(armature_stays_when_fused), cmocka_unit_test(armature_stays_when_loaded),
-        cmocka_unit_test(empty_links_are_frames),    cmocka_unit_test(locked_empty_link_is_a_frame),
-        cmocka_unit_test(structure_counts),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,20 +3,13 @@
  *
  * Reports format, truncate, grow and are released; every status has its name, text and cause.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
 #include <totalforce/report.h>
 #include <totalforce/status.h>
 
-static void test_format(void **state)
+TEST(test_format)
 {
-    (void)state;
     static const struct {
         const char *file;
         tfa_severity severity;
@@ -44,9 +37,8 @@ static void test_format(void **state)
 
 /* Whatever the room, the text is terminated, nothing beyond it is written, and the length needed
  * comes back. */
-static void test_truncation(void **state)
+TEST(test_truncation)
 {
-    (void)state;
     tfa_report report = {0};
     tfa_report_set_file(&report, "f");
     tfa_report_add(&report, TFA_NOTE, 12, "c", "hello");
@@ -66,9 +58,8 @@ static void test_truncation(void **state)
     tfa_report_free(&report);
 }
 
-static void test_no_message(void **state)
+TEST(test_no_message)
 {
-    (void)state;
     tfa_report report = {0};
     char text[8] = "before";
     assert_int_equal(tfa_report_format(&report, 0, text, sizeof text), 0);
@@ -81,9 +72,8 @@ static void test_no_message(void **state)
     tfa_report_free(&report);
 }
 
-static void test_growth(void **state)
+TEST(test_growth)
 {
-    (void)state;
     tfa_report report = {0};
     for (int k = 0; k < 300; k++)
         tfa_report_add(&report, (tfa_severity)(k % 3), (uint32_t)k, k % 2 ? "odd" : NULL, "%d", k);
@@ -105,9 +95,8 @@ static void test_growth(void **state)
     tfa_report_free(&report);
 }
 
-static void test_long_text(void **state)
+TEST(test_long_text)
 {
-    (void)state;
     tfa_report report = {0};
     static char name[5000];
     memset(name, 'n', sizeof name - 1);
@@ -117,9 +106,8 @@ static void test_long_text(void **state)
     tfa_report_free(&report);
 }
 
-static void test_file_name(void **state)
+TEST(test_file_name)
 {
-    (void)state;
     tfa_report report = {0};
     char name[] = "one";
     tfa_report_set_file(&report, name);
@@ -134,9 +122,8 @@ static void test_file_name(void **state)
     tfa_report_free(&report);
 }
 
-static void test_status(void **state)
+TEST(test_status)
 {
-    (void)state;
     int numbers[64], count = 0;
 #define ROW(name, number, text, cause)                                                             \
     assert_string_equal(tfa_status_name(TFA_##name), #name);                                       \
@@ -159,15 +146,4 @@ static void test_status(void **state)
         assert_string_equal(tfa_status_cause(unknown[k]),
                             "the number is no status of this version of the library");
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_format),     cmocka_unit_test(test_truncation),
-        cmocka_unit_test(test_no_message), cmocka_unit_test(test_growth),
-        cmocka_unit_test(test_long_text),  cmocka_unit_test(test_file_name),
-        cmocka_unit_test(test_status),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,16 +4,9 @@
  * Scenes: what they leave out, and how they are refused. (That what is left is exact is tested
  * against the unreduced robot in tests/dynamics.)
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "hand.h"
+#include "models.h"
+#include "test.h"
 
 /* Two arms on a rail: base -rail(p)- cart -turn- post, which carries
  * left: -l1- upper_l -l2(planar)- lower_l, right: -r1- upper_r -r2(floating)- ball,
@@ -100,9 +93,8 @@ static const struct refusal {
      "correct it"},
 };
 
-static void test_refused(void **state)
+TEST(test_refused)
 {
-    (void)state;
     for (size_t k = 0; k < sizeof refusals / sizeof *refusals; k++) {
         const struct refusal *row = &refusals[k];
         const tfa_model_options options = {.scene = &row->scene};
@@ -146,9 +138,8 @@ static tfa_declared_joint declared(const tfa_model *m, const char *name)
 }
 
 /* The subtree of a link: its own frame is the world, and nothing else is in any list. */
-static void test_root(void **state)
+TEST(test_root)
 {
-    (void)state;
     hand h;
     two_arms(&h);
     const tfa_scene scene = {.root = "post"};
@@ -175,9 +166,8 @@ static void test_root(void **state)
 
 /* Trees without a tip go; the joint that ties two together may be locked; a floating base keeps
  * them all. */
-static void test_tips(void **state)
+TEST(test_tips)
 {
-    (void)state;
     static const tfa_lock locks[] = {{"rail", {0.5}}, {"turn", {0.3}}};
     static const struct {
         tfa_scene scene;
@@ -203,9 +193,8 @@ static void test_tips(void **state)
 }
 
 /* A mimic couples two trees: they stay or go together. */
-static void test_coupled_trees(void **state)
+TEST(test_coupled_trees)
 {
-    (void)state;
     hand h;
     two_arms(&h);
     h.joint[LAMP].mimic = R1;
@@ -223,9 +212,8 @@ static void test_coupled_trees(void **state)
 }
 
 /* A locked joint leaves every list; the poses are those of the unlocked robot at that q. */
-static void test_locks(void **state)
+TEST(test_locks)
 {
-    (void)state;
     static const tfa_lock locks[] = {{"rail", {0.5}},
                                      {"turn", {20.3}},
                                      {"l2", {0.1, -0.2, 0.7}},
@@ -252,13 +240,12 @@ static void test_locks(void **state)
                          .tips = {link},
                          .q = q};
         tfa_reply reply = {.poses = a, .lambda_inv = lambda};
-        tfa_workspace *w = NULL;
-        assert_int_equal(tfa_workspace_create(m, NULL, &w), TFA_OK);
+        tfa_workspace *w = workspace_for(m, NULL);
         assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
         tfa_workspace_free(w);
         r.q = all;
         reply.poses = b;
-        assert_int_equal(tfa_workspace_create(whole, NULL, &w), TFA_OK);
+        w = workspace_for(whole, NULL);
         assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
         tfa_workspace_free(w);
         for (int k = 0; k < 7; k++)
@@ -269,9 +256,8 @@ static void test_locks(void **state)
 }
 
 /* What a scene may say of joints and links that its root leaves out. */
-static void test_absent(void **state)
+TEST(test_absent)
 {
-    (void)state;
     static const tfa_lock lamp[] = {{"lamp", {1}}};
     static const tfa_payload on_cart[] = {{.link = "cart", .mass = 1}};
     const tfa_scene scene = {
@@ -297,9 +283,8 @@ static void test_absent(void **state)
 }
 
 /* Trees that the file interleaves stand one after the other inside, and as declared outside. */
-static void test_interleaved_trees(void **state)
+TEST(test_interleaved_trees)
 {
-    (void)state;
     hand h;
     hand_begin(&h);
     static const char *const names[] = {"base", "a1", "b1", "a2", "b2", "a3"};
@@ -323,18 +308,4 @@ static void test_interleaved_trees(void **state)
         assert_int_equal(tfa_model_frame(m, k + 1).body, body[k]);
     }
     tfa_model_free(m);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_root),
-        cmocka_unit_test(test_tips),
-        cmocka_unit_test(test_coupled_trees),
-        cmocka_unit_test(test_locks),
-        cmocka_unit_test(test_absent),
-        cmocka_unit_test(test_interleaved_trees),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,17 +5,11 @@
  * projected, that every method then solves the same equations, and what is said of Romeo, whose
  * fingers weigh nothing.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "models.h"
+#include "test.h"
+
 #include <totalforce/totalforce.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #define ROBOTS TFA_SOURCE_DIR "/../shared/robots/"
 
@@ -64,9 +58,8 @@ static tfa_model *load(const struct robot *r, tfa_base base, tfa_mimic_policy mi
     return model;
 }
 
-static void bodies_and_freedoms(void **state)
+TEST(bodies_and_freedoms)
 {
-    (void)state;
     if (absent())
         return;
     for (size_t k = 0; k < COUNT; k++)
@@ -125,8 +118,8 @@ static double worst_of(const tfa_model *model)
     tfa_workspace *f64, *f128;
     static struct answer exact, found;
     double worst = 0;
-    assert_int_equal(tfa_workspace_create(model, NULL, &f64), TFA_OK);
-    assert_int_equal(tfa_workspace_create(model, &quad, &f128), TFA_OK);
+    f64 = workspace_for(model, NULL);
+    f128 = workspace_for(model, &quad);
     for (int k = 0; k < 8; k++) {
         for (uint32_t j = 0; j < n - nb; j++) {
             q[j] = 3 * uniform();
@@ -156,9 +149,8 @@ static double worst_of(const tfa_model *model)
     return worst;
 }
 
-static void every_method_solves_them(void **state)
+TEST(every_method_solves_them)
 {
-    (void)state;
     if (absent())
         return;
     for (size_t k = 0; k < COUNT; k++)
@@ -173,9 +165,8 @@ static void every_method_solves_them(void **state)
 }
 
 /* The finger joints are counted, the first of them named, with its line and the way out. */
-static void romeo_is_refused_by_name(void **state)
+TEST(romeo_is_refused_by_name)
 {
-    (void)state;
     if (absent())
         return;
     tfa_report report = {0};
@@ -200,14 +191,4 @@ static void romeo_is_refused_by_name(void **state)
     assert_int_equal(named, 24);
     assert_int_equal(thumb, 1);
     tfa_report_free(&report);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bodies_and_freedoms),
-        cmocka_unit_test(every_method_solves_them),
-        cmocka_unit_test(romeo_is_refused_by_name),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

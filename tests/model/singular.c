@@ -4,17 +4,8 @@
  * Robots whose mass matrix is singular at every q are refused by name when they are compiled; what is
  * only nearly so, or only somewhere, is not.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "hand.h"
+#include "test.h"
 
 /* A link without mass on a joint along or about `axis`; returns the link. */
 static uint32_t empty(hand *h, const char *name, tfa_joint_type type, uint32_t parent,
@@ -92,17 +83,8 @@ static void two_coaxial_turned(hand *h)
     h->joint[1].xyz[1] = 0.7;
 }
 
-static void coaxial_with_armature(hand *h)
-{
-    two_coaxial(h);
-    h->joint[0].armature = 1e-3;
-}
-
-static void parallel_not_coaxial(hand *h)
-{
-    two_coaxial(h);
-    h->joint[1].xyz[0] = 1e-3;
-}
+CHANGE(coaxial_with_armature, two_coaxial(h); h->joint[0].armature = 1e-3)
+CHANGE(parallel_not_coaxial, two_coaxial(h); h->joint[1].xyz[0] = 1e-3)
 
 /* A spherical wrist and a fourth axis through its centre */
 static void four_through_a_point(hand *h)
@@ -137,15 +119,8 @@ static void rod(hand *h, char axis)
     h->link[a].inertia[5] = 0;
 }
 
-static void rod_about_itself(hand *h)
-{
-    rod(h, 'z');
-}
-
-static void rod_across(hand *h)
-{
-    rod(h, 'y');
-}
+CHANGE(rod_about_itself, rod(h, 'z'))
+CHANGE(rod_across, rod(h, 'y'))
 
 /* The same rod along an oblique axis, its tensor stated with products and their rounding */
 static void rod_about_itself_oblique(hand *h)
@@ -161,18 +136,10 @@ static void rod_about_itself_oblique(hand *h)
     memcpy(h->link[1].inertia, i, sizeof i);
 }
 
-static void rod_with_a_hand(hand *h)
-{
-    rod(h, 'z');
-    full(h, "grip", TFA_JOINT_REVOLUTE, 1, "hand", 'x');
-}
+CHANGE(rod_with_a_hand, rod(h, 'z'); full(h, "grip", TFA_JOINT_REVOLUTE, 1, "hand", 'x'))
 
 /* What turns with the rod's axis only does not help. */
-static void rod_with_a_coaxial_disc(hand *h)
-{
-    rod(h, 'z');
-    full(h, "spin", TFA_JOINT_REVOLUTE, 1, "disc", 'z');
-}
+CHANGE(rod_with_a_coaxial_disc, rod(h, 'z'); full(h, "spin", TFA_JOINT_REVOLUTE, 1, "disc", 'z'))
 
 static void point_on_its_axis(hand *h)
 {
@@ -182,11 +149,7 @@ static void point_on_its_axis(hand *h)
     memset(h->link[a].inertia, 0, sizeof h->link[a].inertia);
 }
 
-static void point_beside_its_axis(hand *h)
-{
-    point_on_its_axis(h);
-    h->link[1].com[0] = 1e-4;
-}
+CHANGE(point_beside_its_axis, point_on_its_axis(h); h->link[1].com[0] = 1e-4)
 
 /* The follower of a coaxial pair turns with its leader: one freedom, which moves mass. */
 static void coaxial_follower(hand *h)
@@ -196,16 +159,8 @@ static void coaxial_follower(hand *h)
     h->joint[1].multiplier = 0.5;
 }
 
-static void payload_on_the_rod(hand *h)
-{
-    rod(h, 'z');
-}
-
-static void floating_point_mass(hand *h)
-{
-    begin(h);
-    memset(h->link[0].inertia, 0, sizeof h->link[0].inertia);
-}
+CHANGE(payload_on_the_rod, rod(h, 'z'))
+CHANGE(floating_point_mass, begin(h); memset(h->link[0].inertia, 0, sizeof h->link[0].inertia))
 
 /* Two limbs on a base without mass, their axes on one line: nothing holds the base about it. */
 static void limbs_on_a_line(hand *h)
@@ -217,11 +172,7 @@ static void limbs_on_a_line(hand *h)
     h->joint[1].xyz[1] = 0.5;
 }
 
-static void limbs_on_two_lines(hand *h)
-{
-    limbs_on_a_line(h);
-    h->joint[1].xyz[0] = 0.5;
-}
+CHANGE(limbs_on_two_lines, limbs_on_a_line(h); h->joint[1].xyz[0] = 0.5)
 
 static const tfa_payload spinning = {
     .link = "rod", .mass = 0.1, .inertia = {0.01, 0, 0, 0.01, 0, 0.01}};
@@ -304,9 +255,8 @@ static const struct {
     {"limbs on two lines", limbs_on_two_lines, {.base = TFA_BASE_FLOATING}, 0, NULL},
 };
 
-static void test_rows(void **state)
+TEST(test_rows)
 {
-    (void)state;
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         hand h;
         tfa_report report = {0};
@@ -333,10 +283,4 @@ static void test_rows(void **state)
         tfa_model_free(model);
         tfa_report_free(&report);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_rows)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

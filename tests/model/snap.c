@@ -3,29 +3,11 @@
  *
  * Right angles that a file spells as 1.5708: exact when it is asked for, and what that changes is said.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "model/model.h"
+#include "models.h"
+#include "test.h"
 
 #include <totalforce/totalforce.h>
-
-#include "model/model.h"
-
-static tfa_description *arm(void)
-{
-    tfa_report report = {0};
-    tfa_description *d;
-    assert_int_equal(tfa_urdf_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &d, &report), TFA_OK);
-    tfa_report_free(&report);
-    return d;
-}
 
 static tfa_model *model_of(const tfa_description *d, double snap, tfa_report *report)
 {
@@ -60,11 +42,10 @@ static const char *note_of(const tfa_report *report)
     return "";
 }
 
-static void noise_goes(void **state)
+TEST(noise_goes)
 {
-    (void)state;
     tfa_report report = {0};
-    tfa_description *d = arm();
+    tfa_description *d = bundled_description("arm7.urdf");
     for (size_t j = 1; j < 7; j++)
         turn_about_x(d->joints[j].quat, (j & 1 ? 1 : -1) * 1.5708);
     tfa_model *as_written = model_of(d, 0, &report);
@@ -84,11 +65,10 @@ static void noise_goes(void **state)
 }
 
 /* What is further away stays, to the bit. */
-static void other_angles_stay(void **state)
+TEST(other_angles_stay)
 {
-    (void)state;
     tfa_report report = {0};
-    tfa_description *d = arm();
+    tfa_description *d = bundled_description("arm7.urdf");
     for (size_t j = 0; j < d->joint_count; j++)
         turn_about_x(d->joints[j].quat, 0.3 + 0.1 * (double)j);
     turn_about_x(d->joints[2].quat, 1.5708);
@@ -105,9 +85,8 @@ static void other_angles_stay(void **state)
 
 /* Every rotation by right angles, shaken by less than the limit, comes back; the answer is that of a
  * rotation, never of a reflection. */
-static void all_right_angles_are_found(void **state)
+TEST(all_right_angles_are_found)
 {
-    (void)state;
     const double h = 0.5, s = sqrt(0.5);
     const double quats[][4] = {{0, 0, 0, 1},  {1, 0, 0, 0},  {0, 1, 0, 0},  {0, 0, 1, 0},
                                {s, 0, 0, s},  {0, s, 0, s},  {0, 0, s, s},  {-s, 0, 0, s},
@@ -115,7 +94,7 @@ static void all_right_angles_are_found(void **state)
                                {h, h, -h, h}, {-h, h, h, h}, {h, -h, -h, h}};
     for (size_t k = 0; k < sizeof quats / sizeof *quats; k++) {
         tfa_report report = {0};
-        tfa_description *d = arm();
+        tfa_description *d = bundled_description("arm7.urdf");
         for (int e = 0; e < 4; e++)
             d->joints[3].quat[e] = quats[k][e] + 1e-7 * (e - 1.3);
         tfa_model *snapped = model_of(d, 1e-5, &report);
@@ -128,11 +107,10 @@ static void all_right_angles_are_found(void **state)
     }
 }
 
-static void silly_limits_are_refused(void **state)
+TEST(silly_limits_are_refused)
 {
-    (void)state;
     const double limits[] = {-1e-9, 0.0101, 1, (double)NAN, (double)INFINITY};
-    tfa_description *d = arm();
+    tfa_description *d = bundled_description("arm7.urdf");
     for (size_t k = 0; k < sizeof limits / sizeof *limits; k++) {
         tfa_report report = {0};
         tfa_model *model;
@@ -142,15 +120,4 @@ static void silly_limits_are_refused(void **state)
         tfa_report_free(&report);
     }
     tfa_description_free(d);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(noise_goes),
-        cmocka_unit_test(other_angles_stay),
-        cmocka_unit_test(all_right_angles_are_found),
-        cmocka_unit_test(silly_limits_are_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,19 +8,11 @@
  * order: in these states, which are well-conditioned, they differ by no more than AGREEMENT; and the
  * errors of a kernel are on the whole no larger than those of the generic one, up to LOSS.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "fixture.h"
 #include "kernels.h"
 #include "model/model.h"
+#include "models.h"
+#include "test.h"
 
 #define STATES 200
 #define FREEDOMS 64 /* of a robot, at most */
@@ -247,8 +239,8 @@ static void try_robot(test_robot *robot)
     struct trial *t = calloc(1, sizeof *t);
     assert_non_null(t);
     t->robot = robot;
-    assert_int_equal(tfa_workspace_create(robot->model, NULL, &t->generic), TFA_OK);
-    t->states = random_states_create(robot->seed, robot->description, robot->o, STATES, 0);
+    t->generic = workspace_for(robot->model, NULL);
+    t->states = fixture_states(robot, 0, STATES, 0);
     compare_motion(t, TFA_OP_FORWARD_DYNAMICS, "qdd");
     compare_motion(t, TFA_OP_INVERSE_DYNAMICS, "tau");
     compare_tips(t);
@@ -263,9 +255,8 @@ static void try_robot(test_robot *robot)
     free(t);
 }
 
-static void kernels_agree_with_the_generic_one(void **state)
+TEST(kernels_agree_with_the_generic_one)
 {
-    (void)state;
     if (!getenv("TFA_TEST_KERNELS"))
         fail_msg("TFA_TEST_KERNELS must name the folder that test_make_kernels filled");
     for_every_robot(try_robot, false);
@@ -273,10 +264,4 @@ static void kernels_agree_with_the_generic_one(void **state)
         fail_msg("%u kernels of arm7, quadruped and humanoid instead of 6", (unsigned)ours);
     if (robots == ours)
         print_message("SKIP: no kernels of robots in ../shared/robots\n");
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(kernels_agree_with_the_generic_one)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,15 +5,11 @@
  */
 #include "bench.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "models.h"
+#include "test.h"
+
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 static void link_to(const bench *b, const char *target, const char *name)
 {
@@ -59,14 +55,8 @@ const char *bench_path(const bench *b, const char *name, char path[256])
 
 tfa_model *bench_robot(const char *file, tfa_base base)
 {
-    char path[512];
-    tfa_model *model;
     const tfa_model_options options = {.base = base};
-    snprintf(path, sizeof path, TFA_SOURCE_DIR "/config/robots/%s", file);
-    tfa_report report = {0};
-    assert_int_equal(tfa_model_load(path, &options, &report, &model), TFA_OK);
-    tfa_report_free(&report);
-    return model;
+    return bundled_model(file, &options);
 }
 
 char *bench_read(const char *path, size_t *size)

@@ -4,20 +4,12 @@
  * The system without a compiler, and compilers that fail, hang, write too much or nothing: each is said,
  * and nothing is left behind.
  */
+#include "bench.h"
+#include "test.h"
+
 #include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <cmocka.h>
-
-#include "bench.h"
 
 /* Besides . and .. */
 static uint32_t entries(const char *folder)
@@ -59,11 +51,10 @@ static const char *script(bench *b, const char *does, char path[256])
     return path;
 }
 
-static void compilers_that_are_not_there(void **state)
+TEST(compilers_that_are_not_there)
 {
     bench b;
     char path[256];
-    (void)state;
     bench_open(&b);
     bench_write(bench_path(&b, "sources/kernel/own.c", path), "", 0);
     char *before = strdup(getenv("PATH"));
@@ -81,11 +72,10 @@ static void compilers_that_are_not_there(void **state)
     bench_close(&b);
 }
 
-static void compilers_that_fail(void **state)
+TEST(compilers_that_fail)
 {
     bench b;
     char path[256];
-    (void)state;
     bench_open(&b);
     bench_write(bench_path(&b, "sources/kernel/own.c", path), "int x = ;\n", 10);
     expect(&b, (tfa_specialise_options){0}, TFA_E_NOT_COMPUTED, "expected expression");
@@ -100,11 +90,10 @@ static void compilers_that_fail(void **state)
 
 /* Limits are of its own processes: one that computes, one that waits, one that writes, one that takes
  * memory. */
-static void compilers_without_end(void **state)
+TEST(compilers_without_end)
 {
     bench b;
     char path[256];
-    (void)state;
     bench_open(&b);
     bench_write(bench_path(&b, "sources/kernel/own.c", path), "", 0);
     tfa_specialise_options o = {.seconds = 1, .memory_mib = 256, .file_mib = 1};
@@ -123,12 +112,11 @@ static void compilers_without_end(void **state)
     bench_close(&b);
 }
 
-static void files_that_cannot_be_written(void **state)
+TEST(files_that_cannot_be_written)
 {
     bench b;
     char path[256];
     const tfa_specialise_options options = {.sources = b.sources};
-    (void)state;
     bench_open(&b);
     bench_build(&b, b.arm, "SOUND", bench_path(&b, "kernel.so", path));
     assert_int_equal(tfa_specialised_build(b.arm, &options, bench_path(&b, "no/kernel.so", path),
@@ -144,11 +132,10 @@ static void files_that_cannot_be_written(void **state)
 }
 
 /* Paths reach the compiler as they are, whatever a shell would make of them. */
-static void words_are_not_read_by_a_shell(void **state)
+TEST(words_are_not_read_by_a_shell)
 {
     bench b;
     char from[256], to[256], path[256];
-    (void)state;
     bench_open(&b);
     bench_build(&b, b.arm, "SOUND", bench_path(&b, "kernel.so", path));
     assert_int_equal(rename(bench_path(&b, "sources", from),
@@ -159,16 +146,4 @@ static void words_are_not_read_by_a_shell(void **state)
                      TFA_OK);
     assert_int_not_equal(access("owned", F_OK), 0);
     bench_close(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(compilers_that_are_not_there),
-        cmocka_unit_test(compilers_that_fail),
-        cmocka_unit_test(compilers_without_end),
-        cmocka_unit_test(files_that_cannot_be_written),
-        cmocka_unit_test(words_are_not_read_by_a_shell),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

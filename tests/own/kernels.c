@@ -5,18 +5,11 @@
  */
 #include "kernels.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
-
-#include <cmocka.h>
-
 #include "model/model.h"
 #include "own/own.h"
+#include "test.h"
+
+#include <unistd.h>
 
 #define MOST 64 /* kernels of a program */
 #define SKIPPED 77

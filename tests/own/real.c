@@ -4,19 +4,10 @@
  * The real kernel, compiled as a user would: through tfa_compute it gives the answers of the generic
  * kernel, whatever is asked and however many states there are, and says the same about them.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "bench.h"
+#include "models.h"
 #include "own/own.h"
+#include "test.h"
 
 #define STATES 19 /* two vectors of eight and a rest */
 #define BOUND 1e-13
@@ -83,8 +74,8 @@ static void open_pair(struct pair *p, const char *file, tfa_base base)
     if (status != TFA_OK)
         fail_msg("%s: %s", file, p->b.reason);
     const tfa_workspace_options o = {.specialised = p->kernel};
-    assert_int_equal(tfa_workspace_create(p->model, &o, &p->own), TFA_OK);
-    assert_int_equal(tfa_workspace_create(p->model, NULL, &p->generic), TFA_OK);
+    p->own = workspace_for(p->model, &o);
+    p->generic = workspace_for(p->model, NULL);
     fill(&p->in);
 }
 
@@ -264,15 +255,13 @@ static void ask_everything(const char *file, tfa_base base)
     free(p);
 }
 
-static void arm(void **state)
+TEST(arm)
 {
-    (void)state;
     ask_everything("arm7.urdf", TFA_BASE_FIXED);
 }
 
-static void floating_quadruped(void **state)
+TEST(floating_quadruped)
 {
-    (void)state;
     ask_everything("quadruped.urdf", TFA_BASE_FLOATING);
 }
 
@@ -284,13 +273,12 @@ static int takes(const struct pair *p, const tfa_request *r)
 }
 
 /* Gravity of a request is an input of every kernel, and so are payloads without tips. */
-static void gravity_and_payloads_are_inputs(void **state)
+TEST(gravity_and_payloads_are_inputs)
 {
     static const double numbers[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1e-3, 0, 0, 1e-3, 0, 1e-3};
     static const double gravity[3] = {0, 0, -1.62};
     static const uint32_t joint[1] = {0};
     struct pair *p = calloc(1, sizeof *p);
-    (void)state;
     open_pair(p, "quadruped.urdf", TFA_BASE_FLOATING);
     for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
         tfa_request r = request_of(p, (tfa_op)op, 1);
@@ -313,27 +301,22 @@ static void gravity_and_payloads_are_inputs(void **state)
 /* The arm with other rotors, where gravity is another */
 static tfa_model *arm_elsewhere(const double *gravity, double armature)
 {
-    tfa_description *d;
-    tfa_model *model;
-    tfa_report report = {0};
     const tfa_model_options options = {.gravity = gravity};
-    assert_int_equal(tfa_urdf_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &d, &report), TFA_OK);
+    tfa_description *d = bundled_description("arm7.urdf");
     for (uint32_t k = 0; k < d->joint_count; k++)
         d->joints[k].armature = armature * (k + 1);
-    assert_int_equal(tfa_model_create(d, &options, &report, &model), TFA_OK);
+    tfa_model *model = compiled(d, &options);
     tfa_description_free(d);
-    tfa_report_free(&report);
     return model;
 }
 
 /* One kernel for robots that differ in gravity only; not for other rotors. */
-static void models_share_a_kernel(void **state)
+TEST(models_share_a_kernel)
 {
     static const double moon[3] = {0, 0, -1.62};
     struct pair *p = calloc(1, sizeof *p);
     char path[256];
     tfa_specialised *other;
-    (void)state;
     open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
     bench_path(&p->b, "kernels/kernel.so", path);
     tfa_workspace_free(p->own);
@@ -342,8 +325,8 @@ static void models_share_a_kernel(void **state)
     p->model = arm_elsewhere(moon, 0);
     assert_int_equal(tfa_specialised_load(path, p->model, &other, p->b.reason, 1024), TFA_OK);
     const tfa_workspace_options o = {.specialised = other};
-    assert_int_equal(tfa_workspace_create(p->model, &o, &p->own), TFA_OK);
-    assert_int_equal(tfa_workspace_create(p->model, NULL, &p->generic), TFA_OK);
+    p->own = workspace_for(p->model, &o);
+    p->generic = workspace_for(p->model, NULL);
     const tfa_request forward = request_of(p, TFA_OP_FORWARD_DYNAMICS, STATES);
     ask(p, "forward dynamics elsewhere", &forward);
     ask_with_tips(p, 1);
@@ -359,9 +342,8 @@ static void models_share_a_kernel(void **state)
 }
 
 /* Buffers that nobody gave are not written. */
-static void answers_that_are_not_wanted(void **state)
+TEST(answers_that_are_not_wanted)
 {
-    (void)state;
     struct pair *p = calloc(1, sizeof *p);
     open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
     for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
@@ -373,16 +355,4 @@ static void answers_that_are_not_wanted(void **state)
     }
     close_pair(p);
     free(p);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(arm),
-        cmocka_unit_test(floating_quadruped),
-        cmocka_unit_test(gravity_and_payloads_are_inputs),
-        cmocka_unit_test(models_share_a_kernel),
-        cmocka_unit_test(answers_that_are_not_wanted),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,18 +4,10 @@
  * Files that are not what was sealed: cut, changed, for another version or model, or no shared object
  * at all. Nothing of them is loaded.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "bench.h"
 #include "model/hash.h"
 #include "own/own.h"
+#include "test.h"
 
 struct sealed {
     bench b;
@@ -48,7 +40,7 @@ static int try_bytes(struct sealed *s, const char *bytes, size_t size)
     return bench_load(&s->b, s->path);
 }
 
-static void cut_files_are_refused(void **state)
+TEST(cut_files_are_refused)
 {
     struct sealed *s = *state;
     const size_t seal = sizeof(struct own_seal);
@@ -67,7 +59,7 @@ static void cut_files_are_refused(void **state)
     free(longer);
 }
 
-static void any_changed_byte_is_seen(void **state)
+TEST(any_changed_byte_is_seen)
 {
     struct sealed *s = *state;
     char *changed = malloc(s->size);
@@ -81,7 +73,7 @@ static void any_changed_byte_is_seen(void **state)
 }
 
 /* Sealed anew, so that only what it says about itself is wrong */
-static void other_versions_and_models_are_refused(void **state)
+TEST(other_versions_and_models_are_refused)
 {
     struct sealed *s = *state;
     struct own_seal *seal = (struct own_seal *)(void *)malloc(sizeof *seal);
@@ -97,7 +89,7 @@ static void other_versions_and_models_are_refused(void **state)
 }
 
 /* A seal is no proof that it is a shared object. */
-static void sealed_rubbish_is_refused(void **state)
+TEST(sealed_rubbish_is_refused)
 {
     struct sealed *s = *state;
     struct own_seal seal;
@@ -113,11 +105,5 @@ static void sealed_rubbish_is_refused(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cut_files_are_refused),
-        cmocka_unit_test(any_changed_byte_is_seen),
-        cmocka_unit_test(other_versions_and_models_are_refused),
-        cmocka_unit_test(sealed_rubbish_is_refused),
-    };
-    return cmocka_run_group_tests(tests, open_group, close_group);
+    return test_run(open_group, close_group);
 }

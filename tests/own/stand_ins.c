@@ -4,18 +4,9 @@
  * Kernels that are sound, and kernels that are not: each wrong one is refused with its reason, and the
  * sound one answers in a workspace as the generic kernel does.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "bench.h"
+#include "models.h"
+#include "test.h"
 
 /* What each fault of stand_in.c leads to */
 static const struct {
@@ -38,11 +29,10 @@ static const struct {
     {"LEAVES_A_HOLE", TFA_E_NOT_COMPUTED, "not written"},
 };
 
-static void faults_are_refused(void **state)
+TEST(faults_are_refused)
 {
     bench b;
     char path[256];
-    (void)state;
     bench_open(&b);
     bench_path(&b, "kernel.so", path);
     for (size_t k = 0; k < sizeof faults / sizeof *faults; k++) {
@@ -73,9 +63,8 @@ static void set_motion(struct motion *m)
 
 static tfa_workspace *workspace_of(const bench *b, const tfa_specialised *kernel)
 {
-    tfa_workspace *w;
     const tfa_workspace_options options = {.specialised = kernel};
-    assert_int_equal(tfa_workspace_create(b->arm, &options, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(b->arm, &options);
     return w;
 }
 
@@ -100,13 +89,12 @@ static void ask_both(tfa_workspace *own, tfa_workspace *generic, const tfa_reque
     }
 }
 
-static void a_sound_kernel_answers(void **state)
+TEST(a_sound_kernel_answers)
 {
     bench b;
     tfa_specialised *kernel;
     struct motion m;
     char path[400], name[TFA_SPECIALISED_NAME_SIZE];
-    (void)state;
     bench_open(&b);
     tfa_specialised_name(b.arm, name);
     snprintf(path, sizeof path, "%s/%s", b.kernels, name);
@@ -139,14 +127,13 @@ static void a_sound_kernel_answers(void **state)
 }
 
 /* It does answer: the stand-in's numbers are not to the bit those of the generic kernel. */
-static void it_is_the_kernel_that_answers(void **state)
+TEST(it_is_the_kernel_that_answers)
 {
     bench b;
     tfa_specialised *kernel;
     struct motion m;
     char path[256];
     double tau[2][7];
-    (void)state;
     bench_open(&b);
     bench_build(&b, b.arm, "SOUND", bench_path(&b, "kernel.so", path));
     assert_int_equal(tfa_specialised_load(path, b.arm, &kernel, NULL, 0), TFA_OK);
@@ -172,14 +159,13 @@ static void it_is_the_kernel_that_answers(void **state)
     bench_close(&b);
 }
 
-static void another_robot_has_no_use_for_it(void **state)
+TEST(another_robot_has_no_use_for_it)
 {
     bench b;
     tfa_specialised *kernel;
     tfa_workspace *w;
     tfa_pool *pool;
     char path[256];
-    (void)state;
     bench_open(&b);
     bench_build(&b, b.arm, "SOUND", bench_path(&b, "kernel.so", path));
     tfa_model *floating = bench_robot("arm7.urdf", TFA_BASE_FLOATING);
@@ -201,12 +187,11 @@ static void another_robot_has_no_use_for_it(void **state)
 }
 
 /* Two at a time are two, also when the file that the first came from is another one by now. */
-static void several_are_loaded_at_once(void **state)
+TEST(several_are_loaded_at_once)
 {
     bench b;
     tfa_specialised *first, *second;
     char path[256];
-    (void)state;
     bench_open(&b);
     tfa_model *quadruped = bench_robot("quadruped.urdf", TFA_BASE_FIXED);
     bench_path(&b, "kernel.so", path);
@@ -221,16 +206,4 @@ static void several_are_loaded_at_once(void **state)
     tfa_specialised_free(second);
     tfa_model_free(quadruped);
     bench_close(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(faults_are_refused),
-        cmocka_unit_test(a_sound_kernel_answers),
-        cmocka_unit_test(it_is_the_kernel_that_answers),
-        cmocka_unit_test(another_robot_has_no_use_for_it),
-        cmocka_unit_test(several_are_loaded_at_once),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,17 +4,9 @@
  * The generated source: whatever the names of a robot are, its code is that of the same robot with plain
  * names; and robots that have no kernel of their own are refused by the name of the joint.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
 #include "bench.h"
+#include "models.h"
+#include "test.h"
 
 static const char *const hostile[] = {
     "plain",
@@ -29,29 +21,11 @@ static const char *const hostile[] = {
     "_Pragma(\"GCC poison own_body\")",
 };
 
-static tfa_description *arm_description(void)
-{
-    tfa_report report = {0};
-    tfa_description *d;
-    assert_int_equal(tfa_urdf_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &d, &report), TFA_OK);
-    tfa_report_free(&report);
-    return d;
-}
-
-static tfa_model *compile(const tfa_description *d, const tfa_model_options *options)
-{
-    tfa_report report = {0};
-    tfa_model *model;
-    assert_int_equal(tfa_model_create(d, options, &report, &model), TFA_OK);
-    tfa_report_free(&report);
-    return model;
-}
-
 /* The arm with such names: number `first` and the following, and one that is long */
 static tfa_model *hostile_arm(size_t first, char *names)
 {
     const size_t count = sizeof hostile / sizeof *hostile;
-    tfa_description *d = arm_description();
+    tfa_description *d = bundled_description("arm7.urdf");
     for (size_t k = 0; k < d->link_count + d->joint_count; k++) {
         char *name = names + 400 * k;
         snprintf(name, 400, "%s%zu%0*d", hostile[(first + k) % count], k, k == 3 ? 200 : 1, 0);
@@ -61,7 +35,7 @@ static tfa_model *hostile_arm(size_t first, char *names)
             d->joints[k - d->link_count].name = name;
     }
     d->name = hostile[first];
-    tfa_model *model = compile(d, NULL);
+    tfa_model *model = compiled(d, NULL);
     tfa_description_free(d);
     return model;
 }
@@ -89,9 +63,8 @@ static char *tables_of(const tfa_model *model)
     return text;
 }
 
-static void names_change_comments_only(void **state)
+TEST(names_change_comments_only)
 {
-    (void)state;
     tfa_model *arm = bench_robot("arm7.urdf", TFA_BASE_FIXED);
     char *plain = tables_of(arm), *names = malloc(400 * 64);
     strip(plain);
@@ -111,12 +84,11 @@ static void names_change_comments_only(void **state)
     tfa_model_free(arm);
 }
 
-static void hostile_names_build_and_load(void **state)
+TEST(hostile_names_build_and_load)
 {
     bench b;
     char path[256], *names = malloc(400 * 64);
     tfa_specialised *kernel;
-    (void)state;
     bench_open(&b);
     tfa_model *model = hostile_arm(1, names);
     bench_build(&b, model, "SOUND", bench_path(&b, "kernel.so", path));
@@ -144,9 +116,9 @@ static void expect_refusal(const tfa_model *model, const char *joint)
 static void change_and_refuse(void (*change)(tfa_description *d), const char *joint)
 {
     const tfa_model_options options = {.mimic = TFA_MIMIC_PROJECT};
-    tfa_description *d = arm_description();
+    tfa_description *d = bundled_description("arm7.urdf");
     change(d);
-    tfa_model *model = compile(d, &options);
+    tfa_model *model = compiled(d, &options);
     expect_refusal(model, joint);
     tfa_model_free(model);
     tfa_description_free(d);
@@ -176,9 +148,8 @@ static void make_fused(tfa_description *d)
     memset(link->com, 0, sizeof link->com);
 }
 
-static void robots_without_kernel_are_named(void **state)
+TEST(robots_without_kernel_are_named)
 {
-    (void)state;
     change_and_refuse(make_mimic, "joint 'joint_4' follows");
     change_and_refuse(make_planar, "joint 'joint_3' is planar");
     change_and_refuse(make_floating, "joint 'joint_5' is free");
@@ -187,14 +158,13 @@ static void robots_without_kernel_are_named(void **state)
 }
 
 /* Gravity is read from the model and from requests: tables hold none. */
-static void gravity_is_in_no_table(void **state)
+TEST(gravity_is_in_no_table)
 {
     static const double moon[3] = {0, 0, -1.62};
     const tfa_model_options options = {.gravity = moon};
-    tfa_description *d = arm_description();
-    tfa_model *here = compile(d, NULL), *there = compile(d, &options);
+    tfa_description *d = bundled_description("arm7.urdf");
+    tfa_model *here = compiled(d, NULL), *there = compiled(d, &options);
     char *text = tables_of(here), *other = tables_of(there);
-    (void)state;
     assert_string_equal(text, other);
     assert_null(strstr(text, "gravity"));
     free(text);
@@ -202,15 +172,4 @@ static void gravity_is_in_no_table(void **state)
     tfa_model_free(here);
     tfa_model_free(there);
     tfa_description_free(d);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(names_change_comments_only),
-        cmocka_unit_test(hostile_names_build_and_load),
-        cmocka_unit_test(robots_without_kernel_are_named),
-        cmocka_unit_test(gravity_is_in_no_table),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,19 +3,12 @@
  *
  * Who may have written a kernel: owners, modes, links, folders above, and what else can lie there.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cmocka.h>
-
 #include "bench.h"
 #include "own/own.h"
+#include "test.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
 
 #define SOMEBODY 54321u /* nobody's user */
 
@@ -49,7 +42,7 @@ static void change_mode(const bench *b, const char *name, mode_t mode)
     assert_int_equal(chmod(bench_path(b, name, path), mode), 0);
 }
 
-static void nobody_else_may_write_the_file(void **state)
+TEST(nobody_else_may_write_the_file)
 {
     bench *b = *state;
     expect(b, TFA_OK, NULL);
@@ -62,7 +55,7 @@ static void nobody_else_may_write_the_file(void **state)
     change_mode(b, "kernels/kernel.so", 0644);
 }
 
-static void nobody_else_may_write_the_folder(void **state)
+TEST(nobody_else_may_write_the_folder)
 {
     bench *b = *state;
     change_mode(b, "kernels", 0775);
@@ -74,7 +67,7 @@ static void nobody_else_may_write_the_folder(void **state)
 }
 
 /* A folder above with the sticky bit is good enough, as /tmp is; that of the kernels is not. */
-static void nor_a_folder_above(void **state)
+TEST(nor_a_folder_above)
 {
     bench *b = *state;
     char path[256];
@@ -93,7 +86,7 @@ static void nor_a_folder_above(void **state)
 
 /* Seen by somebody else these files are a foreigner's, unless they are root's; and those that are given
  * away are a foreigner's to us. */
-static void foreigners_are_refused(void **state)
+TEST(foreigners_are_refused)
 {
     bench *b = *state;
     char path[256];
@@ -117,7 +110,7 @@ static void foreigners_are_refused(void **state)
 }
 
 /* A link is followed, and what counts is where it leads. */
-static void links_are_followed_first(void **state)
+TEST(links_are_followed_first)
 {
     bench *b = *state;
     char path[256], link_at[256];
@@ -132,7 +125,7 @@ static void links_are_followed_first(void **state)
 }
 
 /* None of these is a file, and none makes anybody wait. */
-static void other_things_are_no_kernels(void **state)
+TEST(other_things_are_no_kernels)
 {
     bench *b = *state;
     char path[256];
@@ -145,7 +138,7 @@ static void other_things_are_no_kernels(void **state)
     assert_int_equal(bench_load(b, path), TFA_E_PARSE);
 }
 
-static void arguments_are_checked(void **state)
+TEST(arguments_are_checked)
 {
     bench *b = *state;
     tfa_specialised *kernel;
@@ -165,14 +158,5 @@ static void arguments_are_checked(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nobody_else_may_write_the_file),
-        cmocka_unit_test(nobody_else_may_write_the_folder),
-        cmocka_unit_test(nor_a_folder_above),
-        cmocka_unit_test(foreigners_are_refused),
-        cmocka_unit_test(links_are_followed_first),
-        cmocka_unit_test(other_things_are_no_kernels),
-        cmocka_unit_test(arguments_are_checked),
-    };
-    return cmocka_run_group_tests(tests, open_group, close_group);
+    return test_run(open_group, close_group);
 }

@@ -5,18 +5,12 @@
  * bodies of a chain on, whatever the number of threads and of states; requests and robots that the
  * scan does not take with its segments side by side go by aba.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-#include <totalforce/totalforce.h>
-
 #include "methods/tuning.h"
+#include "models.h"
 #include "random_robot.h"
+#include "test.h"
+
+#include <totalforce/totalforce.h>
 
 enum { LONG = TFA_SCAN_BODIES_MIN, STATES = 5, THREADS = 3 };
 
@@ -36,8 +30,8 @@ static void open_subject(struct subject *s, uint32_t bodies, random_robot_option
     robot.joints = bodies;
     s->description = random_robot_create(bodies, &robot);
     assert_non_null(s->description);
-    assert_int_equal(tfa_model_create(s->description, base, NULL, &s->model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(s->model, &options, &s->workspace), TFA_OK);
+    s->model = compiled(s->description, base);
+    s->workspace = workspace_for(s->model, &options);
     const tfa_pool_options pool = {
         .threads = THREADS, .precision = options.precision, .residual = options.residual};
     assert_int_equal(tfa_pool_create(s->model, &pool, &s->pool), TFA_OK);
@@ -98,9 +92,8 @@ static tfa_method method_of(const struct subject *s, const tfa_request *changed,
 
 static const tfa_request plain = {.refine = TFA_REFINE_DEFAULT};
 
-static void long_chains_go_by_scan(void **state)
+TEST(long_chains_go_by_scan)
 {
-    (void)state;
     for (uint32_t bodies = LONG - 1; bodies <= LONG; bodies++) {
         struct subject s;
         open_subject(&s, bodies, revolute, NULL, (tfa_workspace_options){0});
@@ -112,7 +105,7 @@ static void long_chains_go_by_scan(void **state)
 }
 
 /* Requests that the scan does not take with its segments side by side, other arithmetics */
-static void other_requests_do_not(void **state)
+TEST(other_requests_do_not)
 {
     static const tfa_workspace_options precisions[] = {
         {.precision = TFA_F32}, {.precision = TFA_F128}, {.residual = TFA_RESIDUAL_F128}};
@@ -128,7 +121,6 @@ static void other_requests_do_not(void **state)
     };
     const tfa_request lambda = {.op = TFA_OP_OPERATIONAL_INERTIA, .tip_count = 1, .tips = {LONG}};
     struct subject s;
-    (void)state;
     open_subject(&s, LONG, revolute, NULL, (tfa_workspace_options){0});
     for (int pool = 0; pool < 2; pool++) {
         for (size_t k = 0; k < sizeof aba / sizeof *aba; k++)
@@ -144,7 +136,7 @@ static void other_requests_do_not(void **state)
 }
 
 /* Chains with other joints, rotor inertia or a floating base, trees */
-static void other_robots_do_not(void **state)
+TEST(other_robots_do_not)
 {
     static const random_robot_options robots[] = {
         {.shape = RANDOM_CHAIN, .all_types = true},
@@ -153,7 +145,6 @@ static void other_robots_do_not(void **state)
         {.shape = RANDOM_CHAIN}, /* on a floating base */
     };
     static const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
-    (void)state;
     for (size_t k = 0; k < sizeof robots / sizeof *robots; k++) {
         struct subject s;
         open_subject(&s, LONG + 8, robots[k], k == 3 ? &floating : NULL,
@@ -164,11 +155,10 @@ static void other_robots_do_not(void **state)
 }
 
 /* A state has the same bits alone, in a batch, in a batch that is cut, and by several threads. */
-static void bits_depend_on_the_state_alone(void **state)
+TEST(bits_depend_on_the_state_alone)
 {
     struct subject s;
     tfa_answer answers[STATES];
-    (void)state;
     open_subject(&s, LONG, revolute, NULL, (tfa_workspace_options){0});
     const size_t n = LONG;
     double *q = numbers(n * STATES), *tau = numbers(n * STATES), *qdd = calloc(n * STATES * 4, 8);
@@ -198,15 +188,4 @@ static void bits_depend_on_the_state_alone(void **state)
     free(tau);
     free(qdd);
     close_subject(&s);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(long_chains_go_by_scan),
-        cmocka_unit_test(other_requests_do_not),
-        cmocka_unit_test(other_robots_do_not),
-        cmocka_unit_test(bits_depend_on_the_state_alone),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

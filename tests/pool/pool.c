@@ -4,17 +4,11 @@
  * A pool answers as tfa_compute does, to the bit, whatever the number of threads and the size of
  * the batch, errors included; meant to run under ThreadSanitizer too.
  */
-#include <errno.h>
-#include <math.h>
-#include <sched.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
+#include "models.h"
+#include "test.h"
 
-#include <cmocka.h>
+#include <errno.h>
+#include <sched.h>
 #include <totalforce/totalforce.h>
 
 #define STATES 97
@@ -84,7 +78,7 @@ static void fill(struct bench *b)
 static void open_model(struct bench *b, tfa_model *model)
 {
     *b = (struct bench){.model = model};
-    assert_int_equal(tfa_workspace_create(model, NULL, &b->workspace), TFA_OK);
+    b->workspace = workspace_for(model, NULL);
     for (int k = 0; k < POOLS; k++) {
         const tfa_pool_options options = {.threads = pool_threads[k]};
         assert_int_equal(tfa_pool_create(model, &options, &b->pool[k]), TFA_OK);
@@ -96,10 +90,7 @@ static void open_model(struct bench *b, tfa_model *model)
 static void open_humanoid(struct bench *b, tfa_base base)
 {
     const tfa_model_options options = {.base = base};
-    tfa_model *model = NULL;
-    assert_int_equal(
-        tfa_model_load(TFA_SOURCE_DIR "/config/robots/humanoid.urdf", &options, NULL, &model),
-        TFA_OK);
+    tfa_model *model = bundled_model("humanoid.urdf", &options);
     open_model(b, model);
     static const char *const links[] = {"left_palm", "right_thumb_2_link", "head_camera_link"};
     for (int k = 0; k < WRENCHES; k++) {
@@ -246,22 +237,19 @@ static void same_bits(tfa_base base)
     close_bench(&b);
 }
 
-static void test_fixed(void **state)
+TEST(test_fixed)
 {
-    (void)state;
     same_bits(TFA_BASE_FIXED);
 }
 
-static void test_floating(void **state)
+TEST(test_floating)
 {
-    (void)state;
     same_bits(TFA_BASE_FLOATING);
 }
 
 /* The optional inputs absent, and the optional outputs too. */
-static void test_bare_request(void **state)
+TEST(test_bare_request)
 {
-    (void)state;
     struct bench b;
     open_humanoid(&b, TFA_BASE_FLOATING);
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -284,9 +272,8 @@ static void test_bare_request(void **state)
 }
 
 /* The index and the state that are blamed are those of the whole batch, of the first culprit. */
-static void test_bad_states(void **state)
+TEST(test_bad_states)
 {
-    (void)state;
     struct bench b;
     open_humanoid(&b, TFA_BASE_FLOATING);
     tfa_request r = request(&b, TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_AUTO, 0);
@@ -316,9 +303,8 @@ static void test_bad_states(void **state)
     close_bench(&b);
 }
 
-static void test_request_errors(void **state)
+TEST(test_request_errors)
 {
-    (void)state;
     struct bench b;
     open_humanoid(&b, TFA_BASE_FLOATING);
     const tfa_request good = request(&b, TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_AUTO, TIPS);
@@ -369,15 +355,13 @@ static tfa_model *point_arm(void)
                             .mimic = -1}};
     const tfa_description d = {
         .name = "point", .links = links, .link_count = 3, .joints = joints, .joint_count = 2};
-    tfa_model *model = NULL;
-    assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);
+    tfa_model *model = compiled(&d, NULL);
     return model;
 }
 
 /* A state that has no answer spoils no other, and the first of them is told. */
-static void test_singular_states(void **state)
+TEST(test_singular_states)
 {
-    (void)state;
     struct bench b;
     open_model(&b, point_arm());
     tfa_request r = request(&b, TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_ABA, 0);
@@ -409,9 +393,8 @@ static int in_pieces(const struct bench *b, tfa_pool *pool, const tfa_request *r
 }
 
 /* A batch in pieces of any size is the batch: same bits, same culprit. */
-static void test_pieces(void **state)
+TEST(test_pieces)
 {
-    (void)state;
     static const uint32_t pieces[] = {1, 2, 5, 8, 16, 31, STATES, 2 * STATES};
     struct bench b;
     open_model(&b, point_arm());
@@ -437,9 +420,8 @@ static void test_pieces(void **state)
 }
 
 /* Who asks for a priority gets it, or is told by name why not. */
-static void test_priority(void **state)
+TEST(test_priority)
 {
-    (void)state;
     tfa_team *team = NULL;
     tfa_team_options options = {.threads = 2, .priority = 100};
     assert_int_equal(tfa_team_create(&options, &team), TFA_E_ARGUMENT);
@@ -454,9 +436,8 @@ static void test_priority(void **state)
     tfa_team_free(team);
 }
 
-static void test_options(void **state)
+TEST(test_options)
 {
-    (void)state;
     tfa_model *model = point_arm();
     tfa_pool *pool = NULL;
     assert_int_equal(tfa_pool_create(NULL, NULL, &pool), TFA_E_ARGUMENT);
@@ -474,9 +455,8 @@ static void test_options(void **state)
 }
 
 /* Threads on the processor that this one may use anyway; then on one that no machine has. */
-static void test_processors(void **state)
+TEST(test_processors)
 {
-    (void)state;
     struct bench b;
     open_model(&b, point_arm());
     const int cpu = sched_getcpu();
@@ -504,16 +484,4 @@ static void test_processors(void **state)
         assert_null(pool);
     }
     close_bench(&b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_fixed),          cmocka_unit_test(test_floating),
-        cmocka_unit_test(test_bare_request),   cmocka_unit_test(test_bad_states),
-        cmocka_unit_test(test_request_errors), cmocka_unit_test(test_singular_states),
-        cmocka_unit_test(test_options),        cmocka_unit_test(test_processors),
-        cmocka_unit_test(test_pieces),         cmocka_unit_test(test_priority),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

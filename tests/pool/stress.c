@@ -6,21 +6,15 @@
  * two pools of different models, used by several threads at once. Meant to run under
  * ThreadSanitizer too.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "models.h"
+#include "test.h"
 
-#include <cmocka.h>
 #include <dirent.h>
 #include <errno.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/syscall.h>
 #include <time.h>
 #include <totalforce/totalforce.h>
@@ -45,7 +39,6 @@ static tfa_model *chain(uint32_t joints)
 {
     tfa_link *links = calloc(joints + 1, sizeof *links);
     tfa_joint *chain_joints = calloc(joints, sizeof *chain_joints);
-    tfa_model *model = NULL;
     assert_non_null(links);
     assert_non_null(chain_joints);
     for (uint32_t k = 0; k <= joints; k++)
@@ -68,24 +61,15 @@ static tfa_model *chain(uint32_t joints)
                                .link_count = joints + 1,
                                .joints = chain_joints,
                                .joint_count = joints};
-    assert_int_equal(tfa_model_create(&d, NULL, NULL, &model), TFA_OK);
+    tfa_model *model = compiled(&d, NULL);
     free(links);
     free(chain_joints);
-    return model;
-}
-
-static tfa_model *humanoid(void)
-{
-    tfa_model *model = NULL;
-    assert_int_equal(
-        tfa_model_load(TFA_SOURCE_DIR "/config/robots/humanoid.urdf", NULL, NULL, &model), TFA_OK);
     return model;
 }
 
 static void ask(struct question *x, tfa_model *model, tfa_method method, uint32_t states)
 {
     const size_t n = (size_t)tfa_model_v_count(model) * states;
-    tfa_workspace *w = NULL;
     x->model = model;
     x->numbers = n;
     x->memory = calloc(4 * n, sizeof *x->memory);
@@ -102,7 +86,7 @@ static void ask(struct question *x, tfa_model *model, tfa_method method, uint32_
                                .tau = x->memory + 2 * n};
     tfa_reply reply = {.qdd = x->expected};
     const tfa_workspace_options options = {.methods = TFA_METHODS_ALL};
-    assert_int_equal(tfa_workspace_create(model, &options, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, &options);
     assert_int_equal(tfa_compute(w, &x->request, &reply), TFA_OK);
     tfa_workspace_free(w);
 }
@@ -229,7 +213,7 @@ static void end_trouble(struct trouble *t)
 static void stress(uint32_t spin_ns)
 {
     struct question batch, few, parts[2];
-    tfa_model *robot = humanoid(), *snake = chain(300);
+    tfa_model *robot = bundled_model("humanoid.urdf", NULL), *snake = chain(300);
     ask(&batch, robot, TFA_METHOD_AUTO, STATES);
     ask(&few, robot, TFA_METHOD_TFA, 3);
     ask(&parts[0], snake, TFA_METHOD_SCAN, 1);
@@ -260,15 +244,13 @@ static void stress(uint32_t spin_ns)
 }
 
 /* Threads that sleep between requests, and threads that never do. */
-static void test_stopped_sleepers(void **state)
+TEST(test_stopped_sleepers)
 {
-    (void)state;
     stress(1000);
 }
 
-static void test_stopped_spinners(void **state)
+TEST(test_stopped_spinners)
 {
-    (void)state;
     stress(100000000);
 }
 
@@ -284,9 +266,8 @@ static void *ask_on(void *argument)
 {
     struct asker *a = argument;
     double *qdd = buffer(a->question);
-    tfa_workspace *own = NULL;
     const tfa_workspace_options options = {.methods = TFA_METHODS_ALL};
-    assert_int_equal(tfa_workspace_create(a->question->model, &options, &own), TFA_OK);
+    tfa_workspace *own = workspace_for(a->question->model, &options);
     for (const uint64_t start = now_ns(); now_ns() - start < TIME_NS;) {
         if (answer(a->pool, a->question, qdd)) {
             a->served++;
@@ -302,10 +283,9 @@ static void *ask_on(void *argument)
 }
 
 /* Three threads, two models, one team: one is served at a time, nobody waits for another. */
-static void test_shared_team(void **state)
+TEST(test_shared_team)
 {
-    (void)state;
-    tfa_model *models[2] = {humanoid(), chain(300)};
+    tfa_model *models[2] = {bundled_model("humanoid.urdf", NULL), chain(300)};
     struct question questions[2];
     tfa_pool *pools[2];
     tfa_team *team = NULL;
@@ -339,14 +319,4 @@ static void test_shared_team(void **state)
         tfa_model_free(models[k]);
     }
     tfa_team_free(team);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_stopped_sleepers),
-        cmocka_unit_test(test_stopped_spinners),
-        cmocka_unit_test(test_shared_team),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

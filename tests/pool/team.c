@@ -4,17 +4,10 @@
  * The team runs every task once in every phase, with any number of threads, also when threads are
  * stopped for milliseconds; meant to run under ThreadSanitizer too.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
-
 #include "pool/team.h"
+#include "test.h"
+
+#include <time.h>
 
 #define TASKS 67
 
@@ -57,17 +50,15 @@ static void run_phases(uint32_t threads, uint32_t spin_ns, int phases, int slow)
     team_stop(team);
 }
 
-static void test_every_task_once(void **state)
+TEST(test_every_task_once)
 {
-    (void)state;
     static const uint32_t threads[] = {1, 2, 3, 5, 16};
     for (size_t k = 0; k < sizeof threads / sizeof *threads; k++)
         run_phases(threads[k], 20000, 2000, 0);
 }
 
-static void test_sleeping_threads(void **state)
+TEST(test_sleeping_threads)
 {
-    (void)state;
     struct team *team = NULL;
     assert_int_equal(team_start(&team, &(struct team_options){4, 1, NULL, 0, NULL}), 0);
     struct count c = {.threads = 4, .tasks = TASKS};
@@ -80,29 +71,16 @@ static void test_sleeping_threads(void **state)
     team_stop(team);
 }
 
-static void test_stopped_threads(void **state)
+TEST(test_stopped_threads)
 {
-    (void)state;
     run_phases(4, 1000, 100, 1);
 }
 
-static void test_stop_without_work(void **state)
+TEST(test_stop_without_work)
 {
-    (void)state;
     for (int k = 0; k < 50; k++) {
         struct team *team = NULL;
         assert_int_equal(team_start(&team, &(struct team_options){3, 100, NULL, 0, NULL}), 0);
         team_stop(team);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_every_task_once),
-        cmocka_unit_test(test_sleeping_threads),
-        cmocka_unit_test(test_stopped_threads),
-        cmocka_unit_test(test_stop_without_work),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,14 +5,8 @@
  */
 #include "config.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "test.h"
 
-#include <cmocka.h>
-
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #define ROBOT "robots:\n  - name: arm\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n"
@@ -42,9 +36,8 @@ static char *load(const char *text, int expected, config **out)
     return errors;
 }
 
-static void defaults_hold(void **state)
+TEST(defaults_hold)
 {
-    (void)state;
     config *c;
     free(load(ROBOT, TFA_OK, &c));
     assert_int_equal(c->workers, 1);
@@ -63,9 +56,8 @@ static void defaults_hold(void **state)
     config_free(c);
 }
 
-static void values_arrive(void **state)
+TEST(values_arrive)
 {
-    (void)state;
     config *c;
     free(load("workers: 2\nallow_spin: off\nrealtime:\n  affinity: [0, 0]\n  mlock: yes\nlimits: "
               "{clients: 7}\n" ROBOT
@@ -91,9 +83,8 @@ static void values_arrive(void **state)
     config_free(c);
 }
 
-static void errors_name_line_and_column(void **state)
+TEST(errors_name_line_and_column)
 {
-    (void)state;
     static const struct {
         const char *text, *place, *what;
     } cases[] = {
@@ -177,9 +168,8 @@ static void errors_name_line_and_column(void **state)
     }
 }
 
-static void several_errors_in_one_go(void **state)
+TEST(several_errors_in_one_go)
 {
-    (void)state;
     config *c;
     char *errors =
         load("workers: 0\nspin_ns: 2000000000\n" ROBOT "    slots: 5\n", TFA_E_PARSE, &c);
@@ -189,9 +179,8 @@ static void several_errors_in_one_go(void **state)
     free(errors);
 }
 
-static void missing_file(void **state)
+TEST(missing_file)
 {
-    (void)state;
     config *c;
     char *errors = NULL;
     size_t size = 0;
@@ -213,9 +202,8 @@ static char *dump(const config *c)
 }
 
 /* What is printed can be read again and prints the same. */
-static void dump_is_a_fixed_point(void **state)
+TEST(dump_is_a_fixed_point)
 {
-    (void)state;
     config *c;
     free(load("dds:\n  domain: 3\ngroup: \"a \\\"b\\\"\\n\\t\"\n" ROBOT
               "    gravity: [0.1, 0, -9.81]\n"
@@ -244,9 +232,8 @@ static void dump_is_a_fixed_point(void **state)
           "        locked: [{joint: j, q: 0.5}, {joint: k, pose: [1, 2, 3]}]\n"                    \
           "        payload: [{link: l, mass: 2, com: [1, 2, 3], inertia: [1, 0, 0, 1, 0, 1]}]\n"
 
-static void scenes_arrive(void **state)
+TEST(scenes_arrive)
 {
-    (void)state;
     config *c;
     free(load(SCENES, TFA_OK, &c));
     const config_robot *robot = &c->robots[0];
@@ -275,9 +262,8 @@ static void scenes_arrive(void **state)
 }
 
 /* What a reload may change is not named, what it may not is. */
-static void restart_is_asked_for(void **state)
+TEST(restart_is_asked_for)
 {
-    (void)state;
     static const struct {
         const char *now, *next, *text;
     } cases[] = {
@@ -312,9 +298,8 @@ static void restart_is_asked_for(void **state)
 }
 
 /* The shipped examples are good, and full.yaml shows every key at its default. */
-static void examples_are_true(void **state)
+TEST(examples_are_true)
 {
-    (void)state;
     config *minimal, *full, *arm, *scenes;
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/minimal.yaml", stderr, &minimal), TFA_OK);
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/full.yaml", stderr, &full), TFA_OK);
@@ -342,20 +327,4 @@ static void examples_are_true(void **state)
     config_free(full);
     config_free(arm);
     config_free(scenes);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(defaults_hold),
-        cmocka_unit_test(values_arrive),
-        cmocka_unit_test(errors_name_line_and_column),
-        cmocka_unit_test(several_errors_in_one_go),
-        cmocka_unit_test(missing_file),
-        cmocka_unit_test(dump_is_a_fixed_point),
-        cmocka_unit_test(scenes_arrive),
-        cmocka_unit_test(restart_is_asked_for),
-        cmocka_unit_test(examples_are_true),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

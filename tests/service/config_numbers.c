@@ -5,20 +5,12 @@
  * good spellings and bad ones. The keys come from the table itself, so that a new one is tested
  * from its first day.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "config_table.h"
+#include "test.h"
 
-#include <cmocka.h>
-
-#include <math.h>
 #include <spawn.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include "config_table.h"
 
 enum { DEPTH_MAX = 6 };
 
@@ -272,9 +264,8 @@ static void refuse_bad(const numeric_key *key)
     }
 }
 
-static void bad_spellings_are_refused(void **state)
+TEST(bad_spellings_are_refused)
 {
-    (void)state;
     visit_all(refuse_bad, 26);
 }
 
@@ -297,9 +288,8 @@ static void refuse_beyond(const numeric_key *key)
     }
 }
 
-static void out_of_range_is_refused(void **state)
+TEST(out_of_range_is_refused)
 {
-    (void)state;
     visit_all(refuse_beyond, 26);
 }
 
@@ -368,9 +358,8 @@ static void take_good(const numeric_key *key)
         fail_msg("%s: nothing good was tried", key->path);
 }
 
-static void good_spellings_are_exact(void **state)
+TEST(good_spellings_are_exact)
 {
-    (void)state;
     visit_all(take_good, 26);
 }
 
@@ -405,18 +394,16 @@ static void verdict(const numeric_key *key)
     }
 }
 
-static void check_says_so(void **state)
+TEST(check_says_so)
 {
-    (void)state;
     visit_all(verdict, 26);
 }
 
 /* ---- text ---- */
 
 /* A text that ends at a NUL inside it would be another one. */
-static void a_nul_is_refused(void **state)
+TEST(a_nul_is_refused)
 {
-    (void)state;
     static const struct {
         const char *text, *place;
     } cases[] = {
@@ -443,14 +430,4 @@ static void a_nul_is_refused(void **state)
             fail_msg("%s should be at %s and name the NUL", errors, cases[i].place);
         free(errors);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(bad_spellings_are_refused), cmocka_unit_test(out_of_range_is_refused),
-        cmocka_unit_test(good_spellings_are_exact),  cmocka_unit_test(check_says_so),
-        cmocka_unit_test(a_nul_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,30 +4,20 @@
  * Two processes: sending and receiving, greetings and refusals, start and end.
  */
 #include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <unistd.h>
-
 #include <totalforce/dynamics.h>
+#include <unistd.h>
 
 #define TIMEOUT_NS WAIT_NS
 
 /* ---- sending and receiving ---- */
 
-static void pipelined(void **state)
+TEST(pipelined)
 {
-    (void)state;
     harness h;
     double q[7] = {0}, qdd[7], expected[7];
     const tfa_request r = {
@@ -35,8 +25,7 @@ static void pipelined(void **state)
     tfa_reply reply = {.qdd = qdd};
     tfa_exchange times;
     uint64_t id = 0, first = 0;
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *client;
     options.slots = 4;
@@ -65,14 +54,12 @@ static void pipelined(void **state)
 }
 
 /* A stopped daemon: calls time out, their late replies are nobody's, the next call has its own. */
-static void timeouts(void **state)
+TEST(timeouts)
 {
-    (void)state;
     static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
     harness h;
     double qdd[7], good[7];
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     for (int i = 0; i < 3; i++) {
         tfa_client *client = harness_connect(&h, "arm", waits[i]);
         assert_int_equal(tfa_client_get_info(client)->wait, waits[i]);
@@ -110,9 +97,8 @@ static tfa_client *connect_soon(const tfa_client_options *options)
     return client;
 }
 
-static void refusals(void **state)
+TEST(refusals)
 {
-    (void)state;
     harness h;
     harness_make(&h, ARM "    slots: 32\n    max_batch: 8\n",
                  "allow_spin: no\nlimits: {clients: 5, clients_per_user: 3, memory_mib: 4}\n");
@@ -151,12 +137,10 @@ static void refusals(void **state)
 }
 
 /* Full: said before the client could greet, heard all the same. */
-static void full_house(void **state)
+TEST(full_house)
 {
-    (void)state;
     harness h;
-    harness_make(&h, ARM, "limits: {clients: 1}\n");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "limits: {clients: 1}\n");
     tfa_client_options o = harness_options(&h, "arm");
     tfa_client *client = connect_soon(&o);
     for (int i = 0; i < 200; i++)
@@ -167,13 +151,11 @@ static void full_house(void **state)
 
 /* ---- start and end ---- */
 
-static void second_daemon_refuses(void **state)
+TEST(second_daemon_refuses)
 {
-    (void)state;
     harness h;
     double qdd[7];
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     harness second = h;
     const int status = harness_run(&second);
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
@@ -191,15 +173,13 @@ static int directory_is_empty(const char *path)
     return rmdir(path) == 0;
 }
 
-static void stops_clean(void **state)
+TEST(stops_clean)
 {
-    (void)state;
     static const int signals[] = {SIGTERM, SIGINT};
     for (int i = 0; i < 2; i++) {
         harness h;
         double qdd[7];
-        harness_make(&h, ARM, "");
-        harness_start(&h, "arm");
+        harness_serve(&h, ARM, "");
         tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
         assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
         kill(h.pid, SIGHUP);
@@ -213,9 +193,8 @@ static void stops_clean(void **state)
     }
 }
 
-static void bad_robots_are_named(void **state)
+TEST(bad_robots_are_named)
 {
-    (void)state;
     static const struct {
         const char *yaml, *text;
     } cases[] = {
@@ -233,9 +212,8 @@ static void bad_robots_are_named(void **state)
     }
 }
 
-static void armature_counts(void **state)
+TEST(armature_counts)
 {
-    (void)state;
     harness plain, heavy;
     double a[7], b[7];
     harness_make(&plain, ARM, "");
@@ -256,9 +234,8 @@ static void armature_counts(void **state)
 }
 
 /* One daemon, whose configuration changes: float is another answer, a refined one nearly the same. */
-static void precision_is_taken_in_a_reload(void **state)
+TEST(precision_is_taken_in_a_reload)
 {
-    (void)state;
     static const struct {
         const char *yaml;
         double nearest, farthest; /* relative, from double */
@@ -267,8 +244,7 @@ static void precision_is_taken_in_a_reload(void **state)
                  {ARM "    residual: f128\n", 0, 1e-13}};
     harness h;
     double plain[7], qdd[7];
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     assert_int_equal(ask_arm(client, 1, plain, TIMEOUT_NS), TFA_OK);
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -301,14 +277,12 @@ static void start_with_policy(harness *h, size_t policy)
 {
     char yaml[256];
     snprintf(yaml, sizeof yaml, ARM "%s", policies[policy].yaml);
-    harness_make(h, yaml, "");
-    harness_start(h, "arm");
+    harness_serve(h, yaml, "");
 }
 
 /* The estimate policy: one in `estimate_every` is measured, never, always, or as asked. */
-static void estimates_follow_the_policy(void **state)
+TEST(estimates_follow_the_policy)
 {
-    (void)state;
     for (size_t i = 0; i < POLICIES; i++) {
         harness h;
         const double q[7] = {0.1, 0.2, 0.3};
@@ -331,21 +305,4 @@ static void estimates_follow_the_policy(void **state)
         tfa_client_close(client);
         harness_remove(&h);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(pipelined),
-        cmocka_unit_test(timeouts),
-        cmocka_unit_test(refusals),
-        cmocka_unit_test(full_house),
-        cmocka_unit_test(second_daemon_refuses),
-        cmocka_unit_test(stops_clean),
-        cmocka_unit_test(bad_robots_are_named),
-        cmocka_unit_test(armature_counts),
-        cmocka_unit_test(precision_is_taken_in_a_reload),
-        cmocka_unit_test(estimates_follow_the_policy),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

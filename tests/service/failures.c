@@ -4,22 +4,14 @@
  * Where a method fails, through the real daemon: its answer is that of the library to the bit, comes
  * from whom and for the reason that the table says, is right, and the daemon is well afterwards.
  */
-#include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
-#include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/wait.h>
-
 #include "failures_table.h"
 #include "fixture.h"
+#include "harness.h"
+#include "models.h"
+#include "test.h"
+
+#include <signal.h>
+#include <sys/wait.h>
 
 /* The files and the configuration: a robot for each row. */
 static char *write_robots(const char *directory)
@@ -52,8 +44,7 @@ static void in_process(const failure *row, const hard_robot *robot, tfa_reply *r
 {
     const tfa_workspace_options options = {.precision = row->precision, .residual = row->residual};
     const tfa_request r = failure_guarded(row, robot);
-    tfa_workspace *w;
-    assert_int_equal(tfa_workspace_create(robot->model, &options, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(robot->model, &options);
     assert_int_equal(tfa_compute(w, &r, reply), TFA_OK);
     tfa_workspace_free(w);
 }
@@ -95,9 +86,8 @@ static void ordinary(const harness *h)
     tfa_client_close(client);
 }
 
-static void the_daemon_answers_where_methods_fail(void **state)
+TEST(the_daemon_answers_where_methods_fail)
 {
-    (void)state;
     harness h;
     harness_make(&h, ARM, "");
     char *yaml = write_robots(h.directory);
@@ -114,9 +104,8 @@ static void the_daemon_answers_where_methods_fail(void **state)
 }
 
 /* A tip without mass: the daemon does not start, and names the joint. */
-static void a_massless_tip_is_refused(void **state)
+TEST(a_massless_tip_is_refused)
 {
-    (void)state;
     char robots[512], path[128];
     harness h;
     harness_make(&h, ARM, "");
@@ -134,13 +123,4 @@ static void a_massless_tip_is_refused(void **state)
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) != 0);
     assert_true(harness_logged(&h, "joint 'wrist': nothing with mass moves with it"));
     harness_remove(&h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_daemon_answers_where_methods_fail),
-        cmocka_unit_test(a_massless_tip_is_refused),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

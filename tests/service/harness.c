@@ -5,19 +5,12 @@
  */
 #include "harness.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -131,6 +124,12 @@ static int wait_end(harness *h)
     show_log(h);
     fail_msg("the daemon did not end");
     return -1;
+}
+
+void harness_serve(harness *h, const char *robots, const char *more)
+{
+    harness_make(h, robots, more);
+    harness_start(h, "arm");
 }
 
 int harness_run(harness *h)

@@ -3,27 +3,18 @@
  *
  * Clients that speak the protocol themselves, and badly. A witness must not notice.
  */
+#include "client/hello.h"
 #include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
-
-#include "client/hello.h"
 
 #define TIMEOUT_NS WAIT_NS
 
@@ -157,9 +148,8 @@ static void close_scene(scene *s)
 
 /* ---- memory ---- */
 
-static void truncates_its_requests(void **state)
+TEST(truncates_its_requests)
 {
-    (void)state;
     scene s;
     open_scene(&s, "");
     for (int i = 0; i < 20; i++) {
@@ -181,10 +171,9 @@ static void truncates_its_requests(void **state)
     close_scene(&s);
 }
 
-static void replies_are_out_of_reach(void **state)
+TEST(replies_are_out_of_reach)
 {
     static const char *const backends[] = {"backend: shm\n", "backend: memfd\n"};
-    (void)state;
     for (int i = 0; i < 2; i++) {
         scene s;
         open_scene(&s, backends[i]);
@@ -208,9 +197,8 @@ static void replies_are_out_of_reach(void **state)
 /* ---- slots ---- */
 
 /* Random bytes under a good sequence number: every one is answered, most with a refusal. */
-static void writes_garbage(void **state)
+TEST(writes_garbage)
 {
-    (void)state;
     scene s;
     open_scene(&s, "");
     villain v = enter(&s.h, TFA_WAIT_HYBRID);
@@ -287,9 +275,8 @@ static void exchange_line(villain *v, const tfa_wire_request *line)
 }
 
 /* Counts without blocks, blocks without counts, counts beyond everything: each refused by name. */
-static void counts_without_measure(void **state)
+TEST(counts_without_measure)
 {
-    (void)state;
     scene s;
     open_scene(&s, "");
     villain v = enter(&s.h, TFA_WAIT_HYBRID);
@@ -315,10 +302,9 @@ static void counts_without_measure(void **state)
     close_scene(&s);
 }
 
-static void leaves_the_window(void **state)
+TEST(leaves_the_window)
 {
     static const uint64_t numbers[] = {2, 9, 1000, UINT64_MAX, UINT64_MAX - 8};
-    (void)state;
     scene s;
     open_scene(&s, "");
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
@@ -334,9 +320,8 @@ static void leaves_the_window(void **state)
 }
 
 /* Fills the ring again and again and never reads a reply; says it sleeps, too. */
-static void floods(void **state)
+TEST(floods)
 {
-    (void)state;
     scene s;
     open_scene(&s, "");
     villain v = enter(&s.h, TFA_WAIT_HYBRID);
@@ -363,9 +348,8 @@ static void floods(void **state)
 
 /* ---- the socket ---- */
 
-static void garbage_hello(void **state)
+TEST(garbage_hello)
 {
-    (void)state;
     scene s;
     open_scene(&s, "");
     for (int i = 0; i < 100; i++) {
@@ -392,9 +376,8 @@ static void garbage_hello(void **state)
     close_scene(&s);
 }
 
-static void speaks_after_the_greeting(void **state)
+TEST(speaks_after_the_greeting)
 {
-    (void)state;
     scene s;
     open_scene(&s, "");
     villain v = enter(&s.h, TFA_WAIT_BLOCK);
@@ -406,9 +389,8 @@ static void speaks_after_the_greeting(void **state)
 }
 
 /* Says nothing: turned out after a while. Takes the welcome and never reads it: no harm. */
-static void silent_ones(void **state)
+TEST(silent_ones)
 {
-    (void)state;
     scene s;
     open_scene(&s, "");
     int silent[10], deaf[10];
@@ -428,9 +410,8 @@ static void silent_ones(void **state)
     close_scene(&s);
 }
 
-static void more_than_may_come(void **state)
+TEST(more_than_may_come)
 {
-    (void)state;
     scene s;
     open_scene(&s, "limits: {clients: 4}\n");
     int fds[20];
@@ -449,17 +430,5 @@ static void more_than_may_come(void **state)
 int main(void)
 {
     signal(SIGPIPE, SIG_IGN);
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(truncates_its_requests),
-        cmocka_unit_test(replies_are_out_of_reach),
-        cmocka_unit_test(writes_garbage),
-        cmocka_unit_test(counts_without_measure),
-        cmocka_unit_test(leaves_the_window),
-        cmocka_unit_test(floods),
-        cmocka_unit_test(garbage_hello),
-        cmocka_unit_test(speaks_after_the_greeting),
-        cmocka_unit_test(silent_ones),
-        cmocka_unit_test(more_than_may_come),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

@@ -4,22 +4,13 @@
  * Specialised kernels in the daemon: loaded at the start, taken by a reload, refused with a reason.
  * The generic kernel serves in all other cases, and clients notice nothing.
  */
+#include "bench.h"
 #include "harness.h"
+#include "test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
-
-#include <math.h>
 #include <signal.h>
-#include <stdio.h>
-#include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-
-#include "bench.h"
 
 /* A folder with a stand-in for the arm, and a daemon that is told of it */
 struct served {
@@ -55,10 +46,9 @@ static void it_answers(const harness *h)
     tfa_client_close(client);
 }
 
-static void a_kernel_is_loaded(void **state)
+TEST(a_kernel_is_loaded)
 {
     struct served s;
-    (void)state;
     open_served(&s, "load");
     bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
     harness_start(&s.h, "arm");
@@ -67,10 +57,9 @@ static void a_kernel_is_loaded(void **state)
     close_served(&s);
 }
 
-static void off_is_off(void **state)
+TEST(off_is_off)
 {
     struct served s;
-    (void)state;
     open_served(&s, "off");
     bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
     harness_start(&s.h, "arm");
@@ -80,10 +69,9 @@ static void off_is_off(void **state)
 }
 
 /* The reason is in the log, and the robot is served all the same. */
-static void a_bad_one_is_refused(void **state)
+TEST(a_bad_one_is_refused)
 {
     struct served s;
-    (void)state;
     open_served(&s, "load");
     bench_build(&s.b, s.b.arm, "WRONG_ANSWER", s.kernel);
     harness_start(&s.h, "arm");
@@ -102,11 +90,10 @@ static void a_bad_one_is_refused(void **state)
 
 /* A reload takes a kernel that appeared, another build of it, and drops one that is gone; who is
  * connected stays. */
-static void a_reload_exchanges_kernels(void **state)
+TEST(a_reload_exchanges_kernels)
 {
     struct served s;
     double qdd[7];
-    (void)state;
     open_served(&s, "load");
     harness_start(&s.h, "arm");
     assert_true(harness_logged(&s.h, "robot 'arm': no kernel of its own yet"));
@@ -128,10 +115,9 @@ static void a_reload_exchanges_kernels(void **state)
     close_served(&s);
 }
 
-static void a_folder_must_be_named(void **state)
+TEST(a_folder_must_be_named)
 {
     harness h;
-    (void)state;
     harness_make(&h, ARM, "specialise: load\n");
     assert_int_not_equal(harness_run(&h), 0);
     assert_true(harness_logged(&h, "needs 'specialise_directory'"));
@@ -139,23 +125,12 @@ static void a_folder_must_be_named(void **state)
 }
 
 /* The daemon starts no compiler. */
-static void build_is_no_mode(void **state)
+TEST(build_is_no_mode)
 {
     struct served s;
-    (void)state;
     open_served(&s, "build");
     assert_int_not_equal(harness_run(&s.h), 0);
     assert_true(harness_logged(&s.h, "specialise: 'build'"));
     harness_remove(&s.h);
     bench_close(&s.b);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(a_kernel_is_loaded),     cmocka_unit_test(off_is_off),
-        cmocka_unit_test(a_bad_one_is_refused),   cmocka_unit_test(a_reload_exchanges_kernels),
-        cmocka_unit_test(a_folder_must_be_named), cmocka_unit_test(build_is_no_mode),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

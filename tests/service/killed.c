@@ -4,17 +4,9 @@
  * SIGKILL on either side: nothing leaks, nobody else notices, everybody recovers.
  */
 #include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -82,13 +74,11 @@ static void assert_descriptors(const harness *h, int expected)
     assert_int_equal(now, expected);
 }
 
-static void clients_killed(void **state)
+TEST(clients_killed)
 {
-    (void)state;
     harness h;
     int end[2], status;
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end), 0);
     pid_t witness = fork();
     if (witness == 0) {
@@ -144,9 +134,8 @@ static void stop_still(const harness *h)
 }
 
 /* A call under way hears of it, long before its timeout, in every wait mode. */
-static void calls_hear_of_it(void **state)
+TEST(calls_hear_of_it)
 {
-    (void)state;
     static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
     harness h;
     double qdd[7], before[7];
@@ -178,9 +167,8 @@ static void calls_hear_of_it(void **state)
     harness_remove(&h);
 }
 
-static void lost_requests_are_reported(void **state)
+TEST(lost_requests_are_reported)
 {
-    (void)state;
     harness h;
     double q[7] = {0}, qdd[7];
     const tfa_request r = {
@@ -188,8 +176,7 @@ static void lost_requests_are_reported(void **state)
     tfa_reply reply = {.qdd = qdd};
     tfa_exchange times;
     uint64_t ids[3];
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
     stop_still(&h);
@@ -212,13 +199,11 @@ static void lost_requests_are_reported(void **state)
     harness_remove(&h);
 }
 
-static void reconnect_waits_for_the_daemon(void **state)
+TEST(reconnect_waits_for_the_daemon)
 {
-    (void)state;
     harness h;
     double qdd[7];
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *hasty, *patient = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     options.connect_timeout_ms = 30;
@@ -243,9 +228,8 @@ static void reconnect_waits_for_the_daemon(void **state)
 }
 
 /* After the restart the name stands for a robot of another size: the buffers do not fit. */
-static void another_robot_is_refused(void **state)
+TEST(another_robot_is_refused)
 {
-    (void)state;
     harness h, other;
     double qdd[7];
     harness_make(&h, ARM, "");
@@ -266,13 +250,11 @@ static void another_robot_is_refused(void **state)
     harness_remove(&h);
 }
 
-static void stale_sockets_are_removed(void **state)
+TEST(stale_sockets_are_removed)
 {
-    (void)state;
     harness h;
     char old[160], file[160];
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     (void)harness_stop(&h, SIGKILL);
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     snprintf(old, sizeof old, "%s/gone.sock", h.runtime_dir);
@@ -287,17 +269,4 @@ static void stale_sockets_are_removed(void **state)
     assert_int_not_equal(access(old, F_OK), 0);
     assert_int_equal(access(file, F_OK), 0);
     harness_remove(&h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(clients_killed),
-        cmocka_unit_test(calls_hear_of_it),
-        cmocka_unit_test(lost_requests_are_reported),
-        cmocka_unit_test(reconnect_waits_for_the_daemon),
-        cmocka_unit_test(another_robot_is_refused),
-        cmocka_unit_test(stale_sockets_are_removed),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

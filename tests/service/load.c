@@ -5,14 +5,9 @@
  */
 #include "load.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
+#include "models.h"
+#include "test.h"
 
-#include <cmocka.h>
-
-#include <stdlib.h>
-#include <string.h>
 #include <time.h>
 
 static uint64_t clock_ns(void)
@@ -40,10 +35,9 @@ static tfa_request make_request(uint32_t state, double numbers[3][LOAD_JOINTS])
 
 static void expect(load_client *l, int which, const tfa_model *model)
 {
-    tfa_workspace *w;
     double numbers[3][LOAD_JOINTS];
     l->tags[which] = tfa_model_tag(model);
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, NULL);
     for (uint32_t s = 0; s < LOAD_STATES; s++) {
         const tfa_request r = make_request(s, numbers);
         tfa_reply reply = {.qdd = l->expected[which][s]};

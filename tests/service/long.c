@@ -6,19 +6,12 @@
  * tfa_compute.
  */
 #include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "models.h"
+#include "test.h"
 
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define STATES 1024
 #define BATCHES 24
@@ -47,10 +40,9 @@ static tfa_request request_of(const batch *b)
 static void make_batch(batch *b)
 {
     tfa_model *model;
-    tfa_workspace *w;
     assert_int_equal(
         tfa_model_load(TFA_SOURCE_DIR "/config/robots/humanoid.urdf", NULL, NULL, &model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, NULL);
     b->joints = tfa_model_v_count(model);
     const size_t n = (size_t)STATES * b->joints;
     b->q = calloc(5 * n, sizeof *b->q);
@@ -170,22 +162,19 @@ static void beside(const char *more, bool same_worker, const char *logged)
     free(b.q);
 }
 
-static void alone(void **state)
+TEST(alone)
 {
-    (void)state;
     beside("", true, NULL);
 }
 
-static void on_the_pool(void **state)
+TEST(on_the_pool)
 {
-    (void)state;
     beside("pool:\n  threads: 2\n", true, "pool: 2 threads");
 }
 
 /* More threads than processors, at a priority that may not be had. */
-static void oversubscribed(void **state)
+TEST(oversubscribed)
 {
-    (void)state;
     beside("workers: 2\npool:\n  threads: 5\n  from: 100\n  priority: 1\n  affinity: [0]\n"
            "  spin_ns: 1000\n",
            false, "pool: 5 threads");
@@ -207,9 +196,8 @@ static void *ask_large(void *argument)
     return NULL;
 }
 
-static void one_pool_for_two_workers(void **state)
+TEST(one_pool_for_two_workers)
 {
-    (void)state;
     harness h;
     static greedy clients[2];
     const char *more = "workers: 2\npool:\n  threads: 2\n";
@@ -233,15 +221,4 @@ static void one_pool_for_two_workers(void **state)
     }
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(alone),
-        cmocka_unit_test(on_the_pool),
-        cmocka_unit_test(oversubscribed),
-        cmocka_unit_test(one_pool_for_two_workers),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

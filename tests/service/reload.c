@@ -6,17 +6,10 @@
  * `test_reload SWAPS [spin]` measures what an exchange costs the requests around it.
  */
 #include "load.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "models.h"
+#include "test.h"
 
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -52,9 +45,7 @@ static void make_models(models *m)
     for (int i = 0; i < LOAD_MODELS; i++) {
         const tfa_model_options options = {.gravity = gravities[i]};
         tfa_report report = {0};
-        assert_int_equal(tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &options,
-                                        &report, &m->plain[i]),
-                         TFA_OK);
+        m->plain[i] = bundled_model("arm7.urdf", &options);
         assert_int_equal(
             tfa_model_derive(m->plain[i], NULL, &payloads[i], 1, &report, &m->loaded[i]), TFA_OK);
         tfa_report_free(&report);
@@ -119,8 +110,7 @@ static void under_load(int swaps, tfa_wait wait)
     make_models(&m);
     const load_robot robots[LOAD_CLIENTS] = {{"arm", {m.plain[0], m.plain[1]}},
                                              {"arm.loaded", {m.loaded[0], m.loaded[1]}}};
-    harness_make(&h, yaml[0], "");
-    harness_start(&h, "arm");
+    harness_serve(&h, yaml[0], "");
     load_start(&l, &h, robots, wait);
     sleep_ms(QUIET_MS * (unsigned)swaps);
     const uint32_t quiet = atomic_load(&l.count);
@@ -140,9 +130,8 @@ static void under_load(int swaps, tfa_wait wait)
     harness_remove(&h);
 }
 
-static void swapped_under_load(void **state)
+TEST(swapped_under_load)
 {
-    (void)state;
     under_load(SWAPS, TFA_WAIT_HYBRID);
 }
 
@@ -159,8 +148,7 @@ static void other_shape(tfa_wait wait)
     const tfa_request request = {
         .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
     uint64_t id;
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     tfa_client *client = harness_connect(&h, "arm", wait);
     tfa_client *idle = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     const uint32_t slots = tfa_client_get_info(client)->slots;
@@ -186,9 +174,8 @@ static void other_shape(tfa_wait wait)
     harness_remove(&h);
 }
 
-static void shape_changes(void **state)
+TEST(shape_changes)
 {
-    (void)state;
     other_shape(TFA_WAIT_HYBRID);
     other_shape(TFA_WAIT_SPIN);
     other_shape(TFA_WAIT_BLOCK);
@@ -230,12 +217,10 @@ static void *ask_all_shapes(void *argument)
     return NULL;
 }
 
-static void shape_changes_while_asked(void **state)
+TEST(shape_changes_while_asked)
 {
-    (void)state;
     harness h;
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     asker askers[2] = {{.h = &h, .wait = TFA_WAIT_HYBRID}, {.h = &h, .wait = TFA_WAIT_BLOCK}};
     for (int i = 0; i < 2; i++)
         assert_int_equal(pthread_create(&askers[i].thread, NULL, ask_all_shapes, &askers[i]), 0);
@@ -278,9 +263,8 @@ static char *read_file(const char *path)
 }
 
 /* Each reload is refused and named, and the model of before answers with the same bits. */
-static void refused(void **state)
+TEST(refused)
 {
-    (void)state;
 #define OWN "  - name: arm\n    urdf: arm.urdf\n"
     static const struct {
         const char *robots, *more, *urdf, *text;
@@ -330,13 +314,11 @@ static void refused(void **state)
 }
 
 /* What only the control thread reads is taken over, too; the models need not change. */
-static void limits_are_taken(void **state)
+TEST(limits_are_taken)
 {
-    (void)state;
     harness h;
     tfa_client *second;
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     harness_configure(&h, ARM, "limits: {clients: 1}\n");
     reload(&h);
@@ -348,13 +330,11 @@ static void limits_are_taken(void **state)
 }
 
 /* Signals that come faster than reloads end are not forgotten: the last file is the one. */
-static void many_signals(void **state)
+TEST(many_signals)
 {
-    (void)state;
     harness h;
     double heavy[7], light[7], last[7];
-    harness_make(&h, ARM, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
     assert_int_equal(ask_arm(client, 1, heavy, TIMEOUT_NS), TFA_OK);
     for (int i = 0; i < 50; i++) {
@@ -377,9 +357,8 @@ static void many_signals(void **state)
 }
 
 /* SIGKILL or SIGTERM in the middle of a reload: nothing is left, it starts again. */
-static void ended_in_a_reload(void **state)
+TEST(ended_in_a_reload)
 {
-    (void)state;
     harness h;
     double qdd[7];
     harness_make(&h, ARM, "");
@@ -407,11 +386,5 @@ int main(int argc, char **argv)
                    argc > 2 && strcmp(argv[2], "spin") == 0 ? TFA_WAIT_SPIN : TFA_WAIT_HYBRID);
         return 0;
     }
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(swapped_under_load),        cmocka_unit_test(shape_changes),
-        cmocka_unit_test(shape_changes_while_asked), cmocka_unit_test(refused),
-        cmocka_unit_test(limits_are_taken),          cmocka_unit_test(many_signals),
-        cmocka_unit_test(ended_in_a_reload),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return test_run(NULL, NULL);
 }

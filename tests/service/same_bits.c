@@ -4,18 +4,10 @@
  * Through the daemon and in process: the same bits, the same refusals, for every op.
  */
 #include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "models.h"
+#include "test.h"
 
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>
 
@@ -288,10 +280,9 @@ static void same_bits_with(const harness *h, const robot_case *robot)
     const tfa_model_options options = {.base = robot->base};
     tfa_report report = {0};
     tfa_model *model;
-    tfa_workspace *workspace;
     snprintf(path, sizeof path, "%s/config/robots/%s", TFA_SOURCE_DIR, robot->file);
     assert_int_equal(tfa_model_load(path, &options, &report, &model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(model, NULL, &workspace), TFA_OK);
+    tfa_workspace *workspace = workspace_for(model, NULL);
     tfa_client_options client_options = harness_options(h, robot->name);
     tfa_client *client;
     client_options.max_batch = BATCH;
@@ -309,26 +300,18 @@ static void same_bits_with(const harness *h, const robot_case *robot)
     tfa_report_free(&report);
 }
 
-static void same_bits(void **state)
+TEST(same_bits)
 {
     static const char *const settings[] = {"", "backend: memfd\nworkers: 2\n"};
     char yaml[1024];
-    (void)state;
     fill_numbers();
     robots_yaml(yaml, sizeof yaml);
     for (int i = 0; i < 2; i++) {
         harness h;
-        harness_make(&h, yaml, settings[i]);
-        harness_start(&h, "arm");
+        harness_serve(&h, yaml, settings[i]);
         for (size_t k = 0; k < ROBOTS; k++)
             same_bits_with(&h, &robots[k]);
         assert_int_equal(harness_stop(&h, SIGTERM), 0);
         harness_remove(&h);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(same_bits)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

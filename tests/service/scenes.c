@@ -4,19 +4,11 @@
  * Scenes and policies of the configuration: the daemon serves what the library compiles.
  */
 #include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "models.h"
+#include "test.h"
 
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
-
 #include <totalforce/description.h>
 #include <totalforce/model.h>
 
@@ -76,8 +68,7 @@ static void assert_serves(const harness *h, const char *name, const tfa_model *m
                                  .base_pose = info->base_freedoms ? pose : NULL};
     tfa_reply a = {.qdd = here, .base_acceleration = base[0]};
     tfa_reply b = {.qdd = there, .base_acceleration = base[1]};
-    tfa_workspace *w;
-    assert_int_equal(tfa_workspace_create(model, NULL, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(model, NULL);
     assert_int_equal(tfa_compute(w, &request, &a), TFA_OK);
     assert_int_equal(tfa_client_call(client, &request, &b, TIMEOUT_NS, NULL), TFA_OK);
     assert_memory_equal(here, there, info->v_count * sizeof(double));
@@ -120,14 +111,12 @@ static void check_humanoid(const harness *h)
     tfa_model_free(arm);
 }
 
-static void example_is_served(void **state)
+TEST(example_is_served)
 {
-    (void)state;
     harness h;
     char robots[8192] = "";
     read_robots(TFA_SOURCE_DIR "/config/scenes.yaml", robots, sizeof robots);
-    harness_make(&h, robots, "");
-    harness_start(&h, "arm");
+    harness_serve(&h, robots, "");
     check_arm(&h);
     check_humanoid(&h);
     assert_true(harness_logged(&h, "robot 'arm.moon': 7 joints"));
@@ -149,9 +138,8 @@ static int run_check(const harness *h)
 }
 
 /* A start and --check say the same. */
-static void mistakes_are_named(void **state)
+TEST(mistakes_are_named)
 {
-    (void)state;
     static const struct {
         const char *yaml, *text;
     } cases[] = {
@@ -183,9 +171,8 @@ static void mistakes_are_named(void **state)
 }
 
 /* A start would end because of them; as an ordinary user it would not even look at `user`. */
-static void users_and_groups_exist(void **state)
+TEST(users_and_groups_exist)
 {
-    (void)state;
     static const struct {
         const char *more, *user, *group;
         int status;
@@ -207,9 +194,8 @@ static void users_and_groups_exist(void **state)
     }
 }
 
-static void good_ones_pass_the_check(void **state)
+TEST(good_ones_pass_the_check)
 {
-    (void)state;
     harness h;
     harness_make(&h, ARM "    scenes: [{name: s, gravity: [0, 0, -1]}]\n", "");
     assert_int_equal(run_check(&h), 0);
@@ -257,9 +243,8 @@ static int freedoms_with(const char *inner, const char *policy)
     return freedoms;
 }
 
-static void policies_count(void **state)
+TEST(policies_count)
 {
-    (void)state;
     static const char mimic[] = LINK("a", INERTIA) LINK("b", INERTIA) JOINT("j", "base", "a", "")
         JOINT("k", "a", "b", "<mimic joint=\"j\" multiplier=\"2\"/>");
     static const char wrong[] =
@@ -274,14 +259,4 @@ static void policies_count(void **state)
     assert_int_equal(freedoms_with(wrong, "    inertia: repair\n"), 1);
     assert_int_equal(freedoms_with(leaf, ""), -1);
     assert_int_equal(freedoms_with(leaf, "    lock_massless_leaves: yes\n"), 1);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(example_is_served),      cmocka_unit_test(mistakes_are_named),
-        cmocka_unit_test(users_and_groups_exist), cmocka_unit_test(good_ones_pass_the_check),
-        cmocka_unit_test(policies_count),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

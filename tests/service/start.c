@@ -4,18 +4,10 @@
  * What the daemon does around serving: service manager, user, rights, very large robots.
  */
 #include "harness.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include <pwd.h>
 #include <signal.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/time.h>
@@ -48,9 +40,8 @@ static void expect_message(int fd, const char *text)
     assert_non_null(strstr(message, text));
 }
 
-static void tells_the_service_manager(void **state)
+TEST(tells_the_service_manager)
 {
-    (void)state;
     harness h;
     char socket_name[160], message[256];
 #ifndef TFA_TEST_SYSTEMD
@@ -88,9 +79,8 @@ static uid_t user_of(pid_t pid)
     return info.st_uid;
 }
 
-static void becomes_the_user(void **state)
+TEST(becomes_the_user)
 {
-    (void)state;
     harness h;
     double qdd[7];
     const struct passwd *nobody = getpwnam("nobody");
@@ -112,13 +102,11 @@ static void becomes_the_user(void **state)
 }
 
 /* Had or not had: it is said, and the daemon serves. */
-static void rights_are_reported(void **state)
+TEST(rights_are_reported)
 {
-    (void)state;
     harness h;
     double qdd[7];
-    harness_make(&h, ARM, "realtime: {priority: 1, affinity: [0], mlock: yes}\n");
-    harness_start(&h, "arm");
+    harness_serve(&h, ARM, "realtime: {priority: 1, affinity: [0], mlock: yes}\n");
     assert_true(harness_logged(&h, "FIFO priority 1") ||
                 harness_logged(&h, "realtime.priority: worker 0 stays"));
     assert_true(harness_logged(&h, "memory is locked") ||
@@ -129,9 +117,8 @@ static void rights_are_reported(void **state)
     harness_remove(&h);
 }
 
-static void unknown_user_is_named(void **state)
+TEST(unknown_user_is_named)
 {
-    (void)state;
     harness h;
     harness_make(&h, ARM, "group: nobody-has-this-name\n");
     assert_int_not_equal(harness_run(&h), 0);
@@ -139,9 +126,8 @@ static void unknown_user_is_named(void **state)
     harness_remove(&h);
 }
 
-static void open_directory_is_refused(void **state)
+TEST(open_directory_is_refused)
 {
-    (void)state;
     harness h;
     harness_make(&h, ARM, "");
     assert_int_equal(mkdir(h.runtime_dir, 0777), 0);
@@ -203,9 +189,8 @@ static void ask_chain(tfa_client *client)
     assert_int_equal(reply.field, TFA_FIELD_COUNT);
 }
 
-static void very_long_robot(void **state)
+TEST(very_long_robot)
 {
-    (void)state;
     harness h;
     char file[96], name[64];
     harness_make(&h, "  - {name: chain, urdf: chain.urdf}\n", "");
@@ -227,14 +212,4 @@ static void very_long_robot(void **state)
     ask_chain(client);
     tfa_client_close(client);
     harness_remove(&h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(tells_the_service_manager), cmocka_unit_test(becomes_the_user),
-        cmocka_unit_test(rights_are_reported),       cmocka_unit_test(unknown_user_is_named),
-        cmocka_unit_test(open_directory_is_refused), cmocka_unit_test(very_long_robot),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

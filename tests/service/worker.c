@@ -3,22 +3,15 @@
  *
  * A worker with a solver of our own: its cycle without a thread, then with threads on all sides.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
-#include <pthread.h>
-#include <sched.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "worker.h"
 
 #include "port_calls.h"
 #include "sigbus.h"
-#include "worker.h"
+#include "test.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <unistd.h>
 
 #define CLIENTS 3
 #define EXCHANGES 3000
@@ -57,9 +50,8 @@ static void make_bench(bench *b, tfa_wait wait)
 
 /* ---- without a thread ---- */
 
-static void cycle_answers(void **state)
+TEST(cycle_answers)
 {
-    (void)state;
     bench b;
     tfa_port port;
     make_bench(&b, TFA_WAIT_BLOCK);
@@ -80,9 +72,8 @@ static void cycle_answers(void **state)
 }
 
 /* A client with a full ring does not keep another waiting for more than its turn. */
-static void turns_are_bounded(void **state)
+TEST(turns_are_bounded)
 {
-    (void)state;
     bench b;
     tfa_port greedy, modest;
     make_bench(&b, TFA_WAIT_BLOCK);
@@ -105,9 +96,8 @@ static void turns_are_bounded(void **state)
     tfa_worker_destroy(b.worker);
 }
 
-static void refusals_are_counted(void **state)
+TEST(refusals_are_counted)
 {
-    (void)state;
     bench b;
     tfa_port port;
     tfa_wire_ask ask;
@@ -137,9 +127,8 @@ static void refusals_are_counted(void **state)
     tfa_worker_destroy(b.worker);
 }
 
-static void broken_window_ends_the_client(void **state)
+TEST(broken_window_ends_the_client)
 {
-    (void)state;
     bench b;
     tfa_port bad, good;
     make_bench(&b, TFA_WAIT_BLOCK);
@@ -158,9 +147,8 @@ static void broken_window_ends_the_client(void **state)
     tfa_worker_destroy(b.worker);
 }
 
-static void seats_run_out_and_come_back(void **state)
+TEST(seats_run_out_and_come_back)
 {
-    (void)state;
     bench b;
     tfa_port *ports = calloc(TFA_WORKER_SEATS + 1, sizeof *ports);
     make_bench(&b, TFA_WAIT_BLOCK);
@@ -178,9 +166,8 @@ static void seats_run_out_and_come_back(void **state)
     tfa_worker_destroy(b.worker);
 }
 
-static void sleep_ends_for_requests_and_kicks(void **state)
+TEST(sleep_ends_for_requests_and_kicks)
 {
-    (void)state;
     bench b;
     tfa_port port;
     make_bench(&b, TFA_WAIT_BLOCK);
@@ -274,22 +261,19 @@ static void threads(tfa_wait wait)
     tfa_worker_destroy(b.worker);
 }
 
-static void threads_hybrid(void **state)
+TEST(threads_hybrid)
 {
-    (void)state;
     threads(TFA_WAIT_HYBRID);
 }
 
-static void threads_block(void **state)
+TEST(threads_block)
 {
-    (void)state;
     threads(TFA_WAIT_BLOCK);
 }
 
 /* What is in the rings when the end comes is answered. */
-static void stop_drains(void **state)
+TEST(stop_drains)
 {
-    (void)state;
     bench b;
     tfa_port port;
     make_bench(&b, TFA_WAIT_BLOCK);
@@ -344,9 +328,8 @@ static void make_bench_of(bench *b, one_of *one)
 }
 
 /* The cycle after an offer answers with it, and without requests takes it all the same. */
-static void offers_are_taken(void **state)
+TEST(offers_are_taken)
 {
-    (void)state;
     bench b;
     one_of ones[3] = {{0}};
     tfa_port port;
@@ -367,9 +350,8 @@ static void offers_are_taken(void **state)
 
 /* Clients ask all the time; each solver is spoilt as soon as the worker says that it took the next.
  * ThreadSanitizer sees to it that this is an order and not luck. */
-static void offers_while_asked(void **state)
+TEST(offers_while_asked)
 {
-    (void)state;
     bench b;
     one_of *ones = calloc(OFFERS, sizeof *ones);
     tfa_port ports[CLIENTS];
@@ -404,9 +386,8 @@ static void offers_while_asked(void **state)
 }
 
 /* What a client sent before it has to go is answered; another is not disturbed. */
-static void drained_seats(void **state)
+TEST(drained_seats)
 {
-    (void)state;
     bench b;
     _Atomic bool hold = false;
     one_of one = {.hold = &hold};
@@ -437,23 +418,4 @@ static void drained_seats(void **state)
     pthread_join(b.thread, NULL);
     tfa_worker_destroy(b.worker);
     free(port.memory);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cycle_answers),
-        cmocka_unit_test(turns_are_bounded),
-        cmocka_unit_test(refusals_are_counted),
-        cmocka_unit_test(broken_window_ends_the_client),
-        cmocka_unit_test(seats_run_out_and_come_back),
-        cmocka_unit_test(sleep_ends_for_requests_and_kicks),
-        cmocka_unit_test(threads_hybrid),
-        cmocka_unit_test(threads_block),
-        cmocka_unit_test(stop_drains),
-        cmocka_unit_test(offers_are_taken),
-        cmocka_unit_test(offers_while_asked),
-        cmocka_unit_test(drained_seats),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,14 +3,8 @@
  *
  * Long requests in a worker without a thread: what comes between their parts, and what does not.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
-
 #include "port_calls.h"
+#include "test.h"
 #include "worker_internal.h"
 
 #define LONG 4 /* states */
@@ -92,9 +86,8 @@ static void send_short(slow *s)
 
 /* A short request that comes during a long one waits for one part of it; a long one of another
  * client, and what the same client sent behind, for its end. */
-static void short_requests_come_between(void **state)
+TEST(short_requests_come_between)
 {
-    (void)state;
     slow s = {.in_pause = send_short};
     tfa_port busy, other, rival;
     tfa_worker *worker = make_worker(&s);
@@ -134,9 +127,8 @@ static bool took(const tfa_worker *w)
 }
 
 /* A long request is answered by one solver from its beginning to its end. */
-static void long_requests_keep_their_solver(void **state)
+TEST(long_requests_keep_their_solver)
 {
-    (void)state;
     slow first = {.in_pause = offer_again}, second = {0};
     tfa_port busy;
     tfa_worker *worker = make_worker(&first);
@@ -152,13 +144,4 @@ static void long_requests_keep_their_solver(void **state)
     assert_true(took(worker));
     tfa_port_close(&busy);
     tfa_worker_destroy(worker);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(short_requests_come_between),
-        cmocka_unit_test(long_requests_keep_their_solver),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,13 +5,7 @@
  */
 #include "atlas.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 static const struct {
     const char *what;
@@ -28,9 +22,8 @@ static const struct {
     {"not finite", {.refused = 3, .status = TFA_E_NOT_COMPUTED, .error = INFINITY}, 1, 1, 0, 1},
 };
 
-static void rows_are_judged(void **state)
+TEST(rows_are_judged)
 {
-    (void)state;
     for (size_t i = 0; i < sizeof made_up / sizeof *made_up; i++) {
         atlas_row row = made_up[i].row;
         row.method = TFA_METHOD_TFA;
@@ -44,9 +37,8 @@ static void rows_are_judged(void **state)
     }
 }
 
-static void a_summary_finds_the_worst(void **state)
+TEST(a_summary_finds_the_worst)
 {
-    (void)state;
     atlas_row rows[3] = {
         {.mode = ATLAS_SERVICE, .own = 2, .worst = 1e-6, .floor = 1e-6, .unsaid = 2},
         {.mode = ATLAS_SERVICE,
@@ -66,9 +58,8 @@ static void a_summary_finds_the_worst(void **state)
     assert_int_equal(s.unsaid, 2); /* what a method alone does is no word of the service */
 }
 
-static void axes_end_where_they_should(void **state)
+TEST(axes_end_where_they_should)
 {
-    (void)state;
     for (int map = 0; map < ATLAS_MAP_COUNT; map++) {
         const double first = atlas_value((atlas_map)map, 0, 13);
         const double last = atlas_value((atlas_map)map, 12, 13);
@@ -82,9 +73,8 @@ static void axes_end_where_they_should(void **state)
     assert_true(fabs(atlas_value(ATLAS_RATIO, 6, 13) / 1e6 - 1.0) < 1e-12);
 }
 
-static void numbers_are_short(void **state)
+TEST(numbers_are_short)
 {
-    (void)state;
     static const struct {
         double value;
         const char *text;
@@ -96,15 +86,4 @@ static void numbers_are_short(void **state)
         atlas_short(text, sizeof text, cases[i].value);
         assert_string_equal(text, cases[i].text);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(rows_are_judged),
-        cmocka_unit_test(a_summary_finds_the_worst),
-        cmocka_unit_test(axes_end_where_they_should),
-        cmocka_unit_test(numbers_are_short),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,33 +5,24 @@
  * and every input. Rows of several seeds: medians, least and largest; rows with the same answers.
  */
 #include "chart.h"
-
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "models.h"
+#include "test.h"
 
 #define STANDARD_GRAVITY 9.80665
 
 /* One rod of 1 kg and 1 m on a hinge about x; gravity along y, so that the cosine of q counts. The
  * torque balances the weight but for rounding, so that the rounding of the cosine is what is left. */
-static void cosines_are_rounded_on_their_own(void **state)
+TEST(cosines_are_rounded_on_their_own)
 {
-    (void)state;
     const mechanism_options rod = mechanism_defaults(MECHANISM_STRAIGHT, 1);
     tfa_description *description = mechanism_make(&rod);
-    tfa_model *model = NULL;
-    assert_int_equal(tfa_model_create(description, NULL, NULL, &model), TFA_OK);
+    tfa_model *model = compiled(description, NULL);
     const double inertia = description->links[1].inertia[0] + 0.25;
     const double q = 1e-3, gravity[3] = {0.0, -STANDARD_GRAVITY, 0.0};
     const long double weight = 0.5L * STANDARD_GRAVITY;
     double tau = -(double)(weight * cosl(q));
     double qdd[2];
     for (int rounded = 0; rounded < 2; rounded++) {
-        tfa_workspace *w = NULL;
         tfa_answer answer;
         const tfa_workspace_options options = {.precision = TFA_F128, .round_sincos = rounded};
         const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -42,7 +33,7 @@ static void cosines_are_rounded_on_their_own(void **state)
                                      .tau = &tau,
                                      .gravity = gravity};
         tfa_reply reply = {.qdd = &qdd[rounded], .answers = &answer};
-        assert_int_equal(tfa_workspace_create(model, &options, &w), TFA_OK);
+        tfa_workspace *w = workspace_for(model, &options);
         assert_int_equal(tfa_compute(w, &request, &reply), TFA_OK);
         tfa_workspace_free(w);
     }
@@ -72,17 +63,15 @@ static double change_with(tfa_workspace *w, const chart_data *d)
 
 /* The effect of rounded sines and cosines alone is in the floor. On a straight chain near q = 0 it is
  * larger than that of the last bits of all other numbers. */
-static void the_floor_holds_the_rounding_of_cosines(void **state)
+TEST(the_floor_holds_the_rounding_of_cosines)
 {
-    (void)state;
     chart_case c;
     chart_data d;
-    tfa_workspace *w = NULL;
     const mechanism_options straight = mechanism_defaults(MECHANISM_STRAIGHT, 1024);
     const tfa_workspace_options rounded = {.precision = TFA_F128, .round_sincos = 1};
     assert_int_equal(chart_case_open_mechanism(&c, &straight, "straight"), TFA_OK);
     assert_int_equal(chart_data_make(&d, &c, CHART_TAU, 5), TFA_OK);
-    assert_int_equal(tfa_workspace_create(c.model, &rounded, &w), TFA_OK);
+    tfa_workspace *w = workspace_for(c.model, &rounded);
     const double change = change_with(w, &d);
     print_message("cosines %.1e, floor %.1e\n", change, d.floor);
     assert_true(change > 4e-16);
@@ -109,9 +98,8 @@ static chart_row made_up(uint32_t method, double error, double time, uint64_t bi
                        .bits = bits};
 }
 
-static void seeds_are_put_together(void **state)
+TEST(seeds_are_put_together)
 {
-    (void)state;
     chart_row rows[6];
     const double errors[] = {1e-10, 1e-9, 1e-12}, times[] = {2.0, 1.0, 4.0};
     for (int s = 0; s < 3; s++) {
@@ -126,9 +114,8 @@ static void seeds_are_put_together(void **state)
     assert_false(chart_row_good(&rows[1]));
 }
 
-static void the_same_answers_are_one_mark(void **state)
+TEST(the_same_answers_are_one_mark)
 {
-    (void)state;
     chart_row rows[] = {
         made_up(TFA_METHOD_ABA, 1e-15, 2.0, 1), made_up(TFA_METHOD_TFA_CR, 1e-12, 3.0, 2),
         made_up(TFA_METHOD_CFA_CR, 1e-12, 1.0, 2), made_up(TFA_METHOD_SCAN, 1e-15, 1.0, 1)};
@@ -140,15 +127,4 @@ static void the_same_answers_are_one_mark(void **state)
     assert_false(chart_row_drawn(&rows[2]));
     chart_mark_front(rows, 3);
     assert_true(rows[0].front && !rows[1].front && !rows[2].front);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(cosines_are_rounded_on_their_own),
-        cmocka_unit_test(the_floor_holds_the_rounding_of_cosines),
-        cmocka_unit_test(seeds_are_put_together),
-        cmocka_unit_test(the_same_answers_are_one_mark),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

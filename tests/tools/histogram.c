@@ -5,14 +5,7 @@
  */
 #include "histogram.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 static histogram *fresh(void)
 {
@@ -21,9 +14,8 @@ static histogram *fresh(void)
     return h;
 }
 
-static void test_empty(void **state)
+TEST(test_empty)
 {
-    (void)state;
     histogram *h = fresh();
     assert_int_equal(histogram_quantile(h, 0.5), 0);
     assert_true(histogram_mean(h) == 0.0);
@@ -31,9 +23,8 @@ static void test_empty(void **state)
     free(h);
 }
 
-static void test_small_values_are_exact(void **state)
+TEST(test_small_values_are_exact)
 {
-    (void)state;
     histogram *h = fresh();
     for (uint64_t v = 1; v <= 200; v++)
         histogram_add(h, v);
@@ -47,9 +38,8 @@ static void test_small_values_are_exact(void **state)
 
 /* One value alone: every quantile is that value, because the highest bounds the bucket; a second,
  * higher one shows the bucket's own error. */
-static void test_resolution(void **state)
+TEST(test_resolution)
 {
-    (void)state;
     for (unsigned bit = 0; bit < 64; bit++)
         for (int offset = -1; offset <= 1; offset++) {
             uint64_t value = (UINT64_C(1) << bit) + (uint64_t)(int64_t)offset;
@@ -70,9 +60,8 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void test_against_sorting(void **state)
+TEST(test_against_sorting)
 {
-    (void)state;
     enum { N = 20000 };
     static uint64_t values[N];
     static const double quantiles[] = {0.01, 0.5, 0.9, 0.99, 0.999, 0.9999, 1.0};
@@ -94,9 +83,8 @@ static void test_against_sorting(void **state)
     free(h);
 }
 
-static void test_highest_keeps_its_first_place(void **state)
+TEST(test_highest_keeps_its_first_place)
 {
-    (void)state;
     histogram *h = fresh();
     static const uint64_t values[] = {5, 9, 2, 9, 1};
     for (size_t i = 0; i < 5; i++)
@@ -105,9 +93,8 @@ static void test_highest_keeps_its_first_place(void **state)
     free(h);
 }
 
-static void test_supported_quantiles(void **state)
+TEST(test_supported_quantiles)
 {
-    (void)state;
     histogram *h = fresh();
     for (int i = 0; i < 1000; i++)
         histogram_add(h, 7);
@@ -116,9 +103,8 @@ static void test_supported_quantiles(void **state)
     free(h);
 }
 
-static void test_written_form(void **state)
+TEST(test_written_form)
 {
-    (void)state;
     histogram *h = fresh();
     char *text = NULL;
     size_t size = 0;
@@ -134,18 +120,4 @@ static void test_written_form(void **state)
     assert_non_null(strstr(text, "#[Max     =        4.000, Total count    =            4]"));
     free(text);
     free(h);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_empty),
-        cmocka_unit_test(test_small_values_are_exact),
-        cmocka_unit_test(test_resolution),
-        cmocka_unit_test(test_against_sorting),
-        cmocka_unit_test(test_highest_keeps_its_first_place),
-        cmocka_unit_test(test_supported_quantiles),
-        cmocka_unit_test(test_written_form),
-    };
-    return cmocka_run_group_tests_name("histogram", tests, NULL, NULL);
 }

@@ -5,17 +5,9 @@
  * that is refused.
  */
 #include "jsonl_line.h"
+#include "test.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
-
-static void test_not_json(void **state)
+TEST(test_not_json)
 {
     static const struct {
         const char *line, *text;
@@ -33,28 +25,25 @@ static void test_not_json(void **state)
         {"{} {}", "line 1, column 4: end of file expected near '{'"},
         {"{\"q\":[0x1p3]}", "line 1, column 8: ']' expected near 'x'"},
     };
-    (void)state;
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         refuse(&arm, rows[i].line, TFA_E_PARSE, rows[i].text);
 }
 
-static void test_nul_byte(void **state)
+TEST(test_nul_byte)
 {
     static const char line[] = "{\"op\":\"mass\0matrix\"}";
     reading r;
-    (void)state;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_E_PARSE);
     assert_string_equal(r.error.text, "line 1, column 11: control character 0x0 near '\"mass'");
     forget(&r);
 }
 
-static void test_deep_nesting(void **state)
+TEST(test_deep_nesting)
 {
     enum { DEPTH = 1000000 };
     char *line = malloc(DEPTH);
     reading r;
-    (void)state;
     assert_non_null(line);
     memset(line, '[', DEPTH);
     read_line(&r, &arm, line, DEPTH - 1);
@@ -126,12 +115,11 @@ static const struct {
      "gravity: a number, must be an array of 3 numbers"},
 };
 
-static void test_refused_by_an_arm(void **state)
+TEST(test_refused_by_an_arm)
 {
     static const char ops[] = "forward_dynamics, inverse_dynamics, operational_inertia, "
                               "mass_matrix";
     char text[256];
-    (void)state;
     for (size_t i = 0; i < sizeof refused_by_an_arm / sizeof refused_by_an_arm[0]; i++)
         refuse(&arm, refused_by_an_arm[i].line, refused_by_an_arm[i].status,
                refused_by_an_arm[i].text);
@@ -143,9 +131,8 @@ static void test_refused_by_an_arm(void **state)
     refuse(&arm, "{\"op\":1," Q "}", TFA_E_ARGUMENT, text);
 }
 
-static void test_refused_by_a_ship(void **state)
+TEST(test_refused_by_a_ship)
 {
-    (void)state;
     refuse(&ship, "{" FD ",\"q\":{}}", TFA_E_ARGUMENT,
            "base_pose: missing; the base floats: [x,y,z,qx,qy,qz,qw]");
     refuse(&ship, "{" FD ",\"q\":[0]," POSE "}", TFA_E_SIZE,
@@ -160,12 +147,11 @@ static void test_refused_by_a_ship(void **state)
            "base_twist: 1 values, must be 6");
 }
 
-static void test_long_chain_names_a_few(void **state)
+TEST(test_long_chain_names_a_few)
 {
     enum { N = 100 };
     static char names[N][16];
     static const char *pointers[N];
-    (void)state;
     for (int i = 0; i < N; i++) {
         snprintf(names[i], sizeof names[i], "j%d", i);
         pointers[i] = names[i];
@@ -176,7 +162,7 @@ static void test_long_chain_names_a_few(void **state)
            "q: 0 values, the robot has 100 joints (j0, j1, j2, j3, j4, j5, j6, j7, ...)");
 }
 
-static void test_a_full_request(void **state)
+TEST(test_a_full_request)
 {
     static const char line[] =
         "{\"id\":7," FD ",\"q\":[1,-2.5,3e-3],\"v\":{\"slide\":4},\"tau\":[7,8,9],"
@@ -184,7 +170,6 @@ static void test_a_full_request(void **state)
         "\"tips\":[\"tool\",\"lower\"],\"frame\":\"world\",\"method\":\"tfa\",\"refine\":2,"
         "\"estimate\":\"never\"}";
     reading r;
-    (void)state;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     const tfa_request *q = &r.request;
@@ -215,11 +200,10 @@ static void test_a_full_request(void **state)
     forget(&r);
 }
 
-static void test_defaults(void **state)
+TEST(test_defaults)
 {
     static const char line[] = "{" FD "," Q "}";
     reading r;
-    (void)state;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     assert_int_equal(r.request.method, TFA_METHOD_AUTO);
@@ -233,14 +217,13 @@ static void test_defaults(void **state)
     forget(&r);
 }
 
-static void test_joints_of_many_freedoms(void **state)
+TEST(test_joints_of_many_freedoms)
 {
     static const char line[] = "{" FD ",\"q\":{\"deck\":[1,2,3]},"
                                "\"v\":{\"boat\":[1,2,3,4,5,6]}," POSE "}";
     static const double q[] = {0, 1, 2, 3, 0, 0, 0, 0, 0, 0, 1};
     static const double v[] = {0, 0, 0, 0, 1, 2, 3, 4, 5, 6};
     reading r;
-    (void)state;
     read_line(&r, &ship, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     assert_memory_equal(r.request.q, q, sizeof q);
@@ -253,17 +236,16 @@ static void test_joints_of_many_freedoms(void **state)
     forget(&r);
 }
 
-static void test_inconsistent_description(void **state)
+TEST(test_inconsistent_description)
 {
     robot_names names;
     tfa_client_info wrong = ship;
-    (void)state;
     wrong.joint_types = NULL;
     assert_int_equal(robot_names_from_info(&names, "robot", &wrong), TFA_E_PROTOCOL);
 }
 
 /* Every double comes back from its text with the same bits and as a real. */
-static void test_numbers_round_trip(void **state)
+TEST(test_numbers_round_trip)
 {
     static const double values[] = {0.0,
                                     -0.0,
@@ -277,7 +259,6 @@ static void test_numbers_round_trip(void **state)
                                     1.0 / 3,
                                     0x1.fffffffffffffp+1023,
                                     12345678901234567890.0};
-    (void)state;
     for (size_t i = 0; i < sizeof values / sizeof values[0]; i++) {
         char *text = NULL;
         size_t size = 0;
@@ -309,9 +290,8 @@ static void print_of(const char *text, const char *want)
     free(printed);
 }
 
-static void test_strings(void **state)
+TEST(test_strings)
 {
-    (void)state;
     print_of("plain", "\"plain\"");
     print_of("a\"b\\c\n\x01", "\"a\\\"b\\\\c\\u000a\\u0001\"");
     print_of("\xc3\xa9 \xe2\x82\xac \xf0\x9f\xa4\x96",
@@ -324,9 +304,8 @@ static void test_strings(void **state)
     print_of("\xe2\x82", "\"\\ufffd\\ufffd\"");
 }
 
-static void test_explanations(void **state)
+TEST(test_explanations)
 {
-    (void)state;
     explain(&ship, "{" FD ",\"q\":{},\"base_pose\":[0,0,0,0,0,0,2]}",
             &(tfa_reply){.status = TFA_E_QUATERNION, .field = TFA_FIELD_BASE_POSE, .index = 3},
             "base_pose: quaternion of norm 2, must be 1 within 1e-3 (order x y z w)");
@@ -352,13 +331,12 @@ static void test_explanations(void **state)
             "socket, or it ended: start totalforced, then reconnect");
 }
 
-static void test_a_reply_line(void **state)
+TEST(test_a_reply_line)
 {
     static const char line[] = "{\"id\":\"a\"," OI "," Q ",\"tips\":[\"tool\"]}";
     reading r;
     char *text = NULL;
     size_t size = 0;
-    (void)state;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     r.buffers.lambda_inv[1] = 0.5;
@@ -380,25 +358,4 @@ static void test_a_reply_line(void **state)
         "\"error_estimate\":2.9999999999999999e-16,\"fallback\":true,\"reason\":\"stalled\"}\n");
     free(text);
     forget(&r);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_not_json),
-        cmocka_unit_test(test_nul_byte),
-        cmocka_unit_test(test_deep_nesting),
-        cmocka_unit_test(test_refused_by_an_arm),
-        cmocka_unit_test(test_refused_by_a_ship),
-        cmocka_unit_test(test_long_chain_names_a_few),
-        cmocka_unit_test(test_a_full_request),
-        cmocka_unit_test(test_defaults),
-        cmocka_unit_test(test_joints_of_many_freedoms),
-        cmocka_unit_test(test_inconsistent_description),
-        cmocka_unit_test(test_numbers_round_trip),
-        cmocka_unit_test(test_strings),
-        cmocka_unit_test(test_explanations),
-        cmocka_unit_test(test_a_reply_line),
-    };
-    return cmocka_run_group_tests_name("jsonl", tests, NULL, NULL);
 }

@@ -5,14 +5,7 @@
  * it: requests, refusals, replies.
  */
 #include "jsonl_line.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 static const struct {
     const char *line;
@@ -60,14 +53,13 @@ static const struct {
      "payload[0]: an array, must be an object {link, mass, com, inertia}"},
 };
 
-static void test_refusals(void **state)
+TEST(test_refusals)
 {
-    (void)state;
     for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++)
         refuse(&arm, refused[i].line, refused[i].status, refused[i].text);
 }
 
-static void test_a_changed_robot(void **state)
+TEST(test_a_changed_robot)
 {
     static const char line[] =
         "{" FD "," Q ",\"locked\":[\"slide\",\"pan\"],"
@@ -75,7 +67,6 @@ static void test_a_changed_robot(void **state)
         "{\"link\":\"upper\",\"mass\":0.5}]}";
     static const double payloads[] = {2, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0.5, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     reading r;
-    (void)state;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     const tfa_request *q = &r.request;
@@ -90,12 +81,11 @@ static void test_a_changed_robot(void **state)
     forget(&r);
 }
 
-static void test_what_is_wanted(void **state)
+TEST(test_what_is_wanted)
 {
     static const char posed[] = "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":true,\"locked\":[]}";
     static const char plain[] = "{" OI "," Q ",\"tips\":[\"tool\"],\"poses\":false}";
     reading r;
-    (void)state;
     read_line(&r, &arm, posed, sizeof posed - 1);
     assert_int_equal(r.status, TFA_OK);
     assert_true(r.request.flags & TFA_WANT_POSES);
@@ -111,9 +101,8 @@ static void test_what_is_wanted(void **state)
 
 #define LOAD "\"payload\":{\"link\":\"tool\",\"mass\":-1}"
 
-static void test_explained_changes(void **state)
+TEST(test_explained_changes)
 {
-    (void)state;
     explain(&arm, "{" FD "," Q "," LOAD "}",
             &(tfa_reply){.status = TFA_E_ARGUMENT, .field = TFA_FIELD_PAYLOADS},
             "payload.mass: -1: must not be negative");
@@ -144,11 +133,10 @@ static void print_reply(reading *r, const char *want)
     free(text);
 }
 
-static void test_poses_reply_line(void **state)
+TEST(test_poses_reply_line)
 {
     static const char posed[] = "{" FD "," Q ",\"tips\":[\"tool\",\"upper\"],\"poses\":true}";
     reading r;
-    (void)state;
     read_line(&r, &arm, posed, sizeof posed - 1);
     r.reply.model = 0x0123456789abcdefu;
     r.buffers.poses[13] = 1;
@@ -158,14 +146,4 @@ static void test_poses_reply_line(void **state)
                     "\"poses\":[[0.0,0.0,0.0,0.0,0.0,0.0,0.0],[0.0,0.0,0.0,0.0,0.0,0.0,1.0]],"
                     "\"model\":\"0123456789abcdef\"}\n");
     forget(&r);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_refusals),         cmocka_unit_test(test_a_changed_robot),
-        cmocka_unit_test(test_what_is_wanted),   cmocka_unit_test(test_explained_changes),
-        cmocka_unit_test(test_poses_reply_line),
-    };
-    return cmocka_run_group_tests_name("jsonl_changes", tests, NULL, NULL);
 }

@@ -5,12 +5,7 @@
  */
 #include "jsonl_line.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 static const char *const arm_joints[] = {"pan", "lift", "slide"};
 static const char *const arm_links[] = {"base", "upper", "lower", "tool"};

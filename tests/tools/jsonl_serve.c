@@ -6,18 +6,13 @@
  */
 #include "jsonl_serve.h"
 
+#include "test.h"
+
 #include <errno.h>
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 static const char *const joints[] = {"a", "b"};
 static const char *const links[] = {"base", "tip"};
@@ -114,18 +109,16 @@ static void check(peer *p, const char *lines, const char *replies, uint64_t erro
 #define ASK "\"op\":\"inverse_dynamics\",\"q\":[0,0],\"qdd\":[1,2]}"
 #define TOLD "\"status\":\"ok\",\"method\":\"rnea\",\"tau\":[2.0,4.0]}\n"
 
-static void test_in_order(void **state)
+TEST(test_in_order)
 {
     peer p = {0};
-    (void)state;
     check(&p, "{\"id\":1," ASK "\n{\"id\":\"two\"," ASK "\n{" ASK "\n",
           "{\"id\":1," TOLD "{\"id\":\"two\"," TOLD "{" TOLD, 0);
 }
 
-static void test_bad_lines_in_between(void **state)
+TEST(test_bad_lines_in_between)
 {
     peer p = {0};
-    (void)state;
     check(&p, "garbage\n\n{\"id\":[1]," ASK "\n{\"id\":9}\n{\"id\":3," ASK "\r\n",
           "{\"id\":null,\"status\":\"error\",\"error\":\"line 1, column 7: invalid token near "
           "'garbage'\",\"code\":\"E_PARSE\"}\n"
@@ -138,10 +131,9 @@ static void test_bad_lines_in_between(void **state)
           4);
 }
 
-static void test_peer_refuses(void **state)
+TEST(test_peer_refuses)
 {
     peer p = {0};
-    (void)state;
     check(&p, "{\"id\":1,\"op\":\"mass_matrix\",\"q\":[0,0]}\n{\"id\":2," ASK "\n",
           "{\"id\":1,\"status\":\"error\",\"error\":\"mass_matrix of robot 'robot': not supported: "
           "this build or "
@@ -149,10 +141,9 @@ static void test_peer_refuses(void **state)
           1);
 }
 
-static void test_peer_gone_and_back(void **state)
+TEST(test_peer_gone_and_back)
 {
     peer p = {.gone = 2};
-    (void)state;
     check(&p, "{\"id\":1," ASK "\n{\"id\":2," ASK "\n{\"id\":3," ASK "\n",
           "{\"id\":1,\"status\":\"error\",\"error\":\"nobody there\",\"code\":\"E_DISCONNECTED\"}\n"
           "{\"id\":2,\"status\":\"error\",\"error\":\"nobody there\",\"code\":\"E_DISCONNECTED\"}\n"
@@ -160,10 +151,9 @@ static void test_peer_gone_and_back(void **state)
           2);
 }
 
-static void test_last_line(void **state)
+TEST(test_last_line)
 {
     peer p = {0};
-    (void)state;
     /* whole, without its newline: answered; half of one: told so; nothing: no reply */
     check(&p, "{\"id\":1," ASK, "{\"id\":1," TOLD, 0);
     check(&p, "{\"id\":1," ASK "\n{\"id\":2,\"op\":\"mass",
@@ -182,12 +172,11 @@ static void write_huge(int out)
     put(out, "\n{\"id\":2," ASK "\n", strlen("\n{\"id\":2," ASK "\n"));
 }
 
-static void test_huge_line(void **state)
+TEST(test_huge_line)
 {
     peer p = {0};
     jsonl_tally tally;
     struct rusage before, after;
-    (void)state;
     getrusage(RUSAGE_SELF, &before);
     char *text = serve_with(&p, write_huge, &tally, TFA_OK);
     getrusage(RUSAGE_SELF, &after);
@@ -217,11 +206,10 @@ static void write_garbage(int out)
 }
 
 /* Every reply to random bytes is a JSON error of its own line. */
-static void test_binary_garbage(void **state)
+TEST(test_binary_garbage)
 {
     peer p = {0};
     jsonl_tally tally;
-    (void)state;
     char *text = serve_with(&p, write_garbage, &tally, TFA_OK), *rest = text;
     assert_int_equal(tally.lines, 501);
     assert_int_equal(tally.errors, 500);
@@ -237,14 +225,13 @@ static void test_binary_garbage(void **state)
     free(text);
 }
 
-static void test_reader_of_replies_gone(void **state)
+TEST(test_reader_of_replies_gone)
 {
     int in[2], out[2];
     peer p = {0};
     jsonl_tally tally;
     const jsonl_defaults defaults = JSONL_DEFAULTS;
     static const char line[] = "{" ASK "\n";
-    (void)state;
     signal(SIGPIPE, SIG_IGN);
     assert_int_equal(robot_names_from_info(&p.names, "robot", &info), TFA_OK);
     assert_int_equal(pipe(in), 0);
@@ -260,15 +247,4 @@ static void test_reader_of_replies_gone(void **state)
     fclose(stream);
     close(in[0]);
     robot_names_free(&p.names);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_in_order),       cmocka_unit_test(test_bad_lines_in_between),
-        cmocka_unit_test(test_peer_refuses),   cmocka_unit_test(test_peer_gone_and_back),
-        cmocka_unit_test(test_last_line),      cmocka_unit_test(test_huge_line),
-        cmocka_unit_test(test_binary_garbage), cmocka_unit_test(test_reader_of_replies_gone),
-    };
-    return cmocka_run_group_tests_name("jsonl_serve", tests, NULL, NULL);
 }

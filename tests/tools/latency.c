@@ -5,19 +5,14 @@
  * allow, ratio, expectations, files. And the ping-pong and the thread counters on this machine.
  */
 #include "latency.h"
+
 #include "pingpong.h"
+#include "test.h"
 
 #include <errno.h>
 #include <jansson.h>
 #include <sched.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #define MINUTE_NS UINT64_C(60000000000)
 
@@ -60,11 +55,10 @@ static json_t *json_of(const latency_options *options, const latency_run *run,
     return root;
 }
 
-static void test_json(void **state)
+TEST(test_json)
 {
     latency_run *run;
     latency_baseline *baseline;
-    (void)state;
     make(&run, &baseline);
     json_t *root = json_of(&plain, run, baseline);
     json_t *first = json_array_get(json_object_get(root, "runs"), 0);
@@ -89,12 +83,11 @@ static void test_json(void **state)
     free(baseline);
 }
 
-static void test_ratio_and_expectations(void **state)
+TEST(test_ratio_and_expectations)
 {
     latency_run *run;
     latency_baseline *baseline;
     latency_options options = plain;
-    (void)state;
     make(&run, &baseline);
     /* 500 us / (0.1 us + 250 us) */
     double ratio = latency_ratio(run, baseline);
@@ -124,13 +117,12 @@ static void test_ratio_and_expectations(void **state)
     free(baseline);
 }
 
-static void test_text(void **state)
+TEST(test_text)
 {
     latency_run *run;
     latency_baseline *baseline;
     char *text = NULL;
     size_t size = 0;
-    (void)state;
     make(&run, &baseline);
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
@@ -156,13 +148,12 @@ static void test_text(void **state)
     free(baseline);
 }
 
-static void test_files(void **state)
+TEST(test_files)
 {
     latency_run *run;
     latency_baseline *baseline;
     char csv[] = "/tmp/tfa-latency-csv-XXXXXX", hgrm[] = "/tmp/tfa-latency-hgrm-XXXXXX", line[256];
     latency_sample sample = {.index = 4, .at = 5, .parts = {10, 1, 2, 3, 4}};
-    (void)state;
     make(&run, &baseline);
     close(mkstemp(csv));
     close(mkstemp(hgrm));
@@ -190,11 +181,10 @@ static void test_files(void **state)
     free(baseline);
 }
 
-static void test_pingpong(void **state)
+TEST(test_pingpong)
 {
     enum { COUNT = 200 };
     histogram *h = calloc(1, sizeof *h);
-    (void)state;
     assert_non_null(h);
     assert_int_equal(pingpong_run((pingpong_size){1, 1}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
     assert_int_equal(pingpong_run((pingpong_size){5, 3}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
@@ -205,13 +195,12 @@ static void test_pingpong(void **state)
 
 /* Both sides on one processor: a round trip takes two turns of the scheduler. The run ends by its
  * limit with what it saw. */
-static void test_pingpong_is_bounded(void **state)
+TEST(test_pingpong_is_bounded)
 {
     enum { COUNT = 1000000 };
     static const uint64_t limit = 200000000;
     histogram *h = calloc(1, sizeof *h);
     cpu_set_t one, before;
-    (void)state;
     assert_non_null(h);
     assert_int_equal(sched_getaffinity(0, sizeof before, &before), 0);
     CPU_ZERO(&one);
@@ -226,10 +215,9 @@ static void test_pingpong_is_bounded(void **state)
     free(h);
 }
 
-static void test_threads(void **state)
+TEST(test_threads)
 {
     static thread_usage threads[THREADS_MAX];
-    (void)state;
     assert_int_equal(environment_threads(getpid(), threads), 1);
     assert_int_equal(threads[0].tid, getpid());
     assert_true(strlen(threads[0].name) > 0);
@@ -238,15 +226,4 @@ static void test_threads(void **state)
     thread_usage after = environment_this_thread();
     assert_true(environment_difference(&before, &after).voluntary >= 1);
     assert_int_equal(environment_threads(0, threads), 0);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_json),     cmocka_unit_test(test_ratio_and_expectations),
-        cmocka_unit_test(test_text),     cmocka_unit_test(test_files),
-        cmocka_unit_test(test_pingpong), cmocka_unit_test(test_pingpong_is_bounded),
-        cmocka_unit_test(test_threads),
-    };
-    return cmocka_run_group_tests_name("latency", tests, NULL, NULL);
 }

@@ -6,17 +6,9 @@
  * The answers lie outside the repository; without them the test says so and is skipped.
  */
 #include "reference_robot.h"
+#include "test.h"
 
 #include <glob.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
 
 #define BOUND 1e-12
 #define SKIPPED 77

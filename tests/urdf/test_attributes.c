@@ -4,16 +4,9 @@
  * Every way to write a number wrong in every attribute that decides the robot: message, line, code.
  */
 #include "rows.h"
+#include "test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <totalforce/description.h>
-
-#include <cmocka.h>
 
 /* A robot with every attribute on a line of its own. */
 static const char *const lines[] = {
@@ -156,9 +149,8 @@ static void check_attribute(size_t i)
     expect(i, "${m + 1}", "xacro", message);
 }
 
-static void test_every_attribute(void **state)
+TEST(test_every_attribute)
 {
-    (void)state;
     size_t attributes = 0;
     for (size_t i = 0; i < LINES; i++) {
         if (lines[i][0] != ' ')
@@ -169,9 +161,8 @@ static void test_every_attribute(void **state)
     assert_int_equal(attributes, 17);
 }
 
-static void test_every_vector(void **state)
+TEST(test_every_vector)
 {
-    (void)state;
     static const struct {
         const char *value;
         const char *count;
@@ -196,9 +187,8 @@ static void test_every_vector(void **state)
 }
 
 /* As it stands the robot is good: the tests above fail for one reason only. */
-static void test_unchanged(void **state)
+TEST(test_unchanged)
 {
-    (void)state;
     char *text = robot_with(LINES, "");
     tfa_report report = {0};
     tfa_description *d = NULL;
@@ -208,14 +198,4 @@ static void test_unchanged(void **state)
     tfa_description_free(d);
     tfa_report_free(&report);
     free(text);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_unchanged),
-        cmocka_unit_test(test_every_attribute),
-        cmocka_unit_test(test_every_vector),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

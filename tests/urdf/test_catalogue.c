@@ -5,16 +5,9 @@
  */
 #include "catalogue.h"
 #include "rows.h"
+#include "test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
 
 #define TABLES TFA_SOURCE_DIR "/../shared/urdf.md"
 
@@ -54,9 +47,8 @@ static bool exists(char *test)
     return file_has(path, colon + 1);
 }
 
-static void test_named_tests_exist(void **state)
+TEST(test_named_tests_exist)
 {
-    (void)state;
     size_t missing = 0;
     for (const urdf_case *c = urdf_catalogue; c->text; c++) {
         char *tests = strdup(c->tests);
@@ -74,9 +66,8 @@ static void test_named_tests_exist(void **state)
     assert_int_equal(missing, 0);
 }
 
-static void test_row_names_are_unique(void **state)
+TEST(test_row_names_are_unique)
 {
-    (void)state;
     for (size_t t = 0; t < TABLE_COUNT; t++)
         for (const urdf_row *row = tables[t]; row->name; row++)
             if (find_row(row->name) != row)
@@ -103,9 +94,8 @@ static bool in_catalogue(const char *text)
     return false;
 }
 
-static void test_no_case_is_missing(void **state)
+TEST(test_no_case_is_missing)
 {
-    (void)state;
     FILE *in = fopen(TABLES, "r");
     if (!in) {
         print_message("skipped: no file %s\n", TABLES);
@@ -131,14 +121,4 @@ static void test_no_case_is_missing(void **state)
         listed++;
     assert_int_equal(missing, 0);
     assert_int_equal(cases, listed);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_named_tests_exist),
-        cmocka_unit_test(test_row_names_are_unique),
-        cmocka_unit_test(test_no_case_is_missing),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,20 +4,13 @@
  * Large and hostile files: the time they take is printed, the stack they need is small.
  */
 #include "rows.h"
+#include "test.h"
 #include "urdf/urdf.h"
 
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <time.h>
 #include <totalforce/model.h>
-
-#include <cmocka.h>
 
 enum { CHAIN = 20000, STACK = 128 << 10 };
 
@@ -105,9 +98,8 @@ static char *make_chain(bool backwards, size_t *length)
     return text;
 }
 
-static void test_chain(void **state)
+TEST(test_chain)
 {
-    (void)state;
     for (int backwards = 0; backwards < 2; backwards++) {
         size_t length = 0;
         char *text = make_chain(backwards, &length);
@@ -133,9 +125,8 @@ static char *fill(const char *piece)
     return text;
 }
 
-static void test_hostile_files(void **state)
+TEST(test_hostile_files)
 {
-    (void)state;
     static const struct {
         const char *what, *piece, *code;
     } files[] = {
@@ -172,9 +163,8 @@ static struct run run_repeated(const char *head, const char *piece, size_t count
 }
 
 /* What takes quadratic time does not end here before the test's own limit. */
-static void test_repetitions(void **state)
+TEST(test_repetitions)
 {
-    (void)state;
     static const struct {
         const char *what, *head, *piece, *tail;
         int status;
@@ -197,14 +187,4 @@ static void test_repetitions(void **state)
         print_message("49000 %s: %.2f s, %s\n", files[i].what, run.parse_time, run.code);
         assert_int_equal(run.parsed, files[i].status);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_chain),
-        cmocka_unit_test(test_hostile_files),
-        cmocka_unit_test(test_repetitions),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,19 +4,12 @@
  * Files at and beyond the limits: size, depth, counts, names, bytes that are no text, no file.
  */
 #include "rows.h"
+#include "test.h"
 #include "urdf/urdf.h"
 
 #include <errno.h>
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 static int parse(const char *text, size_t length, tfa_description **d, tfa_report *report)
 {
@@ -77,9 +70,8 @@ static void *run_chain(void *argument)
  * On a small stack a recursion over the tree is fatal, also one in a destructor: with a megabyte,
  * releasing urdfdom's model as it is crashes at this length.
  */
-static void test_longest_chain(void **state)
+TEST(test_longest_chain)
 {
-    (void)state;
     chain_run run = {0};
     char *text = make_chain(TFA_URDF_MAX_LINKS, &run.length);
     run.text = text;
@@ -99,9 +91,8 @@ static void test_longest_chain(void **state)
     free(text);
 }
 
-static void test_one_link_too_many(void **state)
+TEST(test_one_link_too_many)
 {
-    (void)state;
     size_t length = 0;
     char *text = make_chain(TFA_URDF_MAX_LINKS + 1, &length);
     expect_error(text, length, TFA_E_PARSE,
@@ -124,9 +115,8 @@ static char *repeat(const char *piece, size_t n, const char *before, const char 
     return text;
 }
 
-static void test_nesting(void **state)
+TEST(test_nesting)
 {
-    (void)state;
     char *deep = repeat("<a>", 1000000, "", "");
     expect_error(deep, strlen(deep), TFA_E_PARSE,
                  "f.urdf:1: error: xml: more than 200 elements inside one another; flatten the "
@@ -143,9 +133,8 @@ static void test_nesting(void **state)
 }
 
 /* <robot> is the first level, so TFA_URDF_MAX_DEPTH - 1 fit inside it. */
-static void test_deepest(void **state)
+TEST(test_deepest)
 {
-    (void)state;
     char *text = NULL;
     size_t length = 0;
     for (int beyond = 0; beyond < 2; beyond++) {
@@ -167,9 +156,8 @@ static void test_deepest(void **state)
     }
 }
 
-static void test_attributes(void **state)
+TEST(test_attributes)
 {
-    (void)state;
     char *text = NULL;
     size_t length = 0;
     FILE *out = open_memstream(&text, &length);
@@ -184,9 +172,8 @@ static void test_attributes(void **state)
     free(text);
 }
 
-static void test_names(void **state)
+TEST(test_names)
 {
-    (void)state;
     char *name = repeat("n", TFA_URDF_MAX_NAME, "<robot name=\"r\"><link name=\"", "\"/></robot>");
     tfa_report report;
     tfa_description *d = NULL;
@@ -204,9 +191,8 @@ static void test_names(void **state)
 }
 
 /* A thousand times the same fault: listed a hundred times, counted once more. */
-static void test_repeats(void **state)
+TEST(test_repeats)
 {
-    (void)state;
     char *text = repeat("<link/>\n", 1000, "<robot name=\"r\">\n", "</robot>");
     tfa_report report;
     tfa_description *d = NULL;
@@ -222,9 +208,8 @@ static void test_repeats(void **state)
     free(text);
 }
 
-static void test_bytes(void **state)
+TEST(test_bytes)
 {
-    (void)state;
     static const char nul[] = "<robot name=\"r\">\n<link name=\"a\0b\"/></robot>";
     tfa_report report;
     tfa_description *d = NULL;
@@ -246,9 +231,8 @@ static void test_bytes(void **state)
 }
 
 /* Every way to cut a good file off gives an error and reads nothing beyond the end. */
-static void test_truncation(void **state)
+TEST(test_truncation)
 {
-    (void)state;
     static const char good[] =
         "<?xml version=\"1.0\"?><!-- c --><robot name=\"r\"><link name=\"\xC3\xA9&#65;\"/>"
         "<gazebo><![CDATA[x]]></gazebo></robot>";
@@ -267,9 +251,8 @@ static void test_truncation(void **state)
     }
 }
 
-static void test_size(void **state)
+TEST(test_size)
 {
-    (void)state;
     size_t most = TFA_URDF_MAX_BYTES;
     char *text = malloc(most + 1);
     assert_non_null(text);
@@ -299,9 +282,8 @@ static void expect_unreadable(const char *path, int error)
     tfa_report_free(&report);
 }
 
-static void test_files(void **state)
+TEST(test_files)
 {
-    (void)state;
     expect_unreadable("/nowhere/at-all.urdf", ENOENT);
     expect_unreadable("/", EISDIR);
     char path[] = "/tmp/tfa-urdf-XXXXXX";
@@ -326,9 +308,8 @@ static void test_files(void **state)
     unlink(path);
 }
 
-static void test_arguments(void **state)
+TEST(test_arguments)
 {
-    (void)state;
     tfa_report report = {0};
     tfa_description *d = NULL;
     assert_int_equal(tfa_urdf_load(NULL, &d, &report), TFA_E_ARGUMENT);
@@ -336,17 +317,4 @@ static void test_arguments(void **state)
     assert_int_equal(tfa_urdf_load("x", &d, NULL), TFA_E_ARGUMENT);
     assert_int_equal(tfa_urdf_parse(NULL, 1, "x", &d, &report), TFA_E_ARGUMENT);
     tfa_description_free(NULL);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_longest_chain), cmocka_unit_test(test_one_link_too_many),
-        cmocka_unit_test(test_nesting),       cmocka_unit_test(test_deepest),
-        cmocka_unit_test(test_attributes),    cmocka_unit_test(test_names),
-        cmocka_unit_test(test_repeats),       cmocka_unit_test(test_bytes),
-        cmocka_unit_test(test_truncation),    cmocka_unit_test(test_size),
-        cmocka_unit_test(test_files),         cmocka_unit_test(test_arguments),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

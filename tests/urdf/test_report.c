@@ -3,22 +3,13 @@
  *
  * Status texts, the report and the grammar of numbers.
  */
+#include "test.h"
 #include "urdf/urdf.h"
 
 #include <locale.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include <cmocka.h>
-
-static void test_status(void **state)
+TEST(test_status)
 {
-    (void)state;
     assert_string_equal(tfa_status_text(TFA_OK), "ok");
     assert_string_equal(tfa_status_cause(TFA_OK), "");
     assert_string_equal(tfa_status_name(TFA_E_AGAIN), "E_AGAIN");
@@ -35,9 +26,8 @@ static void test_status(void **state)
 #undef CHECK
 }
 
-static void test_format(void **state)
+TEST(test_format)
 {
-    (void)state;
     tfa_report r = {0};
     char text[128];
     tfa_report_add(&r, TFA_ERROR, 7, "some-code", "link '%s': %d is odd; make it even", "a", 3);
@@ -66,9 +56,8 @@ static void test_format(void **state)
     tfa_report_free(&r);
 }
 
-static void test_growth(void **state)
+TEST(test_growth)
 {
-    (void)state;
     tfa_report r = {0};
     for (int i = 0; i < 1000; i++)
         tfa_report_add(&r, TFA_WARNING, (uint32_t)i, "code", "message %d", i);
@@ -80,9 +69,8 @@ static void test_growth(void **state)
     tfa_report_add(NULL, TFA_ERROR, 0, "code", "nobody listens");
 }
 
-static void test_number_grammar(void **state)
+TEST(test_number_grammar)
 {
-    (void)state;
     static const struct {
         const char *text;
         tfa_number_fault fault;
@@ -126,15 +114,4 @@ static void test_number_grammar(void **state)
             (fault == TFA_NUMBER_OK && memcmp(&value, &rows[i].value, sizeof value) != 0))
             fail_msg("'%s' is %a with fault %d", rows[i].text, value, (int)fault);
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_status),
-        cmocka_unit_test(test_format),
-        cmocka_unit_test(test_growth),
-        cmocka_unit_test(test_number_grammar),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

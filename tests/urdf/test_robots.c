@@ -3,17 +3,11 @@
  *
  * Real robots load without an error, and what is loaded agrees with a look at the bare text.
  */
-#include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <totalforce/description.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <dirent.h>
+#include <stdbool.h>
+#include <totalforce/description.h>
 
 #define ROBOTS TFA_SOURCE_DIR "/../shared/robots"
 
@@ -168,9 +162,8 @@ static void check_robot(const char *path)
     tfa_report_free(&report);
 }
 
-static void test_robots(void **state)
+TEST(test_robots)
 {
-    (void)state;
     DIR *folder = opendir(ROBOTS);
     if (!folder) {
         print_message("skipped: no folder %s\n", ROBOTS);
@@ -190,10 +183,4 @@ static void test_robots(void **state)
     closedir(folder);
     print_message("%zu robots\n", robots);
     assert_true(robots >= sizeof expectations / sizeof *expectations);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_robots)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,16 +4,10 @@
  * Runs the tables of URDF snippets: status, message, line and code of every row.
  */
 #include "rows.h"
+#include "test.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <string.h>
 #include <totalforce/description.h>
-
-#include <cmocka.h>
 
 /* A refused file ends with one line that says how many errors there are. */
 static size_t without_last(const tfa_report *report, const urdf_row *row)
@@ -69,42 +63,27 @@ static void run(const urdf_row *rows)
     assert_int_equal(failures, 0);
 }
 
-static void test_numbers(void **state)
+TEST(test_numbers)
 {
-    (void)state;
     run(urdf_number_rows);
 }
 
-static void test_inertials(void **state)
+TEST(test_inertials)
 {
-    (void)state;
     run(urdf_inertial_rows);
 }
 
-static void test_joints(void **state)
+TEST(test_joints)
 {
-    (void)state;
     run(urdf_joint_rows);
 }
 
-static void test_tree(void **state)
+TEST(test_tree)
 {
-    (void)state;
     run(urdf_tree_rows);
 }
 
-static void test_xml(void **state)
+TEST(test_xml)
 {
-    (void)state;
     run(urdf_xml_rows);
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_numbers), cmocka_unit_test(test_inertials),
-        cmocka_unit_test(test_joints),  cmocka_unit_test(test_tree),
-        cmocka_unit_test(test_xml),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,18 +3,14 @@
  *
  * Reading a robot opens its file and nothing else: no mesh, no network, no output.
  */
+#include "test.h"
+
 #include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/filter.h>
 #include <linux/seccomp.h>
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/inotify.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>
@@ -22,8 +18,6 @@
 #include <sys/wait.h>
 #include <totalforce/model.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 static const char robot[] =
     "<robot name=\"r\">\n"

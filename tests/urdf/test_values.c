@@ -4,19 +4,12 @@
  * What a good file turns into: every number to the bit, document order, tree, mimics, rotors.
  */
 #include "comma.h"
+#include "models.h"
 #include "rows.h"
+#include "test.h"
 
 #include <locale.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <totalforce/model.h>
-
-#include <cmocka.h>
 
 static tfa_description *parse(const char *text)
 {
@@ -65,9 +58,8 @@ static const char full[] =
     "<joint name=\"f\" type=\"floating\"><parent link=\"a\"/><child link=\"e\"/></joint>\n"
     "</robot>";
 
-static void test_numbers_are_exact(void **state)
+TEST(test_numbers_are_exact)
 {
-    (void)state;
     tfa_description *d = parse(full);
     assert_string_equal(d->name, "full");
     const tfa_link *z = &d->links[0];
@@ -85,9 +77,8 @@ static void test_numbers_are_exact(void **state)
 }
 
 /* R = Rz(yaw) Ry(pitch) Rx(roll) as a quaternion x y z w. */
-static void test_rpy(void **state)
+TEST(test_rpy)
 {
-    (void)state;
     tfa_description *d = parse(full);
     double a = 0.15, b = 0.25, c = -0.35;
     const double expected[4] = {
@@ -104,9 +95,8 @@ static void test_rpy(void **state)
     tfa_description_free(d);
 }
 
-static void test_document_order(void **state)
+TEST(test_document_order)
 {
-    (void)state;
     static const char *const links[] = {"z", "b", "a", "c", "d", "e"};
     static const char *const joints[] = {"joint_10", "joint_2", "joint_1", "p", "f"};
     static const tfa_joint_type types[] = {TFA_JOINT_REVOLUTE, TFA_JOINT_PRISMATIC, TFA_JOINT_FIXED,
@@ -128,9 +118,8 @@ static void test_document_order(void **state)
     tfa_description_free(d);
 }
 
-static void test_mimic_and_defaults(void **state)
+TEST(test_mimic_and_defaults)
 {
-    (void)state;
     tfa_description *d = parse(full);
     assert_int_equal(d->joints[0].mimic, -1);
     assert_same(d->joints[0].multiplier, 1);
@@ -143,9 +132,8 @@ static void test_mimic_and_defaults(void **state)
     tfa_description_free(d);
 }
 
-static void test_axis_is_normalised(void **state)
+TEST(test_axis_is_normalised)
 {
-    (void)state;
     static const char *const axes[] = {"3 0 4", "1e-200 0 1e-200", "1e300 1e300 1e300",
                                        "0 0 1.0005", "0.577 0.577 0.577"};
     for (size_t i = 0; i < sizeof axes / sizeof *axes; i++) {
@@ -162,9 +150,8 @@ static void test_axis_is_normalised(void **state)
     }
 }
 
-static void test_world(void **state)
+TEST(test_world)
 {
-    (void)state;
     tfa_description *d = parse(ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "")
                                          JOINT("j", "floating", "world", "a", "")));
     assert_int_equal(d->link_count, 3);
@@ -179,9 +166,8 @@ static void test_world(void **state)
 
 /* Neither the order of the alphabet nor that of the numbers: that of the document, but a joint
  * comes after those that carry it. */
-static void test_published_order(void **state)
+TEST(test_published_order)
 {
-    (void)state;
     static const char text[] = ROBOT(MASSIVE("e") MASSIVE("d") MASSIVE("c") MASSIVE("b")
                                          MASSIVE("a") JOINT("joint_10", "continuous", "b", "c", "")
                                              JOINT("joint_2", "prismatic", "a", "d", LIMIT)
@@ -190,8 +176,7 @@ static void test_published_order(void **state)
     static const char *const order[] = {"joint_3", "joint_10", "joint_2", "joint_1"};
     tfa_description *d = parse(text);
     assert_string_equal(d->joints[0].name, "joint_10"); /* as declared */
-    tfa_model *model = NULL;
-    assert_int_equal(tfa_model_create(d, NULL, NULL, &model), TFA_OK);
+    tfa_model *model = compiled(d, NULL);
     assert_int_equal(tfa_model_joint_count(model), 4);
     for (uint32_t j = 0; j < 4; j++) {
         assert_string_equal(tfa_model_joint(model, j).name, order[j]);
@@ -201,9 +186,8 @@ static void test_published_order(void **state)
     tfa_description_free(d);
 }
 
-static void test_damping_and_friction(void **state)
+TEST(test_damping_and_friction)
 {
-    (void)state;
     tfa_description *d = parse(ROBOT(
         LINK("a") LINK("b") LINK("c") LINK("d") LINK("e")
             JOINT("i", "continuous", "a", "b", "<dynamics damping=\"0.1\" friction=\"2e-3\"/>")
@@ -258,9 +242,8 @@ static char *with_line_ends(const char *text, const char *end)
     return out;
 }
 
-static void test_line_ends(void **state)
+TEST(test_line_ends)
 {
-    (void)state;
     tfa_description *unix_style = parse(full);
     static const char *const ends[] = {"\r\n", "\r"};
     for (size_t i = 0; i < 2; i++) {
@@ -274,9 +257,8 @@ static void test_line_ends(void **state)
 }
 
 /* rotor = rotor inertia times the gear ratio squared, summed over a joint's actuators */
-static void test_rotors(void **state)
+TEST(test_rotors)
 {
-    (void)state;
     tfa_description *d = parse(ROBOT(
         LINK("a") LINK("b") LINK("c") JOINT("i", "continuous", "a", "b",
                                             "<drake:rotor_inertia value=\"0.25\"/>")
@@ -293,9 +275,8 @@ static void test_rotors(void **state)
     tfa_description_free(d);
 }
 
-static void test_names_come_out_unchanged(void **state)
+TEST(test_names_come_out_unchanged)
 {
-    (void)state;
     tfa_description *d = parse(ROBOT(LINK("a &lt;&amp;#x41;&quot;'&gt; &#xE9; \xC3\xA9/[] ")));
     assert_string_equal(d->links[0].name, "a <&#x41;\"'> \xC3\xA9 \xC3\xA9/[] ");
     tfa_description_free(d);
@@ -314,9 +295,8 @@ static void check_decimal_point(void)
 }
 
 /* A decimal comma in the locale changes neither what is accepted nor what is read. */
-static void test_locale_of_streams(void **state)
+TEST(test_locale_of_streams)
 {
-    (void)state;
     comma_set(true);
     bool set = comma_is_set();
     check_decimal_point();
@@ -354,9 +334,8 @@ static bool set_comma_locale(const char *folder)
     return setlocale(LC_ALL, "de_DE.UTF-8") && localeconv()->decimal_point[0] == ',';
 }
 
-static void test_locale_of_c(void **state)
+TEST(test_locale_of_c)
 {
-    (void)state;
     char folder[] = "/tmp/tfa-locale-XXXXXX";
     assert_non_null(mkdtemp(folder));
     bool set = set_comma_locale(folder);
@@ -373,24 +352,4 @@ static void test_locale_of_c(void **state)
         print_message("skipped: no locale with a decimal comma, nor the means to make one\n");
         skip();
     }
-}
-
-int main(void)
-{
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_numbers_are_exact),
-        cmocka_unit_test(test_rpy),
-        cmocka_unit_test(test_document_order),
-        cmocka_unit_test(test_mimic_and_defaults),
-        cmocka_unit_test(test_axis_is_normalised),
-        cmocka_unit_test(test_world),
-        cmocka_unit_test(test_published_order),
-        cmocka_unit_test(test_damping_and_friction),
-        cmocka_unit_test(test_line_ends),
-        cmocka_unit_test(test_rotors),
-        cmocka_unit_test(test_names_come_out_unchanged),
-        cmocka_unit_test(test_locale_of_streams),
-        cmocka_unit_test(test_locale_of_c),
-    };
-    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -15,10 +15,12 @@ double count_request(const tfa_model *model, const tfa_request *request)
     void *memory = std::aligned_alloc(64, bytes);
     if (!memory)
         return 0;
-    std::vector<double> qdd(tfa_model_v_count(model) + 1);
+    std::vector<double> qdd(tfa_model_v_count(model) + 1), lambda(36 * TFA_MAX_TIPS * TFA_MAX_TIPS);
     tfa_reply reply = {};
     tfa_answer answer = {};
     reply.qdd = qdd.data();
+    if (request->tip_count)
+        reply.lambda_inv = lambda.data();
     state *s = kernel.init(model, TFA_METHODS_ALL, memory);
     num_forget();
     const int status = kernel.answer(s, request, 0, &reply, &answer);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What makes a call cold. Data: another 64 MiB are written, more than the largest cache here, so that what
- * the call reads stands in memory. Code: every line of what the process has mapped to execute is thrown out by
- * name (CLFLUSH, on x86), for a walk over data need not reach what lies in an instruction cache.
- * Predictors of branches keep what they know.
+ * What makes a call cold. Data: another 64 MiB are written, more than the largest cache here, so
+ * that what the call reads stands in memory. Code: every line of what the process has mapped to
+ * execute is thrown out by name (CLFLUSH, on x86), for a walk over data need not reach what lies in
+ * an instruction cache. Predictors of branches keep what they know.
  */
 #include "suite.h"
 

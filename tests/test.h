@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Frame of a cmocka program: every TEST of the file runs, in the order of its lines. A file without
+ * a main gets one.
+ */
+#ifndef TFA_TESTS_TEST_H
+#define TFA_TESTS_TEST_H
+
+/* cmocka wants the first four before it */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void test_register(const char *name, CMUnitTestFunction run, int line);
+/** What a main of a file's own returns. @return how many tests failed */
+int test_run(CMFixtureFunction setup, CMFixtureFunction teardown);
+
+/** TEST(name) { ... }: registered before main; `state` is cmocka's. */
+#define TEST(name)                                                                                 \
+    static void name(void **state);                                                                \
+    __attribute__((constructor)) static void register_##name(void)                                 \
+    {                                                                                              \
+        test_register(#name, name, __LINE__);                                                      \
+    }                                                                                              \
+    static void name(__attribute__((unused)) void **state)
+
+#endif

@@ -35,10 +35,10 @@ awk -F, '
     $4 == "generic" { generic++ }
     END { if (own != 5 + 15 || generic != 15) { print "rows: " own ", " generic; bad = 1 }
           exit bad }' "$work/own.csv"
-for table in kernels warm cold batch targets; do
+for table in kernels warm cold batch page; do
     awk -f "$here/own_tables.awk" -v table=$table "$work/own.csv" >"$work/$table"
 done
 grep -q '^| arm7 | 2 | ' "$work/warm"
-grep -q '^| compile, arm | arm7 | 5 s |' "$work/targets"
+grep -q '^| arm7 | 2 | [0-9]' "$work/page"
 "$1" --kernels "$work" --snap 1e-6 --rounds 2 --turn-us 5 "$work/arm7.urdf" | grep -q 'compiled in 0.00 s'
 [ "$("$1" 2>&1 | wc -l)" -eq 2 ]

@@ -1,12 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The tables of docs/specialised.md from what `bench_own --csv` wrote:
+# The tables of docs/specialised.md from what `bench_suite --kernels FOLDER` wrote:
 #   awk -f own_tables.awk -v table=NAME own.csv [MORE.csv]
 #
 # Of a time that several runs have, the least counts: a virtual machine is sometimes slower, never faster.
 BEGIN { FS = "," }
 /^#/ || /^robot/ { next }
+NF > 8 { # rows of the suite: robot, base, joints, contestant, figure, value, times, difference
+    who = $5 == "now" ? "generic" : $5
+    figure = $4 == "kernel_error" ? "error" : $4
+    sub(/^batch-f64/, "batch", figure)
+    $4 = who; $5 = figure; $6 = $12; $7 = $15; $8 = $16
+}
 {
     name = $2 == "floating" ? $1 ", floating" : $1
     if (!(name in joints)) list[++count] = name

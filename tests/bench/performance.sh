@@ -61,7 +61,7 @@ build_tree() {
     say "building"
     [ -e "$build/build.ninja" ] ||
         cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTFA_PEERS=ON -DTFA_COUNT=ON >/dev/null
-    cmake --build "$build" --target totalforce totalforce_tool bench_suite bench_batch >/dev/null
+    cmake --build "$build" --target totalforce totalforce_tool bench_suite bench_count >/dev/null
 }
 
 suite() { # ISA, then arguments of bench_suite
@@ -131,17 +131,36 @@ step_count() {
     rm -rf "$work"
 }
 
+# Operations of a state by bench_count over the times of the suite
 step_peak() {
     say "share of the peak"
+    tasks=batch-f64,batch-f64+lambda,batch-f64-crba,batch-f64-tfa,batch-id,batch-mass,batch-lambda
     { head_of
         echo "robot,bodies,precision,what,how,isa,ns,times,flop,gflops,peak,share"
         for isa in $(isas); do
-            TFA_ISA=$isa "$bin/bench_batch" $own $humanoid | awk -v isa="$isa" '
-                /^#/ || $1 == "robot" { next }
-                function word(at) { x = substr($0, at, 18); gsub(/^ +| +$|,/, "", x); return x }
-                { n = split(substr($0, 66), f, " ")
-                  printf "%s,%s,%s,%s,%s,%s,%s,%s,%s,%s,%s,%s\n", $1, $2, $3, word(30), word(48),
-                      isa, f[1], f[3], f[4], f[5], f[6], f[7] }'
+            { TFA_ISA=$isa "$bin/bench_count" --flops $own $humanoid | sed 's/^/flop,/'
+                for precision in f64 f32; do
+                    suite "$isa" --tasks $tasks --precision $precision --one-by-one $own $humanoid |
+                        sed 's/^/one by one,/'
+                    suite "$isa" --tasks $tasks,batch-f64-2 --precision $precision $own $humanoid |
+                        sed 's/^/lanes,/'
+                done
+            } | awk -F, -v isa="$isa" '
+                $2 == "robot" { next }
+                $1 == "flop" { bodies[$2] = $3; flop[$2, $4] = $5; peak["f64"] = $6; peak["f32"] = $7; next }
+                $6 != "now" { next }
+                { task = $5; how = $1
+                  if (sub(/-2$/, "", task)) how = "lanes, pool of 2"
+                  if (how == "one by one") one[$2, task, $11] = $13
+                  printf "%s,%s,%s,%s,%s,%s,%s,%.2f", $2, bodies[$2], $11, task, how, isa, $13,
+                      one[$2, task, $11] / $13
+                  if (how == "lanes") {
+                      gflops = flop[$2, task] / $13
+                      printf ",%s,%.1f,%s,%.0f%%\n", flop[$2, task], gflops, peak[$11],
+                          100 * gflops / peak[$11]
+                  } else
+                      print ",,,,"
+                }'
             [ -z "$quick" ] || break
         done
     } >"$output/peak.csv"

@@ -30,7 +30,7 @@ cat >"$scratch/skipped" <<'SKIPPED'
 tools/demo|builds everything and runs for a minute; a stage of tools/test
 tools/test|runs this test
 tools/setup --peers|installs packages as root
-build/peers/bin/bench_dynamics|needs the peers
+build/peers/bin/bench_suite|needs the peers
 build/peers/bin/totalforce chart|needs the peers, and minutes
 SKIPPED
 

@@ -20,15 +20,26 @@ static double uniform(void)
 
 /* ---- who answers ---- */
 
+static tfa_model_options model_options(const struct contest *c)
+{
+    return (tfa_model_options){.base = c->robot->base,
+                               .lock_massless_leaves = 1,
+                               .snap = c->robot->snap,
+                               .scene = suite_scene(c->task->scene)};
+}
+
 static void open_library(struct contest *c, const struct library *l)
 {
     const struct task *t = c->task;
-    const tfa_model_options options = {
-        .base = c->robot->base, .lock_massless_leaves = 1, .snap = c->robot->snap};
+    const tfa_model_options options = model_options(c);
     /* large robots have no room for every method unless asked */
     const uint32_t methods = t->method == TFA_METHOD_AUTO ? 0 : TFA_METHOD_BIT(t->method);
     const tfa_workspace_options workspace = {
-        .precision = t->precision, .methods = methods, .specialised = l->specialised};
+        .precision = t->precision,
+        .residual = t->residual,
+        .states = t->one_by_one || t->residual ? TFA_STATES_ONE : TFA_STATES_AUTO,
+        .methods = methods,
+        .specialised = t->scene ? NULL : l->specialised};
     const tfa_pool_options pool = {.threads = t->threads,
                                    .cpus = cpus_for(t->threads),
                                    .precision = t->precision,
@@ -45,23 +56,36 @@ static void open_library(struct contest *c, const struct library *l)
         l->tfa_model_free(w->model);
 }
 
-static void open_peer(struct contest *c, const struct peer *peer)
+static void open_peer(struct contest *c, const struct peer *peer, const struct peer_lambda *lambda)
 {
     char why[256] = "";
     struct contestant *w = &c->who[c->count];
-    *w = (struct contestant){.name = peer->name, .peer = peer};
+    *w = (struct contestant){.name = peer->name, .peer = peer, .peers_lambda = lambda};
     w->peers_robot = peer->make(c->robot->path, c->robot->description, why, sizeof why);
     c->count += w->peers_robot != NULL;
 }
 
-/* Forward dynamics on a fixed base is all that peers are asked for, in order of the description. */
+/* Forward dynamics and Lambda^-1 of a tip on a fixed base is all that peers are asked for, in order of
+ * the description. */
 static int peers_take(const struct contest *c)
 {
     const struct task *t = c->task;
-    return t->op == TFA_OP_FORWARD_DYNAMICS && t->method == TFA_METHOD_AUTO && t->states == 1 &&
-           t->threads == 1 && !t->tips && t->estimate == TFA_ESTIMATE_NEVER &&
-           c->robot->base == TFA_BASE_FIXED && c->robot->joints == c->nv &&
+    const int asked = t->op == TFA_OP_FORWARD_DYNAMICS || t->op == TFA_OP_OPERATIONAL_INERTIA;
+    return asked && t->method == TFA_METHOD_AUTO && t->states == 1 && t->threads == 1 &&
+           t->tips <= 1 && t->estimate == TFA_ESTIMATE_NEVER && t->how <= HOW_COLD && !t->given &&
+           !t->scene && c->robot->base == TFA_BASE_FIXED && c->robot->joints == c->nv &&
            c->nv <= PEER_BODIES_MAX;
+}
+
+static void open_peers(struct contest *c)
+{
+    if (!peers_take(c))
+        return;
+    for (size_t k = 0; !c->task->tips && peer_table[k] && c->count < SUITE_WHO; k++)
+        open_peer(c, peer_table[k], NULL);
+    for (const struct peer_lambda *l = peer_lambda_table;
+         c->task->tips && l->peer && c->count < SUITE_WHO; l++)
+        open_peer(c, l->peer, l);
 }
 
 static void close_contestant(struct contestant *w)
@@ -96,6 +120,28 @@ static void fill(struct contest *c, size_t all)
     }
 }
 
+static void give(struct contest *c)
+{
+    static const double gravity[3] = {1, -2, -9};
+    static const double payload[TFA_PAYLOAD_NUMBERS] = {0.8,  0.02, 0,    0.05, 2e-3,
+                                                        1e-4, 0,    2e-3, 0,    1e-3};
+    c->request.gravity = c->task->given == A_GRAVITY ? gravity : NULL;
+    c->request.payload_count = c->task->given == A_PAYLOAD;
+    c->request.payloads = payload;
+    c->request.payload_frames[0] = robot_deepest(c->robot);
+}
+
+static void find_tips(struct contest *c)
+{
+    const struct library *l = c->who[0].library;
+    robot_tips(c->robot, c->task->tips, c->task->along);
+    memcpy(c->request.tips, c->robot->tips, sizeof c->request.tips);
+    if (c->task->scene && l->tfa_model_find_frame)
+        c->request.tips[0] = (uint32_t)l->tfa_model_find_frame(c->who[0].model, SUITE_PALM);
+    else if (c->task->deepest_tip)
+        c->request.tips[0] = robot_deepest(c->robot);
+}
+
 static int make_inputs(struct contest *c)
 {
     const struct task *t = c->task;
@@ -119,8 +165,8 @@ static int make_inputs(struct contest *c)
                                .refine = t->refine,
                                .count = t->states,
                                .tip_count = t->tips};
-    robot_tips(c->robot, t->tips);
-    memcpy(c->request.tips, c->robot->tips, sizeof c->request.tips);
+    find_tips(c);
+    give(c);
     c->reply = (tfa_reply){.qdd = c->out,
                            .tau = c->out,
                            .base_acceleration = c->out + n * nv,
@@ -134,11 +180,13 @@ static void point_at(struct contest *c, size_t state)
 {
     tfa_request *r = &c->request;
     const double *tau = c->tau + state * c->nv;
-    r->q = c->q + state * c->nq;
+    r->q = c->q + (c->task->how == HOW_SAME_Q ? 0 : state) * c->nq;
     r->v = c->v + state * c->nv;
     r->tau = r->op == TFA_OP_FORWARD_DYNAMICS ? tau : NULL;
     r->qdd = r->op == TFA_OP_INVERSE_DYNAMICS ? tau : NULL;
-    r->base_pose = c->robot->base == TFA_BASE_FLOATING ? c->pose + 7 * state : NULL;
+    r->base_pose = c->robot->base == TFA_BASE_FLOATING
+                       ? c->pose + 7 * (c->task->how == HOW_SAME_Q ? 0 : state)
+                       : NULL;
     r->base_twist = c->robot->base == TFA_BASE_FLOATING ? c->twist + 6 * state : NULL;
 }
 
@@ -155,21 +203,58 @@ static void lead_on(struct contest *c)
     }
 }
 
-static int ask(struct contest *c, uint32_t who, size_t state)
+static int ask_peer(struct contest *c, const struct contestant *w)
 {
-    struct contestant *w = &c->who[who];
+    const tfa_request *r = &c->request;
+    const tfa_description *d = c->robot->description;
+    if (r->op == TFA_OP_FORWARD_DYNAMICS)
+        w->peer->forward(w->peers_robot, r->q, r->v, r->tau, c->out);
+    return !w->peers_lambda ||
+           w->peers_lambda->lambda(w->peers_robot, r->q, d->links[r->tips[0]].name,
+                                   c->reply.lambda_inv) == 0;
+}
+
+static int ask(struct contest *c, const struct contestant *w, size_t state)
+{
     point_at(c, state);
-    if (w->peer) {
-        w->peer->forward(w->peers_robot, c->request.q, c->request.v, c->request.tau, c->out);
-        return 1;
-    }
+    if (w->peer)
+        return ask_peer(c, w);
     return (w->pool ? w->library->tfa_pool_compute(w->pool, &c->request, &c->reply)
                     : w->library->tfa_compute(w->workspace, &c->request, &c->reply)) == TFA_OK;
 }
 
+/* What a robot costs before its first request */
+static int prepare(struct contest *c, const struct contestant *w)
+{
+    const struct library *l = w->library;
+    const tfa_model_options options = model_options(c);
+    tfa_report report = {0};
+    tfa_description *d = NULL;
+    tfa_model *m = NULL;
+    tfa_workspace *workspace = NULL;
+    const int status = c->task->how == HOW_PARSE ? l->tfa_urdf_load(c->robot->path, &d, &report)
+                       : c->task->how == HOW_COMPILE
+                           ? l->tfa_model_create(c->robot->description, &options, &report, &m)
+                           : l->tfa_workspace_create(w->model, NULL, &workspace);
+    l->tfa_workspace_free(workspace);
+    l->tfa_model_free(m);
+    l->tfa_description_free(d);
+    l->tfa_report_free(&report);
+    return status == TFA_OK;
+}
+
+size_t contest_bytes(struct contest *c, uint32_t who)
+{
+    const struct contestant *w = &c->who[who];
+    const tfa_model_options options = model_options(c);
+    return c->task->bytes(w->library, c->robot->description, &options, w->model);
+}
+
 int contest_ask(struct contest *c, uint32_t who)
 {
-    const int good = ask(c, who, c->task->states > 1 ? 0 : c->next % SUITE_STATES);
+    if (c->task->how >= HOW_PARSE)
+        return prepare(c, &c->who[who]);
+    const int good = ask(c, &c->who[who], c->task->states > 1 ? 0 : c->next % SUITE_STATES);
     if (c->task->how == HOW_CHAINED)
         lead_on(c);
     c->next++;
@@ -180,34 +265,79 @@ const char *contest_method(struct contest *c, uint32_t who)
 {
     const struct contestant *w = &c->who[who];
     tfa_answer *answers = calloc(c->task->states, sizeof *answers);
-    if (!w->library || !answers) {
+    if (!w->library || !answers || c->task->how >= HOW_PARSE) {
         free(answers);
         return "";
     }
     c->reply.answers = answers;
-    (void)ask(c, who, 0);
+    (void)ask(c, w, 0);
     const char *name = w->library->tfa_method_name(answers[0].method);
     c->reply.answers = NULL;
     free(answers);
     return name;
 }
 
-double contest_difference(struct contest *c, uint32_t who)
+/* The answer of a state into c->out, and 0 elsewhere */
+static int answer(struct contest *c, const struct contestant *w, size_t state)
 {
-    double *first = malloc(c->answers * sizeof *first), sum = 0, size = 0;
-    if (!first)
-        return NAN;
-    memset(c->out, 0, c->answers * sizeof *first);
-    (void)ask(c, 0, 0);
-    memcpy(first, c->out, c->answers * sizeof *first);
-    memset(c->out, 0, c->answers * sizeof *first);
-    (void)ask(c, who, 0);
+    memset(c->out, 0, c->answers * sizeof *c->out);
+    return ask(c, w, state);
+}
+
+/* |out - first| / |first| */
+static double distance(const struct contest *c, const double *first)
+{
+    double sum = 0, size = 0;
     for (size_t k = 0; k < c->answers; k++) {
         sum += (c->out[k] - first[k]) * (c->out[k] - first[k]);
         size += first[k] * first[k];
     }
-    free(first);
     return sqrt(sum / size);
+}
+
+double contest_difference(struct contest *c, uint32_t who)
+{
+    double *first = malloc(c->answers * sizeof *first), far = NAN;
+    if (first && answer(c, &c->who[0], 0)) {
+        memcpy(first, c->out, c->answers * sizeof *first);
+        (void)answer(c, &c->who[who], 0);
+        far = distance(c, first);
+    }
+    free(first);
+    return far;
+}
+
+/* The same request in quadruple precision, by the plainest method */
+static int ask_exact(struct contest *c, const struct contestant *exact, size_t state)
+{
+    const tfa_request request = c->request;
+    c->request.method = request.op == TFA_OP_FORWARD_DYNAMICS      ? TFA_METHOD_ABA
+                        : request.op == TFA_OP_OPERATIONAL_INERTIA ? TFA_METHOD_PROPAGATION
+                                                                   : TFA_METHOD_AUTO;
+    c->request.refine = 0;
+    c->request.estimate = TFA_ESTIMATE_NEVER;
+    const int good = answer(c, exact, state);
+    c->request = request;
+    return good;
+}
+
+double contest_error(struct contest *c, uint32_t who)
+{
+    static const tfa_workspace_options quadruple = {.precision = TFA_F128};
+    const struct library *l = c->who[0].library;
+    struct contestant exact = {.library = l, .model = c->who[0].model};
+    double *first = malloc(c->answers * sizeof *first), most = 0;
+    int good = first && c->task->states == 1 && c->task->how < HOW_PARSE &&
+               l->tfa_workspace_create(exact.model, &quadruple, &exact.workspace) == TFA_OK;
+    for (size_t state = 0; good && state < SUITE_STATES; state++) {
+        good = ask_exact(c, &exact, state);
+        memcpy(first, c->out, c->answers * sizeof *first);
+        good = good && answer(c, &c->who[who], state);
+        most = fmax(most, distance(c, first));
+    }
+    l->tfa_workspace_free(exact.workspace);
+    free(first);
+    return good ? most : NAN;
 }
 
 /* ---- all of it ---- */
@@ -216,7 +346,7 @@ static void drop_silent(struct contest *c)
 {
     uint32_t kept = 0;
     for (uint32_t k = 0; k < c->count; k++)
-        if (ask(c, k, 0))
+        if (ask(c, &c->who[k], 0) && (c->task->how < HOW_PARSE || c->who[k].library))
             c->who[kept++] = c->who[k];
         else
             close_contestant(&c->who[k]);
@@ -233,8 +363,7 @@ int contest_open(struct contest *c, const struct task *task, struct robot *robot
         return -1;
     c->nq = libraries[0].tfa_model_q_count(c->who[0].model);
     c->nv = libraries[0].tfa_model_v_count(c->who[0].model);
-    for (size_t k = 0; peer_table[k] && c->count < SUITE_WHO && peers_take(c); k++)
-        open_peer(c, peer_table[k]);
+    open_peers(c);
     if (c->nq == c->nv && make_inputs(c) == 0)
         drop_silent(c);
     if (c->block && c->count > 0 && c->who[0].library == &libraries[0])

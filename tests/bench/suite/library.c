@@ -12,8 +12,6 @@ static int bind(struct library *l, const char *call, void *slot)
 {
     void **out = slot;
     *out = dlsym(l->handle, call);
-    if (!*out)
-        fprintf(stderr, "bench_suite: %s\n", dlerror());
     return *out ? 0 : -1;
 }
 
@@ -28,6 +26,10 @@ int library_open(struct library *l, const char *name, const char *path)
     }
 #define BIND(call) bad |= bind(l, #call, &l->call);
     SUITE_CALLS(BIND)
+    if (bad)
+        fprintf(stderr, "bench_suite: %s: another library\n", path);
+    const int missing = bad;
+    SUITE_LATER_CALLS(BIND)
 #undef BIND
-    return bad ? -1 : 0;
+    return missing ? -1 : 0;
 }

@@ -94,24 +94,13 @@ static int write_humanoid(const char *path, int with_hands)
     return fclose(f) ? -1 : 0;
 }
 
-static const struct made {
-    const char *name;
-    int bodies;
-} made[] = {
-#define MADE(name, bodies) {name, bodies},
-    SUITE_MADE(MADE)
-#undef MADE
-};
-
 /* @return 1: it was written; 0: there is none of that name; -1 after a message */
 static int make(struct robot *r, const char *name)
 {
     const char *folder = getenv("TMPDIR");
-    const struct made *m = made;
-    const struct made *const end = made + sizeof made / sizeof *made;
-    while (m < end && strcmp(m->name, name) != 0)
-        m++;
-    if (m == end)
+    const int chain = strncmp(name, "chain", 5) == 0 ? atoi(name + 5) : 0;
+    const int with_hands = strcmp(name, "humanoid58") == 0;
+    if (chain <= 0 && !with_hands && strcmp(name, "humanoid30") != 0)
         return 0;
     snprintf(r->path, sizeof r->path, "%s/tfa-suite-XXXXXX.urdf", folder ? folder : "/tmp");
     const int file = mkstemps(r->path, 5);
@@ -119,8 +108,7 @@ static int make(struct robot *r, const char *name)
         close(file);
     r->written = file >= 0;
     const int bad =
-        file < 0 || (strncmp(name, "chain", 5) == 0 ? chain_urdf(r->path, m->bodies, 1)
-                                                    : write_humanoid(r->path, m->bodies == 58));
+        file < 0 || (chain ? chain_urdf(r->path, chain, 1) : write_humanoid(r->path, with_hands));
     if (bad)
         perror(r->path);
     return bad ? -1 : 1;
@@ -135,6 +123,7 @@ static void look(struct robot *r)
     for (size_t j = 0; j < d->joint_count; j++) {
         r->joints += d->joints[j].type != TFA_JOINT_FIXED;
         r->chain &= d->joints[j].child == d->joints[j].parent + 1;
+        r->hands |= strcmp(d->joints[j].name, "left_thumb_1_joint") == 0;
     }
 }
 
@@ -156,15 +145,15 @@ static int moves(const tfa_description *d, uint32_t link)
     return joint != NULL;
 }
 
-/* Moving links from which nothing hangs, in order. @return how many */
-static uint32_t ends(const tfa_description *d, uint32_t *out)
+/* Moving links, or those from which nothing hangs, in order. @return how many */
+static uint32_t candidates(const tfa_description *d, int along, uint32_t *out)
 {
     uint32_t count = 0;
     for (uint32_t link = 0; link < d->link_count; link++) {
         int parent = 0;
         for (size_t j = 0; j < d->joint_count; j++)
             parent |= d->joints[j].parent == link;
-        if (!parent && moves(d, link))
+        if ((along || !parent) && moves(d, link))
             out[count++] = link;
     }
     return count;
@@ -185,10 +174,10 @@ uint32_t robot_deepest(const struct robot *r)
     return deepest;
 }
 
-void robot_tips(struct robot *r, uint32_t count)
+void robot_tips(struct robot *r, uint32_t count, int along)
 {
     uint32_t *link = calloc(r->description->link_count, sizeof *link);
-    const uint32_t found = link ? ends(r->description, link) : 0;
+    const uint32_t found = link ? candidates(r->description, along, link) : 0;
     for (uint32_t t = 0; t < count; t++)
         r->tips[t] = found ? link[found - 1 - t * found / count] : 0;
     free(link);

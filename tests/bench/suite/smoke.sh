@@ -3,7 +3,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 #
 # The suite runs, its rows are whole, both libraries answer alike, and tables can be made of them.
-# No time is judged.
+# No time is judged. The same with a robot's own kernel.
 #   smoke.sh BENCH_SUITE LIBRARY
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -26,4 +26,29 @@ done
 grep -q '^| arm7 | 7 | [0-9]' "$work/robots"
 grep -q '^| humanoid30, floating | 30 | ' "$work/robots"
 grep -q '^| scan-2 | [0-9]' "$work/chains"
+
+# every task runs, and its error is small but in float
+"$1" --library "$2" --rounds 1 --turn-us 1 --error "$here/../../../config/robots/humanoid.urdf" >"$work/all.csv"
+awk -F, 'NR > 1 { rows++ } NR > 1 && $19 > ($10 == "f32" ? 1e-2 : 1e-7) { print "error: " $0; bad = 1 }
+    END { if (rows != 62) { print "rows: " rows; bad = 1 } exit bad }' "$work/all.csv"
+
+"$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 2 --turn-us 5 \
+    --tasks fd,fd-chained,lambda,fd+payload,batch-f64 "$here/../../../config/robots/arm7.urdf" >"$work/own.csv"
+awk -F, '
+    NR == 1 { next }
+    NF != 19 { print "fields: " $0; bad = 1 }
+    !($12 >= 0) || ($16 != "" && !($16 < 1e-6)) { print "numbers: " $0; bad = 1 }
+    $5 == "own" { own++ }
+    $5 == "now" { now++ }
+    END { if (own != 5 + 5 || now != 5) { print "rows: " own ", " now; bad = 1 }
+          exit bad }' "$work/own.csv"
+for table in kernels warm cold batch page; do
+    awk -f "$here/../own_tables.awk" -v table=$table "$work/own.csv" >"$work/$table"
+done
+grep -q '^| arm7 | 7 | ' "$work/warm"
+grep -q "^| arm7 | 7 | [0-9]" "$work/page"
+"$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 1 --turn-us 1 --tasks fd \
+    "$here/../../../config/robots/arm7.urdf" >"$work/again"
+if grep -q compile_s "$work/again"; then echo "built twice"; exit 1; fi
 [ "$("$1" 2>&1 | wc -l)" -eq 2 ]
+[ "$("$1" --list | wc -l)" -ge 70 ]

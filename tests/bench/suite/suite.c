@@ -1,15 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The benchmark suite: every task for every robot, by the library as it is, by former builds of it
- * and by the peers of this build, in turns in one process. CSV on standard output, a row for each
- * contestant; or, under callgrind, the instructions of each call.
+ * The benchmark suite: every task for every robot, by the library as it is, by a former build of it,
+ * by the robot's own kernel and by the peers of this build, in turns in one process. CSV on standard
+ * output, a row for each contestant; or, under callgrind, the instructions of each call.
  *
  *   bench_suite --library build/release/lib/libtotalforce.so [--baseline OTHER.so]
- *       [--turn-us N] [--rounds N] [--tasks A,B] [--count] ROBOT ...
+ *       [--kernels FOLDER [--compiler PROGRAM]] [--turn-us N] [--rounds N] [--tasks A,B] [--error]
+ *       [--tips N] [--along] [--refine N] [--precision f32|f64|f128] [--one-by-one] [--snap ANGLE]
+ *       [--count] ROBOT ...
+ *   bench_suite --list                  the tasks
  *
- * ROBOT: a URDF file or one that is made (humanoid30, humanoid58, chain64, chain256, chain1000,
- * chain4096), with ":floating" behind it for a floating base. TFA_ISA chooses the instruction set.
+ * ROBOT: a URDF file or one that is made (humanoid30, humanoid58, chainN), with ":floating" behind it
+ * for a floating base. TFA_ISA chooses the instruction set. --kernels: contestant "own", whose kernel
+ * is built where FOLDER has none; tips are then links behind the most joints. --error: the column
+ * `error`, against quadruple precision. --tips, --along, --refine, --precision, --one-by-one (batches
+ * without lanes): in place of a task's own.
  */
 #include "suite.h"
 
@@ -23,10 +29,10 @@
 enum { LIBRARIES = 2, CALLS_COUNTED = 32 };
 
 struct options {
-    const char *path[LIBRARIES], *tasks;
-    double turn_us;
-    uint32_t rounds;
-    int count;
+    const char *path[LIBRARIES], *tasks, *kernels, *compiler, *precision;
+    double turn_us, snap;
+    uint32_t rounds, tips, refine;
+    int count, along, error, list, refined, one_by_one;
 };
 
 static const char *const precisions[] = {[TFA_F64] = "f64", [TFA_F32] = "f32", [TFA_F128] = "f128"};
@@ -41,38 +47,56 @@ static int is_listed(const char *list, const char *name)
     return !list;
 }
 
-static int is_for(const struct task *t, const struct robot *r)
+static int precision_named(const char *name)
 {
-    if (t->how == HOW_CHAINED && r->base == TFA_BASE_FLOATING)
-        return 0;
-    return (!t->fewest || (r->chain && r->joints >= t->fewest)) &&
-           (!t->most || r->joints <= t->most);
+    for (int k = TFA_F64; k <= TFA_F128; k++)
+        if (strcmp(precisions[k], name) == 0)
+            return k;
+    return -1;
 }
 
-static const char *base_name(const struct contest *c)
+static const char *base_name(const struct robot *r)
 {
-    return c->robot->base == TFA_BASE_FLOATING ? "floating" : "fixed";
+    return r->base == TFA_BASE_FLOATING ? "floating" : "fixed";
 }
 
 static void print_head(const struct options *o)
 {
     if (!o->count)
         puts("robot,base,joints,task,contestant,method,estimate,states,threads,precision,isa,ns,"
-             "least,ns_per_joint,times,difference,rounds");
+             "least,ns_per_joint,times,difference,rounds,unit,error");
+}
+
+static const char *unit_of(const struct task *t)
+{
+    return t->how == HOW_BYTES ? "B" : "ns";
 }
 
 static void measure(struct contest *c, const struct options *o, const char *isa)
 {
     struct figures f[SUITE_WHO];
     const struct task *t = c->task;
+    const struct robot *r = c->robot;
     const uint32_t rounds = contest_measure(c, o->turn_us, o->rounds, f);
-    for (uint32_t k = 0; k < c->count; k++)
-        printf("%s,%s,%u,%s,%s,%s,%s,%u,%u,%s,%s,%.1f,%.1f,%.2f,%.3f,%.1e,%u\n", c->robot->name,
-               base_name(c), c->robot->joints, t->name, c->who[k].name, contest_method(c, k),
+    for (uint32_t k = 0; k < c->count; k++) {
+        printf("%s,%s,%u,%s,%s,%s,%s,%u,%u,%s,%s,%.1f,%.1f,%.2f,%.3f,%.1e,%u,%s,", r->name,
+               base_name(r), r->joints, t->name, c->who[k].name, contest_method(c, k),
                estimates[t->estimate], t->states, t->threads, precisions[t->precision],
-               c->who[k].library ? isa : "", f[k].median, f[k].least,
-               f[k].median / c->robot->joints, f[k].times, contest_difference(c, k), rounds);
+               c->who[k].library ? isa : "", f[k].median, f[k].least, f[k].median / r->joints,
+               f[k].times, contest_difference(c, k), rounds, unit_of(t));
+        if (o->error && t->states == 1 && t->how < HOW_PARSE)
+            printf("%.1e", contest_error(c, k));
+        putchar('\n');
+    }
     fflush(stdout);
+}
+
+/* What is known of a kernel besides its times */
+static void print_kernel(const struct robot *r, const char *task, double value, const char *unit)
+{
+    if (value > 0)
+        printf("%s,%s,%u,%s,own,,,,,,,%.6g,,,,,,%s,\n", r->name, base_name(r), r->joints, task,
+               value, unit);
 }
 
 /* Of one thread only: each call and nothing else is between two toggles, and each dump bears the name
@@ -84,7 +108,7 @@ static void count(struct contest *c)
     for (uint32_t k = 0; k < c->count; k++) {
         char row[160];
         const uint32_t calls = c->task->states > 1 ? 1 : CALLS_COUNTED;
-        snprintf(row, sizeof row, "row %s,%s,%u,%s,%s,%u", c->robot->name, base_name(c),
+        snprintf(row, sizeof row, "row %s,%s,%u,%s,%s,%u", c->robot->name, base_name(c->robot),
                  c->robot->joints, c->task->name, c->who[k].name, calls * c->task->states);
         for (uint32_t call = 0; call < 4; call++)
             (void)contest_ask(c, k);
@@ -101,13 +125,29 @@ static void count(struct contest *c)
     }
 }
 
-static void run_robot(struct robot *r, const struct options *o, const struct library *libraries)
+static struct task adapted(const struct task *t, const struct options *o)
 {
-    const uint32_t many = o->path[1] ? 2 : 1;
+    struct task task = *t;
+    task.along = o->along;
+    task.one_by_one |= o->one_by_one;
+    task.deepest_tip = o->kernels && task.tips == 1;
+    if (o->tips && task.tips)
+        task.tips = o->tips;
+    if (o->refined)
+        task.refine = o->refine;
+    if (o->precision)
+        task.precision = (tfa_precision)precision_named(o->precision);
+    return task;
+}
+
+static void run_robot(struct robot *r, const struct options *o, const struct library *libraries,
+                      uint32_t many)
+{
     for (const struct task *t = suite_tasks; t->name; t++) {
         struct contest c;
-        if (!is_listed(o->tasks, t->name) || !is_for(t, r) ||
-            contest_open(&c, t, r, libraries, many) != 0)
+        const struct task task = adapted(t, o);
+        if (!is_listed(o->tasks, t->name) || !suite_is_for(t, r) ||
+            contest_open(&c, &task, r, libraries, many) != 0)
             continue;
         if (o->count)
             count(&c);
@@ -117,46 +157,117 @@ static void run_robot(struct robot *r, const struct options *o, const struct lib
     }
 }
 
-static int run(const char *argument, const struct options *o, const struct library *libraries)
+static int open_robot(struct robot *r, const char *argument, const struct options *o,
+                      const struct library *l)
 {
-    struct robot r;
     char name[4096];
     const char *colon = strrchr(argument, ':');
     const int floating = colon && strcmp(colon, ":floating") == 0;
     snprintf(name, sizeof name, "%.*s",
              (int)(floating ? (size_t)(colon - argument) : strlen(argument)), argument);
-    if (robot_open(&r, &libraries[0], name, floating ? TFA_BASE_FLOATING : TFA_BASE_FIXED) != 0)
+    const int bad = robot_open(r, l, name, floating ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
+    r->snap = o->snap;
+    return bad;
+}
+
+/* Compilers run before this program is pinned to one processor. */
+static int build_kernel(const char *argument, const struct options *o, const struct library *l)
+{
+    struct robot r;
+    struct kernel k;
+    if (open_robot(&r, argument, o, l) != 0)
         return 1;
-    run_robot(&r, o, libraries);
+    const int bad = kernel_open(&k, l, &r, o->kernels, o->compiler);
+    print_kernel(&r, "compile_s", k.compile_s, "s");
+    print_kernel(&r, "compilers_s", k.compilers_s, "s");
+    kernel_close(&k, l);
+    robot_close(&r, l);
+    return bad;
+}
+
+static int run(const char *argument, const struct options *o, const struct library *libraries)
+{
+    struct robot r;
+    struct kernel kernel = {0};
+    struct library answering[LIBRARIES + 1] = {libraries[0]};
+    uint32_t many = 1;
+    if (open_robot(&r, argument, o, &libraries[0]) != 0)
+        return 1;
+    int bad = o->kernels && kernel_open(&kernel, &libraries[0], &r, o->kernels, o->compiler) != 0;
+    if (o->kernels && !bad) {
+        print_kernel(&r, "code_bytes", (double)kernel.text, "B");
+        print_kernel(&r, "load_ms", kernel.load_ms, "ms");
+        print_kernel(&r, "kernel_error", kernel.error, "");
+        answering[many] = libraries[0];
+        answering[many].name = "own";
+        answering[many++].specialised = kernel.loaded;
+    }
+    if (o->path[1])
+        answering[many++] = libraries[1];
+    run_robot(&r, o, answering, many);
+    kernel_close(&kernel, &libraries[0]);
     robot_close(&r, &libraries[0]);
-    return 0;
+    return bad;
 }
 
 /* The index of the first robot, or 0: the command line is wrong. */
 static int parse(int argc, char **argv, struct options *o)
 {
+    const struct {
+        const char *name;
+        int *flag; /* or one of these takes a value */
+        const char **text;
+        uint32_t *number;
+        double *real;
+    } known[] = {
+        {"--list", .flag = &o->list},
+        {"--count", .flag = &o->count},
+        {"--error", .flag = &o->error},
+        {"--along", .flag = &o->along},
+        {"--one-by-one", .flag = &o->one_by_one},
+        {"--library", .text = &o->path[0]},
+        {"--baseline", .text = &o->path[1]},
+        {"--kernels", .text = &o->kernels},
+        {"--compiler", .text = &o->compiler},
+        {"--tasks", .text = &o->tasks},
+        {"--precision", .text = &o->precision},
+        {"--rounds", .number = &o->rounds},
+        {"--tips", .number = &o->tips},
+        {"--refine", .flag = &o->refined, .number = &o->refine},
+        {"--turn-us", .real = &o->turn_us},
+        {"--snap", .real = &o->snap},
+    };
     int k = 1;
     for (; k < argc && strncmp(argv[k], "--", 2) == 0; k++) {
-        const char *value = k + 1 < argc ? argv[k + 1] : "";
-        if (strcmp(argv[k], "--count") == 0) {
-            o->count = 1;
-            continue;
-        }
-        if (strcmp(argv[k], "--library") == 0)
-            o->path[0] = value;
-        else if (strcmp(argv[k], "--baseline") == 0)
-            o->path[1] = value;
-        else if (strcmp(argv[k], "--tasks") == 0)
-            o->tasks = value;
-        else if (strcmp(argv[k], "--turn-us") == 0)
-            o->turn_us = atof(value);
-        else if (strcmp(argv[k], "--rounds") == 0)
-            o->rounds = (uint32_t)atoi(value);
-        else
+        size_t at = 0;
+        while (at < sizeof known / sizeof *known && strcmp(known[at].name, argv[k]) != 0)
+            at++;
+        if (at == sizeof known / sizeof *known)
             return 0;
-        k++;
+        if (known[at].flag)
+            *known[at].flag = 1;
+        if (!known[at].text && !known[at].number && !known[at].real)
+            continue;
+        if (++k == argc)
+            return 0;
+        if (known[at].text)
+            *known[at].text = argv[k];
+        else if (known[at].number)
+            *known[at].number = (uint32_t)atoi(argv[k]);
+        else
+            *known[at].real = atof(argv[k]);
     }
-    return o->path[0] && o->turn_us > 0 && o->rounds > 0 && k < argc ? k : 0;
+    return o->path[0] && o->turn_us > 0 && o->rounds > 0 && o->tips <= TFA_MAX_TIPS &&
+                   (!o->precision || precision_named(o->precision) >= 0) && k < argc
+               ? k
+               : 0;
+}
+
+static int list_tasks(void)
+{
+    for (const struct task *t = suite_tasks; t->name; t++)
+        printf("%-22s %s\n", t->name, t->text);
+    return 0;
 }
 
 int main(int argc, char **argv)
@@ -166,17 +277,22 @@ int main(int argc, char **argv)
     static struct library libraries[LIBRARIES];
     int bad = 0;
     const int first = parse(argc, argv, &o);
+    if (o.list)
+        return list_tasks();
     if (!first) {
-        fputs("bench_suite --library FILE.so [--baseline FILE.so] [--turn-us N] [--rounds N]\n"
-              "    [--tasks A,B] [--count] ROBOT[:floating] ...\n",
-              stderr);
+        fputs(
+            "bench_suite --library FILE.so [--baseline FILE.so] [--kernels FOLDER] [--turn-us N]\n"
+            "    [--rounds N] [--tasks A,B] [--error] [--count] ROBOT[:floating] ... | --list\n",
+            stderr);
         return 3;
     }
     for (int k = 0; k < LIBRARIES && o.path[k]; k++)
         if (library_open(&libraries[k], names[k], o.path[k]) != 0)
             return 2;
-    cpus_pin();
     print_head(&o);
+    for (int k = first; o.kernels && k < argc; k++)
+        bad |= build_kernel(argv[k], &o, &libraries[0]);
+    cpus_pin();
     for (int k = first; k < argc; k++)
         bad |= run(argv[k], &o, libraries);
     return bad ? 2 : 0;

@@ -32,12 +32,26 @@
     X(tfa_method_name)                                                                             \
     X(tfa_report_free)
 
+/* What a former build may lack: NULL then. */
+#define SUITE_LATER_CALLS(X)                                                                       \
+    X(tfa_model_find_frame)                                                                        \
+    X(tfa_model_name)                                                                              \
+    X(tfa_model_size)                                                                              \
+    X(tfa_workspace_size)                                                                          \
+    X(tfa_status_text)                                                                             \
+    X(tfa_specialised_name)                                                                        \
+    X(tfa_specialised_build)                                                                       \
+    X(tfa_specialised_load)                                                                        \
+    X(tfa_specialised_describe)                                                                    \
+    X(tfa_specialised_free)
+
 struct library {
-    const char *name; /* "now", "former" */
+    const char *name; /* "now", "own" (with the robot's own kernel), "former" */
     void *handle;
     const tfa_specialised *specialised; /* the robot's own kernel for its workspaces; NULL: none */
 #define SUITE_MEMBER(call) __typeof__(&call) call;
     SUITE_CALLS(SUITE_MEMBER)
+    SUITE_LATER_CALLS(SUITE_MEMBER)
 #undef SUITE_MEMBER
 };
 
@@ -53,21 +67,17 @@ struct robot {
     uint32_t joints;
     int chain;   /* every joint hangs from the one before */
     int written; /* the file is to be removed */
+    int hands;   /* it is the bundled humanoid, for which there are scenes */
     tfa_description *description;
     uint32_t tips[TFA_MAX_TIPS]; /* ends of branches, spread evenly; so many asked for */
 };
 
-/* X(name, bodies): written for the occasion; `bodies` of a chain, or those of a tree with hands. */
-#define SUITE_MADE(X)                                                                              \
-    X("humanoid30", 30)                                                                            \
-    X("humanoid58", 58)                                                                            \
-    X("chain64", 64) X("chain256", 256) X("chain1000", 1000) X("chain4096", 4096)
-
-/* The robot of a file, or a made one of that name. @return 0, or -1 after a message */
+/* The robot of a file, or one that is written for the occasion: humanoid30, humanoid58 (with hands),
+ * chainN of N random rods. @return 0, or -1 after a message */
 int robot_open(struct robot *r, const struct library *l, const char *name, tfa_base base);
 void robot_close(struct robot *r, const struct library *l);
-/* Its tips for a request of so many. */
-void robot_tips(struct robot *r, uint32_t count);
+/* Its tips for a request of so many: ends of branches, or links all along it. */
+void robot_tips(struct robot *r, uint32_t count, int along);
 /* The link behind the most joints, the last of several */
 uint32_t robot_deepest(const struct robot *r);
 
@@ -78,21 +88,44 @@ enum how {
     HOW_WARM,    /* over and over, each with another state */
     HOW_CHAINED, /* each state from the answer before it */
     HOW_COLD,    /* after all caches were used for something else */
+    HOW_SAME_Q,  /* warm, and the same q in every call */
+    /* no request: */
+    HOW_PARSE,     /* URDF text to a description */
+    HOW_COMPILE,   /* a description to a model */
+    HOW_WORKSPACE, /* a model to a workspace */
+    HOW_BYTES      /* no time: sizes */
 };
 
+/* With a payload, or a gravity, of the request */
+enum given { NOTHING, A_PAYLOAD, A_GRAVITY };
+
+/* The bundled humanoid: its hands locked; one arm as tip, its hand locked. The tip is its left palm. */
+enum scene { ANY_ROBOT, SCENE_WHOLE, SCENE_HANDS, SCENE_ARM };
+#define SUITE_PALM "left_palm"
+
 struct task {
-    const char *name;
+    const char *name, *text;
     tfa_op op;
     tfa_method method;
     tfa_estimate estimate;
     uint32_t refine, tips, states, threads;
     tfa_precision precision;
+    tfa_residual residual;
     enum how how;
+    enum given given;
+    enum scene scene;
+    int one_by_one;  /* a batch without lanes */
+    int along;       /* tips all along the robot */
+    int deepest_tip; /* the tip is the link behind the most joints */
+    size_t (*bytes)(const struct library *l, const tfa_description *d, const tfa_model_options *o,
+                    const tfa_model *m);
     uint32_t fewest; /* of chains with so many joints only; 0: of all robots */
     uint32_t most;   /* joints; 0: any */
 };
 
 extern const struct task suite_tasks[]; /* ends with a name that is NULL */
+const tfa_scene *suite_scene(enum scene scene);
+int suite_is_for(const struct task *t, const struct robot *r);
 
 /* ---- cpus.c: where threads run ---- */
 
@@ -110,6 +143,7 @@ struct contestant {
     const char *name;
     const struct library *library; /* NULL: a peer */
     const struct peer *peer;
+    const struct peer_lambda *peers_lambda; /* of a task with a tip */
     void *peers_robot;
     tfa_model *model;
     tfa_workspace *workspace;
@@ -139,6 +173,25 @@ int contest_ask(struct contest *c, uint32_t who);
 const char *contest_method(struct contest *c, uint32_t who);
 /* |answer - answer of the first| / |answer of the first| for one call */
 double contest_difference(struct contest *c, uint32_t who);
+/* The same against quadruple precision by the plainest method, the largest of all states; NAN of batches */
+double contest_error(struct contest *c, uint32_t who);
+/* Of a task that measures sizes */
+size_t contest_bytes(struct contest *c, uint32_t who);
+
+/* ---- kernel.c: a robot's own kernel ---- */
+
+struct kernel {
+    char path[4096], compiler[256];
+    tfa_specialised *loaded;
+    double compile_s, compilers_s; /* 0: it was there; wall clock, processors' time */
+    double load_ms, error;         /* median of loads, with its tests; they found */
+    size_t text;                   /* bytes that are executed */
+};
+
+/* Builds it in that folder where it is not yet, and loads it. @return 0, or -1 after a message */
+int kernel_open(struct kernel *k, const struct library *l, const struct robot *r,
+                const char *folder, const char *compiler);
+void kernel_close(struct kernel *k, const struct library *l);
 
 /* ---- flush.c: cold calls ---- */
 

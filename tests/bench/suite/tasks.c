@@ -1,60 +1,191 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What is asked of every robot, and of long chains besides.
+ * Every measurement of the suite: name, text, and the request.
  */
 #include "suite.h"
 
-#define FD TFA_OP_FORWARD_DYNAMICS
-#define LAMBDA TFA_OP_OPERATIONAL_INERTIA
+#include <stddef.h>
+
+/* ---- scenes of the bundled humanoid ---- */
+
+#define FINGER(name)                                                                               \
+    {                                                                                              \
+        name,                                                                                      \
+        {                                                                                          \
+            0.3                                                                                    \
+        }                                                                                          \
+    }
+#define HAND(side)                                                                                 \
+    FINGER(side "_thumb_1_joint"), FINGER(side "_thumb_2_joint"), FINGER(side "_index_1_joint"),   \
+        FINGER(side "_index_2_joint"), FINGER(side "_middle_1_joint"),                             \
+        FINGER(side "_middle_2_joint"), FINGER(side "_ring_1_joint"), FINGER(side "_ring_2_joint")
+
+static const tfa_lock fingers[] = {HAND("left"), HAND("right")};
+enum { FINGERS = sizeof fingers / sizeof *fingers };
+static const char *const palms[] = {SUITE_PALM};
+
+static const tfa_scene scenes[] = {
+    [SCENE_HANDS] = {.locks = fingers, .lock_count = FINGERS},
+    [SCENE_ARM] = {.root = "torso_link",
+                   .tips = palms,
+                   .tip_count = 1,
+                   .locks = fingers,
+                   .lock_count = FINGERS / 2},
+};
+
+const tfa_scene *suite_scene(enum scene scene)
+{
+    return scene >= SCENE_HANDS ? &scenes[scene] : NULL;
+}
+
+int suite_is_for(const struct task *t, const struct robot *r)
+{
+    if (r->base == TFA_BASE_FLOATING && (t->how == HOW_CHAINED || t->scene == SCENE_ARM))
+        return 0;
+    return (!t->scene || r->hands) && (!t->fewest || (r->chain && r->joints >= t->fewest)) &&
+           (!t->most || r->joints <= t->most);
+}
+
+/* ---- sizes ---- */
+
+static size_t model_bytes(const struct library *l, const tfa_description *d,
+                          const tfa_model_options *o, const tfa_model *m)
+{
+    (void)m;
+    return l->tfa_model_size(d, o);
+}
+
+static size_t workspace_bytes(const struct library *l, const tfa_description *d,
+                              const tfa_model_options *o, const tfa_model *m)
+{
+    (void)d, (void)o;
+    return l->tfa_workspace_size(m, NULL);
+}
+
+static size_t workspace_one_bytes(const struct library *l, const tfa_description *d,
+                                  const tfa_model_options *o, const tfa_model *m)
+{
+    static const tfa_workspace_options one = {.states = TFA_STATES_ONE};
+    (void)d, (void)o;
+    return l->tfa_workspace_size(m, &one);
+}
+
+/* ---- tasks ---- */
+
+#define FD .op = TFA_OP_FORWARD_DYNAMICS
+#define ID .op = TFA_OP_INVERSE_DYNAMICS
+#define MASS .op = TFA_OP_MASS_MATRIX
+#define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
+#define TIP .tips = 1
+#define BY(name) .method = TFA_METHOD_##name
 #define ONE .states = 1, .threads = 1
-#define BATCH .states = 512
+#define TWO .states = 1, .threads = 2
+#define BATCH .states = 512, .threads = 1, .most = 128
+#define BATCH_2 .states = 512, .threads = 2, .most = 128
 #define BARE .estimate = TFA_ESTIMATE_NEVER
+#define REFINED(steps) .estimate = TFA_ESTIMATE_NEVER, .refine = (steps)
+#define MIXED(factors, residual_of)                                                                \
+    .precision = TFA_##factors, .residual = TFA_RESIDUAL_##residual_of,                            \
+    REFINED(TFA_REFINE_DEFAULT), ONE, .most = 300
 #define LONG .fewest = 64
+#define SMALL .most = 300
 /* All defaults of the method: refined once and estimated where it inverts inertias */
 #define CERTAIN .estimate = TFA_ESTIMATE_ALWAYS, .refine = TFA_REFINE_DEFAULT
+#define NO_REQUEST FD, BARE, ONE
 
 const struct task suite_tasks[] = {
-    {"fd", .op = FD, BARE, ONE},
-    {"fd-chained", .op = FD, BARE, ONE, .how = HOW_CHAINED},
-    {"fd-cold", .op = FD, BARE, ONE, .how = HOW_COLD},
-    {"fd+sentinel", .op = FD, ONE},
-    {"fd+estimate", .op = FD, CERTAIN, ONE},
-    {"fd+lambda", .op = FD, BARE, ONE, .tips = 1},
-    {"lambda", .op = LAMBDA, BARE, ONE, .tips = 1},
-    {"lambda+sentinel", .op = LAMBDA, ONE, .tips = 1},
-    {"lambda-4", .op = LAMBDA, BARE, ONE, .tips = 4},
-    {"lambda+estimate", .op = LAMBDA, CERTAIN, ONE, .tips = 1},
-    {"id", .op = TFA_OP_INVERSE_DYNAMICS, BARE, ONE},
-    {"mass", .op = TFA_OP_MASS_MATRIX, BARE, ONE, .most = 300},
-    {"fd-crba", .op = FD, .method = TFA_METHOD_CRBA, BARE, ONE, .most = 300},
-    {"batch-f64", .op = FD, BARE, BATCH, .threads = 1, .most = 128},
-    {"batch-f64+sentinel", .op = FD, BATCH, .threads = 1, .most = 128},
-    {"batch-f64-2", .op = FD, BARE, BATCH, .threads = 2, .most = 128},
-    {"batch-f32", .op = FD, BARE, BATCH, .threads = 1, .precision = TFA_F32, .most = 128},
-    {"batch-f32-2", .op = FD, BARE, BATCH, .threads = 2, .precision = TFA_F32, .most = 128},
-    {"batch-id", .op = TFA_OP_INVERSE_DYNAMICS, BARE, BATCH, .threads = 1, .most = 128},
-    {"batch-lambda", .op = LAMBDA, BARE, BATCH, .threads = 1, .tips = 1, .most = 128},
-    {"aba", .op = FD, .method = TFA_METHOD_ABA, BARE, ONE, LONG},
-    {"aba+estimate", .op = FD, .method = TFA_METHOD_ABA, CERTAIN, ONE, LONG},
-    {"auto-2", .op = FD, BARE, .states = 1, .threads = 2, LONG},
-    {"scan", .op = FD, .method = TFA_METHOD_SCAN, BARE, ONE, LONG},
-    {"scan-2", .op = FD, .method = TFA_METHOD_SCAN, BARE, .states = 1, .threads = 2, LONG},
-    {"scan+estimate", .op = FD, .method = TFA_METHOD_SCAN, CERTAIN, ONE, LONG},
-    {"scan+estimate-2", .op = FD, .method = TFA_METHOD_SCAN, CERTAIN, .states = 1, .threads = 2,
-     LONG},
-    {"scan-two-pass", .op = FD, .method = TFA_METHOD_SCAN_TWO_PASS, BARE, ONE, LONG},
-    {"tfa", .op = FD, .method = TFA_METHOD_TFA, BARE, ONE, LONG},
-    {"tfa-cr", .op = FD, .method = TFA_METHOD_TFA_CR, BARE, ONE, LONG},
-    {"tfa-cr-2", .op = FD, .method = TFA_METHOD_TFA_CR, BARE, .states = 1, .threads = 2, LONG},
-    {"tfa-cr+1", .op = FD, .method = TFA_METHOD_TFA_CR, CERTAIN, ONE, LONG},
-    {"tfa-cr+1-2", .op = FD, .method = TFA_METHOD_TFA_CR, CERTAIN, .states = 1, .threads = 2, LONG},
-    {"cfa-cr", .op = FD, .method = TFA_METHOD_CFA_CR, BARE, ONE, LONG},
-    {"cfa-cr-2", .op = FD, .method = TFA_METHOD_CFA_CR, BARE, .states = 1, .threads = 2, LONG},
-    {"lambda-scan", .op = LAMBDA, .method = TFA_METHOD_SCAN, BARE, ONE, .tips = 1, LONG},
-    {"lambda-scan-2", .op = LAMBDA, .method = TFA_METHOD_SCAN, BARE, .states = 1, .threads = 2,
-     .tips = 1, LONG},
-    {"lambda-tfa-cr", .op = LAMBDA, .method = TFA_METHOD_TFA_CR, BARE, ONE, .tips = 1, LONG},
-    {"lambda-tfa-cr-2", .op = LAMBDA, .method = TFA_METHOD_TFA_CR, BARE, .states = 1, .threads = 2,
-     .tips = 1, LONG},
+    /* one state, auto */
+    {"fd", "forward dynamics", FD, BARE, ONE},
+    {"fd-chained", "each state from the answer before it", FD, BARE, ONE, .how = HOW_CHAINED},
+    {"fd-cold", "no cache holds data or code", FD, BARE, ONE, .how = HOW_COLD},
+    {"fd+sentinel", "with the sentinel", FD, ONE},
+    {"fd+estimate", "refined as by default, with the error estimate", FD, CERTAIN, ONE},
+    {"fd+lambda", "and Lambda^-1 of a tip", FD, BARE, ONE, TIP},
+    {"fd+lambda-cold", "cold", FD, BARE, ONE, TIP, .how = HOW_COLD},
+    {"fd+payload", "with a payload of the request", FD, BARE, ONE, .given = A_PAYLOAD},
+    {"fd+gravity", "with a gravity of the request", FD, BARE, ONE, .given = A_GRAVITY},
+    {"fd-same-q", "at a q seen before", FD, BARE, ONE, .how = HOW_SAME_Q},
+    {"fd+lambda-same-q", "both at a q seen before", FD, BARE, ONE, TIP, .how = HOW_SAME_Q},
+    {"id", "inverse dynamics", ID, BARE, ONE},
+    {"id-cold", "cold", ID, BARE, ONE, .how = HOW_COLD},
+    {"mass", "mass matrix", MASS, BARE, ONE, SMALL},
+    {"lambda", "Lambda^-1 of a tip", LAMBDA, BARE, ONE, TIP},
+    {"lambda-cold", "cold", LAMBDA, BARE, ONE, TIP, .how = HOW_COLD},
+    {"lambda+sentinel", "with the sentinel", LAMBDA, ONE, TIP},
+    {"lambda+estimate", "with the error estimate", LAMBDA, CERTAIN, ONE, TIP},
+    {"lambda-same-q", "at a q seen before", LAMBDA, BARE, ONE, TIP, .how = HOW_SAME_Q},
+    {"lambda-4", "of four tips", LAMBDA, BARE, ONE, .tips = 4},
+    /* one state, other methods */
+    {"fd-crba", "forward dynamics by crba", FD, BY(CRBA), BARE, ONE, SMALL},
+    {"fd-tfa", "by tfa", FD, BY(TFA), BARE, ONE, SMALL},
+    {"lambda-propagation", "Lambda^-1 by propagation", LAMBDA, BY(PROPAGATION), BARE, ONE, TIP},
+    {"lambda-efpa", "by efpa", LAMBDA, BY(EFPA), BARE, ONE, TIP},
+    {"lambda-pv-osimr", "by pv-osimr", LAMBDA, BY(PV_OSIMR), BARE, ONE, TIP},
+    {"lambda-crba", "by crba", LAMBDA, BY(CRBA), BARE, ONE, TIP, SMALL},
+    {"lambda-tfa", "by tfa", LAMBDA, BY(TFA), BARE, ONE, TIP},
+    {"lambda-tfa-one-sided", "by tfa, factors of one side", LAMBDA, BY(TFA_ONE_SIDED), BARE, ONE,
+     TIP},
+    /* one state, other precisions */
+    {"aba-refined", "aba, one refinement step", FD, BY(ABA), REFINED(1), ONE, SMALL},
+    {"tfa-refined", "tfa, one refinement step", FD, BY(TFA), REFINED(1), ONE, SMALL},
+    {"aba-f32", "aba in float", FD, BY(ABA), BARE, ONE, SMALL, .precision = TFA_F32},
+    {"aba-f32+f64", "factors in float, residuals in double", FD, BY(ABA), MIXED(F32, F64)},
+    {"scan-f32+f64", "the scan, likewise", FD, BY(SCAN), MIXED(F32, F64)},
+    {"aba-f64+f128", "factors in double, residuals quadruple", FD, BY(ABA), MIXED(F64, F128)},
+    {"tfa-f64+f128", "tfa, likewise", FD, BY(TFA), MIXED(F64, F128)},
+    {"aba-f128", "aba in quadruple precision", FD, BY(ABA), BARE, ONE, SMALL,
+     .precision = TFA_F128},
+    {"id-f128", "inverse dynamics in quadruple precision", ID, BARE, ONE, SMALL,
+     .precision = TFA_F128},
+    /* scenes of the bundled humanoid */
+    {"lambda-palm", "whole", LAMBDA, BARE, ONE, TIP, .scene = SCENE_WHOLE},
+    {"fd-hands", "hands locked in the scene", FD, BARE, ONE, .scene = SCENE_HANDS},
+    {"lambda-hands", "hands locked in the scene", LAMBDA, BARE, ONE, TIP, .scene = SCENE_HANDS},
+    {"fd-arm", "one arm as tip, its hand locked", FD, BARE, ONE, .scene = SCENE_ARM},
+    {"lambda-arm", "one arm as tip, its hand locked", LAMBDA, BARE, ONE, TIP, .scene = SCENE_ARM},
+    /* batches */
+    {"batch-f64", "512 states side by side", FD, BARE, BATCH},
+    {"batch-f64-one", "one after the other", FD, BARE, BATCH, .one_by_one = 1},
+    {"batch-f64+sentinel", "with the sentinel", FD, BATCH},
+    {"batch-f64-2", "by two threads", FD, BARE, BATCH_2},
+    {"batch-f64+lambda", "and Lambda^-1 of a tip", FD, BARE, BATCH, TIP},
+    {"batch-f64-crba", "by crba", FD, BY(CRBA), BARE, BATCH},
+    {"batch-f64-tfa", "by tfa, refined as by default", FD, BY(TFA), REFINED(TFA_REFINE_DEFAULT),
+     BATCH},
+    {"batch-f64+payload", "with a payload of the request", FD, BARE, BATCH, .given = A_PAYLOAD},
+    {"batch-f64+gravity", "with a gravity of the request", FD, BARE, BATCH, .given = A_GRAVITY},
+    {"batch-f32", "in float", FD, BARE, BATCH, .precision = TFA_F32},
+    {"batch-f32-2", "in float, by two threads", FD, BARE, BATCH_2, .precision = TFA_F32},
+    {"batch-id", "inverse dynamics", ID, BARE, BATCH},
+    {"batch-mass", "mass matrix", MASS, BARE, BATCH},
+    {"batch-lambda", "Lambda^-1 of a tip", LAMBDA, BARE, BATCH, TIP},
+    /* long chains, by method; -2: on two threads */
+    {"aba", "forward dynamics by aba", FD, BY(ABA), BARE, ONE, LONG},
+    {"aba+estimate", "with the error estimate", FD, BY(ABA), CERTAIN, ONE, LONG},
+    {"auto-2", "auto, two threads", FD, BARE, TWO, LONG},
+    {"scan", "segment scan", FD, BY(SCAN), BARE, ONE, LONG},
+    {"scan-2", "two threads", FD, BY(SCAN), BARE, TWO, LONG},
+    {"scan+estimate", "refined, estimated", FD, BY(SCAN), CERTAIN, ONE, LONG},
+    {"scan+estimate-2", "two threads", FD, BY(SCAN), CERTAIN, TWO, LONG},
+    {"scan-two-pass", "in two passes", FD, BY(SCAN_TWO_PASS), BARE, ONE, LONG},
+    {"tfa", "tfa", FD, BY(TFA), BARE, ONE, LONG},
+    {"tfa-cr", "cyclic reduction", FD, BY(TFA_CR), BARE, ONE, LONG},
+    {"tfa-cr-2", "two threads", FD, BY(TFA_CR), BARE, TWO, LONG},
+    {"tfa-cr+1", "refined, estimated", FD, BY(TFA_CR), CERTAIN, ONE, LONG},
+    {"tfa-cr+1-2", "two threads", FD, BY(TFA_CR), CERTAIN, TWO, LONG},
+    {"cfa-cr", "constraint forces", FD, BY(CFA_CR), BARE, ONE, LONG},
+    {"cfa-cr-2", "two threads", FD, BY(CFA_CR), BARE, TWO, LONG},
+    {"lambda-scan", "Lambda^-1 by the scan", LAMBDA, BY(SCAN), BARE, ONE, TIP, LONG},
+    {"lambda-scan-2", "two threads", LAMBDA, BY(SCAN), BARE, TWO, TIP, LONG},
+    {"lambda-tfa-cr", "cyclic reduction", LAMBDA, BY(TFA_CR), BARE, ONE, TIP, LONG},
+    {"lambda-tfa-cr-2", "two threads", LAMBDA, BY(TFA_CR), BARE, TWO, TIP, LONG},
+    /* before the first request */
+    {"parse", "URDF text to a description", NO_REQUEST, .how = HOW_PARSE},
+    {"compile", "a description to a model", NO_REQUEST, .how = HOW_COMPILE},
+    {"workspace", "a model to a workspace", NO_REQUEST, .how = HOW_WORKSPACE},
+    {"model-bytes", "of a model", NO_REQUEST, .how = HOW_BYTES, .bytes = model_bytes},
+    {"workspace-bytes", "of a workspace", NO_REQUEST, .how = HOW_BYTES, .bytes = workspace_bytes},
+    {"workspace-one-bytes", "of one for single states", NO_REQUEST, .how = HOW_BYTES,
+     .bytes = workspace_one_bytes},
     {0}};

@@ -40,12 +40,23 @@ static double turn(struct contest *c, uint32_t who, uint32_t calls)
     return (time_ns(clock) - start) / calls;
 }
 
+static uint32_t weigh(struct contest *c, struct figures figures[SUITE_WHO])
+{
+    for (uint32_t k = 0; k < c->count; k++) {
+        const double bytes = (double)contest_bytes(c, k);
+        figures[k] = (struct figures){bytes, bytes, k ? bytes / figures[0].median : 1};
+    }
+    return 1;
+}
+
 uint32_t contest_measure(struct contest *c, double turn_us, uint32_t rounds,
                          struct figures figures[SUITE_WHO])
 {
     static double ns[SUITE_WHO][ROUNDS_MAX], ratio[ROUNDS_MAX];
     uint32_t calls[SUITE_WHO];
     rounds = rounds > ROUNDS_MAX ? ROUNDS_MAX : rounds;
+    if (c->task->how == HOW_BYTES)
+        return weigh(c, figures);
     for (uint32_t k = 0; k < c->count; k++) {
         const double once = turn(c, k, 1), few = turn(c, k, 2);
         const double fastest = fmin(once, few);

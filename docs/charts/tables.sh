@@ -210,12 +210,15 @@ done | table "right-hand side,requests,answered by the method asked for,by anoth
 if [ -s "$work/test_reference.txt" ]; then
     awk '
     /joints.*worst of/ { sub(/\.json:.*/, "", $1); robot = $1 }
-    $1 == "qdd" && NF >= 3 || $1 == "lambda_inv" { value[$1 " " $2] = $NF }
-    $1 == "lambda_inv" {
-        printf "%s|%s|%s|%s|%s\n", robot, value["qdd aba"], value["qdd crba"], value["qdd tfa"],
-            value["lambda_inv propagation"]
-    }' "$work/test_reference.txt" |
-        table 'robot,qdd `aba`,qdd `crba`,qdd `tfa` refined once,Λ⁻¹ `propagation`' | block reference
+    !/^  [a-z]/ { next }
+    {
+        name = $1
+        for (k = 2; k < NF; k++) name = name " " $k
+        if (!(name in worst)) order[++names] = name
+        if ($NF + 0 > worst[name] + 0) { worst[name] = $NF; where[name] = robot }
+    }
+    END { for (k = 1; k <= names; k++) printf "%s|%s|%s\n", order[k], worst[order[k]], where[order[k]] }' \
+        "$work/test_reference.txt" | table 'answer,worst error,robot' | block reference
 fi
 if [ -s "$work/test_laws.txt" ]; then
     awk '

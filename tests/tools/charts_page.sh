@@ -28,7 +28,7 @@ awk '{ line[NR] = $0 } END { for (i = 1; i <= NR / 2; i++) if (line[i] != line[i
     "$work/both" || fail "$page: text that is not a figure changes"
 # five mechanisms and three right-hand sides
 says "$work/docs/$page" "| panels | 15 | 15 |"
-says "$work/docs/$page" "(tfa-cr) |"
+says "$work/docs/work/blocks/times" "(tfa-cr) |"
 says "$work/docs/$page" "| mass ratio of neighbours | from "
 grep -qE '^\| qdd \| 720 \| [0-9]+ \|' "$work/docs/$page" || fail "answers of the atlas"
 for picture in random heavy-tip robots atlas; do

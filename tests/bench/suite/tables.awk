@@ -67,16 +67,16 @@ function table_machine(    head, line, n, k) {
 # Forward dynamics, batches, Lambda^-1, inverse dynamics and M of every robot that is no chain; floating bases of
 # those that are measured on both
 function table_robots(    k) {
-    print "| robot | joints | qdd | cold | estimated | batch f64 | batch f32 | Λ⁻¹ | four tips | both / qdd | tau | M | MuJoCo |"
-    print "|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+    print "| robot | joints | qdd | cold | estimated | batch f64 | batch f32 | Λ⁻¹ | both / qdd | tau | M | MuJoCo |"
+    print "|---|---|---|---|---|---|---|---|---|---|---|---|"
     for (k = 1; k <= rows("suite.csv"); k++) {
         pick("suite.csv", k)
         if (robot ~ /^chain/) continue
-        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name_of(robot, base), joints[robot],
+        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name_of(robot, base), joints[robot],
             time_of(ns(robot, base, "fd")), time_of(ns(robot, base, "fd-cold")),
             time_of(ns(robot, base, "fd+estimate")), time_of(ns(robot, base, "batch-f64")),
             time_of(ns(robot, base, "batch-f32")), time_of(ns(robot, base, "lambda")),
-            time_of(ns(robot, base, "lambda-4")), over(ns(robot, base, "fd+lambda"), ns(robot, base, "fd")),
+            over(ns(robot, base, "fd+lambda"), ns(robot, base, "fd")),
             time_of(ns(robot, base, "id")), time_of(ns(robot, base, "mass")),
             ratio(times(robot, base, "fd", "mujoco"))
     }
@@ -118,7 +118,7 @@ function table_isa(    k, n, r, tasks, task, isas, m, i, line) {
         for (r = 1; r <= n; r++) {
             robot = isa_robot[k]
             task = tasks[r]
-            if (robot !~ /^(arm7|humanoid30|chain1000)$/) continue
+            if (robot !~ /^(arm7|chain1000)$/) continue
             if (isa_ns[robot, task, "avx2"] == "" && isa_ns[robot, task, "base"] == "") continue
             line = "| " robot " | " task " |"
             for (i = 1; i <= m; i++) line = line " " time_of(isa_ns[robot, task, isas[i]]) " |"

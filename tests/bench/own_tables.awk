@@ -69,13 +69,12 @@ function table_batch(    k) {
 }
 # The table of the page: times as many as the specialised kernel takes, and its cost
 function table_page(    k) {
-    print "| robot | joints | qdd | specialised | x | tau, x | Λ⁻¹, x | both, x | batch, x | cold qdd, x | code, KB | compile, s |"
-    print "|---|---|---|---|---|---|---|---|---|---|---|---|"
+    print "| robot | joints | qdd | specialised | x | tau, x | Λ⁻¹, x | batch, x | cold qdd, x | code, KB | compile, s |"
+    print "|---|---|---|---|---|---|---|---|---|---|---|"
     for (k = 1; k <= count; k++) {
         name = list[k]
-        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %.0f | %s |\n", name, joints[name], pair("fd"),
-            times("id"), times("lambda"), times("fd+lambda"), times("batch"), times("fd-cold"),
-            own("code_bytes") / 1000, second(own("compile_s"))
+        printf "| %s | %s | %s | %s | %s | %s | %s | %.0f | %s |\n", name, joints[name], pair("fd"), times("id"),
+            times("lambda"), times("batch"), times("fd-cold"), own("code_bytes") / 1000, second(own("compile_s"))
     }
 }
 END {

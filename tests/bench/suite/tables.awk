@@ -64,14 +64,14 @@ function table_machine(    head, line, n, k) {
     for (k = 1; k < n; k++) print "    " substr(line[k], 3)
 }
 
-# Forward dynamics, batches, Lambda^-1, inverse dynamics and M of every robot that is no chain; floating bases of
-# those that are measured on both
+# Forward dynamics, batches, Lambda^-1, inverse dynamics and M of the bundled robots and those that are made; the
+# others are in the picture
 function table_robots(    k) {
     print "| robot | joints | qdd | cold | estimated | batch f64 | batch f32 | Λ⁻¹ | both / qdd | tau | M | MuJoCo |"
     print "|---|---|---|---|---|---|---|---|---|---|---|---|"
     for (k = 1; k <= rows("suite.csv"); k++) {
         pick("suite.csv", k)
-        if (robot ~ /^chain/) continue
+        if (robot !~ /^(arm7|quadruped|humanoid|humanoid30|humanoid58|snake64)$/) continue
         printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name_of(robot, base), joints[robot],
             time_of(ns(robot, base, "fd")), time_of(ns(robot, base, "fd-cold")),
             time_of(ns(robot, base, "fd+estimate")), time_of(ns(robot, base, "batch-f64")),

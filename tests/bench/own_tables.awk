@@ -67,12 +67,14 @@ function table_batch(    k) {
         printf "| %s | %s | %s |\n", name, pair("batch"), pair("batch-id")
     }
 }
-# The table of the page: times as many as the specialised kernel takes, and its cost
+# The table of the page, of the bundled robots: how many times as long as the specialised kernel the generic one
+# takes, and the cost of having one
 function table_page(    k) {
     print "| robot | joints | qdd | specialised | x | tau, x | Λ⁻¹, x | batch, x | cold qdd, x | code, KB | compile, s |"
     print "|---|---|---|---|---|---|---|---|---|---|---|"
     for (k = 1; k <= count; k++) {
         name = list[k]
+        if (name !~ /^(arm[67]|quadruped|humanoid|humanoid30|snake64)(,|$)/) continue
         printf "| %s | %s | %s | %s | %s | %s | %s | %.0f | %s |\n", name, joints[name], pair("fd"), times("id"),
             times("lambda"), times("batch"), times("fd-cold"), own("code_bytes") / 1000, second(own("compile_s"))
     }

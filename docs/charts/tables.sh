@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# Called by make.sh: the tables of the pages, from the CSV files in WORK, into WORK/blocks.
+# Called by make.sh: the tables of the page, from the CSV files in WORK, into WORK/blocks.
 #   sh tables.sh WORK ONE          ONE: the number of bodies of the tables of one size
 set -eu
 work=$1 one=$2
@@ -32,12 +32,12 @@ table() {
 }
 
 {
-    printf 'Measured on %s, %s processors, kernels for `%s`, %s, version %s; %s.\n\n' \
+    printf 'Measured on %s, %s processors, kernels for `%s`, %s, version %s; %s.\n' \
         "$(fact processor)" "$(getconf _NPROCESSORS_ONLN)" "$(fact client_kernels)" "$(fact date)" \
         "$(fact version)" "$(sed -n 's/^# states of each row and seed: \([0-9]*\), seeds: \([0-9]*\).*/\1 states of each of \2 seeds/p' \
             "$work/mechanisms/chart.csv")"
-    sed 's/^\([^|]*\)|\([^|]*\)|/`\1`|`totalforce \2`|/' "$work/runs" | table "run,command,seconds"
-} | block runs
+} | block measured
+sed 's/^\([^|]*\)|\([^|]*\)|/`\1`|`totalforce \2`|/' "$work/runs" | table "run,command,seconds" | block runs
 
 # on how many fronts a method is, alone or refined, by size
 chart mechanisms | awk -F, '
@@ -170,42 +170,19 @@ for name in mechanisms robots inertia-principal inertia-full; do
     }'
 done | sort | table 'peer,run,cells,error over that of `crba`,largest error' | block peers
 
-# precisions
+# precisions of two methods
 chart precision | awk -F, '
+    $4 != "aba" && $4 != "tfa" { next }
     $8 == "ok" || $8 == "fallback" || $8 ~ /^E_/ {
         k = $6 "|" $4; if (!(k in seen)) { seen[k] = 1; order[++keys] = k }
         error[k, $3, $5] = $8 == "ok" ? sprintf("%.0e", $11) : $8
-        if ($3 == "tau" && $5 == 1) time[k] = sprintf("%.2g", $17)
     }
     END { for (i = 1; i <= keys; i++) { k = order[i]; line = k
         for (r = 0; r < 3; r++) line = line "|" (error[k, "qdd", r] == "" ? "-" : error[k, "qdd", r])
         for (r = 0; r < 3; r++) line = line "|" (error[k, "tau", r] == "" ? "-" : error[k, "tau", r])
-        print line "|" time[k] } }' |
+        print line } }' |
     sed 's/|\([a-z-]*\)|/|`\1`|/' |
-    table "precision,method,qdd: 0 steps,1 step,2 steps,tau: 0 steps,1 step,2 steps,time of 1 step over \`aba\` in f64" | block precision
-
-# threads
-chart threads | awk -F, '
-    $3 == "tau" && $5 == 0 {
-        if (!($4 in seen)) { seen[$4] = 1; method[++methods] = $4 }
-        if (!($2 in known)) { known[$2] = 1; size[++sizes] = $2 }
-        time[$4, $2, $7] = $8 == "ok" ? $15 : 0
-    }
-    END {
-        line = "method"
-        for (k = 1; k <= sizes; k++) line = line "|" size[k] " bodies, µs|times as fast"
-        print line
-        for (m = 1; m <= methods; m++) {
-            line = "`" method[m] "`"; any = 0
-            for (k = 1; k <= sizes; k++) {
-                a = time[method[m], size[k], 1]; b = time[method[m], size[k], 2]
-                any += a > 0 && b > 0
-                line = line (a > 0 && b > 0 ? sprintf("|%.3g|%.2g", b, a / b) : "|-|-")
-            }
-            if (any) print line
-        }
-    }' >"$work/speed-up"
-sed 1d "$work/speed-up" | table "$(head -1 "$work/speed-up" | sed 's/|/,/2g; s/|/,/; s/ bodies, / bodies: /g')" | block threads
+    table "precision,method,qdd: 0 steps,1 step,2 steps,tau: 0 steps,1 step,2 steps" | block precision
 
 # the atlas: its own sentences, a list for each map
 for rhs in qdd tau gravity; do
@@ -215,8 +192,14 @@ for rhs in qdd tau gravity; do
             sed -n "s/^# $map: \(\(Alone\|Refined once\|From\|Largest\|The service\|Its largest\).*\)/* \1/p" "$csv" |
                 block "$map-$rhs"
         done
-    sed -n "s/^# all maps: \(.*\)/* \`$rhs\`: \1/p" "$csv"
-done | block estimates
+    sed -n "s/^# all maps: Of \([0-9]*\) estimates the least is \([^ ]*\) times.* broken in \([0-9]*\) cells.*: \([0-9]*\)\.$/$rhs|\1|\2|\3|\4/p" "$csv"
+done | table 'right-hand side,estimates,least over the true error,below 1/30 of it,errors above 1e-6 estimated below 1e-7' |
+    block estimates
+sed -n '/^# [a-z-]*: .*; value: /s/^# \([a-z-]*\): .*; value: \(.*\)/\1|\2/p' "$work/atlas-qdd/atlas.csv" |
+    while IFS='|' read -r map value; do
+        echo "$value|$(sed -n "s/^# $map: Alone,.* at some size: \(.*\)/\1/p" "$work/atlas-qdd/atlas.csv")|$(
+            sed -n "s/^# $map: Refined once, still: \(.*\)/\1/p" "$work/atlas-qdd/atlas.csv")"
+    done | sed 's/\. Never: [^|]*//g; s/none\./none/g' | table "axis,alone,refined once" | block fails
 for rhs in qdd tau gravity; do
     rows atlas-$rhs/atlas | awk -F, -v rhs=$rhs '
     $6 == "service" { n += $7 + $8 + $9; own += $7; other += $8; none += $9; unsaid += $22 }
@@ -228,12 +211,15 @@ done | table "right-hand side,requests,answered by the method asked for,by anoth
 if [ -s "$work/test_reference.txt" ]; then
     awk '
     /joints.*worst of/ { sub(/\.json:.*/, "", $1); robot = $1 }
-    $1 == "qdd" && NF >= 3 || $1 == "lambda_inv" { value[$1 " " $2] = $NF }
-    $1 == "lambda_inv" {
-        printf "%s|%s|%s|%s|%s\n", robot, value["qdd aba"], value["qdd crba"], value["qdd tfa"],
-            value["lambda_inv propagation"]
-    }' "$work/test_reference.txt" |
-        table 'robot,qdd `aba`,qdd `crba`,qdd `tfa` refined once,Λ⁻¹ `propagation`' | block reference
+    !/^  [a-z]/ { next }
+    {
+        name = $1
+        for (k = 2; k < NF; k++) name = name " " $k
+        if (!(name in worst)) order[++names] = name
+        if ($NF + 0 > worst[name] + 0) { worst[name] = $NF; where[name] = robot }
+    }
+    END { for (k = 1; k <= names; k++) printf "%s|%s|%s\n", order[k], worst[order[k]], where[order[k]] }' \
+        "$work/test_reference.txt" | table 'answer,worst error,robot' | block reference
 fi
 if [ -s "$work/test_laws.txt" ]; then
     awk '

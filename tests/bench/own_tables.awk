@@ -5,9 +5,6 @@
 #   awk -f own_tables.awk -v table=NAME own.csv [MORE.csv]
 #
 # Of a time that several runs have, the least counts: a virtual machine is sometimes slower, never faster.
-# "There": on the machine for which targets are stated. How much faster that one is MuJoCo 2.2.2 tells, by its times there
-# for UR10, iiwa14, panda, solo12 and atlas: of the robot itself or of one of its shape in this run, or else of the
-# first four.
 BEGIN { FS = "," }
 /^#/ || /^robot/ { next }
 NF > 8 { # rows of the suite: robot, base, joints, contestant, figure, value, times, difference
@@ -33,16 +30,7 @@ function own(task) { return value[name, "own", task] }
 function generic(task) { return value[name, "generic", task] }
 function pair(task) { return time_of(generic(task)) " | " time_of(own(task)) " | " over(generic(task), own(task)) }
 
-function factor(    robot, sum, n) {
-    ref["iiwa14"] = 1712; ref["panda"] = 2108; ref["solo12"] = 2660; ref["ur5"] = 1548
-    for (robot in ref)
-        if (value[robot, "mujoco", "fd"] != "") {
-            sum += log(ref[robot] / value[robot, "mujoco", "fd"])
-            n++
-        }
-    return n ? exp(sum / n) : 1
-}
-
+function times(task) { return over(generic(task), own(task)) }
 function second(x) { return x == "" ? "-" : sprintf("%.1f", x) }
 function table_kernels(    k) {
     print "| robot | joints | code, KB | compile, s | of processors, s | load and test, ms | largest difference |"
@@ -79,57 +67,23 @@ function table_batch(    k) {
         printf "| %s | %s | %s |\n", name, pair("batch"), pair("batch-id")
     }
 }
-function target(what, robot, task, limit, stretch,    here, there, base) {
-    name = robot
-    here = own(task)
-    if (here == "") return
-    there = here * (robot in kin && value[robot, "mujoco", "fd"] != "" ? kin[robot] / value[robot, "mujoco", "fd"] : scale)
-    printf "| %s | %s | %s%s | %s | %s | %s | %s |\n", what, robot, limit, stretch ? " (" stretch ")" : "",
-        time_of(generic(task)), time_of(here), time_of(there),
-        there <= limit ? (stretch && there <= stretch ? "stretch" : "yes") : sprintf("no: %.2f x", there / limit)
-}
-function seconds(what, robot, figure, limit, unit) {
-    name = robot
-    if (own(figure) == "") return
-    printf "| %s | %s | %s %s | - | %.1f | - | %s |\n", what, robot, limit, unit, own(figure),
-        own(figure) <= limit ? "yes" : sprintf("no: %.2f x", own(figure) / limit)
-}
-function each(what, robots, task, limit, stretch,    n, k, r) {
-    n = split(robots, r, " ")
-    for (k = 1; k <= n; k++) target(what, r[k], task, limit, stretch)
-}
-function table_targets() {
-    scale = factor()
-    printf "MuJoCo 2.2.2 takes %.2f times as long on the reference machine as in this run (geometric mean of ur5, iiwa14, panda " \
-        "and solo12).\n\n", scale
-    kin["arm6"] = kin["ur5"] = 1548; kin["arm7"] = kin["iiwa14"] = 1712; kin["panda"] = 2108
-    kin["quadruped"] = kin["solo12"] = kin["go2"] = 2660; kin["humanoid30"] = 7496
-    print "| what | robot | target (stretch), ns | generic here | own here | there | met |"
-    print "|---|---|---|---|---|---|---|"
-    each("forward dynamics, 6 joints", "arm6 ur5", "fd", 180)
-    each("forward dynamics, 7 joints", "arm7 iiwa14", "fd", 290, 230)
-    each("forward dynamics, 9 joints", "panda", "fd", 360)
-    each("forward dynamics, quadruped", "quadruped solo12 go2", "fd", 280)
-    each("forward dynamics, 30 joints", "humanoid30 simple_humanoid", "fd", 900)
-    each("Λ⁻¹, 6 joints", "arm6 ur5", "lambda", 190)
-    each("Λ⁻¹, 7 joints", "arm7 iiwa14", "lambda", 250)
-    each("Λ⁻¹, 9 joints", "panda", "lambda", 300)
-    each("Λ⁻¹, a leg", "quadruped solo12 go2", "lambda", 90)
-    each("Λ⁻¹, 30 joints", "humanoid30 simple_humanoid", "lambda", 700)
-    each("a state of a batch, 7 joints", "arm7 iiwa14", "batch", 75)
-    each("a state of a batch, 30 joints", "humanoid30 simple_humanoid", "batch", 400)
-    seconds("compile, arm", "arm7", "compile_s", 5, "s")
-    seconds("compile, humanoid", "humanoid30", "compile_s", 20, "s")
-    seconds("compile, humanoid", "humanoid", "compile_s", 20, "s")
-    seconds("load and test, arm", "arm7", "load_ms", 50, "ms")
-    seconds("load and test, humanoid", "humanoid30", "load_ms", 50, "ms")
-    seconds("load and test, humanoid", "humanoid", "load_ms", 50, "ms")
+# The table of the page, of the bundled robots: how many times as long as the specialised kernel the generic one
+# takes, and the cost of having one
+function table_page(    k) {
+    print "| robot | joints | qdd | specialised | x | tau, x | Λ⁻¹, x | batch, x | cold qdd, x | code, KB | compile, s |"
+    print "|---|---|---|---|---|---|---|---|---|---|---|"
+    for (k = 1; k <= count; k++) {
+        name = list[k]
+        if (name !~ /^(arm[67]|quadruped|humanoid|humanoid30|snake64)(,|$)/) continue
+        printf "| %s | %s | %s | %s | %s | %s | %s | %.0f | %s |\n", name, joints[name], pair("fd"), times("id"),
+            times("lambda"), times("batch"), times("fd-cold"), own("code_bytes") / 1000, second(own("compile_s"))
+    }
 }
 END {
     if (table == "kernels") table_kernels()
     else if (table == "warm") table_warm()
     else if (table == "cold") table_cold()
     else if (table == "batch") table_batch()
-    else if (table == "targets") table_targets()
+    else if (table == "page") table_page()
     else { print "own_tables.awk: no table " table; exit 1 }
 }

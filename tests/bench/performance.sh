@@ -3,22 +3,20 @@
 # SPDX-FileCopyrightText: The totalforce authors
 #
 # Everything of docs/performance.md that is measured, in one go: builds this tree with the peers that
-# are installed and the former library beside it, runs the suite for every instruction set, counts
-# instructions under callgrind, measures the share of the peak, draws, and puts
-# the tables into the page.
+# are installed, runs the suite for every instruction set, counts instructions under callgrind,
+# measures the share of the peak, draws, and puts the tables into the page and the pictures beside it.
 #
-#   tests/bench/performance.sh [--quick] [--robots FOLDER] [--former COMMIT] [--only STEP]
-#       [--build FOLDER] [--output FOLDER]
+#   tests/bench/performance.sh [--quick] [--robots FOLDER] [--only STEP] [--build FOLDER]
+#       [--page FOLDER]
 #
 # Eight minutes on two free processors, --quick one; the first time building takes longer. STEP: one
-# of build, suite, isa, count, peak, draw, page. --output FOLDER: not docs/performance;
-# the page is then FOLDER/performance.md.
+# of build, suite, isa, count, peak, draw, page. CSV files and the tables that the page does not show
+# (instructions.md, peak.md) stay in BUILD/performance, BUILD being build/peers. --page FOLDER: writes
+# performance.md and pictures/ there, not in docs.
 set -eu
 source=$(cd "$(dirname "$0")/../.." && pwd)
 build=$source/build/peers
-output=$source/docs/performance
-page=$source/docs/performance.md
-former=5e98659 # the last commit before lanes and cores
+docs=$source/docs
 robots=
 only=
 quick=
@@ -27,22 +25,22 @@ while [ $# -gt 0 ]; do
     case $1 in
     --quick) quick=yes command="$command --quick" ;;
     --robots) robots=$2 command="$command --robots $(basename "$2")" && shift ;;
-    --former) former=$2 && shift ;;
     --only) only=$2 && shift ;;
     --build) build=$(realpath -m "$2") && shift ;;
-    --output) output=$2 page=$2/performance.md && shift ;;
-    *) sed -n '5,19s/^# \{0,1\}//p' "$0" >&2 && exit 3 ;;
+    --page) docs=$2 && shift ;;
+    *) sed -n '5,15s/^# \{0,1\}//p' "$0" >&2 && exit 3 ;;
     esac
     shift
 done
-old=$source/build/former
+output=$build/performance
+page=$docs/performance.md
 bin=$build/bin
 made="humanoid30 humanoid58"
 own="$source/config/robots/arm7.urdf $source/config/robots/quadruped.urdf"
 humanoid=$source/config/robots/humanoid.urdf
 rounds=31 turn=1000
 [ -z "$quick" ] || rounds=9 turn=300
-mkdir -p "$output"
+mkdir -p "$output" "$docs/pictures"
 
 say() { printf '%s %s\n' "$(date +%T)" "$*" >&2; }
 wanted() { [ -z "$only" ] || [ "$only" = "$1" ]; }
@@ -50,8 +48,8 @@ wanted() { [ -z "$only" ] || [ "$only" = "$1" ]; }
 # The head of every file: what was measured, on what, when, how
 head_of() {
     printf '# %s\n' "$command"
-    printf '# %s, commit %s, former %s\n' "$(date -u +%F)" \
-        "$(git -C "$source" rev-parse --short HEAD 2>/dev/null || echo unknown)" "$former"
+    printf '# %s, commit %s\n' "$(date -u +%F)" \
+        "$(git -C "$source" rev-parse --short HEAD 2>/dev/null || echo unknown)"
     printf '# %s, %s processors, Linux %s\n' \
         "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -1) (family $(sed -n \
             's/^cpu family[^:]*: //p' /proc/cpuinfo | head -1), model $(sed -n \
@@ -59,18 +57,7 @@ head_of() {
     printf '# %s\n' "$(cc --version | head -1)"
 }
 
-build_former() {
-    [ ! -e "$old/lib/libtotalforce.so" ] || [ "$(cat "$old/commit" 2>/dev/null)" != "$former" ] ||
-        return 0
-    say "building the former library, $former"
-    rm -rf "$old" && mkdir -p "$old/source"
-    git -C "$source" archive "$former" | tar -x -C "$old/source"
-    cmake -S "$old/source" -B "$old" -G Ninja -DCMAKE_BUILD_TYPE=Release >/dev/null
-    cmake --build "$old" --target totalforce >/dev/null
-    echo "$former" >"$old/commit"
-}
-
-build_now() {
+build_tree() {
     say "building"
     [ -e "$build/build.ninja" ] ||
         cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTFA_PEERS=ON -DTFA_COUNT=ON >/dev/null
@@ -79,8 +66,8 @@ build_now() {
 
 suite() { # ISA, then arguments of bench_suite
     isa=$1 && shift
-    TFA_ISA=$isa "$bin/bench_suite" --library "$build/lib/libtotalforce.so" \
-        --baseline "$old/lib/libtotalforce.so" --rounds $rounds --turn-us $turn "$@"
+    TFA_ISA=$isa "$bin/bench_suite" --library "$build/lib/libtotalforce.so" --rounds $rounds \
+        --turn-us $turn "$@"
 }
 
 # What the environment may choose here, best first
@@ -130,8 +117,8 @@ step_count() {
     [ -z "$quick" ] || tasks=fd,lambda,batch-f64 more=
     TFA_ISA=avx2 valgrind --tool=callgrind --collect-atstart=no -q \
         --callgrind-out-file="$work/calls" "$bin/bench_suite" \
-        --library "$build/lib/libtotalforce.so" --baseline "$old/lib/libtotalforce.so" --count \
-        --tasks $tasks $own humanoid30 chain64 $more >/dev/null 2>&1
+        --library "$build/lib/libtotalforce.so" --count --tasks $tasks \
+        $own humanoid30 chain64 $more >/dev/null 2>&1
     { head_of
         echo "robot,base,joints,task,contestant,instructions,per_joint"
         for file in $(ls "$work" | sort -t. -k2n); do
@@ -187,14 +174,19 @@ step_draw() {
     say "drawing"
     for name in robots chains batches; do
         gnuplot -e "folder='$output'" "$source/tests/bench/suite/$name.gp"
+        cp "$output/$name.svg" "$docs/pictures/"
     done
 }
 
 # Each block between <!-- table NAME --> and <!-- end --> is made anew.
 step_page() {
     say "the page"
-    [ "$page" = "$source/docs/performance.md" ] || cp "$source/docs/performance.md" "$page"
-    awk -v folder="$output" -v tables="$source/tests/bench/suite/tables.awk" '
+    tables=$source/tests/bench/suite/tables.awk
+    for name in instructions peak; do
+        awk -f "$tables" -v table=$name -v folder="$output" >"$output/$name.md"
+    done
+    [ "$docs" = "$source/docs" ] || cp "$source/docs/performance.md" "$page"
+    awk -v folder="$output" -v tables="$tables" '
         /^<!-- table [a-z]+ -->$/ {
             print
             print ""
@@ -209,7 +201,7 @@ step_page() {
     mv "$page.new" "$page"
 }
 
-! wanted build || { build_former && build_now; }
+! wanted build || build_tree
 for step in suite isa count peak draw page; do
     ! wanted $step || step_$step
 done

@@ -2,16 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# Cost of the sentinel: the library as it is against the same source without it, in turns in one process. Writes
-# the table of docs/performance.md between `<!-- made: sentinel -->` and `<!-- end -->`.
+# Cost of the sentinel: the library as it is against the same source without it, in turns in one
+# process. Prints a table; its last row is what docs/performance.md says.
 #
 #   sh tests/bench/sentinel.sh BUILD [--robots FOLDER]       BUILD: a release build with benchmarks; some 3 minutes
 set -eu
-[ $# -eq 1 ] || { [ $# -eq 3 ] && [ "$2" = --robots ]; } || { sed -n 5,9p "$0" >&2; exit 3; }
+[ $# -eq 1 ] || { [ $# -eq 3 ] && [ "$2" = --robots ]; } || { sed -n 5,8p "$0" >&2; exit 3; }
 source=$(cd "$(dirname "$0")/../.." && pwd)
 build=$(cd "$1" && pwd)
 bare=$build/without-sentinel
-page=$source/docs/performance.md
 robots=
 [ $# -eq 1 ] || robots=$(ls "$3"/*.urdf)
 
@@ -30,20 +29,26 @@ config=$source/config/robots
         $5 != "former" { next }
         { name = $2 == "floating" ? $1 ", floating" : $1 }
         !(name in seen) { seen[name] = 1; row[++n] = name }
-        { cost[name, $4] = sprintf("%+.1f %%", 100 * (1 / $15 - 1)) }
+        { cost[name, $4] = 100 * (1 / $15 - 1) }
+        function median_of(task,    list, m, i, k, x) {
+            for (k = 1; k <= n; k++)
+                if ((row[k], task) in cost) list[++m] = cost[row[k], task]
+            for (i = 2; i <= m; i++)
+                for (k = i; k > 1 && list[k] < list[k - 1]; k--) {
+                    x = list[k]; list[k] = list[k - 1]; list[k - 1] = x
+                }
+            return m % 2 ? list[(m + 1) / 2] : (list[m / 2] + list[m / 2 + 1]) / 2
+        }
         END {
             print "| robot | forward dynamics | batch of 512 | operational inertia |\n|---|---|---|---|"
+            split("fd+sentinel batch-f64+sentinel lambda+sentinel", task, " ")
             for (k = 1; k <= n; k++) {
                 printf "| %s", row[k]
-                split("fd+sentinel batch-f64+sentinel lambda+sentinel", task, " ")
                 for (t = 1; t <= 3; t++)
-                    printf " | %s", (row[k], task[t]) in cost ? cost[row[k], task[t]] : "-"
+                    printf " | " ((row[k], task[t]) in cost ? "%+.1f %%" : "-"), cost[row[k], task[t]]
                 print " |"
             }
-        }' >"$bare/table"
-cat "$bare/table"
-awk -v table="$bare/table" '
-    { if (!inside || /^<!-- end -->$/) print }
-    /^<!-- made: sentinel -->$/ { inside = 1; while ((getline line <table) > 0) print line }
-    /^<!-- end -->$/ { inside = 0 }' "$page" >"$page.new"
-mv "$page.new" "$page"
+            printf "| median"
+            for (t = 1; t <= 3; t++) printf " | %+.1f %%", median_of(task[t])
+            print " |"
+        }'

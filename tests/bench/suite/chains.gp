@@ -20,8 +20,4 @@ plot rows('aba', 'now') with linespoints lw 2 pt 6 lc '#000000' title 'aba', \
      rows('tfa-cr-2', 'now') with linespoints lw 2 pt 9 lc '#08306B' title 'tfa-cr, 2 threads', \
      rows('tfa-cr+1-2', 'now') with linespoints lw 1 pt 9 lc '#08306B' title '.. refined, estimated', \
      rows('cfa-cr-2', 'now') with linespoints lw 2 pt 12 lc '#F4A582' title 'cfa-cr, 2 threads', \
-     rows('aba', 'former') with lines dt 3 lw 2 lc '#000000' title 'former aba', \
-     rows('scan', 'former') with lines dt 3 lw 2 lc '#00441B' title 'former scan', \
-     rows('tfa-cr', 'former') with lines dt 3 lw 2 lc '#08306B' title 'former tfa-cr', \
-     rows('fd', 'mujoco') with linespoints lw 1 pt 1 lc '#E69F00' title 'MuJoCo 2.2.2', \
-     168 with lines dt 2 lc '#CC3311' title 'best library, its machine'
+     rows('fd', 'mujoco') with linespoints lw 1 pt 1 lc '#E69F00' title 'MuJoCo 2.2.2'

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# Given: folder. One state of forward dynamics, robot by robot: as it is, formerly, and MuJoCo.
+# Given: folder. One state of forward dynamics, robot by robot: the library and its peers.
 set terminal svg size 900,480 font 'sans,13' background '#ffffff'
 set output folder.'/robots.svg'
 set datafile missing '-'
@@ -16,8 +16,7 @@ set grid ytics lc '#dddddd'
 set xtics rotate by -35 nomirror noenhanced
 set key top right
 set title 'Forward dynamics of one state, fixed base'
-table = "< awk -F, '/^#/ || $1 == \"robot\" { next } $2 == \"fixed\" && $4 == \"fd\" { if (!($1 in seen)) { seen[$1] = 1; name[++n] = $1 } x[$1, $5] = $14 } END { for (k = 1; k <= n; k++) { printf \"%s\", name[k]; split(\"now former mujoco kdl\", who, \" \"); for (w = 1; w <= 4; w++) printf \" %s\", (name[k], who[w]) in x ? x[name[k], who[w]] : \"-\"; print \"\" } }' ".folder.'/suite.csv'
+table = "< awk -F, '/^#/ || $1 == \"robot\" { next } $2 == \"fixed\" && $4 == \"fd\" { if (!($1 in seen)) { seen[$1] = 1; name[++n] = $1 } x[$1, $5] = $14 } END { for (k = 1; k <= n; k++) { printf \"%s\", name[k]; split(\"now mujoco kdl\", who, \" \"); for (w = 1; w <= 3; w++) printf \" %s\", (name[k], who[w]) in x ? x[name[k], who[w]] : \"-\"; print \"\" } }' ".folder.'/suite.csv'
 plot table using 2:xtic(1) title 'totalforce' lc '#00441B', \
-     '' using 3 title 'former' lc '#66C2A4', \
-     '' using 4 title 'MuJoCo 2.2.2' lc '#E69F00', \
-     '' using 5 title 'Orocos KDL 1.5.1' lc '#CC3311'
+     '' using 3 title 'MuJoCo 2.2.2' lc '#E69F00', \
+     '' using 4 title 'Orocos KDL 1.5.1' lc '#CC3311'

@@ -11,8 +11,8 @@ install(DIRECTORY include/totalforce ${CMAKE_CURRENT_BINARY_DIR}/include/totalfo
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 
 # What `totalforce specialise` compiles: the sources of the kernels, as they lie here.
-install(DIRECTORY kernel model plan spatial variants include
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/totalforce/sources FILES_MATCHING PATTERN "*.h" PATTERN "own.c")
+install(DIRECTORY dynamics interface layout model number spatial include
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/totalforce/sources FILES_MATCHING PATTERN "*.h" PATTERN "specialised*.c")
 
 # The static library names what it links against by plain library names, so that a consumer needs
 # neither our pkg-config modules nor their CMake targets.

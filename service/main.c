@@ -11,21 +11,21 @@
 #include <string.h>
 #include <totalforce/version.h>
 
-#include "daemon.h"
-#include "log.h"
-#include "realtime.h"
-#include "runtime_dir.h"
-#include "sigbus.h"
+#include "control/daemon.h"
+#include "platform/log.h"
+#include "platform/realtime.h"
+#include "platform/runtime_dir.h"
+#include "platform/sigbus.h"
 
 #ifdef TFA_HAVE_DDS
-#include "dds_convert.h"
+#include "dds_gateway/dds_convert.h"
 #endif
 
 enum { EXIT_GOOD = 0, EXIT_FAILED = 2, EXIT_USAGE = 3 };
 
 typedef struct arguments {
     const char *file;
-    bool check, dump;
+    bool check_configuration, dump;
 } arguments;
 
 /* All that start-up takes, in order; stop_all gives it back in the opposite order. */
@@ -63,12 +63,12 @@ static int find_identity(service *s)
     return tfa_identity_find(s->daemon.settings, &s->user, &s->user_group, &s->daemon.group);
 }
 
-static int take_runtime_dir(service *s)
+static int acquire_runtime_dir(service *s)
 {
     const char *path = s->daemon.settings->runtime_dir;
-    int status = tfa_runtime_dir_take(path, &s->lock);
+    int status = tfa_runtime_dir_acquire(path, &s->lock);
     if (status == TFA_OK && s->user != (uid_t)-1)
-        status = tfa_runtime_dir_give(path, s->lock, s->user, s->user_group);
+        status = tfa_runtime_dir_set_owner(path, s->lock, s->user, s->user_group);
     return status;
 }
 
@@ -82,14 +82,14 @@ static int guard_memory(service *s)
 
 static int load_robots(service *s)
 {
-    return fleet_load(s->daemon.settings, &s->daemon.fleet);
+    return robot_set_load(s->daemon.settings, &s->daemon.robot_set);
 }
 
 static int join_dds(service *s)
 {
 #ifdef TFA_HAVE_DDS
     const config *settings = s->daemon.settings;
-    const fleet *f = &s->daemon.fleet;
+    const robot_set *f = &s->daemon.robot_set;
     const uint32_t count = f->dds_count;
     if (!settings->dds.enabled || count == 0)
         return TFA_OK;
@@ -142,29 +142,29 @@ static int self_test(service *s)
 }
 
 #ifdef TFA_HAVE_DDS
-static void door_expect(void *door, uint32_t robot, const tfa_model *next)
+static void gateway_expect(void *gateway, uint32_t robot, const tfa_model *next)
 {
-    tfa_dds_expect(door, robot, next);
+    tfa_dds_expect(gateway, robot, next);
 }
 
-static bool door_leave(void *door, uint32_t robot)
+static bool gateway_detach(void *gateway, uint32_t robot)
 {
-    return tfa_dds_leave(door, robot);
+    return tfa_dds_detach(gateway, robot);
 }
 
-static int door_announce(void *door, uint32_t robot, const tfa_model *model)
+static int gateway_announce(void *gateway, uint32_t robot, const tfa_model *model)
 {
-    return tfa_dds_announce(door, robot, model);
+    return tfa_dds_announce(gateway, robot, model);
 }
 
-static tfa_dds_counters door_count(const void *door)
+static tfa_dds_counters gateway_count(const void *gateway)
 {
-    return tfa_dds_count(door);
+    return tfa_dds_count(gateway);
 }
 
 static void log_dds(const service *s)
 {
-    const uint32_t robots = s->daemon.fleet.dds_count;
+    const uint32_t robots = s->daemon.robot_set.dds_count;
     tfa_log(TFA_LOG_INFO, "dds: domain %u, %u robots: %s and %s, stream %s and %s, described by %s",
             s->daemon.settings->dds.domain, robots, TFA_DDS_TOPIC_REQUEST, TFA_DDS_TOPIC_REPLY,
             TFA_DDS_TOPIC_TORQUES, TFA_DDS_TOPIC_ACCELERATIONS, TFA_DDS_TOPIC_ROBOT_INFO);
@@ -179,7 +179,8 @@ static int open_dds(service *s)
                 s->daemon.settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
         return TFA_OK;
     }
-    s->daemon.door = (daemon_door){s->dds, door_expect, door_leave, door_announce, door_count};
+    s->daemon.gateway =
+        (dds_gateway){s->dds, gateway_expect, gateway_detach, gateway_announce, gateway_count};
     const int status = tfa_dds_start(s->dds, s->daemon.workers[0].worker);
     if (status == TFA_OK)
         log_dds(s);
@@ -196,7 +197,7 @@ static void stop_dds(service *s)
     tfa_dds_stop(s->dds);
 #endif
     s->dds = NULL;
-    s->daemon.door = (daemon_door){0};
+    s->daemon.gateway = (dds_gateway){0};
 }
 
 static int open_control(service *s)
@@ -209,10 +210,10 @@ static int open_sockets(service *s)
     return control_listen(&s->daemon);
 }
 
-static int say_ready(service *s)
+static int signal_ready(service *s)
 {
     tfa_runtime_dir_ready(s->lock);
-    tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.fleet.count,
+    tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.robot_set.count,
             s->daemon.settings->workers, s->daemon.settings->runtime_dir);
     notify_ready();
     return TFA_OK;
@@ -220,13 +221,13 @@ static int say_ready(service *s)
 
 /* The order of start-up. Each line depends on those above it. */
 static const struct {
-    const char *what;
+    const char *name;
     int (*step)(service *s);
 } start_up[] = {
     {"signals", block_signals},
     {"log thread", start_log},
     {"user and group", find_identity},
-    {"runtime directory", take_runtime_dir},
+    {"runtime directory", acquire_runtime_dir},
     {"memory", guard_memory},
     {"control", open_control},
     {"robots", load_robots},
@@ -237,18 +238,18 @@ static const struct {
     {"self-test", self_test},
     {"dds", open_dds},
     {"sockets", open_sockets},
-    {"ready", say_ready},
+    {"ready", signal_ready},
 };
 
 static void stop_all(service *s)
 {
     notify_stopping();
-    control_deafen(&s->daemon);
+    control_close_listeners(&s->daemon);
     stop_dds(s);                     /* its requests need the workers */
     daemon_stop_workers(&s->daemon); /* they answer what is in the rings */
     reload_abandon(&s->daemon);
     session_end_all(&s->daemon);
-    daemon_free_fleet(&s->daemon);
+    daemon_free_robot_set(&s->daemon);
     control_close(&s->daemon);
     if (s->lock >= 0)
         tfa_runtime_dir_release(s->daemon.settings->runtime_dir, s->lock);
@@ -272,9 +273,9 @@ static int serve(config *settings)
         errno = 0;
         status = start_up[i].step(&s);
         if (status == TFA_E_SYSTEM && errno)
-            tfa_log(TFA_LOG_ERROR, "start-up: %s: %s", start_up[i].what, strerror(errno));
+            tfa_log(TFA_LOG_ERROR, "start-up: %s: %s", start_up[i].name, strerror(errno));
         else if (status != TFA_OK)
-            tfa_log(TFA_LOG_ERROR, "start-up: %s: %s", start_up[i].what, tfa_status_text(status));
+            tfa_log(TFA_LOG_ERROR, "start-up: %s: %s", start_up[i].name, tfa_status_text(status));
     }
     if (status == TFA_OK)
         control_run(&s.daemon);
@@ -283,12 +284,12 @@ static int serve(config *settings)
 }
 
 /* Everything that a start or a reload would load. */
-static int check(const config *settings)
+static int check_configuration(const config *settings)
 {
-    fleet f;
-    const int identity = tfa_identity_check(settings), status = fleet_load(settings, &f);
+    robot_set f;
+    const int identity = tfa_identity_check(settings), status = robot_set_load(settings, &f);
     if (status == TFA_OK)
-        fleet_unload(&f);
+        robot_set_unload(&f);
     return status == TFA_OK && identity == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
 }
 
@@ -307,7 +308,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     arguments *a = state->input;
     switch (key) {
     case KEY_CHECK:
-        a->check = true;
+        a->check_configuration = true;
         return 0;
     case KEY_DUMP:
         a->dump = true;
@@ -360,13 +361,13 @@ int main(int argc, char **argv)
         return EXIT_USAGE;
     if (config_load(a.file, stderr, &settings) != TFA_OK)
         return EXIT_FAILED;
-    if (!a.dump && !a.check)
+    if (!a.dump && !a.check_configuration)
         return serve(settings);
     int result = EXIT_GOOD;
     if (a.dump)
         config_dump(settings, stdout);
-    if (a.check)
-        result = check(settings);
+    if (a.check_configuration)
+        result = check_configuration(settings);
     config_free(settings);
     return result;
 }

@@ -3,9 +3,9 @@
  *
  * `totalforce call`: the JSON lines of `solve`, answered by a running daemon.
  */
-#include "commands.h"
-#include "daemon.h"
-#include "jsonl_options.h"
+#include "common/commands.h"
+#include "common/daemon.h"
+#include "jsonl/jsonl_options.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -56,7 +56,7 @@ typedef struct caller {
     robot_names names;
 } caller;
 
-static void hang_up(caller *c)
+static void disconnect(caller *c)
 {
     robot_names_free(&c->names);
     daemon_close(c->link);
@@ -70,7 +70,7 @@ static int prepare(void *self, const robot_names **names, jsonl_error *error)
     const daemon_options *options = &c->options->daemon;
     *names = &c->names;
     if (c->lost)
-        hang_up(c);
+        disconnect(c);
     if (c->link)
         return TFA_OK;
     int status = daemon_connect(options, c->options->via, &c->link);
@@ -83,7 +83,7 @@ static int prepare(void *self, const robot_names **names, jsonl_error *error)
     c->missed = 1;
     char text[512];
     daemon_explain(options, c->options->via, status, text, sizeof text);
-    hang_up(c);
+    disconnect(c);
     return jsonl_fail(error, status, "%s", text);
 }
 
@@ -116,7 +116,7 @@ int command_call(int argc, char **argv)
     }
     caller self = {.options = &options};
     int result = jsonl_run("totalforce call", &options.lines,
-                           &(jsonl_peer){.self = &self, .prepare = prepare, .answer = answer});
-    hang_up(&self);
+                           &(jsonl_backend){.self = &self, .prepare = prepare, .answer = answer});
+    disconnect(&self);
     return self.missed && !self.reached ? EXIT_FAILED : result;
 }

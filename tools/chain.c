@@ -3,9 +3,9 @@
  *
  * `totalforce chain`: writes a test mechanism as URDF.
  */
-#include "commands.h"
-#include "mechanism.h"
-#include "suggest.h"
+#include "common/commands.h"
+#include "common/mechanism.h"
+#include "common/suggest.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -14,7 +14,7 @@
 /* Defaults depend on the kind, which may be named last: what was given is applied after all. */
 typedef struct chain_options {
     const char *name;
-    mechanism_options given;
+    mechanism_options read_argument;
     int has_radius, has_ratio, has_taper, has_curl;
 } chain_options;
 
@@ -30,7 +30,7 @@ static const struct argp_option option_table[] = {
     {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
     {0}};
 
-static double given(struct argp_state *state, const char *name, const char *text, int *has)
+static double read_argument(struct argp_state *state, const char *name, const char *text, int *has)
 {
     *has = 1;
     return option_double(state, name, text);
@@ -39,22 +39,22 @@ static double given(struct argp_state *state, const char *name, const char *text
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     chain_options *options = state->input;
-    mechanism_options *m = &options->given;
+    mechanism_options *m = &options->read_argument;
     switch (key) {
     case 'n':
         m->bodies = (uint32_t)option_unsigned(state, "bodies", text, 1, MECHANISM_BODIES_MAX);
         return 0;
     case 'r':
-        m->radius = given(state, "radius", text, &options->has_radius);
+        m->radius = read_argument(state, "radius", text, &options->has_radius);
         return 0;
     case 'm':
-        m->ratio = given(state, "mass-ratio", text, &options->has_ratio);
+        m->ratio = read_argument(state, "mass-ratio", text, &options->has_ratio);
         return 0;
     case 't':
-        m->taper = given(state, "taper", text, &options->has_taper);
+        m->taper = read_argument(state, "taper", text, &options->has_taper);
         return 0;
     case 'c':
-        m->curl = given(state, "curl", text, &options->has_curl);
+        m->curl = read_argument(state, "curl", text, &options->has_curl);
         return 0;
     case 's':
         m->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
@@ -72,7 +72,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
 
 static mechanism_options complete(const chain_options *options, mechanism_kind kind)
 {
-    const mechanism_options *m = &options->given;
+    const mechanism_options *m = &options->read_argument;
     mechanism_options all = mechanism_defaults(kind, m->bodies);
     all.seed = m->seed;
     all.radius = options->has_radius ? m->radius : all.radius;
@@ -105,7 +105,7 @@ int command_chain(int argc, char **argv)
                "numbers everywhere.\v"
                "Mechanisms (links of 1 m, uniform rods of 1 kg, revolute joints, fixed "
                "base):\n" MECHANISM_LIST(CHAIN_ROW)};
-    chain_options options = {.given = {.bodies = 8, .seed = 1}};
+    chain_options options = {.read_argument = {.bodies = 8, .seed = 1}};
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
     if (error) {
         fprintf(stderr, "totalforce chain: %s\n", strerror(error));

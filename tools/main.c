@@ -3,7 +3,7 @@
  *
  * `totalforce`: picks the subcommand.
  */
-#include "commands.h"
+#include "common/commands.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -25,7 +25,7 @@
     X(chain, "       ", "write a test mechanism as URDF")                                          \
     X(chart, "       ", "chart accuracy against speed")                                            \
     X(atlas, "       ", "map where methods fail, and what the service answers there")              \
-    X(specialise, "  ", "compile a kernel of one robot's own")
+    X(specialise, "  ", "compile a kernel specialised for one robot")
 
 static const struct {
     const char *name;
@@ -96,18 +96,18 @@ static const char *command_name(const void *unused, size_t index)
 /* @return its number, -1 after a message */
 static int find_command(const char *name)
 {
-    char nearest[120];
+    char suggestions[120];
     for (int i = 0; i < COMMAND_COUNT; i++)
         if (strcmp(commands[i].name, name) == 0)
             return i;
-    tfa_nearest(name, NULL, COMMAND_COUNT + 1, command_name, nearest, sizeof nearest);
+    tfa_suggest(name, NULL, COMMAND_COUNT + 1, command_name, suggestions, sizeof suggestions);
     fprintf(stderr, "totalforce: no command '%s'; nearest: %s; `totalforce --help` lists them\n",
-            name, nearest);
+            name, suggestions);
     return -1;
 }
 
 /* -h is --help, as everywhere else; argp knows -? only. */
-static void spell_out_help(int argc, char **argv)
+static void expand_help(int argc, char **argv)
 {
     static char help[] = "--help";
     for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++)
@@ -116,7 +116,7 @@ static void spell_out_help(int argc, char **argv)
 }
 
 /* `help` is the program's --help, `help COMMAND` the command's: put so in place. */
-static void turn_help_around(int *argc, char **argv)
+static void move_help_first(int *argc, char **argv)
 {
     static char help[] = "--help";
     if (*argc < 2 || strcmp(argv[1], "help") != 0)
@@ -149,8 +149,8 @@ int main(int argc, char **argv)
     argp_program_version_hook = print_version;
     /* a reader that goes away is an error of fflush, not the end of the program */
     signal(SIGPIPE, SIG_IGN);
-    turn_help_around(&argc, argv);
-    spell_out_help(argc, argv);
+    move_help_first(&argc, argv);
+    expand_help(argc, argv);
     error_t error = argp_parse(&argp, argc, argv, ARGP_IN_ORDER, NULL, &chosen);
     if (error) {
         fprintf(stderr, "totalforce: %s\n", strerror(error));

@@ -3,8 +3,8 @@
  *
  * `totalforce methods`: the table of methods, as the library has it.
  */
-#include "commands.h"
-#include "jsonl.h"
+#include "common/commands.h"
+#include "jsonl/jsonl.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -61,7 +61,7 @@ static const char *answers(const tfa_method_info *m)
 
 static void print_row(const tfa_method_info *m)
 {
-    printf("%-14s %-16s %-26s %s\n", m->name, answers(m), m->cost, m->what);
+    printf("%-14s %-16s %-26s %s\n", m->name, answers(m), m->cost, m->summary);
     each_refusal(m->refuses, print_plain);
     if (m->refuses)
         putchar('\n');
@@ -76,7 +76,7 @@ static void print_row_json(const tfa_method_info *m)
     fputs(",\"refuses\":[", stdout);
     each_refusal(m->refuses, print_item);
     fputs("],\"what\":", stdout);
-    jsonl_print_string(stdout, m->what);
+    jsonl_print_string(stdout, m->summary);
     fputs("}\n", stdout);
 }
 

@@ -3,10 +3,10 @@
  *
  * `totalforce solve`: answers JSON lines in process.
  */
-#include "commands.h"
-#include "jsonl_options.h"
-#include "jsonl_serve.h"
-#include "scene_options.h"
+#include "common/commands.h"
+#include "common/scene_options.h"
+#include "jsonl/jsonl_options.h"
+#include "jsonl/jsonl_serve.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -101,7 +101,7 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
                 tfa_status_cause(status));
     else
         result = jsonl_run("totalforce solve", &options->lines,
-                           &(jsonl_peer){.self = &self, .prepare = prepare, .answer = answer});
+                           &(jsonl_backend){.self = &self, .prepare = prepare, .answer = answer});
     tfa_workspace_free(self.workspace);
     robot_names_free(&self.names);
     return result;

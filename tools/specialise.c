@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * `totalforce specialise`: a kernel of one robot's own, compiled and tested.
+ * `totalforce specialise`: a kernel specialised for one robot, compiled and tested.
  */
-#include "commands.h"
-#include "scene_options.h"
+#include "common/commands.h"
+#include "common/scene_options.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -98,10 +98,10 @@ static double milliseconds_now(void)
 /* As the daemon will; a kernel whose answers are wrong does not stay. */
 static int try_out(const char *path, const tfa_model *model)
 {
-    char reason[512];
+    char error_text[512];
     tfa_specialised *kernel;
     const double start = milliseconds_now();
-    const int status = tfa_specialised_load(path, model, &kernel, reason, sizeof reason);
+    const int status = tfa_specialised_load(path, model, &kernel, error_text, sizeof error_text);
     const double took = milliseconds_now() - start;
     if (status == TFA_OK) {
         const tfa_specialised_info info = tfa_specialised_describe(kernel);
@@ -113,7 +113,8 @@ static int try_out(const char *path, const tfa_model *model)
         return EXIT_GOOD;
     }
     fflush(stdout);
-    fprintf(stderr, "totalforce specialise: %s\n", reason[0] ? reason : tfa_status_text(status));
+    fprintf(stderr, "totalforce specialise: %s\n",
+            error_text[0] ? error_text : tfa_status_text(status));
     if (status == TFA_E_REFUSED) {
         fprintf(stderr, "totalforce specialise: it is built, but nobody loads it from there\n");
         return EXIT_UNMET;
@@ -124,13 +125,13 @@ static int try_out(const char *path, const tfa_model *model)
 
 static int build(const specialise_options *o, const char *path, const tfa_model *model)
 {
-    char reason[1024];
+    char error_text[1024];
     tfa_specialise_result result;
     const int status =
-        tfa_specialised_build(model, &o->build, path, &result, reason, sizeof reason);
+        tfa_specialised_build(model, &o->build, path, &result, error_text, sizeof error_text);
     if (status != TFA_OK) {
         fprintf(stderr, "totalforce specialise: %s: %s\n", tfa_model_name(model),
-                reason[0] ? reason : tfa_status_text(status));
+                error_text[0] ? error_text : tfa_status_text(status));
         return EXIT_FAILED;
     }
     printf("%s\n  %s, model %.16s, %zu bytes, compiled in %.2f s by %s\n", path,

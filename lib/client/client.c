@@ -24,7 +24,7 @@
 
 /* A daemon of this user's own, in the folder that a daemon which is not root takes by default; NULL
  * when there is none for this robot. */
-static char *own_daemon(const char *robot)
+static char *user_daemon_dir(const char *robot)
 {
     const char *xdg = getenv("XDG_RUNTIME_DIR");
     char *directory = NULL, *socket = NULL;
@@ -46,8 +46,8 @@ static char *runtime_dir(const tfa_client_options *options)
     const char *given = getenv("TOTALFORCE_RUNTIME_DIR");
     if (given && *given)
         return strdup(given);
-    char *own = own_daemon(options->robot);
-    return own ? own : strdup(DEFAULT_DIR);
+    char *user_dir = user_daemon_dir(options->robot);
+    return user_dir ? user_dir : strdup(DEFAULT_DIR);
 }
 
 static int check_options(const tfa_client_options *o)
@@ -59,7 +59,7 @@ static int check_options(const tfa_client_options *o)
     return o->slots == 0 || tfa_ring_slots_valid(o->slots) ? TFA_OK : TFA_E_SIZE;
 }
 
-static int keep_options(tfa_client *client, const tfa_client_options *o)
+static int copy_options(tfa_client *client, const tfa_client_options *o)
 {
     client->options = *o;
     client->robot = strdup(o->robot);
@@ -92,7 +92,7 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
         return TFA_E_MEMORY;
     c->connection = (client_connection){.socket = -1, .doorbell = -1};
     c->first_id = 1;
-    status = keep_options(c, options);
+    status = copy_options(c, options);
     if (status == TFA_OK)
         status = tfa_connection_open(c);
     if (status != TFA_OK) {
@@ -106,7 +106,7 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
 }
 
 /* What is said of the folder DIR and the socket DIR/ROBOT.sock. */
-static int explain(const char *robot, const char *dir, int status, const char *reason, char *text,
+static int explain(const char *robot, const char *dir, int status, const char *cause, char *text,
                    size_t size)
 {
     if (status == TFA_E_DISCONNECTED)
@@ -121,15 +121,15 @@ static int explain(const char *robot, const char *dir, int status, const char *r
                         "its configuration lists its robots",
                         robot, dir);
     return snprintf(text, size, "robot '%s' at %s/%s.sock: %s: %s", robot, dir, robot,
-                    tfa_status_text(status), reason);
+                    tfa_status_text(status), cause);
 }
 
 size_t tfa_client_explain(const tfa_client_options *options, int status, char *text, size_t size)
 {
-    const char *reason = status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status);
+    const char *cause = status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status);
     const char *robot = options && options->robot ? options->robot : "";
     char *dir = options ? runtime_dir(options) : NULL;
-    const int length = explain(robot, dir ? dir : DEFAULT_DIR, status, reason, text, size);
+    const int length = explain(robot, dir ? dir : DEFAULT_DIR, status, cause, text, size);
     free(dir);
     return length < 0 ? 0 : (size_t)length;
 }
@@ -143,14 +143,14 @@ void tfa_client_close(tfa_client *client)
         older = n->older;
         free(n);
     }
-    free(client->asks);
+    free(client->reply_shapes);
     free(client->robot);
     free(client->runtime_dir);
     free(client);
 }
 
 /* What was under way is lost: only what tfa_client_send sent is reported. */
-static void lose_requests(tfa_client *client)
+static void mark_requests_lost(tfa_client *client)
 {
     const tfa_ring_client *ring = &client->connection.ring;
     uint64_t first = ring->received > client->call_end ? ring->received : client->call_end;
@@ -163,7 +163,7 @@ static void lose_requests(tfa_client *client)
     client->call_end = 0;
 }
 
-static void rest(uint64_t ns)
+static void backoff_sleep(uint64_t ns)
 {
     struct timespec time = {.tv_sec = (time_t)(ns / 1000000000u),
                             .tv_nsec = (long)(ns % 1000000000u)};
@@ -174,17 +174,17 @@ int tfa_client_reconnect(tfa_client *client)
 {
     if (!client)
         return TFA_E_ARGUMENT;
-    lose_requests(client);
+    mark_requests_lost(client);
     tfa_connection_close(&client->connection);
     const uint64_t end =
         tfa_clock_ns() + (uint64_t)client->options.connect_timeout_ms * UINT64_C(1000000);
-    uint64_t pause = BACK_OFF_FIRST_NS;
+    uint64_t delay = BACK_OFF_FIRST_NS;
     for (;;) {
         int status = tfa_connection_open(client);
-        if (status != TFA_E_DISCONNECTED || tfa_clock_ns() + pause > end)
+        if (status != TFA_E_DISCONNECTED || tfa_clock_ns() + delay > end)
             return status;
-        rest(pause);
-        pause = 2 * pause < BACK_OFF_LAST_NS ? 2 * pause : BACK_OFF_LAST_NS;
+        backoff_sleep(delay);
+        delay = 2 * delay < BACK_OFF_LAST_NS ? 2 * delay : BACK_OFF_LAST_NS;
     }
 }
 
@@ -213,7 +213,7 @@ static void ring_doorbell(const tfa_client *client)
 }
 
 /* Drops the replies that nobody waits for any more: of calls that timed out. */
-static void drop_abandoned(tfa_client *client)
+static void release_abandoned(tfa_client *client)
 {
     tfa_ring_client *ring = &client->connection.ring;
     while (ring->received < client->call_end && tfa_ring_reply_ready(ring))
@@ -226,7 +226,7 @@ static int send_request(tfa_client *client, const tfa_request *request, uint32_t
     tfa_ring_client *ring = &client->connection.ring;
     if (!client->connection.alive)
         return TFA_E_DISCONNECTED;
-    drop_abandoned(client);
+    release_abandoned(client);
     if (tfa_ring_full(ring)) {
         if (tfa_connection_hung_up(&client->connection))
             return disconnected(client);
@@ -235,7 +235,7 @@ static int send_request(tfa_client *client, const tfa_request *request, uint32_t
     const uint64_t index = ring->sent;
     int status = tfa_wire_encode_request(&client->shape, request, want, client->first_id + index,
                                          t_sent, tfa_ring_next_request(ring),
-                                         &client->asks[index & (ring->layout.slots - 1)]);
+                                         &client->reply_shapes[index & (ring->layout.slots - 1)]);
     if (status != TFA_OK)
         return status;
     if (tfa_ring_send(ring))
@@ -246,18 +246,19 @@ static int send_request(tfa_client *client, const tfa_request *request, uint32_t
 }
 
 /* Takes the oldest reply, which is there, out of the ring. */
-static int take_reply(tfa_client *client, tfa_reply *reply, tfa_exchange *exchange)
+static int read_reply(tfa_client *client, tfa_reply *reply, tfa_exchange *exchange)
 {
     tfa_ring_client *ring = &client->connection.ring;
     const tfa_wire_reply *line = tfa_ring_oldest_reply(ring);
-    const tfa_wire_ask *ask = &client->asks[ring->received & (ring->layout.slots - 1)];
+    const tfa_wire_reply_shape *reply_shape =
+        &client->reply_shapes[ring->received & (ring->layout.slots - 1)];
     if (line->id != client->first_id + ring->received) {
         client->connection.alive = false;
         return TFA_E_PROTOCOL;
     }
     uint32_t blocks = tfa_wire_decode_reply(line, reply);
-    if (blocks != 0 && blocks == ask->want)
-        tfa_wire_copy_answers(&client->shape, ask, line, reply);
+    if (blocks != 0 && blocks == reply_shape->want)
+        tfa_wire_copy_answers(&client->shape, reply_shape, line, reply);
     if (exchange) {
         exchange->id = line->id;
         exchange->t_received = line->t_received;
@@ -321,7 +322,7 @@ int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *r
     }
     if (exchange)
         exchange->t_sent = now;
-    return take_reply(client, reply, exchange);
+    return read_reply(client, reply, exchange);
 }
 
 int tfa_client_send(tfa_client *client, const tfa_request *request, uint64_t *id)
@@ -359,5 +360,5 @@ int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns
         (const void *)(ring->requests + tfa_ring_request_offset(&ring->layout, ring->received));
     if (exchange)
         exchange->t_sent = sent->t_sent;
-    return take_reply(client, reply, exchange);
+    return read_reply(client, reply, exchange);
 }

@@ -10,8 +10,8 @@
 #include <stdint.h>
 #include <totalforce/client.h>
 
-#include "client/hello.h"
-#include "client/ring.h"
+#include "ipc/handshake.h"
+#include "ipc/ring.h"
 
 /* Names and hash as the daemon gave them. Old ones stay until the client is closed, because the
  * program may hold pointers into them. */
@@ -31,7 +31,7 @@ typedef struct client_connection {
     tfa_ring_client ring;
     void *requests;
     const void *replies;
-    const void *pulse;
+    const void *worker_status;
 } client_connection;
 
 struct tfa_client {
@@ -41,9 +41,10 @@ struct tfa_client {
     client_names *names;
     uint32_t spin_ns;
 
-    tfa_wire_ask *asks; /* `slots` of them: what request i asked for, at i mod slots */
-    uint64_t first_id;  /* id of request 0 of this connection */
-    uint64_t call_end;  /* requests below this index were calls that gave up: drop their replies */
+    /* `slots` of them: what request i asked for, at i mod slots */
+    tfa_wire_reply_shape *reply_shapes;
+    uint64_t first_id; /* id of request 0 of this connection */
+    uint64_t call_end; /* requests below this index were calls that gave up: drop their replies */
     uint64_t lost, lost_end; /* ids lost with earlier connections, not reported yet */
 
     char *robot, *runtime_dir; /* of the options, for tfa_client_reconnect */

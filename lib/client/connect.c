@@ -73,8 +73,8 @@ static int open_socket(const tfa_client *client, int *out)
 
 static int send_hello(const tfa_client *client, int fd)
 {
-    tfa_hello hello = {.magic = TFA_HELLO_MAGIC,
-                       .abi = TFA_HELLO_ABI,
+    tfa_hello hello = {.magic = TFA_HANDSHAKE_MAGIC,
+                       .abi = TFA_HANDSHAKE_ABI,
                        .slots = client->options.slots,
                        .max_batch = client->options.max_batch,
                        .wait = (uint32_t)client->options.wait};
@@ -87,7 +87,7 @@ static int send_hello(const tfa_client *client, int fd)
 
 /* Takes the descriptors out of a message. @return how many; those beyond the room are closed by
  * the kernel */
-static int take_descriptors(struct msghdr *message, int *fds)
+static int receive_descriptors(struct msghdr *message, int *fds)
 {
     int count = 0;
     for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
@@ -131,12 +131,12 @@ static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcom
         return TFA_E_DISCONNECTED;
     if (size < 0)
         return TFA_E_SYSTEM;
-    int count = take_descriptors(&message, fds);
+    int count = receive_descriptors(&message, fds);
     welcome->model_hash[sizeof welcome->model_hash - 1] = 0;
     welcome->text[sizeof welcome->text - 1] = 0;
     bool whole = (size_t)size == sizeof *welcome && !(message.msg_flags & (MSG_TRUNC | MSG_CTRUNC));
     int status = TFA_OK;
-    if (!whole || welcome->magic != TFA_HELLO_MAGIC || welcome->abi != TFA_HELLO_ABI)
+    if (!whole || welcome->magic != TFA_HANDSHAKE_MAGIC || welcome->abi != TFA_HANDSHAKE_ABI)
         status = TFA_E_PROTOCOL;
     else if (welcome->status != TFA_OK)
         status = welcome->status;
@@ -149,7 +149,7 @@ static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcom
 
 /* ---- what the daemon said, believed only as far as it fits together ---- */
 
-static bool welcome_is_sound(const tfa_welcome *w)
+static bool welcome_is_valid(const tfa_welcome *w)
 {
     if (!tfa_ring_slots_valid(w->layout.slots) || w->shape.max_batch == 0 ||
         w->shape.max_batch > BATCH_MAX || w->names_bytes > NAMES_BYTES_MAX)
@@ -160,7 +160,7 @@ static bool welcome_is_sound(const tfa_welcome *w)
 }
 
 /* A segment that is smaller than it should be would be SIGBUS later: ask now. */
-static void *map(int fd, size_t size, int protection)
+static void *map_segment(int fd, size_t size, int protection)
 {
     struct stat info;
     if (fstat(fd, &info) != 0 || (uint64_t)info.st_size < size)
@@ -169,17 +169,19 @@ static void *map(int fd, size_t size, int protection)
     return memory == MAP_FAILED ? NULL : memory;
 }
 
-static int map_all(const tfa_welcome *w, const int *fds, client_connection *c)
+static int map_segments(const tfa_welcome *w, const int *fds, client_connection *c)
 {
-    c->requests = map(fds[TFA_WELCOME_REQUESTS], w->layout.request_bytes, PROT_READ | PROT_WRITE);
-    c->replies = map(fds[TFA_WELCOME_REPLIES], w->layout.reply_bytes, PROT_READ);
-    c->pulse = map(fds[TFA_WELCOME_PULSE], sizeof(tfa_ring_pulse), PROT_READ);
+    c->requests =
+        map_segment(fds[TFA_WELCOME_REQUESTS], w->layout.request_bytes, PROT_READ | PROT_WRITE);
+    c->replies = map_segment(fds[TFA_WELCOME_REPLIES], w->layout.reply_bytes, PROT_READ);
+    c->worker_status =
+        map_segment(fds[TFA_WELCOME_WORKER_STATUS], sizeof(tfa_ring_worker_status), PROT_READ);
     c->ring = (tfa_ring_client){.layout = w->layout,
                                 .requests = c->requests,
                                 .replies = c->replies,
-                                .pulse = c->pulse,
+                                .worker_status = c->worker_status,
                                 .spin = w->wait == TFA_WAIT_SPIN};
-    return c->requests && c->replies && c->pulse ? TFA_OK : TFA_E_MEMORY;
+    return c->requests && c->replies && c->worker_status ? TFA_OK : TFA_E_MEMORY;
 }
 
 /* ---- names ---- */
@@ -232,7 +234,7 @@ static bool same_names(const tfa_client *client, const client_names *n, const tf
            memcmp(old->types, n->types, n->bytes) == 0;
 }
 
-static void keep_names(tfa_client *client, client_names *n, const tfa_welcome *w)
+static void store_names(tfa_client *client, client_names *n, const tfa_welcome *w)
 {
     if (same_names(client, n, w)) {
         memcpy(client->names->hash, n->hash, sizeof n->hash);
@@ -266,7 +268,7 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
 }
 
 /* The program's buffers were made for the robot it first met. */
-static bool other_robot(const tfa_client *client, const tfa_welcome *w)
+static bool robot_has_other_shape(const tfa_client *client, const tfa_welcome *w)
 {
     return client->names != NULL && (client->shape.q_count != w->shape.q_count ||
                                      client->shape.v_count != w->shape.v_count ||
@@ -277,23 +279,24 @@ static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *f
                           client_connection *c)
 {
     client_names *names;
-    if (!welcome_is_sound(w))
+    if (!welcome_is_valid(w))
         return TFA_E_PROTOCOL;
-    if (other_robot(client, w))
+    if (robot_has_other_shape(client, w))
         return TFA_E_SIZE;
-    int status = map_all(w, fds, c);
+    int status = map_segments(w, fds, c);
     if (status != TFA_OK)
         return status;
     status = read_names(w, fds[TFA_WELCOME_NAMES], &names);
     if (status != TFA_OK)
         return status;
-    tfa_wire_ask *asks = realloc(client->asks, w->layout.slots * sizeof *asks);
-    if (!asks) {
+    tfa_wire_reply_shape *reply_shapes =
+        realloc(client->reply_shapes, w->layout.slots * sizeof *reply_shapes);
+    if (!reply_shapes) {
         free(names);
         return TFA_E_MEMORY;
     }
-    client->asks = asks;
-    keep_names(client, names, w);
+    client->reply_shapes = reply_shapes;
+    store_names(client, names, w);
     fill_info(client, w);
     return TFA_OK;
 }
@@ -333,8 +336,8 @@ void tfa_connection_close(client_connection *c)
         munmap(c->requests, c->ring.layout.request_bytes);
     if (c->replies)
         munmap((void *)(uintptr_t)c->replies, c->ring.layout.reply_bytes);
-    if (c->pulse)
-        munmap((void *)(uintptr_t)c->pulse, sizeof(tfa_ring_pulse));
+    if (c->worker_status)
+        munmap((void *)(uintptr_t)c->worker_status, sizeof(tfa_ring_worker_status));
     if (c->doorbell >= 0)
         close(c->doorbell);
     if (c->socket >= 0)

@@ -15,14 +15,14 @@
 #include "client/client.h"
 
 /* Between two looks at the clock (31 ns) while spinning: 64 pauses are about 1 us. */
-#define SPINS_PER_LOOK 64
+#define SPINS_PER_CLOCK_READ 64
 /* Who spins for so long asks the socket whether the daemon is still there, and again after as long.
- * The heartbeat of the worker does not tell: it goes on when the daemon hung up on this client only,
- * because a reload changed the robot's shape. Asking costs one system call, and a large problem
- * computes that long: ask seldom. */
-#define ASK_NS 100000000u
+ * The heartbeat of the worker does not tell: it goes on when the daemon hung up on this client
+ * only, because a reload changed the robot's shape. Asking costs one system call, and a large
+ * problem computes that long: ask seldom. */
+#define LIVENESS_CHECK_NS 100000000u
 /* A sleeper wakes so often to see whether the daemon is still there. */
-#define SLEEP_NS 20000000u
+#define WAIT_SLICE_NS 20000000u
 
 uint64_t tfa_clock_ns(void)
 {
@@ -38,32 +38,32 @@ bool tfa_connection_hung_up(const client_connection *connection)
 }
 
 /* @return it is time to ask; `asked`: 0 at first */
-static bool is_time_to_ask(uint64_t *asked, uint64_t now)
+static bool liveness_check_is_due(uint64_t *last_check, uint64_t now)
 {
-    if (*asked == 0)
-        *asked = now;
-    if (now - *asked < ASK_NS)
+    if (*last_check == 0)
+        *last_check = now;
+    if (now - *last_check < LIVENESS_CHECK_NS)
         return false;
-    *asked = now;
+    *last_check = now;
     return true;
 }
 
 /* Spins until the reply is there or until `end`. @return TFA_OK, TFA_E_TIMEOUT (end reached) or
  * TFA_E_DISCONNECTED */
-static int spin(const tfa_client *client, uint64_t end)
+static int spin_until(const tfa_client *client, uint64_t end)
 {
     const client_connection *c = &client->connection;
-    uint64_t asked = 0;
+    uint64_t last_check = 0;
     for (;;) {
-        for (int i = 0; i < SPINS_PER_LOOK; i++) {
+        for (int i = 0; i < SPINS_PER_CLOCK_READ; i++) {
             if (tfa_ring_reply_ready(&c->ring))
                 return TFA_OK;
-            tfa_ring_relax();
+            tfa_ring_cpu_relax();
         }
         const uint64_t now = tfa_clock_ns();
         if (now >= end)
             return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_TIMEOUT;
-        if (is_time_to_ask(&asked, now) && tfa_connection_hung_up(c))
+        if (liveness_check_is_due(&last_check, now) && tfa_connection_hung_up(c))
             return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_DISCONNECTED;
     }
 }
@@ -76,13 +76,13 @@ static void futex_wait(const uint32_t *word, uint32_t value, uint64_t ns)
     (void)syscall(SYS_futex, word, FUTEX_WAIT, value, &time, NULL, 0);
 }
 
-static int sleep_until(const tfa_client *client, uint64_t deadline)
+static int wait_until(const tfa_client *client, uint64_t deadline)
 {
     const client_connection *c = &client->connection;
     const tfa_ring_client *ring = &c->ring;
     int status;
     for (;;) {
-        const uint64_t seq = tfa_ring_client_lie_down(ring, ring->received);
+        const uint64_t seq = tfa_ring_client_prepare_wait(ring, ring->received);
         status = TFA_OK;
         if (seq == ring->received + 1)
             break;
@@ -92,7 +92,7 @@ static int sleep_until(const tfa_client *client, uint64_t deadline)
             break;
         const uint64_t left = deadline - now;
         futex_wait(tfa_ring_futex_word(tfa_ring_oldest_reply(ring)), (uint32_t)seq,
-                   left < SLEEP_NS ? left : SLEEP_NS);
+                   left < WAIT_SLICE_NS ? left : WAIT_SLICE_NS);
         status = TFA_OK;
         if (tfa_ring_reply_ready(ring))
             break;
@@ -100,7 +100,7 @@ static int sleep_until(const tfa_client *client, uint64_t deadline)
         if (tfa_connection_hung_up(c) && !tfa_ring_reply_ready(ring))
             break;
     }
-    tfa_ring_client_get_up(ring);
+    tfa_ring_client_end_wait(ring);
     return status;
 }
 
@@ -114,9 +114,9 @@ int tfa_connection_wait(tfa_client *client, uint64_t deadline)
     else if (client->info.wait == TFA_WAIT_BLOCK)
         spin_end = 0;
     if (spin_end != 0) {
-        int status = spin(client, spin_end < deadline ? spin_end : deadline);
+        int status = spin_until(client, spin_end < deadline ? spin_end : deadline);
         if (status != TFA_E_TIMEOUT || spin_end >= deadline)
             return status;
     }
-    return sleep_until(client, deadline);
+    return wait_until(client, deadline);
 }

@@ -17,7 +17,7 @@ struct arena {
 };
 
 /* The next `count` elements of `size` bytes, 64-byte aligned; NULL while counting. */
-static inline void *arena_take(struct arena *a, size_t count, size_t size)
+static inline void *arena_alloc(struct arena *a, size_t count, size_t size)
 {
     void *at = a->base ? a->base + a->used : NULL;
     size_t bytes = count * size;

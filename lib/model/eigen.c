@@ -46,8 +46,8 @@ static void swap_columns(long double value[3], long double V[9], int p, int q)
 
 void tfa_eigen(const long double s[6], long double value[3], long double *V)
 {
-    long double own[9], scale = 0;
-    long double *W = V ? V : own;
+    long double scratch[9], scale = 0;
+    long double *W = V ? V : scratch;
     memset(W, 0, 9 * sizeof *W);
     W[0] = W[4] = W[8] = 1;
     for (int k = 0; k < 6; k++)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Vectors and rotations in quadruple precision. The f128 kernel reads constants as they are compiled;
- * the others read them rounded to double once, at the end.
+ * Vectors and rotations in quadruple precision. The f128 kernel reads constants as they are
+ * compiled; the others read them rounded to double once, at the end.
  */
 #ifndef TFA_MODEL_EXT_H
 #define TFA_MODEL_EXT_H
@@ -55,20 +55,20 @@ static inline void ext_apply_transposed(ext *y, const ext *a, const ext *x)
         y[i] = a[i] * x[0] + a[3 + i] * x[1] + a[6 + i] * x[2];
 }
 
-static inline void ext_widen(ext *to, const double *from, int count)
+static inline void ext_from_double(ext *to, const double *from, int count)
 {
     for (int k = 0; k < count; k++)
         to[k] = from[k];
 }
 
 /* Numbers of which double precision holds the rest in `low` */
-static inline void ext_join(ext *to, const double *high, const double *low, int count)
+static inline void ext_from_parts(ext *to, const double *high, const double *low, int count)
 {
     for (int k = 0; k < count; k++)
         to[k] = (ext)high[k] + low[k];
 }
 
-static inline void ext_split(double *high, double *low, const ext *from, int count)
+static inline void ext_to_parts(double *high, double *low, const ext *from, int count)
 {
     for (int k = 0; k < count; k++) {
         high[k] = (double)from[k];

@@ -2,18 +2,20 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Upper bounds of the inertia that each joint moves, whatever q is: what the sentinel compares the
- * projected articulated inertia D with (kernel/sentinel.h).
+ * projected articulated inertia D with (dynamics/core/sentinel.h).
  *
- * For the subtree of a body, with rho an upper bound of the distance of its mass from the origin of the body's
- * frame: mass, first moment (integral of rho) and second moment (integral of rho^2). A transform to the
- * parent's frame, whose origin is at most L away, gives  mass,  first + L mass,  second + 2 L first + L^2 mass.
+ * For the subtree of a body, with rho an upper bound of the distance of its mass from the origin of
+ * the body's frame: mass, first moment (integral of rho) and second moment (integral of rho^2). A
+ * transform to the parent's frame, whose origin is at most L away, gives  mass,  first + L mass,
+ * second + 2 L first + L^2 mass.
  */
 #include "model/inertia_bound.h"
 
 #include <math.h>
 
-/* A prismatic, planar or floating joint is taken to move so far, m: its limits are not in the model. */
-#define TRAVEL 1.0
+/* A prismatic, planar or floating joint is taken to move so far, m: its limits are not in the
+ * model. */
+#define JOINT_TRAVEL 1.0
 
 static struct tfa_moments shifted(struct tfa_moments s, double length)
 {
@@ -37,26 +39,26 @@ static double norm(const double *x, int n)
     return sqrt(sum);
 }
 
-static double travel(uint8_t kind)
+static double joint_travel(uint8_t kind)
 {
-    return is_revolute(kind) ? 0 : TRAVEL;
+    return is_revolute(kind) ? 0 : JOINT_TRAVEL;
 }
 
 /* Largest distance between the origins of the parent's frame and the body's */
 static double reach(const struct tfa_model *m, const struct tfa_body *b)
 {
     if (!is_fused(b->kind))
-        return norm(b->r, 3) + travel(b->kind);
+        return norm(b->r, 3) + joint_travel(b->kind);
     double sum = 0;
     for (uint32_t k = 0; k < b->n; k++)
-        sum += norm(m->part[b->part + k].r, 3) + travel(m->part[b->part + k].kind);
+        sum += norm(m->part[b->part + k].r, 3) + joint_travel(m->part[b->part + k].kind);
     return sum;
 }
 
 /* Largest distance of the body's origin from the axis z of its parent */
 static double reach_from_axis(const struct tfa_model *m, const struct tfa_body *b)
 {
-    return is_fused(b->kind) ? reach(m, b) : norm(b->r, 2) + travel(b->kind);
+    return is_fused(b->kind) ? reach(m, b) : norm(b->r, 2) + joint_travel(b->kind);
 }
 
 /* Of one body: the second moment about a point is half the trace of the inertia there, and
@@ -74,11 +76,11 @@ static void bound_freedoms(const struct tfa_model *m, struct tfa_body *b, struct
     for (uint32_t k = b->n; k-- > 0;) {
         const struct tfa_part *part = &m->part[b->part + k];
         const int fused = is_fused(b->kind);
-        const int turns = fused ? is_revolute(part->kind) : freedom_rotates(b->kind, k);
+        const int angular = fused ? is_revolute(part->kind) : freedom_rotates(b->kind, k);
         const double all = is_free(b->kind) || fused ? shifted(s, length).second : s.about_z;
-        b->bound[k] = (turns ? all : s.mass) + m->armature[b->v + k];
+        b->bound[k] = (angular ? all : s.mass) + m->armature[b->v + k];
         if (fused)
-            length += norm(part->r, 3) + travel(part->kind);
+            length += norm(part->r, 3) + joint_travel(part->kind);
     }
 }
 

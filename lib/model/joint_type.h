@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Joint types of compiled bodies: one row each. Each body frame is turned so that its joint's motion
- * subspace H consists of unit axes of that frame. The transform X(q) of a type is in pose_step.h.
+ * Joint types of compiled bodies: one row each. Each body frame is turned so that its joint's
+ * motion subspace H consists of unit axes of that frame. The transform X(q) of a type is in
+ * pose_step.h.
  */
 #ifndef TFA_MODEL_JOINT_TYPE_H
 #define TFA_MODEL_JOINT_TYPE_H

@@ -20,7 +20,7 @@
 
 /* Robots of more bodies get, unless more is asked for, a workspace with room only for what auto
  * takes: 3 KB a body instead of 7 KB and M. */
-#define TFA_ROOM_BODIES_MAX 256
+#define TFA_RESERVE_ALL_BODIES_MAX 256
 
 /* The longest main chain that the method hessenberg takes: it keeps 36 N (N - 1) / 2 numbers, here
  * 2.4 MB in double, in every workspace of the model, whether the method is used or not. */
@@ -33,18 +33,18 @@ struct tfa_part {
     uint8_t kind;      /* revolute or prismatic */
 };
 
-/* Mass of a body as its links give it: what derived models start from. */
-struct tfa_bare {
+/* Mass properties of a body as its links give them: what derived models start from. */
+struct tfa_mass_properties {
     tfa_quad mass, h[3], I[6]; /* as in tfa_body */
 };
 
 /* What E, r or R, p of the same thing is before it is rounded to double: what f128 reads. */
-struct tfa_place_quad {
+struct tfa_xform_quad {
     tfa_quad E[9], r[3];
 };
 struct tfa_body_quad {
-    struct tfa_place_quad place;
-    struct tfa_bare mass; /* payloads included */
+    struct tfa_xform_quad xform;
+    struct tfa_mass_properties mass; /* payloads included */
 };
 
 /* Constants of one body. Frame i is fixed in body i, its origin on the axis of its (last) joint. */
@@ -65,14 +65,14 @@ struct tfa_body {
     uint8_t base;    /* 1: the floating base; its q and v come in fields of their own */
     uint8_t leaf;    /* 1: no body hangs from it */
     uint8_t last;    /* 1: the last child of its parent, the first to be folded inward */
-    uint8_t
-        axial; /* 1: revolute, and E = Rz(theta) Rx(alpha), r = (a, -d sin alpha, d cos alpha), the
-                        frames of Denavit and Hartenberg: see spatial/screw.h */
-    int32_t multi;   /* index among bodies with n > 1, else -1 */
-    uint32_t part;   /* fused: its n parts start here in tfa_model.part */
-    int32_t tree;    /* root body of the tree that it stands in */
-    uint32_t depth;  /* bodies from the root to here, this one included */
-    double bound[6]; /* of each freedom: largest inertia it may move, at any q (inertia_bound.h) */
+    /* 1: revolute, and E = Rz(theta) Rx(alpha), r = (a, -d sin alpha, d cos alpha), the frames
+     * of Denavit and Hartenberg: see spatial/screw.h */
+    uint8_t axial;
+    int32_t joint_nd; /* index among bodies with n > 1, else -1 */
+    uint32_t part;    /* fused: its n parts start here in tfa_model.part */
+    int32_t tree;     /* root body of the tree that it stands in */
+    uint32_t depth;   /* bodies from the root to here, this one included */
+    double bound[6];  /* of each freedom: largest inertia it may move, at any q (inertia_bound.h) */
     const struct tfa_body_quad *quad; /* the same constants, not rounded */
 };
 
@@ -115,17 +115,17 @@ struct tfa_chain {
 
 struct tfa_model {
     uint32_t bodies;           /* floating base included */
-    uint32_t multis;           /* bodies with more than one freedom */
+    uint32_t joints_nd;        /* bodies with more than one freedom */
     uint32_t parts;            /* of all fused bodies */
     uint32_t freedoms;         /* inner, base included */
     uint32_t inner_q;          /* inner coordinates, base excluded */
     uint32_t q_count, v_count; /* public: base excluded, followers excluded */
     uint32_t base_freedoms;
     uint32_t mimics;
-    uint32_t hollow; /* freedoms that move nothing with mass, nor armature, by themselves but only
-                        together with those that they follow or lead: M is singular before the
-                        projection, and regular after it */
-    uint32_t depth;  /* bodies on the longest path */
+    /* freedoms that move nothing with mass, nor armature, by themselves but only together with
+     * those that they follow or lead: M is singular before the projection, and regular after it */
+    uint32_t massless_followers;
+    uint32_t depth;          /* bodies on the longest path */
     uint32_t depth_freedoms; /* freedoms on the path with most of them */
     uint32_t frames, joints, trees;
     size_t mass_entries; /* entries of M that are not zero by structure, lower triangle */
@@ -134,13 +134,14 @@ struct tfa_model {
     tfa_base base;
     tfa_model_summary summary;
     const struct tfa_body *body;
-    const struct tfa_bare *bare; /* bodies + 1, without payloads: the last one does not move */
-    tfa_quad bare_mass;          /* of all links, kg */
+    /* bodies + 1, without payloads: the last one does not move */
+    const struct tfa_mass_properties *without_payload;
+    tfa_quad mass_without_payload; /* of all links, kg */
     const struct tfa_frame *frame;
-    const struct tfa_place_quad *frame_quad; /* of each frame: R and p */
+    const struct tfa_xform_quad *frame_quad; /* of each frame: R and p */
     const struct tfa_chain *chain;           /* one for each tree */
     const struct tfa_part *part;
-    const struct tfa_place_quad *part_quad;  /* of each part */
+    const struct tfa_xform_quad *part_quad;  /* of each part */
     const struct tfa_coordinate *coordinate; /* inner_q */
     const struct tfa_freedom *freedom;       /* freedoms - base_freedoms */
     const struct tfa_mimic *mimic;

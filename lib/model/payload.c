@@ -30,7 +30,7 @@ uint8_t tfa_payload_is_physical(const double numbers[10])
     return numbers[0] >= 0 && is_positive(numbers + 4);
 }
 
-const char *tfa_payload_fault(const tfa_payload *payload)
+const char *tfa_payload_error(const tfa_payload *payload)
 {
     int finite = isfinite(payload->mass) != 0;
     for (int k = 0; k < 3; k++)
@@ -46,14 +46,14 @@ const char *tfa_payload_fault(const tfa_payload *payload)
     return NULL;
 }
 
-void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_place_quad *frame,
-                          const tfa_payload *payload)
+void tfa_mass_properties_add_payload(struct tfa_mass_properties *properties,
+                                     const struct tfa_xform_quad *frame, const tfa_payload *payload)
 {
     const ext *R = frame->E;
     ext com[3], c[3], t[9], Rt[9], I[9];
     const double *s = payload->inertia;
     const ext Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]}, m = payload->mass;
-    ext_widen(com, payload->com, 3);
+    ext_from_double(com, payload->com, 3);
     ext_apply(c, R, com, frame->r);
     ext_mul(t, R, Ic);
     ext_transpose(Rt, R);
@@ -61,15 +61,16 @@ void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_place_quad *fr
     const ext cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     for (int k = 0; k < 6; k++) {
         const int i = ext_row[k], j = ext_col[k];
-        bare->I[k] += (I[3 * i + j] + I[3 * j + i]) / 2 + m * ((i == j ? cc : 0) - c[i] * c[j]);
+        properties->I[k] +=
+            (I[3 * i + j] + I[3 * j + i]) / 2 + m * ((i == j ? cc : 0) - c[i] * c[j]);
     }
-    bare->mass += m;
+    properties->mass += m;
     for (int i = 0; i < 3; i++)
-        bare->h[i] += m * c[i];
+        properties->h[i] += m * c[i];
 }
 
-void tfa_body_hang_payload(struct tfa_body *body, const struct tfa_frame *frame,
-                           const double numbers[10])
+void tfa_body_add_payload_inertia(struct tfa_body *body, const struct tfa_frame *frame,
+                                  const double numbers[10])
 {
     const double *R = frame->R, *com = numbers + 1, *s = numbers + 4, m = numbers[0];
     const double Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]};
@@ -94,7 +95,7 @@ void tfa_body_hang_payload(struct tfa_body *body, const struct tfa_frame *frame,
 void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
                           const double numbers[10])
 {
-    tfa_body_hang_payload(body, frame, numbers);
+    tfa_body_add_payload_inertia(body, frame, numbers);
     body->regular = tfa_inertia_is_regular(body);
 }
 

@@ -9,15 +9,17 @@
 #include "model/model.h"
 
 /* What is wrong with the numbers of a payload and what to do, or NULL. */
-const char *tfa_payload_fault(const tfa_payload *payload);
+const char *tfa_payload_error(const tfa_payload *payload);
 
 /* 1: ten finite numbers of a payload can be those of a body: mass not negative, inertia positive
  * semidefinite. No allocation. */
 uint8_t tfa_payload_is_physical(const double numbers[10]);
 
-/* Adds a payload to what carries it; R and p of its link's frame are fixed in that. No allocation. */
-void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_place_quad *frame,
-                          const tfa_payload *payload);
+/* Adds a payload to what carries it; R and p of its link's frame are fixed in that. No
+ * allocation. */
+void tfa_mass_properties_add_payload(struct tfa_mass_properties *properties,
+                                     const struct tfa_xform_quad *frame,
+                                     const tfa_payload *payload);
 
 /**
  * Adds a payload to the constants of a body: mass, h, I and `regular`. Double precision, no
@@ -29,12 +31,13 @@ void tfa_bare_add_payload(struct tfa_bare *bare, const struct tfa_place_quad *fr
 void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
                           const double numbers[10]);
 
-/* The same, but that `regular` stays what it was: for methods that invert no inertia. To know it takes longer
- * than the forward dynamics of an arm. */
-void tfa_body_hang_payload(struct tfa_body *body, const struct tfa_frame *frame,
-                           const double numbers[10]);
+/* The same, but that `regular` stays what it was: for methods that invert no inertia. To know it
+ * takes longer than the forward dynamics of an arm. */
+void tfa_body_add_payload_inertia(struct tfa_body *body, const struct tfa_frame *frame,
+                                  const double numbers[10]);
 
-/* Largest inertia that these payloads may have about any joint, and at least their mass: kg m^2, kg. */
+/* Largest inertia that these payloads may have about any joint, and at least their mass: kg m^2,
+ * kg. */
 double tfa_payload_bound(const struct tfa_model *m, uint32_t count, const double *numbers);
 
 /* 1: LDL^T of the 6 x 6 inertia, scaled to unit diagonal, has no pivot that is nearly zero. */

@@ -10,7 +10,8 @@
 
 #include "model/model.h"
 
-/* Each once, in ascending order. Returns how many; tips that stand fixed in the world are in none. */
+/* Each once, in ascending order. Returns how many; tips that stand fixed in the world are in
+ * none. */
 static inline uint32_t tfa_trees_of_tips(const struct tfa_model *m, const tfa_request *r,
                                          const struct tfa_chain *out[TFA_MAX_TIPS])
 {

@@ -128,7 +128,7 @@ static inline mat5 s5_scaled_rows(const sym5 *L, const mat5 *Z)
 }
 
 /* S -= A^T B, known to be symmetric */
-static inline void s5_take(sym5 *S, const mat5 *A, const mat5 *B)
+static inline void s5_sub_tmm(sym5 *S, const mat5 *A, const mat5 *B)
 {
     BLOCK5_UNROLL
     for (int i = 0; i < 5; i++) {
@@ -160,7 +160,7 @@ static inline mat5 m5_minus_tmm(const mat5 *A, const mat5 *B)
 }
 
 /* x -= A y */
-static inline void v5_take(vec5 *x, const mat5 *A, const vec5 *y)
+static inline void v5_sub_mul(vec5 *x, const mat5 *A, const vec5 *y)
 {
     BLOCK5_UNROLL
     for (int i = 0; i < 5; i++) {
@@ -171,7 +171,7 @@ static inline void v5_take(vec5 *x, const mat5 *A, const vec5 *y)
 }
 
 /* x -= A^T y */
-static inline void v5_take_t(vec5 *x, const mat5 *A, const vec5 *y)
+static inline void v5_sub_tmul(vec5 *x, const mat5 *A, const vec5 *y)
 {
     BLOCK5_UNROLL
     for (int i = 0; i < 5; i++) {

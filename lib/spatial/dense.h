@@ -185,7 +185,7 @@ static inline void m6_apply(num *y, const num *A, const num *x)
 }
 
 /* C += psi^T phi for rows of six, upper triangle */
-static inline void add_response(num *C, const num *psi, const num *phi)
+static inline void m6_add_outer_upper(num *C, const num *psi, const num *phi)
 {
     for (int e = 0; e < 6; e++)
         for (int f = e; f < 6; f++)

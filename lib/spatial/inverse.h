@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Inverse inertias: of a body, and as the next body outboard sees it.
+ * Inverse inertias: of a body, and in the frame of the next body outboard.
  */
 #ifndef TFA_SPATIAL_INVERSE_H
 #define TFA_SPATIAL_INVERSE_H
@@ -29,14 +29,14 @@ static inline int s6_invert(const sym6 *S, sym6 *inverse)
     return 1;
 }
 
-/* TI = T I^-1 and TIT = T I^-1 T^T for the tree transform T of a body and the inverse inertia of its
- * parent */
-static inline void inverse_behind(const place *T, const sym6 *up, num *TI, sym6 *TIT)
+/* TI = T I^-1 and TIT = T I^-1 T^T for the tree transform T of a body and the inverse inertia of
+ * its parent */
+static inline void inverse_inertia_to_child(const xform *T, const sym6 *up, num *TI, sym6 *TIT)
 {
     *TIT = s6_inv_to_child(T, up);
     for (int k = 0; k < 6; k++) {
         num column[6];
-        sv_store(column, x_motion(T, s6_column(up, k)));
+        sv_store(column, xform_motion(T, s6_column(up, k)));
         for (int e = 0; e < 6; e++)
             TI[6 * e + k] = column[e];
     }

@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The number type. Every numeric source is compiled once for each folder of lib/variants, whose
- * variant.h gives `num` and num_sincos; nothing but + - * / and selections is used on it.
+ * number.h (lib/number) gives `num` and num_sincos; nothing but + - * / and selections is used on
+ * it.
  */
 #ifndef TFA_SPATIAL_NUM_H
 #define TFA_SPATIAL_NUM_H
@@ -10,18 +11,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "variant.h"
+#include "number.h"
 
-/* What the steps of a body are made of. A call would pass its six-vectors and inertias through memory: written
- * number by number, copied by two or four, and a wide load waits until narrow stores have left the
- * processor (47 ns of 7 bodies, AMD EPYC Zen 5, gcc 12, 2026-11-22). */
+/* What the steps of a body are made of. A call would pass its six-vectors and inertias through
+ * memory: written number by number, copied by two or four, and a wide load waits until narrow
+ * stores have left the processor (47 ns of 7 bodies, AMD EPYC Zen 5, gcc 12, 2026-11-22). */
 #define TFA_INLINE static inline __attribute__((always_inline))
 
-/* What is better called: rare and large, it would keep the numbers of the others from the registers. A
- * kernel of one robot's own (TFA_OWN) knows for each body which of them it takes. */
-#ifdef TFA_OWN
-#define TFA_OUTLINE static inline __attribute__((always_inline))
-#else
+/* What is better called: rare and large, it would keep the numbers of the others from the
+ * registers. A kernel specialised for one robot knows for each body which of them it takes, and
+ * defines it as TFA_INLINE. */
+#ifndef TFA_OUTLINE
 #define TFA_OUTLINE static __attribute__((noinline))
 #endif
 
@@ -48,7 +48,7 @@ static inline void num_sincos_many(const num *x, num *s, num *c, size_t first, s
 #define num_rounded(x) (x)
 #endif
 
-/* Lanes: how many states stand side by side in a num. These are for one; a variant with several
+/* Lanes: number of states in a num. These are for one; a variant with several
  * brings its own. */
 #ifndef NUM_LANES
 #define NUM_LANES 1

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Transforms between the frames of Denavit and Hartenberg: about and along the parent's x by alpha and a,
- * then about and along the own z by theta and d. Each half touches two of three components, so that
- * vectors take 20 multiplications instead of 24, inertias 115 instead of 147 (or 180 of a full one).
- * McMillan & Orin 1995. Turned by products of sines and cosines alone, not by differences of squares: a
- * right angle exchanges a large inertia and a tiny one without the loss of a digit.
+ * Transforms between the frames of Denavit and Hartenberg: about and along the parent's x by alpha
+ * and a, then about and along the own z by theta and d. Each half touches two of three components,
+ * so that vectors take 20 multiplications instead of 24, inertias 115 instead of 147 (or 180 of a
+ * full one). McMillan & Orin 1995. Turned by products of sines and cosines alone, not by
+ * differences of squares: a right angle exchanges a large inertia and a tiny one without the loss
+ * of a digit.
  */
 #ifndef TFA_SPATIAL_SCREW_H
 #define TFA_SPATIAL_SCREW_H
@@ -19,18 +20,18 @@ typedef struct screw {
     num a, d;
 } screw;
 
-TFA_INLINE screw screw_of(const place *X, num d)
+TFA_INLINE screw screw_of(const xform *X, num d)
 {
     return (screw){X->E.xx, X->E.yx, X->E.zz, X->E.zy, X->r.x, d};
 }
 
 /* Rz v and Rz^T v; Rx v and Rx^T v */
-TFA_INLINE vec3 turn_about_z(vec3 v, num c, num n)
+TFA_INLINE vec3 rotate_z(vec3 v, num c, num n)
 {
     return v3(c * v.x - n * v.y, c * v.y + n * v.x, v.z);
 }
 
-TFA_INLINE vec3 turn_about_x(vec3 v, num c, num n)
+TFA_INLINE vec3 rotate_x(vec3 v, num c, num n)
 {
     return v3(v.x, c * v.y - n * v.z, c * v.z + n * v.y);
 }
@@ -40,26 +41,26 @@ TFA_INLINE svec screw_motion(const screw *k, svec m)
 {
     m.v.y += k->a * m.w.z;
     m.v.z -= k->a * m.w.y;
-    m = (svec){turn_about_x(m.w, k->ca, k->na), turn_about_x(m.v, k->ca, k->na)};
+    m = (svec){rotate_x(m.w, k->ca, k->na), rotate_x(m.v, k->ca, k->na)};
     m.v.x += k->d * m.w.y;
     m.v.y -= k->d * m.w.x;
-    return (svec){turn_about_z(m.w, k->c, k->n), turn_about_z(m.v, k->c, k->n)};
+    return (svec){rotate_z(m.w, k->c, k->n), rotate_z(m.v, k->c, k->n)};
 }
 
 /* X^T f: a force from the child's frame to the parent's */
 TFA_INLINE svec screw_t_force(const screw *k, svec f)
 {
-    f = (svec){turn_about_z(f.w, k->c, -k->n), turn_about_z(f.v, k->c, -k->n)};
+    f = (svec){rotate_z(f.w, k->c, -k->n), rotate_z(f.v, k->c, -k->n)};
     f.w.x -= k->d * f.v.y;
     f.w.y += k->d * f.v.x;
-    f = (svec){turn_about_x(f.w, k->ca, -k->na), turn_about_x(f.v, k->ca, -k->na)};
+    f = (svec){rotate_x(f.w, k->ca, -k->na), rotate_x(f.v, k->ca, -k->na)};
     f.w.y -= k->a * f.v.z;
     f.w.z += k->a * f.v.y;
     return f;
 }
 
 /* R^T [xx xy; xy yy] R with R = [c -n; n c] */
-TFA_INLINE void turn_square(num *xx, num *xy, num *yy, num c, num n)
+TFA_INLINE void rotate_sym2(num *xx, num *xy, num *yy, num c, num n)
 {
     const num x = c * *xx + n * *xy, y = c * *xy + n * *yy;
     const num p = c * *xy - n * *xx, q = c * *yy - n * *xy;
@@ -72,10 +73,10 @@ TFA_INLINE void turn_square(num *xx, num *xy, num *yy, num c, num n)
 TFA_INLINE void screw_inertia_z(const screw *k, sym6 *S)
 {
     const num c = k->c, n = k->n, d = k->d;
-    turn_square(&S->A.xx, &S->A.xy, &S->A.yy, c, n);
-    turn_square(&S->M.xx, &S->M.xy, &S->M.yy, c, n);
-    const vec3 m = turn_about_z(v3(S->M.xz, S->M.yz, S->M.zz), c, -n);
-    const vec3 b = turn_about_z(v3(S->B.xz, S->B.yz, S->B.zz), c, -n);
+    rotate_sym2(&S->A.xx, &S->A.xy, &S->A.yy, c, n);
+    rotate_sym2(&S->M.xx, &S->M.xy, &S->M.yy, c, n);
+    const vec3 m = rotate_z(v3(S->M.xz, S->M.yz, S->M.zz), c, -n);
+    const vec3 b = rotate_z(v3(S->B.xz, S->B.yz, S->B.zz), c, -n);
     const num xx = c * S->B.xx + n * S->B.yx, xy = c * S->B.xy + n * S->B.yy;
     const num yx = c * S->B.yx - n * S->B.xx, yy = c * S->B.yy - n * S->B.xy;
     const num Bxy = c * xy - n * xx, Byx = c * yx + n * yy, Byy = c * yy - n * yx;
@@ -93,7 +94,7 @@ TFA_INLINE void screw_inertia_z(const screw *k, sym6 *S)
 }
 
 /* X^T S X where the rows and columns of S for the rotation about z are exactly zero */
-TFA_INLINE sym6 screw_to_parent_past_z(const screw *k, const sym6 *S0)
+TFA_INLINE sym6 screw_to_parent_zero_z(const screw *k, const sym6 *S0)
 {
     const num c = k->ca, n = k->na, a = k->a;
     sym6 S = *S0;
@@ -101,7 +102,7 @@ TFA_INLINE sym6 screw_to_parent_past_z(const screw *k, const sym6 *S0)
     const num y = c * S.A.yy, z = n * S.A.yy;
     sym3 A = {S.A.xx, c * S.A.xy, -n * S.A.xy, c * y, -n * y, n * z};
     sym3 M = {S.M.xx, c * S.M.xy + n * S.M.xz, c * S.M.xz - n * S.M.xy, S.M.yy, S.M.yz, S.M.zz};
-    turn_square(&M.yy, &M.yz, &M.zz, c, n);
+    rotate_sym2(&M.yy, &M.yz, &M.zz, c, n);
     const num by = c * S.B.yy + n * S.B.yz, bz = c * S.B.yz - n * S.B.yy;
     const mat3 B = {S.B.xx,
                     c * S.B.xy + n * S.B.xz,

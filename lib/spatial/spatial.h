@@ -9,17 +9,18 @@
 
 #include "spatial/vec3.h"
 
-/* Motion: w angular velocity, v velocity of the origin. Force: w moment about the origin, v force. */
+/* Motion: w angular velocity, v velocity of the origin. Force: w moment about the origin, v
+ * force. */
 typedef struct svec {
     vec3 w, v;
 } svec;
 
 /* X: from a parent's frame to a frame whose axes are E (parent -> child coordinates) and whose
  * origin stands at r in the parent's frame. */
-typedef struct place {
+typedef struct xform {
     mat3 E;
     vec3 r;
-} place;
+} xform;
 
 /* Symmetric 6 x 6: [A B; B^T M]. As an inertia, A takes angular motion to moment. */
 typedef struct sym6 {
@@ -130,22 +131,22 @@ static inline svec sv_from(const num *o)
 }
 
 /* X m: a motion from the parent's frame to the child's */
-TFA_INLINE svec x_motion(const place *X, svec m)
+TFA_INLINE svec xform_motion(const xform *X, svec m)
 {
     return (svec){m3_mul(X->E, m.w), m3_mul(X->E, v3_sub(m.v, v3_cross(X->r, m.w)))};
 }
 
 /* X^T f: a force from the child's frame to the parent's */
-TFA_INLINE svec x_t_force(const place *X, svec f)
+TFA_INLINE svec xform_t_force(const xform *X, svec f)
 {
     vec3 v = m3_tmul(X->E, f.v);
     return (svec){v3_add(m3_tmul(X->E, f.w), v3_cross(X->r, v)), v};
 }
 
 /* The transform by X, then by Y */
-static inline place x_then(const place *X, const place *Y)
+static inline xform xform_compose(const xform *X, const xform *Y)
 {
-    return (place){m3_mm(Y->E, X->E), v3_add(X->r, m3_tmul(X->E, Y->r))};
+    return (xform){m3_mm(Y->E, X->E), v3_add(X->r, m3_tmul(X->E, Y->r))};
 }
 
 /* v x m: velocity cross motion */
@@ -217,7 +218,7 @@ TFA_INLINE sym6 s6_shift(vec3 r, const sym6 *S)
 }
 
 /* X^T S X: an inertia from the child's frame to the parent's */
-static inline sym6 s6_to_parent(const place *X, const sym6 *S)
+static inline sym6 s6_to_parent(const xform *X, const sym6 *S)
 {
     sym6 R = {s3_congruence_t(X->E, S->A), m3_congruence_t(X->E, S->B),
               s3_congruence_t(X->E, S->M)};
@@ -225,8 +226,8 @@ static inline sym6 s6_to_parent(const place *X, const sym6 *S)
 }
 
 /* X^T S X where the rows and columns of S for the rotation about z are exactly zero, as they are
- * in an inertia projected past a revolute joint: two rows of E do the work of three. */
-TFA_INLINE sym6 s6_to_parent_past_z(const place *X, const sym6 *S)
+ * in an inertia projected through a revolute joint: two rows of E do the work of three. */
+TFA_INLINE sym6 s6_to_parent_zero_z(const xform *X, const sym6 *S)
 {
     const mat3 E = X->E;
     const vec3 ex = {E.xx, E.xy, E.xz}, ey = {E.yx, E.yy, E.yz};
@@ -246,7 +247,7 @@ TFA_INLINE sym6 s6_to_parent_past_z(const place *X, const sym6 *S)
 
 /* X S X^T: an inverse inertia (force to motion) from the parent's frame to the child's.
  * With the roles of A and M exchanged it is the shift of an inertia by -r, then a rotation. */
-static inline sym6 s6_inv_to_child(const place *X, const sym6 *S)
+static inline sym6 s6_inv_to_child(const xform *X, const sym6 *S)
 {
     sym6 D = {S->M, m3_t(S->B), S->A};
     D = s6_shift(v3_neg(X->r), &D);

@@ -5,7 +5,7 @@
  */
 #include "urdf/element.hpp"
 
-#include "model/tell.h"
+#include "model/report/report_messages.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -122,24 +122,25 @@ void unused_items::add(const std::string &item, uint32_t line)
         entries_.push_back({item, line, 1});
 }
 
-void owner::say(tfa_severity severity, uint32_t line, const char *code,
-                const std::string &what) const
+void checked_element::report(tfa_severity severity, uint32_t line, const char *code,
+                             const std::string &what) const
 {
     if (name_.empty())
-        tfa_urdf_say(log_, severity, line, code, "%s: %s", kind_, what.c_str());
+        tfa_urdf_report(log_, severity, line, code, "%s: %s", kind_, what.c_str());
     else
-        tfa_urdf_say(log_, severity, line, code, "%s '%s': %s", kind_, name_.c_str(), what.c_str());
+        tfa_urdf_report(log_, severity, line, code, "%s '%s': %s", kind_, name_.c_str(),
+                        what.c_str());
 }
 
-void owner::say_alike(tfa_severity severity, uint32_t line, const char *code,
-                      const std::string &what) const
+void checked_element::report_grouped(tfa_severity severity, uint32_t line, const char *code,
+                                     const std::string &what) const
 {
     log_->errors += severity == TFA_ERROR;
-    tfa_tell_alike(log_->report, severity, line, code, kind_[0] == 'l' ? "links" : "joints",
-                   name_.c_str(), "%s '%s': %s", kind_, name_.c_str(), what.c_str());
+    tfa_report_add_grouped(log_->report, severity, line, code, kind_[0] == 'l' ? "links" : "joints",
+                           name_.c_str(), "%s '%s': %s", kind_, name_.c_str(), what.c_str());
 }
 
-std::string owner::run_xacro() const
+std::string checked_element::run_xacro() const
 {
     const std::string file = file_of(log_);
     const std::string ending = ".xacro", urdf = ".urdf";
@@ -153,36 +154,36 @@ std::string owner::run_xacro() const
     return "run xacro first: xacro " + file + " > " + to;
 }
 
-const TiXmlElement *owner::one(const TiXmlElement &in, const char *name, tfa_severity severity,
-                               const char *code) const
+const TiXmlElement *checked_element::only_child(const TiXmlElement &in, const char *name,
+                                                tfa_severity severity, const char *code) const
 {
     const TiXmlElement *first = in.FirstChildElement(name);
     const TiXmlElement *second = first ? first->NextSiblingElement(name) : nullptr;
     if (second)
-        say(severity, line_of(*second), code,
-            std::string("a second <") + name + ">, the first is on line " +
-                std::to_string(line_of(*first)) +
-                (severity == TFA_ERROR ? "; remove one" : ", which counts; remove one"));
+        report(severity, line_of(*second), code,
+               std::string("a second <") + name + ">, the first is on line " +
+                   std::to_string(line_of(*first)) +
+                   (severity == TFA_ERROR ? "; remove one" : ", which counts; remove one"));
     return first;
 }
 
-const TiXmlElement *owner::required(const TiXmlElement &in, const char *name) const
+const TiXmlElement *checked_element::required(const TiXmlElement &in, const char *name) const
 {
-    const TiXmlElement *element = one(in, name);
+    const TiXmlElement *element = only_child(in, name);
     if (!element)
-        say(TFA_ERROR, line_of(in), "missing-element",
-            std::string("<") + in.Value() + "> has no <" + name + ">; add it");
+        report(TFA_ERROR, line_of(in), "missing-element",
+               std::string("<") + in.Value() + "> has no <" + name + ">; add it");
     return element;
 }
 
-void owner::missing(const TiXmlElement &in, const char *attribute) const
+void checked_element::missing(const TiXmlElement &in, const char *attribute) const
 {
-    say(TFA_ERROR, line_of(in), "missing-attribute",
-        std::string("<") + in.Value() + "> has no " + attribute + "; add " + attribute +
-            "=\"...\"");
+    report(TFA_ERROR, line_of(in), "missing-attribute",
+           std::string("<") + in.Value() + "> has no " + attribute + "; add " + attribute +
+               "=\"...\"");
 }
 
-const std::string *owner::name(const TiXmlElement &in, const char *attribute) const
+const std::string *checked_element::name(const TiXmlElement &in, const char *attribute) const
 {
     const TiXmlAttribute *a = find(in, attribute);
     if (!a) {
@@ -190,32 +191,34 @@ const std::string *owner::name(const TiXmlElement &in, const char *attribute) co
         return nullptr;
     }
     if (a->ValueStr().empty()) {
-        say(TFA_ERROR, line_of(*a), "empty-name", describe(*a, in) + " is empty; give it a name");
+        report(TFA_ERROR, line_of(*a), "empty-name",
+               describe(*a, in) + " is empty; give it a name");
         return nullptr;
     }
     const std::string &value = a->ValueStr();
     if (has_xacro(value)) {
-        say(TFA_ERROR, line_of(*a), "xacro",
-            describe(*a, in) + " is an unexpanded xacro expression; " + run_xacro());
+        report(TFA_ERROR, line_of(*a), "xacro",
+               describe(*a, in) + " is an unexpanded xacro expression; " + run_xacro());
         return nullptr;
     }
     if (value.size() > TFA_URDF_MAX_NAME) {
-        say(TFA_ERROR, line_of(*a), "long-name",
-            describe(*a, in) + " has " + std::to_string(value.size()) + " bytes; use at most " +
-                std::to_string(TFA_URDF_MAX_NAME));
+        report(TFA_ERROR, line_of(*a), "long-name",
+               describe(*a, in) + " has " + std::to_string(value.size()) + " bytes; use at most " +
+                   std::to_string(TFA_URDF_MAX_NAME));
         return nullptr;
     }
     if (std::any_of(value.begin(), value.end(),
                     [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; })) {
-        say(TFA_ERROR, line_of(*a), "bad-name",
-            describe(*a, in) + " holds a control character; remove it");
+        report(TFA_ERROR, line_of(*a), "bad-name",
+               describe(*a, in) + " holds a control character; remove it");
         return nullptr;
     }
     return &value;
 }
 
-bool owner::fault(const TiXmlAttribute &a, const TiXmlElement &in, const std::string &piece,
-                  tfa_number_fault fault, tfa_severity severity, const char *code) const
+bool checked_element::fault(const TiXmlAttribute &a, const TiXmlElement &in,
+                            const std::string &token, tfa_number_fault fault, tfa_severity severity,
+                            const char *code) const
 {
     const char *kind = "bad-number";
     const char *what = "is not a number; write digits, point and exponent without blanks or units, "
@@ -229,17 +232,17 @@ bool owner::fault(const TiXmlAttribute &a, const TiXmlElement &in, const std::st
         kind = "overflow";
         what = "is larger than any number of double precision; correct it";
     }
-    std::string which = piece == a.ValueStr() ? " " : ": " + quoted(piece) + " ";
+    std::string which = token == a.ValueStr() ? " " : ": " + quoted(token) + " ";
     if (has_xacro(a.ValueStr()))
-        say(severity, line_of(a), "xacro",
-            describe(a, in) + " is an unexpanded xacro expression; " + run_xacro());
+        report(severity, line_of(a), "xacro",
+               describe(a, in) + " is an unexpanded xacro expression; " + run_xacro());
     else
-        say(severity, line_of(a), code ? code : kind, describe(a, in) + which + what);
+        report(severity, line_of(a), code ? code : kind, describe(a, in) + which + what);
     return false;
 }
 
-bool owner::number(const TiXmlElement &in, const char *attribute, std::string &out, double *value,
-                   tfa_severity severity, const char *code) const
+bool checked_element::number(const TiXmlElement &in, const char *attribute, std::string &out,
+                             double *value, tfa_severity severity, const char *code) const
 {
     const TiXmlAttribute *a = find(in, attribute);
     if (!a)
@@ -251,8 +254,8 @@ bool owner::number(const TiXmlElement &in, const char *attribute, std::string &o
     return true;
 }
 
-bool owner::required_number(const TiXmlElement &in, const char *attribute, std::string &out,
-                            double *value) const
+bool checked_element::required_number(const TiXmlElement &in, const char *attribute,
+                                      std::string &out, double *value) const
 {
     if (find(in, attribute))
         return number(in, attribute, out, value);
@@ -263,34 +266,35 @@ bool owner::required_number(const TiXmlElement &in, const char *attribute, std::
 /* Only blanks separate: to urdfdom a tab or a line end is part of a number. */
 static std::vector<std::string> split(const std::string &text)
 {
-    std::vector<std::string> pieces;
-    for (size_t at = 0; at < text.size() && pieces.size() < 5;) {
+    std::vector<std::string> tokens;
+    for (size_t at = 0; at < text.size() && tokens.size() < 5;) {
         size_t end = std::min(text.find(' ', at), text.size());
         if (end > at)
-            pieces.push_back(text.substr(at, end - at));
+            tokens.push_back(text.substr(at, end - at));
         at = end + 1;
     }
-    return pieces;
+    return tokens;
 }
 
-bool owner::vector(const TiXmlElement &in, const char *attribute, std::string &out,
-                   double value[3]) const
+bool checked_element::vector(const TiXmlElement &in, const char *attribute, std::string &out,
+                             double value[3]) const
 {
     const TiXmlAttribute *a = find(in, attribute);
     if (!a)
         return false;
-    std::vector<std::string> pieces = split(a->ValueStr());
-    for (size_t i = 0; i < pieces.size(); i++) {
+    std::vector<std::string> tokens = split(a->ValueStr());
+    for (size_t i = 0; i < tokens.size(); i++) {
         double unused;
         double *to = i < 3 ? &value[i] : &unused;
-        if (!fault(*a, in, pieces[i], tfa_number_read(pieces[i].c_str(), pieces[i].size(), to),
+        if (!fault(*a, in, tokens[i], tfa_number_read(tokens[i].c_str(), tokens[i].size(), to),
                    TFA_ERROR, nullptr))
             return false;
     }
-    if (pieces.size() != 3) {
-        std::string count = pieces.size() > 4 ? "more than 4" : std::to_string(pieces.size());
-        say(TFA_ERROR, line_of(*a), "bad-vector",
-            describe(*a, in) + " has " + count + " numbers; write three with blanks between them");
+    if (tokens.size() != 3) {
+        std::string count = tokens.size() > 4 ? "more than 4" : std::to_string(tokens.size());
+        report(TFA_ERROR, line_of(*a), "bad-vector",
+               describe(*a, in) + " has " + count +
+                   " numbers; write three with blanks between them");
         return false;
     }
     write_attribute(out, attribute, a->ValueStr());
@@ -305,10 +309,10 @@ static bool all_zero(const double value[3])
 }
 
 /* Zeros are not written: urdfdom makes a stream for every number, half the time of a load. */
-tfa_rotation owner::pose(const TiXmlElement &in, std::string &out) const
+tfa_rotation checked_element::pose(const TiXmlElement &in, std::string &out) const
 {
     tfa_rotation rotation{{0, 0, 0, 1}, {}};
-    const TiXmlElement *origin = one(in, "origin");
+    const TiXmlElement *origin = only_child(in, "origin");
     if (!origin)
         return rotation;
     double xyz[3];
@@ -320,8 +324,8 @@ tfa_rotation owner::pose(const TiXmlElement &in, std::string &out) const
     if (vector(*origin, "rpy", unused, rpy))
         tfa_rotation_from_rpy(rpy, &rotation);
     if (const TiXmlAttribute *a = find(*origin, "quat_xyzw"))
-        say(TFA_ERROR, line_of(*a), "quaternion-origin",
-            "<origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead");
+        report(TFA_ERROR, line_of(*a), "quaternion-origin",
+               "<origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead");
     unknown_attributes(*origin, {"xyz", "rpy", "quat_xyzw"});
     return rotation;
 }
@@ -331,8 +335,9 @@ static const char *name_at(const void *list, size_t index)
     return static_cast<const char *const *>(list)[index];
 }
 
-void owner::unknown_children(const TiXmlElement &in, std::initializer_list<const char *> known,
-                             std::initializer_list<const char *> silent) const
+void checked_element::unknown_children(const TiXmlElement &in,
+                                       std::initializer_list<const char *> known,
+                                       std::initializer_list<const char *> silent) const
 {
     for (const TiXmlElement *e = in.FirstChildElement(); e; e = e->NextSiblingElement()) {
         const char *name = e->Value();
@@ -342,29 +347,30 @@ void owner::unknown_children(const TiXmlElement &in, std::initializer_list<const
         if (!strchr(name, ':')) /* not of another program's name space */
             meant = tfa_misspelled(name, known.begin(), known.size(), name_at);
         if (meant)
-            say(TFA_ERROR, line_of(*e), "misspelled-element",
-                std::string("<") + name + "> in <" + in.Value() + ">: did you mean <" + meant +
-                    ">?");
+            report(TFA_ERROR, line_of(*e), "misspelled-element",
+                   std::string("<") + name + "> in <" + in.Value() + ">: did you mean <" + meant +
+                       ">?");
         else
             not_used(std::string("<") + name + ">", line_of(*e));
     }
 }
 
-void owner::unused_attributes(const TiXmlElement &in,
-                              std::initializer_list<const char *> known) const
+void checked_element::unused_attributes(const TiXmlElement &in,
+                                        std::initializer_list<const char *> known) const
 {
     for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
         if (!is_known(a->Name(), known))
             not_used(std::string(a->Name()) + " of <" + in.Value() + ">", line_of(*a));
 }
 
-void owner::unknown_attributes(const TiXmlElement &in,
-                               std::initializer_list<const char *> known) const
+void checked_element::unknown_attributes(const TiXmlElement &in,
+                                         std::initializer_list<const char *> known) const
 {
     for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
         if (!is_known(a->Name(), known) && !strchr(a->Name(), ':'))
-            say(TFA_WARNING, line_of(*a), "unknown-attribute",
-                std::string(a->Name()) + " of <" + in.Value() + "> is ignored; is it misspelled?");
+            report(TFA_WARNING, line_of(*a), "unknown-attribute",
+                   std::string(a->Name()) + " of <" + in.Value() +
+                       "> is ignored; is it misspelled?");
 }
 
 } // namespace tfa

@@ -58,20 +58,22 @@ class unused_items
 };
 
 /* One link or joint (or the robot) while it is being checked. */
-class owner
+class checked_element
 {
   public:
-    owner(tfa_urdf_log *log, unused_items *unused, const char *kind, std::string name = "")
+    checked_element(tfa_urdf_log *log, unused_items *unused, const char *kind,
+                    std::string name = "")
         : log_(log), unused_(unused), kind_(kind), name_(std::move(name))
     {
     }
 
     /* "link 'NAME': what" */
-    void say(tfa_severity severity, uint32_t line, const char *code, const std::string &what) const;
+    void report(tfa_severity severity, uint32_t line, const char *code,
+                const std::string &what) const;
 
     /* The same of a link or joint, for what many can have alike: one message for all of them. */
-    void say_alike(tfa_severity severity, uint32_t line, const char *code,
-                   const std::string &what) const;
+    void report_grouped(tfa_severity severity, uint32_t line, const char *code,
+                        const std::string &what) const;
 
     /* "run xacro first: xacro FILE > FILE.urdf" */
     std::string run_xacro() const;
@@ -83,9 +85,9 @@ class owner
     }
 
     /* The first child of that name; a second one is reported. */
-    const TiXmlElement *one(const TiXmlElement &in, const char *name,
-                            tfa_severity severity = TFA_ERROR,
-                            const char *code = "duplicate-element") const;
+    const TiXmlElement *only_child(const TiXmlElement &in, const char *name,
+                                   tfa_severity severity = TFA_ERROR,
+                                   const char *code = "duplicate-element") const;
 
     /* As one(), but reports when there is none. */
     const TiXmlElement *required(const TiXmlElement &in, const char *name) const;
@@ -121,7 +123,7 @@ class owner
                             std::initializer_list<const char *> known) const;
 
   private:
-    bool fault(const TiXmlAttribute &attribute, const TiXmlElement &in, const std::string &piece,
+    bool fault(const TiXmlAttribute &attribute, const TiXmlElement &in, const std::string &token,
                tfa_number_fault fault, tfa_severity severity, const char *code) const;
 
     tfa_urdf_log *log_;

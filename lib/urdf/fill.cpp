@@ -17,32 +17,34 @@ namespace
 {
 
 /* Takes what urdfdom would print, for as long as it lives. */
-class listener : public console_bridge::OutputHandler
+class log_capture : public console_bridge::OutputHandler
 {
   public:
-    listener() : former_(console_bridge::getOutputHandler()), level_(console_bridge::getLogLevel())
+    log_capture()
+        : previous_handler_(console_bridge::getOutputHandler()),
+          level_(console_bridge::getLogLevel())
     {
         console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_WARN);
         console_bridge::useOutputHandler(this);
     }
-    ~listener() override
+    ~log_capture() override
     {
-        console_bridge::useOutputHandler(former_);
+        console_bridge::useOutputHandler(previous_handler_);
         console_bridge::setLogLevel(level_);
     }
-    listener(const listener &) = delete;
-    listener &operator=(const listener &) = delete;
+    log_capture(const log_capture &) = delete;
+    log_capture &operator=(const log_capture &) = delete;
 
     void log(const std::string &text, console_bridge::LogLevel level, const char *, int) override
     {
-        if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && complaint.empty())
-            complaint = text;
+        if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_error.empty())
+            first_error = text;
     }
 
-    std::string complaint; /* the first error, empty if there was none */
+    std::string first_error; /* the first error, empty if there was none */
 
   private:
-    console_bridge::OutputHandler *former_;
+    console_bridge::OutputHandler *previous_handler_;
     console_bridge::LogLevel level_;
 };
 
@@ -50,10 +52,10 @@ class listener : public console_bridge::OutputHandler
  * Takes the pointers from link to link away before the model goes: they own one another, and
  * releasing a chain of 100 000 links from its root would recurse that deep.
  */
-struct unchained {
+struct unlinked_model {
     urdf::ModelInterfaceSharedPtr model;
-    explicit unchained(urdf::ModelInterfaceSharedPtr m) : model(std::move(m)) {}
-    ~unchained()
+    explicit unlinked_model(urdf::ModelInterfaceSharedPtr m) : model(std::move(m)) {}
+    ~unlinked_model()
     {
         if (!model)
             return;
@@ -63,8 +65,8 @@ struct unchained {
             entry.second->parent_joint.reset();
         }
     }
-    unchained(const unchained &) = delete;
-    unchained &operator=(const unchained &) = delete;
+    unlinked_model(const unlinked_model &) = delete;
+    unlinked_model &operator=(const unlinked_model &) = delete;
 };
 
 void copy(double to[3], const urdf::Vector3 &from)
@@ -117,22 +119,22 @@ bool fill(tfa_description &d, const urdf::ModelInterface &model)
 
 int tfa_urdf_fill(const char *canonical, tfa_description *description, tfa_urdf_log *log) noexcept
 try {
-    listener ear;
-    unchained chain(urdf::parseURDF(canonical));
-    if (!chain.model || !ear.complaint.empty()) {
-        tfa_urdf_say(log, TFA_ERROR, 0, "urdfdom", "robot: urdfdom refuses it: %s",
-                     ear.complaint.c_str());
+    log_capture capture;
+    unlinked_model parsed(urdf::parseURDF(canonical));
+    if (!parsed.model || !capture.first_error.empty()) {
+        tfa_urdf_report(log, TFA_ERROR, 0, "urdfdom", "robot: urdfdom refuses it: %s",
+                        capture.first_error.c_str());
         return TFA_E_PARSE;
     }
-    if (!fill(*description, *chain.model)) {
-        tfa_urdf_say(log, TFA_ERROR, 0, "urdfdom",
-                     "robot: urdfdom reads another robot than the file holds");
+    if (!fill(*description, *parsed.model)) {
+        tfa_urdf_report(log, TFA_ERROR, 0, "urdfdom",
+                        "robot: urdfdom reads another robot than the file holds");
         return TFA_E_PARSE;
     }
     return TFA_OK;
 } catch (const std::bad_alloc &) {
     return TFA_E_MEMORY;
 } catch (const std::exception &e) {
-    tfa_urdf_say(log, TFA_ERROR, 0, "urdfdom", "robot: urdfdom refuses it: %s", e.what());
+    tfa_urdf_report(log, TFA_ERROR, 0, "urdfdom", "robot: urdfdom refuses it: %s", e.what());
     return TFA_E_PARSE;
 }

@@ -20,15 +20,17 @@ static void find_parents(const tfa_description *d, int32_t *parent_of, tfa_urdf_
         const tfa_joint *joint = &d->joints[j];
         int32_t *above = &parent_of[joint->child];
         if (joint->parent == joint->child)
-            tfa_urdf_say(log, TFA_ERROR, joint->line, "loop",
-                         "joint '%s': link '%s' is its parent and its child; correct one of them",
-                         joint->name, d->links[joint->child].name);
+            tfa_urdf_report(
+                log, TFA_ERROR, joint->line, "loop",
+                "joint '%s': link '%s' is its parent and its child; correct one of them",
+                joint->name, d->links[joint->child].name);
         else if (*above != NONE)
-            tfa_urdf_say(log, TFA_ERROR, joint->line, "two-parents",
-                         "link '%s': child of joint '%s' (line %u) and of joint '%s'; a robot is a "
-                         "tree: remove one",
-                         d->links[joint->child].name, d->joints[*above].name,
-                         d->joints[*above].line, joint->name);
+            tfa_urdf_report(
+                log, TFA_ERROR, joint->line, "two-parents",
+                "link '%s': child of joint '%s' (line %u) and of joint '%s'; a robot is a "
+                "tree: remove one",
+                d->links[joint->child].name, d->joints[*above].name, d->joints[*above].line,
+                joint->name);
         else
             *above = (int32_t)j;
     }
@@ -58,11 +60,11 @@ static void check_roots(const tfa_description *d, const int32_t *parent_of, int3
         if (parent_of[i] != NONE)
             continue;
         if (root != NONE)
-            tfa_urdf_say(log, TFA_ERROR, d->links[i].line, "two-roots",
-                         "link '%s'%s: neither it nor link '%s'%s (line %u) is the child of a "
-                         "joint; connect them or remove one",
-                         d->links[i].name, name_first(d, first[i], mine), d->links[root].name,
-                         name_first(d, first[root], other), d->links[root].line);
+            tfa_urdf_report(log, TFA_ERROR, d->links[i].line, "two-roots",
+                            "link '%s'%s: neither it nor link '%s'%s (line %u) is the child of a "
+                            "joint; connect them or remove one",
+                            d->links[i].name, name_first(d, first[i], mine), d->links[root].name,
+                            name_first(d, first[root], other), d->links[root].line);
         else
             root = (int32_t)i;
     }
@@ -74,7 +76,7 @@ enum { NEW = 0, ON_PATH = 1, DONE = 2 };
  * Walks from `start` along next[] until it meets something known. Returns a node of the loop it
  * ran into, or -1. Every node is walked once over all calls.
  */
-static int32_t walk(const int32_t *next, uint8_t *state, int32_t start)
+static int32_t find_cycle(const int32_t *next, uint8_t *state, int32_t start)
 {
     int32_t i = start;
     while (i != NONE && state[i] == NEW) {
@@ -95,15 +97,16 @@ static void check_loops(const tfa_description *d, const int32_t *parent_of, int3
         next[i] = parent_of[i] == NONE ? NONE : (int32_t)d->joints[parent_of[i]].parent;
     memset(state, NEW, d->link_count);
     for (size_t i = 0; i < d->link_count; i++) {
-        int32_t loop = walk(next, state, (int32_t)i);
+        int32_t loop = find_cycle(next, state, (int32_t)i);
         if (loop == NONE)
             continue;
         const tfa_joint *in = &d->joints[parent_of[loop]];
         const tfa_joint *above = &d->joints[parent_of[in->parent]];
-        tfa_urdf_say(log, TFA_ERROR, in->line, "loop",
-                     "link '%s': hangs from itself, through joint '%s' and joint '%s' (line %u); "
-                     "a robot is a tree: open the loop",
-                     d->links[loop].name, in->name, above->name, above->line);
+        tfa_urdf_report(
+            log, TFA_ERROR, in->line, "loop",
+            "link '%s': hangs from itself, through joint '%s' and joint '%s' (line %u); "
+            "a robot is a tree: open the loop",
+            d->links[loop].name, in->name, above->name, above->line);
     }
 }
 
@@ -114,20 +117,22 @@ static void check_mimics(const tfa_description *d, int32_t *next, uint8_t *state
         next[j] = joint->mimic;
         if (joint->mimic != NONE && (d->joints[joint->mimic].type < TFA_JOINT_REVOLUTE ||
                                      d->joints[joint->mimic].type > TFA_JOINT_PRISMATIC))
-            tfa_urdf_say(log, TFA_ERROR, joint->line, "mimic-type",
-                         "joint '%s': mimics joint '%s', which has no single coordinate; follow a "
-                         "revolute, continuous or prismatic joint",
-                         joint->name, d->joints[joint->mimic].name);
+            tfa_urdf_report(
+                log, TFA_ERROR, joint->line, "mimic-type",
+                "joint '%s': mimics joint '%s', which has no single coordinate; follow a "
+                "revolute, continuous or prismatic joint",
+                joint->name, d->joints[joint->mimic].name);
     }
     memset(state, NEW, d->joint_count);
     for (size_t j = 0; j < d->joint_count; j++) {
-        int32_t loop = walk(next, state, (int32_t)j);
+        int32_t loop = find_cycle(next, state, (int32_t)j);
         if (loop == NONE)
             continue;
-        tfa_urdf_say(log, TFA_ERROR, d->joints[loop].line, "mimic-loop",
-                     "joint '%s': mimics joint '%s', which in the end mimics it; let one of them "
-                     "move by itself",
-                     d->joints[loop].name, d->joints[d->joints[loop].mimic].name);
+        tfa_urdf_report(
+            log, TFA_ERROR, d->joints[loop].line, "mimic-loop",
+            "joint '%s': mimics joint '%s', which in the end mimics it; let one of them "
+            "move by itself",
+            d->joints[loop].name, d->joints[d->joints[loop].mimic].name);
     }
 }
 

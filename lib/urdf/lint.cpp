@@ -24,25 +24,26 @@ static std::string text_of(double number)
 /* --- links --------------------------------------------------------------------------------- */
 
 /* Returns the rotation of the inertial frame. */
-static tfa_rotation lint_inertial(const owner &own, const TiXmlElement &inertial, std::string &out)
+static tfa_rotation lint_inertial(const checked_element &checked, const TiXmlElement &inertial,
+                                  std::string &out)
 {
-    own.unknown_children(inertial, {"origin", "mass", "inertia"});
+    checked.unknown_children(inertial, {"origin", "mass", "inertia"});
     double value = 0;
     out += "<inertial>";
-    const tfa_rotation rotation = own.pose(inertial, out);
-    if (const TiXmlElement *mass = own.required(inertial, "mass")) {
+    const tfa_rotation rotation = checked.pose(inertial, out);
+    if (const TiXmlElement *mass = checked.required(inertial, "mass")) {
         out += "<mass";
-        if (own.required_number(*mass, "value", out, &value) && value < 0)
-            own.say(TFA_ERROR, line_of(*mass), "negative-mass",
-                    "mass " + text_of(value) + " kg is negative; correct it");
-        own.unknown_attributes(*mass, {"value"});
+        if (checked.required_number(*mass, "value", out, &value) && value < 0)
+            checked.report(TFA_ERROR, line_of(*mass), "negative-mass",
+                           "mass " + text_of(value) + " kg is negative; correct it");
+        checked.unknown_attributes(*mass, {"value"});
         out += "/>";
     }
-    if (const TiXmlElement *inertia = own.required(inertial, "inertia")) {
+    if (const TiXmlElement *inertia = checked.required(inertial, "inertia")) {
         out += "<inertia";
         for (const char *name : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"})
-            own.required_number(*inertia, name, out, &value);
-        own.unknown_attributes(*inertia, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
+            checked.required_number(*inertia, name, out, &value);
+        checked.unknown_attributes(*inertia, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
         out += "/>";
     }
     out += "</inertial>";
@@ -70,15 +71,16 @@ void linter::link(const TiXmlElement &element)
         broken_ = true;
         return;
     }
-    owner own(log_, &unused_, "link", *name);
-    own.unknown_children(element, {"inertial"}, {"visual", "collision", "material"});
+    checked_element checked(log_, &unused_, "link", *name);
+    checked.unknown_children(element, {"inertial"}, {"visual", "collision", "material"});
     out_ += "<link";
     write_attribute(out_, "name", *name);
     out_ += ">";
-    const TiXmlElement *inertial = own.one(element, "inertial", TFA_ERROR, "duplicate-inertial");
+    const TiXmlElement *inertial =
+        checked.only_child(element, "inertial", TFA_ERROR, "duplicate-inertial");
     tfa_rotation rotation{{0, 0, 0, 1}, {}};
     if (inertial)
-        rotation = lint_inertial(own, *inertial, out_);
+        rotation = lint_inertial(checked, *inertial, out_);
     for (const char *unused : {"visual", "collision"})
         for (const TiXmlElement *e = element.FirstChildElement(unused); e;
              e = e->NextSiblingElement(unused))
@@ -89,7 +91,8 @@ void linter::link(const TiXmlElement &element)
 
 /* --- joints -------------------------------------------------------------------------------- */
 
-static bool joint_type(const owner &own, const TiXmlElement &element, tfa_joint_type &type)
+static bool joint_type(const checked_element &checked, const TiXmlElement &element,
+                       tfa_joint_type &type)
 {
     static const struct {
         const char *name;
@@ -99,7 +102,7 @@ static bool joint_type(const owner &own, const TiXmlElement &element, tfa_joint_
         {"continuous", TFA_JOINT_CONTINUOUS}, {"prismatic", TFA_JOINT_PRISMATIC},
         {"planar", TFA_JOINT_PLANAR},         {"floating", TFA_JOINT_FLOATING},
     };
-    const std::string *text = own.name(element, "type");
+    const std::string *text = checked.name(element, "type");
     if (!text)
         return false;
     for (const auto &t : types) {
@@ -107,39 +110,42 @@ static bool joint_type(const owner &own, const TiXmlElement &element, tfa_joint_
         if (*text == t.name)
             return true;
     }
-    own.say(TFA_ERROR, line_of(element), "unknown-joint-type",
-            "type " + quoted(*text) +
-                " does not exist; use fixed, revolute, continuous, prismatic, planar or floating");
+    checked.report(
+        TFA_ERROR, line_of(element), "unknown-joint-type",
+        "type " + quoted(*text) +
+            " does not exist; use fixed, revolute, continuous, prismatic, planar or floating");
     return false;
 }
 
-static void lint_axis(const owner &own, const TiXmlElement &element, joint_source &joint)
+static void lint_axis(const checked_element &checked, const TiXmlElement &element,
+                      joint_source &joint)
 {
     joint.axis[0] = 1; /* URDF's default */
-    const TiXmlElement *axis = own.one(element, "axis");
+    const TiXmlElement *axis = checked.only_child(element, "axis");
     if (!axis || joint.type == TFA_JOINT_FIXED || joint.type == TFA_JOINT_FLOATING)
         return;
     std::string unused;
     if (!axis->Attribute("xyz"))
-        own.missing(*axis, "xyz");
-    else if (own.vector(*axis, "xyz", unused, joint.axis)) {
+        checked.missing(*axis, "xyz");
+    else if (checked.vector(*axis, "xyz", unused, joint.axis)) {
         double length = tfa_axis_normalise(joint.axis, joint.axis_low);
         if (length == 0)
-            own.say(TFA_ERROR, line_of(*axis), "zero-axis",
-                    "axis 0 0 0 has no direction; give it a unit vector");
+            checked.report(TFA_ERROR, line_of(*axis), "zero-axis",
+                           "axis 0 0 0 has no direction; give it a unit vector");
         else if (std::fabs(length - 1) > 1e-3)
-            own.say_alike(TFA_WARNING, line_of(*axis), "axis-length",
-                          "axis has the length " + text_of(length) +
-                              " and is normalised; write a unit vector");
+            checked.report_grouped(TFA_WARNING, line_of(*axis), "axis-length",
+                                   "axis has the length " + text_of(length) +
+                                       " and is normalised; write a unit vector");
     }
-    own.unknown_attributes(*axis, {"xyz"});
+    checked.unknown_attributes(*axis, {"xyz"});
 }
 
-static void lint_limit(const owner &own, const TiXmlElement &element, tfa_joint_type type)
+static void lint_limit(const checked_element &checked, const TiXmlElement &element,
+                       tfa_joint_type type)
 {
-    const TiXmlElement *limit = own.one(element, "limit", TFA_WARNING);
+    const TiXmlElement *limit = checked.only_child(element, "limit", TFA_WARNING);
     if (!limit && (type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC))
-        own.say_alike(
+        checked.report_grouped(
             TFA_WARNING, line_of(element), "no-limit",
             "no <limit>; dynamics needs none, but other programs refuse the file: add it");
     if (!limit)
@@ -148,38 +154,38 @@ static void lint_limit(const owner &own, const TiXmlElement &element, tfa_joint_
     double number;
     double lower = 0;
     double upper = 0;
-    bool has_lower = own.number(*limit, "lower", unused, &lower, TFA_WARNING, "bad-limit");
-    bool has_upper = own.number(*limit, "upper", unused, &upper, TFA_WARNING, "bad-limit");
+    bool has_lower = checked.number(*limit, "lower", unused, &lower, TFA_WARNING, "bad-limit");
+    bool has_upper = checked.number(*limit, "upper", unused, &upper, TFA_WARNING, "bad-limit");
     if (has_lower || has_upper)
-        own.not_used("position limits", line_of(*limit));
+        checked.not_used("position limits", line_of(*limit));
     for (const char *name : {"effort", "velocity"})
-        if (own.number(*limit, name, unused, &number, TFA_WARNING, "bad-limit"))
-            own.not_used(std::string(name) + " limits", line_of(*limit));
-    own.unused_attributes(*limit, {"lower", "upper", "effort", "velocity"});
+        if (checked.number(*limit, name, unused, &number, TFA_WARNING, "bad-limit"))
+            checked.not_used(std::string(name) + " limits", line_of(*limit));
+    checked.unused_attributes(*limit, {"lower", "upper", "effort", "velocity"});
     bool limited = type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC;
     if (limited && has_lower && has_upper && lower == upper)
-        own.say_alike(TFA_NOTE, line_of(*limit), "equal-limits",
-                      "lower and upper limit are both " + text_of(lower) +
-                          ", but dynamics lets it move; make it fixed if it cannot");
+        checked.report_grouped(TFA_NOTE, line_of(*limit), "equal-limits",
+                               "lower and upper limit are both " + text_of(lower) +
+                                   ", but dynamics lets it move; make it fixed if it cannot");
 }
 
-static void lint_mimic(const owner &own, const TiXmlElement &element, joint_source &joint,
-                       std::string &out)
+static void lint_mimic(const checked_element &checked, const TiXmlElement &element,
+                       joint_source &joint, std::string &out)
 {
-    const TiXmlElement *mimic = own.one(element, "mimic");
+    const TiXmlElement *mimic = checked.only_child(element, "mimic");
     if (!mimic)
         return;
     if (joint.type == TFA_JOINT_FIXED) {
-        own.say_alike(TFA_WARNING, line_of(*mimic), "mimic-fixed",
-                      "a fixed joint has a <mimic>, which is ignored; remove it");
+        checked.report_grouped(TFA_WARNING, line_of(*mimic), "mimic-fixed",
+                               "a fixed joint has a <mimic>, which is ignored; remove it");
         return;
     }
     if (joint.type == TFA_JOINT_PLANAR || joint.type == TFA_JOINT_FLOATING) {
-        own.say(TFA_ERROR, line_of(*mimic), "mimic-type",
-                "only a joint with one freedom can follow another; remove <mimic>");
+        checked.report(TFA_ERROR, line_of(*mimic), "mimic-type",
+                       "only a joint with one freedom can follow another; remove <mimic>");
         return;
     }
-    const std::string *followed = own.name(*mimic, "joint");
+    const std::string *followed = checked.name(*mimic, "joint");
     if (!followed)
         return;
     double unused;
@@ -187,60 +193,63 @@ static void lint_mimic(const owner &own, const TiXmlElement &element, joint_sour
     joint.mimic_line = line_of(*mimic);
     out += "<mimic";
     write_attribute(out, "joint", *followed);
-    own.number(*mimic, "multiplier", out, &unused);
-    own.number(*mimic, "offset", out, &unused);
-    own.unknown_attributes(*mimic, {"joint", "multiplier", "offset"});
+    checked.number(*mimic, "multiplier", out, &unused);
+    checked.number(*mimic, "offset", out, &unused);
+    checked.unknown_attributes(*mimic, {"joint", "multiplier", "offset"});
     out += "/>";
 }
 
-static void lint_dynamics(const owner &own, const TiXmlElement &element, std::string &out)
+static void lint_dynamics(const checked_element &checked, const TiXmlElement &element,
+                          std::string &out)
 {
-    const TiXmlElement *dynamics = own.one(element, "dynamics", TFA_WARNING);
+    const TiXmlElement *dynamics = checked.only_child(element, "dynamics", TFA_WARNING);
     if (!dynamics)
         return;
     double damping = 0;
     double friction = 0;
     std::string text;
-    own.number(*dynamics, "damping", text, &damping);
-    own.number(*dynamics, "friction", text, &friction);
-    own.unused_attributes(*dynamics, {"damping", "friction"});
+    checked.number(*dynamics, "damping", text, &damping);
+    checked.number(*dynamics, "friction", text, &friction);
+    checked.unused_attributes(*dynamics, {"damping", "friction"});
     if (!text.empty())
         out += "<dynamics" + text + "/>";
     if (damping < 0)
-        own.say_alike(TFA_WARNING, line_of(*dynamics), "negative-damping",
-                      "damping " + text_of(damping) + " is negative and adds energy; correct it");
+        checked.report_grouped(TFA_WARNING, line_of(*dynamics), "negative-damping",
+                               "damping " + text_of(damping) +
+                                   " is negative and adds energy; correct it");
     if (!dynamics->Attribute("damping") && !dynamics->Attribute("friction"))
-        own.say_alike(TFA_WARNING, line_of(*dynamics), "empty-dynamics",
-                      "<dynamics> has neither damping nor friction; remove it or add them");
+        checked.report_grouped(
+            TFA_WARNING, line_of(*dynamics), "empty-dynamics",
+            "<dynamics> has neither damping nor friction; remove it or add them");
 }
 
 /* "drake:rotor_inertia" and "drake:gear_ratio" below `element`: rotor inertia seen by the joint. */
-static double reflected_inertia(const owner &own, const TiXmlElement &element)
+static double reflected_inertia(const checked_element &checked, const TiXmlElement &element)
 {
-    const TiXmlElement *rotor = own.one(element, "drake:rotor_inertia");
-    const TiXmlElement *gear = own.one(element, "drake:gear_ratio");
+    const TiXmlElement *rotor = checked.only_child(element, "drake:rotor_inertia");
+    const TiXmlElement *gear = checked.only_child(element, "drake:gear_ratio");
     double inertia = 0;
     double ratio = 1;
     std::string unused;
     if (gear)
-        own.required_number(*gear, "value", unused, &ratio);
-    if (!rotor || !own.required_number(*rotor, "value", unused, &inertia))
+        checked.required_number(*gear, "value", unused, &ratio);
+    if (!rotor || !checked.required_number(*rotor, "value", unused, &inertia))
         return 0;
     double reflected = inertia * ratio * ratio;
     if (!(reflected >= 0) || !std::isfinite(reflected)) {
-        own.say(TFA_ERROR, line_of(*rotor), "bad-armature",
-                "rotor inertia " + text_of(inertia) + " kg m^2 and gear ratio " + text_of(ratio) +
-                    " give no finite armature; correct them");
+        checked.report(TFA_ERROR, line_of(*rotor), "bad-armature",
+                       "rotor inertia " + text_of(inertia) + " kg m^2 and gear ratio " +
+                           text_of(ratio) + " give no finite armature; correct them");
         return 0;
     }
     return reflected;
 }
 
-static bool joint_end(const owner &own, const TiXmlElement &element, const char *end,
+static bool joint_end(const checked_element &checked, const TiXmlElement &element, const char *end,
                       std::string &link, std::string &out)
 {
-    const TiXmlElement *child = own.required(element, end);
-    const std::string *name = child ? own.name(*child, "link") : nullptr;
+    const TiXmlElement *child = checked.required(element, end);
+    const std::string *name = child ? checked.name(*child, "link") : nullptr;
     if (!name)
         return false;
     link = *name;
@@ -258,13 +267,13 @@ void linter::joint(const TiXmlElement &element)
         broken_ = true;
         return;
     }
-    owner own(log_, &unused_, "joint", *name);
-    own.unknown_children(element,
-                         {"origin", "parent", "child", "axis", "limit", "mimic", "dynamics"},
-                         {"drake:rotor_inertia", "drake:gear_ratio"});
+    checked_element checked(log_, &unused_, "joint", *name);
+    checked.unknown_children(element,
+                             {"origin", "parent", "child", "axis", "limit", "mimic", "dynamics"},
+                             {"drake:rotor_inertia", "drake:gear_ratio"});
     joint.name = *name;
     joint.line = line_of(element);
-    if (!joint_type(own, element, joint.type)) {
+    if (!joint_type(checked, element, joint.type)) {
         broken_ = true;
         return;
     }
@@ -272,16 +281,16 @@ void linter::joint(const TiXmlElement &element)
     write_attribute(out_, "name", *name);
     write_attribute(out_, "type", element.Attribute("type"));
     out_ += ">";
-    joint.rotation = own.pose(element, out_);
-    broken_ |= !joint_end(own, element, "parent", joint.parent, out_);
-    broken_ |= !joint_end(own, element, "child", joint.child, out_);
-    lint_axis(own, element, joint);
-    lint_limit(own, element, joint.type);
+    joint.rotation = checked.pose(element, out_);
+    broken_ |= !joint_end(checked, element, "parent", joint.parent, out_);
+    broken_ |= !joint_end(checked, element, "child", joint.child, out_);
+    lint_axis(checked, element, joint);
+    lint_limit(checked, element, joint.type);
     if (joint.type == TFA_JOINT_REVOLUTE || joint.type == TFA_JOINT_PRISMATIC)
         out_ += R"(<limit effort="0" velocity="0"/>)"; /* urdfdom wants one */
-    lint_mimic(own, element, joint, out_);
-    lint_dynamics(own, element, out_);
-    joint.armature = reflected_inertia(own, element);
+    lint_mimic(checked, element, joint, out_);
+    lint_dynamics(checked, element, out_);
+    joint.armature = reflected_inertia(checked, element);
     out_ += "</joint>\n";
     joints_.push_back(joint);
 }
@@ -301,15 +310,15 @@ void linter::transmission(const TiXmlElement &element)
         if (!name)
             return; /* its reason was reported */
         rotor = true;
-        rotors_.push_back(
-            {*name, line_of(*a), reflected_inertia(owner(log_, &unused_, "joint", *name), *a)});
+        rotors_.push_back({*name, line_of(*a),
+                           reflected_inertia(checked_element(log_, &unused_, "joint", *name), *a)});
     }
     if (!rotor) /* rotors are noted where it is known whether they are used */
         robot_.not_used("<transmission>", line_of(element));
 }
 
 /* Unexpanded macros anywhere. One message: the rest has the same cause. */
-static bool report_xacro(const owner &own, const TiXmlElement &robot)
+static bool report_xacro(const checked_element &checked, const TiXmlElement &robot)
 {
     for (const TiXmlElement *e = &robot; e; e = next_element(*e, robot)) {
         bool old_style =
@@ -317,8 +326,8 @@ static bool report_xacro(const owner &own, const TiXmlElement &robot)
             (e->ValueStr() == "macro" || e->ValueStr() == "property" || e->ValueStr() == "include");
         if (!old_style && e->ValueStr().compare(0, 6, "xacro:") != 0)
             continue;
-        own.say(TFA_ERROR, line_of(*e), "xacro",
-                std::string("<") + e->Value() + "> is not expanded; " + own.run_xacro());
+        checked.report(TFA_ERROR, line_of(*e), "xacro",
+                       std::string("<") + e->Value() + "> is not expanded; " + checked.run_xacro());
         return true;
     }
     return false;
@@ -353,9 +362,9 @@ static std::string conversion(const std::string &root, const std::string &file)
 void linter::robot(const TiXmlElement &element)
 {
     if (element.ValueStr() != "robot") {
-        robot_.say(TFA_ERROR, line_of(element), "not-urdf",
-                   std::string("the root element is <") + element.Value() + ">; " +
-                       conversion(element.ValueStr(), file_of(log_)));
+        robot_.report(TFA_ERROR, line_of(element), "not-urdf",
+                      std::string("the root element is <") + element.Value() + ">; " +
+                          conversion(element.ValueStr(), file_of(log_)));
         return;
     }
     if (report_xacro(robot_, element))
@@ -364,22 +373,23 @@ void linter::robot(const TiXmlElement &element)
         name_ = *name;
     const char *version = element.Attribute("version");
     if (version && strcmp(version, "1.0") != 0)
-        robot_.say(TFA_NOTE, line_of(element), "version",
-                   "version=" + quoted(version) + " is read as 1.0");
+        robot_.report(TFA_NOTE, line_of(element), "version",
+                      "version=" + quoted(version) + " is read as 1.0");
     children(element);
     if (links_.empty() && !broken_)
-        robot_.say(TFA_ERROR, line_of(element), "no-links", "the robot has no links; add one");
+        robot_.report(TFA_ERROR, line_of(element), "no-links", "the robot has no links; add one");
     if (links_.size() > TFA_URDF_MAX_LINKS)
-        robot_.say(TFA_ERROR, line_of(element), "too-large",
-                   "the robot has " + std::to_string(links_.size()) + " links; at most " +
-                       std::to_string(TFA_URDF_MAX_LINKS) + " are supported");
+        robot_.report(TFA_ERROR, line_of(element), "too-large",
+                      "the robot has " + std::to_string(links_.size()) + " links; at most " +
+                          std::to_string(TFA_URDF_MAX_LINKS) + " are supported");
     else if (!links_.empty() && !name_.empty())
         resolve();
     if (macro_count_ > 0)
-        tfa_urdf_say(log_, TFA_WARNING, macro_line_, "xacro",
-                     "%s is an unexpanded xacro expression, harmless in <visual> and <collision>; "
-                     "%s; expressions like it: %zu",
-                     macros_.c_str(), robot_.run_xacro().c_str(), macro_count_);
+        tfa_urdf_report(
+            log_, TFA_WARNING, macro_line_, "xacro",
+            "%s is an unexpanded xacro expression, harmless in <visual> and <collision>; "
+            "%s; expressions like it: %zu",
+            macros_.c_str(), robot_.run_xacro().c_str(), macro_count_);
 }
 
 } // namespace tfa
@@ -391,8 +401,8 @@ try {
     document.Parse(clean, nullptr, TIXML_ENCODING_UTF8);
     const TiXmlElement *root = document.RootElement();
     if (document.Error() || !root) {
-        tfa_urdf_say(log, TFA_ERROR, static_cast<uint32_t>(document.ErrorRow()), "bad-xml",
-                     "xml: TinyXML cannot read it: %s", document.ErrorDesc());
+        tfa_urdf_report(log, TFA_ERROR, static_cast<uint32_t>(document.ErrorRow()), "bad-xml",
+                        "xml: TinyXML cannot read it: %s", document.ErrorDesc());
         return TFA_E_PARSE;
     }
     tfa::linter linter(log);
@@ -401,6 +411,6 @@ try {
 } catch (const std::bad_alloc &) {
     return TFA_E_MEMORY;
 } catch (const std::exception &e) {
-    tfa_urdf_say(log, TFA_ERROR, 0, "internal", "robot: %s", e.what());
+    tfa_urdf_report(log, TFA_ERROR, 0, "internal", "robot: %s", e.what());
     return TFA_E_PARSE;
 }

@@ -75,11 +75,11 @@ class linter
     void resolve_mimic(joint_source &joint, const index &joints);
     void resolve_rotors(const index &joints);
     size_t text_size() const;
-    void put_unused(tfa_unused *unused, char *&strings) const;
+    void append_unused(tfa_unused *unused, char *&strings) const;
 
     tfa_urdf_log *log_;
     unused_items unused_;
-    owner robot_;
+    checked_element robot_;
     std::string name_;
     std::string out_; /* canonical elements inside <robot> */
     std::vector<link_source> links_;

@@ -3,7 +3,7 @@
  *
  * Reads a URDF file and runs the passes of urdf.h over it.
  */
-#include "model/tell.h"
+#include "model/report/report_messages.h"
 #include "urdf/urdf.h"
 
 #include <errno.h>
@@ -16,20 +16,20 @@
 /* Reads all of `file`, but at most one byte more than allowed. The buffer has room for a NUL. */
 static int read_all(int file, char **text, size_t *length)
 {
-    size_t room = 1 << 16;
+    size_t capacity = 1 << 16;
     *length = 0;
-    *text = malloc(room);
+    *text = malloc(capacity);
     while (*text && *length <= TFA_URDF_MAX_BYTES) {
-        ssize_t got = read(file, *text + *length, room - *length);
+        ssize_t got = read(file, *text + *length, capacity - *length);
         if (got == 0)
             return TFA_OK;
         if (got < 0 && errno != EINTR)
             return TFA_E_FILE;
         *length += got > 0 ? (size_t)got : 0;
-        if (*length < room)
+        if (*length < capacity)
             continue;
-        room *= 2;
-        char *more = realloc(*text, room);
+        capacity *= 2;
+        char *more = realloc(*text, capacity);
         if (!more)
             return TFA_E_MEMORY;
         *text = more;
@@ -40,7 +40,7 @@ static int read_all(int file, char **text, size_t *length)
 static int run_passes(const char *text, size_t length, char *clean, tfa_urdf_log *log,
                       tfa_description **skeleton, char **canonical)
 {
-    int status = tfa_urdf_guard(text, length, clean, log);
+    int status = tfa_urdf_check_xml(text, length, clean, log);
     if (status == TFA_OK)
         status = tfa_urdf_lint(clean, log, skeleton, canonical);
     if (status == TFA_OK)
@@ -63,9 +63,9 @@ static int run_in_classic_locale(const char *text, size_t length, char *clean, t
     locale_t classic = newlocale(LC_ALL_MASK, "C", (locale_t)0); /* static in glibc: no malloc */
     if (classic == (locale_t)0)
         return TFA_E_MEMORY;
-    locale_t former = uselocale(classic);
+    locale_t previous = uselocale(classic);
     int status = run_passes(text, length, clean, log, skeleton, canonical);
-    uselocale(former);
+    uselocale(previous);
     freelocale(classic);
     return status;
 }
@@ -78,11 +78,11 @@ int tfa_urdf_parse(const char *text, size_t length, const char *name, tfa_descri
     *description = NULL;
     tfa_urdf_log log = {.report = report};
     tfa_report_set_file(report, name);
-    tfa_tell_begin(report);
+    tfa_report_begin(report);
     if (length > TFA_URDF_MAX_BYTES) {
-        tfa_urdf_say(&log, TFA_ERROR, 0, "too-large", "file: more than %d MiB; is it a URDF file?",
-                     TFA_URDF_MAX_BYTES >> 20);
-        tfa_tell_refused(report, NULL);
+        tfa_urdf_report(&log, TFA_ERROR, 0, "too-large",
+                        "file: more than %d MiB; is it a URDF file?", TFA_URDF_MAX_BYTES >> 20);
+        tfa_report_add_refused(report, NULL);
         return TFA_E_FILE;
     }
     tfa_description *skeleton = NULL;
@@ -91,9 +91,9 @@ int tfa_urdf_parse(const char *text, size_t length, const char *name, tfa_descri
     int status = TFA_E_MEMORY;
     if (clean)
         status = run_in_classic_locale(text, length, clean, &log, &skeleton, &canonical);
-    tfa_urdf_say_rest(&log);
+    tfa_urdf_report_repeats(&log);
     if (status != TFA_OK)
-        tfa_tell_refused(report, NULL);
+        tfa_report_add_refused(report, NULL);
     free(clean);
     free(canonical);
     if (status == TFA_OK)
@@ -118,13 +118,13 @@ int tfa_urdf_load(const char *path, tfa_description **description, tfa_report *r
     if (status == TFA_OK)
         status = tfa_urdf_parse(text, length, path, description, report);
     else {
-        char why[128];
+        char message[128];
         tfa_report_set_file(report, path);
-        tfa_tell_begin(report);
+        tfa_report_begin(report);
         tfa_report_add(report, TFA_ERROR, 0, "unreadable", "file: cannot be read: %s",
                        status == TFA_E_MEMORY ? "out of memory"
-                                              : strerror_r(error, why, sizeof why));
-        tfa_tell_refused(report, NULL);
+                                              : strerror_r(error, message, sizeof message));
+        tfa_report_add_refused(report, NULL);
         errno = error;
     }
     free(text);

@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* How often `code` was said before this time. */
-static size_t times_said(tfa_urdf_log *log, tfa_severity severity, const char *code)
+static size_t times_reported(tfa_urdf_log *log, tfa_severity severity, const char *code)
 {
     for (size_t i = 0; i < log->code_count; i++)
         if (strcmp(log->codes[i].code, code) == 0 && log->codes[i].severity == severity)
@@ -24,11 +24,11 @@ static size_t times_said(tfa_urdf_log *log, tfa_severity severity, const char *c
     return 0;
 }
 
-void tfa_urdf_say(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
-                  const char *format, ...)
+void tfa_urdf_report(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
+                     const char *format, ...)
 {
     log->errors += severity == TFA_ERROR;
-    if (times_said(log, severity, code) >= TFA_URDF_MAX_REPEATS)
+    if (times_reported(log, severity, code) >= TFA_URDF_MAX_REPEATS)
         return;
     char text[2048]; /* three names of 255 bytes and a sentence fit */
     va_list arguments;
@@ -39,7 +39,7 @@ void tfa_urdf_say(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const
 }
 
 /* One message that counts as many. */
-static void say_rest(tfa_report *report, tfa_severity severity, const char *code, size_t rest)
+static void report_repeats(tfa_report *report, tfa_severity severity, const char *code, size_t rest)
 {
     const size_t before = report->count;
     tfa_report_add(report, severity, 0, code,
@@ -50,10 +50,10 @@ static void say_rest(tfa_report *report, tfa_severity severity, const char *code
         report->messages[before].count = (uint32_t)rest;
 }
 
-void tfa_urdf_say_rest(tfa_urdf_log *log)
+void tfa_urdf_report_repeats(tfa_urdf_log *log)
 {
     for (size_t i = 0; i < log->code_count; i++)
         if (log->codes[i].count > TFA_URDF_MAX_REPEATS)
-            say_rest(log->report, log->codes[i].severity, log->codes[i].code,
-                     log->codes[i].count - TFA_URDF_MAX_REPEATS);
+            report_repeats(log->report, log->codes[i].severity, log->codes[i].code,
+                           log->codes[i].count - TFA_URDF_MAX_REPEATS);
 }

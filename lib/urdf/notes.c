@@ -3,7 +3,7 @@
  *
  * Notes about links that are only frames.
  */
-#include "model/tell.h"
+#include "model/report/report_messages.h"
 #include "urdf/urdf.h"
 
 #include <stdbool.h>
@@ -23,8 +23,9 @@ static void note_frames(const tfa_description *d, tfa_urdf_log *log)
         const tfa_link *link = &d->links[d->joints[j].child];
         if (d->joints[j].type != TFA_JOINT_FIXED || !is_frame(link))
             continue;
-        tfa_tell_alike(log->report, TFA_NOTE, link->line, "no-inertial", "links", link->name,
-                       "link '%s': no mass, on a fixed joint: kept as a frame", link->name);
+        tfa_report_add_grouped(log->report, TFA_NOTE, link->line, "no-inertial", "links",
+                               link->name, "link '%s': no mass, on a fixed joint: kept as a frame",
+                               link->name);
     }
 }
 

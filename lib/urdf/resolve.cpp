@@ -24,8 +24,8 @@ void linter::add_world()
         return;
     links_.insert(links_.begin(), {"world", 0, false, {{0, 0, 0, 1}, {}}});
     out_ += "<link name=\"world\"/>\n";
-    tfa_urdf_say(log_, TFA_NOTE, first->line, "world-added",
-                 "link 'world': not declared but a joint's parent; it becomes the root");
+    tfa_urdf_report(log_, TFA_NOTE, first->line, "world-added",
+                    "link 'world': not declared but a joint's parent; it becomes the root");
 }
 
 template <class source>
@@ -38,10 +38,10 @@ linter::index linter::index_names(const std::vector<source> &sources, const char
         if (added)
             continue;
         resolved_ = false;
-        tfa_urdf_say(log_, TFA_ERROR, sources[i].line,
-                     kind[0] == 'l' ? "duplicate-link" : "duplicate-joint",
-                     "%s '%s': declared before on line %u; rename one", kind,
-                     sources[i].name.c_str(), sources[at->second].line);
+        tfa_urdf_report(log_, TFA_ERROR, sources[i].line,
+                        kind[0] == 'l' ? "duplicate-link" : "duplicate-joint",
+                        "%s '%s': declared before on line %u; rename one", kind,
+                        sources[i].name.c_str(), sources[at->second].line);
     }
     return names;
 }
@@ -53,9 +53,9 @@ uint32_t linter::resolve_end(const joint_source &joint, const char *end, const s
     if (at != links.end())
         return at->second;
     resolved_ = false;
-    tfa_urdf_say(log_, TFA_ERROR, joint.line, "unknown-link",
-                 "joint '%s': %s link '%s' does not exist; declare it or correct the name",
-                 joint.name.c_str(), end, link.c_str());
+    tfa_urdf_report(log_, TFA_ERROR, joint.line, "unknown-link",
+                    "joint '%s': %s link '%s' does not exist; declare it or correct the name",
+                    joint.name.c_str(), end, link.c_str());
     return 0;
 }
 
@@ -66,13 +66,13 @@ void linter::resolve_mimic(joint_source &joint, const index &joints)
         return;
     auto at = joints.find(joint.mimic);
     if (at == joints.end())
-        tfa_urdf_say(log_, TFA_ERROR, joint.mimic_line, "mimic-unknown",
-                     "joint '%s': mimics joint '%s', which does not exist; correct the name",
-                     joint.name.c_str(), joint.mimic.c_str());
+        tfa_urdf_report(log_, TFA_ERROR, joint.mimic_line, "mimic-unknown",
+                        "joint '%s': mimics joint '%s', which does not exist; correct the name",
+                        joint.name.c_str(), joint.mimic.c_str());
     else if (joint.mimic == joint.name)
-        tfa_urdf_say(log_, TFA_ERROR, joint.mimic_line, "mimic-self",
-                     "joint '%s': mimics itself; name another joint or remove <mimic>",
-                     joint.name.c_str());
+        tfa_urdf_report(log_, TFA_ERROR, joint.mimic_line, "mimic-self",
+                        "joint '%s': mimics itself; name another joint or remove <mimic>",
+                        joint.name.c_str());
     else
         joint.mimic_index = static_cast<int32_t>(at->second);
 }
@@ -82,10 +82,11 @@ void linter::resolve_rotors(const index &joints)
     for (const rotor_source &rotor : rotors_) {
         auto at = joints.find(rotor.joint);
         if (at == joints.end())
-            tfa_urdf_say(log_, TFA_ERROR, rotor.line, "unknown-joint",
-                         "joint '%s': a <transmission> has a rotor for it, but it does not exist; "
-                         "correct the name",
-                         rotor.joint.c_str());
+            tfa_urdf_report(
+                log_, TFA_ERROR, rotor.line, "unknown-joint",
+                "joint '%s': a <transmission> has a rotor for it, but it does not exist; "
+                "correct the name",
+                rotor.joint.c_str());
         else
             joints_[at->second].armature += rotor.armature;
     }
@@ -119,7 +120,7 @@ size_t linter::text_size() const
     return size;
 }
 
-static const char *put(char *&at, const std::string &text)
+static const char *append_string(char *&at, const std::string &text)
 {
     char *start = at;
     memcpy(start, text.c_str(), text.size() + 1);
@@ -127,15 +128,15 @@ static const char *put(char *&at, const std::string &text)
     return start;
 }
 
-void linter::put_unused(tfa_unused *unused, char *&strings) const
+void linter::append_unused(tfa_unused *unused, char *&strings) const
 {
     for (const unused_items::entry &entry : unused_.entries()) {
-        *unused++ = {put(strings, entry.item), entry.line, entry.count};
+        *unused++ = {append_string(strings, entry.item), entry.line, entry.count};
     }
 }
 
 /* of a link or a joint */
-template <class part> static void put_rotation(part &to, const tfa_rotation &from)
+template <class part> static void set_rotation(part &to, const tfa_rotation &from)
 {
     memcpy(to.quat, from.quat, sizeof to.quat);
     memcpy(to.quat_low, from.low, sizeof to.quat_low);
@@ -163,28 +164,28 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
     }
     char *strings = block + fixed_size;
     auto *d = reinterpret_cast<tfa_description *>(block);
-    d->name = put(strings, name_);
+    d->name = append_string(strings, name_);
     d->links = reinterpret_cast<tfa_link *>(block + sizeof *d);
     d->link_count = links_.size();
     d->joints = reinterpret_cast<tfa_joint *>(block + sizeof *d + links_size);
     d->joint_count = joints_.size();
     auto *unused = reinterpret_cast<tfa_unused *>(block + fixed_size - unused_size);
-    put_unused(unused, strings);
+    append_unused(unused, strings);
     d->unused = unused;
     d->unused_count = unused_.entries().size();
     for (size_t i = 0; i < links_.size(); i++) {
-        d->links[i].name = put(strings, links_[i].name);
+        d->links[i].name = append_string(strings, links_[i].name);
         d->links[i].line = links_[i].line;
         d->links[i].inertial = links_[i].inertial;
-        put_rotation(d->links[i], links_[i].rotation);
+        set_rotation(d->links[i], links_[i].rotation);
     }
     for (size_t j = 0; j < joints_.size(); j++) {
         const joint_source &s = joints_[j];
         tfa_joint &joint = d->joints[j];
-        joint.name = put(strings, s.name);
+        joint.name = append_string(strings, s.name);
         joint.line = s.line;
         joint.type = s.type;
-        put_rotation(joint, s.rotation);
+        set_rotation(joint, s.rotation);
         memcpy(joint.axis, s.axis, sizeof joint.axis);
         memcpy(joint.axis_low, s.axis_low, sizeof joint.axis_low);
         joint.parent = s.parent_index;

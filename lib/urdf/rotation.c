@@ -19,18 +19,18 @@ void tfa_rotation_from_rpy(const double rpy[3], tfa_rotation *rotation)
         c[0] * c[1] * s[2] - s[0] * s[1] * c[2],
         c[0] * c[1] * c[2] + s[0] * s[1] * s[2],
     };
-    ext_split(rotation->quat, rotation->low, quat, 4);
+    ext_to_parts(rotation->quat, rotation->low, quat, 4);
 }
 
 double tfa_axis_normalise(double axis[3], double low[3])
 {
     ext a[3];
-    ext_widen(a, axis, 3);
+    ext_from_double(a, axis, 3);
     const ext length = TFA_QUAD_SQRT(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
     if (!(length > 0))
         return 0;
     for (int k = 0; k < 3; k++)
         a[k] /= length;
-    ext_split(axis, low, a, 3);
+    ext_to_parts(axis, low, a, 3);
     return (double)length;
 }

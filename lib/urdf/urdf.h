@@ -3,7 +3,7 @@
  *
  * Inside the URDF front end: the passes that turn text into a description, in their order.
  *
- *   guard   bytes -> tags   well-formed, bounded, no byte that TinyXML could trip over
+ *   xml   bytes -> tags   well-formed, bounded, no byte that TinyXML could trip over
  *   lint    tags -> skeleton description (names, lines, tree, rotations and axes) and a canonical
  *           URDF text
  *   graph   the skeleton is one tree and its mimics end
@@ -54,17 +54,17 @@ typedef struct tfa_urdf_log {
 } tfa_urdf_log;
 
 /* As tfa_report_add; lists each code TFA_URDF_MAX_REPEATS times and counts the rest. */
-void tfa_urdf_say(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
-                  const char *format, ...) TFA_NOEXCEPT __attribute__((format(printf, 5, 6)));
+void tfa_urdf_report(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
+                     const char *format, ...) TFA_NOEXCEPT __attribute__((format(printf, 5, 6)));
 
 /* Says how many messages were not listed. */
-void tfa_urdf_say_rest(tfa_urdf_log *log);
+void tfa_urdf_report_repeats(tfa_urdf_log *log);
 
 /*
  * Checks that `text` is well-formed XML within the limits and copies its tags to `clean`
  * (length + 1 bytes), everything else blanked but line ends, so that rows stay right.
  */
-int tfa_urdf_guard(const char *text, size_t length, char *clean, tfa_urdf_log *log);
+int tfa_urdf_check_xml(const char *text, size_t length, char *clean, tfa_urdf_log *log);
 
 /* A quaternion x y z w: quat + low */
 typedef struct tfa_rotation {

@@ -3,7 +3,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 #
 # Round trips of the 7-joint arm beside what they cannot beat, interleaved in one run: shared
-# memory beside a bare ping-pong, DDS beside Cyclone's own ddsperf at the same size. One line for
+# memory beside a plain ping-pong, DDS beside Cyclone's own ddsperf at the same size. One line for
 # each repetition, medians last.
 #
 #   latency.sh BUILD_FOLDER [REPETITIONS]

@@ -3,7 +3,7 @@
  *
  * The process that serves the test robots over DDS is totalforced itself.
  */
-#include "door_process.h"
+#include "gateway_process.h"
 #include "harness.h"
 #include "models.h"
 #include "robots.h"

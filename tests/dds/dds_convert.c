@@ -2,11 +2,11 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Requests and replies survive the way through a DDS writer and reader bit by bit, and samples of
- * the wrong size are refused with their culprit.
+ * the wrong size are refused with their field.
  */
-#include "dds_convert.h"
+#include "dds_gateway/dds_convert.h"
+#include "dds_gateway/dds_topics.h"
 #include "dds_test.h"
-#include "dds_topics.h"
 #include "same_request.h"
 
 #include <math.h>
@@ -107,7 +107,7 @@ TEST(requests_survive)
             totalforce_dds_Request in = {.id = (uint64_t)op, .stamp = -5};
             const request_sizes sizes = {Q, V, shapes[s]->base_freedoms};
             tfa_request after;
-            tfa_dds_culprit culprit;
+            tfa_dds_field_error field_error;
 
             assert_true(tfa_dds_set_robot(in.robot, "arm"));
             assert_int_equal(tfa_dds_request_fill(&before, shapes[s], &in), TFA_OK);
@@ -115,7 +115,7 @@ TEST(requests_survive)
             assert_string_equal(out->robot, "arm");
             assert_int_equal(out->id, op);
             assert_int_equal(out->stamp, -5);
-            assert_int_equal(tfa_dds_request_view(out, shapes[s], &after, &culprit), TFA_OK);
+            assert_int_equal(tfa_dds_request_view(out, shapes[s], &after, &field_error), TFA_OK);
             assert_same_request(&sizes, &before, &after);
         }
     totalforce_dds_Request_free(out, DDS_FREE_ALL);
@@ -232,15 +232,15 @@ TEST(wrong_sizes_are_named)
     const tfa_request good = full_request(TFA_OP_FORWARD_DYNAMICS, &floating);
     totalforce_dds_Request s = {0};
     tfa_request out;
-    tfa_dds_culprit culprit;
+    tfa_dds_field_error field_error;
 
 #define REFUSED(change, want_status, want_field, want_index)                                       \
     do {                                                                                           \
         assert_int_equal(tfa_dds_request_fill(&good, &floating, &s), TFA_OK);                      \
         change;                                                                                    \
-        assert_int_equal(tfa_dds_request_view(&s, &floating, &out, &culprit), want_status);        \
-        assert_int_equal(culprit.field, want_field);                                               \
-        assert_int_equal(culprit.index, want_index);                                               \
+        assert_int_equal(tfa_dds_request_view(&s, &floating, &out, &field_error), want_status);    \
+        assert_int_equal(field_error.field, want_field);                                           \
+        assert_int_equal(field_error.index, want_index);                                           \
     } while (0)
     REFUSED(s.op = 0, TFA_E_ARGUMENT, TFA_FIELD_OP, 0);
     REFUSED(s.op = 5, TFA_E_ARGUMENT, TFA_FIELD_OP, 5);
@@ -269,8 +269,8 @@ TEST(wrong_sizes_are_named)
     REFUSED(s.wrenches._length = 17, TFA_E_SIZE, TFA_FIELD_WRENCHES, 17);
 #undef REFUSED
     assert_int_equal(tfa_dds_request_fill(&good, &floating, &s), TFA_OK);
-    assert_int_equal(tfa_dds_request_view(&s, &fixed, &out, &culprit), TFA_E_SIZE);
-    assert_int_equal(culprit.field, TFA_FIELD_BASE_POSE);
+    assert_int_equal(tfa_dds_request_view(&s, &fixed, &out, &field_error), TFA_E_SIZE);
+    assert_int_equal(field_error.field, TFA_FIELD_BASE_POSE);
 }
 
 /* What a sample cannot carry is refused where it is made. */
@@ -313,9 +313,9 @@ TEST(torques_become_requests)
     totalforce_dds_JointTorques s = {.q = {Q, Q, numbers[0], false},
                                      .tau = {V, V, numbers[2], false}};
     tfa_request r;
-    tfa_dds_culprit culprit;
+    tfa_dds_field_error field_error;
 
-    assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &culprit), TFA_OK);
+    assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &field_error), TFA_OK);
     assert_int_equal(r.op, TFA_OP_FORWARD_DYNAMICS);
     assert_int_equal(r.count, 1);
     assert_int_equal(r.refine, TFA_REFINE_DEFAULT);
@@ -323,9 +323,9 @@ TEST(torques_become_requests)
     assert_null(r.v);
     assert_ptr_equal(r.tau, numbers[2]);
     s.tau._length = V - 1;
-    assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &culprit), TFA_E_SIZE);
-    assert_int_equal(culprit.field, TFA_FIELD_TAU);
-    assert_int_equal(culprit.index, V - 1);
+    assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &field_error), TFA_E_SIZE);
+    assert_int_equal(field_error.field, TFA_FIELD_TAU);
+    assert_int_equal(field_error.index, V - 1);
 }
 
 TEST(names_fit_or_not)

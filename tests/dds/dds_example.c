@@ -4,7 +4,7 @@
  * The example that streams torques, as the README shows it, runs and hears accelerations.
  */
 #include "dds_test.h"
-#include "door_process.h"
+#include "gateway_process.h"
 
 #include <math.h>
 #include <string.h>

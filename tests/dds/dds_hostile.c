@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The DDS door under clients that are wrong, hasty or dead: each request gets a reply that names
+ * The DDS gateway under clients that are wrong, hasty or dead: each request gets a reply that names
  * its fault, and nobody else notices.
  */
-#include "dds_client.h"
-#include "dds_convert.h"
+#include "dds_gateway/dds_convert.h"
+#include "dds_gateway/dds_topics.h"
+#include "dds_client/dds_client.h"
 #include "dds_test.h"
-#include "dds_topics.h"
-#include "door_process.h"
+#include "gateway_process.h"
 #include "robots.h"
 
 #include <math.h>
@@ -175,7 +175,7 @@ static void wrong_samples_are_refused(void **state)
     test_daemon_stop(&daemon);
 }
 
-/* A bad sample of torques is answered, too, by status and culprit. */
+/* A bad sample of torques is answered, too, by status and field. */
 static void wrong_torques_are_refused(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);

@@ -13,7 +13,7 @@
 #include <stdatomic.h>
 #include <string.h>
 
-#include "dds_client.h"
+#include "dds_client/dds_client.h"
 
 #define SWAPS 20
 #define SNAKE "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n"

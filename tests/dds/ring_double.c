@@ -2,9 +2,9 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Stands in for the internal ring and the worker behind it: computes at submission, in the caller's
- * thread, and shows the answer after a delay. Lets the door be tested by itself.
+ * thread, and shows the answer after a delay. Lets the gateway be tested by itself.
  */
-#include "dds_internal.h"
+#include "dds_gateway/dds_internal.h"
 #include "test_worker.h"
 
 #include <stdlib.h>
@@ -43,7 +43,7 @@ struct tfa_dds_ring {
     tfa_dds_shape shape;
     int64_t delay_ns;
     uint32_t slots;
-    uint64_t first, last; /* guarded by the door's mutex */
+    uint64_t first, last; /* guarded by the gateway's mutex */
     ring_slot slot[];
 };
 
@@ -121,7 +121,7 @@ int tfa_dds_ring_submit(struct tfa_dds_ring *ring, const tfa_request *request)
     return TFA_OK;
 }
 
-bool tfa_dds_ring_look(struct tfa_dds_ring *ring, dds_ring_answer *answer)
+bool tfa_dds_ring_peek(struct tfa_dds_ring *ring, dds_ring_answer *answer)
 {
     const ring_slot *slot = &ring->slot[ring->first % ring->slots];
 

@@ -5,7 +5,7 @@
  */
 #include "test_worker.h"
 
-#include "worker.h"
+#include "worker/worker.h"
 
 #include <pthread.h>
 #include <time.h>
@@ -18,10 +18,10 @@ typedef struct solver {
 static solver solvers[TEST_ROBOTS];
 static pthread_t thread;
 
-static int solve(void *self, const tfa_request *request, tfa_reply *reply, const tfa_pause *pause)
+static int solve(void *self, const tfa_request *request, tfa_reply *reply, const tfa_yield *yield)
 {
     const solver *s = self;
-    (void)pause;
+    (void)yield;
     const struct timespec delay = {.tv_sec = s->delay_us / 1000000,
                                    .tv_nsec = s->delay_us % 1000000 * 1000};
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What stands behind the door in a test: the daemon's worker in a thread (test_worker.c), or a
+ * What stands behind the gateway in a test: the daemon's worker in a thread (test_worker.c), or a
  * double of the ring that computes at submission (ring_double.c).
  */
 #ifndef TFA_TESTS_DDS_TEST_WORKER_H

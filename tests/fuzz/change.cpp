@@ -3,7 +3,7 @@
  *
  * Changes robots element by element, so that most of what comes out is still nearly a robot.
  */
-#include "grow.hpp"
+#include "generate.hpp"
 #include "tree.hpp"
 #include "urdf/urdf.h"
 
@@ -20,7 +20,7 @@ bool read(const std::string &text, TiXmlDocument &document)
 {
     tfa_urdf_log log = {};
     std::string clean(text.size() + 1, '\0');
-    if (tfa_urdf_guard(text.c_str(), text.size(), &clean[0], &log) != TFA_OK)
+    if (tfa_urdf_check_xml(text.c_str(), text.size(), &clean[0], &log) != TFA_OK)
         return false;
     document.Parse(clean.c_str(), nullptr, TIXML_ENCODING_UTF8);
     return !document.Error() && document.RootElement();
@@ -48,28 +48,28 @@ bool contains(const TiXmlNode *above, const TiXmlNode *node)
     return node == above;
 }
 
-TiXmlElement *any(const elements &all, struct chance &c)
+TiXmlElement *any(const elements &all, struct random_source &c)
 {
-    return all[chance_below(&c, all.size())];
+    return all[random_below(&c, all.size())];
 }
 
 /* A random element of that name, or nullptr. */
-TiXmlElement *any_named(const elements &all, const char *name, struct chance &c)
+TiXmlElement *any_named(const elements &all, const char *name, struct random_source &c)
 {
-    size_t start = chance_below(&c, all.size());
+    size_t start = random_below(&c, all.size());
     for (size_t i = 0; i < all.size(); i++)
         if (all[(start + i) % all.size()]->ValueStr() == name)
             return all[(start + i) % all.size()];
     return nullptr;
 }
 
-TiXmlAttribute *any_attribute(TiXmlElement *element, struct chance &c)
+TiXmlAttribute *any_attribute(TiXmlElement *element, struct random_source &c)
 {
     size_t count = 0;
     for (TiXmlAttribute *a = element->FirstAttribute(); a; a = a->Next())
         count++;
     TiXmlAttribute *a = element->FirstAttribute();
-    for (size_t i = chance_below(&c, count); a && i > 0; i--)
+    for (size_t i = random_below(&c, count); a && i > 0; i--)
         a = a->Next();
     return a;
 }
@@ -119,16 +119,16 @@ void remove_joint(TiXmlElement *joint, const elements &all)
     joint->Parent()->RemoveChild(joint);
 }
 
-void change_joint(TiXmlElement *joint, const elements &all, struct chance &c)
+void change_joint(TiXmlElement *joint, const elements &all, struct random_source &c)
 {
     static const char *const types[] = {"revolute", "continuous", "prismatic",
                                         "fixed",    "planar",     "floating"};
     TiXmlElement *link = any_named(all, "link", c);
     TiXmlElement *other = any_named(all, "joint", c);
     TiXmlElement mimic("mimic");
-    switch (chance_below(&c, 4)) {
+    switch (random_below(&c, 4)) {
     case 0:
-        joint->SetAttribute("type", types[chance_below(&c, 6)]);
+        joint->SetAttribute("type", types[random_below(&c, 6)]);
         break;
     case 1: {
         TiXmlElement *parent = joint->FirstChildElement("parent");
@@ -148,14 +148,14 @@ void change_joint(TiXmlElement *joint, const elements &all, struct chance &c)
     }
 }
 
-void change_link(TiXmlElement *link, struct chance &c)
+void change_link(TiXmlElement *link, struct random_source &c)
 {
     TiXmlElement *inertial = link->FirstChildElement("inertial");
     if (!inertial)
         return;
     TiXmlElement *mass = inertial->FirstChildElement("mass");
     TiXmlElement *inertia = inertial->FirstChildElement("inertia");
-    size_t what = chance_below(&c, 4);
+    size_t what = random_below(&c, 4);
     if (what == 0)
         link->RemoveChild(inertial);
     else if (what == 1 && mass)
@@ -168,14 +168,14 @@ void change_link(TiXmlElement *link, struct chance &c)
     }
 }
 
-void change_attribute(TiXmlElement *element, const elements &all, struct chance &c)
+void change_attribute(TiXmlElement *element, const elements &all, struct random_source &c)
 {
     TiXmlAttribute *a = any_attribute(element, c);
     if (!a)
         return;
     TiXmlElement *like = any_named(all, element->Value(), c);
     const char *other = like ? like->Attribute(a->Name()) : nullptr;
-    switch (chance_below(&c, 6)) {
+    switch (random_below(&c, 6)) {
     case 0:
         a->SetValue(hostile_value(c));
         break;
@@ -191,13 +191,13 @@ void change_attribute(TiXmlElement *element, const elements &all, struct chance 
     }
 }
 
-void change_element(TiXmlElement *element, TiXmlElement *other, struct chance &c)
+void change_element(TiXmlElement *element, TiXmlElement *other, struct random_source &c)
 {
     static const char *const names[] = {
         "link",   "joint", "inertial", "mass",     "inertia",
         "origin", "axis",  "mimic",    "dynamics", "limit",
         "visual", "child", "parent",   "xacro:if", "drake:gear_ratio"};
-    switch (chance_below(&c, 5)) {
+    switch (random_below(&c, 5)) {
     case 0:
         element->Parent()->RemoveChild(element);
         break;
@@ -211,18 +211,18 @@ void change_element(TiXmlElement *element, TiXmlElement *other, struct chance &c
         move(element, other);
         break;
     default:
-        element->SetValue(names[chance_below(&c, sizeof names / sizeof *names)]);
+        element->SetValue(names[random_below(&c, sizeof names / sizeof *names)]);
     }
 }
 
-void change_once(TiXmlElement *root, struct chance &c)
+void change_once(TiXmlElement *root, struct random_source &c)
 {
     elements all;
     collect(root, all);
     TiXmlElement *element = any(all, c);
     TiXmlElement *joint = any_named(all, "joint", c);
     TiXmlElement *link = any_named(all, "link", c);
-    size_t what = chance_below(&c, 10);
+    size_t what = random_below(&c, 10);
     if (what < 4 && joint && joint->Parent() == root)
         change_joint(joint, all, c);
     else if (what < 6 && link && link->Parent() == root)
@@ -235,28 +235,29 @@ void change_once(TiXmlElement *root, struct chance &c)
 
 } // namespace
 
-std::string change_robot(const std::string &text, struct chance &c)
+std::string change_robot(const std::string &text, struct random_source &c)
 {
     TiXmlDocument document;
     if (!read(text, document))
         return "";
-    for (size_t i = 1 + chance_below(&c, 4); i > 0 && document.RootElement(); i--)
+    for (size_t i = 1 + random_below(&c, 4); i > 0 && document.RootElement(); i--)
         change_once(document.RootElement(), c);
-    if (document.RootElement() && chance_percent(&c, 75))
-        mend_robot(document.RootElement(), c);
+    if (document.RootElement() && random_percent(&c, 75))
+        repair_robot(document.RootElement(), c);
     return print(document);
 }
 
-std::string cross_robots(const std::string &first, const std::string &second, struct chance &c)
+std::string cross_robots(const std::string &first, const std::string &second,
+                         struct random_source &c)
 {
     TiXmlDocument to;
     TiXmlDocument from;
     if (!read(first, to) || !read(second, from))
         return "";
     for (TiXmlElement *e = from.RootElement()->FirstChildElement(); e; e = e->NextSiblingElement())
-        if (chance_percent(&c, 20))
+        if (random_percent(&c, 20))
             to.RootElement()->InsertEndChild(*e);
-    if (chance_percent(&c, 90))
-        mend_robot(to.RootElement(), c);
+    if (random_percent(&c, 90))
+        repair_robot(to.RootElement(), c);
     return print(to);
 }

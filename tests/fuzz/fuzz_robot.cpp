@@ -7,8 +7,8 @@
  * An input is a URDF file. A comment of 16 hexadecimal digits in front of it decides the options
  * and requests; without one, the text itself does.
  */
-#include "grow.hpp"
-#include "sound.h"
+#include "generate.hpp"
+#include "invariants.h"
 #include "use.h"
 
 #include <cstring>
@@ -33,10 +33,10 @@ bool has_mark(const std::string &text)
            text.compare(20, 3, "-->") == 0 && strspn(text.c_str() + 4, "0123456789abcdef") == 16;
 }
 
-std::string make_mark(struct chance &c)
+std::string make_mark(struct random_source &c)
 {
     char mark[mark_size + 1];
-    snprintf(mark, sizeof mark, "<!--%016llx-->", static_cast<unsigned long long>(chance_next(&c)));
+    snprintf(mark, sizeof mark, "<!--%016llx-->", static_cast<unsigned long long>(random_next(&c)));
     return mark;
 }
 
@@ -50,10 +50,10 @@ uint64_t seed_of(const std::string &text)
 }
 
 /* The new text behind a new mark or the old one; 0 if there is none or it is too long. */
-size_t hand_over(const std::string &old, const std::string &text, uint8_t *out, size_t most,
-                 struct chance &c)
+size_t to_residual_kernel(const std::string &old, const std::string &text, uint8_t *out,
+                          size_t most, struct random_source &c)
 {
-    bool keep = has_mark(old) && chance_percent(&c, 50);
+    bool keep = has_mark(old) && random_percent(&c, 50);
     std::string whole = (keep ? old.substr(0, mark_size) : make_mark(c)) + text;
     if (text.empty() || whole.size() > most)
         return 0;
@@ -66,8 +66,8 @@ size_t hand_over(const std::string &old, const std::string &text, uint8_t *out, 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     std::string text(reinterpret_cast<const char *>(data), size);
-    struct chance c = {seed_of(text)};
-    tfa_description *d = sound_parse(text.data(), text.size());
+    struct random_source c = {seed_of(text)};
+    tfa_description *d = check_parse(text.data(), text.size());
     if (d)
         use_description(d, &c);
     tfa_description_free(d);
@@ -76,25 +76,25 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t most, unsigned seed)
 {
-    struct chance c = {seed};
+    struct random_source c = {seed};
     std::string old(reinterpret_cast<const char *>(data), size);
-    std::string bare = has_mark(old) ? old.substr(mark_size) : old;
-    size_t what = chance_below(&c, 20);
+    std::string unestimated = has_mark(old) ? old.substr(mark_size) : old;
+    size_t what = random_below(&c, 20);
     size_t n = 0;
     if (what < 3)
-        n = hand_over(old, grow_robot(c), data, most, c);
+        n = to_residual_kernel(old, generate_robot(c), data, most, c);
     else if (what < 6)
-        n = hand_over("", bare, data, most, c);
+        n = to_residual_kernel("", unestimated, data, most, c);
     else if (what < 19)
-        n = hand_over(old, change_robot(bare, c), data, most, c);
+        n = to_residual_kernel(old, change_robot(unestimated, c), data, most, c);
     return n > 0 ? n : LLVMFuzzerMutate(data, size, most);
 }
 
 size_t LLVMFuzzerCustomCrossOver(const uint8_t *first, size_t first_size, const uint8_t *second,
                                  size_t second_size, uint8_t *out, size_t most, unsigned seed)
 {
-    struct chance c = {seed};
+    struct random_source c = {seed};
     std::string a(reinterpret_cast<const char *>(first), first_size);
     std::string b(reinterpret_cast<const char *>(second), second_size);
-    return hand_over(a, cross_robots(a, b, c), out, most, c);
+    return to_residual_kernel(a, cross_robots(a, b, c), out, most, c);
 }

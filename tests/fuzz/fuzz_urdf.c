@@ -3,7 +3,7 @@
  *
  * libFuzzer target: any bytes at all give either a sound description or an error with a message.
  */
-#include "sound.h"
+#include "invariants.h"
 
 #include <totalforce/model.h>
 
@@ -18,7 +18,7 @@ static void require_model(const tfa_description *d)
         tfa_model *model = NULL;
         int status = tfa_model_create(d, &options, &report, &model);
         REQUIRE((model != NULL) == (status == TFA_OK));
-        sound_report(&report, status);
+        check_report(&report, status);
         tfa_model_free(model);
         tfa_report_free(&report);
     }
@@ -26,7 +26,7 @@ static void require_model(const tfa_description *d)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    tfa_description *d = sound_parse((const char *)data, size);
+    tfa_description *d = check_parse((const char *)data, size);
     if (d)
         require_model(d);
     tfa_description_free(d);

@@ -3,7 +3,7 @@
  *
  * Robots from scratch: random trees with every kind of joint and inertial, and a few mistakes.
  */
-#include "grow.hpp"
+#include "generate.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -12,9 +12,9 @@
 namespace
 {
 
-template <size_t n> const char *any(struct chance &c, const char *const (&list)[n])
+template <size_t n> const char *any(struct random_source &c, const char *const (&list)[n])
 {
-    return list[chance_below(&c, n)];
+    return list[random_below(&c, n)];
 }
 
 std::string attribute(const char *name, const std::string &value)
@@ -22,25 +22,25 @@ std::string attribute(const char *name, const std::string &value)
     return std::string(" ") + name + "=\"" + value + "\"";
 }
 
-std::string origin(struct chance &c)
+std::string origin(struct random_source &c)
 {
     std::string out = "<origin";
-    if (chance_percent(&c, 80))
+    if (random_percent(&c, 80))
         out += attribute("xyz", plain_vector(c));
-    if (chance_percent(&c, 50))
+    if (random_percent(&c, 50))
         out += attribute("rpy", plain_vector(c));
     return out + "/>";
 }
 
 /* A diagonal that a body can have, a rod, a point, or nonsense. */
-std::string inertia(struct chance &c)
+std::string inertia(struct random_source &c)
 {
     char text[256];
-    double x = 0.1 + 0.09 * chance_signed(&c);
-    double y = 0.1 + 0.09 * chance_signed(&c);
-    double z = 0.1 + 0.09 * chance_signed(&c);
+    double x = 0.1 + 0.09 * random_signed(&c);
+    double y = 0.1 + 0.09 * random_signed(&c);
+    double z = 0.1 + 0.09 * random_signed(&c);
     double off = 0;
-    switch (chance_below(&c, 12)) {
+    switch (random_below(&c, 12)) {
     case 0:
         x = y = z = 0;
         break;
@@ -51,7 +51,7 @@ std::string inertia(struct chance &c)
         x = -x;
         break;
     case 3:
-        off = 0.2 * chance_signed(&c);
+        off = 0.2 * random_signed(&c);
         break;
     case 4:
         x *= 1e-12;
@@ -62,7 +62,7 @@ std::string inertia(struct chance &c)
         break;
     default:
         y = x + z;
-        off = 0.01 * chance_signed(&c) * std::min(x, z);
+        off = 0.01 * random_signed(&c) * std::min(x, z);
         break;
     }
     snprintf(text, sizeof text,
@@ -71,34 +71,34 @@ std::string inertia(struct chance &c)
     return text;
 }
 
-std::string link(struct chance &c, const std::string &name)
+std::string link(struct random_source &c, const std::string &name)
 {
     static const char *const masses[] = {"0", "1e-5", "1e-300", "1e300", "-1"};
     std::string out = "<link" + attribute("name", name) + ">";
-    if (chance_percent(&c, 70)) {
-        bool zero = chance_percent(&c, 15);
-        out += "<inertial>" + (chance_percent(&c, 60) ? origin(c) : "");
+    if (random_percent(&c, 70)) {
+        bool zero = random_percent(&c, 15);
+        out += "<inertial>" + (random_percent(&c, 60) ? origin(c) : "");
         out += "<mass" + attribute("value", zero ? "0"
-                                            : chance_percent(&c, 4)
+                                            : random_percent(&c, 4)
                                                 ? any(c, masses)
-                                                : std::to_string(1 + chance_below(&c, 20)));
+                                                : std::to_string(1 + random_below(&c, 20)));
         out += "/>";
         out += zero ? "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>"
                     : inertia(c);
         out += "</inertial>";
     }
-    if (chance_percent(&c, 5))
+    if (random_percent(&c, 5))
         out += "<visual><origin xyz=\"${x}\"/><geometry><mesh filename=\"package://m\"/></geometry>"
                "</visual>";
     return out + "</link>\n";
 }
 
-std::string axis(struct chance &c)
+std::string axis(struct random_source &c)
 {
     static const char *const axes[] = {"1 0 0", "0 1 0", "0 0 1",    "0 0 -1",
                                        "1 1 0", "0 0 2", "0.1 0 -1", "0 0 0"};
     return "<axis" +
-           attribute("xyz", chance_percent(&c, 90) ? axes[chance_below(&c, 7)] : any(c, axes)) +
+           attribute("xyz", random_percent(&c, 90) ? axes[random_below(&c, 7)] : any(c, axes)) +
            "/>";
 }
 
@@ -107,7 +107,7 @@ std::string name_of(const char *kind, size_t i)
     return kind + std::to_string(i);
 }
 
-std::string joint(struct chance &c, size_t i, size_t parent, size_t count)
+std::string joint(struct random_source &c, size_t i, size_t parent, size_t count)
 {
     static const char *const types[] = {"revolute",   "revolute",  "continuous",
                                         "continuous", "prismatic", "fixed",
@@ -116,16 +116,16 @@ std::string joint(struct chance &c, size_t i, size_t parent, size_t count)
                       attribute("type", any(c, types)) + ">" + origin(c) + "<parent" +
                       attribute("link", name_of("l", parent)) + "/><child" +
                       attribute("link", name_of("l", i)) + "/>" + axis(c);
-    if (chance_percent(&c, 50))
+    if (random_percent(&c, 50))
         out += "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>";
-    if (chance_percent(&c, 20) && count > 2)
-        out += "<mimic" + attribute("joint", name_of("j", 1 + chance_below(&c, count - 1))) +
+    if (random_percent(&c, 20) && count > 2)
+        out += "<mimic" + attribute("joint", name_of("j", 1 + random_below(&c, count - 1))) +
                attribute("multiplier", plain_number(c)) + attribute("offset", plain_number(c)) +
                "/>";
-    if (chance_percent(&c, 30))
+    if (random_percent(&c, 30))
         out += "<dynamics" + attribute("damping", plain_number(c)) +
                attribute("friction", plain_number(c)) + "/>";
-    if (chance_percent(&c, 15))
+    if (random_percent(&c, 15))
         out += "<drake:rotor_inertia value=\"1e-4\"/><drake:gear_ratio" +
                attribute("value", plain_number(c)) + "/>";
     return out + "</joint>\n";
@@ -133,7 +133,7 @@ std::string joint(struct chance &c, size_t i, size_t parent, size_t count)
 
 } // namespace
 
-std::string hostile_value(struct chance &c)
+std::string hostile_value(struct random_source &c)
 {
     static const char *const values[] = {
         "",
@@ -178,40 +178,40 @@ std::string hostile_value(struct chance &c)
         "1\t2\t3",
         "0e-999",
     };
-    if (chance_percent(&c, 3))
-        return std::string(chance_below(&c, 600), 'n');
+    if (random_percent(&c, 3))
+        return std::string(random_below(&c, 600), 'n');
     return any(c, values);
 }
 
-std::string plain_number(struct chance &c)
+std::string plain_number(struct random_source &c)
 {
-    if (chance_percent(&c, 2))
+    if (random_percent(&c, 2))
         return hostile_value(c);
     char text[32];
-    snprintf(text, sizeof text, "%.*g", (int)(1 + chance_below(&c, 17)), 2 * chance_signed(&c));
-    return chance_percent(&c, 25) ? "0" : text;
+    snprintf(text, sizeof text, "%.*g", (int)(1 + random_below(&c, 17)), 2 * random_signed(&c));
+    return random_percent(&c, 25) ? "0" : text;
 }
 
-std::string plain_vector(struct chance &c)
+std::string plain_vector(struct random_source &c)
 {
     return plain_number(c) + " " + plain_number(c) + " " + plain_number(c);
 }
 
-std::string grow_robot(struct chance &c)
+std::string generate_robot(struct random_source &c)
 {
-    size_t count = 1 + chance_below(&c, 16);
-    bool chain = chance_percent(&c, 40);
+    size_t count = 1 + random_below(&c, 16);
+    bool chain = random_percent(&c, 40);
     std::vector<std::string> parts;
     for (size_t i = 0; i < count; i++)
         parts.push_back(link(c, name_of("l", i)));
     for (size_t i = 1; i < count; i++)
-        parts.push_back(joint(c, i, chain ? i - 1 : chance_below(&c, i), count));
-    if (chance_percent(&c, 10))
+        parts.push_back(joint(c, i, chain ? i - 1 : random_below(&c, i), count));
+    if (random_percent(&c, 10))
         parts.push_back("<transmission><joint name=\"j1\"/><actuator name=\"m\">"
                         "<drake:rotor_inertia value=\"1e-5\"/></actuator></transmission>");
-    if (chance_percent(&c, 30))
+    if (random_percent(&c, 30))
         for (size_t i = parts.size(); i > 1; i--)
-            std::swap(parts[i - 1], parts[chance_below(&c, i)]);
+            std::swap(parts[i - 1], parts[random_below(&c, i)]);
     std::string out = "<robot name=\"r\">\n";
     for (const std::string &part : parts)
         out += part;

@@ -4,7 +4,7 @@
  * Makes most of a broken robot whole again: without this, changes add up until nothing loads, and
  * the fuzzer sees little but the first check.
  */
-#include "grow.hpp"
+#include "generate.hpp"
 #include "tree.hpp"
 #include "urdf/urdf.h"
 
@@ -51,7 +51,7 @@ std::string top_of(const std::map<std::string, std::string> &parent_of, std::str
 }
 
 /* Keeps the joints that make a forest; fixes the other trees to the first. */
-void mend_tree(TiXmlElement *root)
+void repair_tree(TiXmlElement *root)
 {
     std::set<std::string> links = unique_names(root, "link");
     unique_names(root, "joint");
@@ -101,7 +101,7 @@ bool is_vector(const std::string &text)
     return count == 3 && in.eof() && text.find_first_of("\t\r\n") == std::string::npos;
 }
 
-void mend_numbers(TiXmlElement *element, struct chance &c)
+void repair_numbers(TiXmlElement *element, struct random_source &c)
 {
     static const std::set<std::string> scalars = {"value",    "ixx",        "ixy",   "ixz",
                                                   "iyy",      "iyz",        "izz",   "damping",
@@ -116,13 +116,13 @@ void mend_numbers(TiXmlElement *element, struct chance &c)
     if (element->ValueStr() == "mass" && value(element, "value")[0] == '-')
         element->SetAttribute("value", "1");
     for (TiXmlElement *e = element->FirstChildElement(); e; e = e->NextSiblingElement())
-        mend_numbers(e, c);
+        repair_numbers(e, c);
 }
 
 } // namespace
 
-void mend_robot(TiXmlElement *root, struct chance &c)
+void repair_robot(TiXmlElement *root, struct random_source &c)
 {
-    mend_numbers(root, c);
-    mend_tree(root);
+    repair_numbers(root, c);
+    repair_tree(root);
 }

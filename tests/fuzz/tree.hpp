@@ -6,11 +6,11 @@
 #ifndef TESTS_FUZZ_TREE_HPP
 #define TESTS_FUZZ_TREE_HPP
 
-#include "chance.h"
+#include "random.h"
 
 #include <tinyxml.h>
 
 /* One tree with names that differ, numbers that are numbers; other faults stay. */
-void mend_robot(TiXmlElement *root, struct chance &c);
+void repair_robot(TiXmlElement *root, struct random_source &c);
 
 #endif

@@ -6,7 +6,7 @@
 #ifndef TESTS_FUZZ_USE_H
 #define TESTS_FUZZ_USE_H
 
-#include "chance.h"
+#include "random.h"
 
 #include <totalforce/model.h>
 
@@ -15,10 +15,10 @@ extern "C" {
 #endif
 
 /* Compiles the description with random options; what compiles also computes. */
-void use_description(const tfa_description *description, struct chance *c);
+void use_description(const tfa_description *description, struct random_source *c);
 
 /* Every op with every method that answers it, in random states. */
-void use_model(const tfa_model *model, struct chance *c);
+void use_model(const tfa_model *model, struct random_source *c);
 
 #ifdef __cplusplus
 }

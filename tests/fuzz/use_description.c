@@ -3,7 +3,7 @@
  *
  * Compiles a robot with random policies and a random scene, derives from it, and asks about it.
  */
-#include "sound.h"
+#include "invariants.h"
 #include "use.h"
 
 #include <math.h>
@@ -21,28 +21,28 @@ struct setup {
     tfa_payload payloads[MOST];
 };
 
-static const char *any_link(const tfa_description *d, struct chance *c)
+static const char *any_link(const tfa_description *d, struct random_source *c)
 {
-    return chance_percent(c, 3) ? "nobody" : d->links[chance_below(c, d->link_count)].name;
+    return random_percent(c, 3) ? "nobody" : d->links[random_below(c, d->link_count)].name;
 }
 
-static const char *any_joint(const tfa_description *d, struct chance *c)
+static const char *any_joint(const tfa_description *d, struct random_source *c)
 {
-    if (chance_percent(c, 3) || d->joint_count == 0)
+    if (random_percent(c, 3) || d->joint_count == 0)
         return "nobody";
-    return d->joints[chance_below(c, d->joint_count)].name;
+    return d->joints[random_below(c, d->joint_count)].name;
 }
 
 /* Mostly what a user would write. */
-static double any_number(struct chance *c)
+static double any_number(struct random_source *c)
 {
     static const double odd[] = {0, -0.0, NAN, INFINITY, 1e308, -1e308, 1e-308, 5e-324, 1e16, -1};
-    if (chance_percent(c, 2))
-        return odd[chance_below(c, sizeof odd / sizeof *odd)];
-    return 3 * chance_signed(c);
+    if (random_percent(c, 2))
+        return odd[random_below(c, sizeof odd / sizeof *odd)];
+    return 3 * random_signed(c);
 }
 
-static void choose_lock(tfa_lock *lock, const tfa_description *d, struct chance *c)
+static void choose_lock(tfa_lock *lock, const tfa_description *d, struct random_source *c)
 {
     lock->joint = any_joint(d, c);
     for (int i = 0; i < 7; i++)
@@ -53,28 +53,28 @@ static void choose_lock(tfa_lock *lock, const tfa_description *d, struct chance 
         lock->q[i] /= norm;
 }
 
-static void choose_payload(tfa_payload *load, const tfa_description *d, struct chance *c)
+static void choose_payload(tfa_payload *load, const tfa_description *d, struct random_source *c)
 {
     *load = (tfa_payload){.link = any_link(d, c), .mass = fabs(any_number(c))};
     for (int i = 0; i < 3; i++)
         load->com[i] = any_number(c);
     double x = fabs(any_number(c)), z = fabs(any_number(c));
     load->inertia[0] = x;
-    load->inertia[3] = chance_percent(c, 90) ? x + z : any_number(c);
+    load->inertia[3] = random_percent(c, 90) ? x + z : any_number(c);
     load->inertia[5] = z;
 }
 
-static void choose_scene(struct setup *s, const tfa_description *d, struct chance *c)
+static void choose_scene(struct setup *s, const tfa_description *d, struct random_source *c)
 {
     tfa_scene *scene = &s->scene;
-    if (chance_percent(c, 20))
+    if (random_percent(c, 20))
         scene->root = any_link(d, c);
     scene->tips = s->tips;
     scene->locks = s->locks;
     scene->payloads = s->payloads;
-    scene->tip_count = chance_percent(c, 25) ? 1 + chance_below(c, MOST) : 0;
-    scene->lock_count = chance_percent(c, 40) ? 1 + chance_below(c, MOST) : 0;
-    scene->payload_count = chance_percent(c, 30) ? 1 + chance_below(c, MOST) : 0;
+    scene->tip_count = random_percent(c, 25) ? 1 + random_below(c, MOST) : 0;
+    scene->lock_count = random_percent(c, 40) ? 1 + random_below(c, MOST) : 0;
+    scene->payload_count = random_percent(c, 30) ? 1 + random_below(c, MOST) : 0;
     for (size_t i = 0; i < scene->tip_count; i++)
         s->tips[i] = any_link(d, c);
     for (size_t i = 0; i < scene->lock_count; i++)
@@ -84,22 +84,22 @@ static void choose_scene(struct setup *s, const tfa_description *d, struct chanc
     s->options.scene = scene;
 }
 
-static void choose(struct setup *s, const tfa_description *d, struct chance *c)
+static void choose(struct setup *s, const tfa_description *d, struct random_source *c)
 {
     memset(s, 0, sizeof *s);
     tfa_model_options *o = &s->options;
-    o->base = chance_percent(c, 2) ? (tfa_base)7 : (tfa_base)chance_below(c, 2);
-    if (chance_percent(c, 30)) {
+    o->base = random_percent(c, 2) ? (tfa_base)7 : (tfa_base)random_below(c, 2);
+    if (random_percent(c, 30)) {
         for (int i = 0; i < 3; i++)
             s->gravity[i] = 5 * any_number(c);
         o->gravity = s->gravity;
     }
-    o->rotor_inertia = (uint32_t)chance_below(c, 2);
-    o->damping = (uint32_t)chance_below(c, 2);
-    o->lock_massless_leaves = chance_percent(c, 70);
-    o->inertia = (tfa_inertia_policy)chance_below(c, 4);
-    o->mimic = (tfa_mimic_policy)chance_below(c, 3);
-    if (chance_percent(c, 60))
+    o->rotor_inertia = (uint32_t)random_below(c, 2);
+    o->damping = (uint32_t)random_below(c, 2);
+    o->lock_massless_leaves = random_percent(c, 70);
+    o->inertia = (tfa_inertia_policy)random_below(c, 4);
+    o->mimic = (tfa_mimic_policy)random_below(c, 3);
+    if (random_percent(c, 60))
         choose_scene(s, d, c);
 }
 
@@ -131,7 +131,7 @@ static void ask(const tfa_model *m)
 }
 
 /* Another gravity, another payload: refused with a reason, or as good as any model. */
-static void derive(const tfa_model *m, const tfa_description *d, struct chance *c)
+static void derive(const tfa_model *m, const tfa_description *d, struct random_source *c)
 {
     struct setup s;
     choose(&s, d, c);
@@ -140,7 +140,7 @@ static void derive(const tfa_model *m, const tfa_description *d, struct chance *
     int status = tfa_model_derive(m, s.options.gravity, s.payloads, s.scene.payload_count, &report,
                                   &derived);
     REQUIRE((derived != NULL) == (status == TFA_OK));
-    sound_report(&report, report.errors > 0 ? TFA_E_MODEL : TFA_OK);
+    check_report(&report, report.errors > 0 ? TFA_E_MODEL : TFA_OK);
     if (derived) {
         ask(derived);
         use_model(derived, c);
@@ -161,7 +161,7 @@ static void compile_again(const tfa_description *d, const struct setup *s, const
     tfa_model_free(again);
 }
 
-void use_description(const tfa_description *description, struct chance *c)
+void use_description(const tfa_description *description, struct random_source *c)
 {
     struct setup s;
     choose(&s, description, c);
@@ -171,13 +171,13 @@ void use_description(const tfa_description *description, struct chance *c)
     REQUIRE((model != NULL) == (status == TFA_OK));
     REQUIRE(status != TFA_OK || report.errors == 0);
     REQUIRE((status != TFA_E_MODEL && status != TFA_E_NO_MASS) || report.errors > 0);
-    sound_report(&report, report.errors > 0 ? status : TFA_OK);
-    if (chance_percent(c, 10))
+    check_report(&report, report.errors > 0 ? status : TFA_OK);
+    if (random_percent(c, 10))
         compile_again(description, &s, model, status);
     if (model) {
         ask(model);
         use_model(model, c);
-        if (chance_percent(c, 30))
+        if (random_percent(c, 30))
             derive(model, description, c);
     }
     tfa_model_free(model);

@@ -3,7 +3,7 @@
  *
  * Computes everything with a model, in random states, with buffers that end where they must.
  */
-#include "sound.h"
+#include "invariants.h"
 #include "use.h"
 
 #include <math.h>
@@ -22,43 +22,43 @@ struct exchange {
     double gravity[3];
 };
 
-static double *numbers(size_t n, double scale, struct chance *c)
+static double *numbers(size_t n, double scale, struct random_source *c)
 {
     double *array = malloc(n * sizeof *array + (n == 0));
     REQUIRE(array);
     for (size_t i = 0; i < n; i++)
-        array[i] = scale * chance_signed(c);
+        array[i] = scale * random_signed(c);
     static const double odd[] = {0, NAN, -INFINITY, 1e308, 1e-308, 1e15};
-    if (n > 0 && chance_percent(c, 3))
-        array[chance_below(c, n)] = odd[chance_below(c, sizeof odd / sizeof *odd)];
+    if (n > 0 && random_percent(c, 3))
+        array[random_below(c, n)] = odd[random_below(c, sizeof odd / sizeof *odd)];
     return array;
 }
 
-static uint32_t *indices(size_t n, size_t end, struct chance *c)
+static uint32_t *indices(size_t n, size_t end, struct random_source *c)
 {
     uint32_t *array = malloc(n * sizeof *array + (n == 0));
     REQUIRE(array);
     for (size_t i = 0; i < n; i++)
-        array[i] = (uint32_t)(chance_percent(c, 2) ? end : chance_below(c, end));
+        array[i] = (uint32_t)(random_percent(c, 2) ? end : random_below(c, end));
     return array;
 }
 
-static void normalise(double *quaternion, struct chance *c)
+static void normalise(double *quaternion, struct random_source *c)
 {
     double norm = 0;
     for (int i = 0; i < 4; i++)
         norm += quaternion[i] * quaternion[i];
     norm = sqrt(norm);
-    for (int i = 0; i < 4 && norm > 0 && !chance_percent(c, 1); i++)
+    for (int i = 0; i < 4 && norm > 0 && !random_percent(c, 1); i++)
         quaternion[i] /= norm;
 }
 
-static void choose_state(struct exchange *x, const tfa_model *m, struct chance *c)
+static void choose_state(struct exchange *x, const tfa_model *m, struct random_source *c)
 {
     size_t k = x->count;
     size_t nq = tfa_model_q_count(m);
     size_t nv = tfa_model_v_count(m);
-    x->q = numbers(k * nq, chance_percent(c, 90) ? 4 : 1e6, c);
+    x->q = numbers(k * nq, random_percent(c, 90) ? 4 : 1e6, c);
     for (size_t s = 0; s < k; s++)
         for (uint32_t j = 0; j < tfa_model_joint_count(m); j++) {
             const tfa_joint_info joint = tfa_model_joint(m, j);
@@ -76,20 +76,20 @@ static void choose_state(struct exchange *x, const tfa_model *m, struct chance *
     x->acceleration = numbers(k * 6, 10, c);
 }
 
-static void choose_lists(struct exchange *x, const tfa_model *m, struct chance *c)
+static void choose_lists(struct exchange *x, const tfa_model *m, struct random_source *c)
 {
     tfa_request *r = &x->request;
     size_t frames = tfa_model_frame_count(m);
     size_t joints = tfa_model_joint_count(m);
-    x->tips = chance_below(c, MOST_LISTED);
+    x->tips = random_below(c, MOST_LISTED);
     r->tip_count = (uint32_t)x->tips;
-    r->wrench_count = (uint32_t)chance_below(c, 3);
-    r->payload_count = chance_percent(c, 20) ? 1 + (uint32_t)chance_below(c, 2) : 0;
-    r->locked_count = chance_percent(c, 25) ? 1 + (uint32_t)chance_below(c, MOST_LISTED) : 0;
+    r->wrench_count = (uint32_t)random_below(c, 3);
+    r->payload_count = random_percent(c, 20) ? 1 + (uint32_t)random_below(c, 2) : 0;
+    r->locked_count = random_percent(c, 25) ? 1 + (uint32_t)random_below(c, MOST_LISTED) : 0;
     for (int i = 0; i < MOST_LISTED; i++) {
-        r->tips[i] = (uint32_t)chance_below(c, frames);
-        r->wrench_frames[i] = (uint32_t)chance_below(c, frames + chance_percent(c, 2));
-        r->payload_frames[i] = (uint32_t)chance_below(c, frames);
+        r->tips[i] = (uint32_t)random_below(c, frames);
+        r->wrench_frames[i] = (uint32_t)random_below(c, frames + random_percent(c, 2));
+        r->payload_frames[i] = (uint32_t)random_below(c, frames);
     }
     x->wrenches = numbers(x->count * r->wrench_count * 6, 10, c);
     x->payloads = numbers(r->payload_count * (size_t)TFA_PAYLOAD_NUMBERS, 0.1, c);
@@ -108,7 +108,7 @@ static void make_reply(struct exchange *x, size_t nv)
 {
     tfa_reply *y = &x->reply;
     size_t rows = 6 * x->tips;
-    struct chance none = {0};
+    struct random_source none = {0};
     y->qdd = numbers(x->count * nv, 0, &none);
     y->base_acceleration = numbers(x->count * 6, 0, &none);
     y->tau = numbers(x->count * nv, 0, &none);
@@ -121,20 +121,20 @@ static void make_reply(struct exchange *x, size_t nv)
     REQUIRE(y->spectrum && y->answers);
 }
 
-static void make_exchange(struct exchange *x, const tfa_model *m, struct chance *c)
+static void make_exchange(struct exchange *x, const tfa_model *m, struct random_source *c)
 {
     memset(x, 0, sizeof *x);
     tfa_request *r = &x->request;
-    x->count = 1 + chance_below(c, 3);
+    x->count = 1 + random_below(c, 3);
     x->n = tfa_model_base_freedoms(m) + tfa_model_v_count(m);
     choose_state(x, m, c);
     choose_lists(x, m, c);
     make_reply(x, tfa_model_v_count(m));
     r->count = (uint32_t)x->count;
-    r->refine = chance_percent(c, 60) ? TFA_REFINE_DEFAULT : (uint32_t)chance_below(c, 3);
-    r->estimate = (tfa_estimate)chance_below(c, 3);
-    r->frame = (tfa_reference_frame)chance_below(c, 3);
-    r->flags = (uint32_t)chance_below(c, 4);
+    r->refine = random_percent(c, 60) ? TFA_REFINE_DEFAULT : (uint32_t)random_below(c, 3);
+    r->estimate = (tfa_estimate)random_below(c, 3);
+    r->frame = (tfa_reference_frame)random_below(c, 3);
+    r->flags = (uint32_t)random_below(c, 4);
     r->q = x->q;
     r->v = x->v;
     r->tau = x->tau;
@@ -146,7 +146,7 @@ static void make_exchange(struct exchange *x, const tfa_model *m, struct chance 
     r->wrenches = x->wrenches;
     r->payloads = x->payloads;
     r->locked = x->locked;
-    if (chance_percent(c, 10))
+    if (random_percent(c, 10))
         r->gravity = memcpy(x->gravity, (double[]){1, -2, 3}, sizeof x->gravity);
 }
 
@@ -218,7 +218,7 @@ static void compute_everything(tfa_workspace *w, struct exchange *x, const tfa_m
         }
 }
 
-static void use_precision(const tfa_model *m, tfa_precision precision, struct chance *c)
+static void use_precision(const tfa_model *m, tfa_precision precision, struct random_source *c)
 {
     const tfa_workspace_options options = {.precision = precision};
     tfa_workspace *w = NULL;
@@ -233,12 +233,12 @@ static void use_precision(const tfa_model *m, tfa_precision precision, struct ch
     tfa_workspace_free(w);
 }
 
-void use_model(const tfa_model *model, struct chance *c)
+void use_model(const tfa_model *model, struct random_source *c)
 {
     size_t freedoms = tfa_model_v_count(model) + tfa_model_base_freedoms(model);
     if (freedoms > MOST_FREEDOMS)
         return; /* more of the same, only slower */
     use_precision(model, TFA_F64, c);
-    if (freedoms <= MOST_QUADRUPLE && chance_percent(c, 10))
+    if (freedoms <= MOST_QUADRUPLE && random_percent(c, 10))
         use_precision(model, TFA_F128, c);
 }

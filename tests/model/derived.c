@@ -190,9 +190,9 @@ TEST(test_derived_is_compiled)
         other.scene = &first;
         want.scene = &second;
         want.gravity = moon;
-        tfa_model *compiled = hand_model(&h, &want), *bare = hand_model(&h, &plain);
+        tfa_model *compiled = hand_model(&h, &want), *unestimated = hand_model(&h, &plain);
         tfa_model *loaded = hand_model(&h, &other), *derived = NULL, *again = NULL;
-        assert_int_equal(tfa_model_derive(bare, moon, loads, 4, NULL, &derived), TFA_OK);
+        assert_int_equal(tfa_model_derive(unestimated, moon, loads, 4, NULL, &derived), TFA_OK);
         expect_same(derived, compiled);
         tfa_model_free(derived);
         assert_int_equal(tfa_model_derive(loaded, moon, loads, 4, NULL, &derived), TFA_OK);
@@ -207,7 +207,7 @@ TEST(test_derived_is_compiled)
         assert_string_not_equal(tfa_model_hash_text(derived), tfa_model_hash_text(loaded));
         tfa_model_free(derived);
         tfa_model_free(loaded);
-        tfa_model_free(bare);
+        tfa_model_free(unestimated);
         tfa_model_free(compiled);
     }
 }

@@ -78,9 +78,10 @@ void hand_near(double x, double expected, double bound)
         fail_msg("%.17g, expected %.17g within %g", x, expected, bound);
 }
 
-struct outcome hand_outcome(const hand *h, const tfa_model_options *options, tfa_words words)
+struct outcome hand_outcome(const hand *h, const tfa_model_options *options,
+                            tfa_option_syntax words)
 {
-    struct outcome o = {.report.words = words};
+    struct outcome o = {.report.syntax = words};
     o.status = tfa_model_create(&h->d, options, &o.report, &o.model);
     assert_int_equal(o.status == TFA_OK, o.model != NULL);
     return o;

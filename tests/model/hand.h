@@ -49,7 +49,8 @@ struct outcome {
     tfa_report report;
 };
 
-struct outcome hand_outcome(const hand *h, const tfa_model_options *options, tfa_words words);
+struct outcome hand_outcome(const hand *h, const tfa_model_options *options,
+                            tfa_option_syntax words);
 void hand_forget(struct outcome *o);
 /** The message with this code; fails unless there is exactly one. */
 const tfa_message *hand_said(const struct outcome *o, const char *code);

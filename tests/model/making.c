@@ -180,7 +180,7 @@ TEST(test_rotors)
                         "robot: rotor inertia: not used; in the file: 1; rotor_inertia = 1 uses "
                         "it");
     assert_int_equal(report.messages[0].line, 101);
-    assert_string_equal(report.messages[0].subject, "rotor inertia");
+    assert_string_equal(report.messages[0].entity, "rotor inertia");
     tfa_report_free(&report);
     const tfa_model_options options = {.rotor_inertia = 1};
     tfa_model *with = NULL;

@@ -102,7 +102,7 @@ TEST(test_gravity_torque)
     tfa_model_free(m);
 }
 
-static void turn(double quat[4], double x, double y, double z, double w)
+static void rotate(double quat[4], double x, double y, double z, double w)
 {
     double n = sqrt(x * x + y * y + z * z + w * w);
     quat[0] = x / n;
@@ -116,7 +116,7 @@ static tfa_joint *put(tfa_joint *j, double x, double y, double z)
     j->xyz[0] = x;
     j->xyz[1] = y;
     j->xyz[2] = z;
-    turn(j->quat, x + 0.3, y - 0.2, z + 0.1, 0.7);
+    rotate(j->quat, x + 0.3, y - 0.2, z + 0.1, 0.7);
     return j;
 }
 
@@ -129,7 +129,7 @@ static void make_merged(hand *h)
     hand_begin(h);
     for (uint32_t k = 0; k < 9; k++) {
         uint32_t l = hand_link(h, names[k], 1 + 0.5 * k, 0.05 * k, 0.1 - 0.02 * k, 0.03);
-        turn(h->link[l].quat, 0.1 * k, 0.5, -0.2, 0.6);
+        rotate(h->link[l].quat, 0.1 * k, 0.5, -0.2, 0.6);
         h->link[l].inertia[0] *= 1.4;
         h->link[l].inertia[1] = 0.002;
         h->link[l].inertia[4] = -0.001;
@@ -198,32 +198,33 @@ static void answer(const tfa_model *m, const struct motion *motion, struct answe
 }
 
 /* Row of M for row k of the merged model in the witness. */
-static uint32_t row_in(const tfa_model *merged, const tfa_model *witness, uint32_t k)
+static uint32_t row_of(const tfa_model *merged, const tfa_model *honest_client, uint32_t k)
 {
     uint32_t base = tfa_model_base_freedoms(merged);
     if (k < base)
         return k;
-    int32_t j = tfa_model_find_joint(witness, tfa_model_joint(merged, k - base).name);
+    int32_t j = tfa_model_find_joint(honest_client, tfa_model_joint(merged, k - base).name);
     assert_true(j >= 0);
     return base + (uint32_t)j;
 }
 
-static void compare(const tfa_model *merged, const tfa_model *witness, const struct motion *motion)
+static void compare(const tfa_model *merged, const tfa_model *honest_client,
+                    const struct motion *motion)
 {
     static struct answer a, b;
     answer(merged, motion, &a);
-    answer(witness, motion, &b);
+    answer(honest_client, motion, &b);
     const uint32_t base = tfa_model_base_freedoms(merged), nv = tfa_model_v_count(merged);
-    const uint32_t n = base + nv, wide = base + tfa_model_v_count(witness);
+    const uint32_t n = base + nv, wide = base + tfa_model_v_count(honest_client);
     for (uint32_t k = 0; k < n; k++) {
-        uint32_t row = row_in(merged, witness, k);
+        uint32_t row = row_of(merged, honest_client, k);
         double x = k < base ? a.base_wrench[k] : a.tau[k - base];
         double y = k < base ? b.base_wrench[k] : b.tau[row - base];
         if (!(fabs(x - y) <= 1e-11 * (1 + fabs(y))))
             fail_msg("force %u: %.17g and %.17g (wrench on link %u, frame %d)", (unsigned)k, x, y,
                      (unsigned)motion->link, (int)motion->frame);
         for (uint32_t j = 0; j < n; j++) {
-            double p = a.M[k * n + j], s = b.M[row * wide + row_in(merged, witness, j)];
+            double p = a.M[k * n + j], s = b.M[row * wide + row_of(merged, honest_client, j)];
             if (!(fabs(p - s) <= 1e-12 * (1 + fabs(s))))
                 fail_msg("M %u %u: %.17g and %.17g", (unsigned)k, (unsigned)j, p, s);
         }
@@ -245,16 +246,16 @@ TEST(test_merged_is_unmerged)
                 h.joint[j].type = TFA_JOINT_REVOLUTE;
                 h.joint[j].armature = 1; /* the lens has no mass */
             }
-        tfa_model *witness = hand_model(&h, &options);
-        assert_int_equal(tfa_model_summarise(witness).bodies, 8 + base);
+        tfa_model *honest_client = hand_model(&h, &options);
+        assert_int_equal(tfa_model_summarise(honest_client).bodies, 8 + base);
         assert_true(tfa_model_summarise(merged).total_mass ==
-                    tfa_model_summarise(witness).total_mass);
+                    tfa_model_summarise(honest_client).total_mass);
         for (uint32_t link = 0; link < 9; link++)
             for (int frame = TFA_FRAME_LOCAL_WORLD_ALIGNED; frame <= TFA_FRAME_WORLD; frame++) {
                 struct motion motion = {options.base, link, (tfa_reference_frame)frame};
-                compare(merged, witness, &motion);
+                compare(merged, honest_client, &motion);
             }
         tfa_model_free(merged);
-        tfa_model_free(witness);
+        tfa_model_free(honest_client);
     }
 }

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Messages with a rule of their own: links without <inertial>, rounded inertias, what is not used,
- * many of one kind, and the last line of a refused robot in the words of each door.
+ * many of one kind, and the last line of a refused robot in the syntax of each interface.
  */
 #include "hand.h"
 #include "models.h"
@@ -17,7 +17,7 @@ static void expect(const struct outcome *o, const char *code, const char *text)
     assert_string_equal(hand_said(o, code)->text, text);
 }
 
-static void take_inertial(tfa_link *link)
+static void remove_inertial(tfa_link *link)
 {
     link->mass = 0;
     memset(link->inertia, 0, sizeof link->inertia);
@@ -25,10 +25,10 @@ static void take_inertial(tfa_link *link)
 }
 
 /* The arm, whose upper link says nothing of its mass. */
-static void make_hollow(hand *h)
+static void make_massless_followers(hand *h)
 {
     hand_arm(h);
-    take_inertial(&h->link[1]);
+    remove_inertial(&h->link[1]);
     h->joint[1].axis[0] = 1;
     h->joint[1].axis[1] = 0;
 }
@@ -37,8 +37,8 @@ TEST(test_no_inertial)
 {
     const tfa_model_options physical = {.inertia = TFA_INERTIA_STRICT_PHYSICAL};
     hand h;
-    make_hollow(&h);
-    struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
+    make_massless_followers(&h);
+    struct outcome o = hand_outcome(&h, NULL, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_OK);
     assert_int_equal(hand_said(&o, "massless-link")->severity, TFA_WARNING);
     assert_int_equal(hand_said(&o, "massless-link")->line, 11);
@@ -47,7 +47,7 @@ TEST(test_no_inertial)
         "link 'upper': moves by itself and has no <inertial>: joint 'shoulder' and joint 'elbow' "
         "became one joint with 2 freedoms; add <inertial>, or make its joint fixed");
     hand_forget(&o);
-    o = hand_outcome(&h, &physical, TFA_WORDS_C);
+    o = hand_outcome(&h, &physical, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_E_MODEL);
     expect(
         &o, "massless-link",
@@ -57,7 +57,7 @@ TEST(test_no_inertial)
     expect(&o, "refused", "robot: not loaded: 1 error; it loads with inertia = strict");
     hand_forget(&o);
     h.link[1].inertial = 1; /* stated zeros are a universal joint */
-    o = hand_outcome(&h, &physical, TFA_WORDS_C);
+    o = hand_outcome(&h, &physical, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_OK);
     assert_int_equal(o.report.warnings, 0);
     hand_forget(&o);
@@ -72,17 +72,17 @@ TEST(test_inertial_not_needed)
     const tfa_lock shoulder[] = {{"shoulder", {0.5}}};
     const tfa_scene locked = {.locks = shoulder, .lock_count = 1};
     hand h;
-    make_hollow(&h);
+    make_massless_followers(&h);
     for (int k = 0; k < 2; k++) {
         tfa_model_options options = physical;
         options.scene = k ? &locked : &loaded;
-        struct outcome o = hand_outcome(&h, &options, TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, &options, TFA_SYNTAX_C);
         assert_int_equal(o.status, TFA_OK);
         assert_false(hand_says(&o, "massless-link"));
         hand_forget(&o);
     }
     hand_joint(&h, "weld", TFA_JOINT_FIXED, 1, hand_link(&h, "motor", 1, 0, 0, 0));
-    struct outcome o = hand_outcome(&h, &physical, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, &physical, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_OK);
     assert_false(hand_says(&o, "massless-link"));
     hand_forget(&o);
@@ -106,13 +106,13 @@ TEST(test_rounded)
     hand exact, h;
     hand_arm(&exact);
     memset(exact.link[1].inertia, 0, sizeof exact.link[1].inertia);
-    struct outcome want = hand_outcome(&exact, NULL, TFA_WORDS_C);
+    struct outcome want = hand_outcome(&exact, NULL, TFA_SYNTAX_C);
     for (size_t k = 0; k < sizeof moments / sizeof *moments; k++) {
         double a[2], b[2];
         hand_arm(&h);
         for (int i = 0; i < 6; i++)
             h.link[1].inertia[i] = i == 0 ? moments[k] : i == 3 ? -moments[k] / 2 : 0;
-        struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, NULL, TFA_SYNTAX_C);
         assert_int_equal(o.status, TFA_OK);
         assert_int_equal(hand_said(&o, "inertia-rounded")->severity, TFA_NOTE);
         assert_int_equal(o.report.warnings, 0);
@@ -165,7 +165,7 @@ TEST(test_rounding_scales)
                     longest, hypot(h.joint[j].xyz[0], hypot(h.joint[j].xyz[1], h.joint[j].xyz[2])));
             h.link[1].inertia[0] = -16 * DBL_EPSILON * rows[k].times * mass * longest * longest;
             scale(&h, units[u][0], units[u][1]);
-            struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
+            struct outcome o = hand_outcome(&h, NULL, TFA_SYNTAX_C);
             assert_int_equal(o.status, rows[k].status);
             hand_forget(&o);
         }
@@ -182,7 +182,7 @@ TEST(test_unused)
     h.joint[1].friction = 0.25;
     h.d.unused = items;
     h.d.unused_count = 2;
-    struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_COMMAND_LINE);
+    struct outcome o = hand_outcome(&h, NULL, TFA_SYNTAX_COMMAND_LINE);
     expect(&o, "damping", "robot: damping: not used; in the file: 2; --damping uses it");
     assert_int_equal(hand_said(&o, "damping")->count, 2);
     assert_int_equal(hand_said(&o, "damping")->line, 100);
@@ -190,19 +190,20 @@ TEST(test_unused)
     assert_int_equal(hand_said(&o, "friction")->line, 101);
     const tfa_message *m = &o.report.messages[2];
     assert_string_equal(m->code, "not-used");
-    assert_string_equal(m->subject, "velocity limits");
+    assert_string_equal(m->entity, "velocity limits");
     assert_string_equal(m->text, "robot: velocity limits: not used; in the file: 7");
     assert_int_equal(m->count, 7);
     assert_int_equal(m->line, 33);
-    assert_string_equal(m[1].subject, "<gazebo>");
+    assert_string_equal(m[1].entity, "<gazebo>");
     hand_forget(&o);
     const tfa_model_options damped = {.damping = 1};
-    o = hand_outcome(&h, &damped, TFA_WORDS_COMMAND_LINE);
+    o = hand_outcome(&h, &damped, TFA_SYNTAX_COMMAND_LINE);
     assert_false(hand_says(&o, "damping"));
     hand_forget(&o);
 }
 
-/* Nine fingers that mimic the elbow and move nothing, and what each door says of them. */
+/* Nine fingers that mimic the elbow and move nothing, and the messages of each interface about
+ * them. */
 TEST(test_words)
 {
     static const char *const remedies[] = {"mimic = project", "--mimic=project", "mimic: project"};
@@ -217,22 +218,22 @@ TEST(test_words)
         j->mimic = 1;
         j->multiplier = 1;
     }
-    for (int door = 0; door < 3; door++) {
+    for (int syntax = 0; syntax < 3; syntax++) {
         char text[200];
-        struct outcome o = hand_outcome(&h, NULL, (tfa_words)door);
+        struct outcome o = hand_outcome(&h, NULL, (tfa_option_syntax)syntax);
         assert_int_equal(o.status, TFA_E_NO_MASS);
         assert_int_equal(o.report.errors, 6);
         snprintf(text, sizeof text, "robot: not loaded: 6 errors of 1 kind; it loads with %s",
-                 remedies[door]);
+                 remedies[syntax]);
         expect(&o, "refused", text);
         assert_non_null(strstr(hand_said(&o, "massless-leaf")->text,
                                "; joints like it: 6 ('f0', 'f1', 'f2', 'f3', 'f4', ...)"));
-        assert_non_null(strstr(hand_said(&o, "mimic-free")->text, remedies[door]));
+        assert_non_null(strstr(hand_said(&o, "mimic-free")->text, remedies[syntax]));
         hand_forget(&o);
         const tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT};
-        o = hand_outcome(&h, &project, (tfa_words)door);
+        o = hand_outcome(&h, &project, (tfa_option_syntax)syntax);
         assert_int_equal(o.status, TFA_OK); /* the option is one with which it loads */
-        assert_non_null(strstr(hand_said(&o, "base-mass")->text, floating[door]));
+        assert_non_null(strstr(hand_said(&o, "base-mass")->text, floating[syntax]));
         hand_forget(&o);
     }
 }
@@ -241,7 +242,7 @@ TEST(test_words)
 TEST(test_report_again)
 {
     hand h;
-    make_hollow(&h);
+    make_massless_followers(&h);
     const tfa_model_options physical = {.inertia = TFA_INERTIA_STRICT_PHYSICAL};
     tfa_report report = {0};
     tfa_model *model = NULL;
@@ -263,7 +264,7 @@ static const char *word(const void *list, size_t index)
 
 TEST(test_misspelled)
 {
-    static const char *const words[] = {"inertial", "link", "joint", "axis"};
+    static const char *const syntax[] = {"inertial", "link", "joint", "axis"};
     static const struct {
         const char *wrong, *meant;
     } rows[] = {{"inertail", "inertial"},
@@ -279,12 +280,12 @@ TEST(test_misspelled)
                 {"axs", "axis"},
                 {"internal", NULL}};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
-        const char *meant = tfa_misspelled(rows[k].wrong, words, 4, word);
+        const char *meant = tfa_misspelled(rows[k].wrong, syntax, 4, word);
         if (!meant || !rows[k].meant) {
             if (meant != rows[k].meant)
                 fail_msg("%s: %s", rows[k].wrong, meant ? meant : "nothing");
         } else
             assert_string_equal(meant, rows[k].meant);
     }
-    assert_null(tfa_misspelled("link", words, 0, word));
+    assert_null(tfa_misspelled("link", syntax, 0, word));
 }

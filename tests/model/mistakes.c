@@ -13,7 +13,7 @@ CHANGE(no_links, h->d.link_count = h->d.joint_count = 0)
 CHANGE(unknown_parent, h->joint[ELBOW].parent = 4)
 CHANGE(unknown_child, h->joint[FLANGE].child = UINT32_MAX)
 CHANGE(two_parents, hand_joint(h, "strut", TFA_JOINT_FIXED, BASE, LOWER))
-CHANGE(own_parent, h->joint[ELBOW].parent = LOWER)
+CHANGE(self_parent, h->joint[ELBOW].parent = LOWER)
 CHANGE(two_roots, hand_link(h, "stray", 1, 0, 0, 0))
 CHANGE(no_root, hand_joint(h, "back", TFA_JOINT_REVOLUTE, TOOL, BASE))
 
@@ -110,7 +110,7 @@ const struct mistake mistakes[] = {
      "two-parents",
      "link 'lower': child of joint 'elbow' and of joint 'strut'; a robot is a tree: remove one"},
     {"own parent",
-     own_parent,
+     self_parent,
      {0},
      TFA_E_MODEL,
      101,

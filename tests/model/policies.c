@@ -49,7 +49,7 @@ TEST(test_inertia_rows)
         I[1] = rows[k].ixy;
         I[0] = rows[k].ixx > 0 ? rows[k].ixx : I[0];
         const tfa_model_options options = {.inertia = rows[k].policy};
-        struct outcome o = hand_outcome(&h, &options, TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, &options, TFA_SYNTAX_C);
         const tfa_message *m = hand_said(&o, rows[k].code);
         assert_int_equal(o.status, rows[k].status);
         assert_int_equal(m->severity, rows[k].severity);
@@ -68,15 +68,15 @@ TEST(test_inertia_silent)
     hand_arm(&h);
     h.link[BASE].inertia[0] = 9;
     const tfa_model_options physical = {.inertia = TFA_INERTIA_STRICT_PHYSICAL};
-    struct outcome o = hand_outcome(&h, &physical, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, &physical, TFA_SYNTAX_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
     hand_forget(&o);
     h.link[UPPER].inertia[0] = 9;
-    o = hand_outcome(&h, NULL, TFA_WORDS_C);
+    o = hand_outcome(&h, NULL, TFA_SYNTAX_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
     hand_forget(&o);
     h.link[UPPER].inertia[3] = -1e-7;
-    o = hand_outcome(&h, NULL, TFA_WORDS_C);
+    o = hand_outcome(&h, NULL, TFA_SYNTAX_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
     hand_forget(&o);
 }
@@ -91,8 +91,8 @@ TEST(test_repaired)
     const double clipped[6] = {0.025, 0.025, 0, 0.025, 0, 0.02};
     memcpy(good.link[UPPER].inertia, clipped, sizeof clipped);
     const tfa_model_options repair = {.inertia = TFA_INERTIA_REPAIR};
-    struct outcome a = hand_outcome(&bad, &repair, TFA_WORDS_C),
-                   b = hand_outcome(&good, NULL, TFA_WORDS_C);
+    struct outcome a = hand_outcome(&bad, &repair, TFA_SYNTAX_C),
+                   b = hand_outcome(&good, NULL, TFA_SYNTAX_C);
     assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
     hand_forget(&a);
     hand_forget(&b);
@@ -109,7 +109,7 @@ TEST(test_massless_leaves)
     hand_joint(&h, "twist", TFA_JOINT_CONTINUOUS, 4, 5);
     hand_joint(&h, "fly", TFA_JOINT_FLOATING, TOOL, 6)->xyz[0] = 0.2;
     const tfa_model_options lock = {.lock_massless_leaves = 1};
-    struct outcome o = hand_outcome(&h, &lock, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, &lock, TFA_SYNTAX_C);
     assert_int_equal(o.report.warnings, 3);
     assert_string_equal(hand_said(&o, "massless-leaf-locked")->text,
                         "joint 'swing': nothing with mass moves with it; locked at 0; joints like "
@@ -121,14 +121,14 @@ TEST(test_massless_leaves)
     assert_int_equal(tfa_model_frame(o.model, 6).body, 1);
     hand_forget(&o);
     h.joint[4].armature = 0.01; /* twist has a rotor: it moves, swing does not */
-    o = hand_outcome(&h, &lock, TFA_WORDS_C);
+    o = hand_outcome(&h, &lock, TFA_SYNTAX_C);
     assert_int_equal(o.report.warnings, 2);
     assert_int_equal(tfa_model_joint_count(o.model), 3);
     assert_string_equal(tfa_model_joint(o.model, 2).name, "twist");
     hand_forget(&o);
 }
 
-static void take_mass(tfa_link *link)
+static void remove_mass(tfa_link *link)
 {
     link->mass = 0;
     memset(link->inertia, 0, sizeof link->inertia);
@@ -140,23 +140,23 @@ TEST(test_massless_root)
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
     hand h;
     hand_arm(&h);
-    take_mass(&h.link[BASE]);
-    struct outcome o = hand_outcome(&h, &floating, TFA_WORDS_C);
+    remove_mass(&h.link[BASE]);
+    struct outcome o = hand_outcome(&h, &floating, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_E_NO_MASS);
     assert_int_equal(hand_said(&o, "massless-root")->line, 10);
     hand_forget(&o);
     h.joint[SHOULDER].armature = 0.1;
-    o = hand_outcome(&h, &floating, TFA_WORDS_C);
+    o = hand_outcome(&h, &floating, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_OK);
     hand_forget(&o);
     h.joint[SHOULDER].armature = 0;
     hand_joint(&h, "leg", TFA_JOINT_REVOLUTE, BASE, hand_link(&h, "leg", 1, 0, 0, 0.1))->axis[0] =
         1;
-    o = hand_outcome(&h, &floating, TFA_WORDS_C);
+    o = hand_outcome(&h, &floating, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_OK);
     hand_forget(&o);
     h.joint[SHOULDER].type = TFA_JOINT_FIXED; /* descend through fixed joints */
-    o = hand_outcome(&h, &floating, TFA_WORDS_C);
+    o = hand_outcome(&h, &floating, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_OK);
     assert_int_equal(tfa_model_summarise(o.model).bodies, 3);
     hand_forget(&o);
@@ -183,7 +183,7 @@ TEST(test_mimic_free)
 {
     hand h;
     make_followers(&h);
-    struct outcome o = hand_outcome(&h, NULL, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, NULL, TFA_SYNTAX_C);
     const tfa_message *m = hand_said(&o, "mimic-free");
     assert_int_equal(m->severity, TFA_WARNING);
     assert_string_equal(m->text,
@@ -198,7 +198,7 @@ TEST(test_mimic_project)
     const tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT};
     hand h;
     make_followers(&h);
-    struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, &project, TFA_SYNTAX_C);
     assert_int_equal(o.report.errors + o.report.warnings, 0);
     assert_int_equal(tfa_model_q_count(o.model), 1);
     assert_int_equal(tfa_model_v_count(o.model), 1);
@@ -235,7 +235,7 @@ TEST(test_mimic_stands)
     make_followers(&h);
     uint8_t hash[32];
     for (int k = 0; k < 4; k++) {
-        struct outcome o = hand_outcome(&h, &rows[k], TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, &rows[k], TFA_SYNTAX_C);
         assert_int_equal(o.status, TFA_OK);
         assert_int_equal(tfa_model_summarise(o.model).bodies, 0);
         assert_int_equal(tfa_model_summarise(o.model).locked, 3);
@@ -253,8 +253,8 @@ TEST(test_mimic_lock)
     const tfa_model_options lock = {.mimic = TFA_MIMIC_LOCK}, by_hand = {.scene = &scene};
     hand h;
     make_followers(&h);
-    struct outcome a = hand_outcome(&h, &lock, TFA_WORDS_C),
-                   b = hand_outcome(&h, &by_hand, TFA_WORDS_C);
+    struct outcome a = hand_outcome(&h, &lock, TFA_SYNTAX_C),
+                   b = hand_outcome(&h, &by_hand, TFA_SYNTAX_C);
     assert_int_equal(tfa_model_v_count(a.model), 1);
     assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
     hand_forget(&a);
@@ -295,21 +295,21 @@ TEST(test_mimic_refused)
         follow(&h.joint[SHOULDER], rows[k].mimic, 1, 0);
         h.joint[SHOULDER].type = rows[k].type;
         const tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT, .scene = rows[k].scene};
-        struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, &project, TFA_SYNTAX_C);
         assert_int_equal(o.status, TFA_E_MODEL);
         assert_string_equal(hand_said(&o, rows[k].code)->text, rows[k].text);
         hand_forget(&o);
     }
     make_followers(&h);
     tfa_model_options project = {.mimic = TFA_MIMIC_PROJECT, .scene = &outside};
-    struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, &project, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_E_MODEL);
     assert_string_equal(o.report.messages[0].text,
                         "joint 'elbow': it follows joint 'shoulder', which does not hang from the "
                         "root of the scene; lock it, or choose another root");
     hand_forget(&o);
     project.scene = &outside_locked; /* that remedy helps, and the finger follows the elbow */
-    o = hand_outcome(&h, &project, TFA_WORDS_C);
+    o = hand_outcome(&h, &project, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_OK);
     assert_int_equal(tfa_model_summarise(o.model).locked, 2);
     hand_forget(&o);
@@ -325,11 +325,12 @@ TEST(test_massless_followers)
         uint32_t dial = hand_link(&h, "dial", 0, 0, 0, 0);
         hand_joint(&h, "dial", TFA_JOINT_CONTINUOUS, BASE, dial);
         follow(&h.joint[massless_leader ? SHOULDER : 3], massless_leader ? 3 : SHOULDER, 10, 0);
-        struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
+        struct outcome o = hand_outcome(&h, &project, TFA_SYNTAX_C);
         assert_int_equal(o.status, TFA_OK);
         assert_int_equal(tfa_model_summarise(o.model).bodies, 3);
         assert_int_equal(tfa_model_v_count(o.model), 2);
-        assert_int_equal(o.model->hollow, 1); /* M is regular only after the projection */
+        assert_int_equal(o.model->massless_followers,
+                         1); /* M is regular only after the projection */
         hand_forget(&o);
     }
     massless_leaf(&h);
@@ -339,12 +340,12 @@ TEST(test_massless_followers)
     hand_link(&h, "pointer", 0, 0, 0, 0);
     hand_joint(&h, "echo", TFA_JOINT_CONTINUOUS, TOOL, hand_link(&h, "echo", 0, 0, 0, 0));
     follow(&h.joint[5], 4, 3, 0.5);
-    struct outcome o = hand_outcome(&h, &project, TFA_WORDS_C);
+    struct outcome o = hand_outcome(&h, &project, TFA_SYNTAX_C);
     assert_int_equal(o.status, TFA_E_NO_MASS);
     assert_int_equal(o.report.errors, 1);
     hand_forget(&o);
     project.lock_massless_leaves = 1;
-    o = hand_outcome(&h, &project, TFA_WORDS_C);
+    o = hand_outcome(&h, &project, TFA_SYNTAX_C);
     assert_int_equal(tfa_model_summarise(o.model).locked, 2);
     hand_forget(&o);
 }
@@ -355,17 +356,17 @@ TEST(test_damping)
     hand_arm(&h);
     h.joint[ELBOW].damping = 0.5;
     const tfa_model_options damped = {.damping = 1};
-    struct outcome a = hand_outcome(&h, NULL, TFA_WORDS_C),
-                   b = hand_outcome(&h, &damped, TFA_WORDS_C);
+    struct outcome a = hand_outcome(&h, NULL, TFA_SYNTAX_C),
+                   b = hand_outcome(&h, &damped, TFA_SYNTAX_C);
     assert_memory_not_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
     hand_forget(&b);
     h.joint[ELBOW].damping = 0.25;
-    b = hand_outcome(&h, NULL, TFA_WORDS_C);
+    b = hand_outcome(&h, NULL, TFA_SYNTAX_C);
     assert_memory_equal(tfa_model_hash(a.model), tfa_model_hash(b.model), 32);
     hand_forget(&b);
     hand_forget(&a);
     h.joint[ELBOW].damping = (double)NAN;
-    b = hand_outcome(&h, &damped, TFA_WORDS_C);
+    b = hand_outcome(&h, &damped, TFA_SYNTAX_C);
     assert_string_equal(hand_said(&b, "bad-number")->text,
                         "joint 'elbow': its damping is not finite; correct it");
     hand_forget(&b);

@@ -3,8 +3,8 @@
  *
  * Four mistakes that others have shipped in model reduction, each with a robot made by hand and the
  * numbers it must have: mass counted twice, armature lost, a massless link that moves the centre of
- * mass, structural links dropped. Whatever leaves a robot smaller must pass: fixed joints, locks of a
- * scene, followers, fused bodies, payloads.
+ * mass, structural links dropped. Whatever leaves a robot smaller must pass: fixed joints, locks of
+ * a scene, followers, fused bodies, payloads.
  */
 #include "hand.h"
 #include "models.h"
@@ -13,8 +13,8 @@
 #define G 9.80665
 #define MOST 12
 
-/* What a model says of one posture at rest: M, the torques that hold it against gravity, and qdd
- * under a torque of 1 on the last joint in weightlessness. */
+/* What a model says of one configuration at rest: M, the torques that hold it against gravity, and
+ * qdd under a torque of 1 on the last joint in weightlessness. */
 struct facts {
     tfa_model_summary s;
     double M[MOST * MOST], tau[MOST], base[6], qdd[MOST];
@@ -128,7 +128,7 @@ static double about(double mass, double d)
     return mass * (0.01 + d * d);
 }
 
-static void make_geared(hand *h)
+static void make_with_armature(hand *h)
 {
     make_bracket(h);
     h->joint[0].armature = A1;
@@ -146,7 +146,7 @@ static void check_single(const struct facts *f, double inertia)
 TEST(armature_stays)
 {
     hand h;
-    make_geared(&h);
+    make_with_armature(&h);
     const double q[2] = {0.3, 0};
     const double lower = about(3.84, 0.15) + about(2.5, hypot(0.3, 0.05));
     const double outer = about(3.84, 0.65) + about(2.5, hypot(0.8, 0.05));
@@ -178,7 +178,7 @@ TEST(armature_stays)
 TEST(armature_stays_when_fused)
 {
     hand h;
-    make_geared(&h);
+    make_with_armature(&h);
     for (int k = 1; k <= 2; k++) {
         h.link[k].mass = 0;
         memset(h.link[k].inertia, 0, sizeof h.link[k].inertia);
@@ -199,7 +199,7 @@ TEST(armature_stays_when_fused)
 TEST(armature_stays_when_loaded)
 {
     hand h;
-    make_geared(&h);
+    make_with_armature(&h);
     h.joint[2].rotor = 0.25;
     const double q[2] = {0.3, 0};
     const double lower = about(3.84, 0.15) + about(2.5, hypot(0.3, 0.05));

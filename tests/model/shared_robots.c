@@ -3,7 +3,7 @@
  *
  * Real robots become models: how many bodies and freedoms each has with its mimics free and
  * projected, that every method then solves the same equations, and what is said of Romeo, whose
- * fingers weigh nothing.
+ * fingers have no mass.
  */
 #include "models.h"
 #include "test.h"
@@ -85,7 +85,7 @@ static double uniform(void)
 }
 
 /* |a - b| / |b| */
-static double apart(const double *a, const double *b, size_t n)
+static double distance(const double *a, const double *b, size_t n)
 {
     double d = 0, s = 0;
     for (size_t k = 0; k < n; k++) {
@@ -140,8 +140,8 @@ static double worst_of(const tfa_model *model)
         for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
             r.method = methods[m];
             solve(f64, &r, nb, &found);
-            worst = fmax(worst, apart(found.x, exact.x, n));
-            worst = fmax(worst, apart(found.lambda, exact.lambda, 36));
+            worst = fmax(worst, distance(found.x, exact.x, n));
+            worst = fmax(worst, distance(found.lambda, exact.lambda, 36));
         }
     }
     tfa_workspace_free(f64);

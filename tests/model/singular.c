@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Robots whose mass matrix is singular at every q are refused by name when they are compiled; what is
- * only nearly so, or only somewhere, is not.
+ * Robots whose mass matrix is singular at every q are refused by name when they are compiled; what
+ * is only nearly so, or only somewhere, is not.
  */
 #include "hand.h"
 #include "test.h"
 
 /* A link without mass on a joint along or about `axis`; returns the link. */
-static uint32_t empty(hand *h, const char *name, tfa_joint_type type, uint32_t parent,
-                      const char *link, char axis)
+static uint32_t no_inertia(hand *h, const char *name, tfa_joint_type type, uint32_t parent,
+                           const char *link, char axis)
 {
     const uint32_t child = hand_link(h, link, 0, 0, 0, 0);
     tfa_joint *j = hand_joint(h, name, type, parent, child);
@@ -21,7 +21,7 @@ static uint32_t empty(hand *h, const char *name, tfa_joint_type type, uint32_t p
 static uint32_t full(hand *h, const char *name, tfa_joint_type type, uint32_t parent,
                      const char *link, char axis)
 {
-    const uint32_t child = empty(h, name, type, parent, link, axis);
+    const uint32_t child = no_inertia(h, name, type, parent, link, axis);
     h->link[child].mass = 2;
     h->link[child].inertia[0] = h->link[child].inertia[3] = h->link[child].inertia[5] = 0.02;
     h->link[child].com[0] = 0.1;
@@ -36,37 +36,37 @@ static uint32_t begin(hand *h)
 
 static void before_floating(hand *h)
 {
-    const uint32_t a = empty(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'z');
+    const uint32_t a = no_inertia(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'z');
     full(h, "fly", TFA_JOINT_FLOATING, a, "ball", 'z');
 }
 
 static void before_planar(hand *h)
 {
-    const uint32_t a = empty(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'z');
+    const uint32_t a = no_inertia(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'z');
     full(h, "slide", TFA_JOINT_PLANAR, a, "puck", 'z');
 }
 
 static void before_oblique_planar(hand *h)
 {
-    const uint32_t a = empty(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'x');
+    const uint32_t a = no_inertia(h, "turn", TFA_JOINT_REVOLUTE, begin(h), "hoop", 'x');
     full(h, "slide", TFA_JOINT_PLANAR, a, "puck", 'z');
 }
 
 static void two_slides(hand *h)
 {
-    const uint32_t a = empty(h, "first", TFA_JOINT_PRISMATIC, begin(h), "carriage", 'x');
+    const uint32_t a = no_inertia(h, "first", TFA_JOINT_PRISMATIC, begin(h), "carriage", 'x');
     full(h, "second", TFA_JOINT_PRISMATIC, a, "arm", 'x');
 }
 
 static void crossed_slides(hand *h)
 {
-    const uint32_t a = empty(h, "first", TFA_JOINT_PRISMATIC, begin(h), "carriage", 'x');
+    const uint32_t a = no_inertia(h, "first", TFA_JOINT_PRISMATIC, begin(h), "carriage", 'x');
     full(h, "second", TFA_JOINT_PRISMATIC, a, "arm", 'y');
 }
 
 static void two_coaxial(hand *h)
 {
-    const uint32_t a = empty(h, "first", TFA_JOINT_REVOLUTE, begin(h), "ring", 'z');
+    const uint32_t a = no_inertia(h, "first", TFA_JOINT_REVOLUTE, begin(h), "ring", 'z');
     full(h, "second", TFA_JOINT_REVOLUTE, a, "arm", 'z');
     h->joint[1].xyz[2] = 0.7;
 }
@@ -89,24 +89,24 @@ CHANGE(parallel_not_coaxial, two_coaxial(h); h->joint[1].xyz[0] = 1e-3)
 /* A spherical wrist and a fourth axis through its centre */
 static void four_through_a_point(hand *h)
 {
-    uint32_t a = empty(h, "j1", TFA_JOINT_REVOLUTE, begin(h), "m1", 'z');
-    a = empty(h, "j2", TFA_JOINT_REVOLUTE, a, "m2", 'y');
-    a = empty(h, "j3", TFA_JOINT_REVOLUTE, a, "m3", 'x');
+    uint32_t a = no_inertia(h, "j1", TFA_JOINT_REVOLUTE, begin(h), "m1", 'z');
+    a = no_inertia(h, "j2", TFA_JOINT_REVOLUTE, a, "m2", 'y');
+    a = no_inertia(h, "j3", TFA_JOINT_REVOLUTE, a, "m3", 'x');
     full(h, "j4", TFA_JOINT_REVOLUTE, a, "hand", 'y');
 }
 
 static void three_through_a_point(hand *h)
 {
-    uint32_t a = empty(h, "j1", TFA_JOINT_REVOLUTE, begin(h), "m1", 'z');
-    a = empty(h, "j2", TFA_JOINT_REVOLUTE, a, "m2", 'y');
+    uint32_t a = no_inertia(h, "j1", TFA_JOINT_REVOLUTE, begin(h), "m1", 'z');
+    a = no_inertia(h, "j2", TFA_JOINT_REVOLUTE, a, "m2", 'y');
     full(h, "j3", TFA_JOINT_REVOLUTE, a, "hand", 'x');
 }
 
 static void four_slides(hand *h)
 {
-    uint32_t a = empty(h, "j1", TFA_JOINT_PRISMATIC, begin(h), "m1", 'x');
-    a = empty(h, "j2", TFA_JOINT_PRISMATIC, a, "m2", 'y');
-    a = empty(h, "j3", TFA_JOINT_PRISMATIC, a, "m3", 'z');
+    uint32_t a = no_inertia(h, "j1", TFA_JOINT_PRISMATIC, begin(h), "m1", 'x');
+    a = no_inertia(h, "j2", TFA_JOINT_PRISMATIC, a, "m2", 'y');
+    a = no_inertia(h, "j3", TFA_JOINT_PRISMATIC, a, "m3", 'z');
     full(h, "j4", TFA_JOINT_PRISMATIC, a, "hand", 'y');
 }
 
@@ -162,7 +162,7 @@ static void coaxial_follower(hand *h)
 CHANGE(payload_on_the_rod, rod(h, 'z'))
 CHANGE(floating_point_mass, begin(h); memset(h->link[0].inertia, 0, sizeof h->link[0].inertia))
 
-/* Two limbs on a base without mass, their axes on one line: nothing holds the base about it. */
+/* Two branches on a base without mass, their axes on one line: nothing holds the base about it. */
 static void limbs_on_a_line(hand *h)
 {
     begin(h);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Right angles that a file spells as 1.5708: exact when it is asked for, and what that changes is said.
+ * Right angles that a file spells as 1.5708: exact when it is asked for, and what that changes is
+ * said.
  */
 #include "model/model.h"
 #include "models.h"
@@ -27,7 +28,7 @@ static int general_entries(const tfa_model *m)
     return count;
 }
 
-static void turn_about_x(double quat[4], double angle)
+static void rotate_x(double quat[4], double angle)
 {
     quat[0] = sin(angle / 2);
     quat[1] = quat[2] = 0;
@@ -47,7 +48,7 @@ TEST(noise_goes)
     tfa_report report = {0};
     tfa_description *d = bundled_description("arm7.urdf");
     for (size_t j = 1; j < 7; j++)
-        turn_about_x(d->joints[j].quat, (j & 1 ? 1 : -1) * 1.5708);
+        rotate_x(d->joints[j].quat, (j & 1 ? 1 : -1) * 1.5708);
     tfa_model *as_written = model_of(d, 0, &report);
     assert_string_equal(note_of(&report), "");
     assert_true(general_entries(as_written) > 0);
@@ -70,10 +71,10 @@ TEST(other_angles_stay)
     tfa_report report = {0};
     tfa_description *d = bundled_description("arm7.urdf");
     for (size_t j = 0; j < d->joint_count; j++)
-        turn_about_x(d->joints[j].quat, 0.3 + 0.1 * (double)j);
-    turn_about_x(d->joints[2].quat, 1.5708);
+        rotate_x(d->joints[j].quat, 0.3 + 0.1 * (double)j);
+    rotate_x(d->joints[2].quat, 1.5708);
     for (size_t k = 0; k < d->link_count; k++)
-        turn_about_x(d->links[k].quat, 0.01 * (double)(k + 1));
+        rotate_x(d->links[k].quat, 0.01 * (double)(k + 1));
     tfa_model *as_written = model_of(d, 0, &report), *snapped = model_of(d, 3e-6, &report);
     assert_memory_equal(tfa_model_hash(as_written), tfa_model_hash(snapped), 32);
     assert_non_null(strstr(note_of(&report), "right angles: 0,"));
@@ -83,8 +84,8 @@ TEST(other_angles_stay)
     tfa_description_free(d);
 }
 
-/* Every rotation by right angles, shaken by less than the limit, comes back; the answer is that of a
- * rotation, never of a reflection. */
+/* Every rotation by right angles, shaken by less than the limit, comes back; the answer is that of
+ * a rotation, never of a reflection. */
 TEST(all_right_angles_are_found)
 {
     const double h = 0.5, s = sqrt(0.5);

@@ -3,7 +3,7 @@
  *
  * The configuration: defaults, errors with line and column, and the printed form.
  */
-#include "config.h"
+#include "config/config.h"
 
 #include "test.h"
 
@@ -86,7 +86,7 @@ TEST(values_arrive)
 TEST(errors_name_line_and_column)
 {
     static const struct {
-        const char *text, *place, *what;
+        const char *text, *location, *what;
     } cases[] = {
         {"workerz: 2\n" ROBOT, ":1:1: ", "no key 'workerz'; nearest: 'workers'"},
         {"workers: 0\n" ROBOT, ":1:10: ", "'0' is not a whole number from 1 to 64"},
@@ -158,9 +158,9 @@ TEST(errors_name_line_and_column)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         config *c;
         char *errors = load(cases[i].text, TFA_E_PARSE, &c);
-        if (strncmp(errors, cases[i].place, strlen(cases[i].place)) != 0 ||
+        if (strncmp(errors, cases[i].location, strlen(cases[i].location)) != 0 ||
             !strstr(errors, cases[i].what))
-            fail_msg("case %zu: '%s' should be at '%s' and name '%s'", i, errors, cases[i].place,
+            fail_msg("case %zu: '%s' should be at '%s' and name '%s'", i, errors, cases[i].location,
                      cases[i].what);
         if (strstr(errors, "CYAML") || strstr(errors, "mapping field"))
             fail_msg("case %zu: '%s' is in the words of a library", i, errors);

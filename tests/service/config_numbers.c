@@ -5,7 +5,7 @@
  * good spellings and bad ones. The keys come from the table itself, so that a new one is tested
  * from its first day.
  */
-#include "config_table.h"
+#include "config/config_table.h"
 #include "test.h"
 
 #include <spawn.h>
@@ -229,21 +229,21 @@ static bool is_of_list(const numeric_key *key, size_t i)
 /* The message stands at the value, names key and value, and says what is expected. */
 static void check_message(const numeric_key *key, const written *w, size_t i, const char *errors)
 {
-    char place[256], range[80] = "";
+    char location[256], range[80] = "";
     const char *remedy = bad[i].remedy, *kind = expected_kind(key);
-    snprintf(place, sizeof place, "%s:%zu:%zu: %s: ", w->name, w->line, w->column, key->path);
+    snprintf(location, sizeof location, "%s:%zu:%zu: %s: ", w->name, w->line, w->column, key->path);
     if (bad[i].yaml[0] == 0) /* an empty value stands where its key ends */
-        snprintf(place, sizeof place, "%s:%zu:%zu: %s: ", w->name, w->line, w->column - 1,
+        snprintf(location, sizeof location, "%s:%zu:%zu: %s: ", w->name, w->line, w->column - 1,
                  key->path);
     if (isfinite(key->high))
         snprintf(range, sizeof range, "from %.10g to %.10g", key->low, key->high);
     if (strncmp(remedy, "write ", 6) == 0 &&
         !(atof(remedy + 6) >= key->low && atof(remedy + 6) <= key->high))
         remedy = ""; /* what was meant is out of range, too */
-    if (strncmp(errors, place, strlen(place)) != 0 || !strstr(errors, bad[i].value) ||
+    if (strncmp(errors, location, strlen(location)) != 0 || !strstr(errors, bad[i].value) ||
         !strstr(errors, remedy) || !strstr(errors, kind) || !strstr(errors, range))
         fail_msg("%s: %s: %s    should be at %s, show %s, and say '%s', '%s' and '%s'", key->path,
-                 bad[i].yaml, errors, place, bad[i].value, kind, range, remedy);
+                 bad[i].yaml, errors, location, bad[i].value, kind, range, remedy);
 }
 
 static void refuse_bad(const numeric_key *key)
@@ -405,7 +405,7 @@ TEST(check_says_so)
 TEST(a_nul_is_refused)
 {
     static const struct {
-        const char *text, *place;
+        const char *text, *location;
     } cases[] = {
         {"robots: [{name: \"arm\\0x\", urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf}]\n",
          ":1:17: robots[0].name: "},
@@ -426,8 +426,8 @@ TEST(a_nul_is_refused)
         unlink(name);
         if (status != TFA_E_PARSE)
             fail_msg("case %zu is taken", i);
-        if (!strstr(errors, cases[i].place) || !strstr(errors, "NUL"))
-            fail_msg("%s should be at %s and name the NUL", errors, cases[i].place);
+        if (!strstr(errors, cases[i].location) || !strstr(errors, "NUL"))
+            fail_msg("%s should be at %s and name the NUL", errors, cases[i].location);
         free(errors);
     }
 }

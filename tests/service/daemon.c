@@ -137,7 +137,7 @@ TEST(refusals)
 }
 
 /* Full: said before the client could greet, heard all the same. */
-TEST(full_house)
+TEST(all_clients_connected)
 {
     harness h;
     harness_serve(&h, ARM, "limits: {clients: 1}\n");
@@ -214,14 +214,14 @@ TEST(bad_robots_are_named)
 
 TEST(armature_counts)
 {
-    harness plain, heavy;
+    harness plain, with_payload;
     double a[7], b[7];
     harness_make(&plain, ARM, "");
-    harness_make(&heavy, ARM "    armature: [{joint: joint_1, value: 1000}]\n", "");
+    harness_make(&with_payload, ARM "    armature: [{joint: joint_1, value: 1000}]\n", "");
     harness_start(&plain, "arm");
-    harness_start(&heavy, "arm");
+    harness_start(&with_payload, "arm");
     tfa_client *light = harness_connect(&plain, "arm", TFA_WAIT_DEFAULT);
-    tfa_client *slow = harness_connect(&heavy, "arm", TFA_WAIT_DEFAULT);
+    tfa_client *slow = harness_connect(&with_payload, "arm", TFA_WAIT_DEFAULT);
     assert_int_equal(ask_arm(light, 1, a, TIMEOUT_NS), TFA_OK);
     assert_int_equal(ask_arm(slow, 1, b, TIMEOUT_NS), TFA_OK);
     assert_true(b[0] * b[0] < 1e-4 * a[0] * a[0]);
@@ -230,10 +230,11 @@ TEST(armature_counts)
     tfa_client_close(light);
     tfa_client_close(slow);
     harness_remove(&plain);
-    harness_remove(&heavy);
+    harness_remove(&with_payload);
 }
 
-/* One daemon, whose configuration changes: float is another answer, a refined one nearly the same. */
+/* One daemon, whose configuration changes: float is another answer, a refined one nearly the
+ * same. */
 TEST(precision_is_taken_in_a_reload)
 {
     static const struct {

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Where a method fails, through the real daemon: its answer is that of the library to the bit, comes
- * from whom and for the reason that the table says, is right, and the daemon is well afterwards.
+ * Where a method fails, through the real daemon: its answer is that of the library to the bit,
+ * comes from whom and for the reason that the table says, is right, and the daemon is well
+ * afterwards.
  */
 #include "failures_table.h"
 #include "fixture.h"
@@ -43,7 +44,7 @@ static char *write_robots(const char *directory)
 static void in_process(const failure *row, const hard_robot *robot, tfa_reply *reply)
 {
     const tfa_workspace_options options = {.precision = row->precision, .residual = row->residual};
-    const tfa_request r = failure_guarded(row, robot);
+    const tfa_request r = failure_by_default(row, robot);
     tfa_workspace *w = workspace_for(robot->model, &options);
     assert_int_equal(tfa_compute(w, &r, reply), TFA_OK);
     tfa_workspace_free(w);
@@ -54,21 +55,21 @@ static void compare(const harness *h, uint32_t k)
     static hard_robot robot;
     const failure *row = &failures[k];
     double want[HARD_ROBOT_FREEDOMS], got[HARD_ROBOT_FREEDOMS], own[HARD_ROBOT_FREEDOMS];
-    tfa_answer answer, own_answer;
+    tfa_answer answer, specialised_answer;
     tfa_reply reply = failure_reply(row, got, &answer);
-    tfa_reply own_reply = failure_reply(row, own, &own_answer);
+    tfa_reply own_reply = failure_reply(row, own, &specialised_answer);
     char name[16];
     snprintf(name, sizeof name, "r%u", (unsigned)k);
     failure_open(row, &robot);
     const uint32_t count = failure_truth(row, &robot, want);
     in_process(row, &robot, &own_reply);
     tfa_client *client = harness_connect(h, name, TFA_WAIT_DEFAULT);
-    const tfa_request r = failure_guarded(row, &robot);
+    const tfa_request r = failure_by_default(row, &robot);
     assert_int_equal(tfa_client_call(client, &r, &reply, WAIT_NS, NULL), TFA_OK);
     tfa_client_close(client);
     failure_check(row, &reply, got, want, count, tfa_method_name((uint32_t)row->method));
     assert_memory_equal(got, own, count * sizeof *got);
-    assert_memory_equal(&answer, &own_answer, sizeof answer);
+    assert_memory_equal(&answer, &specialised_answer, sizeof answer);
     assert_int_equal(reply.model, own_reply.model);
     hard_robot_close(&robot);
 }

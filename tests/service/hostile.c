@@ -3,8 +3,8 @@
  *
  * Clients that speak the protocol themselves, and badly. A witness must not notice.
  */
-#include "client/hello.h"
 #include "harness.h"
+#include "ipc/handshake.h"
 #include "test.h"
 
 #include <errno.h>
@@ -18,12 +18,12 @@
 
 #define TIMEOUT_NS WAIT_NS
 
-typedef struct villain {
+typedef struct hostile_client {
     int socket;
     int fds[TFA_WELCOME_DESCRIPTORS];
     tfa_welcome welcome;
     tfa_ring_client ring;
-} villain;
+} hostile_client;
 
 static uint64_t seed = 0x9e3779b97f4a7c15u;
 
@@ -46,15 +46,15 @@ static int connect_raw(const harness *h)
 
 static tfa_hello good_hello(tfa_wait wait)
 {
-    return (tfa_hello){.magic = TFA_HELLO_MAGIC,
-                       .abi = TFA_HELLO_ABI,
+    return (tfa_hello){.magic = TFA_HANDSHAKE_MAGIC,
+                       .abi = TFA_HANDSHAKE_ABI,
                        .slots = 8,
                        .max_batch = 2,
                        .wait = wait,
                        .robot = "arm"};
 }
 
-static void receive_welcome(villain *v)
+static void receive_welcome(hostile_client *v)
 {
     union {
         char bytes[CMSG_SPACE(sizeof v->fds)];
@@ -71,9 +71,9 @@ static void receive_welcome(villain *v)
 }
 
 /* A client by the book so far. */
-static villain enter(const harness *h, tfa_wait wait)
+static hostile_client connect_client(const harness *h, tfa_wait wait)
 {
-    villain v = {.socket = connect_raw(h)};
+    hostile_client v = {.socket = connect_raw(h)};
     const tfa_hello hello = good_hello(wait);
     assert_int_equal(send(v.socket, &hello, sizeof hello, 0), sizeof hello);
     receive_welcome(&v);
@@ -83,25 +83,25 @@ static villain enter(const harness *h, tfa_wait wait)
                            v.fds[TFA_WELCOME_REQUESTS], 0);
     v.ring.replies =
         mmap(NULL, l->reply_bytes, PROT_READ, MAP_SHARED, v.fds[TFA_WELCOME_REPLIES], 0);
-    v.ring.pulse =
-        mmap(NULL, sizeof(tfa_ring_pulse), PROT_READ, MAP_SHARED, v.fds[TFA_WELCOME_PULSE], 0);
+    v.ring.worker_status = mmap(NULL, sizeof(tfa_ring_worker_status), PROT_READ, MAP_SHARED,
+                                v.fds[TFA_WELCOME_WORKER_STATUS], 0);
     assert_ptr_not_equal(v.ring.requests, MAP_FAILED);
     assert_ptr_not_equal(v.ring.replies, MAP_FAILED);
-    assert_ptr_not_equal(v.ring.pulse, MAP_FAILED);
+    assert_ptr_not_equal(v.ring.worker_status, MAP_FAILED);
     return v;
 }
 
-static void leave(villain *v)
+static void disconnect_client(hostile_client *v)
 {
     munmap(v->ring.requests, v->ring.layout.request_bytes);
     munmap((void *)(uintptr_t)v->ring.replies, v->ring.layout.reply_bytes);
-    munmap((void *)(uintptr_t)v->ring.pulse, sizeof(tfa_ring_pulse));
+    munmap((void *)(uintptr_t)v->ring.worker_status, sizeof(tfa_ring_worker_status));
     for (int i = 0; i < TFA_WELCOME_DESCRIPTORS; i++)
         close(v->fds[i]);
     close(v->socket);
 }
 
-static void wake(const villain *v)
+static void wake(const hostile_client *v)
 {
     const uint64_t one = 1;
     (void)!write(v->fds[TFA_WELCOME_DOORBELL], &one, sizeof one);
@@ -117,16 +117,16 @@ static void assert_hung_up(int socket)
 
 typedef struct scene {
     harness h;
-    tfa_client *witness;
-    double truth[7];
+    tfa_client *honest_client;
+    double expected[7];
 } scene;
 
 static void assert_unharmed(scene *s)
 {
     double qdd[7];
     for (int i = 0; i < 5; i++) {
-        assert_int_equal(ask_arm(s->witness, 1, qdd, TIMEOUT_NS), TFA_OK);
-        assert_memory_equal(qdd, s->truth, sizeof qdd);
+        assert_int_equal(ask_arm(s->honest_client, 1, qdd, TIMEOUT_NS), TFA_OK);
+        assert_memory_equal(qdd, s->expected, sizeof qdd);
     }
 }
 
@@ -134,14 +134,14 @@ static void open_scene(scene *s, const char *more)
 {
     harness_make(&s->h, ARM, more);
     harness_start(&s->h, "arm");
-    s->witness = harness_connect(&s->h, "arm", TFA_WAIT_HYBRID);
-    assert_int_equal(ask_arm(s->witness, 1, s->truth, TIMEOUT_NS), TFA_OK);
+    s->honest_client = harness_connect(&s->h, "arm", TFA_WAIT_HYBRID);
+    assert_int_equal(ask_arm(s->honest_client, 1, s->expected, TIMEOUT_NS), TFA_OK);
 }
 
 static void close_scene(scene *s)
 {
     assert_unharmed(s);
-    tfa_client_close(s->witness);
+    tfa_client_close(s->honest_client);
     assert_int_equal(harness_stop(&s->h, SIGTERM), 0);
     harness_remove(&s->h);
 }
@@ -153,7 +153,7 @@ TEST(truncates_its_requests)
     scene s;
     open_scene(&s, "");
     for (int i = 0; i < 20; i++) {
-        villain v = enter(&s.h, i & 1 ? TFA_WAIT_SPIN : TFA_WAIT_BLOCK);
+        hostile_client v = connect_client(&s.h, i & 1 ? TFA_WAIT_SPIN : TFA_WAIT_BLOCK);
         /* to nothing, or to one page, so that the worker falls over a later slot */
         assert_int_equal(ftruncate(v.fds[TFA_WELCOME_REQUESTS], i & 2 ? 4096 : 0), 0);
         if (i & 2) {
@@ -165,7 +165,7 @@ TEST(truncates_its_requests)
         wake(&v);
         assert_hung_up(v.socket);
         assert_unharmed(&s);
-        leave(&v);
+        disconnect_client(&v);
     }
     assert_true(harness_logged(&s.h, "took its memory away"));
     close_scene(&s);
@@ -177,8 +177,9 @@ TEST(replies_are_out_of_reach)
     for (int i = 0; i < 2; i++) {
         scene s;
         open_scene(&s, backends[i]);
-        villain v = enter(&s.h, TFA_WAIT_BLOCK);
-        static const int readonly[] = {TFA_WELCOME_REPLIES, TFA_WELCOME_PULSE, TFA_WELCOME_NAMES};
+        hostile_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
+        static const int readonly[] = {TFA_WELCOME_REPLIES, TFA_WELCOME_WORKER_STATUS,
+                                       TFA_WELCOME_NAMES};
         for (int k = 0; k < 3; k++) {
             const int fd = v.fds[readonly[k]];
             assert_int_not_equal(ftruncate(fd, 0), 0);
@@ -189,7 +190,7 @@ TEST(replies_are_out_of_reach)
             assert_int_not_equal(ftruncate(v.fds[TFA_WELCOME_REQUESTS], 0), 0);
             assert_int_equal(errno, EPERM); /* sealed */
         }
-        leave(&v);
+        disconnect_client(&v);
         close_scene(&s);
     }
 }
@@ -201,7 +202,7 @@ TEST(writes_garbage)
 {
     scene s;
     open_scene(&s, "");
-    villain v = enter(&s.h, TFA_WAIT_HYBRID);
+    hostile_client v = connect_client(&s.h, TFA_WAIT_HYBRID);
     const uint32_t dof = v.welcome.shape.q_count + v.welcome.shape.v_count;
     for (int i = 0; i < 5000; i++) {
         uint64_t *slot = tfa_ring_next_request(&v.ring);
@@ -227,13 +228,13 @@ TEST(writes_garbage)
         if (i % 500 == 0)
             assert_unharmed(&s);
     }
-    leave(&v);
+    disconnect_client(&v);
     close_scene(&s);
 }
 
 /* What the counts and blocks of a request whose other bytes are 0 deserve. A block without a count
  * is nothing; a count without its block lacks it. */
-static int32_t deserved(const tfa_wire_request *line, uint32_t joints, tfa_field *field)
+static int32_t expected_status(const tfa_wire_request *line, uint32_t joints, tfa_field *field)
 {
     const struct {
         uint32_t count, limit, block;
@@ -253,7 +254,7 @@ static int32_t deserved(const tfa_wire_request *line, uint32_t joints, tfa_field
     return TFA_OK;
 }
 
-static void exchange_line(villain *v, const tfa_wire_request *line)
+static void exchange_line(hostile_client *v, const tfa_wire_request *line)
 {
     unsigned char *slot = tfa_ring_next_request(&v->ring);
     memset(slot + 8, 0, v->ring.layout.request_stride - 8);
@@ -265,7 +266,7 @@ static void exchange_line(villain *v, const tfa_wire_request *line)
     assert_true(tfa_ring_reply_ready(&v->ring));
     tfa_field field;
     const tfa_wire_reply *reply = tfa_ring_oldest_reply(&v->ring);
-    const int32_t status = deserved(line, v->welcome.shape.v_count, &field);
+    const int32_t status = expected_status(line, v->welcome.shape.v_count, &field);
     if (reply->status != status || reply->field != (uint32_t)field || reply->id != line->id)
         fail_msg("payloads %u, locked %u, blocks %x: %s about %s, not %s about %s",
                  line->payload_count, line->locked_count, line->present,
@@ -279,7 +280,7 @@ TEST(counts_without_measure)
 {
     scene s;
     open_scene(&s, "");
-    villain v = enter(&s.h, TFA_WAIT_HYBRID);
+    hostile_client v = connect_client(&s.h, TFA_WAIT_HYBRID);
     const tfa_wire_shape *shape = &v.welcome.shape;
     const uint32_t joints[] = {0, 1, shape->v_count, shape->v_count + 1, UINT32_MAX};
     static const uint8_t payloads[] = {0, 1, TFA_MAX_PAYLOADS + 1, 255};
@@ -298,57 +299,57 @@ TEST(counts_without_measure)
         if (i % 20 == 0)
             assert_unharmed(&s);
     }
-    leave(&v);
+    disconnect_client(&v);
     close_scene(&s);
 }
 
-TEST(leaves_the_window)
+TEST(sequence_outside_the_window)
 {
     static const uint64_t numbers[] = {2, 9, 1000, UINT64_MAX, UINT64_MAX - 8};
     scene s;
     open_scene(&s, "");
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
-        villain v = enter(&s.h, TFA_WAIT_BLOCK);
+        hostile_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
         tfa_wire_request *line = tfa_ring_next_request(&v.ring);
         atomic_store(&line->seq, numbers[i]);
         wake(&v);
         assert_hung_up(v.socket);
-        leave(&v);
+        disconnect_client(&v);
         assert_unharmed(&s);
     }
     close_scene(&s);
 }
 
 /* Fills the ring again and again and never reads a reply; says it sleeps, too. */
-TEST(floods)
+TEST(fills_the_ring)
 {
     scene s;
     open_scene(&s, "");
-    villain v = enter(&s.h, TFA_WAIT_HYBRID);
+    hostile_client v = connect_client(&s.h, TFA_WAIT_HYBRID);
     const pid_t child = fork();
     if (child == 0) {
         const tfa_wire_request line = {.count = 1, .op = TFA_OP_MASS_MATRIX};
-        atomic_store(&tfa_ring_bell_of(&v.ring)->asleep, 1);
+        atomic_store(&tfa_ring_client_flags_of(&v.ring)->asleep, 1);
         for (;;) {
             unsigned char *slot = tfa_ring_next_request(&v.ring);
             memcpy(slot + 8, (const unsigned char *)&line + 8, sizeof line - 8);
             (void)tfa_ring_send(&v.ring);
             wake(&v);
             for (int t = 0; t < 100 && !tfa_ring_reply_ready(&v.ring); t++)
-                tfa_ring_relax(); /* now and then it even overtakes the worker */
+                tfa_ring_cpu_relax(); /* now and then it even overtakes the worker */
             v.ring.received++;
         }
     }
     for (int i = 0; i < 200; i++)
         assert_unharmed(&s);
     kill(child, SIGKILL);
-    leave(&v);
+    disconnect_client(&v);
     close_scene(&s);
 }
 
 /* ---- the socket ---- */
 
-TEST(garbage_hello)
+TEST(garbage_handshake)
 {
     scene s;
     open_scene(&s, "");
@@ -376,20 +377,20 @@ TEST(garbage_hello)
     close_scene(&s);
 }
 
-TEST(speaks_after_the_greeting)
+TEST(sends_after_the_handshake)
 {
     scene s;
     open_scene(&s, "");
-    villain v = enter(&s.h, TFA_WAIT_BLOCK);
+    hostile_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
     const tfa_hello again = good_hello(TFA_WAIT_BLOCK);
     assert_int_equal(send(v.socket, &again, sizeof again, 0), sizeof again);
     assert_hung_up(v.socket);
-    leave(&v);
+    disconnect_client(&v);
     close_scene(&s);
 }
 
 /* Says nothing: turned out after a while. Takes the welcome and never reads it: no harm. */
-TEST(silent_ones)
+TEST(clients_without_handshake)
 {
     scene s;
     open_scene(&s, "");
@@ -410,7 +411,7 @@ TEST(silent_ones)
     close_scene(&s);
 }
 
-TEST(more_than_may_come)
+TEST(too_many_clients)
 {
     scene s;
     open_scene(&s, "limits: {clients: 4}\n");

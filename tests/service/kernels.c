@@ -12,7 +12,7 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
-/* A folder with a stand-in for the arm, and a daemon that is told of it */
+/* A folder with a fake kernel for the arm, and a daemon that is told of it */
 struct served {
     bench b;
     harness h;
@@ -52,24 +52,24 @@ TEST(a_kernel_is_loaded)
     open_served(&s, "load");
     bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
     harness_start(&s.h, "arm");
-    assert_true(harness_logged(&s.h, "robot 'arm': kernel of its own"));
+    assert_true(harness_logged(&s.h, "robot 'arm': specialised kernel"));
     it_answers(&s.h);
     close_served(&s);
 }
 
-TEST(off_is_off)
+TEST(kernels_are_off_by_default)
 {
     struct served s;
     open_served(&s, "off");
     bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
     harness_start(&s.h, "arm");
     it_answers(&s.h);
-    assert_int_equal(harness_log_lines(&s.h, "kernel of its own"), 0);
+    assert_int_equal(harness_log_lines(&s.h, "specialised kernel"), 0);
     close_served(&s);
 }
 
 /* The reason is in the log, and the robot is served all the same. */
-TEST(a_bad_one_is_refused)
+TEST(a_bad_kernel_is_refused)
 {
     struct served s;
     open_served(&s, "load");
@@ -96,7 +96,7 @@ TEST(a_reload_exchanges_kernels)
     double qdd[7];
     open_served(&s, "load");
     harness_start(&s.h, "arm");
-    assert_true(harness_logged(&s.h, "robot 'arm': no kernel of its own yet"));
+    assert_true(harness_logged(&s.h, "robot 'arm': no specialised kernel yet"));
     tfa_client *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
     bench_build(&s.b, s.b.arm, "SOUND", s.kernel);
     for (unsigned turn = 1; turn <= 2; turn++) {
@@ -125,7 +125,7 @@ TEST(a_folder_must_be_named)
 }
 
 /* The daemon starts no compiler. */
-TEST(build_is_no_mode)
+TEST(build_mode_is_refused)
 {
     struct served s;
     open_served(&s, "build");

@@ -176,7 +176,7 @@ static bool all_answered_by(load *l, int model)
     return true;
 }
 
-bool load_answered_by(load *l, int model)
+bool load_count_answers(load *l, int model)
 {
     for (unsigned i = 0; i < WAIT_NS / 1000000; i++) {
         if (all_answered_by(l, model))
@@ -213,7 +213,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-load_figures load_look(const load *l, uint32_t from, uint32_t to, bool first, size_t member)
+load_figures load_poll(const load *l, uint32_t from, uint32_t to, bool first, size_t member)
 {
     load_figures f = {0};
     uint32_t *values = calloc(to - from + 1, sizeof *values);

@@ -63,7 +63,7 @@ typedef struct load_robot {
 /** Computes what the models answer and starts asking. */
 void load_start(load *l, const harness *h, const load_robot robots[LOAD_CLIENTS], tfa_wait wait);
 /** Waits until all clients were answered by this model. @return false: they were not */
-bool load_answered_by(load *l, int model);
+bool load_count_answers(load *l, int model);
 /** Ends the thread and hangs up. @return nothing was wrong */
 bool load_stop(load *l);
 void load_free(load *l);
@@ -75,6 +75,6 @@ typedef struct load_figures {
 } load_figures;
 
 /** Of one member of the samples from..to that are `first` or not: its offset in load_sample. */
-load_figures load_look(const load *l, uint32_t from, uint32_t to, bool first, size_t member);
+load_figures load_poll(const load *l, uint32_t from, uint32_t to, bool first, size_t member);
 
 #endif

@@ -84,9 +84,9 @@ static void print_all(const load *l, uint32_t quiet, uint32_t end)
                    {"computing", offsetof(load_sample, computation)}};
     for (size_t i = 0; i < sizeof members / sizeof *members; i++) {
         print_message("%s:\n", members[i].what);
-        print_figures("  no exchanges", load_look(l, 0, quiet, false, members[i].member));
-        print_figures("  between exchanges", load_look(l, quiet, end, false, members[i].member));
-        print_figures("  first of a new model", load_look(l, quiet, end, true, members[i].member));
+        print_figures("  no exchanges", load_poll(l, 0, quiet, false, members[i].member));
+        print_figures("  between exchanges", load_poll(l, quiet, end, false, members[i].member));
+        print_figures("  first of a new model", load_poll(l, quiet, end, true, members[i].member));
     }
 }
 
@@ -96,7 +96,7 @@ static void swap_often(const harness *h, load *l, int swaps)
         const int next = i % LOAD_MODELS;
         harness_configure(h, yaml[next], "");
         reload(h);
-        if (!load_answered_by(l, next))
+        if (!load_count_answers(l, next))
             break;
         sleep_ms((unsigned)i % 7 * 3);
     }
@@ -120,7 +120,7 @@ static void under_load(int swaps, tfa_wait wait)
     assert_true(load_stop(&l));
     assert_true(harness_logged_times(&h, "reload: done, 2 of 2", (unsigned)swaps));
     assert_in_range(harness_descriptors(&h), 1, descriptors);
-    assert_int_equal(load_look(&l, quiet, end, true, 0).count, swaps * LOAD_CLIENTS);
+    assert_int_equal(load_poll(&l, quiet, end, true, 0).count, swaps * LOAD_CLIENTS);
     print_message("%.0f requests/s; %u times more than %u ms behind\n",
                   end * 1e9 / (double)load_time(&l), l.resyncs, LOAD_BEHIND_NS / 1000000);
     print_all(&l, quiet, end);
@@ -265,27 +265,27 @@ static char *read_file(const char *path)
 /* Each reload is refused and named, and the model of before answers with the same bits. */
 TEST(refused)
 {
-#define OWN "  - name: arm\n    urdf: arm.urdf\n"
+#define ARM_ENTRY "  - name: arm\n    urdf: arm.urdf\n"
     static const struct {
         const char *robots, *more, *urdf, *text;
     } cases[] = {
-        {OWN, "", "<robot name=\"arm\"><link name=\"base_link\">", "malformed file"},
-        {OWN, "", "", "arm.urdf"},
-        {OWN "    gravityy: [0, 0, 1]\n", "", NULL, "gravityy"},
-        {OWN "    gravity: [0, 0]\n", "", NULL, "gravity"},
-        {OWN "    urdf: nowhere.urdf\n", "", NULL, "urdf"},
-        {OWN "    scenes: [{name: s}]\n", "", NULL, "scenes has 1 entries, it had 0"},
-        {OWN ARM, "", NULL, "already the name"},
-        {OWN "  - name: another\n    urdf: arm.urdf\n", "", NULL, "robots has 2 entries"},
+        {ARM_ENTRY, "", "<robot name=\"arm\"><link name=\"base_link\">", "malformed file"},
+        {ARM_ENTRY, "", "", "arm.urdf"},
+        {ARM_ENTRY "    gravityy: [0, 0, 1]\n", "", NULL, "gravityy"},
+        {ARM_ENTRY "    gravity: [0, 0]\n", "", NULL, "gravity"},
+        {ARM_ENTRY "    urdf: nowhere.urdf\n", "", NULL, "urdf"},
+        {ARM_ENTRY "    scenes: [{name: s}]\n", "", NULL, "scenes has 1 entries, it had 0"},
+        {ARM_ENTRY ARM, "", NULL, "already the name"},
+        {ARM_ENTRY "  - name: another\n    urdf: arm.urdf\n", "", NULL, "robots has 2 entries"},
         {"  - name: leg\n    urdf: arm.urdf\n", "", NULL, "robots[0].name is another"},
-        {OWN, "workers: 2\n", NULL, "workers is another: that needs a restart"},
-        {OWN "    armature: [{joint: joint_8, value: 1}]\n", "", NULL,
+        {ARM_ENTRY, "workers: 2\n", NULL, "workers is another: that needs a restart"},
+        {ARM_ENTRY "    armature: [{joint: joint_8, value: 1}]\n", "", NULL,
          "no joint 'joint_8'; nearest: 'joint_"},
     };
     harness h;
     double before[7], after[7];
     char *arm = read_file(TFA_SOURCE_DIR "/config/robots/arm7.urdf");
-    harness_make(&h, OWN, "");
+    harness_make(&h, ARM_ENTRY, "");
     write_file(&h, "arm.urdf", arm);
     harness_start(&h, "arm");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
@@ -302,7 +302,7 @@ TEST(refused)
     }
     assert_int_equal(harness_log_lines(&h, "reload: done"), 0);
     write_file(&h, "arm.urdf", arm); /* and a good one is taken */
-    harness_configure(&h, OWN "    gravity: [0, 0, -1]\n", "");
+    harness_configure(&h, ARM_ENTRY "    gravity: [0, 0, -1]\n", "");
     reload(&h);
     assert_true(harness_logged(&h, "reload: done, 1 of 1"));
     assert_int_equal(ask_arm(client, 1, after, TIMEOUT_NS), TFA_OK);
@@ -333,10 +333,10 @@ TEST(limits_are_taken)
 TEST(many_signals)
 {
     harness h;
-    double heavy[7], light[7], last[7];
+    double with_payload[7], light[7], last[7];
     harness_serve(&h, ARM, "");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
-    assert_int_equal(ask_arm(client, 1, heavy, TIMEOUT_NS), TFA_OK);
+    assert_int_equal(ask_arm(client, 1, with_payload, TIMEOUT_NS), TFA_OK);
     for (int i = 0; i < 50; i++) {
         harness_configure(&h, i % 2 ? ARM : ARM "    gravity: [0, 0, -3]\n", "");
         reload(&h);
@@ -348,7 +348,8 @@ TEST(many_signals)
     for (unsigned i = 0; i < 2000 && !done; i++) {
         sleep_ms(2);
         assert_int_equal(ask_arm(client, 1, light, TIMEOUT_NS), TFA_OK);
-        done = memcmp(light, heavy, sizeof light) != 0 && memcmp(light, last, sizeof light) != 0;
+        done = memcmp(light, with_payload, sizeof light) != 0 &&
+               memcmp(light, last, sizeof light) != 0;
     }
     assert_true(done);
     tfa_client_close(client);

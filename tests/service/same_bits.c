@@ -189,7 +189,7 @@ static void compare_changed(const char *name, const tfa_client_info *info, tfa_w
             }
 }
 
-/* Bad requests name the same culprit. */
+/* Bad requests name the same field. */
 static void compare_bad(const char *name, tfa_workspace *w, tfa_client *client)
 {
     double q[BATCH * 256];

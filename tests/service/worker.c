@@ -3,10 +3,10 @@
  *
  * A worker with a solver of our own: its cycle without a thread, then with threads on all sides.
  */
-#include "worker.h"
+#include "worker/worker.h"
 
-#include "port_calls.h"
-#include "sigbus.h"
+#include "local_client_calls.h"
+#include "platform/sigbus.h"
 #include "test.h"
 
 #include <pthread.h>
@@ -18,10 +18,10 @@
 #define VISITS 40
 
 /* qdd = q + tau, or a refusal when op is not forward dynamics. */
-static int add(void *self, const tfa_request *request, tfa_reply *reply, const tfa_pause *pause)
+static int add(void *self, const tfa_request *request, tfa_reply *reply, const tfa_yield *yield)
 {
     uint32_t *calls = self;
-    (void)pause;
+    (void)yield;
     ++*calls;
     if (request->op != TFA_OP_FORWARD_DYNAMICS) {
         reply->field = TFA_FIELD_OP;
@@ -53,21 +53,21 @@ static void make_bench(bench *b, tfa_wait wait)
 TEST(cycle_answers)
 {
     bench b;
-    tfa_port port;
+    tfa_local_client local_client;
     make_bench(&b, TFA_WAIT_BLOCK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 8, 4, &port), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 8, 4, &local_client), TFA_OK);
     assert_int_equal(tfa_worker_cycle(b.worker), 0);
     for (int i = 0; i < 50; i++) {
-        assert_int_equal(send_to(&port, i, (uint64_t)i), TFA_OK);
-        assert_false(tfa_ring_reply_ready(&port.ring));
+        assert_int_equal(send_to(&local_client, i, (uint64_t)i), TFA_OK);
+        assert_false(tfa_ring_reply_ready(&local_client.ring));
         assert_int_equal(tfa_worker_cycle(b.worker), 1);
-        assert_true(tfa_ring_reply_ready(&port.ring));
-        assert_true(take_from(&port, i, (uint64_t)i));
+        assert_true(tfa_ring_reply_ready(&local_client.ring));
+        assert_true(receive_from(&local_client, i, (uint64_t)i));
     }
     assert_int_equal(b.calls, 50);
-    assert_int_equal(tfa_seat_count(port.seat)->requests, 50);
-    assert_int_equal(atomic_load(&tfa_worker_pulse(b.worker)->heartbeat), 51);
-    tfa_port_close(&port);
+    assert_int_equal(tfa_worker_client_get_counters(local_client.client)->requests, 50);
+    assert_int_equal(atomic_load(&tfa_worker_get_status(b.worker)->heartbeat), 51);
+    tfa_local_client_close(&local_client);
     tfa_worker_destroy(b.worker);
 }
 
@@ -75,10 +75,10 @@ TEST(cycle_answers)
 TEST(turns_are_bounded)
 {
     bench b;
-    tfa_port greedy, modest;
+    tfa_local_client greedy, modest;
     make_bench(&b, TFA_WAIT_BLOCK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 64, 1, &greedy), TFA_OK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &modest), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 64, 1, &greedy), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &modest), TFA_OK);
     for (uint64_t i = 0; i < 64; i++)
         assert_int_equal(send_to(&greedy, 1, i), TFA_OK);
     assert_int_equal(send_to(&greedy, 1, 64), TFA_E_AGAIN);
@@ -86,82 +86,84 @@ TEST(turns_are_bounded)
     const uint32_t first = tfa_worker_cycle(b.worker);
     assert_in_range(first, 2, 9);
     assert_true(tfa_ring_reply_ready(&modest.ring));
-    assert_true(take_from(&modest, 2, 5));
+    assert_true(receive_from(&modest, 2, 5));
     uint32_t all = first;
     for (uint32_t n; (n = tfa_worker_cycle(b.worker)) != 0;)
         all += n;
     assert_int_equal(all, 65);
-    tfa_port_close(&greedy);
-    tfa_port_close(&modest);
+    tfa_local_client_close(&greedy);
+    tfa_local_client_close(&modest);
     tfa_worker_destroy(b.worker);
 }
 
 TEST(refusals_are_counted)
 {
     bench b;
-    tfa_port port;
-    tfa_wire_ask ask;
+    tfa_local_client local_client;
+    tfa_wire_reply_shape ask;
     tfa_reply reply;
     const tfa_request wrong = {.op = TFA_OP_MASS_MATRIX, .count = 1};
     make_bench(&b, TFA_WAIT_BLOCK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 2, 1, &port), TFA_OK);
-    assert_int_equal(tfa_wire_encode_request(&port.shape, &wrong, 0, 9, 0,
-                                             tfa_ring_next_request(&port.ring), &ask),
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 2, 1, &local_client), TFA_OK);
+    assert_int_equal(tfa_wire_encode_request(&local_client.shape, &wrong, 0, 9, 0,
+                                             tfa_ring_next_request(&local_client.ring), &ask),
                      TFA_OK);
-    tfa_port_send(&port);
+    tfa_local_client_send(&local_client);
     /* a robot of another size: refused before the solver sees it */
-    tfa_wire_request *line = tfa_ring_next_request(&port.ring);
-    assert_int_equal(tfa_wire_encode_request(&port.shape, &wrong, 0, 10, 0, line, &ask), TFA_OK);
+    tfa_wire_request *line = tfa_ring_next_request(&local_client.ring);
+    assert_int_equal(tfa_wire_encode_request(&local_client.shape, &wrong, 0, 10, 0, line, &ask),
+                     TFA_OK);
     line->dof++;
-    tfa_port_send(&port);
+    tfa_local_client_send(&local_client);
     assert_int_equal(tfa_worker_cycle(b.worker), 2);
-    assert_int_equal(tfa_wire_decode_reply(tfa_ring_oldest_reply(&port.ring), &reply), 0);
+    assert_int_equal(tfa_wire_decode_reply(tfa_ring_oldest_reply(&local_client.ring), &reply), 0);
     assert_int_equal(reply.status, TFA_E_ARGUMENT);
     assert_int_equal(reply.field, TFA_FIELD_OP);
-    tfa_ring_release(&port.ring);
-    (void)tfa_wire_decode_reply(tfa_ring_oldest_reply(&port.ring), &reply);
+    tfa_ring_release(&local_client.ring);
+    (void)tfa_wire_decode_reply(tfa_ring_oldest_reply(&local_client.ring), &reply);
     assert_int_equal(reply.status, TFA_E_PROTOCOL);
     assert_int_equal(b.calls, 1);
-    assert_int_equal(tfa_seat_count(port.seat)->rejected, 2);
-    tfa_port_close(&port);
+    assert_int_equal(tfa_worker_client_get_counters(local_client.client)->rejected, 2);
+    tfa_local_client_close(&local_client);
     tfa_worker_destroy(b.worker);
 }
 
 TEST(broken_window_ends_the_client)
 {
     bench b;
-    tfa_port bad, good;
+    tfa_local_client bad, good;
     make_bench(&b, TFA_WAIT_BLOCK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 4, 1, &bad), TFA_OK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 4, 1, &good), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 4, 1, &bad), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 4, 1, &good), TFA_OK);
     tfa_wire_request *line = tfa_ring_next_request(&bad.ring);
     atomic_store(&line->seq, 77);
     assert_int_equal(send_to(&good, 3, 1), TFA_OK);
     assert_int_equal(tfa_worker_cycle(b.worker), 1);
-    assert_true(tfa_seat_broken(bad.seat));
-    assert_false(tfa_seat_broken(good.seat));
+    assert_true(tfa_worker_client_is_broken(bad.client));
+    assert_false(tfa_worker_client_is_broken(good.client));
     atomic_store(&line->seq, 1); /* too late to be good again */
     assert_int_equal(tfa_worker_cycle(b.worker), 0);
-    tfa_port_close(&bad);
-    tfa_port_close(&good);
+    tfa_local_client_close(&bad);
+    tfa_local_client_close(&good);
     tfa_worker_destroy(b.worker);
 }
 
-TEST(seats_run_out_and_come_back)
+TEST(client_entries_run_out_and_come_back)
 {
     bench b;
-    tfa_port *ports = calloc(TFA_WORKER_SEATS + 1, sizeof *ports);
+    tfa_local_client *ports = calloc(TFA_WORKER_CLIENTS_MAX + 1, sizeof *ports);
     make_bench(&b, TFA_WAIT_BLOCK);
     for (int round = 0; round < 2; round++) {
-        for (int i = 0; i < TFA_WORKER_SEATS; i++)
-            assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &ports[i]), TFA_OK);
-        assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &ports[TFA_WORKER_SEATS]), TFA_E_REFUSED);
-        for (int i = 0; i < TFA_WORKER_SEATS; i++)
-            tfa_port_close(&ports[i]);
+        for (int i = 0; i < TFA_WORKER_CLIENTS_MAX; i++)
+            assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &ports[i]), TFA_OK);
+        assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &ports[TFA_WORKER_CLIENTS_MAX]),
+                         TFA_E_REFUSED);
+        for (int i = 0; i < TFA_WORKER_CLIENTS_MAX; i++)
+            tfa_local_client_close(&ports[i]);
     }
-    assert_int_equal(tfa_port_open(b.worker, 1, 1, 1, &ports[0]), TFA_E_ROBOT);
-    assert_int_equal(tfa_port_open(b.worker, 0, 3, 1, &ports[0]), TFA_E_SIZE);
-    assert_int_equal(tfa_port_open(b.worker, 0, 1, 5, &ports[0]), TFA_E_SIZE);
+    assert_int_equal(tfa_local_client_open(b.worker, 1, 1, 1, &ports[0]), TFA_E_ROBOT);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 3, 1, &ports[0]), TFA_E_SIZE);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 5, &ports[0]), TFA_E_SIZE);
     free(ports);
     tfa_worker_destroy(b.worker);
 }
@@ -169,16 +171,16 @@ TEST(seats_run_out_and_come_back)
 TEST(sleep_ends_for_requests_and_kicks)
 {
     bench b;
-    tfa_port port;
+    tfa_local_client local_client;
     make_bench(&b, TFA_WAIT_BLOCK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &port), TFA_OK);
-    tfa_worker_sleep(b.worker, -1); /* the kick of attach */
-    assert_int_equal(send_to(&port, 1, 1), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &local_client), TFA_OK);
+    tfa_worker_sleep(b.worker, -1); /* the wake-up of attach */
+    assert_int_equal(send_to(&local_client, 1, 1), TFA_OK);
     tfa_worker_sleep(b.worker, -1); /* would hang if the recheck missed the request */
     assert_int_equal(tfa_worker_cycle(b.worker), 1);
-    tfa_worker_kick(b.worker);
+    tfa_worker_wake(b.worker);
     tfa_worker_sleep(b.worker, -1);
-    tfa_port_close(&port);
+    tfa_local_client_close(&local_client);
     tfa_worker_destroy(b.worker);
 }
 
@@ -191,44 +193,44 @@ static void *run(void *worker)
 }
 
 /* Waits: looks, then sleeps. Bounded: a lost wake-up fails instead of hanging. */
-static bool wait_for(tfa_port *port)
+static bool wait_for(tfa_local_client *local_client)
 {
     for (int i = 0; i < 64; i++)
-        if (tfa_ring_reply_ready(&port->ring))
+        if (tfa_ring_reply_ready(&local_client->ring))
             return true;
-    const uint64_t index = port->ring.received;
+    const uint64_t index = local_client->ring.received;
     for (int i = 0; i < 100; i++)
-        if (tfa_port_wait(port, index, 200000000))
+        if (tfa_local_client_wait(local_client, index, 200000000))
             return true;
     return false;
 }
 
 static void *client(void *argument)
 {
-    tfa_port *port = argument;
+    tfa_local_client *local_client = argument;
     uint64_t sent = 0, received = 0;
     while (received < EXCHANGES) {
-        while (sent < EXCHANGES && send_to(port, (double)sent, sent) == TFA_OK)
+        while (sent < EXCHANGES && send_to(local_client, (double)sent, sent) == TFA_OK)
             sent++;
-        if (!wait_for(port) || !take_from(port, (double)received, received))
+        if (!wait_for(local_client) || !receive_from(local_client, (double)received, received))
             return (void *)1;
         received++;
     }
     return NULL;
 }
 
-/* Comes, asks once, goes: the seat changes hands while the worker runs. */
+/* Comes, asks once, goes: the client changes hands while the worker runs. */
 static void *visitor(void *argument)
 {
     tfa_worker *worker = argument;
     for (uint64_t i = 0; i < VISITS; i++) {
-        tfa_port port;
-        if (tfa_port_open(worker, 0, 2, 1, &port) != TFA_OK)
+        tfa_local_client local_client;
+        if (tfa_local_client_open(worker, 0, 2, 1, &local_client) != TFA_OK)
             return (void *)1;
-        if (send_to(&port, 5, i) != TFA_OK ||
-            (i % 2 && !(wait_for(&port) && take_from(&port, 5, i))))
+        if (send_to(&local_client, 5, i) != TFA_OK ||
+            (i % 2 && !(wait_for(&local_client) && receive_from(&local_client, 5, i))))
             return (void *)1;
-        tfa_port_close(&port); /* every other time with a request under way */
+        tfa_local_client_close(&local_client); /* every other time with a request under way */
     }
     return NULL;
 }
@@ -236,13 +238,13 @@ static void *visitor(void *argument)
 static void threads(tfa_wait wait)
 {
     bench b;
-    tfa_port ports[CLIENTS];
+    tfa_local_client ports[CLIENTS];
     pthread_t clients[CLIENTS], guest;
     void *result;
     make_bench(&b, wait);
     assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
     for (uint32_t i = 0; i < CLIENTS; i++) {
-        assert_int_equal(tfa_port_open(b.worker, 0, 1u << i, 1, &ports[i]), TFA_OK);
+        assert_int_equal(tfa_local_client_open(b.worker, 0, 1u << i, 1, &ports[i]), TFA_OK);
         assert_int_equal(pthread_create(&clients[i], NULL, client, &ports[i]), 0);
     }
     assert_int_equal(pthread_create(&guest, NULL, visitor, b.worker), 0);
@@ -253,8 +255,9 @@ static void threads(tfa_wait wait)
     pthread_join(guest, &result);
     assert_null(result);
     for (uint32_t i = 0; i < CLIENTS; i++) {
-        assert_int_equal(atomic_load(&tfa_seat_count(ports[i].seat)->requests), EXCHANGES);
-        tfa_port_close(&ports[i]);
+        assert_int_equal(atomic_load(&tfa_worker_client_get_counters(ports[i].client)->requests),
+                         EXCHANGES);
+        tfa_local_client_close(&ports[i]);
     }
     tfa_worker_stop(b.worker);
     pthread_join(b.thread, NULL);
@@ -275,19 +278,19 @@ TEST(threads_block)
 TEST(stop_drains)
 {
     bench b;
-    tfa_port port;
+    tfa_local_client local_client;
     make_bench(&b, TFA_WAIT_BLOCK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 64, 1, &port), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 64, 1, &local_client), TFA_OK);
     for (uint64_t i = 0; i < 64; i++)
-        assert_int_equal(send_to(&port, 1, i), TFA_OK);
+        assert_int_equal(send_to(&local_client, 1, i), TFA_OK);
     tfa_worker_stop(b.worker);
     assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
     pthread_join(b.thread, NULL);
     for (uint64_t i = 0; i < 64; i++) {
-        assert_true(tfa_ring_reply_ready(&port.ring));
-        assert_true(take_from(&port, 1, i));
+        assert_true(tfa_ring_reply_ready(&local_client.ring));
+        assert_true(receive_from(&local_client, 1, i));
     }
-    tfa_port_close(&port);
+    tfa_local_client_close(&local_client);
     tfa_worker_destroy(b.worker);
 }
 
@@ -303,14 +306,14 @@ typedef struct one_of {
 } one_of;
 
 static int add_once(void *self, const tfa_request *request, tfa_reply *reply,
-                    const tfa_pause *pause)
+                    const tfa_yield *yield)
 {
     one_of *me = self;
     if (me->retired)
         return TFA_E_SYSTEM;
     while (me->hold && atomic_load(me->hold))
         sched_yield();
-    return add(&me->calls, request, reply, pause);
+    return add(&me->calls, request, reply, yield);
 }
 
 static tfa_worker_robot served_by(one_of *one)
@@ -332,19 +335,19 @@ TEST(offers_are_taken)
 {
     bench b;
     one_of ones[3] = {{0}};
-    tfa_port port;
+    tfa_local_client local_client;
     make_bench_of(&b, &ones[0]);
-    assert_int_equal(tfa_port_open(b.worker, 0, 4, 1, &port), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 4, 1, &local_client), TFA_OK);
     for (uint32_t i = 0; i < 3; i++) {
         const tfa_worker_robot robot = served_by(&ones[i]);
         if (i)
             tfa_worker_offer(b.worker, &robot);
-        assert_int_equal(send_to(&port, i, i), TFA_OK);
+        assert_int_equal(send_to(&local_client, i, i), TFA_OK);
         assert_int_equal(tfa_worker_cycle(b.worker), 1);
         assert_int_equal(ones[i].calls, 1);
-        assert_true(take_from(&port, i, i));
+        assert_true(receive_from(&local_client, i, i));
     }
-    tfa_port_close(&port);
+    tfa_local_client_close(&local_client);
     tfa_worker_destroy(b.worker);
 }
 
@@ -354,26 +357,26 @@ TEST(offers_while_asked)
 {
     bench b;
     one_of *ones = calloc(OFFERS, sizeof *ones);
-    tfa_port ports[CLIENTS];
+    tfa_local_client ports[CLIENTS];
     pthread_t clients[CLIENTS];
     void *result;
     make_bench_of(&b, &ones[0]);
     assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
     for (uint32_t i = 0; i < CLIENTS; i++) {
-        assert_int_equal(tfa_port_open(b.worker, 0, 8, 1, &ports[i]), TFA_OK);
+        assert_int_equal(tfa_local_client_open(b.worker, 0, 8, 1, &ports[i]), TFA_OK);
         assert_int_equal(pthread_create(&clients[i], NULL, client, &ports[i]), 0);
     }
     for (uint32_t i = 1; i < OFFERS; i++) {
         const tfa_worker_robot robot = served_by(&ones[i]);
         tfa_worker_offer(b.worker, &robot);
-        while (!tfa_worker_took(b.worker))
+        while (!tfa_worker_offer_is_taken(b.worker))
             sched_yield();
         ones[i - 1].retired = true;
     }
     for (uint32_t i = 0; i < CLIENTS; i++) {
         pthread_join(clients[i], &result);
         assert_null(result); /* every answer is right */
-        tfa_port_close(&ports[i]);
+        tfa_local_client_close(&ports[i]);
     }
     tfa_worker_stop(b.worker);
     pthread_join(b.thread, NULL);
@@ -386,36 +389,36 @@ TEST(offers_while_asked)
 }
 
 /* What a client sent before it has to go is answered; another is not disturbed. */
-TEST(drained_seats)
+TEST(drained_clients)
 {
     bench b;
     _Atomic bool hold = false;
     one_of one = {.hold = &hold};
-    tfa_port port, other;
+    tfa_local_client local_client, other;
     make_bench_of(&b, &one);
     assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
-    assert_int_equal(tfa_port_open(b.worker, 0, 16, 1, &port), TFA_OK);
-    assert_int_equal(tfa_port_open(b.worker, 0, 1, 1, &other), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 16, 1, &local_client), TFA_OK);
+    assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &other), TFA_OK);
     assert_int_equal(send_to(&other, 2, 0), TFA_OK); /* answered: the thread runs */
-    assert_true(wait_for(&other) && take_from(&other, 2, 0));
+    assert_true(wait_for(&other) && receive_from(&other, 2, 0));
     atomic_store(&hold, true);
     for (uint64_t i = 0; i < 16; i++)
-        assert_int_equal(send_to(&port, (double)i, i), TFA_OK);
-    assert_false(tfa_worker_drain(b.worker, port.seat));
-    assert_false(tfa_worker_drain(b.worker, port.seat));
+        assert_int_equal(send_to(&local_client, (double)i, i), TFA_OK);
+    assert_false(tfa_worker_drain(b.worker, local_client.client));
+    assert_false(tfa_worker_drain(b.worker, local_client.client));
     atomic_store(&hold, false);
-    while (!tfa_worker_drain(b.worker, port.seat))
+    while (!tfa_worker_drain(b.worker, local_client.client))
         sched_yield();
-    port.seat = NULL;
+    local_client.client = NULL;
     for (uint64_t i = 0; i < 16; i++) {
-        assert_true(tfa_ring_reply_ready(&port.ring));
-        assert_true(take_from(&port, (double)i, i));
+        assert_true(tfa_ring_reply_ready(&local_client.ring));
+        assert_true(receive_from(&local_client, (double)i, i));
     }
     assert_int_equal(send_to(&other, 3, 1), TFA_OK);
-    assert_true(wait_for(&other) && take_from(&other, 3, 1));
-    tfa_port_close(&other);
+    assert_true(wait_for(&other) && receive_from(&other, 3, 1));
+    tfa_local_client_close(&other);
     tfa_worker_stop(b.worker);
     pthread_join(b.thread, NULL);
     tfa_worker_destroy(b.worker);
-    free(port.memory);
+    free(local_client.memory);
 }

@@ -3,7 +3,7 @@
  *
  * What an atlas counts, on rows that are made up: broken promises, failures, who answered.
  */
-#include "atlas.h"
+#include "atlas/atlas.h"
 
 #include "test.h"
 
@@ -12,12 +12,22 @@ static const struct {
     atlas_row row;
     int kept, failed, fell_back, refused;
 } made_up[] = {
-    {"good", {.own = 3, .error = 1e-9, .worst = 1e-9, .floor = 1e-12, .over = 29.0}, 1, 0, 0, 0},
-    {"estimate too small", {.own = 3, .error = 1e-9, .floor = 1e-12, .over = 31.0}, 0, 0, 0, 0},
-    {"silent", {.own = 3, .error = 1e-5, .floor = 1e-12, .silent = 1}, 0, 0, 0, 0},
-    {"wrong", {.own = 3, .error = 1e-3, .floor = 1e-6}, 1, 1, 0, 0},
-    {"data allow no better", {.own = 3, .error = 1e-3, .floor = 1e-4}, 1, 0, 0, 0},
-    {"fallback", {.own = 1, .fallback = 2, .error = 1e-9, .floor = 1e-12}, 1, 0, 1, 0},
+    {"good",
+     {.by_method = 3, .error = 1e-9, .worst = 1e-9, .floor = 1e-12, .over = 29.0},
+     1,
+     0,
+     0,
+     0},
+    {"estimate too small",
+     {.by_method = 3, .error = 1e-9, .floor = 1e-12, .over = 31.0},
+     0,
+     0,
+     0,
+     0},
+    {"silent", {.by_method = 3, .error = 1e-5, .floor = 1e-12, .silent = 1}, 0, 0, 0, 0},
+    {"wrong", {.by_method = 3, .error = 1e-3, .floor = 1e-6}, 1, 1, 0, 0},
+    {"data allow no better", {.by_method = 3, .error = 1e-3, .floor = 1e-4}, 1, 0, 0, 0},
+    {"fallback", {.by_method = 1, .fallback = 2, .error = 1e-9, .floor = 1e-12}, 1, 0, 1, 0},
     {"refused", {.refused = 3, .status = TFA_E_SINGULAR, .error = INFINITY}, 1, 0, 0, 1},
     {"not finite", {.refused = 3, .status = TFA_E_NOT_COMPUTED, .error = INFINITY}, 1, 1, 0, 1},
 };
@@ -40,14 +50,14 @@ TEST(rows_are_judged)
 TEST(a_summary_finds_the_worst)
 {
     atlas_row rows[3] = {
-        {.mode = ATLAS_SERVICE, .own = 2, .worst = 1e-6, .floor = 1e-6, .unsaid = 2},
+        {.mode = ATLAS_SERVICE, .by_method = 2, .worst = 1e-6, .floor = 1e-6, .unreported = 2},
         {.mode = ATLAS_SERVICE,
-         .own = 1,
+         .by_method = 1,
          .fallback = 1,
          .worst = 1e-9,
          .floor = 1e-15,
          .over = 2.0},
-        {.mode = ATLAS_PLAIN, .own = 2, .worst = 1e3, .floor = 1e-15, .unsaid = 2},
+        {.mode = ATLAS_PLAIN, .by_method = 2, .worst = 1e3, .floor = 1e-15, .unreported = 2},
     };
     const atlas_summary s = atlas_summarise(rows, 3);
     assert_ptr_equal(s.worst, &rows[0]);
@@ -55,7 +65,7 @@ TEST(a_summary_finds_the_worst)
     assert_ptr_equal(s.over, &rows[1]);
     assert_int_equal(s.answers[ATLAS_SERVICE][0], 3);
     assert_int_equal(s.answers[ATLAS_SERVICE][1], 1);
-    assert_int_equal(s.unsaid, 2); /* what a method alone does is no word of the service */
+    assert_int_equal(s.unreported, 2); /* what a method alone does is no word of the service */
 }
 
 TEST(axes_end_where_they_should)

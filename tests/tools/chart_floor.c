@@ -4,14 +4,15 @@
  * The floor of a chart, from its definition: sines and cosines rounded to double, each on its own,
  * and every input. Rows of several seeds: medians, least and largest; rows with the same answers.
  */
-#include "chart.h"
+#include "chart/chart.h"
 #include "models.h"
 #include "test.h"
 
 #define STANDARD_GRAVITY 9.80665
 
-/* One rod of 1 kg and 1 m on a hinge about x; gravity along y, so that the cosine of q counts. The
- * torque balances the weight but for rounding, so that the rounding of the cosine is what is left. */
+/* One rod of 1 kg and 1 m on a revolute joint about x; gravity along y, so that the cosine of q
+ * counts. The torque balances the weight but for rounding, so that the rounding of the cosine is
+ * what is left. */
 TEST(cosines_are_rounded_on_their_own)
 {
     const mechanism_options rod = mechanism_defaults(MECHANISM_STRAIGHT, 1);
@@ -61,8 +62,8 @@ static double change_with(tfa_workspace *w, const chart_data *d)
     return chart_median(errors, d->states);
 }
 
-/* The effect of rounded sines and cosines alone is in the floor. On a straight chain near q = 0 it is
- * larger than that of the last bits of all other numbers. */
+/* The effect of rounded sines and cosines alone is in the floor. On a straight chain near q = 0 it
+ * is larger than that of the last bits of all other numbers. */
 TEST(the_floor_holds_the_rounding_of_cosines)
 {
     chart_case c;
@@ -83,7 +84,7 @@ TEST(the_floor_holds_the_rounding_of_cosines)
 
 static chart_row made_up(uint32_t method, double error, double time, uint64_t bits)
 {
-    return (chart_row){.who = {.method = method, .threads = 1},
+    return (chart_row){.choice = {.method = method, .threads = 1},
                        .answered_by = method,
                        .error = error,
                        .error_low = error,
@@ -107,7 +108,7 @@ TEST(seeds_are_put_together)
         rows[2 * s + 1] = made_up(TFA_METHOD_TFA, errors[s], times[s], 2);
     }
     rows[5].status = TFA_E_SINGULAR;
-    chart_join_seeds(rows, 2, 3);
+    chart_combine_seeds(rows, 2, 3);
     assert_true(rows[0].error == 1e-10 && rows[0].error_low == 1e-12 && rows[0].error_high == 1e-9);
     assert_true(rows[0].time == 2.0 && rows[0].time_low == 1.0 && rows[0].time_high == 4.0);
     assert_int_equal(rows[0].samples, 9);
@@ -119,7 +120,7 @@ TEST(the_same_answers_are_one_mark)
     chart_row rows[] = {
         made_up(TFA_METHOD_ABA, 1e-15, 2.0, 1), made_up(TFA_METHOD_TFA_CR, 1e-12, 3.0, 2),
         made_up(TFA_METHOD_CFA_CR, 1e-12, 1.0, 2), made_up(TFA_METHOD_SCAN, 1e-15, 1.0, 1)};
-    rows[3].who.threads = 2;
+    rows[3].choice.threads = 2;
     chart_find_same(rows, 4);
     assert_int_equal(rows[1].same_as, 0);
     assert_int_equal(rows[2].same_as, TFA_METHOD_TFA_CR);

@@ -4,7 +4,7 @@
  * libFuzzer target: any bytes as a line. What is accepted is finite and within the robot's sizes,
  * what is refused has a sentence, and either reply is JSON.
  */
-#include "jsonl.h"
+#include "jsonl/jsonl.h"
 
 #include <math.h>
 #include <stdlib.h>

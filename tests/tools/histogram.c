@@ -3,7 +3,7 @@
  *
  * The histogram's quantiles stay within its resolution of the exact ones, from 0 to 2^64 - 1.
  */
-#include "histogram.h"
+#include "latency/histogram.h"
 
 #include "test.h"
 

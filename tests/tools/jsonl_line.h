@@ -6,11 +6,11 @@
 #ifndef TFA_TESTS_JSONL_LINE_H
 #define TFA_TESTS_JSONL_LINE_H
 
-#include "jsonl.h"
+#include "jsonl/jsonl.h"
 
 /** Joints pan, lift, slide; links base, upper, lower, tool. */
 extern const tfa_client_info arm;
-/** A floating base that carries a hinge, a planar joint and a floating joint. */
+/** A floating base that carries a revolute joint, a planar joint and a floating joint. */
 extern const tfa_client_info ship;
 
 /** One line read; everything it points to. */

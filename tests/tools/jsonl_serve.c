@@ -4,7 +4,7 @@
  * The loop around JSON lines with a peer of the test's own: every line gets one reply, in order,
  * within bounded memory, whatever the lines hold and whatever the peer does.
  */
-#include "jsonl_serve.h"
+#include "jsonl/jsonl_serve.h"
 
 #include "test.h"
 
@@ -24,14 +24,14 @@ static const tfa_client_info info = {.q_count = 2,
                                      .frame_names = links};
 
 /* Answers tau = 2 qdd; gone for the lines that `gone` counts down. */
-typedef struct peer {
+typedef struct backend {
     robot_names names;
     int gone;
-} peer;
+} backend;
 
 static int prepare(void *self, const robot_names **names, jsonl_error *error)
 {
-    peer *p = self;
+    backend *p = self;
     *names = &p->names;
     if (p->gone && p->gone--)
         return jsonl_fail(error, TFA_E_DISCONNECTED, "nobody there");
@@ -51,7 +51,7 @@ static int answer(void *self, const tfa_request *request, tfa_reply *reply)
 }
 
 /* Serves what a child writes into a pipe; returns the replies. */
-static char *serve_with(peer *p, void (*write_lines)(int out), jsonl_tally *tally, int want)
+static char *serve_with(backend *p, void (*write_lines)(int out), jsonl_tally *tally, int want)
 {
     int ends[2];
     char *text = NULL;
@@ -69,7 +69,7 @@ static char *serve_with(peer *p, void (*write_lines)(int out), jsonl_tally *tall
     close(ends[1]);
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
-    const jsonl_peer answerer = {.self = p, .prepare = prepare, .answer = answer};
+    const jsonl_backend answerer = {.self = p, .prepare = prepare, .answer = answer};
     assert_int_equal(jsonl_serve(ends[0], out, &answerer, &defaults, tally), want);
     fclose(out);
     close(ends[0]);
@@ -96,7 +96,7 @@ static void write_text(int out)
     put(out, lines_to_write, strlen(lines_to_write));
 }
 
-static void check(peer *p, const char *lines, const char *replies, uint64_t errors)
+static void check(backend *p, const char *lines, const char *replies, uint64_t errors)
 {
     jsonl_tally tally;
     lines_to_write = lines;
@@ -111,14 +111,14 @@ static void check(peer *p, const char *lines, const char *replies, uint64_t erro
 
 TEST(test_in_order)
 {
-    peer p = {0};
+    backend p = {0};
     check(&p, "{\"id\":1," ASK "\n{\"id\":\"two\"," ASK "\n{" ASK "\n",
           "{\"id\":1," TOLD "{\"id\":\"two\"," TOLD "{" TOLD, 0);
 }
 
 TEST(test_bad_lines_in_between)
 {
-    peer p = {0};
+    backend p = {0};
     check(&p, "garbage\n\n{\"id\":[1]," ASK "\n{\"id\":9}\n{\"id\":3," ASK "\r\n",
           "{\"id\":null,\"status\":\"error\",\"error\":\"line 1, column 7: invalid token near "
           "'garbage'\",\"code\":\"E_PARSE\"}\n"
@@ -133,7 +133,7 @@ TEST(test_bad_lines_in_between)
 
 TEST(test_peer_refuses)
 {
-    peer p = {0};
+    backend p = {0};
     check(&p, "{\"id\":1,\"op\":\"mass_matrix\",\"q\":[0,0]}\n{\"id\":2," ASK "\n",
           "{\"id\":1,\"status\":\"error\",\"error\":\"mass_matrix of robot 'robot': not supported: "
           "this build or "
@@ -143,7 +143,7 @@ TEST(test_peer_refuses)
 
 TEST(test_peer_gone_and_back)
 {
-    peer p = {.gone = 2};
+    backend p = {.gone = 2};
     check(&p, "{\"id\":1," ASK "\n{\"id\":2," ASK "\n{\"id\":3," ASK "\n",
           "{\"id\":1,\"status\":\"error\",\"error\":\"nobody there\",\"code\":\"E_DISCONNECTED\"}\n"
           "{\"id\":2,\"status\":\"error\",\"error\":\"nobody there\",\"code\":\"E_DISCONNECTED\"}\n"
@@ -153,7 +153,7 @@ TEST(test_peer_gone_and_back)
 
 TEST(test_last_line)
 {
-    peer p = {0};
+    backend p = {0};
     /* whole, without its newline: answered; half of one: told so; nothing: no reply */
     check(&p, "{\"id\":1," ASK, "{\"id\":1," TOLD, 0);
     check(&p, "{\"id\":1," ASK "\n{\"id\":2,\"op\":\"mass",
@@ -174,7 +174,7 @@ static void write_huge(int out)
 
 TEST(test_huge_line)
 {
-    peer p = {0};
+    backend p = {0};
     jsonl_tally tally;
     struct rusage before, after;
     getrusage(RUSAGE_SELF, &before);
@@ -208,7 +208,7 @@ static void write_garbage(int out)
 /* Every reply to random bytes is a JSON error of its own line. */
 TEST(test_binary_garbage)
 {
-    peer p = {0};
+    backend p = {0};
     jsonl_tally tally;
     char *text = serve_with(&p, write_garbage, &tally, TFA_OK), *rest = text;
     assert_int_equal(tally.lines, 501);
@@ -228,7 +228,7 @@ TEST(test_binary_garbage)
 TEST(test_reader_of_replies_gone)
 {
     int in[2], out[2];
-    peer p = {0};
+    backend p = {0};
     jsonl_tally tally;
     const jsonl_defaults defaults = JSONL_DEFAULTS;
     static const char line[] = "{" ASK "\n";
@@ -241,7 +241,7 @@ TEST(test_reader_of_replies_gone)
     close(out[0]);
     FILE *stream = fdopen(out[1], "w");
     assert_non_null(stream);
-    const jsonl_peer answerer = {.self = &p, .prepare = prepare, .answer = answer};
+    const jsonl_backend answerer = {.self = &p, .prepare = prepare, .answer = answer};
     assert_int_equal(jsonl_serve(in[0], stream, &answerer, &defaults, &tally), TFA_E_SYSTEM);
     assert_int_equal(errno, EPIPE);
     fclose(stream);

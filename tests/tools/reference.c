@@ -38,7 +38,7 @@ static double relative(const norm *n)
 typedef struct outcome {
     double worst;
     uint32_t answered, fallbacks, refused;
-    char culprit[256]; /* the body that made it refuse */
+    char invalid_field[256]; /* the body that made it refuse */
 } outcome;
 
 static void note(outcome *o, int status, const reference_robot *robot, const tfa_reply *reply,
@@ -46,7 +46,7 @@ static void note(outcome *o, int status, const reference_robot *robot, const tfa
 {
     if (status == TFA_E_SINGULAR) {
         o->refused++;
-        snprintf(o->culprit, sizeof o->culprit, "%s",
+        snprintf(o->invalid_field, sizeof o->invalid_field, "%s",
                  tfa_model_frame(robot->model, reply->index).name);
         return;
     }
@@ -149,7 +149,7 @@ static int show(const char *what, const outcome *o)
     else
         printf("  %-22s %8s", what, "-");
     if (o->refused)
-        printf("  refused %u states: inertia of body '%s'", o->refused, o->culprit);
+        printf("  refused %u states: inertia of body '%s'", o->refused, o->invalid_field);
     if (o->fallbacks)
         printf("  %u fell back", o->fallbacks);
     putchar('\n');

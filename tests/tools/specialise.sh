@@ -11,9 +11,9 @@ says "$work/out" "loaded and tested in"
 says "$work/err" "the largest change is"
 set -- "$work"/*.so
 [ -f "$1" ] || fail "no shared object"
-says "${1%.so}.h" "static const struct tfa_body own_body"
+says "${1%.so}.h" "static const struct tfa_body robot_body"
 status 0 "$tool" model "$data/arm.urdf" --snap 1e-6 --kernels "$work"
-says "$work/out" "own: $1"
+says "$work/out" "specialised: $1"
 status 0 "$tool" model "$data/arm.urdf" --base floating --kernels "$work" # another model
 says "$work/out" "generic: "
 chmod o+w "$work"

@@ -3,7 +3,7 @@
  *
  * Every way to write a number wrong in every attribute that decides the robot: message, line, code.
  */
-#include "rows.h"
+#include "faults.h"
 #include "test.h"
 
 #include <totalforce/description.h>

@@ -3,7 +3,7 @@
  *
  * Large and hostile files: the time they take is printed, the stack they need is small.
  */
-#include "rows.h"
+#include "faults.h"
 #include "test.h"
 #include "urdf/urdf.h"
 
@@ -114,21 +114,21 @@ TEST(test_chain)
     }
 }
 
-/* Fills 64 MiB with a piece. */
-static char *fill(const char *piece)
+/* Fills 64 MiB with a repeated part. */
+static char *fill(const char *part)
 {
-    size_t n = strlen(piece);
+    size_t n = strlen(part);
     char *text = malloc(TFA_URDF_MAX_BYTES);
     assert_non_null(text);
     for (size_t at = 0; at < TFA_URDF_MAX_BYTES; at += n)
-        memcpy(text + at, piece, at + n <= TFA_URDF_MAX_BYTES ? n : TFA_URDF_MAX_BYTES - at);
+        memcpy(text + at, part, at + n <= TFA_URDF_MAX_BYTES ? n : TFA_URDF_MAX_BYTES - at);
     return text;
 }
 
 TEST(test_hostile_files)
 {
     static const struct {
-        const char *what, *piece, *code;
+        const char *what, *part, *code;
     } files[] = {
         {"nested tags", "<a>", "too-deep"}, {"nested robots", "<robot name=\"r\">", "too-deep"},
         {"end tags", "</a>", "bad-xml"},    {"brackets", "<", "bad-xml"},
@@ -136,7 +136,7 @@ TEST(test_hostile_files)
         {"blanks", " ", "empty-file"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
-        char *text = fill(files[i].piece);
+        char *text = fill(files[i].part);
         struct run run = run_on_small_stack(text, TFA_URDF_MAX_BYTES);
         print_message("64 MiB of %s: %.2f s, %s\n", files[i].what, run.parse_time, run.code);
         assert_int_equal(run.parsed, TFA_E_PARSE);
@@ -145,8 +145,8 @@ TEST(test_hostile_files)
     }
 }
 
-/* `count` times `piece` between a good head and a good tail. */
-static struct run run_repeated(const char *head, const char *piece, size_t count, const char *tail)
+/* `count` times `part` between a good head and a good tail. */
+static struct run run_repeated(const char *head, const char *part, size_t count, const char *tail)
 {
     char *text = NULL;
     size_t length = 0;
@@ -154,7 +154,7 @@ static struct run run_repeated(const char *head, const char *piece, size_t count
     assert_non_null(out);
     fputs(head, out);
     for (size_t i = 0; i < count; i++)
-        fputs(piece, out);
+        fputs(part, out);
     fputs(tail, out);
     assert_int_equal(fclose(out), 0);
     struct run run = run_on_small_stack(text, length);
@@ -166,7 +166,7 @@ static struct run run_repeated(const char *head, const char *piece, size_t count
 TEST(test_repetitions)
 {
     static const struct {
-        const char *what, *head, *piece, *tail;
+        const char *what, *head, *part, *tail;
         int status;
     } files[] = {
         {"actuators", "<transmission>", "<actuator><drake:rotor_inertia value=\"1\"/></actuator>\n",
@@ -183,7 +183,7 @@ TEST(test_repetitions)
         char tail[128];
         snprintf(head, sizeof head, "<robot name=\"r\"><link name=\"a\"/>%s", files[i].head);
         snprintf(tail, sizeof tail, "%s</robot>", files[i].tail);
-        struct run run = run_repeated(head, files[i].piece, 49000, tail);
+        struct run run = run_repeated(head, files[i].part, 49000, tail);
         print_message("49000 %s: %.2f s, %s\n", files[i].what, run.parse_time, run.code);
         assert_int_equal(run.parsed, files[i].status);
     }

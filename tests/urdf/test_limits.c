@@ -3,7 +3,7 @@
  *
  * Files at and beyond the limits: size, depth, counts, names, bytes that are no text, no file.
  */
-#include "rows.h"
+#include "faults.h"
 #include "test.h"
 #include "urdf/urdf.h"
 
@@ -101,7 +101,7 @@ TEST(test_one_link_too_many)
     free(text);
 }
 
-static char *repeat(const char *piece, size_t n, const char *before, const char *after)
+static char *repeat(const char *part, size_t n, const char *before, const char *after)
 {
     char *text = NULL;
     size_t length = 0;
@@ -109,7 +109,7 @@ static char *repeat(const char *piece, size_t n, const char *before, const char 
     assert_non_null(out);
     fputs(before, out);
     for (size_t i = 0; i < n; i++)
-        fputs(piece, out);
+        fputs(part, out);
     fputs(after, out);
     assert_int_equal(fclose(out), 0);
     return text;

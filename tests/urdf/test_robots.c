@@ -60,7 +60,7 @@ static const struct expectation {
     struct {
         const char *code;
         size_t count;
-    } said[CODES];
+    } reported[CODES];
 } expectations[] = {
     {"allegro_right.urdf", 21, 20, 4, 0, 0, 0, 16, 16, {{"triangle", 13}}},
     {"anymal_c.urdf", 78, 77, 65, 0, 19, 0, 0, 0, {{"triangle", 5}, {"no-inertial", 18}}},
@@ -103,10 +103,10 @@ static size_t count_code(const tfa_report *report, const char *code)
 static void check_messages(const struct expectation *want, const tfa_report *report)
 {
     size_t expected = 0;
-    for (size_t k = 0; k < CODES && want->said[k].code; k++) {
-        size_t n = count_code(report, want->said[k].code);
-        if (n != want->said[k].count)
-            fail_msg("%s: %zu messages %s", want->file, n, want->said[k].code);
+    for (size_t k = 0; k < CODES && want->reported[k].code; k++) {
+        size_t n = count_code(report, want->reported[k].code);
+        if (n != want->reported[k].count)
+            fail_msg("%s: %zu messages %s", want->file, n, want->reported[k].code);
         expected++;
     }
     for (size_t i = 0; i < report->count && report->count != expected; i++)

@@ -147,7 +147,8 @@ static bool forbid_everything(void)
 #ifdef SYS_open
         KILL(open),
 #endif
-        /* Writing to a pipe of its own is how the undefined behaviour sanitizer tests an address. */
+        /* Writing to a pipe of its own is how the undefined behaviour sanitizer tests an
+         * address. */
         BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_write, 0, 2),
         BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(struct seccomp_data, args[0])),
         BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, STDERR_FILENO, 0, 1),

@@ -4,8 +4,8 @@
  * What a good file turns into: every number to the bit, document order, tree, mimics, rotors.
  */
 #include "comma.h"
+#include "faults.h"
 #include "models.h"
-#include "rows.h"
 #include "test.h"
 
 #include <locale.h>

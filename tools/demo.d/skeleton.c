@@ -43,7 +43,7 @@ void skeleton_free(struct skeleton *s)
 }
 
 /* R <- R * rotation of the quaternion (x y z w) */
-static void turn(double R[9], const double quat[4])
+static void rotate(double R[9], const double quat[4])
 {
     double x = quat[0], y = quat[1], z = quat[2], w = quat[3];
     const double Q[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
@@ -64,13 +64,13 @@ static void move(struct frame *f, const double v[3])
         f->p[i] += f->R[3 * i] * v[0] + f->R[3 * i + 1] * v[1] + f->R[3 * i + 2] * v[2];
 }
 
-static void place_child(const struct skeleton *s, const tfa_joint *j, const tfa_model *model,
-                        const double *q)
+static void compute_child_frame(const struct skeleton *s, const tfa_joint *j,
+                                const tfa_model *model, const double *q)
 {
     struct frame *f = &s->frame[j->child];
     *f = s->frame[j->parent];
     move(f, j->xyz);
-    turn(f->R, j->quat);
+    rotate(f->R, j->quat);
     int32_t index = tfa_model_find_joint(model, j->name);
     if (index < 0)
         return;
@@ -78,7 +78,7 @@ static void place_child(const struct skeleton *s, const tfa_joint *j, const tfa_
     if (j->type == TFA_JOINT_REVOLUTE || j->type == TFA_JOINT_CONTINUOUS) {
         double h = sin(x / 2);
         const double rotation[4] = {h * j->axis[0], h * j->axis[1], h * j->axis[2], cos(x / 2)};
-        turn(f->R, rotation);
+        rotate(f->R, rotation);
     } else if (j->type == TFA_JOINT_PRISMATIC) {
         const double slide[3] = {x * j->axis[0], x * j->axis[1], x * j->axis[2]};
         move(f, slide);
@@ -86,7 +86,7 @@ static void place_child(const struct skeleton *s, const tfa_joint *j, const tfa_
 }
 
 /* Joints may be declared in any order: pass over them until all links have their frame. */
-static void place_all(const struct skeleton *s, const tfa_model *model, const double *q)
+static void compute_frames(const struct skeleton *s, const tfa_model *model, const double *q)
 {
     const tfa_description *r = s->robot;
     for (size_t k = 0; k < r->link_count; k++)
@@ -100,7 +100,7 @@ static void place_all(const struct skeleton *s, const tfa_model *model, const do
             if (s->frame[joint->child].known)
                 continue;
             if (s->frame[joint->parent].known)
-                place_child(s, joint, model, q);
+                compute_child_frame(s, joint, model, q);
             else
                 left = 1;
         }
@@ -109,7 +109,7 @@ static void place_all(const struct skeleton *s, const tfa_model *model, const do
 
 void skeleton_draw(const struct skeleton *s, const tfa_model *model, const double *q, FILE *out)
 {
-    place_all(s, model, q);
+    compute_frames(s, model, q);
     for (size_t j = 0; j < s->robot->joint_count; j++) {
         const double *a = s->frame[s->robot->joints[j].parent].p;
         const double *b = s->frame[s->robot->joints[j].child].p;

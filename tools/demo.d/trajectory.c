@@ -16,9 +16,9 @@
 #include <time.h>
 #include <totalforce/totalforce.h>
 
-#include "dds_client.h"
-#include "histogram.h"
-#include "pingpong.h"
+#include "dds_client/dds_client.h"
+#include "latency/histogram.h"
+#include "latency/pingpong.h"
 #include "skeleton.h"
 
 #define STEP_NS 1000000 /* 1 kHz */
@@ -41,7 +41,7 @@ struct run {
     struct skeleton *skeleton;
     uint32_t nq, nv;
     int floating;
-    double *q, *v, *tau, *wanted, *qdd, *other;
+    double *q, *v, *tau, *desired, *qdd, *other;
     double pose[7], twist[6], wrench[6], acceleration[6], base_other[6];
     histogram via_shm, via_dds;
     uint64_t steps, different, failed;
@@ -91,7 +91,7 @@ static int prepare(struct run *r, const char *urdf, int floating)
     r->q = numbers(r->nq);
     r->v = numbers(r->nv);
     r->tau = numbers(r->nv);
-    r->wanted = numbers(r->nv);
+    r->desired = numbers(r->nv);
     r->qdd = numbers(r->nv);
     r->other = numbers(r->nv);
     r->pose[2] = 1;
@@ -117,7 +117,7 @@ static int control(struct run *r, double t)
     for (uint32_t j = 0; j < r->nv; j++) {
         double q, v, a;
         reference(j, t, &q, &v, &a);
-        r->wanted[j] = a + KP * (q - r->q[j]) + KD * (v - r->v[j]);
+        r->desired[j] = a + KP * (q - r->q[j]) + KD * (v - r->v[j]);
         worst = fmax(worst, fabs(q - r->q[j]));
     }
     if (t > 2)
@@ -126,7 +126,7 @@ static int control(struct run *r, double t)
                            .count = 1,
                            .q = r->q,
                            .v = r->v,
-                           .qdd = r->wanted,
+                           .qdd = r->desired,
                            .base_pose = r->pose,
                            .base_twist = r->twist};
     tfa_reply reply = {.tau = r->tau, .base_wrench = r->wrench};
@@ -157,7 +157,7 @@ static void compare(struct run *r, const double *base)
     r->different += !same;
 }
 
-static void note_estimate(struct run *r, const tfa_answer *answer)
+static void record_estimate(struct run *r, const tfa_answer *answer)
 {
     double size = 0;
     for (uint32_t j = 0; j < r->nv; j++)
@@ -166,7 +166,7 @@ static void note_estimate(struct run *r, const tfa_answer *answer)
         r->worst_estimate = fmax(r->worst_estimate, answer->error_estimate);
 }
 
-static int ask_shm(struct run *r, double *us)
+static int call_shm(struct run *r, double *us)
 {
     tfa_request request = forward_request(r);
     tfa_answer answer;
@@ -178,12 +178,12 @@ static int ask_shm(struct run *r, double *us)
     *us = (double)took * 1e-3;
     if (status == TFA_OK) {
         compare(r, r->base_other);
-        note_estimate(r, &answer);
+        record_estimate(r, &answer);
     }
     return status;
 }
 
-static int ask_dds(struct run *r, double *us)
+static int call_dds(struct run *r, double *us)
 {
     tfa_dds_torques torques = {.seq = r->steps, .q = r->q, .v = r->v, .tau = r->tau};
     if (r->floating) {
@@ -228,11 +228,11 @@ static int step(struct run *r, double t)
     if (status == TFA_OK)
         status = tfa_compute(r->workspace, &request, &reply);
     if (status == TFA_OK) {
-        note_estimate(r, &answer);
-        status = ask_shm(r, &shm_us);
+        record_estimate(r, &answer);
+        status = call_shm(r, &shm_us);
     }
     if (status == TFA_OK)
-        status = ask_dds(r, &dds_us);
+        status = call_dds(r, &dds_us);
     fprintf(r->motion, "%.3f %.3f %.3f", t, shm_us, dds_us);
     for (uint32_t j = 0; j < r->nv && j < 7; j++)
         fprintf(r->motion, " %.6f", r->q[j]);
@@ -312,7 +312,7 @@ static void release(struct run *r)
     free(r->q);
     free(r->v);
     free(r->tau);
-    free(r->wanted);
+    free(r->desired);
     free(r->qdd);
     free(r->other);
 }

@@ -49,10 +49,10 @@ static const struct inputs {
     const char *name;
     uint32_t tips, first, wrenches, payloads, locked, flags;
     tfa_reference_frame frame;
-    int gravity, rest;
+    int gravity, at_rest;
 } all_inputs[] = {
     {.name = "plain"},
-    {.name = "rest", .rest = 1},
+    {.name = "rest", .at_rest = 1},
     {.name = "gravity", .gravity = 1},
     {.name = "wrenches", .wrenches = WRENCHES},
     {.name = "payload", .payloads = 1},
@@ -112,11 +112,11 @@ static uint64_t fnv_doubles(uint64_t hash, const double *x, size_t count)
     return hash;
 }
 
-static void set_state(const struct robot *r, int rest, tfa_request *request)
+static void set_state(const struct robot *r, int at_rest, tfa_request *request)
 {
     request->q = r->in[Q];
     request->base_pose = r->in[POSE];
-    if (rest)
+    if (at_rest)
         return;
     request->v = r->in[V];
     request->tau = r->in[TAU];
@@ -133,7 +133,7 @@ static tfa_request make_request(const struct robot *r, const struct row *row)
                                                         0,   0,    0.02, 0,   0.01};
     const struct inputs *in = row->inputs;
     tfa_request request = {.op = ops[row->op].op, .method = (tfa_method)row->method};
-    set_state(r, in->rest, &request);
+    set_state(r, in->at_rest, &request);
     request.count = row->batch;
     request.estimate = row->policy->estimate;
     request.refine = row->policy->refine;
@@ -201,8 +201,9 @@ static int answer(struct robot *r, const struct row *row, const char *key)
     tfa_request request = make_request(r, row);
     tfa_reply reply = make_reply(r, row);
     int accepted = tfa_request_check(r->model, &request, &reply) == TFA_OK;
-    int status = row->threads > 1 ? tfa_pool_compute(r->pools[row->precision], &request, &reply)
-                                  : tfa_compute(r->workspaces[row->precision], &request, &reply);
+    int status = row->threads > 1
+                     ? tfa_batch_pool_compute(r->pools[row->precision], &request, &reply)
+                     : tfa_compute(r->workspaces[row->precision], &request, &reply);
     unsigned long long hash = hash_reply(r, row, status);
     if (status == TFA_OK)
         printf("%s %016llx\n", key, hash);

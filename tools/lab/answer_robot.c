@@ -104,12 +104,12 @@ static void make_workspace(struct robot *r, size_t i)
     const struct precision *p = &precisions[i];
     tfa_workspace_options options = {
         .precision = p->factors, .residual = p->residual, .methods = TFA_METHODS_ALL};
-    tfa_pool_options pool_options = {
+    tfa_batch_pool_options pool_options = {
         .precision = p->factors, .residual = p->residual, .methods = TFA_METHODS_ALL};
     pool_options.threads = POOL_THREADS;
     int status = tfa_workspace_create(r->model, &options, &r->workspaces[i]);
     if (status == TFA_OK)
-        status = tfa_pool_create(r->model, &pool_options, &r->pools[i]);
+        status = tfa_batch_pool_create(r->model, &pool_options, &r->pools[i]);
     if (status != TFA_OK)
         stop("workspace", p->name, tfa_status_text(status));
 }
@@ -122,7 +122,7 @@ void robot_free(struct robot *r)
         free(r->out[i]);
     for (size_t i = 0; i < PRECISIONS; i++) {
         tfa_workspace_free(r->workspaces[i]);
-        tfa_pool_free(r->pools[i]);
+        tfa_batch_pool_free(r->pools[i]);
     }
     tfa_model_free(r->model);
 }

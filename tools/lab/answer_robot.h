@@ -35,7 +35,7 @@ struct robot {
     tfa_spectrum spectrum[BATCH_MAX];
     tfa_answer answers[BATCH_MAX];
     tfa_workspace *workspaces[PRECISIONS];
-    tfa_pool *pools[PRECISIONS];
+    tfa_batch_pool *pools[PRECISIONS];
 };
 
 /** Prints what is wrong and ends the program. */

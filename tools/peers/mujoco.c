@@ -2,8 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * MuJoCo as a peer: the least it needs for forward dynamics (composite rigid bodies, sparse
- * factorisation, Newton-Euler bias) and for Lambda^-1 (the same factors, half a solve of six columns); no contacts,
- * no constraints, no sensors.
+ * factorisation, Newton-Euler bias) and for Lambda^-1 (the same factors, half a solve of six
+ * columns); no contacts, no constraints, no sensors.
  */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"
@@ -38,7 +38,7 @@ static void release(void *robot)
 }
 
 /* Warnings, which would go to a file in the working folder: what is wrong shows in the error. */
-static void be_quiet(const char *text)
+static void disable_warnings(const char *text)
 {
     (void)text;
 }
@@ -63,7 +63,7 @@ static const char *find_joints(struct mujoco_robot *r, const tfa_description *de
 static void *make(const char *path, const tfa_description *description, char *why, size_t size)
 {
     struct mujoco_robot *r = calloc(1, sizeof *r);
-    mju_user_warning = be_quiet;
+    mju_user_warning = disable_warnings;
     r->model = mj_loadXML(path, NULL, why, (int)size);
     r->data = r->model ? mj_makeData(r->model) : NULL;
     if (!r->data) {

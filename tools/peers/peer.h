@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What is asked of a peer: forward dynamics of a robot on a fixed base, one number for each joint, and
- * perhaps Lambda^-1.
+ * What is asked of a peer: forward dynamics of a robot on a fixed base, one number for each joint,
+ * and perhaps Lambda^-1.
  */
 #ifndef TFA_TOOLS_PEER_H
 #define TFA_TOOLS_PEER_H
@@ -34,8 +34,8 @@ extern const struct peer *const peer_table[];
 /** A peer that has Lambda^-1, too */
 struct peer_lambda {
     const struct peer *peer; /**< NULL behind the last */
-    /** J M^-1 J^T (6 x 6, linear rows first) of a link that a joint moves, at its origin in axes of the
-     * world. Returns 0, or -1: no such link. */
+    /** J M^-1 J^T (6 x 6, linear rows first) of a link that a joint moves, at its origin in axes of
+     * the world. Returns 0, or -1: no such link. */
     int (*lambda)(void *robot, const double *q, const char *link, double *lambda_inv);
 };
 

@@ -15,13 +15,13 @@ extern "C" {
 
 /** Zero-initialise; release with tfa_advice_free. */
 typedef struct tfa_advice {
-    uint32_t count;    /**< joints that may be locked together */
-    uint32_t freedoms; /**< of these: absent from v, tau and qdd of the scene */
-    uint32_t *joints;  /**< count: their indices, the smallest bound alone first */
-    double *q;         /**< q_count of the model: where each joint would be locked, rad or m */
-    double *alone;     /**< joint_count of the model: the bound with that joint alone locked */
-    double error;      /**< the bound with all of them locked: the largest over the states */
-    uint32_t state;    /**< the state that has it */
+    uint32_t count;       /**< joints that may be locked together */
+    uint32_t freedoms;    /**< of these: absent from v, tau and qdd of the scene */
+    uint32_t *joints;     /**< count: their indices, the smallest bound alone first */
+    double *q;            /**< q_count of the model: where each joint would be locked, rad or m */
+    double *single_error; /**< joint_count of the model: the bound with that joint alone locked */
+    double error;         /**< the bound with all of them locked: the largest over the states */
+    uint32_t state;       /**< the state that has it */
 } tfa_advice;
 
 /**
@@ -31,10 +31,10 @@ typedef struct tfa_advice {
  * With x the accelerations of the robot and y those of the scene, 0 for its locked joints, the
  * error is |x - y|_M / |x|_M, |a|_M^2 = a^T M a, base included: the deviation that Gauss' principle
  * of least constraint minimises. M (x - y) = -r with r = M y + h - tau of the whole robot, so that
- * |x - y|_M^2 = r^T M^-1 r, by one inverse and one forward dynamics. The bound is 0.1 % above that, and by the rounding of these
- * answers, 64 eps (|x|_M + |M^-1 tau|_M) for each body: it is never below the error. A scene has
- * its locked joints at rest in one place, so the bound counts their velocity and their distance
- * from there as well.
+ * |x - y|_M^2 = r^T M^-1 r, by one inverse and one forward dynamics. The bound is 0.1 % above that,
+ * and by the rounding of these answers, 64 eps (|x|_M + |M^-1 tau|_M) for each body: it is never
+ * below the error. A scene has its locked joints at rest in one place, so the bound counts their
+ * velocity and their distance from there as well.
  *
  * A joint is locked in the middle of the range that it has in the states (planar and floating
  * joints: where it is in the first). Joints are tried in the order of their bounds alone, and one

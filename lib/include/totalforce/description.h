@@ -4,8 +4,8 @@
  * A description is a robot as its file states it: links and joints, nothing merged or reordered.
  *
  * Rotations and axes have a low part: the number is quat + quat_low (axis + axis_low), to 1e-32
- * what rpy and axis of the file say. A program that writes quat or axis sets the low part to 0, which
- * is its default, too: then the double is the number.
+ * what rpy and axis of the file say. A program that writes quat or axis sets the low part to 0,
+ * which is its default, too: then the double is the number.
  */
 #ifndef TOTALFORCE_DESCRIPTION_H
 #define TOTALFORCE_DESCRIPTION_H

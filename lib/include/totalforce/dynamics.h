@@ -46,20 +46,20 @@ typedef enum tfa_op {
  */
 typedef enum tfa_refusal {
     TFA_REFUSES_NOTHING = 0,
-    TFA_REFUSES_NO_INVERSE = 1, /**< a body of a main chain whose inertia has no inverse */
-    TFA_REFUSES_ARMATURE = 2,   /**< rotor inertia on a main chain */
-    TFA_REFUSES_LENGTH = 4,     /**< a main chain of more than 130 bodies */
-    TFA_REFUSES_SIZE = 8,       /**< robots whose M has more than 4 Mi entries */
-    TFA_REFUSES_LOCKED = 16,    /**< joints locked by the request */
-    TFA_REFUSES_MIMICS = 32,    /**< mimic joints that are projected */
-    TFA_REFUSES_HOLLOW = 64,    /**< mimic joints that move no mass of their own */
+    TFA_REFUSES_NO_INVERSE = 1,         /**< a body of a main chain whose inertia has no inverse */
+    TFA_REFUSES_ARMATURE = 2,           /**< rotor inertia on a main chain */
+    TFA_REFUSES_LENGTH = 4,             /**< a main chain of more than 130 bodies */
+    TFA_REFUSES_SIZE = 8,               /**< robots whose M has more than 4 Mi entries */
+    TFA_REFUSES_LOCKED = 16,            /**< joints locked by the request */
+    TFA_REFUSES_MIMICS = 32,            /**< mimic joints that are projected */
+    TFA_REFUSES_MASSLESS_FOLLOWER = 64, /**< mimic joints that move no mass of their own */
 } tfa_refusal;
 
 /* One row for each method:
  * X(NAME, number, name on the command line, ops, method whose factors it uses, cost, what it
  *   refuses, text)
  * d: depth of the tree, m: tips. Adding a method: lib/README.md. */
-#define TFA_CHAIN_REFUSES (TFA_REFUSES_LOCKED | TFA_REFUSES_HOLLOW)
+#define TFA_CHAIN_REFUSES (TFA_REFUSES_LOCKED | TFA_REFUSES_MASSLESS_FOLLOWER)
 #define TFA_INVERSE_REFUSES (TFA_CHAIN_REFUSES | TFA_REFUSES_NO_INVERSE)
 #define TFA_METHOD_LIST(X)                                                                         \
     X(AUTO, 0, "auto", TFA_OPS_ALL, AUTO, "O(N)", TFA_REFUSES_NOTHING,                             \
@@ -68,14 +68,14 @@ typedef enum tfa_refusal {
       "recursive Newton-Euler, inverse dynamics")                                                  \
     X(CRBA, 2, "crba", TFA_OPS_SOLVE | TFA_OPS_M, CRBA, "O(N d^2)",                                \
       TFA_REFUSES_LOCKED | TFA_REFUSES_SIZE, "composite rigid bodies and sparse LTDL")             \
-    X(ABA, 3, "aba", TFA_OPS_SOLVE, ABA, "O(N)", TFA_REFUSES_HOLLOW,                               \
+    X(ABA, 3, "aba", TFA_OPS_SOLVE, ABA, "O(N)", TFA_REFUSES_MASSLESS_FOLLOWER,                    \
       "articulated bodies; lambda_inv by force propagation")                                       \
     X(TFA, 4, "tfa", TFA_OPS_SOLVE, TFA, "O(N)", TFA_INVERSE_REFUSES,                              \
       "total force algorithm, block LU; lambda_inv by (74)-(78)")                                  \
     X(TFA_ONE_SIDED, 5, "tfa-one-sided", TFA_OPS_OSIM, TFA, "O(N + m d)",                          \
       TFA_INVERSE_REFUSES | TFA_REFUSES_MIMICS, "lambda_inv by forward elimination of the tip")    \
-    X(PROPAGATION, 6, "propagation", TFA_OPS_OSIM, ABA, "O(N + m d)", TFA_REFUSES_HOLLOW,          \
-      "force propagation along the tips' supports")                                                \
+    X(PROPAGATION, 6, "propagation", TFA_OPS_OSIM, ABA, "O(N + m d)",                              \
+      TFA_REFUSES_MASSLESS_FOLLOWER, "force propagation along the tips' supports")                 \
     X(TFA_CR, 7, "tfa-cr", TFA_OPS_SOLVE, TFA_CR, "O(N), O(log N) in parallel",                    \
       TFA_INVERSE_REFUSES, "total force algorithm by block cyclic reduction")                      \
     X(HESSENBERG, 8, "hessenberg", TFA_OPS_SOLVE, HESSENBERG, "O(N^2)",                            \
@@ -93,11 +93,11 @@ typedef enum tfa_refusal {
       "segment scan seeded with outboard inertias")                                                \
     X(EFPA, 14, "efpa", TFA_OPS_OSIM, ABA, "O(N + m d + m^2)", TFA_CHAIN_REFUSES,                  \
       "extended force propagation")                                                                \
-    X(PV_OSIMR, 15, "pv-osimr", TFA_OPS_OSIM, ABA, "O(N + m^2)", TFA_REFUSES_HOLLOW,               \
+    X(PV_OSIMR, 15, "pv-osimr", TFA_OPS_OSIM, ABA, "O(N + m^2)", TFA_REFUSES_MASSLESS_FOLLOWER,    \
       "force propagation with shared supports passed in one step")
 
 typedef enum tfa_method {
-#define TFA_METHOD_ENUM(name, number, text, ops, factors, cost, refuses, what)                     \
+#define TFA_METHOD_ENUM(name, number, text, ops, factors, cost, refuses, summary)                  \
     TFA_METHOD_##name = number,
     TFA_METHOD_LIST(TFA_METHOD_ENUM)
 #undef TFA_METHOD_ENUM
@@ -113,7 +113,7 @@ typedef struct tfa_method_info {
     tfa_method factors;   /**< of this method: pose-dependent, kept between requests */
     const char *cost;     /**< "O(N)" */
     unsigned refuses;     /**< TFA_REFUSES_ bits */
-    const char *what;     /**< one line */
+    const char *summary;  /**< one line */
 } tfa_method_info;
 
 /** The row of a method, static storage; NULL when there is no such method. Any thread. */
@@ -124,15 +124,15 @@ TFA_API const tfa_method_info *tfa_method_describe(uint32_t method);
 TFA_API const char *tfa_refusal_text(unsigned refusal);
 
 typedef enum tfa_estimate {
-    TFA_ESTIMATE_DEFAULT = 0, /**< always for methods that refuse TFA_REFUSES_NO_INVERSE; for the
-                                   others where the sentinel trips: a joint's projected inertia D is
-                                   so far below the largest inertia Mbar that it can move that eps Mbar / D > 1e-8 (f32:
-                                   1e-3), or not positive. Then the answer is refined once by default,
-                                   estimated, and falls back where it is in doubt; flags:
-                                   TFA_ANSWER_SENTINEL. Cost: about two operations a body */
-    TFA_ESTIMATE_NEVER = 1,   /**< the bare answer of the method, refined if asked: no sentinel, no
+    /** always for methods that refuse TFA_REFUSES_NO_INVERSE; for the others where the sentinel
+     * trips: a joint's projected inertia D is so far below the largest inertia Mbar that it can
+     * move that eps Mbar / D > 1e-8 (f32: 1e-3), or not positive. Then the answer is refined
+     * once by default, estimated, and falls back where the estimate is too large; flags:
+     * TFA_ANSWER_SENTINEL. Cost: about two operations a body */
+    TFA_ESTIMATE_DEFAULT = 0,
+    TFA_ESTIMATE_NEVER = 1,  /**< the answer of the method alone, refined if asked: no sentinel, no
                                    estimate, no fallback */
-    TFA_ESTIMATE_ALWAYS = 2,  /**< of every answer */
+    TFA_ESTIMATE_ALWAYS = 2, /**< of every answer */
 } tfa_estimate;
 
 /** The frame in which wrenches on links are given and lambda_inv is answered. */
@@ -148,7 +148,7 @@ typedef enum tfa_precision {
     TFA_F32 =
         2, /**< float: forward dynamics, inverse dynamics and M, without tips, by all methods but
                        hessenberg, scan and scan-two-pass. Double answers everything else, and
-                       TFA_ANSWER_WIDER says so */
+                       TFA_ANSWER_RESIDUAL_PRECISION says so */
 } tfa_precision;
 
 /**
@@ -163,8 +163,8 @@ typedef enum tfa_residual {
 } tfa_residual;
 
 #define TFA_MAX_REFINE 3 /**< refinement steps of one request */
-/** The default: 1 for methods that invert body inertias, 0 for the others; with a wider residual as
- * many as it takes, up to 3 around float, 2 around double. */
+/** The default: 1 for methods that invert body inertias, 0 for the others; with a residual in
+ * higher precision as many as it takes, up to 3 around float, 2 around double. */
 #define TFA_REFINE_DEFAULT UINT32_MAX
 
 /** Wanted besides the plain answer; flags of a request. */
@@ -215,12 +215,12 @@ typedef struct tfa_request {
 #define TFA_ANSWER_INACCURATE 8u  /**< the estimate was above 1e-4 */
 #define TFA_ANSWER_STALLED 16u    /**< a refinement step did not shrink the correction tenfold */
 #define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
-/** Answered in wider arithmetic than that of the factors: that of the residual, or double instead of
- * float. With TFA_ANSWER_FALLBACK by the method of auto, because the estimate stayed too large; alone by
- * the method of the request, which the narrower arithmetic does not have or refused. */
-#define TFA_ANSWER_WIDER 64u
-/** The sentinel tripped (TFA_ESTIMATE_DEFAULT): the estimate was computed although the method does not ask
- * for one. */
+/** Answered in wider arithmetic than that of the factors: that of the residual, or double instead
+ * of float. With TFA_ANSWER_FALLBACK by the method of auto, because the estimate stayed too large;
+ * alone by the method of the request, which the narrower arithmetic does not have or refused. */
+#define TFA_ANSWER_RESIDUAL_PRECISION 64u
+/** The sentinel tripped (TFA_ESTIMATE_DEFAULT): the estimate was computed although the method does
+ * not ask for one. */
 #define TFA_ANSWER_SENTINEL 128u
 
 /** What is known of the answer for one state. */
@@ -238,7 +238,7 @@ typedef struct tfa_spectrum {
     double eig_min, eig_max;
 } tfa_spectrum;
 
-/** Which input a failed request is about; with `index` it names the culprit. */
+/** Which input a failed request is about; with `index` it names the invalid entry. */
 typedef enum tfa_field {
     TFA_FIELD_NONE = 0,
     TFA_FIELD_OP,
@@ -272,7 +272,7 @@ TFA_API const char *tfa_field_name(tfa_field field);
  */
 typedef struct tfa_reply {
     int32_t status;            /**< of the request as a whole: the first state that failed */
-    tfa_field field;           /**< culprit of a bad request */
+    tfa_field field;           /**< invalid field of a bad request */
     uint32_t index;            /**< index in that field, of one state; or a link frame */
     uint32_t state;            /**< the state it is about */
     uint64_t model;            /**< tfa_model_tag of the model that answered */
@@ -292,7 +292,7 @@ typedef struct tfa_reply {
 /** Everything that changes while computing. One thread uses a workspace at a time. */
 typedef struct tfa_workspace tfa_workspace;
 
-/** How many states of a request are computed side by side, in the lanes of vector registers. */
+/** How many states of a request are computed in one batch, in SIMD lanes. */
 typedef enum tfa_states {
     TFA_STATES_AUTO = 0, /**< as many as the machine has lanes, for robots up to 128 bodies */
     TFA_STATES_ONE = 1,  /**< one: the smallest workspace */
@@ -306,30 +306,32 @@ struct tfa_specialised; /* specialised.h */
 
 typedef struct tfa_workspace_options {
     tfa_precision precision; /**< of the factors */
-    tfa_residual residual; /**< of refinement steps; with a wider one the workspace holds the state
-                                of both arithmetics */
+    /** of refinement steps; in another arithmetic the workspace holds the state of both
+     * arithmetics */
+    tfa_residual residual;
     tfa_states states;
-    uint32_t methods; /**< to make room for: TFA_METHOD_BITs. Always among them: auto and what it
-                           takes, rnea, aba, propagation, efpa, pv-osimr, scan and scan-two-pass. The
-                           mass matrix takes the room of crba. 0: TFA_METHODS_ALL for robots up to
-                           256 bodies, no others for larger ones */
-    const struct tfa_specialised
-        *specialised; /**< the model's own kernel, which outlives the workspace: it
-                           answers what it takes, in double throughout only; NULL: none */
-    int round_sincos; /**< of TFA_F128 only: the sine and the cosine of each joint angle are
-                           rounded to double, each on its own. The difference from the answer without
-                           it is what no computation in double can avoid. 0: sines and cosines
-                           are as exact as the rest */
+    /** to reserve memory for: TFA_METHOD_BITs. Always among them: auto and what it takes, rnea,
+     * aba, propagation, efpa, pv-osimr, scan and scan-two-pass. The mass matrix uses the memory
+     * of crba. 0: TFA_METHODS_ALL for robots up to 256 bodies, no others for larger ones */
+    uint32_t methods;
+    /** the model's specialised kernel, which outlives the workspace: it answers what it takes,
+     * in double throughout only; NULL: none */
+    const struct tfa_specialised *specialised;
+    /** of TFA_F128 only: the sine and the cosine of each joint angle are rounded to double, each
+     * on its own. The difference from the answer without it is what no computation in double can
+     * avoid. 0: sines and cosines are as exact as the rest */
+    int round_sincos;
 } tfa_workspace_options;
 
-/** Bytes for a workspace of this model, 64-byte aligned; NULL options: all 0. What it is made of and
- *  its bounds: docs/memory.md. */
+/** Bytes for a workspace of this model, 64-byte aligned; NULL options: all 0. What it is made of
+ *  and its bounds: docs/memory.md. */
 TFA_API size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_options *options);
 
 /**
  * Initialises a workspace in memory of the caller. The model must outlive it.
  * @return TFA_OK; TFA_E_MEMORY (too small or not aligned); TFA_E_UNSUPPORTED (no such precision or
- *         instruction set, or a residual narrower than the factors); TFA_E_ARGUMENT (a NULL; options->specialised is the
+ *         instruction set, or a residual narrower than the factors); TFA_E_ARGUMENT (a NULL;
+ *         options->specialised is the
  *         kernel of another model).
  */
 TFA_API TFA_CHECKED int tfa_workspace_init(void *memory, size_t size, const tfa_model *model,
@@ -341,7 +343,7 @@ TFA_API TFA_CHECKED int tfa_workspace_create(const tfa_model *model,
                                              const tfa_workspace_options *options,
                                              tfa_workspace **workspace);
 
-/** Methods that it has room for: TFA_METHOD_BITs. */
+/** Methods that it has memory for: TFA_METHOD_BITs. */
 TFA_API uint32_t tfa_workspace_methods(const tfa_workspace *workspace);
 
 /** Releases a workspace made by tfa_workspace_create. NULL is allowed. */
@@ -365,7 +367,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *                     payload that no body can be;
  *   TFA_E_SIZE        count 0, or too many tips, wrenches, payloads or locked joints; no tip
  *                     for operational inertia or a spectrum;
- *   TFA_E_VALUE       NaN or infinite input: field, state and index say which (arrays that the op does
+ *   TFA_E_VALUE       NaN or infinite input: field, state and index say which (arrays that the op
+ *   does
  *                     not read may hold anything);
  *   TFA_E_QUATERNION  base_pose or a floating joint: norm off by more than 1e-3;
  *   TFA_E_LINK        a tip, a wrench or a payload names a frame that does not exist;
@@ -373,38 +376,41 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_METHOD      the method does not exist or cannot answer the op; locked joints
  *                     take rnea, aba and propagation only; projected mimics not tfa-one-sided,
  *                     and only crba where a follower moves no mass of its own; a joint with
- *                     armature on a main chain (a tree's longest path) takes neither cfa nor cfa-cr;
+ *                     armature on a main chain (a tree's longest path) takes neither cfa nor
+ *                     cfa-cr;
  *   TFA_E_UNSUPPORTED the answer needs M and the robot is too large for it (4 Mi entries, a chain
- *                     of 2895 bodies); the workspace has no room for the method
- *                     (tfa_workspace_options.methods); hessenberg on a main chain of more than 130 bodies; the mass
+ *                     of 2895 bodies); the workspace has no memory for the method
+ *                     (tfa_workspace_options.methods); hessenberg on a main chain of more than 130
+ *                     bodies; the mass
  *                     matrix with locked joints, or any answer with them where only crba can
  *                     answer; a spectrum of inverse dynamics or of the mass matrix; a
  *                     payload on a link between fused joints;
  *   TFA_E_SINGULAR    TFA met a body whose inertia cannot be inverted: index is its link frame;
- *   TFA_E_NOT_COMPUTED  an answer is not finite, or no digit of it is certain: M is singular at this
+ *   TFA_E_NOT_COMPUTED  an answer is not finite, or no digit of it is certain: M is singular at
+ *   this
  *                     q, or nearly; others are valid.
  */
 TFA_API int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply);
 
 /**
- * States first .. first + count - 1 of a request that tfa_request_check has accepted, for callers who
- * have other things to do between the states of a batch. The request must not change in between,
- * and the states must be its. Writes the buffers of the reply where tfa_compute would; `status` and
- * the culprit stay those of the first failure since the check.
+ * States first .. first + count - 1 of a request that tfa_request_check has accepted, for callers
+ * that have other things to do between the states of a batch. The request must not change in
+ * between, and the states must be its. Writes the buffers of the reply where tfa_compute would;
+ * `status` and the failed field stay those of the first failure since the check.
  * @return reply->status, see tfa_compute
  */
 TFA_API int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                                uint32_t count, tfa_reply *reply);
 
-/** No request takes more of the calling thread's stack, whatever the robot and the method (`test_stack`
- *  measures it; docs/memory.md). */
+/** No request takes more of the calling thread's stack, whatever the robot and the method
+ *  (`test_stack` measures it; docs/memory.md). */
 #define TFA_STACK_BYTES ((size_t)256 * 1024)
 
 /**
- * Writes to the TFA_STACK_BYTES below the caller's frame, so that no request of this thread meets a page
- * fault there: the system gives a stack its pages when they are first used. To be called once by a
- * real-time thread before its first request; the threads of a tfa_pool have done so. Cost: a page fault
- * for each page not there yet. A thread with a smaller stack must not call it.
+ * Writes to the TFA_STACK_BYTES below the caller's frame, so that no request of this thread meets a
+ * page fault there: the system gives a stack its pages when they are first used. To be called once
+ * by a real-time thread before its first request; the threads of a tfa_batch_pool have done so.
+ * Cost: a page fault for each page not there yet. A thread with a smaller stack must not call it.
  */
 TFA_API void tfa_stack_prepare(void);
 
@@ -416,12 +422,12 @@ TFA_API const char *tfa_method_name(uint32_t method);
  * finite", "not there" (the method does not exist for these tips); "" without TFA_ANSWER_FALLBACK.
  * Static storage. Any thread. */
 TFA_API const char *tfa_fallback_text(unsigned flags);
-/** The instruction set of the kernels: "avx512", "avx2" or "base"; TFA_ISA in the environment forces one.
- * "none" where TFA_ISA names none that library and processor have: workspaces are then
+/** The instruction set of the kernels: "avx512", "avx2" or "base"; TFA_ISA in the environment
+ * forces one. "none" where TFA_ISA names none that library and processor have: workspaces are then
  * TFA_E_UNSUPPORTED. Static storage. Any thread. */
 TFA_API const char *tfa_isa_name(void);
-/** The instruction sets that library and processor have, "avx2, base", the best one first: as much as
- * fits of it. Any thread. */
+/** The instruction sets that library and processor have, "avx2, base", the best one first: as much
+ * as fits of it. Any thread. */
 TFA_API void tfa_isa_names(char *text, size_t size);
 
 #ifdef __cplusplus

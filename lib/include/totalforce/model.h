@@ -59,8 +59,8 @@ typedef struct tfa_payload {
  * constants, exactly. Joints and links that are left out are absent from every array and list.
  */
 typedef struct tfa_scene {
-    const char
-        *root; /**< only what hangs from this link, which takes the root's place; NULL: all */
+    /** only what hangs from this link, which takes the root's place; NULL: all */
+    const char *root;
     const char *const *tips; /**< fixed base: only the trees that carry one of these links */
     size_t tip_count;        /**< 0: all trees */
     const tfa_lock *locks;
@@ -169,8 +169,10 @@ TFA_API size_t tfa_model_size(const tfa_description *description, const tfa_mode
  * @param memory  64-byte aligned, at least tfa_model_size() bytes; the model lives in it
  * @param report  gets the messages; may be NULL
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, a base that does not exist); TFA_E_VALUE (gravity not
- *         finite, snap out of range); TFA_E_MEMORY (too small or not aligned); TFA_E_MODEL (a loop, two parents, an inertia that is
- *         not positive semidefinite, a zero axis, ...); TFA_E_NO_MASS (a massless moving leaf, or a mass
+ *         finite, snap out of range); TFA_E_MEMORY (too small or not aligned); TFA_E_MODEL (a loop,
+ *         two parents, an inertia that is
+ *         not positive semidefinite, a zero axis, ...); TFA_E_NO_MASS (a massless moving leaf, or a
+ *         mass
  *         matrix that is singular at every q).
  * The description is not needed afterwards. Cost: O(bodies). Allocates nothing that stays.
  */

@@ -19,21 +19,22 @@ typedef enum tfa_severity { TFA_NOTE = 0, TFA_WARNING = 1, TFA_ERROR = 2 } tfa_s
 /** One message. Strings belong to the report and live as long as it. */
 typedef struct tfa_message {
     tfa_severity severity;
-    uint32_t line;    /**< line in the file, 1-based; 0 where there is none; the first one's */
-    uint32_t count;   /**< links, joints or elements that it is about: 1, or all that are alike */
-    const char *code; /**< stable code, for instance "bad-number" */
-    const char *text; /**< "link 'NAME': what; what to do; links like it: 9 ('NAME', 'B', ...)" */
-    const char *subject; /**< first link or joint of a message that may be about many; name of
+    uint32_t line;      /**< line in the file, 1-based; 0 where there is none; the first one's */
+    uint32_t count;     /**< links, joints or elements that it is about: 1, or all that are alike */
+    const char *code;   /**< stable code, for instance "bad-number" */
+    const char *text;   /**< "link 'NAME': what; what to do; links like it: 9 ('NAME', 'B', ...)" */
+    const char *entity; /**< first link or joint of a message that may be about many; name of
                               what a note says is not used: "damping", "<gazebo>"; else "" */
-    uint32_t stem;       /**< bytes of text before the list of those like it; 0: it is about one */
+    /** bytes of text before the list of those like it; 0: it is about one */
+    uint32_t prefix_length;
 } tfa_message;
 
-/** How a message spells an option: as the user of that door writes it. */
-typedef enum tfa_words {
-    TFA_WORDS_C = 0,        /**< mimic = project, as in tfa_model_options */
-    TFA_WORDS_COMMAND_LINE, /**< --mimic=project */
-    TFA_WORDS_YAML,         /**< mimic: project */
-} tfa_words;
+/** How a message spells an option: as the user of that interface writes it. */
+typedef enum tfa_option_syntax {
+    TFA_SYNTAX_C = 0,        /**< mimic = project, as in tfa_model_options */
+    TFA_SYNTAX_COMMAND_LINE, /**< --mimic=project */
+    TFA_SYNTAX_YAML,         /**< mimic: project */
+} tfa_option_syntax;
 
 /** A growing list of messages. Zero-initialise before first use; release with tfa_report_free. */
 typedef struct tfa_report {
@@ -44,7 +45,7 @@ typedef struct tfa_report {
     size_t errors;   /**< as often as they occurred: a message about nine links counts nine times */
     size_t warnings; /**< the same */
     size_t first;    /**< first message of the load or compilation that wrote last */
-    tfa_words words; /**< set by the caller before loading */
+    tfa_option_syntax syntax; /**< set by the caller before loading */
 } tfa_report;
 
 /**

@@ -3,8 +3,8 @@
  *
  * A specialised kernel: the sources of the kernels compiled once more with the constants of one
  * robot, in a shared object. Gravity and payloads of requests stay inputs of every kernel; rotor
- * inertias are constants. The generic kernel answers requests that the specialised one does not take,
- * and states without a finite answer. Which files are trusted, and why: docs/security.md.
+ * inertias are constants. The generic kernel answers requests that the specialised one does not
+ * take, and states without a finite answer. Which files are trusted, and why: docs/security.md.
  */
 #ifndef TOTALFORCE_SPECIALISED_H
 #define TOTALFORCE_SPECIALISED_H
@@ -39,48 +39,54 @@ typedef struct tfa_specialised_info {
 } tfa_specialised_info;
 
 /**
- * Is this a robot for a kernel of its own? Not one with projected mimics, nor with fused, planar or
- * free joints besides the floating base, nor with more than TFA_SPECIALISED_BODIES_MAX bodies.
+ * Is this a robot for a specialised kernel? Not one with projected mimics, nor with fused, planar
+ * or free joints besides the floating base, nor with more than TFA_SPECIALISED_BODIES_MAX bodies.
  * @param reason  gets why not, naming the joint; always terminated; may be NULL with size 0
  * @return TFA_OK; TFA_E_ARGUMENT (no model); TFA_E_UNSUPPORTED. Any thread.
  */
-TFA_API TFA_CHECKED int tfa_specialised_check(const tfa_model *model, char *reason, size_t size);
+TFA_API TFA_CHECKED int tfa_specialised_check(const tfa_model *model, char *error_text,
+                                              size_t size);
 
 /** The file name of a model's kernel for this machine's instruction set, in `name`: HASH-ISA.so,
  *  with the hash of the model without its gravity, which kernels read at run time. Any thread. */
 TFA_API void tfa_specialised_name(const tfa_model *model, char name[TFA_SPECIALISED_NAME_SIZE]);
 
 /**
- * May what lies at `path` be executed? The file or folder, and every folder above it, must belong to
- * root or to the user of this process; nobody else may write there, but in folders above with the
- * sticky bit (/tmp). Symbolic links are followed first, and it is where they lead to that counts.
+ * May what lies at `path` be executed? The file or folder, and every folder above it, must belong
+ * to root or to the user of this process; nobody else may write there, but in folders above with
+ * the sticky bit (/tmp). Symbolic links are followed first, and it is where they lead to that
+ * counts.
  * @param reason  gets what is wrong and the remedy; always terminated; may be NULL with size 0
  * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_FILE (not there, see errno); TFA_E_REFUSED. Any thread.
  */
-TFA_API TFA_CHECKED int tfa_specialised_trust(const char *path, char *reason, size_t size);
+TFA_API TFA_CHECKED int tfa_specialised_check_ownership(const char *path, char *error_text,
+                                                        size_t size);
 
 /**
- * Loads a kernel and tests it: owner and mode, seal, version, model, instruction set, then its answers
- * at random states beside those of the generic kernel, which may differ by 1e-10 of the largest number
- * of an answer, or by 100 times the error that the generic kernel estimates of its own, where that is
- * more.
+ * Loads a kernel and tests it: owner and mode, checksum, version, model, instruction set, then its
+ * answers at random states beside those of the generic kernel, which may differ by 1e-10 of the
+ * largest number of an answer, or by 100 times the error that the generic kernel estimates of its
+ * own, where that is more.
  *
- * Code of the file runs only after everything but the answers was checked. Takes at most 50 ms for an
- * arm; allocates; not for a thread that serves requests.
- * @param reason  gets why not, or, with TFA_OK, stays empty; always terminated; may be NULL with size 0
+ * Code of the file runs only after everything but the answers was checked. Takes at most 50 ms for
+ * an arm; allocates; not for a thread that serves requests.
+ * @param reason  gets why not, or, with TFA_OK, stays empty; always terminated; may be NULL with
+ *  size 0
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_FILE (cannot be opened or loaded); TFA_E_REFUSED
- *         (owner or mode, see tfa_specialised_trust); TFA_E_PARSE (truncated, too large, or not what
- *         was sealed); TFA_E_UNSUPPORTED (another version of the library, another model, another
+ *         (owner or mode, see tfa_specialised_check_ownership); TFA_E_PARSE (truncated, too large,
+ *         or not what
+ *         the checksum says); TFA_E_UNSUPPORTED (another version of the library, another model,
+ *         another
  *         instruction set); TFA_E_NOT_COMPUTED (its answers are wrong); TFA_E_MEMORY; TFA_E_SYSTEM.
  *         On error *specialised is NULL. Any thread.
  */
 TFA_API TFA_CHECKED int tfa_specialised_load(const char *path, const tfa_model *model,
-                                             tfa_specialised **specialised, char *reason,
+                                             tfa_specialised **specialised, char *error_text,
                                              size_t size);
 
 /** tfa_specialised_load of the file tfa_specialised_name in `directory`. */
 TFA_API TFA_CHECKED int tfa_specialised_find(const char *directory, const tfa_model *model,
-                                             tfa_specialised **specialised, char *reason,
+                                             tfa_specialised **specialised, char *error_text,
                                              size_t size);
 
 /** Any thread. */
@@ -103,34 +109,38 @@ typedef struct tfa_specialise_options {
 /** What a build took. */
 typedef struct tfa_specialise_result {
     double compile_s; /**< wall clock, s */
-    size_t bytes;     /**< of the shared object, its seal included */
+    size_t bytes;     /**< of the shared object, its checksum trailer included */
     char compiler[256];
 } tfa_specialise_result;
 
 /**
- * Writes the C tables of a model, as lib/kernel/own.c reads them, in one malloc block: numbers with
- * names and units, no algorithm. Names of the URDF appear in comments only, every character but
- * letters, digits and . _ - replaced.
+ * Writes the C tables of a model, as lib/dynamics/specialised/specialised.c reads them, in one
+ * malloc block: numbers with names and units, no algorithm. Names of the URDF appear in comments
+ * only, every character but letters, digits and . _ - replaced.
  * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY; as tfa_specialised_check
  */
 TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, char **text);
 
 /**
  * Compiles a kernel for the model and this machine's instruction set with the system's compiler, in
- * child processes with limits on time, memory and file size; seals it; and puts it at `path`, whole
- * or not at all. Nothing of it is run. Takes seconds; not for a thread that serves requests.
+ * child processes with limits on time, memory and file size; appends its checksum; and puts it at
+ * `path`, whole or not at all. Nothing of it is run. Takes seconds; not for a thread that serves
+ * requests.
  *
  * @param result  may be NULL
- * @param reason  gets what went wrong, the compiler's first words included; always terminated; may be
+ * @param reason  gets what went wrong, the compiler's first words included; always terminated; may
+ *  be
  *                NULL with size 0
- * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_UNSUPPORTED (tfa_specialised_check, or no compiler); TFA_E_FILE
- *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT; TFA_E_NOT_COMPUTED (the compiler
+ * @return TFA_OK; TFA_E_ARGUMENT; TFA_E_UNSUPPORTED (tfa_specialised_check, or no compiler);
+ *  TFA_E_FILE
+ *         (no sources, or `path` cannot be written); TFA_E_TIMEOUT; TFA_E_NOT_COMPUTED (the
+ *         compiler
  *         failed); TFA_E_MEMORY; TFA_E_SYSTEM. One thread for each path.
  */
 TFA_API TFA_CHECKED int tfa_specialised_build(const tfa_model *model,
                                               const tfa_specialise_options *options,
                                               const char *path, tfa_specialise_result *result,
-                                              char *reason, size_t size);
+                                              char *error_text, size_t size);
 
 #ifdef __cplusplus
 }

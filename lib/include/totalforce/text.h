@@ -45,7 +45,7 @@ typedef const char *(*tfa_list_name)(const void *list, size_t index);
  * out, replaced, or exchanged with a neighbour) to `wrong`, nearest first, as "'a', 'b', 'c'";
  * "none" for an empty list. Names are compared by their first 96 bytes: O(count). Any thread.
  */
-TFA_API void tfa_nearest(const char *wrong, const void *list, size_t count, tfa_list_name name,
+TFA_API void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_name name,
                          char *text, size_t size);
 
 /**

@@ -7,11 +7,11 @@
 #define TOTALFORCE_TOTALFORCE_H
 
 #include <totalforce/advise.h>
+#include <totalforce/batch_pool.h>
 #include <totalforce/client.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>
-#include <totalforce/pool.h>
 #include <totalforce/report.h>
 #include <totalforce/specialised.h>
 #include <totalforce/status.h>

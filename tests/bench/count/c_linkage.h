@@ -14,8 +14,8 @@
 #define _Alignas alignas
 
 extern "C" {
-#include "kernel/cut.h"
-#include "kernel/table.h"
+#include "dynamics/scan/chain_cut.h"
+#include "interface/kernel_table.h"
 #include "model/model.h"
 #include "model/payload.h"
 extern const struct tfa_kernel tfa_kernel_count_base;

@@ -10,9 +10,10 @@
 #include <random>
 #include <string>
 
-#include "kernel/kernel.h"
-#include "kernel/load.h"
-#include "kernel/method.h"
+#include "dynamics/core/recursions.h"
+#include "dynamics/solve/load.h"
+#include "dynamics/solve/method.h"
+#include "dynamics/solve/refine.h"
 #include "scan_tree.h"
 
 namespace

@@ -37,8 +37,8 @@ struct count_parts {
 };
 
 /* A fixed base and `joints` revolute joints; every number of every link and joint is random, so
- * that what is zero is zero by structure. No two axes are nearly parallel, so that every frame is one of
- * Denavit and Hartenberg, as in the literature's counts. */
+ * that what is zero is zero by structure. No two axes are nearly parallel, so that every frame is
+ * one of Denavit and Hartenberg, as in the literature's counts. */
 class count_robot
 {
   public:

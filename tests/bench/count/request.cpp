@@ -6,8 +6,6 @@
 #include <cstdlib>
 #include <vector>
 
-#include "kernel/kernel.h"
-
 double count_request(const tfa_model *model, const tfa_request *request)
 {
     const tfa_kernel &kernel = tfa_kernel_count_base;

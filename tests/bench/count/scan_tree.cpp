@@ -1,35 +1,35 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The segment scan by a tree: up with joined elements, down with what is beyond each of them.
+ * The segment scan by a tree: up with combined elements, down with what is beyond each of them.
  */
 #include "scan_tree.h"
 
 #include <vector>
 
-#include "kernel/kernel.h"
+#include "dynamics/scan/scan.h"
 
 namespace
 {
 
 /* Force that a part passes on, by the acceleration of its end: f_out = J a_out + g */
 struct beyond {
-    num J[M6_NUMBERS];
+    num J[MAT6_PADDED];
     svec g;
 };
 
-/* A part of the chain at rest and how it yields: scan_join.h. Its end knows of the inertia
+/* A part of the chain at rest and how it yields: scan_combine.h. Its end knows of the inertia
  * `known` beyond it, so that f_out means what is left of that force. */
 struct element {
     scan_element at;
     svec v, g;
-    num known[M6_NUMBERS];
+    num seed[MAT6_PADDED];
 };
 
 beyond left_of(const element &x, beyond b)
 {
     for (int k = 0; k < 36; k++)
-        b.J[k] -= x.known[k];
+        b.J[k] -= x.seed[k];
     return b;
 }
 
@@ -50,16 +50,16 @@ svec times_t(const num *M, svec x)
     return times(T, x);
 }
 
-svec solved(const rows_lu &E, svec x)
+svec solved(const mat6_rows_lu &E, svec x)
 {
     num in[6];
     sv_store(in, x);
-    rows_solve_one(&E, in);
+    mat6_rows_lu_solve_vec(&E, in);
     return sv_from(in);
 }
 
 /* a_out - E^-1 A a_in of x with that beyond its end */
-svec drift(const element &x, const rows_lu &E, const beyond &b)
+svec drift(const element &x, const mat6_rows_lu &E, const beyond &b)
 {
     return solved(E, sv_sub(x.v, times(x.at.C, b.g)));
 }
@@ -83,20 +83,20 @@ beyond as_beyond(const element &x)
 beyond closed(const element &x, const beyond &all)
 {
     const beyond b = left_of(x, all);
-    rows_lu E;
-    (void)scan_meet(&E, x.at.C, b.J);
+    mat6_rows_lu E;
+    (void)scan_factor_interface(&E, x.at.C, b.J);
     beyond sum;
-    num EA[M6_NUMBERS];
+    num EA[MAT6_PADDED];
     sum.g = felt(x, b, drift(x, E, b));
-    scan_hang(&x.at, &E, b.J, EA, sum.J);
+    scan_attach(&x.at, &E, b.J, EA, sum.J);
     return sum;
 }
 
 svec end_acceleration(const element &x, svec a_in, const beyond &all)
 {
     const beyond b = left_of(x, all);
-    rows_lu E;
-    (void)scan_meet(&E, x.at.C, b.J);
+    mat6_rows_lu E;
+    (void)scan_factor_interface(&E, x.at.C, b.J);
     return sv_add(drift(x, E, b), solved(E, times(x.at.A, a_in)));
 }
 
@@ -104,33 +104,33 @@ svec end_acceleration(const element &x, svec a_in, const beyond &all)
 element joined(const element &in, const element &out)
 {
     const beyond b = left_of(in, as_beyond(out));
-    rows_lu E;
+    mat6_rows_lu E;
     row6 rows[6], other[6];
-    num At[M6_NUMBERS], EA[M6_NUMBERS];
-    (void)scan_meet(&E, in.at.C, b.J);
+    num At[MAT6_PADDED], EA[MAT6_PADDED];
+    (void)scan_factor_interface(&E, in.at.C, b.J);
     const svec w = drift(in, E, b);
     element sum = in;
     sum.g = felt(in, b, w);
     sum.v = sv_add(out.v, times(out.at.A, w));
-    scan_hang(&in.at, &E, b.J, EA, sum.at.J);
-    rows_load(rows, in.at.C);
-    rows_solve(&E, rows);
-    rows_store(sum.at.C, rows);
+    scan_attach(&in.at, &E, b.J, EA, sum.at.J);
+    mat6_rows_load(rows, in.at.C);
+    mat6_rows_lu_solve(&E, rows);
+    mat6_rows_store(sum.at.C, rows);
     m6_symmetrise(sum.at.C);
     for (int i = 0; i < 6; i++)
         for (int j = 0; j < 6; j++)
             At[6 * i + j] = out.at.A[6 * j + i];
-    rows_load(rows, At);
-    rows_mul(other, sum.at.C, rows);
-    rows_mul(rows, out.at.A, other);
-    rows_store(sum.at.C, rows);
+    mat6_rows_load(rows, At);
+    mat6_rows_mul(other, sum.at.C, rows);
+    mat6_rows_mul(rows, out.at.A, other);
+    mat6_rows_store(sum.at.C, rows);
     for (int k = 0; k < 36; k++)
         sum.at.C[k] += out.at.C[k];
-    rows_load(rows, EA);
-    rows_mul(other, out.at.A, rows);
-    rows_store(sum.at.A, other);
+    mat6_rows_load(rows, EA);
+    mat6_rows_mul(other, out.at.A, rows);
+    mat6_rows_store(sum.at.A, other);
     for (int k = 0; k < 36; k++)
-        sum.known[k] = out.known[k];
+        sum.seed[k] = out.seed[k];
     return sum;
 }
 
@@ -163,7 +163,7 @@ class tree
             leaf.v = segment.v;
             leaf.g = segment.g;
             for (int k = 0; k < 36; k++) /* beyond the last one is nothing */
-                leaf.known[k] = end < scan_->segments ? segment.known[k] : num(0);
+                leaf.seed[k] = end < scan_->segments ? segment.seed[k] : num(0);
             return;
         }
         const uint32_t middle = first + (end - first) / 2;
@@ -195,8 +195,8 @@ class tree
 
 void scan_tree(state *s, const tfa_chain *chain, void *rows, const num *tau, num *qdd)
 {
-    scan *scan = TFA_V(scan_place)(rows, chain->length);
-    (void)TFA_V(chain_fold)(s, chain, 0);
+    scan *scan = TFA_V(scan_layout)(rows, chain->length);
+    (void)TFA_V(chain_reduce_branches)(s, chain, 0);
     TFA_V(scan_cut)(s, chain, scan);
     for (uint32_t k = 0; k < chain->length; k++) {
         scan->body[k].I = s->IA[chain->body[k]];

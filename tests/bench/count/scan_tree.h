@@ -7,7 +7,7 @@
 #ifndef TFA_COUNT_SCAN_TREE_H
 #define TFA_COUNT_SCAN_TREE_H
 
-#include "kernel/scan.h"
+#include "dynamics/scan/scan.h"
 
 /* qdd of the chain by the library's segments, one pass, and two sweeps over a tree of elements. */
 void scan_tree(state *s, const tfa_chain *chain, void *rows, const num *tau, num *qdd);

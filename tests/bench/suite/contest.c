@@ -40,15 +40,15 @@ static void open_library(struct contest *c, const struct library *l)
         .states = t->one_by_one || t->residual ? TFA_STATES_ONE : TFA_STATES_AUTO,
         .methods = methods,
         .specialised = t->scene ? NULL : l->specialised};
-    const tfa_pool_options pool = {.threads = t->threads,
-                                   .cpus = cpus_for(t->threads),
-                                   .precision = t->precision,
-                                   .methods = methods};
-    struct contestant *w = &c->who[c->count];
+    const tfa_batch_pool_options pool = {.threads = t->threads,
+                                         .cpus = cpus_for(t->threads),
+                                         .precision = t->precision,
+                                         .methods = methods};
+    struct contestant *w = &c->contestant[c->count];
     *w = (struct contestant){.name = l->name, .library = l};
     int status = l->tfa_model_create(c->robot->description, &options, NULL, &w->model);
     if (status == TFA_OK && t->threads > 1)
-        status = l->tfa_pool_create(w->model, &pool, &w->pool);
+        status = l->tfa_batch_pool_create(w->model, &pool, &w->pool);
     else if (status == TFA_OK)
         status = l->tfa_workspace_create(w->model, &workspace, &w->workspace);
     c->count += status == TFA_OK;
@@ -59,7 +59,7 @@ static void open_library(struct contest *c, const struct library *l)
 static void open_peer(struct contest *c, const struct peer *peer, const struct peer_lambda *lambda)
 {
     char why[256] = "";
-    struct contestant *w = &c->who[c->count];
+    struct contestant *w = &c->contestant[c->count];
     *w = (struct contestant){.name = peer->name, .peer = peer, .peers_lambda = lambda};
     w->peers_robot = peer->make(c->robot->path, c->robot->description, why, sizeof why);
     c->count += w->peers_robot != NULL;
@@ -67,7 +67,7 @@ static void open_peer(struct contest *c, const struct peer *peer, const struct p
 
 /* Forward dynamics and Lambda^-1 of a tip on a fixed base is all that peers are asked for, in order
  * of the description. */
-static int peers_take(const struct contest *c)
+static int peers_answer(const struct contest *c)
 {
     const struct task *t = c->task;
     const int asked = t->op == TFA_OP_FORWARD_DYNAMICS || t->op == TFA_OP_OPERATIONAL_INERTIA;
@@ -79,19 +79,19 @@ static int peers_take(const struct contest *c)
 
 static void open_peers(struct contest *c)
 {
-    if (!peers_take(c))
+    if (!peers_answer(c))
         return;
-    for (size_t k = 0; !c->task->tips && peer_table[k] && c->count < SUITE_WHO; k++)
+    for (size_t k = 0; !c->task->tips && peer_table[k] && c->count < SUITE_CONTESTANTS; k++)
         open_peer(c, peer_table[k], NULL);
     for (const struct peer_lambda *l = peer_lambda_table;
-         c->task->tips && l->peer && c->count < SUITE_WHO; l++)
+         c->task->tips && l->peer && c->count < SUITE_CONTESTANTS; l++)
         open_peer(c, l->peer, l);
 }
 
 static void close_contestant(struct contestant *w)
 {
     if (w->library) {
-        w->library->tfa_pool_free(w->pool);
+        w->library->tfa_batch_pool_free(w->pool);
         w->library->tfa_workspace_free(w->workspace);
         w->library->tfa_model_free(w->model);
     } else {
@@ -133,11 +133,11 @@ static void give(struct contest *c)
 
 static void find_tips(struct contest *c)
 {
-    const struct library *l = c->who[0].library;
+    const struct library *l = c->contestant[0].library;
     robot_tips(c->robot, c->task->tips, c->task->along);
     memcpy(c->request.tips, c->robot->tips, sizeof c->request.tips);
     if (c->task->scene && l->tfa_model_find_frame)
-        c->request.tips[0] = (uint32_t)l->tfa_model_find_frame(c->who[0].model, SUITE_PALM);
+        c->request.tips[0] = (uint32_t)l->tfa_model_find_frame(c->contestant[0].model, SUITE_PALM);
     else if (c->task->deepest_tip)
         c->request.tips[0] = robot_deepest(c->robot);
 }
@@ -176,7 +176,7 @@ static int make_inputs(struct contest *c)
     return 0;
 }
 
-static void point_at(struct contest *c, size_t state)
+static void set_state(struct contest *c, size_t state)
 {
     tfa_request *r = &c->request;
     const double *tau = c->tau + state * c->nv;
@@ -192,7 +192,7 @@ static void point_at(struct contest *c, size_t state)
 
 /* The state after this one is where its answer leads in a tenth of a microsecond: it waits for the
  * answer, and the robot stays where it is. */
-static void lead_on(struct contest *c)
+static void chain_states(struct contest *c)
 {
     const size_t now = c->next % SUITE_STATES, after = (c->next + 1) % SUITE_STATES;
     const double *q = c->q + now * c->nq, *v = c->v + now * c->nv;
@@ -214,12 +214,12 @@ static int ask_peer(struct contest *c, const struct contestant *w)
                                    c->reply.lambda_inv) == 0;
 }
 
-static int ask(struct contest *c, const struct contestant *w, size_t state)
+static int call_library(struct contest *c, const struct contestant *w, size_t state)
 {
-    point_at(c, state);
+    set_state(c, state);
     if (w->peer)
         return ask_peer(c, w);
-    return (w->pool ? w->library->tfa_pool_compute(w->pool, &c->request, &c->reply)
+    return (w->pool ? w->library->tfa_batch_pool_compute(w->pool, &c->request, &c->reply)
                     : w->library->tfa_compute(w->workspace, &c->request, &c->reply)) == TFA_OK;
 }
 
@@ -243,34 +243,35 @@ static int prepare(struct contest *c, const struct contestant *w)
     return status == TFA_OK;
 }
 
-size_t contest_bytes(struct contest *c, uint32_t who)
+size_t contest_bytes(struct contest *c, uint32_t contestant)
 {
-    const struct contestant *w = &c->who[who];
+    const struct contestant *w = &c->contestant[contestant];
     const tfa_model_options options = model_options(c);
     return c->task->bytes(w->library, c->robot->description, &options, w->model);
 }
 
-int contest_ask(struct contest *c, uint32_t who)
+int contest_call(struct contest *c, uint32_t contestant)
 {
     if (c->task->how >= HOW_PARSE)
-        return prepare(c, &c->who[who]);
-    const int good = ask(c, &c->who[who], c->task->states > 1 ? 0 : c->next % SUITE_STATES);
+        return prepare(c, &c->contestant[contestant]);
+    const int good = call_library(c, &c->contestant[contestant],
+                                  c->task->states > 1 ? 0 : c->next % SUITE_STATES);
     if (c->task->how == HOW_CHAINED)
-        lead_on(c);
+        chain_states(c);
     c->next++;
     return good;
 }
 
-const char *contest_method(struct contest *c, uint32_t who)
+const char *contest_method(struct contest *c, uint32_t contestant)
 {
-    const struct contestant *w = &c->who[who];
+    const struct contestant *w = &c->contestant[contestant];
     tfa_answer *answers = calloc(c->task->states, sizeof *answers);
     if (!w->library || !answers || c->task->how >= HOW_PARSE) {
         free(answers);
         return "";
     }
     c->reply.answers = answers;
-    (void)ask(c, w, 0);
+    (void)call_library(c, w, 0);
     const char *name = w->library->tfa_method_name(answers[0].method);
     c->reply.answers = NULL;
     free(answers);
@@ -281,7 +282,7 @@ const char *contest_method(struct contest *c, uint32_t who)
 static int answer(struct contest *c, const struct contestant *w, size_t state)
 {
     memset(c->out, 0, c->answers * sizeof *c->out);
-    return ask(c, w, state);
+    return call_library(c, w, state);
 }
 
 /* |out - first| / |first| */
@@ -295,12 +296,12 @@ static double distance(const struct contest *c, const double *first)
     return sqrt(sum / size);
 }
 
-double contest_difference(struct contest *c, uint32_t who)
+double contest_difference(struct contest *c, uint32_t contestant)
 {
     double *first = malloc(c->answers * sizeof *first), far = NAN;
-    if (first && answer(c, &c->who[0], 0)) {
+    if (first && answer(c, &c->contestant[0], 0)) {
         memcpy(first, c->out, c->answers * sizeof *first);
-        (void)answer(c, &c->who[who], 0);
+        (void)answer(c, &c->contestant[contestant], 0);
         far = distance(c, first);
     }
     free(first);
@@ -321,18 +322,18 @@ static int ask_exact(struct contest *c, const struct contestant *exact, size_t s
     return good;
 }
 
-double contest_error(struct contest *c, uint32_t who)
+double contest_error(struct contest *c, uint32_t contestant)
 {
     static const tfa_workspace_options quadruple = {.precision = TFA_F128};
-    const struct library *l = c->who[0].library;
-    struct contestant exact = {.library = l, .model = c->who[0].model};
+    const struct library *l = c->contestant[0].library;
+    struct contestant exact = {.library = l, .model = c->contestant[0].model};
     double *first = malloc(c->answers * sizeof *first), most = 0;
     int good = first && c->task->states == 1 && c->task->how < HOW_PARSE &&
                l->tfa_workspace_create(exact.model, &quadruple, &exact.workspace) == TFA_OK;
     for (size_t state = 0; good && state < SUITE_STATES; state++) {
         good = ask_exact(c, &exact, state);
         memcpy(first, c->out, c->answers * sizeof *first);
-        good = good && answer(c, &c->who[who], state);
+        good = good && answer(c, &c->contestant[contestant], state);
         most = fmax(most, distance(c, first));
     }
     l->tfa_workspace_free(exact.workspace);
@@ -342,14 +343,15 @@ double contest_error(struct contest *c, uint32_t who)
 
 /* ---- all of it ---- */
 
-static void drop_silent(struct contest *c)
+static void remove_failed(struct contest *c)
 {
     uint32_t kept = 0;
     for (uint32_t k = 0; k < c->count; k++)
-        if (ask(c, &c->who[k], 0) && (c->task->how < HOW_PARSE || c->who[k].library))
-            c->who[kept++] = c->who[k];
+        if (call_library(c, &c->contestant[k], 0) &&
+            (c->task->how < HOW_PARSE || c->contestant[k].library))
+            c->contestant[kept++] = c->contestant[k];
         else
-            close_contestant(&c->who[k]);
+            close_contestant(&c->contestant[k]);
     c->count = kept;
 }
 
@@ -361,12 +363,12 @@ int contest_open(struct contest *c, const struct task *task, struct robot *robot
         open_library(c, &libraries[k]);
     if (c->count == 0)
         return -1;
-    c->nq = libraries[0].tfa_model_q_count(c->who[0].model);
-    c->nv = libraries[0].tfa_model_v_count(c->who[0].model);
+    c->nq = libraries[0].tfa_model_q_count(c->contestant[0].model);
+    c->nv = libraries[0].tfa_model_v_count(c->contestant[0].model);
     open_peers(c);
     if (c->nq == c->nv && make_inputs(c) == 0)
-        drop_silent(c);
-    if (c->block && c->count > 0 && c->who[0].library == &libraries[0])
+        remove_failed(c);
+    if (c->block && c->count > 0 && c->contestant[0].library == &libraries[0])
         return 0;
     contest_close(c);
     return -1;
@@ -375,7 +377,7 @@ int contest_open(struct contest *c, const struct task *task, struct robot *robot
 void contest_close(struct contest *c)
 {
     for (uint32_t k = 0; k < c->count; k++)
-        close_contestant(&c->who[k]);
+        close_contestant(&c->contestant[k]);
     free(c->block);
     *c = (struct contest){0};
 }

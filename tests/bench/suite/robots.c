@@ -13,7 +13,7 @@
 
 /* ---- made: humanoids as real ones are built, axes along the frames ---- */
 
-/* A limb: so many joints on the link of another limb's end, or on the pelvis (-1). */
+/* A branch: so many joints on the link of another branch's end, or on the pelvis (-1). */
 struct limb {
     const char *name, *axes; /* one letter for each joint */
     int on;

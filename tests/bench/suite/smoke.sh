@@ -3,7 +3,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 #
 # The suite runs, its rows are whole, both libraries answer alike, and tables can be made of them.
-# No time is judged. The same with a robot's own kernel.
+# No time is compared. The same with a robot's specialised kernel.
 #   smoke.sh BENCH_SUITE LIBRARY
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
@@ -35,17 +35,17 @@ awk -F, 'NR > 1 { rows++ }
     END { if (rows != 62) { print "rows: " rows; bad = 1 } exit bad }' "$work/all.csv"
 
 "$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 2 --turn-us 5 \
-    --tasks fd,fd-chained,lambda,fd+payload,batch-f64 "$robots/arm7.urdf" >"$work/own.csv"
+    --tasks fd,fd-chained,lambda,fd+payload,batch-f64 "$robots/arm7.urdf" >"$work/specialised.csv"
 awk -F, '
     NR == 1 { next }
     NF != 19 { print "fields: " $0; bad = 1 }
     !($12 >= 0) || ($16 != "" && !($16 < 1e-6)) { print "numbers: " $0; bad = 1 }
-    $5 == "own" { own++ }
+    $5 == "specialised" { specialised++ }
     $5 == "now" { now++ }
-    END { if (own != 5 + 5 || now != 5) { print "rows: " own ", " now; bad = 1 }
-          exit bad }' "$work/own.csv"
+    END { if (specialised != 5 + 5 || now != 5) { print "rows: " specialised ", " now; bad = 1 }
+          exit bad }' "$work/specialised.csv"
 for table in kernels warm cold batch page; do
-    awk -f "$here/../own_tables.awk" -v table=$table "$work/own.csv" >"$work/$table"
+    awk -f "$here/../specialised_tables.awk" -v table=$table "$work/specialised.csv" >"$work/$table"
 done
 grep -q '^| arm7 | 7 | ' "$work/warm"
 grep -q "^| arm7 | 7 | [0-9]" "$work/page"

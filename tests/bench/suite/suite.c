@@ -2,8 +2,9 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The benchmark suite: every task for every robot, by the library as it is, by a former build of
- * it, by the robot's own kernel and by the peers of this build, in turns in one process. CSV on
- * standard output, a row for each contestant; or, under callgrind, the instructions of each call.
+ * it, by the robot's specialised kernel and by the peers of this build, in turns in one process.
+ * CSV on standard output, a row for each contestant; or, under callgrind, the instructions of each
+ * call.
  *
  *   bench_suite --library build/release/lib/libtotalforce.so [--baseline OTHER.so]
  *       [--kernels FOLDER [--compiler PROGRAM]] [--turn-us N] [--rounds N] [--tasks A,B] [--error]
@@ -12,10 +13,10 @@
  *   bench_suite --list                  the tasks
  *
  * ROBOT: a URDF file or one that is made (humanoid30, humanoid58, chainN), with ":floating" behind
- * it for a floating base. TFA_ISA chooses the instruction set. --kernels: contestant "own", whose
- * kernel is built where FOLDER has none; tips are then links behind the most joints. --error: the
- * column `error`, against quadruple precision. --tips, --along, --refine, --precision, --one-by-one
- * (batches without lanes): in place of a task's own.
+ * it for a floating base. TFA_ISA chooses the instruction set. --kernels: contestant "specialised",
+ * whose kernel is built where FOLDER has none; tips are then links behind the most joints. --error:
+ * the column `error`, against quadruple precision. --tips, --along, --refine, --precision,
+ * --one-by-one (batches without lanes): in place of a task's own.
  */
 #include "suite.h"
 
@@ -74,16 +75,16 @@ static const char *unit_of(const struct task *t)
 
 static void measure(struct contest *c, const struct options *o, const char *isa)
 {
-    struct figures f[SUITE_WHO];
+    struct figures f[SUITE_CONTESTANTS];
     const struct task *t = c->task;
     const struct robot *r = c->robot;
     const uint32_t rounds = contest_measure(c, o->turn_us, o->rounds, f);
     for (uint32_t k = 0; k < c->count; k++) {
         printf("%s,%s,%u,%s,%s,%s,%s,%u,%u,%s,%s,%.1f,%.1f,%.2f,%.3f,%.1e,%u,%s,", r->name,
-               base_name(r), r->joints, t->name, c->who[k].name, contest_method(c, k),
+               base_name(r), r->joints, t->name, c->contestant[k].name, contest_method(c, k),
                estimates[t->estimate], t->states, t->threads, precisions[t->precision],
-               c->who[k].library ? isa : "", f[k].median, f[k].least, f[k].median / r->joints,
-               f[k].times, contest_difference(c, k), rounds, unit_of(t));
+               c->contestant[k].library ? isa : "", f[k].median, f[k].least,
+               f[k].median / r->joints, f[k].times, contest_difference(c, k), rounds, unit_of(t));
         if (o->error && t->states == 1 && t->how < HOW_PARSE)
             printf("%.1e", contest_error(c, k));
         putchar('\n');
@@ -95,8 +96,8 @@ static void measure(struct contest *c, const struct options *o, const char *isa)
 static void print_kernel(const struct robot *r, const char *task, double value, const char *unit)
 {
     if (value > 0)
-        printf("%s,%s,%u,%s,own,,,,,,,%.6g,,,,,,%s,\n", r->name, base_name(r), r->joints, task,
-               value, unit);
+        printf("%s,%s,%u,%s,specialised,,,,,,,%.6g,,,,,,%s,\n", r->name, base_name(r), r->joints,
+               task, value, unit);
 }
 
 /* Of one thread only: each call and nothing else is between two toggles, and each dump bears the
@@ -109,15 +110,15 @@ static void count(struct contest *c)
         char row[160];
         const uint32_t calls = c->task->states > 1 ? 1 : CALLS_COUNTED;
         snprintf(row, sizeof row, "row %s,%s,%u,%s,%s,%u", c->robot->name, base_name(c->robot),
-                 c->robot->joints, c->task->name, c->who[k].name, calls * c->task->states);
+                 c->robot->joints, c->task->name, c->contestant[k].name, calls * c->task->states);
         for (uint32_t call = 0; call < 4; call++)
-            (void)contest_ask(c, k);
+            (void)contest_call(c, k);
 #ifdef CALLGRIND_TOGGLE_COLLECT
         CALLGRIND_ZERO_STATS;
         CALLGRIND_TOGGLE_COLLECT;
 #endif
         for (uint32_t call = 0; call < calls; call++)
-            (void)contest_ask(c, k);
+            (void)contest_call(c, k);
 #ifdef CALLGRIND_TOGGLE_COLLECT
         CALLGRIND_TOGGLE_COLLECT;
         CALLGRIND_DUMP_STATS_AT(row);
@@ -199,7 +200,7 @@ static int run(const char *argument, const struct options *o, const struct libra
         print_kernel(&r, "load_ms", kernel.load_ms, "ms");
         print_kernel(&r, "kernel_error", kernel.error, "");
         answering[many] = libraries[0];
-        answering[many].name = "own";
+        answering[many].name = "specialised";
         answering[many++].specialised = kernel.loaded;
     }
     if (o->path[1])

@@ -24,10 +24,10 @@
     X(tfa_model_frame_count)                                                                       \
     X(tfa_workspace_create)                                                                        \
     X(tfa_workspace_free)                                                                          \
-    X(tfa_pool_create)                                                                             \
-    X(tfa_pool_free)                                                                               \
+    X(tfa_batch_pool_create)                                                                       \
+    X(tfa_batch_pool_free)                                                                         \
     X(tfa_compute)                                                                                 \
-    X(tfa_pool_compute)                                                                            \
+    X(tfa_batch_pool_compute)                                                                      \
     X(tfa_isa_name)                                                                                \
     X(tfa_method_name)                                                                             \
     X(tfa_report_free)
@@ -46,9 +46,10 @@
     X(tfa_specialised_free)
 
 struct library {
-    const char *name; /* "now", "own" (with the robot's own kernel), "former" */
+    const char *name; /* "now", "own" (with the robot's specialised kernel), "former" */
     void *handle;
-    const tfa_specialised *specialised; /* the robot's own kernel for its workspaces; NULL: none */
+    /* the robot's specialised kernel for its workspaces; NULL: none */
+    const tfa_specialised *specialised;
 #define SUITE_MEMBER(call) __typeof__(&call) call;
     SUITE_CALLS(SUITE_MEMBER)
     SUITE_LATER_CALLS(SUITE_MEMBER)
@@ -137,7 +138,7 @@ const int *cpus_for(uint32_t threads);
 
 /* ---- contest.c: who answers, and what ---- */
 
-enum { SUITE_STATES = 16, SUITE_WHO = 8 };
+enum { SUITE_STATES = 16, SUITE_CONTESTANTS = 8 };
 
 /* One who answers a task for a robot: a library, or a peer */
 struct contestant {
@@ -148,14 +149,14 @@ struct contestant {
     void *peers_robot;
     tfa_model *model;
     tfa_workspace *workspace;
-    tfa_pool *pool;
+    tfa_batch_pool *pool;
 };
 
 /* A task for a robot: its inputs, and all that answer */
 struct contest {
     const struct task *task;
     struct robot *robot;
-    struct contestant who[SUITE_WHO];
+    struct contestant contestant[SUITE_CONTESTANTS];
     uint32_t count, next; /* contestants; the state that is asked next */
     uint32_t nq, nv;
     tfa_request request;
@@ -169,18 +170,18 @@ int contest_open(struct contest *c, const struct task *task, struct robot *robot
                  const struct library *libraries, uint32_t count);
 void contest_close(struct contest *c);
 /* One call of one contestant. @return 1: it was answered */
-int contest_ask(struct contest *c, uint32_t who);
+int contest_call(struct contest *c, uint32_t contestant);
 /* The method that answered, of a library; NULL of a peer */
-const char *contest_method(struct contest *c, uint32_t who);
+const char *contest_method(struct contest *c, uint32_t contestant);
 /* |answer - answer of the first| / |answer of the first| for one call */
-double contest_difference(struct contest *c, uint32_t who);
+double contest_difference(struct contest *c, uint32_t contestant);
 /* The same against quadruple precision by the plainest method, the largest of all states; NAN of
  * batches */
-double contest_error(struct contest *c, uint32_t who);
+double contest_error(struct contest *c, uint32_t contestant);
 /* Of a task that measures sizes */
-size_t contest_bytes(struct contest *c, uint32_t who);
+size_t contest_bytes(struct contest *c, uint32_t contestant);
 
-/* ---- kernel.c: a robot's own kernel ---- */
+/* ---- kernel.c: a robot's specialised kernel ---- */
 
 struct kernel {
     char path[4096], compiler[256];
@@ -209,6 +210,6 @@ struct figures {
 
 /* All contestants in turns. @return turns that were taken, 0: none */
 uint32_t contest_measure(struct contest *c, double turn_us, uint32_t rounds,
-                         struct figures figures[SUITE_WHO]);
+                         struct figures figures[SUITE_CONTESTANTS]);
 
 #endif

@@ -25,7 +25,7 @@ static double median(const double *values, uint32_t n, double *least)
 
 /* ns for one of `calls` calls. One thread's time is its CPU time; a single call is too short for
  * that clock, which is a system call. */
-static double turn(struct contest *c, uint32_t who, uint32_t calls)
+static double turn(struct contest *c, uint32_t contestant, uint32_t calls)
 {
     const int cold = c->task->how == HOW_COLD;
     const clockid_t clock =
@@ -36,11 +36,11 @@ static double turn(struct contest *c, uint32_t who, uint32_t calls)
     }
     const double start = time_ns(clock);
     for (uint32_t k = 0; k < calls; k++)
-        (void)contest_ask(c, who);
+        (void)contest_call(c, contestant);
     return (time_ns(clock) - start) / calls;
 }
 
-static uint32_t weigh(struct contest *c, struct figures figures[SUITE_WHO])
+static uint32_t weigh(struct contest *c, struct figures figures[SUITE_CONTESTANTS])
 {
     for (uint32_t k = 0; k < c->count; k++) {
         const double bytes = (double)contest_bytes(c, k);
@@ -50,10 +50,10 @@ static uint32_t weigh(struct contest *c, struct figures figures[SUITE_WHO])
 }
 
 uint32_t contest_measure(struct contest *c, double turn_us, uint32_t rounds,
-                         struct figures figures[SUITE_WHO])
+                         struct figures figures[SUITE_CONTESTANTS])
 {
-    static double ns[SUITE_WHO][ROUNDS_MAX], ratio[ROUNDS_MAX];
-    uint32_t calls[SUITE_WHO];
+    static double ns[SUITE_CONTESTANTS][ROUNDS_MAX], ratio[ROUNDS_MAX];
+    uint32_t calls[SUITE_CONTESTANTS];
     rounds = rounds > ROUNDS_MAX ? ROUNDS_MAX : rounds;
     if (c->task->how == HOW_BYTES)
         return weigh(c, figures);

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The articulated-body algorithm. Featherstone 2008, table 7.1, in link frames.
+ */
+#include "dynamics/core/aba_step.h"
+#include "dynamics/core/recursions.h"
+
+static inline void inward(struct state *s, const num *tau, int what)
+{
+    if (what & ABA_INERTIA)
+        sentinel_reset(s);
+    for (uint32_t k = s->spans; k-- > 0;)
+        for (uint32_t i = s->span[k].end; i-- > s->span[k].first;)
+            aba_backward_step(s, i, tau, what | ABA_FULL_SWEEP | ABA_SENTINEL);
+}
+
+static inline void outward(struct state *s, svec ground, num *qdd, int bias)
+{
+    for (uint32_t i = 0; i < s->bodies; i++)
+        aba_forward_step(s, i, parent_motion(&s->body[i], s->a, ground), qdd, bias);
+}
+
+void TFA_V(aba)(struct state *s, const num *tau, num *qdd)
+{
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
+    aba_backward_pass(s, tau, s->moving, s->have & HAVE_ABA, inward);
+    have_aba(s);
+    outward(s, ground, qdd, s->moving);
+}
+
+void TFA_V(aba_factor)(struct state *s)
+{
+    if (!(s->have & HAVE_ABA))
+        inward(s, NULL, ABA_INERTIA);
+    have_aba(s);
+}
+
+void TFA_V(aba_solve)(struct state *s, const num *tau, num *qdd)
+{
+    inward(s, tau, ABA_FORCE);
+    outward(s, sv_zero(), qdd, 0);
+}

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Frames of links: where they stand, and six unit wrenches at one.
+ */
+#include "dynamics/core/frame.h"
+
+#include "dynamics/core/unit_wrenches.h"
+#include "layout/body.h"
+
+/* Rotation from world axes to the axes of a body */
+static mat3 world_axes(const struct state *s, int32_t body)
+{
+    mat3 R = s->X[body].E;
+    for (int32_t i = s->body[body].parent; i >= 0; i = s->body[i].parent)
+        R = m3_mm(R, s->X[i].E);
+    return R;
+}
+
+/* The world's origin in body coordinates */
+static vec3 world_origin(const struct state *s, int32_t body)
+{
+    mat3 R = s->X[body].E;
+    vec3 o = v3_neg(m3_mul(R, s->X[body].r));
+    for (int32_t i = s->body[body].parent; i >= 0; i = s->body[i].parent) {
+        R = m3_mm(R, s->X[i].E);
+        o = v3_sub(o, m3_mul(R, s->X[i].r));
+    }
+    return o;
+}
+
+/* The axes and the origin of a frame in the coordinates of its body; one inside a fused joint is
+ * carried on by the parts behind it. */
+static void frame_in_body(const struct state *s, uint32_t frame, mat3 *R, vec3 *p)
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    const xform frame_axes = frame_xform(s->m, frame);
+    *R = frame_axes.E;
+    *p = frame_axes.r;
+    if (f->part == 0)
+        return;
+    const struct tfa_body *b = &s->body[f->body];
+    for (uint32_t k = f->part; k < b->n; k++) {
+        const xform *P = &s->joint_nd[b->joint_nd].part[k];
+        *R = m3_mm(P->E, *R);
+        *p = m3_mul(P->E, v3_sub(*p, P->r));
+    }
+}
+
+uint32_t TFA_V(frame_freedoms)(const struct state *s, uint32_t frame)
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    return f->part ? f->part : s->body[f->body].n;
+}
+
+int32_t TFA_V(frame_at)(const struct state *s, uint32_t frame, tfa_reference_frame mode, mat3 *R,
+                        vec3 *p)
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    if (f->body < 0)
+        return -1;
+    frame_in_body(s, frame, R, p);
+    if (mode != TFA_FRAME_LOCAL)
+        *R = world_axes(s, f->body);
+    if (mode == TFA_FRAME_WORLD)
+        *p = world_origin(s, f->body);
+    return f->body;
+}
+
+int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
+                             svec P[6])
+{
+    mat3 R;
+    vec3 p;
+    const int32_t body = TFA_V(frame_at)(s, frame, mode, &R, &p);
+    if (body < 0)
+        return -1;
+    unit_wrenches(R, p, P);
+    return body;
+}
+
+void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3])
+{
+    const struct tfa_frame *f = &s->m->frame[frame];
+    const xform frame_axes = frame_xform(s->m, frame);
+    mat3 axes = frame_axes.E;
+    vec3 at = frame_axes.r;
+    if (f->body >= 0) {
+        const mat3 world = world_axes(s, f->body);
+        frame_in_body(s, frame, &axes, &at);
+        axes = m3_tmm(world, axes);
+        at = m3_tmul(world, v3_sub(at, world_origin(s, f->body)));
+    }
+    const num r[9] = {axes.xx, axes.xy, axes.xz, axes.yx, axes.yy,
+                      axes.yz, axes.zx, axes.zy, axes.zz};
+    for (int k = 0; k < 9; k++)
+        R[k] = r[k];
+    p[0] = at.x;
+    p[1] = at.y;
+    p[2] = at.z;
+}

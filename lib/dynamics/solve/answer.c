@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * One state of a checked request: to the op that answers it, and what the ops share.
+ */
+#include "dynamics/solve/answer.h"
+
+#include <math.h>
+
+#include "dynamics/core/frame.h"
+#include "dynamics/core/recursions.h"
+#include "dynamics/core/sentinel.h"
+#include "dynamics/solve/load.h"
+#include "dynamics/solve/method.h"
+
+/* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
+int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
+{
+    return r->estimate == TFA_ESTIMATE_ALWAYS ||
+           (r->estimate == TFA_ESTIMATE_DEFAULT && method_inverts(method));
+}
+
+/* Float has 7 digits, of which a long chain takes 3 or 4; with double one step is nearly always
+ * enough, and the second is made where it is not. */
+#define STEPS_MIXED (NUM_EPSILON > 0x1p-52 ? 3 : 2)
+
+uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_method method)
+{
+    if (r->refine != TFA_REFINE_DEFAULT)
+        return r->refine;
+    if (s->residual_kernel)
+        return STEPS_MIXED;
+    return method_inverts(method) && !TFA_V(method)(method)->osim_elimination ? 1 : 0;
+}
+
+tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed)
+{
+    const tfa_method last = TFA_V(last_resort)(s);
+    if (NUM_LANES > 1 || TFA_V(method)(failed)->is_scan || TFA_V(method)(last)->obeys_mimics ||
+        s->locked)
+        return last;
+    for (uint32_t t = 0; t < s->m->trees; t++)
+        if (s->m->chain[t].length >= FALLBACK_SCAN_LENGTH)
+            return TFA_METHOD_SCAN_TWO_PASS;
+    return last;
+}
+
+uint16_t TFA_V(needs_fallback)(const num_doubles *estimate, int converging)
+{
+    for (int l = 0; l < NUM_LANES; l++) {
+        if (!isfinite(estimate->lane[l]))
+            return TFA_ANSWER_NOT_FINITE;
+        if (estimate->lane[l] > FALLBACK_ESTIMATE)
+            return TFA_ANSWER_INACCURATE;
+    }
+    return converging ? 0 : TFA_ANSWER_STALLED;
+}
+
+int TFA_V(sentinel_asks_estimate)(struct state *s, const tfa_request *r, tfa_method method,
+                                  tfa_answer *out)
+{
+    if (r->estimate != TFA_ESTIMATE_DEFAULT)
+        return 0;
+    if (!TFA_V(sentinel_of)(s, method))
+        return 0;
+    out->flags |= TFA_ANSWER_SENTINEL;
+    return 1;
+}
+
+int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method method,
+                             const num_doubles *estimate)
+{
+    int all = 1;
+    for (uint32_t l = 0; l < s->lanes; l++)
+        all &= estimate->lane[l] <= 1;
+    return all || r->estimate == TFA_ESTIMATE_NEVER || !TFA_V(sentinel_of)(s, method);
+}
+
+void TFA_V(store_estimate)(const struct state *s, const tfa_request *r, const num_doubles *estimate,
+                           tfa_answer *out)
+{
+    if (r->estimate == TFA_ESTIMATE_NEVER)
+        return;
+    out->flags |= TFA_ANSWER_ESTIMATED;
+    for (uint32_t l = 0; l < s->lanes; l++)
+        out[l].error_estimate = estimate->lane[l];
+}
+
+/* Less is not what made an answer fail. */
+#define SINGULAR_RATIO (1e-2 / (double)NUM_EPSILON)
+
+/* How far the projected inertia D of a body's joint is below the largest inertia that it may move:
+ * infinite where it is not positive. Kept are 1/D, or those of its factors. */
+static double inertia_ratio(const struct state *s, uint32_t i)
+{
+    const struct tfa_body *b = &s->body[i];
+    double most = 0;
+    for (uint32_t k = 0; k < b->n; k++) {
+        const num d = b->n == 1 ? s->Dinv[i] : s->joint_nd[b->joint_nd].L[7 * k];
+        if (s->lock[b->v + k])
+            continue;
+        if (!(num_all(d > 0) && num_all(d - d == num_of(0))))
+            return INFINITY;
+        most = fmax(most, (double)num_lane(d * body_inertia_bound(b, k), 0));
+    }
+    return most;
+}
+
+void TFA_V(report_singular_body)(struct state *s, tfa_reply *reply)
+{
+    double worst_ratio = SINGULAR_RATIO;
+    (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            if (inertia_ratio(s, i) > worst_ratio) {
+                worst_ratio = inertia_ratio(s, i);
+                reply->field = TFA_FIELD_BODY;
+                reply->index = s->body[i].link;
+            }
+}
+
+static int answer_inverse(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
+{
+    TFA_V(rnea)(s, s->qdd, s->res, 1);
+    for (uint32_t j = 0; s->has_passive_force && j < s->m->freedoms; j++)
+        s->res[j] -= s->passive_force[j];
+    TFA_V(gather_on_leaders)(s, s->res);
+    for (uint32_t j = 0; j < s->m->mimics; j++) /* one public force stands for both */
+        s->res[s->m->mimic[j].follower] = s->res[s->m->mimic[j].leader];
+    out->method = TFA_METHOD_RNEA;
+    int finite =
+        TFA_V(unload)(s, s->res, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
+                      reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
+    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}
+
+/* Where freedom j stands in the public M, and with which factor: T^T M T */
+static inline size_t public_freedom(const struct tfa_model *m, uint32_t j, double *multiplier)
+{
+    const uint32_t nb = m->base_freedoms;
+    *multiplier = j < nb ? 1 : m->freedom[j - nb].multiplier;
+    return j < nb ? j : nb + m->freedom[j - nb].from;
+}
+
+/* One entry of M to the matrix of every state, and to its mirror image. Returns whether all are
+ * finite. */
+static int add_entry(const struct state *s, double *M, size_t n, size_t a, size_t b, double factor,
+                     num entry, int twice)
+{
+    int finite = 1;
+    for (uint32_t l = 0; M && l < s->lanes; l++, M += n * n) {
+        const double x = factor * (double)num_lane(entry, l);
+        finite &= isfinite(x) != 0;
+        M[a * n + b] += x;
+        if (twice)
+            M[b * n + a] += x;
+    }
+    return finite;
+}
+
+/* Rows of M hold ancestors only; everything else of the dense answer is zero. */
+static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
+{
+    const struct tfa_model *m = s->m;
+    const size_t n = m->base_freedoms + m->v_count;
+    TFA_V(crba)(s);
+    out->method = TFA_METHOD_CRBA;
+    double *M = reply->mass_matrix ? reply->mass_matrix + n * n * k : NULL;
+    for (size_t e = 0; M && e < n * n * s->lanes; e++)
+        M[e] = 0;
+    int finite = 1;
+    for (uint32_t j = 0; M && j < m->freedoms; j++)
+        for (int32_t i = (int32_t)j; i >= 0; i = m->dof_parent[i]) {
+            double left, right;
+            const size_t a = public_freedom(m, j, &left),
+                         b = public_freedom(m, (uint32_t)i, &right);
+            finite &= add_entry(s, M, n, a, b, left * right, s->M[m->dof_row[j] + m->dof_depth[i]],
+                                (uint32_t)i != j);
+        }
+    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}
+
+/* Quaternion x y z w with w >= 0 of a rotation matrix, by the largest of its four squares. */
+static void quaternion(const double R[9], double q[4])
+{
+    const double t[4] = {R[0] - R[4] - R[8], R[4] - R[0] - R[8], R[8] - R[0] - R[4],
+                         R[0] + R[4] + R[8]};
+    const double off[3] = {R[7] - R[5], R[2] - R[6], R[3] - R[1]};
+    int k = 3;
+    for (int e = 0; e < 3; e++)
+        if (t[e] > t[k])
+            k = e;
+    q[k] = sqrt(1 + t[k]) / 2;
+    const double f = 1 / (4 * q[k]);
+    for (int e = 0; e < 3; e++)
+        if (k == 3)
+            q[e] = off[e] * f;
+        else if (e != k)
+            q[e] = (R[3 * e + k] + R[3 * k + e]) * f;
+    if (k != 3)
+        q[3] = off[k] * f;
+    if (q[3] < 0)
+        for (int e = 0; e < 4; e++)
+            q[e] = -q[e];
+}
+
+/* The pose of tip t of every state */
+static void answer_pose(const struct state *s, uint32_t t, double *out)
+{
+    num R[9], p[3];
+    TFA_V(frame_pose)(s, s->tip[t], R, p);
+    for (uint32_t l = 0; l < s->lanes; l++, out += 7 * (size_t)s->tips) {
+        double rotation[9];
+        for (int e = 0; e < 9; e++)
+            rotation[e] = (double)num_lane(R[e], l);
+        for (int e = 0; e < 3; e++)
+            out[e] = (double)num_lane(p[e], l);
+        quaternion(rotation, out + 3);
+    }
+}
+
+void TFA_V(answer_poses)(const struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
+{
+    for (uint32_t t = 0; r->flags & TFA_WANT_POSES && reply->poses && t < s->tips; t++)
+        answer_pose(s, t, reply->poses + 7 * ((size_t)s->tips * k + t));
+}
+
+static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
+                     tfa_answer *answer)
+{
+    switch (request->op) {
+    case TFA_OP_FORWARD_DYNAMICS:
+        return TFA_V(answer_forward)(s, request, k, reply, answer);
+#if NUM_LANES == 1 /* batches have no tips */
+    case TFA_OP_OPERATIONAL_INERTIA:
+        return TFA_V(answer_lambda)(s, request, k, reply, answer);
+#endif
+    case TFA_OP_INVERSE_DYNAMICS:
+        return answer_inverse(s, k, reply, answer);
+    default:
+        return answer_mass(s, k, reply, answer);
+    }
+}
+
+int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolved by, uint32_t k,
+                  uint32_t count, tfa_reply *reply, tfa_answer *answer)
+{
+    s->by = by;
+    for (uint32_t l = 0; l < count; l++)
+        answer[l] = (tfa_answer){.error_estimate = NAN};
+    s->lanes_diverged = 0;
+    TFA_V(load)(s, request, k, count);
+    answer->status = answer_op(s, request, k, reply, answer);
+    TFA_V(answer_poses)(s, request, k, reply);
+    if (answer->status == TFA_E_SINGULAR) {
+        reply->field = TFA_FIELD_BODY;
+        reply->index = s->body[s->bad_body].link;
+    }
+    for (uint32_t l = 1; l < count; l++) {
+        answer[l].status = answer->status;
+        answer[l].method = answer->method;
+        answer[l].flags = answer->flags;
+    }
+    if (s->lanes_diverged) {
+        s->have = 0;
+        return TFA_E_NOT_COMPUTED;
+    }
+    return answer->status;
+}

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the answers to the several ops share.
+ */
+#ifndef TFA_DYNAMICS_SOLVE_ANSWER_H
+#define TFA_DYNAMICS_SOLVE_ANSWER_H
+
+#include "interface/kernel_table.h"
+#include "layout/state.h"
+
+/* What is seen of an error times this is the estimate. Without it 1 answer in 10 000 of
+ * test_estimates was wrong by more than 30 estimates, by 86 at most (2026-11-22). */
+#define ESTIMATE_SAFETY 4
+
+/* A step that does not shrink the correction tenfold is not converging, unless it is already at
+ * the level of rounding, 450 units of the answer (methods.md section 4). */
+#define SHRINK 10.0
+#define ROUNDING (1e-13 * (ANSWER_EPSILON / 0x1p-52))
+
+/* Is a correction at least half of the first one, above rounding? Then the step made the answer no
+ * better, or worse: factors have lost a direction, or the residual is all rounding. On light-heavy
+ * 1e12 with 1000 bodies under gravity aba went from 2e-16 to 1e-12, on heavy-tip 1e12 with 48
+ * bodies tfa-cr from 1e-13 to 4e-6 (test_refined, 2026-11-22). */
+static inline int refinement_stagnated(double first, double correction)
+{
+    return !(2 * correction <= first || correction <= ROUNDING);
+}
+
+/* Of an answer and the one before its corrections, by their estimates: both are of the residual's
+ * rounding where neither is better, and then the one before stands. */
+static inline int refined_is_better(double unrefined, double refined)
+{
+    return unrefined > 3 * refined;
+}
+
+/* From this length of a main chain on the segment scan is asked first where another method failed:
+ * it is as accurate as aba, and its segments go in parallel. */
+#define FALLBACK_SCAN_LENGTH 128
+
+/* Method of last resort: aba; with mimics crba, because T^T M T can be inverted wherever the
+ * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
+static inline tfa_method TFA_V(last_resort)(const struct state *s)
+{
+    const int projects = s->m->mimics && !s->locked && reserves_method(s->methods, TFA_METHOD_CRBA);
+    return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;
+}
+
+/* Fallback of a method that failed: the scan, then the last resort. */
+tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed);
+
+/* 0, or the reason (TFA_ANSWER_*) why an answer with this estimate is not to be given; of several,
+ * why some of them is not. */
+uint16_t TFA_V(needs_fallback)(const num_doubles *estimate, int converging);
+
+/* The estimates of all answers, unless the request wants none. */
+void TFA_V(store_estimate)(const struct state *s, const tfa_request *r, const num_doubles *estimate,
+                           tfa_answer *out);
+
+/* Is an error estimate to be computed because the sentinel tripped? The answer is then flagged. */
+int TFA_V(sentinel_asks_estimate)(struct state *s, const tfa_request *r, tfa_method method,
+                                  tfa_answer *out);
+
+/* Is the estimate meaningful? Not where one is above 1 and the sentinel trips: M is singular
+ * but for rounding. Without the sentinel forces balance, and qdd itself is of the size of
+ * rounding. */
+int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method method,
+                             const num_doubles *estimate);
+
+/* A policy of the request, with the method's default. */
+int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);
+uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_method method);
+
+/* Reports the body whose projected inertia D is not positive, or furthest below what is safe. */
+void TFA_V(report_singular_body)(struct state *s, tfa_reply *reply);
+
+/* Lambda^-1 with the factors that the method left, copied out. Returns 1 when all is finite. */
+int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_method method,
+                        uint32_t refine, tfa_reply *reply);
+
+/* ---- ops ---- */
+
+/* States k .. k + count - 1 of a checked request, at most NUM_LANES, and as many answers. Several
+ * that cannot go on together, or one of which has no answer, get none that counts: a status that is
+ * not TFA_OK. */
+int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolved by, uint32_t k,
+                  uint32_t count, tfa_reply *reply, tfa_answer *answer);
+int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                          tfa_answer *out);
+/* As a kernel offers it, see kernel_table.h. */
+int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
+                            const tfa_reply *reply, double limit, tfa_answer *out);
+/* Writes s->qdd out; returns 1 when all of it is finite. */
+int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
+int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                         tfa_answer *out);
+/* Poses of the tips, where they are wanted */
+void TFA_V(answer_poses)(const struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply);
+/* As a kernel offers them, see kernel_table.h. */
+struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s);
+int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
+                       tfa_reply *reply, tfa_answer *out);
+
+#endif

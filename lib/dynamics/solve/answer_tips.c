@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What a request asks of its tips, with factors that another kernel computed: body lanes
+ * (body_lanes.c) leave the six wrenches of each tip, which fill vectors themselves, to one number
+ * at a time.
+ */
+#include "dynamics/solve/answer.h"
+#include "dynamics/solve/load.h"
+#include "dynamics/solve/method.h"
+#include "interface/kernel_table.h"
+
+struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s)
+{
+    return (struct tfa_factor_buffers){.X = s->X,
+                                       .U = s->U,
+                                       .Dinv = s->Dinv,
+                                       .part = (char *)s->joint_nd->part,
+                                       .H = (char *)s->joint_nd->H,
+                                       .joint_nd_U = (char *)s->joint_nd->U,
+                                       .L = (char *)s->joint_nd->L,
+                                       .joint_nd_bytes = sizeof *s->joint_nd};
+}
+
+/* The other's factors are those of some bodies at a q that was never loaded: nothing is kept. */
+int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
+                       tfa_reply *reply, tfa_answer *out)
+{
+    int finite = 1;
+    s->by = by;
+    load_indices(s, r, k, 1);
+    (void)TFA_V(load_changes)(s, r);
+    s->spans = TFA_V(load_spans)(s, r, s->span);
+    s->have = HAVE_POSE | HAVE_ABA;
+    if (r->op == TFA_OP_OPERATIONAL_INERTIA)
+        finite = TFA_V(answer_lambda)(s, r, k, reply, out) == TFA_OK;
+    else if (reply->lambda_inv)
+        finite = TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply);
+    TFA_V(answer_poses)(s, r, k, reply);
+    s->have = 0;
+    return finite;
+}

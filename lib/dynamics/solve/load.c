@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * From the caller's arrays to the state and back: base first, doubles outside, inner order inside.
+ * Notices while copying whether the state before is still good.
+ */
+#include "dynamics/solve/load.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "dynamics/core/recursions.h"
+
+static num coordinate_of(const struct state *s, const tfa_request *r, uint32_t k)
+{
+    const coordinate *c = &s->coordinate[k];
+    return num_of(c->multiplier) * gather_joint(s, r->q, s->m->q_count, c->from) +
+           num_of(c->offset);
+}
+
+/* Inner coordinates of the bodies in a span. Returns whether they are those of before. */
+static int load_coordinates(struct state *s, const tfa_request *r, struct span span)
+{
+    num_mask same = num_of(0) == num_of(0);
+    if (span.first == span.end)
+        return 1; /* nothing moves */
+    const uint32_t end = span.end < s->bodies ? s->body[span.end].q : s->coordinates;
+    for (uint32_t k = s->body[span.first].q; k < end; k++) {
+        const num x =
+            s->identity_map ? gather_states(s, r->q, s->m->q_count, k) : coordinate_of(s, r, k);
+        same &= x == s->q[k];
+        s->q[k] = x;
+    }
+    return num_all(same);
+}
+
+static int load_base(struct state *s, const tfa_request *r)
+{
+    num_mask same = num_of(0) == num_of(0);
+    for (uint32_t k = 0; s->m->base_freedoms && k < 7; k++) {
+        const num x = gather_states(s, r->base_pose, 7, k);
+        same &= x == s->base[k];
+        s->base[k] = x;
+    }
+    return num_all(same);
+}
+
+/* Is what was computed of these spans there? What was computed of everything serves for a part of
+ * it; what was computed of a part serves for the same part only. */
+static int covers(const struct state *s, const struct span *wanted, uint32_t count)
+{
+    if (s->have && s->spans == 1 && s->span[0].end - s->span[0].first == s->bodies)
+        return 1;
+    int same = count == s->spans;
+    for (uint32_t k = 0; same && k < count; k++)
+        same = wanted[k].first == s->span[k].first && wanted[k].end == s->span[k].end;
+    return same;
+}
+
+/* What the answer depends on: coordinates of other trees are not even read. */
+static void load_pose(struct state *s, const tfa_request *r)
+{
+    struct span wanted[TFA_MAX_TIPS];
+    int same = TFA_V(load_changes)(s, r);
+    const uint32_t count = TFA_V(load_spans)(s, r, wanted);
+    for (uint32_t k = 0; k < count; k++)
+        same &= load_coordinates(s, r, wanted[k]);
+    same &= load_base(s, r);
+    if (same && covers(s, wanted, count))
+        return;
+    s->have = 0;
+    s->spans = count;
+    for (uint32_t k = 0; k < count; k++) {
+        s->span[k].first = wanted[k].first;
+        s->span[k].end = wanted[k].end;
+    }
+}
+
+/* Numbers of the joints: as they come where the inner ones are the public ones in the same order.
+ * In a loop of their own: compilers leave the question in a common one, for 3 % of a batch's time
+ * (bench_suite, batch-f64, arm7 and humanoid, gcc 12, AMD EPYC Zen 4 VM, 2026-11-22). Returns
+ * whether all are zero. */
+static num_mask load_joints(const struct state *s, num *out, const double *joints, uint32_t count)
+{
+    const size_t stride = s->m->v_count;
+    num_mask none = num_of(0) == num_of(0);
+    for (uint32_t j = 0; s->identity_map && j < count; j++) {
+        out[j] = gather_states(s, joints, stride, j);
+        none &= out[j] == num_of(0);
+    }
+    for (uint32_t j = 0; !s->identity_map && j < count; j++) {
+        const freedom *f = &s->freedom[j];
+        out[j] = num_of(f->multiplier) * gather_joint(s, joints, stride, f->from);
+        none &= out[j] == num_of(0);
+    }
+    return none;
+}
+
+/* out = base six, then joints; a NULL input is zero. Returns whether anything is not zero. */
+int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, const double *joints)
+{
+    const uint32_t nb = s->m->base_freedoms, n = s->freedoms;
+    num_mask none = num_of(0) == num_of(0);
+    for (uint32_t j = 0; j < nb; j++) {
+        out[j] = base ? gather_states(s, base, 6, j) : num_of(0);
+        none &= out[j] == num_of(0);
+    }
+    if (joints)
+        none &= load_joints(s, out + nb, joints, n - nb);
+    for (uint32_t j = nb; !joints && j < n; j++)
+        out[j] = num_of(0);
+    return !num_all(none);
+}
+
+/* Forces of the joints alone: a follower's is part of its leader's already. */
+static void load_forces(struct state *s, const double *base, const double *joints)
+{
+    const struct tfa_model *m = s->m;
+    TFA_V(load_freedoms)(s, s->tau, base, joints);
+    for (uint32_t k = 0; k < m->mimics; k++)
+        s->tau[m->mimic[k].follower] = num_of(0);
+}
+
+/* ---- velocities, forces ---- */
+
+static void clear_passive_force(struct state *s)
+{
+    if (!s->has_passive_force)
+        return;
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        s->passive_force[j] = num_of(0);
+    s->has_passive_force = 0;
+}
+
+/* known -= d qd */
+static void load_damping(struct state *s)
+{
+    if (!s->m->damping)
+        return;
+    for (uint32_t j = s->m->base_freedoms; j < s->freedoms; j++)
+        s->passive_force[j] -= load_damping_of(s, j) * s->qd[j];
+    s->has_passive_force = 1;
+}
+
+static void load_motion(struct state *s, const tfa_request *r)
+{
+    clear_passive_force(s);
+    TFA_V(load_wrenches)(s, r);
+    s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+    load_damping(s);
+    s->moving |= s->wrenched;
+    if (r->op == TFA_OP_FORWARD_DYNAMICS) {
+        load_forces(s, r->base_wrench, r->tau);
+        for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
+            s->tau[j] += s->passive_force[j];
+    } else {
+        TFA_V(load_freedoms)(s, s->qdd, r->base_acceleration, r->qdd);
+        for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
+            if (s->lock[j])
+                s->qdd[j] = num_of(0);
+    }
+}
+
+void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
+{
+    load_indices(s, r, k, count);
+    s->gravity = v3_load(r->gravity ? r->gravity : s->m->gravity);
+    load_pose(s, r);
+    TFA_V(pose)(s);
+    if (r->op == TFA_OP_OPERATIONAL_INERTIA || r->op == TFA_OP_MASS_MATRIX)
+        return;
+    load_motion(s, r);
+    TFA_V(velocity)(s);
+}
+
+/* 0, or not a number where x is not finite as a double: x - x; a wider number may be too large
+ * for one */
+static num nonfinite(num x)
+{
+    if (NUM_EPSILON < 0x1p-60) {
+        num_mask small = x <= num_of(DBL_MAX);
+        small &= x >= num_of(-DBL_MAX);
+        x = num_select(small, x, num_of(INFINITY));
+    }
+    return x - x;
+}
+
+int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints)
+{
+    const uint32_t nb = s->m->base_freedoms;
+    num sum = num_of(0);
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        sum += nonfinite(x[j]);
+    for (uint32_t j = 0; base && j < nb; j++)
+        scatter_states(s, x[j], base + j, 6);
+    for (uint32_t j = nb; s->identity_map && joints && j < s->freedoms; j++)
+        scatter_states(s, x[j], joints + (j - nb), s->m->v_count);
+    for (uint32_t j = nb; !s->identity_map && joints && j < s->freedoms; j++)
+        scatter_joint(s, x[j], joints, &s->freedom[j - nb]);
+    return num_all(sum == num_of(0));
+}

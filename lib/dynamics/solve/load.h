@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * From the caller's arrays to the state and back.
+ */
+#ifndef TFA_DYNAMICS_SOLVE_LOAD_H
+#define TFA_DYNAMICS_SOLVE_LOAD_H
+
+#include "layout/state.h"
+
+/* Reads states k .. k + count - 1 (at most NUM_LANES) of a checked request, the last one into the
+ * lanes that are left over: pose and velocity terms are computed too. */
+void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count);
+
+/* Which states these are and which tips they ask for: what load does first. */
+static inline void load_indices(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
+{
+    s->lanes = count;
+    for (uint32_t l = 0; l < NUM_LANES; l++)
+        s->lane[l] = k + (l < count ? l : count - 1);
+    s->tips = r->tip_count;
+    for (uint32_t t = 0; t < r->tip_count; t++)
+        s->tip[t] = r->tips[t];
+}
+
+/* A number of the lanes that count into the arrays of as many states, `stride` numbers each */
+static inline void scatter_states(const struct state *s, num x, double *array, size_t stride)
+{
+#if NUM_LANES == 1
+    (void)s;
+    (void)stride;
+    array[0] = (double)x;
+#else
+    for (uint32_t l = 0; l < s->lanes; l++)
+        array[stride * l] = (double)num_lane(x, l);
+#endif
+}
+
+/* Inner freedoms of the states at hand from public arrays, those of the base (NULL: 0) and those of
+ * the joints (NULL: 0). Returns whether some is not 0. */
+int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, const double *joints);
+
+#include "layout_load.h"
+
+/* Writes freedoms as doubles to the base's and the joints' arrays of state k (either may be NULL),
+ * those of the other lanes behind. Returns 1 when all are finite. */
+int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints);
+
+#endif

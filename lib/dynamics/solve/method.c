@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The table of methods, and factor and solve for every row.
+ */
+#include "dynamics/solve/method.h"
+
+#include "dynamics/core/lock.h"
+#include "dynamics/core/recursions.h"
+#include "dynamics/core/sentinel.h"
+#include "dynamics/osim/lambda.h"
+
+/* ---- articulated bodies ---- */
+
+static void articulated_factor(struct state *s)
+{
+    if (s->locked)
+        TFA_V(lock_factor)(s);
+    else
+        TFA_V(aba_factor)(s);
+}
+
+static void articulated_solve(struct state *s, const num *rhs, num *x)
+{
+    if (s->locked)
+        TFA_V(lock_solve)(s, rhs, x);
+    else
+        TFA_V(aba_solve)(s, rhs, x);
+}
+
+static void articulated_forward(struct state *s)
+{
+    if (s->locked)
+        TFA_V(lock)(s, s->tau, s->qdd);
+    else
+        TFA_V(aba)(s, s->tau, s->qdd);
+}
+
+/* ---- the mass matrix ---- */
+
+static void mass_factor(struct state *s)
+{
+    if (s->have & HAVE_LTDL)
+        return;
+    TFA_V(crba)(s);
+    TFA_V(ltdl_factor)(s);
+}
+
+static void mass_solve(struct state *s, const num *rhs, num *x)
+{
+    for (uint32_t j = 0; j < s->m->freedoms; j++)
+        x[j] = rhs[j];
+    TFA_V(ltdl_solve)(s, x);
+}
+
+/* qdd = M^-1 (tau - h) */
+static void mass_forward(struct state *s)
+{
+    const uint32_t n = s->m->freedoms;
+    mass_factor(s);
+    for (uint32_t j = 0; j < n; j++)
+        s->dx[j] = num_of(0);
+    TFA_V(rnea)(s, s->dx, s->res, 1);
+    for (uint32_t j = 0; j < n; j++)
+        s->qdd[j] = s->tau[j] - s->res[j];
+    TFA_V(ltdl_solve)(s, s->qdd);
+}
+
+/* ---- the table ---- */
+
+#define ARTICULATED                                                                                \
+    .factor = articulated_factor, .solve = articulated_solve, .forward = articulated_forward
+#define CHAIN(name) .chain = &TFA_V(name##_method)
+
+static const struct method rows[] = {
+    [TFA_METHOD_CRBA] = {.factor = mass_factor,
+                         .solve = mass_solve,
+                         .forward = mass_forward,
+                         .obeys_mimics = 1,
+                         .see = TFA_V(sentinel_see_mass)},
+    [TFA_METHOD_TFA] = {CHAIN(tfa)},
+    [TFA_METHOD_TFA_CR] = {CHAIN(tfa_cr)},
+    [TFA_METHOD_CFA] = {CHAIN(cfa)},
+    [TFA_METHOD_CFA_CR] = {CHAIN(cfa_cr)},
+    [TFA_METHOD_DCA] = {CHAIN(dca)},
+#if NUM_LANES > 1 /* batches have neither these nor tips */
+    [TFA_METHOD_ABA] = {ARTICULATED},
+#else
+    [TFA_METHOD_ABA] = {ARTICULATED, .osim = TFA_V(lambda_propagation)},
+    [TFA_METHOD_PROPAGATION] = {.osim = TFA_V(lambda_propagation)},
+    [TFA_METHOD_EFPA] = {.osim = TFA_V(lambda_efpa)},
+    [TFA_METHOD_PV_OSIMR] = {.osim = TFA_V(lambda_pv)},
+    [TFA_METHOD_TFA_ONE_SIDED] = {.osim_elimination = TFA_V(lambda_one_sided)},
+    [TFA_METHOD_HESSENBERG] = {CHAIN(hessenberg)},
+    [TFA_METHOD_SCAN] = {CHAIN(scan), .see = TFA_V(sentinel_see_articulated), .is_scan = 1},
+    [TFA_METHOD_SCAN_TWO_PASS] = {CHAIN(scan_two_pass), .see = TFA_V(sentinel_see_articulated),
+                                  .is_scan = 1},
+#endif
+};
+#define ROWS (sizeof rows / sizeof *rows)
+
+const struct method *TFA_V(method)(tfa_method method)
+{
+    static const struct method none;
+    return (size_t)method < ROWS ? &rows[method] : &none;
+}
+
+/* Memory for the method that keeps most. Trees share it, one behind the other. */
+size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t wanted)
+{
+    size_t most = 0;
+    for (size_t k = 0; k < ROWS; k++) {
+        size_t sum = 0;
+        if (!rows[k].chain || !reserves_method(wanted, (tfa_method)k))
+            continue;
+        for (uint32_t t = 0; t < m->trees; t++)
+            sum += rows[k].chain->bytes(m->chain[t].length);
+        most = sum > most ? sum : most;
+    }
+    return most;
+}
+
+int TFA_V(factor)(struct state *s, tfa_method method)
+{
+    const struct method *row = TFA_V(method)(method);
+    if (row->chain)
+        return TFA_V(chain_factor)(s, row->chain);
+    row->factor(s);
+    return TFA_OK;
+}
+
+void TFA_V(solve_free)(struct state *s, tfa_method method, const num *rhs, num *x)
+{
+    const struct method *row = TFA_V(method)(method);
+    if (row->chain)
+        TFA_V(chain_solve)(s, row->chain, rhs, x, 0);
+    else
+        row->solve(s, rhs, x);
+}
+
+void TFA_V(solve)(struct state *s, tfa_method method, const num *rhs, num *x)
+{
+    TFA_V(solve_free)(s, method, rhs, x);
+    if (!TFA_V(method)(method)->obeys_mimics)
+        TFA_V(impose_mimics)(s, method, x);
+}
+
+int TFA_V(forward_dynamics)(struct state *s, tfa_method method)
+{
+    const struct method *row = TFA_V(method)(method);
+    if (row->chain) {
+        const int status = TFA_V(chain_factor)(s, row->chain);
+        if (status != TFA_OK)
+            return status;
+        TFA_V(chain_solve)(s, row->chain, s->tau, s->qdd, 1);
+    } else {
+        row->forward(s);
+    }
+    if (!row->obeys_mimics)
+        TFA_V(impose_mimics)(s, method, s->qdd);
+    return TFA_OK;
+}

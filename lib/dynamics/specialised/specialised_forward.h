@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Forward dynamics of one robot, and the inputs and outputs that all operations share.
+ */
+#ifndef TFA_DYNAMICS_SPECIALISED_SPECIALISED_FORWARD_H
+#define TFA_DYNAMICS_SPECIALISED_SPECIALISED_FORWARD_H
+
+#include "dynamics/specialised/specialised_recursions.h"
+
+int TFA_V(specialised)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                       uint32_t count, tfa_reply *reply);
+
+/* ---- what all of them share ---- */
+
+/* Left to a generic kernel, which estimates the error */
+TFA_INLINE int needs_generic_kernel(const struct state *s, const tfa_request *r)
+{
+    return r->estimate != TFA_ESTIMATE_NEVER && sentinel_trips(s);
+}
+
+TFA_INLINE double *state_array(double *array, size_t stride, uint32_t k)
+{
+    return array ? array + stride * k : NULL;
+}
+
+/* State k and those behind it; lanes that are left over repeat the last one */
+TFA_INLINE struct lane_states lanes_of_states(uint32_t k, uint32_t count)
+{
+    struct lane_states at;
+    for (uint32_t l = 0; l < sizeof at.lane / sizeof *at.lane; l++)
+        at.lane[l] = k + (l < count ? l : count - 1);
+    return at;
+}
+
+/* Sines and cosines of coordinates first .. end - 1 */
+TFA_INLINE void joint_sincos(struct robot_inputs *in, const struct tfa_host_api *host, size_t first,
+                             size_t end)
+{
+    host->sincos((const double *)(in->angle + first), (double *)(in->sine + first),
+                 (double *)(in->cosine + first), (end - first) * NUM_LANES);
+}
+
+TFA_INLINE void load_positions(struct robot_inputs *in, const struct tfa_host_api *host,
+                               const tfa_request *r, const struct lane_states *at)
+{
+    gather_positions(in, at, r);
+    joint_sincos(in, host, 0, ROBOT_UNIT_COORDINATES);
+}
+
+TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_host_api *host,
+                                    const tfa_request *r, const struct lane_states *at)
+{
+    load_positions(in, host, r, at);
+    gather_freedoms(in->qd, at, r->base_twist, r->v);
+    gather_freedoms(in->x, at, r->base_wrench, r->tau);
+    add_damping(in->x, in->qd, -1);
+}
+
+static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_host_api *host,
+                                                               const tfa_request *r, uint32_t k,
+                                                               uint32_t count, tfa_reply *reply)
+{
+    const struct lane_states at = lanes_of_states(k, count);
+    struct robot_inputs in;
+    struct state s;
+    num qdd[ROBOT_UNIT_FREEDOMS];
+    load_forward_inputs(&in, host, r, &at);
+    init_state(&s, &in, host, r);
+    forward_aba(&s, in.x, qdd);
+    scatter_outputs(qdd, state_array(reply->base_acceleration, 6, k),
+                    state_array(reply->qdd, ROBOT_V_COUNT, k), count);
+    return all_are_finite(qdd, ROBOT_UNIT_FREEDOMS) && !needs_generic_kernel(&s, r);
+}
+
+#endif

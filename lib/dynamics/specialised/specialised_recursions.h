@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The walks over the bodies of one robot, written out: ROBOT_OUTWARD(DO) is DO(0) DO(1) .., so that
+ * every step of the algorithms (aba_step.h, rnea_step.h ..) sees the constants of its body, and
+ * what they make zero, one, or never happen is not in the code.
+ */
+#ifndef TFA_DYNAMICS_SPECIALISED_SPECIALISED_RECURSIONS_H
+#define TFA_DYNAMICS_SPECIALISED_SPECIALISED_RECURSIONS_H
+
+#include <string.h>
+
+#include "dynamics/core/aba_step.h"
+#include "dynamics/core/pose_step.h"
+#include "dynamics/core/rnea_step.h"
+#include "dynamics/core/velocity_step.h"
+#include "interface/specialised_abi.h"
+#include "layout_inputs.h"
+
+/* Below 2^900: the sign bit stays clear. A singular robot's answers are above, or not numbers. */
+#define DOUBLE_EXPONENT (UINT64_C(0x7ff) << 52)
+#define DOUBLE_TOO_LARGE ((uint64_t)(0x800 - (0x3ff + 900)) << 52)
+
+TFA_INLINE int all_are_finite(const num *x, size_t count)
+{
+    uint64_t sign = 0;
+    for (size_t k = 0; k < count * NUM_LANES; k++) {
+        uint64_t bits;
+        memcpy(&bits, (const char *)x + k * sizeof(double), sizeof bits);
+        sign |= (bits & DOUBLE_EXPONENT) + DOUBLE_TOO_LARGE;
+    }
+    return !(sign >> 63);
+}
+
+#ifdef ROBOT_PAYLOADS
+/* Bodies with the payloads of the request */
+TFA_INLINE void add_request_payloads(struct state *s, struct robot_inputs *in,
+                                     const struct tfa_host_api *host, const tfa_request *r)
+{
+    const struct tfa_model *m = host->model;
+    memcpy(in->loaded_bodies, m->body, sizeof in->loaded_bodies);
+    for (uint32_t k = 0; k < r->payload_count; k++) {
+        const struct tfa_frame *f = &m->frame[r->payload_frames[k]];
+        if (f->body >= 0) /* or the world carries it */
+            host->add_payload(&in->loaded_bodies[f->body], f,
+                              r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k);
+    }
+    s->loaded = in->loaded_bodies;
+    s->payload_bound = num_of(host->payload_bound(m, r->payload_count, r->payloads));
+}
+#endif
+
+TFA_INLINE void init_state(struct state *s, struct robot_inputs *in,
+                           const struct tfa_host_api *host, const tfa_request *r)
+{
+    s->m = host->model;
+    s->q = in->angle;
+    s->sine = in->sine;
+    s->cosine = in->cosine;
+    s->qd = in->qd;
+    s->base = in->base;
+    s->locked = 0;
+    sentinel_reset(s);
+    s->payload_bound = num_of(0);
+#ifdef ROBOT_PAYLOADS
+    add_request_payloads(s, in, host, r);
+#endif
+    s->gravity = v3_load(r->gravity ? r->gravity : host->model->gravity);
+}
+
+#define ROBOT_POSE(i) pose_body(s, i);
+#define ROBOT_VELOCITY(i)                                                                          \
+    velocity_step(s, i, &robot_unit[i]);                                                           \
+    s->p[i] = gyroscopic(s, i);
+#define ROBOT_ABA_BACKWARD(i)                                                                      \
+    aba_backward_step(s, i, tau,                                                                   \
+                      ABA_INERTIA | ABA_FORCE | ABA_BIAS | ABA_FULL_SWEEP | ABA_SENTINEL);
+#define ROBOT_ABA_FORWARD(i)                                                                       \
+    aba_forward_step(s, i, parent_motion(&robot_unit[i], s->a, ground), qdd, 1);
+
+/* Articulated bodies: qdd = M^-1 (tau - h) */
+TFA_INLINE void forward_aba(struct state *s, const num *tau, num *qdd)
+{
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
+    ROBOT_UNITS_OUTWARD(ROBOT_POSE)
+    ROBOT_UNITS_OUTWARD(ROBOT_VELOCITY)
+    ROBOT_UNITS_INWARD(ROBOT_ABA_BACKWARD)
+    ROBOT_UNITS_OUTWARD(ROBOT_ABA_FORWARD)
+}
+
+#define ROBOT_RNEA_FORWARD(i)                                                                      \
+    euler_out(                                                                                     \
+        s, i,                                                                                      \
+        sv_add(motion_to_child(s, i, &robot_unit[i], parent_motion(&robot_unit[i], s->a, ground)), \
+               s->c[i]),                                                                           \
+        qdd, &s->p[i]);
+#define ROBOT_RNEA_BACKWARD(i)                                                                     \
+    euler_joint(s, i, qdd, tau);                                                                   \
+    if (robot_unit[i].parent >= 0)                                                                 \
+        s->f[robot_unit[i].parent] =                                                               \
+            sv_add(s->f[robot_unit[i].parent < 0 ? 0 : robot_unit[i].parent],                      \
+                   force_to_parent(s, i, &robot_unit[i], s->f[i]));
+
+/* Recursive Newton-Euler: tau = M qdd + h */
+TFA_INLINE void inverse_rnea(struct state *s, const num *qdd, num *tau)
+{
+    const svec ground = {v3_zero(), v3_neg(s->gravity)};
+    ROBOT_UNITS_OUTWARD(ROBOT_POSE)
+    ROBOT_UNITS_OUTWARD(ROBOT_VELOCITY)
+    ROBOT_UNITS_OUTWARD(ROBOT_RNEA_FORWARD)
+    ROBOT_UNITS_INWARD(ROBOT_RNEA_BACKWARD)
+}
+
+#endif

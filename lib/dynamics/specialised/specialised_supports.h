@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Which requests a kernel specialised for one robot answers: forward dynamics, inverse dynamics,
+ * Lambda^-1 of one tip, and forward dynamics with it, of the robot as its tables say, plainly.
+ */
+#ifndef TFA_DYNAMICS_SPECIALISED_SPECIALISED_SUPPORTS_H
+#define TFA_DYNAMICS_SPECIALISED_SPECIALISED_SUPPORTS_H
+
+#include "interface/specialised_abi.h"
+#include "model/model.h"
+
+/* Robots with more bodies have code for tips where hands and feet are: on bodies that carry none,
+ * or several. It grows with bodies times tips. */
+#define ROBOT_ALL_TIPS_BODIES_MAX 16
+/* More bodies than this, and forward dynamics with a tip in two walks, one with all limbs side by
+ * side, take longer than the one walk of the generic kernel: 31 bodies 1.4 times as fast, 47
+ * bodies 0.7 times (docs/specialised.md). */
+#define ROBOT_TWO_PASS_BODIES_MAX 40
+
+TFA_INLINE int is_branch_or_leaf(int32_t body)
+{
+    int children = 0;
+#pragma GCC unroll 128
+    for (int32_t i = 0; i < ROBOT_BODIES; i++)
+        children += robot_body[i].parent == body;
+    return children != 1;
+}
+
+#define ROBOT_HAS_TIP(i) (ROBOT_BODIES <= ROBOT_ALL_TIPS_BODIES_MAX || is_branch_or_leaf(i))
+
+static int supports_tip(const struct tfa_host_api *host, const tfa_request *r)
+{
+    const struct tfa_frame *f = &host->model->frame[r->tips[0]];
+    return r->tip_count == 1 && f->body >= 0 && f->part == 0 && ROBOT_HAS_TIP(f->body) &&
+           !(r->flags & TFA_WANT_POSES);
+}
+
+/* The robot is that of the tables, but for gravity and, without tips, payloads. */
+static int supports_options(const tfa_request *r)
+{
+    return !r->wrench_count && !r->locked_count && !(r->payload_count && r->tip_count) &&
+           r->estimate != TFA_ESTIMATE_ALWAYS &&
+           (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
+}
+
+static int uses_body_lanes(const tfa_request *r)
+{
+#ifdef ROBOT_BODY_LANES
+    return !r->payload_count;
+#else
+    (void)r;
+    return 0;
+#endif
+}
+
+static int supports_forward(const struct tfa_host_api *host, const tfa_request *r)
+{
+    if (ROBOT_BODIES > ROBOT_UNROLLED_BODIES_MAX && !uses_body_lanes(r))
+        return 0;
+    if (r->tip_count && ROBOT_BODIES > ROBOT_TWO_PASS_BODIES_MAX && uses_body_lanes(r))
+        return 0;
+    return !r->tip_count || supports_tip(host, r);
+}
+
+static int supports_request(const struct tfa_host_api *host, const tfa_request *r)
+{
+    if (!supports_options(r))
+        return 0;
+    switch (r->op) {
+    case TFA_OP_FORWARD_DYNAMICS:
+        return supports_forward(host, r);
+    case TFA_OP_INVERSE_DYNAMICS:
+        return !r->tip_count;
+    case TFA_OP_OPERATIONAL_INERTIA:
+        return supports_tip(host, r);
+    default:
+        return 0;
+    }
+}
+
+#endif

@@ -1,0 +1,355 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Validation of a request: sizes, indices, finiteness, quaternions. Names the invalid field.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "engine/methods.h"
+#include "engine/traits.h"
+#include "model/model.h"
+#include "model/payload.h"
+
+/* A quaternion whose norm is off by more than this is an error of the sender, not rounding. */
+#define QUATERNION_TOLERANCE 1e-3
+
+static int set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state)
+{
+    reply->status = status;
+    reply->field = field;
+    reply->index = index;
+    reply->state = state;
+    return status;
+}
+
+typedef double pair __attribute__((vector_size(2 * sizeof(double))));
+
+static pair nonfinite_pair(const double *x)
+{
+    pair p;
+    memcpy(&p, x, sizeof p);
+    return p - p;
+}
+
+/* 0 where all numbers are finite, else not a number: the sum of x - x, free of branches. Four at a
+ * time, the last four once more where they are not a whole four. */
+static double nonfinite_sum(const double *x, size_t n)
+{
+    pair sum = {0}, more = {0};
+    if (!x)
+        return 0;
+    if (n < 4) {
+        for (size_t k = 0; k < n; k++)
+            sum[0] += x[k] - x[k];
+        return sum[0];
+    }
+    const double *const last = x + (n - 4);
+    for (; x <= last; x += 4) {
+        sum += nonfinite_pair(x);
+        more += nonfinite_pair(x + 2);
+    }
+    if (x != last + 4) {
+        sum += nonfinite_pair(last);
+        more += nonfinite_pair(last + 2);
+    }
+    sum += more;
+    return sum[0] + sum[1];
+}
+
+static int check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width,
+                        size_t count)
+{
+    for (size_t k = 0; x && k < width * count; k++)
+        if (!isfinite(x[k]))
+            return set_error(reply, TFA_E_VALUE, field, (uint32_t)(k % width),
+                             (uint32_t)(k / width));
+    return TFA_OK;
+}
+
+static int is_unit(const double *quat)
+{
+    double n = quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3];
+    return fabs(sqrt(n) - 1) <= QUATERNION_TOLERANCE;
+}
+
+static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    for (uint32_t k = 0; r->base_pose && m->base_freedoms && k < r->count; k++)
+        if (!is_unit(r->base_pose + 7 * (size_t)k + 3))
+            return set_error(reply, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, k);
+    if (m->joints_nd == m->base_freedoms / 6)
+        return TFA_OK; /* no joint has a quaternion */
+    for (uint32_t j = 0; j < m->joints; j++) {
+        if (m->joint[j].type != TFA_JOINT_FLOATING)
+            continue;
+        uint32_t at = m->joint[j].q_index + 3;
+        for (uint32_t k = 0; k < r->count; k++)
+            if (!is_unit(r->q + (size_t)m->q_count * k + at))
+                return set_error(reply, TFA_E_QUATERNION, TFA_FIELD_Q, at, k);
+    }
+    return TFA_OK;
+}
+
+static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    if (r->tip_count > TFA_MAX_TIPS)
+        return set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, r->tip_count, 0);
+    if (r->wrench_count > TFA_MAX_WRENCHES)
+        return set_error(reply, TFA_E_SIZE, TFA_FIELD_WRENCHES, r->wrench_count, 0);
+    if (r->op == TFA_OP_OPERATIONAL_INERTIA && r->tip_count == 0)
+        return set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
+    if (r->wrench_count && !r->wrenches)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_WRENCHES, 0, 0);
+    for (uint32_t t = 0; t < r->tip_count; t++)
+        if (r->tips[t] >= m->frames)
+            return set_error(reply, TFA_E_LINK, TFA_FIELD_TIPS, t, 0);
+    for (uint32_t t = 0; t < r->wrench_count; t++)
+        if (r->wrench_frames[t] >= m->frames)
+            return set_error(reply, TFA_E_LINK, TFA_FIELD_WRENCHES, t, 0);
+    return TFA_OK;
+}
+
+static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    if (r->payload_count > TFA_MAX_PAYLOADS)
+        return set_error(reply, TFA_E_SIZE, TFA_FIELD_PAYLOADS, r->payload_count, 0);
+    if (r->payload_count && !r->payloads)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, 0, 0);
+    for (uint32_t k = 0; k < r->payload_count; k++) {
+        const double *numbers = r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k;
+        if (r->payload_frames[k] >= m->frames)
+            return set_error(reply, TFA_E_LINK, TFA_FIELD_PAYLOADS, k, 0);
+        if (m->frame[r->payload_frames[k]].part)
+            return set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_PAYLOADS, k, 0);
+        for (uint32_t e = 0; e < TFA_PAYLOAD_NUMBERS; e++)
+            if (!isfinite(numbers[e]))
+                return set_error(reply, TFA_E_VALUE, TFA_FIELD_PAYLOADS, k, 0);
+        if (!tfa_payload_is_physical(numbers))
+            return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, k, 0);
+    }
+    return TFA_OK;
+}
+
+/* Joints that exist. Naming one twice does no harm. */
+static int check_joints(const struct tfa_model *m, const uint32_t *joints, uint32_t count,
+                        tfa_field field, tfa_reply *reply)
+{
+    if (count > m->joints)
+        return set_error(reply, TFA_E_SIZE, field, count, 0);
+    if (count && !joints)
+        return set_error(reply, TFA_E_ARGUMENT, field, 0, 0);
+    for (uint32_t k = 0; k < count; k++)
+        if (joints[k] >= m->joints)
+            return set_error(reply, TFA_E_JOINT, field, k, 0);
+    return TFA_OK;
+}
+
+static int refuses(tfa_method method, unsigned what)
+{
+    const tfa_method_info *row = tfa_method_describe((uint32_t)method);
+    return row && row->refuses & what;
+}
+
+/* Joints are locked by the articulated-body algorithm and what builds on its factors. */
+static int check_locks(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    const int status = check_joints(m, r->locked, r->locked_count, TFA_FIELD_LOCKED, reply);
+    if (status != TFA_OK)
+        return status;
+    if (r->locked_count && refuses(r->method, TFA_REFUSES_LOCKED))
+        return set_error(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
+    if (r->locked_count && (r->op == TFA_OP_MASS_MATRIX || m->massless_followers))
+        return set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
+    return TFA_OK;
+}
+
+/* Nothing but a robot's motion: no frame, no payload, no joint to look at */
+static int has_no_scene(const tfa_request *r)
+{
+    return !(traits_of(r) & (TRAITS_SCENE | TRAIT_OSIM));
+}
+
+static int check_scene(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    int status = check_frames(m, r, reply);
+    if (status == TFA_OK)
+        status = check_payloads(m, r, reply);
+    return status == TFA_OK ? check_locks(m, r, reply) : status;
+}
+
+static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain)
+{
+    for (uint32_t k = 0; k < chain->length; k++) {
+        const struct tfa_body *b = &m->body[chain->body[k]];
+        for (uint32_t j = 0; j < b->n; j++)
+            if (m->armature[b->v + j] > 0)
+                return 1;
+    }
+    return 0;
+}
+
+/* Rotor inertia and lengths, tree by tree */
+static int check_chains(const struct tfa_model *m, unsigned refuses_what)
+{
+    for (uint32_t t = 0; t < m->trees; t++) {
+        if (refuses_what & TFA_REFUSES_ARMATURE && has_armature(m, &m->chain[t]))
+            return TFA_E_METHOD;
+        if (refuses_what & TFA_REFUSES_LENGTH && m->chain[t].length > TFA_HESSENBERG_LONGEST)
+            return TFA_E_UNSUPPORTED;
+    }
+    return TFA_OK;
+}
+
+/* Forward elimination sees one tip's support, not the mimic joints; and where a follower moves no
+ * mass of its own only T^T M T can be inverted, which is crba's way. Rotor inertia is no force
+ * between bodies: constraint forces cannot carry it along a main chain, but side branches are
+ * reduced into the chain with theirs. The block Hessenberg matrix is dense: no memory is reserved
+ * for that of a long chain. */
+static int check_method(const struct tfa_model *m, const tfa_request *r, const tfa_method_info *row,
+                        tfa_reply *reply)
+{
+    int status = row && row->ops & TFA_OP_BIT(r->op) ? TFA_OK : TFA_E_METHOD;
+    if (status == TFA_OK &&
+        ((m->mimics && row->refuses & TFA_REFUSES_MIMICS) ||
+         (m->massless_followers && row->refuses & TFA_REFUSES_MASSLESS_FOLLOWER)))
+        status = TFA_E_METHOD;
+    if (status == TFA_OK && row->refuses & (TFA_REFUSES_ARMATURE | TFA_REFUSES_LENGTH))
+        status = check_chains(m, row->refuses);
+    return status == TFA_OK ? TFA_OK
+                            : set_error(reply, status, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+}
+
+/* Does the answer need M itself? */
+static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
+                             const tfa_method_info *row)
+{
+    return r->op == TFA_OP_MASS_MATRIX ||
+           (r->op != TFA_OP_INVERSE_DYNAMICS &&
+            (row->refuses & TFA_REFUSES_SIZE ||
+             (m->massless_followers && !(row->refuses & TFA_REFUSES_MASSLESS_FOLLOWER))));
+}
+
+/* A spectrum is that of lambda_inv: of an op that gives it, and of at least one tip. */
+static int check_spectrum(const tfa_request *r, tfa_reply *reply)
+{
+    if (!is_forward(r) && r->op != TFA_OP_OPERATIONAL_INERTIA)
+        return set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
+    return r->tip_count ? TFA_OK : set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
+}
+
+static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    if ((int)r->op < TFA_OP_FORWARD_DYNAMICS || r->op > TFA_OP_MASS_MATRIX)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_OP, 0, 0);
+    if (r->count == 0)
+        return set_error(reply, TFA_E_SIZE, TFA_FIELD_COUNT, 0, 0);
+    if ((unsigned)r->frame > TFA_FRAME_WORLD)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0, 0);
+    if ((unsigned)r->estimate > TFA_ESTIMATE_ALWAYS)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0, 0);
+    if (r->refine > TFA_MAX_REFINE && r->refine != TFA_REFINE_DEFAULT)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
+    const tfa_method_info *row = tfa_method_describe((uint32_t)r->method);
+    const int status = check_method(m, r, row, reply);
+    if (status != TFA_OK)
+        return status;
+    if (m->mass_entries > TFA_MASS_ENTRIES_MAX && needs_mass_matrix(m, r, row))
+        return set_error(reply, TFA_E_UNSUPPORTED,
+                         r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
+    return TFA_OK;
+}
+
+/* What the op reads of a motion: velocities and forces, or velocities and accelerations, or
+ * neither. What it does not read may hold anything. */
+static int reads_motion(const tfa_request *r)
+{
+    return is_forward(r) || r->op == TFA_OP_INVERSE_DYNAMICS;
+}
+
+/* Sets the error of the first array with a number that is not finite */
+static int set_array_error(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    const size_t n = r->count, nj = m->v_count;
+    const int base = m->base_freedoms > 0, forward = is_forward(r),
+              inverse = reads_motion(r) && !forward;
+    const struct {
+        int read;
+        tfa_field field;
+        const double *x;
+        size_t width, count;
+    } arrays[] = {
+        {1, TFA_FIELD_Q, r->q, m->q_count, n},
+        {reads_motion(r), TFA_FIELD_V, r->v, nj, n},
+        {forward, TFA_FIELD_TAU, r->tau, nj, n},
+        {inverse, TFA_FIELD_QDD, r->qdd, nj, n},
+        {base, TFA_FIELD_BASE_POSE, r->base_pose, 7, n},
+        {base && reads_motion(r), TFA_FIELD_BASE_TWIST, r->base_twist, 6, n},
+        {base && forward, TFA_FIELD_BASE_WRENCH, r->base_wrench, 6, n},
+        {base && inverse, TFA_FIELD_BASE_ACCELERATION, r->base_acceleration, 6, n},
+        {reads_motion(r) && r->wrench_count, TFA_FIELD_WRENCHES, r->wrenches,
+         (size_t)6 * r->wrench_count, n},
+        {reads_motion(r), TFA_FIELD_GRAVITY, r->gravity, 3, 1},
+    };
+    int status = TFA_OK;
+    for (size_t k = 0; status == TFA_OK && k < sizeof arrays / sizeof *arrays; k++)
+        if (arrays[k].read)
+            status =
+                check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width, arrays[k].count);
+    return status;
+}
+
+static double nonfinite_base(const tfa_request *r)
+{
+    const size_t n = r->count;
+    double sum = nonfinite_sum(r->base_pose, 7 * n);
+    if (reads_motion(r))
+        sum += nonfinite_sum(r->base_twist, 6 * n) +
+               nonfinite_sum(is_forward(r) ? r->base_wrench : r->base_acceleration, 6 * n);
+    return sum;
+}
+
+static double nonfinite_motion(const struct tfa_model *m, const tfa_request *r)
+{
+    const size_t n = r->count, nj = m->v_count;
+    double sum =
+        nonfinite_sum(r->v, nj * n) + nonfinite_sum(is_forward(r) ? r->tau : r->qdd, nj * n);
+    if (r->gravity)
+        sum += nonfinite_sum(r->gravity, 3);
+    if (r->wrench_count)
+        sum += nonfinite_sum(r->wrenches, (size_t)6 * r->wrench_count * n);
+    return sum;
+}
+
+static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
+{
+    if (!r->q && m->q_count)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
+    if (!r->base_pose && m->base_freedoms)
+        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
+    double sum = nonfinite_sum(r->q, (size_t)m->q_count * r->count);
+    if (reads_motion(r))
+        sum += nonfinite_motion(m, r);
+    if (m->base_freedoms)
+        sum += nonfinite_base(r);
+    return sum == 0 ? TFA_OK : set_array_error(m, r, reply);
+}
+
+int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_reply *reply)
+{
+    reply->status = TFA_OK;
+    reply->field = TFA_FIELD_NONE;
+    reply->index = 0;
+    reply->state = 0;
+    reply->model = tfa_model_tag(model);
+    int status = check_choices(model, request, reply);
+    if (status == TFA_OK && request->flags & TFA_WANT_SPECTRUM)
+        status = check_spectrum(request, reply);
+    if (status == TFA_OK && !has_no_scene(request))
+        status = check_scene(model, request, reply);
+    if (status == TFA_OK)
+        status = check_arrays(model, request, reply);
+    if (status == TFA_OK)
+        status = check_quaternions(model, request, reply);
+    return status;
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * tfa_compute: one loop over the strategies that serve a request.
+ */
+#include "engine/methods.h"
+#include "engine/strategy.h"
+
+int tfa_reserved_methods_check(const tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
+{
+    const int whole = r->op == TFA_OP_MASS_MATRIX;
+    if (w->methods & TFA_METHOD_BIT(whole ? TFA_METHOD_CRBA : r->method))
+        return TFA_OK;
+    reply->field = whole ? TFA_FIELD_OP : TFA_FIELD_METHOD;
+    reply->index = whole ? 0 : (uint32_t)r->method;
+    return reply->status = TFA_E_UNSUPPORTED;
+}
+
+int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply)
+{
+    const int status = tfa_request_check(workspace->model, request, reply);
+    return status == TFA_OK ? tfa_compute_states(workspace, request, 0, request->count, reply)
+                            : status;
+}
+
+int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                       uint32_t count, tfa_reply *reply)
+{
+    const int status = tfa_reserved_methods_check(workspace, request, reply);
+    return status == TFA_OK ? tfa_compute_checked(workspace, request, first, first + count, reply)
+                            : status;
+}
+
+int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                        uint32_t end, tfa_reply *reply)
+{
+    const struct call call = tfa_call(workspace, request);
+    for (uint32_t k = first; k < end;) {
+        uint32_t done = 0;
+        for (uint32_t s = 0; !done && s < call.strategies; s++)
+            done = call.strategy[s]->run(workspace, &call, k, end, reply);
+        k += done;
+    }
+    return reply->status;
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What the files of this folder share.
+ */
+#ifndef TFA_ENGINE_METHODS_H
+#define TFA_ENGINE_METHODS_H
+
+#include <totalforce/dynamics.h>
+
+/* Eigenvalues, in no order, of a symmetric n x n matrix, 1 <= n <= 6 TFA_MAX_TIPS: error 2 n eps
+ * |A|, about 2 n^3 operations. `scratch` holds n x n doubles.
+ * @return QL sweeps, at most 30 n; -1: an entry is not finite, there are no values */
+int tfa_eigenvalues(const double *matrix, uint32_t n, double *value, double *scratch);
+
+/* Rank and extreme eigenvalues; rank 0 and NaN where an entry is not finite. */
+tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch);
+
+static inline int is_forward(const tfa_request *r)
+{
+    return r->op == TFA_OP_FORWARD_DYNAMICS;
+}
+
+struct tfa_executor;
+
+/* Does a parallel method answer the request, so that several threads work on one state? */
+int tfa_method_is_parallel(const tfa_model *model, const tfa_request *request);
+
+/* Sets the executor of the states of the workspace; NULL: the caller alone. The executor does
+ * not run anything else while the workspace computes. */
+void tfa_workspace_set_executor(tfa_workspace *workspace, struct tfa_executor *executor);
+
+/* Refuses methods that the workspace has no memory for. */
+int tfa_reserved_methods_check(const tfa_workspace *workspace, const tfa_request *request,
+                               tfa_reply *reply);
+
+/* tfa_compute of states first .. end - 1 of a request that tfa_request_check and
+ * tfa_reserved_methods_check passed; the reply is as they left it. */
+int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
+                        uint32_t end, tfa_reply *reply);
+
+#endif

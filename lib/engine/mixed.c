@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Factors in one arithmetic, residuals in higher precision: accelerations by refined factors;
+ * everything else by the residual kernel, which also answers where the estimate stays too large.
+ */
+#include "engine/strategy.h"
+
+static int answer_by_residual_kernel(tfa_workspace *w, const tfa_request *r, uint32_t k,
+                                     tfa_reply *reply, tfa_answer *answer)
+{
+    const struct tfa_resolved by = tfa_resolve_method(w, r, traits_of(r));
+    return w->residual_kernel.kernel->answer(w->residual_kernel.state, r, by, k, 1, reply, answer);
+}
+
+/* Floats are those of a batch of one state. */
+static int answer_factors(tfa_workspace *w, const tfa_request *r, struct tfa_resolved by,
+                          uint32_t k, tfa_reply *reply, tfa_answer *answer)
+{
+    return w->precision == TFA_F32 ? w->batch->answer(w->batch_state, r, by, k, 1, reply, answer)
+                                   : w->kernel->answer(w->state, r, by, k, 1, reply, answer);
+}
+
+/* Does the kernel of the factors have this method? */
+static int has_factors(const tfa_workspace *w, tfa_method method)
+{
+    return w->precision != TFA_F32 || TFA_BATCH_METHODS & TFA_METHOD_BIT(method);
+}
+
+static int answer_forward(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply,
+                          tfa_answer *answer)
+{
+    tfa_request part = *c->request;
+    tfa_reply untouched = *reply;
+    part.tip_count = 0;
+    part.flags &= ~TFA_WANT_POSES;
+    uint16_t reasons = TFA_ANSWER_RESIDUAL_PRECISION;
+    if (has_factors(w, c->by.method)) {
+        const int status = answer_factors(w, &part, c->by, k, reply, answer);
+        if (status == TFA_OK && !(answer->flags & TFA_ANSWER_RESIDUAL_PRECISION))
+            return status;
+        reasons |= answer->flags & (uint16_t)~TFA_ANSWER_ESTIMATED;
+        if (status == TFA_E_NOT_COMPUTED)
+            reasons |= TFA_ANSWER_FALLBACK | TFA_ANSWER_NOT_FINITE;
+    }
+    if (reasons & TFA_ANSWER_FALLBACK)
+        part.method = TFA_METHOD_AUTO;
+    *reply = untouched;
+    const int status = answer_by_residual_kernel(w, &part, k, reply, answer);
+    answer->flags |= reasons;
+    return status;
+}
+
+static int answer_all(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply,
+                      tfa_answer *answer)
+{
+    if (!(c->traits & TRAIT_FD))
+        return answer_by_residual_kernel(w, c->request, k, reply, answer);
+    const int status = answer_forward(w, c, k, reply, answer);
+    if (status != TFA_OK || !(c->traits & TRAIT_TIPS))
+        return status;
+    tfa_answer tips;
+    tfa_request part = *c->request;
+    part.op = TFA_OP_OPERATIONAL_INERTIA;
+    part.method = TFA_METHOD_AUTO;
+    part.refine = TFA_REFINE_DEFAULT;
+    part.estimate = TFA_ESTIMATE_NEVER;
+    return answer_by_residual_kernel(w, &part, k, reply, &tips);
+}
+
+__attribute__((noinline)) uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k,
+                                                 uint32_t end, tfa_reply *reply)
+{
+    (void)end;
+    tfa_reply one = *reply;
+    tfa_answer answer;
+    const int status = answer_all(w, c, k, &one, &answer);
+    tfa_finish_single(w, c, k, status, &one, &answer, reply);
+    return 1;
+}

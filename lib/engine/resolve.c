@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Resolves TFA_METHOD_AUTO by the model and the request. Strategies and kernels only ever see
+ * concrete methods.
+ */
+#include "engine/strategy.h"
+#include "engine/tuning.h"
+
+/* Does the request lock a freedom? A fixed joint has none. */
+static int locks_freedom(const tfa_model *m, const tfa_request *r)
+{
+    for (uint32_t k = 0; k < r->locked_count; k++)
+        if (m->joint[r->locked[k]].v_count)
+            return 1;
+    return 0;
+}
+
+/* With mimics crba: T^T M T can be inverted wherever the robot can move, and M cannot where
+ * followers have no mass of their own or slide along their leaders. */
+static int is_projected(const tfa_workspace *w, const tfa_request *r)
+{
+    return w->model->mimics && w->methods & TFA_METHOD_BIT(TFA_METHOD_CRBA) &&
+           !locks_freedom(w->model, r);
+}
+
+/* The segment scan for long chains of revolute joints, in double precision */
+static int is_long(const tfa_workspace *w, uint32_t traits)
+{
+    return w->segment_lanes && w->model->bodies >= TFA_SCAN_BODIES_MIN &&
+           !(traits & (TRAITS_SCENE | TRAIT_REFINE));
+}
+
+static tfa_method forward_method(const tfa_workspace *w, const tfa_request *r, uint32_t traits)
+{
+    if (is_projected(w, r))
+        return TFA_METHOD_CRBA;
+    return is_long(w, traits) ? TFA_METHOD_SCAN : TFA_METHOD_ABA;
+}
+
+/* Where several tips share bodies, composed propagators are never slower (docs/methods.md). */
+static tfa_method osim_method(const tfa_workspace *w, const tfa_request *r, uint32_t traits)
+{
+    if (is_projected(w, r))
+        return TFA_METHOD_CRBA;
+    const int refined = traits & TRAIT_OSIM && traits & TRAIT_REFINE; /* by columns */
+    const int composed = traits & TRAIT_SEVERAL_TIPS && !refined && !w->model->mimics;
+    return composed ? TFA_METHOD_PV_OSIMR : TFA_METHOD_PROPAGATION;
+}
+
+struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request *r,
+                                       uint32_t traits)
+{
+    if (r->method != TFA_METHOD_AUTO)
+        return (struct tfa_resolved){r->method, r->method};
+    if (traits & TRAIT_ID)
+        return (struct tfa_resolved){TFA_METHOD_RNEA, TFA_METHOD_RNEA};
+    if (traits & TRAIT_M)
+        return (struct tfa_resolved){TFA_METHOD_CRBA, TFA_METHOD_CRBA};
+    struct tfa_resolved by = {0};
+    if (traits & TRAIT_TIPS)
+        by.osim = osim_method(w, r, traits);
+    by.method = traits & TRAIT_OSIM ? by.osim : forward_method(w, r, traits);
+    return by;
+}

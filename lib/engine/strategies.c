@@ -1,0 +1,367 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The table of execution strategies, and their runs.
+ */
+#include <math.h>
+
+#include "dynamics/scan/chain_cut.h"
+#include "engine/methods.h"
+#include "engine/strategy.h"
+#include "engine/tuning.h"
+#include "model/tips.h"
+
+#define BIT TFA_METHOD_BIT
+#define SCANS (BIT(TFA_METHOD_SCAN) | BIT(TFA_METHOD_SCAN_TWO_PASS))
+#define CYCLIC (BIT(TFA_METHOD_TFA_CR) | BIT(TFA_METHOD_CFA_CR))
+#define ARTICULATED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_PROPAGATION) | BIT(TFA_METHOD_PV_OSIMR))
+#define SPECIALISED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_RNEA) | BIT(TFA_METHOD_PROPAGATION))
+#define ANY_OP (TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_M)
+
+static const tfa_answer no_estimate = {.error_estimate = (double)NAN};
+
+/* ---- what the runs share ---- */
+
+void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const tfa_answer *answer,
+                      tfa_reply *reply)
+{
+    if (reply->answers)
+        reply->answers[k] = *answer;
+    if (!(c->traits & TRAIT_SPECTRUM) || !reply->spectrum || !reply->lambda_inv)
+        return;
+    const uint32_t n = 6 * c->request->tip_count;
+    reply->spectrum[k] = tfa_spectrum_of(reply->lambda_inv + (size_t)n * n * k, n, w->spectrum);
+}
+
+void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int status,
+                       const tfa_reply *one, const tfa_answer *answer, tfa_reply *reply)
+{
+    if (status == TFA_OK) {
+        tfa_finish_state(w, c, k, answer, reply);
+        return;
+    }
+    if (reply->answers)
+        reply->answers[k] = *answer;
+    if (reply->status != TFA_OK)
+        return;
+    reply->status = status;
+    reply->field = one->field;
+    reply->index = one->index;
+    reply->state = k;
+}
+
+/* Where the sentinel tripped, an answer with a larger estimate is refined by the kernel of one
+ * state. */
+#define SENTINEL_ESTIMATE_MAX 1e-7
+
+/* Estimate of accelerations that stand in the reply, if the request or the sentinel asks for it.
+ * Returns 0 where the kernel of one state is to answer instead. */
+static int estimate_if_requested(tfa_workspace *w, const struct call *c, uint32_t k,
+                                 int sentinel_tripped, int with_body_lanes, const tfa_reply *reply,
+                                 tfa_answer *answer)
+{
+    const tfa_request *r = c->request;
+    const int asked = c->traits & TRAIT_FD && c->traits & TRAIT_ESTIMATE;
+    sentinel_tripped &= (c->traits & TRAIT_DEFAULT_ESTIMATE) != 0;
+    if (!asked && !sentinel_tripped)
+        return 1;
+    const int whole = reply->qdd && (reply->base_acceleration || !w->model->base_freedoms);
+    if (!(c->traits & TRAIT_FD) || c->traits & TRAIT_TIPS || !whole)
+        return 0;
+    if (sentinel_tripped)
+        answer->flags |= TFA_ANSWER_SENTINEL;
+    const double limit = sentinel_tripped ? SENTINEL_ESTIMATE_MAX : FALLBACK_ESTIMATE;
+    return with_body_lanes ? w->body_lanes->estimate(w->body_lanes_state, limit, answer)
+                           : w->kernel->estimate(w->state, r, k, reply, limit, answer);
+}
+
+/* ---- specialised: the robot's specialised kernel ---- */
+
+static int has_specialised(const tfa_workspace *w)
+{
+    return w->specialised != NULL;
+}
+
+/* An estimate of accelerations follows their computation. */
+static const tfa_request *without_estimate(const struct call *c, tfa_request *copy)
+{
+    if (!(c->traits & TRAIT_ESTIMATE) || !(c->traits & TRAIT_FD) || c->traits & TRAIT_TIPS)
+        return c->request;
+    *copy = *c->request;
+    copy->estimate = TFA_ESTIMATE_NEVER;
+    return copy;
+}
+
+/* Batches with payloads go by the generic lanes: the specialised kernel has these one at a time. */
+static int specialised_serves(const tfa_workspace *w, const struct call *c)
+{
+    tfa_request copy;
+    const int payload_batch = c->traits & TRAIT_PAYLOAD && c->traits & TRAIT_BATCH;
+    return !payload_batch && w->specialised->supports(&w->host, without_estimate(c, &copy));
+}
+
+/* As many states as it takes at a time, without tips. 0 where an answer is not finite or needs an
+ * estimate that is too large: the generic kernels answer and report why. */
+static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                                tfa_reply *reply)
+{
+    tfa_request copy;
+    const tfa_request *r = without_estimate(c, &copy);
+    const uint32_t left = end - k, lanes = c->traits & TRAIT_TIPS ? 0 : w->specialised->lanes;
+    uint32_t count = left < lanes ? left : lanes;
+    if (c->traits & TRAIT_TIPS && !reply->lambda_inv)
+        return 0;
+    if (count < TFA_BATCH_STATES_MIN || !w->specialised->solve_batch(&w->host, r, k, count, reply))
+        count = w->specialised->solve(&w->host, r, k, reply) ? 1 : 0;
+    for (uint32_t l = 0; l < count; l++) {
+        tfa_answer answer = no_estimate;
+        answer.method = (uint16_t)c->by.method;
+        if (!estimate_if_requested(w, c, k + l, 0, 0, reply, &answer))
+            return l;
+        tfa_finish_state(w, c, k + l, &answer, reply);
+    }
+    return count;
+}
+
+/* ---- mixed: factors in one arithmetic, residuals in another ---- */
+
+static int has_residual_kernel(const tfa_workspace *w)
+{
+    return w->residual_kernel.kernel != NULL;
+}
+
+/* ---- segment lanes: one state of a long chain, its segments in lanes ---- */
+
+static int has_segments(const tfa_workspace *w)
+{
+    return w->segment_lanes != NULL;
+}
+
+static uint32_t run_segments(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                             tfa_reply *reply)
+{
+    (void)end;
+    const double max_ratio =
+        c->by.method == TFA_METHOD_SCAN ? TFA_SCAN_MAX_RATIO : -1; /* every cut */
+    tfa_answer answer = no_estimate;
+    answer.method = (uint16_t)c->by.method;
+    const int answered = w->segment_lanes->answer(w->segment_lanes_state, w->executor, c->request,
+                                                  k, max_ratio, reply);
+    if (!answered ||
+        !estimate_if_requested(w, c, k, answered == TFA_ANSWERED_SENTINEL, 0, reply, &answer))
+        return 0;
+    tfa_finish_state(w, c, k, &answer, reply);
+    return 1;
+}
+
+/* ---- partition: one state of a long chain by cyclic reduction, its partitions in lanes ---- */
+
+static int has_partition(const tfa_workspace *w)
+{
+    return w->partition && w->segment_lanes;
+}
+
+/* Forward dynamics, or Lambda^-1 of one tip as it comes */
+static int partition_serves(const tfa_workspace *w, const struct call *c)
+{
+    (void)w;
+    const uint32_t more = TRAIT_DEFAULT_REFINE | TRAIT_REFINE | TRAIT_ESTIMATE |
+                          TRAIT_DEFAULT_ESTIMATE | TRAIT_SEVERAL_TIPS | TRAIT_POSES;
+    return c->traits & TRAIT_FD ? !(c->traits & TRAIT_TIPS)
+                                : c->by.method == TFA_METHOD_TFA_CR && !(c->traits & more);
+}
+
+/* The scan estimates the error: as accurate as aba, and as parallel as the partitions. */
+struct segment_lanes_solver {
+    struct tfa_error_solver solver;
+    tfa_workspace *workspace;
+    const tfa_request *request;
+    uint32_t state;
+};
+
+static int solve_by_segment_lanes(struct tfa_error_solver *solver, const double *residual,
+                                  double *x)
+{
+    static const double zero_gravity[3];
+    const struct segment_lanes_solver *j = (const struct segment_lanes_solver *)solver;
+    tfa_workspace *w = j->workspace;
+    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
+                           .count = 1,
+                           .q = j->request->q + (size_t)w->model->q_count * j->state,
+                           .tau = residual,
+                           .gravity = zero_gravity};
+    tfa_reply reply = {.qdd = x};
+    return w->segment_lanes->answer(w->segment_lanes_state, w->executor, &r, 0, TFA_SCAN_MAX_RATIO,
+                                    &reply) != TFA_NOT_ANSWERED;
+}
+
+static uint32_t run_partition(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                              tfa_reply *reply)
+{
+    (void)end;
+    const tfa_request *r = c->request;
+    struct segment_lanes_solver by = {{solve_by_segment_lanes}, w, r, k};
+    tfa_answer answer;
+    const int answered =
+        c->traits & TRAIT_OSIM
+            ? w->partition->answer_lambda(w->partition_state, w->executor, r, k, reply, &answer)
+            : w->partition->answer(w->partition_state, w->executor, r, k, &by.solver, reply,
+                                   &answer);
+    if (answered)
+        tfa_finish_state(w, c, k, &answer, reply);
+    return answered ? 1 : 0;
+}
+
+/* ---- batch: several states in lanes ---- */
+
+static int has_batch(const tfa_workspace *w)
+{
+    return w->batch != NULL;
+}
+
+/* States k .. k + count - 1. Returns count; 0 where one of them has to go alone, or there are
+ * too few. */
+static uint32_t run_lanes(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
+                          tfa_reply *reply)
+{
+    tfa_answer answers[TFA_BATCH_LANES_MAX];
+    tfa_reply several = *reply;
+    if (count < c->batch_min ||
+        w->batch->answer(w->batch_state, c->request, c->by, k, count, &several, answers) != TFA_OK)
+        return 0;
+    for (uint32_t l = 0; l < count; l++)
+        tfa_finish_state(w, c, k + l, &answers[l], reply);
+    return count;
+}
+
+static uint32_t run_batch(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                          tfa_reply *reply)
+{
+    const uint32_t left = end - k;
+    const uint32_t done = run_lanes(w, c, k, left < w->batch_max ? left : w->batch_max, reply);
+    return done || left == 1 ? done : run_lanes(w, c, k, 1, reply);
+}
+
+/* ---- body lanes: one state, its independent branches in lanes ---- */
+
+static int has_body_lanes(const tfa_workspace *w)
+{
+    return w->body_lanes != NULL;
+}
+
+/* Bodies of the trees that carry a tip */
+static uint32_t bodies_of_tips(const struct tfa_model *m, const tfa_request *r)
+{
+    const struct tfa_chain *tree[TFA_MAX_TIPS];
+    const uint32_t trees = tfa_trees_of_tips(m, r, tree);
+    uint32_t bodies = 0;
+    for (uint32_t k = 0; k < trees; k++)
+        bodies += tree[k]->end - tree[k]->first;
+    return bodies;
+}
+
+/* Forward dynamics by aba; Lambda^-1 where the trees of the tips have more bodies than body lanes
+ * take time, as one body at a time leaves out the other trees. Estimates for tips are the scalar
+ * kernel's. */
+static int body_lanes_serve(const tfa_workspace *w, const struct call *c)
+{
+    if (c->traits & TRAIT_ESTIMATE && c->traits & TRAIT_TIPS)
+        return 0;
+    return c->traits & TRAIT_FD || bodies_of_tips(w->model, c->request) >= w->body_lanes_min_bodies;
+}
+
+static uint32_t run_body_lanes(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                               tfa_reply *reply)
+{
+    (void)end;
+    tfa_answer answer = no_estimate;
+    answer.method = TFA_METHOD_ABA;
+    const int answered = w->body_lanes->answer(w->body_lanes_state, c->request, k, reply);
+    if (!answered ||
+        !estimate_if_requested(w, c, k, answered == TFA_ANSWERED_SENTINEL, 1, reply, &answer))
+        return 0;
+    if (c->traits & TRAIT_TIPS) {
+        w->body_lanes->copy_factors(w->body_lanes_state, c->request, &w->factors);
+        if (!w->kernel->answer_tips(w->state, c->request, c->by, k, reply, &answer))
+            return 0;
+    }
+    tfa_finish_state(w, c, k, &answer, reply);
+    return 1;
+}
+
+/* ---- scalar: one state, one body after the other; serves everything ---- */
+
+static int always(const tfa_workspace *w)
+{
+    (void)w;
+    return 1;
+}
+
+/* Where factors are wanted in float, which batches have only, the answer is computed in higher
+ * precision. */
+static uint32_t run_scalar(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                           tfa_reply *reply)
+{
+    (void)end;
+    tfa_reply one = *reply;
+    tfa_answer answer;
+    const int status = w->kernel->answer(w->state, c->request, c->by, k, 1, &one, &answer);
+    if (w->precision == TFA_F32)
+        answer.flags |= TFA_ANSWER_RESIDUAL_PRECISION;
+    tfa_finish_single(w, c, k, status, &one, &answer, reply);
+    return 1;
+}
+
+/* ---- the table ---- */
+
+#define REFUSED_BY_FACTORS (TRAITS_CHANGED | TRAIT_REFINE)
+static const struct strategy strategies[TFA_STRATEGIES] = {
+    {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM, 0, SPECIALISED,
+     specialised_serves, run_specialised},
+    {"mixed", has_residual_kernel, ANY_OP, 0, TFA_METHODS_ALL, NULL, tfa_run_mixed},
+    {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, SCANS, NULL,
+     run_segments},
+    {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED, CYCLIC, partition_serves,
+     run_partition},
+    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TFA_BATCH_METHODS, NULL,
+     run_batch},
+    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS, ARTICULATED,
+     body_lanes_serve, run_body_lanes},
+    {"scalar", always, ANY_OP, 0, TFA_METHODS_ALL, NULL, run_scalar},
+};
+
+uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out)
+{
+    uint32_t count = 0;
+    for (size_t k = 0; k < sizeof strategies / sizeof *strategies; k++)
+        if (strategies[k].is_available(w))
+            out[count++] = &strategies[k];
+    return count;
+}
+
+/* Full vectors of states always pay; fewer states go one at a time where body lanes are used. */
+struct call tfa_call(const tfa_workspace *w, const tfa_request *r)
+{
+    struct call c = {.request = r, .traits = traits_of(r), .batch_min = w->batch_min};
+    c.by = tfa_resolve_method(w, r, c.traits);
+    for (uint32_t k = 0; k < w->strategies; k++) {
+        const struct strategy *s = w->strategy[k];
+        if (!(c.traits & s->ops) || c.traits & s->refuses ||
+            !(s->methods & TFA_METHOD_BIT(c.by.method)) || (s->serves && !s->serves(w, &c)))
+            continue;
+        c.strategy[c.strategies++] = s;
+        if (s->run == run_body_lanes)
+            c.batch_min = w->batch_min_body_lanes;
+    }
+    return c;
+}
+
+int tfa_method_is_parallel(const tfa_model *model, const tfa_request *r)
+{
+    if (!((SCANS | CYCLIC) & TFA_METHOD_BIT(r->method)))
+        return 0;
+    for (uint32_t t = 0; t < model->trees; t++)
+        if (model->chain[t].length >= TFA_PARTS_BODIES_MIN)
+            return 1;
+    return 0;
+}

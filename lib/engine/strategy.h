@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Execution strategies: the ways in which a workspace computes the states of a request. One table
+ * in order of preference; the first row that serves a request and has an answer wins.
+ */
+#ifndef TFA_ENGINE_STRATEGY_H
+#define TFA_ENGINE_STRATEGY_H
+
+#include "engine/traits.h"
+#include "engine/workspace.h"
+#include "model/model.h"
+
+/* A checked request under way */
+struct call {
+    const tfa_request *request;
+    struct tfa_resolved by;
+    uint32_t traits;
+    uint32_t batch_min; /* fewer states are answered one at a time */
+    const struct strategy *strategy[TFA_STRATEGIES];
+    uint32_t strategies; /* that serve it, in order */
+};
+
+struct strategy {
+    const char *name;
+    /* Can a workspace of this kind run it at all? */
+    int (*is_available)(const tfa_workspace *w);
+    uint32_t ops;     /* TRAIT_FD .. of requests that it serves */
+    uint32_t refuses; /* traits */
+    uint32_t methods; /* that it serves: TFA_METHOD_BITs of the resolved method */
+    /* Conditions beyond these; NULL: none */
+    int (*serves)(const tfa_workspace *w, const struct call *c);
+    /* Answers states from k on, before `end`. Returns how many; 0: the next row tries. */
+    uint32_t (*run)(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                    tfa_reply *reply);
+};
+
+/* The rows that a workspace can run, in order. Returns how many. */
+uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out);
+
+/* A call of a checked request, with the rows that serve it */
+struct call tfa_call(const tfa_workspace *w, const tfa_request *request);
+
+/* Resolves TFA_METHOD_AUTO. Cost: some ten instructions and one step for each locked joint. */
+struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request *request,
+                                       uint32_t traits);
+
+/* The runs of the rows, see strategies.c; mixed precision: mixed.c */
+uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
+                       tfa_reply *reply);
+
+/* Stores the answer of state k and what is computed from it. */
+void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const tfa_answer *answer,
+                      tfa_reply *reply);
+
+/* The same for a state that may have failed: `one` is the reply that the kernel wrote to. */
+void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int status,
+                       const tfa_reply *one, const tfa_answer *answer, tfa_reply *reply);
+
+#endif

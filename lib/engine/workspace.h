@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The kernels and the memory of a workspace.
+ */
+#ifndef TFA_ENGINE_WORKSPACE_H
+#define TFA_ENGINE_WORKSPACE_H
+
+#include "engine/methods.h"
+#include "interface/kernel_table.h"
+#include "interface/parallel_for.h"
+#include "interface/specialised_abi.h"
+
+/* Rows of the table of strategies */
+#define TFA_STRATEGIES 7
+struct strategy;
+
+/* Methods of a batch: neither those that search nor those that fill lanes themselves (variant.c) */
+#define TFA_BATCH_METHODS                                                                          \
+    ~(TFA_METHOD_BIT(TFA_METHOD_HESSENBERG) | TFA_METHOD_BIT(TFA_METHOD_SCAN) |                    \
+      TFA_METHOD_BIT(TFA_METHOD_SCAN_TWO_PASS))
+
+struct tfa_workspace {
+    const struct tfa_model *model;
+    uint32_t methods;                /* reserved: bits 1u << tfa_method */
+    struct tfa_executor *executor;   /* of the request under way; NULL: the caller alone */
+    tfa_precision precision;         /* of the factors */
+    const struct tfa_kernel *kernel; /* of one state at a time: doubles around factors in float */
+    struct state *state;
+    /* of the residual; no kernel: that of the factors */
+    struct tfa_residual_kernel residual_kernel;
+    const struct tfa_kernel *batch; /* NULL: one state at a time */
+    struct state *batch_state;
+    uint32_t batch_max;                             /* states at a time */
+    uint32_t batch_min, batch_min_body_lanes;       /* fewer go one at a time; with body lanes */
+    const struct tfa_body_lanes_kernel *body_lanes; /* NULL: one body at a time */
+    struct state *body_lanes_state;
+    struct tfa_factor_buffers factors; /* where `kernel` has those that tips take from body lanes */
+    uint32_t
+        /* bodies of the trees of tips from which their factors come from body lanes */
+        body_lanes_min_bodies;
+    const struct tfa_partition_kernel *partition; /* NULL: no partitioned chain */
+    struct partition *partition_state;
+    const struct tfa_segment_lanes_kernel *segment_lanes; /* NULL: chains one body at a time */
+    struct segment_lanes *segment_lanes_state;
+    const struct tfa_specialised_kernel *specialised; /* NULL: the robot has no kernel of its own */
+    struct tfa_host_api host;                         /* its host interface */
+    double *spectrum;                                 /* scratch of the eigenvalues */
+    const struct strategy *strategy[TFA_STRATEGIES];  /* that this workspace can run, in order */
+    uint32_t strategies;
+};
+
+#endif

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What a kernel specialised for one robot exports: the sources of the kernels, compiled once more
+ * with that robot's tables as constants (specialised.c). The shared object that holds it is made by
+ * another compiler at another time, perhaps from other sources: everything that both sides must
+ * agree on is said here and checked before anything is called.
+ */
+#ifndef TFA_INTERFACE_SPECIALISED_ABI_H
+#define TFA_INTERFACE_SPECIALISED_ABI_H
+
+#include <totalforce/dynamics.h>
+
+/* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated
+ * tables. */
+#define TFA_SPECIALISED_ABI 5u
+
+/* The symbol */
+#define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
+
+struct tfa_body;
+struct tfa_frame;
+
+/* What the library gives a kernel at every call */
+struct tfa_host_api {
+    const tfa_model *model;
+    /* Sines and cosines of x[0] .. x[count - 1]. Whole vectors of 64 bytes are written. */
+    void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
+    /* As tfa_body_add_payload_inertia */
+    void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,
+                        const double numbers[10]);
+    /* As tfa_payload_bound */
+    double (*payload_bound)(const struct tfa_model *model, uint32_t count, const double *numbers);
+};
+
+struct tfa_specialised_kernel {
+    uint32_t abi; /* TFA_SPECIALISED_ABI; the fields up to `model` never move */
+    uint32_t request_bytes, reply_bytes,
+        model_bytes;      /* of struct tfa_request, tfa_reply, tfa_model */
+    uint8_t model[32];    /* tfa_hash_without_gravity of the model whose tables are in it */
+    const char *isa;      /* as in tfa_kernel.isa */
+    const char *compiler; /* with its version */
+    uint32_t bodies;
+    uint32_t lanes; /* states that `many` takes at a time; 0: there is none */
+    /* Is this checked request, by aba, rnea or propagation, one that the kernel answers? All states
+     * of it are, or none. */
+    int (*supports)(const struct tfa_host_api *host, const tfa_request *request);
+    /* State k of such a request into the reply's arrays. Returns whether all of the answer is
+     * finite; if not, nothing that was written counts. No allocation, no lock, no system call. */
+    int (*solve)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
+                 tfa_reply *reply);
+    /* States k .. k + count - 1, at most `lanes`. */
+    int (*solve_batch)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
+                       uint32_t count, tfa_reply *reply);
+};
+
+#endif

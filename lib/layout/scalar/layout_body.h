@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Layout `scalar`: the constant terms of one body are those of the model, the same in all lanes of
+ * a batch.
+ */
+#ifndef TFA_LAYOUT_SCALAR_BODY_H
+#define TFA_LAYOUT_SCALAR_BODY_H
+
+#include "layout/constants.h"
+
+/* Bodies that share the lanes of a num */
+#define LAYOUT_BODIES_IN_LANES 1
+
+typedef struct tfa_body body_constants;
+
+/* T: from the parent's frame to the joint's at q = 0 */
+static inline mat3 body_E(const body_constants *b)
+{
+    return constant_mat3(BODY_XFORM_SOURCE(b)->E);
+}
+
+static inline vec3 body_r(const body_constants *b)
+{
+    return constant_vec3(BODY_XFORM_SOURCE(b)->r);
+}
+
+static inline num body_mass(const body_constants *b)
+{
+    return constant_of(BODY_MASS_SOURCE(b)->mass);
+}
+
+/* Mass times centre of mass */
+static inline vec3 body_h(const body_constants *b)
+{
+    return constant_vec3(BODY_MASS_SOURCE(b)->h);
+}
+
+static inline sym3 body_I(const body_constants *b)
+{
+    const constant *I = BODY_MASS_SOURCE(b)->I;
+    return (sym3){constant_of(I[0]), constant_of(I[1]), constant_of(I[2]),
+                  constant_of(I[3]), constant_of(I[4]), constant_of(I[5])};
+}
+
+/* Of a joint with one freedom */
+static inline num body_armature(const body_constants *b)
+{
+    return num_of(b->armature);
+}
+
+/* Largest inertia that freedom k may move */
+static inline num body_inertia_bound(const body_constants *b, uint32_t k)
+{
+    return num_of(b->bound[k]);
+}
+
+/* Of an axial one: shift along z */
+static inline num body_d(const body_constants *b)
+{
+    return num_of(b->d);
+}
+
+static inline int body_has_armature(const body_constants *b)
+{
+    return b->armature > 0;
+}
+
+/* First freedom among those of the model */
+static inline uint32_t body_first_freedom(const body_constants *b)
+{
+    return b->v;
+}
+
+#endif

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Layout `scalar`: between the arrays of a request and the lanes of a state
+ * (dynamics/solve/load.h).
+ */
+#ifndef TFA_LAYOUT_SCALAR_LOAD_H
+#define TFA_LAYOUT_SCALAR_LOAD_H
+
+#include "layout/state.h"
+
+/* What the request changes about the robot. Returns whether what was computed before is of the same
+ * one. */
+int TFA_V(load_changes)(struct state *s, const tfa_request *r);
+
+/* Bodies that the answer depends on, in ascending order. Returns how many spans there are. */
+uint32_t TFA_V(load_spans)(const struct state *s, const tfa_request *r,
+                           struct span out[TFA_MAX_TIPS]);
+
+/* s->wrench, and the forces that follow from it. Needs the pose. */
+void TFA_V(load_wrenches)(struct state *s, const tfa_request *r);
+
+/* One number of an array of states, `stride` numbers each, from the state of every lane. */
+static inline num gather_states(const struct state *s, const double *array, size_t stride,
+                                size_t index)
+{
+    return num_gather(array + index, stride, s->lane);
+}
+
+static inline num gather_joint(const struct state *s, const double *array, size_t stride,
+                               source from)
+{
+    return gather_states(s, array, stride, from);
+}
+
+/* Damping of freedom j */
+static inline num load_damping_of(const struct state *s, uint32_t j)
+{
+    return num_of(s->m->damping[j]);
+}
+
+/* A freedom of the joints; those that follow others are not public. */
+static inline void scatter_joint(const struct state *s, num x, double *joints, const freedom *f)
+{
+    if (f->multiplier == 1)
+        scatter_states(s, x, joints + f->from, s->m->v_count);
+}
+
+#endif

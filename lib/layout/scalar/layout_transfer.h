@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Layout `scalar`: a body adds to the IA and pA of its parent (parent_transfer.h).
+ */
+#ifndef TFA_LAYOUT_SCALAR_TRANSFER_H
+#define TFA_LAYOUT_SCALAR_TRANSFER_H
+
+#include "layout/body.h"
+
+/* The body whose numbers lane l has at step i: i itself */
+TFA_INLINE uint32_t body_in_lane(const struct state *s, uint32_t i, uint32_t l)
+{
+    (void)s;
+    (void)l;
+    return i;
+}
+
+/* A motion of the parent, in the parent's frame */
+TFA_INLINE svec parent_motion(const body_constants *b, const svec *motion, svec world)
+{
+    return b->parent < 0 ? world : motion[b->parent];
+}
+
+/* X v_parent */
+TFA_INLINE svec velocity_from_parent(const struct state *s, uint32_t i, const body_constants *b)
+{
+    return b->parent < 0 ? sv_zero() : motion_to_child(s, i, b, s->v[b->parent]);
+}
+
+TFA_INLINE void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *up, int what)
+{
+    const body_constants *b = body_constants_of(s, i);
+    if (what & ABA_DETACH)
+        s->IA[i] = *up;
+    else if (what & ABA_FULL_SWEEP && b->last)
+        s->IA[b->parent] = *up;
+    else
+        s6_add(&s->IA[b->parent], up);
+}
+
+TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int what)
+{
+    const body_constants *b = body_constants_of(s, i);
+    if (what & ABA_DETACH)
+        s->pA[i] = up;
+    else if (what & ABA_FULL_SWEEP && b->last)
+        s->pA[b->parent] = up;
+    else
+        s->pA[b->parent] = sv_add(s->pA[b->parent], up);
+}
+
+/* Sum over the children of body i, which has some, in a full sweep */
+TFA_INLINE void add_inertia_from_children(const struct state *s, uint32_t i, sym6 *I)
+{
+    s6_add(I, &s->IA[i]);
+}
+
+TFA_INLINE svec force_from_children(const struct state *s, uint32_t i)
+{
+    return s->pA[i];
+}
+
+#endif

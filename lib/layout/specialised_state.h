@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What changes while a kernel specialised for one robot computes: what the steps of the algorithms
+ * read and write, on the stack, in arrays whose sizes and indices are constants, so that the
+ * compiler keeps numbers instead of arrays. Units and frames as in state.h.
+ */
+#ifndef TFA_LAYOUT_SPECIALISED_STRUCT_H
+#define TFA_LAYOUT_SPECIALISED_STRUCT_H
+
+/* More bodies that do not go side by side are left to the loop of the generic kernel. Written out,
+ * a chain of 32 takes 0.80 times as long, of 40 0.86, of 48 0.90, but cold 2.8, 3.4 and 4.1 times,
+ * and its compiler 20 s and more (docs/specialised.md). */
+#define ROBOT_UNROLLED_BODIES_MAX 40
+#if ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX ||                                                   \
+    (defined ROBOT_BODY_LANES && !defined ROBOT_PAYLOADS)
+#define ROBOT_HAS_FORWARD 1
+#else
+#define ROBOT_HAS_FORWARD 0 /* no code for what is not taken */
+#endif
+
+/* Whole vectors of 8 doubles are written from any coordinate on (number/sincos.h). */
+#define ROBOT_PADDED(n) ((n) + 8)
+
+/* What comes from the request, and sines: other functions know where these stand. */
+struct robot_inputs {
+    num q[ROBOT_PADDED(ROBOT_UNIT_COORDINATES)], sine[ROBOT_PADDED(ROBOT_UNIT_COORDINATES)],
+        cosine[ROBOT_PADDED(ROBOT_UNIT_COORDINATES)];
+    const num *angle; /* q, or the request's own numbers where they are the same */
+    num qd[ROBOT_UNIT_FREEDOMS], x[ROBOT_UNIT_FREEDOMS]; /* x: tau, or qdd */
+    num base[7];
+#ifdef ROBOT_PAYLOADS
+    struct tfa_body loaded_bodies[ROBOT_BODIES]; /* with the request's payloads */
+#endif
+};
+
+struct state {
+    const struct tfa_model *m;
+#ifdef ROBOT_PAYLOADS
+    const struct tfa_body *loaded; /* `carried` of the inputs */
+#endif
+    const num *q, *sine, *cosine, *qd, *base; /* of the inputs */
+    struct joint_nd joint_nd[1];              /* the base */
+    xform X[ROBOT_UNITS];
+    svec v[ROBOT_UNITS], c[ROBOT_UNITS], p[ROBOT_UNITS], a[ROBOT_UNITS], f[ROBOT_UNITS];
+    sym6 IA[ROBOT_UNITS];
+    svec pA[ROBOT_UNITS], U[ROBOT_UNITS], K[ROBOT_UNITS];
+    num Dinv[ROBOT_UNITS], u[ROBOT_UNITS];
+    num margin;        /* sentinel.h */
+    num payload_bound; /* inertia of the request's payloads about any joint, at most */
+    vec3 gravity;
+    int locked; /* 0: no joint is locked */
+};
+
+/* The constants of body i */
+TFA_INLINE const body_constants *body_constants_of(const struct state *s, uint32_t i)
+{
+    (void)s;
+    return &robot_unit[i];
+}
+
+/* The same, with the payloads of the request: only for mass, h and I. */
+TFA_INLINE const body_constants *body_with_payload(const struct state *s, uint32_t i)
+{
+#ifdef ROBOT_PAYLOADS
+    return &s->loaded[i];
+#else
+    return body_constants_of(s, i);
+#endif
+}
+
+/* Rotor inertia of freedom k */
+static inline num joint_armature(const struct state *s, const body_constants *b, uint32_t k)
+{
+    (void)s;
+    return num_of(robot_armature[body_first_freedom(b) + k]);
+}
+
+#endif

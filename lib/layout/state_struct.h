@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * struct state of the layouts scalar and body_lanes: each array declared once, with its size, unit,
+ * frame and writer. The layout adds its own arrays, TFA_LAYOUT_ARRAYS, and says where coordinates
+ * and freedoms come from: source, coordinate, freedom.
+ */
+#ifndef TFA_LAYOUT_STATE_STRUCT_H
+#define TFA_LAYOUT_STATE_STRUCT_H
+
+#include <stddef.h>
+#include <totalforce/dynamics.h>
+
+#include "interface/resolved.h"
+#include "layout_body.h"
+#include "model/model.h"
+
+/* A rigid composite: mass, mass times centre of mass, inertia about the origin of its frame. */
+struct composite {
+    num m;
+    vec3 h;
+    sym3 I;
+};
+
+/* Constant terms of TFA for one body: 1-freedom joints on bodies without side branches. */
+struct model_constants {
+    sym6 TIT; /* T_i I_{i-1}^-1 T_i^T: the parent's inverse inertia in the joint's frame at q = 0 */
+    num TI[36]; /* T_i I_{i-1}^-1 */
+};
+
+/* One block row of TFA on the main chain. */
+struct row {
+    struct lu6 S; /* Schur complement A_ii - A_{i,i-1} S_{i-1}^-1 A_{i-1,i}, factored */
+    num XI[36];   /* X_i I_{i-1}^-1, so that A_{i,i-1} = -K_i XI_i */
+    num G[36];    /* S_i^-1 A_{i,i+1} */
+    sym6 Iinv;    /* inverse of the inertia with side branches added */
+    num K[36];    /* K_i = 1 - C_i I_i; of a 1-freedom joint only its row that differs from 1 */
+    num B[36];    /* B_i = H_i Theta_i^-1, a row of six for each freedom; 1 freedom: 1/Theta */
+    num F[36];    /* total forces, frame i: 6 x columns for one right-hand side or six */
+};
+
+/* What TFA does with a body: side branch, on a chain, has a side branch */
+enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
+
+/* ARRAY(type, name, count, unit, frame, "writer: meaning")
+ * nb bodies, nq inner coordinates, nv freedoms with the base's, mass entries of M, dense freedoms
+ * without mimics. In a body-lanes variant steps stand for bodies (constants.h). */
+#define TFA_MOTION_ARRAYS(ARRAY)                                                                   \
+    ARRAY(num, q, nq, "rad, m", "joint", "load: inner joint coordinates")                          \
+    ARRAY(num, qd, nv, "rad/s, m/s", "joint", "load: velocities, base first")                      \
+    ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
+    ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
+    ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
+    ARRAY(num, qdd_unrefined, nv, "rad/s2, m/s2", "joint", "refine: qdd before its corrections")   \
+    ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
+    ARRAY(num, passive_force, nv, "N m, N", "joint",                                               \
+          "load: forces that follow from q and v: damping, "                                       \
+          "wrenches inside fused joints")                                                          \
+    ARRAY(num, sine, nq, "1", "joint", "pose: of q; counts where it is an angle")                  \
+    ARRAY(num, cosine, nq, "1", "joint", "pose: of q")                                             \
+    ARRAY(xform, X, nb, "1, m", "parent -> i", "pose: X_i = Z(q_i) T_i")                           \
+    ARRAY(svec, v, nb, "rad/s, m/s", "i", "velocity: body velocity")                               \
+    ARRAY(svec, c, nb, "rad/s2, m/s2", "i", "velocity: v x H qd")                                  \
+    ARRAY(svec, p, nb, "N m, N", "i", "velocity: v x* I v - wrench")                               \
+    ARRAY(svec, wrench, nb, "N m, N", "i", "load: external wrench")                                \
+    ARRAY(svec, a, nb, "rad/s2, m/s2", "i", "any: body acceleration, a_0 = -gravity")              \
+    ARRAY(svec, f, nb, "N m, N", "i", "rnea: force across joint i")                                \
+    ARRAY(sym6, IA, nb, "kg m2, kg m, kg", "i",                                                    \
+          "aba: what the children add to the articulated "                                         \
+          "inertia; tfa, lock: the whole of it")                                                   \
+    ARRAY(svec, pA, nb, "N m, N", "i", "aba: articulated bias force")                              \
+    ARRAY(svec, U, nb, "kg m2, kg m", "i", "aba: IA H of a 1-freedom joint")                       \
+    ARRAY(svec, K, nb, "1, m", "i", "aba: U D^-1 of a revolute joint without rotor inertia")       \
+    ARRAY(num, Dinv, nb, "1/(kg m2)", "joint", "aba: 1 / (H^T IA H + R)")                          \
+    ARRAY(num, u, nb, "N m, N", "joint", "aba: tau - H^T pA")                                      \
+    ARRAY(struct joint_nd, joint_nd, m->joints_nd, "", "i",                                        \
+          "pose, aba: bodies with several freedoms")                                               \
+    ARRAY(uint8_t, lock, nv, "", "joint", "load: 1: the freedom is locked")                        \
+    ARRAY(uint8_t, constraint, nb, "", "", "lock: what locked joints make of each body")
+
+#define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY) TFA_LAYOUT_ARRAYS(ARRAY)
+
+#define TFA_TIP_COLUMNS ((size_t)6 * TFA_MAX_TIPS)
+
+/* What is valid for the q, base pose, payloads and locked joints of the request before. */
+enum {
+    HAVE_POSE = 1,   /* X, sine, cosine */
+    HAVE_ABA = 2,    /* IA, U, Dinv, multi of all freedoms */
+    HAVE_LOCKED = 4, /* the same with locked joints */
+    HAVE_CHAIN = 8,  /* rows, of the method in chain_method */
+    HAVE_M = 16,     /* M as such */
+    HAVE_LTDL = 32,  /* M factored; or Mr, with mimics */
+    HAVE_W = 64,     /* W and S, by the factors of the method in w_method */
+};
+
+/* What locked joints make of a body (lock.c): no freedom from here to the world; nothing but locked
+ * joints below, so that it is one rigid composite with them; its motion is not requested */
+enum { CONSTRAINT_GROUNDED = 1, CONSTRAINT_RIGID = 2, CONSTRAINT_SKIPPED = 4 };
+
+/* Bodies first .. end - 1 */
+struct span {
+    uint32_t first, end;
+};
+
+/* How many of them a state has: those of the model, or those of the schedule. */
+struct extent {
+    uint32_t bodies, coordinates, freedoms;
+    uint32_t methods; /* to reserve: bits 1u << tfa_method */
+};
+
+/* Bytes of rows that these methods need along chains: bits 1u << tfa_method. */
+size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t methods);
+
+/* Is this one reserved? */
+static inline int reserves_method(uint32_t methods, tfa_method method)
+{
+    return (int)(methods >> method & 1);
+}
+
+/* Is a method among them that inverts body inertias? */
+static inline int reserves_inverse(uint32_t methods)
+{
+#define RESERVES_INVERSE(name, number, text, ops, factors, cost, refuses, what)                    \
+    ((refuses)&TFA_REFUSES_NO_INVERSE ? 1u << (number) : 0) |
+    return (methods & (TFA_METHOD_LIST(RESERVES_INVERSE) 0)) != 0;
+#undef RESERVES_INVERSE
+}
+
+struct chain_method;
+
+struct state {
+    const struct tfa_model *m;
+    uint32_t methods;                       /* reserved: bits 1u << tfa_method */
+    uint32_t bodies, coordinates, freedoms; /* of the arrays, see struct extent */
+    const coordinate *coordinate;
+    const freedom *freedom; /* joints only */
+    /* inner coordinates and freedoms of joints are the public ones; never with body lanes */
+    int identity_map;
+    uint32_t lane[NUM_LANES]; /* the state of the request that each lane holds */
+    uint32_t lanes;           /* how many of them count */
+    /* the model's, payload_body when the request has payloads, or lane_constants */
+    const body_constants *body;
+    uint32_t have;          /* HAVE_ bits */
+    struct tfa_resolved by; /* the methods of the request under way */
+    tfa_method w_method;
+    const struct chain_method *chain_method;
+    struct span span[TFA_MAX_TIPS]; /* what the request depends on, ascending */
+    uint32_t spans;
+    uint32_t payloads; /* applied to own */
+    uint32_t payload_frame[TFA_MAX_PAYLOADS];
+    double payload[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
+    num base[7];           /* load: base pose */
+    int locked;            /* some freedom is locked: lock.c replaces aba.c */
+    int skips_unused;      /* skipped bodies are left out */
+    int has_passive_force; /* some known is not zero */
+    num margin;            /* aba: below zero where the sentinel trips (sentinel.h) */
+    num payload_bound;     /* inertia of the request's payloads about any joint, at most */
+    vec3 gravity;
+    int moving;    /* some velocity or wrench is not zero: c and p count */
+    int wrenched;  /* some s->wrench is not zero */
+    uint32_t tips; /* of the request under way */
+    uint32_t tip[TFA_MAX_TIPS];
+    const struct tfa_residual_kernel *residual_kernel; /* of refinement; NULL: none */
+    struct tfa_executor *executor; /* of the request under way; NULL: the caller alone */
+    int round_sincos;              /* sines and cosines are rounded to double */
+    int lanes_diverged;            /* lanes were to go different ways: nothing counts */
+    int32_t bad_body;              /* body whose inertia could not be inverted */
+#define TFA_STATE_DECLARE(type, name, count, unit, frame, what) type *name;
+    TFA_STATE_ARRAYS(TFA_STATE_DECLARE)
+#undef TFA_STATE_DECLARE
+};
+
+/* The constants of body i */
+TFA_INLINE const body_constants *body_constants_of(const struct state *s, uint32_t i)
+{
+    return &s->body[i];
+}
+
+/* The same, with the payloads of the request: only for mass, h and I. */
+TFA_INLINE const body_constants *body_with_payload(const struct state *s, uint32_t i)
+{
+    return &s->body[i];
+}
+
+/* Rotor inertia of freedom k */
+static inline num joint_armature(const struct state *s, const body_constants *b, uint32_t k)
+{
+    return b->n == 1 ? body_armature(b) : num_of(s->m->armature[body_first_freedom(b) + k]);
+}
+
+#endif

@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A draft is a model under construction: ordered, reduced, merged, aligned, in quadruple precision.
+ */
+#ifndef TFA_MODEL_DRAFT_DRAFT_H
+#define TFA_MODEL_DRAFT_DRAFT_H
+
+#include "model/ext.h"
+#include "model/mass_properties.h"
+#include "model/model.h"
+
+/* More one-freedom joints in a row without mass between them than a body has freedoms */
+#define TFA_PARTS_MAX 6
+
+/* What the reductions found out about a link. */
+struct draft_link {
+    long double inertia[6]; /* as the description states it, or repaired */
+    uint8_t present;        /* part of the scene */
+    uint8_t has_mass; /* it has mass, inertia or a payload; later: or something beyond it has */
+    uint8_t loaded;   /* it carries a payload */
+    uint8_t tip;      /* the scene names it as a tip */
+    uint8_t moves;    /* with a joint that is not fixed, or with the base */
+};
+
+/* What becomes of a joint. Mimics are resolved: the leader follows none. */
+struct draft_joint {
+    uint8_t fate;    /* enum tfa_fate */
+    uint8_t freedom; /* which one of its body's joints: 0 but for fused bodies */
+    int32_t body;    /* the body that it moves, when it moves */
+    int32_t leader;  /* description joint that it mimics, or -1 */
+    ext multiplier, offset;
+    ext q[7];                  /* where it is locked */
+    uint32_t q_index, v_index; /* public: its first coordinate in q, its first freedom in v */
+    uint32_t number;           /* public: its index */
+};
+
+/* The frame that a body is to have, in the one that it has: turned about z (cosine, sine), its
+ * origin moved along z. */
+struct draft_move {
+    ext c, s, w;
+};
+
+struct draft_body {
+    ext E[9], r[3];
+    ext mass, h[3], I[6];
+    double armature;
+    int32_t parent;
+    uint32_t link;  /* the link that gives the body its name: the child of its (last) joint */
+    int32_t joint;  /* description joint, -1 for the floating base; fused: the last one */
+    uint32_t first; /* fused: its n parts start here in draft.part */
+    uint8_t kind, n, base;
+    uint8_t loaded;  /* a link of it carries a payload */
+    uint8_t aligned; /* its x axis lies on the common normal with a child's axis */
+    uint8_t axial;   /* as in tfa_body, and its a and d */
+    ext a, d;
+    struct draft_move move;
+};
+
+struct draft_part {
+    ext E[9], r[3];
+    uint8_t kind;
+    uint32_t joint; /* of the description */
+};
+
+struct draft_frame {
+    int32_t body;
+    uint8_t part;    /* as in tfa_frame */
+    uint32_t number; /* its index among the links that are present */
+    ext R[9], p[3];
+};
+
+struct draft {
+    const tfa_description *description;
+    const tfa_model_options *options; /* never NULL */
+    struct draft_link *link;          /* one for each link */
+    struct draft_frame *frame;        /* one for each link */
+    struct draft_joint *joint;        /* one for each joint */
+    struct draft_body *body;          /* parents first; when finished, tree by tree */
+    struct draft_part *part;
+    struct draft_body world; /* what does not move: its mass, in the frame of the root */
+    ext mass;                /* of all links that are present */
+    long double rounding;    /* inertia that the doubles of the file cannot tell from 0 */
+    struct tfa_mass_scratch *mass_scratch; /* scratch of tfa_compute_mass_properties: bodies + 1 */
+    uint32_t *order;                       /* joints, parents first, document order otherwise */
+    uint32_t bodies, parts;
+    uint32_t joints, frames;   /* public */
+    uint32_t q_count, v_count; /* public, base excluded */
+    uint32_t root;             /* root link, or the one that takes its place */
+};
+
+/* Coordinates and freedoms by tfa_joint_type */
+static const uint8_t draft_coordinates[] = {0, 1, 1, 1, 3, 7};
+static const uint8_t draft_freedoms[] = {0, 1, 1, 1, 3, 6};
+
+static inline int draft_moves(const struct draft *d, size_t joint)
+{
+    const uint8_t fate = d->joint[joint].fate;
+    return fate == TFA_FATE_MOVES || fate == TFA_FATE_FUSED || fate == TFA_FATE_FOLLOWS;
+}
+
+/* Armature of a joint as the options want it. */
+static inline double draft_armature(const struct draft *d, size_t joint)
+{
+    const tfa_joint *j = &d->description->joints[joint];
+    return j->armature + (d->options->rotor_inertia ? j->rotor : 0);
+}
+
+/* The steps, in this order; each says what it refuses in the report. */
+
+/* Orders the joints parents first: TFA_E_MODEL on loops, two parents and unreachable links. */
+int tfa_draft_order(struct draft *d, tfa_report *report);
+
+/* Refuses numbers that are none, negative masses and armatures, quaternions without direction. */
+int tfa_draft_values(struct draft *d, tfa_report *report);
+
+/* Root, tips and payloads of the scene: what is part of it. */
+int tfa_draft_scene(struct draft *d, tfa_report *report);
+
+/* Locks of the scene. */
+int tfa_draft_locks(struct draft *d, tfa_report *report);
+
+/* Resolves chained mimics, and follows the policy for them. */
+int tfa_draft_mimics(struct draft *d, tfa_report *report);
+
+/* Leaves out the trees that carry none of the tips. */
+int tfa_draft_trees(struct draft *d);
+
+/* Inertias that no body has: refused, told or repaired. */
+int tfa_draft_inertias(struct draft *d, tfa_report *report);
+
+/* Notes what a fixed base has as mass: it decides no answer. Last of all, when nothing is wrong. */
+void tfa_draft_note_base(const struct draft *d, tfa_report *report);
+
+/* Joints that move nothing with mass: refused or locked. */
+int tfa_draft_leaves(struct draft *d, tfa_report *report);
+
+/* Notes what the description says and the model does not use. When nothing is wrong. */
+void tfa_draft_note_unused(const struct draft *d, tfa_report *report);
+
+/* Merges what does not move, aligns frames, sums inertias. */
+int tfa_draft_merge(struct draft *d, tfa_report *report);
+
+/* Refuses a floating base without mass that nothing holds. */
+int tfa_draft_base(const struct draft *d, tfa_report *report);
+
+/* R becomes the rotation by right angles that it is within `limit` of, if there is one. Returns the
+ * angle of the change, rad. */
+long double draft_snap(ext R[9], double limit);
+/* Says how many rotations that is for, and the largest change. */
+void draft_note_snaps(const struct draft *d, tfa_report *report);
+
+/* Warns of links that move by themselves and have no <inertial>; an error with the policy
+ * strict-physical. next: by body, the one that it becomes part of; 0: it stays. */
+int tfa_draft_check_massless(const struct draft *d, const uint32_t *next, tfa_report *report);
+
+/* Bodies without mass become parts of the one body that hangs from them. */
+int tfa_draft_fuse(struct draft *d, tfa_report *report);
+
+/* Refuses robots whose M is singular at every q. */
+int tfa_draft_singular(struct draft *d, tfa_report *report);
+
+/* Turns and moves frames such that as many constant transforms as can be are screws. */
+void tfa_draft_axial(struct draft *d);
+
+/* Bodies tree by tree, parents first; numbers what is public: frames, joints, coordinates. */
+int tfa_draft_sort(struct draft *d);
+
+/* The option with which a refused description would be a model, in the syntax of the report's
+ * interface; NULL if there is none. Compiles it with others. */
+const char *tfa_find_remedy(const tfa_description *description, const tfa_model_options *options,
+                            const tfa_report *report, char *text, size_t size);
+
+/* Fills *d; release with tfa_draft_free also after an error. */
+int tfa_draft_make(struct draft *d, const tfa_description *description,
+                   const tfa_model_options *options, tfa_report *report);
+void tfa_draft_free(struct draft *d);
+
+/* Axes (columns of R, row major) that a joint's body frame has in the joint frame: z along the
+ * joint axis, x and y those of a planar joint (docs/conventions.md). TFA_E_MODEL: no direction. */
+int tfa_joint_axes(ext R[9], const tfa_joint *joint);
+
+/* Where a joint at q puts its child: rotation (child axes to joint axes) and translation in the
+ * joint frame. */
+int tfa_joint_transform(const tfa_joint *joint, const ext *q, ext R[9], ext t[3]);
+
+#endif

@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Which links and joints are part of the scene, and which links carry its payloads and tips.
+ */
+#include <math.h>
+#include <string.h>
+#include <totalforce/text.h>
+
+#include "model/draft/draft.h"
+#include "model/payload.h"
+
+/* Index of the link, or -1. */
+static int32_t find_link(const struct draft *d, const char *name)
+{
+    for (size_t k = 0; name && k < d->description->link_count; k++)
+        if (strcmp(d->description->links[k].name, name) == 0)
+            return (int32_t)k;
+    return -1;
+}
+
+static const char *link_name(const void *description, size_t index)
+{
+    return ((const tfa_description *)description)->links[index].name;
+}
+
+/* Adds the error about a link that does not exist, with the nearest that do. */
+static int refuse_link(const struct draft *d, const char *code, const char *name, const char *what,
+                       tfa_report *report)
+{
+    char suggestions[200];
+    tfa_suggest(name ? name : "", d->description, d->description->link_count, link_name,
+                suggestions, sizeof suggestions);
+    tfa_report_add(report, TFA_ERROR, 0, code, "link '%s': %s; nearest: %s", name ? name : "(none)",
+                   what, suggestions);
+    return TFA_E_MODEL;
+}
+
+static const char *shown(const char *name)
+{
+    return name ? name : "(none)";
+}
+
+static int find_root(struct draft *d, const char *name, tfa_report *report)
+{
+    if (!name)
+        return TFA_OK;
+    int32_t link = find_link(d, name);
+    if (link < 0)
+        return refuse_link(d, "scene-root", name,
+                           "the root of the scene does not exist; name a link of the robot, or "
+                           "none for all of it",
+                           report);
+    d->root = (uint32_t)link;
+    return TFA_OK;
+}
+
+/* What hangs from the root is present. */
+static void mark_present(struct draft *d)
+{
+    const tfa_description *s = d->description;
+    d->link[d->root].present = 1;
+    for (size_t k = 0; k < s->joint_count; k++) {
+        const uint32_t j = d->order[k];
+        const tfa_joint *joint = &s->joints[j];
+        if (!d->link[joint->parent].present)
+            d->joint[j].fate = TFA_FATE_ABSENT;
+        else if (joint->type == TFA_JOINT_FIXED)
+            d->joint[j].fate = TFA_FATE_FIXED;
+        d->link[joint->child].present |= d->link[joint->parent].present;
+    }
+}
+
+static int mark_tip(struct draft *d, const char *name, tfa_report *report)
+{
+    int32_t link = find_link(d, name);
+    if (link >= 0 && d->link[link].present) {
+        d->link[link].tip = 1;
+        return TFA_OK;
+    }
+    if (link < 0)
+        return refuse_link(d, "scene-tip", name,
+                           "the tip of the scene does not exist; name a link of the robot", report);
+    tfa_report_add(report, TFA_ERROR, 0, "scene-tip",
+                   "link '%s': the tip of the scene does not hang from its root; choose another "
+                   "tip or another root",
+                   name);
+    return TFA_E_MODEL;
+}
+
+static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report *report)
+{
+    int32_t link = find_link(d, payload->link);
+    const char *wrong = tfa_payload_error(payload);
+    if (link < 0)
+        return refuse_link(d, "scene-payload", payload->link,
+                           "the payload is on a link that does not exist; name a link of the robot",
+                           report);
+    if (wrong) {
+        tfa_report_add(report, TFA_ERROR, 0, "scene-payload", "link '%s': the payload %s",
+                       shown(payload->link), wrong);
+        return TFA_E_MODEL;
+    }
+    if (!d->link[link].present) {
+        tfa_report_add(report, TFA_WARNING, 0, "scene-payload",
+                       "link '%s': it is not part of the scene, its payload is left out; choose "
+                       "another root, or remove the payload",
+                       payload->link);
+        return TFA_OK;
+    }
+    const double *I = payload->inertia;
+    d->link[link].loaded |= payload->mass > 0 || I[0] + I[3] + I[5] > 0;
+    return TFA_OK;
+}
+
+int tfa_draft_scene(struct draft *d, tfa_report *report)
+{
+    static const tfa_scene whole = {0};
+    const tfa_scene *scene = d->options->scene ? d->options->scene : &whole;
+    int status = find_root(d, scene->root, report);
+    if (status != TFA_OK)
+        return status;
+    mark_present(d);
+    for (size_t k = 0; k < scene->tip_count; k++)
+        if (mark_tip(d, scene->tips[k], report) != TFA_OK)
+            status = TFA_E_MODEL;
+    for (size_t k = 0; k < scene->payload_count; k++)
+        if (mark_payload(d, &scene->payloads[k], report) != TFA_OK)
+            status = TFA_E_MODEL;
+    return status;
+}

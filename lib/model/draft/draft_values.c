@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Are the numbers of a description numbers? A file's were checked where it was read; a description
+ * made by hand comes here first.
+ */
+#include <math.h>
+
+#include "model/draft/draft.h"
+
+static int all_finite(const double *x, int count)
+{
+    for (int k = 0; k < count; k++)
+        if (!isfinite(x[k]))
+            return 0;
+    return 1;
+}
+
+/* Any finite length but zero will do: rotations are normalised when they are used. */
+static int is_valid_quaternion(const double q[4])
+{
+    return all_finite(q, 4) && (q[0] != 0 || q[1] != 0 || q[2] != 0 || q[3] != 0);
+}
+
+/* Is `low` no more than what double precision leaves of `high`? */
+static int is_rounding_remainder(const double *high, const double *low, int count)
+{
+    double largest = 0;
+    int small = 1;
+    for (int k = 0; k < count; k++)
+        largest = fmax(largest, fabs(high[k]));
+    for (int k = 0; k < count; k++)
+        small &= fabs(low[k]) <= 0x1p-52 * largest;
+    return small;
+}
+
+static int refuse_low(const char *kind, const char *name, uint32_t line, const char *field,
+                      tfa_report *report)
+{
+    tfa_report_add(report, TFA_ERROR, line, "bad-number",
+                   "%s '%s': %s_low is more than rounding leaves of %s; set it to 0", kind, name,
+                   field, field);
+    return TFA_E_MODEL;
+}
+
+static int refuse_link(const tfa_link *link, const char *what, tfa_report *report)
+{
+    tfa_report_add(report, TFA_ERROR, link->line, "bad-number",
+                   "link '%s': its %s is not finite; correct it", link->name, what);
+    return TFA_E_MODEL;
+}
+
+static int check_link(const tfa_link *link, tfa_report *report)
+{
+    if (!isfinite(link->mass))
+        return refuse_link(link, "mass", report);
+    if (!all_finite(link->com, 3))
+        return refuse_link(link, "centre of mass", report);
+    if (!all_finite(link->inertia, 6))
+        return refuse_link(link, "inertia", report);
+    if (!is_valid_quaternion(link->quat)) {
+        tfa_report_add(report, TFA_ERROR, link->line, "bad-quaternion",
+                       "link '%s': quaternion %g %g %g %g of its inertia is no rotation; give 0 0 "
+                       "0 1 for none",
+                       link->name, link->quat[0], link->quat[1], link->quat[2], link->quat[3]);
+        return TFA_E_MODEL;
+    }
+    if (!is_rounding_remainder(link->quat, link->quat_low, 4))
+        return refuse_low("link", link->name, link->line, "quat", report);
+    if (link->mass < 0) {
+        tfa_report_add(report, TFA_ERROR, link->line, "negative-mass",
+                       "link '%s': mass %g kg is negative; correct it", link->name, link->mass);
+        return TFA_E_MODEL;
+    }
+    return TFA_OK;
+}
+
+/* Inertia of the motor that will be used; one that is not asked for does not matter. */
+static int check_armature(const tfa_joint *joint, int with_rotor, tfa_report *report)
+{
+    const double a = joint->armature + (with_rotor ? joint->rotor : 0);
+    if (joint->type == TFA_JOINT_FIXED || (isfinite(a) && a >= 0))
+        return TFA_OK;
+    tfa_report_add(report, TFA_ERROR, joint->line, "bad-armature",
+                   "joint '%s': armature %g must be finite and not negative; correct it",
+                   joint->name, a);
+    return TFA_E_MODEL;
+}
+
+/* Has it an axis with a direction? One without is refused where it is used. */
+static int has_axis(const tfa_joint *joint)
+{
+    return joint->type != TFA_JOINT_FIXED && joint->type != TFA_JOINT_FLOATING &&
+           all_finite(joint->axis, 3);
+}
+
+static int check_joint(const tfa_joint *joint, const tfa_model_options *options, tfa_report *report)
+{
+    if ((int)joint->type < TFA_JOINT_FIXED || joint->type > TFA_JOINT_FLOATING) {
+        tfa_report_add(report, TFA_ERROR, joint->line, "bad-type",
+                       "joint '%s': type %d does not exist; use one of tfa_joint_type", joint->name,
+                       (int)joint->type);
+        return TFA_E_MODEL;
+    }
+    if (!all_finite(joint->xyz, 3)) {
+        tfa_report_add(report, TFA_ERROR, joint->line, "bad-number",
+                       "joint '%s': its origin %g %g %g is not finite; correct it", joint->name,
+                       joint->xyz[0], joint->xyz[1], joint->xyz[2]);
+        return TFA_E_MODEL;
+    }
+    if (!is_valid_quaternion(joint->quat)) {
+        tfa_report_add(report, TFA_ERROR, joint->line, "bad-quaternion",
+                       "joint '%s': quaternion %g %g %g %g is no rotation; give 0 0 0 1 for none",
+                       joint->name, joint->quat[0], joint->quat[1], joint->quat[2], joint->quat[3]);
+        return TFA_E_MODEL;
+    }
+    if (!is_rounding_remainder(joint->quat, joint->quat_low, 4))
+        return refuse_low("joint", joint->name, joint->line, "quat", report);
+    if (has_axis(joint) && !is_rounding_remainder(joint->axis, joint->axis_low, 3))
+        return refuse_low("joint", joint->name, joint->line, "axis", report);
+    if (options->damping && !isfinite(joint->damping)) {
+        tfa_report_add(report, TFA_ERROR, joint->line, "bad-number",
+                       "joint '%s': its damping is not finite; correct it", joint->name);
+        return TFA_E_MODEL;
+    }
+    return check_armature(joint, options->rotor_inertia != 0, report);
+}
+
+int tfa_draft_values(struct draft *d, tfa_report *report)
+{
+    const tfa_description *s = d->description;
+    int status = TFA_OK;
+    for (size_t k = 0; k < s->link_count; k++)
+        if (check_link(&s->links[k], report) != TFA_OK)
+            status = TFA_E_MODEL;
+    for (size_t j = 0; j < s->joint_count; j++)
+        if (check_joint(&s->joints[j], d->options, report) != TFA_OK)
+            status = TFA_E_MODEL;
+    return status;
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The masses of a model with its payloads: constants of the bodies, what is told of them, totals.
+ */
+#ifndef TFA_MODEL_MASS_PROPERTIES_H
+#define TFA_MODEL_MASS_PROPERTIES_H
+
+#include "model/inertia_bound.h"
+#include "model/model.h"
+
+/* Scratch: a body with its payloads, and where it stands when q is 0. */
+struct tfa_mass_scratch {
+    struct tfa_mass_properties sum;
+    tfa_quad R[9], p[3]; /* body axes to root link axes; origin in the root link's frame */
+    struct tfa_moments moments;
+    uint8_t has_mass; /* it has mass or inertia, or something that hangs from it has */
+};
+
+/**
+ * Fills mass, h, I and `regular` of body[], the masses of quad[], info[], m->massless_followers and
+ * the masses, com and singular_body of m->summary from m->without_payload and the payloads. Reads
+ * m->frame, m->part, m->chain, m->coordinate and the rest of body[]. Payloads on links that the
+ * model does not have are left out.
+ *
+ * @param weight  scratch, m->bodies + 1
+ * Cannot fail: payloads were checked. Cost: O(bodies + payloads x frames).
+ */
+void tfa_compute_mass_properties(struct tfa_model *m, struct tfa_body *body,
+                                 struct tfa_body_quad *quad, tfa_body_info *info,
+                                 struct tfa_mass_scratch *mass_scratch, const tfa_payload *payloads,
+                                 size_t payload_count);
+
+#endif

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Messages that loading and compiling share.
+ */
+#include "model/report/report_messages.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAMES_LISTED_MAX = 5, TEXT = 2048 }; /* three names of 255 bytes and a sentence fit */
+
+const char *tfa_option_text(const tfa_report *report, tfa_option option)
+{
+    static const char *const texts[TFA_OPTIONS][3] = {
+        [TFA_OPTION_BASE_FIXED] = {"base = fixed", "--base=fixed", "base: fixed"},
+        [TFA_OPTION_BASE_FLOATING] = {"base = floating", "--base=floating", "base: floating"},
+        [TFA_OPTION_MIMIC_PROJECT] = {"mimic = project", "--mimic=project", "mimic: project"},
+        [TFA_OPTION_MIMIC_LOCK] = {"mimic = lock", "--mimic=lock", "mimic: lock"},
+        [TFA_OPTION_INERTIA_STRICT] = {"inertia = strict", "--inertia=strict", "inertia: strict"},
+        [TFA_OPTION_INERTIA_REPAIR] = {"inertia = repair", "--inertia=repair", "inertia: repair"},
+        [TFA_OPTION_LOCK_LEAVES] = {"lock_massless_leaves = 1", "--lock-massless-leaves",
+                                    "lock_massless_leaves: yes"},
+        [TFA_OPTION_DAMPING] = {"damping = 1", "--damping", "damping: yes"},
+        [TFA_OPTION_ROTOR_INERTIA] = {"rotor_inertia = 1", "--rotor-inertia", "rotor_inertia: yes"},
+    };
+    const unsigned syntax = report ? (unsigned)report->syntax : 0;
+    return texts[option][syntax < 3 ? syntax : 0];
+}
+
+void tfa_report_begin(tfa_report *report)
+{
+    if (report)
+        report->first = report->count;
+}
+
+static tfa_message *find_group(const tfa_report *report, tfa_severity severity, const char *code)
+{
+    for (size_t i = report->count; i-- > report->first;) {
+        tfa_message *m = &report->messages[i];
+        if (m->prefix_length > 0 && m->severity == severity && strcmp(m->code, code) == 0)
+            return m;
+    }
+    return NULL;
+}
+
+/* Code, entity and text share a block that starts with the code. */
+static void replace_text(tfa_message *m, const char *text)
+{
+    const size_t head = (size_t)(m->text - m->code), size = strlen(text) + 1;
+    const size_t entity = (size_t)(m->entity - m->code);
+    char *block = realloc((void *)(uintptr_t)m->code, head + size);
+    if (!block)
+        return; /* the shorter text is true as well */
+    memcpy(block + head, text, size);
+    m->code = block;
+    m->entity = block + entity;
+    m->text = block + head;
+}
+
+/* "STEM; links like it: 2 ('a', 'b')": one more name, or "..." after the last that is shown */
+static void add_name(tfa_message *m, const char *noun, const char *name)
+{
+    char list[TEXT], text[2 * TEXT];
+    const char *open = strchr(m->text + m->prefix_length, '(');
+    if (open) /* without the closing parenthesis */
+        snprintf(list, sizeof list, "%.*s", (int)(strlen(open) - 2), open + 1);
+    else
+        snprintf(list, sizeof list, "'%s'", m->entity);
+    const size_t used = strlen(list);
+    if (m->count <= NAMES_LISTED_MAX)
+        snprintf(list + used, sizeof list - used, ", '%s'", name);
+    else if (m->count == NAMES_LISTED_MAX + 1)
+        snprintf(list + used, sizeof list - used, ", ...");
+    snprintf(text, sizeof text, "%.*s; %s like it: %u (%s)", (int)m->prefix_length, m->text, noun,
+             m->count, list);
+    replace_text(m, text);
+}
+
+/* Adds a message whose entity stands between its code and its text. */
+static tfa_message *add_with_entity(tfa_report *report, tfa_severity severity, uint32_t line,
+                                    const char *code, const char *entity, const char *text)
+{
+    const size_t before = report->count;
+    tfa_report_add(report, severity, line, code, "%s", text);
+    if (report->count == before)
+        return NULL; /* out of memory: it was counted */
+    tfa_message *m = &report->messages[before];
+    const size_t c = strlen(code) + 1, s = strlen(entity) + 1, t = strlen(m->text) + 1;
+    char *block = realloc((void *)(uintptr_t)m->code, c + s + t);
+    if (!block)
+        return NULL;
+    memmove(block + c + s, block + c, t);
+    memcpy(block + c, entity, s);
+    m->code = block;
+    m->entity = block + c;
+    m->text = block + c + s;
+    return m;
+}
+
+void tfa_report_add_grouped(tfa_report *report, tfa_severity severity, uint32_t line,
+                            const char *code, const char *noun, const char *name,
+                            const char *format, ...)
+{
+    if (!report)
+        return;
+    tfa_message *m = find_group(report, severity, code);
+    if (m) {
+        report->errors += severity == TFA_ERROR;
+        report->warnings += severity == TFA_WARNING;
+        m->count++;
+        add_name(m, noun, name);
+        return;
+    }
+    char text[TEXT];
+    va_list arguments;
+    va_start(arguments, format);
+    tfa_report_print(text, sizeof text, format, arguments);
+    va_end(arguments);
+    m = add_with_entity(report, severity, line, code, name, text);
+    if (m)
+        m->prefix_length = (uint32_t)strlen(m->text);
+}
+
+void tfa_report_add_unused(tfa_report *report, uint32_t line, const char *code, const char *item,
+                           size_t count, const char *more)
+{
+    if (!report)
+        return;
+    char text[TEXT];
+    snprintf(text, sizeof text, "robot: %s: not used; in the file: %zu%s", item, count, more);
+    tfa_message *m = add_with_entity(report, TFA_NOTE, line, code, item, text);
+    if (m)
+        m->count = (uint32_t)count;
+}
+
+/* How many errors since report->first, and how many codes they have. */
+static size_t count_errors(const tfa_report *report, size_t *kinds)
+{
+    size_t errors = 0;
+    *kinds = 0;
+    for (size_t i = report->first; i < report->count; i++) {
+        const tfa_message *m = &report->messages[i];
+        size_t k = report->first;
+        if (m->severity != TFA_ERROR)
+            continue;
+        errors += m->count;
+        while (k < i && (report->messages[k].severity != TFA_ERROR ||
+                         strcmp(report->messages[k].code, m->code) != 0))
+            k++;
+        *kinds += k == i;
+    }
+    return errors;
+}
+
+void tfa_report_add_refused(tfa_report *report, const char *option)
+{
+    if (!report)
+        return;
+    size_t kinds;
+    const size_t errors = count_errors(report, &kinds), counted = report->errors;
+    if (errors == 0)
+        return;
+    char text[TEXT], of[64] = "";
+    if (errors > 1)
+        snprintf(of, sizeof of, " of %zu kind%s", kinds, kinds == 1 ? "" : "s");
+    snprintf(text, sizeof text, "robot: not loaded: %zu error%s%s%s%s", errors,
+             errors == 1 ? "" : "s", of, option ? "; it loads with " : "", option ? option : "");
+    tfa_report_add(report, TFA_ERROR, 0, "refused", "%s", text);
+    report->errors = counted;
+}

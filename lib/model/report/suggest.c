@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The names that a mistyped one may have meant: by edit distance.
+ */
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <totalforce/text.h>
+
+#define SUGGESTIONS 3
+#define NAME_LENGTH_MAX 96 /* of names, for comparing */
+
+static uint32_t smallest(uint32_t a, uint32_t b, uint32_t c)
+{
+    const uint32_t least = a < b ? a : b;
+    return least < c ? least : c;
+}
+
+/* Insertions, deletions, replacements and exchanges of neighbours that make b of a: three rows of
+ * the table at a time. */
+static uint32_t distance(const char *a, const char *b)
+{
+    const size_t rows = strnlen(a, NAME_LENGTH_MAX), columns = strnlen(b, NAME_LENGTH_MAX);
+    uint32_t table[3][NAME_LENGTH_MAX + 1];
+    for (size_t k = 0; k <= columns; k++)
+        table[0][k] = (uint32_t)k;
+    for (size_t i = 1; i <= rows; i++) {
+        uint32_t *row = table[i % 3], *above = table[(i + 2) % 3], *before = table[(i + 1) % 3];
+        row[0] = (uint32_t)i;
+        for (size_t k = 1; k <= columns; k++) {
+            row[k] = smallest(above[k] + 1, row[k - 1] + 1, above[k - 1] + (a[i - 1] != b[k - 1]));
+            if (i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1])
+                row[k] = smallest(row[k], row[k], before[k - 2] + 1);
+        }
+    }
+    return table[rows % 3][columns];
+}
+
+/* ASCII letters, in every locale */
+static void to_lower_case(const char *from, char to[NAME_LENGTH_MAX + 1])
+{
+    size_t k = 0;
+    for (; k < NAME_LENGTH_MAX && from[k]; k++)
+        to[k] = (char)(from[k] >= 'A' && from[k] <= 'Z' ? from[k] - 'A' + 'a' : from[k]);
+    to[k] = '\0';
+}
+
+const char *tfa_misspelled(const char *wrong, const void *list, size_t count, tfa_list_name name)
+{
+    const char *best = NULL;
+    uint32_t least = UINT32_MAX;
+    char a[NAME_LENGTH_MAX + 1], b[NAME_LENGTH_MAX + 1];
+    to_lower_case(wrong, a);
+    for (size_t i = 0; i < count; i++) {
+        const char *candidate = name(list, i);
+        const size_t length = strlen(candidate);
+        to_lower_case(candidate, b);
+        const uint32_t d = distance(a, b);
+        if (d >= least || d > (length < 6 ? 1 : 2))
+            continue;
+        least = d;
+        best = candidate;
+    }
+    return best;
+}
+
+void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_name name, char *text,
+                 size_t size)
+{
+    const char *best[SUGGESTIONS] = {NULL};
+    uint32_t distances[SUGGESTIONS] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+    for (size_t i = 0; i < count; i++) {
+        const char *candidate = name(list, i);
+        const uint32_t d = distance(wrong, candidate);
+        if (d >= distances[SUGGESTIONS - 1])
+            continue;
+        int k = SUGGESTIONS - 1;
+        for (; k > 0 && d < distances[k - 1]; k--) {
+            distances[k] = distances[k - 1];
+            best[k] = best[k - 1];
+        }
+        distances[k] = d;
+        best[k] = candidate;
+    }
+    snprintf(text, size, "none");
+    size_t used = 0;
+    for (int k = 0; k < SUGGESTIONS && best[k] && used < size; k++)
+        used += (size_t)snprintf(text + used, size - used, "%s'%s'", k ? ", " : "", best[k]);
+}

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Is what a kernel answers right? Compared with the generic kernel before anybody is served.
+ * Relative differences are those of the largest number of an answer.
+ */
+#include <math.h>
+#include <stdio.h>
+
+#include "model/model.h"
+#include "specialised/self_test.h"
+
+#define RELATIVE_ERROR_MAX 1e-10
+#define ESTIMATE_FACTOR                                                                            \
+    100 /* of the generic answer's own error, where it is that ill-conditioned */
+
+/* One array of an answer */
+struct result_array {
+    const char *name;
+    const double *tested, *reference;
+    size_t n; /* numbers of a state */
+};
+
+/* The arrays that question k asks for; accelerations of base and joints are compared together. */
+static uint32_t result_arrays(const struct self_test *t, uint32_t k, struct result_array p[4])
+{
+    const tfa_request *r = &t->request;
+    const tfa_reply *a = &t->tested.reply, *b = &t->reference.reply;
+    const size_t nv = t->model->v_count, n = (size_t)36 * r->tip_count * r->tip_count;
+    const size_t poses = (size_t)7 * r->tip_count;
+    const size_t base = t->model->base_freedoms;
+    uint32_t count = 0;
+    if (r->op == TFA_OP_FORWARD_DYNAMICS) {
+        p[count++] = (struct result_array){"qdd", a->qdd + nv * k, b->qdd + nv * k, nv};
+        p[count++] = (struct result_array){"base_acceleration", a->base_acceleration + base * k,
+                                           b->base_acceleration + base * k, base};
+    } else if (r->op == TFA_OP_INVERSE_DYNAMICS) {
+        p[count++] = (struct result_array){"tau", a->tau + nv * k, b->tau + nv * k, nv};
+        p[count++] = (struct result_array){"base_wrench", a->base_wrench + base * k,
+                                           b->base_wrench + base * k, base};
+    }
+    if (r->tip_count)
+        p[count++] =
+            (struct result_array){"lambda_inv", a->lambda_inv + n * k, b->lambda_inv + n * k, n};
+    if (r->flags & TFA_WANT_POSES)
+        p[count++] =
+            (struct result_array){"poses", a->poses + poses * k, b->poses + poses * k, poses};
+    return count;
+}
+
+static double largest(const double *x, size_t n)
+{
+    double most = 0;
+    for (size_t e = 0; e < n; e++)
+        most = fmax(most, fabs(x[e]));
+    return most;
+}
+
+/* Not a number where one of both is not. */
+static double difference(const struct result_array *p)
+{
+    double most = 0;
+    for (size_t e = 0; e < p->n; e++) {
+        const double d = fabs(p->tested[e] - p->reference[e]);
+        if (!(d <= most))
+            most = d;
+        if (isnan(d))
+            return d;
+    }
+    return most;
+}
+
+/* State k of the question; updates *error. Returns the name of the array that is wrong, or NULL. */
+static const char *compare_state(const struct self_test *t, uint32_t k, double *wrong,
+                                 double *error)
+{
+    struct result_array p[4];
+    const uint32_t count = result_arrays(t, k, p);
+    const double estimate = t->reference.answers[k].error_estimate;
+    const double bound = estimate * ESTIMATE_FACTOR > RELATIVE_ERROR_MAX
+                             ? estimate * ESTIMATE_FACTOR
+                             : RELATIVE_ERROR_MAX;
+    const int motion = t->request.op != TFA_OP_OPERATIONAL_INERTIA;
+    const double motion_size =
+        motion ? fmax(largest(p[0].reference, p[0].n), largest(p[1].reference, p[1].n)) : 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const double size = motion && i < 2 ? motion_size : largest(p[i].reference, p[i].n);
+        const double relative = size > 0 ? difference(&p[i]) / size : difference(&p[i]);
+        if (!(relative <= bound)) {
+            *wrong = relative;
+            return p[i].name;
+        }
+        if (bound <= RELATIVE_ERROR_MAX)
+            *error = fmax(*error, relative);
+    }
+    return NULL;
+}
+
+/* ---- asking it ---- */
+
+/* States that `one` or, `lanes` at a time, `many` answers; done[k] says which. */
+static void run_kernel(struct self_test *t, const struct tfa_specialised_kernel *kernel,
+                       uint32_t lanes, uint8_t done[SELF_TEST_STATES])
+{
+    const uint32_t count = t->request.count;
+    for (uint32_t k = 0; k < count;) {
+        const uint32_t some = !lanes ? 1 : count - k < lanes ? count - k : lanes;
+        tfa_reply reply = t->tested.reply;
+        reply.answers = NULL;
+        const int finite = lanes ? kernel->solve_batch(&t->host, &t->request, k, some, &reply)
+                                 : kernel->solve(&t->host, &t->request, k, &reply);
+        for (uint32_t l = 0; l < some; l++)
+            done[k + l] = finite != 0;
+        k += some;
+    }
+}
+
+static int report_difference(struct error_text *err, const char *path, const char *question,
+                             uint32_t lanes, const char *result_array, uint32_t k, double wrong)
+{
+    char size[48] = "has numbers that were not written, or are none";
+    if (!isnan(wrong))
+        snprintf(size, sizeof size, "is off by %.2g of its size", wrong);
+    return set_error_text(err, TFA_E_NOT_COMPUTED, "'%s' is refused: %s%s: %s of state %u %s", path,
+                          question, lanes ? ", several at a time" : "", result_array, k, size);
+}
+
+static int run_case(struct self_test *t, const struct tfa_specialised_kernel *kernel,
+                    const char *path, const struct self_test_case *test_case, uint32_t lanes,
+                    double *error, struct error_text *err)
+{
+    uint8_t done[SELF_TEST_STATES] = {0};
+    double wrong = 0;
+    self_test_poison(t);
+    tfa_request r = t->request;
+    if (test_case->op != TFA_OP_INVERSE_DYNAMICS)
+        r.estimate = TFA_ESTIMATE_ALWAYS;
+    (void)tfa_compute(t->generic, &r, &t->reference.reply);
+    run_kernel(t, kernel, lanes, done);
+    if (!self_test_guards_intact(t))
+        return set_error_text(err, TFA_E_NOT_COMPUTED,
+                              "'%s' is refused: %s: it writes behind the end of an answer", path,
+                              test_case->name);
+    for (uint32_t k = 0; k < r.count; k++) {
+        if (t->reference.answers[k].status != TFA_OK)
+            continue;
+        t->compared++;
+        t->unanswered += !done[k];
+        const char *result_array = done[k] ? compare_state(t, k, &wrong, error) : NULL;
+        if (result_array)
+            return report_difference(err, path, test_case->name, lanes, result_array, k, wrong);
+    }
+    return TFA_OK;
+}
+
+static int run_case_on_tips(struct self_test *t, const struct tfa_specialised_kernel *kernel,
+                            const char *path, const struct self_test_case *test_case, double *error,
+                            struct error_text *err)
+{
+    int status = TFA_OK;
+    tfa_reply checked;
+    for (uint32_t tip = test_case->tips ? 0 : t->model->bodies - 1; status == TFA_OK; tip++) {
+        if (tip == t->model->bodies)
+            break;
+        self_test_make_request(t, test_case, tip);
+        if (tfa_request_check(t->model, &t->request, &checked) != TFA_OK ||
+            !kernel->supports(&t->host, &t->request))
+            continue;
+        status = run_case(t, kernel, path, test_case, 0, error, err);
+        if (status == TFA_OK && kernel->lanes && !test_case->tips)
+            status = run_case(t, kernel, path, test_case, kernel->lanes, error, err);
+    }
+    return status;
+}
+
+int specialised_self_test(const char *path, const struct tfa_specialised_kernel *kernel,
+                          const tfa_model *model, double *error, struct error_text *err)
+{
+    struct self_test t;
+    const struct self_test_case *test_case;
+    *error = 0;
+    int status = self_test_open(&t, model);
+    for (uint32_t i = 0; status == TFA_OK && (test_case = self_test_case(i)); i++)
+        status = run_case_on_tips(&t, kernel, path, test_case, error, err);
+    if (status == TFA_OK && 2 * t.unanswered >= t.compared)
+        status = set_error_text(err, TFA_E_NOT_COMPUTED,
+                                "'%s' is refused: it left %u of %u states to the generic kernel",
+                                path, t.unanswered, t.compared);
+    self_test_close(&t);
+    return status;
+}

@@ -1,0 +1,273 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The thread pool: one 64-bit ticket word holds the running phase, its number of tasks and the next
+ * task.
+ *
+ *   ticket = phase (24 bits) | tasks (20) | next (20)
+ *
+ * Concurrent access: the caller stores a new ticket only when no task of the last phase is
+ * under way (`tasks_left` is 0); any thread takes a task by compare-and-exchange. A thread that was
+ * stopped for milliseconds holds an old ticket: its exchange fails and it does nothing. The job is
+ * read only after a task was taken, when the caller cannot have begun another phase.
+ *
+ * Atomics and their partners:
+ *   T1 ticket store (release, caller: the job is written)   -> T2 load / exchange (acquire, worker)
+ *   L1 tasks_left decrement (release, worker: the task is done)   -> L2 tasks_left load (acquire,
+ *   caller)
+ *   E1 epoch increment (seq_cst, caller: ticket is stored)  -> E2 epoch load, futex wait (worker)
+ *   S1 sleepers increment (seq_cst, worker about to sleep)  -> S2 sleepers load (seq_cst, caller):
+ *      of E1;S2 and S1;E2 at least one sees the other's store, so no wake is lost.
+ *   B1 busy store 0 (release, the caller that leaves)       -> B2 busy exchange (acquire, the
+ *   next):
+ *      the holder of the thread pool has exclusive access to what callers write.
+ */
+#include "thread_pool/thread_pool.h"
+
+#include <errno.h>
+#include <linux/futex.h>
+#include <pthread.h>
+#include <sched.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+#define CACHE_LINE 64
+#define TASK_BITS 20
+#define TASK_MASK (((uint64_t)1 << TASK_BITS) - 1)
+
+/* A caller that has spun this often yields; after so many yields it sleeps for
+ * a moment: a thread that lost its processor to a caller of real-time priority gets it back only
+ * then. A spin takes 15 ns (AMD Zen 5), so it is the 60th and the 500th microsecond. */
+#define SPINS_PER_YIELD 4096
+#define YIELDS_PER_SLEEP 8
+#define SLEEP_NS 50000
+
+struct pool_worker {
+    struct thread_pool *thread_pool;
+    pthread_t thread;
+    uint32_t worker;
+};
+
+struct thread_pool {
+    _Alignas(CACHE_LINE) _Atomic uint64_t ticket;
+    _Alignas(CACHE_LINE) _Atomic uint32_t tasks_left;
+    _Alignas(CACHE_LINE) _Atomic uint32_t epoch; /* futex word */
+    _Atomic uint32_t sleepers;
+    _Atomic uint32_t stop;
+    _Alignas(CACHE_LINE) _Atomic uint32_t busy;
+    _Alignas(CACHE_LINE) thread_pool_task *task; /* the job of the phase */
+    void *context;
+    void (*thread_init)(void);
+    uint32_t phase;
+    uint32_t spin_ns;
+    uint32_t threads;
+    struct pool_worker *workers;
+};
+
+static uint32_t phase_of(uint64_t ticket)
+{
+    return (uint32_t)(ticket >> (2 * TASK_BITS));
+}
+
+static void cpu_relax(void)
+{
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    __asm__ volatile("yield");
+#endif
+}
+
+static uint64_t now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+/* Takes and runs tasks of the phase in `ticket` until none is left. */
+static void run_tasks(struct thread_pool *t, uint64_t ticket, uint32_t worker)
+{
+    const uint32_t phase = phase_of(ticket);
+    for (;;) {
+        uint64_t next = ticket & TASK_MASK;
+        if (phase_of(ticket) != phase || next >= ((ticket >> TASK_BITS) & TASK_MASK))
+            return;
+        /* T2; on failure the new value is looked at again */
+        if (!atomic_compare_exchange_weak_explicit(&t->ticket, &ticket, ticket + 1,
+                                                   memory_order_acquire, memory_order_acquire))
+            continue;
+        t->task(t->context, (uint32_t)next, worker);
+        atomic_fetch_sub_explicit(&t->tasks_left, 1, memory_order_release); /* L1 */
+        ticket = atomic_load_explicit(&t->ticket, memory_order_acquire);
+    }
+}
+
+/* Sleeps until the epoch moves on from `seen`. */
+static void sleep_until_woken(struct thread_pool *t, uint32_t seen)
+{
+    atomic_fetch_add(&t->sleepers, 1);     /* S1 */
+    while (atomic_load(&t->epoch) == seen) /* E2 */
+        syscall(SYS_futex, &t->epoch, FUTEX_WAIT_PRIVATE, seen, NULL, NULL, 0);
+    atomic_fetch_sub(&t->sleepers, 1);
+}
+
+/* Returns the ticket of a phase other than `phase`: spins first, then sleeps. */
+static uint64_t wait_for_phase(struct thread_pool *t, uint32_t phase)
+{
+    uint64_t deadline = 0;
+    for (uint32_t spin = 0;; spin++) {
+        uint32_t seen = atomic_load(&t->epoch); /* before the ticket: see S1 */
+        uint64_t ticket = atomic_load_explicit(&t->ticket, memory_order_acquire); /* T2 */
+        if (phase_of(ticket) != phase || atomic_load_explicit(&t->stop, memory_order_relaxed))
+            return ticket;
+        cpu_relax();
+        if (spin % 64 != 63)
+            continue;
+        uint64_t now = now_ns();
+        if (!deadline)
+            deadline = now + t->spin_ns;
+        else if (now > deadline)
+            sleep_until_woken(t, seen);
+    }
+}
+
+static void *worker_main(void *argument)
+{
+    struct pool_worker *m = argument;
+    struct thread_pool *t = m->thread_pool;
+    uint32_t phase = 0;
+    if (t->thread_init)
+        t->thread_init();
+    while (!atomic_load_explicit(&t->stop, memory_order_acquire)) {
+        uint64_t ticket = wait_for_phase(t, phase);
+        phase = phase_of(ticket);
+        run_tasks(t, ticket, m->worker);
+    }
+    return NULL;
+}
+
+static void wake_sleepers(struct thread_pool *t)
+{
+    atomic_fetch_add(&t->epoch, 1); /* E1 */
+    if (atomic_load(&t->sleepers))  /* S2 */
+        syscall(SYS_futex, &t->epoch, FUTEX_WAKE_PRIVATE, INT32_MAX, NULL, NULL, 0);
+}
+
+/* A task is under way in a thread that may have lost its processor: the caller must not block it
+ * for ever. */
+static void wait_for_completion(struct thread_pool *t)
+{
+    static const struct timespec pause = {.tv_nsec = SLEEP_NS};
+    for (uint32_t spin = 1; atomic_load_explicit(&t->tasks_left, memory_order_acquire);
+         spin++) { /* L2 */
+        cpu_relax();
+        if (spin % SPINS_PER_YIELD != 0)
+            continue;
+        if (spin < SPINS_PER_YIELD * YIELDS_PER_SLEEP)
+            sched_yield(); /* more threads than cores: let the one that holds the last task run */
+        else
+            nanosleep(&pause, NULL);
+    }
+}
+
+int thread_pool_acquire(struct thread_pool *t)
+{
+    return atomic_exchange_explicit(&t->busy, 1, memory_order_acquire) == 0; /* B2 */
+}
+
+void thread_pool_release(struct thread_pool *t)
+{
+    atomic_store_explicit(&t->busy, 0, memory_order_release); /* B1 */
+}
+
+void thread_pool_run(struct thread_pool *t, thread_pool_task *task, void *context, uint32_t tasks)
+{
+    if (tasks == 0)
+        return;
+    t->task = task;
+    t->context = context;
+    t->phase = (t->phase + 1) & 0xffffff;
+    atomic_store_explicit(&t->tasks_left, tasks, memory_order_relaxed); /* published by T1 */
+    uint64_t ticket = (uint64_t)t->phase << (2 * TASK_BITS) | (uint64_t)tasks << TASK_BITS;
+    atomic_store_explicit(&t->ticket, ticket, memory_order_release); /* T1 */
+    wake_sleepers(t);
+    run_tasks(t, ticket, 0);
+    wait_for_completion(t);
+}
+
+/* Processor and priority of one thread */
+static int set_thread_attributes(pthread_attr_t *attributes, const struct thread_pool_options *o,
+                                 uint32_t worker)
+{
+    const struct sched_param parameter = {.sched_priority = o->priority};
+    int error = 0;
+    if (o->cpus) {
+        cpu_set_t set;
+        CPU_ZERO(&set);
+        CPU_SET((size_t)o->cpus[worker], &set);
+        error = pthread_attr_setaffinity_np(attributes, sizeof set, &set);
+    }
+    if (!error && o->priority)
+        error = pthread_attr_setinheritsched(attributes, PTHREAD_EXPLICIT_SCHED);
+    if (!error && o->priority)
+        error = pthread_attr_setschedpolicy(attributes, SCHED_FIFO);
+    if (!error && o->priority)
+        error = pthread_attr_setschedparam(attributes, &parameter);
+    return error;
+}
+
+static int start_worker(struct thread_pool *t, uint32_t worker, const struct thread_pool_options *o)
+{
+    struct pool_worker *m = &t->workers[worker];
+    char name[16];
+    *m = (struct pool_worker){.thread_pool = t, .worker = worker};
+    pthread_attr_t attributes;
+    int error = pthread_attr_init(&attributes);
+    if (error)
+        return error;
+    error = set_thread_attributes(&attributes, o, worker);
+    if (!error)
+        error = pthread_create(&m->thread, &attributes, worker_main, m);
+    pthread_attr_destroy(&attributes);
+    if (error)
+        return error;
+    snprintf(name, sizeof name, "tfa-pool%u", (unsigned)worker & 0xffff);
+    pthread_setname_np(m->thread, name);
+    return 0;
+}
+
+int thread_pool_start(struct thread_pool **thread_pool, const struct thread_pool_options *o)
+{
+    struct thread_pool *t = aligned_alloc(CACHE_LINE, sizeof *t);
+    if (!t)
+        return ENOMEM;
+    *t = (struct thread_pool){.spin_ns = o->spin_ns, .thread_init = o->thread_init};
+    t->workers = calloc(o->threads, sizeof *t->workers);
+    int error = t->workers ? 0 : ENOMEM;
+    for (t->threads = 1; !error && t->threads < o->threads; t->threads++) {
+        error = start_worker(t, t->threads, o);
+        if (error)
+            break;
+    }
+    if (error) {
+        thread_pool_stop(t);
+        return error;
+    }
+    *thread_pool = t;
+    return 0;
+}
+
+void thread_pool_stop(struct thread_pool *t)
+{
+    atomic_store_explicit(&t->stop, 1, memory_order_release);
+    wake_sleepers(t);
+    for (uint32_t k = 1; k < t->threads; k++)
+        pthread_join(t->workers[k].thread, NULL);
+    free(t->workers);
+    free(t);
+}

@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The configuration of the daemon: constant once read; a reload reads another one.
+ *
+ * One table (config_table.c) holds every key with its type, default, range and explanation; the
+ * parser, --check, --dump-config and what a reload may change come from it.
+ */
+#ifndef TFA_SERVICE_CONFIG_CONFIG_H
+#define TFA_SERVICE_CONFIG_CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <totalforce/client.h>
+#include <totalforce/model.h>
+
+/* Clients of one worker at most */
+#define TFA_WORKER_CLIENTS_MAX 256
+
+typedef enum config_estimate {
+    CONFIG_ESTIMATE_DEFAULT,
+    CONFIG_ESTIMATE_NEVER,
+    CONFIG_ESTIMATE_SAMPLED,
+    CONFIG_ESTIMATE_ALWAYS,
+} config_estimate;
+
+typedef enum config_precision { CONFIG_PRECISION_F64, CONFIG_PRECISION_F32 } config_precision;
+
+/* Methods that a robot's workspaces have room for: tfa_workspace_options.methods 0 or all */
+typedef enum config_methods { CONFIG_METHODS_AUTO, CONFIG_METHODS_ALL } config_methods;
+
+/* Specialised kernels */
+typedef enum config_specialise {
+    CONFIG_SPECIALISE_OFF,
+    CONFIG_SPECIALISE_LOAD,
+} config_specialise;
+
+typedef enum config_backend { CONFIG_BACKEND_SHM, CONFIG_BACKEND_MEMFD } config_backend;
+
+typedef struct config_armature {
+    const char *joint;
+    double value; /* kg m^2 or kg */
+} config_armature;
+
+#define CONFIG_BASE_SAME 2u /* of a scene: as its robot; otherwise a tfa_base */
+
+typedef struct config_lock {
+    const char *joint;
+    double q;     /* of a joint with one coordinate */
+    double *pose; /* of one with several */
+    size_t pose_count;
+} config_lock;
+
+typedef struct config_payload {
+    const char *link;
+    double mass;
+    double *com;
+    size_t com_count; /* 3, or 0: the link frame's origin */
+    double *inertia;
+    size_t inertia_count; /* 6, or 0: a point */
+} config_payload;
+
+/* What part of a robot is served under the name ROBOT.SCENE, and how it is loaded. */
+typedef struct config_scene {
+    const char *name, *root;
+    const char **tips;
+    size_t tips_count;
+    config_lock *locked;
+    size_t locked_count;
+    config_payload *payload;
+    size_t payload_count;
+    uint32_t base;
+    double *gravity;
+    size_t gravity_count; /* 3, or 0: as its robot */
+} config_scene;
+
+typedef struct config_robot {
+    const char *name, *urdf;
+    uint32_t base; /* tfa_base */
+    double *gravity;
+    size_t gravity_count; /* 3, or 0 for the default */
+    config_armature *armature;
+    size_t armature_count;
+    uint32_t inertia; /* tfa_inertia_policy */
+    uint32_t mimic;   /* tfa_mimic_policy */
+    config_scene *scenes;
+    size_t scenes_count;
+    uint32_t estimate; /* config_estimate */
+    uint32_t estimate_every;
+    uint32_t precision; /* config_precision */
+    uint32_t residual;  /* tfa_residual */
+    uint32_t wait;      /* tfa_wait: what clients get that ask for nothing */
+    uint32_t slots, max_batch;
+    uint32_t cut;     /* states */
+    uint32_t methods; /* config_methods */
+    double snap;
+    bool rotor_inertia, damping, lock_massless_leaves;
+    bool dds;
+} config_robot;
+
+typedef struct config_limits {
+    uint32_t clients, clients_per_user, memory_mib;
+} config_limits;
+
+typedef struct config_realtime {
+    uint32_t priority;
+    uint32_t *affinity;
+    size_t affinity_count;
+    bool mlock;
+} config_realtime;
+
+typedef struct config_pool {
+    uint32_t threads, priority, spin_ns, from;
+    uint32_t *affinity;
+    size_t affinity_count;
+} config_pool;
+
+typedef struct config_dds {
+    bool enabled;
+    uint32_t domain;
+} config_dds;
+
+typedef struct config {
+    const char *runtime_dir, *group, *user;
+    const char *specialise_directory;
+    uint32_t specialise; /* config_specialise */
+    uint32_t log_level;
+    uint32_t workers, spin_ns, backend;
+    bool allow_spin;
+    config_limits limits;
+    config_realtime realtime;
+    config_pool pool;
+    config_dds dds;
+    config_robot *robots;
+    size_t robots_count;
+
+    char *file;                       /* it came from */
+    struct yaml_document_s *document; /* what is in it: the texts live there */
+    char *default_dir;                /* runtime_dir when the file says nothing */
+} config;
+
+/**
+ * Reads and checks a file. Every error goes to `errors` as "FILE:LINE:COLUMN: what; remedy".
+ * @return TFA_OK; TFA_E_FILE; TFA_E_PARSE; TFA_E_MEMORY. On error *out is NULL.
+ */
+TFA_CHECKED int config_load(const char *file, FILE *errors, config **out);
+void config_free(config *c);
+
+/** Writes the configuration in effect as YAML, every key with its explanation. */
+void config_dump(const config *c, FILE *out);
+
+/**
+ * Names the first key that differs although only a restart can change it, in `text`: the whole
+ * sentence. @return there is one
+ */
+bool config_needs_restart(const config *now, const config *next, char *text, size_t size);
+
+/** Where the value of a path like "robots[1].scenes[0].root" stands: "FILE:LINE:COLUMN", for
+ *  messages about it. */
+void config_location(const config *c, const char *path, char *text, size_t size);
+
+/** A file that the configuration names: relative paths start at the configuration file. Release
+ *  with free; NULL when memory is short. */
+char *config_file_path(const config *c, const char *name);
+
+#endif

@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Every key of the configuration, once.
+ */
+#include "config_table.h"
+
+#include "ipc/ring.h"
+
+#define AT(type, member) .at = offsetof(type, member)
+#define LIST_AT(type, member)                                                                      \
+    .at = offsetof(type, member), .count_at = offsetof(type, member##_count)
+
+static const char *const base_words[] = {"fixed", "floating", NULL};
+static const char *const scene_base_words[] = {"fixed", "floating", "same", NULL};
+/* in the order of the enums in model.h */
+static const char *const inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
+static const char *const mimic_words[] = {"free", "project", "lock", NULL};
+static const char *const estimate_words[] = {"default", "never", "sampled", "always", NULL};
+static const char *const precision_words[] = {"f64", "f32", NULL};
+/* in the order of tfa_residual */
+static const char *const residual_words[] = {"same", "f64", "f128", NULL};
+/* in the order of config_methods */
+static const char *const methods_words[] = {"auto", "all", NULL};
+/* in the order of config_specialise */
+static const char *const specialise_words[] = {"off", "load", NULL};
+static const char *const backend_words[] = {"shm", "memfd", NULL};
+/* the index is tfa_wait; nobody configures "default" */
+static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
+static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
+
+/* A reload may change it. */
+#define RELOADABLE .reloadable = true
+
+/* clang-format off */
+
+static const config_row armature_rows[] = {
+    {"joint", CONFIG_TEXT, AT(config_armature, joint), .required = true, RELOADABLE,
+     .help = "Name of the joint"},
+    {"value", CONFIG_NUMBER, AT(config_armature, value), .required = true, RELOADABLE, .low = 0,
+     .high = 1e6, .help = "Reflected rotor inertia, kg m^2 (revolute) or kg (prismatic)"},
+    {0}};
+static const config_table armature_table = {armature_rows, sizeof(config_armature)};
+
+static const config_row lock_rows[] = {
+    {"joint", CONFIG_TEXT, AT(config_lock, joint), .required = true, RELOADABLE,
+     .help = "Name of the joint"},
+    {"q", CONFIG_NUMBER, AT(config_lock, q), RELOADABLE, .low = -1e6, .high = 1e6,
+     .help = "Where it stands, rad or m"},
+    {"pose", CONFIG_LIST, LIST_AT(config_lock, pose), RELOADABLE, .low = 3, .high = 7,
+     .entry = CONFIG_NUMBER,
+     .help = "In place of q: planar x y theta; floating x y z and quaternion x y z w"},
+    {0}};
+static const config_table lock_table = {lock_rows, sizeof(config_lock)};
+
+static const config_row payload_rows[] = {
+    {"link", CONFIG_TEXT, AT(config_payload, link), .required = true, RELOADABLE,
+     .help = "Link that carries it, rigidly"},
+    {"mass", CONFIG_NUMBER, AT(config_payload, mass), .required = true, RELOADABLE, .low = 0,
+     .high = 1e9, .help = "kg"},
+    {"com", CONFIG_LIST, LIST_AT(config_payload, com), RELOADABLE, .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .help = "Centre of mass, m, link frame; its origin when absent"},
+    {"inertia", CONFIG_LIST, LIST_AT(config_payload, inertia), RELOADABLE, .low = 6, .high = 6,
+     .entry = CONFIG_NUMBER,
+     .help = "ixx ixy ixz iyy iyz izz about the centre of mass, kg m^2; a point when absent"},
+    {0}};
+static const config_table payload_table = {payload_rows, sizeof(config_payload)};
+
+static const config_row scene_rows[] = {
+    {"name", CONFIG_TEXT, AT(config_scene, name), .required = true,
+     .help = "Served as ROBOT.SCENE, with a socket of its own"},
+    {"root", CONFIG_TEXT, AT(config_scene, root), RELOADABLE,
+     .help = "Only what hangs from this link, which takes the root's place; all when absent"},
+    {"tips", CONFIG_LIST, LIST_AT(config_scene, tips), RELOADABLE, .low = 0, .high = 1000,
+     .entry = CONFIG_TEXT,
+     .help = "Fixed base: only the trees that carry one of these links; all when absent"},
+    {"locked", CONFIG_LIST, LIST_AT(config_scene, locked), RELOADABLE, .low = 0, .high = 100000,
+     .table = &lock_table, .help = "Joints that do not move: absent from q, v, tau and qdd"},
+    {"payload", CONFIG_LIST, LIST_AT(config_scene, payload), RELOADABLE, .low = 0, .high = 1000,
+     .table = &payload_table, .help = "Loads on links"},
+    {"base", CONFIG_WORD, AT(config_scene, base), RELOADABLE, .default_value = CONFIG_BASE_SAME,
+     .words = scene_base_words, .help = "fixed, floating, or same: as the robot"},
+    {"gravity", CONFIG_LIST, LIST_AT(config_scene, gravity), RELOADABLE, .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; the robot's when absent"},
+    {0}};
+static const config_table scene_table = {scene_rows, sizeof(config_scene)};
+
+static const config_row robot_rows[] = {
+    {"name", CONFIG_TEXT, AT(config_robot, name), .required = true,
+     .help = "What clients ask for; names the socket: letters, digits, '-', '_', '.'"},
+    {"urdf", CONFIG_TEXT, AT(config_robot, urdf), .required = true, RELOADABLE,
+     .help = "The robot's file; a relative path starts at this configuration file"},
+    {"base", CONFIG_WORD, AT(config_robot, base), RELOADABLE, .default_value = TFA_BASE_FIXED,
+     .words = base_words, .help = "fixed or floating"},
+    {"gravity", CONFIG_LIST, LIST_AT(config_robot, gravity), RELOADABLE, .low = 3, .high = 3,
+     .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; 0 0 -9.80665 when absent"},
+    {"armature", CONFIG_LIST, LIST_AT(config_robot, armature), RELOADABLE, .low = 0,
+     .high = 100000, .table = &armature_table,
+     .help = "Rotor inertias by joint; URDF cannot say them"},
+    {"rotor_inertia", CONFIG_BOOL, AT(config_robot, rotor_inertia), RELOADABLE,
+     .default_value = false,
+     .help = "Apply drake:rotor_inertia of the file"},
+    {"inertia", CONFIG_WORD, AT(config_robot, inertia), RELOADABLE,
+     .default_value = TFA_INERTIA_STRICT, .words = inertia_words,
+     .help = "Inertias that no body can have: strict, warn, repair, strict-physical"},
+    {"mimic", CONFIG_WORD, AT(config_robot, mimic), RELOADABLE, .default_value = TFA_MIMIC_FREE,
+     .words = mimic_words,
+     .help = "Joints that mimic others: free (ordinary joints), project (exact), lock"},
+    {"damping", CONFIG_BOOL, AT(config_robot, damping), RELOADABLE, .default_value = false,
+     .help = "Subtract the file's joint damping times velocity from tau"},
+    {"lock_massless_leaves", CONFIG_BOOL, AT(config_robot, lock_massless_leaves), RELOADABLE,
+     .default_value = false,
+     .help = "Joints that move nothing with mass become fixed at 0; otherwise they are an error"},
+    {"snap", CONFIG_NUMBER, AT(config_robot, snap), RELOADABLE, .default_value = 0, .low = 0,
+     .high = TFA_SNAP_MAX,
+     .help = "Rotations within this angle (rad) of right angles become exact; 0: as written"},
+    {"scenes", CONFIG_LIST, LIST_AT(config_robot, scenes), .low = 0, .high = 1000,
+     .table = &scene_table, .help = "Parts or loads of the robot, each served as ROBOT.SCENE"},
+    {"estimate", CONFIG_WORD, AT(config_robot, estimate), RELOADABLE,
+     .default_value = CONFIG_ESTIMATE_DEFAULT, .words = estimate_words,
+     .help = "Estimates, unless a request says: default (sentinel), never, sampled, always"},
+    {"estimate_every", CONFIG_COUNT, AT(config_robot, estimate_every), RELOADABLE,
+     .default_value = 100, .low = 1, .high = 1e9, .help = "sampled: one request in so many"},
+    {"precision", CONFIG_WORD, AT(config_robot, precision), RELOADABLE,
+     .default_value = CONFIG_PRECISION_F64, .words = precision_words,
+     .help = "Arithmetic of the factors: f64, f32 (docs/methods.md)"},
+    {"residual", CONFIG_WORD, AT(config_robot, residual), RELOADABLE,
+     .default_value = TFA_RESIDUAL_SAME, .words = residual_words,
+     .help = "Arithmetic of residuals and of all other answers: same, f64, f128"},
+    {"wait", CONFIG_WORD, AT(config_robot, wait), .default_value = TFA_WAIT_HYBRID,
+     .words = wait_words, .low = TFA_WAIT_SPIN,
+     .help = "For clients that leave it open: spin, hybrid, block"},
+    {"slots", CONFIG_COUNT, AT(config_robot, slots), RELOADABLE, .default_value = 64, .low = 1,
+     .high = TFA_RING_SLOTS_MAX, .help = "Most requests a client may have outstanding"},
+    {"max_batch", CONFIG_COUNT, AT(config_robot, max_batch), .default_value = 64, .low = 1,
+     .high = 65536, .help = "Most states of one request"},
+    {"cut", CONFIG_COUNT, AT(config_robot, cut), RELOADABLE, .default_value = 32, .low = 1,
+     .high = 65536,
+     .help = "Longer batches are solved so many states at a time, between requests of others"},
+    {"methods", CONFIG_WORD, AT(config_robot, methods), RELOADABLE,
+     .default_value = CONFIG_METHODS_AUTO, .words = methods_words,
+     .help = "Room for all methods, or, beyond 256 bodies, only for what auto takes: auto, all"},
+    {"dds", CONFIG_BOOL, AT(config_robot, dds), .default_value = true,
+     .help = "Answer for this robot over DDS, if dds is enabled"},
+    {0}};
+static const config_table robot_table = {robot_rows, sizeof(config_robot)};
+
+static const config_row limit_rows[] = {
+    {"clients", CONFIG_COUNT, AT(config_limits, clients), RELOADABLE, .default_value = 64, .low = 1,
+     .high = TFA_WORKER_CLIENTS_MAX - 32, .help = "Most clients at once"},
+    {"clients_per_user", CONFIG_COUNT, AT(config_limits, clients_per_user), RELOADABLE,
+     .default_value = 32, .low = 1, .high = TFA_WORKER_CLIENTS_MAX - 32,
+     .help = "Most clients of one user at once"},
+    {"memory_mib", CONFIG_COUNT, AT(config_limits, memory_mib), RELOADABLE, .default_value = 512,
+     .low = 1,
+     .high = 1048576, .help = "Most shared memory for all clients together, MiB"},
+    {0}};
+static const config_table limit_table = {limit_rows, sizeof(config_limits)};
+
+static const config_row realtime_rows[] = {
+    {"priority", CONFIG_COUNT, AT(config_realtime, priority), .default_value = 0, .low = 0,
+     .high = 99,
+     .help = "SCHED_FIFO priority of the workers; 0: the ordinary scheduler"},
+    {"affinity", CONFIG_LIST, LIST_AT(config_realtime, affinity), .low = 0, .high = 1024,
+     .entry = CONFIG_COUNT, .help = "Processor of each worker, in order; none: any"},
+    {"mlock", CONFIG_BOOL, AT(config_realtime, mlock), .default_value = false,
+     .help = "Lock all memory of the daemon"},
+    {0}};
+static const config_table realtime_table = {realtime_rows, sizeof(config_realtime)};
+
+static const config_row pool_rows[] = {
+    {"threads", CONFIG_COUNT, AT(config_pool, threads), .default_value = 0, .low = 0, .high = 256,
+     .help = "Threads that work on one large request, the worker's own included; 0: no pool"},
+    {"from", CONFIG_COUNT, AT(config_pool, from), .default_value = 1000, .low = 1, .high = 1e9,
+     .help = "Large: so many bodies times states"},
+    {"spin_ns", CONFIG_COUNT, AT(config_pool, spin_ns), .default_value = 50000, .low = 1,
+     .high = 4e9,
+     .help = "An idle thread spins so long before it sleeps; waking it is a system call"},
+    {"priority", CONFIG_COUNT, AT(config_pool, priority), .default_value = 0, .low = 0, .high = 99,
+     .help = "SCHED_FIFO priority of its threads; 0: the ordinary scheduler"},
+    {"affinity", CONFIG_LIST, LIST_AT(config_pool, affinity), .low = 0, .high = 256,
+     .entry = CONFIG_COUNT,
+     .help = "Processor of each thread besides the workers, in order; none: any"},
+    {0}};
+static const config_table pool_table = {pool_rows, sizeof(config_pool)};
+
+static const config_row dds_rows[] = {
+    {"enabled", CONFIG_BOOL, AT(config_dds, enabled), .default_value = false,
+     .help = "Join a DDS domain and answer there, too"},
+    {"domain", CONFIG_COUNT, AT(config_dds, domain), .default_value = 0, .low = 0, .high = 230,
+     .help = "DDS domain id"},
+    {0}};
+static const config_table dds_table = {dds_rows, sizeof(config_dds)};
+
+static const config_row top_rows[] = {
+    {"runtime_dir", CONFIG_TEXT, AT(config, runtime_dir),
+     .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, else /run/totalforce ($XDG_RUNTIME_DIR/"
+             "totalforce if not root)"},
+    {"group", CONFIG_TEXT, AT(config, group), .help = "Group that may connect (sockets are 0660)"},
+    {"user", CONFIG_TEXT, AT(config, user),
+     .help = "Started by root: becomes this user when priorities and locks are held"},
+    {"log", CONFIG_WORD, AT(config, log_level), .default_value = 2, .words = log_words,
+     .help = "error, warning, info, debug"},
+    {"workers", CONFIG_COUNT, AT(config, workers), .default_value = 1, .low = 1, .high = 64,
+     .help = "Threads that answer; a client belongs to one"},
+    {"spin_ns", CONFIG_COUNT, AT(config, spin_ns), .default_value = 50000, .low = 0, .high = 1e9,
+     .help = "hybrid: spins so long before it sleeps; longer than the worst computation"},
+    {"allow_spin", CONFIG_BOOL, AT(config, allow_spin), .default_value = true,
+     .help = "Clients may ask for spin, which takes the worker's core while they are connected"},
+    {"backend", CONFIG_WORD, AT(config, backend), .default_value = CONFIG_BACKEND_SHM,
+     .words = backend_words, .help = "Memory shared with clients: shm or memfd"},
+    {"specialise", CONFIG_WORD, AT(config, specialise), .default_value = CONFIG_SPECIALISE_OFF,
+     .words = specialise_words, RELOADABLE,
+     .help = "Specialised kernels of totalforce specialise: off, load"},
+    {"specialise_directory", CONFIG_TEXT, AT(config, specialise_directory), RELOADABLE,
+     .help = "Where they are; only root and the daemon's user may write there and above"},
+    {"limits", CONFIG_GROUP, AT(config, limits), .table = &limit_table,
+     .help = "What clients may take"},
+    {"realtime", CONFIG_GROUP, AT(config, realtime), .table = &realtime_table,
+     .help = "Each needs a permission; what could not be had is reported"},
+    {"pool", CONFIG_GROUP, AT(config, pool), .table = &pool_table,
+     .help = "Several cores for large requests; whichever worker has one may use it"},
+    {"dds", CONFIG_GROUP, AT(config, dds), .table = &dds_table, .help = "The DDS gateway"},
+    {"robots", CONFIG_LIST, LIST_AT(config, robots), .required = true, .low = 1, .high = 1000,
+     .table = &robot_table, .help = "The robots that are served"},
+    {0}};
+const config_table config_top = {top_rows, sizeof(config)};
+
+/* clang-format on */
+
+_Static_assert(sizeof top_rows / sizeof *top_rows <= CONFIG_ROWS_MAX, "more keys: raise the limit");
+_Static_assert(sizeof robot_rows / sizeof *robot_rows <= CONFIG_ROWS_MAX, "as above");
+
+size_t config_entry_size(const config_row *row)
+{
+    if (row->table)
+        return row->table->size;
+    switch (row->entry) {
+    case CONFIG_COUNT:
+        return sizeof(uint32_t);
+    case CONFIG_TEXT:
+        return sizeof(const char *);
+    default:
+        return sizeof(double);
+    }
+}

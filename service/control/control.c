@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The control thread: sockets, signals, the passing of time. Not real-time.
+ */
+#include "control/daemon.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "platform/log.h"
+#include "platform/runtime_dir.h"
+
+#define EVENTS 64
+#define TICK_MS 50       /* how late a broken protocol is noticed */
+#define DETACH_TICK_MS 1 /* how late a client is detached; the worker must not signal for it */
+#define IDLE_TICK_MS 500 /* without clients */
+
+uint64_t control_clock(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+/* ---- opening and closing ---- */
+
+/* In epoll, sessions are pointers; a listener is the address of its entry in d->listeners, the
+ * signals that of d->signals, the reload's event that of d->reload. */
+static int watch_descriptor(const tfa_daemon *d, int fd, void *what)
+{
+    struct epoll_event event = {.events = EPOLLIN, .data.ptr = what};
+    return epoll_ctl(d->epoll, EPOLL_CTL_ADD, fd, &event);
+}
+
+int control_open(tfa_daemon *d)
+{
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGTERM);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGHUP);
+    sigaddset(&set, SIGUSR1);
+    d->epoll = epoll_create1(EPOLL_CLOEXEC);
+    d->signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+    d->reserve = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    d->reload.event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    if (d->epoll < 0 || d->signals < 0 || d->reserve < 0 || d->reload.event < 0)
+        return TFA_E_SYSTEM;
+    d->watchdog_ns = notify_watchdog_ns() / 2;
+    if (watch_descriptor(d, d->signals, &d->signals) != 0)
+        return TFA_E_SYSTEM;
+    return watch_descriptor(d, d->reload.event, &d->reload) == 0 ? TFA_OK : TFA_E_SYSTEM;
+}
+
+int control_listen(tfa_daemon *d)
+{
+    d->listeners = malloc(d->robot_set.count * sizeof *d->listeners);
+    if (!d->listeners)
+        return TFA_E_MEMORY;
+    for (uint32_t i = 0; i < d->robot_set.count; i++)
+        d->listeners[i] = -1;
+    for (uint32_t i = 0; i < d->robot_set.count; i++) {
+        const char *name = d->robot_set.robots[i].name;
+        d->listeners[i] = tfa_runtime_dir_listen(d->settings->runtime_dir, name, d->group);
+        if (d->listeners[i] < 0 || watch_descriptor(d, d->listeners[i], &d->listeners[i]) != 0) {
+            tfa_log(TFA_LOG_ERROR, "socket '%s/%s.sock': %s", d->settings->runtime_dir, name,
+                    strerror(errno));
+            return TFA_E_SYSTEM;
+        }
+    }
+    return TFA_OK;
+}
+
+void control_close_listeners(tfa_daemon *d)
+{
+    for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++) {
+        if (d->listeners[i] < 0)
+            continue;
+        tfa_runtime_dir_unlink(d->settings->runtime_dir, d->robot_set.robots[i].name);
+        close(d->listeners[i]);
+    }
+    free(d->listeners);
+    d->listeners = NULL;
+}
+
+void control_close(tfa_daemon *d)
+{
+    if (d->epoll >= 0)
+        close(d->epoll);
+    if (d->signals >= 0)
+        close(d->signals);
+    if (d->reserve >= 0)
+        close(d->reserve);
+    if (d->reload.event >= 0)
+        close(d->reload.event);
+}
+
+/* ---- events ---- */
+
+/* No descriptor left: the one in reserve lets us take the connection and hang up, or the listener
+ * would stay ready for ever. */
+static void reject_connection(tfa_daemon *d, int listener)
+{
+    tfa_log(TFA_LOG_WARNING, "no descriptors left: a client was turned away");
+    close(d->reserve);
+    int fd = accept4(listener, NULL, NULL, SOCK_CLOEXEC);
+    if (fd >= 0)
+        close(fd);
+    d->reserve = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    d->totals.refused++;
+}
+
+static void accept_client(tfa_daemon *d, uint32_t robot)
+{
+    int fd = accept4(d->listeners[robot], NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd < 0) {
+        if (errno == EMFILE || errno == ENFILE)
+            reject_connection(d, d->listeners[robot]);
+        return;
+    }
+    if (d->session_count >= d->settings->limits.clients) {
+        tfa_welcome w = {.magic = TFA_HANDSHAKE_MAGIC,
+                         .abi = TFA_HANDSHAKE_ABI,
+                         .status = TFA_E_REFUSED,
+                         .daemon_pid = (int32_t)getpid(),
+                         .text = "as many clients as limits.clients allows are connected"};
+        (void)send(fd, &w, sizeof w, MSG_NOSIGNAL | MSG_DONTWAIT);
+        close(fd);
+        d->totals.refused++;
+        return;
+    }
+    session_begin(d, robot, fd);
+}
+
+static void log_dds_totals(const tfa_dds_counters *c)
+{
+    tfa_log(TFA_LOG_INFO,
+            "dds: requests %llu, torques %llu, replies %llu, rejected %llu, dropped %llu, "
+            "handovers %llu",
+            (unsigned long long)c->requests, (unsigned long long)c->torques,
+            (unsigned long long)c->replies, (unsigned long long)c->rejected,
+            (unsigned long long)c->dropped, (unsigned long long)c->handovers);
+}
+
+/* Requests and rejected ones of both transports. */
+static void log_totals(const tfa_daemon *d)
+{
+    uint64_t requests = d->totals.requests, rejected = d->totals.rejected;
+    for (const session *s = d->sessions; s; s = s->next) {
+        if (!s->client)
+            continue;
+        const tfa_worker_client_counters *count = tfa_worker_client_get_counters(s->client);
+        requests += atomic_load_explicit(&count->requests, memory_order_relaxed);
+        rejected += atomic_load_explicit(&count->rejected, memory_order_relaxed);
+    }
+    if (d->gateway.count) {
+        const tfa_dds_counters dds = d->gateway.count(d->gateway.self);
+        requests += dds.requests + dds.torques;
+        rejected += dds.rejected;
+        log_dds_totals(&dds);
+    }
+    tfa_log(TFA_LOG_INFO,
+            "clients %u, connections %llu, refused %llu, requests %llu, rejected %llu",
+            d->session_count, (unsigned long long)d->totals.connections,
+            (unsigned long long)d->totals.refused, (unsigned long long)requests,
+            (unsigned long long)rejected);
+}
+
+static void read_signals(tfa_daemon *d)
+{
+    struct signalfd_siginfo info;
+    while (read(d->signals, &info, sizeof info) == (ssize_t)sizeof info) {
+        switch (info.ssi_signo) {
+        case SIGHUP:
+            reload_request(d);
+            break;
+        case SIGUSR1:
+            log_totals(d);
+            break;
+        default:
+            d->stop = true;
+            break;
+        }
+    }
+}
+
+static void dispatch(tfa_daemon *d, void *what)
+{
+    if (what == &d->signals) {
+        read_signals(d);
+        return;
+    }
+    if (what == &d->reload) {
+        reload_event(d);
+        return;
+    }
+    const int *entry = what;
+    for (uint32_t i = 0; i < d->robot_set.count; i++)
+        if (entry == &d->listeners[i]) {
+            accept_client(d, i);
+            return;
+        }
+    session_event(d, what);
+}
+
+/* ---- time ---- */
+
+/* The service manager is told that all is well only if every worker went on since the last time;
+ * one that sleeps is woken to show it. */
+static void watch_workers(tfa_daemon *d)
+{
+    const uint64_t now = control_clock();
+    bool all = true;
+    if (!d->watchdog_ns || now - d->watchdog_last < d->watchdog_ns / 2)
+        return;
+    for (uint32_t i = 0; i < d->settings->workers; i++) {
+        daemon_worker *w = &d->workers[i];
+        const tfa_ring_worker_status *worker_status = tfa_worker_get_status(w->worker);
+        const uint64_t beat = atomic_load_explicit(&worker_status->heartbeat, memory_order_relaxed);
+        all = all && beat != w->last_heartbeat;
+        w->last_heartbeat = beat;
+        tfa_worker_wake(w->worker);
+    }
+    d->watchdog_last = now;
+    if (all)
+        notify_watchdog();
+}
+
+static int tick_ms(const tfa_daemon *d)
+{
+    int ms = IDLE_TICK_MS;
+    if (d->session_count)
+        ms = session_any_detaching(d) ? DETACH_TICK_MS : TICK_MS;
+    if (reload_is_urgent(d))
+        ms = DETACH_TICK_MS;
+    const uint64_t watchdog = d->watchdog_ns / 4 / 1000000;
+    return d->watchdog_ns && watchdog < (uint64_t)ms ? (int)watchdog : ms;
+}
+
+void control_run(tfa_daemon *d)
+{
+    struct epoll_event events[EVENTS];
+    while (!d->stop) {
+        int n = epoll_wait(d->epoll, events, EVENTS, tick_ms(d));
+        for (int i = 0; i < n; i++)
+            dispatch(d, events[i].data.ptr);
+        /* sessions end here or in their own event, so no event of this batch met a dead one */
+        session_tick(d);
+        reload_tick(d);
+        watch_workers(d);
+    }
+    log_totals(d);
+}

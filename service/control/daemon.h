@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The daemon as a whole, and its clients. Grouped by the file that defines it. Everything here
+ * belongs to the control thread.
+ */
+#ifndef TFA_SERVICE_CONTROL_DAEMON_H
+#define TFA_SERVICE_CONTROL_DAEMON_H
+
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <sys/types.h>
+
+#include "config/config.h"
+#include "dds_gateway/dds.h"
+#include "ipc/handshake.h"
+#include "platform/segment.h"
+#include "robots/robot.h"
+#include "worker/worker.h"
+
+/* A worker, its thread and what only it uses. */
+typedef struct daemon_worker {
+    tfa_worker *worker;
+    tfa_segment worker_status;
+    tfa_robot_solver **solvers; /* one for each robot */
+    pthread_t thread;
+    bool started;
+    uint32_t clients;
+    uint64_t last_heartbeat; /* for the watchdog */
+} daemon_worker;
+
+typedef enum session_state {
+    SESSION_HANDSHAKE, /* connected, HELLO has not come */
+    SESSION_DEFERRED,  /* HELLO came while a reload changes the robot's shape: it is kept */
+    SESSION_ATTACHED,  /* attached to a worker */
+    SESSION_DRAINING,  /* the worker answers what was sent, then detaches; the socket is open */
+    SESSION_DETACHING, /* the worker was asked to detach; the socket is closed */
+} session_state;
+
+/* One connection on the control socket. */
+typedef struct session {
+    struct session *next;
+    session_state state;
+    int socket, doorbell;
+    uint32_t robot;
+    uid_t user;
+    pid_t process;
+    uint64_t since; /* CLOCK_MONOTONIC ns of the connection */
+    daemon_worker *worker;
+    tfa_worker_client *client;
+    tfa_segment requests, replies;
+    tfa_hello hello; /* of a session that waits */
+    ssize_t hello_size;
+} session;
+
+typedef struct daemon_totals {
+    uint64_t connections, refused, requests, rejected;
+} daemon_totals;
+
+/* All robots and scenes of a configuration: the served ones, or those that a reload made. */
+typedef struct robot_set {
+    tfa_robot *robots; /* those with dds first: the DDS gateway numbers them as the workers do */
+    uint32_t count, dds_count;
+} robot_set;
+
+/* The DDS gateway as a reload sees it; main.c fills it in, and without DDS nothing is in it. Robots
+ * are numbered as in the robot set, below dds_count. */
+typedef struct dds_gateway {
+    void *self;
+    /* Replies may come from this model from now on, too. */
+    void (*expect)(void *self, uint32_t robot, const tfa_model *next);
+    /* Lets go of a robot's ring when what was asked is answered. @return it has; else ask again */
+    bool (*detach)(void *self, uint32_t robot);
+    /* Tells the domain; takes a ring again if it had left. */
+    int (*announce)(void *self, uint32_t robot, const tfa_model *model);
+    /* Requests and replies since the start. */
+    tfa_dds_counters (*count)(const void *self);
+} dds_gateway;
+
+typedef enum reload_phase {
+    RELOAD_NONE,
+    RELOAD_LOADING,  /* the thread makes everything aside */
+    RELOAD_DRAINING, /* robots whose shape changes lose their clients */
+    RELOAD_OFFERED,  /* the workers have not all taken the new solvers */
+} reload_phase;
+
+/* A reload under way. Up to the commit it owns what is new, afterwards what is old: either is
+ * released in the same way. */
+typedef struct reload {
+    reload_phase phase;
+    bool requested_again; /* SIGHUP came meanwhile */
+    pthread_t thread;
+    int event;   /* eventfd: the thread is done */
+    bool loaded; /* the eventfd said so */
+    int status;
+    config *settings;
+    robot_set robot_set;
+    bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
+    bool *shape_changed;         /* and its clients cannot stay */
+    tfa_robot_solver ***solvers; /* by worker and robot; NULL where nothing changed */
+    uint64_t start;
+} reload;
+
+typedef struct tfa_daemon {
+    config *settings;
+    robot_set robot_set;
+    tfa_thread_pool *thread_pool; /* threads of all robots' pools; NULL: none */
+    daemon_worker *workers;
+    dds_gateway gateway;
+    reload reload;
+
+    int epoll, signals, reserve;
+    int *listeners; /* one for each robot */
+    gid_t group;
+    session *sessions;
+    uint32_t session_count;
+    uint64_t memory; /* bytes of all segments of clients */
+    daemon_totals totals;
+    bool stop;
+    uint64_t watchdog_ns, watchdog_last; /* 0: nobody watches */
+} tfa_daemon;
+
+/* ---- robot_set.c: robots and workers ---- */
+
+TFA_CHECKED int robot_set_load(const config *settings, robot_set *f);
+void robot_set_unload(robot_set *f);
+/* Starts the pool's threads, if configured, and gives robots their workspaces for it. */
+TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
+TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
+TFA_CHECKED int daemon_self_test(tfa_daemon *d);
+void daemon_stop_workers(tfa_daemon *d);
+void daemon_free_robot_set(tfa_daemon *d);
+
+/* ---- reload.c: other models while it runs; reload_load.c: what its thread does ---- */
+
+/* SIGHUP: begins a reload, or notes that another one is wanted. */
+void reload_request(tfa_daemon *d);
+/* The thread is done. */
+void reload_event(tfa_daemon *d);
+/* Time passed: clients may have left, workers may have taken over. */
+void reload_tick(tfa_daemon *d);
+/* It waits for workers: look again soon. */
+bool reload_is_urgent(const tfa_daemon *d);
+/* Ends it whatever its phase; the workers run no more. */
+void reload_abandon(tfa_daemon *d);
+/* The thread: fills in d->reload from settings to solvers, and status. `d` is only read. */
+void *reload_thread(void *d);
+
+/* ---- control.c: the control thread's loop ---- */
+
+/* Opens epoll and the signals, which must be blocked. */
+TFA_CHECKED int control_open(tfa_daemon *d);
+/* Opens the sockets: from now on clients come. */
+TFA_CHECKED int control_listen(tfa_daemon *d);
+/* Until a signal says stop. */
+void control_run(tfa_daemon *d);
+/* Closes the sockets; nobody new comes. */
+void control_close_listeners(tfa_daemon *d);
+void control_close(tfa_daemon *d);
+uint64_t control_clock(void);
+
+/* ---- session.c: clients ---- */
+
+/* A connection was accepted. */
+void session_begin(tfa_daemon *d, uint32_t robot, int socket);
+/* Something happened on its socket. */
+void session_event(tfa_daemon *d, session *s);
+/* Time passed: late handshakes, broken protocols, clients to detach. */
+void session_tick(tfa_daemon *d);
+/* Ends all of them; the workers run no more. */
+void session_end_all(tfa_daemon *d);
+/* The clients of a robot have to go when what they sent is answered. */
+void session_drain(tfa_daemon *d, uint32_t robot);
+/* A client of this robot is attached. */
+bool session_any_attached(const tfa_daemon *d, uint32_t robot);
+/* Answers the HELLOs that were kept. */
+void session_resume_deferred(tfa_daemon *d);
+/* Some session waits for its worker: look again soon. */
+bool session_any_detaching(const tfa_daemon *d);
+
+/* ---- notify.c: the service manager ---- */
+
+void notify_ready(void);
+void notify_reloading(void);
+void notify_stopping(void);
+void notify_watchdog(void);
+/* ns between two signs of life that the service manager wants; 0: none. */
+uint64_t notify_watchdog_ns(void);
+
+#endif

@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A reload: other models while the daemon answers. Nothing here waits; the tick comes back.
+ *
+ *   SIGHUP -> LOADING   a thread makes everything that is new aside (reload_load.c)
+ *          -> DRAINING  robots whose arrays or names change lose their clients, when what they sent
+ *                       is answered; new ones wait. All other robots skip this
+ *          -> commit    what is new changes places with what is old: one assignment each
+ *          -> OFFERED   each worker takes the new solvers between two requests
+ *          -> NONE      what is old is released; it was the new, if something failed on the way
+ */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "control/daemon.h"
+#include "platform/log.h"
+
+static void release_reload(const tfa_daemon *d, reload *r)
+{
+    for (uint32_t k = 0; r->solvers && k < d->settings->workers; k++) {
+        for (uint32_t i = 0; r->solvers[k] && i < d->robot_set.count; i++)
+            tfa_robot_solver_free(r->solvers[k][i]);
+        free(r->solvers[k]);
+    }
+    free(r->solvers);
+    free(r->changed);
+    free(r->shape_changed);
+    robot_set_unload(&r->robot_set);
+    config_free(r->settings);
+    *r = (reload){.event = r->event, .requested_again = r->requested_again};
+}
+
+static void begin_reload(tfa_daemon *d)
+{
+    reload *r = &d->reload;
+    r->start = control_clock();
+    r->phase = RELOAD_LOADING;
+    r->requested_again = false;
+    tfa_log(TFA_LOG_INFO, "reload (SIGHUP): reading '%s'", d->settings->file);
+    notify_reloading();
+    if (pthread_create(&r->thread, NULL, reload_thread, d) == 0)
+        return;
+    tfa_log(TFA_LOG_ERROR, "reload: no thread could be started; everything stays as it was");
+    r->phase = RELOAD_NONE;
+    notify_ready();
+}
+
+static void finish_reload(tfa_daemon *d)
+{
+    release_reload(d, &d->reload);
+    notify_ready();
+    if (d->reload.requested_again)
+        begin_reload(d);
+}
+
+void reload_request(tfa_daemon *d)
+{
+    if (d->reload.phase == RELOAD_NONE) {
+        begin_reload(d);
+        return;
+    }
+    d->reload.requested_again = true;
+}
+
+bool reload_is_urgent(const tfa_daemon *d)
+{
+    return d->reload.phase == RELOAD_DRAINING || d->reload.phase == RELOAD_OFFERED;
+}
+
+/* ---- draining ---- */
+
+static bool is_on_dds(const tfa_daemon *d, uint32_t robot)
+{
+    return d->gateway.self && robot < d->robot_set.dds_count;
+}
+
+static void start_draining(tfa_daemon *d)
+{
+    const reload *r = &d->reload;
+    for (uint32_t i = 0; i < d->robot_set.count; i++) {
+        if (!r->shape_changed[i])
+            continue;
+        tfa_log(TFA_LOG_WARNING,
+                "reload: robot '%s' has other joints, links or a base now: its clients are hung up "
+                "on when what they sent is answered",
+                d->robot_set.robots[i].name);
+        d->robot_set.robots[i].reshaping = true;
+        session_drain(d, i);
+    }
+}
+
+static bool all_detached(tfa_daemon *d)
+{
+    bool left = true;
+    for (uint32_t i = 0; i < d->robot_set.count; i++) {
+        if (!d->reload.shape_changed[i])
+            continue;
+        left = !session_any_attached(d, i) && left;
+        if (is_on_dds(d, i))
+            left = d->gateway.detach(d->gateway.self, i) && left;
+    }
+    return left;
+}
+
+/* ---- the exchange ---- */
+
+/* New and old change places; what did not change gets its place in the new configuration. */
+static void commit_robot(tfa_daemon *d, uint32_t i)
+{
+    tfa_robot *now = &d->robot_set.robots[i], *next = &d->reload.robot_set.robots[i];
+    if (!d->reload.changed[i]) {
+        now->config = next->config;
+        now->scene = next->scene;
+        return;
+    }
+    tfa_log(TFA_LOG_INFO, "reload: robot '%s': model %.16s in place of %.16s", now->name,
+            tfa_model_hash_text(next->model), tfa_model_hash_text(now->model));
+    const tfa_robot old = *now;
+    *now = *next;
+    *next = old;
+    if (is_on_dds(d, i))
+        d->gateway.expect(d->gateway.self, i, now->model);
+}
+
+static void offer_solvers(const tfa_daemon *d, uint32_t worker, tfa_worker_robot *robots)
+{
+    daemon_worker *w = &d->workers[worker];
+    tfa_robot_solver **next = d->reload.solvers[worker];
+    for (uint32_t i = 0; i < d->robot_set.count; i++) {
+        if (d->reload.changed[i]) {
+            tfa_robot_solver *old = w->solvers[i];
+            w->solvers[i] = next[i];
+            next[i] = old;
+        }
+        robots[i] = tfa_robot_for_worker(&d->robot_set.robots[i], w->solvers[i]);
+    }
+    tfa_worker_offer(w->worker, robots);
+}
+
+static void commit(tfa_daemon *d)
+{
+    reload *r = &d->reload;
+    tfa_worker_robot *robots = calloc(d->robot_set.count, sizeof *robots);
+    if (!robots)
+        return; /* the next tick tries again */
+    for (uint32_t i = 0; i < d->robot_set.count; i++)
+        commit_robot(d, i);
+    config *settings = d->settings;
+    d->settings = r->settings;
+    r->settings = settings;
+    for (uint32_t k = 0; k < d->settings->workers; k++)
+        offer_solvers(d, k, robots);
+    free(robots);
+    r->phase = RELOAD_OFFERED;
+    session_resume_deferred(d);
+}
+
+static bool all_taken(const tfa_daemon *d)
+{
+    for (uint32_t k = 0; k < d->settings->workers; k++)
+        if (!tfa_worker_offer_is_taken(d->workers[k].worker))
+            return false;
+    return true;
+}
+
+static void complete_reload(tfa_daemon *d)
+{
+    uint32_t changed = 0;
+    for (uint32_t i = 0; i < d->robot_set.count; i++) {
+        if (!d->reload.changed[i])
+            continue;
+        changed++;
+        if (is_on_dds(d, i) &&
+            d->gateway.announce(d->gateway.self, i, d->robot_set.robots[i].model) != TFA_OK)
+            tfa_log(TFA_LOG_ERROR, "reload: robot '%s' could not be announced over DDS",
+                    d->robot_set.robots[i].name);
+    }
+    tfa_log(TFA_LOG_INFO, "reload: done, %u of %u models exchanged, %.1f ms", changed,
+            d->robot_set.count, (double)(control_clock() - d->reload.start) * 1e-6);
+    finish_reload(d);
+}
+
+/* ---- events and time ---- */
+
+/* Nothing more here: sessions may end, and this batch of events may hold some of theirs. */
+void reload_event(tfa_daemon *d)
+{
+    uint64_t count;
+    if (read(d->reload.event, &count, sizeof count) == (ssize_t)sizeof count)
+        d->reload.loaded = true;
+}
+
+static void finish_loading(tfa_daemon *d)
+{
+    reload *r = &d->reload;
+    pthread_join(r->thread, NULL);
+    r->loaded = false;
+    if (r->status != TFA_OK) {
+        tfa_log(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was",
+                tfa_status_text(r->status));
+        finish_reload(d);
+        return;
+    }
+    r->phase = RELOAD_DRAINING;
+    start_draining(d);
+}
+
+void reload_tick(tfa_daemon *d)
+{
+    if (d->reload.phase == RELOAD_LOADING && d->reload.loaded)
+        finish_loading(d);
+    if (d->reload.phase == RELOAD_DRAINING && all_detached(d))
+        commit(d);
+    if (d->reload.phase == RELOAD_OFFERED && all_taken(d))
+        complete_reload(d);
+}
+
+void reload_abandon(tfa_daemon *d)
+{
+    if (d->reload.phase == RELOAD_LOADING)
+        pthread_join(d->reload.thread, NULL);
+    if (d->reload.phase != RELOAD_NONE)
+        release_reload(d, &d->reload);
+}

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The robots of the daemon and the workers that solve for them.
+ */
+#include "control/daemon.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/log.h"
+#include "platform/realtime.h"
+
+/* ---- robots ---- */
+
+static int load_robots_with_dds(const config *settings, bool dds, robot_set *f)
+{
+    for (size_t i = 0; i < settings->robots_count; i++) {
+        const config_robot *from = &settings->robots[i];
+        if (from->dds != dds)
+            continue;
+        int status = tfa_robot_load(settings, from, &f->robots[f->count]);
+        if (status != TFA_OK)
+            return status;
+        f->count += (uint32_t)tfa_robot_count(from);
+    }
+    return TFA_OK;
+}
+
+int robot_set_load(const config *settings, robot_set *f)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < settings->robots_count; i++)
+        count += tfa_robot_count(&settings->robots[i]);
+    *f = (robot_set){.robots = calloc(count, sizeof *f->robots)};
+    int status = f->robots ? load_robots_with_dds(settings, true, f) : TFA_E_MEMORY;
+    f->dds_count = f->count;
+    if (status == TFA_OK)
+        status = load_robots_with_dds(settings, false, f);
+    if (status != TFA_OK)
+        robot_set_unload(f);
+    return status;
+}
+
+void robot_set_unload(robot_set *f)
+{
+    for (uint32_t i = 0; i < f->count; i++)
+        tfa_robot_unload(&f->robots[i]);
+    free(f->robots);
+    *f = (robot_set){0};
+}
+
+/* ---- the pool ---- */
+
+/* Threads as wanted, or as they can be had. */
+static int start_thread_pool(const config_pool *wanted, const int *cpus,
+                             tfa_thread_pool **thread_pool)
+{
+    tfa_thread_pool_options options = {.threads = wanted->threads,
+                                       .spin_ns = wanted->spin_ns,
+                                       .cpus = wanted->affinity_count ? cpus : NULL,
+                                       .priority = wanted->priority};
+    int status = tfa_thread_pool_create(&options, thread_pool);
+    if (status != TFA_E_SYSTEM || (!options.cpus && !options.priority))
+        return status;
+    tfa_log(TFA_LOG_WARNING,
+            "pool: its threads stay with the ordinary scheduler, on any processor: %s; for the "
+            "priority raise LimitRTPRIO or give CAP_SYS_NICE",
+            strerror(errno));
+    options.cpus = NULL;
+    options.priority = 0;
+    return tfa_thread_pool_create(&options, thread_pool);
+}
+
+int daemon_start_pool(tfa_daemon *d)
+{
+    const config_pool *wanted = &d->settings->pool;
+    int cpus[257] = {0}; /* the caller's, which is not changed, then those configured */
+    if (!wanted->threads)
+        return TFA_OK;
+    for (uint32_t k = 1; k < wanted->threads; k++)
+        cpus[k] = wanted->affinity_count
+                      ? (int)wanted->affinity[(k - 1) % (uint32_t)wanted->affinity_count]
+                      : 0;
+    int status = start_thread_pool(wanted, cpus, &d->thread_pool);
+    for (uint32_t i = 0; i < d->robot_set.count && status == TFA_OK; i++)
+        status = tfa_robot_open_pool(&d->robot_set.robots[i], wanted, d->thread_pool);
+    if (status == TFA_OK)
+        tfa_log(TFA_LOG_INFO, "pool: %u threads with the worker's own, from %u bodies x states on",
+                wanted->threads, wanted->from);
+    return status;
+}
+
+/* ---- workers ---- */
+
+/* The most eager wait mode that a robot is configured with. */
+static tfa_wait worker_wait(const config *settings)
+{
+    tfa_wait wait = TFA_WAIT_BLOCK;
+    for (size_t i = 0; i < settings->robots_count; i++)
+        if (settings->robots[i].wait != TFA_WAIT_BLOCK)
+            wait = TFA_WAIT_HYBRID; /* spins only while a client asks for it */
+    return wait;
+}
+
+static int make_worker(tfa_daemon *d, daemon_worker *w)
+{
+    const robot_set *f = &d->robot_set;
+    tfa_worker_robot *robots = calloc(f->count, sizeof *robots);
+    w->solvers = calloc(f->count, sizeof *w->solvers);
+    int status = robots && w->solvers ? TFA_OK : TFA_E_MEMORY;
+    for (uint32_t i = 0; i < f->count && status == TFA_OK; i++) {
+        status = tfa_robot_solver_create(&f->robots[i], &d->settings->pool, &w->solvers[i]);
+        if (status == TFA_OK)
+            robots[i] = tfa_robot_for_worker(&f->robots[i], w->solvers[i]);
+    }
+    if (status == TFA_OK)
+        status = tfa_segment_create((config_backend)d->settings->backend,
+                                    sizeof(tfa_ring_worker_status), &w->worker_status);
+    if (status == TFA_OK) {
+        const tfa_worker_options options = {.robots = robots,
+                                            .robot_count = f->count,
+                                            .spin_ns = d->settings->spin_ns,
+                                            .wait = worker_wait(d->settings),
+                                            .worker_status = w->worker_status.memory};
+        status = tfa_worker_create(&options, &w->worker);
+    }
+    free(robots);
+    return status;
+}
+
+static void *run_worker(void *worker)
+{
+    tfa_stack_prepare(); /* a rare question goes deeper than those before it */
+    tfa_worker_run(worker);
+    return NULL;
+}
+
+static int start_worker(tfa_daemon *d, uint32_t number)
+{
+    daemon_worker *w = &d->workers[number];
+    char name[24];
+    int status = make_worker(d, w);
+    if (status != TFA_OK)
+        return status;
+    if (pthread_create(&w->thread, NULL, run_worker, w->worker) != 0)
+        return TFA_E_SYSTEM;
+    w->started = true;
+    snprintf(name, sizeof name, "worker%u", number);
+    name[15] = 0; /* the kernel takes no more */
+    pthread_setname_np(w->thread, name);
+    tfa_realtime_worker(&d->settings->realtime, number, w->thread);
+    return TFA_OK;
+}
+
+int daemon_start_workers(tfa_daemon *d)
+{
+    d->workers = calloc(d->settings->workers, sizeof *d->workers);
+    if (!d->workers)
+        return TFA_E_MEMORY;
+    for (uint32_t i = 0; i < d->settings->workers; i++)
+        d->workers[i].worker_status = TFA_SEGMENT_NONE;
+    for (uint32_t i = 0; i < d->settings->workers; i++) {
+        int status = start_worker(d, i);
+        if (status != TFA_OK) {
+            tfa_log(TFA_LOG_ERROR, "worker %u cannot start: %s", i, tfa_status_text(status));
+            return status;
+        }
+    }
+    return TFA_OK;
+}
+
+int daemon_self_test(tfa_daemon *d)
+{
+    for (uint32_t i = 0; i < d->robot_set.count; i++)
+        for (uint32_t k = 0; k < d->settings->workers; k++) {
+            int status = tfa_robot_self_test(&d->robot_set.robots[i], d->workers[k].worker, i);
+            if (status != TFA_OK) {
+                tfa_log(TFA_LOG_ERROR, "self-test: robot '%s', worker %u: %s",
+                        d->robot_set.robots[i].name, k, tfa_status_text(status));
+                return status;
+            }
+        }
+    return TFA_OK;
+}
+
+void daemon_stop_workers(tfa_daemon *d)
+{
+    for (uint32_t i = 0; d->workers && i < d->settings->workers; i++)
+        if (d->workers[i].started)
+            tfa_worker_stop(d->workers[i].worker);
+    for (uint32_t i = 0; d->workers && i < d->settings->workers; i++) {
+        if (d->workers[i].started)
+            pthread_join(d->workers[i].thread, NULL);
+        d->workers[i].started = false;
+    }
+}
+
+static void free_worker(const tfa_daemon *d, daemon_worker *w)
+{
+    tfa_worker_destroy(w->worker);
+    tfa_segment_destroy(&w->worker_status);
+    for (uint32_t i = 0; w->solvers && i < d->robot_set.count; i++)
+        tfa_robot_solver_free(w->solvers[i]);
+    free(w->solvers);
+}
+
+void daemon_free_robot_set(tfa_daemon *d)
+{
+    for (uint32_t i = 0; d->workers && i < d->settings->workers; i++)
+        free_worker(d, &d->workers[i]);
+    free(d->workers);
+    robot_set_unload(&d->robot_set);
+    tfa_thread_pool_free(d->thread_pool);
+}

@@ -1,0 +1,222 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The DDS gateway of the daemon: joins the domain, opens and closes.
+ */
+#include "dds_internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define DEFAULT_SLOTS 16
+#define DEFAULT_SPIN_NS 50000
+
+#define STOP_NS 500000000 /* what the worker has not answered by then, it will not answer */
+
+static char last_error[128];
+
+int64_t tfa_dds_monotonic(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+const char *tfa_dds_error(void)
+{
+    return last_error;
+}
+
+/* Remembers what failed. @return whether `entity_or_code` is a failure */
+static bool failed(dds_return_t entity_or_code, const char *step)
+{
+    if (entity_or_code >= 0)
+        return false;
+    snprintf(last_error, sizeof last_error, "%s: %s", step, dds_strretcode(entity_or_code));
+    return true;
+}
+
+/* ---- create ---- */
+
+static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
+{
+    gateway->robots = calloc(options->robot_count, sizeof *gateway->robots);
+    if (gateway->robots == NULL)
+        return TFA_E_MEMORY;
+    gateway->robot_count = options->robot_count;
+    for (uint32_t i = 0; i < options->robot_count; i++) {
+        const tfa_dds_robot *from = &options->robots[i];
+        dds_robot *robot = &gateway->robots[i];
+
+        if (from->name == NULL || !tfa_dds_set_robot(robot->name, from->name)) {
+            snprintf(last_error, sizeof last_error, "robot %u: a name has 1 to %d bytes", i,
+                     totalforce_dds_ROBOT_NAME_MAX);
+            return TFA_E_ARGUMENT;
+        }
+        robot->index = i;
+        robot->shape.max_batch = from->max_batch > 0 ? from->max_batch : 1;
+        tfa_dds_set_model(robot, from->model);
+        robot->pending = calloc(gateway->slots, sizeof *robot->pending);
+        if (robot->pending == NULL)
+            return TFA_E_MEMORY;
+    }
+    return TFA_OK;
+}
+
+static dds_entity_t make_writer(const tfa_dds *gateway, tfa_dds_topic topic)
+{
+    return tfa_dds_create_writer(gateway->participant, gateway->topics[topic], topic, NULL);
+}
+
+/* Everything but the readers of requests and torques, which open the gateway. */
+static int make_entities(tfa_dds *gateway, uint32_t domain)
+{
+    gateway->participant = dds_create_participant(domain, NULL, NULL);
+    if (failed(gateway->participant, "participant (a bad CYCLONEDDS_URI? no free index?)"))
+        return TFA_E_SYSTEM;
+    for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i <= TFA_DDS_ACCELERATIONS; i++) {
+        gateway->topics[i] = tfa_dds_create_topic(gateway->participant, i);
+        if (failed(gateway->topics[i], "topic"))
+            return TFA_E_SYSTEM;
+    }
+    gateway->info_writer = make_writer(gateway, TFA_DDS_ROBOT_INFO);
+    gateway->info_reader = tfa_dds_create_reader(
+        gateway->participant, gateway->topics[TFA_DDS_ROBOT_INFO], TFA_DDS_ROBOT_INFO, NULL);
+    gateway->reply_writer = make_writer(gateway, TFA_DDS_REPLY);
+    if (failed(gateway->info_writer, "robot_info writer") ||
+        failed(gateway->info_reader, "robot_info reader") ||
+        failed(gateway->reply_writer, "reply writer"))
+        return TFA_E_SYSTEM;
+    if (gateway->streaming) {
+        gateway->accelerations_writer = make_writer(gateway, TFA_DDS_ACCELERATIONS);
+        if (failed(gateway->accelerations_writer, "joint_accelerations writer"))
+            return TFA_E_SYSTEM;
+    }
+    return TFA_OK;
+}
+
+int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
+{
+    *result = NULL;
+    last_error[0] = '\0';
+    if (options->robot_count == 0)
+        return TFA_E_ARGUMENT;
+    tfa_dds *gateway = calloc(1, sizeof *gateway);
+    if (gateway == NULL)
+        return TFA_E_MEMORY;
+    pthread_mutex_init(&gateway->mutex, NULL);
+    pthread_cond_init(&gateway->handover, NULL);
+    gateway->slots = options->slots > 0 ? options->slots : DEFAULT_SLOTS;
+    gateway->spin_ns = options->spin_ns > 0 ? options->spin_ns : DEFAULT_SPIN_NS;
+    gateway->streaming = !options->no_streaming;
+
+    int status = make_robots(gateway, options);
+    if (status == TFA_OK)
+        status = make_entities(gateway, options->domain);
+    if (status == TFA_OK)
+        *result = gateway;
+    else
+        tfa_dds_stop(gateway);
+    return status;
+}
+
+/* ---- start ---- */
+
+static dds_entity_t make_listening_reader(tfa_dds *gateway, tfa_dds_topic topic,
+                                          dds_on_data_available_fn on_data)
+{
+    dds_listener_t *listener = dds_create_listener(gateway);
+
+    if (listener == NULL)
+        return DDS_RETCODE_OUT_OF_RESOURCES;
+    dds_lset_data_available(listener, on_data);
+    const dds_entity_t reader =
+        tfa_dds_create_reader(gateway->participant, gateway->topics[topic], topic, listener);
+    dds_delete_listener(listener);
+    return reader;
+}
+
+/* The robots are announced last: who sees one finds the topics behind it. */
+static int open_gateway(tfa_dds *gateway)
+{
+    if (gateway->streaming) {
+        gateway->torques_reader =
+            make_listening_reader(gateway, TFA_DDS_TORQUES, tfa_dds_on_torques);
+        if (failed(gateway->torques_reader, "joint_torques reader"))
+            return TFA_E_SYSTEM;
+    }
+    gateway->request_reader = make_listening_reader(gateway, TFA_DDS_REQUEST, tfa_dds_on_request);
+    if (failed(gateway->request_reader, "request reader"))
+        return TFA_E_SYSTEM;
+    for (uint32_t i = 0; i < gateway->robot_count; i++)
+        if (failed(tfa_dds_write_info(gateway, &gateway->robots[i]), "robot_info"))
+            return TFA_E_SYSTEM;
+    return TFA_OK;
+}
+
+int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker)
+{
+    gateway->worker = worker;
+    for (uint32_t i = 0; i < gateway->robot_count; i++) {
+        dds_robot *robot = &gateway->robots[i];
+        const int status = tfa_dds_ring_open(worker, robot, gateway->slots, &robot->ring);
+        if (status != TFA_OK)
+            return status;
+    }
+    const int code = pthread_create(&gateway->thread, NULL, tfa_dds_thread, gateway);
+    if (code != 0) {
+        snprintf(last_error, sizeof last_error, "dds thread: %s", strerror(code));
+        return TFA_E_SYSTEM;
+    }
+    gateway->running = true;
+    (void)pthread_setname_np(gateway->thread, "tfa-dds");
+    return open_gateway(gateway);
+}
+
+/* ---- stop ---- */
+
+/* No new requests; those under way are answered: the worker still runs. */
+static void close_gateway(tfa_dds *gateway)
+{
+    tfa_dds_withdraw_all(gateway);
+    if (gateway->torques_reader > 0)
+        (void)dds_delete(gateway->torques_reader); /* waits for a listener at work */
+    if (gateway->request_reader > 0)
+        (void)dds_delete(gateway->request_reader);
+    pthread_mutex_lock(&gateway->mutex);
+    gateway->stopping = true;
+    gateway->stop_deadline = tfa_dds_monotonic() + STOP_NS;
+    pthread_cond_signal(&gateway->handover);
+    pthread_mutex_unlock(&gateway->mutex);
+    pthread_join(gateway->thread, NULL);
+    (void)dds_wait_for_acks(gateway->reply_writer, DDS_MSECS(100));
+}
+
+void tfa_dds_stop(tfa_dds *gateway)
+{
+    if (gateway == NULL)
+        return;
+    if (gateway->running)
+        close_gateway(gateway);
+    if (gateway->participant > 0)
+        (void)dds_delete(gateway->participant);
+    for (uint32_t i = 0; gateway->robots != NULL && i < gateway->robot_count; i++) {
+        tfa_dds_ring_close(gateway->robots[i].ring);
+        free(gateway->robots[i].pending);
+    }
+    free(gateway->robots);
+    pthread_cond_destroy(&gateway->handover);
+    pthread_mutex_destroy(&gateway->mutex);
+    free(gateway);
+}
+
+tfa_dds_counters tfa_dds_count(const tfa_dds *gateway)
+{
+#define READ(counter) atomic_load_explicit(&gateway->count.counter, memory_order_relaxed)
+    return (tfa_dds_counters){READ(requests), READ(torques), READ(replies),
+                              READ(rejected), READ(dropped), READ(handovers)};
+#undef READ
+}

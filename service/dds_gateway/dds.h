@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The DDS gateway of the daemon: the topics of idl/totalforce.idl for all its robots.
+ *
+ * The gateway is one more client of the worker, through an internal ring for each robot; it knows
+ * nothing of dynamics and shares nothing with the shared-memory clients.
+ *
+ * Order of calls (main.c): tfa_dds_create before the worker raises its priority or pins itself
+ * (Cyclone's threads inherit both); tfa_dds_start when the worker can serve; tfa_dds_stop before
+ * the worker ends. All three from one thread.
+ */
+#ifndef TFA_SERVICE_DDS_GATEWAY_DDS_H
+#define TFA_SERVICE_DDS_GATEWAY_DDS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <totalforce/model.h>
+#include <totalforce/status.h>
+
+struct tfa_worker;
+
+typedef struct tfa_dds tfa_dds;
+
+typedef struct tfa_dds_robot {
+    const char *name;       /**< at most 63 bytes; lives as long as the gateway */
+    const tfa_model *model; /**< for RobotInfo; must live until another was announced */
+    uint32_t max_batch;     /**< states of one request */
+} tfa_dds_robot;
+
+typedef struct tfa_dds_options {
+    uint32_t domain;             /**< DDS domain id, 0..230 */
+    const tfa_dds_robot *robots; /**< the first robots of the worker, in its order */
+    uint32_t robot_count;
+    uint32_t slots;    /**< requests under way for each robot, power of two; 0: 16 */
+    uint32_t spin_ns;  /**< how long the receiving thread spins for an answer before it hands the
+                            request over to the dds thread; 0: 50000 */
+    bool no_streaming; /**< leave out joint_torques and joint_accelerations */
+} tfa_dds_options;
+
+/** Counted since the start; read at any time by any thread. */
+typedef struct tfa_dds_counters {
+    uint64_t requests;  /**< samples taken from the request topic */
+    uint64_t torques;   /**< samples taken from the torque topic */
+    uint64_t replies;   /**< replies and accelerations written */
+    uint64_t rejected;  /**< of those: bad input, unknown robot, or no free slot */
+    uint64_t dropped;   /**< of the answers: DDS would not take them */
+    uint64_t handovers; /**< answers that took longer than spin_ns */
+} tfa_dds_counters;
+
+/**
+ * Joins the domain and creates every entity, but nothing answers yet.
+ * @return TFA_OK; TFA_E_ARGUMENT (no robot, a name too long); TFA_E_MEMORY; TFA_E_SYSTEM (the
+ *         domain cannot be joined: see the text of tfa_dds_error). On error *dds is NULL.
+ */
+TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
+
+/** Attaches the internal rings, starts the dds thread, announces the robots, opens the gateway.
+ *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; what the worker says. */
+TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker);
+
+/* The exchange of a model, in this order, from one thread: expect, the worker takes it over,
+ * announce. When the arrays or the names of the robot change, leave until true comes before. */
+
+/** Replies of robot `robot` may come from this model, too: they carry its hash. */
+void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next);
+
+/** Gives the robot's ring back to the worker once what is under way is answered; what comes
+ *  meanwhile is refused with TFA_E_AGAIN. @return it has been given back; otherwise ask again */
+bool tfa_dds_detach(tfa_dds *dds, uint32_t robot);
+
+/** Tells the domain that robot `robot` now has this model; takes a ring again after tfa_dds_detach.
+ *  @return TFA_OK; TFA_E_ARGUMENT; TFA_E_SYSTEM; what the worker says: it is asked again with the
+ *          next model */
+TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *model);
+
+/** Withdraws the robots, closes the gateway, joins the thread, leaves the domain, frees. The worker
+ *  must still run. NULL is allowed, and so is a gateway that was created and never started. */
+void tfa_dds_stop(tfa_dds *dds);
+
+tfa_dds_counters tfa_dds_count(const tfa_dds *dds);
+
+/** Why the last tfa_dds_create failed, in Cyclone's words. Static storage, one thread. */
+const char *tfa_dds_error(void);
+
+#endif

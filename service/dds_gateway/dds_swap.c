@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The DDS gateway when a robot gets another model.
+ */
+#include "dds_internal.h"
+
+#include <string.h>
+
+void tfa_dds_set_model(dds_robot *robot, const tfa_model *model)
+{
+    robot->model = model;
+    memcpy(robot->hash, tfa_model_hash(model), sizeof robot->hash);
+    robot->shape.q_count = tfa_model_q_count(model);
+    robot->shape.v_count = tfa_model_v_count(model);
+    robot->shape.base_freedoms = tfa_model_base_freedoms(model);
+}
+
+/* As tfa_model_tag. */
+static uint64_t tag_of(const uint8_t *hash)
+{
+    uint64_t tag = 0;
+
+    for (int i = 0; i < 8; i++)
+        tag = tag << 8 | hash[i];
+    return tag;
+}
+
+const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag)
+{
+    return tag != tag_of(robot->hash) && tag == tag_of(robot->other) ? robot->other : robot->hash;
+}
+
+void tfa_dds_expect(tfa_dds *gateway, uint32_t index, const tfa_model *next)
+{
+    pthread_mutex_lock(&gateway->mutex);
+    memcpy(gateway->robots[index].other, tfa_model_hash(next), sizeof gateway->robots[index].other);
+    pthread_mutex_unlock(&gateway->mutex);
+}
+
+/* Under the mutex no listener is at work, and the dds thread waits for robots that were handed over
+ * only: one that was not and has nothing under way is nobody's. */
+bool tfa_dds_detach(tfa_dds *gateway, uint32_t index)
+{
+    dds_robot *robot = &gateway->robots[index];
+    struct tfa_dds_ring *ring = NULL;
+
+    pthread_mutex_lock(&gateway->mutex);
+    robot->leaving = true;
+    const bool idle = !robot->handed_over && robot->first == robot->last;
+    if (idle) {
+        ring = robot->ring;
+        robot->ring = NULL;
+    }
+    pthread_mutex_unlock(&gateway->mutex);
+    tfa_dds_ring_close(ring);
+    return idle;
+}
+
+int tfa_dds_announce(tfa_dds *gateway, uint32_t index, const tfa_model *model)
+{
+    if (index >= gateway->robot_count)
+        return TFA_E_ARGUMENT;
+    dds_robot *robot = &gateway->robots[index];
+    int status = TFA_OK;
+
+    pthread_mutex_lock(&gateway->mutex);
+    memcpy(robot->other, robot->hash, sizeof robot->other);
+    tfa_dds_set_model(robot, model);
+    if (robot->ring == NULL) {
+        status = tfa_dds_ring_open(gateway->worker, robot, gateway->slots, &robot->ring);
+        robot->first = robot->last = 0; /* the ring counts anew */
+    }
+    robot->leaving = status != TFA_OK;
+    const dds_return_t code = tfa_dds_write_info(gateway, robot);
+    pthread_mutex_unlock(&gateway->mutex);
+    if (status != TFA_OK)
+        return status;
+    return code == DDS_RETCODE_OK ? TFA_OK : TFA_E_SYSTEM;
+}

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A robot that clients can ask for, or a scene of one: loaded, compiled, named; and what each
+ * worker needs to solve for it. Grouped by the file that defines it.
+ */
+#ifndef TFA_SERVICE_ROBOTS_ROBOT_H
+#define TFA_SERVICE_ROBOTS_ROBOT_H
+
+#include <totalforce/batch_pool.h>
+#include <totalforce/dynamics.h>
+#include <totalforce/model.h>
+#include <totalforce/specialised.h>
+
+#include "config/config.h"
+#include "ipc/handshake.h"
+#include "platform/segment.h"
+#include "scene.h"
+#include "worker/worker.h"
+
+typedef struct tfa_robot {
+    char name[TFA_ROBOT_NAME_MAX + 1]; /**< ROBOT or ROBOT.SCENE */
+    const config_robot *config;        /**< of a scene: of its robot */
+    const config_scene *scene;         /**< NULL: the robot itself */
+    tfa_shared_model *shared;
+    const tfa_model *model;       /**< of `shared` */
+    tfa_wire_shape shape;         /**< max_batch as configured */
+    tfa_segment names;            /**< see tfa_welcome.names_bytes */
+    tfa_batch_pool *pool;         /**< for large requests, shared by all workers; NULL: none */
+    tfa_specialised *specialised; /**< its specialised kernel; NULL: the generic one answers */
+    bool reshaping; /**< a reload changes its shape: no client is attached meanwhile */
+} tfa_robot;
+
+/* ---- robot.c: loading ---- */
+
+/** Served names of a robot: itself and its scenes. */
+size_t tfa_robot_count(const config_robot *from);
+
+/**
+ * Reads a robot's file once and compiles the robot and its scenes; checks each (tfa_robot_verify).
+ * What the reports have to say is logged. @param robots  tfa_robot_count(from) of them
+ * @return TFA_OK or why not; then nothing is left of any of them.
+ */
+TFA_CHECKED int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robots);
+void tfa_robot_unload(tfa_robot *robot);
+
+/** Gives the robot a pool of these threads, if it can have large requests. @return TFA_OK;
+ *  TFA_E_MEMORY; TFA_E_UNSUPPORTED */
+TFA_CHECKED int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted,
+                                    tfa_thread_pool *thread_pool);
+
+/** Same arrays, same joints and links in the same order: clients of one can be served by the other
+ *  without noticing. */
+bool tfa_robot_same_shape(const tfa_robot *a, const tfa_robot *b);
+
+/* ---- kernel.c: specialised kernels ---- */
+
+/** Looks for the robot's specialised kernel where the configuration says, and logs which kernel
+ * answers. */
+void tfa_robot_find_kernel(const config *settings, tfa_robot *robot);
+/** The same build, or both none. */
+bool tfa_robot_same_kernel(const tfa_robot *a, const tfa_robot *b);
+
+/* ---- solver.c: solving ---- */
+
+/** A workspace and an estimate policy: belongs to one worker. */
+typedef struct tfa_robot_solver tfa_robot_solver;
+
+/** For a robot whose pool, if it has one, outlives it. @return TFA_OK; TFA_E_MEMORY;
+ *  TFA_E_UNSUPPORTED. Every page is there when it returns. */
+TFA_CHECKED int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
+                                        tfa_robot_solver **solver);
+/** NULL is allowed. */
+void tfa_robot_solver_free(tfa_robot_solver *solver);
+
+/** A tfa_solver; `self` is a tfa_robot_solver. Large requests go to the pool, unless it serves
+ *  another worker. */
+int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply,
+                    const tfa_yield *yield);
+
+/** What a worker has to know of the robot. */
+tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver);
+
+/* ---- self_test.c: is it fit to answer? ---- */
+
+/**
+ * Checks a model in a private workspace: one forward dynamics of a robot that moves, put into the
+ * equation of motion. The residual of M qdd + h = tau, by inverse dynamics, may be 1e-6 of the
+ * forces in it. A robot that is singular there passes: it was answered.
+ * @return TFA_OK; TFA_E_NOT_COMPUTED (the residual, said in the log); TFA_E_MEMORY; what
+ *         tfa_compute refuses.
+ */
+TFA_CHECKED int tfa_robot_verify(const tfa_robot *robot);
+
+/** Asks the worker one forward dynamics of the robot at q = 0 through a local client.
+ *  @return TFA_OK: it was answered. TFA_E_TIMEOUT; what the worker says. */
+TFA_CHECKED int tfa_robot_self_test(const tfa_robot *robot, tfa_worker *worker, uint32_t index);
+
+#endif

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What a worker solves with: a workspace of its own, and the estimate policy.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "robots/robot.h"
+
+#define ALIGNMENT 64
+
+/* Counts for each request, so no two workers may share its cache line. */
+struct tfa_robot_solver {
+    _Alignas(ALIGNMENT) tfa_workspace *workspace;
+    void *memory;
+    const tfa_model *model;
+    tfa_batch_pool *pool; /* the robot's, or NULL */
+    uint64_t from;        /* the pool's: states */
+    uint32_t cut;
+    uint32_t estimate; /* config_estimate */
+    uint32_t every, until_next;
+};
+
+static tfa_workspace_options options_of(const tfa_robot *robot)
+{
+    static const tfa_precision precisions[] = {
+        [CONFIG_PRECISION_F64] = TFA_F64,
+        [CONFIG_PRECISION_F32] = TFA_F32,
+    };
+    const config_robot *c = robot->config;
+    return (tfa_workspace_options){.precision = precisions[c->precision],
+                                   .residual = (tfa_residual)c->residual,
+                                   .methods =
+                                       c->methods == CONFIG_METHODS_ALL ? TFA_METHODS_ALL : 0,
+                                   .specialised = robot->specialised};
+}
+
+/* A request of so many states is a large one. */
+static uint64_t large_states(const tfa_robot *robot, const config_pool *pool)
+{
+    const uint32_t bodies = tfa_model_summarise(robot->model).bodies;
+    return ((uint64_t)pool->from + bodies - 1) / (bodies ? bodies : 1);
+}
+
+int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted, tfa_thread_pool *thread_pool)
+{
+    if (!thread_pool || robot->config->max_batch < large_states(robot, wanted))
+        return TFA_OK;
+    const tfa_workspace_options o = options_of(robot);
+    const tfa_batch_pool_options options = {.precision = o.precision,
+                                            .residual = o.residual,
+                                            .methods = o.methods,
+                                            .thread_pool = thread_pool,
+                                            .specialised = o.specialised};
+    return tfa_batch_pool_create(robot->model, &options, &robot->pool);
+}
+
+static int make_workspace(const tfa_robot *robot, tfa_robot_solver *solver)
+{
+    const tfa_workspace_options options = options_of(robot);
+    const size_t size = tfa_workspace_size(robot->model, &options);
+    if (!size)
+        return TFA_E_UNSUPPORTED;
+    solver->memory = aligned_alloc(ALIGNMENT, (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+    if (!solver->memory)
+        return TFA_E_MEMORY;
+    memset(solver->memory, 0, size); /* every page is there before the first request */
+    return tfa_workspace_init(solver->memory, size, robot->model, &options, &solver->workspace);
+}
+
+int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
+                            tfa_robot_solver **solver)
+{
+    *solver = NULL;
+    tfa_robot_solver *made = aligned_alloc(ALIGNMENT, sizeof *made);
+    if (!made)
+        return TFA_E_MEMORY;
+    *made = (tfa_robot_solver){.model = robot->model,
+                               .pool = robot->pool,
+                               .from = large_states(robot, pool),
+                               .cut = robot->config->cut,
+                               .estimate = robot->config->estimate,
+                               .every = robot->config->estimate_every,
+                               .until_next = robot->config->estimate_every};
+    if (made->pool)
+        made->cut *= tfa_batch_pool_threads(made->pool);
+    int status = make_workspace(robot, made);
+    if (status != TFA_OK) {
+        tfa_robot_solver_free(made);
+        return status;
+    }
+    *solver = made;
+    return TFA_OK;
+}
+
+void tfa_robot_solver_free(tfa_robot_solver *solver)
+{
+    if (!solver)
+        return;
+    free(solver->memory);
+    free(solver);
+}
+
+tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver)
+{
+    return (tfa_worker_robot){
+        .shape = robot->shape, .solve = tfa_robot_solve, .self = solver, .cut = solver->cut};
+}
+
+/* What a request gets that leaves the estimate open. DEFAULT is the library's: where the sentinel
+ * trips, and always for methods with inverse inertias. */
+static tfa_estimate estimate_policy(tfa_robot_solver *solver)
+{
+    if (solver->estimate == CONFIG_ESTIMATE_DEFAULT)
+        return TFA_ESTIMATE_DEFAULT;
+    if (solver->estimate == CONFIG_ESTIMATE_NEVER)
+        return TFA_ESTIMATE_NEVER;
+    if (solver->estimate == CONFIG_ESTIMATE_ALWAYS)
+        return TFA_ESTIMATE_ALWAYS;
+    if (--solver->until_next)
+        return TFA_ESTIMATE_DEFAULT;
+    solver->until_next = solver->every;
+    return TFA_ESTIMATE_ALWAYS;
+}
+
+static bool is_large(const tfa_robot_solver *solver, const tfa_request *request)
+{
+    return solver->pool && request->count >= solver->from;
+}
+
+/* Some states of a checked request, alone if the pool serves another worker. */
+static int solve_states(const tfa_robot_solver *solver, const tfa_request *request, uint32_t first,
+                        uint32_t count, tfa_reply *reply)
+{
+    if (is_large(solver, request)) {
+        const int status =
+            tfa_batch_pool_compute_states(solver->pool, request, first, count, reply);
+        if (status != TFA_E_BUSY)
+            return status;
+    }
+    return tfa_compute_states(solver->workspace, request, first, count, reply);
+}
+
+/* In one go, or in parts of `cut` states, as long as they are answered. */
+static int solve(const tfa_robot_solver *solver, const tfa_request *request, tfa_reply *reply,
+                 const tfa_yield *yield)
+{
+    if (!yield && !is_large(solver, request))
+        return tfa_compute(solver->workspace, request, reply);
+    int status = tfa_request_check(solver->model, request, reply);
+    for (uint32_t first = 0; first < request->count && tfa_wire_has_answers(status);) {
+        const uint32_t left = request->count - first;
+        const uint32_t count = left < solver->cut ? left : solver->cut;
+        status = solve_states(solver, request, first, count, reply);
+        first += count;
+        if (yield && first < request->count)
+            yield->serve_others(yield->context);
+    }
+    return status;
+}
+
+int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply,
+                    const tfa_yield *yield)
+{
+    tfa_robot_solver *solver = self;
+    if (request->estimate != TFA_ESTIMATE_DEFAULT)
+        return solve(solver, request, reply, yield);
+    tfa_request decided = *request;
+    decided.estimate = estimate_policy(solver);
+    return solve(solver, &decided, reply, yield);
+}

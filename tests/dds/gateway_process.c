@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A process that serves the test robots over DDS: the gateway of the daemon and what stands behind
+ * it.
+ */
+#include "gateway_process.h"
+
+#include "dds_gateway/dds.h"
+#include "dds_test.h"
+#include "robots.h"
+#include "test_worker.h"
+
+#include <signal.h>
+#include <spawn.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+
+extern char **environ;
+
+static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots)
+{
+    test_robot robots[TEST_ROBOTS];
+    tfa_dds_robot served[TEST_ROBOTS];
+    tfa_dds *gateway;
+    sigset_t ends;
+    int signal;
+
+    sigemptyset(&ends);
+    sigaddset(&ends, SIGTERM);
+    sigprocmask(SIG_BLOCK, &ends, NULL);
+    if (!test_robots_make(robots))
+        return 3;
+    for (uint32_t i = 0; i < TEST_ROBOTS; i++)
+        served[i] = (tfa_dds_robot){robots[i].name, robots[i].model, TEST_BATCH};
+    const tfa_dds_options options = {
+        .domain = domain, .robots = served, .robot_count = TEST_ROBOTS, .slots = slots};
+    if (tfa_dds_create(&options, &gateway) != TFA_OK) {
+        fprintf(stderr, "gateway: %s\n", tfa_dds_error());
+        return 4;
+    }
+    struct tfa_worker *worker = test_worker_start(robots, delay_us);
+    if (worker == NULL || tfa_dds_start(gateway, worker) != TFA_OK)
+        return 5;
+    printf("ready\n");
+    fflush(stdout);
+    sigwait(&ends, &signal);
+    const tfa_dds_counters count = tfa_dds_count(gateway);
+    tfa_dds_stop(gateway);
+    test_worker_stop(worker);
+    printf("dropped %lu\n", (unsigned long)count.dropped);
+    for (uint32_t i = 0; i < TEST_ROBOTS; i++)
+        tfa_model_free(robots[i].model);
+    return 0;
+}
+
+void test_daemon_main(int argc, char **argv)
+{
+    if (argc != 5 || strcmp(argv[1], "serve") != 0)
+        return;
+    prctl(PR_SET_PDEATHSIG, SIGKILL); /* a test that crashes leaves nobody behind */
+    exit(serve((uint32_t)atoi(argv[2]), (uint32_t)atoi(argv[3]), (uint32_t)atoi(argv[4])));
+}
+
+static void read_line(int fd, char *line, size_t size)
+{
+    size_t length = 0;
+
+    while (length + 1 < size && read(fd, line + length, 1) == 1 && line[length] != '\n')
+        length++;
+    line[length] = '\0';
+}
+
+/* The one that runs; a test that failed may have left it. */
+static pid_t running;
+
+static void kill_running(void)
+{
+    if (running <= 0)
+        return;
+    kill(running, SIGKILL);
+    waitpid(running, NULL, 0);
+    running = 0;
+}
+
+test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *options)
+{
+    char numbers[3][16], line[32];
+    char program[] = "/proc/self/exe", verb[] = "serve";
+    char *argv[] = {program, verb, numbers[0], numbers[1], numbers[2], NULL};
+    test_daemon daemon;
+    posix_spawn_file_actions_t actions;
+    int ends[2];
+
+    snprintf(numbers[0], sizeof numbers[0], "%u", domain);
+    snprintf(numbers[1], sizeof numbers[1], "%u", options != NULL ? options->delay_us : 0);
+    snprintf(numbers[2], sizeof numbers[2], "%u", options != NULL ? options->slots : 0);
+    kill_running();
+    assert_int_equal(pipe(ends), 0);
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_addclose(&actions, ends[0]);
+    assert_int_equal(posix_spawn(&daemon.pid, program, &actions, NULL, argv, environ), 0);
+    posix_spawn_file_actions_destroy(&actions);
+    running = daemon.pid;
+    close(ends[1]);
+    daemon.out = ends[0];
+    read_line(daemon.out, line, sizeof line);
+    assert_string_equal(line, "ready");
+    return daemon;
+}
+
+unsigned long test_daemon_stop(test_daemon *daemon)
+{
+    char line[32];
+    int status;
+    unsigned long dropped = 0;
+
+    assert_int_equal(kill(daemon->pid, SIGTERM), 0);
+    assert_int_equal(waitpid(daemon->pid, &status, 0), daemon->pid);
+    running = 0;
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 0);
+    read_line(daemon->out, line, sizeof line);
+    assert_int_equal(sscanf(line, "dropped %lu", &dropped), 1);
+    close(daemon->out);
+    return dropped;
+}

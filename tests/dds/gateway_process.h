@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A process that serves the test robots over DDS, started and ended by a test.
+ */
+#ifndef TFA_TESTS_DDS_GATEWAY_PROCESS_H
+#define TFA_TESTS_DDS_GATEWAY_PROCESS_H
+
+#include <stdint.h>
+#include <sys/types.h>
+
+typedef struct test_daemon {
+    pid_t pid;
+    int out; /* its standard output: one line when it is ready, one of counters when it ends */
+} test_daemon;
+
+/* What it does with its requests; zeros are the defaults. */
+typedef struct test_daemon_options {
+    uint32_t delay_us; /* how long an answer takes */
+    uint32_t slots;    /* requests under way for each robot */
+} test_daemon_options;
+
+/* If the arguments say so, be such a process and never return. The first thing main does. */
+void test_daemon_main(int argc, char **argv);
+
+/* Starts one in `domain` and waits until it is ready. Fails the test if it cannot. */
+test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *options);
+
+/* Ends it by SIGTERM; it must end well. @return the answers that DDS would not take */
+unsigned long test_daemon_stop(test_daemon *daemon);
+
+#endif

@@ -1,0 +1,340 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Ways to ask that must give the same answer: batches, fused requests, defaults, instruction sets,
+ * and what the answer says of its own error.
+ */
+#include "models.h"
+#include "support/fixture.h"
+#include "test.h"
+
+#define STATES 5
+#define TIPS 2
+#define WRENCHES 2
+#define LAMBDA ((size_t)36 * TIPS * TIPS)
+
+static const tfa_method methods[] = {
+    TFA_METHOD_AUTO,          TFA_METHOD_ABA, TFA_METHOD_CRBA,      TFA_METHOD_TFA,
+    TFA_METHOD_TFA_CR,        TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN,
+    TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
+#define METHODS (sizeof methods / sizeof *methods)
+
+/* One answer to STATES states: qdd, base_acceleration, lambda_inv. */
+struct answer {
+    double *qdd, base[6 * STATES], lambda[LAMBDA * STATES];
+    tfa_answer each[STATES];
+};
+
+static struct answer *answer_make(const test_robot *robot)
+{
+    struct answer *a = calloc(1, sizeof *a);
+    a->qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *a->qdd);
+    assert_non_null(a->qdd);
+    return a;
+}
+
+static void answer_free(struct answer *a)
+{
+    free(a->qdd);
+    free(a);
+}
+
+static void ask(const test_robot *robot, tfa_workspace *w, const tfa_request *r, struct answer *a,
+                uint32_t k)
+{
+    tfa_reply reply = {.qdd = a->qdd + (size_t)k * robot->nv,
+                       .base_acceleration = a->base + 6 * k,
+                       .lambda_inv = a->lambda + LAMBDA * k,
+                       .answers = a->each + k};
+    compute_ok(robot, w, r, &reply);
+}
+
+static tfa_request full_request(const test_robot *robot, const random_states *x)
+{
+    tfa_request r = fixture_request(robot, x);
+    r.tip_count = TIPS;
+    r.tips[0] = (uint32_t)robot->description->link_count - 1;
+    r.tips[1] = (uint32_t)robot->description->link_count / 2;
+    return r;
+}
+
+static double qdd_error(const test_robot *robot, const struct answer *got,
+                        const struct answer *want)
+{
+    double error = relative_error(got->qdd, want->qdd, (size_t)STATES * robot->nv);
+    if (robot->n > robot->nv)
+        error = fmax(error, relative_error(got->base, want->base, 6 * STATES));
+    return error;
+}
+
+/* ---- a batch is its states, one by one, to the bit ---- */
+
+/* The request for state k of `r` alone. */
+static tfa_request single(const test_robot *robot, const tfa_request *r, uint32_t k)
+{
+    tfa_request one = *r;
+    one.count = 1;
+    one.q = r->q + (size_t)k * robot->nq;
+    one.v = r->v + (size_t)k * robot->nv;
+    one.tau = r->tau + (size_t)k * robot->nv;
+    one.wrenches = r->wrenches + (size_t)6 * WRENCHES * k;
+    if (robot->n > robot->nv) {
+        one.base_pose = r->base_pose + (size_t)7 * k;
+        one.base_twist = r->base_twist + (size_t)6 * k;
+        one.base_wrench = r->base_wrench + (size_t)6 * k;
+    }
+    return one;
+}
+
+static void batch(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
+    struct answer *all = answer_make(robot), *each = answer_make(robot);
+    tfa_request r = full_request(robot, x);
+    for (size_t m = 0; m < METHODS; m++) {
+        if (fixture_refuses(robot, methods[m]))
+            continue;
+        r.method = methods[m];
+        ask(robot, robot->f64, &r, all, 0);
+        for (uint32_t k = STATES; k-- > 0;) { /* backwards: no state may lean on the one before */
+            tfa_request one = single(robot, &r, k);
+            ask(robot, robot->f64, &one, each, k);
+        }
+        assert_memory_equal(all->qdd, each->qdd, STATES * robot->nv * sizeof(double));
+        assert_memory_equal(all->base, each->base, sizeof all->base);
+        assert_memory_equal(all->lambda, each->lambda, sizeof all->lambda);
+    }
+    answer_free(each);
+    answer_free(all);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(batch_equals_single_calls, batch, false)
+
+/* ---- one request for qdd and lambda_inv equals two ---- */
+
+static double worst_fused;
+
+static void fused(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
+    struct answer *both = answer_make(robot), *apart = answer_make(robot);
+    for (size_t m = 0; m < METHODS; m++)
+        for (uint32_t refine = 0; refine < 2; refine++) {
+            tfa_request r = full_request(robot, x);
+            if (fixture_refuses(robot, methods[m]))
+                continue;
+            r.method = methods[m];
+            r.refine = refine;
+            ask(robot, robot->f64, &r, both, 0);
+            r.op = TFA_OP_OPERATIONAL_INERTIA;
+            ask(robot, robot->f64, &r, apart, 0);
+            r.op = TFA_OP_FORWARD_DYNAMICS;
+            r.tip_count = 0;
+            ask(robot, robot->f64, &r, apart, 0);
+            const char *name = tfa_method_name((uint32_t)methods[m]);
+            assert_within(robot, name, qdd_error(robot, both, apart), 2e-11, &worst_fused);
+            assert_within(robot, name, relative_error(both->lambda, apart->lambda, LAMBDA * STATES),
+                          2e-11, &worst_fused);
+        }
+    answer_free(apart);
+    answer_free(both);
+    random_states_free(x);
+}
+
+TEST(fused_equals_separate)
+{
+    for_every_robot(fused, false);
+    print_message("  worst difference %.2g\n", worst_fused);
+}
+
+/* ---- what is left out is zero, or the model's ---- */
+
+static void assert_same(const test_robot *robot, const struct answer *a, const struct answer *b)
+{
+    for (size_t k = 0; k < (size_t)STATES * robot->nv; k++)
+        assert_true(a->qdd[k] == b->qdd[k]); /* 0 and -0 are the same */
+    for (size_t k = 0; k < sizeof a->base / sizeof *a->base; k++)
+        assert_true(a->base[k] == b->base[k]);
+    assert_memory_equal(a->lambda, b->lambda, sizeof a->lambda);
+}
+
+static void left_out(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
+    struct answer *a = answer_make(robot), *b = answer_make(robot);
+    double *zeros = calloc((size_t)STATES * (robot->nv + 6 * WRENCHES), sizeof *zeros);
+    tfa_request r = full_request(robot, x);
+    const double standard[3] = {0, 0, -9.80665};
+    r.v = r.tau = zeros;
+    r.gravity = standard;
+    if (robot->n > robot->nv)
+        r.base_twist = r.base_wrench = zeros;
+    ask(robot, robot->f64, &r, a, 0);
+    r.v = r.tau = r.base_twist = r.base_wrench = r.gravity = NULL;
+    ask(robot, robot->f64, &r, b, 0);
+    assert_same(robot, a, b);
+    r.wrenches = zeros; /* and none is as good as zero, also after a request that had some */
+    ask(robot, robot->f64, &r, a, 0);
+    r.wrenches = x->wrenches;
+    ask(robot, robot->f64, &r, b, 0);
+    r.wrench_count = 0;
+    ask(robot, robot->f64, &r, b, 0);
+    assert_same(robot, a, b);
+    free(zeros);
+    answer_free(b);
+    answer_free(a);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(null_means_zero, left_out, true)
+
+/* ---- rotor inertia of the file counts when the model is asked for it ---- */
+
+static void rotor(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
+    struct answer *a = answer_make(robot), *b = answer_make(robot);
+    tfa_request r = full_request(robot, x);
+    for (int asked = 0; asked < 2; asked++) {
+        const tfa_model_options options = {.base = robot->base, .rotor_inertia = asked == 0};
+        for (size_t j = 0; asked && j < robot->description->joint_count; j++)
+            robot->description->joints[j].armature += robot->description->joints[j].rotor;
+        tfa_model *model = compiled(robot->description, &options);
+        tfa_workspace *w = fixture_workspace(model, TFA_F64);
+        ask(robot, w, &r, asked ? b : a, 0);
+        tfa_workspace_free(w);
+        tfa_model_free(model);
+    }
+    assert_same(robot, a, b);
+    answer_free(b);
+    answer_free(a);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(rotor_inertia_is_armature, rotor, true)
+
+/* ---- every instruction set gives the same, up to rounding ---- */
+
+static void isa(test_robot *robot)
+{
+    static const char *const names[] = {"base", "avx2", "avx512"};
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
+    struct answer *a = answer_make(robot), *reference = answer_make(robot);
+    tfa_request r = full_request(robot, x);
+    ask(robot, robot->f128, &r, reference, 0);
+    for (size_t k = 0; k < 3; k++) {
+        tfa_workspace *w = NULL;
+        assert_int_equal(setenv("TFA_ISA", names[k], 1), 0);
+        bool here = strcmp(tfa_isa_name(), names[k]) == 0;
+        if (here)
+            w = fixture_workspace(robot->model, TFA_F64);
+        else if (robot->seed == 1)
+            print_message("SKIP: %s: not on this processor\n", names[k]);
+        for (size_t m = 0; here && m < METHODS; m++) {
+            r.method = methods[m];
+            if (fixture_refuses(robot, methods[m]))
+                continue;
+            ask(robot, w, &r, a, 0);
+            assert_within(robot, names[k], qdd_error(robot, a, reference), 3e-11, NULL);
+            assert_within(robot, names[k],
+                          relative_error(a->lambda, reference->lambda, LAMBDA * STATES), 3e-11,
+                          NULL);
+        }
+        tfa_workspace_free(w);
+    }
+    assert_int_equal(setenv("TFA_ISA", "vax", 1), 0);
+    tfa_workspace *none = NULL;
+    assert_string_equal(tfa_isa_name(), "none");
+    assert_int_equal(tfa_workspace_create(robot->model, NULL, &none), TFA_E_UNSUPPORTED);
+    unsetenv("TFA_ISA");
+    answer_free(reference);
+    answer_free(a);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(instruction_sets_agree, isa, true)
+
+/* ---- the error estimate does not flatter ---- */
+
+static void estimate(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
+    struct answer *a = answer_make(robot), *exact = answer_make(robot);
+    tfa_request r = full_request(robot, x);
+    ask(robot, robot->f128, &r, exact, 0);
+    r.estimate = TFA_ESTIMATE_ALWAYS;
+    r.refine = 0;
+    for (size_t m = 0; m < METHODS; m++) {
+        if (fixture_refuses(robot, methods[m]))
+            continue;
+        r.method = methods[m];
+        ask(robot, robot->f64, &r, a, 0);
+        for (uint32_t k = 0; k < STATES; k++) {
+            double error = relative_error(a->qdd + (size_t)k * robot->nv,
+                                          exact->qdd + (size_t)k * robot->nv, robot->nv);
+            assert_true(a->each[k].flags & TFA_ANSWER_ESTIMATED);
+            /* rounding of the model's constants is no error of the method: 1e-13 */
+            assert_within(robot, tfa_method_name((uint32_t)methods[m]), error,
+                          30 * a->each[k].error_estimate + 1e-13, NULL);
+        }
+    }
+    r.estimate = TFA_ESTIMATE_NEVER;
+    r.method = TFA_METHOD_ABA;
+    ask(robot, robot->f64, &r, a, 0);
+    assert_false(a->each[0].flags & TFA_ANSWER_ESTIMATED);
+    assert_true(isnan(a->each[0].error_estimate));
+    answer_free(exact);
+    answer_free(a);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(estimate_covers_the_error, estimate, false)
+
+/* ---- the spectrum is that of lambda_inv ---- */
+
+static void spectrum(test_robot *robot)
+{
+    const uint32_t n = 6 * TIPS;
+    random_source s = {robot->seed};
+    random_states *x = fixture_states(robot, 0, STATES, 0);
+    struct answer *a = answer_make(robot);
+    tfa_spectrum found[STATES];
+    tfa_request r = full_request(robot, x);
+    tfa_reply reply = {.lambda_inv = a->lambda, .spectrum = found};
+    r.op = TFA_OP_OPERATIONAL_INERTIA;
+    r.flags = TFA_WANT_SPECTRUM;
+    compute_ok(robot, robot->f64, &r, &reply);
+    for (uint32_t k = 0; k < STATES; k++) {
+        const double *L = a->lambda + LAMBDA * k;
+        double trace = 0, slack = 1e-13 * fabs(found[k].eig_max);
+        for (uint32_t i = 0; i < n; i++)
+            trace += L[i * n + i];
+        assert_true(found[k].rank <= robot->n && found[k].rank <= n);
+        assert_true(found[k].eig_max * n >= trace - slack && found[k].eig_max <= trace + slack);
+        assert_true(found[k].eig_min * n <= trace + slack && found[k].eig_min >= -slack);
+        double y[6 * TIPS], quotient = 0;
+        for (uint32_t i = 0; i < n; i++)
+            y[i] = random_uniform(&s, -1, 1);
+        for (int step = 0; step < 300; step++) { /* power iteration climbs to the largest */
+            double Ly[6 * TIPS] = {0}, size = 0, form = 0, length;
+            for (uint32_t i = 0; i < n; i++) {
+                for (uint32_t j = 0; j < n; j++)
+                    Ly[i] += L[i * n + j] * y[j];
+                size += y[i] * y[i];
+                form += y[i] * Ly[i];
+            }
+            quotient = form / size;
+            assert_true(quotient <= found[k].eig_max + slack);
+            assert_true(quotient >= found[k].eig_min - slack);
+            length = relative_error(Ly, (const double[6 * TIPS]){0}, n);
+            for (uint32_t i = 0; i < n && length > 0; i++)
+                y[i] = Ly[i] / length;
+        }
+        assert_true(quotient >= 0.97 * found[k].eig_max); /* log(n) / steps is its error */
+    }
+    answer_free(a);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(spectrum_bounds_lambda_inv, spectrum, false)

@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Laws of mechanics that the answers must obey: no oracle computes an answer here. Bounds are
+ * about twenty times the worst that these seeds and files gave; each test prints that worst.
+ */
+#include "models.h"
+#include "support/fixture.h"
+#include "support/quad.h"
+#include "support/step.h"
+#include "test.h"
+
+#define STATES 4
+
+static const tfa_method forward_methods[] = {
+    TFA_METHOD_ABA, TFA_METHOD_CRBA,      TFA_METHOD_TFA,  TFA_METHOD_TFA_CR,
+    TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS,
+    TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
+#define FORWARD_METHODS (sizeof forward_methods / sizeof *forward_methods)
+
+/* Buffers for all answers to STATES states with two tips. */
+struct answers {
+    double *qdd, *tau, *M;
+    double base_acceleration[6 * STATES], base_wrench[6 * STATES], lambda_inv[144 * STATES];
+    tfa_answer each[STATES];
+};
+
+static struct answers *answers_make(const test_robot *robot)
+{
+    struct answers *a = calloc(1, sizeof *a);
+    a->qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *a->qdd);
+    a->tau = calloc((size_t)STATES * robot->nv + 1, sizeof *a->tau);
+    a->M = calloc((size_t)STATES * robot->n * robot->n + 1, sizeof *a->M);
+    assert_true(a->qdd && a->tau && a->M);
+    return a;
+}
+
+static void answers_free(struct answers *a)
+{
+    free(a->M);
+    free(a->tau);
+    free(a->qdd);
+    free(a);
+}
+
+/* A reply that fills all of `a`, from state k on. */
+static tfa_reply reply_into(const test_robot *robot, struct answers *a, uint32_t k)
+{
+    return (tfa_reply){.qdd = a->qdd + (size_t)k * robot->nv,
+                       .tau = a->tau + (size_t)k * robot->nv,
+                       .mass_matrix = a->M + (size_t)k * robot->n * robot->n,
+                       .base_acceleration = a->base_acceleration + 6 * k,
+                       .base_wrench = a->base_wrench + 6 * k,
+                       .lambda_inv = a->lambda_inv + 144 * (size_t)k,
+                       .answers = a->each + k};
+}
+
+static double norm(const double *x, size_t n)
+{
+    double sum = 0;
+    for (size_t k = 0; k < n; k++)
+        sum += x[k] * x[k];
+    return sqrt(sum);
+}
+
+static void two_tips(const test_robot *robot, tfa_request *r)
+{
+    const uint32_t links = (uint32_t)robot->description->link_count;
+    r->tip_count = 2;
+    r->tips[0] = links - 1;
+    r->tips[1] = links / 2;
+}
+
+/* ---- M qdd + h = tau ---- */
+
+static double worst_residual;
+
+static void equations_hold(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 0, STATES, 2);
+    struct answers *a = answers_make(robot);
+    for (size_t m = 0; m < FORWARD_METHODS; m++) {
+        if (fixture_refuses(robot, forward_methods[m]))
+            continue;
+        tfa_request r = fixture_request(robot, x);
+        tfa_reply reply = reply_into(robot, a, 0);
+        r.method = forward_methods[m];
+        compute_ok(robot, robot->f64, &r, &reply);
+        r.op = TFA_OP_INVERSE_DYNAMICS;
+        r.method = TFA_METHOD_AUTO;
+        r.qdd = a->qdd;
+        r.base_acceleration = robot->n > robot->nv ? a->base_acceleration : NULL;
+        compute_ok(robot, robot->f64, &r, &reply);
+        /* relative to the forces that balance: tau alone may be far smaller than h */
+        size_t nv = (size_t)STATES * robot->nv;
+        double given = norm(x->tau, nv) + 10 * robot->n;
+        for (size_t k = 0; k < nv; k++)
+            a->tau[k] -= x->tau[k];
+        double residual = norm(a->tau, nv);
+        if (robot->n > robot->nv)
+            for (int k = 0; k < 6 * STATES; k++)
+                residual = fmax(residual, fabs(a->base_wrench[k] - x->base_wrench[k]));
+        assert_within(robot, tfa_method_name(forward_methods[m]), residual / given, 2e-12,
+                      &worst_residual);
+    }
+    answers_free(a);
+    random_states_free(x);
+}
+
+TEST(inverse_dynamics_undoes_forward)
+{
+    for_every_robot(equations_hold, false);
+    print_message("  worst residual %.2g\n", worst_residual);
+}
+
+/* ---- symmetry ---- */
+
+static double asymmetry(const double *A, size_t n)
+{
+    double difference = 0;
+    for (size_t i = 0; i < n; i++)
+        for (size_t k = 0; k < i; k++)
+            difference = fmax(difference, fabs(A[i * n + k] - A[k * n + i]));
+    double size = norm(A, n * n);
+    return size > 0 ? difference / size : difference;
+}
+
+static void symmetric(test_robot *robot)
+{
+    static const tfa_method methods[] = {
+        TFA_METHOD_PROPAGATION,   TFA_METHOD_CRBA, TFA_METHOD_TFA,        TFA_METHOD_TFA_ONE_SIDED,
+        TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,  TFA_METHOD_CFA_CR,     TFA_METHOD_SCAN,
+        TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA,
+        TFA_METHOD_PV_OSIMR};
+    random_states *x = fixture_states(robot, 0, STATES, 0);
+    struct answers *a = answers_make(robot);
+    tfa_request r = fixture_request(robot, x);
+    tfa_reply reply = reply_into(robot, a, 0);
+    r.op = TFA_OP_MASS_MATRIX;
+    compute_ok(robot, robot->f64, &r, &reply);
+    for (size_t k = 0; k < STATES; k++)
+        assert_within(robot, "M", asymmetry(a->M + k * robot->n * robot->n, robot->n), 0, NULL);
+    r.op = TFA_OP_OPERATIONAL_INERTIA;
+    two_tips(robot, &r);
+    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
+        r.method = methods[m];
+        if (fixture_refuses(robot, r.method))
+            continue;
+        compute_ok(robot, robot->f64, &r, &reply);
+        for (size_t k = 0; k < STATES; k++)
+            assert_within(robot, tfa_method_name(r.method), asymmetry(a->lambda_inv + 144 * k, 12),
+                          2e-11, NULL);
+    }
+    answers_free(a);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(matrices_are_symmetric, symmetric, false)
+
+/* ---- another observer ---- */
+
+/* v <- quat v */
+static void turn(const double quat[4], double *v)
+{
+    double t[3], out[3];
+    for (int i = 0; i < 3; i++)
+        t[i] = 2 * (quat[(i + 1) % 3] * v[(i + 2) % 3] - quat[(i + 2) % 3] * v[(i + 1) % 3]);
+    for (int i = 0; i < 3; i++)
+        out[i] = v[i] + quat[3] * t[i] + quat[(i + 1) % 3] * t[(i + 2) % 3] -
+                 quat[(i + 2) % 3] * t[(i + 1) % 3];
+    memcpy(v, out, sizeof out);
+}
+
+/* Position x y z and quaternion, seen by an observer turned by `quat` and moved by `shift`. */
+static void move_pose(const double quat[4], const double shift[3], double *xyz, double *q)
+{
+    double spin[4];
+    turn(quat, xyz);
+    for (int i = 0; i < 3; i++) {
+        int a = (i + 1) % 3, b = (i + 2) % 3;
+        xyz[i] += shift[i];
+        spin[i] = quat[3] * q[i] + q[3] * quat[i] + quat[a] * q[b] - quat[b] * q[a];
+    }
+    spin[3] = quat[3] * q[3] - quat[0] * q[0] - quat[1] * q[1] - quat[2] * q[2];
+    memcpy(q, spin, sizeof spin);
+}
+
+/* Turns and shifts what stands in the world: the base, or the joints on a fixed root. */
+static void move_world(test_robot *robot, random_states *x, const double quat[4],
+                       const double shift[3])
+{
+    tfa_description *d = robot->description;
+    turn(quat, x->gravity);
+    if (robot->n > robot->nv) {
+        for (int k = 0; k < STATES; k++)
+            move_pose(quat, shift, x->base_pose + 7 * k, x->base_pose + 7 * k + 3);
+        return;
+    }
+    uint32_t root = 0;
+    for (size_t steps = 0; steps < d->joint_count; steps++)
+        for (size_t j = 0; j < d->joint_count; j++)
+            root = d->joints[j].child == root ? d->joints[j].parent : root;
+    for (size_t j = 0; j < d->joint_count; j++)
+        if (d->joints[j].parent == root) {
+            move_pose(quat, shift, d->joints[j].xyz, d->joints[j].quat);
+            memset(d->joints[j].quat_low, 0, sizeof d->joints[j].quat_low);
+        }
+}
+
+static double worst_observer;
+
+static void same_for_another_observer(test_robot *robot)
+{
+    random_source s = {robot->seed};
+    random_states *x = fixture_states(robot, 0, STATES, 0);
+    struct answers *a = answers_make(robot), *b = answers_make(robot);
+    tfa_request r = fixture_request(robot, x);
+    tfa_reply reply = reply_into(robot, a, 0);
+    r.gravity = x->gravity; /* it turns with the world */
+    r.frame = TFA_FRAME_LOCAL;
+    r.tip_count = 1;
+    r.tips[0] = robot->description->joints[robot->description->joint_count - 1].child;
+    compute_ok(robot, robot->f64, &r, &reply);
+
+    double quat[4], shift[3] = {0.4, -1.2, 0.7};
+    random_quaternion(&s, quat);
+    move_world(robot, x, quat, shift);
+    const tfa_model_options options = {.base = robot->base};
+    tfa_model *moved = compiled(robot->description, &options);
+    tfa_workspace *w = workspace_for(moved, NULL);
+    reply = reply_into(robot, b, 0);
+    compute_ok(robot, w, &r, &reply);
+    size_t nv = (size_t)STATES * robot->nv;
+    double error = relative_error(b->qdd, a->qdd, nv);
+    if (robot->n > robot->nv)
+        error += relative_error(b->base_acceleration, a->base_acceleration, 6 * STATES);
+    assert_within(robot, "qdd", error, 5e-14, &worst_observer);
+    assert_within(robot, "lambda_inv", relative_error(b->lambda_inv, a->lambda_inv, 36 * STATES),
+                  5e-14, &worst_observer);
+    tfa_workspace_free(w);
+    tfa_model_free(moved);
+    answers_free(b);
+    answers_free(a);
+    random_states_free(x);
+}
+
+TEST(observers_agree)
+{
+    for_every_robot(same_for_another_observer, false);
+    print_message("  worst difference %.2g\n", worst_observer);
+}
+
+/* ---- energy ---- */
+
+/* v^T M v / 2 of state 0 */
+static double kinetic_energy(const test_robot *robot, const random_states *x, struct answers *a)
+{
+    tfa_request r = fixture_request(robot, x);
+    tfa_reply reply = reply_into(robot, a, 0);
+    double T = 0;
+    const uint32_t six = robot->n - robot->nv;
+    r.op = TFA_OP_MASS_MATRIX;
+    compute_ok(robot, robot->f64, &r, &reply);
+    for (uint32_t i = 0; i < robot->n; i++)
+        for (uint32_t k = 0; k < robot->n; k++)
+            T += (i < six ? x->base_twist[i] : x->v[i - six]) * a->M[i * robot->n + k] *
+                 (k < six ? x->base_twist[k] : x->v[k - six]) / 2;
+    return T;
+}
+
+/* (tau - g(q)) . v with g the forces that hold the robot at rest */
+static double power(const test_robot *robot, const random_states *x, struct answers *a)
+{
+    tfa_request r = fixture_request(robot, x);
+    tfa_reply reply = reply_into(robot, a, 0);
+    double P = 0;
+    r.op = TFA_OP_INVERSE_DYNAMICS;
+    r.v = r.qdd = r.base_twist = r.base_acceleration = NULL;
+    compute_ok(robot, robot->f64, &r, &reply);
+    for (uint32_t k = 0; k < robot->nv; k++)
+        P += (x->tau[k] - a->tau[k]) * x->v[k];
+    for (uint32_t k = 0; k < robot->n - robot->nv; k++)
+        P += (x->base_wrench[k] - a->base_wrench[k]) * x->base_twist[k];
+    return P;
+}
+
+static double worst_power;
+
+static void energy_balances(test_robot *robot)
+{
+    const double dt = 1e-6;
+    double T[2], want;
+    random_states *x = fixture_states(robot, 0, 1, 0);
+    random_states *y = fixture_states(robot, 0, 1, 0);
+    struct answers *a = answers_make(robot);
+    tfa_request r = fixture_request(robot, x);
+    tfa_reply reply = reply_into(robot, a, 0);
+    want = power(robot, x, a);
+    compute_ok(robot, robot->f64, &r, &reply);
+    for (int side = 0; side < 2; side++) {
+        step_state(robot->description, robot->o, x, a->qdd, a->base_acceleration, side ? dt : -dt,
+                   y);
+        T[side] = kinetic_energy(robot, y, a);
+    }
+    /* differences of T lose its digits by 1 / dt; their own error goes with (dt qdd)^2 */
+    double scale = 1 + fabs(want) + T[0], size = 1 + dt * norm(a->qdd, robot->nv);
+    assert_within(robot, "power", fabs((T[1] - T[0]) / (2 * dt) - want) / scale, 1e-5 * size * size,
+                  &worst_power);
+    answers_free(a);
+    random_states_free(y);
+    random_states_free(x);
+}
+
+TEST(work_becomes_energy)
+{
+    for_every_robot(energy_balances, false);
+    print_message("  worst imbalance %.2g\n", worst_power);
+}
+
+/* Whole turns of a joint change nothing, near the origin and far from it: the angle that is left
+ * after as many turns as a double can count. */
+TEST(windings_do_not_matter)
+{
+    static const double turns[] = {1, -3, 1e6, -1e9};
+    tfa_link links[] = {{.name = "a", .quat = {0, 0, 0, 1}},
+                        {.name = "b",
+                         .quat = {0, 0, 0, 1},
+                         .mass = 2,
+                         .com = {0.3, 0.1, 0},
+                         .inertia = {0.02, 0, 0, 0.03, 0, 0.04}}};
+    tfa_joint joint = {.name = "j",
+                       .type = TFA_JOINT_CONTINUOUS,
+                       .parent = 0,
+                       .child = 1,
+                       .quat = {0, 0, 0, 1},
+                       .axis = {0, 1, 0},
+                       .mimic = -1};
+    const tfa_description d = {
+        .name = "one", .links = links, .link_count = 2, .joints = &joint, .joint_count = 1};
+    tfa_model *model = compiled(&d, NULL);
+    tfa_workspace *w = workspace_for(model, NULL);
+    for (size_t k = 0; k < sizeof turns / sizeof *turns; k++) {
+        const double wound = 0.7 + 2 * M_PI * turns[k];
+        /* the angle that this double stands for: 2 pi in three parts, in quadruple precision */
+        const quad turn =
+            (quad)6.283185307179586 + (quad)2.4492935982947064e-16 + (quad)-5.989539619436679e-33;
+        const double left = (double)((quad)wound - (quad)turns[k] * turn);
+        double qdd[2];
+        for (int e = 0; e < 2; e++) {
+            tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = e ? &left : &wound};
+            tfa_reply reply = {.qdd = &qdd[e]};
+            assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+        }
+        assert_true(fabs(qdd[0] - qdd[1]) <= 1e-14 * fabs(qdd[1]));
+    }
+    tfa_workspace_free(w);
+    tfa_model_free(model);
+}

@@ -1,0 +1,272 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * SIGKILL on either side: nothing leaks, nobody else notices, everybody recovers.
+ */
+#include "harness.h"
+#include "test.h"
+
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define KILLS 200
+#define TIMEOUT_NS WAIT_NS
+
+/* ---- clients that die ---- */
+
+/* Asks until it is killed, or, with `until`, until that descriptor is closed by the other side. */
+static void ask_until_killed(const harness *h, tfa_wait wait, int until)
+{
+    tfa_client_options options = harness_options(h, "arm");
+    tfa_client *client;
+    double qdd[7], first[7];
+    char byte;
+    (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+    options.wait = wait;
+    if (tfa_client_connect(&options, &client) != TFA_OK ||
+        ask_arm(client, 1, first, TIMEOUT_NS) != TFA_OK)
+        _exit(10);
+    for (;;) {
+        if (ask_arm(client, 1, qdd, TIMEOUT_NS) != TFA_OK)
+            _exit(11);
+        if (memcmp(qdd, first, sizeof qdd) != 0)
+            _exit(12);
+        if (until >= 0 && recv(until, &byte, 1, MSG_DONTWAIT) == 0)
+            _exit(0);
+    }
+}
+
+static pid_t start_client(const harness *h, tfa_wait wait, int until)
+{
+    pid_t pid = fork();
+    assert_true(pid >= 0);
+    if (pid == 0)
+        ask_until_killed(h, wait, until);
+    return pid;
+}
+
+static void kill_client(const harness *h, unsigned number)
+{
+    static const tfa_wait waits[] = {TFA_WAIT_HYBRID, TFA_WAIT_BLOCK, TFA_WAIT_SPIN};
+    pid_t pid = start_client(h, waits[number % 3], -1);
+    /* from before the greeting to many requests: about 0 to 6 ms */
+    usleep(number * 7919 % 6000);
+    kill(pid, SIGKILL);
+    int status;
+    assert_int_equal(waitpid(pid, &status, 0), pid);
+    assert_true(WIFSIGNALED(status));
+}
+
+/* Waits until the daemon has as many descriptors as before: it notices hang-ups by itself. */
+static void assert_descriptors(const harness *h, int expected)
+{
+    int now = -1;
+    for (int i = 0; i < 2000; i++) {
+        now = harness_descriptors(h);
+        if (now == expected)
+            return;
+        sleep_ms(5);
+    }
+    assert_int_equal(now, expected);
+}
+
+TEST(clients_killed)
+{
+    harness h;
+    int end[2], status;
+    harness_serve(&h, ARM, "");
+    assert_int_equal(socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, end), 0);
+    pid_t honest_client = fork();
+    if (honest_client == 0) {
+        close(end[1]);
+        ask_until_killed(&h, TFA_WAIT_HYBRID, end[0]);
+    }
+    close(end[0]);
+    tfa_client *mine = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
+    double qdd[7];
+    sleep_ms(100); /* the witness has its client */
+    const int descriptors = harness_descriptors(&h);
+    for (unsigned i = 0; i < 20; i++) /* the allocator's pools fill up */
+        kill_client(&h, i);
+    assert_descriptors(&h, descriptors);
+    const long resident = harness_resident_kib(&h);
+    const int mappings = harness_mappings(&h);
+    for (unsigned i = 0; i < KILLS; i++) {
+        kill_client(&h, i);
+        assert_int_equal(ask_arm(mine, i, qdd, TIMEOUT_NS), TFA_OK);
+    }
+    assert_descriptors(&h, descriptors);
+    assert_in_range(harness_mappings(&h), 1, mappings + 4);
+    /* one client's segments are 300 KiB: 200 lost ones would be 60 MB */
+    assert_in_range(harness_resident_kib(&h), 1, resident + 1024);
+    assert_int_equal(harness_shm_entries(), 0);
+    close(end[1]);
+    assert_int_equal(waitpid(honest_client, &status, 0), honest_client);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 0);
+    tfa_client_close(mine);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+/* ---- a daemon that dies ---- */
+
+/* Kills the daemon from another process after a while. */
+static pid_t kill_after_delay(const harness *h)
+{
+    pid_t pid = fork();
+    if (pid == 0) {
+        sleep_ms(50);
+        kill(h->pid, SIGKILL);
+        _exit(0);
+    }
+    return pid;
+}
+
+static void suspend_and_resume(const harness *h)
+{
+    kill(h->pid, SIGSTOP);
+    assert_int_equal(waitpid(h->pid, NULL, WUNTRACED), h->pid);
+}
+
+/* A call under way hears of it, long before its timeout, in every wait mode. */
+TEST(calls_report_the_restart)
+{
+    static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
+    harness h;
+    double qdd[7], before[7];
+    harness_make(&h, ARM, "");
+    for (int i = 0; i < 3; i++) {
+        harness_start(&h, "arm");
+        tfa_client *client = harness_connect(&h, "arm", waits[i]);
+        const int32_t first = tfa_client_get_info(client)->daemon_pid;
+        const char *const *names = tfa_client_get_info(client)->joint_names;
+        assert_int_equal(first, h.pid);
+        assert_int_equal(ask_arm(client, 1, before, TIMEOUT_NS), TFA_OK);
+        suspend_and_resume(&h);
+        pid_t killer = kill_after_delay(&h);
+        assert_int_equal(ask_arm(client, 2, qdd, 0), TFA_E_DISCONNECTED);
+        assert_int_equal(ask_arm(client, 2, qdd, 0), TFA_E_DISCONNECTED);
+        waitpid(killer, NULL, 0);
+        waitpid(h.pid, NULL, 0);
+        assert_int_equal(harness_shm_entries(), 0);
+        harness_start(&h, "arm"); /* over the dead one's socket and lock */
+        assert_int_equal(tfa_client_reconnect(client), TFA_OK);
+        assert_int_not_equal(tfa_client_get_info(client)->daemon_pid, first);
+        assert_ptr_equal(tfa_client_get_info(client)->joint_names, names);
+        assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
+        assert_memory_equal(qdd, before, sizeof qdd);
+        tfa_client_close(client);
+        assert_int_equal(harness_stop(&h, SIGTERM), 0);
+        assert_int_equal(rmdir(h.runtime_dir), 0); /* nothing is left of either */
+    }
+    harness_remove(&h);
+}
+
+TEST(lost_requests_are_reported)
+{
+    harness h;
+    double q[7] = {0}, qdd[7];
+    const tfa_request r = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    tfa_reply reply = {.qdd = qdd};
+    tfa_exchange times;
+    uint64_t ids[3];
+    harness_serve(&h, ARM, "");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
+    suspend_and_resume(&h);
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(tfa_client_send(client, &r, &ids[i]), TFA_OK);
+    (void)harness_stop(&h, SIGKILL);
+    assert_int_equal(tfa_client_receive(client, &reply, TIMEOUT_NS, NULL), TFA_E_DISCONNECTED);
+    harness_start(&h, "arm");
+    assert_int_equal(tfa_client_reconnect(client), TFA_OK);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(tfa_client_receive(client, &reply, TIMEOUT_NS, &times), TFA_E_LOST);
+        assert_int_equal(times.id, ids[i]);
+    }
+    uint64_t id;
+    assert_int_equal(tfa_client_send(client, &r, &id), TFA_OK);
+    assert_true(id > ids[2]); /* ids are never used twice */
+    assert_int_equal(tfa_client_receive(client, &reply, TIMEOUT_NS, &times), TFA_OK);
+    assert_int_equal(times.id, id);
+    tfa_client_close(client);
+    harness_remove(&h);
+}
+
+TEST(reconnect_waits_for_the_daemon)
+{
+    harness h;
+    double qdd[7];
+    harness_serve(&h, ARM, "");
+    tfa_client_options options = harness_options(&h, "arm");
+    tfa_client *hasty, *patient = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    options.connect_timeout_ms = 30;
+    assert_int_equal(tfa_client_connect(&options, &hasty), TFA_OK);
+    (void)harness_stop(&h, SIGKILL);
+    assert_int_equal(tfa_client_reconnect(hasty), TFA_E_DISCONNECTED);
+    assert_int_equal(tfa_client_reconnect(hasty), TFA_E_DISCONNECTED);
+    assert_int_equal(ask_arm(hasty, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
+    pid_t late = fork(); /* starts the daemon while the client is trying */
+    if (late == 0) {
+        sleep_ms(100);
+        execl(TFA_BINARY_DIR "/bin/totalforced", "totalforced", h.config, (char *)NULL);
+        _exit(127);
+    }
+    assert_int_equal(tfa_client_reconnect(patient), TFA_OK);
+    assert_int_equal(ask_arm(patient, 1, qdd, TIMEOUT_NS), TFA_OK);
+    tfa_client_close(patient);
+    tfa_client_close(hasty);
+    h.pid = late;
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+/* After the restart the name stands for a robot of another size: the buffers do not fit. */
+TEST(another_robot_is_refused)
+{
+    harness h, other;
+    double qdd[7];
+    harness_make(&h, ARM, "");
+    harness_make(&other, "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n", "");
+    harness_start(&h, "arm");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
+    (void)harness_stop(&h, SIGKILL);
+    char more[256];
+    snprintf(more, sizeof more, "sed -i 's|^runtime_dir:.*|runtime_dir: %s|' %s", h.runtime_dir,
+             other.config);
+    assert_int_equal(system(more), 0);
+    strcpy(other.runtime_dir, h.runtime_dir);
+    harness_start(&other, "arm");
+    assert_int_equal(tfa_client_reconnect(client), TFA_E_SIZE);
+    assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
+    tfa_client_close(client);
+    harness_remove(&other);
+    harness_remove(&h);
+}
+
+TEST(stale_sockets_are_removed)
+{
+    harness h;
+    char old[160], file[160];
+    harness_serve(&h, ARM, "");
+    (void)harness_stop(&h, SIGKILL);
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    snprintf(old, sizeof old, "%s/gone.sock", h.runtime_dir);
+    snprintf(file, sizeof file, "%s/notes.sock", h.runtime_dir);
+    memcpy(address.sun_path, old, strlen(old) + 1);
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET, 0);
+    assert_int_equal(bind(fd, (struct sockaddr *)&address, sizeof address), 0);
+    close(fd);
+    FILE *notes = fopen(file, "w"); /* not a socket: not ours to remove */
+    fclose(notes);
+    harness_start(&h, "arm");
+    assert_int_not_equal(access(old, F_OK), 0);
+    assert_int_equal(access(file, F_OK), 0);
+    harness_remove(&h);
+}

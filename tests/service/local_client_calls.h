@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Requests through a local client to a solver of our own that adds: qdd = q + tau.
+ */
+#ifndef TFA_TESTS_SERVICE_LOCAL_CLIENT_CALLS_H
+#define TFA_TESTS_SERVICE_LOCAL_CLIENT_CALLS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "worker/worker.h"
+
+/** q = x, 2 x and tau = 1, 2. @return TFA_OK; TFA_E_AGAIN: the ring is full */
+int send_to(tfa_local_client *local_client, double x, uint64_t id);
+
+/** Is the oldest reply that of x? Releases it. */
+bool receive_from(tfa_local_client *local_client, double x, uint64_t id);
+
+#endif

@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Specialised kernels beside the generic kernel and beside quadruple precision, at random states of
+ * every robot that has one in TFA_TEST_KERNELS.
+ *
+ * Differences and errors are relative to the largest number of an answer. Both kernels round, each
+ * in its order: in these states, which are well-conditioned, they differ by no more than AGREEMENT;
+ * and the errors of a kernel are on the whole no larger than those of the generic one, up to LOSS.
+ */
+#include "fixture.h"
+#include "kernels.h"
+#include "model/model.h"
+#include "models.h"
+#include "test.h"
+
+#define STATES 200
+#define FREEDOMS 64 /* of a robot, at most */
+#define AGREEMENT 1e-14
+#define LOSS 2.0  /* of the error in the mean square; 1.12 was seen */
+#define ULP 1e-16 /* no error is smaller than that of rounding the answer */
+
+struct answer {
+    double x[STATES * FREEDOMS], base[STATES * 6], lambda[STATES * 36];
+};
+
+/* What was found about one robot: the largest of each */
+struct result {
+    double difference, loss;
+    uint32_t questions, tips;
+};
+
+struct comparison {
+    test_robot *robot;
+    random_states *states;
+    tfa_workspace *generic; /* that of the fixture has the kernel */
+    struct result result;
+    struct answer by_specialised, by_generic, exact;
+};
+
+static uint32_t robots, kernels_found;
+
+/* ---- what is compared ---- */
+
+/* One state's numbers that are compared together, in two arrays */
+struct result_array {
+    size_t at[2], n[2]; /* in struct answer, from its start; how many */
+};
+
+static const double *array(const struct answer *a, const struct result_array *p, int part)
+{
+    return (const double *)(const void *)((const char *)a + p->at[part]);
+}
+
+static double largest_of(const struct answer *a, const struct result_array *p, uint32_t k)
+{
+    double most = 0;
+    for (int part = 0; part < 2; part++)
+        for (size_t e = k * p->n[part]; e < (k + 1) * p->n[part]; e++)
+            most = fmax(most, fabs(array(a, p, part)[e]));
+    return most;
+}
+
+/* Infinite where a number is none */
+static double distance(const struct answer *a, const struct answer *b, const struct result_array *p,
+                       uint32_t k)
+{
+    double most = 0;
+    for (int part = 0; part < 2; part++)
+        for (size_t e = k * p->n[part]; e < (k + 1) * p->n[part]; e++) {
+            const double d = fabs(array(a, p, part)[e] - array(b, p, part)[e]);
+            most = d <= INFINITY ? fmax(most, d) : INFINITY;
+        }
+    return most;
+}
+
+static void compare_states(struct comparison *t, const char *what, const struct result_array *p)
+{
+    double specialised = 0, generic = 0, most = 0;
+    for (uint32_t k = 0; k < STATES; k++) {
+        const double size = largest_of(&t->exact, p, k);
+        const double specialised_error = distance(&t->by_specialised, &t->exact, p, k) / size;
+        const double generic_error = distance(&t->by_generic, &t->exact, p, k) / size;
+        most = fmax(most, distance(&t->by_specialised, &t->by_generic, p, k) / size);
+        specialised += specialised_error * specialised_error;
+        generic += generic_error * generic_error;
+    }
+    specialised = sqrt(specialised / STATES);
+    generic = sqrt(generic / STATES);
+    assert_within(t->robot, what, most, AGREEMENT, &t->result.difference);
+    if (!(specialised <= LOSS * fmax(generic, ULP)))
+        fail_msg("%s: %s: errors of %.2g, of the generic kernel %.2g", t->robot->name, what,
+                 specialised, generic);
+    t->result.loss = fmax(t->result.loss, specialised / fmax(generic, ULP));
+}
+
+/* ---- asking ---- */
+
+/* State k of a request without tips, alone */
+static tfa_request single(const struct comparison *t, const tfa_request *all, uint32_t k)
+{
+    const size_t nq = t->robot->nq, nv = t->robot->nv;
+    tfa_request r = *all;
+    r.count = 1;
+    r.q += nq * k;
+    r.v += nv * k;
+    r.tau += nv * k;
+    r.qdd += nv * k;
+    if (r.base_pose) {
+        r.base_pose += (size_t)7 * k;
+        r.base_twist += (size_t)6 * k;
+        r.base_wrench += (size_t)6 * k;
+        r.base_acceleration += (size_t)6 * k;
+    }
+    return r;
+}
+
+/* Writes what was asked of state k, and behind it. */
+static void compute(const struct comparison *t, tfa_workspace *w, const tfa_request *r, uint32_t k,
+                    struct answer *a)
+{
+    const int forces = r->op == TFA_OP_INVERSE_DYNAMICS;
+    tfa_reply reply = {.lambda_inv = a->lambda + (size_t)36 * k};
+    *(forces ? &reply.tau : &reply.qdd) = a->x + (size_t)t->robot->nv * k;
+    *(forces ? &reply.base_wrench : &reply.base_acceleration) = a->base + (size_t)6 * k;
+    compute_ok(t->robot, w, r, &reply);
+}
+
+/* Asks the kernel, for all states at once or for one after the other. Does it answer? If so, then
+ * all of them: compare_states needs a computed answer. */
+static bool ask_specialised(struct comparison *t, const tfa_request *r, bool one_by_one)
+{
+    const uint64_t before = kernels_answered();
+    memset(&t->by_specialised, 0xff, sizeof t->by_specialised);
+    for (uint32_t k = 0; one_by_one && k < STATES; k++) {
+        const tfa_request one = single(t, r, k);
+        compute(t, t->robot->f64, &one, k, &t->by_specialised);
+    }
+    if (!one_by_one)
+        compute(t, t->robot->f64, r, 0, &t->by_specialised);
+    if (kernels_answered() == before)
+        return false;
+    assert_int_equal(kernels_answered() - before, STATES);
+    t->result.questions++;
+    return true;
+}
+
+static void ask_others(struct comparison *t, const tfa_request *r)
+{
+    compute(t, t->generic, r, 0, &t->by_generic);
+    compute(t, t->robot->f128, r, 0, &t->exact);
+}
+
+static void compare_accelerations(struct comparison *t, const char *what)
+{
+    const struct result_array p = {{offsetof(struct answer, x), offsetof(struct answer, base)},
+                                   {t->robot->nv, t->robot->n - t->robot->nv}};
+    compare_states(t, what, &p);
+}
+
+static void compare_lambda(struct comparison *t, const char *what)
+{
+    compare_states(t, what, &(struct result_array){{offsetof(struct answer, lambda)}, {36}});
+}
+
+static tfa_request request_of(const struct comparison *t, tfa_op op)
+{
+    tfa_request r = fixture_request(t->robot, t->states);
+    r.op = op;
+    return r;
+}
+
+/* Kernels have other code for one state than for several. */
+static void compare_motion(struct comparison *t, tfa_op op, const char *what)
+{
+    const tfa_request r = request_of(t, op);
+    ask_others(t, &r);
+    for (int one_by_one = 0; one_by_one < 2; one_by_one++) {
+        if (!ask_specialised(t, &r, one_by_one))
+            fail_msg("%s: the kernel leaves %s to the generic one", t->robot->name, what);
+        compare_accelerations(t, what);
+    }
+}
+
+/* Has a later frame the same body? It is tried, then: the first stands at the joint. */
+static bool comes_again(const struct tfa_model *m, uint32_t f)
+{
+    for (uint32_t later = f + 1; later < m->frames; later++)
+        if (m->frame[later].body == m->frame[f].body)
+            return true;
+    return false;
+}
+
+/* Kernels of large robots take some tips only. */
+static void compare_tips(struct comparison *t)
+{
+    tfa_request r = request_of(t, TFA_OP_FORWARD_DYNAMICS);
+    r.tip_count = 1;
+    for (uint32_t f = 0; f < t->robot->model->frames; f++) {
+        if (comes_again(t->robot->model, f))
+            continue;
+        r.op = TFA_OP_FORWARD_DYNAMICS;
+        r.tips[0] = f;
+        r.frame = (tfa_reference_frame)(f % 3);
+        const bool taken = ask_specialised(t, &r, false);
+        if (taken) {
+            ask_others(t, &r);
+            compare_accelerations(t, "qdd with lambda_inv");
+            compare_lambda(t, "lambda_inv with qdd");
+        }
+        r.op = TFA_OP_OPERATIONAL_INERTIA;
+        const bool single = ask_specialised(
+            t, &r, false); /* more of them than with qdd (ROBOT_TWO_PASS_BODIES_MAX) */
+        assert_true(single || !taken);
+        if (single) {
+            ask_others(t, &r);
+            compare_lambda(t, "lambda_inv");
+        }
+        t->result.tips += single;
+    }
+    if (!t->result.tips)
+        fail_msg("%s: the kernel leaves all tips to the generic one", t->robot->name);
+}
+
+/* ---- robots ---- */
+
+static bool is_ours(const test_robot *robot)
+{
+    static const char *const names[] = {"arm7.urdf", "quadruped.urdf", "humanoid.urdf"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        if (strncmp(robot->name, names[k], strlen(names[k])) == 0)
+            return true;
+    return false;
+}
+
+static void try_robot(test_robot *robot)
+{
+    assert_true(robot->n <= FREEDOMS);
+    struct comparison *t = calloc(1, sizeof *t);
+    assert_non_null(t);
+    t->robot = robot;
+    t->generic = workspace_for(robot->model, NULL);
+    t->states = fixture_states(robot, 0, STATES, 0);
+    compare_motion(t, TFA_OP_FORWARD_DYNAMICS, "qdd");
+    compare_motion(t, TFA_OP_INVERSE_DYNAMICS, "tau");
+    compare_tips(t);
+    print_message("  %-40s %4u questions, %2u tips: differs by up to %.1e, errors %.2f times those "
+                  "of the generic kernel\n",
+                  robot->name, (unsigned)t->result.questions, (unsigned)t->result.tips,
+                  t->result.difference, t->result.loss);
+    robots++;
+    kernels_found += is_ours(robot);
+    random_states_free(t->states);
+    tfa_workspace_free(t->generic);
+    free(t);
+}
+
+TEST(kernels_agree_with_the_generic_one)
+{
+    if (!getenv("TFA_TEST_KERNELS"))
+        fail_msg("TFA_TEST_KERNELS must name the folder that test_make_kernels filled");
+    for_every_robot(try_robot, false);
+    if (kernels_found != 6) /* each on both bases */
+        fail_msg("%u kernels of arm7, quadruped and humanoid instead of 6",
+                 (unsigned)kernels_found);
+    if (robots == kernels_found)
+        print_message("SKIP: no kernels of robots in ../shared/robots\n");
+}

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ *   test_make_kernels FOLDER
+ * builds the kernels that tests want (kernels.h): those of our robots on both bases, and of some of
+ * ../shared/robots where that folder is there. Without a compiler, or where kernels would be
+ * refused because others may write there, the folder is removed, and this is skipped.
+ */
+#include <errno.h>
+#include <glob.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <totalforce/totalforce.h>
+#include <unistd.h>
+
+#define SKIPPED 77
+
+static const struct wanted {
+    const char *file;
+    tfa_base base;
+    int ours;
+} wanted[] = {
+    {"config/robots/arm7.urdf", TFA_BASE_FIXED, 1},
+    {"config/robots/arm7.urdf", TFA_BASE_FLOATING, 1},
+    {"config/robots/quadruped.urdf", TFA_BASE_FIXED, 1},
+    {"config/robots/quadruped.urdf", TFA_BASE_FLOATING, 1},
+    {"config/robots/humanoid.urdf", TFA_BASE_FIXED, 1},
+    {"config/robots/humanoid.urdf", TFA_BASE_FLOATING, 1},
+    {"../shared/robots/double_pendulum.urdf", TFA_BASE_FIXED, 0},
+    {"../shared/robots/iiwa14.urdf", TFA_BASE_FIXED, 0},
+    {"../shared/robots/panda.urdf", TFA_BASE_FIXED, 0},
+    {"../shared/robots/ur5.urdf", TFA_BASE_FIXED, 0},
+    {"../shared/robots/go2.urdf", TFA_BASE_FLOATING, 0},
+};
+
+/* Empties the folder, or makes it. Nobody else may write there. */
+static int clear(const char *folder)
+{
+    char pattern[4096];
+    glob_t g = {0};
+    snprintf(pattern, sizeof pattern, "%s/*.so", folder);
+    if (glob(pattern, 0, NULL, &g) == 0)
+        for (size_t k = 0; k < g.gl_pathc; k++)
+            unlink(g.gl_pathv[k]);
+    globfree(&g);
+    if ((mkdir(folder, 0755) == 0 || errno == EEXIST) && chmod(folder, 0755) == 0)
+        return 0;
+    printf("%s: %s\n", folder, strerror(errno));
+    return 1;
+}
+
+static int build(const struct wanted *w, const char *folder, tfa_model *model)
+{
+    char path[4096], name[TFA_SPECIALISED_NAME_SIZE], error_text[1024];
+    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib"};
+    tfa_specialise_result result;
+    tfa_specialised_name(model, name);
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    const int status =
+        tfa_specialised_build(model, &options, path, &result, error_text, sizeof error_text);
+    if (status == TFA_OK)
+        printf("%-40s %s base, %s: %7zu bytes, %5.1f s\n", w->file,
+               w->base == TFA_BASE_FLOATING ? "floating" : "fixed   ", tfa_isa_name(), result.bytes,
+               result.compile_s);
+    else
+        printf("%s: %s\n", w->file, error_text);
+    fflush(stdout);
+    return status;
+}
+
+static int make(const struct wanted *w, const char *folder)
+{
+    char path[4096];
+    tfa_model *model;
+    const tfa_model_options options = {.base = w->base};
+    snprintf(path, sizeof path, "%s/%s", TFA_SOURCE_DIR, w->file);
+    if (!w->ours && access(path, F_OK) != 0) {
+        printf("SKIP: %s is not there\n", w->file);
+        return TFA_OK;
+    }
+    int status = tfa_model_load(path, &options, NULL, &model);
+    if (status != TFA_OK) {
+        printf("%s: %s\n", path, tfa_status_text(status));
+        return status;
+    }
+    status = build(w, folder, model);
+    tfa_model_free(model);
+    return status;
+}
+
+static int skip(const char *folder, const char *why)
+{
+    printf("SKIP: %s\n", why);
+    return rmdir(folder) == 0 ? SKIPPED : EXIT_FAILURE;
+}
+
+int main(int argc, char **argv)
+{
+    char error_text[1024];
+    if (argc != 2) {
+        printf("usage: test_make_kernels FOLDER\n");
+        return EXIT_FAILURE;
+    }
+    if (clear(argv[1]) != 0)
+        return EXIT_FAILURE;
+    if (tfa_specialised_check_ownership(argv[1], error_text, sizeof error_text) != TFA_OK)
+        return skip(argv[1], error_text);
+    for (size_t k = 0; k < sizeof wanted / sizeof *wanted; k++) {
+        const int status = make(&wanted[k], argv[1]);
+        if (k == 0 && status == TFA_E_UNSUPPORTED)
+            return skip(argv[1], "no kernels without a compiler");
+        if (status != TFA_OK)
+            return EXIT_FAILURE;
+    }
+    return EXIT_SUCCESS;
+}

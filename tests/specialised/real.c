@@ -1,0 +1,360 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The real kernel, compiled as a user would: through tfa_compute it gives the answers of the
+ * generic kernel, whatever is asked and however many states there are, and says the same about
+ * them.
+ */
+#include "bench.h"
+#include "models.h"
+#include "specialised/specialised_internal.h"
+#include "test.h"
+
+#define STATES 19 /* two vectors of eight and a rest */
+#define BOUND 1e-13
+
+struct asked {
+    double q[STATES * 32], v[STATES * 32], tau[STATES * 32];
+    double pose[STATES * 7], twist[STATES * 6];
+};
+
+struct kernel_inputs {
+    double qdd[STATES * 32], tau[STATES * 32], base[STATES * 6], wrench[STATES * 6];
+    double lambda[STATES * 144];
+    tfa_spectrum spectrum[STATES];
+    tfa_answer answers[STATES];
+};
+
+struct pair {
+    bench b;
+    tfa_model *model;
+    tfa_specialised *kernel;
+    tfa_workspace *specialised, *generic;
+    struct asked in;
+    struct kernel_inputs out[2];
+};
+
+/* Some number in -1 .. 1 for each index */
+static double some(int k)
+{
+    const double x = sin(12.9898 * k + 4.1) * 43758.5453;
+    return 2 * (x - floor(x)) - 1;
+}
+
+static void fill(struct asked *in)
+{
+    for (int k = 0; k < STATES * 32; k++) {
+        in->q[k] = 2.5 * some(k);
+        in->v[k] = 2 * some(k + 7001);
+        in->tau[k] = 9 * some(k + 31337);
+    }
+    for (int k = 0; k < STATES * 6; k++)
+        in->twist[k] = some(k + 99);
+    for (int k = 0; k < STATES; k++) {
+        double *p = &in->pose[7 * k], norm = 0;
+        for (int e = 0; e < 7; e++)
+            p[e] = some(7 * k + e + 555) + (e == 6);
+        for (int e = 3; e < 7; e++)
+            norm += p[e] * p[e];
+        norm = sqrt(norm);
+        for (int e = 3; e < 7; e++)
+            p[e] /= norm;
+    }
+}
+
+static void open_pair(struct pair *p, const char *file, tfa_base base)
+{
+    char path[256];
+    bench_open(&p->b);
+    p->model = bench_robot(file, base);
+    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib"};
+    bench_path(&p->b, "kernels/kernel.so", path);
+    int status = tfa_specialised_build(p->model, &options, path, NULL, p->b.error_text, 1024);
+    if (status == TFA_OK)
+        status = tfa_specialised_load(path, p->model, &p->kernel, p->b.error_text, 1024);
+    if (status != TFA_OK)
+        fail_msg("%s: %s", file, p->b.error_text);
+    const tfa_workspace_options o = {.specialised = p->kernel};
+    p->specialised = workspace_for(p->model, &o);
+    p->generic = workspace_for(p->model, NULL);
+    fill(&p->in);
+}
+
+static void close_pair(struct pair *p)
+{
+    tfa_workspace_free(p->specialised);
+    tfa_workspace_free(p->generic);
+    tfa_specialised_free(p->kernel);
+    tfa_model_free(p->model);
+    bench_close(&p->b);
+}
+
+/* `size`: of numbers that are compared together with these */
+static void compare(const char *what, const double *a, const double *b, size_t n, double size)
+{
+    double most = 0;
+    for (size_t k = 0; k < n; k++) {
+        most = fmax(most, fabs(a[k] - b[k]));
+        size = fmax(size, fabs(b[k]));
+        assert_true(isfinite(a[k]) && isfinite(b[k]));
+    }
+    if (!(most <= BOUND * size))
+        fail_msg("%s differs by %g of %g", what, most, size);
+}
+
+static void compute(const struct pair *p, tfa_workspace *w, const tfa_request *r,
+                    struct kernel_inputs *out)
+{
+    (void)p;
+    memset(out, 0, sizeof *out);
+    tfa_reply reply = {.qdd = out->qdd,
+                       .tau = out->tau,
+                       .base_acceleration = out->base,
+                       .base_wrench = out->wrench,
+                       .lambda_inv = out->lambda,
+                       .spectrum = out->spectrum,
+                       .answers = out->answers};
+    assert_int_equal(tfa_compute(w, r, &reply), TFA_OK);
+}
+
+static void ask(struct pair *p, const char *what, const tfa_request *r)
+{
+    compute(p, p->specialised, r, &p->out[0]);
+    compute(p, p->generic, r, &p->out[1]);
+    const struct kernel_inputs *a = &p->out[0], *b = &p->out[1];
+    for (uint32_t k = 0; k < r->count; k++) {
+        assert_int_equal(a->answers[k].status, b->answers[k].status);
+        assert_int_equal(a->answers[k].flags, b->answers[k].flags);
+        if (a->answers[k].method != b->answers[k].method)
+            fail_msg("%s: answered by %s, not %s", what, tfa_method_name(a->answers[k].method),
+                     tfa_method_name(b->answers[k].method));
+        assert_int_equal(a->spectrum[k].rank, b->spectrum[k].rank);
+    }
+    /* in free fall joints stand still, but for rounding */
+    compare(what, a->base, b->base, STATES * 6, 0);
+    compare(what, a->qdd, b->qdd, STATES * 32, fabs(b->base[2]));
+    compare(what, a->wrench, b->wrench, STATES * 6, 0);
+    compare(what, a->tau, b->tau, STATES * 32, fabs(b->wrench[2]));
+    compare(what, a->lambda, b->lambda, STATES * 144, 0);
+}
+
+static tfa_request request_of(struct pair *p, tfa_op op, uint32_t count)
+{
+    tfa_request r = {.op = op,
+                     .refine = TFA_REFINE_DEFAULT,
+                     .count = count,
+                     .q = p->in.q,
+                     .v = p->in.v,
+                     .tau = p->in.tau,
+                     .qdd = p->in.tau};
+    if (tfa_model_base_freedoms(p->model)) {
+        r.base_pose = p->in.pose;
+        r.base_twist = p->in.twist;
+        r.base_wrench = r.base_acceleration = p->in.twist;
+    }
+    return r;
+}
+
+static void ask_with_tips(struct pair *p, uint32_t count)
+{
+    for (uint32_t f = 0; f < tfa_model_frame_count(p->model); f++) {
+        tfa_request r = request_of(p, TFA_OP_OPERATIONAL_INERTIA, count);
+        r.tip_count = 1;
+        r.tips[0] = f;
+        r.flags = TFA_WANT_SPECTRUM;
+        ask(p, "lambda_inv", &r);
+        r.frame = TFA_FRAME_LOCAL;
+        ask(p, "lambda_inv, local", &r);
+        r.op = TFA_OP_FORWARD_DYNAMICS;
+        ask(p, "both", &r);
+        r.tips[1] = 1;
+        r.tip_count = 2;
+        ask(p, "both, two tips", &r);
+    }
+}
+
+/* A point mass of 1e6 kg on the last axis leaves that joint's inertia too small: the sentinel says
+ * so for the kernel as for the generic one. */
+static void ask_with_payload(struct pair *p)
+{
+    static const double payload[TFA_PAYLOAD_NUMBERS] = {1e6};
+    for (uint32_t count = 1; count <= STATES; count += STATES - 1) {
+        tfa_request r = request_of(p, TFA_OP_FORWARD_DYNAMICS, count);
+        r.payload_count = 1;
+        r.payloads = payload;
+        r.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
+        compute(p, p->specialised, &r, &p->out[0]);
+        compute(p, p->generic, &r, &p->out[1]);
+        for (uint32_t k = 0; k < count; k++) {
+            assert_int_equal(p->out[0].answers[k].flags, p->out[1].answers[k].flags);
+            assert_true(p->out[0].answers[k].flags & TFA_ANSWER_SENTINEL);
+            assert_true(p->out[0].answers[k].error_estimate > 0);
+        }
+    }
+}
+
+/* What a kernel may leave to the generic one, or has to know better */
+static void ask_for_more(struct pair *p)
+{
+    static const double gravity[3] = {1, 2, -3};
+    static const uint32_t joint[1] = {2};
+    static const double payload[TFA_PAYLOAD_NUMBERS] = {1.5, 0.1, 0,    0.05, 2e-3,
+                                                        0,   0,   2e-3, 0,    2e-3};
+    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_INVERSE_DYNAMICS; op++) {
+        tfa_request r = request_of(p, (tfa_op)op, STATES);
+        r.gravity = gravity;
+        ask(p, "gravity", &r);
+        r.payload_count = 1;
+        r.payloads = payload;
+        r.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
+        ask(p, "payload", &r);
+        r.gravity = NULL;
+        ask(p, "payload alone", &r);
+        r.payload_frames[0] = 0; /* on the root */
+        ask(p, "payload on the root", &r);
+        r.count = 1;
+        ask(p, "payload on the root, one state", &r);
+        r.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
+        ask(p, "payload, one state", &r);
+        r.count = STATES;
+        r.locked_count = 1;
+        r.locked = joint;
+        ask(p, "locked", &r);
+    }
+    tfa_request tip = request_of(p, TFA_OP_OPERATIONAL_INERTIA, STATES);
+    tip.payload_count = tip.tip_count = 1;
+    tip.payloads = payload;
+    tip.tips[0] = tip.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
+    ask(p, "lambda_inv with a payload", &tip);
+    tip.op = TFA_OP_FORWARD_DYNAMICS;
+    ask(p, "both with a payload", &tip);
+    tfa_request r = request_of(p, TFA_OP_FORWARD_DYNAMICS, STATES);
+    r.v = r.tau = r.base_twist = r.base_wrench = NULL;
+    ask(p, "at rest", &r);
+    r.method = TFA_METHOD_ABA;
+    ask(p, "aba", &r);
+    r.refine = 1;
+    ask(p, "refined", &r);
+    r.method = TFA_METHOD_CRBA;
+    ask(p, "crba", &r);
+}
+
+static void ask_everything(const char *file, tfa_base base)
+{
+    struct pair *p = calloc(1, sizeof *p);
+    open_pair(p, file, base);
+    for (uint32_t count = 1; count <= STATES; count++) {
+        const tfa_request forward = request_of(p, TFA_OP_FORWARD_DYNAMICS, count);
+        const tfa_request inverse = request_of(p, TFA_OP_INVERSE_DYNAMICS, count);
+        ask(p, "forward dynamics", &forward);
+        ask(p, "inverse dynamics", &inverse);
+    }
+    ask_with_tips(p, 1);
+    ask_with_tips(p, 3);
+    ask_for_more(p);
+    ask_with_payload(p);
+    close_pair(p);
+    free(p);
+}
+
+TEST(arm)
+{
+    ask_everything("arm7.urdf", TFA_BASE_FIXED);
+}
+
+TEST(floating_quadruped)
+{
+    ask_everything("quadruped.urdf", TFA_BASE_FLOATING);
+}
+
+/* Does the kernel itself answer this, not the generic one? */
+static int takes(const struct pair *p, const tfa_request *r)
+{
+    const struct tfa_host_api host = specialised_host_api(p->model);
+    return p->kernel->kernel->supports(&host, r);
+}
+
+/* Gravity of a request is an input of every kernel, and so are payloads without tips. */
+TEST(gravity_and_payloads_are_inputs)
+{
+    static const double numbers[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1e-3, 0, 0, 1e-3, 0, 1e-3};
+    static const double gravity[3] = {0, 0, -1.62};
+    static const uint32_t joint[1] = {0};
+    struct pair *p = calloc(1, sizeof *p);
+    open_pair(p, "quadruped.urdf", TFA_BASE_FLOATING);
+    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
+        tfa_request r = request_of(p, (tfa_op)op, 1);
+        r.tip_count = op == TFA_OP_OPERATIONAL_INERTIA;
+        r.tips[0] = tfa_model_frame_count(p->model) - 1;
+        r.gravity = gravity;
+        assert_true(takes(p, &r));
+        r.payload_count = 1;
+        r.payloads = numbers;
+        assert_int_equal(takes(p, &r), !r.tip_count);
+        r.payload_count = 0;
+        r.locked_count = 1;
+        r.locked = joint;
+        assert_false(takes(p, &r));
+    }
+    close_pair(p);
+    free(p);
+}
+
+/* The arm with other rotors, where gravity is another */
+static tfa_model *arm_elsewhere(const double *gravity, double armature)
+{
+    const tfa_model_options options = {.gravity = gravity};
+    tfa_description *d = bundled_description("arm7.urdf");
+    for (uint32_t k = 0; k < d->joint_count; k++)
+        d->joints[k].armature = armature * (k + 1);
+    tfa_model *model = compiled(d, &options);
+    tfa_description_free(d);
+    return model;
+}
+
+/* One kernel for robots that differ in gravity only; not for other rotors. */
+TEST(models_share_a_kernel)
+{
+    static const double moon[3] = {0, 0, -1.62};
+    struct pair *p = calloc(1, sizeof *p);
+    char path[256];
+    tfa_specialised *other;
+    open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
+    bench_path(&p->b, "kernels/kernel.so", path);
+    tfa_workspace_free(p->specialised);
+    tfa_workspace_free(p->generic);
+    tfa_model_free(p->model);
+    p->model = arm_elsewhere(moon, 0);
+    assert_int_equal(tfa_specialised_load(path, p->model, &other, p->b.error_text, 1024), TFA_OK);
+    const tfa_workspace_options o = {.specialised = other};
+    p->specialised = workspace_for(p->model, &o);
+    p->generic = workspace_for(p->model, NULL);
+    const tfa_request forward = request_of(p, TFA_OP_FORWARD_DYNAMICS, STATES);
+    ask(p, "forward dynamics elsewhere", &forward);
+    ask_with_tips(p, 1);
+    ask_for_more(p);
+    tfa_specialised_free(p->kernel);
+    p->kernel = other;
+    tfa_model *with_rotors = arm_elsewhere(NULL, 0.02);
+    assert_int_equal(tfa_specialised_load(path, with_rotors, &other, p->b.error_text, 1024),
+                     TFA_E_UNSUPPORTED);
+    tfa_model_free(with_rotors);
+    close_pair(p);
+    free(p);
+}
+
+/* Buffers that nobody gave are not written. */
+TEST(answers_that_are_not_wanted)
+{
+    struct pair *p = calloc(1, sizeof *p);
+    open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
+    for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
+        tfa_request r = request_of(p, (tfa_op)op, STATES);
+        tfa_reply nothing = {0};
+        r.tip_count = op != TFA_OP_INVERSE_DYNAMICS;
+        r.tips[0] = tfa_model_frame_count(p->model) - 1;
+        assert_int_equal(tfa_compute(p->specialised, &r, &nothing), TFA_OK);
+    }
+    close_pair(p);
+    free(p);
+}

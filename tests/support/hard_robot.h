@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Random robots up to the extremes where methods fail, and requests to them: the same for the same
+ * seed on every machine.
+ */
+#ifndef TESTS_SUPPORT_HARD_ROBOT_H
+#define TESTS_SUPPORT_HARD_ROBOT_H
+
+#include <totalforce/totalforce.h>
+
+#include "common/mechanism.h"
+#include "random_robot.h"
+
+#define HARD_ROBOT_FREEDOMS 512 /* more has none of them */
+
+/** Where tau comes from. */
+typedef enum hard_rhs {
+    HARD_QDD,     /**< inverse dynamics of random accelerations: the hardest */
+    HARD_TAU,     /**< random */
+    HARD_GRAVITY, /**< none: at rest under gravity */
+    HARD_RHS_COUNT
+} hard_rhs;
+
+typedef struct hard_robot {
+    char name[160]; /**< what it is, to see it again */
+    tfa_base base;
+    tfa_description *description;
+    void (*free_description)(tfa_description *);
+    tfa_model *model;
+    tfa_workspace *f64, *f128;
+    uint32_t nv, six; /**< length of v; 6 where the base floats */
+    double q[7 * HARD_ROBOT_FREEDOMS], v[HARD_ROBOT_FREEDOMS], tau[HARD_ROBOT_FREEDOMS];
+    double qdd[HARD_ROBOT_FREEDOMS], base_pose[7], base_twist[6], base_acceleration[6];
+    double base_wrench[6];
+} hard_robot;
+
+/** A mechanism as mechanism_make gives it, with the model and workspaces. */
+void hard_robot_mechanism(const mechanism_options *options, tfa_base base, hard_robot *robot);
+
+/** Robot of that seed: a mechanism with random parameters, a chain with joints of all types and
+ * armature, or a random tree; 1 to 64 moving bodies, mostly few; base fixed or floating.
+ * Returns 0, and nothing to close, when the library refuses to load it. */
+int hard_robot_open(uint64_t seed, hard_robot *robot);
+void hard_robot_close(hard_robot *robot);
+
+/** Draws a state and the forces that go with `rhs`. */
+void hard_robot_draw(hard_robot *robot, random_source *s, hard_rhs rhs);
+
+/** The request for qdd in that state. */
+tfa_request hard_robot_request(const hard_robot *robot, hard_rhs rhs);
+
+#endif

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * One explicit Euler step of a state, for tests that differentiate along a motion.
+ */
+#ifndef TESTS_SUPPORT_STEP_H
+#define TESTS_SUPPORT_STEP_H
+
+#include "random_robot.h"
+
+/**
+ * Moves state 0 of `from` by dt into state 0 of `to` (made with the same sizes):
+ * q follows v, v follows qdd, the base pose follows base_twist, that base_acceleration.
+ */
+void step_state(const tfa_description *description, const oracle *o, const random_states *from,
+                const double *qdd, const double *base_acceleration, double dt, random_states *to);
+
+#endif

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The thread pool runs every task once in every phase, with any number of threads, also when
+ * threads are stopped for milliseconds; meant to run under ThreadSanitizer too.
+ */
+#include "thread_pool/thread_pool.h"
+#include "test.h"
+
+#include <time.h>
+
+#define TASKS 67
+
+struct count {
+    uint32_t done[TASKS]; /* plain on purpose: two threads in one task would be a data race */
+    uint32_t tasks;
+    uint32_t threads;
+    int slow;
+};
+
+static void pause_ms(long ms)
+{
+    struct timespec t = {0, ms * 1000000};
+    nanosleep(&t, NULL);
+}
+
+static void count_task(void *context, uint32_t task, uint32_t worker)
+{
+    struct count *c = context;
+    assert_true(task < c->tasks);
+    assert_true(worker < c->threads);
+    if (c->slow && worker > 0 && task % 16 == 3)
+        pause_ms(2); /* as if the host had taken the processor away */
+    c->done[task]++;
+}
+
+static void run_phases(uint32_t threads, uint32_t spin_ns, int phases, int slow)
+{
+    struct thread_pool *thread_pool = NULL;
+    assert_int_equal(thread_pool_start(&thread_pool, &(struct thread_pool_options){threads, spin_ns,
+                                                                                   NULL, 0, NULL}),
+                     0);
+    struct count c = {.threads = threads, .slow = slow};
+    uint32_t expected[TASKS] = {0};
+    for (int p = 0; p < phases; p++) {
+        c.tasks = (uint32_t)(p % TASKS) + 1;
+        thread_pool_run(thread_pool, count_task, &c, c.tasks);
+        for (uint32_t k = 0; k < c.tasks; k++)
+            expected[k]++;
+        assert_memory_equal(c.done, expected, sizeof expected);
+    }
+    thread_pool_stop(thread_pool);
+}
+
+TEST(test_every_task_once)
+{
+    static const uint32_t threads[] = {1, 2, 3, 5, 16};
+    for (size_t k = 0; k < sizeof threads / sizeof *threads; k++)
+        run_phases(threads[k], 20000, 2000, 0);
+}
+
+TEST(test_sleeping_threads)
+{
+    struct thread_pool *thread_pool = NULL;
+    assert_int_equal(
+        thread_pool_start(&thread_pool, &(struct thread_pool_options){4, 1, NULL, 0, NULL}), 0);
+    struct count c = {.threads = 4, .tasks = TASKS};
+    for (uint32_t p = 1; p <= 50; p++) {
+        pause_ms(1); /* longer than they spin: all are asleep now */
+        thread_pool_run(thread_pool, count_task, &c, TASKS);
+        for (uint32_t k = 0; k < TASKS; k++)
+            assert_int_equal(c.done[k], p);
+    }
+    thread_pool_stop(thread_pool);
+}
+
+TEST(test_stopped_threads)
+{
+    run_phases(4, 1000, 100, 1);
+}
+
+TEST(test_stop_without_work)
+{
+    for (int k = 0; k < 50; k++) {
+        struct thread_pool *thread_pool = NULL;
+        assert_int_equal(
+            thread_pool_start(&thread_pool, &(struct thread_pool_options){3, 100, NULL, 0, NULL}),
+            0);
+        thread_pool_stop(thread_pool);
+    }
+}

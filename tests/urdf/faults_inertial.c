@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Rows about inertials: which are refused, which a warning is about, which are only frames.
+ */
+#include "faults.h"
+
+#define UNIT(name)                                                                                 \
+    "<link name=\"" name "\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" " \
+    "iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n"
+
+const urdf_fault urdf_inertial_faults[] = {
+    {"negative mass", MASS("-1"), TFA_E_PARSE, TFA_ERROR, 4, "negative-mass",
+     "link 'arm': mass -1 kg is negative; correct it"},
+    {"small mass",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1e-5\"/>",
+         "<inertia ixx=\"1e-9\" ixy=\"0\" ixz=\"0\" iyy=\"1e-9\" iyz=\"0\" izz=\"1e-9\"/>")),
+     TFA_OK, TFA_WARNING, 2, "small-mass",
+     "link 'arm': mass 1e-05 kg is below 1e-4 kg, condition number of its inertia 1; give it the "
+     "mass of the real part, or 0 if it is only a frame"},
+    {"small gyration",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"1e-8\" ixy=\"0\" ixz=\"0\" iyy=\"1e-8\" iyz=\"0\" izz=\"1e-8\"/>")),
+     TFA_OK, TFA_WARNING, 2, "odd-gyration",
+     "link 'arm': gyration radii 0.0001 to 0.0001 m, condition number 1; real parts have 1 mm to 2 "
+     "m: check the units of <mass> and <inertia>"},
+    {"large gyration", MASS("0.02"), TFA_OK, TFA_WARNING, 2, "odd-gyration",
+     "link 'arm': gyration radii 2.23607 to 2.23607 m, condition number 1; real parts have 1 mm to "
+     "2 m: check the units of <mass> and <inertia>"},
+    {"triangle", IXX("3"), TFA_OK, TFA_WARNING, 2, "triangle",
+     "link 'arm': its largest principal moment of inertia is 50 % larger than the other two "
+     "together, which no body has; correct <inertia>"},
+    {"triangle, rotated",
+     ROBOT(LINK_WITH_INERTIAL(
+         "<origin rpy=\"0.3 0.2 0.1\"/>", "<mass value=\"1\"/>",
+         "<inertia ixx=\"2\" ixy=\"0.4\" ixz=\"0\" iyy=\"2\" iyz=\"0\" izz=\"1\"/>")),
+     TFA_OK, -1, 0, "", ""},
+    {"triangle, off the axes",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"2\" ixy=\"1.5\" ixz=\"0\" iyy=\"2\" iyz=\"0\" izz=\"1\"/>")),
+     TFA_OK, TFA_WARNING, 2, "triangle",
+     "link 'arm': its largest principal moment of inertia is 133 % larger than the other two "
+     "together, which no body has; correct <inertia>"},
+    {"negative inertia", IXX("-0.01"), TFA_OK, -1, 0, "", ""}, /* refused by the model compiler */
+    {"point mass",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>")),
+     TFA_OK, -1, 0, "", ""},
+    {"quaternion origin",
+     ROBOT(LINK_WITH_INERTIAL("<origin quat_xyzw=\"0 0 0 1\"/>", "<mass value=\"1\"/>", INERTIA)),
+     TFA_E_PARSE, TFA_ERROR, 3, "quaternion-origin",
+     "link 'arm': <origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead"},
+    {"misspelled rpy",
+     ROBOT(LINK_WITH_INERTIAL("<origin ryp=\"0 0 1\"/>", "<mass value=\"1\"/>", INERTIA)), TFA_OK,
+     TFA_WARNING, 3, "unknown-attribute",
+     "link 'arm': ryp of <origin> is ignored; is it misspelled?"},
+    {"inertia attribute missing",
+     ROBOT(LINK_WITH_INERTIAL("", "<mass value=\"1\"/>",
+                              "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\"/>")),
+     TFA_E_PARSE, TFA_ERROR, 5, "missing-attribute",
+     "link 'arm': <inertia> has no izz; add izz=\"...\""},
+    {"no mass", ROBOT(LINK_WITH_INERTIAL("", "", INERTIA)), TFA_E_PARSE, TFA_ERROR, 2,
+     "missing-element", "link 'arm': <inertial> has no <mass>; add it"},
+    {"no inertia", ROBOT(LINK_WITH_INERTIAL("", "<mass value=\"1\"/>", "")), TFA_E_PARSE, TFA_ERROR,
+     2, "missing-element", "link 'arm': <inertial> has no <inertia>; add it"},
+    {"two inertials",
+     ROBOT("<link name=\"arm\"><inertial><mass value=\"1\"/>" INERTIA
+           "</inertial>\n<inertial><mass value=\"2\"/>" INERTIA "</inertial></link>\n"),
+     TFA_E_PARSE, TFA_ERROR, 3, "duplicate-inertial",
+     "link 'arm': a second <inertial>, the first is on line 2; remove one"},
+    {"two masses", ROBOT(LINK_WITH_INERTIAL("", "<mass value=\"1\"/><mass value=\"2\"/>", INERTIA)),
+     TFA_E_PARSE, TFA_ERROR, 4, "duplicate-element",
+     "link 'arm': a second <mass>, the first is on line 4; remove one"},
+    {"misspelled inertial", ROBOT("<link name=\"arm\">\n<inertail/></link>\n"), TFA_E_PARSE,
+     TFA_ERROR, 3, "misspelled-element",
+     "link 'arm': <inertail> in <link>: did you mean <inertial>?"},
+    {"meshes are never looked at",
+     ROBOT("<link name=\"a\"><visual><origin xyz=\"x\"/><geometry><mesh "
+           "filename=\"package://none\"/></geometry></visual><collision><geometry><mesh "
+           "filename=\"/dev/zero\"/></geometry></collision></link>"),
+     TFA_OK, -1, 0, "", ""},
+    {"only one moment",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0.1\"/>")),
+     TFA_OK, TFA_WARNING, 2, "triangle",
+     "link 'arm': only one of its principal moments of inertia is not zero, which no body has; "
+     "correct <inertia>"},
+    {"rod",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/>")),
+     TFA_OK, TFA_WARNING, 2, "odd-gyration",
+     "link 'arm': gyration radii 0 to 0.1 m, condition number inf; real parts have 1 mm to 2 m: "
+     "check the units of <mass> and <inertia>"},
+    {"small point mass",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1e-5\"/>",
+         "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>")),
+     TFA_OK, TFA_WARNING, 2, "small-mass",
+     "link 'arm': mass 1e-05 kg is below 1e-4 kg, condition number of its inertia inf; give it the "
+     "mass of the real part, or 0 if it is only a frame"},
+    {"ill-conditioned small mass",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"9.9e-5\"/>",
+         "<inertia ixx=\"1e-9\" ixy=\"0\" ixz=\"0\" iyy=\"1e-6\" iyz=\"0\" izz=\"1e-6\"/>")),
+     TFA_OK, TFA_WARNING, 2, "small-mass",
+     "link 'arm': mass 9.9e-05 kg is below 1e-4 kg, condition number of its inertia 1e+03; give it "
+     "the mass of the real part, or 0 if it is only a frame"},
+    {"mass just large enough",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1e-4\"/>",
+         "<inertia ixx=\"1e-9\" ixy=\"0\" ixz=\"0\" iyy=\"1e-9\" iyz=\"0\" izz=\"1e-9\"/>")),
+     TFA_OK, -1, 0, "", ""},
+    {"gyration of 1 mm and of 2 m",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"1.000001e-6\" ixy=\"0\" ixz=\"0\" iyy=\"4\" iyz=\"0\" izz=\"4\"/>")),
+     TFA_OK, -1, 0, "", ""},
+    {"gyration a little beyond 2 m",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"4.01\" iyz=\"0\" izz=\"4.01\"/>")),
+     TFA_OK, TFA_WARNING, 2, "odd-gyration",
+     "link 'arm': gyration radii 1 to 2.0025 m, condition number 4.01; real parts have 1 mm to 2 "
+     "m: check the units of <mass> and <inertia>"},
+    {"placeholder inertia",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"4\"/>",
+         "<inertia ixx=\"1.0\" ixy=\"0\" ixz=\"0.0\" iyy=\"1\" iyz=\"-0\" izz=\"1e0\"/>")),
+     TFA_OK, TFA_WARNING, 2, "placeholder-inertia",
+     "link 'arm': <inertia> is the identity matrix, as exporters write when they know none; give "
+     "it the inertia of the real part"},
+    {"placeholder inertias",
+     ROBOT(LINK("a") UNIT("b") UNIT("c") JOINT("i", "continuous", "a", "b", "")
+               JOINT("j", "continuous", "b", "c", "")),
+     TFA_OK, TFA_WARNING, 3, "placeholder-inertia",
+     "link 'b': <inertia> is the identity matrix, as exporters write when they know none; give it "
+     "the inertia of the real part; links like it: 2 ('b', 'c')"},
+    {"nearly negative inertia",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"-1e-9\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/>")),
+     TFA_OK, TFA_WARNING, 2, "odd-gyration",
+     "link 'arm': gyration radii 0 to 0.316228 m, condition number inf; real parts have 1 mm to 2 "
+     "m: check the units of <mass> and <inertia>"},
+    {"mass 0, inertia 0",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"0\"/>",
+         "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>")),
+     TFA_OK, -1, 0, "", ""},
+    {"mass 0 in a longer spelling",
+     ROBOT(LINK_WITH_INERTIAL(
+         "<origin xyz=\"1 2 3\"/>", "<mass value=\"-0.000e5\"/>",
+         "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>")),
+     TFA_OK, -1, 0, "", ""},
+    {"inertia without mass",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"0\"/>",
+         "<inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\"/>")),
+     TFA_OK, TFA_WARNING, 2, "inertia-without-mass",
+     "link 'arm': mass 0, but an inertia that is not 0; give it the mass of the real part, or no "
+     "<inertial> if it is only a frame"},
+    {"no inertial, fixed joint",
+     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("i", "fixed", "a", "b", "")
+               JOINT("j", "fixed", "b", "c", "")),
+     TFA_OK, TFA_NOTE, 3, "no-inertial",
+     "link 'b': no mass, on a fixed joint: kept as a frame; links like it: 2 ('b', 'c')"},
+    {"mass 0, fixed joint",
+     ROBOT(LINK("a") LINK_WITH_INERTIAL(
+         "", "<mass value=\"0\"/>",
+         "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>")
+               JOINT("i", "fixed", "a", "arm", "")),
+     TFA_OK, TFA_NOTE, 3, "no-inertial", "link 'arm': no mass, on a fixed joint: kept as a frame"},
+    {"no inertial, moving joint", TWO("continuous", ""), TFA_OK, -1, 0, "", ""},
+    {"flat plate, rounded",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"0.0333333\" ixy=\"0\" ixz=\"0\" iyy=\"0.0333333\" iyz=\"0\" "
+         "izz=\"0.0666666\"/>")),
+     TFA_OK, -1, 0, "", ""},
+    {"triangle, a little",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" izz=\"0.21\"/>")),
+     TFA_OK, TFA_WARNING, 2, "triangle",
+     "link 'arm': its largest principal moment of inertia is 5 % larger than the other two "
+     "together, which no body has; correct <inertia>"},
+    {"empty inertial", ROBOT("<link name=\"arm\"><inertial/></link>\n"), TFA_E_PARSE, TFA_ERROR, 2,
+     "missing-element",
+     "link 'arm': <inertial> has no <mass>; add it\nlink 'arm': <inertial> has no <inertia>; add "
+     "it"},
+    {"mass without value", ROBOT(LINK_WITH_INERTIAL("", "<mass/>", INERTIA)), TFA_E_PARSE,
+     TFA_ERROR, 4, "missing-attribute", "link 'arm': <mass> has no value; add value=\"...\""},
+    {"two inertias", ROBOT(LINK_WITH_INERTIAL("", "<mass value=\"1\"/>", INERTIA INERTIA)),
+     TFA_E_PARSE, TFA_ERROR, 5, "duplicate-element",
+     "link 'arm': a second <inertia>, the first is on line 5; remove one"},
+    {"two origins",
+     ROBOT(LINK_WITH_INERTIAL("<origin/>\n<origin/>", "<mass value=\"1\"/>", INERTIA)), TFA_E_PARSE,
+     TFA_ERROR, 4, "duplicate-element",
+     "link 'arm': a second <origin>, the first is on line 3; remove one"},
+    {0},
+};

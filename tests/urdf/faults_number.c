@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Rows about numbers and vectors.
+ */
+#include "faults.h"
+
+const urdf_fault urdf_number_faults[] = {
+    {"plain", MASS("1.5"), TFA_OK, -1, 0, "", ""},
+    {"exponent", MASS("+.15E+1"), TFA_OK, -1, 0, "", ""},
+    {"comma", MASS("1,5"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"1,5\" of <mass> " NOT_A_NUMBER},
+    {"trailing blank", MASS("1.5 "), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"1.5 \" of <mass> " NOT_A_NUMBER},
+    {"leading blank", MASS(" 1.5"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\" 1.5\" of <mass> " NOT_A_NUMBER},
+    {"nan", MASS("nan"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"nan\" of <mass> " NOT_A_NUMBER},
+    {"inf", MASS("inf"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"inf\" of <mass> " NOT_A_NUMBER},
+    {"hexadecimal", MASS("0x1p3"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"0x1p3\" of <mass> " NOT_A_NUMBER},
+    {"unit", MASS("1.5kg"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"1.5kg\" of <mass> " NOT_A_NUMBER},
+    {"empty number", MASS(""), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"\" of <mass> " NOT_A_NUMBER},
+    {"no exponent digits", MASS("1e"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"1e\" of <mass> " NOT_A_NUMBER},
+    {"only a point", MASS("."), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\".\" of <mass> " NOT_A_NUMBER},
+    {"two signs", MASS("--1"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"--1\" of <mass> " NOT_A_NUMBER},
+    {"xacro expression", MASS("${m}"), TFA_E_PARSE, TFA_ERROR, 4, "xacro",
+     "link 'arm': value=\"${m}\" of <mass> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
+    {"newline in a number", MASS("1.\n5"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"1.\\n5\" of <mass> " NOT_A_NUMBER},
+    {"underflow", MASS("1e-400"), TFA_E_PARSE, TFA_ERROR, 4, "underflow",
+     "link 'arm': value=\"1e-400\" of <mass> is smaller than any number of double precision; write "
+     "0 if that is meant"},
+    {"overflow", MASS("1e400"), TFA_E_PARSE, TFA_ERROR, 4, "overflow",
+     "link 'arm': value=\"1e400\" of <mass> is larger than any number of double precision; correct "
+     "it"},
+    {"zero written long", COM("0e-999 0.000 -0"), TFA_OK, -1, 0, "", ""},
+    {"vector of 2", COM("1 2"), TFA_E_PARSE, TFA_ERROR, 3, "bad-vector",
+     "link 'arm': xyz=\"1 2\" of <origin> has 2 numbers; write three with blanks between them"},
+    {"vector of 4", COM("1 2 3 4"), TFA_E_PARSE, TFA_ERROR, 3, "bad-vector",
+     "link 'arm': xyz=\"1 2 3 4\" of <origin> has 4 numbers; write three with blanks between them"},
+    {"vector of 6", COM("1 2 3 4 5 6"), TFA_E_PARSE, TFA_ERROR, 3, "bad-vector",
+     "link 'arm': xyz=\"1 2 3 4 5 6\" of <origin> has more than 4 numbers; write three with blanks "
+     "between them"},
+    {"empty vector", COM(""), TFA_E_PARSE, TFA_ERROR, 3, "bad-vector",
+     "link 'arm': xyz=\"\" of <origin> has 0 numbers; write three with blanks between them"},
+    {"tab in a vector", COM("1\t2 3"), TFA_E_PARSE, TFA_ERROR, 3, BAD,
+     "link 'arm': xyz=\"1\\t2 3\" of <origin>: \"1\\t2\" " NOT_A_NUMBER},
+    {"newline in a vector", COM("1 2\n3"), TFA_E_PARSE, TFA_ERROR, 3, BAD,
+     "link 'arm': xyz=\"1 2\\n3\" of <origin>: \"2\\n3\" " NOT_A_NUMBER},
+    {"blanks around a vector", COM("  1  2 3 "), TFA_OK, -1, 0, "", ""},
+    {"comma in a vector", COM("0 0,5 0"), TFA_E_PARSE, TFA_ERROR, 3, BAD,
+     "link 'arm': xyz=\"0 0,5 0\" of <origin>: \"0,5\" " NOT_A_NUMBER},
+    {"tab in an inertia", IXX("1\t"), TFA_E_PARSE, TFA_ERROR, 5, BAD,
+     "link 'arm': ixx=\"1\\t\" of <inertia> " NOT_A_NUMBER},
+    {"attribute on a line of its own",
+     ROBOT(LINK_WITH_INERTIAL(
+         "", "<mass value=\"1\"/>",
+         "<inertia ixx=\"1\"\n ixy=\"x\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>")),
+     TFA_E_PARSE, TFA_ERROR, 6, BAD, "link 'arm': ixy=\"x\" of <inertia> " NOT_A_NUMBER},
+    {"CRLF and CR count as one line end",
+     "<robot name=\"r\">\r\n\r\n<link name=\"a\">\r<inertial>\n<mass value=\"x\"/>" INERTIA
+     "</inertial></link></robot>",
+     TFA_E_PARSE, TFA_ERROR, 5, BAD, "link 'a': value=\"x\" of <mass> " NOT_A_NUMBER},
+    {"rpy with units",
+     ROBOT(LINK_WITH_INERTIAL("<origin rpy=\"0 0 90deg\"/>", "<mass value=\"1\"/>", INERTIA)),
+     TFA_E_PARSE, TFA_ERROR, 3, BAD,
+     "link 'arm': rpy=\"0 0 90deg\" of <origin>: \"90deg\" " NOT_A_NUMBER},
+    {"underflow in a vector", COM("0 -1e-400 0"), TFA_E_PARSE, TFA_ERROR, 3, "underflow",
+     "link 'arm': xyz=\"0 -1e-400 0\" of <origin>: \"-1e-400\" is smaller than any number of "
+     "double precision; write 0 if that is meant"},
+    {"smallest number", COM("0 5e-324 0"), TFA_OK, -1, 0, "", ""},
+    {"xacro in a vector", COM("0 ${x} 0"), TFA_E_PARSE, TFA_ERROR, 3, "xacro",
+     "link 'arm': xyz=\"0 ${x} 0\" of <origin> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
+    {"xacro argument", MASS("$(arg m)"), TFA_E_PARSE, TFA_ERROR, 4, "xacro",
+     "link 'arm': value=\"$(arg m)\" of <mass> is an unexpanded xacro expression; run xacro first: "
+     "xacro f.urdf > f.urdf.urdf"},
+    {"newline as a character number", MASS("1&#10;5"), TFA_E_PARSE, TFA_ERROR, 4, BAD,
+     "link 'arm': value=\"1\\n5\" of <mass> " NOT_A_NUMBER},
+    {"digits as character numbers", MASS("&#49;.&#x35;"), TFA_OK, -1, 0, "", ""},
+    {"a very long value", MASS("1.1111111111222222222233333333334444444444555555555566666666667"),
+     TFA_OK, -1, 0, "", ""},
+    {"CRLF",
+     "<robot name=\"r\">\r\n<link name=\"arm\">\r\n<inertial>\r\n<mass\r\n value=\"1 \"/>" INERTIA
+     "</inertial></link>\r\n</robot>\r\n",
+     TFA_E_PARSE, TFA_ERROR, 5, BAD, "link 'arm': value=\"1 \" of <mass> " NOT_A_NUMBER},
+    {0},
+};

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Rows about names and the tree.
+ */
+#include "faults.h"
+
+const urdf_fault urdf_tree_faults[] = {
+    {"one link", ROBOT(LINK("a")), TFA_OK, -1, 0, "", ""},
+    {"joint of itself",
+     ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "") JOINT("j", "fixed", "b", "b", "")),
+     TFA_E_PARSE, TFA_ERROR, 5, "loop",
+     "joint 'j': link 'b' is its parent and its child; correct one of them"},
+    {"two parents",
+     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("i", "fixed", "a", "b", "")
+               JOINT("j", "fixed", "a", "c", "") JOINT("k", "fixed", "b", "c", "")),
+     TFA_E_PARSE, TFA_ERROR, 7, "two-parents",
+     "link 'c': child of joint 'j' (line 6) and of joint 'k'; a robot is a tree: remove one"},
+    {"detached cycle",
+     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("i", "fixed", "b", "c", "")
+               JOINT("j", "fixed", "c", "b", "")),
+     TFA_E_PARSE, TFA_ERROR, 6, "loop",
+     "link 'b': hangs from itself, through joint 'j' and joint 'i' (line 5); a robot is a tree: "
+     "open the loop"},
+    {"nothing but a cycle",
+     ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "") JOINT("j", "fixed", "b", "a", "")),
+     TFA_E_PARSE, TFA_ERROR, 5, "loop",
+     "link 'a': hangs from itself, through joint 'j' and joint 'i' (line 4); a robot is a tree: "
+     "open the loop"},
+    {"two roots", ROBOT(LINK("a") LINK("b")), TFA_E_PARSE, TFA_ERROR, 3, "two-roots",
+     "link 'b': neither it nor link 'a' (line 2) is the child of a joint; connect them or remove "
+     "one"},
+    {"world", ROBOT(LINK("a") JOINT("j", "floating", "world", "a", "")), TFA_OK, TFA_NOTE, 3,
+     "world-added", "link 'world': not declared but a joint's parent; it becomes the root"},
+    {"world declared", ROBOT(LINK("a") LINK("world") JOINT("j", "floating", "world", "a", "")),
+     TFA_OK, -1, 0, "", ""},
+    {"unknown parent", ROBOT(LINK("a") JOINT("j", "fixed", "x", "a", "")), TFA_E_PARSE, TFA_ERROR,
+     3, "unknown-link",
+     "joint 'j': parent link 'x' does not exist; declare it or correct the name"},
+    {"unknown child", ROBOT(LINK("a") JOINT("j", "fixed", "a", "world", "")), TFA_E_PARSE,
+     TFA_ERROR, 3, "unknown-link",
+     "joint 'j': child link 'world' does not exist; declare it or correct the name"},
+    {"no parent", ROBOT(LINK("a") "<joint name=\"j\" type=\"fixed\"><child link=\"a\"/></joint>"),
+     TFA_E_PARSE, TFA_ERROR, 3, "missing-element", "joint 'j': <joint> has no <parent>; add it"},
+    {"two children",
+     ROBOT(LINK("a") LINK("b") JOINT("j", "fixed", "a", "b", "<child link=\"a\"/>")), TFA_E_PARSE,
+     TFA_ERROR, 4, "duplicate-element",
+     "joint 'j': a second <child>, the first is on line 4; remove one"},
+    {"child without link",
+     ROBOT(LINK("a") "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child/></joint>"),
+     TFA_E_PARSE, TFA_ERROR, 3, "missing-attribute",
+     "joint 'j': <child> has no link; add link=\"...\""},
+    {"two links of one name", ROBOT(LINK("a") LINK("b") LINK("b")), TFA_E_PARSE, TFA_ERROR, 4,
+     "duplicate-link", "link 'b': declared before on line 3; rename one"},
+    {"two joints of one name",
+     ROBOT(LINK("a") LINK("b") LINK("c") JOINT("j", "fixed", "a", "b", "")
+               JOINT("j", "fixed", "a", "c", "")),
+     TFA_E_PARSE, TFA_ERROR, 6, "duplicate-joint",
+     "joint 'j': declared before on line 5; rename one"},
+    {"unknown type", TWO("hinge", ""), TFA_E_PARSE, TFA_ERROR, 4, "unknown-joint-type",
+     "joint 'j': type \"hinge\" does not exist; use fixed, revolute, continuous, prismatic, planar "
+     "or floating"},
+    {"type in capitals", TWO("Revolute", ""), TFA_E_PARSE, TFA_ERROR, 4, "unknown-joint-type",
+     "joint 'j': type \"Revolute\" does not exist; use fixed, revolute, continuous, prismatic, "
+     "planar or floating"},
+    {"no type",
+     ROBOT(LINK("a") LINK("b") "<joint name=\"j\"><parent link=\"a\"/><child link=\"b\"/></joint>"),
+     TFA_E_PARSE, TFA_ERROR, 4, "missing-attribute",
+     "joint 'j': <joint> has no type; add type=\"...\""},
+    {"link without name", ROBOT(LINK("a") "<link/>"), TFA_E_PARSE, TFA_ERROR, 3,
+     "missing-attribute", "robot: <link> has no name; add name=\"...\""},
+    {"link with an empty name", ROBOT(LINK("")), TFA_E_PARSE, TFA_ERROR, 2, "empty-name",
+     "robot: name=\"\" of <link> is empty; give it a name"},
+    {"robot without name", "<robot>\n" LINK("a") "</robot>", TFA_E_PARSE, TFA_ERROR, 1,
+     "missing-attribute", "robot: <robot> has no name; add name=\"...\""},
+    {"name with a line end", ROBOT(LINK("a\n")), TFA_E_PARSE, TFA_ERROR, 2, "bad-name",
+     "robot: name=\"a\\n\" of <link> holds a control character; remove it"},
+    {"name with a control character", ROBOT(LINK("a&#7;")), TFA_E_PARSE, TFA_ERROR, 2, "bad-name",
+     "robot: name=\"a\\x07\" of <link> holds a control character; remove it"},
+    {"name with everything that is allowed",
+     ROBOT(LINK("a &lt;&amp;&quot;'&gt; &#xE9; \xC3\xA9/[]")), TFA_OK, -1, 0, "", ""},
+    {"no links", ROBOT(""), TFA_E_PARSE, TFA_ERROR, 1, "no-links",
+     "robot: the robot has no links; add one"},
+    {"version 1.1", "<robot name=\"r\" version=\"1.1\">\n" LINK("a") "</robot>", TFA_OK, TFA_NOTE,
+     1, "version", "robot: version=\"1.1\" is read as 1.0"},
+    {"version 1.0", "<robot name=\"r\" version=\"1.0\">\n" LINK("a") "</robot>", TFA_OK, -1, 0, "",
+     ""},
+    {"misspelled link", ROBOT(LINK("a") "<lnik name=\"b\"/>"), TFA_E_PARSE, TFA_ERROR, 3,
+     "misspelled-element", "robot: <lnik> in <robot>: did you mean <link>?"},
+    {"things of others", ROBOT(LINK("a") "<gazebo/><transmission/><material/><drake:x/>"), TFA_OK,
+     -1, 0, "", ""},
+    {"islands",
+     ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "") LINK("c") LINK("d") LINK("e")
+               JOINT("j", "fixed", "c", "d", "") JOINT("k", "fixed", "c", "e", "")),
+     TFA_E_PARSE, TFA_ERROR, 5, "two-roots",
+     "link 'c' with joint 'j': neither it nor link 'a' with joint 'i' (line 2) is the child of a "
+     "joint; connect them or remove one"},
+    {"long cycle beside the robot",
+     ROBOT(LINK("a") LINK("b") LINK("c") LINK("d") JOINT("i", "fixed", "b", "c", "")
+               JOINT("j", "fixed", "c", "d", "") JOINT("k", "fixed", "d", "b", "")),
+     TFA_E_PARSE, TFA_ERROR, 8, "loop",
+     "link 'b': hangs from itself, through joint 'k' and joint 'j' (line 7); a robot is a tree: "
+     "open the loop"},
+    {"closed chain",
+     ROBOT(LINK("a") LINK("b") LINK("c") LINK("d") JOINT("i", "continuous", "a", "b", "")
+               JOINT("j", "continuous", "a", "c", "") JOINT("k", "continuous", "b", "d", "")
+                   JOINT("l", "continuous", "c", "d", "")),
+     TFA_E_PARSE, TFA_ERROR, 9, "two-parents",
+     "link 'd': child of joint 'k' (line 8) and of joint 'l'; a robot is a tree: remove one"},
+    {"children before parents",
+     ROBOT(JOINT("j", "continuous", "b", "c", "") JOINT("i", "continuous", "a", "b", "") LINK("c")
+               LINK("b") LINK("a")),
+     TFA_OK, -1, 0, "", ""},
+    {"version 2.0", "<robot name=\"r\" version=\"2.0\">\n" LINK("a") "</robot>", TFA_OK, TFA_NOTE,
+     1, "version", "robot: version=\"2.0\" is read as 1.0"},
+    {"link in another case", ROBOT(LINK("a") LINK("A") JOINT("j", "floating", "a", "A", "")),
+     TFA_OK, -1, 0, "", ""},
+    {"two joints between the same links",
+     ROBOT(LINK("a") LINK("b") JOINT("i", "continuous", "a", "b", "")
+               JOINT("j", "fixed", "a", "b", "")),
+     TFA_E_PARSE, TFA_ERROR, 5, "two-parents",
+     "link 'b': child of joint 'i' (line 4) and of joint 'j'; a robot is a tree: remove one"},
+    {0},
+};

@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Draws the chart: feeds rows and captions to gnuplot, whose scripts in chart/ say how it looks.
+ */
+#include "chart.h"
+#include "common/commands.h"
+#include "common/results.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+void chart_set_time_name(FILE *out, uint32_t threads)
+{
+    gnuplot_string(out, "time_name",
+                   threads > 1 ? "wall time of a state in a batch (µs)"
+                               : "CPU time of a call (µs)");
+}
+
+double chart_draw_error(double error)
+{
+    return fmin(fmax(error, CHART_ERROR_MIN), CHART_ERROR_MAX);
+}
+
+double chart_draw_floor(const chart_row *row)
+{
+    return fmax(row->floor, CHART_ERROR_MIN);
+}
+
+void chart_range_extend(chart_range *range, double value)
+{
+    range->low = range->high > 0.0 ? fmin(range->low, value) : value;
+    range->high = fmax(range->high, value);
+}
+
+/* Tics at 1, 2, 5, 10, ... where an axis is too short for decades alone. */
+static void set_tics(FILE *out, uint32_t k, double low, double high)
+{
+    const char *before = "";
+    if (high / low > 50.0) {
+        fprintf(out, "time_tics[%" PRIu32 "] = '10'\ntime_format[%" PRIu32 "] = '10^{%%L}'\n", k,
+                k);
+        return;
+    }
+    fprintf(out, "time_tics[%" PRIu32 "] = '(", k);
+    for (int decade = (int)floor(log10(low)); pow(10.0, decade) <= high; decade++)
+        for (int step = 0; step < 3; step++) {
+            const double at = pow(10.0, decade) * (step == 0 ? 1.0 : step == 1 ? 2.0 : 5.0);
+            if (at < low || at > high)
+                continue;
+            fprintf(out, "%s%g", before, at);
+            before = ",";
+        }
+    fprintf(out, ")'\ntime_format[%" PRIu32 "] = '%%g'\n", k);
+}
+
+void chart_set_times(FILE *out, const chart_range *times, uint32_t count)
+{
+    static const char *const arrays[] = {"low_time", "high_time", "time_tics", "time_format"};
+    for (int i = 0; i < 4; i++)
+        fprintf(out, "array %s[%" PRIu32 "]\n", arrays[i], count);
+    for (uint32_t k = 1; k <= count; k++) {
+        const int empty = times[k - 1].high <= 0.0;
+        const double low = empty ? 1.0 : times[k - 1].low / 1.5;
+        const double high = empty ? 10.0 : times[k - 1].high * 1.5;
+        fprintf(out, "low_time[%" PRIu32 "] = %g\nhigh_time[%" PRIu32 "] = %g\n", k, low, k, high);
+        set_tics(out, k, low, high);
+    }
+}
+
+/* Rows of the target, size and threads that `rows` begins with. */
+static size_t same_case(const chart_row *rows, size_t count)
+{
+    size_t n = 1;
+    while (n < count && rows[n].bodies == rows->bodies &&
+           rows[n].choice.threads == rows->choice.threads &&
+           strcmp(rows[n].target, rows->target) == 0)
+        n++;
+    return n;
+}
+
+/* The overview has room for the first precision and number of threads only. */
+static int draw_overview(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)
+{
+    size_t n = 0;
+    chart_row *first = malloc(count * sizeof *first);
+    if (!first)
+        return -1;
+    for (size_t i = 0; i < count; i++)
+        if (rows[i].choice.precision == o->precisions[0] && rows[i].choice.threads == o->threads[0])
+            first[n++] = rows[i];
+    if (n > 0)
+        chart_draw_overview(gnuplot, o, first, n);
+    free(first);
+    return 0;
+}
+
+/* Which methods there are, and the names of what the marks of peers stand for. */
+static void write_style(FILE *out, const chart_options *o)
+{
+    fputs("charted = ' ", out);
+    for (uint32_t m = 0; m < o->method_count; m++)
+        fprintf(out, "%" PRIu32 " ", o->methods[m]);
+    fputs("'\nload scripts.'/style.gp'\n", out);
+    for (uint32_t m = 0; m < o->method_count; m++)
+        if (o->methods[m] >= CHART_PEER)
+            fprintf(out, "label[%" PRIu32 "] = '%s'\n", o->methods[m],
+                    chart_method_name(o->methods[m]));
+}
+
+int chart_draw(const chart_options *options, const chart_row *rows, size_t count)
+{
+    gnuplot_pipe g;
+    int drawn = 0;
+    if (count == 0)
+        return EXIT_GOOD;
+    if (gnuplot_start(&g, "chart", options->scripts, options->folder) == 0) {
+        write_style(g.in, options);
+        for (size_t i = 0, n; i < count; i += n) {
+            n = same_case(rows + i, count - i);
+            chart_draw_scatter(g.in, options, rows + i, n);
+        }
+        drawn = draw_overview(g.in, options, rows, count);
+    }
+    const int finished = gnuplot_finish(&g);
+    return drawn == 0 ? finished : EXIT_FAILED;
+}

@@ -1,0 +1,318 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The command line of `totalforce chart`.
+ */
+#include "chart.h"
+#include "common/commands.h"
+#include "peer.h"
+
+#include <errno.h>
+#include <math.h>
+#include <string.h>
+
+enum {
+    KEY_URDF = 256,
+    KEY_BASE,
+    KEY_RHS,
+    KEY_REFINE,
+    KEY_PRECISION,
+    KEY_THREADS,
+    KEY_TURN,
+    KEY_STATES,
+    KEY_SEEDS,
+    KEY_BUDGET,
+    KEY_JSON,
+    KEY_SCRIPTS
+};
+
+static const struct argp_option option_table[] = {
+    {.name = "mechanisms",
+     .key = 'm',
+     .arg = "LIST",
+     .doc = "NAME or NAME:X, where X is its mass "
+            "ratio, taper or radius (all, unless --urdf is given)"},
+    {.name = "bodies", .key = 'n', .arg = "LIST", .doc = "Sizes of the mechanisms (8,32,128)"},
+    {.name = "urdf", .key = KEY_URDF, .arg = "FILE", .doc = "A robot; may be repeated"},
+    {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "Of the robots (fixed)"},
+    {.name = "methods",
+     .key = 'M',
+     .arg = "LIST",
+     .doc = "Methods and peers (all of forward dynamics)"},
+    {.name = "rhs", .key = KEY_RHS, .arg = "LIST", .doc = "Of qdd, tau, gravity (all)"},
+    {.name = "refine",
+     .key = KEY_REFINE,
+     .arg = "LIST",
+     .doc = "Refinement steps, of 0, 1, 2 (0,1)"},
+    {.name = "precision",
+     .key = KEY_PRECISION,
+     .arg = "LIST",
+     .doc = "Of f64, f32, f32+f64, f64+f128, f128 (f64)"},
+    {.name = "threads",
+     .key = KEY_THREADS,
+     .arg = "LIST",
+     .doc = "Numbers of threads; with more than 1, batches of states on a pool (1)"},
+    {.name = "turn",
+     .key = KEY_TURN,
+     .arg = "X",
+     .doc = "Joint angles within +-X rad (0.001 for mechanisms, 3 for robots)"},
+    {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states of each seed (3)"},
+    {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
+    {.name = "seeds",
+     .key = KEY_SEEDS,
+     .arg = "N",
+     .doc = "Seeds for each row, from --seed on: other mechanisms and states (3)"},
+    {.name = "budget-ms", .key = KEY_BUDGET, .arg = "N", .doc = "CPU time for timing one row (20)"},
+    {.name = "json", .key = KEY_JSON, .doc = "JSON, one row a line, in place of CSV"},
+    {.name = "output", .key = 'o', .arg = "FOLDER", .doc = "Write chart.csv, SVG and PNG there"},
+    {.name = "scripts",
+     .key = KEY_SCRIPTS,
+     .arg = "FOLDER",
+     .doc = "The gnuplot scripts (those "
+            "installed with the program)"},
+    {0}};
+
+static void parse_mechanism(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    if (o->target_count == CHART_CASES)
+        argp_error(state, "--mechanisms: more than %d mechanisms and robots", CHART_CASES);
+    char name[32];
+    const char *colon = strchr(word, ':');
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(word, ":"), word);
+    int kind = mechanism_find(name);
+    if (kind < 0)
+        argp_error(state, "--mechanisms: no '%s'; `totalforce chain --help` lists them", name);
+    double value = colon ? option_double(state, "mechanisms", colon + 1) : 0.0;
+    if (colon && !(value > 0.0))
+        argp_error(state, "--mechanisms: %s: the number must be positive", word);
+    o->targets[o->target_count++] =
+        (chart_target){.label = word, .kind = (mechanism_kind)kind, .value = value};
+}
+
+static void parse_size(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    if (o->size_count == CHART_SIZES)
+        argp_error(state, "--bodies: more than %d sizes", CHART_SIZES);
+    o->sizes[o->size_count++] =
+        (uint32_t)option_unsigned(state, "bodies", word, 1, MECHANISM_BODIES_MAX);
+}
+
+static void parse_method(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    const int32_t method = chart_method_find(word);
+    if (method < 0)
+        argp_error(state, "--methods: no '%s'", word);
+    if (o->method_count == CHART_METHODS)
+        argp_error(state, "--methods: more than %d", CHART_METHODS);
+    o->methods[o->method_count++] = (uint32_t)method;
+}
+
+static void parse_rhs(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    o->rhs |= 1u << option_word(state, "rhs", word, chart_rhs_words, CHART_RHS_COUNT);
+}
+
+static void parse_refine(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    o->refine |= 1u << option_unsigned(state, "refine", word, 0, CHART_REFINE - 1);
+}
+
+static void parse_precision(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    const int precision =
+        option_word(state, "precision", word, chart_precision_words, CHART_PRECISION_COUNT);
+    for (uint32_t k = 0; k < o->precision_count; k++)
+        if (o->precisions[k] == (uint32_t)precision)
+            argp_error(state, "--precision: %s twice", word);
+    o->precisions[o->precision_count++] = (uint32_t)precision;
+}
+
+static void parse_threads(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    if (o->thread_count == CHART_THREADS)
+        argp_error(state, "--threads: more than %d numbers", CHART_THREADS);
+    o->threads[o->thread_count++] = (uint32_t)option_unsigned(state, "threads", word, 1, 256);
+}
+
+static void parse_file(struct argp_state *state, const char *file)
+{
+    chart_options *o = state->input;
+    if (o->target_count == CHART_CASES)
+        argp_error(state, "--urdf: more than %d mechanisms and robots", CHART_CASES);
+    o->targets[o->target_count++] = (chart_target){.label = file, .file = file};
+}
+
+static void all_mechanisms(chart_options *o)
+{
+    for (int i = 0; i < MECHANISM_COUNT; i++)
+        o->targets[i] =
+            (chart_target){.label = mechanism_name((mechanism_kind)i), .kind = (mechanism_kind)i};
+    o->target_count = MECHANISM_COUNT;
+}
+
+/* All methods of forward dynamics, and the peers of this build. */
+static void all_methods(chart_options *o)
+{
+    const tfa_method_info *row;
+    for (uint32_t method = TFA_METHOD_AUTO + 1; (row = tfa_method_describe(method)); method++)
+        if (row->forward_dynamics)
+            o->methods[o->method_count++] = method;
+    for (uint32_t k = 0; peer_table[k]; k++)
+        o->methods[o->method_count++] = CHART_PEER + k;
+}
+
+static void complete(chart_options *o)
+{
+    static const uint32_t sizes[] = {8, 32, 128};
+    if (o->target_count == 0)
+        all_mechanisms(o);
+    if (o->size_count == 0) {
+        memcpy(o->sizes, sizes, sizeof sizes);
+        o->size_count = sizeof sizes / sizeof *sizes;
+    }
+    if (o->method_count == 0)
+        all_methods(o);
+    if (o->precision_count == 0)
+        o->precisions[o->precision_count++] = CHART_F64;
+    if (o->thread_count == 0)
+        o->threads[o->thread_count++] = 1;
+    o->rhs = o->rhs ? o->rhs : (1u << CHART_RHS_COUNT) - 1;
+    o->refine = o->refine ? o->refine : 3;
+    if (o->budget == 0)
+        o->budget = 20;
+}
+
+/* What cannot be charted at all. */
+static void check(struct argp_state *state, const chart_options *o)
+{
+    for (uint32_t k = 0; k < o->precision_count; k++) {
+        const uint32_t p = o->precisions[k];
+        if (chart_precisions[p].residual != TFA_RESIDUAL_SAME && o->refine == 1)
+            argp_error(state, "--precision %s needs --refine 1 or 2", chart_precision_words[p]);
+        for (uint32_t t = 0; t < o->thread_count; t++)
+            if (p != CHART_F64 && o->threads[t] > 1)
+                argp_error(state, "--threads %u takes --precision f64 only", o->threads[t]);
+    }
+}
+
+static error_t parse_list(int key, char *text, struct argp_state *state)
+{
+    switch (key) {
+    case 'm':
+        for_each_word(state, text, parse_mechanism);
+        return 0;
+    case 'n':
+        for_each_word(state, text, parse_size);
+        return 0;
+    case 'M':
+        for_each_word(state, text, parse_method);
+        return 0;
+    case KEY_RHS:
+        for_each_word(state, text, parse_rhs);
+        return 0;
+    case KEY_REFINE:
+        for_each_word(state, text, parse_refine);
+        return 0;
+    case KEY_PRECISION:
+        for_each_word(state, text, parse_precision);
+        return 0;
+    case KEY_THREADS:
+        for_each_word(state, text, parse_threads);
+        return 0;
+    case KEY_URDF:
+        parse_file(state, text);
+        return 0;
+    default:
+        return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static error_t parse_number(int key, char *text, struct argp_state *state)
+{
+    chart_options *o = state->input;
+    switch (key) {
+    case KEY_STATES:
+        o->states = (uint32_t)option_unsigned(state, "states", text, 2, CHART_STATES);
+        return 0;
+    case KEY_SEEDS:
+        o->seeds = (uint32_t)option_unsigned(state, "seeds", text, 1, CHART_SEEDS);
+        return 0;
+    case KEY_BUDGET:
+        o->budget = (uint32_t)option_unsigned(state, "budget-ms", text, 1, 100000);
+        return 0;
+    case KEY_TURN:
+        o->turn = option_double(state, "turn", text);
+        if (!(o->turn > 0.0 && o->turn <= 1e3))
+            argp_error(state, "--turn: %s, must be above 0 and at most 1000", text);
+        return 0;
+    case 's':
+        o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
+        return 0;
+    default:
+        return parse_list(key, text, state);
+    }
+}
+
+static error_t parse(int key, char *text, struct argp_state *state)
+{
+    chart_options *o = state->input;
+    switch (key) {
+    case KEY_BASE:
+        o->base = option_base(state, text);
+        return 0;
+    case KEY_JSON:
+        o->json = 1;
+        return 0;
+    case 'o':
+        o->folder = text;
+        return 0;
+    case KEY_SCRIPTS:
+        o->scripts = text;
+        return 0;
+    case ARGP_KEY_ARG:
+        argp_error(state, "one argument too many: '%s'", text);
+        return 0;
+    case ARGP_KEY_END:
+        complete(o);
+        check(state, o);
+        return 0;
+    default:
+        return parse_number(key, text, state);
+    }
+}
+
+#define CHART_RHS_HELP(name, word, what) "  " word ": " what "\n"
+#define CHART_PRECISION_HELP(name, word, precision, residual, what) "  " word ": " what "\n"
+
+/* clang-format off */
+static const char documentation[] =
+    "Charts accuracy against speed: every method on every mechanism, size, right-hand side and "
+    "number of refinement steps, against articulated bodies in quadruple precision.\v"
+    "Right-hand sides:\n"
+    CHART_RHS_LIST(CHART_RHS_HELP)
+    "\nPrecisions:\n"
+    CHART_PRECISION_LIST(CHART_PRECISION_HELP)
+    "\nTimes are CPU times of this thread, medians, taken in turns with aba in f64; with more than "
+    "one thread wall times of a batch of 64 states, for one of them. The floor is what the exact "
+    "answer changes by when each number of the robot and the request changes in its last bit and "
+    "sines and cosines are rounded to double.";
+/* clang-format on */
+
+int chart_parse(int argc, char **argv, chart_options *options)
+{
+    static const struct argp argp = {
+        .options = option_table,
+        .parser = parse,
+        .doc = documentation,
+    };
+    *options =
+        (chart_options){.states = 3, .seeds = 3, .seed = 1, .command = join_arguments(argc, argv)};
+    return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
+}

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The subcommands of `totalforce` and what they share.
+ */
+#ifndef TOOLS_COMMON_COMMANDS_H
+#define TOOLS_COMMON_COMMANDS_H
+
+#include <argp.h>
+#include <stdint.h>
+#include <totalforce/client.h>
+#include <totalforce/model.h>
+
+/** Exit statuses of every subcommand. */
+enum {
+    EXIT_GOOD = 0,
+    EXIT_UNMET = 1,  /**< it ran, and what was expected of it did not hold */
+    EXIT_FAILED = 2, /**< it could not do its work */
+    EXIT_USAGE = 3,  /**< the command line is wrong */
+};
+
+/* Each takes its own command line, argv[0] being "totalforce NAME", and returns an exit status. */
+int command_model(int argc, char **argv);
+int command_solve(int argc, char **argv);
+int command_call(int argc, char **argv);
+int command_latency(int argc, char **argv);
+int command_methods(int argc, char **argv);
+int command_chain(int argc, char **argv);
+int command_chart(int argc, char **argv);
+int command_atlas(int argc, char **argv);
+int command_specialise(int argc, char **argv);
+
+/* Option values. A bad one ends the program with usage (argp_error), naming the option. */
+
+uint64_t option_unsigned(struct argp_state *state, const char *name, const char *text,
+                         uint64_t lowest, uint64_t highest);
+double option_double(struct argp_state *state, const char *name, const char *text);
+/** "x,y,...": at most `most` finite numbers. @return how many */
+uint32_t option_numbers(struct argp_state *state, const char *name, const char *text, double *out,
+                        uint32_t most);
+/** "x,y,z" */
+void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3]);
+tfa_base option_base(struct argp_state *state, const char *text);
+tfa_wait option_wait(struct argp_state *state, const char *text);
+/** Index of `text` in a list of `count` words; the error names the words. */
+int option_word(struct argp_state *state, const char *name, const char *text,
+                const char *const *words, int count);
+/** Takes one positional argument; a second one is a usage error. */
+void option_argument(struct argp_state *state, const char **slot, const char *text);
+
+/** Calls `take` for each word of "a,b,c", which is cut up in place. */
+void for_each_word(struct argp_state *state, char *text,
+                   void (*take)(struct argp_state *state, char *word));
+/** The command line as it was typed, if no list was cut up yet; free() it. NULL: out of memory. */
+char *join_arguments(int argc, char **argv);
+
+/**
+ * Loads and compiles a URDF ("-": from standard input) and prints what the report says at or above
+ * `lowest` on stderr.
+ * @return the model, or NULL after an error message.
+ */
+tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
+                      tfa_report *report);
+
+#endif

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * One way to a running daemon for `call` and `latency`, over shared memory or over DDS.
+ */
+#ifndef TOOLS_COMMON_DAEMON_H
+#define TOOLS_COMMON_DAEMON_H
+
+#include <argp.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <totalforce/client.h>
+
+typedef enum daemon_via { DAEMON_SHM = 0, DAEMON_DDS = 1 } daemon_via;
+
+/** Where the daemon is and how to wait for it. Zero-initialise for the defaults. */
+typedef struct daemon_options {
+    const char *robot;
+    const char *runtime_dir; /**< shm; NULL: as tfa_client_options */
+    uint32_t domain;         /**< dds */
+    uint32_t max_batch;      /**< shm; 0: 1 */
+    tfa_wait wait;
+    uint64_t timeout_ns; /**< of one call; 0: 10 s */
+} daemon_options;
+
+/** --runtime-dir, --domain, --wait, --timeout-ms; its input is a daemon_options. */
+extern const struct argp daemon_argp;
+
+/** "shm" or "dds". */
+const char *daemon_via_name(daemon_via via);
+
+typedef struct daemon_link daemon_link;
+
+/** Connects. @return as tfa_client_connect or tfa_dds_client_connect; on error *link is NULL. */
+TFA_CHECKED int daemon_connect(const daemon_options *options, daemon_via via, daemon_link **link);
+
+/** What the daemon told about the robot; lives as long as the link. */
+const tfa_client_info *daemon_info(const daemon_link *link);
+
+/** One request and its reply. @return as tfa_client_call. */
+int daemon_call(daemon_link *link, const tfa_request *request, tfa_reply *reply,
+                tfa_exchange *exchange);
+
+/** Hangs up. NULL is allowed. */
+void daemon_close(daemon_link *link);
+
+/** True for a status after which the link is of no more use: close it and connect again. */
+int daemon_lost(int status);
+
+/** Says why there is no connection: whom we looked for and where. Always terminated. */
+void daemon_explain(const daemon_options *options, daemon_via via, int status, char *text,
+                    size_t size);
+
+#endif

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Facts without which a latency figure means nothing: the machine, its kernel, its threads.
+ */
+#ifndef TOOLS_COMMON_ENVIRONMENT_H
+#define TOOLS_COMMON_ENVIRONMENT_H
+
+#include <jansson.h>
+#include <stdint.h>
+#include <sys/types.h>
+
+/** Kernel, processor, hypervisor, governor, clock source, versions: a flat
+ *  JSON object of strings and numbers; null where the system does not say. */
+json_t *environment_read(void);
+
+/** Time that the host took from this machine since boot, in clock ticks, over all processors. */
+uint64_t environment_steal_ticks(void);
+
+/** What the kernel did to one thread. */
+typedef struct thread_usage {
+    pid_t tid; /**< 0: this thread */
+    char name[32];
+    int policy, priority;           /**< SCHED_*; of FIFO and RR */
+    int64_t voluntary, involuntary; /**< context switches */
+    int64_t minor_faults, major_faults;
+} thread_usage;
+
+enum { THREADS_MAX = 64 };
+
+/** "SCHED_OTHER", "SCHED_FIFO", ... */
+const char *environment_policy(int policy);
+
+/** All threads of a process (at most THREADS_MAX), from /proc. @return how many; 0 if
+ * unreadable. */
+int environment_threads(pid_t process, thread_usage threads[THREADS_MAX]);
+
+/** The calling thread, by getrusage. */
+thread_usage environment_this_thread(void);
+
+/** What happened between two looks at the same thread. */
+thread_usage environment_difference(const thread_usage *before, const thread_usage *after);
+
+#endif

@@ -1,0 +1,185 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Option values and loading, shared by the subcommands.
+ */
+#include "commands.h"
+#include "suggest.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <totalforce/description.h>
+#include <totalforce/text.h>
+
+uint64_t option_unsigned(struct argp_state *state, const char *name, const char *text,
+                         uint64_t lowest, uint64_t highest)
+{
+    uint64_t value = 0;
+    const tfa_number_fault fault = tfa_whole_number_read(text, strlen(text), &value);
+    if (fault != TFA_NUMBER_OK || value < lowest || value > highest)
+        argp_error(state, "--%s: '%s' is not a whole number from %llu to %llu%s", name, text,
+                   (unsigned long long)lowest, (unsigned long long)highest,
+                   fault == TFA_NUMBER_MALFORMED ? ", in decimal digits" : "");
+    return value;
+}
+
+/* @return it is a number that double precision can hold */
+static int read_number(const char *text, size_t length, double *value)
+{
+    return tfa_number_read(text, length, value) == TFA_NUMBER_OK;
+}
+
+double option_double(struct argp_state *state, const char *name, const char *text)
+{
+    double value = 0;
+    if (!read_number(text, strlen(text), &value))
+        argp_error(state, "--%s: '%s' is not a finite number, such as 2.5 or -1e-3", name, text);
+    return value;
+}
+
+uint32_t option_numbers(struct argp_state *state, const char *name, const char *text, double *out,
+                        uint32_t most)
+{
+    const char *at = text;
+    for (uint32_t count = 1;; count++) {
+        const size_t length = strcspn(at, ",");
+        if (count > most || !read_number(at, length, &out[count - 1]))
+            argp_error(state, "--%s: '%s' is not 1 to %u finite numbers with commas between", name,
+                       text, most);
+        if (at[length] == '\0')
+            return count;
+        at += length + 1;
+    }
+}
+
+void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3])
+{
+    if (option_numbers(state, name, text, out, 3) != 3)
+        argp_error(state, "--%s: '%s' is not three finite numbers x,y,z", name, text);
+}
+
+int option_word(struct argp_state *state, const char *name, const char *text,
+                const char *const *words, int count)
+{
+    char list[512];
+    for (int i = 0; i < count; i++)
+        if (strcmp(words[i], text) == 0)
+            return i;
+    suggest_words(text, words, (size_t)count, list, sizeof list);
+    argp_error(state, "--%s: no '%s'; %s", name, text, list);
+    return 0;
+}
+
+tfa_base option_base(struct argp_state *state, const char *text)
+{
+    static const char *const words[] = {"fixed", "floating"};
+    return (tfa_base)option_word(state, "base", text, words, 2);
+}
+
+tfa_wait option_wait(struct argp_state *state, const char *text)
+{
+    static const char *const words[] = {"default", "spin", "hybrid", "block"};
+    return (tfa_wait)option_word(state, "wait", text, words, 4);
+}
+
+void option_argument(struct argp_state *state, const char **slot, const char *text)
+{
+    if (*slot)
+        argp_error(state, "one argument too many: '%s'", text);
+    *slot = text;
+}
+
+void for_each_word(struct argp_state *state, char *text,
+                   void (*take)(struct argp_state *state, char *word))
+{
+    for (char *word = strsep(&text, ","); word; word = strsep(&text, ","))
+        take(state, word);
+}
+
+char *join_arguments(int argc, char **argv)
+{
+    size_t size = 1;
+    for (int i = 0; i < argc; i++)
+        size += strlen(argv[i]) + 1;
+    char *line = calloc(size, 1);
+    for (int i = 0; line && i < argc; i++)
+        stpcpy(stpcpy(line + strlen(line), i ? " " : ""), argv[i]);
+    return line;
+}
+
+static void print_report(const tfa_report *report, tfa_severity lowest)
+{
+    for (size_t i = 0; i < report->count; i++) {
+        if (report->messages[i].severity < lowest)
+            continue;
+        size_t size = tfa_report_format(report, i, NULL, 0) + 1;
+        char *text = malloc(size);
+        if (!text)
+            continue;
+        tfa_report_format(report, i, text, size);
+        fprintf(stderr, "%s\n", text);
+        free(text);
+    }
+}
+
+/* All of standard input; free() it. NULL: errno says why. */
+static char *read_standard_input(size_t *length)
+{
+    char *text = NULL;
+    size_t size = 0;
+    for (*length = 0;;) {
+        if (*length == size) {
+            size = size ? 2 * size : 65536;
+            char *grown = realloc(text, size);
+            if (!grown)
+                break;
+            text = grown;
+        }
+        const size_t got = fread(text + *length, 1, size - *length, stdin);
+        *length += got;
+        if (got == 0 && !ferror(stdin))
+            return text;
+        if (got == 0)
+            break;
+    }
+    free(text);
+    return NULL;
+}
+
+static int load_standard_input(const tfa_model_options *options, tfa_report *report,
+                               tfa_model **model)
+{
+    tfa_description *description = NULL;
+    size_t length;
+    char *text = read_standard_input(&length);
+    if (!text)
+        return TFA_E_FILE;
+    int status = tfa_urdf_parse(text, length, "(standard input)", &description, report);
+    if (status == TFA_OK)
+        status = tfa_model_create(description, options, report, model);
+    tfa_description_free(description);
+    free(text);
+    return status;
+}
+
+tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
+                      tfa_report *report)
+{
+    tfa_model *model = NULL;
+    errno = 0;
+    report->syntax = TFA_SYNTAX_COMMAND_LINE;
+    int status = strcmp(path, "-") == 0 ? load_standard_input(options, report, &model)
+                                        : tfa_model_load(path, options, report, &model);
+    int saved = errno;
+    print_report(report, lowest);
+    if (status == TFA_OK)
+        return model;
+    if (status == TFA_E_FILE && saved && report->errors == 0)
+        fprintf(stderr, "%s: error: %s\n", path, strerror(saved));
+    else if (report->errors == 0)
+        fprintf(stderr, "%s: error: %s: %s\n", path, tfa_status_text(status),
+                tfa_status_cause(status));
+    return NULL;
+}

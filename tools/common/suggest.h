@@ -1,0 +1,17 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * What a word that is not known may have meant, for messages.
+ */
+#ifndef TOOLS_COMMON_SUGGEST_H
+#define TOOLS_COMMON_SUGGEST_H
+
+#include <stddef.h>
+
+/** "there are a, b, c"; of a long list "nearest: 'b', 'a', 'c'; there are a, b, c, ...". */
+void suggest_words(const char *wrong, const char *const *words, size_t count, char *text,
+                   size_t size);
+/** The same of the methods. */
+void suggest_methods(const char *wrong, char *text, size_t size);
+
+#endif

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The load report: what became of a URDF, for people and as JSON.
+ */
+#ifndef TOOLS_MODEL_MODEL_REPORT_H
+#define TOOLS_MODEL_MODEL_REPORT_H
+
+#include "common/scene_options.h"
+
+#include <totalforce/model.h>
+
+/** How often the report has messages of one code and severity. */
+typedef struct code_count {
+    const char *code;
+    tfa_severity severity;
+    size_t count;
+} code_count;
+
+/** Everything that either form of the report tells. Cost: linear in links, joints, messages. */
+typedef struct model_report {
+    const char *file;
+    const scene_options *options;
+    const tfa_report *messages;
+    const tfa_model *model; /**< NULL: it could not be loaded */
+    const char *kernel;     /**< which one answers, and why */
+    uint32_t bodies;
+    /* links of body b: link_names[first_link[b]] to link_names[first_link[b + 1] - 1]; after the
+     * last body those fixed to the world */
+    uint32_t *first_link;
+    const char **link_names;
+    code_count *codes; /**< in order of first appearance */
+    size_t code_count;
+} model_report;
+
+/** Groups links by body and messages by code. @return TFA_OK, TFA_E_MEMORY (then free it, too). */
+TFA_CHECKED int model_report_init(model_report *report, const char *file,
+                                  const scene_options *options, const tfa_report *messages,
+                                  const tfa_model *model);
+void model_report_free(model_report *report);
+
+/** Prints on standard output. @return 0, or not 0 when that failed. */
+int model_report_print_text(const model_report *report);
+int model_report_print_json(const model_report *report);
+int model_report_print_tree(const model_report *report);
+
+/** Words for numbers of the model, as both forms spell them. */
+const char *model_joint_type_name(tfa_joint_type type);
+const char *model_fate_name(tfa_fate fate);
+const char *model_base_name(tfa_base base);
+const char *model_severity_name(tfa_severity severity);
+
+/** The message says that something of the file has no effect. */
+int model_code_is_ignored(const char *code);
+/** The message says that something of the file was put right. */
+int model_code_is_repaired(const char *code);
+
+/** Joints by fate, TFA_FATE_ABSENT + 1 numbers. */
+void model_count_fates(const tfa_model_summary *summary, uint32_t *counts);
+
+#endif

@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The load report as JSON. Keys are added, never renamed.
+ */
+#include "model_report.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <stdio.h>
+#include <totalforce/totalforce.h>
+
+/* Strings of a URDF may hold any bytes: what is not UTF-8 is shown as such, not lost. */
+static json_t *text_of(const char *text)
+{
+    json_t *string = json_string(text);
+    return string ? string : json_string("(not UTF-8)");
+}
+
+/* null for what is infinite or not known. */
+static json_t *number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+static json_t *vector(const double *v)
+{
+    return json_pack("[o,o,o]", number(v[0]), number(v[1]), number(v[2]));
+}
+
+static json_t *messages(const model_report *r)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < r->messages->count; i++) {
+        const tfa_message *m = &r->messages->messages[i];
+        json_array_append_new(list, json_pack("{ss si ss si so}", "severity",
+                                              model_severity_name(m->severity), "line",
+                                              (int)m->line, "code", m->code, "count", (int)m->count,
+                                              "text", text_of(m->text)));
+    }
+    return list;
+}
+
+static json_t *codes(const model_report *r)
+{
+    json_t *list = json_array();
+    for (size_t k = 0; k < r->code_count; k++)
+        json_array_append_new(list, json_pack("{ss ss sI}", "code", r->codes[k].code, "severity",
+                                              model_severity_name(r->codes[k].severity), "count",
+                                              (json_int_t)r->codes[k].count));
+    return list;
+}
+
+static json_t *selected(const model_report *r, int (*selects)(const char *))
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < r->messages->count; i++) {
+        const tfa_message *m = &r->messages->messages[i];
+        if (selects(m->code))
+            json_array_append_new(list, json_pack("{so si si so}", "name", text_of(m->entity),
+                                                  "count", (int)m->count, "line", (int)m->line,
+                                                  "text", text_of(m->text)));
+    }
+    return list;
+}
+
+static json_t *links(const model_report *r, uint32_t body)
+{
+    json_t *list = json_array();
+    for (uint32_t i = r->first_link[body]; i < r->first_link[body + 1]; i++)
+        json_array_append_new(list, text_of(r->link_names[i]));
+    return list;
+}
+
+static json_t *body_name(const tfa_model *model, int32_t body)
+{
+    return body < 0 ? json_null() : text_of(tfa_model_body_name(model, (uint32_t)body));
+}
+
+static json_t *bodies(const model_report *r)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < r->bodies; i++) {
+        const tfa_body_info b = tfa_model_body(r->model, i);
+        json_array_append_new(
+            list, json_pack("{so si so so si so so so so so sb}", "name", text_of(b.name), "index",
+                            (int)i, "parent", body_name(r->model, b.parent), "links", links(r, i),
+                            "freedoms", (int)b.freedoms, "mass", number(b.mass), "centre_of_mass",
+                            vector(b.com), "gyration_min", number(b.gyration_min), "gyration_max",
+                            number(b.gyration_max), "condition", number(b.condition), "regular",
+                            (int)b.regular));
+    }
+    return list;
+}
+
+static void add_joints(json_t *root, const tfa_model *model)
+{
+    json_t *names = json_array(), *details = json_array();
+    for (uint32_t i = 0; i < tfa_model_joint_count(model); i++) {
+        tfa_joint_info joint = tfa_model_joint(model, i);
+        json_array_append_new(names, text_of(joint.name));
+        json_array_append_new(
+            details,
+            json_pack("{so ss si si si si si sf}", "name", text_of(joint.name), "type",
+                      model_joint_type_name(joint.type), "q_index", (int)joint.q_index, "q_count",
+                      (int)joint.q_count, "v_index", (int)joint.v_index, "v_count",
+                      (int)joint.v_count, "body", (int)joint.body, "armature", joint.armature));
+    }
+    json_object_set_new(root, "joints", names);
+    json_object_set_new(root, "joint_details", details);
+}
+
+/* Every joint of the file and what became of it. */
+static json_t *declared(const tfa_model *model)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < tfa_model_declared_count(model); i++) {
+        const tfa_declared_joint j = tfa_model_declared(model, i);
+        json_t *joint = json_pack("{so ss ss so}", "name", text_of(j.name), "type",
+                                  model_joint_type_name(j.type), "fate", model_fate_name(j.fate),
+                                  "body", body_name(model, j.body));
+        if (j.fate == TFA_FATE_FOLLOWS && j.leader >= 0) {
+            json_object_set_new(joint, "leader",
+                                text_of(tfa_model_joint(model, (uint32_t)j.leader).name));
+            json_object_set_new(joint, "multiplier", number(j.multiplier));
+            json_object_set_new(joint, "offset", number(j.offset));
+        }
+        json_array_append_new(list, joint);
+    }
+    return list;
+}
+
+static json_t *fates(const tfa_model_summary *s)
+{
+    uint32_t counts[TFA_FATE_ABSENT + 1];
+    json_t *object = json_object();
+    model_count_fates(s, counts);
+    for (int fate = 0; fate <= TFA_FATE_ABSENT; fate++)
+        json_object_set_new(object, model_fate_name((tfa_fate)fate), json_integer(counts[fate]));
+    return object;
+}
+
+static json_t *plan(const tfa_model *model, const tfa_model_summary *s)
+{
+    return json_pack("{si si so}", "main_chain", (int)s->main_chain, "depth", (int)s->depth,
+                     "singular_body", body_name(model, s->singular_body));
+}
+
+static json_t *policies(const tfa_model_options *o)
+{
+    return json_pack("{ss ss sb sb sb sf}", "mimic", scene_mimic_words[o->mimic], "inertia",
+                     scene_inertia_words[o->inertia], "rotor_inertia", (int)o->rotor_inertia,
+                     "damping", (int)o->damping, "lock_massless_leaves",
+                     (int)o->lock_massless_leaves, "snap", o->snap);
+}
+
+static json_t *scene(const tfa_scene *s)
+{
+    if (!s)
+        return json_null();
+    json_t *tips = json_array(), *locks = json_array(), *payloads = json_array();
+    for (size_t i = 0; i < s->tip_count; i++)
+        json_array_append_new(tips, text_of(s->tips[i]));
+    for (size_t i = 0; i < s->lock_count; i++)
+        json_array_append_new(locks, text_of(s->locks[i].joint));
+    for (size_t i = 0; i < s->payload_count; i++)
+        json_array_append_new(payloads, json_pack("{so sf}", "link", text_of(s->payloads[i].link),
+                                                  "mass", s->payloads[i].mass));
+    return json_pack("{so so so so}", "root", s->root ? text_of(s->root) : json_null(), "tips",
+                     tips, "locks", locks, "payloads", payloads);
+}
+
+static json_t *frames(const tfa_model *model)
+{
+    json_t *list = json_array();
+    for (uint32_t i = 0; i < tfa_model_frame_count(model); i++)
+        json_array_append_new(list, text_of(tfa_model_frame(model, i).name));
+    return list;
+}
+
+static void add_model(json_t *root, const model_report *r)
+{
+    const tfa_model *model = r->model;
+    const tfa_model_summary s = tfa_model_summarise(model);
+    json_object_set_new(root, "robot", text_of(tfa_model_name(model)));
+    json_object_set_new(root, "base", json_string(model_base_name(s.base)));
+    json_object_set_new(root, "policies", policies(&r->options->model));
+    json_object_set_new(root, "scene", scene(r->options->model.scene));
+    add_joints(root, model);
+    json_object_set_new(root, "q_count", json_integer(s.q_count));
+    json_object_set_new(root, "v_count", json_integer(s.v_count));
+    json_object_set_new(root, "link_count", json_integer(s.links));
+    json_object_set_new(root, "joint_count", json_integer(s.joints));
+    json_object_set_new(root, "body_count", json_integer(s.bodies));
+    json_object_set_new(root, "fates", fates(&s));
+    json_object_set_new(root, "declared_joints", declared(model));
+    json_object_set_new(root, "bodies", bodies(r));
+    json_object_set_new(root, "world_links", links(r, r->bodies));
+    json_object_set_new(root, "frames", frames(model));
+    json_object_set_new(root, "moving_mass", number(s.moving_mass));
+    json_object_set_new(root, "total_mass", number(s.total_mass));
+    json_object_set_new(root, "centre_of_mass", vector(s.com));
+    json_object_set_new(root, "gravity", vector(s.gravity));
+    json_object_set_new(root, "plan", plan(model, &s));
+    json_object_set_new(root, "kernel", text_of(r->kernel));
+    json_object_set_new(root, "hash", json_string(tfa_model_hash_text(model)));
+    json_object_set_new(root, "isa", json_string(tfa_isa_name()));
+    json_object_set_new(root, "version", json_string(TFA_VERSION));
+}
+
+int model_report_print_json(const model_report *r)
+{
+    json_t *root = json_pack("{so ss so so so so}", "file", text_of(r->file), "status",
+                             r->model ? "ok" : "error", "messages", messages(r), "message_counts",
+                             codes(r), "ignored", selected(r, model_code_is_ignored), "repaired",
+                             selected(r, model_code_is_repaired));
+    if (r->model)
+        add_model(root, r);
+    int failed = json_dumpf(root, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(17)) != 0;
+    putchar('\n');
+    json_decref(root);
+    return failed;
+}

@@ -34,7 +34,8 @@ int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uin
 int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                         uint32_t end, tfa_reply *reply)
 {
-    const struct call call = tfa_call(workspace, request);
+    struct call call;
+    tfa_call_init(&call, workspace, request);
     for (uint32_t k = first; k < end;) {
         uint32_t done = 0;
         for (uint32_t s = 0; !done && s < call.strategies; s++)

@@ -219,15 +219,21 @@ static int has_batch(const tfa_workspace *w)
     return w->batch != NULL;
 }
 
+static int batch_serves(const tfa_workspace *w, const struct call *c)
+{
+    return c->request->count >= w->batch_min;
+}
+
 /* States k .. k + count - 1. Returns count; 0 where one of them has to go alone, or there are
  * too few. */
 static uint32_t run_lanes(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
                           tfa_reply *reply)
 {
     tfa_answer answers[TFA_BATCH_LANES_MAX];
+    if (count < c->batch_min)
+        return 0;
     tfa_reply several = *reply;
-    if (count < c->batch_min ||
-        w->batch->answer(w->batch_state, c->request, c->by, k, count, &several, answers) != TFA_OK)
+    if (w->batch->answer(w->batch_state, c->request, c->by, k, count, &several, answers) != TFA_OK)
         return 0;
     for (uint32_t l = 0; l < count; l++)
         tfa_finish_state(w, c, k + l, &answers[l], reply);
@@ -323,7 +329,7 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
      run_segments},
     {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED, CYCLIC, partition_serves,
      run_partition},
-    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TFA_BATCH_METHODS, NULL,
+    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TFA_BATCH_METHODS, batch_serves,
      run_batch},
     {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS, ARTICULATED,
      body_lanes_serve, run_body_lanes},
@@ -340,20 +346,23 @@ uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out)
 }
 
 /* Full vectors of states always pay; fewer states go one at a time where body lanes are used. */
-struct call tfa_call(const tfa_workspace *w, const tfa_request *r)
+void tfa_call_init(struct call *c, const tfa_workspace *w, const tfa_request *r)
 {
-    struct call c = {.request = r, .traits = traits_of(r), .batch_min = w->batch_min};
-    c.by = tfa_resolve_method(w, r, c.traits);
+    c->request = r;
+    c->traits = traits_of(r);
+    c->by = tfa_resolve_method(w, r, c->traits);
+    c->batch_min = w->batch_min;
+    c->strategies = 0;
+    const uint32_t method = TFA_METHOD_BIT(c->by.method);
     for (uint32_t k = 0; k < w->strategies; k++) {
         const struct strategy *s = w->strategy[k];
-        if (!(c.traits & s->ops) || c.traits & s->refuses ||
-            !(s->methods & TFA_METHOD_BIT(c.by.method)) || (s->serves && !s->serves(w, &c)))
+        if (!(c->traits & s->ops) || c->traits & s->refuses || !(s->methods & method) ||
+            (s->serves && !s->serves(w, c)))
             continue;
-        c.strategy[c.strategies++] = s;
+        c->strategy[c->strategies++] = s;
         if (s->run == run_body_lanes)
-            c.batch_min = w->batch_min_body_lanes;
+            c->batch_min = w->batch_min_body_lanes;
     }
-    return c;
 }
 
 int tfa_method_is_parallel(const tfa_model *model, const tfa_request *r)

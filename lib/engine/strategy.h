@@ -39,7 +39,7 @@ struct strategy {
 uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out);
 
 /* A call of a checked request, with the rows that serve it */
-struct call tfa_call(const tfa_workspace *w, const tfa_request *request);
+void tfa_call_init(struct call *call, const tfa_workspace *w, const tfa_request *request);
 
 /* Resolves TFA_METHOD_AUTO. Cost: some ten instructions and one step for each locked joint. */
 struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request *request,

@@ -17,21 +17,15 @@
 #include "interface/kernel_table.h"
 #include "number/sincos.h"
 
-#if NUM_LANES > 1
-#define METHODS(wanted) ((wanted) & ~TFA_METHOD_BIT(TFA_METHOD_HESSENBERG))
-#else
-#define METHODS(wanted) (wanted)
-#endif
-
 static size_t size(const tfa_model *model, uint32_t methods)
 {
     struct state *none;
-    return state_walk(model, model_extent(model, METHODS(methods)), NULL, &none);
+    return state_walk(model, model_extent(model, methods), NULL, &none);
 }
 
 static struct state *init(const tfa_model *model, uint32_t methods, void *memory)
 {
-    struct state *s = state_init(model, model_extent(model, METHODS(methods)), memory);
+    struct state *s = state_init(model, model_extent(model, methods), memory);
     TFA_V(tfa_precompute)(s);
     return s;
 }

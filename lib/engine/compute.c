@@ -6,16 +6,6 @@
 #include "engine/methods.h"
 #include "engine/strategy.h"
 
-int tfa_reserved_methods_check(const tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
-{
-    const int whole = r->op == TFA_OP_MASS_MATRIX;
-    if (w->methods & TFA_METHOD_BIT(whole ? TFA_METHOD_CRBA : r->method))
-        return TFA_OK;
-    reply->field = whole ? TFA_FIELD_OP : TFA_FIELD_METHOD;
-    reply->index = whole ? 0 : (uint32_t)r->method;
-    return reply->status = TFA_E_UNSUPPORTED;
-}
-
 int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply *reply)
 {
     const int status = tfa_request_check(workspace->model, request, reply);

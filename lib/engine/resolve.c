@@ -4,6 +4,7 @@
  * Resolves TFA_METHOD_AUTO by the model and the request. Strategies and kernels only ever see
  * concrete methods.
  */
+#include "engine/methods.h"
 #include "engine/strategy.h"
 #include "engine/tuning.h"
 
@@ -62,4 +63,14 @@ struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request
         by.osim = osim_method(w, r, traits);
     by.method = traits & TRAIT_OSIM ? by.osim : forward_method(w, r, traits);
     return by;
+}
+
+int tfa_reserved_methods_check(const tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
+{
+    const int whole = r->op == TFA_OP_MASS_MATRIX;
+    if (w->methods & TFA_METHOD_BIT(whole ? TFA_METHOD_CRBA : r->method))
+        return TFA_OK;
+    reply->field = whole ? TFA_FIELD_OP : TFA_FIELD_METHOD;
+    reply->index = whole ? 0 : (uint32_t)r->method;
+    return reply->status = TFA_E_UNSUPPORTED;
 }

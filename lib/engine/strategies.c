@@ -16,6 +16,8 @@
 #define CYCLIC (BIT(TFA_METHOD_TFA_CR) | BIT(TFA_METHOD_CFA_CR))
 #define ARTICULATED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_PROPAGATION) | BIT(TFA_METHOD_PV_OSIMR))
 #define SPECIALISED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_RNEA) | BIT(TFA_METHOD_PROPAGATION))
+/* Methods of a batch: neither those that search nor those that fill lanes themselves (kernel.c) */
+#define BATCH_METHODS (~(BIT(TFA_METHOD_HESSENBERG) | SCANS))
 #define ANY_OP (TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_M)
 
 static const tfa_answer no_estimate = {.error_estimate = (double)NAN};
@@ -329,12 +331,17 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
      run_segments},
     {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED, CYCLIC, partition_serves,
      run_partition},
-    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, TFA_BATCH_METHODS, batch_serves,
+    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, BATCH_METHODS, batch_serves,
      run_batch},
     {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS, ARTICULATED,
      body_lanes_serve, run_body_lanes},
     {"scalar", always, ANY_OP, 0, TFA_METHODS_ALL, NULL, run_scalar},
 };
+
+int tfa_batch_has_method(tfa_method method)
+{
+    return (BATCH_METHODS & BIT(method)) != 0;
+}
 
 uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out)
 {

@@ -15,11 +15,6 @@
 #define TFA_STRATEGIES 7
 struct strategy;
 
-/* Methods of a batch: neither those that search nor those that fill lanes themselves (variant.c) */
-#define TFA_BATCH_METHODS                                                                          \
-    ~(TFA_METHOD_BIT(TFA_METHOD_HESSENBERG) | TFA_METHOD_BIT(TFA_METHOD_SCAN) |                    \
-      TFA_METHOD_BIT(TFA_METHOD_SCAN_TWO_PASS))
-
 struct tfa_workspace {
     const struct tfa_model *model;
     uint32_t methods;                /* reserved: bits 1u << tfa_method */

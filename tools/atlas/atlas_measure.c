@@ -19,7 +19,7 @@ static int refine_by_hand(chart_case *c, const chart_data *d, tfa_request reques
     tfa_answer answer;
     memcpy(first, d->found, d->v * sizeof *first);
     inverse.op = TFA_OP_INVERSE_DYNAMICS;
-    inverse.method = TFA_METHOD_RNEA;
+    inverse.method = TFA_METHOD_AUTO;
     inverse.qdd = first;
     tfa_reply reply = {.tau = tau, .answers = &answer};
     int status = tfa_compute(c->workspaces[CHART_F64], &inverse, &reply);

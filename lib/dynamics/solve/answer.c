@@ -33,18 +33,6 @@ uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_me
     return method_inverts(method) && !TFA_V(method)(method)->osim_elimination ? 1 : 0;
 }
 
-tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed)
-{
-    const tfa_method last = TFA_V(last_resort)(s);
-    if (NUM_LANES > 1 || TFA_V(method)(failed)->is_scan || TFA_V(method)(last)->obeys_mimics ||
-        s->locked)
-        return last;
-    for (uint32_t t = 0; t < s->m->trees; t++)
-        if (s->m->chain[t].length >= FALLBACK_SCAN_LENGTH)
-            return TFA_METHOD_SCAN_TWO_PASS;
-    return last;
-}
-
 uint16_t TFA_V(needs_fallback)(const num_doubles *estimate, int converging)
 {
     for (int l = 0; l < NUM_LANES; l++) {
@@ -127,7 +115,7 @@ static int answer_inverse(struct state *s, uint32_t k, tfa_reply *reply, tfa_ans
     TFA_V(gather_on_leaders)(s, s->res);
     for (uint32_t j = 0; j < s->m->mimics; j++) /* one public force stands for both */
         s->res[s->m->mimic[j].follower] = s->res[s->m->mimic[j].leader];
-    out->method = TFA_METHOD_RNEA;
+    out->method = (uint16_t)s->by.method;
     int finite =
         TFA_V(unload)(s, s->res, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
                       reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
@@ -164,7 +152,7 @@ static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer
     const struct tfa_model *m = s->m;
     const size_t n = m->base_freedoms + m->v_count;
     TFA_V(crba)(s);
-    out->method = TFA_METHOD_CRBA;
+    out->method = (uint16_t)s->by.method;
     double *M = reply->mass_matrix ? reply->mass_matrix + n * n * k : NULL;
     for (size_t e = 0; M && e < n * n * s->lanes; e++)
         M[e] = 0;

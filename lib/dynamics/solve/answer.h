@@ -34,21 +34,6 @@ static inline int refined_is_better(double unrefined, double refined)
     return unrefined > 3 * refined;
 }
 
-/* From this length of a main chain on the segment scan is asked first where another method failed:
- * it is as accurate as aba, and its segments go in parallel. */
-#define FALLBACK_SCAN_LENGTH 128
-
-/* Method of last resort: aba; with mimics crba, because T^T M T can be inverted wherever the
- * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
-static inline tfa_method TFA_V(last_resort)(const struct state *s)
-{
-    const int projects = s->m->mimics && !s->locked && reserves_method(s->methods, TFA_METHOD_CRBA);
-    return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;
-}
-
-/* Fallback of a method that failed: the scan, then the last resort. */
-tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed);
-
 /* 0, or the reason (TFA_ANSWER_*) why an answer with this estimate is not to be given; of several,
  * why some of them is not. */
 uint16_t TFA_V(needs_fallback)(const num_doubles *estimate, int converging);

@@ -97,12 +97,6 @@ static tfa_method fallback_lambda(struct state *s, tfa_reference_frame frame, tf
     return last;
 }
 
-/* Lambda^-1 by the factors of aba is called force propagation. */
-static tfa_method factors_name(tfa_method factors)
-{
-    return factors == TFA_METHOD_ABA ? TFA_METHOD_PROPAGATION : factors;
-}
-
 /* Forward elimination of the tips needs no factors of the whole robot, its estimate does. */
 static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors, tfa_answer *out)
 {
@@ -112,7 +106,7 @@ static int one_sided(struct state *s, const tfa_request *r, tfa_method *factors,
     out->method = (uint16_t)method;
     if (status == TFA_E_UNSUPPORTED) {
         *factors = fallback_lambda(s, r->frame, out);
-        out->method = (uint16_t)factors_name(*factors);
+        out->method = (uint16_t)TFA_V(osim_name)(*factors);
         return TFA_OK;
     }
     if (status == TFA_OK && TFA_V(wants_estimate)(r, method))
@@ -126,7 +120,7 @@ static int by_factors(struct state *s, const tfa_request *r, uint32_t steps, tfa
     const tfa_method way = s->by.method;
     const struct method *row = TFA_V(method)(way);
     const int plain = steps == 0 && !s->m->mimics;
-    out->method = (uint16_t)factors_name(way);
+    out->method = (uint16_t)TFA_V(osim_name)(way);
     if (plain && row->osim == TFA_V(lambda_propagation) && s->tips == 1 && !s->locked &&
         !(s->have & HAVE_ABA)) {
         TFA_V(lambda_while_factoring)(s, r->frame);
@@ -148,12 +142,11 @@ static int estimate(struct state *s, const tfa_request *r, tfa_method factors, u
     num_doubles error = TFA_V(lambda_error)(s, frame, factors, steps);
     TFA_V(store_estimate)(s, r, &error, out);
     const uint16_t fallback_reason = TFA_V(needs_fallback)(&error, 1);
-    if (out->method == (uint16_t)factors_name(last) || out->method == TFA_METHOD_PV_OSIMR ||
-        !fallback_reason)
+    if (TFA_V(osim_is_last)(s, (tfa_method)out->method) || !fallback_reason)
         return TFA_V(estimate_is_valid)(s, r, factors, &error); /* by the same factors */
     out->flags |= fallback_reason;
     (void)fallback_lambda(s, frame, out);
-    out->method = (uint16_t)factors_name(last);
+    out->method = (uint16_t)TFA_V(osim_name)(last);
     error = TFA_V(lambda_error)(s, frame, last, 0);
     TFA_V(store_estimate)(s, r, &error, out);
     return TFA_V(estimate_is_valid)(s, r, last, &error);

@@ -11,6 +11,7 @@
 #include "dynamics/core/frame.h"
 #include "dynamics/core/lock.h"
 #include "dynamics/solve/load.h"
+#include "dynamics/solve/method.h"
 #include "layout/body.h"
 #include "model/payload.h"
 #include "model/tips.h"
@@ -137,7 +138,7 @@ static int may_skip(const tfa_request *r)
 static int depends_on_tips_only(const struct state *s, const tfa_request *r)
 {
     return r->op == TFA_OP_OPERATIONAL_INERTIA && r->estimate != TFA_ESTIMATE_ALWAYS &&
-           method_factors(s->by.method) == TFA_METHOD_ABA &&
+           has_articulated_factors(s->by.method) &&
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->locked;
 }
 

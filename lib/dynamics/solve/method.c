@@ -120,6 +120,42 @@ size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t wanted)
     return most;
 }
 
+/* ---- fallbacks ---- */
+
+tfa_method TFA_V(last_resort)(const struct state *s)
+{
+    const int projects = s->m->mimics && !s->locked && reserves_method(s->methods, TFA_METHOD_CRBA);
+    return projects ? TFA_METHOD_CRBA : TFA_METHOD_ABA;
+}
+
+/* From this length of a main chain on the segment scan is asked first where another method failed:
+ * it is as accurate as aba, and its segments go in parallel. */
+#define FALLBACK_SCAN_LENGTH 128
+
+tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed)
+{
+    const tfa_method last = TFA_V(last_resort)(s);
+    if (NUM_LANES > 1 || TFA_V(method)(failed)->is_scan || TFA_V(method)(last)->obeys_mimics ||
+        s->locked)
+        return last;
+    for (uint32_t t = 0; t < s->m->trees; t++)
+        if (s->m->chain[t].length >= FALLBACK_SCAN_LENGTH)
+            return TFA_METHOD_SCAN_TWO_PASS;
+    return last;
+}
+
+tfa_method TFA_V(osim_name)(tfa_method factors)
+{
+    return factors == TFA_METHOD_ABA ? TFA_METHOD_PROPAGATION : factors;
+}
+
+int TFA_V(osim_is_last)(const struct state *s, tfa_method method)
+{
+    return method == TFA_METHOD_PV_OSIMR || method == TFA_V(osim_name)(TFA_V(last_resort)(s));
+}
+
+/* ---- factors and solves ---- */
+
 int TFA_V(factor)(struct state *s, tfa_method method)
 {
     const struct method *row = TFA_V(method)(method);

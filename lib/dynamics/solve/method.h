@@ -46,6 +46,29 @@ static inline tfa_method method_of_estimates(tfa_method method)
     return method_inverts(method) ? METHOD_OF_ESTIMATES : method;
 }
 
+/* Are its factors those of the articulated-body algorithm? */
+static inline int has_articulated_factors(tfa_method method)
+{
+    return method_factors(method) == TFA_METHOD_ABA;
+}
+
+/* ---- fallbacks ---- */
+
+/* Method of last resort: aba; with mimics crba, because T^T M T can be inverted wherever the
+ * robot can move, and M cannot where followers weigh nothing or slide along their leaders. */
+tfa_method TFA_V(last_resort)(const struct state *s);
+
+/* Fallback of a method that failed: the scan, then the last resort. */
+tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed);
+
+/* The name of Lambda^-1 by the factors of a method: force propagation by those of aba */
+tfa_method TFA_V(osim_name)(tfa_method factors);
+
+/* Has Lambda^-1 by this method no better fallback? */
+int TFA_V(osim_is_last)(const struct state *s, tfa_method method);
+
+/* ---- factors and solves ---- */
+
 /* qdd = M^-1 (tau - h), leaving the method's factors. TFA may refuse: TFA_E_SINGULAR,
  * s->bad_body. */
 int TFA_V(forward_dynamics)(struct state *s, tfa_method method);

@@ -36,10 +36,6 @@ struct chain_method {
     int (*osim)(struct state *s, tfa_reference_frame frame);
 };
 
-extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(hessenberg_method),
-    TFA_V(cfa_method), TFA_V(cfa_cr_method), TFA_V(dca_method), TFA_V(scan_method),
-    TFA_V(scan_two_pass_method);
-
 /* Does it need I_k^-1? Bodies that have none are refused by name. */
 static inline int method_inverts(tfa_method method)
 {

@@ -71,6 +71,9 @@ static void mass_forward(struct state *s)
 #define ARTICULATED                                                                                \
     .factor = articulated_factor, .solve = articulated_solve, .forward = articulated_forward
 #define CHAIN(name) .chain = &TFA_V(name##_method)
+extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(hessenberg_method),
+    TFA_V(cfa_method), TFA_V(cfa_cr_method), TFA_V(dca_method), TFA_V(scan_method),
+    TFA_V(scan_two_pass_method);
 
 static const struct method rows[] = {
     [TFA_METHOD_CRBA] = {.factor = mass_factor,

@@ -30,9 +30,10 @@ static int check_body(const tfa_model *m, uint32_t i, struct error_text *err)
         return TFA_OK;
     return set_error_text(
         err, TFA_E_UNSUPPORTED,
-        "unsupported: joint '%s' %s, only revolute and prismatic joints are specialised; "
+        "unsupported: joint '%s' %s%s, only revolute and prismatic joints are specialised; "
         "the generic kernel answers",
-        joint_of(m, i), joint_types[b->kind].text);
+        joint_of(m, i), is_fused(b->kind) ? "moves a massless link: it is " : "is ",
+        joint_types[b->kind].name);
 }
 
 static int check_model(const tfa_model *m, struct error_text *err)

@@ -93,11 +93,10 @@ static const char *joint_of(const tfa_model *m, uint32_t body)
 
 static void write_body_comment(struct text_buffer *t, const tfa_model *m, uint32_t i)
 {
-    static const char *const kinds[] = {"revolute", "prismatic", "planar", "free", "fused"};
     const struct tfa_body *b = &m->body[i];
     text_append(t, "    /* body %u, ", i);
     text_append_name(t, m->body_info[i].name);
-    text_append(t, ": %s joint ", kinds[b->kind]);
+    text_append(t, ": %s joint ", joint_types[b->kind].name);
     text_append_name(t, joint_of(m, i));
     if (b->parent < 0) {
         text_append(t, ", on the world */\n");

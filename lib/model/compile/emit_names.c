@@ -45,9 +45,9 @@ static void emit_joint(struct layout *l, const struct draft *d, uint32_t j, cons
         .name = name,
         .type = type,
         .q_index = joint->q_index,
-        .q_count = draft_coordinates[type],
+        .q_count = declared_coordinates(type),
         .v_index = joint->v_index,
-        .v_count = draft_freedoms[type],
+        .v_count = declared_freedoms(type),
         .body = (uint32_t)joint->body,
         .armature = draft_armature(d, j),
     };

@@ -89,10 +89,6 @@ struct draft {
     uint32_t root;             /* root link, or the one that takes its place */
 };
 
-/* Coordinates and freedoms by tfa_joint_type */
-static const uint8_t draft_coordinates[] = {0, 1, 1, 1, 3, 7};
-static const uint8_t draft_freedoms[] = {0, 1, 1, 1, 3, 6};
-
 static inline int draft_moves(const struct draft *d, size_t joint)
 {
     const uint8_t fate = d->joint[joint].fate;

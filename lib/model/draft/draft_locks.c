@@ -44,7 +44,7 @@ static int refuse_unknown(const struct draft *d, const tfa_lock *lock, tfa_repor
 /* What is wrong with the coordinates, or NULL. */
 static const char *fault(const tfa_lock *lock, tfa_joint_type type)
 {
-    for (int k = 0; k < draft_coordinates[type]; k++)
+    for (int k = 0; k < declared_coordinates(type); k++)
         if (!isfinite(lock->q[k]))
             return "the scene locks it at a coordinate that is not finite; correct it";
     const double *o = lock->q + 3;
@@ -77,7 +77,7 @@ static int lock_joint(struct draft *d, const tfa_lock *lock, tfa_report *report)
         return TFA_OK;
     }
     joint->fate = TFA_FATE_LOCKED;
-    ext_from_double(joint->q, lock->q, draft_coordinates[type]);
+    ext_from_double(joint->q, lock->q, declared_coordinates(type));
     return TFA_OK;
 }
 

@@ -52,20 +52,6 @@ static struct draft_body *new_body(struct draft *d, uint32_t link, int32_t joint
     return b;
 }
 
-static uint8_t kind_of(tfa_joint_type type)
-{
-    switch (type) {
-    case TFA_JOINT_PRISMATIC:
-        return TFA_KIND_PRISMATIC;
-    case TFA_JOINT_PLANAR:
-        return TFA_KIND_PLANAR;
-    case TFA_JOINT_FLOATING:
-        return TFA_KIND_FREE;
-    default:
-        return TFA_KIND_REVOLUTE;
-    }
-}
-
 static int refuse_axis(const tfa_joint *joint, tfa_report *report)
 {
     tfa_report_add(report, TFA_ERROR, joint->line, "zero-axis",
@@ -110,7 +96,7 @@ static int add_moving(struct draft *d, uint32_t j, tfa_report *report)
     ext align[9], axes[9], rotated[9];
     if (tfa_joint_axes(align, joint) != TFA_OK)
         return refuse_axis(joint, report);
-    struct draft_body *b = new_body(d, joint->child, (int32_t)j, kind_of(joint->type));
+    struct draft_body *b = new_body(d, joint->child, (int32_t)j, joint_type_of(joint->type));
     joint_frame(d, joint, axes, b->r);
     ext_mul(rotated, axes, align); /* body axes in the parent body's axes */
     ext_transpose(b->E, rotated);

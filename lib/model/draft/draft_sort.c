@@ -54,8 +54,8 @@ static void number_joints(struct draft *d)
         joint->number = d->joints++;
         joint->q_index = q;
         joint->v_index = v;
-        q += draft_coordinates[type];
-        v += draft_freedoms[type];
+        q += declared_coordinates(type);
+        v += declared_freedoms(type);
     }
     d->q_count = q;
     d->v_count = v;

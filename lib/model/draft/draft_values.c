@@ -96,7 +96,7 @@ static int has_axis(const tfa_joint *joint)
 
 static int check_joint(const tfa_joint *joint, const tfa_model_options *options, tfa_report *report)
 {
-    if ((int)joint->type < TFA_JOINT_FIXED || joint->type > TFA_JOINT_FLOATING) {
+    if (joint->type != TFA_JOINT_FIXED && joint_type_of(joint->type) == JOINT_TYPES) {
         tfa_report_add(report, TFA_ERROR, joint->line, "bad-type",
                        "joint '%s': type %d does not exist; use one of tfa_joint_type", joint->name,
                        (int)joint->type);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Linking the library: which acceleration does gravity give an arm that nobody holds?
+ * Links the library: accelerations of an arm under gravity, at rest and without torques.
  *
  *     cc link_it.c -o link_it $(pkg-config --cflags --libs totalforce)
  *     ./link_it config/robots/arm7.urdf
@@ -16,7 +16,7 @@ int main(int argc, char **argv)
     tfa_model *model;
     tfa_workspace *workspace;
     int status = tfa_model_load(argc > 1 ? argv[1] : "arm7.urdf", NULL, &report, &model);
-    for (size_t k = 0; k < report.count; k++) { /* warnings deserve to be read, too */
+    for (size_t k = 0; k < report.count; k++) { /* errors and warnings */
         char line[512];
         tfa_report_format(&report, k, line, sizeof line);
         fprintf(stderr, "%s\n", line);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Asking a running daemon over shared memory: one call, its answer and how long it took.
+ * Calls a running daemon over shared memory: one request, its answer and its time.
  *
  *     cc shared_memory.c -o shared_memory $(pkg-config --cflags --libs totalforce)
  *     ./shared_memory arm7

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A consumer in C: loads the robot named on the command line and says what it became.
+ * A consumer in C: loads the robot named on the command line and prints a summary.
  */
 #include <stdio.h>
 #include <totalforce/totalforce.h>

@@ -207,7 +207,7 @@ static struct promise promises[] = {
     /* three steps of float factors may not be enough there: the residual kernel then answers,
      * and says so */
     {"aba, f32+f64, long", &f32_f64, TFA_METHOD_ABA, BY_DEFAULT, 32, 128, OF_ABA, 5, 0, 0},
-    {"scan, f32+f64", &f32_f64, TFA_METHOD_SCAN, BY_DEFAULT, 8, 128, OF_ABA, 5, 0, 0},
+    {"scan, f32+f64", &f32_f64, TFA_METHOD_SCAN, BY_DEFAULT, 8, 128, OF_ABA, 10, 0, 0},
     {"tfa, f32+f64", &f32_f64, TFA_METHOD_TFA, BY_DEFAULT, 8, 128, OF_ABA, 5, 0, 0},
     {"aba, f64+f128", &f64_f128, TFA_METHOD_ABA, BY_DEFAULT, 8, 128, OF_FLOOR, 3, FLAGGED, 0},
     {"tfa, f64+f128", &f64_f128, TFA_METHOD_TFA, BY_DEFAULT, 8, 128, OF_FLOOR, 3, FLAGGED, 0},

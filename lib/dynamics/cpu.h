@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Does this processor have what the flags of this variant allow?
+ * Whether this processor has the features that the flags of this variant allow.
  */
 #ifndef TFA_DYNAMICS_CPU_H
 #define TFA_DYNAMICS_CPU_H

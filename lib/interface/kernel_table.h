@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a compiled variant of the kernels offers to the rest of the library, and to another variant
+ * Functions of a compiled kernel for the rest of the library, and for another kernel
  * whose answers it refines.
  */
 #ifndef TFA_INTERFACE_KERNEL_TABLE_H
@@ -30,7 +30,7 @@ struct tfa_factor_buffers {
  * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
 #define FALLBACK_ESTIMATE 1e-4
 
-/* What became of a state; sentinel: the sentinel tripped (sentinel.h), the error is to be
+/* Outcome of a state; sentinel: the sentinel tripped (sentinel.h), the error is to be
  * estimated. */
 enum { TFA_NOT_ANSWERED = 0, TFA_ANSWERED = 1, TFA_ANSWERED_SENTINEL = 2 };
 
@@ -94,7 +94,7 @@ struct tfa_kernel {
     /* a_in and f_out from a_end and g. */
     void (*segment_scan_solve)(struct scan_segment *segments, struct tfa_segment_boundary *boundary,
                                const double gravity[3]);
-    /* what is to be added to both, from the a_end that they led to. */
+    /* corrections of both, from the a_end that they led to. */
     void (*segment_scan_correct)(struct scan_segment *segments,
                                  struct tfa_segment_boundary *boundary);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a kernel specialised for one robot exports: the sources of the kernels, compiled once more
+ * Exports of a kernel specialised for one robot: the sources of the kernels, compiled once more
  * with that robot's tables as constants (specialised.c). The shared object that holds it is made by
  * another compiler at another time, perhaps from other sources: everything that both sides must
  * agree on is said here and checked before anything is called.
@@ -21,7 +21,7 @@
 struct tfa_body;
 struct tfa_frame;
 
-/* What the library gives a kernel at every call */
+/* Functions of the library that a kernel calls */
 struct tfa_host_api {
     const tfa_model *model;
     /* Sines and cosines of x[0] .. x[count - 1]. Whole vectors of 64 bytes are written. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the constants of one body mean: its rigid inertia, and its joint's motion subspace.
+ * Operations with the constants of one body: its rigid inertia, and its joint's motion subspace.
  */
 #ifndef TFA_LAYOUT_BODY_H
 #define TFA_LAYOUT_BODY_H

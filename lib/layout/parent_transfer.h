@@ -11,7 +11,7 @@
 
 #include "layout/body.h"
 
-/* What an inward step computes; constants at every call, so that the compiler removes the rest.
+/* Parts of a backward step; constants at every call, so that the compiler removes the rest.
  * ABA_FULL_SWEEP: one sweep over all bodies, so that nothing need be initialised: the first
  * child stores, the others add, and the body's own inertia is added last.
  * ABA_FORCE without ABA_INERTIA uses the factors that are there: the same operations in the same

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What changes while a kernel specialised for one robot computes: what the steps of the algorithms
+ * State of a kernel specialised for one robot: the arrays that the steps of the algorithms
  * read and write, on the stack, in arrays whose sizes and indices are constants, so that the
  * compiler keeps numbers instead of arrays. Units and frames as in state.h.
  */
@@ -16,13 +16,13 @@
     (defined ROBOT_BODY_LANES && !defined ROBOT_PAYLOADS)
 #define ROBOT_HAS_FORWARD 1
 #else
-#define ROBOT_HAS_FORWARD 0 /* no code for what is not taken */
+#define ROBOT_HAS_FORWARD 0 /* no code for requests that are not taken */
 #endif
 
 /* Whole vectors of 8 doubles are written from any coordinate on (number/sincos.h). */
 #define ROBOT_PADDED(n) ((n) + 8)
 
-/* What comes from the request, and sines: other functions know where these stand. */
+/* Inputs of the request, and sines: read by other functions by their addresses. */
 struct robot_inputs {
     num q[ROBOT_PADDED(ROBOT_UNIT_COORDINATES)], sine[ROBOT_PADDED(ROBOT_UNIT_COORDINATES)],
         cosine[ROBOT_PADDED(ROBOT_UNIT_COORDINATES)];

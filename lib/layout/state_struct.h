@@ -39,7 +39,7 @@ struct row {
     num F[36];    /* total forces, frame i: 6 x columns for one right-hand side or six */
 };
 
-/* What TFA does with a body: side branch, on a chain, has a side branch */
+/* Role of a body in TFA: side branch, on a chain, has a side branch */
 enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
 
 /* ARRAY(type, name, count, unit, frame, "writer: meaning")
@@ -66,7 +66,7 @@ enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
     ARRAY(svec, a, nb, "rad/s2, m/s2", "i", "any: body acceleration, a_0 = -gravity")              \
     ARRAY(svec, f, nb, "N m, N", "i", "rnea: force across joint i")                                \
     ARRAY(sym6, IA, nb, "kg m2, kg m, kg", "i",                                                    \
-          "aba: what the children add to the articulated "                                         \
+          "aba: contribution of the children to the articulated "                                  \
           "inertia; tfa, lock: the whole of it")                                                   \
     ARRAY(svec, pA, nb, "N m, N", "i", "aba: articulated bias force")                              \
     ARRAY(svec, U, nb, "kg m2, kg m", "i", "aba: IA H of a 1-freedom joint")                       \
@@ -76,13 +76,14 @@ enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
     ARRAY(struct joint_nd, joint_nd, m->joints_nd, "", "i",                                        \
           "pose, aba: bodies with several freedoms")                                               \
     ARRAY(uint8_t, lock, nv, "", "joint", "load: 1: the freedom is locked")                        \
-    ARRAY(uint8_t, constraint, nb, "", "", "lock: what locked joints make of each body")
+    ARRAY(uint8_t, constraint, nb, "", "", "lock: constraint class of each body")
 
 #define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY) TFA_LAYOUT_ARRAYS(ARRAY)
 
 #define TFA_TIP_COLUMNS ((size_t)6 * TFA_MAX_TIPS)
 
-/* What is valid for the q, base pose, payloads and locked joints of the request before. */
+/* Validity of kept results for the q, base pose, payloads and locked joints of the request
+ * before. */
 enum {
     HAVE_POSE = 1,   /* X, sine, cosine */
     HAVE_ABA = 2,    /* IA, U, Dinv, multi of all freedoms */
@@ -93,8 +94,9 @@ enum {
     HAVE_W = 64,     /* W and S, by the factors of the method in w_method */
 };
 
-/* What locked joints make of a body (lock.c): no freedom from here to the world; nothing but locked
- * joints below, so that it is one rigid composite with them; its motion is not requested */
+/* Constraint class of a body with locked joints (lock.c): no freedom from here to the world;
+ * nothing but locked joints below, so that it is one rigid composite with them; its motion is
+ * not requested */
 enum { CONSTRAINT_GROUNDED = 1, CONSTRAINT_RIGID = 2, CONSTRAINT_SKIPPED = 4 };
 
 /* Bodies first .. end - 1 */
@@ -120,7 +122,7 @@ static inline int reserves_method(uint32_t methods, tfa_method method)
 /* Is a method among them that inverts body inertias? */
 static inline int reserves_inverse(uint32_t methods)
 {
-#define RESERVES_INVERSE(name, number, text, ops, factors, cost, refuses, what)                    \
+#define RESERVES_INVERSE(name, number, text, ops, factors, cost, refuses, summary)                 \
     ((refuses)&TFA_REFUSES_NO_INVERSE ? 1u << (number) : 0) |
     return (methods & (TFA_METHOD_LIST(RESERVES_INVERSE) 0)) != 0;
 #undef RESERVES_INVERSE
@@ -144,7 +146,7 @@ struct state {
     struct tfa_resolved by; /* the methods of the request under way */
     tfa_method w_method;
     const struct chain_method *chain_method;
-    struct span span[TFA_MAX_TIPS]; /* what the request depends on, ascending */
+    struct span span[TFA_MAX_TIPS]; /* bodies that the request depends on, ascending */
     uint32_t spans;
     uint32_t payloads; /* applied to own */
     uint32_t payload_frame[TFA_MAX_PAYLOADS];
@@ -165,7 +167,7 @@ struct state {
     int round_sincos;              /* sines and cosines are rounded to double */
     int lanes_diverged;            /* lanes were to go different ways: nothing counts */
     int32_t bad_body;              /* body whose inertia could not be inverted */
-#define TFA_STATE_DECLARE(type, name, count, unit, frame, what) type *name;
+#define TFA_STATE_DECLARE(type, name, count, unit, frame, meaning) type *name;
     TFA_STATE_ARRAYS(TFA_STATE_DECLARE)
 #undef TFA_STATE_DECLARE
 };

@@ -25,7 +25,7 @@ static inline size_t state_walk(const struct tfa_model *m, struct extent n, void
     const size_t nb = n.bodies, nq = n.coordinates, nv = n.freedoms;
     struct state *s = arena_alloc(&a, 1, sizeof *s), count_only;
     struct state *o = s ? s : &count_only;
-#define TFA_STATE_TAKE(type, name, count, unit, frame, what)                                       \
+#define TFA_STATE_TAKE(type, name, count, unit, frame, meaning)                                    \
     o->name = arena_alloc(&a, (count) + 1, sizeof(type));
     TFA_STATE_ARRAYS(TFA_STATE_TAKE)
 #undef TFA_STATE_TAKE
@@ -49,7 +49,7 @@ static inline void have_aba(struct state *s)
 /* H of planar and free joints, which is constant: unit axes, linear freedoms first (pose.c). */
 void TFA_V(unit_axes)(struct state *s);
 
-/* A state in memory of that size, all zero but for what is constant. */
+/* A state in memory of that size, all zero but for the constants. */
 static inline struct state *state_init(const struct tfa_model *m, struct extent n, void *memory)
 {
     struct state *s;

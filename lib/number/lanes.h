@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * num of TFA_LANES states in lanes: a vector of lane_real, one of each state.
- * Included by the variants, which say what lane_real and the integer of its width, lane_bits, are.
+ * Included by number.h of each type, which defines lane_real and the integer of its width,
+ * lane_bits.
  */
 #ifndef TFA_NUMBER_LANES_H
 #define TFA_NUMBER_LANES_H

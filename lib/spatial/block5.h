@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Blocks of five: what is left of a spatial vector where the component of a revolute joint's axis
+ * Blocks of five: a spatial vector without the component of a revolute joint's axis, where that
  * is known. Order: wx wy vx vy vz. Sizes are constants, so that loops unroll and blocks stay in
  * registers.
  */

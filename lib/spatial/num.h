@@ -13,14 +13,14 @@
 
 #include "number.h"
 
-/* What the steps of a body are made of. A call would pass its six-vectors and inertias through
+/* Of functions inside the step of a body. A call would pass its six-vectors and inertias through
  * memory: written number by number, copied by two or four, and a wide load waits until narrow
  * stores have left the processor (47 ns of 7 bodies, AMD EPYC Zen 5, gcc 12, 2026-11-22). */
 #define TFA_INLINE static inline __attribute__((always_inline))
 
-/* What is better called: rare and large, it would keep the numbers of the others from the
- * registers. A kernel specialised for one robot knows for each body which of them it takes, and
- * defines it as TFA_INLINE. */
+/* Of functions that are better called: rare and large, they would keep the numbers of the others
+ * from the registers. A kernel specialised for one robot knows for each body which of them it
+ * takes, and defines it as TFA_INLINE. */
 #ifndef TFA_OUTLINE
 #define TFA_OUTLINE static __attribute__((noinline))
 #endif
@@ -66,7 +66,7 @@ static inline num num_gather(const double *array, size_t stride, const uint32_t 
 }
 #define num_lane(x, lane) (x)
 
-/* What a comparison says of every lane; does it hold in all of them? */
+/* A comparison as a mask of lanes; whether it holds in all of them */
 typedef int num_mask;
 #define num_all(m) (m)
 

@@ -2,8 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Six numbers in as many SIMD registers as they take: the same component of six spatial
- * vectors, so that what is done to one of them is done to all in one go. NUM_VEC_LANES is how many
- * numbers the variant's instruction set takes at a time; what stands behind the sixth is never
+ * vectors, so that an operation on one of them is done on all at once. NUM_VEC_LANES is how many
+ * numbers the variant's instruction set takes at a time; numbers behind the sixth are never
  * read.
  */
 #ifndef TFA_SPATIAL_VEC6_H
@@ -207,7 +207,7 @@ struct wrench_columns {
 };
 
 /* Vector by vector, without a loop: gcc copies a structure of this size, and makes of a loop, a
- * string instruction that takes longer than what is done to it in the step through a joint (10 ns,
+ * string instruction that takes longer than its arithmetic in the step through a joint (10 ns,
  * AMD EPYC Zen 5, gcc 12, 2026-11-22). */
 static inline void vec6_copy(vec6 *to, const vec6 *from)
 {

@@ -15,7 +15,7 @@ struct ldl_row {
     num x[6];  /* right-hand side, then lambda */
 };
 
-/* What it keeps: the factors, and behind them what the rows are made from. */
+/* Factors kept, and behind them the terms of the rows */
 static inline struct cfa_row *cfa_rows_of(struct ldl_row *row, size_t length)
 {
     return (struct cfa_row *)(void *)(row + length);

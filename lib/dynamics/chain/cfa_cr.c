@@ -8,7 +8,7 @@
 #include "dynamics/chain/chain.h"
 #include "dynamics/chain/cyclic.h"
 
-/* What it keeps: the block rows of the system, and behind them what they are made from. */
+/* Factors kept: the block rows of the system, and behind them the terms of their entries */
 static inline struct cfa_row *cfa_rows_of(struct cyclic_row *row, size_t length)
 {
     return (struct cfa_row *)(void *)(row + length);

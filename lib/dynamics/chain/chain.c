@@ -23,15 +23,15 @@ static void mark(struct state *s, const struct tfa_chain *chain)
 }
 
 /* Reduces the side branches of the marked tree into its chain. */
-static inline void backward_side_branches(struct state *s, const num *tau, int what)
+static inline void backward_side_branches(struct state *s, const num *tau, int flags)
 {
     const struct tfa_model *m = s->m;
     for (uint32_t i = 0; i < m->bodies; i++)
         if (s->side[i])
-            aba_backward_start(s, i, what);
+            aba_backward_start(s, i, flags);
     for (uint32_t i = m->bodies; i-- > 0;)
         if (s->side[i] == SIDE)
-            aba_backward_step(s, i, tau, what);
+            aba_backward_step(s, i, tau, flags);
 }
 
 int TFA_V(chain_reduce_branches)(struct state *s, const struct tfa_chain *chain, int inverts)

@@ -17,7 +17,8 @@
 struct chain_method {
     /* Does it need I_k^-1? Bodies that have none are refused by name. */
     int inverts;
-    /* What it keeps between factor and solve: bytes for a chain of so many bodies, at s->rows. */
+    /* Bytes of the factors of a chain of so many bodies, at s->rows, kept between factor and
+     * solve */
     size_t (*bytes)(size_t length);
     /* Factors: s->IA is ready. TFA_OK, or TFA_E_SINGULAR with s->bad_body, or TFA_E_UNSUPPORTED. */
     int (*factor)(struct state *s, const struct tfa_chain *chain, void *rows);
@@ -40,7 +41,7 @@ struct chain_method {
 static inline int method_inverts(tfa_method method)
 {
     switch (method) {
-#define METHOD_INVERTS(name, number, text, ops, factors, cost, refuses, what)                      \
+#define METHOD_INVERTS(name, number, text, ops, factors, cost, refuses, summary)                   \
     case TFA_METHOD_##name:                                                                        \
         return ((refuses)&TFA_REFUSES_NO_INVERSE) != 0;
         TFA_METHOD_LIST(METHOD_INVERTS)
@@ -54,7 +55,7 @@ static inline int method_inverts(tfa_method method)
 static inline tfa_method method_factors(tfa_method method)
 {
     switch (method) {
-#define METHOD_FACTORS(name, number, text, ops, factors, cost, refuses, what)                      \
+#define METHOD_FACTORS(name, number, text, ops, factors, cost, refuses, summary)                   \
     case TFA_METHOD_##name:                                                                        \
         return TFA_METHOD_##factors;
         TFA_METHOD_LIST(METHOD_FACTORS)

@@ -13,9 +13,9 @@
  *   reduce i:     D_i -= P_{i+h} GL_{i+h} + Q_{i-h} GU_{i-h}
  *                 L_i  = -Q_{i-h} GL_{i-h},  U_i = -P_{i+h} GU_{i+h}
  *
- * where P_k = U_{k-h} and Q_k = L_{k+h} are what the neighbours saw of row k. All rows of one step
- * of one level are independent of each other. A symmetric system (U_k = L_{k+1}^T) is given by D
- * and L; its D are factored as LDL^T and may have fewer than six rows.
+ * where P_k = U_{k-h} and Q_k = L_{k+h} are the couplings of the neighbours to row k. All rows of
+ * one step of one level are independent of each other. A symmetric system (U_k = L_{k+1}^T) is
+ * given by D and L; its D are factored as LDL^T and may have fewer than six rows.
  */
 #ifndef TFA_DYNAMICS_CHAIN_CYCLIC_H
 #define TFA_DYNAMICS_CHAIN_CYCLIC_H
@@ -29,8 +29,8 @@ struct cyclic_row {
     struct lu6 D;  /* given: the diagonal block; then its factors. LDL^T are in D.a */
     num L[36];     /* given: L_k; then GL */
     num U[36];     /* given unless symmetric: U_k; then GU */
-    num P[36];     /* what row k - h saw of row k */
-    num Q[36];     /* what row k + h saw of row k */
+    num P[36];     /* coupling of row k - h to row k */
+    num Q[36];     /* coupling of row k + h to row k */
     num x[36];     /* given: b_k; then x_k; size x n for n right-hand sides */
     uint32_t size; /* given: unknowns of the row, 0 to 6; 6 unless symmetric */
 };
@@ -174,7 +174,7 @@ static inline void cyclic_divide_x(struct cyclic_row *r, enum cyclic_kind kind, 
         ldl_solve(r->D.a, (int)r->size, r->x);
 }
 
-/* b of row i of level h less what the rows eliminated at this level take */
+/* b of row i of level h less the multiples of the rows eliminated at this level */
 static inline void cyclic_reduce_x(struct cyclic_row *row, size_t length, size_t i, size_t h,
                                    enum cyclic_kind kind, uint32_t n)
 {

@@ -18,7 +18,7 @@
  * Each joint is assembled once: joint m at the level of its lowest bit, subassemblies m - 2^l .. m
  * - 1 and m .. m + 2^l - 1 or to the end. Joint 0 attaches all to the ground, which has no inverse
  * inertia. Levels are a loop; the assemblies of a level do not depend on each other. O(N), log2 N
- * levels. What it loses sits in I^-1 and in the differences P1_A - Y^T W Y of large numbers: light
+ * levels. Digits are lost in I^-1 and in the differences P1_A - Y^T W Y of large numbers: light
  * subassemblies between heavy ones, thin ones.
  */
 #include "dynamics/chain/chain.h"
@@ -40,7 +40,7 @@ struct subassembly {
     svec f1, f2; /* forces at the handles of the subassembly that starts with body k */
 };
 
-/* A <- L D L^T of its first m columns; what is left of the others is their Schur complement.
+/* A <- L D L^T of its first m columns; the others become their Schur complement.
  * 1/D on the diagonal of those, lower triangle. */
 static inline void ldl_partial(num A[36], uint32_t m)
 {

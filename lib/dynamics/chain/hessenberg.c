@@ -88,7 +88,7 @@ static inline void sub_product(const struct row *r, const num *above, num *block
         block[e] -= product[e];
 }
 
-/* Row i less what row i - 1 leaves before its diagonal */
+/* Row i less the multiple of row i - 1 that clears the entry before its diagonal */
 static void row_eliminate(struct state *s, const struct tfa_chain *chain, struct row *rows,
                           uint32_t i)
 {

@@ -9,7 +9,7 @@
 #include "layout/body.h"
 
 /* m <- m - (q . m / q . q) q for the first `count` vectors; the factors are added to R when given.
- * Twice is enough: what is left is orthogonal to rounding. */
+ * Twice is enough: the rest is orthogonal to rounding. */
 static inline svec basis_project(const svec *Q, const num *inv, uint32_t count, svec m, num *R)
 {
     for (int pass = 0; pass < 2; pass++)
@@ -31,7 +31,7 @@ static inline void basis_factor(const struct joint_nd *w, uint32_t n, svec Q[6],
     }
 }
 
-/* Fills Q up to six with what the unit vectors have that is farthest from it. */
+/* Completes Q to six columns by the unit vectors farthest from its span. */
 static inline void basis_complete(uint32_t n, svec Q[6], num inv[6])
 {
     for (uint32_t k = n; k < 6; k++) {

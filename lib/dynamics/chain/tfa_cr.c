@@ -10,7 +10,7 @@
 #include "dynamics/chain/tfa_motion.h"
 #include "dynamics/chain/tfa_row.h"
 
-/* What it keeps: the block rows of the system, and behind them XI, Iinv, K, B of each body. */
+/* Factors kept: the block rows of the system, and behind them XI, Iinv, K, B of each body */
 struct system {
     struct cyclic_row *c;
     struct row *r;

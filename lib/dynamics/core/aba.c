@@ -6,13 +6,13 @@
 #include "dynamics/core/aba_step.h"
 #include "dynamics/core/recursions.h"
 
-static inline void inward(struct state *s, const num *tau, int what)
+static inline void inward(struct state *s, const num *tau, int flags)
 {
-    if (what & ABA_INERTIA)
+    if (flags & ABA_INERTIA)
         sentinel_reset(s);
     for (uint32_t k = s->spans; k-- > 0;)
         for (uint32_t i = s->span[k].end; i-- > s->span[k].first;)
-            aba_backward_step(s, i, tau, what | ABA_FULL_SWEEP | ABA_SENTINEL);
+            aba_backward_step(s, i, tau, flags | ABA_FULL_SWEEP | ABA_SENTINEL);
 }
 
 static inline void outward(struct state *s, svec ground, num *qdd, int bias)

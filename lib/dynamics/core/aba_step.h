@@ -15,19 +15,19 @@
 #include "layout/parent_transfer.h"
 
 /* IA_i = I_i, pA_i = p_i before the children are added */
-static inline void aba_backward_start(struct state *s, uint32_t i, int what)
+static inline void aba_backward_start(struct state *s, uint32_t i, int flags)
 {
-    if (what & ABA_INERTIA)
+    if (flags & ABA_INERTIA)
         s->IA[i] = rigid_inertia(body_with_payload(s, i));
-    if (what & ABA_FORCE)
-        s->pA[i] = what & ABA_BIAS ? s->p[i] : sv_zero();
+    if (flags & ABA_FORCE)
+        s->pA[i] = flags & ABA_BIAS ? s->p[i] : sv_zero();
 }
 
 /* IA_i = I_i and the contributions of its children */
 TFA_INLINE sym6 aba_backward_inertia(const struct state *s, uint32_t i, const body_constants *b,
-                                     int what)
+                                     int flags)
 {
-    if (!(what & ABA_FULL_SWEEP))
+    if (!(flags & ABA_FULL_SWEEP))
         return s->IA[i];
     sym6 I = rigid_inertia(body_with_payload(s, i));
     if (!b->leaf)
@@ -37,11 +37,11 @@ TFA_INLINE sym6 aba_backward_inertia(const struct state *s, uint32_t i, const bo
 
 /* pA_i = p_i and the contributions of its children */
 TFA_INLINE svec aba_backward_force(const struct state *s, uint32_t i, const body_constants *b,
-                                   int what)
+                                   int flags)
 {
-    if (!(what & ABA_FULL_SWEEP))
+    if (!(flags & ABA_FULL_SWEEP))
         return s->pA[i];
-    svec p = what & ABA_BIAS ? s->p[i] : sv_zero();
+    svec p = flags & ABA_BIAS ? s->p[i] : sv_zero();
     return b->leaf ? p : sv_add(p, force_from_children(s, i));
 }
 
@@ -50,40 +50,40 @@ static inline int is_revolute_without_armature(const body_constants *b)
     return is_revolute(b->kind) && !body_has_armature(b);
 }
 
-/* A revolute joint without rotor inertia: aba_backward_1dof without what the projection makes zero
- * (revolute.h).
+/* A revolute joint without rotor inertia: aba_backward_1dof without the entries that the projection
+ * makes zero (revolute.h).
  *   pA_parent += X^T (pA + Ia c + U D^-1 u) */
 TFA_INLINE void aba_backward_revolute(struct state *s, uint32_t i, const body_constants *b,
-                                      const num *tau, int what)
+                                      const num *tau, int flags)
 {
-    const sym6 IA = aba_backward_inertia(s, i, b, what);
-    if (what & ABA_INERTIA) {
+    const sym6 IA = aba_backward_inertia(s, i, b, flags);
+    if (flags & ABA_INERTIA) {
         s->U[i] = revolute_U(&IA);
         s->Dinv[i] = 1 / IA.A.zz;
-        if (what & ABA_SENTINEL)
+        if (flags & ABA_SENTINEL)
             sentinel_see_D(s, b, IA.A.zz);
         s->K[i] = revolute_gain(s->U[i], s->Dinv[i]);
     }
     const svec U = s->U[i], k = s->K[i];
     svec pa = sv_zero();
     num u = num_of(0);
-    if (what & ABA_FORCE) {
-        pa = aba_backward_force(s, i, b, what);
+    if (flags & ABA_FORCE) {
+        pa = aba_backward_force(s, i, b, flags);
         u = tau[b->v] - pa.w.z;
         s->u[i] = u;
     }
     if (b->parent < 0)
         return;
     const sym6 Ia = revolute_project(&IA, U, k);
-    if (what & ABA_FORCE) {
+    if (flags & ABA_FORCE) {
         pa = revolute_force(pa, k, u);
-        if (what & ABA_BIAS)
+        if (flags & ABA_BIAS)
             pa = revolute_add_bias(pa, &Ia, s->c[i]);
-        add_force_to_parent(s, i, force_to_parent(s, i, b, pa), what);
+        add_force_to_parent(s, i, force_to_parent(s, i, b, pa), flags);
     }
-    if (what & ABA_INERTIA) {
+    if (flags & ABA_INERTIA) {
         const sym6 up = inertia_to_parent_zero_z(s, i, b, &Ia);
-        add_inertia_to_parent(s, i, &up, what);
+        add_inertia_to_parent(s, i, &up, flags);
     }
 }
 
@@ -92,40 +92,40 @@ TFA_INLINE void aba_backward_revolute(struct state *s, uint32_t i, const body_co
  *   IA_parent += X^T (IA - U D^-1 U^T) X
  *   pA_parent += X^T (pA + IA c + U D^-1 (u - U^T c)) */
 static inline void aba_backward_1dof(struct state *s, uint32_t i, const body_constants *b,
-                                     const num *tau, int axis, int what)
+                                     const num *tau, int axis, int flags)
 {
-    const sym6 IA = aba_backward_inertia(s, i, b, what);
-    if (what & ABA_INERTIA) {
+    const sym6 IA = aba_backward_inertia(s, i, b, flags);
+    if (flags & ABA_INERTIA) {
         s->U[i] = s6_column(&IA, axis);
         const num D = sv_get(&s->U[i], axis) + body_armature(b);
         s->Dinv[i] = 1 / D;
-        if (what & ABA_SENTINEL)
+        if (flags & ABA_SENTINEL)
             sentinel_see_D(s, b, D);
     }
     const svec U = s->U[i];
     const num Dinv = s->Dinv[i];
-    if (what & ABA_FORCE) {
-        svec pa = aba_backward_force(s, i, b, what);
+    if (flags & ABA_FORCE) {
+        svec pa = aba_backward_force(s, i, b, flags);
         num u = tau[b->v] - sv_get(&pa, axis);
         s->u[i] = u;
         if (b->parent >= 0) {
-            if (what & ABA_BIAS) {
+            if (flags & ABA_BIAS) {
                 pa = sv_add(pa, s6_mul(&IA, s->c[i]));
                 u -= sv_dot(U, s->c[i]);
             }
             pa = sv_add(pa, sv_scale(U, Dinv * u));
-            add_force_to_parent(s, i, force_to_parent(s, i, b, pa), what);
+            add_force_to_parent(s, i, force_to_parent(s, i, b, pa), flags);
         }
     }
-    if ((what & ABA_INERTIA) && b->parent >= 0) {
+    if ((flags & ABA_INERTIA) && b->parent >= 0) {
         sym6 Ia = IA;
         s6_rank1(&Ia, U, Dinv);
         Ia = s6_to_parent(&s->X[i], &Ia);
-        add_inertia_to_parent(s, i, &Ia, what);
+        add_inertia_to_parent(s, i, &Ia, flags);
     }
 }
 
-/* A freedom whose share of D is this small beside what it was before the others were taken out is
+/* A freedom whose share of D is this small beside its value before the others were eliminated is
  * rounding: two of the joint's axes move the same thing in the same way. */
 #define PIVOT_ROUNDING (num_of(64) * NUM_EPSILON)
 
@@ -157,22 +157,22 @@ static inline void joint_nd_factor(const struct state *s, struct joint_nd *w, co
 
 /* The same step for a joint with several freedoms */
 static inline void aba_backward_nd(struct state *s, uint32_t i, const body_constants *b,
-                                   const num *tau, int what)
+                                   const num *tau, int flags)
 {
     struct joint_nd *w = &s->joint_nd[b->joint_nd];
-    const sym6 IA = aba_backward_inertia(s, i, b, what);
-    if (what & ABA_INERTIA)
+    const sym6 IA = aba_backward_inertia(s, i, b, flags);
+    if (flags & ABA_INERTIA)
         joint_nd_factor(s, w, &IA, b);
-    if (what & ABA_INERTIA && what & ABA_SENTINEL)
+    if (flags & ABA_INERTIA && flags & ABA_SENTINEL)
         sentinel_see_joint_nd(s, b, w);
-    if (what & ABA_FORCE) {
+    if (flags & ABA_FORCE) {
         num u[6] = {num_of(0)}; /* all six, or the compiler warns */
-        svec pa = aba_backward_force(s, i, b, what);
+        svec pa = aba_backward_force(s, i, b, flags);
         joint_force(s, b, pa, u);
         for (uint32_t k = 0; k < b->n; k++)
             u[k] = w->u[k] = w->locked >> k & 1 ? num_of(0) : tau[b->v + k] - u[k];
         if (b->parent >= 0) {
-            if (what & ABA_BIAS) {
+            if (flags & ABA_BIAS) {
                 pa = sv_add(pa, s6_mul(&IA, s->c[i]));
                 for (uint32_t k = 0; k < b->n; k++)
                     u[k] -= sv_dot(sv_from(w->U + 6 * k), s->c[i]);
@@ -180,10 +180,10 @@ static inline void aba_backward_nd(struct state *s, uint32_t i, const body_const
             ldl_solve(w->L, b->n, u);
             for (uint32_t k = 0; k < b->n; k++)
                 pa = sv_add(pa, sv_scale(sv_from(w->U + 6 * k), u[k]));
-            add_force_to_parent(s, i, force_to_parent(s, i, b, pa), what);
+            add_force_to_parent(s, i, force_to_parent(s, i, b, pa), flags);
         }
     }
-    if ((what & ABA_INERTIA) && b->parent >= 0) {
+    if ((flags & ABA_INERTIA) && b->parent >= 0) {
         sym6 Ia = IA;
         num V[36]; /* L^-1 U^T, so that U D^-1 U^T is a sum of n rank-1 terms */
         for (uint32_t k = 0; k < b->n; k++) {
@@ -195,7 +195,7 @@ static inline void aba_backward_nd(struct state *s, uint32_t i, const body_const
             s6_rank1(&Ia, sv_from(V + 6 * k), w->L[6 * k + k]);
         }
         Ia = s6_to_parent(&s->X[i], &Ia);
-        add_inertia_to_parent(s, i, &Ia, what);
+        add_inertia_to_parent(s, i, &Ia, flags);
     }
 }
 
@@ -203,11 +203,11 @@ static inline void aba_backward_nd(struct state *s, uint32_t i, const body_const
  * permutation, so that U has the columns of IA; its size is known here and its loops have none
  * left. */
 TFA_OUTLINE void aba_backward_base(struct state *s, uint32_t i, const body_constants *b,
-                                   const num *tau, int what)
+                                   const num *tau, int flags)
 {
     struct joint_nd *w = &s->joint_nd[b->joint_nd];
-    const sym6 IA = aba_backward_inertia(s, i, b, what);
-    if (what & ABA_INERTIA) {
+    const sym6 IA = aba_backward_inertia(s, i, b, flags);
+    if (flags & ABA_INERTIA) {
         num whole[6], *L = w->L;
 #pragma GCC unroll 6
         for (int k = 0; k < 6; k++) {
@@ -220,33 +220,33 @@ TFA_OUTLINE void aba_backward_base(struct state *s, uint32_t i, const body_const
 #pragma GCC unroll 6
         for (int k = 0; k < 6; k++)
             L[7 * k] = checked_inverse_pivot(L[7 * k], whole[k]);
-        if (what & ABA_SENTINEL) {
+        if (flags & ABA_SENTINEL) {
             sentinel_see_block(s, b, 0, L);
             sentinel_see_block(s, b, 3, L);
         }
     }
-    if (what & ABA_FORCE) {
+    if (flags & ABA_FORCE) {
         num u[6] = {num_of(0)}; /* all six, or the compiler warns */
-        base_force(aba_backward_force(s, i, b, what), u);
+        base_force(aba_backward_force(s, i, b, flags), u);
 #pragma GCC unroll 6
         for (int k = 0; k < 6; k++)
             w->u[k] = tau[b->v + (uint32_t)k] - u[k];
     }
 }
 
-static inline void aba_backward_step(struct state *s, uint32_t i, const num *tau, int what)
+static inline void aba_backward_step(struct state *s, uint32_t i, const num *tau, int flags)
 {
     const body_constants *b = body_constants_of(s, i);
     if (is_revolute_without_armature(b))
-        aba_backward_revolute(s, i, b, tau, what);
+        aba_backward_revolute(s, i, b, tau, flags);
     else if (is_revolute(b->kind))
-        aba_backward_1dof(s, i, b, tau, AXIS_RZ, what);
+        aba_backward_1dof(s, i, b, tau, AXIS_RZ, flags);
     else if (is_prismatic(b->kind))
-        aba_backward_1dof(s, i, b, tau, AXIS_TZ, what);
+        aba_backward_1dof(s, i, b, tau, AXIS_TZ, flags);
     else if (b->base)
-        aba_backward_base(s, i, b, tau, what);
+        aba_backward_base(s, i, b, tau, flags);
     else
-        aba_backward_nd(s, i, b, tau, what);
+        aba_backward_nd(s, i, b, tau, flags);
 }
 
 TFA_OUTLINE void aba_forward_base(struct state *s, uint32_t i, svec a, num *x)
@@ -260,7 +260,7 @@ TFA_OUTLINE void aba_forward_base(struct state *s, uint32_t i, svec a, num *x)
 }
 
 /* Outward: a' = X a_parent + c,  qdd = D^-1 (u - U^T a'),  a = a' + H qdd. Of a plain revolute
- * joint H^T a comes first, from D^-1 u and what U D^-1 takes of the other five: fewer operations
+ * joint H^T a comes first, from D^-1 u and the part of U D^-1 on the other five: fewer operations
  * wait for each other. */
 TFA_INLINE void aba_forward_step(struct state *s, uint32_t i, svec parent, num *qdd, int bias)
 {
@@ -292,11 +292,11 @@ TFA_INLINE void aba_forward_step(struct state *s, uint32_t i, svec parent, num *
     s->a[i] = a;
 }
 
-/* A pass from tips to root: `what` of FOLD_ bits */
-typedef void aba_pass_fn(struct state *s, const num *tau, int what);
+/* A pass from tips to root: `flags` of ABA_ bits */
+typedef void aba_pass_fn(struct state *s, const num *tau, int flags);
 
 /* The pass that forward dynamics needs: inertias unless factors are kept, bias forces of a state
- * that moves. `what` is a constant of each call, by which the compiler specialises the pass. */
+ * that moves. `flags` is a constant of each call, by which the compiler specialises the pass. */
 TFA_INLINE void aba_backward_pass(struct state *s, const num *tau, int moving, int kept,
                                   aba_pass_fn *inward)
 {

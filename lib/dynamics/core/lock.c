@@ -97,11 +97,11 @@ static inline void composite_add(struct composite *c, const struct composite *ot
 
 /* ---- inward ---- */
 
-static inline void start(struct state *s, uint32_t i, int what)
+static inline void start(struct state *s, uint32_t i, int flags)
 {
     const struct tfa_body *b = &s->body[i];
-    aba_backward_start(s, i, what & ~(s->constraint[i] & CONSTRAINT_RIGID ? ABA_INERTIA : 0));
-    if (what & ABA_INERTIA && s->constraint[i] & CONSTRAINT_RIGID)
+    aba_backward_start(s, i, flags & ~(s->constraint[i] & CONSTRAINT_RIGID ? ABA_INERTIA : 0));
+    if (flags & ABA_INERTIA && s->constraint[i] & CONSTRAINT_RIGID)
         s->rigid[i] = composite_of(b);
 }
 
@@ -128,18 +128,18 @@ static inline void zero_joint(struct state *s, uint32_t i, const struct tfa_body
 }
 
 /* A locked joint: IA_parent += X^T IA X,  pA_parent += X^T (pA + IA c) */
-static inline void backward_locked(struct state *s, uint32_t i, const struct tfa_body *b, int what)
+static inline void backward_locked(struct state *s, uint32_t i, const struct tfa_body *b, int flags)
 {
     const int rigid = s->constraint[i] & CONSTRAINT_RIGID;
-    if (what & ABA_FORCE) {
+    if (flags & ABA_FORCE) {
         svec pa = s->pA[i];
-        if (what & ABA_BIAS && rigid)
+        if (flags & ABA_BIAS && rigid)
             pa = sv_add(pa, composite_mul(&s->rigid[i], s->c[i]));
-        else if (what & ABA_BIAS)
+        else if (flags & ABA_BIAS)
             pa = sv_add(pa, s6_mul(&s->IA[i], s->c[i]));
         add_force_to_parent(s, i, xform_t_force(&s->X[i], pa), 0);
     }
-    if (!(what & ABA_INERTIA))
+    if (!(flags & ABA_INERTIA))
         return;
     zero_joint(s, i, b);
     if (rigid) {
@@ -150,25 +150,25 @@ static inline void backward_locked(struct state *s, uint32_t i, const struct tfa
     }
 }
 
-static inline void inward(struct state *s, const num *tau, int what)
+static inline void inward(struct state *s, const num *tau, int flags)
 {
     const struct tfa_model *m = s->m;
-    if (what & ABA_INERTIA)
+    if (flags & ABA_INERTIA)
         sentinel_reset(s);
     for (uint32_t i = 0; i < m->bodies; i++)
         if (!(s->constraint[i] & CONSTRAINT_SKIPPED))
-            start(s, i, what);
+            start(s, i, flags);
     for (uint32_t i = m->bodies; i-- > 0;) {
         const struct tfa_body *b = &s->body[i];
         if (s->constraint[i] & CONSTRAINT_GROUNDED) {
-            if (what & ABA_INERTIA)
+            if (flags & ABA_INERTIA)
                 zero_joint(s, i, b);
         } else if (is_locked(s, b)) {
-            backward_locked(s, i, b, what);
+            backward_locked(s, i, b, flags);
         } else {
-            if (what & ABA_INERTIA && s->constraint[i] & CONSTRAINT_RIGID)
+            if (flags & ABA_INERTIA && s->constraint[i] & CONSTRAINT_RIGID)
                 s->IA[i] = composite_inertia(&s->rigid[i]);
-            aba_backward_step(s, i, tau, what | ABA_SENTINEL);
+            aba_backward_step(s, i, tau, flags | ABA_SENTINEL);
         }
     }
 }

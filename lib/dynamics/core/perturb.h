@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Perturbations of the size of rounding, for residuals that show what rounding may have done
+ * Perturbations of the size of rounding, for residuals that show the possible effect of rounding
  * (rnea_perturbed.c).
  *
  * A sum is perturbed by a random part of the sum of its terms' absolute values, which bounds its

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Operations through a revolute joint without rotor inertia, by value: what the projection makes
- * zero is left out, row and column z of Ia = IA - U D^-1 U^T and the z components of c.
+ * Operations through a revolute joint without rotor inertia, by value: the entries that the
+ * projection makes zero are left out, row and column z of Ia = IA - U D^-1 U^T and the z components
+ * of c.
  */
 #ifndef TFA_DYNAMICS_CORE_REVOLUTE_H
 #define TFA_DYNAMICS_CORE_REVOLUTE_H

@@ -6,7 +6,7 @@
  *   s = eps max_i (Mbar_i / D_i)
  *
  * with D_i the projected articulated inertia of joint i and Mbar_i the largest inertia that its
- * subtree can have about the joint (model/inertia_bound.h). D_i is what is left of inertias up to
+ * subtree can have about the joint (model/inertia_bound.h). D_i is the difference of inertias up to
  * Mbar_i, so s bounds its relative rounding. The sentinel trips where s is above SENTINEL_LIMIT, or
  * a D_i is not positive.
  */

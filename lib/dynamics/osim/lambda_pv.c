@@ -58,7 +58,7 @@ static int32_t outermost(const struct state *s, const struct tip_wrenches *w)
 }
 
 /* Takes the wrenches of a tip to the first body that others have in common with it: its own block,
- * but for what comes from there. */
+ * but for the contributions from there. */
 static void propagate_single_tip(struct state *s, uint32_t t, struct tip_wrenches *w)
 {
     struct mat6_simd C = mat6_simd_zero();

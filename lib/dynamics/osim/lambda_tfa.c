@@ -5,7 +5,7 @@
  * elimination answers the diagonal block. With the unit wrenches P on the last body alone that is
  *   A F = e_N (C_N - I_N^-1) P^T,   Lambda^-1 = P I_N^-1 (F_N + P^T),
  * where F_N and P^T cancel: a light body hands nearly all of a wrench on, and I_N^-1 makes of the
- * rounding of P what may be a thousand times Lambda^-1's (a finger of panda: rank 10 in place of
+ * rounding of P, which may be a thousand times Lambda^-1's (a finger of panda: rank 10 in place of
  * 7). Less the wrench itself, f_i = F_i + P_i^T with P_i^T carried to body i, it is the system of
  * (74): A f = B H^T P_i^T,   Lambda^-1 = P I_N^-1 f_N,   net force on body i: f_i - X_{i+1}^T
  * f_{i+1}

@@ -95,7 +95,7 @@ void TFA_V(scan_combine_segments)(struct scan *scan)
     }
 }
 
-/* What the parts of a step have in common. Segments are independent of each other in every step;
+/* Context of the parts of a step. Segments are independent of each other in every step;
  * SEGMENTS_PER_TASK of them are one part, so that handing them out costs little. */
 struct scan_work {
     struct state *s;

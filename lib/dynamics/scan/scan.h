@@ -9,7 +9,7 @@
  *           (scan_combine.h), of which J - G is left to the scan; segments whose ratio is still
  *           large
  *           beside it once more with all of J for G, and over all segments again: J - G is now
- *           rounding, or what the second pass found better.
+ *           rounding, or the improvement of the second pass.
  *   solve:  each segment inward, then the bias forces inward and the accelerations outward over
  *           the cuts, then each segment outward.
  */
@@ -22,7 +22,7 @@
 
 /* One body on the chain */
 struct scan_body {
-    sym6 I;    /* its inertia with side branches, without what is outboard on the chain */
+    sym6 I;    /* its inertia with side branches, without the bodies outboard on the chain */
     svec P[6]; /* force on it for each unit of the force that its segment passes on, frame i */
 };
 
@@ -30,11 +30,12 @@ struct scan_body {
 struct scan_segment {
     uint32_t first, end;
     int refactored;         /* factored twice */
-    struct scan_element at; /* of its bodies and what is on its end */
+    struct scan_element at; /* of its bodies and the inertia on its end */
     num seed[MAT6_PADDED];  /* G: inertia that its factors have on its end, that body's frame */
     num J[MAT6_PADDED];     /* articulated inertia of it and all beyond it, on the body before it */
     num remainder
-        [MAT6_PADDED];     /* J - G, J of the next segment; as what follows, not of the last one */
+        /* J - G, J of the next segment; like the members below, not of the last one */
+        [MAT6_PADDED];
     struct mat6_rows_lu E; /* 1 + C left */
     num mass_ratio;        /* scan_factor_interface */
     num EA[MAT6_PADDED];   /* E^-1 A */
@@ -63,7 +64,7 @@ void TFA_V(scan_combine_segments)(struct scan *scan);
 void TFA_V(scan_inward)(struct scan *scan);
 /* accelerations over the cuts, outward from the ground's, and the forces that the cuts pass on. */
 void TFA_V(scan_outward)(struct scan *scan, svec ground);
-/* what is to be added to a_in and f_out, in their place: each segment ends on an acceleration that
+/* corrections of a_in and f_out, in their place: each segment ends on an acceleration that
  * the next one has not started from. */
 void TFA_V(scan_close_gaps)(struct scan *scan);
 
@@ -78,7 +79,7 @@ void TFA_V(scan_segment_inward)(struct state *s, const struct tfa_chain *chain, 
 /* One segment outward from a_in and f_out: qdd of its joints, a_end */
 void TFA_V(scan_segment_outward)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
                                  struct scan_segment *segment, num *qdd, int bias);
-/* What a_in and f_out from scan_close_gaps add to qdd */
+/* Corrections of qdd by a_in and f_out from scan_close_gaps */
 void TFA_V(scan_segment_correct)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
                                  const struct scan_segment *segment, num *qdd);
 

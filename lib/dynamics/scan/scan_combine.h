@@ -33,7 +33,7 @@ static inline void m6_symmetrise(num *A)
 }
 
 /* E = 1 + C J_out, factored. All eigenvalues of E are at least 1; C and J are rank deficient, so
- * that LU with row exchanges is what works. Returns the sum of the eigenvalues of C J_out: how
+ * that LU needs row exchanges. Returns the sum of the eigenvalues of C J_out: how
  * many times larger the outboard inertia is than the element's own apparent inertia. */
 static inline num scan_factor_interface(struct mat6_rows_lu *E, const num *C, const num *outer)
 {
@@ -51,7 +51,7 @@ static inline num scan_factor_interface(struct mat6_rows_lu *E, const num *C, co
 }
 
 /* The element with the inertia `outer` attached to its end, E = 1 + C outer from
- * scan_factor_interface. What is left of f_out is the outboard part's bias force.
+ * scan_factor_interface. The rest of f_out is the outboard part's bias force.
  *   EA = E^-1 A,   J = x->J + A^T outer EA */
 static inline void scan_attach(const struct scan_element *x, const struct mat6_rows_lu *E,
                                const num *outer, num *EA, num *J)

@@ -86,7 +86,7 @@ static void overlap(const struct state *s, const struct tfa_chain *chain, const 
     }
 }
 
-/* Inertias of the segment's bodies, and on the last what is known of the outboard part */
+/* Inertias of the segment's bodies; the last one includes the known part of the outboard inertia */
 static void start_inertias(struct state *s, const struct tfa_chain *chain, const struct scan *scan,
                            struct scan_segment *segment, const num *outer)
 {
@@ -139,7 +139,7 @@ void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, 
     }
 }
 
-/* v += P^T (c + H x),  x = D^-1 (u - U^T c): what the joint's motion does to the end */
+/* v += P^T (c + H x),  x = D^-1 (u - U^T c): motion of the end by that of the joint */
 static inline void add_motion(const struct state *s, uint32_t i, const struct scan_body *row,
                               int products, num *v)
 {
@@ -165,7 +165,7 @@ static inline void add_motion(const struct state *s, uint32_t i, const struct sc
 }
 
 static inline void inward(struct state *s, const struct tfa_chain *chain, const struct scan *scan,
-                          struct scan_segment *segment, const num *tau, int what)
+                          struct scan_segment *segment, const num *tau, int flags)
 {
     const int last = segment->end == chain->length;
     const uint32_t first = chain->body[segment->first];
@@ -173,11 +173,11 @@ static inline void inward(struct state *s, const struct tfa_chain *chain, const 
     for (uint32_t k = segment->end; k-- > segment->first;) {
         const uint32_t i = chain->body[k];
         if (i == first)
-            aba_backward_step(s, i, tau, what | ABA_DETACH);
+            aba_backward_step(s, i, tau, flags | ABA_DETACH);
         else
-            aba_backward_step(s, i, tau, what);
+            aba_backward_step(s, i, tau, flags);
         if (!last)
-            add_motion(s, i, &scan->body[k], what & ABA_BIAS, v);
+            add_motion(s, i, &scan->body[k], flags & ABA_BIAS, v);
     }
     segment->v = sv_from(v);
     segment->g = s->body[first].parent >= 0 ? s->pA[first] : sv_zero();

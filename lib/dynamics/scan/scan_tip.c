@@ -4,7 +4,7 @@
  * Lambda^-1 of tips beyond the last cut of their chains, by-product of the segment scan: unit
  * wrenches go inward joint by joint as far as the last segment reaches, side branches included, and
  * in one step through each segment before it. A tip further in would need the articulated inertia
- * of its bodies: those segments have it only up to what the scan knows beyond their cut.
+ * of its bodies: those segments have it only up to the scan's inertia beyond their cut.
  */
 #include "dynamics/osim/lambda.h"
 #include "dynamics/scan/scan.h"

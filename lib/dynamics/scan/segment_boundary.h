@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What passes between the segments of a chain that are computed in SIMD lanes, and the scan
+ * Exchange between the segments of a chain that are computed in SIMD lanes, and the scan
  * over them, which a kernel of one number at a time does.
  */
 #ifndef TFA_DYNAMICS_SCAN_SEGMENT_BOUNDARY_H
@@ -16,14 +16,14 @@
     X(r, 3, "origin of the latter in the former")                                                  \
     X(v_end, 6, "velocity of its end while the body before rests; then from v_in")                 \
     X(v_in, 6, "velocity of the body before")                                                      \
-    X(dv_in, 6, "what is to be added to it")                                                       \
+    X(dv_in, 6, "correction of it")                                                                \
     X(seed, 36, "G: inertia that its factors have on its end")                                     \
     X(A, 36, "element")                                                                            \
     X(C, 36, "upper triangle")                                                                     \
     X(J, 36, "")                                                                                   \
     X(a_end, 6, "a_out without a_in and f_out; then with them")                                    \
     X(g, 6, "f_in without a_in and f_out")                                                         \
-    X(a_in, 6, "from the scan; then what is to be added to it")                                    \
+    X(a_in, 6, "from the scan; then its correction")                                               \
     X(f_out, 6, "the same")
 
 /* Every array is a whole number of vectors, the first at the front. */

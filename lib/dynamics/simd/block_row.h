@@ -21,7 +21,7 @@ struct block_equation {
     vec5 b;
 };
 
-/* Diagonal block and right-hand side of a row, or what is to be added to them */
+/* Diagonal block and right-hand side of a row, or their increments */
 struct block_update {
     sym5 D;
     vec5 b;
@@ -38,9 +38,9 @@ static inline void update_clear(struct block_update *s)
 /* Factors of a row whose coupling to the right is U; with kept factors (without
  * PARTITION_FACTOR) y only */
 static inline __attribute__((always_inline)) void
-row_factor(const struct block_equation *row, const mat5 *U, struct block_factors *f, int what)
+row_factor(const struct block_equation *row, const mat5 *U, struct block_factors *f, int flags)
 {
-    if (what & PARTITION_FACTOR) {
+    if (flags & PARTITION_FACTOR) {
         f->M = row->D;
         s5_factor(&f->M);
         f->ZL = row->L;
@@ -52,12 +52,13 @@ row_factor(const struct block_equation *row, const mat5 *U, struct block_factors
     s5_lower(&f->M, &f->y);
 }
 
-/* What its elimination does to its neighbours */
+/* Update of its neighbours by its elimination */
 static inline __attribute__((always_inline)) void row_update(const struct block_factors *f,
                                                              struct block_update *left,
-                                                             struct block_equation *right, int what)
+                                                             struct block_equation *right,
+                                                             int flags)
 {
-    if (what & PARTITION_FACTOR) {
+    if (flags & PARTITION_FACTOR) {
         const mat5 scaled = s5_scaled_rows(&f->M, &f->ZU), other = s5_scaled_rows(&f->M, &f->ZL);
         right->L = m5_minus_tmm(&scaled, &f->ZL);
         s5_sub_tmm(&right->D, &f->ZU, &scaled);

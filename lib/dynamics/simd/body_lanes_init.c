@@ -8,7 +8,7 @@
 
 #define NO_BODY UINT32_MAX
 
-/* What is read and written while a schedule is walked. */
+/* State of the walk over a schedule */
 struct lane_builder {
     struct state *s;
     const struct tfa_lane_schedule *p;

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * One long chain of revolute bodies in partitions of equal length, as many in parallel as a
- * number has lanes: lane l of group g is partition NUM_LANES g + l. What partitions exchange
+ * number has lanes: lane l of group g is partition NUM_LANES g + l. Values that partitions exchange
  * is stored by partition, in the interface arrays. How many partitions there are depends on the
  * chain alone, so that an answer is the same for any number of lanes and threads. Behind the last
  * body of the chain the last partitions are filled up with bodies that nothing couples to.
@@ -45,7 +45,7 @@ struct partition_body {
     num is_body_mask;         /* the same as a factor */
 };
 
-/* What one elimination leaves for back substitution */
+/* Factors of one elimination, for back substitution */
 struct block_factors {
     sym5 M;  /* D = M diag M^T */
     mat5 ZL; /* M^-1 times the coupling to the row on the left */
@@ -53,7 +53,7 @@ struct block_factors {
     vec5 y;  /* M^-1 b */
 };
 
-/* What changes */
+/* State */
 struct block_row {
     struct block_factors factors;
     xform X;
@@ -72,16 +72,16 @@ enum {
     INTERFACE_XFORM = 0,
     /* 6: velocity of the last body, first where the body before rests; then its acceleration */
     INTERFACE_END_MOTION = 12,
-    /* 6: velocity of the body before, then its acceleration as the solution has it; and what that
+    /* 6: velocity of the body before, then its acceleration by the solution; and the value that
      * is wrong by */
     INTERFACE_MOTION = 18,
     INTERFACE_MOTION_GAP = 24,
-    /* 15 + 25 + 5: what is left of the last row, its diagonal block, its coupling to the last row
+    /* 15 + 25 + 5: the last row after elimination: its diagonal block, its coupling to the last row
      * of the partition before, its right-hand side; then x */
     INTERFACE_D = 30,
     INTERFACE_L = INTERFACE_D + 15,
     INTERFACE_B = INTERFACE_L + 25,
-    /* 15 + 5: what the partition adds to that row of the partition before */
+    /* 15 + 5: contribution of the partition to that row of the partition before */
     INTERFACE_LEFT_D = INTERFACE_B + 5,
     INTERFACE_LEFT_B = INTERFACE_LEFT_D + 15,
     /* angular acceleration about its axis: of the body before; of the last body with nothing behind
@@ -90,7 +90,7 @@ enum {
     INTERFACE_RATE_FREE,
     INTERFACE_RATE_INBOARD,
     /* 6: force of the partition on the body before as the solution has it, and by inverse dynamics;
-     * of the partitions behind on the last body, then what that is wrong by */
+     * of the partitions behind on the last body, then its error */
     INTERFACE_FORCE,
     INTERFACE_FORCE_RNEA = INTERFACE_FORCE + 6,
     INTERFACE_FORCE_OUTBOARD = INTERFACE_FORCE_RNEA + 6,
@@ -122,11 +122,11 @@ struct partition {
     double *qdd;
     vec3 gravity;
     int moving;
-    int what; /* PIECES_ bits */
+    int flags; /* PARTITION_ bits */
 };
 
-/* What a step computes. BIAS: velocities, gravity and wrenches count; without it the right-hand
- * side is a residual, and what is found is added to qdd. */
+/* Parts of a step. BIAS: velocities, gravity and wrenches count; without it the right-hand
+ * side is a residual, and the solution is added to qdd. */
 enum { PARTITION_FACTOR = 1, PARTITION_BIAS = 2, PARTITION_PERTURBED = 4 };
 
 static inline struct partition_body *group_bodies(const struct partition *p, uint32_t group)
@@ -188,7 +188,7 @@ static inline void interface_put_column(const struct partition *p, int e, uint32
 size_t TFA_V(partition_walk)(const struct tfa_model *m, void *base, struct partition **out);
 struct partition *TFA_V(partition_init)(const struct tfa_model *m, void *memory);
 
-/* partition_motion.c: X of every body, velocities and what they are wrong by at the interfaces.
+/* partition_motion.c: X of every body, velocities and their errors at the interfaces.
  * INTERFACE_MOTION_GAP from INTERFACE_MOTION and INTERFACE_END_MOTION */
 void TFA_V(partition_motion)(struct partition *p);
 void TFA_V(partition_close_gaps)(const struct partition *p);

@@ -39,13 +39,13 @@ static inline void scatter(const struct partition *p, int e, const uint32_t *row
             p->interface[(size_t)(e + k) * p->width + row[l]] = num_lane(x[k], l);
 }
 
-/* x += what row of the interface arrays says of the column `from` columns on, for all partitions */
-static void add_interface(const struct partition *p, int to, int what, int count, uint32_t h,
+/* x += the row of the interface arrays, `from` columns on, for all partitions */
+static void add_interface(const struct partition *p, int to, int row, int count, uint32_t h,
                           uint32_t on)
 {
     for (int k = 0; k < count; k++) {
         double *x = p->interface + (size_t)(to + k) * p->width;
-        const double *y = p->interface + (size_t)(what + k) * p->width;
+        const double *y = p->interface + (size_t)(row + k) * p->width;
         for (uint32_t l = 0; l + on < p->partitions; l += h)
             x[l] += y[l + on];
     }
@@ -69,7 +69,7 @@ static void eliminate_step(const struct partition *p, const struct step *s, stru
     update_clear(&left);
     gather(p, INTERFACE_B, s->row, row.b.x, 5);
     gather(p, INTERFACE_B, s->right, right.b.x, 5);
-    if (p->what & PARTITION_FACTOR) {
+    if (p->flags & PARTITION_FACTOR) {
         mat5 next;
         gather(p, INTERFACE_D, s->row, row.D.x, 15);
         gather(p, INTERFACE_L, s->row, &row.L.x[0][0], 25);
@@ -77,9 +77,9 @@ static void eliminate_step(const struct partition *p, const struct step *s, stru
         gather(p, INTERFACE_D, s->right, right.D.x, 15);
         U = m5_t(&next);
     }
-    row_factor(&row, &U, f, p->what);
-    row_update(f, &left, &right, p->what);
-    if (p->what & PARTITION_FACTOR) {
+    row_factor(&row, &U, f, p->flags);
+    row_update(f, &left, &right, p->flags);
+    if (p->flags & PARTITION_FACTOR) {
         scatter(p, INTERFACE_D, s->right, right.D.x, 15);
         scatter(p, INTERFACE_L, s->right, &right.L.x[0][0], 25);
         scatter(p, INTERFACE_LEFT_D, s->row, left.D.x, 15);
@@ -104,7 +104,7 @@ static void solve_single(const struct partition *p, sym5 *M)
     const uint32_t row[NUM_LANES] = {0};
     vec5 x;
     gather(p, INTERFACE_B, row, x.x, 5);
-    if (p->what & PARTITION_FACTOR) {
+    if (p->flags & PARTITION_FACTOR) {
         gather(p, INTERFACE_D, row, M->x, 15);
         s5_factor(M);
     }
@@ -114,10 +114,10 @@ static void solve_single(const struct partition *p, sym5 *M)
     scatter(p, INTERFACE_B, row, x.x, 5);
 }
 
-/* What the rows `h` on, just eliminated, did to the row on their left */
+/* Update of the row on the left of the rows `h` on that were just eliminated */
 static void apply_updates(const struct partition *p, uint32_t stride, uint32_t h)
 {
-    if (p->what & PARTITION_FACTOR)
+    if (p->flags & PARTITION_FACTOR)
         add_interface(p, INTERFACE_D, INTERFACE_LEFT_D, 15, stride, h);
     add_interface(p, INTERFACE_B, INTERFACE_LEFT_B, 5, stride, h);
 }

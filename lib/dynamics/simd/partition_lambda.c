@@ -2,8 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Lambda^-1 of a tip on the last body of a partitioned chain: the one-sided form of TFA
- * (lambda_tfa.c) with blocks of five. Right-hand sides are what the unit wrenches P do to the
- * joints,
+ * (lambda_tfa.c) with blocks of five. Right-hand sides are the effects of the unit wrenches P on
+ * the joints,
  *
  *   tau_i = H^T P_i,   Lambda^-1 = P^T I_N^-1 (W x_N + Wa tau_N)
  *
@@ -77,7 +77,7 @@ static void propagate_to_interfaces(const struct partition *p, struct tip tip, s
     }
 }
 
-/* From the last body of each partition inward; filling hands on what it has. */
+/* From the last body of each partition inward; lanes without a body pass their value on. */
 static void propagate_group(void *context, uint32_t g, uint32_t worker)
 {
     const struct partition *p = context;
@@ -97,7 +97,7 @@ static void propagate_group(void *context, uint32_t g, uint32_t worker)
 }
 
 /* Force on the tip's body by the right-hand side of P */
-static svec tip_force(struct partition *p, struct tip tip, svec P, int what)
+static svec tip_force(struct partition *p, struct tip tip, svec P, int flags)
 {
     const struct block_row *r = &group_rows(p, tip.group)[tip.row];
     vec5 x, left;
@@ -105,7 +105,7 @@ static svec tip_force(struct partition *p, struct tip tip, svec P, int what)
     parallel_for(p->executor, propagate_group, p, p->groups);
     TFA_V(partition_share_rhs)(p);
     TFA_V(partition_eliminate)(p);
-    p->what = what;
+    p->flags = flags;
     TFA_V(partition_interface_solve)(p);
     for (int k = 0; k < 5; k++) {
         const double *found = p->interface + (size_t)(INTERFACE_B + k) * p->width + tip.part;

@@ -13,7 +13,7 @@
  *
  * and the partitions carry them to all their bodies. So every joint's acceleration and force
  * differs from RNEA's by roundings of its own size. A partition that starts on a body at rest would
- * lose roundings of what the whole partition adds up to, which in light bodies between heavy ones
+ * lose roundings of the sum over the whole partition, which in light bodies between heavy ones
  * is a million times more. Perturbed as in rnea.c; the small da and df need no perturbation.
  */
 #include "dynamics/core/perturb.h"
@@ -121,7 +121,7 @@ static inline void store_residual(const struct partition *p, const struct partit
             p->residual[b->v[l]] = num_lane(rest, l);
 }
 
-/* rhs -= H^T df, what the force behind the partition was wrong by */
+/* rhs -= H^T df for the error df of the force behind the partition */
 static inline __attribute__((always_inline)) void subtract_gap(const struct partition *p,
                                                                uint32_t g, int perturbed)
 {
@@ -145,7 +145,7 @@ static inline __attribute__((always_inline)) void subtract_gap(const struct part
     {                                                                                              \
         const struct partition *p = context;                                                       \
         (void)worker;                                                                              \
-        if (p->what & PARTITION_PERTURBED)                                                         \
+        if (p->flags & PARTITION_PERTURBED)                                                        \
             name(p, g, 1);                                                                         \
         else                                                                                       \
             name(p, g, 0);                                                                         \
@@ -167,7 +167,7 @@ static void set_outboard_force(const struct partition *p)
     }
 }
 
-/* INTERFACE_FORCE_OUTBOARD: what that force was wrong by */
+/* INTERFACE_FORCE_OUTBOARD: the error of that force */
 static void propagate_force_gaps(const struct partition *p)
 {
     svec df = sv_zero();
@@ -193,7 +193,7 @@ void TFA_V(partition_share_rhs)(const struct partition *p)
 
 void TFA_V(partition_residual)(struct partition *p, int perturbed)
 {
-    p->what = perturbed ? PARTITION_PERTURBED : 0;
+    p->flags = perturbed ? PARTITION_PERTURBED : 0;
     interface_put_column(p, INTERFACE_MOTION, 0, (svec){v3_zero(), v3_neg(p->gravity)});
     parallel_for(p->executor, move_group, p, p->groups);
     TFA_V(partition_close_gaps)(p);

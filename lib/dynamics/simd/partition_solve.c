@@ -53,17 +53,17 @@ static inline mat5 rotated_transpose(const mat5 *T, num s, num c)
 
 /* e = I^-1 (Wa tau - X^T Wa tau of the next - p), the acceleration without constraint forces */
 static inline svec unconstrained(const struct partition_body *b, const struct block_row *r,
-                                 num next, int what)
+                                 num next, int flags)
 {
     svec f = {{-b->next_z.x * next, -b->next_z.y * next, r->rhs - b->next_z.z * next}, v3_zero()};
-    if (what & PARTITION_BIAS)
+    if (flags & PARTITION_BIAS)
         f = sv_sub(f, r->p);
     return s6_mul(&b->Iinv, f);
 }
 
 /* ---- inside the partitions ---- */
 
-/* What the body before has: acceleration without constraint forces, what v is wrong by */
+/* Of the body before: acceleration without constraint forces, error of v */
 struct elimination {
     svec e, dv;
 };
@@ -75,20 +75,20 @@ static inline void velocity_products(const struct partition_body *b, struct bloc
     r->p = cross_force(v, s6_rigid_mul(b->I, b->h, b->mass, v));
 }
 
-static inline struct elimination elimination_start(const struct partition *p, uint32_t g, int what)
+static inline struct elimination elimination_start(const struct partition *p, uint32_t g, int flags)
 {
     const struct partition_body *b = group_bodies(p, g);
     struct block_row *r = group_rows(p, g);
     struct elimination w;
     w.dv = sv_zero();
-    if (what & PARTITION_BIAS)
+    if (flags & PARTITION_BIAS)
         r->p = sv_zero();
-    if (what & PARTITION_BIAS && p->moving) {
+    if (flags & PARTITION_BIAS && p->moving) {
         interface_get_many(p, INTERFACE_MOTION_GAP, g, &w.dv.w.x, 6);
         velocity_products(b, r, w.dv);
     }
-    w.e = unconstrained(b, r, r[1].rhs, what);
-    if (g == 0 && what & PARTITION_BIAS) { /* the ground stands before the first partition */
+    w.e = unconstrained(b, r, r[1].rhs, flags);
+    if (g == 0 && flags & PARTITION_BIAS) { /* the ground stands before the first partition */
         ((double *)&w.e.v.x)[0] = -num_lane(p->gravity.x, 0);
         ((double *)&w.e.v.y)[0] = -num_lane(p->gravity.y, 0);
         ((double *)&w.e.v.z)[0] = -num_lane(p->gravity.z, 0);
@@ -99,17 +99,17 @@ static inline struct elimination elimination_start(const struct partition *p, ui
 /* b of a row, and on to its body. `next`: the right-hand side of the next joint */
 static inline vec5 elimination_step(const struct partition *p, struct elimination *w,
                                     const struct partition_body *b, struct block_row *r, num next,
-                                    int what)
+                                    int flags)
 {
     svec gap = xform_motion(&r->X, w->e);
-    if (what & PARTITION_BIAS)
+    if (flags & PARTITION_BIAS)
         r->p = sv_zero();
-    if (what & PARTITION_BIAS && p->moving) {
+    if (flags & PARTITION_BIAS && p->moving) {
         w->dv = xform_motion(&r->X, w->dv);
         velocity_products(b, r, w->dv);
         gap = sv_add(gap, revolute_velocity_product(r->v, r->qd));
     }
-    w->e = unconstrained(b, r, next, what);
+    w->e = unconstrained(b, r, next, flags);
     return v5_of(sv_scale(sv_sub(gap, w->e), b->is_body_mask));
 }
 
@@ -128,12 +128,12 @@ static num next_force(const struct partition *p, uint32_t g, uint32_t k)
 }
 
 static inline __attribute__((always_inline)) void eliminate(const struct partition *p, uint32_t g,
-                                                            int what)
+                                                            int flags)
 {
     static const struct block_equation none;
     const struct partition_body *b = group_bodies(p, g);
     struct block_row *r = group_rows(p, g);
-    struct elimination w = elimination_start(p, g, what);
+    struct elimination w = elimination_start(p, g, flags);
     struct block_update left;
     struct block_equation row = none;
     update_clear(&left);
@@ -142,20 +142,20 @@ static inline __attribute__((always_inline)) void eliminate(const struct partiti
         struct block_factors *before = &r[k - 1].factors;
         const num s = r[k].sine, c = r[k].cosine;
         const mat5 U =
-            what & PARTITION_FACTOR ? rotated_transpose(&bk->minus_TI, s, c) : before->ZU;
+            flags & PARTITION_FACTOR ? rotated_transpose(&bk->minus_TI, s, c) : before->ZU;
         if (k > 1)
-            row_factor(&row, &U, before, what);
-        else if (what & PARTITION_FACTOR)
+            row_factor(&row, &U, before, flags);
+        else if (flags & PARTITION_FACTOR)
             row.L = m5_t(&U);
-        row.b = elimination_step(p, &w, bk, &r[k], next_force(p, g, k), what);
-        if (what & PARTITION_FACTOR) {
+        row.b = elimination_step(p, &w, bk, &r[k], next_force(p, g, k), flags);
+        if (flags & PARTITION_FACTOR) {
             row.D = s5_of(&bk->Iinv);
             add_rotated(&row.D, &bk->TIT, s, c);
         }
         if (k > 1)
-            row_update(before, &left, &row, what);
+            row_update(before, &left, &row, flags);
     }
-    if (what & PARTITION_FACTOR) {
+    if (flags & PARTITION_FACTOR) {
         interface_put_many(p, INTERFACE_D, g, row.D.x, 15);
         interface_put_many(p, INTERFACE_L, g, &row.L.x[0][0], 25);
         interface_put_many(p, INTERFACE_LEFT_D, g, left.D.x, 15);
@@ -168,7 +168,7 @@ static void eliminate_group(void *context, uint32_t g, uint32_t worker)
 {
     const struct partition *p = context;
     (void)worker;
-    if (p->what & PARTITION_FACTOR)
+    if (p->flags & PARTITION_FACTOR)
         eliminate(p, g, PARTITION_FACTOR | PARTITION_BIAS);
     else
         eliminate(p, g, 0);
@@ -194,7 +194,7 @@ static inline void interface_values(const struct partition *p, uint32_t g, vec5 
     }
 }
 
-/* What was found for the joints at one place of the partitions */
+/* Solution for the joints at one place of the partitions */
 struct solution {
     num finite, sum_qdd, sum_dx;
 };
@@ -204,18 +204,18 @@ static inline void store_qdd(const struct partition *p, const struct partition_b
 {
     solution->sum_qdd += r->qdd * r->qdd;
     solution->sum_dx += x * x;
-    r->qdd = p->what & PARTITION_BIAS ? x : r->qdd + x;
+    r->qdd = p->flags & PARTITION_BIAS ? x : r->qdd + x;
     solution->finite += r->qdd - r->qdd;
     for (uint32_t l = 0; p->qdd && l < NUM_LANES; l++)
         if (b->real[l])
             p->qdd[b->v[l]] = num_lane(r->qdd, l);
 }
 
-/* What the residual starts from, of the solution or of what is added to it: acceleration of the
+/* Start of the residual, of the solution or of its correction: acceleration of the
  * body before a partition, force of the partition on it */
-static inline void store_interface(const struct partition *p, uint32_t g, svec a, svec f, int what)
+static inline void store_interface(const struct partition *p, uint32_t g, svec a, svec f, int flags)
 {
-    if (!(what & PARTITION_BIAS)) {
+    if (!(flags & PARTITION_BIAS)) {
         svec before;
         interface_get_many(p, INTERFACE_MOTION, g, &before.w.x, 6);
         a = sv_add(a, before);
@@ -228,7 +228,7 @@ static inline void store_interface(const struct partition *p, uint32_t g, svec a
 
 /* qdd of all joints but the last one of each partition, which needs the force behind it */
 static inline __attribute__((always_inline)) void substitute(const struct partition *p, uint32_t g,
-                                                             int what)
+                                                             int flags)
 {
     const struct partition_body *b = group_bodies(p, g);
     struct block_row *r = group_rows(p, g);
@@ -237,7 +237,7 @@ static inline __attribute__((always_inline)) void substitute(const struct partit
     vec5 x, left;
     interface_values(p, g, &x, &left);
     svec F = v5_with(x, r[last].rhs);
-    const svec alone = what & PARTITION_BIAS ? sv_sub(F, r[last].p) : F;
+    const svec alone = flags & PARTITION_BIAS ? sv_sub(F, r[last].p) : F;
     interface_put(p, INTERFACE_RATE_FREE, g, angular(&b[last].Iinv, alone).z);
     num rate = num_of(0); /* of the body at hand about its axis */
     for (uint32_t k = last; k-- > 0;) {
@@ -245,10 +245,10 @@ static inline __attribute__((always_inline)) void substitute(const struct partit
         const svec current = v5_with(x, r[k].rhs);
         const svec outboard = xform_t_force(&r[k + 1].X, F);
         svec net = sv_sub(current, outboard);
-        if (what & PARTITION_BIAS)
+        if (flags & PARTITION_BIAS)
             net = sv_sub(net, r[k].p);
         if (k == 0)
-            store_interface(p, g, s6_mul(&b->Iinv, net), outboard, what);
+            store_interface(p, g, s6_mul(&b->Iinv, net), outboard, flags);
         const vec3 a = angular(&b[k].Iinv, net);
         const mat3 *E = &r[k + 1].X.E;
         const num inboard_rate = v3_dot(v3(E->zx, E->zy, E->zz), a);
@@ -269,7 +269,7 @@ static void substitute_group(void *context, uint32_t g, uint32_t worker)
 {
     const struct partition *p = context;
     (void)worker;
-    if (p->what & PARTITION_BIAS)
+    if (p->flags & PARTITION_BIAS)
         substitute(p, g, PARTITION_BIAS);
     else
         substitute(p, g, 0);
@@ -295,11 +295,11 @@ static void substitute_last(const struct partition *p)
 void TFA_V(partition_factor)(struct partition *p)
 {
     TFA_V(partition_motion)(p);
-    p->what = PARTITION_FACTOR | PARTITION_BIAS;
+    p->flags = PARTITION_FACTOR | PARTITION_BIAS;
     parallel_for(p->executor, eliminate_group, p, p->groups);
 }
 
-/* What is left when the rows inside the partitions are eliminated */
+/* Interface system after elimination of the rows inside the partitions */
 static void solve_interior(struct partition *p)
 {
     TFA_V(partition_interface_solve)(p);
@@ -315,7 +315,7 @@ void TFA_V(partition_forward)(struct partition *p)
 
 void TFA_V(partition_eliminate)(struct partition *p)
 {
-    p->what = 0;
+    p->flags = 0;
     parallel_for(p->executor, eliminate_group, p, p->groups);
 }
 

@@ -103,7 +103,7 @@ static inline svec body_momentum(const struct body_constants *b, svec v)
                   v3_sub(v3_scale(v.v, b->mass), v3_cross(b->h, v.w))};
 }
 
-/* What the first bodies of each segment put on the end of the one before: scan_segment.c */
+/* Inertia of the first bodies of each segment on the end of the one before: scan_segment.c */
 static void overlap(struct segment_lanes *s, uint32_t g)
 {
     const size_t first = (size_t)g * s->steps;
@@ -207,9 +207,9 @@ static inline void correct_velocities(struct segment_lanes *s, uint32_t g)
 
 /* Carried inward from step to step */
 struct inward_carry {
-    sym6 IA; /* what is outboard puts on the body */
+    sym6 IA; /* contribution of the outboard bodies */
     svec pA;
-    svec P[6]; /* force on it for each unit of what the segment passes on */
+    svec P[6]; /* force on it for each unit of the force that the segment passes on */
     num C[36]; /* upper triangle: compliance of the end */
     num a[6];  /* acceleration of the end without a_in and f_out */
 };

@@ -26,7 +26,7 @@ struct body_constants {
     uint32_t from[NUM_LANES]; /* where q, v, tau and qdd of their joints stand in a request */
 };
 
-/* What is kept of a step */
+/* Factors of a step */
 struct step {
     xform X;
     svec v;

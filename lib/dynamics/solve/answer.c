@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One state of a checked request: to the op that answers it, and what the ops share.
+ * Answers one state of a checked request by its operation; steps that operations share.
  */
 #include "dynamics/solve/answer.h"
 
@@ -74,7 +74,7 @@ void TFA_V(store_estimate)(const struct state *s, const tfa_request *r, const nu
         out[l].error_estimate = estimate->lane[l];
 }
 
-/* Less is not what made an answer fail. */
+/* Bodies above this are not the cause of a failure. */
 #define SINGULAR_RATIO (1e-2 / (double)NUM_EPSILON)
 
 /* How far the projected inertia D of a body's joint is below the largest inertia that it may move:

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the answers to the several ops share.
+ * Steps that the answers of all operations share.
  */
 #ifndef TFA_DYNAMICS_SOLVE_ANSWER_H
 #define TFA_DYNAMICS_SOLVE_ANSWER_H
@@ -9,7 +9,7 @@
 #include "interface/kernel_table.h"
 #include "layout/state.h"
 
-/* What is seen of an error times this is the estimate. Without it 1 answer in 10 000 of
+/* The visible part of an error times this is the estimate. Without it 1 answer in 10 000 of
  * test_estimates was wrong by more than 30 estimates, by 86 at most (2026-11-22). */
 #define ESTIMATE_SAFETY 4
 
@@ -56,7 +56,7 @@ int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method m
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method);
 uint32_t TFA_V(refine_steps)(const struct state *s, const tfa_request *r, tfa_method method);
 
-/* Reports the body whose projected inertia D is not positive, or furthest below what is safe. */
+/* Reports the body whose projected inertia D is not positive, or furthest below the safe limit. */
 void TFA_V(report_singular_body)(struct state *s, tfa_reply *reply);
 
 /* Lambda^-1 with the factors that the method left, copied out. Returns 1 when all is finite. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a request asks of its tips, with factors that another kernel computed: body lanes
+ * Answers for the tips of a request with factors that another kernel computed: body lanes
  * (body_lanes.c) leave the six wrenches of each tip, which fill vectors themselves, to one number
  * at a time.
  */

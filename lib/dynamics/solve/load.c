@@ -57,7 +57,7 @@ static int covers(const struct state *s, const struct span *wanted, uint32_t cou
     return same;
 }
 
-/* What the answer depends on: coordinates of other trees are not even read. */
+/* Spans that the answer depends on: coordinates of other trees are not read. */
 static void load_pose(struct state *s, const tfa_request *r)
 {
     struct span wanted[TFA_MAX_TIPS];

@@ -12,7 +12,7 @@
  * lanes that are left over: pose and velocity terms are computed too. */
 void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count);
 
-/* Which states these are and which tips they ask for: what load does first. */
+/* First part of load: the indices of states and tips. */
 static inline void load_indices(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
 {
     s->lanes = count;

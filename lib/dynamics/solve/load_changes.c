@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a request changes about the robot: payloads, locked joints, the part of it that the
+ * Changes of the robot by a request: payloads, locked joints, the part of it that the
  * answer depends on; and wrenches.
  */
 #include <string.h>
@@ -132,7 +132,7 @@ static int may_skip(const tfa_request *r)
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
 }
 
-/* ---- what the request depends on ---- */
+/* ---- bodies that the answer depends on ---- */
 
 /* Lambda^-1 by force propagation, and poses, see the trees of the tips only. */
 static int depends_on_tips_only(const struct state *s, const tfa_request *r)

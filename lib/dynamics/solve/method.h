@@ -37,8 +37,8 @@ struct method {
 const struct method *TFA_V(method)(tfa_method method);
 
 /* Factors from inverse inertias may have lost a direction for good, and then see nothing of it.
- * This method's factors estimate the errors of those that invert, for no more than a solve of
- * theirs. */
+ * This method's factors estimate the errors of those that invert, for no more than one of their
+ * solves. */
 #define METHOD_OF_ESTIMATES TFA_METHOD_ABA
 
 static inline tfa_method method_of_estimates(tfa_method method)

@@ -61,6 +61,6 @@ void TFA_V(impose_mimics)(struct state *s, tfa_method method, num *x)
         for (uint32_t j = 0; j < m->freedoms; j++)
             x[j] -= w[j] * z[k];
     }
-    for (uint32_t k = 0; k < m->mimics; k++) /* what rounding left */
+    for (uint32_t k = 0; k < m->mimics; k++) /* exactly */
         x[m->mimic[k].follower] = num_of(m->mimic[k].multiplier) * x[m->mimic[k].leader];
 }

@@ -19,10 +19,10 @@
 #define ROUNDING_MIXED 1e-13
 
 /* With a residual in higher precision each correction shrinks by as much as the one before did, so
- * that what is left can be told. Below this no step is made any more. */
+ * that the remainder can be told. Below this no step is made any more. */
 #define REMAINDER_DONE 0x1p-57
 /* An answer is as good as the residual arithmetic when no more is left than two units, or than a
- * part of what the same method would lose there: what it lost here, in proportion of the roundings.
+ * part of the same method's loss there: its loss here, in proportion of the roundings.
  * Methods with I^-1 lose more than aba and get less. The cases of test_precision, 2026-11-22: so
  * all are within 5 times aba's error in double; with the units alone 8 of aba's 12 answers for
  * torques of a random qdd went to the residual kernel, which could do no better; with 1e-12 for

@@ -12,7 +12,7 @@
  * Steps 0: one correction computed and not applied. `to_full_precision`: to full digits of the
  * residual arithmetic, or it counts as inaccurate (s->residual_kernel only). `with_estimate`: the
  * estimate is that of the refined answer, from a perturbed residual; without it steps are
- * estimated by what the last of them changed. */
+ * estimated by the change of the last step. */
 struct refined {
     num_doubles estimate; /* |dx|/|x| */
     uint16_t

@@ -11,7 +11,7 @@
 int TFA_V(specialised)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                        uint32_t count, tfa_reply *reply);
 
-/* ---- what all of them share ---- */
+/* ---- inputs and outputs ---- */
 
 /* Left to a generic kernel, which estimates the error */
 TFA_INLINE int needs_generic_kernel(const struct state *s, const tfa_request *r)

@@ -42,7 +42,7 @@ TFA_INLINE int is_on_path(int32_t i, int32_t tip)
     if (robot_body[i].tree == robot_body[tip].tree)                                                \
         aba_backward_step(s, i, NULL, ABA_INERTIA | ABA_FULL_SWEEP | ABA_SENTINEL);
 
-/* Only of what hangs from the tip's first moving ancestor */
+/* Only the subtree of the tip's first moving ancestor */
 TFA_INLINE void factor_tree(struct state *s, int32_t tip)
 {
     ROBOT_OUTWARD(ROBOT_POSE_TREE) ROBOT_INWARD(ROBOT_ABA_BACKWARD_TREE)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Layout `body_lanes`: the lanes of a num hold several bodies of one state. What stands for a body
- * elsewhere, its index, is a step here: one body for each lane, of the same kind of joint, parents
+ * Layout `body_lanes`: the lanes of a num hold several bodies of one state. The index of a body
+ * in other layouts is a step here: one body for each lane, of the same kind of joint, parents
  * in steps before. Constants are stored in lane order.
  */
 #ifndef TFA_LAYOUT_BODY_LANES_BODY_H

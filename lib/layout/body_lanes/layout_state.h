@@ -10,10 +10,10 @@
 
 #include "layout_body.h"
 
-/* Of one state whose bodies share lanes: what body_lanes_init.c writes once */
+/* Of one state whose bodies share lanes; written once by body_lanes_init.c */
 #define TFA_LAYOUT_ARRAYS(ARRAY)                                                                   \
     ARRAY(body_constants, lane_constants, nb, "", "i", "constant terms in lane order")             \
-    ARRAY(struct branch, branch, m->bodies, "", "", "what steps take from other lanes")            \
+    ARRAY(struct branch, branch, m->bodies, "", "", "lanes whose children stand in other lanes")   \
     ARRAY(struct lane_ref, child, m->bodies, "", "", "children of each body, the last one first")  \
     ARRAY(uint32_t, first_child, m->bodies, "", "", "a body's first among them")                   \
     ARRAY(coordinate, coordinates_of, nq, "", "", "where coordinates come from")                   \

@@ -64,17 +64,17 @@ static inline svec velocity_from_parent(const struct state *s, uint32_t i, const
     return b->has_roots ? select_roots(b, sv_zero(), x) : x;
 }
 
-static inline void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *up, int what)
+static inline void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *up, int flags)
 {
-    if (what & ABA_FULL_SWEEP)
+    if (flags & ABA_FULL_SWEEP)
         s->IA[i] = *up;
     else
         s6_add(&s->IA[s->body[i].parent], up);
 }
 
-static inline void add_force_to_parent(struct state *s, uint32_t i, svec up, int what)
+static inline void add_force_to_parent(struct state *s, uint32_t i, svec up, int flags)
 {
-    if (what & ABA_FULL_SWEEP)
+    if (flags & ABA_FULL_SWEEP)
         s->pA[i] = up;
     else
         s->pA[s->body[i].parent] = sv_add(s->pA[s->body[i].parent], up);

@@ -9,8 +9,8 @@
 
 #include "layout/state.h"
 
-/* What the request changes about the robot. Returns whether what was computed before is of the same
- * one. */
+/* Changes of the robot by the request. Returns whether the results of the request before are of the
+ * same one. */
 int TFA_V(load_changes)(struct state *s, const tfa_request *r);
 
 /* Bodies that the answer depends on, in ascending order. Returns how many spans there are. */

@@ -23,8 +23,7 @@
 
 /* Of bodies that do not share lanes */
 #define TFA_LAYOUT_ARRAYS(ARRAY)                                                                   \
-    ARRAY(double, residual_exchange, nv, "", "joint",                                              \
-          "refine: what goes to the wider kernel and comes back")                                  \
+    ARRAY(double, residual_exchange, nv, "", "joint", "refine: exchange with the residual kernel") \
     ARRAY(sym6, Ic, nb, "kg m2, kg m, kg", "i",                                                    \
           "crba: composite inertia; efpa: inverse inertias Omega")                                 \
     ARRAY(struct composite, rigid, nb, "kg, kg m, kg m2", "i", "lock: composite without freedom")  \
@@ -41,7 +40,7 @@
     ARRAY(uint8_t, side, nb, "", "", "tfa: SIDE, CHAIN, CARRIES of each body")                     \
     ARRAY(uint32_t, path, m->depth, "", "", "tfa: a tip's chain, root first")                      \
     ARRAY(char, rows, TFA_V(chain_bytes)(m, n.methods), "", "",                                    \
-          "factor: what a method along chains keeps")                                              \
+          "factor: factors of a method along chains")                                              \
     ARRAY(sym6, Iinv, nb, "1/(kg m2), 1/kg", "i", "precompute: inverse of the rigid inertia")      \
     ARRAY(struct model_constants, model_constants, reserves_inverse(n.methods) ? nb : 0, "", "i",  \
           "precompute: constant terms of tfa")                                                     \
@@ -69,7 +68,7 @@ static inline int model_has_identity_map(const struct tfa_model *m)
     return identity_map;
 }
 
-/* What the state takes from the model as it is */
+/* Constants that the state reads from the model */
 static inline void state_read_model(struct state *s)
 {
     s->body = s->m->body;

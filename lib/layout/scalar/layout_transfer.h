@@ -28,23 +28,23 @@ TFA_INLINE svec velocity_from_parent(const struct state *s, uint32_t i, const bo
     return b->parent < 0 ? sv_zero() : motion_to_child(s, i, b, s->v[b->parent]);
 }
 
-TFA_INLINE void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *up, int what)
+TFA_INLINE void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *up, int flags)
 {
     const body_constants *b = body_constants_of(s, i);
-    if (what & ABA_DETACH)
+    if (flags & ABA_DETACH)
         s->IA[i] = *up;
-    else if (what & ABA_FULL_SWEEP && b->last)
+    else if (flags & ABA_FULL_SWEEP && b->last)
         s->IA[b->parent] = *up;
     else
         s6_add(&s->IA[b->parent], up);
 }
 
-TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int what)
+TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int flags)
 {
     const body_constants *b = body_constants_of(s, i);
-    if (what & ABA_DETACH)
+    if (flags & ABA_DETACH)
         s->pA[i] = up;
-    else if (what & ABA_FULL_SWEEP && b->last)
+    else if (flags & ABA_FULL_SWEEP && b->last)
         s->pA[b->parent] = up;
     else
         s->pA[b->parent] = sv_add(s->pA[b->parent], up);

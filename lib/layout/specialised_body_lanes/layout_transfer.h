@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What passes between the lanes of a step and those of its parents and children
- * (parent_transfer.h), in a kernel of one robot's own: who stands where is constant, so that the
+ * Transfers between the lanes of a step and those of its parents and children
+ * (parent_transfer.h), in a specialised kernel: the schedule is constant, so that the
  * compiler chooses the moves.
  */
 #ifndef TFA_LAYOUT_SPECIALISED_BODY_LANES_TRANSFER_H
@@ -21,12 +21,13 @@
     DO(A.zz)                                                                                       \
     DO(B.xx)                                                                                       \
     DO(B.xy)                                                                                       \
-    DO(B.xz) DO(B.yx) DO(B.yy) DO(B.yz) DO(B.zx) DO(B.zy) DO(B.zz) DO(M.xx) DO(M.xy) DO(M.xz)      \
-        DO(M.yy) DO(M.yz) DO(M.zz)
+    DO(B.xz)                                                                                       \
+    DO(B.yx) DO(B.yy) DO(B.yz) DO(B.zx) DO(B.zy) DO(B.zz) DO(M.xx) DO(M.xy) DO(M.xz) DO(M.yy)      \
+        DO(M.yz) DO(M.zz)
 
 /* ---- parents ---- */
 
-/* That of the body in lane l; -1: the world. A lane that holds nobody may have anything that is
+/* That of the body in lane l; -1: the world. An empty lane may have any value that is
  * finite: it goes with the first one. */
 TFA_INLINE int32_t parent_of_lane(const body_constants *b, int l)
 {
@@ -86,15 +87,15 @@ TFA_INLINE svec velocity_from_parent(const struct state *s, uint32_t i, const bo
 
 /* ---- children ---- */
 
-TFA_INLINE void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *up, int what)
+TFA_INLINE void add_inertia_to_parent(struct state *s, uint32_t i, const sym6 *up, int flags)
 {
-    (void)what; /* ABA_FULL_SWEEP: what a step gives stays with it */
+    (void)flags; /* ABA_FULL_SWEEP: the result of a step stays with it */
     s->IA[i] = *up;
 }
 
-TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int what)
+TFA_INLINE void add_force_to_parent(struct state *s, uint32_t i, svec up, int flags)
 {
-    (void)what;
+    (void)flags;
     s->pA[i] = up;
 }
 

@@ -138,7 +138,7 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
     if (answer->flags & TFA_ANSWER_FALLBACK)
         fprintf(out, ",\"fallback\":true,\"reason\":\"%s\"", tfa_fallback_text(answer->flags));
     if (answer->flags & TFA_ANSWER_RESIDUAL_PRECISION)
-        fputs(",\"wider\":true", out);
+        fputs(",\"residual_precision\":true", out);
     if (reply->model)
         fprintf(out, ",\"model\":\"%016" PRIx64 "\"", reply->model);
     fputs("}\n", out);

@@ -106,7 +106,7 @@ static int forward_state(const struct tfa_host_api *host, const tfa_request *r, 
     return tfa_specialised_body_lanes(host, r, k, 1, reply);
 }
 
-/* Two walks, one with all limbs side by side: less than one walk without. */
+/* Two passes, one with the branches in lanes: less than one pass without. */
 static int forward_and_lambda(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                               tfa_reply *reply)
 {

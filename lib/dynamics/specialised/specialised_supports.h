@@ -13,8 +13,8 @@
 /* Robots with more bodies have code for tips where hands and feet are: on bodies that carry none,
  * or several. It grows with bodies times tips. */
 #define ROBOT_ALL_TIPS_BODIES_MAX 16
-/* More bodies than this, and forward dynamics with a tip in two walks, one with all limbs side by
- * side, take longer than the one walk of the generic kernel: 31 bodies 1.4 times as fast, 47
+/* Beyond this many bodies, forward dynamics with a tip in two passes, one with the branches in
+ * lanes, takes longer than the one pass of the generic kernel: 31 bodies 1.4 times as fast, 47
  * bodies 0.7 times (docs/specialised.md). */
 #define ROBOT_TWO_PASS_BODIES_MAX 40
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A client asks a running totalforced over its shared-memory ring. Knows nothing of dynamics.
+ * Client of a running totalforced, over a lock-free ring in shared memory. It contains no dynamics.
  *
- * Thread rules: a tfa_client belongs to one thread at a time; different clients are independent.
- * No signal handler may call into a client that its thread is using.
+ * Thread rules: one thread at a time uses a tfa_client; different clients are independent. A signal
+ * handler must not call into a client that the interrupted thread is using.
  */
 #ifndef TOTALFORCE_CLIENT_H
 #define TOTALFORCE_CLIENT_H
@@ -18,89 +18,123 @@
 extern "C" {
 #endif
 
+/** A connection to one robot of a daemon. */
 typedef struct tfa_client tfa_client;
 
+/** How the two sides wait for each other. */
 typedef enum tfa_wait {
-    TFA_WAIT_DEFAULT = 0, /**< what the daemon is configured for */
-    TFA_WAIT_SPIN = 1,    /**< never sleeps: lowest latency, takes a core on both sides */
+    TFA_WAIT_DEFAULT = 0, /**< as the daemon is configured */
+    TFA_WAIT_SPIN = 1,    /**< never sleeps: lowest latency, occupies a core on both sides */
     TFA_WAIT_HYBRID = 2,  /**< spins spin_ns, then sleeps */
     TFA_WAIT_BLOCK = 3,   /**< sleeps at once */
 } tfa_wait;
 
+/** Zero-initialise, then set `robot`. */
 typedef struct tfa_client_options {
-    const char *runtime_dir; /**< NULL: $TOTALFORCE_RUNTIME_DIR, else the user's own daemon in
-                                  $XDG_RUNTIME_DIR/totalforce, else /run/totalforce */
-    const char *robot;       /**< name in the daemon's configuration; required */
-    uint32_t slots;          /**< requests outstanding at once, power of two; 0: 16 */
-    uint32_t max_batch;      /**< states of one request; 0: 1 */
-    tfa_wait wait;
-    uint32_t spin_ns;           /**< hybrid: 0 means 50000 */
-    int32_t connect_timeout_ms; /**< 0: 1000 */
+    const char *runtime_dir;    /**< folder of the sockets; NULL: $TOTALFORCE_RUNTIME_DIR, else
+                                  the user's own daemon in $XDG_RUNTIME_DIR/totalforce, else
+                                  /run/totalforce */
+    const char *robot;          /**< name in the daemon's configuration; required */
+    uint32_t slots;             /**< requests outstanding at once, a power of two; 0: 16 */
+    uint32_t max_batch;         /**< largest count of a request; 0: 1 */
+    tfa_wait wait;              /**< what the daemon granted is in tfa_client_info */
+    uint32_t spin_ns;           /**< TFA_WAIT_HYBRID, ns; 0: as the daemon is configured */
+    int32_t connect_timeout_ms; /**< limit of connecting and reconnecting, ms; 0: 1000 */
 } tfa_client_options;
 
-/** What the daemon told about the robot when the client connected; lives as long as the client. */
+/** Description of the robot that the daemon sent at connection; lives as long as the client. */
 typedef struct tfa_client_info {
-    uint32_t q_count, v_count, base_freedoms;
-    uint32_t slots, max_batch;
+    uint32_t q_count, v_count, base_freedoms; /**< as tfa_model_q_count, _v_count, _base_freedoms */
+    uint32_t slots, max_batch;                /**< granted */
     uint32_t joint_count, frame_count;
-    const char *const *joint_names; /**< joint_count names in declared order */
-    const uint32_t *joint_types;    /**< joint_count tfa_joint_type: how many numbers each takes;
-                                         NULL: every joint takes one */
-    const char *const *frame_names; /**< frame_count link names; index = frame index */
-    const char *model_hash;         /**< 64 hexadecimal digits */
-    tfa_wait wait;
-    int32_t daemon_pid;
+    const char *const *joint_names; /**< joint_count, in declared order */
+    const uint32_t *joint_types;    /**< joint_count tfa_joint_type; NULL: one number each */
+    const char *const *frame_names; /**< frame_count link names; the index is the frame index */
+    const char *model_hash;         /**< 64 hexadecimal digits, as tfa_model_hash_text */
+    tfa_wait wait;                  /**< granted */
+    int32_t daemon_pid;             /**< process id of the daemon */
 } tfa_client_info;
 
-/** Times of one exchange, CLOCK_MONOTONIC ns. */
+/** Times of one exchange, CLOCK_MONOTONIC, ns. */
 typedef struct tfa_exchange {
-    uint64_t id;
-    uint64_t t_sent, t_received, t_start, t_done, t_reply;
+    uint64_t id;         /**< of the request, as tfa_client_send returned it */
+    uint64_t t_sent;     /**< client: request written */
+    uint64_t t_received; /**< worker: request seen */
+    uint64_t t_start;    /**< worker: computing starts */
+    uint64_t t_done;     /**< worker: answer computed */
+    uint64_t t_reply;    /**< client: reply copied */
 } tfa_exchange;
 
 /**
- * Connects to the daemon that serves options->robot.
- * @return TFA_OK; TFA_E_DISCONNECTED (no daemon at the socket); TFA_E_ROBOT; TFA_E_REFUSED;
- *         TFA_E_SIZE (slots or batch beyond the daemon's limits); TFA_E_PROTOCOL; TFA_E_TIMEOUT;
- *         TFA_E_MEMORY; TFA_E_SYSTEM. On error *client is NULL and nothing is left behind.
+ * Connects to the daemon that serves options->robot: socket, handshake, mapping of the ring.
+ * Allocates; waits at most connect_timeout_ms for the daemon's answer.
+ *
+ * @return TFA_OK; TFA_E_ARGUMENT (a NULL, no robot, a wait mode that does not exist, a negative
+ *         timeout, a path too long for a socket); TFA_E_DISCONNECTED (no daemon at the socket);
+ *         TFA_E_ROBOT (no robot of that name); TFA_E_REFUSED (permission or quota); TFA_E_SIZE
+ *         (slots not a power of two, or slots or batch beyond the daemon's limits); TFA_E_PROTOCOL
+ *         (another version); TFA_E_TIMEOUT; TFA_E_MEMORY; TFA_E_SYSTEM (see errno).
+ *         On error *client is NULL and everything is released.
  */
 TFA_API TFA_CHECKED int tfa_client_connect(const tfa_client_options *options, tfa_client **client);
 
 /**
- * Writes why tfa_client_connect or tfa_client_reconnect returned `status` for these options: the
- * robot, the path of its socket and the remedy, for instance "robot 'arm': no daemon listens at
- * /run/totalforce/arm.sock: ...". Reads errno for TFA_E_SYSTEM: call it first. Always terminated.
- * @return the length that the whole text needs, as snprintf does. Allocates. Any thread.
+ * Writes the reason why tfa_client_connect or tfa_client_reconnect returned `status` for these
+ * options: robot, path of the socket and remedy, for instance "robot 'arm': no daemon listens at
+ * /run/totalforce/arm.sock: ...". Reads errno for TFA_E_SYSTEM: call it first. Allocates. Any
+ * thread.
+ *
+ * @param text  always terminated if size > 0
+ * @return length of the whole text, as snprintf
  */
 TFA_API size_t tfa_client_explain(const tfa_client_options *options, int status, char *text,
                                   size_t size);
 
-/** Connects again after TFA_E_DISCONNECTED, with the same options. Requests under way are lost:
- *  tfa_client_receive reports them with TFA_E_LOST. */
+/**
+ * Connects again after TFA_E_DISCONNECTED, with the same options; retries until connect_timeout_ms.
+ * Requests under way are lost: tfa_client_receive reports each with TFA_E_LOST.
+ * @return as tfa_client_connect; TFA_E_SIZE also if the robot now has other array sizes
+ */
 TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);
 
-/** Hangs up and releases everything. NULL is allowed. */
+/** Disconnects and releases everything. NULL is allowed. */
 TFA_API void tfa_client_close(tfa_client *client);
 
+/** Description of the robot; NULL for a NULL client. Its pointers stay valid across reconnects. */
 TFA_API const tfa_client_info *tfa_client_get_info(const tfa_client *client);
 
 /**
- * Sends one request and waits for its reply: the plain way. The buffers in `reply` are filled as
- * tfa_compute would. Earlier requests sent with tfa_client_send must have been received.
+ * Sends one request and waits for its reply. Fills the buffers of `reply` as tfa_compute. Receive
+ * the replies to earlier tfa_client_send calls first.
  *
- * @param timeout_ns  0 waits for ever (until the daemon is gone)
- * @return status of the reply (see tfa_compute), or TFA_E_AGAIN, TFA_E_TIMEOUT,
- *         TFA_E_DISCONNECTED, TFA_E_SIZE (count beyond max_batch), TFA_E_PROTOCOL.
- * In spin mode: no system call besides clock_gettime (vDSO), no allocation.
+ * Cost: about 1 us besides computing (docs/performance.md). No allocation; in spin mode no system
+ * call besides clock_gettime (vDSO), and one poll each 100 ms.
+ *
+ * @param timeout_ns  ns; 0: waits until the daemon ends
+ * @param exchange    times; may be NULL
+ * @return reply->status: as tfa_compute, or TFA_E_ARGUMENT (a NULL, or replies not received yet);
+ *         TFA_E_AGAIN (the ring is full); TFA_E_TIMEOUT; TFA_E_DISCONNECTED (the daemon ended or
+ *         hung up: tfa_client_reconnect); TFA_E_SIZE (count above max_batch, or answers larger than
+ *         a slot); TFA_E_UNSUPPORTED (mass matrix of more than 256 freedoms); TFA_E_PROTOCOL.
  */
 TFA_API int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *reply,
                             uint64_t timeout_ns, tfa_exchange *exchange);
 
-/** Puts a request into the ring without waiting. @return TFA_OK, TFA_E_AGAIN, TFA_E_SIZE. */
+/**
+ * Writes a request into the ring without waiting. Wakes a sleeping worker.
+ * @param id  of the request, counted from 1; may be NULL
+ * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_AGAIN, TFA_E_DISCONNECTED, TFA_E_SIZE,
+ *         TFA_E_UNSUPPORTED as tfa_client_call
+ */
 TFA_API TFA_CHECKED int tfa_client_send(tfa_client *client, const tfa_request *request,
                                         uint64_t *id);
 
-/** Waits for the reply to the oldest request sent and not yet received. */
+/**
+ * Waits for the reply to the oldest request of tfa_client_send that was not received yet. Buffers
+ * of `reply` that are NULL are skipped. Times and id as tfa_client_call.
+ * @return as tfa_client_call; TFA_E_ARGUMENT also if no request is outstanding; TFA_E_LOST (a
+ *         request lost at reconnection, its id in exchange->id)
+ */
 TFA_API int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns,
                                tfa_exchange *exchange);
 

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A description is a robot as its file states it: links and joints, nothing merged or reordered.
+ * Descriptions: the links and joints of a robot as its URDF file states them, neither merged nor
+ * reordered, and the functions that read a file. URDF: http://wiki.ros.org/urdf/XML.
  *
- * Rotations and axes have a low part: the number is quat + quat_low (axis + axis_low), to 1e-32
- * what rpy and axis of the file say. A program that writes quat or axis sets the low part to 0,
- * which is its default, too: then the double is the number.
+ * Rotations and axes have a low part: the value is quat + quat_low (axis + axis_low), which is
+ * within 1e-32 of rpy and axis of the file. A program that writes quat or axis sets the low part
+ * to 0; the double is then the value.
  */
 #ifndef TOTALFORCE_DESCRIPTION_H
 #define TOTALFORCE_DESCRIPTION_H
@@ -19,8 +20,9 @@
 extern "C" {
 #endif
 
+/** Joint types of URDF; coordinates q and velocities v as in docs/conventions.md. */
 typedef enum tfa_joint_type {
-    TFA_JOINT_FIXED = 0,
+    TFA_JOINT_FIXED = 0,      /**< no q, no v */
     TFA_JOINT_REVOLUTE = 1,   /**< 1 q (rad), 1 v: rotation about the axis */
     TFA_JOINT_CONTINUOUS = 2, /**< as revolute, any winding */
     TFA_JOINT_PRISMATIC = 3,  /**< 1 q (m), 1 v: translation along the axis */
@@ -28,76 +30,78 @@ typedef enum tfa_joint_type {
     TFA_JOINT_FLOATING = 5,   /**< 7 q (x y z, quaternion x y z w), 6 v (linear, angular) */
 } tfa_joint_type;
 
-/** A rigid link. Strings are owned by whoever made the description. SI units. */
+/** A rigid link. The creator of the description owns the strings. SI units. */
 typedef struct tfa_link {
-    const char *name;
-    uint32_t line;      /**< where the file declares it; 0 if unknown */
+    const char *name;   /**< unique among the links */
+    uint32_t line;      /**< line of its declaration in the file; 0 if unknown */
     double mass;        /**< kg; 0 with zero inertia for a frame without <inertial> */
     double com[3];      /**< centre of mass, m, in the link frame */
     double quat[4];     /**< inertial frame in the link frame, x y z w */
-    double quat_low[4]; /**< what quat leaves of it */
+    double quat_low[4]; /**< low part of quat */
     double inertia[6];  /**< ixx ixy ixz iyy iyz izz, kg m^2, about the centre of mass,
                             along the axes of the inertial frame */
     uint32_t inertial;  /**< 1: the file states mass and inertia, zeros included; 0: it has no
-                            <inertial>, which is warned about where the link moves by itself */
+                            <inertial>, a warning if the link moves by itself */
 } tfa_link;
 
 /** A joint between two links. */
 typedef struct tfa_joint {
-    const char *name;
-    uint32_t line;
-    tfa_joint_type type;
-    uint32_t parent;    /**< index of the parent link */
-    uint32_t child;     /**< index of the child link */
-    double xyz[3];      /**< joint origin in the parent link frame, m */
-    double quat[4];     /**< joint frame in the parent link frame, x y z w */
-    double quat_low[4]; /**< what quat leaves of it */
-    double axis[3];     /**< unit axis in the joint frame (plane normal for planar) */
-    double axis_low[3]; /**< what axis leaves of it */
-    double armature;    /**< reflected rotor inertia, kg m^2 or kg, on each freedom */
-    double rotor;      /**< the same as written in the file (drake:rotor_inertia times the square of
-                            drake:gear_ratio); added to armature only when asked for */
-    double damping;    /**< N m s/rad or N s/m, as written; used only when asked for */
-    double friction;   /**< N m or N, as written; never used: a note says so */
-    int32_t mimic;     /**< index of the joint it follows, or -1 */
-    double multiplier; /**< q = multiplier * q[mimic] + offset */
-    double offset;
+    const char *name;    /**< unique among the joints */
+    uint32_t line;       /**< line of its declaration; 0 if unknown */
+    tfa_joint_type type; /**< decides how many coordinates it has */
+    uint32_t parent;     /**< index of the parent link */
+    uint32_t child;      /**< index of the child link */
+    double xyz[3];       /**< joint origin in the parent link frame, m */
+    double quat[4];      /**< joint frame in the parent link frame, x y z w */
+    double quat_low[4];  /**< low part of quat */
+    double axis[3];      /**< unit axis in the joint frame (plane normal for planar) */
+    double axis_low[3];  /**< low part of axis */
+    double armature;     /**< reflected rotor inertia, kg m^2 or kg, on each freedom */
+    double rotor;        /**< reflected rotor inertia of the file (drake:rotor_inertia times the
+                            square of drake:gear_ratio), kg m^2 or kg; added to armature with
+                            tfa_model_options.rotor_inertia only */
+    double damping;      /**< N m s/rad or N s/m; used with tfa_model_options.damping only */
+    double friction;     /**< N m or N; never used: a note says so */
+    int32_t mimic;       /**< index of the joint it follows, or -1 */
+    double multiplier;   /**< q = multiplier * q[mimic] + offset */
+    double offset;       /**< rad or m */
 } tfa_joint;
 
-/** Something that the file says and that no model uses, such as limits or transmissions. */
+/** An item of the file that no model uses, such as limits or transmissions. */
 typedef struct tfa_unused {
     const char *item; /**< "velocity limits", "<gazebo>" */
-    uint32_t line;    /**< of the first one */
-    size_t count;
+    uint32_t line;    /**< of the first occurrence */
+    size_t count;     /**< occurrences */
 } tfa_unused;
 
-/** A tree of links: exactly one link is nobody's child. Joints stand in document order. */
+/** A tree of links: exactly one link, the root, is not the child of a joint. */
 typedef struct tfa_description {
     const char *name;
     tfa_link *links;
     size_t link_count;
-    tfa_joint *joints;
+    tfa_joint *joints; /**< in document order */
     size_t joint_count;
-    const tfa_unused *unused; /**< in order of first appearance; noted when a model is made */
+    const tfa_unused *unused; /**< in order of first occurrence; a model's report notes each */
     size_t unused_count;
 } tfa_description;
 
 /**
- * Reads a URDF file into a description.
+ * Reads a URDF file into a description. Cost: O(file size). It does not print, opens no mesh, uses
+ * no network, and does not depend on the locale.
  *
- * @param path     file name
- * @param[out] description  made with malloc; release with tfa_description_free; NULL on error
- * @param report   every error, warning and note with its line; may not be NULL
- * @return TFA_OK; TFA_E_FILE (cannot be read, too large); TFA_E_PARSE (malformed: the report has
- *         at least one error); TFA_E_MEMORY; TFA_E_UNSUPPORTED (library built without urdfdom).
- *
- * Never prints, never opens a mesh, never uses the network, independent of the locale.
  * Thread rule: one call at a time in a process (urdfdom's log handler is global).
+ *
+ * @param path         file name
+ * @param description  one malloc block; release with tfa_description_free; NULL on error
+ * @param report       gets every error, warning and note with its line; may not be NULL
+ * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_FILE (cannot be read, errno is set, or larger than
+ *         64 MiB); TFA_E_PARSE (malformed: the report has at least one error); TFA_E_MEMORY.
  */
 TFA_API TFA_CHECKED int tfa_urdf_load(const char *path, tfa_description **description,
                                       tfa_report *report);
 
-/** As tfa_urdf_load, from text in memory; `name` stands for the file in messages. */
+/** As tfa_urdf_load, from `length` bytes in memory; `name`: file name in messages, NULL: none.
+ *  TFA_E_FILE: longer than 64 MiB. */
 TFA_API TFA_CHECKED int tfa_urdf_parse(const char *text, size_t length, const char *name,
                                        tfa_description **description, tfa_report *report);
 

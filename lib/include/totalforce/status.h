@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Status codes: one list gives the number, the name, the text and the cause.
+ * Status codes: one list of name, number, short text, and cause with remedy. TFA_OK is 0, errors
+ * are negative. A function documents the statuses that it returns and what each means there.
  */
 #ifndef TOTALFORCE_STATUS_H
 #define TOTALFORCE_STATUS_H
@@ -11,8 +12,10 @@ extern "C" {
 #endif
 
 #ifndef TFA_API
+/** Exported by the shared library. */
 #define TFA_API __attribute__((visibility("default")))
 #endif
+/** The compiler warns if the caller ignores the result. */
 #define TFA_CHECKED __attribute__((warn_unused_result))
 
 /* X(NAME, number, short text, cause and remedy) */
@@ -47,6 +50,7 @@ extern "C" {
     X(E_LOST, -23, "request lost", "the daemon restarted while the request was under way: repeat") \
     X(E_BUSY, -24, "busy", "another thread is using it: compute without it, or ask again")
 
+/** TFA_OK = 0, TFA_E_ARGUMENT = -1, ...: one constant for each row of TFA_STATUS_LIST. */
 typedef enum tfa_status {
 #define TFA_STATUS_ENUM(name, number, text, cause) TFA_##name = number,
     TFA_STATUS_LIST(TFA_STATUS_ENUM)
@@ -59,10 +63,11 @@ typedef enum tfa_status {
  */
 TFA_API const char *tfa_status_text(int status);
 
-/** What causes a status and what to do about it; "" for TFA_OK. Static storage. Any thread. */
+/** Cause of a status and its remedy; "" for TFA_OK. Never NULL, static storage. Any thread. */
 TFA_API const char *tfa_status_cause(int status);
 
-/** The name of a status as written in the source, for instance "E_AGAIN". Static storage. */
+/** Name of a status without its prefix, for instance "E_AGAIN"; "E_UNKNOWN" for any other number.
+ *  Never NULL, static storage. Any thread. */
 TFA_API const char *tfa_status_name(int status);
 
 #ifdef __cplusplus

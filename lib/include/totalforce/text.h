@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Text that people write: numbers, which are read whole or refused, and mistyped names. The URDF
- * front end, the daemon's configuration and the command line read by these.
+ * Parsing of hand-written text: numbers, which are accepted as a whole or refused, and suggestions
+ * for mistyped names. Used by the URDF front end, the daemon's configuration and the command line.
+ * No function allocates or keeps state: any thread.
  */
 #ifndef TOTALFORCE_TEXT_H
 #define TOTALFORCE_TEXT_H
@@ -15,43 +16,50 @@
 extern "C" {
 #endif
 
+/** Result of reading a number. */
 typedef enum tfa_number_fault {
     TFA_NUMBER_OK,
     TFA_NUMBER_MALFORMED, /**< not a decimal number, or longer than 399 characters */
-    TFA_NUMBER_UNDERFLOW, /**< not 0, but so small that double precision has only 0 for it */
-    TFA_NUMBER_OVERFLOW,  /**< beyond the largest double */
+    TFA_NUMBER_UNDERFLOW, /**< not 0, but rounded to 0 in double precision */
+    TFA_NUMBER_OVERFLOW,  /**< larger than any double, or than 2^64 - 1 */
 } tfa_number_fault;
 
 /**
- * Reads a decimal number: sign, digits with an optional point, optional exponent, nothing else.
- * The same in every locale. Any thread.
+ * Reads a decimal number: sign, digits with an optional point, optional exponent. No blanks, no
+ * hexadecimal, no "nan" or "inf". The same in every locale, correctly rounded.
  *
- * @param number  is written with TFA_NUMBER_OK only
+ * @param text    `length` bytes; needs no terminator
+ * @param number  written with TFA_NUMBER_OK only
  */
 TFA_API tfa_number_fault tfa_number_read(const char *text, size_t length, double *number);
 
 /**
- * Reads a whole number: decimal digits and nothing else, no leading zero. Any thread.
+ * Reads a whole number: decimal digits without sign and leading zero.
  *
- * @param number  is written with TFA_NUMBER_OK only; TFA_NUMBER_OVERFLOW: beyond 2^64 - 1
+ * @param text    `length` bytes; needs no terminator
+ * @param number  written with TFA_NUMBER_OK only
  */
 TFA_API tfa_number_fault tfa_whole_number_read(const char *text, size_t length, uint64_t *number);
 
-/** Name number `index` of a list. */
+/** Returns name number `index` of a list. */
 typedef const char *(*tfa_list_name)(const void *list, size_t index);
 
 /**
- * Writes the (up to) three names of a list with the smallest edit distance (letters added, left
- * out, replaced, or exchanged with a neighbour) to `wrong`, nearest first, as "'a', 'b', 'c'";
- * "none" for an empty list. Names are compared by their first 96 bytes: O(count). Any thread.
+ * Writes the names of a list that are most similar to `wrong`, at most three, the nearest first:
+ * "'a', 'b', 'c'", or "none" for an empty list. Distance: insertions, deletions, replacements and
+ * exchanges of neighbours (Damerau, Comm. ACM 7(3), 1964; restricted form), on the first 96 bytes.
+ * Cost: O(count).
+ *
+ * @param name  reads a name of `list`
+ * @param text  gets as much as fits of it, terminated; size > 0
  */
 TFA_API void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_name name,
                          char *text, size_t size);
 
 /**
- * The name of a list that `wrong` is a misspelling of: at an edit distance of at most 1, or 2 for
- * names of six letters and more, capitals counting as small letters; NULL if there is none.
- * Any thread.
+ * Returns the name of a list that `wrong` misspells: the nearest within distance 1, or 2 for names
+ * of six letters or more, without regard to case (ASCII); NULL if there is none. Distance and cost
+ * as tfa_suggest.
  */
 TFA_API const char *tfa_misspelled(const char *wrong, const void *list, size_t count,
                                    tfa_list_name name);

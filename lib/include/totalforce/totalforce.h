@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Everything in libtotalforce.
+ * All public headers of libtotalforce. Reading order: status, description, report, model, dynamics.
  */
 #ifndef TOTALFORCE_TOTALFORCE_H
 #define TOTALFORCE_TOTALFORCE_H

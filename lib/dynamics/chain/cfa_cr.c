@@ -46,5 +46,4 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     cfa_accelerations(s, chain, parts, qdd, bias);
 }
 
-const struct chain_method TFA_V(cfa_cr_method) = {
-    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};
+CHAIN_METHOD(cfa_cr) = {.inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};

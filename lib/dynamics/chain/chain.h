@@ -37,6 +37,11 @@ struct chain_method {
     int (*osim)(struct state *s, tfa_reference_frame frame);
 };
 
+/* Defines a method, for a row of method.c: CHAIN_METHOD(name) = {...}; */
+#define CHAIN_METHOD(name)                                                                         \
+    extern const struct chain_method TFA_V(name##_method);                                         \
+    const struct chain_method TFA_V(name##_method)
+
 /* Does it need I_k^-1? Bodies that have none are refused by name. */
 static inline int method_inverts(tfa_method method)
 {

@@ -335,5 +335,4 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *rows, co
     }
 }
 
-const struct chain_method TFA_V(dca_method) = {
-    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};
+CHAIN_METHOD(dca) = {.inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};

@@ -196,5 +196,4 @@ static void solve(struct state *s, const struct tfa_chain *chain, void *memory, 
     }
 }
 
-const struct chain_method TFA_V(hessenberg_method) = {
-    .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};
+CHAIN_METHOD(hessenberg) = {.inverts = 1, .bytes = bytes, .factor = factor, .solve = solve};

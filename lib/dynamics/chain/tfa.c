@@ -198,5 +198,5 @@ static struct row *forces_6rhs(struct state *s, const struct tfa_chain *chain, v
     return rows;
 }
 
-const struct chain_method TFA_V(tfa_method) = {
+CHAIN_METHOD(tfa) = {
     .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve, .forces_6rhs = forces_6rhs};

@@ -126,5 +126,5 @@ static struct row *forces_6rhs(struct state *s, const struct tfa_chain *chain, v
     return A.r;
 }
 
-const struct chain_method TFA_V(tfa_cr_method) = {
+CHAIN_METHOD(tfa_cr) = {
     .inverts = 1, .bytes = bytes, .factor = factor, .solve = solve, .forces_6rhs = forces_6rhs};

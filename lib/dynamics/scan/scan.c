@@ -275,7 +275,7 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
     return TFA_V(scan_factor)(s, chain, rows, (num)TFA_SCAN_MAX_RATIO);
 }
 
-const struct chain_method TFA_V(scan_method) = {.bytes = TFA_V(scan_bytes),
-                                                .factor = factor,
-                                                .solve = TFA_V(scan_solve),
-                                                .osim = TFA_V(scan_lambda)};
+CHAIN_METHOD(scan) = {.bytes = TFA_V(scan_bytes),
+                      .factor = factor,
+                      .solve = TFA_V(scan_solve),
+                      .osim = TFA_V(scan_lambda)};

@@ -11,7 +11,7 @@ static int factor(struct state *s, const struct tfa_chain *chain, void *rows)
     return TFA_V(scan_factor)(s, chain, rows, -1); /* every cut */
 }
 
-const struct chain_method TFA_V(scan_two_pass_method) = {.bytes = TFA_V(scan_bytes),
-                                                         .factor = factor,
-                                                         .solve = TFA_V(scan_solve),
-                                                         .osim = TFA_V(scan_lambda)};
+CHAIN_METHOD(scan_two_pass) = {.bytes = TFA_V(scan_bytes),
+                               .factor = factor,
+                               .solve = TFA_V(scan_solve),
+                               .osim = TFA_V(scan_lambda)};

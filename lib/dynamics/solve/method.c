@@ -75,30 +75,43 @@ extern const struct chain_method TFA_V(tfa_method), TFA_V(tfa_cr_method), TFA_V(
     TFA_V(cfa_method), TFA_V(cfa_cr_method), TFA_V(dca_method), TFA_V(scan_method),
     TFA_V(scan_two_pass_method);
 
+#if NUM_LANES > 1 /* batches have neither these nor tips */
+#define SINGLE(...)                                                                                \
+    {                                                                                              \
+        0                                                                                          \
+    }
+#define OSIM(name) NULL
+#else
+#define SINGLE(...)                                                                                \
+    {                                                                                              \
+        __VA_ARGS__                                                                                \
+    }
+#define OSIM(name) TFA_V(name)
+#endif
+
+/* In the order of TFA_METHOD_LIST; zeros: no solves, or not in this kernel */
 static const struct method rows[] = {
+    [TFA_METHOD_AUTO] = {0},
+    [TFA_METHOD_RNEA] = {0},
     [TFA_METHOD_CRBA] = {.factor = mass_factor,
                          .solve = mass_solve,
                          .forward = mass_forward,
                          .obeys_mimics = 1,
                          .see = TFA_V(sentinel_see_mass)},
+    [TFA_METHOD_ABA] = {ARTICULATED, .osim = OSIM(lambda_propagation)},
     [TFA_METHOD_TFA] = {CHAIN(tfa)},
+    [TFA_METHOD_TFA_ONE_SIDED] = SINGLE(.osim_elimination = TFA_V(lambda_one_sided)),
+    [TFA_METHOD_PROPAGATION] = SINGLE(.osim = TFA_V(lambda_propagation)),
     [TFA_METHOD_TFA_CR] = {CHAIN(tfa_cr)},
+    [TFA_METHOD_HESSENBERG] = SINGLE(CHAIN(hessenberg)),
     [TFA_METHOD_CFA] = {CHAIN(cfa)},
     [TFA_METHOD_CFA_CR] = {CHAIN(cfa_cr)},
     [TFA_METHOD_DCA] = {CHAIN(dca)},
-#if NUM_LANES > 1 /* batches have neither these nor tips */
-    [TFA_METHOD_ABA] = {ARTICULATED},
-#else
-    [TFA_METHOD_ABA] = {ARTICULATED, .osim = TFA_V(lambda_propagation)},
-    [TFA_METHOD_PROPAGATION] = {.osim = TFA_V(lambda_propagation)},
-    [TFA_METHOD_EFPA] = {.osim = TFA_V(lambda_efpa)},
-    [TFA_METHOD_PV_OSIMR] = {.osim = TFA_V(lambda_pv)},
-    [TFA_METHOD_TFA_ONE_SIDED] = {.osim_elimination = TFA_V(lambda_one_sided)},
-    [TFA_METHOD_HESSENBERG] = {CHAIN(hessenberg)},
-    [TFA_METHOD_SCAN] = {CHAIN(scan), .see = TFA_V(sentinel_see_articulated), .is_scan = 1},
-    [TFA_METHOD_SCAN_TWO_PASS] = {CHAIN(scan_two_pass), .see = TFA_V(sentinel_see_articulated),
-                                  .is_scan = 1},
-#endif
+    [TFA_METHOD_SCAN] = SINGLE(CHAIN(scan), .see = TFA_V(sentinel_see_articulated), .is_scan = 1),
+    [TFA_METHOD_SCAN_TWO_PASS] =
+        SINGLE(CHAIN(scan_two_pass), .see = TFA_V(sentinel_see_articulated), .is_scan = 1),
+    [TFA_METHOD_EFPA] = SINGLE(.osim = TFA_V(lambda_efpa)),
+    [TFA_METHOD_PV_OSIMR] = SINGLE(.osim = TFA_V(lambda_pv)),
 };
 #define ROWS (sizeof rows / sizeof *rows)
 

@@ -10,6 +10,7 @@
 #include <random>
 #include <string>
 
+#include "dynamics/chain/tfa.h"
 #include "dynamics/core/recursions.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
@@ -247,7 +248,8 @@ int count_robot::counted(count_method method, double *qdd)
         b.dynamics(method);
         return TFA_V(unload)(b.s, b.s->qdd, nullptr, qdd) ? TFA_OK : TFA_E_NOT_COMPUTED;
     }
-    return tfa_kernel_count_base.answer(b.s, &b.request, 0, &reply, &answer);
+    return tfa_kernel_count_base.answer(b.s, &b.request, {b.request.method, b.request.method}, 0, 1,
+                                        &reply, &answer);
 }
 
 int count_robot::plain(count_method method, double *qdd)

@@ -6,6 +6,22 @@
 #include <cstdlib>
 #include <vector>
 
+#include "interface/kernel_table.h"
+#include "spatial/num.h"
+
+extern const struct tfa_kernel tfa_kernel_count_base;
+
+/* As auto resolves a request of a short chain without mimics */
+static tfa_resolved resolved(const tfa_request *r)
+{
+    const tfa_method by_op = r->op == TFA_OP_INVERSE_DYNAMICS      ? TFA_METHOD_RNEA
+                             : r->op == TFA_OP_MASS_MATRIX         ? TFA_METHOD_CRBA
+                             : r->op == TFA_OP_OPERATIONAL_INERTIA ? TFA_METHOD_PROPAGATION
+                                                                   : TFA_METHOD_ABA;
+    const tfa_method method = r->method == TFA_METHOD_AUTO ? by_op : r->method;
+    return tfa_resolved{method, r->method == TFA_METHOD_AUTO ? TFA_METHOD_PROPAGATION : method};
+}
+
 double count_request(const tfa_model *model, const tfa_request *request)
 {
     const tfa_kernel &kernel = tfa_kernel_count_base;
@@ -21,7 +37,7 @@ double count_request(const tfa_model *model, const tfa_request *request)
         reply.lambda_inv = lambda.data();
     state *s = kernel.init(model, TFA_METHODS_ALL, memory);
     num_forget();
-    const int status = kernel.answer(s, request, 0, &reply, &answer);
+    const int status = kernel.answer(s, request, resolved(request), 0, 1, &reply, &answer);
     const num_tally t = num_counts;
     std::free(memory);
     return status == TFA_OK ? (double)(t.multiplications + t.additions + t.divisions) : 0;

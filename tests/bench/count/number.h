@@ -8,8 +8,8 @@
  * latest time of all is the length of the longest dependency chain: the time on as many processors
  * as could be of use, when each operation takes one unit and moving numbers takes none.
  */
-#ifndef TFA_VARIANT_H
-#define TFA_VARIANT_H
+#ifndef TFA_NUMBER_H
+#define TFA_NUMBER_H
 
 #include <cmath>
 #include <cstdint>

@@ -26,11 +26,10 @@ static int check_version(const char *path, const struct tfa_specialised_kernel *
             TFA_SPECIALISED_ABI);
     if (k->request_bytes != sizeof(tfa_request) || k->reply_bytes != sizeof(tfa_reply) ||
         k->model_bytes != sizeof(struct tfa_model))
-        return set_error_text(
-            err, TFA_E_UNSUPPORTED,
-            "'%s' was built from other sources than this library: requests of %u bytes, "
-            "replies of %u, models of %u; build it again",
-            path, k->request_bytes, k->reply_bytes, k->model_bytes);
+        return set_error_text(err, TFA_E_UNSUPPORTED,
+                              "'%s' was built from other sources than this library: requests of %u "
+                              "bytes, replies of %u, models of %u; build it again",
+                              path, k->request_bytes, k->reply_bytes, k->model_bytes);
     return TFA_OK;
 }
 

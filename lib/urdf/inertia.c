@@ -67,8 +67,8 @@ static void check_mass(const tfa_link *link, const double moment[3], tfa_urdf_lo
     double condition = moment[0] > 0.0 ? moment[2] / moment[0] : INFINITY;
     tfa_report_add_grouped(
         log->report, TFA_WARNING, link->line, "small-mass", "links", link->name,
-        "link '%s': mass %g kg is below 1e-4 kg, condition number of its inertia %.3g; "
-        "give it the mass of the real part, or 0 if it is only a frame",
+        "link '%s': mass %g kg is below 1e-4 kg, condition number of its inertia %.3g; give it the "
+        "mass of the real part, or 0 if it is only a frame",
         link->name, link->mass, condition);
 }
 
@@ -80,8 +80,8 @@ static void check_placeholders(const tfa_description *d, tfa_urdf_log *log)
         if (link->mass != 0.0 && is_identity(link->inertia))
             tfa_report_add_grouped(
                 log->report, TFA_WARNING, link->line, "placeholder-inertia", "links", link->name,
-                "link '%s': <inertia> is the identity matrix, as exporters write when "
-                "they know none; give it the inertia of the real part",
+                "link '%s': <inertia> is the identity matrix, as exporters write when they know "
+                "none; give it the inertia of the real part",
                 link->name);
     }
 }
@@ -91,11 +91,11 @@ static void check_gyration(const tfa_link *link, const double moment[3], tfa_urd
     double least = sqrt(moment[0] / link->mass);
     double most = sqrt(moment[2] / link->mass);
     if (least < 1e-3 || most > 2.0)
-        tfa_report_add_grouped(
-            log->report, TFA_WARNING, link->line, "odd-gyration", "links", link->name,
-            "link '%s': gyration radii %g to %g m, condition number %.3g; real parts have "
-            "1 mm to 2 m: check the units of <mass> and <inertia>",
-            link->name, least, most, moment[2] / moment[0]);
+        tfa_report_add_grouped(log->report, TFA_WARNING, link->line, "odd-gyration", "links",
+                               link->name,
+                               "link '%s': gyration radii %g to %g m, condition number %.3g; real "
+                               "parts have 1 mm to 2 m: check the units of <mass> and <inertia>",
+                               link->name, least, most, moment[2] / moment[0]);
 }
 
 static void check_triangle(const tfa_link *link, const double moment[3], tfa_urdf_log *log)
@@ -104,8 +104,8 @@ static void check_triangle(const tfa_link *link, const double moment[3], tfa_urd
     if (excess > 1e-6) /* files round: at six digits a flat plate is off by that much */
         tfa_report_add_grouped(
             log->report, TFA_WARNING, link->line, "triangle", "links", link->name,
-            "link '%s': its largest principal moment of inertia is %.3g %% larger than "
-            "the other two together, which no body has; correct <inertia>",
+            "link '%s': its largest principal moment of inertia is %.3g %% larger than the other "
+            "two together, which no body has; correct <inertia>",
             link->name, 100.0 * excess);
 }
 
@@ -115,11 +115,11 @@ static void check_link(const tfa_link *link, tfa_urdf_log *log)
     principal_moments(link->inertia, moment);
     bool zero = moment[0] == 0.0 && moment[2] == 0.0;
     if (link->mass == 0.0 && !zero)
-        tfa_report_add_grouped(
-            log->report, TFA_WARNING, link->line, "inertia-without-mass", "links", link->name,
-            "link '%s': mass 0, but an inertia that is not 0; give it the mass of the "
-            "real part, or no <inertial> if it is only a frame",
-            link->name);
+        tfa_report_add_grouped(log->report, TFA_WARNING, link->line, "inertia-without-mass",
+                               "links", link->name,
+                               "link '%s': mass 0, but an inertia that is not 0; give it the mass "
+                               "of the real part, or no <inertial> if it is only a frame",
+                               link->name);
     if (link->mass == 0.0)
         return;
     check_mass(link, moment, log);
@@ -132,11 +132,11 @@ static void check_link(const tfa_link *link, tfa_urdf_log *log)
         check_gyration(link, moment, log);
         check_triangle(link, moment, log);
     } else
-        tfa_report_add_grouped(
-            log->report, TFA_WARNING, link->line, "triangle", "links", link->name,
-            "link '%s': only one of its principal moments of inertia is not zero, which "
-            "no body has; correct <inertia>",
-            link->name);
+        tfa_report_add_grouped(log->report, TFA_WARNING, link->line, "triangle", "links",
+                               link->name,
+                               "link '%s': only one of its principal moments of inertia is not "
+                               "zero, which no body has; correct <inertia>",
+                               link->name);
 }
 
 void tfa_urdf_inertia(const tfa_description *description, tfa_urdf_log *log)

@@ -16,38 +16,28 @@ static int check_options(const tfa_model_options *options, tfa_report *report)
 {
     if (!options)
         return TFA_OK;
-    if (options->base != TFA_BASE_FIXED && options->base != TFA_BASE_FLOATING) {
-        tfa_report_add(report, TFA_ERROR, 0, "bad-base",
-                       "base: %d does not exist; give 0 (fixed) or 1 (floating)",
-                       (int)options->base);
-        return TFA_E_ARGUMENT;
-    }
-    if ((unsigned)options->inertia > TFA_INERTIA_STRICT_PHYSICAL) {
-        tfa_report_add(report, TFA_ERROR, 0, "bad-policy",
-                       "inertia: policy %d does not exist; use one of tfa_inertia_policy",
-                       (int)options->inertia);
-        return TFA_E_ARGUMENT;
-    }
-    if ((unsigned)options->mimic > TFA_MIMIC_LOCK) {
-        tfa_report_add(report, TFA_ERROR, 0, "bad-policy",
-                       "mimic: policy %d does not exist; use one of tfa_mimic_policy",
-                       (int)options->mimic);
-        return TFA_E_ARGUMENT;
-    }
-    if (!(options->snap >= 0 && options->snap <= TFA_SNAP_MAX)) {
-        tfa_report_add(
-            report, TFA_ERROR, 0, "bad-snap",
-            "snap: %g is not an angle from 0 to %g rad; give what rounding in the file may "
-            "be",
+    if (options->base != TFA_BASE_FIXED && options->base != TFA_BASE_FLOATING)
+        return TFA_REFUSE(report, TFA_E_ARGUMENT, 0, "bad-base",
+                          "base: %d does not exist; give 0 (fixed) or 1 (floating)",
+                          (int)options->base);
+    if ((unsigned)options->inertia > TFA_INERTIA_STRICT_PHYSICAL)
+        return TFA_REFUSE(report, TFA_E_ARGUMENT, 0, "bad-policy",
+                          "inertia: policy %d does not exist; use one of tfa_inertia_policy",
+                          (int)options->inertia);
+    if ((unsigned)options->mimic > TFA_MIMIC_LOCK)
+        return TFA_REFUSE(report, TFA_E_ARGUMENT, 0, "bad-policy",
+                          "mimic: policy %d does not exist; use one of tfa_mimic_policy",
+                          (int)options->mimic);
+    if (!(options->snap >= 0 && options->snap <= TFA_SNAP_MAX))
+        return TFA_REFUSE(
+            report, TFA_E_VALUE, 0, "bad-snap",
+            "snap: %g is not an angle from 0 to %g rad; give what rounding in the file may be",
             options->snap, TFA_SNAP_MAX);
-        return TFA_E_VALUE;
-    }
     for (int k = 0; options->gravity && k < 3; k++)
-        if (!isfinite(options->gravity[k])) {
-            tfa_report_add(report, TFA_ERROR, 0, "bad-gravity",
-                           "gravity: component %d is not finite; give three numbers in m/s^2", k);
-            return TFA_E_VALUE;
-        }
+        if (!isfinite(options->gravity[k]))
+            return TFA_REFUSE(report, TFA_E_VALUE, 0, "bad-gravity",
+                              "gravity: component %d is not finite; give three numbers in m/s^2",
+                              k);
     return TFA_OK;
 }
 

@@ -9,6 +9,7 @@
 #include "model/ext.h"
 #include "model/mass_properties.h"
 #include "model/model.h"
+#include "model/report/report_messages.h"
 
 /* More one-freedom joints in a row without mass between them than a body has freedoms */
 #define TFA_PARTS_MAX 6

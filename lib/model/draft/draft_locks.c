@@ -12,9 +12,8 @@
 
 static int refuse(const tfa_lock *lock, const char *what, tfa_report *report)
 {
-    tfa_report_add(report, TFA_ERROR, 0, "scene-lock", "joint '%s': %s",
-                   lock->joint ? lock->joint : "(none)", what);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-lock", "joint '%s': %s",
+                      lock->joint ? lock->joint : "(none)", what);
 }
 
 static int32_t find_joint(const struct draft *d, const char *name)

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 
 #include "model/draft/draft.h"
-#include "model/report/report_messages.h"
 
 /* has_mass: the link or something that hangs from it has mass, inertia or a payload. */
 static void propagate_has_mass(struct draft *d)
@@ -55,9 +54,8 @@ static void refuse(const struct draft *d, size_t j, tfa_report *report)
     const tfa_joint *joint = &d->description->joints[j];
     tfa_report_add_grouped(
         report, TFA_ERROR, joint->line, "massless-leaf", "joints", joint->name,
-        "joint '%s': nothing with mass moves with it, so the mass matrix is singular; "
-        "lock it (%s locks all of them), make it fixed, or give link '%s' mass or the "
-        "joint armature",
+        "joint '%s': nothing with mass moves with it, so the mass matrix is singular; lock it (%s "
+        "locks all of them), make it fixed, or give link '%s' mass or the joint armature",
         joint->name, tfa_option_text(report, TFA_OPTION_LOCK_LEAVES),
         d->description->links[joint->child].name);
 }
@@ -174,10 +172,9 @@ int tfa_draft_base(const struct draft *d, tfa_report *report)
     if (d->options->base != TFA_BASE_FLOATING || base_is_constrained(d))
         return TFA_OK;
     const tfa_link *root = &d->description->links[d->root];
-    tfa_report_add(report, TFA_ERROR, root->line, "massless-root",
-                   "link '%s': the floating base has no mass, and no two joints hold it, so the "
-                   "mass matrix is singular; give it mass, make its joint fixed, or let the link "
-                   "that has the mass be the root",
-                   root->name);
-    return TFA_E_NO_MASS;
+    return TFA_REFUSE(report, TFA_E_NO_MASS, root->line, "massless-root",
+                      "link '%s': the floating base has no mass, and no two joints hold it, so the "
+                      "mass matrix is singular; give it mass, make its joint fixed, or let the "
+                      "link that has the mass be the root",
+                      root->name);
 }

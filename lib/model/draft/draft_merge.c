@@ -68,10 +68,9 @@ static uint8_t kind_of(tfa_joint_type type)
 
 static int refuse_axis(const tfa_joint *joint, tfa_report *report)
 {
-    tfa_report_add(report, TFA_ERROR, joint->line, "zero-axis",
-                   "joint '%s': axis %g %g %g has no direction; give it a unit vector", joint->name,
-                   joint->axis[0], joint->axis[1], joint->axis[2]);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "zero-axis",
+                      "joint '%s': axis %g %g %g has no direction; give it a unit vector",
+                      joint->name, joint->axis[0], joint->axis[1], joint->axis[2]);
 }
 
 /* Axes and origin of the joint's frame in the body that carries its parent link */

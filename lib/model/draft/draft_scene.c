@@ -31,9 +31,8 @@ static int refuse_link(const struct draft *d, const char *code, const char *name
     char suggestions[200];
     tfa_suggest(name ? name : "", d->description, d->description->link_count, link_name,
                 suggestions, sizeof suggestions);
-    tfa_report_add(report, TFA_ERROR, 0, code, "link '%s': %s; nearest: %s", name ? name : "(none)",
-                   what, suggestions);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, code, "link '%s': %s; nearest: %s",
+                      name ? name : "(none)", what, suggestions);
 }
 
 static const char *shown(const char *name)
@@ -47,10 +46,10 @@ static int find_root(struct draft *d, const char *name, tfa_report *report)
         return TFA_OK;
     int32_t link = find_link(d, name);
     if (link < 0)
-        return refuse_link(d, "scene-root", name,
-                           "the root of the scene does not exist; name a link of the robot, or "
-                           "none for all of it",
-                           report);
+        return refuse_link(
+            d, "scene-root", name,
+            "the root of the scene does not exist; name a link of the robot, or none for all of it",
+            report);
     d->root = (uint32_t)link;
     return TFA_OK;
 }
@@ -81,11 +80,10 @@ static int mark_tip(struct draft *d, const char *name, tfa_report *report)
     if (link < 0)
         return refuse_link(d, "scene-tip", name,
                            "the tip of the scene does not exist; name a link of the robot", report);
-    tfa_report_add(report, TFA_ERROR, 0, "scene-tip",
-                   "link '%s': the tip of the scene does not hang from its root; choose another "
-                   "tip or another root",
-                   name);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-tip",
+                      "link '%s': the tip of the scene does not hang from its root; choose another "
+                      "tip or another root",
+                      name);
 }
 
 static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report *report)
@@ -96,11 +94,9 @@ static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report 
         return refuse_link(d, "scene-payload", payload->link,
                            "the payload is on a link that does not exist; name a link of the robot",
                            report);
-    if (wrong) {
-        tfa_report_add(report, TFA_ERROR, 0, "scene-payload", "link '%s': the payload %s",
-                       shown(payload->link), wrong);
-        return TFA_E_MODEL;
-    }
+    if (wrong)
+        return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-payload", "link '%s': the payload %s",
+                          shown(payload->link), wrong);
     if (!d->link[link].present) {
         tfa_report_add(report, TFA_WARNING, 0, "scene-payload",
                        "link '%s': it is not part of the scene, its payload is left out; choose "

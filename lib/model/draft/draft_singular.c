@@ -315,12 +315,11 @@ static void refuse(const struct draft *d, uint32_t i, tfa_report *report)
     const struct draft_body *b = &d->body[i];
     const char *link = s->links[b->link].name;
     if (b->base) {
-        tfa_report_add(
-            report, TFA_ERROR, s->links[b->link].line, "singular-mass",
-            "link '%s': nothing resists one of the six freedoms of the floating base, so "
-            "the mass matrix is singular at every q; give the link an inertia about all "
-            "axes, or let another link be the root",
-            link);
+        tfa_report_add(report, TFA_ERROR, s->links[b->link].line, "singular-mass",
+                       "link '%s': nothing resists one of the six freedoms of the floating base, "
+                       "so the mass matrix is singular at every q; give the link an inertia about "
+                       "all axes, or let another link be the root",
+                       link);
         return;
     }
     const tfa_joint *joint = &s->joints[b->joint];
@@ -328,9 +327,9 @@ static void refuse(const struct draft *d, uint32_t i, tfa_report *report)
     if (is_fused(b->kind))
         tfa_report_add(
             report, TFA_ERROR, joint->line, "singular-mass",
-            "joint '%s': between it and joint '%s' nothing has mass, and these %u joints "
-            "move in fewer ways, so the mass matrix is singular at every q; give a link "
-            "between them mass or one of the joints armature, or lock one of them",
+            "joint '%s': between it and joint '%s' nothing has mass, and these %u joints move in "
+            "fewer ways, so the mass matrix is singular at every q; give a link between them mass "
+            "or one of the joints armature, or lock one of them",
             joint->name, s->joints[d->part[b->first].joint].name, b->n);
     else if (!(b->mass > 0) && beyond != joint)
         tfa_report_add(report, TFA_ERROR, joint->line, "singular-mass",

@@ -9,10 +9,9 @@
 #include <string.h>
 
 #include "model/arena.h"
+#include "model/compile/compile.h"
 #include "model/hash.h"
-#include "model/mass_properties.h"
 #include "model/payload.h"
-#include "model/report/report_messages.h"
 
 struct derived {
     struct tfa_model *model;
@@ -126,12 +125,7 @@ static int apply_payloads(const struct derived *l, const struct tfa_model *from,
 static int check_inputs(const struct tfa_model *model, const double *gravity,
                         const tfa_payload *payloads, size_t count, tfa_report *report)
 {
-    for (int k = 0; gravity && k < 3; k++)
-        if (!isfinite(gravity[k]))
-            return TFA_REFUSE(report, TFA_E_VALUE, 0, "bad-gravity",
-                              "gravity: component %d is not finite; give three numbers in m/s^2",
-                              k);
-    int status = TFA_OK;
+    int status = tfa_check_gravity(gravity, report);
     for (size_t k = 0; k < count && status == TFA_OK; k++)
         status = check_payload(model, &payloads[k], report);
     return status;

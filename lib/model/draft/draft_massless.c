@@ -129,7 +129,7 @@ static void report_massless_link(const struct draft *d, const struct draft_body 
 /* Nothing but the links of the file makes it a body: one that carries a payload has mass. */
 static int lacks_inertial(const struct draft *d, const struct draft_body *b)
 {
-    return b->mass == 0 && b->I[0] + b->I[3] + b->I[5] == 0 && !b->loaded &&
+    return b->sum.mass == 0 && b->sum.I[0] + b->sum.I[3] + b->sum.I[5] == 0 && !b->loaded &&
            !d->description->links[b->link].inertial;
 }
 
@@ -155,7 +155,7 @@ static int base_is_constrained(const struct draft *d)
 {
     const struct draft_body *b = &d->body[0];
     uint32_t children = 0;
-    if (b->mass > 0 || b->I[0] + b->I[3] + b->I[5] > 0 || b->loaded)
+    if (b->sum.mass > 0 || b->sum.I[0] + b->sum.I[3] + b->sum.I[5] > 0 || b->loaded)
         return 1;
     for (uint32_t i = 1; i < d->bodies; i++) {
         if (d->body[i].parent != 0 || !d->link[d->body[i].link].has_mass)
@@ -167,7 +167,7 @@ static int base_is_constrained(const struct draft *d)
     return children >= 2;
 }
 
-int tfa_draft_base(const struct draft *d, tfa_report *report)
+int tfa_draft_base(struct draft *d, tfa_report *report)
 {
     if (d->options->base != TFA_BASE_FLOATING || base_is_constrained(d))
         return TFA_OK;

@@ -121,7 +121,7 @@ static uint8_t clamp_u8(uint32_t x)
     return (uint8_t)(x < UINT8_MAX ? x : UINT8_MAX);
 }
 
-/* Fields that a line has in common with a request: X(field, type in tfa_request, limit in the line) */
+/* Fields of both a line and a request: X(field, type in tfa_request, limit in the line) */
 #define LINE_FIELDS(X)                                                                             \
     X(count, uint32_t, (uint32_t))                                                                 \
     X(refine, uint32_t, (uint32_t))                                                                \

@@ -3,9 +3,9 @@
  *
  * The wire format: requests and replies as bytes in a slot of the ring.
  *
- * A slot is one line of 64 bytes and a payload. The payload holds the blocks whose bit is set in the
- * line, in the order of the lists below: 4 cache lines for a request of 7 joints (q, v, tau), 3 for
- * its reply. Both sides compute every size from the shape that they agreed on at connection; no
+ * A slot is one line of 64 bytes and a payload. The payload holds the blocks whose bit is set in
+ * the line, in the order of the lists below: 4 cache lines for a request of 7 joints (q, v, tau), 3
+ * for its reply. Both sides compute every size from the shape that they agreed on at connection; no
  * offset and no size is read from a slot unchecked.
  */
 #ifndef TFA_IPC_WIRE_H
@@ -29,8 +29,8 @@ typedef struct tfa_wire_shape {
     uint32_t q_count, v_count, base_freedoms, max_batch;
 } tfa_wire_shape;
 
-/** Blocks of a request, in payload order: X(NAME, array of tfa_request, bytes), with the shape of the
- *  connection and the counts `n` of the request. Bit k of tfa_wire_request.present is block k. */
+/** Blocks of a request, in payload order: X(NAME, array of tfa_request, bytes), with the shape of
+ *  the connection and the counts `n` of the request. Bit k of tfa_wire_request.present is block k. */
 #define TFA_WIRE_REQUEST_LIST(X)                                                                   \
     X(Q, q, 8 * n->count * shape->q_count)                                                         \
     X(V, v, 8 * n->count * shape->v_count)                                                         \

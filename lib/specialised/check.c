@@ -54,8 +54,6 @@ static int check_model(const tfa_model *m, struct error_text *err)
 
 int tfa_specialised_check(const tfa_model *model, char *error_text, size_t size)
 {
-    struct error_text err = {error_text, size};
-    if (size)
-        error_text[0] = '\0';
+    struct error_text err = begin_error_text(error_text, size);
     return model ? check_model(model, &err) : TFA_E_ARGUMENT;
 }

@@ -74,10 +74,8 @@ static int open_shared_object(const char *path, const tfa_model *model, tfa_spec
 int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialised **specialised,
                          char *error_text, size_t size)
 {
-    struct error_text err = {error_text, size};
+    struct error_text err = begin_error_text(error_text, size);
     int status = TFA_OK;
-    if (size)
-        error_text[0] = '\0';
     if (!path || !model || !specialised)
         return TFA_E_ARGUMENT;
     *specialised = NULL;

@@ -101,8 +101,6 @@ int check_ownership_of_file(int file, const char *path, uid_t user, struct error
 
 int tfa_specialised_check_ownership(const char *path, char *error_text, size_t size)
 {
-    struct error_text err = {error_text, size};
-    if (size)
-        error_text[0] = '\0';
+    struct error_text err = begin_error_text(error_text, size);
     return path ? check_ownership(path, geteuid(), &err) : TFA_E_ARGUMENT;
 }

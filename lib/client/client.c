@@ -110,11 +110,11 @@ static int explain(const char *robot, const char *dir, int status, const char *c
                    size_t size)
 {
     if (status == TFA_E_DISCONNECTED)
-        return snprintf(text, size,
-                        "robot '%s': no daemon listens at %s/%s.sock: start one (totalforced "
-                        "FILE.yaml), or set TOTALFORCE_RUNTIME_DIR to the runtime_dir of one that "
-                        "runs",
-                        robot, dir, robot);
+        return snprintf(
+            text, size,
+            "robot '%s': no daemon listens at %s/%s.sock: start one (totalforced FILE.yaml), or "
+            "set TOTALFORCE_RUNTIME_DIR to the runtime_dir of one that runs",
+            robot, dir, robot);
     if (status == TFA_E_ROBOT)
         return snprintf(text, size,
                         "robot '%s': the daemon at %s serves no robot of that name; 'robots' in "

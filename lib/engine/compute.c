@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * tfa_compute: one loop over the strategies that serve a request.
+ * tfa_compute: a loop over the strategies that serve a request.
  */
 #include "engine/methods.h"
 #include "engine/strategy.h"
@@ -33,4 +33,12 @@ int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, ui
         k += done;
     }
     return reply->status;
+}
+
+/* Writes to every page of a frame of its own. */
+__attribute__((noinline)) void tfa_stack_prepare(void)
+{
+    volatile unsigned char buffer[TFA_STACK_BYTES];
+    for (size_t k = 0; k < sizeof buffer; k += 4096)
+        buffer[k] = 0;
 }

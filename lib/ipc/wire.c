@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Requests to bytes and back.
+ * Encoding and decoding of requests.
  */
 #include "ipc/wire_reply.h"
 
@@ -22,64 +22,52 @@ static uint32_t dof_check(const tfa_wire_shape *shape)
     return shape->q_count + tfa_wire_freedoms(shape);
 }
 
-static uint32_t min_u32(uint32_t x, uint32_t limit)
-{
-    return x < limit ? x : limit;
-}
-
-/* What decides the sizes of a request's blocks, each within its limit. */
+/* Counts that determine the sizes of a request's blocks. */
 struct counts {
-    uint32_t count, tips, wrenches, payloads, locked;
+    size_t count, tips, wrenches, payloads, locked;
 };
+
+/* Each within its limit, but `count`, which is checked with the reply's shape. */
+static struct counts limited(const tfa_wire_shape *shape, struct counts n)
+{
+    n.tips = n.tips < TFA_MAX_TIPS ? n.tips : TFA_MAX_TIPS;
+    n.wrenches = n.wrenches < TFA_MAX_WRENCHES ? n.wrenches : TFA_MAX_WRENCHES;
+    n.payloads = n.payloads < TFA_MAX_PAYLOADS ? n.payloads : TFA_MAX_PAYLOADS;
+    n.locked = n.locked < shape->v_count ? n.locked : shape->v_count;
+    return n;
+}
 
 static struct counts counts_of_request(const tfa_wire_shape *shape, const tfa_request *r)
 {
-    return (struct counts){.count = r->count, /* checked with the ask */
-                           .tips = min_u32(r->tip_count, TFA_MAX_TIPS),
-                           .wrenches = min_u32(r->wrench_count, TFA_MAX_WRENCHES),
-                           .payloads = min_u32(r->payload_count, TFA_MAX_PAYLOADS),
-                           .locked = min_u32(r->locked_count, shape->v_count)};
+    return limited(shape, (struct counts){r->count, r->tip_count, r->wrench_count, r->payload_count,
+                                          r->locked_count});
 }
 
 static struct counts counts_of_line(const tfa_wire_shape *shape, const tfa_wire_request *line)
 {
-    return (struct counts){.count = min_u32(line->count, shape->max_batch),
-                           .tips = min_u32(line->tip_count, TFA_MAX_TIPS),
-                           .wrenches = min_u32(line->wrench_count, TFA_MAX_WRENCHES),
-                           .payloads = min_u32(line->payload_count, TFA_MAX_PAYLOADS),
-                           .locked = min_u32(line->locked_count, shape->v_count)};
+    const uint32_t count = line->count < shape->max_batch ? line->count : shape->max_batch;
+    return limited(shape, (struct counts){count, line->tip_count, line->wrench_count,
+                                          line->payload_count, line->locked_count});
 }
 
-/* Bytes of block `block` of a request. */
+/* Bytes of a block of a request, without padding. */
 static size_t request_width(const tfa_wire_shape *shape, uint32_t block, const struct counts *n)
 {
-    const size_t count = n->count * sizeof(double);
     switch (block) {
-    case TFA_WIRE_Q:
-        return count * shape->q_count;
-    case TFA_WIRE_V:
-    case TFA_WIRE_TAU:
-    case TFA_WIRE_QDD:
-        return count * shape->v_count;
-    case TFA_WIRE_BASE_POSE:
-        return count * 7;
-    case TFA_WIRE_GRAVITY:
-        return 3 * sizeof(double);
-    case TFA_WIRE_WRENCHES:
-        return count * 6 * n->wrenches;
-    case TFA_WIRE_PAYLOADS:
-        return (size_t)n->payloads * TFA_PAYLOAD_NUMBERS * sizeof(double);
-    case TFA_WIRE_LOCKED:
-        return n->locked * sizeof(uint32_t);
-    default: /* base twist, wrench, acceleration */
-        return count * 6;
+#define WIDTH(name, field, bytes)                                                                  \
+    case TFA_WIRE_##name:                                                                          \
+        return bytes;
+        TFA_WIRE_REQUEST_LIST(WIDTH)
+#undef WIDTH
+    default:
+        return 0;
     }
 }
 
 /* Bytes of the frame indices that stand before the blocks. */
 static size_t frames_bytes(const struct counts *n)
 {
-    return tfa_wire_padded_size(((size_t)n->tips + n->wrenches + n->payloads) * sizeof(uint32_t));
+    return tfa_wire_padded_size((n->tips + n->wrenches + n->payloads) * sizeof(uint32_t));
 }
 
 /* Bytes of a slot that holds these blocks. */
@@ -93,30 +81,12 @@ static size_t request_size(const tfa_wire_shape *shape, uint32_t present, const 
 
 size_t tfa_wire_request_capacity(const tfa_wire_shape *shape)
 {
-    const struct counts most = {.count = shape->max_batch,
-                                .tips = TFA_MAX_TIPS,
-                                .wrenches = TFA_MAX_WRENCHES,
-                                .payloads = TFA_MAX_PAYLOADS,
-                                .locked = shape->v_count};
+    const struct counts most =
+        limited(shape, (struct counts){shape->max_batch, SIZE_MAX, SIZE_MAX, SIZE_MAX, SIZE_MAX});
     return request_size(shape, ALL_BLOCKS, &most);
 }
 
-/* X(block, field of tfa_request) */
-#define REQUEST_ARRAYS(X)                                                                          \
-    X(Q, q)                                                                                        \
-    X(V, v)                                                                                        \
-    X(TAU, tau)                                                                                    \
-    X(QDD, qdd)                                                                                    \
-    X(BASE_POSE, base_pose)                                                                        \
-    X(BASE_TWIST, base_twist)                                                                      \
-    X(BASE_WRENCH, base_wrench)                                                                    \
-    X(BASE_ACCELERATION, base_acceleration)                                                        \
-    X(GRAVITY, gravity)                                                                            \
-    X(WRENCHES, wrenches)                                                                          \
-    X(PAYLOADS, payloads)                                                                          \
-    X(LOCKED, locked)
-
-/* Without a valid count there is nothing of a block; the daemon refuses by the count. */
+/* Blocks without a valid count are not sent; the daemon refuses the request by the count. */
 static uint32_t blocks_without_count(const tfa_wire_shape *shape, const tfa_request *r)
 {
     uint32_t none = COUNTED_BLOCKS;
@@ -131,15 +101,15 @@ static uint32_t blocks_without_count(const tfa_wire_shape *shape, const tfa_requ
     return none;
 }
 
-/* The arrays of a request. @return those that go into the slot */
+/* The arrays of a request. @return the blocks that go into the slot */
 static uint32_t arrays_of_request(const tfa_wire_shape *shape, const tfa_request *r,
                                   request_arrays arrays)
 {
     uint32_t present = 0;
-#define GET(block, field)                                                                          \
+#define GET(block, field, bytes)                                                                   \
     arrays[TFA_WIRE_##block] = r->field;                                                           \
     present |= (uint32_t)(r->field != NULL) << TFA_WIRE_##block;
-    REQUEST_ARRAYS(GET)
+    TFA_WIRE_REQUEST_LIST(GET)
 #undef GET
     if (shape->base_freedoms == 0)
         present &= ~BASE_BLOCKS;
@@ -148,27 +118,33 @@ static uint32_t arrays_of_request(const tfa_wire_shape *shape, const tfa_request
 
 static uint8_t clamp_u8(uint32_t x)
 {
-    return (uint8_t)min_u32(x, UINT8_MAX);
+    return (uint8_t)(x < UINT8_MAX ? x : UINT8_MAX);
 }
+
+/* Fields of both a line and a request: X(field, type in tfa_request, limit in the line) */
+#define LINE_FIELDS(X)                                                                             \
+    X(count, uint32_t, (uint32_t))                                                                 \
+    X(refine, uint32_t, (uint32_t))                                                                \
+    X(flags, uint32_t, (uint32_t))                                                                 \
+    X(locked_count, uint32_t, (uint32_t))                                                          \
+    X(op, tfa_op, tfa_wire_clamp_u16)                                                              \
+    X(method, tfa_method, tfa_wire_clamp_u16)                                                      \
+    X(estimate, tfa_estimate, clamp_u8)                                                            \
+    X(frame, tfa_reference_frame, clamp_u8)                                                        \
+    X(tip_count, uint32_t, clamp_u8)                                                               \
+    X(wrench_count, uint32_t, clamp_u8)                                                            \
+    X(payload_count, uint32_t, clamp_u8)
 
 static void encode_line(const tfa_wire_shape *shape, const tfa_request *r, tfa_wire_request *line)
 {
-    line->count = r->count;
+#define ENCODE(field, type, limit) line->field = limit((uint32_t)r->field);
+    LINE_FIELDS(ENCODE)
+#undef ENCODE
     line->dof = dof_check(shape);
-    line->refine = r->refine;
-    line->flags = r->flags;
-    line->locked_count = r->locked_count;
-    line->op = tfa_wire_clamp_u16((uint32_t)r->op);
-    line->method = tfa_wire_clamp_u16((uint32_t)r->method);
-    line->estimate = clamp_u8((uint32_t)r->estimate);
-    line->frame = clamp_u8((uint32_t)r->frame);
-    line->tip_count = clamp_u8(r->tip_count);
-    line->wrench_count = clamp_u8(r->wrench_count);
-    line->payload_count = clamp_u8(r->payload_count);
     memset(line->reserved, 0, sizeof line->reserved);
 }
 
-/* The frame indices that stand before the blocks; as a rule there are none. */
+/* The frame indices before the blocks */
 static void write_frames(unsigned char *at, const tfa_request *r, const struct counts *n)
 {
     memcpy(at, r->tips, n->tips * sizeof(uint32_t));
@@ -194,8 +170,8 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
     const struct counts n = counts_of_request(shape, request);
     tfa_field invalid_field;
     want = tfa_wire_of_robot(shape, want);
-    *reply_shape =
-        (tfa_wire_reply_shape){.count = request->count, .tip_count = n.tips, .want = want};
+    *reply_shape = (tfa_wire_reply_shape){
+        .count = request->count, .tip_count = (uint32_t)n.tips, .want = want};
     int status = tfa_wire_check_reply_shape(shape, reply_shape, &invalid_field);
     if (status != TFA_OK)
         return status;
@@ -235,25 +211,16 @@ void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *
 
 static void decode_line(const tfa_wire_request *line, tfa_request *r)
 {
-    /* member by member: gcc 12 zeroes the whole with `rep stos`. Decoding a plain request took 27
-     * ns with that and takes 13 without (encode-copy-decode loop, reference machine, 2026-11-21) */
-#define CLEAR(block, field) r->field = NULL;
-    REQUEST_ARRAYS(CLEAR)
+    /* member by member: gcc 12 clears the whole with `rep stos`, which doubles the time */
+#define CLEAR(block, field, bytes) r->field = NULL;
+    TFA_WIRE_REQUEST_LIST(CLEAR)
 #undef CLEAR
     memset(r->tips, 0, sizeof r->tips);
     memset(r->wrench_frames, 0, sizeof r->wrench_frames);
     memset(r->payload_frames, 0, sizeof r->payload_frames);
-    r->op = (tfa_op)line->op;
-    r->method = (tfa_method)line->method;
-    r->estimate = (tfa_estimate)line->estimate;
-    r->frame = (tfa_reference_frame)line->frame;
-    r->refine = line->refine;
-    r->flags = line->flags;
-    r->count = line->count;
-    r->tip_count = line->tip_count;
-    r->wrench_count = line->wrench_count;
-    r->payload_count = line->payload_count;
-    r->locked_count = line->locked_count;
+#define DECODE(field, type, limit) r->field = (type)line->field;
+    LINE_FIELDS(DECODE)
+#undef DECODE
 }
 
 /* Points the arrays of a request at the blocks that stand at `at`. */
@@ -265,11 +232,11 @@ static void point_into(const tfa_wire_shape *shape, uint32_t present, const stru
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const void *array = none >> block & 1 ? NULL : at;
         switch (block) {
-#define SET(name, field)                                                                           \
+#define SET(name, field, bytes)                                                                    \
     case TFA_WIRE_##name:                                                                          \
         r->field = array;                                                                          \
         break;
-            REQUEST_ARRAYS(SET)
+            TFA_WIRE_REQUEST_LIST(SET)
 #undef SET
         default:
             break;
@@ -285,7 +252,7 @@ int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_r
     const struct counts n = counts_of_line(shape, line);
     decode_line(line, request);
     *invalid_field = TFA_FIELD_NONE;
-    *reply_shape = (tfa_wire_reply_shape){.count = line->count, .tip_count = n.tips};
+    *reply_shape = (tfa_wire_reply_shape){.count = line->count, .tip_count = (uint32_t)n.tips};
     if (line->dof != dof_check(shape))
         return TFA_E_PROTOCOL;
     reply_shape->want = line->want & tfa_wire_possible(shape, request);

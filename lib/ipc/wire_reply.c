@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Replies to bytes and back.
+ * Encoding and decoding of replies.
  */
 #include "ipc/wire_reply.h"
 
@@ -9,32 +9,24 @@
 
 typedef void *reply_arrays[TFA_WIRE_REPLY_BLOCKS];
 
-/* Bytes of block `block` of a reply, without padding. */
+/* Bytes of a block of a reply, without padding. */
 static size_t reply_width(const tfa_wire_shape *shape, uint32_t block,
                           const tfa_wire_reply_shape *reply_shape)
 {
-    const size_t count = reply_shape->count, n = tfa_wire_freedoms(shape),
-                 m = 6 * (size_t)reply_shape->tip_count;
+    const size_t count = reply_shape->count, tips = reply_shape->tip_count;
+    const size_t n = tfa_wire_freedoms(shape);
     switch (block) {
-    case TFA_WIRE_ANSWERS:
-        return count * sizeof(tfa_answer);
-    case TFA_WIRE_OUT_QDD:
-    case TFA_WIRE_OUT_TAU:
-        return count * shape->v_count * sizeof(double);
-    case TFA_WIRE_LAMBDA_INV:
-        return count * m * m * sizeof(double);
-    case TFA_WIRE_MASS_MATRIX:
-        return count * n * n * sizeof(double);
-    case TFA_WIRE_SPECTRUM:
-        return count * sizeof(tfa_spectrum);
-    case TFA_WIRE_POSES:
-        return count * reply_shape->tip_count * 7 * sizeof(double);
-    default: /* base acceleration, base wrench */
-        return count * 6 * sizeof(double);
+#define WIDTH(name, field, bytes)                                                                  \
+    case TFA_WIRE_##name:                                                                          \
+        return bytes;
+        TFA_WIRE_REPLY_LIST(WIDTH)
+#undef WIDTH
+    default:
+        return 0;
     }
 }
 
-/* Room for the answers that grow with a square. */
+/* Bytes for the blocks of quadratic size. */
 static size_t square_capacity(const tfa_wire_shape *shape)
 {
     const tfa_wire_reply_shape one = {.count = 1, .tip_count = TFA_MAX_TIPS};
@@ -79,26 +71,14 @@ int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply
     return bytes <= square_capacity(shape) ? TFA_OK : TFA_E_SIZE;
 }
 
-/* X(block, field of tfa_reply) */
-#define REPLY_ARRAYS(X)                                                                            \
-    X(ANSWERS, answers)                                                                            \
-    X(OUT_QDD, qdd)                                                                                \
-    X(OUT_BASE_ACCELERATION, base_acceleration)                                                    \
-    X(OUT_TAU, tau)                                                                                \
-    X(OUT_BASE_WRENCH, base_wrench)                                                                \
-    X(LAMBDA_INV, lambda_inv)                                                                      \
-    X(MASS_MATRIX, mass_matrix)                                                                    \
-    X(SPECTRUM, spectrum)                                                                          \
-    X(POSES, poses)
-
 static void arrays_of_reply(const tfa_reply *r, reply_arrays arrays)
 {
-#define GET(block, field) arrays[TFA_WIRE_##block] = r->field;
-    REPLY_ARRAYS(GET)
+#define GET(block, field, bytes) arrays[TFA_WIRE_##block] = r->field;
+    TFA_WIRE_REPLY_LIST(GET)
 #undef GET
 }
 
-/* Blocks that a request can be answered with at all. */
+/* Blocks of the answers to a request. */
 static uint32_t blocks_of_op(const tfa_request *r)
 {
     uint32_t always = 1u << TFA_WIRE_ANSWERS, lambda = 0;
@@ -131,7 +111,7 @@ uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)
     for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++)
         if (!arrays[block])
             want &= ~(1u << block);
-    if (!arrays[TFA_WIRE_LAMBDA_INV]) /* a spectrum is computed from the caller's lambda_inv */
+    if (!arrays[TFA_WIRE_LAMBDA_INV]) /* the spectrum is computed from this buffer */
         want &= ~(1u << TFA_WIRE_SPECTRUM);
     return want;
 }
@@ -145,18 +125,18 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
                             void *slot, tfa_reply *reply)
 {
     unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
-    /* one at a time: an array of them would be zeroed with `rep stos`, see decode_line */
-#define CLEAR(block, field) reply->field = NULL;
-    REPLY_ARRAYS(CLEAR)
+    /* member by member, as in decode_line */
+#define CLEAR(block, field, bytes) reply->field = NULL;
+    TFA_WIRE_REPLY_LIST(CLEAR)
 #undef CLEAR
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         switch (block) {
-#define SET(name, field)                                                                           \
+#define SET(name, field, bytes)                                                                    \
     case TFA_WIRE_##name:                                                                          \
         reply->field = (void *)at;                                                                 \
         break;
-            REPLY_ARRAYS(SET)
+            TFA_WIRE_REPLY_LIST(SET)
 #undef SET
         default:
             break;

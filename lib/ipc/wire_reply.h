@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What requests must know of the replies they ask for. Private to wire.c and wire_reply.c.
+ * Sizes of replies that requests depend on. Private to wire.c and wire_reply.c.
  */
 #ifndef TFA_IPC_WIRE_REPLY_H
 #define TFA_IPC_WIRE_REPLY_H
@@ -25,17 +25,17 @@ static inline size_t tfa_wire_padded_size(size_t bytes)
     return (bytes + 7) & ~(size_t)7;
 }
 
-/* Without what only a floating base has. */
+/* Removes the blocks of a floating base for other robots. */
 static inline uint32_t tfa_wire_of_robot(const tfa_wire_shape *shape, uint32_t want)
 {
     const uint32_t base = 1u << TFA_WIRE_OUT_BASE_ACCELERATION | 1u << TFA_WIRE_OUT_BASE_WRENCH;
     return shape->base_freedoms == 0 ? want & ~base : want;
 }
 
-/* Blocks that a request can be answered with for this robot. */
+/* Blocks of the answers to a request for this robot. */
 uint32_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request);
 
-/* Can these answers be given through a slot? The invalid field is the count or the op.
+/* Checks that a slot holds these answers. The invalid field is the count or the op.
  * @return TFA_OK, TFA_E_SIZE, TFA_E_UNSUPPORTED */
 int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
                                tfa_field *invalid_field);

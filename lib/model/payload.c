@@ -46,19 +46,15 @@ const char *tfa_payload_error(const tfa_payload *payload)
     return NULL;
 }
 
-void tfa_mass_properties_add_payload(struct tfa_mass_properties *properties,
-                                     const struct tfa_xform_quad *frame, const tfa_payload *payload)
+void tfa_mass_properties_add(struct tfa_mass_properties *properties, ext m, const ext c[3],
+                             const ext R[9], const ext s[6])
 {
-    const ext *R = frame->E;
-    ext com[3], c[3], t[9], Rt[9], I[9];
-    const double *s = payload->inertia;
-    const ext Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]}, m = payload->mass;
-    ext_from_double(com, payload->com, 3);
-    ext_apply(c, R, com, frame->r);
+    ext t[9], Rt[9], I[9];
+    const ext Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]};
+    const ext cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     ext_mul(t, R, Ic);
     ext_transpose(Rt, R);
     ext_mul(I, t, Rt);
-    const ext cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
     for (int k = 0; k < 6; k++) {
         const int i = ext_row[k], j = ext_col[k];
         properties->I[k] +=
@@ -67,6 +63,16 @@ void tfa_mass_properties_add_payload(struct tfa_mass_properties *properties,
     properties->mass += m;
     for (int i = 0; i < 3; i++)
         properties->h[i] += m * c[i];
+}
+
+void tfa_mass_properties_add_payload(struct tfa_mass_properties *properties,
+                                     const struct tfa_xform_quad *frame, const tfa_payload *payload)
+{
+    ext com[3], c[3], inertia[6];
+    ext_from_double(com, payload->com, 3);
+    ext_from_double(inertia, payload->inertia, 6);
+    ext_apply(c, frame->E, com, frame->r);
+    tfa_mass_properties_add(properties, payload->mass, c, frame->E, inertia);
 }
 
 void tfa_body_add_payload_inertia(struct tfa_body *body, const struct tfa_frame *frame,

@@ -1,22 +1,26 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Payloads: what can be wrong with them, and adding them to a body.
+ * Payloads: their validation, and their addition to bodies.
  */
 #ifndef TFA_MODEL_PAYLOAD_H
 #define TFA_MODEL_PAYLOAD_H
 
 #include "model/model.h"
 
-/* What is wrong with the numbers of a payload and what to do, or NULL. */
+/* Problem with the numbers of a payload and its remedy, for a message; NULL: none. */
 const char *tfa_payload_error(const tfa_payload *payload);
 
-/* 1: ten finite numbers of a payload can be those of a body: mass not negative, inertia positive
+/* 1: ten finite numbers of a payload are physical: mass not negative, inertia positive
  * semidefinite. No allocation. */
 uint8_t tfa_payload_is_physical(const double numbers[10]);
 
-/* Adds a payload to what carries it; R and p of its link's frame are fixed in that. No
- * allocation. */
+/* Adds a rigid mass m with centre c and inertia s (xx xy xz yy yz zz about c, along the axes that R
+ * turns into those of `properties`): I += R s R^T + m (c.c 1 - c c^T), h += m c. */
+void tfa_mass_properties_add(struct tfa_mass_properties *properties, tfa_quad m,
+                             const tfa_quad c[3], const tfa_quad R[9], const tfa_quad s[6]);
+
+/* Adds a payload to the body that carries it; `frame`: that of its link, fixed in the body. */
 void tfa_mass_properties_add_payload(struct tfa_mass_properties *properties,
                                      const struct tfa_xform_quad *frame,
                                      const tfa_payload *payload);
@@ -31,8 +35,8 @@ void tfa_mass_properties_add_payload(struct tfa_mass_properties *properties,
 void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
                           const double numbers[10]);
 
-/* The same, but that `regular` stays what it was: for methods that invert no inertia. To know it
- * takes longer than the forward dynamics of an arm. */
+/* The same without updating `regular`, which takes longer than the forward dynamics of an arm: for
+ * methods that invert no inertia. */
 void tfa_body_add_payload_inertia(struct tfa_body *body, const struct tfa_frame *frame,
                                   const double numbers[10]);
 

@@ -1,45 +1,38 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Names, texts and causes of the status codes, all from the one list in status.h.
+ * Names, texts and causes of the status codes, from the list in status.h.
  */
+#include <stddef.h>
 #include <totalforce/status.h>
+
+struct row {
+    const char *name, *text, *cause;
+};
+
+#define ROW(name, number, text, cause) [-(number)] = {#name, text, cause},
+static const struct row rows[] = {TFA_STATUS_LIST(ROW)};
+#undef ROW
+
+static const struct row *row_of(int status)
+{
+    static const struct row unknown = {"E_UNKNOWN", "unknown status",
+                                       "the number is no status of this version of the library"};
+    const size_t count = sizeof rows / sizeof *rows;
+    return status <= 0 && status > -(int)count ? &rows[-status] : &unknown;
+}
 
 const char *tfa_status_text(int status)
 {
-    switch (status) {
-#define STATUS_TEXT(name, number, text, cause)                                                     \
-    case number:                                                                                   \
-        return text;
-        TFA_STATUS_LIST(STATUS_TEXT)
-#undef STATUS_TEXT
-    default:
-        return "unknown status";
-    }
+    return row_of(status)->text;
 }
 
 const char *tfa_status_cause(int status)
 {
-    switch (status) {
-#define STATUS_CAUSE(name, number, text, cause)                                                    \
-    case number:                                                                                   \
-        return cause;
-        TFA_STATUS_LIST(STATUS_CAUSE)
-#undef STATUS_CAUSE
-    default:
-        return "the number is no status of this version of the library";
-    }
+    return row_of(status)->cause;
 }
 
 const char *tfa_status_name(int status)
 {
-    switch (status) {
-#define STATUS_NAME(name, number, text, cause)                                                     \
-    case number:                                                                                   \
-        return #name;
-        TFA_STATUS_LIST(STATUS_NAME)
-#undef STATUS_NAME
-    default:
-        return "E_UNKNOWN";
-    }
+    return row_of(status)->name;
 }

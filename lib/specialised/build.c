@@ -236,9 +236,7 @@ int tfa_specialised_build(const tfa_model *model, const tfa_specialise_options *
                           const char *path, tfa_specialise_result *result, char *error_text,
                           size_t size)
 {
-    struct error_text err = {error_text, size};
-    if (size)
-        error_text[0] = '\0';
+    struct error_text err = begin_error_text(error_text, size);
     if (!model || !path)
         return TFA_E_ARGUMENT;
     int status = tfa_specialised_check(model, error_text, size);

@@ -39,17 +39,15 @@ static int check_body(const tfa_model *m, uint32_t i, struct error_text *err)
 static int check_model(const tfa_model *m, struct error_text *err)
 {
     if (m->mimics)
-        return set_error_text(
-            err, TFA_E_UNSUPPORTED,
-            "unsupported: joint '%s' follows another one, mimics are not specialised; "
-            "the generic kernel answers",
-            follower(m));
+        return set_error_text(err, TFA_E_UNSUPPORTED,
+                              "unsupported: joint '%s' follows another one, mimics are not "
+                              "specialised; the generic kernel answers",
+                              follower(m));
     if (!m->bodies || m->bodies > TFA_SPECIALISED_BODIES_MAX)
-        return set_error_text(
-            err, TFA_E_UNSUPPORTED,
-            "unsupported: %u bodies, specialised are robots with 1 to %d; the generic "
-            "kernel answers",
-            m->bodies, TFA_SPECIALISED_BODIES_MAX);
+        return set_error_text(err, TFA_E_UNSUPPORTED,
+                              "unsupported: %u bodies, specialised are robots with 1 to %d; the "
+                              "generic kernel answers",
+                              m->bodies, TFA_SPECIALISED_BODIES_MAX);
     int status = TFA_OK;
     for (uint32_t i = 0; status == TFA_OK && i < m->bodies; i++)
         status = check_body(m, i, err);
@@ -58,8 +56,6 @@ static int check_model(const tfa_model *m, struct error_text *err)
 
 int tfa_specialised_check(const tfa_model *model, char *error_text, size_t size)
 {
-    struct error_text err = {error_text, size};
-    if (size)
-        error_text[0] = '\0';
+    struct error_text err = begin_error_text(error_text, size);
     return model ? check_model(model, &err) : TFA_E_ARGUMENT;
 }

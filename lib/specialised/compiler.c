@@ -73,8 +73,7 @@ int find_compiler(const char *requested, const char *folder, const struct proces
     if (!requested && !found)
         return set_error_text(
             err, TFA_E_UNSUPPORTED,
-            "no compiler found: looked for clang, gcc and cc in PATH; `apt install "
-            "clang` (or gcc, which takes four times as long), or "
-            "build the kernel on a machine that has one");
+            "no compiler found: looked for clang, gcc and cc in PATH; `apt install clang` (or gcc, "
+            "which takes four times as long), or build the kernel on a machine that has one");
     return read_version(compiler, folder, limits, err);
 }

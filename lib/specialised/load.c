@@ -26,11 +26,10 @@ static int check_version(const char *path, const struct tfa_specialised_kernel *
             TFA_SPECIALISED_ABI);
     if (k->request_bytes != sizeof(tfa_request) || k->reply_bytes != sizeof(tfa_reply) ||
         k->model_bytes != sizeof(struct tfa_model))
-        return set_error_text(
-            err, TFA_E_UNSUPPORTED,
-            "'%s' was built from other sources than this library: requests of %u bytes, "
-            "replies of %u, models of %u; build it again",
-            path, k->request_bytes, k->reply_bytes, k->model_bytes);
+        return set_error_text(err, TFA_E_UNSUPPORTED,
+                              "'%s' was built from other sources than this library: requests of %u "
+                              "bytes, replies of %u, models of %u; build it again",
+                              path, k->request_bytes, k->reply_bytes, k->model_bytes);
     return TFA_OK;
 }
 
@@ -75,10 +74,8 @@ static int open_shared_object(const char *path, const tfa_model *model, tfa_spec
 int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialised **specialised,
                          char *error_text, size_t size)
 {
-    struct error_text err = {error_text, size};
+    struct error_text err = begin_error_text(error_text, size);
     int status = TFA_OK;
-    if (size)
-        error_text[0] = '\0';
     if (!path || !model || !specialised)
         return TFA_E_ARGUMENT;
     *specialised = NULL;

@@ -24,11 +24,10 @@ static int check_permissions(const char *path, size_t length, const struct stat 
     const int sticky = above && S_ISDIR(s->st_mode) && s->st_mode & S_ISVTX;
     const int shown = length ? (int)length : 1;
     if (s->st_uid != 0 && s->st_uid != user)
-        return set_error_text(
-            err, TFA_E_REFUSED,
-            "'%.*s' belongs to user %u, neither to root nor to the user of this process "
-            "(%u): chown it",
-            shown, path, (unsigned)s->st_uid, (unsigned)user);
+        return set_error_text(err, TFA_E_REFUSED,
+                              "'%.*s' belongs to user %u, neither to root nor to the user of this "
+                              "process (%u): chown it",
+                              shown, path, (unsigned)s->st_uid, (unsigned)user);
     if (s->st_mode & (S_IWGRP | S_IWOTH) && !sticky)
         return set_error_text(err, TFA_E_REFUSED,
                               "'%.*s' can be written by others (mode %04o): chmod go-w", shown,
@@ -102,8 +101,6 @@ int check_ownership_of_file(int file, const char *path, uid_t user, struct error
 
 int tfa_specialised_check_ownership(const char *path, char *error_text, size_t size)
 {
-    struct error_text err = {error_text, size};
-    if (size)
-        error_text[0] = '\0';
+    struct error_text err = begin_error_text(error_text, size);
     return path ? check_ownership(path, geteuid(), &err) : TFA_E_ARGUMENT;
 }

@@ -37,9 +37,8 @@ int find_kernel_sources(const char *wanted, char *folder, size_t size, struct er
     snprintf(folder, size, "%s", TFA_SOURCES_INSTALLED);
     if (has_kernel_sources(folder))
         return TFA_OK;
-    return set_error_text(
-        err, TFA_E_FILE,
-        "the sources of the kernels are neither in '%s/../%s' nor in '%s': install them or "
-        "say where they are (--sources)",
-        program, TFA_SOURCES, TFA_SOURCES_INSTALLED);
+    return set_error_text(err, TFA_E_FILE,
+                          "the sources of the kernels are neither in '%s/../%s' nor in '%s': "
+                          "install them or say where they are (--sources)",
+                          program, TFA_SOURCES, TFA_SOURCES_INSTALLED);
 }

@@ -31,6 +31,13 @@ struct error_text {
     size_t size;
 };
 
+static inline struct error_text begin_error_text(char *text, size_t size)
+{
+    if (size)
+        text[0] = '\0';
+    return (struct error_text){text, size};
+}
+
 /* Formats the text, unless there is one, and returns the status. */
 int set_error_text(struct error_text *err, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

@@ -36,13 +36,11 @@ static void write_header(struct text_buffer *t, const tfa_model *m)
     text_append_name(t, m->name);
     text_append(t, ", %u bodies.\n", m->bodies);
     text_append(
-        t, " * Data for dynamics/specialised/specialised.c, where the algorithm is. SI units: m, "
-           "kg, rad, s; "
-           "inertias in "
-           "kg m^2. Names\n"
-           " * of the URDF stand in comments only, with _ for all but letters, digits, . _ and "
-           "-. */\n"
-           "#ifndef ROBOT_TABLES_H\n#define ROBOT_TABLES_H\n#include \"model/model.h\"\n\n");
+        t,
+        " * Data for dynamics/specialised/specialised.c, where the algorithm is. SI units: m, kg, "
+        "rad, s; inertias in kg m^2. Names\n"
+        " * of the URDF stand in comments only, with _ for all but letters, digits, . _ and -. */\n"
+        "#ifndef ROBOT_TABLES_H\n#define ROBOT_TABLES_H\n#include \"model/model.h\"\n\n");
 }
 
 static void write_order(struct text_buffer *t, const tfa_model *m)
@@ -140,12 +138,10 @@ static void write_body(struct text_buffer *t, const tfa_model *m, uint32_t i)
 
 static void write_bodies(struct text_buffer *t, const tfa_model *m)
 {
-    text_append(
-        t,
-        "\n/* E, r: of the joint's frame in the parent's, m; h: mass times centre of mass, kg m; "
-        "I: xx xy xz yy\n * yz zz about the frame's origin, kg m^2; mass, kg; armature, kg m^2 "
-        "or kg; bound: largest inertia that a freedom may move */\n"
-        "static const struct tfa_body robot_body[ROBOT_BODIES] = {\n");
+    text_append(t, "\n/* E, r: of the joint's frame in the parent's, m; h: mass times centre of "
+                   "mass, kg m; I: xx xy xz yy\n * yz zz about the frame's origin, kg m^2; mass, "
+                   "kg; armature, kg m^2 or kg; bound: largest inertia that a freedom may move */\n"
+                   "static const struct tfa_body robot_body[ROBOT_BODIES] = {\n");
     for (uint32_t i = 0; i < m->bodies; i++)
         write_body(t, m, i);
     text_append(t, "};\n\n");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Text that grows, for C source. Numbers are the same in every locale.
+ * Growing text for C source, and error texts in a buffer of the caller.
  */
 #include <stdarg.h>
 #include <stdio.h>
@@ -50,4 +50,15 @@ void text_append_name(struct text_buffer *t, const char *name)
         shown[n] = strchr(plain, name[n]) ? name[n] : '_';
     shown[n] = '\0';
     text_append(t, "%s", shown);
+}
+
+int set_error_text(struct error_text *err, int status, const char *format, ...)
+{
+    va_list arguments;
+    if (!err->text || !err->size || err->text[0])
+        return status;
+    va_start(arguments, format);
+    vsnprintf(err->text, err->size, format, arguments);
+    va_end(arguments);
+    return status;
 }

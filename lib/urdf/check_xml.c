@@ -129,17 +129,17 @@ static bool scan_value_character(xml_scanner *g)
         return XML_ERROR(g, "bad-encoding", "xml: byte 0x%02x is not UTF-8; save the file as UTF-8",
                          c);
     if (c == '<')
-        return XML_ERROR(g, "bad-xml",
-                         "xml: '<' inside an attribute value; close the value with "
-                         "its quote, or write &lt;");
+        return XML_ERROR(
+            g, "bad-xml",
+            "xml: '<' inside an attribute value; close the value with its quote, or write &lt;");
     if (c < 0x20 && !is_blank((char)c))
         return XML_ERROR(g, "bad-xml", "xml: control character 0x%02x; remove it", c);
     if (starts_with(g, "&#")) {
         n = reference_length(g);
         if (n == 0)
-            return XML_ERROR(g, "bad-xml",
-                             "xml: '&#' without a valid character number and ';'; "
-                             "write the character itself");
+            return XML_ERROR(
+                g, "bad-xml",
+                "xml: '&#' without a valid character number and ';'; write the character itself");
     }
     advance(g, n);
     return true;
@@ -189,9 +189,8 @@ static bool scan_attributes(xml_scanner *g)
         for (size_t i = 0; i < count && length > 0; i++)
             if (seen[i].length == length && memcmp(seen[i].name, name, (size_t)length) == 0)
                 return XML_ERROR(g, "bad-xml",
-                                 "xml: attribute '%.*s' stands twice in a tag; "
-                                 "remove one",
-                                 length, name);
+                                 "xml: attribute '%.*s' stands twice in a tag; remove one", length,
+                                 name);
         seen[count].name = name;
         seen[count].length = length;
         if (!scan_attribute(g, name, length))
@@ -262,8 +261,7 @@ static bool skip_until(xml_scanner *g, size_t opening, const char *end, const ch
     size_t stop = (size_t)(found - g->text);
     if (end[0] == '>' && memchr(g->text + g->at, '[', stop - g->at))
         return XML_ERROR(g, "bad-xml",
-                         "xml: a document type with declarations is not supported; "
-                         "remove it");
+                         "xml: a document type with declarations is not supported; remove it");
     advance(g, stop + strlen(end) - g->at);
     return true;
 }
@@ -296,8 +294,7 @@ static bool scan_content(xml_scanner *g)
         }
         if (g->depth == 0 && !is_blank(c))
             return XML_ERROR(g, "bad-xml",
-                             "xml: text outside the root element; is this a URDF "
-                             "file?");
+                             "xml: text outside the root element; is this a URDF file?");
         advance(g, 1);
     }
     return true;
@@ -308,8 +305,7 @@ static bool check_end(xml_scanner *g)
     if (g->depth > 0) {
         g->depth--;
         return XML_ERROR(g, "bad-xml",
-                         "xml: <%.*s> of line %u is never closed; is the file "
-                         "complete?",
+                         "xml: <%.*s> of line %u is never closed; is the file complete?",
                          g->open[g->depth].length, g->open[g->depth].name, g->open[g->depth].line);
     }
     if (g->roots == 0)

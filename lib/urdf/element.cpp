@@ -221,8 +221,8 @@ bool checked_element::fault(const TiXmlAttribute &a, const TiXmlElement &in,
                             const char *code) const
 {
     const char *kind = "bad-number";
-    const char *what = "is not a number; write digits, point and exponent without blanks or units, "
-                       "such as 1.5e-3";
+    const char *what =
+        "is not a number; write digits, point and exponent without blanks or units, such as 1.5e-3";
     if (fault == TFA_NUMBER_OK)
         return true;
     if (fault == TFA_NUMBER_UNDERFLOW) {

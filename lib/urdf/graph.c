@@ -25,12 +25,11 @@ static void find_parents(const tfa_description *d, int32_t *parent_of, tfa_urdf_
                 "joint '%s': link '%s' is its parent and its child; correct one of them",
                 joint->name, d->links[joint->child].name);
         else if (*above != NONE)
-            tfa_urdf_report(
-                log, TFA_ERROR, joint->line, "two-parents",
-                "link '%s': child of joint '%s' (line %u) and of joint '%s'; a robot is a "
-                "tree: remove one",
-                d->links[joint->child].name, d->joints[*above].name, d->joints[*above].line,
-                joint->name);
+            tfa_urdf_report(log, TFA_ERROR, joint->line, "two-parents",
+                            "link '%s': child of joint '%s' (line %u) and of joint '%s'; a robot "
+                            "is a tree: remove one",
+                            d->links[joint->child].name, d->joints[*above].name,
+                            d->joints[*above].line, joint->name);
         else
             *above = (int32_t)j;
     }
@@ -102,11 +101,10 @@ static void check_loops(const tfa_description *d, const int32_t *parent_of, int3
             continue;
         const tfa_joint *in = &d->joints[parent_of[loop]];
         const tfa_joint *above = &d->joints[parent_of[in->parent]];
-        tfa_urdf_report(
-            log, TFA_ERROR, in->line, "loop",
-            "link '%s': hangs from itself, through joint '%s' and joint '%s' (line %u); "
-            "a robot is a tree: open the loop",
-            d->links[loop].name, in->name, above->name, above->line);
+        tfa_urdf_report(log, TFA_ERROR, in->line, "loop",
+                        "link '%s': hangs from itself, through joint '%s' and joint '%s' (line "
+                        "%u); a robot is a tree: open the loop",
+                        d->links[loop].name, in->name, above->name, above->line);
     }
 }
 
@@ -117,22 +115,20 @@ static void check_mimics(const tfa_description *d, int32_t *next, uint8_t *state
         next[j] = joint->mimic;
         if (joint->mimic != NONE && (d->joints[joint->mimic].type < TFA_JOINT_REVOLUTE ||
                                      d->joints[joint->mimic].type > TFA_JOINT_PRISMATIC))
-            tfa_urdf_report(
-                log, TFA_ERROR, joint->line, "mimic-type",
-                "joint '%s': mimics joint '%s', which has no single coordinate; follow a "
-                "revolute, continuous or prismatic joint",
-                joint->name, d->joints[joint->mimic].name);
+            tfa_urdf_report(log, TFA_ERROR, joint->line, "mimic-type",
+                            "joint '%s': mimics joint '%s', which has no single coordinate; follow "
+                            "a revolute, continuous or prismatic joint",
+                            joint->name, d->joints[joint->mimic].name);
     }
     memset(state, NEW, d->joint_count);
     for (size_t j = 0; j < d->joint_count; j++) {
         int32_t loop = find_cycle(next, state, (int32_t)j);
         if (loop == NONE)
             continue;
-        tfa_urdf_report(
-            log, TFA_ERROR, d->joints[loop].line, "mimic-loop",
-            "joint '%s': mimics joint '%s', which in the end mimics it; let one of them "
-            "move by itself",
-            d->joints[loop].name, d->joints[d->joints[loop].mimic].name);
+        tfa_urdf_report(log, TFA_ERROR, d->joints[loop].line, "mimic-loop",
+                        "joint '%s': mimics joint '%s', which in the end mimics it; let one of "
+                        "them move by itself",
+                        d->joints[loop].name, d->joints[d->joints[loop].mimic].name);
     }
 }
 

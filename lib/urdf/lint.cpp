@@ -385,11 +385,10 @@ void linter::robot(const TiXmlElement &element)
     else if (!links_.empty() && !name_.empty())
         resolve();
     if (macro_count_ > 0)
-        tfa_urdf_report(
-            log_, TFA_WARNING, macro_line_, "xacro",
-            "%s is an unexpanded xacro expression, harmless in <visual> and <collision>; "
-            "%s; expressions like it: %zu",
-            macros_.c_str(), robot_.run_xacro().c_str(), macro_count_);
+        tfa_urdf_report(log_, TFA_WARNING, macro_line_, "xacro",
+                        "%s is an unexpanded xacro expression, harmless in <visual> and "
+                        "<collision>; %s; expressions like it: %zu",
+                        macros_.c_str(), robot_.run_xacro().c_str(), macro_count_);
 }
 
 } // namespace tfa

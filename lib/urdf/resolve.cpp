@@ -82,11 +82,10 @@ void linter::resolve_rotors(const index &joints)
     for (const rotor_source &rotor : rotors_) {
         auto at = joints.find(rotor.joint);
         if (at == joints.end())
-            tfa_urdf_report(
-                log_, TFA_ERROR, rotor.line, "unknown-joint",
-                "joint '%s': a <transmission> has a rotor for it, but it does not exist; "
-                "correct the name",
-                rotor.joint.c_str());
+            tfa_urdf_report(log_, TFA_ERROR, rotor.line, "unknown-joint",
+                            "joint '%s': a <transmission> has a rotor for it, but it does not "
+                            "exist; correct the name",
+                            rotor.joint.c_str());
         else
             joints_[at->second].armature += rotor.armature;
     }

@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * From a draft to the compiled model: one block of memory, constants rounded to double.
+ * Compilation of a draft: memory, order of the passes, summary.
  */
 #include "model/compile/compile.h"
 
 #include <string.h>
 
 #include "model/arena.h"
-#include "model/compile/emit.h"
 #include "model/hash.h"
 #include "model/mass_properties.h"
 
@@ -38,33 +37,18 @@ static uint32_t count_followers(const struct draft *d)
     return n;
 }
 
-/* Walked once to count and once to place. */
+/* One walk gives the size (memory NULL) or the pointers. The model comes first. */
 static struct layout layout_of(const struct draft *d, void *memory)
 {
     struct arena a = {memory, 0};
     struct layout l;
-    const uint32_t freedoms = count_freedoms(d);
+    const uint32_t freedoms = count_freedoms(d), followers = count_followers(d);
     l.model = arena_alloc(&a, 1, sizeof *l.model);
-    l.body = arena_alloc(&a, d->bodies, sizeof *l.body);
+#define PLACE(type, name, count) l.name = arena_alloc(&a, count, sizeof *l.name);
+    TFA_MODEL_ARRAYS(PLACE)
+#undef PLACE
     l.quad = arena_alloc(&a, d->bodies, sizeof *l.quad);
-    l.without_payload = arena_alloc(&a, d->bodies + 1u, sizeof *l.without_payload);
-    l.frame = arena_alloc(&a, d->frames, sizeof *l.frame);
-    l.frame_quad = arena_alloc(&a, d->frames, sizeof *l.frame_quad);
-    l.chain = arena_alloc(&a, d->bodies, sizeof *l.chain);
     l.chain_body = arena_alloc(&a, d->bodies, sizeof *l.chain_body);
-    l.part = arena_alloc(&a, d->parts, sizeof *l.part);
-    l.part_quad = arena_alloc(&a, d->parts, sizeof *l.part_quad);
-    l.joint = arena_alloc(&a, d->joints, sizeof *l.joint);
-    l.declared = arena_alloc(&a, d->description->joint_count, sizeof *l.declared);
-    l.body_info = arena_alloc(&a, d->bodies, sizeof *l.body_info);
-    l.coordinate = arena_alloc(&a, (size_t)d->bodies + freedoms, sizeof *l.coordinate);
-    l.freedom = arena_alloc(&a, freedoms, sizeof *l.freedom);
-    l.mimic = arena_alloc(&a, count_followers(d), sizeof *l.mimic);
-    l.armature = arena_alloc(&a, freedoms, sizeof *l.armature);
-    l.damping = arena_alloc(&a, freedoms, sizeof *l.damping);
-    l.dof_parent = arena_alloc(&a, freedoms, sizeof *l.dof_parent);
-    l.dof_depth = arena_alloc(&a, freedoms, sizeof *l.dof_depth);
-    l.dof_row = arena_alloc(&a, freedoms, sizeof *l.dof_row);
     l.text = arena_alloc(&a, text_size(d->description), 1);
     l.size = a.used;
     return l;
@@ -73,29 +57,15 @@ static struct layout layout_of(const struct draft *d, void *memory)
 static void bind(struct layout *l, const struct draft *d)
 {
     struct tfa_model *m = l->model;
+#define BIND(type, name, count) m->name = l->name;
+    TFA_MODEL_ARRAYS(BIND)
+#undef BIND
+    m->damping = d->options->damping ? l->damping : NULL;
     m->bodies = d->bodies;
     m->frames = d->frames;
     m->joints = d->joints;
     m->q_count = d->q_count;
     m->v_count = d->v_count;
-    m->body = l->body;
-    m->without_payload = l->without_payload;
-    m->frame = l->frame;
-    m->frame_quad = l->frame_quad;
-    m->chain = l->chain;
-    m->part = l->part;
-    m->part_quad = l->part_quad;
-    m->joint = l->joint;
-    m->declared = l->declared;
-    m->body_info = l->body_info;
-    m->coordinate = l->coordinate;
-    m->freedom = l->freedom;
-    m->mimic = l->mimic;
-    m->armature = l->armature;
-    m->damping = d->options->damping ? l->damping : NULL;
-    m->dof_parent = l->dof_parent;
-    m->dof_depth = l->dof_depth;
-    m->dof_row = l->dof_row;
 }
 
 static void count_fates(tfa_model_summary *s, const struct tfa_model *m)

@@ -9,8 +9,8 @@
 #include <string.h>
 
 #include "model/arena.h"
+#include "model/compile/compile.h"
 #include "model/hash.h"
-#include "model/mass_properties.h"
 #include "model/payload.h"
 
 struct derived {
@@ -63,8 +63,8 @@ static int check_payload(const struct tfa_model *m, const tfa_payload *p, tfa_re
                       "is on a link that the model does not have; name one of its links", report);
     if (m->frame[frame].part)
         return refuse(TFA_E_MODEL, "payload", p,
-                      "is on a massless link that was fused with the next one; give the payload "
-                      "in the scene, so that the robot is compiled with it",
+                      "is on a massless link that was fused with the next one; give the payload in "
+                      "the scene, so that the robot is compiled with it",
                       report);
     return TFA_OK;
 }
@@ -97,11 +97,10 @@ static int check_freedoms(const struct tfa_model *m, const struct tfa_mass_scrat
     free(moves_mass);
     if (massless_body == m->bodies)
         return TFA_OK;
-    tfa_report_add(report, TFA_ERROR, 0, "massless-leaf",
-                   "link '%s': without the payloads of the model that this one is derived from, "
-                   "nothing with mass moves with it; keep them",
-                   m->body_info[massless_body].name);
-    return TFA_E_NO_MASS;
+    return TFA_REFUSE(report, TFA_E_NO_MASS, 0, "massless-leaf",
+                      "link '%s': without the payloads of the model that this one is derived from, "
+                      "nothing with mass moves with it; keep them",
+                      m->body_info[massless_body].name);
 }
 
 static int apply_payloads(const struct derived *l, const struct tfa_model *from,
@@ -126,13 +125,7 @@ static int apply_payloads(const struct derived *l, const struct tfa_model *from,
 static int check_inputs(const struct tfa_model *model, const double *gravity,
                         const tfa_payload *payloads, size_t count, tfa_report *report)
 {
-    for (int k = 0; gravity && k < 3; k++)
-        if (!isfinite(gravity[k])) {
-            tfa_report_add(report, TFA_ERROR, 0, "bad-gravity",
-                           "gravity: component %d is not finite; give three numbers in m/s^2", k);
-            return TFA_E_VALUE;
-        }
-    int status = TFA_OK;
+    int status = tfa_check_gravity(gravity, report);
     for (size_t k = 0; k < count && status == TFA_OK; k++)
         status = check_payload(model, &payloads[k], report);
     return status;

@@ -5,7 +5,7 @@
  */
 #include <string.h>
 
-#include "model/compile/emit.h"
+#include "model/compile/compile.h"
 
 /* Mass, h, I and `regular` come from tfa_compute_mass_properties. */
 static void round_body(struct tfa_body *o, struct tfa_xform_quad *quad, const struct draft *d,
@@ -47,15 +47,7 @@ static void emit_parts(struct layout *l, const struct draft *d, uint32_t i)
     }
 }
 
-static void emit_mass_properties(struct tfa_mass_properties *without_payload,
-                                 const struct draft_body *b)
-{
-    without_payload->mass = b->mass;
-    memcpy(without_payload->h, b->h, sizeof without_payload->h);
-    memcpy(without_payload->I, b->I, sizeof without_payload->I);
-}
-
-/* A body's neighbours: is it the last child of its parent, does anything hang from it? */
+/* Marks leaves, and the last child of each body. */
 static void mark_ends(struct layout *l)
 {
     for (uint32_t i = 0; i < l->model->bodies; i++)
@@ -77,7 +69,7 @@ void tfa_emit_bodies(struct layout *l, const struct draft *d)
         struct tfa_body *b = &l->body[i];
         round_body(b, &l->quad[i].xform, d, i);
         emit_parts(l, d, i);
-        emit_mass_properties(&l->without_payload[i], &d->body[i]);
+        l->without_payload[i] = d->body[i].sum;
         b->q = q;
         b->v = v;
         q += b->base ? 0 : joint_coordinates(b->kind, b->n);
@@ -89,7 +81,7 @@ void tfa_emit_bodies(struct layout *l, const struct draft *d)
         m->trees += b->parent < 0;
         m->base_freedoms = b->base ? 6 : m->base_freedoms;
     }
-    emit_mass_properties(&l->without_payload[d->bodies], &d->world);
+    l->without_payload[d->bodies] = d->world.sum;
     m->mass_without_payload = d->mass;
     m->inner_q = q;
     m->freedoms = v;

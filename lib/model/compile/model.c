@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The public noun: making and releasing a model.
+ * Creates and releases models.
  */
 #include "model/model.h"
 
@@ -10,45 +10,39 @@
 
 #include "model/arena.h"
 #include "model/compile/compile.h"
-#include "model/report/report_messages.h"
+
+int tfa_check_gravity(const double *gravity, tfa_report *report)
+{
+    for (int k = 0; gravity && k < 3; k++)
+        if (!isfinite(gravity[k]))
+            return TFA_REFUSE(report, TFA_E_VALUE, 0, "bad-gravity",
+                              "gravity: component %d is not finite; give three numbers in m/s^2",
+                              k);
+    return TFA_OK;
+}
 
 static int check_options(const tfa_model_options *options, tfa_report *report)
 {
     if (!options)
         return TFA_OK;
-    if (options->base != TFA_BASE_FIXED && options->base != TFA_BASE_FLOATING) {
-        tfa_report_add(report, TFA_ERROR, 0, "bad-base",
-                       "base: %d does not exist; give 0 (fixed) or 1 (floating)",
-                       (int)options->base);
-        return TFA_E_ARGUMENT;
-    }
-    if ((unsigned)options->inertia > TFA_INERTIA_STRICT_PHYSICAL) {
-        tfa_report_add(report, TFA_ERROR, 0, "bad-policy",
-                       "inertia: policy %d does not exist; use one of tfa_inertia_policy",
-                       (int)options->inertia);
-        return TFA_E_ARGUMENT;
-    }
-    if ((unsigned)options->mimic > TFA_MIMIC_LOCK) {
-        tfa_report_add(report, TFA_ERROR, 0, "bad-policy",
-                       "mimic: policy %d does not exist; use one of tfa_mimic_policy",
-                       (int)options->mimic);
-        return TFA_E_ARGUMENT;
-    }
-    if (!(options->snap >= 0 && options->snap <= TFA_SNAP_MAX)) {
-        tfa_report_add(
-            report, TFA_ERROR, 0, "bad-snap",
-            "snap: %g is not an angle from 0 to %g rad; give what rounding in the file may "
-            "be",
+    if (options->base != TFA_BASE_FIXED && options->base != TFA_BASE_FLOATING)
+        return TFA_REFUSE(report, TFA_E_ARGUMENT, 0, "bad-base",
+                          "base: %d does not exist; give 0 (fixed) or 1 (floating)",
+                          (int)options->base);
+    if ((unsigned)options->inertia > TFA_INERTIA_STRICT_PHYSICAL)
+        return TFA_REFUSE(report, TFA_E_ARGUMENT, 0, "bad-policy",
+                          "inertia: policy %d does not exist; use one of tfa_inertia_policy",
+                          (int)options->inertia);
+    if ((unsigned)options->mimic > TFA_MIMIC_LOCK)
+        return TFA_REFUSE(report, TFA_E_ARGUMENT, 0, "bad-policy",
+                          "mimic: policy %d does not exist; use one of tfa_mimic_policy",
+                          (int)options->mimic);
+    if (!(options->snap >= 0 && options->snap <= TFA_SNAP_MAX))
+        return TFA_REFUSE(
+            report, TFA_E_VALUE, 0, "bad-snap",
+            "snap: %g is not an angle from 0 to %g rad; give what rounding in the file may be",
             options->snap, TFA_SNAP_MAX);
-        return TFA_E_VALUE;
-    }
-    for (int k = 0; options->gravity && k < 3; k++)
-        if (!isfinite(options->gravity[k])) {
-            tfa_report_add(report, TFA_ERROR, 0, "bad-gravity",
-                           "gravity: component %d is not finite; give three numbers in m/s^2", k);
-            return TFA_E_VALUE;
-        }
-    return TFA_OK;
+    return tfa_check_gravity(options->gravity, report);
 }
 
 size_t tfa_model_size(const tfa_description *description, const tfa_model_options *options)
@@ -64,7 +58,7 @@ size_t tfa_model_size(const tfa_description *description, const tfa_model_option
     return size;
 }
 
-/* A draft of the description; what is wrong with it ends with the option that would help. */
+/* Makes a draft; a refusal ends with the option that would help. */
 static int make_draft(struct draft *d, const tfa_description *description,
                       const tfa_model_options *options, tfa_report *report)
 {
@@ -76,47 +70,50 @@ static int make_draft(struct draft *d, const tfa_description *description,
     return status;
 }
 
-int tfa_model_init(void *memory, size_t size, const tfa_description *description,
-                   const tfa_model_options *options, tfa_report *report, const tfa_model **model)
+/* Compiles into `memory`, or into memory that it allocates if that is NULL. */
+static int compile(void *memory, size_t size, const tfa_description *description,
+                   const tfa_model_options *options, tfa_report *report, void **model)
 {
-    if (!memory || !description || !model)
-        return TFA_E_ARGUMENT;
-    *model = NULL;
     struct draft d;
     tfa_report_begin(report);
     int status = check_options(options, report);
     if (status != TFA_OK)
         return status;
     status = make_draft(&d, description, options, report);
-    if (status == TFA_OK && (size < tfa_compiled_size(&d) || (uintptr_t)memory % TFA_ALIGNMENT))
+    if (status == TFA_OK && !memory) {
+        size = tfa_compiled_size(&d);
+        memory = aligned_alloc(TFA_ALIGNMENT, size);
+    }
+    if (status == TFA_OK &&
+        (!memory || size < tfa_compiled_size(&d) || (uintptr_t)memory % TFA_ALIGNMENT))
         status = TFA_E_MEMORY;
-    if (status == TFA_OK)
-        *model = tfa_compile(&d, memory);
+    if (status == TFA_OK) {
+        (void)tfa_compile(&d, memory);
+        *model = memory; /* the model stands at the start of its memory */
+    }
     tfa_draft_free(&d);
+    return status;
+}
+
+int tfa_model_init(void *memory, size_t size, const tfa_description *description,
+                   const tfa_model_options *options, tfa_report *report, const tfa_model **model)
+{
+    void *made = NULL;
+    if (!memory || !description || !model)
+        return TFA_E_ARGUMENT;
+    const int status = compile(memory, size, description, options, report, &made);
+    *model = made;
     return status;
 }
 
 int tfa_model_create(const tfa_description *description, const tfa_model_options *options,
                      tfa_report *report, tfa_model **model)
 {
+    void *made = NULL;
     if (!description || !model)
         return TFA_E_ARGUMENT;
-    *model = NULL;
-    struct draft d;
-    tfa_report_begin(report);
-    int status = check_options(options, report);
-    if (status != TFA_OK)
-        return status;
-    status = make_draft(&d, description, options, report);
-    if (status == TFA_OK) {
-        void *memory = aligned_alloc(TFA_ALIGNMENT, tfa_compiled_size(&d));
-        status = memory ? TFA_OK : TFA_E_MEMORY;
-        if (memory) {
-            (void)tfa_compile(&d, memory);
-            *model = memory; /* the model stands at the start of its memory */
-        }
-    }
-    tfa_draft_free(&d);
+    const int status = compile(NULL, 0, description, options, report, &made);
+    *model = made;
     return status;
 }
 

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "model/draft/draft.h"
-#include "model/report/report_messages.h"
 
 /* The policies that turn an error into something else, those that change the robot least first. */
 static const tfa_option options_tried[] = {TFA_OPTION_INERTIA_STRICT, TFA_OPTION_INERTIA_REPAIR,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Making and releasing a draft.
+ * Creates and releases a draft.
  */
 #include "model/draft/draft.h"
 
@@ -25,43 +25,11 @@ static int allocate(struct draft *d, const tfa_description *s)
     return TFA_OK;
 }
 
-/* What is part of it, and what of that moves. */
-static int decide_fates(struct draft *d, tfa_report *report)
-{
-    int status = tfa_draft_scene(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_locks(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_mimics(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_trees(d);
-    if (status == TFA_OK)
-        status = tfa_draft_inertias(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_leaves(d, report);
-    return status;
-}
-
-static int make_bodies(struct draft *d, tfa_report *report)
-{
-    int status = tfa_draft_merge(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_base(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_fuse(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_singular(d, report);
-    if (status == TFA_OK)
-        tfa_draft_axial(d);
-    if (status == TFA_OK)
-        status = tfa_draft_sort(d);
-    if (status == TFA_OK) {
-        tfa_draft_note_unused(d, report);
-        if (d->options->base == TFA_BASE_FIXED)
-            tfa_draft_note_base(d, report);
-    }
-    return status;
-}
+/* The passes in their order, each of which may refuse the robot */
+static int (*const passes[])(struct draft *d, tfa_report *report) = {
+    tfa_draft_order, tfa_draft_values,   tfa_draft_scene,  tfa_draft_locks, tfa_draft_mimics,
+    tfa_draft_trees, tfa_draft_inertias, tfa_draft_leaves, tfa_draft_merge, tfa_draft_base,
+    tfa_draft_fuse,  tfa_draft_singular, tfa_draft_axial,  tfa_draft_sort};
 
 int tfa_draft_make(struct draft *d, const tfa_description *description,
                    const tfa_model_options *options, tfa_report *report)
@@ -71,15 +39,14 @@ int tfa_draft_make(struct draft *d, const tfa_description *description,
     d->description = description;
     d->options = options ? options : &defaults;
     int status = allocate(d, description);
-    if (status == TFA_OK)
-        status = tfa_draft_order(d, report);
-    if (status == TFA_OK)
-        status = tfa_draft_values(d, report);
-    if (status == TFA_OK)
-        status = decide_fates(d, report);
-    if (status == TFA_OK)
-        status = make_bodies(d, report);
-    return status;
+    for (size_t k = 0; status == TFA_OK && k < sizeof passes / sizeof *passes; k++)
+        status = passes[k](d, report);
+    if (status != TFA_OK)
+        return status;
+    tfa_draft_note_unused(d, report);
+    if (d->options->base == TFA_BASE_FIXED)
+        tfa_draft_note_base(d, report);
+    return TFA_OK;
 }
 
 void tfa_draft_free(struct draft *d)

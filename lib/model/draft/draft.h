@@ -9,6 +9,7 @@
 #include "model/ext.h"
 #include "model/mass_properties.h"
 #include "model/model.h"
+#include "model/report/report_messages.h"
 
 /* More one-freedom joints in a row without mass between them than a body has freedoms */
 #define TFA_PARTS_MAX 6
@@ -43,7 +44,7 @@ struct draft_move {
 
 struct draft_body {
     ext E[9], r[3];
-    ext mass, h[3], I[6];
+    struct tfa_mass_properties sum; /* of its links, payloads excluded */
     double armature;
     int32_t parent;
     uint32_t link;  /* the link that gives the body its name: the child of its (last) joint */
@@ -102,68 +103,73 @@ static inline double draft_armature(const struct draft *d, size_t joint)
     return j->armature + (d->options->rotor_inertia ? j->rotor : 0);
 }
 
-/* The steps, in this order; each says what it refuses in the report. */
+/* ---- passes of tfa_draft_make, in this order; each reports its refusals ---- */
 
 /* Orders the joints parents first: TFA_E_MODEL on loops, two parents and unreachable links. */
 int tfa_draft_order(struct draft *d, tfa_report *report);
 
-/* Refuses numbers that are none, negative masses and armatures, quaternions without direction. */
+/* Refuses numbers that are not finite, negative masses and armatures, invalid quaternions. */
 int tfa_draft_values(struct draft *d, tfa_report *report);
 
-/* Root, tips and payloads of the scene: what is part of it. */
+/* Applies root, tips and payloads of the scene. */
 int tfa_draft_scene(struct draft *d, tfa_report *report);
 
-/* Locks of the scene. */
+/* Applies the locks of the scene. */
 int tfa_draft_locks(struct draft *d, tfa_report *report);
 
-/* Resolves chained mimics, and follows the policy for them. */
+/* Resolves chained mimics and applies the policy for them. */
 int tfa_draft_mimics(struct draft *d, tfa_report *report);
 
-/* Leaves out the trees that carry none of the tips. */
-int tfa_draft_trees(struct draft *d);
+/* Removes the trees that carry none of the tips. */
+int tfa_draft_trees(struct draft *d, tfa_report *report);
 
-/* Inertias that no body has: refused, told or repaired. */
+/* Refuses, repairs or warns of inertias that no rigid body has. */
 int tfa_draft_inertias(struct draft *d, tfa_report *report);
 
-/* Notes what a fixed base has as mass: it decides no answer. Last of all, when nothing is wrong. */
-void tfa_draft_note_base(const struct draft *d, tfa_report *report);
-
-/* Joints that move nothing with mass: refused or locked. */
+/* Refuses or locks joints that move no mass. */
 int tfa_draft_leaves(struct draft *d, tfa_report *report);
 
-/* Notes what the description says and the model does not use. When nothing is wrong. */
-void tfa_draft_note_unused(const struct draft *d, tfa_report *report);
-
-/* Merges what does not move, aligns frames, sums inertias. */
+/* Merges rigidly connected links into bodies, aligns frames, sums inertias. */
 int tfa_draft_merge(struct draft *d, tfa_report *report);
 
-/* Refuses a floating base without mass that nothing holds. */
-int tfa_draft_base(const struct draft *d, tfa_report *report);
+/* Refuses a floating base without mass that its joints do not constrain. */
+int tfa_draft_base(struct draft *d, tfa_report *report);
 
-/* R becomes the rotation by right angles that it is within `limit` of, if there is one. Returns the
- * angle of the change, rad. */
-long double draft_snap(ext R[9], double limit);
-/* Says how many rotations that is for, and the largest change. */
-void draft_note_snaps(const struct draft *d, tfa_report *report);
-
-/* Warns of links that move by themselves and have no <inertial>; an error with the policy
- * strict-physical. next: by body, the one that it becomes part of; 0: it stays. */
-int tfa_draft_check_massless(const struct draft *d, const uint32_t *next, tfa_report *report);
-
-/* Bodies without mass become parts of the one body that hangs from them. */
+/* Fuses massless bodies with the one body that hangs from them. */
 int tfa_draft_fuse(struct draft *d, tfa_report *report);
 
 /* Refuses robots whose M is singular at every q. */
 int tfa_draft_singular(struct draft *d, tfa_report *report);
 
-/* Turns and moves frames such that as many constant transforms as can be are screws. */
-void tfa_draft_axial(struct draft *d);
+/* Turns and moves frames so that as many constant transforms as possible are screws. */
+int tfa_draft_axial(struct draft *d, tfa_report *report);
 
-/* Bodies tree by tree, parents first; numbers what is public: frames, joints, coordinates. */
-int tfa_draft_sort(struct draft *d);
+/* Sorts bodies tree by tree, parents first; numbers frames, joints and coordinates. */
+int tfa_draft_sort(struct draft *d, tfa_report *report);
 
-/* The option with which a refused description would be a model, in the syntax of the report's
- * interface; NULL if there is none. Compiles it with others. */
+/* ---- notes, for a robot without errors ---- */
+
+/* Notes the mass of a fixed base, which is not used. */
+void tfa_draft_note_base(const struct draft *d, tfa_report *report);
+
+/* Notes the items of the description that the model does not use. */
+void tfa_draft_note_unused(const struct draft *d, tfa_report *report);
+
+/* Notes how many rotations were snapped, and the largest change. */
+void draft_note_snaps(const struct draft *d, tfa_report *report);
+
+/* ---- functions of the passes ---- */
+
+/* Replaces R by the rotation by right angles within `limit` (rad) of it, if there is one. Returns
+ * the angle of the change, rad. */
+long double draft_snap(ext R[9], double limit);
+
+/* Warns of links that move by themselves and have no <inertial>; an error with the policy
+ * strict-physical. next: by body, the one that it is fused with; 0: none. */
+int tfa_draft_check_massless(const struct draft *d, const uint32_t *next, tfa_report *report);
+
+/* Writes the options with which a refused description compiles, in the syntax of the report; NULL
+ * if there are none. Compiles it with each candidate. */
 const char *tfa_find_remedy(const tfa_description *description, const tfa_model_options *options,
                             const tfa_report *report, char *text, size_t size);
 

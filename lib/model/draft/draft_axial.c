@@ -43,12 +43,13 @@ static long double mobility(const struct draft_body *b, const long double I[6],
 {
     long double p[3], sum = 3;
     for (int k = 0; k < 3; k++)
-        p[k] = point[k] - (long double)(b->h[k] / b->mass);
+        p[k] = point[k] - (long double)(b->sum.h[k] / b->sum.mass);
     const long double rows[3][3] = {{0, -p[2], p[1]}, {p[2], 0, -p[0]}, {-p[1], p[0], 0}};
     for (int k = 0; k < 3; k++) {
         long double x[3];
         solve(I, rows[k], x);
-        sum += (long double)b->mass * (rows[k][0] * x[0] + rows[k][1] * x[1] + rows[k][2] * x[2]);
+        sum +=
+            (long double)b->sum.mass * (rows[k][0] * x[0] + rows[k][1] * x[1] + rows[k][2] * x[2]);
     }
     return sum;
 }
@@ -56,18 +57,20 @@ static long double mobility(const struct draft_body *b, const long double I[6],
 /* May the body's origin move to the height w of its axis? r: the joint of what hangs from it */
 static uint8_t origin_may_move(const struct draft_body *b, const ext r[3], ext w)
 {
-    if (!(b->mass > 0))
+    if (!(b->sum.mass > 0))
         return 0;
     const long double origin[3] = {0, 0, 0}, foot[3] = {0, 0, (long double)w};
     const long double joint[3] = {(long double)r[0], (long double)r[1], (long double)r[2]};
-    const ext *h = b->h, m = b->mass;
+    const ext *h = b->sum.h, m = b->sum.mass;
     const ext hh = h[0] * h[0] + h[1] * h[1] + h[2] * h[2];
-    const ext trace = b->I[0] + b->I[3] + b->I[5] - 2 * hh / m; /* about the centre of mass */
+    const ext trace =
+        b->sum.I[0] + b->sum.I[3] + b->sum.I[5] - 2 * hh / m; /* about the centre of mass */
     long double I[6];
     for (int k = 0; k < 6; k++) {
         const int diagonal = ext_row[k] == ext_col[k];
-        I[k] = (long double)(b->I[k] - ((diagonal ? hh : 0) - h[ext_row[k]] * h[ext_col[k]]) / m +
-                             (diagonal ? FLAT_MOMENT_RATIO * trace : 0));
+        I[k] =
+            (long double)(b->sum.I[k] - ((diagonal ? hh : 0) - h[ext_row[k]] * h[ext_col[k]]) / m +
+                          (diagonal ? FLAT_MOMENT_RATIO * trace : 0));
     }
     const long double now = mobility(b, I, origin), there = mobility(b, I, joint);
     return mobility(b, I, foot) <= MOBILITY_RATIO_MAX * (now > there ? now : there);
@@ -104,14 +107,14 @@ static void rotate_vector(ext *x, const struct draft_move *f)
  *   I - 2 (h.p) 1 + h p^T + p h^T + m (p.p 1 - p p^T) */
 static void move_inertia(struct draft_body *b, const struct draft_move *f)
 {
-    const ext w = f->w, c = f->c, s = f->s, m = b->mass, *h = b->h;
-    ext *I = b->I;
+    const ext w = f->w, c = f->c, s = f->s, m = b->sum.mass, *h = b->sum.h;
+    ext *I = b->sum.I;
     I[0] += m * w * w - 2 * h[2] * w;
     I[3] += m * w * w - 2 * h[2] * w;
     I[2] += h[0] * w;
     I[4] += h[1] * w;
-    b->h[2] -= m * w;
-    rotate_vector(b->h, f);
+    b->sum.h[2] -= m * w;
+    rotate_vector(b->sum.h, f);
     const ext xx = I[0], xy = I[1], yy = I[3], xz = I[2], yz = I[4];
     I[0] = c * (c * xx + s * xy) + s * (c * xy + s * yy);
     I[1] = c * (c * xy - s * xx) + s * (c * yy - s * xy);
@@ -188,8 +191,9 @@ static void detect_screw(struct draft_body *b, const struct draft_body *parent)
     b->a = ext_abs(r[0]) > nothing ? r[0] : 0;
 }
 
-void tfa_draft_axial(struct draft *d)
+int tfa_draft_axial(struct draft *d, tfa_report *report)
 {
+    (void)report;
     for (uint32_t k = 0; k < d->bodies; k++)
         d->body[k].move = (struct draft_move){1, 0, 0};
     for (uint32_t k = 0; k < d->bodies; k++) {
@@ -204,4 +208,5 @@ void tfa_draft_axial(struct draft *d)
         if (parent >= 0)
             detect_screw(&d->body[k], &d->body[parent]);
     }
+    return TFA_OK;
 }

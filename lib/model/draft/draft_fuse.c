@@ -20,9 +20,9 @@ struct fusion {
 static int is_massless(const struct draft_body *b)
 {
     for (int k = 0; k < 6; k++)
-        if (b->I[k] != 0)
+        if (b->sum.I[k] != 0)
             return 0;
-    return b->mass == 0 && !b->loaded && !b->base && b->n == 1;
+    return b->sum.mass == 0 && !b->loaded && !b->base && b->n == 1;
 }
 
 static int count_rows(const struct draft *d, struct fusion *f, tfa_report *report)

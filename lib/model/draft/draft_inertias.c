@@ -10,7 +10,6 @@
 
 #include "model/draft/draft.h"
 #include "model/eigen.h"
-#include "model/report/report_messages.h"
 
 /* Files round: at six digits a flat plate breaks the triangle inequality by that much. */
 #define TRIANGLE_TOLERANCE 1e-6L
@@ -61,21 +60,20 @@ static int is_rounded(struct draft *d, size_t k, const long double value[3], con
     if (value[0] < -d->rounding && tfa_eigen_negative(value))
         return 0;
     clip(d->link[k].inertia, value, V, value[0] < -d->rounding ? 0 : d->rounding);
-    tfa_report_add_grouped(
-        report, TFA_NOTE, link->line, "inertia-rounded", "links", link->name,
-        "link '%s': the principal moment %.6Lg kg m^2 of its inertia is rounding of the "
-        "file and used as 0",
-        link->name, value[0]);
+    tfa_report_add_grouped(report, TFA_NOTE, link->line, "inertia-rounded", "links", link->name,
+                           "link '%s': the principal moment %.6Lg kg m^2 of its inertia is "
+                           "rounding of the file and used as 0",
+                           link->name, value[0]);
     return 1;
 }
 
 static void warn_repaired(const tfa_link *link, const long double was[3], tfa_report *report)
 {
-    tfa_report_add_grouped(
-        report, TFA_WARNING, link->line, "inertia-repaired", "links", link->name,
-        "link '%s': its inertia has the principal moments %.6Lg %.6Lg %.6Lg kg m^2; "
-        "used as %.6Lg %.6Lg %.6Lg: correct <inertia>",
-        link->name, was[0], was[1], was[2], fmaxl(was[0], 0), fmaxl(was[1], 0), fmaxl(was[2], 0));
+    tfa_report_add_grouped(report, TFA_WARNING, link->line, "inertia-repaired", "links", link->name,
+                           "link '%s': its inertia has the principal moments %.6Lg %.6Lg %.6Lg kg "
+                           "m^2; used as %.6Lg %.6Lg %.6Lg: correct <inertia>",
+                           link->name, was[0], was[1], was[2], fmaxl(was[0], 0), fmaxl(was[1], 0),
+                           fmaxl(was[2], 0));
 }
 
 static int check_negative(struct draft *d, size_t k, int moves, tfa_report *report)
@@ -92,13 +90,12 @@ static int check_negative(struct draft *d, size_t k, int moves, tfa_report *repo
         return TFA_OK;
     }
     const int refused = moves && policy != TFA_INERTIA_WARN;
-    tfa_report_add_grouped(
-        report, refused ? TFA_ERROR : TFA_WARNING, link->line, "inertia-not-positive", "links",
-        link->name,
-        "link '%s': its inertia has the eigenvalue %.6Lg kg m^2; a body cannot have a "
-        "negative one: correct <inertia>%s%s",
-        link->name, value[0], refused ? ", or choose " : "",
-        refused ? tfa_option_text(report, TFA_OPTION_INERTIA_REPAIR) : "");
+    tfa_report_add_grouped(report, refused ? TFA_ERROR : TFA_WARNING, link->line,
+                           "inertia-not-positive", "links", link->name,
+                           "link '%s': its inertia has the eigenvalue %.6Lg kg m^2; a body cannot "
+                           "have a negative one: correct <inertia>%s%s",
+                           link->name, value[0], refused ? ", or choose " : "",
+                           refused ? tfa_option_text(report, TFA_OPTION_INERTIA_REPAIR) : "");
     return refused ? TFA_E_MODEL : TFA_OK;
 }
 
@@ -111,9 +108,8 @@ static int check_triangle(const struct draft *d, size_t k, tfa_report *report)
         return TFA_OK;
     tfa_report_add_grouped(
         report, TFA_ERROR, link->line, "triangle", "links", link->name,
-        "link '%s': its principal moments of inertia are %.6Lg %.6Lg %.6Lg kg m^2; in a "
-        "body the largest does not exceed the sum of the others: correct <inertia>, or "
-        "choose %s",
+        "link '%s': its principal moments of inertia are %.6Lg %.6Lg %.6Lg kg m^2; in a body the "
+        "largest does not exceed the sum of the others: correct <inertia>, or choose %s",
         link->name, value[0], value[1], value[2],
         tfa_option_text(report, TFA_OPTION_INERTIA_STRICT));
     return TFA_E_MODEL;
@@ -166,8 +162,8 @@ void tfa_draft_note_base(const struct draft *d, tfa_report *report)
     if (links && !world)
         tfa_report_add(
             report, TFA_NOTE, root->line, "base-mass",
-            "link '%s': it and what is fixed to it have mass, %.6Lg kg, which is not used, "
-            "and the file has no link 'world' that it is fixed to; did you mean %s?",
+            "link '%s': it and what is fixed to it have mass, %.6Lg kg, which is not used, and the "
+            "file has no link 'world' that it is fixed to; did you mean %s?",
             root->name, mass, floating);
     else if (links)
         tfa_report_add(report, TFA_NOTE, root->line, "base-mass",

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 
 #include "model/draft/draft.h"
-#include "model/report/report_messages.h"
 
 /* has_mass: the link or something that hangs from it has mass, inertia or a payload. */
 static void propagate_has_mass(struct draft *d)
@@ -55,9 +54,8 @@ static void refuse(const struct draft *d, size_t j, tfa_report *report)
     const tfa_joint *joint = &d->description->joints[j];
     tfa_report_add_grouped(
         report, TFA_ERROR, joint->line, "massless-leaf", "joints", joint->name,
-        "joint '%s': nothing with mass moves with it, so the mass matrix is singular; "
-        "lock it (%s locks all of them), make it fixed, or give link '%s' mass or the "
-        "joint armature",
+        "joint '%s': nothing with mass moves with it, so the mass matrix is singular; lock it (%s "
+        "locks all of them), make it fixed, or give link '%s' mass or the joint armature",
         joint->name, tfa_option_text(report, TFA_OPTION_LOCK_LEAVES),
         d->description->links[joint->child].name);
 }
@@ -131,7 +129,7 @@ static void report_massless_link(const struct draft *d, const struct draft_body 
 /* Nothing but the links of the file makes it a body: one that carries a payload has mass. */
 static int lacks_inertial(const struct draft *d, const struct draft_body *b)
 {
-    return b->mass == 0 && b->I[0] + b->I[3] + b->I[5] == 0 && !b->loaded &&
+    return b->sum.mass == 0 && b->sum.I[0] + b->sum.I[3] + b->sum.I[5] == 0 && !b->loaded &&
            !d->description->links[b->link].inertial;
 }
 
@@ -157,7 +155,7 @@ static int base_is_constrained(const struct draft *d)
 {
     const struct draft_body *b = &d->body[0];
     uint32_t children = 0;
-    if (b->mass > 0 || b->I[0] + b->I[3] + b->I[5] > 0 || b->loaded)
+    if (b->sum.mass > 0 || b->sum.I[0] + b->sum.I[3] + b->sum.I[5] > 0 || b->loaded)
         return 1;
     for (uint32_t i = 1; i < d->bodies; i++) {
         if (d->body[i].parent != 0 || !d->link[d->body[i].link].has_mass)
@@ -169,15 +167,14 @@ static int base_is_constrained(const struct draft *d)
     return children >= 2;
 }
 
-int tfa_draft_base(const struct draft *d, tfa_report *report)
+int tfa_draft_base(struct draft *d, tfa_report *report)
 {
     if (d->options->base != TFA_BASE_FLOATING || base_is_constrained(d))
         return TFA_OK;
     const tfa_link *root = &d->description->links[d->root];
-    tfa_report_add(report, TFA_ERROR, root->line, "massless-root",
-                   "link '%s': the floating base has no mass, and no two joints hold it, so the "
-                   "mass matrix is singular; give it mass, make its joint fixed, or let the link "
-                   "that has the mass be the root",
-                   root->name);
-    return TFA_E_NO_MASS;
+    return TFA_REFUSE(report, TFA_E_NO_MASS, root->line, "massless-root",
+                      "link '%s': the floating base has no mass, and no two joints hold it, so the "
+                      "mass matrix is singular; give it mass, make its joint fixed, or let the "
+                      "link that has the mass be the root",
+                      root->name);
 }

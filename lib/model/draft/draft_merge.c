@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "model/draft/draft.h"
+#include "model/payload.h"
 
 /* Adds a link's inertia to its body, about the body's origin. f: the link's frame in the body. */
 static void add_inertia(struct draft_body *b, const tfa_link *link, const long double s[6],
@@ -18,26 +19,15 @@ static void add_inertia(struct draft_body *b, const tfa_link *link, const long d
         empty &= s[k] == 0;
     if (empty)
         return;
-    ext quat[4], Q[9], R[9], Rt[9], t[9], I[9];
+    ext quat[4], Q[9], R[9], com[3], c[3];
+    const ext Ic[6] = {s[0], s[1], s[2], s[3], s[4], s[5]};
     ext_from_parts(quat, link->quat, link->quat_low, 4);
     ext_rotation(Q, quat);
     (void)draft_snap(Q, snap);
     ext_mul(R, f->R, Q);
-    const ext Ic[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]};
-    ext_mul(t, R, Ic);
-    ext_transpose(Rt, R);
-    ext_mul(I, t, Rt);
-    ext com[3], c[3], m = link->mass;
     ext_from_double(com, link->com, 3);
     ext_apply(c, f->R, com, f->p);
-    ext cc = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    for (int k = 0; k < 6; k++) {
-        int i = ext_row[k], j = ext_col[k];
-        b->I[k] += (I[3 * i + j] + I[3 * j + i]) / 2 + m * ((i == j ? cc : 0) - c[i] * c[j]);
-    }
-    b->mass += m;
-    for (int i = 0; i < 3; i++)
-        b->h[i] += m * c[i];
+    tfa_mass_properties_add(&b->sum, link->mass, c, R, Ic);
 }
 
 static struct draft_body *new_body(struct draft *d, uint32_t link, int32_t joint, uint8_t kind)
@@ -54,10 +44,9 @@ static struct draft_body *new_body(struct draft *d, uint32_t link, int32_t joint
 
 static int refuse_axis(const tfa_joint *joint, tfa_report *report)
 {
-    tfa_report_add(report, TFA_ERROR, joint->line, "zero-axis",
-                   "joint '%s': axis %g %g %g has no direction; give it a unit vector", joint->name,
-                   joint->axis[0], joint->axis[1], joint->axis[2]);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "zero-axis",
+                      "joint '%s': axis %g %g %g has no direction; give it a unit vector",
+                      joint->name, joint->axis[0], joint->axis[1], joint->axis[2]);
 }
 
 /* Axes and origin of the joint's frame in the body that carries its parent link */

@@ -7,7 +7,6 @@
 #include <stdlib.h>
 
 #include "model/draft/draft.h"
-#include "model/report/report_messages.h"
 
 static int mimics(const struct draft *d, size_t j)
 {
@@ -53,8 +52,7 @@ static int check_mimic(const struct draft *d, size_t j, tfa_report *report)
     }
     if (!wrong)
         return TFA_OK;
-    tfa_report_add(report, TFA_ERROR, joint->line, code, "joint '%s': %s", joint->name, wrong);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, joint->line, code, "joint '%s': %s", joint->name, wrong);
 }
 
 /* Does the chain of mimics end here? With a joint that follows none, or that the scene locks. */
@@ -70,13 +68,11 @@ static int resolve(struct draft *d, uint32_t j, uint32_t *path, tfa_report *repo
     size_t length = 0;
     uint32_t k = j;
     do {
-        if (length == s->joint_count) {
-            tfa_report_add(report, TFA_ERROR, s->joints[k].line, "mimic-loop",
-                           "joint '%s': in the end it mimics itself; let one of the joints move "
-                           "by itself",
-                           s->joints[k].name);
-            return TFA_E_MODEL;
-        }
+        if (length == s->joint_count)
+            return TFA_REFUSE(
+                report, TFA_E_MODEL, s->joints[k].line, "mimic-loop",
+                "joint '%s': in the end it mimics itself; let one of the joints move by itself",
+                s->joints[k].name);
         path[length++] = k;
         k = (uint32_t)s->joints[k].mimic;
     } while (!chain_ends(d, k) && d->joint[k].leader < 0);
@@ -102,32 +98,28 @@ static int check_locked(const struct draft *d, uint32_t j, tfa_report *report)
     const char *name = s->joints[j].name, *of = s->joints[follower->leader].name;
     if (d->options->mimic != TFA_MIMIC_PROJECT || leader->fate == TFA_FATE_ABSENT)
         return TFA_OK;
-    if (leader->fate != TFA_FATE_LOCKED && follower->multiplier != 0) {
-        tfa_report_add(report, TFA_ERROR, 0, "scene-lock",
-                       "joint '%s': the scene locks it, but it follows joint '%s', which is not "
-                       "locked; lock that one",
-                       name, of);
-        return TFA_E_MODEL;
-    }
+    if (leader->fate != TFA_FATE_LOCKED && follower->multiplier != 0)
+        return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-lock",
+                          "joint '%s': the scene locks it, but it follows joint '%s', which is not "
+                          "locked; lock that one",
+                          name, of);
     ext q = follower->multiplier * leader->q[0] + follower->offset;
     if (ext_abs(follower->q[0] - q) <= 1e-9L * (1 + ext_abs(q)))
         return TFA_OK;
-    tfa_report_add(report, TFA_ERROR, 0, "scene-lock",
-                   "joint '%s': the scene locks it at %Lg, but following joint '%s' it stands at "
-                   "%Lg; remove its lock",
-                   name, (long double)follower->q[0], of, (long double)q);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-lock",
+                      "joint '%s': the scene locks it at %Lg, but following joint '%s' it stands "
+                      "at %Lg; remove its lock",
+                      name, (long double)follower->q[0], of, (long double)q);
 }
 
 /* Its leader is outside the scene: nobody knows where the follower goes. */
 static int refuse_absent(const struct draft *d, uint32_t j, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];
-    tfa_report_add(report, TFA_ERROR, joint->line, "scene-root",
-                   "joint '%s': it follows joint '%s', which does not hang from the root of the "
-                   "scene; lock it, or choose another root",
-                   joint->name, d->description->joints[d->joint[j].leader].name);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "scene-root",
+                      "joint '%s': it follows joint '%s', which does not hang from the root of the "
+                      "scene; lock it, or choose another root",
+                      joint->name, d->description->joints[d->joint[j].leader].name);
 }
 
 static int apply_policy(struct draft *d, uint32_t j, tfa_report *report)

@@ -15,19 +15,14 @@ static int find_parents(const struct draft *d, int32_t *joint_of, tfa_report *re
         joint_of[k] = -1;
     for (size_t j = 0; j < s->joint_count; j++) {
         const tfa_joint *joint = &s->joints[j];
-        if (joint->parent >= s->link_count || joint->child >= s->link_count) {
-            tfa_report_add(report, TFA_ERROR, joint->line, "unknown-link",
-                           "joint '%s': parent or child link does not exist", joint->name);
-            return TFA_E_MODEL;
-        }
-        if (joint_of[joint->child] >= 0) {
-            tfa_report_add(report, TFA_ERROR, joint->line, "two-parents",
-                           "link '%s': child of joint '%s' and of joint '%s'; a robot is a tree: "
-                           "remove one",
-                           s->links[joint->child].name, s->joints[joint_of[joint->child]].name,
-                           joint->name);
-            return TFA_E_MODEL;
-        }
+        if (joint->parent >= s->link_count || joint->child >= s->link_count)
+            return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "unknown-link",
+                              "joint '%s': parent or child link does not exist", joint->name);
+        if (joint_of[joint->child] >= 0)
+            return TFA_REFUSE(
+                report, TFA_E_MODEL, joint->line, "two-parents",
+                "link '%s': child of joint '%s' and of joint '%s'; a robot is a tree: remove one",
+                s->links[joint->child].name, s->joints[joint_of[joint->child]].name, joint->name);
         joint_of[joint->child] = (int32_t)j;
     }
     return TFA_OK;
@@ -44,8 +39,8 @@ static int find_root(struct draft *d, const int32_t *joint_of, tfa_report *repor
             d->root = (uint32_t)k;
         else
             tfa_report_add(report, TFA_ERROR, s->links[k].line, "two-roots",
-                           "link '%s': neither it nor link '%s' is the child of a joint; "
-                           "connect them or remove one",
+                           "link '%s': neither it nor link '%s' is the child of a joint; connect "
+                           "them or remove one",
                            s->links[k].name, s->links[d->root].name);
     }
     if (roots == 0)
@@ -91,11 +86,10 @@ static int append_all(struct draft *d, const int32_t *joint_of, uint8_t *visited
         done = append_path(d, done, j, joint_of, visited, path);
         if (done == SIZE_MAX) {
             const tfa_joint *joint = joint_in_loop(s, j, joint_of);
-            tfa_report_add(report, TFA_ERROR, joint->line, "loop",
-                           "joint '%s': its parent link '%s' hangs from itself; a robot is a "
-                           "tree: open the loop",
-                           joint->name, s->links[joint->parent].name);
-            return TFA_E_MODEL;
+            return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "loop",
+                              "joint '%s': its parent link '%s' hangs from itself; a robot is a "
+                              "tree: open the loop",
+                              joint->name, s->links[joint->parent].name);
         }
     }
     return TFA_OK;
@@ -104,10 +98,8 @@ static int append_all(struct draft *d, const int32_t *joint_of, uint8_t *visited
 int tfa_draft_order(struct draft *d, tfa_report *report)
 {
     const tfa_description *s = d->description;
-    if (s->link_count == 0) {
-        tfa_report_add(report, TFA_ERROR, 0, "no-links", "the robot has no links");
-        return TFA_E_MODEL;
-    }
+    if (s->link_count == 0)
+        return TFA_REFUSE(report, TFA_E_MODEL, 0, "no-links", "the robot has no links");
     int32_t *joint_of = malloc(s->link_count * sizeof *joint_of);
     uint8_t *visited = calloc(s->joint_count + 1, 1);
     uint32_t *path = malloc((s->joint_count + 1) * sizeof *path);

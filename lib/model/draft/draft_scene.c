@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Which links and joints are part of the scene, and which links carry its payloads and tips.
+ * The scene: links and joints that are part of it, payloads, tips, locked joints.
  */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 #include <totalforce/text.h>
 
@@ -31,9 +32,8 @@ static int refuse_link(const struct draft *d, const char *code, const char *name
     char suggestions[200];
     tfa_suggest(name ? name : "", d->description, d->description->link_count, link_name,
                 suggestions, sizeof suggestions);
-    tfa_report_add(report, TFA_ERROR, 0, code, "link '%s': %s; nearest: %s", name ? name : "(none)",
-                   what, suggestions);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, code, "link '%s': %s; nearest: %s",
+                      name ? name : "(none)", what, suggestions);
 }
 
 static const char *shown(const char *name)
@@ -47,10 +47,10 @@ static int find_root(struct draft *d, const char *name, tfa_report *report)
         return TFA_OK;
     int32_t link = find_link(d, name);
     if (link < 0)
-        return refuse_link(d, "scene-root", name,
-                           "the root of the scene does not exist; name a link of the robot, or "
-                           "none for all of it",
-                           report);
+        return refuse_link(
+            d, "scene-root", name,
+            "the root of the scene does not exist; name a link of the robot, or none for all of it",
+            report);
     d->root = (uint32_t)link;
     return TFA_OK;
 }
@@ -81,11 +81,10 @@ static int mark_tip(struct draft *d, const char *name, tfa_report *report)
     if (link < 0)
         return refuse_link(d, "scene-tip", name,
                            "the tip of the scene does not exist; name a link of the robot", report);
-    tfa_report_add(report, TFA_ERROR, 0, "scene-tip",
-                   "link '%s': the tip of the scene does not hang from its root; choose another "
-                   "tip or another root",
-                   name);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-tip",
+                      "link '%s': the tip of the scene does not hang from its root; choose another "
+                      "tip or another root",
+                      name);
 }
 
 static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report *report)
@@ -96,11 +95,9 @@ static int mark_payload(struct draft *d, const tfa_payload *payload, tfa_report 
         return refuse_link(d, "scene-payload", payload->link,
                            "the payload is on a link that does not exist; name a link of the robot",
                            report);
-    if (wrong) {
-        tfa_report_add(report, TFA_ERROR, 0, "scene-payload", "link '%s': the payload %s",
-                       shown(payload->link), wrong);
-        return TFA_E_MODEL;
-    }
+    if (wrong)
+        return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-payload", "link '%s': the payload %s",
+                          shown(payload->link), wrong);
     if (!d->link[link].present) {
         tfa_report_add(report, TFA_WARNING, 0, "scene-payload",
                        "link '%s': it is not part of the scene, its payload is left out; choose "
@@ -126,6 +123,88 @@ int tfa_draft_scene(struct draft *d, tfa_report *report)
             status = TFA_E_MODEL;
     for (size_t k = 0; k < scene->payload_count; k++)
         if (mark_payload(d, &scene->payloads[k], report) != TFA_OK)
+            status = TFA_E_MODEL;
+    return status;
+}
+
+/* ---- locked joints ---- */
+
+static int refuse_lock(const tfa_lock *lock, const char *what, tfa_report *report)
+{
+    return TFA_REFUSE(report, TFA_E_MODEL, 0, "scene-lock", "joint '%s': %s", shown(lock->joint),
+                      what);
+}
+
+static int32_t find_joint(const struct draft *d, const char *name)
+{
+    for (size_t j = 0; name && j < d->description->joint_count; j++)
+        if (strcmp(d->description->joints[j].name, name) == 0)
+            return (int32_t)j;
+    return -1;
+}
+
+static const char *joint_name(const void *description, size_t index)
+{
+    return ((const tfa_description *)description)->joints[index].name;
+}
+
+static int refuse_unknown(const struct draft *d, const tfa_lock *lock, tfa_report *report)
+{
+    char suggestions[200], what[320];
+    tfa_suggest(lock->joint ? lock->joint : "", d->description, d->description->joint_count,
+                joint_name, suggestions, sizeof suggestions);
+    snprintf(what, sizeof what,
+             "the scene locks it, but the robot has no such joint; correct the name; nearest: %s",
+             suggestions);
+    return refuse_lock(lock, what, report);
+}
+
+/* Error of the coordinates, for a message; NULL: none. */
+static const char *fault(const tfa_lock *lock, tfa_joint_type type)
+{
+    for (int k = 0; k < declared_coordinates(type); k++)
+        if (!isfinite(lock->q[k]))
+            return "the scene locks it at a coordinate that is not finite; correct it";
+    const double *o = lock->q + 3;
+    if (type == TFA_JOINT_FLOATING &&
+        !(fabs(sqrt(o[0] * o[0] + o[1] * o[1] + o[2] * o[2] + o[3] * o[3]) - 1) <= 1e-3))
+        return "the scene locks it at a quaternion whose norm is off from 1 by more than 1e-3; "
+               "correct it (x y z, then x y z w)";
+    return NULL;
+}
+
+static int lock_joint(struct draft *d, const tfa_lock *lock, tfa_report *report)
+{
+    int32_t j = find_joint(d, lock->joint);
+    if (j < 0)
+        return refuse_unknown(d, lock, report);
+    struct draft_joint *joint = &d->joint[j];
+    const tfa_joint_type type = d->description->joints[j].type;
+    if (type == TFA_JOINT_FIXED)
+        return refuse_lock(lock, "the scene locks it, but it is fixed in the file; remove the lock",
+                           report);
+    if (joint->fate == TFA_FATE_LOCKED)
+        return refuse_lock(lock, "the scene locks it twice; remove one of the locks", report);
+    const char *wrong = fault(lock, type);
+    if (wrong)
+        return refuse_lock(lock, wrong, report);
+    if (joint->fate == TFA_FATE_ABSENT) {
+        tfa_report_add(report, TFA_NOTE, 0, "scene-lock",
+                       "joint '%s': it is not part of the scene, its lock does nothing; remove it",
+                       lock->joint);
+        return TFA_OK;
+    }
+    joint->fate = TFA_FATE_LOCKED;
+    ext_from_double(joint->q, lock->q, declared_coordinates(type));
+    return TFA_OK;
+}
+
+int tfa_draft_locks(struct draft *d, tfa_report *report)
+{
+    const tfa_scene *scene = d->options->scene;
+    int status = TFA_OK;
+    for (size_t k = 0; scene && k < scene->lock_count; k++)
+        if (lock_joint(d, &scene->locks[k], report) != TFA_OK)
             status = TFA_E_MODEL;
     return status;
 }

@@ -265,12 +265,8 @@ static void sum_mass_properties(struct singularity_check *l)
 {
     const tfa_description *s = l->d->description;
     const tfa_scene *scene = l->d->options->scene;
-    for (uint32_t i = 0; i < l->d->bodies; i++) {
-        const struct draft_body *b = &l->d->body[i];
-        l->inertia[i].mass = b->mass;
-        memcpy(l->inertia[i].h, b->h, sizeof b->h);
-        memcpy(l->inertia[i].I, b->I, sizeof b->I);
-    }
+    for (uint32_t i = 0; i < l->d->bodies; i++)
+        l->inertia[i] = l->d->body[i].sum;
     for (size_t k = 0; k < s->link_count; k++) {
         const double *I = s->links[k].inertia;
         const int32_t body = l->d->frame[k].body;
@@ -315,12 +311,11 @@ static void refuse(const struct draft *d, uint32_t i, tfa_report *report)
     const struct draft_body *b = &d->body[i];
     const char *link = s->links[b->link].name;
     if (b->base) {
-        tfa_report_add(
-            report, TFA_ERROR, s->links[b->link].line, "singular-mass",
-            "link '%s': nothing resists one of the six freedoms of the floating base, so "
-            "the mass matrix is singular at every q; give the link an inertia about all "
-            "axes, or let another link be the root",
-            link);
+        tfa_report_add(report, TFA_ERROR, s->links[b->link].line, "singular-mass",
+                       "link '%s': nothing resists one of the six freedoms of the floating base, "
+                       "so the mass matrix is singular at every q; give the link an inertia about "
+                       "all axes, or let another link be the root",
+                       link);
         return;
     }
     const tfa_joint *joint = &s->joints[b->joint];
@@ -328,11 +323,11 @@ static void refuse(const struct draft *d, uint32_t i, tfa_report *report)
     if (is_fused(b->kind))
         tfa_report_add(
             report, TFA_ERROR, joint->line, "singular-mass",
-            "joint '%s': between it and joint '%s' nothing has mass, and these %u joints "
-            "move in fewer ways, so the mass matrix is singular at every q; give a link "
-            "between them mass or one of the joints armature, or lock one of them",
+            "joint '%s': between it and joint '%s' nothing has mass, and these %u joints move in "
+            "fewer ways, so the mass matrix is singular at every q; give a link between them mass "
+            "or one of the joints armature, or lock one of them",
             joint->name, s->joints[d->part[b->first].joint].name, b->n);
-    else if (!(b->mass > 0) && beyond != joint)
+    else if (!(b->sum.mass > 0) && beyond != joint)
         tfa_report_add(report, TFA_ERROR, joint->line, "singular-mass",
                        "joint '%s': link '%s' has no mass, and joint '%s' moves what hangs from it "
                        "in the same way, so the mass matrix is singular at every q; give the link "

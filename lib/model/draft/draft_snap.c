@@ -72,7 +72,6 @@ void draft_note_snaps(const struct draft *d, tfa_report *report)
             count_snap(&t, s->links[k].quat, s->links[k].quat_low, limit, s->links[k].name);
     tfa_report_add(
         report, TFA_NOTE, 0, "snapped",
-        "rotations made right angles: %zu, within %g rad; the largest change is %.3Lg rad, "
-        "at '%s'",
+        "rotations made right angles: %zu, within %g rad; the largest change is %.3Lg rad, at '%s'",
         t.count, limit, t.largest, t.name);
 }

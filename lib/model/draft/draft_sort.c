@@ -68,8 +68,9 @@ static void number_frames(struct draft *d)
             d->frame[k].number = d->frames++;
 }
 
-int tfa_draft_sort(struct draft *d)
+int tfa_draft_sort(struct draft *d, tfa_report *report)
 {
+    (void)report;
     const size_t n = d->bodies + 1u;
     uint32_t *new_index = calloc(n, sizeof *new_index), *tree = calloc(n, sizeof *tree);
     uint32_t *start = calloc(n, sizeof *start);

@@ -69,8 +69,9 @@ static void remove_trees(struct draft *d, struct trees *t)
     }
 }
 
-int tfa_draft_trees(struct draft *d)
+int tfa_draft_trees(struct draft *d, tfa_report *report)
 {
+    (void)report;
     const tfa_scene *scene = d->options->scene;
     if (!scene || scene->tip_count == 0 || d->options->base == TFA_BASE_FLOATING)
         return TFA_OK;

@@ -7,7 +7,6 @@
 #include <stdio.h>
 
 #include "model/draft/draft.h"
-#include "model/report/report_messages.h"
 
 /* Joints that move and have something. */
 struct tally {

@@ -37,17 +37,15 @@ static int is_rounding_remainder(const double *high, const double *low, int coun
 static int refuse_low(const char *kind, const char *name, uint32_t line, const char *field,
                       tfa_report *report)
 {
-    tfa_report_add(report, TFA_ERROR, line, "bad-number",
-                   "%s '%s': %s_low is more than rounding leaves of %s; set it to 0", kind, name,
-                   field, field);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, line, "bad-number",
+                      "%s '%s': %s_low is more than rounding leaves of %s; set it to 0", kind, name,
+                      field, field);
 }
 
 static int refuse_link(const tfa_link *link, const char *what, tfa_report *report)
 {
-    tfa_report_add(report, TFA_ERROR, link->line, "bad-number",
-                   "link '%s': its %s is not finite; correct it", link->name, what);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, link->line, "bad-number",
+                      "link '%s': its %s is not finite; correct it", link->name, what);
 }
 
 static int check_link(const tfa_link *link, tfa_report *report)
@@ -58,20 +56,16 @@ static int check_link(const tfa_link *link, tfa_report *report)
         return refuse_link(link, "centre of mass", report);
     if (!all_finite(link->inertia, 6))
         return refuse_link(link, "inertia", report);
-    if (!is_valid_quaternion(link->quat)) {
-        tfa_report_add(report, TFA_ERROR, link->line, "bad-quaternion",
-                       "link '%s': quaternion %g %g %g %g of its inertia is no rotation; give 0 0 "
-                       "0 1 for none",
-                       link->name, link->quat[0], link->quat[1], link->quat[2], link->quat[3]);
-        return TFA_E_MODEL;
-    }
+    if (!is_valid_quaternion(link->quat))
+        return TFA_REFUSE(report, TFA_E_MODEL, link->line, "bad-quaternion",
+                          "link '%s': quaternion %g %g %g %g of its inertia is no rotation; give 0 "
+                          "0 0 1 for none",
+                          link->name, link->quat[0], link->quat[1], link->quat[2], link->quat[3]);
     if (!is_rounding_remainder(link->quat, link->quat_low, 4))
         return refuse_low("link", link->name, link->line, "quat", report);
-    if (link->mass < 0) {
-        tfa_report_add(report, TFA_ERROR, link->line, "negative-mass",
-                       "link '%s': mass %g kg is negative; correct it", link->name, link->mass);
-        return TFA_E_MODEL;
-    }
+    if (link->mass < 0)
+        return TFA_REFUSE(report, TFA_E_MODEL, link->line, "negative-mass",
+                          "link '%s': mass %g kg is negative; correct it", link->name, link->mass);
     return TFA_OK;
 }
 
@@ -81,10 +75,9 @@ static int check_armature(const tfa_joint *joint, int with_rotor, tfa_report *re
     const double a = joint->armature + (with_rotor ? joint->rotor : 0);
     if (joint->type == TFA_JOINT_FIXED || (isfinite(a) && a >= 0))
         return TFA_OK;
-    tfa_report_add(report, TFA_ERROR, joint->line, "bad-armature",
-                   "joint '%s': armature %g must be finite and not negative; correct it",
-                   joint->name, a);
-    return TFA_E_MODEL;
+    return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "bad-armature",
+                      "joint '%s': armature %g must be finite and not negative; correct it",
+                      joint->name, a);
 }
 
 /* Has it an axis with a direction? One without is refused where it is used. */
@@ -96,33 +89,26 @@ static int has_axis(const tfa_joint *joint)
 
 static int check_joint(const tfa_joint *joint, const tfa_model_options *options, tfa_report *report)
 {
-    if (joint->type != TFA_JOINT_FIXED && joint_type_of(joint->type) == JOINT_TYPES) {
-        tfa_report_add(report, TFA_ERROR, joint->line, "bad-type",
-                       "joint '%s': type %d does not exist; use one of tfa_joint_type", joint->name,
-                       (int)joint->type);
-        return TFA_E_MODEL;
-    }
-    if (!all_finite(joint->xyz, 3)) {
-        tfa_report_add(report, TFA_ERROR, joint->line, "bad-number",
-                       "joint '%s': its origin %g %g %g is not finite; correct it", joint->name,
-                       joint->xyz[0], joint->xyz[1], joint->xyz[2]);
-        return TFA_E_MODEL;
-    }
-    if (!is_valid_quaternion(joint->quat)) {
-        tfa_report_add(report, TFA_ERROR, joint->line, "bad-quaternion",
-                       "joint '%s': quaternion %g %g %g %g is no rotation; give 0 0 0 1 for none",
-                       joint->name, joint->quat[0], joint->quat[1], joint->quat[2], joint->quat[3]);
-        return TFA_E_MODEL;
-    }
+    if (joint->type != TFA_JOINT_FIXED && joint_type_of(joint->type) == JOINT_TYPES)
+        return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "bad-type",
+                          "joint '%s': type %d does not exist; use one of tfa_joint_type",
+                          joint->name, (int)joint->type);
+    if (!all_finite(joint->xyz, 3))
+        return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "bad-number",
+                          "joint '%s': its origin %g %g %g is not finite; correct it", joint->name,
+                          joint->xyz[0], joint->xyz[1], joint->xyz[2]);
+    if (!is_valid_quaternion(joint->quat))
+        return TFA_REFUSE(
+            report, TFA_E_MODEL, joint->line, "bad-quaternion",
+            "joint '%s': quaternion %g %g %g %g is no rotation; give 0 0 0 1 for none", joint->name,
+            joint->quat[0], joint->quat[1], joint->quat[2], joint->quat[3]);
     if (!is_rounding_remainder(joint->quat, joint->quat_low, 4))
         return refuse_low("joint", joint->name, joint->line, "quat", report);
     if (has_axis(joint) && !is_rounding_remainder(joint->axis, joint->axis_low, 3))
         return refuse_low("joint", joint->name, joint->line, "axis", report);
-    if (options->damping && !isfinite(joint->damping)) {
-        tfa_report_add(report, TFA_ERROR, joint->line, "bad-number",
-                       "joint '%s': its damping is not finite; correct it", joint->name);
-        return TFA_E_MODEL;
-    }
+    if (options->damping && !isfinite(joint->damping))
+        return TFA_REFUSE(report, TFA_E_MODEL, joint->line, "bad-number",
+                          "joint '%s': its damping is not finite; correct it", joint->name);
     return check_armature(joint, options->rotor_inertia != 0, report);
 }
 

@@ -17,7 +17,11 @@ extern "C" {
 /* Formats as vsnprintf, with a point in numbers in every locale. @return the length or -1 */
 int tfa_report_print(char *text, size_t size, const char *format, va_list arguments);
 
-/* A load or a compilation starts: what it says is not added to earlier messages. */
+/* Adds an error; the value is `status`. Arguments as tfa_report_add. */
+#define TFA_REFUSE(report, status, line, code, ...)                                                \
+    (tfa_report_add(report, TFA_ERROR, line, code, __VA_ARGS__), (status))
+
+/* Starts a load or a compilation: later messages are not grouped with earlier ones. */
 void tfa_report_begin(tfa_report *report);
 
 /*

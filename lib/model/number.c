@@ -1,17 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Numbers: one grammar, the same in every locale, nothing read half.
+ * Reading of numbers: one grammar, independent of the locale, the whole text or nothing.
  */
-#include "urdf/urdf.h"
-
 #include <locale.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
+#include <totalforce/text.h>
 
-/* Not isdigit(): that asks the locale. */
+/* isdigit() depends on the locale. */
 static bool is_digit(char c)
 {
     return c >= '0' && c <= '9';
@@ -58,7 +57,7 @@ static bool is_written_as_zero(const char *text, size_t length)
 
 tfa_number_fault tfa_number_read(const char *text, size_t length, double *number)
 {
-    /* 400: longer than any double written out in full digits with its sign and exponent matters. */
+    /* a double needs fewer digits than that to be exact */
     char copy[400];
     if (length >= sizeof copy || !is_decimal(text, length))
         return TFA_NUMBER_MALFORMED;
@@ -75,4 +74,23 @@ tfa_number_fault tfa_number_read(const char *text, size_t length, double *number
         return TFA_NUMBER_UNDERFLOW;
     *number = value;
     return TFA_NUMBER_OK;
+}
+
+tfa_number_fault tfa_whole_number_read(const char *text, size_t length, uint64_t *number)
+{
+    uint64_t value = 0;
+    tfa_number_fault fault = TFA_NUMBER_OK;
+    if (length == 0 || (text[0] == '0' && length > 1))
+        return TFA_NUMBER_MALFORMED;
+    for (size_t i = 0; i < length; i++) {
+        if (text[i] < '0' || text[i] > '9')
+            return TFA_NUMBER_MALFORMED;
+        const uint64_t digit = (uint64_t)(text[i] - '0');
+        if (value > (UINT64_MAX - digit) / 10)
+            fault = TFA_NUMBER_OVERFLOW;
+        value = 10 * value + digit;
+    }
+    if (fault == TFA_NUMBER_OK)
+        *number = value;
+    return fault;
 }

@@ -246,7 +246,7 @@ static void stop_all(service *s)
     notify_stopping();
     control_close_listeners(&s->daemon);
     stop_dds(s);                     /* its requests need the workers */
-    daemon_stop_workers(&s->daemon); /* they answer what is in the rings */
+    daemon_stop_workers(&s->daemon); /* they answer the requests in the rings */
     reload_abandon(&s->daemon);
     session_end_all(&s->daemon);
     daemon_free_robot_set(&s->daemon);

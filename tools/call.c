@@ -46,7 +46,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-/* The daemon, as one who answers. Without a link it is looked for again at every line. */
+/* The daemon as a solver. Without a link it is looked for again at every line. */
 typedef struct caller {
     const call_options *options;
     daemon_link *link;

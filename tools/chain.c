@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Defaults depend on the kind, which may be named last: what was given is applied after all. */
+/* Defaults depend on the kind, which may be named last: given options are applied after all. */
 typedef struct chain_options {
     const char *name;
     mechanism_options read_argument;

@@ -17,14 +17,14 @@
 
 /* X(name, padding of the list in --help, what it does) */
 #define COMMAND_LIST(X)                                                                            \
-    X(model, "       ", "load a URDF and report what became of it")                                \
+    X(model, "       ", "load a URDF and report the result")                                       \
     X(solve, "       ", "answer JSON lines from standard input, in process")                       \
     X(call, "        ", "answer the same JSON lines through a running daemon")                     \
     X(latency, "     ", "measure a running daemon's round trips")                                  \
-    X(methods, "     ", "list the methods, their cost and what they refuse")                       \
+    X(methods, "     ", "list the methods, their cost and refusals")                               \
     X(chain, "       ", "write a test mechanism as URDF")                                          \
     X(chart, "       ", "chart accuracy against speed")                                            \
-    X(atlas, "       ", "map where methods fail, and what the service answers there")              \
+    X(atlas, "       ", "map failures of methods, and the answers of the service there")           \
     X(specialise, "  ", "compile a kernel specialised for one robot")
 
 static const struct {

@@ -87,8 +87,8 @@ int command_methods(int argc, char **argv)
     static const struct argp argp = {
         .options = options,
         .parser = parse,
-        .doc = "The methods: what each answers, what it costs for N bodies, m tips, depth d and P "
-               "processors, and what it refuses by name."};
+        .doc = "The methods: answers, cost for N bodies, m tips, depth d and P "
+               "processors, and refusals by name."};
     int json = 0;
     const error_t error = argp_parse(&argp, argc, argv, 0, NULL, &json);
     if (error) {

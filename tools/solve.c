@@ -71,7 +71,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-/* The library, as one who answers. */
+/* The library as a solver */
 typedef struct solver {
     robot_names names;
     tfa_workspace *workspace;

@@ -116,7 +116,7 @@ static int try_out(const char *path, const tfa_model *model)
     fprintf(stderr, "totalforce specialise: %s\n",
             error_text[0] ? error_text : tfa_status_text(status));
     if (status == TFA_E_REFUSED) {
-        fprintf(stderr, "totalforce specialise: it is built, but nobody loads it from there\n");
+        fprintf(stderr, "totalforce specialise: it is built, but cannot be loaded from there\n");
         return EXIT_UNMET;
     }
     unlink(path);
@@ -163,7 +163,7 @@ int command_specialise(int argc, char **argv)
     }
     tfa_report report = {0};
     int result = EXIT_FAILED;
-    /* what --snap changes is to be seen */
+    /* changes by --snap are shown */
     const tfa_severity lowest = options.scene.model.snap > 0 ? TFA_NOTE : TFA_WARNING;
     tfa_model *model = load_scene(options.file, &options.scene, lowest, &report);
     char *path = model ? output_path(options.output, model) : NULL;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Loads a configuration, and checks what only the whole can tell.
+ * Loads a configuration, and checks conditions between keys.
  */
 #include "config.h"
 
@@ -15,7 +15,7 @@
 #include "config_read.h"
 #include "ipc/handshake.h"
 
-/* ---- what only the whole can tell ---- */
+/* ---- conditions between keys ---- */
 
 static bool is_name(const char *s)
 {
@@ -130,7 +130,7 @@ static void check_realtime(config_reader *r, const config *c)
     if (rt->affinity_count && rt->affinity_count != c->workers)
         config_error(r, "realtime.affinity", "%zu processors for %u workers; name one for each",
                      rt->affinity_count, c->workers);
-    /* with one processor nobody is granted spin: see choose_wait_mode in session.c */
+    /* with one processor spin is granted to no client: see choose_wait_mode in session.c */
     if (rt->priority && c->allow_spin && processors > 1 && (long)c->workers >= processors)
         config_error(
             r, "realtime.priority",

@@ -4,7 +4,7 @@
  * The configuration of the daemon: constant once read; a reload reads another one.
  *
  * One table (config_table.c) holds every key with its type, default, range and explanation; the
- * parser, --check, --dump-config and what a reload may change come from it.
+ * parser, --check, --dump-config and the keys that a reload may change come from it.
  */
 #ifndef TFA_SERVICE_CONFIG_CONFIG_H
 #define TFA_SERVICE_CONFIG_CONFIG_H
@@ -62,7 +62,7 @@ typedef struct config_payload {
     size_t inertia_count; /* 6, or 0: a point */
 } config_payload;
 
-/* What part of a robot is served under the name ROBOT.SCENE, and how it is loaded. */
+/* Part and loads of a robot that is served under the name ROBOT.SCENE. */
 typedef struct config_scene {
     const char *name, *root;
     const char **tips;
@@ -91,7 +91,7 @@ typedef struct config_robot {
     uint32_t estimate_every;
     uint32_t precision; /* config_precision */
     uint32_t residual;  /* tfa_residual */
-    uint32_t wait;      /* tfa_wait: what clients get that ask for nothing */
+    uint32_t wait;      /* tfa_wait: default of clients */
     uint32_t slots, max_batch;
     uint32_t cut;     /* states */
     uint32_t methods; /* config_methods */
@@ -137,12 +137,12 @@ typedef struct config {
     size_t robots_count;
 
     char *file;                       /* it came from */
-    struct yaml_document_s *document; /* what is in it: the texts live there */
+    struct yaml_document_s *document; /* owns the texts */
     char *default_dir;                /* runtime_dir when the file says nothing */
 } config;
 
 /**
- * Reads and checks a file. Every error goes to `errors` as "FILE:LINE:COLUMN: what; remedy".
+ * Reads and checks a file. Every error goes to `errors` as "FILE:LINE:COLUMN: error; remedy".
  * @return TFA_OK; TFA_E_FILE; TFA_E_PARSE; TFA_E_MEMORY. On error *out is NULL.
  */
 TFA_CHECKED int config_load(const char *file, FILE *errors, config **out);

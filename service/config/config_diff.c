@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a reload may not change, from the table of keys.
+ * Keys that a reload may not change, from the table of keys.
  */
 #include <string.h>
 

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * From a YAML file to the configuration, by the table of keys: which keys there are, lists and
- * what is missing. All errors of a file are found in one go.
+ * missing keys. All errors of a file are found in one go.
  */
 #include "config_read.h"
 

@@ -29,7 +29,7 @@ typedef struct config_scalar {
     const char *path;
 } config_scalar;
 
-/** Reports an error at a node: "FILE:LINE:COLUMN: path: what". */
+/** Reports an error at a node: "FILE:LINE:COLUMN: path: error". */
 __attribute__((format(printf, 4, 5))) void config_error_at(config_reader *r,
                                                            const yaml_node_t *node,
                                                            const char *path, const char *format,
@@ -51,7 +51,7 @@ TFA_CHECKED int config_read_table(config_reader *r, const config_table *table,
                                   const yaml_node_t *node, const char *path, void *out);
 
 /** Reads one scalar; reports an error, with the spelling that was most likely meant, and writes the
- *  default if it is not what the slot takes. Text stays in the document. */
+ *  default if the type is wrong. Text stays in the document. */
 void config_read_scalar(config_reader *r, const config_scalar *scalar, const yaml_node_t *node,
                         void *out);
 

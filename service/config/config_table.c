@@ -25,7 +25,7 @@ static const char *const methods_words[] = {"auto", "all", NULL};
 /* in the order of config_specialise */
 static const char *const specialise_words[] = {"off", "load", NULL};
 static const char *const backend_words[] = {"shm", "memfd", NULL};
-/* the index is tfa_wait; nobody configures "default" */
+/* the index is tfa_wait; "default" is no value of the configuration */
 static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
 static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
 
@@ -70,7 +70,7 @@ static const config_row scene_rows[] = {
     {"name", CONFIG_TEXT, AT(config_scene, name), .required = true,
      .help = "Served as ROBOT.SCENE, with a socket of its own"},
     {"root", CONFIG_TEXT, AT(config_scene, root), RELOADABLE,
-     .help = "Only what hangs from this link, which takes the root's place; all when absent"},
+     .help = "Only the subtree of this link, which takes the root's place; all when absent"},
     {"tips", CONFIG_LIST, LIST_AT(config_scene, tips), RELOADABLE, .low = 0, .high = 1000,
      .entry = CONFIG_TEXT,
      .help = "Fixed base: only the trees that carry one of these links; all when absent"},
@@ -87,7 +87,7 @@ static const config_table scene_table = {scene_rows, sizeof(config_scene)};
 
 static const config_row robot_rows[] = {
     {"name", CONFIG_TEXT, AT(config_robot, name), .required = true,
-     .help = "What clients ask for; names the socket: letters, digits, '-', '_', '.'"},
+     .help = "Name for clients and of the socket: letters, digits, '-', '_', '.'"},
     {"urdf", CONFIG_TEXT, AT(config_robot, urdf), .required = true, RELOADABLE,
      .help = "The robot's file; a relative path starts at this configuration file"},
     {"base", CONFIG_WORD, AT(config_robot, base), RELOADABLE, .default_value = TFA_BASE_FIXED,
@@ -139,7 +139,7 @@ static const config_row robot_rows[] = {
      .help = "Longer batches are solved so many states at a time, between requests of others"},
     {"methods", CONFIG_WORD, AT(config_robot, methods), RELOADABLE,
      .default_value = CONFIG_METHODS_AUTO, .words = methods_words,
-     .help = "Room for all methods, or, beyond 256 bodies, only for what auto takes: auto, all"},
+     .help = "Memory for all methods, or, beyond 256 bodies, for those of auto only: auto, all"},
     {"dds", CONFIG_BOOL, AT(config_robot, dds), .default_value = true,
      .help = "Answer for this robot over DDS, if dds is enabled"},
     {0}};
@@ -215,9 +215,9 @@ static const config_row top_rows[] = {
     {"specialise_directory", CONFIG_TEXT, AT(config, specialise_directory), RELOADABLE,
      .help = "Where they are; only root and the daemon's user may write there and above"},
     {"limits", CONFIG_GROUP, AT(config, limits), .table = &limit_table,
-     .help = "What clients may take"},
+     .help = "Limits of clients"},
     {"realtime", CONFIG_GROUP, AT(config, realtime), .table = &realtime_table,
-     .help = "Each needs a permission; what could not be had is reported"},
+     .help = "Each needs a permission; settings that fail are reported"},
     {"pool", CONFIG_GROUP, AT(config, pool), .table = &pool_table,
      .help = "Several cores for large requests; whichever worker has one may use it"},
     {"dds", CONFIG_GROUP, AT(config, dds), .table = &dds_table, .help = "The DDS gateway"},

@@ -38,7 +38,7 @@ static bool is_in_range(const config_scalar *s, double value)
     return !has_range(s) || (value >= lowest(s) && value <= highest(s));
 }
 
-/* ---- what is expected, in words ---- */
+/* ---- expected values, in words ---- */
 
 static void join_words(const char *const *words, char *text, size_t size)
 {
@@ -102,7 +102,7 @@ static bool read_count(const char *text, double *value)
     return true;
 }
 
-/* Without separators, leading zeros and unit, the comma as a point: what was most likely meant.
+/* Without separators, leading zeros and unit, the comma as a point: the number most likely meant.
  * @return there is such a number */
 static bool clean_number(const char *text, char *number, size_t size, double *value)
 {

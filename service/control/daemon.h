@@ -19,7 +19,7 @@
 #include "robots/robot.h"
 #include "worker/worker.h"
 
-/* A worker, its thread and what only it uses. */
+/* A worker, its thread and its solvers */
 typedef struct daemon_worker {
     tfa_worker *worker;
     tfa_segment worker_status;
@@ -34,7 +34,7 @@ typedef enum session_state {
     SESSION_HANDSHAKE, /* connected, HELLO has not come */
     SESSION_DEFERRED,  /* HELLO came while a reload changes the robot's shape: it is kept */
     SESSION_ATTACHED,  /* attached to a worker */
-    SESSION_DRAINING,  /* the worker answers what was sent, then detaches; the socket is open */
+    SESSION_DRAINING,  /* the worker answers earlier requests, then detaches; the socket is open */
     SESSION_DETACHING, /* the worker was asked to detach; the socket is closed */
 } session_state;
 
@@ -58,7 +58,7 @@ typedef struct daemon_totals {
     uint64_t connections, refused, requests, rejected;
 } daemon_totals;
 
-/* All robots and scenes of a configuration: the served ones, or those that a reload made. */
+/* All robots and scenes of a configuration: the served ones, or the ones that a reload made. */
 typedef struct robot_set {
     tfa_robot *robots; /* those with dds first: the DDS gateway numbers them as the workers do */
     uint32_t count, dds_count;
@@ -70,7 +70,8 @@ typedef struct dds_gateway {
     void *self;
     /* Replies may come from this model from now on, too. */
     void (*expect)(void *self, uint32_t robot, const tfa_model *next);
-    /* Lets go of a robot's ring when what was asked is answered. @return it has; else ask again */
+    /* Releases a robot's ring when its requests are answered. @return whether it has; else ask
+     * again */
     bool (*detach)(void *self, uint32_t robot);
     /* Tells the domain; takes a ring again if it had left. */
     int (*announce)(void *self, uint32_t robot, const tfa_model *model);
@@ -85,7 +86,7 @@ typedef enum reload_phase {
     RELOAD_OFFERED,  /* the workers have not all taken the new solvers */
 } reload_phase;
 
-/* A reload under way. Up to the commit it owns what is new, afterwards what is old: either is
+/* A reload under way. Up to the commit it owns the new objects, afterwards the old ones: either is
  * released in the same way. */
 typedef struct reload {
     reload_phase phase;
@@ -118,7 +119,7 @@ typedef struct tfa_daemon {
     uint64_t memory; /* bytes of all segments of clients */
     daemon_totals totals;
     bool stop;
-    uint64_t watchdog_ns, watchdog_last; /* 0: nobody watches */
+    uint64_t watchdog_ns, watchdog_last; /* 0: no watchdog */
 } tfa_daemon;
 
 /* ---- robot_set.c: robots and workers ---- */
@@ -132,7 +133,7 @@ TFA_CHECKED int daemon_self_test(tfa_daemon *d);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_robot_set(tfa_daemon *d);
 
-/* ---- reload.c: other models while it runs; reload_load.c: what its thread does ---- */
+/* ---- reload.c: other models while it runs; reload_load.c: its thread ---- */
 
 /* SIGHUP: begins a reload, or notes that another one is wanted. */
 void reload_request(tfa_daemon *d);
@@ -155,7 +156,7 @@ TFA_CHECKED int control_open(tfa_daemon *d);
 TFA_CHECKED int control_listen(tfa_daemon *d);
 /* Until a signal says stop. */
 void control_run(tfa_daemon *d);
-/* Closes the sockets; nobody new comes. */
+/* Closes the sockets: no new clients. */
 void control_close_listeners(tfa_daemon *d);
 void control_close(tfa_daemon *d);
 uint64_t control_clock(void);
@@ -170,7 +171,7 @@ void session_event(tfa_daemon *d, session *s);
 void session_tick(tfa_daemon *d);
 /* Ends all of them; the workers run no more. */
 void session_end_all(tfa_daemon *d);
-/* The clients of a robot have to go when what they sent is answered. */
+/* The clients of a robot are detached when their requests are answered. */
 void session_drain(tfa_daemon *d, uint32_t robot);
 /* A client of this robot is attached. */
 bool session_any_attached(const tfa_daemon *d, uint32_t robot);

@@ -4,11 +4,11 @@
  * A reload: other models while the daemon answers. Nothing here waits; the tick comes back.
  *
  *   SIGHUP -> LOADING   a thread makes everything that is new aside (reload_load.c)
- *          -> DRAINING  robots whose arrays or names change lose their clients, when what they sent
+ *          -> DRAINING  robots whose arrays or names change lose their clients, when their requests
  *                       is answered; new ones wait. All other robots skip this
- *          -> commit    what is new changes places with what is old: one assignment each
+ *          -> commit    new and old objects change places: one assignment each
  *          -> OFFERED   each worker takes the new solvers between two requests
- *          -> NONE      what is old is released; it was the new, if something failed on the way
+ *          -> NONE      the old objects are released; the new ones, if something failed on the way
  */
 #include <stdlib.h>
 #include <string.h>
@@ -84,7 +84,7 @@ static void start_draining(tfa_daemon *d)
             continue;
         tfa_log(TFA_LOG_WARNING,
                 "reload: robot '%s' has other joints, links or a base now: its clients are hung up "
-                "on when what they sent is answered",
+                "on when their requests are answered",
                 d->robot_set.robots[i].name);
         d->robot_set.robots[i].reshaping = true;
         session_drain(d, i);
@@ -106,7 +106,7 @@ static bool all_detached(tfa_daemon *d)
 
 /* ---- the exchange ---- */
 
-/* New and old change places; what did not change gets its place in the new configuration. */
+/* New and old change places; unchanged robots get their place in the new configuration. */
 static void commit_robot(tfa_daemon *d, uint32_t i)
 {
     tfa_robot *now = &d->robot_set.robots[i], *next = &d->reload.robot_set.robots[i];

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a reload makes aside, in a thread of its own: configuration, models, checks, workspaces.
+ * The part of a reload in a thread of its own: configuration, models, checks, workspaces.
  *
  * Reading a large robot takes seconds, during which the control thread goes on to greet clients,
- * to notice those that died and to feed the watchdog.
+ * to notice dead clients and to feed the watchdog.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -97,7 +97,7 @@ static int make_solvers(const tfa_daemon *d, reload *r)
     return TFA_OK;
 }
 
-/* Where all cores spin, what is made aside gets a tenth of one, not a half: `test_reload 200 spin`
+/* Where all cores spin, this thread gets a tenth of one, not a half: `test_reload 200 spin`
  * shows the difference. */
 #define NICE 10
 

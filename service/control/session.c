@@ -17,7 +17,7 @@
 
 #include "platform/log.h"
 
-#define HANDSHAKE_TIMEOUT_NS 2000000000u /* who connects and says nothing has to go */
+#define HANDSHAKE_TIMEOUT_NS 2000000000u /* a connection without a greeting is closed */
 #define MIB ((uint64_t)1 << 20)
 
 /* ---- the end ---- */

@@ -13,7 +13,7 @@
 #define DEFAULT_SLOTS 16
 #define DEFAULT_SPIN_NS 50000
 
-#define STOP_NS 500000000 /* what the worker has not answered by then, it will not answer */
+#define STOP_NS 500000000 /* requests without an answer by then stay unanswered */
 
 static char last_error[128];
 
@@ -30,7 +30,7 @@ const char *tfa_dds_error(void)
     return last_error;
 }
 
-/* Remembers what failed. @return whether `entity_or_code` is a failure */
+/* Remembers the failure. @return whether `entity_or_code` is a failure */
 static bool failed(dds_return_t entity_or_code, const char *step)
 {
     if (entity_or_code >= 0)
@@ -139,7 +139,7 @@ static dds_entity_t make_listening_reader(tfa_dds *gateway, tfa_dds_topic topic,
     return reader;
 }
 
-/* The robots are announced last: who sees one finds the topics behind it. */
+/* The robots are announced last: a client that sees one finds its topics. */
 static int open_gateway(tfa_dds *gateway)
 {
     if (gateway->streaming) {

@@ -56,7 +56,7 @@ typedef struct tfa_dds_counters {
 TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
 
 /** Attaches the internal rings, starts the dds thread, announces the robots, opens the gateway.
- *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; what the worker says. */
+ *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; the worker's status. */
 TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker);
 
 /* The exchange of a model, in this order, from one thread: expect, the worker takes it over,
@@ -70,7 +70,7 @@ void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next);
 bool tfa_dds_detach(tfa_dds *dds, uint32_t robot);
 
 /** Tells the domain that robot `robot` now has this model; takes a ring again after tfa_dds_detach.
- *  @return TFA_OK; TFA_E_ARGUMENT; TFA_E_SYSTEM; what the worker says: it is asked again with the
+ *  @return TFA_OK; TFA_E_ARGUMENT; TFA_E_SYSTEM; the worker's status: it is asked again with the
  *          next model */
 TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *model);
 

@@ -5,8 +5,8 @@
  *
  * Latency first: Cyclone's receiving thread calls a listener, which puts the request into the ring,
  * spins for the answer and writes the reply itself, so that no thread is woken on the way (a
- * wake-up costs 23 us and more, the answer of a small robot takes 1). What takes longer than
- * spin_ns is handed over to the dds thread.
+ * wake-up costs 23 us and more, the answer of a small robot takes 1). An answer that takes longer
+ * than spin_ns is handed over to the dds thread.
  */
 #include "dds_internal.h"
 
@@ -209,7 +209,7 @@ static void handle_torques(tfa_dds *gateway, const void *taken)
         serve(gateway, robot, &request, &pending);
 }
 
-/* Takes what is there and hands each sample on, counted, under the gateway's mutex. */
+/* Takes the samples that are there and hands each on, counted, under the gateway's mutex. */
 static void take_samples(tfa_dds *gateway, dds_entity_t reader, _Atomic uint64_t *counter,
                          void (*handle)(tfa_dds *, const void *))
 {
@@ -243,7 +243,8 @@ void tfa_dds_on_torques(dds_entity_t reader, void *arg)
 
 /* ---- the dds thread ---- */
 
-/* Writes what is ready of the robots handed over. @return one that still has requests under way */
+/* Writes the answers that are ready of the robots handed over. @return one that still has
+ * requests under way */
 static const dds_robot *write_handed_over(tfa_dds *gateway)
 {
     const dds_robot *waiting = NULL;

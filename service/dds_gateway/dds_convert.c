@@ -99,7 +99,7 @@ static bool op_exists(uint32_t op)
     return op >= TFA_OP_FORWARD_DYNAMICS && op <= TFA_OP_MASS_MATRIX;
 }
 
-/* What decides every size. */
+/* The counts that every size follows from */
 static void check_sizes(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
                         tfa_dds_field_error *field_error)
 {
@@ -187,7 +187,8 @@ int tfa_dds_torques_view(const totalforce_dds_JointTorques *sample, const tfa_dd
     return field_error->status;
 }
 
-/* A sequence that borrows an array. Cyclone only reads what dds_write is given, so const may go. */
+/* A sequence that borrows an array. Cyclone only reads the samples of dds_write, so const may
+ * go. */
 static dds_sequence_double alias_array(const double *array, uint64_t size)
 {
     const uint32_t length = array != NULL ? (uint32_t)size : 0;

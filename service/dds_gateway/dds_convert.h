@@ -23,7 +23,7 @@
 #define TFA_DDS_TOPIC_TORQUES "totalforce/joint_torques"
 #define TFA_DDS_TOPIC_ACCELERATIONS "totalforce/joint_accelerations"
 
-/** What decides the sizes of a robot's arrays. */
+/** Counts that the sizes of a robot's arrays follow from */
 typedef struct tfa_dds_shape {
     uint32_t q_count, v_count;
     uint32_t base_freedoms; /**< 6 or 0 */
@@ -49,9 +49,9 @@ tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa
 /**
  * Views a Request sample as a tfa_request: its pointers lead into the sample.
  *
- * Checks what decides sizes: op, count (1 .. max_batch), numbers of tips, wrenches, payloads and
- * joints, the length of every sequence. Leaves values, frames and methods to tfa_request_check (but
- * a method that has more than 16 bits is refused here).
+ * Checks the fields that decide sizes: op, count (1 .. max_batch), numbers of tips, wrenches,
+ * payloads and joints, the length of every sequence. Leaves values, frames and methods to
+ * tfa_request_check (but a method that has more than 16 bits is refused here).
  * @return error->status: TFA_OK; TFA_E_ARGUMENT (op); TFA_E_SIZE; TFA_E_METHOD.
  */
 int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
@@ -94,7 +94,7 @@ bool tfa_dds_status_has_answers(int32_t status);
 
 /**
  * Writes the hash of the model that answered: `present`, the one that RobotInfo tells, unless
- * `model` (tfa_reply.model; 0: nobody answered) is the tag of another, of which no more is known.
+ * `model` (tfa_reply.model; 0: no answer) is the tag of another, of which no more is known.
  */
 void tfa_dds_set_hash(totalforce_dds_Hash hash, const totalforce_dds_Hash present, uint64_t model);
 
@@ -104,7 +104,7 @@ bool tfa_dds_set_robot(char key[totalforce_dds_ROBOT_NAME_MAX + 1], const char *
 /** CLOCK_REALTIME in ns: the stamps of all topics. */
 int64_t tfa_dds_ros_time(void);
 
-/** What to add to CLOCK_MONOTONIC ns to get ROS time; exact to the cost of reading a clock. */
+/** Offset from CLOCK_MONOTONIC ns to ROS time; exact to the cost of reading a clock. */
 int64_t tfa_dds_ros_offset(void);
 
 #endif

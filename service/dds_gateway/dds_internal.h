@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the files of the DDS gateway share. Grouped by the file that defines it.
+ * Shared declarations of the DDS gateway, grouped by the file that defines them.
  *
  * Two threads work here: Cyclone's receiving thread, in listeners, and the dds thread. The mutex
  * of the gateway guards the rings' ends and the lists of pending requests; whoever holds it may
@@ -61,7 +61,7 @@ struct tfa_dds {
     pthread_t thread;
     struct tfa_worker *worker;
     bool running, stopping;
-    int64_t stop_deadline; /* CLOCK_MONOTONIC: then what is under way stays unanswered */
+    int64_t stop_deadline; /* CLOCK_MONOTONIC: then requests under way stay unanswered */
 
     struct {
         _Atomic uint64_t requests, torques, replies, rejected, dropped, handovers;
@@ -78,7 +78,7 @@ int64_t tfa_dds_monotonic(void);
 /* Takes shape and hash from a model. */
 void tfa_dds_set_model(dds_robot *robot, const tfa_model *model);
 
-/* The hash with this tag among those that the robot's replies may have; the announced one if there
+/* The hash with this tag among the possible ones of the robot's replies; the announced one if there
  * is none. The gateway is locked. */
 const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
 
@@ -88,10 +88,10 @@ const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
 void tfa_dds_on_request(dds_entity_t reader, void *gateway);
 void tfa_dds_on_torques(dds_entity_t reader, void *gateway);
 
-/* The dds thread: answers what took longer than the receiving thread would wait. */
+/* The dds thread: writes answers that took longer than the receiving thread waits. */
 void *tfa_dds_thread(void *gateway);
 
-/* ---- dds_info.c: who is served here ---- */
+/* ---- dds_info.c: announcement of the robots ---- */
 
 /* Writes RobotInfo. @return a Cyclone code */
 dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot);
@@ -105,7 +105,7 @@ bool tfa_dds_served_elsewhere(const tfa_dds *gateway, const char *name);
 /* ---- dds_ring.c: the internal ring, one for each robot, between the gateway and the worker
  * ---- */
 
-/* What a ring says of its oldest answer. Times are CLOCK_MONOTONIC ns. The buffers of the reply
+/* State of the oldest answer of a ring. Times are CLOCK_MONOTONIC ns. The buffers of the reply
  * lie in the ring until tfa_dds_ring_release. */
 typedef struct dds_ring_answer {
     tfa_reply reply;

@@ -39,7 +39,7 @@ void tfa_dds_expect(tfa_dds *gateway, uint32_t index, const tfa_model *next)
 }
 
 /* Under the mutex no listener is at work, and the dds thread waits for robots that were handed over
- * only: one that was not and has nothing under way is nobody's. */
+ * only: one that was not and has nothing under way belongs to no request. */
 bool tfa_dds_detach(tfa_dds *gateway, uint32_t index)
 {
     dds_robot *robot = &gateway->robots[index];

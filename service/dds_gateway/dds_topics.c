@@ -28,7 +28,7 @@ typedef struct topic_row {
 /* The daemon's writers keep the last samples of each robot: such a writer never waits in Cyclone
  * (0.10 sets no watermark for it), so it may write from the receiving thread, which cannot wait for
  * acknowledgements that it would have to receive itself; and a client that stops acknowledging
- * loses its own replies and nobody else's. 256 are four clients with all the requests under way
+ * loses only its own replies. 256 are four clients with all the requests under way
  * that they may have. Torques are asked for best effort: that matches publishers of either kind. */
 static const topic_row topics[] = {
     [TFA_DDS_ROBOT_INFO] = {TFA_DDS_TOPIC_ROBOT_INFO, &totalforce_dds_RobotInfo_desc, true,

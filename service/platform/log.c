@@ -45,7 +45,7 @@ static void write_all(const char *text, size_t length)
     while (length) {
         ssize_t n = write(STDERR_FILENO, text, length);
         if (n < 0 && errno != EINTR)
-            return; /* nobody can be told */
+            return; /* there is nowhere to report it */
         if (n > 0) {
             text += n;
             length -= (size_t)n;

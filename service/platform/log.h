@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the daemon has to say, to standard error or the journal, written by a thread of its own.
+ * The log of the daemon, to standard error or the journal, written by a thread of its own.
  *
  * The caller formats into a free cell of a lock-free queue and goes on; it never waits for the
  * terminal or the disk. Nothing in the path of a request logs: workers mark, control speaks.
@@ -20,7 +20,7 @@ typedef enum tfa_log_level {
 
 /** Starts the log thread. Before it, and after tfa_log_stop, messages are written at once. */
 TFA_CHECKED int tfa_log_start(tfa_log_level level);
-/** Writes what is queued and ends the thread. */
+/** Writes the queue and ends the thread. */
 void tfa_log_stop(void);
 
 /** One line, cut at 240 bytes. A full queue drops it; how many were dropped is said later. */

@@ -59,7 +59,7 @@ static void log_taken(const char *path, int fd)
 }
 
 /* A daemon that ends removes the file while it holds the lock; whoever opened it before that has
- * the lock of a file that nobody will find: then try again. */
+ * the lock of a file that has no name any more: then try again. */
 static bool is_current(int fd, const char *file)
 {
     struct stat ours, there;

@@ -10,7 +10,7 @@
 #include <totalforce/status.h>
 
 /** Makes the directory if it is missing (its parent must be there), takes the lock, removes the
- *  sockets that a killed daemon left. Says in the log what is wrong.
+ *  sockets that a killed daemon left. Logs the error.
  *  @return TFA_OK and the descriptor of the lock; TFA_E_REFUSED (another daemon, not ours);
  *          TFA_E_SYSTEM. */
 TFA_CHECKED int tfa_runtime_dir_acquire(const char *path, int *lock);

@@ -13,7 +13,7 @@
 
 #define CODES 16 /* different warnings that are counted in the log */
 
-/* ---- what is said of it ---- */
+/* ---- its log lines ---- */
 
 static void log_report(const tfa_report *report)
 {
@@ -64,7 +64,7 @@ static void write_warnings(const tally *t, char *text, size_t size)
         snprintf(text + used, size - used, ", others %u", t->others);
 }
 
-/* Two lines: what clients see, and where the file became smaller. */
+/* Two lines: the interface for clients, and the reductions of the file. */
 static void log_summary(const tfa_robot *robot, const tfa_report *of_file,
                         const tfa_report *of_model)
 {

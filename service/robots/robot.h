@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A robot that clients can ask for, or a scene of one: loaded, compiled, named; and what each
- * worker needs to solve for it. Grouped by the file that defines it.
+ * A robot that clients can ask for, or a scene of one: loaded, compiled, named; and the objects
+ * that each worker needs to solve for it. Grouped by the file that defines it.
  */
 #ifndef TFA_SERVICE_ROBOTS_ROBOT_H
 #define TFA_SERVICE_ROBOTS_ROBOT_H
@@ -38,7 +38,7 @@ size_t tfa_robot_count(const config_robot *from);
 
 /**
  * Reads a robot's file once and compiles the robot and its scenes; checks each (tfa_robot_verify).
- * What the reports have to say is logged. @param robots  tfa_robot_count(from) of them
+ * The reports are logged. @param robots  tfa_robot_count(from) of them
  * @return TFA_OK or why not; then nothing is left of any of them.
  */
 TFA_CHECKED int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robots);
@@ -78,7 +78,7 @@ void tfa_robot_solver_free(tfa_robot_solver *solver);
 int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply,
                     const tfa_yield *yield);
 
-/** What a worker has to know of the robot. */
+/** The robot, for a worker */
 tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver);
 
 /* ---- self_test.c: is it fit to answer? ---- */
@@ -87,13 +87,13 @@ tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *
  * Checks a model in a private workspace: one forward dynamics of a robot that moves, put into the
  * equation of motion. The residual of M qdd + h = tau, by inverse dynamics, may be 1e-6 of the
  * forces in it. A robot that is singular there passes: it was answered.
- * @return TFA_OK; TFA_E_NOT_COMPUTED (the residual, said in the log); TFA_E_MEMORY; what
+ * @return TFA_OK; TFA_E_NOT_COMPUTED (the residual is logged); TFA_E_MEMORY; errors that
  *         tfa_compute refuses.
  */
 TFA_CHECKED int tfa_robot_verify(const tfa_robot *robot);
 
 /** Asks the worker one forward dynamics of the robot at q = 0 through a local client.
- *  @return TFA_OK: it was answered. TFA_E_TIMEOUT; what the worker says. */
+ *  @return TFA_OK: it was answered. TFA_E_TIMEOUT; the worker's status. */
 TFA_CHECKED int tfa_robot_self_test(const tfa_robot *robot, tfa_worker *worker, uint32_t index);
 
 #endif

@@ -46,7 +46,7 @@ static const char *joint_name(const void *description, size_t index)
     return ((const tfa_description *)description)->joints[index].name;
 }
 
-/* Says an error about a key of the robot source: where it stands, and what is wrong. */
+/* Logs an error about a key of the robot source, with its location. */
 __attribute__((format(printf, 3, 4))) static void
 log_key_error(const tfa_robot_source *s, const char *key, const char *format, ...)
 {

@@ -12,7 +12,7 @@
 #include "config/config.h"
 
 /**
- * A model and those who hold it. One that was derived from another holds that one, whose constants
+ * A model and its holders. One that was derived from another holds that one, whose constants
  * it shares. Counted without atomics: one thread at a time, the control thread or the reload's.
  */
 typedef struct tfa_shared_model {
@@ -40,9 +40,9 @@ TFA_CHECKED int tfa_robot_source_set_armature(const tfa_robot_source *robot,
  * Compiles a robot or a scene, or derives it from one that was compiled before and differs in
  * gravity and payloads only. Names that do not exist are said in the log, with the nearest that do.
  *
- * @param before, before_count  what was compiled of this robot so far, the robot itself first
+ * @param before, before_count  models compiled of this robot so far, the robot itself first
  * @return TFA_OK and *made with one holder; TFA_E_LINK, TFA_E_JOINT, TFA_E_VALUE (a lock with the
- *         wrong number of coordinates); TFA_E_MEMORY; what tfa_model_create and _derive say.
+ *         wrong number of coordinates); TFA_E_MEMORY; errors of tfa_model_create and _derive.
  */
 TFA_CHECKED int tfa_robot_source_compile(const tfa_robot_source *source,
                                          const tfa_description *description,

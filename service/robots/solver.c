@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a worker solves with: a workspace of its own, and the estimate policy.
+ * The solver of a worker: a workspace of its own, and the estimate policy.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -108,7 +108,7 @@ tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *
         .shape = robot->shape, .solve = tfa_robot_solve, .self = solver, .cut = solver->cut};
 }
 
-/* What a request gets that leaves the estimate open. DEFAULT is the library's: where the sentinel
+/* Estimate policy of a request that leaves it open. DEFAULT is the library's: where the sentinel
  * trips, and always for methods with inverse inertias. */
 static tfa_estimate estimate_policy(tfa_robot_solver *solver)
 {

@@ -193,7 +193,7 @@ static void mark_broken(tfa_worker_client *client)
 }
 
 /* A turn of one client, which a long request ends. Between the parts of another's long request
- * (`interlude`) solvers stay those that it began with, and long ones wait. */
+ * (`interlude`) solvers stay the ones that it began with, and long ones wait. */
 static uint32_t serve_client(tfa_worker *w, tfa_worker_client *client, bool in_between)
 {
     uint64_t received = 0, now = 0;
@@ -227,7 +227,7 @@ static void update_heartbeat(tfa_worker *w)
                           memory_order_relaxed); /* A5 */
 }
 
-/* A long request pauses: the short ones of everybody else. Who leaves or has to go waits for the
+/* A long request pauses: short requests of all others. A client that leaves waits for the
  * end of it. */
 static void serve_short_requests(void *context)
 {
@@ -249,7 +249,7 @@ static void mark_detached(tfa_worker_client *client, uint32_t state)
                                             memory_order_release, memory_order_relaxed); /* A8 */
 }
 
-/* Answers what was sent before the client had to go: no more than the ring holds. */
+/* Answers earlier requests of a client that is detached: no more than the ring holds. */
 static uint32_t drain_client(tfa_worker *w, tfa_worker_client *client)
 {
     const uint32_t served = serve_client(w, client, false);
@@ -287,7 +287,7 @@ uint32_t tfa_worker_cycle(tfa_worker *w)
 
 /* ---- waiting ---- */
 
-/* After A3: is there anything to do after all? What is not a request comes with a wake-up, which
+/* After A3: whether there is work after all. Events that are no request come with a wake-up, which
  * epoll remembers. */
 static bool has_work(const tfa_worker *w)
 {

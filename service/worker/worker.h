@@ -3,7 +3,7 @@
  *
  * A worker takes requests from rings, solves them and answers. Its cycle is a plain function.
  *
- * Who may call what: tfa_worker_cycle and tfa_worker_sleep belong to the worker's thread (or to a
+ * Thread rules: tfa_worker_cycle and tfa_worker_sleep belong to the worker's thread (or to a
  * test that has none). tfa_worker_attach, _detach, _drain, _offer, _open, _close and _wake may be
  * called by any other thread; they share a mutex that the worker's thread never takes.
  *
@@ -12,7 +12,7 @@
  *   ATTACHED -> BROKEN worker: the client broke the protocol or its memory is gone; no more
  *   requests
  *   -> DETACHING        detach, A7 store release                   <-> R7 worker, load acquire
- *   -> DRAINING       drain, A7: the worker answers what was sent before it detaches
+ *   -> DRAINING       drain, A7: the worker answers earlier requests before it detaches
  *   DETACHING, DRAINING -> DETACHED  worker: will not touch it again, A8 release <-> R8 detach,
  *   acquire
  *   DETACHED -> FREE      detach or drain, which then owns the memory again
@@ -22,7 +22,7 @@
  *   taken  A13 store release, worker         <-> R13 another thread, load acquire: the worker will
  *          not touch the solvers of before again, and whoever offered owns them
  * The worker neither allocates nor frees, and a request is answered by one of them from its
- * beginning to its end. Who attaches a client after an offer can rely on the new ones: the worker
+ * beginning to its end. A client that is attached after an offer has the new ones: the worker
  * looks for an offer (R12) after it has seen the client (R6).
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_H
@@ -38,7 +38,7 @@
 #include "config/config.h"
 #include "ipc/ring.h"
 
-/** What a solver that has just solved a part of a long request lets come in between: it calls
+/** Requests of others between the parts of a long request: the solver calls
  *  between(context). The solver may be called for other, short requests meanwhile. */
 typedef struct tfa_yield {
     void (*serve_others)(void *context);
@@ -50,7 +50,7 @@ typedef struct tfa_yield {
 typedef int (*tfa_solver)(void *self, const tfa_request *request, tfa_reply *reply,
                           const tfa_yield *yield);
 
-/** What a worker needs to know of a robot. */
+/** A robot, for a worker */
 typedef struct tfa_worker_robot {
     tfa_wire_shape shape; /**< max_batch: the most that any client may have */
     tfa_solver solve;
@@ -78,7 +78,7 @@ typedef struct tfa_worker_client_counters {
 
 /** @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM (eventfd, epoll). On error *worker is NULL. */
 TFA_CHECKED int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker);
-/** Nobody may be attached any more, no thread may run. NULL is allowed. */
+/** No client may be attached, no thread may run. NULL is allowed. */
 void tfa_worker_destroy(tfa_worker *worker);
 
 /* ---- the worker's thread ---- */
@@ -90,12 +90,13 @@ uint32_t tfa_worker_cycle(tfa_worker *worker);
  *  at once when a request is there. */
 void tfa_worker_sleep(tfa_worker *worker, int timeout_ms);
 
-/** Cycles, waits as the options say, until tfa_worker_stop; then answers what is in the rings. */
+/** Cycles, waits as the options say, until tfa_worker_stop; then answers the requests in the
+ * rings. */
 void tfa_worker_run(tfa_worker *worker);
 
 /* ---- other threads ---- */
 
-/** What a client of a worker is made of. */
+/** Parts of a client of a worker */
 typedef struct tfa_worker_client_options {
     uint32_t robot;         /**< index in the worker's robots */
     uint32_t max_batch;     /**< at most that of the robot */
@@ -116,12 +117,12 @@ TFA_CHECKED int tfa_worker_attach(tfa_worker *worker, const tfa_worker_client_op
  *  again in a while; the first call asks. True at once while no thread is in tfa_worker_run. */
 bool tfa_worker_detach(tfa_worker *worker, tfa_worker_client *client);
 
-/** As tfa_worker_detach, but lets the worker answer what the client has sent before. Bounded: as
+/** As tfa_worker_detach, but lets the worker answer earlier requests of the client. Bounded: as
  *  many requests as the ring has slots. tfa_worker_detach may still be called instead. */
 bool tfa_worker_drain(tfa_worker *worker, tfa_worker_client *client);
 
 /** Offers the worker other solvers for all its robots: `robots` (copied) in the same order. A robot
- *  may change its shape only while nobody is attached to it. The offer before must be taken. */
+ *  may change its shape only while no client is attached to it. The offer before must be taken. */
 void tfa_worker_offer(tfa_worker *worker, const tfa_worker_robot *robots);
 
 /** The worker took the last offer: it will not touch the solvers of before again. True as well
@@ -134,7 +135,7 @@ const tfa_worker_client_counters *tfa_worker_client_get_counters(const tfa_worke
 
 /** Wakes the worker's thread if it sleeps. */
 void tfa_worker_wake(tfa_worker *worker);
-/** Lets tfa_worker_run return after it answered what is in the rings. */
+/** Lets tfa_worker_run return after it answered the requests in the rings. */
 void tfa_worker_stop(tfa_worker *worker);
 const tfa_ring_worker_status *tfa_worker_get_status(const tfa_worker *worker);
 

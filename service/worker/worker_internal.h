@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the two halves of a worker share: worker.c (its thread) and worker_client.c (all others).
+ * Shared declarations of the two halves of a worker: worker.c (its thread) and worker_client.c (all
+ * others).
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 #define TFA_SERVICE_WORKER_WORKER_INTERNAL_H

@@ -163,7 +163,7 @@ CHANGE(payload_on_the_rod, rod(h, 'z'))
 CHANGE(floating_point_mass, begin(h); memset(h->link[0].inertia, 0, sizeof h->link[0].inertia))
 
 /* Two branches on a base without mass, their axes on one line: nothing holds the base about it. */
-static void limbs_on_a_line(hand *h)
+static void branches_on_a_line(hand *h)
 {
     begin(h);
     h->link[0] = (tfa_link){.name = "base", .line = 10, .quat = {0, 0, 0, 1}};
@@ -172,7 +172,7 @@ static void limbs_on_a_line(hand *h)
     h->joint[1].xyz[1] = 0.5;
 }
 
-CHANGE(limbs_on_two_lines, limbs_on_a_line(h); h->joint[1].xyz[0] = 0.5)
+CHANGE(branches_on_two_lines, branches_on_a_line(h); h->joint[1].xyz[0] = 0.5)
 
 static const tfa_payload spinning = {
     .link = "rod", .mass = 0.1, .inertia = {0.01, 0, 0, 0.01, 0, 0.01}};
@@ -251,8 +251,8 @@ static const struct {
      "matrix is "
      "singular at every q; give the link an inertia about all axes, or let another link be the "
      "root"},
-    {"limbs on a line", limbs_on_a_line, {.base = TFA_BASE_FLOATING}, 10, NULL},
-    {"limbs on two lines", limbs_on_two_lines, {.base = TFA_BASE_FLOATING}, 0, NULL},
+    {"limbs on a line", branches_on_a_line, {.base = TFA_BASE_FLOATING}, 10, NULL},
+    {"limbs on two lines", branches_on_two_lines, {.base = TFA_BASE_FLOATING}, 0, NULL},
 };
 
 TEST(test_rows)

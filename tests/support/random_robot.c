@@ -159,12 +159,12 @@ static void random_joint(random_source *s, tfa_joint *j, tfa_joint_type type, do
 static uint32_t random_parent(random_source *s, const random_robot_options *options,
                               uint32_t moving, uint32_t last, uint32_t made)
 {
-    const uint32_t limb = 5;
+    const uint32_t branch = 5;
     switch (options->shape) {
     case RANDOM_CHAIN:
         return last;
     case RANDOM_STAR:
-        return moving % limb == 0 ? 0 : last;
+        return moving % branch == 0 ? 0 : last;
     case RANDOM_BRANCHING:
         return random_below(s, made);
     }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * `totalforce atlas`: where methods fail, and what the service answers there.
+ * `totalforce atlas`: failures of methods, and the answers of the service there.
  */
 #include "atlas.h"
 #include "common/commands.h"
@@ -75,7 +75,7 @@ static int measure_at(rows *r, const atlas_options *o, atlas_map map, uint32_t p
     return status;
 }
 
-/* What cannot be mapped is told and left out; the rest is mapped. */
+/* Methods that cannot be mapped are told and left out; the rest is mapped. */
 static int measure_all(rows *r, const atlas_options *o)
 {
     const size_t cells = count_bits(o->maps) * o->points * o->size_count;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the parts of `totalforce atlas` share: the maps, and one row for each cell, method and mode.
+ * Shared declarations of `totalforce atlas`: the maps, and one row for each cell, method and mode.
  */
 #ifndef TOOLS_ATLAS_ATLAS_H
 #define TOOLS_ATLAS_ATLAS_H
@@ -37,7 +37,7 @@ typedef enum atlas_map {
 #define ATLAS_MODE_LIST(X)                                                                         \
     X(PLAIN, "plain", "the method alone: no refinement, no estimate, no fallback")                 \
     X(REFINED, "refined", "after one refinement step, whatever becomes of it")                     \
-    X(SERVICE, "service", "what a request with default refinement and estimate is answered")       \
+    X(SERVICE, "service", "the answer to a request with default refinement and estimate")          \
     X(ESTIMATED, "estimated", "the same with estimate always")
 
 typedef enum atlas_mode {
@@ -84,7 +84,7 @@ typedef struct atlas_row {
     atlas_mode mode;
     uint32_t by_method, fallback, refused; /**< states that were answered so */
     int status;                            /**< of the first state that was not answered */
-    char field[64];                        /**< what it was about */
+    char field[64];                        /**< its subject */
     uint32_t answered_by;                  /**< tfa_method: after a fallback another one */
     uint32_t reason;                       /**< TFA_ANSWER_ flags of the first fallback */
     double error; /**< relative 2-norm, median over the states, infinite where there is none */
@@ -128,7 +128,7 @@ int atlas_refused(const atlas_row *row);
 /** Wrong by more than ATLAS_FAILED although the data allow better, or not finite. */
 int atlas_failed(const atlas_row *row);
 
-/** What all rows say together. */
+/** Summary of all rows */
 typedef struct atlas_summary {
     uint64_t answers[ATLAS_MODE_COUNT][3]; /**< states: own, fallback, refused */
     uint64_t unreported;                   /**< states of the service */
@@ -144,9 +144,9 @@ typedef struct atlas_summary {
 } atlas_summary;
 
 atlas_summary atlas_summarise(const atlas_row *rows, size_t count);
-/** Was every promise kept? What was not is told on stderr. */
+/** Whether every promise was kept; the others are told on stderr. */
 int atlas_promises_kept(const atlas_summary *summary, const atlas_row *rows, size_t count);
-/** One sentence a line, each after `prefix`: where methods fail, what the service answers. */
+/** One sentence a line, each after `prefix`: failures of methods, answers of the service. */
 void atlas_print_estimates(FILE *out, const char *prefix, const atlas_summary *summary);
 void atlas_print_summary(FILE *out, const char *prefix, const atlas_row *rows, size_t count);
 

@@ -25,8 +25,9 @@ static double decades(double error)
     return log10(fmin(fmax(error, 1e-16), 1.0));
 }
 
-/* Who answered: nothing for the method itself, a question mark if it is wrong and has no estimate,
- * the first letter of another one, a cross for none. Alone: an equals sign for the same answers. */
+/* The method that answered: nothing for the method itself, a question mark if it is wrong and has
+ * no estimate, the first letter of another one, a cross for none. Alone: an equals sign for the
+ * same answers. */
 static const char *mark_of(const atlas_row *row, char letter[2])
 {
     if (atlas_refused(row))
@@ -111,7 +112,7 @@ static void write_key(FILE *out, const atlas_row *rows, size_t count)
         const char *name = tfa_method_name(rows[i].answered_by);
         fprintf(out, "%c  %s\n", name[0], name);
     }
-    fputs("?  itself, wrong by more\n   than 1e-4, no estimate\n×  nobody: refused by name\n"
+    fputs("?  itself, wrong by more\n   than 1e-4, no estimate\n×  none: refused by name\n"
           "=  as a method to the left,\n   to the last bit\nEOD\n",
           out);
 }

@@ -102,7 +102,7 @@ void atlas_measure(atlas_row *row, chart_case *c, const chart_data *d)
     row->estimate = isnan(estimates[0]) ? NAN : chart_median(estimates, d->states);
 }
 
-/* What another seed adds to sums and extremes */
+/* Adds another seed to sums and extremes */
 static void add_seed(atlas_row *row, const atlas_row *other)
 {
     if (row->fallback == 0 && other->fallback) {

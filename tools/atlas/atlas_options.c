@@ -193,7 +193,7 @@ int atlas_parse(int argc, char **argv, atlas_options *options)
         .options = option_table,
         .parser = parse,
         .doc =
-            "Maps the error of every method over what makes it fail, and over the number of "
+            "Maps the error of every method over the cause of its failures, and over the number of "
             "bodies, against articulated bodies in quadruple precision.\v"
             "Maps:\n" ATLAS_MAP_LIST(
                 ATLAS_MAP_HELP) "\nModes, a row of each for every "

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Prints an atlas: CSV under a head that says how it came about and what follows, or JSON lines.
+ * Prints an atlas: CSV under a head with origin and summary, or JSON lines.
  */
 #include "atlas.h"
 #include "common/results.h"

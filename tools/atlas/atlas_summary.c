@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the rows of an atlas say together: counted and not asserted.
+ * Summary of the rows of an atlas: counted and not asserted.
  */
 #include "atlas.h"
 

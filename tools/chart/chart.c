@@ -133,7 +133,7 @@ static int chart_target_at(rows *r, const chart_options *o, FILE *out, const cha
     return status;
 }
 
-/* What cannot be charted is told and left out; the rest is charted. */
+/* Rows that cannot be charted are told and left out; the rest is charted. */
 static void chart_all(rows *r, const chart_options *o, FILE *out)
 {
     if (!o->json)

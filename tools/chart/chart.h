@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the parts of `totalforce chart` share: cases, their data, and one row for each measurement.
+ * Shared declarations of `totalforce chart`: cases, their data, and one row for each measurement.
  */
 #ifndef TOOLS_CHART_CHART_H
 #define TOOLS_CHART_CHART_H
@@ -88,7 +88,7 @@ typedef struct chart_options {
 /** Fills in the options; a usage error ends the program. @return 0 or an errno */
 int chart_parse(int argc, char **argv, chart_options *options);
 
-/** What answers a row: a method, or a peer, with all that it can be given. */
+/** The solver of a row: a method, or a peer, with all that it can be given. */
 typedef struct chart_choice {
     uint32_t method; /**< tfa_method, or CHART_PEER and up */
     uint32_t refine;
@@ -132,7 +132,7 @@ int chart_floor_open(chart_case *c, tfa_description *description, const tfa_mode
 void chart_floor_close(chart_case *c);
 
 /** Makes the peers among the methods asked for: from the URDF file, or, where that is NULL, from
- * one that is written for them. Those that refuse the robot say why in their rows. */
+ * one that is written for them. Refusals are told in the rows. */
 int chart_peers_open(chart_case *c, const chart_options *options, const char *file,
                      const mechanism_options *mechanism);
 void chart_peers_close(chart_peer *peers);
@@ -172,7 +172,7 @@ double chart_error(const chart_data *d, uint32_t state, double *worst_component)
 #define CHART_HASH_PRIME UINT64_C(0x100000001b3)
 uint64_t chart_hash_answer(uint64_t hash, const chart_data *d);
 
-/** What a refusal was about, by name. */
+/** Subject of a refusal, by name */
 void chart_name_invalid_field(char *text, size_t size, const chart_case *c, const tfa_reply *reply);
 
 double chart_median(double *values, uint32_t count);
@@ -185,7 +185,7 @@ typedef struct chart_row {
     chart_choice choice;
     int status;                   /**< of the first state that was not answered */
     const char *skipped;          /**< why it was not asked at all: one word; NULL: it was */
-    char field[64];               /**< what status or skipped are about */
+    char field[64];               /**< subject of status or skipped */
     uint32_t answered_by;         /**< tfa_method: another one after a fallback */
     double error;                 /**< relative 2-norm, median over the states */
     double error_low, error_high; /**< least and largest of the seeds' errors */
@@ -207,7 +207,7 @@ typedef struct chart_row {
  * robot: there is no answer in the chart. */
 #define CHART_OVER_BUDGET 20.0
 #define CHART_SKIPPED_OVER_BUDGET "over_budget"
-/** What a row is about whose precision is not built. */
+/** Subject of a row whose precision is not built */
 #define CHART_FIELD_PRECISION "precision"
 
 /** Puts rows of several seeds together, `count` of each seed one behind the other, into the first
@@ -256,7 +256,7 @@ void chart_draw_scatter(FILE *gnuplot, const chart_options *options, const chart
 /** The overview: rows of one precision and number of threads. */
 void chart_draw_overview(FILE *gnuplot, const chart_options *options, const chart_row *rows,
                          size_t count);
-/** time_name: what is on the axis of time. */
+/** time_name: label of the axis of time */
 void chart_set_time_name(FILE *gnuplot, uint32_t threads);
 /** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */
 #define CHART_ERROR_MIN 1e-17

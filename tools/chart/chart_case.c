@@ -23,7 +23,7 @@ static mechanism_options options_of(const chart_options *o, const chart_target *
     return m;
 }
 
-/* Mechanisms are what their name says at q = 0; robots stand anywhere. */
+/* Mechanisms have their shape at q = 0; robots any configuration. */
 #define TURN_MECHANISM 1e-3
 #define TURN_ROBOT 3.0
 
@@ -90,7 +90,7 @@ static int make_workspaces(chart_case *c, const chart_options *o)
     return c->unsupported[CHART_F64] ? c->unsupported[CHART_F64] : c->unsupported[CHART_F128];
 }
 
-/* What answers for the model that was compiled with that status. */
+/* The message for a model that was compiled with that status */
 static int open_compiled(chart_case *c, const chart_options *options, int status, const char *label,
                          uint32_t bodies)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The states of a case and what is exactly right for them.
+ * The states of a case and their exact answers.
  */
 #include "chart.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the data themselves allow: the floor is how far the exact answer moves when every number
+ * Accuracy that the data allow: the floor is how far the exact answer moves when every number
  * that a computation in double starts from is rounded. Each number of the robot and of the request
  * goes to its upper or lower neighbour or stays; a number that is 0 stays 0. Sines and cosines of
  * the joint angles are rounded to double, each on its own: next to q = 0 the rounding of the cosine

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Measures one method on one case: its errors against the exact answers, and what follows from a
+ * Measures one method on one case: its errors against the exact answers, and those of a
  * row.
  */
 #include "chart.h"
@@ -101,7 +101,7 @@ static void measure_errors(chart_row *row, chart_case *c, const chart_data *d, u
     row->estimate = chart_median(estimates, d->states);
 }
 
-/* What is known without asking. */
+/* Facts known without a request */
 static void probe_time(chart_row *row, const chart_case *c)
 {
     const chart_choice *choice = &row->choice;

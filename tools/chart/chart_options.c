@@ -189,7 +189,7 @@ static void complete(chart_options *o)
         o->budget = 20;
 }
 
-/* What cannot be charted at all. */
+/* Combinations that cannot be charted */
 static void check(struct argp_state *state, const chart_options *o)
 {
     for (uint32_t k = 0; k < o->precision_count; k++) {
@@ -300,8 +300,8 @@ static const char documentation[] =
     "\nPrecisions:\n"
     CHART_PRECISION_LIST(CHART_PRECISION_HELP)
     "\nTimes are CPU times of this thread, medians, taken in turns with aba in f64; with more than "
-    "one thread wall times of a batch of 64 states, for one of them. The floor is what the exact "
-    "answer changes by when each number of the robot and the request changes in its last bit and "
+    "one thread wall times of a batch of 64 states, for one of them. The floor is the change of "
+    "the exact answer when each number of the robot and the request changes in its last bit and "
     "sines and cosines are rounded to double.";
 /* clang-format on */
 

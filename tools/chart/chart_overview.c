@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The overview: a small panel for each mechanism and size, and in words what follows from it.
+ * The overview: a small panel for each mechanism and size, and a summary in words.
  */
 #include "chart.h"
 
@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Both from CHART_CASES x CHART_SIZES: what a picture has room for. */
+/* Both from CHART_CASES x CHART_SIZES: capacity of a picture */
 typedef struct grid {
     char targets[CHART_CASES][64];
     uint32_t target_count;
@@ -127,7 +127,7 @@ static int is_on_a_front(const tally *t)
     return t->front > 0;
 }
 
-/* What the rows say, counted and not asserted. */
+/* Summary of the rows, counted and not asserted */
 static void write_sentences(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
 {
     const tally any = count_method(rows, count, o->methods[0], o->refine & 1u ? 0 : 1);

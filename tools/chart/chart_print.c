@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Prints what was charted: CSV under a head that says how it came about, or JSON lines.
+ * Prints the rows of a chart: CSV under a head with their origin, or JSON lines.
  */
 #include "chart.h"
 #include "common/results.h"
@@ -40,7 +40,7 @@ void chart_print_head(FILE *out, const chart_options *options)
           out);
 }
 
-/* NULL: nobody. */
+/* NULL: none */
 static const char *answered_by(const chart_row *row)
 {
     return row->status == TFA_OK && !row->skipped ? chart_method_name(row->answered_by) : NULL;

@@ -163,7 +163,7 @@ static int appeared_before(const chart_options *o, const chart_row *rows, size_t
     return 0;
 }
 
-/* Who did not answer, and who had another method's answer, by reason. */
+/* Methods without an answer, and with another method's answer, by reason */
 static void name_silent(FILE *out, const chart_options *o, const chart_row *rows, size_t count)
 {
     char text[1024] = "not shown: ", name[64];
@@ -210,7 +210,7 @@ static void name_same(FILE *out, const chart_options *o, const chart_row *rows, 
     gnuplot_string(out, "same", text);
 }
 
-/* What the picture is of, and the name of its file. */
+/* Title of the picture, and the name of its file */
 static void write_names(FILE *out, const chart_row *row)
 {
     char name[256], threads[32] = "", suffix[32] = "";

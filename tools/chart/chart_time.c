@@ -91,7 +91,7 @@ static uint32_t calls_for(turns *t, const chart_choice *choice)
     return (uint32_t)fmin(calls, 1000.0);
 }
 
-/* The choice and aba in turns, so that what the machine does to one it does to the other. */
+/* The choice and aba in turns, so that disturbances of the machine meet both. */
 static void measure_in_turns(chart_row *row, turns *t, double seconds)
 {
     const chart_choice aba_alone = {.method = TFA_METHOD_ABA, .threads = row->choice.threads};

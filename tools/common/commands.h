@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The subcommands of `totalforce` and what they share.
+ * The subcommands of `totalforce` and their shared parts.
  */
 #ifndef TOOLS_COMMON_COMMANDS_H
 #define TOOLS_COMMON_COMMANDS_H
@@ -14,7 +14,7 @@
 /** Exit statuses of every subcommand. */
 enum {
     EXIT_GOOD = 0,
-    EXIT_UNMET = 1,  /**< it ran, and what was expected of it did not hold */
+    EXIT_UNMET = 1,  /**< it ran, and an expectation did not hold */
     EXIT_FAILED = 2, /**< it could not do its work */
     EXIT_USAGE = 3,  /**< the command line is wrong */
 };

@@ -34,7 +34,7 @@ typedef struct daemon_link daemon_link;
 /** Connects. @return as tfa_client_connect or tfa_dds_client_connect; on error *link is NULL. */
 TFA_CHECKED int daemon_connect(const daemon_options *options, daemon_via via, daemon_link **link);
 
-/** What the daemon told about the robot; lives as long as the link. */
+/** Description of the robot by the daemon; lives as long as the link. */
 const tfa_client_info *daemon_info(const daemon_link *link);
 
 /** One request and its reply. @return as tfa_client_call. */

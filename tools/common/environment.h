@@ -17,7 +17,7 @@ json_t *environment_read(void);
 /** Time that the host took from this machine since boot, in clock ticks, over all processors. */
 uint64_t environment_steal_ticks(void);
 
-/** What the kernel did to one thread. */
+/** Scheduling statistics of one thread */
 typedef struct thread_usage {
     pid_t tid; /**< 0: this thread */
     char name[32];
@@ -38,7 +38,7 @@ int environment_threads(pid_t process, thread_usage threads[THREADS_MAX]);
 /** The calling thread, by getrusage. */
 thread_usage environment_this_thread(void);
 
-/** What happened between two looks at the same thread. */
+/** Their difference between two readings of the same thread */
 thread_usage environment_difference(const thread_usage *before, const thread_usage *after);
 
 #endif

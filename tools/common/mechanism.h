@@ -11,7 +11,7 @@
 #include <stdio.h>
 #include <totalforce/description.h>
 
-/* X(NAME, name on the command line, what it is) */
+/* X(NAME, name on the command line, description) */
 #define MECHANISM_LIST(X)                                                                          \
     X(STRAIGHT, "straight", "a straight chain, axes across it by turns")                           \
     X(ZIGZAG, "zigzag", "bent by 1 rad to and fro, axes by turns in and across its plane")         \
@@ -36,7 +36,7 @@ typedef enum mechanism_kind {
 
 enum { MECHANISM_BODIES_MAX = 16384 };
 
-/** What a mechanism is made from: start with mechanism_defaults(). All links are 1 m long along
+/** Options of a mechanism: start with mechanism_defaults(). All links are 1 m long along
  * their z, all joints revolute; an ordinary body is a uniform rod of 1 kg. A mechanism is what its
  * name says at q = 0: bends and twists stand in the joint frames. */
 typedef struct mechanism_options {
@@ -58,7 +58,7 @@ const char *mechanism_name(mechanism_kind kind);
 const char *mechanism_text(mechanism_kind kind);
 
 /**
- * What is wrong with the options, in one sentence that names value and remedy.
+ * The error in the options, in one sentence that names value and remedy.
  * @return 0 and "" if nothing, -1 otherwise
  */
 int mechanism_check(const mechanism_options *options, char *text, size_t size);
@@ -67,7 +67,7 @@ int mechanism_check(const mechanism_options *options, char *text, size_t size);
 void mechanism_write(const mechanism_options *options, FILE *out);
 
 /**
- * The mechanism as a description: exactly what loading the output of mechanism_write gives, since
+ * The mechanism as a description: exactly as loading the output of mechanism_write gives, since
  * that is how it is made. Release with mechanism_free.
  * @return NULL when out of memory or when the options are bad
  */

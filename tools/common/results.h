@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a measuring subcommand leaves behind: a file of rows in a folder, its head, and pictures.
+ * Results of a measuring subcommand: a file of rows in a folder, its head, and pictures.
  */
 #ifndef TOOLS_COMMON_RESULTS_H
 #define TOOLS_COMMON_RESULTS_H
@@ -14,8 +14,8 @@
  * @return NULL after a message that begins with "totalforce NAME" */
 FILE *results_open(const char *name, const char *folder, int json);
 
-/** Flushes, and closes what is not standard output. @return an exit status; the reason stands on
- * stderr */
+/** Flushes, and closes a file that is not standard output. @return an exit status; the reason
+ * stands on stderr */
 int results_close(const char *name, FILE *out);
 
 /** Comment lines: command line, date, processor, kernels, version. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the command line knows of a robot by name: joints with their places in q and v, and links.
- * Fed by a model (in process) or by what a daemon told (shm, dds), so that both speak alike.
+ * Names of a robot on the command line: joints with their indices in q and v, and links.
+ * From a model (in process) or the description of a daemon (shm, dds), with the same messages.
  */
 #ifndef TOOLS_COMMON_ROBOT_NAMES_H
 #define TOOLS_COMMON_ROBOT_NAMES_H
@@ -35,12 +35,12 @@ typedef struct robot_names {
 /** Reads the names out of a model, which must outlive them. @return TFA_OK, TFA_E_MEMORY. */
 TFA_CHECKED int robot_names_from_model(robot_names *names, const tfa_model *model);
 
-/** Reads the names out of what a daemon told; `info` must outlive them. @return TFA_OK,
+/** Reads the names from a daemon's description; `info` must outlive them. @return TFA_OK,
  *  TFA_E_MEMORY, TFA_E_PROTOCOL (the joints do not add up to q_count and v_count). */
 TFA_CHECKED int robot_names_from_info(robot_names *names, const char *robot,
                                       const tfa_client_info *info);
 
-/** Releases what the names own and leaves them empty. */
+/** Releases the memory of the names and leaves them empty. */
 void robot_names_free(robot_names *names);
 
 /** Index of the joint, or -1. */

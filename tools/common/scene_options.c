@@ -57,12 +57,12 @@ static const struct argp_option option_table[] = {
      .arg = "ANGLE",
      .doc = "Rotations within ANGLE rad of right angles become exactly that; a note says what the "
             "largest change was (as in the file)"},
-    {.doc = "What of it is modelled:"},
+    {.doc = "Parts of it that are modelled:"},
     {.name = "lock",
      .key = KEY_LOCK,
      .arg = "JOINT=VALUE",
      .doc = "Joint that stands still at this coordinate (several: x,y,..), as if it were fixed"},
-    {.name = "root", .key = KEY_ROOT, .arg = "LINK", .doc = "Only what hangs from this link"},
+    {.name = "root", .key = KEY_ROOT, .arg = "LINK", .doc = "Only the subtree of this link"},
     {.name = "tip",
      .key = KEY_TIP,
      .arg = "LINK",
@@ -86,7 +86,7 @@ static void *grow(struct argp_state *state, void *list, uint32_t count, size_t s
     return grown;
 }
 
-/* Ends the name before the last `mark` and returns what follows it. Names may hold the mark,
+/* Ends the name before the last `mark` and returns the text behind it. Names may hold the mark,
  * numbers do not. */
 static const char *split(struct argp_state *state, const char *name, char *text, char mark,
                          const char *form)

@@ -9,7 +9,7 @@
 #include <string.h>
 #include <time.h>
 
-#define DAEMON_CHECK_NS UINT64_C(20000000) /* who waits looks this often whether it is in vain */
+#define DAEMON_CHECK_NS UINT64_C(20000000) /* a waiting caller checks the daemon this often */
 
 /* ---- waiting ---- */
 

@@ -32,8 +32,8 @@ typedef struct tfa_dds_client_options {
 } tfa_dds_client_options;
 
 /* Why HYBRID: a round trip over DDS takes turns of four threads (caller, worker, Cyclone's
- * receiving thread on either side), and who spins takes a core that the others need. On two cores
- * the daemon's worker sleeps for that reason and the caller spins: 35 us, every time
+ * receiving thread on either side), and a spinning client takes a core that the others need. On two
+ * cores the daemon's worker sleeps for that reason and the caller spins: 35 us, every time
  * (service/worker/worker_client.c says how it was measured); with both asleep 85, with both
  * spinning 130. */
 
@@ -52,7 +52,7 @@ TFA_CHECKED int tfa_dds_client_connect(const tfa_dds_client_options *options,
 /** Leaves the domain and releases everything. NULL is allowed. */
 void tfa_dds_client_close(tfa_dds_client *client);
 
-/** What the daemon said about the robot; lives as long as the client. slots, wait and daemon_pid
+/** Announcement of the robot; lives as long as the client. slots, wait and daemon_pid
  *  have no meaning over DDS and are 0. */
 const tfa_client_info *tfa_dds_client_get_info(const tfa_dds_client *client);
 

@@ -10,7 +10,7 @@
 
 #define NS_PER_MS UINT64_C(1000000)
 
-/* ---- what the daemon says about the robot ---- */
+/* ---- announcement of the robot ---- */
 
 /* The robot's info if a daemon announces it now: a copy to release with RobotInfo_free; or NULL. */
 static totalforce_dds_RobotInfo *read_robot(const tfa_dds_client *client)
@@ -162,7 +162,7 @@ int tfa_dds_client_open_calls(tfa_dds_client *client, uint64_t deadline)
         tfa_dds_create_writer(client->participant, client->request_topic, TFA_DDS_REQUEST, NULL);
     if (client->request_writer < 0 || dds_get_guid(client->request_writer, &guid) < 0)
         return TFA_E_SYSTEM;
-    /* The filter of the topic points at client->guid: it may change only while nobody reads. */
+    /* The filter of the topic points at client->guid: it may change only without a reader. */
     memcpy(client->guid, guid.v, sizeof client->guid);
     dds_listener_t *listener = tfa_dds_event_listener(&client->event);
     if (listener == NULL)

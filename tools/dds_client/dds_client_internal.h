@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the two halves of the DDS client, calls and streams, share.
+ * Shared declarations of the two halves of the DDS client, calls and streams.
  */
 #ifndef TOOLS_DDS_CLIENT_DDS_CLIENT_INTERNAL_H
 #define TOOLS_DDS_CLIENT_DDS_CLIENT_INTERNAL_H
@@ -18,7 +18,7 @@
 #define TFA_DDS_OUTSTANDING 64 /* as many replies as the reader keeps */
 
 /* A event that Cyclone's threads ring and the caller waits for. Rings may be too many, never too
- * few: who hears one looks for what it wants, and waits again when it is not there. */
+ * few: a waiting caller looks for its own event, and waits again when it is not there. */
 typedef struct tfa_dds_event {
     sem_t signals;
     _Atomic int32_t peers; /* endpoints of daemons that ours is matched with */
@@ -52,7 +52,7 @@ struct tfa_dds_client {
     tfa_dds_pending pending[TFA_DDS_OUTSTANDING]; /* a ring: oldest at first % OUTSTANDING */
     uint64_t first, last;
     totalforce_dds_Reply *scratch; /* the reply last taken; its memory serves the next */
-    totalforce_dds_Reply *early[TFA_DDS_OUTSTANDING]; /* by id, those that overtook the oldest */
+    totalforce_dds_Reply *early[TFA_DDS_OUTSTANDING]; /* by id, replies that overtook the oldest */
 
     /* Streams. */
     dds_entity_t torques_topic, torques_writer, accelerations_topic, accelerations_reader;
@@ -83,7 +83,7 @@ void tfa_dds_event_clear(tfa_dds_event *event);
 /* now + timeout_ns; 0 means never. */
 uint64_t tfa_dds_deadline(uint64_t timeout_ns);
 
-/* Nobody serves the robot any more: withdrawn, or the daemon's lease ran out. */
+/* The robot is not served any more: withdrawn, or the daemon's lease ran out. */
 bool tfa_dds_client_daemon_is_gone(const tfa_dds_client *client);
 
 /* Writes one request, or a hello when `request` is NULL. */

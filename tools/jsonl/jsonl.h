@@ -20,7 +20,7 @@
 #include <stdio.h>
 #include <totalforce/dynamics.h>
 
-/** What went wrong with one line: a status and a sentence that names the invalid field. */
+/** Error of one line: a status and a sentence that names the invalid field */
 typedef struct jsonl_error {
     int status;
     char text[1024];
@@ -30,7 +30,7 @@ typedef struct jsonl_error {
 int jsonl_fail(jsonl_error *error, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/** What a request means where it does not say. Set from the command line. */
+/** Defaults of requests, set from the command line */
 typedef struct jsonl_defaults {
     tfa_method method;
     tfa_estimate estimate; /**< of forward_dynamics and operational_inertia */
@@ -90,7 +90,7 @@ const char *jsonl_op_name(tfa_op op);
 /** The name of a frame, as spelt in requests. */
 const char *jsonl_frame_name(tfa_reference_frame frame);
 
-/** Says in a sentence what a reply with a bad status is about: the field, the joint or link, the
+/** Explains a reply with a bad status in a sentence: the field, the joint or link, the
  *  value. Sets `error` and returns its status. */
 int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
                   jsonl_error *error);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Reads what a request changes about the robot: locked joints, payloads.
+ * Reads the changes of the robot by a request: locked joints, payloads.
  */
 #include "jsonl_values.h"
 
@@ -54,7 +54,7 @@ int jsonl_read_locked(jsonl_reader *r, const json_t *value)
     return read_joints(r, value, r->buffers->locked, &r->request->locked_count);
 }
 
-/* The numbers of a payload, as in tfa_payload; what is not there is 0. */
+/* The numbers of a payload, as in tfa_payload; absent ones are 0. */
 static int read_payload_numbers(jsonl_reader *r, const json_t *payload, const char *entry,
                                 double *numbers)
 {

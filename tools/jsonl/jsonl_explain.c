@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Turns a reply with a bad status into a sentence: what is wrong, where, with which value.
+ * Turns a reply with a bad status into a sentence: the error, its place and its value.
  */
 #include "jsonl.h"
 
@@ -91,7 +91,7 @@ static void name_body(const robot_names *names, const tfa_reply *reply, char *bo
         snprintf(body, size, "body '%s': ", robot_names_frame_name(names, reply->index));
 }
 
-/* " with locked joints": what a method that answers the op cannot do besides. */
+/* " with locked joints": the part of the request that the method refuses */
 static const char *unsupported_part(const tfa_request *request, tfa_field field)
 {
     if (field == TFA_FIELD_LOCKED)
@@ -125,7 +125,7 @@ static int explain_payload(const robot_names *names, const tfa_request *request,
                       tfa_status_cause(reply->status));
 }
 
-/* What a request changes about the robot: payloads, locked joints. @return 0: nothing of
+/* Changes of the robot by a request: payloads, locked joints. @return 0: nothing of
  * that is named */
 static int explain_change(const robot_names *names, const tfa_request *request,
                           const tfa_reply *reply, jsonl_error *error)

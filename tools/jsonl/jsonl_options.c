@@ -81,7 +81,7 @@ int jsonl_run(const char *command, const jsonl_options *options, const jsonl_bac
     errno = error;
     if (status == TFA_OK)
         return options->strict && tally.errors ? EXIT_UNMET : EXIT_GOOD;
-    /* who stops reading our replies knows it: nothing to say */
+    /* a reader that closed the pipe needs no message */
     if (status != TFA_E_SYSTEM || errno != EPIPE)
         fprintf(stderr, "%s: line %llu: %s: %s\n", command, (unsigned long long)tally.lines,
                 tfa_status_text(status),

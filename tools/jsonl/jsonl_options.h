@@ -24,9 +24,9 @@ typedef struct jsonl_options {
 /** --method, --refine, --estimate, --strict; its input is a jsonl_options. */
 extern const struct argp jsonl_argp;
 
-/** What a line may hold, for --help. */
+/** Keys of a line, for --help */
 #define JSONL_HELP                                                                                 \
-    "A request is {\"id\":1,\"op\":OP,\"q\":[...],...}. OP and what goes with it:\n"               \
+    "A request is {\"id\":1,\"op\":OP,\"q\":[...],...}. OP and its keys:\n"                        \
     "  forward_dynamics     q, v, tau, wrench, tips -> qdd, lambda_inv\n"                          \
     "  inverse_dynamics     q, v, qdd, wrench -> tau\n"                                            \
     "  operational_inertia  q, tips -> lambda_inv, rank, eig_min, eig_max\n"                       \

@@ -222,7 +222,7 @@ static int reject_key_of_other_op(jsonl_reader *r, const json_t *value)
 }
 
 /* The state (q, v, base, gravity) may be given with every op, used or not, so that a program can
- * ask different questions about one state; what drives it belongs to some ops only. */
+ * ask different questions about one state; its inputs belong to some ops only. */
 static const struct {
     const char *name;
     unsigned ops;
@@ -300,7 +300,7 @@ static int read_key(jsonl_reader *r, const char *key, const json_t *value, unsig
     return unknown_key(r, key);
 }
 
-/* What must be there once every key was read. */
+/* Required keys, checked once every key was read */
 static int require(jsonl_reader *r)
 {
     tfa_request *request = r->request;
@@ -337,7 +337,7 @@ static int point_reply(jsonl_reader *r, tfa_reply *reply)
         reply->base_wrench = floating ? b->reply_wrench : NULL;
         break;
     case TFA_OP_MASS_MATRIX:
-        /* n x n is large for a long chain: only who asks pays */
+        /* n x n is large for a long chain: printed on request only */
         if (!b->mass_matrix)
             b->mass_matrix = calloc(n ? n : 1, (n ? n : 1) * sizeof(double));
         if (!b->mass_matrix)

@@ -15,7 +15,7 @@
  *  a q, v, tau request of a 100 000-joint chain twice over. */
 #define JSONL_LINE_MAX ((size_t)16 << 20)
 
-/** Who answers: the library in process, or a daemon. */
+/** The solver: the library in process, or a daemon */
 typedef struct jsonl_backend {
     void *self;
     /** Called before every request. Gives the names of the robot as they are now (they change when
@@ -25,7 +25,7 @@ typedef struct jsonl_backend {
     int (*answer)(void *self, const tfa_request *request, tfa_reply *reply);
 } jsonl_backend;
 
-/** What the loop did. */
+/** Counts of the loop */
 typedef struct jsonl_tally {
     uint64_t lines, errors;
 } jsonl_tally;

@@ -17,7 +17,7 @@ typedef struct jsonl_reader {
     const char *key; /**< for messages: "q", "wrench.tool0", ... */
 } jsonl_reader;
 
-/** "an object", "a string", ...: what a value is, for messages. */
+/** "an object", "a string", ...: the type of a value, for messages. */
 const char *jsonl_type(const json_t *value);
 
 /** Reads an array of exactly `count` numbers. @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE. */
@@ -33,7 +33,7 @@ int jsonl_no_joint(jsonl_reader *r, const char *key, const char *name);
 /** Looks a link up; `key` stands for it in the message. @return TFA_OK, TFA_E_LINK. */
 int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame);
 
-/* jsonl_changes.c: what a request changes about the robot, and what it wants to know of that. */
+/* jsonl_changes.c: changes of the robot by a request */
 
 /** ["joint",...] @return TFA_OK, TFA_E_ARGUMENT, TFA_E_JOINT. */
 int jsonl_read_locked(jsonl_reader *r, const json_t *value);

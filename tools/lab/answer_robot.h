@@ -38,7 +38,7 @@ struct robot {
     tfa_batch_pool *pools[PRECISIONS];
 };
 
-/** Prints what is wrong and ends the program. */
+/** Prints the error and ends the program. */
 _Noreturn void stop(const char *what, const char *name, const char *why);
 
 /** The finalizer of splitmix64: every bit of x changes every bit of the result. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * `totalforce latency`: measures round trips to a running daemon, next to what they cannot beat.
+ * `totalforce latency`: measures round trips to a running daemon, beside their lower bounds.
  */
 #include "latency.h"
 
@@ -207,7 +207,7 @@ static int processors_of(const latency_baseline *baseline)
     return sched_getaffinity(0, sizeof ours, &ours) == 0 ? CPU_COUNT(&ours) : 1;
 }
 
-/* The two sides did not have a processor each: says what was measured, and the load. */
+/* The two sides did not have a processor each: says so, with the load. */
 static void report_busy_processors(const latency_baseline *baseline)
 {
     const histogram *seen = &baseline->pingpong;

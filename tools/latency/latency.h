@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The parts of `totalforce latency`: what is asked for, one measured run, the report.
+ * The parts of `totalforce latency`: options, one measured run, the report.
  */
 #ifndef TOOLS_LATENCY_LATENCY_H
 #define TOOLS_LATENCY_LATENCY_H
@@ -68,7 +68,7 @@ typedef struct latency_run {
     uint64_t sample_count;
 } latency_run;
 
-/** What the round trip is measured against, from the same run. ns. */
+/** Baseline of the round trip, from the same run. ns. */
 typedef struct latency_baseline {
     histogram pingpong;
     int have_pingpong;
@@ -99,7 +99,7 @@ TFA_CHECKED int latency_solve(const latency_options *options, const latency_run 
 
 /** p50 of the round trip / (p50 of the ping-pong + p50 of the solve); 0 without a baseline. */
 double latency_ratio(const latency_run *run, const latency_baseline *baseline);
-/** The same with the ping-pong of the same size: what software adds to moving the data. */
+/** The same with the ping-pong of the same size: the overhead of software over moving the data. */
 double latency_ratio_same_size(const latency_run *run, const latency_baseline *baseline);
 
 /** True when every --fail option is satisfied. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a round trip is measured against: the same requests solved in process.
+ * The baseline of round trips: the same requests solved in process.
  */
 #include "common/commands.h"
 #include "latency.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Prints what was measured: a table for people, JSON, CSV and .hgrm for machines.
+ * Prints the measurements: a table for people, JSON, CSV and .hgrm for machines.
  */
 #include "latency.h"
 

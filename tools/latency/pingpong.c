@@ -129,7 +129,7 @@ int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, uint64_t l
     pid_t parent = getpid();
     pid_t child = fork();
     if (child == 0) {
-        /* nobody left to say stop: do not spin for ever */
+        /* the other side is gone: do not spin for ever */
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (others)
             sched_setaffinity(0, sizeof *others, others);

@@ -34,7 +34,7 @@ static int prepare(void *self, const robot_names **names, jsonl_error *error)
     return TFA_OK;
 }
 
-/* Keeps the state of a line. What the line leaves out is 0. */
+/* Keeps the state of a line. Absent arrays are 0. */
 static int store_state(void *self, const tfa_request *r, tfa_reply *reply)
 {
     states *s = self;
@@ -89,7 +89,7 @@ static int read_states(states *s, const char *path)
     if (s->other)
         fprintf(stderr,
                 "totalforce model: --advise %s: a state is forward_dynamics with q, v, "
-                "tau, base_pose, base_twist and base_wrench; what all states share is an "
+                "tau, base_pose, base_twist and base_wrench; inputs that all states share are an "
                 "option: --gravity, --payload, --lock\n",
                 path);
     else if (status == TFA_OK && tally.lines == 0)

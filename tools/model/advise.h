@@ -20,7 +20,7 @@
 int advise_locks(const tfa_model *model, const char *urdf, scene_options *options, const char *path,
                  double tolerance);
 
-/** Prints what locking costs and saves, as comments; `scene` is the model with the locks. */
+/** Prints cost and savings of locking, as comments; `scene` is the model with the locks. */
 void advise_print(const tfa_model *model, const tfa_model *scene, const tfa_advice *advice,
                   uint32_t states, double tolerance);
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * `totalforce model`: what the loader made of a URDF.
+ * `totalforce model`: report of a loaded URDF.
  */
 #include "advise.h"
 #include "common/commands.h"
@@ -73,9 +73,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
         if (!options->states != !(options->tolerance > 0))
             argp_error(state, "--advise and --tolerance go together");
         if (options->states && options->scene.model.mimic == TFA_MIMIC_LOCK)
-            argp_error(state,
-                       "--advise: with --mimic lock a lock on a joint moves what follows it; "
-                       "choose free or project");
+            argp_error(state, "--advise: with --mimic lock a lock on a joint moves its followers; "
+                              "choose free or project");
         if (options->states && options->file && strcmp(options->file, "-") == 0)
             argp_error(state, "--advise: the scene names the URDF; give a file instead of -");
         return 0;
@@ -144,7 +143,7 @@ int command_model(int argc, char **argv)
         .options = option_table,
         .parser = parse,
         .args_doc = "FILE.urdf",
-        .doc = "Loads a URDF (-: standard input) and reports what became of it: bodies before and "
+        .doc = "Loads a URDF (-: standard input) and reports the result: bodies before and "
                "after, masses, what "
                "was merged, locked, fused, left out or repaired, how well each inertia can be "
                "inverted, the order of the joints, the plan.\v"

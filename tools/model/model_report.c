@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Gathers what the load report tells.
+ * Gathers the numbers of the load report.
  */
 #include "model_report.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The load report: what became of a URDF, for people and as JSON.
+ * The load report, for people and as JSON.
  */
 #ifndef TOOLS_MODEL_MODEL_REPORT_H
 #define TOOLS_MODEL_MODEL_REPORT_H

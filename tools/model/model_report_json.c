@@ -10,14 +10,14 @@
 #include <stdio.h>
 #include <totalforce/totalforce.h>
 
-/* Strings of a URDF may hold any bytes: what is not UTF-8 is shown as such, not lost. */
+/* Strings of a URDF may hold any bytes: bytes that are not UTF-8 are shown escaped. */
 static json_t *text_of(const char *text)
 {
     json_t *string = json_string(text);
     return string ? string : json_string("(not UTF-8)");
 }
 
-/* null for what is infinite or not known. */
+/* null for infinite or unknown numbers */
 static json_t *number(double value)
 {
     return isfinite(value) ? json_real(value) : json_null();
@@ -110,7 +110,7 @@ static void add_joints(json_t *root, const tfa_model *model)
     json_object_set_new(root, "joint_details", details);
 }
 
-/* Every joint of the file and what became of it. */
+/* Every joint of the file and its fate */
 static json_t *declared(const tfa_model *model)
 {
     json_t *list = json_array();

@@ -104,7 +104,7 @@ static void print_joint_of_fate(const tfa_model *model, const tfa_declared_joint
         printf("    %s: part of %s\n", joint->name, body_of(model, joint));
 }
 
-/* What became of the joints that have no line among the moving ones, or not one of their own. */
+/* Fate of the joints without a line of their own among the moving ones */
 static void print_fates(const tfa_model *model, const tfa_model_summary *s)
 {
     static const struct {

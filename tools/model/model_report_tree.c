@@ -113,7 +113,7 @@ static void print_body(const drawing *d, uint32_t body)
 
 static void print_children(drawing *d, uint32_t list, unsigned depth);
 
-/* A body and what hangs from it, only children below each other. */
+/* A body and its subtree, children below each other */
 static void print_branch(drawing *d, uint32_t body, unsigned depth)
 {
     for (;;) {

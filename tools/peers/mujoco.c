@@ -37,7 +37,7 @@ static void release(void *robot)
     free(r);
 }
 
-/* Warnings, which would go to a file in the working folder: what is wrong shows in the error. */
+/* Warnings, which would go to a file in the working folder: mistakes show in the error. */
 static void disable_warnings(const char *text)
 {
     (void)text;

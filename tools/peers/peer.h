@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What is asked of a peer: forward dynamics of a robot on a fixed base, one number for each joint,
+ * The task of a peer: forward dynamics of a robot on a fixed base, one number for each joint,
  * and perhaps Lambda^-1.
  */
 #ifndef TFA_TOOLS_PEER_H
@@ -28,7 +28,7 @@ struct peer {
     void (*release)(void *robot);
 };
 
-/** Those that are built in (-DTFA_PEERS=ON); NULL behind the last. */
+/** The peers that are built in (-DTFA_PEERS=ON); NULL behind the last. */
 extern const struct peer *const peer_table[];
 
 /** A peer that has Lambda^-1, too */

@@ -14,14 +14,14 @@
 /* ---- made: humanoids as real ones are built, axes along the frames ---- */
 
 /* A branch: so many joints on the link of another branch's end, or on the pelvis (-1). */
-struct limb {
+struct branch_of_links {
     const char *name, *axes; /* one letter for each joint */
     int on;
     double x, y, z;      /* its root there, m */
     double length, mass; /* of each link, at the first; both fall outward */
 };
 
-static const struct limb humanoid[] = {
+static const struct branch_of_links humanoid[] = {
     {"waist", "zyx", -1, 0, 0, 0.1, 0.1, 8},
     {"neck", "y", 0, 0, 0, 0.3, 0.1, 2},
     {"left_leg", "zxyyyx", -1, 0, 0.1, 0, -0.2, 4},
@@ -31,7 +31,7 @@ static const struct limb humanoid[] = {
 };
 
 /* Besides: a neck of three, and hands of thirteen, a thumb of four and three fingers of three */
-static const struct limb hands[] = {
+static const struct branch_of_links hands[] = {
     {"head", "xz", 1, 0, 0, 0.1, 0.1, 1},
     {"left_thumb", "zyyy", 4, 0.03, 0, 0, -0.03, 0.05},
     {"left_index", "yyy", 4, 0.03, 0, -0.05, -0.03, 0.04},
@@ -54,23 +54,25 @@ static void write_inertial(FILE *f, double mass, double length)
             length / 2, mass, across, across, along);
 }
 
-static void write_limb(FILE *f, const struct limb *limb, const struct limb *on)
+static void write_branch(FILE *f, const struct branch_of_links *branch_of_links,
+                         const struct branch_of_links *on)
 {
-    double length = limb->length, mass = limb->mass, x = limb->x, y = limb->y, z = limb->z;
+    double length = branch_of_links->length, mass = branch_of_links->mass, x = branch_of_links->x,
+           y = branch_of_links->y, z = branch_of_links->z;
     char parent[64] = "pelvis";
     if (on)
         snprintf(parent, sizeof parent, "%s_%zu", on->name, strlen(on->axes));
-    for (size_t k = 0; limb->axes[k]; k++) {
-        const char axis = limb->axes[k];
-        fprintf(f, "<link name='%s_%zu'>", limb->name, k + 1);
+    for (size_t k = 0; branch_of_links->axes[k]; k++) {
+        const char axis = branch_of_links->axes[k];
+        fprintf(f, "<link name='%s_%zu'>", branch_of_links->name, k + 1);
         write_inertial(f, mass, length);
         fprintf(f,
                 "</link><joint name='%s_j%zu' type='continuous'><parent link='%s'/>"
                 "<child link='%s_%zu'/><origin xyz='%.17g %.17g %.17g'/><axis xyz='%d %d %d'/>"
                 "</joint>\n",
-                limb->name, k + 1, parent, limb->name, k + 1, x, y, z, axis == 'x', axis == 'y',
-                axis == 'z');
-        snprintf(parent, sizeof parent, "%s_%zu", limb->name, k + 1);
+                branch_of_links->name, k + 1, parent, branch_of_links->name, k + 1, x, y, z,
+                axis == 'x', axis == 'y', axis == 'z');
+        snprintf(parent, sizeof parent, "%s_%zu", branch_of_links->name, k + 1);
         x = y = 0;
         z = length;
         length *= 0.9;
@@ -87,9 +89,9 @@ static int write_humanoid(const char *path, int with_hands)
     write_inertial(f, 10, 0.2);
     fputs("</link>\n", f);
     for (size_t k = 0; k < sizeof humanoid / sizeof *humanoid; k++)
-        write_limb(f, &humanoid[k], humanoid[k].on < 0 ? NULL : &humanoid[humanoid[k].on]);
+        write_branch(f, &humanoid[k], humanoid[k].on < 0 ? NULL : &humanoid[humanoid[k].on]);
     for (size_t k = 0; with_hands && k < sizeof hands / sizeof *hands; k++)
-        write_limb(f, &hands[k], &humanoid[hands[k].on]);
+        write_branch(f, &hands[k], &humanoid[hands[k].on]);
     fputs("</robot>\n", f);
     return fclose(f) ? -1 : 0;
 }

@@ -40,7 +40,7 @@ static double turn(struct contest *c, uint32_t contestant, uint32_t calls)
     return (time_ns(clock) - start) / calls;
 }
 
-static uint32_t weigh(struct contest *c, struct figures figures[SUITE_CONTESTANTS])
+static uint32_t summarise(struct contest *c, struct figures figures[SUITE_CONTESTANTS])
 {
     for (uint32_t k = 0; k < c->count; k++) {
         const double bytes = (double)contest_bytes(c, k);
@@ -56,7 +56,7 @@ uint32_t contest_measure(struct contest *c, double turn_us, uint32_t rounds,
     uint32_t calls[SUITE_CONTESTANTS];
     rounds = rounds > ROUNDS_MAX ? ROUNDS_MAX : rounds;
     if (c->task->how == HOW_BYTES)
-        return weigh(c, figures);
+        return summarise(c, figures);
     for (uint32_t k = 0; k < c->count; k++) {
         const double once = turn(c, k, 1), few = turn(c, k, 2);
         const double fastest = fmin(once, few);

@@ -118,22 +118,22 @@ TEST(every_length)
  * on one body, inside a joint */
 TEST(side_branches)
 {
-    for (uint32_t trial = 0; trial < 72; trial++) {
-        const uint32_t links = 4 + trial % 50;
-        const tfa_base base = trial % 4 > 1 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
-        struct bench b = {.d = chain_create(CHAIN_MIXED, links, trial)};
-        random_source r = {trial};
+    for (uint32_t test_case = 0; test_case < 72; test_case++) {
+        const uint32_t links = 4 + test_case % 50;
+        const tfa_base base = test_case % 4 > 1 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
+        struct bench b = {.d = chain_create(CHAIN_MIXED, links, test_case)};
+        random_source r = {test_case};
         for (size_t k = 1; k < b.d->joint_count; k++)
             if (random_below(&r, 4) == 0)
                 b.d->joints[k].parent = b.d->joints[random_below(&r, (uint32_t)k)].parent;
-        if (trial % 2)
+        if (test_case % 2)
             random_robot_empty_links(&r, b.d, 0.3);
         if (tfa_model_size(b.d, NULL) > 0) { /* none: more than six joints without mass in a row */
             uint32_t tips[TIPS];
-            bench_load(&b, CHAIN_MIXED, base, trial);
+            bench_load(&b, CHAIN_MIXED, base, test_case);
             for (uint32_t t = 0; t < TIPS; t++)
                 tips[t] = random_below(&r, tfa_model_frame_count(b.model));
-            if (trial % 5 == 0)
+            if (test_case % 5 == 0)
                 tips[3] = tips[0];
             if (tfa_model_summarise(b.model).singular_body < 0)
                 every_way(&b, tips);

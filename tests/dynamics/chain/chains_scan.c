@@ -111,21 +111,21 @@ static void branch(tfa_description *d)
 /* Side branches, wrenches, velocities, rotor inertia, all types of joints, two trees at times */
 TEST(branches_and_wrenches_equal_aba)
 {
-    for (uint32_t trial = 0; trial < 40; trial++) {
-        const tfa_base base = trial % 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
-        struct bench b = {.d = chain_create(CHAIN_MIXED, 50 + 2 * trial, trial)};
-        random_source r = {trial};
+    for (uint32_t test_case = 0; test_case < 40; test_case++) {
+        const tfa_base base = test_case % 2 ? TFA_BASE_FLOATING : TFA_BASE_FIXED;
+        struct bench b = {.d = chain_create(CHAIN_MIXED, 50 + 2 * test_case, test_case)};
+        random_source r = {test_case};
         branch(b.d);
-        if (trial % 4 == 0)
+        if (test_case % 4 == 0)
             b.d->joints[20].parent = 0;
-        bench_load(&b, CHAIN_MIXED, base, trial);
+        bench_load(&b, CHAIN_MIXED, base, test_case);
         for (uint32_t k = 0; k < 2; k++) {
             b.wrench_frames[k] = random_below(&r, tfa_model_frame_count(b.model));
             for (uint32_t e = 0; e < 6; e++)
                 b.wrenches[6 * k + e] = random_uniform(&r, -5, 5);
         }
         b.wrench_count = 2;
-        assert_int_equal(b.model->trees, base == TFA_BASE_FIXED && trial % 4 == 0 ? 2 : 1);
+        assert_int_equal(b.model->trees, base == TFA_BASE_FIXED && test_case % 4 == 0 ? 2 : 1);
         compare(&b, TFA_METHOD_SCAN);
         compare(&b, TFA_METHOD_SCAN_TWO_PASS);
         bench_close(&b);
@@ -225,7 +225,7 @@ static double element_difference(const struct scan_element *x, const struct scan
 TEST(combining_is_associative)
 {
     random_source r = {5};
-    for (int trial = 0; trial < 100; trial++) {
+    for (int test_case = 0; test_case < 100; test_case++) {
         struct scan_element x[3];
         for (int k = 0; k < 3; k++)
             random_element(&r, &x[k]);

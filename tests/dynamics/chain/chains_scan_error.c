@@ -27,15 +27,15 @@ static const char *const right_side_names[RIGHT_SIDES] = {"qdd", "tau", "gravity
 /* Of two passes beyond 1024 bodies, zigzag: 1.1; 3.9 where accelerations jump at the cuts */
 #define MEDIAN_LONGEST 2
 
-typedef struct subject {
+typedef struct test_case {
     tfa_description *description;
     tfa_model *model;
     tfa_workspace *f64, *f128;
     uint32_t n;
     double *q, *v, *zero, *tau, *want, *got;
-} subject;
+} test_case;
 
-static void subject_open(subject *x, chain_mechanism mechanism, uint32_t links, uint64_t seed)
+static void test_case_open(test_case *x, chain_mechanism mechanism, uint32_t links, uint64_t seed)
 {
     const tfa_model_options options = {.base = TFA_BASE_FIXED};
     x->description = chain_create(mechanism, links, seed);
@@ -53,7 +53,7 @@ static void subject_open(subject *x, chain_mechanism mechanism, uint32_t links, 
     chain_coordinates(mechanism, x->description, seed + 2, x->q);
 }
 
-static void subject_close(subject *x)
+static void test_case_close(test_case *x)
 {
     free(x->v);
     free(x->q);
@@ -70,7 +70,7 @@ static void run(tfa_workspace *w, tfa_request *r, tfa_method method, double *qdd
     assert_int_equal(tfa_compute(w, r, &reply), TFA_OK);
 }
 
-static tfa_request make_request(subject *x, right_side side, uint64_t seed)
+static tfa_request make_request(test_case *x, right_side side, uint64_t seed)
 {
     random_source s = {seed + 1};
     tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -119,8 +119,8 @@ typedef double cell[RIGHT_SIDES][RIVALS][STATES];
 static void fill(chain_mechanism mechanism, uint32_t links, cell error)
 {
     for (uint64_t state = 0; state < STATES; state++) {
-        subject x;
-        subject_open(&x, mechanism, links, state + 1);
+        test_case x;
+        test_case_open(&x, mechanism, links, state + 1);
         for (int side = 0; side < RIGHT_SIDES; side++) {
             tfa_request r = make_request(&x, (right_side)side, state + 1);
             run(x.f128, &r, TFA_METHOD_ABA, x.want);
@@ -129,7 +129,7 @@ static void fill(chain_mechanism mechanism, uint32_t links, cell error)
                 error[side][m][state] = relative_error(x.got, x.want, x.n);
             }
         }
-        subject_close(&x);
+        test_case_close(&x);
     }
 }
 

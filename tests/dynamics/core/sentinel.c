@@ -43,14 +43,14 @@ EVERY_ROBOT(robots_do_not_trip_it, never_trips, false)
 
 /* ---- where it has to speak ---- */
 
-struct subject {
+struct test_case {
     hard_robot robot;
     tfa_workspace *all; /* with memory for every method */
     double *q, *v, *tau, *want, *got;
     uint32_t flagged, wrong;
 };
 
-static void open_case(struct subject *x, uint32_t bodies, mechanism_kind kind)
+static void open_case(struct test_case *x, uint32_t bodies, mechanism_kind kind)
 {
     mechanism_options o = mechanism_defaults(kind, bodies);
     const tfa_workspace_options workspace_options = {.methods = TFA_METHODS_ALL};
@@ -65,14 +65,14 @@ static void open_case(struct subject *x, uint32_t bodies, mechanism_kind kind)
     x->got = x->want + n + 36 * STATES;
 }
 
-static void close_case(struct subject *x)
+static void close_case(struct test_case *x)
 {
     tfa_workspace_free(x->all);
     free(x->q);
     hard_robot_close(&x->robot);
 }
 
-static tfa_request draw(struct subject *x, hard_rhs rhs)
+static tfa_request draw(struct test_case *x, hard_rhs rhs)
 {
     random_source s = {11u + x->robot.nv};
     const size_t n = x->robot.nv;
@@ -91,7 +91,7 @@ static tfa_request draw(struct subject *x, hard_rhs rhs)
 }
 
 /* Compares count states with the truth: wrong ones have said so. */
-static void check_answer(struct subject *x, tfa_request r, uint32_t count)
+static void check_answer(struct test_case *x, tfa_request r, uint32_t count)
 {
     const int lambda = r.op == TFA_OP_OPERATIONAL_INERTIA;
     const size_t n = lambda ? 36 : x->robot.nv;
@@ -116,7 +116,7 @@ static void check_answer(struct subject *x, tfa_request r, uint32_t count)
     }
 }
 
-static void truth(struct subject *x, tfa_request r)
+static void truth(struct test_case *x, tfa_request r)
 {
     const int lambda = r.op == TFA_OP_OPERATIONAL_INERTIA;
     tfa_reply reply = {0};
@@ -126,7 +126,7 @@ static void truth(struct subject *x, tfa_request r)
 }
 
 /* Every method of the op, one state and several */
-static void every_method(struct subject *x, tfa_request r)
+static void every_method(struct test_case *x, tfa_request r)
 {
     truth(x, r);
     for (uint32_t m = 0; tfa_method_describe(m); m++) {
@@ -142,10 +142,10 @@ static void every_method(struct subject *x, tfa_request r)
 TEST(heavy_tips_are_flagged)
 {
     static const uint32_t sizes[] = {2, 5, 8, 20, 64, 128};
-    static struct subject x;
+    static struct test_case x;
     uint32_t wrong = 0, flagged = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        x = (struct subject){0};
+        x = (struct test_case){0};
         open_case(&x, sizes[i], MECHANISM_HEAVY_TIP);
         for (int rhs = 0; rhs < HARD_RHS_COUNT; rhs++)
             every_method(&x, draw(&x, (hard_rhs)rhs));
@@ -167,7 +167,7 @@ TEST(heavy_tips_are_flagged)
 TEST(heavy_payloads_are_flagged)
 {
     static const double payload[TFA_PAYLOAD_NUMBERS] = {1e12, 0, 0, 0.5, 1e10, 0, 0, 1e10, 0, 1e10};
-    static struct subject x;
+    static struct test_case x;
     open_case(&x, 7, MECHANISM_RANDOM);
     for (int rhs = HARD_TAU; rhs < HARD_RHS_COUNT; rhs++) {
         tfa_request r = draw(&x, (hard_rhs)rhs);
@@ -186,7 +186,7 @@ TEST(heavy_payloads_are_flagged)
 /* ---- estimates ---- */
 
 /* Scaled by a power of two every number of the answer keeps its bits, and so does the estimate. */
-static void scaled(struct subject *x, tfa_request r, double scale)
+static void scaled(struct test_case *x, tfa_request r, double scale)
 {
     static const double weightless[3];
     tfa_answer plain, large;
@@ -212,7 +212,7 @@ static void scaled(struct subject *x, tfa_request r, double scale)
 TEST(estimates_know_no_scale)
 {
     static const uint32_t sizes[] = {6, 64};
-    static struct subject x;
+    static struct test_case x;
     for (size_t i = 0; i < 2; i++) {
         open_case(&x, sizes[i], MECHANISM_RANDOM);
         tfa_request r = draw(&x, HARD_TAU);
@@ -231,7 +231,7 @@ TEST(estimates_know_no_scale)
 TEST(estimates_change_no_answer)
 {
     static const uint32_t sizes[] = {6, 64};
-    static struct subject x;
+    static struct test_case x;
     for (size_t i = 0; i < 2; i++) {
         open_case(&x, sizes[i], MECHANISM_SIDE_BRANCHES);
         tfa_request r = draw(&x, HARD_TAU);

@@ -27,7 +27,7 @@ static void assert_same(uint64_t seed, const char *what, const double *x, const 
 }
 
 /* A robot, its oracle, one state with two wrenches, and which of its joints are locked. */
-struct trial {
+struct test_case {
     uint64_t seed;
     tfa_base base;
     tfa_description *d;
@@ -39,7 +39,7 @@ struct trial {
     uint32_t row[MOST], rows; /* freedoms that are left, joints only */
 };
 
-static void point_request(struct trial *t)
+static void point_request(struct test_case *t)
 {
     const random_states *x = t->x;
     t->r = (tfa_request){.count = 1,
@@ -53,7 +53,7 @@ static void point_request(struct trial *t)
                          .wrenches = x->wrenches};
 }
 
-static void trial_open(struct trial *t, uint64_t seed)
+static void test_case_open(struct test_case *t, uint64_t seed)
 {
     const random_robot_options options = {.shape = (random_shape)(seed % 3),
                                           .joints = 8,
@@ -73,7 +73,7 @@ static void trial_open(struct trial *t, uint64_t seed)
     point_request(t);
 }
 
-static void trial_close(struct trial *t)
+static void test_case_close(struct test_case *t)
 {
     random_states_free(t->x);
     oracle_free(t->o);
@@ -81,7 +81,7 @@ static void trial_close(struct trial *t)
 }
 
 /* Locks every joint with an odd number, at rest, and ties the freedoms accordingly. */
-static void lock_odd_joints(struct trial *t)
+static void lock_odd_joints(struct test_case *t)
 {
     const uint32_t base = t->n - t->nv;
     for (uint32_t k = 0; k < base; k++)
@@ -102,7 +102,7 @@ struct answer {
 };
 
 /* Every answer of the state set last; tau and qdd as given, both `rows` of joints long. */
-static void ask(const struct trial *t, oracle *o, const double *tau, const double *qdd,
+static void ask(const struct test_case *t, oracle *o, const double *tau, const double *qdd,
                 struct answer *a)
 {
     const uint32_t tips[2] = {(uint32_t)t->d->link_count - 1, (uint32_t)t->d->link_count / 2};
@@ -113,7 +113,7 @@ static void ask(const struct trial *t, oracle *o, const double *tau, const doubl
     oracle_lambda_inv(o, tips, 2, t->seed % 2 ? TFA_FRAME_LOCAL : TFA_FRAME_WORLD, a->lambda);
 }
 
-static void compare(const struct trial *t, const struct answer *a, const struct answer *b)
+static void compare(const struct test_case *t, const struct answer *a, const struct answer *b)
 {
     const size_t rows = t->n - t->nv + t->rows;
     assert_same(t->seed, "qdd", a->qdd, b->qdd, t->rows);
@@ -125,7 +125,7 @@ static void compare(const struct trial *t, const struct answer *a, const struct 
 }
 
 /* The numbers of the joints that are left, in front of each other. */
-static void gather(const struct trial *t, const double *all, double *left)
+static void gather(const struct test_case *t, const double *all, double *left)
 {
     for (uint32_t k = 0; k < t->rows; k++)
         left[k] = all[t->row[k]];
@@ -133,7 +133,7 @@ static void gather(const struct trial *t, const double *all, double *left)
 
 /* Route 1: the joint is a fixed one whose frame stands where the joint stood. The oracle itself
  * tells that place: it is the child's pose in the parent's. */
-static void freeze(const struct trial *t, uint32_t joint, tfa_joint *j)
+static void freeze(const struct test_case *t, uint32_t joint, tfa_joint *j)
 {
     double p[3], R[9], at[3], P[9];
     const struct {
@@ -167,9 +167,9 @@ TEST(locked_is_fixed)
     worst = 0;
     for (uint64_t seed = 1; seed <= 24; seed++) {
         static struct answer tied, fixed;
-        struct trial t;
+        struct test_case t;
         double tau[MOST], qdd[MOST], q[2 * MOST], v[MOST];
-        trial_open(&t, seed);
+        test_case_open(&t, seed);
         lock_odd_joints(&t);
         gather(&t, t.x->tau, tau);
         gather(&t, t.x->qdd, qdd);
@@ -199,7 +199,7 @@ TEST(locked_is_fixed)
         ask(&t, o, tau, qdd, &fixed);
         compare(&t, &tied, &fixed);
         oracle_free(o);
-        trial_close(&t);
+        test_case_close(&t);
     }
     print_message("  worst difference %.2g\n", worst);
 }
@@ -210,9 +210,9 @@ TEST(locked_is_heavy)
     worst = 0;
     for (uint64_t seed = 1; seed <= 24; seed++) {
         static struct answer tied, heavy;
-        struct trial t;
+        struct test_case t;
         double tau[MOST], v[MOST];
-        trial_open(&t, seed);
+        test_case_open(&t, seed);
         memcpy(v, t.x->v, t.nv * sizeof *v);
         lock_odd_joints(&t);
         memcpy(t.x->v, v, t.nv * sizeof *v);
@@ -229,7 +229,7 @@ TEST(locked_is_heavy)
         assert_same(seed, "qdd", tied.qdd, heavy.qdd, t.rows);
         assert_same(seed, "base_acceleration", tied.base, heavy.base, 6);
         assert_same(seed, "lambda_inv", tied.lambda, heavy.lambda, 144);
-        trial_close(&t);
+        test_case_close(&t);
     }
     print_message("  worst difference %.2g\n", worst);
 }
@@ -271,9 +271,9 @@ TEST(tied_has_multipliers)
     worst = 0;
     for (uint64_t seed = 1; seed <= 24; seed++) {
         static double M[MOST * MOST], h[MOST], base_h[6], qdd[MOST], base[6], want[MOST];
-        struct trial t;
+        struct test_case t;
         random_source s = {seed};
-        trial_open(&t, seed);
+        test_case_open(&t, seed);
         const uint32_t b = t.n - t.nv, ties = t.nv / 2, all = t.n + ties;
         quad *A = calloc((size_t)all * all, sizeof *A), *x = calloc(all, sizeof *x);
         double ratio[MOST];
@@ -310,7 +310,7 @@ TEST(tied_has_multipliers)
         assert_same(seed, "base_acceleration", base, want, b);
         free(x);
         free(A);
-        trial_close(&t);
+        test_case_close(&t);
     }
     print_message("  worst difference %.2g\n", worst);
 }
@@ -352,10 +352,10 @@ TEST(payload_is_a_link)
     worst = 0;
     for (uint64_t seed = 1; seed <= 16; seed++) {
         static struct answer loaded, linked;
-        struct trial t;
+        struct test_case t;
         random_source s = {seed};
         double payload[2 * TFA_PAYLOAD_NUMBERS], at[2][4];
-        trial_open(&t, seed);
+        test_case_open(&t, seed);
         t.rows = t.nv;
         const uint32_t links = (uint32_t)t.d->link_count, joints = (uint32_t)t.d->joint_count;
         random_payload(&s, payload);
@@ -399,7 +399,7 @@ TEST(payload_is_a_link)
         oracle_free(o);
         free(more_joints);
         free(more_links);
-        trial_close(&t);
+        test_case_close(&t);
     }
     print_message("  worst difference %.2g\n", worst);
 }

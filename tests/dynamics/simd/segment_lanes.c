@@ -18,7 +18,7 @@
 enum { POOLS = 3 };
 static const uint32_t pool_threads[POOLS] = {2, 3, 7};
 
-struct subject {
+struct test_case {
     tfa_description *description;
     tfa_model *model;
     tfa_workspace *workspace;
@@ -27,10 +27,10 @@ struct subject {
     double pose[7 * STATES]; /* of a floating base */
 };
 
-static struct subject subject_open(chain_mechanism mechanism, uint32_t links, tfa_base base,
-                                   double damping)
+static struct test_case test_case_open(chain_mechanism mechanism, uint32_t links, tfa_base base,
+                                       double damping)
 {
-    struct subject x = {.description = chain_create(mechanism, links, links)};
+    struct test_case x = {.description = chain_create(mechanism, links, links)};
     const tfa_model_options options = {.base = base};
     random_source s = {links};
     for (size_t k = 0; k < x.description->joint_count; k++)
@@ -56,7 +56,7 @@ static struct subject subject_open(chain_mechanism mechanism, uint32_t links, tf
     return x;
 }
 
-static void subject_close(struct subject *x)
+static void test_case_close(struct test_case *x)
 {
     free(x->q);
     tfa_workspace_free(x->workspace);
@@ -64,7 +64,7 @@ static void subject_close(struct subject *x)
     chain_free(x->description);
 }
 
-static tfa_request request_of(const struct subject *x, tfa_method method, int moving)
+static tfa_request request_of(const struct test_case *x, tfa_method method, int moving)
 {
     return (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
                          .method = method,
@@ -81,7 +81,7 @@ static tfa_request request_of(const struct subject *x, tfa_method method, int mo
 TEST(segments_cover_the_chain)
 {
     for (uint32_t links = 48; links < 400; links += links < 130 ? 1 : 37) {
-        struct subject x = subject_open(CHAIN_HEAVY_SPOTS, links, TFA_BASE_FIXED, 0);
+        struct test_case x = test_case_open(CHAIN_HEAVY_SPOTS, links, TFA_BASE_FIXED, 0);
         const struct tfa_chain_segments s = tfa_cut_segments(x.model);
         uint32_t end = 0;
         assert_true(s.count >= 8 && s.count % 8 == 0 && s.count <= TFA_SEGMENTS_MAX);
@@ -92,7 +92,7 @@ TEST(segments_cover_the_chain)
             assert_true(s.length[k] * s.count * 4 > links * 3 - 4 * s.count);
         }
         assert_int_equal(end, links);
-        subject_close(&x);
+        test_case_close(&x);
     }
 }
 
@@ -108,10 +108,11 @@ TEST(others_are_not_taken)
                   {CHAIN_BRANCHES, 100, TFA_BASE_FIXED},
                   {CHAIN_RANDOM, 100, TFA_BASE_FLOATING}};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++) {
-        struct subject x = subject_open(others[k].mechanism, others[k].links, others[k].base, 0);
+        struct test_case x =
+            test_case_open(others[k].mechanism, others[k].links, others[k].base, 0);
         assert_int_equal(tfa_cut_segments(x.model).count, 0);
         assert_null(x.workspace->segment_lanes);
-        subject_close(&x);
+        test_case_close(&x);
     }
 }
 
@@ -120,7 +121,7 @@ TEST(others_are_not_taken)
 /* aba's own error here is up to 1e-9 */
 #define BOUND 1e-8
 
-static void compare(struct subject *x, tfa_method method, int moving)
+static void compare(struct test_case *x, tfa_method method, int moving)
 {
     tfa_answer answers[STATES];
     tfa_reply want = {.qdd = x->want}, got = {.qdd = x->got, .answers = answers};
@@ -149,7 +150,8 @@ TEST(every_length_equals_aba)
                                             CHAIN_POINTS};
     for (uint32_t links = 48; links < 300; links += links < 100 ? 1 : 23)
         for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
-            struct subject x = subject_open(kinds[k], links, TFA_BASE_FIXED, links % 3 ? 0 : 0.1);
+            struct test_case x =
+                test_case_open(kinds[k], links, TFA_BASE_FIXED, links % 3 ? 0 : 0.1);
             assert_int_equal(x.workspace->segment_lanes != NULL,
                              tfa_cut_segments(x.model).count > 0);
             if (kinds[k] == CHAIN_RANDOM)
@@ -158,14 +160,14 @@ TEST(every_length_equals_aba)
                 compare(&x, TFA_METHOD_SCAN, moving);
                 compare(&x, TFA_METHOD_SCAN_TWO_PASS, moving);
             }
-            subject_close(&x);
+            test_case_close(&x);
         }
 }
 
 /* An answer that is not finite is not given, and the next one is none the worse. */
 TEST(overflow_is_noticed)
 {
-    struct subject x = subject_open(CHAIN_RANDOM, 100, TFA_BASE_FIXED, 0);
+    struct test_case x = test_case_open(CHAIN_RANDOM, 100, TFA_BASE_FIXED, 0);
     const double before = x.tau[x.n + 40];
     tfa_answer answers[STATES];
     tfa_reply reply = {.qdd = x.got, .answers = answers};
@@ -178,12 +180,12 @@ TEST(overflow_is_noticed)
     assert_int_equal(answers[2].status, TFA_OK);
     x.tau[x.n + 40] = before;
     compare(&x, TFA_METHOD_SCAN, 1);
-    subject_close(&x);
+    test_case_close(&x);
 }
 
 /* ---- threads ---- */
 
-static void same_bits_on_threads(struct subject *x, tfa_batch_pool *pool, tfa_method method,
+static void same_bits_on_threads(struct test_case *x, tfa_batch_pool *pool, tfa_method method,
                                  uint32_t count)
 {
     tfa_request r = request_of(x, method, 1);
@@ -210,7 +212,7 @@ TEST(threads_give_the_same_bits)
                  {CHAIN_ALTERNATING9, TFA_BASE_FLOATING}};
     for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++)
         for (uint32_t links = 60; links < 600; links *= 3) {
-            struct subject x = subject_open(kinds[kind].mechanism, links, kinds[kind].base, 0);
+            struct test_case x = test_case_open(kinds[kind].mechanism, links, kinds[kind].base, 0);
             for (int p = 0; p < POOLS; p++) {
                 tfa_batch_pool *pool = NULL;
                 const tfa_batch_pool_options options = {.threads = pool_threads[p],
@@ -221,6 +223,6 @@ TEST(threads_give_the_same_bits)
                         same_bits_on_threads(&x, pool, methods[m], count);
                 tfa_batch_pool_free(pool);
             }
-            subject_close(&x);
+            test_case_close(&x);
         }
 }

@@ -33,23 +33,23 @@ static const char *const side_names[SIDES] = {"qdd", "tau", "gravity"};
 enum { BY_DEFAULT, BY_ROWS, WAYS, METHODS = 32, PARTITION_FROM = 48 };
 static const char *const way_names[WAYS] = {"", ", row by row"};
 
-typedef struct subject {
+typedef struct test_case {
     mechanism_options options;
     test_robot robot;
     double *q, *v, *zero, *tau, *want, *unestimated, *refined, *by_hand;
     double floor;
-} subject;
+} test_case;
 
 static uint64_t seeds = 2;
 static uint64_t asked, lost_answers;
 static double worst, worst_by_hand;
 
-static void subject_open(subject *x, mechanism_options options)
+static void test_case_open(test_case *x, mechanism_options options)
 {
     const tfa_model_options model = {.base = TFA_BASE_FIXED};
     const tfa_workspace_options quad = {.precision = TFA_F128};
     const tfa_workspace_options all = {.methods = TFA_METHODS_ALL};
-    *x = (subject){.options = options};
+    *x = (test_case){.options = options};
     test_robot *r = &x->robot;
     r->description = mechanism_make(&options);
     assert_non_null(r->description);
@@ -71,7 +71,7 @@ static void subject_open(subject *x, mechanism_options options)
     x->by_hand = x->refined + n;
 }
 
-static void subject_close(subject *x)
+static void test_case_close(test_case *x)
 {
     free(x->q);
     tfa_workspace_free(x->robot.f128);
@@ -81,7 +81,7 @@ static void subject_close(subject *x)
 }
 
 /* At q = 0 a mechanism is what its name says. */
-static tfa_request draw(subject *x, int side)
+static tfa_request draw(test_case *x, int side)
 {
     tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
                      .estimate = TFA_ESTIMATE_NEVER,
@@ -108,7 +108,7 @@ static tfa_request draw(subject *x, int side)
 }
 
 /* dqdd = M^-1 (tau - RNEA(qdd)), inverse dynamics in double, the solution by `w` */
-static void correct(subject *x, tfa_request r, tfa_workspace *w, const double *qdd, double *dqdd)
+static void correct(test_case *x, tfa_request r, tfa_workspace *w, const double *qdd, double *dqdd)
 {
     static const double weightless[3];
     tfa_request inverse = r;
@@ -127,7 +127,7 @@ static void correct(subject *x, tfa_request r, tfa_workspace *w, const double *q
     compute_ok(&x->robot, w, &r, &reply);
 }
 
-static double error_of_sum(subject *x, const double *qdd, double *dqdd)
+static double error_of_sum(test_case *x, const double *qdd, double *dqdd)
 {
     for (uint32_t k = 0; k < x->robot.nv; k++)
         dqdd[k] += qdd[k];
@@ -135,7 +135,7 @@ static double error_of_sum(subject *x, const double *qdd, double *dqdd)
 }
 
 /* The truth, and what the rounding of inverse dynamics in double does to it */
-static void find_truth(subject *x, tfa_request r)
+static void find_truth(test_case *x, tfa_request r)
 {
     tfa_reply reply = {.qdd = x->want};
     r.method = TFA_METHOD_ABA;
@@ -147,7 +147,7 @@ static void find_truth(subject *x, tfa_request r)
 static tfa_answer last_answer;
 
 /* The error of an answer; -1: the method refuses the robot */
-static double error_of(subject *x, tfa_request r, uint32_t refine, double *qdd)
+static double error_of(test_case *x, tfa_request r, uint32_t refine, double *qdd)
 {
     tfa_reply reply = {.qdd = qdd, .answers = &last_answer};
     r.refine = refine;
@@ -157,7 +157,7 @@ static double error_of(subject *x, tfa_request r, uint32_t refine, double *qdd)
     return status == TFA_OK ? relative_error(qdd, x->want, x->robot.nv) : INFINITY;
 }
 
-static void hold(const subject *x, const tfa_request *r, int side, const char *what,
+static void hold(const test_case *x, const tfa_request *r, int side, const char *what,
                  double unestimated, double refined, double bound)
 {
     if (!(refined <= bound))
@@ -173,7 +173,7 @@ static int is_cyclic(tfa_method method)
 
 /* With its defaults an answer is no worse than the bare one, also by factors that have lost a
  * direction; or another method answers, or it is refused. */
-static void compare_default(subject *x, tfa_request r, int side, double unestimated)
+static void compare_default(test_case *x, tfa_request r, int side, double unestimated)
 {
     const double bound = WORSE * (unestimated + x->floor) + NO_BETTER;
     r.estimate = TFA_ESTIMATE_DEFAULT;
@@ -185,7 +185,7 @@ static void compare_default(subject *x, tfa_request r, int side, double unestima
 /* Is a refined answer no worse than the bare one, and by cyclic reduction as good as a step by
  * hand? *lost: no step of this method is any good; decided by torques of a random qdd, which come
  * first. */
-static void compare(subject *x, tfa_request r, int side, int *lost)
+static void compare(test_case *x, tfa_request r, int side, int *lost)
 {
     const double unestimated = error_of(x, r, 0, x->unestimated);
     if (unestimated < 0)
@@ -223,8 +223,8 @@ static void every_method(mechanism_options options)
 {
     static const double none[6];
     int lost[METHODS][WAYS] = {0};
-    subject x;
-    subject_open(&x, options);
+    test_case x;
+    test_case_open(&x, options);
     for (int side = 0; side < SIDES; side++) {
         const tfa_request asked_for = draw(&x, side);
         find_truth(&x, asked_for);
@@ -240,7 +240,7 @@ static void every_method(mechanism_options options)
                 compare(&x, r, side, &lost[m][BY_ROWS]);
         }
     }
-    subject_close(&x);
+    test_case_close(&x);
 }
 
 /* What the atlas varies, beside its defaults */

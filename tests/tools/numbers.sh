@@ -17,7 +17,7 @@ refused() {
         *) positional= ;;
     esac
     # shellcheck disable=SC2086
-    timeout 1 "$tool" "$1" $positional "--$2=$3" >"$work/out" 2>"$work/err" </dev/null
+    timeout 20 "$tool" "$1" $positional "--$2=$3" >"$work/out" 2>"$work/err" </dev/null
     found=$? # a command that takes it may run for long: 124
     [ $found -eq 3 ] || fail "$1 --$2='$3' ends with $found, not 3"
     grep -qF -e "--$2" "$work/err" || fail "$1 --$2='$3': the message does not name the option"

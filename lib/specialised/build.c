@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * From a model to a shared object with a checksum: tables, compiler, checksum, and one rename that
- * puts it in place.
+ * Building a kernel: tables, compiler, checksum trailer, rename to its place.
  */
 #include <dirent.h>
 #include <errno.h>
@@ -30,13 +29,6 @@ struct build {
     tfa_specialise_result result;
     struct error_text *err;
 };
-
-static double seconds_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* ---- files ---- */
 
@@ -79,7 +71,7 @@ static int write_tables(struct build *b)
     return status;
 }
 
-/* Beside what is built: who may write there may write the kernel anyhow. */
+/* Temporary folder beside the result: it needs the same permissions. */
 static int make_folder(struct build *b)
 {
     const char *slash = strrchr(b->path, '/');
@@ -122,7 +114,8 @@ static int sync_folder(const char *path)
     return failed;
 }
 
-/* The bytes and their checksum trailer, at `path` when all of it is on the disk. */
+/* Writes the bytes and their trailer to a temporary file, and renames it to `path` once it is on
+ * disk. */
 static int write_object(struct build *b, const void *bytes, size_t size)
 {
     struct checksum_trailer trailer;
@@ -175,7 +168,7 @@ static int install_object(struct build *b)
 
 /* ---- the steps ---- */
 
-/* Several runs at once; the first that fails stops the others. */
+/* Runs commands in parallel; the first failure stops the others. */
 static int run_in_parallel(struct build *b, int runs)
 {
     struct child_process child[BUILD_COMMANDS_MAX] = {0};
@@ -192,7 +185,7 @@ static int run_in_parallel(struct build *b, int runs)
     return status;
 }
 
-/* The last run links what the others made. */
+/* The last command links the objects of the others. */
 static int compile(struct build *b)
 {
     int status = find_compiler(b->options.compiler, b->folder, &b->limits, &b->compiler, b->err);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Which robots have a kernel of their own.
+ * Checks whether a robot can be specialised.
  */
 #include "model/model.h"
 #include "specialised/specialised_internal.h"

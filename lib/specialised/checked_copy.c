@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * From a file to memory that nobody can change any more: what is checked there is what gets loaded,
- * whatever happens to the file meanwhile.
+ * Copies a file into sealed memory: the checked bytes are the loaded bytes, independent of later
+ * changes of the file.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -16,10 +16,10 @@
 #include "specialised/specialised_internal.h"
 
 #ifndef MFD_EXEC
-#define MFD_EXEC 0x10u /* Linux 6.3: says that code will be in it, where the system asks for that */
+#define MFD_EXEC 0x10u /* Linux 6.3: the file may hold code */
 #endif
 
-/* The file itself, where it really is: in *at, which has room for PATH_MAX. */
+/* Opens the file behind all links; `at` gets its path and has room for PATH_MAX. */
 static int open_trusted(const char *path, char *at, size_t *size, int *status,
                         struct error_text *err)
 {
@@ -66,7 +66,7 @@ static int copy(int from, int to, size_t size)
     return 0;
 }
 
-/* Looks at the copy, cuts its checksum trailer off and closes it to every change. */
+/* Checks the copy, removes its trailer and seals it. */
 static int check_copy(int copied, const char *path, size_t size, const tfa_model *model,
                       uint8_t digest[32], struct error_text *err)
 {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The checksum trailer of a shared object: the file is complete, and built for this library and
- * this model. It is no signature: whoever may write the file can write its checksum (see
+ * Checksum trailer of a shared object: the file is complete, and built for this library and this
+ * model. It is no signature: a user who can write the file can write its checksum (see
  * ownership_check.c).
  */
 #include <sha256.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Loading a kernel: nothing of it is called before all that it says about itself fits.
+ * Loading of a kernel: no function of it is called before all of its description is checked.
  */
 #include <dlfcn.h>
 #include <stdio.h>

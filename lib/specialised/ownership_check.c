@@ -2,8 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Ownership check of executable code: only root and the user of this process may own it. The file
- * and every folder on the way to it are looked at, each opened from the one above and never through
- * a link, so that what was looked at is what is there.
+ * and every folder above it are checked, each opened from the folder above without following links,
+ * so that the checked entries are the ones in use.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -15,9 +15,8 @@
 
 #include "specialised/specialised_internal.h"
 
-/* In a folder with the sticky bit only its owner and an entry's may rename or remove the entry:
- * good enough for a folder above, whose next entry is checked, too; not for the one that is
- * searched. */
+/* The sticky bit lets only the owners of a folder and of an entry rename the entry. That suffices
+ * for a folder above, whose next entry is checked as well; not for the searched folder itself. */
 static int check_permissions(const char *path, size_t length, const struct stat *s, uid_t user,
                              int above, struct error_text *err)
 {
@@ -38,7 +37,7 @@ static int check_permissions(const char *path, size_t length, const struct stat 
     return TFA_OK;
 }
 
-/* The entry that ends at `end`, opened from the folder above. */
+/* Opens the entry that ends at `end` from the folder above. */
 static int open_entry(int folder, const char *path, size_t start, size_t end)
 {
     char name[NAME_MAX + 1];
@@ -60,7 +59,7 @@ static int check_entry(int at, const char *path, size_t length, uid_t user, int 
     return check_permissions(path, length, &s, user, above, err);
 }
 
-/* All of an absolute path without links, or all but its last entry. */
+/* Checks an absolute path without links, or all but its last entry. */
 static int check_path(const char *path, uid_t user, int whole, struct error_text *err)
 {
     int at = open("/", O_PATH | O_DIRECTORY | O_CLOEXEC);

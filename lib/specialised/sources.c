@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Where the sources of the kernels are.
+ * Location of the sources of the kernels.
  */
 #include <stdio.h>
 #include <string.h>

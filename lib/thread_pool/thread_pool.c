@@ -39,9 +39,9 @@
 #define TASK_BITS 20
 #define TASK_MASK (((uint64_t)1 << TASK_BITS) - 1)
 
-/* A caller that has spun this often yields; after so many yields it sleeps for
- * a moment: a thread that lost its processor to a caller of real-time priority gets it back only
- * then. A spin takes 15 ns (AMD Zen 5), so it is the 60th and the 500th microsecond. */
+/* Spins of a caller before it yields, and yields before it sleeps: a thread that lost its processor
+ * to a real-time caller gets it back only then. A spin takes 15 ns: the 60th and the 500th
+ * microsecond. */
 #define SPINS_PER_YIELD 4096
 #define YIELDS_PER_SLEEP 8
 #define SLEEP_NS 50000
@@ -97,7 +97,7 @@ static void run_tasks(struct thread_pool *t, uint64_t ticket, uint32_t worker)
         uint64_t next = ticket & TASK_MASK;
         if (phase_of(ticket) != phase || next >= ((ticket >> TASK_BITS) & TASK_MASK))
             return;
-        /* T2; on failure the new value is looked at again */
+        /* T2; on failure `ticket` is the new value */
         if (!atomic_compare_exchange_weak_explicit(&t->ticket, &ticket, ticket + 1,
                                                    memory_order_acquire, memory_order_acquire))
             continue;
@@ -116,7 +116,7 @@ static void sleep_until_woken(struct thread_pool *t, uint32_t seen)
     atomic_fetch_sub(&t->sleepers, 1);
 }
 
-/* Returns the ticket of a phase other than `phase`: spins first, then sleeps. */
+/* Waits for a phase other than `phase`: spins, then sleeps. Returns its ticket. */
 static uint64_t wait_for_phase(struct thread_pool *t, uint32_t phase)
 {
     uint64_t deadline = 0;
@@ -158,8 +158,8 @@ static void wake_sleepers(struct thread_pool *t)
         syscall(SYS_futex, &t->epoch, FUTEX_WAKE_PRIVATE, INT32_MAX, NULL, NULL, 0);
 }
 
-/* A task is under way in a thread that may have lost its processor: the caller must not block it
- * for ever. */
+/* Waits for the tasks under way, whose threads may have lost their processor: must not spin for
+ * ever. */
 static void wait_for_completion(struct thread_pool *t)
 {
     static const struct timespec pause = {.tv_nsec = SLEEP_NS};
@@ -169,7 +169,7 @@ static void wait_for_completion(struct thread_pool *t)
         if (spin % SPINS_PER_YIELD != 0)
             continue;
         if (spin < SPINS_PER_YIELD * YIELDS_PER_SLEEP)
-            sched_yield(); /* more threads than cores: let the one that holds the last task run */
+            sched_yield(); /* more threads than cores: lets another thread run */
         else
             nanosleep(&pause, NULL);
     }

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One linear look at the bytes of a URDF file before any parser touches them.
+ * Linear check of the bytes of a URDF file before a parser reads them.
  *
- * TinyXML recurses into elements, reads past the end after a cut UTF-8 sequence, takes unbalanced
- * quotes for attribute values and accepts text that is no XML. Here every tag is matched against
- * the XML grammar and only tags are copied on; comments, declarations, CDATA and text become
- * blanks, which a description does not need.
+ * TinyXML recurses into elements, reads past the end after a cut UTF-8 sequence, accepts unbalanced
+ * quotes in attribute values, and accepts text that is not XML. This pass matches every tag against
+ * the XML grammar and copies tags only; comments, declarations, CDATA and text become blanks.
  */
 #include "urdf/urdf.h"
 
@@ -103,7 +102,7 @@ static int digit_value(char c, unsigned base)
     return value < (int)base ? value : -1;
 }
 
-/* Length of the character reference "&#...;" that stands here, 0 if it names no character. */
+/* Length of the character reference "&#...;" at this position, 0 if it names no character. */
 static size_t reference_length(const xml_scanner *g)
 {
     const char *p = g->text + g->at;
@@ -250,7 +249,7 @@ static bool scan_end_tag(xml_scanner *g)
     return true;
 }
 
-/* Skips what a description does not need, up to and with `end`. */
+/* Skips a comment, CDATA section or declaration up to and including `end`. */
 static bool skip_until(xml_scanner *g, size_t opening, const char *end, const char *what)
 {
     size_t start = g->at + opening;

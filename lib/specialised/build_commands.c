@@ -166,6 +166,5 @@ int build_commands_write(struct build_commands *commands, const struct compiler_
     add_argument(&w, "-lm");
     add_argument(&w, "-o");
     add_formatted(&w, "%s/kernel.so", folder);
-    return w.overflowed ? set_error_text(err, TFA_E_SYSTEM, "a path is too long: '%s'", sources)
-                        : TFA_OK;
+    return w.overflowed ? refuse(err, TFA_E_SYSTEM, "a path is too long: '%s'", sources) : TFA_OK;
 }

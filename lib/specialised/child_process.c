@@ -125,16 +125,16 @@ static int check_exit_status(const char *program, int result, int timed_out,
     char text[400];
     const int signal_of = WIFSIGNALED(result) ? WTERMSIG(result) : 0;
     if (timed_out || signal_of == SIGXCPU)
-        return set_error_text(err, TFA_E_TIMEOUT, "%s took more than %u s and was stopped", program,
-                              l->seconds);
+        return refuse(err, TFA_E_TIMEOUT, "%s took more than %u s and was stopped", program,
+                      l->seconds);
     if (result == 0)
         return TFA_OK;
     read_output(output_path, text, sizeof text);
-    return set_error_text(
-        err, TFA_E_NOT_COMPUTED,
-        "%s failed (%s %d; it had %u s, %u MiB of memory, files up to %u MiB): %s", program,
-        signal_of ? "signal" : "status", signal_of ? signal_of : WEXITSTATUS(result), l->seconds,
-        l->memory_mib, l->file_mib, text);
+    return refuse(err, TFA_E_NOT_COMPUTED,
+                  "%s failed (%s %d; it had %u s, %u MiB of memory, files up to %u MiB): %s",
+                  program, signal_of ? "signal" : "status",
+                  signal_of ? signal_of : WEXITSTATUS(result), l->seconds, l->memory_mib,
+                  l->file_mib, text);
 }
 
 static int spawn_child(struct launch *c, const char *folder, pid_t *process)
@@ -171,7 +171,7 @@ int child_process_start(const char *const *argv, const char *folder, int number,
     if (!error)
         return TFA_OK;
     child->process = 0;
-    return set_error_text(err, TFA_E_SYSTEM, "%s cannot be started: %s", argv[0], strerror(error));
+    return refuse(err, TFA_E_SYSTEM, "%s cannot be started: %s", argv[0], strerror(error));
 }
 
 int child_process_wait(struct child_process *child, const struct process_limits *limits,

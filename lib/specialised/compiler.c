@@ -45,7 +45,7 @@ static int read_version(struct compiler_info *c, const char *folder,
     if (output_path)
         fclose(output_path);
     if (!read)
-        return set_error_text(err, TFA_E_UNSUPPORTED, "'%s --version' says nothing", c->path);
+        return refuse(err, TFA_E_UNSUPPORTED, "'%s --version' says nothing", c->path);
     c->version[strcspn(c->version, "\n")] = '\0';
     c->clang = strstr(c->version, "clang") != NULL;
     const char *number = c->clang ? strstr(c->version, "version ") : strrchr(c->version, ' ');
@@ -62,14 +62,14 @@ int find_compiler(const char *requested, const char *folder, const struct proces
     static const char *const names[] = {"clang", "gcc", "cc"};
     int found = 0;
     if (requested && !find(requested, compiler))
-        return set_error_text(
+        return refuse(
             err, TFA_E_UNSUPPORTED,
             "there is no compiler '%s': name one that is installed, or `apt install clang`",
             requested);
     for (size_t k = 0; !requested && !found && k < sizeof names / sizeof *names; k++)
         found = find(names[k], compiler);
     if (!requested && !found)
-        return set_error_text(
+        return refuse(
             err, TFA_E_UNSUPPORTED,
             "no compiler found: looked for clang, gcc and cc in PATH; `apt install clang` (or gcc, "
             "which takes four times as long), or build the kernel on a machine that has one");

@@ -23,17 +23,15 @@ static int check_permissions(const char *path, size_t length, const struct stat 
     const int sticky = above && S_ISDIR(s->st_mode) && s->st_mode & S_ISVTX;
     const int shown = length ? (int)length : 1;
     if (s->st_uid != 0 && s->st_uid != user)
-        return set_error_text(err, TFA_E_REFUSED,
-                              "'%.*s' belongs to user %u, neither to root nor to the user of this "
-                              "process (%u): chown it",
-                              shown, path, (unsigned)s->st_uid, (unsigned)user);
+        return refuse(err, TFA_E_REFUSED,
+                      "'%.*s' belongs to user %u, neither to root nor to the user of this "
+                      "process (%u): chown it",
+                      shown, path, (unsigned)s->st_uid, (unsigned)user);
     if (s->st_mode & (S_IWGRP | S_IWOTH) && !sticky)
-        return set_error_text(err, TFA_E_REFUSED,
-                              "'%.*s' can be written by others (mode %04o): chmod go-w", shown,
-                              path, (unsigned)(s->st_mode & 07777));
+        return refuse(err, TFA_E_REFUSED, "'%.*s' can be written by others (mode %04o): chmod go-w",
+                      shown, path, (unsigned)(s->st_mode & 07777));
     if (!S_ISREG(s->st_mode) && !S_ISDIR(s->st_mode))
-        return set_error_text(err, TFA_E_REFUSED, "'%.*s' is neither a file nor a folder", shown,
-                              path);
+        return refuse(err, TFA_E_REFUSED, "'%.*s' is neither a file nor a folder", shown, path);
     return TFA_OK;
 }
 
@@ -55,7 +53,7 @@ static int check_entry(int at, const char *path, size_t length, uid_t user, int 
 {
     struct stat s;
     if (fstat(at, &s) != 0)
-        return set_error_text(err, TFA_E_FILE, "'%.*s': %s", (int)length, path, strerror(errno));
+        return refuse(err, TFA_E_FILE, "'%.*s': %s", (int)length, path, strerror(errno));
     return check_permissions(path, length, &s, user, above, err);
 }
 
@@ -72,7 +70,7 @@ static int check_path(const char *path, uid_t user, int whole, struct error_text
             break;
         const int next = open_entry(at, path, start, end);
         if (next < 0) {
-            status = set_error_text(err, TFA_E_FILE, "'%.*s': %s", (int)end, path, strerror(errno));
+            status = refuse(err, TFA_E_FILE, "'%.*s': %s", (int)end, path, strerror(errno));
             break;
         }
         close(at);
@@ -88,7 +86,7 @@ int check_ownership(const char *path, uid_t user, struct error_text *err)
 {
     char resolved[PATH_MAX];
     if (!realpath(path, resolved))
-        return set_error_text(err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
+        return refuse(err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
     return check_path(resolved, user, 1, err);
 }
 

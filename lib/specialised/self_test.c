@@ -367,8 +367,8 @@ static int report_difference(struct error_text *err, const char *path, const cha
     char size[48] = "has numbers that were not written, or are none";
     if (!isnan(wrong))
         snprintf(size, sizeof size, "is off by %.2g of its size", wrong);
-    return set_error_text(err, TFA_E_NOT_COMPUTED, "'%s' is refused: %s%s: %s of state %u %s", path,
-                          question, lanes ? ", several at a time" : "", result_array, k, size);
+    return refuse(err, TFA_E_NOT_COMPUTED, "'%s' is refused: %s%s: %s of state %u %s", path,
+                  question, lanes ? ", several at a time" : "", result_array, k, size);
 }
 
 static int run_case(struct self_test *t, const struct tfa_specialised_kernel *kernel,
@@ -384,9 +384,9 @@ static int run_case(struct self_test *t, const struct tfa_specialised_kernel *ke
     (void)tfa_compute(t->generic, &r, &t->reference.reply);
     run_kernel(t, kernel, lanes, done);
     if (!guards_intact(t))
-        return set_error_text(err, TFA_E_NOT_COMPUTED,
-                              "'%s' is refused: %s: it writes behind the end of an answer", path,
-                              test_case->name);
+        return refuse(err, TFA_E_NOT_COMPUTED,
+                      "'%s' is refused: %s: it writes behind the end of an answer", path,
+                      test_case->name);
     for (uint32_t k = 0; k < r.count; k++) {
         if (t->reference.answers[k].status != TFA_OK)
             continue;
@@ -428,9 +428,9 @@ int specialised_self_test(const char *path, const struct tfa_specialised_kernel 
     for (size_t i = 0; status == TFA_OK && i < sizeof cases / sizeof *cases; i++)
         status = run_case_on_tips(&t, kernel, path, &cases[i], error, err);
     if (status == TFA_OK && 2 * t.unanswered >= t.compared)
-        status = set_error_text(err, TFA_E_NOT_COMPUTED,
-                                "'%s' is refused: it left %u of %u states to the generic kernel",
-                                path, t.unanswered, t.compared);
+        status = refuse(err, TFA_E_NOT_COMPUTED,
+                        "'%s' is refused: it left %u of %u states to the generic kernel", path,
+                        t.unanswered, t.compared);
     close_test(&t);
     return status;
 }

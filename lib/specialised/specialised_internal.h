@@ -39,7 +39,7 @@ static inline struct error_text begin_error_text(char *text, size_t size)
 }
 
 /* Formats the text, unless there is one, and returns the status. */
-int set_error_text(struct error_text *err, int status, const char *format, ...)
+int refuse(struct error_text *err, int status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 /* ---- ownership_check.c ---- */

@@ -18,11 +18,6 @@
 #define MAX_PRIORITY 99
 #define DEFAULT_SPIN_NS 50000
 
-struct tfa_thread_pool {
-    struct thread_pool *thread_pool;
-    uint32_t threads;
-};
-
 struct task_result {
     int32_t status;
     tfa_field field;
@@ -32,7 +27,7 @@ struct task_result {
 /* Executor of one state on the thread pool */
 struct pool_executor {
     struct tfa_executor executor; /* first member: kernels see this only */
-    struct thread_pool *thread_pool;
+    struct tfa_thread_pool *thread_pool;
 };
 
 /* The members after `workspace` belong to the thread that has acquired the thread pool. */
@@ -58,32 +53,25 @@ int tfa_thread_pool_create(const tfa_thread_pool_options *options, tfa_thread_po
     if (!thread_pool || o->threads > MAX_THREADS || o->priority > MAX_PRIORITY)
         return TFA_E_ARGUMENT;
     *thread_pool = NULL;
-    tfa_thread_pool *t = calloc(1, sizeof *t);
-    if (!t)
-        return TFA_E_MEMORY;
     const long online = sysconf(_SC_NPROCESSORS_ONLN);
-    t->threads = o->threads ? o->threads : (uint32_t)(online > 0 ? online : 1);
-    t->threads = t->threads > MAX_THREADS ? MAX_THREADS : t->threads;
-    const struct thread_pool_options inner = {.threads = t->threads,
+    const uint32_t threads = o->threads ? o->threads : (uint32_t)(online > 0 ? online : 1);
+    const struct thread_pool_options inner = {.threads =
+                                                  threads < MAX_THREADS ? threads : MAX_THREADS,
                                               .spin_ns = o->spin_ns ? o->spin_ns : DEFAULT_SPIN_NS,
                                               .cpus = o->cpus,
                                               .priority = (int)o->priority,
                                               .thread_init = tfa_stack_prepare};
-    const int error = thread_pool_start(&t->thread_pool, &inner);
-    if (error) {
-        free(t);
-        errno = error;
-        return error == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;
-    }
-    *thread_pool = t;
-    return TFA_OK;
+    const int error = thread_pool_start(thread_pool, &inner);
+    if (!error)
+        return TFA_OK;
+    errno = error;
+    return error == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;
 }
 
 void tfa_thread_pool_free(tfa_thread_pool *thread_pool)
 {
     if (thread_pool)
-        thread_pool_stop(thread_pool->thread_pool);
-    free(thread_pool);
+        thread_pool_stop(thread_pool);
 }
 
 /* ---- batch pools ---- */
@@ -129,9 +117,8 @@ int tfa_batch_pool_create(const tfa_model *model, const tfa_batch_pool_options *
     if (p->owned_pool)
         p->thread_pool = p->owned_pool;
     if (status == TFA_OK) {
-        p->threads = p->thread_pool->threads;
-        p->executor =
-            (struct pool_executor){{p->threads, executor_run}, p->thread_pool->thread_pool};
+        p->threads = thread_pool_threads(p->thread_pool);
+        p->executor = (struct pool_executor){{p->threads, executor_run}, p->thread_pool};
         status = create_workspaces(p, o);
     }
     if (status != TFA_OK) {
@@ -195,7 +182,7 @@ static void compute_batch_in_parallel(tfa_batch_pool *p, tfa_reply *reply)
     p->tasks = p->threads * TASKS_PER_THREAD;
     if (p->tasks > p->count)
         p->tasks = p->count;
-    thread_pool_run(p->thread_pool->thread_pool, compute_task, p, p->tasks);
+    thread_pool_run(p->thread_pool, compute_task, p, p->tasks);
     for (uint32_t k = 0; reply->status == TFA_OK && k < p->tasks; k++) {
         const struct task_result *o = &p->task_result[k];
         if (o->status == TFA_OK)
@@ -229,10 +216,10 @@ int tfa_batch_pool_compute_states(tfa_batch_pool *pool, const tfa_request *reque
     const int status = tfa_reserved_methods_check(pool->workspace[0], request, reply);
     if (status != TFA_OK)
         return status;
-    if (!thread_pool_acquire(pool->thread_pool->thread_pool))
+    if (!thread_pool_acquire(pool->thread_pool))
         return TFA_E_BUSY;
     compute(pool, request, first, count, reply);
-    thread_pool_release(pool->thread_pool->thread_pool);
+    thread_pool_release(pool->thread_pool);
     return reply->status;
 }
 

@@ -9,7 +9,7 @@
 
 #include <stdint.h>
 
-struct thread_pool;
+struct tfa_thread_pool;
 
 #define THREAD_POOL_TASKS_MAX ((1u << 20) - 1)
 
@@ -26,19 +26,23 @@ struct thread_pool_options {
 };
 
 /* Starts threads - 1 threads. Returns 0 or an errno. */
-int thread_pool_start(struct thread_pool **thread_pool, const struct thread_pool_options *options);
+int thread_pool_start(struct tfa_thread_pool **thread_pool,
+                      const struct thread_pool_options *options);
+
+/* Number of threads, the caller included. */
+uint32_t thread_pool_threads(const struct tfa_thread_pool *thread_pool);
 
 /* Gives the caller exclusive use of the threads. Returns 0 at once if they are in use. */
-int thread_pool_acquire(struct thread_pool *thread_pool);
+int thread_pool_acquire(struct tfa_thread_pool *thread_pool);
 /* Ends the exclusive use. */
-void thread_pool_release(struct thread_pool *thread_pool);
+void thread_pool_release(struct tfa_thread_pool *thread_pool);
 
 /* Runs tasks 0..tasks-1, each once, and returns when all are done. One caller at a time: the only
  * user, or the one that acquired the thread pool. tasks <= THREAD_POOL_TASKS_MAX. */
-void thread_pool_run(struct thread_pool *thread_pool, thread_pool_task *task, void *context,
+void thread_pool_run(struct tfa_thread_pool *thread_pool, thread_pool_task *task, void *context,
                      uint32_t tasks);
 
 /* Ends and joins the threads. */
-void thread_pool_stop(struct thread_pool *thread_pool);
+void thread_pool_stop(struct tfa_thread_pool *thread_pool);
 
 #endif

@@ -64,7 +64,7 @@ uint64_t tfa_clock_ns(void);
 /* Waits for reply ring.received. @return TFA_OK, TFA_E_TIMEOUT, TFA_E_DISCONNECTED */
 int tfa_connection_wait(tfa_client *client, uint64_t deadline);
 
-/* The socket says that the daemon is gone. A system call: slow path only. */
+/* True if the daemon has hung up. A system call: slow path only. */
 bool tfa_connection_hung_up(const client_connection *connection);
 
 #endif

@@ -20,7 +20,7 @@
  *      of E1;S2 and S1;E2 at least one sees the other's store, so no wake is lost.
  *   B1 busy store 0 (release, the caller that leaves)       -> B2 busy exchange (acquire, the
  *   next):
- *      the holder of the thread pool has exclusive access to what callers write.
+ *      the holder of the thread pool has exclusive access to the members that callers write.
  */
 #include "thread_pool/thread_pool.h"
 

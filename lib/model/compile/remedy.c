@@ -8,7 +8,7 @@
 
 #include "model/draft/draft.h"
 
-/* Candidates, those that change the robot least first */
+/* Candidates, the smallest change of the robot first */
 static const tfa_option options_tried[] = {TFA_OPTION_INERTIA_STRICT, TFA_OPTION_INERTIA_REPAIR,
                                            TFA_OPTION_MIMIC_PROJECT,  TFA_OPTION_LOCK_LEAVES,
                                            TFA_OPTION_MIMIC_LOCK,     TFA_OPTION_BASE_FIXED};

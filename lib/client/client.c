@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The client library: connect, call, send, receive.
+ * Client library: connect, call, send, receive.
  */
 #include "client/client.h"
 
@@ -16,14 +16,14 @@
 #define DEFAULT_BATCH 1
 #define DEFAULT_TIMEOUT_MS 1000
 #define DEFAULT_DIR "/run/totalforce"
-/* Between two attempts to reconnect: doubled from the first to the last. */
+/* Pause between attempts to reconnect, doubled from the first to the last */
 #define BACK_OFF_FIRST_NS 1000000
 #define BACK_OFF_LAST_NS 100000000
 
 /* ---- connecting ---- */
 
-/* A daemon of this user's own, in the folder that a daemon which is not root takes by default; NULL
- * when there is none for this robot. */
+/* Folder of a user's own daemon (the default of a daemon that is not root); NULL: none for this
+ * robot. */
 static char *user_daemon_dir(const char *robot)
 {
     const char *xdg = getenv("XDG_RUNTIME_DIR");
@@ -38,7 +38,7 @@ static char *user_daemon_dir(const char *robot)
     return NULL;
 }
 
-/* Where to look for the daemon; allocated. */
+/* Folder of the daemon's sockets; allocated. */
 static char *runtime_dir(const tfa_client_options *options)
 {
     if (options->runtime_dir)
@@ -105,7 +105,7 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
     return TFA_OK;
 }
 
-/* What is said of the folder DIR and the socket DIR/ROBOT.sock. */
+/* Message about the folder DIR and the socket DIR/ROBOT.sock */
 static int explain(const char *robot, const char *dir, int status, const char *cause, char *text,
                    size_t size)
 {
@@ -149,7 +149,7 @@ void tfa_client_close(tfa_client *client)
     free(client);
 }
 
-/* What was under way is lost: only what tfa_client_send sent is reported. */
+/* Records the lost requests of tfa_client_send, for tfa_client_receive. */
 static void mark_requests_lost(tfa_client *client)
 {
     const tfa_ring_client *ring = &client->connection.ring;
@@ -195,14 +195,14 @@ const tfa_client_info *tfa_client_get_info(const tfa_client *client)
 
 /* ---- requests ---- */
 
-/* A connection that ended stays so until tfa_client_reconnect. */
+/* Marks the connection as ended until tfa_client_reconnect. */
 static int disconnected(tfa_client *client)
 {
     client->connection.alive = false;
     return TFA_E_DISCONNECTED;
 }
 
-/* The doorbell is not blocking: EAGAIN means it rings already. */
+/* The doorbell does not block: EAGAIN means that it is already set. */
 static void ring_doorbell(const tfa_client *client)
 {
     const uint64_t one = 1;
@@ -212,7 +212,7 @@ static void ring_doorbell(const tfa_client *client)
     while (n < 0 && errno == EINTR);
 }
 
-/* Drops the replies that nobody waits for any more: of calls that timed out. */
+/* Drops replies to calls that timed out. */
 static void release_abandoned(tfa_client *client)
 {
     tfa_ring_client *ring = &client->connection.ring;
@@ -245,7 +245,7 @@ static int send_request(tfa_client *client, const tfa_request *request, uint32_t
     return TFA_OK;
 }
 
-/* Takes the oldest reply, which is there, out of the ring. */
+/* Reads the oldest reply, which has come. */
 static int read_reply(tfa_client *client, tfa_reply *reply, tfa_exchange *exchange)
 {
     tfa_ring_client *ring = &client->connection.ring;
@@ -270,7 +270,7 @@ static int read_reply(tfa_client *client, tfa_reply *reply, tfa_exchange *exchan
     return reply->status;
 }
 
-/* Waits until the oldest reply that somebody wants is there. */
+/* Waits for the oldest reply that was not abandoned. */
 static int wait_reply(tfa_client *client, uint64_t deadline)
 {
     tfa_ring_client *ring = &client->connection.ring;
@@ -306,16 +306,16 @@ int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *r
         return reply->status = TFA_E_ARGUMENT; /* replies of tfa_client_send are not received yet */
     int status = send_request(client, request, tfa_wire_want(request, reply), now, &id);
     if (status != TFA_OK) {
-        if (status == TFA_E_SIZE) /* beyond max_batch, or more answers than a slot holds */
+        if (status == TFA_E_SIZE) /* above max_batch, or answers larger than a slot */
             reply->field = TFA_FIELD_COUNT;
-        if (status == TFA_E_UNSUPPORTED) /* the mass matrix of a robot this large */
+        if (status == TFA_E_UNSUPPORTED) /* a mass matrix this large */
             reply->field = TFA_FIELD_OP;
         return reply->status = status;
     }
     client->call_end = ring->sent - 1;
     status = wait_reply(client, deadline_of(now, timeout_ns));
     if (status != TFA_OK) {
-        client->call_end = ring->sent; /* nobody waits for this reply any more */
+        client->call_end = ring->sent; /* the reply is abandoned */
         if (exchange)
             *exchange = (tfa_exchange){.id = id, .t_sent = now};
         return reply->status = status;

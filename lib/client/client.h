@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the files of the client library share. Grouped by the file that defines it.
+ * Internal interface of the client library.
  */
 #ifndef TFA_CLIENT_CLIENT_H
 #define TFA_CLIENT_CLIENT_H
@@ -13,8 +13,8 @@
 #include "ipc/handshake.h"
 #include "ipc/ring.h"
 
-/* Names and hash as the daemon gave them. Old ones stay until the client is closed, because the
- * program may hold pointers into them. */
+/* Names and hash from the daemon. Older ones stay until the client is closed, because the program
+ * may hold pointers into them. */
 typedef struct client_names {
     struct client_names *older;
     char hash[65];
@@ -24,10 +24,10 @@ typedef struct client_names {
     const char *strings[]; /* pointers into text */
 } client_names;
 
-/* A connection: all of it is released together. */
+/* A connection; released as a whole */
 typedef struct client_connection {
     int socket, doorbell;
-    bool alive; /* connected and not found dead */
+    bool alive; /* connected, no hang-up seen */
     tfa_ring_client ring;
     void *requests;
     const void *replies;
@@ -41,13 +41,13 @@ struct tfa_client {
     client_names *names;
     uint32_t spin_ns;
 
-    /* `slots` of them: what request i asked for, at i mod slots */
+    /* by i mod slots: shape of the reply to request i */
     tfa_wire_reply_shape *reply_shapes;
-    uint64_t first_id; /* id of request 0 of this connection */
-    uint64_t call_end; /* requests below this index were calls that gave up: drop their replies */
-    uint64_t lost, lost_end; /* ids lost with earlier connections, not reported yet */
+    uint64_t first_id;       /* id of request 0 of this connection */
+    uint64_t call_end;       /* requests below this index are abandoned calls */
+    uint64_t lost, lost_end; /* ids lost with earlier connections, not yet reported */
 
-    char *robot, *runtime_dir; /* of the options, for tfa_client_reconnect */
+    char *robot, *runtime_dir; /* copies for tfa_client_reconnect */
     tfa_client_options options;
 };
 
@@ -64,7 +64,7 @@ uint64_t tfa_clock_ns(void);
 /* Waits for reply ring.received. @return TFA_OK, TFA_E_TIMEOUT, TFA_E_DISCONNECTED */
 int tfa_connection_wait(tfa_client *client, uint64_t deadline);
 
-/* The socket says that the daemon is gone. A system call: slow path only. */
+/* True if the daemon has hung up. A system call: slow path only. */
 bool tfa_connection_hung_up(const client_connection *connection);
 
 #endif

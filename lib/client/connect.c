@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A client's connection: socket, HELLO and WELCOME, descriptors, mappings, names.
+ * Connection of a client: socket, HELLO and WELCOME, descriptors, mappings, names.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -22,8 +22,8 @@
 
 /* ---- the socket ---- */
 
-/* A daemon holds the lock of this runtime directory, asked without taking it, and has opened all
- * its sockets. */
+/* True if a daemon holds the lock of this runtime directory (tested without taking it) and has
+ * opened its sockets. */
 static bool daemon_is_ready(const char *runtime_dir)
 {
     char path[sizeof(((struct sockaddr_un *)0)->sun_path) + sizeof TFA_LOCK_FILE];
@@ -57,7 +57,7 @@ static int open_socket(const tfa_client *client, int *out)
                           client->runtime_dir, client->robot);
     if (length < 0 || (size_t)length >= sizeof address.sun_path)
         return TFA_E_ARGUMENT;
-    /* not blocking: a listener whose queue is full must not hold us beyond the timeout */
+    /* not blocking: a full queue must not exceed the timeout */
     int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0)
         return TFA_E_SYSTEM;
@@ -81,12 +81,11 @@ static int send_hello(const tfa_client *client, int fd)
     memcpy(hello.robot, client->robot, strlen(client->robot));
     if (send(fd, &hello, sizeof hello, MSG_NOSIGNAL) == (ssize_t)sizeof hello)
         return TFA_OK;
-    /* a daemon that is full says why and hangs up without listening: hear it out */
+    /* a full daemon sends its reason and hangs up without reading */
     return errno == EPIPE || errno == ECONNRESET ? TFA_OK : TFA_E_SYSTEM;
 }
 
-/* Takes the descriptors out of a message. @return how many; those beyond the room are closed by
- * the kernel */
+/* Extracts the descriptors of a message. @return how many; the kernel closes surplus ones */
 static int receive_descriptors(struct msghdr *message, int *fds)
 {
     int count = 0;
@@ -125,7 +124,7 @@ static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcom
     if (n == 0)
         return TFA_E_TIMEOUT;
     ssize_t size = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
-    if (size < 0 && errno == ECONNRESET) /* reported before what was said: it is still there */
+    if (size < 0 && errno == ECONNRESET) /* reported before the message, which is still there */
         size = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
     if (size == 0 || (size < 0 && (errno == ECONNRESET || errno == EPIPE)))
         return TFA_E_DISCONNECTED;
@@ -147,7 +146,7 @@ static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcom
     return status;
 }
 
-/* ---- what the daemon said, believed only as far as it fits together ---- */
+/* validation of the WELCOME */
 
 static bool welcome_is_valid(const tfa_welcome *w)
 {
@@ -159,7 +158,7 @@ static bool welcome_is_valid(const tfa_welcome *w)
            w->wait <= TFA_WAIT_BLOCK;
 }
 
-/* A segment that is smaller than it should be would be SIGBUS later: ask now. */
+/* A segment shorter than its layout would cause SIGBUS later. */
 static void *map_segment(int fd, size_t size, int protection)
 {
     struct stat info;
@@ -225,7 +224,7 @@ static int read_names(const tfa_welcome *w, int fd, client_names **out)
     return status;
 }
 
-/* Same robot as before: the old strings stay in use. */
+/* 1: same robot, whose old strings stay in use */
 static bool same_names(const tfa_client *client, const client_names *n, const tfa_welcome *w)
 {
     const client_names *old = client->names;
@@ -267,7 +266,7 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
     client->spin_ns = client->options.spin_ns ? client->options.spin_ns : w->spin_ns;
 }
 
-/* The program's buffers were made for the robot it first met. */
+/* 1: the robot has other array sizes than the program's buffers */
 static bool robot_has_other_shape(const tfa_client *client, const tfa_welcome *w)
 {
     return client->names != NULL && (client->shape.q_count != w->shape.q_count ||

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * How a client waits for a reply: spins, sleeps on the reply's word, and in the slow path asks
- * whether the daemon is still there.
+ * Waiting for a reply: spins, sleeps on the reply's futex word, and checks now and then that the
+ * daemon lives.
  */
 #include <errno.h>
 #include <limits.h>
@@ -14,14 +14,13 @@
 
 #include "client/client.h"
 
-/* Between two looks at the clock (31 ns) while spinning: 64 pauses are about 1 us. */
+/* Spins between two reads of the clock (31 ns): about 1 us */
 #define SPINS_PER_CLOCK_READ 64
-/* Who spins for so long asks the socket whether the daemon is still there, and again after as long.
- * The heartbeat of the worker does not tell: it goes on when the daemon hung up on this client
- * only, because a reload changed the robot's shape. Asking costs one system call, and a large
- * problem computes that long: ask seldom. */
+/* Interval of liveness checks while spinning. The worker's heartbeat does not suffice: it continues
+ * when the daemon hung up on this client only, for instance after a reload changed the robot's
+ * shape. A check is a system call, so it is rare. */
 #define LIVENESS_CHECK_NS 100000000u
-/* A sleeper wakes so often to see whether the daemon is still there. */
+/* Longest sleep without a liveness check */
 #define WAIT_SLICE_NS 20000000u
 
 uint64_t tfa_clock_ns(void)
@@ -37,7 +36,7 @@ bool tfa_connection_hung_up(const client_connection *connection)
     return poll(&fd, 1, 0) > 0 && (fd.revents & (POLLHUP | POLLRDHUP | POLLERR | POLLNVAL)) != 0;
 }
 
-/* @return it is time to ask; `asked`: 0 at first */
+/* @return true: a check is due; *last_check: 0 at first */
 static bool liveness_check_is_due(uint64_t *last_check, uint64_t now)
 {
     if (*last_check == 0)
@@ -72,7 +71,7 @@ static void futex_wait(const uint32_t *word, uint32_t value, uint64_t ns)
 {
     const struct timespec time = {.tv_sec = (time_t)(ns / 1000000000u),
                                   .tv_nsec = (long)(ns % 1000000000u)};
-    /* woken, timed out, interrupted or changed meanwhile: the caller looks again in any case */
+    /* woken, timed out, interrupted or changed: the caller checks again */
     (void)syscall(SYS_futex, word, FUTEX_WAIT, value, &time, NULL, 0);
 }
 

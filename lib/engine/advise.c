@@ -1,20 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Which joints a scene may lock (advise.h), by public requests alone.
+ * Scene adviser (advise.h), by public requests only.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/advise.h>
 
-/* What a bound is above the computed error: a thousandth, and so much of |x|_M + |M^-1 tau|_M for
- * each body. The largest rounding found is 9 eps |x|_M, on a random robot of 10 bodies whose
- * torques nearly cancel; eps |x|_M on a planar chain of 512 bodies. */
+/* Margins of the bound: 0.1 %, and the rounding 64 eps (|x|_M + |M^-1 tau|_M) for each body.
+ * Largest rounding found: 9 eps |x|_M, random robot of 10 bodies. */
 #define MARGIN 1.001
 #define ROUNDING (64 * 0x1p-52)
 
-/* One number for each freedom and state, base apart */
+/* One number for each freedom and state, base separately */
 struct vectors {
     double *joints, *base;
 };
@@ -27,7 +26,7 @@ struct adviser {
     tfa_advice *advice;
     uint32_t joints, nq, nv, base;
     double *memory;
-    double *q, *v;           /* of the states, as the scene has them */
+    double *q, *v;           /* of the states in the scene */
     double *size, *rounding; /* of each state: |x|_M; its rounding and that of the forces */
     struct vectors y, f, z;
 };
@@ -43,7 +42,7 @@ static int forward(struct adviser *a, const tfa_request *r, struct vectors *qdd)
     return tfa_compute(a->workspace, r, a->reply);
 }
 
-/* M qdd + h of the states; M qdd alone without motion, gravity and wrenches */
+/* M qdd + h of the states, or M qdd without bias */
 static int inverse(struct adviser *a, const struct vectors *qdd, int bias, struct vectors *tau)
 {
     tfa_request r = a->states;
@@ -61,7 +60,7 @@ static int inverse(struct adviser *a, const struct vectors *qdd, int bias, struc
     return tfa_compute(a->workspace, &r, a->reply);
 }
 
-/* M^-1 tau at rest without gravity; with the states' wrenches if asked */
+/* M^-1 tau, optionally with the states' wrenches */
 static int solve_mass(struct adviser *a, const struct vectors *tau, int wrenches,
                       struct vectors *qdd)
 {
@@ -87,7 +86,7 @@ static double dot(const struct adviser *a, const struct vectors *x, const struct
     return sum;
 }
 
-/* sqrt(x^T y), where rounding alone makes x^T y negative */
+/* sqrt(x^T y); rounding may make x^T y negative */
 static double energy_norm(const struct adviser *a, const struct vectors *x, const struct vectors *y,
                           uint32_t k)
 {
@@ -117,7 +116,7 @@ static int measure_states(struct adviser *a)
     return status;
 }
 
-/* The states as a scene has them: locked joints at rest where they are locked */
+/* Puts locked joints at rest at their locked position. */
 static void pose_scene(struct adviser *a, const uint32_t *locked, uint32_t count)
 {
     const tfa_request *s = &a->states;
@@ -134,7 +133,7 @@ static void pose_scene(struct adviser *a, const uint32_t *locked, uint32_t count
     }
 }
 
-/* r = M y + h - tau, by which y misses the equations of the whole robot, and M^-1 r */
+/* r = M y + h - tau of the whole robot, and M^-1 r */
 static int equation_residual(struct adviser *a, const uint32_t *locked, uint32_t count)
 {
     tfa_request scene = a->states;
@@ -153,8 +152,7 @@ static int equation_residual(struct adviser *a, const uint32_t *locked, uint32_t
     return status == TFA_OK ? solve_mass(a, &a->f, 0, &a->z) : status;
 }
 
-/* The largest bound over the states with these joints locked; infinite where the scene or the
- * residual has no finite answer. */
+/* Largest bound over the states with these joints locked; infinite without a finite answer. */
 static int bound(struct adviser *a, const uint32_t *locked, uint32_t count, double *worst,
                  uint32_t *state)
 {
@@ -175,7 +173,7 @@ static int bound(struct adviser *a, const uint32_t *locked, uint32_t count, doub
 
 /* ---- the choice ---- */
 
-/* In the middle of their range; joints of several coordinates as in the first state */
+/* Middle of the range; joints of several coordinates as in the first state */
 static void choose_positions(struct adviser *a)
 {
     const double *q = a->states.q;
@@ -202,8 +200,7 @@ static int rank(struct adviser *a)
     return status;
 }
 
-/* The joint whose bound comes next after that of joint `last` (-1: the smallest); -1: none is
- * left */
+/* Joint with the next larger bound after joint `last` (-1: the smallest); -1: none left */
 static int64_t next_joint(const struct adviser *a, int64_t last)
 {
     const double *single_error = a->advice->single_error;
@@ -287,7 +284,7 @@ void tfa_advice_free(tfa_advice *advice)
 
 /* ---- the whole ---- */
 
-/* The states as plain forward dynamics: by aba, but where mimic joints need another method */
+/* The states as forward dynamics by aba, or by auto with mimic joints */
 static tfa_request plain_states(const tfa_model *model, const tfa_request *states)
 {
     tfa_request r = *states;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The table of instruction sets.
+ * Table of instruction sets.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,7 +38,7 @@ extern const struct tfa_body_lanes_kernel tfa_body_lanes_bodies2_base;
      {first, second},                                                                              \
      &tfa_segment_lanes_chain##doubles##_##isa,                                                    \
      &tfa_partition_chain##doubles##_##isa},
-static const struct tfa_backend backends[] = {BACKENDS(ROW)}; /* the best one first */
+static const struct tfa_backend backends[] = {BACKENDS(ROW)}; /* best first */
 
 const struct tfa_backend *tfa_backend_select(void)
 {

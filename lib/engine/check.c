@@ -11,7 +11,7 @@
 #include "model/model.h"
 #include "model/payload.h"
 
-/* A quaternion whose norm is off by more than this is an error of the sender, not rounding. */
+/* Tolerance of a quaternion's norm: more is an error of the sender, not rounding. */
 #define QUATERNION_TOLERANCE 1e-3
 
 static int set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state)
@@ -32,8 +32,8 @@ static pair nonfinite_pair(const double *x)
     return p - p;
 }
 
-/* 0 where all numbers are finite, else not a number: the sum of x - x, free of branches. Four at a
- * time, the last four once more where they are not a whole four. */
+/* 0 if all numbers are finite, else NaN: the sum of x - x without branches, four at a time; the
+ * last four overlap if necessary. */
 static double nonfinite_sum(const double *x, size_t n)
 {
     pair sum = {0}, more = {0};
@@ -131,7 +131,7 @@ static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_r
     return TFA_OK;
 }
 
-/* Joints that exist. Naming one twice does no harm. */
+/* Checks joint indices; duplicates are allowed. */
 static int check_joints(const struct tfa_model *m, const uint32_t *joints, uint32_t count,
                         tfa_field field, tfa_reply *reply)
 {
@@ -151,7 +151,7 @@ static int refuses(tfa_method method, unsigned what)
     return row && row->refuses & what;
 }
 
-/* Joints are locked by the articulated-body algorithm and what builds on its factors. */
+/* Locked joints are supported by the articulated-body algorithm and methods on its factors. */
 static int check_locks(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     const int status = check_joints(m, r->locked, r->locked_count, TFA_FIELD_LOCKED, reply);
@@ -164,7 +164,7 @@ static int check_locks(const struct tfa_model *m, const tfa_request *r, tfa_repl
     return TFA_OK;
 }
 
-/* Nothing but a robot's motion: no frame, no payload, no joint to look at */
+/* 1: the request names no frame, payload or joint */
 static int has_no_scene(const tfa_request *r)
 {
     return !(traits_of(r) & (TRAITS_SCENE | TRAIT_OSIM));
@@ -189,7 +189,7 @@ static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain
     return 0;
 }
 
-/* Rotor inertia and lengths, tree by tree */
+/* Checks armature and length of the main chains. */
 static int check_chains(const struct tfa_model *m, unsigned refuses_what)
 {
     for (uint32_t t = 0; t < m->trees; t++) {
@@ -201,11 +201,10 @@ static int check_chains(const struct tfa_model *m, unsigned refuses_what)
     return TFA_OK;
 }
 
-/* Forward elimination sees one tip's support, not the mimic joints; and where a follower moves no
- * mass of its own only T^T M T can be inverted, which is crba's way. Rotor inertia is no force
- * between bodies: constraint forces cannot carry it along a main chain, but side branches are
- * reduced into the chain with theirs. The block Hessenberg matrix is dense: no memory is reserved
- * for that of a long chain. */
+/* Forward elimination sees one tip's support, not the mimic joints. With followers without mass of
+ * their own only T^T M T is regular, which crba solves. Armature is no force between bodies, so
+ * constraint forces cannot include it along a main chain; side branches are reduced with theirs.
+ * The block Hessenberg matrix is dense: no memory for long chains. */
 static int check_method(const struct tfa_model *m, const tfa_request *r, const tfa_method_info *row,
                         tfa_reply *reply)
 {
@@ -220,7 +219,7 @@ static int check_method(const struct tfa_model *m, const tfa_request *r, const t
                             : set_error(reply, status, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
 }
 
-/* Does the answer need M itself? */
+/* 1: the answer needs M itself */
 static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
                              const tfa_method_info *row)
 {
@@ -230,7 +229,7 @@ static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
              (m->massless_followers && !(row->refuses & TFA_REFUSES_MASSLESS_FOLLOWER))));
 }
 
-/* A spectrum is that of lambda_inv: of an op that gives it, and of at least one tip. */
+/* A spectrum needs an op that answers lambda_inv, and a tip. */
 static int check_spectrum(const tfa_request *r, tfa_reply *reply)
 {
     if (!is_forward(r) && r->op != TFA_OP_OPERATIONAL_INERTIA)
@@ -260,14 +259,13 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
     return TFA_OK;
 }
 
-/* What the op reads of a motion: velocities and forces, or velocities and accelerations, or
- * neither. What it does not read may hold anything. */
+/* 1: the op reads velocities, and forces or accelerations. Other arrays may hold anything. */
 static int reads_motion(const tfa_request *r)
 {
     return is_forward(r) || r->op == TFA_OP_INVERSE_DYNAMICS;
 }
 
-/* Sets the error of the first array with a number that is not finite */
+/* Sets the error of the first number that is not finite. */
 static int set_array_error(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     const size_t n = r->count, nj = m->v_count;

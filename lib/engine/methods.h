@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the files of this folder share.
+ * Internal interface of the engine.
  */
 #ifndef TFA_ENGINE_METHODS_H
 #define TFA_ENGINE_METHODS_H
@@ -23,14 +23,14 @@ static inline int is_forward(const tfa_request *r)
 
 struct tfa_executor;
 
-/* Does a parallel method answer the request, so that several threads work on one state? */
+/* 1: a parallel method answers the request, so that several threads can work on one state. */
 int tfa_method_is_parallel(const tfa_model *model, const tfa_request *request);
 
-/* Sets the executor of the states of the workspace; NULL: the caller alone. The executor does
- * not run anything else while the workspace computes. */
+/* Sets the executor of the workspace; NULL: the caller alone. The executor runs nothing else while
+ * the workspace computes. */
 void tfa_workspace_set_executor(tfa_workspace *workspace, struct tfa_executor *executor);
 
-/* Refuses methods that the workspace has no memory for. */
+/* Refuses methods for which the workspace has no memory. */
 int tfa_reserved_methods_check(const tfa_workspace *workspace, const tfa_request *request,
                                tfa_reply *reply);
 

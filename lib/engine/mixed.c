@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Factors in one arithmetic, residuals in higher precision: accelerations by refined factors;
- * everything else by the residual kernel, which also answers where the estimate stays too large.
+ * Mixed precision: accelerations by refined factors; everything else by the residual kernel, which
+ * also answers if the estimate stays too large.
  */
 #include "engine/strategy.h"
 
@@ -13,7 +13,7 @@ static int answer_by_residual_kernel(tfa_workspace *w, const tfa_request *r, uin
     return w->residual_kernel.kernel->answer(w->residual_kernel.state, r, by, k, 1, reply, answer);
 }
 
-/* Floats are those of a batch of one state. */
+/* Float factors are those of a batch of one state. */
 static int answer_factors(tfa_workspace *w, const tfa_request *r, struct tfa_resolved by,
                           uint32_t k, tfa_reply *reply, tfa_answer *answer)
 {
@@ -21,7 +21,7 @@ static int answer_factors(tfa_workspace *w, const tfa_request *r, struct tfa_res
                                    : w->kernel->answer(w->state, r, by, k, 1, reply, answer);
 }
 
-/* Does the kernel of the factors have this method? */
+/* 1: the kernel of the factors has this method */
 static int has_factors(const tfa_workspace *w, tfa_method method)
 {
     return w->precision != TFA_F32 || tfa_batch_has_method(method);

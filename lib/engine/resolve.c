@@ -8,7 +8,7 @@
 #include "engine/strategy.h"
 #include "engine/tuning.h"
 
-/* Does the request lock a freedom? A fixed joint has none. */
+/* 1: the request locks a freedom; fixed joints have none */
 static int locks_freedom(const tfa_model *m, const tfa_request *r)
 {
     for (uint32_t k = 0; k < r->locked_count; k++)
@@ -17,8 +17,8 @@ static int locks_freedom(const tfa_model *m, const tfa_request *r)
     return 0;
 }
 
-/* With mimics crba: T^T M T can be inverted wherever the robot can move, and M cannot where
- * followers have no mass of their own or slide along their leaders. */
+/* With mimics crba: T^T M T is regular wherever the robot can move; M is not where followers have
+ * no mass of their own or slide along their leaders. */
 static int is_projected(const tfa_workspace *w, const tfa_request *r)
 {
     return w->model->mimics && w->methods & TFA_METHOD_BIT(TFA_METHOD_CRBA) &&
@@ -39,7 +39,7 @@ static tfa_method forward_method(const tfa_workspace *w, const tfa_request *r, u
     return is_long(w, traits) ? TFA_METHOD_SCAN : TFA_METHOD_ABA;
 }
 
-/* Where several tips share bodies, composed propagators are never slower (docs/methods.md). */
+/* pv-osimr is never slower for several tips (docs/methods.md). */
 static tfa_method osim_method(const tfa_workspace *w, const tfa_request *r, uint32_t traits)
 {
     if (is_projected(w, r))

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The table of execution strategies, and their runs.
+ * Table of execution strategies, and their runs.
  */
 #include <math.h>
 
@@ -22,7 +22,7 @@
 
 static const tfa_answer no_estimate = {.error_estimate = (double)NAN};
 
-/* ---- what the runs share ---- */
+/* ---- common to the runs ---- */
 
 void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const tfa_answer *answer,
                       tfa_reply *reply)
@@ -52,12 +52,12 @@ void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int s
     reply->state = k;
 }
 
-/* Where the sentinel tripped, an answer with a larger estimate is refined by the kernel of one
- * state. */
+/* Largest estimate after the sentinel tripped: above it the kernel of one state refines the
+ * answer. */
 #define SENTINEL_ESTIMATE_MAX 1e-7
 
-/* Estimate of accelerations that stand in the reply, if the request or the sentinel asks for it.
- * Returns 0 where the kernel of one state is to answer instead. */
+/* Estimates the accelerations in the reply if the request or the sentinel asks for it. Returns 0 if
+ * the kernel of one state must answer instead. */
 static int estimate_if_requested(tfa_workspace *w, const struct call *c, uint32_t k,
                                  int sentinel_tripped, int with_body_lanes, const tfa_reply *reply,
                                  tfa_answer *answer)
@@ -94,7 +94,8 @@ static const tfa_request *without_estimate(const struct call *c, tfa_request *co
     return copy;
 }
 
-/* Batches with payloads go by the generic lanes: the specialised kernel has these one at a time. */
+/* Batches with payloads use the generic lanes: the specialised kernel has payloads for one state
+ * only. */
 static int specialised_serves(const tfa_workspace *w, const struct call *c)
 {
     tfa_request copy;
@@ -102,8 +103,8 @@ static int specialised_serves(const tfa_workspace *w, const struct call *c)
     return !payload_batch && w->specialised->supports(&w->host, without_estimate(c, &copy));
 }
 
-/* As many states as it takes at a time, without tips. 0 where an answer is not finite or needs an
- * estimate that is too large: the generic kernels answer and report why. */
+/* Computes up to `lanes` states without tips. Returns 0 if an answer is not finite or its estimate
+ * too large: the generic kernels answer and report the reason. */
 static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                                 tfa_reply *reply)
 {
@@ -173,7 +174,7 @@ static int partition_serves(const tfa_workspace *w, const struct call *c)
                                 : c->by.method == TFA_METHOD_TFA_CR && !(c->traits & more);
 }
 
-/* The scan estimates the error: as accurate as aba, and as parallel as the partitions. */
+/* Estimates errors by the scan: as accurate as aba and as parallel as the partitions. */
 struct segment_lanes_solver {
     struct tfa_error_solver solver;
     tfa_workspace *workspace;
@@ -226,8 +227,8 @@ static int batch_serves(const tfa_workspace *w, const struct call *c)
     return c->request->count >= w->batch_min;
 }
 
-/* States k .. k + count - 1. Returns count; 0 where one of them has to go alone, or there are
- * too few. */
+/* Computes states k .. k + count - 1. Returns count; 0 if there are too few or one must be computed
+ * alone. */
 static uint32_t run_lanes(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
                           tfa_reply *reply)
 {
@@ -268,9 +269,8 @@ static uint32_t bodies_of_tips(const struct tfa_model *m, const tfa_request *r)
     return bodies;
 }
 
-/* Forward dynamics by aba; Lambda^-1 where the trees of the tips have more bodies than body lanes
- * take time, as one body at a time leaves out the other trees. Estimates for tips are the scalar
- * kernel's. */
+/* Forward dynamics by aba; Lambda^-1 if the trees of the tips have more bodies than body lanes
+ * cost, because scalar code skips the other trees. The scalar kernel estimates for tips. */
 static int body_lanes_serve(const tfa_workspace *w, const struct call *c)
 {
     if (c->traits & TRAIT_ESTIMATE && c->traits & TRAIT_TIPS)
@@ -305,8 +305,7 @@ static int always(const tfa_workspace *w)
     return 1;
 }
 
-/* Where factors are wanted in float, which batches have only, the answer is computed in higher
- * precision. */
+/* Float factors exist in batches only: a scalar answer has higher precision. */
 static uint32_t run_scalar(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                            tfa_reply *reply)
 {
@@ -352,7 +351,7 @@ uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out)
     return count;
 }
 
-/* Full vectors of states always pay; fewer states go one at a time where body lanes are used. */
+/* Full vectors of states are always faster; fewer states go one at a time with body lanes. */
 void tfa_call_init(struct call *c, const tfa_workspace *w, const tfa_request *r)
 {
     c->request = r;

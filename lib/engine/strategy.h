@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Execution strategies: the ways in which a workspace computes the states of a request. One table
- * in order of preference; the first row that serves a request and has an answer wins.
+ * Execution strategies of a workspace: one table in order of preference. The first row that serves
+ * a request and has an answer wins.
  */
 #ifndef TFA_ENGINE_STRATEGY_H
 #define TFA_ENGINE_STRATEGY_H
@@ -16,19 +16,19 @@ struct call {
     const tfa_request *request;
     struct tfa_resolved by;
     uint32_t traits;
-    uint32_t batch_min; /* fewer states are answered one at a time */
+    uint32_t batch_min; /* fewer states are computed one at a time */
     const struct strategy *strategy[TFA_STRATEGIES];
-    uint32_t strategies; /* that serve it, in order */
+    uint32_t strategies; /* rows that serve it, in order */
 };
 
 struct strategy {
     const char *name;
-    /* Can a workspace of this kind run it at all? */
+    /* 1: a workspace of this kind can run it */
     int (*is_available)(const tfa_workspace *w);
-    uint32_t ops;     /* TRAIT_FD .. of requests that it serves */
+    uint32_t ops;     /* ops that it serves, TRAIT_FD .. */
     uint32_t refuses; /* traits */
-    uint32_t methods; /* that it serves: TFA_METHOD_BITs of the resolved method */
-    /* Conditions beyond these; NULL: none */
+    uint32_t methods; /* resolved methods that it serves: TFA_METHOD_BITs */
+    /* Further conditions; NULL: none */
     int (*serves)(const tfa_workspace *w, const struct call *c);
     /* Answers states from k on, before `end`. Returns how many; 0: the next row tries. */
     uint32_t (*run)(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
@@ -52,7 +52,7 @@ struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request
 uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                        tfa_reply *reply);
 
-/* Stores the answer of state k and what is computed from it. */
+/* Stores the answer of state k and its spectrum. */
 void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const tfa_answer *answer,
                       tfa_reply *reply);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Traits of a request: one word of bits, computed once, from which the engine decides how the
- * request is answered.
+ * Traits of a request: one word of bits, computed once, from which the engine decides how to
+ * compute.
  */
 #ifndef TFA_ENGINE_TRAITS_H
 #define TFA_ENGINE_TRAITS_H
@@ -29,7 +29,7 @@ enum {
     TRAIT_BATCH = 1u << 19, /* several states */
 };
 
-/* The request is about another robot than the model: constants or forces differ. */
+/* Changes of the model's constants or forces */
 #define TRAITS_CHANGED (TRAIT_WRENCH | TRAIT_PAYLOAD | TRAIT_LOCK)
 /* Lists that name frames or joints */
 #define TRAITS_SCENE (TRAIT_TIPS | TRAITS_CHANGED)

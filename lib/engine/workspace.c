@@ -18,15 +18,15 @@
 
 #define SPECTRUM_ENTRIES (36 * TFA_MAX_TIPS * TFA_MAX_TIPS)
 
-/* What auto may take, what takes over where a method fails, and what keeps next to nothing */
+/* Choices of auto, fallbacks, and methods that need almost no memory */
 #define METHODS_ALWAYS                                                                             \
     (TFA_METHOD_BIT(TFA_METHOD_AUTO) | TFA_METHOD_BIT(TFA_METHOD_RNEA) |                           \
      TFA_METHOD_BIT(TFA_METHOD_ABA) | TFA_METHOD_BIT(TFA_METHOD_PROPAGATION) |                     \
      TFA_METHOD_BIT(TFA_METHOD_EFPA) | TFA_METHOD_BIT(TFA_METHOD_PV_OSIMR) |                       \
      TFA_METHOD_BIT(TFA_METHOD_SCAN) | TFA_METHOD_BIT(TFA_METHOD_SCAN_TWO_PASS))
 
-/* The kernels of a workspace. `residual_kernel` is NULL where it would be the same as `kernel` or
- * as the factors', `batch` where states go one by one. */
+/* Kernels of a workspace. `residual_kernel`: NULL if the precision is that of the factors; `batch`:
+ * NULL if states are computed one at a time. */
 struct kernel_choice {
     uint32_t methods;
     tfa_precision precision;
@@ -41,8 +41,7 @@ struct kernel_choice {
     int32_t table[TFA_BODY_LANES_BODIES_MAX * TFA_BODY_LANES_MAX];
 };
 
-/* Body lanes, with the variant that takes the least time for a state; or nothing, where one
- * body after the other takes less. */
+/* Chooses the fastest variant of body lanes, or none if one body after the other is faster. */
 static void choose_body_lanes(const tfa_model *model, const struct tfa_backend *backend,
                               struct kernel_choice *out)
 {
@@ -63,7 +62,7 @@ static void choose_body_lanes(const tfa_model *model, const struct tfa_backend *
     out->schedule = tfa_schedule_body_lanes(model, out->body_lanes->lanes, out->table);
 }
 
-/* Methods to reserve memory for. With mimics auto takes crba. */
+/* Methods to reserve memory for; with mimics auto takes crba. */
 static uint32_t reserved_methods(const tfa_model *model, uint32_t wanted)
 {
     uint32_t methods = wanted | METHODS_ALWAYS;
@@ -76,7 +75,7 @@ static uint32_t reserved_methods(const tfa_model *model, uint32_t wanted)
     return methods;
 }
 
-/* Doubles throughout: the ways of one state through several lanes. */
+/* Strategies for one state in double precision throughout */
 static void choose_doubles(const tfa_model *model, const struct tfa_backend *backend,
                            const tfa_workspace_options *o, struct kernel_choice *out)
 {
@@ -89,7 +88,8 @@ static void choose_doubles(const tfa_model *model, const struct tfa_backend *bac
         out->segment_lanes = backend->segment_lanes;
 }
 
-/* Floats are those of batches; doubles of batches where the robot is small and nothing is mixed. */
+/* Chooses the batch kernel: always for floats; for doubles if the robot is small and the precision
+ * not mixed. */
 static void choose_batch(const tfa_model *model, const struct tfa_backend *backend,
                          const tfa_workspace_options *o, struct kernel_choice *out)
 {
@@ -103,7 +103,7 @@ static void choose_batch(const tfa_model *model, const struct tfa_backend *backe
         out->batch_max = several ? out->batch->lanes : 1;
 }
 
-/* Returns 0 when the precisions are not there or the residual's is the narrower one. */
+/* Returns 0 if a precision does not exist or the residual's is the lower one. */
 static int choose_kernels(const tfa_model *model, const tfa_workspace_options *options,
                           struct kernel_choice *out)
 {
@@ -132,7 +132,7 @@ static int choose_kernels(const tfa_model *model, const tfa_workspace_options *o
     return 1;
 }
 
-/* Everything that is known without memory */
+/* Sets everything that needs no memory. */
 static void describe(const tfa_model *model, const struct kernel_choice *c, struct tfa_workspace *o)
 {
     *o = (struct tfa_workspace){
@@ -212,7 +212,7 @@ size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_options *o
     return model && choose_kernels(model, options, &c) ? layout(model, &c, NULL, &none) : 0;
 }
 
-/* A kernel with the constants of another model would answer, and be wrong. */
+/* 1: the specialised kernel has the constants of this model */
 static int is_kernel_of(const tfa_model *model, const tfa_workspace_options *o)
 {
     uint8_t hash[32];

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The kernels and the memory of a workspace.
+ * Kernels and memory of a workspace.
  */
 #ifndef TFA_ENGINE_WORKSPACE_H
 #define TFA_ENGINE_WORKSPACE_H
@@ -26,11 +26,12 @@ struct tfa_workspace {
     struct tfa_residual_kernel residual_kernel;
     const struct tfa_kernel *batch; /* NULL: one state at a time */
     struct state *batch_state;
-    uint32_t batch_max;                             /* states at a time */
+    uint32_t batch_max;                             /* largest batch */
     uint32_t batch_min, batch_min_body_lanes;       /* fewer go one at a time; with body lanes */
     const struct tfa_body_lanes_kernel *body_lanes; /* NULL: one body at a time */
     struct state *body_lanes_state;
-    struct tfa_factor_buffers factors; /* where `kernel` has those that tips take from body lanes */
+    struct tfa_factor_buffers factors; /* buffers of `kernel` for factors from body lanes, for
+                                          tips */
     uint32_t
         /* bodies of the trees of tips from which their factors come from body lanes */
         body_lanes_min_bodies;
@@ -41,7 +42,8 @@ struct tfa_workspace {
     const struct tfa_specialised_kernel *specialised; /* NULL: the robot has no kernel of its own */
     struct tfa_host_api host;                         /* its host interface */
     double *spectrum;                                 /* scratch of the eigenvalues */
-    const struct strategy *strategy[TFA_STRATEGIES];  /* that this workspace can run, in order */
+    const struct strategy *strategy[TFA_STRATEGIES];  /* rows that this workspace can run, in
+                                                         order */
     uint32_t strategies;
 };
 

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The handshake on the control socket: one HELLO from the client, one WELCOME from the daemon.
- *
- * AF_UNIX SOCK_SEQPACKET at RUNTIME_DIR/ROBOT.sock. After WELCOME nobody sends anything more: the
- * socket stands for the connection, and its hang-up is the death notice in both directions.
+ * Handshake on the control socket (AF_UNIX SOCK_SEQPACKET at RUNTIME_DIR/ROBOT.sock): one HELLO
+ * from the client, one WELCOME from the daemon. Neither sends anything after WELCOME: the socket
+ * represents the connection, and its hang-up ends it in both directions.
  */
 #ifndef TFA_IPC_HANDSHAKE_H
 #define TFA_IPC_HANDSHAKE_H
@@ -14,12 +13,12 @@
 #include "ipc/ring.h"
 
 #define TFA_HANDSHAKE_MAGIC 0x31414654u /* "TFA1" */
-/** Counts up with every change of handshake.h, wire.h or ring.h. */
+/** Incremented with every change of handshake.h, wire.h or ring.h. */
 #define TFA_HANDSHAKE_ABI 4u
 #define TFA_ROBOT_NAME_MAX 63
-/** Write-locked (F_OFD_SETLK) by the daemon of a runtime directory as long as it lives. */
+/** Locked (F_OFD_SETLK) by the daemon of a runtime directory during its lifetime. */
 #define TFA_LOCK_FILE "totalforced.lock"
-/** Stands in the lock file, after the process id, once all sockets are open. */
+/** Written to the lock file, after the process id, once all sockets are open. */
 #define TFA_LOCK_READY "ready"
 
 typedef struct tfa_hello {
@@ -30,7 +29,7 @@ typedef struct tfa_hello {
     char robot[TFA_ROBOT_NAME_MAX + 1];
 } tfa_hello;
 
-/** The descriptors that come with a WELCOME of status TFA_OK, in this order. */
+/** Descriptors of a WELCOME of status TFA_OK, in this order. */
 enum {
     TFA_WELCOME_REQUESTS,      /**< segment, read-write */
     TFA_WELCOME_REPLIES,       /**< segment, read-only */
@@ -42,17 +41,17 @@ enum {
 
 typedef struct tfa_welcome {
     uint32_t magic, abi;
-    int32_t status; /**< TFA_OK, or why not: the rest but `text` is then 0 */
+    int32_t status; /** TFA_OK or the reason of a refusal; the rest but `text` is then 0 */
     int32_t daemon_pid;
     tfa_wire_shape shape;
     uint32_t joint_count, frame_count;
-    uint32_t wait, spin_ns; /**< what was granted */
+    uint32_t wait, spin_ns; /** granted */
     tfa_ring_layout layout;
     /** Size of the names segment: joint_count uint32_t tfa_joint_type, then joint_count and
      *  frame_count strings, each with its final 0. */
     uint64_t names_bytes;
     char model_hash[65];
-    char text[191]; /**< why not, in words */
+    char text[191]; /** reason of a refusal */
 } tfa_welcome;
 
 #endif

@@ -6,10 +6,10 @@
  * Two segments. The client writes the first (a line with its sleep flag, then request slots), the
  * worker writes the second (reply slots). Request i (from 0) takes request slot i mod slots, its
  * reply takes the reply slot of the same number, so as long as a client has at most `slots`
- * requests outstanding nothing can overflow, and nobody needs to read the other side's position.
+ * requests outstanding nothing overflows, and neither side reads the other's position.
  * A third line, the worker's status, is shared by all its clients.
  *
- * Who may call what at once: one thread has the client's end, one thread has the worker's end.
+ * Concurrency: one thread uses the client's end, one thread the worker's end.
  *
  * Atomics and their pairs. A is the writer, R the reader.
  *
@@ -25,7 +25,7 @@
  *   A4 client_flags.asleep = 1, then R2 once more, then sleep     (client)
  *   A2, then R4 client_flags.asleep, then wake if set             (worker)
  *   In the single order of seq_cst either the sleeper's recheck sees the publication or the
- *   publisher sees the flag. A stale flag costs a wake-up that nobody needed, nothing more.
+ *   publisher sees the flag. A stale flag costs one needless wake-up.
  *   Where both sides agreed to spin there are no flags, and A1 and A2 are plain release.
  *
  *   A5 worker_status.heartbeat store relaxed -> R5 load relaxed: only "did it change" is asked.
@@ -42,15 +42,17 @@
 
 #define TFA_RING_SLOTS_MAX 4096
 
-/** First line of the request segment, written by the client. */
+/** First line of the request segment, written by the client */
 typedef struct tfa_ring_client_flags {
-    _Alignas(TFA_WIRE_LINE) _Atomic uint32_t asleep; /**< A4, R4: wake me when you reply */
+    _Alignas(TFA_WIRE_LINE) _Atomic uint32_t asleep; /** A4, R4: the worker wakes the client
+                                                         after a reply */
 } tfa_ring_client_flags;
 
-/** Of one worker, read by all its clients. */
+/** Status of a worker, read by all its clients */
 typedef struct tfa_ring_worker_status {
-    _Alignas(TFA_WIRE_LINE) _Atomic uint32_t asleep;    /**< A3, R3: wake me when you send */
-    _Alignas(TFA_WIRE_LINE) _Atomic uint64_t heartbeat; /**< A5, R5: one up each cycle */
+    _Alignas(TFA_WIRE_LINE) _Atomic uint32_t asleep;    /** A3, R3: the client wakes the worker
+                                                            after a request */
+    _Alignas(TFA_WIRE_LINE) _Atomic uint64_t heartbeat; /** A5, R5: incremented each cycle */
 } tfa_ring_worker_status;
 
 typedef struct tfa_ring_layout {
@@ -73,14 +75,14 @@ typedef struct tfa_ring_client {
 /** The worker's end. */
 typedef struct tfa_ring_server {
     tfa_ring_layout layout;
-    const unsigned char *requests; /**< written by the client: not to be trusted */
+    const unsigned char *requests; /** written by the client: untrusted */
     unsigned char *replies;
-    uint64_t next; /**< the request that comes next. Private to the worker */
+    uint64_t next; /** next request. Private to the worker */
     bool spin;
 } tfa_ring_server;
 
-/** Slot strides are an odd number of lines: the first lines of all slots then spread over the sets
- *  of the caches instead of sharing a few. */
+/** Slot strides are an odd number of lines, so that the first lines of the slots spread over the
+ *  sets of the caches. */
 static inline size_t tfa_ring_stride(size_t bytes)
 {
     size_t lines = (bytes + TFA_WIRE_LINE - 1) / TFA_WIRE_LINE;
@@ -113,11 +115,10 @@ static inline size_t tfa_ring_reply_offset(const tfa_ring_layout *layout, uint64
     return (size_t)(index & (layout->slots - 1)) * layout->reply_stride;
 }
 
-/** Asks for the lines of a slot that this side will write next, while it does something else: they
- *  are still in the other side's cache from the lap before. Not the first line: the other side
- *  spins on it. Three more hold the request of seven joints, and most of what is answered. A hint:
- *  no memory is read or written. Round trip of seven joints 1.08 us without, 0.95 with it; without
- *  tfa_ring_demote_lines it gains nothing (same measurement as there). */
+/** Prefetches lines 2 to 5 of a slot that this side writes next: they are in the other side's
+ *  cache. Not the first line, which the other side polls. They hold the request of seven joints
+ *  and most replies. Only together with tfa_ring_demote_lines does it gain time
+ *  (docs/performance.md). */
 static inline void tfa_ring_prefetch_for_write(const void *slot)
 {
     const unsigned char *at = slot;
@@ -125,14 +126,12 @@ static inline void tfa_ring_prefetch_for_write(const void *slot)
         __builtin_prefetch(at + line * TFA_WIRE_LINE, 1);
 }
 
-/* Lines of a slot that are handed over at once: they hold the request of up to 18 joints. */
+/* Lines of a slot that are demoted: the request of up to 18 joints */
 #define TFA_RING_DEMOTED_LINES 8
 
-/** After a publication: asks the cache to move the slot's first lines to where the other side gets
- *  them sooner than out of our own. A hint; a processor without it (CLDEMOTE) takes it for a no-op.
- *  A plain ping-pong of four lines there and three back took 500 ns without and 395 with it, and a
- *  request of seven joints 1260 and 950 (Intel Xeon with AVX-512, 2 cores of a VM, 2026-11-21;
- *  tests/bench/latency.sh). */
+/** After a publication: moves the slot's first lines to a shared cache level (CLDEMOTE; a no-op on
+ *  other processors). It shortens a round trip of seven joints by a quarter
+ *  (tests/bench/latency.sh). */
 static inline void tfa_ring_demote_lines(const void *slot, size_t stride)
 {
 #if defined(__x86_64__)
@@ -160,7 +159,7 @@ static inline void *tfa_ring_next_request(const tfa_ring_client *c)
     return c->requests + tfa_ring_request_offset(&c->layout, c->sent);
 }
 
-/** Publishes the request in that slot. @return the worker sleeps: wake it */
+/** Publishes the request in that slot. @return true: the worker sleeps, wake it */
 static inline bool tfa_ring_send(tfa_ring_client *c)
 {
     tfa_wire_request *line = tfa_ring_next_request(c);
@@ -174,20 +173,20 @@ static inline bool tfa_ring_send(tfa_ring_client *c)
     return atomic_load_explicit(&c->worker_status->asleep, memory_order_seq_cst) != 0; /* R3 */
 }
 
-/** The slot of the oldest reply that was not released. */
+/** Slot of the oldest reply that is not released. */
 static inline const void *tfa_ring_oldest_reply(const tfa_ring_client *c)
 {
     return c->replies + tfa_ring_reply_offset(&c->layout, c->received);
 }
 
-/** Is the oldest reply there? False as well when nothing is outstanding. */
+/** True if the oldest reply has come. */
 static inline bool tfa_ring_reply_ready(const tfa_ring_client *c)
 {
     const tfa_wire_reply *line = tfa_ring_oldest_reply(c);
     return atomic_load_explicit(&line->seq, memory_order_acquire) == c->received + 1; /* R2 */
 }
 
-/** Gives the slot of the oldest reply back. */
+/** Releases the slot of the oldest reply. */
 static inline void tfa_ring_release(tfa_ring_client *c)
 {
     c->received++;
@@ -199,8 +198,8 @@ static inline tfa_ring_client_flags *tfa_ring_client_flags_of(const tfa_ring_cli
     return (tfa_ring_client_flags *)(void *)c->requests;
 }
 
-/** Before a sleep until reply `index` is there: sets the flag. @return what seq of its slot is now;
- *  beyond `index` the reply has come and there is nothing to sleep for. */
+/** Sets the sleep flag before waiting for reply `index`. @return seq of its slot; above `index` the
+ *  reply has come: do not sleep. */
 static inline uint64_t tfa_ring_client_prepare_wait(const tfa_ring_client *c, uint64_t index)
 {
     const tfa_wire_reply *line =
@@ -222,7 +221,7 @@ static inline tfa_ring_state tfa_ring_classify_sequence(const tfa_ring_server *s
 {
     if (seq == s->next + 1)
         return TFA_RING_READY;
-    /* the only other value an honest client leaves there is that of the lap before */
+    /* the only other valid value is that of the lap before */
     uint64_t before = s->next < s->layout.slots ? 0 : s->next + 1 - s->layout.slots;
     return seq == before ? TFA_RING_EMPTY : TFA_RING_BROKEN;
 }
@@ -233,7 +232,7 @@ static inline const void *tfa_ring_request(const tfa_ring_server *s)
     return s->requests + tfa_ring_request_offset(&s->layout, s->next);
 }
 
-/** Has the next request come? TFA_RING_BROKEN: a sequence number outside the window. */
+/** State of the next request. TFA_RING_BROKEN: a sequence number outside the window. */
 static inline tfa_ring_state tfa_ring_poll(const tfa_ring_server *s)
 {
     const tfa_wire_request *line = tfa_ring_request(s);
@@ -249,13 +248,13 @@ static inline tfa_ring_state tfa_ring_poll_last(const tfa_ring_server *s)
         s, atomic_load_explicit(&line->seq, memory_order_seq_cst)); /* R1 */
 }
 
-/** The slot that the reply to the next request goes to. */
+/** Slot of the reply to the next request. */
 static inline void *tfa_ring_reply(const tfa_ring_server *s)
 {
     return s->replies + tfa_ring_reply_offset(&s->layout, s->next);
 }
 
-/** Publishes that reply and goes on to the next request. @return the client sleeps: wake it */
+/** Publishes that reply and moves to the next request. @return true: the client sleeps, wake it */
 static inline bool tfa_ring_publish(tfa_ring_server *s)
 {
     tfa_wire_reply *line = tfa_ring_reply(s);
@@ -273,15 +272,15 @@ static inline bool tfa_ring_publish(tfa_ring_server *s)
 
 /* ---- both ---- */
 
-/** The word of a reply slot that a client sleeps on: the low half of seq, which changes with each
- *  publication. Linux futexes are 32 bits wide. */
+/** Word of a reply slot on which a client sleeps: the low half of seq, which changes with each
+ *  publication (futexes have 32 bits). */
 static inline const uint32_t *tfa_ring_futex_word(const void *reply_slot)
 {
     _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "the low half of seq comes first");
     return reply_slot;
 }
 
-/** Tells the processor that this is a waiting loop. */
+/** Pause instruction of a waiting loop */
 static inline void tfa_ring_cpu_relax(void)
 {
 #if defined(__x86_64__)

@@ -30,8 +30,7 @@ typedef struct tfa_wire_shape {
 } tfa_wire_shape;
 
 /** Blocks of a request, in payload order: X(NAME, array of tfa_request, bytes), with the shape of
- *  the connection and the counts `n` of the request. Bit k of tfa_wire_request.present is
- *  block k. */
+ *  the connection and the counts `n` of the request. Block k: bit k of tfa_wire_request.present */
 #define TFA_WIRE_REQUEST_LIST(X)                                                                   \
     X(Q, q, 8 * n->count * shape->q_count)                                                         \
     X(V, v, 8 * n->count * shape->v_count)                                                         \

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Reading a model.
+ * Functions that read a model.
  */
 #include <string.h>
 
@@ -24,7 +24,7 @@ const char *tfa_model_hash_text(const tfa_model *model)
 
 uint64_t tfa_model_tag(const tfa_model *model)
 {
-    uint64_t tag = 0; /* unrolled it is one load: every reply bears it */
+    uint64_t tag = 0; /* unrolled it becomes one load */
 #pragma GCC unroll 8
     for (int k = 0; k < 8; k++)
         tag |= (uint64_t)model->hash[k] << (56 - 8 * k);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One walk through a memory block gives both its size (base NULL) and the pointers into it.
+ * Memory of an object with arrays: one walk gives its size (base NULL) or the pointers into it.
  */
 #ifndef TFA_MODEL_ARENA_H
 #define TFA_MODEL_ARENA_H
@@ -9,10 +9,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define TFA_ALIGNMENT 64 /* a cache line, and the widest vector */
+#define TFA_ALIGNMENT 64 /* a cache line and the widest vector */
 
 struct arena {
-    char *base; /* NULL: only count */
+    char *base; /* NULL: counts only */
     size_t used;
 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Principal moments of inertia by Jacobi's rotations.
+ * Principal moments of inertia by Jacobi rotations (Golub and Van Loan, Matrix Computations, 8.5).
  */
 #include "model/eigen.h"
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Principal moments of inertia.
+ * Principal moments of inertia: eigenvalues of symmetric 3x3 matrices.
  */
 #ifndef TFA_MODEL_EIGEN_H
 #define TFA_MODEL_EIGEN_H
 
-/* Written inertias carry a handful of digits: a relative deficit below this is rounding of the
- * file (six significant digits in most of 190 real URDFs), above it is a wrong number. */
+/* Relative rounding of inertias in files, which have about six significant digits. A larger deficit
+ * is a wrong number. */
 #define TFA_PSD_TOLERANCE 1e-6L
 
 /**
@@ -16,7 +16,7 @@
  */
 void tfa_eigen(const long double s[6], long double value[3], long double *V);
 
-/* Is an eigenvalue negative beyond what the rounding of a file explains? `value` ascends. */
+/* 1: an eigenvalue is negative beyond the rounding of a file. `value` ascends. */
 int tfa_eigen_negative(const long double value[3]);
 
 #endif

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Vectors and rotations in quadruple precision. The f128 kernel reads constants as they are
- * compiled; the others read them rounded to double once, at the end.
+ * Vectors and rotations in quadruple precision. The f128 kernel reads constants as compiled; the
+ * others read them rounded to double once.
  */
 #ifndef TFA_MODEL_EXT_H
 #define TFA_MODEL_EXT_H
@@ -61,7 +61,7 @@ static inline void ext_from_double(ext *to, const double *from, int count)
         to[k] = from[k];
 }
 
-/* Numbers of which double precision holds the rest in `low` */
+/* Numbers given as the sum of two doubles */
 static inline void ext_from_parts(ext *to, const double *high, const double *low, int count)
 {
     for (int k = 0; k < count; k++)

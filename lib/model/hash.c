@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The hash of a model: everything that decides the answers, and the names in their order, because
- * clients map by them.
+ * Hash of a model: constants that decide answers, and the names in their order, by which clients
+ * map joints and frames.
  */
 #include "model/hash.h"
 

@@ -1,20 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Upper bounds of the inertia that each joint moves, whatever q is: what the sentinel compares the
- * projected articulated inertia D with (dynamics/core/sentinel.h).
+ * Upper bounds of the inertia that each joint moves at any q. The sentinel compares the projected
+ * articulated inertia D with them (dynamics/core/sentinel.h).
  *
  * For the subtree of a body, with rho an upper bound of the distance of its mass from the origin of
- * the body's frame: mass, first moment (integral of rho) and second moment (integral of rho^2). A
- * transform to the parent's frame, whose origin is at most L away, gives  mass,  first + L mass,
- * second + 2 L first + L^2 mass.
+ * the body's frame: mass, first moment (integral of rho) and second moment (integral of rho^2). In
+ * a frame whose origin is at most L away:  mass,  first + L mass,  second + 2 L first + L^2 mass.
  */
 #include "model/inertia_bound.h"
 
 #include <math.h>
 
-/* A prismatic, planar or floating joint is taken to move so far, m: its limits are not in the
- * model. */
+/* Assumed travel of prismatic, planar and floating joints, m: the model has no limits. */
 #define JOINT_TRAVEL 1.0
 
 static struct tfa_moments shifted(struct tfa_moments s, double length)

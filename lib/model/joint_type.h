@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Joint types of compiled bodies: one row each. Each body frame is turned so that its joint's
- * motion subspace H consists of unit axes of that frame. The transform X(q) of a type is in
- * pose_step.h.
+ * Table of the joint types of bodies. Each body frame is turned so that the joint's motion subspace
+ * H consists of unit axes of that frame. The transform X(q) is in pose_step.h.
  */
 #ifndef TFA_MODEL_JOINT_TYPE_H
 #define TFA_MODEL_JOINT_TYPE_H
@@ -19,7 +18,7 @@ enum tfa_kind {
     TFA_KIND_PRISMATIC = 1,
     TFA_KIND_PLANAR = 2, /* velocity in the moved plane, then rotation */
     TFA_KIND_FREE = 3,   /* linear, then angular velocity */
-    TFA_KIND_FUSED = 4,  /* several joints in a row without mass between them: H depends on q */
+    TFA_KIND_FUSED = 4,  /* several joints without mass between them: H depends on q */
 };
 
 struct joint_type {
@@ -95,7 +94,7 @@ static inline int has_constant_axes(uint8_t kind)
     return joint_types[kind].freedoms > 1;
 }
 
-/* Is freedom k of a joint that is not fused a rotation? */
+/* 1: freedom k of a joint that is not fused is a rotation */
 static inline int freedom_rotates(uint8_t kind, uint32_t k)
 {
     return joint_types[kind].axis[k] <= AXIS_RZ;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The masses of a model with its payloads: constants of the bodies, what is told of them, totals.
+ * Mass properties of a model with its payloads: constants of the bodies, their public description,
+ * totals.
  */
 #ifndef TFA_MODEL_MASS_PROPERTIES_H
 #define TFA_MODEL_MASS_PROPERTIES_H
@@ -9,12 +10,12 @@
 #include "model/inertia_bound.h"
 #include "model/model.h"
 
-/* Scratch: a body with its payloads, and where it stands when q is 0. */
+/* Scratch: a body with its payloads, and its pose at q = 0 */
 struct tfa_mass_scratch {
     struct tfa_mass_properties sum;
     tfa_quad R[9], p[3]; /* body axes to root link axes; origin in the root link's frame */
     struct tfa_moments moments;
-    uint8_t has_mass; /* it has mass or inertia, or something that hangs from it has */
+    uint8_t has_mass; /* its subtree has mass or inertia */
 };
 
 /**

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The compiled model as the kernels read it. Six-vectors are angular first inside the library.
+ * The compiled model as the kernels read it. Six-vectors are angular first.
  */
 #ifndef TFA_MODEL_MODEL_H
 #define TFA_MODEL_MODEL_H
@@ -13,32 +13,31 @@
 #include "model/joint_type.h"
 #include "model/quad.h"
 
-/* M is kept by rows of ancestors; a chain of N bodies has N (N+1) / 2 entries. Above this many (a
- * chain of 2895, 32 MiB in double) no workspace has room for M, and the methods that need it say
- * so: O(N d^2) methods lose to the others long before. */
+/* Limit of the entries of M (a chain of N bodies has N (N + 1) / 2; the limit is a chain of 2895,
+ * 32 MiB in double). Larger robots have no memory for M, and methods that need it refuse them. */
 #define TFA_MASS_ENTRIES_MAX ((size_t)4 << 20)
 
-/* Robots of more bodies get, unless more is asked for, a workspace with room only for what auto
- * takes: 3 KB a body instead of 7 KB and M. */
+/* Robots up to this size get memory for every method by default, larger ones for the choices of
+ * auto only: 3 KB a body instead of 7 KB and M. */
 #define TFA_RESERVE_ALL_BODIES_MAX 256
 
-/* The longest main chain that the method hessenberg takes: it keeps 36 N (N - 1) / 2 numbers, here
- * 2.4 MB in double, in every workspace of the model, whether the method is used or not. */
+/* Longest main chain of the method hessenberg: it keeps 36 N (N - 1) / 2 numbers (2.4 MB in double)
+ * in every workspace of the model. */
 #define TFA_HESSENBERG_LONGEST 130
 
-/* One of the joints of a fused body, in their order from the parent. Its frame is fixed in what it
- * moves; that of the last one is the body's. */
+/* A joint of a fused body, in order from the parent. Its frame is fixed in the part that it moves;
+ * the frame of the last part is the body's. */
 struct tfa_part {
-    double E[9], r[3]; /* from the frame of the part before (first: the parent's) at q = 0 */
+    double E[9], r[3]; /* from the frame of the previous part (the first: of the parent) at q = 0 */
     uint8_t kind;      /* revolute or prismatic */
 };
 
-/* Mass properties of a body as its links give them: what derived models start from. */
+/* Mass properties of a body from its links */
 struct tfa_mass_properties {
     tfa_quad mass, h[3], I[6]; /* as in tfa_body */
 };
 
-/* What E, r or R, p of the same thing is before it is rounded to double: what f128 reads. */
+/* Constants in quadruple precision, for f128 and derived models */
 struct tfa_xform_quad {
     tfa_quad E[9], r[3];
 };
@@ -58,7 +57,7 @@ struct tfa_body {
     double d;        /* axial: shift along z */
     int32_t parent;  /* body index, -1: the world; always below the own index */
     uint32_t link;   /* frame of the link that gives it its name */
-    uint32_t q, v;   /* first inner coordinate and freedom, the base's six included in v only */
+    uint32_t q, v;   /* first inner coordinate and freedom; the base counts in v only */
     uint8_t kind;    /* enum tfa_kind */
     uint8_t n;       /* freedoms: 1 to 6 */
     uint8_t regular; /* 1: the rigid inertia is safely positive definite */
@@ -70,9 +69,9 @@ struct tfa_body {
     uint8_t axial;
     int32_t joint_nd; /* index among bodies with n > 1, else -1 */
     uint32_t part;    /* fused: its n parts start here in tfa_model.part */
-    int32_t tree;     /* root body of the tree that it stands in */
+    int32_t tree;     /* root body of its tree */
     uint32_t depth;   /* bodies from the root to here, this one included */
-    double bound[6];  /* of each freedom: largest inertia it may move, at any q (inertia_bound.h) */
+    double bound[6];  /* largest inertia that it may move, at any q (inertia_bound.h) */
     const struct tfa_body_quad *quad; /* the same constants, not rounded */
 };
 
@@ -86,9 +85,9 @@ struct tfa_frame {
     const char *name;
 };
 
-/* Where an inner coordinate and an inner freedom come from: the public arrays follow the declared
- * order and leave out what follows others; inside, bodies stand tree by tree.
- *   q_inner = multiplier q[from] + offset,  v_inner = multiplier v[from] */
+/* Source of an inner coordinate or freedom. Public arrays follow the declared order without
+ * followers; inner ones follow the bodies, tree by tree.
+ *     q_inner = multiplier q[from] + offset,  v_inner = multiplier v[from] */
 struct tfa_coordinate {
     uint32_t from;
     double multiplier, offset;
@@ -122,8 +121,8 @@ struct tfa_model {
     uint32_t q_count, v_count; /* public: base excluded, followers excluded */
     uint32_t base_freedoms;
     uint32_t mimics;
-    /* freedoms that move nothing with mass, nor armature, by themselves but only together with
-     * those that they follow or lead: M is singular before the projection, and regular after it */
+    /* freedoms that move no mass or armature by themselves, only together with their leader or
+     * followers: M is singular before the projection and regular after it */
     uint32_t massless_followers;
     uint32_t depth;          /* bodies on the longest path */
     uint32_t depth_freedoms; /* freedoms on the path with most of them */
@@ -134,7 +133,7 @@ struct tfa_model {
     tfa_base base;
     tfa_model_summary summary;
     const struct tfa_body *body;
-    /* bodies + 1, without payloads: the last one does not move */
+    /* bodies + 1; the last is the world */
     const struct tfa_mass_properties *without_payload;
     tfa_quad mass_without_payload; /* of all links, kg */
     const struct tfa_frame *frame;

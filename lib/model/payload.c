@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Payloads, and whether an inertia can be inverted.
+ * Payloads: validation, addition to bodies, and the test whether an inertia can be inverted.
  */
 #include "model/payload.h"
 
@@ -12,8 +12,8 @@
 #include "model/ext.h"
 #include "model/model.h"
 
-/* A main-chain body whose inertia, scaled to unit diagonal, has a pivot below this cannot be
- * inverted with more than about two good digits in double: TFA refuses it. */
+/* Smallest pivot of a regular inertia, scaled to unit diagonal: below it the inverse has fewer than
+ * about two correct digits in double. */
 #define REGULAR_PIVOT 1e-13
 
 static int is_positive(const double inertia[6])

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The number type in which constants are compiled: IEEE quadruple precision.
+ * Number type of compilation: IEEE quadruple precision.
  */
 #ifndef TFA_MODEL_QUAD_H
 #define TFA_MODEL_QUAD_H

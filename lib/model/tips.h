@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Which trees carry the tips of a request: the others have no part in what tips ask for.
+ * Trees that carry the tips of a request: the others do not affect quantities of the tips.
  */
 #ifndef TFA_MODEL_TIPS_H
 #define TFA_MODEL_TIPS_H
@@ -10,7 +10,7 @@
 
 #include "model/model.h"
 
-/* Each once, in ascending order. Returns how many; tips that stand fixed in the world are in
+/* Writes each tree once, in ascending order. Returns how many; tips fixed in the world are in
  * none. */
 static inline uint32_t tfa_trees_of_tips(const struct tfa_model *m, const tfa_request *r,
                                          const struct tfa_chain *out[TFA_MAX_TIPS])

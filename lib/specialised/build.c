@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * From a model to a shared object with a checksum: tables, compiler, checksum, and one rename that
- * puts it in place.
+ * Building a kernel: tables, compiler, checksum trailer, rename to its place.
  */
 #include <dirent.h>
 #include <errno.h>
@@ -30,13 +29,6 @@ struct build {
     tfa_specialise_result result;
     struct error_text *err;
 };
-
-static double seconds_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* ---- files ---- */
 
@@ -68,18 +60,18 @@ static int write_tables(struct build *b)
         return status;
     snprintf(path, sizeof path, "%s/robot_tables.h", b->folder);
     if (write_file(path, text, strlen(text), 0600) != 0)
-        status = set_error_text(b->err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
+        status = refuse(b->err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
     const size_t path_length = strlen(b->path);
     const int suffixed = path_length > 3 && strcmp(b->path + path_length - 3, ".so") == 0;
     snprintf(path, sizeof path, "%.*s.h", (int)(suffixed ? path_length - 3 : path_length), b->path);
     if (status == TFA_OK && b->options.keep_tables &&
         ((unlink(path) != 0 && errno != ENOENT) || write_file(path, text, strlen(text), 0644) != 0))
-        status = set_error_text(b->err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
+        status = refuse(b->err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
     free(text);
     return status;
 }
 
-/* Beside what is built: who may write there may write the kernel anyhow. */
+/* Temporary folder beside the result: it needs the same permissions. */
 static int make_folder(struct build *b)
 {
     const char *slash = strrchr(b->path, '/');
@@ -88,8 +80,8 @@ static int make_folder(struct build *b)
     const int fits = length < (int)sizeof b->folder;
     if (fits && mkdtemp(b->folder))
         return TFA_OK;
-    return set_error_text(b->err, TFA_E_FILE, "'%s' cannot be written: no folder beside it: %s",
-                          b->path, fits ? strerror(errno) : "its name is too long");
+    return refuse(b->err, TFA_E_FILE, "'%s' cannot be written: no folder beside it: %s", b->path,
+                  fits ? strerror(errno) : "its name is too long");
 }
 
 static void remove_folder(const char *folder)
@@ -122,7 +114,8 @@ static int sync_folder(const char *path)
     return failed;
 }
 
-/* The bytes and their checksum trailer, at `path` when all of it is on the disk. */
+/* Writes the bytes and their trailer to a temporary file, and renames it to `path` once it is on
+ * disk. */
 static int write_object(struct build *b, const void *bytes, size_t size)
 {
     struct checksum_trailer trailer;
@@ -132,8 +125,8 @@ static int write_object(struct build *b, const void *bytes, size_t size)
         snprintf(temporary, sizeof temporary, "%s.XXXXXX", b->path) < (int)sizeof temporary;
     const int file = fits ? mkostemp(temporary, O_CLOEXEC) : -1;
     if (file < 0)
-        return set_error_text(b->err, TFA_E_FILE, "'%s' cannot be written: %s", b->path,
-                              fits ? strerror(errno) : "its name is too long");
+        return refuse(b->err, TFA_E_FILE, "'%s' cannot be written: %s", b->path,
+                      fits ? strerror(errno) : "its name is too long");
     tfa_hash_without_gravity(b->model, hash);
     checksum_trailer_make(bytes, size, hash, &trailer);
     int failed = write_all(file, bytes, size) != 0 ||
@@ -144,7 +137,7 @@ static int write_object(struct build *b, const void *bytes, size_t size)
         b->result.bytes = size + sizeof trailer;
         return TFA_OK;
     }
-    set_error_text(b->err, TFA_E_FILE, "'%s' cannot be written: %s", b->path, strerror(errno));
+    refuse(b->err, TFA_E_FILE, "'%s' cannot be written: %s", b->path, strerror(errno));
     unlink(temporary);
     return TFA_E_FILE;
 }
@@ -160,10 +153,10 @@ static int install_object(struct build *b)
     if (file >= 0 && fstat(file, &s) == 0 && s.st_size > 0)
         bytes = mmap(NULL, (size_t)s.st_size, PROT_READ, MAP_PRIVATE, file, 0);
     if (bytes == MAP_FAILED)
-        set_error_text(b->err, status, "%s made no shared object", b->compiler.path);
+        refuse(b->err, status, "%s made no shared object", b->compiler.path);
     else if ((size_t)s.st_size > TFA_SPECIALISED_FILE_MAX - sizeof(struct checksum_trailer))
-        set_error_text(b->err, status, "the kernel has %lld bytes, %zu are allowed",
-                       (long long)s.st_size, TFA_SPECIALISED_FILE_MAX);
+        refuse(b->err, status, "the kernel has %lld bytes, %zu are allowed", (long long)s.st_size,
+               TFA_SPECIALISED_FILE_MAX);
     else
         status = write_object(b, bytes, (size_t)s.st_size);
     if (bytes != MAP_FAILED)
@@ -175,7 +168,7 @@ static int install_object(struct build *b)
 
 /* ---- the steps ---- */
 
-/* Several runs at once; the first that fails stops the others. */
+/* Runs commands in parallel; the first failure stops the others. */
 static int run_in_parallel(struct build *b, int runs)
 {
     struct child_process child[BUILD_COMMANDS_MAX] = {0};
@@ -192,7 +185,7 @@ static int run_in_parallel(struct build *b, int runs)
     return status;
 }
 
-/* The last run links what the others made. */
+/* The last command links the objects of the others. */
 static int compile(struct build *b)
 {
     int status = find_compiler(b->options.compiler, b->folder, &b->limits, &b->compiler, b->err);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Which robots have a kernel of their own.
+ * Checks whether a robot can be specialised.
  */
 #include "model/model.h"
 #include "specialised/specialised_internal.h"
@@ -28,7 +28,7 @@ static int check_body(const tfa_model *m, uint32_t i, struct error_text *err)
     const struct tfa_body *b = &m->body[i];
     if (b->base || joint_types[b->kind].freedoms == 1)
         return TFA_OK;
-    return set_error_text(
+    return refuse(
         err, TFA_E_UNSUPPORTED,
         "unsupported: joint '%s' %s%s, only revolute and prismatic joints are specialised; "
         "the generic kernel answers",
@@ -39,15 +39,15 @@ static int check_body(const tfa_model *m, uint32_t i, struct error_text *err)
 static int check_model(const tfa_model *m, struct error_text *err)
 {
     if (m->mimics)
-        return set_error_text(err, TFA_E_UNSUPPORTED,
-                              "unsupported: joint '%s' follows another one, mimics are not "
-                              "specialised; the generic kernel answers",
-                              follower(m));
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "unsupported: joint '%s' follows another one, mimics are not "
+                      "specialised; the generic kernel answers",
+                      follower(m));
     if (!m->bodies || m->bodies > TFA_SPECIALISED_BODIES_MAX)
-        return set_error_text(err, TFA_E_UNSUPPORTED,
-                              "unsupported: %u bodies, specialised are robots with 1 to %d; the "
-                              "generic kernel answers",
-                              m->bodies, TFA_SPECIALISED_BODIES_MAX);
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "unsupported: %u bodies, specialised are robots with 1 to %d; the "
+                      "generic kernel answers",
+                      m->bodies, TFA_SPECIALISED_BODIES_MAX);
     int status = TFA_OK;
     for (uint32_t i = 0; status == TFA_OK && i < m->bodies; i++)
         status = check_body(m, i, err);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * From a file to memory that nobody can change any more: what is checked there is what gets loaded,
- * whatever happens to the file meanwhile.
+ * Copies a file into sealed memory: the checked bytes are the loaded bytes, independent of later
+ * changes of the file.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -16,10 +16,10 @@
 #include "specialised/specialised_internal.h"
 
 #ifndef MFD_EXEC
-#define MFD_EXEC 0x10u /* Linux 6.3: says that code will be in it, where the system asks for that */
+#define MFD_EXEC 0x10u /* Linux 6.3: the file may hold code */
 #endif
 
-/* The file itself, where it really is: in *at, which has room for PATH_MAX. */
+/* Opens the file behind all links; `at` gets its path and has room for PATH_MAX. */
 static int open_trusted(const char *path, char *at, size_t *size, int *status,
                         struct error_text *err)
 {
@@ -27,15 +27,15 @@ static int open_trusted(const char *path, char *at, size_t *size, int *status,
     const int file =
         realpath(path, at) ? open(at, O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK) : -1;
     if (file < 0) {
-        *status = set_error_text(err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
+        *status = refuse(err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
         return -1;
     }
     *status = check_ownership_of_file(file, at, geteuid(), err);
     if (*status == TFA_OK && (fstat(file, &s) != 0 || !S_ISREG(s.st_mode)))
-        *status = set_error_text(err, TFA_E_FILE, "'%s' is no file", path);
+        *status = refuse(err, TFA_E_FILE, "'%s' is no file", path);
     if (*status == TFA_OK && (s.st_size <= 0 || (size_t)s.st_size > TFA_SPECIALISED_FILE_MAX))
-        *status = set_error_text(err, TFA_E_PARSE, "'%s' has %lld bytes, a kernel 1 to %zu", path,
-                                 (long long)s.st_size, TFA_SPECIALISED_FILE_MAX);
+        *status = refuse(err, TFA_E_PARSE, "'%s' has %lld bytes, a kernel 1 to %zu", path,
+                         (long long)s.st_size, TFA_SPECIALISED_FILE_MAX);
     if (*status == TFA_OK) {
         *size = (size_t)s.st_size;
         return file;
@@ -66,13 +66,13 @@ static int copy(int from, int to, size_t size)
     return 0;
 }
 
-/* Looks at the copy, cuts its checksum trailer off and closes it to every change. */
+/* Checks the copy, removes its trailer and seals it. */
 static int check_copy(int copied, const char *path, size_t size, const tfa_model *model,
                       uint8_t digest[32], struct error_text *err)
 {
     void *bytes = mmap(NULL, size, PROT_READ, MAP_PRIVATE, copied, 0);
     if (bytes == MAP_FAILED)
-        return set_error_text(err, TFA_E_SYSTEM, "'%s': mmap: %s", path, strerror(errno));
+        return refuse(err, TFA_E_SYSTEM, "'%s': mmap: %s", path, strerror(errno));
     const int status = checksum_trailer_check(path, bytes, size, model, err);
     if (status == TFA_OK)
         memcpy(digest, (const char *)bytes + size - 32, 32);
@@ -81,7 +81,7 @@ static int check_copy(int copied, const char *path, size_t size, const tfa_model
         return status;
     if (ftruncate(copied, (off_t)(size - sizeof(struct checksum_trailer))) != 0 ||
         fcntl(copied, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
-        return set_error_text(err, TFA_E_SYSTEM, "'%s': sealing memory: %s", path, strerror(errno));
+        return refuse(err, TFA_E_SYSTEM, "'%s': sealing memory: %s", path, strerror(errno));
     return TFA_OK;
 }
 
@@ -95,10 +95,9 @@ int open_checked_copy(const char *path, const tfa_model *model, uint8_t digest[3
         return -1;
     const int copied = memory_file();
     if (copied < 0 || ftruncate(copied, (off_t)size) != 0)
-        *status =
-            set_error_text(err, TFA_E_SYSTEM, "'%s': memory for a copy: %s", path, strerror(errno));
+        *status = refuse(err, TFA_E_SYSTEM, "'%s': memory for a copy: %s", path, strerror(errno));
     else if (copy(file, copied, size) != 0)
-        *status = set_error_text(err, TFA_E_FILE, "'%s' cannot be read to its end", path);
+        *status = refuse(err, TFA_E_FILE, "'%s' cannot be read to its end", path);
     else
         *status = check_copy(copied, path, size, model, digest, err);
     close(file);

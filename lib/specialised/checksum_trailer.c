@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The checksum trailer of a shared object: the file is complete, and built for this library and
- * this model. It is no signature: whoever may write the file can write its checksum (see
+ * Checksum trailer of a shared object: the file is complete, and built for this library and this
+ * model. It is no signature: a user who can write the file can write its checksum (see
  * ownership_check.c).
  */
 #include <sha256.h>
@@ -41,24 +41,24 @@ int checksum_trailer_check(const char *path, const void *bytes, size_t size, con
         memcpy(&trailer, (const char *)bytes + size - sizeof trailer, sizeof trailer);
     if (memcmp(trailer.magic, TFA_SPECIALISED_MAGIC, sizeof trailer.magic) != 0 ||
         trailer.length != size - sizeof trailer)
-        return set_error_text(
+        return refuse(
             err, TFA_E_PARSE,
             "'%s' is truncated or no kernel: its checksum trailer is missing; build it again",
             path);
     digest(bytes, size - sizeof trailer, &trailer, sha256);
     if (memcmp(sha256, trailer.sha256, sizeof sha256) != 0)
-        return set_error_text(err, TFA_E_PARSE,
-                              "'%s' was changed after it was built; build it again", path);
+        return refuse(err, TFA_E_PARSE, "'%s' was changed after it was built; build it again",
+                      path);
     if (trailer.abi != TFA_SPECIALISED_ABI)
-        return set_error_text(err, TFA_E_UNSUPPORTED,
-                              "'%s' is of version %u of what kernels export, this library of "
-                              "version %u; build it again",
-                              path, trailer.abi, TFA_SPECIALISED_ABI);
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "'%s' is of version %u of what kernels export, this library of "
+                      "version %u; build it again",
+                      path, trailer.abi, TFA_SPECIALISED_ABI);
     tfa_hash_without_gravity(model, hash);
     if (memcmp(trailer.model, hash, sizeof trailer.model) != 0)
-        return set_error_text(err, TFA_E_UNSUPPORTED,
-                              "'%s' is for another model, %02x%02x%02x%02x..., not for %.8s...",
-                              path, trailer.model[0], trailer.model[1], trailer.model[2],
-                              trailer.model[3], model->hash_text);
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "'%s' is for another model, %02x%02x%02x%02x..., not for %.8s...", path,
+                      trailer.model[0], trailer.model[1], trailer.model[2], trailer.model[3],
+                      model->hash_text);
     return TFA_OK;
 }

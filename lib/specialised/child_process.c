@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A compiler as a child process, with limits on its time, its memory and the files that it writes.
+ * A compiler as a child process, with limits on processor time, memory and file size.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -17,13 +17,21 @@
 
 #include "specialised/specialised_internal.h"
 
-#define TIMEOUT_FACTOR 2 /* times the processor time that is allowed */
+#define TIMEOUT_FACTOR 2 /* wall-clock limit over the limit of processor time */
 #define POLL_NS 5000000
 
-/* The soft limit on time says which it was (SIGXCPU); what does not heed it is killed by the clock.
- * The shell sets limits on itself and becomes the program; the words reach it as they are. */
+/* SIGXCPU tells a process at its soft limit of processor time; a process that ignores it is killed
+ * at the wall-clock limit. The shell sets its own limits and becomes the program; arguments are
+ * passed unchanged. */
 static const char limited[] = "ulimit -S -t \"$1\" && ulimit -v \"$2\" && ulimit -f \"$3\" && "
                               "ulimit -c 0 && shift 3 && exec \"$@\"";
+
+double seconds_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
 
 struct launch {
     posix_spawn_file_actions_t files;
@@ -66,7 +74,7 @@ static int set_attributes(struct launch *c)
            posix_spawnattr_setflags(&c->attributes, flags);
 }
 
-/* It reads nothing, writes `said`, and has no other file of this process. */
+/* No input, output to a file, no other open file of this process. */
 static int set_files(struct launch *c, const char *output_path)
 {
     return posix_spawn_file_actions_addopen(&c->files, 0, "/dev/null", O_RDONLY, 0) ||
@@ -76,14 +84,7 @@ static int set_files(struct launch *c, const char *output_path)
            posix_spawn_file_actions_addclosefrom_np(&c->files, 3);
 }
 
-static double seconds_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* Returns what waitpid says; kills it when it takes too long. */
+/* Returns the exit status; kills the process group at the wall-clock limit. */
 static int wait_for(const struct child_process *child, const struct process_limits *l,
                     int *timed_out)
 {
@@ -104,7 +105,7 @@ static int wait_for(const struct child_process *child, const struct process_limi
     }
 }
 
-/* The first lines of what it said, for people; unprintable bytes of a locale go. */
+/* Start of the output, control characters replaced by blanks. */
 static void read_output(const char *output_path, char *text, size_t size)
 {
     FILE *file = fopen(output_path, "re");
@@ -124,16 +125,16 @@ static int check_exit_status(const char *program, int result, int timed_out,
     char text[400];
     const int signal_of = WIFSIGNALED(result) ? WTERMSIG(result) : 0;
     if (timed_out || signal_of == SIGXCPU)
-        return set_error_text(err, TFA_E_TIMEOUT, "%s took more than %u s and was stopped", program,
-                              l->seconds);
+        return refuse(err, TFA_E_TIMEOUT, "%s took more than %u s and was stopped", program,
+                      l->seconds);
     if (result == 0)
         return TFA_OK;
     read_output(output_path, text, sizeof text);
-    return set_error_text(
-        err, TFA_E_NOT_COMPUTED,
-        "%s failed (%s %d; it had %u s, %u MiB of memory, files up to %u MiB): %s", program,
-        signal_of ? "signal" : "status", signal_of ? signal_of : WEXITSTATUS(result), l->seconds,
-        l->memory_mib, l->file_mib, text);
+    return refuse(err, TFA_E_NOT_COMPUTED,
+                  "%s failed (%s %d; it had %u s, %u MiB of memory, files up to %u MiB): %s",
+                  program, signal_of ? "signal" : "status",
+                  signal_of ? signal_of : WEXITSTATUS(result), l->seconds, l->memory_mib,
+                  l->file_mib, text);
 }
 
 static int spawn_child(struct launch *c, const char *folder, pid_t *process)
@@ -170,7 +171,7 @@ int child_process_start(const char *const *argv, const char *folder, int number,
     if (!error)
         return TFA_OK;
     child->process = 0;
-    return set_error_text(err, TFA_E_SYSTEM, "%s cannot be started: %s", argv[0], strerror(error));
+    return refuse(err, TFA_E_SYSTEM, "%s cannot be started: %s", argv[0], strerror(error));
 }
 
 int child_process_wait(struct child_process *child, const struct process_limits *limits,
@@ -178,7 +179,7 @@ int child_process_wait(struct child_process *child, const struct process_limits 
 {
     int timed_out = 0;
     const int result = wait_for(child, limits, &timed_out);
-    kill(-child->process, SIGKILL); /* what it may have left behind */
+    kill(-child->process, SIGKILL); /* its descendants */
     child->process = 0;
     return check_exit_status(child->program, result, timed_out, limits, child->output_path, err);
 }

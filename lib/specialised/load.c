@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Loading a kernel: nothing of it is called before all that it says about itself fits.
+ * Loading of a kernel: no function of it is called before all of its description is checked.
  */
 #include <dlfcn.h>
 #include <stdio.h>
@@ -20,16 +20,15 @@ static int check_version(const char *path, const struct tfa_specialised_kernel *
                          struct error_text *err)
 {
     if (k->abi != TFA_SPECIALISED_ABI)
-        return set_error_text(
-            err, TFA_E_UNSUPPORTED,
-            "'%s' exports version %u, this library wants version %u; build it again", path, k->abi,
-            TFA_SPECIALISED_ABI);
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "'%s' exports version %u, this library wants version %u; build it again",
+                      path, k->abi, TFA_SPECIALISED_ABI);
     if (k->request_bytes != sizeof(tfa_request) || k->reply_bytes != sizeof(tfa_reply) ||
         k->model_bytes != sizeof(struct tfa_model))
-        return set_error_text(err, TFA_E_UNSUPPORTED,
-                              "'%s' was built from other sources than this library: requests of %u "
-                              "bytes, replies of %u, models of %u; build it again",
-                              path, k->request_bytes, k->reply_bytes, k->model_bytes);
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "'%s' was built from other sources than this library: requests of %u bytes, "
+                      "replies of %u, models of %u; build it again",
+                      path, k->request_bytes, k->reply_bytes, k->model_bytes);
     return TFA_OK;
 }
 
@@ -42,15 +41,14 @@ static int check_kernel(const char *path, const struct tfa_specialised_kernel *k
     uint8_t hash[32];
     tfa_hash_without_gravity(model, hash);
     if (memcmp(k->model, hash, sizeof k->model) != 0 || k->bodies != model->bodies)
-        return set_error_text(err, TFA_E_UNSUPPORTED,
-                              "'%s' has another model in it than its checksum trailer says", path);
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "'%s' has another model in it than its checksum trailer says", path);
     if (!k->isa || strcmp(k->isa, tfa_isa_name()) != 0)
-        return set_error_text(err, TFA_E_UNSUPPORTED,
-                              "'%s' is for the instruction set %s, the kernels here run on %s",
-                              path, k->isa ? k->isa : "(none)", tfa_isa_name());
+        return refuse(err, TFA_E_UNSUPPORTED,
+                      "'%s' is for the instruction set %s, the kernels here run on %s", path,
+                      k->isa ? k->isa : "(none)", tfa_isa_name());
     if (!k->compiler || !k->supports || !k->solve || !k->lanes != !k->solve_batch || k->lanes > 16)
-        return set_error_text(err, TFA_E_UNSUPPORTED, "'%s' is incomplete: a function is missing",
-                              path);
+        return refuse(err, TFA_E_UNSUPPORTED, "'%s' is incomplete: a function is missing", path);
     return TFA_OK;
 }
 
@@ -61,11 +59,10 @@ static int open_shared_object(const char *path, const tfa_model *model, tfa_spec
     snprintf(copied, sizeof copied, "/proc/self/fd/%d", s->file);
     s->object = dlopen(copied, RTLD_NOW | RTLD_LOCAL);
     if (!s->object)
-        return set_error_text(err, TFA_E_FILE, "'%s' cannot be loaded: %s", path, dlerror());
+        return refuse(err, TFA_E_FILE, "'%s' cannot be loaded: %s", path, dlerror());
     s->kernel = dlsym(s->object, TFA_SPECIALISED_SYMBOL);
     if (!s->kernel)
-        return set_error_text(err, TFA_E_UNSUPPORTED, "'%s' exports no %s", path,
-                              TFA_SPECIALISED_SYMBOL);
+        return refuse(err, TFA_E_UNSUPPORTED, "'%s' exports no %s", path, TFA_SPECIALISED_SYMBOL);
     const int status = check_kernel(path, s->kernel, model, err);
     return status == TFA_OK ? specialised_self_test(path, s->kernel, model, &s->error, err)
                             : status;

@@ -2,8 +2,8 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Ownership check of executable code: only root and the user of this process may own it. The file
- * and every folder on the way to it are looked at, each opened from the one above and never through
- * a link, so that what was looked at is what is there.
+ * and every folder above it are checked, each opened from the folder above without following links,
+ * so that the checked entries are the ones in use.
  */
 #include <errno.h>
 #include <fcntl.h>
@@ -15,30 +15,27 @@
 
 #include "specialised/specialised_internal.h"
 
-/* In a folder with the sticky bit only its owner and an entry's may rename or remove the entry:
- * good enough for a folder above, whose next entry is checked, too; not for the one that is
- * searched. */
+/* The sticky bit lets only the owners of a folder and of an entry rename the entry. That suffices
+ * for a folder above, whose next entry is checked as well; not for the searched folder itself. */
 static int check_permissions(const char *path, size_t length, const struct stat *s, uid_t user,
                              int above, struct error_text *err)
 {
     const int sticky = above && S_ISDIR(s->st_mode) && s->st_mode & S_ISVTX;
     const int shown = length ? (int)length : 1;
     if (s->st_uid != 0 && s->st_uid != user)
-        return set_error_text(err, TFA_E_REFUSED,
-                              "'%.*s' belongs to user %u, neither to root nor to the user of this "
-                              "process (%u): chown it",
-                              shown, path, (unsigned)s->st_uid, (unsigned)user);
+        return refuse(err, TFA_E_REFUSED,
+                      "'%.*s' belongs to user %u, neither to root nor to the user of this "
+                      "process (%u): chown it",
+                      shown, path, (unsigned)s->st_uid, (unsigned)user);
     if (s->st_mode & (S_IWGRP | S_IWOTH) && !sticky)
-        return set_error_text(err, TFA_E_REFUSED,
-                              "'%.*s' can be written by others (mode %04o): chmod go-w", shown,
-                              path, (unsigned)(s->st_mode & 07777));
+        return refuse(err, TFA_E_REFUSED, "'%.*s' can be written by others (mode %04o): chmod go-w",
+                      shown, path, (unsigned)(s->st_mode & 07777));
     if (!S_ISREG(s->st_mode) && !S_ISDIR(s->st_mode))
-        return set_error_text(err, TFA_E_REFUSED, "'%.*s' is neither a file nor a folder", shown,
-                              path);
+        return refuse(err, TFA_E_REFUSED, "'%.*s' is neither a file nor a folder", shown, path);
     return TFA_OK;
 }
 
-/* The entry that ends at `end`, opened from the folder above. */
+/* Opens the entry that ends at `end` from the folder above. */
 static int open_entry(int folder, const char *path, size_t start, size_t end)
 {
     char name[NAME_MAX + 1];
@@ -56,11 +53,11 @@ static int check_entry(int at, const char *path, size_t length, uid_t user, int 
 {
     struct stat s;
     if (fstat(at, &s) != 0)
-        return set_error_text(err, TFA_E_FILE, "'%.*s': %s", (int)length, path, strerror(errno));
+        return refuse(err, TFA_E_FILE, "'%.*s': %s", (int)length, path, strerror(errno));
     return check_permissions(path, length, &s, user, above, err);
 }
 
-/* All of an absolute path without links, or all but its last entry. */
+/* Checks an absolute path without links, or all but its last entry. */
 static int check_path(const char *path, uid_t user, int whole, struct error_text *err)
 {
     int at = open("/", O_PATH | O_DIRECTORY | O_CLOEXEC);
@@ -73,7 +70,7 @@ static int check_path(const char *path, uid_t user, int whole, struct error_text
             break;
         const int next = open_entry(at, path, start, end);
         if (next < 0) {
-            status = set_error_text(err, TFA_E_FILE, "'%.*s': %s", (int)end, path, strerror(errno));
+            status = refuse(err, TFA_E_FILE, "'%.*s': %s", (int)end, path, strerror(errno));
             break;
         }
         close(at);
@@ -89,7 +86,7 @@ int check_ownership(const char *path, uid_t user, struct error_text *err)
 {
     char resolved[PATH_MAX];
     if (!realpath(path, resolved))
-        return set_error_text(err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
+        return refuse(err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
     return check_path(resolved, user, 1, err);
 }
 

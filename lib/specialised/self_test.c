@@ -15,17 +15,16 @@
 #include "specialised/specialised_internal.h"
 
 #define RELATIVE_ERROR_MAX 1e-10
-#define ESTIMATE_FACTOR                                                                            \
-    100 /* of the generic answer's own error, where it is that ill-conditioned */
+#define ESTIMATE_FACTOR 100 /* of the generic answer's error estimate */
 #define SELF_TEST_STATES 64
-#define SELF_TEST_GUARD 16 /* numbers behind each array that nobody may touch */
+#define SELF_TEST_GUARD 16 /* guard numbers behind each array */
 
 enum self_test_option {
     SELF_TEST_GRAVITY = 1,
     SELF_TEST_PAYLOAD = 2,
     SELF_TEST_WRENCH = 4,
     SELF_TEST_LOCKED = 8,
-    SELF_TEST_AT_REST = 16 /* no velocity and no force: NULL */
+    SELF_TEST_AT_REST = 16 /* velocities and forces NULL */
 };
 
 struct self_test_case {
@@ -37,7 +36,7 @@ struct self_test_case {
     unsigned options; /* enum self_test_option */
 };
 
-/* Both answers, in one block of memory */
+/* Buffers of an answer */
 struct self_test_reply {
     tfa_reply reply;
     tfa_answer answers[SELF_TEST_STATES];
@@ -51,8 +50,7 @@ struct self_test {
     double *inputs, *outputs; /* memory */
     size_t outputs_count;     /* numbers of both answers */
     struct self_test_reply tested, reference;
-    uint32_t compared,
-        unanswered; /* states that it should have answered, and those that it did not */
+    uint32_t compared, unanswered; /* states asked, and those without an answer */
 };
 
 /* ---- requests ---- */
@@ -88,7 +86,7 @@ static const struct self_test_case cases[] = {
 
 /* ---- random states, the same each time ---- */
 
-/* xorshift64* */
+/* xorshift64* (Vigna 2016) */
 static double uniform(uint64_t *seed, double lowest, double highest)
 {
     *seed ^= *seed >> 12;
@@ -161,7 +159,7 @@ static size_t outputs_of(const tfa_model *m)
     return (size_t)SELF_TEST_STATES * (2 * m->v_count + 6 + 6 + 144 + 14) + 6 * SELF_TEST_GUARD;
 }
 
-/* A number that is not one, and not the one that computing makes */
+/* A NaN that no computation yields */
 static const uint64_t unwritten = 0x7ff8dead0000beefull;
 
 static void poison(struct self_test *t)
@@ -243,7 +241,7 @@ static void add_options(tfa_request *r, unsigned options, uint32_t frame)
 static void make_request(struct self_test *t, const struct self_test_case *q, uint32_t tip)
 {
     const struct tfa_model *m = t->model;
-    /* lambda_inv is asked of each body: fewer states for each */
+    /* lambda_inv is tested on each body: fewer states for each */
     const uint32_t states_per_tip = 2 * SELF_TEST_STATES / m->bodies;
     tfa_request *r = &t->request;
     *r = (tfa_request){.op = q->op,
@@ -269,7 +267,7 @@ struct result_array {
     size_t n; /* numbers of a state */
 };
 
-/* The arrays that question k asks for; accelerations of base and joints are compared together. */
+/* Arrays of state k; accelerations of base and joints are compared together. */
 static uint32_t result_arrays(const struct self_test *t, uint32_t k, struct result_array p[4])
 {
     const tfa_request *r = &t->request;
@@ -304,7 +302,7 @@ static double largest(const double *x, size_t n)
     return most;
 }
 
-/* Not a number where one of both is not. */
+/* Largest difference; NaN if a number is NaN. */
 static double difference(const struct result_array *p)
 {
     double most = 0;
@@ -318,7 +316,7 @@ static double difference(const struct result_array *p)
     return most;
 }
 
-/* State k of the question; updates *error. Returns the name of the array that is wrong, or NULL. */
+/* Compares state k and updates *error. Returns the name of the wrong array, or NULL. */
 static const char *compare_state(const struct self_test *t, uint32_t k, double *wrong,
                                  double *error)
 {
@@ -346,7 +344,7 @@ static const char *compare_state(const struct self_test *t, uint32_t k, double *
 
 /* ---- asking it ---- */
 
-/* States that `one` or, `lanes` at a time, `many` answers; done[k] says which. */
+/* Runs the kernel on all states, `lanes` at a time (0: one); done[k]: it answered. */
 static void run_kernel(struct self_test *t, const struct tfa_specialised_kernel *kernel,
                        uint32_t lanes, uint8_t done[SELF_TEST_STATES])
 {
@@ -369,8 +367,8 @@ static int report_difference(struct error_text *err, const char *path, const cha
     char size[48] = "has numbers that were not written, or are none";
     if (!isnan(wrong))
         snprintf(size, sizeof size, "is off by %.2g of its size", wrong);
-    return set_error_text(err, TFA_E_NOT_COMPUTED, "'%s' is refused: %s%s: %s of state %u %s", path,
-                          question, lanes ? ", several at a time" : "", result_array, k, size);
+    return refuse(err, TFA_E_NOT_COMPUTED, "'%s' is refused: %s%s: %s of state %u %s", path,
+                  question, lanes ? ", several at a time" : "", result_array, k, size);
 }
 
 static int run_case(struct self_test *t, const struct tfa_specialised_kernel *kernel,
@@ -386,9 +384,9 @@ static int run_case(struct self_test *t, const struct tfa_specialised_kernel *ke
     (void)tfa_compute(t->generic, &r, &t->reference.reply);
     run_kernel(t, kernel, lanes, done);
     if (!guards_intact(t))
-        return set_error_text(err, TFA_E_NOT_COMPUTED,
-                              "'%s' is refused: %s: it writes behind the end of an answer", path,
-                              test_case->name);
+        return refuse(err, TFA_E_NOT_COMPUTED,
+                      "'%s' is refused: %s: it writes behind the end of an answer", path,
+                      test_case->name);
     for (uint32_t k = 0; k < r.count; k++) {
         if (t->reference.answers[k].status != TFA_OK)
             continue;
@@ -430,9 +428,9 @@ int specialised_self_test(const char *path, const struct tfa_specialised_kernel 
     for (size_t i = 0; status == TFA_OK && i < sizeof cases / sizeof *cases; i++)
         status = run_case_on_tips(&t, kernel, path, &cases[i], error, err);
     if (status == TFA_OK && 2 * t.unanswered >= t.compared)
-        status = set_error_text(err, TFA_E_NOT_COMPUTED,
-                                "'%s' is refused: it left %u of %u states to the generic kernel",
-                                path, t.unanswered, t.compared);
+        status = refuse(err, TFA_E_NOT_COMPUTED,
+                        "'%s' is refused: it left %u of %u states to the generic kernel", path,
+                        t.unanswered, t.compared);
     close_test(&t);
     return status;
 }

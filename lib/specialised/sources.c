@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Where the sources of the kernels are.
+ * Location of the sources of the kernels.
  */
 #include <stdio.h>
 #include <string.h>
@@ -23,8 +23,7 @@ int find_kernel_sources(const char *wanted, char *folder, size_t size, struct er
         snprintf(folder, size, "%s", wanted);
         if (has_kernel_sources(folder))
             return TFA_OK;
-        return set_error_text(err, TFA_E_FILE, "no dynamics/specialised/specialised.c in '%s'",
-                              wanted);
+        return refuse(err, TFA_E_FILE, "no dynamics/specialised/specialised.c in '%s'", wanted);
     }
     const ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
     program[length > 0 ? length : 0] = '\0';
@@ -37,8 +36,8 @@ int find_kernel_sources(const char *wanted, char *folder, size_t size, struct er
     snprintf(folder, size, "%s", TFA_SOURCES_INSTALLED);
     if (has_kernel_sources(folder))
         return TFA_OK;
-    return set_error_text(err, TFA_E_FILE,
-                          "the sources of the kernels are neither in '%s/../%s' nor in '%s': "
-                          "install them or say where they are (--sources)",
-                          program, TFA_SOURCES, TFA_SOURCES_INSTALLED);
+    return refuse(err, TFA_E_FILE,
+                  "the sources of the kernels are neither in '%s/../%s' nor in '%s': "
+                  "install them or say where they are (--sources)",
+                  program, TFA_SOURCES, TFA_SOURCES_INSTALLED);
 }

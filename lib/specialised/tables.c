@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The constants of a model as C: what lib/dynamics/specialised/specialised.c is compiled with.
- * Doubles are hexadecimal, so that each comes back to the bit, with a decimal for people.
+ * Constants of a model as C tables, the input of lib/dynamics/specialised/specialised.c. Doubles
+ * are hexadecimal, exact to the bit, with a decimal comment.
  */
 #include <locale.h>
 #include <stdlib.h>
@@ -43,17 +43,21 @@ static void write_header(struct text_buffer *t, const tfa_model *m)
         "#ifndef ROBOT_TABLES_H\n#define ROBOT_TABLES_H\n#include \"model/model.h\"\n\n");
 }
 
+void write_sequence(struct text_buffer *t, const char *name, uint32_t n, int reverse)
+{
+    text_append(t, "#define %s(DO)", name);
+    for (uint32_t k = 0; k < n; k++)
+        text_append(t, " DO(%u)", reverse ? n - 1 - k : k);
+    text_append(t, "\n");
+}
+
 static void write_order(struct text_buffer *t, const tfa_model *m)
 {
     uint8_t hash[32];
     tfa_hash_without_gravity(m, hash);
-    text_append(t, "#define ROBOT_OUTWARD(DO)");
-    for (uint32_t i = 0; i < m->bodies; i++)
-        text_append(t, " DO(%u)", i);
-    text_append(t, "\n#define ROBOT_INWARD(DO)");
-    for (uint32_t i = m->bodies; i-- > 0;)
-        text_append(t, " DO(%u)", i);
-    text_append(t, "\n#define ROBOT_HASH {");
+    write_sequence(t, "ROBOT_OUTWARD", m->bodies, 0);
+    write_sequence(t, "ROBOT_INWARD", m->bodies, 1);
+    text_append(t, "#define ROBOT_HASH {");
     for (int k = 0; k < 32; k++)
         text_append(t, "%s0x%02x", k ? ", " : "", hash[k]);
     text_append(t, "}\n\n");
@@ -176,7 +180,7 @@ static void write_forces(struct text_buffer *t, const tfa_model *m)
     write_array(t, "robot_damping", m->damping, m->damping ? m->freedoms : 0);
 }
 
-/* Of doubles, in a vector of this machine */
+/* Doubles in a vector of this machine */
 static uint32_t current_lanes(void)
 {
     return strcmp(tfa_isa_name(), "avx512") == 0 ? 8 : strcmp(tfa_isa_name(), "avx2") == 0 ? 4 : 2;

@@ -1,21 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The schedule of bodies to lanes, as tables of C: which bodies share the lanes of which step. All
- * else follows from these and the constants of the bodies while specialised.c is compiled.
+ * Schedule of bodies to lanes as C tables. Everything else follows from it and the constants of the
+ * bodies when specialised.c is compiled.
  */
 #include "layout/schedule_body_lanes.h"
 #include "specialised/specialised_internal.h"
 
-/* Time for a step of the schedule, in bodies that go one by one in a specialised kernel. Humanoid
- * of 30 bodies: 1000 ns one by one, 368 with four lanes, 408 with eight; of 47: 2050, 1310, 790;
- * quadruped: 241, 105 with four (clang 14, AVX-512, AMD EPYC Zen 5 VM, 2026-11-22). */
+/* Cost of a step, in bodies of a specialised kernel without lanes. Humanoid of 30 bodies: 1000 ns
+ * without, 368 with four lanes, 408 with eight (clang 14, AVX-512, Zen 5). */
 static double step_cost(uint32_t lanes)
 {
     return lanes > 4 ? 1.5 : 1.3;
 }
 
-/* The schedule that takes the least time; no steps where one body after the other takes less. */
+/* The fastest schedule; no steps if one body after the other is faster. */
 static struct tfa_lane_schedule choose_schedule(const tfa_model *m, uint32_t lanes_max,
                                                 int32_t *table)
 {
@@ -31,7 +30,7 @@ static struct tfa_lane_schedule choose_schedule(const tfa_model *m, uint32_t lan
     return best ? tfa_schedule_body_lanes(m, best, table) : (struct tfa_lane_schedule){0};
 }
 
-/* What is said of one step: a body for each lane, those of lanes without one included */
+/* One step: a body for each lane, repeated bodies in idle lanes included */
 struct step {
     int32_t body[TFA_BODY_LANES_MAX];
     uint32_t lane_mask;
@@ -39,7 +38,8 @@ struct step {
     int leaf;
 };
 
-/* A lane without a body repeats one whose parent the lane before it had, so that nothing moves. */
+/* Body for an idle lane: preferably one whose parent the lane had in the step before, so that
+ * nothing moves. */
 static int32_t repeated_body(const tfa_model *m, const int32_t *row, uint32_t lanes, int32_t before)
 {
     int32_t any = -1;
@@ -108,18 +108,8 @@ static void write_list(struct text_buffer *t, const char *name, const uint32_t *
     text_append(t, "\n");
 }
 
-static void write_step_order(struct text_buffer *t, uint32_t steps)
-{
-    text_append(t, "#define ROBOT_STEPS_OUTWARD(DO)");
-    for (uint32_t k = 0; k < steps; k++)
-        text_append(t, " DO(%u)", k);
-    text_append(t, "\n#define ROBOT_STEPS_INWARD(DO)");
-    for (uint32_t k = steps; k-- > 0;)
-        text_append(t, " DO(%u)", k);
-    text_append(t, "\n");
-}
-
-/* The children of every body, the last one first; and DO(0) DO(1) .. for as many as one body has */
+/* Writes the children of every body, the last one first, and DO(0) DO(1) .. up to the largest
+ * number. */
 static void write_children(struct text_buffer *t, const tfa_model *m)
 {
     uint32_t most = 1;
@@ -129,10 +119,8 @@ static void write_children(struct text_buffer *t, const tfa_model *m)
             count += m->body[k].parent == (int32_t)i;
         most = count > most ? count : most;
     }
-    text_append(t, "#define ROBOT_CHILD_RANKS(DO)");
-    for (uint32_t k = 0; k < most; k++)
-        text_append(t, " DO(%u)", k);
-    text_append(t, "\nstatic const int32_t robot_child[ROBOT_BODIES][%u] = {\n", most);
+    write_sequence(t, "ROBOT_CHILD_RANKS", most, 0);
+    text_append(t, "static const int32_t robot_child[ROBOT_BODIES][%u] = {\n", most);
     for (uint32_t i = 0; i < m->bodies; i++) {
         uint32_t count = 0;
         text_append(t, "    {");
@@ -164,7 +152,8 @@ void write_body_lane_tables(struct text_buffer *t, const tfa_model *m, uint32_t 
         ".lane_mask is set. Where\n * each body stands, and its children, the last one first. */\n"
         "#define ROBOT_BODY_LANES %u\n#define ROBOT_STEPS %u\n",
         p.lanes, p.steps);
-    write_step_order(t, p.steps);
+    write_sequence(t, "ROBOT_STEPS_OUTWARD", p.steps, 0);
+    write_sequence(t, "ROBOT_STEPS_INWARD", p.steps, 1);
     write_steps(t, m, &p, steps);
     write_list(t, "ROBOT_STEP_OF", steps, m->bodies);
     write_list(t, "ROBOT_LANE_OF", lanes, m->bodies);

@@ -52,7 +52,7 @@ void text_append_name(struct text_buffer *t, const char *name)
     text_append(t, "%s", shown);
 }
 
-int set_error_text(struct error_text *err, int status, const char *format, ...)
+int refuse(struct error_text *err, int status, const char *format, ...)
 {
     va_list arguments;
     if (!err->text || !err->size || err->text[0])

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The public types: a thread pool, and a batch pool, which is a thread pool with one workspace of a
- * model for each thread.
+ * Public thread pools and batch pools (one workspace of a model for each thread).
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -13,16 +12,11 @@
 #include "interface/parallel_for.h"
 #include "thread_pool/thread_pool.h"
 
-/* Tasks for each thread: enough that a thread which is stopped leaves work to the others. */
+/* Tasks for each thread: several, so that a stopped thread leaves work to the others */
 #define TASKS_PER_THREAD 4
 #define MAX_THREADS 256
 #define MAX_PRIORITY 99
 #define DEFAULT_SPIN_NS 50000
-
-struct tfa_thread_pool {
-    struct thread_pool *thread_pool;
-    uint32_t threads;
-};
 
 struct task_result {
     int32_t status;
@@ -32,14 +26,14 @@ struct task_result {
 
 /* Executor of one state on the thread pool */
 struct pool_executor {
-    struct tfa_executor executor; /* first: what kernels see of it */
-    struct thread_pool *thread_pool;
+    struct tfa_executor executor; /* first member: kernels see this only */
+    struct tfa_thread_pool *thread_pool;
 };
 
-/* What is below the workspaces belongs to the thread that has acquired the thread pool. */
+/* The members after `workspace` belong to the thread that has acquired the thread pool. */
 struct tfa_batch_pool {
     const tfa_model *model;
-    tfa_thread_pool *thread_pool, *owned_pool; /* own: to be released with the pool; or NULL */
+    tfa_thread_pool *thread_pool, *owned_pool; /* owned_pool: released with the pool, or NULL */
     uint32_t threads;
     tfa_workspace **workspace;
     struct pool_executor executor;
@@ -59,32 +53,25 @@ int tfa_thread_pool_create(const tfa_thread_pool_options *options, tfa_thread_po
     if (!thread_pool || o->threads > MAX_THREADS || o->priority > MAX_PRIORITY)
         return TFA_E_ARGUMENT;
     *thread_pool = NULL;
-    tfa_thread_pool *t = calloc(1, sizeof *t);
-    if (!t)
-        return TFA_E_MEMORY;
     const long online = sysconf(_SC_NPROCESSORS_ONLN);
-    t->threads = o->threads ? o->threads : (uint32_t)(online > 0 ? online : 1);
-    t->threads = t->threads > MAX_THREADS ? MAX_THREADS : t->threads;
-    const struct thread_pool_options inner = {.threads = t->threads,
+    const uint32_t threads = o->threads ? o->threads : (uint32_t)(online > 0 ? online : 1);
+    const struct thread_pool_options inner = {.threads =
+                                                  threads < MAX_THREADS ? threads : MAX_THREADS,
                                               .spin_ns = o->spin_ns ? o->spin_ns : DEFAULT_SPIN_NS,
                                               .cpus = o->cpus,
                                               .priority = (int)o->priority,
                                               .thread_init = tfa_stack_prepare};
-    const int error = thread_pool_start(&t->thread_pool, &inner);
-    if (error) {
-        free(t);
-        errno = error;
-        return error == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;
-    }
-    *thread_pool = t;
-    return TFA_OK;
+    const int error = thread_pool_start(thread_pool, &inner);
+    if (!error)
+        return TFA_OK;
+    errno = error;
+    return error == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;
 }
 
 void tfa_thread_pool_free(tfa_thread_pool *thread_pool)
 {
     if (thread_pool)
-        thread_pool_stop(thread_pool->thread_pool);
-    free(thread_pool);
+        thread_pool_stop(thread_pool);
 }
 
 /* ---- batch pools ---- */
@@ -106,7 +93,7 @@ static int create_workspaces(tfa_batch_pool *p, const tfa_batch_pool_options *o)
     int status = p->workspace && p->task_result ? TFA_OK : TFA_E_MEMORY;
     for (uint32_t k = 0; status == TFA_OK && k < p->threads * TASKS_PER_THREAD; k++)
         p->task_result[k].status =
-            TFA_E_NOT_COMPUTED; /* its pages are there before the first request */
+            TFA_E_NOT_COMPUTED; /* touches the pages before the first request */
     for (uint32_t k = 0; status == TFA_OK && k < p->threads; k++)
         status = tfa_workspace_create(p->model, &options, &p->workspace[k]);
     return status;
@@ -130,9 +117,8 @@ int tfa_batch_pool_create(const tfa_model *model, const tfa_batch_pool_options *
     if (p->owned_pool)
         p->thread_pool = p->owned_pool;
     if (status == TFA_OK) {
-        p->threads = p->thread_pool->threads;
-        p->executor =
-            (struct pool_executor){{p->threads, executor_run}, p->thread_pool->thread_pool};
+        p->threads = thread_pool_threads(p->thread_pool);
+        p->executor = (struct pool_executor){{p->threads, executor_run}, p->thread_pool};
         status = create_workspaces(p, o);
     }
     if (status != TFA_OK) {
@@ -162,7 +148,7 @@ uint32_t tfa_batch_pool_threads(const tfa_batch_pool *pool)
 
 /* ---- one request ---- */
 
-/* Where the states of task `task` begin. Long batches are cut where vectors of states end. */
+/* First state of a task. Long batches are cut at full vectors of states. */
 static uint32_t task_start(const tfa_batch_pool *p, uint32_t task)
 {
     const uint32_t lanes = p->count >= 16 * p->tasks ? 8 : 1;
@@ -173,14 +159,14 @@ static uint32_t task_start(const tfa_batch_pool *p, uint32_t task)
 static void compute_task(void *context, uint32_t task, uint32_t worker)
 {
     tfa_batch_pool *p = context;
-    tfa_reply reply = *p->reply; /* of its own: status and failed field */
+    tfa_reply reply = *p->reply; /* its own status and failed field */
     int status = tfa_compute_checked(p->workspace[worker], p->request, task_start(p, task),
                                      task_start(p, task + 1), &reply);
     p->task_result[task] = (struct task_result){status, reply.field, reply.index, reply.state};
 }
 
-/* One state after the other, all threads on each. The executor is removed again: in a batch every
- * thread compute in a workspace of its own. */
+/* Computes one state after the other, all threads on each; without the executor again afterwards,
+ * because in a batch every thread uses its own workspace. */
 static void compute_state_in_parallel(tfa_batch_pool *p, tfa_reply *reply)
 {
     tfa_workspace_set_executor(p->workspace[0], &p->executor.executor);
@@ -188,7 +174,7 @@ static void compute_state_in_parallel(tfa_batch_pool *p, tfa_reply *reply)
     tfa_workspace_set_executor(p->workspace[0], NULL);
 }
 
-/* The states spread over the threads; the first failure is reported. */
+/* Spreads the states over the threads; reports the first failure. */
 static void compute_batch_in_parallel(tfa_batch_pool *p, tfa_reply *reply)
 {
     const tfa_reply checked = *reply;
@@ -196,7 +182,7 @@ static void compute_batch_in_parallel(tfa_batch_pool *p, tfa_reply *reply)
     p->tasks = p->threads * TASKS_PER_THREAD;
     if (p->tasks > p->count)
         p->tasks = p->count;
-    thread_pool_run(p->thread_pool->thread_pool, compute_task, p, p->tasks);
+    thread_pool_run(p->thread_pool, compute_task, p, p->tasks);
     for (uint32_t k = 0; reply->status == TFA_OK && k < p->tasks; k++) {
         const struct task_result *o = &p->task_result[k];
         if (o->status == TFA_OK)
@@ -208,7 +194,7 @@ static void compute_batch_in_parallel(tfa_batch_pool *p, tfa_reply *reply)
     }
 }
 
-/* In parts, if there are not states enough for all threads */
+/* By parts of a state if there are fewer states than threads */
 static void compute(tfa_batch_pool *p, const tfa_request *request, uint32_t first, uint32_t count,
                     tfa_reply *reply)
 {
@@ -230,10 +216,10 @@ int tfa_batch_pool_compute_states(tfa_batch_pool *pool, const tfa_request *reque
     const int status = tfa_reserved_methods_check(pool->workspace[0], request, reply);
     if (status != TFA_OK)
         return status;
-    if (!thread_pool_acquire(pool->thread_pool->thread_pool))
+    if (!thread_pool_acquire(pool->thread_pool))
         return TFA_E_BUSY;
     compute(pool, request, first, count, reply);
-    thread_pool_release(pool->thread_pool->thread_pool);
+    thread_pool_release(pool->thread_pool);
     return reply->status;
 }
 

@@ -20,7 +20,7 @@
  *      of E1;S2 and S1;E2 at least one sees the other's store, so no wake is lost.
  *   B1 busy store 0 (release, the caller that leaves)       -> B2 busy exchange (acquire, the
  *   next):
- *      the holder of the thread pool has exclusive access to what callers write.
+ *      the holder of the thread pool has exclusive access to the members that callers write.
  */
 #include "thread_pool/thread_pool.h"
 
@@ -39,20 +39,20 @@
 #define TASK_BITS 20
 #define TASK_MASK (((uint64_t)1 << TASK_BITS) - 1)
 
-/* A caller that has spun this often yields; after so many yields it sleeps for
- * a moment: a thread that lost its processor to a caller of real-time priority gets it back only
- * then. A spin takes 15 ns (AMD Zen 5), so it is the 60th and the 500th microsecond. */
+/* Spins of a caller before it yields, and yields before it sleeps: a thread that lost its processor
+ * to a real-time caller gets it back only then. A spin takes 15 ns: the 60th and the 500th
+ * microsecond. */
 #define SPINS_PER_YIELD 4096
 #define YIELDS_PER_SLEEP 8
 #define SLEEP_NS 50000
 
 struct pool_worker {
-    struct thread_pool *thread_pool;
+    struct tfa_thread_pool *thread_pool;
     pthread_t thread;
     uint32_t worker;
 };
 
-struct thread_pool {
+struct tfa_thread_pool {
     _Alignas(CACHE_LINE) _Atomic uint64_t ticket;
     _Alignas(CACHE_LINE) _Atomic uint32_t tasks_left;
     _Alignas(CACHE_LINE) _Atomic uint32_t epoch; /* futex word */
@@ -90,14 +90,14 @@ static uint64_t now_ns(void)
 }
 
 /* Takes and runs tasks of the phase in `ticket` until none is left. */
-static void run_tasks(struct thread_pool *t, uint64_t ticket, uint32_t worker)
+static void run_tasks(struct tfa_thread_pool *t, uint64_t ticket, uint32_t worker)
 {
     const uint32_t phase = phase_of(ticket);
     for (;;) {
         uint64_t next = ticket & TASK_MASK;
         if (phase_of(ticket) != phase || next >= ((ticket >> TASK_BITS) & TASK_MASK))
             return;
-        /* T2; on failure the new value is looked at again */
+        /* T2; on failure `ticket` is the new value */
         if (!atomic_compare_exchange_weak_explicit(&t->ticket, &ticket, ticket + 1,
                                                    memory_order_acquire, memory_order_acquire))
             continue;
@@ -108,7 +108,7 @@ static void run_tasks(struct thread_pool *t, uint64_t ticket, uint32_t worker)
 }
 
 /* Sleeps until the epoch moves on from `seen`. */
-static void sleep_until_woken(struct thread_pool *t, uint32_t seen)
+static void sleep_until_woken(struct tfa_thread_pool *t, uint32_t seen)
 {
     atomic_fetch_add(&t->sleepers, 1);     /* S1 */
     while (atomic_load(&t->epoch) == seen) /* E2 */
@@ -116,8 +116,8 @@ static void sleep_until_woken(struct thread_pool *t, uint32_t seen)
     atomic_fetch_sub(&t->sleepers, 1);
 }
 
-/* Returns the ticket of a phase other than `phase`: spins first, then sleeps. */
-static uint64_t wait_for_phase(struct thread_pool *t, uint32_t phase)
+/* Waits for a phase other than `phase`: spins, then sleeps. Returns its ticket. */
+static uint64_t wait_for_phase(struct tfa_thread_pool *t, uint32_t phase)
 {
     uint64_t deadline = 0;
     for (uint32_t spin = 0;; spin++) {
@@ -139,7 +139,7 @@ static uint64_t wait_for_phase(struct thread_pool *t, uint32_t phase)
 static void *worker_main(void *argument)
 {
     struct pool_worker *m = argument;
-    struct thread_pool *t = m->thread_pool;
+    struct tfa_thread_pool *t = m->thread_pool;
     uint32_t phase = 0;
     if (t->thread_init)
         t->thread_init();
@@ -151,16 +151,16 @@ static void *worker_main(void *argument)
     return NULL;
 }
 
-static void wake_sleepers(struct thread_pool *t)
+static void wake_sleepers(struct tfa_thread_pool *t)
 {
     atomic_fetch_add(&t->epoch, 1); /* E1 */
     if (atomic_load(&t->sleepers))  /* S2 */
         syscall(SYS_futex, &t->epoch, FUTEX_WAKE_PRIVATE, INT32_MAX, NULL, NULL, 0);
 }
 
-/* A task is under way in a thread that may have lost its processor: the caller must not block it
- * for ever. */
-static void wait_for_completion(struct thread_pool *t)
+/* Waits for the tasks under way, whose threads may have lost their processor: must not spin for
+ * ever. */
+static void wait_for_completion(struct tfa_thread_pool *t)
 {
     static const struct timespec pause = {.tv_nsec = SLEEP_NS};
     for (uint32_t spin = 1; atomic_load_explicit(&t->tasks_left, memory_order_acquire);
@@ -169,23 +169,29 @@ static void wait_for_completion(struct thread_pool *t)
         if (spin % SPINS_PER_YIELD != 0)
             continue;
         if (spin < SPINS_PER_YIELD * YIELDS_PER_SLEEP)
-            sched_yield(); /* more threads than cores: let the one that holds the last task run */
+            sched_yield(); /* more threads than cores: lets another thread run */
         else
             nanosleep(&pause, NULL);
     }
 }
 
-int thread_pool_acquire(struct thread_pool *t)
+uint32_t thread_pool_threads(const struct tfa_thread_pool *t)
+{
+    return t->threads;
+}
+
+int thread_pool_acquire(struct tfa_thread_pool *t)
 {
     return atomic_exchange_explicit(&t->busy, 1, memory_order_acquire) == 0; /* B2 */
 }
 
-void thread_pool_release(struct thread_pool *t)
+void thread_pool_release(struct tfa_thread_pool *t)
 {
     atomic_store_explicit(&t->busy, 0, memory_order_release); /* B1 */
 }
 
-void thread_pool_run(struct thread_pool *t, thread_pool_task *task, void *context, uint32_t tasks)
+void thread_pool_run(struct tfa_thread_pool *t, thread_pool_task *task, void *context,
+                     uint32_t tasks)
 {
     if (tasks == 0)
         return;
@@ -221,7 +227,8 @@ static int set_thread_attributes(pthread_attr_t *attributes, const struct thread
     return error;
 }
 
-static int start_worker(struct thread_pool *t, uint32_t worker, const struct thread_pool_options *o)
+static int start_worker(struct tfa_thread_pool *t, uint32_t worker,
+                        const struct thread_pool_options *o)
 {
     struct pool_worker *m = &t->workers[worker];
     char name[16];
@@ -241,12 +248,12 @@ static int start_worker(struct thread_pool *t, uint32_t worker, const struct thr
     return 0;
 }
 
-int thread_pool_start(struct thread_pool **thread_pool, const struct thread_pool_options *o)
+int thread_pool_start(struct tfa_thread_pool **thread_pool, const struct thread_pool_options *o)
 {
-    struct thread_pool *t = aligned_alloc(CACHE_LINE, sizeof *t);
+    struct tfa_thread_pool *t = aligned_alloc(CACHE_LINE, sizeof *t);
     if (!t)
         return ENOMEM;
-    *t = (struct thread_pool){.spin_ns = o->spin_ns, .thread_init = o->thread_init};
+    *t = (struct tfa_thread_pool){.spin_ns = o->spin_ns, .thread_init = o->thread_init};
     t->workers = calloc(o->threads, sizeof *t->workers);
     int error = t->workers ? 0 : ENOMEM;
     for (t->threads = 1; !error && t->threads < o->threads; t->threads++) {
@@ -262,7 +269,7 @@ int thread_pool_start(struct thread_pool **thread_pool, const struct thread_pool
     return 0;
 }
 
-void thread_pool_stop(struct thread_pool *t)
+void thread_pool_stop(struct tfa_thread_pool *t)
 {
     atomic_store_explicit(&t->stop, 1, memory_order_release);
     wake_sleepers(t);

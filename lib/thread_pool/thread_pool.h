@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A thread pool runs numbered tasks in phases: the caller works too and returns when all are
- * done. Knows nothing of dynamics.
+ * Thread pools: numbered tasks in phases. The caller works as well and returns when all tasks are
+ * done. No knowledge of dynamics.
  */
 #ifndef TFA_THREAD_POOL_THREAD_POOL_H
 #define TFA_THREAD_POOL_THREAD_POOL_H
 
 #include <stdint.h>
 
-struct thread_pool;
+struct tfa_thread_pool;
 
 #define THREAD_POOL_TASKS_MAX ((1u << 20) - 1)
 
@@ -19,26 +19,30 @@ typedef void thread_pool_task(void *context, uint32_t task, uint32_t worker);
 
 struct thread_pool_options {
     uint32_t threads; /* the caller included */
-    uint32_t spin_ns; /* how long an idle thread spins before it sleeps */
+    uint32_t spin_ns; /* time that an idle thread spins before it sleeps, ns */
     const int *cpus;  /* NULL, or a processor for each thread, the caller's first (unused) */
     int priority;     /* SCHED_FIFO; 0: as the thread that starts them */
-    void (*thread_init)(void); /* what each thread does first, or NULL */
+    void (*thread_init)(void); /* first call of each thread, or NULL */
 };
 
 /* Starts threads - 1 threads. Returns 0 or an errno. */
-int thread_pool_start(struct thread_pool **thread_pool, const struct thread_pool_options *options);
+int thread_pool_start(struct tfa_thread_pool **thread_pool,
+                      const struct thread_pool_options *options);
 
-/* Gives the caller exclusive use of the threads. Returns 0 at once when they are in use. */
-int thread_pool_acquire(struct thread_pool *thread_pool);
+/* Number of threads, the caller included. */
+uint32_t thread_pool_threads(const struct tfa_thread_pool *thread_pool);
+
+/* Gives the caller exclusive use of the threads. Returns 0 at once if they are in use. */
+int thread_pool_acquire(struct tfa_thread_pool *thread_pool);
 /* Ends the exclusive use. */
-void thread_pool_release(struct thread_pool *thread_pool);
+void thread_pool_release(struct tfa_thread_pool *thread_pool);
 
-/* Runs task 0..tasks-1, each once, and returns when all are done. One caller at a time, which knows
- * that it is the only one or has acquired the thread pool. tasks <= THREAD_POOL_TASKS_MAX. */
-void thread_pool_run(struct thread_pool *thread_pool, thread_pool_task *task, void *context,
+/* Runs tasks 0..tasks-1, each once, and returns when all are done. One caller at a time: the only
+ * user, or the one that acquired the thread pool. tasks <= THREAD_POOL_TASKS_MAX. */
+void thread_pool_run(struct tfa_thread_pool *thread_pool, thread_pool_task *task, void *context,
                      uint32_t tasks);
 
 /* Ends and joins the threads. */
-void thread_pool_stop(struct thread_pool *thread_pool);
+void thread_pool_stop(struct tfa_thread_pool *thread_pool);
 
 #endif

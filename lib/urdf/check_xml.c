@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One linear look at the bytes of a URDF file before any parser touches them.
+ * Linear check of the bytes of a URDF file before a parser reads them.
  *
- * TinyXML recurses into elements, reads past the end after a cut UTF-8 sequence, takes unbalanced
- * quotes for attribute values and accepts text that is no XML. Here every tag is matched against
- * the XML grammar and only tags are copied on; comments, declarations, CDATA and text become
- * blanks, which a description does not need.
+ * TinyXML recurses into elements, reads past the end after a cut UTF-8 sequence, accepts unbalanced
+ * quotes in attribute values, and accepts text that is not XML. This pass matches every tag against
+ * the XML grammar and copies tags only; comments, declarations, CDATA and text become blanks.
  */
 #include "urdf/urdf.h"
 
@@ -30,8 +29,10 @@ typedef struct xml_scanner {
     tfa_urdf_log *log;
 } xml_scanner;
 
+/* Reports an error at the present line; false. */
 #define XML_ERROR(g, code, ...)                                                                    \
-    (tfa_urdf_report((g)->log, TFA_ERROR, (g)->line, code, __VA_ARGS__), false)
+    (tfa_urdf_report((g)->log, TFA_ERROR, (g)->line, code, "xml: " __VA_ARGS__), false)
+#define BAD_XML(g, ...) XML_ERROR(g, "bad-xml", __VA_ARGS__)
 
 static bool is_blank(char c)
 {
@@ -103,7 +104,7 @@ static int digit_value(char c, unsigned base)
     return value < (int)base ? value : -1;
 }
 
-/* Length of the character reference "&#...;" that stands here, 0 if it names no character. */
+/* Length of the character reference "&#...;" at this position, 0 if it names no character. */
 static size_t reference_length(const xml_scanner *g)
 {
     const char *p = g->text + g->at;
@@ -126,20 +127,17 @@ static bool scan_value_character(xml_scanner *g)
     unsigned char c = (unsigned char)g->text[g->at];
     size_t n = utf8_length((const unsigned char *)g->text + g->at, g->length - g->at);
     if (n == 0)
-        return XML_ERROR(g, "bad-encoding", "xml: byte 0x%02x is not UTF-8; save the file as UTF-8",
-                         c);
+        return XML_ERROR(g, "bad-encoding", "byte 0x%02x is not UTF-8; save the file as UTF-8", c);
     if (c == '<')
-        return XML_ERROR(
-            g, "bad-xml",
-            "xml: '<' inside an attribute value; close the value with its quote, or write &lt;");
+        return BAD_XML(
+            g, "'<' inside an attribute value; close the value with its quote, or write &lt;");
     if (c < 0x20 && !is_blank((char)c))
-        return XML_ERROR(g, "bad-xml", "xml: control character 0x%02x; remove it", c);
+        return BAD_XML(g, "control character 0x%02x; remove it", c);
     if (starts_with(g, "&#")) {
         n = reference_length(g);
         if (n == 0)
-            return XML_ERROR(
-                g, "bad-xml",
-                "xml: '&#' without a valid character number and ';'; write the character itself");
+            return BAD_XML(
+                g, "'&#' without a valid character number and ';'; write the character itself");
     }
     advance(g, n);
     return true;
@@ -148,24 +146,23 @@ static bool scan_value_character(xml_scanner *g)
 static bool scan_attribute(xml_scanner *g, const char *name, int length)
 {
     if (length == 0)
-        return XML_ERROR(g, "bad-xml", "xml: expected an attribute or '>'; close the tag");
+        return BAD_XML(g, "expected an attribute or '>'; close the tag");
     skip_blanks(g);
     if (g->at >= g->length || g->text[g->at] != '=')
-        return XML_ERROR(g, "bad-xml", "xml: attribute '%.*s' has no value; write %.*s=\"...\"",
-                         length, name, length, name);
+        return BAD_XML(g, "attribute '%.*s' has no value; write %.*s=\"...\"", length, name, length,
+                       name);
     advance(g, 1);
     skip_blanks(g);
     char quote = g->at < g->length ? g->text[g->at] : '\0';
     if (quote != '"' && quote != '\'')
-        return XML_ERROR(g, "bad-xml", "xml: the value of '%.*s' is not quoted; write %.*s=\"...\"",
-                         length, name, length, name);
+        return BAD_XML(g, "the value of '%.*s' is not quoted; write %.*s=\"...\"", length, name,
+                       length, name);
     advance(g, 1);
     while (g->at < g->length && g->text[g->at] != quote)
         if (!scan_value_character(g))
             return false;
     if (g->at >= g->length)
-        return XML_ERROR(g, "bad-xml", "xml: the value of '%.*s' never ends; close its quote",
-                         length, name);
+        return BAD_XML(g, "the value of '%.*s' never ends; close its quote", length, name);
     advance(g, 1);
     return true;
 }
@@ -179,18 +176,17 @@ static bool scan_attributes(xml_scanner *g)
     for (size_t count = 0;; count++) {
         skip_blanks(g);
         if (g->at >= g->length)
-            return XML_ERROR(g, "bad-xml", "xml: the file ends inside a tag; is it complete?");
+            return BAD_XML(g, "the file ends inside a tag; is it complete?");
         if (g->text[g->at] == '>' || starts_with(g, "/>"))
             return true;
         if (count >= TFA_URDF_MAX_ATTRIBUTES || ++g->nodes > TFA_URDF_MAX_NODES)
-            return XML_ERROR(g, "too-large", "xml: too many attributes; split the file");
+            return XML_ERROR(g, "too-large", "too many attributes; split the file");
         const char *name = g->text + g->at;
         int length = skip_name(g);
         for (size_t i = 0; i < count && length > 0; i++)
             if (seen[i].length == length && memcmp(seen[i].name, name, (size_t)length) == 0)
-                return XML_ERROR(g, "bad-xml",
-                                 "xml: attribute '%.*s' stands twice in a tag; remove one", length,
-                                 name);
+                return BAD_XML(g, "attribute '%.*s' stands twice in a tag; remove one", length,
+                               name);
         seen[count].name = name;
         seen[count].length = length;
         if (!scan_attribute(g, name, length))
@@ -205,17 +201,15 @@ static bool scan_start_tag(xml_scanner *g)
     const char *name = g->text + g->at;
     int length = skip_name(g);
     if (length == 0)
-        return XML_ERROR(g, "bad-xml", "xml: '<' is not followed by a name; write &lt; in text");
+        return BAD_XML(g, "'<' is not followed by a name; write &lt; in text");
     if (g->depth == 0 && g->roots++ > 0)
-        return XML_ERROR(g, "bad-xml", "xml: a second root element <%.*s>; a file holds one robot",
-                         length, name);
+        return BAD_XML(g, "a second root element <%.*s>; a file holds one robot", length, name);
     if (g->depth >= TFA_URDF_MAX_DEPTH)
         return XML_ERROR(g, "too-deep",
-                         "xml: more than %d elements inside one another; flatten the file",
+                         "more than %d elements inside one another; flatten the file",
                          TFA_URDF_MAX_DEPTH);
     if (++g->nodes > TFA_URDF_MAX_NODES)
-        return XML_ERROR(g, "too-large",
-                         "xml: more than %d elements and attributes; split the file",
+        return XML_ERROR(g, "too-large", "more than %d elements and attributes; split the file",
                          TFA_URDF_MAX_NODES);
     if (!scan_attributes(g))
         return false;
@@ -237,31 +231,29 @@ static bool scan_end_tag(xml_scanner *g)
     int length = skip_name(g);
     skip_blanks(g);
     if (length == 0 || g->at >= g->length || g->text[g->at] != '>')
-        return XML_ERROR(g, "bad-xml", "xml: an end tag needs a name and '>'; complete it");
+        return BAD_XML(g, "an end tag needs a name and '>'; complete it");
     if (g->depth == 0)
-        return XML_ERROR(g, "bad-xml", "xml: </%.*s> closes nothing; remove it", length, name);
+        return BAD_XML(g, "</%.*s> closes nothing; remove it", length, name);
     g->depth--;
     if (length != g->open[g->depth].length ||
         memcmp(name, g->open[g->depth].name, (size_t)length) != 0)
-        return XML_ERROR(
-            g, "bad-xml", "xml: </%.*s> where </%.*s> should close line %u; correct one", length,
-            name, g->open[g->depth].length, g->open[g->depth].name, g->open[g->depth].line);
+        return BAD_XML(g, "</%.*s> where </%.*s> should close line %u; correct one", length, name,
+                       g->open[g->depth].length, g->open[g->depth].name, g->open[g->depth].line);
     advance(g, 1);
     return true;
 }
 
-/* Skips what a description does not need, up to and with `end`. */
+/* Skips a comment, CDATA section or declaration up to and including `end`. */
 static bool skip_until(xml_scanner *g, size_t opening, const char *end, const char *what)
 {
     size_t start = g->at + opening;
     const char *found =
         start < g->length ? memmem(g->text + start, g->length - start, end, strlen(end)) : NULL;
     if (!found)
-        return XML_ERROR(g, "bad-xml", "xml: a %s never ends; close it with %s", what, end);
+        return BAD_XML(g, "a %s never ends; close it with %s", what, end);
     size_t stop = (size_t)(found - g->text);
     if (end[0] == '>' && memchr(g->text + g->at, '[', stop - g->at))
-        return XML_ERROR(g, "bad-xml",
-                         "xml: a document type with declarations is not supported; remove it");
+        return BAD_XML(g, "a document type with declarations is not supported; remove it");
     advance(g, stop + strlen(end) - g->at);
     return true;
 }
@@ -293,8 +285,7 @@ static bool scan_content(xml_scanner *g)
             continue;
         }
         if (g->depth == 0 && !is_blank(c))
-            return XML_ERROR(g, "bad-xml",
-                             "xml: text outside the root element; is this a URDF file?");
+            return BAD_XML(g, "text outside the root element; is this a URDF file?");
         advance(g, 1);
     }
     return true;
@@ -304,12 +295,11 @@ static bool check_end(xml_scanner *g)
 {
     if (g->depth > 0) {
         g->depth--;
-        return XML_ERROR(g, "bad-xml",
-                         "xml: <%.*s> of line %u is never closed; is the file complete?",
-                         g->open[g->depth].length, g->open[g->depth].name, g->open[g->depth].line);
+        return BAD_XML(g, "<%.*s> of line %u is never closed; is the file complete?",
+                       g->open[g->depth].length, g->open[g->depth].name, g->open[g->depth].line);
     }
     if (g->roots == 0)
-        return XML_ERROR(g, "empty-file", "xml: no element at all; a URDF file holds a <robot>");
+        return XML_ERROR(g, "empty-file", "no element at all; a URDF file holds a <robot>");
     return true;
 }
 
@@ -320,7 +310,7 @@ int tfa_urdf_check_xml(const char *text, size_t length, char *clean, tfa_urdf_lo
     if (nul) {
         advance(&g, (size_t)(nul - text));
         (void)XML_ERROR(&g, "bad-encoding",
-                        "xml: a NUL byte; this is no text file, or not UTF-8: save it as UTF-8");
+                        "a NUL byte; this is no text file, or not UTF-8: save it as UTF-8");
         return TFA_E_PARSE;
     }
     for (size_t i = 0; i < length; i++)

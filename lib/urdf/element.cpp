@@ -122,22 +122,23 @@ void unused_items::add(const std::string &item, uint32_t line)
         entries_.push_back({item, line, 1});
 }
 
-void checked_element::report(tfa_severity severity, uint32_t line, const char *code,
+void checked_element::report(tfa_severity severity, const TiXmlBase &at, const char *code,
                              const std::string &what) const
 {
     if (name_.empty())
-        tfa_urdf_report(log_, severity, line, code, "%s: %s", kind_, what.c_str());
+        tfa_urdf_report(log_, severity, line_of(at), code, "%s: %s", kind_, what.c_str());
     else
-        tfa_urdf_report(log_, severity, line, code, "%s '%s': %s", kind_, name_.c_str(),
+        tfa_urdf_report(log_, severity, line_of(at), code, "%s '%s': %s", kind_, name_.c_str(),
                         what.c_str());
 }
 
-void checked_element::report_grouped(tfa_severity severity, uint32_t line, const char *code,
+void checked_element::report_grouped(tfa_severity severity, const TiXmlBase &at, const char *code,
                                      const std::string &what) const
 {
     log_->errors += severity == TFA_ERROR;
-    tfa_report_add_grouped(log_->report, severity, line, code, kind_[0] == 'l' ? "links" : "joints",
-                           name_.c_str(), "%s '%s': %s", kind_, name_.c_str(), what.c_str());
+    tfa_report_add_grouped(log_->report, severity, line_of(at), code,
+                           kind_[0] == 'l' ? "links" : "joints", name_.c_str(), "%s '%s': %s",
+                           kind_, name_.c_str(), what.c_str());
 }
 
 std::string checked_element::run_xacro() const
@@ -160,7 +161,7 @@ const TiXmlElement *checked_element::only_child(const TiXmlElement &in, const ch
     const TiXmlElement *first = in.FirstChildElement(name);
     const TiXmlElement *second = first ? first->NextSiblingElement(name) : nullptr;
     if (second)
-        report(severity, line_of(*second), code,
+        report(severity, *second, code,
                std::string("a second <") + name + ">, the first is on line " +
                    std::to_string(line_of(*first)) +
                    (severity == TFA_ERROR ? "; remove one" : ", which counts; remove one"));
@@ -171,14 +172,14 @@ const TiXmlElement *checked_element::required(const TiXmlElement &in, const char
 {
     const TiXmlElement *element = only_child(in, name);
     if (!element)
-        report(TFA_ERROR, line_of(in), "missing-element",
+        report(TFA_ERROR, in, "missing-element",
                std::string("<") + in.Value() + "> has no <" + name + ">; add it");
     return element;
 }
 
 void checked_element::missing(const TiXmlElement &in, const char *attribute) const
 {
-    report(TFA_ERROR, line_of(in), "missing-attribute",
+    report(TFA_ERROR, in, "missing-attribute",
            std::string("<") + in.Value() + "> has no " + attribute + "; add " + attribute +
                "=\"...\"");
 }
@@ -191,25 +192,24 @@ const std::string *checked_element::name(const TiXmlElement &in, const char *att
         return nullptr;
     }
     if (a->ValueStr().empty()) {
-        report(TFA_ERROR, line_of(*a), "empty-name",
-               describe(*a, in) + " is empty; give it a name");
+        report(TFA_ERROR, *a, "empty-name", describe(*a, in) + " is empty; give it a name");
         return nullptr;
     }
     const std::string &value = a->ValueStr();
     if (has_xacro(value)) {
-        report(TFA_ERROR, line_of(*a), "xacro",
+        report(TFA_ERROR, *a, "xacro",
                describe(*a, in) + " is an unexpanded xacro expression; " + run_xacro());
         return nullptr;
     }
     if (value.size() > TFA_URDF_MAX_NAME) {
-        report(TFA_ERROR, line_of(*a), "long-name",
+        report(TFA_ERROR, *a, "long-name",
                describe(*a, in) + " has " + std::to_string(value.size()) + " bytes; use at most " +
                    std::to_string(TFA_URDF_MAX_NAME));
         return nullptr;
     }
     if (std::any_of(value.begin(), value.end(),
                     [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; })) {
-        report(TFA_ERROR, line_of(*a), "bad-name",
+        report(TFA_ERROR, *a, "bad-name",
                describe(*a, in) + " holds a control character; remove it");
         return nullptr;
     }
@@ -234,10 +234,10 @@ bool checked_element::fault(const TiXmlAttribute &a, const TiXmlElement &in,
     }
     std::string which = token == a.ValueStr() ? " " : ": " + quoted(token) + " ";
     if (has_xacro(a.ValueStr()))
-        report(severity, line_of(a), "xacro",
+        report(severity, a, "xacro",
                describe(a, in) + " is an unexpanded xacro expression; " + run_xacro());
     else
-        report(severity, line_of(a), code ? code : kind, describe(a, in) + which + what);
+        report(severity, a, code ? code : kind, describe(a, in) + which + what);
     return false;
 }
 
@@ -263,7 +263,7 @@ bool checked_element::required_number(const TiXmlElement &in, const char *attrib
     return false;
 }
 
-/* Only blanks separate: to urdfdom a tab or a line end is part of a number. */
+/* Blanks separate tokens; for urdfdom a tab or a line end is part of a number. */
 static std::vector<std::string> split(const std::string &text)
 {
     std::vector<std::string> tokens;
@@ -292,7 +292,7 @@ bool checked_element::vector(const TiXmlElement &in, const char *attribute, std:
     }
     if (tokens.size() != 3) {
         std::string count = tokens.size() > 4 ? "more than 4" : std::to_string(tokens.size());
-        report(TFA_ERROR, line_of(*a), "bad-vector",
+        report(TFA_ERROR, *a, "bad-vector",
                describe(*a, in) + " has " + count +
                    " numbers; write three with blanks between them");
         return false;
@@ -308,7 +308,7 @@ static bool all_zero(const double value[3])
     return memcmp(value, zero, sizeof zero) == 0;
 }
 
-/* Zeros are not written: urdfdom makes a stream for every number, half the time of a load. */
+/* Zeros are not written: urdfdom's conversion of numbers takes half the time of a load. */
 tfa_rotation checked_element::pose(const TiXmlElement &in, std::string &out) const
 {
     tfa_rotation rotation{{0, 0, 0, 1}, {}};
@@ -324,7 +324,7 @@ tfa_rotation checked_element::pose(const TiXmlElement &in, std::string &out) con
     if (vector(*origin, "rpy", unused, rpy))
         tfa_rotation_from_rpy(rpy, &rotation);
     if (const TiXmlAttribute *a = find(*origin, "quat_xyzw"))
-        report(TFA_ERROR, line_of(*a), "quaternion-origin",
+        report(TFA_ERROR, *a, "quaternion-origin",
                "<origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead");
     unknown_attributes(*origin, {"xyz", "rpy", "quat_xyzw"});
     return rotation;
@@ -344,14 +344,14 @@ void checked_element::unknown_children(const TiXmlElement &in,
         if (is_known(name, known) || is_known(name, silent))
             continue;
         const char *meant = nullptr;
-        if (!strchr(name, ':')) /* not of another program's name space */
+        if (!strchr(name, ':')) /* not a name space of another program */
             meant = tfa_misspelled(name, known.begin(), known.size(), name_at);
         if (meant)
-            report(TFA_ERROR, line_of(*e), "misspelled-element",
+            report(TFA_ERROR, *e, "misspelled-element",
                    std::string("<") + name + "> in <" + in.Value() + ">: did you mean <" + meant +
                        ">?");
         else
-            not_used(std::string("<") + name + ">", line_of(*e));
+            not_used(std::string("<") + name + ">", *e);
     }
 }
 
@@ -360,7 +360,7 @@ void checked_element::unused_attributes(const TiXmlElement &in,
 {
     for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
         if (!is_known(a->Name(), known))
-            not_used(std::string(a->Name()) + " of <" + in.Value() + ">", line_of(*a));
+            not_used(std::string(a->Name()) + " of <" + in.Value() + ">", *a);
 }
 
 void checked_element::unknown_attributes(const TiXmlElement &in,
@@ -368,7 +368,7 @@ void checked_element::unknown_attributes(const TiXmlElement &in,
 {
     for (const TiXmlAttribute *a = in.FirstAttribute(); a; a = a->Next())
         if (!is_known(a->Name(), known) && !strchr(a->Name(), ':'))
-            report(TFA_WARNING, line_of(*a), "unknown-attribute",
+            report(TFA_WARNING, *a, "unknown-attribute",
                    std::string(a->Name()) + " of <" + in.Value() +
                        "> is ignored; is it misspelled?");
 }

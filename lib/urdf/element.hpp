@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Checked access to XML elements: what is asked for is right and copied, or a message says why not.
+ * Checked access to XML elements: a value is either valid and copied, or reported.
  */
 #ifndef TFA_URDF_ELEMENT_HPP
 #define TFA_URDF_ELEMENT_HPP
@@ -18,13 +18,13 @@ namespace tfa
 
 uint32_t line_of(const TiXmlBase &node);
 
-/* The value as it may be printed: quoted, control characters escaped, not too long. */
+/* The value for a message: quoted, control characters escaped, shortened. */
 std::string quoted(const std::string &value);
 
-/* Does the value hold an expression that xacro would have replaced? */
+/* True if the value contains a xacro expression. */
 bool has_xacro(const std::string &value);
 
-/* The name of the file, for a command that reads it; "FILE" for standard input. */
+/* Name of the file for a command line; "FILE" for standard input. */
 std::string file_of(const tfa_urdf_log *log);
 
 /* "value="1,5" of <mass>" */
@@ -36,7 +36,7 @@ const TiXmlElement *next_element(const TiXmlElement &element, const TiXmlElement
 /* Appends ` name="value"` with the value escaped. */
 void write_attribute(std::string &out, const char *name, const std::string &value);
 
-/* What the file says and dynamics does not use, by name, in order of first appearance. */
+/* Items of the file that dynamics does not use, in order of first occurrence */
 class unused_items
 {
   public:
@@ -53,7 +53,7 @@ class unused_items
     }
 
   private:
-    static constexpr size_t most = 100; /* names; a file with more is odd, and must not be slow */
+    static constexpr size_t most = 100; /* bound of the names, so that searching stays fast */
     std::vector<entry> entries_;
 };
 
@@ -67,21 +67,21 @@ class checked_element
     {
     }
 
-    /* "link 'NAME': what" */
-    void report(tfa_severity severity, uint32_t line, const char *code,
+    /* Reports "link 'NAME': TEXT". */
+    void report(tfa_severity severity, const TiXmlBase &at, const char *code,
                 const std::string &what) const;
 
-    /* The same of a link or joint, for what many can have alike: one message for all of them. */
-    void report_grouped(tfa_severity severity, uint32_t line, const char *code,
+    /* The same for messages that many links or joints have in common (tfa_report_add_grouped). */
+    void report_grouped(tfa_severity severity, const TiXmlBase &at, const char *code,
                         const std::string &what) const;
 
     /* "run xacro first: xacro FILE > FILE.urdf" */
     std::string run_xacro() const;
 
-    /* The element, or something in it, is not used. */
-    void not_used(const std::string &item, uint32_t line) const
+    /* Counts an unused item. */
+    void not_used(const std::string &item, const TiXmlBase &at) const
     {
-        unused_->add(item, line);
+        unused_->add(item, line_of(at));
     }
 
     /* The first child of that name; a second one is reported. */
@@ -95,7 +95,8 @@ class checked_element
     /* Reports that the attribute is missing. */
     void missing(const TiXmlElement &in, const char *attribute) const;
 
-    /* The attribute's value or nullptr, which is reported; a name has 1 to 255 plain bytes. */
+    /* The attribute's value; nullptr if it is no name (1 to 255 bytes without control characters),
+     * which is reported. */
     const std::string *name(const TiXmlElement &in, const char *attribute) const;
 
     /* Checks one number and appends the attribute to `out`. False if absent or malformed. */
@@ -113,8 +114,8 @@ class checked_element
     /* Appends the position of <origin> if `in` has one. Returns its rotation. */
     tfa_rotation pose(const TiXmlElement &in, std::string &out) const;
 
-    /* A child whose name is nearly a known one is an error: a misspelled <inertial> would be lost
-     * without a trace. Others are counted as not used, but for `silent`. */
+    /* A child whose name is similar to a known one is an error (a misspelled <inertial> would be
+     * lost); others count as unused, except `silent` ones. */
     void unknown_children(const TiXmlElement &in, std::initializer_list<const char *> known,
                           std::initializer_list<const char *> silent = {}) const;
     /* Attributes that dynamics does not use. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The only file that knows urdfdom: parses the canonical text and copies the numbers.
+ * The only file that uses urdfdom: parses the canonical text and copies the numbers.
  */
 #include "urdf/urdf.h"
 
@@ -16,7 +16,7 @@
 namespace
 {
 
-/* Takes what urdfdom would print, for as long as it lives. */
+/* Captures urdfdom's output during its lifetime. */
 class log_capture : public console_bridge::OutputHandler
 {
   public:
@@ -41,17 +41,15 @@ class log_capture : public console_bridge::OutputHandler
             first_error = text;
     }
 
-    std::string first_error; /* the first error, empty if there was none */
+    std::string first_error; /* empty: none */
 
   private:
     console_bridge::OutputHandler *previous_handler_;
     console_bridge::LogLevel level_;
 };
 
-/*
- * Takes the pointers from link to link away before the model goes: they own one another, and
- * releasing a chain of 100 000 links from its root would recurse that deep.
- */
+/* Removes the pointers between links before the model is released: they own one another, and
+ * releasing a chain of 100 000 links would recurse that deep. */
 struct unlinked_model {
     urdf::ModelInterfaceSharedPtr model;
     explicit unlinked_model(urdf::ModelInterfaceSharedPtr m) : model(std::move(m)) {}

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Is the skeleton of a robot one tree, and does every mimic end at a joint that moves by itself?
+ * Checks that the skeleton of a robot is one tree and that every chain of mimics ends at an
+ * independent joint.
  */
 #include "urdf/urdf.h"
 
@@ -11,7 +12,7 @@
 
 enum { NONE = -1 };
 
-/* Fills parent_of with the joint above each link; -1 for roots. */
+/* parent_of: joint above each link; -1 for roots */
 static void find_parents(const tfa_description *d, int32_t *parent_of, tfa_urdf_log *log)
 {
     for (size_t i = 0; i < d->link_count; i++)
@@ -71,10 +72,8 @@ static void check_roots(const tfa_description *d, const int32_t *parent_of, int3
 
 enum { NEW = 0, ON_PATH = 1, DONE = 2 };
 
-/*
- * Walks from `start` along next[] until it meets something known. Returns a node of the loop it
- * ran into, or -1. Every node is walked once over all calls.
- */
+/* Walks from `start` along next[] to a known node. Returns a node of the loop that it ends in, or
+ * -1. All calls together walk each node once. */
 static int32_t find_cycle(const int32_t *next, uint8_t *state, int32_t start)
 {
     int32_t i = start;
@@ -88,7 +87,7 @@ static int32_t find_cycle(const int32_t *next, uint8_t *state, int32_t start)
     return loop;
 }
 
-/* A link that never reaches a root by going up hangs from itself. */
+/* Reports links that reach no root. */
 static void check_loops(const tfa_description *d, const int32_t *parent_of, int32_t *next,
                         uint8_t *state, tfa_urdf_log *log)
 {
@@ -143,7 +142,7 @@ int tfa_urdf_graph(const tfa_description *description, tfa_urdf_log *log)
     if (parent_of && next && state) {
         size_t errors = log->errors;
         find_parents(d, parent_of, log);
-        /* With two parents the walk up is not the whole story: one error at a time. */
+        /* two parents make the walk ambiguous */
         if (log->errors == errors) {
             check_roots(d, parent_of, next, log);
             check_loops(d, parent_of, next, state, log);

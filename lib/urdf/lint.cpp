@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Looks at every element of a URDF file that decides the robot, says with its line what is wrong,
- * and writes the canonical text for urdfdom: checked elements only, numbers spelled as in the file.
+ * Checks every element of a URDF file that decides the robot, reports errors with their lines, and
+ * writes the canonical text for urdfdom: checked elements only, numbers spelled as in the file.
  */
 #include "urdf/lint.hpp"
 
@@ -34,7 +34,7 @@ static tfa_rotation lint_inertial(const checked_element &checked, const TiXmlEle
     if (const TiXmlElement *mass = checked.required(inertial, "mass")) {
         out += "<mass";
         if (checked.required_number(*mass, "value", out, &value) && value < 0)
-            checked.report(TFA_ERROR, line_of(*mass), "negative-mass",
+            checked.report(TFA_ERROR, *mass, "negative-mass",
                            "mass " + text_of(value) + " kg is negative; correct it");
         checked.unknown_attributes(*mass, {"value"});
         out += "/>";
@@ -50,7 +50,7 @@ static tfa_rotation lint_inertial(const checked_element &checked, const TiXmlEle
     return rotation;
 }
 
-/* Expressions where dynamics never looks: the robot is right, and yet xacro has not been run. */
+/* Finds xacro expressions in elements that dynamics does not use. */
 void linter::find_macros(const std::string &link, const TiXmlElement &element)
 {
     for (const TiXmlElement *e = &element; e; e = next_element(*e, element))
@@ -111,7 +111,7 @@ static bool joint_type(const checked_element &checked, const TiXmlElement &eleme
             return true;
     }
     checked.report(
-        TFA_ERROR, line_of(element), "unknown-joint-type",
+        TFA_ERROR, element, "unknown-joint-type",
         "type " + quoted(*text) +
             " does not exist; use fixed, revolute, continuous, prismatic, planar or floating");
     return false;
@@ -130,10 +130,10 @@ static void lint_axis(const checked_element &checked, const TiXmlElement &elemen
     else if (checked.vector(*axis, "xyz", unused, joint.axis)) {
         double length = tfa_axis_normalise(joint.axis, joint.axis_low);
         if (length == 0)
-            checked.report(TFA_ERROR, line_of(*axis), "zero-axis",
+            checked.report(TFA_ERROR, *axis, "zero-axis",
                            "axis 0 0 0 has no direction; give it a unit vector");
         else if (std::fabs(length - 1) > 1e-3)
-            checked.report_grouped(TFA_WARNING, line_of(*axis), "axis-length",
+            checked.report_grouped(TFA_WARNING, *axis, "axis-length",
                                    "axis has the length " + text_of(length) +
                                        " and is normalised; write a unit vector");
     }
@@ -146,7 +146,7 @@ static void lint_limit(const checked_element &checked, const TiXmlElement &eleme
     const TiXmlElement *limit = checked.only_child(element, "limit", TFA_WARNING);
     if (!limit && (type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC))
         checked.report_grouped(
-            TFA_WARNING, line_of(element), "no-limit",
+            TFA_WARNING, element, "no-limit",
             "no <limit>; dynamics needs none, but other programs refuse the file: add it");
     if (!limit)
         return;
@@ -157,14 +157,14 @@ static void lint_limit(const checked_element &checked, const TiXmlElement &eleme
     bool has_lower = checked.number(*limit, "lower", unused, &lower, TFA_WARNING, "bad-limit");
     bool has_upper = checked.number(*limit, "upper", unused, &upper, TFA_WARNING, "bad-limit");
     if (has_lower || has_upper)
-        checked.not_used("position limits", line_of(*limit));
+        checked.not_used("position limits", *limit);
     for (const char *name : {"effort", "velocity"})
         if (checked.number(*limit, name, unused, &number, TFA_WARNING, "bad-limit"))
-            checked.not_used(std::string(name) + " limits", line_of(*limit));
+            checked.not_used(std::string(name) + " limits", *limit);
     checked.unused_attributes(*limit, {"lower", "upper", "effort", "velocity"});
     bool limited = type == TFA_JOINT_REVOLUTE || type == TFA_JOINT_PRISMATIC;
     if (limited && has_lower && has_upper && lower == upper)
-        checked.report_grouped(TFA_NOTE, line_of(*limit), "equal-limits",
+        checked.report_grouped(TFA_NOTE, *limit, "equal-limits",
                                "lower and upper limit are both " + text_of(lower) +
                                    ", but dynamics lets it move; make it fixed if it cannot");
 }
@@ -176,12 +176,12 @@ static void lint_mimic(const checked_element &checked, const TiXmlElement &eleme
     if (!mimic)
         return;
     if (joint.type == TFA_JOINT_FIXED) {
-        checked.report_grouped(TFA_WARNING, line_of(*mimic), "mimic-fixed",
+        checked.report_grouped(TFA_WARNING, *mimic, "mimic-fixed",
                                "a fixed joint has a <mimic>, which is ignored; remove it");
         return;
     }
     if (joint.type == TFA_JOINT_PLANAR || joint.type == TFA_JOINT_FLOATING) {
-        checked.report(TFA_ERROR, line_of(*mimic), "mimic-type",
+        checked.report(TFA_ERROR, *mimic, "mimic-type",
                        "only a joint with one freedom can follow another; remove <mimic>");
         return;
     }
@@ -214,12 +214,12 @@ static void lint_dynamics(const checked_element &checked, const TiXmlElement &el
     if (!text.empty())
         out += "<dynamics" + text + "/>";
     if (damping < 0)
-        checked.report_grouped(TFA_WARNING, line_of(*dynamics), "negative-damping",
+        checked.report_grouped(TFA_WARNING, *dynamics, "negative-damping",
                                "damping " + text_of(damping) +
                                    " is negative and adds energy; correct it");
     if (!dynamics->Attribute("damping") && !dynamics->Attribute("friction"))
         checked.report_grouped(
-            TFA_WARNING, line_of(*dynamics), "empty-dynamics",
+            TFA_WARNING, *dynamics, "empty-dynamics",
             "<dynamics> has neither damping nor friction; remove it or add them");
 }
 
@@ -237,7 +237,7 @@ static double reflected_inertia(const checked_element &checked, const TiXmlEleme
         return 0;
     double reflected = inertia * ratio * ratio;
     if (!(reflected >= 0) || !std::isfinite(reflected)) {
-        checked.report(TFA_ERROR, line_of(*rotor), "bad-armature",
+        checked.report(TFA_ERROR, *rotor, "bad-armature",
                        "rotor inertia " + text_of(inertia) + " kg m^2 and gear ratio " +
                            text_of(ratio) + " give no finite armature; correct them");
         return 0;
@@ -308,16 +308,16 @@ void linter::transmission(const TiXmlElement &element)
         const TiXmlElement *joint = name ? nullptr : robot_.required(element, "joint");
         name = joint ? robot_.name(*joint, "name") : name;
         if (!name)
-            return; /* its reason was reported */
+            return; /* reported */
         rotor = true;
         rotors_.push_back({*name, line_of(*a),
                            reflected_inertia(checked_element(log_, &unused_, "joint", *name), *a)});
     }
-    if (!rotor) /* rotors are noted where it is known whether they are used */
-        robot_.not_used("<transmission>", line_of(element));
+    if (!rotor) /* rotors are noted by the model, which uses them or not */
+        robot_.not_used("<transmission>", element);
 }
 
-/* Unexpanded macros anywhere. One message: the rest has the same cause. */
+/* Reports the first unexpanded macro: the others have the same cause. */
 static bool report_xacro(const checked_element &checked, const TiXmlElement &robot)
 {
     for (const TiXmlElement *e = &robot; e; e = next_element(*e, robot)) {
@@ -326,7 +326,7 @@ static bool report_xacro(const checked_element &checked, const TiXmlElement &rob
             (e->ValueStr() == "macro" || e->ValueStr() == "property" || e->ValueStr() == "include");
         if (!old_style && e->ValueStr().compare(0, 6, "xacro:") != 0)
             continue;
-        checked.report(TFA_ERROR, line_of(*e), "xacro",
+        checked.report(TFA_ERROR, *e, "xacro",
                        std::string("<") + e->Value() + "> is not expanded; " + checked.run_xacro());
         return true;
     }
@@ -346,7 +346,7 @@ void linter::children(const TiXmlElement &element)
     }
 }
 
-/* What makes a URDF of a file in another format. */
+/* Command that converts another format to URDF, for a message */
 static std::string conversion(const std::string &root, const std::string &file)
 {
     if (root == "sdf" || root == "gazebo")
@@ -362,7 +362,7 @@ static std::string conversion(const std::string &root, const std::string &file)
 void linter::robot(const TiXmlElement &element)
 {
     if (element.ValueStr() != "robot") {
-        robot_.report(TFA_ERROR, line_of(element), "not-urdf",
+        robot_.report(TFA_ERROR, element, "not-urdf",
                       std::string("the root element is <") + element.Value() + ">; " +
                           conversion(element.ValueStr(), file_of(log_)));
         return;
@@ -373,13 +373,13 @@ void linter::robot(const TiXmlElement &element)
         name_ = *name;
     const char *version = element.Attribute("version");
     if (version && strcmp(version, "1.0") != 0)
-        robot_.report(TFA_NOTE, line_of(element), "version",
+        robot_.report(TFA_NOTE, element, "version",
                       "version=" + quoted(version) + " is read as 1.0");
     children(element);
     if (links_.empty() && !broken_)
-        robot_.report(TFA_ERROR, line_of(element), "no-links", "the robot has no links; add one");
+        robot_.report(TFA_ERROR, element, "no-links", "the robot has no links; add one");
     if (links_.size() > TFA_URDF_MAX_LINKS)
-        robot_.report(TFA_ERROR, line_of(element), "too-large",
+        robot_.report(TFA_ERROR, element, "too-large",
                       "the robot has " + std::to_string(links_.size()) + " links; at most " +
                           std::to_string(TFA_URDF_MAX_LINKS) + " are supported");
     else if (!links_.empty() && !name_.empty())

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The lint pass: collects links and joints in document order, then resolves names to indices.
+ * Lint pass: collects links and joints in document order, resolves names to indices.
  */
 #ifndef TFA_URDF_LINT_HPP
 #define TFA_URDF_LINT_HPP
@@ -18,7 +18,7 @@ namespace tfa
 struct link_source {
     std::string name;
     uint32_t line;
-    bool inertial;         /* it has one */
+    bool inertial;         /* it has an <inertial> */
     tfa_rotation rotation; /* of the inertial frame */
 };
 
@@ -31,7 +31,7 @@ struct joint_source {
     double axis_low[3];
     std::string parent; /* names, resolved to the indices below */
     std::string child;
-    std::string mimic; /* empty: follows nobody */
+    std::string mimic; /* empty: none */
     uint32_t mimic_line;
     double armature;
     uint32_t parent_index;
@@ -52,10 +52,8 @@ class linter
 
     void robot(const TiXmlElement &element);
 
-    /*
-     * Hands over skeleton and canonical text when all names could be resolved, even if numbers are
-     * wrong (log->errors tells): so that the tree is checked in the same run.
-     */
+    /* Returns skeleton and canonical text if all names are resolved, even if numbers are invalid
+     * (log->errors), so that the tree is checked in the same run. */
     int finish(tfa_description **skeleton, char **canonical) const;
 
   private:
@@ -85,11 +83,11 @@ class linter
     std::vector<link_source> links_;
     std::vector<joint_source> joints_;
     std::vector<rotor_source> rotors_;
-    std::string macros_; /* the first expression where nobody looks, empty if there is none */
+    std::string macros_; /* first xacro expression in <visual> or <collision>; empty: none */
     uint32_t macro_line_ = 0;
     size_t macro_count_ = 0;
-    bool broken_ = false;   /* a joint is left out or hangs nowhere */
-    bool resolved_ = false; /* every name has an index */
+    bool broken_ = false;   /* a link or joint is missing */
+    bool resolved_ = false; /* all names have indices */
 };
 
 } // namespace tfa

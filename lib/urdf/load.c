@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Reads a URDF file and runs the passes of urdf.h over it.
+ * Reads a URDF file and runs the passes of urdf.h.
  */
 #include "model/report/report_messages.h"
 #include "urdf/urdf.h"
@@ -13,7 +13,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Reads all of `file`, but at most one byte more than allowed. The buffer has room for a NUL. */
+/* Reads `file`, at most one byte more than allowed. The buffer has room for a NUL. */
 static int read_all(int file, char **text, size_t *length)
 {
     size_t capacity = 1 << 16;
@@ -34,7 +34,7 @@ static int read_all(int file, char **text, size_t *length)
             return TFA_E_MEMORY;
         *text = more;
     }
-    return *text ? TFA_OK : TFA_E_MEMORY; /* the caller sees that it is too long */
+    return *text ? TFA_OK : TFA_E_MEMORY; /* the caller checks the length */
 }
 
 static int run_passes(const char *text, size_t length, char *clean, tfa_urdf_log *log,
@@ -56,7 +56,7 @@ static int run_passes(const char *text, size_t length, char *clean, tfa_urdf_log
     return status;
 }
 
-/* run_passes with the point as decimal mark, in what is read and in messages, for this thread. */
+/* run_passes with a decimal point in this thread's input and messages. */
 static int run_in_classic_locale(const char *text, size_t length, char *clean, tfa_urdf_log *log,
                                  tfa_description **skeleton, char **canonical)
 {
@@ -133,5 +133,5 @@ int tfa_urdf_load(const char *path, tfa_description **description, tfa_report *r
 
 void tfa_description_free(tfa_description *description)
 {
-    free(description); /* links, joints and strings stand in the same block */
+    free(description); /* one block */
 }

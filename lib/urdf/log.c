@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Messages of the URDF front end, with a bound on how often one kind is listed.
+ * Messages of the URDF front end, with a bound for each code.
  */
 #include "urdf/urdf.h"
 
@@ -9,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* How often `code` was said before this time. */
+/* Number of earlier messages with this code. */
 static size_t times_reported(tfa_urdf_log *log, tfa_severity severity, const char *code)
 {
     for (size_t i = 0; i < log->code_count; i++)

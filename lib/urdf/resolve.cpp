@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The end of the lint pass: names become indices, and the skeleton of the description is made.
+ * End of the lint pass: names become indices; skeleton description.
  */
 #include "urdf/lint.hpp"
 
@@ -12,7 +12,7 @@
 namespace tfa
 {
 
-/* Many files fix the robot to a link `world` that they do not declare. */
+/* Adds the link `world`, to which many files fix the robot without declaring it. */
 void linter::add_world()
 {
     for (const link_source &link : links_)
@@ -95,7 +95,7 @@ void linter::resolve()
 {
     resolved_ = !broken_;
     if (broken_)
-        return; /* its reason was reported; names would follow suit */
+        return; /* reported; unresolved names would follow */
     add_world();
     index links = index_names(links_, "link");
     index joints = index_names(joints_, "joint");
@@ -141,7 +141,7 @@ template <class part> static void set_rotation(part &to, const tfa_rotation &fro
     memcpy(to.quat_low, from.low, sizeof to.quat_low);
 }
 
-/* One block: description, links, joints, what is not used, strings. */
+/* One block: description, links, joints, unused items, strings. */
 int linter::finish(tfa_description **skeleton, char **canonical) const
 {
     if (!resolved_)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Rotations and axes from the doubles of the file, computed in quadruple precision: each number is
- * stored as a double and what that leaves.
+ * Rotations and axes from the doubles of a file, in quadruple precision: each number becomes a
+ * double and its remainder.
  */
 #include "model/ext.h"
 #include "urdf/urdf.h"

@@ -1,18 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Inside the URDF front end: the passes that turn text into a description, in their order.
+ * Passes of the URDF front end, in their order:
  *
- *   xml   bytes -> tags   well-formed, bounded, no byte that TinyXML could trip over
- *   lint    tags -> skeleton description (names, lines, tree, rotations and axes) and a canonical
- *           URDF text
- *   graph   the skeleton is one tree and its mimics end
- *   fill    canonical text -> urdfdom -> the other numbers of the description
- *   inertia warnings about inertias that no real body has
- *   notes   what is in the description and not used
+ *   check_xml  bytes -> tags: well-formed, bounded, nothing that TinyXML fails on
+ *   lint       tags -> skeleton description (names, lines, tree, rotations) and canonical text
+ *   graph      the skeleton is one tree, and its mimics end
+ *   fill       canonical text -> urdfdom -> the other numbers of the description
+ *   inertia    warnings about inertias that no real body has
+ *   notes      notes about links that are only frames
  *
- * urdfdom never sees a byte that lint has not checked: the canonical text holds only what the
- * description needs, with every number spelled as in the file.
+ * urdfdom reads the canonical text only: the elements that a description needs, each checked by
+ * lint, with numbers spelled as in the file.
  */
 #ifndef TFA_URDF_URDF_H
 #define TFA_URDF_URDF_H
@@ -34,14 +33,14 @@ enum {
     TFA_URDF_MAX_BYTES = 64 << 20,
     TFA_URDF_MAX_LINKS = 100000,
     TFA_URDF_MAX_NAME = 255,
-    TFA_URDF_MAX_DEPTH = 200,     /* TinyXML recurses once a level; real files have 8 */
+    TFA_URDF_MAX_DEPTH = 200,     /* TinyXML recurses once for each level; real files have 8 */
     TFA_URDF_MAX_NODES = 5000000, /* elements and attributes: TinyXML takes 0.2 KiB for each */
-    TFA_URDF_MAX_ATTRIBUTES = 64, /* of one element: TinyXML's search for doubles is quadratic */
-    TFA_URDF_MAX_REPEATS = 100,   /* messages of one code that are listed */
+    TFA_URDF_MAX_ATTRIBUTES = 64, /* of one element: TinyXML compares all of them */
+    TFA_URDF_MAX_REPEATS = 100,   /* listed messages of one code */
     TFA_URDF_MAX_CODES = 64
 };
 
-/* Where the passes report to. Keeps a bad file from making a million messages. */
+/* Sink of the passes' messages; bounds their number. */
 typedef struct tfa_urdf_log {
     tfa_report *report;
     size_t errors; /* of this file: the report may hold older ones */
@@ -57,13 +56,11 @@ typedef struct tfa_urdf_log {
 void tfa_urdf_report(tfa_urdf_log *log, tfa_severity severity, uint32_t line, const char *code,
                      const char *format, ...) TFA_NOEXCEPT __attribute__((format(printf, 5, 6)));
 
-/* Says how many messages were not listed. */
+/* Adds a message with the number of those not listed. */
 void tfa_urdf_report_repeats(tfa_urdf_log *log);
 
-/*
- * Checks that `text` is well-formed XML within the limits and copies its tags to `clean`
- * (length + 1 bytes), everything else blanked but line ends, so that rows stay right.
- */
+/* Checks that `text` is well-formed XML within the limits, and copies its tags to `clean` (length +
+ * 1 bytes). Everything else becomes blanks, except line ends, so that line numbers stay valid. */
 int tfa_urdf_check_xml(const char *text, size_t length, char *clean, tfa_urdf_log *log);
 
 /* A quaternion x y z w: quat + low */
@@ -75,8 +72,7 @@ typedef struct tfa_rotation {
 /* R = Rz(yaw) Ry(pitch) Rx(roll) of the three angles, rad */
 void tfa_rotation_from_rpy(const double rpy[3], tfa_rotation *rotation);
 
-/* Makes axis + low a unit vector and returns the length that `axis` had; leaves a zero vector as it
- * is. */
+/* Makes axis + low a unit vector. Returns the previous length; a zero vector stays. */
 double tfa_axis_normalise(double axis[3], double low[3]);
 
 /* Makes the skeleton (one malloc block) and the canonical text (malloc, terminated). */

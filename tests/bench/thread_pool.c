@@ -36,7 +36,7 @@ static void work(void *context, uint32_t task, uint32_t worker)
     sums[8 * worker] = x;
 }
 
-static void measure(struct thread_pool *thread_pool, thread_pool_task *task, uint32_t tasks,
+static void measure(struct tfa_thread_pool *thread_pool, thread_pool_task *task, uint32_t tasks,
                     int turns, const char *what, uint32_t threads)
 {
     static double sums[8 * 256];
@@ -62,7 +62,7 @@ int main(int argc, char **argv)
     const uint32_t most = argc > 2 ? (uint32_t)atoi(argv[2]) : 8;
     printf("threads task             best   median      p99\n");
     for (size_t k = 0; k < sizeof threads / sizeof *threads && threads[k] <= most; k++) {
-        struct thread_pool *thread_pool;
+        struct tfa_thread_pool *thread_pool;
         const struct thread_pool_options options = {.threads = threads[k], .spin_ns = 100000};
         if (thread_pool_start(&thread_pool, &options))
             return 2;

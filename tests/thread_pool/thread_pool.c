@@ -36,7 +36,7 @@ static void count_task(void *context, uint32_t task, uint32_t worker)
 
 static void run_phases(uint32_t threads, uint32_t spin_ns, int phases, int slow)
 {
-    struct thread_pool *thread_pool = NULL;
+    struct tfa_thread_pool *thread_pool = NULL;
     assert_int_equal(thread_pool_start(&thread_pool, &(struct thread_pool_options){threads, spin_ns,
                                                                                    NULL, 0, NULL}),
                      0);
@@ -61,7 +61,7 @@ TEST(test_every_task_once)
 
 TEST(test_sleeping_threads)
 {
-    struct thread_pool *thread_pool = NULL;
+    struct tfa_thread_pool *thread_pool = NULL;
     assert_int_equal(
         thread_pool_start(&thread_pool, &(struct thread_pool_options){4, 1, NULL, 0, NULL}), 0);
     struct count c = {.threads = 4, .tasks = TASKS};
@@ -82,7 +82,7 @@ TEST(test_stopped_threads)
 TEST(test_stop_without_work)
 {
     for (int k = 0; k < 50; k++) {
-        struct thread_pool *thread_pool = NULL;
+        struct tfa_thread_pool *thread_pool = NULL;
         assert_int_equal(
             thread_pool_start(&thread_pool, &(struct thread_pool_options){3, 100, NULL, 0, NULL}),
             0);

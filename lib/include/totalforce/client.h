@@ -37,7 +37,7 @@ typedef struct tfa_client_options {
     const char *robot;          /**< name in the daemon's configuration; required */
     uint32_t slots;             /**< requests outstanding at once, a power of two; 0: 16 */
     uint32_t max_batch;         /**< largest count of a request; 0: 1 */
-    tfa_wait wait;              /**< what the daemon granted is in tfa_client_info */
+    tfa_wait wait;              /**< requested; granted: tfa_client_info.wait */
     uint32_t spin_ns;           /**< TFA_WAIT_HYBRID, ns; 0: as the daemon is configured */
     int32_t connect_timeout_ms; /**< limit of connecting and reconnecting, ms; 0: 1000 */
 } tfa_client_options;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A model that shares the tables of another and differs in gravity or in payloads. With the same
- * payloads it is, bit for bit and hash for hash, what compiling the scene would have given.
+ * Derived models: they share the tables of another model and differ in gravity or payloads. With
+ * the same payloads they equal a compiled scene, to the bit and the hash.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -69,7 +69,7 @@ static int check_payload(const struct tfa_model *m, const tfa_payload *p, tfa_re
     return TFA_OK;
 }
 
-/* moves_mass[j]: freedom j, or one that follows it, moves mass or an armature. */
+/* moves_mass[j]: freedom j or one of its followers moves mass or an armature. */
 static void find_moving_mass(const struct tfa_model *m, const struct tfa_mass_scratch *mass_scratch,
                              uint8_t *moves_mass)
 {
@@ -82,7 +82,7 @@ static void find_moving_mass(const struct tfa_model *m, const struct tfa_mass_sc
         moves_mass[m->mimic[k].follower] = 1;
 }
 
-/* M must stay regular: a payload may have been all that moved with a joint. */
+/* Checks that M is regular without the payloads of the original model. */
 static int check_freedoms(const struct tfa_model *m, const struct tfa_mass_scratch *mass_scratch,
                           tfa_report *report)
 {

@@ -1,20 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The option with which a refused robot would load: the policies are tried, fewest first.
+ * Search for the options with which a refused robot compiles: the smallest set of policies.
  */
 #include <stdio.h>
 #include <string.h>
 
 #include "model/draft/draft.h"
 
-/* The policies that turn an error into something else, those that change the robot least first. */
+/* Candidates, the smallest change of the robot first */
 static const tfa_option options_tried[] = {TFA_OPTION_INERTIA_STRICT, TFA_OPTION_INERTIA_REPAIR,
                                            TFA_OPTION_MIMIC_PROJECT,  TFA_OPTION_LOCK_LEAVES,
                                            TFA_OPTION_MIMIC_LOCK,     TFA_OPTION_BASE_FIXED};
 enum { OPTIONS_TRIED = sizeof options_tried / sizeof *options_tried };
 
-/* @return 0 if the option has that value already, or another choice of the set decided it */
+/* @return 0 if the option has that value already, or another option of the set decides it */
 static int set_option(tfa_model_options *o, const tfa_model_options *given, tfa_option option)
 {
     const tfa_model_options before = *o;
@@ -42,7 +42,7 @@ static int set_option(tfa_model_options *o, const tfa_model_options *given, tfa_
     }
 }
 
-/* Does it compile with the choices of the set, each of which changes something? */
+/* 1: it compiles with the options of the set, each of which changes something */
 static int compiles_with(const tfa_description *description, const tfa_model_options *given,
                          unsigned set)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A draft is a model under construction: ordered, reduced, merged, aligned, in quadruple precision.
+ * Drafts: models under construction, in quadruple precision.
  */
 #ifndef TFA_MODEL_DRAFT_DRAFT_H
 #define TFA_MODEL_DRAFT_DRAFT_H
@@ -11,23 +11,23 @@
 #include "model/model.h"
 #include "model/report/report_messages.h"
 
-/* More one-freedom joints in a row without mass between them than a body has freedoms */
+/* Most joints of a fused body: its freedoms */
 #define TFA_PARTS_MAX 6
 
-/* What the reductions found out about a link. */
+/* State of a link */
 struct draft_link {
     long double inertia[6]; /* as the description states it, or repaired */
     uint8_t present;        /* part of the scene */
-    uint8_t has_mass; /* it has mass, inertia or a payload; later: or something beyond it has */
-    uint8_t loaded;   /* it carries a payload */
-    uint8_t tip;      /* the scene names it as a tip */
-    uint8_t moves;    /* with a joint that is not fixed, or with the base */
+    uint8_t has_mass;       /* later: or its subtree has */
+    uint8_t loaded;         /* it carries a payload */
+    uint8_t tip;            /* the scene names it as a tip */
+    uint8_t moves;          /* with a joint that is not fixed, or with the base */
 };
 
-/* What becomes of a joint. Mimics are resolved: the leader follows none. */
+/* State of a joint. Mimics are resolved: the leader follows none. */
 struct draft_joint {
     uint8_t fate;    /* enum tfa_fate */
-    uint8_t freedom; /* which one of its body's joints: 0 but for fused bodies */
+    uint8_t freedom; /* index among its body's joints: 0 unless fused */
     int32_t body;    /* the body that it moves, when it moves */
     int32_t leader;  /* description joint that it mimics, or -1 */
     ext multiplier, offset;
@@ -36,8 +36,7 @@ struct draft_joint {
     uint32_t number;           /* public: its index */
 };
 
-/* The frame that a body is to have, in the one that it has: turned about z (cosine, sine), its
- * origin moved along z. */
+/* New frame of a body in its present one: turned about z (cosine, sine), origin moved along z. */
 struct draft_move {
     ext c, s, w;
 };
@@ -79,15 +78,15 @@ struct draft {
     struct draft_joint *joint;        /* one for each joint */
     struct draft_body *body;          /* parents first; when finished, tree by tree */
     struct draft_part *part;
-    struct draft_body world; /* what does not move: its mass, in the frame of the root */
+    struct draft_body world; /* merged links that do not move, in the frame of the root */
     ext mass;                /* of all links that are present */
-    long double rounding;    /* inertia that the doubles of the file cannot tell from 0 */
+    long double rounding;    /* rounding of inertias in the file, kg m^2 (draft_inertias.c) */
     struct tfa_mass_scratch *mass_scratch; /* scratch of tfa_compute_mass_properties: bodies + 1 */
     uint32_t *order;                       /* joints, parents first, document order otherwise */
     uint32_t bodies, parts;
     uint32_t joints, frames;   /* public */
     uint32_t q_count, v_count; /* public, base excluded */
-    uint32_t root;             /* root link, or the one that takes its place */
+    uint32_t root;             /* root link of the scene */
 };
 
 static inline int draft_moves(const struct draft *d, size_t joint)
@@ -96,7 +95,7 @@ static inline int draft_moves(const struct draft *d, size_t joint)
     return fate == TFA_FATE_MOVES || fate == TFA_FATE_FUSED || fate == TFA_FATE_FOLLOWS;
 }
 
-/* Armature of a joint as the options want it. */
+/* Armature of a joint with these options */
 static inline double draft_armature(const struct draft *d, size_t joint)
 {
     const tfa_joint *j = &d->description->joints[joint];
@@ -182,8 +181,8 @@ void tfa_draft_free(struct draft *d);
  * joint axis, x and y those of a planar joint (docs/conventions.md). TFA_E_MODEL: no direction. */
 int tfa_joint_axes(ext R[9], const tfa_joint *joint);
 
-/* Where a joint at q puts its child: rotation (child axes to joint axes) and translation in the
- * joint frame. */
+/* Pose of a joint's child at q: rotation (child axes to joint axes) and translation in the joint
+ * frame */
 int tfa_joint_transform(const tfa_joint *joint, const ext *q, ext R[9], ext t[3]);
 
 #endif

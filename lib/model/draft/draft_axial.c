@@ -1,26 +1,23 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Frames after Denavit and Hartenberg (in Craig's form): any two joint axes have a common normal,
- * and a body may turn its frame about its own axis z, and move its origin along it, until x lies on
- * the normal to the axis of what hangs from it. The constant transform between the two is then a
- * screw about x and one about z, which takes fewer operations than a general one (spatial/screw.h).
- * One child of each body can have that; and where axes are nearly parallel, their normal is far
- * away: the transform stays general there.
+ * Frames after Denavit and Hartenberg in Craig's form. Two joint axes have a common normal; a body
+ * frame may turn about its own z axis and move along it until x lies on the normal to a child's
+ * axis. The constant transform to the child is then a screw about x and one about z, which takes
+ * fewer operations than a general transform (spatial/screw.h). A body has that for one child only;
+ * for nearly parallel axes, whose normal is far away, the transform stays general.
  */
 #include "model/draft/draft.h"
 
-/* The inverse inertia about the new origin is at most so many times what it is about the joints at
- * the ends: methods that invert inertias lose that much of their digits. A foot of the normal of
- * two axes at right angles is about as far from the centre of mass as the joints are, but a thin
- * rod with its joints on it must not have its origin beside it. */
+/* Limit of the growth of the inverse inertia at a new origin, relative to that at the joints:
+ * methods that invert inertias lose that factor of accuracy. It excludes origins far beside a thin
+ * body. */
 #define MOBILITY_RATIO_MAX 8
 
-/* An inertia without one of its principal moments counts as having this share of their sum. */
+/* Smallest principal moment in use, relative to the sum of the moments */
 #define FLAT_MOMENT_RATIO 1e-9L
 
-/* Two axes are parallel, a number that should be zero is: far below the rounding of the doubles
- * that the constants become. */
+/* Tolerances of parallel axes and of zeros, far below the rounding of the constants to double */
 #define PARALLEL 1e-18L
 #define EXACT 1e-17L
 
@@ -54,7 +51,7 @@ static long double mobility(const struct draft_body *b, const long double I[6],
     return sum;
 }
 
-/* May the body's origin move to the height w of its axis? r: the joint of what hangs from it */
+/* 1: the body's origin may move to height w of its axis. r: joint of the child */
 static uint8_t origin_may_move(const struct draft_body *b, const ext r[3], ext w)
 {
     if (!(b->sum.mass > 0))
@@ -76,8 +73,7 @@ static uint8_t origin_may_move(const struct draft_body *b, const ext r[3], ext w
     return mobility(b, I, foot) <= MOBILITY_RATIO_MAX * (now > there ? now : there);
 }
 
-/* Where the common normal of a body's and a child's axis starts on z, and where it points. 0:
- * nowhere near. */
+/* Finds the common normal of a body's and a child's axis. Returns 0 if it is too far away. */
 static uint8_t find_normal(const struct draft_body *child, struct draft_body *b)
 {
     const ext *e = child->E + 6, *r = child->r; /* the child's axis, and its joint */
@@ -123,7 +119,7 @@ static void move_inertia(struct draft_body *b, const struct draft_move *f)
     I[4] = c * yz - s * xz;
 }
 
-/* A place in the body: axes (columns of nine numbers, row major, body axes first) and origin */
+/* Moves a frame in the body: columns of R (body axes first) and origin p */
 static void move_columns(ext *R, ext *p, const struct draft_move *f)
 {
     p[2] -= f->w;
@@ -135,7 +131,7 @@ static void move_columns(ext *R, ext *p, const struct draft_move *f)
     }
 }
 
-/* The same where the rows are the axes, as in E of what hangs from the body */
+/* The same with rows as axes: E of a child */
 static void move_rows(ext *E, ext *r, const struct draft_move *f)
 {
     r[2] -= f->w;
@@ -175,9 +171,9 @@ static void move_all(struct draft *d)
     }
 }
 
-/* Is the constant transform E = Rz Rx, r = (a, -d sin alpha, d cos alpha) with (0, -sin alpha, cos
- * alpha) the last row of E? The doubles of the model become exactly that; the quadruple ones
- * stay as they are. */
+/* Marks screws: E = Rz Rx and r = (a, -d sin alpha, d cos alpha), with (0, -sin alpha, cos alpha)
+ * the last row of E. The doubles of the model become exactly that; the quadruple-precision
+ * constants stay. */
 static void detect_screw(struct draft_body *b, const struct draft_body *parent)
 {
     const ext *E = b->E, *r = b->r;

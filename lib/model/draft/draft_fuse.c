@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A body without mass that carries one other body is no body at all: its joint becomes a part of
- * the joint of the other one. The inertia of the fused body is that of the last of them, and
- * nothing is lost: a massless body passes forces on unchanged. (Armature stays with its freedom.)
+ * Fusion of massless bodies: a body without mass that carries one other body becomes part of that
+ * body's joint. This is exact, because a massless body transmits forces unchanged. Armature stays
+ * with its freedom.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -12,9 +12,9 @@
 
 struct fusion {
     uint32_t *children;      /* of each body */
-    uint32_t *joints_in_row; /* joints in a row that end here: 1 for a body that stays ordinary */
-    uint32_t *next;          /* the body that it becomes part of; 0: it stays */
-    int32_t *new_index;      /* its new index; -1: it vanished into the one that follows */
+    uint32_t *joints_in_row; /* joints fused here: 1 for an ordinary body */
+    uint32_t *next;          /* body that it is fused with; 0: none */
+    int32_t *new_index;      /* new index; -1: fused with another body */
 };
 
 static int is_massless(const struct draft_body *b)
@@ -42,7 +42,7 @@ static int count_rows(const struct draft *d, struct fusion *f, tfa_report *repor
         f->new_index[up] = -1;
         f->next[up] = i;
         if (f->joints_in_row[i] != TFA_PARTS_MAX + 1)
-            continue; /* tell once */
+            continue; /* one message for each chain */
         tfa_report_add(report, TFA_ERROR, s->joints[b->joint].line, "massless-chain",
                        "joint '%s': more than %d joints in a row with nothing but massless links "
                        "between them; give link '%s' mass, or lock some of the joints",
@@ -65,7 +65,7 @@ static void make_part(struct draft *d, const struct draft_body *from, uint32_t a
         joint->fate = TFA_FATE_FUSED;
 }
 
-/* The joints in a row that end at body i become its parts, the one nearest the root first. */
+/* The joints that end at body i become its parts, the one nearest the root first. */
 static void make_fused(struct draft *d, uint32_t i, uint32_t count)
 {
     struct draft_body *b = &d->body[i];
@@ -86,7 +86,7 @@ static void make_fused(struct draft *d, uint32_t i, uint32_t count)
     memset(b->r, 0, sizeof b->r);
 }
 
-/* Frames on vanished bodies go over to the body that took their place. */
+/* Moves frames of fused bodies to the body that replaces them. */
 static void move_frames(struct draft *d, const struct fusion *f)
 {
     for (size_t k = 0; k < d->description->link_count; k++) {

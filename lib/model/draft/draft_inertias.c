@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Inertias that no body has: refused, told or repaired, link by link, as the policy says. What
- * does not move is only ever warned about. (The loader warns of broken triangles.)
+ * Inertias that no rigid body has: refused, repaired or reported, link by link, by policy. Links
+ * that do not move cause warnings only. (The URDF front end warns of broken triangle inequalities.)
  */
 #include <float.h>
 #include <math.h>
@@ -11,10 +11,10 @@
 #include "model/draft/draft.h"
 #include "model/eigen.h"
 
-/* Files round: at six digits a flat plate breaks the triangle inequality by that much. */
+/* Rounding of files with six digits: a flat plate breaks the triangle inequality by that much. */
 #define TRIANGLE_TOLERANCE 1e-6L
 
-/* V diag(value) V^T with the values up to `least` 0 */
+/* V diag(value) V^T, values up to `least` replaced by 0 */
 static void clip(long double s[6], const long double value[3], const long double V[9],
                  long double least)
 {
@@ -27,13 +27,10 @@ static void clip(long double s[6], const long double value[3], const long double
     }
 }
 
-/*
- * What the doubles of a file cannot tell from 0, kg m^2. An exporter gets the inertia of a link
- * from sums and differences of terms m p^2 in the frame of the assembly; with M the mass of the
- * robot and L its longest distance, each operation rounds by up to eps M L^2 / 2, and the dozens of
- * them for one number (two rotations of a tensor, the parallel axis theorem) leave 16 eps M L^2. A
- * robot of 30 kg and 0.3 m: 1e-14 kg m^2, the inertia of 1 g with a radius of gyration of 3 um.
- */
+/* Rounding of the inertias of a file, kg m^2. Exporters compute them from terms m p^2 in the
+ * frame of the assembly. With M the mass of the robot and L its longest distance, each
+ * operation rounds by up to eps M L^2 / 2, and the dozens for one number leave 16 eps M L^2 (30
+ * kg, 0.3 m: 1e-14). */
 static long double rounding_of(const tfa_description *s)
 {
     long double mass = 0, longest = 0; /* squared */
@@ -51,8 +48,8 @@ static long double rounding_of(const tfa_description *s)
     return 16 * (long double)DBL_EPSILON * mass * longest;
 }
 
-/* A negative moment of the size of rounding is 0, with a note: of the digits of the file, relative
- * to the largest (tfa_eigen_negative), or of the doubles that the file was computed with. */
+/* Replaces a negative moment of the size of rounding by 0, with a note: rounding of the file's
+ * digits (tfa_eigen_negative) or of the doubles that the file was computed with. */
 static int is_rounded(struct draft *d, size_t k, const long double value[3], const long double V[9],
                       tfa_report *report)
 {
@@ -123,7 +120,7 @@ static int check_link(struct draft *d, size_t k, int moves, tfa_report *report)
     return status;
 }
 
-/* Joints come parents first, and so do the links that they move. */
+/* Joints come parents first, and so do their child links. */
 int tfa_draft_inertias(struct draft *d, tfa_report *report)
 {
     const tfa_description *s = d->description;
@@ -143,7 +140,6 @@ int tfa_draft_inertias(struct draft *d, tfa_report *report)
     return status;
 }
 
-/* Mass that a fixed base carries decides no answer. */
 void tfa_draft_note_base(const struct draft *d, tfa_report *report)
 {
     const tfa_link *root = &d->description->links[d->root];

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Freedoms that nothing with mass moves with: M would be singular.
+ * Joints that move no mass, and links without <inertial>.
  */
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "model/draft/draft.h"
 
-/* has_mass: the link or something that hangs from it has mass, inertia or a payload. */
+/* has_mass: the link or its subtree has mass, inertia or a payload. */
 static void propagate_has_mass(struct draft *d)
 {
     const tfa_description *s = d->description;
@@ -25,7 +25,7 @@ static void propagate_has_mass(struct draft *d)
     }
 }
 
-/* moves_mass[j]: joint j, or one that follows it, moves mass or an armature. */
+/* moves_mass[j]: joint j or one of its followers moves mass or an armature. */
 static void find_moving_mass(const struct draft *d, uint8_t *moves_mass)
 {
     const tfa_description *s = d->description;
@@ -37,7 +37,7 @@ static void find_moving_mass(const struct draft *d, uint8_t *moves_mass)
     }
 }
 
-/* The joint stands at 0. */
+/* Locks a joint at 0. */
 static void lock_at_zero(struct draft *d, size_t j, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];
@@ -60,7 +60,7 @@ static void refuse(const struct draft *d, size_t j, tfa_report *report)
         d->description->links[joint->child].name);
 }
 
-/* What followed a joint that is now locked stands still too. */
+/* Locks the followers of locked joints. */
 static void lock_followers(struct draft *d)
 {
     for (size_t j = 0; j < d->description->joint_count; j++) {
@@ -96,7 +96,8 @@ int tfa_draft_leaves(struct draft *d, tfa_report *report)
     return status;
 }
 
-/* "joint 'a' and joint 'b'", or "joint 'a' to joint 'c'": those of a fused body that ends at b */
+/* "joint 'a' and joint 'b'" or "joint 'a' to joint 'c'": the joints of a fused body that ends
+ * at b */
 static void name_joints(const struct draft *d, const struct draft_body *b, uint32_t row, char *text,
                         size_t size)
 {
@@ -108,7 +109,7 @@ static void name_joints(const struct draft *d, const struct draft_body *b, uint3
              row == 2 ? "and" : "to", joints[b->joint].name);
 }
 
-/* end: the fused body of `row` joints that it becomes part of, or NULL */
+/* end: the fused body of `row` joints that it is part of, or NULL */
 static void report_massless_link(const struct draft *d, const struct draft_body *body,
                                  const struct draft_body *end, uint32_t row, tfa_report *report)
 {
@@ -126,7 +127,7 @@ static void report_massless_link(const struct draft *d, const struct draft_body 
         refused ? tfa_option_text(report, TFA_OPTION_INERTIA_STRICT) : "");
 }
 
-/* Nothing but the links of the file makes it a body: one that carries a payload has mass. */
+/* 1: a body without mass, payload and <inertial> */
 static int lacks_inertial(const struct draft *d, const struct draft_body *b)
 {
     return b->sum.mass == 0 && b->sum.I[0] + b->sum.I[3] + b->sum.I[5] == 0 && !b->loaded &&
@@ -150,7 +151,7 @@ int tfa_draft_check_massless(const struct draft *d, const uint32_t *next, tfa_re
     return found && d->options->inertia == TFA_INERTIA_STRICT_PHYSICAL ? TFA_E_MODEL : TFA_OK;
 }
 
-/* Does anything resist the six freedoms of the base besides what the joint on it does? */
+/* 1: the floating base has inertia, or two joints or an armature constrain it */
 static int base_is_constrained(const struct draft *d)
 {
     const struct draft_body *b = &d->body[0];

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Links become bodies: joints that do not move merged, frames turned so that joint axes are z,
- * inertias summed about the joint. All of it in quadruple precision, rounded to double once at the
- * end.
+ * Merging of links into bodies: rigid connections removed, frames turned so that joint axes are z,
+ * inertias summed about the joint. In quadruple precision, rounded to double once when the model is
+ * compiled.
  */
 #include <string.h>
 
@@ -62,7 +62,7 @@ static void joint_frame(const struct draft *d, const tfa_joint *joint, ext axes[
     ext_apply(origin, up->R, xyz, up->p);
 }
 
-/* The child link of a joint that does not move is a frame on the parent's body. */
+/* The child link of a rigid joint becomes a frame on the parent's body. */
 static int merge_rigid(struct draft *d, uint32_t j, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];
@@ -77,7 +77,7 @@ static int merge_rigid(struct draft *d, uint32_t j, tfa_report *report)
     return TFA_OK;
 }
 
-/* The child link of a moving joint starts a body whose z axis is the joint's. */
+/* The child link of a moving joint becomes a body whose z axis is the joint's. */
 static int add_moving(struct draft *d, uint32_t j, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];

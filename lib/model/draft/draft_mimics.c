@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Joints that mimic others: chains resolved, and what becomes of them by policy.
+ * Mimic joints: resolution of chains, and the policy for followers.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -32,7 +32,7 @@ static int has_one_freedom(const tfa_joint *joint)
     return joint->type >= TFA_JOINT_REVOLUTE && joint->type <= TFA_JOINT_PRISMATIC;
 }
 
-/* A description made by hand was not checked by the loader. */
+/* The URDF front end checks files; this checks descriptions made by a program. */
 static int check_mimic(const struct draft *d, size_t j, tfa_report *report)
 {
     const tfa_description *s = d->description;
@@ -55,13 +55,13 @@ static int check_mimic(const struct draft *d, size_t j, tfa_report *report)
     return TFA_REFUSE(report, TFA_E_MODEL, joint->line, code, "joint '%s': %s", joint->name, wrong);
 }
 
-/* Does the chain of mimics end here? With a joint that follows none, or that the scene locks. */
+/* 1: the chain of mimics ends here: the joint follows none, or the scene locks it */
 static int chain_ends(const struct draft *d, size_t j)
 {
     return !mimics(d, j) || d->joint[j].fate == TFA_FATE_LOCKED;
 }
 
-/* The leader of j and of all joints on the way there. `path` is scratch. */
+/* Finds the leader of j and of all joints on the way. `path` is scratch. */
 static int resolve(struct draft *d, uint32_t j, uint32_t *path, tfa_report *report)
 {
     const tfa_description *s = d->description;
@@ -89,7 +89,7 @@ static int resolve(struct draft *d, uint32_t j, uint32_t *path, tfa_report *repo
     return TFA_OK;
 }
 
-/* A joint that the scene locks may not contradict the one that it follows. */
+/* Checks that a locked follower agrees with its leader. */
 static int check_locked(const struct draft *d, uint32_t j, tfa_report *report)
 {
     const struct draft_joint *follower = &d->joint[j];
@@ -112,7 +112,6 @@ static int check_locked(const struct draft *d, uint32_t j, tfa_report *report)
                       name, (long double)follower->q[0], of, (long double)q);
 }
 
-/* Its leader is outside the scene: nobody knows where the follower goes. */
 static int refuse_absent(const struct draft *d, uint32_t j, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];

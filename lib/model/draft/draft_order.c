@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The order of a robot's joints: document order, parents first.
+ * Order of the joints: document order, parents first.
  */
 #include <stdlib.h>
 
 #include "model/draft/draft.h"
 
-/* joint_of[link]: the joint whose child it is, or -1. Two of them are an error. */
+/* joint_of[link]: joint whose child it is, or -1. Two are an error. */
 static int find_parents(const struct draft *d, int32_t *joint_of, tfa_report *report)
 {
     const tfa_description *s = d->description;
@@ -49,7 +49,7 @@ static int find_root(struct draft *d, const int32_t *joint_of, tfa_report *repor
     return roots == 1 ? TFA_OK : TFA_E_MODEL;
 }
 
-/* Emits joint j after those above it that were not emitted yet. `path` is scratch. */
+/* Appends joint j after its ancestors. `path` is scratch. Returns SIZE_MAX on a loop. */
 static size_t append_path(struct draft *d, size_t done, uint32_t j, const int32_t *joint_of,
                           uint8_t *visited, uint32_t *path)
 {
@@ -57,7 +57,7 @@ static size_t append_path(struct draft *d, size_t done, uint32_t j, const int32_
     size_t length = 0;
     for (int32_t k = (int32_t)j; k >= 0 && !visited[k]; k = joint_of[s->joints[k].parent]) {
         if (length == s->joint_count)
-            return SIZE_MAX; /* walked in a circle */
+            return SIZE_MAX;
         path[length++] = (uint32_t)k;
     }
     while (length > 0) {
@@ -68,8 +68,8 @@ static size_t append_path(struct draft *d, size_t done, uint32_t j, const int32_
     return done;
 }
 
-/* A joint of the loop that lies above joint j: after as many steps up as there are joints, the walk
- * has left whatever hangs from the loop. */
+/* A joint of the loop above joint j: after as many steps up as there are joints, the walk is in the
+ * loop. */
 static const tfa_joint *joint_in_loop(const tfa_description *s, uint32_t j, const int32_t *joint_of)
 {
     for (size_t step = 0; step < s->joint_count; step++)

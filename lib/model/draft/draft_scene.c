@@ -25,7 +25,7 @@ static const char *link_name(const void *description, size_t index)
     return ((const tfa_description *)description)->links[index].name;
 }
 
-/* Adds the error about a link that does not exist, with the nearest that do. */
+/* Refuses an unknown link and names the most similar links. */
 static int refuse_link(const struct draft *d, const char *code, const char *name, const char *what,
                        tfa_report *report)
 {
@@ -55,7 +55,7 @@ static int find_root(struct draft *d, const char *name, tfa_report *report)
     return TFA_OK;
 }
 
-/* What hangs from the root is present. */
+/* Marks the links and joints below the root as present. */
 static void mark_present(struct draft *d)
 {
     const tfa_description *s = d->description;

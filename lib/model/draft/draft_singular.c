@@ -2,12 +2,12 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Robots whose mass matrix is singular at every q. Elimination from the leaves inward gives for
- * each freedom the inertia D = H^T IA H + R that resists it when all freedoms outboard move: M is
- * singular where a D is zero. In quadruple precision D of a freedom that nothing resists is 1e-30
- * of what the mass of the subtree, and D is analytic in q: zero at three arbitrary configurations
- * is zero at all.
+ * each freedom the inertia D = H^T IA H + R that it moves when all freedoms outboard are free
+ * (Featherstone 2008, 7.2); M is singular if a D is zero. In quadruple precision such a D is about
+ * 1e-30 of the inertia of the subtree. D is analytic in q: zero at three arbitrary configurations
+ * means zero everywhere.
  *
- * Freedoms that mimics couple count as locked: M of the others is a principal submatrix of the
+ * Freedoms coupled by mimics count as locked: M of the others is a principal submatrix of the
  * projected M, which is singular if that is.
  */
 #include <math.h>
@@ -17,30 +17,30 @@
 #include "model/payload.h"
 
 #define CONFIGURATIONS 3
-/* D is zero below this part of what the freedom moves with all freedoms outboard locked */
+/* Ratio below which D is zero, relative to the inertia with all outboard freedoms locked */
 #define ZERO_RATIO 1e-24L
-/* Own inertia above this part is enough: no need to look at what hangs from the body */
+/* Ratio of a body's own inertia that suffices without its subtree */
 #define SUFFICIENT_RATIO 1e-10L
 
 /* Spatial vectors: angular, then linear. An articulated inertia is dense. */
 struct singularity_check {
     struct draft *d;
     struct tfa_mass_properties *inertia; /* of each body, payloads included */
-    ext *rounding; /* of each body: rounding of moments that the file states as products, too */
-    ext (*IA)[36], (*IC)[36]; /* of each body: articulated, composite */
-    uint8_t *coupled;         /* of each joint: it follows or leads */
-    uint8_t *singular_count;  /* of each body: configurations in which a freedom has no inertia */
+    ext *rounding;                       /* of each body: rounding of moments stated as products */
+    ext (*IA)[36], (*IC)[36];            /* of each body: articulated, composite */
+    uint8_t *coupled;                    /* of each joint: it follows or leads */
+    uint8_t *singular_count; /* of each body: configurations with a freedom without inertia */
 };
 
-/* From the parent's coordinates to a frame with axes E (rows) and origin r, and the joint there */
+/* Pose of a frame in the parent's coordinates: axes E (rows), origin r */
 struct pose {
     ext E[9], r[3];
 };
 
 struct motion {
-    ext H[6][6]; /* a row of six for each freedom */
+    ext H[6][6]; /* one row for each freedom */
     ext R[6];    /* armature */
-    uint32_t n;  /* of freedoms that are not coupled */
+    uint32_t n;  /* freedoms that are not coupled */
     struct pose X;
 };
 
@@ -53,7 +53,7 @@ static ext random_number(uint32_t *seed)
     return (ext)(int32_t)*seed / 0x40000000;
 }
 
-/* Y = X m: a motion in the frame's coordinates */
+/* y = X m */
 static void transform_motion(ext y[6], const struct pose *X, const ext m[6])
 {
     const ext *r = X->r;
@@ -79,7 +79,7 @@ static void move_frame(struct pose *X, const ext shift[3], ext angle)
     }
 }
 
-/* One freedom more, along component `axis` of the frame that the last pose led to */
+/* Adds a freedom along component `axis` of the latest frame. */
 static void add_freedom(const struct singularity_check *l, struct motion *m, int axis,
                         int32_t joint)
 {
@@ -90,7 +90,7 @@ static void add_freedom(const struct singularity_check *l, struct motion *m, int
     m->R[m->n++] = joint >= 0 ? draft_armature(l->d, (size_t)joint) : 0;
 }
 
-/* A joint of one freedom: the motions so far are carried on across it. */
+/* Adds a joint of one freedom and transforms the previous motions across it. */
 static void add_single(const struct singularity_check *l, struct motion *m, const ext *E,
                        const ext *r, int prismatic, uint32_t joint, uint32_t *seed)
 {
@@ -113,7 +113,7 @@ static void add_single(const struct singularity_check *l, struct motion *m, cons
     add_freedom(l, m, prismatic ? 5 : 2, (int32_t)joint);
 }
 
-/* The body at an arbitrary q. The rotation of a free joint changes nothing: it has all six. */
+/* Motions of the body's joint at an arbitrary q. A free joint has all six. */
 static void joint_motion(const struct singularity_check *l, uint32_t i, uint32_t configuration,
                          struct motion *m)
 {
@@ -183,8 +183,8 @@ static void add_to_parent(ext up[36], const struct pose *X, const ext S[36])
                 up[6 * i + j] += columns[i][e] * u[j][e];
 }
 
-/* Lets the freedoms move one after the other, those with most inertia left first: IA <- IA - u u^T
- * / D. `size`: what a freedom moves with nothing yielding. Returns how many have none left. */
+/* Eliminates the freedoms, those with the largest remaining inertia first: IA <- IA - u u^T / D.
+ * `size`: inertia with everything locked. Returns how many have none left. */
 static uint32_t eliminate(const struct motion *m, ext IA[36], const ext IC[36], ext least,
                           ext rounding)
 {
@@ -217,7 +217,7 @@ static uint32_t eliminate(const struct motion *m, ext IA[36], const ext IC[36], 
     return 0;
 }
 
-/* Does the inertia of the body itself resist all its freedoms? */
+/* 1: the body's own inertia suffices for all its freedoms */
 static int has_sufficient_inertia(const struct singularity_check *l, uint32_t i)
 {
     const struct draft_body *b = &l->d->body[i];
@@ -235,8 +235,7 @@ static int has_sufficient_inertia(const struct singularity_check *l, uint32_t i)
     return eliminate(&m, IA, S, SUFFICIENT_RATIO, l->rounding[i]) == 0;
 }
 
-/* Marks the bodies that have a freedom without inertia; says whether there is one that had one in
- * all configurations so far. */
+/* Counts singular bodies of a configuration. Returns whether one was singular in all so far. */
 static int mark_singular_bodies(struct singularity_check *l, uint32_t configuration)
 {
     int any = 0;
@@ -295,7 +294,7 @@ static void mark_coupled(struct singularity_check *l)
 
 /* ---- messages ---- */
 
-/* The joint of the first body that hangs from body i, or of body i itself */
+/* Joint of the first child of body i, or of body i itself */
 static uint32_t first_outboard_joint(const struct draft *d, uint32_t i)
 {
     for (uint32_t k = i + 1; k < d->bodies; k++)

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Right angles that a file spells as 1.5708: within a stated angle of one, a rotation becomes
- * exactly that, when it is asked for. Another robot by as much, with constants that are 0 and 1.
+ * Snapping of rotations: a rotation within a given angle of right angles (a file says 1.5708)
+ * becomes exactly that, so that constants are 0 and 1.
  */
 #include <math.h>
 
 #include "model/draft/draft.h"
 
-/* The matrix of 0 and +-1 next to R, with one of these in each row and column; 0: there is none. */
+/* C: the nearest matrix with one +-1 in each row and column. Returns 0 if there is none. */
 static int nearest_right_angle(const ext R[9], ext C[9])
 {
     for (int k = 0; k < 9; k++)
@@ -19,7 +19,7 @@ static int nearest_right_angle(const ext R[9], ext C[9])
         if (in_row != 1 || in_column != 1)
             return 0;
     }
-    return 1; /* a reflection is no neighbour of a rotation: the limit tells */
+    return 1; /* reflections are too far away: the limit excludes them */
 }
 
 long double draft_snap(ext R[9], double limit)
@@ -50,7 +50,7 @@ static void count_snap(struct tally *t, const double quat[4], const double low[4
     ext_from_parts(q, quat, low, 4);
     ext_rotation(R, q);
     const long double angle = draft_snap(R, limit);
-    t->count += angle > 1e-15L; /* pi / 2 and pi as doubles are not worth a word */
+    t->count += angle > 1e-15L; /* rounding of pi / 2 and pi */
     if (angle > t->largest) {
         t->largest = angle;
         t->name = name;

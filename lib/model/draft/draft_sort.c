@@ -1,16 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The two orders: bodies stand tree by tree inside; coordinates and freedoms are numbered in
- * declared order outside.
+ * Orders of a model: bodies tree by tree; public coordinates and freedoms in declared order.
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "model/draft/draft.h"
 
-/* place[i]: where body i goes. Stable: within a tree the order stays, and trees come in the order
- * of their roots. */
+/* New index of each body. Stable: the order within a tree stays, trees come in the order of their
+ * roots. */
 static void order_bodies(const struct draft *d, uint32_t *new_index, uint32_t *tree,
                          uint32_t *start)
 {

@@ -1,18 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * On a fixed base the trees do not feel each other: those that carry no tip are left out. Mimics
- * couple trees; coupled trees stay or go together.
+ * Trees of a fixed base are independent unless mimics couple them: those without a tip of the scene
+ * are removed.
  */
 #include <stdlib.h>
 
 #include "model/draft/draft.h"
 
-/* Trees by the joint that starts them, as a forest of sets. */
+/* Sets of coupled trees (union-find), by the first joint of each tree */
 struct trees {
-    int32_t *of_link; /* joint that starts its tree; -1: fixed to the world */
-    uint32_t *up;     /* by joint: towards the one that stands for the set */
-    uint8_t *kept;    /* by joint that stands for a set */
+    int32_t *of_link; /* first joint of its tree; -1: fixed to the world */
+    uint32_t *up;     /* by joint: parent in the set */
+    uint8_t *kept;    /* by root of a set */
 };
 
 static uint32_t find_set(struct trees *t, uint32_t tree)

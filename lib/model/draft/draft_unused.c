@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Notes about what the description says and this model does not use: one for each kind, with its
- * number and its first line.
+ * Notes about items of a description that the model does not use: one for each kind, with count and
+ * first line.
  */
 #include <stdio.h>
 
 #include "model/draft/draft.h"
 
-/* Joints that move and have something. */
+/* Moving joints with an unused value */
 struct tally {
     size_t count;
     uint32_t line; /* of the first one */

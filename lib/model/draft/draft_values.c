@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Are the numbers of a description numbers? A file's were checked where it was read; a description
- * made by hand comes here first.
+ * Validation of a description's numbers. The URDF front end has validated those of files.
  */
 #include <math.h>
 
@@ -16,13 +15,13 @@ static int all_finite(const double *x, int count)
     return 1;
 }
 
-/* Any finite length but zero will do: rotations are normalised when they are used. */
+/* Any finite length but zero: rotations are normalised when they are used. */
 static int is_valid_quaternion(const double q[4])
 {
     return all_finite(q, 4) && (q[0] != 0 || q[1] != 0 || q[2] != 0 || q[3] != 0);
 }
 
-/* Is `low` no more than what double precision leaves of `high`? */
+/* 1: `low` is at most the rounding of `high` to double */
 static int is_rounding_remainder(const double *high, const double *low, int count)
 {
     double largest = 0;
@@ -69,7 +68,7 @@ static int check_link(const tfa_link *link, tfa_report *report)
     return TFA_OK;
 }
 
-/* Inertia of the motor that will be used; one that is not asked for does not matter. */
+/* The armature in use; an unused one is not checked. */
 static int check_armature(const tfa_joint *joint, int with_rotor, tfa_report *report)
 {
     const double a = joint->armature + (with_rotor ? joint->rotor : 0);
@@ -80,7 +79,7 @@ static int check_armature(const tfa_joint *joint, int with_rotor, tfa_report *re
                       joint->name, a);
 }
 
-/* Has it an axis with a direction? One without is refused where it is used. */
+/* 1: its axis matters. An axis without direction is refused when it is used. */
 static int has_axis(const tfa_joint *joint)
 {
     return joint->type != TFA_JOINT_FIXED && joint->type != TFA_JOINT_FLOATING &&

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The axes of a joint, and where it puts its child (docs/conventions.md), in quadruple precision.
+ * Axes of a joint and pose of its child (docs/conventions.md), in quadruple precision.
  */
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The growing list of messages that loading and compiling a robot leaves behind.
+ * Reports: the growing list of messages of loading and compiling a robot.
  */
 #include <locale.h>
 #include <stdarg.h>
@@ -34,24 +34,26 @@ int tfa_report_print(char *text, size_t size, const char *format, va_list argume
     return length;
 }
 
-/* Code and text share one block that starts with the code, so that one free() releases both. */
-static char *message_block(const char *code, const char *format, va_list arguments, char **text)
+tfa_message *tfa_report_append(tfa_report *report, tfa_severity severity, uint32_t line,
+                               const char *code, const char *entity, const char *text)
 {
-    va_list again;
-    va_copy(again, arguments);
-    int length = tfa_report_print(NULL, 0, format, again);
-    va_end(again);
-    if (length < 0)
-        return NULL;
-    size_t code_size = strlen(code) + 1;
-    size_t text_size = (size_t)length + 1;
-    char *block = malloc(code_size + text_size);
+    const size_t c = strlen(code) + 1, e = strlen(entity) + 1, t = strlen(text) + 1;
+    report->errors += severity == TFA_ERROR;
+    report->warnings += severity == TFA_WARNING;
+    char *block = report_grow(report) == 0 ? malloc(c + e + t) : NULL;
     if (!block)
         return NULL;
-    memcpy(block, code, code_size);
-    *text = block + code_size;
-    tfa_report_print(*text, text_size, format, arguments);
-    return block;
+    memcpy(block, code, c);
+    memcpy(block + c, entity, e);
+    memcpy(block + c + e, text, t);
+    tfa_message *m = &report->messages[report->count++];
+    *m = (tfa_message){.severity = severity,
+                       .line = line,
+                       .count = 1,
+                       .code = block,
+                       .entity = block + c,
+                       .text = block + c + e};
+    return m;
 }
 
 void tfa_report_add(tfa_report *report, tfa_severity severity, uint32_t line, const char *code,
@@ -59,19 +61,21 @@ void tfa_report_add(tfa_report *report, tfa_severity severity, uint32_t line, co
 {
     if (!report)
         return;
-    report->errors += severity == TFA_ERROR;
-    report->warnings += severity == TFA_WARNING;
-    if (report_grow(report) != 0)
-        return;
-    char *text = NULL;
-    va_list arguments;
+    va_list arguments, again;
     va_start(arguments, format);
-    char *block = message_block(code ? code : "", format, arguments, &text);
+    va_copy(again, arguments);
+    const int length = tfa_report_print(NULL, 0, format, again);
+    char *text = length < 0 ? NULL : malloc((size_t)length + 1);
+    if (text) {
+        tfa_report_print(text, (size_t)length + 1, format, arguments);
+        tfa_report_append(report, severity, line, code ? code : "", "", text);
+    } else {
+        report->errors += severity == TFA_ERROR;
+        report->warnings += severity == TFA_WARNING;
+    }
+    va_end(again);
     va_end(arguments);
-    if (!block)
-        return;
-    report->messages[report->count++] = (tfa_message){
-        .severity = severity, .line = line, .count = 1, .code = block, .text = text, .entity = ""};
+    free(text);
 }
 
 void tfa_report_set_file(tfa_report *report, const char *file)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Messages that loading and compiling share.
+ * Messages of loading and compiling: grouping, notes about unused items, options in the syntax of
+ * the interface in use.
  */
 #include "model/report/report_messages.h"
 
@@ -53,7 +54,7 @@ static void replace_text(tfa_message *m, const char *text)
     const size_t entity = (size_t)(m->entity - m->code);
     char *block = realloc((void *)(uintptr_t)m->code, head + size);
     if (!block)
-        return; /* the shorter text is true as well */
+        return; /* the shorter text remains */
     memcpy(block + head, text, size);
     m->code = block;
     m->entity = block + entity;
@@ -79,27 +80,6 @@ static void add_name(tfa_message *m, const char *noun, const char *name)
     replace_text(m, text);
 }
 
-/* Adds a message whose entity stands between its code and its text. */
-static tfa_message *add_with_entity(tfa_report *report, tfa_severity severity, uint32_t line,
-                                    const char *code, const char *entity, const char *text)
-{
-    const size_t before = report->count;
-    tfa_report_add(report, severity, line, code, "%s", text);
-    if (report->count == before)
-        return NULL; /* out of memory: it was counted */
-    tfa_message *m = &report->messages[before];
-    const size_t c = strlen(code) + 1, s = strlen(entity) + 1, t = strlen(m->text) + 1;
-    char *block = realloc((void *)(uintptr_t)m->code, c + s + t);
-    if (!block)
-        return NULL;
-    memmove(block + c + s, block + c, t);
-    memcpy(block + c, entity, s);
-    m->code = block;
-    m->entity = block + c;
-    m->text = block + c + s;
-    return m;
-}
-
 void tfa_report_add_grouped(tfa_report *report, tfa_severity severity, uint32_t line,
                             const char *code, const char *noun, const char *name,
                             const char *format, ...)
@@ -119,7 +99,7 @@ void tfa_report_add_grouped(tfa_report *report, tfa_severity severity, uint32_t 
     va_start(arguments, format);
     tfa_report_print(text, sizeof text, format, arguments);
     va_end(arguments);
-    m = add_with_entity(report, severity, line, code, name, text);
+    m = tfa_report_append(report, severity, line, code, name, text);
     if (m)
         m->prefix_length = (uint32_t)strlen(m->text);
 }
@@ -131,12 +111,12 @@ void tfa_report_add_unused(tfa_report *report, uint32_t line, const char *code, 
         return;
     char text[TEXT];
     snprintf(text, sizeof text, "robot: %s: not used; in the file: %zu%s", item, count, more);
-    tfa_message *m = add_with_entity(report, TFA_NOTE, line, code, item, text);
+    tfa_message *m = tfa_report_append(report, TFA_NOTE, line, code, item, text);
     if (m)
         m->count = (uint32_t)count;
 }
 
-/* How many errors since report->first, and how many codes they have. */
+/* Number of errors since report->first, and of their codes */
 static size_t count_errors(const tfa_report *report, size_t *kinds)
 {
     size_t errors = 0;

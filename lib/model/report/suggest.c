@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The names that a mistyped one may have meant: by edit distance.
+ * Suggestions for mistyped names, by edit distance.
  */
 #include <stdint.h>
 #include <stdio.h>
@@ -9,7 +9,7 @@
 #include <totalforce/text.h>
 
 #define SUGGESTIONS 3
-#define NAME_LENGTH_MAX 96 /* of names, for comparing */
+#define NAME_LENGTH_MAX 96 /* compared bytes of a name */
 
 static uint32_t smallest(uint32_t a, uint32_t b, uint32_t c)
 {
@@ -17,8 +17,7 @@ static uint32_t smallest(uint32_t a, uint32_t b, uint32_t c)
     return least < c ? least : c;
 }
 
-/* Insertions, deletions, replacements and exchanges of neighbours that make b of a: three rows of
- * the table at a time. */
+/* Restricted Damerau-Levenshtein distance, with three rows of the table. */
 static uint32_t distance(const char *a, const char *b)
 {
     const size_t rows = strnlen(a, NAME_LENGTH_MAX), columns = strnlen(b, NAME_LENGTH_MAX);

@@ -60,7 +60,9 @@ static int start_log(service *s)
 
 static int find_identity(service *s)
 {
-    return tfa_identity_find(s->daemon.settings, &s->user, &s->user_group, &s->daemon.group);
+    const int status =
+        tfa_identity_find(s->daemon.settings, &s->user, &s->user_group, &s->daemon.group);
+    return status == TFA_OK ? tfa_admission_load(s->daemon.settings, &s->daemon.admission) : status;
 }
 
 static int acquire_runtime_dir(service *s)
@@ -250,6 +252,7 @@ static void stop_all(service *s)
     reload_abandon(&s->daemon);
     session_end_all(&s->daemon);
     daemon_free_robot_set(&s->daemon);
+    tfa_admission_free(&s->daemon.admission);
     control_close(&s->daemon);
     if (s->lock >= 0)
         tfa_runtime_dir_release(s->daemon.settings->runtime_dir, s->lock);
@@ -287,10 +290,15 @@ static int serve(config *settings)
 static int check_configuration(const config *settings)
 {
     robot_set f;
-    const int identity = tfa_identity_check(settings), status = robot_set_load(settings, &f);
+    tfa_admission admission;
+    const int identity = tfa_identity_check(settings);
+    const int admitted = tfa_admission_load(settings, &admission);
+    const int status = robot_set_load(settings, &f);
+    if (admitted == TFA_OK)
+        tfa_admission_free(&admission);
     if (status == TFA_OK)
         robot_set_unload(&f);
-    return status == TFA_OK && identity == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
+    return status == TFA_OK && identity == TFA_OK && admitted == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
 }
 
 /* ---- the command line ---- */

@@ -31,7 +31,6 @@ typedef struct client_connection {
     tfa_ring_client ring;
     void *requests;
     const void *replies;
-    const void *worker_status;
 } client_connection;
 
 struct tfa_client {

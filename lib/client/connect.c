@@ -173,14 +173,12 @@ static int map_segments(const tfa_welcome *w, const int *fds, client_connection 
     c->requests =
         map_segment(fds[TFA_WELCOME_REQUESTS], w->layout.request_bytes, PROT_READ | PROT_WRITE);
     c->replies = map_segment(fds[TFA_WELCOME_REPLIES], w->layout.reply_bytes, PROT_READ);
-    c->worker_status =
-        map_segment(fds[TFA_WELCOME_WORKER_STATUS], sizeof(tfa_ring_worker_status), PROT_READ);
     c->ring = (tfa_ring_client){.layout = w->layout,
                                 .requests = c->requests,
                                 .replies = c->replies,
-                                .worker_status = c->worker_status,
+                                .worker_status = c->replies,
                                 .spin = w->wait == TFA_WAIT_SPIN};
-    return c->requests && c->replies && c->worker_status ? TFA_OK : TFA_E_MEMORY;
+    return c->requests && c->replies ? TFA_OK : TFA_E_MEMORY;
 }
 
 /* ---- names ---- */
@@ -335,8 +333,6 @@ void tfa_connection_close(client_connection *c)
         munmap(c->requests, c->ring.layout.request_bytes);
     if (c->replies)
         munmap((void *)(uintptr_t)c->replies, c->ring.layout.reply_bytes);
-    if (c->worker_status)
-        munmap((void *)(uintptr_t)c->worker_status, sizeof(tfa_ring_worker_status));
     if (c->doorbell >= 0)
         close(c->doorbell);
     if (c->socket >= 0)

@@ -14,7 +14,7 @@
 
 #define TFA_HANDSHAKE_MAGIC 0x31414654u /* "TFA1" */
 /** Incremented with every change of handshake.h, wire.h or ring.h. */
-#define TFA_HANDSHAKE_ABI 4u
+#define TFA_HANDSHAKE_ABI 5u
 #define TFA_ROBOT_NAME_MAX 63
 /** Locked (F_OFD_SETLK) by the daemon of a runtime directory during its lifetime. */
 #define TFA_LOCK_FILE "totalforced.lock"
@@ -31,11 +31,10 @@ typedef struct tfa_hello {
 
 /** Descriptors of a WELCOME of status TFA_OK, in this order. */
 enum {
-    TFA_WELCOME_REQUESTS,      /**< segment, read-write */
-    TFA_WELCOME_REPLIES,       /**< segment, read-only */
-    TFA_WELCOME_WORKER_STATUS, /**< one tfa_ring_worker_status, read-only */
-    TFA_WELCOME_NAMES,         /**< names, read-only: see tfa_welcome.names_bytes */
-    TFA_WELCOME_DOORBELL,      /**< eventfd: write 1 to wake the worker */
+    TFA_WELCOME_REQUESTS, /**< segment, read-write */
+    TFA_WELCOME_REPLIES,  /**< segment, read-only */
+    TFA_WELCOME_NAMES,    /**< names, read-only: see tfa_welcome.names_bytes */
+    TFA_WELCOME_DOORBELL, /**< eventfd: write 1 to wake the worker */
     TFA_WELCOME_DESCRIPTORS
 };
 

@@ -4,10 +4,10 @@
  * The ring between one client and one worker: pure operations on memory, no system call.
  *
  * Two segments. The client writes the first (a line with its sleep flag, then request slots), the
- * worker writes the second (reply slots). Request i (from 0) takes request slot i mod slots, its
- * reply takes the reply slot of the same number, so as long as a client has at most `slots`
- * requests outstanding nothing overflows, and neither side reads the other's position.
- * A third line, the worker's status, is shared by all its clients.
+ * worker writes the second (its status, then reply slots). Request i (from 0) takes request slot i
+ * mod slots, its reply takes the reply slot of the same number, so as long as a client has at most
+ * `slots` requests outstanding nothing overflows, and neither side reads the other's position.
+ * No memory is shared between clients: a client that spoils a segment spoils its own.
  *
  * Concurrency: one thread uses the client's end, one thread the worker's end.
  *
@@ -28,7 +28,8 @@
  *   publisher sees the flag. A stale flag costs one needless wake-up.
  *   Where both sides agreed to spin there are no flags, and A1 and A2 are plain release.
  *
- *   A5 worker_status.heartbeat store relaxed -> R5 load relaxed: only "did it change" is asked.
+ *   A5 worker_status.heartbeat store relaxed -> R5 load relaxed: only "did it change" is asked, by
+ *   a client that has waited long.
  */
 #ifndef TFA_IPC_RING_H
 #define TFA_IPC_RING_H
@@ -48,11 +49,11 @@ typedef struct tfa_ring_client_flags {
                                                          after a reply */
 } tfa_ring_client_flags;
 
-/** Status of a worker, read by all its clients */
+/** Head of the reply segment: status of the worker, one copy for each client */
 typedef struct tfa_ring_worker_status {
     _Alignas(TFA_WIRE_LINE) _Atomic uint32_t asleep;    /** A3, R3: the client wakes the worker
                                                             after a request */
-    _Alignas(TFA_WIRE_LINE) _Atomic uint64_t heartbeat; /** A5, R5: incremented each cycle */
+    _Alignas(TFA_WIRE_LINE) _Atomic uint64_t heartbeat; /** A5, R5: grows while the worker runs */
 } tfa_ring_worker_status;
 
 typedef struct tfa_ring_layout {
@@ -95,7 +96,7 @@ static inline tfa_ring_layout tfa_ring_layout_of(const tfa_wire_shape *shape, ui
                               .request_stride = tfa_ring_stride(tfa_wire_request_capacity(shape)),
                               .reply_stride = tfa_ring_stride(tfa_wire_reply_capacity(shape))};
     layout.request_bytes = sizeof(tfa_ring_client_flags) + slots * layout.request_stride;
-    layout.reply_bytes = slots * layout.reply_stride;
+    layout.reply_bytes = sizeof(tfa_ring_worker_status) + slots * layout.reply_stride;
     return layout;
 }
 
@@ -112,7 +113,8 @@ static inline size_t tfa_ring_request_offset(const tfa_ring_layout *layout, uint
 
 static inline size_t tfa_ring_reply_offset(const tfa_ring_layout *layout, uint64_t index)
 {
-    return (size_t)(index & (layout->slots - 1)) * layout->reply_stride;
+    return sizeof(tfa_ring_worker_status) +
+           (size_t)(index & (layout->slots - 1)) * layout->reply_stride;
 }
 
 /** Prefetches lines 2 to 5 of a slot that this side writes next: they are in the other side's
@@ -214,6 +216,11 @@ static inline void tfa_ring_client_end_wait(const tfa_ring_client *c)
 }
 
 /* ---- the worker's end ---- */
+
+static inline tfa_ring_worker_status *tfa_ring_worker_status_of(const tfa_ring_server *s)
+{
+    return (tfa_ring_worker_status *)(void *)s->replies;
+}
 
 typedef enum tfa_ring_state { TFA_RING_EMPTY, TFA_RING_READY, TFA_RING_BROKEN } tfa_ring_state;
 

@@ -141,6 +141,7 @@ static void encode_line(const tfa_wire_shape *shape, const tfa_request *r, tfa_w
     LINE_FIELDS(ENCODE)
 #undef ENCODE
     line->dof = dof_check(shape);
+    line->deadline_us = 0;
     memset(line->reserved, 0, sizeof line->reserved);
 }
 

@@ -72,11 +72,12 @@ typedef struct tfa_wire_request {
     uint32_t count, dof;  /**< states; q_count + v_count + base freedoms, as a check */
     uint32_t refine, flags;
     uint32_t locked_count;
+    uint32_t deadline_us;    /**< after t_sent; 0: none. A request that begins later is refused */
     uint16_t op, method;     /**< larger numbers become 65535, which is invalid as well */
     uint16_t present, want;  /**< blocks */
     uint8_t estimate, frame; /**< larger numbers become 255, which is invalid as well */
     uint8_t tip_count, wrench_count, payload_count; /**< the same */
-    uint8_t reserved[7];                            /**< 0 */
+    uint8_t reserved[3];                            /**< 0 */
 } tfa_wire_request;
 
 /** Line 0 of a reply slot. */

@@ -18,6 +18,9 @@
 
 /* Clients of one worker at most */
 #define TFA_WORKER_CLIENTS_MAX 256
+/* Time of one client's turn: 40 forward dynamics of a 7-joint arm; a part costs 0.1 us more than
+ * its states (tests/service/fairness.c prints both) */
+#define TFA_WORKER_TURN_US 20
 
 typedef enum config_estimate {
     CONFIG_ESTIMATE_DEFAULT,
@@ -93,7 +96,6 @@ typedef struct config_robot {
     uint32_t residual;  /* tfa_residual */
     uint32_t wait;      /* tfa_wait: default of clients */
     uint32_t slots, max_batch;
-    uint32_t cut;     /* states */
     uint32_t methods; /* config_methods */
     double snap;
     bool rotor_inertia, damping, lock_massless_leaves;
@@ -101,7 +103,7 @@ typedef struct config_robot {
 } config_robot;
 
 typedef struct config_limits {
-    uint32_t clients, clients_per_user, memory_mib;
+    uint32_t clients, clients_per_user, memory_mib, memory_mib_per_user;
 } config_limits;
 
 typedef struct config_realtime {
@@ -124,10 +126,12 @@ typedef struct config_dds {
 
 typedef struct config {
     const char *runtime_dir, *group, *user;
+    const char **allow_users, **allow_groups; /* both empty: everybody who can open a socket */
+    size_t allow_users_count, allow_groups_count;
     const char *specialise_directory;
     uint32_t specialise; /* config_specialise */
     uint32_t log_level;
-    uint32_t workers, spin_ns, backend;
+    uint32_t workers, spin_ns, turn_us, backend;
     bool allow_spin;
     config_limits limits;
     config_realtime realtime;

@@ -134,9 +134,6 @@ static const config_row robot_rows[] = {
      .high = TFA_RING_SLOTS_MAX, .help = "Most requests a client may have outstanding"},
     {"max_batch", CONFIG_COUNT, AT(config_robot, max_batch), .default_value = 64, .low = 1,
      .high = 65536, .help = "Most states of one request"},
-    {"cut", CONFIG_COUNT, AT(config_robot, cut), RELOADABLE, .default_value = 32, .low = 1,
-     .high = 65536,
-     .help = "Longer batches are solved so many states at a time, between requests of others"},
     {"methods", CONFIG_WORD, AT(config_robot, methods), RELOADABLE,
      .default_value = CONFIG_METHODS_AUTO, .words = methods_words,
      .help = "Memory for all methods, or, beyond 256 bodies, for those of auto only: auto, all"},
@@ -154,6 +151,9 @@ static const config_row limit_rows[] = {
     {"memory_mib", CONFIG_COUNT, AT(config_limits, memory_mib), RELOADABLE, .default_value = 512,
      .low = 1,
      .high = 1048576, .help = "Most shared memory for all clients together, MiB"},
+    {"memory_mib_per_user", CONFIG_COUNT, AT(config_limits, memory_mib_per_user), RELOADABLE,
+     .default_value = 256, .low = 1, .high = 1048576,
+     .help = "Most shared memory for all clients of one user, MiB"},
     {0}};
 static const config_table limit_table = {limit_rows, sizeof(config_limits)};
 
@@ -197,6 +197,12 @@ static const config_row top_rows[] = {
      .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, else /run/totalforce ($XDG_RUNTIME_DIR/"
              "totalforce if not root)"},
     {"group", CONFIG_TEXT, AT(config, group), .help = "Group that may connect (sockets are 0660)"},
+    {"allow_users", CONFIG_LIST, LIST_AT(config, allow_users), .low = 0, .high = 1000,
+     .entry = CONFIG_TEXT, RELOADABLE,
+     .help = "Users that may connect, besides root and the daemon's own; all when both are absent"},
+    {"allow_groups", CONFIG_LIST, LIST_AT(config, allow_groups), .low = 0, .high = 1000,
+     .entry = CONFIG_TEXT, RELOADABLE,
+     .help = "Groups whose members may connect; all when both are absent"},
     {"user", CONFIG_TEXT, AT(config, user),
      .help = "Started by root: becomes this user when priorities and locks are held"},
     {"log", CONFIG_WORD, AT(config, log_level), .default_value = 2, .words = log_words,
@@ -205,6 +211,9 @@ static const config_row top_rows[] = {
      .help = "Threads that answer; a client belongs to one"},
     {"spin_ns", CONFIG_COUNT, AT(config, spin_ns), .default_value = 50000, .low = 0, .high = 1e9,
      .help = "hybrid: spins so long before it sleeps; longer than the worst computation"},
+    {"turn_us", CONFIG_COUNT, AT(config, turn_us), .default_value = TFA_WORKER_TURN_US, .low = 1,
+     .high = 100000,
+     .help = "A client waits so long for others at most; longer requests are answered in parts"},
     {"allow_spin", CONFIG_BOOL, AT(config, allow_spin), .default_value = true,
      .help = "Clients may ask for spin, which takes the worker's core while they are connected"},
     {"backend", CONFIG_WORD, AT(config, backend), .default_value = CONFIG_BACKEND_SHM,

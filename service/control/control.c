@@ -128,17 +128,6 @@ static void accept_client(tfa_daemon *d, uint32_t robot)
             reject_connection(d, d->listeners[robot]);
         return;
     }
-    if (d->session_count >= d->settings->limits.clients) {
-        tfa_welcome w = {.magic = TFA_HANDSHAKE_MAGIC,
-                         .abi = TFA_HANDSHAKE_ABI,
-                         .status = TFA_E_REFUSED,
-                         .daemon_pid = (int32_t)getpid(),
-                         .text = "as many clients as limits.clients allows are connected"};
-        (void)send(fd, &w, sizeof w, MSG_NOSIGNAL | MSG_DONTWAIT);
-        close(fd);
-        d->totals.refused++;
-        return;
-    }
     session_begin(d, robot, fd);
 }
 
@@ -225,8 +214,7 @@ static void watch_workers(tfa_daemon *d)
         return;
     for (uint32_t i = 0; i < d->settings->workers; i++) {
         daemon_worker *w = &d->workers[i];
-        const tfa_ring_worker_status *worker_status = tfa_worker_get_status(w->worker);
-        const uint64_t beat = atomic_load_explicit(&worker_status->heartbeat, memory_order_relaxed);
+        const uint64_t beat = tfa_worker_heartbeat(w->worker);
         all = all && beat != w->last_heartbeat;
         w->last_heartbeat = beat;
         tfa_worker_wake(w->worker);

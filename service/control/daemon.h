@@ -13,6 +13,7 @@
 #include <sys/types.h>
 
 #include "config/config.h"
+#include "control/admission.h"
 #include "dds_gateway/dds.h"
 #include "ipc/handshake.h"
 #include "platform/segment.h"
@@ -22,7 +23,6 @@
 /* A worker, its thread and its solvers */
 typedef struct daemon_worker {
     tfa_worker *worker;
-    tfa_segment worker_status;
     tfa_robot_solver **solvers; /* one for each robot */
     pthread_t thread;
     bool started;
@@ -50,6 +50,7 @@ typedef struct session {
     daemon_worker *worker;
     tfa_worker_client *client;
     tfa_segment requests, replies;
+    bool resized;    /* the client changed its request segment */
     tfa_hello hello; /* of a session that waits */
     ssize_t hello_size;
 } session;
@@ -96,6 +97,7 @@ typedef struct reload {
     bool loaded; /* the eventfd said so */
     int status;
     config *settings;
+    tfa_admission admission;
     robot_set robot_set;
     bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
     bool *shape_changed;         /* and its clients cannot stay */
@@ -114,9 +116,9 @@ typedef struct tfa_daemon {
     int epoll, signals, reserve;
     int *listeners; /* one for each robot */
     gid_t group;
+    tfa_admission admission;
     session *sessions;
     uint32_t session_count;
-    uint64_t memory; /* bytes of all segments of clients */
     daemon_totals totals;
     bool stop;
     uint64_t watchdog_ns, watchdog_last; /* 0: no watchdog */
@@ -163,7 +165,7 @@ uint64_t control_clock(void);
 
 /* ---- session.c: clients ---- */
 
-/* A connection was accepted. */
+/* A connection was accepted: it becomes a session, or is refused with a reason. */
 void session_begin(tfa_daemon *d, uint32_t robot, int socket);
 /* Something happened on its socket. */
 void session_event(tfa_daemon *d, session *s);

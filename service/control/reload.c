@@ -28,6 +28,7 @@ static void release_reload(const tfa_daemon *d, reload *r)
     free(r->changed);
     free(r->shape_changed);
     robot_set_unload(&r->robot_set);
+    tfa_admission_free(&r->admission);
     config_free(r->settings);
     *r = (reload){.event = r->event, .requested_again = r->requested_again};
 }
@@ -148,8 +149,11 @@ static void commit(tfa_daemon *d)
     for (uint32_t i = 0; i < d->robot_set.count; i++)
         commit_robot(d, i);
     config *settings = d->settings;
+    const tfa_admission admission = d->admission;
     d->settings = r->settings;
+    d->admission = r->admission;
     r->settings = settings;
+    r->admission = admission;
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
     free(robots);

@@ -39,8 +39,7 @@ static int read_settings(const tfa_daemon *d, reload *r)
 static bool same_solver(const config_robot *a, const config_robot *b)
 {
     return a->estimate == b->estimate && a->estimate_every == b->estimate_every &&
-           a->precision == b->precision && a->residual == b->residual && a->cut == b->cut &&
-           a->methods == b->methods;
+           a->precision == b->precision && a->residual == b->residual && a->methods == b->methods;
 }
 
 static bool same_model(const tfa_robot *a, const tfa_robot *b)
@@ -108,6 +107,8 @@ void *reload_thread(void *argument)
     const uint64_t one = 1;
     (void)setpriority(PRIO_PROCESS, 0, NICE); /* on Linux: of this thread */
     int status = read_settings(d, r);
+    if (status == TFA_OK)
+        status = tfa_admission_load(r->settings, &r->admission);
     if (status == TFA_OK)
         status = robot_set_load(r->settings, &r->robot_set);
     if (status == TFA_OK)

@@ -116,15 +116,12 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
         if (status == TFA_OK)
             robots[i] = tfa_robot_for_worker(&f->robots[i], w->solvers[i]);
     }
-    if (status == TFA_OK)
-        status = tfa_segment_create((config_backend)d->settings->backend,
-                                    sizeof(tfa_ring_worker_status), &w->worker_status);
     if (status == TFA_OK) {
         const tfa_worker_options options = {.robots = robots,
                                             .robot_count = f->count,
                                             .spin_ns = d->settings->spin_ns,
                                             .wait = worker_wait(d->settings),
-                                            .worker_status = w->worker_status.memory};
+                                            .turn_ns = d->settings->turn_us * 1000};
         status = tfa_worker_create(&options, &w->worker);
     }
     free(robots);
@@ -160,8 +157,6 @@ int daemon_start_workers(tfa_daemon *d)
     d->workers = calloc(d->settings->workers, sizeof *d->workers);
     if (!d->workers)
         return TFA_E_MEMORY;
-    for (uint32_t i = 0; i < d->settings->workers; i++)
-        d->workers[i].worker_status = TFA_SEGMENT_NONE;
     for (uint32_t i = 0; i < d->settings->workers; i++) {
         int status = start_worker(d, i);
         if (status != TFA_OK) {
@@ -201,7 +196,6 @@ void daemon_stop_workers(tfa_daemon *d)
 static void free_worker(const tfa_daemon *d, daemon_worker *w)
 {
     tfa_worker_destroy(w->worker);
-    tfa_segment_destroy(&w->worker_status);
     for (uint32_t i = 0; w->solvers && i < d->robot_set.count; i++)
         tfa_robot_solver_free(w->solvers[i]);
     free(w->solvers);

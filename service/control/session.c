@@ -22,10 +22,10 @@
 
 /* ---- the end ---- */
 
-static void release(tfa_daemon *d, session *s)
+static void release(session *s)
 {
-    d->memory -=
-        (s->requests.memory ? s->requests.size : 0) + (s->replies.memory ? s->replies.size : 0);
+    if (s->resized) /* it keeps its descriptor, not the memory */
+        (void)!ftruncate(s->requests.fd, 0);
     tfa_segment_destroy(&s->requests);
     tfa_segment_destroy(&s->replies);
     if (s->doorbell >= 0)
@@ -41,7 +41,7 @@ static void free_session(tfa_daemon *d, session *s)
         link = &(*link)->next;
     *link = s->next;
     d->session_count--;
-    release(d, s);
+    release(s);
     free(s);
 }
 
@@ -103,19 +103,10 @@ __attribute__((format(printf, 4, 5))) static int refuse(tfa_daemon *d, tfa_welco
     return status;
 }
 
-static uint32_t sessions_of(const tfa_daemon *d, uid_t user)
-{
-    uint32_t count = 0;
-    for (const session *s = d->sessions; s; s = s->next)
-        count += s->user == user && s->state == SESSION_ATTACHED;
-    return count;
-}
-
 static int check_hello(tfa_daemon *d, const session *s, const tfa_hello *hello, tfa_welcome *w)
 {
     const tfa_robot *served = &d->robot_set.robots[s->robot];
     const config_robot *robot = served->config;
-    const config_limits *limits = &d->settings->limits;
     if (hello->magic != TFA_HANDSHAKE_MAGIC || hello->abi != TFA_HANDSHAKE_ABI)
         return refuse(d, w, TFA_E_PROTOCOL, "this daemon speaks version %u of the protocol",
                       TFA_HANDSHAKE_ABI);
@@ -129,9 +120,6 @@ static int check_hello(tfa_daemon *d, const session *s, const tfa_hello *hello, 
                       robot->max_batch);
     if (hello->wait > TFA_WAIT_BLOCK)
         return refuse(d, w, TFA_E_PROTOCOL, "wait: %u does not exist", hello->wait);
-    if (sessions_of(d, s->user) >= limits->clients_per_user)
-        return refuse(d, w, TFA_E_REFUSED, "user %u has %u clients already", (unsigned)s->user,
-                      limits->clients_per_user);
     return TFA_OK;
 }
 
@@ -153,26 +141,57 @@ static daemon_worker *choose_worker(const tfa_daemon *d)
     return best;
 }
 
+/* Shared memory of the clients of a user; of all, if `all`. */
+static uint64_t memory_of(const tfa_daemon *d, uid_t user, bool all)
+{
+    uint64_t bytes = 0;
+    for (const session *s = d->sessions; s; s = s->next)
+        if (all || s->user == user)
+            bytes += (s->requests.memory ? s->requests.size : 0) +
+                     (s->replies.memory ? s->replies.size : 0);
+    return bytes;
+}
+
+static int check_memory(tfa_daemon *d, const session *s, uint64_t size, tfa_welcome *w)
+{
+    static const char *const keys[] = {"memory_mib_per_user", "memory_mib"};
+    const config_limits *limits = &d->settings->limits;
+    const uint64_t most[] = {limits->memory_mib_per_user * MIB, limits->memory_mib * MIB};
+    for (int all = 0; all < 2; all++)
+        if (size > most[all] || memory_of(d, s->user, all) > most[all] - size)
+            return refuse(d, w, TFA_E_REFUSED,
+                          "%llu KiB of shared memory are beyond limits.%s (%llu); ask for fewer "
+                          "slots or a smaller max_batch",
+                          (unsigned long long)size / 1024, keys[all],
+                          (unsigned long long)(most[all] / MIB));
+    return TFA_OK;
+}
+
+static int refuse_segment(tfa_daemon *d, tfa_welcome *w, int status, size_t size)
+{
+    if (errno == ENOSPC)
+        return refuse(d, w, TFA_E_REFUSED,
+                      "no room for %zu KiB in /dev/shm: free some of it, mount it larger, or set "
+                      "backend: memfd",
+                      size / 1024);
+    return refuse(d, w, status, "shared memory of %zu KiB: %s", size / 1024, strerror(errno));
+}
+
 static int create_segments(tfa_daemon *d, session *s, tfa_welcome *w)
 {
     const tfa_ring_layout *layout = &w->layout;
-    const uint64_t size = layout->request_bytes + layout->reply_bytes;
-    const uint64_t limit = d->settings->limits.memory_mib * MIB;
+    const size_t size = layout->request_bytes + layout->reply_bytes;
     const config_backend backend = (config_backend)d->settings->backend;
-    if (size > limit || d->memory > limit - size)
-        return refuse(d, w, TFA_E_REFUSED,
-                      "%llu KiB of shared memory are beyond limits.memory_mib (%u); ask for fewer "
-                      "slots or a smaller max_batch",
-                      (unsigned long long)size / 1024, d->settings->limits.memory_mib);
-    int status = tfa_segment_create(backend, layout->request_bytes, &s->requests);
-    if (status == TFA_OK)
-        d->memory += layout->request_bytes;
-    if (status == TFA_OK)
-        status = tfa_segment_create(backend, layout->reply_bytes, &s->replies);
-    if (status == TFA_OK)
-        d->memory += layout->reply_bytes;
+    int status = check_memory(d, s, size, w);
     if (status != TFA_OK)
-        return refuse(d, w, status, "shared memory: %s", strerror(errno));
+        return status;
+    status =
+        tfa_segment_create(backend, TFA_SEGMENT_PEER_WRITES, layout->request_bytes, &s->requests);
+    if (status == TFA_OK)
+        status =
+            tfa_segment_create(backend, TFA_SEGMENT_PEER_READS, layout->reply_bytes, &s->replies);
+    if (status != TFA_OK)
+        return refuse_segment(d, w, status, size);
     s->doorbell = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     return s->doorbell >= 0 ? TFA_OK : refuse(d, w, TFA_E_SYSTEM, "eventfd: %s", strerror(errno));
 }
@@ -226,7 +245,6 @@ static bool send_welcome(const tfa_daemon *d, const session *s, tfa_welcome *w)
         int fds[TFA_WELCOME_DESCRIPTORS];
         fds[TFA_WELCOME_REQUESTS] = s->requests.fd;
         fds[TFA_WELCOME_REPLIES] = s->replies.fd_readonly;
-        fds[TFA_WELCOME_WORKER_STATUS] = s->worker->worker_status.fd_readonly;
         fds[TFA_WELCOME_NAMES] = d->robot_set.robots[s->robot].names.fd_readonly;
         fds[TFA_WELCOME_DOORBELL] = s->doorbell;
         message.msg_control = control.bytes;
@@ -251,8 +269,7 @@ static void answer_handshake(tfa_daemon *d, session *s, const tfa_hello *hello, 
     else
         status = accept_hello(d, s, hello, &w);
     const bool sent = send_welcome(d, s, &w);
-    tfa_segment_close(&s->requests);
-    tfa_segment_close(&s->replies);
+    tfa_segment_close(&s->replies); /* the size of the requests is watched */
     if (status != TFA_OK)
         tfa_log(TFA_LOG_INFO, "client %d (user %u) of robot '%s' refused: %s", (int)s->process,
                 (unsigned)s->user, d->robot_set.robots[s->robot].name, w.text);
@@ -262,13 +279,48 @@ static void answer_handshake(tfa_daemon *d, session *s, const tfa_hello *hello, 
 
 /* ---- events ---- */
 
+static uint32_t sessions_of(const tfa_daemon *d, uid_t user)
+{
+    uint32_t count = 0;
+    for (const session *s = d->sessions; s; s = s->next)
+        count += s->user == user;
+    return count;
+}
+
+/* A connection counts from its first moment, whether it has said HELLO or not. */
+static int admit(tfa_daemon *d, int socket, const struct ucred *peer, tfa_welcome *w)
+{
+    const config_limits *limits = &d->settings->limits;
+    if (!tfa_admission_allows(&d->admission, socket, peer->uid, peer->gid))
+        return refuse(d, w, TFA_E_REFUSED, "user %u is not among allow_users and allow_groups",
+                      (unsigned)peer->uid);
+    if (sessions_of(d, peer->uid) >= limits->clients_per_user)
+        return refuse(d, w, TFA_E_REFUSED, "user %u has %u clients already (clients_per_user)",
+                      (unsigned)peer->uid, limits->clients_per_user);
+    if (d->session_count >= limits->clients)
+        return refuse(d, w, TFA_E_REFUSED, "%u clients are connected already (limits.clients)",
+                      limits->clients);
+    return TFA_OK;
+}
+
 void session_begin(tfa_daemon *d, uint32_t robot, int socket)
 {
+    tfa_welcome w = {
+        .magic = TFA_HANDSHAKE_MAGIC, .abi = TFA_HANDSHAKE_ABI, .daemon_pid = (int32_t)getpid()};
     struct ucred peer;
     socklen_t size = sizeof peer;
-    session *s = calloc(1, sizeof *s);
-    if (!s || getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0)
-        goto err_session;
+    session *s = NULL;
+    if (getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0)
+        goto err_socket;
+    if (admit(d, socket, &peer, &w) != TFA_OK) {
+        (void)send(socket, &w, sizeof w, MSG_NOSIGNAL | MSG_DONTWAIT);
+        tfa_log(TFA_LOG_INFO, "client %d of robot '%s' refused: %s", (int)peer.pid,
+                d->robot_set.robots[robot].name, w.text);
+        goto err_socket;
+    }
+    s = calloc(1, sizeof *s);
+    if (!s)
+        goto err_socket;
     *s = (session){.next = d->sessions,
                    .socket = socket,
                    .doorbell = -1,
@@ -280,13 +332,13 @@ void session_begin(tfa_daemon *d, uint32_t robot, int socket)
                    .replies = TFA_SEGMENT_NONE};
     struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP, .data.ptr = s};
     if (epoll_ctl(d->epoll, EPOLL_CTL_ADD, socket, &event) != 0)
-        goto err_session;
+        goto err_socket;
     d->sessions = s;
     d->session_count++;
     d->totals.connections++;
     return;
 
-err_session:
+err_socket:
     free(s);
     close(socket);
 }
@@ -313,23 +365,35 @@ void session_event(tfa_daemon *d, session *s)
     end_session(d, s);
 }
 
+/* Why a session has to go; NULL: it may stay. */
+static const char *fault_of(session *s, uint64_t now)
+{
+    if (s->state == SESSION_HANDSHAKE && now - s->since > HANDSHAKE_TIMEOUT_NS)
+        return "said no HELLO";
+    if (s->state != SESSION_ATTACHED)
+        return NULL;
+    s->resized = tfa_segment_was_resized(&s->requests);
+    if (s->resized)
+        return "changed the size of its memory";
+    if (tfa_worker_client_is_broken(s->client))
+        return "broke the protocol or took its memory away";
+    return NULL;
+}
+
 void session_tick(tfa_daemon *d)
 {
     const uint64_t now = control_clock();
     for (session *s = d->sessions, *next; s; s = next) {
         next = s->next;
-        if (s->state == SESSION_DETACHING) {
+        const char *fault = fault_of(s, now);
+        if (fault) {
+            tfa_log(TFA_LOG_WARNING, "client %d (user %u) of robot '%s' %s: it has to go",
+                    (int)s->process, (unsigned)s->user, d->robot_set.robots[s->robot].name, fault);
+            end_session(d, s);
+        } else if (s->state == SESSION_DETACHING) {
             try_detach(d, s);
         } else if (s->state == SESSION_DRAINING) {
             try_drain(d, s);
-        } else if (s->state == SESSION_ATTACHED && tfa_worker_client_is_broken(s->client)) {
-            tfa_log(TFA_LOG_WARNING,
-                    "client %d of robot '%s' broke the protocol or took its memory away: it has to "
-                    "go",
-                    (int)s->process, d->robot_set.robots[s->robot].name);
-            end_session(d, s);
-        } else if (s->state == SESSION_HANDSHAKE && now - s->since > HANDSHAKE_TIMEOUT_NS) {
-            end_session(d, s);
         }
     }
 }

@@ -5,7 +5,7 @@
  */
 #include "dds_internal.h"
 
-#include "worker/worker.h"
+#include "worker/local_client.h"
 
 #include <stdlib.h>
 

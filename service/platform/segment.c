@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -39,7 +40,7 @@ static int open_memfd(tfa_segment *s)
     return open_readonly(s);
 }
 
-static int allocate(tfa_segment *s, config_backend backend)
+static int reserve_memory(const tfa_segment *s)
 {
     if (ftruncate(s->fd, (off_t)s->size) != 0)
         return TFA_E_SYSTEM;
@@ -47,33 +48,89 @@ static int allocate(tfa_segment *s, config_backend backend)
     do
         error = posix_fallocate(s->fd, 0, (off_t)s->size);
     while (error == EINTR);
-    if (error) {
-        errno = error;
-        return error == ENOSPC || error == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;
-    }
-    if (backend == CONFIG_BACKEND_MEMFD &&
-        fcntl(s->fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
-        return TFA_E_SYSTEM;
-    s->memory = mmap(NULL, s->size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, s->fd, 0);
+    if (!error)
+        return TFA_OK;
+    errno = error;
+    return error == ENOSPC || error == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;
+}
+
+static int map_memory(tfa_segment *s, int protection)
+{
+    s->memory = mmap(NULL, s->size, protection, MAP_SHARED | MAP_POPULATE, s->fd, 0);
     if (s->memory != MAP_FAILED)
         return TFA_OK;
     s->memory = NULL;
     return TFA_E_MEMORY;
 }
 
-int tfa_segment_create(config_backend backend, size_t size, tfa_segment *segment)
+/* Our own mapping was made before: it stays writable. */
+static int seal(const tfa_segment *s, tfa_segment_access access)
 {
+    const int writes = access == TFA_SEGMENT_PEER_READS ? F_SEAL_FUTURE_WRITE : 0;
+    const int seals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL | writes;
+    return fcntl(s->fd, F_ADD_SEALS, seals) == 0 ? TFA_OK : TFA_E_SYSTEM;
+}
+
+/* Releases a segment of which a step failed. @return status */
+static int abandon(tfa_segment *segment, int status)
+{
+    const int saved = errno;
+    tfa_segment_destroy(segment);
+    errno = saved;
+    return status;
+}
+
+int tfa_segment_create(config_backend backend, tfa_segment_access access, size_t size,
+                       tfa_segment *segment)
+{
+    const bool memfd = backend == CONFIG_BACKEND_MEMFD;
     *segment = TFA_SEGMENT_NONE;
     segment->size = size;
-    int status = backend == CONFIG_BACKEND_MEMFD ? open_memfd(segment) : open_shm(segment);
+    int status = memfd ? open_memfd(segment) : open_shm(segment);
     if (status == TFA_OK)
-        status = allocate(segment, backend);
-    if (status != TFA_OK) {
-        const int saved = errno;
-        tfa_segment_destroy(segment);
-        errno = saved;
+        status = reserve_memory(segment);
+    if (status == TFA_OK)
+        status = map_memory(segment, PROT_READ | PROT_WRITE);
+    if (status == TFA_OK && memfd)
+        status = seal(segment, access);
+    return status == TFA_OK ? TFA_OK : abandon(segment, status);
+}
+
+static bool write_all(int fd, const void *bytes, size_t size)
+{
+    const char *at = bytes;
+    while (size) {
+        const ssize_t n = write(fd, at, size);
+        if (n < 0 && errno != EINTR)
+            return false;
+        at += n > 0 ? n : 0;
+        size -= n > 0 ? (size_t)n : 0;
     }
-    return status;
+    return true;
+}
+
+int tfa_segment_create_constant(const void *bytes, size_t size, tfa_segment *segment)
+{
+    const int seals = F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE | F_SEAL_SEAL;
+    *segment = TFA_SEGMENT_NONE;
+    segment->size = size;
+    int status = open_memfd(segment);
+    if (status == TFA_OK && !write_all(segment->fd, bytes, size))
+        status = errno == ENOSPC || errno == ENOMEM ? TFA_E_MEMORY : TFA_E_SYSTEM;
+    if (status == TFA_OK && fcntl(segment->fd, F_ADD_SEALS, seals) != 0)
+        status = TFA_E_SYSTEM;
+    if (status == TFA_OK)
+        status = map_memory(segment, PROT_READ);
+    return status == TFA_OK ? TFA_OK : abandon(segment, status);
+}
+
+bool tfa_segment_was_resized(const tfa_segment *segment)
+{
+    struct stat info;
+    const uint64_t page = (uint64_t)sysconf(_SC_PAGESIZE);
+    return segment->fd >= 0 && fstat(segment->fd, &info) == 0 &&
+           ((uint64_t)info.st_size != segment->size ||
+            (uint64_t)info.st_blocks * 512 > segment->size + page);
 }
 
 void tfa_segment_close(tfa_segment *segment)

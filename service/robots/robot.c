@@ -99,16 +99,14 @@ static size_t names_size(const tfa_model *model)
     return size;
 }
 
-static int write_names(const config *settings, tfa_robot *robot)
+static int write_names(tfa_robot *robot)
 {
     const tfa_model *model = robot->model;
     const uint32_t joints = tfa_model_joint_count(model), frames = tfa_model_frame_count(model);
     const size_t size = names_size(model);
-    int status =
-        tfa_segment_create((config_backend)settings->backend, size ? size : 1, &robot->names);
-    if (status != TFA_OK)
-        return status;
-    uint32_t *types = robot->names.memory;
+    uint32_t *types = calloc(1, size ? size : 1);
+    if (!types)
+        return TFA_E_MEMORY;
     char *at = (char *)(types + joints);
     for (uint32_t i = 0; i < joints; i++) {
         const tfa_joint_info joint = tfa_model_joint(model, i);
@@ -117,7 +115,9 @@ static int write_names(const config *settings, tfa_robot *robot)
     }
     for (uint32_t i = 0; i < frames; i++)
         at = stpcpy(at, tfa_model_frame(model, i).name) + 1;
-    return TFA_OK;
+    const int status = tfa_segment_create_constant(types, size ? size : 1, &robot->names);
+    free(types);
+    return status;
 }
 
 /* Everything that a client is told is in the shape or among the names. */
@@ -165,7 +165,7 @@ static int finish_robot(const tfa_robot_source *s, tfa_robot *robot)
                                     .v_count = tfa_model_v_count(robot->model),
                                     .base_freedoms = tfa_model_base_freedoms(robot->model),
                                     .max_batch = s->robot->max_batch};
-    int status = write_names(s->settings, robot);
+    int status = write_names(robot);
     return status == TFA_OK ? tfa_robot_verify(robot) : status;
 }
 

@@ -75,8 +75,8 @@ void tfa_robot_solver_free(tfa_robot_solver *solver);
 
 /** A tfa_solver; `self` is a tfa_robot_solver. Large requests go to the pool, unless it serves
  *  another worker. */
-int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply,
-                    const tfa_yield *yield);
+int tfa_robot_solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first,
+                    uint32_t count);
 
 /** The robot, for a worker */
 tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver);

@@ -9,6 +9,7 @@
 
 #include "platform/log.h"
 #include "robot.h"
+#include "worker/local_client.h"
 
 #define RESIDUAL 1e-6 /* of the forces: a wrong model is wrong by far more, rounding by far less */
 #define SELF_TEST_NS 100000000u

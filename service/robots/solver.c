@@ -17,8 +17,7 @@ struct tfa_robot_solver {
     const tfa_model *model;
     tfa_batch_pool *pool; /* the robot's, or NULL */
     uint64_t from;        /* the pool's: states */
-    uint32_t cut;
-    uint32_t estimate; /* config_estimate */
+    uint32_t estimate;    /* config_estimate */
     uint32_t every, until_next;
 };
 
@@ -79,12 +78,9 @@ int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
     *made = (tfa_robot_solver){.model = robot->model,
                                .pool = robot->pool,
                                .from = large_states(robot, pool),
-                               .cut = robot->config->cut,
                                .estimate = robot->config->estimate,
                                .every = robot->config->estimate_every,
                                .until_next = robot->config->estimate_every};
-    if (made->pool)
-        made->cut *= tfa_batch_pool_threads(made->pool);
     int status = make_workspace(robot, made);
     if (status != TFA_OK) {
         tfa_robot_solver_free(made);
@@ -104,8 +100,7 @@ void tfa_robot_solver_free(tfa_robot_solver *solver)
 
 tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver)
 {
-    return (tfa_worker_robot){
-        .shape = robot->shape, .solve = tfa_robot_solve, .self = solver, .cut = solver->cut};
+    return (tfa_worker_robot){.shape = robot->shape, .solve = tfa_robot_solve, .self = solver};
 }
 
 /* Estimate policy of a request that leaves it open. DEFAULT is the library's: where the sentinel
@@ -142,31 +137,15 @@ static int solve_states(const tfa_robot_solver *solver, const tfa_request *reque
     return tfa_compute_states(solver->workspace, request, first, count, reply);
 }
 
-/* In one go, or in parts of `cut` states, as long as they are answered. */
-static int solve(const tfa_robot_solver *solver, const tfa_request *request, tfa_reply *reply,
-                 const tfa_yield *yield)
-{
-    if (!yield && !is_large(solver, request))
-        return tfa_compute(solver->workspace, request, reply);
-    int status = tfa_request_check(solver->model, request, reply);
-    for (uint32_t first = 0; first < request->count && tfa_wire_has_answers(status);) {
-        const uint32_t left = request->count - first;
-        const uint32_t count = left < solver->cut ? left : solver->cut;
-        status = solve_states(solver, request, first, count, reply);
-        first += count;
-        if (yield && first < request->count)
-            yield->serve_others(yield->context);
-    }
-    return status;
-}
-
-int tfa_robot_solve(void *self, const tfa_request *request, tfa_reply *reply,
-                    const tfa_yield *yield)
+int tfa_robot_solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first,
+                    uint32_t count)
 {
     tfa_robot_solver *solver = self;
-    if (request->estimate != TFA_ESTIMATE_DEFAULT)
-        return solve(solver, request, reply, yield);
-    tfa_request decided = *request;
-    decided.estimate = estimate_policy(solver);
-    return solve(solver, &decided, reply, yield);
+    if (first == 0 && request->estimate == TFA_ESTIMATE_DEFAULT)
+        request->estimate = estimate_policy(solver);
+    if (first == 0 && count == request->count && !is_large(solver, request))
+        return tfa_compute(solver->workspace, request, reply);
+    if (first == 0 && tfa_request_check(solver->model, request, reply) != TFA_OK)
+        return reply->status;
+    return solve_states(solver, request, first, count, reply);
 }

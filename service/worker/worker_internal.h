@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Shared declarations of the two halves of a worker: worker.c (its thread) and worker_client.c (all
- * others).
+ * Shared declarations of a worker: worker.c (its thread), turn.c (requests), worker_client.c (all
+ * other threads).
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 #define TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 
-#include "worker.h"
+#include "worker/cost.h"
+#include "worker/worker.h"
+
+#define TFA_WAIT_MODES 4 /* numbers of tfa_wait */
 
 enum worker_client_state {
     CLIENT_FREE,
@@ -20,43 +23,73 @@ enum worker_client_state {
 
 enum worker_phase { WORKER_IDLE, WORKER_RUNNING, WORKER_ENDED };
 
-/* Everything but state and counters is written while FREE and constant while ATTACHED; `ring` then
- * belongs to the worker. */
+/* A request under way: between two parts of it the worker serves others. */
+typedef struct worker_request {
+    bool active;
+    uint32_t first;                /* states answered so far */
+    uint32_t want;                 /* blocks of the reply */
+    uint64_t received, start;      /* CLOCK_MONOTONIC ns */
+    const tfa_worker_robot *robot; /* its solver; in one of `solver_lists` */
+    tfa_cost *cost;
+    tfa_request request; /* arrays lie in `scratch` */
+    tfa_reply reply;     /* buffers lie in the reply slot */
+} worker_request;
+
+/* Everything but state and counters is written while FREE and constant while ATTACHED; the members
+ * marked "worker" belong to the worker's thread then. */
 struct tfa_worker_client {
     _Alignas(
         TFA_WIRE_LINE) _Atomic uint32_t state; /* enum worker_client_state: A6 to A8, R6 to R8 */
     uint32_t robot;
-    tfa_ring_server ring;
+    uint64_t virtual_ns;  /* worker: time served, as fair queueing counts it */
+    tfa_ring_server ring; /* worker */
     tfa_wire_shape shape;
-    void *scratch; /* the private copy of a request */
-    int guard;     /* of sigbus.h */
+    void *scratch; /* worker: the private copy of a request */
+    int guards[2]; /* of sigbus.h: requests, replies */
     int doorbell;
     tfa_wait wait;
-    uint32_t drained; /* requests answered while DRAINING; the worker's */
+    uint32_t drained;  /* worker: requests answered while DRAINING */
+    uint64_t drain_ns; /* worker: and the time they took */
+    worker_request at; /* worker */
     tfa_worker_client_counters count;
 };
 
 struct tfa_worker {
     tfa_worker_client clients[TFA_WORKER_CLIENTS_MAX];
     _Atomic uint32_t clients_used; /* entries beyond were never used. A9 release <-> R9 acquire */
-    _Atomic uint32_t modes[4];     /* clients by tfa_wait: relaxed, a late look costs one cycle */
-    _Atomic uint32_t phase;        /* enum worker_phase: A10 release <-> R10 acquire */
-    _Atomic bool stop;             /* A11 release <-> R11 acquire */
+    _Atomic uint32_t modes[TFA_WAIT_MODES]; /* clients by tfa_wait: relaxed, late costs a cycle */
+    _Atomic uint32_t phase;                 /* enum worker_phase: A10 release <-> R10 acquire */
+    _Atomic bool stop;                      /* A11 release <-> R11 acquire */
+    _Atomic uint64_t heartbeat;             /* relaxed: only "did it change" is asked */
 
-    const tfa_worker_robot *robots;          /* one of `lists`: the worker's own */
+    const tfa_worker_robot *robots;          /* one of `solver_lists`: the worker's own */
     _Atomic(const tfa_worker_robot *) offer; /* A12, R12 */
     _Atomic(const tfa_worker_robot *) taken; /* A13, R13 */
     tfa_worker_robot *solver_lists[2];       /* the one offered last, and the one of before */
     uint32_t latest;                         /* which; under the mutex */
     uint32_t robot_count;
-    uint32_t spin_ns;
+    uint32_t spin_ns, turn_ns;
     tfa_wait wait;
-    tfa_ring_worker_status *worker_status;
-    tfa_ring_worker_status private_status;
-    uint64_t heartbeat_count;
+
+    /* the worker's thread */
+    tfa_cost_table *costs;     /* by robot */
+    uint64_t virtual_clock;    /* virtual time of the client that was served last */
+    uint64_t now;              /* CLOCK_MONOTONIC ns, when the piece of work before ended */
+    uint64_t beats, last_beat; /* cycles; `now` when clients were last shown a heartbeat */
+    tfa_worker_client *ready[TFA_WORKER_CLIENTS_MAX]; /* of a cycle */
 
     int epoll, wake_event; /* wake_event: in epoll */
     pthread_mutex_t mutex;
 };
+
+/* ---- clock.c ---- */
+
+/* CLOCK_MONOTONIC, ns. */
+uint64_t tfa_worker_clock(void);
+
+/* ---- turn.c ---- */
+
+/* The client has a request under way or in its ring. */
+bool tfa_worker_client_has_work(const tfa_worker_client *client);
 
 #endif

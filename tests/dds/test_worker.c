@@ -11,6 +11,7 @@
 #include <time.h>
 
 typedef struct solver {
+    const tfa_model *model;
     tfa_workspace *workspace;
     uint32_t delay_us;
 } solver;
@@ -18,16 +19,17 @@ typedef struct solver {
 static solver solvers[TEST_ROBOTS];
 static pthread_t thread;
 
-static int solve(void *self, const tfa_request *request, tfa_reply *reply, const tfa_yield *yield)
+static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first, uint32_t count)
 {
     const solver *s = self;
-    (void)yield;
     const struct timespec delay = {.tv_sec = s->delay_us / 1000000,
                                    .tv_nsec = s->delay_us % 1000000 * 1000};
 
     if (s->delay_us > 0)
         clock_nanosleep(CLOCK_MONOTONIC, 0, &delay, NULL);
-    return tfa_compute(s->workspace, request, reply);
+    if (first == 0 && tfa_request_check(s->model, request, reply) != TFA_OK)
+        return reply->status;
+    return tfa_compute_states(s->workspace, request, first, count, reply);
 }
 
 static void *run(void *worker)
@@ -45,6 +47,7 @@ struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint3
         const tfa_model *model = robots[i].model;
         if (tfa_workspace_create(model, NULL, &solvers[i].workspace) != TFA_OK)
             return NULL;
+        solvers[i].model = model;
         solvers[i].delay_us = delay_us;
         served[i] = (tfa_worker_robot){
             .shape = {tfa_model_q_count(model), tfa_model_v_count(model),

@@ -14,7 +14,7 @@
 typedef struct pair {
     tfa_ring_client client;
     tfa_ring_server server;
-    tfa_ring_worker_status *worker_status;
+    tfa_ring_worker_status *worker_status; /* head of the reply segment */
     unsigned char *memory;
 } pair;
 
@@ -22,10 +22,10 @@ static pair make_pair(uint32_t slots, bool spin)
 {
     const tfa_wire_shape shape = {.q_count = 2, .v_count = 2, .max_batch = 1};
     const tfa_ring_layout layout = tfa_ring_layout_of(&shape, slots);
-    pair p = {.memory = aligned_alloc(64, layout.request_bytes + layout.reply_bytes + 128)};
-    memset(p.memory, 0, layout.request_bytes + layout.reply_bytes + 128);
+    pair p = {.memory = aligned_alloc(64, layout.request_bytes + layout.reply_bytes)};
+    memset(p.memory, 0, layout.request_bytes + layout.reply_bytes);
     unsigned char *replies = p.memory + layout.request_bytes;
-    p.worker_status = (tfa_ring_worker_status *)(void *)(replies + layout.reply_bytes);
+    p.worker_status = (tfa_ring_worker_status *)(void *)replies;
     p.client = (tfa_ring_client){.layout = layout,
                                  .requests = p.memory,
                                  .replies = replies,

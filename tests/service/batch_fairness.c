@@ -211,8 +211,8 @@ TEST(one_pool_for_two_workers)
     }
     for (int k = 0; k < 2; k++)
         assert_int_equal(pthread_create(&clients[k].thread, NULL, ask_large, &clients[k]), 0);
-    for (unsigned i = 1; i <= 4; i++) { /* another cut: other solvers, other pools */
-        harness_configure(&h, i % 2 ? HUMANOID "    cut: 8\n" : HUMANOID, more);
+    for (unsigned i = 1; i <= 4; i++) { /* another policy: other solvers, other pools */
+        harness_configure(&h, i % 2 ? HUMANOID "    estimate_every: 7\n" : HUMANOID, more);
         assert_int_equal(kill(h.pid, SIGHUP), 0);
         assert_true(harness_logged_times(&h, "reload: done, 1 of 1", i));
     }

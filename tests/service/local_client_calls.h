@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "worker/worker.h"
+#include "worker/local_client.h"
 
 /** q = x, 2 x and tau = 1, 2. @return TFA_OK; TFA_E_AGAIN: the ring is full */
 int send_to(tfa_local_client *local_client, double x, uint64_t id);

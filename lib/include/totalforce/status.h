@@ -48,7 +48,8 @@ extern "C" {
     X(E_SYSTEM, -21, "system call failed", "see errno")                                            \
     X(E_UNSUPPORTED, -22, "not supported", "this build or this robot cannot do that")              \
     X(E_LOST, -23, "request lost", "the daemon restarted while the request was under way: repeat") \
-    X(E_BUSY, -24, "busy", "another thread is using it: compute without it, or ask again")
+    X(E_BUSY, -24, "busy", "another thread is using it: compute without it, or ask again")         \
+    X(E_LATE, -25, "too late", "the deadline passed before the work began: nothing was computed")
 
 /** TFA_OK = 0, TFA_E_ARGUMENT = -1, ...: one constant for each row of TFA_STATUS_LIST. */
 typedef enum tfa_status {

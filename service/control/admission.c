@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Admission of clients.
+ */
+#include "control/admission.h"
+
+#include <grp.h>
+#include <pwd.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "platform/log.h"
+
+/* Linux gives no more groups to a process (NGROUPS_MAX is 65536; few have more than these). */
+#define GROUPS_MAX 1024
+
+static int report_unknown(const config *c, const char *key, size_t index, const char *name)
+{
+    char path[64], location[512];
+    snprintf(path, sizeof path, "%s[%zu]", key, index);
+    config_location(c, path, location, sizeof location);
+    tfa_log(TFA_LOG_ERROR, "%s: %s: '%s' does not exist on this machine; getent %s lists the names",
+            location, path, name, key[6] == 'u' ? "passwd" : "group");
+    return TFA_E_ARGUMENT;
+}
+
+static int find_names(const config *c, tfa_admission *a)
+{
+    int status = TFA_OK;
+    for (size_t i = 0; i < c->allow_users_count; i++) {
+        const struct passwd *entry = getpwnam(c->allow_users[i]);
+        if (entry)
+            a->users[a->user_count++] = entry->pw_uid;
+        else
+            status = report_unknown(c, "allow_users", i, c->allow_users[i]);
+    }
+    for (size_t i = 0; i < c->allow_groups_count; i++) {
+        const struct group *entry = getgrnam(c->allow_groups[i]);
+        if (entry)
+            a->groups[a->group_count++] = entry->gr_gid;
+        else
+            status = report_unknown(c, "allow_groups", i, c->allow_groups[i]);
+    }
+    return status;
+}
+
+int tfa_admission_load(const config *settings, tfa_admission *admission)
+{
+    *admission = (tfa_admission){
+        .users = calloc(settings->allow_users_count + 1, sizeof *admission->users),
+        .groups = calloc(settings->allow_groups_count + 1, sizeof *admission->groups)};
+    int status = admission->users && admission->groups ? TFA_OK : TFA_E_MEMORY;
+    if (status == TFA_OK)
+        status = find_names(settings, admission);
+    if (status != TFA_OK)
+        tfa_admission_free(admission);
+    return status;
+}
+
+void tfa_admission_free(tfa_admission *admission)
+{
+    free(admission->users);
+    free(admission->groups);
+    *admission = (tfa_admission){0};
+}
+
+static bool has_group(const tfa_admission *a, gid_t group)
+{
+    for (size_t i = 0; i < a->group_count; i++)
+        if (a->groups[i] == group)
+            return true;
+    return false;
+}
+
+bool tfa_admission_allows(const tfa_admission *a, int socket, uid_t user, gid_t group)
+{
+    gid_t groups[GROUPS_MAX];
+    socklen_t size = sizeof groups;
+    if ((!a->user_count && !a->group_count) || user == 0 || user == geteuid())
+        return true;
+    for (size_t i = 0; i < a->user_count; i++)
+        if (a->users[i] == user)
+            return true;
+    if (has_group(a, group))
+        return true;
+    if (!a->group_count || getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups, &size) != 0)
+        return false;
+    for (size_t i = 0; i < size / sizeof *groups; i++)
+        if (has_group(a, groups[i]))
+            return true;
+    return false;
+}

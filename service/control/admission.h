@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Admission of clients: allowed users and groups of the configuration, by the credentials that the
+ * kernel gives for a socket.
+ */
+#ifndef TFA_SERVICE_CONTROL_ADMISSION_H
+#define TFA_SERVICE_CONTROL_ADMISSION_H
+
+#include <stdbool.h>
+#include <sys/types.h>
+
+#include "config/config.h"
+
+typedef struct tfa_admission {
+    uid_t *users;
+    gid_t *groups;
+    size_t user_count, group_count;
+} tfa_admission;
+
+/** Looks the names of `allow_users` and `allow_groups` up. A name that does not exist is logged with
+ *  its place. @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY. On error *admission is empty. */
+TFA_CHECKED int tfa_admission_load(const config *settings, tfa_admission *admission);
+void tfa_admission_free(tfa_admission *admission);
+
+/** May the process at the other end of this socket, which runs as `user` and `group`, connect? Its
+ *  other groups are asked for. */
+bool tfa_admission_allows(const tfa_admission *admission, int socket, uid_t user, gid_t group);
+
+#endif

@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Cost model of a worker: time of one state by kind of request, learned from the clock.
+ *
+ * A kind is everything that changes the time of a state of the same robot: op, method, tips,
+ * estimate, ... The table is direct-mapped: a kind that meets another one in its row starts anew.
+ * A row follows a larger measurement at once and a smaller one by half, so that a request is cut
+ * too finely rather than too coarsely after an interrupted measurement.
+ *
+ * A table belongs to one thread. No allocation, no system call.
+ */
+#ifndef TFA_SERVICE_WORKER_COST_H
+#define TFA_SERVICE_WORKER_COST_H
+
+#include <stdint.h>
+#include <totalforce/dynamics.h>
+
+#define TFA_COST_ROWS 64 /* a power of two */
+
+typedef struct tfa_cost {
+    uint32_t kind;     /**< 0: no request came yet */
+    uint32_t state_ns; /**< 0: not measured */
+} tfa_cost;
+
+typedef struct tfa_cost_table {
+    tfa_cost row[TFA_COST_ROWS];
+} tfa_cost_table;
+
+/** The row of a request's kind; a row of another kind is cleared. */
+tfa_cost *tfa_cost_find(tfa_cost_table *table, const tfa_request *request);
+
+/** States that fit `budget_ns`, at least 1; 1 for a kind that was not measured. Full vectors of
+ *  lanes where there is room for one. */
+uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns);
+
+/** Records that `states` states took `ns`. */
+void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns);
+
+#endif

@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A worker's cycle: which client is served next, and one piece of work for it.
+ */
+#include "worker_internal.h"
+
+#include <linux/futex.h>
+#include <string.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include "platform/sigbus.h"
+
+/* Turns that a client gets ahead of the others after it was idle. */
+#define CREDIT_TURNS 4
+/* A drain ends after so much of the worker's time. */
+#define DRAIN_NS 1000000000u
+/* Between two heartbeats in the memory of clients */
+#define BEAT_NS 10000000u
+
+static void add(_Atomic uint64_t *counter, uint64_t n)
+{
+    /* one writer: no read-modify-write needed */
+    const uint64_t before = atomic_load_explicit(counter, memory_order_relaxed);
+    atomic_store_explicit(counter, before + n, memory_order_relaxed);
+}
+
+static void count_request(tfa_worker_client *client, int status)
+{
+    add(&client->count.requests, 1);
+    if (!tfa_wire_has_answers(status))
+        add(&client->count.rejected, 1);
+    if (status == TFA_E_LATE)
+        add(&client->count.late, 1);
+}
+
+/* ---- other solvers ---- */
+
+/* A request under way uses solvers other than these. */
+static bool others_in_use(const tfa_worker *w, const tfa_worker_robot *robots)
+{
+    const uint32_t used = atomic_load_explicit(&w->clients_used, memory_order_acquire); /* R9 */
+    for (uint32_t i = 0; i < used; i++) {
+        const tfa_worker_client *client = &w->clients[i];
+        if (client->at.active && client->at.robot != &robots[client->robot])
+            return true;
+    }
+    return false;
+}
+
+/* New requests use the solvers offered last; requests under way keep theirs. */
+static void accept_offer(tfa_worker *w)
+{
+    const tfa_worker_robot *offer = atomic_load_explicit(&w->offer, memory_order_acquire); /* R12 */
+    w->robots = offer;
+    if (offer != atomic_load_explicit(&w->taken, memory_order_relaxed) && !others_in_use(w, offer))
+        atomic_store_explicit(&w->taken, offer, memory_order_release); /* A13 */
+}
+
+/* ---- clients ---- */
+
+/* No more requests of this client. It may be leaving at the same moment: then it stays so. */
+static void mark_broken(tfa_worker_client *client)
+{
+    uint32_t attached = CLIENT_ATTACHED;
+    client->at.active = false;
+    atomic_compare_exchange_strong_explicit(&client->state, &attached, CLIENT_BROKEN,
+                                            memory_order_relaxed, memory_order_relaxed);
+}
+
+static void mark_detached(tfa_worker_client *client, uint32_t state)
+{
+    client->at.active = false;
+    atomic_compare_exchange_strong_explicit(&client->state, &state, CLIENT_DETACHED,
+                                            memory_order_release, memory_order_relaxed); /* A8 */
+}
+
+static bool lost_its_memory(const tfa_worker_client *client)
+{
+    return tfa_sigbus_hit(client->guards[0]) || tfa_sigbus_hit(client->guards[1]);
+}
+
+bool tfa_worker_client_has_work(const tfa_worker_client *client)
+{
+    return client->at.active || tfa_ring_poll_last(&client->ring) != TFA_RING_EMPTY;
+}
+
+/* Whether an attached or draining client has work that may be done. */
+static bool is_ready(tfa_worker_client *client)
+{
+    if (lost_its_memory(client)) {
+        mark_broken(client);
+        return false;
+    }
+    if (client->at.active)
+        return true;
+    const tfa_ring_state state = tfa_ring_poll(&client->ring);
+    if (state == TFA_RING_BROKEN)
+        mark_broken(client);
+    return state == TFA_RING_READY;
+}
+
+static bool is_draining(const tfa_worker_client *client)
+{
+    return atomic_load_explicit(&client->state, memory_order_relaxed) == CLIENT_DRAINING;
+}
+
+/* A client that is detached once its earlier requests are answered: no more than the ring holds. */
+static bool is_drained(tfa_worker_client *client)
+{
+    return client->drained >= client->ring.layout.slots || client->drain_ns > DRAIN_NS ||
+           !is_ready(client);
+}
+
+/* Lists the clients that have work. @return how many */
+static uint32_t collect_ready(tfa_worker *w)
+{
+    const uint32_t used = atomic_load_explicit(&w->clients_used, memory_order_acquire); /* R9 */
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < used; i++) {
+        tfa_worker_client *client = &w->clients[i];
+        const uint32_t state = atomic_load_explicit(&client->state, memory_order_acquire);
+        if (state == CLIENT_DETACHING) /* R7 */
+            mark_detached(client, state);
+        else if (state == CLIENT_DRAINING && is_drained(client)) /* R7 */
+            mark_detached(client, state);
+        else if (state == CLIENT_DRAINING ||
+                 (state == CLIENT_ATTACHED && is_ready(client))) /* R6 */
+            w->ready[count++] = client;
+    }
+    return count;
+}
+
+/* An idle client does not save up its time: it is a few turns ahead at most. */
+static void limit_credit(const tfa_worker *w, uint32_t count)
+{
+    const uint64_t credit = (uint64_t)CREDIT_TURNS * w->turn_ns;
+    const uint64_t least = w->virtual_clock > credit ? w->virtual_clock - credit : 0;
+    for (uint32_t k = 0; k < count; k++)
+        if (w->ready[k]->virtual_ns < least)
+            w->ready[k]->virtual_ns = least;
+}
+
+static uint32_t least_served(const tfa_worker *w, uint32_t count)
+{
+    uint32_t best = 0;
+    for (uint32_t k = 1; k < count; k++)
+        if (w->ready[k]->virtual_ns < w->ready[best]->virtual_ns)
+            best = k;
+    return best;
+}
+
+/* ---- requests ---- */
+
+static bool is_late(const tfa_wire_request *line, uint64_t now)
+{
+    return line->deadline_us && now > line->t_sent &&
+           now - line->t_sent > UINT64_C(1000) * line->deadline_us;
+}
+
+/* Takes the next request, which is there, out of the ring. @return false: the client's memory is
+ * gone. Otherwise the status of its reply so far is that of its decoding. */
+static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start)
+{
+    worker_request *at = &client->at;
+    const tfa_wire_request *line = client->scratch;
+    void *slot = tfa_ring_reply(&client->ring);
+    tfa_wire_reply_shape shape = {0};
+    tfa_ring_prefetch_for_write(slot);
+    tfa_wire_copy_request(&client->shape, tfa_ring_request(&client->ring), client->scratch);
+    if (tfa_sigbus_hit(client->guards[0]))
+        return false;
+    at->active = true;
+    at->first = 0;
+    at->robot = &w->robots[client->robot];
+    at->reply.field = TFA_FIELD_NONE;
+    at->reply.index = at->reply.state = 0;
+    at->reply.model = 0;
+    if (line->t_sent > w->now) /* it came after the cycle began */
+        w->now = tfa_worker_clock();
+    at->received = line->t_sent > cycle_start ? w->now : cycle_start;
+    at->start = w->now;
+    at->reply.status =
+        is_late(line, w->now)
+            ? TFA_E_LATE
+            : tfa_wire_decode_request(&client->shape, line, &at->request, &shape, &at->reply.field);
+    at->want = shape.want;
+    if (at->reply.status == TFA_OK) {
+        tfa_wire_reply_buffers(&client->shape, &shape, slot, &at->reply);
+        at->cost = tfa_cost_find(&w->costs[client->robot], &at->request);
+    }
+    return true;
+}
+
+/* Solves a part that fits a turn. @return the client's share of the time, ns */
+static uint64_t solve_part(tfa_worker *w, worker_request *at)
+{
+    const uint32_t left = at->request.count - at->first;
+    const uint32_t fit = tfa_cost_states(at->cost, w->turn_ns);
+    const uint32_t count = left < fit ? left : fit;
+    const uint64_t before = w->now, expected = (uint64_t)at->cost->state_ns * count;
+    const int status =
+        at->robot->solve(at->robot->self, &at->request, &at->reply, at->first, count);
+    at->reply.status = status;
+    at->first += count;
+    w->now = tfa_worker_clock();
+    const uint64_t took = w->now - before;
+    if (tfa_wire_has_answers(status)) /* a refusal says nothing about the cost of its kind */
+        tfa_cost_record(at->cost, count, took);
+    /* far beyond its cost, the time was lost to another program */
+    const uint64_t most = 8 * expected + w->turn_ns;
+    return took < most ? took : most;
+}
+
+static void finish_request(const tfa_worker *w, tfa_worker_client *client)
+{
+    worker_request *at = &client->at;
+    tfa_wire_reply *slot = tfa_ring_reply(&client->ring);
+    const tfa_wire_request *line = client->scratch;
+    tfa_wire_encode_reply(&at->reply, at->want, slot);
+    slot->id = line->id;
+    slot->t_received = at->received;
+    slot->t_start = at->start;
+    slot->t_done = w->now;
+    at->active = false;
+    count_request(client, at->reply.status);
+    if (tfa_ring_publish(&client->ring)) /* one thread waits for it */
+        (void)syscall(SYS_futex, tfa_ring_futex_word(slot), FUTEX_WAKE, 1, NULL, NULL, 0);
+}
+
+/* A request, or a part of a long one. @return false: the client is broken */
+static bool serve(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start)
+{
+    worker_request *at = &client->at;
+    if (!at->active && !begin_request(w, client, cycle_start)) {
+        mark_broken(client);
+        return false;
+    }
+    if (at->reply.status == TFA_OK || at->first) {
+        const uint64_t took = solve_part(w, at);
+        client->virtual_ns += took;
+        client->drain_ns += is_draining(client) ? took : 0;
+        add(&client->count.busy_ns, took);
+    }
+    if (!tfa_wire_has_answers(at->reply.status) || at->first >= at->request.count) {
+        finish_request(w, client);
+        client->drained += is_draining(client);
+    }
+    return true;
+}
+
+/* ---- the cycle ---- */
+
+/* A sign of life, for the control thread in each cycle, for clients now and then. */
+static void beat(tfa_worker *w)
+{
+    atomic_store_explicit(&w->heartbeat, ++w->beats, memory_order_relaxed);
+    if (w->now - w->last_beat < BEAT_NS)
+        return;
+    w->last_beat = w->now;
+    const uint32_t used = atomic_load_explicit(&w->clients_used, memory_order_acquire); /* R9 */
+    for (uint32_t i = 0; i < used; i++) {
+        const tfa_worker_client *client = &w->clients[i];
+        if (atomic_load_explicit(&client->state, memory_order_acquire) == CLIENT_ATTACHED) /* R6 */
+            atomic_store_explicit(&tfa_ring_worker_status_of(&client->ring)->heartbeat, w->beats,
+                                  memory_order_relaxed); /* A5 */
+    }
+}
+
+uint32_t tfa_worker_cycle(tfa_worker *w)
+{
+    uint32_t count = collect_ready(w), pieces = 0;
+    accept_offer(w); /* R12 after R6 */
+    if (count) {
+        const uint64_t start = w->now = tfa_worker_clock();
+        limit_credit(w, count);
+        do {
+            const uint32_t k = least_served(w, count);
+            tfa_worker_client *client = w->ready[k];
+            if (client->virtual_ns > w->virtual_clock)
+                w->virtual_clock = client->virtual_ns;
+            pieces += serve(w, client, start);
+            if (!is_ready(client))
+                w->ready[k] = w->ready[--count];
+        } while (count && w->now - start < w->turn_ns);
+    }
+    beat(w);
+    return pieces;
+}

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A client that takes more than its share, or reaches for memory that it may only read. The daemon
+ * and its other clients go on.
+ */
+#include "raw_client.h"
+
+#include "test.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <grp.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static const char *const backends[] = {"backend: shm\n", "backend: memfd\n"};
+
+/* The welcome of a connection that says nothing: a refusal at once, or none within a while. */
+static int refusal(int socket, tfa_welcome *w)
+{
+    const struct timeval wait = {.tv_usec = 200000};
+    assert_int_equal(setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait), 0);
+    return recv(socket, w, sizeof *w, 0) == (ssize_t)sizeof *w ? w->status : TFA_OK;
+}
+
+/* Connections that have said nothing use up the quota of their user, and are named as the cause. */
+TEST(silent_connections_count)
+{
+    scene s;
+    tfa_welcome w;
+    int fds[6];
+    open_scene(&s, "limits: {clients: 20, clients_per_user: 4}\n");
+    for (int i = 0; i < 6; i++)
+        fds[i] = connect_raw(&s.h);
+    for (int i = 0; i < 3; i++) /* the honest client is the fourth */
+        assert_int_equal(refusal(fds[i], &w), TFA_OK);
+    for (int i = 3; i < 6; i++) {
+        assert_int_equal(refusal(fds[i], &w), TFA_E_REFUSED);
+        assert_non_null(strstr(w.text, "clients_per_user"));
+    }
+    assert_true(harness_logged(&s.h, "clients_per_user"));
+    for (int i = 0; i < 6; i++)
+        close(fds[i]);
+    close_scene(&s);
+}
+
+/* Memory is counted by user. */
+TEST(memory_of_a_user_is_limited)
+{
+    scene s;
+    tfa_client *client;
+    open_scene(&s, "limits: {memory_mib: 64, memory_mib_per_user: 2}\n");
+    tfa_client_options options = harness_options(&s.h, "arm");
+    options.slots = 64;
+    options.max_batch = 64;
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_E_REFUSED);
+    assert_true(harness_logged(&s.h, "memory_mib_per_user"));
+    close_scene(&s);
+}
+
+/* A request segment that grows, by its size or by pages behind its end, ends its client, and the
+ * daemon lets go of the memory. */
+TEST(grown_segments)
+{
+    scene s;
+    open_scene(&s, "");
+    for (int i = 0; i < 2; i++) {
+        raw_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
+        const int fd = v.fds[TFA_WELCOME_REQUESTS];
+        const off_t size = (off_t)v.ring.layout.request_bytes;
+        if (i == 0)
+            assert_int_equal(ftruncate(fd, size + (8 << 20)), 0);
+        else
+            assert_int_equal(fallocate(fd, FALLOC_FL_KEEP_SIZE, size, 8 << 20), 0);
+        assert_hung_up(v.socket);
+        assert_unharmed(&s);
+        disconnect_client(&v);
+    }
+    assert_true(harness_logged(&s.h, "changed the size of its memory"));
+    close_scene(&s);
+}
+
+/* A client of the daemon's own user opens what it may only read a second time, for writing: with
+ * seals it cannot spoil anything; without them only its own connection. */
+TEST(reopened_for_writing)
+{
+    static const int readonly[] = {TFA_WELCOME_REPLIES, TFA_WELCOME_NAMES};
+    for (int k = 0; k < 2; k++) {
+        scene s;
+        open_scene(&s, backends[k]);
+        for (int i = 0; i < 2; i++) {
+            raw_client v = connect_client(&s.h, TFA_WAIT_BLOCK);
+            char path[64];
+            snprintf(path, sizeof path, "/proc/self/fd/%d", v.fds[readonly[i]]);
+            const int fd = open(path, O_RDWR);
+            const bool sealed = k == 1 || readonly[i] == TFA_WELCOME_NAMES;
+            assert_true(fd >= 0);
+            assert_int_equal(ftruncate(fd, 0) == 0, !sealed);
+            void *memory = mmap(NULL, 4096, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+            assert_int_equal(memory == MAP_FAILED, sealed);
+            if (memory != MAP_FAILED)
+                munmap(memory, 4096);
+            /* the worker answers into a segment that has no memory any more */
+            const tfa_wire_request line = {.count = 1, .op = TFA_OP_MASS_MATRIX};
+            memcpy(tfa_ring_next_request(&v.ring), &line, sizeof line);
+            tfa_ring_client blind = v.ring;
+            static const tfa_ring_worker_status awake;
+            blind.worker_status = &awake;
+            (void)tfa_ring_send(&blind);
+            wake(&v);
+            if (!sealed)
+                assert_hung_up(v.socket);
+            assert_unharmed(&s);
+            close(fd);
+            disconnect_client(&v);
+        }
+        close_scene(&s);
+    }
+}
+
+/* Connects so many times as user nobody of group nogroup. @return status of the last one */
+static int as_nobody(scene *s, int connections)
+{
+    enum { NOBODY = 65534 };
+    int result = 0;
+    assert_int_equal(chmod(s->h.directory, 0711), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        tfa_welcome w;
+        int last = TFA_OK;
+        if (setgroups(0, NULL) != 0 || setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+            _exit(99);
+        for (int i = 0; i < connections; i++)
+            last = refusal(connect_raw(&s->h), &w);
+        _exit(-last);
+    }
+    assert_int_equal(waitpid(child, &result, 0), child);
+    assert_true(WIFEXITED(result));
+    return -WEXITSTATUS(result);
+}
+
+/* A user whom the sockets' group lets in, but not the list of users or groups. */
+TEST(allowed_users_and_groups)
+{
+    static const struct {
+        const char *lists;
+        int status;
+    } cases[] = {
+        {"", TFA_OK},
+        {"allow_users: [daemon]\n", TFA_E_REFUSED},
+        {"allow_users: [daemon, nobody]\n", TFA_OK},
+        {"allow_groups: [daemon]\n", TFA_E_REFUSED},
+        {"allow_users: [daemon]\nallow_groups: [nogroup]\n", TFA_OK},
+    };
+    if (geteuid() != 0)
+        skip();
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        scene s;
+        char more[128];
+        snprintf(more, sizeof more, "group: nogroup\n%s", cases[i].lists);
+        open_scene(&s, more);
+        assert_int_equal(as_nobody(&s, 1), cases[i].status);
+        close_scene(&s);
+    }
+}
+
+/* A user with as many connections as it may have locks nobody else out. */
+TEST(users_have_quotas_of_their_own)
+{
+    scene s;
+    if (geteuid() != 0)
+        skip();
+    open_scene(&s, "group: nogroup\nlimits: {clients: 8, clients_per_user: 4}\n");
+    assert_int_equal(as_nobody(&s, 5), TFA_E_REFUSED);
+    tfa_client *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
+    tfa_client_close(client);
+    close_scene(&s);
+}
+
+/* Names that do not exist are errors with their place. */
+TEST(unknown_names_are_refused)
+{
+    harness h;
+    harness_make(&h, ARM, "allow_users: [nobody, nobodi]\n");
+    const int status = harness_run(&h);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
+    assert_true(harness_logged(&h, "allow_users[1]: 'nobodi' does not exist"));
+    harness_remove(&h);
+}
+
+int main(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    return test_run(NULL, NULL);
+}

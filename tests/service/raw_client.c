@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A client that speaks the protocol by itself.
+ */
+#include "raw_client.h"
+
+#include "test.h"
+
+#include <poll.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+int connect_raw(const harness *h)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    snprintf(address.sun_path, sizeof address.sun_path, "%.80s/arm.sock", h->runtime_dir);
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
+    return fd;
+}
+
+tfa_hello good_hello(tfa_wait wait)
+{
+    return (tfa_hello){.magic = TFA_HANDSHAKE_MAGIC,
+                       .abi = TFA_HANDSHAKE_ABI,
+                       .slots = 8,
+                       .max_batch = 2,
+                       .wait = wait,
+                       .robot = "arm"};
+}
+
+static void receive_welcome(raw_client *v)
+{
+    union {
+        char bytes[CMSG_SPACE(sizeof v->fds)];
+        struct cmsghdr align;
+    } control;
+    struct iovec part = {.iov_base = &v->welcome, .iov_len = sizeof v->welcome};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    assert_int_equal(recvmsg(v->socket, &message, MSG_CMSG_CLOEXEC), sizeof v->welcome);
+    assert_int_equal(v->welcome.status, TFA_OK);
+    memcpy(v->fds, CMSG_DATA(CMSG_FIRSTHDR(&message)), sizeof v->fds);
+}
+
+/* A client by the book so far. */
+raw_client connect_client(const harness *h, tfa_wait wait)
+{
+    raw_client v = {.socket = connect_raw(h)};
+    const tfa_hello hello = good_hello(wait);
+    assert_int_equal(send(v.socket, &hello, sizeof hello, 0), sizeof hello);
+    receive_welcome(&v);
+    const tfa_ring_layout *l = &v.welcome.layout;
+    v.ring = (tfa_ring_client){.layout = *l, .spin = wait == TFA_WAIT_SPIN};
+    v.ring.requests = mmap(NULL, l->request_bytes, PROT_READ | PROT_WRITE, MAP_SHARED,
+                           v.fds[TFA_WELCOME_REQUESTS], 0);
+    v.ring.replies =
+        mmap(NULL, l->reply_bytes, PROT_READ, MAP_SHARED, v.fds[TFA_WELCOME_REPLIES], 0);
+    v.ring.worker_status = (const void *)v.ring.replies;
+    assert_ptr_not_equal(v.ring.requests, MAP_FAILED);
+    assert_ptr_not_equal(v.ring.replies, MAP_FAILED);
+    return v;
+}
+
+void disconnect_client(raw_client *v)
+{
+    munmap(v->ring.requests, v->ring.layout.request_bytes);
+    munmap((void *)(uintptr_t)v->ring.replies, v->ring.layout.reply_bytes);
+    for (int i = 0; i < TFA_WELCOME_DESCRIPTORS; i++)
+        close(v->fds[i]);
+    close(v->socket);
+}
+
+void wake(const raw_client *v)
+{
+    const uint64_t one = 1;
+    (void)!write(v->fds[TFA_WELCOME_DOORBELL], &one, sizeof one);
+}
+
+/* The daemon hangs up on this socket. */
+void assert_hung_up(int socket)
+{
+    struct pollfd fd = {.fd = socket, .events = POLLRDHUP};
+    assert_int_equal(poll(&fd, 1, (int)(WAIT_NS / 1000000)), 1);
+    assert_true(fd.revents & (POLLHUP | POLLRDHUP));
+}
+
+void assert_unharmed(scene *s)
+{
+    double qdd[7];
+    for (int i = 0; i < 5; i++) {
+        assert_int_equal(ask_arm(s->honest_client, 1, qdd, TIMEOUT_NS), TFA_OK);
+        assert_memory_equal(qdd, s->expected, sizeof qdd);
+    }
+}
+
+void open_scene(scene *s, const char *more)
+{
+    harness_make(&s->h, ARM, more);
+    harness_start(&s->h, "arm");
+    s->honest_client = harness_connect(&s->h, "arm", TFA_WAIT_HYBRID);
+    assert_int_equal(ask_arm(s->honest_client, 1, s->expected, TIMEOUT_NS), TFA_OK);
+}
+
+void close_scene(scene *s)
+{
+    assert_unharmed(s);
+    tfa_client_close(s->honest_client);
+    assert_int_equal(harness_stop(&s->h, SIGTERM), 0);
+    harness_remove(&s->h);
+}

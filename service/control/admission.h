@@ -18,8 +18,8 @@ typedef struct tfa_admission {
     size_t user_count, group_count;
 } tfa_admission;
 
-/** Looks the names of `allow_users` and `allow_groups` up. A name that does not exist is logged with
- *  its place. @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY. On error *admission is empty. */
+/** Looks the names of `allow_users` and `allow_groups` up; logs the place of one that does not
+ *  exist. @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY. On error *admission is empty. */
 TFA_CHECKED int tfa_admission_load(const config *settings, tfa_admission *admission);
 void tfa_admission_free(tfa_admission *admission);
 

@@ -10,6 +10,7 @@
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <sys/socket.h>
 #include <sys/types.h>
 
 #include "config/config.h"
@@ -181,6 +182,14 @@ bool session_any_attached(const tfa_daemon *d, uint32_t robot);
 void session_resume_deferred(tfa_daemon *d);
 /* Some session waits for its worker: look again soon. */
 bool session_any_detaching(const tfa_daemon *d);
+
+/* ---- handshake.c: admission and handshake ---- */
+
+/* May this process connect now? A connection counts from its first moment. @return TFA_OK; a
+ * refusal, and its reason in the welcome */
+int handshake_admit(tfa_daemon *d, int socket, const struct ucred *peer, tfa_welcome *w);
+/* Answers the HELLO of a session, of `size` bytes. @return false: it was refused, or is gone */
+bool handshake_answer(tfa_daemon *d, session *s, const tfa_hello *hello, ssize_t size);
 
 /* ---- notify.c: the service manager ---- */
 

@@ -3,9 +3,9 @@
  *
  * Memory that is shared with a client: it has no name, so nothing of it outlives the processes.
  *
- * A process of the daemon's own user can reopen a descriptor for writing through /proc, whatever its
- * access mode. Seals stop that: a memfd segment cannot be resized, and the part that peers only read
- * cannot be written by them. POSIX shared memory takes no seals: there a peer of the same user can
+ * A process of the daemon's own user can reopen a descriptor for writing through /proc, whatever
+ * its access mode. Seals stop that: a memfd segment cannot be resized, and peers cannot write the
+ * part that they only read. POSIX shared memory takes no seals: there a peer of the same user can
  * spoil its own segments (sigbus.h), never those of another client.
  */
 #ifndef TFA_SERVICE_PLATFORM_SEGMENT_H

@@ -122,8 +122,8 @@ TFA_CHECKED int tfa_worker_attach(tfa_worker *worker, const tfa_worker_client_op
 bool tfa_worker_detach(tfa_worker *worker, tfa_worker_client *client);
 
 /** As tfa_worker_detach, but lets the worker answer earlier requests of the client. Bounded: as
- *  many requests as the ring has slots, for a second of the worker's time at most. tfa_worker_detach
- *  may still be called instead. */
+ *  many requests as the ring has slots, for a second of the worker's time at most.
+ *  tfa_worker_detach may still be called instead. */
 bool tfa_worker_drain(tfa_worker *worker, tfa_worker_client *client);
 
 /** Offers the worker other solvers for all its robots: `robots` (copied) in the same order. A robot

@@ -31,7 +31,6 @@ typedef struct arguments {
 /* All that start-up takes, in order; stop_all gives it back in the opposite order. */
 typedef struct service {
     tfa_daemon daemon;
-    int lock;
     uid_t user;
     gid_t user_group;
     void *dds; /* tfa_dds */
@@ -67,11 +66,11 @@ static int find_identity(service *s)
 
 static int acquire_runtime_dir(service *s)
 {
-    const char *path = s->daemon.settings->runtime_dir;
-    int status = tfa_runtime_dir_acquire(path, &s->lock);
-    if (status == TFA_OK && s->user != (uid_t)-1)
-        status = tfa_runtime_dir_set_owner(path, s->lock, s->user, s->user_group);
-    return status;
+    tfa_runtime_dir *dir = &s->daemon.runtime_dir;
+    dir->user = s->user;
+    dir->user_group = s->user_group;
+    dir->socket_group = s->daemon.group;
+    return tfa_runtime_dir_acquire(dir, s->daemon.settings->runtime_dir);
 }
 
 static int guard_memory(service *s)
@@ -214,7 +213,6 @@ static int open_sockets(service *s)
 
 static int signal_ready(service *s)
 {
-    tfa_runtime_dir_ready(s->lock);
     tfa_log(TFA_LOG_INFO, "ready: %u robots, %u workers, %s", s->daemon.robot_set.count,
             s->daemon.settings->workers, s->daemon.settings->runtime_dir);
     notify_ready();
@@ -254,8 +252,7 @@ static void stop_all(service *s)
     daemon_free_robot_set(&s->daemon);
     tfa_admission_free(&s->daemon.admission);
     control_close(&s->daemon);
-    if (s->lock >= 0)
-        tfa_runtime_dir_release(s->daemon.settings->runtime_dir, s->lock);
+    tfa_runtime_dir_release(&s->daemon.runtime_dir);
     config_free(s->daemon.settings);
     tfa_log_stop();
 }
@@ -268,8 +265,8 @@ static int serve(config *settings)
                             .signals = -1,
                             .reserve = -1,
                             .reload.event = -1,
-                            .group = (gid_t)-1},
-                 .lock = -1,
+                            .group = (gid_t)-1,
+                            .runtime_dir = TFA_RUNTIME_DIR_NONE},
                  .user = (uid_t)-1};
     int status = TFA_OK;
     for (size_t i = 0; i < sizeof start_up / sizeof *start_up && status == TFA_OK; i++) {

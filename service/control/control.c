@@ -18,12 +18,12 @@
 #include <unistd.h>
 
 #include "platform/log.h"
-#include "platform/runtime_dir.h"
 
 #define EVENTS 64
 #define TICK_MS 50       /* how late a broken protocol is noticed */
 #define DETACH_TICK_MS 1 /* how late a client is detached; the worker must not signal for it */
 #define IDLE_TICK_MS 500 /* without clients */
+#define RUNTIME_DIR_LOOK_NS 1000000000u
 
 uint64_t control_clock(void)
 {
@@ -62,23 +62,34 @@ int control_open(tfa_daemon *d)
     return watch_descriptor(d, d->reload.event, &d->reload) == 0 ? TFA_OK : TFA_E_SYSTEM;
 }
 
+static int listen_at(tfa_daemon *d, uint32_t i)
+{
+    const char *name = d->robot_set.robots[i].name;
+    d->listeners[i] = tfa_runtime_dir_listen(&d->runtime_dir, name);
+    if (d->listeners[i] >= 0 && watch_descriptor(d, d->listeners[i], &d->listeners[i]) == 0)
+        return TFA_OK;
+    tfa_log(TFA_LOG_ERROR, "socket '%s/%s.sock': %s", d->runtime_dir.path, name,
+            errno == EADDRINUSE ? "another program listens there; choose another runtime_dir"
+                                : strerror(errno));
+    return TFA_E_SYSTEM;
+}
+
 int control_listen(tfa_daemon *d)
 {
-    d->listeners = malloc(d->robot_set.count * sizeof *d->listeners);
-    if (!d->listeners)
-        return TFA_E_MEMORY;
-    for (uint32_t i = 0; i < d->robot_set.count; i++)
+    const uint32_t count = d->robot_set.count;
+    const char **names = calloc(count, sizeof *names);
+    d->listeners = malloc(count * sizeof *d->listeners);
+    int status = d->listeners && names ? TFA_OK : TFA_E_MEMORY;
+    for (uint32_t i = 0; d->listeners && i < count; i++)
         d->listeners[i] = -1;
-    for (uint32_t i = 0; i < d->robot_set.count; i++) {
-        const char *name = d->robot_set.robots[i].name;
-        d->listeners[i] = tfa_runtime_dir_listen(d->settings->runtime_dir, name, d->group);
-        if (d->listeners[i] < 0 || watch_descriptor(d, d->listeners[i], &d->listeners[i]) != 0) {
-            tfa_log(TFA_LOG_ERROR, "socket '%s/%s.sock': %s", d->settings->runtime_dir, name,
-                    strerror(errno));
-            return TFA_E_SYSTEM;
-        }
+    for (uint32_t i = 0; i < count && status == TFA_OK; i++) {
+        status = listen_at(d, i);
+        names[i] = d->robot_set.robots[i].name;
     }
-    return TFA_OK;
+    if (status == TFA_OK)
+        tfa_runtime_dir_ready(&d->runtime_dir, names, count);
+    free(names);
+    return status;
 }
 
 void control_close_listeners(tfa_daemon *d)
@@ -86,11 +97,31 @@ void control_close_listeners(tfa_daemon *d)
     for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++) {
         if (d->listeners[i] < 0)
             continue;
-        tfa_runtime_dir_unlink(d->settings->runtime_dir, d->robot_set.robots[i].name);
+        tfa_runtime_dir_unlink(&d->runtime_dir, d->robot_set.robots[i].name);
         close(d->listeners[i]);
     }
     free(d->listeners);
     d->listeners = NULL;
+}
+
+/* A runtime directory that was removed is made again; clients that are connected notice nothing. */
+static void watch_runtime_dir(tfa_daemon *d)
+{
+    const uint64_t now = control_clock();
+    if (now - d->runtime_dir_looked < RUNTIME_DIR_LOOK_NS)
+        return;
+    d->runtime_dir_looked = now;
+    if (d->listeners && tfa_runtime_dir_is_there(&d->runtime_dir))
+        return;
+    tfa_log(TFA_LOG_ERROR, "runtime directory '%s' was removed: it is made again",
+            d->settings->runtime_dir);
+    control_close_listeners(d);
+    tfa_runtime_dir_release(&d->runtime_dir);
+    if (tfa_runtime_dir_acquire(&d->runtime_dir, d->settings->runtime_dir) == TFA_OK &&
+        control_listen(d) == TFA_OK)
+        return;
+    control_close_listeners(d);
+    tfa_runtime_dir_release(&d->runtime_dir);
 }
 
 void control_close(tfa_daemon *d)
@@ -194,7 +225,7 @@ static void dispatch(tfa_daemon *d, void *what)
         return;
     }
     const int *entry = what;
-    for (uint32_t i = 0; i < d->robot_set.count; i++)
+    for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
         if (entry == &d->listeners[i]) {
             accept_client(d, i);
             return;
@@ -246,6 +277,7 @@ void control_run(tfa_daemon *d)
         session_tick(d);
         reload_tick(d);
         watch_workers(d);
+        watch_runtime_dir(d);
     }
     log_totals(d);
 }

@@ -17,6 +17,7 @@
 #include "control/admission.h"
 #include "dds_gateway/dds.h"
 #include "ipc/handshake.h"
+#include "platform/runtime_dir.h"
 #include "platform/segment.h"
 #include "robots/robot.h"
 #include "worker/worker.h"
@@ -117,6 +118,8 @@ typedef struct tfa_daemon {
     int epoll, signals, reserve;
     int *listeners; /* one for each robot */
     gid_t group;
+    tfa_runtime_dir runtime_dir;
+    uint64_t runtime_dir_looked; /* CLOCK_MONOTONIC ns */
     tfa_admission admission;
     session *sessions;
     uint32_t session_count;
@@ -155,7 +158,7 @@ void *reload_thread(void *d);
 
 /* Opens epoll and the signals, which must be blocked. */
 TFA_CHECKED int control_open(tfa_daemon *d);
-/* Opens the sockets: from now on clients come. */
+/* Opens the sockets: from now on clients come. Notes in the lock file that they are open. */
 TFA_CHECKED int control_listen(tfa_daemon *d);
 /* Until a signal says stop. */
 void control_run(tfa_daemon *d);

@@ -5,10 +5,8 @@
  */
 #include "runtime_dir.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,31 +20,62 @@
 
 #define BACKLOG 64
 #define LOCK_TRIES 10
+/* A lock file lists a thousand robots and scenes with the longest names. */
+#define LOCK_BYTES_MAX 131072
 
-static int make_directory(const char *path)
+/* ---- the directory ---- */
+
+/* Writing here is the right to put another socket in place of ours. */
+static int check_owner(const tfa_runtime_dir *d, const struct stat *info)
+{
+    const uid_t owner = d->user == (uid_t)-1 ? geteuid() : d->user;
+    if ((d->made || info->st_uid == owner) && !(info->st_mode & (S_IWGRP | S_IWOTH)))
+        return TFA_OK;
+    tfa_log(TFA_LOG_ERROR,
+            "runtime directory '%s' has owner %u and mode %04o: it must belong to user %u alone; "
+            "chown and chmod 0755 it, or set runtime_dir",
+            d->path, (unsigned)info->st_uid, (unsigned)info->st_mode & 07777, (unsigned)owner);
+    return TFA_E_REFUSED;
+}
+
+static int open_directory(tfa_runtime_dir *d)
 {
     struct stat info;
-    if (mkdir(path, 0755) != 0 && errno != EEXIST) {
-        tfa_log(TFA_LOG_ERROR, "runtime directory '%s' cannot be made: %s; set runtime_dir", path,
+    d->made = mkdir(d->path, 0755) == 0;
+    if (!d->made && errno != EEXIST) {
+        tfa_log(TFA_LOG_ERROR, "runtime directory '%s' cannot be made: %s; set runtime_dir",
+                d->path, strerror(errno));
+        return TFA_E_SYSTEM;
+    }
+    d->directory = open(d->path, O_PATH | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (d->directory < 0 || fstat(d->directory, &info) != 0) {
+        tfa_log(TFA_LOG_ERROR, "runtime directory '%s' is not a directory: %s", d->path,
                 strerror(errno));
         return TFA_E_SYSTEM;
     }
-    if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
-        tfa_log(TFA_LOG_ERROR, "runtime directory '%s' is not a directory", path);
-        return TFA_E_SYSTEM;
-    }
-    /* whoever can write here can put their socket in place of ours */
-    if ((info.st_uid != geteuid() && geteuid() != 0) || (info.st_mode & S_IWOTH)) {
-        tfa_log(TFA_LOG_ERROR,
-                "runtime directory '%s' belongs to another user or anybody may write "
-                "to it: it must be ours alone",
-                path);
-        return TFA_E_REFUSED;
-    }
-    return TFA_OK;
+    return check_owner(d, &info);
 }
 
-static void log_taken(const char *path, int fd)
+/* A directory that was there keeps its owner. */
+static int set_owner(const tfa_runtime_dir *d)
+{
+    if (d->user == (uid_t)-1)
+        return TFA_OK;
+    if (d->made && fchownat(d->directory, "", d->user, d->user_group, AT_EMPTY_PATH) != 0)
+        return TFA_E_SYSTEM;
+    return fchown(d->lock, d->user, d->user_group) == 0 ? TFA_OK : TFA_E_SYSTEM;
+}
+
+bool tfa_runtime_dir_is_there(const tfa_runtime_dir *d)
+{
+    struct stat ours, there;
+    return fstat(d->directory, &ours) == 0 && stat(d->path, &there) == 0 &&
+           ours.st_ino == there.st_ino && ours.st_dev == there.st_dev;
+}
+
+/* ---- the lock ---- */
+
+static void log_taken(const tfa_runtime_dir *d, int fd)
 {
     char text[32] = "";
     ssize_t n = pread(fd, text, sizeof text - 1, 0);
@@ -55,35 +84,38 @@ static void log_taken(const char *path, int fd)
     tfa_log(TFA_LOG_ERROR,
             "another totalforced (pid %s) serves '%s': stop it, or choose another "
             "runtime_dir",
-            *text ? text : "unknown", path);
+            *text ? text : "unknown", d->path);
 }
 
 /* A daemon that ends removes the file while it holds the lock; whoever opened it before that has
  * the lock of a file that has no name any more: then try again. */
-static bool is_current(int fd, const char *file)
+static bool is_current(const tfa_runtime_dir *d, int fd)
 {
     struct stat ours, there;
-    return fstat(fd, &ours) == 0 && stat(file, &there) == 0 && ours.st_ino == there.st_ino &&
-           ours.st_dev == there.st_dev;
+    return fstat(fd, &ours) == 0 &&
+           fstatat(d->directory, TFA_LOCK_FILE, &there, AT_SYMLINK_NOFOLLOW) == 0 &&
+           ours.st_ino == there.st_ino && ours.st_dev == there.st_dev;
 }
 
-static int acquire_lock(const char *path, const char *file, int *lock)
+static int acquire_lock(tfa_runtime_dir *d)
 {
     const struct flock want = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
     for (int i = 0; i < LOCK_TRIES; i++) {
-        int fd = open(file, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+        int fd =
+            openat(d->directory, TFA_LOCK_FILE, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
         if (fd < 0) {
-            tfa_log(TFA_LOG_ERROR, "lock '%s' cannot be opened: %s", file, strerror(errno));
+            tfa_log(TFA_LOG_ERROR, "lock '%s/" TFA_LOCK_FILE "' cannot be opened: %s", d->path,
+                    strerror(errno));
             return TFA_E_SYSTEM;
         }
         struct flock request = want;
         if (fcntl(fd, F_OFD_SETLK, &request) != 0) {
-            log_taken(path, fd);
+            log_taken(d, fd);
             close(fd);
             return TFA_E_REFUSED;
         }
-        if (is_current(fd, file)) {
-            *lock = fd;
+        if (is_current(d, fd)) {
+            d->lock = fd;
             return TFA_OK;
         }
         close(fd);
@@ -91,98 +123,61 @@ static int acquire_lock(const char *path, const char *file, int *lock)
     return TFA_E_SYSTEM;
 }
 
-static void write_state(int fd, const char *state)
+/* ---- sockets ---- */
+
+static bool socket_name(const char *name, char file[TFA_ROBOT_NAME_MAX + 6])
 {
-    char text[32];
-    int n = snprintf(text, sizeof text, "%d%s\n", (int)getpid(), state);
-    if (ftruncate(fd, 0) != 0 || pwrite(fd, text, (size_t)n, 0) != n)
-        tfa_log(TFA_LOG_WARNING, "the lock file cannot be written: %s", strerror(errno));
+    const int n = snprintf(file, TFA_ROBOT_NAME_MAX + 6, "%s.sock", name);
+    return n > 0 && n < TFA_ROBOT_NAME_MAX + 6 && !strchr(name, '/');
 }
 
-/* We hold the lock, so every socket here is a dead daemon's. */
-static void remove_stale(const char *path)
+/* The address of a socket in the opened directory, however long its path is. */
+static struct sockaddr_un address_of(const tfa_runtime_dir *d, const char *file)
 {
-    DIR *directory = opendir(path);
-    if (!directory)
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    snprintf(address.sun_path, sizeof address.sun_path, "/proc/self/fd/%d/%s", d->directory, file);
+    return address;
+}
+
+/* Clients reach it by its path, which must fit an address. */
+static bool path_fits(const tfa_runtime_dir *d, const char *file)
+{
+    return strlen(d->path) + 1 + strlen(file) < sizeof(((struct sockaddr_un *)0)->sun_path);
+}
+
+/* A socket of that name that nobody listens at is what a killed daemon left. */
+static void remove_stale(const tfa_runtime_dir *d, const char *file)
+{
+    const struct sockaddr_un address = address_of(d, file);
+    struct stat info;
+    if (fstatat(d->directory, file, &info, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISSOCK(info.st_mode))
         return;
-    for (const struct dirent *e; (e = readdir(directory)) != NULL;) {
-        const size_t length = strlen(e->d_name);
-        struct stat info;
-        if (length > 5 && strcmp(e->d_name + length - 5, ".sock") == 0 &&
-            fstatat(dirfd(directory), e->d_name, &info, AT_SYMLINK_NOFOLLOW) == 0 &&
-            S_ISSOCK(info.st_mode))
-            (void)unlinkat(dirfd(directory), e->d_name, 0);
-    }
-    closedir(directory);
+    const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd < 0)
+        return;
+    if (connect(fd, (const struct sockaddr *)&address, sizeof address) != 0 &&
+        errno == ECONNREFUSED)
+        (void)unlinkat(d->directory, file, 0);
+    close(fd);
 }
 
-static char *lock_name(const char *path)
+int tfa_runtime_dir_listen(const tfa_runtime_dir *d, const char *name)
 {
-    char *file;
-    return asprintf(&file, "%s/" TFA_LOCK_FILE, path) < 0 ? NULL : file;
-}
-
-int tfa_runtime_dir_acquire(const char *path, int *lock)
-{
-    int status = make_directory(path);
-    if (status != TFA_OK)
-        return status;
-    char *file = lock_name(path);
-    if (!file)
-        return TFA_E_MEMORY;
-    status = acquire_lock(path, file, lock);
-    free(file);
-    if (status != TFA_OK)
-        return status;
-    write_state(*lock, "");
-    remove_stale(path);
-    return TFA_OK;
-}
-
-void tfa_runtime_dir_ready(int lock)
-{
-    write_state(lock, " " TFA_LOCK_READY);
-}
-
-int tfa_runtime_dir_set_owner(const char *path, int lock, uid_t user, gid_t group)
-{
-    if (chown(path, user, group) == 0 && fchown(lock, user, group) == 0)
-        return TFA_OK;
-    return TFA_E_SYSTEM;
-}
-
-void tfa_runtime_dir_release(const char *path, int lock)
-{
-    char *file = lock_name(path);
-    if (file)
-        (void)unlink(file);
-    free(file);
-    close(lock);
-}
-
-/* @return false: the path is too long for a socket */
-static bool make_address(const char *path, const char *name, struct sockaddr_un *address)
-{
-    *address = (struct sockaddr_un){.sun_family = AF_UNIX};
-    int n = snprintf(address->sun_path, sizeof address->sun_path, "%s/%s.sock", path, name);
-    return n > 0 && (size_t)n < sizeof address->sun_path;
-}
-
-int tfa_runtime_dir_listen(const char *path, const char *name, gid_t group)
-{
-    struct sockaddr_un address;
-    if (!make_address(path, name, &address)) {
+    char file[TFA_ROBOT_NAME_MAX + 6];
+    if (!socket_name(name, file) || !path_fits(d, file)) {
         errno = ENAMETOOLONG;
         return -1;
     }
+    remove_stale(d, file);
+    const struct sockaddr_un address = address_of(d, file);
     int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     if (fd < 0)
         return -1;
     const mode_t before = umask(0117); /* 0660 from the first moment */
     int result = bind(fd, (const struct sockaddr *)&address, sizeof address);
     umask(before);
-    if (result == 0 && group != (gid_t)-1)
-        result = chown(address.sun_path, (uid_t)-1, group);
+    if (result == 0 && d->socket_group != (gid_t)-1)
+        result = fchownat(d->directory, file, (uid_t)-1, d->socket_group, AT_SYMLINK_NOFOLLOW);
     if (result == 0)
         result = listen(fd, BACKLOG);
     if (result == 0)
@@ -193,9 +188,73 @@ int tfa_runtime_dir_listen(const char *path, const char *name, gid_t group)
     return -1;
 }
 
-void tfa_runtime_dir_unlink(const char *path, const char *name)
+void tfa_runtime_dir_unlink(const tfa_runtime_dir *d, const char *name)
 {
-    struct sockaddr_un address;
-    if (make_address(path, name, &address))
-        (void)unlink(address.sun_path);
+    char file[TFA_ROBOT_NAME_MAX + 6];
+    if (socket_name(name, file))
+        (void)unlinkat(d->directory, file, 0);
+}
+
+/* ---- the lock file: process id and "ready", then a robot on each line ---- */
+
+/* Removes the sockets of the robots that a killed daemon listed. */
+static void remove_listed(const tfa_runtime_dir *d)
+{
+    char *text = calloc(1, LOCK_BYTES_MAX + 1), file[TFA_ROBOT_NAME_MAX + 6];
+    char *rest = text;
+    if (!text || pread(d->lock, text, LOCK_BYTES_MAX, 0) < 0) {
+        free(text);
+        return;
+    }
+    (void)strsep(&rest, "\n");
+    for (const char *name; rest && (name = strsep(&rest, "\n"));)
+        if (*name && socket_name(name, file))
+            remove_stale(d, file);
+    free(text);
+}
+
+static void write_state(const tfa_runtime_dir *d, const char *state, const char *const *names,
+                        size_t count)
+{
+    bool written = ftruncate(d->lock, 0) == 0 && lseek(d->lock, 0, SEEK_SET) == 0 &&
+                   dprintf(d->lock, "%d%s\n", (int)getpid(), state) > 0;
+    for (size_t i = 0; i < count && written; i++)
+        written = dprintf(d->lock, "%s\n", names[i]) > 0;
+    if (!written)
+        tfa_log(TFA_LOG_WARNING, "the lock file of '%s' cannot be written: %s", d->path,
+                strerror(errno));
+}
+
+int tfa_runtime_dir_acquire(tfa_runtime_dir *d, const char *path)
+{
+    d->path = strdup(path);
+    int status = d->path ? open_directory(d) : TFA_E_MEMORY;
+    if (status == TFA_OK)
+        status = acquire_lock(d);
+    if (status == TFA_OK) {
+        remove_listed(d);
+        write_state(d, "", NULL, 0);
+        status = set_owner(d);
+    }
+    return status;
+}
+
+void tfa_runtime_dir_ready(const tfa_runtime_dir *d, const char *const *names, size_t count)
+{
+    write_state(d, " " TFA_LOCK_READY, names, count);
+}
+
+void tfa_runtime_dir_release(tfa_runtime_dir *d)
+{
+    if (d->lock >= 0) {
+        (void)unlinkat(d->directory, TFA_LOCK_FILE, 0);
+        close(d->lock);
+    }
+    if (d->made && tfa_runtime_dir_is_there(d))
+        (void)rmdir(d->path);
+    if (d->directory >= 0)
+        close(d->directory);
+    free(d->path);
+    d->path = NULL;
+    d->directory = d->lock = -1;
 }

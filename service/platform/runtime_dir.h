@@ -2,31 +2,51 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The runtime directory: one daemon at a time, and nothing stale in it.
+ *
+ * The directory is opened once, and everything in it is reached through its descriptor: a link or
+ * another directory in its place changes nothing for a daemon that runs.
  */
 #ifndef TFA_SERVICE_PLATFORM_RUNTIME_DIR_H
 #define TFA_SERVICE_PLATFORM_RUNTIME_DIR_H
 
+#include <stdbool.h>
 #include <sys/types.h>
 #include <totalforce/status.h>
 
-/** Makes the directory if it is missing (its parent must be there), takes the lock, removes the
- *  sockets that a killed daemon left. Logs the error.
- *  @return TFA_OK and the descriptor of the lock; TFA_E_REFUSED (another daemon, not ours);
- *          TFA_E_SYSTEM. */
-TFA_CHECKED int tfa_runtime_dir_acquire(const char *path, int *lock);
+typedef struct tfa_runtime_dir {
+    char *path;         /**< a copy of the given one */
+    int directory;      /**< descriptor; -1: not open */
+    int lock;           /**< descriptor of the lock file; -1: not held */
+    bool made;          /**< by this daemon */
+    uid_t user;         /**< (uid_t)-1, or the user that the daemon becomes */
+    gid_t user_group;   /**< the group of that user */
+    gid_t socket_group; /**< (gid_t)-1, or the group of the sockets */
+} tfa_runtime_dir;
 
-/** Gives directory and lock to the user the daemon will become. */
-TFA_CHECKED int tfa_runtime_dir_set_owner(const char *path, int lock, uid_t user, gid_t group);
+#define TFA_RUNTIME_DIR_NONE ((tfa_runtime_dir){.directory = -1, .lock = -1})
 
-/** Notes in the lock file that all sockets are open: a robot without one is then unknown. */
-void tfa_runtime_dir_ready(int lock);
+/**
+ * Makes the directory if it is missing (its parent must be there), opens it, takes the lock,
+ * removes the sockets that a killed daemon listed in the lock file. A directory that was there must
+ * belong to `user`, or else to the user of this process, and be writable by its owner alone. Logs
+ * the error. Set the ids before; again after a release.
+ * @return TFA_OK; TFA_E_REFUSED (another daemon, or not ours alone); TFA_E_MEMORY; TFA_E_SYSTEM.
+ */
+TFA_CHECKED int tfa_runtime_dir_acquire(tfa_runtime_dir *dir, const char *path);
 
-/** Removes the lock file and lets go. */
-void tfa_runtime_dir_release(const char *path, int lock);
+/** Notes in the lock file that all sockets are open: a robot without one is then unknown. `names`:
+ *  the robots. */
+void tfa_runtime_dir_ready(const tfa_runtime_dir *dir, const char *const *names, size_t count);
 
-/** Listens at PATH/NAME.sock, mode 0660, group `group` unless (gid_t)-1. @return a descriptor, or
- *  -1 with errno */
-int tfa_runtime_dir_listen(const char *path, const char *name, gid_t group);
-void tfa_runtime_dir_unlink(const char *path, const char *name);
+/** Removes the lock file, and the directory if this daemon made it and it is empty; lets go. */
+void tfa_runtime_dir_release(tfa_runtime_dir *dir);
+
+/** Is the directory still at its path? */
+bool tfa_runtime_dir_is_there(const tfa_runtime_dir *dir);
+
+/** Listens at NAME.sock, mode 0660. A socket that nobody listens at is replaced.
+ *  @return a descriptor, or -1 with errno; EADDRINUSE: another program listens there */
+int tfa_runtime_dir_listen(const tfa_runtime_dir *dir, const char *name);
+void tfa_runtime_dir_unlink(const tfa_runtime_dir *dir, const char *name);
 
 #endif

@@ -249,24 +249,3 @@ TEST(another_robot_is_refused)
     harness_remove(&other);
     harness_remove(&h);
 }
-
-TEST(stale_sockets_are_removed)
-{
-    harness h;
-    char old[160], file[160];
-    harness_serve(&h, ARM, "");
-    (void)harness_stop(&h, SIGKILL);
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    snprintf(old, sizeof old, "%s/gone.sock", h.runtime_dir);
-    snprintf(file, sizeof file, "%s/notes.sock", h.runtime_dir);
-    memcpy(address.sun_path, old, strlen(old) + 1);
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET, 0);
-    assert_int_equal(bind(fd, (struct sockaddr *)&address, sizeof address), 0);
-    close(fd);
-    FILE *notes = fopen(file, "w"); /* not a socket: not ours to remove */
-    fclose(notes);
-    harness_start(&h, "arm");
-    assert_int_not_equal(access(old, F_OK), 0);
-    assert_int_equal(access(file, F_OK), 0);
-    harness_remove(&h);
-}

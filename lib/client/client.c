@@ -77,6 +77,11 @@ static int copy_options(tfa_client *client, const tfa_client_options *o)
     return TFA_OK;
 }
 
+static uint64_t connect_timeout(const tfa_client *client)
+{
+    return (uint64_t)client->options.connect_timeout_ms * UINT64_C(1000000);
+}
+
 int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
 {
     if (!client)
@@ -94,7 +99,7 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
     c->first_id = 1;
     status = copy_options(c, options);
     if (status == TFA_OK)
-        status = tfa_connection_open(c);
+        status = tfa_connection_open(c, connect_timeout(c));
     if (status != TFA_OK) {
         int saved = errno;
         tfa_client_close(c);
@@ -120,8 +125,9 @@ static int explain(const char *robot, const char *dir, int status, const char *c
                         "robot '%s': the daemon at %s serves no robot of that name; 'robots' in "
                         "its configuration lists its robots",
                         robot, dir);
+    const char *reason = tfa_connection_refusal();
     return snprintf(text, size, "robot '%s' at %s/%s.sock: %s: %s", robot, dir, robot,
-                    tfa_status_text(status), cause);
+                    tfa_status_text(status), *reason ? reason : cause);
 }
 
 size_t tfa_client_explain(const tfa_client_options *options, int status, char *text, size_t size)
@@ -170,17 +176,21 @@ static void backoff_sleep(uint64_t ns)
     nanosleep(&time, NULL);
 }
 
+int tfa_client_attempt(tfa_client *client, uint64_t timeout_ns)
+{
+    mark_requests_lost(client);
+    tfa_connection_close(&client->connection);
+    return tfa_connection_open(client, timeout_ns);
+}
+
 int tfa_client_reconnect(tfa_client *client)
 {
     if (!client)
         return TFA_E_ARGUMENT;
-    mark_requests_lost(client);
-    tfa_connection_close(&client->connection);
-    const uint64_t end =
-        tfa_clock_ns() + (uint64_t)client->options.connect_timeout_ms * UINT64_C(1000000);
+    const uint64_t end = tfa_clock_ns() + connect_timeout(client);
     uint64_t delay = BACK_OFF_FIRST_NS;
     for (;;) {
-        int status = tfa_connection_open(client);
+        int status = tfa_client_attempt(client, connect_timeout(client));
         if (status != TFA_E_DISCONNECTED || tfa_clock_ns() + delay > end)
             return status;
         backoff_sleep(delay);
@@ -220,8 +230,18 @@ static void release_abandoned(tfa_client *client)
         tfa_ring_release(ring);
 }
 
+/* Deadline for the wire: the sooner of the client's and of a call's timeout. */
+static uint32_t wire_deadline(const tfa_client *client, uint64_t timeout_ns)
+{
+    const uint32_t own = client->options.deadline_us;
+    const uint64_t timeout_us = timeout_ns / 1000 + 1;
+    if (timeout_ns == 0 || timeout_us > UINT32_MAX)
+        return own;
+    return own && own < timeout_us ? own : (uint32_t)timeout_us;
+}
+
 static int send_request(tfa_client *client, const tfa_request *request, uint32_t want,
-                        uint64_t t_sent, uint64_t *id)
+                        uint64_t t_sent, uint64_t timeout_ns, uint64_t *id)
 {
     tfa_ring_client *ring = &client->connection.ring;
     if (!client->connection.alive)
@@ -238,6 +258,8 @@ static int send_request(tfa_client *client, const tfa_request *request, uint32_t
                                          &client->reply_shapes[index & (ring->layout.slots - 1)]);
     if (status != TFA_OK)
         return status;
+    tfa_wire_request *line = tfa_ring_next_request(ring);
+    line->deadline_us = wire_deadline(client, timeout_ns);
     if (tfa_ring_send(ring))
         ring_doorbell(client);
     if (id)
@@ -259,7 +281,9 @@ static int read_reply(tfa_client *client, tfa_reply *reply, tfa_exchange *exchan
     uint32_t blocks = tfa_wire_decode_reply(line, reply);
     if (blocks != 0 && blocks == reply_shape->want)
         tfa_wire_copy_answers(&client->shape, reply_shape, line, reply);
+    client->model = reply->model ? reply->model : client->model;
     if (exchange) {
+        exchange->daemon = TFA_OK;
         exchange->id = line->id;
         exchange->t_received = line->t_received;
         exchange->t_start = line->t_start;
@@ -289,11 +313,9 @@ static uint64_t deadline_of(uint64_t start, uint64_t timeout_ns)
     return timeout_ns == 0 || timeout_ns > UINT64_MAX - start ? UINT64_MAX : start + timeout_ns;
 }
 
-int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *reply,
-                    uint64_t timeout_ns, tfa_exchange *exchange)
+static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply *reply,
+                       uint64_t timeout_ns, tfa_exchange *exchange)
 {
-    if (!client || !request || !reply)
-        return TFA_E_ARGUMENT;
     tfa_ring_client *ring = &client->connection.ring;
     const uint64_t now = tfa_clock_ns();
     uint64_t id = 0;
@@ -304,7 +326,7 @@ int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *r
         return reply->status = TFA_E_DISCONNECTED;
     if (ring->sent > ring->received && client->call_end < ring->sent)
         return reply->status = TFA_E_ARGUMENT; /* replies of tfa_client_send are not received yet */
-    int status = send_request(client, request, tfa_wire_want(request, reply), now, &id);
+    int status = send_request(client, request, tfa_wire_want(request, reply), now, timeout_ns, &id);
     if (status != TFA_OK) {
         if (status == TFA_E_SIZE) /* above max_batch, or answers larger than a slot */
             reply->field = TFA_FIELD_COUNT;
@@ -325,11 +347,21 @@ int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *r
     return read_reply(client, reply, exchange);
 }
 
+int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *reply,
+                    uint64_t timeout_ns, tfa_exchange *exchange)
+{
+    if (!client || !request || !reply)
+        return TFA_E_ARGUMENT;
+    const int status = call_daemon(client, request, reply, timeout_ns, exchange);
+    return client->fallback.workspace ? tfa_client_compute(client, request, reply, exchange, status)
+                                      : status;
+}
+
 int tfa_client_send(tfa_client *client, const tfa_request *request, uint64_t *id)
 {
     if (!client || !request)
         return TFA_E_ARGUMENT;
-    return send_request(client, request, tfa_wire_want(request, NULL), tfa_clock_ns(), id);
+    return send_request(client, request, tfa_wire_want(request, NULL), tfa_clock_ns(), 0, id);
 }
 
 int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns,

@@ -27,7 +27,8 @@ typedef struct client_names {
 /* A connection; released as a whole */
 typedef struct client_connection {
     int socket, doorbell;
-    bool alive; /* connected, no hang-up seen */
+    uint64_t heartbeat, beat_seen; /* the worker's, and when it was seen to change */
+    bool alive;                    /* connected, no hang-up seen */
     tfa_ring_client ring;
     void *requests;
     const void *replies;
@@ -46,15 +47,33 @@ struct tfa_client {
     uint64_t call_end;       /* requests below this index are abandoned calls */
     uint64_t lost, lost_end; /* ids lost with earlier connections, not yet reported */
 
+    tfa_client_fallback fallback; /* workspace NULL: none */
+    uint64_t model;               /* tag of the daemon's model, as far as known */
+    uint64_t retry;               /* CLOCK_MONOTONIC ns of the next attempt to reconnect */
+
     char *robot, *runtime_dir; /* copies for tfa_client_reconnect */
     tfa_client_options options;
 };
 
 /* ---- connect.c ---- */
 
-/* One attempt to connect, all or nothing. Fills connection, shape, info. */
-int tfa_connection_open(tfa_client *client);
+/* One attempt to connect, all or nothing. Fills connection, shape, info, model. */
+int tfa_connection_open(tfa_client *client, uint64_t timeout_ns);
 void tfa_connection_close(client_connection *connection);
+
+/* Reason of the daemon for its last refusal in this thread, or "". */
+const char *tfa_connection_refusal(void);
+
+/* ---- client.c ---- */
+
+/* One attempt to connect again; requests under way are lost. */
+int tfa_client_attempt(tfa_client *client, uint64_t timeout_ns);
+
+/* ---- fallback.c ---- */
+
+/* Answers a call that the daemon did not, for the reason `status`. @return status of the reply */
+int tfa_client_compute(tfa_client *client, const tfa_request *request, tfa_reply *reply,
+                       tfa_exchange *exchange, int status);
 
 /* ---- wait.c ---- */
 

@@ -13,6 +13,7 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "client/client.h"
@@ -105,7 +106,14 @@ static void close_all(const int *fds, int count)
             close(fds[i]);
 }
 
-static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcome, int *fds)
+static _Thread_local char refusal[sizeof(((tfa_welcome *)0)->text)];
+
+const char *tfa_connection_refusal(void)
+{
+    return refusal;
+}
+
+static int receive_welcome(int fd, uint64_t timeout_ns, tfa_welcome *welcome, int *fds)
 {
     union {
         char bytes[CMSG_SPACE(sizeof(int) * TFA_WELCOME_DESCRIPTORS)];
@@ -117,9 +125,11 @@ static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcom
                              .msg_control = control.bytes,
                              .msg_controllen = sizeof control.bytes};
     struct pollfd ready = {.fd = fd, .events = POLLIN};
+    const struct timespec timeout = {.tv_sec = (time_t)(timeout_ns / 1000000000u),
+                                     .tv_nsec = (long)(timeout_ns % 1000000000u)};
     int n;
     do
-        n = poll(&ready, 1, client->options.connect_timeout_ms);
+        n = ppoll(&ready, 1, &timeout, NULL);
     while (n < 0 && errno == EINTR);
     if (n == 0)
         return TFA_E_TIMEOUT;
@@ -133,6 +143,7 @@ static int receive_welcome(const tfa_client *client, int fd, tfa_welcome *welcom
     int count = receive_descriptors(&message, fds);
     welcome->model_hash[sizeof welcome->model_hash - 1] = 0;
     welcome->text[sizeof welcome->text - 1] = 0;
+    memcpy(refusal, welcome->text, sizeof welcome->text);
     bool whole = (size_t)size == sizeof *welcome && !(message.msg_flags & (MSG_TRUNC | MSG_CTRUNC));
     int status = TFA_OK;
     if (!whole || welcome->magic != TFA_HANDSHAKE_MAGIC || welcome->abi != TFA_HANDSHAKE_ABI)
@@ -242,10 +253,19 @@ static void store_names(tfa_client *client, client_names *n, const tfa_welcome *
     client->names = n;
 }
 
+/* As tfa_model_tag: the first eight bytes of the hash. */
+static uint64_t tag_of(const char *hash)
+{
+    char digits[17] = "";
+    memcpy(digits, hash, 16);
+    return strtoull(digits, NULL, 16);
+}
+
 static void fill_info(tfa_client *client, const tfa_welcome *w)
 {
     const client_names *n = client->names;
     client->shape = w->shape;
+    client->model = tag_of(w->model_hash);
     client->info = (tfa_client_info){
         .q_count = w->shape.q_count,
         .v_count = w->shape.v_count,
@@ -298,17 +318,18 @@ static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *f
     return TFA_OK;
 }
 
-int tfa_connection_open(tfa_client *client)
+int tfa_connection_open(tfa_client *client, uint64_t timeout_ns)
 {
     client_connection c = {.socket = -1, .doorbell = -1};
     int fds[TFA_WELCOME_DESCRIPTORS];
     tfa_welcome welcome = {0};
+    refusal[0] = 0;
     int status = open_socket(client, &c.socket);
     if (status != TFA_OK)
         return status;
     status = send_hello(client, c.socket);
     if (status == TFA_OK)
-        status = receive_welcome(client, c.socket, &welcome, fds);
+        status = receive_welcome(c.socket, timeout_ns, &welcome, fds);
     if (status != TFA_OK)
         goto err_socket;
     status = accept_welcome(client, &welcome, fds, &c);

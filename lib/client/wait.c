@@ -20,6 +20,9 @@
  * when the daemon hung up on this client only, for instance after a reload changed the robot's
  * shape. A check is a system call, so it is rare. */
 #define LIVENESS_CHECK_NS 100000000u
+/* A worker that shows no progress for so long does not run: it does so a hundred times a second, or
+ * once a second while it sleeps. */
+#define STALL_NS 3000000000u
 /* Longest sleep without a liveness check */
 #define WAIT_SLICE_NS 20000000u
 
@@ -47,11 +50,22 @@ static bool liveness_check_is_due(uint64_t *last_check, uint64_t now)
     return true;
 }
 
+/* The worker's heartbeat stands still. */
+static bool is_stalled(client_connection *c, uint64_t now)
+{
+    const uint64_t beat =
+        atomic_load_explicit(&c->ring.worker_status->heartbeat, memory_order_relaxed); /* R5 */
+    if (beat != c->heartbeat || c->beat_seen == 0) {
+        c->heartbeat = beat;
+        c->beat_seen = now;
+    }
+    return now - c->beat_seen > STALL_NS;
+}
+
 /* Spins until the reply is there or until `end`. @return TFA_OK, TFA_E_TIMEOUT (end reached) or
  * TFA_E_DISCONNECTED */
-static int spin_until(const tfa_client *client, uint64_t end)
+static int spin_until(client_connection *c, uint64_t end)
 {
-    const client_connection *c = &client->connection;
     uint64_t last_check = 0;
     for (;;) {
         for (int i = 0; i < SPINS_PER_CLOCK_READ; i++) {
@@ -62,8 +76,12 @@ static int spin_until(const tfa_client *client, uint64_t end)
         const uint64_t now = tfa_clock_ns();
         if (now >= end)
             return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_TIMEOUT;
-        if (liveness_check_is_due(&last_check, now) && tfa_connection_hung_up(c))
+        if (!liveness_check_is_due(&last_check, now))
+            continue;
+        if (tfa_connection_hung_up(c))
             return tfa_ring_reply_ready(&c->ring) ? TFA_OK : TFA_E_DISCONNECTED;
+        if (end == UINT64_MAX && is_stalled(c, now))
+            return TFA_E_TIMEOUT;
     }
 }
 
@@ -75,9 +93,8 @@ static void futex_wait(const uint32_t *word, uint32_t value, uint64_t ns)
     (void)syscall(SYS_futex, word, FUTEX_WAIT, value, &time, NULL, 0);
 }
 
-static int wait_until(const tfa_client *client, uint64_t deadline)
+static int wait_until(client_connection *c, uint64_t deadline)
 {
-    const client_connection *c = &client->connection;
     const tfa_ring_client *ring = &c->ring;
     int status;
     for (;;) {
@@ -87,7 +104,7 @@ static int wait_until(const tfa_client *client, uint64_t deadline)
             break;
         const uint64_t now = tfa_clock_ns();
         status = TFA_E_TIMEOUT;
-        if (now >= deadline)
+        if (now >= deadline || (deadline == UINT64_MAX && is_stalled(c, now)))
             break;
         const uint64_t left = deadline - now;
         futex_wait(tfa_ring_futex_word(tfa_ring_oldest_reply(ring)), (uint32_t)seq,
@@ -108,14 +125,15 @@ int tfa_connection_wait(tfa_client *client, uint64_t deadline)
     if (tfa_ring_reply_ready(&client->connection.ring))
         return TFA_OK;
     uint64_t spin_end = UINT64_MAX;
+    client->connection.beat_seen = 0;
     if (client->info.wait == TFA_WAIT_HYBRID)
         spin_end = tfa_clock_ns() + client->spin_ns;
     else if (client->info.wait == TFA_WAIT_BLOCK)
         spin_end = 0;
     if (spin_end != 0) {
-        int status = spin_until(client, spin_end < deadline ? spin_end : deadline);
+        int status = spin_until(&client->connection, spin_end < deadline ? spin_end : deadline);
         if (status != TFA_E_TIMEOUT || spin_end >= deadline)
             return status;
     }
-    return wait_until(client, deadline);
+    return wait_until(&client->connection, deadline);
 }

@@ -144,6 +144,14 @@ int harness_stop(harness *h, int signal)
     return wait_end(h);
 }
 
+void harness_pause(const harness *h)
+{
+    int status;
+    assert_int_equal(kill(h->pid, SIGSTOP), 0);
+    assert_int_equal(waitpid(h->pid, &status, WUNTRACED), h->pid);
+    assert_true(WIFSTOPPED(status));
+}
+
 static void remove_all(const char *directory)
 {
     char path[512];
@@ -299,20 +307,25 @@ long harness_thread_faults(const harness *h, const char *thread)
     return faults;
 }
 
-int ask_arm(tfa_client *client, double x, double qdd[7], uint64_t timeout_ns)
+tfa_request arm_request(double x, double q[7], double v[7], double tau[7])
 {
-    double q[7], v[7], tau[7];
     for (int i = 0; i < 7; i++) {
         q[i] = x + 0.1 * i;
         v[i] = 0.3 * x - 0.2 * i;
         tau[i] = 1 - 0.1 * i;
     }
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = q,
-                                 .v = v,
-                                 .tau = tau};
+    return (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
+                         .refine = TFA_REFINE_DEFAULT,
+                         .count = 1,
+                         .q = q,
+                         .v = v,
+                         .tau = tau};
+}
+
+int ask_arm(tfa_client *client, double x, double qdd[7], uint64_t timeout_ns)
+{
+    double q[7], v[7], tau[7];
+    const tfa_request request = arm_request(x, q, v, tau);
     tfa_reply reply = {.qdd = qdd};
     return tfa_client_call(client, &request, &reply, timeout_ns, NULL);
 }

@@ -35,6 +35,8 @@ void harness_serve(harness *h, const char *robots, const char *more);
 int harness_run(harness *h);
 /** Sends a signal and waits for the end. @return wait status */
 int harness_stop(harness *h, int signal);
+/** Sends SIGSTOP and waits until it stands. */
+void harness_pause(const harness *h);
 /** Stops the daemon if it runs; removes the directory. */
 void harness_remove(harness *h);
 
@@ -59,6 +61,8 @@ long harness_thread_faults(const harness *h, const char *thread);
 
 void sleep_ms(unsigned ms);
 
+/** Forward dynamics of the 7-joint arm; x varies the state, which lies in q, v and tau. */
+tfa_request arm_request(double x, double q[7], double v[7], double tau[7]);
 /** One forward dynamics of the 7-joint arm; x varies the state. @return status of the reply */
 int ask_arm(tfa_client *client, double x, double qdd[7], uint64_t timeout_ns);
 

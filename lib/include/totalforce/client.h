@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <totalforce/dynamics.h>
+#include <totalforce/model.h>
 #include <totalforce/status.h>
 
 #ifdef __cplusplus
@@ -39,6 +40,8 @@ typedef struct tfa_client_options {
     uint32_t max_batch;         /**< largest count of a request; 0: 1 */
     tfa_wait wait;              /**< requested; granted: tfa_client_info.wait */
     uint32_t spin_ns;           /**< TFA_WAIT_HYBRID, ns; 0: as the daemon is configured */
+    uint32_t deadline_us;       /**< the daemon refuses a request that begins later than this after
+                                  it was sent (TFA_E_LATE); 0: none. A call's timeout counts, too */
     int32_t connect_timeout_ms; /**< limit of connecting and reconnecting, ms; 0: 1000 */
 } tfa_client_options;
 
@@ -63,7 +66,17 @@ typedef struct tfa_exchange {
     uint64_t t_start;    /**< worker: computing starts */
     uint64_t t_done;     /**< worker: answer computed */
     uint64_t t_reply;    /**< client: reply copied */
+    int32_t daemon;      /**< TFA_OK: the daemon answered. Otherwise why it did not, and the library
+                           computed in process (tfa_client_set_fallback) */
 } tfa_exchange;
+
+/** Answers in process when the daemon does not: see tfa_client_set_fallback. */
+typedef struct tfa_client_fallback {
+    const tfa_model *model;   /**< the robot's; outlives the client */
+    tfa_workspace *workspace; /**< of this model; the client's alone */
+    uint32_t retry_ms;        /**< between two attempts to reconnect; 0: 50 */
+    uint32_t attempt_us;      /**< limit of one attempt, in the call that makes it; 0: 2000 */
+} tfa_client_fallback;
 
 /**
  * Connects to the daemon that serves options->robot: socket, handshake, mapping of the ring.
@@ -97,6 +110,22 @@ TFA_API size_t tfa_client_explain(const tfa_client_options *options, int status,
  */
 TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);
 
+/**
+ * Lets tfa_client_call compute in process when the daemon does not answer in time: after
+ * TFA_E_TIMEOUT, TFA_E_LATE, TFA_E_AGAIN, TFA_E_DISCONNECTED, TFA_E_LOST and TFA_E_PROTOCOL. The
+ * answer has the bits that a daemon of the same library gives, and tfa_exchange.daemon says why it
+ * is needed. The next call asks the daemon again; after a lost connection a call in each `retry_ms`
+ * tries to reconnect, for `attempt_us` at most, until a daemon is back.
+ *
+ * The model must be the daemon's. After a reload that changed it there, calls are not answered in
+ * process until the program sets the new one: the daemon's status is returned.
+ *
+ * @param fallback  copied; NULL: none any more
+ * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_MODEL (the hash is not that of the daemon's model)
+ */
+TFA_API TFA_CHECKED int tfa_client_set_fallback(tfa_client *client,
+                                                const tfa_client_fallback *fallback);
+
 /** Disconnects and releases everything. NULL is allowed. */
 TFA_API void tfa_client_close(tfa_client *client);
 
@@ -110,10 +139,12 @@ TFA_API const tfa_client_info *tfa_client_get_info(const tfa_client *client);
  * Cost: about 1 us besides computing (docs/performance.md). No allocation; in spin mode no system
  * call besides clock_gettime (vDSO), and one poll each 100 ms.
  *
- * @param timeout_ns  ns; 0: waits until the daemon ends
+ * @param timeout_ns  ns; 0: waits until the daemon ends, or shows no progress for three seconds.
+ *                    The daemon does not begin a request whose timeout has passed
  * @param exchange    times; may be NULL
  * @return reply->status: as tfa_compute, or TFA_E_ARGUMENT (a NULL, or replies not received yet);
- *         TFA_E_AGAIN (the ring is full); TFA_E_TIMEOUT; TFA_E_DISCONNECTED (the daemon ended or
+ *         TFA_E_AGAIN (the ring is full); TFA_E_TIMEOUT; TFA_E_LATE (the deadline passed before the
+ *         daemon began); TFA_E_DISCONNECTED (the daemon ended or
  *         hung up: tfa_client_reconnect); TFA_E_SIZE (count above max_batch, or answers larger than
  *         a slot); TFA_E_UNSUPPORTED (mass matrix of more than 256 freedoms); TFA_E_PROTOCOL.
  */

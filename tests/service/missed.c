@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Calls that the daemon does not answer in time: deadlines, a daemon that is stopped, killed, full,
+ * and answers in process meanwhile.
+ */
+#include "harness.h"
+#include "models.h"
+#include "test.h"
+
+#include <signal.h>
+
+/* A client of an arm, and the same arm in process */
+typedef struct scene {
+    harness h;
+    tfa_client *client;
+    tfa_model *model;
+    tfa_workspace *workspace;
+    double expected[7];
+} scene;
+
+static void open_scene(scene *s)
+{
+    harness_serve(&s->h, ARM, "");
+    s->client = harness_connect(&s->h, "arm", TFA_WAIT_BLOCK);
+    assert_int_equal(ask_arm(s->client, 1, s->expected, WAIT_NS), TFA_OK);
+    assert_int_equal(
+        tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", NULL, NULL, &s->model), TFA_OK);
+    s->workspace = workspace_for(s->model, NULL);
+    const tfa_client_fallback fallback = {
+        .model = s->model, .workspace = s->workspace, .attempt_us = 1000000};
+    assert_int_equal(tfa_client_set_fallback(s->client, &fallback), TFA_OK);
+}
+
+static void close_scene(scene *s)
+{
+    tfa_client_close(s->client);
+    tfa_workspace_free(s->workspace);
+    tfa_model_free(s->model);
+    harness_remove(&s->h);
+}
+
+/* One call. @return why the daemon did not answer it; TFA_OK: it did */
+static int who_answers(scene *s, uint64_t timeout_ns)
+{
+    double q[7], v[7], tau[7], qdd[7];
+    tfa_exchange exchange = {.daemon = 1};
+    tfa_reply reply = {.qdd = qdd};
+    const tfa_request r = arm_request(1, q, v, tau);
+    assert_int_equal(tfa_client_call(s->client, &r, &reply, timeout_ns, &exchange), TFA_OK);
+    assert_memory_equal(qdd, s->expected, sizeof qdd);
+    assert_int_equal(reply.model, tfa_model_tag(s->model));
+    return exchange.daemon;
+}
+
+static void wait_for_the_daemon(scene *s)
+{
+    for (int i = 0; who_answers(s, WAIT_NS) != TFA_OK; i++) {
+        assert_true(i < 2000);
+        sleep_ms(5);
+    }
+}
+
+TEST(killed_daemon)
+{
+    scene s;
+    open_scene(&s);
+    assert_int_equal(who_answers(&s, WAIT_NS), TFA_OK);
+    (void)harness_stop(&s.h, SIGKILL);
+    for (int i = 0; i < 20; i++)
+        assert_int_equal(who_answers(&s, WAIT_NS), TFA_E_DISCONNECTED);
+    harness_start(&s.h, "arm");
+    wait_for_the_daemon(&s);
+    close_scene(&s);
+}
+
+TEST(stopped_daemon)
+{
+    scene s;
+    open_scene(&s);
+    harness_pause(&s.h);
+    for (int i = 0; i < 5; i++)
+        assert_int_equal(who_answers(&s, 10000000), TFA_E_TIMEOUT);
+    assert_int_equal(kill(s.h.pid, SIGCONT), 0);
+    wait_for_the_daemon(&s);
+    close_scene(&s);
+}
+
+/* The program's model is not the daemon's any more: then there is no answer in process. */
+TEST(exchanged_model)
+{
+    scene s;
+    double qdd[7];
+    open_scene(&s);
+    harness_configure(&s.h, ARM "    gravity: [0, 0, -1]\n", "");
+    assert_int_equal(kill(s.h.pid, SIGHUP), 0);
+    assert_true(harness_logged(&s.h, "reload: done"));
+    assert_int_equal(ask_arm(s.client, 1, qdd, WAIT_NS), TFA_OK);
+    (void)harness_stop(&s.h, SIGKILL);
+    assert_int_equal(ask_arm(s.client, 1, qdd, WAIT_NS), TFA_E_DISCONNECTED);
+    const tfa_client_fallback old = {.model = s.model, .workspace = s.workspace};
+    assert_int_equal(tfa_client_set_fallback(s.client, &old), TFA_E_MODEL);
+    assert_int_equal(tfa_client_set_fallback(s.client, NULL), TFA_OK);
+    close_scene(&s);
+}
+
+/* Without a timeout a daemon that stands still is noticed all the same. */
+TEST(no_timeout_and_no_progress)
+{
+    static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
+    harness h;
+    double qdd[7];
+    harness_serve(&h, ARM, "");
+    for (int i = 0; i < 3; i++) {
+        tfa_client *client = harness_connect(&h, "arm", waits[i]);
+        harness_pause(&h);
+        assert_int_equal(ask_arm(client, 1, qdd, 0), TFA_E_TIMEOUT);
+        assert_int_equal(kill(h.pid, SIGCONT), 0);
+        assert_int_equal(ask_arm(client, 1, qdd, 0), TFA_OK);
+        tfa_client_close(client);
+    }
+    harness_remove(&h);
+}
+
+/* Requests that wait longer than their deadline are refused by name; others are answered. */
+TEST(deadlines)
+{
+    harness h;
+    double q[7], v[7], tau[7], qdd[7];
+    harness_serve(&h, ARM, "");
+    tfa_client_options options = harness_options(&h, "arm");
+    tfa_client *hurried, *patient;
+    assert_int_equal(tfa_client_connect(&options, &patient), TFA_OK);
+    options.deadline_us = 20000;
+    assert_int_equal(tfa_client_connect(&options, &hurried), TFA_OK);
+    const tfa_request r = arm_request(1, q, v, tau);
+    tfa_reply reply = {.qdd = qdd};
+    harness_pause(&h);
+    assert_int_equal(tfa_client_send(hurried, &r, NULL), TFA_OK);
+    assert_int_equal(tfa_client_send(patient, &r, NULL), TFA_OK);
+    sleep_ms(40);
+    assert_int_equal(kill(h.pid, SIGCONT), 0);
+    assert_int_equal(tfa_client_receive(hurried, &reply, WAIT_NS, NULL), TFA_E_LATE);
+    assert_int_equal(tfa_client_receive(patient, &reply, WAIT_NS, NULL), TFA_OK);
+    tfa_client_close(hurried);
+    tfa_client_close(patient);
+    harness_remove(&h);
+}
+
+/* The daemon's reason reaches the user. */
+TEST(refusals_are_explained)
+{
+    harness h;
+    char text[400];
+    tfa_client *client;
+    harness_serve(&h, ARM, "limits: {memory_mib_per_user: 1}\n");
+    tfa_client_options options = harness_options(&h, "arm");
+    options.slots = options.max_batch = 64;
+    const int status = tfa_client_connect(&options, &client);
+    assert_int_equal(status, TFA_E_REFUSED);
+    (void)tfa_client_explain(&options, status, text, sizeof text);
+    assert_non_null(strstr(text, "limits.memory_mib_per_user (1)"));
+    harness_remove(&h);
+}

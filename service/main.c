@@ -86,6 +86,13 @@ static int load_robots(service *s)
     return robot_set_load(s->daemon.settings, &s->daemon.robot_set);
 }
 
+#ifdef TFA_HAVE_DDS
+static void log_cyclone(const char *text)
+{
+    tfa_log(TFA_LOG_WARNING, "dds: %s", text);
+}
+#endif
+
 static int join_dds(service *s)
 {
 #ifdef TFA_HAVE_DDS
@@ -104,7 +111,8 @@ static int join_dds(service *s)
     const tfa_dds_options options = {.domain = settings->dds.domain,
                                      .robots = robots,
                                      .robot_count = count,
-                                     .spin_ns = settings->spin_ns};
+                                     .max_age_us = 1000 * settings->dds.max_age_ms,
+                                     .log = log_cyclone};
     tfa_dds *dds;
     int status = tfa_dds_create(&options, &dds);
     if (status != TFA_OK)
@@ -143,9 +151,10 @@ static int self_test(service *s)
 }
 
 #ifdef TFA_HAVE_DDS
-static void gateway_expect(void *gateway, uint32_t robot, const tfa_model *next)
+static void gateway_expect(void *gateway, uint32_t robot, const tfa_model *next,
+                           const tfa_worker_robot *solver)
 {
-    tfa_dds_expect(gateway, robot, next);
+    tfa_dds_expect(gateway, robot, next, solver);
 }
 
 static bool gateway_detach(void *gateway, uint32_t robot)
@@ -182,7 +191,11 @@ static int open_dds(service *s)
     }
     s->daemon.gateway =
         (dds_gateway){s->dds, gateway_expect, gateway_detach, gateway_announce, gateway_count};
-    const int status = tfa_dds_start(s->dds, s->daemon.workers[0].worker);
+    tfa_worker_robot *solvers = calloc(s->daemon.robot_set.dds_count, sizeof *solvers);
+    int status = solvers ? daemon_make_gateway_solvers(&s->daemon, solvers) : TFA_E_MEMORY;
+    if (status == TFA_OK)
+        status = tfa_dds_start(s->dds, s->daemon.workers[0].worker, solvers);
+    free(solvers);
     if (status == TFA_OK)
         log_dds(s);
     return status;

@@ -121,7 +121,7 @@ typedef struct config_pool {
 
 typedef struct config_dds {
     bool enabled;
-    uint32_t domain;
+    uint32_t domain, max_age_ms;
 } config_dds;
 
 typedef struct config {

@@ -189,6 +189,9 @@ static const config_row dds_rows[] = {
      .help = "Join a DDS domain and answer there, too"},
     {"domain", CONFIG_COUNT, AT(config_dds, domain), .default_value = 0, .low = 0, .high = 230,
      .help = "DDS domain id"},
+    {"max_age_ms", CONFIG_COUNT, AT(config_dds, max_age_ms), .default_value = 0, .low = 0,
+     .high = 3600000,
+     .help = "Streamed torques with an older stamp are refused; 0: none. Clocks must agree"},
     {0}};
 static const config_table dds_table = {dds_rows, sizeof(config_dds)};
 

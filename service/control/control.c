@@ -165,11 +165,12 @@ static void accept_client(tfa_daemon *d, uint32_t robot)
 static void log_dds_totals(const tfa_dds_counters *c)
 {
     tfa_log(TFA_LOG_INFO,
-            "dds: requests %llu, torques %llu, replies %llu, rejected %llu, dropped %llu, "
-            "handovers %llu",
+            "dds: requests %llu, torques %llu, replies %llu, rejected %llu, late %llu, dropped "
+            "%llu, handovers %llu, unknown robots %llu",
             (unsigned long long)c->requests, (unsigned long long)c->torques,
             (unsigned long long)c->replies, (unsigned long long)c->rejected,
-            (unsigned long long)c->dropped, (unsigned long long)c->handovers);
+            (unsigned long long)c->late, (unsigned long long)c->dropped,
+            (unsigned long long)c->handovers, (unsigned long long)c->unknown);
 }
 
 /* Requests and rejected ones of both transports. */

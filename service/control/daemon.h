@@ -71,8 +71,9 @@ typedef struct robot_set {
  * are numbered as in the robot set, below dds_count. */
 typedef struct dds_gateway {
     void *self;
-    /* Replies may come from this model from now on, too. */
-    void (*expect)(void *self, uint32_t robot, const tfa_model *next);
+    /* Answers by this model's solver from now on; the one of before is free then. */
+    void (*expect)(void *self, uint32_t robot, const tfa_model *next,
+                   const tfa_worker_robot *solver);
     /* Releases a robot's ring when its requests are answered. @return whether it has; else ask
      * again */
     bool (*detach)(void *self, uint32_t robot);
@@ -103,7 +104,7 @@ typedef struct reload {
     robot_set robot_set;
     bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
     bool *shape_changed;         /* and its clients cannot stay */
-    tfa_robot_solver ***solvers; /* by worker and robot; NULL where nothing changed */
+    tfa_robot_solver ***solvers; /* by worker, the gateway last, and robot; NULL: no change */
     uint64_t start;
 } reload;
 
@@ -113,6 +114,7 @@ typedef struct tfa_daemon {
     tfa_thread_pool *thread_pool; /* threads of all robots' pools; NULL: none */
     daemon_worker *workers;
     dds_gateway gateway;
+    tfa_robot_solver **gateway_solvers; /* one for each robot with dds; NULL: no gateway */
     reload reload;
 
     int epoll, signals, reserve;
@@ -136,6 +138,8 @@ void robot_set_unload(robot_set *f);
 TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
 TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
 TFA_CHECKED int daemon_self_test(tfa_daemon *d);
+/* Solvers of the DDS gateway's own: one for each robot with dds, into `robots`, too. */
+TFA_CHECKED int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *robots);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_robot_set(tfa_daemon *d);
 

@@ -19,7 +19,7 @@
 
 static void release_reload(const tfa_daemon *d, reload *r)
 {
-    for (uint32_t k = 0; r->solvers && k < d->settings->workers; k++) {
+    for (uint32_t k = 0; r->solvers && k <= d->settings->workers; k++) {
         for (uint32_t i = 0; r->solvers[k] && i < d->robot_set.count; i++)
             tfa_robot_solver_free(r->solvers[k][i]);
         free(r->solvers[k]);
@@ -121,8 +121,22 @@ static void commit_robot(tfa_daemon *d, uint32_t i)
     const tfa_robot old = *now;
     *now = *next;
     *next = old;
-    if (is_on_dds(d, i))
-        d->gateway.expect(d->gateway.self, i, now->model);
+}
+
+/* The gateway answers by the new solvers when this returns. */
+static void exchange_gateway_solvers(const tfa_daemon *d)
+{
+    tfa_robot_solver **next = d->reload.solvers[d->settings->workers];
+    for (uint32_t i = 0; d->gateway_solvers && i < d->robot_set.count; i++) {
+        if (!d->reload.changed[i] || !is_on_dds(d, i))
+            continue;
+        const tfa_robot *robot = &d->robot_set.robots[i];
+        const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
+        d->gateway.expect(d->gateway.self, i, robot->model, &solver);
+        tfa_robot_solver *old = d->gateway_solvers[i];
+        d->gateway_solvers[i] = next[i];
+        next[i] = old;
+    }
 }
 
 static void offer_solvers(const tfa_daemon *d, uint32_t worker, tfa_worker_robot *robots)
@@ -154,6 +168,7 @@ static void commit(tfa_daemon *d)
     d->admission = r->admission;
     r->settings = settings;
     r->admission = admission;
+    exchange_gateway_solvers(d);
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
     free(robots);

@@ -74,13 +74,14 @@ static int make_pools(const tfa_daemon *d, reload *r)
     return status;
 }
 
+/* For each worker, and for the gateway where there is one. */
 static int make_solvers(const tfa_daemon *d, reload *r)
 {
     const uint32_t workers = d->settings->workers, count = d->robot_set.count;
-    r->solvers = calloc(workers, sizeof *r->solvers);
+    r->solvers = calloc(workers + 1, sizeof *r->solvers);
     if (!r->solvers)
         return TFA_E_MEMORY;
-    for (uint32_t k = 0; k < workers; k++) {
+    for (uint32_t k = 0; k < workers + (d->gateway_solvers != NULL); k++) {
         r->solvers[k] = calloc(count, sizeof **r->solvers);
         if (!r->solvers[k])
             return TFA_E_MEMORY;

@@ -167,6 +167,19 @@ int daemon_start_workers(tfa_daemon *d)
     return TFA_OK;
 }
 
+int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *robots)
+{
+    const robot_set *f = &d->robot_set;
+    d->gateway_solvers = calloc(f->count, sizeof *d->gateway_solvers);
+    int status = d->gateway_solvers ? TFA_OK : TFA_E_MEMORY;
+    for (uint32_t i = 0; i < f->dds_count && status == TFA_OK; i++) {
+        status = tfa_robot_solver_create(&f->robots[i], &d->settings->pool, &d->gateway_solvers[i]);
+        if (status == TFA_OK)
+            robots[i] = tfa_robot_for_worker(&f->robots[i], d->gateway_solvers[i]);
+    }
+    return status;
+}
+
 int daemon_self_test(tfa_daemon *d)
 {
     for (uint32_t i = 0; i < d->robot_set.count; i++)
@@ -206,6 +219,9 @@ void daemon_free_robot_set(tfa_daemon *d)
     for (uint32_t i = 0; d->workers && i < d->settings->workers; i++)
         free_worker(d, &d->workers[i]);
     free(d->workers);
+    for (uint32_t i = 0; d->gateway_solvers && i < d->robot_set.count; i++)
+        tfa_robot_solver_free(d->gateway_solvers[i]);
+    free(d->gateway_solvers);
     robot_set_unload(&d->robot_set);
     tfa_thread_pool_free(d->thread_pool);
 }

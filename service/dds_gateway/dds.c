@@ -11,9 +11,10 @@
 #include <time.h>
 
 #define DEFAULT_SLOTS 16
-#define DEFAULT_SPIN_NS 50000
-
-#define STOP_NS 500000000 /* requests without an answer by then stay unanswered */
+/* A listener that takes longer delays the samples of others: about what waking a thread costs. */
+#define DEFAULT_DIRECT_NS 50000
+/* Samples of this size are taken whatever the robots: discovery of large domains is small. */
+#define SAMPLE_BYTES_MIN 65536
 
 static char last_error[128];
 
@@ -47,6 +48,8 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
     if (gateway->robots == NULL)
         return TFA_E_MEMORY;
     gateway->robot_count = options->robot_count;
+    for (uint32_t i = 0; i < options->robot_count; i++)
+        pthread_mutex_init(&gateway->robots[i].mutex, NULL);
     for (uint32_t i = 0; i < options->robot_count; i++) {
         const tfa_dds_robot *from = &options->robots[i];
         dds_robot *robot = &gateway->robots[i];
@@ -59,9 +62,6 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
         robot->index = i;
         robot->shape.max_batch = from->max_batch > 0 ? from->max_batch : 1;
         tfa_dds_set_model(robot, from->model);
-        robot->pending = calloc(gateway->slots, sizeof *robot->pending);
-        if (robot->pending == NULL)
-            return TFA_E_MEMORY;
     }
     return TFA_OK;
 }
@@ -69,6 +69,50 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
 static dds_entity_t make_writer(const tfa_dds *gateway, tfa_dds_topic topic)
 {
     return tfa_dds_create_writer(gateway->participant, gateway->topics[topic], topic, NULL);
+}
+
+/* The largest sample that means anything to the robots, with room for names and lists. */
+static size_t largest_sample(const tfa_dds *gateway)
+{
+    size_t most = SAMPLE_BYTES_MIN;
+
+    for (uint32_t i = 0; i < gateway->robot_count; i++) {
+        const tfa_wire_shape *shape = &gateway->robots[i].shape;
+        const size_t request = 2 * tfa_wire_request_capacity(shape);
+        const size_t reply = 2 * tfa_wire_reply_capacity(shape);
+        most = request > most ? request : most;
+        most = reply > most ? reply : most;
+    }
+    return most;
+}
+
+/* The domain with the user's settings and a bound on samples: Cyclone drops larger ones before it
+ * takes memory for them. */
+static int make_domain(tfa_dds *gateway, uint32_t domain)
+{
+    const char *user = getenv("CYCLONEDDS_URI");
+    char *settings;
+
+    if (asprintf(&settings,
+                 "%s%s<CycloneDDS><Domain Id=\"any\"><Internal><MaxSampleSize>%zu B"
+                 "</MaxSampleSize></Internal></Domain></CycloneDDS>",
+                 user != NULL ? user : "", user != NULL && *user ? "," : "",
+                 largest_sample(gateway)) < 0)
+        return TFA_E_MEMORY;
+    gateway->domain = dds_create_domain(domain, settings);
+    free(settings);
+    return failed(gateway->domain, "domain (a bad CYCLONEDDS_URI?)") ? TFA_E_SYSTEM : TFA_OK;
+}
+
+/* Samples about other robots leave no instance behind. */
+static dds_return_t set_filter(const tfa_dds *gateway, tfa_dds_topic topic,
+                               dds_topic_filter_sample_arg_fn is_ours)
+{
+    const struct dds_topic_filter ours = {.mode = DDS_TOPIC_FILTER_SAMPLE_ARG,
+                                          .f.sample_arg = is_ours,
+                                          .arg = (void *)(uintptr_t)gateway};
+
+    return dds_set_topic_filter_extended(gateway->topics[topic], &ours);
 }
 
 /* Everything but the readers of requests and torques, which open the gateway. */
@@ -83,11 +127,10 @@ static int make_entities(tfa_dds *gateway, uint32_t domain)
             return TFA_E_SYSTEM;
     }
     gateway->info_writer = make_writer(gateway, TFA_DDS_ROBOT_INFO);
-    gateway->info_reader = tfa_dds_create_reader(
-        gateway->participant, gateway->topics[TFA_DDS_ROBOT_INFO], TFA_DDS_ROBOT_INFO, NULL);
     gateway->reply_writer = make_writer(gateway, TFA_DDS_REPLY);
-    if (failed(gateway->info_writer, "robot_info writer") ||
-        failed(gateway->info_reader, "robot_info reader") ||
+    if (failed(set_filter(gateway, TFA_DDS_REQUEST, tfa_dds_request_is_ours), "filter") ||
+        failed(set_filter(gateway, TFA_DDS_TORQUES, tfa_dds_torques_are_ours), "filter") ||
+        failed(gateway->info_writer, "robot_info writer") ||
         failed(gateway->reply_writer, "reply writer"))
         return TFA_E_SYSTEM;
     if (gateway->streaming) {
@@ -96,6 +139,15 @@ static int make_entities(tfa_dds *gateway, uint32_t domain)
             return TFA_E_SYSTEM;
     }
     return TFA_OK;
+}
+
+static void pass_on(void *arg, const dds_log_data_t *data)
+{
+    const tfa_dds *gateway = arg;
+    char text[200];
+
+    snprintf(text, sizeof text, "%.*s", (int)strcspn(data->message, "\n"), data->message);
+    gateway->log(text);
 }
 
 int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
@@ -110,10 +162,16 @@ int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
     pthread_mutex_init(&gateway->mutex, NULL);
     pthread_cond_init(&gateway->handover, NULL);
     gateway->slots = options->slots > 0 ? options->slots : DEFAULT_SLOTS;
-    gateway->spin_ns = options->spin_ns > 0 ? options->spin_ns : DEFAULT_SPIN_NS;
+    gateway->direct_ns = options->direct_ns > 0 ? options->direct_ns : DEFAULT_DIRECT_NS;
+    gateway->log = options->log;
+    gateway->max_age_ns = INT64_C(1000) * options->max_age_us;
     gateway->streaming = !options->no_streaming;
 
+    if (options->log != NULL)
+        dds_set_log_sink(pass_on, gateway);
     int status = make_robots(gateway, options);
+    if (status == TFA_OK)
+        status = make_domain(gateway, options->domain);
     if (status == TFA_OK)
         status = make_entities(gateway, options->domain);
     if (status == TFA_OK)
@@ -157,11 +215,16 @@ static int open_gateway(tfa_dds *gateway)
     return TFA_OK;
 }
 
-int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker)
+int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker,
+                  const struct tfa_worker_robot *solvers)
 {
     gateway->worker = worker;
     for (uint32_t i = 0; i < gateway->robot_count; i++) {
         dds_robot *robot = &gateway->robots[i];
+        robot->solver = solvers[i];
+        robot->memory = tfa_dds_reply_memory(robot);
+        if (robot->memory == NULL)
+            return TFA_E_MEMORY;
         const int status = tfa_dds_ring_open(worker, robot, gateway->slots, &robot->ring);
         if (status != TFA_OK)
             return status;
@@ -188,7 +251,6 @@ static void close_gateway(tfa_dds *gateway)
         (void)dds_delete(gateway->request_reader);
     pthread_mutex_lock(&gateway->mutex);
     gateway->stopping = true;
-    gateway->stop_deadline = tfa_dds_monotonic() + STOP_NS;
     pthread_cond_signal(&gateway->handover);
     pthread_mutex_unlock(&gateway->mutex);
     pthread_join(gateway->thread, NULL);
@@ -203,11 +265,16 @@ void tfa_dds_stop(tfa_dds *gateway)
         close_gateway(gateway);
     if (gateway->participant > 0)
         (void)dds_delete(gateway->participant);
+    if (gateway->domain > 0)
+        (void)dds_delete(gateway->domain);
+    dds_set_log_sink(NULL, NULL);
     for (uint32_t i = 0; gateway->robots != NULL && i < gateway->robot_count; i++) {
         tfa_dds_ring_close(gateway->robots[i].ring);
-        free(gateway->robots[i].pending);
+        free(gateway->robots[i].memory);
+        pthread_mutex_destroy(&gateway->robots[i].mutex);
     }
     free(gateway->robots);
+    tfa_dds_free_samples(gateway);
     pthread_cond_destroy(&gateway->handover);
     pthread_mutex_destroy(&gateway->mutex);
     free(gateway);
@@ -216,7 +283,7 @@ void tfa_dds_stop(tfa_dds *gateway)
 tfa_dds_counters tfa_dds_count(const tfa_dds *gateway)
 {
 #define READ(counter) atomic_load_explicit(&gateway->count.counter, memory_order_relaxed)
-    return (tfa_dds_counters){READ(requests), READ(torques), READ(replies),
-                              READ(rejected), READ(dropped), READ(handovers)};
+    return (tfa_dds_counters){READ(requests), READ(torques), READ(replies), READ(rejected),
+                              READ(late),     READ(unknown), READ(dropped), READ(handovers)};
 #undef READ
 }

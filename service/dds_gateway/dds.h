@@ -3,8 +3,9 @@
  *
  * The DDS gateway of the daemon: the topics of idl/totalforce.idl for all its robots.
  *
- * The gateway is one more client of the worker, through an internal ring for each robot; it knows
- * nothing of dynamics and shares nothing with the shared-memory clients.
+ * Short requests are answered in Cyclone's receiving thread, by solvers of the gateway's own; for
+ * long ones the gateway is one more client of the worker, by address: nothing is encoded. It shares
+ * nothing with the shared-memory clients.
  *
  * Order of calls (main.c): tfa_dds_create before the worker raises its priority or pins itself
  * (Cyclone's threads inherit both); tfa_dds_start when the worker can serve; tfa_dds_stop before
@@ -19,6 +20,7 @@
 #include <totalforce/status.h>
 
 struct tfa_worker;
+struct tfa_worker_robot;
 
 typedef struct tfa_dds tfa_dds;
 
@@ -32,10 +34,11 @@ typedef struct tfa_dds_options {
     uint32_t domain;             /**< DDS domain id, 0..230 */
     const tfa_dds_robot *robots; /**< the first robots of the worker, in its order */
     uint32_t robot_count;
-    uint32_t slots;    /**< requests under way for each robot, power of two; 0: 16 */
-    uint32_t spin_ns;  /**< how long the receiving thread spins for an answer before it hands the
-                            request over to the dds thread; 0: 50000 */
-    bool no_streaming; /**< leave out joint_torques and joint_accelerations */
+    uint32_t slots;      /**< requests under way for each robot, power of two; 0: 16 */
+    uint32_t direct_ns;  /**< requests that take longer go to the worker; 0: 50000 */
+    uint32_t max_age_us; /**< torques with an older stamp are refused (TFA_E_LATE); 0: none is */
+    bool no_streaming;   /**< leave out joint_torques and joint_accelerations */
+    void (*log)(const char *text); /**< takes Cyclone's warnings; any thread. NULL: stderr */
 } tfa_dds_options;
 
 /** Counted since the start; read at any time by any thread. */
@@ -43,9 +46,11 @@ typedef struct tfa_dds_counters {
     uint64_t requests;  /**< samples taken from the request topic */
     uint64_t torques;   /**< samples taken from the torque topic */
     uint64_t replies;   /**< replies and accelerations written */
-    uint64_t rejected;  /**< of those: bad input, unknown robot, or no free slot */
+    uint64_t rejected;  /**< of those: bad input, too late, or no free slot */
+    uint64_t late;      /**< of those: too late */
+    uint64_t unknown;   /**< samples about robots that are not served here: dropped */
     uint64_t dropped;   /**< of the answers: DDS would not take them */
-    uint64_t handovers; /**< answers that took longer than spin_ns */
+    uint64_t handovers; /**< requests that went to the worker */
 } tfa_dds_counters;
 
 /**
@@ -55,17 +60,22 @@ typedef struct tfa_dds_counters {
  */
 TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
 
-/** Attaches the internal rings, starts the dds thread, announces the robots, opens the gateway.
+/** Attaches to the worker, starts the dds thread, announces the robots, opens the gateway. `solvers`
+ *  (copied), one for each robot, are the gateway's own.
  *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; the worker's status. */
-TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker);
+TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker,
+                              const struct tfa_worker_robot *solvers);
 
 /* The exchange of a model, in this order, from one thread: expect, the worker takes it over,
  * announce. When the arrays or the names of the robot change, leave until true comes before. */
 
-/** Replies of robot `robot` may come from this model, too: they carry its hash. */
-void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next);
+/** Requests of robot `robot` are answered by this model's solver from now on, or by the worker's,
+ *  which may still be that of the model before. The solver of before is not used any more when it
+ *  returns. */
+void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next,
+                    const struct tfa_worker_robot *solver);
 
-/** Gives the robot's ring back to the worker once what is under way is answered; what comes
+/** Detaches the robot from the worker once what is under way is answered; what comes
  *  meanwhile is refused with TFA_E_AGAIN. @return it has been given back; otherwise ask again */
 bool tfa_dds_detach(tfa_dds *dds, uint32_t robot);
 

@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The DDS gateway at work: samples become requests in the worker's ring, answers become samples.
+ * The DDS gateway: samples become requests.
  *
- * Latency first: Cyclone's receiving thread calls a listener, which puts the request into the ring,
- * spins for the answer and writes the reply itself, so that no thread is woken on the way (a
- * wake-up costs 23 us and more, the answer of a small robot takes 1). An answer that takes longer
- * than spin_ns is handed over to the dds thread.
+ * Latency first: Cyclone's receiving thread calls a listener, which answers a short request by
+ * itself, with a solver of the gateway's own: no thread is woken on the way (a wake-up costs 23 us
+ * and more, the answer of a small robot 1 us). A request that will take longer than direct_ns, by
+ * the cost model, goes to the worker, where it is one of many, and the dds thread writes its answer.
  */
 #include "dds_internal.h"
 
-#include <string.h>
+#include "ipc/wire_reply.h"
 
-#define SAMPLES_PER_TAKE 8
-#define ANSWER_WAIT_NS 500000 /* while it waits for one robot, others may become ready, too */
+#include <stdlib.h>
+#include <string.h>
 
 static void increment(_Atomic uint64_t *counter)
 {
@@ -28,256 +28,238 @@ static dds_robot *find_robot(const tfa_dds *gateway, const char *name)
     return NULL;
 }
 
-/* ---- answers ---- */
+/* ---- filters ---- */
 
-static void count_written(tfa_dds *gateway, dds_return_t code, int32_t status)
+static bool is_ours(tfa_dds *gateway, const char *robot)
 {
-    increment(code == DDS_RETCODE_OK ? &gateway->count.replies : &gateway->count.dropped);
-    if (!tfa_dds_status_has_answers(status))
-        increment(&gateway->count.rejected);
+    if (find_robot(gateway, robot) != NULL)
+        return true;
+    increment(&gateway->count.unknown);
+    return false;
 }
 
-static dds_return_t write_reply(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
-                                const dds_ring_answer *answer)
+bool tfa_dds_request_is_ours(const void *sample, void *gateway)
 {
-    const int64_t offset = tfa_dds_ros_offset();
-    totalforce_dds_Reply sample = {
-        .id = to->id,
-        .stamp = to->stamp,
-        .t_received = to->t_received,
-        .t_start = answer->t_start != 0 ? answer->t_start + offset : 0,
-        .t_done = answer->t_done + offset,
-    };
-
-    memcpy(sample.robot, robot->name, sizeof sample.robot);
-    memcpy(sample.client, to->client, sizeof sample.client);
-    tfa_dds_set_hash(sample.model_hash, tfa_dds_hash_of(robot, answer->reply.model),
-                     answer->reply.model);
-    tfa_dds_reply_fill(&answer->reply, &to->sizes, &sample);
-    return dds_write(gateway->reply_writer, &sample);
+    return is_ours(gateway, ((const totalforce_dds_Request *)sample)->robot);
 }
 
-static dds_return_t write_accelerations(tfa_dds *gateway, const dds_robot *robot,
-                                        const dds_pending *to, const dds_ring_answer *answer)
+bool tfa_dds_torques_are_ours(const void *sample, void *gateway)
 {
-    totalforce_dds_JointAccelerations sample = {
-        .seq = to->id,
-        .stamp = to->stamp,
-        .t_done = answer->t_done + tfa_dds_ros_offset(),
-    };
-
-    memcpy(sample.robot, robot->name, sizeof sample.robot);
-    tfa_dds_set_hash(sample.model_hash, tfa_dds_hash_of(robot, answer->reply.model),
-                     answer->reply.model);
-    tfa_dds_accelerations_fill(&answer->reply, &to->sizes, &sample);
-    return dds_write(gateway->accelerations_writer, &sample);
+    return is_ours(gateway, ((const totalforce_dds_JointTorques *)sample)->robot);
 }
 
-static dds_return_t write_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
-                                 const dds_ring_answer *answer)
+/* ---- samples ---- */
+
+static dds_taken *borrow_sample(tfa_dds *gateway)
 {
-    return to->is_stream ? write_accelerations(gateway, robot, to, answer)
-                         : write_reply(gateway, robot, to, answer);
+    pthread_mutex_lock(&gateway->mutex);
+    dds_taken *taken = gateway->free_samples;
+    if (taken != NULL)
+        gateway->free_samples = taken->next;
+    pthread_mutex_unlock(&gateway->mutex);
+    return taken != NULL ? taken : calloc(1, sizeof *taken);
 }
 
-/* Answers without the worker: hellos, and requests that are refused by the gateway. */
+static void return_sample(tfa_dds *gateway, dds_taken *taken)
+{
+    pthread_mutex_lock(&gateway->mutex);
+    taken->next = gateway->free_samples;
+    gateway->free_samples = taken;
+    pthread_mutex_unlock(&gateway->mutex);
+}
+
+void tfa_dds_free_samples(tfa_dds *gateway)
+{
+    for (dds_taken *taken = gateway->free_samples, *next; taken != NULL; taken = next) {
+        next = taken->next;
+        totalforce_dds_Request_free(&taken->request, DDS_FREE_CONTENTS);
+        totalforce_dds_JointTorques_free(&taken->torques, DDS_FREE_CONTENTS);
+        free(taken);
+    }
+}
+
+/* ---- requests; the robot is locked ---- */
+
+/* Answers without computing: hellos and refusals. */
 static void reply_immediately(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
                               tfa_dds_field_error field_error)
 {
-    const dds_ring_answer answer = {
+    const tfa_worker_call call = {
         .reply = {.status = field_error.status,
                   .field = field_error.field,
                   .index = field_error.index},
-        .t_done = tfa_dds_monotonic(),
+        .t_done = (uint64_t)tfa_dds_monotonic(),
     };
 
-    count_written(gateway, write_answer(gateway, robot, to, &answer), field_error.status);
+    tfa_dds_answer(gateway, robot, to, &call);
 }
 
-/* Writes the answers that are there, oldest first. The gateway is locked.
- * @return whether none is under way any more */
-static bool write_answers(tfa_dds *gateway, dds_robot *robot)
+/* Buffers for the answers to a request, in `memory`. @return TFA_OK; why they do not fit */
+static tfa_dds_field_error lay_out_reply(const dds_robot *robot, const tfa_request *request,
+                                         void *memory, tfa_reply *reply)
 {
-    dds_ring_answer answer;
+    const tfa_wire_reply_shape shape = {.count = request->count,
+                                        .tip_count = request->tip_count,
+                                        .want = tfa_wire_possible(&robot->shape, request)};
+    tfa_dds_field_error error = {.status = TFA_OK};
 
-    while (robot->first != robot->last && tfa_dds_ring_peek(robot->ring, &answer)) {
-        const dds_pending *to = &robot->pending[robot->first % gateway->slots];
-
-        count_written(gateway, write_answer(gateway, robot, to, &answer), answer.reply.status);
-        tfa_dds_ring_release(robot->ring);
-        robot->first++;
-    }
-    return robot->first == robot->last;
+    *reply = (tfa_reply){.status = TFA_OK};
+    error.status = tfa_wire_check_reply_shape(&robot->shape, &shape, &error.field);
+    if (error.status == TFA_OK)
+        tfa_wire_reply_buffers(&robot->shape, &shape, memory, reply);
+    else
+        error.index = error.field == TFA_FIELD_OP ? (uint32_t)request->op : request->count;
+    return error;
 }
 
-/* ---- requests ---- */
-
-/* Spins for the answers under way. @return whether all came in time */
-static bool spin_for_answers(tfa_dds *gateway, dds_robot *robot)
+static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
+                       const dds_pending *pending, tfa_cost *cost)
 {
-    const int64_t spin_end = tfa_dds_monotonic() + (int64_t)gateway->spin_ns;
+    tfa_worker_call call;
+    const tfa_dds_field_error error = lay_out_reply(robot, request, robot->memory, &call.reply);
 
-    while (!write_answers(gateway, robot))
-        if (tfa_dds_monotonic() > spin_end)
-            return false;
-    return true;
-}
-
-/* Puts a request into the ring and answers it if that is quick. The gateway is locked. */
-static int submit(tfa_dds *gateway, dds_robot *robot, const tfa_request *request,
-                  const dds_pending *pending)
-{
-    if (robot->leaving || robot->last - robot->first == gateway->slots)
-        return TFA_E_AGAIN;
-    const int status = tfa_dds_ring_submit(robot->ring, request);
-    if (status != TFA_OK)
-        return status;
-    robot->pending[robot->last++ % gateway->slots] = *pending;
-
-    if (!robot->handed_over && !spin_for_answers(gateway, robot)) {
-        robot->handed_over = true;
-        increment(&gateway->count.handovers);
-        pthread_cond_signal(&gateway->handover);
-    }
-    return TFA_OK;
-}
-
-/* A request that fits the robot: through the worker, or refused for want of room. */
-static void serve(tfa_dds *gateway, dds_robot *robot, const tfa_request *request,
-                  dds_pending *pending)
-{
-    tfa_dds_field_error field_error = {.status = TFA_OK};
-
-    pending->sizes = tfa_dds_sizes_of_reply(request, &robot->shape);
-    field_error.status = submit(gateway, robot, request, pending);
-    if (field_error.status ==
-        TFA_E_SIZE) { /* more answers than a slot holds: ask for fewer states */
-        field_error.field = TFA_FIELD_COUNT;
-        field_error.index = request->count;
-    } else if (field_error.status == TFA_E_UNSUPPORTED) { /* a mass matrix larger than any slot */
-        field_error.field = TFA_FIELD_OP;
-        field_error.index = (uint32_t)request->op;
-    }
-    if (field_error.status != TFA_OK)
-        reply_immediately(gateway, robot, pending, field_error);
-}
-
-/* Silent when another daemon of the domain serves the robot: the question was for that one. */
-static void refuse_unknown_robot(tfa_dds *gateway, const char *name, const dds_pending *pending)
-{
-    dds_robot unknown_robot = {.name = ""};
-
-    if (tfa_dds_served_elsewhere(gateway, name))
+    if (error.status != TFA_OK) {
+        reply_immediately(gateway, robot, pending, error);
         return;
-    (void)tfa_dds_set_robot(unknown_robot.name, name);
-    reply_immediately(gateway, &unknown_robot, pending,
-                      (tfa_dds_field_error){.status = TFA_E_ROBOT});
-}
-
-static void handle_request(tfa_dds *gateway, const void *taken)
-{
-    const totalforce_dds_Request *sample = taken;
-    dds_robot *robot = find_robot(gateway, sample->robot);
-    dds_pending pending = {
-        .id = sample->id, .stamp = sample->stamp, .t_received = tfa_dds_ros_time()};
-    tfa_dds_field_error field_error = {.status = TFA_OK};
-    tfa_request request;
-
-    memcpy(pending.client, sample->client, sizeof pending.client);
-    if (robot == NULL)
-        refuse_unknown_robot(gateway, sample->robot, &pending);
-    else if (sample->op == totalforce_dds_OP_HELLO ||
-             tfa_dds_request_view(sample, &robot->shape, &request, &field_error) != TFA_OK)
-        reply_immediately(gateway, robot, &pending, field_error);
-    else
-        serve(gateway, robot, &request, &pending);
-}
-
-static void handle_torques(tfa_dds *gateway, const void *taken)
-{
-    const totalforce_dds_JointTorques *sample = taken;
-    dds_robot *robot = find_robot(gateway, sample->robot);
-    dds_pending pending = {.is_stream = true, .id = sample->seq, .stamp = sample->stamp};
-    tfa_dds_field_error field_error = {.status = TFA_OK};
-    tfa_request request;
-
-    if (robot == NULL)
-        refuse_unknown_robot(gateway, sample->robot, &pending);
-    else if (tfa_dds_torques_view(sample, &robot->shape, &request, &field_error) != TFA_OK)
-        reply_immediately(gateway, robot, &pending, field_error);
-    else
-        serve(gateway, robot, &request, &pending);
-}
-
-/* Takes the samples that are there and hands each on, counted, under the gateway's mutex. */
-static void take_samples(tfa_dds *gateway, dds_entity_t reader, _Atomic uint64_t *counter,
-                         void (*handle)(tfa_dds *, const void *))
-{
-    void *samples[SAMPLES_PER_TAKE] = {NULL};
-    dds_sample_info_t infos[SAMPLES_PER_TAKE];
-    dds_return_t count;
-
-    while ((count = dds_take(reader, samples, infos, SAMPLES_PER_TAKE, SAMPLES_PER_TAKE)) > 0) {
-        pthread_mutex_lock(&gateway->mutex);
-        for (dds_return_t i = 0; i < count; i++)
-            if (infos[i].valid_data) {
-                increment(counter);
-                handle(gateway, samples[i]);
-            }
-        pthread_mutex_unlock(&gateway->mutex);
-        (void)dds_return_loan(reader, samples, count);
     }
+    call.t_start = (uint64_t)tfa_dds_monotonic();
+    call.reply.status =
+        robot->solver.solve(robot->solver.self, request, &call.reply, 0, request->count);
+    call.t_done = (uint64_t)tfa_dds_monotonic();
+    if (tfa_dds_status_has_answers(call.reply.status))
+        tfa_cost_record(cost, request->count, call.t_done - call.t_start);
+    tfa_dds_answer(gateway, robot, pending, &call);
+}
+
+/* The sample changes places with the one of the slot: the request's arrays stay where they are. */
+static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request *request,
+                           const dds_pending *pending, dds_taken **taken)
+{
+    dds_slot *slot = tfa_dds_ring_next(robot->ring);
+    tfa_dds_field_error error = {.status = TFA_E_AGAIN};
+
+    if (slot != NULL)
+        error = lay_out_reply(robot, request, slot->memory, &slot->call.reply);
+    if (error.status != TFA_OK) {
+        reply_immediately(gateway, robot, pending, error);
+        return;
+    }
+    dds_taken *const other = slot->taken;
+    slot->taken = *taken;
+    *taken = other;
+    slot->to = *pending;
+    slot->call.request = *request;
+    slot->call.deadline =
+        pending->deadline != 0 ? (uint64_t)(pending->deadline - tfa_dds_ros_offset()) : 0;
+    tfa_dds_ring_send(robot->ring);
+    increment(&gateway->count.handovers);
+    pthread_mutex_lock(&gateway->mutex);
+    gateway->under_way++;
+    pthread_cond_signal(&gateway->handover);
+    pthread_mutex_unlock(&gateway->mutex);
+}
+
+/* A request that fits the robot. */
+static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_pending *pending,
+                  dds_taken **taken)
+{
+    tfa_cost *cost = tfa_cost_find(&robot->costs, request);
+
+    if (robot->leaving || robot->ring == NULL)
+        reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});
+    else if (request->count <= tfa_cost_states(cost, gateway->direct_ns) &&
+             cost->state_ns <= gateway->direct_ns)
+        solve_here(gateway, robot, request, pending, cost);
+    else
+        send_to_worker(gateway, robot, request, pending, taken);
+}
+
+static tfa_dds_shape dds_shape_of(const dds_robot *robot)
+{
+    return (tfa_dds_shape){robot->shape.q_count, robot->shape.v_count, robot->shape.base_freedoms,
+                           robot->shape.max_batch};
+}
+
+static void handle(tfa_dds *gateway, dds_robot *robot, dds_pending *pending, dds_taken **taken)
+{
+    const totalforce_dds_Request *sample = &(*taken)->request;
+    const tfa_dds_shape shape = dds_shape_of(robot);
+    tfa_dds_field_error field_error = {.status = TFA_OK};
+    tfa_request request;
+
+    if (!pending->is_stream && sample->op == totalforce_dds_OP_HELLO) {
+        reply_immediately(gateway, robot, pending, field_error);
+        return;
+    }
+    if (pending->deadline != 0 && pending->t_received > pending->deadline)
+        field_error.status = TFA_E_LATE;
+    else if (pending->is_stream)
+        (void)tfa_dds_torques_view(&(*taken)->torques, &shape, &request, &field_error);
+    else
+        (void)tfa_dds_request_view(sample, &shape, &request, &field_error);
+    if (field_error.status != TFA_OK) {
+        reply_immediately(gateway, robot, pending, field_error);
+        return;
+    }
+    pending->sizes = tfa_dds_sizes_of_reply(&request, &shape);
+    serve(gateway, robot, &request, pending, taken);
+}
+
+/* ---- listeners ---- */
+
+static void handle_locked(tfa_dds *gateway, const char *name, dds_pending *pending,
+                          dds_taken **taken)
+{
+    dds_robot *robot = find_robot(gateway, name);
+
+    if (robot == NULL)
+        return;
+    pthread_mutex_lock(&robot->mutex);
+    handle(gateway, robot, pending, taken);
+    pthread_mutex_unlock(&robot->mutex);
 }
 
 void tfa_dds_on_request(dds_entity_t reader, void *arg)
 {
     tfa_dds *gateway = arg;
-    take_samples(gateway, reader, &gateway->count.requests, handle_request);
+    dds_taken *taken = borrow_sample(gateway);
+    dds_sample_info_t info;
+
+    while (taken != NULL && dds_take(reader, (void *[]){&taken->request}, &info, 1, 1) > 0) {
+        const totalforce_dds_Request *sample = &taken->request;
+        if (!info.valid_data)
+            continue;
+        increment(&gateway->count.requests);
+        dds_pending pending = {
+            .id = sample->id, .stamp = sample->stamp, .t_received = tfa_dds_ros_time()};
+        if (sample->deadline_us != 0)
+            pending.deadline = sample->stamp + INT64_C(1000) * sample->deadline_us;
+        memcpy(pending.client, sample->client, sizeof pending.client);
+        handle_locked(gateway, sample->robot, &pending, &taken);
+    }
+    if (taken != NULL)
+        return_sample(gateway, taken);
 }
 
 void tfa_dds_on_torques(dds_entity_t reader, void *arg)
 {
     tfa_dds *gateway = arg;
-    take_samples(gateway, reader, &gateway->count.torques, handle_torques);
-}
+    dds_taken *taken = borrow_sample(gateway);
+    dds_sample_info_t info;
 
-/* ---- the dds thread ---- */
-
-/* Writes the answers that are ready of the robots handed over. @return one that still has
- * requests under way */
-static const dds_robot *write_handed_over(tfa_dds *gateway)
-{
-    const dds_robot *waiting = NULL;
-
-    for (uint32_t i = 0; i < gateway->robot_count; i++) {
-        dds_robot *robot = &gateway->robots[i];
-        if (robot->handed_over && write_answers(gateway, robot))
-            robot->handed_over = false;
-        if (robot->handed_over)
-            waiting = robot;
-    }
-    return waiting;
-}
-
-void *tfa_dds_thread(void *arg)
-{
-    tfa_dds *gateway = arg;
-
-    pthread_mutex_lock(&gateway->mutex);
-    for (;;) {
-        const dds_robot *waiting = write_handed_over(gateway);
-
-        if (gateway->stopping && (waiting == NULL || tfa_dds_monotonic() > gateway->stop_deadline))
-            break;
-        if (waiting == NULL) {
-            pthread_cond_wait(&gateway->handover, &gateway->mutex);
+    while (taken != NULL && dds_take(reader, (void *[]){&taken->torques}, &info, 1, 1) > 0) {
+        const totalforce_dds_JointTorques *sample = &taken->torques;
+        if (!info.valid_data)
             continue;
-        }
-        const uint64_t oldest = waiting->first;
-        pthread_mutex_unlock(&gateway->mutex);
-        tfa_dds_ring_wait(waiting->ring, oldest, ANSWER_WAIT_NS);
-        pthread_mutex_lock(&gateway->mutex);
+        increment(&gateway->count.torques);
+        dds_pending pending = {.is_stream = true,
+                               .id = sample->seq,
+                               .stamp = sample->stamp,
+                               .t_received = tfa_dds_ros_time()};
+        if (gateway->max_age_ns != 0)
+            pending.deadline = sample->stamp + gateway->max_age_ns;
+        handle_locked(gateway, sample->robot, &pending, &taken);
     }
-    pthread_mutex_unlock(&gateway->mutex);
-    return NULL;
+    if (taken != NULL)
+        return_sample(gateway, taken);
 }

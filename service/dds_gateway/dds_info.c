@@ -71,21 +71,3 @@ void tfa_dds_withdraw_all(tfa_dds *gateway)
     }
     (void)dds_wait_for_acks(gateway->info_writer, DDS_MSECS(100));
 }
-
-bool tfa_dds_served_elsewhere(const tfa_dds *gateway, const char *name)
-{
-    totalforce_dds_RobotInfo key = {0};
-    void *sample[1] = {NULL};
-    dds_sample_info_t state;
-
-    (void)tfa_dds_set_robot(key.robot, name);
-    const dds_instance_handle_t robot = dds_lookup_instance(gateway->info_reader, &key);
-    if (robot == DDS_HANDLE_NIL)
-        return false;
-    const dds_return_t count = dds_read_instance_mask(
-        gateway->info_reader, sample, &state, 1, 1, robot,
-        DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE | DDS_ALIVE_INSTANCE_STATE);
-    if (count > 0)
-        (void)dds_return_loan(gateway->info_reader, sample, count);
-    return count > 0;
-}

@@ -3,9 +3,11 @@
  *
  * Shared declarations of the DDS gateway, grouped by the file that defines them.
  *
- * Two threads work here: Cyclone's receiving thread, in listeners, and the dds thread. The mutex
- * of the gateway guards the rings' ends and the lists of pending requests; whoever holds it may
- * write to DDS, because the gateway's writers never wait.
+ * Two kinds of threads work here: Cyclone's receiving threads, in listeners, and the dds thread.
+ * Each robot has a mutex of its own, which guards everything of the robot that may change; a thread
+ * holds one at a time, and may write to DDS meanwhile, because the gateway's writers never wait. So
+ * robots do not wait for each other. The gateway's own mutex guards the handover to the dds thread
+ * and is taken last.
  */
 #ifndef TFA_SERVICE_DDS_GATEWAY_INTERNAL_H
 #define TFA_SERVICE_DDS_GATEWAY_INTERNAL_H
@@ -14,11 +16,18 @@
 
 #include "dds_gateway/dds_convert.h"
 #include "dds_gateway/dds_topics.h"
+#include "worker/cost.h"
+#include "worker/worker.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 
-struct tfa_dds_ring; /* dds_ring.c */
+/* A sample that was taken; its sequences are reused by the next one. */
+typedef struct dds_taken {
+    struct dds_taken *next; /* of a list of free ones */
+    totalforce_dds_Request request;
+    totalforce_dds_JointTorques torques;
+} dds_taken;
 
 /* Where the answer to a request goes. */
 typedef struct dds_pending {
@@ -27,44 +36,62 @@ typedef struct dds_pending {
     uint64_t id;        /* or seq of the torques */
     int64_t stamp;      /* ROS time, echoed */
     int64_t t_received; /* ROS time */
+    int64_t deadline;   /* ROS time; 0: none */
     tfa_dds_reply_sizes sizes;
 } dds_pending;
 
+/* A request for the worker, and all that must live until it is answered. */
+typedef struct dds_slot {
+    dds_taken *taken; /* its arrays */
+    dds_pending to;
+    tfa_worker_call call;
+    void *memory; /* buffers of the reply */
+} dds_slot;
+
+struct tfa_dds_ring; /* dds_ring.c */
+
 typedef struct dds_robot {
     char name[totalforce_dds_ROBOT_NAME_MAX + 1];
-    const tfa_model *model;
     uint32_t index; /* in the worker */
-    tfa_dds_shape shape;
+
+    pthread_mutex_t mutex; /* guards what follows */
+    const tfa_model *model;
+    tfa_wire_shape shape;
+    tfa_worker_robot solver; /* for requests that are answered in the receiving thread */
+    tfa_cost_table costs;
     totalforce_dds_Hash hash;  /* of the model that was announced */
     totalforce_dds_Hash other; /* of the one before or of the next: replies may come from it */
     struct tfa_dds_ring *ring; /* NULL after tfa_dds_detach */
     bool leaving;              /* no more requests */
-    dds_pending *pending;      /* a list of `slots`: entry i stands at i % slots, as in the ring */
-    uint64_t first, last;      /* oldest under way, next to come */
-    bool handed_over;          /* the dds thread takes its answers, until none is under way */
+    void *memory;              /* buffers of a reply of the receiving thread */
 } dds_robot;
 
 struct tfa_dds {
     dds_robot *robots;
     uint32_t robot_count;
     uint32_t slots;
-    uint64_t spin_ns;
+    uint64_t direct_ns;
+    int64_t max_age_ns;
     bool streaming;
+    void (*log)(const char *text);
 
-    dds_entity_t participant;
+    dds_entity_t domain, participant;
     dds_entity_t topics[TFA_DDS_ACCELERATIONS + 1];
-    dds_entity_t info_writer, info_reader, request_reader, reply_writer;
+    dds_entity_t info_writer, request_reader, reply_writer;
     dds_entity_t torques_reader, accelerations_writer;
 
-    pthread_mutex_t mutex;
+    pthread_mutex_t mutex;   /* guards what follows */
+    dds_taken *free_samples; /* as many as listeners ran at once */
     pthread_cond_t handover; /* the dds thread has something to wait for, or must stop */
+    uint32_t under_way;      /* requests at the worker */
+    bool stopping;
+
     pthread_t thread;
     struct tfa_worker *worker;
-    bool running, stopping;
-    int64_t stop_deadline; /* CLOCK_MONOTONIC: then requests under way stay unanswered */
+    bool running;
 
     struct {
-        _Atomic uint64_t requests, torques, replies, rejected, dropped, handovers;
+        _Atomic uint64_t requests, torques, replies, rejected, late, unknown, dropped, handovers;
     } count;
 };
 
@@ -78,17 +105,33 @@ int64_t tfa_dds_monotonic(void);
 /* Takes shape and hash from a model. */
 void tfa_dds_set_model(dds_robot *robot, const tfa_model *model);
 
+/* Makes the buffers for a reply of the robot. @return NULL: no memory */
+void *tfa_dds_reply_memory(const dds_robot *robot);
+
 /* The hash with this tag among the possible ones of the robot's replies; the announced one if there
- * is none. The gateway is locked. */
+ * is none. The robot is locked. */
 const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
 
-/* ---- dds_calls.c: from samples to requests, from answers to samples ---- */
+/* ---- dds_calls.c: from samples to requests ---- */
 
 /* Listeners of the two input topics; `gateway` is a tfa_dds. */
 void tfa_dds_on_request(dds_entity_t reader, void *gateway);
 void tfa_dds_on_torques(dds_entity_t reader, void *gateway);
 
-/* The dds thread: writes answers that took longer than the receiving thread waits. */
+/* Filters of the two input topics: samples about the gateway's robots. Others are counted, and leave
+ * nothing behind. */
+bool tfa_dds_request_is_ours(const void *sample, void *gateway);
+bool tfa_dds_torques_are_ours(const void *sample, void *gateway);
+
+void tfa_dds_free_samples(tfa_dds *gateway);
+
+/* ---- dds_answers.c: from answers to samples ---- */
+
+/* Writes the answer of the worker, or of the receiving thread. The robot is locked. */
+void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
+                    const tfa_worker_call *call);
+
+/* The dds thread: writes the answers of the worker. */
 void *tfa_dds_thread(void *gateway);
 
 /* ---- dds_info.c: announcement of the robots ---- */
@@ -99,33 +142,26 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot);
 /* Withdraws all robots: disposed, unregistered, and acknowledged if readers are quick. */
 void tfa_dds_withdraw_all(tfa_dds *gateway);
 
-/* Another daemon in the domain serves a robot of that name. */
-bool tfa_dds_served_elsewhere(const tfa_dds *gateway, const char *name);
-
-/* ---- dds_ring.c: the internal ring, one for each robot, between the gateway and the worker
- * ---- */
-
-/* State of the oldest answer of a ring. Times are CLOCK_MONOTONIC ns. The buffers of the reply
- * lie in the ring until tfa_dds_ring_release. */
-typedef struct dds_ring_answer {
-    tfa_reply reply;
-    int64_t t_start, t_done;
-} dds_ring_answer;
+/* ---- dds_ring.c: requests at the worker, a ring of slots for each robot ---- */
 
 /* Attaches to the worker as a client of `robot`. */
 int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t slots,
                       struct tfa_dds_ring **ring);
+/* No request may be under way, or the worker has ended. NULL is allowed. */
 void tfa_dds_ring_close(struct tfa_dds_ring *ring);
 
-/* Copies a request into the ring. @return TFA_OK, TFA_E_AGAIN, TFA_E_SIZE */
-int tfa_dds_ring_submit(struct tfa_dds_ring *ring, const tfa_request *request);
+/* The slot of the next request; NULL: all are taken. */
+dds_slot *tfa_dds_ring_next(struct tfa_dds_ring *ring);
+/* Sends the request in it. */
+void tfa_dds_ring_send(struct tfa_dds_ring *ring);
 
-/* The oldest answer if it is there; it stays until released. */
-bool tfa_dds_ring_peek(struct tfa_dds_ring *ring, dds_ring_answer *answer);
+/* The slot of the oldest request, if it is answered. */
+dds_slot *tfa_dds_ring_oldest(struct tfa_dds_ring *ring);
 void tfa_dds_ring_release(struct tfa_dds_ring *ring);
+bool tfa_dds_ring_is_empty(const struct tfa_dds_ring *ring);
 
-/* Sleeps until answer `index` (counted from 0, as dds_robot.first) is there or gone, at most
- * timeout_ns. Needs no lock. */
-void tfa_dds_ring_wait(const struct tfa_dds_ring *ring, uint64_t index, uint64_t timeout_ns);
+/* Sleeps until the oldest request is answered, at most timeout_ns. Only the thread that releases
+ * may call it; needs no lock. */
+void tfa_dds_ring_wait(const struct tfa_dds_ring *ring, uint64_t timeout_ns);
 
 #endif

@@ -1,99 +1,157 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The DDS gateway's end of the internal ring: one local client of the worker for each robot.
+ * Requests at the worker: a direct client of the worker for each robot. The ring carries addresses;
+ * requests and replies stay where they are.
  */
 #include "dds_internal.h"
 
-#include "worker/local_client.h"
-
+#include <linux/futex.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
 
 struct tfa_dds_ring {
-    tfa_local_client local_client;
-    /* of the request in each slot: decides the layout of its reply */
-    tfa_wire_reply_shape *reply_shapes;
-    uint64_t next_id;
+    tfa_ring_client ring;
+    struct tfa_worker *worker;
+    tfa_worker_client *client;
+    void *memory;
+    dds_slot slots[];
 };
+
+static void free_slots(struct tfa_dds_ring *r)
+{
+    for (uint32_t i = 0; i < r->ring.layout.slots; i++) {
+        free(r->slots[i].memory);
+        if (r->slots[i].taken == NULL)
+            continue;
+        totalforce_dds_Request_free(&r->slots[i].taken->request, DDS_FREE_CONTENTS);
+        totalforce_dds_JointTorques_free(&r->slots[i].taken->torques, DDS_FREE_CONTENTS);
+        free(r->slots[i].taken);
+    }
+}
+
+static void free_ring(struct tfa_dds_ring *r)
+{
+    free_slots(r);
+    free(r->memory);
+    free(r);
+}
+
+static int make_slots(struct tfa_dds_ring *r, const dds_robot *robot)
+{
+    for (uint32_t i = 0; i < r->ring.layout.slots; i++) {
+        r->slots[i].memory = tfa_dds_reply_memory(robot);
+        r->slots[i].taken = calloc(1, sizeof *r->slots[i].taken);
+        if (r->slots[i].memory == NULL || r->slots[i].taken == NULL)
+            return TFA_E_MEMORY;
+    }
+    return TFA_OK;
+}
+
+/* The worker never spins for requests of the gateway: they are long. */
+static int attach(struct tfa_dds_ring *r, const dds_robot *robot)
+{
+    const tfa_ring_layout *layout = &r->ring.layout;
+    unsigned char *memory = r->memory, *replies = memory + layout->request_bytes;
+    const tfa_worker_client_options options = {.robot = robot->index,
+                                               .max_batch = robot->shape.max_batch,
+                                               .layout = *layout,
+                                               .requests = memory,
+                                               .replies = replies,
+                                               .wait = TFA_WAIT_BLOCK,
+                                               .doorbell = -1,
+                                               .internal = true,
+                                               .direct = true};
+    r->ring.requests = memory;
+    r->ring.replies = replies;
+    r->ring.worker_status = (const void *)replies;
+    return tfa_worker_attach(r->worker, &options, &r->client);
+}
 
 int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_t slots,
                       struct tfa_dds_ring **result)
 {
-    struct tfa_dds_ring *ring = calloc(1, sizeof *ring);
-    int status = TFA_E_MEMORY;
+    const tfa_wire_shape nothing = {.max_batch = 1}; /* lines only */
+    const tfa_ring_layout layout = tfa_ring_layout_of(&nothing, slots);
+    struct tfa_dds_ring *r = calloc(1, sizeof *r + slots * sizeof r->slots[0]);
 
     *result = NULL;
-    if (ring == NULL)
-        return status;
-    ring->reply_shapes = calloc(slots, sizeof *ring->reply_shapes);
-    if (ring->reply_shapes == NULL)
-        goto err_reply_shapes;
-    status = tfa_local_client_open(worker, robot->index, slots, robot->shape.max_batch,
-                                   &ring->local_client);
-    if (status != TFA_OK)
-        goto err_attach;
-    *result = ring;
-    return TFA_OK;
-
-err_attach:
-    free(ring->reply_shapes);
-err_reply_shapes:
-    free(ring);
+    if (r == NULL)
+        return TFA_E_MEMORY;
+    r->ring.layout = layout;
+    r->worker = worker;
+    r->memory = aligned_alloc(TFA_WIRE_LINE, layout.request_bytes + layout.reply_bytes);
+    int status = r->memory != NULL ? make_slots(r, robot) : TFA_E_MEMORY;
+    if (status == TFA_OK) {
+        memset(r->memory, 0, layout.request_bytes + layout.reply_bytes);
+        status = attach(r, robot);
+    }
+    if (status == TFA_OK)
+        *result = r;
+    else
+        free_ring(r);
     return status;
 }
 
-void tfa_dds_ring_close(struct tfa_dds_ring *ring)
+void tfa_dds_ring_close(struct tfa_dds_ring *r)
 {
-    if (ring == NULL)
+    const struct timespec a_while = {.tv_nsec = 100000};
+
+    if (r == NULL)
         return;
-    tfa_local_client_close(&ring->local_client);
-    free(ring->reply_shapes);
-    free(ring);
+    while (!tfa_worker_detach(r->worker, r->client))
+        nanosleep(&a_while, NULL);
+    free_ring(r);
 }
 
-int tfa_dds_ring_submit(struct tfa_dds_ring *ring, const tfa_request *request)
+static dds_slot *slot_at(struct tfa_dds_ring *r, uint64_t index)
 {
-    tfa_ring_client *client = &ring->local_client.ring;
-    tfa_wire_reply_shape reply_shape;
-
-    if (tfa_ring_full(client))
-        return TFA_E_AGAIN;
-    const int status = tfa_wire_encode_request(
-        &ring->local_client.shape, request, tfa_wire_want(request, NULL), ring->next_id,
-        (uint64_t)tfa_dds_monotonic(), tfa_ring_next_request(client), &reply_shape);
-    if (status != TFA_OK)
-        return status;
-    ring->next_id++;
-    ring->reply_shapes[client->sent % client->layout.slots] = reply_shape;
-    tfa_local_client_send(&ring->local_client);
-    return TFA_OK;
+    return &r->slots[index & (r->ring.layout.slots - 1)];
 }
 
-bool tfa_dds_ring_peek(struct tfa_dds_ring *ring, dds_ring_answer *answer)
+dds_slot *tfa_dds_ring_next(struct tfa_dds_ring *r)
 {
-    const tfa_ring_client *client = &ring->local_client.ring;
-
-    if (!tfa_ring_reply_ready(client))
-        return false;
-    const tfa_wire_reply *line = tfa_ring_oldest_reply(client);
-    tfa_wire_reply_shape reply_shape = ring->reply_shapes[client->received % client->layout.slots];
-    *answer = (dds_ring_answer){
-        .t_start = (int64_t)line->t_start,
-        .t_done = (int64_t)line->t_done,
-    };
-    reply_shape.want = tfa_wire_decode_reply(line, &answer->reply);
-    /* The slot is ours until it is released, and it is only read: const may go. */
-    tfa_wire_reply_buffers(&ring->local_client.shape, &reply_shape, (void *)(uintptr_t)line,
-                           &answer->reply);
-    return true;
+    return tfa_ring_full(&r->ring) ? NULL : slot_at(r, r->ring.sent);
 }
 
-void tfa_dds_ring_release(struct tfa_dds_ring *ring)
+void tfa_dds_ring_send(struct tfa_dds_ring *r)
 {
-    tfa_ring_release(&ring->local_client.ring);
+    tfa_wire_request *line = tfa_ring_next_request(&r->ring);
+
+    line->id = (uint64_t)(uintptr_t)&slot_at(r, r->ring.sent)->call;
+    line->t_sent = (uint64_t)tfa_dds_monotonic();
+    if (tfa_ring_send(&r->ring))
+        tfa_worker_wake(r->worker);
 }
 
-void tfa_dds_ring_wait(const struct tfa_dds_ring *ring, uint64_t index, uint64_t timeout_ns)
+dds_slot *tfa_dds_ring_oldest(struct tfa_dds_ring *r)
 {
-    (void)tfa_local_client_wait(&ring->local_client, index, timeout_ns);
+    return tfa_ring_reply_ready(&r->ring) ? slot_at(r, r->ring.received) : NULL;
+}
+
+void tfa_dds_ring_release(struct tfa_dds_ring *r)
+{
+    tfa_ring_release(&r->ring);
+}
+
+bool tfa_dds_ring_is_empty(const struct tfa_dds_ring *r)
+{
+    return r->ring.sent == r->ring.received;
+}
+
+void tfa_dds_ring_wait(const struct tfa_dds_ring *r, uint64_t timeout_ns)
+{
+    const uint64_t index = r->ring.received;
+    const void *slot = r->ring.replies + tfa_ring_reply_offset(&r->ring.layout, index);
+    const struct timespec time = {.tv_sec = (time_t)(timeout_ns / 1000000000u),
+                                  .tv_nsec = (long)(timeout_ns % 1000000000u)};
+    const uint64_t seq = tfa_ring_client_prepare_wait(&r->ring, index);
+
+    if (seq <= index)
+        (void)syscall(SYS_futex, tfa_ring_futex_word(slot), FUTEX_WAIT, (uint32_t)seq, &time, NULL,
+                      0);
+    tfa_ring_client_end_wait(&r->ring);
 }

@@ -5,6 +5,7 @@
  */
 #include "dds_internal.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 void tfa_dds_set_model(dds_robot *robot, const tfa_model *model)
@@ -31,30 +32,52 @@ const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag)
     return tag != tag_of(robot->hash) && tag == tag_of(robot->other) ? robot->other : robot->hash;
 }
 
-void tfa_dds_expect(tfa_dds *gateway, uint32_t index, const tfa_model *next)
+void *tfa_dds_reply_memory(const dds_robot *robot)
 {
-    pthread_mutex_lock(&gateway->mutex);
-    memcpy(gateway->robots[index].other, tfa_model_hash(next), sizeof gateway->robots[index].other);
-    pthread_mutex_unlock(&gateway->mutex);
+    const size_t size = (tfa_wire_reply_capacity(&robot->shape) + 63) / 64 * 64;
+    void *memory = aligned_alloc(64, size);
+
+    if (memory != NULL)
+        memset(memory, 0, size); /* every page is there before the first request */
+    return memory;
 }
 
-/* Under the mutex no listener is at work, and the dds thread waits for robots that were handed over
- * only: one that was not and has nothing under way belongs to no request. */
+void tfa_dds_expect(tfa_dds *gateway, uint32_t index, const tfa_model *next,
+                    const struct tfa_worker_robot *solver)
+{
+    dds_robot *robot = &gateway->robots[index];
+
+    pthread_mutex_lock(&robot->mutex);
+    memcpy(robot->other, tfa_model_hash(next), sizeof robot->other);
+    robot->solver = *solver;
+    pthread_mutex_unlock(&robot->mutex);
+}
+
 bool tfa_dds_detach(tfa_dds *gateway, uint32_t index)
 {
     dds_robot *robot = &gateway->robots[index];
     struct tfa_dds_ring *ring = NULL;
 
-    pthread_mutex_lock(&gateway->mutex);
+    pthread_mutex_lock(&robot->mutex);
     robot->leaving = true;
-    const bool idle = !robot->handed_over && robot->first == robot->last;
-    if (idle) {
+    const bool idle = robot->ring == NULL || tfa_dds_ring_is_empty(robot->ring);
+    if (idle) { /* the dds thread waits at rings only that are not empty */
         ring = robot->ring;
         robot->ring = NULL;
     }
-    pthread_mutex_unlock(&gateway->mutex);
+    pthread_mutex_unlock(&robot->mutex);
     tfa_dds_ring_close(ring);
     return idle;
+}
+
+/* Buffers and slots for a robot that has another shape now. */
+static int attach_again(const tfa_dds *gateway, dds_robot *robot)
+{
+    free(robot->memory);
+    robot->memory = tfa_dds_reply_memory(robot);
+    if (robot->memory == NULL)
+        return TFA_E_MEMORY;
+    return tfa_dds_ring_open(gateway->worker, robot, gateway->slots, &robot->ring);
 }
 
 int tfa_dds_announce(tfa_dds *gateway, uint32_t index, const tfa_model *model)
@@ -64,16 +87,14 @@ int tfa_dds_announce(tfa_dds *gateway, uint32_t index, const tfa_model *model)
     dds_robot *robot = &gateway->robots[index];
     int status = TFA_OK;
 
-    pthread_mutex_lock(&gateway->mutex);
+    pthread_mutex_lock(&robot->mutex);
     memcpy(robot->other, robot->hash, sizeof robot->other);
     tfa_dds_set_model(robot, model);
-    if (robot->ring == NULL) {
-        status = tfa_dds_ring_open(gateway->worker, robot, gateway->slots, &robot->ring);
-        robot->first = robot->last = 0; /* the ring counts anew */
-    }
+    if (robot->ring == NULL)
+        status = attach_again(gateway, robot);
     robot->leaving = status != TFA_OK;
     const dds_return_t code = tfa_dds_write_info(gateway, robot);
-    pthread_mutex_unlock(&gateway->mutex);
+    pthread_mutex_unlock(&robot->mutex);
     if (status != TFA_OK)
         return status;
     return code == DDS_RETCODE_OK ? TFA_OK : TFA_E_SYSTEM;

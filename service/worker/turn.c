@@ -159,37 +159,65 @@ static bool is_late(const tfa_wire_request *line, uint64_t now)
            now - line->t_sent > UINT64_C(1000) * line->deadline_us;
 }
 
+/* Decodes the private copy of a request. The buffers of the reply lie in its slot. */
+static int decode_request(const tfa_worker *w, tfa_worker_client *client)
+{
+    worker_request *at = &client->at;
+    tfa_wire_reply_shape shape;
+    if (is_late(client->scratch, w->now))
+        return TFA_E_LATE;
+    const int status = tfa_wire_decode_request(&client->shape, client->scratch, &at->request,
+                                               &shape, &at->reply.field);
+    at->want = shape.want;
+    if (status == TFA_OK)
+        tfa_wire_reply_buffers(&client->shape, &shape, tfa_ring_reply(&client->ring), &at->reply);
+    return status;
+}
+
+static int take_call(const tfa_worker *w, worker_request *at, uint64_t address)
+{
+    at->call = (tfa_worker_call *)(uintptr_t)address;
+    at->request = at->call->request;
+    at->reply = at->call->reply;
+    at->reply.field = TFA_FIELD_NONE;
+    return at->call->deadline && w->now > at->call->deadline ? TFA_E_LATE : TFA_OK;
+}
+
+/* Copies the next request into private memory. @return when it was sent, CLOCK_MONOTONIC ns */
+static uint64_t copy_request(const tfa_worker_client *client)
+{
+    const tfa_wire_request *line = client->scratch;
+    if (client->direct) {
+        memcpy(client->scratch, tfa_ring_request(&client->ring), sizeof *line);
+        return line->t_sent;
+    }
+    tfa_ring_prefetch_for_write(tfa_ring_reply(&client->ring));
+    tfa_wire_copy_request(&client->shape, tfa_ring_request(&client->ring), client->scratch);
+    return line->t_sent;
+}
+
 /* Takes the next request, which is there, out of the ring. @return false: the client's memory is
  * gone. Otherwise the status of its reply so far is that of its decoding. */
 static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start)
 {
     worker_request *at = &client->at;
-    const tfa_wire_request *line = client->scratch;
-    void *slot = tfa_ring_reply(&client->ring);
-    tfa_wire_reply_shape shape = {0};
-    tfa_ring_prefetch_for_write(slot);
-    tfa_wire_copy_request(&client->shape, tfa_ring_request(&client->ring), client->scratch);
+    const uint64_t sent = copy_request(client);
     if (tfa_sigbus_hit(client->guards[0]))
         return false;
+    if (sent > w->now) /* it came after the cycle began */
+        w->now = tfa_worker_clock();
     at->active = true;
-    at->first = 0;
+    at->first = at->want = 0;
     at->robot = &w->robots[client->robot];
+    at->received = sent > cycle_start ? w->now : cycle_start;
+    at->start = w->now;
     at->reply.field = TFA_FIELD_NONE;
     at->reply.index = at->reply.state = 0;
     at->reply.model = 0;
-    if (line->t_sent > w->now) /* it came after the cycle began */
-        w->now = tfa_worker_clock();
-    at->received = line->t_sent > cycle_start ? w->now : cycle_start;
-    at->start = w->now;
-    at->reply.status =
-        is_late(line, w->now)
-            ? TFA_E_LATE
-            : tfa_wire_decode_request(&client->shape, line, &at->request, &shape, &at->reply.field);
-    at->want = shape.want;
-    if (at->reply.status == TFA_OK) {
-        tfa_wire_reply_buffers(&client->shape, &shape, slot, &at->reply);
+    const tfa_wire_request *line = client->scratch;
+    at->reply.status = client->direct ? take_call(w, at, line->id) : decode_request(w, client);
+    if (at->reply.status == TFA_OK)
         at->cost = tfa_cost_find(&w->costs[client->robot], &at->request);
-    }
     return true;
 }
 
@@ -213,16 +241,29 @@ static uint64_t solve_part(tfa_worker *w, worker_request *at)
     return took < most ? took : most;
 }
 
+static void finish_call(const tfa_worker *w, const worker_request *at)
+{
+    tfa_worker_call *call = at->call;
+    call->reply = at->reply;
+    call->t_received = at->received;
+    call->t_start = at->start;
+    call->t_done = w->now;
+}
+
 static void finish_request(const tfa_worker *w, tfa_worker_client *client)
 {
     worker_request *at = &client->at;
     tfa_wire_reply *slot = tfa_ring_reply(&client->ring);
     const tfa_wire_request *line = client->scratch;
-    tfa_wire_encode_reply(&at->reply, at->want, slot);
-    slot->id = line->id;
-    slot->t_received = at->received;
-    slot->t_start = at->start;
-    slot->t_done = w->now;
+    if (client->direct) {
+        finish_call(w, at);
+    } else {
+        tfa_wire_encode_reply(&at->reply, at->want, slot);
+        slot->id = line->id;
+        slot->t_received = at->received;
+        slot->t_start = at->start;
+        slot->t_done = w->now;
+    }
     at->active = false;
     count_request(client, at->reply.status);
     if (tfa_ring_publish(&client->ring)) /* one thread waits for it */

@@ -100,6 +100,16 @@ void tfa_worker_run(tfa_worker *worker);
 
 /* ---- other threads ---- */
 
+/** A request of a direct client: it lies in the client's memory, and so do its arrays, until its
+ *  reply is published. */
+typedef struct tfa_worker_call {
+    tfa_request request;
+    tfa_reply reply;     /**< in: the buffers; out: all of it */
+    uint64_t deadline;   /**< CLOCK_MONOTONIC ns; 0: none. TFA_E_LATE if it begins later */
+    uint64_t t_received; /**< out, and those below: CLOCK_MONOTONIC ns */
+    uint64_t t_start, t_done;
+} tfa_worker_call;
+
 /** Parts of a client of a worker */
 typedef struct tfa_worker_client_options {
     uint32_t robot;         /**< index in the worker's robots */
@@ -110,6 +120,8 @@ typedef struct tfa_worker_client_options {
     tfa_wait wait;          /**< SPIN: the worker does not sleep while this client is active */
     int doorbell;           /**< eventfd by which the client wakes the worker, or -1 */
     bool internal;          /**< in this process: its memory is not guarded */
+    bool direct;            /**< internal, and `id` of a request is the address of a
+                                 tfa_worker_call: nothing is encoded */
 } tfa_worker_client_options;
 
 /** Attaches a client. @return TFA_OK; TFA_E_REFUSED (no entry left); TFA_E_MEMORY;

@@ -30,6 +30,7 @@ typedef struct worker_request {
     uint32_t want;                 /* blocks of the reply */
     uint64_t received, start;      /* CLOCK_MONOTONIC ns */
     const tfa_worker_robot *robot; /* its solver; in one of `solver_lists` */
+    tfa_worker_call *call; /* of a direct client */
     tfa_cost *cost;
     tfa_request request; /* arrays lie in `scratch` */
     tfa_reply reply;     /* buffers lie in the reply slot */
@@ -47,6 +48,7 @@ struct tfa_worker_client {
     void *scratch; /* worker: the private copy of a request */
     int guards[2]; /* of sigbus.h: requests, replies */
     int doorbell;
+    bool direct;
     tfa_wait wait;
     uint32_t drained;  /* worker: requests answered while DRAINING */
     uint64_t drain_ns; /* worker: and the time they took */

@@ -41,7 +41,7 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots)
         return 4;
     }
     struct tfa_worker *worker = test_worker_start(robots, delay_us);
-    if (worker == NULL || tfa_dds_start(gateway, worker) != TFA_OK)
+    if (worker == NULL || tfa_dds_start(gateway, worker, test_gateway_solvers()) != TFA_OK)
         return 5;
     printf("ready\n");
     fflush(stdout);

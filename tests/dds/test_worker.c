@@ -16,7 +16,8 @@ typedef struct solver {
     uint32_t delay_us;
 } solver;
 
-static solver solvers[TEST_ROBOTS];
+static solver solvers[2 * TEST_ROBOTS]; /* the worker's, the gateway's */
+static tfa_worker_robot served[2 * TEST_ROBOTS];
 static pthread_t thread;
 
 static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first, uint32_t count)
@@ -40,11 +41,10 @@ static void *run(void *worker)
 
 struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint32_t delay_us)
 {
-    tfa_worker_robot served[TEST_ROBOTS];
     tfa_worker *worker;
 
-    for (uint32_t i = 0; i < TEST_ROBOTS; i++) {
-        const tfa_model *model = robots[i].model;
+    for (uint32_t i = 0; i < 2 * TEST_ROBOTS; i++) {
+        const tfa_model *model = robots[i % TEST_ROBOTS].model;
         if (tfa_workspace_create(model, NULL, &solvers[i].workspace) != TFA_OK)
             return NULL;
         solvers[i].model = model;
@@ -68,6 +68,11 @@ void test_worker_stop(struct tfa_worker *worker)
     tfa_worker_stop(worker);
     pthread_join(thread, NULL);
     tfa_worker_destroy(worker);
-    for (uint32_t i = 0; i < TEST_ROBOTS; i++)
+    for (uint32_t i = 0; i < 2 * TEST_ROBOTS; i++)
         tfa_workspace_free(solvers[i].workspace);
+}
+
+const struct tfa_worker_robot *test_gateway_solvers(void)
+{
+    return served + TEST_ROBOTS;
 }

@@ -50,14 +50,24 @@ static int scale(const double *matrix, uint32_t n, double *a, int *exponent)
     return nonfinite[0] + nonfinite[1] == 0;
 }
 
-/* w = A v for rows and columns first .. n - 1, an even number of them. */
+/* w += A v for rows and columns first .. n - 1, an even number of them. Of A the upper triangle of
+ * 2 x 2 blocks is read, as in update. */
 static void multiply(const double *a, uint32_t n, uint32_t first, const double *v, double *w)
 {
     for (uint32_t i = first; i < n; i += 2) {
         const double *const row = a + i * n;
-        const double x = v[i], y = v[i + 1];
-        for (uint32_t j = first; j < n; j += 2)
-            *(pair *)(w + j) += x * *(const pair *)(row + j) + y * *(const pair *)(row + n + j);
+        const double v0 = v[i], v1 = v[i + 1];
+        pair sum0 = {0, 0}, sum1 = {0, 0};
+        *(pair *)(w + i) += v0 * *(const pair *)(row + i) + v1 * *(const pair *)(row + n + i);
+        for (uint32_t j = i + 2; j < n; j += 2) {
+            const pair x = *(const pair *)(row + j), y = *(const pair *)(row + n + j);
+            const pair z = *(const pair *)(v + j);
+            *(pair *)(w + j) += v0 * x + v1 * y;
+            sum0 += x * z;
+            sum1 += y * z;
+        }
+        w[i] += sum0[0] + sum0[1];
+        w[i + 1] += sum1[0] + sum1[1];
     }
 }
 
@@ -67,7 +77,7 @@ static void update(double *a, uint32_t n, uint32_t first, const double *v, const
     for (uint32_t i = first; i < n; i += 2) {
         double *const row = a + i * n;
         const double v0 = v[i], w0 = w[i], v1 = v[i + 1], w1 = w[i + 1];
-        for (uint32_t j = first; j < n; j += 2) {
+        for (uint32_t j = i; j < n; j += 2) {
             const pair x = *(const pair *)(v + j), y = *(const pair *)(w + j);
             *(pair *)(row + j) -= v0 * y + w0 * x;
             *(pair *)(row + n + j) -= v1 * y + w1 * x;
@@ -77,7 +87,7 @@ static void update(double *a, uint32_t n, uint32_t first, const double *v, const
 
 /* A <- H A H below and right of entry (k, k), H = I - v v^T / h, v in row k: A - v w^T - w v^T with
  * p = A v / h, w = p - (p . v / 2h) v. With v_k = w_k = 0 row and column k may be among them, so
- * that their number is even. Both triangles are kept: rows are read in pairs, without sums. */
+ * that their number is even. */
 static void reflect(double *a, uint32_t n, uint32_t k, double h)
 {
     const uint32_t first = (n - k) % 2 ? k + 1 : k;
@@ -100,8 +110,8 @@ static int is_rest(const double *a, uint32_t n, uint32_t first, double square)
 {
     double sum = 0;
     for (uint32_t i = first; i < n && sum <= square; i++)
-        for (uint32_t j = first; j < n; j++)
-            sum += a[i * n + j] * a[i * n + j];
+        for (uint32_t j = i; j < n; j++)
+            sum += (j > i ? 2 : 1) * a[i * n + j] * a[i * n + j];
     return sum <= square;
 }
 

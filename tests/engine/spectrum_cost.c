@@ -10,7 +10,7 @@
 
 #include <time.h>
 
-#define TIMES_MAX 12.0
+#define TIMES_MAX 10.0
 #define TURNS 201
 #define COORDINATES_MAX 64
 #define N (6 * TFA_MAX_TIPS)

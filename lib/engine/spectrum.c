@@ -2,9 +2,9 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Rank and extreme eigenvalues of small symmetric matrices: Householder's tridiagonalisation (Golub
- * and Van Loan, Matrix Computations, 8.3.1), then multisection by Sturm counts (Parlett, The Symmetric
- * Eigenvalue Problem, 3.3; Lo, Philippe and Sameh, 1987; LAPACK's dstebz). 4/3 n^3 operations,
- * fewer where the rank is low; absolute error 2 n eps |A|. It cannot fail to converge.
+ * and Van Loan, Matrix Computations, 8.3.1), then multisection by Sturm counts (Parlett, The
+ * Symmetric Eigenvalue Problem, 3.3; Lo, Philippe and Sameh, 1987; LAPACK's dstebz). 4/3 n^3
+ * operations, fewer where the rank is low; absolute error 2 n eps |A|. It cannot fail to converge.
  */
 #include <float.h>
 #include <math.h>
@@ -121,7 +121,8 @@ static int is_rest(const double *a, uint32_t n, uint32_t first, double square)
 
 /* Diagonal d and squares e > 0 of the subdiagonal of a tridiagonal matrix similar to A. A matrix of
  * rank r is done after r + 1 columns: the rest is rounding.
- * @return its size; A's other eigenvalues are 0 */
+ * @return its size; A's other eigenvalues are 0, and so is its last entry: they are in the range
+ * of its own */
 static uint32_t tridiagonalise(double *a, uint32_t n, double *d, double *e)
 {
     const double rounding = REST * n * DBL_EPSILON;
@@ -171,7 +172,7 @@ static void count_below(const double *d, const double *e, uint32_t n, const doub
     }
 }
 
-/* An interval that holds an eigenvalue: `below` eigenvalues or fewer are below `low`, more are below
+/* An interval that holds an eigenvalue: at most `below` are below `low`, more are below
  * `high`. */
 struct bracket {
     double low, high;
@@ -232,10 +233,6 @@ tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch)
     const uint32_t size = tridiagonalise(scratch, n, d, e);
     if (size > 0)
         extremes(d, e, size, &least, &most);
-    if (size < n) { /* the other eigenvalues are 0 */
-        least = least < 0 ? least : 0;
-        most = most > 0 ? most : 0;
-    }
     tfa_spectrum out = {0, 0, ldexp(least, exponent), ldexp(most, exponent)};
     if (most <= 0)
         return out;

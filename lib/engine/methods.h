@@ -8,12 +8,9 @@
 
 #include <totalforce/dynamics.h>
 
-/* Eigenvalues, in no order, of a symmetric n x n matrix, 1 <= n <= 6 TFA_MAX_TIPS: error 2 n eps
- * |A|, about 2 n^3 operations. `scratch` holds n x n doubles.
- * @return QL sweeps, at most 30 n; -1: an entry is not finite, there are no values */
-int tfa_eigenvalues(const double *matrix, uint32_t n, double *value, double *scratch);
-
-/* Rank and extreme eigenvalues; rank 0 and NaN where an entry is not finite. */
+/* Rank and extreme eigenvalues of a symmetric n x n matrix, 1 <= n <= 6 TFA_MAX_TIPS: error 2 n eps
+ * |A|, about 4/3 n^3 operations. Rank 0 and NaN where an entry is not finite. `scratch` holds n x n
+ * doubles. */
 tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch);
 
 static inline int is_forward(const tfa_request *r)

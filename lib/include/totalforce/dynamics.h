@@ -263,12 +263,18 @@ typedef struct tfa_answer {
                                 not computed */
 } tfa_answer;
 
-/** Rank and extreme eigenvalues of lambda_inv: Householder tridiagonalisation and QL without square
- *  roots (Parlett, The Symmetric Eigenvalue Problem, 8.15). Cost: about 2 (6m)^3 operations. */
+/**
+ * Rank and extreme eigenvalues of lambda_inv: Householder tridiagonalisation (Golub and Van Loan,
+ * Matrix Computations, 8.3.1), which ends at the rank, and multisection by Sturm counts (Parlett,
+ * The Symmetric Eigenvalue Problem, 3.3). Backward stable: the error is absolute, so that an
+ * eigenvalue below it has no certain digit or sign. Cost: at most 4/3 (6m)^3 operations and 24 x 6m
+ * divisions one after the other; no iteration can fail to converge.
+ */
 typedef struct tfa_spectrum {
     uint32_t rank;           /**< eigenvalues above 6m x 64 eps x the largest */
     uint32_t padding;        /**< 0 */
-    double eig_min, eig_max; /**< absolute error 12 m eps eig_max; units mixed, depend on `frame` */
+    double eig_min, eig_max; /**< absolute error 12 m eps eig_max; units mixed, depend on `frame`.
+                                  If lambda_inv is not finite: NaN, and rank 0 */
 } tfa_spectrum;
 
 /** Input that a failed request is about; with `index` it names the invalid entry. */

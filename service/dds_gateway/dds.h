@@ -60,8 +60,8 @@ typedef struct tfa_dds_counters {
  */
 TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
 
-/** Attaches to the worker, starts the dds thread, announces the robots, opens the gateway. `solvers`
- *  (copied), one for each robot, are the gateway's own.
+/** Attaches to the worker, starts the dds thread, announces the robots, opens the gateway.
+ *  `solvers` (copied), one for each robot, are the gateway's own.
  *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; the worker's status. */
 TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker,
                               const struct tfa_worker_robot *solvers);

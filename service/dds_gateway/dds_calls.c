@@ -5,8 +5,8 @@
  *
  * Latency first: Cyclone's receiving thread calls a listener, which answers a short request by
  * itself, with a solver of the gateway's own: no thread is woken on the way (a wake-up costs 23 us
- * and more, the answer of a small robot 1 us). A request that will take longer than direct_ns, by
- * the cost model, goes to the worker, where it is one of many, and the dds thread writes its answer.
+ * and more, the answer of a small robot 1 us). A request that takes longer than direct_ns, by the
+ * cost model, goes to the worker, where it is one of many; the dds thread writes its answer.
  */
 #include "dds_internal.h"
 

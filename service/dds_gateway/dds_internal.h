@@ -118,7 +118,7 @@ const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
 void tfa_dds_on_request(dds_entity_t reader, void *gateway);
 void tfa_dds_on_torques(dds_entity_t reader, void *gateway);
 
-/* Filters of the two input topics: samples about the gateway's robots. Others are counted, and leave
+/* Filters of the two input topics: samples about the gateway's robots. Others are counted and leave
  * nothing behind. */
 bool tfa_dds_request_is_ours(const void *sample, void *gateway);
 bool tfa_dds_torques_are_ours(const void *sample, void *gateway);

@@ -53,12 +53,12 @@ median() {
     sort -g | awk '{v[NR] = $1} END {print v[int((NR + 1) / 2)]}'
 }
 
-# p50 of the 50% column over the seconds of one ddsperf run, us
+# Round trip by ddsperf, us: it prints half of one. Median of the 50% column over its seconds.
 ddsperf_p50() {
     ddsperf -i $((domain + 1)) -D 5 pong >/dev/null 2>&1 &
     pong=$!
     ddsperf -i $((domain + 1)) -D 4 ping size $bytes listener 2>&1 |
-        sed -n 's/.* 50% \([0-9.]*\)us.*/\1/p' | median
+        sed -n 's/.* 50% \([0-9.]*\)us.*/\1/p' | median | awk '{print 2 * $1}'
     wait $pong || true
     pong=
 }

@@ -255,8 +255,8 @@ static void ask_about_strangers(const raw *r, int count)
     }
 }
 
-/* Names that nobody knows do not make the daemon grow, and are not answered: the question may be for
- * another daemon. */
+/* Names that nobody knows do not make the daemon grow, and are not answered: the question may be
+ * for another daemon. */
 static void unknown_robots_leave_nothing(void **state)
 {
     enum { NAMES = 8000 };

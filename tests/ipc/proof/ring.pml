@@ -86,7 +86,7 @@ inline publish_request()
         assert(fate[first_id + sent] == UNSENT);
         fate[first_id + sent] = SENT;
         pending++;
-#ifdef MUTATE_SEQ_WITHOUT_ONE
+#ifdef MUTATE_REQUEST_SEQ_WITHOUT_ONE
         request_seq[slot] = sent;
 #else
         request_seq[slot] = sent + 1; /* A1 */
@@ -134,6 +134,12 @@ inline set_done(id)
 #define REPLY_READY(seq) ((seq) != 0)
 #else
 #define REPLY_READY(seq) ((seq) == received + 1)
+#endif
+
+#ifdef MUTATE_NO_LIVENESS_CHECK
+#define HUNG_UP_UNSEEN true
+#else
+#define HUNG_UP_UNSEEN !hung_up
 #endif
 
 /* Reads the oldest reply, which has come, and releases its slot. */
@@ -236,8 +242,10 @@ wait:
             :: else
             fi;
             if
+#ifndef MUTATE_NO_LIVENESS_CHECK
             :: hung_up -> goto last_look
-            :: !hung_up -> goto wait /* spins; R5 decides nothing and is left out */
+#endif
+            :: HUNG_UP_UNSEEN -> goto wait /* spins; R5 decides nothing and is left out */
 #ifndef SPIN_MODE
             :: goto sleep
 #endif
@@ -348,7 +356,11 @@ inline publish_reply()
     d_step {
         assert(mapped);
         assert(next_request < received + SLOTS); /* replies do not overflow */
+#ifdef MUTATE_REPLY_SEQ_WITHOUT_ONE
+        reply_seq[slot] = next_request;
+#else
         reply_seq[slot] = next_request + 1; /* A2 */
+#endif
         next_request++
     }
 }
@@ -383,7 +395,12 @@ active proctype Worker()
 start:
     {
         if
-        :: entry == DETACHING -> entry = DETACHED /* R7, A8 */
+        :: entry == DETACHING -> d_step { /* R7 */
+                if
+                :: entry == DETACHING -> entry = DETACHED /* A8, compare and exchange */
+                :: else
+                fi
+            }
         :: atomic { entry == ATTACHED -> slot = next_request % SLOTS; assert(mapped) } /* R6 */
             if
 #ifdef MUTATE_REQUEST_OF_ANY_LAP
@@ -393,7 +410,8 @@ start:
 #endif
                 serve();
                 goto start
-            :: else
+            :: request_seq[slot] == BEFORE(next_request) -> skip
+            :: else -> assert(false) /* TFA_RING_BROKEN: no client of this model breaks it */
             fi
         :: else
         fi;

@@ -104,6 +104,7 @@ typedef struct config_robot {
 
 typedef struct config_limits {
     uint32_t clients, clients_per_user, memory_mib, memory_mib_per_user;
+    uint32_t connects_per_second;
 } config_limits;
 
 typedef struct config_realtime {

@@ -154,6 +154,9 @@ static const config_row limit_rows[] = {
     {"memory_mib_per_user", CONFIG_COUNT, AT(config_limits, memory_mib_per_user), RELOADABLE,
      .default_value = 256, .low = 1, .high = 1048576,
      .help = "Most shared memory for all clients of one user, MiB"},
+    {"connects_per_second", CONFIG_COUNT, AT(config_limits, connects_per_second), RELOADABLE,
+     .default_value = 100, .low = 1, .high = 100000,
+     .help = "Connections of one user a second, after twice as many at once"},
     {0}};
 static const config_table limit_table = {limit_rows, sizeof(config_limits)};
 

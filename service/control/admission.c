@@ -67,6 +67,19 @@ void tfa_admission_free(tfa_admission *admission)
     *admission = (tfa_admission){0};
 }
 
+bool tfa_connect_rate_allows(tfa_connect_rate *rate, uid_t user, uint32_t per_second, uint64_t now)
+{
+    const double burst = 2.0 * per_second;
+    const uint32_t k = (uint32_t)user % TFA_CONNECT_USERS;
+    const double elapsed = (double)(now - rate->row[k].when) * 1e-9;
+    double tokens = rate->row[k].tokens + elapsed * per_second;
+    if (rate->row[k].when == 0 || tokens > burst)
+        tokens = burst;
+    rate->row[k].when = now;
+    rate->row[k].tokens = tokens >= 1 ? tokens - 1 : tokens;
+    return tokens >= 1;
+}
+
 static bool has_group(const tfa_admission *a, gid_t group)
 {
     for (size_t i = 0; i < a->group_count; i++)

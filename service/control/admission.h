@@ -18,6 +18,20 @@ typedef struct tfa_admission {
     size_t user_count, group_count;
 } tfa_admission;
 
+#define TFA_CONNECT_USERS 64 /* a power of two */
+
+/** Connections of users: each may make `burst` at once and `per_second` from then on. */
+typedef struct tfa_connect_rate {
+    struct {
+        double tokens;
+        uint64_t when; /**< CLOCK_MONOTONIC ns of the last connection; 0: the row is free */
+    } row[TFA_CONNECT_USERS];
+} tfa_connect_rate;
+
+/** Takes a connection of this user at `now` into account. Users that share a row share its rate.
+ *  @return whether it is within the rate */
+bool tfa_connect_rate_allows(tfa_connect_rate *rate, uid_t user, uint32_t per_second, uint64_t now);
+
 /** Looks the names of `allow_users` and `allow_groups` up; logs the place of one that does not
  *  exist. @return TFA_OK; TFA_E_ARGUMENT; TFA_E_MEMORY. On error *admission is empty. */
 TFA_CHECKED int tfa_admission_load(const config *settings, tfa_admission *admission);

@@ -12,6 +12,7 @@
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <time.h>
@@ -23,6 +24,7 @@
 #define TICK_MS 50       /* how late a broken protocol is noticed */
 #define DETACH_TICK_MS 1 /* how late a client is detached; the worker must not signal for it */
 #define IDLE_TICK_MS 500 /* without clients */
+#define NICE 5           /* workers come first where processors are short */
 #define RUNTIME_DIR_LOOK_NS 1000000000u
 
 uint64_t control_clock(void)
@@ -270,6 +272,7 @@ static int tick_ms(const tfa_daemon *d)
 void control_run(tfa_daemon *d)
 {
     struct epoll_event events[EVENTS];
+    (void)setpriority(PRIO_PROCESS, 0, NICE); /* on Linux: of this thread */
     while (!d->stop) {
         int n = epoll_wait(d->epoll, events, EVENTS, tick_ms(d));
         for (int i = 0; i < n; i++)

@@ -123,6 +123,7 @@ typedef struct tfa_daemon {
     tfa_runtime_dir runtime_dir;
     uint64_t runtime_dir_looked; /* CLOCK_MONOTONIC ns */
     tfa_admission admission;
+    tfa_connect_rate connect_rate;
     session *sessions;
     uint32_t session_count;
     daemon_totals totals;

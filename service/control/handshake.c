@@ -47,6 +47,10 @@ int handshake_admit(tfa_daemon *d, int socket, const struct ucred *peer, tfa_wel
     if (!tfa_admission_allows(&d->admission, socket, peer->uid, peer->gid))
         return refuse(d, w, TFA_E_REFUSED, "user %u is not among allow_users and allow_groups",
                       (unsigned)peer->uid);
+    if (!tfa_connect_rate_allows(&d->connect_rate, peer->uid, limits->connects_per_second,
+                                 control_clock()))
+        return refuse(d, w, TFA_E_REFUSED, "user %u connects too often (connects_per_second: %u)",
+                      (unsigned)peer->uid, limits->connects_per_second);
     if (sessions_of(d, peer->uid) >= limits->clients_per_user)
         return refuse(d, w, TFA_E_REFUSED, "user %u has %u clients already (clients_per_user)",
                       (unsigned)peer->uid, limits->clients_per_user);

@@ -79,13 +79,14 @@ model() {
 
 # mutation MACRO EXPECTED MODEL_OPTIONS
 mutation() {
-    if [ "$2" = answered ]; then
-        build -O0 "-D$1 $3"
-        verify "-w18 -a -f -N answered"
-    else
-        build "-O0 $safety" "-D$1 $3"
-        verify -w18
-    fi
+    case $2 in
+        answered | worker_wakes | client_wakes)
+            build -O0 "-D$1 $3"
+            verify "-w18 -a -f -N $2" ;;
+        *)
+            build "-O0 $safety" "-D$1 $3"
+            verify -w18 ;;
+    esac
     row "$(echo "$1" | sed 's/^MUTATE_//')" "$2"
 }
 

@@ -285,6 +285,9 @@ last_look: /* after the hang-up: a reply may have come before it */
             goto start;
 ready:
             read_reply()
+        :: hung_up -> /* seen when it sends into a full ring, or asked to reconnect */
+            mark_requests_lost();
+            goto start
         :: lost == lost_end && received == sent && first_id + sent == REQUESTS -> break
         od;
         /* each request was answered once, or reported lost, or its client died */

@@ -21,6 +21,9 @@
     X(solve, "       ", "answer JSON lines from standard input, in process")                       \
     X(call, "        ", "answer the same JSON lines through a running daemon")                     \
     X(latency, "     ", "measure a running daemon's round trips")                                  \
+    X(status, "      ", "show robots, clients and counters of a running daemon")                   \
+    X(reload, "      ", "let a running daemon read its configuration again")                       \
+    X(stop, "        ", "stop a running daemon")                                                   \
     X(methods, "     ", "list the methods, their cost and refusals")                               \
     X(chain, "       ", "write a test mechanism as URDF")                                          \
     X(chart, "       ", "chart accuracy against speed")                                            \

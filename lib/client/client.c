@@ -39,14 +39,14 @@ static char *user_daemon_dir(const char *robot)
 }
 
 /* Folder of the daemon's sockets; allocated. */
-static char *runtime_dir(const tfa_client_options *options)
+char *tfa_client_runtime_dir(const char *directory, const char *robot)
 {
-    if (options->runtime_dir)
-        return strdup(options->runtime_dir);
+    if (directory)
+        return strdup(directory);
     const char *given = getenv("TOTALFORCE_RUNTIME_DIR");
     if (given && *given)
         return strdup(given);
-    char *user_dir = user_daemon_dir(options->robot);
+    char *user_dir = user_daemon_dir(robot);
     return user_dir ? user_dir : strdup(DEFAULT_DIR);
 }
 
@@ -63,7 +63,7 @@ static int copy_options(tfa_client *client, const tfa_client_options *o)
 {
     client->options = *o;
     client->robot = strdup(o->robot);
-    client->runtime_dir = runtime_dir(o);
+    client->runtime_dir = tfa_client_runtime_dir(o->runtime_dir, o->robot);
     if (!client->robot || !client->runtime_dir)
         return TFA_E_MEMORY;
     client->options.robot = client->robot;
@@ -134,7 +134,7 @@ size_t tfa_client_explain(const tfa_client_options *options, int status, char *t
 {
     const char *cause = status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status);
     const char *robot = options && options->robot ? options->robot : "";
-    char *dir = options ? runtime_dir(options) : NULL;
+    char *dir = options ? tfa_client_runtime_dir(options->runtime_dir, robot) : NULL;
     const int length = explain(robot, dir ? dir : DEFAULT_DIR, status, cause, text, size);
     free(dir);
     return length < 0 ? 0 : (size_t)length;
@@ -324,7 +324,8 @@ static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply
     reply->model = 0;
     if (!client->connection.alive)
         return reply->status = TFA_E_DISCONNECTED;
-    if (ring->sent > ring->received && client->call_end < ring->sent)
+    if (client->lost != client->lost_end ||
+        (ring->sent > ring->received && client->call_end < ring->sent))
         return reply->status = TFA_E_ARGUMENT; /* replies of tfa_client_send are not received yet */
     int status = send_request(client, request, tfa_wire_want(request, reply), now, timeout_ns, &id);
     if (status != TFA_OK) {

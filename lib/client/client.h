@@ -66,6 +66,9 @@ const char *tfa_connection_refusal(void);
 
 /* ---- client.c ---- */
 
+/* Folder of the daemon's sockets: `directory`, or the default for this robot if NULL. Free it. */
+char *tfa_client_runtime_dir(const char *directory, const char *robot);
+
 /* One attempt to connect again; requests under way are lost. */
 int tfa_client_attempt(tfa_client *client, uint64_t timeout_ns);
 

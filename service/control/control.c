@@ -46,6 +46,8 @@ static int watch_descriptor(const tfa_daemon *d, int fd, void *what)
 
 int control_open(tfa_daemon *d)
 {
+    d->start = control_clock();
+    commands_open(d);
     sigset_t set;
     sigemptyset(&set);
     sigaddset(&set, SIGTERM);
@@ -89,6 +91,8 @@ int control_listen(tfa_daemon *d)
         names[i] = d->robot_set.robots[i].name;
     }
     if (status == TFA_OK)
+        status = commands_listen(d);
+    if (status == TFA_OK)
         tfa_runtime_dir_ready(&d->runtime_dir, names, count);
     free(names);
     return status;
@@ -96,6 +100,7 @@ int control_listen(tfa_daemon *d)
 
 void control_close_listeners(tfa_daemon *d)
 {
+    commands_unlisten(d);
     for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++) {
         if (d->listeners[i] < 0)
             continue;
@@ -128,6 +133,7 @@ static void watch_runtime_dir(tfa_daemon *d)
 
 void control_close(tfa_daemon *d)
 {
+    commands_close(d);
     if (d->epoll >= 0)
         close(d->epoll);
     if (d->signals >= 0)
@@ -227,6 +233,12 @@ static void dispatch(tfa_daemon *d, void *what)
         reload_event(d);
         return;
     }
+    if (what == &d->command_listener) {
+        commands_accept(d);
+        return;
+    }
+    if (commands_event(d, what))
+        return;
     const int *entry = what;
     for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
         if (entry == &d->listeners[i]) {
@@ -280,6 +292,7 @@ void control_run(tfa_daemon *d)
         /* sessions end here or in their own event, so no event of this batch met a dead one */
         session_tick(d);
         reload_tick(d);
+        commands_tick(d);
         watch_workers(d);
         watch_runtime_dir(d);
     }

@@ -58,8 +58,18 @@ typedef struct session {
 } session;
 
 typedef struct daemon_totals {
-    uint64_t connections, refused, requests, rejected;
+    uint64_t connections, refused;
+    uint64_t requests, rejected, late; /* of clients that left */
 } daemon_totals;
+
+#define COMMANDS_MAX 4 /* at once; a further one is hung up on */
+
+/* A connection on the control socket of operators. */
+typedef struct command {
+    int socket;
+    bool waits; /* for the end of a reload */
+    uint64_t since;
+} command;
 
 /* All robots and scenes of a configuration: the served ones, or the ones that a reload made. */
 typedef struct robot_set {
@@ -118,6 +128,9 @@ typedef struct tfa_daemon {
     reload reload;
 
     int epoll, signals, reserve;
+    uint64_t start; /* CLOCK_MONOTONIC ns */
+    int command_listener;
+    command commands[COMMANDS_MAX];
     int *listeners; /* one for each robot */
     gid_t group;
     tfa_runtime_dir runtime_dir;
@@ -171,6 +184,24 @@ void control_run(tfa_daemon *d);
 void control_close_listeners(tfa_daemon *d);
 void control_close(tfa_daemon *d);
 uint64_t control_clock(void);
+
+/* ---- commands.c: operators ---- */
+
+void commands_open(tfa_daemon *d);
+TFA_CHECKED int commands_listen(tfa_daemon *d);
+void commands_unlisten(tfa_daemon *d);
+void commands_accept(tfa_daemon *d);
+/* Something happened at `what`. @return it is a command's connection */
+bool commands_event(tfa_daemon *d, void *what);
+/* A reload ended: answers those that wait for it. */
+void commands_reloaded(tfa_daemon *d, const char *text);
+void commands_tick(tfa_daemon *d);
+void commands_close(tfa_daemon *d);
+
+/* ---- status.c ---- */
+
+/* Writes the status as JSON; free(*text). @return TFA_OK; TFA_E_MEMORY */
+TFA_CHECKED int status_write(const tfa_daemon *d, char **text, size_t *size);
 
 /* ---- session.c: clients ---- */
 

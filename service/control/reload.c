@@ -10,6 +10,7 @@
  *          -> OFFERED   each worker takes the new solvers between two requests
  *          -> NONE      the old objects are released; the new ones, if something failed on the way
  */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -39,18 +40,22 @@ static void begin_reload(tfa_daemon *d)
     r->start = control_clock();
     r->phase = RELOAD_LOADING;
     r->requested_again = false;
-    tfa_log(TFA_LOG_INFO, "reload (SIGHUP): reading '%s'", d->settings->file);
+    tfa_log(TFA_LOG_INFO, "reload: reading '%s'", d->settings->file);
     notify_reloading();
     if (pthread_create(&r->thread, NULL, reload_thread, d) == 0)
         return;
     tfa_log(TFA_LOG_ERROR, "reload: no thread could be started; everything stays as it was");
     r->phase = RELOAD_NONE;
+    commands_reloaded(d, "error: no thread could be started; everything stays as it was");
     notify_ready();
 }
 
-static void finish_reload(tfa_daemon *d)
+/* @param text  for operators that wait */
+static void finish_reload(tfa_daemon *d, const char *text)
 {
     release_reload(d, &d->reload);
+    if (!d->reload.requested_again)
+        commands_reloaded(d, text);
     notify_ready();
     if (d->reload.requested_again)
         begin_reload(d);
@@ -196,9 +201,11 @@ static void complete_reload(tfa_daemon *d)
             tfa_log(TFA_LOG_ERROR, "reload: robot '%s' could not be announced over DDS",
                     d->robot_set.robots[i].name);
     }
-    tfa_log(TFA_LOG_INFO, "reload: done, %u of %u models exchanged, %.1f ms", changed,
-            d->robot_set.count, (double)(control_clock() - d->reload.start) * 1e-6);
-    finish_reload(d);
+    char text[96];
+    snprintf(text, sizeof text, "ok: %u of %u models exchanged, %.1f ms", changed,
+             d->robot_set.count, (double)(control_clock() - d->reload.start) * 1e-6);
+    tfa_log(TFA_LOG_INFO, "reload: done, %s", text + 4);
+    finish_reload(d, text);
 }
 
 /* ---- events and time ---- */
@@ -219,7 +226,7 @@ static void finish_loading(tfa_daemon *d)
     if (r->status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was",
                 tfa_status_text(r->status));
-        finish_reload(d);
+        finish_reload(d, "error: refused, everything stays as it was; the log names the reason");
         return;
     }
     r->phase = RELOAD_DRAINING;

@@ -45,6 +45,7 @@ static void add_counters(tfa_daemon *d, const session *s)
     const tfa_worker_client_counters *count = tfa_worker_client_get_counters(s->client);
     d->totals.requests += atomic_load_explicit(&count->requests, memory_order_relaxed);
     d->totals.rejected += atomic_load_explicit(&count->rejected, memory_order_relaxed);
+    d->totals.late += atomic_load_explicit(&count->late, memory_order_relaxed);
 }
 
 static void remove_client(tfa_daemon *d, session *s)

@@ -7,8 +7,8 @@
  *
  *   test_hostility [SAMPLES]    of each run; 3000
  *
- * An attack may double the queue's 90th percentile, or add as much as a few turns: that is asserted,
- * in the best of several attempts, because other programs take the processor, too.
+ * An attack may double the queue's 90th percentile, or add as much as a few turns: that is
+ * asserted, in the best of several attempts, because other programs take the processor, too.
  */
 #include "raw_client.h"
 #include "test.h"

@@ -147,6 +147,32 @@ TEST(deadlines)
     harness_remove(&h);
 }
 
+/* A lost request is reported once, before anything else is asked; an answered one never. */
+TEST(losses_are_reported_first)
+{
+    harness h;
+    double q[7], v[7], tau[7], qdd[7];
+    harness_serve(&h, ARM, "");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    const tfa_request r = arm_request(1, q, v, tau);
+    for (uint64_t round = 0; round < 2; round++) {
+        tfa_reply reply = {.qdd = qdd};
+        tfa_exchange exchange;
+        uint64_t id;
+        harness_pause(&h);
+        assert_int_equal(tfa_client_send(client, &r, &id), TFA_OK);
+        (void)harness_stop(&h, SIGKILL);
+        harness_start(&h, "arm");
+        assert_int_equal(tfa_client_reconnect(client), TFA_OK);
+        assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_E_ARGUMENT);
+        assert_int_equal(tfa_client_receive(client, &reply, WAIT_NS, &exchange), TFA_E_LOST);
+        assert_int_equal(exchange.id, id);
+        assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);
+    }
+    tfa_client_close(client);
+    harness_remove(&h);
+}
+
 /* The daemon's reason reaches the user. */
 TEST(refusals_are_explained)
 {

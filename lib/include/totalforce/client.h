@@ -134,7 +134,7 @@ TFA_API const tfa_client_info *tfa_client_get_info(const tfa_client *client);
 
 /**
  * Sends one request and waits for its reply. Fills the buffers of `reply` as tfa_compute. Receive
- * the replies to earlier tfa_client_send calls first.
+ * the replies to earlier tfa_client_send calls first, lost ones included.
  *
  * Cost: about 1 us besides computing (docs/performance.md). No allocation; in spin mode no system
  * call besides clock_gettime (vDSO), and one poll each 100 ms.
@@ -168,6 +168,23 @@ TFA_API TFA_CHECKED int tfa_client_send(tfa_client *client, const tfa_request *r
  */
 TFA_API int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns,
                                tfa_exchange *exchange);
+
+/**
+ * Gives a command to the daemon of a runtime directory and waits for its answer:
+ *   "status"  JSON: robots, workers, clients, counters; for everybody who may connect
+ *   "reload"  reads configuration and robots again; answers "ok: ..." when it is done
+ *   "stop"    answers "ok: ..." and stops
+ * Any thread. Allocates; system calls.
+ *
+ * @param runtime_dir  as tfa_client_options
+ * @param timeout_ms   of the answer; 0: 10000
+ * @param text         answer, always terminated if size > 0; 65536 bytes hold any
+ * @return TFA_OK; TFA_E_REFUSED (the answer, "error: ...", says why); TFA_E_ARGUMENT (a NULL, a
+ *         path too long for a socket); TFA_E_DISCONNECTED (no daemon there, or it hung up);
+ *         TFA_E_TIMEOUT; TFA_E_MEMORY; TFA_E_SYSTEM (see errno)
+ */
+TFA_API TFA_CHECKED int tfa_daemon_command(const char *runtime_dir, const char *command,
+                                           int32_t timeout_ms, char *text, size_t size);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The control socket of a daemon: AF_UNIX SOCK_SEQPACKET at RUNTIME_DIR/TFA_CONTROL_SOCKET.
+ *
+ * A peer sends one packet, a command without a final 0, and gets one packet of text back; then the
+ * daemon hangs up. `status` answers JSON to everybody who may open the socket. `reload` and `stop`
+ * are for root and the daemon's user: `reload` answers when it is done, `stop` at once. The text
+ * begins with "ok" or "error: " for these two, and with "error: " for a command that is refused.
+ */
+#ifndef TFA_IPC_CONTROL_SOCKET_H
+#define TFA_IPC_CONTROL_SOCKET_H
+
+/** Begins with a dot: no robot has such a name. */
+#define TFA_CONTROL_NAME ".control"
+#define TFA_CONTROL_SOCKET TFA_CONTROL_NAME ".sock"
+/** Bytes of the longest answer. */
+#define TFA_CONTROL_TEXT_MAX 65536
+
+#endif

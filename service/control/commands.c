@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Commands of operators, by the control socket: status, reload, stop.
+ */
+#include "control/daemon.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "ipc/control_socket.h"
+#include "platform/log.h"
+
+#define TIMEOUT_NS 2000000000u /* a connection without a command is closed */
+
+void commands_open(tfa_daemon *d)
+{
+    for (int i = 0; i < COMMANDS_MAX; i++)
+        d->commands[i].socket = -1;
+    d->command_listener = -1;
+}
+
+int commands_listen(tfa_daemon *d)
+{
+    struct epoll_event event = {.events = EPOLLIN, .data.ptr = &d->command_listener};
+    d->command_listener = tfa_runtime_dir_listen(&d->runtime_dir, TFA_CONTROL_NAME);
+    if (d->command_listener >= 0 &&
+        epoll_ctl(d->epoll, EPOLL_CTL_ADD, d->command_listener, &event) == 0)
+        return TFA_OK;
+    tfa_log(TFA_LOG_ERROR, "socket '%s/%s': %s", d->runtime_dir.path, TFA_CONTROL_SOCKET,
+            strerror(errno));
+    return TFA_E_SYSTEM;
+}
+
+void commands_unlisten(tfa_daemon *d)
+{
+    if (d->command_listener < 0)
+        return;
+    tfa_runtime_dir_unlink(&d->runtime_dir, TFA_CONTROL_NAME);
+    close(d->command_listener);
+    d->command_listener = -1;
+}
+
+static void end(command *c)
+{
+    if (c->socket >= 0)
+        close(c->socket);
+    c->socket = -1;
+}
+
+void commands_close(tfa_daemon *d)
+{
+    for (int i = 0; i < COMMANDS_MAX; i++)
+        end(&d->commands[i]);
+}
+
+/* The daemon does not wait for the peer: an answer that its buffer does not take is lost. */
+static void answer(command *c, const char *text, size_t length)
+{
+    (void)!send(c->socket, text, length, MSG_NOSIGNAL | MSG_DONTWAIT);
+    end(c);
+}
+
+static void answer_text(command *c, const char *text)
+{
+    answer(c, text, strlen(text));
+}
+
+static void answer_status(const tfa_daemon *d, command *c)
+{
+    char *text = NULL;
+    size_t size = 0;
+    const int buffer = TFA_CONTROL_TEXT_MAX;
+    (void)setsockopt(c->socket, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+    if (status_write(d, &text, &size) == TFA_OK)
+        answer(c, text, size);
+    else
+        answer_text(c, "error: out of memory");
+    free(text);
+}
+
+void commands_accept(tfa_daemon *d)
+{
+    const int fd = accept4(d->command_listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    for (int i = 0; fd >= 0 && i < COMMANDS_MAX; i++) {
+        command *c = &d->commands[i];
+        struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP, .data.ptr = c};
+        if (c->socket >= 0)
+            continue;
+        *c = (command){.socket = fd, .since = control_clock()};
+        if (epoll_ctl(d->epoll, EPOLL_CTL_ADD, fd, &event) != 0)
+            end(c);
+        return;
+    }
+    if (fd >= 0)
+        close(fd);
+}
+
+/* root and the daemon's own user may tell it what to do. */
+static bool may_command(int socket)
+{
+    struct ucred peer;
+    socklen_t size = sizeof peer;
+    return getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0 &&
+           (peer.uid == 0 || peer.uid == geteuid());
+}
+
+static void obey(tfa_daemon *d, command *c, const char *word)
+{
+    if (strcmp(word, "status") == 0) {
+        answer_status(d, c);
+    } else if (strcmp(word, "reload") != 0 && strcmp(word, "stop") != 0) {
+        answer_text(c, "error: no such command; there are status, reload and stop");
+    } else if (!may_command(c->socket)) {
+        answer_text(c, "error: only root and the daemon's user may do that");
+    } else if (*word == 's') {
+        answer_text(c, "ok: stopping");
+        d->stop = true;
+    } else {
+        c->waits = true; /* for the end of the reload */
+        reload_request(d);
+    }
+}
+
+bool commands_event(tfa_daemon *d, void *what)
+{
+    command *c = what;
+    char word[16];
+    if (c < d->commands || c >= d->commands + COMMANDS_MAX)
+        return false;
+    const ssize_t size = recv(c->socket, word, sizeof word - 1, MSG_DONTWAIT | MSG_TRUNC);
+    if (size < 0 && (errno == EAGAIN || errno == EINTR))
+        return true;
+    if (size <= 0 || c->waits || (size_t)size >= sizeof word) {
+        end(c);
+        return true;
+    }
+    word[size] = 0;
+    obey(d, c, word);
+    return true;
+}
+
+void commands_reloaded(tfa_daemon *d, const char *text)
+{
+    for (int i = 0; i < COMMANDS_MAX; i++)
+        if (d->commands[i].socket >= 0 && d->commands[i].waits)
+            answer_text(&d->commands[i], text);
+}
+
+void commands_tick(tfa_daemon *d)
+{
+    const uint64_t now = control_clock();
+    for (int i = 0; i < COMMANDS_MAX; i++)
+        if (d->commands[i].socket >= 0 && !d->commands[i].waits &&
+            now - d->commands[i].since > TIMEOUT_NS)
+            end(&d->commands[i]);
+}

@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Status of the daemon as JSON: robots, workers, clients, counters. Names of robots need no
+ * escapes: letters, digits, '-', '_', '.'.
+ */
+#include "control/daemon.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <totalforce/version.h>
+#include <unistd.h>
+
+static const char *separator(uint32_t i)
+{
+    return i ? ",\n    " : "\n    ";
+}
+
+static void write_robots(const tfa_daemon *d, FILE *out)
+{
+    fputs("  \"robots\": [", out);
+    for (uint32_t i = 0; i < d->robot_set.count; i++) {
+        const tfa_robot *r = &d->robot_set.robots[i];
+        fprintf(out,
+                "%s{\"name\": \"%s\", \"model\": \"%s\", \"joints\": %u, \"freedoms\": %u, "
+                "\"floating\": %s, \"dds\": %s, \"specialised\": %s}",
+                separator(i), r->name, tfa_model_hash_text(r->model),
+                tfa_model_joint_count(r->model), r->shape.v_count,
+                r->shape.base_freedoms ? "true" : "false",
+                d->gateway.self && i < d->robot_set.dds_count ? "true" : "false",
+                r->specialised ? "true" : "false");
+    }
+    fputs("\n  ],\n", out);
+}
+
+static void write_workers(const tfa_daemon *d, FILE *out)
+{
+    fputs("  \"workers\": [", out);
+    for (uint32_t i = 0; i < d->settings->workers; i++)
+        fprintf(out, "%s{\"clients\": %u, \"heartbeat\": %" PRIu64 "}", separator(i),
+                d->workers[i].clients, tfa_worker_heartbeat(d->workers[i].worker));
+    fputs("\n  ],\n", out);
+}
+
+static void write_clients(const tfa_daemon *d, FILE *out)
+{
+    uint32_t count = 0;
+    fputs("  \"clients\": [", out);
+    for (const session *s = d->sessions; s; s = s->next) {
+        if (s->state != SESSION_ATTACHED)
+            continue;
+        const tfa_worker_client_counters *n = tfa_worker_client_get_counters(s->client);
+        fprintf(out,
+                "%s{\"robot\": \"%s\", \"process\": %d, \"user\": %u, \"requests\": %" PRIu64
+                ", \"rejected\": %" PRIu64 ", \"late\": %" PRIu64 ", \"busy_us\": %" PRIu64 "}",
+                separator(count++), d->robot_set.robots[s->robot].name, (int)s->process,
+                (unsigned)s->user, atomic_load_explicit(&n->requests, memory_order_relaxed),
+                atomic_load_explicit(&n->rejected, memory_order_relaxed),
+                atomic_load_explicit(&n->late, memory_order_relaxed),
+                atomic_load_explicit(&n->busy_ns, memory_order_relaxed) / 1000);
+    }
+    fputs("\n  ],\n", out);
+}
+
+static void write_dds(const tfa_daemon *d, FILE *out)
+{
+    if (!d->gateway.count)
+        return;
+    const tfa_dds_counters c = d->gateway.count(d->gateway.self);
+    fprintf(out,
+            "  \"dds\": {\"requests\": %" PRIu64 ", \"torques\": %" PRIu64 ", \"replies\": %" PRIu64
+            ", \"rejected\": %" PRIu64 ", \"late\": %" PRIu64 ", \"unknown_robots\": %" PRIu64
+            ", \"dropped\": %" PRIu64 ", \"handovers\": %" PRIu64 "},\n",
+            c.requests, c.torques, c.replies, c.rejected, c.late, c.unknown, c.dropped,
+            c.handovers);
+}
+
+int status_write(const tfa_daemon *d, char **text, size_t *size)
+{
+    FILE *out = open_memstream(text, size);
+    if (!out)
+        return TFA_E_MEMORY;
+    fprintf(out, "{\n  \"version\": \"" TFA_VERSION "\",\n  \"process\": %d,\n", (int)getpid());
+    fprintf(out, "  \"seconds\": %.1f,\n", (double)(control_clock() - d->start) * 1e-9);
+    write_robots(d, out);
+    write_workers(d, out);
+    write_clients(d, out);
+    write_dds(d, out);
+    fprintf(out,
+            "  \"totals\": {\"connections\": %" PRIu64 ", \"refused\": %" PRIu64
+            ", \"requests\": %" PRIu64 ", \"rejected\": %" PRIu64 ", \"late\": %" PRIu64 "}\n}\n",
+            d->totals.connections, d->totals.refused, d->totals.requests, d->totals.rejected,
+            d->totals.late);
+    const int failed = ferror(out);
+    return fclose(out) == 0 && !failed ? TFA_OK : TFA_E_MEMORY;
+}

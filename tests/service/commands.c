@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Commands of operators to a real daemon, and others at the same socket.
+ */
+#include "harness.h"
+#include "ipc/control_socket.h"
+#include "test.h"
+
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static char text[TFA_CONTROL_TEXT_MAX];
+
+static int command(const harness *h, const char *word)
+{
+    return tfa_daemon_command(h->runtime_dir, word, 20000, text, sizeof text);
+}
+
+static int connect_raw(const harness *h)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    snprintf(address.sun_path, sizeof address.sun_path, "%.80s/" TFA_CONTROL_SOCKET,
+             h->runtime_dir);
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    assert_int_equal(connect(fd, (struct sockaddr *)&address, sizeof address), 0);
+    return fd;
+}
+
+TEST(status_counts_requests)
+{
+    harness h;
+    double qdd[7];
+    harness_serve(&h, ARM, "");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(ask_arm(client, i, qdd, WAIT_NS), TFA_OK);
+    assert_int_equal(command(&h, "status"), TFA_OK);
+    assert_non_null(strstr(text, "\"name\": \"arm\""));
+    assert_non_null(strstr(text, "\"requests\": 3, \"rejected\": 0, \"late\": 0"));
+    tfa_client_close(client);
+    harness_remove(&h);
+}
+
+TEST(reload_answers_when_it_is_done)
+{
+    harness h;
+    harness_serve(&h, ARM, "");
+    harness_configure(&h, ARM "    gravity: [0, 0, -2]\n", "");
+    assert_int_equal(command(&h, "reload"), TFA_OK);
+    assert_non_null(strstr(text, "ok: 1 of 1 models exchanged"));
+    harness_configure(&h, ARM "    gravitas: 1\n", "");
+    assert_int_equal(command(&h, "reload"), TFA_E_REFUSED);
+    assert_int_equal(command(&h, "dance"), TFA_E_REFUSED);
+    harness_remove(&h);
+}
+
+TEST(stop_stops)
+{
+    harness h;
+    int status;
+    harness_serve(&h, ARM, "");
+    assert_int_equal(command(&h, "stop"), TFA_OK);
+    assert_int_equal(waitpid(h.pid, &status, 0), h.pid);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    h.pid = 0;
+    assert_int_equal(command(&h, "status"), TFA_E_DISCONNECTED);
+    harness_remove(&h);
+}
+
+/* Others of the sockets' group may look, and no more. */
+TEST(only_its_user_commands)
+{
+    enum { NOBODY = 65534 };
+    harness h;
+    int status;
+    if (geteuid() != 0)
+        skip();
+    harness_serve(&h, ARM, "group: nogroup\n");
+    assert_int_equal(chmod(h.directory, 0711), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        if (setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
+            _exit(1);
+        _exit(command(&h, "status") != TFA_OK || command(&h, "stop") != TFA_E_REFUSED ||
+              command(&h, "reload") != TFA_E_REFUSED);
+    }
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    harness_remove(&h);
+}
+
+/* Silent peers, garbage, peers that never read: the socket is there for others again. */
+TEST(others_at_the_socket)
+{
+    harness h;
+    int fds[20];
+    unsigned char garbage[4096];
+    harness_serve(&h, ARM, "");
+    for (size_t i = 0; i < sizeof garbage; i++)
+        garbage[i] = (unsigned char)(i * 37);
+    for (int i = 0; i < 200; i++) {
+        const int fd = connect_raw(&h);
+        (void)!send(fd, garbage, 1 + (size_t)i * 20 % sizeof garbage, MSG_NOSIGNAL);
+        close(fd);
+    }
+    for (int i = 0; i < 20; i++) {
+        fds[i] = connect_raw(&h);
+        if (i % 2)
+            (void)!send(fds[i], "status", 6, MSG_NOSIGNAL); /* and does not read */
+    }
+    int result = TFA_E_DISCONNECTED;
+    for (int i = 0; i < 400 && result != TFA_OK; i++) {
+        result = command(&h, "status");
+        sleep_ms(10);
+    }
+    assert_int_equal(result, TFA_OK);
+    for (int i = 0; i < 20; i++)
+        close(fds[i]);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+int main(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    return test_run(NULL, NULL);
+}

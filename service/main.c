@@ -5,11 +5,13 @@
  */
 #include <argp.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/version.h>
+#include <unistd.h>
 
 #include "control/daemon.h"
 #include "platform/log.h"
@@ -254,14 +256,23 @@ static const struct {
     {"ready", signal_ready},
 };
 
+/* Nothing stays behind but memory, which the system takes. */
+__attribute__((noreturn)) static void end_at_once(service *s)
+{
+    tfa_runtime_dir_release(&s->daemon.runtime_dir);
+    tfa_log_stop();
+    _exit(EXIT_GOOD);
+}
+
 static void stop_all(service *s)
 {
     notify_stopping();
     control_close_listeners(&s->daemon);
     stop_dds(s);                     /* its requests need the workers */
     daemon_stop_workers(&s->daemon); /* they answer the requests in the rings */
-    reload_abandon(&s->daemon);
     session_end_all(&s->daemon);
+    if (!reload_abandon(&s->daemon)) /* a large robot is being read: its thread uses the rest */
+        end_at_once(s);
     daemon_free_robot_set(&s->daemon);
     tfa_admission_free(&s->daemon.admission);
     control_close(&s->daemon);
@@ -358,6 +369,15 @@ static bool has_kernels(void)
     return false;
 }
 
+/* A socket or the lock file must not become a standard stream: messages would end in it. */
+static bool open_standard_streams(void)
+{
+    for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) != fd)
+            return false;
+    return true;
+}
+
 int main(int argc, char **argv)
 {
     static const struct argp argp = {
@@ -369,6 +389,8 @@ int main(int argc, char **argv)
     static char help[] = "--help";
     arguments a = {0};
     config *settings;
+    if (!open_standard_streams())
+        return EXIT_FAILED;
     argp_program_version = "totalforced " TFA_VERSION;
     argp_err_exit_status = EXIT_USAGE;
     for (int i = 1; i < argc; i++) /* argp knows -? only */

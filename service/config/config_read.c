@@ -54,6 +54,8 @@ error_at_mark(config_reader *r, const yaml_mark_t *mark, const char *format, ...
 
 /* ---- the document ---- */
 
+#define DEPTH_MAX 32
+
 static int refuse_yaml(config_reader *r, const yaml_parser_t *parser)
 {
     if (parser->error == YAML_MEMORY_ERROR)
@@ -94,6 +96,33 @@ static int parse_document(config_reader *r, yaml_parser_t *parser)
     return status;
 }
 
+/* libyaml takes a time that grows with the square of the depth, and then a stack of that depth: a
+ * configuration has six levels. Errors of another kind are left to the reading that follows. */
+static int check_depth(config_reader *r, FILE *stream)
+{
+    yaml_parser_t parser;
+    yaml_event_t event;
+    int depth = 0;
+    bool more = true;
+    if (!yaml_parser_initialize(&parser))
+        return TFA_E_MEMORY;
+    yaml_parser_set_input_file(&parser, stream);
+    while (more && depth <= DEPTH_MAX && yaml_parser_parse(&parser, &event)) {
+        more = event.type != YAML_STREAM_END_EVENT;
+        depth += event.type == YAML_SEQUENCE_START_EVENT || event.type == YAML_MAPPING_START_EVENT;
+        depth -= event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT;
+        if (depth > DEPTH_MAX)
+            error_at_mark(r, &event.start_mark,
+                          "lists and keys within each other, more than %d "
+                          "levels deep",
+                          DEPTH_MAX);
+        yaml_event_delete(&event);
+    }
+    yaml_parser_delete(&parser);
+    rewind(stream);
+    return depth > DEPTH_MAX ? TFA_E_PARSE : TFA_OK;
+}
+
 int config_read_document(config_reader *r)
 {
     yaml_parser_t parser;
@@ -102,8 +131,10 @@ int config_read_document(config_reader *r)
         fprintf(r->errors, "%s:0:0: cannot be read: %s\n", r->file, strerror(errno));
         return TFA_E_FILE;
     }
-    int status = TFA_E_MEMORY;
-    if (yaml_parser_initialize(&parser)) {
+    int status = check_depth(r, stream);
+    if (status == TFA_OK && !yaml_parser_initialize(&parser))
+        status = TFA_E_MEMORY;
+    if (status == TFA_OK) {
         yaml_parser_set_input_file(&parser, stream);
         status = parse_document(r, &parser);
         yaml_parser_delete(&parser);

@@ -167,8 +167,9 @@ void reload_event(tfa_daemon *d);
 void reload_tick(tfa_daemon *d);
 /* It waits for workers: look again soon. */
 bool reload_is_urgent(const tfa_daemon *d);
-/* Ends it whatever its phase; the workers run no more. */
-void reload_abandon(tfa_daemon *d);
+/* Ends it whatever its phase; the workers run no more. @return false: its thread still reads, and
+ * uses robots and configuration */
+bool reload_abandon(tfa_daemon *d);
 /* The thread: fills in d->reload from settings to solvers, and status. `d` is only read. */
 void *reload_thread(void *d);
 

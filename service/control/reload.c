@@ -13,10 +13,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "control/daemon.h"
 #include "platform/log.h"
+
+/* The end of the daemon waits so long for the thread of a reload. */
+#define ABANDON_NS 100000000
 
 static void release_reload(const tfa_daemon *d, reload *r)
 {
@@ -243,10 +247,17 @@ void reload_tick(tfa_daemon *d)
         complete_reload(d);
 }
 
-void reload_abandon(tfa_daemon *d)
+bool reload_abandon(tfa_daemon *d)
 {
-    if (d->reload.phase == RELOAD_LOADING)
-        pthread_join(d->reload.thread, NULL);
+    struct timespec end;
+    clock_gettime(CLOCK_REALTIME, &end);
+    end.tv_nsec += ABANDON_NS;
+    end.tv_sec += end.tv_nsec / 1000000000;
+    end.tv_nsec %= 1000000000;
+    if (d->reload.phase == RELOAD_LOADING &&
+        pthread_timedjoin_np(d->reload.thread, NULL, &end) != 0)
+        return false;
     if (d->reload.phase != RELOAD_NONE)
         release_reload(d, &d->reload);
+    return true;
 }

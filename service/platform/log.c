@@ -10,6 +10,7 @@
 #include "log.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <pthread.h>
 #include <semaphore.h>
 #include <stdarg.h>
@@ -19,15 +20,31 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #define CELLS 256 /* a power of two */
 #define TEXT 256
+/* Messages of one format in a window of time; the others are counted. A report of a robot's file
+ * ("%s") is not limited: no client can cause it. */
+#define FORMATS 64 /* a power of two */
+#define BURST 20
+#define WINDOW_SHIFT 33 /* 8.6 s in ns */
+/* So long the log waits for a terminal or a pipe that nobody reads; later lines do not wait. */
+#define WRITE_WAIT_MS 100
 
 typedef struct cell {
     _Atomic uint64_t sequence;
     char text[TEXT];
 } cell;
+
+/* Relaxed: a race miscounts by a message. */
+typedef struct limit {
+    _Atomic uint64_t window;
+    _Atomic uint32_t count, suppressed;
+} limit;
+
+static limit limits[FORMATS];
 
 static struct {
     cell cells[CELLS];
@@ -38,19 +55,28 @@ static struct {
     _Atomic bool running, stop;
     _Atomic uint32_t level;
     bool journal;
+    bool stalled; /* the log thread's: nobody reads */
 } log_state = {.level = TFA_LOG_INFO};
 
-static void write_all(const char *text, size_t length)
+/* @return false: nobody reads, the rest is lost */
+static bool write_all(const char *text, size_t length)
 {
+    struct pollfd out = {.fd = STDERR_FILENO, .events = POLLOUT};
     while (length) {
+        if (poll(&out, 1, log_state.stalled ? 0 : WRITE_WAIT_MS) == 0) {
+            log_state.stalled = true;
+            return false;
+        }
+        log_state.stalled = false;
         ssize_t n = write(STDERR_FILENO, text, length);
         if (n < 0 && errno != EINTR)
-            return; /* there is nowhere to report it */
+            return true; /* there is nowhere to report it */
         if (n > 0) {
             text += n;
             length -= (size_t)n;
         }
     }
+    return true;
 }
 
 /* The journal takes the priority from "<N>" in front of a line. */
@@ -79,7 +105,8 @@ static void log_dropped(void)
         return;
     int size = snprintf(text, sizeof text, "totalforced: %llu log lines were dropped\n",
                         (unsigned long long)n);
-    write_all(text, (size_t)size);
+    if (!write_all(text, (size_t)size))
+        atomic_fetch_add_explicit(&log_state.dropped, n, memory_order_relaxed);
 }
 
 static void drain(void)
@@ -89,7 +116,8 @@ static void drain(void)
         uint64_t sequence = atomic_load_explicit(&c->sequence, memory_order_acquire); /* L2 */
         if (sequence != log_state.head + 1)
             break;
-        write_all(c->text, strlen(c->text));
+        if (!write_all(c->text, strlen(c->text)))
+            atomic_fetch_add_explicit(&log_state.dropped, 1, memory_order_relaxed);
         atomic_store_explicit(&c->sequence, log_state.head + CELLS, memory_order_release); /* L3 */
         log_state.head++;
     }
@@ -159,25 +187,74 @@ static cell *claim_cell(uint64_t *ticket)
     }
 }
 
+/* ---- limits ---- */
+
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+static limit *limit_of(const char *format)
+{
+    return &limits[((uintptr_t)format >> 3) % FORMATS];
+}
+
+/* Counts a message. @return it may be logged; *before: so many of its kind were not */
+static bool is_within_limit(const char *format, uint32_t *before)
+{
+    limit *l = limit_of(format);
+    const uint64_t window = clock_ns() >> WINDOW_SHIFT;
+    *before = 0;
+    if (strcmp(format, "%s") == 0)
+        return true;
+    if (atomic_exchange_explicit(&l->window, window, memory_order_relaxed) != window) {
+        *before = atomic_exchange_explicit(&l->suppressed, 0, memory_order_relaxed);
+        atomic_store_explicit(&l->count, 0, memory_order_relaxed);
+    }
+    if (atomic_fetch_add_explicit(&l->count, 1, memory_order_relaxed) < BURST)
+        return true;
+    atomic_fetch_add_explicit(&l->suppressed, 1, memory_order_relaxed);
+    return false;
+}
+
+static void enqueue(tfa_log_level level, const char *format, va_list arguments)
+{
+    uint64_t ticket;
+    cell *c = claim_cell(&ticket);
+    if (!c) {
+        atomic_fetch_add_explicit(&log_state.dropped, 1, memory_order_relaxed);
+        return;
+    }
+    (void)format_line(c->text, level, format, arguments);
+    atomic_store_explicit(&c->sequence, ticket + 1, memory_order_release); /* L1 */
+    sem_post(&log_state.wake);
+}
+
+__attribute__((format(printf, 2, 3))) static void enqueue_text(tfa_log_level level,
+                                                               const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    enqueue(level, format, arguments);
+    va_end(arguments);
+}
+
 void tfa_log(tfa_log_level level, const char *format, ...)
 {
     va_list arguments;
+    uint32_t before;
     if ((uint32_t)level > atomic_load_explicit(&log_state.level, memory_order_relaxed))
         return;
     va_start(arguments, format);
     if (!atomic_load_explicit(&log_state.running, memory_order_acquire)) {
         char text[TEXT];
-        write_all(text, format_line(text, level, format, arguments));
-    } else {
-        uint64_t ticket;
-        cell *c = claim_cell(&ticket);
-        if (c) {
-            (void)format_line(c->text, level, format, arguments);
-            atomic_store_explicit(&c->sequence, ticket + 1, memory_order_release); /* L1 */
-            sem_post(&log_state.wake);
-        } else {
-            atomic_fetch_add_explicit(&log_state.dropped, 1, memory_order_relaxed);
-        }
+        (void)write_all(text, format_line(text, level, format, arguments));
+    } else if (is_within_limit(format, &before)) {
+        if (before)
+            enqueue_text(level, "%u messages like the next one were suppressed", before);
+        enqueue(level, format, arguments);
     }
     va_end(arguments);
 }

@@ -20,10 +20,12 @@ typedef enum tfa_log_level {
 
 /** Starts the log thread. Before it, and after tfa_log_stop, messages are written at once. */
 TFA_CHECKED int tfa_log_start(tfa_log_level level);
-/** Writes the queue and ends the thread. */
+/** Writes the queue and ends the thread; does not wait for a terminal or pipe that nobody reads. */
 void tfa_log_stop(void);
 
-/** One line, cut at 240 bytes. A full queue drops it; how many were dropped is said later. */
+/** One line, cut at 240 bytes. A full queue drops it; how many were dropped is said later. Once the
+ *  thread runs, a format is limited to 20 lines in 8.6 s; the next line tells how many were
+ *  suppressed. `format` is a string literal: its address names the kind of message. */
 void tfa_log(tfa_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 #endif

@@ -56,6 +56,25 @@ TEST(defaults_hold)
     config_free(c);
 }
 
+/* A hundred thousand brackets are refused as soon as it is clear what they are. */
+TEST(deep_nesting_is_refused)
+{
+    static const char *const parts[] = {"[", "{a: ", "- ", "? "};
+    for (size_t k = 0; k < sizeof parts / sizeof *parts; k++) {
+        const size_t length = strlen(parts[k]), count = 100000;
+        char *text = malloc(length * count + 1);
+        config *c;
+        assert_non_null(text);
+        for (size_t i = 0; i < count; i++)
+            memcpy(text + i * length, parts[k], length);
+        text[length * count] = 0;
+        char *errors = load(text, TFA_E_PARSE, &c);
+        assert_non_null(strstr(errors, "levels deep"));
+        free(errors);
+        free(text);
+    }
+}
+
 TEST(values_arrive)
 {
     config *c;

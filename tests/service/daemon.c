@@ -183,7 +183,7 @@ TEST(stops_clean)
         tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
         assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_OK);
         kill(h.pid, SIGHUP);
-        assert_true(harness_logged(&h, "SIGHUP"));
+        assert_true(harness_logged(&h, "reload: reading"));
         assert_int_equal(harness_stop(&h, signals[i]), 0);
         assert_true(is_gone(h.runtime_dir));
         assert_int_equal(harness_shm_entries(), 0);

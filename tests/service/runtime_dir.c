@@ -153,6 +153,7 @@ TEST(removed_while_it_runs)
     harness_serve(&h, ARM, "");
     tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
     assert_int_equal(unlink(path_in(&h, "arm.sock")), 0);
+    assert_int_equal(unlink(path_in(&h, ".control.sock")), 0);
     assert_int_equal(unlink(path_in(&h, "totalforced.lock")), 0);
     assert_int_equal(rmdir(h.runtime_dir), 0);
     assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The daemon and its standard streams: floods of messages, an error stream that nobody reads, no
+ * streams at all.
+ */
+#include "raw_client.h"
+
+#include "test.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* Starts the daemon with the given standard error; -1: without any standard stream. */
+static void launch_with(harness *h, int error)
+{
+    h->pid = fork();
+    if (h->pid == 0) {
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (error >= 0)
+            (void)dup2(error, STDERR_FILENO);
+        for (int fd = 0; error < 0 && fd <= 2; fd++)
+            close(fd);
+        execl(TFA_BINARY_DIR "/bin/totalforced", "totalforced", h->config, (char *)NULL);
+        _exit(127);
+    }
+    tfa_client_options options = harness_options(h, "arm");
+    tfa_client *client;
+    for (int i = 0; tfa_client_connect(&options, &client) != TFA_OK; i++) {
+        assert_true(i < 2000);
+        sleep_ms(10);
+    }
+    tfa_client_close(client);
+}
+
+/* Thousands of bad greetings are a few lines in the log, which says that there were more. */
+TEST(floods_are_limited)
+{
+    harness h;
+    harness_serve(&h, ARM, "limits: {connects_per_second: 100000}\n");
+    for (int i = 0; i < 3000; i++) {
+        tfa_welcome w;
+        const int fd = connect_raw(&h);
+        (void)!send(fd, "hello", 5, MSG_NOSIGNAL);
+        (void)!recv(fd, &w, sizeof w, 0);
+        close(fd);
+    }
+    const unsigned lines = harness_log_lines(&h, "refused");
+    print_message("3000 refusals, %u lines\n", lines);
+    assert_in_range(lines, 1, 200);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+/* Standard error is a pipe that is full: the daemon serves, reports, and stops. */
+TEST(nobody_reads_the_log)
+{
+    harness h;
+    int ends[2];
+    harness_make(&h, ARM, "log: debug\n");
+    assert_int_equal(pipe(ends), 0);
+    assert_int_equal(fcntl(ends[1], F_SETFL, O_NONBLOCK), 0);
+    while (write(ends[1], "full ", 5) > 0)
+        ;
+    assert_int_equal(fcntl(ends[1], F_SETFL, 0), 0);
+    launch_with(&h, ends[1]);
+    for (int i = 0; i < 50; i++)
+        tfa_client_close(harness_connect(&h, "arm", TFA_WAIT_BLOCK));
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    close(ends[0]);
+    close(ends[1]);
+    harness_remove(&h);
+}
+
+/* Messages end nowhere, not in the lock file or in a socket. */
+TEST(without_streams)
+{
+    harness h;
+    char path[128], text[256];
+    harness_make(&h, ARM, "log: debug\n");
+    launch_with(&h, -1);
+    snprintf(path, sizeof path, "%s/totalforced.lock", h.runtime_dir);
+    FILE *lock = fopen(path, "r");
+    assert_non_null(lock);
+    const size_t size = fread(text, 1, sizeof text - 1, lock);
+    text[size] = 0;
+    fclose(lock);
+    assert_null(strstr(text, "totalforced:"));
+    assert_non_null(strstr(text, "ready\narm\n"));
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+int main(void)
+{
+    signal(SIGPIPE, SIG_IGN);
+    return test_run(NULL, NULL);
+}

@@ -21,6 +21,7 @@
 
 typedef struct choice {
     int thread, store; /* store to read; -1: none */
+    bool postponed;
 } choice;
 
 static struct {
@@ -102,7 +103,7 @@ static void start(void)
 {
     finding = NULL;
     trace_length = 0;
-    memory_reset();
+    memory_reset(program->weak_sc);
     kernel_reset(program->interruptions);
     if (program->reset)
         program->reset(program->argument);
@@ -126,10 +127,14 @@ static void run_to_choices(void)
     }
 }
 
+/* A load reads one of the stores that are there, or is postponed until there is a newer one: so no
+ * order of independent loads is explored twice. */
 static int list_loads(int k, int from, choice *choices)
 {
     uint8_t readable[MEMORY_STORES];
-    const int count = memory_readable(k, threads[k].location, threads[k].order, from, readable);
+    const explorer_thread *t = &threads[k];
+    from = t->awaited > from ? t->awaited : from;
+    const int count = memory_readable(k, t->location, t->order, from, readable);
     for (int i = 0; i < count; i++)
         choices[i] = (choice){.thread = k, .store = readable[i]};
     return count;
@@ -159,11 +164,43 @@ static int list_choices(int k, choice *choices)
     }
 }
 
+/* The choices of this state. One thread that can load has them all: its load commutes with every
+ * operation of the others but stores to its location, for which it is postponed.
+ * @return how many */
+static int list_all_choices(choice *choices)
+{
+    int count = 0;
+    for (int k = 0; k < MEMORY_THREADS; k++) {
+        const int own = list_choices(k, choices);
+        if (threads[k].state == THREAD_LOADS && own) {
+            choices[own] = (choice){.thread = k, .postponed = true};
+            return own + 1;
+        }
+    }
+    for (int k = 0; k < MEMORY_THREADS; k++)
+        count += list_choices(k, choices + count);
+    return count;
+}
+
+/* A postponed load that nothing newer follows: other choices cover this state. */
+static bool is_dead_end(void)
+{
+    for (int k = 0; k < MEMORY_THREADS; k++)
+        if (threads[k].awaited)
+            return true;
+    return false;
+}
+
 static void take(choice c)
 {
     explorer_thread *t = &threads[c.thread];
     const thread_state state = t->state;
+    if (c.postponed) {
+        t->awaited = memory_last(t->location) + 1;
+        return;
+    }
     t->state = THREAD_RUNS;
+    t->awaited = 0;
     if (c.store >= 0) {
         const uint64_t loaded = memory_load(c.thread, t->location, t->order, c.store);
         t->last_location = t->location;
@@ -191,7 +228,8 @@ static uint64_t state_hash(void)
 {
     uint64_t hash = kernel_history();
     for (int k = 0; k < MEMORY_THREADS; k++)
-        hash = state_mix(hash, threads[k].history + threads[k].state);
+        hash = state_mix(hash,
+                         threads[k].history + 16 * (uint64_t)threads[k].awaited + threads[k].state);
     return hash;
 }
 
@@ -213,15 +251,15 @@ static bool execute(void)
         run_to_choices();
         if (finding)
             return false;
-        int count = 0;
-        for (int k = 0; k < MEMORY_THREADS; k++)
-            count += list_choices(k, choices + count);
+        const int count = list_all_choices(choices);
         if (!trail_replays() && !states_insert(state_hash()))
             return false;
         if (count == 0)
             break;
         take(choices[trail_choose(count)]);
     }
+    if (is_dead_end())
+        return false;
     if (!all_ended())
         finding = "lost wake-up";
     else if (program->finish)

@@ -5,9 +5,10 @@
  * (memory.h), each from its beginning along a trail of choices.
  *
  * The threads are coroutines. Only operations that read are points of choice: a store, executed as
- * early as possible, only adds to the stores that others may read. Two interleavings with the same
- * operations and the same reads-from relation have the same future, so a state that was met before
- * ends its execution.
+ * early as possible, only adds to the stores that others may read. A load reads one of the stores
+ * that are there or is postponed until there is a newer one. Interleavings with the same operations
+ * and the same reads-from relation have the same future, so a state that was met before ends its
+ * execution.
  *
  * A finding is a data race, a failed check, a second writer of a location, or a state in which no
  * thread can go on and one has not ended (a lost wake-up).
@@ -29,6 +30,7 @@ typedef struct explorer_program {
     void *argument;
     bool many_writers; /**< locations with several writers: stores are points of choice as well */
     int interruptions; /**< futex waits and doorbell waits that end early, in one execution */
+    bool weak_sc;      /**< memory_reset */
 } explorer_program;
 
 typedef struct explorer_result {

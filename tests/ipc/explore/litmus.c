@@ -16,42 +16,53 @@
 typedef struct litmus {
     const char *name, *threads[4], *outcome;
     bool seen; /* the outcome occurs; "race": a data race is found */
+    bool weak_sc;
 } litmus;
 
 static const litmus tests[] = {
-    {"store buffering, seq_cst", {"Wx1s Rys", "Wy1s Rxs"}, "00", false},
-    {"store buffering, release and acquire", {"Wx1r Rya", "Wy1r Rxa"}, "00", true},
-    {"store buffering, one store release", {"Wx1r Rys", "Wy1s Rxs"}, "00", true},
-    {"store buffering, one load acquire", {"Wx1s Rya", "Wy1s Rxs"}, "00", true},
-    {"store buffering, usual outcome", {"Wx1s Rys", "Wy1s Rxs"}, "11", true},
-    {"message passing, release and acquire", {"Wx1. Wy1r", "Rya Rx."}, "10", false},
-    {"message passing, release read late", {"Wx1. Wy1r", "Rya Rx."}, "01", true},
-    {"message passing, relaxed store", {"Wx1. Wy1.", "Rya Rx."}, "10", true},
-    {"message passing, relaxed load", {"Wx1. Wy1r", "Ry. Rx."}, "10", true},
-    {"message passing, seq_cst data, relaxed flag", {"Wx1s Wy1.", "Ry. Rxs"}, "10", true},
-    {"message passing, seq_cst", {"Wx1s Wy1s", "Rys Rxs"}, "10", false},
-    {"plain data, release and acquire", {"P Wy1r", "Rya p"}, "race", false},
-    {"plain data, relaxed store", {"P Wy1.", "Rya p"}, "race", true},
-    {"plain data, relaxed load", {"P Wy1r", "Ry. p"}, "race", true},
-    {"plain data, written after", {"Wy1r P", "Rya p"}, "race", true},
-    {"coherence, reads in order", {"Wx1. Wx2.", "Rx. Rx."}, "12", true},
-    {"coherence, reads against the order", {"Wx1. Wx2.", "Rx. Rx."}, "21", false},
-    {"coherence, relaxed read of an old value", {"Wx1. Wx2.", "Rx. Rx."}, "00", true},
-    {"coherence, read after own write", {"Wx1. Rx.", "Wx2."}, "0", false},
-    {"coherence, own write read before", {"Rx. Wx1."}, "1", false},
-    {"coherence, two readers", {"Wx1.", "Wx2.", "Rx. Rx.", "Rx. Rx."}, "1221", false},
-    {"seq_cst read behind the last seq_cst store", {"Wx1s Wx2s Rys", "Wy1s Rxs"}, "01", false},
-    {"seq_cst, through happens-before", {"Wx1s Wz1r", "Rza Rys", "Wy1s Rxs"}, "100", false},
-    {"independent reads, seq_cst", {"Wx1s", "Wy1s", "Rxs Rys", "Rys Rxs"}, "1010", false},
-    {"independent reads, acquire", {"Wx1s", "Wy1s", "Rxa Rya", "Rya Rxa"}, "1010", true},
-    {"write to read causality", {"Wx1.", "Rx. Wy1r", "Rya Rx."}, "110", false},
-    {"write to read causality, relaxed", {"Wx1.", "Rx. Wy1.", "Rya Rx."}, "110", true},
-    {"message passing in two hops", {"Wx1. Wy1r", "Rya Wz1r", "Rza Rx."}, "110", false},
-    {"message passing in two hops, relaxed", {"Wx1. Wy1r", "Ry. Wz1r", "Rza Rx."}, "110", true},
-    {"read-modify-write, both read 0", {"Ax.", "Ax."}, "00", false},
-    {"release sequence, read-modify-write", {"Wx1. Wy1r", "Ay.", "Rya Rx."}, "120", false},
-    {"release sequence, own store (C17 forbids)", {"Wx1. Wy1r Wy2.", "Rya Rx."}, "20", true},
-    {"load buffering (outside the model)", {"Rx. Wy1.", "Ry. Wx1."}, "11", false},
+    {"store buffering, seq_cst", {"Wx1s Rys", "Wy1s Rxs"}, "00", false, false},
+    {"store buffering, release and acquire", {"Wx1r Rya", "Wy1r Rxa"}, "00", true, false},
+    {"store buffering, one store release", {"Wx1r Rys", "Wy1s Rxs"}, "00", true, false},
+    {"store buffering, one load acquire", {"Wx1s Rya", "Wy1s Rxs"}, "00", true, false},
+    {"store buffering, usual outcome", {"Wx1s Rys", "Wy1s Rxs"}, "11", true, false},
+    {"message passing, release and acquire", {"Wx1. Wy1r", "Rya Rx."}, "10", false, false},
+    {"message passing, release read late", {"Wx1. Wy1r", "Rya Rx."}, "01", true, false},
+    {"message passing, relaxed store", {"Wx1. Wy1.", "Rya Rx."}, "10", true, false},
+    {"message passing, relaxed load", {"Wx1. Wy1r", "Ry. Rx."}, "10", true, false},
+    {"message passing, seq_cst data, relaxed flag", {"Wx1s Wy1.", "Ry. Rxs"}, "10", true, false},
+    {"message passing, seq_cst", {"Wx1s Wy1s", "Rys Rxs"}, "10", false, false},
+    {"plain data, release and acquire", {"P Wy1r", "Rya p"}, "race", false, false},
+    {"plain data, relaxed store", {"P Wy1.", "Rya p"}, "race", true, false},
+    {"plain data, relaxed load", {"P Wy1r", "Ry. p"}, "race", true, false},
+    {"plain data, written after", {"Wy1r P", "Rya p"}, "race", true, false},
+    {"coherence, reads in order", {"Wx1. Wx2.", "Rx. Rx."}, "12", true, false},
+    {"coherence, reads against the order", {"Wx1. Wx2.", "Rx. Rx."}, "21", false, false},
+    {"coherence, relaxed read of an old value", {"Wx1. Wx2.", "Rx. Rx."}, "00", true, false},
+    {"coherence, read after own write", {"Wx1. Rx.", "Wx2."}, "0", false, false},
+    {"coherence, own write read before", {"Rx. Wx1."}, "1", false, false},
+    {"coherence, two readers", {"Wx1.", "Wx2.", "Rx. Rx.", "Rx. Rx."}, "1221", false, false},
+    {"seq_cst read behind the last seq_cst store",
+     {"Wx1s Wx2s Rys", "Wy1s Rxs"},
+     "01",
+     false,
+     false},
+    {"seq_cst, through happens-before", {"Wx1s Wz1r", "Rza Rys", "Wy1s Rxs"}, "100", false, false},
+    {"the same, S without happens-before", {"Wx1s Wz1r", "Rza Rys", "Wy1s Rxs"}, "100", true, true},
+    {"store buffering, S without happens-before", {"Wx1s Rys", "Wy1s Rxs"}, "00", false, true},
+    {"independent reads, seq_cst", {"Wx1s", "Wy1s", "Rxs Rys", "Rys Rxs"}, "1010", false, false},
+    {"independent reads, acquire", {"Wx1s", "Wy1s", "Rxa Rya", "Rya Rxa"}, "1010", true, false},
+    {"write to read causality", {"Wx1.", "Rx. Wy1r", "Rya Rx."}, "110", false, false},
+    {"write to read causality, relaxed", {"Wx1.", "Rx. Wy1.", "Rya Rx."}, "110", true, false},
+    {"message passing in two hops", {"Wx1. Wy1r", "Rya Wz1r", "Rza Rx."}, "110", false, false},
+    {"message passing in two hops, relaxed",
+     {"Wx1. Wy1r", "Ry. Wz1r", "Rza Rx."},
+     "110",
+     true,
+     false},
+    {"read-modify-write, both read 0", {"Ax.", "Ax."}, "00", false, false},
+    {"release sequence, read-modify-write", {"Wx1. Wy1r", "Ay.", "Rya Rx."}, "120", false, false},
+    {"release sequence, own store (as C++20)", {"Wx1. Wy1r Wy2.", "Rya Rx."}, "20", true, false},
+    {"load buffering (outside the model)", {"Rx. Wy1.", "Ry. Wx1."}, "11", false, false},
 };
 
 static struct {
@@ -126,8 +137,11 @@ static void finish(void *argument)
 
 static bool passes(const litmus *test)
 {
-    explorer_program program = {
-        .name = test->name, .reset = reset, .finish = finish, .many_writers = true};
+    explorer_program program = {.name = test->name,
+                                .reset = reset,
+                                .finish = finish,
+                                .many_writers = true,
+                                .weak_sc = test->weak_sc};
     for (int k = 0; k < 4 && test->threads[k]; k++)
         program.body[k] = body;
     run.test = test;

@@ -39,9 +39,11 @@ static view views[MEMORY_THREADS];
 static location locations[MEMORY_LOCATIONS];
 static cell cells[MEMORY_CELLS];
 static int location_count, cell_count;
+static bool weak_sc;
 
-void memory_reset(void)
+void memory_reset(bool weak)
 {
+    weak_sc = weak;
     memset(views, 0, sizeof views);
     memset(cells, 0, sizeof cells);
     location_count = cell_count = 0;
@@ -76,7 +78,7 @@ static void join(view *to, const view *from)
     for (int k = 0; k < MEMORY_LOCATIONS; k++)
         if (from->floor[k] > to->floor[k])
             to->floor[k] = from->floor[k];
-    for (int k = 0; k < MEMORY_THREADS; k++)
+    for (int k = 0; k < MEMORY_THREADS && !weak_sc; k++)
         if (from->sc[k] > to->sc[k])
             to->sc[k] = from->sc[k];
 }
@@ -113,6 +115,12 @@ static sc_set sc_stores_after(const location *l, int number)
         if (l->store[k].sc >= 0)
             set |= SC_BIT(l->store[k].sc);
     return set;
+}
+
+/* The seq_cst store that a load reads, which precedes it in S; so do those before it. */
+static sc_set sc_store_read(const location *l, int number)
+{
+    return l->store[number].sc < 0 ? 0 : SC_BIT(l->store[number].sc);
 }
 
 /* The seq_cst operations on a location that precede a new seq_cst store to it. */
@@ -152,7 +160,7 @@ int memory_readable(int thread, int location_number, memory_order order, int fro
     for (int k = from > floor ? from : floor; k < l->stores; k++) {
         if (order == memory_order_seq_cst && k + 1 < l->stores) {
             const view v = view_after_load(thread, &l->store[k], order);
-            if (!sc_possible(sc_before(&v), sc_stores_after(l, k)))
+            if (!sc_possible(sc_before(&v) | sc_store_read(l, k), sc_stores_after(l, k)))
                 continue;
         }
         readable[count++] = (uint8_t)k;
@@ -169,7 +177,8 @@ uint64_t memory_load(int thread, int location_number, memory_order order, int nu
     if (v->floor[location_number] < number)
         v->floor[location_number] = (uint8_t)number;
     if (order == memory_order_seq_cst) {
-        const int sc = sc_append(thread, sc_before(v), sc_stores_after(l, number));
+        const int sc =
+            sc_append(thread, sc_before(v) | sc_store_read(l, number), sc_stores_after(l, number));
         if (sc < 0)
             abort();
         l->store[number].readers |= SC_BIT(sc);

@@ -5,10 +5,10 @@
  * stores in modification order, which is the order of execution; a load may read each store that
  * coherence, happens-before and the seq_cst order S admit.
  *
- * A view says what happened before: a clock for each thread, and for each location the oldest store
- * that may still be read. A release store carries the view of its thread, an acquire load that reads
- * it joins that view. Of release sequences only read-modify-writes are kept, as in C23 and C++20:
- * that admits more executions than C17.
+ * A view says which operations happened before: a clock for each thread, and for each location the
+ * oldest store that may still be read. A release store carries the view of its thread; an acquire
+ * load that reads it joins that view. Of release sequences only read-modify-writes are kept, as in
+ * C++20: that admits more executions than C17.
  */
 #ifndef TFA_EXPLORER_MEMORY_H
 #define TFA_EXPLORER_MEMORY_H
@@ -22,8 +22,10 @@
 #define MEMORY_STORES 64
 #define MEMORY_CELLS 16
 
-/** Store 0 of each location is its initial value, 0. */
-void memory_reset(void);
+/** Store 0 of each location is its initial value, 0. `weak_sc`: S need not agree with
+ *  happens-before between threads, only with program order and with the reads and stores of each
+ *  location. That admits more executions than C17 and C++20. */
+void memory_reset(bool weak_sc);
 
 int memory_location(const volatile void *at);
 const volatile void *memory_address(int location);

@@ -12,8 +12,8 @@ int litmus_run(void);
 int scenarios_run(void);
 int mutations_run(void);
 
-/** First scenario, in the order of the table, with a finding; NULL: none has one. `finding`: which.
- *  A finding in the scenarios tried last is found at once: `hint` is tried first. */
+/** Explores until a scenario has a finding, number *hint first. @return its name, *finding and its
+ *  number in *hint; NULL: none has a finding */
 const char *scenarios_find(const char **finding, int *hint);
 
 #endif

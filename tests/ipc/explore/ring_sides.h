@@ -46,7 +46,8 @@ typedef struct ring_case {
     uint32_t client_polls; /**< polls before it sleeps (hybrid) */
     uint32_t worker_polls;
     bool waits_for_last; /**< sleeps on the slot of the newest request, as local clients may */
-    int interruptions;
+    int interruptions;   /**< explorer_program */
+    bool weak_sc;
 } ring_case;
 
 /** The case and the error of the next exploration */

@@ -31,6 +31,7 @@ typedef struct explorer_thread {
     int spun_location; /* after explorer_spin its next load reads a store after spun_store; or -1 */
     int spun_store;
     int last_location, last_store; /* of its last load */
+    int awaited; /* postponed: its load reads this store or a newer one; 0: not postponed */
     uint64_t history;
 } explorer_thread;
 

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Hostile sessions at the sockets of a daemon with an arm.
+ */
+#ifndef TFA_TESTS_SERVICE_ATTACKS_H
+#define TFA_TESTS_SERVICE_ATTACKS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <sys/types.h>
+
+#include "harness.h"
+
+typedef struct attack {
+    const char *name;
+    int sessions;
+    void (*run)(const harness *h); /* in a thread of each session */
+    bool busy;                     /* takes the processors, too: compared with idle loops that do */
+} attack;
+
+extern const attack attacks[];
+extern const size_t attack_count;
+
+/** Takes a processor and asks for nothing. */
+void attack_loop(const harness *h);
+
+/** Starts the sessions in a process of their own, which runs until it is killed or this one ends. */
+pid_t attack_start(const attack *a, harness *h);
+/** Kills it. */
+void attack_stop(pid_t process);
+
+#endif

@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Soak: honest clients at full load over shared memory and DDS, compare every answer with the one
+ * in process, while the daemon is reloaded, stopped, killed and attacked.
+ *
+ *   test_soak [SECONDS]    20
+ *
+ * Fails on a wrong answer, on a request that is neither answered nor reported with a status, and on
+ * memory or descriptors of the daemon that grow. Prints the counts.
+ */
+#include "attacks.h"
+#include "dds_client/dds_client.h"
+#include "dds_test.h"
+#include "models.h"
+#include "test.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#define STATES 32 /* that every client asks again and again */
+#define MODELS 2  /* the daemon has one of them at a time */
+#define CLIENTS 2 /* over shared memory */
+#define SLOTS 16
+#define JOINTS 7
+#define LIFE_S 60 /* of a daemon, until it is killed */
+#define GROWTH_KIB 16384
+/* A stopped or killed daemon is away for so long at most. */
+#define PATIENCE_NS 30000000000u
+
+static const char *const gravities[MODELS] = {"    gravity: [0, 0, -9.80665]\n",
+                                              "    gravity: [0, 0, -1.62]\n"};
+
+/* What must come back, by model and state. */
+static struct {
+    uint64_t tag;
+    double qdd[STATES][JOINTS];
+} expected[MODELS];
+
+typedef struct counts {
+    _Atomic uint64_t answered, lost, missed, reconnected;
+} counts;
+
+static counts shm, dds;
+static _Atomic bool stop;
+static _Atomic(const char *) fault; /* what went wrong first */
+static harness daemon_harness;
+
+static void report(const char *what)
+{
+    const char *none = NULL;
+    atomic_compare_exchange_strong(&fault, &none, what);
+    atomic_store(&stop, true);
+}
+
+/* ---- requests and answers ---- */
+
+typedef struct numbers {
+    double q[JOINTS], v[JOINTS], tau[JOINTS];
+} numbers;
+
+static numbers inputs[STATES];
+
+static tfa_request request_of(uint32_t state)
+{
+    const numbers *n = &inputs[state % STATES];
+    return (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
+                         .estimate = TFA_ESTIMATE_NEVER,
+                         .refine = TFA_REFINE_DEFAULT,
+                         .count = 1,
+                         .q = n->q,
+                         .v = n->v,
+                         .tau = n->tau};
+}
+
+static void expect_answers(void)
+{
+    for (uint32_t s = 0; s < STATES; s++)
+        (void)arm_request(0.1 * s - 1, inputs[s].q, inputs[s].v, inputs[s].tau);
+    for (int m = 0; m < MODELS; m++) {
+        const double gravity[3] = {0, 0, m ? -1.62 : -9.80665};
+        const tfa_model_options options = {.gravity = gravity};
+        tfa_model *model;
+        assert_int_equal(
+            tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", &options, NULL, &model),
+            TFA_OK);
+        tfa_workspace *w = workspace_for(model, NULL);
+        expected[m].tag = tfa_model_tag(model);
+        for (uint32_t s = 0; s < STATES; s++) {
+            const tfa_request r = request_of(s);
+            tfa_reply reply = {.qdd = expected[m].qdd[s]};
+            assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+        }
+        tfa_workspace_free(w);
+        tfa_model_free(model);
+    }
+}
+
+static bool is_right(const tfa_reply *reply, uint32_t state)
+{
+    for (int m = 0; m < MODELS; m++)
+        if (expected[m].tag == reply->model)
+            return memcmp(reply->qdd, expected[m].qdd[state % STATES], sizeof expected[m].qdd[0]) ==
+                   0;
+    return false;
+}
+
+/* ---- over shared memory: full rings ---- */
+
+static bool reconnect(tfa_client *client)
+{
+    for (int i = 0; i < 600 && !atomic_load(&stop); i++) {
+        if (tfa_client_reconnect(client) == TFA_OK) {
+            atomic_fetch_add(&shm.reconnected, 1);
+            return true;
+        }
+        sleep_ms(50);
+    }
+    return false;
+}
+
+/* Takes the oldest reply, which is that of request `state`. @return false: a fault */
+static bool take(tfa_client *client, uint32_t state, uint64_t id)
+{
+    double qdd[JOINTS];
+    tfa_reply reply = {.qdd = qdd};
+    tfa_exchange exchange;
+    int status = tfa_client_receive(client, &reply, PATIENCE_NS, &exchange);
+    if (status == TFA_E_DISCONNECTED && reconnect(client))
+        status = tfa_client_receive(client, &reply, PATIENCE_NS, &exchange);
+    if (status == TFA_OK && is_right(&reply, state) && exchange.id == id)
+        atomic_fetch_add_explicit(&shm.answered, 1, memory_order_relaxed);
+    else if (status == TFA_E_LOST && exchange.id == id)
+        atomic_fetch_add(&shm.lost, 1);
+    else if (!atomic_load(&stop))
+        report(status == TFA_OK          ? "shared memory: a wrong answer"
+               : status == TFA_E_TIMEOUT ? "shared memory: a request without an answer"
+                                         : "shared memory: a request ended with another status");
+    return !atomic_load(&stop);
+}
+
+static void *ask_shm(void *unused)
+{
+    uint64_t ids[SLOTS];
+    uint32_t sent = 0, received = 0;
+    tfa_client_options options = harness_options(&daemon_harness, "arm");
+    tfa_client *client;
+    (void)unused;
+    options.slots = SLOTS;
+    if (tfa_client_connect(&options, &client) != TFA_OK) {
+        report("shared memory: no connection");
+        return NULL;
+    }
+    while (!atomic_load_explicit(&stop, memory_order_relaxed)) {
+        int status = TFA_OK;
+        while (sent - received < SLOTS && status == TFA_OK) {
+            const tfa_request r = request_of(sent);
+            status = tfa_client_send(client, &r, &ids[sent % SLOTS]);
+            sent += status == TFA_OK;
+        }
+        if (sent == received && status == TFA_E_DISCONNECTED) {
+            (void)reconnect(client);
+            continue;
+        }
+        if (!take(client, received, ids[received % SLOTS]))
+            break;
+        received++;
+    }
+    tfa_client_close(client);
+    return NULL;
+}
+
+/* ---- over DDS: one call at a time ---- */
+
+static void *ask_dds(void *unused)
+{
+    const tfa_dds_client_options options = {
+        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 30000};
+    tfa_dds_client *client;
+    (void)unused;
+    if (tfa_dds_client_connect(&options, &client) != TFA_OK) {
+        report("dds: no connection");
+        return NULL;
+    }
+    for (uint32_t k = 0; !atomic_load(&stop); k++) {
+        double qdd[JOINTS];
+        const tfa_request r = request_of(k);
+        tfa_reply reply = {.qdd = qdd};
+        const int status = tfa_dds_client_call(client, &r, &reply, 200000000, NULL);
+        if (status == TFA_OK && is_right(&reply, k))
+            atomic_fetch_add(&dds.answered, 1);
+        else if (status == TFA_OK)
+            report("dds: a wrong answer");
+        else
+            atomic_fetch_add(&dds.missed, 1); /* named: timeout, no daemon, full */
+        sleep_ms(status == TFA_E_DISCONNECTED ? 20 : 1);
+    }
+    tfa_dds_client_close(client);
+    return NULL;
+}
+
+/* ---- chaos ---- */
+
+typedef struct life {
+    uint64_t start; /* CLOCK_MONOTONIC ns */
+    long resident_kib;
+    int descriptors;
+} life;
+
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+static void reload(int model)
+{
+    char robots[256];
+    snprintf(robots, sizeof robots, "%s%s", ARM, gravities[model]);
+    char more[256];
+    snprintf(more, sizeof more,
+             "log: error\ndds: {enabled: yes, domain: %u}\n"
+             "limits: {clients: 100, clients_per_user: 100}\n",
+             test_domain());
+    harness_configure(&daemon_harness, robots, more);
+    if (daemon_harness.pid > 0)
+        (void)kill(daemon_harness.pid, SIGHUP);
+}
+
+static void begin_life(life *l)
+{
+    harness_start(&daemon_harness, "arm");
+    sleep_ms(1000);
+    *l = (life){clock_ns(), harness_resident_kib(&daemon_harness),
+                harness_descriptors(&daemon_harness)};
+}
+
+/* The daemon has not grown since its start. */
+static void end_life(life *l)
+{
+    sleep_ms(300); /* attackers' sessions have ended */
+    const long kib = harness_resident_kib(&daemon_harness) - l->resident_kib;
+    const int descriptors = harness_descriptors(&daemon_harness) - l->descriptors;
+    print_message("life of %.0f s: %+ld KiB, %+d descriptors\n",
+                  (double)(clock_ns() - l->start) * 1e-9, kib, descriptors);
+    if (kib > GROWTH_KIB)
+        report("the daemon's memory grows");
+    if (descriptors > 8)
+        report("the daemon's descriptors grow");
+    (void)harness_stop(&daemon_harness, SIGKILL);
+}
+
+static void cause_chaos(unsigned seconds)
+{
+    const uint64_t end = clock_ns() + (uint64_t)seconds * 1000000000u;
+    life l;
+    l.start = clock_ns();
+    l.resident_kib = harness_resident_kib(&daemon_harness);
+    l.descriptors = harness_descriptors(&daemon_harness);
+    for (unsigned round = 0; clock_ns() < end && !atomic_load(&stop); round++) {
+        const pid_t attacker = attack_start(&attacks[round % attack_count], &daemon_harness);
+        sleep_ms(700);
+        reload((int)(round % MODELS));
+        sleep_ms(300);
+        if (round % 4 == 1) {
+            harness_pause(&daemon_harness);
+            sleep_ms(100);
+            (void)kill(daemon_harness.pid, SIGCONT);
+        }
+        sleep_ms(200);
+        attack_stop(attacker);
+        if (clock_ns() - l.start > LIFE_S * 1000000000ull || round == 5) {
+            end_life(&l);
+            begin_life(&l);
+        }
+    }
+    end_life(&l);
+}
+
+static unsigned seconds = 20;
+
+TEST(everything_at_once)
+{
+    pthread_t threads[CLIENTS + 1];
+    expect_answers();
+    harness_make(&daemon_harness, ARM, "");
+    reload(0);
+    harness_start(&daemon_harness, "arm");
+    for (int i = 0; i < CLIENTS; i++)
+        assert_int_equal(pthread_create(&threads[i], NULL, ask_shm, NULL), 0);
+    assert_int_equal(pthread_create(&threads[CLIENTS], NULL, ask_dds, NULL), 0);
+    cause_chaos(seconds);
+    atomic_store(&stop, true);
+    for (int i = 0; i <= CLIENTS; i++)
+        pthread_join(threads[i], NULL);
+    print_message("shared memory: %llu answered and right, %llu reported lost, %llu reconnections\n"
+                  "dds: %llu answered and right, %llu ended with a status\n",
+                  (unsigned long long)shm.answered, (unsigned long long)shm.lost,
+                  (unsigned long long)shm.reconnected, (unsigned long long)dds.answered,
+                  (unsigned long long)dds.missed);
+    const char *what = atomic_load(&fault);
+    if (what)
+        fail_msg("%s", what);
+    assert_true(shm.answered > 1000 * seconds && dds.answered > seconds);
+    harness_remove(&daemon_harness);
+}
+
+int main(int argc, char **argv)
+{
+    signal(SIGPIPE, SIG_IGN);
+    if (argc > 1)
+        seconds = (unsigned)atoi(argv[1]) > 5 ? (unsigned)atoi(argv[1]) : 5;
+    return test_run(NULL, NULL);
+}

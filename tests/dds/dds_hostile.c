@@ -167,6 +167,7 @@ static void wrong_samples_are_refused(void **state)
             TFA_FIELD_LOCKED, 1);
     REFUSED((s.locked = (dds_sequence_unsigned_long){many, many, (uint32_t *)(void *)huge, false}),
             TFA_E_SIZE, TFA_FIELD_LOCKED, many);
+    REFUSED((s.stamp = 1, s.deadline_us = 1), TFA_E_LATE, TFA_FIELD_NONE, 0);
 #undef REFUSED
     free(huge);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
@@ -194,6 +195,32 @@ static void wrong_torques_are_refused(void **state)
     assert_int_equal(out.index, 3);
     assert_int_equal(out.seq, 5);
     assert_int_equal(out.qdd._length, 0);
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+}
+
+/* Torques that are too old are refused by name, others answered. */
+static void old_torques_are_refused(void **state)
+{
+    const test_daemon_options young = {.max_age_us = 5000000};
+    test_daemon daemon = test_daemon_start(test_domain(), &young);
+    const raw r = open_raw();
+    totalforce_dds_JointTorques s = {.q = {JOINTS, JOINTS, zeros, false}};
+    totalforce_dds_JointAccelerations out = {0};
+
+    (void)state;
+    assert_true(tfa_dds_set_robot(s.robot, "arm"));
+    for (s.seq = 1; s.seq < 400; s.seq++) { /* until matched: best effort */
+        const bool old = s.seq % 2;
+        s.stamp = tfa_dds_ros_time() - (old ? INT64_C(60000000000) : 0);
+        assert_int_equal(dds_write(r.torques, &s), DDS_RETCODE_OK);
+        if (!take(r.accelerations, &out, 50))
+            continue;
+        assert_int_equal(out.status, out.seq % 2 ? TFA_E_LATE : TFA_OK);
+        if (s.seq > 20)
+            break;
+    }
+    assert_true(s.seq < 400);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
 }
@@ -411,6 +438,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_stopped_client_holds_nobody_up), /* forks: first */
         cmocka_unit_test(wrong_samples_are_refused),
         cmocka_unit_test(wrong_torques_are_refused),
+        cmocka_unit_test(old_torques_are_refused),
         cmocka_unit_test(oversized_samples_are_dropped),
         cmocka_unit_test(unknown_robots_leave_nothing),
         cmocka_unit_test(slow_answers_come_in_order),

@@ -19,7 +19,7 @@
 
 extern char **environ;
 
-static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots)
+static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t max_age_us)
 {
     test_robot robots[TEST_ROBOTS];
     tfa_dds_robot served[TEST_ROBOTS];
@@ -34,8 +34,11 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots)
         return 3;
     for (uint32_t i = 0; i < TEST_ROBOTS; i++)
         served[i] = (tfa_dds_robot){robots[i].name, robots[i].model, TEST_BATCH};
-    const tfa_dds_options options = {
-        .domain = domain, .robots = served, .robot_count = TEST_ROBOTS, .slots = slots};
+    const tfa_dds_options options = {.domain = domain,
+                                     .robots = served,
+                                     .robot_count = TEST_ROBOTS,
+                                     .slots = slots,
+                                     .max_age_us = max_age_us};
     if (tfa_dds_create(&options, &gateway) != TFA_OK) {
         fprintf(stderr, "gateway: %s\n", tfa_dds_error());
         return 4;
@@ -57,10 +60,11 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots)
 
 void test_daemon_main(int argc, char **argv)
 {
-    if (argc != 5 || strcmp(argv[1], "serve") != 0)
+    if (argc != 6 || strcmp(argv[1], "serve") != 0)
         return;
     prctl(PR_SET_PDEATHSIG, SIGKILL); /* a test that crashes leaves nobody behind */
-    exit(serve((uint32_t)atoi(argv[2]), (uint32_t)atoi(argv[3]), (uint32_t)atoi(argv[4])));
+    exit(serve((uint32_t)atoi(argv[2]), (uint32_t)atoi(argv[3]), (uint32_t)atoi(argv[4]),
+               (uint32_t)atoi(argv[5])));
 }
 
 static void read_line(int fd, char *line, size_t size)
@@ -86,9 +90,9 @@ static void kill_running(void)
 
 test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *options)
 {
-    char numbers[3][16], line[32];
+    char numbers[4][16], line[32];
     char program[] = "/proc/self/exe", verb[] = "serve";
-    char *argv[] = {program, verb, numbers[0], numbers[1], numbers[2], NULL};
+    char *argv[] = {program, verb, numbers[0], numbers[1], numbers[2], numbers[3], NULL};
     test_daemon daemon;
     posix_spawn_file_actions_t actions;
     int ends[2];
@@ -96,6 +100,7 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
     snprintf(numbers[0], sizeof numbers[0], "%u", domain);
     snprintf(numbers[1], sizeof numbers[1], "%u", options != NULL ? options->delay_us : 0);
     snprintf(numbers[2], sizeof numbers[2], "%u", options != NULL ? options->slots : 0);
+    snprintf(numbers[3], sizeof numbers[3], "%u", options != NULL ? options->max_age_us : 0);
     kill_running();
     assert_int_equal(pipe(ends), 0);
     posix_spawn_file_actions_init(&actions);

@@ -16,7 +16,7 @@ typedef struct attack {
     const char *name;
     int sessions;
     void (*run)(const harness *h); /* in a thread of each session */
-    bool busy;                     /* takes the processors, too: compared with idle loops that do */
+    bool busy;                     /* takes the processors, too: compared with idle loops */
 } attack;
 
 extern const attack attacks[];

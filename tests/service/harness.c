@@ -55,7 +55,7 @@ void harness_configure(const harness *h, const char *robots, const char *more)
     assert_int_equal(rename(next, h->config), 0);
 }
 
-static void launch(harness *h)
+void harness_launch(harness *h)
 {
     h->pid = fork();
     assert_true(h->pid >= 0);
@@ -94,7 +94,7 @@ void harness_start(harness *h, const char *robot)
 {
     char socket[160];
     snprintf(socket, sizeof socket, "%s/%s.sock", h->runtime_dir, robot);
-    launch(h);
+    harness_launch(h);
     for (unsigned i = 0; i < WAIT_NS / 5000000; i++) {
         tfa_client_options options = harness_options(h, robot);
         tfa_client *client;
@@ -134,7 +134,7 @@ void harness_serve(harness *h, const char *robots, const char *more)
 
 int harness_run(harness *h)
 {
-    launch(h);
+    harness_launch(h);
     return wait_end(h);
 }
 

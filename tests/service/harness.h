@@ -31,6 +31,8 @@ void harness_configure(const harness *h, const char *robots, const char *more);
 void harness_start(harness *h, const char *robot);
 /** harness_make, then harness_start for "arm". */
 void harness_serve(harness *h, const char *robots, const char *more);
+/** Starts it and does not wait. */
+void harness_launch(harness *h);
 /** Starts it and waits until it ended. @return its wait status */
 int harness_run(harness *h);
 /** Sends a signal and waits for the end. @return wait status */

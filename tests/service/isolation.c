@@ -11,9 +11,12 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <grp.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/mman.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -181,6 +184,70 @@ TEST(users_have_quotas_of_their_own)
     tfa_client *client = harness_connect(&s.h, "arm", TFA_WAIT_BLOCK);
     tfa_client_close(client);
     close_scene(&s);
+}
+
+/* Without descriptors left the daemon turns clients away, says so, and serves the others. */
+TEST(descriptors_run_out)
+{
+    scene s;
+    struct rlimit before, few;
+    tfa_client_options options;
+    tfa_client *client;
+    open_scene(&s, "");
+    options = harness_options(&s.h, "arm");
+    assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, NULL, &before), 0);
+    few = before;
+    few.rlim_cur = (rlim_t)harness_descriptors(&s.h) + 1;
+    assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, &few, NULL), 0);
+    for (int i = 0; i < 3; i++) {
+        assert_int_not_equal(tfa_client_connect(&options, &client), TFA_OK);
+        assert_unharmed(&s);
+    }
+    assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, &before, NULL), 0);
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    tfa_client_close(client);
+    close_scene(&s);
+}
+
+/* A /dev/shm of its own, too small for a client. @return 0: as it should be; 77: not to be had */
+static int fill_shm(void)
+{
+    harness h;
+    char text[400];
+    tfa_client *client;
+    if (unshare(CLONE_NEWNS) != 0 || mount("none", "/", NULL, MS_REC | MS_PRIVATE, NULL) != 0 ||
+        mount("shm", "/dev/shm", "tmpfs", 0, "size=64k") != 0)
+        return 77;
+    harness_make(&h, ARM, "");
+    tfa_client_options options = harness_options(&h, "arm");
+    options.slots = 1;
+    options.max_batch = 64;
+    harness_launch(&h);
+    int status = TFA_E_DISCONNECTED;
+    for (int i = 0; i < 1000 && status == TFA_E_DISCONNECTED; i++) {
+        sleep_ms(10);
+        status = tfa_client_connect(&options, &client);
+    }
+    (void)tfa_client_explain(&options, status, text, sizeof text);
+    const bool explained = status == TFA_E_REFUSED && strstr(text, "/dev/shm") != NULL;
+    print_message("%s\n", text);
+    (void)harness_stop(&h, SIGTERM);
+    harness_remove(&h);
+    return explained ? 0 : 1;
+}
+
+/* A full /dev/shm is called by its name. */
+TEST(shared_memory_is_full)
+{
+    int status;
+    const pid_t child = fork();
+    if (child == 0)
+        _exit(fill_shm());
+    assert_int_equal(waitpid(child, &status, 0), child);
+    assert_true(WIFEXITED(status));
+    if (WEXITSTATUS(status) == 77)
+        skip();
+    assert_int_equal(WEXITSTATUS(status), 0);
 }
 
 /* Names that do not exist are errors with their place. */

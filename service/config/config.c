@@ -87,6 +87,40 @@ static void check_scene(config_reader *r, const config *c, size_t i, size_t k)
     }
 }
 
+static int refusal_of(const char *word)
+{
+    static const char *const words[] = {
+#define WORD(name, word) word,
+        CONFIG_REFUSE_LIST(WORD)
+#undef WORD
+    };
+    for (int k = 0; k < CONFIG_REFUSALS; k++)
+        if (word && strcmp(word, words[k]) == 0)
+            return k;
+    return -1;
+}
+
+uint32_t config_refusals(const config_robot *robot)
+{
+    uint32_t bits = 0;
+    for (size_t k = 0; k < robot->refuse_count; k++)
+        bits |= 1u << refusal_of(robot->refuse[k]);
+    return bits;
+}
+
+static void check_refusals(config_reader *r, const config_robot *robot, size_t i)
+{
+    char path[64];
+    for (size_t k = 0; k < robot->refuse_count; k++) {
+        snprintf(path, sizeof path, "robots[%zu].refuse[%zu]", i, k);
+        if (robot->refuse[k] && refusal_of(robot->refuse[k]) < 0)
+            config_error(r, path,
+                         "'%s' is no kind of request; there are several-tips, spectrum, "
+                         "mass-matrix, methods, estimates, batches",
+                         robot->refuse[k]);
+    }
+}
+
 static void check_robot(config_reader *r, const config *c, size_t i)
 {
     const config_robot *robot = &c->robots[i];
@@ -103,6 +137,7 @@ static void check_robot(config_reader *r, const config *c, size_t i)
     snprintf(path, sizeof path, "robots[%zu].wait", i);
     if (robot->wait == TFA_WAIT_SPIN && !c->allow_spin)
         config_error(r, path, "spin, but allow_spin is no");
+    check_refusals(r, robot, i);
     for (size_t k = 0; k < robot->scenes_count; k++) {
         if (robot->name && robot->scenes[k].name)
             check_scene_name(r, c, i, k);

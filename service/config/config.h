@@ -79,8 +79,23 @@ typedef struct config_scene {
     size_t gravity_count; /* 3, or 0: as its robot */
 } config_scene;
 
+/* Kinds of requests that a robot may refuse: X(NAME, word of the configuration) */
+#define CONFIG_REFUSE_LIST(X)                                                                      \
+    X(SEVERAL_TIPS, "several-tips")                                                                \
+    X(SPECTRUM, "spectrum")                                                                        \
+    X(MASS_MATRIX, "mass-matrix")                                                                  \
+    X(METHODS, "methods")     /* other than auto */                                                \
+    X(ESTIMATES, "estimates") /* asked for always */                                               \
+    X(BATCHES, "batches")
+
+#define CONFIG_REFUSE(name, word) CONFIG_REFUSE_##name,
+enum { CONFIG_REFUSE_LIST(CONFIG_REFUSE) CONFIG_REFUSALS };
+#undef CONFIG_REFUSE
+
 typedef struct config_robot {
     const char *name, *urdf;
+    const char **refuse;
+    size_t refuse_count;
     uint32_t base; /* tfa_base */
     double *gravity;
     size_t gravity_count; /* 3, or 0 for the default */
@@ -161,6 +176,9 @@ void config_dump(const config *c, FILE *out);
  * sentence. @return there is one
  */
 bool config_needs_restart(const config *now, const config *next, char *text, size_t size);
+
+/** Kinds of requests that a robot refuses: bits 1u << CONFIG_REFUSE_x. */
+uint32_t config_refusals(const config_robot *robot);
 
 /** Where the value of a path like "robots[1].scenes[0].root" stands: "FILE:LINE:COLUMN", for
  *  messages about it. */

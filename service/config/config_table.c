@@ -137,6 +137,9 @@ static const config_row robot_rows[] = {
     {"methods", CONFIG_WORD, AT(config_robot, methods), RELOADABLE,
      .default_value = CONFIG_METHODS_AUTO, .words = methods_words,
      .help = "Memory for all methods, or, beyond 256 bodies, for those of auto only: auto, all"},
+    {"refuse", CONFIG_LIST, LIST_AT(config_robot, refuse), RELOADABLE, .low = 0, .high = 16,
+     .entry = CONFIG_TEXT,
+     .help = "Refused: several-tips, spectrum, mass-matrix, methods, estimates, batches"},
     {"dds", CONFIG_BOOL, AT(config_robot, dds), .default_value = true,
      .help = "Answer for this robot over DDS, if dds is enabled"},
     {0}};

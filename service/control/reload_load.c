@@ -39,7 +39,8 @@ static int read_settings(const tfa_daemon *d, reload *r)
 static bool same_solver(const config_robot *a, const config_robot *b)
 {
     return a->estimate == b->estimate && a->estimate_every == b->estimate_every &&
-           a->precision == b->precision && a->residual == b->residual && a->methods == b->methods;
+           a->precision == b->precision && a->residual == b->residual && a->methods == b->methods &&
+           config_refusals(a) == config_refusals(b);
 }
 
 static bool same_model(const tfa_robot *a, const tfa_robot *b)

@@ -17,6 +17,7 @@ struct tfa_robot_solver {
     const tfa_model *model;
     tfa_batch_pool *pool; /* the robot's, or NULL */
     uint64_t from;        /* the pool's: states */
+    uint32_t refused;     /* bits 1u << CONFIG_REFUSE_x */
     uint32_t estimate;    /* config_estimate */
     uint32_t every, until_next;
 };
@@ -78,6 +79,7 @@ int tfa_robot_solver_create(const tfa_robot *robot, const config_pool *pool,
     *made = (tfa_robot_solver){.model = robot->model,
                                .pool = robot->pool,
                                .from = large_states(robot, pool),
+                               .refused = config_refusals(robot->config),
                                .estimate = robot->config->estimate,
                                .every = robot->config->estimate_every,
                                .until_next = robot->config->estimate_every};
@@ -137,10 +139,33 @@ static int solve_states(const tfa_robot_solver *solver, const tfa_request *reque
     return tfa_compute_states(solver->workspace, request, first, count, reply);
 }
 
+/* The field for which a request is refused by configuration; TFA_FIELD_NONE: it is not. */
+static tfa_field refused_field(uint32_t refused, const tfa_request *r)
+{
+    if (refused >> CONFIG_REFUSE_SEVERAL_TIPS & 1 && r->tip_count > 1)
+        return TFA_FIELD_TIPS;
+    if (refused >> CONFIG_REFUSE_SPECTRUM & 1 && r->flags & TFA_WANT_SPECTRUM)
+        return TFA_FIELD_OP;
+    if (refused >> CONFIG_REFUSE_MASS_MATRIX & 1 && r->op == TFA_OP_MASS_MATRIX)
+        return TFA_FIELD_OP;
+    if (refused >> CONFIG_REFUSE_METHODS & 1 && r->method != TFA_METHOD_AUTO)
+        return TFA_FIELD_METHOD;
+    if (refused >> CONFIG_REFUSE_ESTIMATES & 1 && r->estimate == TFA_ESTIMATE_ALWAYS)
+        return TFA_FIELD_ESTIMATE;
+    if (refused >> CONFIG_REFUSE_BATCHES & 1 && r->count > 1)
+        return TFA_FIELD_COUNT;
+    return TFA_FIELD_NONE;
+}
+
 int tfa_robot_solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first,
                     uint32_t count)
 {
     tfa_robot_solver *solver = self;
+    if (first == 0 && solver->refused) {
+        reply->field = refused_field(solver->refused, request);
+        if (reply->field != TFA_FIELD_NONE)
+            return reply->status = TFA_E_REFUSED;
+    }
     if (first == 0 && request->estimate == TFA_ESTIMATE_DEFAULT)
         request->estimate = estimate_policy(solver);
     if (first == 0 && count == request->count && !is_large(solver, request))

@@ -16,7 +16,7 @@ typedef struct attack {
     const char *name;
     int sessions;
     void (*run)(const harness *h); /* in a thread of each session */
-    bool busy;                     /* takes the processors, too: compared with idle loops */
+    bool busy;                     /* takes the processors, too */
 } attack;
 
 extern const attack attacks[];
@@ -25,7 +25,7 @@ extern const size_t attack_count;
 /** Takes a processor and asks for nothing. */
 void attack_loop(const harness *h);
 
-/** Starts the sessions in a process of their own, which runs until it is killed or this one ends. */
+/** Starts the sessions in a process of their own, which runs until it or this one is killed. */
 pid_t attack_start(const attack *a, harness *h);
 /** Kills it. */
 void attack_stop(pid_t process);

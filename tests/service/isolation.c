@@ -250,6 +250,45 @@ TEST(shared_memory_is_full)
     assert_int_equal(WEXITSTATUS(status), 0);
 }
 
+/* Kinds of requests that the configuration takes away, by field; everything else is answered. */
+TEST(refused_kinds)
+{
+    static const struct {
+        const char *word;
+        tfa_request change;
+        tfa_field field;
+    } cases[] = {
+        {"several-tips", {.tip_count = 2, .tips = {1, 2}}, TFA_FIELD_TIPS},
+        {"spectrum", {.tip_count = 1, .tips = {9}, .flags = TFA_WANT_SPECTRUM}, TFA_FIELD_OP},
+        {"mass-matrix", {.op = TFA_OP_MASS_MATRIX}, TFA_FIELD_OP},
+        {"methods", {.method = TFA_METHOD_TFA}, TFA_FIELD_METHOD},
+        {"estimates", {.estimate = TFA_ESTIMATE_ALWAYS}, TFA_FIELD_ESTIMATE},
+        {"batches", {.count = 2}, TFA_FIELD_COUNT},
+    };
+    static const double zeros[14];
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        harness h;
+        char robots[256];
+        double qdd[14];
+        tfa_client *client;
+        snprintf(robots, sizeof robots, ARM "    refuse: [%s]\n", cases[i].word);
+        harness_serve(&h, robots, "");
+        tfa_client_options options = harness_options(&h, "arm");
+        options.max_batch = 2;
+        assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+        tfa_request r = cases[i].change;
+        r.op = r.op ? r.op : TFA_OP_FORWARD_DYNAMICS;
+        r.count = r.count ? r.count : 1;
+        r.q = zeros;
+        tfa_reply reply = {.qdd = qdd};
+        assert_int_equal(tfa_client_call(client, &r, &reply, WAIT_NS, NULL), TFA_E_REFUSED);
+        assert_int_equal(reply.field, cases[i].field);
+        assert_int_equal(ask_arm(client, 1, qdd, WAIT_NS), TFA_OK);
+        tfa_client_close(client);
+        harness_remove(&h);
+    }
+}
+
 /* Names that do not exist are errors with their place. */
 TEST(unknown_names_are_refused)
 {

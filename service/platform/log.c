@@ -10,6 +10,7 @@
 #include "log.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <poll.h>
 #include <pthread.h>
 #include <semaphore.h>
@@ -20,6 +21,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -27,11 +29,15 @@
 #define TEXT 256
 /* Messages of one format in a window of time; the others are counted. A report of a robot's file
  * ("%s") is not limited: no client can cause it. */
-#define FORMATS 64 /* a power of two */
+#define FORMATS 256 /* a power of two, several times the formats of the daemon */
 #define BURST 20
 #define WINDOW_SHIFT 33 /* 8.6 s in ns */
 /* So long the log waits for a terminal or a pipe that nobody reads; later lines do not wait. */
 #define WRITE_WAIT_MS 100
+/* At the end the queue is written for so long. */
+#define STOP_NS 200000000u
+/* Between two looks for messages that were suppressed and not reported. */
+#define REPORT_S 5
 
 typedef struct cell {
     _Atomic uint64_t sequence;
@@ -40,6 +46,7 @@ typedef struct cell {
 
 /* Relaxed: a race miscounts by a message. */
 typedef struct limit {
+    _Atomic(const char *) format;
     _Atomic uint64_t window;
     _Atomic uint32_t count, suppressed;
 } limit;
@@ -55,21 +62,46 @@ static struct {
     _Atomic bool running, stop;
     _Atomic uint32_t level;
     bool journal;
-    bool stalled; /* the log thread's: nobody reads */
-} log_state = {.level = TFA_LOG_INFO};
+    int out;           /* standard error, or a descriptor of our own that never blocks */
+    bool stalled;      /* the log thread's: nobody reads */
+    uint64_t deadline; /* the log thread's: from then on lines are dropped; 0: none */
+} log_state = {.level = TFA_LOG_INFO, .out = STDERR_FILENO};
+
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+/* A terminal says that there is room, and blocks all the same. O_NONBLOCK on standard error itself
+ * would change it for every process that shares it. */
+static int open_output(void)
+{
+    struct stat info;
+    if (fstat(STDERR_FILENO, &info) != 0 || !(S_ISCHR(info.st_mode) || S_ISFIFO(info.st_mode)))
+        return STDERR_FILENO;
+    const int fd = open("/proc/self/fd/2", O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    return fd >= 0 ? fd : STDERR_FILENO;
+}
+
+static bool wait_for_room(void)
+{
+    struct pollfd out = {.fd = log_state.out, .events = POLLOUT};
+    const bool late = log_state.deadline && clock_ns() > log_state.deadline;
+    log_state.stalled =
+        late || poll(&out, 1, log_state.stalled || log_state.deadline ? 0 : WRITE_WAIT_MS) <= 0;
+    return !log_state.stalled;
+}
 
 /* @return false: nobody reads, the rest is lost */
 static bool write_all(const char *text, size_t length)
 {
-    struct pollfd out = {.fd = STDERR_FILENO, .events = POLLOUT};
     while (length) {
-        if (poll(&out, 1, log_state.stalled ? 0 : WRITE_WAIT_MS) == 0) {
-            log_state.stalled = true;
+        if (!wait_for_room())
             return false;
-        }
-        log_state.stalled = false;
-        ssize_t n = write(STDERR_FILENO, text, length);
-        if (n < 0 && errno != EINTR)
+        ssize_t n = write(log_state.out, text, length);
+        if (n < 0 && errno != EINTR && errno != EAGAIN)
             return true; /* there is nowhere to report it */
         if (n > 0) {
             text += n;
@@ -124,21 +156,50 @@ static void drain(void)
     log_dropped();
 }
 
+/* Tells how many messages were suppressed in windows that are over. */
+static void report_suppressed(bool all)
+{
+    const uint64_t window = clock_ns() >> WINDOW_SHIFT;
+    for (int i = 0; i < FORMATS; i++) {
+        char text[TEXT];
+        const char *format = atomic_load_explicit(&limits[i].format, memory_order_relaxed);
+        if (!format ||
+            (!all && atomic_load_explicit(&limits[i].window, memory_order_relaxed) == window))
+            continue;
+        const uint32_t n = atomic_exchange_explicit(&limits[i].suppressed, 0, memory_order_relaxed);
+        if (n == 0)
+            continue;
+        const int size =
+            snprintf(text, sizeof text,
+                     "totalforced: %u more messages like '%.120s' were suppressed\n", n, format);
+        (void)write_all(text, (size_t)size);
+    }
+}
+
 static void *run_log(void *unused)
 {
     (void)unused;
     while (!atomic_load_explicit(&log_state.stop, memory_order_acquire)) {
-        while (sem_wait(&log_state.wake) != 0 && errno == EINTR)
+        struct timespec until;
+        clock_gettime(CLOCK_REALTIME, &until);
+        until.tv_sec += REPORT_S;
+        while (sem_timedwait(&log_state.wake, &until) != 0 && errno == EINTR)
             ;
         drain();
+        report_suppressed(false);
     }
+    log_state.deadline = clock_ns() + STOP_NS;
     drain();
+    report_suppressed(true);
     return NULL;
 }
 
 int tfa_log_start(tfa_log_level level)
 {
     log_state.journal = getenv("JOURNAL_STREAM") != NULL;
+    log_state.out = open_output();
+    log_state.stalled = false;
+    log_state.deadline = 0;
     atomic_store_explicit(&log_state.level, (uint32_t)level, memory_order_relaxed);
     for (uint64_t i = 0; i < CELLS; i++)
         atomic_store_explicit(&log_state.cells[i].sequence, i, memory_order_relaxed);
@@ -163,6 +224,9 @@ void tfa_log_stop(void)
     atomic_store_explicit(&log_state.stop, true, memory_order_release);
     sem_post(&log_state.wake);
     pthread_join(log_state.thread, NULL);
+    if (log_state.out != STDERR_FILENO)
+        close(log_state.out);
+    log_state.out = STDERR_FILENO;
     sem_destroy(&log_state.wake);
 }
 
@@ -189,30 +253,31 @@ static cell *claim_cell(uint64_t *ticket)
 
 /* ---- limits ---- */
 
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
-
+/* The row of a format: by its address, open addressing. NULL: the table is full. */
 static limit *limit_of(const char *format)
 {
-    return &limits[((uintptr_t)format >> 3) % FORMATS];
+    const uint32_t first = (uint32_t)((uintptr_t)format * 0x9e3779b97f4a7c15u >> 32);
+    for (uint32_t k = 0; k < FORMATS; k++) {
+        limit *l = &limits[(first + k) % FORMATS];
+        const char *holder = NULL;
+        if (atomic_load_explicit(&l->format, memory_order_relaxed) == format ||
+            atomic_compare_exchange_strong_explicit(&l->format, &holder, format,
+                                                    memory_order_relaxed, memory_order_relaxed) ||
+            holder == format)
+            return l;
+    }
+    return NULL;
 }
 
-/* Counts a message. @return it may be logged; *before: so many of its kind were not */
-static bool is_within_limit(const char *format, uint32_t *before)
+/* Counts a message. @return it may be logged */
+static bool is_within_limit(const char *format)
 {
-    limit *l = limit_of(format);
     const uint64_t window = clock_ns() >> WINDOW_SHIFT;
-    *before = 0;
-    if (strcmp(format, "%s") == 0)
+    limit *l = strcmp(format, "%s") == 0 ? NULL : limit_of(format);
+    if (!l)
         return true;
-    if (atomic_exchange_explicit(&l->window, window, memory_order_relaxed) != window) {
-        *before = atomic_exchange_explicit(&l->suppressed, 0, memory_order_relaxed);
+    if (atomic_exchange_explicit(&l->window, window, memory_order_relaxed) != window)
         atomic_store_explicit(&l->count, 0, memory_order_relaxed);
-    }
     if (atomic_fetch_add_explicit(&l->count, 1, memory_order_relaxed) < BURST)
         return true;
     atomic_fetch_add_explicit(&l->suppressed, 1, memory_order_relaxed);
@@ -232,28 +297,16 @@ static void enqueue(tfa_log_level level, const char *format, va_list arguments)
     sem_post(&log_state.wake);
 }
 
-__attribute__((format(printf, 2, 3))) static void enqueue_text(tfa_log_level level,
-                                                               const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    enqueue(level, format, arguments);
-    va_end(arguments);
-}
-
 void tfa_log(tfa_log_level level, const char *format, ...)
 {
     va_list arguments;
-    uint32_t before;
     if ((uint32_t)level > atomic_load_explicit(&log_state.level, memory_order_relaxed))
         return;
     va_start(arguments, format);
     if (!atomic_load_explicit(&log_state.running, memory_order_acquire)) {
         char text[TEXT];
         (void)write_all(text, format_line(text, level, format, arguments));
-    } else if (is_within_limit(format, &before)) {
-        if (before)
-            enqueue_text(level, "%u messages like the next one were suppressed", before);
+    } else if (is_within_limit(format)) {
         enqueue(level, format, arguments);
     }
     va_end(arguments);

@@ -54,16 +54,15 @@ TEST(floods_are_limited)
     print_message("3000 refusals, %u lines\n", lines);
     assert_in_range(lines, 1, 200);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    assert_true(harness_logged(&h, "more messages like 'client %d"));
     harness_remove(&h);
 }
 
-/* Standard error is a pipe that is full: the daemon serves, reports, and stops. */
-TEST(nobody_reads_the_log)
+/* Standard error is a pipe or a terminal that is full: the daemon serves, and stops. */
+static void serve_into(int ends[2])
 {
     harness h;
-    int ends[2];
     harness_make(&h, ARM, "log: debug\n");
-    assert_int_equal(pipe(ends), 0);
     assert_int_equal(fcntl(ends[1], F_SETFL, O_NONBLOCK), 0);
     while (write(ends[1], "full ", 5) > 0)
         ;
@@ -75,6 +74,22 @@ TEST(nobody_reads_the_log)
     close(ends[0]);
     close(ends[1]);
     harness_remove(&h);
+}
+
+TEST(nobody_reads_the_pipe)
+{
+    int ends[2];
+    assert_int_equal(pipe(ends), 0);
+    serve_into(ends);
+}
+
+TEST(nobody_reads_the_terminal)
+{
+    int ends[2] = {posix_openpt(O_RDWR | O_NOCTTY), -1};
+    assert_true(ends[0] >= 0 && grantpt(ends[0]) == 0 && unlockpt(ends[0]) == 0);
+    ends[1] = open(ptsname(ends[0]), O_RDWR | O_NOCTTY);
+    assert_true(ends[1] >= 0);
+    serve_into(ends);
 }
 
 /* Messages end nowhere, not in the lock file or in a socket. */

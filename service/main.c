@@ -91,7 +91,7 @@ static int load_robots(service *s)
 #ifdef TFA_HAVE_DDS
 static void log_cyclone(const char *text)
 {
-    tfa_log(TFA_LOG_WARNING, "dds: %s", text);
+    tfa_log_client(TFA_LOG_WARNING, "dds: %s", text);
 }
 #endif
 

@@ -150,7 +150,7 @@ void control_close(tfa_daemon *d)
  * would stay ready for ever. */
 static void reject_connection(tfa_daemon *d, int listener)
 {
-    tfa_log(TFA_LOG_WARNING, "no descriptors left: a client was turned away");
+    tfa_log_client(TFA_LOG_WARNING, "no descriptors left: a client was turned away");
     close(d->reserve);
     int fd = accept4(listener, NULL, NULL, SOCK_CLOEXEC);
     if (fd >= 0)

@@ -230,7 +230,8 @@ bool handshake_answer(tfa_daemon *d, session *s, const tfa_hello *hello, ssize_t
     const bool sent = send_welcome(d, s, &w);
     tfa_segment_close(&s->replies); /* the size of the requests is watched */
     if (status != TFA_OK)
-        tfa_log(TFA_LOG_INFO, "client %d (user %u) of robot '%s' refused: %s", (int)s->process,
-                (unsigned)s->user, d->robot_set.robots[s->robot].name, w.text);
+        tfa_log_client(TFA_LOG_INFO, "client %d (user %u) of robot '%s' refused: %s",
+                       (int)s->process, (unsigned)s->user, d->robot_set.robots[s->robot].name,
+                       w.text);
     return status == TFA_OK && sent;
 }

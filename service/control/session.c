@@ -72,8 +72,8 @@ static void try_drain(tfa_daemon *d, session *s)
 /* Hangs up at once; the memory follows when the worker has detached. */
 static void end_session(tfa_daemon *d, session *s)
 {
-    tfa_log(TFA_LOG_DEBUG, "client %d of robot '%s' leaves", (int)s->process,
-            d->robot_set.robots[s->robot].name);
+    tfa_log_client(TFA_LOG_DEBUG, "client %d of robot '%s' leaves", (int)s->process,
+                   d->robot_set.robots[s->robot].name);
     if (s->state == SESSION_HANDSHAKE || s->state == SESSION_DEFERRED) {
         free_session(d, s);
         return;
@@ -97,8 +97,8 @@ void session_begin(tfa_daemon *d, uint32_t robot, int socket)
         goto err_socket;
     if (handshake_admit(d, socket, &peer, &w) != TFA_OK) {
         (void)send(socket, &w, sizeof w, MSG_NOSIGNAL | MSG_DONTWAIT);
-        tfa_log(TFA_LOG_INFO, "client %d of robot '%s' refused: %s", (int)peer.pid,
-                d->robot_set.robots[robot].name, w.text);
+        tfa_log_client(TFA_LOG_INFO, "client %d of robot '%s' refused: %s", (int)peer.pid,
+                       d->robot_set.robots[robot].name, w.text);
         goto err_socket;
     }
     s = calloc(1, sizeof *s);
@@ -144,8 +144,8 @@ void session_event(tfa_daemon *d, session *s)
         return;
     }
     if (size > 0)
-        tfa_log(TFA_LOG_WARNING, "client %d speaks after the greeting: it has to go",
-                (int)s->process);
+        tfa_log_client(TFA_LOG_WARNING, "client %d speaks after the greeting: it has to go",
+                       (int)s->process);
     end_session(d, s);
 }
 
@@ -171,8 +171,9 @@ void session_tick(tfa_daemon *d)
         next = s->next;
         const char *fault = fault_of(s, now);
         if (fault) {
-            tfa_log(TFA_LOG_WARNING, "client %d (user %u) of robot '%s' %s: it has to go",
-                    (int)s->process, (unsigned)s->user, d->robot_set.robots[s->robot].name, fault);
+            tfa_log_client(TFA_LOG_WARNING, "client %d (user %u) of robot '%s' %s: it has to go",
+                           (int)s->process, (unsigned)s->user, d->robot_set.robots[s->robot].name,
+                           fault);
             end_session(d, s);
         } else if (s->state == SESSION_DETACHING) {
             try_detach(d, s);

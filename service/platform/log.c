@@ -27,8 +27,7 @@
 
 #define CELLS 256 /* a power of two */
 #define TEXT 256
-/* Messages of one format in a window of time; the others are counted. A report of a robot's file
- * ("%s") is not limited: no client can cause it. */
+/* Messages of one format in a window of time; the others are counted. */
 #define FORMATS 256 /* a power of two, several times the formats of the daemon */
 #define BURST 20
 #define WINDOW_SHIFT 33 /* 8.6 s in ns */
@@ -273,7 +272,7 @@ static limit *limit_of(const char *format)
 static bool is_within_limit(const char *format)
 {
     const uint64_t window = clock_ns() >> WINDOW_SHIFT;
-    limit *l = strcmp(format, "%s") == 0 ? NULL : limit_of(format);
+    limit *l = limit_of(format);
     if (!l)
         return true;
     if (atomic_exchange_explicit(&l->window, window, memory_order_relaxed) != window)
@@ -297,17 +296,37 @@ static void enqueue(tfa_log_level level, const char *format, va_list arguments)
     sem_post(&log_state.wake);
 }
 
+static void write_message(tfa_log_level level, const char *format, va_list arguments)
+{
+    if (atomic_load_explicit(&log_state.running, memory_order_acquire)) {
+        enqueue(level, format, arguments);
+        return;
+    }
+    char text[TEXT];
+    (void)write_all(text, format_line(text, level, format, arguments));
+}
+
+static bool is_wanted(tfa_log_level level)
+{
+    return (uint32_t)level <= atomic_load_explicit(&log_state.level, memory_order_relaxed);
+}
+
 void tfa_log(tfa_log_level level, const char *format, ...)
 {
     va_list arguments;
-    if ((uint32_t)level > atomic_load_explicit(&log_state.level, memory_order_relaxed))
+    if (!is_wanted(level))
         return;
     va_start(arguments, format);
-    if (!atomic_load_explicit(&log_state.running, memory_order_acquire)) {
-        char text[TEXT];
-        (void)write_all(text, format_line(text, level, format, arguments));
-    } else if (is_within_limit(format)) {
-        enqueue(level, format, arguments);
-    }
+    write_message(level, format, arguments);
+    va_end(arguments);
+}
+
+void tfa_log_client(tfa_log_level level, const char *format, ...)
+{
+    va_list arguments;
+    if (!is_wanted(level) || !is_within_limit(format))
+        return;
+    va_start(arguments, format);
+    write_message(level, format, arguments);
     va_end(arguments);
 }

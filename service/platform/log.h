@@ -23,9 +23,12 @@ TFA_CHECKED int tfa_log_start(tfa_log_level level);
 /** Writes the queue and ends the thread; does not wait for a terminal or pipe that nobody reads. */
 void tfa_log_stop(void);
 
-/** One line, cut at 240 bytes. A full queue drops it; how many were dropped is said later. Once the
- *  thread runs, a format is limited to 20 lines in 8.6 s; the next line tells how many were
- *  suppressed. `format` is a string literal: its address names the kind of message. */
+/** One line, cut at 240 bytes. A full queue drops it; how many were dropped is said later. */
 void tfa_log(tfa_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/** The same for a message that a client can cause: 20 lines in 8.6 s of each format; how many more
+ *  there were is said later. `format` is a string literal: its address names the kind. */
+void tfa_log_client(tfa_log_level level, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
 
 #endif

@@ -197,7 +197,7 @@ TEST(descriptors_run_out)
     options = harness_options(&s.h, "arm");
     assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, NULL, &before), 0);
     few = before;
-    few.rlim_cur = (rlim_t)harness_descriptors(&s.h) + 1;
+    few.rlim_cur = (rlim_t)harness_descriptors(&s.h) / 2; /* the lower half stays open */
     assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, &few, NULL), 0);
     for (int i = 0; i < 3; i++) {
         assert_int_not_equal(tfa_client_connect(&options, &client), TFA_OK);

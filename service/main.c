@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "control/daemon.h"
+#include "platform/check_rt.h"
 #include "platform/log.h"
 #include "platform/realtime.h"
 #include "platform/runtime_dir.h"
@@ -23,11 +24,11 @@
 #include "dds_gateway/dds_convert.h"
 #endif
 
-enum { EXIT_GOOD = 0, EXIT_FAILED = 2, EXIT_USAGE = 3 };
+enum { EXIT_GOOD = 0, EXIT_UNMET = 1, EXIT_FAILED = 2, EXIT_USAGE = 3 };
 
 typedef struct arguments {
     const char *file;
-    bool check_configuration, dump;
+    bool check_configuration, check_realtime, dump;
 } arguments;
 
 /* All that start-up takes, in order; stop_all gives it back in the opposite order. */
@@ -322,13 +323,23 @@ static int check_configuration(const config *settings)
     return status == TFA_OK && identity == TFA_OK && admitted == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
 }
 
+static int check_realtime(const config *settings)
+{
+    const tfa_check_rt check = tfa_check_rt_here(settings);
+    return tfa_check_rt_print(&check, stdout) ? EXIT_UNMET : EXIT_GOOD;
+}
+
 /* ---- the command line ---- */
 
-enum { KEY_CHECK = 'n', KEY_DUMP = 'd' };
+enum { KEY_CHECK = 'n', KEY_CHECK_RT = 'r', KEY_DUMP = 'd' };
 
 static const struct argp_option option_table[] = {
     {"check", KEY_CHECK, NULL, 0,
      "Check the configuration, its robots, user and group, and end: 0 good, 2 not", 0},
+    {"check-rt", KEY_CHECK_RT, NULL, 0,
+     "Report how far this machine suits the configuration's real-time wishes, with remedies, and "
+     "end: 0 good, 1 something cannot be had",
+     0},
     {"dump-config", KEY_DUMP, NULL, 0, "Print the configuration in effect, explained, and end", 0},
     {0}};
 
@@ -339,6 +350,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_CHECK:
         a->check_configuration = true;
         return 0;
+    case KEY_CHECK_RT:
+        a->check_realtime = true;
+        return 0;
     case KEY_DUMP:
         a->dump = true;
         return 0;
@@ -348,7 +362,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
         a->file = text;
         return 0;
     case ARGP_KEY_NO_ARGS:
-        argp_error(state, "which configuration file?");
+        if (!a->check_realtime) /* without wishes it tells the machine's properties */
+            argp_error(state, "which configuration file?");
         return 0;
     default:
         return ARGP_ERR_UNKNOWN;
@@ -399,15 +414,19 @@ int main(int argc, char **argv)
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &a);
     if (error || !has_kernels())
         return EXIT_USAGE;
+    if (!a.file)
+        return check_realtime(NULL);
     if (config_load(a.file, stderr, &settings) != TFA_OK)
         return EXIT_FAILED;
-    if (!a.dump && !a.check_configuration)
+    if (!a.dump && !a.check_configuration && !a.check_realtime)
         return serve(settings);
     int result = EXIT_GOOD;
     if (a.dump)
         config_dump(settings, stdout);
     if (a.check_configuration)
         result = check_configuration(settings);
+    if (a.check_realtime && result == EXIT_GOOD)
+        result = check_realtime(settings);
     config_free(settings);
     return result;
 }

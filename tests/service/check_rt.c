@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * `totalforced --check-rt` on machines made of files: a bare virtual machine, a real-time machine, a
- * container with a quota.
+ * `totalforced --check-rt` on machines made of files: a bare virtual machine, a real-time machine,
+ * a container with a quota.
  */
 #include "platform/check_rt.h"
 #include "test.h"

@@ -13,7 +13,9 @@
 #include "support/sanitized.h"
 
 #include <math.h>
+#include <pthread.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -321,6 +323,73 @@ static tfa_dds_client *connect_to_arm(void)
     return client;
 }
 
+/* Answers every request on the wire before the daemon may, and withdraws the robot again and
+ * again. */
+typedef struct forger {
+    _Atomic bool stop;
+    uint32_t forged;
+} forger;
+
+static void *forge(void *arg)
+{
+    forger *f = arg;
+    const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
+    dds_entity_t topics[TFA_DDS_REPLY + 1];
+    for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i <= TFA_DDS_REPLY; i++)
+        topics[i] = tfa_dds_create_topic(p, i);
+    const dds_entity_t requests =
+        tfa_dds_create_reader(p, topics[TFA_DDS_REQUEST], TFA_DDS_REQUEST, NULL);
+    const dds_entity_t replies =
+        tfa_dds_create_writer(p, topics[TFA_DDS_REPLY], TFA_DDS_REPLY, NULL);
+    const dds_entity_t infos =
+        tfa_dds_create_writer(p, topics[TFA_DDS_ROBOT_INFO], TFA_DDS_ROBOT_INFO, NULL);
+    static totalforce_dds_Request request;
+    double lies[JOINTS] = {666};
+    while (!atomic_load(&f->stop)) {
+        dds_sample_info_t state;
+        totalforce_dds_RobotInfo info = {.q_count = 1};
+        if (dds_take(requests, (void *[]){&request}, &state, 1, 1) != 1 || !state.valid_data)
+            continue;
+        totalforce_dds_Reply reply = {.id = request.id, .qdd = {JOINTS, JOINTS, lies, false}};
+        memcpy(reply.robot, request.robot, sizeof reply.robot);
+        memcpy(reply.client, request.client, sizeof reply.client);
+        f->forged += dds_write(replies, &reply) == DDS_RETCODE_OK;
+        memcpy(info.robot, request.robot, sizeof info.robot);
+        (void)(f->forged % 2 ? dds_dispose(infos, &info) : dds_write(infos, &info));
+    }
+    totalforce_dds_Request_free(&request, DDS_FREE_CONTENTS);
+    (void)dds_delete(p);
+    return NULL;
+}
+
+/* Replies of a participant that is not the daemon are not believed, nor is its word that the robot
+ * is gone. */
+static void forged_replies_are_dropped(void **state)
+{
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    tfa_dds_client *client = connect_to_arm();
+    forger f = {.forged = 0};
+    pthread_t thread;
+    const tfa_request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
+    double qdd[JOINTS];
+
+    (void)state;
+    assert_int_equal(pthread_create(&thread, NULL, forge, &f), 0);
+    for (int i = 0; i < 600; i++) {
+        tfa_reply reply = {.qdd = qdd};
+        assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+        assert_true(qdd[0] != 666);
+        dds_sleepfor(DDS_MSECS(1));
+    }
+    atomic_store(&f.stop, true);
+    pthread_join(thread, NULL);
+    print_message("%u forged replies\n", f.forged);
+    assert_true(f.forged > 50);
+    tfa_dds_client_close(client);
+    test_daemon_stop(&daemon);
+}
+
 /* Requests that take long are answered by the worker, in order; more of them than slots are refused
  * at once, and their refusals overtake. */
 static void slow_answers_come_in_order(void **state)
@@ -444,6 +513,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(old_torques_are_refused),
         cmocka_unit_test(oversized_samples_are_dropped),
         cmocka_unit_test(unknown_robots_leave_nothing),
+        cmocka_unit_test(forged_replies_are_dropped),
         cmocka_unit_test(slow_answers_come_in_order),
         cmocka_unit_test(bursts_are_not_lost),
         cmocka_unit_test(late_replies_are_dropped),

@@ -107,7 +107,7 @@ totalforce_dds_Reply *tfa_dds_client_take(tfa_dds_client *client)
     }
     void *sample[1] = {client->scratch};
     while (dds_take(client->reply_reader, sample, &state, 1, 1) == 1)
-        if (state.valid_data)
+        if (state.valid_data && tfa_dds_client_is_from_daemon(client, state.publication_handle))
             return client->scratch;
     return NULL;
 }

@@ -13,7 +13,8 @@
 /* ---- announcement of the robot ---- */
 
 /* The robot's info if a daemon announces it now: a copy to release with RobotInfo_free; or NULL. */
-static totalforce_dds_RobotInfo *read_robot(const tfa_dds_client *client)
+static totalforce_dds_RobotInfo *read_robot(const tfa_dds_client *client,
+                                            dds_instance_handle_t *announcer)
 {
     totalforce_dds_RobotInfo *info = totalforce_dds_RobotInfo__alloc();
     void *sample[1] = {info};
@@ -28,10 +29,58 @@ static totalforce_dds_RobotInfo *read_robot(const tfa_dds_client *client)
         dds_read_instance_mask(client->info_reader, sample, &state, 1, 1, robot,
                                DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
                                    DDS_ALIVE_INSTANCE_STATE) == 1 &&
-        state.valid_data)
+        state.valid_data) {
+        *announcer = state.publication_handle;
         return info;
+    }
     totalforce_dds_RobotInfo_free(info, DDS_FREE_ALL);
     return NULL;
+}
+
+/* The participant of a writer. @return false: it is not matched any more */
+static bool participant_of(dds_entity_t reader, dds_instance_handle_t writer, dds_guid_t *key)
+{
+    dds_builtintopic_endpoint_t *endpoint = dds_get_matched_publication_data(reader, writer);
+
+    if (endpoint == NULL)
+        return false;
+    memcpy(key->v, endpoint->participant_key.v, sizeof key->v);
+    dds_builtintopic_free_endpoint(endpoint);
+    return true;
+}
+
+/* Takes the participant that announces the robot now for the daemon, unless the one of before is
+ * still there. @return there is one */
+static bool find_daemon(tfa_dds_client *client)
+{
+    dds_guid_t key;
+    dds_instance_handle_t announcer;
+
+    if (client->announcer != DDS_HANDLE_NIL &&
+        participant_of(client->info_reader, client->announcer, &key))
+        return true;
+    totalforce_dds_RobotInfo *info = read_robot(client, &announcer);
+    if (info == NULL)
+        return false;
+    totalforce_dds_RobotInfo_free(info, DDS_FREE_ALL);
+    if (!participant_of(client->info_reader, announcer, &client->daemon))
+        return false;
+    client->announcer = announcer;
+    client->replier = DDS_HANDLE_NIL;
+    return true;
+}
+
+bool tfa_dds_client_is_from_daemon(tfa_dds_client *client, dds_instance_handle_t writer)
+{
+    dds_guid_t key;
+
+    if (writer == client->replier)
+        return true;
+    if (!find_daemon(client) || !participant_of(client->reply_reader, writer, &key) ||
+        memcmp(key.v, client->daemon.v, sizeof key.v) != 0)
+        return false;
+    client->replier = writer;
+    return true;
 }
 
 static bool any_robot_is_announced(const tfa_dds_client *client)
@@ -93,7 +142,9 @@ static int await_robot(tfa_dds_client *client, uint64_t deadline)
     bool others = false;
 
     for (;;) {
-        totalforce_dds_RobotInfo *robot = read_robot(client);
+        dds_instance_handle_t announcer;
+        totalforce_dds_RobotInfo *robot =
+            find_daemon(client) ? read_robot(client, &announcer) : NULL;
         if (robot != NULL)
             return adopt_robot(client, robot);
         if (!others && any_robot_is_announced(client)) {
@@ -106,15 +157,10 @@ static int await_robot(tfa_dds_client *client, uint64_t deadline)
     }
 }
 
-bool tfa_dds_client_daemon_is_gone(const tfa_dds_client *client)
+bool tfa_dds_client_daemon_is_gone(tfa_dds_client *client)
 {
-    if (atomic_load_explicit(&client->event.peers, memory_order_acquire) == 0)
-        return true;
-    totalforce_dds_RobotInfo *info = read_robot(client);
-    if (info == NULL)
-        return true;
-    totalforce_dds_RobotInfo_free(info, DDS_FREE_ALL);
-    return false;
+    return atomic_load_explicit(&client->event.peers, memory_order_acquire) == 0 ||
+           !find_daemon(client);
 }
 
 /* ---- joining ---- */

@@ -40,6 +40,12 @@ struct tfa_dds_client {
     totalforce_dds_RobotInfo *robot_info; /* owns the strings of info */
     char hash_text[65];
 
+    /* The daemon: the participant that announced the robot. Replies of others are dropped as long
+     * as it is there. */
+    dds_guid_t daemon;
+    dds_instance_handle_t announcer; /* its writer of RobotInfo */
+    dds_instance_handle_t replier;   /* its writer of replies, once one came */
+
     dds_entity_t participant;
     dds_entity_t request_topic, info_topic;
     dds_entity_t info_reader;
@@ -83,8 +89,12 @@ void tfa_dds_event_clear(tfa_dds_event *event);
 /* now + timeout_ns; 0 means never. */
 uint64_t tfa_dds_deadline(uint64_t timeout_ns);
 
-/* The robot is not served any more: withdrawn, or the daemon's lease ran out. */
-bool tfa_dds_client_daemon_is_gone(const tfa_dds_client *client);
+/* The robot is not served any more: withdrawn, or the daemon's lease ran out. A daemon that announces
+ * the robot instead becomes the client's. */
+bool tfa_dds_client_daemon_is_gone(tfa_dds_client *client);
+
+/* Was this reply written by the daemon? */
+bool tfa_dds_client_is_from_daemon(tfa_dds_client *client, dds_instance_handle_t writer);
 
 /* Writes one request, or a hello when `request` is NULL. */
 int tfa_dds_client_publish(tfa_dds_client *client, const tfa_request *request, uint64_t id);

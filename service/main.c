@@ -316,6 +316,9 @@ static int check_configuration(const config *settings)
     const int identity = tfa_identity_check(settings);
     const int admitted = tfa_admission_load(settings, &admission);
     const int status = robot_set_load(settings, &f);
+    if (settings->backend == CONFIG_BACKEND_SHM && !settings->user)
+        tfa_log(TFA_LOG_INFO, "backend: shm; where clients run as the daemon's own user, memfd is "
+                              "safer: its segments are sealed");
     if (admitted == TFA_OK)
         tfa_admission_free(&admission);
     if (status == TFA_OK)

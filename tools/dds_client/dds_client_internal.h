@@ -89,8 +89,8 @@ void tfa_dds_event_clear(tfa_dds_event *event);
 /* now + timeout_ns; 0 means never. */
 uint64_t tfa_dds_deadline(uint64_t timeout_ns);
 
-/* The robot is not served any more: withdrawn, or the daemon's lease ran out. A daemon that announces
- * the robot instead becomes the client's. */
+/* The robot is not served any more: withdrawn, or the daemon's lease ran out. A daemon that
+ * announces the robot instead becomes the client's. */
 bool tfa_dds_client_daemon_is_gone(tfa_dds_client *client);
 
 /* Was this reply written by the daemon? */

@@ -119,7 +119,8 @@ static bool detach(tfa_worker *w, tfa_worker_client *client, uint32_t target_sta
             (void)epoll_ctl(w->epoll, EPOLL_CTL_DEL, client->doorbell, NULL);
         atomic_fetch_sub_explicit(&w->modes[client->wait], 1, memory_order_relaxed);
         free_client_resources(client);
-        client->at.active = false; /* of a worker that does not run */
+        if (state != CLIENT_DETACHED) /* a worker that does not run has not let go itself */
+            client->at.active = false;
         atomic_store_explicit(&client->state, CLIENT_FREE, memory_order_relaxed);
     }
     pthread_mutex_unlock(&w->mutex);

@@ -224,6 +224,7 @@ static void old_torques_are_refused(void **state)
             break;
     }
     assert_true(s.seq < 400);
+    totalforce_dds_JointAccelerations_free(&out, DDS_FREE_CONTENTS);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
 }

@@ -30,6 +30,7 @@
 #define JOINTS 7
 #define LIFE_S 60 /* of a daemon, until it is killed */
 #define GROWTH_KIB 16384
+#define DESCRIPTORS 32 /* of the honest clients, which may have come after the start of a life */
 /* A stopped or killed daemon is away for so long at most. */
 #define PATIENCE_NS 30000000000u
 
@@ -251,7 +252,7 @@ static void end_life(life *l)
                   (double)(clock_ns() - l->start) * 1e-9, kib, descriptors);
     if (kib > GROWTH_KIB)
         report("the daemon's memory grows");
-    if (descriptors > 8)
+    if (descriptors > DESCRIPTORS)
         report("the daemon's descriptors grow");
     (void)harness_stop(&daemon_harness, SIGKILL);
 }

@@ -16,6 +16,7 @@
 #include "control/daemon.h"
 #include "platform/check_rt.h"
 #include "platform/log.h"
+#include "platform/passed_sockets.h"
 #include "platform/realtime.h"
 #include "platform/runtime_dir.h"
 #include "platform/sigbus.h"
@@ -73,7 +74,8 @@ static int acquire_runtime_dir(service *s)
     dir->user = s->user;
     dir->user_group = s->user_group;
     dir->socket_group = s->daemon.group;
-    return tfa_runtime_dir_acquire(dir, s->daemon.settings->runtime_dir);
+    const int status = tfa_runtime_dir_acquire(dir, s->daemon.settings->runtime_dir);
+    return status == TFA_OK ? tfa_passed_sockets_take(dir->directory, dir->path) : status;
 }
 
 static int guard_memory(service *s)
@@ -81,6 +83,8 @@ static int guard_memory(service *s)
     tfa_realtime_raise_files();
     tfa_realtime_populate();
     tfa_realtime_lock(&s->daemon.settings->realtime);
+    /* the descriptor stays open until the process ends */
+    (void)tfa_realtime_limit_idle_states(&s->daemon.settings->realtime, TFA_CPU_DMA_LATENCY);
     return tfa_sigbus_install();
 }
 
@@ -93,6 +97,11 @@ static int load_robots(service *s)
 static void log_cyclone(const char *text)
 {
     tfa_log_client(TFA_LOG_WARNING, "dds: %s", text);
+}
+
+static void log_leadership(bool warning, const char *text)
+{
+    tfa_log(warning ? TFA_LOG_WARNING : TFA_LOG_INFO, "dds: %s", text);
 }
 #endif
 
@@ -110,16 +119,22 @@ static int join_dds(service *s)
     for (uint32_t i = 0; i < count; i++)
         robots[i] = (tfa_dds_robot){.name = f->robots[i].name,
                                     .model = f->robots[i].model,
-                                    .max_batch = f->robots[i].shape.max_batch};
+                                    .max_batch = f->robots[i].shape.max_batch,
+                                    .max_tips = f->robots[i].shape.max_tips};
     const tfa_dds_options options = {.domain = settings->dds.domain,
                                      .robots = robots,
                                      .robot_count = count,
                                      .max_age_us = 1000 * settings->dds.max_age_ms,
-                                     .log = log_cyclone};
+                                     .priority = settings->dds.priority,
+                                     .lease_ms = settings->dds.lease_ms,
+                                     .log = log_cyclone,
+                                     .notice = log_leadership};
     tfa_dds *dds;
     int status = tfa_dds_create(&options, &dds);
-    if (status != TFA_OK)
+    if (status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "dds: domain %u: %s", settings->dds.domain, tfa_dds_error());
+        errno = 0; /* some library's */
+    }
     s->dds = dds;
     free(robots);
     return status;
@@ -175,6 +190,11 @@ static tfa_dds_counters gateway_count(const void *gateway)
     return tfa_dds_count(gateway);
 }
 
+static tfa_dds_leadership gateway_leadership(void *gateway, uint32_t robot)
+{
+    return tfa_dds_get_leadership(gateway, robot);
+}
+
 static void log_dds(const service *s)
 {
     const uint32_t robots = s->daemon.robot_set.dds_count;
@@ -192,8 +212,8 @@ static int open_dds(service *s)
                 s->daemon.settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
         return TFA_OK;
     }
-    s->daemon.gateway =
-        (dds_gateway){s->dds, gateway_expect, gateway_detach, gateway_announce, gateway_count};
+    s->daemon.gateway = (dds_gateway){s->dds,           gateway_expect, gateway_detach,
+                                      gateway_announce, gateway_count,  gateway_leadership};
     tfa_worker_robot *solvers = calloc(s->daemon.robot_set.dds_count, sizeof *solvers);
     int status = solvers ? daemon_make_gateway_solvers(&s->daemon, solvers) : TFA_E_MEMORY;
     if (status == TFA_OK)
@@ -224,7 +244,8 @@ static int open_control(service *s)
 
 static int open_sockets(service *s)
 {
-    return control_listen(&s->daemon);
+    const int status = control_listen(&s->daemon);
+    return status == TFA_OK ? tfa_passed_sockets_check() : status;
 }
 
 static int signal_ready(service *s)
@@ -257,11 +278,11 @@ static const struct {
     {"ready", signal_ready},
 };
 
-/* Nothing stays behind but memory, which the system takes. */
+/* A thread still reads and logs. Nothing stays behind but memory, which the system takes. */
 __attribute__((noreturn)) static void end_at_once(service *s)
 {
     tfa_runtime_dir_release(&s->daemon.runtime_dir);
-    tfa_log_stop();
+    tfa_log_finish();
     _exit(EXIT_GOOD);
 }
 

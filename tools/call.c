@@ -114,6 +114,8 @@ int command_call(int argc, char **argv)
         fprintf(stderr, "totalforce call: %s\n", strerror(error));
         return EXIT_USAGE;
     }
+    options.daemon.max_tips = TFA_MAX_TIPS; /* one line after the other: two slots are enough */
+    options.daemon.slots = 2;
     caller self = {.options = &options};
     int result = jsonl_run("totalforce call", &options.lines,
                            &(jsonl_backend){.self = &self, .prepare = prepare, .answer = answer});

@@ -107,16 +107,27 @@ static const char *string(const json_t *object, const char *key)
     return text ? text : "";
 }
 
+/* Other daemons may serve the robot over DDS, too. */
+static void print_leadership(const json_t *leadership)
+{
+    if (leadership)
+        printf(", dds (%s, epoch %" JSON_INTEGER_FORMAT ", %" JSON_INTEGER_FORMAT " peers)",
+               string(leadership, "role"), integer(leadership, "epoch"),
+               integer(leadership, "peers"));
+}
+
 static void print_robots(const json_t *robots)
 {
     size_t i;
     json_t *r;
     printf("%-24s %6s %8s  %-16s %s\n", "robot", "joints", "freedoms", "model", "served by");
     json_array_foreach(robots, i, r)
-        printf("%-24s %6" JSON_INTEGER_FORMAT " %8" JSON_INTEGER_FORMAT "  %-16.16s %s%s%s\n",
-               string(r, "name"), integer(r, "joints"), integer(r, "freedoms"), string(r, "model"),
-               "shared memory", json_is_true(json_object_get(r, "dds")) ? ", dds" : "",
-               json_is_true(json_object_get(r, "specialised")) ? "; specialised kernel" : "");
+    {
+        printf("%-24s %6" JSON_INTEGER_FORMAT " %8" JSON_INTEGER_FORMAT "  %-16.16s shared memory",
+               string(r, "name"), integer(r, "joints"), integer(r, "freedoms"), string(r, "model"));
+        print_leadership(json_object_get(r, "leadership"));
+        puts(json_is_true(json_object_get(r, "specialised")) ? "; specialised kernel" : "");
+    }
 }
 
 static void print_clients(const json_t *clients)

@@ -117,7 +117,10 @@ int command_solve(int argc, char **argv)
                                             "Either file may be -, which is standard "
                                             "input: the default of the requests.\v" JSONL_HELP,
                                      .children = children};
-    solve_options options = {.lines = JSONL_OPTIONS_DEFAULT, .workspace.methods = TFA_METHODS_ALL};
+    solve_options options = {
+        .lines = JSONL_OPTIONS_DEFAULT,
+        .workspace = {.methods = TFA_METHODS_ALL, .max_tips = TFA_MAX_TIPS},
+    };
     error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
     if (error) {
         fprintf(stderr, "totalforce solve: %s\n", strerror(error));

@@ -56,6 +56,8 @@ static int check_options(const tfa_client_options *o)
         return TFA_E_ARGUMENT;
     if (strlen(o->robot) > TFA_ROBOT_NAME_MAX || strchr(o->robot, '/'))
         return TFA_E_ROBOT;
+    if (o->max_tips > TFA_MAX_TIPS)
+        return TFA_E_SIZE;
     return o->slots == 0 || tfa_ring_slots_valid(o->slots) ? TFA_OK : TFA_E_SIZE;
 }
 
@@ -64,14 +66,18 @@ static int copy_options(tfa_client *client, const tfa_client_options *o)
     client->options = *o;
     client->robot = strdup(o->robot);
     client->runtime_dir = tfa_client_runtime_dir(o->runtime_dir, o->robot);
-    if (!client->robot || !client->runtime_dir)
+    client->standby_dir = o->standby_dir ? strdup(o->standby_dir) : NULL;
+    if (!client->robot || !client->runtime_dir || (o->standby_dir && !client->standby_dir))
         return TFA_E_MEMORY;
+    client->options.standby_dir = client->standby_dir;
     client->options.robot = client->robot;
     client->options.runtime_dir = client->runtime_dir;
     if (o->slots == 0)
         client->options.slots = DEFAULT_SLOTS;
     if (o->max_batch == 0)
         client->options.max_batch = DEFAULT_BATCH;
+    if (o->max_tips == 0)
+        client->options.max_tips = TFA_DEFAULT_TIPS;
     if (o->connect_timeout_ms == 0)
         client->options.connect_timeout_ms = DEFAULT_TIMEOUT_MS;
     return TFA_OK;
@@ -100,6 +106,8 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
     status = copy_options(c, options);
     if (status == TFA_OK)
         status = tfa_connection_open(c, connect_timeout(c));
+    if (status == TFA_E_DISCONNECTED && c->standby_dir)
+        status = tfa_client_open_either(c, connect_timeout(c));
     if (status != TFA_OK) {
         int saved = errno;
         tfa_client_close(c);
@@ -152,6 +160,7 @@ void tfa_client_close(tfa_client *client)
     free(client->reply_shapes);
     free(client->robot);
     free(client->runtime_dir);
+    free(client->standby_dir);
     free(client);
 }
 
@@ -180,7 +189,7 @@ int tfa_client_attempt(tfa_client *client, uint64_t timeout_ns)
 {
     mark_requests_lost(client);
     tfa_connection_close(&client->connection);
-    return tfa_connection_open(client, timeout_ns);
+    return tfa_client_open_either(client, timeout_ns);
 }
 
 int tfa_client_reconnect(tfa_client *client)
@@ -241,7 +250,7 @@ static uint32_t wire_deadline(const tfa_client *client, uint64_t timeout_ns)
 }
 
 static int send_request(tfa_client *client, const tfa_request *request, uint32_t want,
-                        uint64_t t_sent, uint64_t timeout_ns, uint64_t *id)
+                        uint64_t t_sent, uint64_t timeout_ns, uint64_t *id, tfa_field *field)
 {
     tfa_ring_client *ring = &client->connection.ring;
     if (!client->connection.alive)
@@ -253,9 +262,10 @@ static int send_request(tfa_client *client, const tfa_request *request, uint32_t
         return TFA_E_AGAIN;
     }
     const uint64_t index = ring->sent;
-    int status = tfa_wire_encode_request(&client->shape, request, want, client->first_id + index,
-                                         t_sent, tfa_ring_next_request(ring),
-                                         &client->reply_shapes[index & (ring->layout.slots - 1)]);
+    int status =
+        tfa_wire_encode_request(&client->shape, request, want, client->first_id + index, t_sent,
+                                tfa_ring_next_request(ring),
+                                &client->reply_shapes[index & (ring->layout.slots - 1)], field);
     if (status != TFA_OK)
         return status;
     tfa_wire_request *line = tfa_ring_next_request(ring);
@@ -327,12 +337,10 @@ static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply
     if (client->lost != client->lost_end ||
         (ring->sent > ring->received && client->call_end < ring->sent))
         return reply->status = TFA_E_ARGUMENT; /* replies of tfa_client_send are not received yet */
-    int status = send_request(client, request, tfa_wire_want(request, reply), now, timeout_ns, &id);
+    int status = send_request(client, request, tfa_wire_want(request, reply), now, timeout_ns, &id,
+                              &reply->field);
     if (status != TFA_OK) {
-        if (status == TFA_E_SIZE) /* above max_batch, or answers larger than a slot */
-            reply->field = TFA_FIELD_COUNT;
-        if (status == TFA_E_UNSUPPORTED) /* a mass matrix this large */
-            reply->field = TFA_FIELD_OP;
+        reply->index = reply->field == TFA_FIELD_TIPS ? request->tip_count : 0;
         return reply->status = status;
     }
     client->call_end = ring->sent - 1;
@@ -348,12 +356,22 @@ static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply
     return read_reply(client, reply, exchange);
 }
 
+/* A standby may take as long as the call. */
+static uint64_t fail_over_limit(const tfa_client *client, uint64_t timeout_ns)
+{
+    const uint64_t limit = connect_timeout(client);
+    return timeout_ns && timeout_ns < limit ? timeout_ns : limit;
+}
+
 int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *reply,
                     uint64_t timeout_ns, tfa_exchange *exchange)
 {
     if (!client || !request || !reply)
         return TFA_E_ARGUMENT;
-    const int status = call_daemon(client, request, reply, timeout_ns, exchange);
+    int status = call_daemon(client, request, reply, timeout_ns, exchange);
+    if (status == TFA_E_DISCONNECTED &&
+        tfa_client_fail_over(client, fail_over_limit(client, timeout_ns)))
+        status = call_daemon(client, request, reply, timeout_ns, exchange);
     return client->fallback.workspace ? tfa_client_compute(client, request, reply, exchange, status)
                                       : status;
 }
@@ -362,7 +380,18 @@ int tfa_client_send(tfa_client *client, const tfa_request *request, uint64_t *id
 {
     if (!client || !request)
         return TFA_E_ARGUMENT;
-    return send_request(client, request, tfa_wire_want(request, NULL), tfa_clock_ns(), 0, id);
+    if (!client->connection.alive && !tfa_client_fail_over(client, connect_timeout(client)))
+        return TFA_E_DISCONNECTED;
+    return send_request(client, request, tfa_wire_want(request, NULL), tfa_clock_ns(), 0, id, NULL);
+}
+
+/* The oldest request that was lost with an earlier connection. */
+static int report_lost(tfa_client *client, tfa_reply *reply, tfa_exchange *exchange)
+{
+    if (exchange)
+        exchange->id = client->lost;
+    client->lost++;
+    return reply->status = TFA_E_LOST;
 }
 
 int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns,
@@ -375,18 +404,16 @@ int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns
     reply->field = TFA_FIELD_NONE;
     reply->index = reply->state = 0;
     reply->model = 0;
-    if (client->lost != client->lost_end) {
-        if (exchange)
-            exchange->id = client->lost;
-        client->lost++;
-        return reply->status = TFA_E_LOST;
-    }
+    if (client->lost != client->lost_end)
+        return report_lost(client, reply, exchange);
     tfa_ring_client *ring = &client->connection.ring;
     if (!client->connection.alive)
         return reply->status = TFA_E_DISCONNECTED;
     if (ring->sent <= (ring->received > client->call_end ? ring->received : client->call_end))
         return reply->status = TFA_E_ARGUMENT; /* nothing was sent */
     int status = wait_reply(client, deadline_of(tfa_clock_ns(), timeout_ns));
+    if (status == TFA_E_DISCONNECTED && tfa_client_fail_over(client, connect_timeout(client)))
+        return report_lost(client, reply, exchange);
     if (status != TFA_OK)
         return reply->status = status;
     const tfa_wire_request *sent =

@@ -50,8 +50,10 @@ struct tfa_client {
     tfa_client_fallback fallback; /* workspace NULL: none */
     uint64_t model;               /* tag of the daemon's model, as far as known */
     uint64_t retry;               /* CLOCK_MONOTONIC ns of the next attempt to reconnect */
+    uint64_t fail_over;           /* the same of the next look for a standby */
 
     char *robot, *runtime_dir; /* copies for tfa_client_reconnect */
+    char *standby_dir;         /* of the other daemon; NULL: none */
     tfa_client_options options;
 };
 
@@ -71,6 +73,16 @@ char *tfa_client_runtime_dir(const char *directory, const char *robot);
 
 /* One attempt to connect again; requests under way are lost. */
 int tfa_client_attempt(tfa_client *client, uint64_t timeout_ns);
+
+/* ---- standby.c ---- */
+
+/* Connects to the other daemon, or again to this one; requests under way are lost. @return as
+ * tfa_client_connect */
+int tfa_client_open_either(tfa_client *client, uint64_t timeout_ns);
+
+/* The connection has ended: is there a daemon with the same model now? Not more often than each
+ * 10 ms. */
+bool tfa_client_fail_over(tfa_client *client, uint64_t timeout_ns);
 
 /* ---- fallback.c ---- */
 

@@ -78,6 +78,7 @@ static int send_hello(const tfa_client *client, int fd)
                        .abi = TFA_HANDSHAKE_ABI,
                        .slots = client->options.slots,
                        .max_batch = client->options.max_batch,
+                       .max_tips = client->options.max_tips,
                        .wait = (uint32_t)client->options.wait};
     memcpy(hello.robot, client->robot, strlen(client->robot));
     if (send(fd, &hello, sizeof hello, MSG_NOSIGNAL) == (ssize_t)sizeof hello)
@@ -162,7 +163,8 @@ static int receive_welcome(int fd, uint64_t timeout_ns, tfa_welcome *welcome, in
 static bool welcome_is_valid(const tfa_welcome *w)
 {
     if (!tfa_ring_slots_valid(w->layout.slots) || w->shape.max_batch == 0 ||
-        w->shape.max_batch > BATCH_MAX || w->names_bytes > NAMES_BYTES_MAX)
+        w->shape.max_batch > BATCH_MAX || w->shape.max_tips > TFA_MAX_TIPS ||
+        w->shape.frames != w->frame_count || w->names_bytes > NAMES_BYTES_MAX)
         return false;
     tfa_ring_layout ours = tfa_ring_layout_of(&w->shape, w->layout.slots);
     return memcmp(&ours, &w->layout, sizeof ours) == 0 && w->wait >= TFA_WAIT_SPIN &&
@@ -272,6 +274,7 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
         .base_freedoms = w->shape.base_freedoms,
         .slots = w->layout.slots,
         .max_batch = w->shape.max_batch,
+        .max_tips = w->shape.max_tips,
         .joint_count = w->joint_count,
         .frame_count = w->frame_count,
         .joint_names = n->strings,

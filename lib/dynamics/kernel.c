@@ -17,15 +17,15 @@
 #include "interface/kernel_table.h"
 #include "number/sincos.h"
 
-static size_t size(const tfa_model *model, uint32_t methods)
+static size_t size(const tfa_model *model, struct tfa_reserved reserved)
 {
     struct state *none;
-    return state_walk(model, model_extent(model, methods), NULL, &none);
+    return state_walk(model, model_extent(model, reserved), NULL, &none);
 }
 
-static struct state *init(const tfa_model *model, uint32_t methods, void *memory)
+static struct state *init(const tfa_model *model, struct tfa_reserved reserved, void *memory)
 {
-    struct state *s = state_init(model, model_extent(model, methods), memory);
+    struct state *s = state_init(model, model_extent(model, reserved), memory);
     TFA_V(tfa_precompute)(s);
     return s;
 }
@@ -70,6 +70,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .sincos = sincos_of_doubles,
     .factor_buffers = TFA_V(factor_buffers),
     .answer_tips = TFA_V(answer_tips),
+    .answer_motion = TFA_V(answer_motion),
     .estimate = TFA_V(estimate_forward),
     .set_executor = set_executor,
     .round_sincos = round_sincos,

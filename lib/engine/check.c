@@ -7,14 +7,14 @@
 #include <string.h>
 
 #include "engine/methods.h"
-#include "engine/traits.h"
+#include "interface/traits.h"
 #include "model/model.h"
 #include "model/payload.h"
 
 /* Tolerance of a quaternion's norm: more is an error of the sender, not rounding. */
 #define QUATERNION_TOLERANCE 1e-3
 
-static int set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state)
+int tfa_set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state)
 {
     reply->status = status;
     reply->field = field;
@@ -57,13 +57,12 @@ static double nonfinite_sum(const double *x, size_t n)
     return sum[0] + sum[1];
 }
 
-static int check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width,
-                        size_t count)
+int tfa_check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width, size_t count)
 {
     for (size_t k = 0; x && k < width * count; k++)
         if (!isfinite(x[k]))
-            return set_error(reply, TFA_E_VALUE, field, (uint32_t)(k % width),
-                             (uint32_t)(k / width));
+            return tfa_set_error(reply, TFA_E_VALUE, field, (uint32_t)(k % width),
+                                 (uint32_t)(k / width));
     return TFA_OK;
 }
 
@@ -77,7 +76,7 @@ static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tf
 {
     for (uint32_t k = 0; r->base_pose && m->base_freedoms && k < r->count; k++)
         if (!is_unit(r->base_pose + 7 * (size_t)k + 3))
-            return set_error(reply, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, k);
+            return tfa_set_error(reply, TFA_E_QUATERNION, TFA_FIELD_BASE_POSE, 3, k);
     if (m->joints_nd == m->base_freedoms / 6)
         return TFA_OK; /* no joint has a quaternion */
     for (uint32_t j = 0; j < m->joints; j++) {
@@ -86,7 +85,7 @@ static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tf
         uint32_t at = m->joint[j].q_index + 3;
         for (uint32_t k = 0; k < r->count; k++)
             if (!is_unit(r->q + (size_t)m->q_count * k + at))
-                return set_error(reply, TFA_E_QUATERNION, TFA_FIELD_Q, at, k);
+                return tfa_set_error(reply, TFA_E_QUATERNION, TFA_FIELD_Q, at, k);
     }
     return TFA_OK;
 }
@@ -94,39 +93,37 @@ static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tf
 static int check_frames(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if (r->tip_count > TFA_MAX_TIPS)
-        return set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, r->tip_count, 0);
+        return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, r->tip_count, 0);
     if (r->wrench_count > TFA_MAX_WRENCHES)
-        return set_error(reply, TFA_E_SIZE, TFA_FIELD_WRENCHES, r->wrench_count, 0);
-    if (r->op == TFA_OP_OPERATIONAL_INERTIA && r->tip_count == 0)
-        return set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
+        return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_WRENCHES, r->wrench_count, 0);
     if (r->wrench_count && !r->wrenches)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_WRENCHES, 0, 0);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_WRENCHES, 0, 0);
     for (uint32_t t = 0; t < r->tip_count; t++)
         if (r->tips[t] >= m->frames)
-            return set_error(reply, TFA_E_LINK, TFA_FIELD_TIPS, t, 0);
+            return tfa_set_error(reply, TFA_E_LINK, TFA_FIELD_TIPS, t, 0);
     for (uint32_t t = 0; t < r->wrench_count; t++)
         if (r->wrench_frames[t] >= m->frames)
-            return set_error(reply, TFA_E_LINK, TFA_FIELD_WRENCHES, t, 0);
+            return tfa_set_error(reply, TFA_E_LINK, TFA_FIELD_WRENCHES, t, 0);
     return TFA_OK;
 }
 
 static int check_payloads(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if (r->payload_count > TFA_MAX_PAYLOADS)
-        return set_error(reply, TFA_E_SIZE, TFA_FIELD_PAYLOADS, r->payload_count, 0);
+        return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_PAYLOADS, r->payload_count, 0);
     if (r->payload_count && !r->payloads)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, 0, 0);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, 0, 0);
     for (uint32_t k = 0; k < r->payload_count; k++) {
         const double *numbers = r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k;
         if (r->payload_frames[k] >= m->frames)
-            return set_error(reply, TFA_E_LINK, TFA_FIELD_PAYLOADS, k, 0);
+            return tfa_set_error(reply, TFA_E_LINK, TFA_FIELD_PAYLOADS, k, 0);
         if (m->frame[r->payload_frames[k]].part)
-            return set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_PAYLOADS, k, 0);
+            return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_PAYLOADS, k, 0);
         for (uint32_t e = 0; e < TFA_PAYLOAD_NUMBERS; e++)
             if (!isfinite(numbers[e]))
-                return set_error(reply, TFA_E_VALUE, TFA_FIELD_PAYLOADS, k, 0);
+                return tfa_set_error(reply, TFA_E_VALUE, TFA_FIELD_PAYLOADS, k, 0);
         if (!tfa_payload_is_physical(numbers))
-            return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, k, 0);
+            return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_PAYLOADS, k, 0);
     }
     return TFA_OK;
 }
@@ -136,12 +133,12 @@ static int check_joints(const struct tfa_model *m, const uint32_t *joints, uint3
                         tfa_field field, tfa_reply *reply)
 {
     if (count > m->joints)
-        return set_error(reply, TFA_E_SIZE, field, count, 0);
+        return tfa_set_error(reply, TFA_E_SIZE, field, count, 0);
     if (count && !joints)
-        return set_error(reply, TFA_E_ARGUMENT, field, 0, 0);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, field, 0, 0);
     for (uint32_t k = 0; k < count; k++)
         if (joints[k] >= m->joints)
-            return set_error(reply, TFA_E_JOINT, field, k, 0);
+            return tfa_set_error(reply, TFA_E_JOINT, field, k, 0);
     return TFA_OK;
 }
 
@@ -158,16 +155,16 @@ static int check_locks(const struct tfa_model *m, const tfa_request *r, tfa_repl
     if (status != TFA_OK)
         return status;
     if (r->locked_count && refuses(r->method, TFA_REFUSES_LOCKED))
-        return set_error(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
+        return tfa_set_error(reply, TFA_E_METHOD, TFA_FIELD_LOCKED, 0, 0);
     if (r->locked_count && (r->op == TFA_OP_MASS_MATRIX || m->massless_followers))
-        return set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
+        return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED, 0, 0);
     return TFA_OK;
 }
 
 /* 1: the request names no frame, payload or joint */
 static int has_no_scene(const tfa_request *r)
 {
-    return !(traits_of(r) & (TRAITS_SCENE | TRAIT_OSIM));
+    return !(traits_of(r) & TRAITS_SCENE);
 }
 
 static int check_scene(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
@@ -215,8 +212,9 @@ static int check_method(const struct tfa_model *m, const tfa_request *r, const t
         status = TFA_E_METHOD;
     if (status == TFA_OK && row->refuses & (TFA_REFUSES_ARMATURE | TFA_REFUSES_LENGTH))
         status = check_chains(m, row->refuses);
-    return status == TFA_OK ? TFA_OK
-                            : set_error(reply, status, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+    return status == TFA_OK
+               ? TFA_OK
+               : tfa_set_error(reply, status, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
 }
 
 /* 1: the answer needs M itself */
@@ -224,53 +222,53 @@ static int needs_mass_matrix(const struct tfa_model *m, const tfa_request *r,
                              const tfa_method_info *row)
 {
     return r->op == TFA_OP_MASS_MATRIX ||
-           (r->op != TFA_OP_INVERSE_DYNAMICS &&
+           (!(TFA_OP_BIT(r->op) & TFA_OPS_RNEA) &&
             (row->refuses & TFA_REFUSES_SIZE ||
              (m->massless_followers && !(row->refuses & TFA_REFUSES_MASSLESS_FOLLOWER))));
 }
 
-/* A spectrum needs an op that answers lambda_inv, and a tip. */
-static int check_spectrum(const tfa_request *r, tfa_reply *reply)
-{
-    if (!is_forward(r) && r->op != TFA_OP_OPERATIONAL_INERTIA)
-        return set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
-    return r->tip_count ? TFA_OK : set_error(reply, TFA_E_SIZE, TFA_FIELD_TIPS, 0, 0);
-}
-
 static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
-    if ((int)r->op < TFA_OP_FORWARD_DYNAMICS || r->op > TFA_OP_MASS_MATRIX)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_OP, 0, 0);
+    if ((int)r->op < TFA_OP_FORWARD_DYNAMICS || r->op > TFA_OP_LAST)
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_OP, 0, 0);
     if (r->count == 0)
-        return set_error(reply, TFA_E_SIZE, TFA_FIELD_COUNT, 0, 0);
+        return tfa_set_error(reply, TFA_E_SIZE, TFA_FIELD_COUNT, 0, 0);
     if ((unsigned)r->frame > TFA_FRAME_WORLD)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0, 0);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0, 0);
     if ((unsigned)r->estimate > TFA_ESTIMATE_ALWAYS)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0, 0);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_ESTIMATE, 0, 0);
     if (r->refine > TFA_MAX_REFINE && r->refine != TFA_REFINE_DEFAULT)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0, 0);
     const tfa_method_info *row = tfa_method_describe((uint32_t)r->method);
     const int status = check_method(m, r, row, reply);
     if (status != TFA_OK)
         return status;
+    if (r->op == TFA_OP_DERIVATIVES && m->freedoms > TFA_DERIVATIVES_FREEDOMS_MAX)
+        return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
     if (m->mass_entries > TFA_MASS_ENTRIES_MAX && needs_mass_matrix(m, r, row))
-        return set_error(reply, TFA_E_UNSUPPORTED,
-                         r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
+        return tfa_set_error(reply, TFA_E_UNSUPPORTED,
+                             r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
     return TFA_OK;
 }
 
-/* 1: the op reads velocities, and forces or accelerations. Other arrays may hold anything. */
-static int reads_motion(const tfa_request *r)
+/* 1: the op reads tau */
+static int reads_forces(const tfa_request *r)
 {
-    return is_forward(r) || r->op == TFA_OP_INVERSE_DYNAMICS;
+    return (TFA_OP_BIT(r->op) & TRAITS_FORWARD) != 0;
+}
+
+/* 1: the op reads qdd */
+static int reads_accelerations(const tfa_request *r)
+{
+    return r->op == TFA_OP_INVERSE_DYNAMICS || r->op == TFA_OP_BIAS;
 }
 
 /* Sets the error of the first number that is not finite. */
 static int set_array_error(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     const size_t n = r->count, nj = m->v_count;
-    const int base = m->base_freedoms > 0, forward = is_forward(r),
-              inverse = reads_motion(r) && !forward;
+    const int base = m->base_freedoms > 0, v = reads_velocity(r), tau = reads_forces(r),
+              qdd = reads_accelerations(r);
     const struct {
         int read;
         tfa_field field;
@@ -278,22 +276,22 @@ static int set_array_error(const struct tfa_model *m, const tfa_request *r, tfa_
         size_t width, count;
     } arrays[] = {
         {1, TFA_FIELD_Q, r->q, m->q_count, n},
-        {reads_motion(r), TFA_FIELD_V, r->v, nj, n},
-        {forward, TFA_FIELD_TAU, r->tau, nj, n},
-        {inverse, TFA_FIELD_QDD, r->qdd, nj, n},
+        {v, TFA_FIELD_V, r->v, nj, n},
+        {tau, TFA_FIELD_TAU, r->tau, nj, n},
+        {qdd, TFA_FIELD_QDD, r->qdd, nj, n},
         {base, TFA_FIELD_BASE_POSE, r->base_pose, 7, n},
-        {base && reads_motion(r), TFA_FIELD_BASE_TWIST, r->base_twist, 6, n},
-        {base && forward, TFA_FIELD_BASE_WRENCH, r->base_wrench, 6, n},
-        {base && inverse, TFA_FIELD_BASE_ACCELERATION, r->base_acceleration, 6, n},
-        {reads_motion(r) && r->wrench_count, TFA_FIELD_WRENCHES, r->wrenches,
+        {base && v, TFA_FIELD_BASE_TWIST, r->base_twist, 6, n},
+        {base && tau, TFA_FIELD_BASE_WRENCH, r->base_wrench, 6, n},
+        {base && qdd, TFA_FIELD_BASE_ACCELERATION, r->base_acceleration, 6, n},
+        {reads_wrenches(r) && r->wrench_count, TFA_FIELD_WRENCHES, r->wrenches,
          (size_t)6 * r->wrench_count, n},
-        {reads_motion(r), TFA_FIELD_GRAVITY, r->gravity, 3, 1},
+        {reads_gravity(r), TFA_FIELD_GRAVITY, r->gravity, 3, 1},
     };
     int status = TFA_OK;
     for (size_t k = 0; status == TFA_OK && k < sizeof arrays / sizeof *arrays; k++)
         if (arrays[k].read)
-            status =
-                check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width, arrays[k].count);
+            status = tfa_check_finite(reply, arrays[k].field, arrays[k].x, arrays[k].width,
+                                      arrays[k].count);
     return status;
 }
 
@@ -301,20 +299,28 @@ static double nonfinite_base(const tfa_request *r)
 {
     const size_t n = r->count;
     double sum = nonfinite_sum(r->base_pose, 7 * n);
-    if (reads_motion(r))
-        sum += nonfinite_sum(r->base_twist, 6 * n) +
-               nonfinite_sum(is_forward(r) ? r->base_wrench : r->base_acceleration, 6 * n);
+    if (reads_velocity(r))
+        sum += nonfinite_sum(r->base_twist, 6 * n);
+    if (reads_forces(r))
+        sum += nonfinite_sum(r->base_wrench, 6 * n);
+    if (reads_accelerations(r))
+        sum += nonfinite_sum(r->base_acceleration, 6 * n);
     return sum;
 }
 
 static double nonfinite_motion(const struct tfa_model *m, const tfa_request *r)
 {
     const size_t n = r->count, nj = m->v_count;
-    double sum =
-        nonfinite_sum(r->v, nj * n) + nonfinite_sum(is_forward(r) ? r->tau : r->qdd, nj * n);
-    if (r->gravity)
+    double sum = 0;
+    if (reads_velocity(r))
+        sum += nonfinite_sum(r->v, nj * n);
+    if (reads_forces(r))
+        sum += nonfinite_sum(r->tau, nj * n);
+    if (reads_accelerations(r))
+        sum += nonfinite_sum(r->qdd, nj * n);
+    if (r->gravity && reads_gravity(r))
         sum += nonfinite_sum(r->gravity, 3);
-    if (r->wrench_count)
+    if (r->wrench_count && reads_wrenches(r))
         sum += nonfinite_sum(r->wrenches, (size_t)6 * r->wrench_count * n);
     return sum;
 }
@@ -322,12 +328,10 @@ static double nonfinite_motion(const struct tfa_model *m, const tfa_request *r)
 static int check_arrays(const struct tfa_model *m, const tfa_request *r, tfa_reply *reply)
 {
     if (!r->q && m->q_count)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_Q, 0, 0);
     if (!r->base_pose && m->base_freedoms)
-        return set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
-    double sum = nonfinite_sum(r->q, (size_t)m->q_count * r->count);
-    if (reads_motion(r))
-        sum += nonfinite_motion(m, r);
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_BASE_POSE, 0, 0);
+    double sum = nonfinite_sum(r->q, (size_t)m->q_count * r->count) + nonfinite_motion(m, r);
     if (m->base_freedoms)
         sum += nonfinite_base(r);
     return sum == 0 ? TFA_OK : set_array_error(m, r, reply);
@@ -341,8 +345,8 @@ int tfa_request_check(const tfa_model *model, const tfa_request *request, tfa_re
     reply->state = 0;
     reply->model = tfa_model_tag(model);
     int status = check_choices(model, request, reply);
-    if (status == TFA_OK && request->flags & TFA_WANT_SPECTRUM)
-        status = check_spectrum(request, reply);
+    if (status == TFA_OK && tfa_is_operational(request))
+        status = tfa_check_operational(request, reply);
     if (status == TFA_OK && !has_no_scene(request))
         status = check_scene(model, request, reply);
     if (status == TFA_OK)

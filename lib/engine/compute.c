@@ -16,9 +16,19 @@ int tfa_compute(tfa_workspace *workspace, const tfa_request *request, tfa_reply 
 int tfa_compute_states(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                        uint32_t count, tfa_reply *reply)
 {
-    const int status = tfa_reserved_methods_check(workspace, request, reply);
+    const int status = tfa_reserved_check(workspace, request, reply);
     return status == TFA_OK ? tfa_compute_checked(workspace, request, first, first + count, reply)
                             : status;
+}
+
+/* Answers of kinematics that the strategy of states k .. k + count - 1 left out */
+static void answer_motion(tfa_workspace *w, const struct call *c, uint32_t traits, uint32_t k,
+                          uint32_t count, tfa_reply *reply)
+{
+    const uint32_t flags = (traits & TRAIT_TIP_MOTION ? FLAGS_TIP_MOTION : 0) |
+                           (traits & TRAIT_BODY_MOTION ? FLAGS_BODY_MOTION : 0);
+    for (uint32_t end = k + count; k < end; k++)
+        w->kernel->answer_motion(w->state, c->request, c->by, flags, k, reply);
 }
 
 int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
@@ -27,9 +37,11 @@ int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, ui
     struct call call;
     tfa_call_init(&call, workspace, request);
     for (uint32_t k = first; k < end;) {
-        uint32_t done = 0;
-        for (uint32_t s = 0; !done && s < call.strategies; s++)
-            done = call.strategy[s]->run(workspace, &call, k, end, reply);
+        uint32_t done = 0, s = 0;
+        while ((done = call.strategy[s]->run(workspace, &call, k, end, reply)) == 0)
+            s++; /* the last row answers everything */
+        if (call.traits & TRAITS_MOTION & ~call.strategy[s]->motion)
+            answer_motion(workspace, &call, ~call.strategy[s]->motion, k, done, reply);
         k += done;
     }
     return reply->status;

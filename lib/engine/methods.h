@@ -13,10 +13,15 @@
  * doubles. */
 tfa_spectrum tfa_spectrum_of(const double *matrix, uint32_t n, double *scratch);
 
-static inline int is_forward(const tfa_request *r)
-{
-    return r->op == TFA_OP_FORWARD_DYNAMICS;
-}
+/* Checks flags, rows and the inputs of task torques, ops and flags with tips. */
+int tfa_check_operational(const tfa_request *request, tfa_reply *reply);
+
+/* Sets the error of a reply. Returns `status`. */
+int tfa_set_error(tfa_reply *reply, int status, tfa_field field, uint32_t index, uint32_t state);
+
+/* Checks an array of `count` states, `width` numbers each; NULL passes. */
+int tfa_check_finite(tfa_reply *reply, tfa_field field, const double *x, size_t width,
+                     size_t count);
 
 struct tfa_executor;
 
@@ -27,12 +32,12 @@ int tfa_method_is_parallel(const tfa_model *model, const tfa_request *request);
  * the workspace computes. */
 void tfa_workspace_set_executor(tfa_workspace *workspace, struct tfa_executor *executor);
 
-/* Refuses methods for which the workspace has no memory. */
-int tfa_reserved_methods_check(const tfa_workspace *workspace, const tfa_request *request,
-                               tfa_reply *reply);
+/* Refuses methods and numbers of tips for which the workspace has no memory. */
+int tfa_reserved_check(const tfa_workspace *workspace, const tfa_request *request,
+                       tfa_reply *reply);
 
 /* tfa_compute of states first .. end - 1 of a request that tfa_request_check and
- * tfa_reserved_methods_check passed; the reply is as they left it. */
+ * tfa_reserved_check passed; the reply is as they left it. */
 int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                         uint32_t end, tfa_reply *reply);
 

@@ -33,7 +33,7 @@ static int answer_forward(tfa_workspace *w, const struct call *c, uint32_t k, tf
     tfa_request part = *c->request;
     tfa_reply untouched = *reply;
     part.tip_count = 0;
-    part.flags &= ~TFA_WANT_POSES;
+    part.flags = 0;
     uint16_t reasons = TFA_ANSWER_RESIDUAL_PRECISION;
     if (has_factors(w, c->by.method)) {
         const int status = answer_factors(w, &part, c->by, k, reply, answer);
@@ -57,6 +57,9 @@ static int answer_all(tfa_workspace *w, const struct call *c, uint32_t k, tfa_re
     if (!(c->traits & TRAIT_FD))
         return answer_by_residual_kernel(w, c->request, k, reply, answer);
     const int status = answer_forward(w, c, k, reply, answer);
+    if (status == TFA_OK && !(c->traits & TRAIT_TIPS) && c->traits & TRAITS_MOTION)
+        w->residual_kernel.kernel->answer_motion(w->residual_kernel.state, c->request, c->by,
+                                                 TFA_WANT_ALL, k, reply);
     if (status != TFA_OK || !(c->traits & TRAIT_TIPS))
         return status;
     tfa_answer tips;
@@ -75,6 +78,6 @@ __attribute__((noinline)) uint32_t tfa_run_mixed(tfa_workspace *w, const struct 
     tfa_reply one = *reply;
     tfa_answer answer;
     const int status = answer_all(w, c, k, &one, &answer);
-    tfa_finish_single(w, c, k, status, &one, &answer, reply);
+    tfa_finish_single(w, c, k, status, tfa_failed_field(&one), &answer, reply);
     return 1;
 }

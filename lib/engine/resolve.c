@@ -21,7 +21,7 @@ static int locks_freedom(const tfa_model *m, const tfa_request *r)
  * no mass of their own or slide along their leaders. */
 static int is_projected(const tfa_workspace *w, const tfa_request *r)
 {
-    return w->model->mimics && w->methods & TFA_METHOD_BIT(TFA_METHOD_CRBA) &&
+    return w->model->mimics && w->reserved.methods & TFA_METHOD_BIT(TFA_METHOD_CRBA) &&
            !locks_freedom(w->model, r);
 }
 
@@ -36,7 +36,7 @@ static tfa_method forward_method(const tfa_workspace *w, const tfa_request *r, u
 {
     if (is_projected(w, r))
         return TFA_METHOD_CRBA;
-    return is_long(w, traits) ? TFA_METHOD_SCAN : TFA_METHOD_ABA;
+    return is_long(w, traits) && traits & TRAIT_FD ? TFA_METHOD_SCAN : TFA_METHOD_ABA;
 }
 
 /* pv-osimr is never slower for several tips (docs/methods.md). */
@@ -54,7 +54,7 @@ struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request
 {
     if (r->method != TFA_METHOD_AUTO)
         return (struct tfa_resolved){r->method, r->method};
-    if (traits & TRAIT_ID)
+    if (traits & TFA_OPS_RNEA)
         return (struct tfa_resolved){TFA_METHOD_RNEA, TFA_METHOD_RNEA};
     if (traits & TRAIT_M)
         return (struct tfa_resolved){TFA_METHOD_CRBA, TFA_METHOD_CRBA};
@@ -65,10 +65,15 @@ struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request
     return by;
 }
 
-int tfa_reserved_methods_check(const tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
+int tfa_reserved_check(const tfa_workspace *w, const tfa_request *r, tfa_reply *reply)
 {
     const int whole = r->op == TFA_OP_MASS_MATRIX;
-    if (w->methods & TFA_METHOD_BIT(whole ? TFA_METHOD_CRBA : r->method))
+    if (r->tip_count > w->reserved.tips) {
+        reply->field = TFA_FIELD_TIPS;
+        reply->index = w->reserved.tips;
+        return reply->status = TFA_E_UNSUPPORTED;
+    }
+    if (w->reserved.methods & TFA_METHOD_BIT(whole ? TFA_METHOD_CRBA : r->method))
         return TFA_OK;
     reply->field = whole ? TFA_FIELD_OP : TFA_FIELD_METHOD;
     reply->index = whole ? 0 : (uint32_t)r->method;

@@ -18,7 +18,7 @@
 #define SPECIALISED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_RNEA) | BIT(TFA_METHOD_PROPAGATION))
 /* Methods of a batch: neither those that search nor those that fill lanes themselves (kernel.c) */
 #define BATCH_METHODS (~(BIT(TFA_METHOD_HESSENBERG) | SCANS))
-#define ANY_OP (TRAIT_FD | TRAIT_ID | TRAIT_OSIM | TRAIT_M)
+#define ANY_OP TFA_OPS_ALL
 
 static const tfa_answer no_estimate = {.error_estimate = (double)NAN};
 
@@ -31,24 +31,25 @@ void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const 
         reply->answers[k] = *answer;
     if (!(c->traits & TRAIT_SPECTRUM) || !reply->spectrum || !reply->lambda_inv)
         return;
-    const uint32_t n = 6 * c->request->tip_count;
+    const uint32_t n = rows_of(c->request) * c->request->tip_count;
     reply->spectrum[k] = tfa_spectrum_of(reply->lambda_inv + (size_t)n * n * k, n, w->spectrum);
 }
 
 void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int status,
-                       const tfa_reply *one, const tfa_answer *answer, tfa_reply *reply)
+                       struct failed_field failed, const tfa_answer *answer, tfa_reply *reply)
 {
-    if (status == TFA_OK) {
+    if (status == TFA_OK || status == TFA_E_RANK)
         tfa_finish_state(w, c, k, answer, reply);
-        return;
-    }
-    if (reply->answers)
+    else if (reply->answers)
         reply->answers[k] = *answer;
+    if (status == TFA_OK)
+        return;
+    tfa_void_failed_state(w, c, k, status, reply);
     if (reply->status != TFA_OK)
         return;
     reply->status = status;
-    reply->field = one->field;
-    reply->index = one->index;
+    reply->field = failed.field;
+    reply->index = failed.index;
     reply->state = k;
 }
 
@@ -310,31 +311,36 @@ static uint32_t run_scalar(tfa_workspace *w, const struct call *c, uint32_t k, u
                            tfa_reply *reply)
 {
     (void)end;
-    tfa_reply one = *reply;
     tfa_answer answer;
-    const int status = w->kernel->answer(w->state, c->request, c->by, k, 1, &one, &answer);
+    const struct failed_field before = tfa_failed_field(reply);
+    const int status = w->kernel->answer(w->state, c->request, c->by, k, 1, reply, &answer);
+    const struct failed_field failed = tfa_failed_field(reply);
+    reply->field = before.field; /* of the first state that failed, if one has */
+    reply->index = before.index;
     if (w->precision == TFA_F32)
         answer.flags |= TFA_ANSWER_RESIDUAL_PRECISION;
-    tfa_finish_single(w, c, k, status, &one, &answer, reply);
+    tfa_finish_single(w, c, k, status, failed, &answer, reply);
     return 1;
 }
 
 /* ---- the table ---- */
 
 #define REFUSED_BY_FACTORS (TRAITS_CHANGED | TRAIT_REFINE)
+/* Answers that the scalar kernel computes while it has the state */
+#define SCALAR_ONLY (TRAIT_LAMBDA | TRAIT_POINT)
 static const struct strategy strategies[TFA_STRATEGIES] = {
-    {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM, 0, SPECIALISED,
+    {"specialised", has_specialised, TRAIT_FD | TRAIT_ID | TRAIT_OSIM, SCALAR_ONLY, 0, SPECIALISED,
      specialised_serves, run_specialised},
-    {"mixed", has_residual_kernel, ANY_OP, 0, TFA_METHODS_ALL, NULL, tfa_run_mixed},
-    {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, SCANS, NULL,
+    {"mixed", has_residual_kernel, ANY_OP, 0, TRAITS_MOTION, TFA_METHODS_ALL, NULL, tfa_run_mixed},
+    {"segment lanes", has_segments, TRAIT_FD, REFUSED_BY_FACTORS | TRAIT_TIPS, 0, SCANS, NULL,
      run_segments},
-    {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED, CYCLIC, partition_serves,
-     run_partition},
-    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, BATCH_METHODS, batch_serves,
+    {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED | SCALAR_ONLY, 0, CYCLIC,
+     partition_serves, run_partition},
+    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, 0, BATCH_METHODS, batch_serves,
      run_batch},
-    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS, ARTICULATED,
-     body_lanes_serve, run_body_lanes},
-    {"scalar", always, ANY_OP, 0, TFA_METHODS_ALL, NULL, run_scalar},
+    {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS | TRAIT_LAMBDA,
+     TRAIT_TIP_MOTION, ARTICULATED, body_lanes_serve, run_body_lanes},
+    {"scalar", always, ANY_OP, 0, TRAITS_MOTION, TFA_METHODS_ALL, NULL, run_scalar},
 };
 
 int tfa_batch_has_method(tfa_method method)

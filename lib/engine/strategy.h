@@ -7,8 +7,8 @@
 #ifndef TFA_ENGINE_STRATEGY_H
 #define TFA_ENGINE_STRATEGY_H
 
-#include "engine/traits.h"
 #include "engine/workspace.h"
+#include "interface/traits.h"
 #include "model/model.h"
 
 /* A checked request under way */
@@ -27,6 +27,7 @@ struct strategy {
     int (*is_available)(const tfa_workspace *w);
     uint32_t ops;     /* ops that it serves, TRAIT_FD .. */
     uint32_t refuses; /* traits */
+    uint32_t motion;  /* TRAITS_MOTION that its run answers; the kernel of one state adds others */
     uint32_t methods; /* resolved methods that it serves: TFA_METHOD_BITs */
     /* Further conditions; NULL: none */
     int (*serves)(const tfa_workspace *w, const struct call *c);
@@ -56,8 +57,24 @@ uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k, uint3
 void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const tfa_answer *answer,
                       tfa_reply *reply);
 
-/* The same for a state that may have failed: `one` is the reply that the kernel wrote to. */
+/* Field and index of a reply, which a kernel sets for a state that it cannot answer. A whole reply
+ * takes 15 ns to copy. */
+struct failed_field {
+    tfa_field field;
+    uint32_t index;
+};
+
+static inline struct failed_field tfa_failed_field(const tfa_reply *reply)
+{
+    return (struct failed_field){reply->field, reply->index};
+}
+
+/* The same for a state that may have failed. */
 void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int status,
-                       const tfa_reply *one, const tfa_answer *answer, tfa_reply *reply);
+                       struct failed_field failed, const tfa_answer *answer, tfa_reply *reply);
+
+/* Makes the answers NaN that a state which failed does not have. */
+void tfa_void_failed_state(const tfa_workspace *w, const struct call *c, uint32_t k, int status,
+                           const tfa_reply *reply);
 
 #endif

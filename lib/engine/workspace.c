@@ -16,8 +16,6 @@
 #include "model/model.h"
 #include "specialised/specialised_internal.h"
 
-#define SPECTRUM_ENTRIES (36 * TFA_MAX_TIPS * TFA_MAX_TIPS)
-
 /* Choices of auto, fallbacks, and methods that need almost no memory */
 #define METHODS_ALWAYS                                                                             \
     (TFA_METHOD_BIT(TFA_METHOD_AUTO) | TFA_METHOD_BIT(TFA_METHOD_RNEA) |                           \
@@ -28,7 +26,7 @@
 /* Kernels of a workspace. `residual_kernel`: NULL if the precision is that of the factors; `batch`:
  * NULL if states are computed one at a time. */
 struct kernel_choice {
-    uint32_t methods;
+    struct tfa_reserved reserved;
     tfa_precision precision;
     const struct tfa_kernel *kernel, *residual_kernel, *batch;
     uint32_t batch_max;
@@ -82,7 +80,7 @@ static void choose_doubles(const tfa_model *model, const struct tfa_backend *bac
     const uint32_t cyclic = TFA_METHOD_BIT(TFA_METHOD_TFA_CR) | TFA_METHOD_BIT(TFA_METHOD_CFA_CR);
     choose_body_lanes(model, backend, out);
     out->specialised = o->specialised ? o->specialised->kernel : NULL;
-    if (out->methods & cyclic && backend->partition->size(model))
+    if (out->reserved.methods & cyclic && backend->partition->size(model))
         out->partition = backend->partition;
     if (tfa_cut_segments(model).count)
         out->segment_lanes = backend->segment_lanes;
@@ -114,10 +112,11 @@ static int choose_kernels(const tfa_model *model, const tfa_workspace_options *o
                                    : o->residual == TFA_RESIDUAL_F128 ? TFA_F128
                                                                       : o->precision;
     const int narrower = o->precision == TFA_F128 && residual == TFA_F64;
-    if (!backend || narrower || (uint32_t)o->residual > TFA_RESIDUAL_F128 ||
+    const uint32_t tips = o->max_tips ? o->max_tips : TFA_DEFAULT_TIPS;
+    if (!backend || narrower || tips > TFA_MAX_TIPS || (uint32_t)o->residual > TFA_RESIDUAL_F128 ||
         (uint32_t)o->precision > TFA_F32)
         return 0;
-    *out = (struct kernel_choice){.methods = reserved_methods(model, o->methods),
+    *out = (struct kernel_choice){.reserved = {reserved_methods(model, o->methods), tips},
                                   .precision = o->precision,
                                   .kernel = o->precision == TFA_F128 ? &tfa_kernel_f128_base
                                                                      : backend->f64,
@@ -137,7 +136,7 @@ static void describe(const tfa_model *model, const struct kernel_choice *c, stru
 {
     *o = (struct tfa_workspace){
         .model = model,
-        .methods = c->methods,
+        .reserved = c->reserved,
         .precision = c->precision,
         .kernel = c->kernel,
         .residual_kernel = {c->residual_kernel, NULL},
@@ -167,13 +166,14 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
     struct arena a = {memory, 0};
     const int shared = c->residual_kernel == c->kernel; /* one state serves both */
     struct tfa_workspace *w = arena_alloc(&a, 1, sizeof *w);
-    double *spectrum = arena_alloc(&a, SPECTRUM_ENTRIES, sizeof(double));
-    void *state = arena_alloc(&a, c->kernel->size(model, c->methods), 1);
+    const size_t entries = (size_t)36 * c->reserved.tips * c->reserved.tips;
+    double *spectrum = arena_alloc(&a, entries, sizeof(double));
+    void *state = arena_alloc(&a, c->kernel->size(model, c->reserved), 1);
     void *residual_kernel = arena_alloc(
-        &a, c->residual_kernel && !shared ? c->residual_kernel->size(model, c->methods) : 0, 1);
+        &a, c->residual_kernel && !shared ? c->residual_kernel->size(model, c->reserved) : 0, 1);
     void *body_lanes_state =
         arena_alloc(&a, c->body_lanes ? c->body_lanes->size(model, &c->schedule) : 0, 1);
-    void *batch_state = arena_alloc(&a, c->batch ? c->batch->size(model, c->methods) : 0, 1);
+    void *batch_state = arena_alloc(&a, c->batch ? c->batch->size(model, c->reserved) : 0, 1);
     void *partition_state = arena_alloc(&a, c->partition ? c->partition->size(model) : 0, 1);
     void *segment_lanes =
         arena_alloc(&a, c->segment_lanes ? c->segment_lanes->size(model, c->kernel) : 0, 1);
@@ -182,22 +182,21 @@ static size_t layout(const tfa_model *model, const struct kernel_choice *c, void
         return a.used;
     describe(model, c, w);
     w->spectrum = spectrum;
-    memset(spectrum, 0,
-           SPECTRUM_ENTRIES * sizeof(double)); /* pages are there before the first request */
-    w->state = c->kernel->init(model, c->methods, state);
+    memset(spectrum, 0, entries * sizeof(double)); /* pages are there before the first request */
+    w->state = c->kernel->init(model, c->reserved, state);
     if (c->body_lanes) {
         w->body_lanes_state = c->body_lanes->init(model, &c->schedule, body_lanes_state);
         w->factors = c->kernel->factor_buffers(w->state);
     }
     if (c->batch)
-        w->batch_state = c->batch->init(model, c->methods, batch_state);
+        w->batch_state = c->batch->init(model, c->reserved, batch_state);
     if (c->partition)
         w->partition_state = c->partition->init(model, partition_state);
     if (c->segment_lanes)
         w->segment_lanes_state = c->segment_lanes->init(model, c->kernel, segment_lanes);
     if (c->residual_kernel)
         w->residual_kernel.state =
-            shared ? w->state : c->residual_kernel->init(model, c->methods, residual_kernel);
+            shared ? w->state : c->residual_kernel->init(model, c->reserved, residual_kernel);
     if (c->residual_kernel && c->precision == TFA_F32)
         c->batch->set_residual_kernel(w->batch_state, &w->residual_kernel);
     else if (c->residual_kernel)
@@ -274,5 +273,10 @@ void tfa_workspace_set_executor(tfa_workspace *w, struct tfa_executor *executor)
 
 uint32_t tfa_workspace_methods(const tfa_workspace *workspace)
 {
-    return workspace->methods;
+    return workspace->reserved.methods;
+}
+
+uint32_t tfa_workspace_max_tips(const tfa_workspace *workspace)
+{
+    return workspace->reserved.tips;
 }

@@ -17,7 +17,7 @@ struct strategy;
 
 struct tfa_workspace {
     const struct tfa_model *model;
-    uint32_t methods;                /* reserved: bits 1u << tfa_method */
+    struct tfa_reserved reserved;
     struct tfa_executor *executor;   /* of the request under way; NULL: the caller alone */
     tfa_precision precision;         /* of the factors */
     const struct tfa_kernel *kernel; /* of one state at a time: doubles around factors in float */

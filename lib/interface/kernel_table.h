@@ -44,9 +44,8 @@ struct tfa_kernel {
     tfa_precision precision;
     uint32_t lanes;         /* states at a time */
     int (*supported)(void); /* every CPU feature that the flags allow is present */
-    /* With memory for these methods: bits 1u << tfa_method */
-    size_t (*size)(const tfa_model *model, uint32_t methods);
-    struct state *(*init)(const tfa_model *model, uint32_t methods, void *memory);
+    size_t (*size)(const tfa_model *model, struct tfa_reserved reserved);
+    struct state *(*init)(const tfa_model *model, struct tfa_reserved reserved, void *memory);
     /* States k .. k + count - 1, at most `lanes`, of a checked request; fills as many answers, and
      * field/index of the reply on failure. Where several states do not go the same way, or one of
      * them has no answer, returns a status that is not TFA_OK, and nothing that was written
@@ -68,6 +67,11 @@ struct tfa_kernel {
      * finite. */
     int (*answer_tips)(struct state *s, const tfa_request *request, struct tfa_resolved by,
                        uint32_t k, tfa_reply *reply, tfa_answer *answer);
+
+    /* Answers of kinematics for state k of a checked request, those of its flags that are among
+     * `flags`. */
+    void (*answer_motion)(struct state *s, const tfa_request *request, struct tfa_resolved by,
+                          uint32_t flags, uint32_t k, tfa_reply *reply);
 
     /* Estimates the error of the accelerations of state k, which stand in the reply, by the factors
      * of aba. Returns 0 where the estimate is above `limit` or not finite. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The methods of a request, resolved.
+ * The methods of a request, resolved; and what a state reserves memory for.
  */
 #ifndef TFA_INTERFACE_RESOLVED_H
 #define TFA_INTERFACE_RESOLVED_H
@@ -12,6 +12,12 @@
  * asked for besides qdd. */
 struct tfa_resolved {
     tfa_method method, osim;
+};
+
+/* What a state has memory for */
+struct tfa_reserved {
+    uint32_t methods; /* bits 1u << tfa_method */
+    uint32_t tips;    /* of one request */
 };
 
 #endif

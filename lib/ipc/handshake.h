@@ -14,7 +14,7 @@
 
 #define TFA_HANDSHAKE_MAGIC 0x31414654u /* "TFA1" */
 /** Incremented with every change of handshake.h, wire.h or ring.h. */
-#define TFA_HANDSHAKE_ABI 5u
+#define TFA_HANDSHAKE_ABI 6u
 #define TFA_ROBOT_NAME_MAX 63
 /** Locked (F_OFD_SETLK) by the daemon of a runtime directory during its lifetime. */
 #define TFA_LOCK_FILE "totalforced.lock"
@@ -24,8 +24,8 @@
 typedef struct tfa_hello {
     uint32_t magic, abi;
     uint32_t slots, max_batch;
-    uint32_t wait; /**< tfa_wait */
-    uint32_t reserved;
+    uint32_t wait;     /**< tfa_wait */
+    uint32_t max_tips; /**< of one request */
     char robot[TFA_ROBOT_NAME_MAX + 1];
 } tfa_hello;
 

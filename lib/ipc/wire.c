@@ -7,6 +7,9 @@
 
 #include <string.h>
 
+/* Compilers keep these apart, for their number of callers. Inline, counts stay in registers. */
+#define INLINE static inline __attribute__((always_inline))
+
 #define BASE_BLOCKS                                                                                \
     (1u << TFA_WIRE_BASE_POSE | 1u << TFA_WIRE_BASE_TWIST | 1u << TFA_WIRE_BASE_WRENCH |           \
      1u << TFA_WIRE_BASE_ACCELERATION)
@@ -15,7 +18,24 @@
 
 #define ALL_BLOCKS ((1u << TFA_WIRE_REQUEST_BLOCKS) - 1)
 
-typedef const void *request_arrays[TFA_WIRE_REQUEST_BLOCKS];
+/* Where a tfa_request has the pointer to a block */
+static const uint16_t array_offset[TFA_WIRE_REQUEST_BLOCKS] = {
+#define OFFSET(block, field, bytes) offsetof(tfa_request, field),
+    TFA_WIRE_REQUEST_LIST(OFFSET)
+#undef OFFSET
+};
+
+static const void *array_of(const tfa_request *r, uint32_t block)
+{
+    const void *array;
+    memcpy(&array, (const unsigned char *)r + array_offset[block], sizeof array);
+    return array;
+}
+
+static void set_array(tfa_request *r, uint32_t block, const void *array)
+{
+    memcpy((unsigned char *)r + array_offset[block], &array, sizeof array);
+}
 
 static uint32_t dof_check(const tfa_wire_shape *shape)
 {
@@ -25,12 +45,14 @@ static uint32_t dof_check(const tfa_wire_shape *shape)
 /* Counts that determine the sizes of a request's blocks. */
 struct counts {
     size_t count, tips, wrenches, payloads, locked;
+    size_t rows; /* of all tips */
 };
 
 /* Each within its limit, but `count`, which is checked with the reply's shape. */
-static struct counts limited(const tfa_wire_shape *shape, struct counts n)
+INLINE struct counts limited(const tfa_wire_shape *shape, struct counts n, uint32_t rows)
 {
-    n.tips = n.tips < TFA_MAX_TIPS ? n.tips : TFA_MAX_TIPS;
+    n.tips = n.tips < shape->max_tips ? n.tips : shape->max_tips;
+    n.rows = n.tips * tfa_wire_rows(rows);
     n.wrenches = n.wrenches < TFA_MAX_WRENCHES ? n.wrenches : TFA_MAX_WRENCHES;
     n.payloads = n.payloads < TFA_MAX_PAYLOADS ? n.payloads : TFA_MAX_PAYLOADS;
     n.locked = n.locked < shape->v_count ? n.locked : shape->v_count;
@@ -39,19 +61,27 @@ static struct counts limited(const tfa_wire_shape *shape, struct counts n)
 
 static struct counts counts_of_request(const tfa_wire_shape *shape, const tfa_request *r)
 {
-    return limited(shape, (struct counts){r->count, r->tip_count, r->wrench_count, r->payload_count,
-                                          r->locked_count});
+    const struct counts n = {.count = r->count,
+                             .tips = r->tip_count,
+                             .wrenches = r->wrench_count,
+                             .payloads = r->payload_count,
+                             .locked = r->locked_count};
+    return limited(shape, n, r->rows);
 }
 
 static struct counts counts_of_line(const tfa_wire_shape *shape, const tfa_wire_request *line)
 {
-    const uint32_t count = line->count < shape->max_batch ? line->count : shape->max_batch;
-    return limited(shape, (struct counts){count, line->tip_count, line->wrench_count,
-                                          line->payload_count, line->locked_count});
+    const struct counts n = {.count =
+                                 line->count < shape->max_batch ? line->count : shape->max_batch,
+                             .tips = line->tip_count,
+                             .wrenches = line->wrench_count,
+                             .payloads = line->payload_count,
+                             .locked = line->locked_count};
+    return limited(shape, n, line->rows);
 }
 
 /* Bytes of a block of a request, without padding. */
-static size_t request_width(const tfa_wire_shape *shape, uint32_t block, const struct counts *n)
+INLINE size_t request_width(const tfa_wire_shape *shape, uint32_t block, const struct counts *n)
 {
     switch (block) {
 #define WIDTH(name, field, bytes)                                                                  \
@@ -81,8 +111,12 @@ static size_t request_size(const tfa_wire_shape *shape, uint32_t present, const 
 
 size_t tfa_wire_request_capacity(const tfa_wire_shape *shape)
 {
-    const struct counts most =
-        limited(shape, (struct counts){shape->max_batch, SIZE_MAX, SIZE_MAX, SIZE_MAX, SIZE_MAX});
+    const struct counts all = {.count = shape->max_batch,
+                               .tips = SIZE_MAX,
+                               .wrenches = SIZE_MAX,
+                               .payloads = SIZE_MAX,
+                               .locked = SIZE_MAX};
+    const struct counts most = limited(shape, all, TFA_ROWS_POSE);
     return request_size(shape, ALL_BLOCKS, &most);
 }
 
@@ -101,16 +135,13 @@ static uint32_t blocks_without_count(const tfa_wire_shape *shape, const tfa_requ
     return none;
 }
 
-/* The arrays of a request. @return the blocks that go into the slot */
-static uint32_t arrays_of_request(const tfa_wire_shape *shape, const tfa_request *r,
-                                  request_arrays arrays)
+/* Blocks of a request that go into the slot. */
+static uint32_t blocks_of_request(const tfa_wire_shape *shape, const tfa_request *r)
 {
     uint32_t present = 0;
-#define GET(block, field, bytes)                                                                   \
-    arrays[TFA_WIRE_##block] = r->field;                                                           \
-    present |= (uint32_t)(r->field != NULL) << TFA_WIRE_##block;
-    TFA_WIRE_REQUEST_LIST(GET)
-#undef GET
+#define ADD(block, field, bytes) present |= (uint32_t)(r->field != NULL) << TFA_WIRE_##block;
+    TFA_WIRE_REQUEST_LIST(ADD)
+#undef ADD
     if (shape->base_freedoms == 0)
         present &= ~BASE_BLOCKS;
     return present & ~blocks_without_count(shape, r);
@@ -127,8 +158,10 @@ static uint8_t clamp_u8(uint32_t x)
     X(refine, uint32_t, (uint32_t))                                                                \
     X(flags, uint32_t, (uint32_t))                                                                 \
     X(locked_count, uint32_t, (uint32_t))                                                          \
-    X(op, tfa_op, tfa_wire_clamp_u16)                                                              \
-    X(method, tfa_method, tfa_wire_clamp_u16)                                                      \
+    X(op, tfa_op, clamp_u8)                                                                        \
+    X(method, tfa_method, clamp_u8)                                                                \
+    X(rows, tfa_rows, clamp_u8)                                                                    \
+    X(rank_loss, tfa_rank_loss, clamp_u8)                                                          \
     X(estimate, tfa_estimate, clamp_u8)                                                            \
     X(frame, tfa_reference_frame, clamp_u8)                                                        \
     X(tip_count, uint32_t, clamp_u8)                                                               \
@@ -142,7 +175,7 @@ static void encode_line(const tfa_wire_shape *shape, const tfa_request *r, tfa_w
 #undef ENCODE
     line->dof = dof_check(shape);
     line->deadline_us = 0;
-    memset(line->reserved, 0, sizeof line->reserved);
+    line->reserved = 0;
 }
 
 /* The frame indices before the blocks */
@@ -166,25 +199,28 @@ static void read_frames(const unsigned char *at, tfa_request *r, const struct co
 
 int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *request, uint32_t want,
                             uint64_t id, uint64_t t_sent, void *slot,
-                            tfa_wire_reply_shape *reply_shape)
+                            tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field)
 {
     const struct counts n = counts_of_request(shape, request);
-    tfa_field invalid_field;
     want = tfa_wire_of_robot(shape, want);
-    *reply_shape = (tfa_wire_reply_shape){
-        .count = request->count, .tip_count = (uint32_t)n.tips, .want = want};
-    int status = tfa_wire_check_reply_shape(shape, reply_shape, &invalid_field);
+    *reply_shape = (tfa_wire_reply_shape){.count = request->count,
+                                          .tip_count = request->tip_count,
+                                          .rows = (uint32_t)n.rows,
+                                          .want = want};
+    tfa_field field;
+    int status = tfa_wire_check_reply_shape(shape, reply_shape, &field);
+    if (invalid_field)
+        *invalid_field = status == TFA_OK ? TFA_FIELD_NONE : field;
     if (status != TFA_OK)
         return status;
 
     tfa_wire_request *line = slot;
-    request_arrays arrays;
-    const uint32_t present = arrays_of_request(shape, request, arrays);
+    const uint32_t present = blocks_of_request(shape, request);
     encode_line(shape, request, line);
     line->id = id;
     line->t_sent = t_sent;
     line->present = (uint16_t)present;
-    line->want = (uint16_t)want;
+    line->want = want;
 
     unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
     const size_t frames = frames_bytes(&n);
@@ -194,7 +230,7 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
     for (uint32_t bits = present; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const size_t size = request_width(shape, block, &n);
-        memcpy(at, arrays[block], size);
+        memcpy(at, array_of(request, block), size);
         at += tfa_wire_padded_size(size);
     }
     return TFA_OK;
@@ -212,13 +248,11 @@ void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *
 
 static void decode_line(const tfa_wire_request *line, tfa_request *r)
 {
-    /* member by member: gcc 12 clears the whole with `rep stos`, which doubles the time */
+    /* member by member: gcc 12 clears the whole with `rep stos`, which doubles the time. Frames are
+     * read up to their counts only. */
 #define CLEAR(block, field, bytes) r->field = NULL;
     TFA_WIRE_REQUEST_LIST(CLEAR)
 #undef CLEAR
-    memset(r->tips, 0, sizeof r->tips);
-    memset(r->wrench_frames, 0, sizeof r->wrench_frames);
-    memset(r->payload_frames, 0, sizeof r->payload_frames);
 #define DECODE(field, type, limit) r->field = (type)line->field;
     LINE_FIELDS(DECODE)
 #undef DECODE
@@ -232,16 +266,7 @@ static void point_into(const tfa_wire_shape *shape, uint32_t present, const stru
     for (uint32_t bits = present; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const void *array = none >> block & 1 ? NULL : at;
-        switch (block) {
-#define SET(name, field, bytes)                                                                    \
-    case TFA_WIRE_##name:                                                                          \
-        r->field = array;                                                                          \
-        break;
-            TFA_WIRE_REQUEST_LIST(SET)
-#undef SET
-        default:
-            break;
-        }
+        set_array(r, block, array);
         at += tfa_wire_padded_size(request_width(shape, block, n));
     }
 }
@@ -253,7 +278,8 @@ int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_r
     const struct counts n = counts_of_line(shape, line);
     decode_line(line, request);
     *invalid_field = TFA_FIELD_NONE;
-    *reply_shape = (tfa_wire_reply_shape){.count = line->count, .tip_count = (uint32_t)n.tips};
+    *reply_shape = (tfa_wire_reply_shape){
+        .count = line->count, .tip_count = line->tip_count, .rows = (uint32_t)n.rows};
     if (line->dof != dof_check(shape))
         return TFA_E_PROTOCOL;
     reply_shape->want = line->want & tfa_wire_possible(shape, request);

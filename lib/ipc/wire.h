@@ -17,52 +17,9 @@
 #include <totalforce/dynamics.h>
 #include <totalforce/status.h>
 
+#include "ipc/wire_blocks.h"
+
 #define TFA_WIRE_LINE 64
-/** Limit of the blocks of quadratic size (lambda_inv, M) in a slot, unless one state needs more: it
- *  keeps slots of large batches small. */
-#define TFA_WIRE_SQUARE_BYTES ((size_t)1 << 20)
-/** Most freedoms of a mass matrix in a slot (512 KiB at 256). */
-#define TFA_WIRE_MASS_MATRIX_MAX 256
-
-/** Sizes of the robot and of the largest request: they determine the layout. */
-typedef struct tfa_wire_shape {
-    uint32_t q_count, v_count, base_freedoms, max_batch;
-} tfa_wire_shape;
-
-/** Blocks of a request, in payload order: X(NAME, array of tfa_request, bytes), with the shape of
- *  the connection and the counts `n` of the request. Block k: bit k of tfa_wire_request.present */
-#define TFA_WIRE_REQUEST_LIST(X)                                                                   \
-    X(Q, q, 8 * n->count * shape->q_count)                                                         \
-    X(V, v, 8 * n->count * shape->v_count)                                                         \
-    X(TAU, tau, 8 * n->count * shape->v_count)                                                     \
-    X(QDD, qdd, 8 * n->count * shape->v_count)                                                     \
-    X(BASE_POSE, base_pose, 8 * n->count * 7)                                                      \
-    X(BASE_TWIST, base_twist, 8 * n->count * 6)                                                    \
-    X(BASE_WRENCH, base_wrench, 8 * n->count * 6)                                                  \
-    X(BASE_ACCELERATION, base_acceleration, 8 * n->count * 6)                                      \
-    X(GRAVITY, gravity, 8 * 3)                                                                     \
-    X(WRENCHES, wrenches, 8 * n->count * 6 * n->wrenches)                                          \
-    X(PAYLOADS, payloads, 8 * n->payloads * TFA_PAYLOAD_NUMBERS)                                   \
-    X(LOCKED, locked, 4 * n->locked)
-
-/** Blocks of a reply, in payload order: X(NAME, array of tfa_reply, bytes), with the shape, the
- *  counts of states and tips, and n, the rows of M. Bit k of tfa_wire_request.want is block k. */
-#define TFA_WIRE_REPLY_LIST(X)                                                                     \
-    X(ANSWERS, answers, count * sizeof(tfa_answer))                                                \
-    X(OUT_QDD, qdd, 8 * count * shape->v_count)                                                    \
-    X(OUT_BASE_ACCELERATION, base_acceleration, 8 * count * 6)                                     \
-    X(OUT_TAU, tau, 8 * count * shape->v_count)                                                    \
-    X(OUT_BASE_WRENCH, base_wrench, 8 * count * 6)                                                 \
-    X(LAMBDA_INV, lambda_inv, 8 * count * 36 * tips * tips)                                        \
-    X(MASS_MATRIX, mass_matrix, 8 * count * n * n)                                                 \
-    X(SPECTRUM, spectrum, count * sizeof(tfa_spectrum))                                            \
-    X(POSES, poses, 8 * count * tips * 7)
-
-#define TFA_WIRE_BLOCK(name, field, bytes) TFA_WIRE_##name,
-enum { TFA_WIRE_REQUEST_LIST(TFA_WIRE_BLOCK) TFA_WIRE_REQUEST_BLOCKS };
-enum { TFA_WIRE_REPLY_LIST(TFA_WIRE_BLOCK) TFA_WIRE_REPLY_BLOCKS };
-#undef TFA_WIRE_BLOCK
-
 /** Line 0 of a request slot. After it: tips, wrench frames and payload frames (uint32_t, padded to
  *  8 bytes), then the blocks. */
 typedef struct tfa_wire_request {
@@ -73,11 +30,12 @@ typedef struct tfa_wire_request {
     uint32_t refine, flags;
     uint32_t locked_count;
     uint32_t deadline_us;    /**< after t_sent; 0: none. A request that begins later is refused */
-    uint16_t op, method;     /**< larger numbers become 65535, which is invalid as well */
-    uint16_t present, want;  /**< blocks */
-    uint8_t estimate, frame; /**< larger numbers become 255, which is invalid as well */
-    uint8_t tip_count, wrench_count, payload_count; /**< the same */
-    uint8_t reserved[3];                            /**< 0 */
+    uint32_t want;           /**< blocks */
+    uint16_t present;        /**< blocks */
+    uint8_t op, method;      /**< larger numbers become 255, which is invalid as well */
+    uint8_t estimate, frame; /**< the same */
+    uint8_t tip_count, wrench_count, payload_count, rows, rank_loss; /**< the same */
+    uint8_t reserved;                                                /**< 0 */
 } tfa_wire_request;
 
 /** Line 0 of a reply slot. */
@@ -86,23 +44,17 @@ typedef struct tfa_wire_reply {
     uint64_t id;
     uint64_t t_received, t_start, t_done; /**< CLOCK_MONOTONIC ns */
     uint64_t model; /**< tfa_model_tag of the model that answered; 0: none did */
-    int32_t status;
-    uint32_t index, state;
+    int16_t status;
     uint16_t field;
-    uint16_t want; /**< blocks that follow; 0 when nothing was computed */
+    uint32_t index, state;
+    uint32_t want; /**< blocks that follow; 0 when nothing was computed */
 } tfa_wire_reply;
 
 _Static_assert(sizeof(tfa_wire_request) == TFA_WIRE_LINE, "a request's line is one cache line");
 _Static_assert(sizeof(tfa_wire_reply) == TFA_WIRE_LINE, "a reply's line is one cache line");
-_Static_assert(TFA_WIRE_REQUEST_BLOCKS <= 16 && TFA_WIRE_REPLY_BLOCKS <= 16,
+_Static_assert(TFA_WIRE_REQUEST_BLOCKS <= 16 && TFA_WIRE_REPLY_BLOCKS <= 32,
                "blocks have a bit each");
 _Static_assert(ATOMIC_LLONG_LOCK_FREE == 2, "the ring needs lock-free 64-bit atomics");
-
-/** Determines the layout of a reply; each side keeps it in private memory. */
-typedef struct tfa_wire_reply_shape {
-    uint32_t count, tip_count;
-    uint32_t want;
-} tfa_wire_reply_shape;
 
 /** Bytes of a slot that holds any request (reply) of this shape. */
 size_t tfa_wire_request_capacity(const tfa_wire_shape *shape);
@@ -114,12 +66,14 @@ uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply);
 /**
  * Writes a request into a slot, all but seq; also one that tfa_request_check refuses: the daemon
  * gives the same refusal.
- * @return TFA_OK and *reply_shape; TFA_E_SIZE (count above max_batch, or more answers than a slot
- *         holds); TFA_E_UNSUPPORTED (mass matrix of more than TFA_WIRE_MASS_MATRIX_MAX freedoms).
+ * @return TFA_OK and *reply_shape; TFA_E_SIZE (count above max_batch, tips above max_tips, or more
+ *         answers than a slot holds); TFA_E_UNSUPPORTED (mass matrix or derivatives of more than
+ *         TFA_WIRE_MASS_MATRIX_MAX freedoms). *invalid_field (may be NULL): TFA_FIELD_COUNT,
+ *         TFA_FIELD_TIPS, TFA_FIELD_OP or TFA_FIELD_NONE.
  */
 int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *request, uint32_t want,
                             uint64_t id, uint64_t t_sent, void *slot,
-                            tfa_wire_reply_shape *reply_shape);
+                            tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field);
 
 /**
  * Copies a slot once into private memory: the line, then the payload that the copied line states,
@@ -130,7 +84,7 @@ void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *
 /**
  * Decodes a private copy into a request whose arrays point into the copy.
  * @return TFA_OK; TFA_E_SIZE, TFA_E_UNSUPPORTED as tfa_wire_encode_request; TFA_E_PROTOCOL (made
- *         for another robot). *invalid_field: TFA_FIELD_COUNT, TFA_FIELD_OP or TFA_FIELD_NONE.
+ *         for another robot). *invalid_field as there.
  */
 int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_request *request,
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field);
@@ -148,11 +102,5 @@ uint32_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply);
 /** Copies the answers of a slot to the buffers of `reply` that are not NULL. */
 void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
                            const void *slot, tfa_reply *reply);
-
-/** True if a reply of this status carries answers. */
-static inline int tfa_wire_has_answers(int status)
-{
-    return status == TFA_OK || status == TFA_E_NOT_COMPUTED || status == TFA_E_SINGULAR;
-}
 
 #endif

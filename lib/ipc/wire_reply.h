@@ -8,12 +8,6 @@
 
 #include "ipc/wire.h"
 
-/* Rows of M. */
-static inline uint32_t tfa_wire_freedoms(const tfa_wire_shape *shape)
-{
-    return shape->base_freedoms + shape->v_count;
-}
-
 static inline uint16_t tfa_wire_clamp_u16(uint32_t x)
 {
     return (uint16_t)(x < UINT16_MAX ? x : UINT16_MAX);
@@ -25,17 +19,10 @@ static inline size_t tfa_wire_padded_size(size_t bytes)
     return (bytes + 7) & ~(size_t)7;
 }
 
-/* Removes the blocks of a floating base for other robots. */
-static inline uint32_t tfa_wire_of_robot(const tfa_wire_shape *shape, uint32_t want)
-{
-    const uint32_t base = 1u << TFA_WIRE_OUT_BASE_ACCELERATION | 1u << TFA_WIRE_OUT_BASE_WRENCH;
-    return shape->base_freedoms == 0 ? want & ~base : want;
-}
-
 /* Blocks of the answers to a request for this robot. */
 uint32_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request);
 
-/* Checks that a slot holds these answers. The invalid field is the count or the op.
+/* Checks that a slot holds these answers. The invalid field is the count, the tips or the op.
  * @return TFA_OK, TFA_E_SIZE, TFA_E_UNSUPPORTED */
 int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
                                tfa_field *invalid_field);

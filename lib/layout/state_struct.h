@@ -80,8 +80,6 @@ enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
 
 #define TFA_STATE_ARRAYS(ARRAY) TFA_MOTION_ARRAYS(ARRAY) TFA_LAYOUT_ARRAYS(ARRAY)
 
-#define TFA_TIP_COLUMNS ((size_t)6 * TFA_MAX_TIPS)
-
 /* Validity of kept results for the q, base pose, payloads and locked joints of the request
  * before. */
 enum {
@@ -108,6 +106,7 @@ struct span {
 struct extent {
     uint32_t bodies, coordinates, freedoms;
     uint32_t methods; /* to reserve: bits 1u << tfa_method */
+    uint32_t tips;    /* to reserve */
 };
 
 /* Bytes of rows that these methods need along chains: bits 1u << tfa_method. */
@@ -158,9 +157,13 @@ struct state {
     num margin;            /* aba: below zero where the sentinel trips (sentinel.h) */
     num payload_bound;     /* inertia of the request's payloads about any joint, at most */
     vec3 gravity;
-    int moving;    /* some velocity or wrench is not zero: c and p count */
-    int wrenched;  /* some s->wrench is not zero */
-    uint32_t tips; /* of the request under way */
+    int moving;        /* some velocity or wrench is not zero: c and p count */
+    int body_velocity; /* load: v and c of all bodies are there, if they count */
+    int wrenched;      /* some s->wrench is not zero */
+    uint32_t tips;     /* of the request under way */
+    uint32_t located;  /* bit t set: the support of tip t has world poses */
+    int32_t path_body; /* whose support stands in tip_path; -1: nobody's */
+    uint32_t tip_rows; /* of each tip in answers: 6 or 3 */
     uint32_t tip[TFA_MAX_TIPS];
     const struct tfa_residual_kernel *residual_kernel; /* of refinement; NULL: none */
     struct tfa_executor *executor; /* of the request under way; NULL: the caller alone */

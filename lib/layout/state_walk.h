@@ -12,9 +12,9 @@
 #include "layout/state_struct.h"
 #include "model/arena.h"
 
-static inline struct extent model_extent(const struct tfa_model *m, uint32_t methods)
+static inline struct extent model_extent(const struct tfa_model *m, struct tfa_reserved reserved)
 {
-    return (struct extent){m->bodies, m->inner_q, m->freedoms, methods};
+    return (struct extent){m->bodies, m->inner_q, m->freedoms, reserved.methods, reserved.tips};
 }
 
 /* One walk: with a base it places the state and its arrays, without it only counts. */

@@ -21,6 +21,10 @@
  * auto only: 3 KB a body instead of 7 KB and M. */
 #define TFA_RESERVE_ALL_BODIES_MAX 256
 
+/* Inner freedoms of robots with derivatives: 3 x n x n numbers in every workspace (1.5 MiB in
+ * double). */
+#define TFA_DERIVATIVES_FREEDOMS_MAX 256
+
 /* Longest main chain of the method hessenberg: it keeps 36 N (N - 1) / 2 numbers (2.4 MB in double)
  * in every workspace of the model. */
 #define TFA_HESSENBERG_LONGEST 130

@@ -107,18 +107,26 @@ static inline vec6 vec6_load(const num *in)
 
 /* ---- three numbers, which stand in front; 0 behind ---- */
 
-#define VEC3_SIMD_VECS ((3 + NUM_VEC_LANES - 1) / NUM_VEC_LANES)
+/* Of at most four lanes: half of a wider vector would be idle. */
+#if NUM_VEC_LANES == 8
+#define VEC3_LANES 4
+typedef num_vec_4 vec3_vec;
+#else
+#define VEC3_LANES NUM_VEC_LANES
+typedef num_vec vec3_vec;
+#endif
+#define VEC3_SIMD_VECS ((3 + VEC3_LANES - 1) / VEC3_LANES)
 
 typedef struct vec3_simd {
-    num_vec vec[VEC3_SIMD_VECS];
+    vec3_vec vec[VEC3_SIMD_VECS];
 } vec3_simd;
 
 static inline vec3_simd vec3_simd_of(num a, num b, num c)
 {
-#if NUM_VEC_LANES >= 4
-    return (vec3_simd){{(num_vec){a, b, c}}};
-#elif NUM_VEC_LANES == 2
-    return (vec3_simd){{(num_vec){a, b}, (num_vec){c}}};
+#if VEC3_LANES == 4
+    return (vec3_simd){{(vec3_vec){a, b, c}}};
+#elif VEC3_LANES == 2
+    return (vec3_simd){{(vec3_vec){a, b}, (vec3_vec){c}}};
 #else
     return (vec3_simd){{a, b, c}};
 #endif
@@ -141,11 +149,44 @@ static inline vec3_simd vec3_simd_combine(num a, vec3_simd x, num b, vec3_simd y
     return x;
 }
 
+static inline vec3_simd vec3_simd_add(vec3_simd x, vec3_simd y)
+{
+    for (int k = 0; k < VEC3_SIMD_VECS; k++)
+        x.vec[k] += y.vec[k];
+    return x;
+}
+
+static inline vec3_simd vec3_simd_sub(vec3_simd x, vec3_simd y)
+{
+    for (int k = 0; k < VEC3_SIMD_VECS; k++)
+        x.vec[k] -= y.vec[k];
+    return x;
+}
+
+/* x times y: (y z x) of one times (z x y) of the other, minus the reverse */
+static inline vec3_simd vec3_simd_cross(vec3_simd x, vec3_simd y)
+{
+#if VEC3_LANES == 4
+    const vec3_vec a = __builtin_shufflevector(x.vec[0], x.vec[0], 1, 2, 0, 3),
+                   b = __builtin_shufflevector(y.vec[0], y.vec[0], 1, 2, 0, 3),
+                   c = x.vec[0] * b - a * y.vec[0];
+    return (vec3_simd){{__builtin_shufflevector(c, c, 1, 2, 0, 3)}};
+#else
+    num a[3], b[3];
+    for (int e = 0; e < 3; e++) {
+        a[e] = vec_lane(x.vec[e / VEC3_LANES], e % VEC3_LANES);
+        b[e] = vec_lane(y.vec[e / VEC3_LANES], e % VEC3_LANES);
+    }
+    return vec3_simd_of(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2],
+                        a[0] * b[1] - a[1] * b[0]);
+#endif
+}
+
 /* x, then y; and x alone */
 static inline vec6 vec6_concat(vec3_simd x, vec3_simd y)
 {
 #if NUM_VEC_LANES == 8
-    return (vec6){{__builtin_shufflevector(x.vec[0], y.vec[0], 0, 1, 2, 8, 9, 10, 3, 3)}};
+    return (vec6){{__builtin_shufflevector(x.vec[0], y.vec[0], 0, 1, 2, 4, 5, 6, 3, 3)}};
 #elif NUM_VEC_LANES == 4
     return (vec6){{__builtin_shufflevector(x.vec[0], y.vec[0], 0, 1, 2, 4),
                    __builtin_shufflevector(y.vec[0], y.vec[0], 1, 2, 3, 3)}};
@@ -159,10 +200,14 @@ static inline vec6 vec6_concat(vec3_simd x, vec3_simd y)
 
 static inline vec6 vec6_from_simd3(vec3_simd x)
 {
+#if NUM_VEC_LANES == 8
+    return (vec6){{__builtin_shufflevector(x.vec[0], (vec3_vec){0}, 0, 1, 2, 4, 4, 4, 4, 4)}};
+#else
     vec6 out = vec6_zero();
     for (int k = 0; k < VEC3_SIMD_VECS; k++)
         out.vec[k] = x.vec[k];
     return out;
+#endif
 }
 
 /* The three by rows */
@@ -178,7 +223,18 @@ static inline struct mat3_simd mat3_simd_of(mat3 R)
 
 static inline num vec3_simd_lane(const vec3_simd *x, int e)
 {
-    return vec_lane(x->vec[e / NUM_VEC_LANES], e % NUM_VEC_LANES);
+    return vec_lane(x->vec[e / VEC3_LANES], e % VEC3_LANES);
+}
+
+/* sum of v_k times row k: R^T v */
+static inline vec3_simd mat3_simd_apply_t(const struct mat3_simd *R, vec3 v)
+{
+    return vec3_simd_combine(v.x, R->row[0], v.y, R->row[1], v.z, R->row[2]);
+}
+
+static inline vec3 vec3_of_simd(vec3_simd x)
+{
+    return v3(vec3_simd_lane(&x, 0), vec3_simd_lane(&x, 1), vec3_simd_lane(&x, 2));
 }
 
 static inline struct mat3_simd mat3_simd_transpose(const struct mat3_simd *R)
@@ -188,6 +244,14 @@ static inline struct mat3_simd mat3_simd_transpose(const struct mat3_simd *R)
         out.row[k] = vec3_simd_of(vec3_simd_lane(&R->row[0], k), vec3_simd_lane(&R->row[1], k),
                                   vec3_simd_lane(&R->row[2], k));
     return out;
+}
+
+/* E R */
+static inline struct mat3_simd mat3_simd_mul(const mat3 *E, const struct mat3_simd *R)
+{
+    return (struct mat3_simd){{mat3_simd_apply_t(R, v3(E->xx, E->xy, E->xz)),
+                               mat3_simd_apply_t(R, v3(E->yx, E->yy, E->yz)),
+                               mat3_simd_apply_t(R, v3(E->zx, E->zy, E->zz))}};
 }
 
 /* E^T R */

@@ -87,6 +87,7 @@ static int create_workspaces(tfa_batch_pool *p, const tfa_batch_pool_options *o)
     const tfa_workspace_options options = {.precision = o->precision,
                                            .residual = o->residual,
                                            .methods = o->methods,
+                                           .max_tips = o->max_tips,
                                            .specialised = o->specialised};
     p->workspace = calloc(p->threads, sizeof(tfa_workspace *));
     p->task_result = calloc((size_t)p->threads * TASKS_PER_THREAD, sizeof *p->task_result);
@@ -213,7 +214,7 @@ static void compute(tfa_batch_pool *p, const tfa_request *request, uint32_t firs
 int tfa_batch_pool_compute_states(tfa_batch_pool *pool, const tfa_request *request, uint32_t first,
                                   uint32_t count, tfa_reply *reply)
 {
-    const int status = tfa_reserved_methods_check(pool->workspace[0], request, reply);
+    const int status = tfa_reserved_check(pool->workspace[0], request, reply);
     if (status != TFA_OK)
         return status;
     if (!thread_pool_acquire(pool->thread_pool))

@@ -83,7 +83,9 @@ typedef struct config_scene {
 #define CONFIG_REFUSE_LIST(X)                                                                      \
     X(SEVERAL_TIPS, "several-tips")                                                                \
     X(SPECTRUM, "spectrum")                                                                        \
+    X(LAMBDA, "lambda") /* lambda, mu, p, task torques: eigenvalues */                             \
     X(MASS_MATRIX, "mass-matrix")                                                                  \
+    X(DERIVATIVES, "derivatives")                                                                  \
     X(METHODS, "methods")     /* other than auto */                                                \
     X(ESTIMATES, "estimates") /* asked for always */                                               \
     X(BATCHES, "batches")
@@ -110,7 +112,7 @@ typedef struct config_robot {
     uint32_t precision; /* config_precision */
     uint32_t residual;  /* tfa_residual */
     uint32_t wait;      /* tfa_wait: default of clients */
-    uint32_t slots, max_batch;
+    uint32_t slots, max_batch, max_tips;
     uint32_t methods; /* config_methods */
     double snap;
     bool rotor_inertia, damping, lock_massless_leaves;
@@ -127,7 +129,11 @@ typedef struct config_realtime {
     uint32_t *affinity;
     size_t affinity_count;
     bool mlock;
+    uint32_t cpu_dma_latency; /* us; CONFIG_ANY_LATENCY: not asked for */
 } config_realtime;
+
+/* The kernel's own value of "no wish" (PM_QOS_CPU_LATENCY_DEFAULT_VALUE), us. */
+#define CONFIG_ANY_LATENCY 2000000000u
 
 typedef struct config_pool {
     uint32_t threads, priority, spin_ns, from;
@@ -137,7 +143,7 @@ typedef struct config_pool {
 
 typedef struct config_dds {
     bool enabled;
-    uint32_t domain, max_age_ms;
+    uint32_t domain, max_age_ms, priority, lease_ms;
 } config_dds;
 
 typedef struct config {

@@ -134,12 +134,15 @@ static const config_row robot_rows[] = {
      .high = TFA_RING_SLOTS_MAX, .help = "Most requests a client may have outstanding"},
     {"max_batch", CONFIG_COUNT, AT(config_robot, max_batch), .default_value = 64, .low = 1,
      .high = 65536, .help = "Most states of one request"},
+    {"max_tips", CONFIG_COUNT, AT(config_robot, max_tips), .default_value = TFA_MAX_TIPS, .low = 1,
+     .high = TFA_MAX_TIPS, .help = "Most tips of one request"},
     {"methods", CONFIG_WORD, AT(config_robot, methods), RELOADABLE,
      .default_value = CONFIG_METHODS_AUTO, .words = methods_words,
      .help = "Memory for all methods, or, beyond 256 bodies, for those of auto only: auto, all"},
     {"refuse", CONFIG_LIST, LIST_AT(config_robot, refuse), RELOADABLE, .low = 0, .high = 16,
      .entry = CONFIG_TEXT,
-     .help = "Refused: several-tips, spectrum, mass-matrix, methods, estimates, batches"},
+     .help = "Refused: several-tips, spectrum, lambda, mass-matrix, derivatives, methods, "
+             "estimates, batches"},
     {"dds", CONFIG_BOOL, AT(config_robot, dds), .default_value = true,
      .help = "Answer for this robot over DDS, if dds is enabled"},
     {0}};
@@ -171,6 +174,10 @@ static const config_row realtime_rows[] = {
      .entry = CONFIG_COUNT, .help = "Processor of each worker, in order; none: any"},
     {"mlock", CONFIG_BOOL, AT(config_realtime, mlock), .default_value = false,
      .help = "Lock all memory of the daemon"},
+    {"cpu_dma_latency", CONFIG_COUNT, AT(config_realtime, cpu_dma_latency),
+     .default_value = CONFIG_ANY_LATENCY, .low = 0, .high = CONFIG_ANY_LATENCY,
+     .help = "Idle states that take longer to leave, us, are not entered while the daemon runs "
+             "(/dev/cpu_dma_latency); 2000000000: any may be"},
     {0}};
 static const config_table realtime_table = {realtime_rows, sizeof(config_realtime)};
 
@@ -198,6 +205,12 @@ static const config_row dds_rows[] = {
     {"max_age_ms", CONFIG_COUNT, AT(config_dds, max_age_ms), .default_value = 0, .low = 0,
      .high = 3600000,
      .help = "Streamed torques with an older stamp are refused; 0: none. Clocks must agree"},
+    {"priority", CONFIG_COUNT, AT(config_dds, priority), .default_value = 0, .low = 0,
+     .high = 1000000,
+     .help = "Hot standby: of several daemons for one robot the highest leads, if none does yet"},
+    {"lease_ms", CONFIG_COUNT, AT(config_dds, lease_ms), .default_value = 200, .low = 10,
+     .high = 60000,
+     .help = "Hot standby: a standby replaces this daemon when it is silent for so long"},
     {0}};
 static const config_table dds_table = {dds_rows, sizeof(config_dds)};
 

@@ -91,6 +91,8 @@ typedef struct dds_gateway {
     int (*announce)(void *self, uint32_t robot, const tfa_model *model);
     /* Requests and replies since the start. */
     tfa_dds_counters (*count)(const void *self);
+    /* Who answers for a robot. */
+    tfa_dds_leadership (*leadership)(void *self, uint32_t robot);
 } dds_gateway;
 
 typedef enum reload_phase {

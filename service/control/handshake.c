@@ -77,6 +77,9 @@ static int check_hello(tfa_daemon *d, const session *s, const tfa_hello *hello, 
     if (hello->max_batch == 0 || hello->max_batch > robot->max_batch)
         return refuse(d, w, TFA_E_SIZE, "max_batch: %u; 1 to %u", hello->max_batch,
                       robot->max_batch);
+    if (hello->max_tips > TFA_MAX_TIPS)
+        return refuse(d, w, TFA_E_SIZE, "max_tips: %u; at most %u", hello->max_tips,
+                      (unsigned)TFA_MAX_TIPS);
     if (hello->wait > TFA_WAIT_BLOCK)
         return refuse(d, w, TFA_E_PROTOCOL, "wait: %u does not exist", hello->wait);
     return TFA_OK;
@@ -120,7 +123,7 @@ static int check_memory(tfa_daemon *d, const session *s, uint64_t size, tfa_welc
         if (size > most[all] || memory_of(d, s->user, all) > most[all] - size)
             return refuse(d, w, TFA_E_REFUSED,
                           "%llu KiB of shared memory are beyond limits.%s (%llu); ask for fewer "
-                          "slots or a smaller max_batch",
+                          "slots, fewer tips or a smaller max_batch",
                           (unsigned long long)size / 1024, keys[all],
                           (unsigned long long)(most[all] / MIB));
     return TFA_OK;
@@ -159,6 +162,7 @@ static int attach_client(tfa_daemon *d, session *s, tfa_welcome *w)
 {
     const tfa_worker_client_options options = {.robot = s->robot,
                                                .max_batch = w->shape.max_batch,
+                                               .max_tips = w->shape.max_tips,
                                                .layout = w->layout,
                                                .requests = s->requests.memory,
                                                .replies = s->replies.memory,
@@ -181,6 +185,8 @@ static int accept_hello(tfa_daemon *d, session *s, const tfa_hello *hello, tfa_w
         return status;
     w->shape = robot->shape;
     w->shape.max_batch = hello->max_batch;
+    if (hello->max_tips < w->shape.max_tips)
+        w->shape.max_tips = hello->max_tips;
     w->layout = tfa_ring_layout_of(&w->shape, hello->slots);
     w->wait = choose_wait_mode(d, s, hello->wait);
     w->spin_ns = d->settings->spin_ns;

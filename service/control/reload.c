@@ -255,8 +255,10 @@ bool reload_abandon(tfa_daemon *d)
     end.tv_sec += end.tv_nsec / 1000000000;
     end.tv_nsec %= 1000000000;
     if (d->reload.phase == RELOAD_LOADING &&
-        pthread_timedjoin_np(d->reload.thread, NULL, &end) != 0)
+        pthread_timedjoin_np(d->reload.thread, NULL, &end) != 0) {
+        pthread_detach(d->reload.thread);
         return false;
+    }
     if (d->reload.phase != RELOAD_NONE)
         release_reload(d, &d->reload);
     return true;

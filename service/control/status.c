@@ -17,6 +17,18 @@ static const char *separator(uint32_t i)
     return i ? ",\n    " : "\n    ";
 }
 
+/* Other daemons may serve the robot, too. */
+static void write_leadership(const tfa_daemon *d, uint32_t robot, FILE *out)
+{
+    if (!d->gateway.leadership || robot >= d->robot_set.dds_count)
+        return;
+    const tfa_dds_leadership l = d->gateway.leadership(d->gateway.self, robot);
+    fprintf(out,
+            ", \"leadership\": {\"role\": \"%s\", \"epoch\": %" PRIu64 ", \"peers\": %u, "
+            "\"pause_ms\": %.1f, \"silence_ms\": %.1f}",
+            l.role, l.epoch, l.peers, l.pause_ms, l.silence_ms);
+}
+
 static void write_robots(const tfa_daemon *d, FILE *out)
 {
     fputs("  \"robots\": [", out);
@@ -24,12 +36,14 @@ static void write_robots(const tfa_daemon *d, FILE *out)
         const tfa_robot *r = &d->robot_set.robots[i];
         fprintf(out,
                 "%s{\"name\": \"%s\", \"model\": \"%s\", \"joints\": %u, \"freedoms\": %u, "
-                "\"floating\": %s, \"dds\": %s, \"specialised\": %s}",
+                "\"floating\": %s, \"dds\": %s, \"specialised\": %s",
                 separator(i), r->name, tfa_model_hash_text(r->model),
                 tfa_model_joint_count(r->model), r->shape.v_count,
                 r->shape.base_freedoms ? "true" : "false",
                 d->gateway.self && i < d->robot_set.dds_count ? "true" : "false",
                 r->specialised ? "true" : "false");
+        write_leadership(d, i, out);
+        fputc('}', out);
     }
     fputs("\n  ],\n", out);
 }
@@ -71,9 +85,9 @@ static void write_dds(const tfa_daemon *d, FILE *out)
     fprintf(out,
             "  \"dds\": {\"requests\": %" PRIu64 ", \"torques\": %" PRIu64 ", \"replies\": %" PRIu64
             ", \"rejected\": %" PRIu64 ", \"late\": %" PRIu64 ", \"unknown_robots\": %" PRIu64
-            ", \"dropped\": %" PRIu64 ", \"handovers\": %" PRIu64 "},\n",
-            c.requests, c.torques, c.replies, c.rejected, c.late, c.unknown, c.dropped,
-            c.handovers);
+            ", \"dropped\": %" PRIu64 ", \"handovers\": %" PRIu64 ", \"standby\": %" PRIu64 "},\n",
+            c.requests, c.torques, c.replies, c.rejected, c.late, c.unknown, c.dropped, c.handovers,
+            c.standby);
 }
 
 int status_write(const tfa_daemon *d, char **text, size_t *size)

@@ -11,12 +11,13 @@
 #include <time.h>
 
 #define DEFAULT_SLOTS 16
+#define DEFAULT_LEASE_MS 200
 /* A listener that takes longer delays the samples of others: about what waking a thread costs. */
 #define DEFAULT_DIRECT_NS 50000
 /* Samples of this size are taken whatever the robots: discovery of large domains is small. */
 #define SAMPLE_BYTES_MIN 65536
 
-static char last_error[128];
+static char last_error[192];
 
 int64_t tfa_dds_monotonic(void)
 {
@@ -36,7 +37,10 @@ static bool failed(dds_return_t entity_or_code, const char *step)
 {
     if (entity_or_code >= 0)
         return false;
-    snprintf(last_error, sizeof last_error, "%s: %s", step, dds_strretcode(entity_or_code));
+    snprintf(last_error, sizeof last_error, "%s: %s%s", step, dds_strretcode(entity_or_code),
+             entity_or_code == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY
+                 ? ": the permissions of this identity (CYCLONEDDS_URI) do not let it serve robots"
+                 : "");
     return true;
 }
 
@@ -61,6 +65,7 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
         }
         robot->index = i;
         robot->shape.max_batch = from->max_batch > 0 ? from->max_batch : 1;
+        robot->shape.max_tips = from->max_tips > 0 ? from->max_tips : TFA_MAX_TIPS;
         tfa_dds_set_model(robot, from->model);
     }
     return TFA_OK;
@@ -121,15 +126,19 @@ static int make_entities(tfa_dds *gateway, uint32_t domain)
     gateway->participant = dds_create_participant(domain, NULL, NULL);
     if (failed(gateway->participant, "participant (a bad CYCLONEDDS_URI? no free index?)"))
         return TFA_E_SYSTEM;
-    for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i <= TFA_DDS_ACCELERATIONS; i++) {
+    for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i < TFA_DDS_TOPIC_COUNT; i++) {
         gateway->topics[i] = tfa_dds_create_topic(gateway->participant, i);
         if (failed(gateway->topics[i], "topic"))
             return TFA_E_SYSTEM;
     }
     gateway->info_writer = make_writer(gateway, TFA_DDS_ROBOT_INFO);
     gateway->reply_writer = make_writer(gateway, TFA_DDS_REPLY);
+    gateway->leader_writer = tfa_dds_create_leader_writer(
+        gateway->participant, gateway->topics[TFA_DDS_LEADER], gateway->lease_ns);
     if (failed(set_filter(gateway, TFA_DDS_REQUEST, tfa_dds_request_is_ours), "filter") ||
         failed(set_filter(gateway, TFA_DDS_TORQUES, tfa_dds_torques_are_ours), "filter") ||
+        failed(set_filter(gateway, TFA_DDS_LEADER, tfa_dds_leader_is_ours), "filter") ||
+        failed(gateway->leader_writer, "leader writer") ||
         failed(gateway->info_writer, "robot_info writer") ||
         failed(gateway->reply_writer, "reply writer"))
         return TFA_E_SYSTEM;
@@ -161,9 +170,14 @@ int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
         return TFA_E_MEMORY;
     pthread_mutex_init(&gateway->mutex, NULL);
     pthread_cond_init(&gateway->handover, NULL);
+    sem_init(&gateway->leader_stop, 0, 0);
     gateway->slots = options->slots > 0 ? options->slots : DEFAULT_SLOTS;
     gateway->direct_ns = options->direct_ns > 0 ? options->direct_ns : DEFAULT_DIRECT_NS;
     gateway->log = options->log;
+    gateway->notice = options->notice;
+    gateway->lease_ns =
+        INT64_C(1000000) * (options->lease_ms > 0 ? options->lease_ms : DEFAULT_LEASE_MS);
+    gateway->priority = options->priority;
     gateway->max_age_ns = INT64_C(1000) * options->max_age_us;
     gateway->streaming = !options->no_streaming;
 
@@ -197,7 +211,28 @@ static dds_entity_t make_listening_reader(tfa_dds *gateway, tfa_dds_topic topic,
     return reader;
 }
 
-/* The robots are announced last: a client that sees one finds its topics. */
+static int start_elections(tfa_dds *gateway)
+{
+    dds_guid_t guid;
+
+    if (failed(dds_get_guid(gateway->participant, &guid), "participant"))
+        return TFA_E_SYSTEM;
+    gateway->leader_reader = make_listening_reader(gateway, TFA_DDS_LEADER, tfa_dds_on_leader);
+    if (failed(gateway->leader_reader, "leader reader"))
+        return TFA_E_SYSTEM;
+    tfa_dds_begin_elections(gateway, guid.v, gateway->priority);
+    const int code = pthread_create(&gateway->leader_thread, NULL, tfa_dds_leader_thread, gateway);
+    if (code != 0) {
+        snprintf(last_error, sizeof last_error, "leader thread: %s", strerror(code));
+        return TFA_E_SYSTEM;
+    }
+    gateway->leader_running = true;
+    (void)pthread_setname_np(gateway->leader_thread, "tfa-leader");
+    return TFA_OK;
+}
+
+/* The elections begin last: the leader announces the robots, and a client that sees one finds its
+ * topics. */
 static int open_gateway(tfa_dds *gateway)
 {
     if (gateway->streaming) {
@@ -209,10 +244,7 @@ static int open_gateway(tfa_dds *gateway)
     gateway->request_reader = make_listening_reader(gateway, TFA_DDS_REQUEST, tfa_dds_on_request);
     if (failed(gateway->request_reader, "request reader"))
         return TFA_E_SYSTEM;
-    for (uint32_t i = 0; i < gateway->robot_count; i++)
-        if (failed(tfa_dds_write_info(gateway, &gateway->robots[i]), "robot_info"))
-            return TFA_E_SYSTEM;
-    return TFA_OK;
+    return start_elections(gateway);
 }
 
 int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker,
@@ -244,7 +276,9 @@ int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker,
 /* No new requests; those under way are answered: the worker still runs. */
 static void close_gateway(tfa_dds *gateway)
 {
-    tfa_dds_withdraw_all(gateway);
+    if (gateway->leader_reader > 0)
+        (void)dds_delete(gateway->leader_reader);
+    tfa_dds_resign_all(gateway);
     if (gateway->torques_reader > 0)
         (void)dds_delete(gateway->torques_reader); /* waits for a listener at work */
     if (gateway->request_reader > 0)
@@ -275,6 +309,7 @@ void tfa_dds_stop(tfa_dds *gateway)
     }
     free(gateway->robots);
     tfa_dds_free_samples(gateway);
+    sem_destroy(&gateway->leader_stop);
     pthread_cond_destroy(&gateway->handover);
     pthread_mutex_destroy(&gateway->mutex);
     free(gateway);
@@ -283,7 +318,8 @@ void tfa_dds_stop(tfa_dds *gateway)
 tfa_dds_counters tfa_dds_count(const tfa_dds *gateway)
 {
 #define READ(counter) atomic_load_explicit(&gateway->count.counter, memory_order_relaxed)
-    return (tfa_dds_counters){READ(requests), READ(torques), READ(replies), READ(rejected),
-                              READ(late),     READ(unknown), READ(dropped), READ(handovers)};
+    return (tfa_dds_counters){READ(requests), READ(torques),   READ(replies),
+                              READ(rejected), READ(late),      READ(unknown),
+                              READ(dropped),  READ(handovers), READ(standby)};
 #undef READ
 }

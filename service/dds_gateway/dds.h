@@ -28,6 +28,7 @@ typedef struct tfa_dds_robot {
     const char *name;       /**< at most 63 bytes; lives as long as the gateway */
     const tfa_model *model; /**< for RobotInfo; must live until another was announced */
     uint32_t max_batch;     /**< states of one request */
+    uint32_t max_tips;      /**< of one request; 0: TFA_MAX_TIPS */
 } tfa_dds_robot;
 
 typedef struct tfa_dds_options {
@@ -38,7 +39,11 @@ typedef struct tfa_dds_options {
     uint32_t direct_ns;  /**< requests that take longer go to the worker; 0: 50000 */
     uint32_t max_age_us; /**< torques with an older stamp are refused (TFA_E_LATE); 0: none is */
     bool no_streaming;   /**< leave out joint_torques and joint_accelerations */
+    uint32_t priority;   /**< among daemons that serve the same robot: the higher one leads */
+    uint32_t lease_ms;   /**< a leader that is silent for so long is replaced; 0: 200 */
     void (*log)(const char *text); /**< takes Cyclone's warnings; any thread. NULL: stderr */
+    /** Takes changes of leadership; `warning`: somebody should look. Any thread. NULL: none */
+    void (*notice)(bool warning, const char *text);
 } tfa_dds_options;
 
 /** Counted since the start; read at any time by any thread. */
@@ -51,6 +56,7 @@ typedef struct tfa_dds_counters {
     uint64_t unknown;   /**< samples about robots that are not served here: dropped */
     uint64_t dropped;   /**< of the answers: DDS would not take them */
     uint64_t handovers; /**< requests that went to the worker */
+    uint64_t standby;   /**< samples that were left to the leader: another daemon */
 } tfa_dds_counters;
 
 /**
@@ -60,7 +66,8 @@ typedef struct tfa_dds_counters {
  */
 TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
 
-/** Attaches to the worker, starts the dds thread, announces the robots, opens the gateway.
+/** Attaches to the worker, starts the threads, opens the gateway. Each robot is announced, and its
+ *  requests are answered, when no other daemon was heard for a lease that leads it.
  *  `solvers` (copied), one for each robot, are the gateway's own.
  *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; the worker's status. */
 TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker,
@@ -84,11 +91,25 @@ bool tfa_dds_detach(tfa_dds *dds, uint32_t robot);
  *          next model */
 TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *model);
 
-/** Withdraws the robots, closes the gateway, joins the thread, leaves the domain, frees. The worker
- *  must still run. NULL is allowed, and so is a gateway that was created and never started. */
+/** Resigns, so that a standby takes over at once, withdraws the robots, closes the gateway, joins
+ *  the threads, leaves the domain, frees. The worker must still run. NULL is allowed, and so is a
+ *  gateway that was created and never started. */
 void tfa_dds_stop(tfa_dds *dds);
 
 tfa_dds_counters tfa_dds_count(const tfa_dds *dds);
+
+/** Hot standby of one robot */
+typedef struct tfa_dds_leadership {
+    const char *role;  /**< listening, standby, leading, unlike (another model than the leader's) */
+    uint64_t epoch;    /**< of the leadership, or the highest that is known */
+    uint32_t peers;    /**< other daemons for the robot that are heard */
+    double pause_ms;   /**< longest between two advertisements of this daemon */
+    double silence_ms; /**< longest between two that were heard of a leader: the lease must be
+                            longer */
+} tfa_dds_leadership;
+
+/** Any thread, after tfa_dds_start. */
+tfa_dds_leadership tfa_dds_get_leadership(tfa_dds *dds, uint32_t robot);
 
 /** Why the last tfa_dds_create failed, in Cyclone's words. Static storage, one thread. */
 const char *tfa_dds_error(void);

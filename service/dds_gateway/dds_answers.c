@@ -21,6 +21,7 @@ static dds_return_t write_reply(tfa_dds *gateway, const dds_robot *robot, const 
     const int64_t offset = tfa_dds_ros_offset();
     totalforce_dds_Reply sample = {
         .id = to->id,
+        .epoch = to->epoch,
         .stamp = to->stamp,
         .t_received = to->t_received,
         .t_start = call->t_start != 0 ? (int64_t)call->t_start + offset : 0,
@@ -31,7 +32,7 @@ static dds_return_t write_reply(tfa_dds *gateway, const dds_robot *robot, const 
     memcpy(sample.client, to->client, sizeof sample.client);
     tfa_dds_set_hash(sample.model_hash, tfa_dds_hash_of(robot, call->reply.model),
                      call->reply.model);
-    tfa_dds_reply_fill(&call->reply, &to->sizes, &sample);
+    tfa_dds_reply_fill(&call->reply, &robot->shape, &to->reply_shape, &sample);
     return dds_write(gateway->reply_writer, &sample);
 }
 
@@ -40,6 +41,7 @@ static dds_return_t write_accelerations(tfa_dds *gateway, const dds_robot *robot
 {
     totalforce_dds_JointAccelerations sample = {
         .seq = to->id,
+        .epoch = to->epoch,
         .stamp = to->stamp,
         .t_done = (int64_t)call->t_done + tfa_dds_ros_offset(),
     };
@@ -47,7 +49,7 @@ static dds_return_t write_accelerations(tfa_dds *gateway, const dds_robot *robot
     memcpy(sample.robot, robot->name, sizeof sample.robot);
     tfa_dds_set_hash(sample.model_hash, tfa_dds_hash_of(robot, call->reply.model),
                      call->reply.model);
-    tfa_dds_accelerations_fill(&call->reply, &to->sizes, &sample);
+    tfa_dds_accelerations_fill(&call->reply, &robot->shape, &sample);
     return dds_write(gateway->accelerations_writer, &sample);
 }
 
@@ -58,7 +60,7 @@ void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending 
                                             : write_reply(gateway, robot, to, call);
 
     increment(code == DDS_RETCODE_OK ? &gateway->count.replies : &gateway->count.dropped);
-    if (!tfa_dds_status_has_answers(call->reply.status))
+    if (!tfa_wire_has_answers(call->reply.status))
         increment(&gateway->count.rejected);
     if (call->reply.status == TFA_E_LATE)
         increment(&gateway->count.late);
@@ -69,7 +71,7 @@ void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending 
 /* A kind of request that turns out to be short is answered in the receiving thread from now on. */
 static void record_cost(dds_robot *robot, const tfa_worker_call *call)
 {
-    if (tfa_dds_status_has_answers(call->reply.status))
+    if (tfa_wire_has_answers(call->reply.status))
         tfa_cost_record(tfa_cost_find(&robot->costs, &call->request), call->request.count,
                         call->t_done - call->t_start);
 }

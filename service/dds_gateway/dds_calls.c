@@ -20,7 +20,7 @@ static void increment(_Atomic uint64_t *counter)
     atomic_fetch_add_explicit(counter, 1, memory_order_relaxed);
 }
 
-static dds_robot *find_robot(const tfa_dds *gateway, const char *name)
+dds_robot *tfa_dds_find_robot(const tfa_dds *gateway, const char *name)
 {
     for (uint32_t i = 0; i < gateway->robot_count; i++)
         if (strcmp(gateway->robots[i].name, name) == 0)
@@ -32,7 +32,7 @@ static dds_robot *find_robot(const tfa_dds *gateway, const char *name)
 
 static bool is_ours(tfa_dds *gateway, const char *robot)
 {
-    if (find_robot(gateway, robot) != NULL)
+    if (tfa_dds_find_robot(gateway, robot) != NULL)
         return true;
     increment(&gateway->count.unknown);
     return false;
@@ -46,6 +46,11 @@ bool tfa_dds_request_is_ours(const void *sample, void *gateway)
 bool tfa_dds_torques_are_ours(const void *sample, void *gateway)
 {
     return is_ours(gateway, ((const totalforce_dds_JointTorques *)sample)->robot);
+}
+
+bool tfa_dds_leader_is_ours(const void *sample, void *gateway)
+{
+    return tfa_dds_find_robot(gateway, ((const totalforce_dds_Leader *)sample)->robot) != NULL;
 }
 
 /* ---- samples ---- */
@@ -98,9 +103,7 @@ static void reply_immediately(tfa_dds *gateway, const dds_robot *robot, const dd
 static tfa_dds_field_error lay_out_reply(const dds_robot *robot, const tfa_request *request,
                                          void *memory, tfa_reply *reply)
 {
-    const tfa_wire_reply_shape shape = {.count = request->count,
-                                        .tip_count = request->tip_count,
-                                        .want = tfa_wire_possible(&robot->shape, request)};
+    const tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&robot->shape, request);
     tfa_dds_field_error error = {.status = TFA_OK};
 
     *reply = (tfa_reply){.status = TFA_OK};
@@ -126,7 +129,7 @@ static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
     call.reply.status =
         robot->solver.solve(robot->solver.self, request, &call.reply, 0, request->count);
     call.t_done = (uint64_t)tfa_dds_monotonic();
-    if (tfa_dds_status_has_answers(call.reply.status))
+    if (tfa_wire_has_answers(call.reply.status))
         tfa_cost_record(cost, request->count, call.t_done - call.t_start);
     tfa_dds_answer(gateway, robot, pending, &call);
 }
@@ -174,16 +177,9 @@ static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_
         send_to_worker(gateway, robot, request, pending, taken);
 }
 
-static tfa_dds_shape dds_shape_of(const dds_robot *robot)
-{
-    return (tfa_dds_shape){robot->shape.q_count, robot->shape.v_count, robot->shape.base_freedoms,
-                           robot->shape.max_batch};
-}
-
 static void handle(tfa_dds *gateway, dds_robot *robot, dds_pending *pending, dds_taken **taken)
 {
     const totalforce_dds_Request *sample = &(*taken)->request;
-    const tfa_dds_shape shape = dds_shape_of(robot);
     tfa_dds_field_error field_error = {.status = TFA_OK};
     tfa_request request;
 
@@ -194,14 +190,14 @@ static void handle(tfa_dds *gateway, dds_robot *robot, dds_pending *pending, dds
     if (pending->deadline != 0 && pending->t_received > pending->deadline)
         field_error.status = TFA_E_LATE;
     else if (pending->is_stream)
-        (void)tfa_dds_torques_view(&(*taken)->torques, &shape, &request, &field_error);
+        (void)tfa_dds_torques_view(&(*taken)->torques, &robot->shape, &request, &field_error);
     else
-        (void)tfa_dds_request_view(sample, &shape, &request, &field_error);
+        (void)tfa_dds_request_view(sample, &robot->shape, &request, &field_error);
     if (field_error.status != TFA_OK) {
         reply_immediately(gateway, robot, pending, field_error);
         return;
     }
-    pending->sizes = tfa_dds_sizes_of_reply(&request, &shape);
+    pending->reply_shape = tfa_wire_reply_shape_of(&robot->shape, &request);
     serve(gateway, robot, &request, pending, taken);
 }
 
@@ -210,12 +206,19 @@ static void handle(tfa_dds *gateway, dds_robot *robot, dds_pending *pending, dds
 static void handle_locked(tfa_dds *gateway, const char *name, dds_pending *pending,
                           dds_taken **taken)
 {
-    dds_robot *robot = find_robot(gateway, name);
+    dds_robot *robot = tfa_dds_find_robot(gateway, name);
 
     if (robot == NULL)
         return;
     pthread_mutex_lock(&robot->mutex);
-    handle(gateway, robot, pending, taken);
+    const int64_t now = tfa_dds_monotonic();
+    tfa_dds_tick_election(gateway, robot, now);
+    if (!robot->electing || !tfa_election_may_answer(&robot->election, now)) {
+        increment(&gateway->count.standby); /* another daemon answers */
+    } else {
+        pending->epoch = robot->election.self.epoch;
+        handle(gateway, robot, pending, taken);
+    }
     pthread_mutex_unlock(&robot->mutex);
 }
 

@@ -23,31 +23,49 @@ SAME_OFFSET(totalforce_dds_Spectrum, rank, tfa_spectrum, rank);
 SAME_OFFSET(totalforce_dds_Spectrum, eig_min, tfa_spectrum, eig_min);
 SAME_OFFSET(totalforce_dds_Spectrum, eig_max, tfa_spectrum, eig_max);
 
-tfa_dds_reply_sizes tfa_dds_sizes_of_reply(const tfa_request *request, const tfa_dds_shape *shape)
-{
-    const uint32_t count = request->count;
-    const uint32_t rows = 6 * request->tip_count;
-    const uint32_t n = shape->base_freedoms + shape->v_count;
-    const bool answers_lambda = request->op == TFA_OP_OPERATIONAL_INERTIA ||
-                                (request->op == TFA_OP_FORWARD_DYNAMICS && rows > 0);
-    tfa_dds_reply_sizes sizes = {.answers = count};
+_Static_assert(sizeof(totalforce_dds_RankInfo) == sizeof(tfa_rank), "RankInfo");
+SAME_OFFSET(totalforce_dds_RankInfo, rank, tfa_rank, rank);
+SAME_OFFSET(totalforce_dds_RankInfo, threshold, tfa_rank, threshold);
+SAME_OFFSET(totalforce_dds_RankInfo, condition, tfa_rank, condition);
 
-    if (request->op == TFA_OP_FORWARD_DYNAMICS) {
-        sizes.qdd = count * shape->v_count;
-        sizes.base_acceleration = count * shape->base_freedoms;
-    }
-    if (request->op == TFA_OP_INVERSE_DYNAMICS) {
-        sizes.tau = count * shape->v_count;
-        sizes.base_wrench = count * shape->base_freedoms;
-    }
-    if (request->op == TFA_OP_MASS_MATRIX)
-        sizes.mass_matrix = count * n * n;
-    if (answers_lambda) {
-        sizes.lambda_inv = count * rows * rows;
-        sizes.spectrum = request->flags & TFA_WANT_SPECTRUM ? count : 0;
-    }
-    sizes.poses = request->flags & TFA_WANT_POSES ? count * request->tip_count * 7 : 0;
-    return sizes;
+/* Arrays of numbers in a reply: X(block, member of Reply, member of tfa_reply) */
+#define NUMBER_ARRAYS(X)                                                                           \
+    X(OUT_QDD, qdd, qdd)                                                                           \
+    X(OUT_BASE_ACCELERATION, base_acceleration, base_acceleration)                                 \
+    X(OUT_TAU, tau, tau)                                                                           \
+    X(OUT_BASE_WRENCH, base_wrench, base_wrench)                                                   \
+    X(LAMBDA_INV, lambda_inv, lambda_inv)                                                          \
+    X(MASS_MATRIX, mass_matrix, mass_matrix)                                                       \
+    X(POSES, poses, poses)                                                                         \
+    X(FRAME_POSES, frame_poses, frame_poses)                                                       \
+    X(TWISTS, twists, twists)                                                                      \
+    X(JACOBIAN, jacobian, jacobian)                                                                \
+    X(BIAS_ACCELERATION, bias_acceleration, bias_acceleration)                                     \
+    X(COM, com, com)                                                                               \
+    X(COM_VELOCITY, com_velocity, com_velocity)                                                    \
+    X(COM_JACOBIAN, com_jacobian, com_jacobian)                                                    \
+    X(MASS, mass, mass)                                                                            \
+    X(MOMENTUM, momentum, momentum)                                                                \
+    X(ENERGY, energy, energy)                                                                      \
+    X(LAMBDA, lambda_matrix, lambda)                                                               \
+    X(MU, mu, mu)                                                                                  \
+    X(P, p, p)                                                                                     \
+    X(GRAVITY_FORCE, gravity_force, gravity_force)                                                 \
+    X(VELOCITY_FORCE, velocity_force, velocity_force)                                              \
+    X(DAMPING_FORCE, damping_force, damping_force)                                                 \
+    X(EXTERNAL_FORCE, external_force, external_force)                                              \
+    X(ARMATURE_FORCE, armature_force, armature_force)                                              \
+    X(DQDD_DQ, dqdd_dq, dqdd_dq)                                                                   \
+    X(DQDD_DV, dqdd_dv, dqdd_dv)                                                                   \
+    X(DQDD_DTAU, dqdd_dtau, dqdd_dtau)
+
+/* Items of `size` bytes in a block of a reply; 0: it is not among the answers */
+static uint32_t items_of(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
+                         uint32_t block, size_t size)
+{
+    if (!(reply_shape->want >> block & 1))
+        return 0;
+    return (uint32_t)(tfa_wire_reply_width(shape, block, reply_shape) / size);
 }
 
 /* A sequence of `expected` numbers, or an empty one: then NULL. Keeps the first error. */
@@ -96,11 +114,11 @@ static const uint32_t *view_joints(const dds_sequence_unsigned_long *sequence, u
 
 static bool op_exists(uint32_t op)
 {
-    return op >= TFA_OP_FORWARD_DYNAMICS && op <= TFA_OP_MASS_MATRIX;
+    return op >= TFA_OP_FORWARD_DYNAMICS && op <= TFA_OP_LAST;
 }
 
 /* The counts that every size follows from */
-static void check_sizes(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
+static void check_sizes(const totalforce_dds_Request *sample, const tfa_wire_shape *shape,
                         tfa_dds_field_error *field_error)
 {
     *field_error = (tfa_dds_field_error){.status = TFA_OK};
@@ -108,15 +126,18 @@ static void check_sizes(const totalforce_dds_Request *sample, const tfa_dds_shap
         *field_error = (tfa_dds_field_error){TFA_E_ARGUMENT, TFA_FIELD_OP, sample->op};
     else if (sample->count < 1 || sample->count > shape->max_batch)
         *field_error = (tfa_dds_field_error){TFA_E_SIZE, TFA_FIELD_COUNT, sample->count};
-    else if (sample->method > UINT16_MAX) /* the ring has 16 bits for it */
+    else if (sample->method > UINT16_MAX) /* more does not fit an answer */
         *field_error = (tfa_dds_field_error){TFA_E_METHOD, TFA_FIELD_METHOD, sample->method};
+    else if (sample->rows > TFA_ROWS_POINT)
+        *field_error = (tfa_dds_field_error){TFA_E_ARGUMENT, TFA_FIELD_ROWS, sample->rows};
 }
 
 /* Everything that is not one number for each joint or base freedom. */
-static void view_lists(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
+static void view_lists(const totalforce_dds_Request *sample, const tfa_wire_shape *shape,
                        tfa_request *r, tfa_dds_field_error *field_error)
 {
-    r->tip_count = copy_indices(&sample->tips, r->tips, TFA_MAX_TIPS, TFA_FIELD_TIPS, field_error);
+    r->tip_count =
+        copy_indices(&sample->tips, r->tips, shape->max_tips, TFA_FIELD_TIPS, field_error);
     r->wrench_count = copy_indices(&sample->wrench_frames, r->wrench_frames, TFA_MAX_WRENCHES,
                                    TFA_FIELD_WRENCHES, field_error);
     r->payload_count = copy_indices(&sample->payload_frames, r->payload_frames, TFA_MAX_PAYLOADS,
@@ -124,13 +145,18 @@ static void view_lists(const totalforce_dds_Request *sample, const tfa_dds_shape
     r->locked = view_joints(&sample->locked, shape->v_count, &r->locked_count, TFA_FIELD_LOCKED,
                             field_error);
     r->gravity = view_array(&sample->gravity, 3, TFA_FIELD_GRAVITY, field_error);
+    r->rank_threshold =
+        view_array(&sample->rank_threshold, 1, TFA_FIELD_RANK_THRESHOLD, field_error);
+    r->task_acceleration = view_array(&sample->task_acceleration,
+                                      (uint64_t)r->count * r->tip_count * tfa_wire_rows(r->rows),
+                                      TFA_FIELD_TASK_ACCELERATION, field_error);
     r->wrenches = view_array(&sample->wrenches, (uint64_t)r->count * r->wrench_count * 6,
                              TFA_FIELD_WRENCHES, field_error);
     r->payloads = view_array(&sample->payloads, (uint64_t)r->payload_count * TFA_PAYLOAD_NUMBERS,
                              TFA_FIELD_PAYLOADS, field_error);
 }
 
-int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_shape *shape,
+int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_wire_shape *shape,
                          tfa_request *request, tfa_dds_field_error *field_error)
 {
     const uint64_t count = sample->count;
@@ -149,6 +175,8 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_sha
         .refine = sample->refine,
         .flags = sample->flags,
         .count = sample->count,
+        .rows = (tfa_rows)sample->rows,
+        .rank_loss = (tfa_rank_loss)sample->rank_loss,
     };
     request->q = view_array(&sample->q, count * shape->q_count, TFA_FIELD_Q, field_error);
     request->v = view_array(&sample->v, v_size, TFA_FIELD_V, field_error);
@@ -165,7 +193,7 @@ int tfa_dds_request_view(const totalforce_dds_Request *sample, const tfa_dds_sha
     return field_error->status;
 }
 
-int tfa_dds_torques_view(const totalforce_dds_JointTorques *sample, const tfa_dds_shape *shape,
+int tfa_dds_torques_view(const totalforce_dds_JointTorques *sample, const tfa_wire_shape *shape,
                          tfa_request *request, tfa_dds_field_error *field_error)
 {
     const uint64_t base = shape->base_freedoms > 0 ? 1 : 0;
@@ -211,14 +239,14 @@ static dds_sequence_unsigned_long alias_indices(const uint32_t *array, uint32_t 
     };
 }
 
-int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
+int tfa_dds_request_fill(const tfa_request *request, const tfa_wire_shape *shape,
                          totalforce_dds_Request *sample)
 {
     const uint64_t count = request->count;
     const uint64_t v_size = count * shape->v_count;
     const uint64_t base = shape->base_freedoms > 0 ? count : 0;
 
-    if (request->tip_count > TFA_MAX_TIPS || request->wrench_count > TFA_MAX_WRENCHES ||
+    if (request->tip_count > shape->max_tips || request->wrench_count > TFA_MAX_WRENCHES ||
         request->payload_count > TFA_MAX_PAYLOADS || request->locked_count > shape->v_count)
         return TFA_E_SIZE;
     sample->op = (uint32_t)request->op;
@@ -228,6 +256,11 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
     sample->refine = request->refine;
     sample->flags = request->flags;
     sample->count = request->count;
+    sample->rows = (uint32_t)request->rows;
+    sample->rank_loss = (uint32_t)request->rank_loss;
+    sample->rank_threshold = alias_array(request->rank_threshold, 1);
+    sample->task_acceleration = alias_array(
+        request->task_acceleration, count * request->tip_count * tfa_wire_rows(request->rows));
     sample->payload_frames = alias_indices(request->payload_frames, request->payload_count);
     sample->locked = alias_indices(request->locked, request->locked_count);
     sample->payloads =
@@ -247,18 +280,16 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_dds_shape *shape,
     return TFA_OK;
 }
 
-bool tfa_dds_status_has_answers(int32_t status)
+void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_wire_shape *shape,
+                        const tfa_wire_reply_shape *reply_shape, totalforce_dds_Reply *sample)
 {
-    return status == TFA_OK || status == TFA_E_SINGULAR || status == TFA_E_NOT_COMPUTED;
-}
-
-void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes,
-                        totalforce_dds_Reply *sample)
-{
-    static const tfa_dds_reply_sizes none;
-    const tfa_dds_reply_sizes *s = tfa_dds_status_has_answers(reply->status) ? sizes : &none;
-    const uint32_t answers = reply->answers != NULL ? s->answers : 0;
-    const uint32_t spectra = reply->spectrum != NULL ? s->spectrum : 0;
+    static const tfa_wire_reply_shape none;
+    const tfa_wire_reply_shape *const s = tfa_wire_has_answers(reply->status) ? reply_shape : &none;
+    const uint32_t answers =
+        reply->answers ? items_of(shape, s, TFA_WIRE_ANSWERS, sizeof(tfa_answer)) : 0;
+    const uint32_t spectra =
+        reply->spectrum ? items_of(shape, s, TFA_WIRE_SPECTRUM, sizeof(tfa_spectrum)) : 0;
+    const uint32_t ranks = reply->rank ? items_of(shape, s, TFA_WIRE_RANK, sizeof(tfa_rank)) : 0;
 
     sample->status = reply->status;
     sample->field = (uint32_t)reply->field;
@@ -266,21 +297,21 @@ void tfa_dds_reply_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes
     sample->state = reply->state;
     sample->answers = (dds_sequence_totalforce_dds_Answer){
         answers, answers, answers > 0 ? (totalforce_dds_Answer *)reply->answers : NULL, false};
-    sample->qdd = alias_array(reply->qdd, s->qdd);
-    sample->base_acceleration = alias_array(reply->base_acceleration, s->base_acceleration);
-    sample->tau = alias_array(reply->tau, s->tau);
-    sample->base_wrench = alias_array(reply->base_wrench, s->base_wrench);
-    sample->lambda_inv = alias_array(reply->lambda_inv, s->lambda_inv);
-    sample->mass_matrix = alias_array(reply->mass_matrix, s->mass_matrix);
     sample->spectrum = (dds_sequence_totalforce_dds_Spectrum){
         spectra, spectra, spectra > 0 ? (totalforce_dds_Spectrum *)reply->spectrum : NULL, false};
-    sample->poses = alias_array(reply->poses, s->poses);
+    sample->rank = (dds_sequence_totalforce_dds_RankInfo){
+        ranks, ranks, ranks > 0 ? (totalforce_dds_RankInfo *)reply->rank : NULL, false};
+#define FILL(block, member, field)                                                                 \
+    sample->member =                                                                               \
+        alias_array(reply->field, items_of(shape, s, TFA_WIRE_##block, sizeof(double)));
+    NUMBER_ARRAYS(FILL)
+#undef FILL
 }
 
-void tfa_dds_accelerations_fill(const tfa_reply *reply, const tfa_dds_reply_sizes *sizes,
+void tfa_dds_accelerations_fill(const tfa_reply *reply, const tfa_wire_shape *shape,
                                 totalforce_dds_JointAccelerations *sample)
 {
-    const bool answered = tfa_dds_status_has_answers(reply->status);
+    const bool answered = tfa_wire_has_answers(reply->status);
 
     sample->status = reply->status;
     sample->field = (uint32_t)reply->field;
@@ -291,9 +322,9 @@ void tfa_dds_accelerations_fill(const tfa_reply *reply, const tfa_dds_reply_size
         sample->flags = reply->answers[0].flags;
         sample->error_estimate = reply->answers[0].error_estimate;
     }
-    sample->qdd = alias_array(reply->qdd, answered ? sizes->qdd : 0);
+    sample->qdd = alias_array(reply->qdd, answered ? shape->v_count : 0);
     sample->base_acceleration =
-        alias_array(reply->base_acceleration, answered ? sizes->base_acceleration : 0);
+        alias_array(reply->base_acceleration, answered ? shape->base_freedoms : 0);
 }
 
 /* Copies `length` items of `item` bytes when the caller wants them; false when sizes differ. */
@@ -330,29 +361,31 @@ void tfa_dds_set_hash(totalforce_dds_Hash hash, const totalforce_dds_Hash presen
         hash[i] = (uint8_t)(model >> (56 - 8 * i));
 }
 
-int tfa_dds_reply_read(const totalforce_dds_Reply *sample, const tfa_dds_reply_sizes *sizes,
-                       tfa_reply *reply)
+int tfa_dds_reply_read(const totalforce_dds_Reply *sample, const tfa_wire_shape *shape,
+                       const tfa_wire_reply_shape *reply_shape, tfa_reply *reply)
 {
-    static const tfa_dds_reply_sizes none;
-    const tfa_dds_reply_sizes *s = tfa_dds_status_has_answers(sample->status) ? sizes : &none;
+    static const tfa_wire_reply_shape none;
+    const tfa_wire_reply_shape *const s =
+        tfa_wire_has_answers(sample->status) ? reply_shape : &none;
 
     reply->model = tag_of(sample->model_hash);
     reply->status = sample->status;
     reply->field = (tfa_field)sample->field;
     reply->index = sample->index;
     reply->state = sample->state;
-    const bool fits =
-        read_array(reply->qdd, &sample->qdd, s->qdd) &&
-        read_array(reply->base_acceleration, &sample->base_acceleration, s->base_acceleration) &&
-        read_array(reply->tau, &sample->tau, s->tau) &&
-        read_array(reply->base_wrench, &sample->base_wrench, s->base_wrench) &&
-        read_array(reply->lambda_inv, &sample->lambda_inv, s->lambda_inv) &&
-        read_array(reply->mass_matrix, &sample->mass_matrix, s->mass_matrix) &&
-        read_items(reply->answers, sample->answers._buffer, sample->answers._length, s->answers,
-                   sizeof *reply->answers) &&
-        read_array(reply->poses, &sample->poses, s->poses) &&
-        read_items(reply->spectrum, sample->spectrum._buffer, sample->spectrum._length, s->spectrum,
-                   sizeof *reply->spectrum);
+    bool fits =
+        read_items(reply->answers, sample->answers._buffer, sample->answers._length,
+                   items_of(shape, s, TFA_WIRE_ANSWERS, sizeof(tfa_answer)), sizeof(tfa_answer)) &&
+        read_items(reply->spectrum, sample->spectrum._buffer, sample->spectrum._length,
+                   items_of(shape, s, TFA_WIRE_SPECTRUM, sizeof(tfa_spectrum)),
+                   sizeof(tfa_spectrum)) &&
+        read_items(reply->rank, sample->rank._buffer, sample->rank._length,
+                   items_of(shape, s, TFA_WIRE_RANK, sizeof(tfa_rank)), sizeof(tfa_rank));
+#define READ(block, member, field)                                                                 \
+    fits = fits && read_array(reply->field, &sample->member,                                       \
+                              items_of(shape, s, TFA_WIRE_##block, sizeof(double)));
+    NUMBER_ARRAYS(READ)
+#undef READ
     return fits ? TFA_OK : TFA_E_PROTOCOL;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The DDS gateway tells the domain which robots are served here: RobotInfo.
+ * The DDS gateway tells the domain which robots it leads: RobotInfo.
  */
 #include "dds_internal.h"
 
@@ -40,6 +40,7 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
         .v_count = robot->shape.v_count,
         .base_freedoms = robot->shape.base_freedoms,
         .max_batch = robot->shape.max_batch,
+        .max_tips = robot->shape.max_tips,
         .joints = {joints, joints, joint, false},
         .frames = {frames, frames, frame, false},
     };
@@ -60,14 +61,10 @@ dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot)
     return code;
 }
 
-void tfa_dds_withdraw_all(tfa_dds *gateway)
+void tfa_dds_withdraw_info(tfa_dds *gateway, const dds_robot *robot)
 {
-    for (uint32_t i = 0; i < gateway->robot_count; i++) {
-        totalforce_dds_RobotInfo info = {0};
+    totalforce_dds_RobotInfo info = {0};
 
-        memcpy(info.robot, gateway->robots[i].name, sizeof info.robot);
-        (void)dds_dispose(gateway->info_writer, &info);
-        (void)dds_unregister_instance(gateway->info_writer, &info);
-    }
-    (void)dds_wait_for_acks(gateway->info_writer, DDS_MSECS(100));
+    memcpy(info.robot, robot->name, sizeof info.robot);
+    (void)dds_unregister_instance(gateway->info_writer, &info);
 }

@@ -16,10 +16,12 @@
 
 #include "dds_gateway/dds_convert.h"
 #include "dds_gateway/dds_topics.h"
+#include "dds_gateway/election.h"
 #include "worker/cost.h"
 #include "worker/worker.h"
 
 #include <pthread.h>
+#include <semaphore.h>
 #include <stdatomic.h>
 
 /* A sample that was taken; its sequences are reused by the next one. */
@@ -34,10 +36,11 @@ typedef struct dds_pending {
     bool is_stream;
     totalforce_dds_Guid client;
     uint64_t id;        /* or seq of the torques */
+    uint64_t epoch;     /* of this daemon's leadership */
     int64_t stamp;      /* ROS time, echoed */
     int64_t t_received; /* ROS time */
     int64_t deadline;   /* ROS time; 0: none */
-    tfa_dds_reply_sizes sizes;
+    tfa_wire_reply_shape reply_shape;
 } dds_pending;
 
 /* A request for the worker, and all that must live until it is answered. */
@@ -64,6 +67,11 @@ typedef struct dds_robot {
     struct tfa_dds_ring *ring; /* NULL after tfa_dds_detach */
     bool leaving;              /* no more requests */
     void *memory;              /* buffers of a reply of the receiving thread */
+    tfa_election election;
+    int64_t next_tick;        /* tfa_election_next */
+    uint64_t worker_beat;     /* the worker's heartbeat */
+    int64_t worker_beat_time; /* when it changed */
+    bool electing;            /* from begin to resignation; answers only then */
 } dds_robot;
 
 struct tfa_dds {
@@ -74,10 +82,12 @@ struct tfa_dds {
     int64_t max_age_ns;
     bool streaming;
     void (*log)(const char *text);
+    void (*notice)(bool warning, const char *text);
 
     dds_entity_t domain, participant;
-    dds_entity_t topics[TFA_DDS_ACCELERATIONS + 1];
+    dds_entity_t topics[TFA_DDS_TOPIC_COUNT];
     dds_entity_t info_writer, request_reader, reply_writer;
+    dds_entity_t leader_writer, leader_reader;
     dds_entity_t torques_reader, accelerations_writer;
 
     pthread_mutex_t mutex;   /* guards what follows */
@@ -90,8 +100,15 @@ struct tfa_dds {
     struct tfa_worker *worker;
     bool running;
 
+    int64_t lease_ns;
+    uint32_t priority;
+    sem_t leader_stop; /* ends the leader thread */
+    pthread_t leader_thread;
+    bool leader_running;
+
     struct {
-        _Atomic uint64_t requests, torques, replies, rejected, late, unknown, dropped, handovers;
+        _Atomic uint64_t requests, torques, replies, rejected, late, unknown, dropped, handovers,
+            standby;
     } count;
 };
 
@@ -118,12 +135,16 @@ const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
 void tfa_dds_on_request(dds_entity_t reader, void *gateway);
 void tfa_dds_on_torques(dds_entity_t reader, void *gateway);
 
-/* Filters of the two input topics: samples about the gateway's robots. Others are counted and leave
- * nothing behind. */
+/* Filters of the input topics and of LEADER: samples about the gateway's robots. Others leave
+ * nothing behind; requests and torques are counted. */
 bool tfa_dds_request_is_ours(const void *sample, void *gateway);
 bool tfa_dds_torques_are_ours(const void *sample, void *gateway);
+bool tfa_dds_leader_is_ours(const void *sample, void *gateway);
 
 void tfa_dds_free_samples(tfa_dds *gateway);
+
+/* NULL: it is not served here. */
+dds_robot *tfa_dds_find_robot(const tfa_dds *gateway, const char *name);
 
 /* ---- dds_answers.c: from answers to samples ---- */
 
@@ -139,8 +160,28 @@ void *tfa_dds_thread(void *gateway);
 /* Writes RobotInfo. @return a Cyclone code */
 dds_return_t tfa_dds_write_info(tfa_dds *gateway, const dds_robot *robot);
 
-/* Withdraws all robots: disposed, unregistered, and acknowledged if readers are quick. */
-void tfa_dds_withdraw_all(tfa_dds *gateway);
+/* Unregisters it. Not disposed: the next leader may have written it already. */
+void tfa_dds_withdraw_info(tfa_dds *gateway, const dds_robot *robot);
+
+/* ---- dds_leader.c: hot standby ---- */
+
+/* Each robot begins to listen for others; `daemon` is this participant's GUID. */
+void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16], uint32_t priority);
+
+/* Advertises this daemon until it is told to stop. */
+void *tfa_dds_leader_thread(void *gateway);
+
+/* Looks at the clock: advertises this daemon, takes over, gives up. The robot is locked. */
+void tfa_dds_tick_election(tfa_dds *gateway, dds_robot *robot, int64_t now);
+
+/* Listener of the topic LEADER. */
+void tfa_dds_on_leader(dds_entity_t reader, void *gateway);
+
+/* Another model, already in `robot`, which is locked. */
+void tfa_dds_set_leader_model(tfa_dds *gateway, dds_robot *robot);
+
+/* Ends the thread. Another daemon may lead now: nothing is answered any more. */
+void tfa_dds_resign_all(tfa_dds *gateway);
 
 /* ---- dds_ring.c: requests at the worker, a ring of slots for each robot ---- */
 

@@ -58,6 +58,7 @@ static int attach(struct tfa_dds_ring *r, const dds_robot *robot)
     unsigned char *memory = r->memory, *replies = memory + layout->request_bytes;
     const tfa_worker_client_options options = {.robot = robot->index,
                                                .max_batch = robot->shape.max_batch,
+                                               .max_tips = robot->shape.max_tips,
                                                .layout = *layout,
                                                .requests = memory,
                                                .replies = replies,

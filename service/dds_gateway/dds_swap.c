@@ -15,6 +15,7 @@ void tfa_dds_set_model(dds_robot *robot, const tfa_model *model)
     robot->shape.q_count = tfa_model_q_count(model);
     robot->shape.v_count = tfa_model_v_count(model);
     robot->shape.base_freedoms = tfa_model_base_freedoms(model);
+    robot->shape.frames = tfa_model_frame_count(model);
 }
 
 /* As tfa_model_tag. */
@@ -93,7 +94,10 @@ int tfa_dds_announce(tfa_dds *gateway, uint32_t index, const tfa_model *model)
     if (robot->ring == NULL)
         status = attach_again(gateway, robot);
     robot->leaving = status != TFA_OK;
-    const dds_return_t code = tfa_dds_write_info(gateway, robot);
+    tfa_dds_set_leader_model(gateway, robot);
+    const dds_return_t code = robot->election.self.role == TFA_ROLE_LEADING
+                                  ? tfa_dds_write_info(gateway, robot)
+                                  : DDS_RETCODE_OK;
     pthread_mutex_unlock(&robot->mutex);
     if (status != TFA_OK)
         return status;

@@ -177,6 +177,13 @@ static finding find_governor(const tfa_check_rt *c)
     return found(strcmp(text, "performance") == 0 ? GOOD : WORSE, "%s", text);
 }
 
+static bool can_write(const tfa_check_rt *c, const char *path)
+{
+    char full[512];
+    return snprintf(full, sizeof full, "%s%s", c->root, path) < (int)sizeof full &&
+           access(full, W_OK) == 0;
+}
+
 static finding find_idle_states(const tfa_check_rt *c)
 {
     unsigned long deepest = 0;
@@ -188,6 +195,11 @@ static finding find_idle_states(const tfa_check_rt *c)
         const unsigned long us = strtoul(text, NULL, 10);
         deepest = us > deepest ? us : deepest;
     }
+    const uint32_t wanted =
+        c->settings ? c->settings->realtime.cpu_dma_latency : CONFIG_ANY_LATENCY;
+    if (deepest > wanted)
+        return found(can_write(c, "/dev/cpu_dma_latency") ? GOOD : MISSING,
+                     "waking takes up to %lu us, realtime.cpu_dma_latency is %u", deepest, wanted);
     return found(deepest > IDLE_LATENCY_US ? WORSE : GOOD, "waking takes up to %lu us", deepest);
 }
 
@@ -254,7 +266,8 @@ static const struct {
     {"processors", find_processors, "allow_spin: no, or fewer workers, or more processors"},
     {"governor", find_governor, "cpupower frequency-set -g performance"},
     {"idle states", find_idle_states,
-     "hold /dev/cpu_dma_latency open with 0 in it (tuned-adm profile latency-performance does)"},
+     "realtime.cpu_dma_latency: 0, and /dev/cpu_dma_latency writable for the daemon's user; or "
+     "tuned-adm profile latency-performance"},
     {"clock source", find_clock, "kernel command line: clocksource=tsc tsc=reliable"},
     {"huge pages", find_huge_pages, "echo madvise > /sys/kernel/mm/transparent_hugepage/enabled"},
     {"swap", find_swap, "realtime.mlock: yes, or swapoff -a"},

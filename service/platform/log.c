@@ -216,13 +216,19 @@ int tfa_log_start(tfa_log_level level)
     return TFA_OK;
 }
 
+void tfa_log_finish(void)
+{
+    if (atomic_exchange_explicit(&log_state.stop, true, memory_order_acq_rel))
+        return;
+    sem_post(&log_state.wake);
+    pthread_join(log_state.thread, NULL);
+}
+
 void tfa_log_stop(void)
 {
     if (!atomic_exchange_explicit(&log_state.running, false, memory_order_acq_rel))
         return;
-    atomic_store_explicit(&log_state.stop, true, memory_order_release);
-    sem_post(&log_state.wake);
-    pthread_join(log_state.thread, NULL);
+    tfa_log_finish();
     if (log_state.out != STDERR_FILENO)
         close(log_state.out);
     log_state.out = STDERR_FILENO;

@@ -22,6 +22,8 @@ typedef enum tfa_log_level {
 TFA_CHECKED int tfa_log_start(tfa_log_level level);
 /** Writes the queue and ends the thread; does not wait for a terminal or pipe that nobody reads. */
 void tfa_log_stop(void);
+/** The same where other threads may log until the process exits: their lines are lost. */
+void tfa_log_finish(void);
 
 /** One line, cut at 240 bytes. A full queue drops it; how many were dropped is said later. */
 void tfa_log(tfa_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -6,6 +6,7 @@
 #include "realtime.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <grp.h>
 #include <link.h>
 #include <pwd.h>
@@ -48,6 +49,26 @@ void tfa_realtime_lock(const config_realtime *wanted)
                 "realtime.mlock: not had: %s; raise LimitMEMLOCK or give "
                 "CAP_IPC_LOCK",
                 strerror(errno));
+}
+
+int tfa_realtime_limit_idle_states(const config_realtime *wanted, const char *device)
+{
+    const int32_t us = (int32_t)wanted->cpu_dma_latency;
+    if (wanted->cpu_dma_latency == CONFIG_ANY_LATENCY)
+        return -1;
+    const int fd = open(device, O_WRONLY | O_CLOEXEC);
+    if (fd >= 0 && write(fd, &us, sizeof us) == (ssize_t)sizeof us) {
+        tfa_log(TFA_LOG_INFO, "idle states of more than %d us are not entered", us);
+        return fd;
+    }
+    tfa_log(TFA_LOG_WARNING,
+            "realtime.cpu_dma_latency: not had: %s: %s; let the daemon's user write there (unit: "
+            "PrivateDevices=no, DevicePolicy=closed, DeviceAllow=/dev/cpu_dma_latency rw; udev: "
+            "KERNEL==\"cpu_dma_latency\", GROUP=\"totalforce\", MODE=\"0660\")",
+            device, strerror(errno));
+    if (fd >= 0)
+        close(fd);
+    return -1;
 }
 
 static void set_processor(uint32_t processor, uint32_t number, pthread_t thread)

@@ -18,6 +18,12 @@ void tfa_realtime_populate(void);
 /** Locks all memory, if configured. A refusal is a warning in the log. */
 void tfa_realtime_lock(const config_realtime *wanted);
 
+/** Keeps the processors out of idle states that take long to leave, if configured, until the
+ *  process ends. `device`: TFA_CPU_DMA_LATENCY. A refusal is a warning in the log.
+ *  @return a descriptor, which holds the wish; -1: none */
+int tfa_realtime_limit_idle_states(const config_realtime *wanted, const char *device);
+#define TFA_CPU_DMA_LATENCY "/dev/cpu_dma_latency"
+
 /** Gives worker `number` its processor and priority, if configured. */
 void tfa_realtime_worker(const config_realtime *wanted, uint32_t number, pthread_t thread);
 

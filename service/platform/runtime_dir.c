@@ -17,6 +17,7 @@
 
 #include "ipc/handshake.h"
 #include "log.h"
+#include "passed_sockets.h"
 
 #define BACKLOG 64
 #define LOCK_TRIES 10
@@ -168,6 +169,9 @@ int tfa_runtime_dir_listen(const tfa_runtime_dir *d, const char *name)
         errno = ENAMETOOLONG;
         return -1;
     }
+    const int passed = tfa_passed_socket_claim(name);
+    if (passed >= 0)
+        return passed;
     remove_stale(d, file);
     const struct sockaddr_un address = address_of(d, file);
     int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -191,7 +195,7 @@ int tfa_runtime_dir_listen(const tfa_runtime_dir *d, const char *name)
 void tfa_runtime_dir_unlink(const tfa_runtime_dir *d, const char *name)
 {
     char file[TFA_ROBOT_NAME_MAX + 6];
-    if (socket_name(name, file))
+    if (!tfa_passed_socket_is(name) && socket_name(name, file))
         (void)unlinkat(d->directory, file, 0);
 }
 
@@ -246,6 +250,7 @@ void tfa_runtime_dir_ready(const tfa_runtime_dir *d, const char *const *names, s
 
 void tfa_runtime_dir_release(tfa_runtime_dir *d)
 {
+    tfa_passed_sockets_forget();
     if (d->lock >= 0) {
         (void)unlinkat(d->directory, TFA_LOCK_FILE, 0);
         close(d->lock);

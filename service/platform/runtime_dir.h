@@ -44,7 +44,8 @@ void tfa_runtime_dir_release(tfa_runtime_dir *dir);
 /** Is the directory still at its path? */
 bool tfa_runtime_dir_is_there(const tfa_runtime_dir *dir);
 
-/** Listens at NAME.sock, mode 0660. A socket that nobody listens at is replaced.
+/** Listens at NAME.sock, mode 0660. A socket that nobody listens at is replaced; one that the
+ *  service manager passed is taken, and stays at its path.
  *  @return a descriptor, or -1 with errno; EADDRINUSE: another program listens there */
 int tfa_runtime_dir_listen(const tfa_runtime_dir *dir, const char *name);
 void tfa_runtime_dir_unlink(const tfa_runtime_dir *dir, const char *name);

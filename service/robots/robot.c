@@ -164,7 +164,9 @@ static int finish_robot(const tfa_robot_source *s, tfa_robot *robot)
     robot->shape = (tfa_wire_shape){.q_count = tfa_model_q_count(robot->model),
                                     .v_count = tfa_model_v_count(robot->model),
                                     .base_freedoms = tfa_model_base_freedoms(robot->model),
-                                    .max_batch = s->robot->max_batch};
+                                    .frames = tfa_model_frame_count(robot->model),
+                                    .max_batch = s->robot->max_batch,
+                                    .max_tips = s->robot->max_tips};
     int status = write_names(robot);
     return status == TFA_OK ? tfa_robot_verify(robot) : status;
 }

@@ -153,7 +153,7 @@ static int request_zero_pose(tfa_local_client *local_client, const double *q)
     tfa_reply reply;
     int status =
         tfa_wire_encode_request(&local_client->shape, &request, tfa_wire_want(&request, NULL), 1, 0,
-                                tfa_ring_next_request(&local_client->ring), &reply_shape);
+                                tfa_ring_next_request(&local_client->ring), &reply_shape, NULL);
     if (status != TFA_OK)
         return status;
     tfa_local_client_send(local_client);

@@ -9,6 +9,7 @@
 #include "robots/robot.h"
 
 #define ALIGNMENT 64
+#define LAMBDA_FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
 
 /* Counts for each request, so no two workers may share its cache line. */
 struct tfa_robot_solver {
@@ -33,6 +34,7 @@ static tfa_workspace_options options_of(const tfa_robot *robot)
                                    .residual = (tfa_residual)c->residual,
                                    .methods =
                                        c->methods == CONFIG_METHODS_ALL ? TFA_METHODS_ALL : 0,
+                                   .max_tips = c->max_tips,
                                    .specialised = robot->specialised};
 }
 
@@ -51,6 +53,7 @@ int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted, tfa_thread_
     const tfa_batch_pool_options options = {.precision = o.precision,
                                             .residual = o.residual,
                                             .methods = o.methods,
+                                            .max_tips = o.max_tips,
                                             .thread_pool = thread_pool,
                                             .specialised = o.specialised};
     return tfa_batch_pool_create(robot->model, &options, &robot->pool);
@@ -145,6 +148,11 @@ static tfa_field refused_field(uint32_t refused, const tfa_request *r)
     if (refused >> CONFIG_REFUSE_SEVERAL_TIPS & 1 && r->tip_count > 1)
         return TFA_FIELD_TIPS;
     if (refused >> CONFIG_REFUSE_SPECTRUM & 1 && r->flags & TFA_WANT_SPECTRUM)
+        return TFA_FIELD_OP;
+    if (refused >> CONFIG_REFUSE_LAMBDA & 1 &&
+        (r->flags & LAMBDA_FLAGS || r->op == TFA_OP_TASK_TORQUES))
+        return TFA_FIELD_OP;
+    if (refused >> CONFIG_REFUSE_DERIVATIVES & 1 && r->op == TFA_OP_DERIVATIVES)
         return TFA_FIELD_OP;
     if (refused >> CONFIG_REFUSE_MASS_MATRIX & 1 && r->op == TFA_OP_MASS_MATRIX)
         return TFA_FIELD_OP;

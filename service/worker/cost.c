@@ -14,22 +14,23 @@ static uint32_t count_class(uint32_t count)
     return count >= LANES ? 2 : count > 1;
 }
 
-static uint32_t kind_of(const tfa_request *r)
+static uint64_t kind_of(const tfa_request *r)
 {
-    uint32_t kind = 1u << 31; /* never 0 */
-    kind |= ((uint32_t)r->op & 7) | ((uint32_t)r->method & 31) << 3;
-    kind |= (r->tip_count & 15) << 8 | (r->flags & 15) << 12;
-    kind |= (r->refine & 3) << 16 | ((uint32_t)r->estimate & 7) << 18;
-    kind |= (uint32_t)(r->wrench_count != 0) << 21 | (uint32_t)(r->payload_count != 0) << 22;
-    kind |= (uint32_t)(r->locked_count != 0) << 23;
-    return kind | count_class(r->count) << 24;
+    uint64_t kind = UINT64_C(1) << 63; /* never 0 */
+    kind |= ((uint64_t)r->op & 15) | ((uint64_t)r->method & 31) << 4;
+    kind |= ((uint64_t)r->tip_count & 63) << 9 | ((uint64_t)r->flags & TFA_WANT_ALL) << 15;
+    kind |= ((uint64_t)r->refine & 3) << 27 | ((uint64_t)r->estimate & 7) << 29;
+    kind |= (uint64_t)(r->wrench_count != 0) << 32 | (uint64_t)(r->payload_count != 0) << 33;
+    kind |= (uint64_t)(r->locked_count != 0) << 34;
+    kind |= (uint64_t)(r->rows != TFA_ROWS_POSE) << 35;
+    return kind | (uint64_t)count_class(r->count) << 36;
 }
 
 tfa_cost *tfa_cost_find(tfa_cost_table *table, const tfa_request *request)
 {
-    const uint32_t kind = kind_of(request);
+    const uint64_t kind = kind_of(request);
     /* Fibonacci hashing: Knuth, The Art of Computer Programming, volume 3, section 6.4 */
-    tfa_cost *row = &table->row[kind * 2654435769u >> 26];
+    tfa_cost *row = &table->row[kind * UINT64_C(11400714819323198485) >> 58];
     _Static_assert(TFA_COST_ROWS == 64, "the shift takes 6 bits");
     if (row->kind != kind)
         *row = (tfa_cost){.kind = kind};

@@ -19,7 +19,7 @@
 #define TFA_COST_ROWS 64 /* a power of two */
 
 typedef struct tfa_cost {
-    uint32_t kind;     /**< 0: no request came yet */
+    uint64_t kind;     /**< 0: no request came yet */
     uint32_t state_ns; /**< 0: not measured */
 } tfa_cost;
 

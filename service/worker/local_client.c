@@ -34,6 +34,7 @@ static int attach_local_client(tfa_local_client *local_client, uint32_t robot,
     unsigned char *memory = local_client->memory;
     const tfa_worker_client_options options = {.robot = robot,
                                                .max_batch = local_client->shape.max_batch,
+                                               .max_tips = local_client->shape.max_tips,
                                                .layout = *layout,
                                                .requests = memory,
                                                .replies = memory + layout->request_bytes,
@@ -60,6 +61,8 @@ int tfa_local_client_open(tfa_worker *w, uint32_t robot, uint32_t slots, uint32_
     if (!tfa_ring_slots_valid(slots) || max_batch == 0 || max_batch > local_client->shape.max_batch)
         return TFA_E_SIZE;
     local_client->shape.max_batch = max_batch;
+    if (local_client->shape.max_tips > TFA_DEFAULT_TIPS)
+        local_client->shape.max_tips = TFA_DEFAULT_TIPS;
     const tfa_ring_layout layout = tfa_ring_layout_of(&local_client->shape, slots);
     const size_t size = layout.request_bytes + layout.reply_bytes;
     local_client->memory = aligned_alloc(TFA_WIRE_LINE, size);

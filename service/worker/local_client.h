@@ -25,7 +25,7 @@
  */
 typedef struct tfa_local_client {
     tfa_ring_client ring;
-    tfa_wire_shape shape; /**< with max_batch of this client */
+    tfa_wire_shape shape; /**< with max_batch of this client, and at most TFA_DEFAULT_TIPS */
     tfa_worker *worker;
     tfa_worker_client *client;
     void *memory;

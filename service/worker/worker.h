@@ -55,7 +55,7 @@ typedef int (*tfa_solver)(void *self, tfa_request *request, tfa_reply *reply, ui
 
 /** A robot, for a worker */
 typedef struct tfa_worker_robot {
-    tfa_wire_shape shape; /**< max_batch: the most that any client may have */
+    tfa_wire_shape shape; /**< max_batch, max_tips: the most that any client may have */
     tfa_solver solve;
     void *self; /**< this worker's own (a workspace) */
 } tfa_worker_robot;
@@ -114,7 +114,8 @@ typedef struct tfa_worker_call {
 typedef struct tfa_worker_client_options {
     uint32_t robot;         /**< index in the worker's robots */
     uint32_t max_batch;     /**< at most that of the robot */
-    tfa_ring_layout layout; /**< for shape and max_batch: tfa_ring_layout_of */
+    uint32_t max_tips;      /**< the same */
+    tfa_ring_layout layout; /**< for the shape with these: tfa_ring_layout_of */
     const void *requests;   /**< layout.request_bytes, may be hostile shared memory */
     void *replies;          /**< layout.reply_bytes */
     tfa_wait wait;          /**< SPIN: the worker does not sleep while this client is active */

@@ -31,6 +31,7 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
     client->virtual_ns = client->drain_ns = 0;
     client->drained = 0;
     client->shape.max_batch = o->max_batch;
+    client->shape.max_tips = o->max_tips;
     client->wait = o->wait;
     client->doorbell = o->doorbell;
     client->direct = o->direct;

@@ -30,7 +30,7 @@ typedef struct worker_request {
     uint32_t want;                 /* blocks of the reply */
     uint64_t received, start;      /* CLOCK_MONOTONIC ns */
     const tfa_worker_robot *robot; /* its solver; in one of `solver_lists` */
-    tfa_worker_call *call; /* of a direct client */
+    tfa_worker_call *call;         /* of a direct client */
     tfa_cost *cost;
     tfa_request request; /* arrays lie in `scratch` */
     tfa_reply reply;     /* buffers lie in the reply slot */

@@ -16,8 +16,10 @@
 #define V 8
 #define BATCH 4
 
-static const tfa_dds_shape floating = {Q, V, 6, BATCH};
-static const tfa_dds_shape fixed = {Q, V, 0, BATCH};
+#define FRAMES 11
+
+static const tfa_wire_shape floating = {Q, V, 6, FRAMES, BATCH, TFA_MAX_TIPS};
+static const tfa_wire_shape fixed = {Q, V, 0, FRAMES, BATCH, TFA_MAX_TIPS};
 
 /* Enough numbers for the largest array of a test. */
 static double numbers[16][BATCH * 48 * 48];
@@ -34,7 +36,7 @@ static void fill_numbers(void)
 }
 
 /* A request that uses every field. */
-static tfa_request full_request(tfa_op op, const tfa_dds_shape *shape)
+static tfa_request full_request(tfa_op op, const tfa_wire_shape *shape)
 {
     const bool base = shape->base_freedoms > 0;
 
@@ -44,7 +46,9 @@ static tfa_request full_request(tfa_op op, const tfa_dds_shape *shape)
         .estimate = TFA_ESTIMATE_ALWAYS,
         .frame = TFA_FRAME_WORLD,
         .refine = 2,
-        .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
+        .flags = TFA_WANT_ALL,
+        .rows = TFA_ROWS_POINT,
+        .rank_loss = TFA_RANK_DAMP,
         .count = 3,
         .tip_count = 2,
         .wrench_count = 1,
@@ -65,6 +69,8 @@ static tfa_request full_request(tfa_op op, const tfa_dds_shape *shape)
         .gravity = numbers[8],
         .wrenches = numbers[9],
         .payloads = numbers[10],
+        .task_acceleration = numbers[11],
+        .rank_threshold = numbers[12],
     };
 }
 
@@ -96,13 +102,13 @@ static void pass(const pair *p, const void *in, void *out)
 
 TEST(requests_survive)
 {
-    const tfa_dds_shape *shapes[] = {&floating, &fixed};
+    const tfa_wire_shape *shapes[] = {&floating, &fixed};
     const pair p = open_pair(TFA_DDS_REQUEST);
     totalforce_dds_Request *out = totalforce_dds_Request__alloc();
 
     memset(out, 0, sizeof *out);
     for (int s = 0; s < 2; s++)
-        for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
+        for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
             const tfa_request before = full_request((tfa_op)op, shapes[s]);
             totalforce_dds_Request in = {.id = (uint64_t)op, .stamp = -5};
             const request_sizes sizes = {Q, V, shapes[s]->base_freedoms};
@@ -122,108 +128,121 @@ TEST(requests_survive)
     assert_int_equal(dds_delete(p.participant), DDS_RETCODE_OK);
 }
 
+/* Points every array of a reply at as many numbers as any test needs. */
+static void point_at(tfa_reply *reply, double *at, size_t stride, bool all)
+{
+#define POINT(block, field, bytes)                                                                 \
+    reply->field = all ? (void *)at : NULL;                                                        \
+    at += stride;
+    TFA_WIRE_REPLY_LIST(POINT)
+#undef POINT
+}
+
 TEST(replies_survive)
 {
-    static tfa_answer answers[BATCH], answers_out[BATCH];
-    static tfa_spectrum spectrum[BATCH], spectrum_out[BATCH];
-    static double got[7][BATCH * 48 * 48];
+    enum { STRIDE = BATCH * 48 * 48 };
+    static double sent[TFA_WIRE_REPLY_BLOCKS][STRIDE], got[TFA_WIRE_REPLY_BLOCKS][STRIDE];
     const totalforce_dds_Hash hash = {1, 2, 3, 4, 5, 6, 7, 8, 9};
     const pair p = open_pair(TFA_DDS_REPLY);
     totalforce_dds_Reply *out = totalforce_dds_Reply__alloc();
 
     memset(out, 0, sizeof *out);
-    for (uint16_t i = 0; i < BATCH; i++) {
-        answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, NAN};
-        spectrum[i] = (tfa_spectrum){6u + i, 0, 1e-300, 1e300};
-    }
-    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
+    for (size_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
+        memcpy(sent[k], numbers[k % 16], sizeof sent[k]);
+    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
         const tfa_request request = full_request((tfa_op)op, &floating);
-        const tfa_dds_reply_sizes sizes = tfa_dds_sizes_of_reply(&request, &floating);
-        const tfa_reply before = {.status = TFA_E_NOT_COMPUTED,
-                                  .field = TFA_FIELD_BODY,
-                                  .index = 3,
-                                  .state = 2,
-                                  .qdd = numbers[0],
-                                  .base_acceleration = numbers[1],
-                                  .tau = numbers[2],
-                                  .base_wrench = numbers[3],
-                                  .lambda_inv = numbers[4],
-                                  .mass_matrix = numbers[5],
-                                  .spectrum = spectrum,
-                                  .poses = numbers[6],
-                                  .answers = answers};
-        tfa_reply after = {.qdd = got[0],
-                           .base_acceleration = got[1],
-                           .tau = got[2],
-                           .base_wrench = got[3],
-                           .lambda_inv = got[4],
-                           .mass_matrix = got[5],
-                           .spectrum = spectrum_out,
-                           .poses = got[6],
-                           .answers = answers_out};
+        const tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&floating, &request);
+        tfa_reply before = {
+            .status = TFA_E_NOT_COMPUTED, .field = TFA_FIELD_BODY, .index = 3, .state = 2};
+        tfa_reply after = {0};
         totalforce_dds_Reply in = {.id = 77};
 
+        point_at(&before, sent[0], STRIDE, true);
+        point_at(&after, got[0], STRIDE, true);
         tfa_dds_set_hash(in.model_hash, hash, 0x0102030405060708u);
-        tfa_dds_reply_fill(&before, &sizes, &in);
+        tfa_dds_reply_fill(&before, &floating, &shape, &in);
         pass(&p, &in, out);
         assert_int_equal(out->id, 77);
-        assert_int_equal(tfa_dds_reply_read(out, &sizes, &after), TFA_OK);
+        assert_int_equal(tfa_dds_reply_read(out, &floating, &shape, &after), TFA_OK);
         assert_int_equal(after.status, TFA_E_NOT_COMPUTED);
         assert_int_equal(after.field, TFA_FIELD_BODY);
         assert_int_equal(after.index, 3);
         assert_int_equal(after.state, 2);
         assert_true(after.model == 0x0102030405060708u);
-        assert_memory_equal(after.answers, answers, sizes.answers * sizeof *answers);
-        assert_memory_equal(after.spectrum, spectrum, sizes.spectrum * sizeof *spectrum);
-        assert_memory_equal(after.poses, numbers[6], sizes.poses * sizeof(double));
-        assert_memory_equal(after.qdd, numbers[0], sizes.qdd * sizeof(double));
-        assert_memory_equal(after.base_acceleration, numbers[1],
-                            sizes.base_acceleration * sizeof(double));
-        assert_memory_equal(after.tau, numbers[2], sizes.tau * sizeof(double));
-        assert_memory_equal(after.base_wrench, numbers[3], sizes.base_wrench * sizeof(double));
-        assert_memory_equal(after.lambda_inv, numbers[4], sizes.lambda_inv * sizeof(double));
-        assert_memory_equal(after.mass_matrix, numbers[5], sizes.mass_matrix * sizeof(double));
+        for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++) {
+            if (!(shape.want >> k & 1) || k == TFA_WIRE_ANSWERS || k == TFA_WIRE_SPECTRUM ||
+                k == TFA_WIRE_RANK)
+                continue; /* these have padding */
+            assert_true(tfa_wire_reply_width(&floating, k, &shape) > 0);
+            assert_memory_equal(got[k], sent[k], tfa_wire_reply_width(&floating, k, &shape));
+        }
     }
     totalforce_dds_Reply_free(out, DDS_FREE_ALL);
     assert_int_equal(dds_delete(p.participant), DDS_RETCODE_OK);
 }
 
-/* Each op asks for its own arrays and no others; a reply of another shape is not believed. */
-TEST(sizes_follow_the_op)
+/* Structures with padding: member by member */
+TEST(structures_survive)
 {
-    tfa_request r = full_request(TFA_OP_FORWARD_DYNAMICS, &floating);
-    tfa_dds_reply_sizes s = tfa_dds_sizes_of_reply(&r, &floating);
+    const tfa_request request = full_request(TFA_OP_TASK_TORQUES, &fixed);
+    const tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&fixed, &request);
+    const pair p = open_pair(TFA_DDS_REPLY);
+    tfa_answer answers[3], answers_out[3];
+    tfa_spectrum spectrum[3], spectrum_out[3];
+    tfa_rank rank[3], rank_out[3];
+    static double rest[TFA_WIRE_REPLY_BLOCKS][BATCH * 48 * 48];
+    totalforce_dds_Reply *out = totalforce_dds_Reply__alloc();
+    totalforce_dds_Reply in = {.id = 1};
+    tfa_reply before = {0}, after = {0};
+
+    memset(out, 0, sizeof *out);
+    for (uint16_t i = 0; i < 3; i++) {
+        answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, 0.5};
+        spectrum[i] = (tfa_spectrum){6u + i, 0, 1e-300, 1e300};
+        rank[i] = (tfa_rank){4u + i, 0, 1e-9, INFINITY};
+    }
+    point_at(&before, rest[0], BATCH * 48 * 48, true);
+    before.answers = answers;
+    before.spectrum = spectrum;
+    before.rank = rank;
+    after.answers = answers_out;
+    after.spectrum = spectrum_out;
+    after.rank = rank_out;
+    tfa_dds_reply_fill(&before, &fixed, &shape, &in);
+    pass(&p, &in, out);
+    assert_int_equal(tfa_dds_reply_read(out, &fixed, &shape, &after), TFA_OK);
+    for (int i = 0; i < 3; i++) {
+        assert_true(answers_out[i].status == answers[i].status &&
+                    answers_out[i].method == answers[i].method &&
+                    answers_out[i].flags == answers[i].flags &&
+                    answers_out[i].error_estimate == 0.5);
+        assert_true(spectrum_out[i].rank == spectrum[i].rank && spectrum_out[i].eig_min == 1e-300 &&
+                    spectrum_out[i].eig_max == 1e300);
+        assert_true(rank_out[i].rank == rank[i].rank && rank_out[i].threshold == 1e-9 &&
+                    isinf(rank_out[i].condition));
+    }
+    totalforce_dds_Reply_free(out, DDS_FREE_ALL);
+    assert_int_equal(dds_delete(p.participant), DDS_RETCODE_OK);
+}
+
+/* A refusal has no arrays; a reply of another shape than the request implies is not believed. */
+TEST(other_shapes_are_not_believed)
+{
+    tfa_request r = full_request(TFA_OP_FORWARD_DYNAMICS, &fixed);
     const tfa_reply bad = {.status = TFA_E_VALUE, .qdd = numbers[0]};
     const tfa_reply good = {.qdd = numbers[0]};
     totalforce_dds_Reply sample = {0};
     tfa_reply out = {0};
 
-    assert_true(s.qdd == 3 * V && s.base_acceleration == 18 && s.lambda_inv == 3 * 144);
-    assert_true(s.spectrum == 3 && s.answers == 3 && s.tau == 0 && s.mass_matrix == 0);
-    assert_int_equal(s.poses, 3 * 2 * 7);
-    r.flags = 0;
-    s = tfa_dds_sizes_of_reply(&r, &floating);
-    assert_true(s.poses == 0 && s.spectrum == 0);
-    r.flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES;
-    r.tip_count = 0;
-    s = tfa_dds_sizes_of_reply(&r, &fixed);
-    assert_true(s.qdd == 3 * V && s.base_acceleration == 0 && s.lambda_inv == 0 && s.spectrum == 0);
-    assert_int_equal(s.poses, 0);
-    r.op = TFA_OP_INVERSE_DYNAMICS;
-    s = tfa_dds_sizes_of_reply(&r, &floating);
-    assert_true(s.tau == 3 * V && s.base_wrench == 18 && s.qdd == 0);
-    r.op = TFA_OP_MASS_MATRIX;
-    s = tfa_dds_sizes_of_reply(&r, &floating);
-    assert_true(s.mass_matrix == 3 * (V + 6) * (V + 6) && s.tau == 0);
-
-    r.op = TFA_OP_FORWARD_DYNAMICS;
-    s = tfa_dds_sizes_of_reply(&r, &fixed);
-    tfa_dds_reply_fill(&bad, &s, &sample);
+    r.flags = r.tip_count = 0;
+    const tfa_wire_reply_shape s = tfa_wire_reply_shape_of(&fixed, &r);
+    tfa_dds_reply_fill(&bad, &fixed, &s, &sample);
     assert_int_equal(sample.qdd._length, 0);
-    assert_int_equal(tfa_dds_reply_read(&sample, &s, &out), TFA_OK);
+    assert_int_equal(tfa_dds_reply_read(&sample, &fixed, &s, &out), TFA_OK);
     assert_int_equal(out.status, TFA_E_VALUE);
-    tfa_dds_reply_fill(&good, &s, &sample); /* without answers: not what the op implies */
-    assert_int_equal(tfa_dds_reply_read(&sample, &s, &out), TFA_E_PROTOCOL);
+    tfa_dds_reply_fill(&good, &fixed, &s, &sample); /* without answers */
+    assert_int_equal(sample.qdd._length, 3 * V);
+    assert_int_equal(tfa_dds_reply_read(&sample, &fixed, &s, &out), TFA_E_PROTOCOL);
 }
 
 /* A sample whose one field is wrong: refused with that field and what it held. */
@@ -243,12 +262,15 @@ TEST(wrong_sizes_are_named)
         assert_int_equal(field_error.index, want_index);                                           \
     } while (0)
     REFUSED(s.op = 0, TFA_E_ARGUMENT, TFA_FIELD_OP, 0);
-    REFUSED(s.op = 5, TFA_E_ARGUMENT, TFA_FIELD_OP, 5);
+    REFUSED(s.op = TFA_OP_LAST + 1, TFA_E_ARGUMENT, TFA_FIELD_OP, TFA_OP_LAST + 1);
+    REFUSED(s.rows = 2, TFA_E_ARGUMENT, TFA_FIELD_ROWS, 2);
+    REFUSED(s.task_acceleration._length = 19, TFA_E_SIZE, TFA_FIELD_TASK_ACCELERATION, 19);
+    REFUSED(s.rank_threshold._length = 2, TFA_E_SIZE, TFA_FIELD_RANK_THRESHOLD, 2);
     REFUSED(s.count = 0, TFA_E_SIZE, TFA_FIELD_COUNT, 0);
     REFUSED(s.count = BATCH + 1, TFA_E_SIZE, TFA_FIELD_COUNT, BATCH + 1);
     REFUSED(s.count = UINT32_MAX, TFA_E_SIZE, TFA_FIELD_COUNT, UINT32_MAX);
     REFUSED(s.count = 2, TFA_E_SIZE, TFA_FIELD_Q, 3 * Q);
-    REFUSED(s.tips._length = 9, TFA_E_SIZE, TFA_FIELD_TIPS, 9);
+    REFUSED(s.tips._length = 33, TFA_E_SIZE, TFA_FIELD_TIPS, 33);
     REFUSED(s.wrench_frames._length = UINT32_MAX, TFA_E_SIZE, TFA_FIELD_WRENCHES, UINT32_MAX);
     REFUSED(s.wrench_frames._length = 0, TFA_E_SIZE, TFA_FIELD_WRENCHES, 18);
     REFUSED(s.payload_frames._length = 5, TFA_E_SIZE, TFA_FIELD_PAYLOADS, 5);

@@ -7,7 +7,7 @@
 #include "gateway_process.h"
 
 #include <math.h>
-#include <string.h>
+#include <totalforce/status.h>
 
 TEST(the_example_streams)
 {
@@ -25,7 +25,9 @@ TEST(the_example_streams)
     assert_non_null(example);
     while (fgets(line, sizeof line, example) != NULL) {
         assert_int_equal(sscanf(line, "seq %llu: status %d, qdd[0] = %lf", &seq, &status, &qdd), 3);
-        assert_int_equal(status, 0);
+        if (status == TFA_E_AGAIN) /* the machine stood still for as many samples as slots */
+            continue;
+        assert_int_equal(status, TFA_OK);
         assert_true(isfinite(qdd));
         assert_true(lines == 0 || seq > last);
         last = seq;

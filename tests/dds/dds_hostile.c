@@ -152,9 +152,10 @@ static void wrong_samples_are_refused(void **state)
             TFA_FIELD_BASE_POSE, 7);
     double nan[JOINTS] = {0, 0, NAN};
     REFUSED(s.q._buffer = nan, TFA_E_VALUE, TFA_FIELD_Q, 2);
-    uint32_t tips[9] = {0};
-    REFUSED((s.tips = (dds_sequence_unsigned_long){9, 9, tips, false}), TFA_E_SIZE, TFA_FIELD_TIPS,
-            9);
+    uint32_t tips[TFA_MAX_TIPS + 1] = {0};
+    REFUSED(
+        (s.tips = (dds_sequence_unsigned_long){TFA_MAX_TIPS + 1, TFA_MAX_TIPS + 1, tips, false}),
+        TFA_E_SIZE, TFA_FIELD_TIPS, TFA_MAX_TIPS + 1);
     tips[1] = 8;
     REFUSED((s.tips = (dds_sequence_unsigned_long){2, 2, tips, false}), TFA_E_LINK, TFA_FIELD_TIPS,
             1);
@@ -391,6 +392,40 @@ static void forged_replies_are_dropped(void **state)
     test_daemon_stop(&daemon);
 }
 
+/* Claims to lead, each in the name of a daemon that does not exist: nobody yields, and they do not
+ * make the daemon grow. */
+static void forged_advertisements_are_dropped(void **state)
+{
+    enum { NAMES = 8000 };
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const raw r = open_raw();
+    const dds_entity_t topic = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
+    const dds_entity_t writer = tfa_dds_create_leader_writer(r.participant, topic, DDS_SECS(10));
+    totalforce_dds_Leader claim = {
+        .epoch = 1000, .priority = 1000, .role = totalforce_dds_LEADER_LEADING, .lease_ms = 60000};
+    totalforce_dds_Request s = good_request();
+
+    (void)state;
+    assert_true(topic > 0 && writer > 0);
+    assert_true(tfa_dds_set_robot(claim.robot, "arm"));
+    await_match(&r, "arm", TFA_OK);
+    const long before = resident_kib(daemon.pid);
+    for (uint32_t i = 0; i < NAMES; i++) {
+        memcpy(claim.daemon, &i, sizeof i);
+        assert_int_equal(dds_write(writer, &claim), DDS_RETCODE_OK);
+        if (i % 64 == 0)
+            assert_int_equal(ask(&r, &s)->status, TFA_OK);
+    }
+    assert_true(ask(&r, &s)->epoch == 1);
+    const long grown = resident_kib(daemon.pid) - before;
+    print_message("%d claims: %ld KiB\n", NAMES, grown);
+#ifndef SANITIZED /* sanitizers keep memory that was freed */
+    assert_true(grown < 8192);
+#endif
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+}
+
 /* Requests that take long are answered by the worker, in order; more of them than slots are refused
  * at once, and their refusals overtake. */
 static void slow_answers_come_in_order(void **state)
@@ -515,6 +550,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(oversized_samples_are_dropped),
         cmocka_unit_test(unknown_robots_leave_nothing),
         cmocka_unit_test(forged_replies_are_dropped),
+        cmocka_unit_test(forged_advertisements_are_dropped),
         cmocka_unit_test(slow_answers_come_in_order),
         cmocka_unit_test(bursts_are_not_lost),
         cmocka_unit_test(late_replies_are_dropped),

@@ -33,7 +33,8 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
     if (!test_robots_make(robots))
         return 3;
     for (uint32_t i = 0; i < TEST_ROBOTS; i++)
-        served[i] = (tfa_dds_robot){robots[i].name, robots[i].model, TEST_BATCH};
+        served[i] = (tfa_dds_robot){
+            .name = robots[i].name, .model = robots[i].model, .max_batch = TEST_BATCH};
     const tfa_dds_options options = {.domain = domain,
                                      .robots = served,
                                      .robot_count = TEST_ROBOTS,

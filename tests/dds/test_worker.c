@@ -50,8 +50,12 @@ struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint3
         solvers[i].model = model;
         solvers[i].delay_us = delay_us;
         served[i] = (tfa_worker_robot){
-            .shape = {tfa_model_q_count(model), tfa_model_v_count(model),
-                      tfa_model_base_freedoms(model), TEST_BATCH},
+            .shape = {.q_count = tfa_model_q_count(model),
+                      .v_count = tfa_model_v_count(model),
+                      .base_freedoms = tfa_model_base_freedoms(model),
+                      .frames = tfa_model_frame_count(model),
+                      .max_batch = TEST_BATCH,
+                      .max_tips = TFA_DEFAULT_TIPS},
             .solve = solve,
             .self = &solvers[i],
         };

@@ -2,8 +2,9 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * One request through the library, the ring and DDS: the same status and field, the same buffers
- * written with the same bits, the other buffers untouched. Every op with every choice of tips,
- * poses, spectrum, wrenches, payloads and locked joints.
+ * written with the same bits, the other buffers untouched. Every op with every flag, alone and all
+ * together, and every choice of tips, rows, wrenches, payloads and locked joints; every policy for
+ * rank loss; every buffer alone; as many tips as a request can have.
  */
 #include "dds_test.h"
 
@@ -15,50 +16,64 @@
 #include <totalforce/model.h>
 
 #include "dds_client/dds_client.h"
+#include "ipc/wire_blocks.h"
 
 #define BATCH 3
-#define V_MAX 12
-#define ROWS (6 * 2)
 #define CANARY 0xa5
+#define WORDS 2048      /* of the largest answer to few tips */
+#define WORDS_MAX 40960 /* to TFA_MAX_TIPS */
+#define FLAG_SETS 14    /* none, each of 12, all */
 
+#define POLICIES 36 /* for rank loss, thresholds, frames */
+#define METHODS 16
+
+#define ARM7 "/config/robots/arm7.urdf"
+#define DOG "/config/robots/quadruped.urdf"
 #define GIMBAL "/tests/tools/data/gimbal.urdf"
 
-enum { TIPS = 1, POSES = 2, SPECTRUM = 4, WRENCHES = 8, PAYLOADS = 16, LOCKED = 32, CHOICES = 64 };
+enum { TIPS = 1, POINT = 2, WRENCHES = 4, PAYLOADS = 8, LOCKED = 16, CHOICES = 32 };
 
 typedef struct transports {
     tfa_model *model;
     tfa_workspace *library;
     tfa_client *ring;
     tfa_dds_client *dds;
-    uint32_t v_count, base_freedoms;
+    tfa_wire_shape shape;
+    size_t words; /* of each buffer, larger than any answer */
 } transports;
 
-static double numbers[6][BATCH * V_MAX], pose[BATCH * 7];
+static double numbers[7][BATCH * 6 * TFA_MAX_TIPS], pose[BATCH * 7];
 
-/* One buffer for every answer that a request of this test can have. */
+/* One buffer for every answer. */
 typedef struct buffers {
-    double qdd[BATCH * V_MAX], base_acceleration[BATCH * 6], tau[BATCH * V_MAX];
-    double base_wrench[BATCH * 6], lambda_inv[BATCH * ROWS * ROWS];
-    double mass_matrix[BATCH * (V_MAX + 6) * (V_MAX + 6)], poses[BATCH * 2 * 7];
-    tfa_spectrum spectrum[BATCH];
-    tfa_answer answers[BATCH];
+    double block[TFA_WIRE_REPLY_BLOCKS][WORDS_MAX];
 } buffers;
 
-static tfa_reply reply_into(buffers *b)
+static tfa_reply reply_into(buffers *b, const transports *d)
 {
-    memset(b, CANARY, sizeof *b);
-    return (tfa_reply){.qdd = b->qdd,
-                       .base_acceleration = b->base_acceleration,
-                       .tau = b->tau,
-                       .base_wrench = b->base_wrench,
-                       .lambda_inv = b->lambda_inv,
-                       .mass_matrix = b->mass_matrix,
-                       .spectrum = b->spectrum,
-                       .poses = b->poses,
-                       .answers = b->answers};
+    tfa_reply reply = {0};
+    for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
+        memset(b->block[k], CANARY, d->words * sizeof(double));
+#define POINT_AT(name, field, bytes) reply.field = (void *)b->block[TFA_WIRE_##name];
+    TFA_WIRE_REPLY_LIST(POINT_AT)
+#undef POINT_AT
+    return reply;
 }
 
-static tfa_request make_request(const transports *d, tfa_op op, unsigned choice, uint32_t count)
+static uint32_t flags_of(unsigned set)
+{
+    return set == 0 ? 0 : set <= 12 ? 1u << (set - 1) : TFA_WANT_ALL;
+}
+
+/* Flags that an op refuses */
+static uint32_t unanswered(tfa_op op)
+{
+    const uint32_t lambda = TFA_WANT_SPECTRUM | TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P;
+    return TFA_OP_BIT(op) & TFA_OPS_SOLVE ? 0 : lambda;
+}
+
+static tfa_request make_request(const transports *d, tfa_op op, unsigned choice, uint32_t flags,
+                                uint32_t count)
 {
     static const double load[TFA_PAYLOAD_NUMBERS] = {0.5,   0.1, 0,    0.2, 0.01,
                                                      0.001, 0,   0.02, 0,   0.03};
@@ -66,18 +81,20 @@ static tfa_request make_request(const transports *d, tfa_op op, unsigned choice,
     tfa_request r = {.op = op,
                      .estimate = TFA_ESTIMATE_NEVER,
                      .refine = TFA_REFINE_DEFAULT,
+                     .flags = flags,
                      .count = count,
                      .q = numbers[0],
                      .v = numbers[1],
                      .tau = numbers[2],
                      .qdd = numbers[3],
+                     .task_acceleration = numbers[6],
                      .tips = {5, 3},
                      .wrench_frames = {4},
                      .payload_frames = {5}};
-    r.base_pose = d->base_freedoms ? pose : NULL;
-    r.base_twist = d->base_freedoms ? numbers[4] : NULL;
+    r.base_pose = d->shape.base_freedoms ? pose : NULL;
+    r.base_twist = d->shape.base_freedoms ? numbers[4] : NULL;
     r.tip_count = choice & TIPS ? 2 : 0;
-    r.flags = (choice & POSES ? TFA_WANT_POSES : 0) | (choice & SPECTRUM ? TFA_WANT_SPECTRUM : 0);
+    r.rows = choice & POINT ? TFA_ROWS_POINT : TFA_ROWS_POSE;
     r.wrench_count = choice & WRENCHES ? 1 : 0;
     r.wrenches = numbers[5];
     r.payload_count = choice & PAYLOADS ? 1 : 0;
@@ -87,44 +104,31 @@ static tfa_request make_request(const transports *d, tfa_op op, unsigned choice,
     return r;
 }
 
-/* What the op of a request is answered with, by the header; the other buffers stay as they are. */
+/* What the wire sends back is what the library writes, also about states that failed; the other
+ * buffers stay as they are. */
 static void assert_written(const tfa_request *r, const transports *d, const buffers *b, int status)
 {
-    const int ok = status == TFA_OK, forward = r->op == TFA_OP_FORWARD_DYNAMICS;
-    const int inverse = r->op == TFA_OP_INVERSE_DYNAMICS, base = d->base_freedoms > 0;
-    const int tips = r->tip_count > 0;
-    const int lambda = tips && (forward || r->op == TFA_OP_OPERATIONAL_INERTIA);
-    const struct {
-        const char *name;
-        const void *buffer;
-        size_t size;
-        int expected;
-    } rows[] = {
-        {"qdd", b->qdd, r->count * d->v_count * sizeof(double), forward},
-        {"base_acceleration", b->base_acceleration, r->count * 6 * sizeof(double), forward && base},
-        {"tau", b->tau, r->count * d->v_count * sizeof(double), inverse},
-        {"base_wrench", b->base_wrench, r->count * 6 * sizeof(double), inverse && base},
-        {"lambda_inv", b->lambda_inv, r->count * ROWS * ROWS * sizeof(double), lambda},
-        {"mass_matrix", b->mass_matrix, r->count * (d->v_count + d->base_freedoms) * sizeof(double),
-         r->op == TFA_OP_MASS_MATRIX},
-        {"poses", b->poses, r->count * 2 * 7 * sizeof(double), tips && r->flags & TFA_WANT_POSES},
-        {"spectrum", b->spectrum, r->count * sizeof *b->spectrum,
-         lambda && r->flags & TFA_WANT_SPECTRUM},
-        {"answers", b->answers, r->count * sizeof *b->answers, 1},
-    };
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
-        const unsigned char *at = rows[k].buffer;
-        size_t kept = 0;
-        for (size_t i = 0; i + 8 <= rows[k].size; i += 8)
-            kept += memcmp(at + i, "\xa5\xa5\xa5\xa5\xa5\xa5\xa5\xa5", 8) == 0;
-        if (ok && rows[k].expected ? kept > 0 : kept != rows[k].size / 8)
-            fail_msg("op %d, flags %u, %u tips: %s: %zu of %zu words untouched", r->op, r->flags,
-                     r->tip_count, rows[k].name, kept, rows[k].size / 8);
+    const tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&d->shape, r);
+    for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++) {
+        const unsigned char *at = (const unsigned char *)b->block[k];
+        const size_t size = tfa_wire_reply_width(&d->shape, k, &shape);
+        const size_t expected = tfa_wire_has_answers(status) && shape.want >> k & 1 ? size : 0;
+        size_t first = 0, last = d->words;
+        assert_true(size < 8 * d->words);
+        while (first < expected / 8 &&
+               memcmp(at + 8 * first, "\xa5\xa5\xa5\xa5\xa5\xa5\xa5\xa5", 8) != 0)
+            first++;
+        while (last > first &&
+               memcmp(at + 8 * (last - 1), "\xa5\xa5\xa5\xa5\xa5\xa5\xa5\xa5", 8) == 0)
+            last--;
+        if (first != expected / 8 || last != first)
+            fail_msg("op %d, flags %x, %u tips, rows %d: block %u: %zu words written, not %zu",
+                     r->op, r->flags, r->tip_count, r->rows, k, last, expected / 8);
     }
 }
 
-static void assert_same(const tfa_reply *expected, const buffers *here, const tfa_reply *got,
-                        const buffers *there, const char *what)
+static void assert_same(const transports *d, const tfa_reply *expected, const buffers *here,
+                        const tfa_reply *got, const buffers *there, const char *what)
 {
     if (expected->status != got->status || expected->field != got->field ||
         expected->index != got->index || expected->state != got->state)
@@ -132,45 +136,53 @@ static void assert_same(const tfa_reply *expected, const buffers *here, const tf
                  tfa_status_name(got->status), got->field, got->index, got->state,
                  tfa_status_name(expected->status), expected->field, expected->index,
                  expected->state);
-    if (memcmp(here, there, sizeof *here) != 0)
-        fail_msg("%s: other bits or other buffers than the library's", what);
+    for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
+        if (memcmp(here->block[k], there->block[k], 8 * d->words) != 0)
+            fail_msg("%s: block %u: other bits or another buffer than the library's", what, k);
+}
+
+/* Only buffer `block` of a reply; all of them, if there is no such block. */
+static void keep_buffer(tfa_reply *reply, uint32_t block)
+{
+#define KEEP(name, field, bytes)                                                                   \
+    if (block < TFA_WIRE_REPLY_BLOCKS && block != TFA_WIRE_##name)                                 \
+        reply->field = NULL;
+    TFA_WIRE_REPLY_LIST(KEEP)
+#undef KEEP
+}
+
+static void compare_buffer(transports *d, const tfa_request *r, unsigned choice, uint32_t block)
+{
+    static buffers here, there;
+    tfa_reply expected = reply_into(&here, d), got = reply_into(&there, d);
+    char what[120];
+    keep_buffer(&expected, block);
+    keep_buffer(&got, block);
+    const int status = tfa_compute(d->library, r, &expected);
+    if (block == TFA_WIRE_REPLY_BLOCKS)
+        assert_written(r, d, &here, status);
+    snprintf(what, sizeof what, "ring: op %d, choice %u, flags %x, count %u, %u tips, block %u",
+             r->op, choice, r->flags, r->count, r->tip_count, block);
+    (void)tfa_client_call(d->ring, r, &got, WAIT_NS, NULL);
+    assert_same(d, &expected, &here, &got, &there, what);
+    got = reply_into(&there, d);
+    keep_buffer(&got, block);
+    memcpy(what, "dds: ", 5);
+    (void)tfa_dds_client_call(d->dds, r, &got, WAIT_NS, NULL);
+    if (block != TFA_WIRE_SPECTRUM) /* the daemon has a lambda_inv to take it of */
+        assert_same(d, &expected, &here, &got, &there, what);
 }
 
 static void compare(transports *d, const tfa_request *r, unsigned choice)
 {
-    static buffers here, there;
-    tfa_reply expected = reply_into(&here), got = reply_into(&there);
-    char what[64];
-    const int status = tfa_compute(d->library, r, &expected);
-    if (status != TFA_E_NOT_COMPUTED) /* which leaves the numbers of such a state in the buffers */
-        assert_written(r, d, &here, status);
-    snprintf(what, sizeof what, "ring: op %d, choice %u, count %u", r->op, choice, r->count);
-    (void)tfa_client_call(d->ring, r, &got, WAIT_NS, NULL);
-    assert_same(&expected, &here, &got, &there, what);
-    got = reply_into(&there);
-    snprintf(what, sizeof what, "dds: op %d, choice %u, count %u", r->op, choice, r->count);
-    (void)tfa_dds_client_call(d->dds, r, &got, WAIT_NS, NULL);
-    assert_same(&expected, &here, &got, &there, what);
-}
-
-/* Without a buffer for lambda_inv there is nothing to take a spectrum of. */
-static void compare_without_lambda_inv(transports *d)
-{
-    static buffers here, there;
-    const tfa_request r =
-        make_request(d, TFA_OP_OPERATIONAL_INERTIA, TIPS | POSES | SPECTRUM, BATCH);
-    tfa_reply expected = reply_into(&here), got = reply_into(&there);
-    expected.lambda_inv = got.lambda_inv = NULL;
-    assert_int_equal(tfa_compute(d->library, &r, &expected), TFA_OK);
-    assert_int_equal(tfa_client_call(d->ring, &r, &got, WAIT_NS, NULL), TFA_OK);
-    assert_same(&expected, &here, &got, &there, "ring: no buffer for lambda_inv");
+    compare_buffer(d, r, choice, TFA_WIRE_REPLY_BLOCKS);
 }
 
 static void fill_numbers(void)
 {
     uint64_t seed = 7;
-    for (int k = 0; k < 6; k++)
-        for (int i = 0; i < BATCH * V_MAX; i++)
+    for (int k = 0; k < 7; k++)
+        for (size_t i = 0; i < sizeof numbers[k] / sizeof numbers[k][0]; i++)
             numbers[k][i] = test_random(&seed);
     for (int i = 0; i < BATCH; i++) {
         const double x[7] = {0.1 * i, 0.2, 0.3, 0.6, 0, 0, 0.8};
@@ -179,8 +191,9 @@ static void fill_numbers(void)
 }
 
 static transports open_transports(const harness *h, const char *robot, const char *file,
-                                  tfa_base base)
+                                  tfa_base base, uint32_t max_tips)
 {
+    const tfa_workspace_options workspace = {.max_tips = max_tips};
     const tfa_model_options options = {.base = base};
     const tfa_dds_client_options over = {
         .domain = test_domain(), .robot = robot, .connect_timeout_ms = 20000};
@@ -188,12 +201,18 @@ static transports open_transports(const harness *h, const char *robot, const cha
     tfa_report report = {0};
     transports d;
     ring.max_batch = BATCH;
+    ring.max_tips = max_tips;
     assert_int_equal(tfa_model_load(file, &options, &report, &d.model), TFA_OK);
-    assert_int_equal(tfa_workspace_create(d.model, NULL, &d.library), TFA_OK);
+    assert_int_equal(tfa_workspace_create(d.model, &workspace, &d.library), TFA_OK);
     assert_int_equal(tfa_client_connect(&ring, &d.ring), TFA_OK);
     assert_int_equal(tfa_dds_client_connect(&over, &d.dds), TFA_OK);
-    d.v_count = tfa_model_v_count(d.model);
-    d.base_freedoms = tfa_model_base_freedoms(d.model);
+    d.shape = (tfa_wire_shape){.q_count = tfa_model_q_count(d.model),
+                               .v_count = tfa_model_v_count(d.model),
+                               .base_freedoms = tfa_model_base_freedoms(d.model),
+                               .frames = tfa_model_frame_count(d.model),
+                               .max_batch = BATCH,
+                               .max_tips = max_tips ? max_tips : TFA_DEFAULT_TIPS};
+    d.words = max_tips ? WORDS_MAX : WORDS;
     tfa_report_free(&report);
     return d;
 }
@@ -206,16 +225,87 @@ static void close_transports(transports *d)
     tfa_model_free(d->model);
 }
 
-static void ask_all(const harness *h, const char *robot, const char *file, tfa_base base)
+static void ask_all(transports *d)
 {
-    transports d = open_transports(h, robot, file, base);
-    for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
+    for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++)
         for (unsigned choice = 0; choice < CHOICES; choice++)
-            for (uint32_t count = 1; count <= BATCH; count += BATCH - 1) {
-                const tfa_request r = make_request(&d, op, choice, count);
+            for (unsigned set = 0; set < FLAG_SETS; set++)
+                for (uint32_t count = 1; count <= BATCH; count += BATCH - 1) {
+                    const tfa_request r = make_request(d, op, choice, flags_of(set), count);
+                    compare(d, &r, choice);
+                }
+}
+
+/* Tips that cannot move in all their rows: twice the same one, with every policy and threshold, one
+ * of them invalid. */
+static void ask_without_rank(transports *d)
+{
+    static const double thresholds[] = {0, 1e-3, 2};
+    for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++)
+        for (unsigned policy = 0; policy < POLICIES; policy++) {
+            tfa_request r = make_request(d, op, TIPS, TFA_WANT_ALL, BATCH);
+            const double *threshold = &thresholds[policy / 4 % 3];
+            r.tips[1] = r.tips[0];
+            r.rank_loss = (tfa_rank_loss)(policy % 4); /* the last one does not exist */
+            r.rank_threshold = *threshold > 0 ? threshold : NULL;
+            r.frame = (tfa_reference_frame)(policy / 12);
+            r.flags &= ~unanswered(op);
+            compare(d, &r, policy);
+        }
+}
+
+/* A program has no buffer but one. */
+static void ask_for_one_buffer(transports *d)
+{
+    for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++)
+        for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++) {
+            tfa_request r = make_request(d, op, TIPS, TFA_WANT_ALL, BATCH);
+            r.flags &= ~unanswered(op);
+            compare_buffer(d, &r, TIPS, block);
+        }
+}
+
+static void ask_robot(const harness *h, const char *robot, const char *file, tfa_base base)
+{
+    transports d = open_transports(h, robot, file, base, 0);
+    ask_all(&d);
+    ask_without_rank(&d);
+    ask_for_one_buffer(&d);
+    close_transports(&d);
+}
+
+/* Links as tips, over and over; one more is refused by all. */
+static void ask_many_tips(const harness *h, const char *robot, const char *file, tfa_base base)
+{
+    transports d = open_transports(h, robot, file, base, TFA_MAX_TIPS);
+    for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++)
+        for (unsigned choice = TIPS; choice <= (TIPS | POINT); choice += POINT)
+            for (uint32_t tips = TFA_DEFAULT_TIPS; tips <= TFA_MAX_TIPS; tips *= 2) {
+                tfa_request r = make_request(&d, op, choice, TFA_WANT_ALL, 1);
+                r.flags &= ~unanswered(op);
+                r.tip_count = tips;
+                for (uint32_t k = 0; k < tips; k++)
+                    r.tips[k] = k % d.shape.frames;
                 compare(&d, &r, choice);
             }
-    compare_without_lambda_inv(&d);
+    close_transports(&d);
+}
+
+/* More tips than a connection has are refused by name, whatever the workspace of the daemon has
+ * memory for; over DDS they are answered. */
+static void ask_beyond_the_connection(const harness *h)
+{
+    static double lambda_inv[36 * 81];
+    transports d = open_transports(h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING, 0);
+    tfa_request r = make_request(&d, TFA_OP_OPERATIONAL_INERTIA, TIPS, 0, 1);
+    tfa_reply reply = {.lambda_inv = lambda_inv};
+    r.tip_count = TFA_DEFAULT_TIPS + 1;
+    assert_int_equal(tfa_client_get_info(d.ring)->max_tips, TFA_DEFAULT_TIPS);
+    assert_int_equal(tfa_client_call(d.ring, &r, &reply, WAIT_NS, NULL), TFA_E_SIZE);
+    assert_int_equal(reply.field, TFA_FIELD_TIPS);
+    assert_int_equal(tfa_client_send(d.ring, &r, NULL), TFA_E_SIZE);
+    assert_int_equal(tfa_compute(d.library, &r, &reply), TFA_E_UNSUPPORTED);
+    assert_int_equal(tfa_dds_client_call(d.dds, &r, &reply, WAIT_NS, NULL), TFA_OK);
     close_transports(&d);
 }
 
@@ -225,7 +315,7 @@ static void ask_gimbal(transports *d, double pitch, int status)
 {
     const double q[BATCH * 3] = {0.7, pitch, 0.2, -0.3, pitch, 0.1, 1.1, pitch, -0.6};
     for (uint32_t count = 1; count <= BATCH; count += BATCH - 1) {
-        tfa_request r = make_request(d, TFA_OP_FORWARD_DYNAMICS, 0, count);
+        tfa_request r = make_request(d, TFA_OP_FORWARD_DYNAMICS, 0, 0, count);
         tfa_answer answers[BATCH];
         tfa_reply reply = {.answers = answers};
         r.estimate = TFA_ESTIMATE_DEFAULT;
@@ -240,11 +330,29 @@ static void ask_gimbal(transports *d, double pitch, int status)
     }
 }
 
+/* Methods that cannot have this robot, that answer some of its states, that fall back. */
+static void ask_methods(transports *d, double pitch)
+{
+    const double q[BATCH * 3] = {0.7, pitch, 0.2, -0.3, 0.4, 0.1, 1.1, pitch, -0.6};
+    for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++)
+        for (unsigned method = 0; method < METHODS; method++)
+            for (unsigned all = 0; all < 2; all++) {
+                tfa_request r = make_request(d, op, TIPS, 0, BATCH);
+                r.flags = all ? TFA_WANT_ALL & ~unanswered(op) : 0;
+                r.method = (tfa_method)method;
+                r.q = q;
+                r.tips[0] = 1;
+                r.tips[1] = 2;
+                compare(d, &r, method);
+            }
+}
+
 static void ask_nearly_singular(const harness *h)
 {
-    transports d = open_transports(h, "gimbal", TFA_SOURCE_DIR GIMBAL, TFA_BASE_FIXED);
+    transports d = open_transports(h, "gimbal", TFA_SOURCE_DIR GIMBAL, TFA_BASE_FIXED, 0);
     ask_gimbal(&d, 1.5707, TFA_OK);
     ask_gimbal(&d, 1.5707963267948966, TFA_E_NOT_COMPUTED);
+    ask_methods(&d, 1.5707963267948966);
     close_transports(&d);
 }
 
@@ -267,19 +375,21 @@ static unsigned logged_number(const harness *h, const char *text)
 /* The log says that DDS is on and where; its summary counts the requests of both transports. */
 static void assert_logged(const harness *h)
 {
-    const unsigned asked = 2 * 4 * CHOICES * 2; /* robots, ops, choices, counts */
+    /* robots and ops; choices, flags, counts; policies; buffers; rows and numbers of many tips */
+    const unsigned asked =
+        2 * TFA_OP_LAST * (CHOICES * FLAG_SETS * 2 + POLICIES + TFA_WIRE_REPLY_BLOCKS + 2 * 3);
     char text[128];
     snprintf(text, sizeof text, "dds: domain %u, 3 robots: totalforce/request and", test_domain());
     assert_true(harness_logged(h, text));
-    assert_in_range(logged_number(h, "dds: requests "), asked, asked + 24); /* and hellos */
-    assert_in_range(logged_number(h, "refused 0, requests "), 2 * asked, 2 * asked + 24);
+    const unsigned more = 48 + TFA_OP_LAST * METHODS * 2; /* hellos, and the gimbal */
+    assert_in_range(logged_number(h, "dds: requests "), asked, asked + more);
+    assert_in_range(logged_number(h, "refused 0, requests "), 2 * asked, 2 * (asked + more));
 }
 
 TEST(library_ring_and_dds_agree)
 {
-    static const char robots[] = "  - name: arm\n    urdf: @/config/robots/arm7.urdf\n"
-                                 "    max_batch: 3\n"
-                                 "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n"
+    static const char robots[] = "  - name: arm\n    urdf: @" ARM7 "\n    max_batch: 3\n"
+                                 "  - name: dog\n    urdf: @" DOG "\n"
                                  "    base: floating\n    max_batch: 3\n"
                                  "  - name: gimbal\n    urdf: @" GIMBAL "\n    max_batch: 3\n";
     char dds[64];
@@ -288,8 +398,11 @@ TEST(library_ring_and_dds_agree)
     snprintf(dds, sizeof dds, "dds:\n  enabled: true\n  domain: %u\n", test_domain());
     harness_make(&h, robots, dds);
     harness_start(&h, "dog");
-    ask_all(&h, "arm", TFA_SOURCE_DIR "/config/robots/arm7.urdf", TFA_BASE_FIXED);
-    ask_all(&h, "dog", TFA_SOURCE_DIR "/config/robots/quadruped.urdf", TFA_BASE_FLOATING);
+    ask_robot(&h, "arm", TFA_SOURCE_DIR ARM7, TFA_BASE_FIXED);
+    ask_robot(&h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING);
+    ask_many_tips(&h, "arm", TFA_SOURCE_DIR ARM7, TFA_BASE_FIXED);
+    ask_many_tips(&h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING);
+    ask_beyond_the_connection(&h);
     ask_nearly_singular(&h);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     assert_logged(&h);

@@ -27,15 +27,19 @@ static tfa_model *chain(uint32_t joints, tfa_base base)
 
 static const tfa_workspace_options plain, all = {.methods = TFA_METHODS_ALL};
 
-/* Bytes a workspace of a chain may take: so many for each body, and the mass matrix. */
+/* Bytes a workspace of a chain may take: so many for each body, and the mass matrix; up to 256
+ * freedoms three more matrices for derivatives. */
 static const struct {
     uint32_t bodies;
     const tfa_workspace_options *options;
     size_t each, most;
 } bounds[] = {
-    {7, &plain, 96 * 1024, MIB},       {64, &plain, 96 * 1024, 8 * MIB}, /* batches of states */
-    {256, &plain, 11 * 1024, 4 * MIB}, {1000, &plain, 4 * 1024, 4 * MIB},
-    {4096, &plain, 4 * 1024, 0},       {1000, &all, 9 * 1024 + 4004, 0},
+    {7, &plain, 96 * 1024, MIB},
+    {64, &plain, 96 * 1024, 8 * MIB}, /* batches of states */
+    {256, &plain, 11 * 1024 + 3 * 8 * 256, 5 * MIB},
+    {1000, &plain, 4 * 1024, 4 * MIB},
+    {4096, &plain, 4 * 1024, 0},
+    {1000, &all, 9 * 1024 + 4004, 0},
     {4096, &all, 9 * 1024, 0}, /* no memory for M of more than 4 Mi entries */
 };
 

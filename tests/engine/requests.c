@@ -92,7 +92,7 @@ static const struct {
     uint32_t index;
 } spoilt_members[] = {
     {"op 0", MEMBER(op), 0, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
-    {"op 5", MEMBER(op), 5, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
+    {"op 9", MEMBER(op), 9, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
     {"op huge", MEMBER(op), UINT32_MAX, TFA_E_ARGUMENT, TFA_FIELD_OP, 0},
     {"method unknown", MEMBER(method), 999, TFA_E_METHOD, TFA_FIELD_METHOD, 999},
     {"method -1", MEMBER(method), UINT32_MAX, TFA_E_METHOD, TFA_FIELD_METHOD, UINT32_MAX},
@@ -105,7 +105,7 @@ static const struct {
     {"frame -1", MEMBER(frame), UINT32_MAX, TFA_E_ARGUMENT, TFA_FIELD_FRAME, 0},
     {"refine 4", MEMBER(refine), 4, TFA_E_ARGUMENT, TFA_FIELD_REFINE, 0},
     {"no states", MEMBER(count), 0, TFA_E_SIZE, TFA_FIELD_COUNT, 0},
-    {"9 tips", MEMBER(tip_count), 9, TFA_E_SIZE, TFA_FIELD_TIPS, 9},
+    {"33 tips", MEMBER(tip_count), 33, TFA_E_SIZE, TFA_FIELD_TIPS, 33},
     {"9 wrenches", MEMBER(wrench_count), 9, TFA_E_SIZE, TFA_FIELD_WRENCHES, 9},
     {"tip that is no frame", MEMBER(tips[1]), 5, TFA_E_LINK, TFA_FIELD_TIPS, 1},
     {"wrench on no frame", MEMBER(wrench_frames[0]), UINT32_MAX, TFA_E_LINK, TFA_FIELD_WRENCHES, 0},

@@ -9,8 +9,9 @@
 
 #include <float.h>
 
-#define N_MAX (6 * TFA_MAX_TIPS)
-#define ENTRIES (N_MAX * N_MAX)
+#define N_MAX (6 * TFA_DEFAULT_TIPS)
+#define N_LARGEST (6 * TFA_MAX_TIPS)
+#define ENTRIES (N_LARGEST * N_LARGEST)
 
 static uint64_t seed = 1;
 
@@ -46,7 +47,7 @@ static void make(double *out, uint32_t n, const double *value)
     for (uint32_t k = 0; k < n; k++)
         a[k * n + k] = value[k];
     for (uint32_t times = 0; n > 1 && times < n; times++) {
-        long double u[N_MAX];
+        long double u[N_LARGEST];
         for (uint32_t k = 0; k < n; k++)
             u[k] = chance();
         reflect(a, n, u);
@@ -147,6 +148,20 @@ TEST(spectra_are_those_that_were_made)
                 make(matrix, n, value);
                 check(matrix, n);
             }
+}
+
+TEST(the_largest_matrices)
+{
+    static const uint32_t sizes[] = {95, 96, 191, 192};
+    static double matrix[ENTRIES];
+    double value[N_LARGEST];
+    for (int shape = 0; shape < SHAPES; shape++)
+        for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+            for (uint32_t k = 0; k < sizes[i]; k++)
+                value[k] = eigenvalue(shape, k, sizes[i]);
+            make(matrix, sizes[i], value);
+            check(matrix, sizes[i]);
+        }
 }
 
 /* Zero, diagonal, with a single pair, already tridiagonal, of denormal numbers */

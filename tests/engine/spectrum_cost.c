@@ -13,7 +13,7 @@
 #define TIMES_MAX 10.0
 #define TURNS 201
 #define COORDINATES_MAX 64
-#define N (6 * TFA_MAX_TIPS)
+#define N (6 * TFA_DEFAULT_TIPS)
 
 static double now(void)
 {
@@ -63,9 +63,9 @@ static void law(const char *file, tfa_base base, tfa_op op)
     for (uint32_t k = 0; k < COORDINATES_MAX; k++)
         q[k] = 0.3 + 0.1 * k, v[k] = 0.05 * k;
     tfa_request r = {
-        .op = op, .count = 1, .q = q, .v = v, .base_pose = pose, .tip_count = TFA_MAX_TIPS};
-    for (uint32_t t = 0; t < TFA_MAX_TIPS; t++)
-        r.tips[t] = links - 1 - t * (links - 1) / TFA_MAX_TIPS;
+        .op = op, .count = 1, .q = q, .v = v, .base_pose = pose, .tip_count = TFA_DEFAULT_TIPS};
+    for (uint32_t t = 0; t < TFA_DEFAULT_TIPS; t++)
+        r.tips[t] = links - 1 - t * (links - 1) / TFA_DEFAULT_TIPS;
     tfa_reply reply = {.lambda_inv = lambda, .spectrum = &spectrum};
     if (op == TFA_OP_FORWARD_DYNAMICS) {
         reply.qdd = qdd;

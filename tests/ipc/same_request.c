@@ -32,6 +32,8 @@ static void assert_same_scalars(const tfa_request *sent, const tfa_request *got)
     assert_int_equal(sent->wrench_count, got->wrench_count);
     assert_int_equal(sent->payload_count, got->payload_count);
     assert_int_equal(sent->locked_count, got->locked_count);
+    assert_int_equal(sent->rows, got->rows);
+    assert_int_equal(sent->rank_loss, got->rank_loss);
 }
 
 void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
@@ -56,6 +58,9 @@ void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
     assert_same_numbers(sent->base_acceleration, got->base_acceleration, 6 * base);
     assert_same_numbers(sent->gravity, got->gravity, 3);
     assert_same_numbers(sent->wrenches, got->wrenches, count * sent->wrench_count * 6);
+    assert_same_numbers(sent->task_acceleration, got->task_acceleration,
+                        count * sent->tip_count * (sent->rows == TFA_ROWS_POINT ? 3 : 6));
+    assert_same_numbers(sent->rank_threshold, got->rank_threshold, 1);
     assert_same_numbers(sent->payloads, got->payloads,
                         (size_t)sent->payload_count * TFA_PAYLOAD_NUMBERS);
 }

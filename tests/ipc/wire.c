@@ -11,9 +11,14 @@
 
 #define BATCH 3
 
-static const tfa_wire_shape arm = {.q_count = 7, .v_count = 7, .max_batch = 1};
-static const tfa_wire_shape dog = {
-    .q_count = 12, .v_count = 11, .base_freedoms = 6, .max_batch = BATCH};
+static const tfa_wire_shape arm = {
+    .q_count = 7, .v_count = 7, .frames = 9, .max_batch = 1, .max_tips = TFA_DEFAULT_TIPS};
+static const tfa_wire_shape dog = {.q_count = 12,
+                                   .v_count = 11,
+                                   .base_freedoms = 6,
+                                   .frames = 20,
+                                   .max_batch = BATCH,
+                                   .max_tips = TFA_MAX_TIPS};
 
 static uint64_t seed = 88172645463325252u;
 
@@ -48,7 +53,9 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
                      .estimate = TFA_ESTIMATE_ALWAYS,
                      .frame = TFA_FRAME_WORLD,
                      .refine = TFA_REFINE_DEFAULT,
-                     .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
+                     .flags = TFA_WANT_ALL,
+                     .rows = TFA_ROWS_POINT,
+                     .rank_loss = TFA_RANK_REFUSE,
                      .count = BATCH,
                      .tip_count = 3,
                      .wrench_count = 2,
@@ -69,6 +76,8 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
     SET(BASE_ACCELERATION, base_acceleration, 6);
     SET(GRAVITY, gravity, 1);
     SET(WRENCHES, wrenches, 12);
+    SET(TASK_ACCELERATION, task_acceleration, 9);
+    SET(RANK_THRESHOLD, rank_threshold, 1);
     SET(PAYLOADS, payloads, TFA_PAYLOAD_NUMBERS);
     SET(LOCKED, locked, s->v_count);
 #undef SET
@@ -77,9 +86,20 @@ static tfa_request full_request(const tfa_wire_shape *s, uint32_t without)
 
 static void free_request(const tfa_request *r)
 {
-    const void *arrays[] = {r->q,         r->v,          r->tau,         r->qdd,
-                            r->base_pose, r->base_twist, r->base_wrench, r->base_acceleration,
-                            r->gravity,   r->wrenches,   r->payloads,    r->locked};
+    const void *arrays[] = {r->q,
+                            r->v,
+                            r->tau,
+                            r->qdd,
+                            r->base_pose,
+                            r->base_twist,
+                            r->base_wrench,
+                            r->base_acceleration,
+                            r->gravity,
+                            r->wrenches,
+                            r->payloads,
+                            r->locked,
+                            r->task_acceleration,
+                            r->rank_threshold};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++)
         free((void *)(uintptr_t)arrays[k]);
 }
@@ -100,7 +120,7 @@ TEST(requests_arrive)
         tfa_wire_reply_shape reply_shape, asked;
         tfa_field invalid_field;
         assert_int_equal(tfa_wire_encode_request(&dog, &sent, tfa_wire_want(&sent, NULL), 7, 8,
-                                                 slot, &reply_shape),
+                                                 slot, &reply_shape, NULL),
                          TFA_OK);
         tfa_wire_copy_request(&dog, slot, copy);
         assert_int_equal(tfa_wire_decode_request(&dog, copy, &got, &asked, &invalid_field), TFA_OK);
@@ -123,7 +143,9 @@ TEST(nonsense_arrives)
                      .method = (tfa_method)100000,
                      .frame = (tfa_reference_frame)-1,
                      .count = 0,
-                     .tip_count = 9,
+                     .rows = (tfa_rows)300,
+                     .rank_loss = (tfa_rank_loss)-1,
+                     .tip_count = 8,
                      .wrench_count = 100,
                      .payload_count = 1000,
                      .locked_count = UINT32_MAX},
@@ -132,14 +154,16 @@ TEST(nonsense_arrives)
     r.locked = &r.locked_count;
     tfa_wire_reply_shape reply_shape;
     tfa_field invalid_field;
-    assert_int_equal(tfa_wire_encode_request(&arm, &r, 0, 1, 1, slot, &reply_shape), TFA_OK);
+    assert_int_equal(tfa_wire_encode_request(&arm, &r, 0, 1, 1, slot, &reply_shape, NULL), TFA_OK);
     assert_int_equal(tfa_wire_decode_request(&arm, slot, &got, &reply_shape, &invalid_field),
                      TFA_OK);
     assert_int_equal(got.op, 77);
-    assert_int_equal(got.method, 65535);
+    assert_int_equal(got.method, 255);
+    assert_int_equal(got.rows, 255);
+    assert_int_equal(got.rank_loss, 255);
     assert_int_equal(got.frame, 255);
     assert_int_equal(got.count, 0);
-    assert_int_equal(got.tip_count, 9);
+    assert_int_equal(got.tip_count, 8);
     assert_int_equal(got.wrench_count, 100);
     assert_int_equal(got.payload_count, 255);
     assert_int_equal(got.locked_count, UINT32_MAX);
@@ -155,22 +179,37 @@ TEST(limits_are_kept)
     const tfa_wire_shape large = {.q_count = 300, .v_count = 300, .max_batch = 64};
     const tfa_wire_shape middle = {.q_count = 256, .v_count = 256, .max_batch = 64};
     void *slot = exact(tfa_wire_request_capacity(&large));
+    tfa_field field;
     tfa_request r = {.op = TFA_OP_MASS_MATRIX, .count = 1};
     tfa_wire_reply_shape reply_shape;
     const uint32_t want = tfa_wire_want(&r, NULL);
-    assert_int_equal(tfa_wire_encode_request(&large, &r, want, 1, 1, slot, &reply_shape),
+    assert_int_equal(tfa_wire_encode_request(&large, &r, want, 1, 1, slot, &reply_shape, NULL),
                      TFA_E_UNSUPPORTED);
-    assert_int_equal(tfa_wire_encode_request(&middle, &r, want, 1, 1, slot, &reply_shape), TFA_OK);
-    r.count = 2; /* 2 x 512 KiB fit into a slot, 3 do not */
-    assert_int_equal(tfa_wire_encode_request(&middle, &r, want, 1, 1, slot, &reply_shape), TFA_OK);
-    r.count = 3;
-    assert_int_equal(tfa_wire_encode_request(&middle, &r, want, 1, 1, slot, &reply_shape),
+    assert_int_equal(tfa_wire_encode_request(&middle, &r, want, 1, 1, slot, &reply_shape, NULL),
+                     TFA_OK);
+    r.count = 3; /* 3 x 512 KiB fit into a slot, as the derivatives of one state do; 4 do not */
+    assert_int_equal(tfa_wire_encode_request(&middle, &r, want, 1, 1, slot, &reply_shape, NULL),
+                     TFA_OK);
+    r.count = 4;
+    assert_int_equal(tfa_wire_encode_request(&middle, &r, want, 1, 1, slot, &reply_shape, NULL),
                      TFA_E_SIZE);
+    r.op = TFA_OP_DERIVATIVES;
+    r.count = 1;
+    assert_int_equal(tfa_wire_encode_request(&large, &r, tfa_wire_want(&r, NULL), 1, 1, slot,
+                                             &reply_shape, &field),
+                     TFA_E_UNSUPPORTED);
+    assert_int_equal(field, TFA_FIELD_OP);
+    r.op = TFA_OP_KINEMATICS;
+    r.tip_count = 1; /* no tips were agreed on */
+    assert_int_equal(tfa_wire_encode_request(&large, &r, 0, 1, 1, slot, &reply_shape, &field),
+                     TFA_E_SIZE);
+    assert_int_equal(field, TFA_FIELD_TIPS);
+    r.tip_count = 0;
     r.op = TFA_OP_FORWARD_DYNAMICS;
     r.count = 65;
-    assert_int_equal(
-        tfa_wire_encode_request(&large, &r, tfa_wire_want(&r, NULL), 1, 1, slot, &reply_shape),
-        TFA_E_SIZE);
+    assert_int_equal(tfa_wire_encode_request(&large, &r, tfa_wire_want(&r, NULL), 1, 1, slot,
+                                             &reply_shape, NULL),
+                     TFA_E_SIZE);
     free(slot);
 }
 
@@ -193,9 +232,9 @@ TEST(common_exchange_is_small)
     const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS, .count = 1, .q = x, .v = x, .tau = x};
     tfa_reply reply = {.qdd = qdd, .answers = &answer};
     tfa_wire_reply_shape reply_shape;
-    assert_int_equal(
-        tfa_wire_encode_request(&arm, &r, tfa_wire_want(&r, &reply), 1, 1, slot, &reply_shape),
-        TFA_OK);
+    assert_int_equal(tfa_wire_encode_request(&arm, &r, tfa_wire_want(&r, &reply), 1, 1, slot,
+                                             &reply_shape, NULL),
+                     TFA_OK);
     assert_in_range(bytes_written(slot, request_size), 1, 4 * TFA_WIRE_LINE);
     reply = (tfa_reply){.model = UINT64_MAX};
     tfa_wire_reply_buffers(&arm, &reply_shape, answered, &reply);
@@ -231,6 +270,9 @@ static void assert_request_inside(const tfa_wire_shape *s, const tfa_request *r,
     assert_true(inside(r->base_acceleration, count * 6, copy, size));
     assert_true(inside(r->gravity, 3 * sizeof(double), copy, size));
     assert_true(inside(r->wrenches, count * 6 * r->wrench_count, copy, size));
+    assert_true(inside(r->task_acceleration,
+                       count * r->tip_count * (r->rows == TFA_ROWS_POINT ? 3 : 6), copy, size));
+    assert_true(inside(r->rank_threshold, sizeof(double), copy, size));
     assert_true(inside(r->payloads, r->payload_count * sizeof(double[10]), copy, size));
     assert_true(inside(r->locked, r->locked_count * sizeof(uint32_t), copy, size));
 }
@@ -238,34 +280,41 @@ static void assert_request_inside(const tfa_wire_shape *s, const tfa_request *r,
 /* The answers that a decoded request asks for fit into a reply slot. */
 static void assert_reply_inside(const tfa_wire_shape *s, const tfa_wire_reply_shape *reply_shape)
 {
-    const size_t size = tfa_wire_reply_capacity(s), count = reply_shape->count;
-    void *slot = exact(size);
+    const size_t size = tfa_wire_reply_capacity(s);
+    unsigned char *slot = exact(size);
     tfa_reply out;
     tfa_wire_reply_buffers(s, reply_shape, slot, &out);
-    assert_true(inside(out.lambda_inv,
-                       count * reply_shape->tip_count * reply_shape->tip_count * sizeof(double[36]),
-                       slot, size));
-    assert_true(inside(out.poses, count * reply_shape->tip_count * sizeof(double[7]), slot, size));
-    assert_true(inside(out.spectrum, count * sizeof *out.spectrum, slot, size));
+#define INSIDE(block, field, bytes)                                                                \
+    assert_true(                                                                                   \
+        inside(out.field, tfa_wire_reply_width(s, TFA_WIRE_##block, reply_shape), slot, size));
+    TFA_WIRE_REPLY_LIST(INSIDE)
+#undef INSIDE
     free(slot);
 }
 
-/* The largest answer to one request fits into a slot, and to the byte. */
+/* The largest answer for one state fits into a slot, whatever the op; arrays do not overlap. */
 TEST(largest_reply_fits)
 {
     const size_t size = tfa_wire_reply_capacity(&dog);
-    const tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
-                           .flags = TFA_WANT_SPECTRUM | TFA_WANT_POSES,
-                           .count = BATCH,
-                           .tip_count = TFA_MAX_TIPS};
-    const tfa_wire_reply_shape reply_shape = {
-        .count = BATCH, .tip_count = TFA_MAX_TIPS, .want = tfa_wire_want(&r, NULL)};
-    unsigned char *slot = exact(size);
-    tfa_reply out;
-    tfa_wire_reply_buffers(&dog, &reply_shape, slot, &out);
-    assert_non_null(out.poses); /* the last block */
-    assert_ptr_equal(out.poses, slot + size - sizeof(double[BATCH][TFA_MAX_TIPS][7]));
-    free(slot);
+    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
+        const tfa_request r = {
+            .op = (tfa_op)op, .flags = TFA_WANT_ALL, .count = 1, .tip_count = TFA_MAX_TIPS};
+        const tfa_wire_reply_shape reply_shape = tfa_wire_reply_shape_of(&dog, &r);
+        unsigned char *slot = exact(size), *end = slot + TFA_WIRE_LINE;
+        tfa_reply out;
+        assert_int_equal(reply_shape.rows, 6 * TFA_MAX_TIPS);
+        tfa_wire_reply_buffers(&dog, &reply_shape, slot, &out);
+#define BEHIND(block, field, bytes)                                                                \
+    if (out.field) {                                                                               \
+        assert_ptr_equal(out.field, end);                                                          \
+        end += tfa_wire_reply_width(&dog, TFA_WIRE_##block, &reply_shape);                         \
+    }
+        TFA_WIRE_REPLY_LIST(BEHIND)
+#undef BEHIND
+        assert_true(end <= slot + size);
+        assert_non_null(out.frame_poses);
+        free(slot);
+    }
 }
 
 /* Random lines: the copy stays within the slot, the pointers within the copy. The slots are
@@ -285,7 +334,7 @@ TEST(hostile_lines_stay_inside)
         if (i & 4)
             line->count %= s->max_batch + 1;
         if (i & 8)
-            line->op %= 5;
+            line->op %= TFA_OP_LAST + 1;
         if (i & 16) { /* sometimes valid counts, one too many, or none */
             line->wrench_count %= TFA_MAX_WRENCHES + 2;
             line->payload_count %= TFA_MAX_PAYLOADS + 2;
@@ -321,7 +370,7 @@ TEST(replies_arrive)
                       .poses = poses,
                       .answers = answers};
     const tfa_wire_reply_shape reply_shape = {
-        .count = 2, .tip_count = 1, .want = tfa_wire_want(&r, &mine)};
+        .count = 2, .tip_count = 1, .rows = 6, .want = tfa_wire_want(&r, &mine)};
     tfa_reply there = {.status = TFA_E_NOT_COMPUTED,
                        .field = TFA_FIELD_BODY,
                        .index = UINT32_MAX,
@@ -355,4 +404,46 @@ TEST(replies_arrive)
     assert_int_equal(tfa_wire_decode_reply(slot, &mine), 0);
     assert_true(mine.model == 1); /* a refusal names the model, too */
     free(slot);
+}
+
+static uint64_t slot_number(uint32_t block, size_t k)
+{
+    return (uint64_t)(block + 1) << 32 | k;
+}
+
+/* Every block of the replies to every op comes back into its buffer, and into no other; a buffer
+ * that is not there is passed over. */
+TEST(every_answer_arrives)
+{
+    enum { WORDS = BATCH * 18 * 18 };
+    static uint64_t got[TFA_WIRE_REPLY_BLOCKS][WORDS];
+    for (uint32_t k = 0; k < 2 * (TFA_OP_LAST + 1); k++) {
+        const tfa_request r = {.op = (tfa_op)(k / 2),
+                               .flags = TFA_WANT_ALL,
+                               .rows = k & 1 ? TFA_ROWS_POINT : TFA_ROWS_POSE,
+                               .count = BATCH,
+                               .tip_count = 3};
+        tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&dog, &r);
+        unsigned char *slot = exact(tfa_wire_reply_capacity(&dog));
+        tfa_reply there = {0}, here = {0};
+        tfa_wire_reply_buffers(&dog, &shape, slot, &there);
+        memset(got, 0, sizeof got);
+#define FILL(block, field, bytes)                                                                  \
+    for (size_t w = 0;                                                                             \
+         there.field && w < tfa_wire_reply_width(&dog, TFA_WIRE_##block, &shape) / 8; w++)         \
+        ((uint64_t *)(void *)there.field)[w] = slot_number(TFA_WIRE_##block, w);                   \
+    here.field = TFA_WIRE_##block == k ? NULL : (void *)got[TFA_WIRE_##block];
+        TFA_WIRE_REPLY_LIST(FILL)
+#undef FILL
+        assert_int_equal(tfa_wire_want(&r, NULL), k < 2 ? 0 : shape.want);
+        tfa_wire_copy_answers(&dog, &shape, slot, &here);
+        for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++)
+            for (size_t w = 0; w < WORDS; w++) {
+                const size_t words = tfa_wire_reply_width(&dog, block, &shape) / 8;
+                const bool there_is = shape.want >> block & 1 && block != k && w < words;
+                assert_true(words <= WORDS);
+                assert_true(got[block][w] == (there_is ? slot_number(block, w) : 0));
+            }
+        free(slot);
+    }
 }

@@ -5,6 +5,7 @@
  * a container with a quota.
  */
 #include "platform/check_rt.h"
+#include "platform/realtime.h"
 #include "test.h"
 
 #include <stdlib.h>
@@ -110,11 +111,14 @@ TEST(real_time_machine)
                                  {"/proc/self/cgroup", "0::/user\n"},
                                  {"/sys/fs/cgroup/user/cpu.max", "max 100000\n"},
                                  {NULL, NULL}};
-    const config wishes = {
-        .workers = 1,
-        .allow_spin = true,
-        .limits = {.clients = 64},
-        .realtime = {.priority = 80, .mlock = true, .affinity = affinity, .affinity_count = 1}};
+    const config wishes = {.workers = 1,
+                           .allow_spin = true,
+                           .limits = {.clients = 64},
+                           .realtime = {.priority = 80,
+                                        .mlock = true,
+                                        .affinity = affinity,
+                                        .affinity_count = 1,
+                                        .cpu_dma_latency = CONFIG_ANY_LATENCY}};
     const tfa_check_rt c = {
         .settings = &wishes, .rtprio = 99, .memlock = UINT64_MAX, .files = 4096, .processors = 8};
     char *text = check(c, files, 0);
@@ -141,4 +145,45 @@ TEST(container_with_a_quota)
     assert_line(text, "warning  governor", "powersave");
     assert_line(text, "warning  idle states", "133 us");
     free(text);
+}
+
+TEST(idle_states_that_are_not_wanted)
+{
+    static const file bare[] = {{CPU "/cpu0/cpuidle/state0/latency", "0\n"},
+                                {CPU "/cpu0/cpuidle/state1/latency", "133\n"},
+                                {NULL, NULL}},
+                      device[] = {{CPU "/cpu0/cpuidle/state0/latency", "133\n"},
+                                  {"/dev/cpu_dma_latency", ""},
+                                  {NULL, NULL}};
+    const config wishes = {.workers = 1, .realtime.cpu_dma_latency = 10};
+    const tfa_check_rt c = {
+        .settings = &wishes, .memlock = UINT64_MAX, .files = 4096, .processors = 4};
+    char *text = check(c, bare, 1);
+    assert_line(text, "missing  idle states", "133 us, realtime.cpu_dma_latency is 10");
+    free(text);
+    text = check(c, device, 0);
+    assert_line(text, "ok       idle states", "133 us, realtime.cpu_dma_latency is 10");
+    free(text);
+}
+
+/* The wish is a number in the device, as long as the descriptor is open; without one, a warning. */
+TEST(the_wish_is_written)
+{
+    const config_realtime ten = {.cpu_dma_latency = 10},
+                          none = {.cpu_dma_latency = CONFIG_ANY_LATENCY};
+    char path[] = "/tmp/tfa-device-XXXXXX";
+    const int opened = mkstemp(path);
+    int32_t us = 0;
+    assert_true(opened >= 0);
+    const int fd = tfa_realtime_limit_idle_states(&ten, path);
+    assert_true(fd >= 0);
+    assert_int_equal(pread(opened, &us, sizeof us, 0), sizeof us);
+    assert_int_equal(us, 10);
+    close(fd);
+    assert_int_equal(ftruncate(opened, 0), 0);
+    assert_int_equal(tfa_realtime_limit_idle_states(&none, path), -1);
+    assert_int_equal(pread(opened, &us, sizeof us, 0), 0);
+    unlink(path);
+    close(opened);
+    assert_int_equal(tfa_realtime_limit_idle_states(&ten, path), -1);
 }

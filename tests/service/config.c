@@ -44,6 +44,7 @@ TEST(defaults_hold)
     assert_int_equal(c->spin_ns, 50000);
     assert_true(c->allow_spin);
     assert_false(c->realtime.mlock || c->dds.enabled);
+    assert_int_equal(c->realtime.cpu_dma_latency, CONFIG_ANY_LATENCY);
     assert_int_equal(c->limits.clients, 64);
     assert_int_equal(c->robots_count, 1);
     assert_string_equal(c->robots[0].name, "arm");
@@ -78,8 +79,8 @@ TEST(deep_nesting_is_refused)
 TEST(values_arrive)
 {
     config *c;
-    free(load("workers: 2\nallow_spin: off\nrealtime:\n  affinity: [0, 0]\n  mlock: yes\nlimits: "
-              "{clients: 7}\n" ROBOT
+    free(load("workers: 2\nallow_spin: off\nrealtime:\n  affinity: [0, 0]\n  mlock: yes\n"
+              "  cpu_dma_latency: 0\nlimits: {clients: 7}\n" ROBOT
               "    base: floating\n    gravity: [0, 0, -1.62]\n    wait: block\n"
               "    precision: f32\n    residual: f128\n"
               "    armature:\n      - {joint: j1, value: 0.25}\n      - {joint: j2, value: 1}\n",
@@ -87,6 +88,7 @@ TEST(values_arrive)
     assert_int_equal(c->workers, 2);
     assert_false(c->allow_spin);
     assert_true(c->realtime.mlock);
+    assert_int_equal(c->realtime.cpu_dma_latency, 0);
     assert_int_equal(c->realtime.affinity_count, 2);
     assert_int_equal(c->realtime.affinity[1], 0);
     assert_int_equal(c->limits.clients, 7);
@@ -155,6 +157,11 @@ TEST(errors_name_line_and_column)
          ":1:22: ", "never run"},
         {"realtime: {affinity: [9999]}\n" ROBOT, ":1:22: ", "no processor 9999"},
         {"realtime: {affinity: [0]}\nworkers: 2\n" ROBOT, ":1:22: ", "one for each"},
+        {"realtime: {cpu_dma_latency: -1}\n" ROBOT,
+         ":1:29: ", "'-1' is not a whole number from 0 to 2000000000"},
+        {"realtime: {cpu_dma_latency: 2000000001}\n" ROBOT, ":1:29: ", "from 0 to 2000000000"},
+        {"realtime: {cpu_dma_latency: 1.5}\n" ROBOT, ":1:29: ", "'1.5' is not a whole number"},
+        {"realtime: {cpu_dma_latancy: 0}\n" ROBOT, ":1:12: ", "nearest: 'cpu_dma_latency'"},
         {"workers: 64\nrealtime: {priority: 9}\n" ROBOT, ":2:22: ", "nothing else would run"},
         {"allow_spin: no\n" ROBOT "    wait: spin\n", ":5:11: ", "allow_spin"},
         {ROBOT "    mimic: perhaps\n", ":4:12: ", "perhaps"},
@@ -303,6 +310,7 @@ TEST(restart_is_asked_for)
         {"dds: {domain: 1}\n" ROBOT, "dds: {domain: 2}\n" ROBOT, "dds.domain is another"},
         {"workers: 2\nrealtime: {affinity: [0, 0]}\n" ROBOT,
          "workers: 2\nrealtime: {affinity: [0, 1]}\n" ROBOT, "realtime.affinity[1] is another"},
+        {ROBOT, "realtime: {cpu_dma_latency: 0}\n" ROBOT, "realtime.cpu_dma_latency is another"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         config *now, *next;

@@ -266,7 +266,7 @@ static void refuse_bad(const numeric_key *key)
 
 TEST(bad_spellings_are_refused)
 {
-    visit_all(refuse_bad, 26);
+    visit_all(refuse_bad, 27);
 }
 
 /* ---- out of range ---- */
@@ -290,7 +290,7 @@ static void refuse_beyond(const numeric_key *key)
 
 TEST(out_of_range_is_refused)
 {
-    visit_all(refuse_beyond, 26);
+    visit_all(refuse_beyond, 27);
 }
 
 /* ---- good spellings ---- */

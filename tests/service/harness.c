@@ -77,17 +77,18 @@ void harness_launch(harness *h)
     _exit(127);
 }
 
+/* The end of it. */
 static void show_log(const harness *h)
 {
-    char path[96], text[4096];
+    char path[96], text[16384];
     snprintf(path, sizeof path, "%s/log", h->directory);
     FILE *in = fopen(path, "r");
     if (!in)
         return;
-    size_t n = fread(text, 1, sizeof text - 1, in);
-    text[n] = 0;
+    (void)!fseek(in, -(long)sizeof text, SEEK_END); /* a shorter log: stays at its beginning */
+    const size_t n = fread(text, 1, sizeof text, in);
     fclose(in);
-    print_error("%s", text);
+    (void)!write(STDERR_FILENO, text, n); /* print_error would cut it */
 }
 
 void harness_start(harness *h, const char *robot)
@@ -141,7 +142,10 @@ int harness_run(harness *h)
 int harness_stop(harness *h, int signal)
 {
     kill(h->pid, signal);
-    return wait_end(h);
+    const int status = wait_end(h);
+    if (WIFEXITED(status) && WEXITSTATUS(status) != 0)
+        show_log(h); /* a sanitizer's report, too */
+    return status;
 }
 
 void harness_pause(const harness *h)

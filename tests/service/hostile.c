@@ -88,11 +88,13 @@ TEST(writes_garbage)
         if (i & 1)
             line->dof = dof;
         if (i & 2)
-            line->op = (uint16_t)(line->op % 5), line->method = (uint16_t)(line->method % 7);
+            line->op %= TFA_OP_LAST + 1, line->method %= 7, line->rows %= 3, line->rank_loss %= 4;
         if (i & 4)
-            line->count %= 3, line->tip_count &= 7, line->wrench_count &= 7;
+            line->count %= 3, line->tip_count %= 10, line->wrench_count &= 7;
         if (i & 8)
             line->payload_count %= 6, line->locked_count %= 9;
+        if (i & 16)
+            line->flags &= TFA_WANT_ALL;
         const uint64_t id = line->id;
         if (tfa_ring_send(&v.ring))
             wake(&v);
@@ -236,12 +238,15 @@ TEST(garbage_handshake)
             bytes[k] = (unsigned char)random_bits();
         tfa_hello hello = good_hello(TFA_WAIT_BLOCK);
         size_t size = sizeof hello;
+        hello.max_tips = TFA_MAX_TIPS + 1;
         if (i % 4 == 0)
             size = 1 + (size_t)(random_bits() % sizeof bytes);
         else if (i % 4 == 1)
             memcpy(bytes, &hello, 8); /* right magic and version, then noise */
         else if (i % 4 == 2)
             memset(hello.robot, 'x', sizeof hello.robot), memcpy(bytes, &hello, sizeof hello);
+        else
+            memcpy(bytes, &hello, sizeof hello); /* good but for its tips */
         int fd = connect_raw(&s.h);
         assert_int_equal(send(fd, bytes, size, 0), size);
         assert_int_equal(recv(fd, &w, sizeof w, 0), sizeof w);

@@ -260,7 +260,10 @@ TEST(refused_kinds)
     } cases[] = {
         {"several-tips", {.tip_count = 2, .tips = {1, 2}}, TFA_FIELD_TIPS},
         {"spectrum", {.tip_count = 1, .tips = {9}, .flags = TFA_WANT_SPECTRUM}, TFA_FIELD_OP},
+        {"lambda", {.tip_count = 1, .tips = {9}, .flags = TFA_WANT_P}, TFA_FIELD_OP},
+        {"lambda", {.op = TFA_OP_TASK_TORQUES, .tip_count = 1, .tips = {9}}, TFA_FIELD_OP},
         {"mass-matrix", {.op = TFA_OP_MASS_MATRIX}, TFA_FIELD_OP},
+        {"derivatives", {.op = TFA_OP_DERIVATIVES}, TFA_FIELD_OP},
         {"methods", {.method = TFA_METHOD_TFA}, TFA_FIELD_METHOD},
         {"estimates", {.estimate = TFA_ESTIMATE_ALWAYS}, TFA_FIELD_ESTIMATE},
         {"batches", {.count = 2}, TFA_FIELD_COUNT},
@@ -287,6 +290,50 @@ TEST(refused_kinds)
         tfa_client_close(client);
         harness_remove(&h);
     }
+}
+
+static tfa_request at_rest(const double *q, uint32_t tips)
+{
+    tfa_request r = {.op = TFA_OP_OPERATIONAL_INERTIA, .count = 1, .q = q, .tip_count = tips};
+    for (uint32_t k = 0; k < tips; k++)
+        r.tips[k] = k + 1;
+    return r;
+}
+
+/* A client gets as many tips as it asks for and the robot has; its memory counts. */
+TEST(tips_are_limited)
+{
+    static const double zeros[7];
+    static double lambda_inv[18 * 18];
+    harness h;
+    char text[400];
+    tfa_client *client;
+    harness_serve(&h, ARM "    max_tips: 2\n", "");
+    tfa_client_options options = harness_options(&h, "arm");
+    options.max_tips = TFA_MAX_TIPS + 1;
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_E_SIZE);
+    options.max_tips = TFA_MAX_TIPS;
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    assert_int_equal(tfa_client_get_info(client)->max_tips, 2);
+    tfa_reply reply = {.lambda_inv = lambda_inv};
+    tfa_request r = at_rest(zeros, 2);
+    assert_int_equal(tfa_client_call(client, &r, &reply, WAIT_NS, NULL), TFA_OK);
+    r = at_rest(zeros, 3);
+    assert_int_equal(tfa_client_call(client, &r, &reply, WAIT_NS, NULL), TFA_E_SIZE);
+    assert_int_equal(reply.field, TFA_FIELD_TIPS);
+    tfa_client_close(client);
+    harness_remove(&h);
+
+    harness_serve(&h, ARM, "limits: {memory_mib_per_user: 1}\n");
+    options = harness_options(&h, "arm");
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    tfa_client_close(client);
+    options.max_tips = TFA_MAX_TIPS;
+    const int status = tfa_client_connect(&options, &client);
+    assert_int_equal(status, TFA_E_REFUSED);
+    (void)tfa_client_explain(&options, status, text, sizeof text);
+    assert_non_null(strstr(text, "fewer tips"));
+    harness_remove(&h);
 }
 
 /* Names that do not exist are errors with their place. */

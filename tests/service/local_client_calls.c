@@ -14,7 +14,7 @@ int send_to(tfa_local_client *local_client, double x, uint64_t id)
         return TFA_E_AGAIN;
     int status =
         tfa_wire_encode_request(&local_client->shape, &request, tfa_wire_want(&request, NULL), id,
-                                0, tfa_ring_next_request(&local_client->ring), &ask);
+                                0, tfa_ring_next_request(&local_client->ring), &ask, NULL);
     if (status == TFA_OK)
         tfa_local_client_send(local_client);
     return status;

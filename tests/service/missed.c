@@ -74,6 +74,48 @@ TEST(killed_daemon)
     close_scene(&s);
 }
 
+#define EVERY_OP_NUMBERS 269
+
+/* Answers to every op. `daemon`: why the daemon does not answer; TFA_OK: it does */
+static void ask_every_op(scene *s, double (*x)[EVERY_OP_NUMBERS], int daemon)
+{
+    for (tfa_op op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
+        double q[7], v[7], tau[7], *at = x[op];
+        tfa_exchange exchange = {.daemon = 1};
+        tfa_request r = arm_request(1, q, v, tau);
+        r.op = op;
+        r.flags = TFA_WANT_JACOBIAN | TFA_WANT_COM | TFA_WANT_ENERGY;
+        r.task_acceleration = tau;
+        r.tip_count = 1;
+        r.tips[0] = 5;
+        tfa_reply reply = {.qdd = at,
+                           .tau = at + 7,
+                           .lambda_inv = at + 14,
+                           .jacobian = at + 50,
+                           .com_jacobian = at + 92,
+                           .energy = at + 113,
+                           .velocity_force = at + 115,
+                           .mass_matrix = at + 122,
+                           .dqdd_dq = at + 171,
+                           .dqdd_dtau = at + 220};
+        assert_int_equal(tfa_client_call(s->client, &r, &reply, WAIT_NS, &exchange), TFA_OK);
+        assert_int_equal(exchange.daemon, daemon);
+    }
+}
+
+/* In process every op has the bits of the daemon. */
+TEST(every_op_in_process)
+{
+    static double asked[TFA_OP_LAST + 1][EVERY_OP_NUMBERS], here[TFA_OP_LAST + 1][EVERY_OP_NUMBERS];
+    scene s;
+    open_scene(&s);
+    ask_every_op(&s, asked, TFA_OK);
+    (void)harness_stop(&s.h, SIGKILL);
+    ask_every_op(&s, here, TFA_E_DISCONNECTED);
+    assert_memory_equal(asked, here, sizeof here);
+    close_scene(&s);
+}
+
 TEST(stopped_daemon)
 {
     scene s;

@@ -29,6 +29,7 @@ tfa_hello good_hello(tfa_wait wait)
                        .abi = TFA_HANDSHAKE_ABI,
                        .slots = 8,
                        .max_batch = 2,
+                       .max_tips = TFA_DEFAULT_TIPS,
                        .wait = wait,
                        .robot = "arm"};
 }

@@ -9,7 +9,10 @@
 #include "models.h"
 #include "test.h"
 
+#include <fcntl.h>
 #include <signal.h>
+#include <stdio.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -376,6 +379,32 @@ TEST(ended_in_a_reload)
         assert_int_equal(harness_shm_entries(), 0);
         assert_int_equal(ask_arm(client, 1, qdd, 0), TFA_E_DISCONNECTED);
         tfa_client_close(client);
+    }
+    harness_remove(&h);
+}
+
+/* The file is a FIFO, so its reader is at work as long as this test wants. It logs while the daemon
+ * ends without it. */
+TEST(ended_while_the_file_is_read)
+{
+    harness h;
+    (void)signal(SIGPIPE, SIG_IGN); /* the daemon may be gone before the last line */
+    harness_make(&h, ARM, "");
+    for (unsigned i = 0; i < 12; i++) {
+        harness_configure(&h, ARM, "");
+        harness_start(&h, "arm");
+        assert_int_equal(unlink(h.config), 0);
+        assert_int_equal(mkfifo(h.config, 0600), 0);
+        reload(&h);
+        const int file = open(h.config, O_WRONLY | O_CLOEXEC); /* waits for the reader */
+        assert_true(file >= 0);
+        assert_int_equal(kill(h.pid, SIGTERM), 0);
+        usleep(96000 + i * 1000); /* about ABANDON_NS of reload.c */
+        for (unsigned k = 0; k < 40; k++)
+            dprintf(file, "nonsense%u: 1\n", k);
+        close(file);
+        assert_int_equal(harness_stop(&h, SIGTERM), 0);
+        assert_int_equal(harness_shm_entries(), 0);
     }
     harness_remove(&h);
 }

@@ -106,13 +106,13 @@ TEST(refusals_are_counted)
     make_bench(&b, TFA_WAIT_BLOCK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 2, 1, &local_client), TFA_OK);
     assert_int_equal(tfa_wire_encode_request(&local_client.shape, &wrong, 0, 9, 0,
-                                             tfa_ring_next_request(&local_client.ring), &ask),
+                                             tfa_ring_next_request(&local_client.ring), &ask, NULL),
                      TFA_OK);
     tfa_local_client_send(&local_client);
     /* a robot of another size: refused before the solver sees it */
     tfa_wire_request *line = tfa_ring_next_request(&local_client.ring);
-    assert_int_equal(tfa_wire_encode_request(&local_client.shape, &wrong, 0, 10, 0, line, &ask),
-                     TFA_OK);
+    assert_int_equal(
+        tfa_wire_encode_request(&local_client.shape, &wrong, 0, 10, 0, line, &ask, NULL), TFA_OK);
     line->dof++;
     tfa_local_client_send(&local_client);
     assert_int_equal(tfa_worker_cycle(b.worker), 2);

@@ -70,7 +70,8 @@ static tfa_wire_request *write_batch(tfa_local_client *client, uint32_t states, 
     for (uint32_t i = 0; i < 2 * STATES; i++)
         q[i] = i;
     assert_int_equal(tfa_wire_encode_request(&client->shape, &request,
-                                             tfa_wire_want(&request, NULL), id, 0, line, &shape),
+                                             tfa_wire_want(&request, NULL), id, 0, line, &shape,
+                                             NULL),
                      TFA_OK);
     return line;
 }

@@ -65,10 +65,11 @@ struct state *bench_state(struct bench *b)
 {
     const struct tfa_kernel *kernel = &tfa_kernel_f128_base;
     const tfa_request request = bench_request(b);
-    const size_t size = (kernel->size(b->model, TFA_METHODS_ALL) + 63) / 64 * 64;
+    const struct tfa_reserved reserved = {TFA_METHODS_ALL, TFA_DEFAULT_TIPS};
+    const size_t size = (kernel->size(b->model, reserved) + 63) / 64 * 64;
     b->memory = aligned_alloc(64, size);
     assert_non_null(b->memory);
-    b->s = kernel->init(b->model, TFA_METHODS_ALL, b->memory);
+    b->s = kernel->init(b->model, reserved, b->memory);
     TFA_V(load)(b->s, &request, 0, 1);
     return b->s;
 }

@@ -90,7 +90,8 @@ oracle *oracle_create(const tfa_description *description, tfa_base base)
     o->h = calloc(n, sizeof *o->h);
     o->ht = calloc(n, sizeof *o->ht);
     o->v = calloc(n, sizeof *o->v);
-    if (!o->tie || !o->M || !o->Mt || !o->LDL || !o->h || !o->ht || !o->v)
+    o->moment_rate = calloc(n, sizeof *o->moment_rate);
+    if (!o->tie || !o->M || !o->Mt || !o->LDL || !o->h || !o->ht || !o->v || !o->moment_rate)
         goto err_free;
     oracle_tie_freedoms(o, NULL, 0);
     return o;
@@ -103,6 +104,7 @@ void oracle_free(oracle *o)
 {
     if (!o)
         return;
+    free(o->moment_rate);
     free(o->v);
     free(o->ht);
     free(o->h);
@@ -196,6 +198,36 @@ static void columns_free(struct columns *c)
     free(c->index);
 }
 
+int oracle_moves(const oracle *o, uint32_t link)
+{
+    for (;;) {
+        const struct body *b = &o->body[link];
+        for (uint32_t i = 0; i < b->freedoms; i++)
+            if (o->tie[b->freedom + i].to != ORACLE_STILL)
+                return 1;
+        if (b->joint < 0)
+            return 0;
+        link = o->description->joints[b->joint].parent;
+    }
+}
+
+/* Adds a mass of `count` freedoms to the sums over what moves. */
+static void add_moving(oracle *o, const struct body *b, quad m, const struct columns *c,
+                       uint32_t count)
+{
+    struct oracle_sums *s = &o->moving;
+    vec3 p = vec_scale(m, b->v_com), spin = mat_apply(&b->I, b->w);
+    s->mass += m;
+    s->kinetic += (vec_dot(p, b->v_com) + vec_dot(spin, b->w)) / 2;
+    s->moment = vec_add(s->moment, vec_scale(m, b->com));
+    s->momentum = vec_add(s->momentum, p);
+    s->angular = vec_add(s->angular, vec_add(spin, vec_cross(b->com, p)));
+    for (uint32_t i = 0; i < count; i++) {
+        vec3 *rate = &o->moment_rate[c->index[i]];
+        *rate = vec_add(*rate, vec_scale(m, c->linear[i]));
+    }
+}
+
 /* Adds a mass m that moves with `link`: b holds its centre, its motion and its inertia. */
 static void add_mass(oracle *o, uint32_t link, const struct body *b, quad m, struct columns *c)
 {
@@ -204,6 +236,8 @@ static void add_mass(oracle *o, uint32_t link, const struct body *b, quad m, str
     vec3 momentum_rate = vec_scale(m, vec_sub(b->a_com, o->gravity));
     vec3 spin_rate = vec_add(mat_apply(&b->I, b->alpha), vec_cross(b->w, mat_apply(&b->I, b->w)));
     uint32_t count = jacobian(o, link, b->com, c->index, c->linear, c->angular);
+    if (oracle_moves(o, link))
+        add_moving(o, b, m, c, count);
     for (uint32_t i = 0; i < count; i++) {
         vec3 mJ = vec_scale(m, c->linear[i]), IJ = mat_apply(&b->I, c->angular[i]);
         quad *row = o->M + (size_t)c->index[i] * o->n;
@@ -290,18 +324,17 @@ static void factorise(oracle *o)
         }
 }
 
-/* x <- L^-1 x */
-static void solve_lower(const oracle *o, quad *x)
+void oracle_solve_lower(const oracle *o, quad *x)
 {
     for (uint32_t k = 0; k < o->rows; k++)
         for (uint32_t i = k + 1; i < o->rows; i++)
             x[i] -= o->LDL[(size_t)k * o->rows + i] * x[k];
 }
 
-static void solve(const oracle *o, quad *x)
+void oracle_solve(const oracle *o, quad *x)
 {
     uint32_t n = o->rows;
-    solve_lower(o, x);
+    oracle_solve_lower(o, x);
     for (uint32_t k = n; k-- > 0;) {
         x[k] /= o->LDL[(size_t)k * n + k];
         for (uint32_t i = k + 1; i < n; i++)
@@ -319,12 +352,14 @@ void oracle_set_state(oracle *o, const tfa_request *r, uint32_t state)
         size_t at = k < o->base ? (size_t)state * 6 + k : (size_t)state * v_count + k - o->base;
         o->v[k] = v ? v[at] : 0;
         o->h[k] = 0;
+        o->moment_rate[k] = (vec3){{0, 0, 0}};
     }
     for (size_t i = 0; i < (size_t)o->n * o->n; i++)
         o->M[i] = 0;
     o->gravity = vec_from(r->gravity ? r->gravity : earth);
     o->mass = 0;
     o->moment = (vec3){{0, 0, 0}};
+    o->moving = (struct oracle_sums){0};
     oracle_move_links(o, r->q ? r->q + (size_t)state * o->q_count : NULL,
                       r->base_pose ? r->base_pose + (size_t)state * 7 : NULL);
 
@@ -340,6 +375,8 @@ void oracle_set_state(oracle *o, const tfa_request *r, uint32_t state)
     for (uint32_t k = o->base; k < o->n; k++) {
         const tfa_joint *j = &d->joints[o->body[o->freedom[k].link].joint];
         o->M[(size_t)k * o->n + k] += j->armature;
+        if (o->tie[k].to != ORACLE_STILL)
+            o->moving.kinetic += j->armature * o->v[k] * o->v[k] / 2;
         o->h[k] += o->damped ? j->damping * o->v[k] : 0;
     }
     tie(o);
@@ -355,7 +392,7 @@ void oracle_forward(oracle *o, const double *tau, const double *base_wrench, dou
         if (tied_to(o, k))
             x[k] = (given ? given[k < o->base ? k : k - o->base] : 0) - o->ht[k];
     }
-    solve(o, x);
+    oracle_solve(o, x);
     for (uint32_t k = 0; k < o->rows; k++) {
         if (k >= o->base)
             qdd[k - o->base] = (double)x[k];
@@ -388,8 +425,7 @@ void oracle_mass_matrix(oracle *o, double *mass_matrix)
         mass_matrix[i] = (double)o->Mt[i];
 }
 
-/* Rows of J T of one tip, each `rows` long, multiplied by L^-1. */
-static void tip_rows(const oracle *o, uint32_t link, tfa_reference_frame frame, quad *rows)
+void oracle_tip_rows(const oracle *o, uint32_t link, tfa_reference_frame frame, quad *rows)
 {
     const struct body *b = &o->body[link];
     struct columns c = columns_make(o);
@@ -410,8 +446,6 @@ static void tip_rows(const oracle *o, uint32_t link, tfa_reference_frame frame, 
             rows[(size_t)(3 + i) * o->rows + t->to] += t->multiplier * angular.x[i];
         }
     }
-    for (int i = 0; i < 6; i++)
-        solve_lower(o, rows + (size_t)i * o->rows);
     columns_free(&c);
 }
 
@@ -421,7 +455,9 @@ void oracle_lambda_inv(oracle *o, const uint32_t *tips, uint32_t tip_count,
     uint32_t n = o->rows, m = 6 * tip_count;
     quad *G = calloc((size_t)m * n + 1, sizeof *G);
     for (uint32_t t = 0; t < tip_count; t++)
-        tip_rows(o, tips[t], frame, G + (size_t)t * 6 * n);
+        oracle_tip_rows(o, tips[t], frame, G + (size_t)t * 6 * n);
+    for (uint32_t i = 0; i < m; i++)
+        oracle_solve_lower(o, G + (size_t)i * n);
     for (uint32_t i = 0; i < m; i++)
         for (uint32_t j = 0; j < m; j++) {
             quad sum = 0;

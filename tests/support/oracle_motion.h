@@ -33,6 +33,14 @@ struct body {
     vec3 com, v_com, a_com;
 };
 
+/* Sums over the masses that move, payloads included; not over links fixed to the world. */
+struct oracle_sums {
+    quad mass, kinetic;
+    vec3 moment;   /* mass times its centre, world */
+    vec3 momentum; /* linear */
+    vec3 angular;  /* momentum about the world's origin */
+};
+
 struct oracle {
     const tfa_description *description;
     const oracle_text *text;   /* where rotations and axes are read; NULL: the description */
@@ -49,6 +57,8 @@ struct oracle {
     quad mass;           /* payloads included */
     vec3 moment;         /* mass times its centre, world */
     vec3 gravity;
+    struct oracle_sums moving;
+    vec3 *moment_rate; /* n: of moving.moment, by each freedom */
 };
 
 /* The joint above a link; NULL for the root. */
@@ -59,6 +69,16 @@ static inline const tfa_joint *joint_above(const oracle *o, const struct body *b
 
 /* Poses, velocities, freedoms and velocity-product accelerations of all links, from q, o->v. */
 void oracle_move_links(oracle *o, const double *q, const double *base_pose);
+
+/* Is anything between the world and the link not still? */
+int oracle_moves(const oracle *o, uint32_t link);
+
+/* Rows of J T of one tip, linear first, each o->rows long: added to `rows`. */
+void oracle_tip_rows(const oracle *o, uint32_t link, tfa_reference_frame frame, quad *rows);
+
+/* x <- L^-1 x and x <- M^-1 x, o->rows numbers, of the factors of T^T M T */
+void oracle_solve_lower(const oracle *o, quad *x);
+void oracle_solve(const oracle *o, quad *x);
 
 /* Centre of mass, its motion and the inertia of `link`, a mass that moves like `b`; turn: the
  * rotation of its inertial frame. */

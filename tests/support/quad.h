@@ -7,6 +7,7 @@
 #define TESTS_SUPPORT_QUAD_H
 
 #include <math.h>
+#include <stddef.h>
 
 #ifdef __SIZEOF_FLOAT128__
 __extension__ typedef __float128 quad;

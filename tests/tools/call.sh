@@ -71,9 +71,13 @@ call() {
 start_daemon
 
 # every request and every refusal, both ways, against solve
-cat "$data/requests.jsonl" "$data/refused.jsonl" "$data/requests.jsonl" >"$work/lines"
+cat "$data/requests.jsonl" "$data/refused.jsonl" "$data/operational.jsonl" "$data/requests.jsonl" >"$work/lines"
+cat "$data/floating.jsonl" >"$work/floating"
+sed -e 's/"q":\[[^]]*\]/&,"base_pose":[1,2,3,0.6,0,0,0.8],"base_twist":[0.1,0.2,0.3,-0.1,-0.2,-0.3]/' \
+    -e 's/"qdd":/"base_acceleration":[1,2,3,4,5,6],&/' \
+    -e 's/"posture_torques":/"base_wrench":[6,5,4,3,2,1],&/' "$data/operational.jsonl" >>"$work/floating"
 "$tool" solve "$data/arm.urdf" <"$work/lines" >"$work/solved"
-"$tool" solve --base floating "$data/arm.urdf" <"$data/floating.jsonl" >"$work/floated"
+"$tool" solve --base floating "$data/arm.urdf" <"$work/floating" >"$work/floated"
 "$tool" solve "$data/cart.urdf" <"$data/cart.jsonl" >"$work/carted"
 "$tool" solve "$data/hand.urdf" --mimic project --lock-massless-leaves --damping \
     <"$data/hand.jsonl" >"$work/handed" 2>/dev/null
@@ -83,7 +87,7 @@ grep -q '"status":"error"' "$work/floated" "$work/carted" "$work/handed" "$work/
 for via in shm dds; do
     call arm --via $via <"$work/lines" >"$work/out" || fail "call --via $via: $(cat "$work/err")"
     same "$work/out" "$work/solved" "call --via $via differs from solve"
-    call floater --via $via <"$data/floating.jsonl" >"$work/out"
+    call floater --via $via <"$work/floating" >"$work/out"
     same "$work/out" "$work/floated" "call --via $via differs for a floating base"
     call cart --via $via <"$data/cart.jsonl" >"$work/out"
     same "$work/out" "$work/carted" "call --via $via differs for joints of many freedoms"

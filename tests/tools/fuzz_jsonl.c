@@ -57,6 +57,22 @@ static void check_joints(const uint32_t *list, uint32_t count, const robot_names
     }
 }
 
+/* Flags, rows and ranks that exist; finite accelerations of all tips. */
+static void check_task(const tfa_request *request)
+{
+    require((request->flags & ~TFA_WANT_ALL) == 0);
+    require((unsigned)request->rows <= TFA_ROWS_POINT);
+    require((unsigned)request->rank_loss <= TFA_RANK_REFUSE);
+    if (request->rank_threshold)
+        require(*request->rank_threshold > 0 && *request->rank_threshold < 1);
+    if (request->op != TFA_OP_TASK_TORQUES)
+        return;
+    require(request->tip_count > 0 && request->task_acceleration);
+    const uint32_t rows = request->rows == TFA_ROWS_POINT ? 3 : 6;
+    for (uint32_t i = 0; i < rows * request->tip_count; i++)
+        require(isfinite(request->task_acceleration[i]));
+}
+
 static void check_request(const tfa_request *request, const robot_names *names)
 {
     require(request->count == 1 && request->tip_count <= TFA_MAX_TIPS);
@@ -71,6 +87,7 @@ static void check_request(const tfa_request *request, const robot_names *names)
     for (uint32_t i = 0; i < request->payload_count * TFA_PAYLOAD_NUMBERS; i++)
         require(isfinite(request->payloads[i]));
     check_joints(request->locked, request->locked_count, names);
+    check_task(request);
 }
 
 static void answer_line(const tfa_client_info *info, const char *line, size_t size)
@@ -93,7 +110,7 @@ static void answer_line(const tfa_client_info *info, const char *line, size_t si
     require(out != NULL);
     if (status == TFA_OK) {
         check_request(&request, &names);
-        jsonl_print_reply(out, NULL, &names, &request, &reply);
+        jsonl_print_reply(out, NULL, &names, &buffers, &request, &reply);
     } else {
         require(error.status == status && error.text[0]);
         jsonl_print_error(out, NULL, &error);

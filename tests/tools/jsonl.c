@@ -54,6 +54,8 @@ TEST(test_deep_nesting)
     free(line);
 }
 
+#define EIGHT "\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\""
+
 static const struct {
     const char *line;
     int status;
@@ -74,22 +76,21 @@ static const struct {
     {"{" FD "," Q ",\"torque\":[0,0,0]}", TFA_E_ARGUMENT,
      "unknown key 'torque'; nearest: 'tau', 'frame', 'op'"},
     {"{" FD "," Q ",\"count\":2}", TFA_E_ARGUMENT,
-     "unknown key 'count'; nearest: 'op', 'tau', 'poses'"},
+     "unknown key 'count'; nearest: 'want', 'op', 'tau'"},
     {"{" ID "," Q ",\"tau\":[0,0,0]}", TFA_E_ARGUMENT, "tau: inverse_dynamics does not use it"},
     {"{" MM "," Q ",\"wrench\":{}}", TFA_E_ARGUMENT, "wrench: mass_matrix does not use it"},
     {"{" FD "," Q ",\"base_pose\":[0,0,0,0,0,0,1]}", TFA_E_ARGUMENT,
      "base_pose: the robot's base is fixed"},
-    {"{" OI "," Q "}", TFA_E_ARGUMENT, "tips: missing; 1 to 8 link names"},
-    {"{" OI "," Q ",\"tips\":[]}", TFA_E_SIZE, "tips: 0 links, must be 1 to 8"},
+    {"{" OI "," Q "}", TFA_E_ARGUMENT, "tips: missing; 1 to 32 link names"},
+    {"{" OI "," Q ",\"tips\":[]}", TFA_E_SIZE, "tips: 0 links, must be 1 to 32"},
     {"{" OI "," Q ",\"tips\":\"tool\"}", TFA_E_ARGUMENT,
      "tips: a string, must be an array of link names"},
     {"{" OI "," Q ",\"tips\":[\"tool\",3]}", TFA_E_ARGUMENT,
      "tips[1]: a number, must be a link name"},
     {"{" OI "," Q ",\"tips\":[\"tool\",\"hand\"]}", TFA_E_LINK,
      "tips[1]: no link 'hand' in the robot; nearest: 'base', 'tool', 'upper'"},
-    {"{" OI "," Q ",\"tips\":[\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\",\"tool\","
-     "\"tool\",\"tool\"]}",
-     TFA_E_SIZE, "tips: 9 links, must be 1 to 8"},
+    {"{" OI "," Q ",\"tips\":[" EIGHT "," EIGHT "," EIGHT "," EIGHT ",\"tool\"]}", TFA_E_SIZE,
+     "tips: 33 links, must be 1 to 32"},
     {"{" FD "," Q ",\"wrench\":{\"hand\":[0,0,0,0,0,0]}}", TFA_E_LINK,
      "wrench: no link 'hand' in the robot; nearest: 'base', 'tool', 'upper'"},
     {"{" FD "," Q ",\"wrench\":{\"tool\":[0,0,0]}}", TFA_E_SIZE,
@@ -117,17 +118,18 @@ static const struct {
 
 TEST(test_refused_by_an_arm)
 {
-    static const char ops[] = "forward_dynamics, inverse_dynamics, operational_inertia, "
-                              "mass_matrix";
-    char text[256];
+    static const char ops[] = "there are forward_dynamics, inverse_dynamics, operational_inertia, "
+                              "mass_matrix, kinematics, bias, task_torques, derivatives";
+    char text[512];
     for (size_t i = 0; i < sizeof refused_by_an_arm / sizeof refused_by_an_arm[0]; i++)
         refuse(&arm, refused_by_an_arm[i].line, refused_by_an_arm[i].status,
                refused_by_an_arm[i].text);
-    snprintf(text, sizeof text, "op: missing; one of %s", ops);
+    snprintf(text, sizeof text, "op: missing; %s", ops);
     refuse(&arm, "{" Q "}", TFA_E_ARGUMENT, text);
-    snprintf(text, sizeof text, "op: no 'jump'; one of %s", ops);
+    snprintf(text, sizeof text, "op: no 'jump'; nearest: 'bias', 'kinematics', 'mass_matrix'; %s",
+             ops);
     refuse(&arm, "{\"op\":\"jump\"," Q "}", TFA_E_ARGUMENT, text);
-    snprintf(text, sizeof text, "op: a number, must be one of %s", ops);
+    snprintf(text, sizeof text, "op: a number, must be a string; %s", ops);
     refuse(&arm, "{\"op\":1," Q "}", TFA_E_ARGUMENT, text);
 }
 
@@ -339,7 +341,7 @@ TEST(test_a_reply_line)
     size_t size = 0;
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
-    r.buffers.lambda_inv[1] = 0.5;
+    r.reply.lambda_inv[1] = 0.5;
     r.buffers.spectrum = (tfa_spectrum){.rank = 6, .eig_min = 1e-3, .eig_max = 2};
     r.buffers.answer =
         (tfa_answer){.method = TFA_METHOD_PROPAGATION,
@@ -347,7 +349,8 @@ TEST(test_a_reply_line)
                      .error_estimate = 3e-16};
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
-    jsonl_print_reply(out, json_object_get(r.object, "id"), &r.names, &r.request, &r.reply);
+    jsonl_print_reply(out, json_object_get(r.object, "id"), &r.names, &r.buffers, &r.request,
+                      &r.reply);
     fclose(out);
 #define ROW ",[0.0,0.0,0.0,0.0,0.0,0.0]"
     assert_string_equal(

@@ -26,7 +26,7 @@ static const struct {
      "locked: inverse_dynamics does not use it"},
     {"{" FD "," Q ",\"hold\":[\"pan\"]}", TFA_E_ARGUMENT,
      "unknown key 'hold'; nearest: 'id', 'op', 'qdd'"},
-    {"{" FD "," Q ",\"poses\":true}", TFA_E_ARGUMENT, "tips: missing; 1 to 8 link names"},
+    {"{" FD "," Q ",\"poses\":true}", TFA_E_ARGUMENT, "tips: missing; 1 to 32 link names"},
     {"{" FD "," Q ",\"poses\":[\"tool\"]}", TFA_E_ARGUMENT,
      "poses: an array, must be true or false"},
     {"{" MM "," Q ",\"payload\":3}", TFA_E_ARGUMENT,
@@ -127,7 +127,7 @@ static void print_reply(reading *r, const char *want)
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
-    jsonl_print_reply(out, NULL, &r->names, &r->request, &r->reply);
+    jsonl_print_reply(out, NULL, &r->names, &r->buffers, &r->request, &r->reply);
     fclose(out);
     assert_string_equal(text, want);
     free(text);
@@ -139,7 +139,7 @@ TEST(test_poses_reply_line)
     reading r;
     read_line(&r, &arm, posed, sizeof posed - 1);
     r.reply.model = 0x0123456789abcdefu;
-    r.buffers.poses[13] = 1;
+    r.reply.poses[13] = 1;
     r.reply.lambda_inv = NULL;
     r.reply.spectrum = NULL;
     print_reply(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"qdd\":[0.0,0.0,0.0],"

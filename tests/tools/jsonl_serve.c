@@ -125,8 +125,9 @@ TEST(test_bad_lines_in_between)
           "{\"id\":null,\"status\":\"error\",\"error\":\"line 2: empty\",\"code\":\"E_PARSE\"}\n"
           "{\"id\":null,\"status\":\"error\",\"error\":\"id: must be a number or a string\","
           "\"code\":\"E_ARGUMENT\"}\n"
-          "{\"id\":9,\"status\":\"error\",\"error\":\"op: missing; one of forward_dynamics, "
-          "inverse_dynamics, operational_inertia, mass_matrix\",\"code\":\"E_ARGUMENT\"}\n"
+          "{\"id\":9,\"status\":\"error\",\"error\":\"op: missing; there are "
+          "forward_dynamics, inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, "
+          "task_torques, derivatives\",\"code\":\"E_ARGUMENT\"}\n"
           "{\"id\":3," TOLD,
           4);
 }

@@ -79,9 +79,11 @@ cat >"$work/lines" <<'EOF'
 {"op":"forward_dynamics","q":[1e308],"v":[1e200],"tau":[1e308]}
 not JSON
 {"op":"operational_inertia","q":[0],"tips":["li\"nk\\1\u00e9"],"poses":true}
+{"op":"kinematics","q":[0],"want":["poses","com","energy"]}
+{"op":"task_torques","q":[0],"acceleration":{"li\"nk\\1\u00e9":[0,0,1,0,0,0]},"want":["lambda","spectrum"]}
 EOF
 "$tool" solve "$work/odd.urdf" <"$work/lines" >"$work/out" 2>"$work/err"
-json "$work/out" 6
+json "$work/out" 8
 status 0 "$tool" chart --json --urdf "$work/odd.urdf" --budget-ms 1 --states 2 --rhs tau
 json "$work/out" 5
 status 0 "$tool" atlas --json --bodies 2 --points 2 --states 1 --methods aba,tfa

@@ -26,6 +26,9 @@ sed -n 9p "$work/replies" | grep -q '"error_estimate":' && fail "an estimate alt
 sed -n 12p "$work/replies" | grep -q '"rank":3,"eig_min":' || fail "rank of three joints is not 3"
 sed -n 14p "$work/replies" | grep -q '"rank":0,' || fail "rank of a fixed link is not 0"
 
+solve --strict <"$data/operational.jsonl" >"$work/out" || fail "an operational request is refused: $(grep error "$work/out")"
+[ "$(wc -l <"$work/out")" -eq "$(wc -l <"$data/operational.jsonl")" ] || fail "an operational reply is missing"
+
 # the sentinel is on although nobody asked: near gimbal lock an answer is flagged, at gimbal lock refused
 gimbal() {
     printf '{"op":"forward_dynamics","q":[0.7,%s,0.2],"v":[0.3,0.2,-0.4],"tau":[1,-2,0.5]}\n' "$1" |

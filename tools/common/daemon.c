@@ -76,6 +76,8 @@ int daemon_connect(const daemon_options *options, daemon_via via, daemon_link **
         tfa_client_options shm = {.runtime_dir = options->runtime_dir,
                                   .robot = options->robot,
                                   .max_batch = options->max_batch,
+                                  .max_tips = options->max_tips,
+                                  .slots = options->slots,
                                   .wait = options->wait};
         status = tfa_client_connect(&shm, &made->shm);
     } else {
@@ -124,7 +126,8 @@ int daemon_lost(int status)
 void daemon_explain(const daemon_options *options, daemon_via via, int status, char *text,
                     size_t size)
 {
-    const char *error_text = status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status);
+    const char *configuration =
+        getenv("CYCLONEDDS_URI") ? getenv("CYCLONEDDS_URI") : "not set here";
     const tfa_client_options shm = {.runtime_dir = options->runtime_dir, .robot = options->robot};
     if (via == DAEMON_SHM)
         (void)tfa_client_explain(&shm, status, text, size);
@@ -132,9 +135,14 @@ void daemon_explain(const daemon_options *options, daemon_via via, int status, c
         snprintf(text, size,
                  "robot '%s': no daemon answers in DDS domain %u: is totalforced running with "
                  "'dds: {enabled: yes, domain: %u}', and has it the same CYCLONEDDS_URI (%s)?",
-                 options->robot, options->domain, options->domain,
-                 getenv("CYCLONEDDS_URI") ? getenv("CYCLONEDDS_URI") : "not set here");
+                 options->robot, options->domain, options->domain, configuration);
+    else if (status == TFA_E_SYSTEM) /* errno is some library's: Cyclone has its own messages */
+        snprintf(
+            text, size,
+            "robot '%s': no part in DDS domain %u: Cyclone gives the reason on standard error; "
+            "CYCLONEDDS_URI is %s",
+            options->robot, options->domain, configuration);
     else
         snprintf(text, size, "robot '%s' in DDS domain %u: %s: %s", options->robot, options->domain,
-                 tfa_status_text(status), error_text);
+                 tfa_status_text(status), tfa_status_cause(status));
 }

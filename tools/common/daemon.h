@@ -19,6 +19,8 @@ typedef struct daemon_options {
     const char *runtime_dir; /**< shm; NULL: as tfa_client_options */
     uint32_t domain;         /**< dds */
     uint32_t max_batch;      /**< shm; 0: 1 */
+    uint32_t max_tips;       /**< shm; 0: TFA_DEFAULT_TIPS */
+    uint32_t slots;          /**< shm; 0: 16 */
     tfa_wait wait;
     uint64_t timeout_ns; /**< of one call; 0: 10 s */
 } daemon_options;

@@ -48,8 +48,13 @@ bool tfa_dds_event_wait(tfa_dds_event *event, tfa_wait wait, uint64_t spin_ns, u
 
 void tfa_dds_event_signal(dds_entity_t reader, void *event)
 {
+    tfa_dds_event *e = event;
+    int pending = 0;
+
     (void)reader;
-    sem_post(&((tfa_dds_event *)event)->signals);
+    /* One is enough: whoever consumes it looks at the readers afterwards. */
+    if (sem_getvalue(&e->signals, &pending) != 0 || pending == 0)
+        sem_post(&e->signals);
 }
 
 static void signal_match(dds_entity_t reader, const dds_subscription_matched_status_t status,
@@ -107,7 +112,9 @@ totalforce_dds_Reply *tfa_dds_client_take(tfa_dds_client *client)
     }
     void *sample[1] = {client->scratch};
     while (dds_take(client->reply_reader, sample, &state, 1, 1) == 1)
-        if (state.valid_data && tfa_dds_client_is_from_daemon(client, state.publication_handle))
+        if (state.valid_data &&
+            tfa_dds_client_is_from_leader(client, client->reply_reader, state.publication_handle,
+                                          client->scratch->epoch, &client->replier))
             return client->scratch;
     return NULL;
 }
@@ -122,13 +129,17 @@ int tfa_dds_client_send(tfa_dds_client *client, const tfa_request *request, uint
         return TFA_E_AGAIN;
     if (atomic_load_explicit(&client->event.peers, memory_order_acquire) == 0)
         return TFA_E_DISCONNECTED;
+    if (client->first == client->last) {
+        tfa_dds_client_follow(client);
+        client->changes = client->leader.changes;
+    }
     const int status = tfa_dds_client_publish(client, request, client->next_id);
     if (status != TFA_OK)
         return status;
     client->pending[client->last++ % TFA_DDS_OUTSTANDING] = (tfa_dds_pending){
         .id = client->next_id,
         .t_sent = now,
-        .sizes = tfa_dds_sizes_of_reply(request, &client->shape),
+        .reply_shape = tfa_wire_reply_shape_of(&client->shape, request),
     };
     *id = client->next_id++;
     return TFA_OK;
@@ -159,6 +170,7 @@ int tfa_dds_client_wait(tfa_dds_client *client, tfa_dds_event *event, uint64_t d
     if (!tfa_dds_event_wait(event, client->wait, client->spin_ns, check_endpoints) &&
         tfa_dds_client_daemon_is_gone(client))
         return TFA_E_DISCONNECTED;
+    tfa_dds_client_follow(client);
     return TFA_OK;
 }
 
@@ -180,6 +192,19 @@ static const totalforce_dds_Reply *pop_oldest(tfa_dds_client *client)
         store_early(client);
     }
     return NULL;
+}
+
+/* Another daemon leads, which may not know the requests under way. A call's is sent again; those of
+ * tfa_dds_client_send are lost. */
+static int send_again(tfa_dds_client *client)
+{
+    if (client->changes == client->leader.changes)
+        return TFA_OK;
+    client->changes = client->leader.changes;
+    if (client->again == NULL)
+        return TFA_E_DISCONNECTED;
+    return tfa_dds_client_publish(client, client->again,
+                                  client->pending[client->first % TFA_DDS_OUTSTANDING].id);
 }
 
 /* Gives up all requests under way. */
@@ -218,7 +243,9 @@ int tfa_dds_client_receive(tfa_dds_client *client, tfa_reply *reply, uint64_t ti
     reply->model = 0;
     tfa_dds_event_clear(&client->event);
     while ((sample = pop_oldest(client)) == NULL) {
-        const int status = tfa_dds_client_wait(client, &client->event, deadline);
+        int status = tfa_dds_client_wait(client, &client->event, deadline);
+        if (status == TFA_OK)
+            status = send_again(client);
         if (status == TFA_E_DISCONNECTED)
             forget_pending(client);
         if (status != TFA_OK)
@@ -230,7 +257,7 @@ int tfa_dds_client_receive(tfa_dds_client *client, tfa_reply *reply, uint64_t ti
         fill_exchange(sample, pending, exchange);
         exchange->t_reply = t_reply;
     }
-    const int status = tfa_dds_reply_read(sample, &pending->sizes, reply);
+    const int status = tfa_dds_reply_read(sample, &client->shape, &pending->reply_shape, reply);
     return status == TFA_OK ? reply->status : status;
 }
 
@@ -244,7 +271,9 @@ int tfa_dds_client_call(tfa_dds_client *client, const tfa_request *request, tfa_
     int status = tfa_dds_client_send(client, request, &id);
     if (status != TFA_OK)
         return status;
+    client->again = request;
     status = tfa_dds_client_receive(client, reply, timeout_ns, exchange);
+    client->again = NULL;
     forget_pending(client); /* a call that timed out does not come back to it */
     return status;
 }

@@ -12,9 +12,8 @@
 
 /* ---- announcement of the robot ---- */
 
-/* The robot's info if a daemon announces it now: a copy to release with RobotInfo_free; or NULL. */
-static totalforce_dds_RobotInfo *read_robot(const tfa_dds_client *client,
-                                            dds_instance_handle_t *announcer)
+/* The robot's info if the leader announces it now: a copy, for RobotInfo_free; or NULL. */
+static totalforce_dds_RobotInfo *read_robot(tfa_dds_client *client)
 {
     totalforce_dds_RobotInfo *info = totalforce_dds_RobotInfo__alloc();
     void *sample[1] = {info};
@@ -24,63 +23,17 @@ static totalforce_dds_RobotInfo *read_robot(const tfa_dds_client *client,
         return NULL;
     memset(info, 0, sizeof *info);
     memcpy(info->robot, client->robot, sizeof info->robot);
+    tfa_dds_client_follow(client);
     const dds_instance_handle_t robot = dds_lookup_instance(client->info_reader, info);
     if (robot != DDS_HANDLE_NIL &&
         dds_read_instance_mask(client->info_reader, sample, &state, 1, 1, robot,
                                DDS_ANY_SAMPLE_STATE | DDS_ANY_VIEW_STATE |
                                    DDS_ALIVE_INSTANCE_STATE) == 1 &&
-        state.valid_data) {
-        *announcer = state.publication_handle;
+        state.valid_data &&
+        tfa_dds_client_is_leaders(client, client->info_reader, state.publication_handle))
         return info;
-    }
     totalforce_dds_RobotInfo_free(info, DDS_FREE_ALL);
     return NULL;
-}
-
-/* The participant of a writer. @return false: it is not matched any more */
-static bool participant_of(dds_entity_t reader, dds_instance_handle_t writer, dds_guid_t *key)
-{
-    dds_builtintopic_endpoint_t *endpoint = dds_get_matched_publication_data(reader, writer);
-
-    if (endpoint == NULL)
-        return false;
-    memcpy(key->v, endpoint->participant_key.v, sizeof key->v);
-    dds_builtintopic_free_endpoint(endpoint);
-    return true;
-}
-
-/* Takes the participant that announces the robot now for the daemon, unless the one of before is
- * still there. @return there is one */
-static bool find_daemon(tfa_dds_client *client)
-{
-    dds_guid_t key;
-    dds_instance_handle_t announcer;
-
-    if (client->announcer != DDS_HANDLE_NIL &&
-        participant_of(client->info_reader, client->announcer, &key))
-        return true;
-    totalforce_dds_RobotInfo *info = read_robot(client, &announcer);
-    if (info == NULL)
-        return false;
-    totalforce_dds_RobotInfo_free(info, DDS_FREE_ALL);
-    if (!participant_of(client->info_reader, announcer, &client->daemon))
-        return false;
-    client->announcer = announcer;
-    client->replier = DDS_HANDLE_NIL;
-    return true;
-}
-
-bool tfa_dds_client_is_from_daemon(tfa_dds_client *client, dds_instance_handle_t writer)
-{
-    dds_guid_t key;
-
-    if (writer == client->replier)
-        return true;
-    if (!find_daemon(client) || !participant_of(client->reply_reader, writer, &key) ||
-        memcmp(key.v, client->daemon.v, sizeof key.v) != 0)
-        return false;
-    client->replier = writer;
-    return true;
 }
 
 static bool any_robot_is_announced(const tfa_dds_client *client)
@@ -118,13 +71,19 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
         client->hash_text[2 * i] = "0123456789abcdef"[robot->model_hash[i] >> 4];
         client->hash_text[2 * i + 1] = "0123456789abcdef"[robot->model_hash[i] & 15];
     }
-    client->shape =
-        (tfa_dds_shape){robot->q_count, robot->v_count, robot->base_freedoms, robot->max_batch};
+    const uint32_t max_tips = robot->max_tips < TFA_MAX_TIPS ? robot->max_tips : TFA_MAX_TIPS;
+    client->shape = (tfa_wire_shape){.q_count = robot->q_count,
+                                     .v_count = robot->v_count,
+                                     .base_freedoms = robot->base_freedoms,
+                                     .frames = robot->frames._length,
+                                     .max_batch = robot->max_batch,
+                                     .max_tips = max_tips};
     client->info = (tfa_client_info){
         .q_count = robot->q_count,
         .v_count = robot->v_count,
         .base_freedoms = robot->base_freedoms,
         .max_batch = robot->max_batch,
+        .max_tips = max_tips,
         .joint_count = robot->joints._length,
         .frame_count = robot->frames._length,
         .joint_names = names,
@@ -135,16 +94,14 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
     return TFA_OK;
 }
 
-/* Waits until a daemon announces the robot. One that announces others only gets half a second
+/* Waits until the robot's leader announces it. One that announces others only gets half a second
  * more: several daemons may share a domain. */
 static int await_robot(tfa_dds_client *client, uint64_t deadline)
 {
     bool others = false;
 
     for (;;) {
-        dds_instance_handle_t announcer;
-        totalforce_dds_RobotInfo *robot =
-            find_daemon(client) ? read_robot(client, &announcer) : NULL;
+        totalforce_dds_RobotInfo *robot = read_robot(client);
         if (robot != NULL)
             return adopt_robot(client, robot);
         if (!others && any_robot_is_announced(client)) {
@@ -155,12 +112,6 @@ static int await_robot(tfa_dds_client *client, uint64_t deadline)
         if (!tfa_dds_event_wait(&client->event, TFA_WAIT_BLOCK, 0, deadline))
             return others ? TFA_E_ROBOT : TFA_E_TIMEOUT;
     }
-}
-
-bool tfa_dds_client_daemon_is_gone(tfa_dds_client *client)
-{
-    return atomic_load_explicit(&client->event.peers, memory_order_acquire) == 0 ||
-           !find_daemon(client);
 }
 
 /* ---- joining ---- */
@@ -242,7 +193,7 @@ static int join_domain(tfa_dds_client *client, uint32_t domain)
     client->info_reader = tfa_dds_create_reader(client->participant, client->info_topic,
                                                 TFA_DDS_ROBOT_INFO, listener);
     dds_delete_listener(listener);
-    return client->info_reader < 0 ? TFA_E_SYSTEM : TFA_OK;
+    return client->info_reader < 0 ? TFA_E_SYSTEM : tfa_dds_client_join_leader(client);
 }
 
 int tfa_dds_client_connect(const tfa_dds_client_options *options, tfa_dds_client **result)

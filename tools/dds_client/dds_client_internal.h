@@ -28,27 +28,35 @@ typedef struct tfa_dds_event {
 typedef struct tfa_dds_pending {
     uint64_t id;
     uint64_t t_sent;
-    tfa_dds_reply_sizes sizes;
+    tfa_wire_reply_shape reply_shape;
 } tfa_dds_pending;
+
+/* The daemon that answers for the robot. Replies of others are dropped. */
+typedef struct tfa_dds_leader {
+    bool known;
+    totalforce_dds_Guid daemon; /* of its participant */
+    uint64_t epoch;
+    uint64_t expires;     /* it is silent: another one may be believed. CLOCK_MONOTONIC ns */
+    uint64_t any_expires; /* no daemon of the robot is heard any more, standbys included */
+    uint64_t changes;     /* other leaders, or other epochs */
+} tfa_dds_leader;
 
 struct tfa_dds_client {
     char robot[totalforce_dds_ROBOT_NAME_MAX + 1];
     tfa_wait wait;
     uint64_t spin_ns;
     tfa_client_info info;
-    tfa_dds_shape shape;
+    tfa_wire_shape shape;
     totalforce_dds_RobotInfo *robot_info; /* owns the strings of info */
     char hash_text[65];
 
-    /* The daemon: the participant that announced the robot. Replies of others are dropped as long
-     * as it is there. */
-    dds_guid_t daemon;
-    dds_instance_handle_t announcer; /* its writer of RobotInfo */
-    dds_instance_handle_t replier;   /* its writer of replies, once one came */
+    tfa_dds_leader leader;
+    dds_instance_handle_t replier;  /* its writer of replies, once one came */
+    dds_instance_handle_t streamer; /* the same of accelerations */
 
     dds_entity_t participant;
-    dds_entity_t request_topic, info_topic;
-    dds_entity_t info_reader;
+    dds_entity_t request_topic, info_topic, leader_topic;
+    dds_entity_t info_reader, leader_reader;
 
     /* Calls. */
     dds_entity_t reply_topic, reply_reader, request_writer;
@@ -57,6 +65,8 @@ struct tfa_dds_client {
     uint64_t next_id;
     tfa_dds_pending pending[TFA_DDS_OUTSTANDING]; /* a ring: oldest at first % OUTSTANDING */
     uint64_t first, last;
+    const tfa_request *again;      /* under way in a call: sent again to the next leader */
+    uint64_t changes;              /* of the leader, when the requests under way were sent */
     totalforce_dds_Reply *scratch; /* the reply last taken; its memory serves the next */
     totalforce_dds_Reply *early[TFA_DDS_OUTSTANDING]; /* by id, replies that overtook the oldest */
 
@@ -89,12 +99,27 @@ void tfa_dds_event_clear(tfa_dds_event *event);
 /* now + timeout_ns; 0 means never. */
 uint64_t tfa_dds_deadline(uint64_t timeout_ns);
 
-/* The robot is not served any more: withdrawn, or the daemon's lease ran out. A daemon that
- * announces the robot instead becomes the client's. */
+/* ---- dds_client_leader.c ---- */
+
+/* Joins the topic on which the daemons of the robot say which one leads. */
+int tfa_dds_client_join_leader(tfa_dds_client *client);
+
+/* Reads what came. */
+void tfa_dds_client_follow(tfa_dds_client *client);
+
+/* No daemon of the robot is there, not even a standby. */
 bool tfa_dds_client_daemon_is_gone(tfa_dds_client *client);
 
-/* Was this reply written by the daemon? */
-bool tfa_dds_client_is_from_daemon(tfa_dds_client *client, dds_instance_handle_t writer);
+/* Is this the leader's writer? `reader` is matched with it. */
+bool tfa_dds_client_is_leaders(const tfa_dds_client *client, dds_entity_t reader,
+                               dds_instance_handle_t writer);
+
+/* Did the leader write this reply, or these accelerations? `known` is its writer, if known. */
+bool tfa_dds_client_is_from_leader(tfa_dds_client *client, dds_entity_t reader,
+                                   dds_instance_handle_t writer, uint64_t epoch,
+                                   dds_instance_handle_t *known);
+
+/* ---- the other files ---- */
 
 /* Writes one request, or a hello when `request` is NULL. */
 int tfa_dds_client_publish(tfa_dds_client *client, const tfa_request *request, uint64_t id);

@@ -114,7 +114,7 @@ static int read_accelerations(const tfa_dds_client *client,
                               const totalforce_dds_JointAccelerations *sample,
                               tfa_dds_accelerations *out)
 {
-    const bool answered = tfa_dds_status_has_answers(sample->status);
+    const bool answered = tfa_wire_has_answers(sample->status);
 
     out->seq = sample->seq;
     out->stamp = sample->stamp;
@@ -144,10 +144,15 @@ int tfa_dds_stream_take(tfa_dds_client *client, tfa_dds_accelerations *accelerat
         const dds_return_t count = dds_take(client->accelerations_reader, sample, &state, 1, 1);
         int status = TFA_E_SYSTEM;
         if (count > 0) {
-            if (state.valid_data)
-                status = read_accelerations(client, sample[0], accelerations);
+            const totalforce_dds_JointAccelerations *a = sample[0];
+            const bool valid = state.valid_data &&
+                               tfa_dds_client_is_from_leader(client, client->accelerations_reader,
+                                                             state.publication_handle, a->epoch,
+                                                             &client->streamer);
+            if (valid)
+                status = read_accelerations(client, a, accelerations);
             (void)dds_return_loan(client->accelerations_reader, sample, count);
-            if (state.valid_data)
+            if (valid)
                 return status;
             continue;
         }

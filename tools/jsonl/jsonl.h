@@ -33,7 +33,7 @@ int jsonl_fail(jsonl_error *error, int status, const char *format, ...)
 /** Defaults of requests, set from the command line */
 typedef struct jsonl_defaults {
     tfa_method method;
-    tfa_estimate estimate; /**< of forward_dynamics and operational_inertia */
+    tfa_estimate estimate; /**< of ops that answer lambda_inv, as method and refine */
     uint32_t refine;
 } jsonl_defaults;
 
@@ -43,20 +43,26 @@ typedef struct jsonl_defaults {
         .method = TFA_METHOD_AUTO, .estimate = TFA_ESTIMATE_DEFAULT, .refine = TFA_REFINE_DEFAULT  \
     }
 
+/** Numbers of one answer; allocated when it is first asked for, larger when more are. */
+typedef struct jsonl_array {
+    double *numbers;
+    size_t size;
+} jsonl_array;
+
 /** Memory for one request and its reply. Written by jsonl_read and by whoever answers. */
 typedef struct jsonl_buffers {
-    double *q, *v, *tau, *qdd;     /**< q_count, then v_count each: the request */
-    double *reply_qdd, *reply_tau; /**< v_count: the reply */
-    double *mass_matrix;           /**< n x n; NULL until first asked for */
+    double *q, *v, *tau, *qdd; /**< q_count, then v_count each: the request */
     double base_pose[7], base_twist[6], base_wrench[6], base_acceleration[6], gravity[3];
     double wrenches[TFA_MAX_WRENCHES * 6];
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
-    uint32_t *locked; /**< v_count: no robot has more joints than freedoms */
-    uint8_t *named;   /**< v_count: joints of the list that is being read */
-    double reply_acceleration[6], reply_wrench[6];
-    double lambda_inv[36 * TFA_MAX_TIPS * TFA_MAX_TIPS];
-    double poses[7 * TFA_MAX_TIPS];
+    double task_acceleration[6 * TFA_MAX_TIPS];
+    double rank_threshold;
+    uint32_t *locked;          /**< v_count: no robot has more joints than freedoms */
+    uint8_t *named;            /**< v_count: joints of the list that is being read */
+    jsonl_array *answers;      /**< one for each row of the table of answers */
+    const char *tip_poses_key; /**< key of the tips' poses in the reply; NULL: "pose" */
     tfa_spectrum spectrum;
+    tfa_rank rank;
     tfa_answer answer;
 } jsonl_buffers;
 
@@ -96,9 +102,11 @@ int jsonl_explain(const robot_names *names, const tfa_request *request, const tf
                   jsonl_error *error);
 
 /** Prints the reply to a request that was answered, with its newline. Numbers have 17 significant
- *  digits: they read back to the same bits. `id` may be NULL: the request had none. */
+ *  digits: they read back to the same bits; those that are not finite are null. `id` may be NULL:
+ *  the request had none. */
 void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
-                       const tfa_request *request, const tfa_reply *reply);
+                       const jsonl_buffers *buffers, const tfa_request *request,
+                       const tfa_reply *reply);
 
 /** Prints an error reply with its newline. `id` may be NULL: null is printed. */
 void jsonl_print_error(FILE *out, const json_t *id, const jsonl_error *error);
@@ -106,7 +114,8 @@ void jsonl_print_error(FILE *out, const json_t *id, const jsonl_error *error);
 /** Prints a string with its quotes; bytes that are not UTF-8 become U+FFFD. */
 void jsonl_print_string(FILE *out, const char *text);
 
-/** Prints a finite double so that it reads back to the same bits, and as a real, not an integer. */
+/** Prints a double so that it reads back to the same bits, and as a real, not an integer; null if
+ *  it is infinite or NaN. */
 void jsonl_print_number(FILE *out, double value);
 
 #endif

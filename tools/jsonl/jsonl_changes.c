@@ -137,13 +137,3 @@ int jsonl_read_payload(jsonl_reader *r, const json_t *value)
     }
     return TFA_OK;
 }
-
-int jsonl_read_poses(jsonl_reader *r, const json_t *value)
-{
-    if (!json_is_boolean(value))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "poses: %s, must be true or false",
-                          jsonl_type(value));
-    if (json_is_true(value))
-        r->request->flags |= TFA_WANT_POSES;
-    return TFA_OK;
-}

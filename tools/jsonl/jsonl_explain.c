@@ -32,6 +32,8 @@ static const double *field_numbers(const tfa_request *request, tfa_field field)
         return request->gravity;
     case TFA_FIELD_WRENCHES:
         return request->wrenches;
+    case TFA_FIELD_TASK_ACCELERATION:
+        return request->task_acceleration;
     default:
         return NULL;
     }
@@ -43,11 +45,18 @@ static int is_joint_field(tfa_field field)
            field == TFA_FIELD_QDD;
 }
 
+/* The key of a field: posture torques are the tau of task torques. */
+static const char *field_key(const tfa_request *request, tfa_field field)
+{
+    return request->op == TFA_OP_TASK_TORQUES && field == TFA_FIELD_TAU ? "posture_torques"
+                                                                        : tfa_field_name(field);
+}
+
 /* "q[3] (elbow)", "base_pose[2]", "wrenches": where the trouble is. */
 static void name_entry(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
                        char *entry, size_t size)
 {
-    const char *field = tfa_field_name(reply->field);
+    const char *field = field_key(request, reply->field);
     const robot_joint *joint = NULL;
     if (is_joint_field(reply->field))
         joint = robot_names_owner(names, reply->field == TFA_FIELD_Q, reply->index);
@@ -138,6 +147,23 @@ static int explain_change(const robot_names *names, const tfa_request *request,
     return 0;
 }
 
+/* Tips: rank lost, more of them than the daemon reserved memory for. @return as explain_change */
+static int explain_tips(const tfa_request *request, const tfa_reply *reply, jsonl_error *error)
+{
+    const uint32_t rows = request->rows == TFA_ROWS_POINT ? 3 : 6;
+    if (reply->field != TFA_FIELD_TIPS)
+        return 0;
+    if (reply->status == TFA_E_RANK)
+        return jsonl_fail(error, reply->status,
+                          "tips: lambda_inv has rank %u of %u here; \"rank_loss\":\"truncate\" or "
+                          "\"damp\" answers",
+                          reply->index, rows * request->tip_count);
+    if (reply->status == TFA_E_UNSUPPORTED && request->tip_count > reply->index)
+        return jsonl_fail(error, reply->status, "tips: %u links, there is memory for %u",
+                          request->tip_count, reply->index);
+    return 0;
+}
+
 int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
                   jsonl_error *error)
 {
@@ -162,7 +188,7 @@ int jsonl_explain(const robot_names *names, const tfa_request *request, const tf
     default:
         break;
     }
-    if (explain_change(names, request, reply, error))
+    if (explain_change(names, request, reply, error) || explain_tips(request, reply, error))
         return status;
     const double *numbers = field_numbers(request, reply->field);
     if (status == TFA_E_VALUE && numbers)

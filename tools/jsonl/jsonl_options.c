@@ -20,7 +20,8 @@ static const struct argp_option option_table[] = {
     {.name = "method",
      .key = KEY_METHOD,
      .arg = "NAME",
-     .doc = "Method of forward_dynamics and operational_inertia where a request names none (auto)"},
+     .doc = "Method of forward_dynamics, operational_inertia and task_torques where a request "
+            "names none (auto)"},
     {.name = "refine",
      .key = KEY_REFINE,
      .arg = "0|1|2|3",

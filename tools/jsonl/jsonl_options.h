@@ -26,16 +26,27 @@ extern const struct argp jsonl_argp;
 
 /** Keys of a line, for --help */
 #define JSONL_HELP                                                                                 \
-    "A request is {\"id\":1,\"op\":OP,\"q\":[...],...}. OP and its keys:\n"                        \
-    "  forward_dynamics     q, v, tau, wrench, tips -> qdd, lambda_inv\n"                          \
-    "  inverse_dynamics     q, v, qdd, wrench -> tau\n"                                            \
-    "  operational_inertia  q, tips -> lambda_inv, rank, eig_min, eig_max\n"                       \
-    "  mass_matrix          q -> M\n"                                                              \
+    "A request is {\"id\":1,\"op\":OP,\"q\":[...],...}. OP, its keys and answers:\n"               \
+    "  forward_dynamics     v, tau, wrench, tips -> qdd, lambda_inv\n"                             \
+    "  inverse_dynamics     v, qdd, wrench -> tau\n"                                               \
+    "  operational_inertia  tips -> lambda_inv, rank, eig_min, eig_max\n"                          \
+    "  mass_matrix          -> M\n"                                                                \
+    "  kinematics           v, want -> what is wanted\n"                                           \
+    "  bias                 v, wrench, qdd -> gravity, velocity, damping, external,\n"             \
+    "                       armature\n"                                                            \
+    "  task_torques         v, acceleration ({tip: [6 or 3]}), posture_torques,\n"                 \
+    "                       wrench, rank_loss (truncate, damp, refuse),\n"                         \
+    "                       rank_threshold -> tau, lambda_inv, rank, threshold,\n"                 \
+    "                       condition\n"                                                           \
+    "  derivatives          v, tau, wrench -> dqdd_dq, dqdd_dv, dqdd_dtau\n"                       \
     "q, v, tau, qdd are arrays in joint order (`totalforce model --json` prints it) or objects "   \
     "{joint: value}. A floating base has base_pose, base_twist, base_wrench, base_acceleration. "  \
-    "Optional: method, refine, estimate, gravity, frame (world, local, local_world_aligned), "     \
-    "poses (true: those of the tips), payload ({link, mass, com, inertia} or a list of such), "    \
-    "locked ([joint,...]: they do not move). "                                                     \
+    "Every op also answers \"want\":[...]: jacobian, bias_acceleration, twist and pose of tips, "  \
+    "poses (of all links), com, momentum, energy; with lambda_inv spectrum, lambda, mu, p. "       \
+    "Optional: tips (1 to 32 links), rows (pose, point), frame (world, local, "                    \
+    "local_world_aligned), method, refine, estimate, gravity, payload ({link, mass, com, "         \
+    "inertia} or a list of such), locked ([joint,...]: they do not move), poses (true: those of "  \
+    "the tips). "                                                                                  \
     "A line that cannot be answered gets {\"id\":..,\"status\":\"error\",\"error\":..,"            \
     "\"code\":..} and the next line is answered all the same."
 

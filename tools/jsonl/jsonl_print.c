@@ -3,16 +3,21 @@
  *
  * Prints replies as JSON lines.
  */
-#include "jsonl.h"
+#include "jsonl_answers.h"
 
 #include <inttypes.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 void jsonl_print_number(FILE *out, double value)
 {
     char text[32];
+    if (!isfinite(value)) {
+        fputs("null", out);
+        return;
+    }
     snprintf(text, sizeof text, "%.17g", value);
     /* "-0" and "3" would be read as integers, and the sign of zero lost */
     fprintf(out, "%s%s", text, strpbrk(text, ".e") ? "" : ".0");
@@ -78,20 +83,20 @@ static void print_vector(FILE *out, const double *values, size_t count)
     fputc(']', out);
 }
 
-static void print_array(FILE *out, const char *key, const double *values, size_t count)
+static void print_key(FILE *out, const char *prefix, const char *key)
 {
-    if (!values)
-        return;
-    fprintf(out, ",\"%s\":", key);
-    print_vector(out, values, count);
+    fprintf(out, ",\"%s%s\":", prefix, key);
 }
 
-static void print_matrix(FILE *out, const char *key, const double *values, size_t rows,
-                         size_t columns)
+static void print_number_key(FILE *out, const char *key, double value)
 {
-    if (!values)
-        return;
-    fprintf(out, ",\"%s\":[", key);
+    print_key(out, "", key);
+    jsonl_print_number(out, value);
+}
+
+static void print_matrix(FILE *out, const double *values, size_t rows, size_t columns)
+{
+    fputc('[', out);
     for (size_t row = 0; row < rows; row++) {
         if (row)
             fputc(',', out);
@@ -100,37 +105,78 @@ static void print_matrix(FILE *out, const char *key, const double *values, size_
     fputc(']', out);
 }
 
-static void print_number_key(FILE *out, const char *key, double value)
+static void print_by_link(FILE *out, const robot_names *names, const double *values, size_t columns)
 {
-    fprintf(out, ",\"%s\":", key);
-    jsonl_print_number(out, value);
+    fputc('{', out);
+    for (uint32_t frame = 0; frame < names->frame_count; frame++) {
+        if (frame)
+            fputc(',', out);
+        jsonl_print_string(out, robot_names_frame_name(names, frame));
+        fputc(':', out);
+        print_vector(out, values + frame * columns, columns);
+    }
+    fputc('}', out);
 }
 
-void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
-                       const tfa_request *request, const tfa_reply *reply)
+static void print_energy(FILE *out, const double energy[2])
 {
-    const tfa_answer *answer = reply->answers;
-    size_t v_count = names->v_count;
-    fputc('{', out);
-    if (id) {
-        print_id(out, id);
-        fputc(',', out);
+    fputs("{\"kinetic\":", out);
+    jsonl_print_number(out, energy[0]);
+    fputs(",\"potential\":", out);
+    jsonl_print_number(out, energy[1]);
+    fputc('}', out);
+}
+
+static void print_answer(FILE *out, const jsonl_answer *answer, const char *key,
+                         const robot_names *names, const tfa_request *request, const double *values)
+{
+    size_t rows, columns;
+    jsonl_answer_size(answer, names, request, &rows, &columns);
+    print_key(out, "", key);
+    switch (answer->layout) {
+    case JSONL_VECTOR:
+        print_vector(out, values, columns);
+        break;
+    case JSONL_MATRIX:
+        print_matrix(out, values, rows, columns);
+        break;
+    case JSONL_NUMBER:
+        jsonl_print_number(out, values[0]);
+        break;
+    case JSONL_FREEDOMS:
+        print_vector(out, values + names->base_freedoms, names->v_count);
+        if (names->base_freedoms) {
+            print_key(out, "base_", key);
+            print_vector(out, values, names->base_freedoms);
+        }
+        break;
+    case JSONL_BY_LINK:
+        print_by_link(out, names, values, columns);
+        break;
+    case JSONL_ENERGY:
+        print_energy(out, values);
+        break;
     }
-    fprintf(out, "\"status\":\"ok\",\"method\":\"%s\"", tfa_method_name(answer->method));
-    print_array(out, "qdd", reply->qdd, v_count);
-    print_array(out, "base_acceleration", reply->base_acceleration, 6);
-    print_array(out, "tau", reply->tau, v_count);
-    print_array(out, "base_wrench", reply->base_wrench, 6);
-    print_matrix(out, "lambda_inv", reply->lambda_inv, 6 * (size_t)request->tip_count,
-                 6 * (size_t)request->tip_count);
-    if (reply->spectrum) {
+}
+
+/* The rank that lambda and task torques used, with its threshold; otherwise that of the spectrum */
+static void print_rank(FILE *out, const tfa_reply *reply)
+{
+    if (reply->rank) {
+        fprintf(out, ",\"rank\":%u", reply->rank->rank);
+        print_number_key(out, "threshold", reply->rank->threshold);
+        print_number_key(out, "condition", reply->rank->condition);
+    } else if (reply->spectrum) {
         fprintf(out, ",\"rank\":%u", reply->spectrum->rank);
+    }
+    if (reply->spectrum) {
         print_number_key(out, "eig_min", reply->spectrum->eig_min);
         print_number_key(out, "eig_max", reply->spectrum->eig_max);
     }
-    print_matrix(out, "poses", reply->poses, request->tip_count, 7);
-    print_matrix(out, "M", reply->mass_matrix, names->base_freedoms + v_count,
-                 names->base_freedoms + v_count);
+}
+
+static void print_quality(FILE *out, const tfa_answer *answer)
+{
     if ((answer->flags & TFA_ANSWER_ESTIMATED) && isfinite(answer->error_estimate))
         print_number_key(out, "error_estimate", answer->error_estimate);
     if (answer->flags & TFA_ANSWER_SENTINEL)
@@ -139,6 +185,29 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
         fprintf(out, ",\"fallback\":true,\"reason\":\"%s\"", tfa_fallback_text(answer->flags));
     if (answer->flags & TFA_ANSWER_RESIDUAL_PRECISION)
         fputs(",\"residual_precision\":true", out);
+}
+
+void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
+                       const jsonl_buffers *buffers, const tfa_request *request,
+                       const tfa_reply *reply)
+{
+    fputc('{', out);
+    if (id) {
+        print_id(out, id);
+        fputc(',', out);
+    }
+    fprintf(out, "\"status\":\"ok\",\"method\":\"%s\"", tfa_method_name(reply->answers->method));
+    for (size_t i = 0; i < jsonl_answer_count; i++) {
+        const jsonl_answer *answer = &jsonl_answers[i];
+        const double *values = jsonl_answer_numbers(answer, reply);
+        const int is_tip_poses = answer->flags == TFA_WANT_POSES && buffers->tip_poses_key;
+        if (values)
+            print_answer(out, answer, is_tip_poses ? buffers->tip_poses_key : answer->key, names,
+                         request, values);
+        if (answer->member == offsetof(tfa_reply, lambda_inv))
+            print_rank(out, reply);
+    }
+    print_quality(out, reply->answers);
     if (reply->model)
         fprintf(out, ",\"model\":\"%016" PRIx64 "\"", reply->model);
     fputs("}\n", out);

@@ -11,18 +11,36 @@
 #include <string.h>
 #include <totalforce/text.h>
 
-/* Which ops use a key. */
-enum { FD = 1, ID = 2, OI = 4, MM = 8, ALL = FD | ID | OI | MM };
+/* Sets of ops */
+enum {
+    FD = TFA_OPS_FD,
+    ID = TFA_OPS_ID,
+    OI = TFA_OPS_OSIM,
+    BIAS = TFA_OP_BIT(TFA_OP_BIAS),
+    TASK = TFA_OPS_TASK,
+    DER = TFA_OPS_DERIVATIVES,
+    ALL = TFA_OPS_ALL,
+    LAMBDA_INV = FD | OI | TASK,  /* answer lambda_inv */
+    FORWARD = FD | TASK | DER,    /* solve for accelerations */
+    FORCES = FORWARD | ID | BIAS, /* read wrenches */
+};
 
-static const struct {
-    const char *name;
-    tfa_op op;
-    unsigned bit;
-} ops[] = {
-    {"forward_dynamics", TFA_OP_FORWARD_DYNAMICS, FD},
-    {"inverse_dynamics", TFA_OP_INVERSE_DYNAMICS, ID},
-    {"operational_inertia", TFA_OP_OPERATIONAL_INERTIA, OI},
-    {"mass_matrix", TFA_OP_MASS_MATRIX, MM},
+/* Sets of answers besides those of the op: of tips, with any op or those of lambda_inv only */
+#define LAMBDA_FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
+#define LAMBDA_INV_FLAGS (LAMBDA_FLAGS | TFA_WANT_SPECTRUM)
+#define MOTION_FLAGS                                                                               \
+    (TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
+#define TIP_FLAGS (MOTION_FLAGS | LAMBDA_INV_FLAGS)
+
+static const char *const ops[] = {
+    [TFA_OP_FORWARD_DYNAMICS] = "forward_dynamics",
+    [TFA_OP_INVERSE_DYNAMICS] = "inverse_dynamics",
+    [TFA_OP_OPERATIONAL_INERTIA] = "operational_inertia",
+    [TFA_OP_MASS_MATRIX] = "mass_matrix",
+    [TFA_OP_KINEMATICS] = "kinematics",
+    [TFA_OP_BIAS] = "bias",
+    [TFA_OP_TASK_TORQUES] = "task_torques",
+    [TFA_OP_DERIVATIVES] = "derivatives",
 };
 enum { OP_COUNT = sizeof ops / sizeof ops[0] };
 
@@ -35,10 +53,7 @@ enum { FRAME_COUNT = sizeof frames / sizeof frames[0] };
 
 const char *jsonl_op_name(tfa_op op)
 {
-    for (size_t i = 0; i < OP_COUNT; i++)
-        if (ops[i].op == op)
-            return ops[i].name;
-    return "unknown";
+    return op >= TFA_OP_FORWARD_DYNAMICS && op <= TFA_OP_LAST ? ops[op] : "unknown";
 }
 
 const char *jsonl_frame_name(tfa_reference_frame frame)
@@ -106,31 +121,6 @@ static int read_gravity(jsonl_reader *r, const json_t *value)
 {
     r->request->gravity = r->buffers->gravity;
     return jsonl_numbers(r, value, 3, r->buffers->gravity);
-}
-
-static int read_tips(jsonl_reader *r, const json_t *value)
-{
-    if (!json_is_array(value))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "tips: %s, must be an array of link names",
-                          jsonl_type(value));
-    size_t count = json_array_size(value);
-    if (count < 1 || count > TFA_MAX_TIPS)
-        return jsonl_fail(r->error, TFA_E_SIZE, "tips: %zu links, must be 1 to %d", count,
-                          TFA_MAX_TIPS);
-    for (size_t i = 0; i < count; i++) {
-        const json_t *link = json_array_get(value, i);
-        char key[32];
-        snprintf(key, sizeof key, "tips[%zu]", i);
-        if (!json_is_string(link))
-            return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s, must be a link name", key,
-                              jsonl_type(link));
-        int status = jsonl_find_frame(r, key, json_string_value(link), &r->request->tips[i]);
-        if (status != TFA_OK)
-            return status;
-    }
-    r->request->tip_count = (uint32_t)count;
-    r->request->flags |= TFA_WANT_SPECTRUM;
-    return TFA_OK;
 }
 
 static int read_wrench(jsonl_reader *r, const json_t *value)
@@ -214,60 +204,66 @@ static int read_estimate(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-static int reject_key_of_other_op(jsonl_reader *r, const json_t *value)
+/* Keys that are read before or after all others */
+static int read_apart(jsonl_reader *r, const json_t *value)
 {
     (void)r;
     (void)value;
     return TFA_OK;
 }
 
-/* The state (q, v, base, gravity) may be given with every op, used or not, so that a program can
- * ask different questions about one state; its inputs belong to some ops only. */
+/* Keys, with the ops that use each and the answers in `want` that let every op use it. The state
+ * (q, v, base, gravity) may be given with every op, used or not, so that a program can ask
+ * different questions about one state; inputs of an op belong to some ops only. */
 static const struct {
     const char *name;
-    unsigned ops;
+    uint32_t ops, flags;
     int (*read)(jsonl_reader *, const json_t *);
 } keys[] = {
-    {"id", ALL, reject_key_of_other_op},
-    {"op", ALL, reject_key_of_other_op},
-    {"q", ALL, read_q},
-    {"v", ALL, read_v},
-    {"base_pose", ALL, read_base_pose},
-    {"base_twist", ALL, read_base_twist},
-    {"gravity", ALL, read_gravity},
-    {"tau", FD, read_tau},
-    {"base_wrench", FD, read_base_wrench},
-    {"qdd", ID, read_qdd},
-    {"base_acceleration", ID, read_base_acceleration},
-    {"wrench", FD | ID, read_wrench},
-    {"tips", FD | OI, read_tips},
-    {"frame", FD | ID | OI, read_frame},
-    {"method", ALL, read_method},
-    {"refine", FD | OI, read_refine},
-    {"estimate", FD | OI, read_estimate},
-    {"poses", FD | OI, jsonl_read_poses},
-    {"payload", ALL, jsonl_read_payload},
-    {"locked", FD | OI, jsonl_read_locked},
+    {"id", ALL, 0, read_apart},
+    {"op", ALL, 0, read_apart},
+    {"want", ALL, 0, read_apart},
+    {"q", ALL, 0, read_q},
+    {"v", ALL, 0, read_v},
+    {"base_pose", ALL, 0, read_base_pose},
+    {"base_twist", ALL, 0, read_base_twist},
+    {"gravity", ALL, 0, read_gravity},
+    {"tau", FD | DER, 0, read_tau},
+    {"posture_torques", TASK, 0, read_tau},
+    {"base_wrench", FORWARD, 0, read_base_wrench},
+    {"qdd", ID | BIAS, 0, read_qdd},
+    {"base_acceleration", ID | BIAS, 0, read_base_acceleration},
+    {"wrench", FORCES, TFA_WANT_MU, read_wrench},
+    {"tips", LAMBDA_INV, TIP_FLAGS, jsonl_read_tips},
+    {"rows", LAMBDA_INV, TIP_FLAGS, jsonl_read_rows},
+    {"frame", FORCES | OI, TIP_FLAGS, read_frame},
+    {"acceleration", TASK, 0, jsonl_read_acceleration},
+    {"rank_loss", TASK, LAMBDA_FLAGS, jsonl_read_rank_loss},
+    {"rank_threshold", TASK, LAMBDA_FLAGS, jsonl_read_rank_threshold},
+    {"method", ALL, 0, read_method},
+    {"refine", LAMBDA_INV, 0, read_refine},
+    {"estimate", LAMBDA_INV, 0, read_estimate},
+    {"poses", LAMBDA_INV, 0, jsonl_read_poses},
+    {"payload", ALL, 0, jsonl_read_payload},
+    {"locked", LAMBDA_INV, 0, jsonl_read_locked},
 };
 
-static int read_op(jsonl_reader *r, const json_t *object, unsigned *bit)
+static int read_op(jsonl_reader *r, const json_t *object)
 {
     const json_t *op = json_object_get(object, "op");
-    for (size_t i = 0; json_is_string(op) && i < OP_COUNT; i++)
-        if (strcmp(ops[i].name, json_string_value(op)) == 0) {
-            r->request->op = ops[i].op;
-            *bit = ops[i].bit;
+    const char *name = json_is_string(op) ? json_string_value(op) : "";
+    for (uint32_t i = TFA_OP_FORWARD_DYNAMICS; i < OP_COUNT; i++)
+        if (strcmp(ops[i], name) == 0) {
+            r->request->op = (tfa_op)i;
             return TFA_OK;
         }
-    static const char there_are[] =
-        "forward_dynamics, inverse_dynamics, operational_inertia, mass_matrix";
-    if (!op)
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "op: missing; one of %s", there_are);
-    if (!json_is_string(op))
-        return jsonl_fail(r->error, TFA_E_ARGUMENT, "op: %s, must be one of %s", jsonl_type(op),
-                          there_are);
-    return jsonl_fail(r->error, TFA_E_ARGUMENT, "op: no '%.200s'; one of %s", json_string_value(op),
-                      there_are);
+    char list[512];
+    suggest_words(name, ops + TFA_OP_FORWARD_DYNAMICS, OP_COUNT - TFA_OP_FORWARD_DYNAMICS, list,
+                  sizeof list);
+    if (json_is_string(op))
+        return jsonl_fail(r->error, TFA_E_ARGUMENT, "op: no '%.200s'; %s", name, list);
+    return jsonl_fail(r->error, TFA_E_ARGUMENT, "op: %s%s; %s", op ? jsonl_type(op) : "missing",
+                      op ? ", must be a string" : "", strstr(list, "there are"));
 }
 
 enum { KEY_COUNT = sizeof keys / sizeof keys[0] };
@@ -286,14 +282,24 @@ static int unknown_key(jsonl_reader *r, const char *key)
                       suggestions);
 }
 
-static int read_key(jsonl_reader *r, const char *key, const json_t *value, unsigned op)
+/* A key that the op does not use, and the answers with which it would */
+static int unused_key(jsonl_reader *r, size_t key)
+{
+    const int has_lambda_inv = (TFA_OP_BIT(r->request->op) & LAMBDA_INV) != 0;
+    char words[200];
+    jsonl_want_words(keys[key].flags & (has_lambda_inv ? TFA_WANT_ALL : MOTION_FLAGS), words,
+                     sizeof words);
+    return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s does not use it%s%s", keys[key].name,
+                      jsonl_op_name(r->request->op), words[0] ? " unless want has " : "", words);
+}
+
+static int read_key(jsonl_reader *r, const char *key, const json_t *value)
 {
     for (size_t i = 0; i < KEY_COUNT; i++) {
         if (strcmp(keys[i].name, key) != 0)
             continue;
-        if (!(keys[i].ops & op))
-            return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s does not use it", key,
-                              jsonl_op_name(r->request->op));
+        if (!(keys[i].ops & TFA_OP_BIT(r->request->op)) && !(keys[i].flags & r->request->flags))
+            return unused_key(r, i);
         r->key = keys[i].name;
         return keys[i].read(r, value);
     }
@@ -314,59 +320,48 @@ static int require(jsonl_reader *r)
     if (!request->base_pose && r->names->base_freedoms)
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
                           "base_pose: missing; the base floats: [x,y,z,qx,qy,qz,qw]");
-    if (request->tip_count == 0 &&
-        (request->op == TFA_OP_OPERATIONAL_INERTIA || request->flags & TFA_WANT_POSES))
+    const uint32_t op = TFA_OP_BIT(request->op);
+    char words[200];
+    jsonl_want_words(request->flags & LAMBDA_INV_FLAGS, words, sizeof words);
+    if (words[0] && !(op & LAMBDA_INV))
+        return jsonl_fail(r->error, TFA_E_ARGUMENT,
+                          "want: %s does not answer %s; forward_dynamics, operational_inertia and "
+                          "task_torques do",
+                          jsonl_op_name(request->op), words);
+    if (request->tip_count == 0 && (op & OI || request->flags & TIP_FLAGS))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "tips: missing; 1 to %d link names",
                           TFA_MAX_TIPS);
     return TFA_OK;
 }
 
-static int point_reply(jsonl_reader *r, tfa_reply *reply)
+/* Keys that depend on others, and the defaults of keys that are absent */
+static int finish(jsonl_reader *r, const json_t *object)
 {
-    jsonl_buffers *b = r->buffers;
-    int floating = r->names->base_freedoms != 0;
-    size_t n = (size_t)r->names->base_freedoms + r->names->v_count;
-    *reply = (tfa_reply){.answers = &b->answer};
-    switch (r->request->op) {
-    case TFA_OP_FORWARD_DYNAMICS:
-        reply->qdd = b->reply_qdd;
-        reply->base_acceleration = floating ? b->reply_acceleration : NULL;
-        break;
-    case TFA_OP_INVERSE_DYNAMICS:
-        reply->tau = b->reply_tau;
-        reply->base_wrench = floating ? b->reply_wrench : NULL;
-        break;
-    case TFA_OP_MASS_MATRIX:
-        /* n x n is large for a long chain: printed on request only */
-        if (!b->mass_matrix)
-            b->mass_matrix = calloc(n ? n : 1, (n ? n : 1) * sizeof(double));
-        if (!b->mass_matrix)
-            return jsonl_fail(r->error, TFA_E_MEMORY,
-                              "mass_matrix: no memory for %zu x %zu numbers", n, n);
-        reply->mass_matrix = b->mass_matrix;
-        break;
-    case TFA_OP_OPERATIONAL_INERTIA:
-        break;
+    tfa_request *request = r->request;
+    if (request->tip_count && TFA_OP_BIT(request->op) & (FD | OI) &&
+        !json_object_get(object, "want"))
+        request->flags |= TFA_WANT_SPECTRUM;
+    if (request->op == TFA_OP_TASK_TORQUES) {
+        int status = jsonl_finish_acceleration(r);
+        if (status != TFA_OK)
+            return status;
     }
-    if (r->request->tip_count) {
-        reply->lambda_inv = b->lambda_inv;
-        reply->spectrum = &b->spectrum;
-    }
-    if (r->request->flags & TFA_WANT_POSES)
-        reply->poses = b->poses;
-    return TFA_OK;
+    return require(r);
 }
 
 int jsonl_read(const json_t *object, const robot_names *names, const jsonl_defaults *defaults,
                jsonl_buffers *buffers, tfa_request *request, tfa_reply *reply, jsonl_error *error)
 {
     jsonl_reader r = {.names = names, .buffers = buffers, .request = request, .error = error};
-    unsigned op = 0;
+    const json_t *want = json_object_get(object, "want");
     *request = (tfa_request){.count = 1, .refine = TFA_REFINE_DEFAULT};
-    int status = read_op(&r, object, &op);
+    buffers->tip_poses_key = NULL;
+    int status = read_op(&r, object);
+    if (status == TFA_OK && want)
+        status = jsonl_read_want(&r, want);
     if (status != TFA_OK)
         return status;
-    if (op & (FD | OI)) {
+    if (TFA_OP_BIT(request->op) & LAMBDA_INV) {
         request->method = defaults->method;
         request->estimate = defaults->estimate;
         request->refine = defaults->refine;
@@ -375,10 +370,10 @@ int jsonl_read(const json_t *object, const robot_names *names, const jsonl_defau
     json_t *value;
     json_object_foreach((json_t *)object, key, value)
     {
-        status = read_key(&r, key, value, op);
+        status = read_key(&r, key, value);
         if (status != TFA_OK)
             return status;
     }
-    status = require(&r);
-    return status == TFA_OK ? point_reply(&r, reply) : status;
+    status = finish(&r, object);
+    return status == TFA_OK ? jsonl_point_reply(&r, reply) : status;
 }

@@ -5,6 +5,8 @@
  */
 #include "jsonl_serve.h"
 
+#include "jsonl_answers.h"
+
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,19 +15,17 @@
 int jsonl_buffers_init(jsonl_buffers *buffers, const robot_names *names)
 {
     *buffers = (jsonl_buffers){0};
-    double **arrays[] = {&buffers->q,   &buffers->v,         &buffers->tau,
-                         &buffers->qdd, &buffers->reply_qdd, &buffers->reply_tau};
+    double **arrays[] = {&buffers->q, &buffers->v, &buffers->tau, &buffers->qdd};
+    int allocated = 1;
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
         size_t count = i == 0 ? names->q_count : names->v_count;
         *arrays[i] = calloc(count + 1, sizeof(double));
-        if (!*arrays[i]) {
-            jsonl_buffers_free(buffers);
-            return TFA_E_MEMORY;
-        }
+        allocated &= *arrays[i] != NULL;
     }
     buffers->locked = calloc(names->v_count + (size_t)1, sizeof *buffers->locked);
     buffers->named = calloc(names->v_count + (size_t)1, sizeof *buffers->named);
-    if (buffers->locked && buffers->named)
+    buffers->answers = calloc(jsonl_answer_count, sizeof *buffers->answers);
+    if (allocated && buffers->locked && buffers->named && buffers->answers)
         return TFA_OK;
     jsonl_buffers_free(buffers);
     return TFA_E_MEMORY;
@@ -33,13 +33,13 @@ int jsonl_buffers_init(jsonl_buffers *buffers, const robot_names *names)
 
 void jsonl_buffers_free(jsonl_buffers *buffers)
 {
+    for (size_t i = 0; buffers->answers && i < jsonl_answer_count; i++)
+        free(buffers->answers[i].numbers);
+    free(buffers->answers);
     free(buffers->q);
     free(buffers->v);
     free(buffers->tau);
     free(buffers->qdd);
-    free(buffers->reply_qdd);
-    free(buffers->reply_tau);
-    free(buffers->mass_matrix);
     free(buffers->locked);
     free(buffers->named);
     *buffers = (jsonl_buffers){0};
@@ -183,7 +183,7 @@ static int answer(server *s, const json_t *object, FILE *out, jsonl_error *error
     reply.status = s->backend->answer(s->backend->self, &request, &reply);
     if (reply.status != TFA_OK)
         return jsonl_explain(names, &request, &reply, error);
-    jsonl_print_reply(out, id, names, &request, &reply);
+    jsonl_print_reply(out, id, names, &s->buffers, &request, &reply);
     return TFA_OK;
 }
 

@@ -14,7 +14,9 @@ typedef struct jsonl_reader {
     jsonl_buffers *buffers;
     tfa_request *request;
     jsonl_error *error;
-    const char *key; /**< for messages: "q", "wrench.tool0", ... */
+    const char *key;            /**< for messages: "q", "wrench.tool0", ... */
+    const json_t *acceleration; /**< of the tips, read once tips and rows are known */
+    int rows_given;             /**< the request has the key "rows" */
 } jsonl_reader;
 
 /** "an object", "a string", ...: the type of a value, for messages. */
@@ -40,7 +42,38 @@ int jsonl_read_locked(jsonl_reader *r, const json_t *value);
 /** {"link":..,"mass":..,"com":[3],"inertia":[6]} or a list of such. @return TFA_OK,
  *  TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_LINK. */
 int jsonl_read_payload(jsonl_reader *r, const json_t *value);
-/** true or false. @return TFA_OK, TFA_E_ARGUMENT. */
+
+/* jsonl_answers.c */
+
+/** Lets a reply point to buffers for all answers to the request, allocated where they are too
+ *  small. @return TFA_OK, TFA_E_MEMORY. */
+int jsonl_point_reply(jsonl_reader *r, tfa_reply *reply);
+
+/* jsonl_want.c: answers besides those of the op */
+
+/** ["jacobian",...] @return TFA_OK, TFA_E_ARGUMENT. */
+int jsonl_read_want(jsonl_reader *r, const json_t *value);
+/** true or false: the poses of the tips, under the key "poses". @return TFA_OK, TFA_E_ARGUMENT. */
 int jsonl_read_poses(jsonl_reader *r, const json_t *value);
+/** The words of these TFA_WANT_ bits: "lambda, mu or p"; "" for none. */
+void jsonl_want_words(uint32_t flags, char *text, size_t size);
+
+/* jsonl_task.c: tips and what belongs to them */
+
+/** ["link",...] @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_LINK. */
+int jsonl_read_tips(jsonl_reader *r, const json_t *value);
+/** "pose" or "point" @return TFA_OK, TFA_E_ARGUMENT. */
+int jsonl_read_rows(jsonl_reader *r, const json_t *value);
+/** "truncate", "damp" or "refuse" @return TFA_OK, TFA_E_ARGUMENT. */
+int jsonl_read_rank_loss(jsonl_reader *r, const json_t *value);
+/** A number between 0 and 1 @return TFA_OK, TFA_E_ARGUMENT. */
+int jsonl_read_rank_threshold(jsonl_reader *r, const json_t *value);
+/** {"link":[6 or 3 numbers],...}, to be read by jsonl_finish_acceleration. @return TFA_OK,
+ *  TFA_E_ARGUMENT. */
+int jsonl_read_acceleration(jsonl_reader *r, const json_t *value);
+/** Reads the accelerations once tips and rows were read: the tips are those that it names, in this
+ *  order, or those of `tips`, which must be the same. @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE,
+ *  TFA_E_LINK. */
+int jsonl_finish_acceleration(jsonl_reader *r);
 
 #endif

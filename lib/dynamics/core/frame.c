@@ -29,9 +29,7 @@ static vec3 world_origin(const struct state *s, int32_t body)
     return o;
 }
 
-/* The axes and the origin of a frame in the coordinates of its body; one inside a fused joint is
- * carried on by the parts behind it. */
-static void frame_in_body(const struct state *s, uint32_t frame, mat3 *R, vec3 *p)
+void TFA_V(frame_in_body)(const struct state *s, uint32_t frame, mat3 *R, vec3 *p)
 {
     const struct tfa_frame *f = &s->m->frame[frame];
     const xform frame_axes = frame_xform(s->m, frame);
@@ -59,7 +57,7 @@ int32_t TFA_V(frame_at)(const struct state *s, uint32_t frame, tfa_reference_fra
     const struct tfa_frame *f = &s->m->frame[frame];
     if (f->body < 0)
         return -1;
-    frame_in_body(s, frame, R, p);
+    TFA_V(frame_in_body)(s, frame, R, p);
     if (mode != TFA_FRAME_LOCAL)
         *R = world_axes(s, f->body);
     if (mode == TFA_FRAME_WORLD)
@@ -77,25 +75,4 @@ int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_referenc
         return -1;
     unit_wrenches(R, p, P);
     return body;
-}
-
-void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3])
-{
-    const struct tfa_frame *f = &s->m->frame[frame];
-    const xform frame_axes = frame_xform(s->m, frame);
-    mat3 axes = frame_axes.E;
-    vec3 at = frame_axes.r;
-    if (f->body >= 0) {
-        const mat3 world = world_axes(s, f->body);
-        frame_in_body(s, frame, &axes, &at);
-        axes = m3_tmm(world, axes);
-        at = m3_tmul(world, v3_sub(at, world_origin(s, f->body)));
-    }
-    const num r[9] = {axes.xx, axes.xy, axes.xz, axes.yx, axes.yy,
-                      axes.yz, axes.zx, axes.zy, axes.zz};
-    for (int k = 0; k < 9; k++)
-        R[k] = r[k];
-    p[0] = at.x;
-    p[1] = at.y;
-    p[2] = at.z;
 }

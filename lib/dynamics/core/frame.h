@@ -18,10 +18,11 @@ int32_t TFA_V(frame_at)(const struct state *s, uint32_t frame, tfa_reference_fra
 int32_t TFA_V(frame_columns)(const struct state *s, uint32_t frame, tfa_reference_frame mode,
                              svec P[6]);
 
+/* The axes (columns) and the origin of a frame in the coordinates of its body, or in the world if
+ * it is fixed there; one inside a fused joint is carried on by the parts behind it. */
+void TFA_V(frame_in_body)(const struct state *s, uint32_t frame, mat3 *R, vec3 *p);
+
 /* How many freedoms of its body's joint move a frame: all, but for one inside a fused joint. */
 uint32_t TFA_V(frame_freedoms)(const struct state *s, uint32_t frame);
-
-/* Axes of a frame (columns, row major) and its origin in the world. Needs the pose. */
-void TFA_V(frame_pose)(const struct state *s, uint32_t frame, num R[9], num p[3]);
 
 #endif

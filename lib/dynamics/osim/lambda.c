@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Lambda^-1 = J M^-1 J^T of one to eight tips: by force propagation with the articulated-body
+ * Lambda^-1 = J M^-1 J^T of tips: by force propagation with the articulated-body
  * factors, by the factors of M, and by columns with any method's solve.
  */
 #include "dynamics/osim/lambda.h"
@@ -50,7 +50,7 @@ void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
 }
 
 /* World axes in the coordinates of a body: R = E_i .. E_root, by its columns and three numbers at a
- * time */
+ * time. Without the origins this takes less than world poses. */
 static struct mat3_simd world_axes(const struct state *s, int32_t i)
 {
     const num o = num_of(0), l = num_of(1);
@@ -76,7 +76,10 @@ void TFA_V(tip_start)(const struct state *s, uint32_t t, tfa_reference_frame fra
     w->moved = TFA_V(frame_freedoms)(s, s->tip[t]);
     if (f->part || !aligned)
         (void)TFA_V(frame_at)(s, s->tip[t], aligned ? TFA_FRAME_LOCAL : frame, &R_own, &p);
-    R = aligned ? world_axes(s, f->body) : mat3_simd_of(R_own);
+    if (!aligned)
+        R = mat3_simd_of(R_own);
+    else
+        R = s->located >> t & 1 ? s->world[f->body].E : world_axes(s, f->body);
     w->P = wrench_columns_at(&R, p);
 }
 
@@ -90,13 +93,13 @@ void TFA_V(tip_through_joint)(struct state *s, uint32_t t, struct tip_wrenches *
         vec6_store(tip_columns(s, s->psi, b->v + k, t), &psi[k]);
         vec6_store(tip_columns(s, s->phi, b->v + k, t), &phi[k]);
     }
-    s->support[i] |= (uint8_t)(1u << t);
+    s->support[i] |= 1u << t;
     w->body = b->parent;
     w->moved = 6;
 }
 
 /* Lambda^-1_tu += psi_t^T phi_u of freedom j for the tips that its body supports */
-static void add_blocks(struct state *s, uint8_t support, uint32_t j)
+static void add_blocks(struct state *s, uint32_t support, uint32_t j)
 {
     for (uint32_t t = 0; t < s->tips; t++)
         for (uint32_t u = t; u < s->tips; u++) {
@@ -191,7 +194,7 @@ void TFA_V(lambda_crba)(struct state *s, tfa_reference_frame frame)
         num inv = 1 / s->M[m->dof_row[j] + m->dof_depth[j]];
         for (size_t e = 0; e < n; e++)
             tip_columns(s, s->phi, j, 0)[e] = inv * tip_columns(s, s->psi, j, 0)[e];
-        add_blocks(s, 0xff, j);
+        add_blocks(s, UINT32_MAX, j);
     }
     TFA_V(lambda_mirror)(s);
 }

@@ -20,12 +20,18 @@
 #define COMMON_ANCESTORS_MAX                                                                       \
     (TFA_MAX_TIPS - 1) /* m tips have at most m - 1 first common ancestors */
 
-/* First common ancestors of two tips, and the wrenches of each tip inboard of the joint there. */
+/* First common ancestors of two tips; the wrenches of each tip inboard of the joint there are in
+ * s->shared_wrenches. */
 struct common_ancestors {
     uint32_t count;
     int32_t body[COMMON_ANCESTORS_MAX];
-    svec inboard_wrench[COMMON_ANCESTORS_MAX][TFA_MAX_TIPS][6];
 };
+
+/* Wrench e of tip t there, for the common ancestor k: six numbers */
+static num *inboard_wrench(const struct state *s, uint32_t k, uint32_t t, uint32_t e)
+{
+    return s->shared_wrenches + 6 * (((size_t)k * s->tips + t) * 6 + e);
+}
 
 /* L Y L^T + H D^-1 H^T for one freedom: L is 1 but for the joint's row l, whose own entry is
  * R / D = 1 - U_z / D without the cancellation. */
@@ -110,7 +116,7 @@ static void find_common_ancestors(struct state *s, tfa_reference_frame frame,
             if (s->support[i] & ~paired)
                 (void)ancestor_index(m, i);
             paired |= s->support[i];
-            s->support[i] |= (uint8_t)(1u << t);
+            s->support[i] |= 1u << t;
         }
     }
 }
@@ -132,6 +138,23 @@ static void put_block(struct state *s, uint32_t i, uint32_t t, uint32_t u, const
     }
 }
 
+/* Answers the blocks of tip t and the tips before it whose support it meets at body i, the common
+ * ancestor k, and keeps its wrenches for those behind it. */
+static void pair_at(struct state *s, uint32_t k, uint32_t t, int32_t i, uint32_t paired,
+                    const svec P[6])
+{
+    for (uint32_t u = 0; u < t; u++) {
+        svec Q[6];
+        if (!(s->support[i] & ~paired & 1u << u))
+            continue;
+        for (uint32_t e = 0; e < 6; e++)
+            Q[e] = sv_from(inboard_wrench(s, k, u, e));
+        put_block(s, (uint32_t)i, u, t, Q, P);
+    }
+    for (uint32_t e = 0; e < 6; e++)
+        sv_store(inboard_wrench(s, k, t, e), P[e]);
+}
+
 /* Takes the wrenches of tip t inward and answers its block and those with the tips before it. */
 static void wrenches_inward(struct state *s, uint32_t t, tfa_reference_frame frame,
                             struct common_ancestors *m)
@@ -147,13 +170,8 @@ static void wrenches_inward(struct state *s, uint32_t t, tfa_reference_frame fra
         if (first)
             put_block(s, (uint32_t)i, t, t, P, P);
         for (uint32_t k = 0; k < m->count; k++)
-            if (m->body[k] == i) {
-                for (uint32_t u = 0; u < t; u++)
-                    if (s->support[i] & ~paired & 1u << u)
-                        put_block(s, (uint32_t)i, u, t, m->inboard_wrench[k][u], P);
-                for (int e = 0; e < 6; e++)
-                    m->inboard_wrench[k][t][e] = P[e];
-            }
+            if (m->body[k] == i)
+                pair_at(s, k, t, i, paired, P);
         paired |= s->support[i];
     }
 }

@@ -19,11 +19,11 @@
 #define SHARED_PATHS_MAX (TFA_MAX_TIPS - 1) /* m tips have at most m - 1 first common ancestors */
 
 struct shared_path {
-    uint32_t tips;                         /* bits: whose support it is */
-    int32_t inboard;                       /* the next segment of their support; -1: none */
-    struct wrench_columns A;               /* columns of A^T: six unit wrenches propagated */
-    struct mat6_simd Omega;                /* C, then the inverse inertia at its outer end */
-    struct wrench_columns P[TFA_MAX_TIPS]; /* the tips' wrenches at its outer end */
+    uint32_t tips;           /* bits: whose support it is */
+    int32_t inboard;         /* the next segment of their support; -1: none */
+    struct wrench_columns A; /* columns of A^T: six unit wrenches propagated */
+    struct mat6_simd Omega;  /* C, then the inverse inertia at its outer end */
+    num *P;                  /* the tips' wrenches at its outer end, 36 numbers each */
 };
 
 struct shared_paths {
@@ -42,7 +42,7 @@ static int start_tips(struct state *s, tfa_reference_frame frame, struct tip_wre
         if (w[t].body >= 0 && w[t].moved < s->body[w[t].body].n)
             return 0;
         for (int32_t i = w[t].body; i >= 0; i = s->body[i].parent)
-            s->support[i] |= (uint8_t)(1u << t);
+            s->support[i] |= 1u << t;
     }
     return 1;
 }
@@ -67,6 +67,22 @@ static void propagate_single_tip(struct state *s, uint32_t t, struct tip_wrenche
     TFA_V(lambda_put)(s, t, t, &C);
 }
 
+/* The wrenches of tip t at the outer end */
+static void wrenches_store(const struct shared_path *path, uint32_t t,
+                           const struct wrench_columns *P)
+{
+    for (int k = 0; k < 6; k++)
+        vec6_store(path->P + 36 * (size_t)t + 6 * k, &P->at[k]);
+}
+
+static struct wrench_columns wrenches_load(const struct shared_path *path, uint32_t t)
+{
+    struct wrench_columns P;
+    for (int k = 0; k < 6; k++)
+        P.at[k] = vec6_load(path->P + 36 * (size_t)t + 6 * k);
+    return P;
+}
+
 /* Takes the tips that a body supports through the segment that starts there. */
 static void through_segment(struct state *s, struct shared_paths *x, struct tip_wrenches *w,
                             int32_t body)
@@ -77,6 +93,7 @@ static void through_segment(struct state *s, struct shared_paths *x, struct tip_
     path->inboard = -1;
     path->A = wrench_columns_identity();
     path->Omega = mat6_simd_zero();
+    path->P = s->shared_wrenches + (size_t)36 * s->tips * x->count;
     body = TFA_V(propagate_forces)(s, body, path->tips, 6, &path->A, &path->Omega);
     for (int k = 0; k < 6; k++)
         vec6_store(A + 6 * k, &path->A.at[k]);
@@ -86,7 +103,7 @@ static void through_segment(struct state *s, struct shared_paths *x, struct tip_
         if (x->last_path[t] >= 0)
             x->at[x->last_path[t]].inboard = (int32_t)x->count;
         x->last_path[t] = (int32_t)x->count;
-        path->P[t] = w[t].P;
+        wrenches_store(path, t, &w[t].P);
         if (body >= 0)
             w[t].P = wrench_columns_mul(A, &w[t].P);
         w[t].body = body;
@@ -139,10 +156,13 @@ static void accumulate_pairs(struct state *s, const struct shared_path *path, ui
         paired[u] |= path->tips;
         if (!fresh)
             continue;
-        const struct wrench_columns a = omega_times(path, &path->P[u]);
+        const struct wrench_columns outer = wrenches_load(path, u);
+        const struct wrench_columns a = omega_times(path, &outer);
         for (uint32_t t = 0; t <= u; t++)
-            if (fresh >> t & 1)
-                add_block(s, t, u, &path->P[t], &a);
+            if (fresh >> t & 1) {
+                const struct wrench_columns P = wrenches_load(path, t);
+                add_block(s, t, u, &P, &a);
+            }
     }
 }
 

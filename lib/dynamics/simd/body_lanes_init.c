@@ -36,7 +36,7 @@ static uint32_t first_of(const struct tfa_lane_schedule *p, uint32_t step)
 
 struct extent TFA_V(body_lanes_extent)(const struct tfa_model *m, const struct tfa_lane_schedule *p)
 {
-    struct extent n = {p->steps, 0, 0, 0};
+    struct extent n = {.bodies = p->steps};
     for (uint32_t k = 0; k < p->steps; k++) {
         const struct tfa_body *b = &m->body[first_of(p, k)];
         n.coordinates += coordinates_of(b);

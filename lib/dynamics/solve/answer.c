@@ -10,8 +10,12 @@
 #include "dynamics/core/frame.h"
 #include "dynamics/core/recursions.h"
 #include "dynamics/core/sentinel.h"
+#if NUM_LANES == 1
+#include "dynamics/kinematics/tip_motion.h"
+#endif
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
+#include "interface/traits.h"
 
 /* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
@@ -107,18 +111,23 @@ void TFA_V(report_singular_body)(struct state *s, tfa_reply *reply)
             }
 }
 
+int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints)
+{
+    TFA_V(gather_on_leaders)(s, x);
+    for (uint32_t j = 0; j < s->m->mimics; j++) /* one public force stands for both */
+        x[s->m->mimic[j].follower] = x[s->m->mimic[j].leader];
+    return TFA_V(unload)(s, x, base, joints);
+}
+
 static int answer_inverse(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
 {
     TFA_V(rnea)(s, s->qdd, s->res, 1);
     for (uint32_t j = 0; s->has_passive_force && j < s->m->freedoms; j++)
         s->res[j] -= s->passive_force[j];
-    TFA_V(gather_on_leaders)(s, s->res);
-    for (uint32_t j = 0; j < s->m->mimics; j++) /* one public force stands for both */
-        s->res[s->m->mimic[j].follower] = s->res[s->m->mimic[j].leader];
     out->method = (uint16_t)s->by.method;
-    int finite =
-        TFA_V(unload)(s, s->res, reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
-                      reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
+    int finite = TFA_V(unload_force)(s, s->res,
+                                     reply->base_wrench ? reply->base_wrench + 6 * (size_t)k : NULL,
+                                     reply->tau ? reply->tau + (size_t)s->m->v_count * k : NULL);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
@@ -168,50 +177,24 @@ static int answer_mass(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }
 
-/* Quaternion x y z w with w >= 0 of a rotation matrix, by the largest of its four squares. */
-static void quaternion(const double R[9], double q[4])
+#if NUM_LANES == 1
+/* Forward dynamics with the posture torques; the rest is answer_operational's. */
+static int answer_task(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
+                       tfa_answer *answer)
 {
-    const double t[4] = {R[0] - R[4] - R[8], R[4] - R[0] - R[8], R[8] - R[0] - R[4],
-                         R[0] + R[4] + R[8]};
-    const double off[3] = {R[7] - R[5], R[2] - R[6], R[3] - R[1]};
-    int k = 3;
-    for (int e = 0; e < 3; e++)
-        if (t[e] > t[k])
-            k = e;
-    q[k] = sqrt(1 + t[k]) / 2;
-    const double f = 1 / (4 * q[k]);
-    for (int e = 0; e < 3; e++)
-        if (k == 3)
-            q[e] = off[e] * f;
-        else if (e != k)
-            q[e] = (R[3 * e + k] + R[3 * k + e]) * f;
-    if (k != 3)
-        q[3] = off[k] * f;
-    if (q[3] < 0)
-        for (int e = 0; e < 4; e++)
-            q[e] = -q[e];
+    tfa_reply part = *reply;
+    part.qdd = part.base_acceleration = NULL;
+    const int status = TFA_V(answer_forward)(s, request, k, &part, answer);
+    reply->field = part.field;
+    reply->index = part.index;
+    return status;
 }
 
-/* The pose of tip t of every state */
-static void answer_pose(const struct state *s, uint32_t t, double *out)
+static int is_operational(const tfa_request *r)
 {
-    num R[9], p[3];
-    TFA_V(frame_pose)(s, s->tip[t], R, p);
-    for (uint32_t l = 0; l < s->lanes; l++, out += 7 * (size_t)s->tips) {
-        double rotation[9];
-        for (int e = 0; e < 9; e++)
-            rotation[e] = (double)num_lane(R[e], l);
-        for (int e = 0; e < 3; e++)
-            out[e] = (double)num_lane(p[e], l);
-        quaternion(rotation, out + 3);
-    }
+    return r->op == TFA_OP_TASK_TORQUES || (r->flags & FLAGS_LAMBDA && r->tip_count);
 }
-
-void TFA_V(answer_poses)(const struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
-{
-    for (uint32_t t = 0; r->flags & TFA_WANT_POSES && reply->poses && t < s->tips; t++)
-        answer_pose(s, t, reply->poses + 7 * ((size_t)s->tips * k + t));
-}
+#endif
 
 static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tfa_reply *reply,
                      tfa_answer *answer)
@@ -222,11 +205,22 @@ static int answer_op(struct state *s, const tfa_request *request, uint32_t k, tf
 #if NUM_LANES == 1 /* batches have no tips */
     case TFA_OP_OPERATIONAL_INERTIA:
         return TFA_V(answer_lambda)(s, request, k, reply, answer);
+    case TFA_OP_BIAS:
+        return TFA_V(answer_bias)(s, k, reply, answer);
+    case TFA_OP_TASK_TORQUES:
+        return answer_task(s, request, k, reply, answer);
+    case TFA_OP_DERIVATIVES:
+        return TFA_V(answer_derivatives)(s, request, k, reply, answer);
 #endif
     case TFA_OP_INVERSE_DYNAMICS:
         return answer_inverse(s, k, reply, answer);
-    default:
+    case TFA_OP_MASS_MATRIX:
         return answer_mass(s, k, reply, answer);
+    case TFA_OP_KINEMATICS:
+        answer->method = (uint16_t)s->by.method;
+        return TFA_OK;
+    default:
+        return TFA_E_UNSUPPORTED;
     }
 }
 
@@ -238,8 +232,17 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolv
         answer[l] = (tfa_answer){.error_estimate = NAN};
     s->lanes_diverged = 0;
     TFA_V(load)(s, request, k, count);
+#if NUM_LANES == 1
+    if (request->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES))
+        TFA_V(locate_tips)(s);
+#endif
     answer->status = answer_op(s, request, k, reply, answer);
-    TFA_V(answer_poses)(s, request, k, reply);
+#if NUM_LANES == 1
+    if (answer->status == TFA_OK && is_operational(request))
+        answer->status = TFA_V(answer_operational)(s, request, k, reply);
+    if (request->flags)
+        TFA_V(answer_motion_loaded)(s, request, request->flags, k, reply);
+#endif
     if (answer->status == TFA_E_SINGULAR) {
         reply->field = TFA_FIELD_BODY;
         reply->index = s->body[s->bad_body].link;

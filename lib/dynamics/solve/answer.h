@@ -77,10 +77,25 @@ int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
                             const tfa_reply *reply, double limit, tfa_answer *out);
 /* Writes s->qdd out; returns 1 when all of it is finite. */
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
+/* A force of inner freedoms to public arrays, followers' on their leaders. Returns 1 when all of it
+ * is finite. */
+int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints);
+int TFA_V(answer_bias)(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out);
+int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                              tfa_answer *out);
+/* Desired accelerations of the tips minus those with s->qdd, for answer_operational */
+void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k);
+/* Task torques, lambda, mu and p with the Lambda^-1 that is there. Returns TFA_OK, TFA_E_RANK or
+ * TFA_E_NOT_COMPUTED. */
+int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply);
 int TFA_V(answer_lambda)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                          tfa_answer *out);
-/* Poses of the tips, where they are wanted */
-void TFA_V(answer_poses)(const struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply);
+/* As a kernel offers it, see kernel_table.h. */
+void TFA_V(answer_motion)(struct state *s, const tfa_request *r, struct tfa_resolved by,
+                          uint32_t flags, uint32_t k, tfa_reply *reply);
+/* The same for the state that is loaded */
+void TFA_V(answer_motion_loaded)(struct state *s, const tfa_request *r, uint32_t flags, uint32_t k,
+                                 tfa_reply *reply);
 /* As a kernel offers them, see kernel_table.h. */
 struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s);
 int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,

@@ -10,6 +10,7 @@
 #include "dynamics/solve/method.h"
 #include "dynamics/solve/refine.h"
 #include "interface/kernel_table.h"
+#include "interface/traits.h"
 
 int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 {
@@ -62,6 +63,12 @@ load_residual_kernel(const struct state *s, const tfa_request *r, uint32_t k, ui
 }
 
 #if NUM_LANES == 1
+static int needs_lambda_inv(const struct state *s, const tfa_request *r, const tfa_reply *reply)
+{
+    return s->tips &&
+           (reply->lambda_inv || r->flags & FLAGS_LAMBDA || r->op == TFA_OP_TASK_TORQUES);
+}
+
 /* Force propagation is not refined. */
 static uint32_t steps_of_tips(tfa_method method, uint32_t steps)
 {
@@ -96,7 +103,9 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
                      ? s->residual_kernel->kernel->unload(s->residual_kernel->state, k, reply)
                      : TFA_V(unload_qdd)(s, k, reply);
 #if NUM_LANES == 1 /* batches have no tips */
-    if (finite && s->tips && reply->lambda_inv) {
+    if (finite && r->op == TFA_OP_TASK_TORQUES)
+        TFA_V(task_error)(s, r, k);
+    if (finite && needs_lambda_inv(s, r, reply)) {
         (void)TFA_V(factor)(s, method); /* unless they are there */
         finite = TFA_V(lambda_after)(s, r, k, method, steps_of_tips(method, steps), reply);
     }

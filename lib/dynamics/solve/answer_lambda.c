@@ -27,11 +27,29 @@ static inline void mirror(double *A, size_t n)
             A[i * n + j] = A[j * n + i];
 }
 
+/* The rows of points: the first three of every six. Returns 1 when all of it is finite. */
+static int unload_points(const struct state *s, double *out)
+{
+    const size_t n = (size_t)3 * s->tips;
+    int finite = 1;
+    for (size_t i = 0; i < n; i++)
+        for (size_t j = i; j < n; j++) {
+            const size_t row = i / 3 * 6 + i % 3, column = j / 3 * 6 + j % 3;
+            const double x = (double)s->lambda[row * 6 * s->tips + column];
+            finite &= isfinite(x) != 0;
+            if (out)
+                out[i * n + j] = out[j * n + i] = x;
+        }
+    return finite;
+}
+
 /* Lambda^-1 from its upper triangle, six numbers at a time as they were written: a load of more
  * waits until all of them have left the processor. Returns 1 when all of it is finite: x - x is 0
  * or not a number; as a double, too. */
 static int unload_lambda(const struct state *s, double *out)
 {
+    if (s->tip_rows != 6)
+        return unload_points(s, out);
     const size_t count = (size_t)36 * s->tips * s->tips;
     vec6 sum = vec6_zero();
     num rest = num_of(0);
@@ -73,7 +91,7 @@ static void lambda_kept(struct state *s, tfa_reference_frame frame, tfa_method m
 
 static double *lambda_of_state(const struct state *s, uint32_t k, const tfa_reply *reply)
 {
-    const size_t n = 6 * s->tips;
+    const size_t n = (size_t)s->tip_rows * s->tips;
     return reply->lambda_inv ? reply->lambda_inv + n * n * k : NULL;
 }
 

@@ -5,10 +5,12 @@
  * (body_lanes.c) leave the six wrenches of each tip, which fill vectors themselves, to one number
  * at a time.
  */
+#include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
 #include "interface/kernel_table.h"
+#include "interface/traits.h"
 
 struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s)
 {
@@ -22,6 +24,19 @@ struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s)
                                        .joint_nd_bytes = sizeof *s->joint_nd};
 }
 
+/* By velocities of the tips' supports, whose poses came with the factors. Neither wrenches nor
+ * forces count. */
+static void answer_motion_of_tips(struct state *s, const tfa_request *r, uint32_t k,
+                                  tfa_reply *reply)
+{
+    const uint32_t flags = r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES);
+    if (!flags)
+        return;
+    s->body_velocity = 0;
+    s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+    TFA_V(answer_motion_loaded)(s, r, flags, k, reply);
+}
+
 /* The other's factors are those of some bodies at a q that was never loaded: nothing is kept. */
 int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
                        tfa_reply *reply, tfa_answer *out)
@@ -32,11 +47,13 @@ int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolve
     (void)TFA_V(load_changes)(s, r);
     s->spans = TFA_V(load_spans)(s, r, s->span);
     s->have = HAVE_POSE | HAVE_ABA;
+    if (r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES))
+        TFA_V(locate_tips)(s);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)
         finite = TFA_V(answer_lambda)(s, r, k, reply, out) == TFA_OK;
     else if (reply->lambda_inv)
         finite = TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply);
-    TFA_V(answer_poses)(s, r, k, reply);
+    answer_motion_of_tips(s, r, k, reply);
     s->have = 0;
     return finite;
 }

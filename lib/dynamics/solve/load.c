@@ -10,6 +10,7 @@
 #include <math.h>
 
 #include "dynamics/core/recursions.h"
+#include "interface/traits.h"
 
 static num coordinate_of(const struct state *s, const tfa_request *r, uint32_t k)
 {
@@ -112,8 +113,7 @@ int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, co
     return !num_all(none);
 }
 
-/* Forces of the joints alone: a follower's is part of its leader's already. */
-static void load_forces(struct state *s, const double *base, const double *joints)
+void TFA_V(load_forces)(struct state *s, const double *base, const double *joints)
 {
     const struct tfa_model *m = s->m;
     TFA_V(load_freedoms)(s, s->tau, base, joints);
@@ -145,20 +145,28 @@ static void load_damping(struct state *s)
 static void load_motion(struct state *s, const tfa_request *r)
 {
     clear_passive_force(s);
-    TFA_V(load_wrenches)(s, r);
+    if (reads_wrenches(r))
+        TFA_V(load_wrenches)(s, r);
     s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
     load_damping(s);
-    s->moving |= s->wrenched;
-    if (r->op == TFA_OP_FORWARD_DYNAMICS) {
-        load_forces(s, r->base_wrench, r->tau);
+    s->moving |= s->wrenched && reads_wrenches(r);
+    if (TFA_OP_BIT(r->op) & TRAITS_FORWARD) {
+        TFA_V(load_forces)(s, r->base_wrench, r->tau);
         for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
             s->tau[j] += s->passive_force[j];
-    } else {
+    } else if (TFA_OP_BIT(r->op) & TRAITS_DYNAMICS) {
         TFA_V(load_freedoms)(s, s->qdd, r->base_acceleration, r->qdd);
         for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
             if (s->lock[j])
                 s->qdd[j] = num_of(0);
     }
+}
+
+/* 1: only bodies that carry tips are loaded; their velocities are computed tip by tip */
+static int sees_tips_only(const struct state *s, const tfa_request *r)
+{
+    return !(TFA_OP_BIT(r->op) & TRAITS_DYNAMICS) &&
+           !(r->flags & (FLAGS_BODY_MOTION | TFA_WANT_MU)) && s->lanes == 1;
 }
 
 void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t count)
@@ -167,10 +175,12 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
     s->gravity = v3_load(r->gravity ? r->gravity : s->m->gravity);
     load_pose(s, r);
     TFA_V(pose)(s);
-    if (r->op == TFA_OP_OPERATIONAL_INERTIA || r->op == TFA_OP_MASS_MATRIX)
+    if (!reads_velocity(r))
         return;
     load_motion(s, r);
-    TFA_V(velocity)(s);
+    s->body_velocity = !sees_tips_only(s, r);
+    if (s->body_velocity)
+        TFA_V(velocity)(s);
 }
 
 /* 0, or not a number where x is not finite as a double: x - x; a wider number may be too large

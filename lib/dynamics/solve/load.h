@@ -6,6 +6,7 @@
 #ifndef TFA_DYNAMICS_SOLVE_LOAD_H
 #define TFA_DYNAMICS_SOLVE_LOAD_H
 
+#include "interface/traits.h"
 #include "layout/state.h"
 
 /* Reads states k .. k + count - 1 (at most NUM_LANES) of a checked request, the last one into the
@@ -19,6 +20,9 @@ static inline void load_indices(struct state *s, const tfa_request *r, uint32_t 
     for (uint32_t l = 0; l < NUM_LANES; l++)
         s->lane[l] = k + (l < count ? l : count - 1);
     s->tips = r->tip_count;
+    s->located = 0;
+    s->path_body = -1;
+    s->tip_rows = rows_of(r);
     for (uint32_t t = 0; t < r->tip_count; t++)
         s->tip[t] = r->tips[t];
 }
@@ -39,6 +43,9 @@ static inline void scatter_states(const struct state *s, num x, double *array, s
 /* Inner freedoms of the states at hand from public arrays, those of the base (NULL: 0) and those of
  * the joints (NULL: 0). Returns whether some is not 0. */
 int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, const double *joints);
+
+/* s->tau from public forces alone: a follower's is part of its leader's already. */
+void TFA_V(load_forces)(struct state *s, const double *base, const double *joints);
 
 #include "layout_load.h"
 

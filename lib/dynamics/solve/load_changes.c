@@ -12,6 +12,7 @@
 #include "dynamics/core/lock.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
+#include "interface/traits.h"
 #include "layout/body.h"
 #include "model/payload.h"
 #include "model/tips.h"
@@ -127,16 +128,20 @@ static int load_locks(struct state *s, const tfa_request *r)
 /* May bodies that nothing moves be left out? Only where neither forces nor poses are requested. */
 static int may_skip(const tfa_request *r)
 {
-    return r->op == TFA_OP_FORWARD_DYNAMICS && !r->tip_count && !r->wrench_count &&
+    return r->op == TFA_OP_FORWARD_DYNAMICS && !r->tip_count && !r->wrench_count && !r->flags &&
            r->estimate != TFA_ESTIMATE_ALWAYS &&
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT);
 }
 
 /* ---- bodies that the answer depends on ---- */
 
-/* Lambda^-1 by force propagation, and poses, see the trees of the tips only. */
+/* Lambda^-1 by force propagation, and kinematics of tips, see the trees of the tips only. */
 static int depends_on_tips_only(const struct state *s, const tfa_request *r)
 {
+    if (r->flags & (FLAGS_BODY_MOTION | TFA_WANT_MU | TFA_WANT_P))
+        return 0;
+    if (r->op == TFA_OP_KINEMATICS)
+        return 1;
     return r->op == TFA_OP_OPERATIONAL_INERTIA && r->estimate != TFA_ESTIMATE_ALWAYS &&
            has_articulated_factors(s->by.method) &&
            (r->refine == 0 || r->refine == TFA_REFINE_DEFAULT) && !s->m->mimics && !s->locked;

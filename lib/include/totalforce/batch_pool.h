@@ -55,6 +55,7 @@ typedef struct tfa_batch_pool_options {
     tfa_precision precision;      /**< as in tfa_workspace_options */
     tfa_residual residual;        /**< the same */
     uint32_t methods;             /**< the same */
+    uint32_t max_tips;            /**< the same */
     uint32_t priority;            /**< as in tfa_thread_pool_options */
     tfa_thread_pool *thread_pool; /**< shared, outlives the batch pool; NULL: its own threads */
     const struct tfa_specialised *specialised; /**< outlives the pool; NULL: none */

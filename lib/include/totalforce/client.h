@@ -38,17 +38,22 @@ typedef struct tfa_client_options {
     const char *robot;          /**< name in the daemon's configuration; required */
     uint32_t slots;             /**< requests outstanding at once, a power of two; 0: 16 */
     uint32_t max_batch;         /**< largest count of a request; 0: 1 */
+    uint32_t max_tips;          /**< most tips of a request, up to TFA_MAX_TIPS; 0:
+                                  TFA_DEFAULT_TIPS. A slot grows by its square. Granted, up to
+                                  the robot's: tfa_client_info.max_tips */
     tfa_wait wait;              /**< requested; granted: tfa_client_info.wait */
     uint32_t spin_ns;           /**< TFA_WAIT_HYBRID, ns; 0: as the daemon is configured */
     uint32_t deadline_us;       /**< the daemon refuses a request that begins later than this after
                                   it was sent (TFA_E_LATE); 0: none. A call's timeout counts, too */
     int32_t connect_timeout_ms; /**< limit of connecting and reconnecting, ms; 0: 1000 */
+    const char *standby_dir;    /**< runtime_dir of another daemon on this host with the same robot;
+                                  NULL: none. See tfa_client_call */
 } tfa_client_options;
 
 /** Description of the robot that the daemon sent at connection; lives as long as the client. */
 typedef struct tfa_client_info {
     uint32_t q_count, v_count, base_freedoms; /**< as tfa_model_q_count, _v_count, _base_freedoms */
-    uint32_t slots, max_batch;                /**< granted */
+    uint32_t slots, max_batch, max_tips;      /**< granted */
     uint32_t joint_count, frame_count;
     const char *const *joint_names; /**< joint_count, in declared order */
     const uint32_t *joint_types;    /**< joint_count tfa_joint_type; NULL: one number each */
@@ -85,7 +90,7 @@ typedef struct tfa_client_fallback {
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, no robot, a wait mode that does not exist, a negative
  *         timeout, a path too long for a socket); TFA_E_DISCONNECTED (no daemon at the socket);
  *         TFA_E_ROBOT (no robot of that name); TFA_E_REFUSED (permission or quota); TFA_E_SIZE
- *         (slots not a power of two, or slots or batch beyond the daemon's limits); TFA_E_PROTOCOL
+ *         (slots not a power of two; slots, batch or tips beyond the limits); TFA_E_PROTOCOL
  *         (another version); TFA_E_TIMEOUT; TFA_E_MEMORY; TFA_E_SYSTEM (see errno).
  *         On error *client is NULL and everything is released.
  */
@@ -105,6 +110,7 @@ TFA_API size_t tfa_client_explain(const tfa_client_options *options, int status,
 
 /**
  * Connects again after TFA_E_DISCONNECTED, with the same options; retries until connect_timeout_ms.
+ * The daemon in standby_dir and the one in runtime_dir take turns.
  * Requests under way are lost: tfa_client_receive reports each with TFA_E_LOST.
  * @return as tfa_client_connect; TFA_E_SIZE also if the robot now has other array sizes
  */
@@ -142,11 +148,17 @@ TFA_API const tfa_client_info *tfa_client_get_info(const tfa_client *client);
  * @param timeout_ns  ns; 0: waits until the daemon ends, or shows no progress for three seconds.
  *                    The daemon does not begin a request whose timeout has passed
  * @param exchange    times; may be NULL
+ * With options.standby_dir a client whose daemon ends connects to the other one by itself, in the
+ * call, and asks again: the call is answered. It stays there until that one ends. A daemon with
+ * another model is not taken (tfa_client_reconnect takes it). Requests of tfa_client_send that were
+ * under way are reported by tfa_client_receive with TFA_E_LOST.
+ *
  * @return reply->status: as tfa_compute, or TFA_E_ARGUMENT (a NULL, or replies not received yet);
  *         TFA_E_AGAIN (the ring is full); TFA_E_TIMEOUT; TFA_E_LATE (the deadline passed before the
- *         daemon began); TFA_E_DISCONNECTED (the daemon ended or
- *         hung up: tfa_client_reconnect); TFA_E_SIZE (count above max_batch, or answers larger than
- *         a slot); TFA_E_UNSUPPORTED (mass matrix of more than 256 freedoms); TFA_E_PROTOCOL.
+ *         daemon began); TFA_E_DISCONNECTED (the daemon ended or hung up: tfa_client_reconnect);
+ *         TFA_E_SIZE (count above max_batch, tips above max_tips, or answers larger than a slot);
+ *         TFA_E_UNSUPPORTED (mass matrix or derivatives of more than 256 freedoms);
+ *         TFA_E_PROTOCOL.
  */
 TFA_API int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *reply,
                             uint64_t timeout_ns, tfa_exchange *exchange);

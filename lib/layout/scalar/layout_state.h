@@ -17,7 +17,39 @@
 #define STATE_QUADS(count) 0
 #endif
 
-#define STATE_TIPS (NUM_LANES == 1 ? TFA_TIP_COLUMNS : 0) /* batches have none */
+/* Pose of a body in the world: its axes by rows, and its origin. Batches have no use for it. */
+#if NUM_LANES == 1
+#include "spatial/vec6.h"
+struct world_pose {
+    struct mat3_simd E;
+    vec3_simd r;
+};
+#else
+struct world_pose {
+    num none;
+};
+#endif
+
+/* Derivatives (dynamics/derivatives), in world axes about a reference point: of a freedom, */
+struct freedom_terms {
+    svec S;            /* motion subspace */
+    svec psi, psi_dot; /* v x S, a x S + v x psi; v and a before the joint */
+    svec rate;         /* psi + v x S with v behind the joint */
+};
+
+/* and of a body: v and a its own, everything else of its subtree */
+struct subtree {
+    svec v, a, f;
+    num m;
+    vec3 h, P; /* first moment, linear momentum */
+    sym3 I;
+    mat3 A; /* Coriolis matrix: moment by rotation */
+};
+
+#define STATE_DERIVATIVES (NUM_LANES == 1 && nv <= TFA_DERIVATIVES_FREEDOMS_MAX ? (size_t)nv : 0)
+#define STATE_TIPS (NUM_LANES == 1 ? (size_t)n.tips : 0) /* batches have none */
+#define STATE_COLUMNS (6 * STATE_TIPS)
+#define STATE_PAIRS (STATE_TIPS ? STATE_TIPS * (STATE_TIPS - 1) : 0)
 #define STATE_MASS (reserves_method(n.methods, TFA_METHOD_CRBA) ? m->mass_entries : 0)
 #define STATE_DENSE (STATE_MASS && m->mimics ? m->freedoms - m->mimics : 0)
 
@@ -38,6 +70,8 @@
           "mimic: T^T M T, then its LDL factors")                                                  \
     ARRAY(num, y, m->mimics ? nv : 0, "", "joint", "mimic: right-hand sides of T^T M T and of S")  \
     ARRAY(uint8_t, side, nb, "", "", "tfa: SIDE, CHAIN, CARRIES of each body")                     \
+    ARRAY(struct world_pose, world, NUM_LANES == 1 ? nb : 0, "1, m", "world", "motion")            \
+    ARRAY(uint32_t, tip_path, m->depth, "", "", "motion: a tip's support, root first")             \
     ARRAY(uint32_t, path, m->depth, "", "", "tfa: a tip's chain, root first")                      \
     ARRAY(char, rows, TFA_V(chain_bytes)(m, n.methods), "", "",                                    \
           "factor: factors of a method along chains")                                              \
@@ -45,10 +79,22 @@
     ARRAY(struct model_constants, model_constants, reserves_inverse(n.methods) ? nb : 0, "", "i",  \
           "precompute: constant terms of tfa")                                                     \
     ARRAY(num, M, STATE_MASS, "kg m2", "joint", "crba: rows of M, then its LDL factors")           \
-    ARRAY(num, psi, nv *STATE_TIPS, "1, m", "joint", "lambda: H^T P of each tip column")           \
-    ARRAY(num, phi, nv *STATE_TIPS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")              \
-    ARRAY(num, lambda, STATE_TIPS *STATE_TIPS, "1/kg", "tip", "lambda: answer")                    \
-    ARRAY(uint8_t, support, nb, "", "", "lambda: bit t set: body supports tip t")
+    ARRAY(num, psi, nv *STATE_COLUMNS, "1, m", "joint", "lambda: H^T P of each tip column")        \
+    ARRAY(num, phi, nv *STATE_COLUMNS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")           \
+    ARRAY(num, lambda, STATE_COLUMNS *STATE_COLUMNS, "1/kg", "tip", "lambda: answer")              \
+    ARRAY(num, lambda_rows, STATE_COLUMNS *STATE_COLUMNS, "1/kg", "tip",                           \
+          "lambda_factor: lambda by the rows asked for")                                           \
+    ARRAY(num, eigenvectors, STATE_COLUMNS *STATE_COLUMNS, "1", "tip", "lambda_factor: by rows")   \
+    ARRAY(num, eigenvalues, STATE_COLUMNS, "1/kg", "tip", "lambda_factor")                         \
+    ARRAY(num, gain, STATE_COLUMNS, "kg", "tip", "lambda_factor: of lambda, by eigenvalue")        \
+    ARRAY(num, task, 4 * STATE_COLUMNS, "", "tip", "task: accelerations, forces, scratch")         \
+    ARRAY(num, shared_wrenches, 36 * STATE_PAIRS, "N, N m", "i",                                   \
+          "lambda: wrenches of each tip where its support meets another's")                        \
+    ARRAY(struct freedom_terms, freedom_terms, STATE_DERIVATIVES, "", "world", "derivatives")      \
+    ARRAY(struct subtree, subtree, STATE_DERIVATIVES ? nb : 0, "", "world", "derivatives")         \
+    ARRAY(num, derivatives, (3 * STATE_DERIVATIVES + 7) * STATE_DERIVATIVES, "", "joint",          \
+          "derivatives: of forces by q, by v; M^-1")                                               \
+    ARRAY(uint32_t, support, nb, "", "", "lambda: bit t set: body supports tip t")
 
 /* Where inner coordinates and freedoms come from: the number of a public one */
 typedef uint32_t source;

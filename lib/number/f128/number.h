@@ -10,12 +10,15 @@
 __extension__ typedef __float128 num;
 /* glibc >= 2.26 has these; its header declares them for compilers with _Float128 only */
 extern void sincosf128(num x, num *s, num *c);
+extern num sqrtf128(num x);
 #define num_sincos sincosf128
+#define num_sqrt sqrtf128
 #else
 /* on aarch64 long double is the quadruple-precision type */
 #include <math.h>
 typedef long double num;
 #define num_sincos sincosl
+#define num_sqrt sqrtl
 #endif
 
 #define num_rounded(x) ((num)(double)(x))

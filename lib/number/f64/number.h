@@ -6,10 +6,13 @@
 #ifndef TFA_NUMBER_H
 #define TFA_NUMBER_H
 
+#include <math.h>
+
 #include "number/sincos.h"
 
 typedef double num;
 #define NUM_EPSILON 0x1p-52
+#define num_sqrt sqrt
 #define num_sincos_many sincos_f64
 
 /* Numbers that the instruction set takes at a time (vec6.h) */

@@ -148,7 +148,8 @@ static int make_inputs(struct contest *c)
     const size_t n = t->states, all = t->states > 1 ? n : SUITE_STATES;
     const size_t nv = c->nv, nm = nv + 6, six = 6 * (size_t)t->tips;
     const size_t mass = t->op == TFA_OP_MASS_MATRIX ? nm * nm : 0;
-    c->answers = n * (nv + 6 + six * six + mass);
+    const size_t square = t->op == TFA_OP_DERIVATIVES ? nm * nm : 0;
+    c->answers = n * (nv + 6 + six * six + mass + 3 * square);
     c->block = calloc(all * (c->nq + 2 * nv + 13) + c->answers, sizeof *c->block);
     if (!c->block)
         return -1;
@@ -167,12 +168,16 @@ static int make_inputs(struct contest *c)
                                .tip_count = t->tips};
     find_tips(c);
     give(c);
+    double *const derivatives = c->out + n * (nm + six * six);
     c->reply = (tfa_reply){.qdd = c->out,
                            .tau = c->out,
                            .base_acceleration = c->out + n * nv,
                            .base_wrench = c->out + n * nv,
                            .lambda_inv = c->out + n * nm,
-                           .mass_matrix = c->out + n * (nm + six * six)};
+                           .mass_matrix = c->out + n * (nm + six * six),
+                           .dqdd_dq = derivatives,
+                           .dqdd_dv = derivatives + n * square,
+                           .dqdd_dtau = derivatives + 2 * n * square};
     return 0;
 }
 
@@ -182,7 +187,7 @@ static void set_state(struct contest *c, size_t state)
     const double *tau = c->tau + state * c->nv;
     r->q = c->q + (c->task->how == HOW_SAME_Q ? 0 : state) * c->nq;
     r->v = c->v + state * c->nv;
-    r->tau = r->op == TFA_OP_FORWARD_DYNAMICS ? tau : NULL;
+    r->tau = r->op == TFA_OP_FORWARD_DYNAMICS || r->op == TFA_OP_DERIVATIVES ? tau : NULL;
     r->qdd = r->op == TFA_OP_INVERSE_DYNAMICS ? tau : NULL;
     r->base_pose = c->robot->base == TFA_BASE_FLOATING
                        ? c->pose + 7 * (c->task->how == HOW_SAME_Q ? 0 : state)

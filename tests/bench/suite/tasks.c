@@ -76,6 +76,7 @@ static size_t workspace_one_bytes(const struct library *l, const tfa_description
 #define FD .op = TFA_OP_FORWARD_DYNAMICS
 #define ID .op = TFA_OP_INVERSE_DYNAMICS
 #define MASS .op = TFA_OP_MASS_MATRIX
+#define DERIVATIVES .op = TFA_OP_DERIVATIVES
 #define LAMBDA .op = TFA_OP_OPERATIONAL_INERTIA
 #define TIP .tips = 1
 #define BY(name) .method = TFA_METHOD_##name
@@ -111,6 +112,7 @@ const struct task suite_tasks[] = {
     {"id", "inverse dynamics", ID, METHOD_ONLY, ONE},
     {"id-cold", "cold", ID, METHOD_ONLY, ONE, .how = HOW_COLD},
     {"mass", "mass matrix", MASS, METHOD_ONLY, ONE, SMALL},
+    {"derivatives", "dqdd/dq, dqdd/dv, dqdd/dtau", DERIVATIVES, METHOD_ONLY, ONE, .most = 250},
     {"lambda", "Lambda^-1 of a tip", LAMBDA, METHOD_ONLY, ONE, TIP},
     {"lambda-cold", "cold", LAMBDA, METHOD_ONLY, ONE, TIP, .how = HOW_COLD},
     {"lambda+sentinel", "with the sentinel", LAMBDA, ONE, TIP},

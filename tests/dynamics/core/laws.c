@@ -294,7 +294,7 @@ static void lambda_inv(test_robot *robot)
     tfa_request r = fixture_request(robot, x);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     r.v = r.tau = NULL;
-    for (uint32_t tips = 1; tips <= TFA_MAX_TIPS; tips += tips < 3 ? 1 : 5) {
+    for (uint32_t tips = 1; tips <= TFA_DEFAULT_TIPS; tips += tips < 3 ? 1 : 5) {
         r.tip_count = tips;
         for (int frame = 0; frame < 3; frame++) {
             r.frame = (tfa_reference_frame)frame;

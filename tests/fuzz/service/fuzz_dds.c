@@ -11,12 +11,20 @@
 
 #define BATCH 3
 #define NUMBERS 512 /* of the longest sequence */
-#define ROWS (6 * TFA_MAX_TIPS)
+#define INDICES 16
+#define TIPS 12 /* more are refused */
+#define ROWS (6 * TIPS)
+#define ANSWERS (BATCH * ROWS * ROWS) /* of the largest answer */
 
 typedef struct bytes {
     const uint8_t *at;
     size_t left;
 } bytes;
+
+/* One buffer for every answer. */
+typedef struct buffers {
+    double block[TFA_WIRE_REPLY_BLOCKS][ANSWERS];
+} buffers;
 
 /* The next number of the input; zeros at its end. */
 static uint32_t next(bytes *b, size_t size)
@@ -30,94 +38,111 @@ static uint32_t next(bytes *b, size_t size)
 }
 
 /* A length that is often right and sometimes not. */
-static dds_sequence_double make_doubles(bytes *b, double *numbers)
+static dds_sequence_double make_doubles(bytes *b, double *numbers, uint32_t expected)
 {
-    const uint32_t length = next(b, 2) % NUMBERS;
+    const uint32_t choice = next(b, 1);
+    const uint32_t length = choice < 128   ? expected % NUMBERS
+                            : choice < 192 ? 0
+                                           : next(b, 2) % NUMBERS;
     for (uint32_t i = 0; i < length; i++)
         numbers[i] = (double)(int8_t)next(b, 1) * 0.05;
-    if (length && next(b, 1) == 0)
+    if (length && choice % 16 == 15)
         numbers[0] = NAN;
     return (dds_sequence_double){length, length, numbers, false};
 }
 
 static dds_sequence_unsigned_long make_indices(bytes *b, uint32_t *indices)
 {
-    const uint32_t length = next(b, 1) % 16;
+    const uint32_t length = next(b, 1) % INDICES;
     for (uint32_t i = 0; i < length; i++)
         indices[i] = next(b, 1);
     return (dds_sequence_unsigned_long){length, length, indices, false};
 }
 
+static void make_arrays(bytes *b, totalforce_dds_Request *s)
+{
+    static double numbers[13][NUMBERS];
+    const uint32_t n = s->count, tips = s->tips._length;
+    const struct {
+        dds_sequence_double *sequence;
+        uint32_t expected;
+    } arrays[] = {{&s->q, 7 * n},
+                  {&s->v, 7 * n},
+                  {&s->tau, 7 * n},
+                  {&s->qdd, 7 * n},
+                  {&s->base_pose, 0},
+                  {&s->base_twist, 0},
+                  {&s->base_wrench, 0},
+                  {&s->base_acceleration, 0},
+                  {&s->gravity, 3},
+                  {&s->wrenches, 6 * n * s->wrench_frames._length},
+                  {&s->payloads, TFA_PAYLOAD_NUMBERS * s->payload_frames._length},
+                  {&s->task_acceleration, tfa_wire_rows(s->rows) * n * tips},
+                  {&s->rank_threshold, 1}};
+    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
+        *arrays[i].sequence = make_doubles(b, numbers[i], arrays[i].expected);
+}
+
 static void make_request(bytes *b, totalforce_dds_Request *s)
 {
-    static double numbers[11][NUMBERS];
-    static uint32_t indices[4][16];
-    *s = (totalforce_dds_Request){.op = next(b, 1) % 6,
+    static uint32_t indices[4][INDICES];
+    *s = (totalforce_dds_Request){.op = next(b, 1) % (TFA_OP_LAST + 2),
                                   .method = next(b, 1) % 20,
                                   .estimate = next(b, 1) % 5,
                                   .frame = next(b, 1) % 4,
                                   .refine = next(b, 1) % 4,
-                                  .flags = next(b, 1) % 5,
+                                  .flags = next(b, 2) % (TFA_WANT_ALL + 2),
+                                  .rows = next(b, 1) % 3,
+                                  .rank_loss = next(b, 1) % 4,
                                   .count = next(b, 1) % (BATCH + 2)};
     s->tips = make_indices(b, indices[0]);
     s->wrench_frames = make_indices(b, indices[1]);
     s->payload_frames = make_indices(b, indices[2]);
     s->locked = make_indices(b, indices[3]);
-    dds_sequence_double *const arrays[] = {&s->q,
-                                           &s->v,
-                                           &s->tau,
-                                           &s->qdd,
-                                           &s->base_pose,
-                                           &s->gravity,
-                                           &s->wrenches,
-                                           &s->payloads,
-                                           &s->base_twist,
-                                           &s->base_wrench,
-                                           &s->base_acceleration};
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
-        *arrays[i] = make_doubles(b, numbers[i]);
+    make_arrays(b, s);
+}
+
+static tfa_reply reply_into(buffers *b)
+{
+    tfa_reply reply = {0};
+#define POINT_AT(name, field, bytes) reply.field = (void *)b->block[TFA_WIRE_##name];
+    TFA_WIRE_REPLY_LIST(POINT_AT)
+#undef POINT_AT
+    return reply;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static tfa_workspace *workspace;
-    static double out[9][BATCH * ROWS * ROWS], in[9][BATCH * ROWS * ROWS];
-    static tfa_answer answers[BATCH], answers_in[BATCH];
-    static tfa_spectrum spectra[BATCH], spectra_in[BATCH];
-    const tfa_dds_shape shape = {7, 7, 0, BATCH};
+    static buffers out, in;
+    const tfa_workspace_options options = {.max_tips = TIPS};
+    const tfa_wire_shape shape = {.q_count = 7,
+                                  .v_count = 7,
+                                  .frames = tfa_model_frame_count(fuzz_model()),
+                                  .max_batch = BATCH,
+                                  .max_tips = TIPS};
     bytes b = {data, size};
     totalforce_dds_Request sample;
     totalforce_dds_Reply reply_sample = {0};
     tfa_request request;
     tfa_dds_field_error error;
     if (!workspace)
-        require(tfa_workspace_create(fuzz_model(), NULL, &workspace) == TFA_OK);
+        require(tfa_workspace_create(fuzz_model(), &options, &workspace) == TFA_OK);
     make_request(&b, &sample);
     if (tfa_dds_request_view(&sample, &shape, &request, &error) != TFA_OK) {
         require(is_known_status(error.status) && error.field != TFA_FIELD_NONE);
         return 0;
     }
-    tfa_reply reply = {.qdd = out[0],
-                       .tau = out[1],
-                       .lambda_inv = out[2],
-                       .mass_matrix = out[3],
-                       .poses = out[4],
-                       .answers = answers,
-                       .spectrum = spectra};
-    tfa_reply back = {.qdd = in[0],
-                      .tau = in[1],
-                      .lambda_inv = in[2],
-                      .mass_matrix = in[3],
-                      .poses = in[4],
-                      .answers = answers_in,
-                      .spectrum = spectra_in};
+    tfa_reply reply = reply_into(&out), back = reply_into(&in);
     const int status = tfa_compute(workspace, &request, &reply);
     require(is_known_status(status));
-    const tfa_dds_reply_sizes sizes = tfa_dds_sizes_of_reply(&request, &shape);
-    tfa_dds_reply_fill(&reply, &sizes, &reply_sample);
-    require(tfa_dds_reply_read(&reply_sample, &sizes, &back) == TFA_OK);
+    const tfa_wire_reply_shape reply_shape = tfa_wire_reply_shape_of(&shape, &request);
+    tfa_dds_reply_fill(&reply, &shape, &reply_shape, &reply_sample);
+    require(tfa_dds_reply_read(&reply_sample, &shape, &reply_shape, &back) == TFA_OK);
     require(back.status == status);
-    if (tfa_dds_status_has_answers(status))
-        require(memcmp(in[0], out[0], sizes.qdd * sizeof(double)) == 0);
+    for (uint32_t k = 0; tfa_wire_has_answers(status) && k < TFA_WIRE_REPLY_BLOCKS; k++)
+        if (reply_shape.want >> k & 1)
+            require(memcmp(in.block[k], out.block[k],
+                           tfa_wire_reply_width(&shape, k, &reply_shape)) == 0);
     return 0;
 }

@@ -26,7 +26,9 @@ static tfa_worker *open_worker(tfa_local_client *client)
     require(tfa_workspace_create(model, NULL, &workspace) == TFA_OK);
     const tfa_worker_robot robot = {.shape = {.q_count = tfa_model_q_count(model),
                                               .v_count = tfa_model_v_count(model),
-                                              .max_batch = BATCH},
+                                              .frames = tfa_model_frame_count(model),
+                                              .max_batch = BATCH,
+                                              .max_tips = TFA_DEFAULT_TIPS},
                                     .solve = solve,
                                     .self = workspace};
     const tfa_worker_options options = {.robots = &robot, .robot_count = 1, .wait = TFA_WAIT_BLOCK};

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Gravity compensation: an arm that holds still by the torques of gravity alone, and can be moved
+ * by hand. The controller asks the library or, with the name of a robot, a running daemon over
+ * shared memory; the arm is simulated at 1 kHz and pushed at the tool for a fifth of a second.
+ *
+ *     cc gravity_compensation.c -o gravity_compensation $(pkg-config --cflags --libs totalforce)
+ *     ./gravity_compensation config/robots/arm7.urdf tool0 [ROBOT]
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <totalforce/totalforce.h>
+
+#define N 32 /* joints, at most; a fixed base */
+
+/* Accelerations of the arm with these torques, and a push of the tool */
+static int simulate(tfa_workspace *workspace, uint32_t tool, const double *q, const double *v,
+                    const double *tau, double push, double *qdd)
+{
+    const double wrench[6] = {push, push};
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .count = 1,
+                                 .q = q,
+                                 .v = v,
+                                 .tau = tau,
+                                 .wrench_count = 1,
+                                 .wrench_frames = {tool},
+                                 .wrenches = wrench};
+    tfa_reply reply = {.qdd = qdd};
+    return tfa_compute(workspace, &request, &reply);
+}
+
+int main(int argc, char **argv)
+{
+    tfa_model *model = NULL;
+    tfa_workspace *workspace = NULL;
+    tfa_client *client = NULL; /* NULL: the library answers */
+    int status = tfa_model_load(argc > 1 ? argv[1] : "arm7.urdf", NULL, NULL, &model);
+    if (status == TFA_OK)
+        status = tfa_workspace_create(model, NULL, &workspace);
+    const int32_t tool =
+        status == TFA_OK ? tfa_model_find_frame(model, argc > 2 ? argv[2] : "") : -1;
+    const uint32_t joints = status == TFA_OK ? tfa_model_v_count(model) : 0;
+    if (status == TFA_OK && (tool < 0 || joints > N))
+        status = TFA_E_LINK;
+    if (status == TFA_OK && argc > 3)
+        status = tfa_client_connect(&(tfa_client_options){.robot = argv[3]}, &client);
+    double q[N], v[N] = {0}, tau[N], qdd[N], energy[2];
+    for (int j = 0; j < N; j++)
+        q[j] = j % 2 ? 0.6 : -0.3;
+    for (int k = 0; status == TFA_OK && k < 8000; k++) {
+        const tfa_request request = {
+            .op = TFA_OP_BIAS, .flags = TFA_WANT_ENERGY, .count = 1, .q = q, .v = v};
+        tfa_reply reply = {.gravity_force = tau, .energy = energy};
+        status = client ? tfa_client_call(client, &request, &reply, 1000000000, NULL)
+                        : tfa_compute(workspace, &request, &reply);
+        for (uint32_t j = 0; j < joints; j++)
+            tau[j] -= v[j]; /* damping: a push dies away, and the arm stays where it came to */
+        if (status == TFA_OK)
+            status = simulate(workspace, (uint32_t)tool, q, v, tau, k < 200 ? 5 : 0, qdd);
+        for (uint32_t j = 0; status == TFA_OK && j < joints; j++)
+            q[j] += 1e-3 * (v[j] += 1e-3 * qdd[j]);
+        if (status == TFA_OK && k % 1000 == 999)
+            printf("%.1f s: kinetic energy %.3e J, potential energy %.6f J\n", 1e-3 * (k + 1),
+                   energy[0], energy[1]);
+    }
+    if (status != TFA_OK)
+        fprintf(stderr, "%s; %s\n", tfa_status_text(status), tfa_status_cause(status));
+    tfa_client_close(client);
+    tfa_workspace_free(workspace);
+    tfa_model_free(model);
+    return status == TFA_OK ? EXIT_SUCCESS : EXIT_FAILURE;
+}

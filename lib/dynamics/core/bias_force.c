@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The terms of the bias force by passes of recursive Newton-Euler.
+ */
+#include "dynamics/core/bias_force.h"
+
+#include "dynamics/core/recursions.h"
+#include "dynamics/core/velocity_step.h"
+
+static void zero(const struct state *s, num *x)
+{
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        x[j] = num_of(0);
+}
+
+void TFA_V(gravity_force)(struct state *s, num *out)
+{
+    const int moving = s->moving;
+    zero(s, s->dx);
+    s->moving = 0;
+    TFA_V(rnea)(s, s->dx, out, 1);
+    s->moving = moving;
+}
+
+void TFA_V(velocity_force)(struct state *s, num *out)
+{
+    const vec3 gravity = s->gravity;
+    zero(s, out);
+    if (!s->moving)
+        return;
+    zero(s, s->dx);
+    s->gravity = v3_zero();
+    for (uint32_t i = 0; s->wrenched && i < s->bodies; i++)
+        s->p[i] = gyroscopic(s, i);
+    TFA_V(rnea)(s, s->dx, out, 1);
+    for (uint32_t i = 0; s->wrenched && i < s->bodies; i++)
+        s->p[i] = sv_sub(gyroscopic(s, i), s->wrench[i]);
+    s->gravity = gravity;
+}
+
+void TFA_V(damping_force)(const struct state *s, num *out)
+{
+    zero(s, out);
+    for (uint32_t j = s->m->base_freedoms; s->m->damping && j < s->freedoms; j++)
+        out[j] = num_of(s->m->damping[j]) * s->qd[j];
+}
+
+/* The forces of the joints that wrenches inside fused joints cause are among the passive ones, with
+ * the damping. */
+void TFA_V(external_force)(struct state *s, num *out)
+{
+    zero(s, out);
+    if (!s->wrenched)
+        return;
+    for (uint32_t i = 0; i < s->bodies; i++)
+        s->f[i] = sv_neg(s->wrench[i]);
+    for (uint32_t i = s->bodies; i-- > 0;) {
+        const struct tfa_body *b = &s->body[i];
+        joint_force(s, b, s->f[i], out + b->v);
+        if (b->parent >= 0)
+            s->f[b->parent] = sv_add(s->f[b->parent], xform_t_force(&s->X[i], s->f[i]));
+    }
+    TFA_V(damping_force)(s, s->dx);
+    for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
+        out[j] -= s->passive_force[j] + s->dx[j];
+}

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Mass, centre of mass, momentum and energy by sums over bodies.
+ */
+#include "dynamics/kinematics/centroid.h"
+
+#include "dynamics/core/recursions.h"
+#include "dynamics/kinematics/world_pose.h"
+
+void TFA_V(world_poses)(struct state *s)
+{
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        const int32_t parent = s->body[i].parent;
+        s->world[i] = parent < 0 ? world_pose_of_root(&s->X[i])
+                                 : world_pose_step(&s->X[i], &s->world[parent]);
+    }
+}
+
+/* Mass of body i, and mass times its centre in the world */
+static num first_moment(const struct state *s, uint32_t i, vec3 *moment)
+{
+    const struct world_pose *W = &s->world[i];
+    const num m = body_mass(&s->body[i]);
+    *moment = v3_add(v3_scale(vec3_of_simd(W->r), m),
+                     vec3_of_simd(mat3_simd_apply_t(&W->E, body_h(&s->body[i]))));
+    return m;
+}
+
+/* The same of all bodies */
+static num total_moment(const struct state *s, vec3 *moment)
+{
+    num mass = num_of(0);
+    *moment = v3_zero();
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        vec3 h;
+        mass += first_moment(s, i, &h);
+        *moment = v3_add(*moment, h);
+    }
+    return mass;
+}
+
+num TFA_V(centre_of_mass)(const struct state *s, vec3 *com)
+{
+    const num mass = total_moment(s, com);
+    if (mass > 0)
+        *com = v3_scale(*com, 1 / mass);
+    return mass;
+}
+
+svec TFA_V(momentum)(const struct state *s, vec3 about)
+{
+    svec sum = sv_zero();
+    for (uint32_t i = 0; s->moving && i < s->bodies; i++) {
+        const struct world_pose *W = &s->world[i];
+        const svec h = rigid_mul(&s->body[i], s->v[i]);
+        const vec3 linear = vec3_of_simd(mat3_simd_apply_t(&W->E, h.v)),
+                   angular = vec3_of_simd(mat3_simd_apply_t(&W->E, h.w)),
+                   arm = v3_sub(vec3_of_simd(W->r), about);
+        sum.v = v3_add(sum.v, linear);
+        sum.w = v3_add(sum.w, v3_add(angular, v3_cross(arm, linear)));
+    }
+    return sum;
+}
+
+num TFA_V(kinetic_energy)(const struct state *s)
+{
+    num sum = num_of(0);
+    for (uint32_t i = 0; s->moving && i < s->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        sum += sv_dot(s->v[i], rigid_mul(b, s->v[i]));
+        for (uint32_t k = 0; k < b->n; k++)
+            sum += joint_armature(s, b, k) * s->qd[b->v + k] * s->qd[b->v + k];
+    }
+    return sum / 2;
+}
+
+num TFA_V(potential_energy)(const struct state *s)
+{
+    vec3 moment;
+    (void)total_moment(s, &moment);
+    return -v3_dot(s->gravity, moment);
+}
+
+/* s->f: mass (w.x) and first moment in the world (v) of the subtree of each body. Column of a
+ * freedom: its motion of the subtree's centre, times mass over all mass. */
+void TFA_V(com_jacobian)(struct state *s, double *out, size_t stride)
+{
+    const vec3_simd origin = vec3_simd_of(num_of(0), num_of(0), num_of(0));
+    num mass = num_of(0);
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        s->f[i].w.x = first_moment(s, i, &s->f[i].v);
+        mass += s->f[i].w.x;
+    }
+    for (uint32_t i = s->bodies; mass > 0 && i-- > 0;) {
+        const struct tfa_body *b = &s->body[i];
+        const num share = s->f[i].w.x / mass;
+        const vec3 moment = v3_scale(s->f[i].v, 1 / mass);
+        for (uint32_t k = 0; k < b->n; k++) {
+            num multiplier;
+            double *at = out + TFA_V(reduced_freedom)(s->m, b->v + k, &multiplier);
+            const svec H = motion_simd_store(joint_axis_at_point(s, i, k, origin));
+            const vec3 c = v3_add(v3_scale(H.v, share), v3_cross(H.w, moment));
+            at[0] += (double)(multiplier * c.x);
+            at[stride] += (double)(multiplier * c.y);
+            at[2 * stride] += (double)(multiplier * c.z);
+        }
+        if (b->parent < 0)
+            continue;
+        s->f[b->parent].w.x += s->f[i].w.x;
+        s->f[b->parent].v = v3_add(s->f[b->parent].v, s->f[i].v);
+    }
+}

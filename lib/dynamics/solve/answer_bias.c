@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The terms of the equation of motion apart.
+ */
+#include "dynamics/core/bias_force.h"
+#include "dynamics/core/recursions.h"
+#include "dynamics/solve/answer.h"
+#include "dynamics/solve/load.h"
+
+/* s->res to row k of an answer, base first. Returns 1 when all of it is finite. */
+static int unload_row(struct state *s, uint32_t k, double *out)
+{
+    const uint32_t nb = s->m->base_freedoms;
+    double *row = out ? out + (size_t)(nb + s->m->v_count) * k : NULL;
+    return TFA_V(unload_force)(s, s->res, row, row ? row + nb : NULL);
+}
+
+int TFA_V(answer_bias)(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer *out)
+{
+    int finite;
+    out->method = (uint16_t)s->by.method;
+    TFA_V(gravity_force)(s, s->res);
+    finite = unload_row(s, k, reply->gravity_force);
+    TFA_V(velocity_force)(s, s->res);
+    finite &= unload_row(s, k, reply->velocity_force);
+    TFA_V(damping_force)(s, s->res);
+    finite &= unload_row(s, k, reply->damping_force);
+    TFA_V(external_force)(s, s->res);
+    finite &= unload_row(s, k, reply->external_force);
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        s->res[j] = num_of(s->m->armature[j]) * s->qdd[j];
+    finite &= unload_row(s, k, reply->armature_force);
+    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}

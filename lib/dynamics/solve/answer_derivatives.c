@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Derivatives of forward dynamics (Carpentier and Mansard, RSS 2018): with qdd = FD(q, v, tau),
+ *
+ *     dqdd/dtau = M^-1,   dqdd/dq = -M^-1 dID/dq,   dqdd/dv = -M^-1 dID/dv
+ */
+#include <math.h>
+#include <string.h>
+
+#include "dynamics/core/frame.h"
+#include "dynamics/core/recursions.h"
+#include "dynamics/derivatives/inverse_derivatives.h"
+#include "dynamics/kinematics/world_pose.h"
+#include "dynamics/solve/answer.h"
+#include "dynamics/solve/load.h"
+#include "dynamics/solve/method.h"
+
+static size_t public_freedoms(const struct state *s)
+{
+    return (size_t)s->m->base_freedoms + s->m->v_count;
+}
+
+/* Numbers of a wrench in world axes about the reference point */
+static svec world_wrench(const double *x, const mat3 *axes, vec3 at)
+{
+    svec w = {v3_load(x + 3), v3_load(x)};
+    if (axes)
+        w = (svec){m3_mul(*axes, w.w), m3_mul(*axes, w.v)};
+    w.w = v3_add(w.w, v3_cross(at, w.v));
+    return w;
+}
+
+/* Wrenches of the request that do not follow their bodies rigidly. Returns how many. */
+static uint32_t held_wrenches(const struct state *s, const tfa_request *r, uint32_t k, vec3 origin,
+                              struct held_wrench out[TFA_MAX_WRENCHES])
+{
+    uint32_t count = 0;
+    for (uint32_t w = 0; w < r->wrench_count; w++) {
+        const uint32_t frame = r->wrench_frames[w];
+        struct held_wrench *held = &out[count];
+        mat3 axes;
+        held->body = s->m->frame[frame].body;
+        held->frame = r->frame;
+        if (held->body < 0)
+            continue;
+        held->freedoms = TFA_V(frame_freedoms)(s, frame);
+        if (r->frame == TFA_FRAME_LOCAL && held->freedoms == s->body[held->body].n)
+            continue;
+        TFA_V(frame_in_body)(s, frame, &axes, &held->at);
+        world_frame(&s->world[held->body], &axes, &held->at);
+        if (r->frame == TFA_FRAME_WORLD)
+            held->at = v3_zero();
+        held->at = v3_sub(held->at, origin);
+        held->wrench = world_wrench(r->wrenches + 6 * ((size_t)r->wrench_count * k + w),
+                                    r->frame == TFA_FRAME_LOCAL ? &axes : NULL, held->at);
+        count++;
+    }
+    return count;
+}
+
+/* ---- M^-1 X for the rows of a matrix, public freedoms ---- */
+
+/* Columns of X go in panels of so many vectors, which stay in registers. */
+#define PANEL_COLUMNS 8
+#define PANEL_VECS (PANEL_COLUMNS / NUM_VEC_LANES)
+#define PANEL_VECS_MOST (3 * PANEL_VECS)
+
+TFA_INLINE num_vec column_load(const num *x, int v)
+{
+    num_vec y;
+    memcpy(&y, x + v * NUM_VEC_LANES, sizeof y);
+    return y;
+}
+
+TFA_INLINE void column_store(num *x, int v, num_vec y)
+{
+    memcpy(x + v * NUM_VEC_LANES, &y, sizeof y);
+}
+
+/* Rows of ancestors -= L x their descendant's, inward */
+TFA_INLINE void solve_inward(struct state *s, num *X, size_t columns, int vecs)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t k = m->freedoms; k-- > 0;) {
+        const num *const L = s->M + m->dof_row[k];
+        num_vec x[PANEL_VECS_MOST];
+        for (int v = 0; v < vecs; v++)
+            x[v] = column_load(X + columns * k, v);
+        for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
+            num *const row = X + columns * (size_t)i;
+            const num l = L[m->dof_depth[i]];
+            for (int v = 0; v < vecs; v++)
+                column_store(row, v, column_load(row, v) - l * x[v]);
+        }
+    }
+}
+
+/* Rows divided by D, -= L x those of their ancestors, outward */
+TFA_INLINE void solve_outward(struct state *s, num *X, size_t columns, int vecs)
+{
+    const struct tfa_model *m = s->m;
+    for (uint32_t k = 0; k < m->freedoms; k++) {
+        const num *const L = s->M + m->dof_row[k];
+        const num inverse = 1 / L[m->dof_depth[k]];
+        num_vec x[PANEL_VECS_MOST];
+        for (int v = 0; v < vecs; v++)
+            x[v] = column_load(X + columns * k, v) * inverse;
+        for (int32_t i = m->dof_parent[k]; i >= 0; i = m->dof_parent[i]) {
+            const num *const row = X + columns * (size_t)i;
+            const num l = L[m->dof_depth[i]];
+            for (int v = 0; v < vecs; v++)
+                x[v] -= l * column_load(row, v);
+        }
+        for (int v = 0; v < vecs; v++)
+            column_store(X + columns * k, v, x[v]);
+    }
+}
+
+/* By M = L^T D L: as ltdl_solve, for all columns of so many panels at once */
+TFA_INLINE void solve_panels(struct state *s, num *X, size_t columns, int panels)
+{
+    solve_inward(s, X, columns, panels * PANEL_VECS);
+    solve_outward(s, X, columns, panels * PANEL_VECS);
+}
+
+static void solve_rows(struct state *s, num *X, size_t columns)
+{
+    size_t c = 0;
+    for (; c + 3 * PANEL_COLUMNS <= columns; c += 3 * PANEL_COLUMNS)
+        solve_panels(s, X + c, columns, 3);
+    if (c + 2 * PANEL_COLUMNS <= columns)
+        solve_panels(s, X + c, columns, 2);
+    else if (c < columns)
+        solve_panels(s, X + c, columns, 1);
+}
+
+/* Column by column with the factors of a method: a force on a public freedom is its leader's, and
+ * so is the acceleration. */
+static void solve_columns(struct state *s, tfa_method method, num *X, size_t columns)
+{
+    for (size_t c = 0; c < columns; c++) {
+        num multiplier;
+        for (uint32_t j = 0; j < s->freedoms; j++) {
+            const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
+            s->res[j] = multiplier == num_of(1) ? X[columns * row + c] : num_of(0);
+        }
+        for (uint32_t k = 0; k < s->m->mimics; k++)
+            s->res[s->m->mimic[k].follower] = num_of(0);
+        TFA_V(solve)(s, method, s->res, s->dx);
+        for (uint32_t j = 0; j < s->freedoms; j++) {
+            const size_t row = TFA_V(reduced_freedom)(s->m, j, &multiplier);
+            if (multiplier == num_of(1))
+                X[columns * row + c] = s->dx[j];
+        }
+    }
+}
+
+static void solve_matrix(struct state *s, num *X, size_t columns)
+{
+    const int rows = s->identity_map && !s->locked && reserves_method(s->methods, TFA_METHOD_CRBA);
+    const tfa_method method =
+        rows || s->by.method == TFA_METHOD_CRBA ? TFA_METHOD_CRBA : TFA_V(last_resort)(s);
+    (void)TFA_V(factor)(s, method);
+    if (rows)
+        solve_rows(s, X, columns);
+    else
+        solve_columns(s, method, X, columns);
+}
+
+/* ---- the op ---- */
+
+/* A block of n columns of X is an answer: its derivative is by q, by v or by tau. */
+enum { BY_Q, BY_V, BY_TAU, BLOCKS };
+
+struct blocks {
+    double *out[BLOCKS]; /* NULL: not asked */
+    num *X[BLOCKS];      /* first column of those that are */
+    size_t n, columns;   /* rows are whole cache lines */
+};
+
+static double *square_of_state(double *matrices, size_t n, uint32_t k)
+{
+    return matrices ? matrices + n * n * k : NULL;
+}
+
+/* Blocks of the answers asked for, side by side; zero, and 1 for the forces */
+static struct blocks clear_blocks(struct state *s, const tfa_reply *reply, uint32_t k)
+{
+    struct blocks b = {.n = public_freedoms(s)};
+    size_t asked = 0;
+    b.out[BY_Q] = square_of_state(reply->dqdd_dq, b.n, k);
+    b.out[BY_V] = square_of_state(reply->dqdd_dv, b.n, k);
+    b.out[BY_TAU] = square_of_state(reply->dqdd_dtau, b.n, k);
+    for (int by = 0; by < BLOCKS; by++)
+        if (b.out[by])
+            b.X[by] = s->derivatives + b.n * asked++;
+    b.columns = (b.n * asked + PANEL_COLUMNS - 1) & ~(size_t)(PANEL_COLUMNS - 1);
+    for (size_t e = 0; e < b.columns * b.n; e++)
+        s->derivatives[e] = num_of(0);
+    for (size_t j = 0; b.X[BY_TAU] && j < b.n; j++)
+        b.X[BY_TAU][b.columns * j + j] = num_of(1);
+    return b;
+}
+
+/* out = sign x, `count` numbers. What is not finite makes a rest not a number; there are several,
+ * so that no sum waits for another. */
+TFA_INLINE void unload_numbers(const num *x, num sign, double *out, size_t count,
+                               double rest[PANEL_COLUMNS])
+{
+    for (size_t e = 0; e < count; e++) {
+        const double y = (double)(sign * x[e]);
+        rest[e] += y - y;
+        out[e] = y;
+    }
+}
+
+/* sign times a block. Returns 1 when all of it is finite. */
+static int unload_block(const struct blocks *b, int by, num sign)
+{
+    const size_t n = b->n;
+    double rest[PANEL_COLUMNS] = {0}, sum = 0;
+    for (size_t i = 0; b->out[by] && i < n; i++) {
+        const num *row = b->X[by] + b->columns * i;
+        double *out = b->out[by] + n * i;
+        size_t j = 0;
+        for (; j + PANEL_COLUMNS <= n; j += PANEL_COLUMNS)
+            unload_numbers(row + j, sign, out + j, PANEL_COLUMNS, rest);
+        unload_numbers(row + j, sign, out + j, n - j, rest);
+    }
+    for (int e = 0; e < PANEL_COLUMNS; e++)
+        sum += rest[e];
+    return sum == 0;
+}
+
+static void forces_by_motion(struct state *s, const tfa_request *r, uint32_t k,
+                             const struct blocks *b)
+{
+    struct held_wrench held[TFA_MAX_WRENCHES];
+    struct inverse_derivatives d = {.dq = b->X[BY_Q],
+                                    .dv = b->X[BY_V],
+                                    .stride = b->columns,
+                                    .origin = TFA_V(derivatives_origin)(s),
+                                    .held = held};
+    d.held_count = held_wrenches(s, r, k, d.origin, held);
+    TFA_V(inverse_derivatives)(s, &d);
+}
+
+int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                              tfa_answer *out)
+{
+    tfa_reply part = *reply;
+    part.qdd = part.base_acceleration = part.lambda_inv = NULL;
+    const int status = TFA_V(answer_forward)(s, r, k, &part, out);
+    reply->field = part.field;
+    reply->index = part.index;
+    if (status != TFA_OK)
+        return status;
+    const struct blocks b = clear_blocks(s, reply, k);
+    if (b.X[BY_Q] || b.X[BY_V])
+        forces_by_motion(s, r, k, &b);
+    if (b.columns)
+        solve_matrix(s, s->derivatives, b.columns);
+    const int finite = unload_block(&b, BY_Q, num_of(-1)) & unload_block(&b, BY_V, num_of(-1)) &
+                       unload_block(&b, BY_TAU, num_of(1));
+    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
+}

@@ -1,0 +1,287 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Hot standby: each robot's election (election.h) between DDS and the clock.
+ *
+ * The leader thread advertises this daemon and looks at the clock; Cyclone's receiving thread hears
+ * the others, and looks at the clock, too, while requests keep it busy: a mutex is not fair. All
+ * decide under the robot's mutex, in whose shelter requests are answered. A receiving thread that
+ * hangs there stops the advertisements, and so does a worker without progress: another daemon takes
+ * over.
+ */
+#include "dds_internal.h"
+
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <time.h>
+#include <unistd.h>
+
+_Static_assert((int)TFA_ROLE_LISTENING == totalforce_dds_LEADER_LISTENING, "on the wire");
+_Static_assert((int)TFA_ROLE_STANDBY == totalforce_dds_LEADER_STANDBY, "on the wire");
+_Static_assert((int)TFA_ROLE_LEADING == totalforce_dds_LEADER_LEADING, "on the wire");
+_Static_assert((int)TFA_ROLE_UNLIKE == totalforce_dds_LEADER_UNLIKE, "on the wire");
+
+#define NS_PER_MS INT64_C(1000000)
+#define NICE (-10)
+
+/* ---- what follows from a decision; the robot is locked ---- */
+
+static void write_advertisement(const tfa_dds *gateway, const dds_robot *robot)
+{
+    const tfa_advertisement *self = &robot->election.self;
+    totalforce_dds_Leader sample = {
+        .epoch = self->epoch,
+        .priority = self->priority,
+        .role = (uint32_t)self->role,
+        .lease_ms = (uint32_t)(self->lease / NS_PER_MS),
+        .progress = tfa_worker_heartbeat(gateway->worker),
+    };
+
+    memcpy(sample.robot, robot->name, sizeof sample.robot);
+    memcpy(sample.daemon, self->daemon, sizeof sample.daemon);
+    memcpy(sample.model_hash, self->model, sizeof sample.model_hash);
+    memcpy(sample.follows, self->leader, sizeof sample.follows);
+    (void)dds_write(gateway->leader_writer, &sample); /* if it fails, the lease runs out */
+}
+
+static void report_role(const tfa_dds *gateway, const dds_robot *robot)
+{
+    const tfa_advertisement *self = &robot->election.self;
+    const tfa_election_peer *leader = tfa_election_leader(&robot->election);
+    const unsigned long long epoch = self->epoch;
+    char text[256];
+
+    if (self->role == TFA_ROLE_LEADING)
+        snprintf(text, sizeof text, "robot '%s': leads, epoch %llu", robot->name, epoch);
+    else if (self->role == TFA_ROLE_LISTENING)
+        snprintf(
+            text, sizeof text,
+            "robot '%s': stood still for longer than its lease (dds.lease_ms): does not answer "
+            "until it knows whether another daemon leads",
+            robot->name);
+    else
+        snprintf(
+            text, sizeof text, "robot '%s': standby, the leader has epoch %llu, priority %u%s",
+            robot->name, epoch, leader != NULL ? leader->said.priority : 0,
+            self->role == TFA_ROLE_UNLIKE
+                ? ", and another model: never takes over; give both the same robot description "
+                  "and scene, then reload"
+                : "");
+    gateway->notice(self->role == TFA_ROLE_LISTENING || self->role == TFA_ROLE_UNLIKE, text);
+}
+
+/* RobotInfo is the leader's word. */
+static void follow_decision(tfa_dds *gateway, dds_robot *robot, tfa_role before, bool advertise)
+{
+    const tfa_role role = robot->election.self.role;
+
+    if (role == TFA_ROLE_LEADING && before != TFA_ROLE_LEADING)
+        (void)tfa_dds_write_info(gateway, robot);
+    if (role != TFA_ROLE_LEADING && before == TFA_ROLE_LEADING)
+        tfa_dds_withdraw_info(gateway, robot);
+    if (advertise)
+        write_advertisement(gateway, robot);
+    if (role != before && gateway->notice != NULL)
+        report_role(gateway, robot);
+    robot->next_tick = tfa_election_next(&robot->election);
+}
+
+/* ---- the clock ---- */
+
+/* An idle worker is woken: it shows that it runs until the next look. */
+static bool has_progress(const tfa_dds *gateway, dds_robot *robot, int64_t now)
+{
+    const uint64_t beat = tfa_worker_heartbeat(gateway->worker);
+
+    if (beat != robot->worker_beat || robot->worker_beat_time == 0) {
+        robot->worker_beat = beat;
+        robot->worker_beat_time = now;
+    }
+    tfa_worker_wake(gateway->worker);
+    return now - robot->worker_beat_time < 2 * gateway->lease_ns / TFA_ELECTION_BEATS;
+}
+
+void tfa_dds_tick_election(tfa_dds *gateway, dds_robot *robot, int64_t now)
+{
+    if (!robot->electing || now < robot->next_tick)
+        return;
+    const tfa_role before = robot->election.self.role;
+    const bool progress = robot->election.peer_count == 0 || has_progress(gateway, robot, now);
+    const bool advertise = tfa_election_tick(&robot->election, progress, now);
+    follow_decision(gateway, robot, before, advertise);
+}
+
+/* @return when the robot's election wants to be looked at again */
+static int64_t tick(tfa_dds *gateway, dds_robot *robot)
+{
+    pthread_mutex_lock(&robot->mutex);
+    tfa_dds_tick_election(gateway, robot, tfa_dds_monotonic());
+    const int64_t next = robot->next_tick;
+    pthread_mutex_unlock(&robot->mutex);
+    return next;
+}
+
+/* Advertisements are few and small, and late ones cost a takeover. Where that is not permitted the
+ * thread stays as it is. */
+static void raise_thread(void)
+{
+    (void)setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), NICE);
+}
+
+void *tfa_dds_leader_thread(void *arg)
+{
+    tfa_dds *gateway = arg;
+    struct timespec until;
+
+    raise_thread();
+    do {
+        int64_t next = INT64_MAX;
+        for (uint32_t i = 0; i < gateway->robot_count; i++) {
+            const int64_t robot_next = tick(gateway, &gateway->robots[i]);
+            next = robot_next < next ? robot_next : next;
+        }
+        until = (struct timespec){next / 1000000000, next % 1000000000};
+    } while (sem_clockwait(&gateway->leader_stop, CLOCK_MONOTONIC, &until) != 0);
+    return NULL;
+}
+
+/* ---- the others ---- */
+
+/* Nobody speaks for another daemon. */
+static bool is_its_own(dds_entity_t reader, const totalforce_dds_Leader *sample,
+                       dds_instance_handle_t writer)
+{
+    dds_builtintopic_endpoint_t *endpoint = dds_get_matched_publication_data(reader, writer);
+
+    if (endpoint == NULL)
+        return false;
+    const bool own =
+        memcmp(endpoint->participant_key.v, sample->daemon, sizeof sample->daemon) == 0;
+    dds_builtintopic_free_endpoint(endpoint);
+    return own;
+}
+
+static tfa_advertisement advertisement_of(const totalforce_dds_Leader *sample)
+{
+    tfa_advertisement said = {
+        .epoch = sample->epoch,
+        .priority = sample->priority,
+        .role = sample->role < TFA_ROLE_COUNT ? (tfa_role)sample->role : TFA_ROLE_COUNT,
+        .lease = NS_PER_MS * sample->lease_ms,
+    };
+
+    memcpy(said.daemon, sample->daemon, sizeof said.daemon);
+    memcpy(said.model, sample->model_hash, sizeof said.model);
+    memcpy(said.leader, sample->follows, sizeof said.leader);
+    return said;
+}
+
+/* Disposed: it says good-bye. Without a writer: Cyclone's lease ran out, of which the election
+ * knows more. */
+static void hear(tfa_dds *gateway, dds_robot *robot, const totalforce_dds_Leader *sample,
+                 const dds_sample_info_t *info)
+{
+    const int64_t now = tfa_dds_monotonic();
+    const tfa_role before = robot->election.self.role;
+    bool advertise = false;
+
+    if (info->valid_data) {
+        const tfa_advertisement said = advertisement_of(sample);
+        advertise = tfa_election_hear(&robot->election, &said, now);
+    } else if (info->instance_state == DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE) {
+        advertise = tfa_election_leave(&robot->election, sample->daemon, now);
+    }
+    follow_decision(gateway, robot, before, advertise);
+}
+
+void tfa_dds_on_leader(dds_entity_t reader, void *arg)
+{
+    tfa_dds *gateway = arg;
+    totalforce_dds_Leader sample = {0};
+    dds_sample_info_t info;
+
+    while (dds_take(reader, (void *[]){&sample}, &info, 1, 1) > 0) {
+        dds_robot *robot = tfa_dds_find_robot(gateway, sample.robot);
+        if (robot == NULL || !is_its_own(reader, &sample, info.publication_handle))
+            continue;
+        pthread_mutex_lock(&robot->mutex);
+        if (robot->electing)
+            hear(gateway, robot, &sample, &info);
+        pthread_mutex_unlock(&robot->mutex);
+    }
+}
+
+/* ---- begin and end ---- */
+
+void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16], uint32_t priority)
+{
+    const int64_t now = tfa_dds_monotonic();
+
+    for (uint32_t i = 0; i < gateway->robot_count; i++) {
+        dds_robot *robot = &gateway->robots[i];
+        tfa_advertisement self = {.priority = priority, .lease = gateway->lease_ns};
+        memcpy(self.daemon, daemon, sizeof self.daemon);
+        pthread_mutex_lock(&robot->mutex); /* the readers listen by now */
+        memcpy(self.model, robot->hash, sizeof self.model);
+        tfa_election_begin(&robot->election, &self, now);
+        robot->next_tick = tfa_election_next(&robot->election);
+        robot->electing = true;
+        pthread_mutex_unlock(&robot->mutex);
+    }
+}
+
+void tfa_dds_set_leader_model(tfa_dds *gateway, dds_robot *robot)
+{
+    const tfa_role before = robot->election.self.role;
+    const bool advertise =
+        tfa_election_set_model(&robot->election, robot->hash, tfa_dds_monotonic());
+
+    follow_decision(gateway, robot, before, advertise);
+}
+
+static void resign(tfa_dds *gateway, dds_robot *robot)
+{
+    totalforce_dds_Leader sample = {0};
+
+    if (robot->election.self.role == TFA_ROLE_LEADING)
+        tfa_dds_withdraw_info(gateway, robot);
+    memcpy(sample.robot, robot->name, sizeof sample.robot);
+    memcpy(sample.daemon, robot->election.self.daemon, sizeof sample.daemon);
+    (void)dds_dispose(gateway->leader_writer, &sample);
+    (void)dds_unregister_instance(gateway->leader_writer, &sample);
+}
+
+void tfa_dds_resign_all(tfa_dds *gateway)
+{
+    sem_post(&gateway->leader_stop);
+    if (gateway->leader_running)
+        pthread_join(gateway->leader_thread, NULL);
+    gateway->leader_running = false;
+    for (uint32_t i = 0; i < gateway->robot_count; i++) {
+        dds_robot *robot = &gateway->robots[i];
+        pthread_mutex_lock(&robot->mutex);
+        if (robot->electing)
+            resign(gateway, robot);
+        robot->electing = false;
+        pthread_mutex_unlock(&robot->mutex);
+    }
+    (void)dds_wait_for_acks(gateway->info_writer, DDS_MSECS(100));
+}
+
+tfa_dds_leadership tfa_dds_get_leadership(tfa_dds *gateway, uint32_t index)
+{
+    static const char *const names[] = {"listening", "standby", "leading", "unlike"};
+    dds_robot *robot = &gateway->robots[index];
+
+    pthread_mutex_lock(&robot->mutex);
+    const tfa_dds_leadership leadership = {
+        .role = names[robot->election.self.role],
+        .epoch = robot->election.self.epoch,
+        .peers = robot->election.peer_count,
+        .pause_ms = 1e-6 * (double)robot->election.longest_pause,
+        .silence_ms = 1e-6 * (double)robot->election.longest_silence,
+    };
+    pthread_mutex_unlock(&robot->mutex);
+    return leadership;
+}

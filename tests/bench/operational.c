@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Time of answers around forward dynamics, over plain forward dynamics of the same state in the
+ * same turn: medians over turns, one state of one tip, the generic kernels.
+ *
+ *   bench_operational URDF TIP fixed|floating [TURNS]
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <totalforce/totalforce.h>
+
+#define N 128 /* freedoms, at most */
+#define TURNS_MAX 4000
+#define CALLS 40 /* in a row, each at another q */
+
+static const struct {
+    const char *name;
+    tfa_op op;
+    uint32_t tips, flags;
+} rows[] = {
+    {"qdd", TFA_OP_FORWARD_DYNAMICS, 0, 0},
+    {"qdd, lambda_inv", TFA_OP_FORWARD_DYNAMICS, 1, 0},
+    {"qdd, lambda_inv, J, J-dot v, pose", TFA_OP_FORWARD_DYNAMICS, 1,
+     TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_POSES},
+    {"the same, lambda", TFA_OP_FORWARD_DYNAMICS, 1,
+     TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_POSES | TFA_WANT_LAMBDA},
+    {"the same, lambda, mu, p", TFA_OP_FORWARD_DYNAMICS, 1,
+     TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_POSES | TFA_WANT_LAMBDA |
+         TFA_WANT_MU | TFA_WANT_P},
+    {"task torques", TFA_OP_TASK_TORQUES, 1, 0},
+    {"J, J-dot v, pose, twist alone", TFA_OP_KINEMATICS, 1,
+     TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_POSES | TFA_WANT_TWISTS},
+    {"com, momentum, energy alone", TFA_OP_KINEMATICS, 0,
+     TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY},
+    {"bias forces", TFA_OP_BIAS, 0, 0},
+    {"derivatives", TFA_OP_DERIVATIVES, 0, 0},
+};
+#define ROWS (sizeof rows / sizeof *rows)
+
+static double q[2 * N], v[N], tau[N], pose[7] = {[6] = 1}, twist[6], wrench[6], acceleration[6];
+static double forces[10][N], matrices[3][N * N], jacobian[6 * N], com_jacobian[3 * N];
+static double lambda_inv[36], lambda[36], small[10][8];
+static double times[ROWS][TURNS_MAX], ratios[TURNS_MAX];
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double median(double *x, int count)
+{
+    qsort(x, (size_t)count, sizeof *x, by_value);
+    return x[count / 2];
+}
+
+static void fill(double *x, int count)
+{
+    for (int k = 0; k < count; k++)
+        x[k] = 2.0 * rand() / RAND_MAX - 1;
+}
+
+/* Nanoseconds of a call; the workspace keeps what depends on q only, so q changes. */
+static double measure(tfa_workspace *w, size_t row, uint32_t tip)
+{
+    tfa_rank rank;
+    const tfa_request request = {.op = rows[row].op,
+                                 .count = 1,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .flags = rows[row].flags,
+                                 .tip_count = rows[row].tips,
+                                 .tips = {tip},
+                                 .q = q,
+                                 .v = v,
+                                 .tau = tau,
+                                 .base_pose = pose,
+                                 .base_twist = twist,
+                                 .base_wrench = wrench,
+                                 .task_acceleration = acceleration};
+    tfa_reply reply = {.qdd = forces[0],
+                       .base_acceleration = small[0],
+                       .tau = forces[1],
+                       .base_wrench = small[1],
+                       .lambda_inv = lambda_inv,
+                       .poses = small[2],
+                       .twists = small[3],
+                       .jacobian = jacobian,
+                       .bias_acceleration = small[4],
+                       .com = small[5],
+                       .com_velocity = small[6],
+                       .com_jacobian = com_jacobian,
+                       .mass = small[7],
+                       .momentum = small[8],
+                       .energy = small[9],
+                       .lambda = lambda,
+                       .rank = &rank,
+                       .mu = forces[2],
+                       .p = forces[3],
+                       .gravity_force = forces[4],
+                       .velocity_force = forces[5],
+                       .damping_force = forces[6],
+                       .external_force = forces[7],
+                       .armature_force = forces[8],
+                       .dqdd_dq = matrices[0],
+                       .dqdd_dv = matrices[1],
+                       .dqdd_dtau = matrices[2]};
+    const double start = now();
+    for (int k = 0; k < CALLS; k++) {
+        q[0] += 1e-6;
+        if (tfa_compute(w, &request, &reply) != TFA_OK)
+            exit(EXIT_FAILURE);
+    }
+    return (now() - start) / CALLS;
+}
+
+int main(int argc, char **argv)
+{
+    const int turns = argc > 4 ? atoi(argv[4]) : 400;
+    tfa_model *model;
+    tfa_workspace *w;
+    if (argc < 4 || turns < 1 || turns > TURNS_MAX)
+        return fprintf(stderr, "usage: bench_operational URDF TIP fixed|floating [TURNS]\n"), 3;
+    const tfa_model_options options = {.base = strcmp(argv[3], "floating") == 0 ? TFA_BASE_FLOATING
+                                                                                : TFA_BASE_FIXED};
+    if (tfa_model_load(argv[1], &options, NULL, &model) != TFA_OK ||
+        tfa_workspace_create(model, NULL, &w) != TFA_OK)
+        return fprintf(stderr, "%s cannot be loaded\n", argv[1]), 2;
+    const int32_t tip = tfa_model_find_frame(model, argv[2]);
+    const uint32_t freedoms = tfa_model_v_count(model) + tfa_model_base_freedoms(model);
+    if (tip < 0 || freedoms > N)
+        return fprintf(stderr, "no link %s, or too many joints\n", argv[2]), 2;
+    fill(q, N);
+    fill(v, N);
+    fill(tau, N);
+    fill(twist, 6);
+    fill(acceleration, 6);
+    for (int k = -turns / 10; k < turns; k++) /* some to warm up */
+        for (size_t row = 0; row < ROWS; row++)
+            times[row][k < 0 ? 0 : k] = measure(w, row, (uint32_t)tip);
+    printf("%s, %u freedoms\n", tfa_model_name(model), (unsigned)freedoms);
+    for (size_t row = 0; row < ROWS; row++) {
+        for (int k = 0; k < turns; k++)
+            ratios[k] = times[row][k] / times[0][k];
+        const double ratio = median(ratios, turns);
+        double copy[TURNS_MAX];
+        memcpy(copy, times[row], sizeof copy);
+        printf("%-36s %8.0f ns  %6.2f x qdd\n", rows[row].name, median(copy, turns), ratio);
+    }
+    tfa_workspace_free(w);
+    tfa_model_free(model);
+    return EXIT_SUCCESS;
+}

@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Hot standby: two totalforced serve one robot over DDS, and the one that leads is killed, stopped
+ * or ended while a client calls. Every call is answered, once, with the right bits.
+ *
+ *   test_standby [TRIALS [SECONDS [LEASE_MS]]]    2 of each kind, 2, 500
+ *
+ * Prints how long nobody answered, and whether a leader was replaced for nothing in SECONDS of full
+ * load.
+ */
+#include "dds_client/dds_client.h"
+#include "dds_test.h"
+#include "harness.h"
+#include "models.h"
+#include "test.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <time.h>
+
+#define JOINTS 7
+#define TRIALS_MAX 1000
+#define PATIENCE_NS UINT64_C(10000000000)
+
+static int trials = 2, quiet_seconds = 2, lease_ms = 500;
+
+/* ---- a client that calls without a pause ---- */
+
+static struct {
+    double q[JOINTS], v[JOINTS], tau[JOINTS], qdd[JOINTS];
+    _Atomic bool stop;
+    _Atomic uint64_t answered, wrong, failed;
+    _Atomic uint64_t longest_ns; /* between two answers; whoever reads it sets it to 0 */
+} caller;
+
+static uint64_t now_ns(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
+}
+
+static void expect_answer(void)
+{
+    tfa_model *model = bundled_model("arm7.urdf", NULL);
+    tfa_workspace *w = workspace_for(model, NULL);
+    tfa_request request = arm_request(0.3, caller.q, caller.v, caller.tau);
+    tfa_reply reply = {.qdd = caller.qdd};
+
+    assert_int_equal(tfa_compute(w, &request, &reply), TFA_OK);
+    tfa_workspace_free(w);
+    tfa_model_free(model);
+}
+
+static void *call_on_and_on(void *client)
+{
+    double q[JOINTS], v[JOINTS], tau[JOINTS], qdd[JOINTS];
+    const tfa_request request = arm_request(0.3, q, v, tau);
+    uint64_t last = now_ns();
+
+    while (!atomic_load(&caller.stop)) {
+        tfa_reply reply = {.qdd = qdd};
+        memset(qdd, 0, sizeof qdd);
+        const int status = tfa_dds_client_call(client, &request, &reply, PATIENCE_NS, NULL);
+        const uint64_t now = now_ns();
+        if (status != TFA_OK) {
+            print_error("a call: %s\n", tfa_status_text(status));
+            atomic_fetch_add(&caller.failed, 1);
+        }
+        if (status == TFA_OK && memcmp(qdd, caller.qdd, sizeof qdd) != 0)
+            atomic_fetch_add(&caller.wrong, 1);
+        if (now - last > atomic_load(&caller.longest_ns))
+            atomic_store(&caller.longest_ns, now - last);
+        last = now;
+        atomic_fetch_add(&caller.answered, 1);
+    }
+    return NULL;
+}
+
+static void await_answers(uint64_t more)
+{
+    const uint64_t from = atomic_load(&caller.answered), end = now_ns() + WAIT_NS;
+
+    while (atomic_load(&caller.answered) < from + more) {
+        assert_true(now_ns() < end);
+        sleep_ms(1);
+    }
+}
+
+/* ---- two daemons ---- */
+
+typedef struct node {
+    harness h;
+    unsigned led, stood_by; /* lines in its log: leads; standby */
+} node;
+
+static node nodes[2];
+static node *leader, *standby;
+static tfa_dds_client *client;
+static pthread_t thread;
+
+static void await_role(node *n, const char *line, unsigned *count)
+{
+    ++*count;
+    assert_true(harness_logged_times(&n->h, line, *count));
+}
+
+static void become_standby(node *n)
+{
+    await_role(n, "standby, the leader", &n->stood_by);
+}
+
+static void become_leader(node *n)
+{
+    await_role(n, "leads, epoch", &n->led);
+}
+
+static void swap(void)
+{
+    node *n = leader;
+
+    leader = standby;
+    standby = n;
+    become_leader(leader);
+}
+
+static int start_all(void **state)
+{
+    char more[128];
+    tfa_dds_client_options options = {.robot = "arm", .connect_timeout_ms = 20000};
+
+    (void)state;
+    options.domain = test_domain();
+    expect_answer();
+    snprintf(more, sizeof more, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n",
+             options.domain, lease_ms);
+    leader = &nodes[0];
+    standby = &nodes[1];
+    harness_serve(&leader->h, ARM, more);
+    become_leader(leader);
+    harness_serve(&standby->h, ARM, more);
+    become_standby(standby);
+    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
+    assert_int_equal(pthread_create(&thread, NULL, call_on_and_on, client), 0);
+    await_answers(100);
+    return 0;
+}
+
+static int stop_all(void **state)
+{
+    (void)state;
+    atomic_store(&caller.stop, true);
+    pthread_join(thread, NULL);
+    tfa_dds_client_close(client);
+    for (int i = 0; i < 2; i++)
+        harness_remove(&nodes[i].h);
+    return 0;
+}
+
+/* ---- what happens to the leader ---- */
+
+static void kill_leader(void)
+{
+    (void)harness_stop(&leader->h, SIGKILL);
+}
+
+static void end_leader(void)
+{
+    const int status = harness_stop(&leader->h, SIGTERM);
+    assert_int_equal(status, 0);
+}
+
+static void stop_leader(void)
+{
+    harness_pause(&leader->h);
+}
+
+static int by_size(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+
+    return x < y ? -1 : x > y;
+}
+
+static void report(const char *kind, uint64_t *gaps)
+{
+    qsort(gaps, (size_t)trials, sizeof *gaps, by_size);
+    print_message("%s, %d trials: nobody answered for %.1f ms (median), %.1f ms (most); lease %d "
+                  "ms\n",
+                  kind, trials, 1e-6 * (double)gaps[trials / 2], 1e-6 * (double)gaps[trials - 1],
+                  lease_ms);
+}
+
+/* The standby answers; the old leader comes back and stands by. */
+static void fail_over(const char *kind, void (*strike)(void), bool stopped)
+{
+    static uint64_t gaps[TRIALS_MAX];
+
+    for (int i = 0; i < trials; i++) {
+        await_answers(200);
+        atomic_store(&caller.longest_ns, 0);
+        strike();
+        await_answers(200);
+        gaps[i] = atomic_load(&caller.longest_ns);
+        swap();
+        if (stopped)
+            assert_int_equal(kill(standby->h.pid, SIGCONT), 0);
+        else
+            harness_start(&standby->h, "arm");
+        become_standby(standby);
+        await_answers(200);
+    }
+    report(kind, gaps);
+    assert_int_equal(atomic_load(&caller.wrong), 0);
+    assert_int_equal(atomic_load(&caller.failed), 0);
+}
+
+static void a_killed_leader_is_replaced(void **state)
+{
+    (void)state;
+    fail_over("SIGKILL", kill_leader, false);
+}
+
+static void a_stopped_leader_is_replaced(void **state)
+{
+    (void)state;
+    fail_over("SIGSTOP", stop_leader, true);
+}
+
+static void a_leader_that_ends_is_replaced_at_once(void **state)
+{
+    (void)state;
+    fail_over("SIGTERM", end_leader, false);
+}
+
+/* A standby that stands still and goes on does not take over. */
+static void a_stopped_standby_stays_one(void **state)
+{
+    (void)state;
+    for (int i = 0; i < trials; i++) {
+        harness_pause(&standby->h);
+        sleep_ms(3 * (unsigned)lease_ms);
+        assert_int_equal(kill(standby->h.pid, SIGCONT), 0);
+        sleep_ms(3 * (unsigned)lease_ms);
+    }
+    assert_int_equal(harness_log_lines(&standby->h, "leads, epoch"), standby->led);
+    assert_int_equal(atomic_load(&caller.failed), 0);
+}
+
+/* Clients over shared memory load both processors, too. */
+static void *load(void *h)
+{
+    tfa_client *shm = harness_connect(h, "arm", TFA_WAIT_HYBRID);
+    double qdd[JOINTS];
+
+    while (!atomic_load(&caller.stop))
+        (void)ask_arm(shm, 0.1, qdd, PATIENCE_NS);
+    tfa_client_close(shm);
+    return NULL;
+}
+
+static void show_leadership(void)
+{
+    for (int i = 0; i < 2; i++) {
+        static char text[65536];
+        if (tfa_daemon_command(nodes[i].h.runtime_dir, "status", 0, text, sizeof text) != TFA_OK)
+            continue;
+        const char *at = strstr(text, "leadership");
+        if (at != NULL)
+            print_message("daemon %d: %.*s\n", i, (int)strcspn(at, "}"), at);
+    }
+}
+
+static void full_load_replaces_nobody(void **state)
+{
+    pthread_t loads[2];
+
+    (void)state;
+    const uint64_t from = atomic_load(&caller.answered);
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(pthread_create(&loads[i], NULL, load, &nodes[i].h), 0);
+    sleep_ms((unsigned)quiet_seconds * 1000);
+    print_message("full load for %d s: %llu calls, replaced for nothing: %u times\n", quiet_seconds,
+                  (unsigned long long)(atomic_load(&caller.answered) - from),
+                  harness_log_lines(&standby->h, "leads, epoch") - standby->led);
+    show_leadership();
+    atomic_store(&caller.stop, true);
+    for (int i = 0; i < 2; i++)
+        pthread_join(loads[i], NULL);
+    assert_int_equal(atomic_load(&caller.wrong), 0);
+    assert_int_equal(atomic_load(&caller.failed), 0);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_killed_leader_is_replaced),
+        cmocka_unit_test(a_stopped_leader_is_replaced),
+        cmocka_unit_test(a_leader_that_ends_is_replaced_at_once),
+        cmocka_unit_test(a_stopped_standby_stays_one),
+        cmocka_unit_test(full_load_replaces_nobody), /* ends the calls: last */
+    };
+
+    if (argc > 1 && atoi(argv[1]) > 0 && atoi(argv[1]) <= TRIALS_MAX)
+        trials = atoi(argv[1]);
+    if (argc > 2 && atoi(argv[2]) > 0)
+        quiet_seconds = atoi(argv[2]);
+    if (argc > 3 && atoi(argv[3]) > 0)
+        lease_ms = atoi(argv[3]);
+    return cmocka_run_group_tests(tests, start_all, stop_all);
+}

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Derivatives of forward dynamics on all robots of operational.h: projected mimics, fused joints,
+ * payloads of model and request, damping, locked joints, wrenches in three frames. By central
+ * differences; dqdd/dtau by the oracle's mass matrix, and symmetric; the same bits whichever
+ * buffers, states and requests stand beside; the same by aba and crba.
+ */
+#include "differences.h"
+#include "dynamics/operational/operational.h"
+#include "model/model.h"
+#include "support/sanitized.h"
+#include "test.h"
+
+#ifdef SANITIZED
+#define FREEDOMS 12
+#else
+#define FREEDOMS 60 /* larger robots take minutes */
+#endif
+#define SQUARE (OP_FREEDOMS * OP_FREEDOMS)
+
+/* Relative to the largest entry of the matrix; of dqdd/dtau of the oracle, of the column. */
+enum { BY_DIFFERENCES, F64 = BY_ALL, ORACLE = 2 * BY_ALL, ORACLE_F64, SYMMETRY, METHODS, KINDS };
+static op_bound bounds[KINDS] = {
+    {"dqdd/dq, differences", 1e-9, 0},      {"dqdd/dv, differences", 1e-9, 0},
+    {"dqdd/dtau, differences", 1e-9, 0},    {"dqdd/dq, f64 - f128", 1e-11, 0},
+    {"dqdd/dv, f64 - f128", 1e-11, 0},      {"dqdd/dtau, f64 - f128", 1e-11, 0},
+    {"dqdd/dtau, oracle", 1e-12, 0},        {"dqdd/dtau, oracle, f64", 1e-9, 0},
+    {"dqdd/dtau, symmetry, f64", 1e-12, 0}, {"aba and crba", 1e-10, 0},
+};
+static uint32_t cases, locked_cases, mimic_cases, fused_cases, damped_cases, payload_cases,
+    inside_cases;
+
+static difference_robot quad_of(const op_case *c)
+{
+    return (difference_robot){c->name, c->model, c->f128, c->n, c->six, c->nq, c->nv};
+}
+
+static tfa_request ask(const op_case *c, uint32_t k)
+{
+    tfa_request r = op_state(c, k);
+    r.op = TFA_OP_DERIVATIVES;
+    r.estimate = TFA_ESTIMATE_NEVER;
+    return r;
+}
+
+static void derive(const op_case *c, tfa_workspace *w, const tfa_request *r, double *const out[])
+{
+    tfa_reply reply = {.dqdd_dq = out[BY_Q], .dqdd_dv = out[BY_V], .dqdd_dtau = out[BY_TAU]};
+    for (int by = 0; by < BY_ALL; by++)
+        for (size_t e = 0; out[by] && e < (size_t)c->n * c->n * r->count; e++)
+            out[by][e] = NAN;
+    const int status = tfa_compute(w, r, &reply);
+    if (status != TFA_OK)
+        fail_msg("%s: derivatives: %s (%s %u)", c->name, tfa_status_text(status),
+                 tfa_field_name(reply.field), (unsigned)reply.index);
+}
+
+/* ---- values ---- */
+
+static void compare(const op_case *c, const double *x, const double *want, size_t n, double size,
+                    op_bound *bound)
+{
+    static double difference[SQUARE];
+    for (size_t e = 0; e < n; e++)
+        difference[e] = x[e] - want[e];
+    op_within(c, bound, difference_largest(difference, n) / size);
+}
+
+static void compare_with_oracle(op_case *c, uint32_t k, const double *f128, const double *f64)
+{
+    const uint32_t n = c->n;
+    static quad column[OP_FREEDOMS];
+    double got[2][OP_FREEDOMS];
+    op_set_state_locked(c, k);
+    for (uint32_t j = 0; j < n; j++) {
+        for (uint32_t i = 0; i < n; i++) {
+            column[i] = i == j;
+            got[0][i] = f128[(size_t)n * i + j];
+            got[1][i] = f64[(size_t)n * i + j];
+        }
+        oracle_accelerate(c->o, column);
+        op_within(c, &bounds[ORACLE], op_error(got[0], column, n, 0));
+        op_within(c, &bounds[ORACLE_F64], op_error(got[1], column, n, 0));
+    }
+}
+
+static void check_values(op_case *c, uint32_t k)
+{
+    static double memory[2 * BY_ALL][SQUARE];
+    double *const f128[] = {memory[0], memory[1], memory[2]};
+    double *const f64[] = {memory[3], memory[4], memory[5]};
+    const difference_robot robot = quad_of(c);
+    const tfa_request r = ask(c, k);
+    const uint32_t n = c->n;
+    double column[DIFFERENCE_MAX], got[DIFFERENCE_MAX];
+    derive(c, c->f128, &r, f128);
+    derive(c, c->f64, &r, f64);
+    for (int by = 0; by < BY_ALL; by++) {
+        const double size = difference_size(&robot, &r, f128[by]);
+        for (uint32_t j = 0; j < n; j++) {
+            difference_column(&robot, &r, (difference_by)by, j, column);
+            for (uint32_t i = 0; i < n; i++)
+                got[i] = f128[by][(size_t)n * i + j];
+            compare(c, got, column, n, size, &bounds[BY_DIFFERENCES + by]);
+        }
+        compare(c, f64[by], f128[by], (size_t)n * n, size, &bounds[F64 + by]);
+    }
+    compare_with_oracle(c, k, f128[BY_TAU], f64[BY_TAU]);
+    const double size = difference_size(&robot, &r, f64[BY_TAU]);
+    for (uint32_t i = 0; i < n; i++)
+        for (uint32_t j = 0; j < i; j++)
+            op_within(c, &bounds[SYMMETRY],
+                      fabs(f64[BY_TAU][n * i + j] - f64[BY_TAU][n * j + i]) / size);
+}
+
+/* A wrench moves to a link inside a fused joint. */
+static void push_inside(op_case *c)
+{
+    for (uint32_t f = 0; f < c->link_count; f++)
+        if (c->model->frame[f].part) {
+            c->r.wrench_frames[0] = f;
+            c->whole_r.wrench_frames[0] = c->link[f];
+            inside_cases++;
+            return;
+        }
+}
+
+static void count(const op_case *c)
+{
+    const tfa_model_summary summary = tfa_model_summarise(c->model);
+    cases++;
+    mimic_cases += summary.mimics > 0;
+    fused_cases += summary.fused > 0;
+    damped_cases += c->damped;
+    payload_cases += c->r.payload_count > 0;
+}
+
+static void values(op_case *c)
+{
+    if (c->n > FREEDOMS)
+        return;
+    count(c);
+    push_inside(c);
+    for (uint32_t k = 0; k < OP_STATES; k++) {
+        c->r.frame = c->whole_r.frame = (tfa_reference_frame)k;
+        check_values(c, k);
+    }
+    if (op_lock(c)) {
+        locked_cases++;
+        check_values(c, 0);
+    }
+    op_unlock(c);
+}
+
+TEST(limits_of_differences_and_inverse_of_m)
+{
+    op_for_each(OP_REDUCED, values);
+    op_print(bounds, METHODS);
+    print_message("  %u robots: %u with mimics, %u with fused joints, %u with a wrench inside one, "
+                  "%u damped, %u with payloads, %u locked\n",
+                  cases, mimic_cases, fused_cases, inside_cases, damped_cases, payload_cases,
+                  locked_cases);
+    assert_true(mimic_cases > 4 && fused_cases > 4 && inside_cases > 4 && damped_cases > 4 &&
+                payload_cases > 4 && locked_cases > 4);
+}

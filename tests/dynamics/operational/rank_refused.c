@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * TFA_RANK_REFUSE: the states whose rank is lost say so, and nothing else changes: every answer of
+ * the others, and what does not depend on Lambda of these, has the bits of TFA_RANK_TRUNCATE. And
+ * damping is continuous in the threshold.
+ */
+#include "operational.h"
+#include "test.h"
+
+#define ROWS 6
+#define FLAGS                                                                                      \
+    (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | \
+     TFA_WANT_COM | TFA_WANT_POSES | TFA_WANT_SPECTRUM)
+
+static uint32_t refused, accepted, mixed;
+
+static void same(const op_case *c, const char *what, const double *x, const double *y, size_t count,
+                 uint32_t k)
+{
+    if (memcmp(x + count * k, y + count * k, count * sizeof *x) != 0)
+        fail_msg("%s: %s of state %u differs", c->name, what, (unsigned)k);
+}
+
+/* What a lost rank says nothing about */
+static void check_others(const op_case *c, const op_answers *a, const op_answers *b, uint32_t k)
+{
+    const size_t m = a->rows;
+    same(c, "qdd", a->qdd, b->qdd, c->nv, k);
+    same(c, "base_acceleration", a->base_acceleration, b->base_acceleration, 6, k);
+    same(c, "lambda_inv", a->lambda_inv, b->lambda_inv, m * m, k);
+    same(c, "jacobian", a->jacobian, b->jacobian, m * c->n, k);
+    same(c, "bias_acceleration", a->bias_acceleration, b->bias_acceleration, m, k);
+    same(c, "com", a->com, b->com, 3, k);
+    same(c, "com_jacobian", a->com_jacobian, b->com_jacobian, 3 * (size_t)c->n, k);
+    same(c, "poses", a->poses, b->poses, 7 * (size_t)a->tips, k);
+    assert_memory_equal(&a->spectrum[k], &b->spectrum[k], sizeof a->spectrum[k]);
+    assert_memory_equal(&a->rank[k], &b->rank[k], sizeof a->rank[k]);
+}
+
+static void check_lambda(const op_case *c, const op_answers *a, const op_answers *b, uint32_t k)
+{
+    const size_t m = a->rows;
+    same(c, "lambda", a->lambda, b->lambda, m * m, k);
+    same(c, "mu", a->mu, b->mu, m, k);
+    same(c, "p", a->p, b->p, m, k);
+    same(c, "tau", a->tau, b->tau, c->nv, k);
+    same(c, "base_wrench", a->base_wrench, b->base_wrench, 6, k);
+}
+
+static void check_state(const op_case *c, const op_answers *a, const op_answers *b, uint32_t k,
+                        int *first)
+{
+    const bool lost = a->rank[k].rank < a->rows;
+    const int status = b->answers[k].status;
+    if (status != (lost ? TFA_E_RANK : TFA_OK))
+        fail_msg("%s: state %u of rank %u: %s", c->name, (unsigned)k, a->rank[k].rank,
+                 tfa_status_text(status));
+    check_others(c, a, b, k);
+    if (lost) {
+        *first = *first < 0 ? (int)k : *first;
+        refused++;
+        return;
+    }
+    check_lambda(c, a, b, k);
+    accepted++;
+}
+
+static void refuse(op_case *c, tfa_workspace *w, tfa_request *r)
+{
+    op_answers *a = op_answers_create(c, r), *b = op_answers_create(c, r);
+    int first = -1;
+    r->rank_loss = TFA_RANK_TRUNCATE;
+    op_compute(c, w, r, a);
+    r->rank_loss = TFA_RANK_REFUSE;
+    const int status = tfa_compute(w, r, &b->reply);
+    for (uint32_t k = 0; k < r->count; k++)
+        check_state(c, a, b, k, &first);
+    assert_int_equal(status, first < 0 ? TFA_OK : TFA_E_RANK);
+    assert_int_equal(b->reply.status, status);
+    if (first >= 0) {
+        assert_int_equal(b->reply.state, first);
+        assert_int_equal(b->reply.index, a->rank[first].rank);
+        assert_int_equal(b->reply.field, TFA_FIELD_TIPS);
+    }
+    r->rank_loss = TFA_RANK_TRUNCATE; /* the next request sees nothing of it */
+    op_compute(c, w, r, b);
+    assert_memory_equal(a->memory, b->memory, a->size * sizeof *a->memory);
+    op_answers_free(b);
+    op_answers_free(a);
+}
+
+/* Between the conditions of two states: one of them keeps its rank, the other loses it. */
+static double between(const op_case *c, const tfa_request *r)
+{
+    double least = INFINITY, most = 0;
+    op_answers *a = op_answers_create(c, r);
+    op_compute(c, c->f64, r, a);
+    for (uint32_t k = 0; k < r->count; k++) {
+        least = fmin(least, a->rank[k].condition);
+        most = fmax(most, a->rank[k].condition);
+    }
+    op_answers_free(a);
+    if (!(least < 1e9) || most < 1.01 * least)
+        return 0;
+    mixed++;
+    return 1 / sqrt(least * fmin(most, 1e10));
+}
+
+static void refusals(op_case *c)
+{
+    static const tfa_op ops[] = {TFA_OP_OPERATIONAL_INERTIA, TFA_OP_FORWARD_DYNAMICS,
+                                 TFA_OP_TASK_TORQUES};
+    double desired[OP_STATES * 2 * ROWS] = {0};
+    for (int pass = 0; pass < 6; pass++) {
+        op_choose_tips(c, pass == 5 ? 2 : 1, pass % 2 ? TFA_ROWS_POINT : TFA_ROWS_POSE,
+                       (tfa_reference_frame)(pass % 3));
+        tfa_request r = c->r;
+        r.op = ops[random_below(&c->s, 3)];
+        r.flags = FLAGS;
+        r.task_acceleration = desired;
+        op_choose_method(c, &r);
+        refuse(c, pass == 4 ? c->f128 : c->f64, &r);
+        const double threshold = between(c, &r);
+        r.rank_threshold = &threshold;
+        if (threshold > 0)
+            refuse(c, c->f64, &r);
+    }
+}
+
+TEST(lost_rank_is_refused)
+{
+    op_for_each(OP_ALL, refusals);
+    print_message("  %u states refused, %u not, %u requests with both\n", refused, accepted, mixed);
+    assert_true(refused > 500 && accepted > 500 && mixed > 100);
+}
+
+/* ---- damping ---- */
+
+static op_bound jump = {"jump of damped lambda", 3e-7, 0};
+static uint32_t crossings;
+
+/* The threshold crosses the least eigenvalue from below. */
+static void across(op_case *c)
+{
+    const double off = 1e-8;
+    op_choose_tips(c, 1, TFA_ROWS_POSE, TFA_FRAME_LOCAL);
+    tfa_request r = c->r;
+    r.op = TFA_OP_OPERATIONAL_INERTIA;
+    r.flags = TFA_WANT_LAMBDA;
+    r.rank_loss = TFA_RANK_DAMP;
+    r.count = 1;
+    op_answers *a = op_answers_create(c, &r), *b = op_answers_create(c, &r);
+    op_compute(c, c->f64, &r, a);
+    double threshold = (1 - off) / a->rank[0].condition;
+    r.rank_threshold = &threshold;
+    if (threshold > 1e-6 && threshold < 0.5) {
+        op_compute(c, c->f64, &r, a);
+        assert_int_equal(a->rank[0].rank, ROWS);
+        threshold *= (1 + off) / (1 - off);
+        op_compute(c, c->f64, &r, b);
+        assert_true(b->rank[0].rank < ROWS);
+        op_within(c, &jump, op_difference(b->lambda, a->lambda, ROWS * ROWS, 0));
+        crossings++;
+    }
+    op_answers_free(b);
+    op_answers_free(a);
+}
+
+TEST(damping_is_continuous)
+{
+    op_for_each(OP_ALL, across);
+    op_print(&jump, 1);
+    assert_true(crossings > 20);
+}

@@ -1,0 +1,324 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Task torques: forward dynamics with them gives the accelerations that were asked for; posture
+ * torques act in the null space only; without any the torques are J^T F, those that disturb the
+ * unforced motion least (Gauss). Where rank is lost they are what the policy's Lambda makes of the
+ * definition.
+ */
+#include "operational.h"
+#include "spectral.h"
+#include "test.h"
+
+#define TIPS 2
+#define ROWS (6 * TIPS)
+
+enum { DESIRED, POSTURES, ROW_SPACE, DEFINITION, GAUSS, KINDS };
+static op_bound bounds[2 * KINDS] = {
+    {"J qdd + bias_acceleration = desired", 3e-12, 0},
+    {"two postures, one acceleration", 3e-12, 0},
+    {"tau = J^T (lambda a + mu + p)", 3e-11, 0},
+    {"tau by definition", 3e-14, 0},
+    {"least disturbance", 1e-13, 0},
+    {"J qdd + bias_acceleration, f128", 4e-15, 0},
+    {"two postures, f128", 4e-15, 0},
+    {"tau = J^T (...), f128", 4e-15, 0},
+    {"tau by definition, f128", 4e-15, 0},
+    {"least disturbance, f128", 1e-13, 0},
+};
+static uint32_t reached, by_definition, immobile;
+
+struct task {
+    op_case *c;
+    tfa_workspace *w, *forward; /* of the task, of forward dynamics */
+    op_bound *b;
+    tfa_request r;
+    double desired[OP_STATES * ROWS];
+    double posture[2][OP_STATES * OP_FREEDOMS];
+    op_answers *a; /* of the task; with J, bias_acceleration, lambda, mu, p */
+};
+
+static void forces(const op_case *c, const op_answers *a, uint32_t k, double *tau)
+{
+    for (uint32_t i = 0; i < c->n; i++)
+        tau[i] =
+            i < c->six ? a->base_wrench[6 * (size_t)k + i] : a->tau[(size_t)k * c->nv + i - c->six];
+}
+
+/* Accelerations of state k, base first, with the torques given. */
+static void move_with(const struct task *t, uint32_t k, const double *tau, double *qdd)
+{
+    const op_case *c = t->c;
+    tfa_request q = op_state(c, k);
+    q.op = TFA_OP_FORWARD_DYNAMICS;
+    q.tip_count = 0;
+    q.tau = tau + c->six;
+    q.base_wrench = tau;
+    op_answers *b = op_answers_create(c, &q);
+    op_compute(c, t->forward, &q, b);
+    memcpy(qdd, b->base_acceleration, c->six * sizeof *qdd);
+    memcpy(qdd + c->six, b->qdd, c->nv * sizeof *qdd);
+    op_answers_free(b);
+}
+
+/* J qdd + bias_acceleration of state k, by the answers of the task.
+ * @return the size of the terms */
+static double tip_acceleration(const struct task *t, uint32_t k, const double *qdd, double *x)
+{
+    const uint32_t m = t->a->rows, n = t->c->n;
+    const double *J = t->a->jacobian + (size_t)k * m * n;
+    const double *bias = t->a->bias_acceleration + (size_t)k * m;
+    for (uint32_t i = 0; i < m; i++) {
+        x[i] = bias[i];
+        for (uint32_t j = 0; j < n; j++)
+            x[i] += J[(size_t)i * n + j] * qdd[j];
+    }
+    return op_norm(J, (size_t)m * n) * op_norm(qdd, n) + op_norm(bias, m);
+}
+
+static bool is_full(const struct task *t, uint32_t k)
+{
+    return t->a->rank[k].rank == t->a->rows && t->a->rank[k].condition < 1e7;
+}
+
+/* ---- the definition ---- */
+
+/* x = desired - J M^-1 (posture - h) - bias_acceleration; h as the state stands. Returns the size
+ * of the terms. */
+static double task_error(const struct task *t, uint32_t k, const double *posture, const quad *J,
+                         quad *x)
+{
+    static quad force[OP_FREEDOMS];
+    op_case *c = t->c;
+    const oracle_tips tips = op_tips(c);
+    const uint32_t m = t->a->rows;
+    oracle_bias_force(c->o, force);
+    for (uint32_t i = 0; i < c->n; i++)
+        force[i] = (i < c->six ? 0 : (quad)posture[i - c->six]) - force[i];
+    oracle_accelerate(c->o, force);
+    oracle_bias_acceleration(c->o, &tips, x);
+    const double size = op_norm_quad(x, m) + op_norm(t->desired + (size_t)k * m, m) +
+                        op_norm_quad(J, (size_t)m * c->n) * op_norm_quad(force, c->n);
+    for (uint32_t i = 0; i < m; i++) {
+        x[i] = t->desired[(size_t)k * m + i] - x[i];
+        for (uint32_t j = 0; j < c->n; j++)
+            x[i] -= J[(size_t)i * c->n + j] * force[j];
+    }
+    return size;
+}
+
+static double threshold_of(const tfa_request *r, uint32_t rows)
+{
+    return r->rank_loss == TFA_RANK_DAMP ? TFA_RANK_THRESHOLD_DAMP : TFA_RANK_THRESHOLD(rows);
+}
+
+/* tau = posture + J^T f(lambda_inv) x, but for locked joints, which anything may hold */
+static void check_definition(const struct task *t, uint32_t k, const double *posture,
+                             const double *tau)
+{
+    static spectral s;
+    static quad J[ROWS * OP_FREEDOMS], want[OP_FREEDOMS];
+    quad x[ROWS], F[ROWS];
+    double got[OP_FREEDOMS];
+    op_case *c = t->c;
+    const oracle_tips tips = op_tips(c);
+    const uint32_t m = t->a->rows;
+    spectral_of(&s, t->a->lambda_inv + (size_t)k * m * m, m, t->r.rank_loss,
+                threshold_of(&t->r, m));
+    if (spectral_in_doubt(&s) || !(s.most > 1e-12))
+        return;
+    op_set_state_locked(c, k);
+    oracle_jacobian(c->o, &tips, J); /* of the joints that are not locked */
+    const double size = task_error(t, k, posture, J, x);
+    for (uint32_t i = 0; i < m; i++) {
+        F[i] = 0;
+        for (uint32_t j = 0; j < m; j++)
+            F[i] += s.L[i * m + j] * x[j];
+    }
+    for (uint32_t i = 0; i < c->n; i++) {
+        got[i] = tau[i];
+        want[i] = i < c->six ? 0 : (quad)posture[i - c->six];
+        for (uint32_t j = 0; j < m; j++)
+            want[i] += J[(size_t)j * c->n + i] * F[j];
+    }
+    for (uint32_t l = 0; l < c->r.locked_count; l++) {
+        const tfa_joint_info j = tfa_model_joint(c->model, c->r.locked[l]);
+        for (uint32_t i = 0; i < j.v_count; i++)
+            got[c->six + j.v_index + i] = 0, want[c->six + j.v_index + i] = 0;
+    }
+    const double scale =
+        op_norm_quad(J, (size_t)m * c->n) * op_norm_quad(s.L, (size_t)m * m) * size +
+        op_norm(posture, c->nv);
+    op_within(c, &t->b[DEFINITION], op_error(got, want, c->n, scale) / (1 + s.sensitivity * 1e-3));
+    by_definition++;
+}
+
+/* ---- laws ---- */
+
+static void check_desired(const struct task *t, uint32_t k, const double *tau, op_bound *b)
+{
+    double qdd[OP_FREEDOMS], x[ROWS];
+    const uint32_t m = t->a->rows;
+    const double *desired = t->desired + (size_t)k * m;
+    move_with(t, k, tau, qdd);
+    const double size = tip_acceleration(t, k, qdd, x);
+    op_within(t->c, b, op_difference(x, desired, m, size));
+    reached++;
+}
+
+/* tau = J^T (lambda a + mu + p): in the row space of J */
+static void check_row_space(const struct task *t, uint32_t k, const double *tau)
+{
+    const op_answers *a = t->a;
+    const op_case *c = t->c;
+    const uint32_t m = a->rows;
+    const double *L = a->lambda + (size_t)k * m * m, *J = a->jacobian + (size_t)k * m * c->n;
+    const double *desired = t->desired + (size_t)k * m;
+    double F[ROWS], want[OP_FREEDOMS];
+    for (uint32_t i = 0; i < m; i++) {
+        F[i] = a->mu[(size_t)k * m + i] + a->p[(size_t)k * m + i];
+        for (uint32_t j = 0; j < m; j++)
+            F[i] += L[i * m + j] * desired[j];
+    }
+    for (uint32_t i = 0; i < c->n; i++) {
+        want[i] = 0;
+        for (uint32_t j = 0; j < m; j++)
+            want[i] += J[(size_t)j * c->n + i] * F[j];
+    }
+    for (uint32_t l = 0; l < c->r.locked_count; l++) {
+        const tfa_joint_info j = tfa_model_joint(c->model, c->r.locked[l]);
+        memcpy(want + c->six + j.v_index, tau + c->six + j.v_index, j.v_count * sizeof *want);
+    }
+    const double size = op_norm(L, (size_t)m * m) * op_norm(desired, m) +
+                        op_norm(a->mu + (size_t)k * m, m) + op_norm(a->p + (size_t)k * m, m);
+    op_within(c, &t->b[ROW_SPACE],
+              op_difference(tau, want, c->n, size * op_norm(J, (size_t)m * c->n)));
+}
+
+/* |qdd - qdd of no torques|_M is least without posture torques. */
+static void check_gauss(const struct task *t, uint32_t k, const double *alone, const double *other)
+{
+    op_case *c = t->c;
+    double unforced[OP_FREEDOMS], with[OP_FREEDOMS], without[OP_FREEDOMS];
+    const double zero[OP_FREEDOMS] = {0};
+    move_with(t, k, zero, unforced);
+    move_with(t, k, alone, without);
+    move_with(t, k, other, with);
+    op_set_state_locked(c, k);
+    const double least =
+        oracle_energy_norm(c->o, without + c->six, without, unforced + c->six, unforced);
+    const double more = oracle_energy_norm(c->o, with + c->six, with, unforced + c->six, unforced);
+    op_within(c, &t->b[GAUSS], fmax(0, least - more) / (least + more + 1e-6));
+}
+
+static void check_posture(struct task *t, int which)
+{
+    double x[2][ROWS], qdd[OP_FREEDOMS], alone[OP_FREEDOMS], other[OP_FREEDOMS];
+    op_case *c = t->c;
+    t->r.tau = t->posture[which];
+    op_answers *b = op_answers_create(c, &t->r);
+    op_compute(c, t->w, &t->r, b);
+    for (uint32_t k = 0; k < t->r.count; k++) {
+        const uint32_t m = t->a->rows;
+        forces(c, t->a, k, alone);
+        forces(c, b, k, other);
+        if (which == 0 && k + 1 == t->r.count)
+            check_definition(t, k, t->posture[which] + (size_t)k * c->nv, other);
+        if (!is_full(t, k))
+            continue;
+        check_desired(t, k, other, &t->b[DESIRED]);
+        move_with(t, k, alone, qdd);
+        (void)tip_acceleration(t, k, qdd, x[0]);
+        move_with(t, k, other, qdd);
+        const double size = tip_acceleration(t, k, qdd, x[1]);
+        op_within(c, &t->b[POSTURES], op_difference(x[1], x[0], m, size));
+        if (which == 0 && k == 0)
+            check_gauss(t, k, alone, other);
+    }
+    op_answers_free(b);
+}
+
+static void check_immobile(struct task *t, uint32_t k)
+{
+    const uint32_t m = t->a->rows;
+    if (op_norm(t->a->lambda_inv + (size_t)k * m * m, (size_t)m * m) > 0)
+        return;
+    double tau[OP_FREEDOMS];
+    forces(t->c, t->a, k, tau);
+    for (uint32_t i = 0; i < t->c->n; i++)
+        assert_true(tau[i] == 0);
+    immobile++;
+}
+
+static void with_task(struct task *t)
+{
+    op_case *c = t->c;
+    const double none[OP_FREEDOMS] = {0};
+    t->r.tau = NULL;
+    t->a = op_answers_create(c, &t->r);
+    op_compute(c, t->w, &t->r, t->a);
+    for (uint32_t k = 0; k < t->r.count; k++) {
+        double tau[OP_FREEDOMS];
+        forces(c, t->a, k, tau);
+        check_immobile(t, k);
+        if (k == 0)
+            check_definition(t, k, none, tau);
+        if (!is_full(t, k))
+            continue;
+        check_desired(t, k, tau, &t->b[DESIRED]);
+        check_row_space(t, k, tau);
+    }
+    for (int which = 0; which < 2; which++)
+        check_posture(t, which);
+    op_answers_free(t->a);
+}
+
+static void choose_task(struct task *t, op_case *c, int pass)
+{
+    op_choose_tips(c, 1 + (uint32_t)(pass % TIPS), pass % 2 ? TFA_ROWS_POSE : TFA_ROWS_POINT,
+                   (tfa_reference_frame)(pass % 3));
+    t->c = c;
+    for (size_t k = 0; k < OP_STATES * ROWS; k++)
+        t->desired[k] = random_uniform(&c->s, -10, 10);
+    for (size_t k = 0; k < OP_STATES * (size_t)c->nv; k++) {
+        t->posture[0][k] = random_uniform(&c->s, -10, 10);
+        t->posture[1][k] = random_uniform(&c->s, -10, 10);
+    }
+    t->r = c->r;
+    t->r.op = TFA_OP_TASK_TORQUES;
+    t->r.base_wrench = NULL;
+    t->r.rank_loss = random_below(&c->s, 2) ? TFA_RANK_DAMP : TFA_RANK_TRUNCATE;
+    t->r.task_acceleration = t->desired;
+    t->r.flags =
+        TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P;
+    op_choose_method(c, &t->r);
+}
+
+static void tasks(op_case *c)
+{
+    static struct task t;
+    for (int pass = 0; pass < 6; pass++) {
+        if (pass == 4 && !op_lock(c))
+            return;
+        choose_task(&t, c, pass);
+        t.r.count = 1 + (uint32_t)(pass % 2) * (OP_STATES - 1);
+        t.forward = c->f64;
+        t.w = pass == 3 ? c->f32 : c->f64; /* what float lacks is in double */
+        t.b = bounds;
+        with_task(&t);
+        if (pass != 2)
+            continue;
+        t.w = t.forward = c->f128;
+        t.b = bounds + KINDS;
+        with_task(&t);
+    }
+}
+
+TEST(tips_accelerate_as_asked)
+{
+    op_for_each(OP_ALL, tasks);
+    op_print(bounds, 2 * KINDS);
+    print_message("  %u accelerations, %u by definition, %u immobile\n", reached, by_definition,
+                  immobile);
+    assert_true(reached > 500 && by_definition > 500 && immobile > 10);
+}

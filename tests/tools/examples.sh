@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+#
+# The controllers of docs/examples, against a simulated arm: the tool reaches its goal, the arm comes
+# to rest. The library and a daemon over shared memory lead to the same digits.
+. "$(dirname "$0")/check.sh"
+
+[ -x "$bin/totalforced" ] || {
+    echo "skipped: $bin/totalforced is not built"
+    exit 77
+}
+robots=$data/../../../config/robots
+run=$work/run
+daemon=
+trap '[ -z "$daemon" ] || kill -9 $daemon 2>/dev/null; rm -rf "$work"' EXIT
+cat >"$work/config.yaml" <<EOF
+runtime_dir: $run
+robots:
+  - name: arm
+    urdf: $robots/arm7.urdf
+EOF
+"$bin/totalforced" "$work/config.yaml" >"$work/daemon.log" 2>&1 &
+daemon=$!
+tries=0
+until [ -S "$run/arm.sock" ]; do
+    tries=$((tries + 1))
+    if [ $tries -gt 300 ] || ! kill -0 $daemon 2>/dev/null; then
+        fail "the daemon does not start"
+        cat "$work/daemon.log"
+        finish
+    fi
+    sleep 0.1
+done
+
+for example in operational_space gravity_compensation; do
+    "$bin/example_$example" "$robots/arm7.urdf" tool0 >"$work/library" ||
+        fail "$example: the library"
+    TOTALFORCE_RUNTIME_DIR=$run "$bin/example_$example" "$robots/arm7.urdf" tool0 arm \
+        >"$work/daemon" || fail "$example: the daemon"
+    cmp "$work/library" "$work/daemon" || fail "$example: other digits over shared memory"
+    cp "$work/library" "$work/$example"
+done
+awk 'END { exit !($3 < 1e-9) }' "$work/operational_space" ||
+    fail "the tool is not at its goal: $(tail -n 1 "$work/operational_space")"
+# what the push left: less than a hundredth of what it was after one second
+awk '{ energy = $5 } NR == 1 { first = energy } END { exit !(energy < 0.01 * first) }' \
+    "$work/gravity_compensation" ||
+    fail "the arm does not come to rest: $(tail -n 1 "$work/gravity_compensation")"
+
+# a robot that the daemon does not serve: an error that says so
+if TOTALFORCE_RUNTIME_DIR=$run "$bin/example_operational_space" "$robots/arm7.urdf" tool0 leg \
+    2>"$work/err"; then
+    fail "a robot that is not there"
+fi
+grep -q "unknown robot" "$work/err" || fail "no reason: $(cat "$work/err")"
+kill -TERM $daemon
+wait $daemon || fail "the daemon ended with $?"
+daemon=
+finish

@@ -186,11 +186,11 @@ count_robot::count_robot(unsigned joints, bool moving) : m_(new body)
     b.model = maker.compile();
     if (!b.model || tfa_workspace_create(b.model, nullptr, &b.workspace) != TFA_OK)
         std::abort();
-    const size_t bytes = tfa_kernel_count_base.size(b.model, TFA_METHODS_ALL);
+    const size_t bytes = tfa_kernel_count_base.size(b.model, {TFA_METHODS_ALL, TFA_DEFAULT_TIPS});
     b.memory = std::aligned_alloc(64, (bytes + 63) / 64 * 64);
     if (!b.memory)
         std::abort();
-    b.s = tfa_kernel_count_base.init(b.model, TFA_METHODS_ALL, b.memory);
+    b.s = tfa_kernel_count_base.init(b.model, {TFA_METHODS_ALL, TFA_DEFAULT_TIPS}, b.memory);
     for (unsigned k = 0; k < joints; k++) {
         b.q.push_back(maker.uniform());
         b.v.push_back(maker.uniform());

@@ -25,7 +25,7 @@ static tfa_resolved resolved(const tfa_request *r)
 double count_request(const tfa_model *model, const tfa_request *request)
 {
     const tfa_kernel &kernel = tfa_kernel_count_base;
-    const size_t bytes = (kernel.size(model, TFA_METHODS_ALL) + 63) / 64 * 64;
+    const size_t bytes = (kernel.size(model, {TFA_METHODS_ALL, TFA_MAX_TIPS}) + 63) / 64 * 64;
     void *memory = std::aligned_alloc(64, bytes);
     if (!memory)
         return 0;
@@ -35,7 +35,7 @@ double count_request(const tfa_model *model, const tfa_request *request)
     reply.qdd = qdd.data();
     if (request->tip_count)
         reply.lambda_inv = lambda.data();
-    state *s = kernel.init(model, TFA_METHODS_ALL, memory);
+    state *s = kernel.init(model, {TFA_METHODS_ALL, TFA_MAX_TIPS}, memory);
     num_forget();
     const int status = kernel.answer(s, request, resolved(request), 0, 1, &reply, &answer);
     const num_tally t = num_counts;

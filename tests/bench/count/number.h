@@ -82,6 +82,13 @@ class num
         return num(a.value / b.value, step(a, b));
     }
 
+    /* A square root counts as a division: both take one unit, about as long. */
+    friend num num_sqrt(num a)
+    {
+        num_counts.divisions++;
+        return num(std::sqrt(a.value), step(a, a));
+    }
+
     friend num operator+(num a, num b)
     {
         num_counts.additions++;

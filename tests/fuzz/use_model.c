@@ -7,6 +7,7 @@
 #include "use.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <string.h>
 #include <totalforce/dynamics.h>
 
@@ -17,7 +18,7 @@ struct exchange {
     tfa_request request;
     tfa_reply reply;
     size_t count, n, tips; /* states, rows of M, tips */
-    double *q, *v, *tau, *qdd, *pose, *twist, *wrench, *acceleration, *wrenches, *payloads;
+    double *q, *v, *tau, *qdd, *pose, *twist, *wrench, *acceleration, *wrenches, *payloads, *task;
     uint32_t *locked;
     double gravity[3];
 };
@@ -104,21 +105,71 @@ static void choose_lists(struct exchange *x, const tfa_model *m, struct random_s
     x->locked = indices(r->locked_count, joints, c);
 }
 
-static void make_reply(struct exchange *x, size_t nv)
+/* Arrays of a reply: their numbers of a state, and the ops whose status they go with; 0: none. */
+enum { OF_1, OF_V, OF_N, OF_TIPS, OF_ROWS, OF_FRAMES, SIZES };
+#define ARRAY(member, times, one, other, ops)                                                      \
+    {                                                                                              \
+        offsetof(tfa_reply, member), times, one, other, ops                                        \
+    }
+static const struct {
+    size_t member, times;
+    int one, other;
+    uint32_t ops;
+} arrays_of_reply[] = {
+    ARRAY(qdd, 1, OF_V, OF_1, TFA_OPS_FD),
+    ARRAY(base_acceleration, 6, OF_1, OF_1, 0),
+    ARRAY(tau, 1, OF_V, OF_1, TFA_OPS_ID | TFA_OPS_TASK),
+    ARRAY(base_wrench, 6, OF_1, OF_1, 0),
+    ARRAY(lambda_inv, 1, OF_ROWS, OF_ROWS, TFA_OPS_OSIM | TFA_OPS_TASK),
+    ARRAY(mass_matrix, 1, OF_N, OF_N, TFA_OPS_M),
+    ARRAY(poses, 7, OF_TIPS, OF_1, 0),
+    ARRAY(frame_poses, 7, OF_FRAMES, OF_1, 0),
+    ARRAY(twists, 6, OF_TIPS, OF_1, 0),
+    ARRAY(jacobian, 1, OF_ROWS, OF_N, 0),
+    ARRAY(bias_acceleration, 1, OF_ROWS, OF_1, 0),
+    ARRAY(com, 3, OF_1, OF_1, 0),
+    ARRAY(com_velocity, 3, OF_1, OF_1, 0),
+    ARRAY(com_jacobian, 3, OF_N, OF_1, 0),
+    ARRAY(mass, 1, OF_1, OF_1, 0),
+    ARRAY(momentum, 6, OF_1, OF_1, 0),
+    ARRAY(energy, 2, OF_1, OF_1, 0),
+    ARRAY(lambda, 1, OF_ROWS, OF_ROWS, 0),
+    ARRAY(mu, 1, OF_ROWS, OF_1, 0),
+    ARRAY(p, 1, OF_ROWS, OF_1, 0),
+    ARRAY(gravity_force, 1, OF_N, OF_1, 0),
+    ARRAY(velocity_force, 1, OF_N, OF_1, 0),
+    ARRAY(damping_force, 1, OF_N, OF_1, 0),
+    ARRAY(external_force, 1, OF_N, OF_1, 0),
+    ARRAY(armature_force, 1, OF_N, OF_1, 0),
+    ARRAY(dqdd_dq, 1, OF_N, OF_N, TFA_OPS_DERIVATIVES),
+    ARRAY(dqdd_dv, 1, OF_N, OF_N, TFA_OPS_DERIVATIVES),
+    ARRAY(dqdd_dtau, 1, OF_N, OF_N, TFA_OPS_DERIVATIVES),
+};
+enum { REPLY_ARRAYS = sizeof arrays_of_reply / sizeof *arrays_of_reply };
+
+static double **array_of_reply(struct exchange *x, int i)
 {
-    tfa_reply *y = &x->reply;
-    size_t rows = 6 * x->tips;
+    return (double **)(void *)((char *)&x->reply + arrays_of_reply[i].member);
+}
+
+static size_t numbers_of_reply(const struct exchange *x, const tfa_model *m, int i)
+{
+    const size_t rows = x->request.rows == TFA_ROWS_POINT ? 3 : 6;
+    const size_t sizes[SIZES] = {1,       tfa_model_v_count(m), x->n,
+                                 x->tips, rows * x->tips,       tfa_model_frame_count(m)};
+    return x->count * arrays_of_reply[i].times * sizes[arrays_of_reply[i].one] *
+           sizes[arrays_of_reply[i].other];
+}
+
+static void make_reply(struct exchange *x, const tfa_model *m)
+{
     struct random_source none = {0};
-    y->qdd = numbers(x->count * nv, 0, &none);
-    y->base_acceleration = numbers(x->count * 6, 0, &none);
-    y->tau = numbers(x->count * nv, 0, &none);
-    y->base_wrench = numbers(x->count * 6, 0, &none);
-    y->lambda_inv = numbers(x->count * rows * rows, 0, &none);
-    y->mass_matrix = numbers(x->count * x->n * x->n, 0, &none);
-    y->poses = numbers(x->count * x->tips * 7, 0, &none);
-    y->spectrum = calloc(x->count, sizeof *y->spectrum);
-    y->answers = calloc(x->count, sizeof *y->answers);
-    REQUIRE(y->spectrum && y->answers);
+    for (int i = 0; i < REPLY_ARRAYS; i++)
+        *array_of_reply(x, i) = numbers(numbers_of_reply(x, m, i), 0, &none);
+    x->reply.spectrum = calloc(x->count, sizeof *x->reply.spectrum);
+    x->reply.rank = calloc(x->count, sizeof *x->reply.rank);
+    x->reply.answers = calloc(x->count, sizeof *x->reply.answers);
+    REQUIRE(x->reply.spectrum && x->reply.rank && x->reply.answers);
 }
 
 static void make_exchange(struct exchange *x, const tfa_model *m, struct random_source *c)
@@ -129,12 +180,17 @@ static void make_exchange(struct exchange *x, const tfa_model *m, struct random_
     x->n = tfa_model_base_freedoms(m) + tfa_model_v_count(m);
     choose_state(x, m, c);
     choose_lists(x, m, c);
-    make_reply(x, tfa_model_v_count(m));
     r->count = (uint32_t)x->count;
+    r->rows = (tfa_rows)random_below(c, 2);
+    r->rank_loss = (tfa_rank_loss)random_below(c, 3);
+    make_reply(x, m);
+    x->task = numbers(x->count * 6 * x->tips, 10, c);
     r->refine = random_percent(c, 60) ? TFA_REFINE_DEFAULT : (uint32_t)random_below(c, 3);
     r->estimate = (tfa_estimate)random_below(c, 3);
     r->frame = (tfa_reference_frame)random_below(c, 3);
-    r->flags = (uint32_t)random_below(c, 4);
+    r->flags =
+        (uint32_t)random_below(c, TFA_WANT_ALL + 1) & (uint32_t)random_below(c, TFA_WANT_ALL + 1);
+    r->task_acceleration = x->task;
     r->q = x->q;
     r->v = x->v;
     r->tau = x->tau;
@@ -152,27 +208,16 @@ static void make_exchange(struct exchange *x, const tfa_model *m, struct random_
 
 static void free_exchange(struct exchange *x)
 {
-    double *const arrays[] = {x->q,
-                              x->v,
-                              x->tau,
-                              x->qdd,
-                              x->pose,
-                              x->twist,
-                              x->wrench,
-                              x->acceleration,
-                              x->wrenches,
-                              x->payloads,
-                              x->reply.qdd,
-                              x->reply.base_acceleration,
-                              x->reply.tau,
-                              x->reply.base_wrench,
-                              x->reply.lambda_inv,
-                              x->reply.mass_matrix,
-                              x->reply.poses};
+    double *const arrays[] = {x->q,        x->v,        x->tau,    x->qdd,
+                              x->pose,     x->twist,    x->wrench, x->acceleration,
+                              x->wrenches, x->payloads, x->task};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         free(arrays[i]);
+    for (int i = 0; i < REPLY_ARRAYS; i++)
+        free(*array_of_reply(x, i));
     free(x->locked);
     free(x->reply.spectrum);
+    free(x->reply.rank);
     free(x->reply.answers);
 }
 
@@ -183,32 +228,18 @@ static void require_finite(const double *array, size_t n)
 }
 
 /* An answer that is not finite is not called an answer. */
-static void check(const struct exchange *x, const tfa_model *m)
+static void check(struct exchange *x, const tfa_model *m)
 {
-    const tfa_reply *y = &x->reply;
-    size_t nv = tfa_model_v_count(m);
-    size_t rows = 6 * x->tips;
-    if (y->status != TFA_OK)
+    if (x->reply.status != TFA_OK)
         return;
-    switch (x->request.op) {
-    case TFA_OP_FORWARD_DYNAMICS:
-        require_finite(y->qdd, x->count * nv);
-        break;
-    case TFA_OP_INVERSE_DYNAMICS:
-        require_finite(y->tau, x->count * nv);
-        break;
-    case TFA_OP_OPERATIONAL_INERTIA:
-        require_finite(y->lambda_inv, x->count * rows * rows);
-        break;
-    case TFA_OP_MASS_MATRIX:
-        require_finite(y->mass_matrix, x->count * x->n * x->n);
-        break;
-    }
+    for (int i = 0; i < REPLY_ARRAYS; i++)
+        if (arrays_of_reply[i].ops & TFA_OP_BIT(x->request.op))
+            require_finite(*array_of_reply(x, i), numbers_of_reply(x, m, i));
 }
 
 static void compute_everything(tfa_workspace *w, struct exchange *x, const tfa_model *m)
 {
-    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
+    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++)
         for (int method = TFA_METHOD_AUTO; method <= TFA_METHOD_PROPAGATION; method++) {
             x->request.op = (tfa_op)op;
             x->request.method = (tfa_method)method;

@@ -139,6 +139,9 @@ says "$work/hgrm" '#[Max'
 says "$work/hgrm.dds" '#[Max'
 awk -F, 'NR > 1 && $1 == "shm" && $4 != $5 + $6 + $7 + $8 { bad++ } END { exit bad > 0 }' \
     "$work/csv" || fail "the parts of a round trip do not add up"
+latency 0 "$tool" latency arm --rate 2000 --json
+says "$work/out" '"loop": "rate"'
+latency 3 "$tool" latency arm --rate 0
 latency 0 "$tool" latency floater --batch 4 --wait block
 says "$work/out" "and a floating base, batch 4"
 says "$work/out" "p50 per state"

@@ -65,6 +65,7 @@ TEST(test_json)
     json_t *trip = json_object_get(json_object_get(first, "ns"), "round_trip");
     json_t *percentiles = json_object_get(trip, "percentiles");
     assert_string_equal(json_string_value(json_object_get(first, "loop")), "closed");
+    assert_true(json_real_value(json_object_get(first, "rate")) == 0);
     assert_string_equal(json_string_value(json_object_get(first, "via")), "shm");
     assert_int_equal(json_integer_value(json_object_get(trip, "count")), 1000);
     assert_int_equal(json_integer_value(json_object_get(trip, "min")), 1000);

@@ -18,6 +18,7 @@ enum {
     KEY_VIA = 256,
     KEY_COUNT,
     KEY_WARMUP,
+    KEY_RATE,
     KEY_BATCH,
     KEY_METHOD,
     KEY_ESTIMATE,
@@ -38,6 +39,10 @@ static const struct argp_option option_table[] = {
     {.name = "via", .key = KEY_VIA, .arg = "shm|dds|both", .doc = "Transport (shm)"},
     {.name = "count", .key = KEY_COUNT, .arg = "N", .doc = "Round trips measured (100000)"},
     {.name = "warmup", .key = KEY_WARMUP, .arg = "N", .doc = "Round trips before that (1000)"},
+    {.name = "rate",
+     .key = KEY_RATE,
+     .arg = "HZ",
+     .doc = "Round trips a second; the client sleeps between them (a closed loop)"},
     {.name = "batch", .key = KEY_BATCH, .arg = "N", .doc = "States of one request (1)"},
     {.name = "method", .key = KEY_METHOD, .arg = "NAME", .doc = "Forward dynamics by (auto)"},
     {.name = "estimate",
@@ -103,6 +108,9 @@ static error_t parse_measure(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_WARMUP:
         options->warmup = option_unsigned(state, "warmup", text, 0, UINT64_C(1) << 32);
+        return 0;
+    case KEY_RATE:
+        options->rate = positive(state, "rate", text);
         return 0;
     case KEY_BATCH:
         options->batch = (uint32_t)option_unsigned(state, "batch", text, 1, 1 << 20);
@@ -322,8 +330,8 @@ int command_latency(int argc, char **argv)
         .parser = parse,
         .args_doc = "ROBOT",
         .doc = "Measures round trips of forward dynamics to the daemon that serves ROBOT, in a "
-               "closed loop, and the floor under them: a ping-pong of one cache line between two "
-               "processes, and the solve itself.\v"
+               "closed loop or at a fixed rate, and the floor under them: a ping-pong of one cache "
+               "line between two processes, and the solve itself.\v"
                "The parts of a round trip: request (client to daemon), queue, compute, reply.",
         .children = children};
     latency_options options = {.shm = 1, .count = 100000, .warmup = 1000, .batch = 1, .cpu = -1};

@@ -19,6 +19,7 @@ typedef struct latency_options {
     daemon_options daemon;
     int shm, dds; /**< transports to measure */
     uint64_t count, warmup;
+    double rate; /**< calls a second; 0: each as soon as the reply to the one before is there */
     uint32_t batch;
     tfa_method method;
     tfa_estimate estimate;

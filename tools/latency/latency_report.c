@@ -109,6 +109,18 @@ static void print_thread(FILE *out, const char *who, const thread_usage *t)
             t->minor_faults, t->major_faults);
 }
 
+static void print_loop(FILE *out, const latency_options *options, const latency_run *run)
+{
+    if (options->rate > 0)
+        fprintf(out, "  %g a second", options->rate);
+    else
+        fputs("  closed loop", out);
+    fprintf(out,
+            ": %" PRIu64 " round trips after %" PRIu64
+            " of warm-up, %.3f s, a new state at every call\n",
+            run->parts[PART_ROUND_TRIP].count, options->warmup, (double)run->elapsed_ns / 1e9);
+}
+
 static void print_run(FILE *out, const latency_options *options, const latency_run *run,
                       const latency_baseline *baseline)
 {
@@ -121,10 +133,7 @@ static void print_run(FILE *out, const latency_options *options, const latency_r
             info->base_freedoms ? " and a floating base" : "", options->batch,
             tfa_method_name(run->method), estimate_name(options->estimate), wait_name(info->wait),
             run->hash);
-    fprintf(out,
-            "  closed loop: %" PRIu64 " round trips after %" PRIu64
-            " of warm-up, %.3f s, a new state at every call\n",
-            trip->count, options->warmup, (double)run->elapsed_ns / 1e9);
+    print_loop(out, options, run);
     print_head(out, "us", trip);
     for (int i = 0; i < PART_COUNT; i++)
         print_row(out, latency_parts[i], &run->parts[i], trip);
@@ -213,8 +222,9 @@ static json_t *json_run(const latency_options *options, const latency_run *run,
     for (int i = 0; i < PART_COUNT; i++)
         json_object_set_new(parts, latency_parts[i], json_histogram(&run->parts[i]));
     json_t *json =
-        json_pack("{ss ss ss si si si ss ss}", "via", daemon_via_name(run->via), "loop", "closed",
-                  "robot", options->daemon.robot, "q_count", (int)run->info.q_count, "v_count",
+        json_pack("{ss ss sf ss si si si ss ss}", "via", daemon_via_name(run->via), "loop",
+                  options->rate > 0 ? "rate" : "closed", "rate", options->rate, "robot",
+                  options->daemon.robot, "q_count", (int)run->info.q_count, "v_count",
                   (int)run->info.v_count, "base_freedoms", (int)run->info.base_freedoms,
                   "model_hash", run->hash, "method", tfa_method_name(run->method));
     json_t *rest = json_pack(

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Measures round trips in a closed loop: the next request leaves when the reply is there.
+ * Measures round trips in a closed loop, where the next request leaves when the reply is there, or
+ * at a fixed rate, where the client sleeps until the next one is due.
  */
 #include "common/commands.h"
 #include "common/robot_names.h"
@@ -135,6 +136,7 @@ typedef struct loop {
     tfa_reply reply;
     latency_run *run;
     uint64_t started, misses_in_a_row;
+    uint64_t due; /* of the next request, at a fixed rate */
 } loop;
 
 /* A stamp brought between two others. The daemon may stamp a burst once, before our request left,
@@ -202,11 +204,27 @@ void latency_progress(const char *what, uint64_t done, uint64_t count)
     fflush(stderr);
 }
 
+/* At a fixed rate: sleeps until the next request is due. One that is overdue leaves at once, and
+ * those after it keep their times. */
+static void wait_until_due(loop *l)
+{
+    if (!(l->options->rate > 0))
+        return;
+    if (!l->due)
+        l->due = clock_ns();
+    l->due += (uint64_t)(1e9 / l->options->rate);
+    const struct timespec at = {.tv_sec = (time_t)(l->due / 1000000000u),
+                                .tv_nsec = (long)(l->due % 1000000000u)};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &at, NULL) == EINTR)
+        ;
+}
+
 /* One request there and back. @return TFA_OK to go on. */
 static int exchange_one(loop *l, uint64_t index, int measured)
 {
     const tfa_request *request = &l->run->states.requests[index % l->run->states.sets];
     tfa_exchange times = {0};
+    wait_until_due(l);
     uint64_t sent = clock_ns();
     int status = l->link ? daemon_call(l->link, request, &l->reply, &times) : TFA_E_DISCONNECTED;
     uint64_t back = clock_ns();

@@ -93,6 +93,9 @@ int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_r
 void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
                             void *slot, tfa_reply *reply);
 
+/** Bytes of a reply with its line. */
+size_t tfa_wire_reply_bytes(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape);
+
 /** Writes the line of a reply, all but seq and the times. */
 void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot);
 

@@ -117,6 +117,11 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
     }
 }
 
+size_t tfa_wire_reply_bytes(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape)
+{
+    return TFA_WIRE_LINE + blocks_width(shape, reply_shape->want, reply_shape);
+}
+
 void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot)
 {
     tfa_wire_reply *line = slot;

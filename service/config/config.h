@@ -21,6 +21,8 @@
 /* Time of one client's turn: 40 forward dynamics of a 7-joint arm; a part costs 0.1 us more than
  * its states (tests/service/fairness.c prints both) */
 #define TFA_WORKER_TURN_US 20
+/* Time between two warm-ups */
+#define TFA_WORKER_WARM_US 50
 
 typedef enum config_estimate {
     CONFIG_ESTIMATE_DEFAULT,
@@ -153,7 +155,7 @@ typedef struct config {
     const char *specialise_directory;
     uint32_t specialise; /* config_specialise */
     uint32_t log_level;
-    uint32_t workers, spin_ns, turn_us, backend;
+    uint32_t workers, spin_ns, turn_us, warm_us, backend;
     bool allow_spin;
     config_limits limits;
     config_realtime realtime;

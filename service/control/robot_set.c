@@ -121,7 +121,8 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
                                             .robot_count = f->count,
                                             .spin_ns = d->settings->spin_ns,
                                             .wait = worker_wait(d->settings),
-                                            .turn_ns = d->settings->turn_us * 1000};
+                                            .turn_ns = d->settings->turn_us * 1000,
+                                            .warm_ns = d->settings->warm_us * 1000};
         status = tfa_worker_create(&options, &w->worker);
     }
     free(robots);

@@ -78,6 +78,9 @@ void tfa_robot_solver_free(tfa_robot_solver *solver);
 int tfa_robot_solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first,
                     uint32_t count);
 
+/** A tfa_warm_up; requests for the pool are left out. */
+void tfa_robot_warm_up(void *self, const tfa_request *request, tfa_reply *reply);
+
 /** The robot, for a worker */
 tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver);
 

@@ -105,7 +105,10 @@ void tfa_robot_solver_free(tfa_robot_solver *solver)
 
 tfa_worker_robot tfa_robot_for_worker(const tfa_robot *robot, tfa_robot_solver *solver)
 {
-    return (tfa_worker_robot){.shape = robot->shape, .solve = tfa_robot_solve, .self = solver};
+    return (tfa_worker_robot){.shape = robot->shape,
+                              .solve = tfa_robot_solve,
+                              .warm_up = tfa_robot_warm_up,
+                              .self = solver};
 }
 
 /* Estimate policy of a request that leaves it open. DEFAULT is the library's: where the sentinel
@@ -181,4 +184,11 @@ int tfa_robot_solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t
     if (first == 0 && tfa_request_check(solver->model, request, reply) != TFA_OK)
         return reply->status;
     return solve_states(solver, request, first, count, reply);
+}
+
+void tfa_robot_warm_up(void *self, const tfa_request *request, tfa_reply *reply)
+{
+    const tfa_robot_solver *solver = self;
+    if (!is_large(solver, request))
+        (void)tfa_compute(solver->workspace, request, reply);
 }

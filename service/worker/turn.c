@@ -53,6 +53,8 @@ static bool others_in_use(const tfa_worker *w, const tfa_worker_robot *robots)
 static void accept_offer(tfa_worker *w)
 {
     const tfa_worker_robot *offer = atomic_load_explicit(&w->offer, memory_order_acquire); /* R12 */
+    if (offer != w->robots)
+        tfa_worker_warm_up_forget(w);
     w->robots = offer;
     if (offer != atomic_load_explicit(&w->taken, memory_order_relaxed) && !others_in_use(w, offer))
         atomic_store_explicit(&w->taken, offer, memory_order_release); /* A13 */
@@ -201,6 +203,7 @@ static uint64_t copy_request(const tfa_worker_client *client)
 static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start)
 {
     worker_request *at = &client->at;
+    client->warm = false; /* its copy is overwritten */
     const uint64_t sent = copy_request(client);
     if (tfa_sigbus_hit(client->guards[0]))
         return false;
@@ -208,6 +211,7 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
         w->now = tfa_worker_clock();
     at->active = true;
     at->first = at->want = 0;
+    at->spent_ns = 0;
     at->robot = &w->robots[client->robot];
     at->received = sent > cycle_start ? w->now : cycle_start;
     at->start = w->now;
@@ -234,6 +238,7 @@ static uint64_t solve_part(tfa_worker *w, worker_request *at)
     at->first += count;
     w->now = tfa_worker_clock();
     const uint64_t took = w->now - before;
+    at->spent_ns += took;
     if (tfa_wire_has_answers(status)) /* a refusal says nothing about the cost of its kind */
         tfa_cost_record(at->cost, count, took);
     /* far beyond its cost, the time was lost to another program */
@@ -286,6 +291,7 @@ static bool serve(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start
     }
     if (!tfa_wire_has_answers(at->reply.status) || at->first >= at->request.count) {
         finish_request(w, client);
+        tfa_worker_warm_up_keep(w, client);
         client->drained += is_draining(client);
     }
     return true;

@@ -48,11 +48,14 @@ int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
     w->spin_ns = options->spin_ns;
     w->wait = options->wait == TFA_WAIT_DEFAULT ? TFA_WAIT_HYBRID : options->wait;
     w->turn_ns = options->turn_ns ? options->turn_ns : TFA_WORKER_TURN_US * 1000;
+    int status = tfa_worker_warm_up_init(&w->warm_up, options->warm_ns);
     w->costs = calloc(options->robot_count, sizeof *w->costs);
     for (int i = 0; i < 2; i++)
         w->solver_lists[i] = calloc(options->robot_count, sizeof *w->solver_lists[i]);
-    int status =
-        w->costs && w->solver_lists[0] && w->solver_lists[1] ? open_descriptors(w) : TFA_E_MEMORY;
+    if (!w->costs || !w->solver_lists[0] || !w->solver_lists[1])
+        status = TFA_E_MEMORY;
+    if (status == TFA_OK)
+        status = open_descriptors(w);
     if (status != TFA_OK) {
         tfa_worker_destroy(w);
         return status;
@@ -74,6 +77,7 @@ void tfa_worker_destroy(tfa_worker *w)
     if (w->wake_event >= 0)
         close(w->wake_event);
     pthread_mutex_destroy(&w->mutex);
+    free(w->warm_up.reply);
     free(w->costs);
     free(w->solver_lists[0]);
     free(w->solver_lists[1]);
@@ -129,40 +133,46 @@ static tfa_wait mode_of(const tfa_worker *w)
     return clients[TFA_WAIT_HYBRID] ? TFA_WAIT_HYBRID : TFA_WAIT_BLOCK;
 }
 
-/* After `idle` cycles without work, the first of which was at `since` on the clock. */
-static void wait_for_work(tfa_worker *w, uint32_t *idle, uint64_t *since)
+/* Looks at the clock now and then. @return the worker has spun for as long as its mode lets it */
+static bool spin(tfa_worker *w, tfa_wait mode)
+{
+    if (++w->idle % CYCLES_PER_CLOCK_READ != 0)
+        return false;
+    w->now = tfa_worker_clock();
+    if (w->idle == CYCLES_PER_CLOCK_READ) {
+        w->idle_since = w->now;
+        tfa_worker_warm_up_restart(w);
+    }
+    if (w->now - w->idle_since > (mode == TFA_WAIT_SPIN ? SPIN_IDLE_NS : w->spin_ns))
+        return true;
+    tfa_worker_warm_up(w);
+    return false;
+}
+
+void tfa_worker_wait(tfa_worker *w)
 {
     const struct timespec nap = {.tv_nsec = NAP_NS};
     const tfa_wait mode = mode_of(w);
     tfa_ring_cpu_relax();
-    if (mode != TFA_WAIT_BLOCK) {
-        if (++*idle % CYCLES_PER_CLOCK_READ != 0)
-            return;
-        w->now = tfa_worker_clock();
-        if (*idle == CYCLES_PER_CLOCK_READ)
-            *since = w->now;
-        if (w->now - *since <= (mode == TFA_WAIT_SPIN ? SPIN_IDLE_NS : w->spin_ns))
-            return;
-    }
+    if (mode != TFA_WAIT_BLOCK && !spin(w, mode))
+        return;
     if (mode == TFA_WAIT_SPIN) {
         clock_nanosleep(CLOCK_MONOTONIC, 0, &nap, NULL);
-        *idle = 2 * CYCLES_PER_CLOCK_READ - 1; /* looks at the clock in the next cycle, too */
+        w->idle = 2 * CYCLES_PER_CLOCK_READ - 1; /* looks at the clock in the next cycle, too */
         return;
     }
     tfa_worker_sleep(w, SLEEP_MS);
-    *idle = 0;
+    w->idle = 0;
 }
 
 void tfa_worker_run(tfa_worker *w)
 {
-    uint32_t idle = 0;
-    uint64_t since = 0;
     atomic_store_explicit(&w->phase, WORKER_RUNNING, memory_order_release); /* A10 */
     while (!atomic_load_explicit(&w->stop, memory_order_acquire)) {         /* R11 */
         if (tfa_worker_cycle(w))
-            idle = 0;
+            w->idle = 0;
         else
-            wait_for_work(w, &idle, &since);
+            tfa_worker_wait(w);
     }
     const uint64_t end = tfa_worker_clock() + DRAIN_NS;
     while (tfa_worker_cycle(w) && w->now < end)

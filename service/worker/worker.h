@@ -53,11 +53,18 @@
 typedef int (*tfa_solver)(void *self, tfa_request *request, tfa_reply *reply, uint32_t first,
                           uint32_t count);
 
+/**
+ * Answers a request again that the solver answered before, its estimate policy settled. Changes
+ * nothing but the reply and the memory that each request overwrites. No allocation, no lock.
+ */
+typedef void (*tfa_warm_up)(void *self, const tfa_request *request, tfa_reply *reply);
+
 /** A robot, for a worker */
 typedef struct tfa_worker_robot {
     tfa_wire_shape shape; /**< max_batch, max_tips: the most that any client may have */
     tfa_solver solve;
-    void *self; /**< this worker's own (a workspace) */
+    tfa_warm_up warm_up; /**< NULL: its requests are not solved again */
+    void *self;          /**< this worker's own (a workspace) */
 } tfa_worker_robot;
 
 typedef struct tfa_worker_options {
@@ -65,6 +72,7 @@ typedef struct tfa_worker_options {
     uint32_t robot_count;
     uint32_t spin_ns; /**< hybrid: sleeps after so long without a request */
     uint32_t turn_ns; /**< time of one client's turn; 0: TFA_WORKER_TURN_US */
+    uint32_t warm_ns; /**< a worker that spins solves a request again so often; 0: never */
     tfa_wait wait;    /**< while no client asked for more: SPIN never sleeps, BLOCK at once */
 } tfa_worker_options;
 

@@ -35,6 +35,7 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
     client->wait = o->wait;
     client->doorbell = o->doorbell;
     client->direct = o->direct;
+    client->warm = false;
     client->guards[0] = client->guards[1] = -1;
     client->ring = (tfa_ring_server){.layout = o->layout,
                                      .requests = o->requests,

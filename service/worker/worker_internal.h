@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Shared declarations of a worker: worker.c (its thread), turn.c (requests), worker_client.c (all
- * other threads).
+ * Shared declarations of a worker: worker.c (its thread), turn.c (requests), warm_up.c (requests
+ * solved again), worker_client.c (all other threads).
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 #define TFA_SERVICE_WORKER_WORKER_INTERNAL_H
@@ -29,12 +29,24 @@ typedef struct worker_request {
     uint32_t first;                /* states answered so far */
     uint32_t want;                 /* blocks of the reply */
     uint64_t received, start;      /* CLOCK_MONOTONIC ns */
+    uint64_t spent_ns;             /* on its parts so far */
     const tfa_worker_robot *robot; /* its solver; in one of `solver_lists` */
     tfa_worker_call *call;         /* of a direct client */
     tfa_cost *cost;
     tfa_request request; /* arrays lie in `scratch` */
     tfa_reply reply;     /* buffers lie in the reply slot */
 } worker_request;
+
+/* Requests solved again between requests, so that code and tables stay in the caches. Belongs to
+ * the worker's thread. */
+typedef struct worker_warm_up {
+    uint32_t period_ns; /* 0: off */
+    uint32_t client;    /* the one looked at last */
+    uint64_t due;       /* CLOCK_MONOTONIC ns: not before */
+    void *reply;        /* TFA_WARM_UP_REPLY_BYTES for answers that nobody reads */
+} worker_warm_up;
+
+#define TFA_WARM_UP_REPLY_BYTES 16384
 
 /* Everything but state and counters is written while FREE and constant while ATTACHED; the members
  * marked "worker" belong to the worker's thread then. */
@@ -53,6 +65,7 @@ struct tfa_worker_client {
     uint32_t drained;  /* worker: requests answered while DRAINING */
     uint64_t drain_ns; /* worker: and the time they took */
     worker_request at; /* worker */
+    bool warm;         /* worker: the request in `scratch` may be solved again */
     tfa_worker_client_counters count;
 };
 
@@ -78,6 +91,9 @@ struct tfa_worker {
     uint64_t virtual_clock;    /* virtual time of the client that was served last */
     uint64_t now;              /* CLOCK_MONOTONIC ns, when the piece of work before ended */
     uint64_t beats, last_beat; /* cycles; `now` when clients were last shown a heartbeat */
+    uint32_t idle;             /* cycles without work, since `idle_since` */
+    uint64_t idle_since;
+    worker_warm_up warm_up;
     tfa_worker_client *ready[TFA_WORKER_CLIENTS_MAX]; /* of a cycle */
 
     int epoll, wake_event; /* wake_event: in epoll */
@@ -93,5 +109,23 @@ uint64_t tfa_worker_clock(void);
 
 /* The client has a request under way or in its ring. */
 bool tfa_worker_client_has_work(const tfa_worker_client *client);
+
+/* ---- worker.c ---- */
+
+/* After a cycle without work: spins, solves a request again, naps or sleeps. */
+void tfa_worker_wait(tfa_worker *worker);
+
+/* ---- warm_up.c ---- */
+
+/* TFA_OK; TFA_E_MEMORY. */
+TFA_CHECKED int tfa_worker_warm_up_init(worker_warm_up *warm_up, uint32_t period_ns);
+/* A client's request was answered: it may be solved again, if it is an ordinary one. */
+void tfa_worker_warm_up_keep(const tfa_worker *worker, tfa_worker_client *client);
+/* No request that was answered so far is solved again. */
+void tfa_worker_warm_up_forget(tfa_worker *worker);
+/* Work has ended: the next warm-up is due in a period from now. */
+void tfa_worker_warm_up_restart(tfa_worker *worker);
+/* Solves a request again if one is due. Between two calls the worker looks at all clients. */
+void tfa_worker_warm_up(tfa_worker *worker);
 
 #endif

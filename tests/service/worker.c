@@ -301,7 +301,7 @@ TEST(stop_drains)
 /* One of many solvers: it must not be asked once the worker took another. */
 typedef struct one_of {
     uint32_t calls;
-    bool retired;
+    bool retired, asked_late;
     _Atomic bool *hold; /* it waits as long as this is set */
 } one_of;
 
@@ -316,17 +316,29 @@ static int add_once(void *self, tfa_request *request, tfa_reply *reply, uint32_t
     return add(&me->calls, request, reply, first, count);
 }
 
+static void add_again(void *self, const tfa_request *request, tfa_reply *reply)
+{
+    one_of *me = self;
+    me->asked_late = me->asked_late || me->retired;
+    reply->qdd[0] = request->q[0];
+}
+
 static tfa_worker_robot served_by(one_of *one)
 {
-    return (tfa_worker_robot){
-        .shape = {.q_count = 2, .v_count = 2, .max_batch = 4}, .solve = add_once, .self = one};
+    return (tfa_worker_robot){.shape = {.q_count = 2, .v_count = 2, .max_batch = 4},
+                              .solve = add_once,
+                              .warm_up = add_again,
+                              .self = one};
 }
 
 static void make_bench_of(bench *b, one_of *one)
 {
     const tfa_worker_robot robot = served_by(one);
-    const tfa_worker_options options = {
-        .robots = &robot, .robot_count = 1, .spin_ns = 20000, .wait = TFA_WAIT_HYBRID};
+    const tfa_worker_options options = {.robots = &robot,
+                                        .robot_count = 1,
+                                        .spin_ns = 20000,
+                                        .warm_ns = 1,
+                                        .wait = TFA_WAIT_HYBRID};
     assert_int_equal(tfa_worker_create(&options, &b->worker), TFA_OK);
 }
 
@@ -381,8 +393,10 @@ TEST(offers_while_asked)
     tfa_worker_stop(b.worker);
     pthread_join(b.thread, NULL);
     uint32_t calls = 0;
-    for (uint32_t i = 0; i < OFFERS; i++)
+    for (uint32_t i = 0; i < OFFERS; i++) {
         calls += ones[i].calls;
+        assert_false(ones[i].asked_late);
+    }
     assert_int_equal(calls, CLIENTS * EXCHANGES);
     tfa_worker_destroy(b.worker);
     free(ones);

@@ -23,7 +23,7 @@ processes=
 finish() {
     status=$?
     for process in $processes; do
-        kill -TERM "$process" 2>/dev/null && wait "$process" || true
+        kill -TERM "$process" 2>/dev/null && wait "$process" 2>/dev/null || true
     done
     rm -rf "$run"
     exit $status

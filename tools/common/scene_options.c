@@ -255,8 +255,8 @@ tfa_model *load_scene(const char *path, scene_options *options, tfa_severity low
 tfa_model *load_scene_text(const char *name, const char *text, size_t length,
                            scene_options *options, tfa_severity lowest, tfa_report *report)
 {
-    return with_fitting_locks(
-        options, load_model_text(name, text, length, &options->model, lowest, report));
+    return with_fitting_locks(options,
+                              load_model_text(name, text, length, &options->model, lowest, report));
 }
 
 void scene_options_free(scene_options *options)

@@ -9,7 +9,7 @@
 
 #include <stdint.h>
 
-/* 2^-1074 is the unit of digit 0. 2^53 doubles below 2^1024 need 2151 bits, which 68 digits hold. */
+/* 2^-1074 is the unit of digit 0. 2^53 doubles below 2^1024 are 2151 bits, which 68 digits hold. */
 enum { EXACT_SUM_DIGITS = 68 };
 
 /** Zero-initialise. Every digit is below 2^32, so that equal sums have equal bits. */

@@ -20,13 +20,14 @@ static unsigned bin_of(double value)
     uint64_t bits;
     memcpy(&bits, &value, sizeof bits);
     const int exponent = (int)(bits >> 52) - 1023 - STATISTICS_LOWEST_EXPONENT;
-    return exponent < 0 ? 0 : exponent >= STATISTICS_BINS - 2 ? STATISTICS_BINS - 1
-                                                              : (unsigned)exponent + 1;
+    return exponent < 0                      ? 0
+           : exponent >= STATISTICS_BINS - 2 ? STATISTICS_BINS - 1
+                                             : (unsigned)exponent + 1;
 }
 
 double series_bin_bound(unsigned bin)
 {
-    return bin == 0 ? 0.0
+    return bin == 0                 ? 0.0
            : bin >= STATISTICS_BINS ? INFINITY
                                     : ldexp(1.0, (int)bin - 1 + STATISTICS_LOWEST_EXPONENT);
 }
@@ -79,13 +80,11 @@ double series_quantile(const series *s, double quantile)
 static void merge_extremes(series *into, const series *from)
 {
     const int none = into->count == 0;
-    if (none || from->min < into->min ||
-        (from->min == into->min && from->min_at < into->min_at)) {
+    if (none || from->min < into->min || (from->min == into->min && from->min_at < into->min_at)) {
         into->min = from->min;
         into->min_at = from->min_at;
     }
-    if (none || from->max > into->max ||
-        (from->max == into->max && from->max_at < into->max_at)) {
+    if (none || from->max > into->max || (from->max == into->max && from->max_at < into->max_at)) {
         into->max = from->max;
         into->max_at = from->max_at;
     }

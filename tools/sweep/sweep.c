@@ -61,9 +61,9 @@ static int report(const sweep_plan *plan, const sweep_results *r, int ranks)
         return EXIT_UNMET;
     }
     const int result = sweep_print(plan, r, ranks);
-    return result != EXIT_GOOD                           ? result
+    return result != EXIT_GOOD                       ? result
            : meets_expectation(plan, &r->statistics) ? EXIT_GOOD
-                                                         : EXIT_UNMET;
+                                                     : EXIT_UNMET;
 }
 
 static int sweep(sweep_options *options, sweep_ranks *ranks)

@@ -191,9 +191,10 @@ static void take_one(const sweep_worker *w, uint32_t at, tfa_request *request, t
     *reply = w->reply;
     request->count = 1;
     const double **const inputs[] = {
-        &request->base_pose, &request->base_twist,        &request->base_wrench,
-        &request->q,         &request->v,                 &request->tau,
-        &request->qdd,       &request->base_acceleration,
+        &request->base_pose,   &request->base_twist,
+        &request->base_wrench, &request->q,
+        &request->v,           &request->tau,
+        &request->qdd,         &request->base_acceleration,
     };
     const uint32_t sizes[] = {size[STATE_BASE_POSE], size[STATE_BASE_TWIST], size[STATE_BASE_FORCE],
                               size[STATE_Q],         size[STATE_V],          size[STATE_FORCE],
@@ -243,8 +244,8 @@ static int write_numbers(sweep_worker *w, int file, const char *path, const doub
                          uint64_t state, uint32_t count, uint32_t width)
 {
     const size_t record = width * sizeof(double);
-    const int error = w->ranks->write_file(file, (state - w->plan->first) * record, numbers,
-                                           count * record);
+    const int error =
+        w->ranks->write_file(file, (state - w->plan->first) * record, numbers, count * record);
     if (error)
         snprintf(w->error, sizeof w->error, "%s: %s", path, strerror(error));
     return error ? -1 : 0;

@@ -65,8 +65,8 @@ draw_avx512(const state_record *r, uint64_t seed_key, uint64_t first, uint32_t c
     draw(r, seed_key, first, count, out);
 }
 
-__attribute__((target("avx2"))) static void
-draw_avx2(const state_record *r, uint64_t seed_key, uint64_t first, uint32_t count, double *out)
+__attribute__((target("avx2"))) static void draw_avx2(const state_record *r, uint64_t seed_key,
+                                                      uint64_t first, uint32_t count, double *out)
 {
     draw(r, seed_key, first, count, out);
 }

@@ -112,7 +112,8 @@ static const struct argp_option option_table[] = {
     {0}};
 
 static const char *const op_words[] = {"forward_dynamics", "inverse_dynamics",
-                                       "operational_inertia", "mass_matrix"}; /* as tfa_op, from 1 */
+                                       "operational_inertia",
+                                       "mass_matrix"};               /* as tfa_op, from 1 */
 static const char *const precision_words[] = {"f64", "f128", "f32"}; /* as tfa_precision */
 
 const char *sweep_op_word(tfa_op op)
@@ -284,7 +285,7 @@ static error_t parse_states(int key, char *text, struct argp_state *state)
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const residuals[] = {"same", "f64", "f128"};         /* as tfa_residual */
+    static const char *const residuals[] = {"same", "f64", "f128"};        /* as tfa_residual */
     static const char *const estimates[] = {"default", "never", "always"}; /* as tfa_estimate */
     sweep_options *o = state->input;
     switch (key) {

@@ -176,8 +176,8 @@ static int check_states_file(sweep_plan *plan, uint64_t bytes)
     }
     if (o->offset >= all || o->count > all - o->offset) {
         fprintf(stderr,
-                "totalforce sweep: %s: has %" PRIu64 " states; --offset %" PRIu64 " --count %" PRIu64
-                " asks for more\n",
+                "totalforce sweep: %s: has %" PRIu64 " states; --offset %" PRIu64
+                " --count %" PRIu64 " asks for more\n",
                 o->states, all, o->offset, o->count);
         return EXIT_FAILED;
     }
@@ -217,17 +217,16 @@ static int set_identity(sweep_plan *plan)
     char where[64];
     snprintf(where, sizeof where, "seed=%" PRIu64 " ranges=%016" PRIx64, o->seed,
              hash_ranges(&plan->record));
-    const int length =
-        asprintf(&plan->identity,
-                 "version=%s isa=%s model=%.16s op=%s method=%s precision=%s residual=%d "
-                 "estimate=%d refine=%" PRIu32 " tips=%s %s%s offset=%" PRIu64 " count=%" PRIu64
-                 " block=%u reference=%" PRIu64 " out=%s out-states=%s",
-                 TFA_VERSION, tfa_isa_name(), tfa_model_hash_text(plan->model),
-                 sweep_op_word(o->op), tfa_method_name(o->method),
-                 sweep_precision_word(o->workspace.precision), (int)o->workspace.residual,
-                 (int)o->estimate, o->refine, o->tips ? o->tips : "", o->states ? "states=" : "",
-                 o->states ? o->states : where, plan->first, plan->count, o->block, o->reference,
-                 o->out ? o->out : "", o->out_states ? o->out_states : "");
+    const int length = asprintf(
+        &plan->identity,
+        "version=%s isa=%s model=%.16s op=%s method=%s precision=%s residual=%d "
+        "estimate=%d refine=%" PRIu32 " tips=%s %s%s offset=%" PRIu64 " count=%" PRIu64
+        " block=%u reference=%" PRIu64 " out=%s out-states=%s",
+        TFA_VERSION, tfa_isa_name(), tfa_model_hash_text(plan->model), sweep_op_word(o->op),
+        tfa_method_name(o->method), sweep_precision_word(o->workspace.precision),
+        (int)o->workspace.residual, (int)o->estimate, o->refine, o->tips ? o->tips : "",
+        o->states ? "states=" : "", o->states ? o->states : where, plan->first, plan->count,
+        o->block, o->reference, o->out ? o->out : "", o->out_states ? o->out_states : "");
     if (length >= 0)
         return EXIT_GOOD;
     plan->identity = NULL;

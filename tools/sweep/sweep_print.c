@@ -155,7 +155,8 @@ void sweep_print_rate(const sweep_results *r, int ranks)
     if (r->states == 0 || sum <= 0)
         return;
     fprintf(stderr,
-            "totalforce sweep: %" PRIu64 " states in %.3g s: %.3g states/s, %u thread%s, %d rank%s;",
+            "totalforce sweep: %" PRIu64
+            " states in %.3g s: %.3g states/s, %u thread%s, %d rank%s;",
             r->states, r->elapsed, (double)r->states / r->elapsed, r->threads,
             r->threads == 1 ? "" : "s", ranks, ranks == 1 ? "" : "s");
     const char *before = " ";

@@ -23,12 +23,11 @@ static int number(const char *name)
     return (int)value;
 }
 
-/* Open MPI's mpirun, PMI launchers, and srun, which says how many tasks its step has: a batch script
- * has no step of its own. */
+/* Open MPI's mpirun, PMI launchers, and srun, which says how many tasks its step has: a batch
+ * script has no step of its own. */
 int sweep_launched_ranks(void)
 {
-    static const char *const names[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE",
-                                        "SLURM_STEP_NUM_TASKS"};
+    static const char *const names[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS"};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         if (number(names[k]) > 0)
             return number(names[k]);
@@ -42,7 +41,7 @@ int sweep_launched_rank(void)
         if (number(names[k]) >= 0)
             return number(names[k]);
     return number("SLURM_STEP_NUM_TASKS") > 1 && number("SLURM_PROCID") > 0 ? number("SLURM_PROCID")
-                                                                           : 0;
+                                                                            : 0;
 }
 
 static int files[SWEEP_FILES] = {-1, -1};
@@ -108,9 +107,7 @@ static int close_file(int file)
     return bad ? errno : 0;
 }
 
-static void finish(void)
-{
-}
+static void finish(void) {}
 
 sweep_ranks sweep_ranks_single = {.rank = 0,
                                   .size = 1,

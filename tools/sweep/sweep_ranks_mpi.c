@@ -30,10 +30,11 @@ static void start(sweep_ranks *ranks)
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     ranks->size = size;
     if (size == 1 && sweep_launched_ranks() > 1) {
-        fprintf(stderr,
-                "totalforce sweep: %d processes were started, and MPI knows of one only: start them "
-                "with mpirun or srun --mpi=pmix, or use --part I/N\n",
-                sweep_launched_ranks());
+        fprintf(
+            stderr,
+            "totalforce sweep: %d processes were started, and MPI knows of one only: start them "
+            "with mpirun or srun --mpi=pmix, or use --part I/N\n",
+            sweep_launched_ranks());
         MPI_Finalize();
         exit(EXIT_FAILED);
     }
@@ -132,8 +133,8 @@ static int write_file(int file, uint64_t offset, const void *data, size_t size)
 {
     MPI_Status status;
     pthread_mutex_lock(&lock);
-    const int error = MPI_File_write_at(files[file], (MPI_Offset)offset, data, (int)size, MPI_BYTE,
-                                        &status);
+    const int error =
+        MPI_File_write_at(files[file], (MPI_Offset)offset, data, (int)size, MPI_BYTE, &status);
     pthread_mutex_unlock(&lock);
     return errno_of(error);
 }

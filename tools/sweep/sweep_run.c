@@ -125,8 +125,8 @@ static void print_progress(const job *j, double elapsed, int last)
 {
     const sweep_results *r = j->results;
     const uint64_t done = r->found + r->finished * (uint64_t)j->ranks->size;
-    const uint64_t all = j->plan->options->parts ? j->plan->blocks / j->plan->options->parts + 1
-                                                 : j->plan->blocks;
+    const uint64_t all =
+        j->plan->options->parts ? j->plan->blocks / j->plan->options->parts + 1 : j->plan->blocks;
     if (j->ranks->rank != 0 || j->plan->options->quiet)
         return;
     fprintf(stderr, "%s%5.1f %%, %.3g states/s%s", last < 0 ? "" : "\r",
@@ -220,8 +220,8 @@ static int open_all(job *j)
     const unsigned parts = o->parts ? o->part - 1 : 0;
     int result = open_workers(j);
     if (result == EXIT_GOOD && o->resume) {
-        j->resume = sweep_resume_open(j->plan, parts * (unsigned)j->ranks->size +
-                                                   (unsigned)j->ranks->rank);
+        j->resume =
+            sweep_resume_open(j->plan, parts * (unsigned)j->ranks->size + (unsigned)j->ranks->rank);
         result = j->resume ? EXIT_GOOD : EXIT_FAILED;
     }
     if (!j->ranks->agree(result == EXIT_GOOD))
@@ -258,8 +258,12 @@ static int close_all(job *j)
 
 static int compute(const sweep_plan *plan, sweep_ranks *ranks, sweep_results *results)
 {
-    job j = {.plan = plan, .ranks = ranks, .results = results, .threads = results->threads,
-             .lock = PTHREAD_MUTEX_INITIALIZER, .ended = PTHREAD_COND_INITIALIZER};
+    job j = {.plan = plan,
+             .ranks = ranks,
+             .results = results,
+             .threads = results->threads,
+             .lock = PTHREAD_MUTEX_INITIALIZER,
+             .ended = PTHREAD_COND_INITIALIZER};
     int result = open_all(&j);
     if (result == EXIT_GOOD) {
         signal(SIGINT, interrupt);
@@ -306,10 +310,10 @@ static void merge(const sweep_plan *plan, sweep_ranks *ranks, sweep_results *r)
 int sweep_run(const sweep_plan *plan, sweep_ranks *ranks, sweep_results *results)
 {
     const long online = sysconf(_SC_NPROCESSORS_ONLN);
-    *results = (sweep_results){.threads = plan->options->threads ? plan->options->threads
-                               : online < 1                      ? 1
-                               : online > SWEEP_THREADS_MAX      ? SWEEP_THREADS_MAX
-                                                                 : (uint32_t)online};
+    *results = (sweep_results){.threads = plan->options->threads       ? plan->options->threads
+                                          : online < 1                 ? 1
+                                          : online > SWEEP_THREADS_MAX ? SWEEP_THREADS_MAX
+                                                                       : (uint32_t)online};
     int result = take_finished(plan, ranks, results);
     if (result != EXIT_GOOD)
         return result;

@@ -16,9 +16,9 @@ static void lay_out(state_record *r, const tfa_model *model, tfa_op op)
     const int moves = op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_INVERSE_DYNAMICS;
     const int floats = tfa_model_base_freedoms(model) > 0;
     const uint32_t q = tfa_model_q_count(model), v = tfa_model_v_count(model);
-    const uint32_t sizes[STATE_FIELDS] = {floats ? 7 : 0, floats && moves ? 6 : 0,
-                                          floats && moves ? 6 : 0, q, moves ? v : 0,
-                                          moves ? v : 0};
+    const uint32_t sizes[STATE_FIELDS] = {floats ? 7 : 0,          floats && moves ? 6 : 0,
+                                          floats && moves ? 6 : 0, q,
+                                          moves ? v : 0,           moves ? v : 0};
     r->width = 0;
     for (int field = 0; field < STATE_FIELDS; field++) {
         r->at[field] = r->width;

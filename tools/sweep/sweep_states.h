@@ -31,8 +31,8 @@ typedef struct state_ranges {
 typedef struct state_record {
     uint32_t width; /**< doubles of a record */
     uint32_t at[STATE_FIELDS], size[STATE_FIELDS];
-    uint64_t *counter;  /**< width: offset of the generator */
-    double *low, *span; /**< width */
+    uint64_t *counter;                      /**< width: offset of the generator */
+    double *low, *span;                     /**< width */
     uint32_t *quaternion, quaternion_count; /**< places of quaternions */
 } state_record;
 

@@ -145,14 +145,31 @@ static int read_states(sweep_worker *w, uint64_t state, uint32_t count)
     return 0;
 }
 
+/* Few at a time: the records of a slice are still in the first-level cache when they are copied. */
+static void draw_states(sweep_worker *w, uint64_t state, uint32_t count)
+{
+    enum { SLICE = 64 };
+    const state_record *r = &w->plan->record;
+    double *fields[STATE_FIELDS];
+    for (uint32_t at = 0; at < count; at += SLICE) {
+        const uint32_t slice = count - at < SLICE ? count - at : SLICE;
+        double *records = w->records + (size_t)at * r->width;
+        for (int field = 0; field < STATE_FIELDS; field++)
+            fields[field] = w->fields[field] + (size_t)at * r->size[field];
+        state_record_draw(r, w->plan->options->seed, state + at, slice, records);
+        state_record_scatter(r, records, slice, fields);
+    }
+}
+
 static int take_states(sweep_worker *w, uint64_t state, uint32_t count)
 {
-    const state_record *r = &w->plan->record;
-    if (w->plan->states < 0)
-        state_record_draw(r, w->plan->options->seed, state, count, w->records);
-    else if (read_states(w, state, count) != 0)
+    if (w->plan->states < 0) {
+        draw_states(w, state, count);
+        return 0;
+    }
+    if (read_states(w, state, count) != 0)
         return -1;
-    state_record_scatter(r, w->records, count, w->fields);
+    state_record_scatter(&w->plan->record, w->records, count, w->fields);
     return 0;
 }
 

@@ -10,6 +10,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <pthread.h>
+#include <sched.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -307,13 +308,18 @@ static void merge(const sweep_plan *plan, sweep_ranks *ranks, sweep_results *r)
     memcpy(r->seconds, numbers + 4, sizeof r->seconds);
 }
 
+/* Processors that this process may use: mpirun and srun give each rank its own. */
+static uint32_t own_processors(void)
+{
+    cpu_set_t set;
+    const int count = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : 1;
+    return count < SWEEP_THREADS_MAX ? (uint32_t)count : SWEEP_THREADS_MAX;
+}
+
 int sweep_run(const sweep_plan *plan, sweep_ranks *ranks, sweep_results *results)
 {
-    const long online = sysconf(_SC_NPROCESSORS_ONLN);
-    *results = (sweep_results){.threads = plan->options->threads       ? plan->options->threads
-                                          : online < 1                 ? 1
-                                          : online > SWEEP_THREADS_MAX ? SWEEP_THREADS_MAX
-                                                                       : (uint32_t)online};
+    const uint32_t asked = plan->options->threads;
+    *results = (sweep_results){.threads = asked ? asked : own_processors()};
     int result = take_finished(plan, ranks, results);
     if (result != EXIT_GOOD)
         return result;

@@ -74,4 +74,14 @@ status 2 $mpi -n 2 "$tool" sweep "$work/absent.urdf" --count 5
 [ "$(grep -c 'No such file' "$work/err")" -eq 1 ] || fail "a missing file is told twice"
 status 2 $mpi -n 2 $sweep --count 5 --out "$work/absent/folder"
 says "$work/err" "$work/absent/folder: No such file"
+# other kernels on one rank would give other bits
+if [ "$(TFA_ISA=nothing "$tool" methods 2>&1 | sed 's/.*one of: //')" != base ]; then
+    status 2 $mpi -n 2 sh -c '[ "$OMPI_COMM_WORLD_RANK" = 0 ] || export TFA_ISA=base
+        exec "$@"' rank $sweep --count 5
+    says "$work/err" "rank 1 has the kernels base, rank 0 "
+fi
+# processes that MPI does not know of would all do the whole sweep
+SLURM_STEP_NUM_TASKS=3 SLURM_PROCID=0 $sweep --count 5 >"$work/out" 2>"$work/err"
+[ $? -eq 2 ] || fail "srun without MPI is not refused"
+says "$work/err" "3 processes were started, and MPI knows of one only"
 finish

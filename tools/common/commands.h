@@ -8,6 +8,7 @@
 
 #include <argp.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <totalforce/client.h>
 #include <totalforce/model.h>
 
@@ -32,6 +33,7 @@ int command_chain(int argc, char **argv);
 int command_chart(int argc, char **argv);
 int command_atlas(int argc, char **argv);
 int command_specialise(int argc, char **argv);
+int command_sweep(int argc, char **argv);
 
 /* Option values. A bad one ends the program with usage (argp_error), naming the option. */
 
@@ -64,5 +66,13 @@ char *join_arguments(int argc, char **argv);
  */
 tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
                       tfa_report *report);
+
+/** The same of a URDF in memory; `name` stands for the file in messages. */
+tfa_model *load_model_text(const char *name, const char *text, size_t length,
+                           const tfa_model_options *options, tfa_severity lowest,
+                           tfa_report *report);
+
+/** All that an open file holds; free() it. NULL: errno says why. */
+char *read_text(FILE *in, size_t *length);
 
 #endif

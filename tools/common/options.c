@@ -124,8 +124,7 @@ static void print_report(const tfa_report *report, tfa_severity lowest)
     }
 }
 
-/* All of standard input; free() it. NULL: errno says why. */
-static char *read_standard_input(size_t *length)
+char *read_text(FILE *in, size_t *length)
 {
     char *text = NULL;
     size_t size = 0;
@@ -137,9 +136,9 @@ static char *read_standard_input(size_t *length)
                 break;
             text = grown;
         }
-        const size_t got = fread(text + *length, 1, size - *length, stdin);
+        const size_t got = fread(text + *length, 1, size - *length, in);
         *length += got;
-        if (got == 0 && !ferror(stdin))
+        if (got == 0 && !ferror(in))
             return text;
         if (got == 0)
             break;
@@ -148,20 +147,41 @@ static char *read_standard_input(size_t *length)
     return NULL;
 }
 
-static int load_standard_input(const tfa_model_options *options, tfa_report *report,
-                               tfa_model **model)
+static int parse_text(const char *name, const char *text, size_t length,
+                      const tfa_model_options *options, tfa_report *report, tfa_model **model)
 {
     tfa_description *description = NULL;
-    size_t length;
-    char *text = read_standard_input(&length);
-    if (!text)
-        return TFA_E_FILE;
-    int status = tfa_urdf_parse(text, length, "(standard input)", &description, report);
+    report->syntax = TFA_SYNTAX_COMMAND_LINE;
+    int status = tfa_urdf_parse(text, length, name, &description, report);
     if (status == TFA_OK)
         status = tfa_model_create(description, options, report, model);
     tfa_description_free(description);
+    return status;
+}
+
+static int load_standard_input(const tfa_model_options *options, tfa_report *report,
+                               tfa_model **model)
+{
+    size_t length;
+    char *text = read_text(stdin, &length);
+    if (!text)
+        return TFA_E_FILE;
+    const int status = parse_text("(standard input)", text, length, options, report, model);
     free(text);
     return status;
+}
+
+tfa_model *load_model_text(const char *name, const char *text, size_t length,
+                           const tfa_model_options *options, tfa_severity lowest,
+                           tfa_report *report)
+{
+    tfa_model *model = NULL;
+    const int status = parse_text(name, text, length, options, report, &model);
+    print_report(report, lowest);
+    if (status != TFA_OK && report->errors == 0)
+        fprintf(stderr, "%s: error: %s: %s\n", name, tfa_status_text(status),
+                tfa_status_cause(status));
+    return model;
 }
 
 tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,

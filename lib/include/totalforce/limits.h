@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Position limits of joints, as a URDF file states them. No model and no answer uses them: they are
+ * for programs that choose positions.
+ */
+#ifndef TOTALFORCE_LIMITS_H
+#define TOTALFORCE_LIMITS_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <totalforce/status.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Range of a joint's coordinate. */
+typedef struct tfa_joint_limits {
+    uint32_t limited;    /**< 1: the file has a range for the joint; 0: the range is all zero */
+    double lower, upper; /**< rad or m, lower < upper; one that the file leaves out is 0 */
+} tfa_joint_limits;
+
+/**
+ * Reads the position limits of named joints. A <limit> without lower and upper, one that is not
+ * lower < upper, and a joint that is neither revolute nor prismatic give no range. Cost: O(length).
+ * Any thread.
+ *
+ * @param text    URDF of `length` bytes, as tfa_urdf_parse accepts it
+ * @param names   `count` names of joints: tfa_joint_info.name or tfa_joint.name
+ * @param limits  `count`; a name that the file does not have gets no range
+ * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_PARSE (malformed: tfa_urdf_parse reports why);
+ *         TFA_E_FILE (longer than 64 MiB); TFA_E_MEMORY
+ */
+TFA_API TFA_CHECKED int tfa_urdf_limits(const char *text, size_t length, const char *const *names,
+                                        size_t count, tfa_joint_limits *limits);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

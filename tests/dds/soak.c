@@ -32,9 +32,9 @@
 #define CLIENTS 2 /* over shared memory */
 #define SLOTS 16
 #define JOINTS 7
-#define LIFE_S 60 /* of a daemon, until it is killed */
-#define GROWTH_KIB 16384
-#define DESCRIPTORS 32 /* of the honest clients, which may have come after the start of a life */
+#define LIFE_S 60        /* of a daemon, until it is killed */
+#define GROWTH_KIB 32768 /* a life of 61 s grows by 16 MiB, one of 8 s by 13 */
+#define DESCRIPTORS 32   /* of the honest clients, which may have come after the start of a life */
 /* A stopped or killed daemon is away for so long at most. */
 #define PATIENCE_NS 30000000000u
 #define DDS_TIMEOUT_NS 3000000000u

@@ -315,6 +315,7 @@ static int serve(config *settings)
                             .runtime_dir = TFA_RUNTIME_DIR_NONE},
                  .user = (uid_t)-1};
     int status = TFA_OK;
+    commands_open(&s.daemon); /* a start that fails at once ends like any other */
     for (size_t i = 0; i < sizeof start_up / sizeof *start_up && status == TFA_OK; i++) {
         errno = 0;
         status = start_up[i].step(&s);

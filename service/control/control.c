@@ -47,7 +47,6 @@ static int watch_descriptor(const tfa_daemon *d, int fd, void *what)
 int control_open(tfa_daemon *d)
 {
     d->start = control_clock();
-    commands_open(d);
     sigset_t set;
     sigemptyset(&set);
     sigaddset(&set, SIGTERM);

@@ -190,6 +190,7 @@ uint64_t control_clock(void);
 
 /* ---- commands.c: operators ---- */
 
+/* None yet. The first thing: everything may end from then on. */
 void commands_open(tfa_daemon *d);
 TFA_CHECKED int commands_listen(tfa_daemon *d);
 void commands_unlisten(tfa_daemon *d);

@@ -136,6 +136,10 @@ static int refuse_segment(tfa_daemon *d, tfa_welcome *w, int status, size_t size
                       "no room for %zu KiB in /dev/shm: free some of it, mount it larger, or set "
                       "backend: memfd",
                       size / 1024);
+    if (d->settings->backend == CONFIG_BACKEND_SHM && (errno == ENOENT || errno == EROFS))
+        return refuse(d, w, status,
+                      "shared memory of %zu KiB: /dev/shm: %s; mount it, or set backend: memfd",
+                      size / 1024, strerror(errno));
     return refuse(d, w, status, "shared memory of %zu KiB: %s", size / 1024, strerror(errno));
 }
 

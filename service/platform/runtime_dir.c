@@ -26,11 +26,12 @@
 
 /* ---- the directory ---- */
 
-/* Writing here is the right to put another socket in place of ours. */
+/* Writing here is the right to put another socket in place of ours. One that was made just now is
+ * still this process's, or another has come in its place. */
 static int check_owner(const tfa_runtime_dir *d, const struct stat *info)
 {
-    const uid_t owner = d->user == (uid_t)-1 ? geteuid() : d->user;
-    if ((d->made || info->st_uid == owner) && !(info->st_mode & (S_IWGRP | S_IWOTH)))
+    const uid_t owner = d->made || d->user == (uid_t)-1 ? geteuid() : d->user;
+    if (info->st_uid == owner && !(info->st_mode & (S_IWGRP | S_IWOTH)))
         return TFA_OK;
     tfa_log(TFA_LOG_ERROR,
             "runtime directory '%s' has owner %u and mode %04o: it must belong to user %u alone; "

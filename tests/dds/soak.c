@@ -6,10 +6,12 @@
  *
  *   test_soak [SECONDS]    20
  *
- * Fails on a wrong answer, on a request that is neither answered nor reported with a status, and on
- * memory or descriptors of the daemon that grow. Prints the counts.
+ * Fails on a wrong answer, on a request that is neither answered nor reported with a status, on one
+ * over DDS that times out while the daemon is there, and on memory or descriptors of the daemon that
+ * grow. Prints the counts.
  */
 #include "attacks.h"
+#include "dds_attacks.h"
 #include "dds_client/dds_client.h"
 #include "dds_test.h"
 #include "models.h"
@@ -30,11 +32,17 @@
 #define CLIENTS 2 /* over shared memory */
 #define SLOTS 16
 #define JOINTS 7
-#define LIFE_S 60 /* of a daemon, until it is killed */
-#define GROWTH_KIB 16384
-#define DESCRIPTORS 32 /* of the honest clients, which may have come after the start of a life */
+#define LIFE_S 60        /* of a daemon, until it is killed */
+#define GROWTH_KIB 32768 /* a life of 61 s grows by 16 MiB, one of 8 s by 13 */
+#define DESCRIPTORS 32   /* of the honest clients, which may have come after the start of a life */
 /* A stopped or killed daemon is away for so long at most. */
 #define PATIENCE_NS 30000000000u
+#define DDS_TIMEOUT_NS 3000000000u
+/* Answers in a second over shared memory: half an hour makes 10^8. A short run is a test, perhaps
+ * on a busy machine. */
+#define LONG_S 600
+#define LONG_RATE 55556
+#define SHORT_RATE 1000
 
 static const char *const gravities[MODELS] = {"    gravity: [0, 0, -9.80665]\n",
                                               "    gravity: [0, 0, -1.62]\n"};
@@ -46,10 +54,11 @@ static struct {
 } expected[MODELS];
 
 typedef struct counts {
-    _Atomic uint64_t answered, lost, missed, reconnected;
+    _Atomic uint64_t answered, lost, timed_out, ended, reconnected;
 } counts;
 
 static counts shm, dds;
+static _Atomic uint32_t absences; /* odd: the daemon is stopped, or killed and not back */
 static _Atomic bool stop;
 static _Atomic(const char *) fault; /* what went wrong first */
 static harness daemon_harness;
@@ -180,6 +189,21 @@ static void *ask_shm(void *unused)
 
 /* ---- over DDS: one call at a time ---- */
 
+/* Calls end with a status: without a daemon, for example. Only while it is away may they time out. */
+static void count_dds(int status, bool right, bool was_away)
+{
+    if (status == TFA_OK && right)
+        atomic_fetch_add(&dds.answered, 1);
+    else if (status == TFA_OK)
+        report("dds: a wrong answer");
+    else if (status == TFA_E_TIMEOUT)
+        atomic_fetch_add(&dds.timed_out, 1);
+    else
+        atomic_fetch_add(&dds.ended, 1);
+    if (status == TFA_E_TIMEOUT && !was_away && !atomic_load(&stop))
+        report("dds: a request without an answer");
+}
+
 static void *ask_dds(void *unused)
 {
     const tfa_dds_client_options options = {
@@ -194,13 +218,10 @@ static void *ask_dds(void *unused)
         double qdd[JOINTS];
         const tfa_request r = request_of(k);
         tfa_reply reply = {.qdd = qdd};
-        const int status = tfa_dds_client_call(client, &r, &reply, 200000000, NULL);
-        if (status == TFA_OK && is_right(&reply, k))
-            atomic_fetch_add(&dds.answered, 1);
-        else if (status == TFA_OK)
-            report("dds: a wrong answer");
-        else
-            atomic_fetch_add(&dds.missed, 1); /* named: timeout, no daemon, full */
+        const uint32_t before = atomic_load(&absences);
+        const int status = tfa_dds_client_call(client, &r, &reply, DDS_TIMEOUT_NS, NULL);
+        const bool was_away = before % 2 || atomic_load(&absences) != before;
+        count_dds(status, status == TFA_OK && is_right(&reply, k), was_away);
         sleep_ms(status == TFA_E_DISCONNECTED ? 20 : 1);
     }
     tfa_dds_client_close(client);
@@ -236,10 +257,22 @@ static void reload(int model)
         (void)kill(daemon_harness.pid, SIGHUP);
 }
 
+/* Clients over DDS have found it. */
+static void await_dds(void)
+{
+    const uint64_t from = atomic_load(&dds.answered), end = clock_ns() + PATIENCE_NS;
+    while (atomic_load(&dds.answered) == from && clock_ns() < end && !atomic_load(&stop))
+        sleep_ms(10);
+    if (atomic_load(&dds.answered) == from)
+        report("dds: the daemon that is back does not answer");
+}
+
 static void begin_life(life *l)
 {
     harness_start(&daemon_harness, "arm");
     sleep_ms(1000);
+    await_dds();
+    atomic_fetch_add(&absences, 1);
     *l = (life){clock_ns(), harness_resident_kib(&daemon_harness),
                 harness_descriptors(&daemon_harness)};
 }
@@ -263,7 +296,32 @@ static void end_life(life *l)
         report("a sanitizer found something in the daemon");
     if (descriptors > DESCRIPTORS)
         report("the daemon's descriptors grow");
+    atomic_fetch_add(&absences, 1);
     (void)harness_stop(&daemon_harness, SIGKILL);
+}
+
+static void pause_daemon(void)
+{
+    atomic_fetch_add(&absences, 1);
+    harness_pause(&daemon_harness);
+    sleep_ms(100);
+    (void)kill(daemon_harness.pid, SIGCONT);
+    atomic_fetch_add(&absences, 1);
+}
+
+/* Attackers at both doors, a reload, now and then a pause. */
+static void cause_trouble(unsigned round)
+{
+    const pid_t local = attack_start(&attacks[round % attack_count], &daemon_harness);
+    const pid_t remote = dds_attack_start(round % dds_attack_count, test_domain());
+    sleep_ms(700);
+    reload((int)(round % MODELS));
+    sleep_ms(300);
+    if (round % 4 == 1)
+        pause_daemon();
+    sleep_ms(200);
+    attack_stop(local);
+    attack_stop(remote);
 }
 
 static void cause_chaos(unsigned seconds)
@@ -274,17 +332,7 @@ static void cause_chaos(unsigned seconds)
     l.resident_kib = harness_resident_kib(&daemon_harness);
     l.descriptors = harness_descriptors(&daemon_harness);
     for (unsigned round = 0; clock_ns() < end && !atomic_load(&stop); round++) {
-        const pid_t attacker = attack_start(&attacks[round % attack_count], &daemon_harness);
-        sleep_ms(700);
-        reload((int)(round % MODELS));
-        sleep_ms(300);
-        if (round % 4 == 1) {
-            harness_pause(&daemon_harness);
-            sleep_ms(100);
-            (void)kill(daemon_harness.pid, SIGCONT);
-        }
-        sleep_ms(200);
-        attack_stop(attacker);
+        cause_trouble(round);
         if (clock_ns() - l.start > LIFE_S * 1000000000ull || round == 5) {
             end_life(&l);
             begin_life(&l);
@@ -310,19 +358,23 @@ TEST(everything_at_once)
     for (int i = 0; i <= CLIENTS; i++)
         pthread_join(threads[i], NULL);
     print_message("shared memory: %llu answered and right, %llu reported lost, %llu reconnections\n"
-                  "dds: %llu answered and right, %llu ended with a status\n",
+                  "dds: %llu answered and right, %llu ended with another status, %llu timed out "
+                  "while the daemon was away\n",
                   (unsigned long long)shm.answered, (unsigned long long)shm.lost,
                   (unsigned long long)shm.reconnected, (unsigned long long)dds.answered,
-                  (unsigned long long)dds.missed);
+                  (unsigned long long)dds.ended, (unsigned long long)dds.timed_out);
     const char *what = atomic_load(&fault);
     if (what)
         fail_msg("%s", what);
-    assert_true(shm.answered > 1000 * seconds && dds.answered > seconds);
+    const uint64_t rate = seconds >= LONG_S ? LONG_RATE : SHORT_RATE;
+    assert_true(shm.answered >= rate * seconds);
+    assert_true(dds.answered > 10 * seconds);
     harness_remove(&daemon_harness);
 }
 
 int main(int argc, char **argv)
 {
+    dds_attack_main(argc, argv);
     signal(SIGPIPE, SIG_IGN);
     if (argc > 1)
         seconds = (unsigned)atoi(argv[1]) > 5 ? (unsigned)atoi(argv[1]) : 5;

@@ -2,18 +2,21 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Hot standby: two totalforced serve one robot over DDS, and the one that leads is killed, stopped
- * or ended while a client calls. Every call is answered, once, with the right bits.
+ * or ended while a client calls and another one streams torques. Every call is answered, once, with
+ * the right bits, and the stream goes on.
  *
  *   test_standby [TRIALS [SECONDS [LEASE_MS]]]    2 of each kind, 2, 500
  *
  * Prints how long nobody answered, and whether a leader was replaced for nothing in SECONDS of full
- * load.
+ * load. With 10 trials and more, on a machine that has nothing else to do, that is asserted: the
+ * median is at most the lease and 5 ms, 5 ms when the leader ends; nobody is replaced for nothing.
  */
 #include "dds_client/dds_client.h"
 #include "dds_test.h"
 #include "harness.h"
 #include "models.h"
 #include "test.h"
+#include "wire_observer.h"
 
 #include <pthread.h>
 #include <signal.h>
@@ -24,6 +27,10 @@
 #define JOINTS 7
 #define TRIALS_MAX 1000
 #define PATIENCE_NS UINT64_C(10000000000)
+#define STRICT_TRIALS 10
+#define MARGIN_MS 5
+/* On a busy machine a gap is still a matter of leases. */
+#define LEASES_MAX 15
 
 static int trials = 2, quiet_seconds = 2, lease_ms = 500;
 
@@ -68,8 +75,9 @@ static void *call_on_and_on(void *client)
         const int status = tfa_dds_client_call(client, &request, &reply, PATIENCE_NS, NULL);
         const uint64_t now = now_ns();
         if (status != TFA_OK) {
-            print_error("a call: %s\n", tfa_status_text(status));
-            atomic_fetch_add(&caller.failed, 1);
+            if (atomic_fetch_add(&caller.failed, 1) < 10)
+                print_error("a call: %s\n", tfa_status_text(status));
+            sleep_ms(1);
         }
         if (status == TFA_OK && memcmp(qdd, caller.qdd, sizeof qdd) != 0)
             atomic_fetch_add(&caller.wrong, 1);
@@ -146,6 +154,7 @@ static int start_all(void **state)
     become_standby(standby);
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
     assert_int_equal(pthread_create(&thread, NULL, call_on_and_on, client), 0);
+    wire_observer_start(options.domain, "arm");
     await_answers(100);
     return 0;
 }
@@ -156,6 +165,7 @@ static int stop_all(void **state)
     atomic_store(&caller.stop, true);
     pthread_join(thread, NULL);
     tfa_dds_client_close(client);
+    wire_observer_stop();
     for (int i = 0; i < 2; i++)
         harness_remove(&nodes[i].h);
     return 0;
@@ -186,17 +196,51 @@ static int by_size(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-static void report(const char *kind, uint64_t *gaps)
+/* Gaps in ns, of all trials; the limit is for their median. */
+static void report(const char *kind, uint64_t *gaps, int limit_ms)
 {
     qsort(gaps, (size_t)trials, sizeof *gaps, by_size);
+    const double median = 1e-6 * (double)gaps[trials / 2];
+    const double worst = 1e-6 * (double)gaps[trials - 1];
     print_message("%s, %d trials: nobody answered for %.1f ms (median), %.1f ms (most); lease %d "
                   "ms\n",
-                  kind, trials, 1e-6 * (double)gaps[trials / 2], 1e-6 * (double)gaps[trials - 1],
-                  lease_ms);
+                  kind, trials, median, worst, lease_ms);
+    assert_true(worst < LEASES_MAX * lease_ms);
+    if (trials >= STRICT_TRIALS)
+        assert_true(median <= limit_ms);
+}
+
+/* A call under way when the leader changes is sent again, and both leaders may answer it; a reply
+ * of the older epoch is dropped by the client. No other call is answered twice. */
+static void assert_answered_once(void)
+{
+    const wire_counts wire = wire_observer_count();
+
+    print_message(
+        "on the wire: %llu replies to %llu calls, %llu accelerations to %llu torques; %llu "
+        "repeated and %llu outdated in %llu takeovers\n",
+        (unsigned long long)wire.replies, (unsigned long long)atomic_load(&caller.answered),
+        (unsigned long long)wire.accelerations, (unsigned long long)wire.published,
+        (unsigned long long)wire.repeated, (unsigned long long)wire.outdated,
+        (unsigned long long)wire.takeovers);
+    assert_true(wire.repeated <= wire.takeovers);
+    assert_int_equal(atomic_load(&caller.wrong), 0);
+    assert_int_equal(atomic_load(&caller.failed), 0);
+}
+
+/* Whoever leads now answers the stream, too. */
+static void await_stream(uint64_t more)
+{
+    const uint64_t from = wire_observer_count().accelerations, end = now_ns() + WAIT_NS;
+
+    while (wire_observer_count().accelerations < from + more) {
+        assert_true(now_ns() < end);
+        sleep_ms(1);
+    }
 }
 
 /* The standby answers; the old leader comes back and stands by. */
-static void fail_over(const char *kind, void (*strike)(void), bool stopped)
+static void fail_over(const char *kind, void (*strike)(void), bool stopped, int limit_ms)
 {
     static uint64_t gaps[TRIALS_MAX];
 
@@ -207,6 +251,7 @@ static void fail_over(const char *kind, void (*strike)(void), bool stopped)
         await_answers(200);
         gaps[i] = atomic_load(&caller.longest_ns);
         swap();
+        await_stream(20);
         if (stopped)
             assert_int_equal(kill(standby->h.pid, SIGCONT), 0);
         else
@@ -214,27 +259,48 @@ static void fail_over(const char *kind, void (*strike)(void), bool stopped)
         become_standby(standby);
         await_answers(200);
     }
-    report(kind, gaps);
-    assert_int_equal(atomic_load(&caller.wrong), 0);
-    assert_int_equal(atomic_load(&caller.failed), 0);
+    report(kind, gaps, limit_ms);
+    assert_answered_once();
 }
 
 static void a_killed_leader_is_replaced(void **state)
 {
     (void)state;
-    fail_over("SIGKILL", kill_leader, false);
+    fail_over("SIGKILL", kill_leader, false, lease_ms + MARGIN_MS);
 }
 
 static void a_stopped_leader_is_replaced(void **state)
 {
     (void)state;
-    fail_over("SIGSTOP", stop_leader, true);
+    fail_over("SIGSTOP", stop_leader, true, lease_ms + MARGIN_MS);
 }
 
 static void a_leader_that_ends_is_replaced_at_once(void **state)
 {
     (void)state;
-    fail_over("SIGTERM", end_leader, false);
+    fail_over("SIGTERM", end_leader, false, MARGIN_MS);
+}
+
+/* What a daemon says about who leads. @return false: it does not answer */
+static bool get_leadership(const node *n, char *out, size_t size)
+{
+    static char text[65536];
+
+    if (tfa_daemon_command(n->h.runtime_dir, "status", 0, text, sizeof text) != TFA_OK)
+        return false;
+    const char *at = strstr(text, "leadership");
+    snprintf(out, size, "%.*s", at != NULL ? (int)strcspn(at, "}") : 0, at != NULL ? at : "");
+    return at != NULL;
+}
+
+/* On a busy machine the leader itself may stand still, and is replaced rightly. */
+static bool has_stood_still(const node *n)
+{
+    char text[256];
+    double pause_ms = 0;
+
+    const char *at = get_leadership(n, text, sizeof text) ? strstr(text, "pause_ms") : NULL;
+    return at == NULL || sscanf(at, "pause_ms\": %lf", &pause_ms) != 1 || pause_ms > lease_ms / 2;
 }
 
 /* A standby that stands still and goes on does not take over. */
@@ -247,7 +313,10 @@ static void a_stopped_standby_stays_one(void **state)
         assert_int_equal(kill(standby->h.pid, SIGCONT), 0);
         sleep_ms(3 * (unsigned)lease_ms);
     }
-    assert_int_equal(harness_log_lines(&standby->h, "leads, epoch"), standby->led);
+    const unsigned led = harness_log_lines(&standby->h, "leads, epoch");
+    if (trials >= STRICT_TRIALS || !has_stood_still(leader))
+        assert_int_equal(led, standby->led);
+    standby->led = led;
     assert_int_equal(atomic_load(&caller.failed), 0);
 }
 
@@ -265,14 +334,11 @@ static void *load(void *h)
 
 static void show_leadership(void)
 {
-    for (int i = 0; i < 2; i++) {
-        static char text[65536];
-        if (tfa_daemon_command(nodes[i].h.runtime_dir, "status", 0, text, sizeof text) != TFA_OK)
-            continue;
-        const char *at = strstr(text, "leadership");
-        if (at != NULL)
-            print_message("daemon %d: %.*s\n", i, (int)strcspn(at, "}"), at);
-    }
+    char text[256];
+
+    for (int i = 0; i < 2; i++)
+        if (get_leadership(&nodes[i], text, sizeof text))
+            print_message("daemon %d: %s\n", i, text);
 }
 
 static void full_load_replaces_nobody(void **state)
@@ -284,15 +350,16 @@ static void full_load_replaces_nobody(void **state)
     for (int i = 0; i < 2; i++)
         assert_int_equal(pthread_create(&loads[i], NULL, load, &nodes[i].h), 0);
     sleep_ms((unsigned)quiet_seconds * 1000);
+    const unsigned replaced = harness_log_lines(&standby->h, "leads, epoch") - standby->led;
     print_message("full load for %d s: %llu calls, replaced for nothing: %u times\n", quiet_seconds,
-                  (unsigned long long)(atomic_load(&caller.answered) - from),
-                  harness_log_lines(&standby->h, "leads, epoch") - standby->led);
+                  (unsigned long long)(atomic_load(&caller.answered) - from), replaced);
     show_leadership();
     atomic_store(&caller.stop, true);
     for (int i = 0; i < 2; i++)
         pthread_join(loads[i], NULL);
-    assert_int_equal(atomic_load(&caller.wrong), 0);
-    assert_int_equal(atomic_load(&caller.failed), 0);
+    assert_answered_once();
+    if (trials >= STRICT_TRIALS)
+        assert_int_equal(replaced, 0);
 }
 
 int main(int argc, char **argv)

@@ -17,7 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define PARKED 500
+int attack_parked = 500;
 
 static tfa_client *connect_session(const harness *h, uint32_t batch, tfa_wait wait)
 {
@@ -132,7 +132,7 @@ static void parked_threads(const harness *h)
     pthread_t thread;
     pthread_attr_init(&small);
     pthread_attr_setstacksize(&small, 65536);
-    for (int i = 0; i < PARKED; i++)
+    for (int i = 0; i < attack_parked; i++)
         (void)pthread_create(
             &thread, &small, park,
             (void *)(uintptr_t)tfa_ring_futex_word(tfa_ring_oldest_reply(&v.ring)));

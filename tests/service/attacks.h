@@ -22,6 +22,9 @@ typedef struct attack {
 extern const attack attacks[];
 extern const size_t attack_count;
 
+/** Threads on one futex word. */
+extern int attack_parked;
+
 /** Takes a processor and asks for nothing. */
 void attack_loop(const harness *h);
 

@@ -2,15 +2,21 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Clients that speak the protocol themselves, and badly. A witness must not notice.
+ *
+ *   test_hostile [SECONDS]    again and again for so long; once
  */
+#include "attacks.h"
 #include "raw_client.h"
 #include "test.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdlib.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 static uint64_t seed = 0x9e3779b97f4a7c15u;
@@ -225,6 +231,154 @@ TEST(fills_the_ring)
     close_scene(&s);
 }
 
+/* ---- stopped in the middle ---- */
+
+static void write_request(raw_client *v, uint64_t id)
+{
+    const tfa_wire_shape *shape = &v->welcome.shape;
+    const tfa_wire_request line = {.id = id,
+                                   .count = 1,
+                                   .dof = shape->q_count + shape->v_count,
+                                   .op = TFA_OP_FORWARD_DYNAMICS,
+                                   .want = 1u << TFA_WIRE_OUT_QDD,
+                                   .present = 1u << TFA_WIRE_Q};
+    unsigned char *slot = tfa_ring_next_request(&v->ring);
+    memset(slot + 8, 0, v->ring.layout.request_stride - 8);
+    memcpy(slot + 8, (const unsigned char *)&line + 8, sizeof line - 8);
+}
+
+/* A process with the client's memory that publishes `published` requests, writes one more and stops
+ * there; when it goes on it publishes that one, too, and ends. */
+static pid_t stop_in_mid_request(raw_client v, uint64_t published)
+{
+    int status;
+    const pid_t child = fork();
+    if (child == 0) {
+        for (uint64_t id = 1; id <= published; id++) {
+            write_request(&v, id);
+            (void)tfa_ring_send(&v.ring);
+        }
+        wake(&v);
+        if (published < v.ring.layout.slots)
+            write_request(&v, published + 1);
+        raise(SIGSTOP);
+        if (published < v.ring.layout.slots)
+            (void)tfa_ring_send(&v.ring);
+        wake(&v);
+        _exit(0);
+    }
+    assert_int_equal(waitpid(child, &status, WUNTRACED), child);
+    assert_true(WIFSTOPPED(status));
+    return child;
+}
+
+static void assert_replies(raw_client *v, uint64_t from, uint64_t to)
+{
+    for (uint64_t id = from; id <= to; id++) {
+        for (int t = 0; !tfa_ring_reply_ready(&v->ring) && t < 200000; t++)
+            usleep(100);
+        assert_true(tfa_ring_reply_ready(&v->ring));
+        const tfa_wire_reply *reply = tfa_ring_oldest_reply(&v->ring);
+        assert_int_equal(reply->id, id);
+        assert_int_equal(reply->status, TFA_OK);
+        tfa_ring_release(&v->ring);
+    }
+}
+
+/* Between writing a slot and publishing it, with replies unread, with a full ring of them: what was
+ * published is answered, what was not is answered when the client goes on. */
+TEST(stopped_in_mid_request)
+{
+    static const tfa_wait waits[] = {TFA_WAIT_SPIN, TFA_WAIT_HYBRID, TFA_WAIT_BLOCK};
+    static const uint64_t published[] = {0, 3, 8};
+    scene s;
+    open_scene(&s, "");
+    for (int i = 0; i < 9; i++) {
+        raw_client v = connect_client(&s.h, waits[i / 3]);
+        const uint64_t count = published[i % 3], slots = v.ring.layout.slots;
+        const pid_t child = stop_in_mid_request(v, count);
+        for (int k = 0; k < 20; k++)
+            assert_unharmed(&s);
+        assert_replies(&v, 1, count);
+        assert_false(tfa_ring_reply_ready(&v.ring));
+        assert_int_equal(kill(child, SIGCONT), 0);
+        assert_int_equal(waitpid(child, NULL, 0), child);
+        if (count < slots)
+            assert_replies(&v, count + 1, count + 1);
+        disconnect_client(&v);
+    }
+    close_scene(&s);
+}
+
+/* ---- many at once ---- */
+
+#define CROWD                                                                                      \
+    "limits: {clients: 100, clients_per_user: 100, memory_mib: 2048, memory_mib_per_user: 2048}\n" \
+    "log: error\n"
+
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+/* Each attack of the list for a while; test_hostility measures what it costs. */
+TEST(beside_each_attack)
+{
+    scene s;
+    open_scene(&s, CROWD);
+    for (size_t i = 0; i < attack_count; i++) {
+        const pid_t child = attack_start(&attacks[i], &s.h);
+        const uint64_t end = clock_ns() + 150000000;
+        while (clock_ns() < end)
+            assert_unharmed(&s);
+        attack_stop(child);
+    }
+    close_scene(&s);
+}
+
+static uint64_t heartbeat(const harness *h)
+{
+    static char text[65536];
+    unsigned long long beat = 0;
+    assert_int_equal(tfa_daemon_command(h->runtime_dir, "status", 20000, text, sizeof text),
+                     TFA_OK);
+    const char *at = strstr(text, "\"heartbeat\": ");
+    assert_non_null(at);
+    assert_int_equal(sscanf(at, "\"heartbeat\": %llu", &beat), 1);
+    return beat;
+}
+
+static void await_heartbeat(const harness *h)
+{
+    const uint64_t from = heartbeat(h), end = clock_ns() + WAIT_NS / 4;
+    while (heartbeat(h) == from) {
+        assert_true(clock_ns() < end);
+        sleep_ms(5);
+    }
+}
+
+/* The heaviest attack is under way: the worker shows progress, and the daemon ends when it is told
+ * to. */
+TEST(progress_and_end_under_attack)
+{
+    static const char *const heavy[] = {"spectra of 8 tips", "batches of 64, 4 tips, spectra"};
+    for (size_t i = 0; i < attack_count; i++) {
+        harness h;
+        if (strcmp(attacks[i].name, heavy[0]) != 0 && strcmp(attacks[i].name, heavy[1]) != 0)
+            continue;
+        harness_serve(&h, ARM, CROWD);
+        const pid_t child = attack_start(&attacks[i], &h);
+        sleep_ms(200);
+        for (int k = 0; k < 5; k++)
+            await_heartbeat(&h);
+        assert_int_equal(harness_stop(&h, SIGTERM), 0);
+        attack_stop(child);
+        harness_remove(&h);
+    }
+}
+
 /* ---- the socket ---- */
 
 TEST(garbage_handshake)
@@ -309,8 +463,14 @@ TEST(too_many_clients)
     close_scene(&s);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
+    const uint64_t seconds = argc > 1 && atoi(argv[1]) > 0 ? (uint64_t)atoi(argv[1]) : 0;
+    const uint64_t end = clock_ns() + seconds * 1000000000u;
+    int failed;
     signal(SIGPIPE, SIG_IGN);
-    return test_run(NULL, NULL);
+    do
+        failed = test_run(NULL, NULL);
+    while (failed == 0 && clock_ns() < end);
+    return failed;
 }

@@ -5,7 +5,7 @@
  * and, just before, without them. Prints a table; "queue" is the time from the client's store to
  * the worker's start, which the scheduler answers for.
  *
- *   test_hostility [SAMPLES]    of each run; 3000
+ *   test_hostility [SAMPLES [THREADS]]    of each run, 3000; on one futex word, 500
  *
  * An attack may double the queue's median, or add as much as a few turns: that is asserted, in the
  * best of several attempts, because other programs take the processor, too.
@@ -127,5 +127,7 @@ int main(int argc, char **argv)
     signal(SIGPIPE, SIG_IGN);
     if (argc > 1)
         samples = atoi(argv[1]) > 100 ? atoi(argv[1]) : 100;
+    if (argc > 2)
+        attack_parked = atoi(argv[2]);
     return test_run(NULL, NULL);
 }

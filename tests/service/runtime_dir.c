@@ -7,8 +7,12 @@
 #include "harness.h"
 #include "test.h"
 
+#include <fcntl.h>
+#include <pthread.h>
 #include <pwd.h>
 #include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -83,6 +87,21 @@ TEST(a_name_that_another_program_has)
     harness_remove(&h);
 }
 
+/* A second daemon is refused, and leaves the first one all its sockets. */
+TEST(a_second_daemon_touches_nothing)
+{
+    harness h, second;
+    char text[4096];
+    harness_serve(&h, ARM, "");
+    second = h;
+    assert_refused(&second, "another totalforced");
+    assert_true(exists(&h, ".control.sock"));
+    assert_int_equal(tfa_daemon_command(h.runtime_dir, "status", 20000, text, sizeof text), TFA_OK);
+    assert_serves(&h);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
 /* What a killed daemon left is removed, even of robots that are no longer configured. */
 TEST(after_a_killed_daemon)
 {
@@ -138,7 +157,9 @@ TEST(owners)
         assert_int_equal(chmod(h.directory, 0755), 0);
         assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
         assert_int_equal(chown(h.runtime_dir, owner, 0), 0);
+        close(foreign_socket(&h, ".control.sock"));
         assert_refused(&h, "must belong to user");
+        assert_true(exists(&h, ".control.sock"));
         assert_int_equal(stat(h.runtime_dir, &info), 0);
         assert_int_equal(info.st_uid, owner);
         harness_remove(&h);
@@ -186,4 +207,142 @@ TEST(successor_keeps_its_sockets)
     assert_serves(&second);
     assert_int_equal(harness_stop(&second, SIGTERM), 0);
     harness_remove(&second);
+}
+
+/* ---- a race at the start ---- */
+
+#define TRIES 30
+
+/* Something else comes to the path of the runtime directory and goes, all the time: in exchange for
+ * what is there, or where nothing is. */
+typedef struct racer {
+    char path[80], other[96];
+    bool exchange;
+    _Atomic bool stop;
+    unsigned swaps;
+} racer;
+
+static void *race(void *arg)
+{
+    racer *r = arg;
+    while (!atomic_load(&r->stop)) {
+        if (r->exchange)
+            r->swaps += renameat2(AT_FDCWD, r->path, AT_FDCWD, r->other, RENAME_EXCHANGE) == 0;
+        else
+            r->swaps += rename(r->other, r->path) == 0 && rename(r->path, r->other) == 0;
+        usleep(20);
+    }
+    return NULL;
+}
+
+typedef struct victim {
+    char path[96];
+    struct stat before;
+} victim;
+
+/* A directory of somebody else, in which a daemon would find things to remove. */
+static void make_victim(victim *v, const harness *h)
+{
+    harness there = *h;
+    snprintf(v->path, sizeof v->path, "%s/victim", h->directory);
+    snprintf(there.runtime_dir, sizeof there.runtime_dir, "%.70s/victim", h->directory);
+    assert_int_equal(mkdir(v->path, 0755), 0);
+    close(foreign_socket(&there, "arm.sock"));
+    close(foreign_socket(&there, ".control.sock"));
+    FILE *lock = fopen(path_in(&there, "totalforced.lock"), "w");
+    assert_non_null(lock);
+    fputs("1 ready\narm\n", lock);
+    fclose(lock);
+    if (geteuid() == 0)
+        assert_int_equal(chown(v->path, 65534, 65534), 0);
+    assert_int_equal(stat(v->path, &v->before), 0);
+}
+
+/* Wherever it stands now. */
+static void assert_untouched(const victim *v, const char *path)
+{
+    struct stat now;
+    char entry[160];
+    static const char *const names[] = {"arm.sock", ".control.sock", "totalforced.lock"};
+    assert_int_equal(stat(path, &now), 0);
+    assert_int_equal(now.st_ino, v->before.st_ino);
+    assert_int_equal(now.st_uid, v->before.st_uid);
+    assert_int_equal(now.st_gid, v->before.st_gid);
+    assert_int_equal(now.st_mode, v->before.st_mode);
+    assert_int_equal(now.st_mtim.tv_sec, v->before.st_mtim.tv_sec);
+    assert_int_equal(now.st_mtim.tv_nsec, v->before.st_mtim.tv_nsec);
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        snprintf(entry, sizeof entry, "%.120s/%s", path, names[i]);
+        assert_int_equal(stat(entry, &now), 0);
+        assert_true(S_ISSOCK(now.st_mode) || now.st_size == 12);
+    }
+}
+
+/* Until it serves, or has refused. */
+static void await_start(const harness *h, unsigned ready)
+{
+    siginfo_t info = {.si_pid = 0};
+    for (int i = 0; i < 2000 && harness_log_lines(h, "ready:") == ready; i++) {
+        if (waitid(P_PID, (id_t)h->pid, &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid)
+            return;
+        sleep_ms(5);
+    }
+}
+
+static void race_starts(harness *h, const char *other, bool exchange)
+{
+    racer r = {.exchange = exchange};
+    pthread_t thread;
+    unsigned started = 0;
+    snprintf(r.path, sizeof r.path, "%s", h->runtime_dir);
+    snprintf(r.other, sizeof r.other, "%s", other);
+    assert_int_equal(pthread_create(&thread, NULL, race, &r), 0);
+    for (int i = 0; i < TRIES; i++) {
+        harness_launch(h);
+        await_start(h, started);
+        const int status = harness_stop(h, SIGTERM);
+        assert_true(WIFEXITED(status) && (WEXITSTATUS(status) == 0 || WEXITSTATUS(status) == 2));
+        started = harness_log_lines(h, "ready:");
+    }
+    atomic_store(&r.stop, true);
+    pthread_join(thread, NULL);
+    print_message("%u of %d started, %u swaps\n", started, TRIES, r.swaps);
+    assert_true(r.swaps > TRIES);
+}
+
+/* A link to another directory: whatever the daemon does, nothing happens behind it. */
+TEST(a_link_that_comes_and_goes)
+{
+    harness h;
+    victim v;
+    char link[96];
+    harness_make(&h, ARM, "");
+    make_victim(&v, &h);
+    snprintf(link, sizeof link, "%s/link", h.directory);
+    assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
+    assert_int_equal(symlink(v.path, link), 0);
+    race_starts(&h, link, true);
+    assert_untouched(&v, v.path);
+    harness_remove(&h);
+}
+
+/* The other directory itself, which is not the daemon's, in place of the one that it makes: it is
+ * refused, not taken over. */
+TEST(a_foreign_directory_that_comes_and_goes)
+{
+    if (geteuid() != 0)
+        skip();
+    for (int exchange = 0; exchange < 2; exchange++) {
+        harness h;
+        victim v;
+        struct stat info;
+        harness_make(&h, ARM, "");
+        make_victim(&v, &h);
+        if (exchange)
+            assert_int_equal(mkdir(h.runtime_dir, 0755), 0);
+        race_starts(&h, v.path, exchange);
+        const bool at_home = stat(v.path, &info) == 0 && info.st_ino == v.before.st_ino;
+        assert_untouched(&v, at_home ? v.path : h.runtime_dir);
+        harness_remove(&h);
+    }
 }

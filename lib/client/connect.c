@@ -287,12 +287,24 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
     client->spin_ns = client->options.spin_ns ? client->options.spin_ns : w->spin_ns;
 }
 
-/* 1: the robot has other array sizes than the program's buffers */
+/* 1: the robot has other array sizes than the program's buffers. States and tips are those of each
+ * request, and no more of them are granted than at first (keep_grant). */
 static bool robot_has_other_shape(const tfa_client *client, const tfa_welcome *w)
 {
     return client->names != NULL && (client->shape.q_count != w->shape.q_count ||
                                      client->shape.v_count != w->shape.v_count ||
-                                     client->shape.base_freedoms != w->shape.base_freedoms);
+                                     client->shape.base_freedoms != w->shape.base_freedoms ||
+                                     client->shape.frames != w->shape.frames);
+}
+
+/* A program may have sized buffers by what the first daemon granted: later ones are asked for no
+ * more. */
+static void keep_grant(tfa_client *client, const tfa_welcome *w)
+{
+    if (client->names)
+        return;
+    client->options.max_batch = w->shape.max_batch;
+    client->options.max_tips = w->shape.max_tips;
 }
 
 static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *fds,
@@ -316,6 +328,7 @@ static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *f
         return TFA_E_MEMORY;
     }
     client->reply_shapes = reply_shapes;
+    keep_grant(client, w);
     store_names(client, names, w);
     fill_info(client, w);
     return TFA_OK;

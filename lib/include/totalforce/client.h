@@ -112,7 +112,8 @@ TFA_API size_t tfa_client_explain(const tfa_client_options *options, int status,
  * Connects again after TFA_E_DISCONNECTED, with the same options; retries until connect_timeout_ms.
  * The daemon in standby_dir and the one in runtime_dir take turns.
  * Requests under way are lost: tfa_client_receive reports each with TFA_E_LOST.
- * @return as tfa_client_connect; TFA_E_SIZE also if the robot now has other array sizes
+ * @return as tfa_client_connect; TFA_E_SIZE also if the robot now has other array sizes: q, v, base
+ *         or frames. max_batch and max_tips never grow
  */
 TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);
 

@@ -455,6 +455,30 @@ static void slow_answers_come_in_order(void **state)
     test_daemon_stop(&daemon);
 }
 
+/* A client asks for one kind of long request after the other, each for the first time: nobody's
+ * requests wait for them in the receiving thread. */
+static void long_kinds_go_to_the_worker(void **state)
+{
+    enum { KINDS = 300, TIPS = TFA_DEFAULT_TIPS };
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const raw r = open_raw();
+    uint32_t tips[TIPS] = {0, 1, 2, 3, 4, 5, 6, 7};
+    totalforce_dds_Request s = good_request();
+
+    (void)state;
+    await_match(&r, "arm", TFA_OK);
+    s.op = TFA_OP_OPERATIONAL_INERTIA;
+    s.tips = (dds_sequence_unsigned_long){TIPS, TIPS, tips, false};
+    for (uint32_t i = 0; i < KINDS; i++) {
+        s.flags = TFA_WANT_LAMBDA | i;
+        assert_int_equal(ask(&r, &s)->status, TFA_OK);
+    }
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+    print_message("%d long requests, %lu handed over\n", KINDS, daemon.handovers);
+    assert_true(daemon.handovers >= KINDS);
+}
+
 /* Bursts of large replies, 3 kB each: as many as a client may have under way, none is lost. */
 static void bursts_are_not_lost(void **state)
 {
@@ -552,6 +576,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(forged_replies_are_dropped),
         cmocka_unit_test(forged_advertisements_are_dropped),
         cmocka_unit_test(slow_answers_come_in_order),
+        cmocka_unit_test(long_kinds_go_to_the_worker),
         cmocka_unit_test(bursts_are_not_lost),
         cmocka_unit_test(late_replies_are_dropped),
     };

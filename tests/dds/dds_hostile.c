@@ -392,6 +392,35 @@ static void forged_replies_are_dropped(void **state)
     test_daemon_stop(&daemon);
 }
 
+static void *connect_soon(void *client)
+{
+    *(tfa_dds_client **)client = connect_to_arm();
+    return NULL;
+}
+
+/* Another daemon announces its robots before ours does: ours is waited for. */
+static void a_daemon_that_starts_is_waited_for(void **state)
+{
+    const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
+    const dds_entity_t topic = tfa_dds_create_topic(p, TFA_DDS_ROBOT_INFO);
+    const dds_entity_t writer = tfa_dds_create_writer(p, topic, TFA_DDS_ROBOT_INFO, NULL);
+    totalforce_dds_RobotInfo info = {.q_count = 1};
+    tfa_dds_client *client = NULL;
+    pthread_t thread;
+
+    (void)state;
+    assert_true(tfa_dds_set_robot(info.robot, "another"));
+    assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
+    assert_int_equal(pthread_create(&thread, NULL, connect_soon, &client), 0);
+    dds_sleepfor(DDS_MSECS(1500));
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    assert_non_null(client);
+    tfa_dds_client_close(client);
+    assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+}
+
 /* Claims to lead, each in the name of a daemon that does not exist: nobody yields, and they do not
  * make the daemon grow. */
 static void forged_advertisements_are_dropped(void **state)
@@ -574,6 +603,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(oversized_samples_are_dropped),
         cmocka_unit_test(unknown_robots_leave_nothing),
         cmocka_unit_test(forged_replies_are_dropped),
+        cmocka_unit_test(a_daemon_that_starts_is_waited_for),
         cmocka_unit_test(forged_advertisements_are_dropped),
         cmocka_unit_test(slow_answers_come_in_order),
         cmocka_unit_test(long_kinds_go_to_the_worker),

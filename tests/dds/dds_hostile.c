@@ -392,6 +392,25 @@ static void forged_replies_are_dropped(void **state)
     test_daemon_stop(&daemon);
 }
 
+/* A daemon that was restarted is believed by those who drop older epochs. */
+static void epochs_grow_over_restarts(void **state)
+{
+    const raw r = open_raw();
+    totalforce_dds_Request s = good_request();
+    uint64_t last = 0;
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        test_daemon daemon = test_daemon_start(test_domain(), NULL);
+        await_match(&r, "arm", TFA_OK);
+        const uint64_t epoch = ask(&r, &s)->epoch;
+        assert_true(epoch > last);
+        last = epoch;
+        test_daemon_stop(&daemon);
+    }
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+}
+
 static void *connect_soon(void *client)
 {
     *(tfa_dds_client **)client = connect_to_arm();
@@ -430,14 +449,17 @@ static void forged_advertisements_are_dropped(void **state)
     const raw r = open_raw();
     const dds_entity_t topic = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t writer = tfa_dds_create_leader_writer(r.participant, topic, DDS_SECS(10));
-    totalforce_dds_Leader claim = {
-        .epoch = 1000, .priority = 1000, .role = totalforce_dds_LEADER_LEADING, .lease_ms = 60000};
+    totalforce_dds_Leader claim = {.epoch = UINT64_C(1) << 61,
+                                   .priority = 1000,
+                                   .role = totalforce_dds_LEADER_LEADING,
+                                   .lease_ms = 60000};
     totalforce_dds_Request s = good_request();
 
     (void)state;
     assert_true(topic > 0 && writer > 0);
     assert_true(tfa_dds_set_robot(claim.robot, "arm"));
     await_match(&r, "arm", TFA_OK);
+    const uint64_t epoch = ask(&r, &s)->epoch;
     const long before = resident_kib(daemon.pid);
     for (uint32_t i = 0; i < NAMES; i++) {
         memcpy(claim.daemon, &i, sizeof i);
@@ -445,7 +467,7 @@ static void forged_advertisements_are_dropped(void **state)
         if (i % 64 == 0)
             assert_int_equal(ask(&r, &s)->status, TFA_OK);
     }
-    assert_true(ask(&r, &s)->epoch == 1);
+    assert_true(ask(&r, &s)->epoch == epoch);
     const long grown = resident_kib(daemon.pid) - before;
     print_message("%d claims: %ld KiB\n", NAMES, grown);
 #ifndef SANITIZED /* sanitizers keep memory that was freed */
@@ -603,6 +625,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(oversized_samples_are_dropped),
         cmocka_unit_test(unknown_robots_leave_nothing),
         cmocka_unit_test(forged_replies_are_dropped),
+        cmocka_unit_test(epochs_grow_over_restarts),
         cmocka_unit_test(a_daemon_that_starts_is_waited_for),
         cmocka_unit_test(forged_advertisements_are_dropped),
         cmocka_unit_test(slow_answers_come_in_order),

@@ -19,6 +19,8 @@
 /* Pause between attempts to reconnect, doubled from the first to the last */
 #define BACK_OFF_FIRST_NS 1000000
 #define BACK_OFF_LAST_NS 100000000
+/* Longest look of tfa_client_send for another daemon: ten handshakes */
+#define SEND_LOOK_NS 2000000
 
 /* ---- connecting ---- */
 
@@ -83,9 +85,9 @@ static int copy_options(tfa_client *client, const tfa_client_options *o)
     return TFA_OK;
 }
 
-static uint64_t connect_timeout(const tfa_client *client)
+static uint64_t connect_deadline(const tfa_client *client)
 {
-    return (uint64_t)client->options.connect_timeout_ms * UINT64_C(1000000);
+    return tfa_clock_ns() + (uint64_t)client->options.connect_timeout_ms * UINT64_C(1000000);
 }
 
 int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
@@ -104,10 +106,11 @@ int tfa_client_connect(const tfa_client_options *options, tfa_client **client)
     c->connection = (client_connection){.socket = -1, .doorbell = -1};
     c->first_id = 1;
     status = copy_options(c, options);
+    const uint64_t deadline = connect_deadline(c);
     if (status == TFA_OK)
-        status = tfa_connection_open(c, connect_timeout(c));
+        status = tfa_connection_open(c, deadline, 0);
     if (status == TFA_E_DISCONNECTED && c->standby_dir)
-        status = tfa_client_open_either(c, connect_timeout(c));
+        status = tfa_client_open_either(c, deadline, 0);
     if (status != TFA_OK) {
         int saved = errno;
         tfa_client_close(c);
@@ -185,21 +188,21 @@ static void backoff_sleep(uint64_t ns)
     nanosleep(&time, NULL);
 }
 
-int tfa_client_attempt(tfa_client *client, uint64_t timeout_ns)
+int tfa_client_attempt(tfa_client *client, uint64_t deadline, uint64_t model)
 {
     mark_requests_lost(client);
     tfa_connection_close(&client->connection);
-    return tfa_client_open_either(client, timeout_ns);
+    return tfa_client_open_either(client, deadline, model);
 }
 
 int tfa_client_reconnect(tfa_client *client)
 {
     if (!client)
         return TFA_E_ARGUMENT;
-    const uint64_t end = tfa_clock_ns() + connect_timeout(client);
+    const uint64_t end = connect_deadline(client);
     uint64_t delay = BACK_OFF_FIRST_NS;
     for (;;) {
-        int status = tfa_client_attempt(client, connect_timeout(client));
+        int status = tfa_client_attempt(client, end, 0);
         if (status != TFA_E_DISCONNECTED || tfa_clock_ns() + delay > end)
             return status;
         backoff_sleep(delay);
@@ -324,10 +327,9 @@ static uint64_t deadline_of(uint64_t start, uint64_t timeout_ns)
 }
 
 static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply *reply,
-                       uint64_t timeout_ns, tfa_exchange *exchange)
+                       uint64_t now, uint64_t deadline, tfa_exchange *exchange)
 {
     tfa_ring_client *ring = &client->connection.ring;
-    const uint64_t now = tfa_clock_ns();
     uint64_t id = 0;
     reply->field = TFA_FIELD_NONE;
     reply->index = reply->state = 0;
@@ -337,14 +339,14 @@ static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply
     if (client->lost != client->lost_end ||
         (ring->sent > ring->received && client->call_end < ring->sent))
         return reply->status = TFA_E_ARGUMENT; /* replies of tfa_client_send are not received yet */
-    int status = send_request(client, request, tfa_wire_want(request, reply), now, timeout_ns, &id,
-                              &reply->field);
+    int status = send_request(client, request, tfa_wire_want(request, reply), now,
+                              deadline == UINT64_MAX ? 0 : deadline - now, &id, &reply->field);
     if (status != TFA_OK) {
         reply->index = reply->field == TFA_FIELD_TIPS ? request->tip_count : 0;
         return reply->status = status;
     }
     client->call_end = ring->sent - 1;
-    status = wait_reply(client, deadline_of(now, timeout_ns));
+    status = wait_reply(client, deadline);
     if (status != TFA_OK) {
         client->call_end = ring->sent; /* the reply is abandoned */
         if (exchange)
@@ -356,11 +358,28 @@ static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply
     return read_reply(client, reply, exchange);
 }
 
-/* A standby may take as long as the call. */
-static uint64_t fail_over_limit(const tfa_client *client, uint64_t timeout_ns)
+static uint64_t sooner(uint64_t a, uint64_t b)
 {
-    const uint64_t limit = connect_timeout(client);
-    return timeout_ns && timeout_ns < limit ? timeout_ns : limit;
+    return a < b ? a : b;
+}
+
+/* The connection has ended: is there another, for this call? A fallback answers soon, so that the
+ * attempt is short; a standby may take as long as the call. */
+static bool find_daemon(tfa_client *client, uint64_t deadline)
+{
+    return client->fallback.workspace
+               ? tfa_client_retry(client)
+               : tfa_client_fail_over(client, sooner(deadline, connect_deadline(client)));
+}
+
+/* Asks again, in the time that is left. */
+static int call_again(tfa_client *client, const tfa_request *request, tfa_reply *reply,
+                      uint64_t deadline, tfa_exchange *exchange)
+{
+    const uint64_t now = tfa_clock_ns();
+    if (now >= deadline)
+        return reply->status = TFA_E_TIMEOUT;
+    return call_daemon(client, request, reply, now, deadline, exchange);
 }
 
 int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *reply,
@@ -368,10 +387,10 @@ int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_reply *r
 {
     if (!client || !request || !reply)
         return TFA_E_ARGUMENT;
-    int status = call_daemon(client, request, reply, timeout_ns, exchange);
-    if (status == TFA_E_DISCONNECTED &&
-        tfa_client_fail_over(client, fail_over_limit(client, timeout_ns)))
-        status = call_daemon(client, request, reply, timeout_ns, exchange);
+    const uint64_t now = tfa_clock_ns(), deadline = deadline_of(now, timeout_ns);
+    int status = call_daemon(client, request, reply, now, deadline, exchange);
+    if (status == TFA_E_DISCONNECTED && find_daemon(client, deadline))
+        status = call_again(client, request, reply, deadline, exchange);
     return client->fallback.workspace ? tfa_client_compute(client, request, reply, exchange, status)
                                       : status;
 }
@@ -380,7 +399,7 @@ int tfa_client_send(tfa_client *client, const tfa_request *request, uint64_t *id
 {
     if (!client || !request)
         return TFA_E_ARGUMENT;
-    if (!client->connection.alive && !tfa_client_fail_over(client, connect_timeout(client)))
+    if (!client->connection.alive && !tfa_client_fail_over(client, tfa_clock_ns() + SEND_LOOK_NS))
         return TFA_E_DISCONNECTED;
     return send_request(client, request, tfa_wire_want(request, NULL), tfa_clock_ns(), 0, id, NULL);
 }
@@ -411,8 +430,10 @@ int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t timeout_ns
         return reply->status = TFA_E_DISCONNECTED;
     if (ring->sent <= (ring->received > client->call_end ? ring->received : client->call_end))
         return reply->status = TFA_E_ARGUMENT; /* nothing was sent */
-    int status = wait_reply(client, deadline_of(tfa_clock_ns(), timeout_ns));
-    if (status == TFA_E_DISCONNECTED && tfa_client_fail_over(client, connect_timeout(client)))
+    const uint64_t deadline = deadline_of(tfa_clock_ns(), timeout_ns);
+    int status = wait_reply(client, deadline);
+    if (status == TFA_E_DISCONNECTED &&
+        tfa_client_fail_over(client, sooner(deadline, connect_deadline(client))))
         return report_lost(client, reply, exchange);
     if (status != TFA_OK)
         return reply->status = status;

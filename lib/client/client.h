@@ -49,18 +49,20 @@ struct tfa_client {
 
     tfa_client_fallback fallback; /* workspace NULL: none */
     uint64_t model;               /* tag of the daemon's model, as far as known */
-    uint64_t retry;               /* CLOCK_MONOTONIC ns of the next attempt to reconnect */
-    uint64_t fail_over;           /* the same of the next look for a standby */
+    uint64_t next_look; /* CLOCK_MONOTONIC ns: not sooner looks it for a daemon by itself */
 
     char *robot, *runtime_dir; /* copies for tfa_client_reconnect */
     char *standby_dir;         /* of the other daemon; NULL: none */
     tfa_client_options options;
 };
 
+/* Deadlines are CLOCK_MONOTONIC ns; UINT64_MAX: none. */
+
 /* ---- connect.c ---- */
 
-/* One attempt to connect, all or nothing. Fills connection, shape, info, model. */
-int tfa_connection_open(tfa_client *client, uint64_t timeout_ns);
+/* One attempt to connect, all or nothing. Fills connection, shape, info, model. `model`: the tag
+ * that the daemon's must have (otherwise TFA_E_MODEL); 0: any. */
+int tfa_connection_open(tfa_client *client, uint64_t deadline, uint64_t model);
 void tfa_connection_close(client_connection *connection);
 
 /* Reason of the daemon for its last refusal in this thread, or "". */
@@ -71,20 +73,26 @@ const char *tfa_connection_refusal(void);
 /* Folder of the daemon's sockets: `directory`, or the default for this robot if NULL. Free it. */
 char *tfa_client_runtime_dir(const char *directory, const char *robot);
 
-/* One attempt to connect again; requests under way are lost. */
-int tfa_client_attempt(tfa_client *client, uint64_t timeout_ns);
+/* One attempt to connect again; requests under way are lost. `model` as tfa_connection_open. */
+int tfa_client_attempt(tfa_client *client, uint64_t deadline, uint64_t model);
 
 /* ---- standby.c ---- */
 
-/* Connects to the other daemon, or again to this one; requests under way are lost. @return as
+/* Connects to the other daemon, or again to this one. `model` as tfa_connection_open. @return as
  * tfa_client_connect */
-int tfa_client_open_either(tfa_client *client, uint64_t timeout_ns);
+int tfa_client_open_either(tfa_client *client, uint64_t deadline, uint64_t model);
 
-/* The connection has ended: is there a daemon with the same model now? Not more often than each
- * 10 ms. */
-bool tfa_client_fail_over(tfa_client *client, uint64_t timeout_ns);
+/* The connection has ended: is there a daemon with the same model now? Not sooner than `pause` ns
+ * after a look that found none. */
+bool tfa_client_look(tfa_client *client, uint64_t deadline, uint64_t pause);
+
+/* The same for a client that has a standby, at its intervals. */
+bool tfa_client_fail_over(tfa_client *client, uint64_t deadline);
 
 /* ---- fallback.c ---- */
+
+/* The connection has ended: tfa_client_look, with the limits of the client's fallback. */
+bool tfa_client_retry(tfa_client *client);
 
 /* Answers a call that the daemon did not, for the reason `status`. @return status of the reply */
 int tfa_client_compute(tfa_client *client, const tfa_request *request, tfa_reply *reply,

@@ -114,7 +114,21 @@ const char *tfa_connection_refusal(void)
     return refusal;
 }
 
-static int receive_welcome(int fd, uint64_t timeout_ns, tfa_welcome *welcome, int *fds)
+/* @return TFA_OK: there is something to read; TFA_E_TIMEOUT */
+static int await_message(int fd, uint64_t deadline)
+{
+    struct pollfd ready = {.fd = fd, .events = POLLIN};
+    int n;
+    do {
+        const uint64_t now = tfa_clock_ns(), left = deadline > now ? deadline - now : 0;
+        const struct timespec timeout = {.tv_sec = (time_t)(left / 1000000000u),
+                                         .tv_nsec = (long)(left % 1000000000u)};
+        n = ppoll(&ready, 1, &timeout, NULL);
+    } while (n < 0 && errno == EINTR);
+    return n == 0 ? TFA_E_TIMEOUT : TFA_OK;
+}
+
+static int receive_welcome(int fd, uint64_t deadline, tfa_welcome *welcome, int *fds)
 {
     union {
         char bytes[CMSG_SPACE(sizeof(int) * TFA_WELCOME_DESCRIPTORS)];
@@ -125,14 +139,7 @@ static int receive_welcome(int fd, uint64_t timeout_ns, tfa_welcome *welcome, in
                              .msg_iovlen = 1,
                              .msg_control = control.bytes,
                              .msg_controllen = sizeof control.bytes};
-    struct pollfd ready = {.fd = fd, .events = POLLIN};
-    const struct timespec timeout = {.tv_sec = (time_t)(timeout_ns / 1000000000u),
-                                     .tv_nsec = (long)(timeout_ns % 1000000000u)};
-    int n;
-    do
-        n = ppoll(&ready, 1, &timeout, NULL);
-    while (n < 0 && errno == EINTR);
-    if (n == 0)
+    if (await_message(fd, deadline) != TFA_OK)
         return TFA_E_TIMEOUT;
     ssize_t size = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
     if (size < 0 && errno == ECONNRESET) /* reported before the message, which is still there */
@@ -287,20 +294,34 @@ static void fill_info(tfa_client *client, const tfa_welcome *w)
     client->spin_ns = client->options.spin_ns ? client->options.spin_ns : w->spin_ns;
 }
 
-/* 1: the robot has other array sizes than the program's buffers */
+/* 1: the robot has other array sizes than the program's buffers. States and tips are those of each
+ * request, and no more of them are granted than at first (keep_grant). */
 static bool robot_has_other_shape(const tfa_client *client, const tfa_welcome *w)
 {
     return client->names != NULL && (client->shape.q_count != w->shape.q_count ||
                                      client->shape.v_count != w->shape.v_count ||
-                                     client->shape.base_freedoms != w->shape.base_freedoms);
+                                     client->shape.base_freedoms != w->shape.base_freedoms ||
+                                     client->shape.frames != w->shape.frames);
 }
 
-static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *fds,
+/* A program may have sized buffers by what the first daemon granted: later ones are asked for no
+ * more. */
+static void keep_grant(tfa_client *client, const tfa_welcome *w)
+{
+    if (client->names)
+        return;
+    client->options.max_batch = w->shape.max_batch;
+    client->options.max_tips = w->shape.max_tips;
+}
+
+static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *fds, uint64_t model,
                           client_connection *c)
 {
     client_names *names;
     if (!welcome_is_valid(w))
         return TFA_E_PROTOCOL;
+    if (model && model != tag_of(w->model_hash))
+        return TFA_E_MODEL;
     if (robot_has_other_shape(client, w))
         return TFA_E_SIZE;
     int status = map_segments(w, fds, c);
@@ -316,12 +337,13 @@ static int accept_welcome(tfa_client *client, const tfa_welcome *w, const int *f
         return TFA_E_MEMORY;
     }
     client->reply_shapes = reply_shapes;
+    keep_grant(client, w);
     store_names(client, names, w);
     fill_info(client, w);
     return TFA_OK;
 }
 
-int tfa_connection_open(tfa_client *client, uint64_t timeout_ns)
+int tfa_connection_open(tfa_client *client, uint64_t deadline, uint64_t model)
 {
     client_connection c = {.socket = -1, .doorbell = -1};
     int fds[TFA_WELCOME_DESCRIPTORS];
@@ -332,10 +354,10 @@ int tfa_connection_open(tfa_client *client, uint64_t timeout_ns)
         return status;
     status = send_hello(client, c.socket);
     if (status == TFA_OK)
-        status = receive_welcome(c.socket, timeout_ns, &welcome, fds);
+        status = receive_welcome(c.socket, deadline, &welcome, fds);
     if (status != TFA_OK)
         goto err_socket;
-    status = accept_welcome(client, &welcome, fds, &c);
+    status = accept_welcome(client, &welcome, fds, model, &c);
     c.doorbell = fds[TFA_WELCOME_DOORBELL];
     close_all(fds, TFA_WELCOME_DOORBELL);
     if (status != TFA_OK)

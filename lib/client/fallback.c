@@ -20,7 +20,7 @@ int tfa_client_set_fallback(tfa_client *client, const tfa_client_fallback *fallb
     if (client->model != tag)
         return TFA_E_MODEL;
     client->fallback = *fallback;
-    client->retry = 0;
+    client->next_look = 0;
     if (!fallback->retry_ms)
         client->fallback.retry_ms = RETRY_MS;
     if (!fallback->attempt_us)
@@ -44,13 +44,11 @@ static bool is_missed(int status)
 }
 
 /* Now and then, and not for long: the program counts on its cycle. */
-static void try_to_reconnect(tfa_client *client)
+bool tfa_client_retry(tfa_client *client)
 {
-    const uint64_t now = tfa_clock_ns();
-    if (client->connection.alive || now < client->retry)
-        return;
-    client->retry = now + UINT64_C(1000000) * client->fallback.retry_ms;
-    (void)tfa_client_attempt(client, UINT64_C(1000) * client->fallback.attempt_us);
+    const tfa_client_fallback *fallback = &client->fallback;
+    return tfa_client_look(client, tfa_clock_ns() + UINT64_C(1000) * fallback->attempt_us,
+                           UINT64_C(1000000) * fallback->retry_ms);
 }
 
 int tfa_client_compute(tfa_client *client, const tfa_request *request, tfa_reply *reply,
@@ -58,7 +56,6 @@ int tfa_client_compute(tfa_client *client, const tfa_request *request, tfa_reply
 {
     if (!is_missed(status))
         return status;
-    try_to_reconnect(client);
     if (client->model != tfa_model_tag(client->fallback.model))
         return status; /* a reload exchanged the daemon's model */
     const uint64_t start = tfa_clock_ns();

@@ -6,7 +6,8 @@
  * Latency first: Cyclone's receiving thread calls a listener, which answers a short request by
  * itself, with a solver of the gateway's own: no thread is woken on the way (a wake-up costs 23 us
  * and more, the answer of a small robot 1 us). A request that takes longer than direct_ns, by the
- * cost model, goes to the worker, where it is one of many; the dds thread writes its answer.
+ * cost model or its bound, goes to the worker, where it is one of many; the dds thread writes its
+ * answer.
  */
 #include "dds_internal.h"
 
@@ -162,6 +163,16 @@ static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request
     pthread_mutex_unlock(&gateway->mutex);
 }
 
+/* A kind that was not measured may be long: its clients choose among thousands of kinds. */
+static bool is_short(const tfa_dds *gateway, const dds_robot *robot, const tfa_request *request,
+                     const tfa_cost *cost)
+{
+    if (cost->state_ns == 0)
+        return request->count == 1 && tfa_cost_bound(&robot->shape, request) <= gateway->direct_ns;
+    return request->count <= tfa_cost_states(cost, gateway->direct_ns) &&
+           cost->state_ns <= gateway->direct_ns;
+}
+
 /* A request that fits the robot. */
 static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_pending *pending,
                   dds_taken **taken)
@@ -170,8 +181,7 @@ static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_
 
     if (robot->leaving || robot->ring == NULL)
         reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});
-    else if (request->count <= tfa_cost_states(cost, gateway->direct_ns) &&
-             cost->state_ns <= gateway->direct_ns)
+    else if (is_short(gateway, robot, request, cost))
         solve_here(gateway, robot, request, pending, cost);
     else
         send_to_worker(gateway, robot, request, pending, taken);

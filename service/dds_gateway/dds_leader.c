@@ -214,13 +214,23 @@ void tfa_dds_on_leader(dds_entity_t reader, void *arg)
 
 /* ---- begin and end ---- */
 
+/* More takeovers than one in a millisecond are not to be had, so an epoch is lower than this number
+ * of any later start. */
+static uint64_t first_epoch(void)
+{
+    const int64_t ms = tfa_dds_ros_time() / NS_PER_MS;
+
+    return ms > 0 ? (uint64_t)ms : 0;
+}
+
 void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16], uint32_t priority)
 {
     const int64_t now = tfa_dds_monotonic();
 
     for (uint32_t i = 0; i < gateway->robot_count; i++) {
         dds_robot *robot = &gateway->robots[i];
-        tfa_advertisement self = {.priority = priority, .lease = gateway->lease_ns};
+        tfa_advertisement self = {
+            .priority = priority, .lease = gateway->lease_ns, .epoch = first_epoch()};
         memcpy(self.daemon, daemon, sizeof self.daemon);
         pthread_mutex_lock(&robot->mutex); /* the readers listen by now */
         memcpy(self.model, robot->hash, sizeof self.model);

@@ -99,6 +99,8 @@ static void lead(tfa_election *e)
 {
     e->self.role = TFA_ROLE_LEADING;
     e->self.epoch++;
+    if (e->self.epoch < e->first_epoch)
+        e->self.epoch = e->first_epoch;
     e->model_known = false; /* its own is the leader's now */
 }
 
@@ -177,7 +179,8 @@ static void note_longest(int64_t *longest, int64_t time)
 
 void tfa_election_begin(tfa_election *e, const tfa_advertisement *self, int64_t now)
 {
-    *e = (tfa_election){.self = *self, .advertised = now, .ran = now, .progress = true};
+    *e = (tfa_election){
+        .self = *self, .first_epoch = self->epoch, .advertised = now, .ran = now, .progress = true};
     e->self.epoch = 0;
     memset(e->self.leader, 0, sizeof e->self.leader);
     listen(e, now);

@@ -12,6 +12,8 @@
  *  - Of two leaders (after a partition) the higher epoch stays; equal: the higher priority, then
  *    the smaller GUID, and it counts its epoch up. The other becomes a standby at once.
  *  - A leader whose standby knows of a higher epoch takes a higher one.
+ *  - The first leader takes the epoch that it was given at its begin: milliseconds of ROS time, so
+ *    that epochs grow although all daemons were restarted.
  *  - A leader that could not advertise for a lease (stopped, or its worker made no progress) does
  *    not answer: others may lead by now. It begins as a daemon that starts. One without
  *    peers goes on: if another came meanwhile, both lead until they hear of each other.
@@ -62,6 +64,7 @@ typedef struct tfa_election_peer {
 
 typedef struct tfa_election {
     tfa_advertisement self;
+    uint64_t first_epoch; /* it leads with no lower one */
     int64_t listening_since;
     int64_t advertised;      /* last time */
     int64_t ran;             /* last time: of any call */
@@ -74,7 +77,7 @@ typedef struct tfa_election {
     tfa_election_peer peers[TFA_ELECTION_PEERS];
 } tfa_election;
 
-/** Begins to listen. Of `self`, role, epoch and leader are ignored. */
+/** Begins to listen. Of `self`, role and leader are ignored; epoch is the lowest to lead with. */
 void tfa_election_begin(tfa_election *e, const tfa_advertisement *self, int64_t now);
 
 /* Each of these returns true when this daemon shall advertise itself now (e->self), and may have

@@ -47,6 +47,33 @@ uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns)
     return states < UINT32_MAX ? (uint32_t)states / LANES * LANES : UINT32_MAX;
 }
 
+/* lambda_inv is decomposed: several sweeps over a matrix of all rows. */
+static bool decomposes(const tfa_request *r)
+{
+    const uint32_t flags = TFA_WANT_SPECTRUM | TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P;
+    return r->op == TFA_OP_TASK_TORQUES || (r->flags & flags) != 0;
+}
+
+/* A matrix of all freedoms is computed, or may be. */
+static bool is_quadratic(const tfa_request *r)
+{
+    return r->op == TFA_OP_MASS_MATRIX || r->op == TFA_OP_BIAS || r->op == TFA_OP_DERIVATIVES ||
+           r->method != TFA_METHOD_AUTO;
+}
+
+/* Powers by the algorithms, factors by docs/tuning.md: above all that was measured. */
+uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *r)
+{
+    const uint64_t n = tfa_wire_freedoms(shape);
+    const uint64_t m = (uint64_t)r->tip_count * tfa_wire_rows(r->rows);
+    uint64_t ns = 1000 + 500 * (uint64_t)shape->frames + 10 * n * m + 8 * m * m;
+    if (is_quadratic(r))
+        ns += (20 + n) * n * n;
+    if (decomposes(r))
+        ns += 15 * m * m * m;
+    return ns;
+}
+
 void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns)
 {
     const uint64_t each = ns / (states ? states : 1) + 1;

@@ -4,7 +4,9 @@
  * Cost model of a worker: time of one state by kind of request, learned from the clock.
  *
  * A kind is everything that changes the time of a state of the same robot: op, method, tips,
- * estimate, ... The table is direct-mapped: a kind that meets another one in its row starts anew.
+ * estimate, ... The table is direct-mapped: a kind that meets another one in its row starts anew,
+ * and so does one whose clients ask for many kinds in turn. Whoever must not wait for such a one
+ * goes by its bound.
  * A row follows a larger measurement at once and a smaller one by half, so that a request is cut
  * too finely rather than too coarsely after an interrupted measurement.
  *
@@ -13,8 +15,11 @@
 #ifndef TFA_SERVICE_WORKER_COST_H
 #define TFA_SERVICE_WORKER_COST_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <totalforce/dynamics.h>
+
+#include "ipc/wire_blocks.h"
 
 #define TFA_COST_ROWS 64 /* a power of two */
 
@@ -33,6 +38,9 @@ tfa_cost *tfa_cost_find(tfa_cost_table *table, const tfa_request *request);
 /** States that fit `budget_ns`, at least 1; 1 for a kind that was not measured. Full vectors of
  *  lanes where there is room for one. */
 uint32_t tfa_cost_states(const tfa_cost *cost, uint64_t budget_ns);
+
+/** Bound on ns for one state, for a kind that was not measured: from the request alone. */
+uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *request);
 
 /** Records that `states` states took `ns`. */
 void tfa_cost_record(tfa_cost *cost, uint32_t states, uint64_t ns);

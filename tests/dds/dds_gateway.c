@@ -386,7 +386,7 @@ TEST(unknown_robots_are_refused)
 
     for (int i = 0; i < 2; i++) {
         const tfa_dds_client_options options = {
-            .domain = test_domain(), .robot = names[i], .connect_timeout_ms = 20000};
+            .domain = test_domain(), .robot = names[i], .connect_timeout_ms = 2000};
         tfa_dds_client *client;
         assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_E_ROBOT);
         assert_null(client);

@@ -392,6 +392,54 @@ static void forged_replies_are_dropped(void **state)
     test_daemon_stop(&daemon);
 }
 
+/* A daemon that was restarted is believed by those who drop older epochs. */
+static void epochs_grow_over_restarts(void **state)
+{
+    const raw r = open_raw();
+    totalforce_dds_Request s = good_request();
+    uint64_t last = 0;
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        test_daemon daemon = test_daemon_start(test_domain(), NULL);
+        await_match(&r, "arm", TFA_OK);
+        const uint64_t epoch = ask(&r, &s)->epoch;
+        assert_true(epoch > last);
+        last = epoch;
+        test_daemon_stop(&daemon);
+    }
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+}
+
+static void *connect_soon(void *client)
+{
+    *(tfa_dds_client **)client = connect_to_arm();
+    return NULL;
+}
+
+/* Another daemon announces its robots before ours does: ours is waited for. */
+static void a_daemon_that_starts_is_waited_for(void **state)
+{
+    const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
+    const dds_entity_t topic = tfa_dds_create_topic(p, TFA_DDS_ROBOT_INFO);
+    const dds_entity_t writer = tfa_dds_create_writer(p, topic, TFA_DDS_ROBOT_INFO, NULL);
+    totalforce_dds_RobotInfo info = {.q_count = 1};
+    tfa_dds_client *client = NULL;
+    pthread_t thread;
+
+    (void)state;
+    assert_true(tfa_dds_set_robot(info.robot, "another"));
+    assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
+    assert_int_equal(pthread_create(&thread, NULL, connect_soon, &client), 0);
+    dds_sleepfor(DDS_MSECS(1500));
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    assert_int_equal(pthread_join(thread, NULL), 0);
+    assert_non_null(client);
+    tfa_dds_client_close(client);
+    assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+}
+
 /* Claims to lead, each in the name of a daemon that does not exist: nobody yields, and they do not
  * make the daemon grow. */
 static void forged_advertisements_are_dropped(void **state)
@@ -401,14 +449,17 @@ static void forged_advertisements_are_dropped(void **state)
     const raw r = open_raw();
     const dds_entity_t topic = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t writer = tfa_dds_create_leader_writer(r.participant, topic, DDS_SECS(10));
-    totalforce_dds_Leader claim = {
-        .epoch = 1000, .priority = 1000, .role = totalforce_dds_LEADER_LEADING, .lease_ms = 60000};
+    totalforce_dds_Leader claim = {.epoch = UINT64_C(1) << 61,
+                                   .priority = 1000,
+                                   .role = totalforce_dds_LEADER_LEADING,
+                                   .lease_ms = 60000};
     totalforce_dds_Request s = good_request();
 
     (void)state;
     assert_true(topic > 0 && writer > 0);
     assert_true(tfa_dds_set_robot(claim.robot, "arm"));
     await_match(&r, "arm", TFA_OK);
+    const uint64_t epoch = ask(&r, &s)->epoch;
     const long before = resident_kib(daemon.pid);
     for (uint32_t i = 0; i < NAMES; i++) {
         memcpy(claim.daemon, &i, sizeof i);
@@ -416,7 +467,7 @@ static void forged_advertisements_are_dropped(void **state)
         if (i % 64 == 0)
             assert_int_equal(ask(&r, &s)->status, TFA_OK);
     }
-    assert_true(ask(&r, &s)->epoch == 1);
+    assert_true(ask(&r, &s)->epoch == epoch);
     const long grown = resident_kib(daemon.pid) - before;
     print_message("%d claims: %ld KiB\n", NAMES, grown);
 #ifndef SANITIZED /* sanitizers keep memory that was freed */
@@ -453,6 +504,30 @@ static void slow_answers_come_in_order(void **state)
     }
     tfa_dds_client_close(client);
     test_daemon_stop(&daemon);
+}
+
+/* A client asks for one kind of long request after the other, each for the first time: nobody's
+ * requests wait for them in the receiving thread. */
+static void long_kinds_go_to_the_worker(void **state)
+{
+    enum { KINDS = 300, TIPS = TFA_DEFAULT_TIPS };
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const raw r = open_raw();
+    uint32_t tips[TIPS] = {0, 1, 2, 3, 4, 5, 6, 7};
+    totalforce_dds_Request s = good_request();
+
+    (void)state;
+    await_match(&r, "arm", TFA_OK);
+    s.op = TFA_OP_OPERATIONAL_INERTIA;
+    s.tips = (dds_sequence_unsigned_long){TIPS, TIPS, tips, false};
+    for (uint32_t i = 0; i < KINDS; i++) {
+        s.flags = TFA_WANT_LAMBDA | i;
+        assert_int_equal(ask(&r, &s)->status, TFA_OK);
+    }
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+    print_message("%d long requests, %lu handed over\n", KINDS, daemon.handovers);
+    assert_true(daemon.handovers >= KINDS);
 }
 
 /* Bursts of large replies, 3 kB each: as many as a client may have under way, none is lost. */
@@ -550,8 +625,11 @@ int main(int argc, char **argv)
         cmocka_unit_test(oversized_samples_are_dropped),
         cmocka_unit_test(unknown_robots_leave_nothing),
         cmocka_unit_test(forged_replies_are_dropped),
+        cmocka_unit_test(epochs_grow_over_restarts),
+        cmocka_unit_test(a_daemon_that_starts_is_waited_for),
         cmocka_unit_test(forged_advertisements_are_dropped),
         cmocka_unit_test(slow_answers_come_in_order),
+        cmocka_unit_test(long_kinds_go_to_the_worker),
         cmocka_unit_test(bursts_are_not_lost),
         cmocka_unit_test(late_replies_are_dropped),
     };

@@ -46,6 +46,7 @@ typedef struct variant {
     int64_t delay;
     bool backwards;   /* the order in which daemons run */
     bool ticks_first; /* a daemon looks at the clock before it reads */
+    bool clock;       /* the first epoch is the time of the start */
 } variant;
 
 typedef struct world {
@@ -65,6 +66,9 @@ static void start_node(world *w, uint32_t i)
 {
     node *n = &w->nodes[i];
     tfa_advertisement self = {.priority = w->v->priority[i], .lease = LEASE};
+
+    if (w->v->clock)
+        self.epoch = (uint64_t)w->now;
 
     self.daemon[0] = ++w->next_guid;
     *n = (node){.alive = true};
@@ -302,7 +306,8 @@ static void explore_variants(uint32_t nodes, uint32_t faults, int window)
                                .priority = {1, bits & 1 ? 1 : 2, 1},
                                .delay = delay,
                                .backwards = bits & 1,
-                               .ticks_first = bits & 2};
+                               .ticks_first = bits & 2,
+                               .clock = bits & 2};
             world w = begin(&v);
             settle(&w);
             explore(&w, faults, window);
@@ -472,6 +477,38 @@ static void equal_epochs_are_told_apart(void **state)
     assert_int_equal(w.nodes[0].e.self.epoch, 2);
 }
 
+/* All daemons were restarted: the next leader's epoch is higher than that of any before, because its
+ * first one comes from a clock; and daemons that join do not raise it. */
+static void epochs_survive_a_restart(void **state)
+{
+    const variant v = {.nodes = 2, .priority = {2, 1}, .clock = true};
+    world w = begin(&v);
+    uint64_t last = 0;
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        settle(&w);
+        for (int k = 0; k < 4; k++) { /* takeovers */
+            const uint32_t leader = answers(&w, 1);
+            const uint64_t epoch = w.nodes[leader].e.self.epoch;
+            assert_true(epoch > last);
+            last = epoch;
+            assert_true(apply_fault(&w, leader, FAULT_KILL));
+            run(&w, 2 * LEASE);
+            assert_true(apply_fault(&w, leader, FAULT_KILL));
+            run(&w, 3 * LEASE);
+            assert_true(answers(&w, !leader));
+            assert_true(w.nodes[!leader].e.self.epoch > last);
+        }
+        last = w.nodes[answers(&w, 1)].e.self.epoch;
+        for (uint32_t k = 0; k < 2; k++)
+            assert_true(apply_fault(&w, k, FAULT_KILL));
+        run(&w, LEASE);
+        for (uint32_t k = 0; k < 2; k++)
+            assert_true(apply_fault(&w, k, FAULT_KILL));
+    }
+}
+
 static void a_good_bye_needs_no_lease(void **state)
 {
     const tfa_advertisement self = {.daemon = {9}, .lease = 1000};
@@ -586,6 +623,7 @@ int main(void)
         cmocka_unit_test(a_partition_heals),
         cmocka_unit_test(the_best_standby_takes_over),
         cmocka_unit_test(equal_epochs_are_told_apart),
+        cmocka_unit_test(epochs_survive_a_restart),
         cmocka_unit_test(a_good_bye_needs_no_lease),
         cmocka_unit_test(a_daemon_that_starts_is_silent_for_a_lease),
         cmocka_unit_test(another_model_does_not_follow),

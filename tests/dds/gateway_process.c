@@ -53,7 +53,8 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
     const tfa_dds_counters count = tfa_dds_count(gateway);
     tfa_dds_stop(gateway);
     test_worker_stop(worker);
-    printf("dropped %lu\n", (unsigned long)count.dropped);
+    printf("dropped %lu, handovers %lu\n", (unsigned long)count.dropped,
+           (unsigned long)count.handovers);
     for (uint32_t i = 0; i < TEST_ROBOTS; i++)
         tfa_model_free(robots[i].model);
     return 0;
@@ -119,7 +120,7 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
 
 unsigned long test_daemon_stop(test_daemon *daemon)
 {
-    char line[32];
+    char line[64];
     int status;
     unsigned long dropped = 0;
 
@@ -129,7 +130,7 @@ unsigned long test_daemon_stop(test_daemon *daemon)
     assert_true(WIFEXITED(status));
     assert_int_equal(WEXITSTATUS(status), 0);
     read_line(daemon->out, line, sizeof line);
-    assert_int_equal(sscanf(line, "dropped %lu", &dropped), 1);
+    assert_int_equal(sscanf(line, "dropped %lu, handovers %lu", &dropped, &daemon->handovers), 2);
     close(daemon->out);
     return dropped;
 }

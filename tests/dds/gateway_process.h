@@ -12,6 +12,7 @@
 typedef struct test_daemon {
     pid_t pid;
     int out; /* its standard output: one line when it is ready, one of counters when it ends */
+    unsigned long handovers; /* requests that the worker answered: known when it ended */
 } test_daemon;
 
 /* What it does with its requests; zeros are the defaults. */

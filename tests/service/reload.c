@@ -142,6 +142,27 @@ TEST(swapped_under_load)
 
 #define SHAPES 6
 #define SNAKE "  - name: arm\n    urdf: @/config/robots/snake64.urdf\n"
+#define ARM_ENTRY "  - name: arm\n    urdf: arm.urdf\n"
+
+static void write_file(const harness *h, const char *name, const char *text)
+{
+    char path[128];
+    snprintf(path, sizeof path, "%s/%s", h->directory, name);
+    FILE *out = fopen(path, "w");
+    assert_non_null(out);
+    fputs(text, out);
+    fclose(out);
+}
+
+static char *read_file(const char *path)
+{
+    FILE *in = fopen(path, "r");
+    assert_non_null(in);
+    char *text = calloc(1, 1 << 20);
+    text[fread(text, 1, (1 << 20) - 1, in)] = 0;
+    fclose(in);
+    return text;
+}
 
 /* What was sent is answered by the old model, then it hangs up; connected again, the new one. */
 static void other_shape(tfa_wait wait)
@@ -182,6 +203,53 @@ TEST(shape_changes)
     other_shape(TFA_WAIT_HYBRID);
     other_shape(TFA_WAIT_SPIN);
     other_shape(TFA_WAIT_BLOCK);
+}
+
+/* A link more, and the same joints: the poses of all frames need a larger buffer. */
+TEST(link_added)
+{
+    static const char camera[] = "<link name=\"camera\"/><joint name=\"camera\" type=\"fixed\">"
+                                 "<parent link=\"tool0\"/><child link=\"camera\"/></joint></robot>";
+    harness h;
+    double qdd[7];
+    char *arm = read_file(TFA_SOURCE_DIR "/config/robots/arm7.urdf");
+    harness_make(&h, ARM_ENTRY, "");
+    write_file(&h, "arm.urdf", arm);
+    harness_start(&h, "arm");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    const uint32_t frames = tfa_client_get_info(client)->frame_count;
+    char *end = strstr(arm, "</robot>");
+    assert_non_null(end);
+    strcpy(end, camera); /* read_file leaves room */
+    write_file(&h, "arm.urdf", arm);
+    reload(&h);
+    assert_true(harness_logged(&h, "reload: done, 1 of 1"));
+    assert_true(harness_logged(&h, "hung up on"));
+    assert_int_equal(ask_arm(client, 1, qdd, TIMEOUT_NS), TFA_E_DISCONNECTED);
+    assert_int_equal(tfa_client_reconnect(client), TFA_E_SIZE);
+    assert_int_equal(tfa_client_get_info(client)->frame_count, frames);
+    tfa_client_close(client);
+    client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_client_get_info(client)->frame_count, frames + 1);
+    tfa_client_close(client);
+    harness_remove(&h);
+    free(arm);
+}
+
+/* A robot that allows more tips than it did: the program's buffers are of the size granted first. */
+TEST(more_tips_granted)
+{
+    harness h;
+    harness_serve(&h, ARM "    max_tips: 2\n", "");
+    tfa_client *client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_client_get_info(client)->max_tips, 2);
+    (void)harness_stop(&h, SIGKILL);
+    harness_configure(&h, ARM "    max_tips: 4\n", "");
+    harness_start(&h, "arm");
+    assert_int_equal(tfa_client_reconnect(client), TFA_OK);
+    assert_int_equal(tfa_client_get_info(client)->max_tips, 2);
+    tfa_client_close(client);
+    harness_remove(&h);
 }
 
 /* One who asks without a pause; hung up on, it connects anew. Every reply fits the robot it saw. */
@@ -245,30 +313,9 @@ TEST(shape_changes_while_asked)
 
 /* ---- what fails ---- */
 
-static void write_file(const harness *h, const char *name, const char *text)
-{
-    char path[128];
-    snprintf(path, sizeof path, "%s/%s", h->directory, name);
-    FILE *out = fopen(path, "w");
-    assert_non_null(out);
-    fputs(text, out);
-    fclose(out);
-}
-
-static char *read_file(const char *path)
-{
-    FILE *in = fopen(path, "r");
-    assert_non_null(in);
-    char *text = calloc(1, 1 << 20);
-    text[fread(text, 1, (1 << 20) - 1, in)] = 0;
-    fclose(in);
-    return text;
-}
-
 /* Each reload is refused and named, and the model of before answers with the same bits. */
 TEST(refused)
 {
-#define ARM_ENTRY "  - name: arm\n    urdf: arm.urdf\n"
     static const struct {
         const char *robots, *more, *urdf, *text;
     } cases[] = {

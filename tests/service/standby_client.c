@@ -4,11 +4,14 @@
  * Clients over shared memory that have a second daemon on the host: they turn to it by themselves.
  */
 #include "harness.h"
+#include "models.h"
 #include "test.h"
 
 #include <signal.h>
+#include <time.h>
 
 #define CALLS 50
+#define MS UINT64_C(1000000)
 
 static harness first, second;
 
@@ -129,7 +132,140 @@ static void neither_is_there(void **state)
     harness_start(&first, "arm");
 }
 
-/* A daemon with another model is not taken, until the program asks for it. */
+static uint64_t now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000 * MS + (uint64_t)t.tv_nsec;
+}
+
+/* @return ns that a call took which nobody answered */
+static uint64_t time_unanswered(tfa_client *client, uint64_t timeout_ns)
+{
+    double qdd[7];
+    const uint64_t start = now_ns();
+
+    assert_int_not_equal(ask_arm(client, 0.2, qdd, timeout_ns), TFA_OK);
+    return now_ns() - start;
+}
+
+/* Both daemons accept connections and say nothing more, as stopped ones do. */
+static tfa_client *client_of_silent_daemons(void)
+{
+    tfa_client *client = connect_with_standby();
+
+    (void)harness_stop(&first, SIGKILL);
+    harness_start(&first, "arm");
+    harness_pause(&first);
+    harness_pause(&second);
+    return client;
+}
+
+static void wake_both(tfa_client *client)
+{
+    assert_int_equal(kill(first.pid, SIGCONT), 0);
+    assert_int_equal(kill(second.pid, SIGCONT), 0);
+    tfa_client_close(client);
+}
+
+/* A call ends within its timeout, however many daemons it asks; the connection's limit is longer. */
+static void calls_end_in_time(void **state)
+{
+    const uint64_t timeout = 1000 * MS;
+    tfa_client *client = client_of_silent_daemons();
+
+    (void)state;
+    assert_in_range(time_unanswered(client, timeout), 0, timeout * 3 / 2);
+    wake_both(client);
+}
+
+/* After a look that took long there is a pause, too. */
+static void looks_are_apart(void **state)
+{
+    const uint64_t timeout = 400 * MS;
+    tfa_client *client = client_of_silent_daemons();
+    uint64_t shortest = UINT64_MAX;
+
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        (void)time_unanswered(client, timeout);
+        const uint64_t next = time_unanswered(client, timeout);
+        shortest = next < shortest ? next : shortest;
+    }
+    assert_in_range(shortest, 0, timeout / 4);
+    wake_both(client);
+}
+
+/* Sending does not wait for the connection's limit. */
+static void sending_does_not_wait(void **state)
+{
+    tfa_client *client = client_of_silent_daemons();
+    double q[7], v[7], tau[7];
+    const tfa_request request = arm_request(0.2, q, v, tau);
+
+    (void)state;
+    (void)time_unanswered(client, MS); /* notices the end */
+    sleep_ms(100);
+    const uint64_t start = now_ns();
+    assert_int_equal(tfa_client_send(client, &request, NULL), TFA_E_DISCONNECTED);
+    assert_in_range(now_ns() - start, 0, WAIT_NS / 4);
+    wake_both(client);
+}
+
+/* The arm in process, for a client. */
+typedef struct arm_here {
+    tfa_model *model;
+    tfa_workspace *workspace;
+} arm_here;
+
+static arm_here set_fallback(tfa_client *client)
+{
+    arm_here arm;
+
+    assert_int_equal(
+        tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", NULL, NULL, &arm.model), TFA_OK);
+    arm.workspace = workspace_for(arm.model, NULL);
+    const tfa_client_fallback fallback = {.model = arm.model, .workspace = arm.workspace};
+    assert_int_equal(tfa_client_set_fallback(client, &fallback), TFA_OK);
+    return arm;
+}
+
+static void free_arm(arm_here arm)
+{
+    tfa_workspace_free(arm.workspace);
+    tfa_model_free(arm.model);
+}
+
+/* A program with a fallback waits for its attempt_us, not for the connection. */
+static void fallback_answers_soon(void **state)
+{
+    tfa_client *client = client_of_silent_daemons();
+    const arm_here arm = set_fallback(client);
+    double qdd[7];
+
+    (void)state;
+    const uint64_t start = now_ns();
+    assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_OK);
+    assert_in_range(now_ns() - start, 0, WAIT_NS / 4);
+    wake_both(client);
+    free_arm(arm);
+}
+
+/* Does its status list no client, now or soon? */
+static bool has_no_client(const harness *h)
+{
+    static char text[65536];
+
+    for (int i = 0; i < 2000; i++, sleep_ms(5)) {
+        assert_int_equal(tfa_daemon_command(h->runtime_dir, "status", 0, text, sizeof text),
+                         TFA_OK);
+        if (strstr(text, "\"clients\": [\n  ]"))
+            return true;
+    }
+    return false;
+}
+
+/* A daemon with another model is not taken, until the program asks for it. Nothing of it stays. */
 static void another_model_is_not_taken(void **state)
 {
     tfa_client *client = connect_with_standby();
@@ -140,12 +276,37 @@ static void another_model_is_not_taken(void **state)
     harness_configure(&second, ARM "    gravity: [0, 0, -1.62]\n", "");
     harness_start(&second, "arm");
     assert_calls_are_answered(client, &first);
+    const pid_t pid = first.pid;
+    char hash[65];
+    memcpy(hash, tfa_client_get_info(client)->model_hash, sizeof hash);
     (void)harness_stop(&first, SIGKILL);
     for (int i = 0; i < 20; i++, sleep_ms(2))
         assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_E_DISCONNECTED);
+    assert_int_equal(tfa_client_get_info(client)->daemon_pid, pid);
+    assert_string_equal(tfa_client_get_info(client)->model_hash, hash);
+    assert_true(has_no_client(&second));
     assert_int_equal(tfa_client_reconnect(client), TFA_OK);
     assert_calls_are_answered(client, &second);
     tfa_client_close(client);
+}
+
+/* Nor by a client that computes in process meanwhile: all its answers are of the same model. */
+static void another_model_is_not_taken_with_a_fallback(void **state)
+{
+    double expected[7], qdd[7];
+
+    (void)state;
+    harness_start(&first, "arm");
+    tfa_client *client = connect_with_standby();
+    const arm_here arm = set_fallback(client);
+    assert_int_equal(ask_arm(client, 0.2, expected, WAIT_NS), TFA_OK);
+    (void)harness_stop(&first, SIGKILL);
+    for (int i = 0; i < 100; i++, sleep_ms(2)) {
+        assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_OK);
+        assert_memory_equal(qdd, expected, sizeof qdd);
+    }
+    tfa_client_close(client);
+    free_arm(arm);
 }
 
 int main(void)
@@ -155,7 +316,12 @@ int main(void)
         cmocka_unit_test(sent_requests_are_reported),
         cmocka_unit_test(connection_finds_the_standby),
         cmocka_unit_test(neither_is_there),
+        cmocka_unit_test(calls_end_in_time),
+        cmocka_unit_test(looks_are_apart),
+        cmocka_unit_test(sending_does_not_wait),
+        cmocka_unit_test(fallback_answers_soon),
         cmocka_unit_test(another_model_is_not_taken),
+        cmocka_unit_test(another_model_is_not_taken_with_a_fallback),
     };
 
     return cmocka_run_group_tests(tests, start_both, remove_both);

@@ -41,8 +41,8 @@ typedef struct tfa_dds_client_options {
  * Joins the domain and waits until the daemon has described the robot (RobotInfo) and all our
  * topics are matched with it, so that the first call cannot be lost.
  *
- * @return TFA_OK; TFA_E_ARGUMENT (no robot name, or longer than 63); TFA_E_ROBOT (a daemon is in
- *         the domain but does not serve this robot); TFA_E_TIMEOUT (no daemon found: same domain?
+ * @return TFA_OK; TFA_E_ARGUMENT (no robot name, or longer than 63); TFA_E_ROBOT (daemons of
+ *         the domain announce robots, none this one, until the timeout); TFA_E_TIMEOUT (no daemon found: same domain?
  *         same CYCLONEDDS_URI?); TFA_E_MEMORY; TFA_E_SYSTEM (the domain cannot be joined: a bad
  *         CYCLONEDDS_URI or no free participant index). On error *client is NULL.
  */

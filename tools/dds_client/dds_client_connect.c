@@ -94,23 +94,16 @@ static int adopt_robot(tfa_dds_client *client, totalforce_dds_RobotInfo *robot)
     return TFA_OK;
 }
 
-/* Waits until the robot's leader announces it. One that announces others only gets half a second
- * more: several daemons may share a domain. */
+/* Waits until the robot's leader announces it: a daemon that starts or takes over is silent for a
+ * lease, while others of the domain announce other robots. */
 static int await_robot(tfa_dds_client *client, uint64_t deadline)
 {
-    bool others = false;
-
     for (;;) {
         totalforce_dds_RobotInfo *robot = read_robot(client);
         if (robot != NULL)
             return adopt_robot(client, robot);
-        if (!others && any_robot_is_announced(client)) {
-            others = true;
-            const uint64_t grace = tfa_dds_now() + 500 * NS_PER_MS;
-            deadline = grace < deadline ? grace : deadline;
-        }
         if (!tfa_dds_event_wait(&client->event, TFA_WAIT_BLOCK, 0, deadline))
-            return others ? TFA_E_ROBOT : TFA_E_TIMEOUT;
+            return any_robot_is_announced(client) ? TFA_E_ROBOT : TFA_E_TIMEOUT;
     }
 }
 

@@ -112,7 +112,8 @@ TFA_API size_t tfa_client_explain(const tfa_client_options *options, int status,
  * Connects again after TFA_E_DISCONNECTED, with the same options; retries until connect_timeout_ms.
  * The daemon in standby_dir and the one in runtime_dir take turns.
  * Requests under way are lost: tfa_client_receive reports each with TFA_E_LOST.
- * @return as tfa_client_connect; TFA_E_SIZE also if the robot now has other array sizes
+ * @return as tfa_client_connect; TFA_E_SIZE also if the robot now has other array sizes: q, v, base
+ *         or frames. max_batch and max_tips never grow
  */
 TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);
 
@@ -121,7 +122,8 @@ TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);
  * TFA_E_TIMEOUT, TFA_E_LATE, TFA_E_AGAIN, TFA_E_DISCONNECTED, TFA_E_LOST and TFA_E_PROTOCOL. The
  * answer has the bits that a daemon of the same library gives, and tfa_exchange.daemon says why it
  * is needed. The next call asks the daemon again; after a lost connection a call in each `retry_ms`
- * tries to reconnect, for `attempt_us` at most, until a daemon is back.
+ * tries to reconnect, for `attempt_us` at most, until a daemon with the same model is back; one with
+ * another model is taken by tfa_client_reconnect only.
  *
  * The model must be the daemon's. After a reload that changed it there, calls are not answered in
  * process until the program sets the new one: the daemon's status is returned.
@@ -149,9 +151,9 @@ TFA_API const tfa_client_info *tfa_client_get_info(const tfa_client *client);
  *                    The daemon does not begin a request whose timeout has passed
  * @param exchange    times; may be NULL
  * With options.standby_dir a client whose daemon ends connects to the other one by itself, in the
- * call, and asks again: the call is answered. It stays there until that one ends. A daemon with
- * another model is not taken (tfa_client_reconnect takes it). Requests of tfa_client_send that were
- * under way are reported by tfa_client_receive with TFA_E_LOST.
+ * call and its timeout, and asks again: the call is answered. It stays there until that one ends. A
+ * daemon with another model is not taken (tfa_client_reconnect takes it). Requests of
+ * tfa_client_send that were under way are reported by tfa_client_receive with TFA_E_LOST.
  *
  * @return reply->status: as tfa_compute, or TFA_E_ARGUMENT (a NULL, or replies not received yet);
  *         TFA_E_AGAIN (the ring is full); TFA_E_TIMEOUT; TFA_E_LATE (the deadline passed before the
@@ -164,7 +166,8 @@ TFA_API int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_
                             uint64_t timeout_ns, tfa_exchange *exchange);
 
 /**
- * Writes a request into the ring without waiting. Wakes a sleeping worker.
+ * Writes a request into the ring without waiting. Wakes a sleeping worker. With options.standby_dir
+ * and after the end of the connection it looks for the other daemon, for 2 ms at most.
  * @param id  of the request, counted from 1; may be NULL
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_AGAIN, TFA_E_DISCONNECTED, TFA_E_SIZE,
  *         TFA_E_UNSUPPORTED as tfa_client_call

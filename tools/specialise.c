@@ -21,7 +21,7 @@ typedef struct specialise_options {
     tfa_specialise_options build;
 } specialise_options;
 
-enum { KEY_COMPILER = 256, KEY_SOURCES, KEY_LANES, KEY_TABLES };
+enum { KEY_COMPILER = 256, KEY_SOURCES, KEY_LANES, KEY_TABLES, KEY_ALGORITHM };
 
 static const struct argp_option option_table[] = {
     {.name = "output",
@@ -32,6 +32,10 @@ static const struct argp_option option_table[] = {
      .key = KEY_LANES,
      .arg = "WORD",
      .doc = "auto: several states at a time, too; one: the smallest kernel (auto)"},
+    {.name = "algorithm",
+     .key = KEY_ALGORITHM,
+     .arg = "WORD",
+     .doc = "aba, crba, or fastest: timed for each kind of request in the build (fastest)"},
     {.name = "compiler", .key = KEY_COMPILER, .arg = "PROGRAM", .doc = "(clang, gcc or cc)"},
     {.name = "sources",
      .key = KEY_SOURCES,
@@ -43,6 +47,7 @@ static const struct argp_option option_table[] = {
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     static const char *const lanes[] = {"auto", "one"};
+    static const char *const algorithms[] = {"fastest", "aba", "crba"};
     specialise_options *o = state->input;
     switch (key) {
     case ARGP_KEY_INIT:
@@ -53,6 +58,10 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_LANES:
         o->build.single = (uint32_t)option_word(state, "lanes", text, lanes, 2);
+        return 0;
+    case KEY_ALGORITHM:
+        o->build.algorithm =
+            (tfa_specialise_algorithm)option_word(state, "algorithm", text, algorithms, 3);
         return 0;
     case KEY_COMPILER:
         o->build.compiler = text;
@@ -109,6 +118,7 @@ static int try_out(const char *path, const tfa_model *model)
             "  loaded and tested in %.1f ms: within %.2g of the generic kernel, %s, %u states at a "
             "time\n",
             took, info.error, info.isa, info.lanes ? info.lanes : 1);
+        printf("  %s\n", info.algorithms);
         tfa_specialised_free(kernel);
         return EXIT_GOOD;
     }

@@ -6,7 +6,8 @@
 #include "client/client.h"
 
 /* Between two looks for a daemon: two connect calls, some 20 us, if none is there; half of the
- * connections that the default limits.connects_per_second leaves a user, if it is another's model. */
+ * connections that the default limits.connects_per_second leaves a user, if it is another's model.
+ * */
 #define LOOK_NS 20000000
 
 static void exchange_directories(tfa_client *client)

@@ -104,14 +104,14 @@ static int specialised_serves(const tfa_workspace *w, const struct call *c)
     return !payload_batch && w->specialised->supports(&w->host, without_estimate(c, &copy));
 }
 
-/* Computes up to `lanes` states without tips. Returns 0 if an answer is not finite or its estimate
+/* Computes up to `lanes` states. Returns 0 if an answer is not finite or its estimate
  * too large: the generic kernels answer and report the reason. */
 static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                                 tfa_reply *reply)
 {
     tfa_request copy;
     const tfa_request *r = without_estimate(c, &copy);
-    const uint32_t left = end - k, lanes = c->traits & TRAIT_TIPS ? 0 : w->specialised->lanes;
+    const uint32_t left = end - k, lanes = w->specialised->lanes;
     uint32_t count = left < lanes ? left : lanes;
     if (c->traits & TRAIT_TIPS && !reply->lambda_inv)
         return 0;

@@ -13,7 +13,7 @@
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated
  * tables. */
-#define TFA_SPECIALISED_ABI 5u
+#define TFA_SPECIALISED_ABI 6u
 
 /* The symbol */
 #define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
@@ -40,6 +40,7 @@ struct tfa_specialised_kernel {
     uint8_t model[32];    /* tfa_hash_without_gravity of the model whose tables are in it */
     const char *isa;      /* as in tfa_kernel.isa */
     const char *compiler; /* with its version */
+    const char *algorithms; /* by which requests are answered: "forward crba, ..." */
     uint32_t bodies;
     uint32_t lanes; /* states that `many` takes at a time; 0: there is none */
     /* Is this checked request, by aba, rnea or propagation, one that the kernel answers? All states

@@ -8,17 +8,6 @@
 #ifndef TFA_LAYOUT_SPECIALISED_STRUCT_H
 #define TFA_LAYOUT_SPECIALISED_STRUCT_H
 
-/* More bodies that do not go side by side are left to the loop of the generic kernel. Written out,
- * a chain of 32 takes 0.80 times as long, of 40 0.86, of 48 0.90, but cold 2.8, 3.4 and 4.1 times,
- * and its compiler 20 s and more (docs/specialised.md). */
-#define ROBOT_UNROLLED_BODIES_MAX 40
-#if ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX ||                                                   \
-    (defined ROBOT_BODY_LANES && !defined ROBOT_PAYLOADS)
-#define ROBOT_HAS_FORWARD 1
-#else
-#define ROBOT_HAS_FORWARD 0 /* no code for requests that are not taken */
-#endif
-
 /* Whole vectors of 8 doubles are written from any coordinate on (number/sincos.h). */
 #define ROBOT_PADDED(n) ((n) + 8)
 

@@ -82,6 +82,42 @@ static inline void ext_round(double *to, const ext *from, int count)
         to[k] = (double)from[k];
 }
 
+/* Entries this small beside what they are added to are rounding of a file's decimals: 1.5707963268
+ * and its like for a right angle leave 4e-16 and less where a 0 is meant. Doubles get the 0, so
+ * that specialised kernels have no code for it, and single precision no subnormal products. The
+ * quadruple-precision constants stay as written. */
+#define EXT_ZERO 0x1p-50
+
+static inline double ext_round_or_zero(ext x, ext size)
+{
+    return ext_abs(x) > EXT_ZERO * size ? (double)x : 0;
+}
+
+static inline void ext_round_rotation(double *to, const ext *from)
+{
+    for (int k = 0; k < 9; k++)
+        to[k] = ext_round_or_zero(from[k], 1);
+}
+
+/* size: of the vector, or of what it is measured from, if that is larger */
+static inline void ext_round_vector(double *to, const ext *from, ext size)
+{
+    size += ext_hypot(from[0], ext_hypot(from[1], from[2]));
+    for (int k = 0; k < 3; k++)
+        to[k] = ext_round_or_zero(from[k], size);
+}
+
+/* xx xy xz yy yz zz; products of inertia are measured by their two moments */
+static inline void ext_round_inertia(double *to, const ext *from)
+{
+    static const int diagonal[3] = {0, 3, 5};
+    for (int k = 0; k < 6; k++) {
+        const ext a = from[diagonal[ext_row[k]]], b = from[diagonal[ext_col[k]]];
+        const ext size = a > 0 && b > 0 ? TFA_QUAD_SQRT(a * b) : 0;
+        to[k] = ext_round_or_zero(from[k], ext_row[k] == ext_col[k] ? 0 : size);
+    }
+}
+
 static inline void ext_identity(ext *R)
 {
     memset(R, 0, 9 * sizeof *R);

@@ -41,8 +41,8 @@ static void round_body(struct tfa_body *b, struct tfa_body_quad *quad,
     quad->mass = *sum;
     b->quad = quad;
     b->mass = (double)sum->mass;
-    ext_round(b->h, sum->h, 3);
-    ext_round(b->I, sum->I, 6);
+    ext_round_vector(b->h, sum->h, sum->mass * ext_hypot(b->r[0], ext_hypot(b->r[1], b->r[2])));
+    ext_round_inertia(b->I, sum->I);
     b->regular = tfa_inertia_is_regular(b);
 }
 

@@ -185,19 +185,66 @@ static int run_in_parallel(struct build *b, int runs)
     return status;
 }
 
-/* The last command links the objects of the others. */
+/* Links a kernel with these choices from the objects that are there. */
+static int link_kernel(struct build *b, const uint8_t choice[CHOICES])
+{
+    struct text_buffer t = {0};
+    char path[sizeof b->folder + 32];
+    snprintf(path, sizeof path, "%s/robot_choice.h", b->folder);
+    specialised_choice_write(&t, b->model, choice);
+    int status = t.failed ? TFA_E_MEMORY : TFA_OK;
+    if (status == TFA_OK && ((unlink(path) != 0 && errno != ENOENT) ||
+                             write_file(path, t.text, strlen(t.text), 0600) != 0))
+        status = refuse(b->err, TFA_E_FILE, "'%s': %s", path, strerror(errno));
+    free(t.text);
+    for (int k = b->commands.runs - 2; status == TFA_OK && k < b->commands.runs; k++)
+        status = child_process_run(b->commands.argv[k], b->folder, &b->limits, b->err);
+    return status;
+}
+
+/* Links a kernel for each algorithm and times them, unless one is asked for. */
+static int choose_algorithms(struct build *b, int algorithms, uint8_t choice[CHOICES])
+{
+    char kernel[sizeof b->folder + 16], path[ALGORITHMS][sizeof b->folder + 16];
+    const char *paths[ALGORITHMS];
+    uint8_t uniform[CHOICES];
+    int status = TFA_OK;
+    if (algorithms < ALGORITHMS)
+        return TFA_OK;
+    if (b->options.algorithm == TFA_SPECIALISE_CRBA) {
+        memset(choice, ALGORITHM_CRBA, CHOICES);
+        return TFA_OK;
+    }
+    snprintf(kernel, sizeof kernel, "%s/kernel.so", b->folder);
+    for (int a = 0; status == TFA_OK && a < ALGORITHMS; a++) {
+        snprintf(path[a], sizeof path[a], "%s/%d.so", b->folder, a);
+        paths[a] = path[a];
+        memset(uniform, a, sizeof uniform);
+        status = link_kernel(b, uniform);
+        if (status == TFA_OK && rename(kernel, path[a]) != 0)
+            status =
+                refuse(b->err, TFA_E_NOT_COMPUTED, "%s made no shared object", b->compiler.path);
+    }
+    return status == TFA_OK ? specialised_choose(b->model, paths, choice) : status;
+}
+
+/* All commands but the last two make the objects of the algorithms. */
 static int compile(struct build *b)
 {
+    const int algorithms =
+        b->options.algorithm == TFA_SPECIALISE_ABA ? 1 : specialised_algorithms(b->model);
+    uint8_t choice[CHOICES] = {ALGORITHM_ABA};
     int status = find_compiler(b->options.compiler, b->folder, &b->limits, &b->compiler, b->err);
     if (status == TFA_OK)
         status = build_commands_write(&b->commands, &b->compiler, b->sources, b->folder,
-                                      &b->options, b->err);
+                                      &b->options, algorithms, b->err);
     const double start = seconds_now();
-    const int last = b->commands.runs - 1;
     if (status == TFA_OK)
-        status = run_in_parallel(b, last);
+        status = run_in_parallel(b, b->commands.runs - 2);
     if (status == TFA_OK)
-        status = child_process_run(b->commands.argv[last], b->folder, &b->limits, b->err);
+        status = choose_algorithms(b, algorithms, choice);
+    if (status == TFA_OK)
+        status = link_kernel(b, choice);
     b->result.compile_s = seconds_now() - start;
     snprintf(b->result.compiler, sizeof b->result.compiler, "%s", b->compiler.version);
     return status;
@@ -230,7 +277,7 @@ int tfa_specialised_build(const tfa_model *model, const tfa_specialise_options *
                           size_t size)
 {
     struct error_text err = begin_error_text(error_text, size);
-    if (!model || !path)
+    if (!model || !path || (options && (uint32_t)options->algorithm > TFA_SPECIALISE_CRBA))
         return TFA_E_ARGUMENT;
     int status = tfa_specialised_check(model, error_text, size);
     if (status != TFA_OK)

@@ -97,13 +97,34 @@ static const struct isa *current_isa(void)
     return &isas[0];
 }
 
-/* Variants of specialised.c: one state, its bodies in lanes, states in lanes, payloads */
-enum { SCALAR, BODY_LANES, BATCH, PAYLOADS };
-static const char *const variants[] = {"scalar", "body_lanes", "batch", "payloads"};
+/* One object: specialised_solve.c, specialised_body_lanes.c or the table, specialised.c */
+struct object {
+    const char *name; /* the variant, and NAME.o */
+    const char *source;
+    const char *algorithm; /* folder of dynamics/specialised */
+    const char *define;    /* or NULL */
+    int lanes;             /* a number is a vector */
+    int body_lanes;
+};
 
-/* Compiles a variant of specialised.c to `folder`/NAME.o. lanes: states of a batch, "0": none. */
+static const struct object objects[] = {
+    {"scalar_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", 0, 0},
+    {"body_lanes_aba", "specialised_body_lanes", "aba", NULL, 1, 1},
+    {"payloads_aba", "specialised_solve", "aba", "-DROBOT_PAYLOADS", 0, 0},
+    {"scalar_crba", "specialised_solve", "crba", NULL, 0, 0},
+    {"batch_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", 1, 0},
+    {"batch_crba", "specialised_solve", "crba", NULL, 1, 0},
+    {"table", "specialised", "aba", NULL, 0, 0},
+};
+enum { OBJECTS = sizeof objects / sizeof *objects, TABLE = OBJECTS - 1 };
+
+struct build_paths {
+    const char *sources, *folder;
+};
+
+/* lanes: states of a batch, "0": none. */
 static void add_compile_command(struct writer *w, const struct compiler_info *compiler,
-                                const char *sources, const char *folder, int variant,
+                                const struct build_paths *p, const struct object *o,
                                 const char *lanes)
 {
     const struct isa *isa = current_isa();
@@ -116,53 +137,60 @@ static void add_compile_command(struct writer *w, const struct compiler_info *co
     }
 #if defined(__x86_64__)
     add_argument(w, "-mtune=native");
-    if (!compiler->clang && compiler->major >= 12 && (variant == SCALAR || variant == PAYLOADS)) {
+    if (!compiler->clang && compiler->major >= 12 && !o->lanes) {
         add_argument(w, "-mmove-max=128");
         add_argument(w, "-mstore-max=128");
     }
 #endif
-    add_formatted(w, "-DTFA_VARIANT=%s", variants[variant]);
+    add_formatted(w, "-DTFA_VARIANT=%s", o->name);
     add_formatted(w, "-DTFA_ISA_NAME=%s", isa->name);
-    if (variant == PAYLOADS)
-        add_argument(w, "-DROBOT_PAYLOADS");
-    else if (variant != BODY_LANES) /* the tables hold its number of lanes */
-        add_formatted(w, variant == BATCH ? "-DTFA_LANES=%s" : "-DROBOT_BATCH_LANES=%s", lanes);
-    add_formatted(w, "-I%s", folder);
-    add_formatted(w, "-I%s", sources);
-    add_formatted(w, "-I%s/include", sources);
-    add_formatted(w, "-I%s/number/%s", sources,
-                  variant == SCALAR || variant == PAYLOADS ? "f64" : "f64xn");
-    if (variant == BODY_LANES)
-        add_formatted(w, "-I%s/layout/specialised_body_lanes", sources);
-    add_formatted(w, "-I%s/layout/specialised", sources);
+    if (o->define)
+        add_argument(w, o->define);
+    if (strcmp(o->define ? o->define : "", "-DROBOT_PAYLOADS") == 0)
+        add_argument(w, "-DROBOT_INVERSE");
+    if (o == &objects[TABLE])
+        add_formatted(w, "-DROBOT_BATCH_LANES=%s", lanes);
+    else if (o->lanes && !o->body_lanes) /* the tables hold the number of body lanes */
+        add_formatted(w, "-DTFA_LANES=%s", lanes);
+    add_formatted(w, "-I%s", p->folder);
+    add_formatted(w, "-I%s", p->sources);
+    add_formatted(w, "-I%s/include", p->sources);
+    add_formatted(w, "-I%s/dynamics/specialised/%s", p->sources, o->algorithm);
+    add_formatted(w, "-I%s/number/%s", p->sources, o->lanes ? "f64xn" : "f64");
+    if (o->body_lanes)
+        add_formatted(w, "-I%s/layout/specialised_body_lanes", p->sources);
+    add_formatted(w, "-I%s/layout/specialised", p->sources);
     add_argument(w, "-c");
-    add_formatted(w, "%s/dynamics/specialised/specialised%s.c", sources,
-                  variant == BODY_LANES ? "_body_lanes" : "");
+    add_formatted(w, "%s/dynamics/specialised/%s.c", p->sources, o->source);
     add_argument(w, "-o");
-    add_formatted(w, "%s/%s.o", folder, variants[variant]);
+    add_formatted(w, "%s/%s.o", p->folder, o->name);
+}
+
+static int is_wanted(const struct object *o, int single, int algorithms)
+{
+    const int batch = o->lanes && !o->body_lanes;
+    return !(batch && single) && (algorithms > 1 || strcmp(o->algorithm, "crba") != 0);
 }
 
 int build_commands_write(struct build_commands *commands, const struct compiler_info *compiler,
                          const char *sources, const char *folder,
-                         const tfa_specialise_options *options, struct error_text *err)
+                         const tfa_specialise_options *options, int algorithms,
+                         struct error_text *err)
 {
     struct writer w = {.commands = commands};
-    const char *lanes = current_isa()->lanes;
+    const struct build_paths p = {sources, folder};
     commands->runs = 0;
-    add_compile_command(&w, compiler, sources, folder, SCALAR, options->single ? "0" : lanes);
-    add_compile_command(&w, compiler, sources, folder, BODY_LANES, lanes);
-    add_compile_command(&w, compiler, sources, folder, PAYLOADS, lanes);
-    if (!options->single)
-        add_compile_command(&w, compiler, sources, folder, BATCH, lanes);
+    for (int k = 0; k < OBJECTS; k++)
+        if (is_wanted(&objects[k], (int)options->single, algorithms))
+            add_compile_command(&w, compiler, &p, &objects[k],
+                                options->single ? "0" : current_isa()->lanes);
     begin_command(&w, compiler);
     static const char *const link[] = {
         "-shared", "-Wl,--gc-sections", "-Wl,-z,defs", "-Wl,-z,now", "-s", NULL};
     add_arguments(&w, link);
-    add_formatted(&w, "%s/scalar.o", folder);
-    add_formatted(&w, "%s/body_lanes.o", folder);
-    add_formatted(&w, "%s/payloads.o", folder);
-    if (!options->single)
-        add_formatted(&w, "%s/batch.o", folder);
+    for (int k = 0; k < OBJECTS; k++)
+        if (is_wanted(&objects[k], (int)options->single, algorithms))
+            add_formatted(&w, "%s/%s.o", folder, objects[k].name);
     add_argument(&w, "-lm");
     add_argument(&w, "-o");
     add_formatted(&w, "%s/kernel.so", folder);

@@ -32,8 +32,8 @@ static int check_version(const char *path, const struct tfa_specialised_kernel *
     return TFA_OK;
 }
 
-static int check_kernel(const char *path, const struct tfa_specialised_kernel *k,
-                        const tfa_model *model, struct error_text *err)
+int specialised_check_table(const char *path, const struct tfa_specialised_kernel *k,
+                            const tfa_model *model, struct error_text *err)
 {
     const int status = check_version(path, k, err);
     if (status != TFA_OK)
@@ -47,7 +47,8 @@ static int check_kernel(const char *path, const struct tfa_specialised_kernel *k
         return refuse(err, TFA_E_UNSUPPORTED,
                       "'%s' is for the instruction set %s, the kernels here run on %s", path,
                       k->isa ? k->isa : "(none)", tfa_isa_name());
-    if (!k->compiler || !k->supports || !k->solve || !k->lanes != !k->solve_batch || k->lanes > 16)
+    if (!k->compiler || !k->algorithms || !k->supports || !k->solve ||
+        !k->lanes != !k->solve_batch || k->lanes > 16)
         return refuse(err, TFA_E_UNSUPPORTED, "'%s' is incomplete: a function is missing", path);
     return TFA_OK;
 }
@@ -63,7 +64,7 @@ static int open_shared_object(const char *path, const tfa_model *model, tfa_spec
     s->kernel = dlsym(s->object, TFA_SPECIALISED_SYMBOL);
     if (!s->kernel)
         return refuse(err, TFA_E_UNSUPPORTED, "'%s' exports no %s", path, TFA_SPECIALISED_SYMBOL);
-    const int status = check_kernel(path, s->kernel, model, err);
+    const int status = specialised_check_table(path, s->kernel, model, err);
     return status == TFA_OK ? specialised_self_test(path, s->kernel, model, &s->error, err)
                             : status;
 }
@@ -129,6 +130,7 @@ tfa_specialised_info tfa_specialised_describe(const tfa_specialised *s)
     return (tfa_specialised_info){.path = s->path,
                                   .isa = s->kernel->isa,
                                   .compiler = s->kernel->compiler,
+                                  .algorithms = s->kernel->algorithms,
                                   .bodies = s->kernel->bodies,
                                   .lanes = s->kernel->lanes,
                                   .digest = s->digest,

@@ -10,49 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "interface/kernel_table.h"
-#include "model/model.h"
-#include "specialised/specialised_internal.h"
+#include "specialised/self_test.h"
 
 #define RELATIVE_ERROR_MAX 1e-10
 #define ESTIMATE_FACTOR 100 /* of the generic answer's error estimate */
-#define SELF_TEST_STATES 64
-#define SELF_TEST_GUARD 16 /* guard numbers behind each array */
-
-enum self_test_option {
-    SELF_TEST_GRAVITY = 1,
-    SELF_TEST_PAYLOAD = 2,
-    SELF_TEST_WRENCH = 4,
-    SELF_TEST_LOCKED = 8,
-    SELF_TEST_AT_REST = 16 /* velocities and forces NULL */
-};
-
-struct self_test_case {
-    const char *name;
-    tfa_op op;
-    uint32_t tips; /* 0 to 2 */
-    tfa_reference_frame frame;
-    uint32_t flags;
-    unsigned options; /* enum self_test_option */
-};
-
-/* Buffers of an answer */
-struct self_test_reply {
-    tfa_reply reply;
-    tfa_answer answers[SELF_TEST_STATES];
-};
-
-struct self_test {
-    const tfa_model *model;
-    struct tfa_host_api host;
-    tfa_workspace *generic;
-    tfa_request request;
-    double *inputs, *outputs; /* memory */
-    size_t outputs_count;     /* numbers of both answers */
-    struct self_test_reply tested, reference;
-    uint32_t compared, unanswered; /* states asked, and those without an answer */
-};
-
 /* ---- requests ---- */
 
 #define FORWARD TFA_OP_FORWARD_DYNAMICS
@@ -84,81 +45,6 @@ static const struct self_test_case cases[] = {
     {"forward dynamics, lambda_inv and poses", FORWARD, 1, ALIGNED, TFA_WANT_POSES, 0},
 };
 
-/* ---- random states, the same each time ---- */
-
-/* xorshift64* (Vigna 2016) */
-static double uniform(uint64_t *seed, double lowest, double highest)
-{
-    *seed ^= *seed >> 12;
-    *seed ^= *seed << 25;
-    *seed ^= *seed >> 27;
-    return lowest + (highest - lowest) * (double)(*seed * 0x2545f4914f6cdd1dull >> 11) * 0x1p-53;
-}
-
-static double *fill(double **at, size_t n, uint64_t *seed, double most)
-{
-    double *x = *at;
-    *at += n;
-    for (size_t k = 0; k < n; k++)
-        x[k] = uniform(seed, -most, most);
-    return x;
-}
-
-static const double *fill_poses(double **at, uint64_t *seed)
-{
-    const double *all = *at;
-    for (int k = 0; k < SELF_TEST_STATES; k++) {
-        double *pose = fill(at, 7, seed, 1), norm = 0;
-        for (int e = 3; e < 7; e++)
-            norm += pose[e] * pose[e];
-        for (int e = 3; e < 7; e++)
-            pose[e] = norm > 0.01 ? pose[e] / sqrt(norm) : e == 6;
-    }
-    return all;
-}
-
-static void fill_inputs(struct self_test *t)
-{
-    const struct tfa_model *m = t->model;
-    uint64_t seed = 0x9e3779b97f4a7c15ull;
-    double *at = t->inputs;
-    tfa_request *r = &t->request;
-    r->q = fill(&at, (size_t)SELF_TEST_STATES * m->q_count, &seed, 3);
-    r->v = fill(&at, (size_t)SELF_TEST_STATES * m->v_count, &seed, 2);
-    r->tau = fill(&at, (size_t)SELF_TEST_STATES * m->v_count, &seed, 10);
-    r->qdd = fill(&at, (size_t)SELF_TEST_STATES * m->v_count, &seed, 5);
-    r->wrenches = fill(&at, (size_t)SELF_TEST_STATES * 6, &seed, 10);
-    r->gravity = fill(&at, 3, &seed, 9.81);
-    if (!m->base_freedoms)
-        return;
-    r->base_twist = fill(&at, (size_t)SELF_TEST_STATES * 6, &seed, 1);
-    r->base_wrench = fill(&at, (size_t)SELF_TEST_STATES * 6, &seed, 10);
-    r->base_acceleration = fill(&at, (size_t)SELF_TEST_STATES * 6, &seed, 5);
-    r->base_pose = fill_poses(&at, &seed);
-}
-
-/* ---- outputs ---- */
-
-static void set_reply_buffers(struct self_test_reply *a, const tfa_model *m, double **at)
-{
-    const struct {
-        double **array;
-        size_t width;
-    } arrays[] = {{&a->reply.qdd, m->v_count},      {&a->reply.tau, m->v_count},
-                  {&a->reply.base_acceleration, 6}, {&a->reply.base_wrench, 6},
-                  {&a->reply.lambda_inv, 144},      {&a->reply.poses, 14}};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
-        *arrays[k].array = *at;
-        *at += SELF_TEST_STATES * arrays[k].width + SELF_TEST_GUARD;
-    }
-    a->reply.answers = a->answers;
-}
-
-static size_t outputs_of(const tfa_model *m)
-{
-    return (size_t)SELF_TEST_STATES * (2 * m->v_count + 6 + 6 + 144 + 14) + 6 * SELF_TEST_GUARD;
-}
-
 /* A NaN that no computation yields */
 static const uint64_t unwritten = 0x7ff8dead0000beefull;
 
@@ -183,79 +69,6 @@ static int guards_intact(const struct self_test *t)
     return guard_intact(r->qdd + v) && guard_intact(r->tau + v) &&
            guard_intact(r->base_acceleration + 6 * n) && guard_intact(r->base_wrench + 6 * n) &&
            guard_intact(r->lambda_inv + 144 * n) && guard_intact(r->poses + 14 * n);
-}
-
-/* ---- asking ---- */
-
-static int open_test(struct self_test *t, const tfa_model *model)
-{
-    const tfa_workspace_options options = {.states = TFA_STATES_ONE,
-                                           .methods = TFA_METHOD_BIT(TFA_METHOD_ABA)};
-    const size_t inputs = (size_t)SELF_TEST_STATES * (model->q_count + 3 * model->v_count + 31) + 3;
-    *t = (struct self_test){.model = model,
-                            .host = specialised_host_api(model),
-                            .outputs_count = 2 * outputs_of(model)};
-    t->inputs = malloc(inputs * sizeof(double));
-    t->outputs = malloc(t->outputs_count * sizeof(double));
-    if (!t->inputs || !t->outputs)
-        return TFA_E_MEMORY;
-    double *at = t->outputs;
-    set_reply_buffers(&t->tested, model, &at);
-    set_reply_buffers(&t->reference, model, &at);
-    return tfa_workspace_create(model, &options, &t->generic);
-}
-
-static void close_test(struct self_test *t)
-{
-    tfa_workspace_free(t->generic);
-    free(t->outputs);
-    free(t->inputs);
-}
-
-static void add_options(tfa_request *r, unsigned options, uint32_t frame)
-{
-    static const double payload[TFA_PAYLOAD_NUMBERS] = {1.5,   0.02,  -0.03, 0.05, 0.004,
-                                                        0.001, 0.002, 0.005, 0,    0.006};
-    static const uint32_t first[1];
-    if (options & SELF_TEST_PAYLOAD) {
-        r->payload_count = 1;
-        r->payload_frames[0] = frame;
-        r->payloads = payload;
-    }
-    if (options & SELF_TEST_LOCKED) {
-        r->locked_count = 1;
-        r->locked = first;
-    }
-    if (options & SELF_TEST_AT_REST)
-        r->v = r->tau = r->qdd = r->base_twist = r->base_wrench = r->base_acceleration = NULL;
-    if (options & SELF_TEST_WRENCH) {
-        r->wrench_count = 1;
-        r->wrench_frames[0] = frame;
-    } else {
-        r->wrenches = NULL;
-    }
-    if (!(options & SELF_TEST_GRAVITY))
-        r->gravity = NULL;
-}
-
-static void make_request(struct self_test *t, const struct self_test_case *q, uint32_t tip)
-{
-    const struct tfa_model *m = t->model;
-    /* lambda_inv is tested on each body: fewer states for each */
-    const uint32_t states_per_tip = 2 * SELF_TEST_STATES / m->bodies;
-    tfa_request *r = &t->request;
-    *r = (tfa_request){.op = q->op,
-                       .refine = TFA_REFINE_DEFAULT,
-                       .frame = q->frame,
-                       .flags = q->flags,
-                       .count = !q->tips                            ? SELF_TEST_STATES
-                                : states_per_tip < 2                ? 2
-                                : states_per_tip > SELF_TEST_STATES ? SELF_TEST_STATES
-                                                                    : states_per_tip,
-                       .tip_count = q->tips,
-                       .tips = {m->body[tip].link, m->body[m->bodies - 1].link}};
-    fill_inputs(t);
-    add_options(r, q->options, m->body[tip].link);
 }
 
 /* ---- comparison ---- */
@@ -408,12 +221,12 @@ static int run_case_on_tips(struct self_test *t, const struct tfa_specialised_ke
     for (uint32_t tip = test_case->tips ? 0 : t->model->bodies - 1; status == TFA_OK; tip++) {
         if (tip == t->model->bodies)
             break;
-        make_request(t, test_case, tip);
+        self_test_request(t, test_case, tip);
         if (tfa_request_check(t->model, &t->request, &checked) != TFA_OK ||
             !kernel->supports(&t->host, &t->request))
             continue;
         status = run_case(t, kernel, path, test_case, 0, error, err);
-        if (status == TFA_OK && kernel->lanes && !test_case->tips)
+        if (status == TFA_OK && kernel->lanes)
             status = run_case(t, kernel, path, test_case, kernel->lanes, error, err);
     }
     return status;
@@ -424,13 +237,13 @@ int specialised_self_test(const char *path, const struct tfa_specialised_kernel 
 {
     struct self_test t;
     *error = 0;
-    int status = open_test(&t, model);
+    int status = self_test_open(&t, model);
     for (size_t i = 0; status == TFA_OK && i < sizeof cases / sizeof *cases; i++)
         status = run_case_on_tips(&t, kernel, path, &cases[i], error, err);
     if (status == TFA_OK && 2 * t.unanswered >= t.compared)
         status = refuse(err, TFA_E_NOT_COMPUTED,
                         "'%s' is refused: it left %u of %u states to the generic kernel", path,
                         t.unanswered, t.compared);
-    close_test(&t);
+    self_test_close(&t);
     return status;
 }

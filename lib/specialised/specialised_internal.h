@@ -79,6 +79,10 @@ int open_checked_copy(const char *path, const tfa_model *model, uint8_t digest[3
 /* Functions that kernels get from the library */
 struct tfa_host_api specialised_host_api(const tfa_model *model);
 
+/* Does the table that `path` exports belong to this library, model and instruction set? */
+int specialised_check_table(const char *path, const struct tfa_specialised_kernel *kernel,
+                            const tfa_model *model, struct error_text *err);
+
 /* ---- self_test.c ---- */
 
 /* Compares a kernel's answers with the generic ones; *error: the largest relative difference. */
@@ -102,8 +106,39 @@ void text_append_name(struct text_buffer *t, const char *name);
 /* Appends the macro `name`(DO): DO(0) DO(1) .. DO(n - 1), or in reverse. */
 void write_sequence(struct text_buffer *t, const char *name, uint32_t n, int reverse);
 
+/* Doubles in a vector of this machine */
+uint32_t specialised_lanes(void);
+
+/* Whether forward dynamics of one state has its branches in lanes on this machine */
+int specialised_has_body_lanes(const tfa_model *model);
+
 /* Appends the tables of body lanes, at most `lanes_max` lanes. */
 void write_body_lane_tables(struct text_buffer *t, const tfa_model *model, uint32_t lanes_max);
+
+/* ---- choice.c: the algorithm of each kind of request ---- */
+
+enum { ALGORITHM_ABA, ALGORITHM_CRBA, ALGORITHMS };
+enum {
+    CHOICE_FORWARD,
+    CHOICE_LAMBDA,
+    CHOICE_FORWARD_LAMBDA,
+    CHOICE_FORWARD_BATCH,
+    CHOICE_LAMBDA_BATCH,
+    CHOICE_FORWARD_LAMBDA_BATCH,
+    CHOICES
+};
+
+/* Algorithms that a robot has code for */
+int specialised_algorithms(const tfa_model *model);
+
+/* Appends robot_choice.h. */
+void specialised_choice_write(struct text_buffer *t, const tfa_model *model,
+                              const uint8_t choice[CHOICES]);
+
+/* Times kernels that answer everything by one algorithm each, and compares them with quadruple
+ * precision; `choice` has ALGORITHM_ABA before. */
+int specialised_choose(const tfa_model *model, const char *const path[ALGORITHMS],
+                       uint8_t choice[CHOICES]);
 
 /* ---- sources.c: the folder with dynamics/specialised/specialised.c ---- */
 
@@ -126,17 +161,19 @@ struct process_limits {
 int find_compiler(const char *wanted, const char *folder, const struct process_limits *limits,
                   struct compiler_info *compiler, struct error_text *err);
 
-/* Command lines that make a shared object: at most BUILD_COMMANDS_MAX, each ends with NULL. */
-#define BUILD_COMMANDS_MAX 5
-#define BUILD_ARGUMENTS_MAX 56
+/* Command lines that make a shared object: at most BUILD_COMMANDS_MAX, each ends with NULL. The
+ * last two compile the table, which needs robot_choice.h, and link. */
+#define BUILD_COMMANDS_MAX 8
+#define BUILD_ARGUMENTS_MAX 60
 struct build_commands {
     int runs;
     const char *argv[BUILD_COMMANDS_MAX][BUILD_ARGUMENTS_MAX];
-    char storage[48][640]; /* formatted arguments */
+    char storage[96][640]; /* formatted arguments */
 };
 int build_commands_write(struct build_commands *commands, const struct compiler_info *compiler,
                          const char *sources, const char *folder,
-                         const tfa_specialise_options *options, struct error_text *err);
+                         const tfa_specialise_options *options, int algorithms,
+                         struct error_text *err);
 
 /* Monotonic time, s */
 double seconds_now(void);

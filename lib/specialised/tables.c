@@ -151,6 +151,21 @@ static void write_bodies(struct text_buffer *t, const tfa_model *m)
     text_append(t, "};\n\n");
 }
 
+/* Bit i of entry k: body i is on the path from body k to the world. */
+static void write_paths(struct text_buffer *t, const tfa_model *m)
+{
+    text_append(t, "/* bodies on the path from each to the world, as bits */\n"
+                   "static const uint64_t robot_path[ROBOT_BODIES][2] = {\n");
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        uint64_t path[2] = {0};
+        for (int32_t k = (int32_t)i; k >= 0; k = m->body[k].parent)
+            path[k / 64] |= UINT64_C(1) << (k % 64);
+        text_append(t, "    {0x%llx, 0x%llx},\n", (unsigned long long)path[0],
+                    (unsigned long long)path[1]);
+    }
+    text_append(t, "};\n");
+}
+
 /* ---- where coordinates and freedoms come from ---- */
 
 static void write_maps(struct text_buffer *t, const tfa_model *m)
@@ -181,7 +196,7 @@ static void write_forces(struct text_buffer *t, const tfa_model *m)
 }
 
 /* Doubles in a vector of this machine */
-static uint32_t current_lanes(void)
+uint32_t specialised_lanes(void)
 {
     return strcmp(tfa_isa_name(), "avx512") == 0 ? 8 : strcmp(tfa_isa_name(), "avx2") == 0 ? 4 : 2;
 }
@@ -201,9 +216,10 @@ int tfa_specialised_tables(const tfa_model *model, char **text)
     write_sizes(&t, model);
     write_order(&t, model);
     write_bodies(&t, model);
+    write_paths(&t, model);
     write_maps(&t, model);
     write_forces(&t, model);
-    write_body_lane_tables(&t, model, current_lanes());
+    write_body_lane_tables(&t, model, specialised_lanes());
     text_append(&t, "#endif\n");
     uselocale(previous);
     if (t.failed) {

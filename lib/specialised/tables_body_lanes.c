@@ -30,6 +30,12 @@ static struct tfa_lane_schedule choose_schedule(const tfa_model *m, uint32_t lan
     return best ? tfa_schedule_body_lanes(m, best, table) : (struct tfa_lane_schedule){0};
 }
 
+int specialised_has_body_lanes(const tfa_model *m)
+{
+    int32_t table[TFA_SPECIALISED_BODIES_MAX * TFA_BODY_LANES_MAX];
+    return choose_schedule(m, specialised_lanes(), table).steps != 0;
+}
+
 /* One step: a body for each lane, repeated bodies in idle lanes included */
 struct step {
     int32_t body[TFA_BODY_LANES_MAX];

@@ -477,8 +477,8 @@ static void equal_epochs_are_told_apart(void **state)
     assert_int_equal(w.nodes[0].e.self.epoch, 2);
 }
 
-/* All daemons were restarted: the next leader's epoch is higher than that of any before, because its
- * first one comes from a clock; and daemons that join do not raise it. */
+/* All daemons were restarted: the next leader's epoch is higher than that of any before, because
+ * its first one comes from a clock; and daemons that join do not raise it. */
 static void epochs_survive_a_restart(void **state)
 {
     const variant v = {.nodes = 2, .priority = {2, 1}, .clock = true};

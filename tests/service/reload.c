@@ -236,7 +236,8 @@ TEST(link_added)
     free(arm);
 }
 
-/* A robot that allows more tips than it did: the program's buffers are of the size granted first. */
+/* A robot that allows more tips than it did: the program's buffers are of the size granted first.
+ * */
 TEST(more_tips_granted)
 {
     harness h;

@@ -168,7 +168,8 @@ static void wake_both(tfa_client *client)
     tfa_client_close(client);
 }
 
-/* A call ends within its timeout, however many daemons it asks; the connection's limit is longer. */
+/* A call ends within its timeout, however many daemons it asks; the connection's limit is longer.
+ * */
 static void calls_end_in_time(void **state)
 {
     const uint64_t timeout = 1000 * MS;

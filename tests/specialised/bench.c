@@ -24,6 +24,12 @@ static void make_folder(const bench *b, const char *name)
     assert_int_equal(mkdir(bench_path(b, name, at), 0755), 0);
 }
 
+static void write_empty(const bench *b, const char *name)
+{
+    char path[256];
+    bench_write(bench_path(b, name, path), "", 0);
+}
+
 void bench_open(bench *b)
 {
     *b = (bench){.folder = "/tmp/tfa-specialised-XXXXXX"};
@@ -37,6 +43,8 @@ void bench_open(bench *b)
     link_to(b, "lib/interface", "sources/interface");
     link_to(b, "lib/model", "sources/model");
     link_to(b, "lib/include", "sources/include");
+    write_empty(b, "sources/dynamics/specialised/specialised_solve.c");
+    write_empty(b, "sources/dynamics/specialised/specialised_body_lanes.c");
     b->arm = bench_robot("arm7.urdf", TFA_BASE_FIXED);
 }
 
@@ -85,15 +93,13 @@ void bench_write(const char *path, const void *bytes, size_t size)
 void bench_build(bench *b, const tfa_model *model, const char *fault, const char *path)
 {
     char text[640], path_of[256];
-    const tfa_specialise_options options = {.sources = b->sources};
+    const tfa_specialise_options options = {.sources = b->sources, .algorithm = TFA_SPECIALISE_ABA};
     const int length = snprintf(text, sizeof text,
                                 "#define FAKE_KERNEL_FAULT FAULT_%s\n#include \"" TFA_SOURCE_DIR
                                 "/tests/specialised/fake_kernel.c\"\n",
                                 fault);
     bench_write(bench_path(b, "sources/dynamics/specialised/specialised.c", path_of), text,
                 (size_t)length);
-    bench_write(bench_path(b, "sources/dynamics/specialised/specialised_body_lanes.c", path_of), "",
-                0);
     const int status =
         tfa_specialised_build(model, &options, path, NULL, b->error_text, sizeof b->error_text);
     if (status != TFA_OK)

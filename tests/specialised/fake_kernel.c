@@ -194,6 +194,7 @@ __attribute__((visibility("default"))) const struct tfa_specialised_kernel
 #endif
         .isa = FAKE_KERNEL_FAULT == FAULT_WRONG_ISA ? "vax" : STRING(TFA_ISA_NAME),
         .compiler = __VERSION__,
+        .algorithms = "inverse rnea",
         .bodies = ROBOT_BODIES,
         .lanes = 4,
         .supports = supports,

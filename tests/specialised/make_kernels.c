@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- *   test_make_kernels FOLDER
- * builds the kernels that tests want (kernels.h): those of our robots on both bases, and of some of
- * ../shared/robots where that folder is there. Without a compiler, or where kernels would be
- * refused because others may write there, the folder is removed, and this is skipped.
+ *   test_make_kernels aba|crba FOLDER
+ * builds the kernels that tests want (kernels.h) by one algorithm: those of our robots on both
+ * bases, and of some of ../shared/robots where that folder is there; by crba those that have it.
+ * Without a compiler, or where kernels would be refused because others may write there, the folder
+ * is removed, and this is skipped.
  */
 #include <errno.h>
 #include <glob.h>
@@ -20,19 +21,19 @@
 static const struct wanted {
     const char *file;
     tfa_base base;
-    int ours;
+    int ours, crba;
 } wanted[] = {
-    {"config/robots/arm7.urdf", TFA_BASE_FIXED, 1},
-    {"config/robots/arm7.urdf", TFA_BASE_FLOATING, 1},
-    {"config/robots/quadruped.urdf", TFA_BASE_FIXED, 1},
-    {"config/robots/quadruped.urdf", TFA_BASE_FLOATING, 1},
-    {"config/robots/humanoid.urdf", TFA_BASE_FIXED, 1},
-    {"config/robots/humanoid.urdf", TFA_BASE_FLOATING, 1},
-    {"../shared/robots/double_pendulum.urdf", TFA_BASE_FIXED, 0},
-    {"../shared/robots/iiwa14.urdf", TFA_BASE_FIXED, 0},
-    {"../shared/robots/panda.urdf", TFA_BASE_FIXED, 0},
-    {"../shared/robots/ur5.urdf", TFA_BASE_FIXED, 0},
-    {"../shared/robots/go2.urdf", TFA_BASE_FLOATING, 0},
+    {"config/robots/arm7.urdf", TFA_BASE_FIXED, 1, 1},
+    {"config/robots/arm7.urdf", TFA_BASE_FLOATING, 1, 0},
+    {"config/robots/quadruped.urdf", TFA_BASE_FIXED, 1, 1},
+    {"config/robots/quadruped.urdf", TFA_BASE_FLOATING, 1, 0},
+    {"config/robots/humanoid.urdf", TFA_BASE_FIXED, 1, 0},
+    {"config/robots/humanoid.urdf", TFA_BASE_FLOATING, 1, 0},
+    {"../shared/robots/double_pendulum.urdf", TFA_BASE_FIXED, 0, 1},
+    {"../shared/robots/iiwa14.urdf", TFA_BASE_FIXED, 0, 1},
+    {"../shared/robots/panda.urdf", TFA_BASE_FIXED, 0, 1},
+    {"../shared/robots/ur5.urdf", TFA_BASE_FIXED, 0, 1},
+    {"../shared/robots/go2.urdf", TFA_BASE_FLOATING, 0, 0},
 };
 
 /* Empties the folder, or makes it. Nobody else may write there. */
@@ -51,10 +52,12 @@ static int clear(const char *folder)
     return 1;
 }
 
-static int build(const struct wanted *w, const char *folder, tfa_model *model)
+static int build(const struct wanted *w, const char *folder, tfa_specialise_algorithm algorithm,
+                 tfa_model *model)
 {
     char path[4096], name[TFA_SPECIALISED_NAME_SIZE], error_text[1024];
-    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib"};
+    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib",
+                                            .algorithm = algorithm};
     tfa_specialise_result result;
     tfa_specialised_name(model, name);
     snprintf(path, sizeof path, "%s/%s", folder, name);
@@ -70,7 +73,7 @@ static int build(const struct wanted *w, const char *folder, tfa_model *model)
     return status;
 }
 
-static int make(const struct wanted *w, const char *folder)
+static int make(const struct wanted *w, const char *folder, tfa_specialise_algorithm algorithm)
 {
     char path[4096];
     tfa_model *model;
@@ -85,7 +88,7 @@ static int make(const struct wanted *w, const char *folder)
         printf("%s: %s\n", path, tfa_status_text(status));
         return status;
     }
-    status = build(w, folder, model);
+    status = build(w, folder, algorithm, model);
     tfa_model_free(model);
     return status;
 }
@@ -99,18 +102,23 @@ static int skip(const char *folder, const char *why)
 int main(int argc, char **argv)
 {
     char error_text[1024];
-    if (argc != 2) {
-        printf("usage: test_make_kernels FOLDER\n");
+    if (argc != 3) {
+        printf("usage: test_make_kernels aba|crba FOLDER\n");
         return EXIT_FAILURE;
     }
-    if (clear(argv[1]) != 0)
+    const char *folder = argv[2];
+    const int crba = strcmp(argv[1], "crba") == 0;
+    if (clear(folder) != 0)
         return EXIT_FAILURE;
-    if (tfa_specialised_check_ownership(argv[1], error_text, sizeof error_text) != TFA_OK)
-        return skip(argv[1], error_text);
+    if (tfa_specialised_check_ownership(folder, error_text, sizeof error_text) != TFA_OK)
+        return skip(folder, error_text);
     for (size_t k = 0; k < sizeof wanted / sizeof *wanted; k++) {
-        const int status = make(&wanted[k], argv[1]);
+        if (crba && !wanted[k].crba)
+            continue;
+        const int status =
+            make(&wanted[k], folder, crba ? TFA_SPECIALISE_CRBA : TFA_SPECIALISE_ABA);
         if (k == 0 && status == TFA_E_UNSUPPORTED)
-            return skip(argv[1], "no kernels without a compiler");
+            return skip(folder, "no kernels without a compiler");
         if (status != TFA_OK)
             return EXIT_FAILURE;
     }

@@ -42,9 +42,9 @@ typedef struct tfa_dds_client_options {
  * topics are matched with it, so that the first call cannot be lost.
  *
  * @return TFA_OK; TFA_E_ARGUMENT (no robot name, or longer than 63); TFA_E_ROBOT (daemons of
- *         the domain announce robots, none this one, until the timeout); TFA_E_TIMEOUT (no daemon found: same domain?
- *         same CYCLONEDDS_URI?); TFA_E_MEMORY; TFA_E_SYSTEM (the domain cannot be joined: a bad
- *         CYCLONEDDS_URI or no free participant index). On error *client is NULL.
+ *         the domain announce robots, none this one, until the timeout); TFA_E_TIMEOUT (no daemon
+ *         found: same domain? same CYCLONEDDS_URI?); TFA_E_MEMORY; TFA_E_SYSTEM (the domain cannot
+ *         be joined: a bad CYCLONEDDS_URI or no free participant index). On error *client is NULL.
  */
 TFA_CHECKED int tfa_dds_client_connect(const tfa_dds_client_options *options,
                                        tfa_dds_client **client);

@@ -11,8 +11,9 @@
 
 #include "dynamics/specialised/specialised_forward.h"
 
-int TFA_V(specialised)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                       uint32_t count, tfa_reply *reply)
+robot_solve TFA_V(robot_forward);
+int TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                         uint32_t count, tfa_reply *reply)
 {
     return forward_dynamics(host, r, k, count, reply);
 }

@@ -6,10 +6,11 @@
 #ifndef TFA_DYNAMICS_SPECIALISED_SPECIALISED_FORWARD_H
 #define TFA_DYNAMICS_SPECIALISED_SPECIALISED_FORWARD_H
 
-#include "dynamics/specialised/specialised_recursions.h"
+#include "algorithm.h" /* of the folder aba or crba */
 
-int TFA_V(specialised)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                       uint32_t count, tfa_reply *reply);
+/* States k .. k + count - 1 of a request; returns whether the answer counts */
+typedef int robot_solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                        uint32_t count, tfa_reply *reply);
 
 /* ---- inputs and outputs ---- */
 
@@ -64,10 +65,11 @@ static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_
     const struct lane_states at = lanes_of_states(k, count);
     struct robot_inputs in;
     struct state s;
+    struct robot_factors factors;
     num qdd[ROBOT_UNIT_FREEDOMS];
     load_forward_inputs(&in, host, r, &at);
     init_state(&s, &in, host, r);
-    forward_aba(&s, in.x, qdd);
+    solve_forward(&s, &factors, in.x, qdd);
     scatter_outputs(qdd, state_array(reply->base_acceleration, 6, k),
                     state_array(reply->qdd, ROBOT_V_COUNT, k), count);
     return all_are_finite(qdd, ROBOT_UNIT_FREEDOMS) && !needs_generic_kernel(&s, r);

@@ -10,12 +10,18 @@
 
 #include <string.h>
 
-#include "dynamics/core/aba_step.h"
 #include "dynamics/core/pose_step.h"
 #include "dynamics/core/rnea_step.h"
+#include "dynamics/core/sentinel.h"
 #include "dynamics/core/velocity_step.h"
 #include "interface/specialised_abi.h"
 #include "layout_inputs.h"
+
+/* Is body i on the path from body `tip` to the world? */
+TFA_INLINE int is_on_path(int32_t i, int32_t tip)
+{
+    return (int)(robot_path[tip][i / 64] >> (i % 64) & 1);
+}
 
 /* Below 2^900: the sign bit stays clear. A singular robot's answers are above, or not numbers. */
 #define DOUBLE_EXPONENT (UINT64_C(0x7ff) << 52)
@@ -72,22 +78,6 @@ TFA_INLINE void init_state(struct state *s, struct robot_inputs *in,
 #define ROBOT_VELOCITY(i)                                                                          \
     velocity_step(s, i, &robot_unit[i]);                                                           \
     s->p[i] = gyroscopic(s, i);
-#define ROBOT_ABA_BACKWARD(i)                                                                      \
-    aba_backward_step(s, i, tau,                                                                   \
-                      ABA_INERTIA | ABA_FORCE | ABA_BIAS | ABA_FULL_SWEEP | ABA_SENTINEL);
-#define ROBOT_ABA_FORWARD(i)                                                                       \
-    aba_forward_step(s, i, parent_motion(&robot_unit[i], s->a, ground), qdd, 1);
-
-/* Articulated bodies: qdd = M^-1 (tau - h) */
-TFA_INLINE void forward_aba(struct state *s, const num *tau, num *qdd)
-{
-    const svec ground = {v3_zero(), v3_neg(s->gravity)};
-    ROBOT_UNITS_OUTWARD(ROBOT_POSE)
-    ROBOT_UNITS_OUTWARD(ROBOT_VELOCITY)
-    ROBOT_UNITS_INWARD(ROBOT_ABA_BACKWARD)
-    ROBOT_UNITS_OUTWARD(ROBOT_ABA_FORWARD)
-}
-
 #define ROBOT_RNEA_FORWARD(i)                                                                      \
     euler_out(                                                                                     \
         s, i,                                                                                      \

@@ -9,10 +9,25 @@
 
 #include "interface/specialised_abi.h"
 #include "model/model.h"
+#include "robot_tables.h"
+#include "spatial/num.h"
+
+/* More bodies that do not go side by side are left to the loop of the generic kernel. Written out,
+ * a chain of 32 takes 0.80 times as long, of 40 0.86, of 48 0.90, but cold 2.8, 3.4 and 4.1 times,
+ * and its compiler 20 s and more (docs/specialised.md). */
+#define ROBOT_UNROLLED_BODIES_MAX 40
+#if ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX ||                                                   \
+    (defined ROBOT_BODY_LANES && !defined ROBOT_PAYLOADS)
+#define ROBOT_HAS_FORWARD 1
+#else
+#define ROBOT_HAS_FORWARD 0 /* no code for requests that are not taken */
+#endif
 
 /* Robots with more bodies have code for tips where hands and feet are: on bodies that carry none,
  * or several. It grows with bodies times tips. */
 #define ROBOT_ALL_TIPS_BODIES_MAX 16
+/* Larger robots have no code for tips of states in lanes. */
+#define ROBOT_HAS_BATCH_TIPS (ROBOT_BODIES <= ROBOT_ALL_TIPS_BODIES_MAX)
 /* Beyond this many bodies, forward dynamics with a tip in two passes, one with the branches in
  * lanes, takes longer than the one pass of the generic kernel: 31 bodies 1.4 times as fast, 47
  * bodies 0.7 times (docs/specialised.md). */

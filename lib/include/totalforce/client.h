@@ -122,8 +122,8 @@ TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);
  * TFA_E_TIMEOUT, TFA_E_LATE, TFA_E_AGAIN, TFA_E_DISCONNECTED, TFA_E_LOST and TFA_E_PROTOCOL. The
  * answer has the bits that a daemon of the same library gives, and tfa_exchange.daemon says why it
  * is needed. The next call asks the daemon again; after a lost connection a call in each `retry_ms`
- * tries to reconnect, for `attempt_us` at most, until a daemon with the same model is back; one with
- * another model is taken by tfa_client_reconnect only.
+ * tries to reconnect, for `attempt_us` at most, until a daemon with the same model is back; one
+ * with another model is taken by tfa_client_reconnect only.
  *
  * The model must be the daemon's. After a reload that changed it there, calls are not answered in
  * process until the program sets the new one: the daemon's status is returned.

@@ -30,10 +30,11 @@ typedef struct tfa_specialised tfa_specialised;
 
 /** Description of a loaded kernel. Strings live as long as the kernel. */
 typedef struct tfa_specialised_info {
-    const char *path;      /**< its file */
-    const char *isa;       /**< as tfa_isa_name */
-    const char *compiler;  /**< with its version */
-    uint32_t bodies;       /**< as tfa_model_summary */
+    const char *path;       /**< its file */
+    const char *isa;        /**< as tfa_isa_name */
+    const char *compiler;   /**< with its version */
+    const char *algorithms; /**< of each kind of request, as chosen by time when it was built */
+    uint32_t bodies;        /**< as tfa_model_summary */
     uint32_t lanes;        /**< states of one SIMD batch; 0: it computes one state at a time only */
     const uint8_t *digest; /**< SHA-256 of the file, 32 bytes */
     double error; /**< largest relative difference from the generic kernel in the self-test */
@@ -97,6 +98,15 @@ TFA_API tfa_specialised_info tfa_specialised_describe(const tfa_specialised *spe
 /** Unloads a kernel. No workspace may use it any more. NULL is allowed. */
 TFA_API void tfa_specialised_free(tfa_specialised *specialised);
 
+/** Algorithms of a kernel. */
+typedef enum tfa_specialise_algorithm {
+    TFA_SPECIALISE_FASTEST = 0, /**< for each kind of request the fastest, timed in the build; crba
+                                     only if its error is at most twice that of aba */
+    TFA_SPECIALISE_ABA = 1,     /**< articulated bodies */
+    TFA_SPECIALISE_CRBA = 2, /**< composite rigid bodies and factors of M: fixed bases, at most 16
+                                     bodies; others get aba */
+} tfa_specialise_algorithm;
+
 /** Options of a build. Zero-initialise for the defaults. */
 typedef struct tfa_specialise_options {
     uint32_t single;      /**< 1: without code for SIMD batches; 0: with it */
@@ -107,6 +117,7 @@ typedef struct tfa_specialise_options {
     uint32_t memory_mib;  /**< limit of a compiler's address space, MiB; 0: 4096 */
     uint32_t file_mib;    /**< largest file that a compiler may write, MiB; 0: 64 */
     uint32_t keep_tables; /**< 1: keeps the tables, as PATH with .h in place of .so */
+    tfa_specialise_algorithm algorithm; /**< which code the kernel has */
 } tfa_specialise_options;
 
 /** Result of a build. */

@@ -14,12 +14,14 @@ static void round_body(struct tfa_body *o, struct tfa_xform_quad *quad, const st
     const struct draft_body *b = &d->body[i];
     memcpy(quad->E, b->E, sizeof quad->E);
     memcpy(quad->r, b->r, sizeof quad->r);
-    ext_round(o->E, b->E, 9);
-    ext_round(o->r, b->r, 3);
+    const ext moved = i && b->parent >= 0 ? ext_abs(d->body[b->parent].move.w) : 0;
+    ext_round_rotation(o->E, b->E);
+    ext_round_vector(o->r, b->r, moved + ext_abs(b->move.w));
     if (b->axial) {
-        const ext screw[3] = {b->a, b->d * b->E[7], b->d * b->E[8]};
         o->E[6] = 0;
-        ext_round(o->r, screw, 3);
+        o->r[0] = (double)b->a;
+        o->r[1] = (double)(b->d * o->E[7]);
+        o->r[2] = (double)(b->d * o->E[8]);
     }
     o->armature = b->armature;
     o->d = (double)b->d;
@@ -41,8 +43,8 @@ static void emit_parts(struct layout *l, const struct draft *d, uint32_t i)
         struct tfa_xform_quad *quad = &l->part_quad[part - l->part];
         memcpy(quad->E, from->E, sizeof quad->E);
         memcpy(quad->r, from->r, sizeof quad->r);
-        ext_round(part->E, from->E, 9);
-        ext_round(part->r, from->r, 3);
+        ext_round_rotation(part->E, from->E);
+        ext_round_vector(part->r, from->r, 0);
         part->kind = from->kind;
     }
 }

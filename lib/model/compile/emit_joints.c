@@ -93,8 +93,8 @@ static void emit_frames(struct layout *l, const struct draft *d)
         struct tfa_xform_quad *quad = &l->frame_quad[from->number];
         memcpy(quad->E, from->R, sizeof quad->E);
         memcpy(quad->r, from->p, sizeof quad->r);
-        ext_round(f->R, from->R, 9);
-        ext_round(f->p, from->p, 3);
+        ext_round_rotation(f->R, from->R);
+        ext_round_vector(f->p, from->p, 0);
         f->name = keep_text(l, d->description->links[k].name);
     }
 }

@@ -183,8 +183,9 @@ static void detect_screw(struct draft_body *b, const struct draft_body *parent)
     if (!is_revolute(b->kind) || ext_abs(E[6]) > EXACT || off > nothing)
         return;
     b->axial = 1;
-    b->d = ext_abs(d) > nothing ? d : 0;
-    b->a = ext_abs(r[0]) > nothing ? r[0] : 0;
+    const ext size = ext_hypot(r[0], ext_hypot(r[1], r[2])) + moved;
+    b->d = ext_abs(d) > EXT_ZERO * size ? d : 0;
+    b->a = ext_abs(r[0]) > EXT_ZERO * size ? r[0] : 0;
 }
 
 int tfa_draft_axial(struct draft *d, tfa_report *report)

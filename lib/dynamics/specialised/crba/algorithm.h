@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Algorithm `crba`: bias by RNEA, M by composite rigid bodies, its factors L^T D L along the tree,
+ * all in one inward walk. For robots whose bodies have one freedom each. Short chains take fewer
+ * operations than by articulated bodies: a composite inertia has 10 numbers, an articulated one 21,
+ * and the walks along the paths, which grow with the square of their length, are short.
+ * Featherstone 2008, 6.2 to 6.5.
+ */
+#ifndef TFA_DYNAMICS_SPECIALISED_ALGORITHM_H
+#define TFA_DYNAMICS_SPECIALISED_ALGORITHM_H
+
+#include "dynamics/specialised/specialised_recursions.h"
+#include "spatial/rigid.h"
+
+#define ROBOT_BY_CRBA 1
+
+/* Rows of M, then of L, by the bodies on the path to the world; D^-1; composite inertias of the
+ * children, in body coordinates; right-hand side, then solution */
+struct robot_factors {
+    num row[ROBOT_BODIES][ROBOT_BODIES];
+    num Dinv[ROBOT_BODIES];
+    rigid Ic[ROBOT_BODIES];
+    num x[ROBOT_BODIES];
+};
+
+TFA_INLINE void clear_factors(struct robot_factors *f)
+{
+#pragma GCC unroll 64
+    for (int k = 0; k < ROBOT_BODIES; k++) {
+#pragma GCC unroll 64
+        for (int j = 0; j < ROBOT_BODIES; j++)
+            f->row[k][j] = num_of(0);
+        f->Ic[k] = rigid_zero();
+        f->x[k] = num_of(0);
+    }
+}
+
+TFA_INLINE num axis_force(const body_constants *b, svec f)
+{
+    return is_revolute(b->kind) ? f.w.z : f.v.z;
+}
+
+/* Row k of M but for what was eliminated: H_j^T f of all bodies j on the path, f = Ic_k H_k */
+TFA_INLINE void mass_row(const struct state *s, struct robot_factors *m, int32_t k, const rigid *Ic)
+{
+    const body_constants *b = body_constants_of(s, (uint32_t)k);
+    svec f = is_revolute(b->kind) ? rigid_column_rz(Ic) : rigid_column_tz(Ic);
+    m->row[k][k] += axis_force(b, f) + body_armature(b);
+    int32_t child = k;
+#pragma GCC unroll 64
+    for (int32_t j = ROBOT_BODIES - 1; j >= 0; j--)
+        if (j < k && is_on_path(j, k)) {
+            f = force_to_parent(s, (uint32_t)child, &robot_body[child], f);
+            m->row[k][j] += axis_force(&robot_body[j], f);
+            child = j;
+        }
+}
+
+TFA_INLINE void composite_to_parent(const struct state *s, struct robot_factors *m, int32_t k,
+                                    const rigid *Ic)
+{
+    const body_constants *b = body_constants_of(s, (uint32_t)k);
+    if (b->parent < 0)
+        return;
+    rigid up;
+    if (body_axial(b)) {
+        const screw e = body_screw(s, (uint32_t)k, b);
+        up = screw_rigid_to_parent(&e, Ic);
+    } else {
+        up = rigid_to_parent(&s->X[k], Ic);
+    }
+    m->Ic[b->parent] = rigid_add(&m->Ic[b->parent], &up);
+}
+
+/* Eliminates freedom k: L, D^-1, and the right-hand side if there is one */
+TFA_INLINE void eliminate_freedom(struct state *s, struct robot_factors *m, int32_t k, int rhs)
+{
+    const body_constants *b = body_constants_of(s, (uint32_t)k);
+    const num D = m->row[k][k], inverse = 1 / D;
+    sentinel_see_D(s, b, D);
+    m->Dinv[k] = inverse;
+#pragma GCC unroll 64
+    for (int32_t i = ROBOT_BODIES - 1; i >= 0; i--)
+        if (i < k && is_on_path(i, k)) {
+            const num l = m->row[k][i] * inverse;
+#pragma GCC unroll 64
+            for (int32_t j = 0; j < ROBOT_BODIES; j++)
+                if (j <= i && is_on_path(j, k))
+                    m->row[i][j] -= l * m->row[k][j];
+            if (rhs)
+                m->x[i] -= l * m->x[k];
+            m->row[k][i] = l;
+        }
+}
+
+TFA_INLINE void crba_backward_step(struct state *s, struct robot_factors *m, int32_t k, int rhs)
+{
+    const body_constants *b = body_constants_of(s, (uint32_t)k);
+    const rigid own = {body_mass(b), body_h(b), body_I(b)};
+    const rigid Ic = rigid_add(&own, &m->Ic[k]);
+    composite_to_parent(s, m, k, &Ic);
+    mass_row(s, m, k, &Ic);
+    eliminate_freedom(s, m, k, rhs);
+}
+
+/* ---- bias forces: Newton-Euler with the accelerations of points (Luh, Walker & Paul 1980), which
+ * needs no linear velocities. U = [dw]x + [w]x [w]x takes a point of the body to the part of its
+ * acceleration that depends on the point (Balafoutis & Patel 1989) ---- */
+
+/* Angular velocity, U, and acceleration of the origin less gravity, in body coordinates, while no
+ * joint accelerates */
+struct body_motion {
+    vec3 w, dw, a;
+    mat3 U;
+};
+
+TFA_INLINE mat3 point_acceleration(vec3 w, vec3 dw)
+{
+    const num xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z;
+    const num xy = w.x * w.y, xz = w.x * w.z, yz = w.y * w.z;
+    return (mat3){-yy - zz,  xy - dw.z, xz + dw.y, xy + dw.z, -xx - zz,
+                  yz - dw.x, xz - dw.y, yz + dw.x, -xx - yy};
+}
+
+/* E v: a vector in the axes of body i's parent */
+TFA_INLINE vec3 vector_to_child(const struct state *s, uint32_t i, vec3 v)
+{
+    const body_constants *b = &robot_body[i];
+    if (!body_axial(b))
+        return m3_mul(s->X[i].E, v);
+    const screw k = body_screw(s, i, b);
+    return rotate_z(rotate_x(v, k.ca, k.na), k.c, k.n);
+}
+
+TFA_INLINE struct body_motion body_motion_of(const struct state *s, uint32_t i,
+                                             const struct body_motion *parent)
+{
+    const body_constants *b = &robot_body[i];
+    const num qd = s->qd[b->v], o = num_of(0);
+    const int root = b->parent < 0;
+    struct body_motion m = {v3_zero(), v3_zero(), vector_to_child(s, i, v3_neg(s->gravity)),
+                            point_acceleration(v3_zero(), v3_zero())};
+    if (!root) {
+        m.w = vector_to_child(s, i, parent->w);
+        m.dw = vector_to_child(s, i, parent->dw);
+        m.a = vector_to_child(s, i, v3_add(parent->a, m3_mul(parent->U, s->X[i].r)));
+    }
+    if (is_revolute(b->kind)) {
+        m.dw = v3_add(m.dw, v3(m.w.y * qd, -m.w.x * qd, o)); /* w x z qd */
+        m.w.z += qd;
+    } else { /* 2 w x z qd */
+        m.a = v3_add(m.a, v3_scale(v3(m.w.y * qd, -m.w.x * qd, o), num_of(2)));
+    }
+    m.U = point_acceleration(m.w, m.dw);
+    return m;
+}
+
+/* Force m a + U h, and moment about the origin h x a + I dw + w x I w */
+TFA_INLINE svec body_force(const struct state *s, uint32_t i, const struct body_motion *m)
+{
+    const body_constants *b = body_constants_of(s, i);
+    const vec3 h = body_h(b);
+    const sym3 I = body_I(b);
+    const vec3 moment = v3_add(s3_mul(I, m->dw), v3_cross(m->w, s3_mul(I, m->w)));
+    return (svec){v3_add(moment, v3_cross(h, m->a)),
+                  v3_add(v3_scale(m->a, body_mass(b)), m3_mul(m->U, h))};
+}
+
+#define ROBOT_BIAS_FORWARD(i)                                                                      \
+    motion[i] =                                                                                    \
+        body_motion_of(s, i, &motion[robot_body[i].parent < 0 ? 0 : robot_body[i].parent]);        \
+    s->f[i] = body_force(s, i, &motion[i]);
+#define ROBOT_CRBA_BACKWARD(i)                                                                     \
+    m->x[i] += tau[robot_body[i].v] - axis_force(&robot_body[i], s->f[i]);                         \
+    if (robot_body[i].parent >= 0)                                                                 \
+        s->f[robot_body[i].parent] =                                                               \
+            sv_add(s->f[robot_body[i].parent < 0 ? 0 : robot_body[i].parent],                      \
+                   force_to_parent(s, i, &robot_body[i], s->f[i]));                                \
+    crba_backward_step(s, m, i, 1);
+#define ROBOT_CRBA_FORWARD(i) solve_freedom(m, i, qdd);
+
+TFA_INLINE void solve_freedom(struct robot_factors *m, int32_t k, num *qdd)
+{
+    num x = m->x[k] * m->Dinv[k];
+#pragma GCC unroll 64
+    for (int32_t j = 0; j < ROBOT_BODIES; j++)
+        if (j < k && is_on_path(j, k))
+            x -= m->row[k][j] * m->x[j];
+    m->x[k] = x;
+    qdd[robot_body[k].v] = x;
+}
+
+/* qdd = M^-1 (tau - h) */
+TFA_INLINE void solve_forward(struct state *s, struct robot_factors *m, const num *tau, num *qdd)
+{
+    struct body_motion motion[ROBOT_BODIES];
+    clear_factors(m);
+    ROBOT_OUTWARD(ROBOT_POSE)
+    ROBOT_OUTWARD(ROBOT_BIAS_FORWARD)
+    ROBOT_INWARD(ROBOT_CRBA_BACKWARD)
+    ROBOT_OUTWARD(ROBOT_CRBA_FORWARD)
+}
+
+#endif

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Operations of one robot by one algorithm (folder aba or crba) over one number type: one state at
+ * a time, or a batch of states in lanes. ROBOT_PAYLOADS: one state with inertias that are read at
+ * run time, for payloads; inertias as inputs of all would make inverse dynamics of a humanoid 1.5
+ * times as slow (docs/specialised.md).
+ *
+ * Compilers are told that numbers are finite and zeros have no sign, or 0 x would not be 0. Numbers
+ * that are not finite are found by their bits.
+ */
+#include "dynamics/specialised/specialised_tip.h"
+
+/* Where branches pay in lanes, one state by articulated bodies is specialised_body_lanes.c. */
+#if ROBOT_HAS_FORWARD &&                                                                           \
+    !(defined ROBOT_BODY_LANES && NUM_LANES == 1 && !ROBOT_BY_CRBA && !defined ROBOT_PAYLOADS)
+#define ROBOT_FORWARD_HERE
+#endif
+
+#ifdef ROBOT_FORWARD_HERE
+robot_solve TFA_V(robot_forward);
+int TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                         uint32_t count, tfa_reply *reply)
+{
+    return forward_dynamics(host, r, k, count, reply);
+}
+#endif
+
+#ifdef ROBOT_INVERSE
+static __attribute__((flatten, noinline)) int inverse_dynamics(const struct tfa_host_api *host,
+                                                               const tfa_request *r, uint32_t k,
+                                                               uint32_t count, tfa_reply *reply)
+{
+    const struct lane_states at = lanes_of_states(k, count);
+    struct robot_inputs in;
+    struct state s;
+    num tau[ROBOT_FREEDOMS];
+    load_positions(&in, host, r, &at);
+    gather_freedoms(in.qd, &at, r->base_twist, r->v);
+    gather_freedoms(in.x, &at, r->base_acceleration, r->qdd);
+    init_state(&s, &in, host, r);
+    inverse_rnea(&s, in.x, tau);
+    add_damping(tau, in.qd, 1);
+    scatter_outputs(tau, state_array(reply->base_wrench, 6, k),
+                    state_array(reply->tau, ROBOT_V_COUNT, k), count);
+    return all_are_finite(tau, ROBOT_FREEDOMS);
+}
+
+robot_solve TFA_V(robot_inverse);
+int TFA_V(robot_inverse)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                         uint32_t count, tfa_reply *reply)
+{
+    return inverse_dynamics(host, r, k, count, reply);
+}
+#endif
+
+#if !defined ROBOT_PAYLOADS && (NUM_LANES == 1 || ROBOT_HAS_BATCH_TIPS)
+robot_solve TFA_V(robot_lambda);
+int TFA_V(robot_lambda)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                        uint32_t count, tfa_reply *reply)
+{
+    return lambda(host, r, k, count, reply);
+}
+
+#ifdef ROBOT_FORWARD_HERE
+robot_solve TFA_V(robot_forward_lambda);
+int TFA_V(robot_forward_lambda)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                                uint32_t count, tfa_reply *reply)
+{
+    return forward_and_lambda(host, r, k, count, reply);
+}
+#endif
+#endif

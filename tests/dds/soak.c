@@ -7,8 +7,8 @@
  *   test_soak [SECONDS]    20
  *
  * Fails on a wrong answer, on a request that is neither answered nor reported with a status, on one
- * over DDS that times out while the daemon is there, and on memory or descriptors of the daemon that
- * grow. Prints the counts.
+ * over DDS that times out while the daemon is there, and on memory or descriptors of the daemon
+ * that grow. Prints the counts.
  */
 #include "attacks.h"
 #include "dds_attacks.h"
@@ -189,7 +189,8 @@ static void *ask_shm(void *unused)
 
 /* ---- over DDS: one call at a time ---- */
 
-/* Calls end with a status: without a daemon, for example. Only while it is away may they time out. */
+/* Calls end with a status: without a daemon, for example. They may time out only while it is
+ * away. */
 static void count_dds(int status, bool right, bool was_away)
 {
     if (status == TFA_OK && right)

@@ -189,8 +189,8 @@ static void *ask_shm(void *unused)
 
 /* ---- over DDS: one call at a time ---- */
 
-/* Calls end with a status: without a daemon, for example. Only while it is away may they time out.
- * */
+/* Calls end with a status: without a daemon, for example. They may time out only while it is
+ * away. */
 static void count_dds(int status, bool right, bool was_away)
 {
     if (status == TFA_OK && right)

@@ -326,7 +326,10 @@ TEST(tips_are_limited)
 
     harness_serve(&h, ARM, "limits: {memory_mib_per_user: 1}\n");
     options = harness_options(&h, "arm");
-    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    for (int i = 0; tfa_client_connect(&options, &client) != TFA_OK; i++) { /* one still leaves */
+        assert_true(i < 2000);
+        sleep_ms(5);
+    }
     tfa_client_close(client);
     options.max_tips = TFA_MAX_TIPS;
     const int status = tfa_client_connect(&options, &client);

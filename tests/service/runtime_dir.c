@@ -211,7 +211,7 @@ TEST(successor_keeps_its_sockets)
 
 /* ---- a race at the start ---- */
 
-#define TRIES 30
+#define TRIES 20
 
 /* Something else comes to the path of the runtime directory and goes, all the time: in exchange for
  * what is there, or where nothing is. */

@@ -220,7 +220,7 @@ static int start_elections(tfa_dds *gateway)
     gateway->leader_reader = make_listening_reader(gateway, TFA_DDS_LEADER, tfa_dds_on_leader);
     if (failed(gateway->leader_reader, "leader reader"))
         return TFA_E_SYSTEM;
-    tfa_dds_begin_elections(gateway, guid.v, gateway->priority);
+    tfa_dds_begin_elections(gateway, guid.v);
     const int code = pthread_create(&gateway->leader_thread, NULL, tfa_dds_leader_thread, gateway);
     if (code != 0) {
         snprintf(last_error, sizeof last_error, "leader thread: %s", strerror(code));

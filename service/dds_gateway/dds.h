@@ -87,8 +87,8 @@ void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next,
 bool tfa_dds_detach(tfa_dds *dds, uint32_t robot);
 
 /** Tells the domain that robot `robot` now has this model; takes a ring again after tfa_dds_detach.
- *  @return TFA_OK; TFA_E_ARGUMENT; TFA_E_SYSTEM; the worker's status: it is asked again with the
- *          next model */
+ *  @return TFA_OK; TFA_E_ARGUMENT; TFA_E_SYSTEM; TFA_E_MEMORY or the worker's status: this daemon
+ *          resigned, and begins again with the next model */
 TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *model);
 
 /** Resigns, so that a standby takes over at once, withdraws the robots, closes the gateway, joins

@@ -72,6 +72,10 @@ typedef struct dds_robot {
     uint64_t worker_beat;     /* the worker's heartbeat */
     int64_t worker_beat_time; /* when it changed */
     bool electing;            /* from begin to resignation; answers only then */
+    bool stepped_down;        /* resigned until it has a ring again */
+    bool announced;           /* RobotInfo is written, and no other daemon can have written since */
+    bool rival;               /* another leader was heard at the last look */
+    uint32_t peers;           /* at the last look */
 } dds_robot;
 
 struct tfa_dds {
@@ -166,7 +170,7 @@ void tfa_dds_withdraw_info(tfa_dds *gateway, const dds_robot *robot);
 /* ---- dds_leader.c: hot standby ---- */
 
 /* Each robot begins to listen for others; `daemon` is this participant's GUID. */
-void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16], uint32_t priority);
+void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16]);
 
 /* Advertises this daemon until it is told to stop. */
 void *tfa_dds_leader_thread(void *gateway);
@@ -177,8 +181,12 @@ void tfa_dds_tick_election(tfa_dds *gateway, dds_robot *robot, int64_t now);
 /* Listener of the topic LEADER. */
 void tfa_dds_on_leader(dds_entity_t reader, void *gateway);
 
-/* Another model, already in `robot`, which is locked. */
+/* Another model, already in `robot`, which is locked and can answer. */
 void tfa_dds_set_leader_model(tfa_dds *gateway, dds_robot *robot);
+
+/* The robot, which is locked, cannot answer: another daemon shall lead, until
+ * tfa_dds_set_leader_model. */
+void tfa_dds_step_down(tfa_dds *gateway, dds_robot *robot);
 
 /* Ends the thread. Another daemon may lead now: nothing is answered any more. */
 void tfa_dds_resign_all(tfa_dds *gateway);

@@ -71,15 +71,32 @@ static void report_role(const tfa_dds *gateway, const dds_robot *robot)
     gateway->notice(self->role == TFA_ROLE_LISTENING || self->role == TFA_ROLE_UNLIKE, text);
 }
 
-/* RobotInfo is the leader's word. */
+/* RobotInfo is the leader's word. It is written again if a write failed, and if a daemon comes or
+ * goes or gives up: after a partition readers may have heard that one last. */
+static void keep_announced(tfa_dds *gateway, dds_robot *robot, tfa_role before)
+{
+    const tfa_election *e = &robot->election;
+    const bool rival = tfa_election_leader(e) != NULL;
+
+    if (e->self.role != TFA_ROLE_LEADING) {
+        robot->announced = false;
+        if (before == TFA_ROLE_LEADING)
+            tfa_dds_withdraw_info(gateway, robot);
+        return;
+    }
+    if (rival != robot->rival || e->peer_count != robot->peers)
+        robot->announced = false;
+    robot->rival = rival;
+    robot->peers = e->peer_count;
+    if (!robot->announced)
+        robot->announced = tfa_dds_write_info(gateway, robot) == DDS_RETCODE_OK;
+}
+
 static void follow_decision(tfa_dds *gateway, dds_robot *robot, tfa_role before, bool advertise)
 {
     const tfa_role role = robot->election.self.role;
 
-    if (role == TFA_ROLE_LEADING && before != TFA_ROLE_LEADING)
-        (void)tfa_dds_write_info(gateway, robot);
-    if (role != TFA_ROLE_LEADING && before == TFA_ROLE_LEADING)
-        tfa_dds_withdraw_info(gateway, robot);
+    keep_announced(gateway, robot, before);
     if (advertise)
         write_advertisement(gateway, robot);
     if (role != before && gateway->notice != NULL)
@@ -115,9 +132,11 @@ void tfa_dds_tick_election(tfa_dds *gateway, dds_robot *robot, int64_t now)
 /* @return when the robot's election wants to be looked at again */
 static int64_t tick(tfa_dds *gateway, dds_robot *robot)
 {
+    const int64_t now = tfa_dds_monotonic();
+
     pthread_mutex_lock(&robot->mutex);
-    tfa_dds_tick_election(gateway, robot, tfa_dds_monotonic());
-    const int64_t next = robot->next_tick;
+    tfa_dds_tick_election(gateway, robot, now);
+    const int64_t next = robot->electing ? robot->next_tick : now + gateway->lease_ns;
     pthread_mutex_unlock(&robot->mutex);
     return next;
 }
@@ -223,26 +242,36 @@ static uint64_t first_epoch(void)
     return ms > 0 ? (uint64_t)ms : 0;
 }
 
-void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16], uint32_t priority)
+/* The robot is locked: the readers listen by now. */
+static void begin_election(tfa_dds *gateway, dds_robot *robot, const uint8_t daemon[16])
 {
-    const int64_t now = tfa_dds_monotonic();
+    tfa_advertisement self = {
+        .priority = gateway->priority, .lease = gateway->lease_ns, .epoch = first_epoch()};
 
+    memcpy(self.daemon, daemon, sizeof self.daemon);
+    memcpy(self.model, robot->hash, sizeof self.model);
+    tfa_election_begin(&robot->election, &self, tfa_dds_monotonic());
+    robot->next_tick = tfa_election_next(&robot->election);
+    robot->electing = true;
+    robot->stepped_down = false;
+}
+
+void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16])
+{
     for (uint32_t i = 0; i < gateway->robot_count; i++) {
         dds_robot *robot = &gateway->robots[i];
-        tfa_advertisement self = {
-            .priority = priority, .lease = gateway->lease_ns, .epoch = first_epoch()};
-        memcpy(self.daemon, daemon, sizeof self.daemon);
-        pthread_mutex_lock(&robot->mutex); /* the readers listen by now */
-        memcpy(self.model, robot->hash, sizeof self.model);
-        tfa_election_begin(&robot->election, &self, now);
-        robot->next_tick = tfa_election_next(&robot->election);
-        robot->electing = true;
+        pthread_mutex_lock(&robot->mutex);
+        begin_election(gateway, robot, daemon);
         pthread_mutex_unlock(&robot->mutex);
     }
 }
 
 void tfa_dds_set_leader_model(tfa_dds *gateway, dds_robot *robot)
 {
+    if (robot->stepped_down) {
+        begin_election(gateway, robot, robot->election.self.daemon);
+        return;
+    }
     const tfa_role before = robot->election.self.role;
     const bool advertise =
         tfa_election_set_model(&robot->election, robot->hash, tfa_dds_monotonic());
@@ -260,6 +289,24 @@ static void resign(tfa_dds *gateway, dds_robot *robot)
     memcpy(sample.daemon, robot->election.self.daemon, sizeof sample.daemon);
     (void)dds_dispose(gateway->leader_writer, &sample);
     (void)dds_unregister_instance(gateway->leader_writer, &sample);
+}
+
+void tfa_dds_step_down(tfa_dds *gateway, dds_robot *robot)
+{
+    char text[256];
+
+    if (!robot->electing)
+        return;
+    resign(gateway, robot);
+    robot->election.self.role = TFA_ROLE_LISTENING;
+    robot->electing = robot->announced = false;
+    robot->stepped_down = true;
+    snprintf(text, sizeof text,
+             "robot '%s': no memory or no entry at the worker for its new arrays: does not answer "
+             "over DDS, another daemon may lead; free some and reload",
+             robot->name);
+    if (gateway->notice != NULL)
+        gateway->notice(true, text);
 }
 
 void tfa_dds_resign_all(tfa_dds *gateway)

@@ -94,12 +94,13 @@ int tfa_dds_announce(tfa_dds *gateway, uint32_t index, const tfa_model *model)
     if (robot->ring == NULL)
         status = attach_again(gateway, robot);
     robot->leaving = status != TFA_OK;
-    tfa_dds_set_leader_model(gateway, robot);
-    const dds_return_t code = robot->election.self.role == TFA_ROLE_LEADING
-                                  ? tfa_dds_write_info(gateway, robot)
-                                  : DDS_RETCODE_OK;
+    robot->announced = false;
+    if (status == TFA_OK)
+        tfa_dds_set_leader_model(gateway, robot);
+    else
+        tfa_dds_step_down(gateway, robot);
+    if (robot->election.self.role == TFA_ROLE_LEADING && !robot->announced)
+        status = TFA_E_SYSTEM;
     pthread_mutex_unlock(&robot->mutex);
-    if (status != TFA_OK)
-        return status;
-    return code == DDS_RETCODE_OK ? TFA_OK : TFA_E_SYSTEM;
+    return status;
 }

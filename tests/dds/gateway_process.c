@@ -10,14 +10,40 @@
 #include "dds_test.h"
 #include "robots.h"
 #include "test_worker.h"
+#include "worker/local_client.h"
 
 #include <signal.h>
 #include <spawn.h>
 #include <string.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 extern char **environ;
+
+/* ---- what a reload does that finds no entry at the worker ---- */
+
+static tfa_local_client fillers[TFA_WORKER_CLIENTS_MAX];
+
+static void take_all_entries(struct tfa_worker *worker)
+{
+    for (uint32_t i = 0; i < TFA_WORKER_CLIENTS_MAX; i++)
+        if (tfa_local_client_open(worker, 0, 1, 1, &fillers[i]) != TFA_OK)
+            return;
+}
+
+/* The robot gets its model again, with or without an entry. Prints the status. */
+static void reload(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model *model, bool full)
+{
+    while (!tfa_dds_detach(gateway, 0))
+        usleep(1000);
+    if (full)
+        take_all_entries(worker);
+    for (uint32_t i = 0; !full && i < TFA_WORKER_CLIENTS_MAX; i++)
+        tfa_local_client_close(&fillers[i]);
+    printf("%d\n", tfa_dds_announce(gateway, 0, model));
+    fflush(stdout);
+}
 
 static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t max_age_us)
 {
@@ -29,6 +55,7 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
 
     sigemptyset(&ends);
     sigaddset(&ends, SIGTERM);
+    sigaddset(&ends, SIGUSR1);
     sigprocmask(SIG_BLOCK, &ends, NULL);
     if (!test_robots_make(robots))
         return 3;
@@ -49,7 +76,8 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
         return 5;
     printf("ready\n");
     fflush(stdout);
-    sigwait(&ends, &signal);
+    for (bool full = true; sigwait(&ends, &signal) == 0 && signal == SIGUSR1; full = !full)
+        reload(gateway, worker, robots[0].model, full);
     const tfa_dds_counters count = tfa_dds_count(gateway);
     tfa_dds_stop(gateway);
     test_worker_stop(worker);
@@ -116,6 +144,15 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
     read_line(daemon.out, line, sizeof line);
     assert_string_equal(line, "ready");
     return daemon;
+}
+
+int test_daemon_reload(const test_daemon *daemon)
+{
+    char line[32];
+
+    assert_int_equal(kill(daemon->pid, SIGUSR1), 0);
+    read_line(daemon->out, line, sizeof line);
+    return atoi(line);
 }
 
 unsigned long test_daemon_stop(test_daemon *daemon)

@@ -28,6 +28,11 @@ void test_daemon_main(int argc, char **argv);
 /* Starts one in `domain` and waits until it is ready. Fails the test if it cannot. */
 test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *options);
 
+/* Gives the arm its model again as a reload does that changed its arrays. The first time another
+ * client took the gateway's entry at the worker, the second time there is one, and so on.
+ * @return as tfa_dds_announce */
+int test_daemon_reload(const test_daemon *daemon);
+
 /* Ends it by SIGTERM; it must end well. @return the answers that DDS would not take */
 unsigned long test_daemon_stop(test_daemon *daemon);
 

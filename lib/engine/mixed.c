@@ -72,13 +72,16 @@ static int answer_all(tfa_workspace *w, const struct call *c, uint32_t k, tfa_re
 {
     if (!(c->traits & TRAIT_FD))
         return answer_by_residual_kernel(w, c->request, k, reply, answer);
+    const struct tfa_residual_kernel *residual = &w->residual_kernel;
     const int status = answer_forward(w, c, k, reply, answer);
     if (status == TFA_OK && c->traits & TRAIT_TIPS)
         return answer_tips(w, c, k, reply, answer);
-    if (c->request->flags)
-        w->residual_kernel.kernel->answer_motion(w->residual_kernel.state, c->request, c->by,
-                                                 TFA_WANT_ALL, k, reply);
-    return status;
+    if (c->request->flags &&
+        !residual->kernel->answer_motion(residual->state, c->request, c->by, TFA_WANT_ALL, k,
+                                         reply) &&
+        status == TFA_OK)
+        answer->status = TFA_E_NOT_COMPUTED;
+    return answer->status;
 }
 
 __attribute__((noinline)) uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k,

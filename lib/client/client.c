@@ -342,7 +342,7 @@ static int call_daemon(tfa_client *client, const tfa_request *request, tfa_reply
     int status = send_request(client, request, tfa_wire_want(request, reply), now,
                               deadline == UINT64_MAX ? 0 : deadline - now, &id, &reply->field);
     if (status != TFA_OK) {
-        reply->index = reply->field == TFA_FIELD_TIPS ? request->tip_count : 0;
+        reply->index = tfa_wire_refused_index(request, reply->field);
         return reply->status = status;
     }
     client->call_end = ring->sent - 1;

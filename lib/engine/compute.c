@@ -27,8 +27,14 @@ static void answer_motion(tfa_workspace *w, const struct call *c, uint32_t trait
 {
     const uint32_t flags = (traits & TRAIT_TIP_MOTION ? FLAGS_TIP_MOTION : 0) |
                            (traits & TRAIT_BODY_MOTION ? FLAGS_BODY_MOTION : 0);
-    for (uint32_t end = k + count; k < end; k++)
-        w->kernel->answer_motion(w->state, c->request, c->by, flags, k, reply);
+    for (uint32_t end = k + count; k < end; k++) {
+        if (w->kernel->answer_motion(w->state, c->request, c->by, flags, k, reply))
+            continue;
+        if (reply->answers)
+            reply->answers[k].status = TFA_E_NOT_COMPUTED;
+        tfa_fail_state(w, c, k, TFA_E_NOT_COMPUTED, (struct failed_field){TFA_FIELD_NONE, 0},
+                       reply);
+    }
 }
 
 int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,

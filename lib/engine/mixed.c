@@ -51,24 +51,37 @@ static int answer_forward(tfa_workspace *w, const struct call *c, uint32_t k, tf
     return status;
 }
 
-static int answer_all(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply,
-                      tfa_answer *answer)
+/* What the request asks of its tips, and the other answers of its flags. The answer keeps the
+ * method and the estimate of the accelerations. */
+static int answer_tips(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply,
+                       tfa_answer *answer)
 {
-    if (!(c->traits & TRAIT_FD))
-        return answer_by_residual_kernel(w, c->request, k, reply, answer);
-    const int status = answer_forward(w, c, k, reply, answer);
-    if (status == TFA_OK && !(c->traits & TRAIT_TIPS) && c->traits & TRAITS_MOTION)
-        w->residual_kernel.kernel->answer_motion(w->residual_kernel.state, c->request, c->by,
-                                                 TFA_WANT_ALL, k, reply);
-    if (status != TFA_OK || !(c->traits & TRAIT_TIPS))
-        return status;
     tfa_answer tips;
     tfa_request part = *c->request;
     part.op = TFA_OP_OPERATIONAL_INERTIA;
     part.method = TFA_METHOD_AUTO;
     part.refine = TFA_REFINE_DEFAULT;
     part.estimate = TFA_ESTIMATE_NEVER;
-    return answer_by_residual_kernel(w, &part, k, reply, &tips);
+    answer->status = answer_by_residual_kernel(w, &part, k, reply, &tips);
+    return answer->status;
+}
+
+/* Kinematics need no accelerations: a state that has none has kinematics all the same. */
+static int answer_all(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply,
+                      tfa_answer *answer)
+{
+    if (!(c->traits & TRAIT_FD))
+        return answer_by_residual_kernel(w, c->request, k, reply, answer);
+    const struct tfa_residual_kernel *residual = &w->residual_kernel;
+    const int status = answer_forward(w, c, k, reply, answer);
+    if (status == TFA_OK && c->traits & TRAIT_TIPS)
+        return answer_tips(w, c, k, reply, answer);
+    if (c->request->flags &&
+        !residual->kernel->answer_motion(residual->state, c->request, c->by, TFA_WANT_ALL, k,
+                                         reply) &&
+        status == TFA_OK)
+        answer->status = TFA_E_NOT_COMPUTED;
+    return answer->status;
 }
 
 __attribute__((noinline)) uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k,

@@ -35,15 +35,9 @@ void tfa_finish_state(tfa_workspace *w, const struct call *c, uint32_t k, const 
     reply->spectrum[k] = tfa_spectrum_of(reply->lambda_inv + (size_t)n * n * k, n, w->spectrum);
 }
 
-void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int status,
-                       struct failed_field failed, const tfa_answer *answer, tfa_reply *reply)
+void tfa_fail_state(tfa_workspace *w, const struct call *c, uint32_t k, int status,
+                    struct failed_field failed, tfa_reply *reply)
 {
-    if (status == TFA_OK || status == TFA_E_RANK)
-        tfa_finish_state(w, c, k, answer, reply);
-    else if (reply->answers)
-        reply->answers[k] = *answer;
-    if (status == TFA_OK)
-        return;
     tfa_void_failed_state(w, c, k, status, reply);
     if (reply->status != TFA_OK)
         return;
@@ -51,6 +45,17 @@ void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int s
     reply->field = failed.field;
     reply->index = failed.index;
     reply->state = k;
+}
+
+void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int status,
+                       struct failed_field failed, const tfa_answer *answer, tfa_reply *reply)
+{
+    if (status == TFA_OK || status == TFA_E_RANK)
+        tfa_finish_state(w, c, k, answer, reply);
+    else if (reply->answers)
+        reply->answers[k] = *answer;
+    if (status != TFA_OK)
+        tfa_fail_state(w, c, k, status, failed, reply);
 }
 
 /* Largest estimate after the sentinel tripped: above it the kernel of one state refines the

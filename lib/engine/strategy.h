@@ -69,7 +69,11 @@ static inline struct failed_field tfa_failed_field(const tfa_reply *reply)
     return (struct failed_field){reply->field, reply->index};
 }
 
-/* The same for a state that may have failed. */
+/* Voids the answers that a failed state does not have; the reply tells of the first one. */
+void tfa_fail_state(tfa_workspace *w, const struct call *c, uint32_t k, int status,
+                    struct failed_field failed, tfa_reply *reply);
+
+/* tfa_finish_state for a state that may have failed. */
 void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int status,
                        struct failed_field failed, const tfa_answer *answer, tfa_reply *reply);
 

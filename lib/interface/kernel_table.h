@@ -69,9 +69,9 @@ struct tfa_kernel {
                        uint32_t k, tfa_reply *reply, tfa_answer *answer);
 
     /* Answers of kinematics for state k of a checked request, those of its flags that are among
-     * `flags`. */
-    void (*answer_motion)(struct state *s, const tfa_request *request, struct tfa_resolved by,
-                          uint32_t flags, uint32_t k, tfa_reply *reply);
+     * `flags`. Returns whether all of it is finite. */
+    int (*answer_motion)(struct state *s, const tfa_request *request, struct tfa_resolved by,
+                         uint32_t flags, uint32_t k, tfa_reply *reply);
 
     /* Estimates the error of the accelerations of state k, which stand in the reply, by the factors
      * of aba. Returns 0 where the estimate is above `limit` or not finite. */

@@ -60,6 +60,15 @@ _Static_assert(ATOMIC_LLONG_LOCK_FREE == 2, "the ring needs lock-free 64-bit ato
 size_t tfa_wire_request_capacity(const tfa_wire_shape *shape);
 size_t tfa_wire_reply_capacity(const tfa_wire_shape *shape);
 
+/** Index of a refusal with this field by tfa_wire_encode_request or tfa_wire_decode_request: the
+ *  number of tips or states that was asked for; 0 with another field. */
+static inline uint32_t tfa_wire_refused_index(const tfa_request *request, tfa_field field)
+{
+    return field == TFA_FIELD_TIPS    ? request->tip_count
+           : field == TFA_FIELD_COUNT ? request->count
+                                      : 0;
+}
+
 /** Blocks that the op of a request answers; with a `reply`, only those whose buffer is not NULL. */
 uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply);
 

@@ -12,9 +12,9 @@
 #include <totalforce/request.h>
 #include <totalforce/status.h>
 
-/** Limit of the blocks of quadratic size (matrices) in a slot, unless one state needs more: slots
- *  of large batches stay small. */
-#define TFA_WIRE_SQUARE_BYTES ((size_t)1 << 20)
+/** Limit of the blocks in a slot that TFA_WIRE_EVERY_STATE leaves out, unless one state needs more:
+ *  slots of large batches stay small. */
+#define TFA_WIRE_SHARED_BYTES ((size_t)1 << 20)
 /** Most freedoms of a mass matrix and of derivatives in a slot (512 KiB each at 256). */
 #define TFA_WIRE_MASS_MATRIX_MAX 256
 
@@ -123,6 +123,13 @@ static inline size_t tfa_wire_reply_width(const tfa_wire_shape *shape, uint32_t 
 #define TFA_WIRE_BIT(name) (1u << TFA_WIRE_##name)
 #define TFA_WIRE_DERIVATIVES                                                                       \
     (TFA_WIRE_BIT(DQDD_DQ) | TFA_WIRE_BIT(DQDD_DV) | TFA_WIRE_BIT(DQDD_DTAU))
+
+/* Blocks that a slot has room for whatever the number of states. The other ops have torques in
+ * place of accelerations, which take as much. */
+#define TFA_WIRE_EVERY_STATE                                                                       \
+    (TFA_WIRE_BIT(ANSWERS) | TFA_WIRE_BIT(OUT_QDD) | TFA_WIRE_BIT(OUT_BASE_ACCELERATION) |         \
+     TFA_WIRE_BIT(OUT_TAU) | TFA_WIRE_BIT(OUT_BASE_WRENCH) | TFA_WIRE_BIT(SPECTRUM) |              \
+     TFA_WIRE_BIT(POSES))
 
 /* Blocks of the answers that flags ask for */
 static inline uint32_t tfa_wire_blocks_of_flags(uint32_t flags)

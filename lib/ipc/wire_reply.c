@@ -26,11 +26,8 @@ static void set_buffer(tfa_reply *r, uint32_t block, void *buffer)
     memcpy((unsigned char *)r + buffer_offset[block], &buffer, sizeof buffer);
 }
 
-/* Blocks with n x n numbers a state; and all matrices, which share room in slots of batches */
+/* Blocks with n x n numbers a state */
 #define DENSE_BLOCKS (TFA_WIRE_BIT(MASS_MATRIX) | TFA_WIRE_DERIVATIVES)
-#define SQUARE_BLOCKS                                                                              \
-    (DENSE_BLOCKS | TFA_WIRE_BIT(LAMBDA_INV) | TFA_WIRE_BIT(LAMBDA) | TFA_WIRE_BIT(JACOBIAN) |     \
-     TFA_WIRE_BIT(COM_JACOBIAN))
 
 /* Bytes of these blocks */
 static size_t blocks_width(const tfa_wire_shape *shape, uint32_t blocks,
@@ -43,24 +40,42 @@ static size_t blocks_width(const tfa_wire_shape *shape, uint32_t blocks,
     return bytes;
 }
 
-/* Bytes for the blocks of quadratic size: those of forward dynamics or task torques with every
- * flag, or of derivatives. */
-static size_t square_capacity(const tfa_wire_shape *shape)
+/* Most bytes of the blocks of one state that share: of the ops with every flag */
+static size_t shared_bytes_of_state(const tfa_wire_shape *shape)
 {
-    const size_t n = tfa_wire_freedoms(shape), rows = (size_t)6 * shape->max_tips;
-    const size_t tips = 2 * rows * rows, dense = n <= TFA_WIRE_MASS_MATRIX_MAX ? 3 * n * n : 0;
-    const size_t state = sizeof(double) * ((rows + 3) * n + (dense > tips ? dense : tips));
-    const size_t all = state * shape->max_batch;
-    const size_t cap = all < TFA_WIRE_SQUARE_BYTES ? all : TFA_WIRE_SQUARE_BYTES;
+    const int too_large = tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX;
+    size_t most = 0;
+    for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
+        const tfa_request r = {
+            .op = (tfa_op)op, .flags = TFA_WANT_ALL, .count = 1, .tip_count = shape->max_tips};
+        const tfa_wire_reply_shape all = tfa_wire_reply_shape_of(shape, &r);
+        const uint32_t never = TFA_WIRE_EVERY_STATE | (too_large ? DENSE_BLOCKS : 0);
+        const size_t bytes = blocks_width(shape, all.want & ~never, &all);
+        most = bytes > most ? bytes : most;
+    }
+    return most;
+}
+
+static size_t shared_capacity(const tfa_wire_shape *shape)
+{
+    const size_t state = shared_bytes_of_state(shape), all = state * shape->max_batch;
+    const size_t cap = all < TFA_WIRE_SHARED_BYTES ? all : TFA_WIRE_SHARED_BYTES;
     return cap > state ? cap : state;
 }
 
 size_t tfa_wire_reply_capacity(const tfa_wire_shape *shape)
 {
-    const tfa_wire_reply_shape all = {
-        .count = shape->max_batch, .tip_count = shape->max_tips, .rows = 6 * shape->max_tips};
-    const uint32_t rest = (uint32_t)((UINT64_C(1) << TFA_WIRE_REPLY_BLOCKS) - 1) & ~SQUARE_BLOCKS;
-    return TFA_WIRE_LINE + square_capacity(shape) + blocks_width(shape, rest, &all);
+    const uint32_t torques = TFA_WIRE_BIT(OUT_TAU) | TFA_WIRE_BIT(OUT_BASE_WRENCH);
+    const tfa_wire_reply_shape all = {.count = shape->max_batch, .tip_count = shape->max_tips};
+    const uint32_t want = tfa_wire_of_robot(shape, TFA_WIRE_EVERY_STATE & ~torques);
+    return TFA_WIRE_LINE + shared_capacity(shape) + blocks_width(shape, want, &all);
+}
+
+/* 1: a slot holds these blocks of so many states, at most max_batch. What is not above the limit of
+ * all needs no capacity to compare with. */
+static int fits(const tfa_wire_shape *shape, size_t bytes, uint32_t count)
+{
+    return count == 1 || bytes <= TFA_WIRE_SHARED_BYTES || bytes <= shared_capacity(shape);
 }
 
 int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
@@ -72,15 +87,15 @@ int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply
     *invalid_field = TFA_FIELD_COUNT;
     if (reply_shape->count > shape->max_batch)
         return TFA_E_SIZE;
-    const uint32_t squares = reply_shape->want & SQUARE_BLOCKS;
-    if (!squares)
+    const uint32_t shared = reply_shape->want & ~TFA_WIRE_EVERY_STATE;
+    if (!shared)
         return TFA_OK;
     *invalid_field = TFA_FIELD_OP;
-    if (squares & DENSE_BLOCKS && tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX)
+    if (shared & DENSE_BLOCKS && tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX)
         return TFA_E_UNSUPPORTED;
     *invalid_field = TFA_FIELD_COUNT;
-    return blocks_width(shape, squares, reply_shape) <= square_capacity(shape) ? TFA_OK
-                                                                               : TFA_E_SIZE;
+    return fits(shape, blocks_width(shape, shared, reply_shape), reply_shape->count) ? TFA_OK
+                                                                                     : TFA_E_SIZE;
 }
 
 uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)

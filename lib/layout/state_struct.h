@@ -158,7 +158,6 @@ struct state {
     num payload_bound;     /* inertia of the request's payloads about any joint, at most */
     vec3 gravity;
     int moving;        /* some velocity or wrench is not zero: c and p count */
-    int body_velocity; /* load: v and c of all bodies are there, if they count */
     int wrenched;      /* some s->wrench is not zero */
     uint32_t tips;     /* of the request under way */
     uint32_t located;  /* bit t set: the support of tip t has world poses */

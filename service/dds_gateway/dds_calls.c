@@ -112,7 +112,7 @@ static tfa_dds_field_error lay_out_reply(const dds_robot *robot, const tfa_reque
     if (error.status == TFA_OK)
         tfa_wire_reply_buffers(&robot->shape, &shape, memory, reply);
     else
-        error.index = error.field == TFA_FIELD_OP ? (uint32_t)request->op : request->count;
+        error.index = tfa_wire_refused_index(request, error.field);
     return error;
 }
 

@@ -173,6 +173,8 @@ static int decode_request(const tfa_worker *w, tfa_worker_client *client)
     at->want = shape.want;
     if (status == TFA_OK)
         tfa_wire_reply_buffers(&client->shape, &shape, tfa_ring_reply(&client->ring), &at->reply);
+    else
+        at->reply.index = tfa_wire_refused_index(&at->request, at->reply.field);
     return status;
 }
 

@@ -303,6 +303,7 @@ static void ask_beyond_the_connection(const harness *h)
     assert_int_equal(tfa_client_get_info(d.ring)->max_tips, TFA_DEFAULT_TIPS);
     assert_int_equal(tfa_client_call(d.ring, &r, &reply, WAIT_NS, NULL), TFA_E_SIZE);
     assert_int_equal(reply.field, TFA_FIELD_TIPS);
+    assert_int_equal(reply.index, TFA_DEFAULT_TIPS + 1);
     assert_int_equal(tfa_client_send(d.ring, &r, NULL), TFA_E_SIZE);
     assert_int_equal(tfa_compute(d.library, &r, &reply), TFA_E_UNSUPPORTED);
     assert_int_equal(tfa_dds_client_call(d.dds, &r, &reply, WAIT_NS, NULL), TFA_OK);

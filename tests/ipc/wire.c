@@ -3,7 +3,8 @@
  *
  * Requests and replies through slots: nothing is lost, nothing hostile reaches beyond a slot.
  */
-#include "ipc/wire.h"
+#include "ipc/ring.h"
+#include "ipc/wire_reply.h"
 #include "same_request.h"
 #include "test.h"
 
@@ -315,6 +316,62 @@ TEST(largest_reply_fits)
         assert_non_null(out.frame_poses);
         free(slot);
     }
+}
+
+/* A batch of any size fits with what every state has; the rest shares TFA_WIRE_SHARED_BYTES. */
+TEST(large_batches_share)
+{
+    const tfa_wire_shape s = {.q_count = 47,
+                              .v_count = 47,
+                              .base_freedoms = 6,
+                              .frames = 60,
+                              .max_batch = 2048,
+                              .max_tips = TFA_DEFAULT_TIPS};
+    const tfa_wire_shape *large[] = {&s, &dog, &arm};
+    for (size_t k = 0; k < 3; k++)
+        for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
+            const tfa_wire_shape *shape = large[k];
+            tfa_request r = {.op = (tfa_op)op, .tip_count = shape->max_tips, .count = 1};
+            tfa_field field;
+            r.flags = TFA_WANT_ALL;
+            for (r.count = 1; r.count <= shape->max_batch; r.count++) {
+                const tfa_wire_reply_shape all = tfa_wire_reply_shape_of(shape, &r);
+                size_t bytes = TFA_WIRE_LINE;
+                for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++)
+                    bytes += all.want >> block & 1 ? tfa_wire_reply_width(shape, block, &all) : 0;
+                const int status = tfa_wire_check_reply_shape(shape, &all, &field);
+                assert_true(status == TFA_OK || (r.count > 1 && status == TFA_E_SIZE));
+                if (status == TFA_OK)
+                    assert_true(bytes <= tfa_wire_reply_capacity(shape));
+                else
+                    assert_int_equal(field, TFA_FIELD_COUNT);
+            }
+        }
+}
+
+/* A client with these sizes has a humanoid with a floating base within 256 MiB: replies of
+ * accelerations, spectra and poses, and the matrices of some states at once. */
+TEST(large_batches_are_small)
+{
+    const tfa_wire_shape s = {.q_count = 47,
+                              .v_count = 47,
+                              .base_freedoms = 6,
+                              .frames = 60,
+                              .max_batch = 2048,
+                              .max_tips = TFA_DEFAULT_TIPS};
+    const size_t bytes = 8 * (47 + 6 + 2 + 3 + 7 * TFA_DEFAULT_TIPS);
+    assert_true(tfa_wire_reply_capacity(&s) <=
+                TFA_WIRE_LINE + TFA_WIRE_SHARED_BYTES + s.max_batch * bytes);
+    const tfa_ring_layout layout = tfa_ring_layout_of(&s, 16);
+    assert_true(layout.request_bytes + layout.reply_bytes <= (size_t)256 << 20);
+    const tfa_request r = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .flags = TFA_WANT_POSES, .tip_count = 1, .count = 2048};
+    tfa_field field;
+    tfa_wire_reply_shape shape = tfa_wire_reply_shape_of(&s, &r);
+    assert_int_equal(tfa_wire_check_reply_shape(&s, &shape, &field), TFA_OK);
+    shape.want |= TFA_WIRE_BIT(FRAME_POSES);
+    assert_int_equal(tfa_wire_check_reply_shape(&s, &shape, &field), TFA_E_SIZE);
+    assert_int_equal(field, TFA_FIELD_COUNT);
 }
 
 /* Random lines: the copy stays within the slot, the pointers within the copy. The slots are

@@ -16,6 +16,7 @@ enum {
     FD = TFA_OPS_FD,
     ID = TFA_OPS_ID,
     OI = TFA_OPS_OSIM,
+    MASS = TFA_OPS_M,
     BIAS = TFA_OP_BIT(TFA_OP_BIAS),
     TASK = TFA_OPS_TASK,
     DER = TFA_OPS_DERIVATIVES,
@@ -245,7 +246,7 @@ static const struct {
     {"estimate", LAMBDA_INV, 0, read_estimate},
     {"poses", LAMBDA_INV, 0, jsonl_read_poses},
     {"payload", ALL, 0, jsonl_read_payload},
-    {"locked", LAMBDA_INV, 0, jsonl_read_locked},
+    {"locked", ALL & ~MASS, 0, jsonl_read_locked},
 };
 
 static int read_op(jsonl_reader *r, const json_t *object)

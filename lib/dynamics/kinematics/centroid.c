@@ -82,14 +82,27 @@ num TFA_V(potential_energy)(const struct state *s)
     return -v3_dot(s->gravity, moment);
 }
 
-/* s->f: mass (w.x) and first moment in the world (v) of the subtree of each body. Column of a
- * freedom: its motion of the subtree's centre, times mass over all mass. */
+/* Column k of the joint's motion subspace, in the coordinates of body i */
+static svec joint_axis(const struct state *s, uint32_t i, uint32_t k)
+{
+    const struct tfa_body *b = &s->body[i];
+    const num o = num_of(0), l = num_of(1);
+    if (is_revolute(b->kind))
+        return (svec){{o, o, l}, {o, o, o}};
+    if (is_prismatic(b->kind))
+        return (svec){{o, o, o}, {o, o, l}};
+    return joint_nd_axis(&s->joint_nd[b->joint_nd], k);
+}
+
+/* s->f: mass (w.x) and first moment (v) of the subtree of each body, in its coordinates about its
+ * origin: nothing cancels far from the origin of the world. Column of a freedom: its motion of the
+ * subtree's centre, times mass over all mass. */
 void TFA_V(com_jacobian)(struct state *s, double *out, size_t stride)
 {
-    const vec3_simd origin = vec3_simd_of(num_of(0), num_of(0), num_of(0));
     num mass = num_of(0);
     for (uint32_t i = 0; i < s->bodies; i++) {
-        s->f[i].w.x = first_moment(s, i, &s->f[i].v);
+        s->f[i].w.x = body_mass(&s->body[i]);
+        s->f[i].v = body_h(&s->body[i]);
         mass += s->f[i].w.x;
     }
     for (uint32_t i = s->bodies; mass > 0 && i-- > 0;) {
@@ -99,15 +112,18 @@ void TFA_V(com_jacobian)(struct state *s, double *out, size_t stride)
         for (uint32_t k = 0; k < b->n; k++) {
             num multiplier;
             double *at = out + TFA_V(reduced_freedom)(s->m, b->v + k, &multiplier);
-            const svec H = motion_simd_store(joint_axis_at_point(s, i, k, origin));
-            const vec3 c = v3_add(v3_scale(H.v, share), v3_cross(H.w, moment));
+            const svec H = joint_axis(s, i, k);
+            const vec3 c = vec3_of_simd(mat3_simd_apply_t(
+                &s->world[i].E, v3_add(v3_scale(H.v, share), v3_cross(H.w, moment))));
             at[0] += (double)(multiplier * c.x);
             at[stride] += (double)(multiplier * c.y);
             at[2 * stride] += (double)(multiplier * c.z);
         }
         if (b->parent < 0)
             continue;
-        s->f[b->parent].w.x += s->f[i].w.x;
-        s->f[b->parent].v = v3_add(s->f[b->parent].v, s->f[i].v);
+        svec *parent = &s->f[b->parent];
+        parent->v = v3_add(parent->v,
+                           v3_add(m3_tmul(s->X[i].E, s->f[i].v), v3_scale(s->X[i].r, s->f[i].w.x)));
+        parent->w.x += s->f[i].w.x;
     }
 }

@@ -3,15 +3,14 @@
  *
  * Motion of one tip by the bodies of its support: twist, Jacobian, acceleration.
  *
- *     twist = sum over the support of H qd,   acceleration = sum of H qdd + c
+ *     twist = sum over the support of H qd,   acceleration = sum of H qdd + v x H qd
  *
- * in world axes at the tip's point: sums of independent terms. The pose is needed, and for twists
- * and accelerations s->qd.
+ * in world axes at the tip's point. The pose is needed, and for twists and accelerations s->qd.
  */
 #ifndef TFA_DYNAMICS_KINEMATICS_TIP_MOTION_H
 #define TFA_DYNAMICS_KINEMATICS_TIP_MOTION_H
 
-#include "layout/state.h"
+#include "dynamics/kinematics/world_pose.h"
 
 struct tip {
     tfa_reference_frame frame;
@@ -29,15 +28,21 @@ void TFA_V(locate_tips)(struct state *s);
 /* Finds support and point of tip t; writes s->tip_path and the world poses of its support. */
 void TFA_V(tip_locate)(struct state *s, uint32_t t, tfa_reference_frame mode, struct tip *out);
 
-/* Velocities and velocity products of the support, unless s->body_velocity says that all bodies
- * have theirs. Before the two functions below. */
-void TFA_V(tip_velocities)(struct state *s, const struct tip *t);
+/* Of a tip about its point, in world axes */
+struct tip_velocity {
+    struct motion_simd twist;   /* sum of H qd over the support */
+    struct motion_simd product; /* sum of v x H qd, v that of the bodies before */
+};
+
+/* From s->qd, joint by joint: needs no velocities of bodies */
+void TFA_V(tip_velocity)(const struct state *s, const struct tip *t, struct tip_velocity *out);
 
 /* Linear, then angular velocity in the frame asked for */
-void TFA_V(tip_twist)(const struct state *s, const struct tip *t, num twist[6]);
+void TFA_V(tip_twist)(const struct tip *t, const struct tip_velocity *motion, num twist[6]);
 
 /* Time derivative of these components: J-dot v, and J qdd unless qdd is NULL */
-void TFA_V(tip_acceleration)(const struct state *s, const struct tip *t, const num *qdd,
+void TFA_V(tip_acceleration)(const struct state *s, const struct tip *t,
+                             const struct tip_velocity *motion, const num *qdd,
                              num acceleration[6]);
 
 /* J x without velocities */
@@ -46,8 +51,9 @@ void TFA_V(tip_jacobian_mul)(const struct state *s, const struct tip *t, const n
 /* tau += J^T F, inner freedoms */
 void TFA_V(tip_jacobian_tmul)(const struct state *s, const struct tip *t, const num F[6], num *tau);
 
-/* The first `rows` rows of J into rows of `stride` doubles that are zero: public columns */
-void TFA_V(tip_jacobian)(const struct state *s, const struct tip *t, uint32_t rows, double *out,
-                         size_t stride);
+/* The first `rows` rows of J into rows of `stride` doubles that are zero: public columns. In the
+ * same pass the velocity, unless `motion` is NULL. Returns 1 when all columns are finite. */
+int TFA_V(tip_jacobian)(const struct state *s, const struct tip *t, uint32_t rows, double *J,
+                        size_t stride, struct tip_velocity *motion);
 
 #endif

@@ -43,6 +43,15 @@ static inline struct motion_simd motion_simd_add(struct motion_simd a, struct mo
     return (struct motion_simd){vec3_simd_add(a.w, b.w), vec3_simd_add(a.v, b.v)};
 }
 
+static inline struct motion_simd motion_simd_scale(num x, struct motion_simd m)
+{
+    for (int k = 0; k < VEC3_SIMD_VECS; k++) {
+        m.w.vec[k] = x * m.w.vec[k];
+        m.v.vec[k] = x * m.v.vec[k];
+    }
+    return m;
+}
+
 static inline svec motion_simd_store(struct motion_simd a)
 {
     return (svec){vec3_of_simd(a.w), vec3_of_simd(a.v)};
@@ -55,7 +64,13 @@ static inline struct motion_simd motion_at_point(const struct world_pose *W, sve
     return (struct motion_simd){w, vec3_simd_add(v, vec3_simd_cross(w, vec3_simd_sub(p, W->r)))};
 }
 
-/* The same for column k of the joint's motion subspace */
+/* Unit rotation about an axis through r, at point p of the world */
+static inline struct motion_simd rotation_at_point(vec3_simd axis, vec3_simd r, vec3_simd p)
+{
+    return (struct motion_simd){axis, vec3_simd_cross(axis, vec3_simd_sub(p, r))};
+}
+
+/* Column k of the joint's motion subspace, the same */
 static inline struct motion_simd joint_axis_at_point(const struct state *s, uint32_t i, uint32_t k,
                                                      vec3_simd p)
 {
@@ -63,9 +78,13 @@ static inline struct motion_simd joint_axis_at_point(const struct state *s, uint
     const struct tfa_body *b = &s->body[i];
     const vec3_simd z = W->E.row[2], zero = vec3_simd_of(num_of(0), num_of(0), num_of(0));
     if (is_revolute(b->kind))
-        return (struct motion_simd){z, vec3_simd_cross(z, vec3_simd_sub(p, W->r))};
+        return rotation_at_point(z, W->r, p);
     if (is_prismatic(b->kind))
         return (struct motion_simd){zero, z};
+    if (b->base && k < 3) /* base_motion: the body's axes */
+        return (struct motion_simd){zero, W->E.row[k]};
+    if (b->base)
+        return rotation_at_point(W->E.row[k - 3], W->r, p);
     return motion_at_point(W, joint_nd_axis(&s->joint_nd[b->joint_nd], k), p);
 }
 

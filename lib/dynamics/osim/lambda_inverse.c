@@ -91,15 +91,19 @@ void TFA_V(lambda_mul)(const struct state *s, const num *x, num *y, num *scratch
     add_inverse(s, n, scratch, y, 0);
 }
 
-void TFA_V(lambda_dense)(const struct state *s, double *out)
+int TFA_V(lambda_dense)(const struct state *s, double *out)
 {
     const uint32_t n = size_of(s);
+    double nonfinite = 0;
     for (uint32_t i = 0; i < n; i++)
         for (uint32_t j = i; j < n; j++) {
             num sum = num_of(0);
             for (uint32_t k = 0; k < n; k++)
                 sum += s->eigenvectors[(size_t)n * k + i] * s->gain[k] *
                        s->eigenvectors[(size_t)n * k + j];
-            out[(size_t)n * i + j] = out[(size_t)n * j + i] = (double)sum;
+            const double x = (double)sum;
+            nonfinite += x - x;
+            out[(size_t)n * i + j] = out[(size_t)n * j + i] = x;
         }
+    return nonfinite == 0;
 }

@@ -17,7 +17,7 @@ int TFA_V(lambda_factor)(struct state *s, tfa_rank_loss policy, double relative,
  * many numbers twice. */
 void TFA_V(lambda_mul)(const struct state *s, const num *x, num *y, num *scratch);
 
-/* Lambda itself */
-void TFA_V(lambda_dense)(const struct state *s, double *out);
+/* Lambda itself. Returns 1 when all of it is finite. */
+int TFA_V(lambda_dense)(const struct state *s, double *out);
 
 #endif

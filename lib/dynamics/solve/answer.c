@@ -240,8 +240,9 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolv
 #if NUM_LANES == 1
     if (answer->status == TFA_OK && is_operational(request))
         answer->status = TFA_V(answer_operational)(s, request, k, reply);
-    if (request->flags)
-        TFA_V(answer_motion_loaded)(s, request, request->flags, k, reply);
+    if (request->flags && !TFA_V(answer_motion_loaded)(s, request, request->flags, k, reply) &&
+        answer->status == TFA_OK)
+        answer->status = TFA_E_NOT_COMPUTED;
 #endif
     if (answer->status == TFA_E_SINGULAR) {
         reply->field = TFA_FIELD_BODY;

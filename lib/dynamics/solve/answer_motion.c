@@ -32,6 +32,19 @@ static void zero(double *out, size_t count)
         out[e] = 0;
 }
 
+/* As doubles: a wider number may be too large for one. */
+static int is_finite(const double *x, size_t count)
+{
+    double even = 0, odd = 0; /* one sum alone waits for itself */
+    for (size_t e = 0; e + 1 < count; e += 2) {
+        even += x[e] - x[e];
+        odd += x[e + 1] - x[e + 1];
+    }
+    if (count % 2)
+        even += x[count - 1] - x[count - 1];
+    return even + odd == 0;
+}
+
 /* Columns of a public matrix, the base first */
 static size_t public_freedoms(const struct state *s)
 {
@@ -76,39 +89,48 @@ static void store_pose(double out[7], mat3 axes, vec3 origin)
 
 /* ---- tips ---- */
 
-/* Tip t of state k */
-static void answer_tip(struct state *s, const tfa_request *r, uint32_t flags, size_t k, uint32_t t,
-                       tfa_reply *reply)
+/* Tip t of state k. Returns 1 when all of it is finite. */
+static int answer_tip(struct state *s, const tfa_request *r, uint32_t flags, size_t k, uint32_t t,
+                      tfa_reply *reply)
 {
-    const uint32_t rows = rows_of(r);
+    const uint32_t rows = rows_of(r), moves = TFA_WANT_TWISTS | TFA_WANT_BIAS_ACCELERATION;
     const size_t n = public_freedoms(s), tip = s->tips * k + t;
     struct tip at;
+    struct tip_velocity motion;
     num x[6];
+    int finite = 1;
     TFA_V(tip_locate)(s, t, r->frame, &at);
-    if (flags & TFA_WANT_POSES && reply->poses)
-        store_pose(reply->poses + 7 * tip, at.axes, at.origin);
     if (flags & TFA_WANT_JACOBIAN && reply->jacobian) {
         double *J = reply->jacobian + rows * n * tip;
         zero(J, rows * n);
-        TFA_V(tip_jacobian)(s, &at, rows, J, n);
+        finite &= TFA_V(tip_jacobian)(s, &at, rows, J, n, flags & moves ? &motion : NULL);
+        if (NUM_EPSILON < 0x1p-60 || !s->identity_map) /* smaller numbers, or sums of columns */
+            finite &= is_finite(J, rows * n);
+    } else if (flags & moves) {
+        TFA_V(tip_velocity)(s, &at, &motion);
     }
-    if (!(flags & (TFA_WANT_TWISTS | TFA_WANT_BIAS_ACCELERATION)))
-        return;
-    TFA_V(tip_velocities)(s, &at);
+    if (flags & TFA_WANT_POSES && reply->poses) {
+        store_pose(reply->poses + 7 * tip, at.axes, at.origin);
+        finite &= is_finite(reply->poses + 7 * tip, 7);
+    }
     if (flags & TFA_WANT_TWISTS && reply->twists) {
-        TFA_V(tip_twist)(s, &at, x);
+        TFA_V(tip_twist)(&at, &motion, x);
         store(reply->twists + 6 * tip, x, 6);
+        finite &= is_finite(reply->twists + 6 * tip, 6);
     }
     if (flags & TFA_WANT_BIAS_ACCELERATION && reply->bias_acceleration) {
-        TFA_V(tip_acceleration)(s, &at, NULL, x);
+        TFA_V(tip_acceleration)(s, &at, &motion, NULL, x);
         store(reply->bias_acceleration + rows * tip, x, rows);
+        finite &= is_finite(reply->bias_acceleration + rows * tip, rows);
     }
+    return finite;
 }
 
 /* ---- all bodies ---- */
 
-static void answer_frame_poses(struct state *s, double *out)
+static int answer_frame_poses(struct state *s, double *out)
 {
+    int finite = 1;
     for (uint32_t f = 0; f < s->m->frames; f++, out += 7) {
         const int32_t body = s->m->frame[f].body;
         mat3 axes;
@@ -117,66 +139,81 @@ static void answer_frame_poses(struct state *s, double *out)
         if (body >= 0)
             world_frame(&s->world[body], &axes, &origin);
         store_pose(out, axes, origin);
+        finite &= is_finite(out, 7);
     }
+    return finite;
 }
 
-static void answer_com(struct state *s, size_t k, tfa_reply *reply)
+static int answer_com(struct state *s, size_t k, tfa_reply *reply)
 {
     const size_t n = public_freedoms(s);
+    int finite = 1;
     vec3 com;
     const num mass = TFA_V(centre_of_mass)(s, &com);
-    if (reply->com)
+    if (reply->com) {
         store_vec3(reply->com + 3 * k, com);
+        finite &= is_finite(reply->com + 3 * k, 3);
+    }
     if (reply->mass)
         reply->mass[k] = (double)mass;
     if (reply->com_velocity) {
         const vec3 linear = TFA_V(momentum)(s, com).v;
         store_vec3(reply->com_velocity + 3 * k, mass > 0 ? v3_scale(linear, 1 / mass) : linear);
+        finite &= is_finite(reply->com_velocity + 3 * k, 3);
     }
     if (reply->com_jacobian) {
-        zero(reply->com_jacobian + 3 * n * k, 3 * n);
-        TFA_V(com_jacobian)(s, reply->com_jacobian + 3 * n * k, n);
+        double *J = reply->com_jacobian + 3 * n * k;
+        zero(J, 3 * n);
+        TFA_V(com_jacobian)(s, J, n);
+        finite &= is_finite(J, 3 * n);
     }
+    return finite;
 }
 
-static void answer_bodies(struct state *s, uint32_t flags, size_t k, tfa_reply *reply)
+static int answer_bodies(struct state *s, uint32_t flags, size_t k, tfa_reply *reply)
 {
+    int finite = 1;
     TFA_V(world_poses)(s);
     if (flags & TFA_WANT_FRAME_POSES && reply->frame_poses)
-        answer_frame_poses(s, reply->frame_poses + 7 * (size_t)s->m->frames * k);
+        finite &= answer_frame_poses(s, reply->frame_poses + 7 * (size_t)s->m->frames * k);
     if (flags & TFA_WANT_COM)
-        answer_com(s, k, reply);
+        finite &= answer_com(s, k, reply);
     if (flags & TFA_WANT_MOMENTUM && reply->momentum) {
         vec3 com;
         (void)TFA_V(centre_of_mass)(s, &com);
         const svec h = TFA_V(momentum)(s, com);
         store_vec3(reply->momentum + 6 * k, h.v);
         store_vec3(reply->momentum + 6 * k + 3, h.w);
+        finite &= is_finite(reply->momentum + 6 * k, 6);
     }
     if (flags & TFA_WANT_ENERGY && reply->energy) {
         reply->energy[2 * k] = (double)TFA_V(kinetic_energy)(s);
         reply->energy[2 * k + 1] = (double)TFA_V(potential_energy)(s);
+        finite &= is_finite(reply->energy + 2 * k, 2);
     }
+    return finite;
 }
 
-void TFA_V(answer_motion_loaded)(struct state *s, const tfa_request *r, uint32_t flags, uint32_t k,
-                                 tfa_reply *reply)
+int TFA_V(answer_motion_loaded)(struct state *s, const tfa_request *r, uint32_t flags, uint32_t k,
+                                tfa_reply *reply)
 {
+    int finite = 1;
     flags &= r->flags;
     for (uint32_t t = 0; flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES) && t < s->tips; t++)
-        answer_tip(s, r, flags, k, t, reply);
+        finite &= answer_tip(s, r, flags, k, t, reply);
     if (flags & FLAGS_BODY_MOTION)
-        answer_bodies(s, flags, k, reply);
+        finite &= answer_bodies(s, flags, k, reply);
+    return finite;
 }
 
 /* Loads what the flags need and no more. */
-void TFA_V(answer_motion)(struct state *s, const tfa_request *r, struct tfa_resolved by,
-                          uint32_t flags, uint32_t k, tfa_reply *reply)
+int TFA_V(answer_motion)(struct state *s, const tfa_request *r, struct tfa_resolved by,
+                         uint32_t flags, uint32_t k, tfa_reply *reply)
 {
     tfa_request motion = *r;
     motion.op = TFA_OP_KINEMATICS;
     motion.flags &= flags;
     s->by = by;
     TFA_V(load)(s, &motion, k, 1);
-    TFA_V(answer_motion_loaded)(s, &motion, motion.flags, k, reply);
+    return TFA_V(answer_motion_loaded)(s, &motion, motion.flags, k, reply);
 }

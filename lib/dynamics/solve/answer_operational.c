@@ -28,10 +28,15 @@ static num *task_vector(const struct state *s, uint32_t which)
 
 enum { ERROR, FORCE, SCRATCH };
 
-static void store_rows(double *out, const num *x, size_t count)
+/* Returns 1 when all of it is finite. */
+static int store_rows(double *out, const num *x, size_t count)
 {
-    for (size_t e = 0; e < count; e++)
+    double sum = 0;
+    for (size_t e = 0; e < count; e++) {
         out[e] = (double)x[e];
+        sum += out[e] - out[e];
+    }
+    return sum == 0;
 }
 
 /* ---- task torques ---- */
@@ -41,10 +46,11 @@ void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k)
     const double *desired = r->task_acceleration + (size_t)s->tip_rows * s->tips * k;
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at;
+        struct tip_velocity motion;
         num x[6];
         TFA_V(tip_locate)(s, t, r->frame, &at);
-        TFA_V(tip_velocities)(s, &at);
-        TFA_V(tip_acceleration)(s, &at, s->qdd, x);
+        TFA_V(tip_velocity)(s, &at, &motion);
+        TFA_V(tip_acceleration)(s, &at, &motion, s->qdd, x);
         for (uint32_t e = 0; e < s->tip_rows; e++)
             task_vector(s, ERROR)[s->tip_rows * t + e] =
                 num_of(desired[s->tip_rows * t + e]) - x[e];
@@ -96,16 +102,16 @@ static void tip_response(struct state *s, const tfa_request *r)
     }
 }
 
-static void answer_p(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
+static int answer_p(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
     TFA_V(gravity_force)(s, s->res);
     tip_response(s, r);
     TFA_V(lambda_mul)(s, task_vector(s, ERROR), task_vector(s, FORCE), task_vector(s, SCRATCH));
-    store_rows(reply->p + n * k, task_vector(s, FORCE), n);
+    return store_rows(reply->p + n * k, task_vector(s, FORCE), n);
 }
 
-static void answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
+static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
     TFA_V(external_force)(s, s->tau);
@@ -116,15 +122,16 @@ static void answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_rep
     tip_response(s, r);
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at;
+        struct tip_velocity motion;
         num x[6];
         TFA_V(tip_locate)(s, t, r->frame, &at);
-        TFA_V(tip_velocities)(s, &at);
-        TFA_V(tip_acceleration)(s, &at, NULL, x);
+        TFA_V(tip_velocity)(s, &at, &motion);
+        TFA_V(tip_acceleration)(s, &at, &motion, NULL, x);
         for (uint32_t e = 0; e < s->tip_rows; e++)
             task_vector(s, ERROR)[s->tip_rows * t + e] -= x[e];
     }
     TFA_V(lambda_mul)(s, task_vector(s, ERROR), task_vector(s, FORCE), task_vector(s, SCRATCH));
-    store_rows(reply->mu + n * k, task_vector(s, FORCE), n);
+    return store_rows(reply->mu + n * k, task_vector(s, FORCE), n);
 }
 
 int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
@@ -146,11 +153,12 @@ int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k,
         TFA_V(lambda_mul)(s, task_vector(s, ERROR), task_vector(s, FORCE), task_vector(s, SCRATCH));
         status = answer_torques(s, r, k, reply);
     }
+    int finite = status == TFA_OK;
     if (r->flags & TFA_WANT_LAMBDA && reply->lambda)
-        TFA_V(lambda_dense)(s, reply->lambda + n * n * k);
+        finite &= TFA_V(lambda_dense)(s, reply->lambda + n * n * k);
     if (r->flags & TFA_WANT_P && reply->p)
-        answer_p(s, r, k, reply);
+        finite &= answer_p(s, r, k, reply);
     if (r->flags & TFA_WANT_MU && reply->mu)
-        answer_mu(s, r, k, reply);
-    return status;
+        finite &= answer_mu(s, r, k, reply);
+    return finite ? TFA_OK : TFA_E_NOT_COMPUTED;
 }

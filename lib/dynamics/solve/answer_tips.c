@@ -24,17 +24,15 @@ struct tfa_factor_buffers TFA_V(factor_buffers)(struct state *s)
                                        .joint_nd_bytes = sizeof *s->joint_nd};
 }
 
-/* By velocities of the tips' supports, whose poses came with the factors. Neither wrenches nor
- * forces count. */
-static void answer_motion_of_tips(struct state *s, const tfa_request *r, uint32_t k,
-                                  tfa_reply *reply)
+/* The poses came with the factors. Returns 1 when all is finite. */
+static int answer_motion_of_tips(struct state *s, const tfa_request *r, uint32_t k,
+                                 tfa_reply *reply)
 {
     const uint32_t flags = r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES);
     if (!flags)
-        return;
-    s->body_velocity = 0;
-    s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
-    TFA_V(answer_motion_loaded)(s, r, flags, k, reply);
+        return 1;
+    (void)TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+    return TFA_V(answer_motion_loaded)(s, r, flags, k, reply);
 }
 
 /* The other's factors are those of some bodies at a q that was never loaded: nothing is kept. */
@@ -53,7 +51,7 @@ int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolve
         finite = TFA_V(answer_lambda)(s, r, k, reply, out) == TFA_OK;
     else if (reply->lambda_inv)
         finite = TFA_V(lambda_after)(s, r, k, METHOD_OF_ESTIMATES, 0, reply);
-    answer_motion_of_tips(s, r, k, reply);
+    finite &= answer_motion_of_tips(s, r, k, reply);
     s->have = 0;
     return finite;
 }

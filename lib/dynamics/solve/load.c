@@ -162,7 +162,7 @@ static void load_motion(struct state *s, const tfa_request *r)
     }
 }
 
-/* 1: only bodies that carry tips are loaded; their velocities are computed tip by tip */
+/* 1: only bodies that carry tips are loaded; tips need no velocities of bodies */
 static int sees_tips_only(const struct state *s, const tfa_request *r)
 {
     return !(TFA_OP_BIT(r->op) & TRAITS_DYNAMICS) &&
@@ -178,8 +178,7 @@ void TFA_V(load)(struct state *s, const tfa_request *r, uint32_t k, uint32_t cou
     if (!reads_velocity(r))
         return;
     load_motion(s, r);
-    s->body_velocity = !sees_tips_only(s, r);
-    if (s->body_velocity)
+    if (!sees_tips_only(s, r))
         TFA_V(velocity)(s);
 }
 

@@ -143,6 +143,38 @@ TEST(sums_over_what_moves)
     op_print(bounds, 2 * KINDS);
 }
 
+/* ---- far away ---- */
+
+static op_bound far_away = {"com_jacobian 1e6 m away", 1e-14, 0};
+
+/* Where the base stands changes nothing. */
+static void shifted(op_case *c)
+{
+    double pose[7];
+    tfa_request r = op_state(c, 0);
+    if (c->base != TFA_BASE_FLOATING)
+        return;
+    r.op = TFA_OP_KINEMATICS;
+    r.flags = TFA_WANT_COM;
+    op_answers *near = op_answers_create(c, &r), *far = op_answers_create(c, &r);
+    op_compute(c, c->f64, &r, near);
+    memcpy(pose, r.base_pose, sizeof pose);
+    for (int e = 0; e < 3; e++)
+        pose[e] = e == 1 ? -1e6 : 1e6;
+    r.base_pose = pose;
+    op_compute(c, c->f64, &r, far);
+    op_within(c, &far_away,
+              op_difference(far->com_jacobian, near->com_jacobian, 3 * (size_t)c->n, 0));
+    op_answers_free(far);
+    op_answers_free(near);
+}
+
+TEST(far_from_the_origin)
+{
+    op_for_each(OP_ALL, shifted);
+    op_print(&far_away, 1);
+}
+
 static void every_op(op_case *c)
 {
     for (size_t k = 0; k < OPS && c->n <= 12; k++)

@@ -6,6 +6,7 @@
  * damping is continuous in the threshold.
  */
 #include "operational.h"
+#include "support/fixture.h"
 #include "test.h"
 
 #define ROWS 6
@@ -112,6 +113,7 @@ static void refusals(op_case *c)
     static const tfa_op ops[] = {TFA_OP_OPERATIONAL_INERTIA, TFA_OP_FORWARD_DYNAMICS,
                                  TFA_OP_TASK_TORQUES};
     double desired[OP_STATES * 2 * ROWS] = {0};
+    tfa_workspace *mixed_precision = fixture_mixed(c->model, TFA_F32, TFA_RESIDUAL_F64);
     for (int pass = 0; pass < 6; pass++) {
         op_choose_tips(c, pass == 5 ? 2 : 1, pass % 2 ? TFA_ROWS_POINT : TFA_ROWS_POSE,
                        (tfa_reference_frame)(pass % 3));
@@ -123,9 +125,12 @@ static void refusals(op_case *c)
         refuse(c, pass == 4 ? c->f128 : c->f64, &r);
         const double threshold = between(c, &r);
         r.rank_threshold = &threshold;
-        if (threshold > 0)
+        if (threshold > 0) {
             refuse(c, c->f64, &r);
+            refuse(c, mixed_precision, &r);
+        }
     }
+    tfa_workspace_free(mixed_precision);
 }
 
 TEST(lost_rank_is_refused)

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A state whose accelerations cannot be computed still has its kinematics, in every arithmetic:
+ * they have the bits of TFA_OP_KINEMATICS. And no answer that overflows comes with TFA_OK.
+ */
+#include "operational.h"
+#include "support/fixture.h"
+#include "test.h"
+
+#include <stdbool.h>
+
+#define FLAGS                                                                                      \
+    (TFA_WANT_POSES | TFA_WANT_FRAME_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN |                 \
+     TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
+#define KINDS 5
+
+static const struct kind {
+    const char *name;
+    tfa_precision factors;
+    tfa_residual residual;
+} kinds[KINDS] = {{"f64", TFA_F64, TFA_RESIDUAL_SAME},
+                  {"f128", TFA_F128, TFA_RESIDUAL_SAME},
+                  {"f32", TFA_F32, TFA_RESIDUAL_SAME},
+                  {"f32, residuals in f64", TFA_F32, TFA_RESIDUAL_F64},
+                  {"f64, residuals in f128", TFA_F64, TFA_RESIDUAL_F128}};
+
+static uint32_t failed[KINDS];
+
+static void same(const op_case *c, uint32_t kind, const char *what, const double *x,
+                 const double *y, size_t count)
+{
+    if (memcmp(x, y, count * sizeof *x) != 0)
+        fail_msg("%s, %s: %s of a failed state", c->name, kinds[kind].name, what);
+}
+
+static void check_motion(const op_case *c, uint32_t kind, const op_answers *a, const op_answers *b)
+{
+    same(c, kind, "poses", a->poses, b->poses, (size_t)7 * a->tips);
+    same(c, kind, "frame_poses", a->frame_poses, b->frame_poses, (size_t)7 * a->frames);
+    same(c, kind, "twists", a->twists, b->twists, (size_t)6 * a->tips);
+    same(c, kind, "jacobian", a->jacobian, b->jacobian, (size_t)a->rows * a->n);
+    same(c, kind, "bias_acceleration", a->bias_acceleration, b->bias_acceleration, a->rows);
+    same(c, kind, "com", a->com, b->com, 3);
+    same(c, kind, "com_velocity", a->com_velocity, b->com_velocity, 3);
+    same(c, kind, "com_jacobian", a->com_jacobian, b->com_jacobian, (size_t)3 * a->n);
+    same(c, kind, "mass", a->mass, b->mass, 1);
+    same(c, kind, "momentum", a->momentum, b->momentum, 6);
+    same(c, kind, "energy", a->energy, b->energy, 2);
+}
+
+/* Forces that leave the range of doubles as accelerations */
+static void overflow(op_case *c, uint32_t kind, tfa_workspace *w, uint32_t tips)
+{
+    double tau[OP_FREEDOMS];
+    tfa_request r = op_state(c, 0);
+    for (uint32_t j = 0; j < c->nv; j++)
+        tau[j] = j % 2 ? 1e308 : -1e308;
+    r.tau = tau;
+    r.tip_count = tips;
+    r.flags =
+        tips ? FLAGS : FLAGS & ~(TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION);
+    op_answers *a = op_answers_create(c, &r), *b = op_answers_create(c, &r);
+    r.op = TFA_OP_KINEMATICS;
+    op_compute(c, w, &r, b);
+    r.op = TFA_OP_FORWARD_DYNAMICS;
+    if (tfa_compute(w, &r, &a->reply) != TFA_OK) {
+        assert_int_equal(a->answers[0].status, a->reply.status);
+        check_motion(c, kind, a, b);
+        failed[kind]++;
+    }
+    op_answers_free(b);
+    op_answers_free(a);
+}
+
+static void overflows(op_case *c)
+{
+    for (uint32_t kind = 0; kind < KINDS; kind++) {
+        tfa_workspace *w = fixture_mixed(c->model, kinds[kind].factors, kinds[kind].residual);
+        op_choose_tips(c, 2, TFA_ROWS_POSE, TFA_FRAME_LOCAL);
+        overflow(c, kind, w, 2);
+        overflow(c, kind, w, 0);
+        tfa_workspace_free(w);
+    }
+}
+
+TEST(failed_states_have_kinematics)
+{
+    op_for_each(OP_ALL, overflows);
+    for (uint32_t kind = 0; kind < KINDS; kind++) {
+        print_message("  %s: %u states failed\n", kinds[kind].name, (unsigned)failed[kind]);
+        assert_true(failed[kind] > 50);
+    }
+}
+
+/* ---- answers that overflow ---- */
+
+static uint32_t refused, answered;
+
+static bool is_finite(const double *x, size_t count)
+{
+    for (size_t e = 0; e < count; e++)
+        if (!isfinite(x[e]))
+            return false;
+    return true;
+}
+
+static bool motion_is_finite(const op_answers *a)
+{
+    return is_finite(a->poses, (size_t)7 * a->tips) &&
+           is_finite(a->frame_poses, (size_t)7 * a->frames) &&
+           is_finite(a->twists, (size_t)6 * a->tips) &&
+           is_finite(a->jacobian, (size_t)a->rows * a->n) &&
+           is_finite(a->bias_acceleration, a->rows) && is_finite(a->com, 3) &&
+           is_finite(a->com_velocity, 3) && is_finite(a->com_jacobian, (size_t)3 * a->n) &&
+           is_finite(a->momentum, 6) && is_finite(a->energy, 2);
+}
+
+static bool lambda_is_finite(const op_answers *a)
+{
+    const size_t rows = a->rows;
+    return is_finite(a->lambda, rows * rows) && is_finite(a->mu, rows) && is_finite(a->p, rows);
+}
+
+static void check_status(const op_case *c, tfa_workspace *w, const tfa_request *r, bool lambda)
+{
+    op_answers *a = op_answers_create(c, r);
+    const int status = tfa_compute(w, r, &a->reply);
+    const bool finite = motion_is_finite(a) && (!lambda || lambda_is_finite(a));
+    assert_int_equal(a->answers[0].status, status);
+    if (status == TFA_OK && !finite)
+        fail_msg("%s, op %d: not finite, and TFA_OK", c->name, (int)r->op);
+    if (status != TFA_OK)
+        assert_int_equal(status, TFA_E_NOT_COMPUTED);
+    refused += !finite;
+    answered += finite;
+    op_answers_free(a);
+}
+
+/* Velocities whose squares, and gravity whose products, leave the range of doubles */
+static void huge(op_case *c)
+{
+    static const double gravity[3] = {0, 0, -1e308};
+    double v[OP_FREEDOMS], twist[6], desired[2 * 6] = {0};
+    tfa_request r = op_state(c, 0);
+    op_choose_tips(c, 2, TFA_ROWS_POSE, TFA_FRAME_LOCAL_WORLD_ALIGNED);
+    memcpy(r.tips, c->r.tips, sizeof r.tips);
+    r.tip_count = 2;
+    for (uint32_t j = 0; j < c->nv; j++)
+        v[j] = 1e160;
+    for (int e = 0; e < 6; e++)
+        twist[e] = 1e160;
+    r.task_acceleration = desired;
+    for (int fast = 0; fast < 2; fast++)
+        for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_TASK_TORQUES; op++) {
+            const bool lambda = op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_TASK_TORQUES ||
+                                op == TFA_OP_OPERATIONAL_INERTIA;
+            r.op = (tfa_op)op;
+            r.v = fast ? v : NULL;
+            r.base_twist = fast ? twist : NULL;
+            r.gravity = fast ? NULL : gravity;
+            r.locked_count = 0;
+            r.flags = FLAGS | (lambda ? TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P : 0);
+            check_status(c, c->f64, &r, lambda);
+            check_status(c, c->f32, &r, lambda);
+            check_status(c, c->f128, &r, lambda);
+        }
+}
+
+TEST(no_overflow_is_ok)
+{
+    op_for_each(OP_ALL, huge);
+    print_message("  %u answers overflow, %u do not\n", (unsigned)refused, (unsigned)answered);
+    assert_true(refused > 1000 && answered > 100);
+}

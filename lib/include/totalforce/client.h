@@ -158,7 +158,8 @@ TFA_API const tfa_client_info *tfa_client_get_info(const tfa_client *client);
  * @return reply->status: as tfa_compute, or TFA_E_ARGUMENT (a NULL, or replies not received yet);
  *         TFA_E_AGAIN (the ring is full); TFA_E_TIMEOUT; TFA_E_LATE (the deadline passed before the
  *         daemon began); TFA_E_DISCONNECTED (the daemon ended or hung up: tfa_client_reconnect);
- *         TFA_E_SIZE (count above max_batch, tips above max_tips, or answers larger than a slot);
+ *         TFA_E_SIZE (count above max_batch, tips above max_tips; or more answers of a batch than a
+ *         slot holds: ask for fewer states or fewer answers at once);
  *         TFA_E_UNSUPPORTED (mass matrix or derivatives of more than 256 freedoms);
  *         TFA_E_PROTOCOL.
  */

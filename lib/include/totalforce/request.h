@@ -93,7 +93,7 @@ typedef enum tfa_residual {
  *  a residual in higher precision as many as needed, up to 3 for float and 2 for double factors. */
 #define TFA_REFINE_DEFAULT UINT32_MAX
 
-/* Flags of a request: answers besides those of the op. In tip answers, r is the number of rows. */
+/* Flags of a request: answers besides those of any op. In tip answers, r is the number of rows. */
 #define TFA_WANT_SPECTRUM 0x1u           /**< spectrum, with ops that answer lambda_inv */
 #define TFA_WANT_POSES 0x2u              /**< poses of the tips */
 #define TFA_WANT_FRAME_POSES 0x4u        /**< frame_poses: of all frames */
@@ -129,9 +129,9 @@ typedef struct tfa_request {
     uint32_t tips[TFA_MAX_TIPS]; /**< frame indices */
     uint32_t wrench_frames[TFA_MAX_WRENCHES];  /**< frame indices */
     uint32_t payload_frames[TFA_MAX_PAYLOADS]; /**< frame indices */
-    const uint32_t *locked; /**< public joint indices, for every state: their qdd is exactly 0,
-                                 lambda_inv is that of the robot with these joints fixed; their v
-                                 (normally 0) is used */
+    const uint32_t *locked; /**< public joint indices, for every state: qdd is exactly 0, their v
+                                 (normally 0) is used, lambda_inv is that of the robot with them
+                                 fixed, Jacobians are not. The mass matrix refuses it */
 
     const double *q;                 /**< count x q_count, rad or m */
     const double *v;                 /**< count x v_count, rad/s or m/s; NULL: at rest */

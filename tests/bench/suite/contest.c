@@ -39,7 +39,8 @@ static void open_library(struct contest *c, const struct library *l)
         .residual = t->residual,
         .states = t->one_by_one || t->residual ? TFA_STATES_ONE : TFA_STATES_AUTO,
         .methods = methods,
-        .specialised = t->scene ? NULL : l->specialised};
+        .specialised = t->scene ? NULL : l->specialised,
+        .max_tips = t->tips};
     const tfa_batch_pool_options pool = {.threads = t->threads,
                                          .cpus = cpus_for(t->threads),
                                          .precision = t->precision,

@@ -299,6 +299,7 @@ static void stop_all(service *s)
     tfa_admission_free(&s->daemon.admission);
     control_close(&s->daemon);
     tfa_runtime_dir_release(&s->daemon.runtime_dir);
+    tfa_passed_sockets_forget();
     config_free(s->daemon.settings);
     tfa_log_stop();
 }

@@ -18,7 +18,9 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "ipc/control_socket.h"
 #include "platform/log.h"
+#include "platform/passed_sockets.h"
 
 #define EVENTS 64
 #define TICK_MS 50       /* how late a broken protocol is noticed */
@@ -77,19 +79,26 @@ static int listen_at(tfa_daemon *d, uint32_t i)
     return TFA_E_SYSTEM;
 }
 
+static int make_listeners(tfa_daemon *d)
+{
+    if (d->listeners)
+        return TFA_OK;
+    d->listeners = malloc(d->robot_set.count * sizeof *d->listeners);
+    for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
+        d->listeners[i] = -1;
+    return d->listeners ? TFA_OK : TFA_E_MEMORY;
+}
+
 int control_listen(tfa_daemon *d)
 {
     const uint32_t count = d->robot_set.count;
     const char **names = calloc(count, sizeof *names);
-    d->listeners = malloc(count * sizeof *d->listeners);
-    int status = d->listeners && names ? TFA_OK : TFA_E_MEMORY;
-    for (uint32_t i = 0; d->listeners && i < count; i++)
-        d->listeners[i] = -1;
+    int status = names ? make_listeners(d) : TFA_E_MEMORY;
     for (uint32_t i = 0; i < count && status == TFA_OK; i++) {
-        status = listen_at(d, i);
+        status = d->listeners[i] >= 0 ? TFA_OK : listen_at(d, i);
         names[i] = d->robot_set.robots[i].name;
     }
-    if (status == TFA_OK)
+    if (status == TFA_OK && d->command_listener < 0)
         status = commands_listen(d);
     if (status == TFA_OK)
         tfa_runtime_dir_ready(&d->runtime_dir, names, count);
@@ -97,17 +106,50 @@ int control_listen(tfa_daemon *d)
     return status;
 }
 
+static void unlisten_at(tfa_daemon *d, uint32_t i)
+{
+    if (d->listeners[i] < 0)
+        return;
+    tfa_runtime_dir_unlink(&d->runtime_dir, d->robot_set.robots[i].name);
+    close(d->listeners[i]);
+    d->listeners[i] = -1;
+}
+
 void control_close_listeners(tfa_daemon *d)
 {
     commands_unlisten(d);
-    for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++) {
-        if (d->listeners[i] < 0)
-            continue;
-        tfa_runtime_dir_unlink(&d->runtime_dir, d->robot_set.robots[i].name);
-        close(d->listeners[i]);
-    }
+    for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
+        unlisten_at(d, i);
     free(d->listeners);
     d->listeners = NULL;
+}
+
+static bool is_passed(const tfa_daemon *d, uint32_t robot)
+{
+    return d->listeners[robot] >= 0 && tfa_passed_socket_is(d->robot_set.robots[robot].name);
+}
+
+/* The service manager's sockets stay open: it would listen at them without a daemon otherwise. */
+static void leave_runtime_dir(tfa_daemon *d)
+{
+    if (!tfa_passed_socket_is(TFA_CONTROL_NAME))
+        commands_unlisten(d);
+    for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
+        if (!is_passed(d, i))
+            unlisten_at(d, i);
+    tfa_runtime_dir_release(&d->runtime_dir);
+}
+
+static void log_removal(const tfa_daemon *d)
+{
+    const char *path = d->settings->runtime_dir;
+    tfa_log(TFA_LOG_ERROR, "runtime directory '%s' was removed: it is made again", path);
+    for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
+        if (is_passed(d, i))
+            tfa_log(TFA_LOG_ERROR,
+                    "socket '%s/%s.sock', which the service manager passed, is gone: nobody can "
+                    "connect; stop the service, then restart its socket unit",
+                    path, d->robot_set.robots[i].name);
 }
 
 /* A runtime directory that was removed is made again; clients that are connected notice nothing. */
@@ -117,17 +159,13 @@ static void watch_runtime_dir(tfa_daemon *d)
     if (now - d->runtime_dir_looked < RUNTIME_DIR_LOOK_NS)
         return;
     d->runtime_dir_looked = now;
-    if (d->listeners && tfa_runtime_dir_is_there(&d->runtime_dir))
+    if (tfa_runtime_dir_is_there(&d->runtime_dir))
         return;
-    tfa_log(TFA_LOG_ERROR, "runtime directory '%s' was removed: it is made again",
-            d->settings->runtime_dir);
-    control_close_listeners(d);
-    tfa_runtime_dir_release(&d->runtime_dir);
-    if (tfa_runtime_dir_acquire(&d->runtime_dir, d->settings->runtime_dir) == TFA_OK &&
-        control_listen(d) == TFA_OK)
-        return;
-    control_close_listeners(d);
-    tfa_runtime_dir_release(&d->runtime_dir);
+    log_removal(d);
+    leave_runtime_dir(d);
+    if (tfa_runtime_dir_acquire(&d->runtime_dir, d->settings->runtime_dir) != TFA_OK ||
+        control_listen(d) != TFA_OK)
+        leave_runtime_dir(d); /* until the next look */
 }
 
 void control_close(tfa_daemon *d)
@@ -173,11 +211,19 @@ static void log_dds_totals(const tfa_dds_counters *c)
 {
     tfa_log(TFA_LOG_INFO,
             "dds: requests %llu, torques %llu, replies %llu, rejected %llu, late %llu, dropped "
-            "%llu, handovers %llu, unknown robots %llu",
+            "%llu, handovers %llu, unknown robots %llu, standby %llu",
             (unsigned long long)c->requests, (unsigned long long)c->torques,
             (unsigned long long)c->replies, (unsigned long long)c->rejected,
             (unsigned long long)c->late, (unsigned long long)c->dropped,
-            (unsigned long long)c->handovers, (unsigned long long)c->unknown);
+            (unsigned long long)c->handovers, (unsigned long long)c->unknown,
+            (unsigned long long)c->standby);
+}
+
+/* Without those that a standby left to the leader. The counters are read one after the other. */
+static uint64_t dds_asked(const tfa_dds_counters *c)
+{
+    const uint64_t heard = c->requests + c->torques;
+    return heard > c->standby ? heard - c->standby : 0;
 }
 
 /* Requests and rejected ones of both transports. */
@@ -193,7 +239,7 @@ static void log_totals(const tfa_daemon *d)
     }
     if (d->gateway.count) {
         const tfa_dds_counters dds = d->gateway.count(d->gateway.self);
-        requests += dds.requests + dds.torques;
+        requests += dds_asked(&dds);
         rejected += dds.rejected;
         log_dds_totals(&dds);
     }

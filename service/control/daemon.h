@@ -179,7 +179,8 @@ void *reload_thread(void *d);
 
 /* Opens epoll and the signals, which must be blocked. */
 TFA_CHECKED int control_open(tfa_daemon *d);
-/* Opens the sockets: from now on clients come. Notes in the lock file that they are open. */
+/* Opens the sockets that are not open: from now on clients come. Notes in the lock file that all
+ * are. */
 TFA_CHECKED int control_listen(tfa_daemon *d);
 /* Until a signal says stop. */
 void control_run(tfa_daemon *d);

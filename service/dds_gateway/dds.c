@@ -120,6 +120,15 @@ static dds_return_t set_filter(const tfa_dds *gateway, tfa_dds_topic topic,
     return dds_set_topic_filter_extended(gateway->topics[topic], &ours);
 }
 
+static dds_return_t set_leader_filter(const tfa_dds *gateway)
+{
+    const struct dds_topic_filter ours = {.mode = DDS_TOPIC_FILTER_SAMPLE_SAMPLEINFO_ARG,
+                                          .f.sample_sampleinfo_arg = tfa_dds_leader_is_ours,
+                                          .arg = (void *)(uintptr_t)gateway};
+
+    return dds_set_topic_filter_extended(gateway->topics[TFA_DDS_LEADER], &ours);
+}
+
 /* Everything but the readers of requests and torques, which open the gateway. */
 static int make_entities(tfa_dds *gateway, uint32_t domain)
 {
@@ -137,7 +146,7 @@ static int make_entities(tfa_dds *gateway, uint32_t domain)
         gateway->participant, gateway->topics[TFA_DDS_LEADER], gateway->lease_ns);
     if (failed(set_filter(gateway, TFA_DDS_REQUEST, tfa_dds_request_is_ours), "filter") ||
         failed(set_filter(gateway, TFA_DDS_TORQUES, tfa_dds_torques_are_ours), "filter") ||
-        failed(set_filter(gateway, TFA_DDS_LEADER, tfa_dds_leader_is_ours), "filter") ||
+        failed(set_leader_filter(gateway), "filter") ||
         failed(gateway->leader_writer, "leader writer") ||
         failed(gateway->info_writer, "robot_info writer") ||
         failed(gateway->reply_writer, "reply writer"))
@@ -217,8 +226,11 @@ static int start_elections(tfa_dds *gateway)
 
     if (failed(dds_get_guid(gateway->participant, &guid), "participant"))
         return TFA_E_SYSTEM;
-    gateway->leader_reader = make_listening_reader(gateway, TFA_DDS_LEADER, tfa_dds_on_leader);
-    if (failed(gateway->leader_reader, "leader reader"))
+    const dds_entity_t reader = make_listening_reader(gateway, TFA_DDS_LEADER, tfa_dds_on_leader);
+    pthread_mutex_lock(&gateway->mutex);
+    gateway->leader_reader = reader;
+    pthread_mutex_unlock(&gateway->mutex);
+    if (failed(reader, "leader reader"))
         return TFA_E_SYSTEM;
     tfa_dds_begin_elections(gateway, guid.v);
     const int code = pthread_create(&gateway->leader_thread, NULL, tfa_dds_leader_thread, gateway);

@@ -49,11 +49,6 @@ bool tfa_dds_torques_are_ours(const void *sample, void *gateway)
     return is_ours(gateway, ((const totalforce_dds_JointTorques *)sample)->robot);
 }
 
-bool tfa_dds_leader_is_ours(const void *sample, void *gateway)
-{
-    return tfa_dds_find_robot(gateway, ((const totalforce_dds_Leader *)sample)->robot) != NULL;
-}
-
 /* ---- samples ---- */
 
 static dds_taken *borrow_sample(tfa_dds *gateway)

@@ -91,10 +91,11 @@ struct tfa_dds {
     dds_entity_t domain, participant;
     dds_entity_t topics[TFA_DDS_TOPIC_COUNT];
     dds_entity_t info_writer, request_reader, reply_writer;
-    dds_entity_t leader_writer, leader_reader;
+    dds_entity_t leader_writer;
     dds_entity_t torques_reader, accelerations_writer;
 
-    pthread_mutex_t mutex;   /* guards what follows */
+    pthread_mutex_t mutex; /* guards what follows */
+    dds_entity_t leader_reader;
     dds_taken *free_samples; /* as many as listeners ran at once */
     pthread_cond_t handover; /* the dds thread has something to wait for, or must stop */
     uint32_t under_way;      /* requests at the worker */
@@ -139,11 +140,10 @@ const uint8_t *tfa_dds_hash_of(const dds_robot *robot, uint64_t tag);
 void tfa_dds_on_request(dds_entity_t reader, void *gateway);
 void tfa_dds_on_torques(dds_entity_t reader, void *gateway);
 
-/* Filters of the input topics and of LEADER: samples about the gateway's robots. Others leave
- * nothing behind; requests and torques are counted. */
+/* Filters of the input topics: samples about the gateway's robots. Others leave nothing behind, and
+ * are counted. */
 bool tfa_dds_request_is_ours(const void *sample, void *gateway);
 bool tfa_dds_torques_are_ours(const void *sample, void *gateway);
-bool tfa_dds_leader_is_ours(const void *sample, void *gateway);
 
 void tfa_dds_free_samples(tfa_dds *gateway);
 
@@ -177,6 +177,9 @@ void *tfa_dds_leader_thread(void *gateway);
 
 /* Looks at the clock: advertises this daemon, takes over, gives up. The robot is locked. */
 void tfa_dds_tick_election(tfa_dds *gateway, dds_robot *robot, int64_t now);
+
+/* Filter of the topic LEADER: daemons that speak for themselves, about the gateway's robots. */
+bool tfa_dds_leader_is_ours(const void *sample, const dds_sample_info_t *info, void *gateway);
 
 /* Listener of the topic LEADER. */
 void tfa_dds_on_leader(dds_entity_t reader, void *gateway);

@@ -181,6 +181,23 @@ static bool is_its_own(dds_entity_t reader, const totalforce_dds_Leader *sample,
     return own;
 }
 
+/* Runs under a lock of Cyclone's cache: one writer has one instance for each robot, whatever it
+ * claims, or many would crowd out others. */
+bool tfa_dds_leader_is_ours(const void *sample, const dds_sample_info_t *info, void *arg)
+{
+    const totalforce_dds_Leader *said = sample;
+    tfa_dds *gateway = arg;
+
+    if (tfa_dds_find_robot(gateway, said->robot) == NULL)
+        return false;
+    if (info->publication_handle == DDS_HANDLE_NIL)
+        return true; /* in dds_write of this daemon */
+    pthread_mutex_lock(&gateway->mutex);
+    const dds_entity_t reader = gateway->leader_reader; /* 0: it is being made */
+    pthread_mutex_unlock(&gateway->mutex);
+    return reader > 0 && is_its_own(reader, said, info->publication_handle);
+}
+
 static tfa_advertisement advertisement_of(const totalforce_dds_Leader *sample)
 {
     tfa_advertisement said = {
@@ -222,7 +239,7 @@ void tfa_dds_on_leader(dds_entity_t reader, void *arg)
 
     while (dds_take(reader, (void *[]){&sample}, &info, 1, 1) > 0) {
         dds_robot *robot = tfa_dds_find_robot(gateway, sample.robot);
-        if (robot == NULL || !is_its_own(reader, &sample, info.publication_handle))
+        if (robot == NULL || !is_its_own(reader, &sample, info.publication_handle)) /* disposals */
             continue;
         pthread_mutex_lock(&robot->mutex);
         if (robot->electing)

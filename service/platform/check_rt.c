@@ -288,12 +288,14 @@ unsigned tfa_check_rt_print(const tfa_check_rt *check, FILE *out)
     return missing;
 }
 
-static uint64_t limit_of(int resource)
+/* `hard`: the daemon raises its limit; for others the kernel asks for the soft one. */
+static uint64_t limit_of(int resource, bool hard)
 {
     struct rlimit limit;
     if (getrlimit((__rlimit_resource_t)resource, &limit) != 0)
         return 0;
-    return limit.rlim_max == RLIM_INFINITY ? UINT64_MAX : (uint64_t)limit.rlim_max;
+    const rlim_t value = hard ? limit.rlim_max : limit.rlim_cur;
+    return value == RLIM_INFINITY ? UINT64_MAX : (uint64_t)value;
 }
 
 tfa_check_rt tfa_check_rt_here(const config *settings)
@@ -301,9 +303,9 @@ tfa_check_rt tfa_check_rt_here(const config *settings)
     char text[4096];
     tfa_check_rt c = {.root = "",
                       .settings = settings,
-                      .rtprio = limit_of(RLIMIT_RTPRIO),
-                      .memlock = limit_of(RLIMIT_MEMLOCK),
-                      .files = limit_of(RLIMIT_NOFILE),
+                      .rtprio = limit_of(RLIMIT_RTPRIO, false),
+                      .memlock = limit_of(RLIMIT_MEMLOCK, false),
+                      .files = limit_of(RLIMIT_NOFILE, true),
                       .processors = (uint32_t)sysconf(_SC_NPROCESSORS_ONLN)};
     (void)read_text(&c, "/proc/self/status", text, sizeof text);
     const char *effective = strstr(text, "CapEff:");

@@ -251,7 +251,6 @@ void tfa_runtime_dir_ready(const tfa_runtime_dir *d, const char *const *names, s
 
 void tfa_runtime_dir_release(tfa_runtime_dir *d)
 {
-    tfa_passed_sockets_forget();
     if (d->lock >= 0) {
         (void)unlinkat(d->directory, TFA_LOCK_FILE, 0);
         close(d->lock);

@@ -171,6 +171,17 @@ static int stop_all(void **state)
     return 0;
 }
 
+/* Requests that a standby hears and does not answer are none of its own. */
+static void ignored_requests_are_counted_apart(void **state)
+{
+    (void)state;
+    await_answers(100);
+    assert_int_equal(kill(standby->h.pid, SIGUSR1), 0);
+    assert_true(harness_logged(&standby->h, "refused 0, requests 0, rejected 0"));
+    assert_int_equal(harness_log_lines(&standby->h, ", standby 0"), 0);
+    assert_true(harness_logged(&standby->h, ", standby "));
+}
+
 /* ---- what happens to the leader ---- */
 
 static void kill_leader(void)
@@ -365,6 +376,7 @@ static void full_load_replaces_nobody(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ignored_requests_are_counted_apart), /* nobody was replaced yet: first */
         cmocka_unit_test(a_killed_leader_is_replaced),
         cmocka_unit_test(a_stopped_leader_is_replaced),
         cmocka_unit_test(a_leader_that_ends_is_replaced_at_once),

@@ -152,6 +152,41 @@ static void the_rest_is_made(void **state)
     assert_false(is_socket(".control.sock"));
 }
 
+static tfa_client *connect_at(const char *directory)
+{
+    tfa_client_options options = harness_options(&h, "arm");
+    tfa_client *client;
+
+    options.runtime_dir = directory;
+    options.wait = TFA_WAIT_BLOCK;
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    return client;
+}
+
+/* The directory is taken away: the daemon keeps the sockets that it was given, says that their
+ * paths are gone, and makes the others again. */
+static void passed_sockets_are_kept(void **state)
+{
+    char away[96];
+    double qdd[7];
+
+    (void)state;
+    snprintf(away, sizeof away, "%s/away", h.directory);
+    add_socket("arm.sock");
+    activate();
+    tfa_client_close(connect_at(h.runtime_dir));
+    assert_int_equal(rename(h.runtime_dir, away), 0);
+    assert_true(harness_logged(&h, "arm.sock', which the service manager passed, is gone"));
+    for (int i = 0; i < 2000 && !is_socket(".control.sock"); i++)
+        sleep_ms(5);
+    assert_true(is_socket(".control.sock"));
+    assert_false(is_socket("arm.sock"));
+    tfa_client *client = connect_at(away);
+    assert_int_equal(ask_arm(client, 0.1, qdd, WAIT_NS), TFA_OK);
+    tfa_client_close(client);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+}
+
 static void assert_refused(const char *text)
 {
     activate();
@@ -212,6 +247,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(clients_wait_for_the_daemon, make_directory,
                                         remove_directory),
         cmocka_unit_test_setup_teardown(the_rest_is_made, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(passed_sockets_are_kept, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(other_robots_are_named, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(other_kinds_are_named, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(other_places_are_named, make_directory, remove_directory),

@@ -9,6 +9,7 @@
 #include "test.h"
 
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -145,6 +146,21 @@ TEST(container_with_a_quota)
     assert_line(text, "warning  governor", "powersave");
     assert_line(text, "warning  idle states", "133 us");
     free(text);
+}
+
+/* The kernel asks for the soft limits of priorities and locked memory. */
+TEST(soft_limits)
+{
+    struct rlimit before, lower;
+    assert_int_equal(getrlimit(RLIMIT_MEMLOCK, &before), 0);
+    lower = before;
+    lower.rlim_cur = 4096;
+    if (before.rlim_max < lower.rlim_cur)
+        skip();
+    assert_int_equal(setrlimit(RLIMIT_MEMLOCK, &lower), 0);
+    const tfa_check_rt c = tfa_check_rt_here(NULL);
+    assert_int_equal(setrlimit(RLIMIT_MEMLOCK, &before), 0);
+    assert_int_equal(c.memlock, 4096);
 }
 
 TEST(idle_states_that_are_not_wanted)

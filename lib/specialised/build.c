@@ -3,7 +3,6 @@
  *
  * Building a kernel: tables, compiler, checksum trailer, rename to its place.
  */
-#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -24,6 +23,7 @@ struct build {
     struct process_limits limits;
     const char *path;
     char folder[512], sources[600];
+    int lock; /* descriptor of the folder */
     struct compiler_info compiler;
     struct build_commands commands;
     tfa_specialise_result result;
@@ -74,29 +74,11 @@ static int write_tables(struct build *b)
 /* Temporary folder beside the result: it needs the same permissions. */
 static int make_folder(struct build *b)
 {
-    const char *slash = strrchr(b->path, '/');
-    const int length = snprintf(b->folder, sizeof b->folder, "%.*s.totalforce-XXXXXX",
-                                slash ? (int)(slash - b->path) + 1 : 0, b->path);
-    const int fits = length < (int)sizeof b->folder;
-    if (fits && mkdtemp(b->folder))
+    const int code = build_folder_make(b->path, b->folder, sizeof b->folder, &b->lock);
+    if (code == 0)
         return TFA_OK;
     return refuse(b->err, TFA_E_FILE, "'%s' cannot be written: no folder beside it: %s", b->path,
-                  fits ? strerror(errno) : "its name is too long");
-}
-
-static void remove_folder(const char *folder)
-{
-    char path[512 + 256 + 2];
-    DIR *entries = opendir(folder);
-    struct dirent *e;
-    while (entries && (e = readdir(entries))) {
-        snprintf(path, sizeof path, "%s/%s", folder, e->d_name);
-        if (strcmp(e->d_name, ".") != 0 && strcmp(e->d_name, "..") != 0)
-            unlink(path);
-    }
-    if (entries)
-        closedir(entries);
-    rmdir(folder);
+                  code == ENAMETOOLONG ? "its name is too long" : strerror(code));
 }
 
 /* ---- the checksum trailer ---- */
@@ -263,7 +245,7 @@ static int build_kernel(struct build *b)
         status = compile(b);
     if (status == TFA_OK)
         status = install_object(b);
-    remove_folder(b->folder);
+    build_folder_remove(b->folder, b->lock);
     return status;
 }
 

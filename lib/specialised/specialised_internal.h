@@ -144,6 +144,13 @@ int specialised_choose(const tfa_model *model, const char *const path[ALGORITHMS
 
 int find_kernel_sources(const char *wanted, char *folder, size_t size, struct error_text *err);
 
+/* ---- build_folder.c: a temporary folder beside the result ---- */
+
+/* Removes those of this user that killed builds left there, makes one and locks it. @return 0, or
+ * as errno */
+int build_folder_make(const char *result, char *path, size_t size, int *lock);
+void build_folder_remove(const char *path, int lock);
+
 /* ---- compiler.c, build_commands.c, child_process.c: a compiler and how it is run ---- */
 
 struct compiler_info {

@@ -8,7 +8,9 @@
 #include "test.h"
 
 #include <dirent.h>
+#include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 /* Besides . and .. */
@@ -41,7 +43,7 @@ static void expect(bench *b, tfa_specialise_options options, int status, const c
 /* A program that answers --version as a compiler does, and then does this. */
 static const char *script(bench *b, const char *does, char path[256])
 {
-    char text[512];
+    char text[1024];
     const int length = snprintf(text, sizeof text,
                                 "#!/bin/sh\n[ \"$1\" = --version ] && echo 'fake 12.0' && exit 0\n"
                                 "for word; do last=$word; done\n%s\n",
@@ -110,6 +112,57 @@ TEST(compilers_without_end)
                         path);
     o.seconds = 30;
     expect(&b, o, TFA_E_NOT_COMPUTED, "status 3");
+    bench_close(&b);
+}
+
+/* A build in a process of its own, whose compilers make a file "started.PROCESS".
+ * @return when it is there */
+static pid_t start_build(bench *b, const char *compiler)
+{
+    char path[256], name[32], started[256];
+    const tfa_specialise_options options = {.sources = b->sources, .compiler = compiler};
+    bench_path(b, "kernels/kernel.so", path);
+    const pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0)
+        _exit(tfa_specialised_build(b->arm, &options, path, NULL, NULL, 0) != TFA_OK);
+    snprintf(name, sizeof name, "started.%d", (int)child);
+    bench_path(b, name, started);
+    for (int i = 0; i < 4000 && access(started, F_OK) != 0; i++)
+        usleep(5000);
+    assert_int_equal(access(started, F_OK), 0);
+    return child;
+}
+
+static void end_build(pid_t child)
+{
+    assert_int_equal(kill(child, SIGKILL), 0);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+}
+
+/* The next build removes what a killed one left, and nothing of one that runs. */
+TEST(killed_builds)
+{
+    bench b;
+    char path[256], mark[256], started[256], does[600], compiler[256];
+    bench_open(&b);
+    bench_write(bench_path(&b, "sources/dynamics/specialised/specialised.c", path), "", 0);
+    bench_write(bench_path(&b, "mark", mark), "", 0);
+    snprintf(does, sizeof does,
+             "touch %s.$PPID; n=0; while [ -e %s ] && [ $((n += 1)) -lt 600 ]; do sleep 0.05; done",
+             bench_path(&b, "started", started), mark);
+    script(&b, does, compiler);
+    end_build(start_build(&b, compiler));
+    assert_int_equal(entries(b.kernels), 1);
+    const pid_t running = start_build(&b, compiler); /* in its place */
+    const tfa_specialise_options fails = {.sources = b.sources, .compiler = "/etc/passwd"};
+    assert_int_equal(tfa_specialised_build(b.arm, &fails, bench_path(&b, "kernels/kernel.so", path),
+                                           NULL, NULL, 0),
+                     TFA_E_UNSUPPORTED);
+    assert_int_equal(entries(b.kernels), 1);
+    end_build(running);
+    assert_int_equal(unlink(mark), 0);
+    expect(&b, fails, TFA_E_UNSUPPORTED, "there is no compiler");
     bench_close(&b);
 }
 

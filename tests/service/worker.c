@@ -115,7 +115,10 @@ TEST(refusals_are_counted)
         tfa_wire_encode_request(&local_client.shape, &wrong, 0, 10, 0, line, &ask, NULL), TFA_OK);
     line->dof++;
     tfa_local_client_send(&local_client);
-    assert_int_equal(tfa_worker_cycle(b.worker), 2);
+    uint32_t served = 0; /* in one turn, unless the machine is slow */
+    for (uint32_t n; (n = tfa_worker_cycle(b.worker)) != 0;)
+        served += n;
+    assert_int_equal(served, 2);
     assert_int_equal(tfa_wire_decode_reply(tfa_ring_oldest_reply(&local_client.ring), &reply), 0);
     assert_int_equal(reply.status, TFA_E_ARGUMENT);
     assert_int_equal(reply.field, TFA_FIELD_OP);

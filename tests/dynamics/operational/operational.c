@@ -29,8 +29,10 @@ void *op_alloc(size_t count, size_t size)
 static void add_payload(op_case *c, const double *before, const uint32_t *links, uint32_t count)
 {
     uint32_t frame = random_below(&c->s, c->link_count);
-    memcpy(c->all_numbers, before, count * TFA_PAYLOAD_NUMBERS * sizeof *before);
-    memcpy(c->whole_r.payload_frames, links, count * sizeof *links);
+    for (size_t k = 0; k < (size_t)count * TFA_PAYLOAD_NUMBERS; k++)
+        c->all_numbers[k] = before[k];
+    for (uint32_t k = 0; k < count; k++)
+        c->whole_r.payload_frames[k] = links[k];
     c->whole_r.payloads = c->all_numbers;
     c->whole_r.payload_count = count;
     if (c->model->frame[frame].part)

@@ -87,7 +87,9 @@ static void huge_sequences(const attacker *a)
     double *huge = calloc(HUGE_LENGTH, sizeof *huge);
     totalforce_dds_Request request = good_request("arm");
     request.tau = (dds_sequence_double){HUGE_LENGTH, HUGE_LENGTH, huge, false};
-    for (; huge != NULL; dds_sleepfor(DDS_MSECS(50)))
+    if (huge == NULL)
+        return;
+    for (;; dds_sleepfor(DDS_MSECS(50)))
         (void)dds_write(writer, &request);
 }
 

@@ -146,8 +146,6 @@ static void add_compile_command(struct writer *w, const struct compiler_info *co
     add_formatted(w, "-DTFA_ISA_NAME=%s", isa->name);
     if (o->define)
         add_argument(w, o->define);
-    if (strcmp(o->define ? o->define : "", "-DROBOT_PAYLOADS") == 0)
-        add_argument(w, "-DROBOT_INVERSE");
     if (o == &objects[TABLE])
         add_formatted(w, "-DROBOT_BATCH_LANES=%s", lanes);
     else if (o->lanes && !o->body_lanes) /* the tables hold the number of body lanes */

@@ -26,7 +26,7 @@ int TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, 
 }
 #endif
 
-#ifdef ROBOT_INVERSE
+#if defined ROBOT_INVERSE || defined ROBOT_PAYLOADS
 static __attribute__((flatten, noinline)) int inverse_dynamics(const struct tfa_host_api *host,
                                                                const tfa_request *r, uint32_t k,
                                                                uint32_t count, tfa_reply *reply)

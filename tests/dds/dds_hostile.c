@@ -4,11 +4,10 @@
  * The DDS gateway under clients that are wrong, hasty or dead: each request gets a reply that names
  * its fault, and nobody else notices.
  */
-#include "dds_client/dds_client.h"
-#include "dds_gateway/dds_convert.h"
 #include "dds_gateway/dds_topics.h"
 #include "dds_test.h"
 #include "gateway_process.h"
+#include "raw_dds.h"
 #include "robots.h"
 #include "support/sanitized.h"
 
@@ -21,103 +20,19 @@
 #include <time.h>
 
 #define WAIT_NS UINT64_C(10000000000)
-#define JOINTS 7
+#define JOINTS RAW_DDS_JOINTS
 
-/* A client that writes whatever it likes. */
-typedef struct raw {
-    dds_entity_t participant, writer, reader, torques, accelerations;
-} raw;
-
-static raw open_raw(void)
-{
-    const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
-    dds_entity_t topics[TFA_DDS_ACCELERATIONS + 1];
-
-    assert_true(p > 0);
-    for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i <= TFA_DDS_ACCELERATIONS; i++)
-        topics[i] = tfa_dds_create_topic(p, i);
-    const raw r = {
-        p,
-        tfa_dds_create_writer(p, topics[TFA_DDS_REQUEST], TFA_DDS_REQUEST, NULL),
-        tfa_dds_create_reader(p, topics[TFA_DDS_REPLY], TFA_DDS_REPLY, NULL),
-        tfa_dds_create_writer(p, topics[TFA_DDS_TORQUES], TFA_DDS_TORQUES, NULL),
-        tfa_dds_create_reader(p, topics[TFA_DDS_ACCELERATIONS], TFA_DDS_ACCELERATIONS, NULL),
-    };
-    assert_true(r.writer > 0 && r.reader > 0 && r.torques > 0 && r.accelerations > 0);
-    return r;
-}
-
-/* Takes from `reader` until a valid sample comes or the time is over. */
-static bool take(dds_entity_t reader, void *out, int timeout_ms)
-{
-    for (int i = 0; i <= timeout_ms; i++) {
-        void *samples[1] = {out};
-        dds_sample_info_t info;
-        if (dds_take(reader, samples, &info, 1, 1) == 1 && info.valid_data)
-            return true;
-        dds_sleepfor(DDS_MSECS(1));
-    }
-    return false;
-}
-
-/* Writes a request and returns the reply to it. */
-static totalforce_dds_Reply *ask(const raw *r, totalforce_dds_Request *request)
-{
-    static uint64_t id = 1000;
-    static totalforce_dds_Reply reply;
-
-    request->id = ++id;
-    assert_int_equal(dds_write(r->writer, request), DDS_RETCODE_OK);
-    do
-        assert_true(take(r->reader, &reply, 10000));
-    while (reply.id != request->id);
-    return &reply;
-}
-
-/* Repeats hellos until one is answered: both sides are matched. */
-static void await_match(const raw *r, const char *robot, int status)
-{
-    totalforce_dds_Request hello = {.op = totalforce_dds_OP_HELLO};
-    static totalforce_dds_Reply reply;
-
-    assert_true(tfa_dds_set_robot(hello.robot, robot));
-    for (int i = 0; i < 200; i++) {
-        assert_int_equal(dds_write(r->writer, &hello), DDS_RETCODE_OK);
-        while (take(r->reader, &reply, 50))
-            if (strcmp(reply.robot, robot) == 0) {
-                assert_int_equal(reply.status, status);
-                return;
-            }
-    }
-    fail_msg("no hello");
-}
-
-static double zeros[JOINTS * TEST_BATCH];
-
-static totalforce_dds_Request good_request(void)
-{
-    totalforce_dds_Request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS,
-        .refine = TFA_REFINE_DEFAULT,
-        .count = 1,
-        .q = {JOINTS, JOINTS, zeros, false},
-    };
-
-    assert_true(tfa_dds_set_robot(request.robot, "arm"));
-    return request;
-}
-
-static void assert_refused(const raw *r, totalforce_dds_Request *request, int status,
+static void assert_refused(const raw_dds *r, totalforce_dds_Request *request, int status,
                            tfa_field field, uint32_t index)
 {
-    const totalforce_dds_Reply *reply = ask(r, request);
+    const totalforce_dds_Reply *reply = raw_dds_ask(r, request);
 
     assert_int_equal(reply->status, status);
     assert_int_equal(reply->field, field);
     assert_int_equal(reply->index, index);
     assert_int_equal(reply->qdd._length, 0);
-    totalforce_dds_Request good = good_request();
-    reply = ask(r, &good);
+    totalforce_dds_Request good = raw_dds_request();
+    reply = raw_dds_ask(r, &good);
     assert_int_equal(reply->status, TFA_OK);
     assert_int_equal(reply->qdd._length, JOINTS);
 }
@@ -125,17 +40,17 @@ static void assert_refused(const raw *r, totalforce_dds_Request *request, int st
 static void wrong_samples_are_refused(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
+    const raw_dds r = raw_dds_open();
     const uint32_t many = 1000;
     double *huge = calloc(many, sizeof *huge);
     totalforce_dds_Request s;
 
     (void)state;
     assert_non_null(huge);
-    await_match(&r, "arm", TFA_OK);
+    raw_dds_await(&r, "arm", TFA_OK);
 #define REFUSED(change, status, field, index)                                                      \
     do {                                                                                           \
-        s = good_request();                                                                        \
+        s = raw_dds_request();                                                                     \
         change;                                                                                    \
         assert_refused(&r, &s, status, field, index);                                              \
     } while (0)
@@ -148,7 +63,7 @@ static void wrong_samples_are_refused(void **state)
     REFUSED(s.method = 4000000000u, TFA_E_METHOD, TFA_FIELD_METHOD, 4000000000u);
     REFUSED((s.tau = (dds_sequence_double){many, many, huge, false}), TFA_E_SIZE, TFA_FIELD_TAU,
             many);
-    REFUSED((s.base_pose = (dds_sequence_double){7, 7, zeros, false}), TFA_E_SIZE,
+    REFUSED((s.base_pose = (dds_sequence_double){7, 7, raw_dds_zeros, false}), TFA_E_SIZE,
             TFA_FIELD_BASE_POSE, 7);
     double nan[JOINTS] = {0, 0, NAN};
     REFUSED(s.q._buffer = nan, TFA_E_VALUE, TFA_FIELD_Q, 2);
@@ -182,8 +97,8 @@ static void wrong_samples_are_refused(void **state)
 static void wrong_torques_are_refused(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
-    totalforce_dds_JointTorques s = {.seq = 5, .q = {3, 3, zeros, false}};
+    const raw_dds r = raw_dds_open();
+    totalforce_dds_JointTorques s = {.seq = 5, .q = {3, 3, raw_dds_zeros, false}};
     totalforce_dds_JointAccelerations out = {0};
     bool answered = false;
 
@@ -191,7 +106,7 @@ static void wrong_torques_are_refused(void **state)
     assert_true(tfa_dds_set_robot(s.robot, "arm"));
     for (int i = 0; i < 200 && !answered; i++) { /* until matched: best effort */
         assert_int_equal(dds_write(r.torques, &s), DDS_RETCODE_OK);
-        answered = take(r.accelerations, &out, 50);
+        answered = raw_dds_take(r.accelerations, &out, 50);
     }
     assert_true(answered);
     assert_int_equal(out.status, TFA_E_SIZE);
@@ -208,8 +123,8 @@ static void old_torques_are_refused(void **state)
 {
     const test_daemon_options young = {.max_age_us = 5000000};
     test_daemon daemon = test_daemon_start(test_domain(), &young);
-    const raw r = open_raw();
-    totalforce_dds_JointTorques s = {.q = {JOINTS, JOINTS, zeros, false}};
+    const raw_dds r = raw_dds_open();
+    totalforce_dds_JointTorques s = {.q = {JOINTS, JOINTS, raw_dds_zeros, false}};
     totalforce_dds_JointAccelerations out = {0};
 
     (void)state;
@@ -218,7 +133,7 @@ static void old_torques_are_refused(void **state)
         const bool old = s.seq % 2;
         s.stamp = tfa_dds_ros_time() - (old ? INT64_C(60000000000) : 0);
         assert_int_equal(dds_write(r.torques, &s), DDS_RETCODE_OK);
-        if (!take(r.accelerations, &out, 50))
+        if (!raw_dds_take(r.accelerations, &out, 50))
             continue;
         assert_int_equal(out.status, out.seq % 2 ? TFA_E_LATE : TFA_OK);
         if (s.seq > 20)
@@ -234,22 +149,22 @@ static void old_torques_are_refused(void **state)
 static void oversized_samples_are_dropped(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
+    const raw_dds r = raw_dds_open();
     const uint32_t many = 1000000;
     double *huge = calloc(many, sizeof *huge);
-    totalforce_dds_Request s = good_request();
+    totalforce_dds_Request s = raw_dds_request();
     static totalforce_dds_Reply reply;
 
     (void)state;
     assert_non_null(huge);
-    await_match(&r, "arm", TFA_OK);
+    raw_dds_await(&r, "arm", TFA_OK);
     s.tau = (dds_sequence_double){many, many, huge, false};
     for (int i = 0; i < 20; i++)
         assert_int_equal(dds_write(r.writer, &s), DDS_RETCODE_OK);
-    while (take(r.reader, &reply, 300)) /* late hellos */
+    while (raw_dds_take(r.reader, &reply, 300)) /* late hellos */
         assert_int_equal(reply.answers._length, 0);
-    s = good_request();
-    assert_int_equal(ask(&r, &s)->status, TFA_OK);
+    s = raw_dds_request();
+    assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
     free(huge);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
@@ -269,13 +184,13 @@ static long resident_kib(pid_t pid)
 }
 
 /* Writes samples about robots that nobody knows, each with a name of its own. */
-static void ask_about_strangers(const raw *r, int count)
+static void ask_about_strangers(const raw_dds *r, int count)
 {
     static int next;
 
     for (int i = 0; i < count; i++, next++) {
-        totalforce_dds_Request s = good_request();
-        totalforce_dds_JointTorques t = {.q = {JOINTS, JOINTS, zeros, false}};
+        totalforce_dds_Request s = raw_dds_request();
+        totalforce_dds_JointTorques t = {.q = {JOINTS, JOINTS, raw_dds_zeros, false}};
         char name[32];
         snprintf(name, sizeof name, "stranger%d", next);
         assert_true(tfa_dds_set_robot(s.robot, name) && tfa_dds_set_robot(t.robot, name));
@@ -293,13 +208,13 @@ static void unknown_robots_leave_nothing(void **state)
 {
     enum { NAMES = 8000 };
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
-    totalforce_dds_Request s = good_request();
+    const raw_dds r = raw_dds_open();
+    totalforce_dds_Request s = raw_dds_request();
     static totalforce_dds_Reply reply;
 
     (void)state;
-    await_match(&r, "arm", TFA_OK);
-    while (take(r.reader, &reply, 100))
+    raw_dds_await(&r, "arm", TFA_OK);
+    while (raw_dds_take(r.reader, &reply, 100))
         ;
     ask_about_strangers(&r, NAMES);
     const long before = resident_kib(daemon.pid);
@@ -309,20 +224,10 @@ static void unknown_robots_leave_nothing(void **state)
 #ifndef SANITIZED /* sanitizers keep memory that was freed */
     assert_true(grown < 4096);
 #endif
-    assert_false(take(r.reader, &reply, 100));
-    assert_int_equal(ask(&r, &s)->status, TFA_OK);
+    assert_false(raw_dds_take(r.reader, &reply, 100));
+    assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
-}
-
-static tfa_dds_client *connect_to_arm(void)
-{
-    const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 20000};
-    tfa_dds_client *client;
-
-    assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
-    return client;
 }
 
 /* Answers every request on the wire before the daemon may, and withdraws the robot again and
@@ -369,11 +274,13 @@ static void *forge(void *arg)
 static void forged_replies_are_dropped(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    tfa_dds_client *client = connect_to_arm();
+    tfa_dds_client *client = raw_dds_connect();
     forger f = {.forged = 0};
     pthread_t thread;
-    const tfa_request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = raw_dds_zeros};
     double qdd[JOINTS];
 
     (void)state;
@@ -392,152 +299,14 @@ static void forged_replies_are_dropped(void **state)
     test_daemon_stop(&daemon);
 }
 
-/* Waits until the daemon's advertisement of the arm is disposed. */
-static bool resigns(dds_entity_t reader)
-{
-    totalforce_dds_Leader said;
-    dds_sample_info_t info;
-
-    for (int i = 0; i < 5000; i++, dds_sleepfor(DDS_MSECS(1)))
-        while (dds_take(reader, (void *[]){&said}, &info, 1, 1) == 1)
-            if (strcmp(said.robot, "arm") == 0 &&
-                info.instance_state == DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE)
-                return true;
-    return false;
-}
-
-/* A leader that lost its place at the worker in a reload lets another daemon lead, and is back
- * after the next. */
-static void a_leader_that_cannot_answer_resigns(void **state)
-{
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
-    const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
-    const dds_entity_t reader = tfa_dds_create_reader(r.participant, leaders, TFA_DDS_LEADER, NULL);
-    totalforce_dds_Request s = good_request();
-    static totalforce_dds_Reply reply;
-
-    (void)state;
-    await_match(&r, "arm", TFA_OK);
-    assert_int_not_equal(test_daemon_reload(&daemon), TFA_OK);
-    assert_true(resigns(reader));
-    while (take(r.reader, &reply, 100)) /* late hellos */
-        ;
-    assert_int_equal(dds_write(r.writer, &s), DDS_RETCODE_OK);
-    assert_false(take(r.reader, &reply, 300));
-    assert_int_equal(test_daemon_reload(&daemon), TFA_OK);
-    await_match(&r, "arm", TFA_OK);
-    assert_int_equal(ask(&r, &s)->status, TFA_OK);
-    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
-    test_daemon_stop(&daemon);
-}
-
-/* A daemon that was restarted is believed by those who drop older epochs. */
-static void epochs_grow_over_restarts(void **state)
-{
-    const raw r = open_raw();
-    totalforce_dds_Request s = good_request();
-    uint64_t last = 0;
-
-    (void)state;
-    for (int i = 0; i < 3; i++) {
-        test_daemon daemon = test_daemon_start(test_domain(), NULL);
-        await_match(&r, "arm", TFA_OK);
-        const uint64_t epoch = ask(&r, &s)->epoch;
-        assert_true(epoch > last);
-        last = epoch;
-        test_daemon_stop(&daemon);
-    }
-    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
-}
-
-/* Takes all that comes within the time. @return q_count of the last info about the arm; 0: none */
-static uint32_t last_q_count(dds_entity_t reader, int timeout_ms, uint32_t awaited)
-{
-    uint32_t last = 0;
-    static totalforce_dds_RobotInfo info;
-
-    for (int i = 0; i < timeout_ms && last != awaited; i++)
-        while (take(reader, &info, 1))
-            if (strcmp(info.robot, "arm") == 0)
-                last = info.q_count;
-    return last;
-}
-
-/* A daemon that led on the other side of a partition is heard again, and so is what it said of the
- * robot: the leader has the last word. */
-static void the_leader_describes_the_robot_again(void **state)
-{
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
-    const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
-    const dds_entity_t infos = tfa_dds_create_topic(r.participant, TFA_DDS_ROBOT_INFO);
-    const dds_entity_t leader = tfa_dds_create_leader_writer(r.participant, leaders, DDS_SECS(10));
-    const dds_entity_t writer =
-        tfa_dds_create_writer(r.participant, infos, TFA_DDS_ROBOT_INFO, NULL);
-    const dds_entity_t reader =
-        tfa_dds_create_reader(r.participant, infos, TFA_DDS_ROBOT_INFO, NULL);
-    totalforce_dds_RobotInfo info = {.q_count = 99};
-    totalforce_dds_Leader said = {.role = totalforce_dds_LEADER_STANDBY, .lease_ms = 1000};
-    dds_guid_t guid;
-
-    (void)state;
-    await_match(&r, "arm", TFA_OK);
-    assert_int_equal(last_q_count(reader, 10000, JOINTS), JOINTS);
-    assert_true(tfa_dds_set_robot(info.robot, "arm") && tfa_dds_set_robot(said.robot, "arm"));
-    assert_int_equal(dds_get_guid(r.participant, &guid), DDS_RETCODE_OK);
-    memcpy(said.daemon, guid.v, sizeof said.daemon);
-    for (int i = 0; i < 3; i++) { /* it comes; it goes without a word; it comes and leaves */
-        assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
-        assert_int_equal(last_q_count(reader, 10000, 99), 99);
-        if (i % 2 == 0)
-            assert_int_equal(dds_write(leader, &said), DDS_RETCODE_OK);
-        assert_int_equal(last_q_count(reader, 10000, JOINTS), JOINTS);
-    }
-    assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
-    assert_int_equal(dds_dispose(leader, &said), DDS_RETCODE_OK);
-    assert_int_equal(last_q_count(reader, 10000, JOINTS), JOINTS);
-    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
-    test_daemon_stop(&daemon);
-}
-
-static void *connect_soon(void *client)
-{
-    *(tfa_dds_client **)client = connect_to_arm();
-    return NULL;
-}
-
-/* Another daemon announces its robots before ours does: ours is waited for. */
-static void a_daemon_that_starts_is_waited_for(void **state)
-{
-    const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
-    const dds_entity_t topic = tfa_dds_create_topic(p, TFA_DDS_ROBOT_INFO);
-    const dds_entity_t writer = tfa_dds_create_writer(p, topic, TFA_DDS_ROBOT_INFO, NULL);
-    totalforce_dds_RobotInfo info = {.q_count = 1};
-    tfa_dds_client *client = NULL;
-    pthread_t thread;
-
-    (void)state;
-    assert_true(tfa_dds_set_robot(info.robot, "another"));
-    assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
-    assert_int_equal(pthread_create(&thread, NULL, connect_soon, &client), 0);
-    dds_sleepfor(DDS_MSECS(1500));
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    assert_int_equal(pthread_join(thread, NULL), 0);
-    assert_non_null(client);
-    tfa_dds_client_close(client);
-    assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
-    test_daemon_stop(&daemon);
-}
-
 /* The daemon answers no more, soon. */
-static bool is_silent(const raw *r, totalforce_dds_Request *request)
+static bool is_silent(const raw_dds *r, totalforce_dds_Request *request)
 {
     static totalforce_dds_Reply reply;
 
     for (int i = 0; i < 50; i++) {
         assert_int_equal(dds_write(r->writer, request), DDS_RETCODE_OK);
-        if (!take(r->reader, &reply, 300))
+        if (!raw_dds_take(r->reader, &reply, 300))
             return true;
     }
     return false;
@@ -549,29 +318,29 @@ static void forged_advertisements_are_dropped(void **state)
 {
     enum { NAMES = 8000 };
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
+    const raw_dds r = raw_dds_open();
     const dds_entity_t topic = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t writer = tfa_dds_create_leader_writer(r.participant, topic, DDS_SECS(10));
     totalforce_dds_Leader claim = {.epoch = UINT64_C(1) << 61,
                                    .priority = 1000,
                                    .role = totalforce_dds_LEADER_LEADING,
                                    .lease_ms = 60000};
-    totalforce_dds_Request s = good_request();
+    totalforce_dds_Request s = raw_dds_request();
     dds_guid_t guid;
 
     (void)state;
     assert_true(topic > 0 && writer > 0);
     assert_true(tfa_dds_set_robot(claim.robot, "arm"));
-    await_match(&r, "arm", TFA_OK);
-    const uint64_t epoch = ask(&r, &s)->epoch;
+    raw_dds_await(&r, "arm", TFA_OK);
+    const uint64_t epoch = raw_dds_ask(&r, &s)->epoch;
     const long before = resident_kib(daemon.pid);
     for (uint32_t i = 0; i < NAMES; i++) {
         memcpy(claim.daemon, &i, sizeof i);
         assert_int_equal(dds_write(writer, &claim), DDS_RETCODE_OK);
         if (i % 64 == 0)
-            assert_int_equal(ask(&r, &s)->status, TFA_OK);
+            assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
     }
-    assert_true(ask(&r, &s)->epoch == epoch);
+    assert_true(raw_dds_ask(&r, &s)->epoch == epoch);
     const long grown = resident_kib(daemon.pid) - before;
     print_message("%d claims: %ld KiB\n", NAMES, grown);
 #ifndef SANITIZED /* sanitizers keep memory that was freed */
@@ -585,113 +354,14 @@ static void forged_advertisements_are_dropped(void **state)
     test_daemon_stop(&daemon);
 }
 
-/* Requests that take long are answered by the worker, in order; more of them than slots are refused
- * at once, and their refusals overtake. */
-static void slow_answers_come_in_order(void **state)
-{
-    enum { SLOTS = 8, SENT = 12 };
-    const test_daemon_options slow = {.delay_us = 300000, .slots = SLOTS};
-    test_daemon daemon = test_daemon_start(test_domain(), &slow);
-    tfa_dds_client *client = connect_to_arm();
-    const tfa_request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
-    uint64_t ids[SENT];
-    double qdd[JOINTS];
-
-    (void)state;
-    tfa_reply first = {.qdd = qdd}; /* answered in the receiving thread, which learns its cost */
-    assert_int_equal(tfa_dds_client_call(client, &request, &first, WAIT_NS, NULL), TFA_OK);
-    for (int i = 0; i < SENT; i++)
-        assert_int_equal(tfa_dds_client_send(client, &request, &ids[i]), TFA_OK);
-    for (int i = 0; i < SENT; i++) {
-        tfa_reply reply = {.qdd = qdd};
-        tfa_exchange times;
-        const int status = tfa_dds_client_receive(client, &reply, WAIT_NS, &times);
-        assert_int_equal(status, i < SLOTS ? TFA_OK : TFA_E_AGAIN);
-        assert_int_equal(times.id, ids[i]);
-    }
-    tfa_dds_client_close(client);
-    test_daemon_stop(&daemon);
-}
-
-/* A client asks for one kind of long request after the other, each for the first time: nobody's
- * requests wait for them in the receiving thread. */
-static void long_kinds_go_to_the_worker(void **state)
-{
-    enum { KINDS = 300, TIPS = TFA_DEFAULT_TIPS };
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw r = open_raw();
-    uint32_t tips[TIPS] = {0, 1, 2, 3, 4, 5, 6, 7};
-    totalforce_dds_Request s = good_request();
-
-    (void)state;
-    await_match(&r, "arm", TFA_OK);
-    s.op = TFA_OP_OPERATIONAL_INERTIA;
-    s.tips = (dds_sequence_unsigned_long){TIPS, TIPS, tips, false};
-    for (uint32_t i = 0; i < KINDS; i++) {
-        s.flags = TFA_WANT_LAMBDA | i;
-        assert_int_equal(ask(&r, &s)->status, TFA_OK);
-    }
-    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
-    test_daemon_stop(&daemon);
-    print_message("%d long requests, %lu handed over\n", KINDS, daemon.handovers);
-    assert_true(daemon.handovers >= KINDS);
-}
-
-/* Bursts of large replies, 3 kB each: as many as a client may have under way, none is lost. */
-static void bursts_are_not_lost(void **state)
-{
-    static double answer[TEST_BATCH * JOINTS * JOINTS];
-    const test_daemon_options roomy = {.slots = 64};
-    test_daemon daemon = test_daemon_start(test_domain(), &roomy);
-    tfa_dds_client *client = connect_to_arm();
-    const tfa_request request = {
-        .op = TFA_OP_MASS_MATRIX, .refine = TFA_REFINE_DEFAULT, .count = TEST_BATCH, .q = zeros};
-    uint64_t id;
-
-    (void)state;
-    for (int round = 0; round < 20; round++) {
-        for (int i = 0; i < 64; i++)
-            assert_int_equal(tfa_dds_client_send(client, &request, &id), TFA_OK);
-        assert_int_equal(tfa_dds_client_send(client, &request, &id), TFA_E_AGAIN);
-        for (int i = 0; i < 64; i++) {
-            tfa_reply reply = {.mass_matrix = answer};
-            assert_int_equal(tfa_dds_client_receive(client, &reply, WAIT_NS, NULL), TFA_OK);
-        }
-    }
-    tfa_dds_client_close(client);
-    assert_int_equal(test_daemon_stop(&daemon), 0);
-}
-
-/* A call that times out is forgotten; its late reply is not taken for the next one's. */
-static void late_replies_are_dropped(void **state)
-{
-    const test_daemon_options slow = {.delay_us = 100000};
-    test_daemon daemon = test_daemon_start(test_domain(), &slow);
-    tfa_dds_client *client = connect_to_arm();
-    double q[JOINTS] = {0}, first[JOINTS], second[JOINTS];
-    const tfa_request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
-    tfa_reply reply = {.qdd = first};
-
-    (void)state;
-    assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
-    q[1] = 1;
-    assert_int_equal(tfa_dds_client_call(client, &request, &reply, 1000000, NULL), TFA_E_TIMEOUT);
-    q[1] = 0;
-    reply.qdd = second;
-    assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
-    assert_memory_equal(first, second, sizeof first);
-    tfa_dds_client_close(client);
-    test_daemon_stop(&daemon);
-}
-
 /* A client stops in its tracks with replies unacknowledged: the others go on. */
 static void a_stopped_client_holds_nobody_up(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const tfa_request request = {
-        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = zeros};
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = raw_dds_zeros};
     double qdd[JOINTS];
     int ends[2];
     char one;
@@ -710,7 +380,7 @@ static void a_stopped_client_holds_nobody_up(void **state)
         _exit(0);
     }
     assert_int_equal(read(ends[0], &one, 1), 1);
-    tfa_dds_client *client = connect_to_arm();
+    tfa_dds_client *client = raw_dds_connect();
     for (int i = 0; i < 2000; i++) {
         tfa_reply reply = {.qdd = qdd};
         assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
@@ -733,15 +403,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(oversized_samples_are_dropped),
         cmocka_unit_test(unknown_robots_leave_nothing),
         cmocka_unit_test(forged_replies_are_dropped),
-        cmocka_unit_test(the_leader_describes_the_robot_again),
-        cmocka_unit_test(a_leader_that_cannot_answer_resigns),
-        cmocka_unit_test(epochs_grow_over_restarts),
-        cmocka_unit_test(a_daemon_that_starts_is_waited_for),
         cmocka_unit_test(forged_advertisements_are_dropped),
-        cmocka_unit_test(slow_answers_come_in_order),
-        cmocka_unit_test(long_kinds_go_to_the_worker),
-        cmocka_unit_test(bursts_are_not_lost),
-        cmocka_unit_test(late_replies_are_dropped),
     };
 
     test_daemon_main(argc, argv);

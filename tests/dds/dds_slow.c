@@ -1,0 +1,131 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Requests over DDS that take long, come in bursts or come too late.
+ */
+#include "dds_gateway/dds_topics.h"
+#include "dds_test.h"
+#include "gateway_process.h"
+#include "raw_dds.h"
+#include "robots.h"
+
+#define WAIT_NS UINT64_C(10000000000)
+#define JOINTS RAW_DDS_JOINTS
+
+/* Requests that take long are answered by the worker, in order; more of them than slots are refused
+ * at once, and their refusals overtake. */
+static void slow_answers_come_in_order(void **state)
+{
+    enum { SLOTS = 8, SENT = 12 };
+    const test_daemon_options slow = {.delay_us = 300000, .slots = SLOTS};
+    test_daemon daemon = test_daemon_start(test_domain(), &slow);
+    tfa_dds_client *client = raw_dds_connect();
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = raw_dds_zeros};
+    uint64_t ids[SENT];
+    double qdd[JOINTS];
+
+    (void)state;
+    tfa_reply first = {.qdd = qdd}; /* answered in the receiving thread, which learns its cost */
+    assert_int_equal(tfa_dds_client_call(client, &request, &first, WAIT_NS, NULL), TFA_OK);
+    for (int i = 0; i < SENT; i++)
+        assert_int_equal(tfa_dds_client_send(client, &request, &ids[i]), TFA_OK);
+    for (int i = 0; i < SENT; i++) {
+        tfa_reply reply = {.qdd = qdd};
+        tfa_exchange times;
+        const int status = tfa_dds_client_receive(client, &reply, WAIT_NS, &times);
+        assert_int_equal(status, i < SLOTS ? TFA_OK : TFA_E_AGAIN);
+        assert_int_equal(times.id, ids[i]);
+    }
+    tfa_dds_client_close(client);
+    test_daemon_stop(&daemon);
+}
+
+/* A client asks for one kind of long request after the other, each for the first time: nobody's
+ * requests wait for them in the receiving thread. */
+static void long_kinds_go_to_the_worker(void **state)
+{
+    enum { KINDS = 300, TIPS = TFA_DEFAULT_TIPS };
+    test_daemon daemon = test_daemon_start(test_domain(), NULL);
+    const raw_dds r = raw_dds_open();
+    uint32_t tips[TIPS] = {0, 1, 2, 3, 4, 5, 6, 7};
+    totalforce_dds_Request s = raw_dds_request();
+
+    (void)state;
+    raw_dds_await(&r, "arm", TFA_OK);
+    s.op = TFA_OP_OPERATIONAL_INERTIA;
+    s.tips = (dds_sequence_unsigned_long){TIPS, TIPS, tips, false};
+    for (uint32_t i = 0; i < KINDS; i++) {
+        s.flags = TFA_WANT_LAMBDA | i;
+        assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
+    }
+    assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
+    test_daemon_stop(&daemon);
+    print_message("%d long requests, %lu handed over\n", KINDS, daemon.handovers);
+    assert_true(daemon.handovers >= KINDS);
+}
+
+/* Bursts of large replies, 3 kB each: as many as a client may have under way, none is lost. */
+static void bursts_are_not_lost(void **state)
+{
+    static double answer[TEST_BATCH * JOINTS * JOINTS];
+    const test_daemon_options roomy = {.slots = 64};
+    test_daemon daemon = test_daemon_start(test_domain(), &roomy);
+    tfa_dds_client *client = raw_dds_connect();
+    const tfa_request request = {.op = TFA_OP_MASS_MATRIX,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = TEST_BATCH,
+                                 .q = raw_dds_zeros};
+    uint64_t id;
+
+    (void)state;
+    for (int round = 0; round < 20; round++) {
+        for (int i = 0; i < 64; i++)
+            assert_int_equal(tfa_dds_client_send(client, &request, &id), TFA_OK);
+        assert_int_equal(tfa_dds_client_send(client, &request, &id), TFA_E_AGAIN);
+        for (int i = 0; i < 64; i++) {
+            tfa_reply reply = {.mass_matrix = answer};
+            assert_int_equal(tfa_dds_client_receive(client, &reply, WAIT_NS, NULL), TFA_OK);
+        }
+    }
+    tfa_dds_client_close(client);
+    assert_int_equal(test_daemon_stop(&daemon), 0);
+}
+
+/* A call that times out is forgotten; its late reply is not taken for the next one's. */
+static void late_replies_are_dropped(void **state)
+{
+    const test_daemon_options slow = {.delay_us = 100000};
+    test_daemon daemon = test_daemon_start(test_domain(), &slow);
+    tfa_dds_client *client = raw_dds_connect();
+    double q[JOINTS] = {0}, first[JOINTS], second[JOINTS];
+    const tfa_request request = {
+        .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
+    tfa_reply reply = {.qdd = first};
+
+    (void)state;
+    assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    q[1] = 1;
+    assert_int_equal(tfa_dds_client_call(client, &request, &reply, 1000000, NULL), TFA_E_TIMEOUT);
+    q[1] = 0;
+    reply.qdd = second;
+    assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    assert_memory_equal(first, second, sizeof first);
+    tfa_dds_client_close(client);
+    test_daemon_stop(&daemon);
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(slow_answers_come_in_order),
+        cmocka_unit_test(long_kinds_go_to_the_worker),
+        cmocka_unit_test(bursts_are_not_lost),
+        cmocka_unit_test(late_replies_are_dropped),
+    };
+
+    test_daemon_main(argc, argv);
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A participant that writes requests and torques as it likes, beside the client library.
+ */
+#ifndef TESTS_DDS_RAW_DDS_H
+#define TESTS_DDS_RAW_DDS_H
+
+#include <dds/dds.h>
+
+#include "dds_client/dds_client.h"
+#include "dds_gateway/dds_convert.h"
+
+#define RAW_DDS_JOINTS 7 /* of robot "arm" */
+
+typedef struct raw_dds {
+    dds_entity_t participant, writer, reader, torques, accelerations;
+} raw_dds;
+
+/** Zeros for as many states as a batch may have. */
+extern double raw_dds_zeros[];
+
+raw_dds raw_dds_open(void);
+/** Takes from `reader` until a valid sample comes or the time is over. */
+bool raw_dds_take(dds_entity_t reader, void *out, int timeout_ms);
+/** Writes a request and returns the reply to it. */
+totalforce_dds_Reply *raw_dds_ask(const raw_dds *r, totalforce_dds_Request *request);
+/** Repeats hellos until one is answered with that status: both sides are matched. */
+void raw_dds_await(const raw_dds *r, const char *robot, int status);
+/** Forward dynamics of the arm at rest. */
+totalforce_dds_Request raw_dds_request(void);
+/** A client of the library, connected to the arm. */
+tfa_dds_client *raw_dds_connect(void);
+
+#endif

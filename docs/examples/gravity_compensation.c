@@ -6,7 +6,8 @@
  * shared memory; the arm is simulated at 1 kHz and after a second pushed at the tool, for a fifth
  * of one.
  *
- *     cc gravity_compensation.c -o gravity_compensation $(pkg-config --cflags --libs totalforce) -lm
+ *     cc gravity_compensation.c -o gravity_compensation \
+ *         $(pkg-config --cflags --libs totalforce) -lm
  *     ./gravity_compensation config/robots/arm7.urdf tool0 [ROBOT]
  */
 #include <math.h>

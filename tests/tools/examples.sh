@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The controllers of docs/examples, against a simulated arm: the tool reaches its goal; the arm holds
-# still, and comes to rest after a push. The library and a daemon over shared memory lead to the same digits.
+# The controllers of docs/examples, against a simulated arm: the tool reaches its goal; the arm
+# holds still, and comes to rest after a push. The library and a daemon over shared memory lead to
+# the same digits.
 . "$(dirname "$0")/check.sh"
 
 [ -x "$bin/totalforced" ] || {

@@ -30,9 +30,9 @@ typedef struct op_case {
     const oracle_tie *tie;   /**< of the oracle's freedoms to those of the model; NULL: the same */
     uint32_t n, six, nv, nq; /**< of the model: rows of M, base freedoms, lengths of v and q */
     uint32_t whole_nv;
-    bool chain; /**< a test mechanism: no methods that invert inertias of single bodies */
-    bool heavy; /**< in which light links carry others 1e6 times as heavy: six digits less */
-    uint32_t damped;            /**< 1: the model has damping, and the oracle uses it */
+    bool chain;      /**< a test mechanism: no methods that invert inertias of single bodies */
+    bool heavy;      /**< in which light links carry others 1e6 times as heavy: six digits less */
+    uint32_t damped; /**< 1: the model has damping, and the oracle uses it */
     uint32_t link_count;        /**< frames of the model */
     uint32_t link[OP_FREEDOMS]; /**< link of `whole` of each frame */
     tfa_request r, whole_r;     /**< the states, without op, tips and flags */

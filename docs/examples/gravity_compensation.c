@@ -3,16 +3,30 @@
  *
  * Gravity compensation: an arm that holds still by the torques of gravity alone, and can be moved
  * by hand. The controller asks the library or, with the name of a robot, a running daemon over
- * shared memory; the arm is simulated at 1 kHz and pushed at the tool for a fifth of a second.
+ * shared memory; the arm is simulated at 1 kHz and after a second pushed at the tool, for a fifth
+ * of one.
  *
- *     cc gravity_compensation.c -o gravity_compensation $(pkg-config --cflags --libs totalforce)
+ *     cc gravity_compensation.c -o gravity_compensation \
+ *         $(pkg-config --cflags --libs totalforce) -lm
  *     ./gravity_compensation config/robots/arm7.urdf tool0 [ROBOT]
  */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <totalforce/totalforce.h>
 
 #define N 32 /* joints, at most; a fixed base */
+
+/* Farthest that a joint has moved; `from` becomes q. */
+static double moved(uint32_t joints, const double *q, double *from)
+{
+    double most = 0;
+    for (uint32_t j = 0; j < joints; j++) {
+        most = fmax(most, fabs(q[j] - from[j]));
+        from[j] = q[j];
+    }
+    return most;
+}
 
 /* Accelerations of the arm with these torques, and a push of the tool */
 static int simulate(tfa_workspace *workspace, uint32_t tool, const double *q, const double *v,
@@ -46,10 +60,10 @@ int main(int argc, char **argv)
         status = TFA_E_LINK;
     if (status == TFA_OK && argc > 3)
         status = tfa_client_connect(&(tfa_client_options){.robot = argv[3]}, &client);
-    double q[N], v[N] = {0}, tau[N], qdd[N], energy[2];
+    double q[N], before[N], v[N] = {0}, tau[N], qdd[N], energy[2];
     for (int j = 0; j < N; j++)
-        q[j] = j % 2 ? 0.6 : -0.3;
-    for (int k = 0; status == TFA_OK && k < 8000; k++) {
+        before[j] = q[j] = j % 2 ? 0.6 : -0.3;
+    for (int k = 0; status == TFA_OK && k < 12000; k++) {
         const tfa_request request = {
             .op = TFA_OP_BIAS, .flags = TFA_WANT_ENERGY, .count = 1, .q = q, .v = v};
         tfa_reply reply = {.gravity_force = tau, .energy = energy};
@@ -58,12 +72,12 @@ int main(int argc, char **argv)
         for (uint32_t j = 0; j < joints; j++)
             tau[j] -= v[j]; /* damping: a push dies away, and the arm stays where it came to */
         if (status == TFA_OK)
-            status = simulate(workspace, (uint32_t)tool, q, v, tau, k < 200 ? 5 : 0, qdd);
+            status = simulate(workspace, (uint32_t)tool, q, v, tau, k / 200 == 5 ? 5 : 0, qdd);
         for (uint32_t j = 0; status == TFA_OK && j < joints; j++)
             q[j] += 1e-3 * (v[j] += 1e-3 * qdd[j]);
         if (status == TFA_OK && k % 1000 == 999)
-            printf("%.1f s: kinetic energy %.3e J, potential energy %.6f J\n", 1e-3 * (k + 1),
-                   energy[0], energy[1]);
+            printf("%.1f s: moved %.3e rad, kinetic energy %.3e J, potential energy %.6f J\n",
+                   1e-3 * (k + 1), moved(joints, q, before), energy[0], energy[1]);
     }
     if (status != TFA_OK)
         fprintf(stderr, "%s; %s\n", tfa_status_text(status), tfa_status_cause(status));

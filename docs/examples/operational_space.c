@@ -39,6 +39,15 @@ static void impedance(const double goal[7], const double pose[7], const double t
     }
 }
 
+/* Angle between the attitudes of two poses */
+static double angle(const double a[7], const double b[7])
+{
+    double along = 0;
+    for (int k = 3; k < 7; k++)
+        along += a[k] * b[k];
+    return 2 * acos(fmin(1, fabs(along)));
+}
+
 /* One millisecond. @return status; pose: of the tool, before */
 static int step(uint32_t tool, uint32_t joints, double q[N], double v[N], double goal[7],
                 double pose[7])
@@ -100,8 +109,9 @@ int main(int argc, char **argv)
     for (int k = 0; status == TFA_OK && k < 3000; k++) {
         status = step((uint32_t)tool, tfa_model_v_count(model), q, v, goal, pose);
         if (status == TFA_OK && k % 500 == 499)
-            printf("%.1f s: %.3e m from the goal\n", 1e-3 * (k + 1),
-                   hypot(hypot(goal[0] - pose[0], goal[1] - pose[1]), goal[2] - pose[2]));
+            printf("%.1f s: %.3e m, %.3e rad from the goal\n", 1e-3 * (k + 1),
+                   hypot(hypot(goal[0] - pose[0], goal[1] - pose[1]), goal[2] - pose[2]),
+                   angle(goal, pose));
     }
     if (status != TFA_OK)
         fprintf(stderr, "%s; %s\n", tfa_status_text(status), tfa_status_cause(status));

@@ -134,6 +134,32 @@ static void open_workspaces(test_robot *robot)
     assert_int_equal(tfa_model_base_freedoms(robot->model), robot->n - robot->nv);
 }
 
+/* Compiles and opens robot->description. 1; -1 when the library refuses it. */
+static int open_model(test_robot *robot, tfa_report *report, bool own)
+{
+    const tfa_model_options options = {.base = robot->base};
+    if (tfa_model_create(robot->description, &options, report, &robot->model) != TFA_OK) {
+        give_up(robot, report, own);
+        fixture_close(robot);
+        return -1;
+    }
+    open_workspaces(robot);
+    return 1;
+}
+
+void fixture_open_chain(chain_mechanism mechanism, uint32_t links, uint64_t seed, tfa_base base,
+                        test_robot *robot)
+{
+    tfa_report report = {0};
+    *robot = (test_robot){.base = base, .seed = seed, .random = true};
+    snprintf(robot->name, sizeof robot->name, "%s of %u, seed %u, %s base",
+             chain_mechanism_names[mechanism], (unsigned)links, (unsigned)seed,
+             base == TFA_BASE_FLOATING ? "floating" : "fixed");
+    robot->description = chain_create(mechanism, links, seed);
+    open_model(robot, &report, true);
+    tfa_report_free(&report);
+}
+
 int fixture_open(uint32_t index, tfa_base base, test_robot *robot)
 {
     tfa_report report = {0};
@@ -148,16 +174,9 @@ int fixture_open(uint32_t index, tfa_base base, test_robot *robot)
             return found;
         }
     }
-    const tfa_model_options options = {.base = base};
-    int status = tfa_model_create(robot->description, &options, &report, &robot->model);
-    if (status != TFA_OK) {
-        give_up(robot, &report, own);
-        fixture_close(robot);
-    } else {
-        open_workspaces(robot);
-    }
+    const int opened = open_model(robot, &report, own);
     tfa_report_free(&report);
-    return status == TFA_OK ? 1 : -1;
+    return opened;
 }
 
 void fixture_close(test_robot *robot)

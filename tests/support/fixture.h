@@ -9,6 +9,7 @@
 
 #include <totalforce/totalforce.h>
 
+#include "chains_scan.h"
 #include "random_robot.h"
 
 typedef struct test_robot {
@@ -27,6 +28,9 @@ typedef struct test_robot {
 /** Opens robot `index` of the list. Returns 1; 0 after the last; -1 when the library refuses the
  * robot (a file of ../shared/robots only: says why and leaves nothing to close). */
 int fixture_open(uint32_t index, tfa_base base, test_robot *robot);
+/** Opens a chain of `links` behind the base: a test mechanism. */
+void fixture_open_chain(chain_mechanism mechanism, uint32_t links, uint64_t seed, tfa_base base,
+                        test_robot *robot);
 void fixture_close(test_robot *robot);
 
 /** A workspace in memory full of NaN: what is read before it is written spoils the answer.

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The controllers of docs/examples, against a simulated arm: the tool reaches its goal, the arm comes
-# to rest. The library and a daemon over shared memory lead to the same digits.
+# The controllers of docs/examples, against a simulated arm: the tool reaches its goal; the arm
+# holds still, and comes to rest after a push. The library and a daemon over shared memory lead to
+# the same digits.
 . "$(dirname "$0")/check.sh"
 
 [ -x "$bin/totalforced" ] || {
@@ -40,12 +41,18 @@ for example in operational_space gravity_compensation; do
     cmp "$work/library" "$work/daemon" || fail "$example: other digits over shared memory"
     cp "$work/library" "$work/$example"
 done
-awk 'END { exit !($3 < 1e-9) }' "$work/operational_space" ||
-    fail "the tool is not at its goal: $(tail -n 1 "$work/operational_space")"
-# what the push left: less than a hundredth of what it was after one second
-awk '{ energy = $5 } NR == 1 { first = energy } END { exit !(energy < 0.01 * first) }' \
+# every half second ten times nearer; in the end at the goal, turned as it was
+awk '{ near = $3 + 0; turned = $5 + 0 }
+    NR > 1 && near > 0.1 * last { late = 1 } { last = near }
+    END { exit !(NR == 6 && !late && near < 1e-9 && turned < 1e-7) }' "$work/operational_space" ||
+    fail "the tool is not at its goal: $(cat "$work/operational_space")"
+# still for a second; then, from the push on, each second less far than the one before
+awk '{ moved = $4 + 0; energy = $8 + 0 }
+    NR == 1 { held = moved < 1e-9 } NR == 2 { pushed = moved > 0.1; first = energy }
+    NR > 2 && moved > 0.8 * last { late = 1 } { last = moved }
+    END { exit !(NR == 12 && held && pushed && !late && moved < 0.01 && energy < 0.01 * first) }' \
     "$work/gravity_compensation" ||
-    fail "the arm does not come to rest: $(tail -n 1 "$work/gravity_compensation")"
+    fail "the arm does not hold still, or come to rest: $(cat "$work/gravity_compensation")"
 
 # a robot that the daemon does not serve: an error that says so
 if TOTALFORCE_RUNTIME_DIR=$run "$bin/example_operational_space" "$robots/arm7.urdf" tool0 leg \

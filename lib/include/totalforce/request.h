@@ -175,8 +175,10 @@ typedef struct tfa_answer {
     int32_t status;        /**< TFA_OK, TFA_E_SINGULAR or TFA_E_NOT_COMPUTED, as tfa_compute */
     uint16_t method;       /**< tfa_method that answered */
     uint16_t flags;        /**< TFA_ANSWER_ bits */
-    double error_estimate; /**< relative 2-norm error of qdd (base included) or lambda_inv; NaN if
-                                not computed */
+    double error_estimate; /**< relative 2-norm error of qdd (base included; task torques: that of
+                                the posture torques) or lambda_inv; NaN if not computed. Nothing
+                                else is estimated: lambda, mu, p and task torques multiply such an
+                                error by up to tfa_rank.condition */
 } tfa_answer;
 
 /**

@@ -11,7 +11,8 @@
 #include "test.h"
 
 #define WRENCHES 2
-#define SEEDS 40 /* reduced robots */
+#define SEEDS 40      /* reduced robots */
+#define CHAIN_SEEDS 2 /* of each mechanism */
 
 static void (*current_law)(op_case *c);
 
@@ -57,9 +58,15 @@ static void find_links(op_case *c)
                 c->link[f] = k;
 }
 
-static void with_fixture(test_robot *robot)
+/* mechanism: -1: none */
+static bool carries_heavy(int mechanism)
 {
-    random_states *x = fixture_states(robot, 31, OP_STATES, WRENCHES);
+    return mechanism == CHAIN_SWELLING || mechanism == CHAIN_HEAVY_TIP ||
+           mechanism == CHAIN_HEAVY_SPOTS || mechanism == CHAIN_LIGHT_HEAVY;
+}
+
+static void with_states(test_robot *robot, random_states *x, int mechanism)
+{
     op_case c = {.base = robot->base,
                  .model = robot->model,
                  .f64 = robot->f64,
@@ -71,6 +78,8 @@ static void with_fixture(test_robot *robot)
                  .six = robot->n - robot->nv,
                  .nv = robot->nv,
                  .nq = robot->nq,
+                 .chain = mechanism >= 0,
+                 .heavy = carries_heavy(mechanism),
                  .whole_nv = robot->nv,
                  .s = {robot->seed * 7 + robot->n}};
     snprintf(c.name, sizeof c.name, "%s", robot->name);
@@ -79,7 +88,27 @@ static void with_fixture(test_robot *robot)
     if (robot->seed % 2)
         add_payload(&c, NULL, NULL, 0);
     current_law(&c);
+}
+
+static void with_fixture(test_robot *robot)
+{
+    random_states *x = fixture_states(robot, 31, OP_STATES, WRENCHES);
+    with_states(robot, x, -1);
     random_states_free(x);
+}
+
+/* In the mechanism's own coordinates */
+static void with_chain(chain_mechanism mechanism, uint64_t seed, tfa_base base)
+{
+    const uint32_t links = mechanism == CHAIN_HEAVY_SPOTS ? 42 : 8 + 4 * (uint32_t)seed;
+    test_robot robot;
+    fixture_open_chain(mechanism, links, seed, base, &robot);
+    random_states *x = fixture_states(&robot, 31, OP_STATES, WRENCHES);
+    for (uint64_t k = 0; k < OP_STATES; k++)
+        chain_coordinates(mechanism, robot.description, seed + k, x->q + k * robot.nq);
+    with_states(&robot, x, mechanism);
+    random_states_free(x);
+    fixture_close(&robot);
 }
 
 static void with_reduced(uint64_t seed, tfa_base base)
@@ -121,6 +150,11 @@ void op_for_each(op_robots robots, void (*law)(op_case *c))
     current_law = law;
     if (robots & OP_FIXTURE)
         for_every_robot(with_fixture, false);
+    for (int mechanism = 0; robots & OP_CHAINS && mechanism < CHAIN_MECHANISMS; mechanism++)
+        for (uint64_t seed = 1; seed <= CHAIN_SEEDS; seed++)
+            for (int base = 0; base < 2; base++)
+                with_chain((chain_mechanism)mechanism, seed,
+                           base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
     for (uint64_t seed = 5001; robots & OP_REDUCED && seed <= 5000 + SEEDS; seed++)
         for (int base = 0; base < 2; base++)
             with_reduced(seed, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
@@ -208,6 +242,8 @@ void op_choose_method(op_case *c, tfa_request *r)
         const tfa_method_info *row = tfa_method_describe(random_below(&c->s, methods));
         tfa_reply reply = {0};
         r->method = row->method;
+        if (c->chain && (row->refuses & TFA_REFUSES_NO_INVERSE || row->method == TFA_METHOD_CRBA))
+            continue;
         if (!(singular && row->refuses & TFA_REFUSES_NO_INVERSE) &&
             tfa_request_check(c->model, r, &reply) == TFA_OK)
             return;

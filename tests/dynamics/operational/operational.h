@@ -2,8 +2,9 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Robots and states for the laws of operational space, each as a request to the library and to the
- * oracle: the robots of the fixture; and random ones that the library reduced (mimics, fused
- * joints, locked joints, payloads, damping), whose oracle has nothing reduced.
+ * oracle: the robots of the fixture; the test mechanisms; and random robots that the library
+ * reduced (mimics, fused joints, locked joints, payloads, damping), whose oracle has nothing
+ * reduced.
  */
 #ifndef TESTS_DYNAMICS_OPERATIONAL_OPERATIONAL_H
 #define TESTS_DYNAMICS_OPERATIONAL_OPERATIONAL_H
@@ -29,7 +30,9 @@ typedef struct op_case {
     const oracle_tie *tie;   /**< of the oracle's freedoms to those of the model; NULL: the same */
     uint32_t n, six, nv, nq; /**< of the model: rows of M, base freedoms, lengths of v and q */
     uint32_t whole_nv;
-    uint32_t damped;            /**< 1: the model has damping, and the oracle uses it */
+    bool chain;      /**< a test mechanism: no methods that invert inertias of single bodies */
+    bool heavy;      /**< in which light links carry others 1e6 times as heavy: six digits less */
+    uint32_t damped; /**< 1: the model has damping, and the oracle uses it */
     uint32_t link_count;        /**< frames of the model */
     uint32_t link[OP_FREEDOMS]; /**< link of `whole` of each frame */
     tfa_request r, whole_r;     /**< the states, without op, tips and flags */
@@ -45,7 +48,8 @@ typedef struct op_case {
 typedef enum op_robots {
     OP_FIXTURE = 1, /**< robots of fixture.h on both bases */
     OP_REDUCED = 2, /**< reduced robots on both bases */
-    OP_ALL = 3,
+    OP_CHAINS = 4,  /**< the test mechanisms of chains_scan.h on both bases */
+    OP_ALL = 7,
 } op_robots;
 
 void op_for_each(op_robots robots, void (*law)(op_case *c));

@@ -14,17 +14,25 @@
 #define ROWS (6 * TIPS)
 
 enum { DESIRED, POSTURES, ROW_SPACE, DEFINITION, GAUSS, KINDS };
-static op_bound bounds[2 * KINDS] = {
-    {"J qdd + bias_acceleration = desired", 3e-12, 0},
-    {"two postures, one acceleration", 3e-12, 0},
+
+/* The first two are relative to the terms that add up, |J| |qdd| + |bias_acceleration|, wherever
+ * the rank is full. */
+static op_bound bounds[3 * KINDS] = {
+    {"J qdd + bias_acceleration = desired", 1e-10, 0},
+    {"two postures, one acceleration", 1e-10, 0},
     {"tau = J^T (lambda a + mu + p)", 3e-11, 0},
     {"tau by definition", 3e-14, 0},
     {"least disturbance", 1e-13, 0},
-    {"J qdd + bias_acceleration, f128", 4e-15, 0},
-    {"two postures, f128", 4e-15, 0},
+    {"J qdd + bias_acceleration, f128", 1e-11, 0},
+    {"two postures, f128", 1e-11, 0},
     {"tau = J^T (...), f128", 4e-15, 0},
     {"tau by definition, f128", 4e-15, 0},
     {"least disturbance, f128", 1e-13, 0},
+    {"J qdd + bias_acceleration, heavy", 1e-8, 0},
+    {"two postures, heavy", 1e-8, 0},
+    {"tau = J^T (...), heavy", 1e-7, 0},
+    {"tau by definition, heavy", 3e-10, 0},
+    {"least disturbance, heavy", 1e-10, 0},
 };
 static uint32_t reached, by_definition, immobile;
 
@@ -78,7 +86,7 @@ static double tip_acceleration(const struct task *t, uint32_t k, const double *q
 
 static bool is_full(const struct task *t, uint32_t k)
 {
-    return t->a->rank[k].rank == t->a->rows && t->a->rank[k].condition < 1e7;
+    return t->a->rank[k].rank == t->a->rows;
 }
 
 /* ---- the definition ---- */
@@ -266,7 +274,8 @@ static void with_task(struct task *t)
         if (!is_full(t, k))
             continue;
         check_desired(t, k, tau, &t->b[DESIRED]);
-        check_row_space(t, k, tau);
+        if (t->a->rank[k].condition < 1e7)
+            check_row_space(t, k, tau);
     }
     for (int which = 0; which < 2; which++)
         check_posture(t, which);
@@ -304,7 +313,7 @@ static void tasks(op_case *c)
         t.r.count = 1 + (uint32_t)(pass % 2) * (OP_STATES - 1);
         t.forward = c->f64;
         t.w = pass == 3 ? c->f32 : c->f64; /* what float lacks is in double */
-        t.b = bounds;
+        t.b = bounds + (c->heavy ? 2 * KINDS : 0);
         with_task(&t);
         if (pass != 2)
             continue;
@@ -317,7 +326,7 @@ static void tasks(op_case *c)
 TEST(tips_accelerate_as_asked)
 {
     op_for_each(OP_ALL, tasks);
-    op_print(bounds, 2 * KINDS);
+    op_print(bounds, 3 * KINDS);
     print_message("  %u accelerations, %u by definition, %u immobile\n", reached, by_definition,
                   immobile);
     assert_true(reached > 500 && by_definition > 500 && immobile > 10);

@@ -40,7 +40,7 @@ static void assert_refused(const raw_dds *r, totalforce_dds_Request *request, in
 static void wrong_samples_are_refused(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     const uint32_t many = 1000;
     double *huge = calloc(many, sizeof *huge);
     totalforce_dds_Request s;
@@ -97,7 +97,7 @@ static void wrong_samples_are_refused(void **state)
 static void wrong_torques_are_refused(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_JointTorques s = {.seq = 5, .q = {3, 3, raw_dds_zeros, false}};
     totalforce_dds_JointAccelerations out = {0};
     bool answered = false;
@@ -123,7 +123,7 @@ static void old_torques_are_refused(void **state)
 {
     const test_daemon_options young = {.max_age_us = 5000000};
     test_daemon daemon = test_daemon_start(test_domain(), &young);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_JointTorques s = {.q = {JOINTS, JOINTS, raw_dds_zeros, false}};
     totalforce_dds_JointAccelerations out = {0};
 
@@ -149,7 +149,7 @@ static void old_torques_are_refused(void **state)
 static void oversized_samples_are_dropped(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     const uint32_t many = 1000000;
     double *huge = calloc(many, sizeof *huge);
     totalforce_dds_Request s = raw_dds_request();
@@ -208,7 +208,7 @@ static void unknown_robots_leave_nothing(void **state)
 {
     enum { NAMES = 8000 };
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_Request s = raw_dds_request();
     static totalforce_dds_Reply reply;
 
@@ -274,7 +274,7 @@ static void *forge(void *arg)
 static void forged_replies_are_dropped(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    tfa_dds_client *client = raw_dds_connect();
+    tfa_dds_client *client = raw_dds_connect(test_domain());
     forger f = {.forged = 0};
     pthread_t thread;
     const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -318,7 +318,7 @@ static void forged_advertisements_are_dropped(void **state)
 {
     enum { NAMES = 8000 };
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     const dds_entity_t topic = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t writer = tfa_dds_create_leader_writer(r.participant, topic, DDS_SECS(10));
     totalforce_dds_Leader claim = {.epoch = UINT64_C(1) << 61,
@@ -380,7 +380,7 @@ static void a_stopped_client_holds_nobody_up(void **state)
         _exit(0);
     }
     assert_int_equal(read(ends[0], &one, 1), 1);
-    tfa_dds_client *client = raw_dds_connect();
+    tfa_dds_client *client = raw_dds_connect(test_domain());
     for (int i = 0; i < 2000; i++) {
         tfa_reply reply = {.qdd = qdd};
         assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);

@@ -32,7 +32,7 @@ static uint32_t last_q_count(dds_entity_t reader, int timeout_ms, uint32_t await
 static void the_leader_describes_the_robot_again(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t infos = tfa_dds_create_topic(r.participant, TFA_DDS_ROBOT_INFO);
     const dds_entity_t leader = tfa_dds_create_leader_writer(r.participant, leaders, DDS_SECS(10));
@@ -83,7 +83,7 @@ static bool resigns(dds_entity_t reader)
 static void a_leader_that_cannot_answer_resigns(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t reader = tfa_dds_create_reader(r.participant, leaders, TFA_DDS_LEADER, NULL);
     totalforce_dds_Request s = raw_dds_request();
@@ -107,7 +107,7 @@ static void a_leader_that_cannot_answer_resigns(void **state)
 /* A daemon that was restarted is believed by those who drop older epochs. */
 static void epochs_grow_over_restarts(void **state)
 {
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_Request s = raw_dds_request();
     uint64_t last = 0;
 
@@ -125,7 +125,7 @@ static void epochs_grow_over_restarts(void **state)
 
 static void *connect_soon(void *client)
 {
-    *(tfa_dds_client **)client = raw_dds_connect();
+    *(tfa_dds_client **)client = raw_dds_connect(test_domain());
     return NULL;
 }
 

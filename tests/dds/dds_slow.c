@@ -19,7 +19,7 @@ static void slow_answers_come_in_order(void **state)
     enum { SLOTS = 8, SENT = 12 };
     const test_daemon_options slow = {.delay_us = 300000, .slots = SLOTS};
     test_daemon daemon = test_daemon_start(test_domain(), &slow);
-    tfa_dds_client *client = raw_dds_connect();
+    tfa_dds_client *client = raw_dds_connect(test_domain());
     const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
                                  .refine = TFA_REFINE_DEFAULT,
                                  .count = 1,
@@ -49,7 +49,7 @@ static void long_kinds_go_to_the_worker(void **state)
 {
     enum { KINDS = 300, TIPS = TFA_DEFAULT_TIPS };
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
-    const raw_dds r = raw_dds_open();
+    const raw_dds r = raw_dds_open(test_domain());
     uint32_t tips[TIPS] = {0, 1, 2, 3, 4, 5, 6, 7};
     totalforce_dds_Request s = raw_dds_request();
 
@@ -73,7 +73,7 @@ static void bursts_are_not_lost(void **state)
     static double answer[TEST_BATCH * JOINTS * JOINTS];
     const test_daemon_options roomy = {.slots = 64};
     test_daemon daemon = test_daemon_start(test_domain(), &roomy);
-    tfa_dds_client *client = raw_dds_connect();
+    tfa_dds_client *client = raw_dds_connect(test_domain());
     const tfa_request request = {.op = TFA_OP_MASS_MATRIX,
                                  .refine = TFA_REFINE_DEFAULT,
                                  .count = TEST_BATCH,
@@ -99,7 +99,7 @@ static void late_replies_are_dropped(void **state)
 {
     const test_daemon_options slow = {.delay_us = 100000};
     test_daemon daemon = test_daemon_start(test_domain(), &slow);
-    tfa_dds_client *client = raw_dds_connect();
+    tfa_dds_client *client = raw_dds_connect(test_domain());
     double q[JOINTS] = {0}, first[JOINTS], second[JOINTS];
     const tfa_request request = {
         .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};

@@ -6,14 +6,14 @@
 #include "raw_dds.h"
 
 #include "dds_gateway/dds_topics.h"
-#include "dds_test.h"
 #include "robots.h"
+#include "test.h"
 
 #include <string.h>
 
-raw_dds raw_dds_open(void)
+raw_dds raw_dds_open(uint32_t domain)
 {
-    const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
+    const dds_entity_t p = dds_create_participant(domain, NULL, NULL);
     dds_entity_t topics[TFA_DDS_ACCELERATIONS + 1];
 
     assert_true(p > 0);
@@ -87,10 +87,10 @@ totalforce_dds_Request raw_dds_request(void)
     return request;
 }
 
-tfa_dds_client *raw_dds_connect(void)
+tfa_dds_client *raw_dds_connect(uint32_t domain)
 {
     const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 20000};
+        .domain = domain, .robot = "arm", .connect_timeout_ms = 20000};
     tfa_dds_client *client;
 
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);

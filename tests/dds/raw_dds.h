@@ -20,7 +20,7 @@ typedef struct raw_dds {
 /** Zeros for as many states as a batch may have. */
 extern double raw_dds_zeros[];
 
-raw_dds raw_dds_open(void);
+raw_dds raw_dds_open(uint32_t domain);
 /** Takes from `reader` until a valid sample comes or the time is over. */
 bool raw_dds_take(dds_entity_t reader, void *out, int timeout_ms);
 /** Writes a request and returns the reply to it. */
@@ -30,6 +30,6 @@ void raw_dds_await(const raw_dds *r, const char *robot, int status);
 /** Forward dynamics of the arm at rest. */
 totalforce_dds_Request raw_dds_request(void);
 /** A client of the library, connected to the arm. */
-tfa_dds_client *raw_dds_connect(void);
+tfa_dds_client *raw_dds_connect(uint32_t domain);
 
 #endif

@@ -13,12 +13,12 @@
 #define TFA_LAMBDA 2e-11
 #define STATES 2
 #define WRENCHES 2
+#define SEEDS_ALONE 12 /* for each kind of reduction, on each base */
+/* with several, on each base */
 #ifdef TFA_INSTRUMENTED
-#define SEEDS_ALONE 3
 #define SEEDS_TOGETHER 60
 #else
-#define SEEDS_ALONE 12     /* for each kind of reduction, on each base */
-#define SEEDS_TOGETHER 250 /* with several, on each base */
+#define SEEDS_TOGETHER 250
 #endif
 #define LAMBDA_MOST 48     /* rows of Lambda^-1 of eight tips */
 

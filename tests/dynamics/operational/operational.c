@@ -106,7 +106,7 @@ static void with_chain(chain_mechanism mechanism, uint64_t seed, tfa_base base)
     random_states *x = fixture_states(&robot, 31, OP_STATES, WRENCHES);
     for (uint64_t k = 0; k < OP_STATES; k++)
         chain_coordinates(mechanism, robot.description, seed + k, x->q + k * robot.nq);
-    with_states(&robot, x, mechanism);
+    with_states(&robot, x, (int)mechanism);
     random_states_free(x);
     fixture_close(&robot);
 }

@@ -78,14 +78,14 @@ TEST(clients_killed)
     const int descriptors = harness_descriptors(&h);
     for (unsigned i = 0; i < 20; i++) /* the allocator's pools fill up */
         kill_client(&h, i);
-    harness_assert_descriptors(&h, descriptors);
+    harness_assert_descriptors(&h, descriptors, descriptors);
     const long resident = harness_resident_kib(&h);
     const int mappings = harness_mappings(&h);
     for (unsigned i = 0; i < KILLS; i++) {
         kill_client(&h, i);
         assert_int_equal(ask_arm(mine, i, qdd, TIMEOUT_NS), TFA_OK);
     }
-    harness_assert_descriptors(&h, descriptors);
+    harness_assert_descriptors(&h, descriptors, descriptors);
     assert_in_range(harness_mappings(&h), 1, mappings + 4);
     /* one client's segments are 300 KiB: 200 lost ones would be 60 MB */
     assert_in_range(harness_resident_kib(&h), 1, resident + 1024);

@@ -222,14 +222,14 @@ int harness_descriptors(const harness *h)
     return count - 2;
 }
 
-void harness_assert_descriptors(const harness *h, int most)
+void harness_assert_descriptors(const harness *h, int least, int most)
 {
     int now = harness_descriptors(h);
-    for (int i = 0; now > most && i < 2000; i++) {
+    for (int i = 0; (now < least || now > most) && i < 2000; i++) {
         sleep_ms(5);
         now = harness_descriptors(h);
     }
-    assert_in_range(now, 1, most);
+    assert_in_range(now, least, most);
 }
 
 int harness_mappings(const harness *h)

@@ -50,9 +50,9 @@ tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait);
 int harness_shm_entries(void);
 /** Open descriptors, mappings and resident KiB of the daemon. */
 int harness_descriptors(const harness *h);
-/** Waits a while until the daemon has at most so many descriptors: it closes them after it has
+/** Waits a while until the daemon has `least` to `most` descriptors: it closes them after it has
  * noticed a hang-up or logged a reload. */
-void harness_assert_descriptors(const harness *h, int most);
+void harness_assert_descriptors(const harness *h, int least, int most);
 int harness_mappings(const harness *h);
 long harness_resident_kib(const harness *h);
 /** Does the log contain this text? Waits for it a while. */

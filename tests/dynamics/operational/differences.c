@@ -190,7 +190,8 @@ static void check_column(op_case *c, const tfa_request *state, const op_answers 
         twist_by_poses(c, &m, t, pose, twist);
         for (uint32_t i = 0; i < rows; i++)
             got[i] = now->jacobian[(size_t)(rows * t + i) * c->n + column];
-        op_within(c, &bounds[COLUMN], op_difference(got, twist, rows, fmax(1, op_norm(pose, 3))));
+        const double reach = c->chain ? fmax(1, op_norm(pose, 3)) : 1;
+        op_within(c, &bounds[COLUMN], op_difference(got, twist, rows, reach));
     }
     for (int i = 0; i < 3; i++) {
         com[i] = derivative(&m, m.a->com + i, 3);
@@ -225,7 +226,8 @@ static void check_motion(op_case *c, uint32_t k, const tfa_request *state, const
     op_velocities(c, k, v);
     move_along(c, state, v, TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_COM | TFA_WANT_ENERGY, &m);
     const double speed = op_norm(v, c->n);
-    const double fast = speed * fmax(1, op_norm(now->jacobian, (size_t)now->rows * c->n));
+    const double size = c->chain ? fmax(1, op_norm(now->jacobian, (size_t)now->rows * c->n)) : 1;
+    const double fast = speed * size; /* test mechanisms reach far */
     for (uint32_t t = 0; t < now->tips; t++) {
         const uint32_t rows = op_tips(c).rows;
         const double *got = now->twists + 6 * (size_t)t;

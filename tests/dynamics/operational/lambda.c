@@ -16,14 +16,15 @@
 
 /* Errors of Lambda in units of what one rounding of lambda_inv does to it. */
 enum { LAMBDA, THRESHOLD, CONDITION, IDENTITY, PENROSE, MU, P, KINDS };
-static op_bound bounds[3 * KINDS] = {
+enum { ROBOTS, QUAD, HEAVY, MECHANISMS, SETS };
+static op_bound bounds[SETS * KINDS] = {
     {"lambda / sensitivity eps", 60, 0},
     {"threshold", 2e-14, 0},
     {"1 / condition", 2e-14, 0},
     {"lambda lambda_inv = 1 / condition eps", 60, 0},
     {"Moore-Penrose / sensitivity eps", 150, 0},
-    {"mu", 3e-12, 0},
-    {"p", 3e-12, 0},
+    {"mu", 3e-13, 0},
+    {"p", 3e-13, 0},
     {"lambda / sensitivity eps, f128", 10, 0},
     {"threshold, f128", 2e-14, 0},
     {"1 / condition, f128", 2e-14, 0},
@@ -38,6 +39,13 @@ static op_bound bounds[3 * KINDS] = {
     {"Moore-Penrose, heavy", 150, 0},
     {"mu, heavy", 3e-8, 0},
     {"p, heavy", 3e-8, 0},
+    {"lambda / sensitivity eps, mechanisms", 60, 0},
+    {"threshold, mechanisms", 2e-14, 0},
+    {"1 / condition, mechanisms", 2e-14, 0},
+    {"identity, mechanisms", 60, 0},
+    {"Moore-Penrose, mechanisms", 150, 0},
+    {"mu, mechanisms", 3e-12, 0},
+    {"p, mechanisms", 3e-12, 0},
 };
 static uint32_t full, deficient, immobile, in_doubt;
 
@@ -246,11 +254,11 @@ static void with_policy(op_case *c, tfa_rank_loss policy, tfa_rows rows)
     r.rank_threshold = random_below(&c->s, 2) ? &thresholds[random_below(&c->s, 3)] : NULL;
     r.task_acceleration = wanted;
     op_choose_method(c, &r);
-    check(c, random_below(&c->s, 4) ? c->f64 : c->f32, &r,
-          bounds + (c->heavy ? 2 * KINDS : 0)); /* in double */
+    const int set = c->heavy ? HEAVY : c->chain ? MECHANISMS : ROBOTS;
+    check(c, random_below(&c->s, 4) ? c->f64 : c->f32, &r, bounds + set * KINDS); /* in double */
     r.count = 1;
     if (random_below(&c->s, 4) == 0)
-        check(c, c->f128, &r, bounds + KINDS);
+        check(c, c->f128, &r, bounds + QUAD * KINDS);
 }
 
 static void by_definition(op_case *c)
@@ -264,7 +272,7 @@ static void by_definition(op_case *c)
 TEST(lambda_is_its_definition)
 {
     op_for_each(OP_ALL, by_definition);
-    op_print(bounds, 3 * KINDS);
+    op_print(bounds, SETS * KINDS);
     print_message("  %u of full rank, %u deficient, %u immobile, %u too close to tell\n", full,
                   deficient, immobile, in_doubt);
     assert_true(full > 100 && deficient > 100 && immobile > 10 && in_doubt < full);

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- *   test_make_kernels aba|crba FOLDER
- * builds the kernels that tests want (kernels.h) by one algorithm: those of our robots on both
- * bases, and of some of ../shared/robots where that folder is there; by crba those that have it.
+ *   test_make_kernels aba|crba|fastest FOLDER
+ * builds the kernels that tests want (kernels.h) by one algorithm, or by those that are chosen:
+ * those of our robots on both bases, and of some of ../shared/robots where that folder is there;
+ * but by aba only those that have crba as well.
  * Without a compiler, or where kernels would be refused because others may write there, the folder
  * is removed, and this is skipped.
  */
@@ -103,20 +104,22 @@ int main(int argc, char **argv)
 {
     char error_text[1024];
     if (argc != 3) {
-        printf("usage: test_make_kernels aba|crba FOLDER\n");
+        printf("usage: test_make_kernels aba|crba|fastest FOLDER\n");
         return EXIT_FAILURE;
     }
     const char *folder = argv[2];
-    const int crba = strcmp(argv[1], "crba") == 0;
+    const tfa_specialise_algorithm algorithm = strcmp(argv[1], "aba") == 0 ? TFA_SPECIALISE_ABA
+                                               : strcmp(argv[1], "crba") == 0
+                                                   ? TFA_SPECIALISE_CRBA
+                                                   : TFA_SPECIALISE_FASTEST;
     if (clear(folder) != 0)
         return EXIT_FAILURE;
     if (tfa_specialised_check_ownership(folder, error_text, sizeof error_text) != TFA_OK)
         return skip(folder, error_text);
     for (size_t k = 0; k < sizeof wanted / sizeof *wanted; k++) {
-        if (crba && !wanted[k].crba)
+        if (algorithm != TFA_SPECIALISE_ABA && !wanted[k].crba)
             continue;
-        const int status =
-            make(&wanted[k], folder, crba ? TFA_SPECIALISE_CRBA : TFA_SPECIALISE_ABA);
+        const int status = make(&wanted[k], folder, algorithm);
         if (k == 0 && status == TFA_E_UNSUPPORTED)
             return skip(folder, "no kernels without a compiler");
         if (status != TFA_OK)

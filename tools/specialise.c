@@ -118,6 +118,9 @@ static int try_out(const char *path, const tfa_model *model)
             "  loaded and tested in %.1f ms: within %.2g of the generic kernel, %s, %u states at a "
             "time\n",
             took, info.error, info.isa, info.lanes ? info.lanes : 1);
+        if (info.lanes_f32)
+            printf("  single precision: within %.2g, %u states at a time\n", info.error_f32,
+                   info.lanes_f32);
         printf("  %s\n", info.algorithms);
         tfa_specialised_free(kernel);
         return EXIT_GOOD;

@@ -46,6 +46,11 @@ static void sincos_of_doubles(const double *x, double *sine, double *cosine, siz
     sincos_f64_unpadded(x, sine, cosine, count);
 }
 
+static void sincos_of_floats(const float *x, float *sine, float *cosine, size_t count)
+{
+    sincos_f32(x, sine, cosine, 0, count);
+}
+
 static void set_executor(struct state *s, struct tfa_executor *executor)
 {
     s->executor = executor;
@@ -68,6 +73,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .set_residual_kernel = set_residual_kernel,
 #if NUM_LANES == 1
     .sincos = sincos_of_doubles,
+    .sincos_f32 = sincos_of_floats,
     .factor_buffers = TFA_V(factor_buffers),
     .answer_tips = TFA_V(answer_tips),
     .answer_motion = TFA_V(answer_motion),

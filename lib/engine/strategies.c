@@ -101,12 +101,41 @@ static const tfa_request *without_estimate(const struct call *c, tfa_request *co
 }
 
 /* Batches with payloads use the generic lanes: the specialised kernel has payloads for one state
- * only. */
+ * only. Tips in float that it has in double only are computed in double, as by the generic
+ * kernel. */
 static int specialised_serves(const tfa_workspace *w, const struct call *c)
 {
     tfa_request copy;
+    if (w->precision == TFA_F32)
+        return w->specialised->supports_f32(&w->host, c->request) ||
+               (c->traits & TRAIT_TIPS && w->specialised->supports(&w->host, c->request));
     const int payload_batch = c->traits & TRAIT_PAYLOAD && c->traits & TRAIT_BATCH;
     return !payload_batch && w->specialised->supports(&w->host, without_estimate(c, &copy));
+}
+
+/* In double precision: several states in lanes, or one. Returns how many have a finite answer. */
+static uint32_t solve_specialised(tfa_workspace *w, const tfa_request *r, uint32_t k, uint32_t left,
+                                  tfa_reply *reply)
+{
+    const struct tfa_specialised_kernel *s = w->specialised;
+    const uint32_t count = left < s->lanes ? left : s->lanes;
+    if (count >= TFA_BATCH_STATES_MIN && s->solve_batch(&w->host, r, k, count, reply))
+        return count;
+    return s->solve(&w->host, r, k, reply) ? 1 : 0;
+}
+
+/* The same in single precision, which has code for lanes only; with a tip in double if need be */
+static uint32_t solve_specialised_f32(tfa_workspace *w, const tfa_request *r, uint32_t k,
+                                      uint32_t left, tfa_reply *reply, tfa_answer *answer)
+{
+    const struct tfa_specialised_kernel *s = w->specialised;
+    const uint32_t count = left < s->lanes_f32 ? left : s->lanes_f32;
+    if (s->solve_batch_f32(&w->host, r, k, count, reply))
+        return count;
+    if (count > 1 && s->solve_batch_f32(&w->host, r, k, 1, reply))
+        return 1;
+    answer->flags |= TFA_ANSWER_RESIDUAL_PRECISION;
+    return r->tip_count && s->solve(&w->host, r, k, reply) ? 1 : 0;
 }
 
 /* Computes up to `lanes` states. Returns 0 if an answer is not finite or its estimate
@@ -116,16 +145,17 @@ static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t
 {
     tfa_request copy;
     const tfa_request *r = without_estimate(c, &copy);
-    const uint32_t left = end - k, lanes = w->specialised->lanes;
-    uint32_t count = left < lanes ? left : lanes;
     if (c->traits & TRAIT_TIPS && !reply->lambda_inv)
         return 0;
-    if (count < TFA_BATCH_STATES_MIN || !w->specialised->solve_batch(&w->host, r, k, count, reply))
-        count = w->specialised->solve(&w->host, r, k, reply) ? 1 : 0;
+    tfa_answer common = no_estimate;
+    common.method = (uint16_t)c->by.method;
+    const uint32_t count = w->precision == TFA_F32
+                               ? solve_specialised_f32(w, r, k, end - k, reply, &common)
+                               : solve_specialised(w, r, k, end - k, reply);
+    const int estimated = (c->traits & TRAIT_ESTIMATE) != 0;
     for (uint32_t l = 0; l < count; l++) {
-        tfa_answer answer = no_estimate;
-        answer.method = (uint16_t)c->by.method;
-        if (!estimate_if_requested(w, c, k + l, 0, 0, reply, &answer))
+        tfa_answer answer = common;
+        if (estimated && !estimate_if_requested(w, c, k + l, 0, 0, reply, &answer))
             return l;
         tfa_finish_state(w, c, k + l, &answer, reply);
     }

@@ -75,15 +75,24 @@ static uint32_t reserved_methods(const tfa_model *model, uint32_t wanted)
 
 /* Strategies for one state in double precision throughout */
 static void choose_doubles(const tfa_model *model, const struct tfa_backend *backend,
-                           const tfa_workspace_options *o, struct kernel_choice *out)
+                           struct kernel_choice *out)
 {
     const uint32_t cyclic = TFA_METHOD_BIT(TFA_METHOD_TFA_CR) | TFA_METHOD_BIT(TFA_METHOD_CFA_CR);
     choose_body_lanes(model, backend, out);
-    out->specialised = o->specialised ? o->specialised->kernel : NULL;
     if (out->reserved.methods & cyclic && backend->partition->size(model))
         out->partition = backend->partition;
     if (tfa_cut_segments(model).count)
         out->segment_lanes = backend->segment_lanes;
+}
+
+/* The specialised kernel has code for doubles and for batches of floats, not for both together. */
+static const struct tfa_specialised_kernel *choose_specialised(const tfa_workspace_options *o,
+                                                               int mixed)
+{
+    if (!o->specialised || mixed || o->precision == TFA_F128)
+        return NULL;
+    const struct tfa_specialised_kernel *kernel = o->specialised->kernel;
+    return o->precision == TFA_F64 || kernel->lanes_f32 ? kernel : NULL;
 }
 
 /* Chooses the batch kernel: always for floats; for doubles if the robot is small and the precision
@@ -127,7 +136,8 @@ static int choose_kernels(const tfa_model *model, const tfa_workspace_options *o
         out->kernel = out->residual_kernel;
     choose_batch(model, backend, o, out);
     if (o->precision == TFA_F64 && !out->residual_kernel)
-        choose_doubles(model, backend, o, out);
+        choose_doubles(model, backend, out);
+    out->specialised = choose_specialised(o, out->residual_kernel != NULL);
     return 1;
 }
 

@@ -59,6 +59,7 @@ struct tfa_kernel {
     /* Sines and cosines of `count` doubles, written by the vector (number/sincos.h): what the
      * kernels of one robot's own call. */
     void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
+    void (*sincos_f32)(const float *x, float *sine, float *cosine, size_t count);
 
     struct tfa_factor_buffers (*factor_buffers)(struct state *s);
     /* What a state of a checked request, which changes nothing about the robot, asks of its tips,

@@ -13,7 +13,7 @@
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated
  * tables. */
-#define TFA_SPECIALISED_ABI 6u
+#define TFA_SPECIALISED_ABI 7u
 
 /* The symbol */
 #define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
@@ -26,6 +26,7 @@ struct tfa_host_api {
     const tfa_model *model;
     /* Sines and cosines of x[0] .. x[count - 1]. Whole vectors of 64 bytes are written. */
     void (*sincos)(const double *x, double *sine, double *cosine, size_t count);
+    void (*sincos_f32)(const float *x, float *sine, float *cosine, size_t count);
     /* As tfa_body_add_payload_inertia */
     void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,
                         const double numbers[10]);
@@ -36,13 +37,13 @@ struct tfa_host_api {
 struct tfa_specialised_kernel {
     uint32_t abi; /* TFA_SPECIALISED_ABI; the fields up to `model` never move */
     uint32_t request_bytes, reply_bytes,
-        model_bytes;      /* of struct tfa_request, tfa_reply, tfa_model */
-    uint8_t model[32];    /* tfa_hash_without_gravity of the model whose tables are in it */
-    const char *isa;      /* as in tfa_kernel.isa */
-    const char *compiler; /* with its version */
+        model_bytes;        /* of struct tfa_request, tfa_reply, tfa_model */
+    uint8_t model[32];      /* tfa_hash_without_gravity of the model whose tables are in it */
+    const char *isa;        /* as in tfa_kernel.isa */
+    const char *compiler;   /* with its version */
     const char *algorithms; /* by which requests are answered: "forward crba, ..." */
     uint32_t bodies;
-    uint32_t lanes; /* states that `many` takes at a time; 0: there is none */
+    uint32_t lanes, lanes_f32; /* states that a batch takes at a time; 0: there is none */
     /* Is this checked request, by aba, rnea or propagation, one that the kernel answers? All states
      * of it are, or none. */
     int (*supports)(const struct tfa_host_api *host, const tfa_request *request);
@@ -53,6 +54,10 @@ struct tfa_specialised_kernel {
     /* States k .. k + count - 1, at most `lanes`. */
     int (*solve_batch)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
                        uint32_t count, tfa_reply *reply);
+    /* The same in single precision, at most `lanes_f32`: also for one state. */
+    int (*supports_f32)(const struct tfa_host_api *host, const tfa_request *request);
+    int (*solve_batch_f32)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
+                           uint32_t count, tfa_reply *reply);
 };
 
 #endif

@@ -36,6 +36,12 @@ static inline int num_every(num_mask m)
 }
 #define num_all(m) num_every(m)
 
+/* Is it a number, and not too large? By its bits, for compilers that take it for granted. */
+static inline num_mask num_is_moderate(num x)
+{
+    return ((num_mask)x & LANE_EXPONENT) < LANE_EXPONENT_MAX;
+}
+
 static inline num num_gather(const double *array, size_t stride, const uint32_t *lane)
 {
     num x;

@@ -12,13 +12,14 @@
 
 /* As in lib/dynamics/CMakeLists.txt */
 static const struct isa {
-    const char *name, *lanes;
+    const char *name, *lanes_f64, *lanes_f32;
     const char *flags[8];
 } isas[] = {
-    {"base", "2", {NULL}},
-    {"avx2", "4", {"-mavx2", "-mfma", NULL}},
+    {"base", "2", "4", {NULL}},
+    {"avx2", "4", "8", {"-mavx2", "-mfma", NULL}},
     {"avx512",
      "8",
+     "16",
      {"-mavx2", "-mfma", "-mavx512f", "-mavx512vl", "-mavx512dq", "-mavx512bw", NULL}},
 };
 
@@ -101,20 +102,22 @@ static const struct isa *current_isa(void)
 struct object {
     const char *name; /* the variant, and NAME.o */
     const char *source;
-    const char *algorithm; /* folder of dynamics/specialised */
-    const char *define;    /* or NULL */
-    int lanes;             /* a number is a vector */
-    int body_lanes;
+    const char *algorithm;                                 /* folder of dynamics/specialised */
+    const char *define;                                    /* or NULL */
+    const char *number;                                    /* folder of number/ */
+    enum { LANES_NONE, LANES_STATES, LANES_BODIES } lanes; /* of a number */
 };
 
 static const struct object objects[] = {
-    {"scalar_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", 0, 0},
-    {"body_lanes_aba", "specialised_body_lanes", "aba", NULL, 1, 1},
-    {"payloads_aba", "specialised_solve", "aba", "-DROBOT_PAYLOADS", 0, 0},
-    {"scalar_crba", "specialised_solve", "crba", NULL, 0, 0},
-    {"batch_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", 1, 0},
-    {"batch_crba", "specialised_solve", "crba", NULL, 1, 0},
-    {"table", "specialised", "aba", NULL, 0, 0},
+    {"scalar_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", "f64", LANES_NONE},
+    {"body_lanes_aba", "specialised_body_lanes", "aba", NULL, "f64xn", LANES_BODIES},
+    {"payloads_aba", "specialised_solve", "aba", "-DROBOT_PAYLOADS", "f64", LANES_NONE},
+    {"scalar_crba", "specialised_solve", "crba", NULL, "f64", LANES_NONE},
+    {"batch_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", "f64xn", LANES_STATES},
+    {"batch_crba", "specialised_solve", "crba", NULL, "f64xn", LANES_STATES},
+    {"batch_f32_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", "f32xn", LANES_STATES},
+    {"batch_f32_crba", "specialised_solve", "crba", NULL, "f32xn", LANES_STATES},
+    {"table", "specialised", "aba", NULL, "f64", LANES_NONE},
 };
 enum { OBJECTS = sizeof objects / sizeof *objects, TABLE = OBJECTS - 1 };
 
@@ -122,10 +125,9 @@ struct build_paths {
     const char *sources, *folder;
 };
 
-/* lanes: states of a batch, "0": none. */
+/* single: no batches. */
 static void add_compile_command(struct writer *w, const struct compiler_info *compiler,
-                                const struct build_paths *p, const struct object *o,
-                                const char *lanes)
+                                const struct build_paths *p, const struct object *o, int single)
 {
     const struct isa *isa = current_isa();
     begin_command(w, compiler);
@@ -146,16 +148,19 @@ static void add_compile_command(struct writer *w, const struct compiler_info *co
     add_formatted(w, "-DTFA_ISA_NAME=%s", isa->name);
     if (o->define)
         add_argument(w, o->define);
-    if (o == &objects[TABLE])
-        add_formatted(w, "-DROBOT_BATCH_LANES=%s", lanes);
-    else if (o->lanes && !o->body_lanes) /* the tables hold the number of body lanes */
-        add_formatted(w, "-DTFA_LANES=%s", lanes);
+    if (o == &objects[TABLE]) {
+        add_formatted(w, "-DROBOT_BATCH_LANES=%s", single ? "0" : isa->lanes_f64);
+        add_formatted(w, "-DROBOT_BATCH_F32_LANES=%s", single ? "0" : isa->lanes_f32);
+    } else if (o->lanes == LANES_STATES) { /* the tables hold the number of body lanes */
+        add_formatted(w, "-DTFA_LANES=%s",
+                      strcmp(o->number, "f32xn") == 0 ? isa->lanes_f32 : isa->lanes_f64);
+    }
     add_formatted(w, "-I%s", p->folder);
     add_formatted(w, "-I%s", p->sources);
     add_formatted(w, "-I%s/include", p->sources);
     add_formatted(w, "-I%s/dynamics/specialised/%s", p->sources, o->algorithm);
-    add_formatted(w, "-I%s/number/%s", p->sources, o->lanes ? "f64xn" : "f64");
-    if (o->body_lanes)
+    add_formatted(w, "-I%s/number/%s", p->sources, o->number);
+    if (o->lanes == LANES_BODIES)
         add_formatted(w, "-I%s/layout/specialised_body_lanes", p->sources);
     add_formatted(w, "-I%s/layout/specialised", p->sources);
     add_argument(w, "-c");
@@ -166,8 +171,8 @@ static void add_compile_command(struct writer *w, const struct compiler_info *co
 
 static int is_wanted(const struct object *o, int single, int algorithms)
 {
-    const int batch = o->lanes && !o->body_lanes;
-    return !(batch && single) && (algorithms > 1 || strcmp(o->algorithm, "crba") != 0);
+    return !(o->lanes == LANES_STATES && single) &&
+           (algorithms > 1 || strcmp(o->algorithm, "crba") != 0);
 }
 
 int build_commands_write(struct build_commands *commands, const struct compiler_info *compiler,
@@ -180,8 +185,7 @@ int build_commands_write(struct build_commands *commands, const struct compiler_
     commands->runs = 0;
     for (int k = 0; k < OBJECTS; k++)
         if (is_wanted(&objects[k], (int)options->single, algorithms))
-            add_compile_command(&w, compiler, &p, &objects[k],
-                                options->single ? "0" : current_isa()->lanes);
+            add_compile_command(&w, compiler, &p, &objects[k], (int)options->single);
     begin_command(&w, compiler);
     static const char *const link[] = {
         "-shared", "-Wl,--gc-sections", "-Wl,-z,defs", "-Wl,-z,now", "-s", NULL};

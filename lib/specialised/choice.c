@@ -18,11 +18,12 @@
 #define UNROLLED_BODIES_MAX 40
 #define BATCH_TIPS_BODIES_MAX 16
 
-/* It is taken if it is faster by this and no less accurate (root mean square over the states,
- * relative to quadruple precision). */
+/* It is taken if it is faster by this and, with every tip, no less accurate: its error (root mean
+ * square over the states, relative to quadruple precision) over that of articulated bodies, or over
+ * that of rounding. */
 #define FASTER 0.97
-#define ERROR_RATIO_MAX 2
-#define ERROR_MIN 2e-16
+#define LOSS_MAX 2
+#define ERROR_MIN(states) ((states) == BATCH_F32 ? 1e-7 : 2e-16)
 #define ROUNDS 40
 
 static const char *const algorithms[ALGORITHMS] = {"aba", "crba"};
@@ -30,20 +31,28 @@ static const char *const algorithms[ALGORITHMS] = {"aba", "crba"};
 static const struct {
     const char *macro, *name, *function, *variant; /* tfa_robot_FUNCTION_VARIANT_ALGORITHM */
     tfa_op op;
-    uint32_t tips, batch;
+    uint32_t tips;
+    enum { ONE, BATCH, BATCH_F32 } states;
 } kinds[CHOICES] = {
     [CHOICE_FORWARD] = {"ROBOT_FORWARD_ONE", "forward", "forward", "scalar",
-                        TFA_OP_FORWARD_DYNAMICS, 0, 0},
+                        TFA_OP_FORWARD_DYNAMICS, 0, ONE},
     [CHOICE_LAMBDA] = {"ROBOT_LAMBDA_ONE", "lambda", "lambda", "scalar", TFA_OP_OPERATIONAL_INERTIA,
-                       1, 0},
+                       1, ONE},
     [CHOICE_FORWARD_LAMBDA] = {"ROBOT_FORWARD_LAMBDA_ONE", "forward+lambda", "forward_lambda",
-                               "scalar", TFA_OP_FORWARD_DYNAMICS, 1, 0},
+                               "scalar", TFA_OP_FORWARD_DYNAMICS, 1, ONE},
     [CHOICE_FORWARD_BATCH] = {"ROBOT_FORWARD_BATCH", "batch forward", "forward", "batch",
-                              TFA_OP_FORWARD_DYNAMICS, 0, 1},
+                              TFA_OP_FORWARD_DYNAMICS, 0, BATCH},
     [CHOICE_LAMBDA_BATCH] = {"ROBOT_LAMBDA_BATCH", "batch lambda", "lambda", "batch",
-                             TFA_OP_OPERATIONAL_INERTIA, 1, 1},
+                             TFA_OP_OPERATIONAL_INERTIA, 1, BATCH},
     [CHOICE_FORWARD_LAMBDA_BATCH] = {"ROBOT_FORWARD_LAMBDA_BATCH", "batch forward+lambda",
-                                     "forward_lambda", "batch", TFA_OP_FORWARD_DYNAMICS, 1, 1},
+                                     "forward_lambda", "batch", TFA_OP_FORWARD_DYNAMICS, 1, BATCH},
+    [CHOICE_FORWARD_BATCH_F32] = {"ROBOT_FORWARD_BATCH_F32", "batch f32 forward", "forward",
+                                  "batch_f32", TFA_OP_FORWARD_DYNAMICS, 0, BATCH_F32},
+    [CHOICE_LAMBDA_BATCH_F32] = {"ROBOT_LAMBDA_BATCH_F32", "batch f32 lambda", "lambda",
+                                 "batch_f32", TFA_OP_OPERATIONAL_INERTIA, 1, BATCH_F32},
+    [CHOICE_FORWARD_LAMBDA_BATCH_F32] = {"ROBOT_FORWARD_LAMBDA_BATCH_F32",
+                                         "batch f32 forward+lambda", "forward_lambda", "batch_f32",
+                                         TFA_OP_FORWARD_DYNAMICS, 1, BATCH_F32},
 };
 
 /* ---- what there is ---- */
@@ -63,7 +72,7 @@ static void write_function(struct text_buffer *t, const tfa_model *m, int kind, 
     const char *name = algorithms[algorithm];
     text_append(t, "#define %s ", kinds[kind].macro);
     if ((forward && !lanes && m->bodies > UNROLLED_BODIES_MAX) ||
-        (kinds[kind].batch && kinds[kind].tips && m->bodies > BATCH_TIPS_BODIES_MAX))
+        (kinds[kind].states != ONE && kinds[kind].tips && m->bodies > BATCH_TIPS_BODIES_MAX))
         text_append(t, "tfa_robot_none\n");
     else if (kind == CHOICE_FORWARD && lanes && algorithm == ALGORITHM_ABA)
         text_append(t, "tfa_robot_forward_body_lanes_aba\n");
@@ -82,6 +91,7 @@ void specialised_choice_write(struct text_buffer *t, const tfa_model *m,
     text_append(t,
                 "#define ROBOT_INVERSE_ONE tfa_robot_inverse_scalar_aba\n"
                 "#define ROBOT_INVERSE_BATCH tfa_robot_inverse_batch_aba\n"
+                "#define ROBOT_INVERSE_BATCH_F32 tfa_robot_inverse_batch_f32_aba\n"
                 "#define ROBOT_INVERSE_PAYLOADS tfa_robot_inverse_payloads_aba\n"
                 "#define ROBOT_FORWARD_PAYLOADS %s\n#define ROBOT_ALGORITHMS \"",
                 m->bodies > UNROLLED_BODIES_MAX ? "tfa_robot_none"
@@ -91,11 +101,7 @@ void specialised_choice_write(struct text_buffer *t, const tfa_model *m,
     text_append(t, "\"\n");
 }
 
-/* ---- time and error of a candidate ---- */
-
-struct measured {
-    double ns, error; /* of a state; infinite: it does not answer */
-};
+/* ---- times ---- */
 
 static double now_ns(void)
 {
@@ -104,25 +110,72 @@ static double now_ns(void)
     return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
 
+/* States at a time; 0: there is no code for them */
+static uint32_t lanes_of(const struct tfa_specialised_kernel *kernel, int kind)
+{
+    const uint32_t lanes[] = {[ONE] = 1, [BATCH] = kernel->lanes, [BATCH_F32] = kernel->lanes_f32};
+    return lanes[kinds[kind].states];
+}
+
 /* Computes all states; returns whether all have answers. */
 static int run_states(struct self_test *t, const struct tfa_specialised_kernel *kernel, int kind)
 {
-    const uint32_t lanes = kinds[kind].batch ? kernel->lanes : 0, count = t->request.count;
+    const uint32_t count = t->request.count, lanes = lanes_of(kernel, kind);
     int answered = 1;
-    for (uint32_t k = 0; k < count && !lanes; k++)
-        answered &= kernel->solve(&t->host, &t->request, k, &t->tested.reply) != 0;
-    for (uint32_t k = 0; lanes && k < count; k += lanes)
-        answered &=
-            kernel->solve_batch(&t->host, &t->request, k, count - k < lanes ? count - k : lanes,
-                                &t->tested.reply) != 0;
+    for (uint32_t k = 0; k < count; k += lanes) {
+        const uint32_t some = count - k < lanes ? count - k : lanes;
+        if (kinds[kind].states == ONE)
+            answered &= kernel->solve(&t->host, &t->request, k, &t->tested.reply) != 0;
+        else
+            answered &=
+                (kinds[kind].states == BATCH ? kernel->solve_batch : kernel->solve_batch_f32)(
+                    &t->host, &t->request, k, some, &t->tested.reply) != 0;
+    }
     return answered;
 }
 
+/* Sets the request: all states, with a tip on this frame, no sentinel. */
+static void set_request(struct self_test *t, tfa_op op, uint32_t tips, uint32_t frame)
+{
+    const struct self_test_case q = {"", op, tips, TFA_FRAME_LOCAL_WORLD_ALIGNED, 0, 0};
+    self_test_request(t, &q, t->model->bodies - 1);
+    t->request.count = SELF_TEST_STATES;
+    t->request.estimate = TFA_ESTIMATE_NEVER;
+    t->request.tips[0] = frame;
+}
+
+/* Do both answer such requests? */
+static int is_answered(const struct self_test *t,
+                       const struct tfa_specialised_kernel *const *kernel, int kind)
+{
+    int answered = 1;
+    for (int a = 0; a < ALGORITHMS; a++)
+        answered &= kernel[a]->supports(&t->host, &t->request) && lanes_of(kernel[a], kind);
+    return answered;
+}
+
+/* Least times of all rounds, in which the candidates take turns. Returns whether crba is faster. */
+static int is_faster(struct self_test *t, const struct tfa_specialised_kernel *const *kernel,
+                     int kind)
+{
+    double ns[ALGORITHMS] = {(double)INFINITY, (double)INFINITY};
+    set_request(t, kinds[kind].op, kinds[kind].tips, t->model->body[t->model->bodies - 1].link);
+    for (int round = 0; round < ROUNDS && is_answered(t, kernel, kind); round++)
+        for (int a = 0; a < ALGORITHMS; a++) {
+            const double start = now_ns();
+            if (run_states(t, kernel[a], kind))
+                ns[a] = fmin(ns[a], now_ns() - start);
+        }
+    return ns[ALGORITHM_CRBA] < FASTER * ns[ALGORITHM_ABA];
+}
+
+/* ---- errors ---- */
+
 /* Root mean square over the states of |x - exact| / |exact|, largest entries */
-static double relative_error(const double *x, const double *exact, size_t n, uint32_t states)
+static double relative_error(const double *x, const double *exact, size_t n)
 {
     double sum = 0;
-    for (uint32_t k = 0; k < states; k++, x += n, exact += n) {
+    for (uint32_t k = 0; k < SELF_TEST_STATES; k++, x += n, exact += n) {
         double most = 0, size = 0;
         for (size_t e = 0; e < n; e++) {
             most = fmax(most, fabs(x[e] - exact[e]));
@@ -130,61 +183,68 @@ static double relative_error(const double *x, const double *exact, size_t n, uin
         }
         sum += size > 0 ? most / size * (most / size) : 0;
     }
-    return sqrt(sum / states);
+    return sqrt(sum / SELF_TEST_STATES);
 }
 
-static double error_of(const struct self_test *t, int kind)
+/* Of the accelerations and of Lambda^-1; 0 where the request does not ask for them */
+struct errors {
+    double qdd, lambda;
+};
+
+static struct errors errors_of(const struct self_test *t, int kind)
 {
-    const uint32_t states = t->request.count;
     const tfa_reply *x = &t->tested.reply, *exact = &t->reference.reply;
-    double error = 0;
+    struct errors e = {0, 0};
     if (kinds[kind].op == TFA_OP_FORWARD_DYNAMICS)
-        error = relative_error(x->qdd, exact->qdd, t->model->v_count, states);
+        e.qdd = relative_error(x->qdd, exact->qdd, t->model->v_count);
     if (kinds[kind].tips)
-        error = fmax(error, relative_error(x->lambda_inv, exact->lambda_inv, 36, states));
-    return error;
+        e.lambda = relative_error(x->lambda_inv, exact->lambda_inv, 36);
+    return e;
 }
 
-/* Least time of all rounds, in which the candidates take turns */
-static void measure_kind(struct self_test *t, tfa_workspace *exact,
-                         const struct tfa_specialised_kernel *const kernel[ALGORITHMS], int kind,
-                         struct measured m[ALGORITHMS])
+/* Error by crba over that by aba, of the request that is set; its exact answers are there. */
+static double loss_of(struct self_test *t, const struct tfa_specialised_kernel *const *kernel,
+                      int kind)
 {
-    const struct self_test_case q = {
-        "", kinds[kind].op, kinds[kind].tips, TFA_FRAME_LOCAL_WORLD_ALIGNED, 0, 0};
-    self_test_request(t, &q, t->model->bodies - 1);
-    t->request.count = SELF_TEST_STATES;
-    for (int a = 0; a < ALGORITHMS; a++)
-        m[a] = (struct measured){(double)INFINITY, (double)INFINITY};
-    if (tfa_compute(exact, &t->request, &t->reference.reply) != TFA_OK)
-        return;
-    for (int round = 0; round < ROUNDS; round++)
-        for (int a = 0; a < ALGORITHMS; a++) {
-            if (!kernel[a]->supports(&t->host, &t->request) ||
-                (kinds[kind].batch && !kernel[a]->lanes))
-                continue;
-            const double start = now_ns();
-            if (!run_states(t, kernel[a], kind))
-                continue;
-            m[a].ns = fmin(m[a].ns, (now_ns() - start) / SELF_TEST_STATES);
-            m[a].error = error_of(t, kind);
+    const double least = ERROR_MIN(kinds[kind].states);
+    struct errors e[ALGORITHMS];
+    for (int a = 0; a < ALGORITHMS; a++) {
+        if (!is_answered(t, kernel, kind) || !run_states(t, kernel[a], kind))
+            return (double)INFINITY;
+        e[a] = errors_of(t, kind);
+    }
+    return fmax(e[ALGORITHM_CRBA].qdd / fmax(e[ALGORITHM_ABA].qdd, least),
+                e[ALGORITHM_CRBA].lambda / fmax(e[ALGORITHM_ABA].lambda, least));
+}
+
+/* Of each kind of request the largest over all frames that can be tips */
+static void measure_losses(struct self_test *t, tfa_workspace *exact,
+                           const struct tfa_specialised_kernel *const *kernel, double loss[CHOICES])
+{
+    for (uint32_t f = 0; f < t->model->frames; f++) {
+        if (t->model->frame[f].body < 0 || t->model->frame[f].part)
+            continue;
+        set_request(t, TFA_OP_FORWARD_DYNAMICS, 1, f);
+        const int status = tfa_compute(exact, &t->request, &t->reference.reply);
+        for (int kind = 0; kind < CHOICES; kind++) {
+            t->request.op = kinds[kind].op;
+            t->request.tip_count = kinds[kind].tips;
+            loss[kind] =
+                status == TFA_OK ? fmax(loss[kind], loss_of(t, kernel, kind)) : (double)INFINITY;
         }
+    }
 }
 
 /* ---- choosing ---- */
 
 static void choose(struct self_test *t, tfa_workspace *exact,
-                   const struct tfa_specialised_kernel *const kernel[ALGORITHMS],
-                   uint8_t choice[CHOICES])
+                   const struct tfa_specialised_kernel *const *kernel, uint8_t choice[CHOICES])
 {
-    for (int kind = 0; kind < CHOICES; kind++) {
-        struct measured m[ALGORITHMS];
-        measure_kind(t, exact, kernel, kind, m);
-        const struct measured *aba = &m[ALGORITHM_ABA], *crba = &m[ALGORITHM_CRBA];
-        if (crba->ns < FASTER * aba->ns &&
-            crba->error <= ERROR_RATIO_MAX * fmax(aba->error, ERROR_MIN))
+    double loss[CHOICES] = {0};
+    measure_losses(t, exact, kernel, loss);
+    for (int kind = 0; kind < CHOICES; kind++)
+        if (loss[kind] <= LOSS_MAX && is_faster(t, kernel, kind))
             choice[kind] = ALGORITHM_CRBA;
-    }
 }
 
 static const struct tfa_specialised_kernel *open_candidate(const char *path, const tfa_model *model,

@@ -48,7 +48,9 @@ int specialised_check_table(const char *path, const struct tfa_specialised_kerne
                       "'%s' is for the instruction set %s, the kernels here run on %s", path,
                       k->isa ? k->isa : "(none)", tfa_isa_name());
     if (!k->compiler || !k->algorithms || !k->supports || !k->solve ||
-        !k->lanes != !k->solve_batch || k->lanes > 16)
+        !k->lanes != !k->solve_batch || k->lanes > TFA_BATCH_LANES_MAX ||
+        !k->lanes_f32 != !k->solve_batch_f32 || !k->lanes_f32 != !k->supports_f32 ||
+        k->lanes_f32 > TFA_BATCH_LANES_MAX)
         return refuse(err, TFA_E_UNSUPPORTED, "'%s' is incomplete: a function is missing", path);
     return TFA_OK;
 }
@@ -65,8 +67,7 @@ static int open_shared_object(const char *path, const tfa_model *model, tfa_spec
     if (!s->kernel)
         return refuse(err, TFA_E_UNSUPPORTED, "'%s' exports no %s", path, TFA_SPECIALISED_SYMBOL);
     const int status = specialised_check_table(path, s->kernel, model, err);
-    return status == TFA_OK ? specialised_self_test(path, s->kernel, model, &s->error, err)
-                            : status;
+    return status == TFA_OK ? specialised_self_test(path, model, s, err) : status;
 }
 
 int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialised **specialised,
@@ -96,7 +97,8 @@ int tfa_specialised_load(const char *path, const tfa_model *model, tfa_specialis
 
 struct tfa_host_api specialised_host_api(const tfa_model *model)
 {
-    return (struct tfa_host_api){model, tfa_backend_select()->f64->sincos,
+    const struct tfa_kernel *kernel = tfa_backend_select()->f64;
+    return (struct tfa_host_api){model, kernel->sincos, kernel->sincos_f32,
                                  tfa_body_add_payload_inertia, tfa_payload_bound};
 }
 
@@ -133,8 +135,10 @@ tfa_specialised_info tfa_specialised_describe(const tfa_specialised *s)
                                   .algorithms = s->kernel->algorithms,
                                   .bodies = s->kernel->bodies,
                                   .lanes = s->kernel->lanes,
+                                  .lanes_f32 = s->kernel->lanes_f32,
                                   .digest = s->digest,
-                                  .error = s->error};
+                                  .error = s->error,
+                                  .error_f32 = s->error_f32};
 }
 
 void tfa_specialised_free(tfa_specialised *s)

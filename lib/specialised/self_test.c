@@ -12,8 +12,23 @@
 
 #include "specialised/self_test.h"
 
+/* Largest difference, or so many times the generic answer's error estimate. Answers in float whose
+ * sentinel did not trip have lost at most 1e-3 (SENTINEL_LIMIT) in a joint. */
 #define RELATIVE_ERROR_MAX 1e-10
-#define ESTIMATE_FACTOR 100 /* of the generic answer's error estimate */
+#define RELATIVE_ERROR_MAX_F32 1e-2
+#define ESTIMATE_FACTOR 100
+#define ROUNDING_F32 0x1p29 /* that of floats over that of doubles */
+
+/* How states are computed: one at a time or as a batch, doubles or floats */
+enum way { ALONE, BATCH, BATCH_F32, WAYS };
+static const char *const way_names[WAYS] = {"", ", several at a time",
+                                            ", several at a time, in float"};
+
+static uint32_t lanes_of(const struct tfa_specialised_kernel *kernel, enum way way)
+{
+    return way == ALONE ? 1 : way == BATCH ? kernel->lanes : kernel->lanes_f32;
+}
+
 /* ---- requests ---- */
 
 #define FORWARD TFA_OP_FORWARD_DYNAMICS
@@ -130,15 +145,15 @@ static double difference(const struct result_array *p)
 }
 
 /* Compares state k and updates *error. Returns the name of the wrong array, or NULL. */
-static const char *compare_state(const struct self_test *t, uint32_t k, double *wrong,
+static const char *compare_state(const struct self_test *t, uint32_t k, enum way way, double *wrong,
                                  double *error)
 {
     struct result_array p[4];
     const uint32_t count = result_arrays(t, k, p);
-    const double estimate = t->reference.answers[k].error_estimate;
-    const double bound = estimate * ESTIMATE_FACTOR > RELATIVE_ERROR_MAX
-                             ? estimate * ESTIMATE_FACTOR
-                             : RELATIVE_ERROR_MAX;
+    const double least = way == BATCH_F32 ? RELATIVE_ERROR_MAX_F32 : RELATIVE_ERROR_MAX;
+    const double estimate = t->reference.answers[k].error_estimate * ESTIMATE_FACTOR *
+                            (way == BATCH_F32 ? ROUNDING_F32 : 1);
+    const double bound = estimate > least ? estimate : least; /* also without an estimate */
     const int motion = t->request.op != TFA_OP_OPERATIONAL_INERTIA;
     const double motion_size =
         motion ? fmax(largest(p[0].reference, p[0].n), largest(p[1].reference, p[1].n)) : 0;
@@ -149,7 +164,7 @@ static const char *compare_state(const struct self_test *t, uint32_t k, double *
             *wrong = relative;
             return p[i].name;
         }
-        if (bound <= RELATIVE_ERROR_MAX)
+        if (bound <= least)
             *error = fmax(*error, relative);
     }
     return NULL;
@@ -157,17 +172,19 @@ static const char *compare_state(const struct self_test *t, uint32_t k, double *
 
 /* ---- asking it ---- */
 
-/* Runs the kernel on all states, `lanes` at a time (0: one); done[k]: it answered. */
+/* Runs the kernel on all states; done[k]: it answered. */
 static void run_kernel(struct self_test *t, const struct tfa_specialised_kernel *kernel,
-                       uint32_t lanes, uint8_t done[SELF_TEST_STATES])
+                       enum way way, uint8_t done[SELF_TEST_STATES])
 {
-    const uint32_t count = t->request.count;
+    const uint32_t count = t->request.count, lanes = lanes_of(kernel, way);
     for (uint32_t k = 0; k < count;) {
-        const uint32_t some = !lanes ? 1 : count - k < lanes ? count - k : lanes;
+        const uint32_t some = count - k < lanes ? count - k : lanes;
         tfa_reply reply = t->tested.reply;
         reply.answers = NULL;
-        const int finite = lanes ? kernel->solve_batch(&t->host, &t->request, k, some, &reply)
-                                 : kernel->solve(&t->host, &t->request, k, &reply);
+        const int finite = way == ALONE
+                               ? kernel->solve(&t->host, &t->request, k, &reply)
+                               : (way == BATCH ? kernel->solve_batch : kernel->solve_batch_f32)(
+                                     &t->host, &t->request, k, some, &reply);
         for (uint32_t l = 0; l < some; l++)
             done[k + l] = finite != 0;
         k += some;
@@ -175,17 +192,17 @@ static void run_kernel(struct self_test *t, const struct tfa_specialised_kernel 
 }
 
 static int report_difference(struct error_text *err, const char *path, const char *question,
-                             uint32_t lanes, const char *result_array, uint32_t k, double wrong)
+                             enum way way, const char *result_array, uint32_t k, double wrong)
 {
     char size[48] = "has numbers that were not written, or are none";
     if (!isnan(wrong))
         snprintf(size, sizeof size, "is off by %.2g of its size", wrong);
     return refuse(err, TFA_E_NOT_COMPUTED, "'%s' is refused: %s%s: %s of state %u %s", path,
-                  question, lanes ? ", several at a time" : "", result_array, k, size);
+                  question, way_names[way], result_array, k, size);
 }
 
 static int run_case(struct self_test *t, const struct tfa_specialised_kernel *kernel,
-                    const char *path, const struct self_test_case *test_case, uint32_t lanes,
+                    const char *path, const struct self_test_case *test_case, enum way way,
                     double *error, struct error_text *err)
 {
     uint8_t done[SELF_TEST_STATES] = {0};
@@ -195,7 +212,7 @@ static int run_case(struct self_test *t, const struct tfa_specialised_kernel *ke
     if (test_case->op != TFA_OP_INVERSE_DYNAMICS)
         r.estimate = TFA_ESTIMATE_ALWAYS;
     (void)tfa_compute(t->generic, &r, &t->reference.reply);
-    run_kernel(t, kernel, lanes, done);
+    run_kernel(t, kernel, way, done);
     if (!guards_intact(t))
         return refuse(err, TFA_E_NOT_COMPUTED,
                       "'%s' is refused: %s: it writes behind the end of an answer", path,
@@ -205,16 +222,30 @@ static int run_case(struct self_test *t, const struct tfa_specialised_kernel *ke
             continue;
         t->compared++;
         t->unanswered += !done[k];
-        const char *result_array = done[k] ? compare_state(t, k, &wrong, error) : NULL;
+        const char *result_array = done[k] ? compare_state(t, k, way, &wrong, error) : NULL;
         if (result_array)
-            return report_difference(err, path, test_case->name, lanes, result_array, k, wrong);
+            return report_difference(err, path, test_case->name, way, result_array, k, wrong);
     }
     return TFA_OK;
 }
 
-static int run_case_on_tips(struct self_test *t, const struct tfa_specialised_kernel *kernel,
-                            const char *path, const struct self_test_case *test_case, double *error,
-                            struct error_text *err)
+/* In all ways in which the kernel answers the request */
+static int run_case_in_all_ways(struct self_test *t, tfa_specialised *s, const char *path,
+                                const struct self_test_case *test_case, struct error_text *err)
+{
+    const struct tfa_specialised_kernel *kernel = s->kernel;
+    const int doubles = kernel->supports(&t->host, &t->request);
+    const int floats = kernel->lanes_f32 && kernel->supports_f32(&t->host, &t->request);
+    int status = TFA_OK;
+    for (enum way way = ALONE; status == TFA_OK && way < WAYS; way++)
+        if (lanes_of(kernel, way) && (way == BATCH_F32 ? floats : doubles))
+            status = run_case(t, kernel, path, test_case, way,
+                              way == BATCH_F32 ? &s->error_f32 : &s->error, err);
+    return status;
+}
+
+static int run_case_on_tips(struct self_test *t, tfa_specialised *s, const char *path,
+                            const struct self_test_case *test_case, struct error_text *err)
 {
     int status = TFA_OK;
     tfa_reply checked;
@@ -222,24 +253,20 @@ static int run_case_on_tips(struct self_test *t, const struct tfa_specialised_ke
         if (tip == t->model->bodies)
             break;
         self_test_request(t, test_case, tip);
-        if (tfa_request_check(t->model, &t->request, &checked) != TFA_OK ||
-            !kernel->supports(&t->host, &t->request))
-            continue;
-        status = run_case(t, kernel, path, test_case, 0, error, err);
-        if (status == TFA_OK && kernel->lanes)
-            status = run_case(t, kernel, path, test_case, kernel->lanes, error, err);
+        if (tfa_request_check(t->model, &t->request, &checked) == TFA_OK)
+            status = run_case_in_all_ways(t, s, path, test_case, err);
     }
     return status;
 }
 
-int specialised_self_test(const char *path, const struct tfa_specialised_kernel *kernel,
-                          const tfa_model *model, double *error, struct error_text *err)
+int specialised_self_test(const char *path, const tfa_model *model, tfa_specialised *s,
+                          struct error_text *err)
 {
     struct self_test t;
-    *error = 0;
+    s->error = s->error_f32 = 0;
     int status = self_test_open(&t, model);
     for (size_t i = 0; status == TFA_OK && i < sizeof cases / sizeof *cases; i++)
-        status = run_case_on_tips(&t, kernel, path, &cases[i], error, err);
+        status = run_case_on_tips(&t, s, path, &cases[i], err);
     if (status == TFA_OK && 2 * t.unanswered >= t.compared)
         status = refuse(err, TFA_E_NOT_COMPUTED,
                         "'%s' is refused: it left %u of %u states to the generic kernel", path,

@@ -10,13 +10,15 @@
 
 /* ---- random states, the same each time ---- */
 
-/* xorshift64* (Vigna 2016) */
+/* xorshift64* (Vigna 2016); numbers that floats hold, so that errors in float are those of the
+ * arithmetic */
 static double uniform(uint64_t *seed, double lowest, double highest)
 {
     *seed ^= *seed >> 12;
     *seed ^= *seed << 25;
     *seed ^= *seed >> 27;
-    return lowest + (highest - lowest) * (double)(*seed * 0x2545f4914f6cdd1dull >> 11) * 0x1p-53;
+    return (float)(lowest +
+                   (highest - lowest) * (double)(*seed * 0x2545f4914f6cdd1dull >> 11) * 0x1p-53);
 }
 
 static double *fill(double **at, size_t n, uint64_t *seed, double most)

@@ -22,7 +22,7 @@ struct tfa_specialised {
     int file;
     char *path;
     uint8_t digest[32];
-    double error;
+    double error, error_f32;
 };
 
 /* Buffer for an error text; may have size 0. */
@@ -85,9 +85,10 @@ int specialised_check_table(const char *path, const struct tfa_specialised_kerne
 
 /* ---- self_test.c ---- */
 
-/* Compares a kernel's answers with the generic ones; *error: the largest relative difference. */
-int specialised_self_test(const char *path, const struct tfa_specialised_kernel *kernel,
-                          const tfa_model *model, double *error, struct error_text *err);
+/* Compares the answers of s->kernel with the generic ones; s->error, s->error_f32: the largest
+ * relative differences. */
+int specialised_self_test(const char *path, const tfa_model *model, tfa_specialised *s,
+                          struct error_text *err);
 
 /* ---- tables.c, text_buffer.c ---- */
 
@@ -125,6 +126,9 @@ enum {
     CHOICE_FORWARD_BATCH,
     CHOICE_LAMBDA_BATCH,
     CHOICE_FORWARD_LAMBDA_BATCH,
+    CHOICE_FORWARD_BATCH_F32,
+    CHOICE_LAMBDA_BATCH_F32,
+    CHOICE_FORWARD_LAMBDA_BATCH_F32,
     CHOICES
 };
 
@@ -170,12 +174,12 @@ int find_compiler(const char *wanted, const char *folder, const struct process_l
 
 /* Command lines that make a shared object: at most BUILD_COMMANDS_MAX, each ends with NULL. The
  * last two compile the table, which needs robot_choice.h, and link. */
-#define BUILD_COMMANDS_MAX 8
+#define BUILD_COMMANDS_MAX 10
 #define BUILD_ARGUMENTS_MAX 60
 struct build_commands {
     int runs;
     const char *argv[BUILD_COMMANDS_MAX][BUILD_ARGUMENTS_MAX];
-    char storage[96][640]; /* formatted arguments */
+    char storage[128][640]; /* formatted arguments */
 };
 int build_commands_write(struct build_commands *commands, const struct compiler_info *compiler,
                          const char *sources, const char *folder,

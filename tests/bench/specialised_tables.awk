@@ -79,11 +79,26 @@ function table_page(    k) {
             times("lambda"), times("batch"), times("fd-cold"), specialised("code_bytes") / 1000, second(specialised("compile_s"))
     }
 }
+# Batches in single precision
+function rate(task,    f64) {
+    f64 = specialised(task == "batch-f32" ? "batch" : "batch-id")
+    return over(f64, specialised(task))
+}
+function table_single(    k) {
+    print "| robot | joints | qdd | specialised | x | tau, x | Λ⁻¹, x | qdd and Λ⁻¹, x | rate of double, qdd | tau |"
+    print "|---|---|---|---|---|---|---|---|---|---|"
+    for (k = 1; k <= count; k++) {
+        name = list[k]
+        printf "| %s | %s | %s | %s | %s | %s | %s | %s |\n", name, joints[name], pair("batch-f32"), times("batch-f32-id"),
+            times("batch-f32-lambda"), times("batch-f32+lambda"), rate("batch-f32"), rate("batch-f32-id")
+    }
+}
 END {
     if (table == "kernels") table_kernels()
     else if (table == "warm") table_warm()
     else if (table == "cold") table_cold()
     else if (table == "batch") table_batch()
+    else if (table == "single") table_single()
     else if (table == "page") table_page()
     else { print "specialised_tables.awk: no table " table; exit 1 }
 }

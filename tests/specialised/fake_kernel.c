@@ -28,6 +28,8 @@
 #define FAULT_WRITES_TOO_MUCH 11 /* behind the end of tau */
 #define FAULT_NEVER_ANSWERS 12
 #define FAULT_LEAVES_A_HOLE 13 /* a number is not one */
+#define FAULT_WRONG_FLOATS 14  /* right in double only */
+#define FAULT_HALF_OF_FLOATS 15
 #ifndef FAKE_KERNEL_FAULT
 #define FAKE_KERNEL_FAULT FAULT_SOUND
 #endif
@@ -171,6 +173,15 @@ static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, ui
     return 1;
 }
 
+static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                           uint32_t count, tfa_reply *reply)
+{
+    const int done = solve_batch(host, r, k, count, reply);
+    if (FAKE_KERNEL_FAULT == FAULT_WRONG_FLOATS)
+        reply->tau[(size_t)ROBOT_V_COUNT * (k + count - 1)] += 1;
+    return done;
+}
+
 static int supports(const struct tfa_host_api *host, const tfa_request *r)
 {
     (void)host;
@@ -197,7 +208,10 @@ __attribute__((visibility("default"))) const struct tfa_specialised_kernel
         .algorithms = "inverse rnea",
         .bodies = ROBOT_BODIES,
         .lanes = 4,
+        .lanes_f32 = 8,
         .supports = supports,
+        .supports_f32 = FAKE_KERNEL_FAULT == FAULT_HALF_OF_FLOATS ? NULL : supports,
+        .solve_batch_f32 = solve_batch_f32,
         .solve = FAKE_KERNEL_FAULT == FAULT_HALF_A_TABLE ? NULL : solve,
         .solve_batch = solve_batch,
 };

@@ -27,6 +27,8 @@ static const struct {
     {"WRITES_TOO_MUCH", TFA_E_NOT_COMPUTED, "behind the end"},
     {"NEVER_ANSWERS", TFA_E_NOT_COMPUTED, "states to the generic kernel"},
     {"LEAVES_A_HOLE", TFA_E_NOT_COMPUTED, "not written"},
+    {"WRONG_FLOATS", TFA_E_NOT_COMPUTED, "in float"},
+    {"HALF_OF_FLOATS", TFA_E_UNSUPPORTED, "incomplete"},
 };
 
 TEST(faults_are_refused)
@@ -61,9 +63,10 @@ static void set_motion(struct motion *m)
     }
 }
 
-static tfa_workspace *workspace_of(const bench *b, const tfa_specialised *kernel)
+static tfa_workspace *workspace_of(const bench *b, const tfa_specialised *kernel,
+                                   tfa_precision precision)
 {
-    const tfa_workspace_options options = {.specialised = kernel};
+    const tfa_workspace_options options = {.precision = precision, .specialised = kernel};
     tfa_workspace *w = workspace_for(b->arm, &options);
     return w;
 }
@@ -108,7 +111,8 @@ TEST(a_sound_kernel_answers)
     assert_true(info.error < 1e-10);
     assert_true(info.error > 0); /* it did answer, by other steps than the generic kernel */
     set_motion(&m);
-    tfa_workspace *specialised = workspace_of(&b, kernel), *generic = workspace_of(&b, NULL);
+    tfa_workspace *specialised = workspace_of(&b, kernel, TFA_F64),
+                  *generic = workspace_of(&b, NULL, TFA_F64);
     for (uint32_t count = 1; count <= STATES; count++) {
         tfa_request r = {.op = TFA_OP_INVERSE_DYNAMICS,
                          .refine = TFA_REFINE_DEFAULT,
@@ -126,8 +130,9 @@ TEST(a_sound_kernel_answers)
     bench_close(&b);
 }
 
-/* It does answer: the fake kernel's numbers are not to the bit those of the generic kernel. */
-TEST(it_is_the_kernel_that_answers)
+/* It does answer: the fake kernel's numbers are not to the bit those of the generic kernel. In
+ * float it computes doubles as well, unlike the generic kernel. */
+static void assert_kernel_answers(tfa_precision precision)
 {
     bench b;
     tfa_specialised *kernel;
@@ -142,7 +147,7 @@ TEST(it_is_the_kernel_that_answers)
     int differs = 0;
     for (int state_of = 0; state_of < STATES; state_of++) {
         for (int k = 0; k < 2; k++) {
-            tfa_workspace *w = workspace_of(&b, both[k]);
+            tfa_workspace *w = workspace_of(&b, both[k], precision);
             const tfa_request r = {.op = TFA_OP_INVERSE_DYNAMICS,
                                    .count = 1,
                                    .q = m.q + 7 * state_of,
@@ -155,6 +160,40 @@ TEST(it_is_the_kernel_that_answers)
         differs |= memcmp(tau[0], tau[1], sizeof tau[0]) != 0;
     }
     assert_true(differs);
+    tfa_specialised_free(kernel);
+    bench_close(&b);
+}
+
+TEST(it_is_the_kernel_that_answers)
+{
+    assert_kernel_answers(TFA_F64);
+    assert_kernel_answers(TFA_F32);
+}
+
+/* Refinement in another precision than that of the factors is the generic kernels'. */
+TEST(mixed_precision_is_left_to_the_generic_kernels)
+{
+    bench b;
+    tfa_specialised *kernel;
+    struct motion m;
+    char path[256];
+    double tau[2][STATES * 7];
+    bench_open(&b);
+    bench_build(&b, b.arm, "SOUND", bench_path(&b, "kernel.so", path));
+    assert_int_equal(tfa_specialised_load(path, b.arm, &kernel, NULL, 0), TFA_OK);
+    set_motion(&m);
+    const tfa_specialised *both[2] = {kernel, NULL};
+    for (int k = 0; k < 2; k++) {
+        const tfa_workspace_options options = {
+            .precision = TFA_F32, .residual = TFA_RESIDUAL_F64, .specialised = both[k]};
+        tfa_workspace *w = workspace_for(b.arm, &options);
+        const tfa_request r = {
+            .op = TFA_OP_INVERSE_DYNAMICS, .count = STATES, .q = m.q, .v = m.v, .qdd = m.qdd};
+        tfa_reply reply = {.tau = tau[k]};
+        assert_int_equal(tfa_compute(w, &r, &reply), TFA_OK);
+        tfa_workspace_free(w);
+    }
+    assert_memory_equal(tau[0], tau[1], sizeof tau[0]);
     tfa_specialised_free(kernel);
     bench_close(&b);
 }

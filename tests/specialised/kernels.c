@@ -54,6 +54,15 @@ static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, ui
     return sound;
 }
 
+static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                           uint32_t some, tfa_reply *reply)
+{
+    struct served *s = of(host->model);
+    const int sound = s->loaded->kernel->solve_batch_f32(host, r, k, some, reply);
+    s->states += sound ? some : 0;
+    return sound;
+}
+
 uint64_t kernels_answered(void)
 {
     uint64_t states = 0;
@@ -85,6 +94,7 @@ const tfa_specialised *kernels_find(const tfa_model *model)
     s->table = *s->loaded->kernel;
     s->table.solve = solve;
     s->table.solve_batch = s->table.solve_batch ? solve_batch : NULL;
+    s->table.solve_batch_f32 = s->table.solve_batch_f32 ? solve_batch_f32 : NULL;
     s->shown = *s->loaded;
     s->shown.kernel = &s->table;
     count++;

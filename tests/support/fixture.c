@@ -105,7 +105,7 @@ tfa_workspace *fixture_workspace(const tfa_model *model, tfa_precision precision
 
 tfa_workspace *fixture_mixed(const tfa_model *model, tfa_precision factors, tfa_residual residual)
 {
-    const int own = factors == TFA_F64 && residual == TFA_RESIDUAL_SAME;
+    const int own = factors != TFA_F128 && residual == TFA_RESIDUAL_SAME;
     const tfa_workspace_options options = {.precision = factors,
                                            .residual = residual,
                                            .methods = TFA_METHODS_ALL,

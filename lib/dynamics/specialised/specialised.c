@@ -63,6 +63,22 @@ static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, ui
 }
 #endif
 
+#if ROBOT_BATCH_F32_LANES
+robot_solve ROBOT_FORWARD_BATCH_F32, ROBOT_INVERSE_BATCH_F32, ROBOT_LAMBDA_BATCH_F32,
+    ROBOT_FORWARD_LAMBDA_BATCH_F32;
+
+static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                           uint32_t count, tfa_reply *reply)
+{
+    if (r->op == TFA_OP_INVERSE_DYNAMICS)
+        return ROBOT_INVERSE_BATCH_F32(host, r, k, count, reply);
+    if (r->op == TFA_OP_OPERATIONAL_INERTIA)
+        return ROBOT_LAMBDA_BATCH_F32(host, r, k, count, reply);
+    return (r->tip_count ? ROBOT_FORWARD_LAMBDA_BATCH_F32 : ROBOT_FORWARD_BATCH_F32)(host, r, k,
+                                                                                     count, reply);
+}
+#endif
+
 #define SPECIALISED_STRING_OF(x) #x
 #define SPECIALISED_STRING(x) SPECIALISED_STRING_OF(x)
 
@@ -82,5 +98,10 @@ const struct tfa_specialised_kernel tfa_specialised_kernel = {
     .solve = solve,
 #if ROBOT_BATCH_LANES
     .solve_batch = solve_batch,
+#endif
+#if ROBOT_BATCH_F32_LANES
+    .lanes_f32 = ROBOT_BATCH_F32_LANES,
+    .supports_f32 = supports_request_f32,
+    .solve_batch_f32 = solve_batch_f32,
 #endif
 };

@@ -20,11 +20,6 @@ TFA_INLINE int needs_generic_kernel(const struct state *s, const tfa_request *r)
     return r->estimate != TFA_ESTIMATE_NEVER && sentinel_trips(s);
 }
 
-TFA_INLINE double *state_array(double *array, size_t stride, uint32_t k)
-{
-    return array ? array + stride * k : NULL;
-}
-
 /* State k and those behind it; lanes that are left over repeat the last one */
 TFA_INLINE struct lane_states lanes_of_states(uint32_t k, uint32_t count)
 {
@@ -38,14 +33,17 @@ TFA_INLINE struct lane_states lanes_of_states(uint32_t k, uint32_t count)
 TFA_INLINE void joint_sincos(struct robot_inputs *in, const struct tfa_host_api *host, size_t first,
                              size_t end)
 {
-    host->sincos((const double *)(in->angle + first), (double *)(in->sine + first),
-                 (double *)(in->cosine + first), (end - first) * NUM_LANES);
+    _Generic((lane_real)0, double
+             : host->sincos, float
+             : host->sincos_f32)((const lane_real *)(in->angle + first),
+                                 (lane_real *)(in->sine + first), (lane_real *)(in->cosine + first),
+                                 (end - first) * NUM_LANES);
 }
 
 TFA_INLINE void load_positions(struct robot_inputs *in, const struct tfa_host_api *host,
                                const tfa_request *r, const struct lane_states *at)
 {
-    gather_positions(in, at, r);
+    gather_positions(in, at, r, 0, ROBOT_COORDINATES);
     joint_sincos(in, host, 0, ROBOT_UNIT_COORDINATES);
 }
 
@@ -70,8 +68,7 @@ static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_
     load_forward_inputs(&in, host, r, &at);
     init_state(&s, &in, host, r);
     solve_forward(&s, &factors, in.x, qdd);
-    scatter_outputs(qdd, state_array(reply->base_acceleration, 6, k),
-                    state_array(reply->qdd, ROBOT_V_COUNT, k), count);
+    scatter_outputs(qdd, &at, reply->base_acceleration, reply->qdd);
     return all_are_finite(qdd, ROBOT_UNIT_FREEDOMS) && !needs_generic_kernel(&s, r);
 }
 

@@ -23,19 +23,14 @@ TFA_INLINE int is_on_path(int32_t i, int32_t tip)
     return (int)(robot_path[tip][i / 64] >> (i % 64) & 1);
 }
 
-/* Below 2^900: the sign bit stays clear. A singular robot's answers are above, or not numbers. */
-#define DOUBLE_EXPONENT (UINT64_C(0x7ff) << 52)
-#define DOUBLE_TOO_LARGE ((uint64_t)(0x800 - (0x3ff + 900)) << 52)
-
+/* Answers of a singular robot are no numbers, or too large. */
 TFA_INLINE int all_are_finite(const num *x, size_t count)
 {
-    uint64_t sign = 0;
-    for (size_t k = 0; k < count * NUM_LANES; k++) {
-        uint64_t bits;
-        memcpy(&bits, (const char *)x + k * sizeof(double), sizeof bits);
-        sign |= (bits & DOUBLE_EXPONENT) + DOUBLE_TOO_LARGE;
-    }
-    return !(sign >> 63);
+    num_mask finite = num_is_moderate(x[0]);
+#pragma GCC unroll 64
+    for (size_t k = 1; k < count; k++)
+        finite &= num_is_moderate(x[k]);
+    return num_all(finite);
 }
 
 #ifdef ROBOT_PAYLOADS

@@ -41,8 +41,7 @@ static __attribute__((flatten, noinline)) int inverse_dynamics(const struct tfa_
     init_state(&s, &in, host, r);
     inverse_rnea(&s, in.x, tau);
     add_damping(tau, in.qd, 1);
-    scatter_outputs(tau, state_array(reply->base_wrench, 6, k),
-                    state_array(reply->tau, ROBOT_V_COUNT, k), count);
+    scatter_outputs(tau, &at, reply->base_wrench, reply->tau);
     return all_are_finite(tau, ROBOT_FREEDOMS);
 }
 

@@ -13,9 +13,6 @@
 
 /* ---- inputs: coordinates of the tree that hangs where the tip's does; they stand together ---- */
 
-#define ROBOT_GATHER_TREE(i)                                                                       \
-    if (!is_identity_map() && robot_body[i].tree == robot_body[tip].tree && !robot_body[i].base)   \
-        gather_position(in, at, r, robot_body[i].q);
 #define ROBOT_COUNT_TREE(i)                                                                        \
     end += robot_body[i].tree == robot_body[tip].tree && !robot_body[i].base;
 
@@ -25,11 +22,8 @@ TFA_INLINE void load_tree_positions(struct robot_inputs *in, const struct tfa_ho
     const struct tfa_body *root = &robot_body[robot_body[tip].tree];
     size_t end = root->base ? 0 : root->q;
     const size_t first = end;
-    in->angle = joint_angles(in, at, r);
-    ROBOT_OUTWARD(ROBOT_GATHER_TREE)
     ROBOT_OUTWARD(ROBOT_COUNT_TREE)
-    for (size_t k = 0; ROBOT_BASE && k < 7; k++)
-        in->base[k] = gather_input(at, r->base_pose, 7, k);
+    gather_positions(in, at, r, first, end);
     joint_sincos(in, host, first, end);
 }
 
@@ -65,35 +59,32 @@ TFA_INLINE struct wrench_columns unit_wrenches(const struct state *s, int32_t ti
 /* ---- output ---- */
 
 #if NUM_LANES > 1
-/* The first `count` lanes of C; returns whether all are finite */
-TFA_INLINE int store_lambda(const struct mat6_simd *C, double *out, uint32_t count)
+/* Returns whether all are finite. */
+TFA_INLINE int store_lambda(const struct mat6_simd *C, const struct lane_states *at, double *out)
 {
     const num *entry = (const num *)C;
-    for (uint32_t l = 0; l < count; l++)
-#pragma GCC unroll 36
-        for (int e = 0; e < 36; e++)
-            out[36 * l + (uint32_t)e] = num_lane(entry[e], l);
+    scatter_numbers(entry, at, out, 36, 36);
     return all_are_finite(entry, 36);
 }
 #else
-typedef uint64_t vector_bits __attribute__((vector_size(sizeof(num_vec))));
+typedef int64_t vector_bits __attribute__((vector_size(sizeof(num_vec))));
 
 /* As all_are_finite, of a matrix in vectors */
 TFA_INLINE int matrix_is_finite(const struct mat6_simd *C)
 {
-    vector_bits sign[VEC6_VECS] = {{0}};
-    uint64_t any = 0;
+    vector_bits too_large[VEC6_VECS] = {{0}};
+    int64_t any = 0;
     for (int e = 0; e < 6; e++)
         for (int k = 0; k < VEC6_VECS; k++)
-            sign[k] |= ((vector_bits)C->row[e].vec[k] & DOUBLE_EXPONENT) + DOUBLE_TOO_LARGE;
+            too_large[k] |= ((vector_bits)C->row[e].vec[k] & LANE_EXPONENT) >= LANE_EXPONENT_MAX;
     for (int e = 0; e < 6; e++)
-        any |= vec_lane(sign[e / NUM_VEC_LANES], e % NUM_VEC_LANES);
-    return !(any >> 63);
+        any |= vec_lane(too_large[e / NUM_VEC_LANES], e % NUM_VEC_LANES);
+    return !any;
 }
 
-TFA_INLINE int store_lambda(const struct mat6_simd *C, double *out, uint32_t count)
+TFA_INLINE int store_lambda(const struct mat6_simd *C, const struct lane_states *at, double *out)
 {
-    (void)count;
+    out += (size_t)36 * at->lane[0];
     for (int e = 0; e < 6; e++)
         vec6_store(out + 6 * e, &C->row[e]);
     return matrix_is_finite(C);
@@ -111,34 +102,53 @@ TFA_INLINE void pose_tree(struct state *s, int32_t tip)
     ROBOT_OUTWARD(ROBOT_POSE_TREE)
 }
 
-/* Lambda^-1 alone, of the tip on body `tip` */
-TFA_INLINE int lambda_of(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                         uint32_t count, int32_t tip, tfa_reply *reply)
+/* Tips with one copy of the code of factors. Large robots have one for each tree, which is half of
+ * the code of a humanoid; small robots one for each tip: one for all makes batches of Lambda^-1 of
+ * arm7 1.15 times as slow. */
+#define ROBOT_TIP_GROUP(i) (ROBOT_BODIES > ROBOT_ALL_TIPS_BODIES_MAX ? robot_body[i].tree : i)
+
+#define ROBOT_GROUP_TIP_CASE(i)                                                                    \
+    case i:                                                                                        \
+        if (ROBOT_TIP_GROUP(i) != group || !ROBOT_HAS_TIP(i))                                      \
+            return 0;                                                                              \
+        C = response_of_tip(&s, &factors, i, unit_wrenches(&s, i, f, r->frame));                   \
+        break;
+
+/* Lambda^-1 alone, of a tip of this group, which is a body of the tips' tree */
+TFA_INLINE int lambda_of_group(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                               uint32_t count, int32_t group, tfa_reply *reply)
 {
     const struct lane_states at = lanes_of_states(k, count);
+    const struct tfa_frame *f = &host->model->frame[r->tips[0]];
     struct robot_inputs in;
     struct state s;
     struct robot_factors factors;
-    load_tree_positions(&in, host, r, &at, tip);
+    struct mat6_simd C;
+    load_tree_positions(&in, host, r, &at, group);
     init_state(&s, &in, host, r);
-    pose_tree(&s, tip);
-    factor_tree(&s, &factors, tip);
-    const struct mat6_simd C = response_of_tip(
-        &s, &factors, tip, unit_wrenches(&s, tip, &host->model->frame[r->tips[0]], r->frame));
-    return store_lambda(&C, reply->lambda_inv + 36 * (size_t)k, count) &&
-           !needs_generic_kernel(&s, r);
+    pose_tree(&s, group);
+    factor_tree(&s, &factors, group);
+    switch (f->body) {
+        ROBOT_OUTWARD(ROBOT_GROUP_TIP_CASE)
+    default:
+        return 0;
+    }
+    return store_lambda(&C, &at, reply->lambda_inv) && !needs_generic_kernel(&s, r);
 }
 
-#define ROBOT_LAMBDA_CASE(i)                                                                       \
+#define ROBOT_GROUP_CASE(i)                                                                        \
     case i:                                                                                        \
-        return ROBOT_HAS_TIP(i) ? lambda_of(host, r, k, count, i, reply) : 0;
+        return ROBOT_TIP_GROUP(i) == i ? lambda_of_group(host, r, k, count, i, reply) : 0;
 
 static __attribute__((flatten, noinline)) int lambda(const struct tfa_host_api *host,
                                                      const tfa_request *r, uint32_t k,
                                                      uint32_t count, tfa_reply *reply)
 {
-    switch (host->model->frame[r->tips[0]].body) {
-        ROBOT_OUTWARD(ROBOT_LAMBDA_CASE)
+    const int32_t body = host->model->frame[r->tips[0]].body;
+    if (body < 0)
+        return 0;
+    switch (ROBOT_TIP_GROUP(body)) {
+        ROBOT_OUTWARD(ROBOT_GROUP_CASE)
     default:
         return 0;
     }
@@ -166,15 +176,14 @@ static __attribute__((flatten, noinline)) int forward_and_lambda(const struct tf
     load_forward_inputs(&in, host, r, &at);
     init_state(&s, &in, host, r);
     solve_forward(&s, &factors, in.x, qdd);
-    scatter_outputs(qdd, state_array(reply->base_acceleration, 6, k),
-                    state_array(reply->qdd, ROBOT_V_COUNT, k), count);
+    scatter_outputs(qdd, &at, reply->base_acceleration, reply->qdd);
     switch (f->body) {
         ROBOT_OUTWARD(ROBOT_TIP_CASE)
     default:
         return 0;
     }
     return all_are_finite(qdd, ROBOT_FREEDOMS) && !needs_generic_kernel(&s, r) &&
-           store_lambda(&C, reply->lambda_inv + 36 * (size_t)k, count);
+           store_lambda(&C, &at, reply->lambda_inv);
 }
 
 #endif

@@ -36,8 +36,10 @@ typedef struct tfa_specialised_info {
     const char *algorithms; /**< of each kind of request, as chosen by time when it was built */
     uint32_t bodies;        /**< as tfa_model_summary */
     uint32_t lanes;        /**< states of one SIMD batch; 0: it computes one state at a time only */
+    uint32_t lanes_f32;    /**< the same in single precision; 0: it computes none */
     const uint8_t *digest; /**< SHA-256 of the file, 32 bytes */
-    double error; /**< largest relative difference from the generic kernel in the self-test */
+    double error;     /**< largest relative difference from the generic kernel in the self-test */
+    double error_f32; /**< the same in single precision */
 } tfa_specialised_info;
 
 /* In every function below, `error_text` gets the reason of an error; it is always terminated, empty
@@ -101,7 +103,8 @@ TFA_API void tfa_specialised_free(tfa_specialised *specialised);
 /** Algorithms of a kernel. */
 typedef enum tfa_specialise_algorithm {
     TFA_SPECIALISE_FASTEST = 0, /**< for each kind of request the fastest, timed in the build; crba
-                                     only if its error is at most twice that of aba */
+                                     only if its error is at most twice that of aba
+                                     with every tip */
     TFA_SPECIALISE_ABA = 1,     /**< articulated bodies */
     TFA_SPECIALISE_CRBA = 2, /**< composite rigid bodies and factors of M: fixed bases, at most 16
                                      bodies; others get aba */

@@ -8,6 +8,7 @@
 
 #include "interface/specialised_abi.h"
 #include "layout/state.h"
+#include "spatial/rows.h"
 
 /* The number of request arrays that stands in every lane: that of states k ..; lanes without a
  * state repeat the last one. */
@@ -15,18 +16,45 @@ struct lane_states {
     uint32_t lane[NUM_LANES];
 };
 
-TFA_INLINE num gather_input(const struct lane_states *at, const double *array, size_t stride,
-                            size_t index)
+/* out[first] .. out[end - 1]: the same numbers of every state, `stride` each; NULL: zero */
+TFA_INLINE void gather_numbers(num *out, const struct lane_states *at, const double *array,
+                               size_t stride, size_t first, size_t end)
 {
-    return array ? num_gather(array + index, stride, at->lane) : num_of(0);
+    size_t k = first;
+#ifdef NUM_ROW
+    if (array && end >= first + NUM_ROW) {
+#pragma GCC unroll 64
+        for (; k + NUM_ROW <= end; k += NUM_ROW)
+            rows_gather(out + k, array + k, stride, at->lane);
+        if (k < end)
+            rows_gather(out + end - NUM_ROW, array + end - NUM_ROW, stride, at->lane);
+        k = end;
+    }
+#endif
+#pragma GCC unroll 64
+    for (; k < end; k++)
+        out[k] = array ? num_gather(array + k, stride, at->lane) : num_of(0);
 }
 
-TFA_INLINE void gather_position(struct robot_inputs *in, const struct lane_states *at,
-                                const tfa_request *r, size_t k)
+/* The reverse, of numbers 0 .. n - 1. Lanes of the same state hold the same numbers. */
+TFA_INLINE void scatter_numbers(const num *x, const struct lane_states *at, double *array,
+                                size_t stride, size_t n)
 {
-    const struct tfa_coordinate *c = &robot_coordinate[k];
-    in->q[k] =
-        num_of(c->multiplier) * gather_input(at, r->q, ROBOT_Q_COUNT, c->from) + num_of(c->offset);
+    size_t k = 0;
+#ifdef NUM_ROW
+    if (n >= NUM_ROW) {
+#pragma GCC unroll 64
+        for (; k + NUM_ROW <= n; k += NUM_ROW)
+            rows_scatter(x + k, array + k, stride, at->lane);
+        if (k < n)
+            rows_scatter(x + n - NUM_ROW, array + n - NUM_ROW, stride, at->lane);
+        k = n;
+    }
+#endif
+    for (; k < n; k++)
+#pragma GCC unroll 16
+        for (uint32_t l = 0; l < NUM_LANES; l++)
+            array[stride * at->lane[l] + k] = num_lane(x[k], l);
 }
 
 /* Are the coordinates those of the request, one by one? */
@@ -48,28 +76,40 @@ TFA_INLINE const num *joint_angles(const struct robot_inputs *in, const struct l
     return is_identity_map() ? (const num *)(r->q + (size_t)ROBOT_Q_COUNT * at->lane[0]) : in->q;
 }
 
+/* Coordinates first .. end - 1, and the base */
 TFA_INLINE void gather_positions(struct robot_inputs *in, const struct lane_states *at,
-                                 const tfa_request *r)
+                                 const tfa_request *r, size_t first, size_t end)
 {
-    in->angle = joint_angles(in, at, r);
+    num q[ROBOT_Q_COUNT];
+    size_t from = ROBOT_Q_COUNT, to = 0;
 #pragma GCC unroll 64
-    for (size_t k = 0; k < ROBOT_COORDINATES && !is_identity_map(); k++)
-        gather_position(in, at, r, k);
-    for (size_t k = 0; ROBOT_BASE && k < 7; k++)
-        in->base[k] = gather_input(at, r->base_pose, 7, k);
+    for (size_t k = first; k < end; k++) {
+        from = robot_coordinate[k].from < from ? robot_coordinate[k].from : from;
+        to = robot_coordinate[k].from >= to ? robot_coordinate[k].from + 1 : to;
+    }
+    in->angle = joint_angles(in, at, r);
+    if (!is_identity_map())
+        gather_numbers(q, at, r->q, ROBOT_Q_COUNT, from, to);
+#pragma GCC unroll 64
+    for (size_t k = first; k < end && !is_identity_map(); k++) {
+        const struct tfa_coordinate *c = &robot_coordinate[k];
+        in->q[k] = num_of(c->multiplier) * q[c->from] + num_of(c->offset);
+    }
+    if (ROBOT_BASE)
+        gather_numbers(in->base, at, r->base_pose, 7, 0, 7);
 }
 
 /* Base six, then joints; NULL: zero */
 TFA_INLINE void gather_freedoms(num *out, const struct lane_states *at, const double *base,
                                 const double *joints)
 {
-#pragma GCC unroll 64
-    for (size_t k = 0; k < ROBOT_BASE; k++)
-        out[k] = gather_input(at, base, 6, k);
+    num x[ROBOT_V_COUNT];
+    gather_numbers(out, at, base, 6, 0, ROBOT_BASE);
+    gather_numbers(x, at, joints, ROBOT_V_COUNT, 0, ROBOT_V_COUNT);
 #pragma GCC unroll 64
     for (size_t k = ROBOT_BASE; k < ROBOT_FREEDOMS; k++) {
         const struct tfa_freedom *f = &robot_freedom[k - ROBOT_BASE];
-        out[k] = num_of(f->multiplier) * gather_input(at, joints, ROBOT_V_COUNT, f->from);
+        out[k] = num_of(f->multiplier) * x[f->from];
     }
 }
 
@@ -80,18 +120,18 @@ TFA_INLINE void add_damping(num *tau, const num *qd, double sign)
         tau[k] += num_of(sign * robot_damping[k]) * qd[k];
 }
 
-/* Base six, then joints, of the first `count` lanes; either array may be NULL. */
-TFA_INLINE void scatter_outputs(const num *x, double *base, double *joints, uint32_t count)
+/* Base six, then joints; either array may be NULL. */
+TFA_INLINE void scatter_outputs(const num *x, const struct lane_states *at, double *base,
+                                double *joints)
 {
-    for (uint32_t l = 0; base && l < count; l++)
+    num y[ROBOT_V_COUNT];
 #pragma GCC unroll 64
-        for (size_t j = 0; j < ROBOT_BASE; j++)
-            base[6 * l + j] = num_lane(x[j], l);
-    for (uint32_t l = 0; joints && l < count; l++)
-#pragma GCC unroll 64
-        for (size_t j = ROBOT_BASE; j < ROBOT_FREEDOMS; j++)
-            joints[(size_t)ROBOT_V_COUNT * l + robot_freedom[j - ROBOT_BASE].from] =
-                num_lane(x[j], l);
+    for (size_t j = ROBOT_BASE; j < ROBOT_FREEDOMS; j++)
+        y[robot_freedom[j - ROBOT_BASE].from] = x[j];
+    if (base)
+        scatter_numbers(x, at, base, 6, ROBOT_BASE);
+    if (joints)
+        scatter_numbers(y, at, joints, ROBOT_V_COUNT, ROBOT_V_COUNT);
 }
 
 #endif

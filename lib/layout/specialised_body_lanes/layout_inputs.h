@@ -31,8 +31,9 @@ TFA_INLINE void gather_position(struct robot_inputs *in, const body_constants *b
 }
 
 TFA_INLINE void gather_positions(struct robot_inputs *in, const struct lane_states *at,
-                                 const tfa_request *r)
+                                 const tfa_request *r, size_t first, size_t end)
 {
+    (void)first, (void)end; /* all */
     const double *q = r->q + (size_t)ROBOT_Q_COUNT * at->lane[0];
     in->angle = in->q;
 #define ROBOT_GATHER(i) gather_position(in, &robot_step[i], q);
@@ -103,12 +104,13 @@ TFA_INLINE void scatter_freedom(const num *x, const body_constants *b, double *o
 }
 
 /* Base six, then joints; either array may be NULL. */
-TFA_INLINE void scatter_outputs(const num *x, double *base, double *joints, uint32_t count)
+TFA_INLINE void scatter_outputs(const num *x, const struct lane_states *at, double *base,
+                                double *joints)
 {
-    (void)count;
+    const size_t state = at->lane[0];
     for (size_t j = 0; base && j < ROBOT_BASE; j++)
-        base[j] = x[j][0];
-#define ROBOT_PUT(i) scatter_freedom(x, &robot_step[i], joints);
+        base[6 * state + j] = x[j][0];
+#define ROBOT_PUT(i) scatter_freedom(x, &robot_step[i], joints + ROBOT_V_COUNT * state);
     if (joints) {
         ROBOT_STEPS_OUTWARD(ROBOT_PUT)
     }

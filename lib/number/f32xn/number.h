@@ -10,6 +10,9 @@
 
 typedef float lane_real;
 typedef int32_t lane_bits;
+/* The exponent among the bits; that of 2^100 */
+#define LANE_EXPONENT (INT32_C(0xff) << 23)
+#define LANE_EXPONENT_MAX (INT32_C(227) << 23)
 
 #include "number/sincos.h"
 #define lane_sincos sincos_f32

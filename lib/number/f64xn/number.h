@@ -10,6 +10,9 @@
 
 typedef double lane_real;
 typedef int64_t lane_bits;
+/* The exponent among the bits; that of 2^900 */
+#define LANE_EXPONENT (INT64_C(0x7ff) << 52)
+#define LANE_EXPONENT_MAX (INT64_C(1923) << 52)
 
 #include "number/sincos.h"
 #define lane_sincos sincos_f64

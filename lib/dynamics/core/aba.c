@@ -17,8 +17,12 @@ static inline void inward(struct state *s, const num *tau, int flags)
 
 static inline void outward(struct state *s, svec ground, num *qdd, int bias)
 {
-    for (uint32_t i = 0; i < s->bodies; i++)
-        aba_forward_step(s, i, parent_motion(&s->body[i], s->a, ground), qdd, bias);
+    svec before = ground; /* a of the body before, which does not wait for memory */
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        const body_constants *b = &s->body[i];
+        const svec parent = parent_is_before(b, i) ? before : parent_motion(b, s->a, ground);
+        before = aba_forward_step(s, i, parent, qdd, bias);
+    }
 }
 
 void TFA_V(aba)(struct state *s, const num *tau, num *qdd)

@@ -57,14 +57,18 @@ TFA_INLINE void aba_backward_revolute(struct state *s, uint32_t i, const body_co
                                       const num *tau, int flags)
 {
     const sym6 IA = aba_backward_inertia(s, i, b, flags);
+    svec U, k;
     if (flags & ABA_INERTIA) {
-        s->U[i] = revolute_U(&IA);
-        s->Dinv[i] = 1 / IA.A.zz;
+        const num Dinv = 1 / IA.A.zz;
         if (flags & ABA_SENTINEL)
             sentinel_see_D(s, b, IA.A.zz);
-        s->K[i] = revolute_gain(s->U[i], s->Dinv[i]);
+        s->U[i] = U = revolute_U(&IA);
+        s->K[i] = k = revolute_gain(U, Dinv);
+        s->Dinv[i] = Dinv;
+    } else {
+        U = s->U[i];
+        k = s->K[i];
     }
-    const svec U = s->U[i], k = s->K[i];
     svec pa = sv_zero();
     num u = num_of(0);
     if (flags & ABA_FORCE) {
@@ -261,8 +265,8 @@ TFA_OUTLINE void aba_forward_base(struct state *s, uint32_t i, svec a, num *x)
 
 /* Outward: a' = X a_parent + c,  qdd = D^-1 (u - U^T a'),  a = a' + H qdd. Of a plain revolute
  * joint H^T a comes first, from D^-1 u and the part of U D^-1 on the other five: fewer operations
- * wait for each other. */
-TFA_INLINE void aba_forward_step(struct state *s, uint32_t i, svec parent, num *qdd, int bias)
+ * wait for each other. Returns a. */
+TFA_INLINE svec aba_forward_step(struct state *s, uint32_t i, svec parent, num *qdd, int bias)
 {
     const body_constants *b = body_constants_of(s, i);
     svec a = motion_to_child(s, i, b, parent);
@@ -275,13 +279,13 @@ TFA_INLINE void aba_forward_step(struct state *s, uint32_t i, svec parent, num *
         x[0] = z - a.w.z;
         a.w.z = z;
         s->a[i] = a;
-        return;
+        return a;
     }
     if (b->n == 1) {
         x[0] = s->Dinv[i] * (s->u[i] - sv_dot(s->U[i], a));
     } else if (b->base) {
         aba_forward_base(s, i, a, x);
-        return;
+        return s->a[i];
     } else {
         const struct joint_nd *w = &s->joint_nd[b->joint_nd];
         for (uint32_t k = 0; k < b->n; k++)
@@ -290,6 +294,7 @@ TFA_INLINE void aba_forward_step(struct state *s, uint32_t i, svec parent, num *
     }
     add_joint_motion(s, b, x, &a);
     s->a[i] = a;
+    return a;
 }
 
 /* A pass from tips to root: `flags` of ABA_ bits */

@@ -137,7 +137,7 @@ TFA_INLINE int pass(const struct state *s, const struct tip *t, uint32_t rows, d
             if (!motion)
                 continue;
             const struct motion_simd joint = motion_simd_scale(s->qd[first + j], H);
-            if (k > 0 || j > 0)
+            if (k > 0 || is_fused(s->body[i].kind)) /* others start from rest at the root */
                 product = motion_simd_add(product, motion_simd_cross(before, joint));
             v = motion_simd_add(v, joint);
             if (is_fused(s->body[i].kind))

@@ -28,12 +28,18 @@ TFA_INLINE void through_joint_1dof(const struct state *s, int32_t i, int axis,
                             : vec6_scale(body_armature(body_constants_of(s, (uint32_t)i)), *phi);
 }
 
-/* x <- D^-1 x with the factors of ldl_factor */
-static inline void vec6_ldl_solve(const num *L, uint32_t n, vec6 *x)
+/* x <- L^-1 x with the factors of ldl_factor */
+static inline void vec6_ldl_lower(const num *L, uint32_t n, vec6 *x)
 {
     for (uint32_t i = 1; i < n; i++)
         for (uint32_t k = 0; k < i; k++)
             x[i] = vec6_sub_scaled(x[i], L[6 * i + k], x[k]);
+}
+
+/* x <- D^-1 x, the same */
+static inline void vec6_ldl_solve(const num *L, uint32_t n, vec6 *x)
+{
+    vec6_ldl_lower(L, n, x);
     for (uint32_t i = 0; i < n; i++)
         x[i] = vec6_scale(L[7 * i], x[i]);
     for (uint32_t i = n - 1; i-- > 0;)
@@ -59,16 +65,19 @@ static inline void through_joint_nd(const struct state *s, const struct tfa_body
 }
 
 /* Through a floating base, which is a root: its freedoms are the forces, then the moments
- * (aba_backward_base), and nothing goes on. Out of line for the same reason as propagate_nd. */
+ * (aba_backward_base), and nothing goes on: C += (L^-1 P)^T D^-1 (L^-1 P). Out of line for the same
+ * reason as propagate_nd. */
 TFA_OUTLINE void propagate_base(const struct joint_nd *w, const struct wrench_columns *P,
                                 struct mat6_simd *C)
 {
-    vec6 phi[6];
+    vec6 y[6];
     for (int k = 0; k < 6; k++)
-        phi[k] = P->at[(k + 3) % 6];
-    vec6_ldl_solve(w->L, 6, phi);
-    for (int k = 0; k < 6; k++)
-        mat6_simd_add_outer(C, &P->at[(k + 3) % 6], &phi[k]);
+        y[k] = P->at[(k + 3) % 6];
+    vec6_ldl_lower(w->L, 6, y);
+    for (int k = 0; k < 6; k++) {
+        const vec6 scaled = vec6_scale(w->L[7 * k], y[k]);
+        mat6_simd_add_outer(C, &y[k], &scaled);
+    }
 }
 
 /* Propagation through a joint with several freedoms. Out of line, so that its arrays do not keep

@@ -44,6 +44,13 @@ static inline svec select_roots(const body_constants *b, svec world, svec x)
                    num_select(m, world.v.z, x.v.z)}};
 }
 
+/* Are the parents of all lanes of step i those of the step before it? Of the first one they are the
+ * world. */
+TFA_INLINE int parent_is_before(const body_constants *b, uint32_t i)
+{
+    return b->parent == (int32_t)i - 1 && b->source_kind == SOURCE_SAME_LANE && !b->has_roots;
+}
+
 static inline svec parent_motion(const body_constants *b, const svec *motion, svec world)
 {
     if (b->parent < 0)

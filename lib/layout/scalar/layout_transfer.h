@@ -16,6 +16,12 @@ TFA_INLINE uint32_t body_in_lane(const struct state *s, uint32_t i, uint32_t l)
     return i;
 }
 
+/* Is the parent of body i the body before it? Of the first one that is the world. */
+TFA_INLINE int parent_is_before(const body_constants *b, uint32_t i)
+{
+    return b->parent == (int32_t)i - 1;
+}
+
 /* A motion of the parent, in the parent's frame */
 TFA_INLINE svec parent_motion(const body_constants *b, const svec *motion, svec world)
 {

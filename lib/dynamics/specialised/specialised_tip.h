@@ -102,10 +102,10 @@ TFA_INLINE void pose_tree(struct state *s, int32_t tip)
     ROBOT_OUTWARD(ROBOT_POSE_TREE)
 }
 
-/* Robots with more bodies have one copy of the code of factors for each tree, not for each tip: half
- * of the code of a humanoid, and of a floating quadruped, whose batches of Lambda^-1 take 0.91 times
- * as long and one state 1.01 times. Batches of arm7 would take 1.15 times as long. Measured with
- * bench_suite --kernels on an AMD EPYC (Zen 5) VM, gcc 12, 2026-11-24. */
+/* Robots with more bodies have one copy of the code of factors for each tree, not for each tip:
+ * half of the code of a humanoid, and of a floating quadruped, whose batches of Lambda^-1 take 0.91
+ * times as long and one state 1.01 times. Batches of arm7 would take 1.15 times as long. Measured
+ * with bench_suite --kernels on an AMD EPYC (Zen 5) VM, gcc 12, 2026-11-24. */
 #define ROBOT_OWN_FACTORS_BODIES_MAX 9
 #define ROBOT_TIP_GROUP(i) (ROBOT_BODIES > ROBOT_OWN_FACTORS_BODIES_MAX ? robot_body[i].tree : i)
 

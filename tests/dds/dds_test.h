@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What the DDS tests share: a domain of their own on the loopback interface.
+ * What the DDS tests share: a domain of their own on the loopback interface, and a clock.
  */
 #ifndef TFA_TESTS_DDS_TEST_H
 #define TFA_TESTS_DDS_TEST_H
@@ -10,6 +10,7 @@
 
 #include <sys/socket.h>
 #include <sys/un.h>
+#include <time.h>
 #include <unistd.h>
 
 /* Domains 201 to 224 are for these tests; nobody serves anything in 225; 230 is the last of all. */
@@ -43,6 +44,15 @@ static inline double test_random(uint64_t *seed)
 {
     *seed = *seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
     return (double)(int64_t)*seed * 0x1p-63;
+}
+
+/* CLOCK_MONOTONIC, ns */
+static inline uint64_t now_ns(void)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
 #endif

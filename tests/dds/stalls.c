@@ -2,14 +2,13 @@
  * SPDX-FileCopyrightText: The totalforce authors
  */
 #include "stalls.h"
-#include "test.h"
+#include "dds_test.h"
 
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <time.h>
-#include <unistd.h>
 
 #define PROCESSORS_MAX 64
 #define PRIORITY 50
@@ -22,14 +21,6 @@ static struct {
     _Atomic unsigned count;
     _Atomic uint64_t last, longest_ns;
 } stalls;
-
-static uint64_t now_ns(void)
-{
-    struct timespec now;
-
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
-}
 
 static void note_stall(uint64_t end, uint64_t length)
 {

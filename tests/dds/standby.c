@@ -46,14 +46,6 @@ static struct {
     _Atomic uint64_t longest_ns; /* between two answers; whoever reads it sets it to 0 */
 } caller;
 
-static uint64_t now_ns(void)
-{
-    struct timespec now;
-
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
-}
-
 static void expect_answer(void)
 {
     tfa_model *model = bundled_model("arm7.urdf", NULL);

@@ -8,7 +8,9 @@
 #include "test.h"
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -134,10 +136,24 @@ static pid_t start_build(bench *b, const char *compiler)
     return child;
 }
 
-static void end_build(pid_t child)
+/* Kills the build and waits until its lock is free: a compiler on its way to exec has a copy of the
+ * descriptor. */
+static void end_build(bench *b, pid_t child)
 {
     assert_int_equal(kill(child, SIGKILL), 0);
     assert_int_equal(waitpid(child, NULL, 0), child);
+    DIR *all = opendir(b->kernels);
+    assert_non_null(all);
+    for (struct dirent *e; (e = readdir(all));) {
+        if (e->d_name[0] == '.' && strlen(e->d_name) <= 2)
+            continue;
+        const int folder = openat(dirfd(all), e->d_name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+        for (int i = 0; i < 4000 && flock(folder, LOCK_EX | LOCK_NB) != 0; i++)
+            usleep(5000);
+        assert_int_equal(flock(folder, LOCK_EX | LOCK_NB), 0);
+        close(folder);
+    }
+    closedir(all);
 }
 
 /* The next build removes what a killed one left, and nothing of one that runs. */
@@ -152,7 +168,7 @@ TEST(killed_builds)
              "touch %s.$PPID; n=0; while [ -e %s ] && [ $((n += 1)) -lt 600 ]; do sleep 0.05; done",
              bench_path(&b, "started", started), mark);
     script(&b, does, compiler);
-    end_build(start_build(&b, compiler));
+    end_build(&b, start_build(&b, compiler));
     assert_int_equal(entries(b.kernels), 1);
     const pid_t running = start_build(&b, compiler); /* in its place */
     const tfa_specialise_options fails = {.sources = b.sources, .compiler = "/etc/passwd"};
@@ -160,7 +176,7 @@ TEST(killed_builds)
                                            NULL, NULL, 0),
                      TFA_E_UNSUPPORTED);
     assert_int_equal(entries(b.kernels), 1);
-    end_build(running);
+    end_build(&b, running);
     assert_int_equal(unlink(mark), 0);
     expect(&b, fails, TFA_E_UNSUPPORTED, "there is no compiler");
     bench_close(&b);

@@ -1,19 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The thread pool: one 64-bit ticket word holds the running phase, its number of tasks and the next
- * task.
+ * The thread pool. Each thread has a fixed range of the tasks of a phase, so that data of a part
+ * stay in one cache from step to step; a thread without work takes tasks of a thread that is late.
  *
- *   ticket = phase (24 bits) | tasks (20) | next (20)
+ *   ticket = phase (44 bits) | tasks (20): the running phase
+ *   taken  = phase (44 bits) | next (20), one a thread: the next task of its range; of an older
+ *            phase: none is taken yet
  *
  * Concurrent access: the caller stores a new ticket only when no task of the last phase is
- * under way (`tasks_left` is 0); any thread takes a task by compare-and-exchange. A thread that was
- * stopped for milliseconds holds an old ticket: its exchange fails and it does nothing. The job is
- * read only after a task was taken, when the caller cannot have begun another phase.
+ * under way (`tasks_left` is 0); any thread takes a task by compare-and-exchange on the `taken` of
+ * its range. A thread that was stopped for milliseconds holds an old ticket: all tasks of that
+ * phase are taken, and it takes none. The job is read only after a task was taken, when the caller
+ * cannot have begun another phase.
  *
  * Atomics and their partners:
- *   T1 ticket store (release, caller: the job is written)   -> T2 load / exchange (acquire, worker)
- *   L1 tasks_left decrement (release, worker: the task is done)   -> L2 tasks_left load (acquire,
+ *   T1 ticket store (release, caller: the job is written)   -> T2 ticket load (acquire, worker)
+ *   R1 taken exchange (relaxed): decides which thread has the task. It orders no data: the job
+ *      came with T2, and what tasks wrote comes with the next T1.
+ *   L1 tasks_left decrement (release, worker: its tasks are done)   -> L2 tasks_left load (acquire,
  *   caller)
  *   E1 epoch increment (seq_cst, caller: ticket is stored)  -> E2 epoch load, futex wait (worker)
  *   S1 sleepers increment (seq_cst, worker about to sleep)  -> S2 sleepers load (seq_cst, caller):
@@ -31,6 +36,7 @@
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
@@ -38,6 +44,10 @@
 #define CACHE_LINE 64
 #define TASK_BITS 20
 #define TASK_MASK (((uint64_t)1 << TASK_BITS) - 1)
+
+/* A thread that has done its range waits this long for the others before it takes their tasks: more
+ * than a spinning thread needs to see a ticket (0.2 us, bench_thread_pool, Intel Xeon). */
+#define PATIENCE_NS 2000
 
 /* Spins of a caller before it yields, and yields before it sleeps: a thread that lost its processor
  * to a real-time caller gets it back only then. A spin takes 15 ns: the 60th and the 500th
@@ -47,6 +57,7 @@
 #define SLEEP_NS 50000
 
 struct pool_worker {
+    _Alignas(CACHE_LINE) _Atomic uint64_t taken;
     struct tfa_thread_pool *thread_pool;
     pthread_t thread;
     uint32_t worker;
@@ -62,15 +73,15 @@ struct tfa_thread_pool {
     _Alignas(CACHE_LINE) thread_pool_task *task; /* the job of the phase */
     void *context;
     void (*thread_init)(void);
-    uint32_t phase;
+    uint64_t phase;
     uint32_t spin_ns;
     uint32_t threads;
-    struct pool_worker *workers;
+    struct pool_worker *workers; /* the caller's first */
 };
 
-static uint32_t phase_of(uint64_t ticket)
+static uint64_t phase_of(uint64_t word)
 {
-    return (uint32_t)(ticket >> (2 * TASK_BITS));
+    return word >> TASK_BITS;
 }
 
 static void cpu_relax(void)
@@ -89,22 +100,63 @@ static uint64_t now_ns(void)
     return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
-/* Takes and runs tasks of the phase in `ticket` until none is left. */
+/* First task of a thread's range; a phase of one task is the caller's. */
+static uint64_t range_start(const struct tfa_thread_pool *t, uint64_t tasks, uint32_t worker)
+{
+    return (tasks * worker + t->threads - 1) / t->threads;
+}
+
+/* Takes the next task of the range of `owner` in the phase of `ticket`. */
+static int take(struct tfa_thread_pool *t, uint64_t ticket, uint32_t owner, uint64_t *task)
+{
+    _Atomic uint64_t *taken = &t->workers[owner].taken;
+    const uint64_t tasks = ticket & TASK_MASK, end = range_start(t, tasks, owner + 1);
+    uint64_t seen = atomic_load_explicit(taken, memory_order_relaxed);
+    do {
+        if (phase_of(seen) > phase_of(ticket))
+            return 0;
+        *task =
+            phase_of(seen) == phase_of(ticket) ? seen & TASK_MASK : range_start(t, tasks, owner);
+        if (*task >= end)
+            return 0;
+    } while (!atomic_compare_exchange_weak_explicit(
+        taken, &seen, phase_of(ticket) << TASK_BITS | (*task + 1), memory_order_relaxed,
+        memory_order_relaxed)); /* R1 */
+    return 1;
+}
+
+/* Runs what is left of the range of `owner`. */
+static void run_range(struct tfa_thread_pool *t, uint64_t ticket, uint32_t owner, uint32_t worker)
+{
+    uint32_t done = 0;
+    uint64_t task;
+    for (; take(t, ticket, owner, &task); done++)
+        t->task(t->context, (uint32_t)task, worker);
+    if (done)
+        atomic_fetch_sub_explicit(&t->tasks_left, done, memory_order_release); /* L1 */
+}
+
+/* Waits for the end of the phase; returns 0 when it is over, 1 when a thread is late. */
+static int wait_for_others(struct tfa_thread_pool *t, uint64_t ticket)
+{
+    const uint64_t deadline = now_ns() + PATIENCE_NS;
+    while (atomic_load_explicit(&t->ticket, memory_order_relaxed) == ticket &&
+           atomic_load_explicit(&t->tasks_left, memory_order_relaxed)) {
+        if (now_ns() > deadline)
+            return 1;
+        cpu_relax();
+    }
+    return 0;
+}
+
+/* Runs the range of this thread, and the rest of others that are late. */
 static void run_tasks(struct tfa_thread_pool *t, uint64_t ticket, uint32_t worker)
 {
-    const uint32_t phase = phase_of(ticket);
-    for (;;) {
-        uint64_t next = ticket & TASK_MASK;
-        if (phase_of(ticket) != phase || next >= ((ticket >> TASK_BITS) & TASK_MASK))
-            return;
-        /* T2; on failure `ticket` is the new value */
-        if (!atomic_compare_exchange_weak_explicit(&t->ticket, &ticket, ticket + 1,
-                                                   memory_order_acquire, memory_order_acquire))
-            continue;
-        t->task(t->context, (uint32_t)next, worker);
-        atomic_fetch_sub_explicit(&t->tasks_left, 1, memory_order_release); /* L1 */
-        ticket = atomic_load_explicit(&t->ticket, memory_order_acquire);
-    }
+    run_range(t, ticket, worker, worker);
+    if (!wait_for_others(t, ticket))
+        return;
+    for (uint32_t k = 1; k < t->threads; k++)
+        run_range(t, ticket, (worker + k) % t->threads, worker);
 }
 
 /* Sleeps until the epoch moves on from `seen`. */
@@ -117,7 +169,7 @@ static void sleep_until_woken(struct tfa_thread_pool *t, uint32_t seen)
 }
 
 /* Waits for a phase other than `phase`: spins, then sleeps. Returns its ticket. */
-static uint64_t wait_for_phase(struct tfa_thread_pool *t, uint32_t phase)
+static uint64_t wait_for_phase(struct tfa_thread_pool *t, uint64_t phase)
 {
     uint64_t deadline = 0;
     for (uint32_t spin = 0;; spin++) {
@@ -140,7 +192,7 @@ static void *worker_main(void *argument)
 {
     struct pool_worker *m = argument;
     struct tfa_thread_pool *t = m->thread_pool;
-    uint32_t phase = 0;
+    uint64_t phase = 0;
     if (t->thread_init)
         t->thread_init();
     while (!atomic_load_explicit(&t->stop, memory_order_acquire)) {
@@ -197,9 +249,9 @@ void thread_pool_run(struct tfa_thread_pool *t, thread_pool_task *task, void *co
         return;
     t->task = task;
     t->context = context;
-    t->phase = (t->phase + 1) & 0xffffff;
+    t->phase++;
     atomic_store_explicit(&t->tasks_left, tasks, memory_order_relaxed); /* published by T1 */
-    uint64_t ticket = (uint64_t)t->phase << (2 * TASK_BITS) | (uint64_t)tasks << TASK_BITS;
+    const uint64_t ticket = t->phase << TASK_BITS | tasks;
     atomic_store_explicit(&t->ticket, ticket, memory_order_release); /* T1 */
     wake_sleepers(t);
     run_tasks(t, ticket, 0);
@@ -232,7 +284,8 @@ static int start_worker(struct tfa_thread_pool *t, uint32_t worker,
 {
     struct pool_worker *m = &t->workers[worker];
     char name[16];
-    *m = (struct pool_worker){.thread_pool = t, .worker = worker};
+    m->thread_pool = t;
+    m->worker = worker;
     pthread_attr_t attributes;
     int error = pthread_attr_init(&attributes);
     if (error)
@@ -254,8 +307,10 @@ int thread_pool_start(struct tfa_thread_pool **thread_pool, const struct thread_
     if (!t)
         return ENOMEM;
     *t = (struct tfa_thread_pool){.spin_ns = o->spin_ns, .thread_init = o->thread_init};
-    t->workers = calloc(o->threads, sizeof *t->workers);
+    t->workers = aligned_alloc(CACHE_LINE, o->threads * sizeof *t->workers);
     int error = t->workers ? 0 : ENOMEM;
+    if (t->workers)
+        memset(t->workers, 0, o->threads * sizeof *t->workers);
     for (t->threads = 1; !error && t->threads < o->threads; t->threads++) {
         error = start_worker(t, t->threads, o);
         if (error)

@@ -7,6 +7,7 @@
 #include "thread_pool/thread_pool.h"
 #include "test.h"
 
+#include <stdatomic.h>
 #include <time.h>
 
 #define TASKS 67
@@ -77,6 +78,61 @@ TEST(test_sleeping_threads)
 TEST(test_stopped_threads)
 {
     run_phases(4, 1000, 100, 1);
+}
+
+/* Tasks of 0.2 ms, so that threads have time to come. */
+struct assignment {
+    uint32_t tasks;
+    _Atomic uint32_t own; /* tasks done by the thread that has them in its range */
+};
+
+static void own_task(void *context, uint32_t task, uint32_t worker)
+{
+    struct assignment *a = context;
+    const struct timespec t = {0, 200000};
+    nanosleep(&t, NULL);
+    atomic_fetch_add(&a->own, task * 2 / a->tasks == worker);
+}
+
+TEST(test_fixed_assignment)
+{
+    struct tfa_thread_pool *thread_pool = NULL;
+    assert_int_equal(
+        thread_pool_start(&thread_pool, &(struct thread_pool_options){2, 1000000, NULL, 0, NULL}),
+        0);
+    struct assignment a = {.tasks = 8};
+    for (int p = 0; p < 50; p++)
+        thread_pool_run(thread_pool, own_task, &a, a.tasks);
+    assert_true(atomic_load(&a.own) > 50 * a.tasks * 3 / 4);
+    thread_pool_stop(thread_pool);
+}
+
+/* The first task of the last thread's range waits until all others are done. */
+static void late_task(void *context, uint32_t task, uint32_t worker)
+{
+    struct assignment *a = context;
+    (void)worker;
+    if (task != a->tasks - a->tasks / 4)
+        atomic_fetch_add(&a->own, 1);
+    for (int i = 0; task == a->tasks - a->tasks / 4 && i < 10000; i++) {
+        if (atomic_load(&a->own) == a->tasks - 1)
+            return;
+        pause_ms(1);
+    }
+    assert_int_not_equal(task, a->tasks - a->tasks / 4);
+}
+
+TEST(test_late_threads)
+{
+    struct tfa_thread_pool *thread_pool = NULL;
+    assert_int_equal(
+        thread_pool_start(&thread_pool, &(struct thread_pool_options){4, 20000, NULL, 0, NULL}), 0);
+    for (int p = 0; p < 50; p++) {
+        struct assignment a = {.tasks = 64};
+        thread_pool_run(thread_pool, late_task, &a, a.tasks);
+        assert_int_equal(atomic_load(&a.own), a.tasks - 1);
+    }
+    thread_pool_stop(thread_pool);
 }
 
 TEST(test_stop_without_work)

@@ -15,7 +15,7 @@
 
 struct asked {
     double q[STATES * 32], v[STATES * 32], tau[STATES * 32];
-    double pose[STATES * 7], twist[STATES * 6];
+    double pose[STATES * 7], twist[STATES * 6], wrench[STATES * 12];
 };
 
 struct kernel_inputs {
@@ -50,6 +50,8 @@ static void fill(struct asked *in)
     }
     for (int k = 0; k < STATES * 6; k++)
         in->twist[k] = some(k + 99);
+    for (int k = 0; k < STATES * 12; k++)
+        in->wrench[k] = 20 * some(k + 777);
     for (int k = 0; k < STATES; k++) {
         double *p = &in->pose[7 * k], norm = 0;
         for (int e = 0; e < 7; e++)
@@ -216,7 +218,19 @@ static void ask_for_more(struct pair *p)
         ask(p, "payload on the root, one state", &r);
         r.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
         ask(p, "payload, one state", &r);
+        r.wrench_count = 2;
+        r.wrenches = p->in.wrench;
+        r.wrench_frames[0] = tfa_model_frame_count(p->model) / 2;
+        r.wrench_frames[1] = tfa_model_frame_count(p->model) - 1;
+        ask(p, "payload and wrenches, one state", &r);
         r.count = STATES;
+        ask(p, "payload and wrenches", &r);
+        r.payload_count = 0;
+        for (uint32_t count = 1; count <= STATES; count++) {
+            r.count = count;
+            r.frame = (tfa_reference_frame)(count % 3);
+            ask(p, "wrenches", &r);
+        }
         r.locked_count = 1;
         r.locked = joint;
         ask(p, "locked", &r);
@@ -274,8 +288,8 @@ static int takes(const struct pair *p, const tfa_request *r)
     return p->kernel->kernel->supports(&host, r);
 }
 
-/* Gravity of a request is an input of every kernel, and so are payloads without tips. */
-TEST(gravity_and_payloads_are_inputs)
+/* Gravity and wrenches are inputs of every kernel, and so are payloads without tips. */
+TEST(gravity_and_loads_are_inputs)
 {
     static const double numbers[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1e-3, 0, 0, 1e-3, 0, 1e-3};
     static const double gravity[3] = {0, 0, -1.62};
@@ -287,6 +301,8 @@ TEST(gravity_and_payloads_are_inputs)
         r.tip_count = op == TFA_OP_OPERATIONAL_INERTIA;
         r.tips[0] = tfa_model_frame_count(p->model) - 1;
         r.gravity = gravity;
+        r.wrench_count = 1;
+        r.wrenches = p->in.wrench;
         assert_true(takes(p, &r));
         r.payload_count = 1;
         r.payloads = numbers;

@@ -100,8 +100,7 @@ static const tfa_request *without_estimate(const struct call *c, tfa_request *co
     return copy;
 }
 
-/* Batches with payloads use the generic lanes: the specialised kernel has payloads for one state
- * only. Tips in float that it has in double only are computed in double, as by the generic
+/* Tips in float that it has in double only are computed in double, as by the generic
  * kernel. */
 static int specialised_serves(const tfa_workspace *w, const struct call *c)
 {
@@ -109,8 +108,7 @@ static int specialised_serves(const tfa_workspace *w, const struct call *c)
     if (w->precision == TFA_F32)
         return w->specialised->supports_f32(&w->host, c->request) ||
                (c->traits & TRAIT_TIPS && w->specialised->supports(&w->host, c->request));
-    const int payload_batch = c->traits & TRAIT_PAYLOAD && c->traits & TRAIT_BATCH;
-    return !payload_batch && w->specialised->supports(&w->host, without_estimate(c, &copy));
+    return w->specialised->supports(&w->host, without_estimate(c, &copy));
 }
 
 /* In double precision: several states in lanes, or one. Returns how many have a finite answer. */

@@ -219,20 +219,33 @@ static void compare_motions(struct comparison *t)
     compare_motion(t, &inverse, true, "tau");
 }
 
-/* Kernels of large robots have code for tau with wrenches of several states only
- * (ROBOT_HAS_INVERSE_WRENCHES). */
-static void compare_wrenches(struct comparison *t)
+static void add_payloads(const struct comparison *t, tfa_request *r)
 {
-    static const tfa_reference_frame frames[] = {TFA_FRAME_LOCAL_WORLD_ALIGNED, TFA_FRAME_LOCAL,
-                                                 TFA_FRAME_WORLD};
-    const bool small = t->robot->n <= 40 || t->precision == TFA_F32;
-    for (size_t k = 0; k < sizeof frames / sizeof *frames; k++) {
+    static const double payloads[2 * TFA_PAYLOAD_NUMBERS] = {
+        0.7, 0.02, -0.03, 0.05, 0.004, 0.001, 0.002, 0.005, 0,    0.006,
+        1.5, 0,    0.1,   0,    0.02,  0,     0,     3e-3,  1e-3, 0.02};
+    const uint32_t frames = t->robot->model->frames;
+    r->payload_count = 2;
+    r->payloads = payloads;
+    r->payload_frames[0] = frames - 1;
+    r->payload_frames[1] = frames / 2;
+}
+
+/* Wrenches in each of the three frames, then payloads, too. Large robots have no code for qdd with
+ * payloads, and none in double for one state's tau with wrenches (ROBOT_HAS_INVERSE_WRENCHES). */
+static void compare_loads(struct comparison *t)
+{
+    const bool small = t->robot->n <= 40;
+    for (uint32_t k = 0; k < 6; k++) {
         tfa_request r = request_of(t, TFA_OP_FORWARD_DYNAMICS);
-        r.wrench_count = WRENCHES;
-        r.frame = frames[k];
-        compare_motion(t, &r, true, "qdd with wrenches");
+        r.wrench_count = k < 5 ? WRENCHES : 0;
+        r.frame = (tfa_reference_frame)(k % 3);
+        if (k >= 3)
+            add_payloads(t, &r);
+        if (k < 3 || small)
+            compare_motion(t, &r, true, "qdd with loads");
         r.op = TFA_OP_INVERSE_DYNAMICS;
-        compare_motion(t, &r, small, "tau with wrenches");
+        compare_motion(t, &r, small || t->precision == TFA_F32, "tau with loads");
     }
 }
 
@@ -322,7 +335,7 @@ static void try_robot_in(test_robot *robot, tfa_precision precision)
     if (precision == TFA_F32)
         round_states(robot, t->states);
     compare_motions(t);
-    compare_wrenches(t);
+    compare_loads(t);
     compare_tips(t);
     print_message("  %-40s %s %4u questions, %2u tips: differs by up to %.1e, errors %.2f times "
                   "those of the generic kernel\n",

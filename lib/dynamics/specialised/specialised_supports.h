@@ -102,8 +102,7 @@ static int supports_request(const struct tfa_host_api *host, const tfa_request *
 /* There is code for batches only. */
 static int supports_request_f32(const struct tfa_host_api *host, const tfa_request *r)
 {
-    return supports_request(host, r) && !r->payload_count &&
-           (!r->tip_count || ROBOT_HAS_BATCH_TIPS);
+    return supports_request(host, r) && (!r->tip_count || ROBOT_HAS_BATCH_TIPS);
 }
 
 #endif

@@ -253,6 +253,22 @@ static void ask_for_more(struct pair *p)
     ask(p, "crba", &r);
 }
 
+/* Estimates come with the factors of the generic kernel, and so do the answers. */
+static void ask_with_estimate(struct pair *p, uint32_t tips)
+{
+    for (uint32_t count = 1; count <= STATES; count += STATES - 1) {
+        tfa_request r = request_of(p, TFA_OP_FORWARD_DYNAMICS, count);
+        r.estimate = TFA_ESTIMATE_ALWAYS;
+        r.tip_count = tips;
+        r.tips[0] = tfa_model_frame_count(p->model) - 1;
+        compute(p, p->specialised, &r, &p->out[0]);
+        compute(p, p->generic, &r, &p->out[1]);
+        for (uint32_t k = 0; k < count; k++)
+            assert_true(p->out[0].answers[k].error_estimate >= 0);
+        assert_memory_equal(&p->out[0], &p->out[1], sizeof p->out[0]);
+    }
+}
+
 static void ask_everything(const char *file, tfa_base base)
 {
     struct pair *p = calloc(1, sizeof *p);
@@ -267,6 +283,8 @@ static void ask_everything(const char *file, tfa_base base)
     ask_with_tips(p, 3);
     ask_for_more(p);
     ask_with_payload(p);
+    ask_with_estimate(p, 0);
+    ask_with_estimate(p, 1);
     close_pair(p);
     free(p);
 }

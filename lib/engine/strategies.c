@@ -90,27 +90,14 @@ static int has_specialised(const tfa_workspace *w)
     return w->specialised != NULL;
 }
 
-/* An estimate of accelerations follows their computation. */
-static const tfa_request *without_estimate(const struct call *c, tfa_request *copy)
-{
-    if (!(c->traits & TRAIT_ESTIMATE) || !(c->traits & TRAIT_FD) || c->traits & TRAIT_TIPS)
-        return c->request;
-    *copy = *c->request;
-    copy->estimate = TFA_ESTIMATE_NEVER;
-    return copy;
-}
-
-/* Batches with payloads use the generic lanes: the specialised kernel has payloads for one state
- * only. Tips in float that it has in double only are computed in double, as by the generic
+/* Tips in float that it has in double only are computed in double, as by the generic
  * kernel. */
 static int specialised_serves(const tfa_workspace *w, const struct call *c)
 {
-    tfa_request copy;
     if (w->precision == TFA_F32)
         return w->specialised->supports_f32(&w->host, c->request) ||
                (c->traits & TRAIT_TIPS && w->specialised->supports(&w->host, c->request));
-    const int payload_batch = c->traits & TRAIT_PAYLOAD && c->traits & TRAIT_BATCH;
-    return !payload_batch && w->specialised->supports(&w->host, without_estimate(c, &copy));
+    return w->specialised->supports(&w->host, c->request);
 }
 
 /* In double precision: several states in lanes, or one. Returns how many have a finite answer. */
@@ -138,13 +125,12 @@ static uint32_t solve_specialised_f32(tfa_workspace *w, const tfa_request *r, ui
     return r->tip_count && s->solve(&w->host, r, k, reply) ? 1 : 0;
 }
 
-/* Computes up to `lanes` states. Returns 0 if an answer is not finite or its estimate
- * too large: the generic kernels answer and report the reason. */
+/* Computes up to `lanes` states. Returns 0 if an answer is not finite or the sentinel trips: the
+ * generic kernels answer and report the reason. */
 static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                                 tfa_reply *reply)
 {
-    tfa_request copy;
-    const tfa_request *r = without_estimate(c, &copy);
+    const tfa_request *r = c->request;
     if (c->traits & TRAIT_TIPS && !reply->lambda_inv)
         return 0;
     tfa_answer common = no_estimate;
@@ -152,13 +138,8 @@ static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t
     const uint32_t count = w->precision == TFA_F32
                                ? solve_specialised_f32(w, r, k, end - k, reply, &common)
                                : solve_specialised(w, r, k, end - k, reply);
-    const int estimated = (c->traits & TRAIT_ESTIMATE) != 0;
-    for (uint32_t l = 0; l < count; l++) {
-        tfa_answer answer = common;
-        if (estimated && !estimate_if_requested(w, c, k + l, 0, 0, reply, &answer))
-            return l;
-        tfa_finish_state(w, c, k + l, &answer, reply);
-    }
+    for (uint32_t l = 0; l < count; l++)
+        tfa_finish_state(w, c, k + l, &common, reply);
     return count;
 }
 

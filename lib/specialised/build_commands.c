@@ -114,8 +114,11 @@ static const struct object objects[] = {
     {"payloads_aba", "specialised_solve", "aba", "-DROBOT_PAYLOADS", "f64", LANES_NONE},
     {"scalar_crba", "specialised_solve", "crba", NULL, "f64", LANES_NONE},
     {"batch_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", "f64xn", LANES_STATES},
+    {"batch_payloads_aba", "specialised_solve", "aba", "-DROBOT_PAYLOADS", "f64xn", LANES_STATES},
     {"batch_crba", "specialised_solve", "crba", NULL, "f64xn", LANES_STATES},
     {"batch_f32_aba", "specialised_solve", "aba", "-DROBOT_INVERSE", "f32xn", LANES_STATES},
+    {"batch_f32_payloads_aba", "specialised_solve", "aba", "-DROBOT_PAYLOADS", "f32xn",
+     LANES_STATES},
     {"batch_f32_crba", "specialised_solve", "crba", NULL, "f32xn", LANES_STATES},
     {"table", "specialised", "aba", NULL, "f64", LANES_NONE},
 };

@@ -85,17 +85,26 @@ static void write_function(struct text_buffer *t, const tfa_model *m, int kind, 
 void specialised_choice_write(struct text_buffer *t, const tfa_model *m,
                               const uint8_t choice[CHOICES])
 {
+    static const struct {
+        const char *macro, *variant;
+    } payloads[] = {{"PAYLOADS", "payloads"},
+                    {"BATCH_PAYLOADS", "batch_payloads"},
+                    {"BATCH_F32_PAYLOADS", "batch_f32_payloads"}};
+    const int large = m->bodies > UNROLLED_BODIES_MAX;
     text_append(t, "/* Which function of a kernel answers; written by totalforce. */\n");
     for (int k = 0; k < CHOICES; k++)
         write_function(t, m, k, choice[k]);
-    text_append(t,
-                "#define ROBOT_INVERSE_ONE tfa_robot_inverse_scalar_aba\n"
-                "#define ROBOT_INVERSE_BATCH tfa_robot_inverse_batch_aba\n"
-                "#define ROBOT_INVERSE_BATCH_F32 tfa_robot_inverse_batch_f32_aba\n"
-                "#define ROBOT_INVERSE_PAYLOADS tfa_robot_inverse_payloads_aba\n"
-                "#define ROBOT_FORWARD_PAYLOADS %s\n#define ROBOT_ALGORITHMS \"",
-                m->bodies > UNROLLED_BODIES_MAX ? "tfa_robot_none"
-                                                : "tfa_robot_forward_payloads_aba");
+    text_append(t, "#define ROBOT_INVERSE_ONE tfa_robot_inverse_scalar_aba\n"
+                   "#define ROBOT_INVERSE_BATCH tfa_robot_inverse_batch_aba\n"
+                   "#define ROBOT_INVERSE_BATCH_F32 tfa_robot_inverse_batch_f32_aba\n");
+    for (size_t k = 0; k < sizeof payloads / sizeof *payloads; k++)
+        text_append(t,
+                    "#define ROBOT_INVERSE_%s tfa_robot_inverse_%s_aba\n"
+                    "#define ROBOT_FORWARD_%s %s%s%s\n",
+                    payloads[k].macro, payloads[k].variant, payloads[k].macro,
+                    large ? "tfa_robot_none" : "tfa_robot_forward_",
+                    large ? "" : payloads[k].variant, large ? "" : "_aba");
+    text_append(t, "#define ROBOT_ALGORITHMS \"");
     for (int k = 0; k < CHOICES; k++)
         text_append(t, "%s%s %s", k ? ", " : "", kinds[k].name, algorithms[choice[k]]);
     text_append(t, "\"\n");

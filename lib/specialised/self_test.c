@@ -42,6 +42,10 @@ static const struct self_test_case cases[] = {
     {"forward dynamics with a gravity", FORWARD, 0, ALIGNED, 0, SELF_TEST_GRAVITY},
     {"forward dynamics with a payload", FORWARD, 0, ALIGNED, 0, SELF_TEST_PAYLOAD},
     {"forward dynamics with a wrench", FORWARD, 0, TFA_FRAME_LOCAL, 0, SELF_TEST_WRENCH},
+    {"forward dynamics with a wrench in the world's frame", FORWARD, 0, TFA_FRAME_WORLD, 0,
+     SELF_TEST_WRENCH},
+    {"forward dynamics with a wrench and a payload", FORWARD, 0, ALIGNED, 0,
+     SELF_TEST_WRENCH | SELF_TEST_PAYLOAD},
     {"forward dynamics with a locked joint", FORWARD, 0, ALIGNED, 0, SELF_TEST_LOCKED},
     {"inverse dynamics", INVERSE, 0, ALIGNED, 0, 0},
     {"inverse dynamics at rest", INVERSE, 0, ALIGNED, 0, SELF_TEST_AT_REST},
@@ -56,6 +60,7 @@ static const struct self_test_case cases[] = {
     {"lambda_inv with a locked joint", LAMBDA, 1, ALIGNED, 0, SELF_TEST_LOCKED},
     {"lambda_inv and poses", LAMBDA, 1, ALIGNED, TFA_WANT_POSES, 0},
     {"forward dynamics and lambda_inv", FORWARD, 1, ALIGNED, 0, 0},
+    {"forward dynamics and lambda_inv with a wrench", FORWARD, 1, ALIGNED, 0, SELF_TEST_WRENCH},
     {"forward dynamics and lambda_inv of two tips", FORWARD, 2, ALIGNED, 0, 0},
     {"forward dynamics, lambda_inv and poses", FORWARD, 1, ALIGNED, TFA_WANT_POSES, 0},
 };

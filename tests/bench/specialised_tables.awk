@@ -93,12 +93,24 @@ function table_single(    k) {
             times("batch-f32-lambda"), times("batch-f32+lambda"), rate("batch-f32"), rate("batch-f32-id")
     }
 }
+# Payloads and wrenches of requests
+function table_loads(    k) {
+    print "| robot | joints | payload: qdd | specialised | x | batch, x | in float, x | wrench: qdd | specialised | x | tau, x | batch qdd, x | tau, x | in float, qdd, x |"
+    print "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
+    for (k = 1; k <= count; k++) {
+        name = list[k]
+        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name, joints[name], pair("fd+payload"),
+            times("batch+payload"), times("batch-f32+payload"), pair("fd+wrench"), times("id+wrench"),
+            times("batch+wrench"), times("batch-id+wrench"), times("batch-f32+wrench")
+    }
+}
 END {
     if (table == "kernels") table_kernels()
     else if (table == "warm") table_warm()
     else if (table == "cold") table_cold()
     else if (table == "batch") table_batch()
     else if (table == "single") table_single()
+    else if (table == "loads") table_loads()
     else if (table == "page") table_page()
     else { print "specialised_tables.awk: no table " table; exit 1 }
 }

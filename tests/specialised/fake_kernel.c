@@ -30,6 +30,7 @@
 #define FAULT_LEAVES_A_HOLE 13 /* a number is not one */
 #define FAULT_WRONG_FLOATS 14  /* right in double only */
 #define FAULT_HALF_OF_FLOATS 15
+#define FAULT_IGNORES_WRENCHES 16
 #ifndef FAKE_KERNEL_FAULT
 #define FAKE_KERNEL_FAULT FAULT_SOUND
 #endif
@@ -185,8 +186,9 @@ static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r
 static int supports(const struct tfa_host_api *host, const tfa_request *r)
 {
     (void)host;
-    return r->op == TFA_OP_INVERSE_DYNAMICS && !r->wrench_count && !r->gravity &&
-           !r->locked_count && (FAKE_KERNEL_FAULT == FAULT_TAKES_TOO_MUCH || !r->payload_count);
+    return r->op == TFA_OP_INVERSE_DYNAMICS && !r->gravity && !r->locked_count &&
+           (FAKE_KERNEL_FAULT == FAULT_IGNORES_WRENCHES || !r->wrench_count) &&
+           (FAKE_KERNEL_FAULT == FAULT_TAKES_TOO_MUCH || !r->payload_count);
 }
 
 __attribute__((visibility("default"))) const struct tfa_specialised_kernel

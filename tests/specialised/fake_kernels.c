@@ -28,6 +28,7 @@ static const struct {
     {"NEVER_ANSWERS", TFA_E_NOT_COMPUTED, "states to the generic kernel"},
     {"LEAVES_A_HOLE", TFA_E_NOT_COMPUTED, "not written"},
     {"WRONG_FLOATS", TFA_E_NOT_COMPUTED, "in float"},
+    {"IGNORES_WRENCHES", TFA_E_NOT_COMPUTED, "with a wrench"},
     {"HALF_OF_FLOATS", TFA_E_UNSUPPORTED, "incomplete"},
 };
 

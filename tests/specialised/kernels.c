@@ -106,12 +106,6 @@ int kernels_skip(const tfa_model *model)
     return getenv("TFA_TEST_KERNELS") && !kernels_find(model);
 }
 
-void kernels_simplify(const tfa_model *model, tfa_request *request)
-{
-    if (kernels_find(model))
-        request->wrench_count = 0;
-}
-
 /* ---- the program's end ---- */
 
 static void finish(int status, void *unused)

@@ -22,10 +22,6 @@ const tfa_specialised *kernels_find(const tfa_model *model);
  *  TFA_TEST_KERNELS. */
 int kernels_skip(const tfa_model *model);
 
-/** Takes wrenches out of a request where the model has a kernel, which leaves them to the generic
- *  one. */
-void kernels_simplify(const tfa_model *model, tfa_request *request);
-
 /** States that kernels answered so far. */
 uint64_t kernels_answered(void);
 

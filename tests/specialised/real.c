@@ -15,7 +15,7 @@
 
 struct asked {
     double q[STATES * 32], v[STATES * 32], tau[STATES * 32];
-    double pose[STATES * 7], twist[STATES * 6];
+    double pose[STATES * 7], twist[STATES * 6], wrench[STATES * 12];
 };
 
 struct kernel_inputs {
@@ -50,6 +50,8 @@ static void fill(struct asked *in)
     }
     for (int k = 0; k < STATES * 6; k++)
         in->twist[k] = some(k + 99);
+    for (int k = 0; k < STATES * 12; k++)
+        in->wrench[k] = 20 * some(k + 777);
     for (int k = 0; k < STATES; k++) {
         double *p = &in->pose[7 * k], norm = 0;
         for (int e = 0; e < 7; e++)
@@ -216,7 +218,19 @@ static void ask_for_more(struct pair *p)
         ask(p, "payload on the root, one state", &r);
         r.payload_frames[0] = tfa_model_frame_count(p->model) - 1;
         ask(p, "payload, one state", &r);
+        r.wrench_count = 2;
+        r.wrenches = p->in.wrench;
+        r.wrench_frames[0] = tfa_model_frame_count(p->model) / 2;
+        r.wrench_frames[1] = tfa_model_frame_count(p->model) - 1;
+        ask(p, "payload and wrenches, one state", &r);
         r.count = STATES;
+        ask(p, "payload and wrenches", &r);
+        r.payload_count = 0;
+        for (uint32_t count = 1; count <= STATES; count++) {
+            r.count = count;
+            r.frame = (tfa_reference_frame)(count % 3);
+            ask(p, "wrenches", &r);
+        }
         r.locked_count = 1;
         r.locked = joint;
         ask(p, "locked", &r);
@@ -239,6 +253,22 @@ static void ask_for_more(struct pair *p)
     ask(p, "crba", &r);
 }
 
+/* Estimates come with the factors of the generic kernel, and so do the answers. */
+static void ask_with_estimate(struct pair *p, uint32_t tips)
+{
+    for (uint32_t count = 1; count <= STATES; count += STATES - 1) {
+        tfa_request r = request_of(p, TFA_OP_FORWARD_DYNAMICS, count);
+        r.estimate = TFA_ESTIMATE_ALWAYS;
+        r.tip_count = tips;
+        r.tips[0] = tfa_model_frame_count(p->model) - 1;
+        compute(p, p->specialised, &r, &p->out[0]);
+        compute(p, p->generic, &r, &p->out[1]);
+        for (uint32_t k = 0; k < count; k++)
+            assert_true(p->out[0].answers[k].error_estimate >= 0);
+        assert_memory_equal(&p->out[0], &p->out[1], sizeof p->out[0]);
+    }
+}
+
 static void ask_everything(const char *file, tfa_base base)
 {
     struct pair *p = calloc(1, sizeof *p);
@@ -253,6 +283,8 @@ static void ask_everything(const char *file, tfa_base base)
     ask_with_tips(p, 3);
     ask_for_more(p);
     ask_with_payload(p);
+    ask_with_estimate(p, 0);
+    ask_with_estimate(p, 1);
     close_pair(p);
     free(p);
 }
@@ -274,8 +306,8 @@ static int takes(const struct pair *p, const tfa_request *r)
     return p->kernel->kernel->supports(&host, r);
 }
 
-/* Gravity of a request is an input of every kernel, and so are payloads without tips. */
-TEST(gravity_and_payloads_are_inputs)
+/* Gravity and wrenches are inputs of every kernel, and so are payloads without tips. */
+TEST(gravity_and_loads_are_inputs)
 {
     static const double numbers[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1e-3, 0, 0, 1e-3, 0, 1e-3};
     static const double gravity[3] = {0, 0, -1.62};
@@ -287,6 +319,8 @@ TEST(gravity_and_payloads_are_inputs)
         r.tip_count = op == TFA_OP_OPERATIONAL_INERTIA;
         r.tips[0] = tfa_model_frame_count(p->model) - 1;
         r.gravity = gravity;
+        r.wrench_count = 1;
+        r.wrenches = p->in.wrench;
         assert_true(takes(p, &r));
         r.payload_count = 1;
         r.payloads = numbers;

@@ -235,7 +235,6 @@ tfa_request fixture_request(const test_robot *robot, const random_states *x)
     }
     for (uint32_t k = 0; k < x->wrench_count; k++)
         r.wrench_frames[k] = x->wrench_links[k];
-    kernels_simplify(robot->model, &r);
     return r;
 }
 

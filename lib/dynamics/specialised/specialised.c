@@ -46,14 +46,15 @@ static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t
 
 #if ROBOT_BATCH_LANES
 robot_solve ROBOT_FORWARD_BATCH, ROBOT_INVERSE_BATCH, ROBOT_LAMBDA_BATCH,
-    ROBOT_FORWARD_LAMBDA_BATCH;
+    ROBOT_FORWARD_LAMBDA_BATCH, ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS;
 
-/* 0: states with payloads go one at a time. */
 static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                        uint32_t count, tfa_reply *reply)
 {
+    const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
     if (r->payload_count)
-        return 0;
+        return (forward ? ROBOT_FORWARD_BATCH_PAYLOADS
+                        : ROBOT_INVERSE_BATCH_PAYLOADS)(host, r, k, count, reply);
     if (r->op == TFA_OP_INVERSE_DYNAMICS)
         return ROBOT_INVERSE_BATCH(host, r, k, count, reply);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)
@@ -65,11 +66,16 @@ static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, ui
 
 #if ROBOT_BATCH_F32_LANES
 robot_solve ROBOT_FORWARD_BATCH_F32, ROBOT_INVERSE_BATCH_F32, ROBOT_LAMBDA_BATCH_F32,
-    ROBOT_FORWARD_LAMBDA_BATCH_F32;
+    ROBOT_FORWARD_LAMBDA_BATCH_F32, ROBOT_FORWARD_BATCH_F32_PAYLOADS,
+    ROBOT_INVERSE_BATCH_F32_PAYLOADS;
 
 static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                            uint32_t count, tfa_reply *reply)
 {
+    const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
+    if (r->payload_count)
+        return (forward ? ROBOT_FORWARD_BATCH_F32_PAYLOADS
+                        : ROBOT_INVERSE_BATCH_F32_PAYLOADS)(host, r, k, count, reply);
     if (r->op == TFA_OP_INVERSE_DYNAMICS)
         return ROBOT_INVERSE_BATCH_F32(host, r, k, count, reply);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)

@@ -11,6 +11,21 @@
 
 #include "dynamics/specialised/specialised_forward.h"
 
+/* specialised_solve.c */
+void tfa_robot_wrenches(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                        double x[ROBOT_FREEDOMS]);
+
+/* One body after the other: paths to the world share no lanes. */
+static __attribute__((noinline)) void
+wrench_forces(num x[ROBOT_UNIT_FREEDOMS], const struct robot_inputs *in,
+              const struct tfa_host_api *host, const tfa_request *r, const struct lane_states *at)
+{
+    double forces[ROBOT_FREEDOMS];
+    (void)in;
+    tfa_robot_wrenches(host, r, at->lane[0], forces);
+    spread_freedoms(x, forces);
+}
+
 robot_solve TFA_V(robot_forward);
 int TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                          uint32_t count, tfa_reply *reply)

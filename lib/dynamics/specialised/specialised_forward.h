@@ -47,6 +47,24 @@ TFA_INLINE void load_positions(struct robot_inputs *in, const struct tfa_host_ap
     joint_sincos(in, host, 0, ROBOT_UNIT_COORDINATES);
 }
 
+/* x = J^T w of the request's wrenches: specialised_wrenches.h, or specialised_body_lanes.c */
+static void wrench_forces(num x[ROBOT_UNIT_FREEDOMS], const struct robot_inputs *in,
+                          const struct tfa_host_api *host, const tfa_request *r,
+                          const struct lane_states *at);
+
+/* tau += sign J^T w */
+TFA_INLINE void add_wrenches(num *tau, double sign, const struct robot_inputs *in,
+                             const struct tfa_host_api *host, const tfa_request *r,
+                             const struct lane_states *at)
+{
+    num forces[ROBOT_UNIT_FREEDOMS];
+    if (!r->wrench_count)
+        return;
+    wrench_forces(forces, in, host, r, at);
+    for (size_t k = 0; k < ROBOT_UNIT_FREEDOMS; k++)
+        tau[k] += num_of(sign) * forces[k];
+}
+
 TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_host_api *host,
                                     const tfa_request *r, const struct lane_states *at)
 {
@@ -54,6 +72,7 @@ TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_ho
     gather_freedoms(in->qd, at, r->base_twist, r->v);
     gather_freedoms(in->x, at, r->base_wrench, r->tau);
     add_damping(in->x, in->qd, -1);
+    add_wrenches(in->x, 1, in, host, r, at);
 }
 
 static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_host_api *host,

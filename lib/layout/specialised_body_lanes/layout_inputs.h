@@ -81,6 +81,24 @@ TFA_INLINE void add_damping(num *tau, const num *qd, double sign)
 #undef ROBOT_GATHER
 }
 
+TFA_INLINE void spread_freedom(num *out, const body_constants *b, const double *x)
+{
+#define ROBOT_GET(l) x[robot_body[b->body[l]].v]
+    if (!b->base)
+        out[b->v] = NUM_EACH(ROBOT_GET);
+#undef ROBOT_GET
+}
+
+/* From freedoms of one body after the other */
+TFA_INLINE void spread_freedoms(num *out, const double *x)
+{
+    for (size_t k = 0; k < ROBOT_BASE; k++)
+        out[k] = num_of(x[k]);
+#define ROBOT_GATHER(i) spread_freedom(out, &robot_step[i], x);
+    ROBOT_STEPS_OUTWARD(ROBOT_GATHER)
+#undef ROBOT_GATHER
+}
+
 TFA_INLINE void scatter_freedom(const num *x, const body_constants *b, double *out)
 {
 #define ROBOT_PUT(l)                                                                               \

@@ -110,6 +110,8 @@ static void fill(struct contest *c, size_t all)
         *x = uniform();
     for (size_t k = 0; k < 6 * all; k++)
         c->twist[k] = uniform();
+    for (size_t k = 0; k < 6 * all; k++)
+        c->wrench[k] = 10 * uniform();
     for (size_t s = 0; s < all; s++) {
         double *pose = c->pose + 7 * s, size = 0;
         for (int e = 0; e < 7; e++)
@@ -130,6 +132,8 @@ static void give(struct contest *c)
     c->request.payload_count = c->task->given == A_PAYLOAD;
     c->request.payloads = payload;
     c->request.payload_frames[0] = robot_deepest(c->robot);
+    c->request.wrench_count = c->task->given == A_WRENCH;
+    c->request.wrench_frames[0] = robot_deepest(c->robot);
 }
 
 static void find_tips(struct contest *c)
@@ -151,7 +155,7 @@ static int make_inputs(struct contest *c)
     const size_t mass = t->op == TFA_OP_MASS_MATRIX ? nm * nm : 0;
     const size_t square = t->op == TFA_OP_DERIVATIVES ? nm * nm : 0;
     c->answers = n * (nv + 6 + six * six + mass + 3 * square);
-    c->block = calloc(all * (c->nq + 2 * nv + 13) + c->answers, sizeof *c->block);
+    c->block = calloc(all * (c->nq + 2 * nv + 19) + c->answers, sizeof *c->block);
     if (!c->block)
         return -1;
     c->q = c->block;
@@ -159,7 +163,8 @@ static int make_inputs(struct contest *c)
     c->tau = c->v + all * nv;
     c->pose = c->tau + all * nv;
     c->twist = c->pose + 7 * all;
-    c->out = c->twist + 6 * all;
+    c->wrench = c->twist + 6 * all;
+    c->out = c->wrench + 6 * all;
     fill(c, all);
     c->request = (tfa_request){.op = t->op,
                                .method = t->method,
@@ -194,6 +199,7 @@ static void set_state(struct contest *c, size_t state)
                        ? c->pose + 7 * (c->task->how == HOW_SAME_Q ? 0 : state)
                        : NULL;
     r->base_twist = c->robot->base == TFA_BASE_FLOATING ? c->twist + 6 * state : NULL;
+    r->wrenches = c->wrench + 6 * state;
 }
 
 /* The state after this one is where its answer leads in a tenth of a microsecond: it waits for the

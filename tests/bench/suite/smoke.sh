@@ -32,7 +32,7 @@ robots=$here/../../../config/robots
 "$1" --library "$2" --rounds 1 --turn-us 1 --error "$robots/humanoid.urdf" >"$work/all.csv"
 awk -F, 'NR > 1 { rows++ }
     NR > 1 && $19 > ($10 == "f32" ? 1e-2 : 1e-7) { print "error: " $0; bad = 1 }
-    END { if (rows != 66) { print "rows: " rows; bad = 1 } exit bad }' "$work/all.csv"
+    END { if (rows != 72) { print "rows: " rows; bad = 1 } exit bad }' "$work/all.csv"
 
 "$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 2 --turn-us 5 \
     --tasks fd,fd-chained,lambda,fd+payload,batch-f64 "$robots/arm7.urdf" >"$work/specialised.csv"
@@ -44,7 +44,7 @@ awk -F, '
     $5 == "now" { now++ }
     END { if (specialised != 5 + 5 || now != 5) { print "rows: " specialised ", " now; bad = 1 }
           exit bad }' "$work/specialised.csv"
-for table in kernels warm cold batch page; do
+for table in kernels warm cold batch page loads; do
     awk -f "$here/../specialised_tables.awk" -v table=$table "$work/specialised.csv" >"$work/$table"
 done
 grep -q '^| arm7 | 7 | ' "$work/warm"

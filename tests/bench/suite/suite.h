@@ -97,8 +97,8 @@ enum how {
     HOW_BYTES      /* no time: sizes */
 };
 
-/* With a payload, or a gravity, of the request */
-enum given { NOTHING, A_PAYLOAD, A_GRAVITY };
+/* With a payload, a gravity, or a wrench, of the request */
+enum given { NOTHING, A_PAYLOAD, A_GRAVITY, A_WRENCH };
 
 /* The bundled humanoid: its hands locked; one arm as tip, its hand locked. The tip is its left
  * palm. */
@@ -161,7 +161,7 @@ struct contest {
     uint32_t nq, nv;
     tfa_request request;
     tfa_reply reply;
-    double *block, *q, *v, *tau, *pose, *twist, *out;
+    double *block, *q, *v, *tau, *pose, *twist, *wrench, *out;
     size_t answers; /* numbers in `out` */
 };
 

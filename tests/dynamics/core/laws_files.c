@@ -171,7 +171,6 @@ static void compare(struct robot *r, random_source *s)
                            .wrenches = wrenches};
     for (uint32_t k = 0; k < WRENCHES; k++)
         request.wrench_frames[k] = random_below(s, (uint32_t)r->d->link_count);
-    kernels_simplify(r->model, &request);
     tfa_request whole = request;
     whole.q = r->all_q;
     whole.v = r->all_v;

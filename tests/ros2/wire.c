@@ -1,0 +1,248 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Bytes of the foreign messages: Cyclone writes and reads by our IDL what ROS 2 expects, and it
+ * refuses truncated samples.
+ */
+#include "dds/dds_test.h"
+#include "messages.h"
+
+#include <dds/ddsi/ddsi_serdata.h>
+#include <idl/ros2.h>
+#include <idl/ros2_service.h>
+
+static dds_entity_t participant;
+
+/* Topic, writer and reader of one type, all in XCDR1. */
+typedef struct wire {
+    dds_entity_t topic, writer, reader;
+} wire;
+
+static wire wire_open(const msg *m)
+{
+    const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
+    dds_qos_t *const qos = dds_create_qos();
+    wire w;
+
+    dds_qset_data_representation(qos, 1, &xcdr1);
+    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+    dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
+    w.topic = dds_create_topic(participant, m->topic, m->name, qos, NULL);
+    w.writer = dds_create_writer(participant, w.topic, qos, NULL);
+    w.reader = dds_create_reader(participant, w.topic, qos, NULL);
+    dds_delete_qos(qos);
+    assert_true(w.topic > 0 && w.writer > 0 && w.reader > 0);
+    return w;
+}
+
+static void wire_close(const wire *w)
+{
+    assert_int_equal(dds_delete(w->reader), DDS_RETCODE_OK);
+    assert_int_equal(dds_delete(w->writer), DDS_RETCODE_OK);
+    assert_int_equal(dds_delete(w->topic), DDS_RETCODE_OK);
+}
+
+/* Bytes that Cyclone sends for a sample. Returns the sample as Cyclone holds it, to be released. */
+static struct ddsi_serdata *write_bytes(const wire *w, const void *sample, msg_bytes *out)
+{
+    struct ddsi_serdata *data;
+    dds_sample_info_t info;
+
+    assert_int_equal(dds_write(w->writer, sample), DDS_RETCODE_OK);
+    assert_int_equal(dds_takecdr(w->reader, &data, 1, &info, DDS_ANY_STATE), 1);
+    assert_true(info.valid_data);
+    out->size = ddsi_serdata_size(data);
+    assert_true(out->size <= MSG_BYTES_MAX);
+    ddsi_serdata_to_ser(data, 0, out->size, out->byte);
+    return data;
+}
+
+/* What Cyclone does with bytes from the network. Returns false if it refuses them. */
+static bool read_bytes(const struct ddsi_sertype *type, const uint8_t *byte, size_t size,
+                       void *sample)
+{
+    uint8_t *const exact = malloc(size); /* so that a sanitizer sees reads behind the end */
+    assert_non_null(exact);
+    memcpy(exact, byte, size);
+    const ddsrt_iovec_t iov = {.iov_base = exact, .iov_len = size};
+    struct ddsi_serdata *data = ddsi_serdata_from_ser_iov(type, SDK_DATA, 1, &iov, size);
+
+    free(exact);
+    if (data == NULL)
+        return false;
+    if (sample != NULL)
+        assert_true(ddsi_serdata_to_sample(data, sample, NULL, NULL));
+    ddsi_serdata_unref(data);
+    return true;
+}
+
+static void assert_same_bytes(const uint8_t *a, size_t a_size, const uint8_t *b, size_t b_size)
+{
+    assert_int_equal(a_size, b_size);
+    assert_memory_equal(a, b, b_size);
+}
+
+/* Written bytes are `expected`, and read back they are the sample. The values that were read are
+ * compared by encoding them: every member contributes its bytes. */
+static void assert_on_wire(const msg *m, const void *sample, const uint8_t *expected, size_t size)
+{
+    static msg_bytes written, again;
+    void *const copy = calloc(1, m->size);
+    const wire w = wire_open(m);
+    struct ddsi_serdata *data = write_bytes(&w, sample, &written);
+
+    assert_non_null(copy);
+    assert_same_bytes(written.byte, written.size, expected, size);
+    assert_true(read_bytes(data->type, expected, size, copy));
+    msg_encode(m, copy, &again);
+    assert_same_bytes(again.byte, again.size, expected, size);
+    dds_sample_free(copy, m->topic, DDS_FREE_CONTENTS);
+    free(copy);
+    ddsi_serdata_unref(data);
+    wire_close(&w);
+}
+
+static const msg *find(const dds_topic_descriptor_t *topic)
+{
+    for (const msg *const *m = messages; *m != NULL; m++)
+        if ((*m)->topic == topic)
+            return *m;
+    fail_msg("no message %s", topic->m_typename);
+    return NULL;
+}
+
+TEST(joint_state_has_the_known_bytes)
+{
+    static const uint8_t expected[92] = {
+        0x00, 0x01, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x05, 0x00,
+        0x00, 0x00, 0x62, 0x61, 0x73, 0x65, 0x00, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00,
+        0x03, 0x00, 0x00, 0x00, 0x6a, 0x31, 0x00, 0x00, 0x06, 0x00, 0x00, 0x00, 0x65, 0x6c,
+        0x62, 0x6f, 0x77, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0xe0, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xf0, 0xbf, 0x00, 0x00,
+        0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x08, 0x40,
+        0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x10, 0x40,
+    };
+    char *name[] = {"j1", "elbow"};
+    double position[] = {0.5, -1}, effort[] = {3, 4};
+    const sensor_msgs_msg_dds__JointState_ sample = {
+        .header = {{1, 2}, "base"},
+        .name = {2, 2, name, false},
+        .position = {2, 2, position, false},
+        .effort = {2, 2, effort, false},
+    };
+    const msg *const m = find(&sensor_msgs_msg_dds__JointState__desc);
+
+    assert_on_wire(m, &sample, expected, sizeof expected);
+
+    /* and member by member */
+    sensor_msgs_msg_dds__JointState_ copy = {0};
+    static msg_bytes bytes;
+    const wire w = wire_open(m);
+    struct ddsi_serdata *data = write_bytes(&w, &sample, &bytes);
+    assert_true(read_bytes(data->type, expected, sizeof expected, &copy));
+    assert_int_equal(copy.header.stamp.sec, 1);
+    assert_int_equal(copy.header.stamp.nanosec, 2);
+    assert_string_equal(copy.header.frame_id, "base");
+    assert_int_equal(copy.name._length, 2);
+    assert_string_equal(copy.name._buffer[0], "j1");
+    assert_string_equal(copy.name._buffer[1], "elbow");
+    assert_int_equal(copy.position._length, 2);
+    assert_memory_equal(copy.position._buffer, position, sizeof position);
+    assert_int_equal(copy.velocity._length, 0);
+    assert_int_equal(copy.effort._length, 2);
+    assert_memory_equal(copy.effort._buffer, effort, sizeof effort);
+    dds_sample_free(&copy, m->topic, DDS_FREE_CONTENTS);
+    ddsi_serdata_unref(data);
+    wire_close(&w);
+}
+
+TEST(service_request_has_the_known_bytes)
+{
+    static const uint8_t expected[60] = {
+        0x00, 0x01, 0x00, 0x00, 0x88, 0x77, 0x66, 0x55, 0x44, 0x33, 0x22, 0x11, 0x01, 0x00, 0x00,
+        0x00, 0x00, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+        0x00, 0x00, 0x00, 0x00, 0xe0, 0x3f, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xf0, 0xbf, 0x00,
+        0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xe0, 0x3f,
+    };
+    double q[] = {0.5, -1}, tau[] = {0.5};
+    const test_srv_dds__Dynamics_Request_ sample = {
+        .guid = UINT64_C(0x1122334455667788),
+        .seq = 1,
+        .q = {2, 2, q, false},
+        .tau = {1, 1, tau, false},
+    };
+
+    assert_on_wire(&service_request, &sample, expected, sizeof expected);
+}
+
+/* A string of two characters is 7 bytes, and one of padding. */
+TEST(padding_at_the_end_is_counted_in_the_header)
+{
+    static const uint8_t expected[] = {0, 1, 0, 1, 3, 0, 0, 0, 'h', 'i', 0, 0};
+    const std_msgs_msg_dds__String_ sample = {"hi"};
+
+    assert_on_wire(find(&std_msgs_msg_dds__String__desc), &sample, expected, sizeof expected);
+}
+
+#define SEEDS 40
+
+/* Random samples of a type: Cyclone's bytes are those of msg_encode, and no shorter sample is read,
+ * whatever its header says of padding. */
+static void check_type(const msg *m)
+{
+    static msg_bytes written, expected, again;
+    void *const sample = calloc(1, m->size), *const copy = calloc(1, m->size);
+    const wire w = wire_open(m);
+    uint64_t seed = 1;
+
+    assert_true(sample != NULL && copy != NULL);
+    for (int i = 0; i < SEEDS; i++) {
+        msg_fill(m, sample, &seed);
+        msg_encode(m, sample, &expected);
+        struct ddsi_serdata *data = write_bytes(&w, sample, &written);
+        assert_same_bytes(written.byte, written.size, expected.byte, expected.size);
+
+        memset(copy, 0, m->size);
+        assert_true(read_bytes(data->type, expected.byte, expected.size, copy));
+        msg_encode(m, copy, &again);
+        assert_same_bytes(again.byte, again.size, expected.byte, expected.size);
+        dds_sample_free(copy, m->topic, DDS_FREE_CONTENTS);
+
+        const size_t whole = expected.size - expected.padding;
+        for (uint8_t padding = 0; padding < 4; padding++) {
+            expected.byte[3] = padding;
+            for (size_t size = 4; size < whole; size++)
+                assert_false(read_bytes(data->type, expected.byte, size, NULL));
+        }
+        ddsi_serdata_unref(data);
+    }
+    free(copy);
+    free(sample);
+    wire_close(&w);
+}
+
+TEST(random_samples_have_the_bytes_of_the_specification_and_truncated_ones_are_refused)
+{
+    for (const msg *const *m = messages; *m != NULL; m++)
+        if ((*m)->topic != NULL)
+            check_type(*m);
+    check_type(&service_request);
+}
+
+static int open_participant(void **state)
+{
+    (void)state;
+    participant = dds_create_participant(test_domain(), NULL, NULL);
+    return participant > 0 ? 0 : -1;
+}
+
+static int close_participant(void **state)
+{
+    (void)state;
+    return dds_delete(participant) == DDS_RETCODE_OK ? 0 : -1;
+}
+
+int main(void)
+{
+    return test_run(open_participant, close_participant);
+}

@@ -80,18 +80,19 @@ TEST(test_stopped_threads)
     run_phases(4, 1000, 100, 1);
 }
 
-/* Tasks of 0.2 ms, so that threads have time to come. */
+/* Tasks that are counted */
 struct assignment {
     uint32_t tasks;
-    _Atomic uint32_t own; /* tasks done by the thread that has them in its range */
+    _Atomic uint32_t counted; /* see the task */
 };
 
+/* 0.2 ms, so that threads have time to come; counts tasks of the thread's own range. */
 static void own_task(void *context, uint32_t task, uint32_t worker)
 {
     struct assignment *a = context;
     const struct timespec t = {0, 200000};
     nanosleep(&t, NULL);
-    atomic_fetch_add(&a->own, task * 2 / a->tasks == worker);
+    atomic_fetch_add(&a->counted, task * 2 / a->tasks == worker);
 }
 
 TEST(test_fixed_assignment)
@@ -100,22 +101,25 @@ TEST(test_fixed_assignment)
     assert_int_equal(
         thread_pool_start(&thread_pool, &(struct thread_pool_options){2, 1000000, NULL, 0, NULL}),
         0);
-    struct assignment a = {.tasks = 8};
-    for (int p = 0; p < 50; p++)
+    int as_assigned = 0;
+    for (int p = 0; p < 50; p++) {
+        struct assignment a = {.tasks = 8};
         thread_pool_run(thread_pool, own_task, &a, a.tasks);
-    assert_true(atomic_load(&a.own) > 50 * a.tasks * 3 / 4);
+        as_assigned += atomic_load(&a.counted) == a.tasks;
+    }
+    assert_true(as_assigned >= 10); /* others may have been late on a busy machine */
     thread_pool_stop(thread_pool);
 }
 
-/* The first task of the last thread's range waits until all others are done. */
+/* The first task of the last thread's range waits until all others are done, which are counted. */
 static void late_task(void *context, uint32_t task, uint32_t worker)
 {
     struct assignment *a = context;
     (void)worker;
     if (task != a->tasks - a->tasks / 4)
-        atomic_fetch_add(&a->own, 1);
+        atomic_fetch_add(&a->counted, 1);
     for (int i = 0; task == a->tasks - a->tasks / 4 && i < 10000; i++) {
-        if (atomic_load(&a->own) == a->tasks - 1)
+        if (atomic_load(&a->counted) == a->tasks - 1)
             return;
         pause_ms(1);
     }
@@ -130,7 +134,7 @@ TEST(test_late_threads)
     for (int p = 0; p < 50; p++) {
         struct assignment a = {.tasks = 64};
         thread_pool_run(thread_pool, late_task, &a, a.tasks);
-        assert_int_equal(atomic_load(&a.own), a.tasks - 1);
+        assert_int_equal(atomic_load(&a.counted), a.tasks - 1);
     }
     thread_pool_stop(thread_pool);
 }

@@ -32,8 +32,7 @@ enum {
     TRAIT_DEFAULT_REFINE = 1u << 20,   /* the method's own number of steps */
     TRAIT_ESTIMATE = 1u << 21,         /* an error estimate of every answer */
     TRAIT_DEFAULT_ESTIMATE = 1u << 22, /* one where the method or the sentinel asks for it */
-    TRAIT_BATCH = 1u << 23,            /* several states */
-    TRAIT_POSES = 1u << 24,            /* of the tips */
+    TRAIT_POSES = 1u << 23,            /* of the tips */
 };
 
 /* Ops that solve for accelerations with tau: forward dynamics and those made of it */
@@ -80,7 +79,6 @@ static inline uint32_t traits_of(const tfa_request *r)
     t |= r->estimate == TFA_ESTIMATE_ALWAYS    ? TRAIT_ESTIMATE
          : r->estimate == TFA_ESTIMATE_DEFAULT ? TRAIT_DEFAULT_ESTIMATE
                                                : 0;
-    t |= r->count > 1 ? TRAIT_BATCH : 0;
     return t;
 }
 

@@ -90,20 +90,20 @@ void specialised_choice_write(struct text_buffer *t, const tfa_model *m,
     } payloads[] = {{"PAYLOADS", "payloads"},
                     {"BATCH_PAYLOADS", "batch_payloads"},
                     {"BATCH_F32_PAYLOADS", "batch_f32_payloads"}};
-    const int large = m->bodies > UNROLLED_BODIES_MAX;
     text_append(t, "/* Which function of a kernel answers; written by totalforce. */\n");
     for (int k = 0; k < CHOICES; k++)
         write_function(t, m, k, choice[k]);
     text_append(t, "#define ROBOT_INVERSE_ONE tfa_robot_inverse_scalar_aba\n"
                    "#define ROBOT_INVERSE_BATCH tfa_robot_inverse_batch_aba\n"
                    "#define ROBOT_INVERSE_BATCH_F32 tfa_robot_inverse_batch_f32_aba\n");
-    for (size_t k = 0; k < sizeof payloads / sizeof *payloads; k++)
-        text_append(t,
-                    "#define ROBOT_INVERSE_%s tfa_robot_inverse_%s_aba\n"
-                    "#define ROBOT_FORWARD_%s %s%s%s\n",
-                    payloads[k].macro, payloads[k].variant, payloads[k].macro,
-                    large ? "tfa_robot_none" : "tfa_robot_forward_",
-                    large ? "" : payloads[k].variant, large ? "" : "_aba");
+    for (size_t k = 0; k < sizeof payloads / sizeof *payloads; k++) {
+        const char *macro = payloads[k].macro, *variant = payloads[k].variant;
+        text_append(t, "#define ROBOT_INVERSE_%s tfa_robot_inverse_%s_aba\n", macro, variant);
+        if (m->bodies > UNROLLED_BODIES_MAX)
+            text_append(t, "#define ROBOT_FORWARD_%s tfa_robot_none\n", macro);
+        else
+            text_append(t, "#define ROBOT_FORWARD_%s tfa_robot_forward_%s_aba\n", macro, variant);
+    }
     text_append(t, "#define ROBOT_ALGORITHMS \"");
     for (int k = 0; k < CHOICES; k++)
         text_append(t, "%s%s %s", k ? ", " : "", kinds[k].name, algorithms[choice[k]]);

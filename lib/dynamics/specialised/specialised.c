@@ -31,17 +31,31 @@ int tfa_robot_none(const struct tfa_host_api *host, const tfa_request *r, uint32
     return 0;
 }
 
-static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                 tfa_reply *reply)
+/* Functions of one number type: one state, or states in lanes */
+struct solvers {
+    robot_solve *forward, *inverse, *lambda, *forward_lambda, *forward_payloads, *inverse_payloads;
+};
+
+TFA_INLINE int solve_by(struct solvers by, const struct tfa_host_api *host, const tfa_request *r,
+                        uint32_t k, uint32_t count, tfa_reply *reply)
 {
     const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)
-        return ROBOT_LAMBDA_ONE(host, r, k, 1, reply);
+        return by.lambda(host, r, k, count, reply);
     if (r->payload_count)
-        return (forward ? ROBOT_FORWARD_PAYLOADS : ROBOT_INVERSE_PAYLOADS)(host, r, k, 1, reply);
+        return (forward ? by.forward_payloads : by.inverse_payloads)(host, r, k, count, reply);
     if (!forward)
-        return ROBOT_INVERSE_ONE(host, r, k, 1, reply);
-    return (r->tip_count ? ROBOT_FORWARD_LAMBDA_ONE : ROBOT_FORWARD_ONE)(host, r, k, 1, reply);
+        return by.inverse(host, r, k, count, reply);
+    return (r->tip_count ? by.forward_lambda : by.forward)(host, r, k, count, reply);
+}
+
+static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                 tfa_reply *reply)
+{
+    const struct solvers one = {ROBOT_FORWARD_ONE,      ROBOT_INVERSE_ONE,
+                                ROBOT_LAMBDA_ONE,       ROBOT_FORWARD_LAMBDA_ONE,
+                                ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS};
+    return solve_by(one, host, r, k, 1, reply);
 }
 
 #if ROBOT_BATCH_LANES
@@ -51,16 +65,10 @@ robot_solve ROBOT_FORWARD_BATCH, ROBOT_INVERSE_BATCH, ROBOT_LAMBDA_BATCH,
 static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                        uint32_t count, tfa_reply *reply)
 {
-    const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
-    if (r->payload_count)
-        return (forward ? ROBOT_FORWARD_BATCH_PAYLOADS
-                        : ROBOT_INVERSE_BATCH_PAYLOADS)(host, r, k, count, reply);
-    if (r->op == TFA_OP_INVERSE_DYNAMICS)
-        return ROBOT_INVERSE_BATCH(host, r, k, count, reply);
-    if (r->op == TFA_OP_OPERATIONAL_INERTIA)
-        return ROBOT_LAMBDA_BATCH(host, r, k, count, reply);
-    return (r->tip_count ? ROBOT_FORWARD_LAMBDA_BATCH : ROBOT_FORWARD_BATCH)(host, r, k, count,
-                                                                             reply);
+    const struct solvers batch = {ROBOT_FORWARD_BATCH,          ROBOT_INVERSE_BATCH,
+                                  ROBOT_LAMBDA_BATCH,           ROBOT_FORWARD_LAMBDA_BATCH,
+                                  ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS};
+    return solve_by(batch, host, r, k, count, reply);
 }
 #endif
 
@@ -72,16 +80,11 @@ robot_solve ROBOT_FORWARD_BATCH_F32, ROBOT_INVERSE_BATCH_F32, ROBOT_LAMBDA_BATCH
 static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
                            uint32_t count, tfa_reply *reply)
 {
-    const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
-    if (r->payload_count)
-        return (forward ? ROBOT_FORWARD_BATCH_F32_PAYLOADS
-                        : ROBOT_INVERSE_BATCH_F32_PAYLOADS)(host, r, k, count, reply);
-    if (r->op == TFA_OP_INVERSE_DYNAMICS)
-        return ROBOT_INVERSE_BATCH_F32(host, r, k, count, reply);
-    if (r->op == TFA_OP_OPERATIONAL_INERTIA)
-        return ROBOT_LAMBDA_BATCH_F32(host, r, k, count, reply);
-    return (r->tip_count ? ROBOT_FORWARD_LAMBDA_BATCH_F32 : ROBOT_FORWARD_BATCH_F32)(host, r, k,
-                                                                                     count, reply);
+    const struct solvers batch_f32 = {
+        ROBOT_FORWARD_BATCH_F32,          ROBOT_INVERSE_BATCH_F32,
+        ROBOT_LAMBDA_BATCH_F32,           ROBOT_FORWARD_LAMBDA_BATCH_F32,
+        ROBOT_FORWARD_BATCH_F32_PAYLOADS, ROBOT_INVERSE_BATCH_F32_PAYLOADS};
+    return solve_by(batch_f32, host, r, k, count, reply);
 }
 #endif
 

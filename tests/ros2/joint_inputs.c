@@ -51,8 +51,8 @@ TEST(values_come_in_the_order_of_the_robot)
     static const double numbers[][3] = {{1, 2, 3}, {6, 4, 5}, {8, 9, 7}};
     tfa_joint_inputs *s = arm_inputs();
     double q[3];
-    for (int turn = 0; turn < 9; turn++) {
-        const int k = turn * turn % 3; /* the same order twice, and another one */
+    for (int turn = 0; turn < 12; turn++) {
+        const int k = turn / 2 % 3; /* each order twice */
         const tfa_joint_message m = positions(orders[k], numbers[k], 3);
         assert_true(tfa_joint_inputs_merge(s, &m, POSITION, turn));
         assert_true(tfa_joint_inputs_read(s, TFA_JOINT_POSITION, turn, 0, q));

@@ -9,6 +9,8 @@
 
 #include <dds/dds.h>
 
+struct random_source; /* fuzz/random.h */
+
 /* As type_interfaces/msg/FieldType numbers them */
 typedef enum msg_type {
     MSG_NESTED = 1,
@@ -56,12 +58,14 @@ extern const msg *const messages[MESSAGES_MAX];
 /** Request of a service as rmw_cyclonedds sends it; not an own message. */
 extern const msg service_request;
 
+/** The message of a topic; fails the test if there is none. */
+const msg *msg_of_topic(const dds_topic_descriptor_t *topic);
 /** Bytes of an element in the C struct. */
 size_t msg_element_size(const msg_field *field);
 
 /** A sample of random bytes, strings of random lengths and short sequences. It lives until the
  * process ends; `sample` holds nothing that would be freed. Padding is not written. */
-void msg_fill(const msg *m, void *sample, uint64_t *seed);
+void msg_fill(const msg *m, void *sample, struct random_source *seed);
 
 #define MSG_BYTES_MAX 65536
 typedef struct msg_bytes {

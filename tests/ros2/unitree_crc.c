@@ -5,6 +5,7 @@
  */
 #include "ros2/unitree_crc.h"
 
+#include "fuzz/random.h"
 #include "messages.h"
 #include "test.h"
 
@@ -57,20 +58,11 @@ static void copy_members(const msg *m, const uint8_t *sample, uint8_t *image)
     }
 }
 
-static const msg *lowstate(const dds_topic_descriptor_t *topic)
-{
-    for (const msg *const *m = messages; *m != NULL; m++)
-        if ((*m)->topic == topic)
-            return *m;
-    fail_msg("no message %s", topic->m_typename);
-    return NULL;
-}
-
 TEST(states_have_the_crc_of_their_members)
 {
-    const msg *const go = lowstate(&unitree_go_msg_dds__LowState__desc);
-    const msg *const hg = lowstate(&unitree_hg_msg_dds__LowState__desc);
-    uint64_t seed = 1;
+    const msg *const go = msg_of_topic(&unitree_go_msg_dds__LowState__desc);
+    const msg *const hg = msg_of_topic(&unitree_hg_msg_dds__LowState__desc);
+    struct random_source seed = {1};
 
     for (int padding = 0; padding < 256; padding += 51)
         for (int i = 0; i < 10; i++) {

@@ -5,6 +5,7 @@
  * refuses truncated samples.
  */
 #include "dds/dds_test.h"
+#include "fuzz/random.h"
 #include "messages.h"
 
 #include <dds/ddsi/ddsi_serdata.h>
@@ -102,15 +103,6 @@ static void assert_on_wire(const msg *m, const void *sample, const uint8_t *expe
     wire_close(&w);
 }
 
-static const msg *find(const dds_topic_descriptor_t *topic)
-{
-    for (const msg *const *m = messages; *m != NULL; m++)
-        if ((*m)->topic == topic)
-            return *m;
-    fail_msg("no message %s", topic->m_typename);
-    return NULL;
-}
-
 TEST(joint_state_has_the_known_bytes)
 {
     static const uint8_t expected[92] = {
@@ -130,7 +122,7 @@ TEST(joint_state_has_the_known_bytes)
         .position = {2, 2, position, false},
         .effort = {2, 2, effort, false},
     };
-    const msg *const m = find(&sensor_msgs_msg_dds__JointState__desc);
+    const msg *const m = msg_of_topic(&sensor_msgs_msg_dds__JointState__desc);
 
     assert_on_wire(m, &sample, expected, sizeof expected);
 
@@ -181,7 +173,8 @@ TEST(padding_at_the_end_is_counted_in_the_header)
     static const uint8_t expected[] = {0, 1, 0, 1, 3, 0, 0, 0, 'h', 'i', 0, 0};
     const std_msgs_msg_dds__String_ sample = {"hi"};
 
-    assert_on_wire(find(&std_msgs_msg_dds__String__desc), &sample, expected, sizeof expected);
+    assert_on_wire(msg_of_topic(&std_msgs_msg_dds__String__desc), &sample, expected,
+                   sizeof expected);
 }
 
 #define SEEDS 40
@@ -193,7 +186,7 @@ static void check_type(const msg *m)
     static msg_bytes written, expected, again;
     void *const sample = calloc(1, m->size), *const copy = calloc(1, m->size);
     const wire w = wire_open(m);
-    uint64_t seed = 1;
+    struct random_source seed = {1};
 
     assert_true(sample != NULL && copy != NULL);
     for (int i = 0; i < SEEDS; i++) {

@@ -14,16 +14,13 @@
 #include <unistd.h>
 
 #include "control/daemon.h"
+#include "gateways.h"
 #include "platform/check_rt.h"
 #include "platform/log.h"
 #include "platform/passed_sockets.h"
 #include "platform/realtime.h"
 #include "platform/runtime_dir.h"
 #include "platform/sigbus.h"
-
-#ifdef TFA_HAVE_DDS
-#include "dds_gateway/dds_convert.h"
-#endif
 
 enum { EXIT_GOOD = 0, EXIT_UNMET = 1, EXIT_FAILED = 2, EXIT_USAGE = 3 };
 
@@ -37,7 +34,7 @@ typedef struct service {
     tfa_daemon daemon;
     uid_t user;
     gid_t user_group;
-    void *dds; /* tfa_dds */
+    gateways gateways;
 } service;
 
 /* ---- the steps ---- */
@@ -90,60 +87,12 @@ static int guard_memory(service *s)
 
 static int load_robots(service *s)
 {
-    return robot_set_load(s->daemon.settings, &s->daemon.robot_set);
+    return robot_set_load(s->daemon.settings, NULL, &s->daemon.robot_set);
 }
 
-#ifdef TFA_HAVE_DDS
-static void log_cyclone(const char *text)
+static int join_domains(service *s)
 {
-    tfa_log_client(TFA_LOG_WARNING, "dds: %s", text);
-}
-
-static void log_leadership(bool warning, const char *text)
-{
-    tfa_log(warning ? TFA_LOG_WARNING : TFA_LOG_INFO, "dds: %s", text);
-}
-#endif
-
-static int join_dds(service *s)
-{
-#ifdef TFA_HAVE_DDS
-    const config *settings = s->daemon.settings;
-    const robot_set *f = &s->daemon.robot_set;
-    const uint32_t count = f->dds_count;
-    if (!settings->dds.enabled || count == 0)
-        return TFA_OK;
-    tfa_dds_robot *robots = calloc(count, sizeof *robots);
-    if (!robots)
-        return TFA_E_MEMORY;
-    for (uint32_t i = 0; i < count; i++)
-        robots[i] = (tfa_dds_robot){.name = f->robots[i].name,
-                                    .model = f->robots[i].model,
-                                    .max_batch = f->robots[i].shape.max_batch,
-                                    .max_tips = f->robots[i].shape.max_tips};
-    const tfa_dds_options options = {.domain = settings->dds.domain,
-                                     .robots = robots,
-                                     .robot_count = count,
-                                     .max_age_us = 1000 * settings->dds.max_age_ms,
-                                     .priority = settings->dds.priority,
-                                     .lease_ms = settings->dds.lease_ms,
-                                     .log = log_cyclone,
-                                     .notice = log_leadership};
-    tfa_dds *dds;
-    int status = tfa_dds_create(&options, &dds);
-    if (status != TFA_OK) {
-        tfa_log(TFA_LOG_ERROR, "dds: domain %u: %s", settings->dds.domain, tfa_dds_error());
-        errno = 0; /* some library's */
-    }
-    s->dds = dds;
-    free(robots);
-    return status;
-#else
-    if (!s->daemon.settings->dds.enabled)
-        return TFA_OK;
-    tfa_log(TFA_LOG_ERROR, "dds.enabled: this totalforced was built without DDS");
-    return TFA_E_UNSUPPORTED;
-#endif
+    return gateways_join(&s->gateways);
 }
 
 static int start_pool(service *s)
@@ -168,73 +117,9 @@ static int self_test(service *s)
     return daemon_self_test(&s->daemon);
 }
 
-#ifdef TFA_HAVE_DDS
-static void gateway_expect(void *gateway, uint32_t robot, const tfa_model *next,
-                           const tfa_worker_robot *solver)
+static int open_gateways(service *s)
 {
-    tfa_dds_expect(gateway, robot, next, solver);
-}
-
-static bool gateway_detach(void *gateway, uint32_t robot)
-{
-    return tfa_dds_detach(gateway, robot);
-}
-
-static int gateway_announce(void *gateway, uint32_t robot, const tfa_model *model)
-{
-    return tfa_dds_announce(gateway, robot, model);
-}
-
-static tfa_dds_counters gateway_count(const void *gateway)
-{
-    return tfa_dds_count(gateway);
-}
-
-static tfa_dds_leadership gateway_leadership(void *gateway, uint32_t robot)
-{
-    return tfa_dds_get_leadership(gateway, robot);
-}
-
-static void log_dds(const service *s)
-{
-    const uint32_t robots = s->daemon.robot_set.dds_count;
-    tfa_log(TFA_LOG_INFO, "dds: domain %u, %u robots: %s and %s, stream %s and %s, described by %s",
-            s->daemon.settings->dds.domain, robots, TFA_DDS_TOPIC_REQUEST, TFA_DDS_TOPIC_REPLY,
-            TFA_DDS_TOPIC_TORQUES, TFA_DDS_TOPIC_ACCELERATIONS, TFA_DDS_TOPIC_ROBOT_INFO);
-}
-#endif
-
-static int open_dds(service *s)
-{
-#ifdef TFA_HAVE_DDS
-    if (!s->dds) {
-        tfa_log(TFA_LOG_INFO, "dds: off: %s",
-                s->daemon.settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
-        return TFA_OK;
-    }
-    s->daemon.gateway = (dds_gateway){s->dds,           gateway_expect, gateway_detach,
-                                      gateway_announce, gateway_count,  gateway_leadership};
-    tfa_worker_robot *solvers = calloc(s->daemon.robot_set.dds_count, sizeof *solvers);
-    int status = solvers ? daemon_make_gateway_solvers(&s->daemon, solvers) : TFA_E_MEMORY;
-    if (status == TFA_OK)
-        status = tfa_dds_start(s->dds, s->daemon.workers[0].worker, solvers);
-    free(solvers);
-    if (status == TFA_OK)
-        log_dds(s);
-    return status;
-#else
-    (void)s;
-    return TFA_OK;
-#endif
-}
-
-static void stop_dds(service *s)
-{
-#ifdef TFA_HAVE_DDS
-    tfa_dds_stop(s->dds);
-#endif
-    s->dds = NULL;
-    s->daemon.gateway = (dds_gateway){0};
+    return gateways_open(&s->gateways);
 }
 
 static int open_control(service *s)
@@ -268,12 +153,12 @@ static const struct {
     {"memory", guard_memory},
     {"control", open_control},
     {"robots", load_robots},
-    {"dds domain", join_dds}, /* before the workers: its threads inherit priorities */
+    {"dds domains", join_domains}, /* before the workers: its threads inherit priorities */
     {"pool", start_pool},
     {"workers", start_workers},
     {"privileges", drop_privileges}, /* after priorities and locks are held */
     {"self-test", self_test},
-    {"dds", open_dds},
+    {"dds", open_gateways},
     {"sockets", open_sockets},
     {"ready", signal_ready},
 };
@@ -290,12 +175,13 @@ static void stop_all(service *s)
 {
     notify_stopping();
     control_close_listeners(&s->daemon);
-    stop_dds(s);                     /* its requests need the workers */
+    gateways_stop(&s->gateways);     /* their requests need the workers */
     daemon_stop_workers(&s->daemon); /* they answer the requests in the rings */
     session_end_all(&s->daemon);
     if (!reload_abandon(&s->daemon)) /* a large robot is being read: its thread uses the rest */
         end_at_once(s);
     daemon_free_robot_set(&s->daemon);
+    descriptions_close(&s->daemon);
     tfa_admission_free(&s->daemon.admission);
     control_close(&s->daemon);
     tfa_runtime_dir_release(&s->daemon.runtime_dir);
@@ -312,10 +198,12 @@ static int serve(config *settings)
                             .signals = -1,
                             .reserve = -1,
                             .reload.event = -1,
+                            .descriptions = {.event = -1, .mutex = PTHREAD_MUTEX_INITIALIZER},
                             .group = (gid_t)-1,
                             .runtime_dir = TFA_RUNTIME_DIR_NONE},
                  .user = (uid_t)-1};
     int status = TFA_OK;
+    s.gateways.daemon = &s.daemon;
     commands_open(&s.daemon); /* a start that fails at once ends like any other */
     for (size_t i = 0; i < sizeof start_up / sizeof *start_up && status == TFA_OK; i++) {
         errno = 0;
@@ -338,7 +226,7 @@ static int check_configuration(const config *settings)
     tfa_admission admission;
     const int identity = tfa_identity_check(settings);
     const int admitted = tfa_admission_load(settings, &admission);
-    const int status = robot_set_load(settings, &f);
+    const int status = robot_set_load(settings, NULL, &f);
     if (settings->backend == CONFIG_BACKEND_SHM && !settings->user)
         tfa_log(TFA_LOG_INFO, "backend: shm; where clients run as the daemon's own user, memfd is "
                               "safer: its segments are sealed");

@@ -96,6 +96,42 @@ typedef struct config_scene {
 enum { CONFIG_REFUSE_LIST(CONFIG_REFUSE) CONFIG_REFUSALS };
 #undef CONFIG_REFUSE
 
+/* A force/torque topic. */
+typedef struct config_ros2_wrench {
+    const char *topic, *link;
+} config_ros2_wrench;
+
+typedef enum config_unitree_type {
+    CONFIG_UNITREE_NONE,
+    CONFIG_UNITREE_GO,
+    CONFIG_UNITREE_HG,
+} config_unitree_type;
+
+/* State of a Unitree robot. */
+typedef struct config_unitree {
+    uint32_t type; /* config_unitree_type */
+    const char *topic;
+    const char **motors; /* joint of each motor */
+    size_t motors_count;
+} config_unitree;
+
+/* A robot's topics of ROS 2. Names as in ROS: relative ones start at the namespace, "~" is the
+ * node. */
+typedef struct config_robot_ros2 {
+    bool enabled;
+    const char *namespace, *node;
+    const char *joint_states, *odometry, *effort_commands, *joint_efforts, *trajectory;
+    const char *robot_description;
+    const char **joints; /* of effort_commands, in order; none: the robot's */
+    size_t joints_count;
+    const char **tips;
+    size_t tips_count;
+    config_ros2_wrench *wrenches;
+    size_t wrenches_count;
+    config_unitree unitree;
+    uint32_t state_age_ms, command_age_ms;
+} config_robot_ros2;
+
 typedef struct config_robot {
     const char *name, *urdf;
     const char **refuse;
@@ -119,6 +155,7 @@ typedef struct config_robot {
     double snap;
     bool rotor_inertia, damping, lock_massless_leaves;
     bool dds;
+    config_robot_ros2 ros2;
 } config_robot;
 
 typedef struct config_limits {
@@ -148,6 +185,24 @@ typedef struct config_dds {
     uint32_t domain, max_age_ms, priority, lease_ms;
 } config_dds;
 
+#define CONFIG_ROS_DOMAIN_ID 1000u /* domain: that of the environment */
+
+typedef enum config_discovery {
+    CONFIG_DISCOVERY_ENVIRONMENT, /* ROS_AUTOMATIC_DISCOVERY_RANGE */
+    CONFIG_DISCOVERY_SUBNET,
+    CONFIG_DISCOVERY_LOCALHOST,
+    CONFIG_DISCOVERY_OFF,
+    CONFIG_DISCOVERY_SYSTEM_DEFAULT, /* CYCLONEDDS_URI alone decides */
+} config_discovery;
+
+typedef struct config_ros2 {
+    bool enabled;
+    uint32_t domain;    /* or CONFIG_ROS_DOMAIN_ID */
+    uint32_t discovery; /* config_discovery */
+    const char **peers; /* none: ROS_STATIC_PEERS */
+    size_t peers_count;
+} config_ros2;
+
 typedef struct config {
     const char *runtime_dir, *group, *user;
     const char **allow_users, **allow_groups; /* both empty: everybody who can open a socket */
@@ -161,6 +216,7 @@ typedef struct config {
     config_realtime realtime;
     config_pool pool;
     config_dds dds;
+    config_ros2 ros2;
     config_robot *robots;
     size_t robots_count;
 

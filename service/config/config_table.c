@@ -29,6 +29,11 @@ static const char *const backend_words[] = {"shm", "memfd", NULL};
 static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
 static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
 
+/* in the order of config_unitree_type and config_discovery */
+static const char *const unitree_words[] = {"none", "go", "hg", NULL};
+static const char *const discovery_words[] = {"environment", "subnet",         "localhost",
+                                              "off",         "system_default", NULL};
+
 /* A reload may change it. */
 #define RELOADABLE .reloadable = true
 
@@ -84,6 +89,60 @@ static const config_row scene_rows[] = {
      .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; the robot's when absent"},
     {0}};
 static const config_table scene_table = {scene_rows, sizeof(config_scene)};
+
+static const config_row ros2_wrench_rows[] = {
+    {"topic", CONFIG_TEXT, AT(config_ros2_wrench, topic), .required = true,
+     .help = "geometry_msgs/WrenchStamped: exerted on the link, in its frame"},
+    {"link", CONFIG_TEXT, AT(config_ros2_wrench, link), .required = true,
+     .help = "The link; frame_id of the messages is its name, or empty"},
+    {0}};
+static const config_table ros2_wrench_table = {ros2_wrench_rows, sizeof(config_ros2_wrench)};
+
+static const config_row unitree_rows[] = {
+    {"type", CONFIG_WORD, AT(config_unitree, type), .default_value = CONFIG_UNITREE_NONE,
+     .words = unitree_words, .help = "none; go: quadrupeds; hg: humanoids"},
+    {"topic", CONFIG_TEXT, AT(config_unitree, topic), .help = "/lowstate when absent"},
+    {"motors", CONFIG_LIST, LIST_AT(config_unitree, motors), .low = 0, .high = 35,
+     .entry = CONFIG_TEXT,
+     .help = "Joint of each motor, in the order of motor_state; '-' for one that is not used"},
+    {0}};
+static const config_table unitree_table = {unitree_rows, sizeof(config_unitree)};
+
+static const config_row robot_ros2_rows[] = {
+    {"enabled", CONFIG_BOOL, AT(config_robot_ros2, enabled), .default_value = false,
+     .help = "Serve this robot on topics of ROS 2, if ros2 is enabled"},
+    {"namespace", CONFIG_TEXT, AT(config_robot_ros2, namespace),
+     .help = "Where relative topics start; / when absent"},
+    {"node", CONFIG_TEXT, AT(config_robot_ros2, node),
+     .help = "Name of the node, below which the answers are; totalforce when absent"},
+    {"joint_states", CONFIG_TEXT, AT(config_robot_ros2, joint_states),
+     .help = "sensor_msgs/JointState: positions, velocities; joint_states when absent"},
+    {"odometry", CONFIG_TEXT, AT(config_robot_ros2, odometry),
+     .help = "nav_msgs/Odometry: pose and twist of a floating base"},
+    {"effort_commands", CONFIG_TEXT, AT(config_robot_ros2, effort_commands),
+     .help = "std_msgs/Float64MultiArray: efforts in the order of 'joints'"},
+    {"joint_efforts", CONFIG_TEXT, AT(config_robot_ros2, joint_efforts),
+     .help = "sensor_msgs/JointState: efforts by name, as commands"},
+    {"trajectory", CONFIG_TEXT, AT(config_robot_ros2, trajectory),
+     .help = "trajectory_msgs/JointTrajectory: efforts of its first point by name, as commands"},
+    {"joints", CONFIG_LIST, LIST_AT(config_robot_ros2, joints), .low = 0, .high = 100000,
+     .entry = CONFIG_TEXT, .help = "Joints of effort_commands; all, in the robot's order, if none"},
+    {"robot_description", CONFIG_TEXT, AT(config_robot_ros2, robot_description),
+     .help = "std_msgs/String: a URDF that takes the place of the robot's file"},
+    {"wrenches", CONFIG_LIST, LIST_AT(config_robot_ros2, wrenches), .low = 0,
+     .high = TFA_MAX_WRENCHES, .table = &ros2_wrench_table, .help = "External wrenches"},
+    {"tips", CONFIG_LIST, LIST_AT(config_robot_ros2, tips), .low = 0, .high = TFA_MAX_TIPS,
+     .entry = CONFIG_TEXT,
+     .help = "Links whose Lambda^-1, Jacobian and bias acceleration are published"},
+    {"unitree", CONFIG_GROUP, AT(config_robot_ros2, unitree), .table = &unitree_table,
+     .help = "State of a Unitree robot in place of joint_states"},
+    {"state_age_ms", CONFIG_COUNT, AT(config_robot_ros2, state_age_ms), .default_value = 100,
+     .low = 1, .high = 3600000,
+     .help = "Positions, velocities and wrenches that were received earlier are refused"},
+    {"command_age_ms", CONFIG_COUNT, AT(config_robot_ros2, command_age_ms), .default_value = 100,
+     .low = 1, .high = 3600000, .help = "Efforts that were received earlier are refused"},
+    {0}};
+static const config_table robot_ros2_table = {robot_ros2_rows, sizeof(config_robot_ros2)};
 
 static const config_row robot_rows[] = {
     {"name", CONFIG_TEXT, AT(config_robot, name), .required = true,
@@ -145,6 +204,8 @@ static const config_row robot_rows[] = {
              "estimates, batches"},
     {"dds", CONFIG_BOOL, AT(config_robot, dds), .default_value = true,
      .help = "Answer for this robot over DDS, if dds is enabled"},
+    {"ros2", CONFIG_GROUP, AT(config_robot, ros2), .table = &robot_ros2_table,
+     .help = "Topics of ROS 2 (docs/ros2.md)"},
     {0}};
 static const config_table robot_table = {robot_rows, sizeof(config_robot)};
 
@@ -214,6 +275,20 @@ static const config_row dds_rows[] = {
     {0}};
 static const config_table dds_table = {dds_rows, sizeof(config_dds)};
 
+static const config_row ros2_rows[] = {
+    {"enabled", CONFIG_BOOL, AT(config_ros2, enabled), .default_value = false,
+     .help = "Read and write topics of ROS 2 for the robots that have it"},
+    {"domain", CONFIG_COUNT, AT(config_ros2, domain), .default_value = CONFIG_ROS_DOMAIN_ID,
+     .low = 0, .high = CONFIG_ROS_DOMAIN_ID, .help = "DDS domain id; 1000: ROS_DOMAIN_ID, else 0"},
+    {"discovery_range", CONFIG_WORD, AT(config_ros2, discovery),
+     .default_value = CONFIG_DISCOVERY_ENVIRONMENT, .words = discovery_words,
+     .help = "environment (ROS_AUTOMATIC_DISCOVERY_RANGE, else subnet), subnet, localhost, off, "
+             "system_default"},
+    {"static_peers", CONFIG_LIST, LIST_AT(config_ros2, peers), .low = 0, .high = 100,
+     .entry = CONFIG_TEXT, .help = "Hosts that are asked, too; none: ROS_STATIC_PEERS"},
+    {0}};
+static const config_table ros2_table = {ros2_rows, sizeof(config_ros2)};
+
 static const config_row top_rows[] = {
     {"runtime_dir", CONFIG_TEXT, AT(config, runtime_dir),
      .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, else /run/totalforce ($XDG_RUNTIME_DIR/"
@@ -255,6 +330,8 @@ static const config_row top_rows[] = {
     {"pool", CONFIG_GROUP, AT(config, pool), .table = &pool_table,
      .help = "Several cores for large requests; whichever worker has one may use it"},
     {"dds", CONFIG_GROUP, AT(config, dds), .table = &dds_table, .help = "The DDS gateway"},
+    {"ros2", CONFIG_GROUP, AT(config, ros2), .table = &ros2_table,
+     .help = "Topics of ROS 2 (docs/ros2.md)"},
     {"robots", CONFIG_LIST, LIST_AT(config, robots), .required = true, .low = 1, .high = 1000,
      .table = &robot_table, .help = "The robots that are served"},
     {0}};

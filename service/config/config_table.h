@@ -8,7 +8,7 @@
 
 #include "config.h"
 
-#define CONFIG_ROWS_MAX 24
+#define CONFIG_ROWS_MAX 32
 
 typedef enum config_kind {
     CONFIG_COUNT,  /* uint32_t */

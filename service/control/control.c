@@ -39,7 +39,7 @@ uint64_t control_clock(void)
 /* ---- opening and closing ---- */
 
 /* In epoll, sessions are pointers; a listener is the address of its entry in d->listeners, the
- * signals that of d->signals, the reload's event that of d->reload. */
+ * signals that of d->signals, the reload's event that of d->reload, and so on. */
 static int watch_descriptor(const tfa_daemon *d, int fd, void *what)
 {
     struct epoll_event event = {.events = EPOLLIN, .data.ptr = what};
@@ -65,6 +65,12 @@ int control_open(tfa_daemon *d)
     if (watch_descriptor(d, d->signals, &d->signals) != 0)
         return TFA_E_SYSTEM;
     return watch_descriptor(d, d->reload.event, &d->reload) == 0 ? TFA_OK : TFA_E_SYSTEM;
+}
+
+int control_watch_descriptions(tfa_daemon *d)
+{
+    return watch_descriptor(d, d->descriptions.event, &d->descriptions) == 0 ? TFA_OK
+                                                                             : TFA_E_SYSTEM;
 }
 
 static int listen_at(tfa_daemon *d, uint32_t i)
@@ -276,6 +282,10 @@ static void dispatch(tfa_daemon *d, void *what)
     }
     if (what == &d->reload) {
         reload_event(d);
+        return;
+    }
+    if (what == &d->descriptions) {
+        reload_described(d);
         return;
     }
     if (what == &d->command_listener) {

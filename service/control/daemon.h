@@ -95,12 +95,35 @@ typedef struct dds_gateway {
     tfa_dds_leadership (*leadership)(void *self, uint32_t robot);
 } dds_gateway;
 
+/* The ROS 2 gateway as a reload sees it; filled in as above, robots numbered as in the robot set.
+ */
+typedef struct ros2_gateway {
+    void *self;
+    /* Answers by this model's solver from now on; the one of before is free then. */
+    int (*exchange)(void *self, uint32_t robot, const tfa_model *next,
+                    const tfa_worker_robot *solver);
+    /* Outcome of the robot's last robot_description: NULL: it is the model. */
+    void (*describe)(void *self, uint32_t robot, const char *error);
+} ros2_gateway;
+
+/* Robot descriptions that came over a topic, by number of the robot in the configuration. */
+typedef struct robot_descriptions {
+    pthread_mutex_t mutex; /* guards next and last: the gateway's thread writes them */
+    int event;             /* eventfd: there is a next one */
+    size_t count;
+    char **next;   /* received and not yet loaded, or NULL */
+    char **last;   /* received last: the same again is no news */
+    char **loaded; /* in place of the robot's file, or NULL */
+} robot_descriptions;
+
 typedef enum reload_phase {
     RELOAD_NONE,
     RELOAD_LOADING,  /* the thread makes everything aside */
     RELOAD_DRAINING, /* robots whose shape changes lose their clients */
     RELOAD_OFFERED,  /* the workers have not all taken the new solvers */
 } reload_phase;
+
+#define RELOAD_GATEWAYS 2 /* that have solvers of their own, besides the workers */
 
 /* A reload under way. Up to the commit it owns the new objects, afterwards the old ones: either is
  * released in the same way. */
@@ -111,12 +134,16 @@ typedef struct reload {
     int event;   /* eventfd: the thread is done */
     bool loaded; /* the eventfd said so */
     int status;
-    config *settings;
+    config *settings;  /* NULL: of one robot, with the settings as they are */
+    size_t robot;      /* that one, in the configuration */
+    char *description; /* its URDF */
+    tfa_robot_urdf urdf;
     tfa_admission admission;
-    robot_set robot_set;
+    robot_set robot_set;         /* of one robot: the others are empty */
     bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
     bool *shape_changed;         /* and its clients cannot stay */
-    tfa_robot_solver ***solvers; /* by worker, the gateway last, and robot; NULL: no change */
+    tfa_robot_solver ***solvers; /* by worker, then DDS and ROS 2 gateway, and robot; NULL: no
+                                    change */
     uint64_t start;
 } reload;
 
@@ -127,6 +154,9 @@ typedef struct tfa_daemon {
     daemon_worker *workers;
     dds_gateway gateway;
     tfa_robot_solver **gateway_solvers; /* one for each robot with dds; NULL: no gateway */
+    ros2_gateway ros2;
+    tfa_robot_solver **ros2_solvers; /* NULL where a robot has no ros2; NULL: no gateway */
+    robot_descriptions descriptions;
     reload reload;
 
     int epoll, signals, reserve;
@@ -148,7 +178,12 @@ typedef struct tfa_daemon {
 
 /* ---- robot_set.c: robots and workers ---- */
 
-TFA_CHECKED int robot_set_load(const config *settings, robot_set *f);
+/* @param descriptions  by robot of the configuration, NULL: its file; NULL: all files */
+TFA_CHECKED int robot_set_load(const config *settings, char *const *descriptions, robot_set *f);
+/* Loads one robot of the configuration and its scenes into a set like `now`, whose others stay
+ * empty. */
+TFA_CHECKED int robot_set_load_one(const config *settings, const robot_set *now, size_t robot,
+                                   tfa_robot_urdf *urdf, robot_set *f);
 void robot_set_unload(robot_set *f);
 /* Starts the pool's threads, if configured, and gives robots their workspaces for it. */
 TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
@@ -156,6 +191,9 @@ TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
 TFA_CHECKED int daemon_self_test(tfa_daemon *d);
 /* Solvers of the DDS gateway's own: one for each robot with dds, into `robots`, too. */
 TFA_CHECKED int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *robots);
+/* The same of the ROS 2 gateway's, for these robots of the set. */
+TFA_CHECKED int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t count,
+                                         tfa_worker_robot *robots);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_robot_set(tfa_daemon *d);
 
@@ -163,6 +201,8 @@ void daemon_free_robot_set(tfa_daemon *d);
 
 /* SIGHUP: begins a reload, or notes that another one is wanted. */
 void reload_request(tfa_daemon *d);
+/* A robot_description came: loads it when nothing else is under way. */
+void reload_described(tfa_daemon *d);
 /* The thread is done. */
 void reload_event(tfa_daemon *d);
 /* Time passed: clients may have left, workers may have taken over. */
@@ -175,6 +215,16 @@ bool reload_abandon(tfa_daemon *d);
 /* The thread: fills in d->reload from settings to solvers, and status. `d` is only read. */
 void *reload_thread(void *d);
 
+/* ---- descriptions.c: robot descriptions from topics ---- */
+
+/* Makes room for those of all robots. @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM */
+TFA_CHECKED int descriptions_open(tfa_daemon *d);
+void descriptions_close(tfa_daemon *d);
+/* A description was received: any thread. */
+void descriptions_receive(tfa_daemon *d, size_t robot, const char *text);
+/* The next one, for the caller to free, and its robot in the configuration; NULL: there is none. */
+char *descriptions_take(tfa_daemon *d, size_t *robot);
+
 /* ---- control.c: the control thread's loop ---- */
 
 /* Opens epoll and the signals, which must be blocked. */
@@ -182,6 +232,8 @@ TFA_CHECKED int control_open(tfa_daemon *d);
 /* Opens the sockets that are not open: from now on clients come. Notes in the lock file that all
  * are. */
 TFA_CHECKED int control_listen(tfa_daemon *d);
+/* Descriptions that are received are loaded from now on. */
+TFA_CHECKED int control_watch_descriptions(tfa_daemon *d);
 /* Until a signal says stop. */
 void control_run(tfa_daemon *d);
 /* Closes the sockets: no new clients. */

@@ -3,7 +3,8 @@
  *
  * A reload: other models while the daemon answers. Nothing here waits; the tick comes back.
  *
- *   SIGHUP -> LOADING   a thread makes everything that is new aside (reload_load.c)
+ *   SIGHUP, or a robot_description, which is about one robot
+ *          -> LOADING   a thread makes everything that is new aside (reload_load.c)
  *          -> DRAINING  robots whose arrays or names change lose their clients, when their requests
  *                       is answered; new ones wait. All other robots skip this
  *          -> commit    new and old objects change places: one assignment each
@@ -24,7 +25,7 @@
 
 static void release_reload(const tfa_daemon *d, reload *r)
 {
-    for (uint32_t k = 0; r->solvers && k <= d->settings->workers; k++) {
+    for (uint32_t k = 0; r->solvers && k < d->settings->workers + RELOAD_GATEWAYS; k++) {
         for (uint32_t i = 0; r->solvers[k] && i < d->robot_set.count; i++)
             tfa_robot_solver_free(r->solvers[k][i]);
         free(r->solvers[k]);
@@ -35,7 +36,19 @@ static void release_reload(const tfa_daemon *d, reload *r)
     robot_set_unload(&r->robot_set);
     tfa_admission_free(&r->admission);
     config_free(r->settings);
+    free(r->description);
     *r = (reload){.event = r->event, .requested_again = r->requested_again};
+}
+
+/* The outcome of a robot_description. @param error  NULL: it is the model */
+static void describe(const tfa_daemon *d, const char *error)
+{
+    const config_robot *robot = &d->settings->robots[d->reload.robot];
+    for (uint32_t i = 0; d->ros2.self && i < d->robot_set.count; i++)
+        if (d->robot_set.robots[i].config == robot) {
+            d->ros2.describe(d->ros2.self, i, error);
+            return;
+        }
 }
 
 static void begin_reload(tfa_daemon *d)
@@ -43,15 +56,33 @@ static void begin_reload(tfa_daemon *d)
     reload *r = &d->reload;
     r->start = control_clock();
     r->phase = RELOAD_LOADING;
-    r->requested_again = false;
-    tfa_log(TFA_LOG_INFO, "reload: reading '%s'", d->settings->file);
+    if (r->description)
+        tfa_log(TFA_LOG_INFO, "reload: robot '%s': a robot_description of %zu bytes",
+                d->settings->robots[r->robot].name, strlen(r->description));
+    else
+        tfa_log(TFA_LOG_INFO, "reload: reading '%s'", d->settings->file);
     notify_reloading();
     if (pthread_create(&r->thread, NULL, reload_thread, d) == 0)
         return;
     tfa_log(TFA_LOG_ERROR, "reload: no thread could be started; everything stays as it was");
+    if (r->description)
+        describe(d, "no thread could be started");
+    free(r->description);
+    r->description = NULL;
     r->phase = RELOAD_NONE;
     commands_reloaded(d, "error: no thread could be started; everything stays as it was");
     notify_ready();
+}
+
+/* All of it if that was asked for, else the next robot_description, if there is one. */
+static void begin_next(tfa_daemon *d)
+{
+    reload *r = &d->reload;
+    const bool all = r->requested_again;
+    r->requested_again = false;
+    r->description = all ? NULL : descriptions_take(d, &r->robot);
+    if (all || r->description)
+        begin_reload(d);
 }
 
 /* @param text  for operators that wait */
@@ -61,17 +92,22 @@ static void finish_reload(tfa_daemon *d, const char *text)
     if (!d->reload.requested_again)
         commands_reloaded(d, text);
     notify_ready();
-    if (d->reload.requested_again)
-        begin_reload(d);
+    begin_next(d);
 }
 
 void reload_request(tfa_daemon *d)
 {
-    if (d->reload.phase == RELOAD_NONE) {
-        begin_reload(d);
-        return;
-    }
     d->reload.requested_again = true;
+    if (d->reload.phase == RELOAD_NONE)
+        begin_next(d);
+}
+
+void reload_described(tfa_daemon *d)
+{
+    uint64_t count;
+    (void)!read(d->descriptions.event, &count, sizeof count);
+    if (d->reload.phase == RELOAD_NONE)
+        begin_next(d);
 }
 
 bool reload_is_urgent(const tfa_daemon *d)
@@ -120,11 +156,12 @@ static bool all_detached(tfa_daemon *d)
 static void commit_robot(tfa_daemon *d, uint32_t i)
 {
     tfa_robot *now = &d->robot_set.robots[i], *next = &d->reload.robot_set.robots[i];
-    if (!d->reload.changed[i]) {
+    if (!d->reload.changed[i] && d->reload.settings) {
         now->config = next->config;
         now->scene = next->scene;
-        return;
     }
+    if (!d->reload.changed[i])
+        return;
     tfa_log(TFA_LOG_INFO, "reload: robot '%s': model %.16s in place of %.16s", now->name,
             tfa_model_hash_text(next->model), tfa_model_hash_text(now->model));
     const tfa_robot old = *now;
@@ -148,6 +185,25 @@ static void exchange_gateway_solvers(const tfa_daemon *d)
     }
 }
 
+static void exchange_ros2_solvers(const tfa_daemon *d)
+{
+    tfa_robot_solver **next = d->reload.solvers[d->settings->workers + 1];
+    for (uint32_t i = 0; d->ros2_solvers && i < d->robot_set.count; i++) {
+        if (!d->reload.changed[i] || !d->ros2_solvers[i])
+            continue;
+        const tfa_robot *robot = &d->robot_set.robots[i];
+        const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
+        if (d->ros2.exchange(d->ros2.self, i, robot->model, &solver) != TFA_OK)
+            tfa_log(TFA_LOG_ERROR,
+                    "reload: robot '%s': no memory for its topics of ROS 2: nothing is answered "
+                    "there; free some and reload",
+                    robot->name);
+        tfa_robot_solver *old = d->ros2_solvers[i];
+        d->ros2_solvers[i] = next[i];
+        next[i] = old;
+    }
+}
+
 static void offer_solvers(const tfa_daemon *d, uint32_t worker, tfa_worker_robot *robots)
 {
     daemon_worker *w = &d->workers[worker];
@@ -163,6 +219,24 @@ static void offer_solvers(const tfa_daemon *d, uint32_t worker, tfa_worker_robot
     tfa_worker_offer(w->worker, robots);
 }
 
+/* Those of the file, or the description of one robot. */
+static void exchange_settings(tfa_daemon *d)
+{
+    reload *r = &d->reload;
+    config *settings = d->settings;
+    const tfa_admission admission = d->admission;
+    if (!r->settings) {
+        char *before = d->descriptions.loaded[r->robot];
+        d->descriptions.loaded[r->robot] = r->description;
+        r->description = before;
+        return;
+    }
+    d->settings = r->settings;
+    d->admission = r->admission;
+    r->settings = settings;
+    r->admission = admission;
+}
+
 static void commit(tfa_daemon *d)
 {
     reload *r = &d->reload;
@@ -171,13 +245,9 @@ static void commit(tfa_daemon *d)
         return; /* the next tick tries again */
     for (uint32_t i = 0; i < d->robot_set.count; i++)
         commit_robot(d, i);
-    config *settings = d->settings;
-    const tfa_admission admission = d->admission;
-    d->settings = r->settings;
-    d->admission = r->admission;
-    r->settings = settings;
-    r->admission = admission;
+    exchange_settings(d);
     exchange_gateway_solvers(d);
+    exchange_ros2_solvers(d);
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
     free(robots);
@@ -206,6 +276,8 @@ static void complete_reload(tfa_daemon *d)
                     d->robot_set.robots[i].name);
     }
     char text[96];
+    if (!d->reload.settings)
+        describe(d, NULL);
     snprintf(text, sizeof text, "ok: %u of %u models exchanged, %.1f ms", changed,
              d->robot_set.count, (double)(control_clock() - d->reload.start) * 1e-6);
     tfa_log(TFA_LOG_INFO, "reload: done, %s", text + 4);
@@ -230,6 +302,8 @@ static void finish_loading(tfa_daemon *d)
     if (r->status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was",
                 tfa_status_text(r->status));
+        if (r->description)
+            describe(d, r->urdf.error[0] ? r->urdf.error : tfa_status_text(r->status));
         finish_reload(d, "error: refused, everything stays as it was; the log names the reason");
         return;
     }

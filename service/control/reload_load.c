@@ -58,6 +58,8 @@ static int compare(const tfa_daemon *d, reload *r)
         return TFA_E_MEMORY;
     for (uint32_t i = 0; i < count; i++) {
         const tfa_robot *now = &d->robot_set.robots[i], *next = &r->robot_set.robots[i];
+        if (!next->model)
+            continue; /* another robot has a new description */
         r->changed[i] = !same_model(now, next) || !same_solver(now->config, next->config) ||
                         !tfa_robot_same_kernel(now, next);
         r->shape_changed[i] = r->changed[i] && !tfa_robot_same_shape(now, next);
@@ -65,37 +67,71 @@ static int compare(const tfa_daemon *d, reload *r)
     return TFA_OK;
 }
 
+static const config *settings_in_effect(const tfa_daemon *d)
+{
+    return d->reload.settings ? d->reload.settings : d->settings;
+}
+
 static int make_pools(const tfa_daemon *d, reload *r)
 {
     int status = TFA_OK;
     for (uint32_t i = 0; i < d->robot_set.count && status == TFA_OK; i++)
         if (r->changed[i])
-            status =
-                tfa_robot_open_pool(&r->robot_set.robots[i], &r->settings->pool, d->thread_pool);
+            status = tfa_robot_open_pool(&r->robot_set.robots[i], &settings_in_effect(d)->pool,
+                                         d->thread_pool);
     return status;
 }
 
-/* For each worker, and for the gateway where there is one. */
+/* Does this worker, or gateway after the workers, need a solver of the robot? */
+static bool needs_solver(const tfa_daemon *d, uint32_t k, uint32_t robot)
+{
+    const uint32_t workers = d->settings->workers;
+    if (!d->reload.changed[robot])
+        return false;
+    if (k == workers)
+        return d->gateway_solvers != NULL;
+    if (k == workers + 1)
+        return d->ros2_solvers && d->ros2_solvers[robot];
+    return true;
+}
+
 static int make_solvers(const tfa_daemon *d, reload *r)
 {
-    const uint32_t workers = d->settings->workers, count = d->robot_set.count;
-    r->solvers = calloc(workers + 1, sizeof *r->solvers);
+    const uint32_t rows = d->settings->workers + RELOAD_GATEWAYS, count = d->robot_set.count;
+    r->solvers = calloc(rows, sizeof *r->solvers);
     if (!r->solvers)
         return TFA_E_MEMORY;
-    for (uint32_t k = 0; k < workers + (d->gateway_solvers != NULL); k++) {
+    for (uint32_t k = 0; k < rows; k++) {
         r->solvers[k] = calloc(count, sizeof **r->solvers);
         if (!r->solvers[k])
             return TFA_E_MEMORY;
         for (uint32_t i = 0; i < count; i++) {
-            int status = r->changed[i]
-                             ? tfa_robot_solver_create(&r->robot_set.robots[i], &r->settings->pool,
-                                                       &r->solvers[k][i])
-                             : TFA_OK;
+            int status =
+                needs_solver(d, k, i)
+                    ? tfa_robot_solver_create(&r->robot_set.robots[i], &settings_in_effect(d)->pool,
+                                              &r->solvers[k][i])
+                    : TFA_OK;
             if (status != TFA_OK)
                 return status;
         }
     }
     return TFA_OK;
+}
+
+/* Configuration and robots of the files, and of descriptions that took their place. */
+static int load_files(const tfa_daemon *d, reload *r)
+{
+    int status = read_settings(d, r);
+    if (status == TFA_OK)
+        status = tfa_admission_load(r->settings, &r->admission);
+    return status == TFA_OK ? robot_set_load(r->settings, d->descriptions.loaded, &r->robot_set)
+                            : status;
+}
+
+static int load_description(const tfa_daemon *d, reload *r)
+{
+    r->urdf.text = r->description;
+    return robot_set_load_one(d->settings, &d->robot_set, r->robot, &r->urdf, &r->robot_set);
 }
 
 /* Where all cores spin, this thread gets a tenth of one, not a half: `test_reload 200 spin`
@@ -108,11 +144,7 @@ void *reload_thread(void *argument)
     reload *r = &d->reload;
     const uint64_t one = 1;
     (void)setpriority(PRIO_PROCESS, 0, NICE); /* on Linux: of this thread */
-    int status = read_settings(d, r);
-    if (status == TFA_OK)
-        status = tfa_admission_load(r->settings, &r->admission);
-    if (status == TFA_OK)
-        status = robot_set_load(r->settings, &r->robot_set);
+    int status = r->description ? load_description(d, r) : load_files(d, r);
     if (status == TFA_OK)
         status = compare(d, r);
     if (status == TFA_OK)

@@ -12,16 +12,51 @@
 
 #include "platform/log.h"
 #include "platform/realtime.h"
+#include "ros2/ros2.h"
 
 /* ---- robots ---- */
 
-static int load_robots_with_dds(const config *settings, bool dds, robot_set *f)
+/* The robot's topics of ROS 2 fit its model. */
+static int check_ros2(const config *settings, const config_robot *from, const tfa_robot *robot,
+                      tfa_robot_urdf *urdf)
+{
+    char path[64], whole[128], at[256], error[160];
+    if (!settings->ros2.enabled || !from->ros2.enabled)
+        return TFA_OK;
+    const int status =
+        tfa_ros2_check(&from->ros2, robot->model, path, sizeof path, error, sizeof error);
+    if (status == TFA_OK)
+        return TFA_OK;
+    snprintf(whole, sizeof whole, "robots[%zu].ros2.%s", (size_t)(from - settings->robots), path);
+    config_location(settings, whole, at, sizeof at);
+    tfa_log(TFA_LOG_ERROR, "%s: %s: %s", at, whole, error);
+    if (urdf)
+        snprintf(urdf->error, sizeof urdf->error, "%s: %.120s", path, error);
+    return status;
+}
+
+/* A robot and its scenes, from the file or a text. @param robots  room for all of them */
+static int load_robot(const config *settings, const config_robot *from, tfa_robot_urdf *urdf,
+                      tfa_robot *robots)
+{
+    int status = tfa_robot_load(settings, from, urdf, robots);
+    if (status != TFA_OK)
+        return status;
+    status = check_ros2(settings, from, &robots[0], urdf);
+    for (size_t i = tfa_robot_count(from); status != TFA_OK && i > 0; i--)
+        tfa_robot_unload(&robots[i - 1]);
+    return status;
+}
+
+static int load_robots_with_dds(const config *settings, char *const *descriptions, bool dds,
+                                robot_set *f)
 {
     for (size_t i = 0; i < settings->robots_count; i++) {
         const config_robot *from = &settings->robots[i];
+        tfa_robot_urdf urdf = {.text = descriptions ? descriptions[i] : NULL};
         if (from->dds != dds)
             continue;
-        int status = tfa_robot_load(settings, from, &f->robots[f->count]);
+        int status = load_robot(settings, from, &urdf, &f->robots[f->count]);
         if (status != TFA_OK)
             return status;
         f->count += (uint32_t)tfa_robot_count(from);
@@ -29,19 +64,36 @@ static int load_robots_with_dds(const config *settings, bool dds, robot_set *f)
     return TFA_OK;
 }
 
-int robot_set_load(const config *settings, robot_set *f)
+int robot_set_load(const config *settings, char *const *descriptions, robot_set *f)
 {
     size_t count = 0;
     for (size_t i = 0; i < settings->robots_count; i++)
         count += tfa_robot_count(&settings->robots[i]);
     *f = (robot_set){.robots = calloc(count, sizeof *f->robots)};
-    int status = f->robots ? load_robots_with_dds(settings, true, f) : TFA_E_MEMORY;
+    int status = f->robots ? load_robots_with_dds(settings, descriptions, true, f) : TFA_E_MEMORY;
     f->dds_count = f->count;
     if (status == TFA_OK)
-        status = load_robots_with_dds(settings, false, f);
+        status = load_robots_with_dds(settings, descriptions, false, f);
     if (status != TFA_OK)
         robot_set_unload(f);
     return status;
+}
+
+int robot_set_load_one(const config *settings, const robot_set *now, size_t robot,
+                       tfa_robot_urdf *urdf, robot_set *f)
+{
+    const config_robot *from = &settings->robots[robot];
+    uint32_t first = 0;
+    *f = (robot_set){.robots = calloc(now->count, sizeof *f->robots)};
+    if (!f->robots)
+        return TFA_E_MEMORY;
+    f->count = now->count;
+    f->dds_count = now->dds_count;
+    for (uint32_t i = 0; i < now->count; i++)
+        f->robots[i].names = TFA_SEGMENT_NONE;
+    while (now->robots[first].config != from)
+        first++;
+    return load_robot(settings, from, urdf, &f->robots[first]);
 }
 
 void robot_set_unload(robot_set *f)
@@ -181,6 +233,22 @@ int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *robots)
     return status;
 }
 
+int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t count,
+                             tfa_worker_robot *robots)
+{
+    const robot_set *f = &d->robot_set;
+    d->ros2_solvers = calloc(f->count, sizeof *d->ros2_solvers);
+    int status = d->ros2_solvers ? TFA_OK : TFA_E_MEMORY;
+    for (uint32_t k = 0; k < count && status == TFA_OK; k++) {
+        const tfa_robot *robot = &f->robots[which[k]];
+        tfa_robot_solver **solver = &d->ros2_solvers[which[k]];
+        status = tfa_robot_solver_create(robot, &d->settings->pool, solver);
+        if (status == TFA_OK)
+            robots[k] = tfa_robot_for_worker(robot, *solver);
+    }
+    return status;
+}
+
 int daemon_self_test(tfa_daemon *d)
 {
     for (uint32_t i = 0; i < d->robot_set.count; i++)
@@ -223,6 +291,9 @@ void daemon_free_robot_set(tfa_daemon *d)
     for (uint32_t i = 0; d->gateway_solvers && i < d->robot_set.count; i++)
         tfa_robot_solver_free(d->gateway_solvers[i]);
     free(d->gateway_solvers);
+    for (uint32_t i = 0; d->ros2_solvers && i < d->robot_set.count; i++)
+        tfa_robot_solver_free(d->ros2_solvers[i]);
+    free(d->ros2_solvers);
     robot_set_unload(&d->robot_set);
     tfa_thread_pool_free(d->thread_pool);
 }

@@ -77,9 +77,9 @@ static dds_entity_t make_writer(const tfa_dds *gateway, tfa_dds_topic topic)
 }
 
 /* The largest sample that means anything to the robots, with room for names and lists. */
-static size_t largest_sample(const tfa_dds *gateway)
+static size_t largest_sample(const tfa_dds *gateway, size_t least)
 {
-    size_t most = SAMPLE_BYTES_MIN;
+    size_t most = least > SAMPLE_BYTES_MIN ? least : SAMPLE_BYTES_MIN;
 
     for (uint32_t i = 0; i < gateway->robot_count; i++) {
         const tfa_wire_shape *shape = &gateway->robots[i].shape;
@@ -93,18 +93,19 @@ static size_t largest_sample(const tfa_dds *gateway)
 
 /* The domain with the user's settings and a bound on samples: Cyclone drops larger ones before it
  * takes memory for them. */
-static int make_domain(tfa_dds *gateway, uint32_t domain)
+static int make_domain(tfa_dds *gateway, const tfa_dds_options *options)
 {
-    const char *user = getenv("CYCLONEDDS_URI");
+    const char *user = getenv("CYCLONEDDS_URI"), *first = options->settings;
     char *settings;
 
     if (asprintf(&settings,
-                 "%s%s<CycloneDDS><Domain Id=\"any\"><Internal><MaxSampleSize>%zu B"
+                 "%s%s%s%s<CycloneDDS><Domain Id=\"any\"><Internal><MaxSampleSize>%zu B"
                  "</MaxSampleSize></Internal></Domain></CycloneDDS>",
+                 first != NULL ? first : "", first != NULL && *first ? "," : "",
                  user != NULL ? user : "", user != NULL && *user ? "," : "",
-                 largest_sample(gateway)) < 0)
+                 largest_sample(gateway, options->sample_bytes)) < 0)
         return TFA_E_MEMORY;
-    gateway->domain = dds_create_domain(domain, settings);
+    gateway->domain = dds_create_domain(options->domain, settings);
     free(settings);
     return failed(gateway->domain, "domain (a bad CYCLONEDDS_URI?)") ? TFA_E_SYSTEM : TFA_OK;
 }
@@ -194,7 +195,7 @@ int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
         dds_set_log_sink(pass_on, gateway);
     int status = make_robots(gateway, options);
     if (status == TFA_OK)
-        status = make_domain(gateway, options->domain);
+        status = make_domain(gateway, options);
     if (status == TFA_OK)
         status = make_entities(gateway, options->domain);
     if (status == TFA_OK)

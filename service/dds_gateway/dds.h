@@ -15,6 +15,7 @@
 #define TFA_SERVICE_DDS_GATEWAY_DDS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <totalforce/model.h>
 #include <totalforce/status.h>
@@ -33,6 +34,9 @@ typedef struct tfa_dds_robot {
 
 typedef struct tfa_dds_options {
     uint32_t domain;             /**< DDS domain id, 0..230 */
+    const char *settings;        /**< Cyclone's XML, before CYCLONEDDS_URI; NULL: none */
+    size_t sample_bytes;         /**< samples up to this size are taken, or larger ones if the
+                                      robots need them */
     const tfa_dds_robot *robots; /**< the first robots of the worker, in its order */
     uint32_t robot_count;
     uint32_t slots;      /**< requests under way for each robot, power of two; 0: 16 */
@@ -110,6 +114,9 @@ typedef struct tfa_dds_leadership {
 
 /** Any thread, after tfa_dds_start. */
 tfa_dds_leadership tfa_dds_get_leadership(tfa_dds *dds, uint32_t robot);
+
+/** May this daemon answer for the robot now? False: a standby. Any thread, after tfa_dds_start. */
+bool tfa_dds_leads(tfa_dds *dds, uint32_t robot);
 
 /** Why the last tfa_dds_create failed, in Cyclone's words. Static storage, one thread. */
 const char *tfa_dds_error(void);

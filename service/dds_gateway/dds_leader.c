@@ -343,6 +343,18 @@ void tfa_dds_resign_all(tfa_dds *gateway)
     (void)dds_wait_for_acks(gateway->info_writer, DDS_MSECS(100));
 }
 
+bool tfa_dds_leads(tfa_dds *gateway, uint32_t index)
+{
+    dds_robot *robot = &gateway->robots[index];
+
+    pthread_mutex_lock(&robot->mutex);
+    const int64_t now = tfa_dds_monotonic();
+    tfa_dds_tick_election(gateway, robot, now);
+    const bool leads = robot->electing && tfa_election_may_answer(&robot->election, now);
+    pthread_mutex_unlock(&robot->mutex);
+    return leads;
+}
+
 tfa_dds_leadership tfa_dds_get_leadership(tfa_dds *gateway, uint32_t index)
 {
     static const char *const names[] = {"listening", "standby", "leading", "unlike"};

@@ -171,9 +171,23 @@ static int finish_robot(const tfa_robot_source *s, tfa_robot *robot)
     return status == TFA_OK ? tfa_robot_verify(robot) : status;
 }
 
+/* The first error of a robot that is not loaded. */
+static void keep_error(tfa_robot_urdf *urdf, const tfa_report *report, int status)
+{
+    if (!urdf || urdf->error[0])
+        return;
+    for (size_t i = 0; i < report->count; i++)
+        if (report->messages[i].severity == TFA_ERROR) {
+            (void)tfa_report_format(report, i, urdf->error, sizeof urdf->error);
+            return;
+        }
+    snprintf(urdf->error, sizeof urdf->error, "%s", tfa_status_text(status));
+}
+
 /* Compiles number `i`, of which the ones before are compiled. */
 static int load_one(const tfa_robot_source *sources, size_t i, const tfa_description *description,
-                    const tfa_report *of_file, tfa_shared_model **models, tfa_robot *robot)
+                    const tfa_report *of_file, tfa_robot_urdf *urdf, tfa_shared_model **models,
+                    tfa_robot *robot)
 {
     tfa_report report = {.syntax = TFA_SYNTAX_YAML};
     tfa_report_set_file(&report, of_file->file);
@@ -189,13 +203,15 @@ static int load_one(const tfa_robot_source *sources, size_t i, const tfa_descrip
     } else {
         tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", robot->name, of_file->file,
                 tfa_status_text(status), tfa_status_cause(status));
+        keep_error(urdf, &report, status);
     }
     tfa_report_free(&report);
     return status;
 }
 
+/* @param path  of the file, or a name for the text */
 static int load_all(const tfa_robot_source *sources, size_t count, const char *path,
-                    tfa_robot *robots)
+                    tfa_robot_urdf *urdf, tfa_robot *robots)
 {
     tfa_report report = {.syntax = TFA_SYNTAX_YAML};
     tfa_description *description = NULL;
@@ -203,25 +219,39 @@ static int load_all(const tfa_robot_source *sources, size_t count, const char *p
     if (!models)
         return TFA_E_MEMORY;
     tfa_report_set_file(&report, path);
-    int status = tfa_urdf_load(path, &description, &report);
+    int status = urdf && urdf->text
+                     ? tfa_urdf_parse(urdf->text, strlen(urdf->text), path, &description, &report)
+                     : tfa_urdf_load(path, &description, &report);
     log_report(&report);
     if (status == TFA_OK)
         status = tfa_robot_source_set_armature(&sources[0], description);
-    if (status != TFA_OK)
+    if (status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", robots[0].name, path,
                 tfa_status_text(status), tfa_status_cause(status));
+        keep_error(urdf, &report, status);
+    }
     for (size_t i = 0; i < count && status == TFA_OK; i++)
-        status = load_one(sources, i, description, &report, models, &robots[i]);
+        status = load_one(sources, i, description, &report, urdf, models, &robots[i]);
     tfa_description_free(description);
     tfa_report_free(&report);
     free(models);
     return status;
 }
 
-int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robots)
+/* Of the robot's file; of a text, its name in messages. */
+static char *find_path(const config *settings, const config_robot *from, const tfa_robot_urdf *urdf)
+{
+    char *name;
+    if (!urdf || !urdf->text)
+        return config_file_path(settings, from->urdf);
+    return asprintf(&name, "robot_description of '%s'", from->name) < 0 ? NULL : name;
+}
+
+int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot_urdf *urdf,
+                   tfa_robot *robots)
 {
     const size_t count = tfa_robot_count(from);
-    char *path = config_file_path(settings, from->urdf);
+    char *path = find_path(settings, from, urdf);
     tfa_robot_source *sources = calloc(count, sizeof *sources);
     int status = path && sources ? TFA_OK : TFA_E_MEMORY;
     if (status != TFA_OK)
@@ -230,7 +260,7 @@ int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *
         sources[i] = (tfa_robot_source){settings, from, i ? &from->scenes[i - 1] : NULL};
         name_robot(&sources[i], &robots[i]);
     }
-    status = load_all(sources, count, path, robots);
+    status = load_all(sources, count, path, urdf, robots);
     for (size_t i = count; status != TFA_OK && i > 0; i--)
         tfa_robot_unload(&robots[i - 1]);
 done:

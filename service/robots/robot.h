@@ -33,15 +33,24 @@ typedef struct tfa_robot {
 
 /* ---- robot.c: loading ---- */
 
+/** A URDF in place of the robot's file. */
+typedef struct tfa_robot_urdf {
+    const char *text; /**< NULL: the file after all */
+    char error[200];  /**< why the robot was not loaded: the first error */
+} tfa_robot_urdf;
+
 /** Served names of a robot: itself and its scenes. */
 size_t tfa_robot_count(const config_robot *from);
 
 /**
  * Reads a robot's file once and compiles the robot and its scenes; checks each (tfa_robot_verify).
- * The reports are logged. @param robots  tfa_robot_count(from) of them
+ * The reports are logged.
+ * @param urdf    NULL: the robot's file
+ * @param robots  tfa_robot_count(from) of them
  * @return TFA_OK or why not; then nothing is left of any of them.
  */
-TFA_CHECKED int tfa_robot_load(const config *settings, const config_robot *from, tfa_robot *robots);
+TFA_CHECKED int tfa_robot_load(const config *settings, const config_robot *from,
+                               tfa_robot_urdf *urdf, tfa_robot *robots);
 void tfa_robot_unload(tfa_robot *robot);
 
 /** Gives the robot a pool of these threads, if it can have large requests. @return TFA_OK;

@@ -28,6 +28,8 @@ static const struct {
      HASH("179b33eba59d676f6d967ac71fe35e7ca2f64b2f3928f4a018cec115e213796e")},
     {"diagnostic_msgs::msg::dds_::DiagnosticArray_",
      HASH("5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e")},
+    {"nav_msgs::msg::dds_::Odometry_",
+     HASH("3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0")},
     {"rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
      HASH("91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e")},
     {"unitree_go::msg::dds_::LowState_",

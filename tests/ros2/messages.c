@@ -142,6 +142,70 @@ static const msg wrench_stamped = MSG(wrench_stamped_fields, "geometry_msgs/msg/
                                       &geometry_msgs_msg_dds__WrenchStamped__desc);
 #undef S
 
+#define S geometry_msgs_msg_dds__Point_
+static const msg_field point_fields[] = {
+    ONE(x, MSG_DOUBLE),
+    ONE(y, MSG_DOUBLE),
+    ONE(z, MSG_DOUBLE),
+};
+static const msg point = MSG(point_fields, "geometry_msgs/msg/Point", NULL);
+#undef S
+
+#define S geometry_msgs_msg_dds__Quaternion_
+static const msg_field quaternion_fields[] = {
+    ONE(x, MSG_DOUBLE),
+    ONE(y, MSG_DOUBLE),
+    ONE(z, MSG_DOUBLE),
+    ONE(w, MSG_DOUBLE),
+};
+static const msg quaternion = MSG(quaternion_fields, "geometry_msgs/msg/Quaternion", NULL);
+#undef S
+
+#define S geometry_msgs_msg_dds__Pose_
+static const msg_field pose_fields[] = {
+    SUB(position, point),
+    SUB(orientation, quaternion),
+};
+static const msg pose = MSG(pose_fields, "geometry_msgs/msg/Pose", NULL);
+#undef S
+
+#define S geometry_msgs_msg_dds__PoseWithCovariance_
+static const msg_field pose_with_covariance_fields[] = {
+    SUB(pose, pose),
+    ARRAY(covariance, MSG_DOUBLE, 36),
+};
+static const msg pose_with_covariance =
+    MSG(pose_with_covariance_fields, "geometry_msgs/msg/PoseWithCovariance", NULL);
+#undef S
+
+#define S geometry_msgs_msg_dds__Twist_
+static const msg_field twist_fields[] = {
+    SUB(linear, vector3),
+    SUB(angular, vector3),
+};
+static const msg twist = MSG(twist_fields, "geometry_msgs/msg/Twist", NULL);
+#undef S
+
+#define S geometry_msgs_msg_dds__TwistWithCovariance_
+static const msg_field twist_with_covariance_fields[] = {
+    SUB(twist, twist),
+    ARRAY(covariance, MSG_DOUBLE, 36),
+};
+static const msg twist_with_covariance =
+    MSG(twist_with_covariance_fields, "geometry_msgs/msg/TwistWithCovariance", NULL);
+#undef S
+
+#define S nav_msgs_msg_dds__Odometry_
+static const msg_field odometry_fields[] = {
+    SUB(header, header),
+    ONE(child_frame_id, MSG_STRING),
+    SUB(pose, pose_with_covariance),
+    SUB(twist, twist_with_covariance),
+};
+static const msg odometry =
+    MSG(odometry_fields, "nav_msgs/msg/Odometry", &nav_msgs_msg_dds__Odometry__desc);
+#undef S
+
 #define S trajectory_msgs_msg_dds__JointTrajectoryPoint_
 static const msg_field joint_trajectory_point_fields[] = {
     SEQ(positions, MSG_DOUBLE), SEQ(velocities, MSG_DOUBLE),    SEQ(accelerations, MSG_DOUBLE),
@@ -339,6 +403,13 @@ const msg *const messages[MESSAGES_MAX] = {
     &vector3,
     &wrench,
     &wrench_stamped,
+    &point,
+    &quaternion,
+    &pose,
+    &pose_with_covariance,
+    &twist,
+    &twist_with_covariance,
+    &odometry,
     &joint_trajectory_point,
     &joint_trajectory,
     &key_value,

@@ -327,17 +327,19 @@ TEST(restart_is_asked_for)
 /* The shipped examples are good, and full.yaml shows every key at its default. */
 TEST(examples_are_true)
 {
-    config *minimal, *full, *arm, *scenes;
+    config *minimal, *full, *arm, *scenes, *ros2;
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/minimal.yaml", stderr, &minimal), TFA_OK);
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/full.yaml", stderr, &full), TFA_OK);
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/arm.yaml", stderr, &arm), TFA_OK);
     assert_int_equal(config_load(TFA_SOURCE_DIR "/config/scenes.yaml", stderr, &scenes), TFA_OK);
+    assert_int_equal(config_load(TFA_SOURCE_DIR "/config/ros2.yaml", stderr, &ros2), TFA_OK);
+    assert_true(ros2->ros2.enabled && ros2->robots[0].ros2.enabled);
     assert_true(minimal->dds.enabled && !full->dds.enabled);
     minimal->dds.enabled = false; /* everything else of minimal.yaml is a default */
     char *a = dump(minimal), *b = dump(full);
     assert_string_equal(a, b);
     FILE *file = fopen(TFA_SOURCE_DIR "/config/full.yaml", "r");
-    char text[16384];
+    char text[32768];
     text[fread(text, 1, sizeof text - 1, file)] = 0;
     fclose(file);
     for (char *line = strtok(a, "\n"); line; line = strtok(NULL, "\n")) {
@@ -354,4 +356,5 @@ TEST(examples_are_true)
     config_free(full);
     config_free(arm);
     config_free(scenes);
+    config_free(ros2);
 }

@@ -1,0 +1,387 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The ROS 2 gateway: joins the domain, runs its thread, ends.
+ */
+#include "ros2/ros2_internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define NS_PER_MS INT64_C(1000000)
+#define DIAGNOSTICS_NS (1000 * NS_PER_MS) /* as diagnostic_updater of ROS */
+
+static char last_error[TFA_ROS2_NAME_MAX + 128];
+
+const char *tfa_ros2_error(void)
+{
+    return last_error;
+}
+
+/* Remembers the failure. @return whether `entity_or_code` is one */
+static bool failed(dds_return_t entity_or_code, const char *step)
+{
+    if (entity_or_code >= 0)
+        return false;
+    snprintf(last_error, sizeof last_error, "%s: %s", step, dds_strretcode(entity_or_code));
+    return true;
+}
+
+static int64_t monotonic(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
+}
+
+/* ---- robots: what the configuration says, copied ---- */
+
+static void free_texts(ros2_texts *t)
+{
+    for (uint32_t k = 0; t->text && k < t->count; k++)
+        free(t->text[k]);
+    free(t->text);
+}
+
+static bool copy_text(ros2_texts *to, const char *text)
+{
+    to->text[to->count] = strdup(text);
+    return to->text[to->count++] != NULL;
+}
+
+static bool copy_texts(ros2_texts *to, const char *const *from, size_t count)
+{
+    to->text = calloc(count + 1, sizeof *to->text);
+    bool good = to->text != NULL;
+    for (size_t k = 0; good && k < count; k++)
+        good = copy_text(to, from[k]);
+    return good;
+}
+
+static bool copy_wrench_links(ros2_texts *to, const config_robot_ros2 *from)
+{
+    to->text = calloc(from->wrenches_count + 1, sizeof *to->text);
+    bool good = to->text != NULL;
+    for (size_t k = 0; good && k < from->wrenches_count; k++)
+        good = copy_text(to, from->wrenches[k].link);
+    return good;
+}
+
+/* `name` NULL: this input is not wanted. */
+static bool add_input(ros2_robot *robot, ros2_input_kind kind, uint32_t index, const char *name)
+{
+    if (!name)
+        return true;
+    ros2_input *in = &robot->inputs[robot->input_count++];
+    in->kind = kind;
+    in->index = index;
+    in->robot = robot;
+    in->sample = calloc(1, ros2_input_type(kind)->m_size);
+    return in->sample && tfa_ros2_full_name(robot->node_namespace, robot->node, name, in->name);
+}
+
+/* In the order of the kinds, in which they are read. */
+static bool add_inputs(ros2_robot *robot, const config_robot_ros2 *c)
+{
+    const char *state = c->joint_states ? c->joint_states : "joint_states";
+    const char *low_state = c->unitree.topic ? c->unitree.topic : "/lowstate";
+    const uint32_t unitree = c->unitree.type;
+    bool good =
+        add_input(robot, ROS2_ROBOT_DESCRIPTION, 0, c->robot_description) &&
+        add_input(robot, ROS2_JOINT_STATES, 0, unitree ? NULL : state) &&
+        add_input(robot, ROS2_LOW_STATE_GO, 0, unitree == CONFIG_UNITREE_GO ? low_state : NULL) &&
+        add_input(robot, ROS2_LOW_STATE_HG, 0, unitree == CONFIG_UNITREE_HG ? low_state : NULL) &&
+        add_input(robot, ROS2_ODOMETRY, 0, c->odometry);
+    for (uint32_t k = 0; good && k < c->wrenches_count; k++)
+        good = add_input(robot, ROS2_WRENCH, k, c->wrenches[k].topic);
+    return good && add_input(robot, ROS2_EFFORT_COMMANDS, 0, c->effort_commands) &&
+           add_input(robot, ROS2_JOINT_EFFORTS, 0, c->joint_efforts) &&
+           add_input(robot, ROS2_TRAJECTORY, 0, c->trajectory);
+}
+
+static void set_arrays(ros2_robot *robot, ros2_arrays *arrays)
+{
+    robot->arrays = arrays;
+    for (uint32_t k = 0; arrays && k < robot->input_count; k++)
+        atomic_store_explicit(&robot->inputs[k].name_limit, ros2_name_limit(arrays->joints),
+                              memory_order_relaxed);
+}
+
+static int make_robot(ros2_robot *robot, const tfa_ros2_robot *from)
+{
+    const config_robot_ros2 *c = &from->config->ros2;
+    snprintf(robot->name, sizeof robot->name, "%s", from->name);
+    snprintf(robot->node_namespace, sizeof robot->node_namespace, "%s",
+             c->namespace ? c->namespace : TFA_ROS2_DEFAULT_NAMESPACE);
+    snprintf(robot->node, sizeof robot->node, "%s", c->node ? c->node : TFA_ROS2_DEFAULT_NODE);
+    robot->state_age = NS_PER_MS * c->state_age_ms;
+    robot->command_age = NS_PER_MS * c->command_age_ms;
+    if (!copy_texts(&robot->joints, c->joints, c->joints_count) ||
+        !copy_texts(&robot->tips, c->tips, c->tips_count) ||
+        !copy_texts(&robot->motors, c->unitree.motors, c->unitree.motors_count) ||
+        !copy_wrench_links(&robot->wrench_links, c) || !add_inputs(robot, c))
+        return TFA_E_MEMORY;
+    set_arrays(robot, ros2_arrays_create(robot, from->model));
+    return robot->arrays ? TFA_OK : TFA_E_MEMORY;
+}
+
+static int make_robots(tfa_ros2 *gateway, const tfa_ros2_options *options)
+{
+    gateway->robots = calloc(options->robot_count, sizeof *gateway->robots);
+    if (!gateway->robots)
+        return TFA_E_MEMORY;
+    gateway->robot_count = options->robot_count;
+    for (uint32_t i = 0; i < options->robot_count; i++) {
+        gateway->robots[i].index = i;
+        gateway->robots[i].gateway = gateway;
+        pthread_mutex_init(&gateway->robots[i].mutex, NULL);
+    }
+    int status = TFA_OK;
+    for (uint32_t i = 0; i < options->robot_count && status == TFA_OK; i++)
+        status = make_robot(&gateway->robots[i], &options->robots[i]);
+    gateway->report = status == TFA_OK ? ros2_report_create(gateway) : NULL;
+    return status == TFA_OK && !gateway->report ? TFA_E_MEMORY : status;
+}
+
+static void free_robot(ros2_robot *robot)
+{
+    for (uint32_t k = 0; k < robot->input_count; k++)
+        if (robot->inputs[k].sample)
+            dds_sample_free(robot->inputs[k].sample, ros2_input_type(robot->inputs[k].kind),
+                            DDS_FREE_ALL);
+    free_texts(&robot->joints);
+    free_texts(&robot->tips);
+    free_texts(&robot->motors);
+    free_texts(&robot->wrench_links);
+    ros2_arrays_free(robot->arrays);
+    pthread_mutex_destroy(&robot->mutex);
+}
+
+/* ---- entities ---- */
+
+/* ROS's settings, the user's, and a bound on samples: Cyclone drops larger ones before it takes
+ * memory for them. */
+static int make_domain(tfa_ros2 *gateway, uint32_t domain, const char *settings)
+{
+    const char *user = getenv("CYCLONEDDS_URI");
+    char *all;
+    if (!settings)
+        return TFA_OK;
+    if (asprintf(&all,
+                 "%s%s%s%s<CycloneDDS><Domain Id=\"any\"><Internal><MaxSampleSize>%u B"
+                 "</MaxSampleSize></Internal></Domain></CycloneDDS>",
+                 settings, *settings ? "," : "", user ? user : "", user && *user ? "," : "",
+                 TFA_ROS2_SAMPLE_MAX) < 0)
+        return TFA_E_MEMORY;
+    gateway->domain = dds_create_domain(domain, all);
+    free(all);
+    return failed(gateway->domain, "domain (a bad CYCLONEDDS_URI?)") ? TFA_E_SYSTEM : TFA_OK;
+}
+
+/* As rmw: no enclave but the root. */
+static dds_entity_t make_participant(uint32_t domain)
+{
+    static const char user_data[] = "enclave=/;";
+    dds_qos_t *qos = dds_create_qos();
+    if (!qos)
+        return DDS_RETCODE_OUT_OF_RESOURCES;
+    dds_qset_userdata(qos, user_data, sizeof user_data - 1);
+    const dds_entity_t participant = dds_create_participant(domain, qos, NULL);
+    dds_delete_qos(qos);
+    return participant;
+}
+
+/* Answers about tips only where there are tips. */
+static bool make_writers(const tfa_ros2 *gateway, ros2_robot *robot)
+{
+    static const char *const names[] = {ROS2_OUTPUT_NAMES};
+    char name[TFA_ROS2_NAME_MAX + 1], relative[32];
+    for (int k = 0; k < ROS2_OUTPUT_KINDS; k++) {
+        if (k >= ROS2_LAMBDA_INV && robot->tips.count == 0)
+            continue;
+        snprintf(relative, sizeof relative, "~/%s", names[k]);
+        if (!tfa_ros2_full_name(robot->node_namespace, robot->node, relative, name)) {
+            snprintf(last_error, sizeof last_error, "robot '%s': namespace and node are too long",
+                     robot->name);
+            return false;
+        }
+        robot->writers[k] = ros2_make_writer(gateway->participant, (ros2_output_kind)k, name);
+        if (failed(robot->writers[k], name))
+            return false;
+    }
+    return true;
+}
+
+static int make_entities(tfa_ros2 *gateway, uint32_t domain)
+{
+    gateway->participant = make_participant(domain);
+    if (failed(gateway->participant, "participant (a bad CYCLONEDDS_URI? no free index?)"))
+        return TFA_E_SYSTEM;
+    gateway->waitset = dds_create_waitset(gateway->participant);
+    gateway->stop = dds_create_guardcondition(gateway->participant);
+    gateway->diagnostics_writer = ros2_make_diagnostics_writer(gateway->participant);
+    gateway->graph_writer = ros2_make_graph_writer(gateway->participant);
+    gateway->publications =
+        dds_create_reader(gateway->participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
+    if (failed(gateway->waitset, "waitset") || failed(gateway->stop, "guard condition") ||
+        failed(gateway->diagnostics_writer, "diagnostics writer") ||
+        failed(gateway->graph_writer, "ros_discovery_info writer") ||
+        failed(gateway->publications, "reader of publications") ||
+        failed(dds_waitset_attach(gateway->waitset, gateway->stop, 0), "guard condition"))
+        return TFA_E_SYSTEM;
+    for (uint32_t i = 0; i < gateway->robot_count; i++)
+        if (!make_writers(gateway, &gateway->robots[i]))
+            return TFA_E_SYSTEM;
+    return TFA_OK;
+}
+
+static void pass_on(void *arg, const dds_log_data_t *data)
+{
+    const tfa_ros2 *gateway = arg;
+    char text[200];
+    snprintf(text, sizeof text, "%.*s", (int)strcspn(data->message, "\n"), data->message);
+    gateway->log(text);
+}
+
+int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **result)
+{
+    *result = NULL;
+    last_error[0] = 0;
+    tfa_ros2 *gateway = calloc(1, sizeof *gateway);
+    if (!gateway)
+        return TFA_E_MEMORY;
+    gateway->self = options->self;
+    gateway->description = options->description;
+    gateway->leads = options->leads;
+    gateway->log = options->log;
+    if (gateway->log)
+        dds_set_log_sink(pass_on, gateway);
+    int status = make_robots(gateway, options);
+    if (status == TFA_OK)
+        status = make_domain(gateway, options->domain, options->settings);
+    if (status == TFA_OK)
+        status = make_entities(gateway, options->domain);
+    if (status == TFA_OK)
+        *result = gateway;
+    else
+        tfa_ros2_stop(gateway);
+    return status;
+}
+
+/* ---- the thread ---- */
+
+static void serve(tfa_ros2 *gateway, int64_t now)
+{
+    for (uint32_t i = 0; i < gateway->robot_count; i++) {
+        ros2_robot *robot = &gateway->robots[i];
+        pthread_mutex_lock(&robot->mutex);
+        ros2_read_inputs(robot, now);
+        pthread_mutex_unlock(&robot->mutex);
+    }
+}
+
+static bool is_stopped(const tfa_ros2 *gateway)
+{
+    bool stopped = false;
+    return dds_read_guardcondition(gateway->stop, &stopped) != DDS_RETCODE_OK || stopped;
+}
+
+static void *run(void *arg)
+{
+    tfa_ros2 *gateway = arg;
+    int64_t now = monotonic(), next = now + DIAGNOSTICS_NS;
+    while (!is_stopped(gateway)) {
+        (void)dds_waitset_wait(gateway->waitset, NULL, 0, next > now ? next - now : 0);
+        now = monotonic();
+        serve(gateway, now);
+        if (now >= next) {
+            ros2_publish_diagnostics(gateway, now);
+            next = now + DIAGNOSTICS_NS;
+        }
+    }
+    return NULL;
+}
+
+static int make_readers(tfa_ros2 *gateway, ros2_robot *robot)
+{
+    for (uint32_t k = 0; k < robot->input_count; k++) {
+        ros2_input *in = &robot->inputs[k];
+        in->reader = ros2_make_reader(gateway->participant, in);
+        if (failed(in->reader, in->name) ||
+            failed(dds_set_status_mask(in->reader, DDS_DATA_AVAILABLE_STATUS), in->name) ||
+            failed(dds_waitset_attach(gateway->waitset, in->reader, 0), in->name))
+            return TFA_E_SYSTEM;
+    }
+    return TFA_OK;
+}
+
+int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
+{
+    int status = TFA_OK;
+    for (uint32_t i = 0; i < gateway->robot_count && status == TFA_OK; i++) {
+        gateway->robots[i].solver = solvers[i];
+        status = make_readers(gateway, &gateway->robots[i]);
+    }
+    if (status == TFA_OK)
+        status = ros2_publish_graph(gateway);
+    if (status != TFA_OK)
+        return status;
+    const int code = pthread_create(&gateway->thread, NULL, run, gateway);
+    if (code != 0) {
+        snprintf(last_error, sizeof last_error, "thread: %s", strerror(code));
+        return TFA_E_SYSTEM;
+    }
+    gateway->running = true;
+    (void)pthread_setname_np(gateway->thread, "tfa-ros2");
+    return TFA_OK;
+}
+
+/* ---- other models ---- */
+
+int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t index, const tfa_model *model,
+                      const tfa_worker_robot *solver)
+{
+    ros2_robot *robot = &gateway->robots[index];
+    ros2_arrays *next = ros2_arrays_create(robot, model);
+    pthread_mutex_lock(&robot->mutex);
+    ros2_arrays *before = robot->arrays;
+    set_arrays(robot, next);
+    robot->solver = *solver;
+    pthread_mutex_unlock(&robot->mutex);
+    ros2_arrays_free(before);
+    return next ? TFA_OK : TFA_E_MEMORY;
+}
+
+void tfa_ros2_describe(tfa_ros2 *gateway, uint32_t index, const char *error)
+{
+    ros2_robot *robot = &gateway->robots[index];
+    pthread_mutex_lock(&robot->mutex);
+    robot->descriptions_refused += error != NULL;
+    snprintf(robot->description_error, sizeof robot->description_error, "%s", error ? error : "");
+    pthread_mutex_unlock(&robot->mutex);
+}
+
+/* ---- the end ---- */
+
+void tfa_ros2_stop(tfa_ros2 *gateway)
+{
+    if (!gateway)
+        return;
+    if (gateway->running) {
+        (void)dds_set_guardcondition(gateway->stop, true);
+        pthread_join(gateway->thread, NULL);
+    }
+    if (gateway->participant > 0)
+        (void)dds_delete(gateway->participant);
+    if (gateway->domain > 0)
+        (void)dds_delete(gateway->domain);
+    if (gateway->log)
+        dds_set_log_sink(NULL, NULL);
+    for (uint32_t i = 0; gateway->robots && i < gateway->robot_count; i++)
+        free_robot(&gateway->robots[i]);
+    free(gateway->robots);
+    ros2_report_free(gateway->report);
+    free(gateway);
+}

@@ -1,0 +1,325 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The daemon on topics of ROS 2: answers are those of the library in this process, to the bit, and
+ * every input that is refused is named in the diagnostics.
+ */
+#include "dds/dds_test.h"
+
+#include "models.h"
+#include "ros2_arm.h"
+
+#include <math.h>
+#include <signal.h>
+#include <string.h>
+
+enum { LEVEL_OK, LEVEL_WARN, LEVEL_ERROR, LEVEL_STALE };
+
+static harness daemon_process;
+static arm_node node;
+static tfa_model *model;
+static tfa_workspace *workspace;
+
+/* ---- answers ---- */
+
+static void expect_accelerations(const arm_motion *m, double qdd[JOINTS])
+{
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = m->q,
+                                 .v = m->v,
+                                 .tau = m->tau};
+    tfa_reply reply = {.qdd = qdd};
+
+    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+}
+
+/* The next answer is to this motion, and echoes stamp and frame. */
+static void assert_accelerations(const arm_motion *m, int32_t sec, uint32_t nanosec,
+                                 const char *frame)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
+    double qdd[JOINTS];
+
+    expect_accelerations(m, qdd);
+    assert_true(ros2_peer_take(node.accelerations, &sample, 10000));
+    assert_int_equal(sample.header.stamp.sec, sec);
+    assert_int_equal(sample.header.stamp.nanosec, nanosec);
+    assert_string_equal(sample.header.frame_id, frame);
+    assert_int_equal(sample.joint_names._length, JOINTS);
+    for (int j = 0; j < JOINTS; j++)
+        assert_string_equal(sample.joint_names._buffer[j], arm_joints[j]);
+    assert_int_equal(sample.points._length, 1);
+    const trajectory_msgs_msg_dds__JointTrajectoryPoint_ *p = &sample.points._buffer[0];
+    assert_int_equal(p->accelerations._length, JOINTS);
+    assert_memory_equal(p->accelerations._buffer, qdd, sizeof qdd);
+    assert_memory_equal(p->positions._buffer, m->q, sizeof m->q);
+    assert_memory_equal(p->velocities._buffer, m->v, sizeof m->v);
+    assert_memory_equal(p->effort._buffer, m->tau, sizeof m->tau);
+}
+
+TEST(accelerations_are_those_of_the_library)
+{
+    for (int32_t k = 0; k < 200; k++) {
+        const arm_motion m = arm_motion_of(1000 + (uint64_t)k);
+        arm_publish_state(&node, &m, k);
+        arm_publish_efforts(&node, m.tau, JOINTS);
+        assert_accelerations(&m, k, 7, "base");
+    }
+}
+
+/* Names decide, not their order; the command's stamp is echoed. */
+TEST(named_efforts_in_any_order)
+{
+    for (int32_t k = 0; k < 50; k++) {
+        const arm_motion m = arm_motion_of(2000 + (uint64_t)k);
+        char *name[JOINTS];
+        double tau[JOINTS];
+        for (int j = 0; j < JOINTS; j++) {
+            const int other = (j * 3 + (int)k) % JOINTS;
+            name[j] = arm_joints[other];
+            tau[j] = m.tau[other];
+        }
+        arm_publish_state(&node, &m, k);
+        arm_publish_named_efforts(&node, name, tau, JOINTS, 100 + k);
+        assert_accelerations(&m, 100 + k, 9, "command");
+    }
+}
+
+/* Several publishers with some of the joints each; others' joints are skipped. */
+TEST(partial_states_are_merged)
+{
+    const arm_motion m = arm_motion_of(7);
+    const dds_entity_t second =
+        ros2_peer_writer(node.participant, &sensor_msgs_msg_dds__JointState__desc,
+                         "rt/arm/joint_states", PEER_SENSOR);
+    char *name[] = {"gripper", "joint_7", "joint_5"};
+    double q[] = {0.5, m.q[6], m.q[4]}, v[] = {0, m.v[6], m.v[4]};
+    const sensor_msgs_msg_dds__JointState_ few = {.header = {{5, 6}, "few"},
+                                                  .name = PEER_SEQUENCE(3, name),
+                                                  .position = PEER_SEQUENCE(3, q),
+                                                  .velocity = PEER_SEQUENCE(3, v)};
+    arm_motion other = m;
+
+    other.q[6] = other.q[4] = 0.1;
+    ros2_peer_await_reader(second);
+    dds_sleepfor(DDS_MSECS(200)); /* the other side may match later */
+    arm_publish_state(&node, &other, 4);
+    assert_int_equal(dds_write(second, &few), DDS_RETCODE_OK);
+    arm_publish_efforts(&node, m.tau, JOINTS);
+    assert_accelerations(&m, 5, 6, "few");
+    assert_true(arm_await_diagnostic(&node, "joint_states", "last: gripper") >= 0);
+    assert_int_equal(dds_delete(second), DDS_RETCODE_OK);
+}
+
+TEST(efforts_of_a_trajectory)
+{
+    const arm_motion m = arm_motion_of(11);
+    trajectory_msgs_msg_dds__JointTrajectoryPoint_ points[2] = {
+        {.effort = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m.tau)}, {.effort = {0}}};
+    const trajectory_msgs_msg_dds__JointTrajectory_ sample = {.header = {{77, 78}, "plan"},
+                                                              .joint_names =
+                                                                  PEER_SEQUENCE(JOINTS, arm_joints),
+                                                              .points = PEER_SEQUENCE(2, points)};
+
+    arm_publish_state(&node, &m, 1);
+    assert_int_equal(dds_write(node.trajectory, &sample), DDS_RETCODE_OK);
+    assert_accelerations(&m, 77, 78, "plan");
+}
+
+/* ---- operational space and gravity ---- */
+
+static void assert_array(const std_msgs_msg_dds__Float64MultiArray_ *a, const double *expected,
+                         uint32_t rows, uint32_t columns, const char *stamp)
+{
+    assert_int_equal(a->data._length, rows * columns);
+    assert_memory_equal(a->data._buffer, expected, rows * columns * sizeof *expected);
+    assert_int_equal(a->layout.data_offset, 0);
+    assert_string_equal(a->layout.dim._buffer[0].label, stamp);
+    assert_int_equal(a->layout.dim._buffer[0].size, 1);
+    assert_int_equal(a->layout.dim._buffer[0].stride, rows * columns);
+    assert_non_null(strstr(a->layout.dim._buffer[1].label, "rows tool0.x tool0.y tool0.z"));
+    assert_int_equal(a->layout.dim._buffer[1].size, rows);
+    assert_int_equal(a->layout.dim._buffer[1].stride, rows * columns);
+    if (columns > 1) {
+        assert_int_equal(a->layout.dim._buffer[2].size, columns);
+        assert_int_equal(a->layout.dim._buffer[2].stride, columns);
+    }
+}
+
+TEST(operational_space_is_that_of_the_library)
+{
+    static double lambda_inv[12 * 12], jacobian[12 * JOINTS], bias[12], gravity[JOINTS];
+    static std_msgs_msg_dds__Float64MultiArray_ l, j, b;
+    static sensor_msgs_msg_dds__JointState_ g;
+    const dds_topic_descriptor_t *type = &std_msgs_msg_dds__Float64MultiArray__desc;
+    const dds_entity_t p = node.participant;
+    const dds_entity_t lambda_reader =
+        ros2_peer_reader(p, type, "rt/arm/totalforce/lambda_inv", PEER_DEFAULT);
+    const dds_entity_t jacobian_reader =
+        ros2_peer_reader(p, type, "rt/arm/totalforce/jacobian", PEER_SENSOR);
+    const dds_entity_t bias_reader =
+        ros2_peer_reader(p, type, "rt/arm/totalforce/bias_acceleration", PEER_DEFAULT);
+    const dds_entity_t gravity_reader =
+        ros2_peer_reader(p, &sensor_msgs_msg_dds__JointState__desc,
+                         "rt/arm/totalforce/gravity_torques", PEER_DEFAULT);
+    const arm_motion m = arm_motion_of(21);
+    const tfa_request request = {.op = TFA_OP_OPERATIONAL_INERTIA,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION,
+                                 .count = 1,
+                                 .tip_count = 2,
+                                 .tips = {(uint32_t)tfa_model_find_frame(model, "tool0"),
+                                          (uint32_t)tfa_model_find_frame(model, "link_4")},
+                                 .q = m.q,
+                                 .v = m.v};
+    const tfa_request at_rest = {.op = TFA_OP_BIAS, .count = 1, .q = m.q};
+    tfa_reply reply = {.lambda_inv = lambda_inv, .jacobian = jacobian, .bias_acceleration = bias};
+    tfa_reply holding = {.gravity_force = gravity};
+
+    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+    assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
+    ros2_peer_await_writer(lambda_reader);
+    ros2_peer_await_writer(jacobian_reader);
+    ros2_peer_await_writer(bias_reader);
+    ros2_peer_await_writer(gravity_reader);
+    dds_sleepfor(DDS_MSECS(200)); /* the other side may match later */
+    arm_publish_state(&node, &m, -3);
+    assert_true(ros2_peer_take(lambda_reader, &l, 10000));
+    assert_true(ros2_peer_take(jacobian_reader, &j, 10000));
+    assert_true(ros2_peer_take(bias_reader, &b, 10000));
+    assert_true(ros2_peer_take(gravity_reader, &g, 10000));
+    assert_array(&l, lambda_inv, 12, 12, "stamp -3.000000007 frame base");
+    assert_array(&j, jacobian, 12, JOINTS, "stamp -3.000000007 frame base");
+    assert_array(&b, bias, 12, 1, "stamp -3.000000007 frame base");
+    assert_string_equal(j.layout.dim._buffer[2].label,
+                        "columns joint_1 joint_2 joint_3 joint_4 joint_5 joint_6 joint_7");
+    assert_int_equal(g.header.stamp.sec, -3);
+    assert_string_equal(g.name._buffer[1], "joint_2");
+    assert_memory_equal(g.effort._buffer, gravity, sizeof gravity);
+}
+
+/* ---- refusals ---- */
+
+static void assert_silent(void)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
+    assert_false(ros2_peer_take(node.accelerations, &sample, 100));
+}
+
+static void publish_joints(uint32_t names, uint32_t positions, uint32_t velocities,
+                           const arm_motion *m)
+{
+    const sensor_msgs_msg_dds__JointState_ sample = {
+        .header = {{1, 1}, ""},
+        .name = PEER_SEQUENCE(names, arm_joints),
+        .position = PEER_SEQUENCE(positions, (double *)(uintptr_t)m->q),
+        .velocity = PEER_SEQUENCE(velocities, (double *)(uintptr_t)m->v)};
+    assert_int_equal(dds_write(node.joint_states, &sample), DDS_RETCODE_OK);
+}
+
+TEST(states_that_are_refused_are_named)
+{
+    arm_motion m = arm_motion_of(31);
+
+    publish_joints(JOINTS, 3, 0, &m);
+    assert_true(arm_await_diagnostic(&node, "joint_states",
+                                     "position: neither empty nor as long as the names") > 0);
+    m.q[3] = NAN;
+    publish_joints(JOINTS, JOINTS, JOINTS, &m);
+    assert_true(
+        arm_await_diagnostic(&node, "joint_states", "joint 'joint_4': position is not finite") > 0);
+    m.q[3] = 0;
+    m.v[5] = INFINITY;
+    publish_joints(JOINTS, JOINTS, JOINTS, &m);
+    assert_true(
+        arm_await_diagnostic(&node, "joint_states", "joint 'joint_6': velocity is not finite") > 0);
+}
+
+TEST(stale_states_are_refused)
+{
+    const arm_motion m = arm_motion_of(32);
+
+    arm_publish_state(&node, &m, 1);
+    dds_sleepfor(DDS_MSECS(1100)); /* the limit is 1 s */
+    arm_publish_efforts(&node, m.tau, JOINTS);
+    assert_silent();
+    assert_true(arm_await_diagnostic(&node, "answers", "joint 'joint_1': position is too old") > 0);
+    assert_int_equal(arm_await_diagnostic(&node, "joint_states", "ms old, the limit is 1000 ms"),
+                     LEVEL_STALE);
+}
+
+TEST(commands_that_are_refused_are_named)
+{
+    arm_motion m = arm_motion_of(33);
+    char *stranger[] = {"joint_1", "elbow"};
+
+    arm_publish_state(&node, &m, 1);
+    arm_publish_efforts(&node, m.tau, 3);
+    assert_int_equal(arm_await_diagnostic(&node, "effort_controller/commands",
+                                          "3 numbers, data_offset 0; 7 joints are commanded"),
+                     LEVEL_WARN);
+    arm_publish_named_efforts(&node, arm_joints, m.tau, 0, 1);
+    assert_int_equal(arm_await_diagnostic(&node, "joint_efforts", "no efforts"), LEVEL_WARN);
+    arm_publish_named_efforts(&node, stranger, m.tau, 2, 1);
+    assert_true(arm_await_diagnostic(&node, "joint_efforts", "last: elbow") >= 0);
+    m.tau[1] = NAN;
+    arm_publish_efforts(&node, m.tau, JOINTS);
+    assert_int_equal(arm_await_diagnostic(&node, "effort_controller/commands",
+                                          "joint 'joint_2': effort is not finite"),
+                     LEVEL_WARN);
+}
+
+/* ---- endpoints ---- */
+
+TEST(a_publisher_of_another_qos_or_type_is_named)
+{
+    const dds_entity_t wrong_type = ros2_peer_writer(
+        node.participant, &std_msgs_msg_dds__String__desc, "rt/lonely/joint_states", PEER_DEFAULT);
+    const dds_entity_t is_volatile =
+        ros2_peer_writer(node.participant, &std_msgs_msg_dds__String__desc,
+                         "rt/arm/robot_description", PEER_DEFAULT);
+
+    assert_int_equal(
+        arm_await_diagnostic(&node, "lonely/joint_states", "type std_msgs::msg::dds_::String_"),
+        LEVEL_WARN);
+    assert_true(
+        arm_await_diagnostic(&node, "arm/robot_description", "last by its QoS: durability") >= 0);
+    assert_int_equal(dds_delete(wrong_type), DDS_RETCODE_OK);
+    assert_int_equal(dds_delete(is_volatile), DDS_RETCODE_OK);
+    assert_int_equal(arm_await_diagnostic(&node, "lonely/joint_states", "no publisher"),
+                     LEVEL_STALE);
+}
+
+static int serve(void **state)
+{
+    char yaml[2048];
+
+    (void)state;
+    model = bundled_model("arm7.urdf", NULL);
+    workspace = workspace_for(model, NULL);
+    snprintf(yaml, sizeof yaml,
+             "%s  - name: lonely\n    urdf: @/config/robots/arm7.urdf\n"
+             "    ros2: {enabled: yes, namespace: /lonely}\n",
+             arm_yaml("      state_age_ms: 1000\n      command_age_ms: 1000\n"));
+    harness_serve(&daemon_process, yaml, arm_settings(""));
+    arm_node_open(&node);
+    return 0;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    arm_node_close(&node);
+    assert_int_equal(harness_stop(&daemon_process, SIGTERM), 0);
+    harness_remove(&daemon_process);
+    tfa_workspace_free(workspace);
+    tfa_model_free(model);
+    return 0;
+}
+
+int main(void)
+{
+    return test_run(serve, stop);
+}

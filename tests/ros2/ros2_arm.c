@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * See ros2_arm.h.
+ */
+#include "ros2_arm.h"
+
+#include "dds/dds_test.h"
+
+#include <string.h>
+
+char *arm_joints[JOINTS] = {"joint_1", "joint_2", "joint_3", "joint_4",
+                            "joint_5", "joint_6", "joint_7"};
+
+const char *arm_yaml(const char *more)
+{
+    static char text[1024];
+
+    snprintf(text, sizeof text,
+             ARM "    ros2:\n      enabled: yes\n      namespace: /arm\n"
+                 "      effort_commands: effort_controller/commands\n"
+                 "      joint_efforts: joint_efforts\n      trajectory: trajectory\n"
+                 "      robot_description: robot_description\n      tips: [tool0, link_4]\n%s",
+             more);
+    return text;
+}
+
+const char *arm_settings(const char *more)
+{
+    static char text[512];
+
+    snprintf(text, sizeof text,
+             "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n%s", test_domain(),
+             more);
+    return text;
+}
+
+void arm_node_open(arm_node *n)
+{
+    const dds_entity_t p = n->participant = ros2_peer_open(test_domain());
+    const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
+
+    n->joint_states = ros2_peer_writer(p, state, "rt/arm/joint_states", PEER_DEFAULT);
+    n->effort_commands = ros2_peer_writer(p, &std_msgs_msg_dds__Float64MultiArray__desc,
+                                          "rt/arm/effort_controller/commands", PEER_DEFAULT);
+    n->joint_efforts = ros2_peer_writer(p, state, "rt/arm/joint_efforts", PEER_SENSOR);
+    n->trajectory = ros2_peer_writer(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
+                                     "rt/arm/trajectory", PEER_DEFAULT);
+    n->description = ros2_peer_writer(p, &std_msgs_msg_dds__String__desc,
+                                      "rt/arm/robot_description", PEER_TRANSIENT_LOCAL);
+    n->accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
+                                        "rt/arm/totalforce/accelerations", PEER_DEFAULT);
+    n->diagnostics = ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
+                                      "rt/diagnostics", PEER_DEFAULT);
+    ros2_peer_await_reader(n->joint_states);
+    ros2_peer_await_reader(n->effort_commands);
+    ros2_peer_await_reader(n->joint_efforts);
+    ros2_peer_await_reader(n->trajectory);
+    ros2_peer_await_reader(n->description);
+    ros2_peer_await_writer(n->accelerations);
+    ros2_peer_await_writer(n->diagnostics);
+}
+
+void arm_node_close(arm_node *n)
+{
+    assert_int_equal(dds_delete(n->participant), DDS_RETCODE_OK);
+}
+
+arm_motion arm_motion_of(uint64_t seed)
+{
+    arm_motion m;
+
+    for (int j = 0; j < JOINTS; j++) {
+        m.q[j] = test_random(&seed);
+        m.v[j] = test_random(&seed);
+        m.tau[j] = 10 * test_random(&seed);
+    }
+    return m;
+}
+
+void arm_publish_state(const arm_node *n, const arm_motion *m, int32_t sec)
+{
+    const sensor_msgs_msg_dds__JointState_ sample = {
+        .header = {{sec, 7}, "base"},
+        .name = PEER_SEQUENCE(JOINTS, arm_joints),
+        .position = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m->q),
+        .velocity = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m->v),
+    };
+
+    assert_int_equal(dds_write(n->joint_states, &sample), DDS_RETCODE_OK);
+}
+
+void arm_publish_efforts(const arm_node *n, const double *tau, uint32_t count)
+{
+    const std_msgs_msg_dds__Float64MultiArray_ sample = {
+        .data = PEER_SEQUENCE(count, (double *)(uintptr_t)tau)};
+
+    assert_int_equal(dds_write(n->effort_commands, &sample), DDS_RETCODE_OK);
+}
+
+void arm_publish_named_efforts(const arm_node *n, char **name, const double *tau, uint32_t count,
+                               int32_t sec)
+{
+    const sensor_msgs_msg_dds__JointState_ sample = {
+        .header = {{sec, 9}, "command"},
+        .name = PEER_SEQUENCE(count, name),
+        .effort = PEER_SEQUENCE(count, (double *)(uintptr_t)tau),
+    };
+
+    assert_int_equal(dds_write(n->joint_efforts, &sample), DDS_RETCODE_OK);
+}
+
+static bool contains(const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s, const char *text)
+{
+    if (strstr(s->message, text) != NULL)
+        return true;
+    for (uint32_t k = 0; k < s->values._length; k++)
+        if (strstr(s->values._buffer[k].value, text) != NULL)
+            return true;
+    return false;
+}
+
+int arm_await_diagnostic(const arm_node *n, const char *what, const char *text)
+{
+    diagnostic_msgs_msg_dds__DiagnosticArray_ sample = {0};
+    const uint64_t end = now_ns() + 10000000000u;
+    int level = -1;
+
+    while (level < 0 && now_ns() < end) {
+        if (!ros2_peer_take(n->diagnostics, &sample, 100))
+            continue;
+        for (uint32_t k = 0; k < sample.status._length && level < 0; k++) {
+            const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s = &sample.status._buffer[k];
+            if (strstr(s->name, what) != NULL && contains(s, text))
+                level = s->level;
+        }
+    }
+    dds_sample_free(&sample, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, DDS_FREE_CONTENTS);
+    return level;
+}

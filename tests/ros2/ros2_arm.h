@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The 7-joint arm on topics of ROS 2: a daemon that serves it, and the node that would control it.
+ */
+#ifndef TESTS_ROS2_ARM_H
+#define TESTS_ROS2_ARM_H
+
+#include "harness.h"
+#include "ros2_peer.h"
+
+#include <idl/ros2.h>
+#include <totalforce/dynamics.h>
+
+#define JOINTS 7
+
+/** A state of the arm with efforts, and what the daemon shall answer. */
+typedef struct arm_motion {
+    double q[JOINTS], v[JOINTS], tau[JOINTS];
+} arm_motion;
+
+/** The node: its endpoints are made by arm_node_open. */
+typedef struct arm_node {
+    dds_entity_t participant;
+    dds_entity_t joint_states, effort_commands, joint_efforts, trajectory, description, wrench;
+    dds_entity_t accelerations, diagnostics;
+} arm_node;
+
+extern char *arm_joints[JOINTS];
+
+/** The YAML of the arm with all its topics below /arm; `more` other keys of its ros2 section. */
+const char *arm_yaml(const char *more);
+/** The top-level keys: ros2 in the test's domain; `more` others. */
+const char *arm_settings(const char *more);
+/** Endpoints for all topics of the arm; waits until the daemon has matched. */
+void arm_node_open(arm_node *node);
+void arm_node_close(arm_node *node);
+/** A motion of the arm, another for each seed. */
+arm_motion arm_motion_of(uint64_t seed);
+/** Publishes positions and velocities of all joints with this stamp. */
+void arm_publish_state(const arm_node *node, const arm_motion *m, int32_t sec);
+/** Publishes efforts in the order of the joints. */
+void arm_publish_efforts(const arm_node *node, const double *tau, uint32_t count);
+/** Publishes efforts by name with this stamp, frame "command". */
+void arm_publish_named_efforts(const arm_node *node, char **name, const double *tau, uint32_t count,
+                               int32_t sec);
+/** Waits for a diagnostic status whose name contains `what` and whose message or values contain
+ * `text`. @return its level, -1: none came in 10 s */
+int arm_await_diagnostic(const arm_node *node, const char *what, const char *text);
+
+#endif

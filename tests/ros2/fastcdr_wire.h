@@ -18,8 +18,9 @@ extern "C" {
  * four. */
 void fastcdr_encode(const msg *m, const void *sample, uint8_t filling, msg_bytes *out);
 
-/** Whether Fast CDR reads the values of the sample from these bytes. */
-bool fastcdr_reads(const msg *m, const msg_bytes *in, const void *sample);
+/** Decodes into a sample, which dds_sample_free frees. Its former contents are forgotten.
+ * @return false: the bytes end too early, or more than padding is left */
+bool fastcdr_decode(const msg *m, const msg_bytes *in, void *sample);
 
 #ifdef __cplusplus
 }

@@ -70,12 +70,27 @@ TEST(cyclone_writes_the_bytes_of_fast_cdr)
     for_samples(check_same_bytes);
 }
 
+/* Compares two samples by encoding them: every member contributes its bytes. */
+static void assert_same_sample(const msg *m, const void *a, const void *b)
+{
+    static msg_bytes a_bytes, b_bytes;
+
+    msg_encode(m, a, &a_bytes);
+    msg_encode(m, b, &b_bytes);
+    assert_same_bytes(a_bytes.byte, a_bytes.size, b_bytes.byte, b_bytes.size);
+}
+
 static void check_fast_cdr_reads(const msg *m, const void *sample, msg_bytes *written,
                                  const struct ddsi_sertype *type)
 {
+    void *const copy = calloc(1, m->size);
+
     (void)type;
-    written->padding = written->byte[3];
-    assert_true(fastcdr_reads(m, written, sample));
+    assert_non_null(copy);
+    assert_true(fastcdr_decode(m, written, copy));
+    assert_same_sample(m, copy, sample);
+    dds_sample_free(copy, m->topic, DDS_FREE_CONTENTS);
+    free(copy);
 }
 
 TEST(fast_cdr_reads_what_cyclone_writes)
@@ -87,19 +102,17 @@ TEST(fast_cdr_reads_what_cyclone_writes)
 static void check_cyclone_reads(const msg *m, const void *sample, msg_bytes *written,
                                 const struct ddsi_sertype *type)
 {
-    static msg_bytes bytes, expected, again;
+    static msg_bytes bytes;
     void *const copy = calloc(1, m->size);
 
     (void)written;
     assert_non_null(copy);
-    msg_encode(m, sample, &expected);
     fastcdr_encode(m, sample, 0xa5, &bytes);
     for (int padded = 0; padded < 2; padded++) {
         if (padded)
             pad(&bytes);
         assert_true(read_bytes(type, bytes.byte, bytes.size, copy));
-        msg_encode(m, copy, &again);
-        assert_same_bytes(again.byte, again.size, expected.byte, expected.size);
+        assert_same_sample(m, copy, sample);
         dds_sample_free(copy, m->topic, DDS_FREE_CONTENTS);
         memset(copy, 0, m->size);
     }

@@ -9,6 +9,10 @@
 
 #include <dds/dds.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 struct random_source; /* fuzz/random.h */
 
 /* As type_interfaces/msg/FieldType numbers them */
@@ -77,5 +81,9 @@ typedef struct msg_bytes {
  * 9.3 (CDR) and DDS-XTypes 1.3, 7.6.3.1: alignment counts from after the header; the end is padded
  * to a multiple of four, and the last two bits of the header say by how much. */
 void msg_encode(const msg *m, const void *sample, msg_bytes *out);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -4,84 +4,13 @@
  * Bytes of the foreign messages: Cyclone writes and reads by our IDL what ROS 2 expects, and it
  * refuses truncated samples.
  */
-#include "dds/dds_test.h"
+#include "cyclone_wire.h"
 #include "fuzz/random.h"
 #include "messages.h"
+#include "test.h"
 
-#include <dds/ddsi/ddsi_serdata.h>
 #include <idl/ros2.h>
 #include <idl/ros2_service.h>
-
-static dds_entity_t participant;
-
-/* Topic, writer and reader of one type, all in XCDR1. */
-typedef struct wire {
-    dds_entity_t topic, writer, reader;
-} wire;
-
-static wire wire_open(const msg *m)
-{
-    const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
-    dds_qos_t *const qos = dds_create_qos();
-    wire w;
-
-    dds_qset_data_representation(qos, 1, &xcdr1);
-    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-    dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
-    w.topic = dds_create_topic(participant, m->topic, m->name, qos, NULL);
-    w.writer = dds_create_writer(participant, w.topic, qos, NULL);
-    w.reader = dds_create_reader(participant, w.topic, qos, NULL);
-    dds_delete_qos(qos);
-    assert_true(w.topic > 0 && w.writer > 0 && w.reader > 0);
-    return w;
-}
-
-static void wire_close(const wire *w)
-{
-    assert_int_equal(dds_delete(w->reader), DDS_RETCODE_OK);
-    assert_int_equal(dds_delete(w->writer), DDS_RETCODE_OK);
-    assert_int_equal(dds_delete(w->topic), DDS_RETCODE_OK);
-}
-
-/* Bytes that Cyclone sends for a sample. Returns the sample as Cyclone holds it, to be released. */
-static struct ddsi_serdata *write_bytes(const wire *w, const void *sample, msg_bytes *out)
-{
-    struct ddsi_serdata *data;
-    dds_sample_info_t info;
-
-    assert_int_equal(dds_write(w->writer, sample), DDS_RETCODE_OK);
-    assert_int_equal(dds_takecdr(w->reader, &data, 1, &info, DDS_ANY_STATE), 1);
-    assert_true(info.valid_data);
-    out->size = ddsi_serdata_size(data);
-    assert_true(out->size <= MSG_BYTES_MAX);
-    ddsi_serdata_to_ser(data, 0, out->size, out->byte);
-    return data;
-}
-
-/* What Cyclone does with bytes from the network. Returns false if it refuses them. */
-static bool read_bytes(const struct ddsi_sertype *type, const uint8_t *byte, size_t size,
-                       void *sample)
-{
-    uint8_t *const exact = malloc(size); /* so that a sanitizer sees reads behind the end */
-    assert_non_null(exact);
-    memcpy(exact, byte, size);
-    const ddsrt_iovec_t iov = {.iov_base = exact, .iov_len = size};
-    struct ddsi_serdata *data = ddsi_serdata_from_ser_iov(type, SDK_DATA, 1, &iov, size);
-
-    free(exact);
-    if (data == NULL)
-        return false;
-    if (sample != NULL)
-        assert_true(ddsi_serdata_to_sample(data, sample, NULL, NULL));
-    ddsi_serdata_unref(data);
-    return true;
-}
-
-static void assert_same_bytes(const uint8_t *a, size_t a_size, const uint8_t *b, size_t b_size)
-{
-    assert_int_equal(a_size, b_size);
-    assert_memory_equal(a, b, b_size);
-}
 
 /* Written bytes are `expected`, and read back they are the sample. The values that were read are
  * compared by encoding them: every member contributes its bytes. */
@@ -222,20 +151,7 @@ TEST(random_samples_have_the_bytes_of_the_specification_and_truncated_ones_are_r
     check_type(&service_request);
 }
 
-static int open_participant(void **state)
-{
-    (void)state;
-    participant = dds_create_participant(test_domain(), NULL, NULL);
-    return participant > 0 ? 0 : -1;
-}
-
-static int close_participant(void **state)
-{
-    (void)state;
-    return dds_delete(participant) == DDS_RETCODE_OK ? 0 : -1;
-}
-
 int main(void)
 {
-    return test_run(open_participant, close_participant);
+    return test_run(wire_open_participant, wire_close_participant);
 }

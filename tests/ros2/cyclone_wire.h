@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Bytes of the foreign messages as Cyclone writes and reads them by our IDL.
+ */
+#ifndef TESTS_ROS2_CYCLONE_WIRE_H
+#define TESTS_ROS2_CYCLONE_WIRE_H
+
+#include "messages.h"
+
+#include <dds/ddsi/ddsi_serdata.h>
+
+/** Topic, writer and reader of one type, all in XCDR1. */
+typedef struct wire {
+    dds_entity_t topic, writer, reader;
+} wire;
+
+/** Fixtures of test_run: a participant on the loopback interface. */
+int wire_open_participant(void **state);
+int wire_close_participant(void **state);
+
+wire wire_open(const msg *m);
+void wire_close(const wire *w);
+
+/** Bytes that Cyclone sends for a sample. Returns the sample as Cyclone holds it, for release. */
+struct ddsi_serdata *write_bytes(const wire *w, const void *sample, msg_bytes *out);
+/** What Cyclone does with bytes from the network. Returns false if it refuses them. */
+bool read_bytes(const struct ddsi_sertype *type, const uint8_t *byte, size_t size, void *sample);
+void assert_same_bytes(const uint8_t *a, size_t a_size, const uint8_t *b, size_t b_size);
+
+#endif

@@ -27,7 +27,7 @@ finish() {
 trap finish EXIT
 trap 'exit 130' INT TERM
 export TOTALFORCE_RUNTIME_DIR="$run"
-export CYCLONEDDS_URI="file://$source/config/cyclonedds-loopback.xml"
+export CYCLONEDDS_URI="file://$source/config/dds/local.xml"
 arm=$source/config/robots/arm7.urdf
 bytes=320 # mean of a request (q, v, tau, names, options) and its reply on the wire
 

@@ -26,7 +26,7 @@ finish() {
 }
 trap finish EXIT
 trap 'exit 130' INT TERM
-export CYCLONEDDS_URI="file://$source/config/cyclonedds-loopback.xml"
+export CYCLONEDDS_URI="file://$source/config/dds/local.xml"
 
 # start NAME DOMAIN
 start() {
@@ -56,7 +56,7 @@ arm() {
 
 # The same beside the second arm in domain $1.
 beside() {
-    sed "s/Id=\"any\"/Id=\"$1\"/" "$source/config/cyclonedds-loopback.xml" >"$run/dds.xml"
+    sed "s/Id=\"any\"/Id=\"$1\"/" "$source/config/dds/local.xml" >"$run/dds.xml"
     CYCLONEDDS_URI="file://$run/dds.xml" "$bin/example_dds_stream" second 7 60000 >/dev/null &
     load=$!
     sleep 0.5

@@ -25,7 +25,7 @@ static inline uint32_t test_domain(void)
 
     if (domain != 0)
         return domain;
-    setenv("CYCLONEDDS_URI", "file://" TFA_SOURCE_DIR "/config/cyclonedds-loopback.xml", 1);
+    setenv("CYCLONEDDS_URI", "file://" TFA_SOURCE_DIR "/config/dds/local.xml", 1);
     const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     const uint32_t domains = TEST_EMPTY_DOMAIN - TEST_FIRST_DOMAIN;
     for (uint32_t i = 0; i < domains && domain == 0; i++) {

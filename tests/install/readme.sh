@@ -87,8 +87,8 @@ awk -v folder="$scratch" '
 mkdir -p "$scratch/home" "$scratch/source/build" "$scratch/run" "$scratch/bin"
 cp -rL "$source/config" "$source/idl" "$scratch/source"
 ln -s "$build" "$scratch/source/build/release"
-sed -i "s|<Discovery>|&<Tag>readme-$$</Tag><Ports><Base>$((8000 + $$ % 90 * 250))</Base></Ports>|" \
-    "$scratch/source/config/cyclonedds-loopback.xml"
+sed -i "s|<Discovery>|&<Ports><Base>$((8000 + $$ % 90 * 250))</Base></Ports>|" \
+    "$scratch/source/config/dds/local.xml"
 compiler=$(sed -n 's/^CMAKE_C_COMPILER:[A-Z]*=//p' "$build/CMakeCache.txt")
 cat >"$scratch/bin/cc" <<CC
 #!/bin/sh
@@ -114,7 +114,7 @@ wait $daemon
 RUN
 environment() {
     timeout 200 env -i HOME="$scratch/home" PATH="$scratch/bin:$PATH" SCRATCH="$scratch" \
-        TOTALFORCE_RUNTIME_DIR="$scratch/run" "$@"
+        TOTALFORCE_RUNTIME_DIR="$scratch/run" ROBOT_TAG="readme-$$" "$@"
 }
 environment bash "$scratch/run.sh" >"$scratch/out" 2>"$scratch/err" || {
     cat "$scratch/out" "$scratch/err"

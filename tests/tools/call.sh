@@ -11,7 +11,7 @@
 }
 run=$work/run
 domain=$((1 + $$ % 200))
-CYCLONEDDS_URI=file://$data/../../../config/cyclonedds-loopback.xml
+CYCLONEDDS_URI=file://$data/../../../config/dds/local.xml
 export CYCLONEDDS_URI
 daemon=
 trap '[ -z "$daemon" ] || kill -9 $daemon 2>/dev/null; rm -rf "$work"' EXIT

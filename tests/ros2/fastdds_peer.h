@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * A participant of Fast DDS on the loopback interface, with the names, QoS, encoding and user data
- * of rmw_fastrtps. It meets Cyclone participants that use config/cyclonedds-loopback.xml.
+ * of rmw_fastrtps. It meets Cyclone participants that use config/dds/local.xml.
  *
  * A sample is its bytes in XCDR1 with the header of RTPS, as by fastcdr_encode and msg_encode.
  *

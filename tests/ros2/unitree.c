@@ -1,0 +1,310 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Robots that publish a LowState: motors in the order of the robot, orientation from the IMU, a CRC;
+ * and publishers that do it wrong.
+ */
+#include "dds/dds_test.h"
+
+#include "harness.h"
+#include "models.h"
+#include "ros2/unitree_crc.h"
+#include "ros2_arm.h"
+
+#include <idl/ros2_service.h>
+#include <idl/unitree.h>
+#include <math.h>
+#include <signal.h>
+#include <string.h>
+
+#define LEGS 12
+#define TIMES 50 /* a message that is sent before the other side has matched is lost */
+
+/* Joints as the robot numbers its motors: FR, FL, RR, RL. The model begins with FL. */
+static char *motor_joints[LEGS] = {
+    "FR_hip_joint",   "FR_thigh_joint", "FR_calf_joint",  "FL_hip_joint",
+    "FL_thigh_joint", "FL_calf_joint",  "RR_hip_joint",   "RR_thigh_joint",
+    "RR_calf_joint",  "RL_hip_joint",   "RL_thigh_joint", "RL_calf_joint",
+};
+
+#define MOTORS                                                                                     \
+    "FR_hip_joint, FR_thigh_joint, FR_calf_joint, FL_hip_joint, FL_thigh_joint, FL_calf_joint, "   \
+    "RR_hip_joint, RR_thigh_joint, RR_calf_joint, RL_hip_joint, RL_thigh_joint, RL_calf_joint"
+
+static harness running;
+static arm_node node; /* its diagnostics only */
+static tfa_model *model;
+static tfa_workspace *workspace;
+static dds_entity_t go, hg, go_efforts, hg_efforts, go_answers, hg_answers;
+
+/* A state as the robot has it: single precision, in the order of its motors. */
+typedef struct motion {
+    float q[LEGS], v[LEGS], quaternion[4], gyroscope[3];
+    double tau[LEGS];
+} motion;
+
+static motion motion_of(uint64_t seed)
+{
+    motion m;
+    float norm = 0;
+
+    for (int k = 0; k < LEGS; k++) {
+        m.q[k] = (float)test_random(&seed);
+        m.v[k] = (float)test_random(&seed);
+        m.tau[k] = 20 * test_random(&seed);
+    }
+    for (int k = 0; k < 4; k++) {
+        m.quaternion[k] = (float)test_random(&seed);
+        norm += m.quaternion[k] * m.quaternion[k];
+    }
+    for (int k = 0; k < 4; k++)
+        m.quaternion[k] /= sqrtf(norm);
+    for (int k = 0; k < 3; k++)
+        m.gyroscope[k] = (float)test_random(&seed);
+    return m;
+}
+
+static unitree_go_msg_dds__LowState_ go_state(const motion *m)
+{
+    unitree_go_msg_dds__LowState_ s;
+
+    memset(&s, 0, sizeof s);
+    for (int k = 0; k < LEGS; k++) {
+        s.motor_state[k].q = m->q[k];
+        s.motor_state[k].dq = m->v[k];
+    }
+    memcpy(s.imu_state.quaternion, m->quaternion, sizeof m->quaternion);
+    memcpy(s.imu_state.gyroscope, m->gyroscope, sizeof m->gyroscope);
+    s.tick = 12345;
+    s.crc = tfa_unitree_go_crc(&s);
+    return s;
+}
+
+/* The legs are motors 15 to 26 of this one. */
+static unitree_hg_msg_dds__LowState_ hg_state(const motion *m)
+{
+    unitree_hg_msg_dds__LowState_ s;
+
+    memset(&s, 0, sizeof s);
+    for (int k = 0; k < LEGS; k++) {
+        s.motor_state[15 + k].q = m->q[k];
+        s.motor_state[15 + k].dq = m->v[k];
+    }
+    memcpy(s.imu_state.quaternion, m->quaternion, sizeof m->quaternion);
+    memcpy(s.imu_state.gyroscope, m->gyroscope, sizeof m->gyroscope);
+    s.tick = 54321;
+    s.crc = tfa_unitree_hg_crc(&s);
+    return s;
+}
+
+static void expect(const motion *m, double qdd[LEGS])
+{
+    double q[LEGS], v[LEGS], tau[LEGS];
+    const float *o = m->quaternion, *w = m->gyroscope;
+    const double pose[7] = {0, 0, 0, (double)o[1], (double)o[2], (double)o[3], (double)o[0]};
+    const double twist[6] = {0, 0, 0, (double)w[0], (double)w[1], (double)w[2]};
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = q,
+                                 .v = v,
+                                 .tau = tau,
+                                 .base_pose = pose,
+                                 .base_twist = twist};
+    double base[6];
+    tfa_reply reply = {.qdd = qdd, .base_acceleration = base};
+
+    for (int k = 0; k < LEGS; k++) {
+        const int32_t joint = tfa_model_find_joint(model, motor_joints[k]);
+        assert_true(joint >= 0);
+        q[joint] = (double)m->q[k];
+        v[joint] = (double)m->v[k];
+        tau[joint] = m->tau[k];
+    }
+    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+}
+
+static void publish_efforts(dds_entity_t writer, const motion *m)
+{
+    const sensor_msgs_msg_dds__JointState_ sample = {
+        .header = {{3, 4}, "policy"},
+        .name = PEER_SEQUENCE(LEGS, motor_joints),
+        .effort = PEER_SEQUENCE(LEGS, (double *)(uintptr_t)m->tau)};
+
+    assert_int_equal(dds_write(writer, &sample), DDS_RETCODE_OK);
+}
+
+/* Publishes until there is an answer to this motion. */
+static void assert_answer(dds_entity_t state, const void *low_state, dds_entity_t efforts,
+                          dds_entity_t answers, const motion *m)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
+    double qdd[LEGS];
+    bool answered = false;
+
+    expect(m, qdd);
+    for (int i = 0; i < TIMES && !answered; i++) {
+        assert_int_equal(dds_write(state, low_state), DDS_RETCODE_OK);
+        publish_efforts(efforts, m);
+        answered = ros2_peer_take(answers, &sample, 200) &&
+                   memcmp(sample.points._buffer[0].accelerations._buffer, qdd, sizeof qdd) == 0;
+    }
+    assert_true(answered);
+    assert_int_equal(sample.header.stamp.sec, 3);
+    assert_int_equal(sample.joint_names._length, LEGS);
+}
+
+TEST(motors_become_joints_and_the_imu_the_base)
+{
+    for (uint64_t seed = 1; seed <= 5; seed++) {
+        const motion m = motion_of(seed), n = motion_of(100 + seed);
+        const unitree_go_msg_dds__LowState_ dog = go_state(&m);
+        const unitree_hg_msg_dds__LowState_ man = hg_state(&n);
+        assert_answer(go, &dog, go_efforts, go_answers, &m);
+        assert_answer(hg, &man, hg_efforts, hg_answers, &n);
+    }
+}
+
+/* A bit that flipped anywhere, the CRC's own included. */
+TEST(a_wrong_crc_is_refused)
+{
+    const motion m = motion_of(20);
+    unitree_go_msg_dds__LowState_ dog = go_state(&m);
+    unitree_hg_msg_dds__LowState_ man = hg_state(&m);
+
+    dog.motor_state[19].q_raw = 1e-3f;
+    man.crc ^= 1;
+    assert_int_equal(dds_write(go, &dog), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(hg, &man), DDS_RETCODE_OK);
+    assert_true(arm_await_diagnostic(&node, "dog/totalforce: /lowstate", "crc 0x") > 0);
+    assert_true(arm_await_diagnostic(&node, "man/totalforce: /man/lowstate", "crc 0x") >= 0);
+}
+
+TEST(a_motor_that_is_not_finite_is_refused_by_its_joint)
+{
+    const motion m = motion_of(21);
+    unitree_go_msg_dds__LowState_ dog = go_state(&m);
+
+    dog.motor_state[3].dq = NAN;
+    dog.crc = tfa_unitree_go_crc(&dog);
+    assert_int_equal(dds_write(go, &dog), DDS_RETCODE_OK);
+    assert_true(arm_await_diagnostic(&node, "dog/totalforce: /lowstate",
+                                     "joint 'FL_hip_joint': velocity is not finite") > 0);
+}
+
+/* After the last message the state ages, and nothing is answered. */
+TEST(a_robot_that_falls_silent_is_stale)
+{
+    const motion m = motion_of(22);
+    const unitree_go_msg_dds__LowState_ dog = go_state(&m);
+    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
+
+    assert_answer(go, &dog, go_efforts, go_answers, &m);
+    dds_sleepfor(DDS_MSECS(1200)); /* the limit is 1 s */
+    publish_efforts(go_efforts, &m);
+    assert_false(ros2_peer_take(go_answers, &sample, 100));
+    assert_int_equal(arm_await_diagnostic(&node, "dog/totalforce: /lowstate", "the limit is"), 3);
+}
+
+/* Fewer motors than the type has: the message is shorter, Cyclone does not deliver it. */
+TEST(a_publisher_with_other_motors_is_seen_as_silent)
+{
+    dds_topic_descriptor_t type = test_msg_dds__Bytes__desc;
+    const test_msg_dds__Bytes_ bytes = {{0}};
+
+    type.m_typename = unitree_hg_msg_dds__LowState__desc.m_typename;
+    const dds_entity_t writer =
+        ros2_peer_writer(node.participant, &type, "rt/mute/lowstate", PEER_SENSOR);
+    ros2_peer_await_reader(writer);
+    for (int i = 0; i < 5; i++)
+        assert_int_equal(dds_write(writer, &bytes), DDS_RETCODE_OK);
+    assert_int_equal(arm_await_diagnostic(&node, "mute/totalforce: /mute/lowstate",
+                                          "no message that can be read"),
+                     3);
+    assert_int_equal(dds_delete(writer), DDS_RETCODE_OK);
+    assert_int_equal(arm_await_diagnostic(&node, "mute/totalforce: /mute/lowstate", "no publisher"),
+                     3);
+}
+
+/* The robot's command topic belongs to its controllers. */
+TEST(nothing_is_written_to_the_robot)
+{
+    static void *found[256];
+    static dds_sample_info_t info[256];
+    const dds_entity_t reader =
+        dds_create_reader(node.participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
+    const int count = dds_read(reader, found, info, 256, 256);
+
+    assert_true(count > 3);
+    for (int k = 0; k < count; k++) {
+        const dds_builtintopic_endpoint_t *e = found[k];
+        assert_null(strstr(e->topic_name, "lowcmd"));
+    }
+    (void)dds_return_loan(reader, found, count);
+}
+
+#define ROBOT(name, type, more)                                                                    \
+    "  - name: " name "\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"           \
+    "    ros2:\n      enabled: yes\n      namespace: /" name "\n      joint_efforts: efforts\n"    \
+    "      state_age_ms: 1000\n      command_age_ms: 1000\n"                                       \
+    "      unitree:\n        type: " type "\n" more
+
+static dds_entity_t answers_of(const char *topic)
+{
+    return ros2_peer_reader(node.participant, &trajectory_msgs_msg_dds__JointTrajectory__desc,
+                            topic, PEER_DEFAULT);
+}
+
+static void open_node(void)
+{
+    const dds_entity_t p = node.participant = ros2_peer_open(test_domain());
+    const dds_topic_descriptor_t *efforts = &sensor_msgs_msg_dds__JointState__desc;
+
+    go = ros2_peer_writer(p, &unitree_go_msg_dds__LowState__desc, "rt/lowstate", PEER_DEFAULT);
+    hg = ros2_peer_writer(p, &unitree_hg_msg_dds__LowState__desc, "rt/man/lowstate", PEER_SENSOR);
+    go_efforts = ros2_peer_writer(p, efforts, "rt/dog/efforts", PEER_DEFAULT);
+    hg_efforts = ros2_peer_writer(p, efforts, "rt/man/efforts", PEER_DEFAULT);
+    go_answers = answers_of("rt/dog/totalforce/accelerations");
+    hg_answers = answers_of("rt/man/totalforce/accelerations");
+    node.diagnostics = ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
+                                        "rt/diagnostics", PEER_DEFAULT);
+}
+
+static int serve(void **state)
+{
+    const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
+    char more[128];
+
+    (void)state;
+    model = bundled_model("quadruped.urdf", &floating);
+    workspace = workspace_for(model, NULL);
+    snprintf(more, sizeof more,
+             "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n", test_domain());
+    harness_make(&running,
+                 ROBOT("dog", "go", "        motors: [" MOTORS "]\n")
+                     ROBOT("man", "hg",
+                           "        topic: /man/lowstate\n        motors: [-, -, -, -, -, -, -, -, "
+                           "-, -, -, -, -, -, -, " MOTORS "]\n")
+                         ROBOT("mute", "hg",
+                               "        topic: /mute/lowstate\n        motors: [" MOTORS "]\n"),
+                 more);
+    harness_start(&running, "dog");
+    open_node();
+    return 0;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    assert_int_equal(dds_delete(node.participant), DDS_RETCODE_OK);
+    assert_int_equal(harness_stop(&running, SIGTERM), 0);
+    harness_remove(&running);
+    tfa_workspace_free(workspace);
+    tfa_model_free(model);
+    return 0;
+}
+
+int main(void)
+{
+    return test_run(serve, stop);
+}

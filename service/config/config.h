@@ -118,7 +118,7 @@ typedef struct config_unitree {
 /* A robot's topics of ROS 2. Names as in ROS: relative ones start at the namespace, "~" is the
  * node. */
 typedef struct config_robot_ros2 {
-    bool enabled;
+    bool enabled, services;
     const char *namespace, *node;
     const char *joint_states, *odometry, *effort_commands, *joint_efforts, *trajectory;
     const char *robot_description;

@@ -136,6 +136,8 @@ static const config_row robot_ros2_rows[] = {
      .help = "Links whose Lambda^-1, Jacobian and bias acceleration are published"},
     {"unitree", CONFIG_GROUP, AT(config_robot_ros2, unitree), .table = &unitree_table,
      .help = "State of a Unitree robot in place of joint_states"},
+    {"services", CONFIG_BOOL, AT(config_robot_ros2, services), .default_value = false,
+     .help = "Answer calls of ~/forward_dynamics (clients of rmw_cyclonedds only)"},
     {"state_age_ms", CONFIG_COUNT, AT(config_robot_ros2, state_age_ms), .default_value = 100,
      .low = 1, .high = 3600000,
      .help = "Positions, velocities and wrenches that were received earlier are refused"},

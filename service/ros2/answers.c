@@ -25,16 +25,24 @@ __attribute__((format(printf, 2, 3))) static bool refuse(ros2_robot *robot, cons
     return false;
 }
 
+/* Joint values that an answer reads. */
+typedef struct joint_source {
+    tfa_joint_inputs *inputs;
+    int64_t age; /* ns, at most */
+} joint_source;
+
 /* Reads one value of all joints. */
-static bool read_joints(ros2_robot *robot, tfa_joint_inputs *from, tfa_joint_value value,
-                        int64_t age, int64_t now, double *out)
+static bool read_joints(ros2_robot *robot, const joint_source *from, tfa_joint_value value,
+                        int64_t now, double *out)
 {
     char text[sizeof robot->counts.refusal];
-    const uint64_t missing = tfa_joint_inputs_fault(from, TFA_JOINT_FAULT_MISSING)->count;
-    if (tfa_joint_inputs_read(from, value, now, age, out))
+    tfa_joint_inputs *inputs = from->inputs;
+    const uint64_t missing = tfa_joint_inputs_fault(inputs, TFA_JOINT_FAULT_MISSING)->count;
+    if (tfa_joint_inputs_read(inputs, value, now, from->age, out))
         return true;
-    const bool is_missing = tfa_joint_inputs_fault(from, TFA_JOINT_FAULT_MISSING)->count != missing;
-    ros2_fault_text(from, is_missing ? TFA_JOINT_FAULT_MISSING : TFA_JOINT_FAULT_STALE, text,
+    const bool is_missing =
+        tfa_joint_inputs_fault(inputs, TFA_JOINT_FAULT_MISSING)->count != missing;
+    ros2_fault_text(inputs, is_missing ? TFA_JOINT_FAULT_MISSING : TFA_JOINT_FAULT_STALE, text,
                     sizeof text);
     return refuse(robot, "%s", text);
 }
@@ -127,7 +135,8 @@ static void set_header(std_msgs_msg_dds__Header_ *to, const ros2_header *from)
 
 /* ---- commands ---- */
 
-static bool compute_accelerations(ros2_robot *robot, int64_t now)
+static bool compute_accelerations(ros2_robot *robot, const joint_source *state,
+                                  const joint_source *command, int64_t now)
 {
     ros2_arrays *a = robot->arrays;
     double wrenches[TFA_MAX_WRENCHES][6];
@@ -141,22 +150,52 @@ static bool compute_accelerations(ros2_robot *robot, int64_t now)
     tfa_reply reply = {.qdd = a->qdd,
                        .base_acceleration = a->base ? a->base_acceleration : NULL,
                        .answers = &a->answer};
-    return read_joints(robot, a->state, TFA_JOINT_POSITION, robot->state_age, now, a->q) &&
-           read_joints(robot, a->state, TFA_JOINT_VELOCITY, robot->state_age, now, a->v) &&
-           read_joints(robot, a->command, TFA_JOINT_EFFORT, robot->command_age, now, a->tau) &&
+    return read_joints(robot, state, TFA_JOINT_POSITION, now, a->q) &&
+           read_joints(robot, state, TFA_JOINT_VELOCITY, now, a->v) &&
+           read_joints(robot, command, TFA_JOINT_EFFORT, now, a->tau) &&
            read_base(robot, now, &request) && read_wrenches(robot, now, &request, wrenches) &&
            solve(robot, &request, &reply);
 }
 
 void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t now)
 {
-    if (!leads(robot))
-        return;
-    if (!compute_accelerations(robot, now))
+    const joint_source state = {robot->arrays->state, robot->state_age};
+    const joint_source command = {robot->arrays->command, robot->command_age};
+    if (!leads(robot) || !compute_accelerations(robot, &state, &command, now))
         return;
     set_header(&robot->arrays->accelerations.header, header);
     publish(robot, ROS2_ACCELERATIONS, &robot->arrays->accelerations);
     robot->counts.answers++;
+}
+
+/* ---- the service ---- */
+
+/* State and efforts come with the call; base and wrenches are those of the topics. */
+void ros2_answer_call(ros2_input *in, const void *sample, int64_t now)
+{
+    const totalforce_msgs_srv_dds__ForwardDynamics_Request_ *call = sample;
+    ros2_robot *robot = in->robot;
+    ros2_arrays *a = robot->arrays;
+    const joint_source source = {a->call, 0};
+    const tfa_joint_message message = ros2_message_of(&call->state);
+    const uint64_t refused = in->refused;
+    totalforce_msgs_srv_dds__ForwardDynamics_Response_ reply = {
+        .guid = call->guid, .seq = call->seq, .message = robot->counts.refusal};
+    if (!leads(robot))
+        return;
+    tfa_joint_inputs_forget(a->call); /* of the call before */
+    (void)ros2_merge(in, a->call, &message, ROS2_STATE_VALUES | 1u << TFA_JOINT_EFFORT, now);
+    if (in->refused != refused) {
+        reply.message = in->error;
+    } else if (compute_accelerations(robot, &source, &source, now)) {
+        reply.success = true;
+        reply.message = (char *)(uintptr_t) ""; /* only read */
+        reply.name = a->accelerations.joint_names;
+        reply.acceleration = a->point.accelerations;
+        robot->counts.answers++;
+    }
+    if (dds_write(robot->reply_writer, &reply) != DDS_RETCODE_OK)
+        robot->counts.dropped++;
 }
 
 /* ---- states ---- */
@@ -212,7 +251,8 @@ static void answer_tips(ros2_robot *robot, int64_t now)
                            .q = a->q};
     tfa_reply reply = {.lambda_inv = a->lambda_inv, .jacobian = a->jacobian, .answers = &a->answer};
     memcpy(request.tips, a->tips, sizeof request.tips);
-    if (bias && read_joints(robot, a->state, TFA_JOINT_VELOCITY, robot->state_age, now, a->v)) {
+    const joint_source state = {a->state, robot->state_age};
+    if (bias && read_joints(robot, &state, TFA_JOINT_VELOCITY, now, a->v)) {
         request.flags |= TFA_WANT_BIAS_ACCELERATION;
         request.v = a->v;
         reply.bias_acceleration = a->bias;
@@ -231,9 +271,9 @@ void ros2_answer_state(ros2_robot *robot, int64_t now)
     const bool gravity = is_read(robot, ROS2_GRAVITY_TORQUES);
     const bool tips = is_read(robot, ROS2_LAMBDA_INV) || is_read(robot, ROS2_JACOBIAN) ||
                       is_read(robot, ROS2_BIAS_ACCELERATION);
-    ros2_arrays *a = robot->arrays;
+    const joint_source state = {robot->arrays->state, robot->state_age};
     if ((!gravity && !tips) || !leads(robot) ||
-        !read_joints(robot, a->state, TFA_JOINT_POSITION, robot->state_age, now, a->q))
+        !read_joints(robot, &state, TFA_JOINT_POSITION, now, robot->arrays->q))
         return;
     if (gravity)
         answer_gravity(robot, now);

@@ -31,6 +31,7 @@ void ros2_arrays_free(ros2_arrays *a)
         return;
     tfa_joint_inputs_free(a->state);
     tfa_joint_inputs_free(a->command);
+    tfa_joint_inputs_free(a->call);
     free(a->names);
     free(a->command_names);
     free(a->numbers);
@@ -71,7 +72,8 @@ static bool make_names(const ros2_robot *robot, ros2_arrays *a)
         a->command_names[j] = robot->joints.count ? robot->joints.text[j] : a->names[j];
     a->state = tfa_joint_inputs_create(a->names, a->joints);
     a->command = tfa_joint_inputs_create(a->names, a->joints);
-    return a->state && a->command;
+    a->call = tfa_joint_inputs_create(a->names, a->joints);
+    return a->state && a->command && a->call;
 }
 
 /* Links and joints exist: tfa_ros2_check. */

@@ -37,6 +37,8 @@ static const endpoint inputs[ROS2_INPUT_KINDS] = {
     [ROS2_EFFORT_COMMANDS] = {&std_msgs_msg_dds__Float64MultiArray__desc, false, false,
                               STATE_DEPTH},
     [ROS2_JOINT_EFFORTS] = {&sensor_msgs_msg_dds__JointState__desc, false, false, STATE_DEPTH},
+    [ROS2_FORWARD_DYNAMICS] = {&totalforce_msgs_srv_dds__ForwardDynamics_Request__desc, true, false,
+                               ANSWER_DEPTH},
     [ROS2_TRAJECTORY] = {&trajectory_msgs_msg_dds__JointTrajectory__desc, false, false, 4},
 };
 
@@ -116,6 +118,9 @@ static bool is_short(const ros2_input *input, const void *sample)
         return is_short_array(sample, limit);
     case ROS2_TRAJECTORY:
         return is_short_trajectory(sample, limit);
+    case ROS2_FORWARD_DYNAMICS:
+        return is_short_state(
+            &((const totalforce_msgs_srv_dds__ForwardDynamics_Request_ *)sample)->state, limit);
     default:
         return true;
     }
@@ -151,20 +156,20 @@ static dds_qos_t *make_qos(const endpoint *e)
     return qos;
 }
 
-/* DDS topic of a ROS topic; `prefix` "rt", or "" for that of the graph. */
+/* Topics are rt/NAME, services rq/NAMERequest and rr/NAMEReply; that of the graph has no prefix. */
 static dds_entity_t make_topic(dds_entity_t participant, const endpoint *e, const char *prefix,
-                               const char *name)
+                               const char *name, const char *suffix)
 {
-    char topic[TFA_ROS2_NAME_MAX + 8];
-    snprintf(topic, sizeof topic, "%s%s", prefix, name);
+    char topic[TFA_ROS2_NAME_MAX + 16];
+    snprintf(topic, sizeof topic, "%s%s%s", prefix, name, suffix);
     return dds_create_topic(participant, e->type, topic, NULL, NULL);
 }
 
 /* The entity itself, or why it was not made. */
 static dds_entity_t make_writer(dds_entity_t participant, const endpoint *e, const char *prefix,
-                                const char *name)
+                                const char *name, const char *suffix)
 {
-    const dds_entity_t topic = make_topic(participant, e, prefix, name);
+    const dds_entity_t topic = make_topic(participant, e, prefix, name, suffix);
     if (topic < 0)
         return topic;
     dds_qos_t *qos = make_qos(e);
@@ -180,7 +185,9 @@ dds_entity_t ros2_make_reader(dds_entity_t participant, ros2_input *input)
     const endpoint *e = &inputs[input->kind];
     const struct dds_topic_filter few = {
         .mode = DDS_TOPIC_FILTER_SAMPLE_ARG, .f.sample_arg = filter, .arg = input};
-    const dds_entity_t topic = make_topic(participant, e, "rt", input->name);
+    const bool service = input->kind == ROS2_FORWARD_DYNAMICS;
+    const dds_entity_t topic =
+        make_topic(participant, e, service ? "rq" : "rt", input->name, service ? "Request" : "");
     if (topic < 0)
         return topic;
     const dds_return_t code = dds_set_topic_filter_extended(topic, &few);
@@ -196,19 +203,26 @@ dds_entity_t ros2_make_reader(dds_entity_t participant, ros2_input *input)
 
 dds_entity_t ros2_make_writer(dds_entity_t participant, ros2_output_kind kind, const char *name)
 {
-    return make_writer(participant, &outputs[kind], "rt", name);
+    return make_writer(participant, &outputs[kind], "rt", name, "");
+}
+
+dds_entity_t ros2_make_reply_writer(dds_entity_t participant, const char *name)
+{
+    static const endpoint reply = {&totalforce_msgs_srv_dds__ForwardDynamics_Response__desc, true,
+                                   false, ANSWER_DEPTH};
+    return make_writer(participant, &reply, "rr", name, "Reply");
 }
 
 dds_entity_t ros2_make_diagnostics_writer(dds_entity_t participant)
 {
     static const endpoint diagnostics = {&diagnostic_msgs_msg_dds__DiagnosticArray__desc, true,
                                          false, ANSWER_DEPTH};
-    return make_writer(participant, &diagnostics, "rt", "/diagnostics");
+    return make_writer(participant, &diagnostics, "rt", "/diagnostics", "");
 }
 
 dds_entity_t ros2_make_graph_writer(dds_entity_t participant)
 {
     static const endpoint graph = {&rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc, true,
                                    true, 1};
-    return make_writer(participant, &graph, "", "ros_discovery_info");
+    return make_writer(participant, &graph, "", "ros_discovery_info", "");
 }

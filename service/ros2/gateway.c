@@ -11,6 +11,7 @@
 #include <time.h>
 
 #define NS_PER_MS INT64_C(1000000)
+#define SERVICE "~/forward_dynamics"
 #define DIAGNOSTICS_NS (1000 * NS_PER_MS) /* as diagnostic_updater of ROS */
 
 static char last_error[TFA_ROS2_NAME_MAX + 128];
@@ -98,7 +99,8 @@ static bool add_inputs(ros2_robot *robot, const config_robot_ros2 *c)
         good = add_input(robot, ROS2_WRENCH, k, c->wrenches[k].topic);
     return good && add_input(robot, ROS2_EFFORT_COMMANDS, 0, c->effort_commands) &&
            add_input(robot, ROS2_JOINT_EFFORTS, 0, c->joint_efforts) &&
-           add_input(robot, ROS2_TRAJECTORY, 0, c->trajectory);
+           add_input(robot, ROS2_TRAJECTORY, 0, c->trajectory) &&
+           add_input(robot, ROS2_FORWARD_DYNAMICS, 0, c->services ? SERVICE : NULL);
 }
 
 static void set_arrays(ros2_robot *robot, ros2_arrays *arrays)
@@ -193,6 +195,16 @@ static dds_entity_t make_participant(uint32_t domain)
     return participant;
 }
 
+/* Where the service is read, it is the last input. */
+static bool make_reply_writer(const tfa_ros2 *gateway, ros2_robot *robot)
+{
+    const ros2_input *last = robot->input_count ? &robot->inputs[robot->input_count - 1] : NULL;
+    if (!last || last->kind != ROS2_FORWARD_DYNAMICS)
+        return true;
+    robot->reply_writer = ros2_make_reply_writer(gateway->participant, last->name);
+    return !failed(robot->reply_writer, last->name);
+}
+
 /* Answers about tips only where there are tips. */
 static bool make_writers(const tfa_ros2 *gateway, ros2_robot *robot)
 {
@@ -211,7 +223,7 @@ static bool make_writers(const tfa_ros2 *gateway, ros2_robot *robot)
         if (failed(robot->writers[k], name))
             return false;
     }
-    return true;
+    return make_reply_writer(gateway, robot);
 }
 
 static int make_entities(tfa_ros2 *gateway, uint32_t domain)

@@ -12,7 +12,7 @@
 #include <string.h>
 
 typedef struct node {
-    rmw_dds_common_msg_dds__Gid_ readers[ROS2_INPUTS_MAX], writers[ROS2_OUTPUT_KINDS + 1];
+    rmw_dds_common_msg_dds__Gid_ readers[ROS2_INPUTS_MAX], writers[ROS2_OUTPUT_KINDS + 2];
 } node;
 
 /* A GUID of DDS is the gid of ROS. */

@@ -82,7 +82,7 @@ static ros2_header header_of(const std_msgs_msg_dds__Header_ *h)
     return header;
 }
 
-static tfa_joint_message message_of(const sensor_msgs_msg_dds__JointState_ *m)
+tfa_joint_message ros2_message_of(const sensor_msgs_msg_dds__JointState_ *m)
 {
     return (tfa_joint_message){
         .name = (const char *const *)m->name._buffer,
@@ -96,7 +96,7 @@ static void read_joint_state(ros2_input *in, const void *sample, int64_t now)
 {
     const sensor_msgs_msg_dds__JointState_ *m = sample;
     ros2_robot *robot = in->robot;
-    const tfa_joint_message message = message_of(m);
+    const tfa_joint_message message = ros2_message_of(m);
     if (!ros2_merge(in, robot->arrays->state, &message, ROS2_STATE_VALUES, now))
         return;
     robot->state_header = header_of(&m->header);
@@ -140,7 +140,7 @@ static void read_named_efforts(ros2_input *in, const std_msgs_msg_dds__Header_ *
 static void read_joint_efforts(ros2_input *in, const void *sample, int64_t now)
 {
     const sensor_msgs_msg_dds__JointState_ *m = sample;
-    const tfa_joint_message message = message_of(m);
+    const tfa_joint_message message = ros2_message_of(m);
     read_named_efforts(in, &m->header, &message, now);
 }
 
@@ -237,6 +237,7 @@ static const reader_of readers[ROS2_INPUT_KINDS] = {
     [ROS2_EFFORT_COMMANDS] = read_effort_commands,
     [ROS2_JOINT_EFFORTS] = read_joint_efforts,
     [ROS2_TRAJECTORY] = read_trajectory,
+    [ROS2_FORWARD_DYNAMICS] = ros2_answer_call,
 };
 
 /* A bound, so that one topic cannot hold up the others: more come with the next wake-up. */

@@ -182,6 +182,12 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *s, const tfa_joint_message *m, uin
     return true;
 }
 
+void tfa_joint_inputs_forget(tfa_joint_inputs *s)
+{
+    for (uint32_t j = 0; j < s->count; j++)
+        s->joint[j].has = 0;
+}
+
 /* ---- values out ---- */
 
 int64_t tfa_joint_inputs_age(const tfa_joint_inputs *s, uint32_t joint, tfa_joint_value value,

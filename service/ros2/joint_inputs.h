@@ -83,6 +83,9 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *inputs, const tfa_joint_message *m
 bool tfa_joint_inputs_read(tfa_joint_inputs *inputs, tfa_joint_value value, int64_t now,
                            int64_t age_max, double *out);
 
+/** Forgets all values; faults stay counted. */
+void tfa_joint_inputs_forget(tfa_joint_inputs *inputs);
+
 /** The newest value of joint `joint`: how old it is, ns; -1: none was received. */
 int64_t tfa_joint_inputs_age(const tfa_joint_inputs *inputs, uint32_t joint, tfa_joint_value value,
                              int64_t now);

@@ -36,6 +36,7 @@ typedef enum ros2_input_kind {
     ROS2_EFFORT_COMMANDS,
     ROS2_JOINT_EFFORTS,
     ROS2_TRAJECTORY,
+    ROS2_FORWARD_DYNAMICS, /* requests of the service */
     ROS2_INPUT_KINDS
 } ros2_input_kind;
 
@@ -107,6 +108,7 @@ typedef struct ros2_arrays {
     const char **command_names; /* of effort_commands */
     uint32_t command_count;
     tfa_joint_inputs *state, *command;
+    tfa_joint_inputs *call;               /* of a service */
     int32_t motor_joint[ROS2_MOTORS_MAX]; /* joint of each motor; -1: none */
     double *numbers;                      /* the memory of the following */
     double *q, *v, *tau, *qdd, *gravity, *lambda_inv, *jacobian, *bias;
@@ -142,6 +144,7 @@ struct ros2_robot {
     ros2_input inputs[ROS2_INPUTS_MAX];
     uint32_t input_count;
     dds_entity_t writers[ROS2_OUTPUT_KINDS];
+    dds_entity_t reply_writer; /* of the service; 0: none */
 
     pthread_mutex_t mutex; /* guards what follows */
     ros2_arrays *arrays;   /* NULL: no memory at the last exchange */
@@ -176,6 +179,8 @@ struct tfa_ros2 {
 dds_entity_t ros2_make_reader(dds_entity_t participant, ros2_input *input);
 /* Writer of an output with this full name. */
 dds_entity_t ros2_make_writer(dds_entity_t participant, ros2_output_kind kind, const char *name);
+/* Writer of a service's replies. */
+dds_entity_t ros2_make_reply_writer(dds_entity_t participant, const char *name);
 dds_entity_t ros2_make_diagnostics_writer(dds_entity_t participant);
 dds_entity_t ros2_make_graph_writer(dds_entity_t participant);
 /* Messages of a robot with so many joints may have so many names. */
@@ -193,6 +198,8 @@ void ros2_arrays_free(ros2_arrays *a);
 
 /* Takes what has come. */
 void ros2_read_inputs(ros2_robot *robot, int64_t now);
+/* The arrays of a JointState. */
+tfa_joint_message ros2_message_of(const sensor_msgs_msg_dds__JointState_ *m);
 /* Refuses a message of the input. */
 __attribute__((format(printf, 2, 3))) void ros2_refuse(ros2_input *input, const char *format, ...);
 /* Merges a message into joint values, and refuses it if all or a joint of it is bad. @return false:
@@ -213,6 +220,8 @@ void ros2_read_low_state_hg(ros2_input *in, const void *sample, int64_t now);
 
 /* Forward dynamics of the state and the commands as they are; the header is echoed. */
 void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t now);
+/* Answers a call of the service. */
+void ros2_answer_call(ros2_input *in, const void *sample, int64_t now);
 /* Operational space and gravity torques of the state, for those that read them. */
 void ros2_answer_state(ros2_robot *robot, int64_t now);
 

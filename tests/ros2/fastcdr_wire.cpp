@@ -161,6 +161,7 @@ template <class Stream> void field(Stream &s, const msg_field &f, void *member)
         return s.template numbers<int8_t>(f, member);
     case MSG_UINT8:
     case MSG_BYTE:
+    case MSG_BOOLEAN: /* one byte, 0 or 1 */
         return s.template numbers<uint8_t>(f, member);
     case MSG_INT16:
         return s.template numbers<int16_t>(f, member);

@@ -200,6 +200,63 @@ TEST(operational_space_is_that_of_the_library)
     assert_memory_equal(g.effort._buffer, gravity, sizeof gravity);
 }
 
+/* ---- the service ---- */
+
+static totalforce_msgs_srv_dds__ForwardDynamics_Response_ *
+call(dds_entity_t requests, dds_entity_t replies,
+     const totalforce_msgs_srv_dds__ForwardDynamics_Request_ *request)
+{
+    static totalforce_msgs_srv_dds__ForwardDynamics_Response_ reply;
+
+    assert_int_equal(dds_write(requests, request), DDS_RETCODE_OK);
+    do
+        assert_true(ros2_peer_take(replies, &reply, 10000));
+    while (reply.guid != request->guid || reply.seq != request->seq);
+    return &reply;
+}
+
+/* State and efforts come with the call: no topic is read, and no call sees those of another. */
+TEST(calls_are_answered_to_their_caller)
+{
+    const dds_entity_t requests =
+        ros2_peer_writer(node.participant, &totalforce_msgs_srv_dds__ForwardDynamics_Request__desc,
+                         "rq/arm/totalforce/forward_dynamicsRequest", PEER_DEFAULT);
+    const dds_entity_t replies =
+        ros2_peer_reader(node.participant, &totalforce_msgs_srv_dds__ForwardDynamics_Response__desc,
+                         "rr/arm/totalforce/forward_dynamicsReply", PEER_DEFAULT);
+    arm_motion m = arm_motion_of(41);
+    double qdd[JOINTS];
+    totalforce_msgs_srv_dds__ForwardDynamics_Request_ request = {
+        .guid = 77,
+        .state = {.name = PEER_SEQUENCE(JOINTS, arm_joints),
+                  .position = PEER_SEQUENCE(JOINTS, m.q),
+                  .velocity = PEER_SEQUENCE(JOINTS, m.v),
+                  .effort = PEER_SEQUENCE(JOINTS, m.tau)}};
+
+    ros2_peer_await_reader(requests);
+    ros2_peer_await_writer(replies);
+    dds_sleepfor(DDS_MSECS(200)); /* the other side may match later */
+    for (request.seq = 1; request.seq <= 20; request.seq++) {
+        m = arm_motion_of(500 + (uint64_t)request.seq);
+        expect_accelerations(&m, qdd);
+        const totalforce_msgs_srv_dds__ForwardDynamics_Response_ *r =
+            call(requests, replies, &request);
+        assert_true(r->success);
+        assert_string_equal(r->message, "");
+        assert_int_equal(r->acceleration._length, JOINTS);
+        assert_memory_equal(r->acceleration._buffer, qdd, sizeof qdd);
+        assert_string_equal(r->name._buffer[2], "joint_3");
+    }
+    request.state.name._length = request.state.position._length = 6;
+    request.state.velocity._length = request.state.effort._length = 6;
+    assert_false(call(requests, replies, &request)->success);
+    assert_string_equal(call(requests, replies, &request)->message,
+                        "joint 'joint_7': no position was received");
+    request.state.effort._length = 2;
+    assert_string_equal(call(requests, replies, &request)->message,
+                        "effort: neither empty nor as long as the names");
+}
+
 /* ---- refusals ---- */
 
 static void assert_silent(void)
@@ -299,10 +356,11 @@ static int serve(void **state)
     (void)state;
     model = bundled_model("arm7.urdf", NULL);
     workspace = workspace_for(model, NULL);
-    snprintf(yaml, sizeof yaml,
-             "%s  - name: lonely\n    urdf: @/config/robots/arm7.urdf\n"
-             "    ros2: {enabled: yes, namespace: /lonely}\n",
-             arm_yaml("      state_age_ms: 1000\n      command_age_ms: 1000\n"));
+    snprintf(
+        yaml, sizeof yaml,
+        "%s  - name: lonely\n    urdf: @/config/robots/arm7.urdf\n"
+        "    ros2: {enabled: yes, namespace: /lonely}\n",
+        arm_yaml("      services: yes\n      state_age_ms: 1000\n      command_age_ms: 1000\n"));
     harness_serve(&daemon_process, yaml, arm_settings(""));
     arm_node_open(&node);
     return 0;

@@ -391,6 +391,25 @@ const msg service_request =
     MSG(service_request_fields, "test/srv/Dynamics_Request", &test_srv_dds__Dynamics_Request__desc);
 #undef S
 
+#define S totalforce_msgs_srv_dds__ForwardDynamics_Request_
+static const msg_field call_fields[] = {
+    ONE(guid, MSG_UINT64),
+    ONE(seq, MSG_INT64),
+    SUB(state, joint_state),
+};
+const msg service_call = MSG(call_fields, "totalforce_msgs/srv/ForwardDynamics_Request",
+                             &totalforce_msgs_srv_dds__ForwardDynamics_Request__desc);
+#undef S
+
+#define S totalforce_msgs_srv_dds__ForwardDynamics_Response_
+static const msg_field reply_fields[] = {
+    ONE(guid, MSG_UINT64),    ONE(seq, MSG_INT64),   ONE(success, MSG_BOOLEAN),
+    ONE(message, MSG_STRING), SEQ(name, MSG_STRING), SEQ(acceleration, MSG_DOUBLE),
+};
+const msg service_reply = MSG(reply_fields, "totalforce_msgs/srv/ForwardDynamics_Response",
+                              &totalforce_msgs_srv_dds__ForwardDynamics_Response__desc);
+#undef S
+
 const msg *const messages[MESSAGES_MAX] = {
     &time_stamp,
     &duration,

@@ -28,6 +28,7 @@ typedef enum msg_type {
     MSG_UINT64 = 9,
     MSG_FLOAT = 10,
     MSG_DOUBLE = 11,
+    MSG_BOOLEAN = 15,
     MSG_BYTE = 16,
     MSG_STRING = 17,
     MSG_BOUNDED_STRING = 21,
@@ -61,6 +62,8 @@ struct msg {
 extern const msg *const messages[MESSAGES_MAX];
 /** Request of a service as rmw_cyclonedds sends it; not an own message. */
 extern const msg service_request;
+/** Call and reply of totalforce_msgs/srv/ForwardDynamics, in the same way. */
+extern const msg service_call, service_reply;
 
 /** The message of a topic; fails the test if there is none. */
 const msg *msg_of_topic(const dds_topic_descriptor_t *topic);

@@ -11,7 +11,7 @@
 static const size_t width_of[] = {
     [MSG_INT8] = 1,  [MSG_UINT8] = 1,  [MSG_INT16] = 2, [MSG_UINT16] = 2,
     [MSG_INT32] = 4, [MSG_UINT32] = 4, [MSG_INT64] = 8, [MSG_UINT64] = 8,
-    [MSG_FLOAT] = 4, [MSG_DOUBLE] = 8, [MSG_BYTE] = 1,
+    [MSG_FLOAT] = 4, [MSG_DOUBLE] = 8, [MSG_BYTE] = 1,  [MSG_BOOLEAN] = 1,
 };
 
 size_t msg_element_size(const msg_field *field)
@@ -72,6 +72,8 @@ static void fill_element(const msg_field *field, uint8_t *element, struct random
         char *const text = lasting(length + 1);
         fill_string(text, length, seed);
         memcpy(element, &text, sizeof text);
+    } else if (field->type == MSG_BOOLEAN) {
+        *element = (uint8_t)random_below(seed, 2);
     } else {
         for (size_t i = 0; i < width_of[field->type]; i++)
             element[i] = (uint8_t)random_below(seed, 256);

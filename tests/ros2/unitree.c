@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Robots that publish a LowState: motors in the order of the robot, orientation from the IMU, a CRC;
+ * Robots that publish a LowState: motors in the order of the robot, orientation of the IMU, a CRC;
  * and publishers that do it wrong.
  */
 #include "dds/dds_test.h"

@@ -149,6 +149,8 @@ TEST(random_samples_have_the_bytes_of_the_specification_and_truncated_ones_are_r
         if ((*m)->topic != NULL)
             check_type(*m);
     check_type(&service_request);
+    check_type(&service_call);
+    check_type(&service_reply);
 }
 
 int main(void)

@@ -11,6 +11,7 @@
 #include <time.h>
 
 #define NS_PER_MS INT64_C(1000000)
+#define READY_MAX 64 /* inputs that one wake-up tells */
 #define SERVICE "~/forward_dynamics"
 #define DIAGNOSTICS_NS (1000 * NS_PER_MS) /* as diagnostic_updater of ROS */
 
@@ -284,13 +285,23 @@ int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **result)
 
 /* ---- the thread ---- */
 
-static void serve(tfa_ros2 *gateway, int64_t now)
+static void serve(ros2_robot *robot, int64_t now)
 {
-    for (uint32_t i = 0; i < gateway->robot_count; i++) {
-        ros2_robot *robot = &gateway->robots[i];
-        pthread_mutex_lock(&robot->mutex);
-        ros2_read_inputs(robot, now);
-        pthread_mutex_unlock(&robot->mutex);
+    pthread_mutex_lock(&robot->mutex);
+    ros2_read_inputs(robot, now);
+    pthread_mutex_unlock(&robot->mutex);
+}
+
+/* Robots with new messages, each once; more inputs than fit come with the next wake-up. */
+static void serve_ready(const dds_attach_t *ready, dds_return_t count, int64_t now)
+{
+    for (dds_return_t k = 0; k < count; k++) {
+        ros2_robot *robot = (ros2_robot *)ready[k]; /* NULL: the guard condition */
+        dds_return_t before = 0;
+        while (before < k && ready[before] != ready[k])
+            before++;
+        if (robot && before == k)
+            serve(robot, now);
     }
 }
 
@@ -305,9 +316,11 @@ static void *run(void *arg)
     tfa_ros2 *gateway = arg;
     int64_t now = monotonic(), next = now + DIAGNOSTICS_NS;
     while (!is_stopped(gateway)) {
-        (void)dds_waitset_wait(gateway->waitset, NULL, 0, next > now ? next - now : 0);
+        dds_attach_t ready[READY_MAX];
+        const dds_return_t count =
+            dds_waitset_wait(gateway->waitset, ready, READY_MAX, next > now ? next - now : 0);
         now = monotonic();
-        serve(gateway, now);
+        serve_ready(ready, count < READY_MAX ? count : READY_MAX, now);
         if (now >= next) {
             ros2_publish_diagnostics(gateway, now);
             next = now + DIAGNOSTICS_NS;
@@ -323,7 +336,7 @@ static int make_readers(tfa_ros2 *gateway, ros2_robot *robot)
         in->reader = ros2_make_reader(gateway->participant, in);
         if (failed(in->reader, in->name) ||
             failed(dds_set_status_mask(in->reader, DDS_DATA_AVAILABLE_STATUS), in->name) ||
-            failed(dds_waitset_attach(gateway->waitset, in->reader, 0), in->name))
+            failed(dds_waitset_attach(gateway->waitset, in->reader, (dds_attach_t)robot), in->name))
             return TFA_E_SYSTEM;
     }
     return TFA_OK;

@@ -243,18 +243,22 @@ static const reader_of readers[ROS2_INPUT_KINDS] = {
 /* A bound, so that one topic cannot hold up the others: more come with the next wake-up. */
 #define MESSAGES_AT_ONCE 64
 
+void ros2_read_message(ros2_input *in, const void *sample, int64_t now)
+{
+    in->received++;
+    in->last = now;
+    if (in->robot->arrays || in->kind == ROS2_ROBOT_DESCRIPTION)
+        readers[in->kind](in, sample, now);
+}
+
 static void read_input(ros2_input *in, int64_t now)
 {
     dds_sample_info_t info;
     for (int k = 0; k < MESSAGES_AT_ONCE; k++) {
         if (dds_take(in->reader, &in->sample, &info, 1, 1) <= 0)
             return;
-        if (!info.valid_data)
-            continue;
-        in->received++;
-        in->last = now;
-        if (in->robot->arrays || in->kind == ROS2_ROBOT_DESCRIPTION)
-            readers[in->kind](in, in->sample, now);
+        if (info.valid_data)
+            ros2_read_message(in, in->sample, now);
     }
 }
 

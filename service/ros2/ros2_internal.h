@@ -198,6 +198,8 @@ void ros2_arrays_free(ros2_arrays *a);
 
 /* Takes what has come. */
 void ros2_read_inputs(ros2_robot *robot, int64_t now);
+/* Reads one message of the input. */
+void ros2_read_message(ros2_input *in, const void *sample, int64_t now);
 /* The arrays of a JointState. */
 tfa_joint_message ros2_message_of(const sensor_msgs_msg_dds__JointState_ *m);
 /* Refuses a message of the input. */

@@ -372,6 +372,10 @@ int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t index, const tfa_model *model,
     ros2_arrays *next = ros2_arrays_create(robot, model);
     pthread_mutex_lock(&robot->mutex);
     ros2_arrays *before = robot->arrays;
+    if (next && before) {
+        tfa_joint_inputs_adopt(next->state, before->state);
+        tfa_joint_inputs_adopt(next->command, before->command);
+    }
     set_arrays(robot, next);
     robot->solver = *solver;
     pthread_mutex_unlock(&robot->mutex);

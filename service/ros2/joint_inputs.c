@@ -182,6 +182,19 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *s, const tfa_joint_message *m, uin
     return true;
 }
 
+void tfa_joint_inputs_adopt(tfa_joint_inputs *s, const tfa_joint_inputs *before)
+{
+    for (uint32_t j = 0; j < s->count; j++) {
+        const uint32_t k = search(before, s->joint[j].name);
+        if (k == NONE)
+            continue;
+        memcpy(s->joint[j].value, before->joint[k].value, sizeof s->joint[j].value);
+        memcpy(s->joint[j].received, before->joint[k].received, sizeof s->joint[j].received);
+        s->joint[j].has = before->joint[k].has;
+    }
+    memcpy(s->fault, before->fault, sizeof s->fault);
+}
+
 void tfa_joint_inputs_forget(tfa_joint_inputs *s)
 {
     for (uint32_t j = 0; j < s->count; j++)

@@ -87,6 +87,32 @@ TEST(publishers_with_some_of_the_joints_are_merged)
     tfa_joint_inputs_free(s);
 }
 
+/* Another model of the same robot: joints of the same name keep values and ages, others have none. */
+TEST(another_model_takes_over_what_was_received)
+{
+    static const char *const next[] = {"wrist", "finger", "shoulder"};
+    static const double q[] = {1, 2, 3};
+    tfa_joint_inputs *s = arm_inputs(), *t = tfa_joint_inputs_create(next, 3);
+    const tfa_joint_message m = positions(arm, q, 3), few = positions(next + 1, q, 1);
+    double x[3];
+
+    assert_non_null(t);
+    assert_true(tfa_joint_inputs_merge(s, &m, POSITION, 100));
+    assert_true(tfa_joint_inputs_merge(s, &few, POSITION, 110)); /* unknown */
+    tfa_joint_inputs_adopt(t, s);
+    assert_fault(t, TFA_JOINT_FAULT_UNKNOWN, 1, "finger");
+    assert_int_equal(tfa_joint_inputs_age(t, 0, TFA_JOINT_POSITION, 120), 20);
+    assert_int_equal(tfa_joint_inputs_age(t, 1, TFA_JOINT_POSITION, 120), -1);
+    assert_true(tfa_joint_inputs_merge(t, &few, POSITION, 120));
+    assert_true(tfa_joint_inputs_read(t, TFA_JOINT_POSITION, 120, 20, x));
+    assert_true(x[0] == 3 && x[1] == 1 && x[2] == 1);
+    tfa_joint_inputs_forget(t);
+    assert_false(tfa_joint_inputs_read(t, TFA_JOINT_POSITION, 120, 20, x));
+    assert_fault(t, TFA_JOINT_FAULT_MISSING, 1, "wrist");
+    tfa_joint_inputs_free(t);
+    tfa_joint_inputs_free(s);
+}
+
 TEST(each_value_is_of_its_own)
 {
     static const double q[] = {1, 2, 3}, v[] = {4, 5, 6}, tau[] = {7, 8, 9};

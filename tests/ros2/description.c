@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Robot descriptions over a topic while the robot is asked: every answer is that of one of the
+ * models, none is lost, and a bad description leaves the model as it was.
+ */
+#include "dds/dds_test.h"
+
+#include "models.h"
+#include "ros2_arm.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <string.h>
+#include <sys/wait.h>
+
+#define SWAPS 100
+#define UNDER_WAY 8 /* commands without an answer at once */
+
+/* The bundled arm, and the same with another mass. */
+typedef struct variant {
+    char *text;
+    tfa_model *model;
+    tfa_workspace *workspace;
+} variant;
+
+static variant variants[2];
+static harness running;
+static arm_node node;
+
+static char *read_file(const char *path)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = fopen(path, "r");
+
+    assert_non_null(file);
+    assert_true(getdelim(&text, &size, 0, file) > 0);
+    fclose(file);
+    return text;
+}
+
+/* The text with `from`, which is there, in place of `to`. */
+static char *replace(const char *text, const char *from, const char *to)
+{
+    const char *at = strstr(text, from);
+    char *result;
+
+    assert_non_null(at);
+    assert_true(asprintf(&result, "%.*s%s%s", (int)(at - text), text, to, at + strlen(from)) > 0);
+    return result;
+}
+
+static void make_variants(void)
+{
+    variants[0].text = read_file(TFA_SOURCE_DIR "/config/robots/arm7.urdf");
+    variants[1].text = replace(variants[0].text, "<mass value=\"2.8\"/>", "<mass value=\"5.6\"/>");
+    for (int k = 0; k < 2; k++) {
+        tfa_description *d;
+        tfa_report report = {0};
+        assert_int_equal(
+            tfa_urdf_parse(variants[k].text, strlen(variants[k].text), NULL, &d, &report), TFA_OK);
+        variants[k].model = compiled(d, NULL);
+        variants[k].workspace = workspace_for(variants[k].model, NULL);
+        tfa_description_free(d);
+        tfa_report_free(&report);
+    }
+}
+
+static void free_variants(void)
+{
+    for (int k = 0; k < 2; k++) {
+        tfa_workspace_free(variants[k].workspace);
+        tfa_model_free(variants[k].model);
+        free(variants[k].text);
+    }
+}
+
+static void publish_description(dds_entity_t writer, char *text)
+{
+    const std_msgs_msg_dds__String_ sample = {text};
+    assert_int_equal(dds_write(writer, &sample), DDS_RETCODE_OK);
+}
+
+/* ---- load ---- */
+
+typedef struct load {
+    pthread_t thread;
+    _Atomic bool stop;
+    _Atomic int model; /* that answered last */
+    uint32_t sent, answered;
+    const char *error;
+} load;
+
+/* The variant whose answer this is, from the state in the message; -1: neither. */
+static int variant_of(const trajectory_msgs_msg_dds__JointTrajectory_ *m)
+{
+    const trajectory_msgs_msg_dds__JointTrajectoryPoint_ *p = &m->points._buffer[0];
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = p->positions._buffer,
+                                 .v = p->velocities._buffer,
+                                 .tau = p->effort._buffer};
+    double qdd[JOINTS];
+    tfa_reply reply = {.qdd = qdd};
+
+    if (m->points._length != 1 || p->accelerations._length != JOINTS)
+        return -1;
+    for (int k = 0; k < 2; k++)
+        if (tfa_compute(variants[k].workspace, &request, &reply) == TFA_OK &&
+            memcmp(qdd, p->accelerations._buffer, sizeof qdd) == 0)
+            return k;
+    return -1;
+}
+
+static void publish_motion(load *l)
+{
+    const arm_motion m = arm_motion_of(9000 + l->sent % 100);
+
+    arm_publish_state(&node, &m, (int32_t)l->sent);
+    arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, (int32_t)l->sent);
+    l->sent++;
+}
+
+/* Answers come in the order of the commands: the stamp tells if one is missing. */
+static void take_answers(load *l)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ m;
+    void *sample = &m;
+    dds_sample_info_t info;
+
+    while (dds_take(node.accelerations, &sample, &info, 1, 1) == 1) {
+        if (!info.valid_data)
+            continue;
+        const int model = variant_of(&m);
+        if (model < 0)
+            l->error = "an answer is that of neither model";
+        if (m.header.stamp.sec != (int32_t)l->answered)
+            l->error = "a command was not answered";
+        l->answered++;
+        atomic_store(&l->model, model);
+    }
+}
+
+/* About 1 kHz, paced by the answers: a reader that is best effort may drop what waits too long. */
+static void *run_load(void *arg)
+{
+    load *l = arg;
+    uint64_t last = now_ns();
+
+    while ((!atomic_load(&l->stop) || l->answered < l->sent) && l->error == NULL) {
+        const uint32_t before = l->answered;
+        if (!atomic_load(&l->stop) && l->sent - l->answered < UNDER_WAY)
+            publish_motion(l);
+        dds_sleepfor(DDS_USECS(900));
+        take_answers(l);
+        last = l->answered != before ? now_ns() : last;
+        if (now_ns() - last > WAIT_NS)
+            l->error = "answers stay away";
+    }
+    return NULL;
+}
+
+/* Clients of shared memory are served meanwhile. */
+typedef struct client_load {
+    pthread_t thread;
+    _Atomic bool stop;
+    tfa_client *client;
+    uint32_t asked, failed;
+} client_load;
+
+static void *run_client(void *arg)
+{
+    client_load *l = arg;
+    double qdd[JOINTS];
+
+    for (; !atomic_load(&l->stop); l->asked++) {
+        l->failed += ask_arm(l->client, 0.1, qdd, WAIT_NS) != TFA_OK;
+        dds_sleepfor(DDS_USECS(500));
+    }
+    return NULL;
+}
+
+static void await_model(const load *l, int model)
+{
+    for (int k = 0; k < 10000 && atomic_load(&l->model) != model && l->error == NULL; k++)
+        dds_sleepfor(DDS_MSECS(1));
+    if (l->error != NULL)
+        fail_msg("command %u: %s", l->answered, l->error);
+    assert_int_equal(atomic_load(&l->model), model);
+}
+
+/* ---- the laws ---- */
+
+/* Descriptions that are refused, and what the diagnostics say. */
+typedef struct bad_description {
+    const char *from, *to; /* NULL: all of the text is `to` */
+    const char *says;
+} bad_description;
+
+static const bad_description bad[] = {
+    {"</robot>", "", "robot_description of 'arm':"},
+    {"<mass value=\"4.1\"/>", "<mass value=\"nan\"/>", "robot_description of 'arm':22:"},
+    {"<link name=\"tool0\"/>", "<link name=\"tool1\"/>", "tool0"},
+    {NULL, "", "robot_description of 'arm'"},
+};
+
+static void refuse_description(const bad_description *b, unsigned refused)
+{
+    char *text = b->from != NULL ? replace(variants[0].text, b->from, b->to) : strdup(b->to);
+
+    publish_description(node.description, text);
+    assert_true(harness_logged_times(&running, "reload: refused", refused));
+    free(text);
+}
+
+TEST(models_are_exchanged_under_load)
+{
+    static load l;
+    static client_load c;
+    unsigned refused = 0;
+
+    atomic_store(&l.model, -1);
+    c.client = harness_connect(&running, "arm", TFA_WAIT_BLOCK);
+    assert_int_equal(pthread_create(&l.thread, NULL, run_load, &l), 0);
+    assert_int_equal(pthread_create(&c.thread, NULL, run_client, &c), 0);
+    await_model(&l, 0);
+    for (int i = 1; i <= SWAPS; i++) {
+        publish_description(node.description, variants[i % 2].text);
+        await_model(&l, i % 2);
+        if (i % 10 == 5) {
+            refuse_description(&bad[refused % (sizeof bad / sizeof *bad)], refused + 1);
+            refused++;
+            await_model(&l, i % 2);
+        }
+    }
+    atomic_store(&l.stop, true);
+    atomic_store(&c.stop, true);
+    pthread_join(l.thread, NULL);
+    pthread_join(c.thread, NULL);
+    if (l.error != NULL)
+        fail_msg("command %u: %s", l.answered, l.error);
+    assert_int_equal(l.answered, l.sent);
+    assert_int_equal(c.failed, 0);
+    assert_true(c.asked > 100);
+    tfa_client_close(c.client);
+    print_message("%u commands over ROS 2 and %u requests over shared memory answered\n", l.sent,
+                  c.asked);
+}
+
+static void await_variant(int model)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ m;
+    const arm_motion motion = arm_motion_of(5);
+    bool found = false;
+
+    for (int k = 0; k < 500 && !found; k++) {
+        arm_publish_state(&node, &motion, 1);
+        arm_publish_named_efforts(&node, arm_joints, motion.tau, JOINTS, 1);
+        found = ros2_peer_take(node.accelerations, &m, 20) && variant_of(&m) == model;
+    }
+    assert_true(found);
+}
+
+TEST(a_bad_description_is_reported_and_the_model_stays)
+{
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        char *text = bad[k].from != NULL ? replace(variants[0].text, bad[k].from, bad[k].to)
+                                         : strdup(bad[k].to);
+        publish_description(node.description, variants[k % 2].text);
+        await_variant((int)k % 2);
+        publish_description(node.description, text);
+        assert_int_equal(arm_await_diagnostic(&node, "arm/totalforce: model", bad[k].says),
+                         2); /* an error */
+        await_variant((int)k % 2);
+        free(text);
+    }
+}
+
+TEST(a_reload_keeps_the_description_and_the_same_one_is_no_news)
+{
+    publish_description(node.description, variants[0].text);
+    await_variant(0);
+    publish_description(node.description, variants[1].text);
+    await_variant(1);
+    const unsigned before = harness_log_lines(&running, "a robot_description of");
+    const unsigned done = harness_log_lines(&running, "reload: done");
+    publish_description(node.description, variants[1].text);
+    assert_int_equal(kill(running.pid, SIGHUP), 0);
+    assert_true(harness_logged_times(&running, "reload: done", done + 1));
+    await_variant(1);
+    assert_int_equal(harness_log_lines(&running, "a robot_description of"), before);
+}
+
+/* Other joints: clients are hung up on, and the topics have the new names. */
+TEST(a_description_with_other_joints_changes_them)
+{
+    char *text = read_file(TFA_SOURCE_DIR "/config/robots/arm6.urdf");
+    tfa_client *client = harness_connect(&running, "other", TFA_WAIT_BLOCK);
+    const dds_entity_t writer =
+        ros2_peer_writer(node.participant, &std_msgs_msg_dds__String__desc,
+                         "rt/other/robot_description", PEER_TRANSIENT_LOCAL);
+    tfa_model *arm6 = bundled_model("arm6.urdf", NULL);
+
+    assert_int_equal(tfa_client_get_info(client)->v_count, 7);
+    publish_description(writer, text);
+    assert_int_equal(arm_await_diagnostic(&node, "other/totalforce: model",
+                                          strndupa(tfa_model_hash_text(arm6), 16)),
+                     0);
+    tfa_client_close(client);
+    client = harness_connect(&running, "other", TFA_WAIT_BLOCK);
+    assert_int_equal(tfa_client_get_info(client)->v_count, 6);
+    tfa_client_close(client);
+    tfa_model_free(arm6);
+    free(text);
+}
+
+/* robot_state_publisher may have started first. */
+TEST(a_description_from_before_the_start_is_read)
+{
+    assert_int_equal(harness_stop(&running, SIGTERM), 0);
+    harness_start(&running, "arm");
+    await_variant(1);
+}
+
+static int serve(void **state)
+{
+    (void)state;
+    make_variants();
+    harness_serve(
+        &running,
+        arm_yaml("      state_age_ms: 10000\n      command_age_ms: 10000\n"
+                 "  - name: other\n    urdf: @/config/robots/arm7.urdf\n    ros2: {enabled: "
+                 "yes, namespace: /other, robot_description: robot_description}\n"),
+        arm_settings(""));
+    arm_node_open(&node);
+    dds_sleepfor(DDS_MSECS(300)); /* the other side may match later */
+    return 0;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    arm_node_close(&node);
+    assert_int_equal(harness_stop(&running, SIGTERM), 0);
+    harness_remove(&running);
+    free_variants();
+    return 0;
+}
+
+int main(void)
+{
+    return test_run(serve, stop);
+}

@@ -37,7 +37,8 @@ const char *arm_settings(const char *more)
 
 void arm_node_open(arm_node *n)
 {
-    const dds_entity_t p = n->participant = ros2_peer_open(test_domain());
+    n->domain = test_domain();
+    const dds_entity_t p = n->participant = ros2_peer_open(n->domain);
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
 
     n->joint_states = ros2_peer_writer(p, state, "rt/arm/joint_states", PEER_DEFAULT);

@@ -21,6 +21,7 @@ typedef struct arm_motion {
 
 /** The node: its endpoints are made by arm_node_open. */
 typedef struct arm_node {
+    uint32_t domain;
     dds_entity_t participant;
     dds_entity_t joint_states, effort_commands, joint_efforts, trajectory, description, wrench;
     dds_entity_t accelerations, diagnostics;

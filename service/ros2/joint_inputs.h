@@ -83,7 +83,7 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *inputs, const tfa_joint_message *m
 bool tfa_joint_inputs_read(tfa_joint_inputs *inputs, tfa_joint_value value, int64_t now,
                            int64_t age_max, double *out);
 
-/** Takes over values, times and faults of joints with the same names: another model, the same robot.
+/** Takes over values and times of joints with the same names, and faults: another model.
  */
 void tfa_joint_inputs_adopt(tfa_joint_inputs *inputs, const tfa_joint_inputs *before);
 

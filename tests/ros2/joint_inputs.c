@@ -87,7 +87,7 @@ TEST(publishers_with_some_of_the_joints_are_merged)
     tfa_joint_inputs_free(s);
 }
 
-/* Another model of the same robot: joints of the same name keep values and ages, others have none. */
+/* Another model: joints of the same name keep values and ages, others have none. */
 TEST(another_model_takes_over_what_was_received)
 {
     static const char *const next[] = {"wrist", "finger", "shoulder"};

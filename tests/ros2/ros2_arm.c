@@ -12,6 +12,11 @@
 char *arm_joints[JOINTS] = {"joint_1", "joint_2", "joint_3", "joint_4",
                             "joint_5", "joint_6", "joint_7"};
 
+uint32_t arm_domain(void)
+{
+    return test_domain();
+}
+
 const char *arm_yaml(const char *more)
 {
     static char text[1024];
@@ -30,14 +35,14 @@ const char *arm_settings(const char *more)
     static char text[512];
 
     snprintf(text, sizeof text,
-             "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n%s", test_domain(),
+             "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n%s", arm_domain(),
              more);
     return text;
 }
 
 void arm_node_open(arm_node *n)
 {
-    n->domain = test_domain();
+    n->domain = arm_domain();
     const dds_entity_t p = n->participant = ros2_peer_open(n->domain);
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
 

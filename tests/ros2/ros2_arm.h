@@ -29,6 +29,8 @@ typedef struct arm_node {
 
 extern char *arm_joints[JOINTS];
 
+/** The domain of arm_settings and arm_node_open. */
+uint32_t arm_domain(void);
 /** The YAML of the arm with all its topics below /arm; `more` other keys of its ros2 section. */
 const char *arm_yaml(const char *more);
 /** The top-level keys: ros2 in the test's domain; `more` others. */

@@ -80,13 +80,14 @@ static dds_guid_t assert_one_answers(void)
     return from;
 }
 
-TEST(one_daemon_answers_and_another_takes_over)
+/* @param domain  of the daemons' own topics */
+static void check_takeover(uint32_t domain)
 {
     const dds_topic_descriptor_t *diagnostics = &diagnostic_msgs_msg_dds__DiagnosticArray__desc;
     dds_guid_t from;
     char more[128];
 
-    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u}\n", test_domain());
+    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u}\n", domain);
     const char *settings = arm_settings(more);
     const char *yaml = arm_yaml("      state_age_ms: 1000\n      command_age_ms: 1000\n");
     harness_serve(&first, yaml, settings);
@@ -113,6 +114,16 @@ TEST(one_daemon_answers_and_another_takes_over)
     assert_int_equal(harness_stop(&second, SIGTERM), 0);
     harness_remove(&second);
     harness_remove(&first);
+}
+
+TEST(one_daemon_answers_and_another_takes_over)
+{
+    check_takeover(test_domain());
+}
+
+TEST(the_same_where_both_kinds_of_topics_share_a_domain)
+{
+    check_takeover(arm_domain());
 }
 
 int main(void)

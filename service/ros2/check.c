@@ -50,7 +50,7 @@ static int check_topic(const checker *c, const char *key, const char *topic)
     char full[TFA_ROS2_NAME_MAX + 1];
     if (!topic || tfa_ros2_full_name(name_space(c->config), node(c->config), topic, full))
         return TFA_OK;
-    return fail(c, TFA_E_VALUE, key,
+    return fail(c, TFA_E_ARGUMENT, key,
                 "'%.80s' is no topic of ROS: letters, digits and '_' between single '/', not "
                 "beginning with a digit",
                 topic);
@@ -70,10 +70,10 @@ static int check_topics(const checker *c)
     char key[40];
     int status = TFA_OK;
     if (!tfa_ros2_is_namespace(name_space(r)))
-        return fail(c, TFA_E_VALUE, "namespace",
+        return fail(c, TFA_E_ARGUMENT, "namespace",
                     "'%.80s' is no namespace of ROS; write it like /arm", r->namespace);
     if (!tfa_ros2_is_node_name(node(r)))
-        return fail(c, TFA_E_VALUE, "node",
+        return fail(c, TFA_E_ARGUMENT, "node",
                     "'%.80s' is no name of a node: letters, digits and '_', not beginning with a "
                     "digit",
                     r->node);
@@ -147,7 +147,7 @@ static int check_distinct(const checker *c, const char *key, const char **names,
             if (names[k] && names[i] && strcmp(names[k], "-") != 0 &&
                 strcmp(names[k], names[i]) == 0) {
                 snprintf(path, sizeof path, "%s[%zu]", key, k);
-                return fail(c, TFA_E_VALUE, path, "'%.60s' is there twice, first as number %zu",
+                return fail(c, TFA_E_ARGUMENT, path, "'%.60s' is there twice, first as number %zu",
                             names[k], i);
             }
     return TFA_OK;
@@ -162,12 +162,12 @@ static int check_motors(const checker *c)
     if (u->type == CONFIG_UNITREE_NONE)
         return TFA_OK;
     if (u->motors_count == 0)
-        return fail(c, TFA_E_VALUE, "unitree.motors", "the joint of each motor is needed");
+        return fail(c, TFA_E_ARGUMENT, "unitree.motors", "the joint of each motor is needed");
     if (u->motors_count > most)
-        return fail(c, TFA_E_VALUE, "unitree.motors", "%zu motors; a LowState of this type has %zu",
-                    u->motors_count, most);
+        return fail(c, TFA_E_ARGUMENT, "unitree.motors",
+                    "%zu motors; a LowState of this type has %zu", u->motors_count, most);
     if (c->config->joint_states)
-        return fail(c, TFA_E_VALUE, "joint_states",
+        return fail(c, TFA_E_ARGUMENT, "joint_states",
                     "the state comes from unitree.topic; leave out one of them");
     return TFA_OK;
 }
@@ -177,7 +177,7 @@ static int check_base(const checker *c)
     if (tfa_model_base_freedoms(c->model) == 0 || c->config->odometry ||
         c->config->unitree.type != CONFIG_UNITREE_NONE)
         return TFA_OK;
-    return fail(c, TFA_E_VALUE, "odometry",
+    return fail(c, TFA_E_ARGUMENT, "odometry",
                 "a robot with a floating base needs its pose and twist from a topic");
 }
 

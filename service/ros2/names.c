@@ -48,7 +48,7 @@ bool tfa_ros2_full_name(const char *name_space, const char *node, const char *na
     int length;
     if (name[0] == '/')
         length = snprintf(full, TFA_ROS2_NAME_MAX + 1, "%s", name);
-    else if (name[0] == '~')
+    else if (name[0] == '~' && (name[1] == '/' || !name[1]))
         length = snprintf(full, TFA_ROS2_NAME_MAX + 1, "%s/%s%s", root, node, name + 1);
     else
         length = snprintf(full, TFA_ROS2_NAME_MAX + 1, "%s/%s", root, name);

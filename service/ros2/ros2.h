@@ -56,7 +56,7 @@ typedef struct tfa_ros2_options {
  * joints of one coordinate; a source for a floating base. Any thread, nothing else is needed.
  * @param path   receives the key below "ros2" that is wrong: "tips[0]"
  * @param error  what is wrong with it and the remedy
- * @return TFA_OK; TFA_E_VALUE, TFA_E_LINK, TFA_E_JOINT, TFA_E_UNSUPPORTED; TFA_E_MEMORY
+ * @return TFA_OK; TFA_E_ARGUMENT, TFA_E_LINK, TFA_E_JOINT, TFA_E_UNSUPPORTED; TFA_E_MEMORY
  */
 TFA_CHECKED int tfa_ros2_check(const config_robot_ros2 *settings, const tfa_model *model,
                                char *path, size_t path_size, char *error, size_t size);

@@ -1,0 +1,273 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Names of ROS 2, its environment as settings of Cyclone, and errors of the configuration where
+ * they stand in the file.
+ */
+#include "ros2/domain.h"
+#include "ros2/names.h"
+
+#include "dds/dds_test.h"
+#include "harness.h"
+
+#include <dds/dds.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+
+/* ---- names: design.ros2.org, topic and service names ---- */
+
+TEST(names_become_full_names)
+{
+    static const struct {
+        const char *space, *node, *name, *full; /* NULL: no name */
+    } rows[] = {
+        {"/", "totalforce", "joint_states", "/joint_states"},
+        {"/arm", "totalforce", "joint_states", "/arm/joint_states"},
+        {"/a/b", "n", "x/y", "/a/b/x/y"},
+        {"/arm", "totalforce", "/joint_states", "/joint_states"},
+        {"/arm", "totalforce", "~/x", "/arm/totalforce/x"},
+        {"/", "n", "~/x", "/n/x"},
+        {"/", "n", "~", "/n"},
+        {"/", "n", "_x1", "/_x1"},
+        {"/", "n", "~x", NULL},
+        {"/", "n", "", NULL},
+        {"/", "n", "/", NULL},
+        {"/", "n", "x/", NULL},
+        {"/", "n", "x//y", NULL},
+        {"/", "n", "1x", NULL},
+        {"/", "n", "x/1y", NULL},
+        {"/", "n", "x__y", NULL},
+        {"/", "n", "x y", NULL},
+        {"/", "n", "x-y", NULL},
+        {"/", "n", "\xc3\xa4", NULL},
+        {"/", "n", "{x}", NULL},
+    };
+    char full[TFA_ROS2_NAME_MAX + 1];
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const bool good = tfa_ros2_full_name(rows[i].space, rows[i].node, rows[i].name, full);
+        if (rows[i].full ? !good || strcmp(full, rows[i].full) != 0 : good || full[0] != 0)
+            fail_msg("'%s' in '%s': '%s'", rows[i].name, rows[i].space, full);
+    }
+}
+
+TEST(names_are_as_long_as_a_topic_of_dds)
+{
+    char name[TFA_ROS2_NAME_MAX + 2] = "/", full[TFA_ROS2_NAME_MAX + 1];
+
+    memset(name + 1, 'x', TFA_ROS2_NAME_MAX - 1);
+    assert_true(tfa_ros2_full_name("/", "n", name, full));
+    assert_string_equal(name, full);
+    name[TFA_ROS2_NAME_MAX] = 'x';
+    assert_false(tfa_ros2_full_name("/", "n", name, full));
+    assert_false(tfa_ros2_is_namespace(name));
+}
+
+TEST(nodes_and_namespaces)
+{
+    assert_true(tfa_ros2_is_node_name("totalforce") && tfa_ros2_is_node_name("_a1"));
+    assert_false(tfa_ros2_is_node_name("") || tfa_ros2_is_node_name("a/b") ||
+                 tfa_ros2_is_node_name("1a") || tfa_ros2_is_node_name("a__b"));
+    assert_true(tfa_ros2_is_namespace("/") && tfa_ros2_is_namespace("/a/b_c"));
+    assert_false(tfa_ros2_is_namespace("") || tfa_ros2_is_namespace("a") ||
+                 tfa_ros2_is_namespace("/a/") || tfa_ros2_is_namespace("//a"));
+}
+
+/* ---- the environment ---- */
+
+static void set_variable(const char *name, const char *value)
+{
+    if (value != NULL)
+        setenv(name, value, 1);
+    else
+        unsetenv(name);
+}
+
+static int find_domain(const config_ros2 *c, uint32_t *id, char **settings, char *error,
+                       size_t size)
+{
+    const int status = tfa_ros2_domain(c, id, settings, error, size);
+    assert_true((status == TFA_OK) == (*settings != NULL));
+    return status;
+}
+
+/* Cyclone takes the settings as they are. */
+static void assert_taken_by_cyclone(const char *settings)
+{
+    const dds_entity_t domain = dds_create_domain(test_domain(), settings);
+    assert_true(domain > 0);
+    assert_int_equal(dds_delete(domain), DDS_RETCODE_OK);
+}
+
+TEST(the_environment_becomes_settings)
+{
+    static const struct {
+        const char *id, *range, *peers;
+        uint32_t domain;
+        const char *has, *lacks; /* in the settings */
+    } rows[] = {
+        {NULL, NULL, NULL, 0, "<MaxAutoParticipantIndex>32<", "AllowMulticast"},
+        {"", "", "", 0, "<ParticipantIndex>auto<", "<Peer "},
+        {"42", "SUBNET", "10.0.0.1;host-2.local", 42, "<Peer address=\"host-2.local\"/>", "Tag"},
+        {"230", "LOCALHOST", NULL, 230, "<AllowMulticast>false<", "Tag"},
+        {"7", "LOCALHOST", "fe80::1%eth0", 7, "<Peer address=\"fe80::1%eth0\"/>", "Tag"},
+        {"0", "OFF", "10.0.0.1", 0, "<Tag>ros_discovery_off_", "Peer"},
+        {"1", "SYSTEM_DEFAULT", "10.0.0.1", 1, "", "Domain"},
+        {NULL, NULL, ";;a;", 0, "<Peer address=\"a\"/>", "address=\"\""},
+    };
+    const config_ros2 c = {.enabled = true, .domain = CONFIG_ROS_DOMAIN_ID};
+    char *settings, error[200];
+    uint32_t id;
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        set_variable("ROS_DOMAIN_ID", rows[i].id);
+        set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", rows[i].range);
+        set_variable("ROS_STATIC_PEERS", rows[i].peers);
+        assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_OK);
+        assert_int_equal(id, rows[i].domain);
+        if (!strstr(settings, rows[i].has) || strstr(settings, rows[i].lacks))
+            fail_msg("row %zu: %s", i, settings);
+        if (*settings && !rows[i].peers) /* names of hosts are looked up */
+            assert_taken_by_cyclone(settings);
+        free(settings);
+    }
+}
+
+TEST(a_bad_environment_is_named)
+{
+    static const struct {
+        const char *variable, *value, *says;
+    } rows[] = {
+        {"ROS_DOMAIN_ID", "x", "ROS_DOMAIN_ID: 'x' is not a whole number from 0 to 230"},
+        {"ROS_DOMAIN_ID", "231", "'231'"},
+        {"ROS_DOMAIN_ID", "-1", "'-1'"},
+        {"ROS_DOMAIN_ID", "1 ", "'1 '"},
+        {"ROS_DOMAIN_ID", "18446744073709551616", "whole number"},
+        {"ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost", "'localhost' is not SUBNET, LOCALHOST"},
+        {"ROS_STATIC_PEERS", "a;b\"/><x", "'b\"/><x' is not a host"},
+    };
+    const config_ros2 c = {.enabled = true, .domain = CONFIG_ROS_DOMAIN_ID};
+    char *settings, error[200];
+    uint32_t id;
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        set_variable("ROS_DOMAIN_ID", NULL);
+        set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", NULL);
+        set_variable("ROS_STATIC_PEERS", NULL);
+        set_variable(rows[i].variable, rows[i].value);
+        assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_E_VALUE);
+        if (!strstr(error, rows[i].says))
+            fail_msg("row %zu: %s", i, error);
+        set_variable(rows[i].variable, NULL);
+    }
+}
+
+TEST(keys_come_before_the_environment)
+{
+    const char *peers[] = {"10.0.0.9"};
+    const config_ros2 c = {.enabled = true,
+                           .domain = 12,
+                           .discovery = CONFIG_DISCOVERY_LOCALHOST,
+                           .peers = peers,
+                           .peers_count = 1};
+    char *settings, error[200];
+    uint32_t id;
+
+    set_variable("ROS_DOMAIN_ID", "nonsense");
+    set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", "nonsense");
+    set_variable("ROS_STATIC_PEERS", "<nonsense>");
+    assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_OK);
+    assert_int_equal(id, 12);
+    assert_non_null(strstr(settings, "<AllowMulticast>false<"));
+    assert_non_null(strstr(settings, "10.0.0.9"));
+    free(settings);
+    set_variable("ROS_DOMAIN_ID", NULL);
+    set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", NULL);
+    set_variable("ROS_STATIC_PEERS", NULL);
+}
+
+/* ---- the file ---- */
+
+#define ROS2 ARM "    ros2:\n      enabled: yes\n"
+
+TEST(errors_stand_where_the_key_is)
+{
+    static const struct {
+        const char *robots, *says;
+    } rows[] = {
+        {ROS2 "      namespace: arm\n",
+         ":8:18: robots[0].ros2.namespace: 'arm' is no namespace of ROS; write it like /arm"},
+        {ROS2 "      node: a/b\n", ":8:13: robots[0].ros2.node: 'a/b' is no name of a node"},
+        {ROS2 "      joint_states: x y\n", ":8:21: robots[0].ros2.joint_states: 'x y'"},
+        {ROS2 "      tips: [tool1]\n",
+         ":8:14: robots[0].ros2.tips[0]: the robot has no link 'tool1'; nearest: 'tool0'"},
+        {ROS2 "      joints: [joint_1, joint_12]\n",
+         ":8:25: robots[0].ros2.joints[1]: the robot has no joint 'joint_12'; nearest: 'joint_1'"},
+        {ROS2 "      joints: [joint_1, joint_2, joint_1]\n",
+         ":8:34: robots[0].ros2.joints[2]: 'joint_1' is there twice, first as number 0"},
+        {ROS2 "      wrenches: [{topic: ft, link: hand}]\n",
+         ":8:36: robots[0].ros2.wrenches[0].link: the robot has no link 'hand'"},
+        {ROS2 "      wrenches: [{topic: 'f t', link: tool0}]\n",
+         ":8:26: robots[0].ros2.wrenches[0].topic: 'f t'"},
+        {ROS2 "      unitree: {type: go}\n",
+         "robots[0].ros2.unitree.motors: the joint of each motor is needed"},
+        {ROS2 "      unitree:\n        type: go\n        motors: [-, -, -, -, -, -, -, -, -, -, "
+              "-, -, -, -, -, -, -, -, -, -, -]\n",
+         ":10:17: robots[0].ros2.unitree.motors: 21 motors; a LowState of this type has 20"},
+        {ROS2 "      joint_states: x\n      unitree: {type: go, motors: [joint_1]}\n",
+         ":8:21: robots[0].ros2.joint_states: the state comes from unitree.topic"},
+        {ROS2 "      unitree: {type: hg, motors: [joint_9]}\n",
+         "robots[0].ros2.unitree.motors[0]: the robot has no joint 'joint_9'"},
+        {ARM "    base: floating\n    ros2: {enabled: yes}\n",
+         "robots[0].ros2.odometry: a robot with a floating base needs its pose and twist"},
+        {ROS2 "      state_age_ms: 0\n", ":8:21: robots[0].ros2.state_age_ms: '0'"},
+        {ROS2 "      tipps: [tool0]\n", ":8:7: robots[0].ros2: there is no key 'tipps'"},
+    };
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        harness h;
+        harness_make(&h, rows[i].robots, "ros2: {enabled: yes}\n");
+        const int status = harness_run(&h);
+        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
+        if (!harness_logged(&h, rows[i].says))
+            fail_msg("row %zu is not said: %s", i, rows[i].says);
+        harness_remove(&h);
+    }
+}
+
+/* The section without a robot, and the robot without the section. */
+TEST(half_a_configuration_is_off)
+{
+    harness h;
+
+    harness_make(&h, ARM, "ros2: {enabled: yes}\n");
+    harness_start(&h, "arm");
+    assert_true(harness_logged(&h, "ros2: off: no robot has"));
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+    harness_make(&h, ROS2 "      tips: [nothing]\n", "");
+    harness_start(&h, "arm");
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+TEST(a_domain_that_cannot_be_joined_is_named)
+{
+    harness h;
+
+    setenv("ROS_DOMAIN_ID", "999", 1);
+    harness_make(&h, ROS2, "ros2: {enabled: yes}\n");
+    const int status = harness_run(&h);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
+    assert_true(harness_logged(&h, "ros2: ROS_DOMAIN_ID: '999'"));
+    harness_remove(&h);
+    unsetenv("ROS_DOMAIN_ID");
+}
+
+int main(void)
+{
+    (void)test_domain(); /* CYCLONEDDS_URI: loopback only */
+    return test_run(NULL, NULL);
+}

@@ -9,6 +9,7 @@
 #include "models.h"
 #include "ros2_arm.h"
 
+#include <idl/ros2_typed.h>
 #include <math.h>
 #include <signal.h>
 #include <string.h>
@@ -111,6 +112,31 @@ TEST(partial_states_are_merged)
     assert_accelerations(&m, 5, 6, "few");
     assert_true(arm_await_diagnostic(&node, "joint_states", "last: gripper") >= 0);
     assert_int_equal(dds_delete(second), DDS_RETCODE_OK);
+}
+
+/* ROS 2 announces XTypes information since Kilted (Fast DDS) and Lyrical (Cyclone), and none before:
+ * the type's name decides. */
+TEST(publishers_with_type_information_match)
+{
+    const arm_motion m = arm_motion_of(13);
+    dds_topic_descriptor_t type = typed_JointState__desc;
+    const typed_JointState_ sample = {
+        .header = {{21, 22}, "typed"},
+        .name = PEER_SEQUENCE(JOINTS, arm_joints),
+        .position = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m.q),
+        .velocity = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m.v),
+    };
+
+    assert_true(type.type_information.sz > 0);
+    type.m_typename = sensor_msgs_msg_dds__JointState__desc.m_typename;
+    const dds_entity_t writer =
+        ros2_peer_writer(node.participant, &type, "rt/arm/joint_states", PEER_DEFAULT);
+    ros2_peer_await_reader(writer);
+    dds_sleepfor(DDS_MSECS(200)); /* the other side may match later */
+    assert_int_equal(dds_write(writer, &sample), DDS_RETCODE_OK);
+    arm_publish_efforts(&node, m.tau, JOINTS);
+    assert_accelerations(&m, 21, 22, "typed");
+    assert_int_equal(dds_delete(writer), DDS_RETCODE_OK);
 }
 
 TEST(efforts_of_a_trajectory)

@@ -114,7 +114,7 @@ TEST(partial_states_are_merged)
     assert_int_equal(dds_delete(second), DDS_RETCODE_OK);
 }
 
-/* ROS 2 announces XTypes information since Kilted (Fast DDS) and Lyrical (Cyclone), and none before:
+/* ROS 2 announces XTypes information since Kilted (Fast DDS) and Lyrical (Cyclone), none before:
  * the type's name decides. */
 TEST(publishers_with_type_information_match)
 {

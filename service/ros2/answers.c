@@ -108,15 +108,12 @@ static void record_answer(ros2_counts *counts, const tfa_answer *answer)
 
 static bool solve(ros2_robot *robot, tfa_request *request, tfa_reply *reply)
 {
-    ros2_counts *counts = &robot->counts;
     const int status = robot->solver.solve(robot->solver.self, request, reply, 0, 1);
-    if (status != TFA_OK) {
-        counts->status = status;
+    if (status != TFA_OK)
         return refuse(robot, "%s%s%s", tfa_status_text(status), reply->field ? ": " : "",
                       tfa_field_name(reply->field));
-    }
     if (reply->answers)
-        record_answer(counts, reply->answers);
+        record_answer(&robot->counts, reply->answers);
     return true;
 }
 

@@ -68,8 +68,10 @@ typedef struct ros2_input {
     dds_entity_t reader;
     void *sample; /* its sequences are reused by the next message */
     ros2_robot *robot;
-    _Atomic uint32_t name_limit; /* names and numbers of a message at most */
-    _Atomic uint64_t oversized;  /* dropped by the filter */
+    /* Of the filter, in Cyclone's receiving threads; relaxed: they order nothing, and a limit that
+     * is seen late lets a message pass or drops it. */
+    _Atomic uint32_t name_limit; /* names and numbers of a message at most; set_arrays writes it */
+    _Atomic uint64_t oversized;  /* dropped; diagnostics read it */
     uint64_t received, refused;  /* messages */
     uint64_t received_before, refused_before, oversized_before; /* at the last diagnostics */
     int64_t last;    /* receipt of the last message, ns; 0: none */
@@ -123,14 +125,13 @@ typedef struct ros2_arrays {
     char stamp_label[ROS2_FRAME_MAX + 64];
 } ros2_arrays;
 
-/* What the answers were, since the model was taken over. */
+/* What the answers were, since the start. */
 typedef struct ros2_counts {
     uint64_t answers; /* to commands */
     uint64_t states;  /* answered */
     uint64_t refused; /* answers that could not be given */
     uint64_t fallbacks, estimates, dropped, standby;
     double largest_estimate;
-    int32_t status;    /* of the last computation that failed */
     uint16_t method;   /* that answered last */
     char refusal[160]; /* why the last one was refused */
 } ros2_counts;

@@ -320,6 +320,27 @@ TEST(states_that_are_refused_are_named)
         arm_await_diagnostic(&node, "joint_states", "joint 'joint_6': velocity is not finite") > 0);
 }
 
+/* Of a robot whose publishers leave a joint out: the joint is named for as long as it is missing. */
+TEST(missing_joints_are_named)
+{
+    const arm_motion m = arm_motion_of(34);
+    const dds_entity_t writer =
+        ros2_peer_writer(node.participant, &sensor_msgs_msg_dds__JointState__desc,
+                         "rt/lonely/joint_states", PEER_DEFAULT);
+    const sensor_msgs_msg_dds__JointState_ six = {
+        .name = PEER_SEQUENCE(6, arm_joints),
+        .position = PEER_SEQUENCE(6, (double *)(uintptr_t)m.q),
+        .velocity = PEER_SEQUENCE(6, (double *)(uintptr_t)m.v)};
+
+    ros2_peer_await_reader(writer);
+    dds_sleepfor(DDS_MSECS(200)); /* the other side may match later */
+    assert_int_equal(dds_write(writer, &six), DDS_RETCODE_OK);
+    assert_int_equal(arm_await_diagnostic(&node, "lonely/joint_states",
+                                          "joint 'joint_7': no position was received"),
+                     LEVEL_ERROR);
+    assert_int_equal(dds_delete(writer), DDS_RETCODE_OK);
+}
+
 TEST(stale_states_are_refused)
 {
     const arm_motion m = arm_motion_of(32);

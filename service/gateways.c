@@ -54,41 +54,48 @@ static tfa_dds_leadership dds_leadership(void *dds, uint32_t robot)
     return tfa_dds_get_leadership(dds, robot);
 }
 
-/* Number of a robot of the set in the ROS 2 gateway; its count if it is not there. */
-static uint32_t ros2_number(const gateways *g, uint32_t robot)
+/* The domain of a robot of the set, and its number there; NULL: it has no topics of ROS 2. */
+static const ros2_domain *find_domain(const gateways *g, uint32_t robot, uint32_t *number)
 {
-    uint32_t k = 0;
-    while (k < g->ros2_count && g->ros2_robots[k] != robot)
-        k++;
-    return k;
+    for (uint32_t i = 0; i < g->ros2_count; i++)
+        for (uint32_t k = 0; k < g->ros2[i].count; k++)
+            if (g->ros2[i].robots[k] == robot) {
+                *number = k;
+                return &g->ros2[i];
+            }
+    return NULL;
 }
 
 static int ros2_exchange(void *self, uint32_t robot, const tfa_model *next,
                          const tfa_worker_robot *solver)
 {
-    const gateways *g = self;
-    return tfa_ros2_exchange(g->ros2, ros2_number(g, robot), next, solver);
+    uint32_t number;
+    const ros2_domain *domain = find_domain(self, robot, &number);
+    return domain ? tfa_ros2_exchange(domain->gateway, number, next, solver) : TFA_OK;
 }
 
 static void ros2_describe(void *self, uint32_t robot, const char *error)
 {
-    const gateways *g = self;
-    tfa_ros2_describe(g->ros2, ros2_number(g, robot), error);
+    uint32_t number;
+    const ros2_domain *domain = find_domain(self, robot, &number);
+    if (domain)
+        tfa_ros2_describe(domain->gateway, number, error);
 }
 
-/* ---- what the ROS 2 gateway asks ---- */
+/* ---- what a ROS 2 gateway asks ---- */
 
 static void receive_description(void *self, uint32_t robot, const char *text)
 {
-    const gateways *g = self;
-    descriptions_receive(g->daemon, g->ros2_config[robot], text);
+    const ros2_domain *domain = self;
+    descriptions_receive(domain->all->daemon, domain->config[robot], text);
 }
 
 /* Without DDS topics of its own there is no standby. */
 static bool leads(void *self, uint32_t robot)
 {
-    const gateways *g = self;
-    const uint32_t number = g->ros2_robots[robot];
+    const ros2_domain *domain = self;
+    const gateways *g = domain->all;
+    const uint32_t number = domain->robots[robot];
     return !g->dds || number >= g->dds_count || tfa_dds_leads(g->dds, number);
 }
 
@@ -127,81 +134,99 @@ static int join_dds(gateways *g, const char *xml, size_t sample_bytes)
     return status;
 }
 
-/* Robots with topics of ROS 2; a scene has none. */
-static int find_ros2_robots(gateways *g)
+/* The domain with this id; a new one if there is none. */
+static ros2_domain *domain_of(gateways *g, uint32_t id)
+{
+    const uint32_t robots = g->daemon->robot_set.count;
+    uint32_t i = 0;
+    while (i < g->ros2_count && g->ros2[i].id != id)
+        i++;
+    if (i < g->ros2_count)
+        return &g->ros2[i];
+    ros2_domain *made = &g->ros2[g->ros2_count++];
+    *made = (ros2_domain){.all = g, .id = id};
+    made->robots = calloc(robots, sizeof *made->robots);
+    made->config = calloc(robots, sizeof *made->config);
+    return made->robots && made->config ? made : NULL;
+}
+
+/* Robots with topics of ROS 2 by domain; a scene has none. */
+static int find_ros2_robots(gateways *g, uint32_t default_domain)
 {
     const robot_set *f = &g->daemon->robot_set;
-    g->ros2_robots = calloc(f->count, sizeof *g->ros2_robots);
-    g->ros2_config = calloc(f->count, sizeof *g->ros2_config);
-    if (!g->ros2_robots || !g->ros2_config)
+    g->ros2 = calloc(f->count, sizeof *g->ros2);
+    if (!g->ros2)
         return TFA_E_MEMORY;
     for (uint32_t i = 0; i < f->count; i++) {
         const tfa_robot *robot = &f->robots[i];
+        const uint32_t id = robot->config->ros2.domain;
         if (robot->scene || !robot->config->ros2.enabled)
             continue;
-        g->ros2_robots[g->ros2_count] = i;
-        g->ros2_config[g->ros2_count++] = (size_t)(robot->config - g->daemon->settings->robots);
+        ros2_domain *domain = domain_of(g, id == CONFIG_ROS_DOMAIN_ID ? default_domain : id);
+        if (!domain)
+            return TFA_E_MEMORY;
+        domain->config[domain->count] = (size_t)(robot->config - g->daemon->settings->robots);
+        domain->robots[domain->count++] = i;
     }
     return TFA_OK;
 }
 
-static int join_ros2(gateways *g, uint32_t domain, const char *xml)
+static int join_ros2(gateways *g, ros2_domain *domain, const char *xml)
 {
     const robot_set *f = &g->daemon->robot_set;
-    tfa_ros2_robot *robots = calloc(g->ros2_count, sizeof *robots);
+    tfa_ros2_robot *robots = calloc(domain->count, sizeof *robots);
     if (!robots)
         return TFA_E_MEMORY;
-    for (uint32_t k = 0; k < g->ros2_count; k++) {
-        const tfa_robot *robot = &f->robots[g->ros2_robots[k]];
+    for (uint32_t k = 0; k < domain->count; k++) {
+        const tfa_robot *robot = &f->robots[domain->robots[k]];
         robots[k] = (tfa_ros2_robot){robot->name, robot->config, robot->model};
     }
-    const tfa_ros2_options options = {.domain = domain,
+    const tfa_ros2_options options = {.domain = domain->id,
                                       .settings = xml,
                                       .robots = robots,
-                                      .robot_count = g->ros2_count,
-                                      .self = g,
+                                      .robot_count = domain->count,
+                                      .self = domain,
                                       .description = receive_description,
                                       .leads = leads,
-                                      .log = g->dds ? NULL : log_cyclone};
-    const int status = tfa_ros2_create(&options, &g->ros2);
+                                      .log = !g->dds && domain == g->ros2 ? log_cyclone : NULL};
+    const int status = tfa_ros2_create(&options, &domain->gateway);
     if (status != TFA_OK) {
-        tfa_log(TFA_LOG_ERROR, "ros2: domain %u: %s", domain, tfa_ros2_error());
+        tfa_log(TFA_LOG_ERROR, "ros2: domain %u: %s", domain->id, tfa_ros2_error());
         errno = 0; /* some library's */
     }
-    g->ros2_domain = domain;
     free(robots);
     return status;
 }
 
-/* A domain that both share has one set of settings: the DDS gateway makes it. */
-static int join_both(gateways *g, bool dds, bool ros2)
+/* A domain that both kinds share has one set of settings: the DDS gateway makes it. */
+static int join_all(gateways *g, bool dds, const char *xml)
 {
-    const config *settings = g->daemon->settings;
-    char *xml = NULL, error[200];
-    uint32_t domain = 0;
-    int status = TFA_OK;
-    if (ros2) {
-        status = tfa_ros2_domain(&settings->ros2, &domain, &xml, error, sizeof error);
-        if (status == TFA_E_VALUE)
-            tfa_log(TFA_LOG_ERROR, "ros2: %s", error);
-    }
-    const bool shared = dds && ros2 && domain == settings->dds.domain;
-    if (status == TFA_OK && dds)
-        status = join_dds(g, shared ? xml : NULL, shared ? TFA_ROS2_SAMPLE_MAX : 0);
-    if (status == TFA_OK && ros2)
-        status = join_ros2(g, domain, shared ? NULL : xml);
-    free(xml);
+    const uint32_t dds_domain = g->daemon->settings->dds.domain;
+    bool shared = false;
+    for (uint32_t i = 0; dds && i < g->ros2_count; i++)
+        shared = shared || g->ros2[i].id == dds_domain;
+    int status = dds ? join_dds(g, shared ? xml : NULL, shared ? TFA_ROS2_SAMPLE_MAX : 0) : TFA_OK;
+    for (uint32_t i = 0; i < g->ros2_count && status == TFA_OK; i++)
+        status = join_ros2(g, &g->ros2[i], dds && g->ros2[i].id == dds_domain ? NULL : xml);
     return status;
 }
 
 int gateways_join(gateways *g)
 {
     const config *settings = g->daemon->settings;
-    const int status = find_ros2_robots(g);
-    if (status != TFA_OK)
-        return status;
-    return join_both(g, settings->dds.enabled && g->daemon->robot_set.dds_count > 0,
-                     settings->ros2.enabled && g->ros2_count > 0);
+    char *xml = NULL, error[200];
+    uint32_t domain = 0;
+    int status = TFA_OK;
+    if (settings->ros2.enabled)
+        status = tfa_ros2_domain(&settings->ros2, &domain, &xml, error, sizeof error);
+    if (status == TFA_E_VALUE)
+        tfa_log(TFA_LOG_ERROR, "ros2: %s", error);
+    if (status == TFA_OK && settings->ros2.enabled)
+        status = find_ros2_robots(g, domain);
+    if (status == TFA_OK)
+        status = join_all(g, settings->dds.enabled && g->daemon->robot_set.dds_count > 0, xml);
+    free(xml);
+    return status;
 }
 
 /* ---- opening ---- */
@@ -225,25 +250,32 @@ static int open_dds(gateways *g)
     return status;
 }
 
-static int open_ros2(gateways *g)
+static int open_ros2(gateways *g, const ros2_domain *domain)
 {
-    tfa_daemon *d = g->daemon;
-    tfa_worker_robot *solvers = calloc(g->ros2_count, sizeof *solvers);
-    int status = solvers ? daemon_make_ros2_solvers(d, g->ros2_robots, g->ros2_count, solvers)
-                         : TFA_E_MEMORY;
+    tfa_worker_robot *solvers = calloc(domain->count, sizeof *solvers);
+    int status = solvers
+                     ? daemon_make_ros2_solvers(g->daemon, domain->robots, domain->count, solvers)
+                     : TFA_E_MEMORY;
     if (status == TFA_OK)
-        status = descriptions_open(d);
-    if (status == TFA_OK)
-        status = control_watch_descriptions(d);
-    d->ros2 = (ros2_gateway){g, ros2_exchange, ros2_describe};
-    if (status == TFA_OK)
-        status = tfa_ros2_start(g->ros2, solvers);
+        status = tfa_ros2_start(domain->gateway, solvers);
     if (status == TFA_E_SYSTEM)
         tfa_log(TFA_LOG_ERROR, "ros2: %s", tfa_ros2_error());
     free(solvers);
     if (status == TFA_OK)
-        tfa_log(TFA_LOG_INFO, "ros2: domain %u, %u robots, diagnostics on /diagnostics",
-                g->ros2_domain, g->ros2_count);
+        tfa_log(TFA_LOG_INFO, "ros2: domain %u, %u robots, diagnostics on /diagnostics", domain->id,
+                domain->count);
+    return status;
+}
+
+static int open_all_ros2(gateways *g)
+{
+    tfa_daemon *d = g->daemon;
+    int status = descriptions_open(d);
+    if (status == TFA_OK)
+        status = control_watch_descriptions(d);
+    d->ros2 = (ros2_gateway){g, ros2_exchange, ros2_describe};
+    for (uint32_t i = 0; i < g->ros2_count && status == TFA_OK; i++)
+        status = open_ros2(g, &g->ros2[i]);
     return status;
 }
 
@@ -256,25 +288,27 @@ int gateways_open(gateways *g)
     else
         tfa_log(TFA_LOG_INFO, "dds: off: %s",
                 settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
-    if (status == TFA_OK && g->ros2)
-        status = open_ros2(g);
-    else if (settings->ros2.enabled && !g->ros2)
+    if (status == TFA_OK && g->ros2_count)
+        status = open_all_ros2(g);
+    else if (settings->ros2.enabled && !g->ros2_count)
         tfa_log(TFA_LOG_WARNING, "ros2: off: no robot has 'ros2: {enabled: yes}'");
     return status;
 }
 
 void gateways_stop(gateways *g)
 {
-    tfa_ros2_stop(g->ros2);
+    for (; g->ros2_count; g->ros2_count--) {
+        ros2_domain *last = &g->ros2[g->ros2_count - 1];
+        tfa_ros2_stop(last->gateway);
+        free(last->robots);
+        free(last->config);
+    }
+    free(g->ros2);
     g->ros2 = NULL;
     g->daemon->ros2 = (ros2_gateway){0};
     tfa_dds_stop(g->dds);
     g->dds = NULL;
     g->daemon->gateway = (dds_gateway){0};
-    free(g->ros2_robots);
-    free(g->ros2_config);
-    g->ros2_robots = NULL;
-    g->ros2_config = NULL;
 }
 
 #else

@@ -12,15 +12,23 @@
 struct tfa_dds;
 struct tfa_ros2;
 
-/* What the gateways call back with. Zero-initialise but for the daemon. */
+/* A ROS 2 gateway: of the robots in one domain. */
+typedef struct ros2_domain {
+    struct gateways *all;
+    struct tfa_ros2 *gateway;
+    uint32_t id;
+    uint32_t *robots; /* in the robot set */
+    size_t *config;   /* and in the configuration */
+    uint32_t count;
+} ros2_domain;
+
+/* Zero-initialise but for the daemon. */
 typedef struct gateways {
     tfa_daemon *daemon;
-    struct tfa_dds *dds;   /* NULL: off */
-    struct tfa_ros2 *ros2; /* NULL: off */
-    uint32_t dds_count;    /* robots of the DDS gateway: the first of the robot set */
-    uint32_t *ros2_robots; /* number in the robot set of each robot of the ROS 2 gateway */
-    size_t *ros2_config;   /* and in the configuration */
-    uint32_t ros2_count, ros2_domain;
+    struct tfa_dds *dds; /* NULL: off */
+    uint32_t dds_count;  /* its robots: the first of the robot set */
+    ros2_domain *ros2;   /* one for each domain of ROS 2 */
+    uint32_t ros2_count;
 } gateways;
 
 /* Joins the domains: before the workers raise their priority, which Cyclone's threads would

@@ -96,6 +96,8 @@ typedef struct config_scene {
 enum { CONFIG_REFUSE_LIST(CONFIG_REFUSE) CONFIG_REFUSALS };
 #undef CONFIG_REFUSE
 
+#define CONFIG_ROS_DOMAIN_ID 1000u /* domain: left to the environment */
+
 /* A force/torque topic. */
 typedef struct config_ros2_wrench {
     const char *topic, *link;
@@ -129,6 +131,7 @@ typedef struct config_robot_ros2 {
     config_ros2_wrench *wrenches;
     size_t wrenches_count;
     config_unitree unitree;
+    uint32_t domain; /* or CONFIG_ROS_DOMAIN_ID: that of the section ros2 */
     uint32_t state_age_ms, command_age_ms;
 } config_robot_ros2;
 
@@ -184,8 +187,6 @@ typedef struct config_dds {
     bool enabled;
     uint32_t domain, max_age_ms, priority, lease_ms;
 } config_dds;
-
-#define CONFIG_ROS_DOMAIN_ID 1000u /* domain: that of the environment */
 
 typedef enum config_discovery {
     CONFIG_DISCOVERY_ENVIRONMENT, /* ROS_AUTOMATIC_DISCOVERY_RANGE */

@@ -111,6 +111,8 @@ static const config_table unitree_table = {unitree_rows, sizeof(config_unitree)}
 static const config_row robot_ros2_rows[] = {
     {"enabled", CONFIG_BOOL, AT(config_robot_ros2, enabled), .default_value = false,
      .help = "Serve this robot on topics of ROS 2, if ros2 is enabled"},
+    {"domain", CONFIG_COUNT, AT(config_robot_ros2, domain), .default_value = CONFIG_ROS_DOMAIN_ID,
+     .low = 0, .high = CONFIG_ROS_DOMAIN_ID, .help = "DDS domain id; 1000: that of 'ros2'"},
     {"namespace", CONFIG_TEXT, AT(config_robot_ros2, namespace),
      .help = "Where relative topics start; / when absent"},
     {"node", CONFIG_TEXT, AT(config_robot_ros2, node),

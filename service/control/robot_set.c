@@ -237,7 +237,8 @@ int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t coun
                              tfa_worker_robot *robots)
 {
     const robot_set *f = &d->robot_set;
-    d->ros2_solvers = calloc(f->count, sizeof *d->ros2_solvers);
+    if (!d->ros2_solvers)
+        d->ros2_solvers = calloc(f->count, sizeof *d->ros2_solvers);
     int status = d->ros2_solvers ? TFA_OK : TFA_E_MEMORY;
     for (uint32_t k = 0; k < count && status == TFA_OK; k++) {
         const tfa_robot *robot = &f->robots[which[k]];

@@ -86,6 +86,15 @@ static int check_topics(const checker *c)
     return status;
 }
 
+/* Those between are no domains, and no word for another one. */
+static int check_domain(const checker *c)
+{
+    const uint32_t domain = c->config->domain;
+    if (domain <= TFA_ROS2_DOMAIN_MAX || domain == CONFIG_ROS_DOMAIN_ID)
+        return TFA_OK;
+    return fail(c, TFA_E_ARGUMENT, "domain", "%u is above %d", domain, TFA_ROS2_DOMAIN_MAX);
+}
+
 /* ---- names of the robot ---- */
 
 static const char *name_of_frame(const void *model, size_t index)
@@ -199,6 +208,8 @@ int tfa_ros2_check(const config_robot_ros2 *settings, const tfa_model *model, ch
 {
     const checker c = {settings, model, path, error, path_size, size};
     int status = check_topics(&c);
+    if (status == TFA_OK)
+        status = check_domain(&c);
     if (status == TFA_OK)
         status = check_coordinates(&c);
     if (status == TFA_OK)

@@ -5,13 +5,13 @@
  */
 #include "ros2/domain.h"
 
+#include "ros2/ros2.h"
+
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
-
-#define DOMAIN_MAX 230 /* of Cyclone: ports end there */
 
 /* An empty variable is one that is not set, as in rmw. */
 static const char *variable(const char *name)
@@ -26,16 +26,16 @@ static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_
     char *end;
     *id = from->domain;
     if (from->domain != CONFIG_ROS_DOMAIN_ID) {
-        snprintf(error, size, "ros2.domain: %u is above %d", from->domain, DOMAIN_MAX);
-        return from->domain <= DOMAIN_MAX ? TFA_OK : TFA_E_VALUE;
+        snprintf(error, size, "ros2.domain: %u is above %d", from->domain, TFA_ROS2_DOMAIN_MAX);
+        return from->domain <= TFA_ROS2_DOMAIN_MAX ? TFA_OK : TFA_E_VALUE;
     }
     *id = 0;
     if (!text)
         return TFA_OK;
     const unsigned long number = strtoul(text, &end, 10);
     snprintf(error, size, "ROS_DOMAIN_ID: '%.40s' is not a whole number from 0 to %d", text,
-             DOMAIN_MAX);
-    if (!isdigit((unsigned char)*text) || *end || number > DOMAIN_MAX)
+             TFA_ROS2_DOMAIN_MAX);
+    if (!isdigit((unsigned char)*text) || *end || number > TFA_ROS2_DOMAIN_MAX)
         return TFA_E_VALUE;
     *id = (uint32_t)number;
     return TFA_OK;

@@ -22,6 +22,9 @@
 
 #include "config/config.h"
 
+/** Of Cyclone: ports end there. */
+#define TFA_ROS2_DOMAIN_MAX 230
+
 struct tfa_worker_robot;
 
 typedef struct tfa_ros2 tfa_ros2;

@@ -223,6 +223,7 @@ TEST(errors_stand_where_the_key_is)
         {ARM "    base: floating\n    ros2: {enabled: yes}\n",
          "robots[0].ros2.odometry: a robot with a floating base needs its pose and twist"},
         {ROS2 "      state_age_ms: 0\n", ":8:21: robots[0].ros2.state_age_ms: '0'"},
+        {ROS2 "      domain: 231\n", ":8:15: robots[0].ros2.domain: 231 is above 230"},
         {ROS2 "      tipps: [tool0]\n", ":8:7: robots[0].ros2: there is no key 'tipps'"},
     };
 

@@ -320,7 +320,7 @@ TEST(states_that_are_refused_are_named)
         arm_await_diagnostic(&node, "joint_states", "joint 'joint_6': velocity is not finite") > 0);
 }
 
-/* Of a robot whose publishers leave a joint out: the joint is named for as long as it is missing. */
+/* Of a robot whose publishers leave a joint out: the joint is named while it is missing. */
 TEST(missing_joints_are_named)
 {
     const arm_motion m = arm_motion_of(34);
@@ -396,6 +396,22 @@ TEST(a_publisher_of_another_qos_or_type_is_named)
                      LEVEL_STALE);
 }
 
+/* Robots may be in domains of their own. */
+TEST(a_robot_in_another_domain_is_found_there)
+{
+    const dds_entity_t p = ros2_peer_open(test_domain());
+    arm_node far = {.diagnostics =
+                        ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
+                                         "rt/diagnostics", PEER_DEFAULT)};
+
+    assert_int_not_equal(test_domain(), arm_domain());
+    ros2_peer_await_writer(far.diagnostics);
+    assert_int_equal(arm_await_diagnostic(&far, "far/joint_states", "no publisher"), LEVEL_STALE);
+    assert_int_equal(arm_await_diagnostic(&node, "lonely/joint_states", "no publisher"),
+                     LEVEL_STALE);
+    assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
+}
+
 static int serve(void **state)
 {
     char yaml[2048];
@@ -406,8 +422,11 @@ static int serve(void **state)
     snprintf(
         yaml, sizeof yaml,
         "%s  - name: lonely\n    urdf: @/config/robots/arm7.urdf\n"
-        "    ros2: {enabled: yes, namespace: /lonely}\n",
-        arm_yaml("      services: yes\n      state_age_ms: 1000\n      command_age_ms: 1000\n"));
+        "    ros2: {enabled: yes, namespace: /lonely}\n"
+        "  - name: far\n    urdf: @/config/robots/arm7.urdf\n"
+        "    ros2: {enabled: yes, namespace: /far, domain: %u}\n",
+        arm_yaml("      services: yes\n      state_age_ms: 1000\n      command_age_ms: 1000\n"),
+        test_domain());
     harness_serve(&daemon_process, yaml, arm_settings(""));
     arm_node_open(&node);
     return 0;

@@ -251,22 +251,43 @@ void ros2_read_message(ros2_input *in, const void *sample, int64_t now)
         readers[in->kind](in, sample, now);
 }
 
+static bool is_command(const ros2_input *in)
+{
+    return in->kind >= ROS2_EFFORT_COMMANDS;
+}
+
+static void read_states(ros2_robot *robot, int64_t now);
+
+/* A state that was published before a command has arrived when the command has: it is read before
+ * the command is answered, even if both arrived after the last look at states. */
 static void read_input(ros2_input *in, int64_t now)
 {
     dds_sample_info_t info;
     for (int k = 0; k < MESSAGES_AT_ONCE; k++) {
         if (dds_take(in->reader, &in->sample, &info, 1, 1) <= 0)
             return;
-        if (info.valid_data)
-            ros2_read_message(in, in->sample, now);
+        if (!info.valid_data)
+            continue;
+        if (is_command(in))
+            read_states(in->robot, now);
+        ros2_read_message(in, in->sample, now);
     }
+}
+
+static void read_states(ros2_robot *robot, int64_t now)
+{
+    for (uint32_t k = 0; k < robot->input_count; k++)
+        if (!is_command(&robot->inputs[k]))
+            read_input(&robot->inputs[k], now);
 }
 
 void ros2_read_inputs(ros2_robot *robot, int64_t now)
 {
     robot->state_is_new = false;
+    read_states(robot, now);
     for (uint32_t k = 0; k < robot->input_count; k++)
-        read_input(&robot->inputs[k], now);
+        if (is_command(&robot->inputs[k]))
+            read_input(&robot->inputs[k], now);
     if (robot->arrays && robot->state_is_new)
         ros2_answer_state(robot, now);
 }

@@ -136,11 +136,6 @@ static const char *policy_name(uint32_t id)
 
 /* ---- inputs ---- */
 
-static bool is_command(ros2_input_kind kind)
-{
-    return kind >= ROS2_EFFORT_COMMANDS;
-}
-
 /* A publisher of another type does not match, and no status of the reader tells. */
 static bool find_other_type(const struct ros2_report *r, const ros2_input *in, char *type,
                             size_t size)
@@ -217,7 +212,7 @@ static void report_input(const tfa_ros2 *gateway, ros2_input *in, int64_t now)
 {
     const ros2_robot *robot = in->robot;
     struct ros2_report *r = gateway->report;
-    const bool needed = !is_command(in->kind) && in->kind != ROS2_ROBOT_DESCRIPTION;
+    const bool needed = !ros2_is_command(in->kind) && in->kind != ROS2_ROBOT_DESCRIPTION;
     const writer w = begin_status(r, robot, in->name);
     const uint64_t oversized = atomic_load_explicit(&in->oversized, memory_order_relaxed);
     const uint32_t publishers = report_publishers(gateway, &w, in);
@@ -246,7 +241,8 @@ static void report_input(const tfa_ros2 *gateway, ros2_input *in, int64_t now)
     add_value(&w, "too long", "%" PRIu64, oversized);
     if (robot->arrays && in->kind != ROS2_WRENCH && in->kind != ROS2_ODOMETRY &&
         in->kind != ROS2_ROBOT_DESCRIPTION)
-        report_unknown(&w, is_command(in->kind) ? robot->arrays->command : robot->arrays->state);
+        report_unknown(&w,
+                       ros2_is_command(in->kind) ? robot->arrays->command : robot->arrays->state);
     in->received_before = in->received;
     in->refused_before = in->refused;
     in->oversized_before = oversized;

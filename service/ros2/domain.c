@@ -105,15 +105,16 @@ static int write_settings(FILE *out, config_discovery range, const config_ros2 *
                           size_t size)
 {
     int status = TFA_OK;
-    if (range == CONFIG_DISCOVERY_SYSTEM_DEFAULT)
-        return TFA_OK;
-    fprintf(out, "<CycloneDDS><Domain Id=\"any\">");
+    /* Fast DDS notices the end of a participant by key hashes only, or 10 s later by its lease
+     * (2.9.1, test ros2_fastdds_gateway). */
+    fprintf(out, "<CycloneDDS><Domain Id=\"any\"><Internal><GenerateKeyhash>true</GenerateKeyhash>"
+                 "</Internal>");
     if (range == CONFIG_DISCOVERY_OFF) {
         fprintf(out,
                 "<Discovery><ParticipantIndex>none</ParticipantIndex>"
                 "<Tag>ros_discovery_off_%d</Tag></Discovery>",
                 (int)getpid());
-    } else {
+    } else if (range != CONFIG_DISCOVERY_SYSTEM_DEFAULT) {
         if (range == CONFIG_DISCOVERY_LOCALHOST)
             fprintf(out, "<General><AllowMulticast>false</AllowMulticast></General>");
         fprintf(out, "<Discovery><ParticipantIndex>auto</ParticipantIndex>"

@@ -251,11 +251,6 @@ void ros2_read_message(ros2_input *in, const void *sample, int64_t now)
         readers[in->kind](in, sample, now);
 }
 
-static bool is_command(const ros2_input *in)
-{
-    return in->kind >= ROS2_EFFORT_COMMANDS;
-}
-
 static void read_states(ros2_robot *robot, int64_t now);
 
 /* A state that was published before a command has arrived when the command has: it is read before
@@ -268,7 +263,7 @@ static void read_input(ros2_input *in, int64_t now)
             return;
         if (!info.valid_data)
             continue;
-        if (is_command(in))
+        if (ros2_is_command(in->kind))
             read_states(in->robot, now);
         ros2_read_message(in, in->sample, now);
     }
@@ -277,7 +272,7 @@ static void read_input(ros2_input *in, int64_t now)
 static void read_states(ros2_robot *robot, int64_t now)
 {
     for (uint32_t k = 0; k < robot->input_count; k++)
-        if (!is_command(&robot->inputs[k]))
+        if (!ros2_is_command(robot->inputs[k].kind))
             read_input(&robot->inputs[k], now);
 }
 
@@ -286,7 +281,7 @@ void ros2_read_inputs(ros2_robot *robot, int64_t now)
     robot->state_is_new = false;
     read_states(robot, now);
     for (uint32_t k = 0; k < robot->input_count; k++)
-        if (is_command(&robot->inputs[k]))
+        if (ros2_is_command(robot->inputs[k].kind))
             read_input(&robot->inputs[k], now);
     if (robot->arrays && robot->state_is_new)
         ros2_answer_state(robot, now);

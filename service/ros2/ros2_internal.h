@@ -40,6 +40,11 @@ typedef enum ros2_input_kind {
     ROS2_INPUT_KINDS
 } ros2_input_kind;
 
+static inline bool ros2_is_command(ros2_input_kind kind)
+{
+    return kind >= ROS2_EFFORT_COMMANDS;
+}
+
 /* Answers, below the node; names in the order of the kinds. */
 #define ROS2_OUTPUT_NAMES                                                                          \
     "accelerations", "gravity_torques", "lambda_inv", "jacobian", "bias_acceleration"

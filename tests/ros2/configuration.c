@@ -114,7 +114,7 @@ TEST(the_environment_becomes_settings)
         {"230", "LOCALHOST", NULL, 230, "<AllowMulticast>false<", "Tag"},
         {"7", "LOCALHOST", "fe80::1%eth0", 7, "<Peer address=\"fe80::1%eth0\"/>", "Tag"},
         {"0", "OFF", "10.0.0.1", 0, "<Tag>ros_discovery_off_", "Peer"},
-        {"1", "SYSTEM_DEFAULT", "10.0.0.1", 1, "", "Domain"},
+        {"1", "SYSTEM_DEFAULT", "10.0.0.1", 1, "", "Discovery"},
         {NULL, NULL, ";;a;", 0, "<Peer address=\"a\"/>", "address=\"\""},
     };
     const config_ros2 c = {.enabled = true, .domain = CONFIG_ROS_DOMAIN_ID};

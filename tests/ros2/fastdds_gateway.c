@@ -161,6 +161,19 @@ TEST(a_description_changes_the_model)
     free(text);
 }
 
+/* By its good-bye: the lease of Cyclone's participants is 10 s. */
+TEST(the_end_of_the_daemon_is_noticed)
+{
+    int matched = 1;
+
+    assert_int_equal(harness_stop(&running, SIGTERM), 0);
+    for (int k = 0; k < 80 && matched > 0; k++) {
+        dds_sleepfor(DDS_MSECS(100));
+        matched = fastdds_reader_matches(accelerations).matched;
+    }
+    assert_int_equal(matched, 0);
+}
+
 static void open_node(void)
 {
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
@@ -202,7 +215,8 @@ static int stop(void **state)
 {
     (void)state;
     fastdds_node_close(node);
-    assert_int_equal(harness_stop(&running, SIGTERM), 0);
+    if (running.pid > 0)
+        assert_int_equal(harness_stop(&running, SIGTERM), 0);
     harness_remove(&running);
     tfa_workspace_free(workspace);
     tfa_model_free(model);

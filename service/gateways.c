@@ -219,7 +219,7 @@ int gateways_join(gateways *g)
     int status = TFA_OK;
     if (settings->ros2.enabled)
         status = tfa_ros2_domain(&settings->ros2, &domain, &xml, error, sizeof error);
-    if (status == TFA_E_VALUE)
+    if (status == TFA_E_ARGUMENT)
         tfa_log(TFA_LOG_ERROR, "ros2: %s", error);
     if (status == TFA_OK && settings->ros2.enabled)
         status = find_ros2_robots(g, domain);

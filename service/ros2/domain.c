@@ -27,7 +27,7 @@ static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_
     *id = from->domain;
     if (from->domain != CONFIG_ROS_DOMAIN_ID) {
         snprintf(error, size, "ros2.domain: %u is above %d", from->domain, TFA_ROS2_DOMAIN_MAX);
-        return from->domain <= TFA_ROS2_DOMAIN_MAX ? TFA_OK : TFA_E_VALUE;
+        return from->domain <= TFA_ROS2_DOMAIN_MAX ? TFA_OK : TFA_E_ARGUMENT;
     }
     *id = 0;
     if (!text)
@@ -36,7 +36,7 @@ static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_
     snprintf(error, size, "ROS_DOMAIN_ID: '%.40s' is not a whole number from 0 to %d", text,
              TFA_ROS2_DOMAIN_MAX);
     if (!isdigit((unsigned char)*text) || *end || number > TFA_ROS2_DOMAIN_MAX)
-        return TFA_E_VALUE;
+        return TFA_E_ARGUMENT;
     *id = (uint32_t)number;
     return TFA_OK;
 }
@@ -68,7 +68,7 @@ static int find_range(const config_ros2 *from, config_discovery *range, char *er
              "ROS_AUTOMATIC_DISCOVERY_RANGE: '%.40s' is not SUBNET, LOCALHOST, OFF or "
              "SYSTEM_DEFAULT",
              text);
-    return TFA_E_VALUE;
+    return TFA_E_ARGUMENT;
 }
 
 /* A host as it may stand in an attribute of XML. */
@@ -79,7 +79,7 @@ static int write_peer(FILE *out, const char *host, size_t length, char *error, s
             snprintf(error, size,
                      "ros2.static_peers or ROS_STATIC_PEERS: '%.*s' is not a host name or address",
                      (int)length, host);
-            return TFA_E_VALUE;
+            return TFA_E_ARGUMENT;
         }
     if (length)
         fprintf(out, "<Peer address=\"%.*s\"/>", (int)length, host);

@@ -19,7 +19,7 @@
  * @param settings  Cyclone's XML, to stand before that of CYCLONEDDS_URI; release with free; NULL
  *                  on error
  * @param error     the variable or key, its value and the remedy
- * @return TFA_OK; TFA_E_VALUE (a variable is wrong: `error`); TFA_E_MEMORY
+ * @return TFA_OK; TFA_E_ARGUMENT (a variable is wrong: `error`); TFA_E_MEMORY
  */
 TFA_CHECKED int tfa_ros2_domain(const config_ros2 *from, uint32_t *id, char **settings, char *error,
                                 size_t size);

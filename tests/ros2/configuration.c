@@ -157,7 +157,7 @@ TEST(a_bad_environment_is_named)
         set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", NULL);
         set_variable("ROS_STATIC_PEERS", NULL);
         set_variable(rows[i].variable, rows[i].value);
-        assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_E_VALUE);
+        assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_E_ARGUMENT);
         if (!strstr(error, rows[i].says))
             fail_msg("row %zu: %s", i, error);
         set_variable(rows[i].variable, NULL);

@@ -75,7 +75,9 @@ fastdds_node *fastdds_node_open(uint32_t domain, const char *node_namespace, con
     n->peer = fastdds_open(domain);
     assert_non_null(n->peer);
     n->graph_writer = fastdds_open_writer(n->peer, topic, type, &fastdds_latched);
-    n->graph_reader = fastdds_open_reader(n->peer, topic, type, &fastdds_latched);
+    /* the topic has no key: with a depth of 1 the node's own list would replace another's */
+    const fastdds_qos all = {.reliable = true, .transient_local = true, .depth = 100};
+    n->graph_reader = fastdds_open_reader(n->peer, topic, type, &all);
     assert_true(n->graph_writer != NULL && n->graph_reader != NULL);
     snprintf(n->info.node_namespace, sizeof n->info.node_namespace, "%s", node_namespace);
     snprintf(n->info.node_name, sizeof n->info.node_name, "%s", name);

@@ -50,7 +50,7 @@ again=$(sed -n 's/<!-- totalforce \(.*\) -->/\1/p' "$work/chain.urdf")
 # shellcheck disable=SC2086
 "$tool" $again >"$work/again.urdf"
 same "$work/chain.urdf" "$work/again.urdf" "the command in a chain's comment writes another file"
-xml "$source"/config/robots/*.urdf "$source"/config/*.xml "$data"/*.urdf
+xml "$source"/config/robots/*.urdf "$source"/config/dds/*.xml "$data"/*.urdf
 
 # ---- JSON ----
 

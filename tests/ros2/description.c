@@ -336,7 +336,6 @@ static int serve(void **state)
                  "yes, namespace: /other, robot_description: robot_description}\n"),
         arm_settings(""));
     arm_node_open(&node);
-    dds_sleepfor(DDS_MSECS(300)); /* the other side may match later */
     return 0;
 }
 

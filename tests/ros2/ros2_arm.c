@@ -40,6 +40,31 @@ const char *arm_settings(const char *more)
     return text;
 }
 
+/* Every kind of command is answered, and no answer is left over. */
+static void await_answers(const arm_node *n)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ answer;
+    const arm_motion m = arm_motion_of(0);
+
+    for (int kind = 0; kind < 3; kind++) {
+        bool answered = false;
+        for (int k = 0; k < 200 && !answered; k++) {
+            arm_publish_state(n, &m, kind);
+            if (kind == 0)
+                arm_publish_efforts(n, m.tau, JOINTS);
+            else if (kind == 1)
+                arm_publish_named_efforts(n, arm_joints, m.tau, JOINTS, kind);
+            else
+                arm_publish_trajectory(n, m.tau, kind);
+            answered =
+                ros2_peer_take(n->accelerations, &answer, 100) && answer.header.stamp.sec == kind;
+        }
+        assert_true(answered);
+    }
+    while (ros2_peer_take(n->accelerations, &answer, 200))
+        ;
+}
+
 void arm_node_open(arm_node *n)
 {
     n->domain = arm_domain();
@@ -65,6 +90,7 @@ void arm_node_open(arm_node *n)
     ros2_peer_await_reader(n->description);
     ros2_peer_await_writer(n->accelerations);
     ros2_peer_await_writer(n->diagnostics);
+    await_answers(n);
 }
 
 void arm_node_close(arm_node *n)
@@ -114,6 +140,18 @@ void arm_publish_named_efforts(const arm_node *n, char **name, const double *tau
     };
 
     assert_int_equal(dds_write(n->joint_efforts, &sample), DDS_RETCODE_OK);
+}
+
+void arm_publish_trajectory(const arm_node *n, const double *tau, int32_t sec)
+{
+    trajectory_msgs_msg_dds__JointTrajectoryPoint_ points[2] = {
+        {.effort = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)tau)}, {.effort = {0}}};
+    const trajectory_msgs_msg_dds__JointTrajectory_ sample = {.header = {{sec, 78}, "plan"},
+                                                              .joint_names =
+                                                                  PEER_SEQUENCE(JOINTS, arm_joints),
+                                                              .points = PEER_SEQUENCE(2, points)};
+
+    assert_int_equal(dds_write(n->trajectory, &sample), DDS_RETCODE_OK);
 }
 
 static bool contains(const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s, const char *text)

@@ -35,7 +35,8 @@ uint32_t arm_domain(void);
 const char *arm_yaml(const char *more);
 /** The top-level keys: ros2 in the test's domain; `more` others. */
 const char *arm_settings(const char *more);
-/** Endpoints for all topics of the arm; waits until the daemon has matched. */
+/** Endpoints for all topics of the arm; waits until the daemon answers each kind of command: what
+ * is sent before it has matched is lost. */
 void arm_node_open(arm_node *node);
 void arm_node_close(arm_node *node);
 /** A motion of the arm, another for each seed. */
@@ -44,6 +45,8 @@ arm_motion arm_motion_of(uint64_t seed);
 void arm_publish_state(const arm_node *node, const arm_motion *m, int32_t sec);
 /** Publishes efforts in the order of the joints. */
 void arm_publish_efforts(const arm_node *node, const double *tau, uint32_t count);
+/** Publishes efforts by a trajectory of two points with this stamp, frame "plan". */
+void arm_publish_trajectory(const arm_node *node, const double *tau, int32_t sec);
 /** Publishes efforts by name with this stamp, frame "command". */
 void arm_publish_named_efforts(const arm_node *node, char **name, const double *tau, uint32_t count,
                                int32_t sec);

@@ -12,6 +12,8 @@
 
 #ifdef TFA_HAVE_DDS
 
+#include <stdio.h>
+
 #include "dds_gateway/dds_convert.h"
 #include "ros2/domain.h"
 #include "ros2/ros2.h"
@@ -24,6 +26,61 @@ static void log_cyclone(const char *text)
 static void log_leadership(bool warning, const char *text)
 {
     tfa_log(warning ? TFA_LOG_WARNING : TFA_LOG_INFO, "dds: %s", text);
+}
+
+/* ---- the configuration ---- */
+
+/* The domain of the robot. @param common  that of section "ros2" or the environment */
+static uint32_t domain_id(const config_robot *robot, uint32_t common)
+{
+    return robot->ros2.domain == CONFIG_ROS_DOMAIN_ID ? common : robot->ros2.domain;
+}
+
+static bool have_same_node(const config_robot *a, const config_robot *b, uint32_t common)
+{
+    return a->ros2.enabled && b->ros2.enabled && domain_id(a, common) == domain_id(b, common) &&
+           tfa_ros2_same_node(&a->ros2, &b->ros2);
+}
+
+static int check_nodes(const config *settings, uint32_t common)
+{
+    char path[64], at[256];
+    for (size_t i = 0; i < settings->robots_count; i++)
+        for (size_t k = 0; k < i; k++) {
+            const config_robot *robot = &settings->robots[i], *other = &settings->robots[k];
+            if (!have_same_node(robot, other, common))
+                continue;
+            snprintf(path, sizeof path, "robots[%zu].ros2", i);
+            config_location(settings, path, at, sizeof at);
+            tfa_log(TFA_LOG_ERROR,
+                    "%s: %s: namespace and node are those of robot '%s', whose answers would be on "
+                    "the same topics; give it a namespace of its own",
+                    at, path, other->name);
+            return TFA_E_ARGUMENT;
+        }
+    return TFA_OK;
+}
+
+/* Domain and settings of ROS 2; free `xml`. */
+static int find_settings(const config *settings, uint32_t *common, char **xml)
+{
+    char error[200];
+    *xml = NULL;
+    if (!settings->ros2.enabled)
+        return TFA_OK;
+    const int status = tfa_ros2_domain(&settings->ros2, common, xml, error, sizeof error);
+    if (status == TFA_E_ARGUMENT)
+        tfa_log(TFA_LOG_ERROR, "ros2: %s", error);
+    return status == TFA_OK ? check_nodes(settings, *common) : status;
+}
+
+int gateways_check(const config *settings)
+{
+    uint32_t common = 0;
+    char *xml;
+    const int status = find_settings(settings, &common, &xml);
+    free(xml);
+    return status;
 }
 
 /* ---- what the reload sees of them ---- */
@@ -151,7 +208,7 @@ static ros2_domain *domain_of(gateways *g, uint32_t id)
 }
 
 /* Robots with topics of ROS 2 by domain; a scene has none. */
-static int find_ros2_robots(gateways *g, uint32_t default_domain)
+static int find_ros2_robots(gateways *g, uint32_t common)
 {
     const robot_set *f = &g->daemon->robot_set;
     g->ros2 = calloc(f->count, sizeof *g->ros2);
@@ -159,10 +216,9 @@ static int find_ros2_robots(gateways *g, uint32_t default_domain)
         return TFA_E_MEMORY;
     for (uint32_t i = 0; i < f->count; i++) {
         const tfa_robot *robot = &f->robots[i];
-        const uint32_t id = robot->config->ros2.domain;
         if (robot->scene || !robot->config->ros2.enabled)
             continue;
-        ros2_domain *domain = domain_of(g, id == CONFIG_ROS_DOMAIN_ID ? default_domain : id);
+        ros2_domain *domain = domain_of(g, domain_id(robot->config, common));
         if (!domain)
             return TFA_E_MEMORY;
         domain->config[domain->count] = (size_t)(robot->config - g->daemon->settings->robots);
@@ -214,15 +270,11 @@ static int join_all(gateways *g, bool dds, const char *xml)
 int gateways_join(gateways *g)
 {
     const config *settings = g->daemon->settings;
-    char *xml = NULL, error[200];
-    uint32_t domain = 0;
-    int status = TFA_OK;
-    if (settings->ros2.enabled)
-        status = tfa_ros2_domain(&settings->ros2, &domain, &xml, error, sizeof error);
-    if (status == TFA_E_ARGUMENT)
-        tfa_log(TFA_LOG_ERROR, "ros2: %s", error);
+    uint32_t common = 0;
+    char *xml;
+    int status = find_settings(settings, &common, &xml);
     if (status == TFA_OK && settings->ros2.enabled)
-        status = find_ros2_robots(g, domain);
+        status = find_ros2_robots(g, common);
     if (status == TFA_OK)
         status = join_all(g, settings->dds.enabled && g->daemon->robot_set.dds_count > 0, xml);
     free(xml);
@@ -313,14 +365,18 @@ void gateways_stop(gateways *g)
 
 #else
 
-int gateways_join(gateways *g)
+int gateways_check(const config *settings)
 {
-    const config *settings = g->daemon->settings;
     if (!settings->dds.enabled && !settings->ros2.enabled)
         return TFA_OK;
     tfa_log(TFA_LOG_ERROR, "%s.enabled: this totalforced was built without DDS",
             settings->dds.enabled ? "dds" : "ros2");
     return TFA_E_UNSUPPORTED;
+}
+
+int gateways_join(gateways *g)
+{
+    return gateways_check(g->daemon->settings);
 }
 
 int gateways_open(gateways *g)

@@ -31,6 +31,8 @@ typedef struct gateways {
     uint32_t ros2_count;
 } gateways;
 
+/* Is what the configuration and the environment say of the gateways possible? Joins nothing. */
+TFA_CHECKED int gateways_check(const config *settings);
 /* Joins the domains: before the workers raise their priority, which Cyclone's threads would
  * inherit. */
 TFA_CHECKED int gateways_join(gateways *g);

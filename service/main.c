@@ -227,6 +227,7 @@ static int check_configuration(const config *settings)
     const int identity = tfa_identity_check(settings);
     const int admitted = tfa_admission_load(settings, &admission);
     const int status = robot_set_load(settings, NULL, &f);
+    const int joined = gateways_check(settings);
     if (settings->backend == CONFIG_BACKEND_SHM && !settings->user)
         tfa_log(TFA_LOG_INFO, "backend: shm; where clients run as the daemon's own user, memfd is "
                               "safer: its segments are sealed");
@@ -234,7 +235,9 @@ static int check_configuration(const config *settings)
         tfa_admission_free(&admission);
     if (status == TFA_OK)
         robot_set_unload(&f);
-    return status == TFA_OK && identity == TFA_OK && admitted == TFA_OK ? EXIT_GOOD : EXIT_FAILED;
+    return status == TFA_OK && identity == TFA_OK && admitted == TFA_OK && joined == TFA_OK
+               ? EXIT_GOOD
+               : EXIT_FAILED;
 }
 
 static int check_realtime(const config *settings)

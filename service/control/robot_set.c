@@ -20,7 +20,7 @@
 static int check_ros2(const config *settings, const config_robot *from, const tfa_robot *robot,
                       tfa_robot_urdf *urdf)
 {
-    char path[64], whole[128], at[256], error[160];
+    char path[64], whole[128], at[256], error[256];
     if (!settings->ros2.enabled || !from->ros2.enabled)
         return TFA_OK;
     const int status =

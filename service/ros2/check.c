@@ -56,6 +56,31 @@ static int check_topic(const checker *c, const char *key, const char *topic)
                 topic);
 }
 
+bool tfa_ros2_same_node(const config_robot_ros2 *a, const config_robot_ros2 *b)
+{
+    return strcmp(name_space(a), name_space(b)) == 0 && strcmp(node(a), node(b)) == 0;
+}
+
+/* Names of answers and of the service are below the node. */
+static int check_node(const checker *c)
+{
+    const config_robot_ros2 *r = c->config;
+    char full[TFA_ROS2_NAME_MAX + 1];
+    if (!tfa_ros2_is_namespace(name_space(r)))
+        return fail(c, TFA_E_ARGUMENT, "namespace",
+                    "'%.80s' is no namespace of ROS; write it like /arm", r->namespace);
+    if (!tfa_ros2_is_node_name(node(r)))
+        return fail(c, TFA_E_ARGUMENT, "node",
+                    "'%.80s' is no name of a node: letters, digits and '_', not beginning with a "
+                    "digit",
+                    r->node);
+    if (!tfa_ros2_full_name(name_space(r), node(r), "~/" TFA_ROS2_LONGEST_NAME, full))
+        return fail(c, TFA_E_ARGUMENT, r->node ? "node" : "namespace",
+                    "too long: NAMESPACE/NODE/" TFA_ROS2_LONGEST_NAME " has more than %d bytes",
+                    TFA_ROS2_NAME_MAX);
+    return TFA_OK;
+}
+
 static int check_topics(const checker *c)
 {
     const config_robot_ros2 *r = c->config;
@@ -68,15 +93,7 @@ static int check_topics(const checker *c)
         {"unitree.topic", r->unitree.topic},
     };
     char key[40];
-    int status = TFA_OK;
-    if (!tfa_ros2_is_namespace(name_space(r)))
-        return fail(c, TFA_E_ARGUMENT, "namespace",
-                    "'%.80s' is no namespace of ROS; write it like /arm", r->namespace);
-    if (!tfa_ros2_is_node_name(node(r)))
-        return fail(c, TFA_E_ARGUMENT, "node",
-                    "'%.80s' is no name of a node: letters, digits and '_', not beginning with a "
-                    "digit",
-                    r->node);
+    int status = check_node(c);
     for (size_t k = 0; k < sizeof topics / sizeof *topics && status == TFA_OK; k++)
         status = check_topic(c, topics[k].key, topics[k].topic);
     for (size_t k = 0; k < r->wrenches_count && status == TFA_OK; k++) {
@@ -178,6 +195,29 @@ static int check_motors(const checker *c)
     if (c->config->joint_states)
         return fail(c, TFA_E_ARGUMENT, "joint_states",
                     "the state comes from unitree.topic; leave out one of them");
+    if (c->config->odometry)
+        return fail(c, TFA_E_ARGUMENT, "odometry",
+                    "the base's orientation comes from unitree.topic; leave out one of them");
+    return TFA_OK;
+}
+
+/* A joint without a motor would never have a position, and nothing would be answered. */
+static int check_motors_of_joints(const checker *c)
+{
+    const config_unitree *u = &c->config->unitree;
+    if (u->type == CONFIG_UNITREE_NONE)
+        return TFA_OK;
+    for (uint32_t j = 0; j < tfa_model_joint_count(c->model); j++) {
+        const char *joint = tfa_model_joint(c->model, j).name;
+        size_t k = 0;
+        while (k < u->motors_count && (!u->motors[k] || strcmp(u->motors[k], joint) != 0))
+            k++;
+        if (k == u->motors_count)
+            return fail(c, TFA_E_JOINT, "unitree.motors",
+                        "joint '%.60s' has no motor: its position would be unknown; name it or "
+                        "lock it",
+                        joint);
+    }
     return TFA_OK;
 }
 
@@ -223,5 +263,7 @@ int tfa_ros2_check(const config_robot_ros2 *settings, const tfa_model *model, ch
     if (status == TFA_OK)
         status = check_distinct(&c, "unitree.motors", settings->unitree.motors,
                                 settings->unitree.motors_count);
+    if (status == TFA_OK)
+        status = check_motors_of_joints(&c);
     return status;
 }

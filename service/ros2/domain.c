@@ -72,13 +72,13 @@ static int find_range(const config_ros2 *from, config_discovery *range, char *er
 }
 
 /* A host as it may stand in an attribute of XML. */
-static int write_peer(FILE *out, const char *host, size_t length, char *error, size_t size)
+static int write_peer(FILE *out, const char *key, const char *host, size_t length, char *error,
+                      size_t size)
 {
     for (size_t i = 0; i < length; i++)
         if (!isalnum((unsigned char)host[i]) && !strchr("-_.:%[]", host[i])) {
-            snprintf(error, size,
-                     "ros2.static_peers or ROS_STATIC_PEERS: '%.*s' is not a host name or address",
-                     (int)length, host);
+            snprintf(error, size, "%s: '%.*s' is not a host name or address", key,
+                     length < 60 ? (int)length : 60, host);
             return TFA_E_ARGUMENT;
         }
     if (length)
@@ -88,13 +88,15 @@ static int write_peer(FILE *out, const char *host, size_t length, char *error, s
 
 static int write_peers(FILE *out, const config_ros2 *from, char *error, size_t size)
 {
+    static const char name[] = "ROS_STATIC_PEERS";
     int status = TFA_OK;
     for (size_t i = 0; i < from->peers_count && status == TFA_OK; i++)
-        status = write_peer(out, from->peers[i], strlen(from->peers[i]), error, size);
-    const char *hosts = from->peers_count ? NULL : variable("ROS_STATIC_PEERS");
+        status = write_peer(out, "ros2.static_peers", from->peers[i], strlen(from->peers[i]), error,
+                            size);
+    const char *hosts = from->peers_count ? NULL : variable(name);
     while (hosts && status == TFA_OK) {
         const size_t length = strcspn(hosts, ";");
-        status = write_peer(out, hosts, length, error, size);
+        status = write_peer(out, name, hosts, length, error, size);
         hosts = hosts[length] ? hosts + length + 1 : NULL;
     }
     return status;

@@ -64,6 +64,9 @@ typedef struct tfa_ros2_options {
 TFA_CHECKED int tfa_ros2_check(const config_robot_ros2 *settings, const tfa_model *model,
                                char *path, size_t path_size, char *error, size_t size);
 
+/** Have both robots the same node? Their answers would be on the same topics. */
+bool tfa_ros2_same_node(const config_robot_ros2 *a, const config_robot_ros2 *b);
+
 /** Joins the domain and creates every entity, but nothing is read yet. @return TFA_OK;
  *  TFA_E_MEMORY; TFA_E_SYSTEM: see tfa_ros2_error. On error *gateway is NULL. */
 TFA_CHECKED int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **gateway);

@@ -31,7 +31,20 @@ TEST(names_become_full_names)
         {"/", "n", "~/x", "/n/x"},
         {"/", "n", "~", "/n"},
         {"/", "n", "_x1", "/_x1"},
+        {"/arm", "n", "~", "/arm/n"},
+        {"/a", "n", "x/y_z/_", "/a/x/y_z/_"},
+        {"/", "n", "/a/b", "/a/b"},
         {"/", "n", "~x", NULL},
+        {"/", "n", "~/", NULL},
+        {"/", "n", "~~", NULL},
+        {"/", "n", "~//x", NULL},
+        {"/", "n", "x/~", NULL},
+        {"/", "n", "/~/x", NULL},
+        {"/", "n", "//x", NULL},
+        {"/", "n", "__x", NULL},
+        {"/", "n", "x_/_y", "/x_/_y"},
+        {"/", "n", "x\n", NULL},
+        {"/", "n", ".x", NULL},
         {"/", "n", "", NULL},
         {"/", "n", "/", NULL},
         {"/", "n", "x/", NULL},
@@ -63,6 +76,17 @@ TEST(names_are_as_long_as_a_topic_of_dds)
     name[TFA_ROS2_NAME_MAX] = 'x';
     assert_false(tfa_ros2_full_name("/", "n", name, full));
     assert_false(tfa_ros2_is_namespace(name));
+    name[TFA_ROS2_NAME_MAX] = 0;
+    assert_true(tfa_ros2_is_namespace(name));
+    /* relative, below "/arm/"; private, below "/arm/n/" */
+    assert_false(tfa_ros2_full_name("/arm", "n", name + 4, full));
+    assert_true(tfa_ros2_full_name("/arm", "n", name + 5, full));
+    assert_int_equal(strlen(full), TFA_ROS2_NAME_MAX);
+    memcpy(name + 4, "~/", 2);
+    assert_false(tfa_ros2_full_name("/arm", "n", name + 4, full));
+    memcpy(name + 5, "~/", 2);
+    assert_true(tfa_ros2_full_name("/arm", "n", name + 5, full));
+    assert_int_equal(strlen(full), TFA_ROS2_NAME_MAX);
 }
 
 TEST(nodes_and_namespaces)
@@ -72,7 +96,9 @@ TEST(nodes_and_namespaces)
                  tfa_ros2_is_node_name("1a") || tfa_ros2_is_node_name("a__b"));
     assert_true(tfa_ros2_is_namespace("/") && tfa_ros2_is_namespace("/a/b_c"));
     assert_false(tfa_ros2_is_namespace("") || tfa_ros2_is_namespace("a") ||
-                 tfa_ros2_is_namespace("/a/") || tfa_ros2_is_namespace("//a"));
+                 tfa_ros2_is_namespace("/a/") || tfa_ros2_is_namespace("//a") ||
+                 tfa_ros2_is_namespace("/a//b") || tfa_ros2_is_namespace("/1") ||
+                 tfa_ros2_is_namespace("/~") || tfa_ros2_is_namespace("//"));
 }
 
 /* ---- the environment ---- */
@@ -146,7 +172,15 @@ TEST(a_bad_environment_is_named)
         {"ROS_DOMAIN_ID", "1 ", "'1 '"},
         {"ROS_DOMAIN_ID", "18446744073709551616", "whole number"},
         {"ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost", "'localhost' is not SUBNET, LOCALHOST"},
-        {"ROS_STATIC_PEERS", "a;b\"/><x", "'b\"/><x' is not a host"},
+        {"ROS_DOMAIN_ID", "0x10", "'0x10'"},
+        {"ROS_DOMAIN_ID", "+1", "'+1'"},
+        {"ROS_DOMAIN_ID", " 1", "' 1'"},
+        {"ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNETS", "'SUBNETS' is not SUBNET, LOCALHOST"},
+        {"ROS_STATIC_PEERS", "a;b\"/><x", "ROS_STATIC_PEERS: 'b\"/><x' is not a host"},
+        {"ROS_STATIC_PEERS", "a b", "ROS_STATIC_PEERS: 'a b' is not a host"},
+        {"ROS_STATIC_PEERS", "&amp;", "'&amp'"},
+        {"ROS_STATIC_PEERS", "${HOME}", "'${HOME}'"},
+        {"ROS_STATIC_PEERS", "\xc3\xa4", "is not a host"},
     };
     const config_ros2 c = {.enabled = true, .domain = CONFIG_ROS_DOMAIN_ID};
     char *settings, error[200];
@@ -188,9 +222,62 @@ TEST(keys_come_before_the_environment)
     set_variable("ROS_STATIC_PEERS", NULL);
 }
 
+TEST(a_bad_host_of_the_configuration_is_named)
+{
+    const char *peers[] = {"10.0.0.9", "a\"/><Tag>x</Tag><Peer address=\"b"};
+    const config_ros2 c = {.enabled = true,
+                           .domain = 12,
+                           .discovery = CONFIG_DISCOVERY_SUBNET,
+                           .peers = peers,
+                           .peers_count = 2};
+    char *settings, error[200];
+    uint32_t id;
+
+    assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_E_ARGUMENT);
+    assert_non_null(
+        strstr(error, "ros2.static_peers: 'a\"/><Tag>x</Tag><Peer address=\"b' is not"));
+}
+
 /* ---- the file ---- */
 
+#define LONG_48 "n23456789_n23456789_n23456789_n23456789_n2345678"
+#define LONG LONG_48 LONG_48 LONG_48 LONG_48 LONG_48
+
 #define ROS2 ARM "    ros2:\n      enabled: yes\n"
+
+/* `totalforced --check`. @param text  receives what it says. @return exit status */
+static int check(const harness *h, char *text, size_t size)
+{
+    char command[512];
+
+    snprintf(command, sizeof command, "%s/bin/totalforced --check %s 2>&1", TFA_BINARY_DIR,
+             h->config);
+    FILE *out = popen(command, "r");
+    assert_non_null(out);
+    text[fread(text, 1, size - 1, out)] = 0;
+    const int status = pclose(out);
+    assert_true(WIFEXITED(status));
+    return WEXITSTATUS(status);
+}
+
+/* Check and start both end with 2 and say so; ":1:2: ..." is in the configuration's file.
+ * @param more  other keys of section ros2 */
+static void assert_refused(const char *robots, const char *more, const char *says)
+{
+    harness h;
+    char text[4096], section[128], expected[512];
+
+    snprintf(section, sizeof section, "ros2: {enabled: yes%s}\n", more);
+    harness_make(&h, robots, section);
+    snprintf(expected, sizeof expected, "%s%s", says[0] == ':' ? h.config : "", says);
+    assert_int_equal(check(&h, text, sizeof text), 2);
+    if (!strstr(text, expected))
+        fail_msg("'%s' is not said: %s", expected, text);
+    const int status = harness_run(&h);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
+    assert_true(harness_logged(&h, expected));
+    harness_remove(&h);
+}
 
 TEST(errors_stand_where_the_key_is)
 {
@@ -222,20 +309,59 @@ TEST(errors_stand_where_the_key_is)
          "robots[0].ros2.unitree.motors[0]: the robot has no joint 'joint_9'"},
         {ARM "    base: floating\n    ros2: {enabled: yes}\n",
          "robots[0].ros2.odometry: a robot with a floating base needs its pose and twist"},
+        {ROS2 "      odometry: o\n      unitree: {type: go, motors: [joint_1]}\n",
+         ":8:17: robots[0].ros2.odometry: the base's orientation comes from unitree.topic"},
+        {ROS2 "      unitree:\n        motors: [joint_1, '-', joint_2]\n        type: hg\n",
+         ":9:17: robots[0].ros2.unitree.motors: joint 'joint_3' has no motor"},
+        {ROS2 "      unitree: {type: hg, motors: [joint_1, '-', '-', joint_1]}\n",
+         "robots[0].ros2.unitree.motors[3]: 'joint_1' is there twice, first as number 0"},
+        {ROS2 "      namespace: /" LONG "\n", ":8:18: robots[0].ros2.namespace: too long: "},
+        {ROS2 "      node: " LONG "\n", ":8:13: robots[0].ros2.node: too long: "},
+        {"  - name: cart\n    urdf: @/tests/tools/data/cart.urdf\n    ros2:\n      enabled: yes\n",
+         ":7:16: robots[0].ros2.enabled: joint 'wheels' has 3 coordinates, a JointState has one "
+         "for "
+         "each joint; lock it in a robot of its own or use the totalforce topics"},
         {ROS2 "      state_age_ms: 0\n", ":8:21: robots[0].ros2.state_age_ms: '0'"},
         {ROS2 "      domain: 231\n", ":8:15: robots[0].ros2.domain: 231 is above 230"},
         {ROS2 "      tipps: [tool0]\n", ":8:7: robots[0].ros2: there is no key 'tipps'"},
     };
 
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        harness h;
-        harness_make(&h, rows[i].robots, "ros2: {enabled: yes}\n");
-        const int status = harness_run(&h);
-        assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
-        if (!harness_logged(&h, rows[i].says))
-            fail_msg("row %zu is not said: %s", i, rows[i].says);
-        harness_remove(&h);
-    }
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        assert_refused(rows[i].robots, "", rows[i].says);
+}
+
+/* Each robot has a node of its own in its domain. */
+TEST(nodes_of_one_name_are_refused)
+{
+#define OTHER                                                                                      \
+    "  - name: other\n    urdf: @/config/robots/arm6.urdf\n    ros2:\n      enabled: yes\n"
+    harness h;
+    char text[4096];
+
+    assert_refused(ROS2 OTHER, "",
+                   ":11:7: robots[1].ros2: namespace and node are those of robot 'arm'");
+    assert_refused(ROS2 "      namespace: /\n      domain: 0\n" OTHER "      node: totalforce\n",
+                   "", "robots[1].ros2: namespace and node are those of robot 'arm'");
+    harness_make(&h,
+                 ROS2 OTHER "      domain: 1\n"
+                            "  - name: more\n    urdf: @/config/robots/arm6.urdf\n"
+                            "    ros2: {enabled: yes, node: more}\n"
+                            "  - name: most\n    urdf: @/config/robots/arm6.urdf\n"
+                            "    ros2: {enabled: yes, namespace: /most}\n"
+                            "  - name: off\n    urdf: @/config/robots/arm6.urdf\n",
+                 "ros2: {enabled: yes}\n");
+    assert_int_equal(check(&h, text, sizeof text), 0);
+    harness_remove(&h);
+}
+
+/* What cannot be started is refused by --check. */
+TEST(settings_of_the_domain_are_checked)
+{
+    assert_refused(ROS2, ", domain: 231", "ros2.domain: 231 is above 230");
+    assert_refused(ROS2, ", static_peers: ['<x>']", "ros2.static_peers: '<x>' is not a host");
+    setenv("ROS_DOMAIN_ID", "999", 1);
+    assert_refused(ROS2, "", "ros2: ROS_DOMAIN_ID: '999' is not a whole number from 0 to 230");
+    unsetenv("ROS_DOMAIN_ID");
 }
 
 /* The section without a robot, and the robot without the section. */
@@ -252,19 +378,6 @@ TEST(half_a_configuration_is_off)
     harness_start(&h, "arm");
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
-}
-
-TEST(a_domain_that_cannot_be_joined_is_named)
-{
-    harness h;
-
-    setenv("ROS_DOMAIN_ID", "999", 1);
-    harness_make(&h, ROS2, "ros2: {enabled: yes}\n");
-    const int status = harness_run(&h);
-    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
-    assert_true(harness_logged(&h, "ros2: ROS_DOMAIN_ID: '999'"));
-    harness_remove(&h);
-    unsetenv("ROS_DOMAIN_ID");
 }
 
 int main(void)

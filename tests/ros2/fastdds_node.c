@@ -164,25 +164,34 @@ bool fastdds_receive(fastdds_node *n, fastdds_reader *r, void *sample, int timeo
     return take_decoded(r, type_of(n, r), sample, timeout_ms);
 }
 
+static void copy_gids(fastdds_gids *to, const gid *from, uint32_t count)
+{
+    assert_true(count <= sizeof to->gid / sizeof to->gid[0]);
+    to->count = count;
+    for (uint32_t i = 0; i < count; i++)
+        memcpy(to->gid[i], from[i].data, sizeof to->gid[i]);
+}
+
 /* Looks for the node among those that a participant lists. */
 static bool find_node(const graph_info *from, const char *node_namespace, const char *name,
-                      uint32_t *readers, uint32_t *writers)
+                      fastdds_listed *listed)
 {
     for (uint32_t i = 0; i < from->node_entities_info_seq._length; i++) {
         const node_info *node = &from->node_entities_info_seq._buffer[i];
         if (strcmp(node->node_namespace, node_namespace) != 0 || strcmp(node->node_name, name) != 0)
             continue;
-        if (readers != NULL)
-            *readers = node->reader_gid_seq._length;
-        if (writers != NULL)
-            *writers = node->writer_gid_seq._length;
+        if (listed == NULL)
+            return true;
+        memcpy(listed->participant, from->gid.data, sizeof listed->participant);
+        copy_gids(&listed->readers, node->reader_gid_seq._buffer, node->reader_gid_seq._length);
+        copy_gids(&listed->writers, node->writer_gid_seq._buffer, node->writer_gid_seq._length);
         return true;
     }
     return false;
 }
 
 bool fastdds_await_node(fastdds_node *n, const char *node_namespace, const char *name,
-                        uint32_t *readers, uint32_t *writers, int timeout_ms)
+                        fastdds_listed *listed, int timeout_ms)
 {
     const uint64_t end = now_ns() + (uint64_t)timeout_ms * 1000000u;
     uint8_t own[16];
@@ -194,7 +203,7 @@ bool fastdds_await_node(fastdds_node *n, const char *node_namespace, const char 
         if (!take_decoded(n->graph_reader, graph_type(), &sample, 100))
             continue;
         found = memcmp(sample.gid.data, own, sizeof own) != 0 &&
-                find_node(&sample, node_namespace, name, readers, writers);
+                find_node(&sample, node_namespace, name, listed);
         dds_sample_free(&sample, graph_type()->topic, DDS_FREE_CONTENTS);
     }
     return found;

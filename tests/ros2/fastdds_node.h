@@ -28,6 +28,18 @@
 
 typedef struct fastdds_node fastdds_node;
 
+/** Identities of endpoints in ros_discovery_info. */
+typedef struct fastdds_gids {
+    uint32_t count;
+    uint8_t gid[32][16];
+} fastdds_gids;
+
+/** A node in ros_discovery_info. */
+typedef struct fastdds_listed {
+    uint8_t participant[16];
+    fastdds_gids readers, writers;
+} fastdds_listed;
+
 /** A participant with one node. */
 fastdds_node *fastdds_node_open(uint32_t domain, const char *node_namespace, const char *name);
 void fastdds_node_close(fastdds_node *n);
@@ -50,8 +62,8 @@ void fastdds_publish(fastdds_node *n, fastdds_writer *w, const void *sample);
 bool fastdds_receive(fastdds_node *n, fastdds_reader *r, void *sample, int timeout_ms);
 
 /** Waits until another participant lists the node in ros_discovery_info.
- * @param readers, writers  receive the numbers of its endpoints, or NULL */
+ * @param listed  receives its endpoints, or NULL */
 bool fastdds_await_node(fastdds_node *n, const char *node_namespace, const char *name,
-                        uint32_t *readers, uint32_t *writers, int timeout_ms);
+                        fastdds_listed *listed, int timeout_ms);
 
 #endif

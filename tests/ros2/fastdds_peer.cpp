@@ -25,6 +25,7 @@ extern "C" {
 #include <fastrtps/utils/IPLocator.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
@@ -101,6 +102,13 @@ template <size_t size> void copy_text(const std::string &text, char (&out)[size]
     out[text.copy(out, size - 1)] = '\0';
 }
 
+std::array<uint8_t, 16> gid_of(const rtps::GUID_t &guid)
+{
+    std::array<uint8_t, 16> gid;
+    copy_gid(guid, gid.data());
+    return gid;
+}
+
 template <class ProxyData> fastdds_endpoint describe(const ProxyData &data)
 {
     fastdds_endpoint e = {};
@@ -114,10 +122,18 @@ template <class ProxyData> fastdds_endpoint describe(const ProxyData &data)
     return e;
 }
 
-/* Endpoints of others by topic and by whether they write: the last that was announced. */
+/* User data of other participants; endpoints of others by topic and by whether they write: the last
+ * that was announced. */
 class discovery : public fast::DomainParticipantListener
 {
   public:
+    void on_participant_discovery(fast::DomainParticipant *,
+                                  rtps::ParticipantDiscoveryInfo &&info) override
+    {
+        const auto &user_data = info.info.m_userData.data_vec();
+        const std::lock_guard<std::mutex> lock(mutex);
+        participants[gid_of(info.info.m_guid)].assign(user_data.begin(), user_data.end());
+    }
     void on_publisher_discovery(fast::DomainParticipant *self,
                                 rtps::WriterDiscoveryInfo &&info) override
     {
@@ -140,6 +156,16 @@ class discovery : public fast::DomainParticipantListener
         *out = endpoints[key];
         return true;
     }
+    bool find_user_data(const uint8_t gid[16], char (&text)[128])
+    {
+        std::array<uint8_t, 16> key;
+        std::memcpy(key.data(), gid, key.size());
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (participants.count(key) == 0)
+            return false;
+        copy_text(participants[key], text);
+        return true;
+    }
 
   private:
     template <class ProxyData>
@@ -154,6 +180,7 @@ class discovery : public fast::DomainParticipantListener
     std::mutex mutex;
     std::condition_variable changed;
     std::map<std::pair<std::string, bool>, fastdds_endpoint> endpoints;
+    std::map<std::array<uint8_t, 16>, std::string> participants;
 };
 
 fast::DomainParticipantQos participant_qos()
@@ -386,4 +413,14 @@ bool fastdds_await_endpoint(fastdds_peer *p, const char *topic, bool is_writer,
                             fastdds_endpoint *out, int timeout_ms)
 {
     return p->listener.await(topic, is_writer, out, timeout_ms);
+}
+
+bool fastdds_participant_user_data(fastdds_peer *p, const uint8_t gid[16], char text[128])
+{
+    char found[128];
+
+    if (!p->listener.find_user_data(gid, found))
+        return false;
+    std::memcpy(text, found, sizeof found);
+    return true;
 }

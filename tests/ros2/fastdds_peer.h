@@ -75,6 +75,8 @@ void fastdds_reader_gid(const fastdds_reader *r, uint8_t gid[16]);
 /** Waits until another participant has a writer, or else a reader, of the topic. */
 bool fastdds_await_endpoint(fastdds_peer *p, const char *topic, bool is_writer,
                             fastdds_endpoint *out, int timeout_ms);
+/** User data of another participant. Returns false if none of this identity is known. */
+bool fastdds_participant_user_data(fastdds_peer *p, const uint8_t gid[16], char text[128]);
 
 #ifdef __cplusplus
 }

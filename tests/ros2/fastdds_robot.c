@@ -157,16 +157,17 @@ TEST(the_node_finds_another)
     rmw_dds_common_msg_dds__Gid_ writers[2] = {{{1}}, {{2}}};
     node_info info = {.node_namespace = NAMESPACE, .node_name = "totalforce"};
     const graph_info sample = {.gid = {{3}}, .node_entities_info_seq = {1, 1, &info, false}};
-    uint32_t reader_count = 9, writer_count = 9;
+    fastdds_listed listed;
 
     info.writer_gid_seq._buffer = writers;
     info.writer_gid_seq._length = 2;
     assert_int_equal(dds_write(graph, &sample), DDS_RETCODE_OK);
-    assert_true(fastdds_await_node(node, NAMESPACE, "totalforce", &reader_count, &writer_count,
-                                   PATIENCE_MS));
-    assert_int_equal(reader_count, 0);
-    assert_int_equal(writer_count, 2);
-    assert_false(fastdds_await_node(node, NAMESPACE, "controller", NULL, NULL, 200));
+    assert_true(fastdds_await_node(node, NAMESPACE, "totalforce", &listed, PATIENCE_MS));
+    assert_memory_equal(listed.participant, sample.gid.data, sizeof listed.participant);
+    assert_int_equal(listed.readers.count, 0);
+    assert_int_equal(listed.writers.count, 2);
+    assert_memory_equal(listed.writers.gid[1], writers[1].data, sizeof writers[1].data);
+    assert_false(fastdds_await_node(node, NAMESPACE, "controller", NULL, 200));
 }
 
 static int open_both(void **state)

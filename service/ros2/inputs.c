@@ -103,6 +103,20 @@ static void read_joint_state(ros2_input *in, const void *sample, int64_t now)
     robot->state_is_new = true;
 }
 
+/* An answer bears the header of its command: one that is refused, or is of another robot, has none,
+ * for it would be of the efforts before. */
+static void read_command(ros2_input *in, const tfa_joint_message *message,
+                         const ros2_header *header, int64_t now)
+{
+    tfa_joint_inputs *command = in->robot->arrays->command;
+    const tfa_joint_fault_record *unknown =
+        tfa_joint_inputs_fault(command, TFA_JOINT_FAULT_UNKNOWN);
+    const uint64_t refused = in->refused, strangers = unknown->count;
+    (void)ros2_merge(in, command, message, COMMAND_VALUES, now);
+    if (in->refused == refused && unknown->count - strangers < message->name_count)
+        ros2_answer_command(in->robot, header, now);
+}
+
 /* Efforts in the configured order; the header is that of the state they belong to. */
 static void read_effort_commands(ros2_input *in, const void *sample, int64_t now)
 {
@@ -119,22 +133,19 @@ static void read_effort_commands(ros2_input *in, const void *sample, int64_t now
                     a->command_count ? a->command_names[0] : "none");
         return;
     }
-    if (ros2_merge(in, a->command, &message, COMMAND_VALUES, now))
-        ros2_answer_command(robot, &robot->state_header, now);
+    read_command(in, &message, &robot->state_header, now);
 }
 
 /* A command without efforts is refused: it would leave the former ones in force. */
 static void read_named_efforts(ros2_input *in, const std_msgs_msg_dds__Header_ *h,
                                const tfa_joint_message *message, int64_t now)
 {
-    ros2_robot *robot = in->robot;
     const ros2_header header = header_of(h);
     if (message->value_count[TFA_JOINT_EFFORT] == 0) {
         ros2_refuse(in, "no efforts");
         return;
     }
-    if (ros2_merge(in, robot->arrays->command, message, COMMAND_VALUES, now))
-        ros2_answer_command(robot, &header, now);
+    read_command(in, message, &header, now);
 }
 
 static void read_joint_efforts(ros2_input *in, const void *sample, int64_t now)

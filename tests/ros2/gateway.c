@@ -387,6 +387,30 @@ TEST(commands_that_are_refused_are_named)
                      LEVEL_WARN);
 }
 
+/* An answer would be of the efforts before, with the stamp of this command. */
+TEST(commands_that_are_not_taken_are_not_answered)
+{
+    const arm_motion m = arm_motion_of(35);
+    char *strangers[JOINTS] = {"a1", "a2", "a3", "a4", "a5", "a6", "a7"};
+    double tau[JOINTS];
+
+    arm_publish_state(&node, &m, 1);
+    arm_publish_efforts(&node, m.tau, JOINTS);
+    assert_accelerations(&m, 1, 7, "base");
+    arm_publish_named_efforts(&node, strangers, m.tau, JOINTS, 2);
+    for (int j = 0; j < JOINTS; j++) {
+        memcpy(tau, m.tau, sizeof tau);
+        tau[j] = j % 2 ? NAN : INFINITY;
+        arm_publish_efforts(&node, tau, JOINTS);
+        arm_publish_named_efforts(&node, arm_joints, tau, JOINTS, 3 + j);
+    }
+    assert_silent();
+    strangers[3] = arm_joints[3]; /* of both robots */
+    tau[0] = tau[3] = m.tau[3];
+    arm_publish_named_efforts(&node, strangers, tau, 4, 20);
+    assert_accelerations(&m, 20, 9, "command");
+}
+
 /* ---- endpoints ---- */
 
 TEST(a_publisher_of_another_qos_or_type_is_named)

@@ -130,13 +130,14 @@ typedef enum reload_phase {
 typedef struct reload {
     reload_phase phase;
     bool requested_again; /* SIGHUP came meanwhile */
+    bool of_topic;        /* of one robot, by its description, with the settings as they are */
     pthread_t thread;
     int event;   /* eventfd: the thread is done */
     bool loaded; /* the eventfd said so */
     int status;
-    config *settings;  /* NULL: of one robot, with the settings as they are */
+    config *settings;  /* NULL: of one robot, or not read */
     size_t robot;      /* that one, in the configuration */
-    char *description; /* its URDF */
+    char *description; /* its URDF; after the commit: the one before */
     tfa_robot_urdf urdf;
     tfa_admission admission;
     robot_set robot_set;         /* of one robot: the others are empty */

@@ -23,6 +23,15 @@
 /* The end of the daemon waits so long for the thread of a reload. */
 #define ABANDON_NS 100000000
 
+/* A reload that a topic asks for is logged as what a client can cause. */
+typedef void (*log_function)(tfa_log_level level, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static log_function log_of(const tfa_daemon *d)
+{
+    return d->reload.of_topic ? tfa_log_client : tfa_log;
+}
+
 static void release_reload(const tfa_daemon *d, reload *r)
 {
     for (uint32_t k = 0; r->solvers && k < d->settings->workers + RELOAD_GATEWAYS; k++) {
@@ -56,16 +65,16 @@ static void begin_reload(tfa_daemon *d)
     reload *r = &d->reload;
     r->start = control_clock();
     r->phase = RELOAD_LOADING;
-    if (r->description)
-        tfa_log(TFA_LOG_INFO, "reload: robot '%s': a robot_description of %zu bytes",
-                d->settings->robots[r->robot].name, strlen(r->description));
+    if (r->of_topic)
+        log_of(d)(TFA_LOG_INFO, "reload: robot '%s': a robot_description of %zu bytes",
+                  d->settings->robots[r->robot].name, strlen(r->description));
     else
         tfa_log(TFA_LOG_INFO, "reload: reading '%s'", d->settings->file);
     notify_reloading();
     if (pthread_create(&r->thread, NULL, reload_thread, d) == 0)
         return;
-    tfa_log(TFA_LOG_ERROR, "reload: no thread could be started; everything stays as it was");
-    if (r->description)
+    log_of(d)(TFA_LOG_ERROR, "reload: no thread could be started; everything stays as it was");
+    if (r->of_topic)
         describe(d, "no thread could be started");
     free(r->description);
     r->description = NULL;
@@ -81,6 +90,7 @@ static void begin_next(tfa_daemon *d)
     const bool all = r->requested_again;
     r->requested_again = false;
     r->description = all ? NULL : descriptions_take(d, &r->robot);
+    r->of_topic = r->description != NULL;
     if (all || r->description)
         begin_reload(d);
 }
@@ -128,10 +138,11 @@ static void start_draining(tfa_daemon *d)
     for (uint32_t i = 0; i < d->robot_set.count; i++) {
         if (!r->shape_changed[i])
             continue;
-        tfa_log(TFA_LOG_WARNING,
-                "reload: robot '%s' has other joints, links or a base now: its clients are hung up "
-                "on when their requests are answered",
-                d->robot_set.robots[i].name);
+        log_of(d)(
+            TFA_LOG_WARNING,
+            "reload: robot '%s' has other joints, links or a base now: its clients are hung up "
+            "on when their requests are answered",
+            d->robot_set.robots[i].name);
         d->robot_set.robots[i].reshaping = true;
         session_drain(d, i);
     }
@@ -156,14 +167,14 @@ static bool all_detached(tfa_daemon *d)
 static void commit_robot(tfa_daemon *d, uint32_t i)
 {
     tfa_robot *now = &d->robot_set.robots[i], *next = &d->reload.robot_set.robots[i];
-    if (!d->reload.changed[i] && d->reload.settings) {
+    if (!d->reload.changed[i] && !d->reload.of_topic) {
         now->config = next->config;
         now->scene = next->scene;
     }
     if (!d->reload.changed[i])
         return;
-    tfa_log(TFA_LOG_INFO, "reload: robot '%s': model %.16s in place of %.16s", now->name,
-            tfa_model_hash_text(next->model), tfa_model_hash_text(now->model));
+    log_of(d)(TFA_LOG_INFO, "reload: robot '%s': model %.16s in place of %.16s", now->name,
+              tfa_model_hash_text(next->model), tfa_model_hash_text(now->model));
     const tfa_robot old = *now;
     *now = *next;
     *next = old;
@@ -225,7 +236,7 @@ static void exchange_settings(tfa_daemon *d)
     reload *r = &d->reload;
     config *settings = d->settings;
     const tfa_admission admission = d->admission;
-    if (!r->settings) {
+    if (r->of_topic) {
         char *before = d->descriptions.loaded[r->robot];
         d->descriptions.loaded[r->robot] = r->description;
         r->description = before;
@@ -276,11 +287,11 @@ static void complete_reload(tfa_daemon *d)
                     d->robot_set.robots[i].name);
     }
     char text[96];
-    if (!d->reload.settings)
+    if (d->reload.of_topic)
         describe(d, NULL);
     snprintf(text, sizeof text, "ok: %u of %u models exchanged, %.1f ms", changed,
              d->robot_set.count, (double)(control_clock() - d->reload.start) * 1e-6);
-    tfa_log(TFA_LOG_INFO, "reload: done, %s", text + 4);
+    log_of(d)(TFA_LOG_INFO, "reload: done, %s", text + 4);
     finish_reload(d, text);
 }
 
@@ -300,9 +311,9 @@ static void finish_loading(tfa_daemon *d)
     pthread_join(r->thread, NULL);
     r->loaded = false;
     if (r->status != TFA_OK) {
-        tfa_log(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was",
-                tfa_status_text(r->status));
-        if (r->description)
+        log_of(d)(TFA_LOG_ERROR, "reload: refused (%s), everything stays as it was",
+                  tfa_status_text(r->status));
+        if (r->of_topic)
             describe(d, r->urdf.error[0] ? r->urdf.error : tfa_status_text(r->status));
         finish_reload(d, "error: refused, everything stays as it was; the log names the reason");
         return;

@@ -144,6 +144,8 @@ void *reload_thread(void *argument)
     reload *r = &d->reload;
     const uint64_t one = 1;
     (void)setpriority(PRIO_PROCESS, 0, NICE); /* on Linux: of this thread */
+    if (r->description)
+        tfa_log_limit_thread(); /* whoever is in the domain may publish one, and another */
     int status = r->description ? load_description(d, r) : load_files(d, r);
     if (status == TFA_OK)
         status = compare(d, r);

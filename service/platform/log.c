@@ -258,6 +258,13 @@ static cell *claim_cell(uint64_t *ticket)
 
 /* ---- limits ---- */
 
+static _Thread_local bool thread_is_limited;
+
+void tfa_log_limit_thread(void)
+{
+    thread_is_limited = true;
+}
+
 /* The row of a format: by its address, open addressing. NULL: the table is full. */
 static limit *limit_of(const char *format)
 {
@@ -320,7 +327,7 @@ static bool is_wanted(tfa_log_level level)
 void tfa_log(tfa_log_level level, const char *format, ...)
 {
     va_list arguments;
-    if (!is_wanted(level))
+    if (!is_wanted(level) || (thread_is_limited && !is_within_limit(format)))
         return;
     va_start(arguments, format);
     write_message(level, format, arguments);

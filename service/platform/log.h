@@ -33,4 +33,7 @@ void tfa_log(tfa_log_level level, const char *format, ...) __attribute__((format
 void tfa_log_client(tfa_log_level level, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
+/** From now on tfa_log is tfa_log_client in this thread, which does what a client can cause. */
+void tfa_log_limit_thread(void);
+
 #endif

@@ -16,12 +16,16 @@
 #include <signal.h>
 #include <stdatomic.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
-#define ATTACK_MS 1000   /* each */
+#define ATTACK_MS 600    /* each */
 #define PERIOD_US 100    /* 10 kHz */
 #define GROWN_KIB 100000 /* 16 MiB were seen */
 #define MEDIAN_RATIO 20  /* a busy machine; 3 was the largest on an idle one */
+#define LOG_LINES 1000   /* 192 were seen; a line for each bad description would be more */
 #define MANY_NAMES 5000
+#define COMMANDS 2000
 #define CALLS_MAX 100000
 
 static harness running;
@@ -118,6 +122,49 @@ static void flood_bytes(dds_entity_t writer, uint64_t *seed)
     (void)dds_write(writer, &m);
 }
 
+/* A state with a frame of 1 MB */
+static void flood_frames(dds_entity_t writer, uint64_t *seed)
+{
+    static char text[1000000];
+    double q[JOINTS] = {test_random(seed)};
+    memset(text, 'x', sizeof text - 1);
+    const sensor_msgs_msg_dds__JointState_ m = {.header = {{1, 2}, text},
+                                                .name = PEER_SEQUENCE(JOINTS, arm_joints),
+                                                .position = PEER_SEQUENCE(JOINTS, q)};
+    (void)dds_write(writer, &m);
+}
+
+/* A trajectory of 1 MB, of points without anything or of one point */
+static void flood_points(dds_entity_t writer, uint64_t *seed)
+{
+    static trajectory_msgs_msg_dds__JointTrajectoryPoint_ points[40000];
+    static double numbers[120000];
+    trajectory_msgs_msg_dds__JointTrajectoryPoint_ one = {.velocities =
+                                                              PEER_SEQUENCE(120000, numbers)};
+    trajectory_msgs_msg_dds__JointTrajectory_ m = {.header = {{1, 2}, ""},
+                                                   .points = PEER_SEQUENCE(40000, points)};
+    if (test_random(seed) < 0)
+        m.points =
+            (dds_sequence_trajectory_msgs_msg_dds__JointTrajectoryPoint_)PEER_SEQUENCE(1, &one);
+    (void)dds_write(writer, &m);
+}
+
+/* A layout of 1 MB, of many dimensions or of one label */
+static void flood_layouts(dds_entity_t writer, uint64_t *seed)
+{
+    static std_msgs_msg_dds__MultiArrayDimension_ dimensions[60000];
+    static char text[1000000];
+    double tau[JOINTS] = {0};
+    const bool many = test_random(seed) < 0;
+    const uint32_t count = many ? 60000 : 1;
+    memset(text, 'x', sizeof text - 1);
+    for (uint32_t k = 0; k < count; k++)
+        dimensions[k].label = many ? "" : text;
+    const std_msgs_msg_dds__Float64MultiArray_ m = {.layout = {PEER_SEQUENCE(count, dimensions), 0},
+                                                    .data = PEER_SEQUENCE(JOINTS, tau)};
+    (void)dds_write(writer, &m);
+}
+
 /* Each another one, all bad, of almost the length that is read. */
 static void flood_descriptions(dds_entity_t writer, uint64_t *seed)
 {
@@ -125,6 +172,18 @@ static void flood_descriptions(dds_entity_t writer, uint64_t *seed)
     memset(text, 'x', sizeof text - 1);
     snprintf(text, 64, "<robot name='%.17g'><link", test_random(seed));
     text[strlen(text)] = ' ';
+    const std_msgs_msg_dds__String_ m = {text};
+    (void)dds_write(writer, &m);
+}
+
+/* Short ones, each with many errors. */
+static void flood_short_descriptions(dds_entity_t writer, uint64_t *seed)
+{
+    static char text[8192];
+    size_t used = (size_t)snprintf(text, sizeof text, "<robot name='%.17g'>", test_random(seed));
+    for (int k = 0; k < 100; k++)
+        used += (size_t)snprintf(text + used, sizeof text - used, "<link name='l%d' mass='x'/>", k);
+    snprintf(text + used, sizeof text - used, "<joint name='j'/></robot>");
     const std_msgs_msg_dds__String_ m = {text};
     (void)dds_write(writer, &m);
 }
@@ -145,9 +204,17 @@ static const attack attacks[] = {
      PEER_SENSOR, flood_names, 1000},
     {"huge arrays", &std_msgs_msg_dds__Float64MultiArray__desc, "rt/arm/effort_controller/commands",
      PEER_SENSOR, flood_arrays, 10000},
+    {"long frames", &sensor_msgs_msg_dds__JointState__desc, "rt/arm/joint_states", PEER_SENSOR,
+     flood_frames, 10000},
+    {"many points", &trajectory_msgs_msg_dds__JointTrajectory__desc, "rt/arm/trajectory",
+     PEER_DEFAULT, flood_points, 10000},
+    {"long layouts", &std_msgs_msg_dds__Float64MultiArray__desc,
+     "rt/arm/effort_controller/commands", PEER_DEFAULT, flood_layouts, 10000},
     {"bytes", &bytes_as_state, "rt/arm/joint_states", PEER_SENSOR, flood_bytes, PERIOD_US},
     {"bad descriptions", &std_msgs_msg_dds__String__desc, "rt/arm/robot_description",
      PEER_TRANSIENT_LOCAL, flood_descriptions, 10000},
+    {"short bad descriptions", &std_msgs_msg_dds__String__desc, "rt/arm/robot_description",
+     PEER_TRANSIENT_LOCAL, flood_short_descriptions, 1000},
 };
 
 #define ATTACKS (sizeof attacks / sizeof *attacks)
@@ -288,7 +355,7 @@ static void open_other(void)
                                            "rt/other/totalforce/accelerations", PEER_DEFAULT);
 }
 
-static void serve(const char *more)
+static void start(const char *more)
 {
     memcpy(&bytes_as_state, &test_msg_dds__Bytes__desc, sizeof bytes_as_state);
     bytes_as_state.m_typename = sensor_msgs_msg_dds__JointState__desc.m_typename;
@@ -296,10 +363,20 @@ static void serve(const char *more)
                   arm_yaml("  - name: other\n    urdf: @/config/robots/arm7.urdf\n"
                            "    ros2: {enabled: yes, namespace: /other, joint_efforts: efforts}\n"),
                   arm_settings(more));
+}
+
+static void open_nodes(void)
+{
     arm_node_open(&node);
     (void)ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc, "rt/elsewhere",
                            PEER_SENSOR);
     open_other();
+}
+
+static void serve(const char *more)
+{
+    start(more);
+    open_nodes();
 }
 
 static void stop(void)
@@ -320,6 +397,62 @@ static void check_attacks(void)
     for (size_t k = 0; k < ATTACKS; k++)
         check_attack(client, &attacks[k], &quiet);
     tfa_client_close(client);
+    const unsigned lines = harness_log_lines(&running, "");
+    print_message("%u lines in the log\n", lines);
+    assert_true(lines < LOG_LINES);
+}
+
+/* A process that subscribes to every answer, reliably, and stops. @return its id */
+static pid_t start_stopped_subscriber(void)
+{
+    static const struct {
+        const dds_topic_descriptor_t *type;
+        const char *topic;
+    } answers[] = {
+        {&trajectory_msgs_msg_dds__JointTrajectory__desc, "rt/arm/totalforce/accelerations"},
+        {&std_msgs_msg_dds__Float64MultiArray__desc, "rt/arm/totalforce/lambda_inv"},
+        {&std_msgs_msg_dds__Float64MultiArray__desc, "rt/arm/totalforce/jacobian"},
+        {&std_msgs_msg_dds__Float64MultiArray__desc, "rt/arm/totalforce/bias_acceleration"},
+        {&sensor_msgs_msg_dds__JointState__desc, "rt/arm/totalforce/gravity_torques"},
+        {&diagnostic_msgs_msg_dds__DiagnosticArray__desc, "rt/diagnostics"},
+    };
+    int status;
+    const pid_t child = fork();
+    if (child == 0) {
+        const dds_entity_t p = ros2_peer_open(arm_domain());
+        for (size_t k = 0; k < sizeof answers / sizeof *answers; k++)
+            ros2_peer_await_writer(
+                ros2_peer_reader(p, answers[k].type, answers[k].topic, PEER_DEFAULT));
+        dds_sleepfor(DDS_MSECS(300)); /* until the daemon has matched, too */
+        raise(SIGSTOP);
+        _exit(0);
+    }
+    assert_int_equal(waitpid(child, &status, WUNTRACED), child);
+    assert_true(WIFSTOPPED(status));
+    return child;
+}
+
+/* A subscriber of every answer that is reliable and reads and acknowledges nothing. Forks before
+ * this process joins the domain: first. */
+TEST(a_stopped_subscriber_holds_nobody_up)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ m;
+    start("");
+    const pid_t child = start_stopped_subscriber();
+    open_nodes();
+    const long before = harness_resident_kib(&running);
+    for (int32_t k = 0; k < COMMANDS; k++) {
+        const arm_motion motion = arm_motion_of((uint64_t)k);
+        arm_publish_state(&node, &motion, k);
+        arm_publish_named_efforts(&node, arm_joints, motion.tau, JOINTS, k);
+        assert_true(ros2_peer_take(node.accelerations, &m, 10000));
+        assert_int_equal(m.header.stamp.sec, k);
+    }
+    assert_bounded(harness_resident_kib(&running) - before);
+    assert_other_is_answered();
+    assert_int_equal(kill(child, SIGKILL), 0);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+    stop();
 }
 
 TEST(clients_and_other_robots_are_served_under_attack)

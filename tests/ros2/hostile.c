@@ -79,9 +79,9 @@ static void flood_nan(dds_entity_t writer, uint64_t *seed)
 /* Thousands of names, none of the robot's; or a few that are very long; or empty ones. */
 static void flood_names(dds_entity_t writer, uint64_t *seed)
 {
-    static char *name[MANY_NAMES], text[MANY_NAMES][12], longest[100000];
+    static char *name[MANY_NAMES], text[MANY_NAMES][12], longest[1000000];
     static double number[MANY_NAMES];
-    char *few[] = {longest, longest + 50000, "", ""};
+    char *few[] = {longest, longest + 950000, "", ""};
     if (name[0] == NULL)
         memset(longest, 'x', sizeof longest - 1);
     for (int k = 0; k < MANY_NAMES && name[MANY_NAMES - 1] == NULL; k++) {
@@ -188,6 +188,25 @@ static void flood_short_descriptions(dds_entity_t writer, uint64_t *seed)
     (void)dds_write(writer, &m);
 }
 
+/* Each another one, all good: the model is exchanged as often as the daemon can. */
+static void flood_good_descriptions(dds_entity_t writer, uint64_t *seed)
+{
+    static char file[65536], text[66000];
+    static const char mass[] = "<mass value=\"2.8\"/>";
+    if (file[0] == 0) {
+        FILE *in = fopen(TFA_SOURCE_DIR "/config/robots/arm7.urdf", "r");
+        assert_non_null(in);
+        assert_true(fread(file, 1, sizeof file - 1, in) > 0);
+        fclose(in);
+    }
+    const char *at = strstr(file, mass);
+    assert_non_null(at);
+    snprintf(text, sizeof text, "%.*s<mass value=\"%.17g\"/>%s", (int)(at - file), file,
+             3 + test_random(seed), at + sizeof mass - 1);
+    const std_msgs_msg_dds__String_ m = {text};
+    (void)dds_write(writer, &m);
+}
+
 static dds_topic_descriptor_t bytes_as_state;
 
 /* The first one is no attack: what the publisher costs by itself, on the processors of all. */
@@ -215,6 +234,8 @@ static const attack attacks[] = {
      PEER_TRANSIENT_LOCAL, flood_descriptions, 10000},
     {"short bad descriptions", &std_msgs_msg_dds__String__desc, "rt/arm/robot_description",
      PEER_TRANSIENT_LOCAL, flood_short_descriptions, 1000},
+    {"good descriptions", &std_msgs_msg_dds__String__desc, "rt/other/robot_description",
+     PEER_TRANSIENT_LOCAL, flood_good_descriptions, 1000},
 };
 
 #define ATTACKS (sizeof attacks / sizeof *attacks)
@@ -361,7 +382,8 @@ static void start(const char *more)
     bytes_as_state.m_typename = sensor_msgs_msg_dds__JointState__desc.m_typename;
     harness_serve(&running,
                   arm_yaml("  - name: other\n    urdf: @/config/robots/arm7.urdf\n"
-                           "    ros2: {enabled: yes, namespace: /other, joint_efforts: efforts}\n"),
+                           "    ros2: {enabled: yes, namespace: /other, joint_efforts: efforts, "
+                           "robot_description: robot_description}\n"),
                   arm_settings(more));
 }
 

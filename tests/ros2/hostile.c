@@ -22,7 +22,7 @@
 #define ATTACK_MS 600    /* each */
 #define PERIOD_US 100    /* 10 kHz */
 #define GROWN_KIB 100000 /* 16 MiB were seen */
-#define MEDIAN_RATIO 20  /* a busy machine; 3 was the largest on an idle one */
+#define MEDIAN_RATIO 60  /* a busy machine; 12 was the largest on an idle one */
 #define LOG_LINES 1000   /* 192 were seen; a line for each bad description would be more */
 #define MANY_NAMES 5000
 #define COMMANDS 2000

@@ -75,7 +75,8 @@ struct tfa_thread_pool {
     void (*thread_init)(void);
     uint64_t phase;
     uint32_t spin_ns;
-    uint32_t threads;
+    uint32_t threads; /* the caller included; constant from before the first one starts */
+    uint32_t started; /* of them, the caller included: for the thread that stops them */
     struct pool_worker *workers; /* the caller's first */
 };
 
@@ -306,15 +307,15 @@ int thread_pool_start(struct tfa_thread_pool **thread_pool, const struct thread_
     struct tfa_thread_pool *t = aligned_alloc(CACHE_LINE, sizeof *t);
     if (!t)
         return ENOMEM;
-    *t = (struct tfa_thread_pool){.spin_ns = o->spin_ns, .thread_init = o->thread_init};
+    *t = (struct tfa_thread_pool){
+        .spin_ns = o->spin_ns, .thread_init = o->thread_init, .threads = o->threads, .started = 1};
     t->workers = aligned_alloc(CACHE_LINE, o->threads * sizeof *t->workers);
     int error = t->workers ? 0 : ENOMEM;
     if (t->workers)
         memset(t->workers, 0, o->threads * sizeof *t->workers);
-    for (t->threads = 1; !error && t->threads < o->threads; t->threads++) {
-        error = start_worker(t, t->threads, o);
-        if (error)
-            break;
+    while (!error && t->started < t->threads) {
+        error = start_worker(t, t->started, o);
+        t->started += !error;
     }
     if (error) {
         thread_pool_stop(t);
@@ -328,7 +329,7 @@ void thread_pool_stop(struct tfa_thread_pool *t)
 {
     atomic_store_explicit(&t->stop, 1, memory_order_release);
     wake_sleepers(t);
-    for (uint32_t k = 1; k < t->threads; k++)
+    for (uint32_t k = 1; k < t->started; k++)
         pthread_join(t->workers[k].thread, NULL);
     free(t->workers);
     free(t);

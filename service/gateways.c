@@ -15,6 +15,7 @@
 #include <stdio.h>
 
 #include "dds_gateway/dds_convert.h"
+#include "dds_gateway/dds_domain.h"
 #include "ros2/domain.h"
 #include "ros2/ros2.h"
 
@@ -179,7 +180,6 @@ static int join_dds(gateways *g, const char *xml, size_t sample_bytes)
                                      .max_age_us = 1000 * settings->dds.max_age_ms,
                                      .priority = settings->dds.priority,
                                      .lease_ms = settings->dds.lease_ms,
-                                     .log = log_cyclone,
                                      .notice = log_leadership};
     const int status = tfa_dds_create(&options, &g->dds);
     if (status != TFA_OK) {
@@ -243,8 +243,7 @@ static int join_ros2(gateways *g, ros2_domain *domain, const char *xml)
                                       .robot_count = domain->count,
                                       .self = domain,
                                       .description = receive_description,
-                                      .leads = leads,
-                                      .log = !g->dds && domain == g->ros2 ? log_cyclone : NULL};
+                                      .leads = leads};
     const int status = tfa_ros2_create(&options, &domain->gateway);
     if (status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "ros2: domain %u: %s", domain->id, tfa_ros2_error());
@@ -273,6 +272,7 @@ int gateways_join(gateways *g)
     uint32_t common = 0;
     char *xml;
     int status = find_settings(settings, &common, &xml);
+    tfa_dds_log_to(log_cyclone);
     if (status == TFA_OK && settings->ros2.enabled)
         status = find_ros2_robots(g, common);
     if (status == TFA_OK)
@@ -361,6 +361,7 @@ void gateways_stop(gateways *g)
     tfa_dds_stop(g->dds);
     g->dds = NULL;
     g->daemon->gateway = (dds_gateway){0};
+    tfa_dds_log_to(NULL);
 }
 
 #else

@@ -5,6 +5,8 @@
  */
 #include "dds_internal.h"
 
+#include "dds_domain.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,22 +93,10 @@ static size_t largest_sample(const tfa_dds *gateway, size_t least)
     return most;
 }
 
-/* The domain with the user's settings and a bound on samples: Cyclone drops larger ones before it
- * takes memory for them. */
 static int make_domain(tfa_dds *gateway, const tfa_dds_options *options)
 {
-    const char *user = getenv("CYCLONEDDS_URI"), *first = options->settings;
-    char *settings;
-
-    if (asprintf(&settings,
-                 "%s%s%s%s<CycloneDDS><Domain Id=\"any\"><Internal><MaxSampleSize>%zu B"
-                 "</MaxSampleSize></Internal></Domain></CycloneDDS>",
-                 first != NULL ? first : "", first != NULL && *first ? "," : "",
-                 user != NULL ? user : "", user != NULL && *user ? "," : "",
-                 largest_sample(gateway, options->sample_bytes)) < 0)
-        return TFA_E_MEMORY;
-    gateway->domain = dds_create_domain(options->domain, settings);
-    free(settings);
+    gateway->domain = tfa_dds_make_domain(options->domain, options->settings,
+                                          largest_sample(gateway, options->sample_bytes));
     return failed(gateway->domain, "domain (a bad CYCLONEDDS_URI?)") ? TFA_E_SYSTEM : TFA_OK;
 }
 
@@ -160,15 +150,6 @@ static int make_entities(tfa_dds *gateway, uint32_t domain)
     return TFA_OK;
 }
 
-static void pass_on(void *arg, const dds_log_data_t *data)
-{
-    const tfa_dds *gateway = arg;
-    char text[200];
-
-    snprintf(text, sizeof text, "%.*s", (int)strcspn(data->message, "\n"), data->message);
-    gateway->log(text);
-}
-
 int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
 {
     *result = NULL;
@@ -183,7 +164,6 @@ int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
     sem_init(&gateway->leader_stop, 0, 0);
     gateway->slots = options->slots > 0 ? options->slots : DEFAULT_SLOTS;
     gateway->direct_ns = options->direct_ns > 0 ? options->direct_ns : DEFAULT_DIRECT_NS;
-    gateway->log = options->log;
     gateway->notice = options->notice;
     gateway->lease_ns =
         INT64_C(1000000) * (options->lease_ms > 0 ? options->lease_ms : DEFAULT_LEASE_MS);
@@ -191,8 +171,6 @@ int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
     gateway->max_age_ns = INT64_C(1000) * options->max_age_us;
     gateway->streaming = !options->no_streaming;
 
-    if (options->log != NULL)
-        dds_set_log_sink(pass_on, gateway);
     int status = make_robots(gateway, options);
     if (status == TFA_OK)
         status = make_domain(gateway, options);
@@ -314,7 +292,6 @@ void tfa_dds_stop(tfa_dds *gateway)
         (void)dds_delete(gateway->participant);
     if (gateway->domain > 0)
         (void)dds_delete(gateway->domain);
-    dds_set_log_sink(NULL, NULL);
     for (uint32_t i = 0; gateway->robots != NULL && i < gateway->robot_count; i++) {
         tfa_dds_ring_close(gateway->robots[i].ring);
         free(gateway->robots[i].memory);

@@ -45,7 +45,6 @@ typedef struct tfa_dds_options {
     bool no_streaming;   /**< leave out joint_torques and joint_accelerations */
     uint32_t priority;   /**< among daemons that serve the same robot: the higher one leads */
     uint32_t lease_ms;   /**< a leader that is silent for so long is replaced; 0: 200 */
-    void (*log)(const char *text); /**< takes Cyclone's warnings; any thread. NULL: stderr */
     /** Takes changes of leadership; `warning`: somebody should look. Any thread. NULL: none */
     void (*notice)(bool warning, const char *text);
 } tfa_dds_options;

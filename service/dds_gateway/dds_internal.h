@@ -85,7 +85,6 @@ struct tfa_dds {
     uint64_t direct_ns;
     int64_t max_age_ns;
     bool streaming;
-    void (*log)(const char *text);
     void (*notice)(bool warning, const char *text);
 
     dds_entity_t domain, participant;

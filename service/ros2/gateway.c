@@ -5,6 +5,8 @@
  */
 #include "ros2/ros2_internal.h"
 
+#include "dds_gateway/dds_domain.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -47,28 +49,23 @@ static void free_texts(ros2_texts *t)
     free(t->text);
 }
 
-static bool copy_text(ros2_texts *to, const char *text)
-{
-    to->text[to->count] = strdup(text);
-    return to->text[to->count++] != NULL;
-}
-
 static bool copy_texts(ros2_texts *to, const char *const *from, size_t count)
 {
     to->text = calloc(count + 1, sizeof *to->text);
     bool good = to->text != NULL;
-    for (size_t k = 0; good && k < count; k++)
-        good = copy_text(to, from[k]);
+    for (; good && to->count < count; to->count++) {
+        to->text[to->count] = strdup(from[to->count]);
+        good = to->text[to->count] != NULL;
+    }
     return good;
 }
 
 static bool copy_wrench_links(ros2_texts *to, const config_robot_ros2 *from)
 {
-    to->text = calloc(from->wrenches_count + 1, sizeof *to->text);
-    bool good = to->text != NULL;
-    for (size_t k = 0; good && k < from->wrenches_count; k++)
-        good = copy_text(to, from->wrenches[k].link);
-    return good;
+    const char *links[TFA_MAX_WRENCHES];
+    for (size_t k = 0; k < from->wrenches_count; k++)
+        links[k] = from->wrenches[k].link;
+    return copy_texts(to, links, from->wrenches_count);
 }
 
 /* `name` NULL: this input is not wanted. */
@@ -164,22 +161,11 @@ static void free_robot(ros2_robot *robot)
 
 /* ---- entities ---- */
 
-/* ROS's settings, the user's, and a bound on samples: Cyclone drops larger ones before it takes
- * memory for them. */
-static int make_domain(tfa_ros2 *gateway, uint32_t domain, const char *settings)
+static int make_domain(tfa_ros2 *gateway, const tfa_ros2_options *options)
 {
-    const char *user = getenv("CYCLONEDDS_URI");
-    char *all;
-    if (!settings)
+    if (!options->settings)
         return TFA_OK;
-    if (asprintf(&all,
-                 "%s%s%s%s<CycloneDDS><Domain Id=\"any\"><Internal><MaxSampleSize>%u B"
-                 "</MaxSampleSize></Internal></Domain></CycloneDDS>",
-                 settings, *settings ? "," : "", user ? user : "", user && *user ? "," : "",
-                 TFA_ROS2_SAMPLE_MAX) < 0)
-        return TFA_E_MEMORY;
-    gateway->domain = dds_create_domain(domain, all);
-    free(all);
+    gateway->domain = tfa_dds_make_domain(options->domain, options->settings, TFA_ROS2_SAMPLE_MAX);
     return failed(gateway->domain, "domain (a bad CYCLONEDDS_URI?)") ? TFA_E_SYSTEM : TFA_OK;
 }
 
@@ -250,14 +236,6 @@ static int make_entities(tfa_ros2 *gateway, uint32_t domain)
     return TFA_OK;
 }
 
-static void pass_on(void *arg, const dds_log_data_t *data)
-{
-    const tfa_ros2 *gateway = arg;
-    char text[200];
-    snprintf(text, sizeof text, "%.*s", (int)strcspn(data->message, "\n"), data->message);
-    gateway->log(text);
-}
-
 int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **result)
 {
     *result = NULL;
@@ -268,12 +246,9 @@ int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **result)
     gateway->self = options->self;
     gateway->description = options->description;
     gateway->leads = options->leads;
-    gateway->log = options->log;
-    if (gateway->log)
-        dds_set_log_sink(pass_on, gateway);
     int status = make_robots(gateway, options);
     if (status == TFA_OK)
-        status = make_domain(gateway, options->domain, options->settings);
+        status = make_domain(gateway, options);
     if (status == TFA_OK)
         status = make_entities(gateway, options->domain);
     if (status == TFA_OK)
@@ -406,8 +381,6 @@ void tfa_ros2_stop(tfa_ros2 *gateway)
         (void)dds_delete(gateway->participant);
     if (gateway->domain > 0)
         (void)dds_delete(gateway->domain);
-    if (gateway->log)
-        dds_set_log_sink(NULL, NULL);
     for (uint32_t i = 0; gateway->robots && i < gateway->robot_count; i++)
         free_robot(&gateway->robots[i]);
     free(gateway->robots);

@@ -51,7 +51,6 @@ typedef struct tfa_ros2_options {
     void (*description)(void *self, uint32_t robot, const char *text);
     /** May this daemon answer for the robot? NULL: always. A standby is silent. */
     bool (*leads)(void *self, uint32_t robot);
-    void (*log)(const char *text); /**< takes Cyclone's warnings; any thread. NULL: another does */
 } tfa_ros2_options;
 
 /**

@@ -170,7 +170,6 @@ struct tfa_ros2 {
     void *self;
     void (*description)(void *self, uint32_t robot, const char *text);
     bool (*leads)(void *self, uint32_t robot);
-    void (*log)(const char *text);
     dds_entity_t domain, participant, waitset, stop;
     dds_entity_t graph_writer, diagnostics_writer;
     dds_entity_t publications;  /* reader of what is published in the domain */

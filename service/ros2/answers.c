@@ -10,8 +10,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define LABEL_FRAME " frame "
-
 /* ---- inputs of a request ---- */
 
 /* Counts why an answer is not given. @return false */
@@ -35,16 +33,11 @@ typedef struct joint_source {
 static bool read_joints(ros2_robot *robot, const joint_source *from, tfa_joint_value value,
                         int64_t now, double *out)
 {
-    char text[sizeof robot->counts.refusal];
-    tfa_joint_inputs *inputs = from->inputs;
-    const uint64_t missing = tfa_joint_inputs_fault(inputs, TFA_JOINT_FAULT_MISSING)->count;
-    if (tfa_joint_inputs_read(inputs, value, now, from->age, out))
+    if (tfa_joint_inputs_read(from->inputs, value, now, from->age, out))
         return true;
-    const bool is_missing =
-        tfa_joint_inputs_fault(inputs, TFA_JOINT_FAULT_MISSING)->count != missing;
-    ros2_fault_text(inputs, is_missing ? TFA_JOINT_FAULT_MISSING : TFA_JOINT_FAULT_STALE, text,
-                    sizeof text);
-    return refuse(robot, "%s", text);
+    robot->counts.refused++;
+    ros2_fault_text(from->inputs, robot->counts.refusal, sizeof robot->counts.refusal);
+    return false;
 }
 
 static bool is_fresh(int64_t received, int64_t age, int64_t now)
@@ -83,13 +76,10 @@ static bool read_wrenches(ros2_robot *robot, int64_t now, tfa_request *request,
 }
 
 /* A standby leaves the answer to the leader. */
-static bool leads(ros2_robot *robot)
+static bool leads(const ros2_robot *robot)
 {
     const tfa_ros2 *gateway = robot->gateway;
-    if (!gateway->leads || gateway->leads(gateway->self, robot->index))
-        return true;
-    robot->counts.standby++;
-    return false;
+    return !gateway->leads || gateway->leads(gateway->self, robot->index);
 }
 
 /* ---- computing and writing ---- */
@@ -175,14 +165,13 @@ void ros2_answer_call(ros2_input *in, const void *sample, int64_t now)
     ros2_arrays *a = robot->arrays;
     const joint_source source = {a->call, 0};
     const tfa_joint_message message = ros2_message_of(&call->state);
-    const uint64_t refused = in->refused;
     totalforce_msgs_srv_dds__ForwardDynamics_Response_ reply = {
         .guid = call->guid, .seq = call->seq, .message = robot->counts.refusal};
     if (!leads(robot))
         return;
     tfa_joint_inputs_forget(a->call); /* of the call before */
     (void)ros2_merge(in, a->call, &message, ROS2_STATE_VALUES | 1u << TFA_JOINT_EFFORT, now);
-    if (in->refused != refused) {
+    if (tfa_joint_inputs_outcome(a->call).fault != TFA_JOINT_FAULT_COUNT) {
         reply.message = in->error;
     } else if (compute_accelerations(robot, &source, &source, now)) {
         reply.success = true;
@@ -221,7 +210,7 @@ static void write_label(char *label, const ros2_header *header)
     *at++ = '.';
     for (uint32_t unit = 100000000; unit > 0; unit /= 10)
         *at++ = (char)('0' + header->nanosec / unit % 10);
-    stpcpy(stpcpy(at, LABEL_FRAME), header->frame);
+    stpcpy(stpcpy(at, " frame "), header->frame);
 }
 
 static void answer_gravity(ros2_robot *robot, int64_t now)

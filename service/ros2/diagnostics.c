@@ -208,6 +208,11 @@ static void report_unknown(const writer *w, const tfa_joint_inputs *inputs)
               f->joint);
 }
 
+static bool gives_joint_states(ros2_input_kind kind)
+{
+    return kind == ROS2_JOINT_STATES || kind == ROS2_LOW_STATE_GO || kind == ROS2_LOW_STATE_HG;
+}
+
 static void report_input(const tfa_ros2 *gateway, ros2_input *in, int64_t now)
 {
     const ros2_robot *robot = in->robot;
@@ -226,10 +231,7 @@ static void report_input(const tfa_ros2 *gateway, ros2_input *in, int64_t now)
         set_level(&w, absent, "no publisher");
     else if (!in->received)
         set_level(&w, absent, "no message that can be read");
-    if (in->received &&
-        (in->kind == ROS2_JOINT_STATES || in->kind == ROS2_LOW_STATE_GO ||
-         in->kind == ROS2_LOW_STATE_HG) &&
-        robot->arrays)
+    if (in->received && gives_joint_states(in->kind) && robot->arrays)
         report_ages(&w, robot, now);
     if (needed && in->received && now - in->last > robot->state_age)
         set_level(&w, LEVEL_STALE, "the last message is %.0f ms old, the limit is %.0f ms",
@@ -239,10 +241,10 @@ static void report_input(const tfa_ros2 *gateway, ros2_input *in, int64_t now)
     add_value(&w, "refused", "%" PRIu64, in->refused);
     add_value(&w, "last refusal", "%s", in->error);
     add_value(&w, "too long", "%" PRIu64, oversized);
-    if (robot->arrays && in->kind != ROS2_WRENCH && in->kind != ROS2_ODOMETRY &&
-        in->kind != ROS2_ROBOT_DESCRIPTION)
-        report_unknown(&w,
-                       ros2_is_command(in->kind) ? robot->arrays->command : robot->arrays->state);
+    if (robot->arrays && gives_joint_states(in->kind))
+        report_unknown(&w, robot->arrays->state);
+    if (robot->arrays && ros2_is_command(in->kind))
+        report_unknown(&w, robot->arrays->command);
     in->received_before = in->received;
     in->refused_before = in->refused;
     in->oversized_before = oversized;

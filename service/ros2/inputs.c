@@ -24,9 +24,10 @@ void ros2_refuse(ros2_input *in, const char *format, ...)
     va_end(arguments);
 }
 
-void ros2_fault_text(const tfa_joint_inputs *inputs, tfa_joint_fault fault, char *text, size_t size)
+void ros2_fault_text(const tfa_joint_inputs *inputs, char *text, size_t size)
 {
     static const char *const values[] = {"position", "velocity", "effort"};
+    const tfa_joint_fault fault = tfa_joint_inputs_outcome(inputs).fault;
     const tfa_joint_fault_record *f = tfa_joint_inputs_fault(inputs, fault);
     switch (fault) {
     case TFA_JOINT_FAULT_LENGTH:
@@ -34,9 +35,6 @@ void ros2_fault_text(const tfa_joint_inputs *inputs, tfa_joint_fault fault, char
         return;
     case TFA_JOINT_FAULT_TWICE:
         snprintf(text, size, "joint '%s' is named twice", f->joint);
-        return;
-    case TFA_JOINT_FAULT_UNKNOWN:
-        snprintf(text, size, "joint '%s' is unknown", f->joint);
         return;
     case TFA_JOINT_FAULT_NOT_FINITE:
         snprintf(text, size, "joint '%s': %s is not finite", f->joint, values[f->value]);
@@ -50,25 +48,14 @@ void ros2_fault_text(const tfa_joint_inputs *inputs, tfa_joint_fault fault, char
     }
 }
 
-/* Faults of a message that the last merge found. */
-static const tfa_joint_fault message_faults[] = {TFA_JOINT_FAULT_LENGTH, TFA_JOINT_FAULT_TWICE,
-                                                 TFA_JOINT_FAULT_NOT_FINITE};
-
 bool ros2_merge(ros2_input *in, tfa_joint_inputs *into, const tfa_joint_message *m, uint32_t values,
                 int64_t now)
 {
-    enum { FAULTS = sizeof message_faults / sizeof *message_faults };
-    uint64_t before[FAULTS];
-    char text[sizeof in->error];
-    for (int k = 0; k < FAULTS; k++)
-        before[k] = tfa_joint_inputs_fault(into, message_faults[k])->count;
     const bool taken = tfa_joint_inputs_merge(into, m, values, now);
-    for (int k = 0; k < FAULTS; k++)
-        if (tfa_joint_inputs_fault(into, message_faults[k])->count != before[k]) {
-            ros2_fault_text(into, message_faults[k], text, sizeof text);
-            ros2_refuse(in, "%s", text);
-            break;
-        }
+    if (tfa_joint_inputs_outcome(into).fault != TFA_JOINT_FAULT_COUNT) {
+        in->refused++;
+        ros2_fault_text(into, in->error, sizeof in->error);
+    }
     return taken;
 }
 
@@ -109,11 +96,9 @@ static void read_command(ros2_input *in, const tfa_joint_message *message,
                          const ros2_header *header, int64_t now)
 {
     tfa_joint_inputs *command = in->robot->arrays->command;
-    const tfa_joint_fault_record *unknown =
-        tfa_joint_inputs_fault(command, TFA_JOINT_FAULT_UNKNOWN);
-    const uint64_t refused = in->refused, strangers = unknown->count;
     (void)ros2_merge(in, command, message, COMMAND_VALUES, now);
-    if (in->refused == refused && unknown->count - strangers < message->name_count)
+    const tfa_joint_outcome outcome = tfa_joint_inputs_outcome(command);
+    if (outcome.fault == TFA_JOINT_FAULT_COUNT && outcome.taken > 0)
         ros2_answer_command(in->robot, header, now);
 }
 

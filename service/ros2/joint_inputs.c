@@ -26,6 +26,7 @@ struct tfa_joint_inputs {
     uint32_t *sorted; /* joints by name */
     uint32_t *order; /* joint at each place of the last message, as many as joints; NONE: another */
     uint64_t messages;
+    tfa_joint_outcome outcome;
     tfa_joint_fault_record fault[TFA_JOINT_FAULT_COUNT];
 };
 
@@ -108,8 +109,15 @@ static bool refuse(tfa_joint_inputs *s, tfa_joint_fault fault, tfa_joint_value v
     tfa_joint_fault_record *f = &s->fault[fault];
     f->count++;
     f->value = value;
+    if (fault != TFA_JOINT_FAULT_UNKNOWN)
+        s->outcome.fault = fault;
     snprintf(f->joint, sizeof f->joint, "%s", joint);
     return false;
+}
+
+tfa_joint_outcome tfa_joint_inputs_outcome(const tfa_joint_inputs *s)
+{
+    return s->outcome;
 }
 
 const tfa_joint_fault_record *tfa_joint_inputs_fault(const tfa_joint_inputs *s,
@@ -167,6 +175,7 @@ static void take(struct joint *j, const tfa_joint_message *m, uint32_t place, ui
 bool tfa_joint_inputs_merge(tfa_joint_inputs *s, const tfa_joint_message *m, uint32_t values,
                             int64_t now)
 {
+    s->outcome = (tfa_joint_outcome){.fault = TFA_JOINT_FAULT_COUNT};
     if (!check_lengths(s, m) || !check_names(s, m))
         return false;
     for (uint32_t k = 0; k < m->name_count; k++) {
@@ -176,8 +185,10 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *s, const tfa_joint_message *m, uin
             (void)refuse(s, TFA_JOINT_FAULT_UNKNOWN, TFA_JOINT_POSITION, m->name[k]);
         else if (bad < TFA_JOINT_VALUE_COUNT)
             (void)refuse(s, TFA_JOINT_FAULT_NOT_FINITE, (tfa_joint_value)bad, m->name[k]);
-        else
+        else {
             take(&s->joint[j], m, k, values, now);
+            s->outcome.taken++;
+        }
     }
     return true;
 }
@@ -213,6 +224,7 @@ int64_t tfa_joint_inputs_age(const tfa_joint_inputs *s, uint32_t joint, tfa_join
 bool tfa_joint_inputs_read(tfa_joint_inputs *s, tfa_joint_value value, int64_t now, int64_t age_max,
                            double *out)
 {
+    s->outcome = (tfa_joint_outcome){.fault = TFA_JOINT_FAULT_COUNT};
     for (uint32_t j = 0; j < s->count; j++) {
         if (!(s->joint[j].has & 1u << value))
             return refuse(s, TFA_JOINT_FAULT_MISSING, value, s->joint[j].name);

@@ -54,6 +54,12 @@ typedef struct tfa_joint_fault_record {
     char joint[64];        /* of the last one, cut off if longer */
 } tfa_joint_fault_record;
 
+/** What the last merge or read did. */
+typedef struct tfa_joint_outcome {
+    tfa_joint_fault fault; /**< the last one, unknown names apart; TFA_JOINT_FAULT_COUNT: none */
+    uint32_t taken;        /**< joints whose values a merge took */
+} tfa_joint_outcome;
+
 typedef struct tfa_joint_inputs tfa_joint_inputs;
 
 /**
@@ -93,6 +99,8 @@ void tfa_joint_inputs_forget(tfa_joint_inputs *inputs);
 /** The newest value of joint `joint`: how old it is, ns; -1: none was received. */
 int64_t tfa_joint_inputs_age(const tfa_joint_inputs *inputs, uint32_t joint, tfa_joint_value value,
                              int64_t now);
+
+tfa_joint_outcome tfa_joint_inputs_outcome(const tfa_joint_inputs *inputs);
 
 const tfa_joint_fault_record *tfa_joint_inputs_fault(const tfa_joint_inputs *inputs,
                                                      tfa_joint_fault fault);

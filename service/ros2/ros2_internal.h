@@ -135,7 +135,7 @@ typedef struct ros2_counts {
     uint64_t answers; /* to commands */
     uint64_t states;  /* answered */
     uint64_t refused; /* answers that could not be given */
-    uint64_t fallbacks, estimates, dropped, standby;
+    uint64_t fallbacks, estimates, dropped;
     double largest_estimate;
     uint16_t method;   /* that answered last */
     char refusal[160]; /* why the last one was refused */
@@ -214,9 +214,8 @@ __attribute__((format(printf, 2, 3))) void ros2_refuse(ros2_input *input, const 
 bool ros2_merge(ros2_input *in, tfa_joint_inputs *into, const tfa_joint_message *m, uint32_t values,
                 int64_t now);
 #define ROS2_STATE_VALUES (1u << TFA_JOINT_POSITION | 1u << TFA_JOINT_VELOCITY)
-/* Why the merge or the read of joint values was refused: its last fault of this kind. */
-void ros2_fault_text(const tfa_joint_inputs *inputs, tfa_joint_fault fault, char *text,
-                     size_t size);
+/* Why the last merge or read was refused. */
+void ros2_fault_text(const tfa_joint_inputs *inputs, char *text, size_t size);
 
 /* ---- unitree.c ---- */
 

@@ -180,6 +180,13 @@ static void commit_robot(tfa_daemon *d, uint32_t i)
     *next = old;
 }
 
+static void exchange(tfa_robot_solver **now, tfa_robot_solver **next)
+{
+    tfa_robot_solver *old = *now;
+    *now = *next;
+    *next = old;
+}
+
 /* The gateway answers by the new solvers when this returns. */
 static void exchange_gateway_solvers(const tfa_daemon *d)
 {
@@ -190,9 +197,7 @@ static void exchange_gateway_solvers(const tfa_daemon *d)
         const tfa_robot *robot = &d->robot_set.robots[i];
         const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
         d->gateway.expect(d->gateway.self, i, robot->model, &solver);
-        tfa_robot_solver *old = d->gateway_solvers[i];
-        d->gateway_solvers[i] = next[i];
-        next[i] = old;
+        exchange(&d->gateway_solvers[i], &next[i]);
     }
 }
 
@@ -209,9 +214,7 @@ static void exchange_ros2_solvers(const tfa_daemon *d)
                     "reload: robot '%s': no memory for its topics of ROS 2: nothing is answered "
                     "there; free some and reload",
                     robot->name);
-        tfa_robot_solver *old = d->ros2_solvers[i];
-        d->ros2_solvers[i] = next[i];
-        next[i] = old;
+        exchange(&d->ros2_solvers[i], &next[i]);
     }
 }
 
@@ -220,11 +223,8 @@ static void offer_solvers(const tfa_daemon *d, uint32_t worker, tfa_worker_robot
     daemon_worker *w = &d->workers[worker];
     tfa_robot_solver **next = d->reload.solvers[worker];
     for (uint32_t i = 0; i < d->robot_set.count; i++) {
-        if (d->reload.changed[i]) {
-            tfa_robot_solver *old = w->solvers[i];
-            w->solvers[i] = next[i];
-            next[i] = old;
-        }
+        if (d->reload.changed[i])
+            exchange(&w->solvers[i], &next[i]);
         robots[i] = tfa_robot_for_worker(&d->robot_set.robots[i], w->solvers[i]);
     }
     tfa_worker_offer(w->worker, robots);

@@ -82,17 +82,13 @@ static int make_pools(const tfa_daemon *d, reload *r)
     return status;
 }
 
-/* Does this worker, or gateway after the workers, need a solver of the robot? */
-static bool needs_solver(const tfa_daemon *d, uint32_t k, uint32_t robot)
+/* Solvers in use, by robot, of a worker or of the gateways after the workers; NULL: no gateway. */
+static tfa_robot_solver *const *solvers_in_use(const tfa_daemon *d, uint32_t k)
 {
     const uint32_t workers = d->settings->workers;
-    if (!d->reload.changed[robot])
-        return false;
-    if (k == workers)
-        return d->gateway_solvers != NULL;
-    if (k == workers + 1)
-        return d->ros2_solvers && d->ros2_solvers[robot];
-    return true;
+    return k < workers    ? d->workers[k].solvers
+           : k == workers ? d->gateway_solvers
+                          : d->ros2_solvers;
 }
 
 static int make_solvers(const tfa_daemon *d, reload *r)
@@ -105,9 +101,10 @@ static int make_solvers(const tfa_daemon *d, reload *r)
         r->solvers[k] = calloc(count, sizeof **r->solvers);
         if (!r->solvers[k])
             return TFA_E_MEMORY;
+        tfa_robot_solver *const *now = solvers_in_use(d, k);
         for (uint32_t i = 0; i < count; i++) {
             int status =
-                needs_solver(d, k, i)
+                r->changed[i] && now && now[i]
                     ? tfa_robot_solver_create(&r->robot_set.robots[i], &settings_in_effect(d)->pool,
                                               &r->solvers[k][i])
                     : TFA_OK;

@@ -157,17 +157,28 @@ static tfa_wait worker_wait(const config *settings)
     return wait;
 }
 
+/* A solver of robot `i` of the set, into `solvers` by robot, which are made when they are NULL. */
+static int make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solvers,
+                       tfa_worker_robot *made)
+{
+    const tfa_robot *robot = &d->robot_set.robots[i];
+    if (!*solvers)
+        *solvers = calloc(d->robot_set.count, sizeof **solvers);
+    if (!*solvers)
+        return TFA_E_MEMORY;
+    const int status = tfa_robot_solver_create(robot, &d->settings->pool, &(*solvers)[i]);
+    if (status == TFA_OK)
+        *made = tfa_robot_for_worker(robot, (*solvers)[i]);
+    return status;
+}
+
 static int make_worker(tfa_daemon *d, daemon_worker *w)
 {
     const robot_set *f = &d->robot_set;
     tfa_worker_robot *robots = calloc(f->count, sizeof *robots);
-    w->solvers = calloc(f->count, sizeof *w->solvers);
-    int status = robots && w->solvers ? TFA_OK : TFA_E_MEMORY;
-    for (uint32_t i = 0; i < f->count && status == TFA_OK; i++) {
-        status = tfa_robot_solver_create(&f->robots[i], &d->settings->pool, &w->solvers[i]);
-        if (status == TFA_OK)
-            robots[i] = tfa_robot_for_worker(&f->robots[i], w->solvers[i]);
-    }
+    int status = robots ? TFA_OK : TFA_E_MEMORY;
+    for (uint32_t i = 0; i < f->count && status == TFA_OK; i++)
+        status = make_solver(d, i, &w->solvers, &robots[i]);
     if (status == TFA_OK) {
         const tfa_worker_options options = {.robots = robots,
                                             .robot_count = f->count,
@@ -222,31 +233,18 @@ int daemon_start_workers(tfa_daemon *d)
 
 int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *robots)
 {
-    const robot_set *f = &d->robot_set;
-    d->gateway_solvers = calloc(f->count, sizeof *d->gateway_solvers);
-    int status = d->gateway_solvers ? TFA_OK : TFA_E_MEMORY;
-    for (uint32_t i = 0; i < f->dds_count && status == TFA_OK; i++) {
-        status = tfa_robot_solver_create(&f->robots[i], &d->settings->pool, &d->gateway_solvers[i]);
-        if (status == TFA_OK)
-            robots[i] = tfa_robot_for_worker(&f->robots[i], d->gateway_solvers[i]);
-    }
+    int status = TFA_OK;
+    for (uint32_t i = 0; i < d->robot_set.dds_count && status == TFA_OK; i++)
+        status = make_solver(d, i, &d->gateway_solvers, &robots[i]);
     return status;
 }
 
 int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t count,
                              tfa_worker_robot *robots)
 {
-    const robot_set *f = &d->robot_set;
-    if (!d->ros2_solvers)
-        d->ros2_solvers = calloc(f->count, sizeof *d->ros2_solvers);
-    int status = d->ros2_solvers ? TFA_OK : TFA_E_MEMORY;
-    for (uint32_t k = 0; k < count && status == TFA_OK; k++) {
-        const tfa_robot *robot = &f->robots[which[k]];
-        tfa_robot_solver **solver = &d->ros2_solvers[which[k]];
-        status = tfa_robot_solver_create(robot, &d->settings->pool, solver);
-        if (status == TFA_OK)
-            robots[k] = tfa_robot_for_worker(robot, *solver);
-    }
+    int status = TFA_OK;
+    for (uint32_t k = 0; k < count && status == TFA_OK; k++)
+        status = make_solver(d, which[k], &d->ros2_solvers, &robots[k]);
     return status;
 }
 
@@ -276,12 +274,18 @@ void daemon_stop_workers(tfa_daemon *d)
     }
 }
 
+/* Those of all robots. NULL is allowed. */
+static void free_solvers(const tfa_daemon *d, tfa_robot_solver **solvers)
+{
+    for (uint32_t i = 0; solvers && i < d->robot_set.count; i++)
+        tfa_robot_solver_free(solvers[i]);
+    free(solvers);
+}
+
 static void free_worker(const tfa_daemon *d, daemon_worker *w)
 {
     tfa_worker_destroy(w->worker);
-    for (uint32_t i = 0; w->solvers && i < d->robot_set.count; i++)
-        tfa_robot_solver_free(w->solvers[i]);
-    free(w->solvers);
+    free_solvers(d, w->solvers);
 }
 
 void daemon_free_robot_set(tfa_daemon *d)
@@ -289,12 +293,8 @@ void daemon_free_robot_set(tfa_daemon *d)
     for (uint32_t i = 0; d->workers && i < d->settings->workers; i++)
         free_worker(d, &d->workers[i]);
     free(d->workers);
-    for (uint32_t i = 0; d->gateway_solvers && i < d->robot_set.count; i++)
-        tfa_robot_solver_free(d->gateway_solvers[i]);
-    free(d->gateway_solvers);
-    for (uint32_t i = 0; d->ros2_solvers && i < d->robot_set.count; i++)
-        tfa_robot_solver_free(d->ros2_solvers[i]);
-    free(d->ros2_solvers);
+    free_solvers(d, d->gateway_solvers);
+    free_solvers(d, d->ros2_solvers);
     robot_set_unload(&d->robot_set);
     tfa_thread_pool_free(d->thread_pool);
 }

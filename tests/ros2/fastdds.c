@@ -5,6 +5,7 @@
  * exchange each topic type.
  */
 #include "fastdds_peer.h"
+#include "ros2_peer.h"
 
 #include "dds/dds_test.h"
 #include "fastcdr_wire.h"
@@ -62,17 +63,6 @@ static dds_entity_t cyclone_open(const char *topic_name, const dds_topic_descrip
     assert_int_equal(dds_delete(topic), DDS_RETCODE_OK); /* with its endpoint */
     dds_delete_qos(qos);
     return endpoint;
-}
-
-static bool cyclone_take(dds_entity_t reader, void *sample)
-{
-    for (int i = 0; i < PATIENCE_MS; i++) {
-        dds_sample_info_t info;
-        if (dds_take(reader, &sample, &info, 1, 1) == 1 && info.valid_data)
-            return true;
-        dds_sleepfor(DDS_MSECS(1));
-    }
-    return false;
 }
 
 static fastdds_matches cyclone_writer_matches(dds_entity_t writer)
@@ -206,7 +196,7 @@ static void take_sample(const pair *p, void *sample)
     static msg_bytes bytes;
 
     if (p->fast_reader == NULL) {
-        assert_true(cyclone_take(p->cyclone, sample));
+        assert_true(ros2_peer_take(p->cyclone, sample, PATIENCE_MS));
         return;
     }
     bytes.size = fastdds_take(p->fast_reader, bytes.byte, sizeof bytes.byte, PATIENCE_MS);
@@ -310,7 +300,7 @@ TEST(a_long_robot_description_arrives_whole)
 
     p = open_pair(&description, &fastdds_latched, &fastdds_latched, true);
     assert_true(fastdds_write(p.fast_writer, expected, sizeof expected));
-    assert_true(cyclone_take(p.cyclone, &copy));
+    assert_true(ros2_peer_take(p.cyclone, &copy, PATIENCE_MS));
     assert_string_equal(copy.data, sample.data);
     dds_sample_free(&copy, p.type, DDS_FREE_CONTENTS);
     close_pair(&p);

@@ -7,6 +7,7 @@
 #include "fastdds_node.h"
 
 #include "dds/dds_test.h"
+#include "ros2_peer.h"
 
 #define PATIENCE_MS 20000
 #define NAMESPACE "/arm"
@@ -16,55 +17,6 @@ typedef rmw_dds_common_msg_dds__NodeEntitiesInfo_ node_info;
 
 static dds_entity_t participant;
 static fastdds_node *node;
-
-static dds_entity_t topic_of(const dds_topic_descriptor_t *type, const char *name)
-{
-    return dds_create_topic(participant, type, name, NULL, NULL);
-}
-
-/* Reliable; `latched`: the last sample stays for late joiners */
-static dds_qos_t *qos_of(bool latched)
-{
-    const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
-    dds_qos_t *const qos = dds_create_qos();
-
-    dds_qset_data_representation(qos, 1, &xcdr1);
-    dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
-    dds_qset_durability(qos, latched ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
-    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, latched ? 1 : 10);
-    return qos;
-}
-
-static dds_entity_t open_reader(const dds_topic_descriptor_t *type, const char *name, bool latched)
-{
-    dds_qos_t *const qos = qos_of(latched);
-    const dds_entity_t reader = dds_create_reader(participant, topic_of(type, name), qos, NULL);
-
-    dds_delete_qos(qos);
-    assert_true(reader > 0);
-    return reader;
-}
-
-static dds_entity_t open_writer(const dds_topic_descriptor_t *type, const char *name, bool latched)
-{
-    dds_qos_t *const qos = qos_of(latched);
-    const dds_entity_t writer = dds_create_writer(participant, topic_of(type, name), qos, NULL);
-
-    dds_delete_qos(qos);
-    assert_true(writer > 0);
-    return writer;
-}
-
-static bool take(dds_entity_t reader, void *sample)
-{
-    for (int i = 0; i < PATIENCE_MS; i++) {
-        dds_sample_info_t info;
-        if (dds_take(reader, &sample, &info, 1, 1) == 1 && info.valid_data)
-            return true;
-        dds_sleepfor(DDS_MSECS(1));
-    }
-    return false;
-}
 
 /* Both sides must know of each other: what is written before is lost. */
 static void await_partners(dds_entity_t reader, dds_entity_t writer)
@@ -90,8 +42,10 @@ TEST(a_state_is_answered)
     const dds_topic_descriptor_t *const state_type = &sensor_msgs_msg_dds__JointState__desc;
     const dds_topic_descriptor_t *const answer_type =
         &trajectory_msgs_msg_dds__JointTrajectory__desc;
-    const dds_entity_t states = open_reader(state_type, "rt" STATES, false);
-    const dds_entity_t answers = open_writer(answer_type, "rt" ANSWERS, false);
+    const dds_entity_t states =
+        ros2_peer_reader(participant, state_type, "rt" STATES, PEER_DEFAULT);
+    const dds_entity_t answers =
+        ros2_peer_writer(participant, answer_type, "rt" ANSWERS, PEER_DEFAULT);
     fastdds_writer *const w = fastdds_publisher(node, state_type, STATES, &fastdds_default);
     fastdds_reader *const r = fastdds_subscription(node, answer_type, ANSWERS, &fastdds_default);
     char *name[] = {"joint_1", "joint_2"};
@@ -104,7 +58,7 @@ TEST(a_state_is_answered)
     fastdds_await_match_of_reader(r);
     await_partners(states, answers);
     fastdds_publish(node, w, &sent);
-    assert_true(take(states, &got));
+    assert_true(ros2_peer_take(states, &got, PATIENCE_MS));
     assert_int_equal(got.name._length, 2);
     assert_string_equal(got.name._buffer[1], "joint_2");
     assert_int_equal(got.position._length, 2);
@@ -132,11 +86,12 @@ TEST(the_node_lists_its_endpoints)
         &rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc;
     fastdds_writer *const w = fastdds_publisher(node, &std_msgs_msg_dds__Float64MultiArray__desc,
                                                 NAMESPACE "/efforts", &fastdds_default);
-    const dds_entity_t graph = open_reader(type, "ros_discovery_info", true);
+    const dds_entity_t graph =
+        ros2_peer_reader(participant, type, "ros_discovery_info", PEER_TRANSIENT_LOCAL);
     graph_info sample = {0};
     uint8_t peer_gid[16], writer_gid[16];
 
-    assert_true(take(graph, &sample));
+    assert_true(ros2_peer_take(graph, &sample, PATIENCE_MS));
     fastdds_gid(fastdds_node_peer(node), peer_gid);
     assert_memory_equal(sample.gid.data, peer_gid, sizeof peer_gid);
     assert_int_equal(sample.node_entities_info_seq._length, 1);
@@ -152,8 +107,9 @@ TEST(the_node_lists_its_endpoints)
 
 TEST(the_node_finds_another)
 {
-    const dds_entity_t graph = open_writer(&rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc,
-                                           "ros_discovery_info", true);
+    const dds_entity_t graph =
+        ros2_peer_writer(participant, &rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc,
+                         "ros_discovery_info", PEER_TRANSIENT_LOCAL);
     rmw_dds_common_msg_dds__Gid_ writers[2] = {{{1}}, {{2}}};
     node_info info = {.node_namespace = NAMESPACE, .node_name = "totalforce"};
     const graph_info sample = {.gid = {{3}}, .node_entities_info_seq = {1, 1, &info, false}};

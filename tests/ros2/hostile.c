@@ -319,21 +319,6 @@ static void assert_other_is_answered(void)
     assert_true(answered);
 }
 
-static void assert_arm_is_answered(void)
-{
-    static trajectory_msgs_msg_dds__JointTrajectory_ m;
-    const arm_motion motion = arm_motion_of(4);
-    bool answered = false;
-
-    for (int k = 0; k < 100 && !answered; k++) {
-        arm_publish_state(&node, &motion, 4711);
-        arm_publish_named_efforts(&node, arm_joints, motion.tau, JOINTS, 4711);
-        while (!answered && ros2_peer_take(node.accelerations, &m, 100))
-            answered = m.header.stamp.sec == 4711;
-    }
-    assert_true(answered);
-}
-
 /* Memory is measured where nothing else is kept, as freed blocks are by a sanitizer. */
 static void assert_bounded(long grown)
 {
@@ -362,7 +347,7 @@ static void check_attack(tfa_client *client, const attack *how, const latency *q
     assert_true(a.written > 10);
     assert_true(l.median_us < MEDIAN_RATIO * quiet->median_us);
     assert_bounded(grown);
-    assert_arm_is_answered();
+    arm_assert_answered(&node);
 }
 
 static void open_other(void)
@@ -521,7 +506,7 @@ TEST(hundreds_of_publishers_come_and_go)
     const long grown = harness_resident_kib(&running) - before;
     print_message("3 times %d publishers: grown %ld KiB\n", PUBLISHERS, grown);
     assert_bounded(grown);
-    assert_arm_is_answered();
+    arm_assert_answered(&node);
     stop();
 }
 

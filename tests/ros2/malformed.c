@@ -24,7 +24,6 @@
 
 static harness running;
 static arm_node node;
-static double right_answer[JOINTS];
 
 /* ---- what is written ---- */
 
@@ -146,64 +145,21 @@ static uint32_t flood(struct random_source *seed, uint32_t size)
     return written;
 }
 
-/* ---- who must not notice ---- */
-
-typedef struct witness {
-    pthread_t thread;
-    _Atomic bool stop;
-    tfa_client *client;
-    uint32_t asked, wrong;
-} witness;
-
-static void *run_witness(void *arg)
-{
-    witness *w = arg;
-    double qdd[JOINTS];
-
-    for (; !atomic_load(&w->stop); w->asked++) {
-        w->wrong += ask_arm(w->client, 0.1, qdd, WAIT_NS) != TFA_OK ||
-                    memcmp(qdd, right_answer, sizeof qdd) != 0;
-        dds_sleepfor(DDS_USECS(500));
-    }
-    return NULL;
-}
-
-static void assert_arm_is_answered(void)
-{
-    static trajectory_msgs_msg_dds__JointTrajectory_ m;
-    const arm_motion motion = arm_motion_of(4);
-    bool answered = false;
-
-    for (int k = 0; k < 100 && !answered; k++) {
-        arm_publish_state(&node, &motion, 4711);
-        arm_publish_named_efforts(&node, arm_joints, motion.tau, JOINTS, 4712);
-        while (!answered && ros2_peer_take(node.accelerations, &m, 100))
-            answered = m.header.stamp.sec == 4712;
-    }
-    assert_true(answered);
-}
-
 TEST(damaged_messages_of_every_kind)
 {
     struct random_source seed = {2};
-    static witness w;
+    static arm_witness w;
     uint32_t written = 0;
     const long before = harness_resident_kib(&running);
 
-    w.client = harness_connect(&running, "arm", TFA_WAIT_BLOCK);
-    assert_int_equal(ask_arm(w.client, 0.1, right_answer, WAIT_NS), TFA_OK);
-    assert_int_equal(pthread_create(&w.thread, NULL, run_witness, &w), 0);
+    arm_witness_start(&w, &running, true);
     for (size_t k = 0; k < SIZES; k++)
         written += flood(&seed, sizes[k]);
-    assert_arm_is_answered();
-    atomic_store(&w.stop, true);
-    pthread_join(w.thread, NULL);
-    tfa_client_close(w.client);
+    arm_assert_answered(&node);
+    arm_witness_stop(&w);
     const long grown = harness_resident_kib(&running) - before;
     print_message("%u messages, %u requests over shared memory, grown %ld KiB\n", written, w.asked,
                   grown);
-    assert_true(w.asked > 100);
-    assert_int_equal(w.wrong, 0);
 #ifndef TFA_INSTRUMENTED /* sanitizers keep memory that was freed */
     assert_true(grown < GROWN_KIB);
 #endif

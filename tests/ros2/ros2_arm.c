@@ -154,6 +154,51 @@ void arm_publish_trajectory(const arm_node *n, const double *tau, int32_t sec)
     assert_int_equal(dds_write(n->trajectory, &sample), DDS_RETCODE_OK);
 }
 
+void arm_assert_answered(const arm_node *n)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ m;
+    const arm_motion motion = arm_motion_of(4);
+    bool answered = false;
+
+    for (int k = 0; k < 100 && !answered; k++) {
+        arm_publish_state(n, &motion, 4711);
+        arm_publish_named_efforts(n, arm_joints, motion.tau, JOINTS, 4712);
+        while (!answered && ros2_peer_take(n->accelerations, &m, 100))
+            answered = m.header.stamp.sec == 4712;
+    }
+    assert_true(answered);
+}
+
+static void *run_witness(void *arg)
+{
+    arm_witness *w = arg;
+    double qdd[JOINTS];
+
+    for (; !atomic_load(&w->stop); w->asked++) {
+        w->wrong += ask_arm(w->client, 0.1, qdd, WAIT_NS) != TFA_OK ||
+                    (w->exact && memcmp(qdd, w->right, sizeof qdd) != 0);
+        dds_sleepfor(DDS_USECS(500));
+    }
+    return NULL;
+}
+
+void arm_witness_start(arm_witness *w, const harness *h, bool exact)
+{
+    *w = (arm_witness){.exact = exact};
+    w->client = harness_connect(h, "arm", TFA_WAIT_BLOCK);
+    assert_int_equal(ask_arm(w->client, 0.1, w->right, WAIT_NS), TFA_OK);
+    assert_int_equal(pthread_create(&w->thread, NULL, run_witness, w), 0);
+}
+
+void arm_witness_stop(arm_witness *w)
+{
+    atomic_store(&w->stop, true);
+    pthread_join(w->thread, NULL);
+    tfa_client_close(w->client);
+    assert_true(w->asked > 100);
+    assert_int_equal(w->wrong, 0);
+}
+
 static bool contains(const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s, const char *text)
 {
     if (strstr(s->message, text) != NULL)

@@ -10,6 +10,8 @@
 #include "ros2_peer.h"
 
 #include <idl/ros2.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <totalforce/dynamics.h>
 
 #define JOINTS 7
@@ -39,6 +41,8 @@ const char *arm_settings(const char *more);
  * is sent before it has matched is lost. */
 void arm_node_open(arm_node *node);
 void arm_node_close(arm_node *node);
+/** Repeats a command until the answer to it comes. */
+void arm_assert_answered(const arm_node *node);
 /** A motion of the arm, another for each seed. */
 arm_motion arm_motion_of(uint64_t seed);
 /** Publishes positions and velocities of all joints with this stamp. */
@@ -50,6 +54,18 @@ void arm_publish_trajectory(const arm_node *node, const double *tau, int32_t sec
 /** Publishes efforts by name with this stamp, frame "command". */
 void arm_publish_named_efforts(const arm_node *node, char **name, const double *tau, uint32_t count,
                                int32_t sec);
+/** A client of shared memory that asks all the while, in a thread of its own. */
+typedef struct arm_witness {
+    pthread_t thread;
+    _Atomic bool stop;
+    tfa_client *client;
+    double right[JOINTS]; /* the answer at the start */
+    bool exact;           /* every answer has the same bits */
+    uint32_t asked, wrong;
+} arm_witness;
+void arm_witness_start(arm_witness *w, const harness *h, bool exact);
+/** Asserts that it has asked often and was answered right. */
+void arm_witness_stop(arm_witness *w);
 /** Waits for a diagnostic status whose name contains `what` and whose message or values contain
  * `text`. @return its level, -1: none came in 10 s */
 int arm_await_diagnostic(const arm_node *node, const char *what, const char *text);

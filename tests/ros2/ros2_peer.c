@@ -42,28 +42,32 @@ dds_entity_t ros2_peer_open(uint32_t domain)
     return participant;
 }
 
-dds_entity_t ros2_peer_writer(dds_entity_t participant, const dds_topic_descriptor_t *type,
-                              const char *topic, ros2_peer_qos kind)
+typedef dds_entity_t (*maker)(dds_entity_t participant, dds_entity_t topic, const dds_qos_t *qos,
+                              const dds_listener_t *listener);
+
+static dds_entity_t make_endpoint(maker make, dds_entity_t participant,
+                                  const dds_topic_descriptor_t *type, const char *topic,
+                                  ros2_peer_qos kind)
 {
     const dds_entity_t entity = dds_create_topic(participant, type, topic, NULL, NULL);
     dds_qos_t *qos = make_qos(type, kind);
-    const dds_entity_t writer = dds_create_writer(participant, entity, qos, NULL);
+    const dds_entity_t endpoint = make(participant, entity, qos, NULL);
 
     dds_delete_qos(qos);
-    assert_true(writer > 0);
-    return writer;
+    assert_true(endpoint > 0);
+    return endpoint;
+}
+
+dds_entity_t ros2_peer_writer(dds_entity_t participant, const dds_topic_descriptor_t *type,
+                              const char *topic, ros2_peer_qos kind)
+{
+    return make_endpoint(dds_create_writer, participant, type, topic, kind);
 }
 
 dds_entity_t ros2_peer_reader(dds_entity_t participant, const dds_topic_descriptor_t *type,
                               const char *topic, ros2_peer_qos kind)
 {
-    const dds_entity_t entity = dds_create_topic(participant, type, topic, NULL, NULL);
-    dds_qos_t *qos = make_qos(type, kind);
-    const dds_entity_t reader = dds_create_reader(participant, entity, qos, NULL);
-
-    dds_delete_qos(qos);
-    assert_true(reader > 0);
-    return reader;
+    return make_endpoint(dds_create_reader, participant, type, topic, kind);
 }
 
 void ros2_peer_await_reader(dds_entity_t writer)

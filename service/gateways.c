@@ -342,8 +342,10 @@ int gateways_open(gateways *g)
                 settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
     if (status == TFA_OK && g->ros2_count)
         status = open_all_ros2(g);
-    else if (settings->ros2.enabled && !g->ros2_count)
-        tfa_log(TFA_LOG_WARNING, "ros2: off: no robot has 'ros2: {enabled: yes}'");
+    else if (status == TFA_OK)
+        tfa_log(settings->ros2.enabled ? TFA_LOG_WARNING : TFA_LOG_INFO, "ros2: off: %s",
+                settings->ros2.enabled ? "no robot has 'ros2: {enabled: yes}'"
+                                       : "ros2.enabled is not set");
     return status;
 }
 

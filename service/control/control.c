@@ -106,8 +106,11 @@ int control_listen(tfa_daemon *d)
     }
     if (status == TFA_OK && d->command_listener < 0)
         status = commands_listen(d);
-    if (status == TFA_OK)
+    if (status == TFA_OK) {
         tfa_runtime_dir_ready(&d->runtime_dir, names, count);
+        tfa_log(TFA_LOG_INFO, "shared memory: %u robots: %s/ROBOT.sock; commands: %s/%s.sock",
+                count, d->runtime_dir.path, d->runtime_dir.path, TFA_CONTROL_NAME);
+    }
     free(names);
     return status;
 }

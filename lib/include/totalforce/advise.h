@@ -48,6 +48,7 @@ typedef struct tfa_advice {
  *
  * Cost: 6 solves for each joint and state. Allocates. Any thread; one call for each advice.
  *
+ * @param model      of the whole robot
  * @param states     forward dynamics; read: count, q, v, tau, base_*, gravity, wrenches, payloads
  * @param tolerance  largest error, above 0
  * @param advice     is overwritten; all zero after an error

@@ -31,7 +31,8 @@ typedef struct tfa_thread_pool_options {
  * Starts the threads, named tfa-pool1, tfa-pool2, ... Each prepares its stack (tfa_stack_prepare).
  * Any thread. Allocates.
  *
- * @param options  NULL: all defaults
+ * @param options      NULL: all defaults
+ * @param thread_pool  the new pool
  * @return TFA_OK; TFA_E_ARGUMENT (thread_pool NULL, more than 256 threads, a priority above 99);
  *         TFA_E_MEMORY; TFA_E_SYSTEM with errno: EPERM (the priority needs CAP_SYS_NICE or an
  *         rtprio limit), EINVAL (a processor does not exist), EAGAIN (too many threads).
@@ -65,7 +66,9 @@ typedef struct tfa_batch_pool_options {
  * Creates one workspace of the model for each thread; starts the threads unless a thread pool is
  * given. The model must outlive the pool. Any thread. Allocates all memory that the pool ever uses.
  *
+ * @param model    outlives the pool
  * @param options  NULL: all defaults
+ * @param pool     the new pool
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_MEMORY; the statuses of tfa_thread_pool_create and
  *         tfa_workspace_create. On error *pool is NULL.
  */

@@ -52,9 +52,14 @@ typedef struct tfa_client_options {
 
 /** Description of the robot that the daemon sent at connection; lives as long as the client. */
 typedef struct tfa_client_info {
-    uint32_t q_count, v_count, base_freedoms; /**< as tfa_model_q_count, _v_count, _base_freedoms */
-    uint32_t slots, max_batch, max_tips;      /**< granted */
-    uint32_t joint_count, frame_count;
+    uint32_t q_count;               /**< as tfa_model_q_count */
+    uint32_t v_count;               /**< as tfa_model_v_count */
+    uint32_t base_freedoms;         /**< as tfa_model_base_freedoms */
+    uint32_t slots;                 /**< granted */
+    uint32_t max_batch;             /**< granted */
+    uint32_t max_tips;              /**< granted */
+    uint32_t joint_count;           /**< length of joint_names */
+    uint32_t frame_count;           /**< length of frame_names */
     const char *const *joint_names; /**< joint_count, in declared order */
     const uint32_t *joint_types;    /**< joint_count tfa_joint_type; NULL: one number each */
     const char *const *frame_names; /**< frame_count link names; the index is the frame index */
@@ -102,7 +107,10 @@ TFA_API TFA_CHECKED int tfa_client_connect(const tfa_client_options *options, tf
  * /run/totalforce/arm.sock: ...". Reads errno for TFA_E_SYSTEM: call it first. Allocates. Any
  * thread.
  *
- * @param text  always terminated if size > 0
+ * @param options  as given to tfa_client_connect
+ * @param status   that it returned
+ * @param text     always terminated if size > 0
+ * @param size     of text, bytes
  * @return length of the whole text, as snprintf
  */
 TFA_API size_t tfa_client_explain(const tfa_client_options *options, int status, char *text,
@@ -128,6 +136,7 @@ TFA_API TFA_CHECKED int tfa_client_reconnect(tfa_client *client);
  * The model must be the daemon's. After a reload that changed it there, calls are not answered in
  * process until the program sets the new one: the daemon's status is returned.
  *
+ * @param client    connected
  * @param fallback  copied; NULL: none any more
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_MODEL (the hash is not that of the daemon's model)
  */
@@ -147,14 +156,17 @@ TFA_API const tfa_client_info *tfa_client_get_info(const tfa_client *client);
  * Cost: about 1 us besides computing (docs/performance.md). No allocation; in spin mode no system
  * call besides clock_gettime (vDSO), and one poll each 100 ms.
  *
- * @param timeout_ns  ns; 0: waits until the daemon ends, or shows no progress for three seconds.
- *                    The daemon does not begin a request whose timeout has passed
- * @param exchange    times; may be NULL
  * With options.standby_dir a client whose daemon ends connects to the other one by itself, in the
  * call and its timeout, and asks again: the call is answered. It stays there until that one ends. A
  * daemon with another model is not taken (tfa_client_reconnect takes it). Requests of
  * tfa_client_send that were under way are reported by tfa_client_receive with TFA_E_LOST.
  *
+ * @param client      connected
+ * @param request     copied
+ * @param reply       gets the answer
+ * @param timeout_ns  ns; 0: waits until the daemon ends, or shows no progress for three seconds.
+ *                    The daemon does not begin a request whose timeout has passed
+ * @param exchange    times; may be NULL
  * @return reply->status: as tfa_compute, or TFA_E_ARGUMENT (a NULL, or replies not received yet);
  *         TFA_E_AGAIN (the ring is full); TFA_E_TIMEOUT; TFA_E_LATE (the deadline passed before the
  *         daemon began); TFA_E_DISCONNECTED (the daemon ended or hung up: tfa_client_reconnect);
@@ -169,7 +181,10 @@ TFA_API int tfa_client_call(tfa_client *client, const tfa_request *request, tfa_
 /**
  * Writes a request into the ring without waiting. Wakes a sleeping worker. With options.standby_dir
  * and after the end of the connection it looks for the other daemon, for 2 ms at most.
- * @param id  of the request, counted from 1; may be NULL
+ *
+ * @param client   connected
+ * @param request  copied
+ * @param id       of the request, counted from 1; may be NULL
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_AGAIN, TFA_E_DISCONNECTED, TFA_E_SIZE,
  *         TFA_E_UNSUPPORTED as tfa_client_call
  */
@@ -193,8 +208,10 @@ TFA_API int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t ti
  * Any thread. Allocates; system calls.
  *
  * @param runtime_dir  as tfa_client_options
+ * @param command      one of the above
  * @param timeout_ms   of the answer; 0: 10000
  * @param text         answer, always terminated if size > 0; 65536 bytes hold any
+ * @param size         of text, bytes
  * @return TFA_OK; TFA_E_REFUSED (the answer, "error: ...", says why); TFA_E_ARGUMENT (a NULL, a
  *         path too long for a socket); TFA_E_DISCONNECTED (no daemon there, or it hung up);
  *         TFA_E_TIMEOUT; TFA_E_MEMORY; TFA_E_SYSTEM (see errno)

@@ -34,14 +34,14 @@ typedef enum tfa_joint_type {
 typedef struct tfa_link {
     const char *name;   /**< unique among the links */
     uint32_t line;      /**< line of its declaration in the file; 0 if unknown */
-    double mass;        /**< kg; 0 with zero inertia for a frame without <inertial> */
+    double mass;        /**< kg; 0 with zero inertia for a frame without `<inertial>` */
     double com[3];      /**< centre of mass, m, in the link frame */
     double quat[4];     /**< inertial frame in the link frame, x y z w */
     double quat_low[4]; /**< low part of quat */
     double inertia[6];  /**< ixx ixy ixz iyy iyz izz, kg m^2, about the centre of mass,
                             along the axes of the inertial frame */
     uint32_t inertial;  /**< 1: the file states mass and inertia, zeros included; 0: it has no
-                            <inertial>, a warning if the link moves by itself */
+                            `<inertial>`, a warning if the link moves by itself */
 } tfa_link;
 
 /** A joint between two links. */
@@ -76,13 +76,13 @@ typedef struct tfa_unused {
 
 /** A tree of links: exactly one link, the root, is not the child of a joint. */
 typedef struct tfa_description {
-    const char *name;
-    tfa_link *links;
-    size_t link_count;
-    tfa_joint *joints; /**< in document order */
-    size_t joint_count;
+    const char *name;         /**< of the robot */
+    tfa_link *links;          /**< in document order */
+    size_t link_count;        /**< of links */
+    tfa_joint *joints;        /**< in document order */
+    size_t joint_count;       /**< of joints */
     const tfa_unused *unused; /**< in order of first occurrence; a model's report notes each */
-    size_t unused_count;
+    size_t unused_count;      /**< of unused */
 } tfa_description;
 
 /**

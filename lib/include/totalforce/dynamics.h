@@ -38,7 +38,7 @@ typedef enum tfa_states {
 
 /** Sets of methods: one bit for each. */
 #define TFA_METHOD_BIT(method) (1u << (method))
-#define TFA_METHODS_ALL UINT32_MAX
+#define TFA_METHODS_ALL UINT32_MAX /**< every method */
 
 struct tfa_specialised; /* specialised.h */
 
@@ -70,8 +70,11 @@ TFA_API size_t tfa_workspace_size(const tfa_model *model, const tfa_workspace_op
  * Initialises a workspace in memory of the caller. The model must outlive it. Cost: O(size). Any
  * thread.
  *
- * @param memory   64-byte aligned, at least tfa_workspace_size() bytes
- * @param options  NULL: all defaults
+ * @param memory     64-byte aligned, at least tfa_workspace_size() bytes
+ * @param size       of memory, bytes
+ * @param model      outlives the workspace
+ * @param options    NULL: all defaults
+ * @param workspace  lies in memory
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, or options->specialised is for another model);
  *         TFA_E_UNSUPPORTED (no such precision or instruction set, a residual of lower precision
  *         than the factors, more than TFA_MAX_TIPS tips); TFA_E_MEMORY (too small or not aligned).

@@ -17,17 +17,20 @@ extern "C" {
 
 /** Range of a joint's coordinate. */
 typedef struct tfa_joint_limits {
-    uint32_t limited;    /**< 1: the file has a range for the joint; 0: the range is all zero */
-    double lower, upper; /**< rad or m, lower < upper; one that the file leaves out is 0 */
+    uint32_t limited; /**< 1: the file has a range for the joint; 0: the range is all zero */
+    double lower;     /**< rad or m; 0 if the file leaves it out */
+    double upper;     /**< rad or m, above lower; 0 if the file leaves it out */
 } tfa_joint_limits;
 
 /**
- * Reads the position limits of named joints. A <limit> without lower and upper, one that is not
+ * Reads the position limits of named joints. A `<limit>` without lower and upper, one that is not
  * lower < upper, and a joint that is neither revolute nor prismatic give no range. Cost: O(length).
  * Any thread.
  *
  * @param text    URDF of `length` bytes, as tfa_urdf_parse accepts it
+ * @param length  of text, bytes
  * @param names   `count` names of joints: tfa_joint_info.name or tfa_joint.name
+ * @param count   of names and limits
  * @param limits  `count`; a name that the file does not have gets no range
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_PARSE (malformed: tfa_urdf_parse reports why);
  *         TFA_E_FILE (longer than 64 MiB); TFA_E_MEMORY

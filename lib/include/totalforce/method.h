@@ -45,18 +45,18 @@ typedef enum tfa_op {
                                          tau, lambda_inv, rank */
     TFA_OP_DERIVATIVES = 8,         /**< q, v, tau -> dqdd_dq, dqdd_dv, dqdd_dtau */
 } tfa_op;
-#define TFA_OP_LAST TFA_OP_DERIVATIVES
+#define TFA_OP_LAST TFA_OP_DERIVATIVES /**< largest tfa_op */
 
 /** Sets of ops: one bit for each. */
 #define TFA_OP_BIT(op) (1u << (op))
-#define TFA_OPS_FD TFA_OP_BIT(TFA_OP_FORWARD_DYNAMICS)
-#define TFA_OPS_ID TFA_OP_BIT(TFA_OP_INVERSE_DYNAMICS)
-#define TFA_OPS_OSIM TFA_OP_BIT(TFA_OP_OPERATIONAL_INERTIA)
-#define TFA_OPS_M TFA_OP_BIT(TFA_OP_MASS_MATRIX)
-#define TFA_OPS_TASK TFA_OP_BIT(TFA_OP_TASK_TORQUES)
+#define TFA_OPS_FD TFA_OP_BIT(TFA_OP_FORWARD_DYNAMICS)      /**< one op */
+#define TFA_OPS_ID TFA_OP_BIT(TFA_OP_INVERSE_DYNAMICS)      /**< one op */
+#define TFA_OPS_OSIM TFA_OP_BIT(TFA_OP_OPERATIONAL_INERTIA) /**< one op */
+#define TFA_OPS_M TFA_OP_BIT(TFA_OP_MASS_MATRIX)            /**< one op */
+#define TFA_OPS_TASK TFA_OP_BIT(TFA_OP_TASK_TORQUES)        /**< one op */
 /** Passes of the recursive Newton-Euler algorithm */
 #define TFA_OPS_RNEA (TFA_OPS_ID | TFA_OP_BIT(TFA_OP_KINEMATICS) | TFA_OP_BIT(TFA_OP_BIAS))
-#define TFA_OPS_DERIVATIVES TFA_OP_BIT(TFA_OP_DERIVATIVES)
+#define TFA_OPS_DERIVATIVES TFA_OP_BIT(TFA_OP_DERIVATIVES)       /**< one op */
 #define TFA_OPS_SOLVE (TFA_OPS_FD | TFA_OPS_OSIM | TFA_OPS_TASK) /**< solutions of M x = b */
 #define TFA_OPS_ALL                                                                                \
     (TFA_OPS_SOLVE | TFA_OPS_RNEA | TFA_OPS_M | TFA_OPS_DERIVATIVES) /**< every op */
@@ -66,7 +66,7 @@ typedef enum tfa_op {
  * other method answers in its place.
  */
 typedef enum tfa_refusal {
-    TFA_REFUSES_NOTHING = 0,
+    TFA_REFUSES_NOTHING = 0,            /**< none */
     TFA_REFUSES_NO_INVERSE = 1,         /**< a body of a main chain whose inertia has no inverse */
     TFA_REFUSES_ARMATURE = 2,           /**< rotor inertia on a main chain */
     TFA_REFUSES_LENGTH = 4,             /**< a main chain of more than 130 bodies */
@@ -76,10 +76,12 @@ typedef enum tfa_refusal {
     TFA_REFUSES_MASSLESS_FOLLOWER = 64, /**< mimic joints that move no mass of their own */
 } tfa_refusal;
 
-/* One row for each method: X(NAME, number, name on the command line and in JSON, ops, method whose
- * factors it uses, cost, TFA_REFUSES_ bits, text). Adding a method: lib/README.md. */
+/** Refusals that methods share */
 #define TFA_CHAIN_REFUSES (TFA_REFUSES_LOCKED | TFA_REFUSES_MASSLESS_FOLLOWER)
+/** Those of methods that invert the inertias of bodies */
 #define TFA_INVERSE_REFUSES (TFA_CHAIN_REFUSES | TFA_REFUSES_NO_INVERSE)
+/** One row for each method: X(NAME, number, name on the command line and in JSON, ops, method whose
+ * factors it uses, cost, TFA_REFUSES_ bits, text). Adding a method: lib/README.md. */
 #define TFA_METHOD_LIST(X)                                                                         \
     X(AUTO, 0, "auto", TFA_OPS_ALL, AUTO, "O(N)", TFA_REFUSES_NOTHING,                             \
       "chosen by the model and the request")                                                       \
@@ -125,7 +127,7 @@ typedef enum tfa_method {
 
 /** A row of the table of methods. */
 typedef struct tfa_method_info {
-    tfa_method method;
+    tfa_method method;    /**< this method */
     const char *name;     /**< "aba": name on the command line and in JSON */
     unsigned ops;         /**< TFA_OP_BITs that it answers */
     int forward_dynamics; /**< 1: answers qdd */

@@ -69,26 +69,26 @@ typedef struct tfa_scene {
     const char *root;        /**< link that becomes the root; NULL: the root of the file */
     const char *const *tips; /**< fixed base: keeps only the trees that carry one of these links */
     size_t tip_count;        /**< 0: all trees */
-    const tfa_lock *locks;
-    size_t lock_count;
+    const tfa_lock *locks;   /**< joints that stand still */
+    size_t lock_count;       /**< of locks */
     const tfa_payload *payloads; /**< several may be on one link */
-    size_t payload_count;
+    size_t payload_count;        /**< of payloads */
 } tfa_scene;
 
 #define TFA_SNAP_MAX 0.01 /**< largest tfa_model_options.snap, rad */
 
 /** Zero-initialise for the defaults. */
 typedef struct tfa_model_options {
-    tfa_base base;
+    tfa_base base;          /**< of the root link */
     const double *gravity;  /**< 3 numbers, m/s^2, world frame; NULL: 0 0 -9.80665 */
     uint32_t rotor_inertia; /**< 1: adds each joint's `rotor` to its armature; 0: a note says that
                                  the file has some */
     uint32_t damping;       /**< 1: subtracts damping times velocity from tau; 0: not used */
     uint32_t lock_massless_leaves; /**< 1: joints that move nothing with mass become fixed at 0;
                                         0: they are an error */
-    tfa_inertia_policy inertia;
-    tfa_mimic_policy mimic;
-    const tfa_scene *scene; /**< NULL: the whole robot */
+    tfa_inertia_policy inertia;    /**< for inertias that no body can have */
+    tfa_mimic_policy mimic;        /**< for joints that mimic others */
+    const tfa_scene *scene;        /**< NULL: the whole robot */
     double snap; /**< rad, 0 to TFA_SNAP_MAX: rotations of joints and inertial frames within this
                       angle of right angles about the axes become exactly that; a note gives the
                       largest change. 0: as in the file */
@@ -96,12 +96,14 @@ typedef struct tfa_model_options {
 
 /** A public joint, in declared order (document order, parents first, fixed joints absent). */
 typedef struct tfa_joint_info {
-    const char *name;
-    tfa_joint_type type;
-    uint32_t q_index, q_count; /**< its coordinates in q */
-    uint32_t v_index, v_count; /**< its freedoms in v, tau and qdd */
-    uint32_t body;             /**< index of the body that it moves */
-    double armature;           /**< reflected rotor inertia in use, kg m^2 or kg */
+    const char *name;    /**< as in the file */
+    tfa_joint_type type; /**< as in the file */
+    uint32_t q_index;    /**< first of its coordinates in q */
+    uint32_t q_count;    /**< number of them */
+    uint32_t v_index;    /**< first of its freedoms in v, tau and qdd */
+    uint32_t v_count;    /**< number of them */
+    uint32_t body;       /**< index of the body that it moves */
+    double armature;     /**< reflected rotor inertia in use, kg m^2 or kg */
 } tfa_joint_info;
 
 /** Role of a joint of the file in the model. */
@@ -116,49 +118,56 @@ typedef enum tfa_fate {
 
 /** A joint as the file declares it, in document order, parents first. */
 typedef struct tfa_declared_joint {
-    const char *name;
-    tfa_joint_type type;
-    tfa_fate fate;
-    int32_t body;      /**< body that its child link belongs to; -1: the world or absent */
-    int32_t joint;     /**< index of the public joint; -1: it has no coordinates of its own */
-    int32_t leader;    /**< public joint that it follows, or -1 */
-    double multiplier; /**< of a follower: q = multiplier * q[leader] + offset */
-    double offset;     /**< rad or m; chained mimics are resolved */
+    const char *name;    /**< as in the file */
+    tfa_joint_type type; /**< as in the file */
+    tfa_fate fate;       /**< in the model */
+    int32_t body;        /**< body that its child link belongs to; -1: the world or absent */
+    int32_t joint;       /**< index of the public joint; -1: it has no coordinates of its own */
+    int32_t leader;      /**< public joint that it follows, or -1 */
+    double multiplier;   /**< of a follower: q = multiplier * q[leader] + offset */
+    double offset;       /**< rad or m; chained mimics are resolved */
 } tfa_declared_joint;
 
 /** Mass properties of one body, payloads of the scene included. */
 typedef struct tfa_body_info {
-    const char *name;                  /**< of the child link of its (last) joint */
-    int32_t parent;                    /**< body index, -1: the world */
-    uint32_t freedoms;                 /**< of its joint, 1 to 6 */
-    double mass;                       /**< kg */
-    double com[3];                     /**< centre of mass, m, in the frame of that link */
-    double gyration_min, gyration_max; /**< radii of gyration about the centre of mass, m */
-    double condition; /**< largest over smallest principal moment about the centre of mass;
+    const char *name;    /**< of the child link of its (last) joint */
+    int32_t parent;      /**< body index, -1: the world */
+    uint32_t freedoms;   /**< of its joint, 1 to 6 */
+    double mass;         /**< kg */
+    double com[3];       /**< centre of mass, m, in the frame of that link */
+    double gyration_min; /**< least radius of gyration about the centre of mass, m */
+    double gyration_max; /**< largest one, m */
+    double condition;    /**< largest over smallest principal moment about the centre of mass;
                            infinite for points and rods; NaN without mass */
-    uint32_t regular; /**< 1: the inertia can be inverted, so that TFA accepts the body on a main
+    uint32_t regular;    /**< 1: the inertia can be inverted, so that TFA accepts the body on a main
                            chain */
 } tfa_body_info;
 
 /** A link of the file: a frame on a body, which may carry several. */
 typedef struct tfa_frame_info {
-    const char *name;
-    int32_t body; /**< body that carries the frame; -1: fixed to the world */
+    const char *name; /**< of the link */
+    int32_t body;     /**< body that carries the frame; -1: fixed to the world */
 } tfa_frame_info;
 
 /** Sizes and totals of a model. */
 typedef struct tfa_model_summary {
-    uint32_t links, joints;    /**< as declared, fixed joints included */
-    uint32_t bodies;           /**< after merging, the floating base included */
-    uint32_t q_count, v_count; /**< coordinates and freedoms of the joints, base excluded */
-    uint32_t depth;            /**< bodies on the longest path from the root */
-    uint32_t main_chain;       /**< bodies on the longest main chain (path to the deepest body) */
-    double moving_mass;        /**< kg */
-    double total_mass;         /**< kg, the fixed base included */
-    double com[3]; /**< centre of mass of the total mass, m, in the root link's frame, all q at 0
+    uint32_t links;      /**< as declared */
+    uint32_t joints;     /**< as declared, fixed joints included */
+    uint32_t bodies;     /**< after merging, the floating base included */
+    uint32_t q_count;    /**< coordinates of the joints, base excluded */
+    uint32_t v_count;    /**< freedoms of the joints, base excluded */
+    uint32_t depth;      /**< bodies on the longest path from the root */
+    uint32_t main_chain; /**< bodies on the longest main chain (path to the deepest body) */
+    double moving_mass;  /**< kg */
+    double total_mass;   /**< kg, the fixed base included */
+    double com[3];    /**< centre of mass of the total mass, m, in the root link's frame, all q at 0
                         (floating joints: no displacement, no rotation) */
-    uint32_t fixed, locked, fused, follows, absent; /**< number of joints of each fate */
-    tfa_base base;
+    uint32_t fixed;   /**< joints of the fate TFA_FATE_FIXED */
+    uint32_t locked;  /**< TFA_FATE_LOCKED */
+    uint32_t fused;   /**< TFA_FATE_FUSED */
+    uint32_t follows; /**< TFA_FATE_FOLLOWS */
+    uint32_t absent;  /**< TFA_FATE_ABSENT */
+    tfa_base base;    /**< of the root link */
     double gravity[3];     /**< m/s^2, world frame */
     int32_t singular_body; /**< body on a main chain whose inertia cannot be inverted, or -1 */
     uint32_t mimics;       /**< freedoms that follow others */
@@ -178,11 +187,12 @@ TFA_API size_t tfa_model_size(const tfa_description *description, const tfa_mode
  *
  * Cost: O(N) for N bodies; temporary allocations only. Any thread; one thread for each report.
  *
- * @param memory   64-byte aligned; the model lives in it
- * @param size     at least tfa_model_size()
- * @param options  NULL: all defaults
- * @param report   gets the messages; may be NULL
- * @param model    NULL on error
+ * @param memory       64-byte aligned; the model lives in it
+ * @param size         at least tfa_model_size()
+ * @param description  as tfa_model_create
+ * @param options      NULL: all defaults
+ * @param report       gets the messages; may be NULL
+ * @param model        NULL on error
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL, or a base or policy that does not exist); TFA_E_VALUE
  *         (gravity not finite, snap out of range); TFA_E_MEMORY (`memory` too small or not aligned,
  *         or a temporary allocation failed); TFA_E_MODEL (a loop, two parents, an invalid inertia,
@@ -205,10 +215,12 @@ TFA_API TFA_CHECKED int tfa_model_create(const tfa_description *description,
  * both; with the same payloads it equals, to the bit and the hash, a model compiled from the scene.
  * `model` must outlive it. Cost: O(N), with payloads also O(payloads x frames). Any thread.
  *
- * @param gravity   3 numbers, m/s^2, world frame; NULL: that of `model`
- * @param payloads  replace those of `model`; payload_count 0: those of `model`
- * @param report    gets the messages; may be NULL
- * @param derived   release with tfa_model_free; NULL on error
+ * @param model          the robot as it is
+ * @param gravity        3 numbers, m/s^2, world frame; NULL: that of `model`
+ * @param payloads       replace those of `model`; payload_count 0: those of `model`
+ * @param payload_count  of payloads
+ * @param report         gets the messages; may be NULL
+ * @param derived        release with tfa_model_free; NULL on error
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_VALUE (a number is not finite, a mass negative);
  *         TFA_E_LINK (no such link); TFA_E_MODEL (an inertia that is not positive semidefinite, or
  *         a link inside a fused body); TFA_E_NO_MASS (without a payload of `model` a joint moves no

@@ -21,10 +21,10 @@ typedef enum tfa_severity { TFA_NOTE = 0, TFA_WARNING = 1, TFA_ERROR = 2 } tfa_s
 
 /** One message. The report owns the strings. */
 typedef struct tfa_message {
-    tfa_severity severity;
-    uint32_t line;      /**< line in the file, from 1, of the first of `count`; 0: none */
-    uint32_t count;     /**< number of links, joints or elements that the message is about */
-    const char *code;   /**< stable code, for instance "bad-number" */
+    tfa_severity severity; /**< an error refuses the file */
+    uint32_t line;         /**< line in the file, from 1, of the first of `count`; 0: none */
+    uint32_t count;        /**< number of links, joints or elements that the message is about */
+    const char *code;      /**< stable code, for instance "bad-number" */
     const char *text;   /**< "link 'NAME': problem; remedy; links like it: 9 ('NAME', 'B', ...)" */
     const char *entity; /**< first link or joint of a grouped message; item of a note about unused
                               items ("damping", "<gazebo>"); else "" */
@@ -54,9 +54,11 @@ typedef struct tfa_report {
  * Appends a message formatted as by printf, with a decimal point in every locale. Allocates; if
  * that fails the message is lost and the counters still count. Cost: O(1) amortised.
  *
- * @param report  NULL: nothing happens
- * @param line    line in the file; 0: none
- * @param code    stable code of the message
+ * @param report    NULL: nothing happens
+ * @param severity  of the message
+ * @param line      line in the file; 0: none
+ * @param code      stable code of the message
+ * @param format    as printf
  */
 TFA_API void tfa_report_add(tfa_report *report, tfa_severity severity, uint32_t line,
                             const char *code, const char *format, ...)
@@ -68,7 +70,10 @@ TFA_API void tfa_report_set_file(tfa_report *report, const char *file);
 /**
  * Writes message `index` as "FILE:LINE: severity: text [code]".
  *
+ * @param report  filled before
+ * @param index   message, from 0
  * @param buffer  always terminated if size > 0
+ * @param size    of buffer, bytes
  * @return length of the whole message, as snprintf; 0 if there is no such message
  */
 TFA_API size_t tfa_report_format(const tfa_report *report, size_t index, char *buffer, size_t size);

@@ -113,7 +113,7 @@ typedef enum tfa_residual {
  * after the other; NULL where allowed. Arrays that the op does not use are not read.
  */
 typedef struct tfa_request {
-    tfa_op op;
+    tfa_op op;                   /**< operation */
     tfa_method method;           /**< one that answers the op; 0: TFA_METHOD_AUTO */
     tfa_estimate estimate;       /**< policy for error estimates */
     tfa_reference_frame frame;   /**< of wrenches and lambda_inv */
@@ -189,9 +189,10 @@ typedef struct tfa_answer {
  * divisions one after the other; no iteration can fail to converge.
  */
 typedef struct tfa_spectrum {
-    uint32_t rank;           /**< eigenvalues above 6m x 64 eps x the largest */
-    uint32_t padding;        /**< 0 */
-    double eig_min, eig_max; /**< absolute error 12 m eps eig_max; units mixed, depend on `frame`.
+    uint32_t rank;    /**< eigenvalues above 6m x 64 eps x the largest */
+    uint32_t padding; /**< 0 */
+    double eig_min;   /**< smallest eigenvalue, as eig_max */
+    double eig_max;   /**< absolute error 12 m eps eig_max; units mixed, depend on `frame`.
                                   If lambda_inv is not finite: NaN, and rank 0 */
 } tfa_spectrum;
 

@@ -135,7 +135,8 @@ typedef struct tfa_specialise_result {
  * lib/dynamics/specialised/specialised.c. They contain no algorithm. Names of the URDF appear in
  * comments only, with _ for every character other than letters, digits and . _ -. Any thread.
  *
- * @param text  one malloc block, terminated; NULL on error
+ * @param model  of the robot
+ * @param text   one malloc block, terminated; NULL on error
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_MEMORY; TFA_E_UNSUPPORTED as tfa_specialised_check
  */
 TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, char **text);
@@ -147,9 +148,12 @@ TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, char **te
  *
  * Cost: seconds to a minute. One thread for each path; not a thread that serves requests.
  *
+ * @param model       of the robot
  * @param options     NULL: all defaults
+ * @param path        file to write
  * @param result      may be NULL
  * @param error_text  includes the start of the compiler's output
+ * @param size        of error_text, bytes
  * @return TFA_OK; TFA_E_ARGUMENT (model or path NULL); TFA_E_UNSUPPORTED (as tfa_specialised_check,
  *         or no compiler); TFA_E_FILE (no sources, or `path` cannot be written); TFA_E_TIMEOUT (a
  *         compiler exceeded its time); TFA_E_NOT_COMPUTED (a compiler failed, or the kernel is

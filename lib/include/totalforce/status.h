@@ -18,7 +18,7 @@ extern "C" {
 /** The compiler warns if the caller ignores the result. */
 #define TFA_CHECKED __attribute__((warn_unused_result))
 
-/* X(NAME, number, short text, cause and remedy) */
+/** Rows of tfa_status: X(NAME, number, short text, cause and remedy) */
 #define TFA_STATUS_LIST(X)                                                                         \
     X(OK, 0, "ok", "")                                                                             \
     X(E_ARGUMENT, -1, "invalid argument", "a required pointer is NULL or an enum is out of range") \

@@ -29,6 +29,7 @@ typedef enum tfa_number_fault {
  * hexadecimal, no "nan" or "inf". The same in every locale, correctly rounded.
  *
  * @param text    `length` bytes; needs no terminator
+ * @param length  of text, bytes
  * @param number  written with TFA_NUMBER_OK only
  */
 TFA_API tfa_number_fault tfa_number_read(const char *text, size_t length, double *number);
@@ -37,6 +38,7 @@ TFA_API tfa_number_fault tfa_number_read(const char *text, size_t length, double
  * Reads a whole number: decimal digits without sign and leading zero.
  *
  * @param text    `length` bytes; needs no terminator
+ * @param length  of text, bytes
  * @param number  written with TFA_NUMBER_OK only
  */
 TFA_API tfa_number_fault tfa_whole_number_read(const char *text, size_t length, uint64_t *number);
@@ -50,8 +52,12 @@ typedef const char *(*tfa_list_name)(const void *list, size_t index);
  * exchanges of neighbours (Damerau, Comm. ACM 7(3), 1964; restricted form), on the first 96 bytes.
  * Cost: O(count).
  *
- * @param name  reads a name of `list`
- * @param text  gets as much as fits of it, terminated; size > 0
+ * @param wrong  the name that was not found
+ * @param list   handed to name
+ * @param count  names in the list
+ * @param name   reads a name of `list`
+ * @param text   gets as much as fits of it, terminated; size > 0
+ * @param size   of text, bytes
  */
 TFA_API void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_name name,
                          char *text, size_t size);

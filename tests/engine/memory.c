@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * What a workspace takes (docs/memory.md): bounds for each body, methods that it reserves memory
+ * What a workspace takes (docs/real-time.md): bounds for each body, methods that it reserves memory
  * for and those that it refuses, and nothing beyond its end.
  */
 #include "models.h"

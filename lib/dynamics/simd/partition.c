@@ -12,7 +12,8 @@
 /* Shorter chains are not worth the interfaces. */
 #define PARTITION_LENGTH_MIN 48
 
-/* A row of the table: chains from this length on have so many partitions. */
+/* A row of the table: chains from this length on have so many partitions. 1000 bodies in 16 of 63
+ * rows leave 4 levels of the interface system and two barriers. */
 static const struct {
     uint32_t length, partitions;
 } partition_counts[] = {{PARTITION_LENGTH_MIN, 16}, {2048, 32}};

@@ -2,7 +2,14 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Resume files: finished blocks with their statistics, one line each with a checksum, appended by
- * one process. PREFIX.0, PREFIX.1, ... of one sweep are read together. Format: docs/sweep.md.
+ * one process. PREFIX.0, PREFIX.1, ... of one sweep are read together.
+ *
+ *   totalforce-sweep 1 version=... isa=... model=... op=... seed=... count=... block=...
+ *   block 12 0:10000 6:10000 ... #43eaeb339d9ba566
+ *
+ * The first line is everything that decides the result. Words of a block are index:value in
+ * hexadecimal: the words of struct statistics that are not zero. The number behind # is the FNV-1a
+ * hash of the line before the blank. A line that was cut off is a missing block.
  */
 #ifndef TOOLS_SWEEP_SWEEP_RESUME_H
 #define TOOLS_SWEEP_SWEEP_RESUME_H

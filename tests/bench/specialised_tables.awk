@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The tables of docs/specialised.md from what `bench_suite --kernels FOLDER` wrote:
+# Tables from what `bench_suite --kernels FOLDER` wrote; `page` is that of docs/specialised.md:
 #   awk -f specialised_tables.awk -v table=NAME suite.csv [MORE.csv]
 #
 # Of a time that several runs have, the least counts: a virtual machine is sometimes slower, never faster.
@@ -68,15 +68,15 @@ function table_batch(    k) {
     }
 }
 # The table of the page, of the bundled robots: how many times as long as the specialised kernel the generic one
-# takes, and the cost of having one
+# takes
 function table_page(    k) {
-    print "| robot | joints | qdd | specialised | x | tau, x | Λ⁻¹, x | batch, x | cold qdd, x | code, KB | compile, s |"
-    print "|---|---|---|---|---|---|---|---|---|---|---|"
+    print "| robot | qdd, ns | x | tau | Λ⁻¹ | batch | in float | cold qdd | compile, s |"
+    print "|---|---|---|---|---|---|---|---|---|"
     for (k = 1; k <= count; k++) {
         name = list[k]
-        if (name !~ /^(arm[67]|quadruped|humanoid|humanoid30|snake64)(,|$)/) continue
-        printf "| %s | %s | %s | %s | %s | %s | %s | %.0f | %s |\n", name, joints[name], pair("fd"), times("id"),
-            times("lambda"), times("batch"), times("fd-cold"), specialised("code_bytes") / 1000, second(specialised("compile_s"))
+        if (name !~ /^(arm7|quadruped|humanoid)(,|$)/) continue
+        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name, time_of(generic("fd")), times("fd"), times("id"),
+            times("lambda"), times("batch"), times("batch-f32"), times("fd-cold"), second(specialised("compile_s"))
     }
 }
 # Batches in single precision

@@ -4,7 +4,7 @@
  * Operations of one robot by one algorithm (folder aba or crba) over one number type: one state at
  * a time, or a batch of states in lanes. ROBOT_PAYLOADS: with inertias that are read at run time,
  * for payloads; inertias as inputs of all would make inverse dynamics of a humanoid 1.5 times as
- * slow (docs/specialised.md).
+ * slow.
  *
  * Compilers are told that numbers are finite and zeros have no sign, or 0 x would not be 0. Numbers
  * that are not finite are found by their bits.

@@ -14,7 +14,7 @@
 
 /* More bodies that do not go side by side are left to the loop of the generic kernel. Written out,
  * a chain of 32 takes 0.80 times as long, of 40 0.86, of 48 0.90, but cold 2.8, 3.4 and 4.1 times,
- * and its compiler 20 s and more (docs/specialised.md). */
+ * and its compiler 20 s and more. */
 #define ROBOT_UNROLLED_BODIES_MAX 40
 #if ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX ||                                                   \
     (defined ROBOT_BODY_LANES && !defined ROBOT_PAYLOADS)
@@ -30,12 +30,12 @@
 #define ROBOT_HAS_BATCH_TIPS (ROBOT_BODIES <= ROBOT_ALL_TIPS_BODIES_MAX)
 /* Beyond this many bodies, forward dynamics with a tip in two passes, one with the branches in
  * lanes, takes longer than the one pass of the generic kernel: 31 bodies 1.4 times as fast, 47
- * bodies 0.7 times (docs/specialised.md). */
+ * bodies 0.7 times. */
 #define ROBOT_TWO_PASS_BODIES_MAX 40
 
 /* Inverse dynamics of one state of a larger robot has no code for wrenches: it is as long as an
  * instruction cache. 47 bodies took 1.4 times as long without a wrench, and 0.94 times as long as
- * the generic kernel with one (docs/specialised.md). */
+ * the generic kernel with one. */
 #define ROBOT_HAS_INVERSE_WRENCHES (NUM_LANES > 1 || ROBOT_BODIES <= ROBOT_UNROLLED_BODIES_MAX)
 
 TFA_INLINE int is_branch_or_leaf(int32_t body)
@@ -56,7 +56,11 @@ static int supports_tip(const struct tfa_host_api *host, const tfa_request *r)
            !(r->flags & TFA_WANT_POSES);
 }
 
-/* The robot is that of the tables, but for gravity, wrenches and, without tips, payloads. */
+/* The robot is that of the tables, but for gravity, wrenches and, without tips, payloads: with them
+ * the code of tips, 0.58 (humanoid) to 0.77 (arm7) of that for one state, would be there twice.
+ * Estimates need the factors of the generic kernel: computed beside an answer of this one they took
+ * 1.14 (arm7) to 2.1 times as long. Of Lambda^-1 of four tips, factors of this kernel would save at
+ * most 8 % (floating quadruped) to 21 % (arm7), before they are copied. */
 static int supports_options(const tfa_request *r)
 {
     return !r->locked_count && !(r->payload_count && r->tip_count) &&

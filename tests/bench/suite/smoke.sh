@@ -48,7 +48,7 @@ for table in kernels warm cold batch page loads; do
     awk -f "$here/../specialised_tables.awk" -v table=$table "$work/specialised.csv" >"$work/$table"
 done
 grep -q '^| arm7 | 7 | ' "$work/warm"
-grep -q "^| arm7 | 7 | [0-9]" "$work/page"
+grep -q "^| arm7 | [0-9]" "$work/page"
 "$1" --library "$2" --kernels "$work" --snap 1e-6 --rounds 1 --turn-us 1 --tasks fd \
     "$robots/arm7.urdf" >"$work/again"
 if grep -q compile_s "$work/again"; then echo "built twice"; exit 1; fi

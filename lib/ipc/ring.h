@@ -119,8 +119,7 @@ static inline size_t tfa_ring_reply_offset(const tfa_ring_layout *layout, uint64
 
 /** Prefetches lines 2 to 5 of a slot that this side writes next: they are in the other side's
  *  cache. Not the first line, which the other side polls. They hold the request of seven joints
- *  and most replies. Only together with tfa_ring_demote_lines does it gain time
- *  (docs/performance.md). */
+ *  and most replies. Only together with tfa_ring_demote_lines does it gain time. */
 static inline void tfa_ring_prefetch_for_write(const void *slot)
 {
     const unsigned char *at = slot;

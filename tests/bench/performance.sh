@@ -11,8 +11,8 @@
 #
 # Eight minutes on two free processors, --quick one; the first time building takes longer. STEP: one
 # of build, suite, isa, count, peak, draw, page. CSV files and the tables that the page does not show
-# (instructions.md, peak.md) stay in BUILD/performance, BUILD being build/peers. --page FOLDER: writes
-# performance.md and pictures/ there, not in docs.
+# (isa.md, instructions.md, peak.md) stay in BUILD/performance, BUILD being build/peers.
+# --page FOLDER: writes performance.md and pictures/ there, not in docs.
 set -eu
 source=$(cd "$(dirname "$0")/../.." && pwd)
 build=$source/build/peers
@@ -28,7 +28,7 @@ while [ $# -gt 0 ]; do
     --only) only=$2 && shift ;;
     --build) build=$(realpath -m "$2") && shift ;;
     --page) docs=$2 && shift ;;
-    *) sed -n '5,15s/^# \{0,1\}//p' "$0" >&2 && exit 3 ;;
+    *) sed -n '5,16s/^# \{0,1\}//p' "$0" >&2 && exit 3 ;;
     esac
     shift
 done
@@ -182,7 +182,7 @@ step_draw() {
 step_page() {
     say "the page"
     tables=$source/tests/bench/suite/tables.awk
-    for name in instructions peak; do
+    for name in isa instructions peak; do
         awk -f "$tables" -v table=$name -v folder="$output" >"$output/$name.md"
     done
     [ "$docs" = "$source/docs" ] || cp "$source/docs/performance.md" "$page"

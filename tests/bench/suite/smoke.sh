@@ -7,11 +7,12 @@
 #   smoke.sh BENCH_SUITE LIBRARY
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
+robots=$here/../../../config/robots
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 "$1" --library "$2" --baseline "$2" --rounds 2 --turn-us 5 \
     --tasks fd,fd-chained,fd-cold,fd+lambda,lambda,batch-f64,batch-f64-2,scan-2 \
-    "$here/../../../config/robots/arm7.urdf" humanoid30:floating chain64 >"$work/suite.csv"
+    "$robots/arm7.urdf" "$robots/quadruped.urdf:floating" chain64 >"$work/suite.csv"
 awk -F, '
     NR == 1 { columns = NF; next }
     NF != columns { print "fields: " $0; bad = 1 }
@@ -20,15 +21,17 @@ awk -F, '
     $5 == "former" { former++; if ($16 != 0) { print "another answer: " $0; bad = 1 } }
     END { if (now != 7 + 6 + 8 || former != now) { print "rows: " now ", " former; bad = 1 }
           exit bad }' "$work/suite.csv"
+sed -i '1i# command\n# date\n# machine\n# compiler' "$work/suite.csv" # as performance.sh
 for table in machine robots chains; do
     awk -f "$here/tables.awk" -v table=$table -v folder="$work" >"$work/$table"
 done
-grep -q '^| arm7 | 7 | [0-9]' "$work/robots"
-grep -q '^| humanoid30, floating | 30 | ' "$work/robots"
+[ "$(cat "$work/machine")" = 'Measured by `command`, date,
+machine, compiler' ]
+grep -q '^| arm7 | [0-9]' "$work/robots"
+grep -q '^| quadruped, floating | [0-9]' "$work/robots"
 grep -q '^| scan-2 | [0-9]' "$work/chains"
 
 # every task runs, and its error is small but in float
-robots=$here/../../../config/robots
 "$1" --library "$2" --rounds 1 --turn-us 1 --error "$robots/humanoid.urdf" >"$work/all.csv"
 awk -F, 'NR > 1 { rows++ }
     NR > 1 && $19 > ($10 == "f32" ? 1e-2 : 1e-7) { print "error: " $0; bad = 1 }

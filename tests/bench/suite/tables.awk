@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The tables of docs/performance.md from what performance.sh measured:
+# The tables of docs/performance.md, and three more, from what performance.sh measured:
 #   awk -f tables.awk -v table=NAME -v folder=FOLDER
 
 # Rows of a file by their key, made of `keys` columns, and the head of it; "" where there is no file
@@ -61,22 +61,22 @@ function pick(file, k,    parts) {
 function table_machine(    head, line, n, k) {
     head = load("suite.csv", 5)
     n = split(head, line, "\n")
-    for (k = 1; k < n; k++) print "    " substr(line[k], 3)
+    for (k = 1; k < n; k++) line[k] = substr(line[k], 3)
+    print "Measured by `" line[1] "`, " line[2] ","
+    print line[3] ", " line[4]
 }
 
-# Forward dynamics, batches, Lambda^-1, inverse dynamics and M of the bundled robots and those that are made; the
-# others are in the picture
+# Forward dynamics, batches, Lambda^-1, inverse dynamics and M of some robots; the others are in the picture
 function table_robots(    k) {
-    print "| robot | joints | qdd | cold | estimated | batch f64 | batch f32 | Λ⁻¹ | both / qdd | tau | M | MuJoCo |"
-    print "|---|---|---|---|---|---|---|---|---|---|---|---|"
+    print "| robot | qdd | cold | estimated | batch f64 | batch f32 | Λ⁻¹ | tau | M | MuJoCo |"
+    print "|---|---|---|---|---|---|---|---|---|---|"
     for (k = 1; k <= rows("suite.csv"); k++) {
         pick("suite.csv", k)
-        if (robot !~ /^(arm7|quadruped|humanoid|humanoid30|humanoid58|snake64)$/) continue
-        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name_of(robot, base), joints[robot],
+        if (robot !~ /^(arm7|quadruped|humanoid30)$/ || base == "floating" && robot != "quadruped") continue
+        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name_of(robot, base),
             time_of(ns(robot, base, "fd")), time_of(ns(robot, base, "fd-cold")),
             time_of(ns(robot, base, "fd+estimate")), time_of(ns(robot, base, "batch-f64")),
             time_of(ns(robot, base, "batch-f32")), time_of(ns(robot, base, "lambda")),
-            over(ns(robot, base, "fd+lambda"), ns(robot, base, "fd")),
             time_of(ns(robot, base, "id")), time_of(ns(robot, base, "mass")),
             ratio(times(robot, base, "fd", "mujoco"))
     }
@@ -95,8 +95,7 @@ function table_chains(    k, n, line, c, r, tasks, task, chains) {
     line = "|---|"
     for (k = 1; k <= n; k++) line = line "---|"
     print line
-    c = split("aba aba+estimate scan scan-2 scan+estimate-2 tfa tfa-cr tfa-cr-2 tfa-cr+1-2 cfa-cr-2 " \
-              "lambda lambda-scan-2 lambda-tfa-cr-2", tasks, " ")
+    c = split("aba scan scan-2 tfa-cr-2 tfa-cr+1-2 lambda lambda-tfa-cr-2", tasks, " ")
     for (r = 1; r <= c; r++) {
         task = tasks[r]
         line = "| " task " |"

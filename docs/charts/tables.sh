@@ -199,13 +199,20 @@ sed -n '/^# [a-z-]*: .*; value: /s/^# \([a-z-]*\): .*; value: \(.*\)/\1|\2/p' "$
     while IFS='|' read -r map value; do
         echo "$value|$(sed -n "s/^# $map: Alone,.* at some size: \(.*\)/\1/p" "$work/atlas-qdd/atlas.csv")|$(
             sed -n "s/^# $map: Refined once, still: \(.*\)/\1/p" "$work/atlas-qdd/atlas.csv")"
-    done | sed 's/\. Never: [^|]*//g; s/none\./none/g' | table "axis,alone,refined once" | block fails
+    done | sed 's/\. Never: [^|]*//g; s/none\./none/g' >"$work/fails"
+table "axis,alone,refined once" <"$work/fails" | block fails-alone
+cut -d'|' -f1,3 "$work/fails" | table "axis,refined once" | block fails
 for rhs in qdd tau gravity; do
     rows atlas-$rhs/atlas | awk -F, -v rhs=$rhs '
     $6 == "service" { n += $7 + $8 + $9; own += $7; other += $8; none += $9; unsaid += $22 }
     END { printf "%s|%d|%d|%d|%d|%d\n", rhs, n, own, other, none, unsaid }'
-done | table "right-hand side,requests,answered by the method asked for,by another one,refused by name,wrong by more than 1e-4 without an estimate" |
-    block service
+done >"$work/service"
+table "right-hand side,requests,answered by the method asked for,by another one,refused by name,wrong by more than 1e-4 without an estimate" \
+    <"$work/service" | block service-table
+awk -F'|' '{ for (k = 2; k <= 6; k++) sum[k] += $k }
+    END { printf "Of %d default requests %d were answered by the method asked for, %d by another one,\n" \
+        "%d refused by name; %d were wrong by more than 1e-4 without an estimate.\n",
+        sum[2], sum[3], sum[4], sum[5], sum[6] }' "$work/service" | block service
 
 # accuracy.md: what two tests print
 if [ -s "$work/test_reference.txt" ]; then
@@ -251,5 +258,10 @@ if [ -s "$work/test_laws.txt" ]; then
         sed '$d' "$work/laws" | table 'method,qdd,refined once,Λ⁻¹,refined once'
         echo
         tail -1 "$work/laws"
-    } | block laws
+    } | block laws-table
+    sed '$d' "$work/laws" | awk -F'|' -v exact="$(sed -n '$s/.*precision: \(.*\)\.$/\1/p' "$work/laws")" '
+    { for (k = 2; k <= 5; k++) if ($k != "-" && $k + 0 > most[k] + 0) { most[k] = $k; where[k] = $1 } }
+    function worst(k) { return most[k] " (" where[k] ")" }
+    END { printf "Worst of all methods: qdd %s, refined %s; Λ⁻¹ %s,\nrefined %s; in quadruple precision %s.\n",
+        worst(2), worst(3), worst(4), worst(5), exact }' | block laws
 fi

@@ -107,7 +107,7 @@ static void solve(tfa_workspace *w, const tfa_request *r, uint32_t nb, struct an
         fail_msg("%s: %s", tfa_method_name((uint32_t)r->method), tfa_status_text(status));
 }
 
-/* All methods against crba in quadruple precision; bounds as in docs/accuracy.md. */
+/* All methods against crba in quadruple precision: the worst error. */
 static double worst_of(const tfa_model *model)
 {
     static const tfa_method methods[] = {TFA_METHOD_ABA, TFA_METHOD_CRBA, TFA_METHOD_TFA};

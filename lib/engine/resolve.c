@@ -39,7 +39,7 @@ static tfa_method forward_method(const tfa_workspace *w, const tfa_request *r, u
     return is_long(w, traits) && traits & TRAIT_FD ? TFA_METHOD_SCAN : TFA_METHOD_ABA;
 }
 
-/* pv-osimr is never slower for several tips (docs/methods.md). */
+/* pv-osimr is never slower for several tips (lambda_pv.c). */
 static tfa_method osim_method(const tfa_workspace *w, const tfa_request *r, uint32_t traits)
 {
     if (is_projected(w, r))

@@ -27,7 +27,7 @@ struct tfa_factor_buffers {
 };
 
 /* Above this estimate the answer of a method that lost too much is replaced
- * (methods.md section 4: over 180 cases nothing worse passed unnoticed). */
+ * (over 180 cases nothing worse passed unnoticed). */
 #define FALLBACK_ESTIMATE 1e-4
 
 /* Outcome of a state; sentinel: the sentinel tripped (sentinel.h), the error is to be

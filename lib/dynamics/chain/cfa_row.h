@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One block row of the constraint force system (methods.md section 2, the paper's (60)).
+ * One block row of the constraint force system (the paper's (60)).
  *
  *   F_i = Wa_i tau_i + W_i lambda_i,   A lambda = b,   A symmetric positive definite
  *   A_ii = W_i^T (I_i^-1 + Y_i) W_i,   A_{i,i-1} = -W_i^T XI_i W_{i-1}      (XI, Y: tfa_inverse.h)

@@ -1,11 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * One block row of the total force system A F = rhs (methods.md section 1, the paper's (46)-(49)).
+ * One block row of the total force system A F = rhs (the paper's (46)-(49)).
  *
  *   K_i = 1 - C_i I_i,   C_i = H_i Theta_i^-1 H_i^T,   Theta_i = H_i^T I_i H_i + R_i
  *   A_ii = I_i^-1 + K_i Y_i,  A_{i,i-1} = -K_i XI_i,  A_{i,i+1} = (C_i - I_i^-1) X_{i+1}^T
  *   XI_i = X_i I_{i-1}^-1,    Y_i = XI_i X_i^T
+ *   rhs_i = B_i tau_i + K_i (c_i + I_i^-1 p_i - XI_i p_{i-1}),   B_i = H_i Theta_i^-1
+ *   rhs_1 = B_1 tau_1 + K_1 (c_1 + X_1 a_0 + I_1^-1 p_1),        A_11 = I_1^-1
+ *
+ * The bias stays inside the right-hand side: subtracted from tau first, as in the paper, it costs
+ * digits.
  */
 #ifndef TFA_DYNAMICS_CHAIN_TFA_ROW_H
 #define TFA_DYNAMICS_CHAIN_TFA_ROW_H

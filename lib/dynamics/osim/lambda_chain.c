@@ -9,8 +9,9 @@
  * G takes the total forces F = A^-1 Pi to the accelerations of the bodies relative to each other,
  * and Omega carries these to the tip and adds them up. That sum telescopes: it is the tip's own
  * acceleration, I^-1 (F - X^T F of the next body). Term by term it cancels and loses up to seven
- * digits more (docs/methods.md), so it is never formed. A tip on a side branch stands for its
- * wrenches on the body that carries the branch, and for the response of the joints in between.
+ * digits more (on a helix of 512 bodies 6e-9 for 1e-11), so it is never formed. A tip on a side
+ * branch stands for its wrenches on the body that carries the branch, and for the response of the
+ * joints in between.
  *
  * Refined: x = M^-1 J^T and r = J^T - M x joint by joint, then Lambda^-1 = J x + Omega G A^-1 B r.
  */

@@ -11,8 +11,9 @@
  * the outer end, goes outward over the segments, and each pair is accumulated once, at the
  * outermost end that both have:
  *   Omega = C + A Omega_inboard A^T,   Lambda^-1_tu = P_t^T Omega P_u
- * O(N + m^2). Only sums of positive semidefinite terms. Measured beside propagation:
- * docs/methods.md.
+ * O(N + m^2). Only sums of positive semidefinite terms. Time over that of propagation:
+ * 0.71 (floating quadruped, 2 tips) to 0.23 (floating humanoid, 32 tips), AMD EPYC (Zen 5),
+ * 2026-11-24; efpa and crba take longer.
  */
 #include "dynamics/osim/lambda.h"
 

@@ -17,7 +17,7 @@
 #include "dynamics/solve/method.h"
 #include "interface/traits.h"
 
-/* Methods with I^-1 lose digits there that a step of refinement brings back (docs/methods.md). */
+/* Methods with I^-1 lose digits there that a step of refinement brings back (docs/accuracy.md). */
 int TFA_V(wants_estimate)(const tfa_request *r, tfa_method method)
 {
     return r->estimate == TFA_ESTIMATE_ALWAYS ||

@@ -14,7 +14,7 @@
 #define ESTIMATE_SAFETY 4
 
 /* A step that does not shrink the correction tenfold is not converging, unless it is already at
- * the level of rounding, 450 units of the answer (methods.md section 4). */
+ * the level of rounding, 450 units of the answer. */
 #define SHRINK 10.0
 #define ROUNDING (1e-13 * (ANSWER_EPSILON / 0x1p-52))
 

@@ -100,7 +100,7 @@ svec end_acceleration(const element &x, svec a_in, const beyond &all)
     return sv_add(drift(x, E, b), solved(E, times(x.at.A, a_in)));
 }
 
-/* methods.md section 3 */
+/* One element of two neighbours (scan_combine.h) */
 element joined(const element &in, const element &out)
 {
     const beyond b = left_of(in, as_beyond(out));

@@ -3,7 +3,7 @@
  *
  * Operations and methods: the table that request checks, tools and documentation read.
  *
- * Literature of the methods (docs/methods.md has the equations):
+ * Literature of the methods (notation and rules: docs/methods.md):
  *   rnea           Luh, Walker, Paul 1980; Featherstone, Rigid Body Dynamics Algorithms, 2008:
  *                  ch. 5
  *   crba           Walker, Orin 1982; Featherstone 2008, ch. 6, with sparse factors L^T D L

@@ -5,7 +5,7 @@
  * shared object. Same algorithms as the generic kernels (rnea, aba, propagation: dynamics.h).
  * Gravity and payloads stay inputs of a request; rotor inertias are constants. The generic kernel
  * answers requests that the specialised one does not support, and states without a finite answer.
- * Which requests, and which files are trusted: docs/specialised.md.
+ * Which requests: docs/specialised.md; which files are trusted: docs/security.md.
  */
 #ifndef TOTALFORCE_SPECIALISED_H
 #define TOTALFORCE_SPECIALISED_H

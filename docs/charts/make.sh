@@ -24,11 +24,13 @@ docs=$source/docs
 work=$build/charts
 sizes=8,32,128,1024,4096 one=128 map_bodies=64 budget=10
 chains="" maps="" points=13
+hero="arm7 quadruped humanoid" strategies=single,batch,specialised,specialised-batch
 if [ $# -eq 3 ]; then
     docs=$(realpath -m "$3") work=$(realpath -m "$3")/work
     sizes=4,48 one=48 map_bodies=48 budget=1
     chains="--mechanisms random,heavy-tip,alternating,rank-deficient,side-branches --seeds 2"
     maps="--bodies 4,48 --states 1 --seeds 2" points=3
+    hero=arm7 strategies=single,batch
     mkdir -p "$docs"
     cp "$source/docs/accuracy.md" "$docs/"
 fi
@@ -56,6 +58,21 @@ robots() {
 }
 
 chart="chart --budget-ms $budget"
+kernels=$work/kernels
+mkdir "$kernels"
+for robot in $hero; do
+    case $strategies in
+    *specialised*) "$tool" specialise "config/robots/$robot.urdf" -o "$kernels" >/dev/null ;;
+    esac
+done
+peers= # those of this build
+for peer in mujoco kdl; do
+    if "$tool" chart --mechanisms straight --bodies 1 --methods $peer >/dev/null 2>&1; then
+        peers=$peers,$peer
+    fi
+done
+run hero $chart $(robots $hero) --methods "auto$peers" --rhs qdd --refine 0 --threads 1,2 \
+    --strategies $strategies --precision f64,f32 --kernels "$kernels"
 run mechanisms $chart --bodies $sizes $chains
 run robots $chart $(robots arm7 quadruped humanoid snake64)
 run precision $chart --mechanisms random --bodies $one --methods crba,aba,tfa,tfa-cr,cfa,dca,scan \
@@ -67,7 +84,11 @@ for rhs in qdd tau gravity; do
     run atlas-$rhs atlas --rhs $rhs --points $points $maps
 done
 
-# the pictures of the page; the rest stays in $work
+# the pictures of the page and of the README; the rest stays in $work
+awk -f "$here/hero.awk" "$work/hero/chart.csv" >"$work/hero/points"
+machine=$(sed -n 's/^# processor: //p' "$work/hero/chart.csv" | head -n 1)
+gnuplot -e "data='$work/hero/points'; output='$docs/pictures/hero.svg'" \
+    -e "note='$machine, $(date +%Y-%m-%d): sh docs/charts/make.sh'" "$here/hero.gp"
 cp "$work/robots/overview.png" "$docs/pictures/robots.png"
 for mechanism in random heavy-tip; do
     cp "$work/mechanisms/$mechanism-$one.png" "$docs/pictures/$mechanism.png"

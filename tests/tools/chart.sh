@@ -37,7 +37,7 @@ says "$work/err" "radius: -1"
 "$tool" chain random >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "chain does not notice a full disk"
 
-header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front,error_low,error_high,time_low_us,time_high_us,same_as"
+header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front,error_low,error_high,time_low_us,time_high_us,same_as,strategy"
 # peers come on top of what is counted here
 methods=crba,aba,tfa,tfa-cr,hessenberg,cfa,cfa-cr,dca,scan,scan-two-pass
 status 0 "$tool" chart --bodies 2,5 --budget-ms 1 --states 2 --methods $methods
@@ -47,7 +47,7 @@ says "$work/chart.csv" "# command: "
 # 13 mechanisms, 2 sizes, 3 right-hand sides, 2 refinements, and at least aba, crba and tfa
 grep -v '^#' "$work/chart.csv" | awk -F, '
     NR == 1 { next }
-    NF != 24 { print "fields: " $0; bad = 1 }
+    NF != 25 { print "fields: " $0; bad = 1 }
     { rows++; methods[$4] = 1; key = $1 "," $2 "," $3; keys[key] = 1; if ($19) front[key] = 1 }
     $8 == "ok" || $8 == "fallback" {
         if ($11 !~ /^[0-9.]+e[-+][0-9]+$/ || $12 == "" || $15 <= 0 || $16 <= 0 || $17 <= 0) {
@@ -78,13 +78,13 @@ grep -q '^rank-deficient,5,qdd,tfa,0,f64,1,E_SINGULAR,body link' "$work/chart.cs
 status 0 "$tool" chart --mechanisms random --bodies 8,64 --methods aba,tfa-cr,cfa-cr --rhs tau \
     --refine 0,1 --budget-ms 1 --seeds 1
 grep -v '^#' "$work/out" | awk -F, 'NR > 1 && ($20 != $21 || $22 != $23) { exit 1 }' || fail "one seed"
-[ "$(grep -c '^random,64,tau,cfa-cr,.*,tfa-cr$' "$work/out")" -eq 2 ] || fail "not the same"
-[ "$(grep -c '^random,8,tau,cfa-cr,.*,$' "$work/out")" -eq 2 ] || fail "the same at 8"
+[ "$(grep -c '^random,64,tau,cfa-cr,.*,tfa-cr,single$' "$work/out")" -eq 2 ] || fail "not the same"
+[ "$(grep -c '^random,8,tau,cfa-cr,.*,,single$' "$work/out")" -eq 2 ] || fail "the same at 8"
 
 # a robot, floating, as JSON; the theory of a thin chain
 status 0 "$tool" chart --urdf "$data/arm.urdf" --base floating --rhs tau --refine 0 --json --budget-ms 1
 says "$work/out" '"mechanism":"arm"'
-says "$work/out" '"rhs":"tau","method":"aba","refine":0,"precision":"f64","threads":1,"status":"ok"'
+says "$work/out" '"rhs":"tau","method":"aba","refine":0,"precision":"f64","threads":1,"strategy":"single","status":"ok"'
 status 0 "$tool" chart --mechanisms thin --bodies 24 --methods aba,tfa --rhs qdd --refine 0 --budget-ms 1
 grep -v '^#' "$work/out" | awk -F, '$4 == "aba" { a = $11 } $4 == "tfa" { t = $11 }
     END { exit !(a > 0 && t > 1e3 * a) }' || fail "tfa is not seen to fail on thin rods"
@@ -115,6 +115,19 @@ for word in $(field 8 tfa "$work/out"); do
     [ $word = ok ] || [ $word = fallback ] || [ $word = E_UNSUPPORTED ] || fail "f32: $word"
 done
 [ "$(field 6 tfa "$work/out" | sort -u)" = f32 ] || fail "no rows in f32"
+
+# strategies: batches have the bits of one state after the other; a kernel that is not there has rows
+# that say so, and the rest is charted
+status 0 "$tool" chart --urdf "$data/arm.urdf" --methods auto,aba --rhs qdd --threads 1,2 --refine 0 \
+    --strategies single,batch,specialised --kernels "$work" --precision f64,f32 --budget-ms 1
+says "$work/err" "no specialised kernel: "
+grep -v '^#' "$work/out" | awk -F, '
+    $25 == "specialised" { kernels++; if ($8 != "E_UNSUPPORTED" || $9 != "kernel" || $4 != "auto") exit 1; next }
+    NR > 1 { rows++; if ($8 != "ok") exit 1
+        key = $4 "," $6; if (key in error && error[key] != $11) exit 1
+        error[key] = $11 }
+    END { exit rows != 16 || kernels != 4 || error["aba,f32"] < 1e3 * error["aba,f64"] }' ||
+    fail "strategies: $(cat "$work/out")"
 
 # threads: the same states, so the same errors, however many threads
 status 0 "$tool" chart --mechanisms random --bodies 9 --methods aba,tfa --rhs tau --threads 1,2 \
@@ -157,8 +170,11 @@ status 3 "$tool" chart --precision f16
 says "$work/err" "--precision: no 'f16'; there are f64, f32, f32+f64, f64+f128, f128"
 status 3 "$tool" chart --precision f32+f64 --refine 0
 says "$work/err" "--precision f32+f64 needs --refine 1 or 2"
-status 3 "$tool" chart --precision f128 --threads 1,2
-says "$work/err" "--threads 2 takes --precision f64 only"
+status 3 "$tool" chart --strategies batch,sideways
+says "$work/err" "--strategies: no 'sideways'; there are single, batch, specialised, specialised-batch"
+status 3 "$tool" chart --strategies batch,batch
+status 3 "$tool" chart --strategies specialised
+says "$work/err" "--strategies specialised needs --kernels FOLDER"
 status 3 "$tool" chart --threads 0
 status 3 "$tool" chart --seeds 17
 status 3 "$tool" chart --turn 0
@@ -189,7 +205,7 @@ if command -v gnuplot >/dev/null; then
     status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,tfa,scan --budget-ms 1 \
         --threads 2,1 --output "$work/t"
     [ -s "$work/err" ] && fail "gnuplot complains of threads: $(cat "$work/err")"
-    says "$work/t/random-4-2-threads.svg" "wall time of a state in a batch"
+    says "$work/t/random-4-2-threads-batch.svg" "wall time of a state in a batch"
     status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,tfa --budget-ms 1 \
         --precision f64,f128 --output "$work/t"
     [ -s "$work/err" ] && fail "gnuplot complains of precisions: $(cat "$work/err")"

@@ -34,5 +34,6 @@ says "$work/docs/$page" "Of 2160 default requests "
 for picture in random heavy-tip robots atlas; do
     [ -s "$work/docs/pictures/$picture.png" ] || fail "no $picture.png"
 done
+grep -q 'one call' "$work/docs/pictures/hero.svg" || fail "no hero.svg with its labels"
 status 3 sh "$source/docs/charts/make.sh"
 finish

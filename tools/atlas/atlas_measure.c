@@ -22,7 +22,7 @@ static int refine_by_hand(chart_case *c, const chart_data *d, tfa_request reques
     inverse.method = TFA_METHOD_AUTO;
     inverse.qdd = first;
     tfa_reply reply = {.tau = tau, .answers = &answer};
-    int status = tfa_compute(c->workspaces[CHART_F64], &inverse, &reply);
+    int status = tfa_compute(c->f64, &inverse, &reply);
     for (uint32_t k = 0; k < d->v; k++)
         tau[k] = request.tau[k] - tau[k];
     request.tau = tau;
@@ -30,7 +30,7 @@ static int refine_by_hand(chart_case *c, const chart_data *d, tfa_request reques
     request.gravity = weightless;
     reply = chart_reply(d, &answer);
     if (status == TFA_OK)
-        status = tfa_compute(c->workspaces[CHART_F64], &request, &reply);
+        status = tfa_compute(c->f64, &request, &reply);
     for (uint32_t k = 0; k < d->v; k++)
         d->found[k] += first[k];
     return status;
@@ -83,7 +83,7 @@ void atlas_measure(atlas_row *row, chart_case *c, const chart_data *d)
         tfa_request request = request_of(row, d, s);
         tfa_reply reply = chart_reply(d, &answer);
         int status =
-            scratch ? tfa_compute(c->workspaces[CHART_F64], &request, &reply) : TFA_E_MEMORY;
+            scratch ? tfa_compute(c->f64, &request, &reply) : TFA_E_MEMORY;
         errors[s] = INFINITY;
         estimates[s] = answer.flags & TFA_ANSWER_ESTIMATED ? answer.error_estimate : NAN;
         if (status == TFA_OK && row->mode == ATLAS_REFINED)

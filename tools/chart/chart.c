@@ -37,7 +37,11 @@ static chart_row *new_row(rows *r)
 static int combination_exists(const chart_choice *choice)
 {
     if (choice->method >= CHART_PEER)
-        return choice->refine == 0 && choice->precision == CHART_F64;
+        return choice->refine == 0 && choice->precision == CHART_F64 &&
+               choice->strategy == CHART_SINGLE;
+    if (chart_is_specialised(choice->strategy) &&
+        (choice->refine > 0 || choice->method != TFA_METHOD_AUTO))
+        return 0; /* a specialised kernel is its robot's choice, and leaves refinement alone */
     return choice->refine > 0 || chart_precisions[choice->precision].residual == TFA_RESIDUAL_SAME;
 }
 
@@ -63,7 +67,7 @@ static int add_row(rows *r, const chart_options *o, chart_case *c, const chart_d
 static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
 {
     int status = TFA_OK;
-    chart_choice choice = {.threads = c->threads};
+    chart_choice choice = {.threads = c->threads, .strategy = c->strategy};
     for (uint32_t p = 0; p < o->precision_count; p++)
         for (uint32_t m = 0; m < o->method_count; m++)
             for (choice.refine = 0; choice.refine < CHART_REFINE && status == TFA_OK;
@@ -78,10 +82,10 @@ static int chart_methods(rows *r, const chart_options *o, chart_case *c, const c
 
 /* All rows of one seed */
 static int chart_seed(rows *r, const chart_options *o, const chart_target *target, uint32_t bodies,
-                      uint32_t threads)
+                      const chart_choice *how)
 {
     chart_case c;
-    int status = chart_case_open(&c, o, target, bodies, threads);
+    int status = chart_case_open(&c, o, target, bodies, how->threads, how->strategy);
     if (status != TFA_OK)
         return status;
     for (uint32_t rhs = 0; status == TFA_OK && rhs < CHART_RHS_COUNT; rhs++) {
@@ -113,14 +117,14 @@ static void mark_fronts(chart_row *all, size_t count)
 
 /* The seeds of one target and size, put together */
 static int chart_target_at(rows *r, const chart_options *o, FILE *out, const chart_target *target,
-                           uint32_t bodies, uint32_t threads)
+                           uint32_t bodies, const chart_choice *how)
 {
     const size_t first = r->count;
     chart_options one = *o;
     int status = TFA_OK;
     for (uint32_t k = 0; status == TFA_OK && k < o->seeds; k++) {
         one.seed = o->seed + k;
-        status = chart_seed(r, &one, target, bodies, threads);
+        status = chart_seed(r, &one, target, bodies, how);
     }
     const size_t count = status == TFA_OK ? (r->count - first) / o->seeds : 0;
     r->count = first + count;
@@ -133,7 +137,23 @@ static int chart_target_at(rows *r, const chart_options *o, FILE *out, const cha
     return status;
 }
 
-/* Rows that cannot be charted are told and left out; the rest is charted. */
+/* One target and size, by each number of threads and strategy. Rows that cannot be charted are told
+ * and left out; the rest is charted. */
+static void chart_size(rows *r, const chart_options *o, FILE *out, const chart_target *target,
+                       uint32_t bodies)
+{
+    chart_choice how = {0};
+    for (uint32_t t = 0; t < o->thread_count; t++)
+        for (uint32_t k = 0; k < (o->strategy_count ? o->strategy_count : 1); k++) {
+            how.threads = o->threads[t];
+            how.strategy = o->strategy_count ? o->strategies[k]
+                           : how.threads > 1 ? CHART_BATCH
+                                             : CHART_SINGLE;
+            if (chart_target_at(r, o, out, target, bodies, &how) != TFA_OK)
+                r->failed = 1;
+        }
+}
+
 static void chart_all(rows *r, const chart_options *o, FILE *out)
 {
     if (!o->json)
@@ -141,9 +161,7 @@ static void chart_all(rows *r, const chart_options *o, FILE *out)
     for (uint32_t i = 0; i < o->target_count; i++) {
         const chart_target *target = &o->targets[i];
         for (uint32_t k = 0; k < (target->file ? 1 : o->size_count); k++)
-            for (uint32_t t = 0; t < o->thread_count; t++)
-                if (chart_target_at(r, o, out, target, o->sizes[k], o->threads[t]) != TFA_OK)
-                    r->failed = 1;
+            chart_size(r, o, out, target, o->sizes[k]);
     }
 }
 

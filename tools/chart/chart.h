@@ -18,8 +18,9 @@ enum {
     CHART_STATES = 16,
     CHART_SEEDS = 16,
     CHART_REFINE = 3,
-    CHART_THREADS = 8, /* numbers of threads */
-    CHART_PEER = 24    /* the number of the first peer; smaller ones are tfa_method */
+    CHART_THREADS = 8,        /* numbers of threads */
+    CHART_BATCH_STATES = 512, /* states of a batch of robots up to 128 bodies */
+    CHART_PEER = 24           /* the number of the first peer; smaller ones are tfa_method */
 };
 
 /* X(NAME, word, what) */
@@ -56,6 +57,24 @@ typedef enum chart_precision {
 extern const char *const chart_precision_words[CHART_PRECISION_COUNT];
 extern const tfa_workspace_options chart_precisions[CHART_PRECISION_COUNT];
 
+/* X(NAME, word, batch, specialised, what) */
+#define CHART_STRATEGY_LIST(X)                                                                     \
+    X(SINGLE, "single", 0, 0, "one state a request")                                               \
+    X(BATCH, "batch", 1, 0, "512 states a request (64 above 128 bodies)")                          \
+    X(SPECIALISED, "specialised", 0, 1, "one state, by the specialised kernel in --kernels")       \
+    X(SPECIALISED_BATCH, "specialised-batch", 1, 1, "512 states, by the specialised kernel")
+
+typedef enum chart_strategy {
+#define CHART_STRATEGY_ENUM(name, word, batch, specialised, what) CHART_##name,
+    CHART_STRATEGY_LIST(CHART_STRATEGY_ENUM)
+#undef CHART_STRATEGY_ENUM
+        CHART_STRATEGY_COUNT
+} chart_strategy;
+
+extern const char *const chart_strategy_words[CHART_STRATEGY_COUNT];
+int chart_is_batch(uint32_t strategy);
+int chart_is_specialised(uint32_t strategy);
+
 /** A mechanism, or a robot from a file. */
 typedef struct chart_target {
     const char *label; /**< as on the command line: NAME, NAME:X or a file */
@@ -71,6 +90,7 @@ typedef struct chart_options {
     uint32_t methods[CHART_METHODS], method_count;
     uint32_t precisions[CHART_PRECISION_COUNT], precision_count;
     uint32_t threads[CHART_THREADS], thread_count;
+    uint32_t strategies[CHART_STRATEGY_COUNT], strategy_count;
     uint32_t rhs;    /**< bit set of chart_rhs */
     uint32_t refine; /**< bit set of refinement steps */
     uint32_t states; /**< of each case, seed and right-hand side */
@@ -81,6 +101,7 @@ typedef struct chart_options {
     tfa_base base; /**< of files */
     int json;
     const char *folder;  /**< for CSV and pictures; NULL: rows on standard output only */
+    const char *kernels; /**< folder of specialised kernels; NULL: none */
     const char *scripts; /**< folder of the gnuplot scripts; NULL: beside the program */
     char *command;       /**< the command line, for the header */
 } chart_options;
@@ -93,7 +114,8 @@ typedef struct chart_choice {
     uint32_t method; /**< tfa_method, or CHART_PEER and up */
     uint32_t refine;
     uint32_t precision; /**< chart_precision */
-    uint32_t threads;   /**< 1: one state at a time; more: batches of states on a pool */
+    uint32_t threads;   /**< more than 1: on a pool */
+    uint32_t strategy;  /**< chart_strategy */
 } chart_choice;
 
 /** "aba", "mujoco". */
@@ -103,17 +125,24 @@ int32_t chart_method_find(const char *name);
 
 typedef struct chart_peer chart_peer;
 
+/** Computes requests of one precision. */
+typedef struct chart_solver {
+    tfa_workspace *workspace; /**< one thread */
+    tfa_batch_pool *pool;     /**< several threads; NULL: the workspace */
+    int status;               /**< why there is neither */
+} chart_solver;
+
 /** A model with all that answers for it. */
 typedef struct chart_case {
     char name[64];
     uint32_t bodies; /**< moving bodies of the file or mechanism, before merging */
-    uint32_t threads;
+    uint32_t threads, strategy;
     tfa_model *model;
-    /** f64 and f128 are always there; NULL where not asked for, or `unsupported` says why. */
-    tfa_workspace *workspaces[CHART_PRECISION_COUNT];
-    int unsupported[CHART_PRECISION_COUNT];
-    tfa_batch_pool *pool;          /**< f64, with more than one thread; NULL otherwise */
-    chart_peer *peers;             /**< all that were asked for; NULL: none */
+    tfa_workspace *f64, *f128;                   /**< one thread, generic */
+    tfa_specialised *kernel;                     /**< NULL: none, or the strategy needs none */
+    chart_solver solvers[CHART_PRECISION_COUNT]; /**< of this strategy, where asked for */
+    chart_solver baseline;                       /**< f64, these threads, generic: for aba */
+    chart_peer *peers;                           /**< all that were asked for; NULL: none */
     tfa_model *neighbour;          /**< the same with the last bit of every number changed */
     tfa_workspace *neighbour_f128; /**< sines and cosines rounded to double */
     uint64_t random;
@@ -122,10 +151,16 @@ typedef struct chart_case {
 
 /** @return TFA_OK; otherwise nothing is left to release and the reason stands on stderr */
 int chart_case_open(chart_case *c, const chart_options *options, const chart_target *target,
-                    uint32_t bodies, uint32_t threads);
+                    uint32_t bodies, uint32_t threads, uint32_t strategy);
 /** The same of any mechanism, for one thread and without peers. */
 int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label);
 void chart_case_close(chart_case *c);
+
+/** Makes the solvers of the case's strategy and threads. A precision or a kernel that is not there
+ * is told in the rows. @return a tfa_status: of the baseline */
+int chart_solvers_open(chart_case *c, const chart_options *options);
+void chart_solvers_close(chart_case *c);
+int chart_solve(const chart_solver *solver, const tfa_request *request, tfa_reply *reply);
 
 /** Makes the neighbour of the robot, whose description is changed. @return a tfa_status */
 int chart_floor_open(chart_case *c, tfa_description *description, const tfa_model_options *options);
@@ -162,6 +197,19 @@ void chart_peer_answer(const chart_case *c, uint32_t method, const chart_data *d
 /** Request and reply of one state, with room in d->found. */
 tfa_request chart_request(const chart_data *d, uint32_t state);
 tfa_reply chart_reply(const chart_data *d, tfa_answer *answer);
+
+/** The states of the data, over and over, as one request, and room for its answers */
+typedef struct chart_batch {
+    tfa_request request;
+    tfa_reply reply;
+    double *block;
+} chart_batch;
+
+/** @return TFA_OK or TFA_E_MEMORY */
+int chart_batch_make(chart_batch *b, const chart_data *d, uint32_t bodies);
+/** The answer to one of its states, into d->found */
+void chart_batch_answer(const chart_batch *b, const chart_data *d, uint32_t state);
+void chart_batch_free(chart_batch *b);
 
 /** Relative error of d->found against the exact answer of the state: 2-norm, and the largest of
  * single components. */
@@ -210,12 +258,15 @@ typedef struct chart_row {
 /** Subject of a row whose precision is not built */
 #define CHART_FIELD_PRECISION "precision"
 
+/** Subject of a row whose kernel is not in --kernels */
+#define CHART_FIELD_KERNEL "kernel"
+
 /** Puts rows of several seeds together, `count` of each seed one behind the other, into the first
  * `count`: medians over the seeds, and their least and largest errors and times. If a row is not
  * good for one of the seeds, the row of that seed stands for all. */
 void chart_combine_seeds(chart_row *rows, size_t count, uint32_t seeds);
-/** Sets same_as. Rows of batches on a pool have none: their answers come from other calls than
- * their times. Nor have those that quadruple precision makes exact. */
+/** Sets same_as, of one state at a time on one thread. Rows that quadruple precision makes exact
+ * have none. */
 void chart_find_same(chart_row *rows, size_t count);
 
 /** Names the case in the row, which has no numbers yet. */
@@ -257,7 +308,7 @@ void chart_draw_scatter(FILE *gnuplot, const chart_options *options, const chart
 void chart_draw_overview(FILE *gnuplot, const chart_options *options, const chart_row *rows,
                          size_t count);
 /** time_name: label of the axis of time */
-void chart_set_time_name(FILE *gnuplot, uint32_t threads);
+void chart_set_time_name(FILE *gnuplot, const chart_choice *choice);
 /** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */
 #define CHART_ERROR_MIN 1e-17
 #define CHART_ERROR_MAX 1e2

@@ -75,19 +75,13 @@ static int compile_file(chart_case *c, const chart_options *o, const chart_targe
     return chart_peers_open(c, o, target->file, NULL);
 }
 
-/* Only what the chart stands on must be there; a precision that is not built has rows that say
- * so. */
-static int make_workspaces(chart_case *c, const chart_options *o)
+/* Those that the exact answers and the floor stand on */
+static int make_workspaces(chart_case *c)
 {
-    uint32_t wanted = 1u << CHART_F64 | 1u << CHART_F128;
-    for (uint32_t k = 0; k < o->precision_count; k++)
-        wanted |= 1u << o->precisions[k];
-    for (uint32_t p = 0; p < CHART_PRECISION_COUNT; p++)
-        if (wanted >> p & 1u) {
-            c->unsupported[p] =
-                tfa_workspace_create(c->model, &chart_precisions[p], &c->workspaces[p]);
-        }
-    return c->unsupported[CHART_F64] ? c->unsupported[CHART_F64] : c->unsupported[CHART_F128];
+    const int status = tfa_workspace_create(c->model, &chart_precisions[CHART_F64], &c->f64);
+    return status == TFA_OK
+               ? tfa_workspace_create(c->model, &chart_precisions[CHART_F128], &c->f128)
+               : status;
 }
 
 /* The message for a model that was compiled with that status */
@@ -95,10 +89,9 @@ static int open_compiled(chart_case *c, const chart_options *options, int status
                          uint32_t bodies)
 {
     if (status == TFA_OK)
-        status = make_workspaces(c, options);
-    if (status == TFA_OK && c->threads > 1)
-        status = tfa_batch_pool_create(c->model, &(tfa_batch_pool_options){.threads = c->threads},
-                                       &c->pool);
+        status = make_workspaces(c);
+    if (status == TFA_OK)
+        status = chart_solvers_open(c, options);
     if (status == TFA_OK)
         return TFA_OK;
     fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
@@ -108,9 +101,9 @@ static int open_compiled(chart_case *c, const chart_options *options, int status
 }
 
 int chart_case_open(chart_case *c, const chart_options *options, const chart_target *target,
-                    uint32_t bodies, uint32_t threads)
+                    uint32_t bodies, uint32_t threads, uint32_t strategy)
 {
-    *c = (chart_case){.random = options->seed, .threads = threads};
+    *c = (chart_case){.random = options->seed, .threads = threads, .strategy = strategy};
     const mechanism_options m = options_of(options, target, bodies);
     const int status = target->file ? compile_file(c, options, target)
                                     : compile_mechanism(c, options, &m, target->label);
@@ -130,9 +123,9 @@ void chart_case_close(chart_case *c)
 {
     chart_peers_close(c->peers);
     chart_floor_close(c);
-    tfa_batch_pool_free(c->pool);
-    for (int p = 0; p < CHART_PRECISION_COUNT; p++)
-        tfa_workspace_free(c->workspaces[p]);
+    chart_solvers_close(c);
+    tfa_workspace_free(c->f64);
+    tfa_workspace_free(c->f128);
     tfa_model_free(c->model);
     *c = (chart_case){0};
 }

@@ -68,7 +68,7 @@ static int torques_of_motion(chart_data *d, chart_case *c, uint32_t state)
     request.op = TFA_OP_INVERSE_DYNAMICS;
     request.method = TFA_METHOD_RNEA;
     request.qdd = d->found;
-    return tfa_compute(c->workspaces[CHART_F128], &request, &reply);
+    return tfa_compute(c->f128, &request, &reply);
 }
 
 static int draw_state(chart_data *d, chart_case *c, uint32_t state)
@@ -108,7 +108,7 @@ static int solve_exactly(chart_data *d, chart_case *c, uint32_t state)
     tfa_answer answer;
     tfa_request request = chart_request(d, state);
     tfa_reply reply = chart_reply(d, &answer);
-    return tfa_compute(c->workspaces[CHART_F128], &request, &reply);
+    return tfa_compute(c->f128, &request, &reply);
 }
 
 int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states)

@@ -12,11 +12,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-void chart_set_time_name(FILE *out, uint32_t threads)
+void chart_set_time_name(FILE *out, const chart_choice *choice)
 {
-    gnuplot_string(out, "time_name",
-                   threads > 1 ? "wall time of a state in a batch (µs)"
-                               : "CPU time of a call (µs)");
+    char name[64];
+    snprintf(name, sizeof name, "%s time of a %s (µs)", choice->threads > 1 ? "wall" : "CPU",
+             chart_is_batch(choice->strategy) ? "state in a batch" : "call");
+    gnuplot_string(out, "time_name", name);
 }
 
 double chart_draw_error(double error)
@@ -70,18 +71,19 @@ void chart_set_times(FILE *out, const chart_range *times, uint32_t count)
     }
 }
 
-/* Rows of the target, size and threads that `rows` begins with. */
+/* Rows of the target, size, threads and strategy that `rows` begins with. */
 static size_t same_case(const chart_row *rows, size_t count)
 {
     size_t n = 1;
     while (n < count && rows[n].bodies == rows->bodies &&
            rows[n].choice.threads == rows->choice.threads &&
+           rows[n].choice.strategy == rows->choice.strategy &&
            strcmp(rows[n].target, rows->target) == 0)
         n++;
     return n;
 }
 
-/* The overview has room for the first precision and number of threads only. */
+/* The overview has room for the first precision, number of threads and strategy only. */
 static int draw_overview(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)
 {
     size_t n = 0;
@@ -89,7 +91,9 @@ static int draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     if (!first)
         return -1;
     for (size_t i = 0; i < count; i++)
-        if (rows[i].choice.precision == o->precisions[0] && rows[i].choice.threads == o->threads[0])
+        if (rows[i].choice.precision == o->precisions[0] &&
+            rows[i].choice.threads == o->threads[0] &&
+            rows[i].choice.strategy == rows->choice.strategy)
             first[n++] = rows[i];
     if (n > 0)
         chart_draw_overview(gnuplot, o, first, n);

@@ -50,7 +50,7 @@ int chart_answer(chart_case *c, const chart_choice *choice, const chart_data *d,
     }
     request.method = (tfa_method)choice->method;
     request.refine = choice->refine;
-    return tfa_compute(c->workspaces[choice->precision], &request, reply);
+    return chart_solve(&c->solvers[choice->precision], &request, reply);
 }
 
 void chart_name_invalid_field(char *text, size_t size, const chart_case *c, const tfa_reply *reply)
@@ -71,8 +71,36 @@ uint64_t chart_hash_answer(uint64_t hash, const chart_data *d)
     return hash;
 }
 
+/* All states at once: before the first is looked at. */
+static int solve_batch(chart_batch *b, chart_row *row, chart_case *c, const chart_data *d)
+{
+    const int status = chart_batch_make(b, d, c->bodies);
+    if (status != TFA_OK)
+        return status;
+    b->request.method = (tfa_method)row->choice.method;
+    b->request.refine = row->choice.refine;
+    return chart_solve(&c->solvers[row->choice.precision], &b->request, &b->reply);
+}
+
+/* The answer to one state, into d->found: from the batch, if there is one. */
+static int answer_state(const chart_batch *b, chart_row *row, chart_case *c, const chart_data *d,
+                        uint32_t state, tfa_answer *answer)
+{
+    tfa_reply reply = chart_reply(d, answer);
+    if (b->block) {
+        chart_batch_answer(b, d, state);
+        *answer = b->reply.answers[state];
+        return TFA_OK;
+    }
+    const int status = chart_answer(c, &row->choice, d, state, &reply);
+    if (status != TFA_OK)
+        chart_name_invalid_field(row->field, sizeof row->field, c, &reply);
+    return status;
+}
+
 /* Errors of all states, unless the first takes so long that the time is to be saved. */
-static void measure_errors(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms)
+static void measure_errors(chart_row *row, const chart_batch *b, chart_case *c, const chart_data *d,
+                           uint32_t budget_ms)
 {
     double errors[CHART_STATES], estimates[CHART_STATES];
     const double start = chart_now();
@@ -80,12 +108,9 @@ static void measure_errors(chart_row *row, chart_case *c, const chart_data *d, u
     for (uint32_t s = 0; s < d->states; s++) {
         double worst;
         tfa_answer answer;
-        tfa_reply reply = chart_reply(d, &answer);
-        row->status = chart_answer(c, &row->choice, d, s, &reply);
-        if (row->status != TFA_OK) {
-            chart_name_invalid_field(row->field, sizeof row->field, c, &reply);
+        row->status = answer_state(b, row, c, d, s, &answer);
+        if (row->status != TFA_OK)
             return;
-        }
         if (s == 0 && chart_now() - start > 1e-3 * CHART_OVER_BUDGET * budget_ms) {
             row->skipped = CHART_SKIPPED_OVER_BUDGET;
             return;
@@ -107,8 +132,11 @@ static void probe_time(chart_row *row, const chart_case *c)
     const chart_choice *choice = &row->choice;
     if (choice->method >= CHART_PEER)
         row->skipped = chart_peer_refusal(c, choice->method, row->field, sizeof row->field);
-    else if (!c->workspaces[choice->precision]) {
-        row->status = c->unsupported[choice->precision];
+    else if (chart_is_specialised(c->strategy) && !c->kernel) {
+        row->status = TFA_E_UNSUPPORTED;
+        snprintf(row->field, sizeof row->field, CHART_FIELD_KERNEL);
+    } else if (c->solvers[choice->precision].status != TFA_OK) {
+        row->status = c->solvers[choice->precision].status;
         snprintf(row->field, sizeof row->field, CHART_FIELD_PRECISION);
     }
 }
@@ -126,9 +154,16 @@ void chart_row_begin(chart_row *row, const chart_case *c, const chart_data *d)
 void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms,
                    double seconds)
 {
+    chart_batch batch = {0};
     probe_time(row, c);
+    if (row->status == TFA_OK && !row->skipped && chart_is_batch(c->strategy)) {
+        row->status = solve_batch(&batch, row, c, d);
+        if (row->status != TFA_OK)
+            chart_name_invalid_field(row->field, sizeof row->field, c, &batch.reply);
+    }
     if (row->status == TFA_OK && !row->skipped)
-        measure_errors(row, c, d, budget_ms);
+        measure_errors(row, &batch, c, d, budget_ms);
+    chart_batch_free(&batch);
     if (row->status == TFA_OK && !row->skipped)
         row->status = chart_measure_times(row, c, d, seconds);
 }

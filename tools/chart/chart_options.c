@@ -18,6 +18,8 @@ enum {
     KEY_REFINE,
     KEY_PRECISION,
     KEY_THREADS,
+    KEY_STRATEGIES,
+    KEY_KERNELS,
     KEY_TURN,
     KEY_STATES,
     KEY_SEEDS,
@@ -51,7 +53,16 @@ static const struct argp_option option_table[] = {
     {.name = "threads",
      .key = KEY_THREADS,
      .arg = "LIST",
-     .doc = "Numbers of threads; with more than 1, batches of states on a pool (1)"},
+     .doc = "Numbers of threads; more than 1: on a pool (1)"},
+    {.name = "strategies",
+     .key = KEY_STRATEGIES,
+     .arg = "LIST",
+     .doc = "Of single, batch, specialised, specialised-batch (single; with more than one thread "
+            "batch)"},
+    {.name = "kernels",
+     .key = KEY_KERNELS,
+     .arg = "FOLDER",
+     .doc = "Where `totalforce specialise` put kernels"},
     {.name = "turn",
      .key = KEY_TURN,
      .arg = "X",
@@ -141,6 +152,17 @@ static void parse_threads(struct argp_state *state, char *word)
     o->threads[o->thread_count++] = (uint32_t)option_unsigned(state, "threads", word, 1, 256);
 }
 
+static void parse_strategy(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    const int strategy =
+        option_word(state, "strategies", word, chart_strategy_words, CHART_STRATEGY_COUNT);
+    for (uint32_t k = 0; k < o->strategy_count; k++)
+        if (o->strategies[k] == (uint32_t)strategy)
+            argp_error(state, "--strategies: %s twice", word);
+    o->strategies[o->strategy_count++] = (uint32_t)strategy;
+}
+
 static void parse_file(struct argp_state *state, const char *file)
 {
     chart_options *o = state->input;
@@ -196,10 +218,11 @@ static void check(struct argp_state *state, const chart_options *o)
         const uint32_t p = o->precisions[k];
         if (chart_precisions[p].residual != TFA_RESIDUAL_SAME && o->refine == 1)
             argp_error(state, "--precision %s needs --refine 1 or 2", chart_precision_words[p]);
-        for (uint32_t t = 0; t < o->thread_count; t++)
-            if (p != CHART_F64 && o->threads[t] > 1)
-                argp_error(state, "--threads %u takes --precision f64 only", o->threads[t]);
     }
+    for (uint32_t k = 0; k < o->strategy_count; k++)
+        if (chart_is_specialised(o->strategies[k]) && !o->kernels)
+            argp_error(state, "--strategies %s needs --kernels FOLDER",
+                       chart_strategy_words[o->strategies[k]]);
 }
 
 static error_t parse_list(int key, char *text, struct argp_state *state)
@@ -225,6 +248,9 @@ static error_t parse_list(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_THREADS:
         for_each_word(state, text, parse_threads);
+        return 0;
+    case KEY_STRATEGIES:
+        for_each_word(state, text, parse_strategy);
         return 0;
     case KEY_URDF:
         parse_file(state, text);
@@ -276,6 +302,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_SCRIPTS:
         o->scripts = text;
         return 0;
+    case KEY_KERNELS:
+        o->kernels = text;
+        return 0;
     case ARGP_KEY_ARG:
         argp_error(state, "one argument too many: '%s'", text);
         return 0;
@@ -290,6 +319,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
 
 #define CHART_RHS_HELP(name, word, what) "  " word ": " what "\n"
 #define CHART_PRECISION_HELP(name, word, precision, residual, what) "  " word ": " what "\n"
+#define CHART_STRATEGY_HELP(name, word, batch, specialised, what) "  " word ": " what "\n"
 
 /* clang-format off */
 static const char documentation[] =
@@ -299,8 +329,10 @@ static const char documentation[] =
     CHART_RHS_LIST(CHART_RHS_HELP)
     "\nPrecisions:\n"
     CHART_PRECISION_LIST(CHART_PRECISION_HELP)
-    "\nTimes are CPU times of this thread, medians, taken in turns with aba in f64; with more than "
-    "one thread wall times of a batch of 64 states, for one of them. The floor is the change of "
+    "\nStrategies:\n"
+    CHART_STRATEGY_LIST(CHART_STRATEGY_HELP)
+    "\nTimes are CPU times of this thread for one state, medians, taken in turns with aba in f64; "
+    "with more than one thread wall times. The floor is the change of "
     "the exact answer when each number of the robot and the request changes in its last bit and "
     "sines and cosines are rounded to double.";
 /* clang-format on */

@@ -169,7 +169,7 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     }
     fputs("EOD\n", gnuplot);
     chart_set_times(gnuplot, times, g.size_count);
-    chart_set_time_name(gnuplot, rows->choice.threads);
+    chart_set_time_name(gnuplot, &rows->choice);
     fprintf(gnuplot, "rhs_name = rhs_%d\nlines = %" PRIu32 "\ncolumns = %" PRIu32 "\n", (int)rhs,
             g.target_count, g.size_count);
     fprintf(gnuplot, "array line_name[%" PRIu32 "]\narray column_name[%" PRIu32 "]\n",

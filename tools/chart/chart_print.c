@@ -21,9 +21,12 @@ void chart_print_head(FILE *out, const chart_options *options)
         "# floor: change of the exact answer when every number of the robot and of the request "
         "changes in the last bit, and sines and cosines are rounded to double; at least 2^-53\n"
         "# precision: of the factors, and behind + of the residual of refinement steps\n"
-        "# time_us: with one thread median CPU time of a call of one state; with more, wall time "
-        "of a batch of 64 states on a pool, for one of them; aba_us: that of aba in f64, in "
-        "turns; time_ratio: median of neighbours' ratios\n"
+        "# strategy: single: one state a request; batch: 512 (64 above 128 bodies); specialised: "
+        "by "
+        "a specialised kernel\n"
+        "# time_us: median time for one state: CPU time with one thread, with more wall time; "
+        "aba_us: that of aba in f64 and generic code, in turns; time_ratio: median of neighbours' "
+        "ratios\n"
         "# time_low_us, time_high_us: of the fastest and the slowest seed\n"
         "# status over_budget: a call, here or with fewer bodies, took more than %g ms; "
         "too_large, refused: of peers\n"
@@ -33,10 +36,11 @@ void chart_print_head(FILE *out, const chart_options *options)
         "steps: "
         "such a row has no mark and no place on the front\n",
         options->states, options->seeds, options->seed, CHART_OVER_BUDGET * options->budget);
-    fputs("mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,"
+    fputs("mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,"
+          "error,"
           "worst_component,floor,"
           "estimate,time_us,aba_us,time_ratio,samples,front,error_low,error_high,time_low_us,"
-          "time_high_us,same_as\n",
+          "time_high_us,same_as,strategy\n",
           out);
 }
 
@@ -65,7 +69,8 @@ void chart_print_row(FILE *out, const chart_row *row)
         fputc(',', out);
         results_print_number(out, i < 2 ? "%.3e" : "%.4g", spread[i]);
     }
-    fprintf(out, ",%s\n", row->same_as ? chart_method_name(row->same_as) : "");
+    fprintf(out, ",%s,%s\n", row->same_as ? chart_method_name(row->same_as) : "",
+            chart_strategy_words[choice->strategy]);
 }
 
 void chart_print_row_json(FILE *out, const chart_row *row)
@@ -79,6 +84,7 @@ void chart_print_row_json(FILE *out, const chart_row *row)
     json_object_set_new(o, "refine", json_integer(choice->refine));
     json_object_set_new(o, "precision", json_string(chart_precision_words[choice->precision]));
     json_object_set_new(o, "threads", json_integer(choice->threads));
+    json_object_set_new(o, "strategy", json_string(chart_strategy_words[choice->strategy]));
     json_object_set_new(o, "status", json_string(chart_row_status(row)));
     json_object_set_new(o, "about", json_string(row->field));
     json_object_set_new(o, "answered_by",

@@ -213,10 +213,14 @@ static void name_same(FILE *out, const chart_options *o, const chart_row *rows, 
 /* Title of the picture, and the name of its file */
 static void write_names(FILE *out, const chart_row *row)
 {
-    char name[256], threads[32] = "", suffix[32] = "";
+    char name[256], threads[64] = "", suffix[64] = "";
     if (row->choice.threads > 1) {
-        snprintf(threads, sizeof threads, ", %" PRIu32 " threads", row->choice.threads);
-        snprintf(suffix, sizeof suffix, "-%" PRIu32 "-threads", row->choice.threads);
+        append(threads, sizeof threads, ", %" PRIu32 " threads", row->choice.threads);
+        append(suffix, sizeof suffix, "-%" PRIu32 "-threads", row->choice.threads);
+    }
+    if (row->choice.strategy != CHART_SINGLE) {
+        append(threads, sizeof threads, ", %s", chart_strategy_words[row->choice.strategy]);
+        append(suffix, sizeof suffix, "-%s", chart_strategy_words[row->choice.strategy]);
     }
     snprintf(name, sizeof name, "%s, %" PRIu32 " bodies%s", row->target, row->bodies, threads);
     gnuplot_string(out, "subject", name);
@@ -225,7 +229,7 @@ static void write_names(FILE *out, const chart_row *row)
         if (*c == ':')
             *c = '-';
     gnuplot_string(out, "file", name);
-    chart_set_time_name(out, row->choice.threads);
+    chart_set_time_name(out, &row->choice);
 }
 
 void chart_draw_scatter(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)

@@ -60,6 +60,7 @@ static int is_comparable(const chart_row *row)
 {
     const uint32_t precision = row->choice.precision;
     return chart_row_good(row) && row->choice.threads == 1 &&
+           row->choice.strategy == CHART_SINGLE &&
            (precision == CHART_F64 || precision == CHART_F32);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Time against aba's: state after state on this thread, or batches of states on a pool.
+ * Time against aba's: state after state, or batch after batch.
  */
 #include "chart.h"
 
@@ -10,8 +10,7 @@
 #include <string.h>
 #include <time.h>
 
-/* States of a batch: enough for eight lanes on each of eight threads. */
-enum { SAMPLES_MAX = 101, SAMPLES_MIN = 3, BATCH = 64 };
+enum { SAMPLES_MAX = 101, SAMPLES_MIN = 3 };
 
 /* Reading the thread's clock is a system call of some 0.3 us: a sample must be long against it. */
 #define SAMPLE_SECONDS 50e-6
@@ -35,58 +34,47 @@ typedef struct turns {
     const chart_data *data;
     uint32_t next;
     clockid_t clock;
-    tfa_request batch; /* with a pool: the states of the data over and over */
-    tfa_reply reply;
-    double *block; /* the arrays of both */
-    int status;    /* of the first call that failed */
+    chart_batch batch; /* without a block: one state a request */
+    int status;        /* of the first call that failed */
 } turns;
 
-/* `rows` rows of `width` numbers, those of `from` over and over. */
-static double *repeat(double **at, const double *from, size_t width, uint32_t states)
+/* A solver, and what it is asked for */
+typedef struct contestant {
+    const chart_solver *solver; /* NULL: a peer */
+    chart_choice choice;
+} contestant;
+
+static int call(turns *t, const contestant *who, tfa_reply *reply)
 {
-    double *start = *at;
-    for (uint32_t s = 0; from && s < BATCH; s++, *at += width)
-        memcpy(*at, from + s % states * width, width * sizeof(double));
-    return from ? start : NULL;
+    if (t->batch.block)
+        return chart_solve(who->solver, &t->batch.request, &t->batch.reply);
+    const uint32_t state = t->next++ % t->data->states;
+    if (!who->solver)
+        return chart_answer(t->c, &who->choice, t->data, state, reply);
+    tfa_request request = chart_request(t->data, state);
+    request.method = (tfa_method)who->choice.method;
+    request.refine = who->choice.refine;
+    return chart_solve(who->solver, &request, reply);
 }
 
-static int make_batch(turns *t)
-{
-    const chart_data *d = t->data;
-    const size_t width = (size_t)d->q + 3 * (size_t)d->v + 7 + 6;
-    double *at = t->block = calloc(BATCH * width, sizeof(double));
-    if (!at)
-        return TFA_E_MEMORY;
-    t->batch = chart_request(d, 0);
-    t->batch.count = BATCH;
-    t->batch.q = repeat(&at, t->batch.q, d->q, d->states);
-    t->batch.v = repeat(&at, t->batch.v, d->v, d->states);
-    t->batch.tau = repeat(&at, t->batch.tau, d->v, d->states);
-    t->batch.base_pose = repeat(&at, t->batch.base_pose, 7, d->states);
-    t->reply = (tfa_reply){.qdd = at, .base_acceleration = d->base ? at + BATCH * d->v : NULL};
-    return TFA_OK;
-}
-
-/* Seconds for each of `calls` states, or on a pool of `calls` batches. */
-static double sample(turns *t, const chart_choice *choice, uint32_t calls)
+/* Seconds for a state, from so many calls */
+static double sample(turns *t, const contestant *who, uint32_t calls)
 {
     tfa_answer answer;
     tfa_reply reply = chart_reply(t->data, &answer);
-    t->batch.method = (tfa_method)choice->method;
-    t->batch.refine = choice->refine;
+    t->batch.request.method = (tfa_method)who->choice.method;
+    t->batch.request.refine = who->choice.refine;
     const double start = read_clock(t->clock);
     for (uint32_t k = 0; k < calls && t->status == TFA_OK; k++)
-        t->status = t->block
-                        ? tfa_batch_pool_compute(t->c->pool, &t->batch, &t->reply)
-                        : chart_answer(t->c, choice, t->data, t->next++ % t->data->states, &reply);
-    return (read_clock(t->clock) - start) / calls / (t->block ? BATCH : 1);
+        t->status = call(t, who, &reply);
+    return (read_clock(t->clock) - start) / calls / (t->batch.block ? t->batch.request.count : 1);
 }
 
 /* How many calls make a sample, from one that is thrown away. */
-static uint32_t calls_for(turns *t, const chart_choice *choice)
+static uint32_t calls_for(turns *t, const contestant *who)
 {
-    const double seconds =
-        sample(t, choice, t->block ? 1 : t->data->states) * (t->block ? BATCH : 1);
+    const uint32_t states = t->batch.block ? t->batch.request.count : 1;
+    const double seconds = sample(t, who, t->batch.block ? 1 : t->data->states) * states;
     const double calls = seconds > 0.0 ? ceil(SAMPLE_SECONDS / seconds) : 1000.0;
     return (uint32_t)fmin(calls, 1000.0);
 }
@@ -94,13 +82,16 @@ static uint32_t calls_for(turns *t, const chart_choice *choice)
 /* The choice and aba in turns, so that disturbances of the machine meet both. */
 static void measure_in_turns(chart_row *row, turns *t, double seconds)
 {
-    const chart_choice aba_alone = {.method = TFA_METHOD_ABA, .threads = row->choice.threads};
+    const contestant who = {row->choice.method < CHART_PEER ? &t->c->solvers[row->choice.precision]
+                                                            : NULL,
+                            row->choice};
+    const contestant aba_alone = {&t->c->baseline, {.method = TFA_METHOD_ABA}};
     double times[SAMPLES_MAX], aba[SAMPLES_MAX], ratios[SAMPLES_MAX];
-    const uint32_t calls = calls_for(t, &row->choice), aba_calls = calls_for(t, &aba_alone);
+    const uint32_t calls = calls_for(t, &who), aba_calls = calls_for(t, &aba_alone);
     const double end = read_clock(t->clock) + seconds;
     uint32_t n = 0;
     while (n < SAMPLES_MIN || (n < SAMPLES_MAX && read_clock(t->clock) < end)) {
-        times[n] = 1e6 * sample(t, &row->choice, calls);
+        times[n] = 1e6 * sample(t, &who, calls);
         aba[n] = 1e6 * sample(t, &aba_alone, aba_calls);
         ratios[n] = aba[n] > 0.0 ? times[n] / aba[n] : NAN;
         n++;
@@ -113,10 +104,12 @@ static void measure_in_turns(chart_row *row, turns *t, double seconds)
 
 int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, double seconds)
 {
-    turns t = {.c = c, .data = d, .clock = c->pool ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID};
-    t.status = c->pool ? make_batch(&t) : TFA_OK;
+    turns t = {
+        .c = c, .data = d, .clock = c->threads > 1 ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID};
+    if (chart_is_batch(c->strategy))
+        t.status = chart_batch_make(&t.batch, d, c->bodies);
     if (t.status == TFA_OK)
         measure_in_turns(row, &t, seconds);
-    free(t.block);
+    chart_batch_free(&t.batch);
     return t.status;
 }

@@ -28,6 +28,32 @@ const tfa_workspace_options chart_precisions[CHART_PRECISION_COUNT] = {
 #undef CHART_PRECISION_OPTIONS
 };
 
+const char *const chart_strategy_words[CHART_STRATEGY_COUNT] = {
+#define CHART_STRATEGY_WORD(name, word, batch, specialised, what) word,
+    CHART_STRATEGY_LIST(CHART_STRATEGY_WORD)
+#undef CHART_STRATEGY_WORD
+};
+
+int chart_is_batch(uint32_t strategy)
+{
+    static const int batch_of[] = {
+#define CHART_STRATEGY_BATCH(name, word, batch, specialised, what) batch,
+        CHART_STRATEGY_LIST(CHART_STRATEGY_BATCH)
+#undef CHART_STRATEGY_BATCH
+    };
+    return batch_of[strategy];
+}
+
+int chart_is_specialised(uint32_t strategy)
+{
+    static const int specialised_of[] = {
+#define CHART_STRATEGY_SPECIALISED(name, word, batch, specialised, what) specialised,
+        CHART_STRATEGY_LIST(CHART_STRATEGY_SPECIALISED)
+#undef CHART_STRATEGY_SPECIALISED
+    };
+    return specialised_of[strategy];
+}
+
 const char *chart_method_name(uint32_t method)
 {
     return method < CHART_PEER ? tfa_method_name(method) : peer_table[method - CHART_PEER]->name;
@@ -41,10 +67,15 @@ int32_t chart_method_find(const char *name)
     return tfa_method_find(name);
 }
 
+/* Answered by the method itself, not by a fallback */
+static int chart_row_own(const chart_row *row)
+{
+    return row->choice.method == TFA_METHOD_AUTO || row->answered_by == row->choice.method;
+}
+
 int chart_row_good(const chart_row *row)
 {
-    return !row->skipped && row->status == TFA_OK && row->answered_by == row->choice.method &&
-           isfinite(row->error);
+    return !row->skipped && row->status == TFA_OK && chart_row_own(row) && isfinite(row->error);
 }
 
 int chart_row_drawn(const chart_row *row)
@@ -57,6 +88,6 @@ const char *chart_row_status(const chart_row *row)
     if (row->skipped)
         return row->skipped;
     if (row->status == TFA_OK)
-        return row->answered_by == row->choice.method ? "ok" : "fallback";
+        return chart_row_own(row) ? "ok" : "fallback";
     return tfa_status_name(row->status);
 }

@@ -5,14 +5,11 @@
  * factorisation, Newton-Euler bias) and for Lambda^-1 (the same factors, half a solve of six
  * columns); no contacts, no constraints, no sensors.
  */
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpedantic"
-#include <mujoco/mujoco.h>
-#pragma GCC diagnostic pop
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "mujoco_inertia.h"
 #include "peer.h"
 
 struct mujoco_robot {
@@ -75,6 +72,7 @@ static void *make(const char *path, const tfa_description *description, char *wh
     r->columns = calloc(12 * (size_t)r->n + 1, sizeof *r->columns);
     r->at = calloc((size_t)r->n + 1, sizeof *r->at);
     r->model->opt.gravity[2] = -9.80665;
+    peer_mujoco_set_inertias(r->model, description);
     const char *missing = find_joints(r, description);
     if (missing) {
         snprintf(why, size, "no joint %s", missing);

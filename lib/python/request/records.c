@@ -74,7 +74,7 @@ static PyStructSequence_Field message_fields[] = {
     FIELD("line", "from 1; 0: none"),
     FIELD("code", "stable code, for instance 'bad-number'"),
     FIELD("text", "problem and remedy"),
-    FIELD("count", "links, joints or elements that it is about"),
+    FIELD("occurrences", "links, joints or elements that it is about"),
     FIELD("entity", "first link or joint; '': none"),
     {0}};
 static PyStructSequence_Field exchange_fields[] = {

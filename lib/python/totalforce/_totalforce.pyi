@@ -109,7 +109,7 @@ class Message(NamedTuple):
     line: int
     code: str
     text: str
-    count: int
+    occurrences: int
     entity: str
 
 class Exchange(NamedTuple):

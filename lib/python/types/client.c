@@ -22,8 +22,12 @@ static int client_compute(solver_object *solver, request_call *call, tfa_exchang
                            call->timeout_ns, exchange);
 }
 
-static const solver_kind kind = {
-    .name = "client", .is_client = 1, .may_wait = 1, .needs_lock = 1, .compute = client_compute};
+static const solver_kind kind = {.name = "client",
+                                 .is_client = 1,
+                                 .may_wait = 1,
+                                 .needs_lock = 1,
+                                 .needs_process = 1,
+                                 .compute = client_compute};
 
 static void client_release(client_object *c)
 {

@@ -7,6 +7,7 @@
 #include "python/request/errors.h"
 #include "python/request/records.h"
 
+#include <math.h>
 #include <totalforce/advise.h>
 
 static const tfa_model *c_model(PyObject *self)
@@ -269,6 +270,8 @@ static PyObject *model_advise(PyObject *self, PyObject *const *arguments, Py_ssi
     const double tolerance = count < 1 ? -1 : PyFloat_AsDouble(arguments[0]);
     if (count < 1)
         raise_type("tolerance", "tolerance: missing");
+    else if (!PyErr_Occurred() && !(tolerance > 0 && isfinite(tolerance)))
+        raise_status(TFA_E_ARGUMENT, "tolerance", "tolerance: %g, must be above 0", tolerance);
     if (PyErr_Occurred())
         return NULL;
     return with_request(self, TFA_OP_FORWARD_DYNAMICS, arguments + 1, count - 1, names, use_advise,

@@ -29,8 +29,9 @@ static int pool_compute(solver_object *solver, request_call *call, tfa_exchange 
 }
 
 /* Any number of threads may call; the library gives E_BUSY to all but one. */
-static const solver_kind pool_kind = {.name = "pool", .may_wait = 1, .compute = pool_compute};
-static const solver_kind thread_pool_kind = {.name = "thread pool"};
+static const solver_kind pool_kind = {
+    .name = "pool", .may_wait = 1, .needs_process = 1, .compute = pool_compute};
+static const solver_kind thread_pool_kind = {.name = "thread pool", .needs_process = 1};
 /* A thread pool has no robot; this stands for "open". */
 static const robot_names no_robot;
 

@@ -41,7 +41,7 @@ int solver_check(solver_object *solver)
         return raise_status(TFA_E_BUSY, NULL,
                             "another thread uses the %s: give each thread one of its own",
                             solver->kind->name);
-    if (!solver_is_ours(solver))
+    if (solver->kind->needs_process && !solver_is_ours(solver))
         return raise_status(TFA_E_UNSUPPORTED, NULL,
                             "the %s was made before a fork: make one in this process",
                             solver->kind->name);

@@ -13,10 +13,11 @@
 typedef struct solver_object solver_object;
 
 typedef struct solver_kind {
-    const char *name; /**< "workspace": in messages */
-    int is_client;    /**< 1: calls have `timeout`, replies an exchange */
-    int may_wait;     /**< 1: the GIL is released for every request */
-    int needs_lock;   /**< 1: one thread at a time */
+    const char *name;  /**< "workspace": in messages */
+    int is_client;     /**< 1: calls have `timeout`, replies an exchange */
+    int may_wait;      /**< 1: the GIL is released for every request */
+    int needs_lock;    /**< 1: one thread at a time */
+    int needs_process; /**< 1: threads or a connection, which a fork does not copy */
     /** Runs without the GIL. @return status, also in call->reply */
     int (*compute)(solver_object *solver, request_call *call, tfa_exchange *exchange);
     /** 0: it may be used; -1 with an exception. NULL: always */

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+"""Threads, processes, lifetimes: the GIL, shared workspaces, forks, the end of Python."""
+import gc
+import sys
+import threading
+import time
+
+import numpy as np
+
+import support
+import totalforce as tf
+from support import Case, load, python, state
+
+
+class Threads(Case):
+    def long_batch(self, solver, seconds=0.5):
+        """Fields of a batch that takes about so long."""
+        model = solver.model
+        rng = np.random.default_rng(1)
+        per_state = solver._time(1, "forward_dynamics", **state(model, rng, 64)) / 64 * 1e-9
+        return state(model, rng, max(64, int(seconds / per_state)))
+
+    def test_other_threads_run_while_a_batch_is_computed(self):
+        solvers = [tf.Workspace(load("humanoid")), tf.Pool(load("humanoid"), 1)]
+        for solver in solvers:
+            fields = self.long_batch(solver)
+            times = []
+            done = threading.Event()
+
+            def tick():
+                while not done.is_set():
+                    times.append(time.perf_counter())
+                    time.sleep(0.001)
+
+            thread = threading.Thread(target=tick)
+            thread.start()
+            start = time.perf_counter()
+            solver.forward_dynamics(**fields)
+            end = time.perf_counter()
+            done.set()
+            thread.join()
+            during = [t for t in times if start < t < end]
+            # with the GIL held the other thread would tick only before and behind the batch
+            self.assertGreater(len(during), 20, f"{end - start:.3f} s")
+
+    def test_loading_releases_the_gil(self):
+        count = 0
+        done = threading.Event()
+
+        def tick():
+            nonlocal count
+            while not done.is_set():
+                count += 1
+                time.sleep(0.0001)
+
+        thread = threading.Thread(target=tick)
+        thread.start()
+        for _ in range(20):
+            load("humanoid")
+        done.set()
+        thread.join()
+        self.assertGreater(count, 5)
+
+    def test_two_threads_on_one_workspace(self):
+        workspace = tf.Workspace(load("humanoid"))
+        fields = self.long_batch(workspace, 0.2)
+        wanted = workspace.forward_dynamics(**fields).qdd.tobytes()
+        results, busy = [], []
+
+        def work():
+            for _ in range(4):
+                try:
+                    results.append(workspace.forward_dynamics(**fields).qdd.tobytes() == wanted)
+                except tf.BusyError as error:
+                    busy.append(error.status)
+                    time.sleep(0.02)
+
+        threads = [threading.Thread(target=work) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertTrue(results and all(results))
+        self.assertTrue(busy)
+        self.assertEqual(set(busy), {"E_BUSY"})
+        workspace.mass_matrix(fields["q"][0])
+
+    def test_pool_of_two_threads_is_busy_for_the_second(self):
+        with tf.Pool(load("humanoid"), 2) as pool:
+            fields = self.long_batch(pool, 0.4)
+            busy = []
+
+            def other():
+                time.sleep(0.1)
+                try:
+                    pool.forward_dynamics(**fields)
+                except tf.BusyError as error:
+                    busy.append(error.status)
+                try:
+                    pool.close()
+                except tf.BusyError as error:
+                    busy.append(error.status)
+
+            thread = threading.Thread(target=other)
+            thread.start()
+            pool.forward_dynamics(**fields)
+            thread.join()
+            self.assertEqual(busy, ["E_BUSY", "E_BUSY"])
+
+    def test_a_workspace_of_each_thread(self):
+        model = load("arm7")
+        fields = state(model, np.random.default_rng(3), 200)
+        wanted = tf.Workspace(model).forward_dynamics(**fields).qdd.tobytes()
+        right = []
+
+        def work():
+            workspace = tf.Workspace(model)
+            right.append(
+                all(
+                    workspace.forward_dynamics(**fields).qdd.tobytes() == wanted for _ in range(200)
+                )
+            )
+
+        threads = [threading.Thread(target=work) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(right, [True] * 4)
+
+    def test_memory_that_other_threads_drop_and_reshape(self):
+        workspace = tf.Workspace(load("humanoid"))
+        fields = self.long_batch(workspace, 0.2)
+        wanted = workspace.forward_dynamics(**fields).qdd.tobytes()
+        reply = workspace.forward_dynamics(**fields)
+        q, arrays = fields.pop("q"), {}
+        arrays["q"] = q.copy()
+
+        def meddle():
+            time.sleep(0.05)
+            view = arrays.pop("q")
+            view.shape = (-1,)
+            with self.assertRaises(ValueError):
+                view.resize(1)  # the call holds a reference
+            tf.Workspace(workspace.model).forward_dynamics(q, out=reply)
+
+        thread = threading.Thread(target=meddle)
+        thread.start()
+        got = workspace.forward_dynamics(arrays["q"], **fields)
+        thread.join()
+        self.assertEqual(got.qdd.tobytes(), wanted)
+
+
+class Lifetimes(Case):
+    def test_solvers_keep_their_model(self):
+        for make in (
+            lambda model: tf.Workspace(model),
+            lambda model: tf.Pool(model, 2),
+            lambda model: tf.Workspace(model.derive(gravity=[0, 0, 0])),
+        ):
+            model = load("arm7")
+            wanted = make(model).mass_matrix(np.zeros(7)).M
+            solver = make(model)
+            before = sys.getrefcount(model)
+            del model
+            gc.collect()
+            junk = [bytearray(100000) for _ in range(50)]
+            self.same_bits(solver.mass_matrix(np.zeros(7)).M, wanted, "M")
+            del junk
+            self.assertGreaterEqual(before, 2)
+
+    def test_replies_outlive_everything(self):
+        reply = tf.Workspace(load("arm7")).mass_matrix(np.zeros(7))
+        gc.collect()
+        self.assertEqual(reply.M.shape, (7, 7))
+        self.assertTrue(reply.M.flags.owndata)
+
+    def test_model_is_freed(self):
+        before = support.resident_kib()
+        for _ in range(300):
+            tf.Workspace(load("humanoid"))
+        self.assertLess(support.resident_kib() - before, 20000)
+
+    def test_end_of_python_with_live_objects(self):
+        done = python(
+            """
+import sys, threading
+import numpy as np, totalforce as tf
+model = tf.Model(sys.argv[1] + '/config/robots/humanoid.urdf')
+workspace, pool, threads = tf.Workspace(model), tf.Pool(model, 2), tf.ThreadPool(2)
+shared = tf.Pool(model, thread_pool=threads)
+reply = workspace.mass_matrix(np.zeros(model.q_count))
+q = np.zeros((200000, model.q_count))
+def work():
+    tf.Workspace(model).forward_dynamics(q)
+threading.Thread(target=work, daemon=True).start()
+import builtins
+builtins.kept = [model, workspace, pool, shared, reply]
+print('end')
+"""
+        )
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "end\n", ""))
+
+    def test_fork(self):
+        done = python(
+            """
+import os, sys
+import numpy as np, totalforce as tf
+model = tf.Model(sys.argv[1] + '/config/robots/arm7.urdf')
+workspace, pool = tf.Workspace(model), tf.Pool(model, 2)
+pool.mass_matrix(np.zeros((8, 7)))
+child = os.fork()
+if child == 0:
+    for solver in (workspace, pool):
+        try:
+            solver.mass_matrix(np.zeros(7))
+            print('computed')
+        except tf.UnsupportedError as error:
+            print(error)
+    tf.Workspace(model).mass_matrix(np.zeros(7))
+    with tf.Pool(model, 2) as own:
+        own.mass_matrix(np.zeros((8, 7)))
+    tf.Model(sys.argv[1] + '/config/robots/arm7.urdf')
+    del pool
+    sys.exit(0)
+print(os.waitpid(child, 0)[1])
+pool.mass_matrix(np.zeros((8, 7)))
+"""
+        )
+        self.assertEqual(done.stderr, "")
+        self.assertEqual(
+            done.stdout,
+            "computed\nthe pool was made before a fork: make one in this " "process\n0\n",
+        )
+
+
+if __name__ == "__main__":
+    support.main()

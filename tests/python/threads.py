@@ -18,11 +18,15 @@ class Threads(Case):
         """Fields of a batch that takes about so long."""
         model = solver.model
         rng = np.random.default_rng(1)
-        per_state = solver._time(1, "forward_dynamics", **state(model, rng, 64)) / 64 * 1e-9
-        return state(model, rng, max(64, int(seconds / per_state)))
+        short = state(model, rng, 4)
+        per_state = min(solver._time(4, "forward_dynamics", **short) for _ in range(3)) / 4e9
+        return state(model, rng, max(4, int(seconds / per_state)))
 
     def test_other_threads_run_while_a_batch_is_computed(self):
-        solvers = [tf.Workspace(load("humanoid")), tf.Pool(load("humanoid"), 1)]
+        solvers = [
+            tf.Workspace(load("humanoid"), precision="f128"),
+            tf.Pool(load("humanoid"), 1, precision="f128"),
+        ]
         for solver in solvers:
             fields = self.long_batch(solver)
             times = []
@@ -63,7 +67,7 @@ class Threads(Case):
         self.assertGreater(count, 5)
 
     def test_two_threads_on_one_workspace(self):
-        workspace = tf.Workspace(load("humanoid"))
+        workspace = tf.Workspace(load("humanoid"), precision="f128")
         fields = self.long_batch(workspace, 0.2)
         wanted = workspace.forward_dynamics(**fields).qdd.tobytes()
         results, busy = [], []
@@ -87,24 +91,30 @@ class Threads(Case):
         workspace.mass_matrix(fields["q"][0])
 
     def test_pool_of_two_threads_is_busy_for_the_second(self):
-        with tf.Pool(load("humanoid"), 2) as pool:
-            fields = self.long_batch(pool, 0.4)
+        with tf.Pool(load("humanoid"), 2, precision="f128") as pool:
+            fields = self.long_batch(pool, 0.3)
             busy = []
+            stop = threading.Event()
 
             def other():
-                time.sleep(0.1)
-                try:
-                    pool.forward_dynamics(**fields)
-                except tf.BusyError as error:
-                    busy.append(error.status)
-                try:
-                    pool.close()
-                except tf.BusyError as error:
-                    busy.append(error.status)
+                while not busy and not stop.is_set():
+                    time.sleep(0.001)
+                    for use in (lambda: pool.mass_matrix(fields["q"][0]), pool.close):
+                        try:
+                            use()
+                            break  # the batch has not begun
+                        except tf.BusyError as error:
+                            busy.append(error.status)
 
             thread = threading.Thread(target=other)
             thread.start()
-            pool.forward_dynamics(**fields)
+            for _ in range(20):
+                if not busy:
+                    try:
+                        pool.forward_dynamics(**fields)
+                    except tf.BusyError:
+                        pass  # the other thread came first
+            stop.set()
             thread.join()
             self.assertEqual(busy, ["E_BUSY", "E_BUSY"])
 
@@ -130,7 +140,7 @@ class Threads(Case):
         self.assertEqual(right, [True] * 4)
 
     def test_memory_that_other_threads_drop_and_reshape(self):
-        workspace = tf.Workspace(load("humanoid"))
+        workspace = tf.Workspace(load("humanoid"), precision="f128")
         fields = self.long_batch(workspace, 0.2)
         wanted = workspace.forward_dynamics(**fields).qdd.tobytes()
         reply = workspace.forward_dynamics(**fields)
@@ -143,7 +153,7 @@ class Threads(Case):
             view.shape = (-1,)
             with self.assertRaises(ValueError):
                 view.resize(1)  # the call holds a reference
-            tf.Workspace(workspace.model).forward_dynamics(q, out=reply)
+            tf.Workspace(workspace.model, precision="f128").forward_dynamics(q, out=reply)
 
         thread = threading.Thread(target=meddle)
         thread.start()

@@ -367,6 +367,15 @@ class Robots(Case):
         ):
             with self.subTest(**options), self.fails(kind):
                 tf.Pool(model, **options)
+        for wrong in (-1, 2**32, 2**70):
+            with self.fails(tf.InputError, "not within 0 to 4294967295"):
+                tf.Workspace(model, max_tips=wrong)
+            with self.fails(tf.InputError, "not within 0 to 4294967295"):
+                tf.Pool(model, threads=wrong)
+            with self.fails(tf.InputError, "not within 0 to 4294967295"):
+                tf.Client("arm", slots=wrong)
+        with self.assertRaises(TypeError):
+            tf.Pool(model, threads=1.5)
         for wrong in (None, 3, "arm7.urdf"):
             with self.assertRaises(TypeError):
                 tf.Workspace(wrong)

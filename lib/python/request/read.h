@@ -42,6 +42,10 @@ int read_out(request_call *call, const input_row *input, PyObject *value);
 
 /* Shared by readers */
 
+/** Converter of PyArg_Parse ("O&"): a whole number from 0 to 2^32 - 1. @return 1; 0 with an
+ *  exception */
+int convert_u32(PyObject *value, void *number);
+
 /** Index of a word among `count`. @return 0; -1 with an exception that lists the words */
 int choose(const char *field, PyObject *value, const char *const *list, size_t count,
            unsigned *choice);

@@ -57,6 +57,22 @@ int read_numbers(const char *field, PyObject *value, uint32_t count, double *num
                                field, (ptrdiff_t)size, axes, count);
 }
 
+int convert_u32(PyObject *value, void *number)
+{
+    PyObject *whole = PyNumber_Index(value);
+    if (!whole)
+        return 0;
+    const unsigned long k = PyLong_AsUnsignedLong(whole);
+    Py_DECREF(whole);
+    if (!PyErr_Occurred() && k <= UINT32_MAX) {
+        *(uint32_t *)number = (uint32_t)k;
+        return 1;
+    }
+    PyErr_Clear();
+    raise_status(TFA_E_ARGUMENT, NULL, "%s", "a number is not within 0 to 4294967295");
+    return 0;
+}
+
 /* Calls `add` for each element of a list, or for a single str. */
 static int for_each(request_call *call, const char *field, PyObject *value, const char *what,
                     int (*add)(struct request_call *, const char *, PyObject *, Py_ssize_t))

@@ -122,9 +122,11 @@ static PyObject *client_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     c->head.kind = &kind;
     c->texts = PyList_New(0);
     if (!c->texts ||
-        !PyArg_ParseTupleAndKeywords(args, kwargs, "O|$OIIIOIddO:Client", names, &robot, &directory,
-                                     &c->options.slots, &c->options.max_batch, &c->options.max_tips,
-                                     &wait, &c->options.spin_ns, &deadline, &timeout, &standby) ||
+        !PyArg_ParseTupleAndKeywords(args, kwargs, "O|$OO&O&O&OO&ddO:Client", names, &robot,
+                                     &directory, convert_u32, &c->options.slots, convert_u32,
+                                     &c->options.max_batch, convert_u32, &c->options.max_tips,
+                                     &wait, convert_u32, &c->options.spin_ns, &deadline, &timeout,
+                                     &standby) ||
         (wait && wait != Py_None && choose("wait", wait, waits, 4, &k)) ||
         keep(c, robot, &c->options.robot) || keep(c, directory, &c->options.runtime_dir) ||
         keep(c, standby, &c->options.standby_dir) || read_times(c, deadline, timeout)) {
@@ -184,8 +186,9 @@ static PyObject *client_set_fallback(PyObject *self, PyObject *args, PyObject *k
     client_object *c = (client_object *)self;
     PyObject *value;
     tfa_client_fallback fallback = {0};
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O|$II:set_fallback", names, &value,
-                                     &fallback.retry_ms, &fallback.attempt_us))
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O|$O&O&:set_fallback", names, &value,
+                                     convert_u32, &fallback.retry_ms, convert_u32,
+                                     &fallback.attempt_us))
         return NULL;
     if (value != Py_None && !Py_IS_TYPE(value, &model_type)) {
         raise_type("model", "model: %.100s, must be a Model or None", Py_TYPE(value)->tp_name);

@@ -5,6 +5,7 @@
  */
 #include "objects.h"
 #include "python/request/errors.h"
+#include "python/request/read.h"
 
 #include <errno.h>
 #include <stddef.h>
@@ -87,8 +88,9 @@ static PyObject *thread_pool_new(PyTypeObject *type, PyObject *args, PyObject *k
     tfa_thread_pool_options o = {0};
     PyObject *list = NULL;
     int *cpus;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "|I$IOI:ThreadPool", names, &o.threads,
-                                     &o.spin_ns, &list, &o.priority) ||
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "|O&$O&OO&:ThreadPool", names, convert_u32,
+                                     &o.threads, convert_u32, &o.spin_ns, &list, convert_u32,
+                                     &o.priority) ||
         read_cpus(list, o.threads, &cpus))
         return NULL;
     thread_pool_object *t = (thread_pool_object *)type->tp_alloc(type, 0);
@@ -194,9 +196,10 @@ static PyObject *pool_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     PyObject *threads = NULL, *specialised = NULL;
     tfa_batch_pool_options o = {0};
     int *cpus;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!|I$IOOOOIIOO:Pool", names, &model_type,
-                                     &model, &o.threads, &o.spin_ns, &list, &precision, &residual,
-                                     &methods, &o.max_tips, &o.priority, &threads, &specialised) ||
+    if (!PyArg_ParseTupleAndKeywords(
+            args, kwargs, "O!|O&$O&OOOOO&O&OO:Pool", names, &model_type, &model, convert_u32,
+            &o.threads, convert_u32, &o.spin_ns, &list, &precision, &residual, &methods,
+            convert_u32, &o.max_tips, convert_u32, &o.priority, &threads, &specialised) ||
         read_precision(precision, residual, &o.precision, &o.residual) ||
         read_methods(methods, &o.methods) || read_specialised(specialised, &o.specialised))
         return NULL;

@@ -76,9 +76,10 @@ static PyObject *specialised_build(PyObject *unused, PyObject *args, PyObject *k
     int single = 0;
     char reason[REASON] = "";
     (void)unused;
-    if (PyArg_ParseTupleAndKeywords(args, kwargs, "O!O&|$pzzIIIO:build", names, &model_type, &model,
-                                    PyUnicode_FSConverter, &path, &single, &o.compiler, &o.sources,
-                                    &o.seconds, &o.memory_mib, &o.file_mib, &algorithm) &&
+    if (PyArg_ParseTupleAndKeywords(args, kwargs, "O!O&|$pzzO&O&O&O:build", names, &model_type,
+                                    &model, PyUnicode_FSConverter, &path, &single, &o.compiler,
+                                    &o.sources, convert_u32, &o.seconds, convert_u32, &o.memory_mib,
+                                    convert_u32, &o.file_mib, &algorithm) &&
         read_build_options(algorithm, &o) == 0) {
         const tfa_model *m = ((model_object *)model)->model;
         const char *name = PyBytes_AS_STRING(path);

@@ -83,16 +83,15 @@ static PyObject *workspace_new(PyTypeObject *type, PyObject *args, PyObject *kwa
     static const char *const states[] = {"auto", "one"};
     PyObject *model, *precision = NULL, *residual = NULL, *batch = NULL, *methods = NULL;
     PyObject *specialised = NULL;
-    unsigned max_tips = 0, k = 0;
+    unsigned k = 0;
     tfa_workspace_options o = {0};
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!|$OOOOIOp:Workspace", names, &model_type,
-                                     &model, &precision, &residual, &batch, &methods, &max_tips,
-                                     &specialised, &o.round_sincos) ||
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "O!|$OOOOO&Op:Workspace", names, &model_type,
+                                     &model, &precision, &residual, &batch, &methods, convert_u32,
+                                     &o.max_tips, &specialised, &o.round_sincos) ||
         read_precision(precision, residual, &o.precision, &o.residual) ||
         (batch && batch != Py_None && choose("states", batch, states, 2, &k)) ||
         read_methods(methods, &o.methods) || read_specialised(specialised, &o.specialised))
         return NULL;
-    o.max_tips = max_tips;
     o.states = (tfa_states)k;
     workspace_object *w = (workspace_object *)type->tp_alloc(type, 0);
     if (!w)

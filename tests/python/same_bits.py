@@ -96,6 +96,52 @@ class SameBits(Case):
                 with tf.Pool(model, 2) as pool:
                     self.compare(pool, answers, asked)
 
+    def test_planar_floating_and_mimic_joints(self):
+        data = support.SOURCE / "tests" / "tools" / "data"
+        for file, base, options, arguments in (
+            ("cart", "fixed", {}, []),
+            ("arm", "floating", {}, []),
+            (
+                "hand",
+                "fixed",
+                {"mimic": "project", "lock_massless_leaves": True, "damping": True},
+                ["--mimic", "project", "--lock-massless-leaves", "--damping"],
+            ),
+        ):
+            model = tf.Model(data / f"{file}.urdf", base=base, **options)
+            rng = np.random.default_rng(5)
+            fields = state(model, rng)
+            asked = [
+                ("forward_dynamics", fields),
+                (
+                    "bias",
+                    {name: fields[name] for name in fields if name not in ("tau", "base_wrench")},
+                ),
+                (
+                    "mass_matrix",
+                    {"q": fields["q"], **{n: fields[n] for n in fields if n == "base_pose"}},
+                ),
+            ]
+            lines = [json_line(op, question) for op, question in asked]
+            path = str(data / f"{file}.urdf")
+            answers = run_tool(["solve", path, "--base", base, *arguments], lines)
+            self.compare(tf.Workspace(model), answers, asked)
+            joint = model.joints[-1]
+            if joint.q_count > 1:  # a joint with several coordinates by name
+                part = fields["q"][joint.q_index : joint.q_index + joint.q_count]
+                q = np.zeros(model.q_count)
+                for other in model.joints:
+                    if other.type == "floating":
+                        q[other.q_index + 6] = 1
+                q[joint.q_index : joint.q_index + joint.q_count] = part
+                rest = {n: fields[n] for n in fields if n == "base_pose"}
+                solver = tf.Workspace(model)
+                self.same_bits(
+                    solver.mass_matrix({joint.name: part}, **rest).M,
+                    solver.mass_matrix(q, **rest).M,
+                    "by name",
+                )
+
     def test_client_against_call(self):
         robots = [("arm", "arm7", "fixed"), ("dog", "quadruped", "floating")]
         with daemon(robots) as (folder, _):

@@ -21,10 +21,13 @@ static const char *input_name_at(const void *unused, size_t index)
 /* The argument of a keyword, or of a position by the names of the op's row. */
 static int take(request_call *call, int k, PyObject *value)
 {
-    if (call->given[k])
+    if (call->given_rows & 1u << k)
         return raise_type(inputs[k].name, "%s: given twice", inputs[k].name);
-    if (value != Py_None)
-        call->given[k] = value;
+    call->given_rows |= 1u << k;
+    if (value != Py_None) {
+        call->given[call->given_count].input = &inputs[k];
+        call->given[call->given_count++].value = value;
+    }
     return 0;
 }
 
@@ -37,7 +40,7 @@ static int position(tfa_op op, Py_ssize_t place)
         for (tips = 0; strcmp(inputs[tips].name, "tips") != 0;)
             tips++;
     }
-    const int third[OP_COUNT + 1] = {
+    static const int third[OP_COUNT + 1] = {
         [TFA_OP_FORWARD_DYNAMICS] = TAU,
         [TFA_OP_INVERSE_DYNAMICS] = QDD,
         [TFA_OP_OPERATIONAL_INERTIA] = -1,
@@ -97,10 +100,11 @@ static int raise_unused(const request_call *call, const input_row *input)
 
 static int read_phase(request_call *call, enum phase phase)
 {
-    for (size_t k = 0; k < input_count; k++)
-        if (call->given[k] && inputs[k].phase == phase &&
-            inputs[k].read(call, &inputs[k], call->given[k]))
+    for (uint32_t k = 0; k < call->given_count; k++) {
+        const input_row *input = call->given[k].input;
+        if (input->phase == phase && input->read(call, input, call->given[k].value))
             return -1;
+    }
     return 0;
 }
 
@@ -137,9 +141,9 @@ static int read_all(request_call *call, PyObject *const *arguments, Py_ssize_t c
 {
     if (take_arguments(call, arguments, count, keywords) || read_phase(call, PHASE_CHOICES))
         return -1;
-    for (size_t k = 0; k < input_count; k++)
-        if (call->given[k] && !input_is_used(&inputs[k], call->request.op, call->request.flags))
-            return raise_unused(call, &inputs[k]);
+    for (uint32_t k = 0; k < call->given_count; k++)
+        if (!input_is_used(call->given[k].input, call->request.op, call->request.flags))
+            return raise_unused(call, call->given[k].input);
     if (read_phase(call, PHASE_ARRAYS) || require(call) || finish_arrays(call) ||
         read_phase(call, PHASE_LAST))
         return -1;

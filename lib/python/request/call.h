@@ -39,12 +39,9 @@ typedef struct request_call {
     int for_client;
     tfa_request request;
     tfa_reply reply;
-    tfa_answer answer;           /**< of a single state */
-    PyObject *given[INPUTS_MAX]; /**< borrowed; NULL: not given, or None */
+    tfa_answer answer; /**< of a single state */
     uint64_t timeout_ns;
     double rank_threshold;
-    double gravity[3];
-    double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     int is_batch;   /**< an input has an axis of states */
     int rows_given; /**< the request has `rows` */
     uint32_t only;  /**< bits of outputs to compute; 0: all */
@@ -53,7 +50,14 @@ typedef struct request_call {
     PyObject *reused;  /**< reply given as `out`; NULL: none */
     uint32_t *locked;  /**< allocated */
     uint32_t staged_count, piece_count, buffer_count;
+    uint32_t given_count, given_rows; /**< and bits of the rows, those with None included */
     /* Not cleared at start: */
+    struct {
+        const input_row *input;
+        PyObject *value; /**< borrowed; not None */
+    } given[INPUTS_MAX];
+    double gravity[3];
+    double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     staged_array staged[STAGED_MAX];
     array_piece pieces[PIECES_MAX];
     double *buffers[STAGED_MAX]; /**< allocated */

@@ -100,6 +100,8 @@ typedef struct output_row {
 extern const output_row outputs[];
 enum { OUTPUT_COUNT = 30 };
 
+/** Bits of the outputs that an op with these flags may answer: output_is_answered decides. */
+uint32_t output_candidates(tfa_op op, uint32_t flags);
 /** 1: this request has that answer */
 int output_is_answered(const output_row *output, const struct robot_names *robot,
                        const tfa_request *request);
@@ -117,6 +119,9 @@ void want_words(uint32_t flags, char *text, size_t size);
 #define WANT_LAMBDA_INV (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P | TFA_WANT_SPECTRUM)
 #define WANT_MOTION                                                                                \
     (TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
+
+/** Fills the masks of output_candidates. */
+void outputs_init(void);
 
 /** Interns the names. @return 0; -1 with an exception */
 int fields_init(void);

@@ -147,6 +147,7 @@ int fields_init(void)
     for (size_t k = 0; k < input_count; k++)
         if (!interned[k] && !(interned[k] = PyUnicode_InternFromString(inputs[k].name)))
             return -1;
+    outputs_init();
     return 0;
 }
 

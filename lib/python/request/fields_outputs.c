@@ -134,6 +134,30 @@ void want_words(uint32_t flags, char *text, size_t size)
         }
 }
 
+enum { FLAG_COUNT = 12 };
+_Static_assert(TFA_WANT_ALL == (1u << FLAG_COUNT) - 1, "FLAG_COUNT is wrong");
+_Static_assert(OUTPUT_COUNT <= 32, "outputs are bits of a word");
+
+static uint32_t of_op[OP_COUNT + 1], of_flag[FLAG_COUNT];
+
+void outputs_init(void)
+{
+    for (int k = 0; k < OUTPUT_COUNT; k++) {
+        for (int op = 1; op <= OP_COUNT; op++)
+            of_op[op] |= outputs[k].ops & TFA_OP_BIT(op) ? 1u << k : 0;
+        for (int flag = 0; flag < FLAG_COUNT; flag++)
+            of_flag[flag] |= outputs[k].flags >> flag & 1 ? 1u << k : 0;
+    }
+}
+
+uint32_t output_candidates(tfa_op op, uint32_t flags)
+{
+    uint32_t bits = of_op[op];
+    for (uint32_t left = flags; left; left &= left - 1)
+        bits |= of_flag[__builtin_ctz(left)];
+    return bits;
+}
+
 int output_is_answered(const output_row *output, const robot_names *robot,
                        const tfa_request *request)
 {

@@ -89,7 +89,9 @@ static int take_array(request_call *call, int k, PyObject *value)
 static int take_reply(request_call *call, PyObject *value)
 {
     call->reused = Py_NewRef(value);
-    for (int k = 0; k < OUTPUT_COUNT; k++) {
+    uint32_t left = output_candidates(call->request.op, call->request.flags);
+    for (; left; left &= left - 1) {
+        const int k = __builtin_ctz(left);
         PyObject *array = reply_output(value, k);
         if (array && outputs[k].kind == OUTPUT_NUMBERS &&
             output_is_answered(&outputs[k], call->robot, &call->request) &&
@@ -144,7 +146,9 @@ static PyObject *new_array(const request_call *call, const output_row *output)
 
 int call_allocate(request_call *call)
 {
-    for (int k = 0; k < OUTPUT_COUNT; k++) {
+    uint32_t left = output_candidates(call->request.op, call->request.flags);
+    for (; left; left &= left - 1) {
+        const int k = __builtin_ctz(left);
         const output_row *output = &outputs[k];
         if (!output_is_answered(output, call->robot, &call->request))
             continue;

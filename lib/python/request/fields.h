@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The tables of ops, of request fields (inputs) and of reply fields (outputs). Conversion, shape
+ * checks, allocation of outputs, error messages, signatures and docstrings follow from them.
+ */
+#ifndef PYTHON_FIELDS_H
+#define PYTHON_FIELDS_H
+
+#include "numpy_api.h"
+
+#include <totalforce/request.h>
+
+struct request_call;
+struct robot_names;
+
+/** Sizes that depend on robot or request; other sizes are numbers above 0. */
+enum extent {
+    EXTENT_NONE = 0,      /**< no such axis */
+    EXTENT_Q = -1,        /**< q_count */
+    EXTENT_V = -2,        /**< v_count */
+    EXTENT_FREEDOMS = -3, /**< base freedoms, then v_count */
+    EXTENT_TIPS = -4,
+    EXTENT_ROWS = -5, /**< of all tips: 6 or 3 each */
+    EXTENT_LINKS = -6,
+    EXTENT_BASE = -7, /**< 6 with a floating base; a fixed base has no such answer */
+};
+
+/** Name of an extent in docstrings: "n_q", "6", ... */
+const char *extent_name(int extent, char *text, size_t size);
+uint32_t extent_size(int extent, const struct robot_names *robot, const tfa_request *request);
+
+/* ---- ops ---- */
+
+typedef struct op_row {
+    tfa_op op;
+    const char *name;
+    const char *positional; /**< arguments that may be given by position: "q, v=None, tau=None" */
+    const char *text;       /**< of the docstring: summary, equation */
+} op_row;
+
+extern const op_row op_rows[];
+enum { OP_COUNT = TFA_OP_LAST };
+
+/** "forward_dynamics"; "unknown" for any other number */
+const char *op_name(tfa_op op);
+
+/** Reads an op's name. @return 0; -1 with an exception */
+int read_op(PyObject *value, tfa_op *op);
+
+/* ---- inputs ---- */
+
+/** Order of reading: later phases need values of earlier ones. */
+enum phase { PHASE_CHOICES, PHASE_ARRAYS, PHASE_LAST };
+
+typedef struct input_row input_row;
+struct input_row {
+    const char *name;
+    int (*read)(struct request_call *, const input_row *,
+                PyObject *); /**< 0; -1 with an exception */
+    enum phase phase;
+    int width;            /**< extent of one state; EXTENT_NONE: no array of states */
+    size_t member;        /**< offset of the array in tfa_request */
+    uint32_t ops;         /**< TFA_OP_BITs that use it */
+    uint32_t flags;       /**< or TFA_WANT_ bits that let every op use it */
+    tfa_field field;      /**< TFA_FIELD_NONE: none */
+    const char *shape;    /**< type or shape, in docstrings */
+    const char *text;     /**< meaning, unit, frame, default */
+    unsigned only_client; /**< 1: the client's calls only */
+};
+
+extern const input_row inputs[];
+extern const size_t input_count;
+enum { INPUTS_MAX = 32 };
+
+/** Row of a keyword, or -1 */
+int input_find(PyObject *name);
+/** Row of a field of the request; NULL: none */
+const input_row *input_of_field(tfa_field field, tfa_op op);
+/** Numbers of one state; 0: no array of states */
+uint32_t input_width(const input_row *input, const struct robot_names *robot,
+                     const tfa_request *request);
+/** 1: the op uses the input with these flags */
+int input_is_used(const input_row *input, tfa_op op, uint32_t flags);
+
+/* ---- outputs ---- */
+
+typedef enum output_kind { OUTPUT_NUMBERS, OUTPUT_SPECTRUM, OUTPUT_RANK } output_kind;
+
+typedef struct output_row {
+    const char *name; /**< key; the attribute of `lambda` is `lambda_` */
+    size_t member;    /**< offset of the buffer in tfa_reply */
+    uint32_t ops;     /**< TFA_OP_BITs that answer it unasked */
+    uint32_t flags;   /**< or TFA_WANT_ bits that ask for it */
+    int rows, columns;
+    output_kind kind;
+    const char *text; /**< meaning, unit, frame */
+} output_row;
+
+extern const output_row outputs[];
+enum { OUTPUT_COUNT = 30 };
+
+/** Bits of the outputs that an op with these flags may answer: output_is_answered decides. */
+uint32_t output_candidates(tfa_op op, uint32_t flags);
+/** 1: this request has that answer */
+int output_is_answered(const output_row *output, const struct robot_names *robot,
+                       const tfa_request *request);
+/** Row of a name, or -1 */
+int output_find(const char *name);
+/** Flag of a word of `want`; 0: no such word */
+uint32_t want_flag(const char *word);
+/** Number k of the words of `want`; NULL behind the last */
+const char *want_word(size_t k);
+/** Writes the words of TFA_WANT_ bits: "lambda, mu or p"; "" for none. */
+void want_words(uint32_t flags, char *text, size_t size);
+
+/** Sets that several files need */
+#define OPS_LAMBDA_INV (TFA_OPS_FD | TFA_OPS_OSIM | TFA_OPS_TASK)
+#define WANT_LAMBDA_INV (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P | TFA_WANT_SPECTRUM)
+#define WANT_MOTION                                                                                \
+    (TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
+
+/** Fills the masks of output_candidates. */
+void outputs_init(void);
+
+/** Interns the names. @return 0; -1 with an exception */
+int fields_init(void);
+
+#endif

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Tables of ops and of request fields.
+ */
+#include "errors.h"
+#include "fields.h"
+#include "read.h"
+#include "robot.h"
+
+#include <stddef.h>
+#include <stdio.h>
+#include <totalforce/text.h>
+
+const op_row op_rows[OP_COUNT] = {
+    {TFA_OP_FORWARD_DYNAMICS, "forward_dynamics", "q, v=None, tau=None",
+     "Joint accelerations of given joint forces.\n\n"
+     "    M(q) qdd + h(q, v) = tau + sum J^T wrench\n\n"
+     "With tips also lambda_inv = J M^-1 J^T from the same factors."},
+    {TFA_OP_INVERSE_DYNAMICS, "inverse_dynamics", "q, v=None, qdd=None",
+     "Joint forces of given joint accelerations.\n\n"
+     "    tau = M(q) qdd + h(q, v) - sum J^T wrench"},
+    {TFA_OP_OPERATIONAL_INERTIA, "operational_inertia", "q, tips",
+     "Operational-space inverse inertia of the tips.\n\n"
+     "    lambda_inv = J M^-1 J^T"},
+    {TFA_OP_MASS_MATRIX, "mass_matrix", "q",
+     "Mass matrix M(q) of all freedoms, those of a floating base first."},
+    {TFA_OP_KINEMATICS, "kinematics", "q, v=None",
+     "Answers of `want` alone: poses, twists, Jacobians, centre of mass, momentum, energy."},
+    {TFA_OP_BIAS, "bias", "q, v=None",
+     "Terms of the equation of motion, the base first.\n\n"
+     "    tau = M qdd + gravity + velocity + damping + external"},
+    {TFA_OP_TASK_TORQUES, "task_torques", "q, v=None, acceleration=None",
+     "Joint forces that give the tips the accelerations asked for; posture torques act where\n"
+     "the tips do not feel them.\n\n"
+     "    tau = posture + J^T Lambda (acceleration - bias_acceleration - J qdd_posture)"},
+    {TFA_OP_DERIVATIVES, "derivatives", "q, v=None, tau=None",
+     "Derivatives of the accelerations of forward dynamics: row i is the gradient of\n"
+     "acceleration i, the base first."},
+};
+
+/* Sets of ops */
+enum {
+    FD = TFA_OPS_FD,
+    ID = TFA_OPS_ID,
+    OI = TFA_OPS_OSIM,
+    MASS = TFA_OPS_M,
+    BIAS = TFA_OP_BIT(TFA_OP_BIAS),
+    TASK = TFA_OPS_TASK,
+    DER = TFA_OPS_DERIVATIVES,
+    ALL = TFA_OPS_ALL,
+    LAMBDA_INV = OPS_LAMBDA_INV,
+    FORWARD = FD | TASK | DER,
+    FORCES = FORWARD | ID | BIAS,
+};
+
+#define LAMBDA_FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
+#define TIP_FLAGS (WANT_MOTION | WANT_LAMBDA_INV)
+#define STATES(member, width) PHASE_ARRAYS, width, offsetof(tfa_request, member)
+#define CHOICE PHASE_CHOICES, EXTENT_NONE, 0
+
+const input_row inputs[] = {
+    {"q", read_joints, STATES(q, EXTENT_Q), ALL, 0, TFA_FIELD_Q, "(n_q,) or (count, n_q)",
+     "coordinates, rad or m, in declared order; a floating joint has x y z and a quaternion\n"
+     "x y z w. A dict {joint: value} leaves other joints at 0",
+     0},
+    {"v", read_joints, STATES(v, EXTENT_V), ALL, 0, TFA_FIELD_V, "(n_v,) or (count, n_v)",
+     "velocities, rad/s or m/s; None: at rest", 0},
+    {"tau", read_joints, STATES(tau, EXTENT_V), FD | DER, 0, TFA_FIELD_TAU,
+     "(n_v,) or (count, n_v)", "joint forces, N m or N; None: 0", 0},
+    {"qdd", read_joints, STATES(qdd, EXTENT_V), ID | BIAS, 0, TFA_FIELD_QDD,
+     "(n_v,) or (count, n_v)", "accelerations, rad/s^2 or m/s^2: time derivatives of v; None: 0",
+     0},
+    {"acceleration", read_acceleration, STATES(task_acceleration, EXTENT_ROWS), TASK, 0,
+     TFA_FIELD_TASK_ACCELERATION, "{tip: (6,) or (3,)}, or (rows,) or (count, rows)",
+     "desired accelerations of the tips in `frame`, m/s^2 and rad/s^2, as J qdd +\n"
+     "bias_acceleration. A dict names the tips, and 3 numbers choose rows='point'",
+     0},
+    {"posture_torques", read_joints, STATES(tau, EXTENT_V), TASK, 0, TFA_FIELD_TAU,
+     "(n_v,) or (count, n_v)", "joint forces in the null space of the tips, N m or N; None: 0", 0},
+    {"base_pose", read_states, STATES(base_pose, 7), ALL, 0, TFA_FIELD_BASE_POSE,
+     "(7,) or (count, 7)",
+     "pose of the root link in the world: x y z (m), quaternion x y z w; required with a\n"
+     "floating base",
+     0},
+    {"base_twist", read_states, STATES(base_twist, 6), ALL, 0, TFA_FIELD_BASE_TWIST,
+     "(6,) or (count, 6)",
+     "velocity of the root link's origin and angular velocity, in the root link's axes, m/s\n"
+     "and rad/s; None: 0",
+     0},
+    {"base_wrench", read_states, STATES(base_wrench, 6), FORWARD, 0, TFA_FIELD_BASE_WRENCH,
+     "(6,) or (count, 6)", "wrench on the root link in its frame, N and N m; None: 0", 0},
+    {"base_acceleration", read_states, STATES(base_acceleration, 6), ID | BIAS, 0,
+     TFA_FIELD_BASE_ACCELERATION, "(6,) or (count, 6)",
+     "time derivative of the components of base_twist, m/s^2 and rad/s^2; None: 0", 0},
+    {"gravity", read_gravity, PHASE_ARRAYS, 3, offsetof(tfa_request, gravity), ALL, 0,
+     TFA_FIELD_GRAVITY, "(3,)", "m/s^2, world axes; None: the model's", 0},
+    {"wrench", read_wrench, PHASE_ARRAYS, EXTENT_NONE, offsetof(tfa_request, wrenches), FORCES,
+     TFA_WANT_MU, TFA_FIELD_WRENCHES, "{link: (6,) or (count, 6)}, or a list of pairs",
+     "force (N), then moment (N m), on up to 8 links, exerted on the robot, in `frame`", 0},
+    {"tips", read_tips, CHOICE, LAMBDA_INV, TIP_FLAGS, TFA_FIELD_TIPS, "list of links",
+     "1 to 32 links by name or frame index, or one name", 0},
+    {"rows", read_rows, CHOICE, LAMBDA_INV, TIP_FLAGS, TFA_FIELD_ROWS, "'pose' or 'point'",
+     "6 rows for each tip (linear, angular) or 3 (linear)", 0},
+    {"frame", read_frame, CHOICE, FORCES | OI, TIP_FLAGS, TFA_FIELD_FRAME,
+     "'local_world_aligned', 'local' or 'world'", "frame of wrenches and of everything at a tip",
+     0},
+    {"rank_loss", read_rank_loss, CHOICE, TASK, LAMBDA_FLAGS, TFA_FIELD_RANK_LOSS,
+     "'truncate', 'damp' or 'refuse'", "eigenvalues of lambda_inv below the threshold", 0},
+    {"rank_threshold", read_rank_threshold, CHOICE, TASK, LAMBDA_FLAGS, TFA_FIELD_RANK_THRESHOLD,
+     "float", "relative to the largest eigenvalue; None: rounding, with 'damp' 1e-6", 0},
+    {"method", read_method, CHOICE, ALL, 0, TFA_FIELD_METHOD, "str",
+     "one of totalforce.methods(); None: 'auto'", 0},
+    {"refine", read_refine, CHOICE, LAMBDA_INV, 0, TFA_FIELD_REFINE, "int",
+     "refinement steps, 0 to 3; None: the method's", 0},
+    {"estimate", read_estimate, CHOICE, LAMBDA_INV, 0, TFA_FIELD_ESTIMATE,
+     "'default', 'always' or 'never'", "error estimate of the answer", 0},
+    {"payload", read_payload, PHASE_LAST, EXTENT_NONE, offsetof(tfa_request, payloads), ALL, 0,
+     TFA_FIELD_PAYLOADS, "dict, or a list of dicts",
+     "{'link': name, 'mass': kg, 'com': (3,) m, 'inertia': (6,) kg m^2}, up to 4 loads besides\n"
+     "the model's; inertia ixx ixy ixz iyy iyz izz about the centre of mass, link axes",
+     0},
+    {"locked", read_locked, PHASE_LAST, EXTENT_NONE, offsetof(tfa_request, locked), ALL & ~MASS, 0,
+     TFA_FIELD_LOCKED, "list of joints", "joints that do not accelerate, by name or index", 0},
+    {"want", read_want, CHOICE, ALL, 0, TFA_FIELD_FLAGS, "list of words",
+     "further answers: 'pose', 'twist', 'jacobian', 'bias_acceleration' of the tips; 'poses',\n"
+     "'com', 'momentum', 'energy'; with lambda_inv 'lambda', 'mu', 'p', 'spectrum'",
+     0},
+    {"only", read_only, PHASE_LAST, EXTENT_NONE, 0, ALL, 0, TFA_FIELD_NONE, "list of names",
+     "answers that are computed and allocated; None: all", 0},
+    {"out", read_out, PHASE_LAST, EXTENT_NONE, 0, ALL, 0, TFA_FIELD_NONE,
+     "Reply, {name: array} or array",
+     "memory of the answers: a reply of a request of the same shapes, arrays by name, or an\n"
+     "array for the first answer",
+     0},
+    {"timeout", read_timeout, PHASE_LAST, EXTENT_NONE, 0, ALL, 0, TFA_FIELD_NONE, "float",
+     "s; None: until the daemon ends, or shows no progress for 3 s", 1},
+};
+const size_t input_count = sizeof inputs / sizeof inputs[0];
+
+static PyObject *interned[INPUTS_MAX];
+
+_Static_assert(sizeof inputs / sizeof inputs[0] <= INPUTS_MAX, "INPUTS_MAX is too small");
+
+int fields_init(void)
+{
+    for (size_t k = 0; k < input_count; k++)
+        if (!interned[k] && !(interned[k] = PyUnicode_InternFromString(inputs[k].name)))
+            return -1;
+    outputs_init();
+    return 0;
+}
+
+int input_find(PyObject *name)
+{
+    for (size_t k = 0; k < input_count; k++)
+        if (interned[k] == name)
+            return (int)k;
+    for (size_t k = 0; k < input_count; k++)
+        if (PyUnicode_Check(name) && PyUnicode_Compare(interned[k], name) == 0)
+            return (int)k;
+    return -1;
+}
+
+const input_row *input_of_field(tfa_field field, tfa_op op)
+{
+    const input_row *found = NULL;
+    for (size_t k = 0; field != TFA_FIELD_NONE && k < input_count; k++)
+        if (inputs[k].field == field && (!found || inputs[k].ops & TFA_OP_BIT(op)))
+            found = &inputs[k];
+    return found;
+}
+
+int input_is_used(const input_row *input, tfa_op op, uint32_t flags)
+{
+    return (input->ops & TFA_OP_BIT(op)) || (input->flags & flags);
+}
+
+uint32_t input_width(const input_row *input, const robot_names *robot, const tfa_request *request)
+{
+    if (input->field == TFA_FIELD_WRENCHES)
+        return 6 * request->wrench_count;
+    return extent_size(input->width, robot, request);
+}
+
+const char *op_name(tfa_op op)
+{
+    return (int)op >= 1 && op <= TFA_OP_LAST ? op_rows[op - 1].name : "unknown";
+}
+
+static const char *op_at(const void *unused, size_t index)
+{
+    (void)unused;
+    return op_rows[index].name;
+}
+
+int read_op(PyObject *value, tfa_op *op)
+{
+    const char *name = PyUnicode_Check(value) ? PyUnicode_AsUTF8(value) : NULL;
+    if (!name)
+        return PyErr_Occurred() ? -1
+                                : raise_type("op", "op: %.100s, must be the name of an op",
+                                             Py_TYPE(value)->tp_name);
+    for (size_t k = 0; k < OP_COUNT; k++)
+        if (strcmp(op_rows[k].name, name) == 0) {
+            *op = op_rows[k].op;
+            return 0;
+        }
+    char nearest[160];
+    tfa_suggest(name, NULL, OP_COUNT, op_at, nearest, sizeof nearest);
+    return raise_status(TFA_E_ARGUMENT, "op", "op: no '%.200s'; nearest: %s", name, nearest);
+}

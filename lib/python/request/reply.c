@@ -1,0 +1,391 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Attributes of a reply: one for each row of the table of outputs, and the quality of the answer.
+ */
+#include "reply.h"
+
+#include "call.h"
+#include "records.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+typedef struct reply_object {
+    PyObject_HEAD tfa_op op;
+    int is_batch;
+    int has_exchange;
+    uint64_t model;
+    tfa_answer answer;
+    tfa_exchange exchange;
+    PyObject *outputs[OUTPUT_COUNT];
+    PyObject *answers; /**< of a batch; of one state made when it is asked for */
+} reply_object;
+
+PyArray_Descr *reply_spectrum_type, *reply_rank_type, *reply_answer_type;
+
+static void drop_arrays(reply_object *r)
+{
+    for (int k = 0; k < OUTPUT_COUNT; k++)
+        Py_CLEAR(r->outputs[k]);
+    Py_CLEAR(r->answers);
+}
+
+static void reply_dealloc(PyObject *self)
+{
+    drop_arrays((reply_object *)self);
+    PyObject_Free(self);
+}
+
+PyObject *call_reply(request_call *call, const tfa_exchange *exchange)
+{
+    reply_object *r = (reply_object *)call->reused;
+    PyObject *old[OUTPUT_COUNT + 1] = {NULL};
+    if (r) {
+        Py_INCREF(r);
+        memcpy(old, r->outputs, sizeof r->outputs);
+        old[OUTPUT_COUNT] = r->answers;
+    } else if (!(r = PyObject_New(reply_object, &reply_type))) {
+        return NULL;
+    }
+    r->op = call->request.op;
+    r->is_batch = call->is_batch;
+    r->model = call->reply.model;
+    r->answer = call->answer;
+    r->has_exchange = exchange != NULL;
+    r->exchange = exchange ? *exchange : (tfa_exchange){0};
+    memcpy(r->outputs, call->outputs, sizeof r->outputs);
+    memset(call->outputs, 0, sizeof call->outputs);
+    r->answers = call->answers;
+    call->answers = NULL;
+    for (int k = 0; call->reused && k <= OUTPUT_COUNT; k++)
+        Py_XDECREF(old[k]);
+    return (PyObject *)r;
+}
+
+int reply_check(PyObject *object)
+{
+    return Py_IS_TYPE(object, &reply_type);
+}
+
+PyObject *reply_output(PyObject *reply, int k)
+{
+    return ((reply_object *)reply)->outputs[k];
+}
+
+/* An array, or a number where there is one only: a new reference. */
+static PyObject *array_or_number(PyObject *array)
+{
+    return PyArray_Return((PyArrayObject *)Py_NewRef(array));
+}
+
+static PyObject *get_output(PyObject *self, void *closure)
+{
+    const output_row *output = closure;
+    PyObject *array = ((reply_object *)self)->outputs[output - outputs];
+    if (array)
+        return array_or_number(array);
+    return PyErr_Format(PyExc_AttributeError, "%s answered no %s to this request",
+                        op_name(((reply_object *)self)->op), output->name);
+}
+
+/* Members of spectrum and rank; the rank of lambda comes before that of the spectrum. */
+static PyObject *get_member(PyObject *self, const char *member, output_kind first,
+                            output_kind second)
+{
+    const output_kind kinds[] = {first, second};
+    for (int i = 0; i < 2; i++)
+        for (int k = 0; k < OUTPUT_COUNT; k++) {
+            PyObject *array = ((reply_object *)self)->outputs[k];
+            if (!array || outputs[k].kind != kinds[i] || kinds[i] == OUTPUT_NUMBERS)
+                continue;
+            PyObject *name = PyUnicode_FromString(member);
+            PyObject *part = name ? PyObject_GetItem(array, name) : NULL;
+            Py_XDECREF(name);
+            return part && PyArray_Check(part) ? PyArray_Return((PyArrayObject *)part) : part;
+        }
+    return PyErr_Format(PyExc_AttributeError, "%s answered no %s to this request",
+                        op_name(((reply_object *)self)->op), member);
+}
+
+static PyObject *get_rank(PyObject *self, void *unused)
+{
+    (void)unused;
+    return get_member(self, "rank", OUTPUT_RANK, OUTPUT_SPECTRUM);
+}
+
+static PyObject *get_of_rank(PyObject *self, void *closure)
+{
+    return get_member(self, closure, OUTPUT_RANK, OUTPUT_NUMBERS);
+}
+
+static PyObject *get_of_spectrum(PyObject *self, void *closure)
+{
+    return get_member(self, closure, OUTPUT_SPECTRUM, OUTPUT_NUMBERS);
+}
+
+/* ---- quality ---- */
+
+static PyObject *get_answers(PyObject *self, void *unused)
+{
+    reply_object *r = (reply_object *)self;
+    (void)unused;
+    if (!r->answers) {
+        r->answers =
+            PyArray_NewFromDescr(&PyArray_Type, (PyArray_Descr *)Py_NewRef(reply_answer_type), 0,
+                                 NULL, NULL, NULL, 0, NULL);
+        if (r->answers)
+            memcpy(PyArray_DATA((PyArrayObject *)r->answers), &r->answer, sizeof r->answer);
+    }
+    return Py_XNewRef(r->answers);
+}
+
+/* A str of each state's answer: of one state itself, of a batch a list */
+static PyObject *texts(PyObject *self, const char *(*text)(const tfa_answer *))
+{
+    const reply_object *r = (const reply_object *)self;
+    if (!r->is_batch)
+        return PyUnicode_FromString(text(&r->answer));
+    const npy_intp count = PyArray_DIM((PyArrayObject *)r->answers, 0);
+    const tfa_answer *answers = PyArray_DATA((PyArrayObject *)r->answers);
+    PyObject *list = PyList_New(count);
+    for (npy_intp k = 0; list && k < count; k++) {
+        PyObject *entry = PyUnicode_FromString(text(&answers[k]));
+        if (entry)
+            PyList_SET_ITEM(list, k, entry);
+        else
+            Py_CLEAR(list);
+    }
+    return list;
+}
+
+static const char *method_text(const tfa_answer *answer)
+{
+    return tfa_method_name(answer->method);
+}
+
+static const char *fallback_text(const tfa_answer *answer)
+{
+    return tfa_fallback_text(answer->flags);
+}
+
+static PyObject *get_method(PyObject *self, void *unused)
+{
+    (void)unused;
+    return texts(self, method_text);
+}
+
+static PyObject *get_fallback(PyObject *self, void *unused)
+{
+    (void)unused;
+    return texts(self, fallback_text);
+}
+
+static PyObject *get_answer_member(PyObject *self, void *closure)
+{
+    PyObject *answers = get_answers(self, NULL);
+    PyObject *name = answers ? PyUnicode_FromString(closure) : NULL;
+    PyObject *part = name ? PyObject_GetItem(answers, name) : NULL;
+    Py_XDECREF(name);
+    Py_XDECREF(answers);
+    return part && PyArray_Check(part) ? PyArray_Return((PyArrayObject *)part) : part;
+}
+
+static PyObject *get_model(PyObject *self, void *unused)
+{
+    char text[20];
+    (void)unused;
+    snprintf(text, sizeof text, "%016" PRIx64, ((reply_object *)self)->model);
+    return PyUnicode_FromString(text);
+}
+
+static PyObject *get_op(PyObject *self, void *unused)
+{
+    (void)unused;
+    return PyUnicode_FromString(op_name(((reply_object *)self)->op));
+}
+
+static PyObject *get_exchange(PyObject *self, void *unused)
+{
+    const reply_object *r = (const reply_object *)self;
+    (void)unused;
+    return r->has_exchange ? record_exchange(&r->exchange) : Py_NewRef(Py_None);
+}
+
+/* ---- as a mapping ---- */
+
+static PyObject *reply_keys(PyObject *self, PyObject *unused)
+{
+    PyObject *keys = PyList_New(0);
+    (void)unused;
+    for (int k = 0; keys && k < OUTPUT_COUNT; k++) {
+        if (!((reply_object *)self)->outputs[k] || outputs[k].kind != OUTPUT_NUMBERS)
+            continue;
+        PyObject *name = PyUnicode_FromString(outputs[k].name);
+        if (!name || PyList_Append(keys, name) < 0)
+            Py_CLEAR(keys);
+        Py_XDECREF(name);
+    }
+    return keys;
+}
+
+static PyObject *reply_item(PyObject *self, PyObject *name)
+{
+    const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
+    const int k = key ? output_find(key) : -1;
+    PyObject *array = k < 0 ? NULL : ((reply_object *)self)->outputs[k];
+    if (array)
+        return array_or_number(array);
+    if (!PyErr_Occurred())
+        PyErr_SetObject(PyExc_KeyError, name);
+    return NULL;
+}
+
+static int reply_contains(PyObject *self, PyObject *name)
+{
+    const char *key = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
+    const int k = key ? output_find(key) : -1;
+    PyErr_Clear();
+    return k >= 0 && ((reply_object *)self)->outputs[k];
+}
+
+static Py_ssize_t reply_length(PyObject *self)
+{
+    PyObject *keys = reply_keys(self, NULL);
+    const Py_ssize_t length = keys ? PyList_GET_SIZE(keys) : -1;
+    Py_XDECREF(keys);
+    return length;
+}
+
+static PyObject *reply_iter(PyObject *self)
+{
+    PyObject *keys = reply_keys(self, NULL);
+    PyObject *iterator = keys ? PyObject_GetIter(keys) : NULL;
+    Py_XDECREF(keys);
+    return iterator;
+}
+
+static PyObject *reply_repr(PyObject *self)
+{
+    const reply_object *r = (const reply_object *)self;
+    PyObject *keys = reply_keys(self, NULL), *comma = PyUnicode_FromString(", ");
+    PyObject *names = keys && comma ? PyUnicode_Join(comma, keys) : NULL;
+    PyObject *text = NULL;
+    if (names && r->is_batch)
+        text = PyUnicode_FromFormat("<totalforce.Reply to %s of %zd states: %U>", op_name(r->op),
+                                    (Py_ssize_t)PyArray_DIM((PyArrayObject *)r->answers, 0), names);
+    else if (names)
+        text = PyUnicode_FromFormat("<totalforce.Reply to %s: %U>", op_name(r->op), names);
+    Py_XDECREF(names);
+    Py_XDECREF(comma);
+    Py_XDECREF(keys);
+    return text;
+}
+
+/* ---- the type ---- */
+
+static PyGetSetDef attributes[OUTPUT_COUNT + 16] = {
+    {"op", get_op, NULL, "Name of the op.", NULL},
+    {"method", get_method, NULL, "Method that answered; of a batch a list.", NULL},
+    {"fallback", get_fallback, NULL,
+     "Reason why another method than the one asked for answered; '': none did. Of a batch a list.",
+     NULL},
+    {"error_estimate", get_answer_member, NULL,
+     "Relative error of qdd or lambda_inv, 2-norm; nan where it was not measured.",
+     "error_estimate"},
+    {"flags", get_answer_member, NULL, "ANSWER_ flags, uint16.", "flags"},
+    {"answers", get_answers, NULL,
+     "Structured array of status, method, flags and error_estimate, () or (count,).", NULL},
+    {"model", get_model, NULL, "First 16 digits of the hash of the model that answered.", NULL},
+    {"exchange", get_exchange, NULL, "Times of a client's exchange (Exchange); None otherwise.",
+     NULL},
+    {"rank", get_rank, NULL, "Rank of lambda_inv; with want spectrum, lambda, mu, p.", NULL},
+    {"threshold", get_of_rank, NULL, "Eigenvalues above it count; with want lambda, mu, p.",
+     "threshold"},
+    {"condition", get_of_rank, NULL,
+     "Largest eigenvalue over the smallest; inf if that is rounding.", "condition"},
+    {"eig_min", get_of_spectrum, NULL, "Smallest eigenvalue of lambda_inv; with want spectrum.",
+     "eig_min"},
+    {"eig_max", get_of_spectrum, NULL, "Largest eigenvalue of lambda_inv; with want spectrum.",
+     "eig_max"},
+};
+
+static PyMethodDef methods[] = {
+    {"keys", reply_keys, METH_NOARGS, "keys($self, /)\n--\n\nNames of the arrays of this reply."},
+    {0}};
+
+static PyMappingMethods mapping = {.mp_length = reply_length, .mp_subscript = reply_item};
+static PySequenceMethods sequence = {.sq_contains = reply_contains};
+
+PyTypeObject reply_type = {
+    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Reply",
+    .tp_doc = "Answers of one request.\n\n"
+              "Every answer is an attribute and an item by its name: reply.qdd, reply['qdd'].\n"
+              "Because `lambda` is a word of Python, its attribute is `lambda_`. dict(reply) has\n"
+              "all arrays. An answer that the request did not ask for is an AttributeError.\n"
+              "A batch has an axis of states first. n is the number of freedoms, those of a\n"
+              "floating base (6) first; rows are 6 or 3 for each tip. Matrices are row major.",
+    .tp_basicsize = sizeof(reply_object),
+    .tp_dealloc = reply_dealloc,
+    .tp_repr = reply_repr,
+    .tp_iter = reply_iter,
+    .tp_as_mapping = &mapping,
+    .tp_as_sequence = &sequence,
+    .tp_flags = Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION,
+    .tp_methods = methods,
+    .tp_getset = attributes,
+};
+
+/* dtype of a struct of the library: names, formats, offsets */
+static PyArray_Descr *struct_type(const char *format, size_t size, ...)
+{
+    va_list list;
+    va_start(list, size);
+    PyObject *spec = Py_VaBuildValue(format, list);
+    va_end(list);
+    PyObject *number = spec ? PyLong_FromSize_t(size) : NULL;
+    PyArray_Descr *type = NULL;
+    if (number && PyDict_SetItemString(spec, "itemsize", number) == 0)
+        PyArray_DescrConverter(spec, &type);
+    Py_XDECREF(number);
+    Py_XDECREF(spec);
+    return type;
+}
+
+static char *output_doc(const output_row *output)
+{
+    char rows[16], columns[16], text[400];
+    const char *r = extent_name(output->rows, rows, sizeof rows);
+    const char *c = extent_name(output->columns, columns, sizeof columns);
+    snprintf(text, sizeof text, "(%s%s%s%s): %s", r, *r ? ", " : "", c, *c && !*r ? "," : "",
+             output->text);
+    return strdup(text);
+}
+
+int reply_init(void)
+{
+    int at = 0;
+    while (attributes[at].name)
+        at++;
+    for (int k = 0; k < OUTPUT_COUNT; k++)
+        if (outputs[k].kind == OUTPUT_NUMBERS)
+            attributes[at++] = (PyGetSetDef){
+                strcmp(outputs[k].name, "lambda") == 0 ? "lambda_" : outputs[k].name, get_output,
+                NULL, output_doc(&outputs[k]), (void *)(uintptr_t)&outputs[k]};
+    const size_t d = offsetof(tfa_spectrum, eig_min), e = offsetof(tfa_spectrum, eig_max);
+    reply_spectrum_type =
+        struct_type("{s:(sss),s:(sss),s:(iii)}", sizeof(tfa_spectrum), "names", "rank", "eig_min",
+                    "eig_max", "formats", "u4", "f8", "f8", "offsets", 0, (int)d, (int)e);
+    reply_rank_type =
+        struct_type("{s:(sss),s:(sss),s:(iii)}", sizeof(tfa_rank), "names", "rank", "threshold",
+                    "condition", "formats", "u4", "f8", "f8", "offsets", 0,
+                    (int)offsetof(tfa_rank, threshold), (int)offsetof(tfa_rank, condition));
+    reply_answer_type =
+        struct_type("{s:(ssss),s:(ssss),s:(iiii)}", sizeof(tfa_answer), "names", "status", "method",
+                    "flags", "error_estimate", "formats", "i4", "u2", "u2", "f8", "offsets", 0,
+                    (int)offsetof(tfa_answer, method), (int)offsetof(tfa_answer, flags),
+                    (int)offsetof(tfa_answer, error_estimate));
+    if (!reply_spectrum_type || !reply_rank_type || !reply_answer_type)
+        return -1;
+    return PyType_Ready(&reply_type);
+}

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+"""Rigid-body dynamics of robots.
+
+    model = totalforce.Model("arm.urdf")
+    workspace = totalforce.Workspace(model)
+    reply = workspace.forward_dynamics(q, v, tau)
+    reply.qdd                                   # rad/s^2, (n_v,)
+
+Model       a robot of a URDF file, compiled once; constant, shared by all threads
+Workspace   answers requests in this process, one thread at a time
+Pool        answers requests on several cores
+Client      answers requests of a robot that a daemon serves, over shared memory
+
+The last three have the same methods, one for each op: forward_dynamics, inverse_dynamics,
+operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives. Each takes numpy
+arrays of one state, (n,), or of a batch, (count, n), and returns a Reply, whose attributes are
+arrays. All give the same bits as the library in C.
+
+SI units; six-vectors linear first, angular second; quaternions x y z w; matrices row major. Joints
+are named and ordered as Model.joint_names. With a floating base, q, v, tau and qdd hold the joints
+only, and the base has fields of its own; matrices have its six freedoms first.
+
+Errors are exceptions of totalforce.errors, all derived from Error.
+"""
+from __future__ import annotations
+
+import os
+from typing import Iterable, Optional
+
+from ._totalforce import (
+    ANSWER_ESTIMATED,
+    ANSWER_FALLBACK,
+    ANSWER_INACCURATE,
+    ANSWER_NOT_FINITE,
+    ANSWER_RESIDUAL_PRECISION,
+    ANSWER_SENTINEL,
+    ANSWER_STALLED,
+    MAX_PAYLOADS,
+    MAX_REFINE,
+    MAX_TIPS,
+    MAX_WRENCHES,
+    OPS,
+    Advice,
+    Body,
+    BuildResult,
+    Client,
+    DeclaredJoint,
+    Exchange,
+    Joint,
+    Message,
+    Method,
+    Model,
+    Pool,
+    Reply,
+    Specialised,
+    SpecialisedInfo,
+    Summary,
+    ThreadPool,
+    Workspace,
+    __version__,
+    _joint_limits,
+    daemon_command,
+    isa,
+    methods,
+)
+from .errors import (
+    BusyError,
+    DisconnectedError,
+    Error,
+    FileError,
+    InputError,
+    InputTypeError,
+    LoadError,
+    MissingFileError,
+    NotComputedError,
+    OutOfMemoryError,
+    RefusedError,
+    SystemCallError,
+    TimedOutError,
+    UnsupportedError,
+)
+
+
+def joint_limits(
+    path: str | os.PathLike[str], names: Optional[Iterable[str]] = None
+) -> dict[str, Optional[tuple[float, float]]]:
+    """Position limits of joints, as a URDF file states them: (lower, upper) in rad or m.
+
+    None as a value: the file has no range for the joint. No answer uses limits; they are for
+    programs that choose positions. names: joints, None: those of Model(path).
+    """
+    if names is None:
+        names = Model(path).joint_names
+    with open(path, "rb") as file:
+        return _joint_limits(file.read(), tuple(names))
+
+
+__all__ = [
+    "ANSWER_ESTIMATED",
+    "ANSWER_FALLBACK",
+    "ANSWER_INACCURATE",
+    "ANSWER_NOT_FINITE",
+    "ANSWER_RESIDUAL_PRECISION",
+    "ANSWER_SENTINEL",
+    "ANSWER_STALLED",
+    "Advice",
+    "Body",
+    "BuildResult",
+    "BusyError",
+    "Client",
+    "DeclaredJoint",
+    "DisconnectedError",
+    "Error",
+    "Exchange",
+    "FileError",
+    "InputError",
+    "InputTypeError",
+    "Joint",
+    "LoadError",
+    "MAX_PAYLOADS",
+    "MAX_REFINE",
+    "MAX_TIPS",
+    "MAX_WRENCHES",
+    "Message",
+    "Method",
+    "MissingFileError",
+    "Model",
+    "NotComputedError",
+    "OPS",
+    "OutOfMemoryError",
+    "Pool",
+    "RefusedError",
+    "Reply",
+    "Specialised",
+    "SpecialisedInfo",
+    "Summary",
+    "SystemCallError",
+    "ThreadPool",
+    "TimedOutError",
+    "UnsupportedError",
+    "Workspace",
+    "__version__",
+    "daemon_command",
+    "isa",
+    "joint_limits",
+    "methods",
+]

@@ -1,0 +1,254 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Type Model: loading, deriving, releasing.
+ */
+#include "objects.h"
+#include "python/request/errors.h"
+#include "python/request/records.h"
+
+#include <errno.h>
+#include <pthread.h>
+
+/* urdfdom's log handler is global: one load at a time, without the GIL */
+static pthread_mutex_t load_lock = PTHREAD_MUTEX_INITIALIZER;
+
+static void unlock_in_child(void)
+{
+    load_lock = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
+}
+
+static void model_dealloc(PyObject *self)
+{
+    model_object *m = (model_object *)self;
+    tfa_model_free(m->model);
+    robot_clear(&m->robot);
+    Py_XDECREF(m->parent);
+    Py_XDECREF(m->messages);
+    Py_XDECREF(m->texts);
+    Py_TYPE(self)->tp_free(self);
+}
+
+/* Messages of a report: records, and "FILE:LINE: severity: text [code]". */
+static int keep_report(const tfa_report *report, PyObject **messages, PyObject **texts)
+{
+    const Py_ssize_t count = (Py_ssize_t)report->count;
+    *messages = PyTuple_New(count);
+    *texts = PyTuple_New(count);
+    for (Py_ssize_t k = 0; *messages && *texts && k < count; k++) {
+        char line[ERROR_TEXT];
+        tfa_report_format(report, (size_t)k, line, sizeof line);
+        PyObject *message = record_message(report, (size_t)k);
+        PyObject *text = PyUnicode_DecodeUTF8(line, (Py_ssize_t)strlen(line), "replace");
+        if (message)
+            PyTuple_SET_ITEM(*messages, k, message);
+        if (text)
+            PyTuple_SET_ITEM(*texts, k, text);
+        if (!message || !text)
+            return -1;
+    }
+    return *messages && *texts ? 0 : -1;
+}
+
+/* A Model of a compiled model, which it owns from then on, in either case. */
+static PyObject *wrap(PyTypeObject *type, tfa_model *model, const tfa_report *report,
+                      PyObject *parent)
+{
+    model_object *m = (model_object *)type->tp_alloc(type, 0);
+    if (!m) {
+        tfa_model_free(model);
+        return NULL;
+    }
+    m->model = model;
+    m->parent = Py_XNewRef(parent);
+    if (robot_from_model(&m->robot, model) || keep_report(report, &m->messages, &m->texts)) {
+        Py_DECREF(m);
+        return NULL;
+    }
+    return (PyObject *)m;
+}
+
+/* Wraps a model or raises its report; releases the report. */
+static PyObject *finish(PyTypeObject *type, int status, tfa_model *model, const char *path,
+                        tfa_report *report, PyObject *parent)
+{
+    const int error = errno;
+    PyObject *made = NULL, *messages = NULL, *texts = NULL;
+    if (status == TFA_OK) {
+        made = wrap(type, model, report, parent);
+    } else if (keep_report(report, &messages, &texts) == 0) {
+        errno = error;
+        raise_report(status, path, report, messages);
+    }
+    Py_XDECREF(messages);
+    Py_XDECREF(texts);
+    tfa_report_free(report);
+    return made;
+}
+
+static char *keywords[] = {
+    "",        "base",  "gravity", "rotor_inertia", "damping", "lock_massless_leaves",
+    "inertia", "mimic", "snap",    "root",          "tips",    "locked",
+    "payload", NULL};
+
+static int parse_options(PyObject *args, PyObject *kwargs, const char *format, PyObject **source,
+                         model_options *o)
+{
+    return PyArg_ParseTupleAndKeywords(args, kwargs, format, keywords, source, &o->base,
+                                       &o->gravity, &o->rotor_inertia, &o->damping,
+                                       &o->lock_massless_leaves, &o->inertia, &o->mimic, &o->snap,
+                                       &o->root, &o->tips, &o->locked, &o->payload)
+               ? 0
+               : -1;
+}
+
+static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
+{
+    model_options options = {0};
+    PyObject *source = NULL, *path = NULL, *made = NULL;
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:Model", &source, &options) == 0 &&
+        model_options_read(&options) == 0 && PyUnicode_FSConverter(source, &path)) {
+        tfa_report report = {0};
+        tfa_model *model = NULL;
+        const char *name = PyBytes_AS_STRING(path);
+        int status;
+        Py_BEGIN_ALLOW_THREADS pthread_mutex_lock(&load_lock);
+        status = tfa_model_load(name, &options.c, &report, &model);
+        pthread_mutex_unlock(&load_lock);
+        Py_END_ALLOW_THREADS made = finish(type, status, model, name, &report, NULL);
+    }
+    Py_XDECREF(path);
+    model_options_clear(&options);
+    return made;
+}
+
+static int parse_and_compile(const Py_buffer *text, const char *name, const model_options *options,
+                             tfa_report *report, tfa_model **model)
+{
+    tfa_description *description = NULL;
+    pthread_mutex_lock(&load_lock);
+    int status = tfa_urdf_parse(text->buf, (size_t)text->len, name, &description, report);
+    pthread_mutex_unlock(&load_lock);
+    if (status == TFA_OK)
+        status = tfa_model_create(description, &options->c, report, model);
+    tfa_description_free(description);
+    return status;
+}
+
+static PyObject *model_parse(PyObject *type, PyObject *args, PyObject *kwargs)
+{
+    model_options options = {0};
+    PyObject *source = NULL, *made = NULL;
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:parse", &source, &options) == 0 &&
+        model_options_read(&options) == 0) {
+        tfa_report report = {0};
+        tfa_model *model = NULL;
+        Py_buffer text = {0};
+        PyObject *bytes =
+            PyUnicode_Check(source) ? PyUnicode_AsUTF8String(source) : Py_NewRef(source);
+        if (bytes && PyObject_GetBuffer(bytes, &text, PyBUF_SIMPLE) == 0) {
+            int status;
+            Py_BEGIN_ALLOW_THREADS status =
+                parse_and_compile(&text, NULL, &options, &report, &model);
+            Py_END_ALLOW_THREADS PyBuffer_Release(&text);
+            made = finish((PyTypeObject *)type, status, model, NULL, &report, NULL);
+        } else {
+            raise_from_current("text", "must be URDF as str or bytes");
+        }
+        Py_XDECREF(bytes);
+    }
+    model_options_clear(&options);
+    return made;
+}
+
+static PyObject *model_derive(PyObject *self, PyObject *args, PyObject *kwargs)
+{
+    static char *names[] = {"gravity", "payload", NULL};
+    const model_object *m = (const model_object *)self;
+    model_options options = {0};
+    PyObject *made = NULL;
+    if (PyArg_ParseTupleAndKeywords(args, kwargs, "|$OO:derive", names, &options.gravity,
+                                    &options.payload) &&
+        model_options_read(&options) == 0) {
+        tfa_report report = {0};
+        tfa_model *model = NULL;
+        int status;
+        Py_BEGIN_ALLOW_THREADS status =
+            tfa_model_derive(m->model, options.c.gravity, options.payloads,
+                             options.scene.payload_count, &report, &model);
+        Py_END_ALLOW_THREADS made = finish(Py_TYPE(self), status, model, NULL, &report, self);
+    }
+    model_options_clear(&options);
+    return made;
+}
+
+#define OPTIONS_TEXT                                                                               \
+    "base : 'fixed' or 'floating'\n"                                                               \
+    "        connection of the root link to the world; None: 'fixed'\n"                            \
+    "gravity : (3,)\n"                                                                             \
+    "        m/s^2, world axes; None: 0 0 -9.80665\n"                                              \
+    "rotor_inertia, damping : bool\n"                                                              \
+    "        apply those of the file; None: False\n"                                               \
+    "lock_massless_leaves : bool\n"                                                                \
+    "        joints that move nothing with mass become fixed; None: they are an error\n"           \
+    "inertia : 'strict', 'warn', 'repair' or 'strict-physical'\n"                                  \
+    "        policy for inertias that no body can have; None: 'strict'\n"                          \
+    "mimic : 'free', 'project' or 'lock'\n"                                                        \
+    "        policy for joints that mimic others; None: 'free'\n"                                  \
+    "snap : float\n"                                                                               \
+    "        rad, up to 0.01: rotations this close to right angles become exactly that\n"          \
+    "root : str\n"                                                                                 \
+    "        only the subtree of this link\n"                                                      \
+    "tips : list of str\n"                                                                         \
+    "        fixed base: only the trees that carry one of these links\n"                           \
+    "locked : {joint: position} or list of joints\n"                                               \
+    "        joints that become fixed there, or at 0; rad or m\n"                                  \
+    "payload : dict, or list of dicts\n"                                                           \
+    "        {'link': name, 'mass': kg, 'com': (3,) m, 'inertia': (6,) kg m^2}, in link axes,\n"   \
+    "        inertia ixx ixy ixz iyy iyz izz about the centre of mass\n"
+
+#define OPTIONS_SIGNATURE                                                                          \
+    ", /, *, base=None, gravity=None, rotor_inertia=None, damping=None, "                          \
+    "lock_massless_leaves=None, inertia=None, mimic=None, snap=None, root=None, tips=None, "       \
+    "locked=None, payload=None)\n--\n\n"
+
+static PyMethodDef factories[] = {
+    {"parse", (PyCFunction)(void (*)(void))model_parse, METH_VARARGS | METH_KEYWORDS | METH_CLASS,
+     "parse($type, text" OPTIONS_SIGNATURE
+     "Compiles URDF given as str or bytes. Options as those of Model."},
+    {"derive", (PyCFunction)(void (*)(void))model_derive, METH_VARARGS | METH_KEYWORDS,
+     "derive($self, /, *, gravity=None, payload=None)\n--\n\n"
+     "A model that shares the constants of this one and differs in gravity or payloads.\n\n"
+     "None: those of this model. Cost: O(N)."},
+    {0}};
+
+PyTypeObject model_type = {
+    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Model",
+    .tp_doc = "Model(path" OPTIONS_SIGNATURE
+              "A robot compiled for computing: constant, shared by all threads.\n\n"
+              "Parameters\n----------\n"
+              "path : str or os.PathLike\n"
+              "        URDF file\n" OPTIONS_TEXT "\nRaises\n------\n"
+              "LoadError\n"
+              "        with the messages of the report: file, line, problem, remedy\n",
+    .tp_basicsize = sizeof(model_object),
+    .tp_dealloc = model_dealloc,
+    .tp_flags = Py_TPFLAGS_DEFAULT,
+    .tp_getset = model_attributes,
+    .tp_new = model_new,
+};
+
+int model_init(PyObject *module)
+{
+    static PyMethodDef all[16];
+    static int registered;
+    int count = 0;
+    if (!registered && pthread_atfork(NULL, NULL, unlock_in_child) == 0)
+        registered = 1;
+    for (const PyMethodDef *own = factories; own->ml_name; own++)
+        all[count++] = *own;
+    for (const PyMethodDef *own = model_methods; own->ml_name; own++)
+        all[count++] = *own;
+    model_type.tp_methods = all;
+    return add_type(module, &model_type);
+}

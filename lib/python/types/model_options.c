@@ -1,0 +1,162 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Options of a model: base, gravity, policies, scene.
+ */
+#include "objects.h"
+#include "python/request/errors.h"
+#include "python/request/read.h"
+
+/* UTF-8 of a name, which `keep` keeps alive; NULL with an exception */
+static const char *name_of(const char *field, PyObject *value, PyObject *keep)
+{
+    const char *text = PyUnicode_Check(value) ? PyUnicode_AsUTF8(value) : NULL;
+    if (!text) {
+        if (!PyErr_Occurred())
+            raise_type(field, "%s: %.100s, must be a name", field, Py_TYPE(value)->tp_name);
+        return NULL;
+    }
+    return PyList_Append(keep, value) < 0 ? NULL : text;
+}
+
+int read_payloads(PyObject *value, PyObject *keep, tfa_payload **payloads, size_t *count)
+{
+    PyObject *list = PyDict_Check(value) ? PyTuple_Pack(1, value) : PySequence_Tuple(value);
+    if (!list)
+        return raise_from_current("payload", "must be a dict, or a list of dicts");
+    *count = (size_t)PyTuple_GET_SIZE(list);
+    *payloads = PyMem_Calloc(*count + 1, sizeof **payloads);
+    int bad = *payloads ? 0 : (PyErr_NoMemory(), -1);
+    for (size_t k = 0; !bad && k < *count; k++) {
+        double numbers[TFA_PAYLOAD_NUMBERS];
+        PyObject *link;
+        tfa_payload *payload = &(*payloads)[k];
+        bad = read_load("payload", PyTuple_GET_ITEM(list, (Py_ssize_t)k), &link, numbers) ||
+              !(payload->link = name_of("payload", link, keep));
+        if (bad)
+            break;
+        payload->mass = numbers[0];
+        memcpy(payload->com, numbers + 1, sizeof payload->com);
+        memcpy(payload->inertia, numbers + 4, sizeof payload->inertia);
+    }
+    Py_DECREF(list);
+    return bad ? -1 : 0;
+}
+
+/* {joint: number or coordinates}, or a list of joints that stand at 0 */
+static int read_locks(model_options *o)
+{
+    PyObject *items = PyDict_Check(o->locked) ? PyDict_Items(o->locked) : Py_NewRef(o->locked);
+    PyObject *list = items ? PySequence_Tuple(items) : NULL;
+    Py_XDECREF(items);
+    if (!list)
+        return raise_from_current("locked", "must be {joint: position} or a list of joints");
+    const Py_ssize_t count = PyTuple_GET_SIZE(list);
+    o->locks = PyMem_Calloc((size_t)count + 1, sizeof *o->locks);
+    int bad = o->locks ? 0 : (PyErr_NoMemory(), -1);
+    for (Py_ssize_t k = 0; !bad && k < count; k++) {
+        PyObject *entry = PyTuple_GET_ITEM(list, k);
+        const int is_pair = PyTuple_Check(entry) && PyTuple_GET_SIZE(entry) == 2;
+        PyObject *value = is_pair ? PyTuple_GET_ITEM(entry, 1) : NULL;
+        o->locks[k].joint =
+            name_of("locked", is_pair ? PyTuple_GET_ITEM(entry, 0) : entry, o->names);
+        bad = !o->locks[k].joint;
+        if (!bad && value) {
+            const Py_ssize_t size = PySequence_Check(value) ? PySequence_Size(value) : 1;
+            const uint32_t numbers = size == 3 || size == 7 ? (uint32_t)size : 1;
+            PyErr_Clear(); /* an array without axes has no size */
+            bad = read_numbers("locked", value, numbers, o->locks[k].q);
+        }
+    }
+    Py_DECREF(list);
+    o->scene.locks = o->locks;
+    o->scene.lock_count = (size_t)count;
+    return bad ? -1 : 0;
+}
+
+static int read_tip_names(model_options *o)
+{
+    PyObject *list =
+        PyUnicode_Check(o->tips) ? PyTuple_Pack(1, o->tips) : PySequence_Tuple(o->tips);
+    if (!list)
+        return raise_from_current("tips", "must be a list of links");
+    const Py_ssize_t count = PyTuple_GET_SIZE(list);
+    o->tip_names = PyMem_Calloc((size_t)count + 1, sizeof *o->tip_names);
+    int bad = o->tip_names ? 0 : (PyErr_NoMemory(), -1);
+    for (Py_ssize_t k = 0; !bad && k < count; k++)
+        bad = !(o->tip_names[k] = name_of("tips", PyTuple_GET_ITEM(list, k), o->names));
+    Py_DECREF(list);
+    o->scene.tips = o->tip_names;
+    o->scene.tip_count = (size_t)count;
+    return bad ? -1 : 0;
+}
+
+static int is_given(PyObject *value)
+{
+    return value && value != Py_None;
+}
+
+static int read_scene(model_options *o)
+{
+    if (is_given(o->root) && !(o->scene.root = name_of("root", o->root, o->names)))
+        return -1;
+    if (is_given(o->tips) && read_tip_names(o))
+        return -1;
+    if (is_given(o->locked) && read_locks(o))
+        return -1;
+    if (is_given(o->payload) &&
+        read_payloads(o->payload, o->names, &o->payloads, &o->scene.payload_count))
+        return -1;
+    o->scene.payloads = o->payloads;
+    if (o->scene.root || o->scene.tip_count || o->scene.lock_count || o->scene.payload_count)
+        o->c.scene = &o->scene;
+    return 0;
+}
+
+static int read_flag(PyObject *value, uint32_t *flag)
+{
+    const int truth = is_given(value) ? PyObject_IsTrue(value) : 0;
+    *flag = truth > 0;
+    return truth < 0 ? -1 : 0;
+}
+
+static int read_word(const char *field, PyObject *value, const char *const *words, size_t count,
+                     unsigned *word)
+{
+    *word = 0;
+    return is_given(value) ? choose(field, value, words, count, word) : 0;
+}
+
+int model_options_read(model_options *o)
+{
+    static const char *const bases[] = {"fixed", "floating"};
+    static const char *const mimics[] = {"free", "project", "lock"};
+    static const char *const inertias[] = {"strict", "warn", "repair", "strict-physical"};
+    unsigned base, mimic, inertia;
+    o->names = PyList_New(0);
+    if (!o->names || read_word("base", o->base, bases, 2, &base) ||
+        read_word("mimic", o->mimic, mimics, 3, &mimic) ||
+        read_word("inertia", o->inertia, inertias, 4, &inertia) ||
+        read_flag(o->rotor_inertia, &o->c.rotor_inertia) || read_flag(o->damping, &o->c.damping) ||
+        read_flag(o->lock_massless_leaves, &o->c.lock_massless_leaves))
+        return -1;
+    o->c.base = (tfa_base)base;
+    o->c.mimic = (tfa_mimic_policy)mimic;
+    o->c.inertia = (tfa_inertia_policy)inertia;
+    if (is_given(o->gravity)) {
+        if (read_numbers("gravity", o->gravity, 3, o->gravity_numbers))
+            return -1;
+        o->c.gravity = o->gravity_numbers;
+    }
+    if (is_given(o->snap) && read_numbers("snap", o->snap, 1, &o->c.snap))
+        return -1;
+    return read_scene(o);
+}
+
+void model_options_clear(model_options *o)
+{
+    PyMem_Free(o->locks);
+    PyMem_Free(o->payloads);
+    PyMem_Free(o->tip_names);
+    Py_XDECREF(o->names);
+}

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Module totalforce._totalforce: types, functions, constants.
+ */
+#define IMPORTS_NUMPY_API
+#include "objects.h"
+#include "python/request/errors.h"
+#include "python/request/records.h"
+#include "python/request/reply.h"
+
+#include <totalforce/client.h>
+#include <totalforce/limits.h>
+#include <totalforce/version.h>
+
+int add_type(PyObject *module, PyTypeObject *type)
+{
+    return PyType_Ready(type) < 0
+               ? -1
+               : PyModule_AddObjectRef(module, strrchr(type->tp_name, '.') + 1, (PyObject *)type);
+}
+
+static PyObject *list_methods(PyObject *module, PyObject *unused)
+{
+    PyObject *list = PyList_New(0);
+    (void)module;
+    (void)unused;
+    for (uint32_t k = 0; list && tfa_method_describe(k); k++) {
+        PyObject *row = record_method(tfa_method_describe(k));
+        if (!row || PyList_Append(list, row) < 0)
+            Py_CLEAR(list);
+        Py_XDECREF(row);
+    }
+    return list;
+}
+
+static PyObject *isa(PyObject *module, PyObject *unused)
+{
+    (void)module;
+    (void)unused;
+    return PyUnicode_FromString(tfa_isa_name());
+}
+
+static PyObject *daemon_command(PyObject *module, PyObject *args, PyObject *kwargs)
+{
+    enum { ANSWER = 65536 };
+    static char *names[] = {"command", "runtime_dir", "timeout", NULL};
+    const char *command;
+    PyObject *value = Py_None, *path = NULL, *answer = NULL;
+    double timeout = 10;
+    (void)module;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "s|$Od:daemon_command", names, &command, &value,
+                                     &timeout) ||
+        (value != Py_None && !PyUnicode_FSConverter(value, &path)))
+        return NULL;
+    char *text = PyMem_Calloc(1, ANSWER);
+    if (!(timeout > 0 && timeout < 2e6)) {
+        raise_status(TFA_E_ARGUMENT, "timeout", "timeout: %g, must be above 0 s", timeout);
+    } else if (text) {
+        const char *directory = path ? PyBytes_AS_STRING(path) : NULL;
+        int status;
+        Py_BEGIN_ALLOW_THREADS status =
+            tfa_daemon_command(directory, command, (int32_t)(timeout * 1e3) + 1, text, ANSWER);
+        Py_END_ALLOW_THREADS if (status == TFA_OK) answer =
+            PyUnicode_DecodeUTF8(text, (Py_ssize_t)strlen(text), "replace");
+        else raise_status(status, NULL, "%s: %s", command,
+                          text[0] ? text : tfa_status_cause(status));
+    } else {
+        PyErr_NoMemory();
+    }
+    PyMem_Free(text);
+    Py_XDECREF(path);
+    return answer;
+}
+
+/* {joint: (lower, upper) or None} */
+static PyObject *limits_of(PyObject *names, const tfa_joint_limits *limits)
+{
+    PyObject *dict = PyDict_New();
+    for (Py_ssize_t k = 0; dict && k < PyTuple_GET_SIZE(names); k++) {
+        PyObject *range = limits[k].limited
+                              ? Py_BuildValue("(dd)", limits[k].lower, limits[k].upper)
+                              : Py_NewRef(Py_None);
+        if (!range || PyDict_SetItem(dict, PyTuple_GET_ITEM(names, k), range) < 0)
+            Py_CLEAR(dict);
+        Py_XDECREF(range);
+    }
+    return dict;
+}
+
+static PyObject *joint_limits(PyObject *module, PyObject *args)
+{
+    Py_buffer text;
+    PyObject *names, *made = NULL;
+    (void)module;
+    if (!PyArg_ParseTuple(args, "y*O!:_joint_limits", &text, &PyTuple_Type, &names))
+        return NULL;
+    const size_t count = (size_t)PyTuple_GET_SIZE(names);
+    const char **list = PyMem_Calloc(count + 1, sizeof *list);
+    tfa_joint_limits *limits = PyMem_Calloc(count + 1, sizeof *limits);
+    int bad = !list || !limits;
+    if (bad)
+        PyErr_NoMemory();
+    for (size_t k = 0; !bad && k < count; k++) {
+        PyObject *name = PyTuple_GET_ITEM(names, (Py_ssize_t)k);
+        list[k] = PyUnicode_Check(name) ? PyUnicode_AsUTF8(name) : NULL;
+        bad = !list[k];
+        if (bad && !PyErr_Occurred())
+            raise_type("names", "names: %.100s, must be a str", Py_TYPE(name)->tp_name);
+    }
+    const int status =
+        bad ? TFA_OK : tfa_urdf_limits(text.buf, (size_t)text.len, list, count, limits);
+    if (status != TFA_OK)
+        raise_status(status, NULL, "limits: %s: %s", tfa_status_text(status),
+                     tfa_status_cause(status));
+    else if (!bad)
+        made = limits_of(names, limits);
+    PyMem_Free(list);
+    PyMem_Free(limits);
+    PyBuffer_Release(&text);
+    return made;
+}
+
+static PyMethodDef functions[] = {
+    {"methods", list_methods, METH_NOARGS,
+     "methods()\n--\n\nThe table of methods: a list of Method (name, ops, cost, refusals)."},
+    {"isa", isa, METH_NOARGS,
+     "isa()\n--\n\nInstruction set of the kernels: 'avx512', 'avx2' or 'base'."},
+    {"daemon_command", (PyCFunction)(void (*)(void))daemon_command, METH_VARARGS | METH_KEYWORDS,
+     "daemon_command(command, *, runtime_dir=None, timeout=10.0)\n--\n\n"
+     "Gives a command to a running daemon and returns its answer.\n\n"
+     "'status': JSON of robots, workers, clients, counters; 'reload': reads configuration and\n"
+     "robots again; 'stop'. runtime_dir as of Client; timeout in s."},
+    {"_joint_limits", joint_limits, METH_VARARGS, NULL},
+    {0}};
+
+static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, .m_name = "totalforce._totalforce",
+                                        .m_doc = "Extension module of the package totalforce.",
+                                        .m_size = -1, .m_methods = functions};
+
+static int add_constants(PyObject *module)
+{
+    static const struct {
+        const char *name;
+        long value;
+    } constants[] = {
+        {"ANSWER_ESTIMATED", TFA_ANSWER_ESTIMATED},
+        {"ANSWER_FALLBACK", TFA_ANSWER_FALLBACK},
+        {"ANSWER_INACCURATE", TFA_ANSWER_INACCURATE},
+        {"ANSWER_STALLED", TFA_ANSWER_STALLED},
+        {"ANSWER_NOT_FINITE", TFA_ANSWER_NOT_FINITE},
+        {"ANSWER_RESIDUAL_PRECISION", TFA_ANSWER_RESIDUAL_PRECISION},
+        {"ANSWER_SENTINEL", TFA_ANSWER_SENTINEL},
+        {"MAX_TIPS", TFA_MAX_TIPS},
+        {"MAX_WRENCHES", TFA_MAX_WRENCHES},
+        {"MAX_PAYLOADS", TFA_MAX_PAYLOADS},
+        {"MAX_REFINE", TFA_MAX_REFINE},
+    };
+    for (size_t k = 0; k < sizeof constants / sizeof *constants; k++)
+        if (PyModule_AddIntConstant(module, constants[k].name, constants[k].value) < 0)
+            return -1;
+    PyObject *ops = PyTuple_New(OP_COUNT);
+    for (int k = 0; ops && k < OP_COUNT; k++) {
+        PyObject *name = PyUnicode_FromString(op_rows[k].name);
+        if (!name)
+            return -1;
+        PyTuple_SET_ITEM(ops, k, name);
+    }
+    if (!ops || PyModule_AddObject(module, "OPS", ops) < 0)
+        return -1;
+    return PyModule_AddStringConstant(module, "__version__", TFA_VERSION);
+}
+
+__attribute__((visibility("default"))) PyMODINIT_FUNC PyInit__totalforce(void);
+
+PyMODINIT_FUNC PyInit__totalforce(void)
+{
+    import_array();
+    PyObject *module = PyModule_Create(&definition);
+    if (!module)
+        return NULL;
+    if (fields_init() || solver_init() || reply_init() || records_init(module) ||
+        PyModule_AddObjectRef(module, "Reply", (PyObject *)&reply_type) < 0 || model_init(module) ||
+        specialised_init(module) || workspace_init(module) || pool_init(module) ||
+        client_init(module) || add_constants(module)) {
+        Py_DECREF(module);
+        return NULL;
+    }
+    return module;
+}

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The types of the module and what they read of one another.
+ */
+#ifndef PYTHON_OBJECTS_H
+#define PYTHON_OBJECTS_H
+
+#include "solver.h"
+
+#include <totalforce/batch_pool.h>
+#include <totalforce/dynamics.h>
+#include <totalforce/specialised.h>
+
+typedef struct model_object {
+    PyObject_HEAD robot_names robot;
+    tfa_model *model;
+    PyObject *parent;   /**< model whose constants it shares; NULL: none */
+    PyObject *messages; /**< tuple of Message */
+    PyObject *texts;    /**< tuple of the same as text */
+} model_object;
+
+typedef struct workspace_object {
+    solver_object head;
+    tfa_workspace *workspace;
+    PyObject *model;       /**< model_object */
+    PyObject *specialised; /**< NULL: none */
+    const char *precision;
+} workspace_object;
+
+typedef struct specialised_object {
+    PyObject_HEAD tfa_specialised *specialised;
+    PyObject *model;
+} specialised_object;
+
+extern PyTypeObject model_type, workspace_type, pool_type, thread_pool_type, client_type,
+    specialised_type;
+
+/* Each prepares its type and adds it to the module. @return 0; -1 with an exception */
+int model_init(PyObject *module);
+int workspace_init(PyObject *module);
+int pool_init(PyObject *module);
+int client_init(PyObject *module);
+int specialised_init(PyObject *module);
+
+/** model_options.c: options of a model, with the memory that they point to */
+typedef struct model_options model_options;
+
+/** Names of the options for PyArg_ParseTupleAndKeywords, after one of the type itself */
+struct model_options {
+    PyObject *base, *gravity, *rotor_inertia, *damping, *lock_massless_leaves, *inertia, *mimic,
+        *snap, *root, *tips, *locked, *payload;
+    tfa_model_options c;
+    tfa_scene scene;
+    double gravity_numbers[3];
+    tfa_lock *locks;
+    tfa_payload *payloads;
+    const char **tip_names;
+    PyObject *names; /**< list that keeps strings alive */
+};
+
+/** Reads the values of the Python options into `c`. @return 0; -1 with an exception.
+ *  model_options_clear in either case. */
+int model_options_read(model_options *options);
+void model_options_clear(model_options *options);
+
+/** Payloads of a dict or a list of dicts. @return 0; -1 with an exception; `*payloads` is
+ *  allocated by PyMem, `keep` gets the names. */
+int read_payloads(PyObject *value, PyObject *keep, tfa_payload **payloads, size_t *count);
+
+/** model_info.c */
+extern PyGetSetDef model_attributes[];
+extern PyMethodDef model_methods[];
+
+/** Options of workspaces and pools that are words. @return 0; -1 with an exception */
+int read_precision(PyObject *precision, PyObject *residual, tfa_precision *p, tfa_residual *r);
+/** Methods to reserve memory for: None or a list of names */
+int read_methods(PyObject *value, uint32_t *methods);
+/** The kernel of a Specialised for this model, or NULL for None */
+int read_specialised(PyObject *value, const tfa_specialised **specialised);
+
+/** Adds a type under its name. @return 0; -1 with an exception */
+int add_type(PyObject *module, PyTypeObject *type);
+
+#endif

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+"""The examples of docs/examples/python run, cells apart, and come to their result."""
+import os
+import re
+import subprocess
+import sys
+
+import support
+
+EXAMPLES = support.SOURCE / "docs" / "examples" / "python"
+# what each prints: a pattern and a bound of the number that it captures
+RESULTS = {
+    "forward_dynamics_batch.py": (r"largest difference from inverse dynamics: ([\d.e+-]+)", 1e-9),
+    "operational_space_control.py": (r"error after 3 s: ([\d.e+-]+) mm", 0.1),
+    "accuracy_of_two_methods.py": (r"worst error of aba, double: ([\d.e+-]+)", 1e-8),
+}
+
+
+class Examples(support.Case):
+    def test_every_example(self):
+        names = sorted(path.name for path in EXAMPLES.glob("*.py"))
+        self.assertEqual(names, sorted(RESULTS))
+        for name in names:
+            with self.subTest(name):
+                self.assertGreater((EXAMPLES / name).read_text().count("\n# %%"), 2, "cells")
+                done = subprocess.run(
+                    [sys.executable, "-W", "error", str(EXAMPLES / name)],
+                    capture_output=True,
+                    text=True,
+                    timeout=100,
+                    cwd=support.SOURCE,
+                    env=dict(os.environ),
+                )
+                self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+                pattern, bound = RESULTS[name]
+                found = re.search(pattern, done.stdout)
+                self.assertTrue(found, done.stdout)
+                self.assertLess(float(found[1]), bound)
+
+
+if __name__ == "__main__":
+    support.main()

@@ -30,3 +30,9 @@ file(RELATIVE_PATH package_prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
 configure_file(totalforce.pc.in totalforce.pc @ONLY)
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/totalforce.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+
+# For colcon and the tools of ROS 2: the manifest, and the marker of the package in ament's index.
+install(FILES ${PROJECT_SOURCE_DIR}/package.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/totalforce)
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/ament_marker "")
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/ament_marker RENAME totalforce
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/ament_index/resource_index/packages)

@@ -13,6 +13,7 @@
 #include <totalforce/version.h>
 #include <unistd.h>
 
+#include "command_line/command_line.h"
 #include "control/daemon.h"
 #include "gateways.h"
 #include "platform/check_rt.h"
@@ -328,7 +329,9 @@ int main(int argc, char **argv)
     for (int i = 1; i < argc; i++) /* argp knows -? only */
         if (strcmp(argv[i], "-h") == 0)
             argv[i] = help;
-    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &a);
+    if (command_line_asks(argc, argv, "--print-keys"))
+        return config_print_keys(stdout) == 0 ? EXIT_GOOD : EXIT_FAILED;
+    error_t error = command_line_parse(&argp, NULL, argc, argv, &a);
     if (error || !has_kernels())
         return EXIT_USAGE;
     if (!a.file)

@@ -3,8 +3,10 @@
  *
  * `totalforce call`: the JSON lines of `solve`, answered by a running daemon.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 #include "common/daemon.h"
+#include "common/suggest.h"
 #include "jsonl/jsonl_options.h"
 
 #include <errno.h>
@@ -98,6 +100,7 @@ static int answer(void *self, const tfa_request *request, tfa_reply *reply)
 
 int command_call(int argc, char **argv)
 {
+    static const command_line_values values[] = {{"METHOD", suggest_method}, {0}};
     static const struct argp_child children[] = {
         {.argp = &daemon_argp}, {.argp = &jsonl_argp}, {0}};
     static const struct argp argp = {
@@ -109,7 +112,7 @@ int command_call(int argc, char **argv)
                "reply a line, in order, the same as `totalforce solve` gives.\v" JSONL_HELP,
         .children = children};
     call_options options = {.lines = JSONL_OPTIONS_DEFAULT};
-    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
+    error_t error = command_line_parse(&argp, values, argc, argv, &options);
     if (error) {
         fprintf(stderr, "totalforce call: %s\n", strerror(error));
         return EXIT_USAGE;

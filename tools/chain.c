@@ -3,6 +3,7 @@
  *
  * `totalforce chain`: writes a test mechanism as URDF.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 #include "common/mechanism.h"
 #include "common/suggest.h"
@@ -97,6 +98,7 @@ static int unknown_name(const char *name)
 
 int command_chain(int argc, char **argv)
 {
+    static const command_line_values values[] = {{"MECHANISM", mechanism_word}, {0}};
     static const struct argp argp = {
         .options = option_table,
         .parser = parse,
@@ -106,7 +108,7 @@ int command_chain(int argc, char **argv)
                "Mechanisms (links of 1 m, uniform rods of 1 kg, revolute joints, fixed "
                "base):\n" MECHANISM_LIST(CHAIN_ROW)};
     chain_options options = {.read_argument = {.bodies = 8, .seed = 1}};
-    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
+    error_t error = command_line_parse(&argp, values, argc, argv, &options);
     if (error) {
         fprintf(stderr, "totalforce chain: %s\n", strerror(error));
         return EXIT_USAGE;

@@ -3,6 +3,7 @@
  *
  * `totalforce status`, `reload` and `stop`: commands for a running daemon.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 
 #include <errno.h>
@@ -73,7 +74,7 @@ static int run(const char *command, const char *doc, int32_t timeout_ms, int arg
     const struct argp argp = {.options = options, .parser = parse, .doc = doc};
     static char text[TEXT_BYTES];
     arguments a = {0};
-    if (argp_parse(&argp, argc, argv, 0, NULL, &a))
+    if (command_line_parse(&argp, NULL, argc, argv, &a))
         return EXIT_USAGE;
     const int result = give(command, &a, timeout_ms, text);
     if (result == EXIT_GOOD)
@@ -183,7 +184,7 @@ int command_status(int argc, char **argv)
                               .doc = "Shows robots, clients and counters of a running daemon."};
     static char text[TEXT_BYTES];
     arguments a = {0};
-    if (argp_parse(&argp, argc, argv, 0, NULL, &a))
+    if (command_line_parse(&argp, NULL, argc, argv, &a))
         return EXIT_USAGE;
     const int result = give("status", &a, 0, text);
     if (result != EXIT_GOOD || !a.json)

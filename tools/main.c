@@ -3,6 +3,7 @@
  *
  * `totalforce`: picks the subcommand.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 
 #include <errno.h>
@@ -144,6 +145,22 @@ static bool has_kernels(void)
     return false;
 }
 
+/* For the programs that write man pages and completion. @return an exit status */
+static int print_options(const struct argp *argp)
+{
+    static const struct {
+        const char *name, *what;
+    } rows[] = {
+#define COMMAND(name, pad, what) {#name, what},
+        COMMAND_LIST(COMMAND)
+#undef COMMAND
+    };
+    command_line_print(argp, NULL, stdout);
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        printf("command\t%s\t%s\n", rows[i].name, rows[i].what);
+    return fflush(stdout) == 0 ? EXIT_GOOD : EXIT_FAILED;
+}
+
 int main(int argc, char **argv)
 {
     static const struct argp argp = {
@@ -153,6 +170,8 @@ int main(int argc, char **argv)
     argp_program_version_hook = print_version;
     /* a reader that goes away is an error of fflush, not the end of the program */
     signal(SIGPIPE, SIG_IGN);
+    if (command_line_asks(argc, argv, "--print-options"))
+        return print_options(&argp);
     move_help_first(&argc, argv);
     expand_help(argc, argv);
     error_t error = argp_parse(&argp, argc, argv, ARGP_IN_ORDER, NULL, &chosen);

@@ -3,6 +3,7 @@
  *
  * `totalforce methods`: the table of methods, as the library has it.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 #include "jsonl/jsonl.h"
 
@@ -90,7 +91,7 @@ int command_methods(int argc, char **argv)
         .doc = "The methods: answers, cost for N bodies, m tips, depth d and P "
                "processors, and refusals by name."};
     int json = 0;
-    const error_t error = argp_parse(&argp, argc, argv, 0, NULL, &json);
+    const error_t error = command_line_parse(&argp, NULL, argc, argv, &json);
     if (error) {
         fprintf(stderr, "totalforce methods: %s\n", strerror(error));
         return EXIT_USAGE;

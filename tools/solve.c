@@ -3,8 +3,10 @@
  *
  * `totalforce solve`: answers JSON lines in process.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 #include "common/scene_options.h"
+#include "common/suggest.h"
 #include "jsonl/jsonl_options.h"
 #include "jsonl/jsonl_serve.h"
 
@@ -109,6 +111,7 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
 
 int command_solve(int argc, char **argv)
 {
+    static const command_line_values values[] = {{"METHOD", suggest_method}, {0}};
     static const struct argp_child children[] = {{.argp = &jsonl_argp}, {.argp = &scene_argp}, {0}};
     static const struct argp argp = {.options = option_table,
                                      .parser = parse,
@@ -121,7 +124,7 @@ int command_solve(int argc, char **argv)
         .lines = JSONL_OPTIONS_DEFAULT,
         .workspace = {.methods = TFA_METHODS_ALL, .max_tips = TFA_MAX_TIPS},
     };
-    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
+    error_t error = command_line_parse(&argp, values, argc, argv, &options);
     if (error) {
         fprintf(stderr, "totalforce solve: %s\n", strerror(error));
         return EXIT_USAGE;

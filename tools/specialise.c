@@ -3,6 +3,7 @@
  *
  * `totalforce specialise`: a kernel specialised for one robot, compiled and tested.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 #include "common/scene_options.h"
 
@@ -30,11 +31,11 @@ static const struct argp_option option_table[] = {
      .doc = "The shared object; in a folder it gets the name that the daemon looks for"},
     {.name = "lanes",
      .key = KEY_LANES,
-     .arg = "WORD",
+     .arg = "auto|one",
      .doc = "auto: several states at a time, too; one: the smallest kernel (auto)"},
     {.name = "algorithm",
      .key = KEY_ALGORITHM,
-     .arg = "WORD",
+     .arg = "fastest|aba|crba",
      .doc = "aba, crba, or fastest: timed for each kind of request in the build (fastest)"},
     {.name = "compiler", .key = KEY_COMPILER, .arg = "PROGRAM", .doc = "(clang, gcc or cc)"},
     {.name = "sources",
@@ -169,7 +170,7 @@ int command_specialise(int argc, char **argv)
             "another base, scene or policy is another model with another kernel.",
         .children = children};
     specialise_options options = {0};
-    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
+    error_t error = command_line_parse(&argp, NULL, argc, argv, &options);
     if (error) {
         fprintf(stderr, "totalforce specialise: %s\n", strerror(error));
         return EXIT_USAGE;

@@ -39,6 +39,16 @@ typedef Sleef___m256_2 sincos_floats;
 #define SINCOS_DOUBLES Sleef_finz_sincosd4_u10avx2
 #define SINCOS_FLOATS Sleef_finz_sincosf8_u10avx2
 #endif
+#elif defined(__ARM_NEON)
+typedef Sleef_float64x2_t_2 sincos_doubles;
+typedef Sleef_float32x4_t_2 sincos_floats;
+#ifdef TFA_EXACT
+#define SINCOS_DOUBLES Sleef_cinz_sincosd2_u10advsimdnofma
+#define SINCOS_FLOATS Sleef_cinz_sincosf4_u10advsimdnofma
+#else
+#define SINCOS_DOUBLES Sleef_finz_sincosd2_u10advsimd
+#define SINCOS_FLOATS Sleef_finz_sincosf4_u10advsimd
+#endif
 #else
 typedef Sleef___m128d_2 sincos_doubles;
 typedef Sleef___m128_2 sincos_floats;
@@ -77,6 +87,11 @@ static inline __m256d sincos_load_masked(const double *x, size_t count)
     static const int64_t mask[8] = {-1, -1, -1, -1, 0, 0, 0, 0};
     const size_t skipped = count < 4 ? 4 - count : 0;
     return _mm256_maskload_pd(x, _mm256_loadu_si256((const __m256i *)(mask + skipped)));
+}
+#elif defined(__ARM_NEON)
+static inline float64x2_t sincos_load_masked(const double *x, size_t count)
+{
+    return count < 2 ? vcombine_f64(vld1_f64(x), vdup_n_f64(0)) : vld1q_f64(x);
 }
 #else
 static inline __m128d sincos_load_masked(const double *x, size_t count)

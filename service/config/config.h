@@ -236,6 +236,11 @@ void config_free(config *c);
 /** Writes the configuration in effect as YAML, every key with its explanation. */
 void config_dump(const config *c, FILE *out);
 
+/** The table of keys, one key a line, fields with tabs between: "key", path, type, "required" or
+ *  nothing, default, range, unit, "reload" (may change it), "restart" or nothing, explanation.
+ *  @return 0, or EOF */
+int config_print_keys(FILE *out);
+
 /**
  * Names the first key that differs although only a restart can change it, in `text`: the whole
  * sentence. @return there is one

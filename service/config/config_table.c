@@ -43,7 +43,8 @@ static const config_row armature_rows[] = {
     {"joint", CONFIG_TEXT, AT(config_armature, joint), .required = true, RELOADABLE,
      .help = "Name of the joint"},
     {"value", CONFIG_NUMBER, AT(config_armature, value), .required = true, RELOADABLE, .low = 0,
-     .high = 1e6, .help = "Reflected rotor inertia, kg m^2 (revolute) or kg (prismatic)"},
+     .high = 1e6, .unit = "kg m^2 (revolute) or kg (prismatic)",
+     .help = "Reflected rotor inertia, kg m^2 (revolute) or kg (prismatic)"},
     {0}};
 static const config_table armature_table = {armature_rows, sizeof(config_armature)};
 
@@ -51,9 +52,10 @@ static const config_row lock_rows[] = {
     {"joint", CONFIG_TEXT, AT(config_lock, joint), .required = true, RELOADABLE,
      .help = "Name of the joint"},
     {"q", CONFIG_NUMBER, AT(config_lock, q), RELOADABLE, .low = -1e6, .high = 1e6,
-     .help = "Where it stands, rad or m"},
+     .unit = "rad or m", .help = "Where it stands, rad or m"},
     {"pose", CONFIG_LIST, LIST_AT(config_lock, pose), RELOADABLE, .low = 3, .high = 7,
      .entry = CONFIG_NUMBER,
+     .unit = "m, rad",
      .help = "In place of q: planar x y theta; floating x y z and quaternion x y z w"},
     {0}};
 static const config_table lock_table = {lock_rows, sizeof(config_lock)};
@@ -62,11 +64,13 @@ static const config_row payload_rows[] = {
     {"link", CONFIG_TEXT, AT(config_payload, link), .required = true, RELOADABLE,
      .help = "Link that carries it, rigidly"},
     {"mass", CONFIG_NUMBER, AT(config_payload, mass), .required = true, RELOADABLE, .low = 0,
-     .high = 1e9, .help = "kg"},
+     .high = 1e9, .unit = "kg", .help = "kg"},
     {"com", CONFIG_LIST, LIST_AT(config_payload, com), RELOADABLE, .low = 3, .high = 3,
-     .entry = CONFIG_NUMBER, .help = "Centre of mass, m, link frame; its origin when absent"},
+     .entry = CONFIG_NUMBER, .unit = "m",
+     .help = "Centre of mass, m, link frame; its origin when absent"},
     {"inertia", CONFIG_LIST, LIST_AT(config_payload, inertia), RELOADABLE, .low = 6, .high = 6,
      .entry = CONFIG_NUMBER,
+     .unit = "kg m^2",
      .help = "ixx ixy ixz iyy iyz izz about the centre of mass, kg m^2; a point when absent"},
     {0}};
 static const config_table payload_table = {payload_rows, sizeof(config_payload)};
@@ -86,7 +90,8 @@ static const config_row scene_rows[] = {
     {"base", CONFIG_WORD, AT(config_scene, base), RELOADABLE, .default_value = CONFIG_BASE_SAME,
      .words = scene_base_words, .help = "fixed, floating, or same: as the robot"},
     {"gravity", CONFIG_LIST, LIST_AT(config_scene, gravity), RELOADABLE, .low = 3, .high = 3,
-     .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; the robot's when absent"},
+     .entry = CONFIG_NUMBER, .unit = "m/s^2",
+     .help = "m/s^2, world frame; the robot's when absent"},
     {0}};
 static const config_table scene_table = {scene_rows, sizeof(config_scene)};
 
@@ -142,9 +147,11 @@ static const config_row robot_ros2_rows[] = {
      .help = "Answer calls of ~/forward_dynamics (clients of rmw_cyclonedds only)"},
     {"state_age_ms", CONFIG_COUNT, AT(config_robot_ros2, state_age_ms), .default_value = 100,
      .low = 1, .high = 3600000,
+     .unit = "ms",
      .help = "Positions, velocities and wrenches that were received earlier are refused"},
     {"command_age_ms", CONFIG_COUNT, AT(config_robot_ros2, command_age_ms), .default_value = 100,
-     .low = 1, .high = 3600000, .help = "Efforts that were received earlier are refused"},
+     .low = 1, .high = 3600000, .unit = "ms",
+     .help = "Efforts that were received earlier are refused"},
     {0}};
 static const config_table robot_ros2_table = {robot_ros2_rows, sizeof(config_robot_ros2)};
 
@@ -156,7 +163,8 @@ static const config_row robot_rows[] = {
     {"base", CONFIG_WORD, AT(config_robot, base), RELOADABLE, .default_value = TFA_BASE_FIXED,
      .words = base_words, .help = "fixed or floating"},
     {"gravity", CONFIG_LIST, LIST_AT(config_robot, gravity), RELOADABLE, .low = 3, .high = 3,
-     .entry = CONFIG_NUMBER, .help = "m/s^2, world frame; 0 0 -9.80665 when absent"},
+     .entry = CONFIG_NUMBER, .unit = "m/s^2",
+     .help = "m/s^2, world frame; 0 0 -9.80665 when absent"},
     {"armature", CONFIG_LIST, LIST_AT(config_robot, armature), RELOADABLE, .low = 0,
      .high = 100000, .table = &armature_table,
      .help = "Rotor inertias by joint; URDF cannot say them"},
@@ -176,6 +184,7 @@ static const config_row robot_rows[] = {
      .help = "Joints that move nothing with mass become fixed at 0; otherwise they are an error"},
     {"snap", CONFIG_NUMBER, AT(config_robot, snap), RELOADABLE, .default_value = 0, .low = 0,
      .high = TFA_SNAP_MAX,
+     .unit = "rad",
      .help = "Rotations within this angle (rad) of right angles become exact; 0: as written"},
     {"scenes", CONFIG_LIST, LIST_AT(config_robot, scenes), .low = 0, .high = 1000,
      .table = &scene_table, .help = "Parts or loads of the robot, each served as ROBOT.SCENE"},
@@ -221,13 +230,13 @@ static const config_row limit_rows[] = {
      .help = "Most clients of one user at once"},
     {"memory_mib", CONFIG_COUNT, AT(config_limits, memory_mib), RELOADABLE, .default_value = 512,
      .low = 1,
-     .high = 1048576, .help = "Most shared memory for all clients together, MiB"},
+     .high = 1048576, .unit = "MiB", .help = "Most shared memory for all clients together, MiB"},
     {"memory_mib_per_user", CONFIG_COUNT, AT(config_limits, memory_mib_per_user), RELOADABLE,
      .default_value = 256, .low = 1, .high = 1048576,
-     .help = "Most shared memory for all clients of one user, MiB"},
+     .unit = "MiB", .help = "Most shared memory for all clients of one user, MiB"},
     {"connects_per_second", CONFIG_COUNT, AT(config_limits, connects_per_second), RELOADABLE,
      .default_value = 100, .low = 1, .high = 100000,
-     .help = "Connections of one user a second, after twice as many at once"},
+     .unit = "1/s", .help = "Connections of one user a second, after twice as many at once"},
     {0}};
 static const config_table limit_table = {limit_rows, sizeof(config_limits)};
 
@@ -241,6 +250,7 @@ static const config_row realtime_rows[] = {
      .help = "Lock all memory of the daemon"},
     {"cpu_dma_latency", CONFIG_COUNT, AT(config_realtime, cpu_dma_latency),
      .default_value = CONFIG_ANY_LATENCY, .low = 0, .high = CONFIG_ANY_LATENCY,
+     .unit = "us",
      .help = "Idle states that take longer to leave, us, are not entered while the daemon runs "
              "(/dev/cpu_dma_latency); 2000000000: any may be"},
     {0}};
@@ -253,6 +263,7 @@ static const config_row pool_rows[] = {
      .help = "Large: so many bodies times states"},
     {"spin_ns", CONFIG_COUNT, AT(config_pool, spin_ns), .default_value = 50000, .low = 1,
      .high = 4e9,
+     .unit = "ns",
      .help = "An idle thread spins so long before it sleeps; waking it is a system call"},
     {"priority", CONFIG_COUNT, AT(config_pool, priority), .default_value = 0, .low = 0, .high = 99,
      .help = "SCHED_FIFO priority of its threads; 0: the ordinary scheduler"},
@@ -269,12 +280,14 @@ static const config_row dds_rows[] = {
      .help = "DDS domain id"},
     {"max_age_ms", CONFIG_COUNT, AT(config_dds, max_age_ms), .default_value = 0, .low = 0,
      .high = 3600000,
+     .unit = "ms",
      .help = "Streamed torques with an older stamp are refused; 0: none. Clocks must agree"},
     {"priority", CONFIG_COUNT, AT(config_dds, priority), .default_value = 0, .low = 0,
      .high = 1000000,
      .help = "Hot standby: of several daemons for one robot the highest leads, if none does yet"},
     {"lease_ms", CONFIG_COUNT, AT(config_dds, lease_ms), .default_value = 200, .low = 10,
      .high = 60000,
+     .unit = "ms",
      .help = "Hot standby: a standby replaces this daemon when it is silent for so long"},
     {0}};
 static const config_table dds_table = {dds_rows, sizeof(config_dds)};
@@ -311,12 +324,15 @@ static const config_row top_rows[] = {
     {"workers", CONFIG_COUNT, AT(config, workers), .default_value = 1, .low = 1, .high = 64,
      .help = "Threads that answer; a client belongs to one"},
     {"spin_ns", CONFIG_COUNT, AT(config, spin_ns), .default_value = 50000, .low = 0, .high = 1e9,
+     .unit = "ns",
      .help = "hybrid: spins so long before it sleeps; longer than the worst computation"},
     {"turn_us", CONFIG_COUNT, AT(config, turn_us), .default_value = TFA_WORKER_TURN_US, .low = 1,
      .high = 100000,
+     .unit = "us",
      .help = "A client waits so long for others at most; longer requests are answered in parts"},
     {"warm_us", CONFIG_COUNT, AT(config, warm_us), .default_value = TFA_WORKER_WARM_US, .low = 0,
      .high = 100000,
+     .unit = "us",
      .help = "A worker that spins solves the last request again so often, to stay fast; 0: off"},
     {"allow_spin", CONFIG_BOOL, AT(config, allow_spin), .default_value = true,
      .help = "Clients may ask for spin, which takes the worker's core while they are connected"},

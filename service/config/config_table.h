@@ -34,6 +34,7 @@ typedef struct config_row {
     const char *const *words; /* of WORD, up to NULL: the value is the index */
     config_kind entry;        /* of a LIST without table: COUNT, NUMBER or TEXT */
     const struct config_table *table;
+    const char *unit; /* of COUNT, NUMBER and entries of NUMBER; NULL: a pure number */
     const char *help;
 } config_row;
 

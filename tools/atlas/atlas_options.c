@@ -4,7 +4,9 @@
  * The command line of `totalforce atlas`, and its maps.
  */
 #include "atlas.h"
+#include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/suggest.h"
 
 #include <errno.h>
 #include <math.h>
@@ -63,10 +65,13 @@ const char *atlas_map_text(atlas_map map)
 enum { KEY_MAPS = 256, KEY_POINTS, KEY_RHS, KEY_STATES, KEY_SEEDS, KEY_JSON, KEY_SCRIPTS };
 
 static const struct argp_option option_table[] = {
-    {.name = "maps", .key = KEY_MAPS, .arg = "LIST", .doc = "Maps (all)"},
+    {.name = "maps", .key = KEY_MAPS, .arg = "MAP,...", .doc = "Maps (all)"},
     {.name = "points", .key = KEY_POINTS, .arg = "N", .doc = "Values along the axis (13)"},
-    {.name = "bodies", .key = 'n', .arg = "LIST", .doc = "Sizes (2,4,8,16,32,64,128,256)"},
-    {.name = "methods", .key = 'M', .arg = "LIST", .doc = "Methods (all of forward dynamics)"},
+    {.name = "bodies", .key = 'n', .arg = "N,...", .doc = "Sizes (2,4,8,16,32,64,128,256)"},
+    {.name = "methods",
+     .key = 'M',
+     .arg = "METHOD,...",
+     .doc = "Methods (all of forward dynamics)"},
     {.name = "rhs", .key = KEY_RHS, .arg = "qdd|tau|gravity", .doc = "Right-hand side (qdd)"},
     {.name = "states", .key = KEY_STATES, .arg = "N", .doc = "Random states of each seed (3)"},
     {.name = "seed", .key = 's', .arg = "N", .doc = "Of the random numbers (1)"},
@@ -187,8 +192,15 @@ static error_t parse(int key, char *text, struct argp_state *state)
     "  " word ": " what "; " axis "\n"
 #define ATLAS_MODE_HELP(name, word, what) "  " word ": " what "\n"
 
+static const char *map_word(size_t index)
+{
+    return index < ATLAS_MAP_COUNT ? atlas_map_words[index] : NULL;
+}
+
 int atlas_parse(int argc, char **argv, atlas_options *options)
 {
+    static const command_line_values values[] = {
+        {"MAP", map_word}, {"METHOD", suggest_forward_method}, {0}};
     static const struct argp argp = {
         .options = option_table,
         .parser = parse,
@@ -203,5 +215,5 @@ int atlas_parse(int argc, char **argv, atlas_options *options)
                                                      "error above 1e-6 was estimated below 1e-7."};
     *options = (atlas_options){
         .points = 13, .states = 3, .seeds = 3, .seed = 1, .command = join_arguments(argc, argv)};
-    return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
+    return options->command ? command_line_parse(&argp, values, argc, argv, options) : ENOMEM;
 }

@@ -4,7 +4,9 @@
  * The command line of `totalforce chart`.
  */
 #include "chart.h"
+#include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/suggest.h"
 #include "peer.h"
 
 #include <errno.h>
@@ -31,34 +33,30 @@ enum {
 static const struct argp_option option_table[] = {
     {.name = "mechanisms",
      .key = 'm',
-     .arg = "LIST",
+     .arg = "MECHANISM[:X],...",
      .doc = "NAME or NAME:X, where X is its mass "
             "ratio, taper or radius (all, unless --urdf is given)"},
-    {.name = "bodies", .key = 'n', .arg = "LIST", .doc = "Sizes of the mechanisms (8,32,128)"},
+    {.name = "bodies", .key = 'n', .arg = "N,...", .doc = "Sizes of the mechanisms (8,32,128)"},
     {.name = "urdf", .key = KEY_URDF, .arg = "FILE", .doc = "A robot; may be repeated"},
     {.name = "base", .key = KEY_BASE, .arg = "fixed|floating", .doc = "Of the robots (fixed)"},
     {.name = "methods",
      .key = 'M',
-     .arg = "LIST",
+     .arg = "METHOD,...",
      .doc = "Methods and peers (all of forward dynamics)"},
-    {.name = "rhs", .key = KEY_RHS, .arg = "LIST", .doc = "Of qdd, tau, gravity (all)"},
-    {.name = "refine",
-     .key = KEY_REFINE,
-     .arg = "LIST",
-     .doc = "Refinement steps, of 0, 1, 2 (0,1)"},
+    {.name = "rhs", .key = KEY_RHS, .arg = "qdd|tau|gravity,...", .doc = "Right-hand sides (all)"},
+    {.name = "refine", .key = KEY_REFINE, .arg = "0|1|2,...", .doc = "Refinement steps (0,1)"},
     {.name = "precision",
      .key = KEY_PRECISION,
-     .arg = "LIST",
-     .doc = "Of f64, f32, f32+f64, f64+f128, f128 (f64)"},
+     .arg = "f64|f32|f32+f64|f64+f128|f128,...",
+     .doc = "Arithmetic (f64)"},
     {.name = "threads",
      .key = KEY_THREADS,
-     .arg = "LIST",
+     .arg = "N,...",
      .doc = "Numbers of threads; more than 1: on a pool (1)"},
     {.name = "strategies",
      .key = KEY_STRATEGIES,
-     .arg = "LIST",
-     .doc = "Of single, batch, specialised, specialised-batch (single; with more than one thread "
-            "batch)"},
+     .arg = "single|batch|specialised|specialised-batch,...",
+     .doc = "States of a request and code (single; with more than one thread batch)"},
     {.name = "kernels",
      .key = KEY_KERNELS,
      .arg = "FOLDER",
@@ -337,8 +335,24 @@ static const char documentation[] =
     "sines and cosines are rounded to double.";
 /* clang-format on */
 
+/* Methods, then the peers of this build */
+static const char *method_word(size_t index)
+{
+    size_t count = 0;
+    while (suggest_forward_method(count))
+        count++;
+    if (index < count)
+        return suggest_forward_method(index);
+    for (size_t k = 0; peer_table[k]; k++)
+        if (k == index - count)
+            return peer_table[k]->name;
+    return NULL;
+}
+
 int chart_parse(int argc, char **argv, chart_options *options)
 {
+    static const command_line_values values[] = {
+        {"METHOD", method_word}, {"MECHANISM", mechanism_word}, {0}};
     static const struct argp argp = {
         .options = option_table,
         .parser = parse,
@@ -346,5 +360,5 @@ int chart_parse(int argc, char **argv, chart_options *options)
     };
     *options =
         (chart_options){.states = 3, .seeds = 3, .seed = 1, .command = join_arguments(argc, argv)};
-    return options->command ? argp_parse(&argp, argc, argv, 0, NULL, options) : ENOMEM;
+    return options->command ? command_line_parse(&argp, values, argc, argv, options) : ENOMEM;
 }

@@ -24,6 +24,11 @@ const char *mechanism_name(mechanism_kind kind)
     return (unsigned)kind < MECHANISM_COUNT ? kinds[kind].name : "unknown";
 }
 
+const char *mechanism_word(size_t index)
+{
+    return index < MECHANISM_COUNT ? kinds[index].name : NULL;
+}
+
 const char *mechanism_text(mechanism_kind kind)
 {
     return (unsigned)kind < MECHANISM_COUNT ? kinds[kind].text : "unknown";

@@ -55,6 +55,8 @@ mechanism_options mechanism_defaults(mechanism_kind kind, uint32_t bodies);
 /** Kind of that name, or -1. */
 int mechanism_find(const char *name);
 const char *mechanism_name(mechanism_kind kind);
+/** The same for command_line_values: NULL after the last. */
+const char *mechanism_word(size_t index);
 const char *mechanism_text(mechanism_kind kind);
 
 /**

@@ -19,7 +19,7 @@ enum { KEY_METHOD = 512, KEY_REFINE, KEY_ESTIMATE, KEY_STRICT };
 static const struct argp_option option_table[] = {
     {.name = "method",
      .key = KEY_METHOD,
-     .arg = "NAME",
+     .arg = "METHOD",
      .doc = "Method of forward_dynamics, operational_inertia and task_torques where a request "
             "names none (auto)"},
     {.name = "refine",

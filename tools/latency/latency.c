@@ -5,7 +5,9 @@
  */
 #include "latency.h"
 
+#include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/suggest.h"
 #include "pingpong.h"
 
 #include <errno.h>
@@ -44,7 +46,7 @@ static const struct argp_option option_table[] = {
      .arg = "HZ",
      .doc = "Round trips a second; the client sleeps between them (a closed loop)"},
     {.name = "batch", .key = KEY_BATCH, .arg = "N", .doc = "States of one request (1)"},
-    {.name = "method", .key = KEY_METHOD, .arg = "NAME", .doc = "Forward dynamics by (auto)"},
+    {.name = "method", .key = KEY_METHOD, .arg = "METHOD", .doc = "Forward dynamics by (auto)"},
     {.name = "estimate",
      .key = KEY_ESTIMATE,
      .arg = "default|never|always",
@@ -324,6 +326,7 @@ static int measure(const latency_options *options, latency_run *runs, latency_ba
 
 int command_latency(int argc, char **argv)
 {
+    static const command_line_values values[] = {{"METHOD", suggest_method}, {0}};
     static const struct argp_child children[] = {{.argp = &daemon_argp}, {0}};
     static const struct argp argp = {
         .options = option_table,
@@ -335,7 +338,7 @@ int command_latency(int argc, char **argv)
                "The parts of a round trip: request (client to daemon), queue, compute, reply.",
         .children = children};
     latency_options options = {.shm = 1, .count = 100000, .warmup = 1000, .batch = 1, .cpu = -1};
-    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
+    error_t error = command_line_parse(&argp, values, argc, argv, &options);
     if (error) {
         fprintf(stderr, "totalforce latency: %s\n", strerror(error));
         return EXIT_USAGE;

@@ -4,6 +4,7 @@
  * `totalforce model`: report of a loaded URDF.
  */
 #include "advise.h"
+#include "command_line/command_line.h"
 #include "common/commands.h"
 #include "model_report.h"
 
@@ -151,7 +152,7 @@ int command_model(int argc, char **argv)
                "--json they are in \"messages\" instead.",
         .children = children};
     model_options options = {0};
-    error_t error = argp_parse(&argp, argc, argv, 0, NULL, &options);
+    error_t error = command_line_parse(&argp, NULL, argc, argv, &options);
     if (error) {
         fprintf(stderr, "totalforce model: %s\n", strerror(error));
         return EXIT_USAGE;

@@ -3,6 +3,7 @@
  *
  * The command line of `totalforce sweep`.
  */
+#include "command_line/command_line.h"
 #include "common/commands.h"
 #include "common/suggest.h"
 #include "sweep.h"
@@ -37,7 +38,7 @@ enum {
 static const struct argp_option option_table[] = {
     {.doc = "What is computed:"},
     {.name = "op", .key = KEY_OP, .arg = "OP", .doc = "Operation (forward_dynamics)"},
-    {.name = "method", .key = 'm', .arg = "NAME", .doc = "Method (auto)"},
+    {.name = "method", .key = 'm', .arg = "METHOD", .doc = "Method (auto)"},
     {.name = "precision",
      .key = KEY_PRECISION,
      .arg = "f64|f128|f32",
@@ -329,8 +330,15 @@ static const char documentation[] =
     "Statistics are printed on standard output; progress and rate on standard error. Exit status "
     "1: --expect-error does not hold, or blocks are missing.";
 
+/* For command_line_values. */
+static const char *op_word(size_t index)
+{
+    return index < sizeof op_words / sizeof *op_words ? op_words[index] : NULL;
+}
+
 int sweep_parse(int argc, char **argv, sweep_options *options)
 {
+    static const command_line_values values[] = {{"METHOD", suggest_method}, {"OP", op_word}, {0}};
     static const struct argp_child children[] = {{.argp = &scene_argp}, {0}};
     static const struct argp argp = {.options = option_table,
                                      .parser = parse,
@@ -343,5 +351,5 @@ int sweep_parse(int argc, char **argv, sweep_options *options)
                                .block = SWEEP_BLOCK,
                                .ranges = {1, 1, 1},
                                .workspace = {.methods = 0}};
-    return argp_parse(&argp, argc, argv, 0, NULL, options);
+    return command_line_parse(&argp, values, argc, argv, options);
 }

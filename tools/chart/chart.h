@@ -312,6 +312,8 @@ void chart_set_time_name(FILE *gnuplot, const chart_choice *choice);
 /** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */
 #define CHART_ERROR_MIN 1e-17
 #define CHART_ERROR_MAX 1e2
+/** Number of a method's mark in style.gp, from 1 on */
+uint32_t chart_mark(uint32_t method);
 /** Has the row a mark of its own? */
 int chart_row_drawn(const chart_row *row);
 double chart_draw_error(double error);

@@ -20,6 +20,11 @@ void chart_set_time_name(FILE *out, const chart_choice *choice)
     gnuplot_string(out, "time_name", name);
 }
 
+uint32_t chart_mark(uint32_t method)
+{
+    return method == TFA_METHOD_AUTO ? CHART_METHODS - 1 : method;
+}
+
 double chart_draw_error(double error)
 {
     return fmin(fmax(error, CHART_ERROR_MIN), CHART_ERROR_MAX);
@@ -106,7 +111,7 @@ static void write_style(FILE *out, const chart_options *o)
 {
     fputs("charted = ' ", out);
     for (uint32_t m = 0; m < o->method_count; m++)
-        fprintf(out, "%" PRIu32 " ", o->methods[m]);
+        fprintf(out, "%" PRIu32 " ", chart_mark(o->methods[m]));
     fputs("'\nload scripts.'/style.gp'\n", out);
     for (uint32_t m = 0; m < o->method_count; m++)
         if (o->methods[m] >= CHART_PEER)

@@ -163,9 +163,10 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
         chart_range_extend(&times[column], rows[i].time);
         fprintf(gnuplot,
                 "%" PRIu32 " %" PRIu32 " %" PRIu32 " %" PRIu32 " %.6g %.6g %.6g %d %.6g %.6g\n",
-                line, column, rows[i].choice.method, rows[i].choice.refine, rows[i].time,
-                chart_draw_error(rows[i].error), chart_draw_floor(&rows[i]), rows[i].front,
-                chart_draw_error(rows[i].error_low), chart_draw_error(rows[i].error_high));
+                line, column, chart_mark(rows[i].choice.method), rows[i].choice.refine,
+                rows[i].time, chart_draw_error(rows[i].error), chart_draw_floor(&rows[i]),
+                rows[i].front, chart_draw_error(rows[i].error_low),
+                chart_draw_error(rows[i].error_high));
     }
     fputs("EOD\n", gnuplot);
     chart_set_times(gnuplot, times, g.size_count);

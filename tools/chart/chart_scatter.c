@@ -42,8 +42,8 @@ static void write_rows(FILE *out, const chart_options *o, const chart_row *rows,
         if (!chart_row_drawn(row))
             continue;
         fprintf(out, "%d %" PRIu32 " %" PRIu32 " %.6g %.6g %d %.6g %d", (int)row->rhs,
-                row->choice.method, row->choice.refine, row->time, chart_draw_error(row->error),
-                row->front, chart_draw_floor(row), line_of(o, row));
+                chart_mark(row->choice.method), row->choice.refine, row->time,
+                chart_draw_error(row->error), row->front, chart_draw_floor(row), line_of(o, row));
         fprintf(out, " %.6g %.6g %.6g %.6g\n", chart_draw_error(row->error_low),
                 chart_draw_error(row->error_high), row->time_low, row->time_high);
     }

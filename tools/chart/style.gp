@@ -17,6 +17,7 @@ n = 11; s = 14; c = '#7B3294'; l = 'dca';           eval(define_mark)
 n = 6+1; s = 8; c = '#56B4E9'; l = 'tfa-cr';        eval(define_mark)
 n = 4;  s = 8;  c = '#08306B'; l = 'tfa';           eval(define_mark)
 n = 8;  s = 4;  c = '#E69F00'; l = 'hessenberg';    eval(define_mark)
+n = 31; s = 6;  c = '#0B3C8C'; l = 'auto';          eval(define_mark)
 n = 12; s = 10; c = '#00441B'; l = 'scan';          eval(define_mark)
 n = 13; s = 10; c = '#66C2A4'; l = 'scan-two-pass'; eval(define_mark)
 # peers; who they are is added behind this file
@@ -25,7 +26,7 @@ n = 25; s = 2;  c = '#CC3311'; l = '';              eval(define_mark)
 
 # those in the chart, as the key has them
 order = ''
-do for [m in "3 2 4 7 8 9 10 11 12 13 24 25"] { if (strstrt(charted, ' '.m.' ')) { order = order.' '.m } }
+do for [m in "31 3 2 4 7 8 9 10 11 12 13 24 25"] { if (strstrt(charted, ' '.m.' ')) { order = order.' '.m } }
 rhs_0 = 'qdd: torques of a random qdd'
 rhs_1 = 'tau: random torques'
 rhs_2 = 'gravity: at rest, no torques'

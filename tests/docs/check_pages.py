@@ -1,0 +1,65 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+"""Sizes and links of the documentation.
+
+    check_pages.py SOURCE
+
+README.md has at most 120 lines and docs/ at most 18,000 words; every link and picture leads to a
+file, every anchor to a heading; every page of docs/ is in docs/README.md.
+"""
+import pathlib
+import re
+import sys
+
+README_LINES = 120
+DOCS_WORDS = 18000
+
+
+def anchor_of(heading):
+    """The anchor that a heading has on a forge."""
+    text = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
+    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+
+
+def without_blocks(text):
+    return re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S)
+
+
+def anchors(text):
+    return {anchor_of(x) for x in re.findall(r"^#+ (.*)$", without_blocks(text), re.M)}
+
+
+def check_links(page, source):
+    for label, target in re.findall(r"\[([^]]*)\]\(([^)\s]*)\)", without_blocks(page.read_text())):
+        if re.match(r"[a-z]+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        other = (page.parent / path).resolve() if path else page
+        name = page.relative_to(source)
+        if not other.exists():
+            yield f"{name}: [{label}]: no {target}"
+        elif anchor and other.suffix == ".md" and anchor not in anchors(other.read_text()):
+            yield f"{name}: [{label}]: no heading #{anchor} in {other.relative_to(source)}"
+
+
+def check(source):
+    readme, docs = source / "README.md", sorted((source / "docs").glob("*.md"))
+    lines = len(readme.read_text().splitlines())
+    if lines > README_LINES:
+        yield f"README.md: {lines} lines, at most {README_LINES}"
+    words = {page.name: len(page.read_text().split()) for page in docs}
+    if sum(words.values()) > DOCS_WORDS:
+        yield f"docs: {sum(words.values())} words, at most {DOCS_WORDS}: {words}"
+    index = (source / "docs/README.md").read_text()
+    for page in docs:
+        if page.name != "README.md" and f"]({page.name}" not in index:
+            yield f"docs/README.md: {page.name} is missing"
+    for page in [readme, source / "CONTRIBUTING.md", source / "lib/README.md", *docs]:
+        yield from check_links(page, source)
+
+
+if __name__ == "__main__":
+    faults = list(check(pathlib.Path(sys.argv[1]).resolve()))
+    print("\n".join(faults) or "pages: sizes and links are right")
+    sys.exit(bool(faults))

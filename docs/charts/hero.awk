@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 #
 # Rows of chart.csv as the points of hero.gp: panel, time, error, kind (1 ours, 2 single precision,
-# 3 a peer), level of the label above the point (0: beside it; -1, -2: right above it), label.
+# 3 a peer), level of the label above the point (0: beside it; -1: right above it; -2: a line higher), label.
 BEGIN {
     FS = ","
     ours["single/f64/1"] = "one call"
@@ -12,7 +12,7 @@ BEGIN {
     ours["specialised-batch/f64/1"] = "specialised batch"
     ours["specialised-batch/f64/2"] = "specialised batch, 2 threads"
     beside["batch/f32/1"] = "batch, single precision"
-    beside["specialised-batch/f32/1"] = "specialised"
+    beside["specialised-batch/f32/1"] = "specialised batch, single precision"
     peers["mujoco"] = "MuJoCo"
     peers["kdl"] = "Orocos KDL"
     CHARACTER = 6.1 / 229 # width of one, in decades of the axis of time
@@ -48,7 +48,7 @@ END {
         done[next_one] = 1
         p = where[next_one]
         left = log(time[next_one]) / log(10)
-        level = kinds[next_one] == 2 ? labels[next_one] == "specialised" ? -2 : -1 : 0
+        level = kinds[next_one] == 2 ? labels[next_one] ~ /^specialised/ ? -2 : -1 : 0
         if (kinds[next_one] == 1)
             for (level = 1; (p, level) in from && left + CHARACTER * length(labels[next_one]) > from[p, level];)
                 level++

@@ -19,7 +19,7 @@ unset key
 set lmargin 0; set rmargin 0; set tmargin 0; set bmargin 0
 colour(k) = k == 1 ? 0x0B3C8C : k == 2 ? 0x2F7FBF : 0xB5401B
 name = "'7-joint arm' '12-joint quadruped' '47-joint humanoid'"
-# of the panel's points, those whose label stands at a level above (1), beside it (0), right above (-1, -2)
+# of the panel's points, those whose label stands at a level above (1), beside it (0), right above (-1), a line higher (-2)
 x(p, place) = column(1) == p && (column(5) > 0 ? 1 : column(5)) == place ? column(2) : NaN
 top(level) = 10 ** (-13.8 + 1.45 * level)
 do for [p=0:2] {
@@ -38,7 +38,7 @@ do for [p=0:2] {
          data using (x(p, 1)):(top($5)):6:(colour($4)) with labels left offset -0.2,0.5 font ',11' tc rgb variable noenhanced, \
          data using (x(p, 0)):3:6:(colour($4)) with labels left offset 0.8,0 font ',11' tc rgb variable noenhanced, \
          data using (x(p, -1)):3:6:(colour($4)) with labels left offset -0.5,0.7 font ',11' tc rgb variable noenhanced, \
-         data using (x(p, -2)):3:6:(colour($4)) with labels center offset -1,0.7 font ',11' tc rgb variable noenhanced
+         data using (x(p, -2)):3:6:(colour($4)) with labels left offset -0.5,1.75 font ',11' tc rgb variable noenhanced
     unset label 1; unset label 2; unset label 3; unset label 4
 }
 unset multiplot

@@ -77,9 +77,6 @@ run mechanisms $chart --bodies $sizes $chains
 run robots $chart $(robots arm7 quadruped humanoid snake64)
 run precision $chart --mechanisms random --bodies $one --methods crba,aba,tfa,tfa-cr,cfa,dca,scan \
     --refine 0,1,2 --precision f64,f32,f32+f64,f64+f128
-for kind in principal full; do
-    run inertia-$kind $chart --urdf docs/charts/inertia-$kind.urdf --refine 0
-done
 for rhs in qdd tau gravity; do
     run atlas-$rhs atlas --rhs $rhs --points $points $maps
 done

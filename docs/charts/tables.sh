@@ -151,7 +151,7 @@ chart mechanisms | awk -F, '$4 == "aba" && $5 == 1 && $8 == "ok" {
     sort -t'|' -k1,1 -k2,2n | table "right-hand side,bodies,mechanisms,within 3 floors,most,where" | block floor
 
 # peers beside crba, where both answered: geometric mean of the ratio of errors
-for name in mechanisms robots inertia-principal inertia-full; do
+for name in mechanisms robots; do
     chart $name | awk -F, -v name=$name '
     $5 != 0 || $8 != "ok" || !($11 > 0) { next }
     { key = $1 "," $2 "," $3 }

@@ -141,6 +141,7 @@ typedef struct chart_case {
     tfa_workspace *f64, *f128;                   /**< one thread, generic */
     tfa_specialised *kernel;                     /**< NULL: none, or the strategy needs none */
     chart_solver solvers[CHART_PRECISION_COUNT]; /**< of this strategy, where asked for */
+    tfa_thread_pool *thread_pool;                /**< of all pools; NULL: one thread */
     chart_solver baseline;                       /**< f64, these threads, generic: for aba */
     chart_peer *peers;                           /**< all that were asked for; NULL: none */
     tfa_model *neighbour;          /**< the same with the last bit of every number changed */

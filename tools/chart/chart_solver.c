@@ -15,7 +15,7 @@ static chart_solver make_solver(const chart_case *c, uint32_t precision, tfa_spe
     chart_solver solver = {0};
     tfa_workspace_options options = chart_precisions[precision];
     options.specialised = kernel;
-    const tfa_batch_pool_options pool = {.threads = c->threads,
+    const tfa_batch_pool_options pool = {.thread_pool = c->thread_pool,
                                          .precision = options.precision,
                                          .residual = options.residual,
                                          .methods = options.methods,
@@ -35,7 +35,14 @@ static void free_solver(chart_solver *solver)
 int chart_solvers_open(chart_case *c, const chart_options *o)
 {
     const int specialised = chart_is_specialised(c->strategy);
+    const tfa_thread_pool_options threads = {.threads = c->threads};
     char why[512];
+    /* one for all: the idle threads of another would spin on the same processors */
+    if (c->threads > 1) {
+        const int status = tfa_thread_pool_create(&threads, &c->thread_pool);
+        if (status != TFA_OK)
+            return status;
+    }
     if (specialised && tfa_specialised_find(o->kernels, c->model, &c->kernel, why, sizeof why) != 0)
         fprintf(stderr, "totalforce chart: %s: no specialised kernel: %s\n", c->name, why);
     for (uint32_t k = 0; k < o->precision_count; k++)
@@ -50,6 +57,7 @@ void chart_solvers_close(chart_case *c)
     for (int p = 0; p < CHART_PRECISION_COUNT; p++)
         free_solver(&c->solvers[p]);
     free_solver(&c->baseline);
+    tfa_thread_pool_free(c->thread_pool);
     tfa_specialised_free(c->kernel);
     c->kernel = NULL;
 }

@@ -28,7 +28,7 @@ hero="arm7 quadruped humanoid" strategies=single,batch,specialised,specialised-b
 if [ $# -eq 3 ]; then
     docs=$(realpath -m "$3") work=$(realpath -m "$3")/work
     sizes=4,48 one=48 map_bodies=48 budget=1
-    chains="--mechanisms random,heavy-tip,alternating,rank-deficient,side-branches --seeds 2"
+    chains="--mechanisms random,heavy-tip,alternating,rank-deficient,side-branches,thin,taper --seeds 2"
     maps="--bodies 4,48 --states 1 --seeds 2" points=3
     hero=arm7 strategies=single,batch
     mkdir -p "$docs"
@@ -86,6 +86,8 @@ awk -f "$here/hero.awk" "$work/hero/chart.csv" >"$work/hero/points"
 machine=$(sed -n 's/^# processor: //p' "$work/hero/chart.csv" | head -n 1)
 gnuplot -e "data='$work/hero/points'; output='$docs/pictures/hero.svg'" \
     -e "note='$machine, $(date +%Y-%m-%d): sh docs/charts/make.sh'" "$here/hero.gp"
+gnuplot -e "chart='$work/mechanisms/chart.csv'; output='$docs/pictures/bodies.svg'" \
+    "$here/bodies.gp"
 cp "$work/robots/overview.png" "$docs/pictures/robots.png"
 for mechanism in random heavy-tip; do
     cp "$work/mechanisms/$mechanism-$one.png" "$docs/pictures/$mechanism.png"

@@ -206,6 +206,8 @@ if command -v gnuplot >/dev/null; then
         --threads 2,1 --output "$work/t"
     [ -s "$work/err" ] && fail "gnuplot complains of threads: $(cat "$work/err")"
     says "$work/t/random-4-2-threads-batch.svg" "wall time of a state in a batch"
+    says "$work/t/overview-2-threads-batch.svg" ", 2 threads, batch"
+    says "$work/t/overview.svg" "CPU time of a call"
     status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,tfa --budget-ms 1 \
         --precision f64,f128 --output "$work/t"
     [ -s "$work/err" ] && fail "gnuplot complains of precisions: $(cat "$work/err")"

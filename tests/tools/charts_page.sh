@@ -26,8 +26,8 @@ for text in "$file" "$work/docs/$page"; do
 done >"$work/both"
 awk '{ line[NR] = $0 } END { for (i = 1; i <= NR / 2; i++) if (line[i] != line[i + NR / 2]) exit 1 }' \
     "$work/both" || fail "$page: text that is not a figure changes"
-# five mechanisms and three right-hand sides
-says "$work/docs/work/blocks/fronts" "| panels | 15 | 15 |"
+# seven mechanisms and three right-hand sides
+says "$work/docs/work/blocks/fronts" "| panels | 21 | 21 |"
 says "$work/docs/work/blocks/times" "(tfa-cr) |"
 says "$work/docs/$page" "| mass ratio of neighbours | from "
 says "$work/docs/$page" "Of 2160 default requests "
@@ -35,5 +35,6 @@ for picture in random heavy-tip robots atlas; do
     [ -s "$work/docs/pictures/$picture.png" ] || fail "no $picture.png"
 done
 grep -q 'one call' "$work/docs/pictures/hero.svg" || fail "no hero.svg with its labels"
+grep -q 'hessenberg' "$work/docs/pictures/bodies.svg" || fail "no bodies.svg with its key"
 status 3 sh "$source/docs/charts/make.sh"
 finish

@@ -286,9 +286,10 @@ int chart_answer(chart_case *c, const chart_choice *choice, const chart_data *d,
                  tfa_reply *reply);
 
 /** Marks the front among rows of one target, size, threads and right-hand side. Errors below the
- * floor of the data count as the floor, errors within a factor of two as equal, and errors of 1 or
- * more as no answer: 0 has the error 1. A row whose answers are the same as those of an earlier one
+ * floor of the data count as the floor, errors within a factor of two as equal, and errors of
+ * CHART_NO_DIGIT or more as no answer. A row whose answers are the same as those of an earlier one
  * is not on the front. */
+#define CHART_NO_DIGIT 0.1
 void chart_mark_front(chart_row *rows, size_t count);
 /** An answer of the method itself, with a finite error. */
 int chart_row_good(const chart_row *row);
@@ -310,6 +311,9 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *options, const char
                          size_t count);
 /** time_name: label of the axis of time */
 void chart_set_time_name(FILE *gnuplot, const chart_choice *choice);
+/** Threads and strategy, where they are not one thread and single: ", 2 threads, batch" for a title
+ * or "-2-threads-batch" for the name of a file */
+const char *chart_name_how(const chart_choice *choice, int file, char *text, size_t size);
 /** Smaller numbers have no place on an axis; larger errors are drawn as if they were this one. */
 #define CHART_ERROR_MIN 1e-17
 #define CHART_ERROR_MAX 1e2

@@ -76,6 +76,18 @@ void chart_set_times(FILE *out, const chart_range *times, uint32_t count)
     }
 }
 
+const char *chart_name_how(const chart_choice *choice, int file, char *text, size_t size)
+{
+    const char *comma = file ? "-" : ", ", *blank = file ? "-" : " ";
+    char threads[48] = "", strategy[48] = "";
+    if (choice->threads > 1)
+        snprintf(threads, sizeof threads, "%s%" PRIu32 "%sthreads", comma, choice->threads, blank);
+    if (choice->strategy != CHART_SINGLE)
+        snprintf(strategy, sizeof strategy, "%s%s", comma, chart_strategy_words[choice->strategy]);
+    snprintf(text, size, "%s%s", threads, strategy);
+    return text;
+}
+
 /* Rows of the target, size, threads and strategy that `rows` begins with. */
 static size_t same_case(const chart_row *rows, size_t count)
 {
@@ -88,21 +100,29 @@ static size_t same_case(const chart_row *rows, size_t count)
     return n;
 }
 
-/* The overview has room for the first precision, number of threads and strategy only. */
-static int draw_overview(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)
+static int same_how(const chart_row *a, const chart_row *b)
 {
-    size_t n = 0;
-    chart_row *first = malloc(count * sizeof *first);
-    if (!first)
+    return a->choice.threads == b->choice.threads && a->choice.strategy == b->choice.strategy;
+}
+
+/* One overview for each number of threads and strategy, of the first precision. */
+static int draw_overviews(FILE *gnuplot, const chart_options *o, const chart_row *rows,
+                          size_t count)
+{
+    chart_row *some = malloc(count * sizeof *some);
+    if (!some)
         return -1;
-    for (size_t i = 0; i < count; i++)
-        if (rows[i].choice.precision == o->precisions[0] &&
-            rows[i].choice.threads == o->threads[0] &&
-            rows[i].choice.strategy == rows->choice.strategy)
-            first[n++] = rows[i];
-    if (n > 0)
-        chart_draw_overview(gnuplot, o, first, n);
-    free(first);
+    for (size_t i = 0; i < count; i++) {
+        size_t n = 0, before = 0;
+        while (before < i && !same_how(&rows[before], &rows[i]))
+            before++;
+        for (size_t k = i; before == i && k < count; k++)
+            if (rows[k].choice.precision == o->precisions[0] && same_how(&rows[k], &rows[i]))
+                some[n++] = rows[k];
+        if (n > 0)
+            chart_draw_overview(gnuplot, o, some, n);
+    }
+    free(some);
     return 0;
 }
 
@@ -131,7 +151,7 @@ int chart_draw(const chart_options *options, const chart_row *rows, size_t count
             n = same_case(rows + i, count - i);
             chart_draw_scatter(g.in, options, rows + i, n);
         }
-        drawn = draw_overview(g.in, options, rows, count);
+        drawn = draw_overviews(g.in, options, rows, count);
     }
     const int finished = gnuplot_finish(&g);
     return drawn == 0 ? finished : EXIT_FAILED;

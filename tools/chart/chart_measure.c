@@ -180,7 +180,7 @@ static int is_beaten(const chart_row *row, const chart_row *other)
 void chart_mark_front(chart_row *rows, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        rows[i].front = chart_row_drawn(&rows[i]) && rows[i].error < 1.0;
+        rows[i].front = chart_row_drawn(&rows[i]) && rows[i].error < CHART_NO_DIGIT;
         for (size_t k = 0; rows[i].front && k < count; k++)
             if (is_beaten(&rows[i], &rows[k]))
                 rows[i].front = 0;

@@ -4,6 +4,7 @@
  * The overview: a small panel for each mechanism and size, and a summary in words.
  */
 #include "chart.h"
+#include "common/results.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -153,6 +154,7 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     const chart_rhs rhs = first_rhs(o);
     const int one_column = has_one_column(o);
     chart_range times[CHART_SIZES + 1] = {0};
+    char how[96];
     /* the first is of no panel: gnuplot warns of data without any */
     fputs("$data << EOD\n-1 -1 0 0 1 1 1 0 1 1\n", gnuplot);
     for (size_t i = 0; i < count; i++) {
@@ -171,6 +173,8 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     fputs("EOD\n", gnuplot);
     chart_set_times(gnuplot, times, g.size_count);
     chart_set_time_name(gnuplot, &rows->choice);
+    gnuplot_string(gnuplot, "how", chart_name_how(&rows->choice, 0, how, sizeof how));
+    gnuplot_string(gnuplot, "suffix", chart_name_how(&rows->choice, 1, how, sizeof how));
     fprintf(gnuplot, "rhs_name = rhs_%d\nlines = %" PRIu32 "\ncolumns = %" PRIu32 "\n", (int)rhs,
             g.target_count, g.size_count);
     fprintf(gnuplot, "array line_name[%" PRIu32 "]\narray column_name[%" PRIu32 "]\n",

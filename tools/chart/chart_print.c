@@ -31,7 +31,7 @@ void chart_print_head(FILE *out, const chart_options *options)
         "# status over_budget: a call, here or with fewer bodies, took more than %g ms; "
         "too_large, refused: of peers\n"
         "# front: 1 on the Pareto front of its mechanism, size, threads and right-hand side, "
-        "errors within a factor of two, or below the floor, being equal, and 1 no answer; "
+        "errors within a factor of two, or below the floor, being equal, and 0.1 no answer; "
         "same_as: an earlier method whose answers are the same to the last bit, with as many "
         "steps: "
         "such a row has no mark and no place on the front\n",

@@ -213,18 +213,12 @@ static void name_same(FILE *out, const chart_options *o, const chart_row *rows, 
 /* Title of the picture, and the name of its file */
 static void write_names(FILE *out, const chart_row *row)
 {
-    char name[256], threads[64] = "", suffix[64] = "";
-    if (row->choice.threads > 1) {
-        append(threads, sizeof threads, ", %" PRIu32 " threads", row->choice.threads);
-        append(suffix, sizeof suffix, "-%" PRIu32 "-threads", row->choice.threads);
-    }
-    if (row->choice.strategy != CHART_SINGLE) {
-        append(threads, sizeof threads, ", %s", chart_strategy_words[row->choice.strategy]);
-        append(suffix, sizeof suffix, "-%s", chart_strategy_words[row->choice.strategy]);
-    }
-    snprintf(name, sizeof name, "%s, %" PRIu32 " bodies%s", row->target, row->bodies, threads);
+    char name[256], how[96];
+    snprintf(name, sizeof name, "%s, %" PRIu32 " bodies%s", row->target, row->bodies,
+             chart_name_how(&row->choice, 0, how, sizeof how));
     gnuplot_string(out, "subject", name);
-    snprintf(name, sizeof name, "%s-%" PRIu32 "%s", row->target, row->bodies, suffix);
+    snprintf(name, sizeof name, "%s-%" PRIu32 "%s", row->target, row->bodies,
+             chart_name_how(&row->choice, 1, how, sizeof how));
     for (char *c = name; *c; c++)
         if (*c == ':')
             *c = '-';

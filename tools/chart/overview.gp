@@ -3,7 +3,7 @@
 #
 # All mechanisms and sizes at a glance: a line of small panels for each mechanism, a column for each
 # size, one right-hand side. Given: $data, $words, $sentences, lines, columns, line_name, column_name,
-# what chart_set_times sets, rhs_name, time_name, and style.gp.
+# what chart_set_times sets, rhs_name, time_name, how, suffix (chart_name_how), and style.gp.
 
 head_px = 104
 panel_px = 150
@@ -22,9 +22,9 @@ do for [kind in "svg png"] {
     } else {
         set terminal pngcairo size wide_px,high_px font 'sans,10'
     }
-    set output sprintf('%s/overview.%s', folder, kind)
+    set output sprintf('%s/overview%s.%s', folder, suffix, kind)
     set multiplot
-    set label 1 "Accuracy against speed: ".rhs_name at screen 0.5, screen 1 - 25.0/high_px center font ',16' noenhanced
+    set label 1 "Accuracy against speed: ".rhs_name.how at screen 0.5, screen 1 - 25.0/high_px center font ',16' noenhanced
     set label 2 "up: relative error of qdd (2-norm); right: ".time_name."\nhollow: as solved, filled: refined; bars: least and largest over the seeds; dashed: floor of the data" \
         at screen 0.5, screen 1 - 46.0/high_px center font ',11' noenhanced
     set logscale xy

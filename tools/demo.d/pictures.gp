@@ -30,23 +30,27 @@ do for [kind in "svg png"] {
     plot for [j=1:7] sprintf('%s/arm_motion.dat', folder) using 1:(column(3+j)) \
         with lines ls j title sprintf('joint %d', j)
 
-    # --- stick figures, from the front and from the side
-    set output sprintf('%s/arm_motion.%s', folder, kind)
-    figures = sprintf('%s/arm_figures.dat', folder)
-    last = 59
-    grey(k) = int(210 - 150.0 * k / last) * 65793
-    unset key
-    set multiplot layout 1,2 title "Motion of the arm: a figure every 0.5 s, later ones darker, the last one blue"
-    set size ratio -1; unset title
-    set ylabel 'z (m)'; set yrange [-0.05:1.25]; set xrange [-0.65:0.65]
-    do for [view in "1 2"] {
-        set xlabel view eq "1" ? 'x (m), seen from the side' : 'y (m), seen from the front'
-        column_x = int(view)
-        plot for [k=0:last-1:5] figures index k using column_x:3 with lines lw 2 lc rgb grey(k), \
-             figures index last using column_x:3 with linespoints lw 3 pt 7 ps 0.5 lc rgb '#0072B2'
+    # --- stick figures, from the side and from the front
+    do for [robot in "arm humanoid"] {
+        set output sprintf('%s/%s_motion.%s', folder, robot, kind)
+        figures = sprintf('%s/%s_figures.dat', folder, robot)
+        last = robot eq "arm" ? 59 : 29
+        grey(k) = int(210 - 150.0 * k / last) * 65793
+        unset key
+        set multiplot layout 1,2 \
+            title "Motion of the ".robot.": a figure every 0.5 s, later ones darker, the last one blue"
+        set size ratio -1; unset title
+        set ylabel 'z (m)'
+        if (robot eq "arm") { set yrange [-0.05:1.25]; set xrange [-0.65:0.65] }
+        do for [view in "1 2"] {
+            set xlabel view eq "1" ? 'x (m), seen from the side' : 'y (m), seen from the front'
+            column_x = int(view)
+            plot for [k=0:last-1:5] figures index k using column_x:3 with lines lw 2 lc rgb grey(k), \
+                 figures index last using column_x:3 with linespoints lw 3 pt 7 ps 0.5 lc rgb '#0072B2'
+        }
+        unset multiplot
+        set size noratio; set autoscale; set key
     }
-    unset multiplot
-    set size noratio; set autoscale; set key
 
     # --- latency
     set output sprintf('%s/latency.%s', folder, kind)
@@ -54,6 +58,7 @@ do for [kind in "svg png"] {
     set xlabel 'round trip (us)' offset 0,0; set ylabel 'share that took longer' offset 0,0
     set logscale xy; set key inside top right; set grid
     if (floor_us > 0) {
+        set xrange [floor_us / 1.5:*]
         set arrow 1 from floor_us, graph 0 to floor_us, graph 1 nohead lc rgb 'black' dt 3 lw 2
         set label 1 'ping-pong p50' at floor_us, graph 0.05 rotate by 90 left offset 0.8,0
     }

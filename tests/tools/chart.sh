@@ -116,6 +116,12 @@ for word in $(field 8 tfa "$work/out"); do
 done
 [ "$(field 6 tfa "$work/out" | sort -u)" = f32 ] || fail "no rows in f32"
 
+# a call never finds the factors of its own state: refined calls take longer than plain ones
+status 0 "$tool" chart --mechanisms random --bodies 128 --methods crba --rhs tau --refine 0,1,2 \
+    --budget-ms 10 --seeds 1
+grep -v '^#' "$work/out" | awk -F, '$5 == 0 { plain = $15 } $5 != "refine" && $15 < 0.7 * plain { exit 1 }' ||
+    fail "a refined call that takes less than a plain one: $(cat "$work/out")"
+
 # strategies: batches have the bits of one state after the other; a kernel that is not there has rows
 # that say so, and the rest is charted
 status 0 "$tool" chart --urdf "$data/arm.urdf" --methods auto,aba --rhs qdd --threads 1,2 --refine 0 \

@@ -27,28 +27,27 @@ double chart_now(void)
     return read_clock(CLOCK_THREAD_CPUTIME_ID);
 }
 
-/* Which state comes next: every call, whatever its method, has another q than the one before, since
- * the factors of the same q would be kept. */
 typedef struct turns {
     chart_case *c;
     const chart_data *data;
-    uint32_t next;
     clockid_t clock;
     chart_batch batch; /* without a block: one state a request */
     int status;        /* of the first call that failed */
 } turns;
 
-/* A solver, and what it is asked for */
+/* A solver, and what it is asked for. Each call has another q than its own one before, since the
+ * factors of the same q would be kept. */
 typedef struct contestant {
     const chart_solver *solver; /* NULL: a peer */
     chart_choice choice;
+    uint32_t next; /* state */
 } contestant;
 
-static int call(turns *t, const contestant *who, tfa_reply *reply)
+static int call(turns *t, contestant *who, tfa_reply *reply)
 {
     if (t->batch.block)
         return chart_solve(who->solver, &t->batch.request, &t->batch.reply);
-    const uint32_t state = t->next++ % t->data->states;
+    const uint32_t state = who->next++ % t->data->states;
     if (!who->solver)
         return chart_answer(t->c, &who->choice, t->data, state, reply);
     tfa_request request = chart_request(t->data, state);
@@ -58,7 +57,7 @@ static int call(turns *t, const contestant *who, tfa_reply *reply)
 }
 
 /* Seconds for a state, from so many calls */
-static double sample(turns *t, const contestant *who, uint32_t calls)
+static double sample(turns *t, contestant *who, uint32_t calls)
 {
     tfa_answer answer;
     tfa_reply reply = chart_reply(t->data, &answer);
@@ -71,7 +70,7 @@ static double sample(turns *t, const contestant *who, uint32_t calls)
 }
 
 /* How many calls make a sample, from one that is thrown away. */
-static uint32_t calls_for(turns *t, const contestant *who)
+static uint32_t calls_for(turns *t, contestant *who)
 {
     const uint32_t states = t->batch.block ? t->batch.request.count : 1;
     const double seconds = sample(t, who, t->batch.block ? 1 : t->data->states) * states;
@@ -82,10 +81,10 @@ static uint32_t calls_for(turns *t, const contestant *who)
 /* The choice and aba in turns, so that disturbances of the machine meet both. */
 static void measure_in_turns(chart_row *row, turns *t, double seconds)
 {
-    const contestant who = {row->choice.method < CHART_PEER ? &t->c->solvers[row->choice.precision]
-                                                            : NULL,
-                            row->choice};
-    const contestant aba_alone = {&t->c->baseline, {.method = TFA_METHOD_ABA}};
+    contestant who = {row->choice.method < CHART_PEER ? &t->c->solvers[row->choice.precision]
+                                                      : NULL,
+                      row->choice, 0};
+    contestant aba_alone = {&t->c->baseline, {.method = TFA_METHOD_ABA}, 0};
     double times[SAMPLES_MAX], aba[SAMPLES_MAX], ratios[SAMPLES_MAX];
     const uint32_t calls = calls_for(t, &who), aba_calls = calls_for(t, &aba_alone);
     const double end = read_clock(t->clock) + seconds;

@@ -36,7 +36,7 @@ table() {
         "$(fact processor)" "$(getconf _NPROCESSORS_ONLN)" "$(fact client_kernels)" "$(fact date)" \
         "$(fact version)" "$(sed -n 's/^# states of each row and seed: \([0-9]*\), seeds: \([0-9]*\).*/\1 states of each of \2 seeds/p' \
             "$work/mechanisms/chart.csv")"
-} | block measured
+} | fold -s -w 100 | sed 's/ *$//' | block measured
 sed 's/^\([^|]*\)|\([^|]*\)|/`\1`|`totalforce \2`|/' "$work/runs" | table "run,command,seconds" | block runs
 
 # on how many fronts a method is, alone or refined, by size

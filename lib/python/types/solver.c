@@ -151,10 +151,10 @@ static PyObject *time_op(PyObject *self, PyObject *const *arguments, Py_ssize_t 
     if (call_read(&call, s->robot, s->kind->is_client, op, arguments + 2, count - 2, keywords))
         status = -1;
     tfa_exchange exchange;
-    clock_gettime(CLOCK_MONOTONIC, &from);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &from);
     for (long k = 0; k < repetitions && status == 0; k++)
         status = s->kind->compute(s, &call, &exchange);
-    clock_gettime(CLOCK_MONOTONIC, &to);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &to);
     if (status && !PyErr_Occurred())
         raise_reply(s->robot, &call.request, &call.reply, NULL);
     call_clear(&call);

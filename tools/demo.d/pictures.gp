@@ -40,7 +40,7 @@ do for [kind in "svg png"] {
         set multiplot layout 1,2 \
             title "Motion of the ".robot.": a figure every 0.5 s, later ones darker, the last one blue"
         set size ratio -1; unset title
-        set ylabel 'z (m)'
+        set ylabel 'z (m)'; set xtics 0.2
         if (robot eq "arm") { set yrange [-0.05:1.25]; set xrange [-0.65:0.65] }
         do for [view in "1 2"] {
             set xlabel view eq "1" ? 'x (m), seen from the side' : 'y (m), seen from the front'
@@ -49,7 +49,7 @@ do for [kind in "svg png"] {
                  figures index last using column_x:3 with linespoints lw 3 pt 7 ps 0.5 lc rgb '#0072B2'
         }
         unset multiplot
-        set size noratio; set autoscale; set key
+        set size noratio; set autoscale; set key; set xtics autofreq
     }
 
     # --- latency

@@ -277,13 +277,16 @@ void chart_row_begin(chart_row *row, const chart_case *c, const chart_data *d);
  * @param seconds    for timing */
 void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t budget_ms,
                    double seconds);
-/** The part of it that is time: the choice and aba in turns. @return a tfa_status */
-int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, double seconds);
+/** The part of it that is time: the choice and aba in turns, the batch if it has a block, else one
+ * state a request. @return a tfa_status */
+int chart_measure_times(chart_row *row, chart_batch *batch, chart_case *c, const chart_data *d,
+                        double seconds);
 /** CPU time of this thread, s. */
 double chart_now(void);
-/** One answer, into d->found; `reply` from chart_reply. @return its status */
-int chart_answer(chart_case *c, const chart_choice *choice, const chart_data *d, uint32_t state,
-                 tfa_reply *reply);
+/** One answer, into d->found; `reply` from chart_reply, `solver` unused for peers. @return its
+ * status */
+int chart_answer(const chart_case *c, const chart_solver *solver, const chart_choice *choice,
+                 const chart_data *d, uint32_t state, tfa_reply *reply);
 
 /** Marks the front among rows of one target, size, threads and right-hand side. Errors below the
  * floor of the data count as the floor, errors within a factor of two as equal, and errors of

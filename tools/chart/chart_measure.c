@@ -39,8 +39,8 @@ double chart_median(double *values, uint32_t count)
     return count % 2 ? values[count / 2] : 0.5 * (values[count / 2 - 1] + values[count / 2]);
 }
 
-int chart_answer(chart_case *c, const chart_choice *choice, const chart_data *d, uint32_t state,
-                 tfa_reply *reply)
+int chart_answer(const chart_case *c, const chart_solver *solver, const chart_choice *choice,
+                 const chart_data *d, uint32_t state, tfa_reply *reply)
 {
     tfa_request request = chart_request(d, state);
     if (choice->method >= CHART_PEER) {
@@ -50,7 +50,7 @@ int chart_answer(chart_case *c, const chart_choice *choice, const chart_data *d,
     }
     request.method = (tfa_method)choice->method;
     request.refine = choice->refine;
-    return chart_solve(&c->solvers[choice->precision], &request, reply);
+    return chart_solve(solver, &request, reply);
 }
 
 void chart_name_invalid_field(char *text, size_t size, const chart_case *c, const tfa_reply *reply)
@@ -92,7 +92,8 @@ static int answer_state(const chart_batch *b, chart_row *row, chart_case *c, con
         *answer = b->reply.answers[state];
         return TFA_OK;
     }
-    const int status = chart_answer(c, &row->choice, d, state, &reply);
+    const int status =
+        chart_answer(c, &c->solvers[row->choice.precision], &row->choice, d, state, &reply);
     if (status != TFA_OK)
         chart_name_invalid_field(row->field, sizeof row->field, c, &reply);
     return status;
@@ -163,9 +164,9 @@ void chart_measure(chart_row *row, chart_case *c, const chart_data *d, uint32_t 
     }
     if (row->status == TFA_OK && !row->skipped)
         measure_errors(row, &batch, c, d, budget_ms);
-    chart_batch_free(&batch);
     if (row->status == TFA_OK && !row->skipped)
-        row->status = chart_measure_times(row, c, d, seconds);
+        row->status = chart_measure_times(row, &batch, c, d, seconds);
+    chart_batch_free(&batch);
 }
 
 /* Another is as good as this one and takes less time. Twice the error counts as equal: errors of

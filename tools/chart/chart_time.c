@@ -31,29 +31,24 @@ typedef struct turns {
     chart_case *c;
     const chart_data *data;
     clockid_t clock;
-    chart_batch batch; /* without a block: one state a request */
-    int status;        /* of the first call that failed */
+    chart_batch *batch; /* without a block: one state a request */
+    int status;         /* of the first call that failed */
 } turns;
 
 /* A solver, and what it is asked for. Each call has another q than its own one before, since the
  * factors of the same q would be kept. */
 typedef struct contestant {
-    const chart_solver *solver; /* NULL: a peer */
+    const chart_solver *solver; /* unused for peers */
     chart_choice choice;
     uint32_t next; /* state */
 } contestant;
 
 static int call(turns *t, contestant *who, tfa_reply *reply)
 {
-    if (t->batch.block)
-        return chart_solve(who->solver, &t->batch.request, &t->batch.reply);
-    const uint32_t state = who->next++ % t->data->states;
-    if (!who->solver)
-        return chart_answer(t->c, &who->choice, t->data, state, reply);
-    tfa_request request = chart_request(t->data, state);
-    request.method = (tfa_method)who->choice.method;
-    request.refine = who->choice.refine;
-    return chart_solve(who->solver, &request, reply);
+    if (t->batch->block)
+        return chart_solve(who->solver, &t->batch->request, &t->batch->reply);
+    return chart_answer(t->c, who->solver, &who->choice, t->data, who->next++ % t->data->states,
+                        reply);
 }
 
 /* Seconds for a state, from so many calls */
@@ -61,19 +56,19 @@ static double sample(turns *t, contestant *who, uint32_t calls)
 {
     tfa_answer answer;
     tfa_reply reply = chart_reply(t->data, &answer);
-    t->batch.request.method = (tfa_method)who->choice.method;
-    t->batch.request.refine = who->choice.refine;
+    t->batch->request.method = (tfa_method)who->choice.method;
+    t->batch->request.refine = who->choice.refine;
     const double start = read_clock(t->clock);
     for (uint32_t k = 0; k < calls && t->status == TFA_OK; k++)
         t->status = call(t, who, &reply);
-    return (read_clock(t->clock) - start) / calls / (t->batch.block ? t->batch.request.count : 1);
+    return (read_clock(t->clock) - start) / calls / (t->batch->block ? t->batch->request.count : 1);
 }
 
 /* How many calls make a sample, from one that is thrown away. */
 static uint32_t calls_for(turns *t, contestant *who)
 {
-    const uint32_t states = t->batch.block ? t->batch.request.count : 1;
-    const double seconds = sample(t, who, t->batch.block ? 1 : t->data->states) * states;
+    const uint32_t states = t->batch->block ? t->batch->request.count : 1;
+    const double seconds = sample(t, who, t->batch->block ? 1 : t->data->states) * states;
     const double calls = seconds > 0.0 ? ceil(SAMPLE_SECONDS / seconds) : 1000.0;
     return (uint32_t)fmin(calls, 1000.0);
 }
@@ -81,9 +76,7 @@ static uint32_t calls_for(turns *t, contestant *who)
 /* The choice and aba in turns, so that disturbances of the machine meet both. */
 static void measure_in_turns(chart_row *row, turns *t, double seconds)
 {
-    contestant who = {row->choice.method < CHART_PEER ? &t->c->solvers[row->choice.precision]
-                                                      : NULL,
-                      row->choice, 0};
+    contestant who = {&t->c->solvers[row->choice.precision], row->choice, 0};
     contestant aba_alone = {&t->c->baseline, {.method = TFA_METHOD_ABA}, 0};
     double times[SAMPLES_MAX], aba[SAMPLES_MAX], ratios[SAMPLES_MAX];
     const uint32_t calls = calls_for(t, &who), aba_calls = calls_for(t, &aba_alone);
@@ -101,14 +94,13 @@ static void measure_in_turns(chart_row *row, turns *t, double seconds)
     row->ratio = chart_median(ratios, n);
 }
 
-int chart_measure_times(chart_row *row, chart_case *c, const chart_data *d, double seconds)
+int chart_measure_times(chart_row *row, chart_batch *batch, chart_case *c, const chart_data *d,
+                        double seconds)
 {
-    turns t = {
-        .c = c, .data = d, .clock = c->threads > 1 ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID};
-    if (chart_is_batch(c->strategy))
-        t.status = chart_batch_make(&t.batch, d, c->bodies);
-    if (t.status == TFA_OK)
-        measure_in_turns(row, &t, seconds);
-    chart_batch_free(&t.batch);
+    turns t = {.c = c,
+               .data = d,
+               .batch = batch,
+               .clock = c->threads > 1 ? CLOCK_MONOTONIC : CLOCK_THREAD_CPUTIME_ID};
+    measure_in_turns(row, &t, seconds);
     return t.status;
 }

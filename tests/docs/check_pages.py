@@ -5,7 +5,7 @@
 
     check_pages.py SOURCE
 
-README.md has at most 120 lines and docs/ at most 18,000 words; every link and picture leads to a
+README.md has at most 120 lines, docs/ at most 18,000 words, some pages less; every link and picture leads to a
 file, every anchor to a heading; every page of docs/ is in docs/README.md.
 """
 import pathlib
@@ -14,6 +14,8 @@ import sys
 
 README_LINES = 120
 DOCS_WORDS = 18000
+PAGE_WORDS = {"python.md": 500}
+PAGE_LINES = {"which-method.md": 60}
 
 
 def anchor_of(heading):
@@ -51,6 +53,12 @@ def check(source):
     words = {page.name: len(page.read_text().split()) for page in docs}
     if sum(words.values()) > DOCS_WORDS:
         yield f"docs: {sum(words.values())} words, at most {DOCS_WORDS}: {words}"
+    for page, limit in PAGE_WORDS.items():
+        if words[page] > limit:
+            yield f"docs/{page}: {words[page]} words, at most {limit}"
+    for page, limit in PAGE_LINES.items():
+        if len((source / "docs" / page).read_text().splitlines()) > limit:
+            yield f"docs/{page}: more than {limit} lines"
     index = (source / "docs/README.md").read_text()
     for page in docs:
         if page.name != "README.md" and f"]({page.name}" not in index:

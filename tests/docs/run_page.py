@@ -111,7 +111,7 @@ def shell_of(block, folder, count):
                 f"cp {folder}/block_{count} {shlex.quote(name)}")
     if block.language == "python":
         (folder / f"block_{count}.py").write_text(block.text())
-        return f"python3 {folder}/block_{count}.py"
+        return f"python3 -W error {folder}/block_{count}.py"
     if block.language == "yaml":
         text = block.text()
         if not re.search(r"^robots:", text, re.M):

@@ -41,20 +41,12 @@ const op_row op_rows[OP_COUNT] = {
 
 /* Sets of ops */
 enum {
-    FD = TFA_OPS_FD,
-    ID = TFA_OPS_ID,
-    OI = TFA_OPS_OSIM,
-    MASS = TFA_OPS_M,
-    BIAS = TFA_OP_BIT(TFA_OP_BIAS),
-    TASK = TFA_OPS_TASK,
-    DER = TFA_OPS_DERIVATIVES,
     ALL = TFA_OPS_ALL,
     LAMBDA_INV = OPS_LAMBDA_INV,
     FORWARD = FD | TASK | DER,
     FORCES = FORWARD | ID | BIAS,
 };
 
-#define LAMBDA_FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
 #define TIP_FLAGS (WANT_MOTION | WANT_LAMBDA_INV)
 #define STATES(member, width) PHASE_ARRAYS, width, offsetof(tfa_request, member)
 #define CHOICE PHASE_CHOICES, EXTENT_NONE, 0
@@ -105,9 +97,9 @@ const input_row inputs[] = {
     {"frame", read_frame, CHOICE, FORCES | OI, TIP_FLAGS, TFA_FIELD_FRAME,
      "'local_world_aligned', 'local' or 'world'", "frame of wrenches and of everything at a tip",
      0},
-    {"rank_loss", read_rank_loss, CHOICE, TASK, LAMBDA_FLAGS, TFA_FIELD_RANK_LOSS,
+    {"rank_loss", read_rank_loss, CHOICE, TASK, WANT_LAMBDA, TFA_FIELD_RANK_LOSS,
      "'truncate', 'damp' or 'refuse'", "eigenvalues of lambda_inv below the threshold", 0},
-    {"rank_threshold", read_rank_threshold, CHOICE, TASK, LAMBDA_FLAGS, TFA_FIELD_RANK_THRESHOLD,
+    {"rank_threshold", read_rank_threshold, CHOICE, TASK, WANT_LAMBDA, TFA_FIELD_RANK_THRESHOLD,
      "float", "relative to the largest eigenvalue; None: rounding, with 'damp' 1e-6", 0},
     {"method", read_method, CHOICE, ALL, 0, TFA_FIELD_METHOD, "str",
      "one of totalforce.methods(); None: 'auto'", 0},

@@ -10,20 +10,9 @@
 #include <stdio.h>
 #include <string.h>
 
-enum {
-    FD = TFA_OPS_FD,
-    ID = TFA_OPS_ID,
-    OI = TFA_OPS_OSIM,
-    MASS = TFA_OPS_M,
-    BIAS = TFA_OP_BIT(TFA_OP_BIAS),
-    TASK = TFA_OPS_TASK,
-    DER = TFA_OPS_DERIVATIVES,
-};
-
 #define MEMBER(name) offsetof(tfa_reply, name)
 #define VECTOR(width) EXTENT_NONE, width, OUTPUT_NUMBERS
 #define MATRIX(rows, columns) rows, columns, OUTPUT_NUMBERS
-#define RANK_FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
 
 const output_row outputs[OUTPUT_COUNT] = {
     {"qdd", MEMBER(qdd), FD, 0, VECTOR(EXTENT_V),
@@ -81,7 +70,7 @@ const output_row outputs[OUTPUT_COUNT] = {
      "by the force of each freedom: M^-1"},
     {"spectrum", MEMBER(spectrum), 0, TFA_WANT_SPECTRUM, EXTENT_NONE, EXTENT_NONE, OUTPUT_SPECTRUM,
      "rank and extreme eigenvalues of lambda_inv, as rank, eig_min, eig_max"},
-    {"rank", MEMBER(rank), TASK, RANK_FLAGS, EXTENT_NONE, EXTENT_NONE, OUTPUT_RANK,
+    {"rank", MEMBER(rank), TASK, WANT_LAMBDA, EXTENT_NONE, EXTENT_NONE, OUTPUT_RANK,
      "rank of lambda_inv with its threshold and condition, as rank, threshold, condition"},
 };
 

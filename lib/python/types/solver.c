@@ -133,7 +133,8 @@ static PyObject *compute_op(PyObject *self, PyObject *const *arguments, Py_ssize
     return read_op(arguments[0], &op) ? NULL : answer(self, op, arguments + 1, count - 1, keywords);
 }
 
-/* Processor time of the computation alone: `repetitions` times in C, for benchmarks. @return ns of one */
+/* Processor time of the computation alone: `repetitions` times in C, for benchmarks.
+ * @return ns of one */
 static PyObject *time_op(PyObject *self, PyObject *const *arguments, Py_ssize_t count,
                          PyObject *keywords)
 {

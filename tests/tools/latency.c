@@ -26,18 +26,20 @@ static void make(latency_run **run, latency_baseline **baseline)
     *baseline = calloc(1, sizeof **baseline);
     assert_non_null(*run);
     assert_non_null(*baseline);
+    latency_run_init(*run);
+    latency_baseline_init(*baseline);
     (*run)->info = (tfa_client_info){.q_count = 6, .v_count = 6, .wait = TFA_WAIT_SPIN};
     (*run)->method = TFA_METHOD_ABA;
     (*run)->thread_count = 1;
     (*run)->threads[0] = (thread_usage){.name = "worker", .voluntary = 3};
     for (uint64_t i = 1; i <= 1000; i++) {
-        histogram_add(&(*run)->parts[PART_ROUND_TRIP], 1000 * i);
-        histogram_add(&(*run)->parts[PART_COMPUTE], 500 * i);
+        tfa_histogram_add(&(*run)->parts[PART_ROUND_TRIP], 1000 * i);
+        tfa_histogram_add(&(*run)->parts[PART_COMPUTE], 500 * i);
     }
     (*run)->highest_at = 123456789;
     (*baseline)->have_pingpong = 1;
     for (int i = 0; i < 100; i++)
-        histogram_add(&(*baseline)->pingpong, 100);
+        tfa_histogram_add(&(*baseline)->pingpong, 100);
 }
 
 static json_t *json_of(const latency_options *options, const latency_run *run,
@@ -108,7 +110,7 @@ TEST(test_ratio_and_expectations)
     assert_false(latency_expected(&options, run, baseline));
     /* a solve measured in process takes the place of the daemon's stamps */
     options.fail_ratio = 1.1;
-    histogram_add(&baseline->solve, 500000);
+    tfa_histogram_add(&baseline->solve, 500000);
     assert_true(latency_expected(&options, run, baseline));
     baseline->have_pingpong = 0;
     assert_true(latency_ratio(run, baseline) == 0.0);
@@ -185,8 +187,10 @@ TEST(test_files)
 TEST(test_pingpong)
 {
     enum { COUNT = 200 };
-    histogram *h = calloc(1, sizeof *h);
-    assert_non_null(h);
+    latency_baseline *baseline = calloc(1, sizeof *baseline);
+    assert_non_null(baseline);
+    latency_baseline_init(baseline);
+    tfa_histogram *h = &baseline->pingpong;
     assert_int_equal(pingpong_run((pingpong_size){1, 1}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
     assert_int_equal(pingpong_run((pingpong_size){5, 3}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
     assert_int_equal(h->count, 2 * COUNT);
@@ -200,9 +204,11 @@ TEST(test_pingpong_is_bounded)
 {
     enum { COUNT = 1000000 };
     static const uint64_t limit = 200000000;
-    histogram *h = calloc(1, sizeof *h);
+    latency_baseline *baseline = calloc(1, sizeof *baseline);
     cpu_set_t one, before;
-    assert_non_null(h);
+    assert_non_null(baseline);
+    latency_baseline_init(baseline);
+    tfa_histogram *h = &baseline->pingpong;
     assert_int_equal(sched_getaffinity(0, sizeof before, &before), 0);
     CPU_ZERO(&one);
     for (size_t cpu = 0; CPU_COUNT(&one) == 0; cpu++)
@@ -227,4 +233,24 @@ TEST(test_threads)
     thread_usage after = environment_this_thread();
     assert_true(environment_difference(&before, &after).voluntary >= 1);
     assert_int_equal(environment_threads(0, threads), 0);
+}
+
+TEST(test_hgrm)
+{
+    uint64_t buckets[LATENCY_BUCKETS];
+    tfa_histogram h;
+    char *text = NULL;
+    size_t size = 0;
+    assert_int_equal(tfa_histogram_init(&h, LATENCY_BITS, 64, buckets), TFA_OK);
+    for (uint64_t v = 1; v <= 4; v++)
+        tfa_histogram_add(&h, 1000 * v);
+    FILE *out = open_memstream(&text, &size);
+    assert_non_null(out);
+    hgrm_write(&h, out, 1000.0);
+    fclose(out);
+    assert_non_null(strstr(text, "Value     Percentile TotalCount 1/(1-Percentile)"));
+    assert_non_null(strstr(text, "0.250000000000          1           1.33"));
+    assert_non_null(strstr(text, "4.000 1.000000000000          4\n"));
+    assert_non_null(strstr(text, "#[Max     =        4.000, Total count    =            4]"));
+    free(text);
 }

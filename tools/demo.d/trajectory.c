@@ -17,7 +17,6 @@
 #include <totalforce/totalforce.h>
 
 #include "dds_client/dds_client.h"
-#include "latency/histogram.h"
 #include "latency/pingpong.h"
 #include "skeleton.h"
 
@@ -43,7 +42,8 @@ struct run {
     int floating;
     double *q, *v, *tau, *desired, *qdd, *other;
     double pose[7], twist[6], wrench[6], acceleration[6], base_other[6];
-    histogram via_shm, via_dds;
+    tfa_histogram via_shm, via_dds;
+    uint64_t buckets[2][TFA_HISTOGRAM_BUCKETS(8, 64)];
     uint64_t steps, different, failed;
     double worst_estimate; /* while the robot accelerates: see MOVING */
     double worst_tracking;
@@ -174,7 +174,7 @@ static int call_shm(struct run *r, double *us)
     uint64_t start = clock_ns();
     int status = tfa_client_call(r->shm, &request, &reply, TIMEOUT_NS, NULL);
     uint64_t took = clock_ns() - start;
-    histogram_add(&r->via_shm, took);
+    tfa_histogram_add(&r->via_shm, took);
     *us = (double)took * 1e-3;
     if (status == TFA_OK) {
         compare(r, r->base_other);
@@ -199,7 +199,7 @@ static int call_dds(struct run *r, double *us)
             status = tfa_dds_stream_take(r->dds, &answer, TIMEOUT_NS);
     } while (status == TFA_OK && answer.seq < r->steps);
     uint64_t took = clock_ns() - start;
-    histogram_add(&r->via_dds, took);
+    tfa_histogram_add(&r->via_dds, took);
     *us = (double)took * 1e-3;
     if (status == TFA_OK)
         status = answer.status;
@@ -262,11 +262,11 @@ static int run_steps(struct run *r, double seconds)
     return TFA_OK;
 }
 
-static void print_line(const char *name, const histogram *h)
+static void print_line(const char *name, const tfa_histogram *h)
 {
     printf("  %-22s p50 %7.1f us   p99 %7.1f us   max %8.1f us\n", name,
-           (double)histogram_quantile(h, 0.5) * 1e-3, (double)histogram_quantile(h, 0.99) * 1e-3,
-           (double)h->highest * 1e-3);
+           (double)tfa_histogram_quantile(h, 0.5) * 1e-3,
+           (double)tfa_histogram_quantile(h, 0.99) * 1e-3, (double)h->highest * 1e-3);
 }
 
 static void print(const struct run *r, const char *robot)
@@ -332,6 +332,8 @@ int main(int argc, char **argv)
         return 3;
     }
     static struct run r; /* histograms are large */
+    (void)!tfa_histogram_init(&r.via_shm, 8, 64, r.buckets[0]);
+    (void)!tfa_histogram_init(&r.via_dds, 8, 64, r.buckets[1]);
     int status = prepare(&r, argv[2], strcmp(argv[3], "floating") == 0);
     if (status == TFA_OK)
         status = connect_all(&r, argv[1], (uint32_t)domain);

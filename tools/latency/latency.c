@@ -202,7 +202,7 @@ static const cpu_set_t *other_processors(const latency_baseline *baseline)
     return baseline->pinned ? &baseline->others : NULL;
 }
 
-static int run_pingpong(pingpong_size size, const latency_baseline *baseline, histogram *h)
+static int run_pingpong(pingpong_size size, const latency_baseline *baseline, tfa_histogram *h)
 {
     return pingpong_run(size, PINGPONGS, PINGPONGS / 10, PINGPONG_LIMIT_NS,
                         other_processors(baseline), h);
@@ -220,7 +220,7 @@ static int processors_of(const latency_baseline *baseline)
 /* The two sides did not have a processor each: says so, with the load. */
 static void report_busy_processors(const latency_baseline *baseline)
 {
-    const histogram *seen = &baseline->pingpong;
+    const tfa_histogram *seen = &baseline->pingpong;
     const int processors = processors_of(baseline);
     double load = 0;
     if (processors < 2) {
@@ -235,8 +235,8 @@ static void report_busy_processors(const latency_baseline *baseline)
             "%.0f s, p50 %.1f us, slowest %.0f us; %d processors, load %.1f: end other programs, "
             "or choose a free processor with --cpu\n",
             seen->count, PINGPONGS, (double)PINGPONG_LIMIT_NS / 1e9,
-            (double)histogram_quantile(seen, 0.5) / 1e3, (double)seen->highest / 1e3, processors,
-            load);
+            (double)tfa_histogram_quantile(seen, 0.5) / 1e3, (double)seen->highest / 1e3,
+            processors, load);
 }
 
 /* Before the daemon has a client, so that its spinning worker does not take part. */
@@ -347,10 +347,14 @@ int command_latency(int argc, char **argv)
     latency_run *runs = calloc(2, sizeof *runs);
     latency_baseline *baseline = calloc(1, sizeof *baseline);
     int result = EXIT_FAILED;
-    if (runs && baseline)
+    if (runs && baseline) {
+        latency_baseline_init(baseline);
+        for (int i = 0; i < 2; i++)
+            latency_run_init(&runs[i]);
         result = measure(&options, runs, baseline);
-    else
+    } else {
         fprintf(stderr, "totalforce latency: %s\n", tfa_status_text(TFA_E_MEMORY));
+    }
     for (int i = 0; runs && i < 2; i++)
         latency_run_free(&runs[i]);
     free(runs);

@@ -8,11 +8,15 @@
 
 #include "common/daemon.h"
 #include "common/environment.h"
-#include "histogram.h"
+#include "hgrm.h"
 #include "pingpong.h"
 
 #include <stdio.h>
 #include <totalforce/dynamics.h>
+
+/** Resolution of its histograms, 0.8 %, and their buckets. */
+#define LATENCY_BITS 8
+#define LATENCY_BUCKETS TFA_HISTOGRAM_BUCKETS(LATENCY_BITS, 64)
 
 /** The command line. */
 typedef struct latency_options {
@@ -56,8 +60,8 @@ typedef struct latency_run {
     daemon_via via;
     tfa_client_info info; /**< numbers only: the strings are gone with the connection */
     char hash[65];
-    histogram parts[PART_COUNT]; /**< ns */
-    uint64_t highest_at;         /**< ns after the start when the slowest was sent */
+    tfa_histogram parts[PART_COUNT]; /**< ns */
+    uint64_t highest_at;             /**< ns after the start when the slowest was sent */
     uint64_t misses, late, longest_run, reconnects;
     uint64_t elapsed_ns, steal_ticks;
     uint16_t method; /**< that answered last */
@@ -67,18 +71,24 @@ typedef struct latency_run {
     int thread_count;
     latency_sample *samples; /**< with --csv: count of them */
     uint64_t sample_count;
+    uint64_t buckets[PART_COUNT][LATENCY_BUCKETS]; /**< of parts */
 } latency_run;
 
 /** Baseline of the round trip, from the same run. ns. */
 typedef struct latency_baseline {
-    histogram pingpong;
+    tfa_histogram pingpong;
     int have_pingpong;
-    cpu_set_t others;    /**< with --cpu: where the other side of a ping-pong runs */
-    int pinned;          /**< others holds a processor */
-    histogram same_size; /**< a ping-pong of as many lines as a request and its reply have */
-    pingpong_size size;  /**< of same_size */
-    histogram solve;     /**< the same requests in process; empty without --urdf */
+    cpu_set_t others;        /**< with --cpu: where the other side of a ping-pong runs */
+    int pinned;              /**< others holds a processor */
+    tfa_histogram same_size; /**< a ping-pong of as many lines as a request and its reply have */
+    pingpong_size size;      /**< of same_size */
+    tfa_histogram solve;     /**< the same requests in process; empty without --urdf */
+    uint64_t buckets[3][LATENCY_BUCKETS];
 } latency_baseline;
+
+/** Empties the histograms of a run or a baseline; before anything else. */
+void latency_run_init(latency_run *run);
+void latency_baseline_init(latency_baseline *baseline);
 
 /** Buffers of a reply to a whole batch. @return TFA_OK, TFA_E_MEMORY; free it either way. */
 TFA_CHECKED int latency_reply_init(tfa_reply *reply, const latency_options *options,
@@ -96,7 +106,8 @@ void latency_progress(const char *what, uint64_t done, uint64_t count);
 
 /** Solves the requests of `run` in process with the model in options->urdf. Prints errors.
  *  @return TFA_OK; TFA_E_MODEL; TFA_E_SIZE (another robot); as tfa_compute. */
-TFA_CHECKED int latency_solve(const latency_options *options, const latency_run *run, histogram *h);
+TFA_CHECKED int latency_solve(const latency_options *options, const latency_run *run,
+                              tfa_histogram *h);
 
 /** p50 of the round trip / (p50 of the ping-pong + p50 of the solve); 0 without a baseline. */
 double latency_ratio(const latency_run *run, const latency_baseline *baseline);

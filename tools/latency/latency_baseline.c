@@ -14,8 +14,15 @@
 /* Solves of one process settle long before this; more would only take the user's time. */
 enum { SOLVES_MAX = 100000 };
 
+void latency_baseline_init(latency_baseline *baseline)
+{
+    tfa_histogram *const all[] = {&baseline->pingpong, &baseline->same_size, &baseline->solve};
+    for (int i = 0; i < 3; i++)
+        (void)!tfa_histogram_init(all[i], LATENCY_BITS, 64, baseline->buckets[i]);
+}
+
 static int solve_all(const latency_options *options, const latency_states *states,
-                     tfa_workspace *workspace, tfa_reply *reply, histogram *h)
+                     tfa_workspace *workspace, tfa_reply *reply, tfa_histogram *h)
 {
     uint64_t count = options->count < SOLVES_MAX ? options->count : SOLVES_MAX;
     uint64_t warmup = options->warmup < count ? options->warmup : count;
@@ -26,12 +33,12 @@ static int solve_all(const latency_options *options, const latency_states *state
         if (status != TFA_OK)
             return status;
         if (i >= warmup)
-            histogram_add(h, end - start);
+            tfa_histogram_add(h, end - start);
     }
     return TFA_OK;
 }
 
-int latency_solve(const latency_options *options, const latency_run *run, histogram *h)
+int latency_solve(const latency_options *options, const latency_run *run, tfa_histogram *h)
 {
     tfa_model_options model_options = {.base = run->info.base_freedoms ? TFA_BASE_FLOATING
                                                                        : TFA_BASE_FIXED};

@@ -35,17 +35,17 @@ static const char *estimate_name(tfa_estimate estimate)
 /* p50 of the compute part: in process when that was measured, else by the daemon's stamps. */
 static double solve_p50(const latency_run *run, const latency_baseline *baseline)
 {
-    const histogram *h = baseline->solve.count ? &baseline->solve : &run->parts[PART_COMPUTE];
-    return (double)histogram_quantile(h, 0.5);
+    const tfa_histogram *h = baseline->solve.count ? &baseline->solve : &run->parts[PART_COMPUTE];
+    return (double)tfa_histogram_quantile(h, 0.5);
 }
 
-static double ratio_to(const histogram *pingpong, const latency_run *run,
+static double ratio_to(const tfa_histogram *pingpong, const latency_run *run,
                        const latency_baseline *baseline)
 {
     if (pingpong->count == 0)
         return 0.0;
-    double floor = (double)histogram_quantile(pingpong, 0.5) + solve_p50(run, baseline);
-    double p50 = (double)histogram_quantile(&run->parts[PART_ROUND_TRIP], 0.5);
+    double floor = (double)tfa_histogram_quantile(pingpong, 0.5) + solve_p50(run, baseline);
+    double p50 = (double)tfa_histogram_quantile(&run->parts[PART_ROUND_TRIP], 0.5);
     return floor > 0 ? p50 / floor : 0.0;
 }
 
@@ -62,7 +62,7 @@ double latency_ratio_same_size(const latency_run *run, const latency_baseline *b
 int latency_expected(const latency_options *options, const latency_run *run,
                      const latency_baseline *baseline)
 {
-    double p99 = (double)histogram_quantile(&run->parts[PART_ROUND_TRIP], 0.99) / 1000.0;
+    double p99 = (double)tfa_histogram_quantile(&run->parts[PART_ROUND_TRIP], 0.99) / 1000.0;
     int threshold = options->fail_p99_us > 0 || options->fail_ratio > 0;
     if (threshold && run->misses)
         return 0;
@@ -74,28 +74,29 @@ int latency_expected(const latency_options *options, const latency_run *run,
 
 /* One line of the table, in us, under the head of `columns`: a quantile that has too few samples
  * of its own is left open. */
-static void print_row(FILE *out, const char *name, const histogram *h, const histogram *columns)
+static void print_row(FILE *out, const char *name, const tfa_histogram *h,
+                      const tfa_histogram *columns)
 {
     if (h->count == 0)
         return;
     fprintf(out, "  %-12s %9.3f", name, (double)h->lowest / 1000.0);
     for (int i = 0; i < QUANTILE_COUNT; i++) {
         double quantile = quantiles[i].quantile;
-        if (!histogram_supports(columns, quantile))
+        if (!tfa_histogram_supports(columns, quantile))
             continue;
-        if (histogram_supports(h, quantile))
-            fprintf(out, " %9.3f", (double)histogram_quantile(h, quantile) / 1000.0);
+        if (tfa_histogram_supports(h, quantile))
+            fprintf(out, " %9.3f", (double)tfa_histogram_quantile(h, quantile) / 1000.0);
         else
             fprintf(out, " %9s", "-");
     }
-    fprintf(out, " %9.3f %9.3f\n", (double)h->highest / 1000.0, histogram_mean(h) / 1000.0);
+    fprintf(out, " %9.3f %9.3f\n", (double)h->highest / 1000.0, tfa_histogram_mean(h) / 1000.0);
 }
 
-static void print_head(FILE *out, const char *what, const histogram *h)
+static void print_head(FILE *out, const char *what, const tfa_histogram *h)
 {
     fprintf(out, "  %-12s %9s", what, "min");
     for (int i = 0; i < QUANTILE_COUNT; i++)
-        if (histogram_supports(h, quantiles[i].quantile))
+        if (tfa_histogram_supports(h, quantiles[i].quantile))
             fprintf(out, "   p%-6s", quantiles[i].name);
     fprintf(out, " %9s %9s\n", "max", "mean");
 }
@@ -125,7 +126,7 @@ static void print_run(FILE *out, const latency_options *options, const latency_r
                       const latency_baseline *baseline)
 {
     const tfa_client_info *info = &run->info;
-    const histogram *trip = &run->parts[PART_ROUND_TRIP];
+    const tfa_histogram *trip = &run->parts[PART_ROUND_TRIP];
     fprintf(out,
             "\n%s: robot %s, %" PRIu32 " coordinates, %" PRIu32 " freedoms%s, batch %" PRIu32
             ", forward dynamics by %s, estimate %s, wait %s, model %.12s\n",
@@ -145,7 +146,7 @@ static void print_run(FILE *out, const latency_options *options, const latency_r
             run->misses, run->late, run->longest_run, run->reconnects, run->steal_ticks);
     if (options->batch > 1)
         fprintf(out, "  p50 per state %.3f us\n",
-                (double)histogram_quantile(trip, 0.5) / 1000.0 / options->batch);
+                (double)tfa_histogram_quantile(trip, 0.5) / 1000.0 / options->batch);
     print_thread(out, "client", &run->client);
     for (int i = 0; i < run->thread_count; i++)
         print_thread(out, "daemon", &run->threads[i]);
@@ -178,7 +179,8 @@ void latency_print_text(FILE *out, const latency_options *options, const latency
 {
     print_environment(out);
     fprintf(out, "\nbaseline of this run\n");
-    const histogram *columns = baseline->pingpong.count ? &baseline->pingpong : &baseline->solve;
+    const tfa_histogram *columns =
+        baseline->pingpong.count ? &baseline->pingpong : &baseline->solve;
     print_head(out, "us", columns);
     print_row(out, baseline->have_pingpong ? "ping-pong" : "busy", &baseline->pingpong, columns);
     if (baseline->same_size.count)
@@ -188,19 +190,19 @@ void latency_print_text(FILE *out, const latency_options *options, const latency
         print_run(out, options, &runs[i], baseline);
 }
 
-static json_t *json_histogram(const histogram *h)
+static json_t *json_histogram(const tfa_histogram *h)
 {
     if (h->count == 0)
         return json_null();
     json_t *percentiles = json_object();
     for (int i = 0; i < QUANTILE_COUNT; i++)
-        if (histogram_supports(h, quantiles[i].quantile))
+        if (tfa_histogram_supports(h, quantiles[i].quantile))
             json_object_set_new(
                 percentiles, quantiles[i].name,
-                json_integer((json_int_t)histogram_quantile(h, quantiles[i].quantile)));
+                json_integer((json_int_t)tfa_histogram_quantile(h, quantiles[i].quantile)));
     return json_pack("{sI sI sI sf so}", "count", (json_int_t)h->count, "min",
                      (json_int_t)h->lowest, "max", (json_int_t)h->highest, "mean",
-                     histogram_mean(h), "percentiles", percentiles);
+                     tfa_histogram_mean(h), "percentiles", percentiles);
 }
 
 static json_t *json_thread(const char *process, const thread_usage *t)
@@ -294,7 +296,7 @@ int latency_write_histogram(const latency_options *options, const latency_run *r
         FILE *file = fopen(path, "we");
         if (!file)
             return -1;
-        histogram_write(&runs[i].parts[PART_ROUND_TRIP], file, 1000.0);
+        hgrm_write(&runs[i].parts[PART_ROUND_TRIP], file, 1000.0);
         if (finish(file) != 0)
             return -1;
     }

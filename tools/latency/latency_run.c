@@ -155,7 +155,7 @@ static void record(loop *l, uint64_t index, uint64_t sent, uint64_t back, const 
     const uint64_t parts[PART_COUNT] = {back - sent, received - sent, start - received,
                                         done - start, back - done};
     for (int i = 0; i < PART_COUNT; i++)
-        histogram_add(&run->parts[i], parts[i]);
+        tfa_histogram_add(&run->parts[i], parts[i]);
     if (run->parts[0].highest_index + 1 == run->parts[0].count)
         run->highest_at = sent - l->started;
     if (run->samples) {
@@ -287,7 +287,7 @@ static int prepare(loop *l)
     latency_run *run = l->run;
     run->info = *info;
     /* touched now, so that no page fault falls into the measurement */
-    memset(run->parts, 0, sizeof run->parts);
+    latency_run_init(run);
     snprintf(run->hash, sizeof run->hash, "%s", info->model_hash ? info->model_hash : "");
     if (l->options->csv) {
         run->samples = malloc(l->options->count * sizeof *run->samples);
@@ -324,6 +324,12 @@ int latency_measure(const latency_options *options, daemon_via via, latency_run 
     daemon_close(l.link);
     latency_reply_free(&l.reply);
     return status;
+}
+
+void latency_run_init(latency_run *run)
+{
+    for (int i = 0; i < PART_COUNT; i++)
+        (void)!tfa_histogram_init(&run->parts[i], LATENCY_BITS, 64, run->buckets[i]);
 }
 
 void latency_run_free(latency_run *run)

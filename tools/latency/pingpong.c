@@ -93,7 +93,7 @@ static int wait_for(table *t, uint64_t number, uint64_t end)
 }
 
 static int reply_side(table *t, pingpong_size size, uint64_t count, uint64_t warmup, uint64_t end,
-                      histogram *h)
+                      tfa_histogram *h)
 {
     volatile uint64_t sink; /* the payload is read, whatever the compiler thinks */
     for (uint64_t i = 1; i <= warmup + count; i++) {
@@ -108,7 +108,7 @@ static int reply_side(table *t, pingpong_size size, uint64_t count, uint64_t war
         sink = read_lines(t->receive, size.reply_lines - 1);
         (void)sink;
         if (i > warmup)
-            histogram_add(h, clock_ns() - sent);
+            tfa_histogram_add(h, clock_ns() - sent);
     }
     return TFA_OK;
 }
@@ -119,7 +119,7 @@ static uint32_t limited(uint32_t lines)
 }
 
 int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, uint64_t limit,
-                 const cpu_set_t *others, histogram *h)
+                 const cpu_set_t *others, tfa_histogram *h)
 {
     size = (pingpong_size){limited(size.request_lines), limited(size.reply_lines)};
     table *t = mmap(NULL, sizeof *t, PROT_READ | PROT_WRITE,

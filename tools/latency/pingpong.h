@@ -6,10 +6,9 @@
 #ifndef TOOLS_LATENCY_PINGPONG_H
 #define TOOLS_LATENCY_PINGPONG_H
 
-#include "histogram.h"
-
 #include <sched.h>
 #include <stdint.h>
+#include <totalforce/histogram.h>
 #include <totalforce/status.h>
 
 /** Cache lines of 64 bytes each way, 1..PINGPONG_LINES_MAX; the first holds the number. */
@@ -34,7 +33,7 @@ typedef struct pingpong_size {
  *         processes do not have a processor each).
  */
 TFA_CHECKED int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, uint64_t limit,
-                             const cpu_set_t *others, histogram *h);
+                             const cpu_set_t *others, tfa_histogram *h);
 
 /** CLOCK_MONOTONIC in ns. */
 uint64_t clock_ns(void);

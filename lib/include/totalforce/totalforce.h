@@ -11,6 +11,7 @@
 #include <totalforce/client.h>
 #include <totalforce/description.h>
 #include <totalforce/dynamics.h>
+#include <totalforce/histogram.h>
 #include <totalforce/limits.h>
 #include <totalforce/model.h>
 #include <totalforce/report.h>

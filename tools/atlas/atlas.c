@@ -5,6 +5,7 @@
  */
 #include "atlas.h"
 #include "common/commands.h"
+#include "common/html_page.h"
 #include "common/results.h"
 
 #include <inttypes.h>
@@ -102,15 +103,23 @@ static void print_all(FILE *out, const atlas_options *o, const rows *r)
 
 static int run(const atlas_options *o, rows *r)
 {
-    FILE *out = results_open("atlas", o->folder, o->json);
-    if (!out)
+    FILE *page = NULL;
+    if (o->html && !(page = html_open("atlas", o->html)))
         return EXIT_FAILED;
+    FILE *out = results_open("atlas", o->folder, o->json);
+    if (!out) {
+        if (page)
+            fclose(page);
+        return EXIT_FAILED;
+    }
     const int measured = measure_all(r, o);
     if (measured == 0)
         print_all(out, o, r);
     int result = results_close("atlas", out);
     if (result == EXIT_GOOD && o->folder && r->count)
         result = atlas_draw(o, r->all, r->count);
+    if (page && atlas_page(page, o, r->all, r->count) != EXIT_GOOD)
+        result = EXIT_FAILED;
     if (result != EXIT_GOOD || measured != 0 || r->failed)
         return EXIT_FAILED;
     const atlas_summary summary = atlas_summarise(r->all, r->count);

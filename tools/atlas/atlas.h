@@ -61,6 +61,7 @@ typedef struct atlas_options {
     uint64_t seed;
     int json;
     const char *folder;  /**< for rows and pictures; NULL: rows on standard output only */
+    const char *html;    /**< file of the page; NULL: none */
     const char *scripts; /**< folder of the gnuplot scripts; NULL: beside the program */
     char *command;       /**< the command line, for the head */
 } atlas_options;
@@ -158,6 +159,14 @@ size_t atlas_same_map(const atlas_row *rows, size_t count);
 void atlas_print_head(FILE *out, const atlas_options *options, const atlas_row *rows, size_t count);
 void atlas_print_row(FILE *out, const atlas_options *options, const atlas_row *row);
 void atlas_print_row_json(FILE *out, const atlas_options *options, const atlas_row *row);
+
+/** The method that answered: nothing for the method itself, a question mark if it is wrong and has
+ * no estimate, the first letter of another one, a cross for none. Alone: an equals sign for the
+ * same answers. */
+const char *atlas_mark(const atlas_row *row, char letter[2]);
+
+/** Writes the page and closes its file. @return an exit status; the reason stands on stderr */
+int atlas_page(FILE *out, const atlas_options *options, const atlas_row *rows, size_t count);
 
 /** Draws a page for each map into options->folder. @return an exit status; the reason stands on
  * stderr */

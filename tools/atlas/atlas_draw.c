@@ -25,10 +25,7 @@ static double decades(double error)
     return log10(fmin(fmax(error, 1e-16), 1.0));
 }
 
-/* The method that answered: nothing for the method itself, a question mark if it is wrong and has
- * no estimate, the first letter of another one, a cross for none. Alone: an equals sign for the
- * same answers. */
-static const char *mark_of(const atlas_row *row, char letter[2])
+const char *atlas_mark(const atlas_row *row, char letter[2])
 {
     if (atlas_refused(row))
         return "×";
@@ -50,7 +47,7 @@ static void write_cells(FILE *out, const atlas_options *o, const atlas_row *rows
         for (size_t i = 0; i < count; i++) {
             const atlas_row *row = &rows[i];
             char letter[2];
-            const char *mark = mark_of(row, letter);
+            const char *mark = atlas_mark(row, letter);
             if (row->mode == ATLAS_ESTIMATED || (marks ? !*mark : atlas_refused(row)))
                 continue;
             fprintf(out, "%" PRIu32 " %" PRIu32 " %" PRIu32 " %d ",

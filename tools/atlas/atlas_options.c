@@ -62,7 +62,16 @@ const char *atlas_map_text(atlas_map map)
     return maps[map].what;
 }
 
-enum { KEY_MAPS = 256, KEY_POINTS, KEY_RHS, KEY_STATES, KEY_SEEDS, KEY_JSON, KEY_SCRIPTS };
+enum {
+    KEY_MAPS = 256,
+    KEY_POINTS,
+    KEY_RHS,
+    KEY_STATES,
+    KEY_SEEDS,
+    KEY_JSON,
+    KEY_HTML,
+    KEY_SCRIPTS
+};
 
 static const struct argp_option option_table[] = {
     {.name = "maps", .key = KEY_MAPS, .arg = "MAP,...", .doc = "Maps (all)"},
@@ -80,6 +89,10 @@ static const struct argp_option option_table[] = {
      .arg = "N",
      .doc = "Seeds in each cell, from --seed on: other mechanisms and states (3)"},
     {.name = "json", .key = KEY_JSON, .doc = "JSON, one row a line, in place of CSV"},
+    {.name = "html",
+     .key = KEY_HTML,
+     .arg = "FILE",
+     .doc = "Write a self-contained page there: all maps, numbers under the pointer, filters"},
     {.name = "output", .key = 'o', .arg = "FOLDER", .doc = "Write atlas.csv, SVG and PNG there"},
     {.name = "scripts",
      .key = KEY_SCRIPTS,
@@ -179,6 +192,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case 'o':
         o->folder = text;
+        return 0;
+    case KEY_HTML:
+        o->html = text;
         return 0;
     case KEY_SCRIPTS:
         o->scripts = text;

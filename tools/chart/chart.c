@@ -5,6 +5,7 @@
  */
 #include "chart.h"
 #include "common/commands.h"
+#include "common/html_page.h"
 #include "common/results.h"
 
 #include <inttypes.h>
@@ -165,6 +166,26 @@ static void chart_all(rows *r, const chart_options *o, FILE *out)
     }
 }
 
+static int run(rows *r, const chart_options *o)
+{
+    FILE *page = NULL;
+    if (o->html && !(page = html_open("chart", o->html)))
+        return EXIT_FAILED;
+    FILE *out = results_open("chart", o->folder, o->json);
+    if (!out) {
+        if (page)
+            fclose(page);
+        return EXIT_FAILED;
+    }
+    chart_all(r, o, out);
+    int result = results_close("chart", out);
+    if (result == EXIT_GOOD && o->folder)
+        result = chart_draw(o, r->all, r->count);
+    if (page && chart_page(page, o, r->all, r->count) != EXIT_GOOD)
+        result = EXIT_FAILED;
+    return result == EXIT_GOOD && r->failed ? EXIT_FAILED : result;
+}
+
 int command_chart(int argc, char **argv)
 {
     chart_options options;
@@ -175,16 +196,7 @@ int command_chart(int argc, char **argv)
         free(options.command);
         return EXIT_USAGE;
     }
-    int result = EXIT_FAILED;
-    FILE *out = results_open("chart", options.folder, options.json);
-    if (out) {
-        chart_all(&r, &options, out);
-        result = results_close("chart", out);
-    }
-    if (result == EXIT_GOOD && options.folder)
-        result = chart_draw(&options, r.all, r.count);
-    if (result == EXIT_GOOD && r.failed)
-        result = EXIT_FAILED;
+    const int result = run(&r, &options);
     free(r.all);
     free(options.command);
     return result;

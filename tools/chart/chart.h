@@ -101,6 +101,7 @@ typedef struct chart_options {
     tfa_base base; /**< of files */
     int json;
     const char *folder;  /**< for CSV and pictures; NULL: rows on standard output only */
+    const char *html;    /**< file of the page; NULL: none */
     const char *kernels; /**< folder of specialised kernels; NULL: none */
     const char *scripts; /**< folder of the gnuplot scripts; NULL: beside the program */
     char *command;       /**< the command line, for the header */
@@ -305,7 +306,9 @@ void chart_print_row_json(FILE *out, const chart_row *row);
 
 /** Draws into options->folder. @return an exit status; the reason stands on stderr */
 int chart_draw(const chart_options *options, const chart_row *rows, size_t count);
-/* Parts of it: the commands for gnuplot. */
+/** Writes the page and closes its file. @return an exit status; the reason stands on stderr */
+int chart_page(FILE *out, const chart_options *options, const chart_row *rows, size_t count);
+/* Parts of chart_draw: the commands for gnuplot. */
 /** The scatter of one target, size and number of threads. */
 void chart_draw_scatter(FILE *gnuplot, const chart_options *options, const chart_row *rows,
                         size_t count);

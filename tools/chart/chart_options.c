@@ -27,6 +27,7 @@ enum {
     KEY_SEEDS,
     KEY_BUDGET,
     KEY_JSON,
+    KEY_HTML,
     KEY_SCRIPTS
 };
 
@@ -73,6 +74,10 @@ static const struct argp_option option_table[] = {
      .doc = "Seeds for each row, from --seed on: other mechanisms and states (3)"},
     {.name = "budget-ms", .key = KEY_BUDGET, .arg = "N", .doc = "CPU time for timing one row (20)"},
     {.name = "json", .key = KEY_JSON, .doc = "JSON, one row a line, in place of CSV"},
+    {.name = "html",
+     .key = KEY_HTML,
+     .arg = "FILE",
+     .doc = "Write a self-contained page there: pictures, numbers under the pointer, filters"},
     {.name = "output", .key = 'o', .arg = "FOLDER", .doc = "Write chart.csv, SVG and PNG there"},
     {.name = "scripts",
      .key = KEY_SCRIPTS,
@@ -296,6 +301,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case 'o':
         o->folder = text;
+        return 0;
+    case KEY_HTML:
+        o->html = text;
         return 0;
     case KEY_SCRIPTS:
         o->scripts = text;

@@ -55,10 +55,11 @@ void chart_print_row(FILE *out, const chart_row *row)
     const double numbers[] = {row->error, row->worst,    row->floor, row->estimate,
                               row->time,  row->aba_time, row->ratio};
     const chart_choice *choice = &row->choice;
-    fprintf(out, "%s,%" PRIu32 ",%s,%s,%" PRIu32 ",%s,%" PRIu32 ",%s,%s,%s", row->target,
-            row->bodies, chart_rhs_words[row->rhs], chart_method_name(choice->method),
-            choice->refine, chart_precision_words[choice->precision], choice->threads,
-            chart_row_status(row), row->field, answered_by(row) ? answered_by(row) : "");
+    fprintf(out, "%s,%" PRIu32 ",%s,%s,%" PRIu32 ",%s,%" PRIu32 ",%s,", row->target, row->bodies,
+            chart_rhs_words[row->rhs], chart_method_name(choice->method), choice->refine,
+            chart_precision_words[choice->precision], choice->threads, chart_row_status(row));
+    results_print_text(out, row->field);
+    fprintf(out, ",%s", answered_by(row) ? answered_by(row) : "");
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         fputc(',', out);
         results_print_number(out, i < 4 ? "%.3e" : "%.4g", numbers[i]);

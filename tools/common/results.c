@@ -67,6 +67,24 @@ void results_print_number(FILE *out, const char *format, double value)
         fprintf(out, format, value);
 }
 
+void results_print_text(FILE *out, const char *text)
+{
+    const char *c = text;
+    while (*c && *c != ',' && *c != '"' && (unsigned char)*c >= ' ')
+        c++;
+    if (!*c) {
+        fputs(text, out);
+        return;
+    }
+    fputc('"', out);
+    for (c = text; *c; c++)
+        if (*c == '"')
+            fputs("\"\"", out);
+        else
+            fputc((unsigned char)*c < ' ' ? ' ' : *c, out);
+    fputc('"', out);
+}
+
 void results_set_number(json_t *object, const char *key, double value)
 {
     json_object_set_new(object, key, isfinite(value) ? json_real(value) : json_null());

@@ -24,7 +24,10 @@ void results_print_head(FILE *out, const char *command);
 /** Nothing where there is no finite number. */
 void results_print_number(FILE *out, const char *format, double value);
 
-/** The same in JSON: null where there is no finite number. */
+/** A word of CSV: in quotes where it has commas, quotes or control characters (blanks, then). */
+void results_print_text(FILE *out, const char *text);
+
+/** A number in JSON: null where there is no finite number. */
 void results_set_number(json_t *object, const char *key, double value);
 
 /** gnuplot, fed through its standard input, with our scripts. */

@@ -28,15 +28,18 @@ ALONE, SERVICE = "Methods alone", "As the service answers a default request"
 
 def check_cells(check, browser, rows):
     cells = browser.run("""return [...document.querySelectorAll('.panel rect[data-r]')]
-        .map(e => [Number(e.dataset.r), e.getAttribute('class')])""")
+        .map(e => [Number(e.dataset.r), e.getAttribute('class'), e.dataset.also])""")
     floors = sum(row["method"] == "aba" and row["mode"] == "plain" for row in rows)
     check(len(cells) == len(rows) + floors, "cells:", len(cells))
-    for index, shade in cells:
+    for index, shade, also in cells:
         error = rows[index]["error"]
         wanted = "none" if not error else f"q{min(7, max(0, int((16 + exponent(error)) // 2)))}"
         of_floor = rows[index]["method"] == "aba" and rows[index]["mode"] == "plain"
+        same = also is None or [rows[int(also)][name] for name in ("mode", "map", "value", "bodies",
+            "method")] == ["service"] + [rows[index][name] for name in ("map", "value", "bodies", "method")]
+        check(same, f"row {index}: not the service's answer there: {also}")
         check(shade == wanted or of_floor, f"row {index}: error {error} is {shade}")
-    check(len({shade for _, shade in cells}) > 4, "one colour")
+    check(len({shade for _, shade, _ in cells}) > 4, "one colour")
 
 
 def exponent(text):

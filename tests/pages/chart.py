@@ -82,6 +82,10 @@ def check_filters(check, browser, rows, first):
     for was, now in zip(before, after):
         check(was[1] == now[1] and len(was[0]) == len(now[0]) and
               all(abs(a - b) < 0.1 for a, b in zip(was[0], now[0])), "front:", was, now)
+    browser.run(BOX, "method", "aba")
+    labels = [text for _, texts in browser.run(FRONT) for text in texts]
+    check(labels and not any(text.startswith("aba") for text in labels), "no new front:", labels)
+    browser.run(BOX, "method", "aba")
     browser.run(BOX, "threads", "1")
     check({rows[k]["threads"] for k in browser.run(MARKS)} == {"2"}, "threads are not filtered")
     browser.run(BOX, "threads", "2")

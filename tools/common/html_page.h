@@ -5,8 +5,9 @@
  * (page.js), whose style and script stand inside. Without scripts its pictures and tables are
  * complete; the script adds numbers under the pointer and filters.
  *
- * What the script expects: elements with data-r="N" belong to row N of the CSV; figures of class
- * panel are hidden when all of theirs are; marks are of class m, with their label in data-l.
+ * The script expects: elements with data-r="N" belong to row N of the CSV, those with data-f="N"
+ * (curves) are filtered as it is; figures of class panel are hidden when all of theirs are; marks
+ * are of class m, with their label in data-l.
  */
 #ifndef TOOLS_COMMON_HTML_PAGE_H
 #define TOOLS_COMMON_HTML_PAGE_H

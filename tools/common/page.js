@@ -30,7 +30,7 @@
     }
     return list;
   };
-  let chosen = null;
+  let chosen = null, place = 0; // and its height in the window
   const hide = () => {
     if (chosen) chosen.classList.remove('on');
     chosen = null;
@@ -47,7 +47,9 @@
     if (element.dataset.also)
       tip.append(make('b', page.dataset.also), facts(element.dataset.also, element.dataset.r));
     tip.hidden = false;
-    const at = element.getBoundingClientRect(), size = tip.getBoundingClientRect();
+    const at = element.getBoundingClientRect();
+    place = at.top;
+    const size = tip.getBoundingClientRect();
     const right = at.right + 10 + size.width < innerWidth;
     const left = right ? at.right + 10 : Math.max(4, at.left - 10 - size.width);
     const top = Math.min(Math.max(4, at.top - size.height / 2), innerHeight - size.height - 4);
@@ -91,7 +93,9 @@
   };
   document.addEventListener('pointermove', point);
   document.addEventListener('pointerdown', point);
-  document.addEventListener('scroll', hide, {passive: true});
+  document.addEventListener('scroll', () => {
+    if (chosen && Math.abs(chosen.getBoundingClientRect().top - place) > 1) hide();
+  }, {passive: true});
   document.addEventListener('focusout', hide);
   document.addEventListener('keydown', event => {
     const svg = event.target.closest && event.target.closest('figure svg');
@@ -163,14 +167,14 @@
   };
 
   // ---- filters
-  const on = new Map(), items = [...document.querySelectorAll('[data-r]')];
+  const on = new Map(), items = [...document.querySelectorAll('[data-r], [data-f]')];
   const all = new Map();
   let count = null;
   const each = (selector, act) => document.querySelectorAll(selector).forEach(act);
   const apply = redraw => {
     hide();
     const passes = rows.map(row => [...on].every(([name, set]) => set.has(row[column.get(name)])));
-    for (const item of items) item.toggleAttribute('hidden', !passes[item.dataset.r]);
+    for (const item of items) item.toggleAttribute('hidden', !passes[item.dataset.r || item.dataset.f]);
     each('.panel', panel => {
       panel.toggleAttribute('hidden', !panel.querySelector('svg [data-r]:not([hidden])'));
       if (redraw && !panel.hidden) panel.querySelectorAll('svg').forEach(refront);

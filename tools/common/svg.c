@@ -23,13 +23,19 @@ double svg_at(const svg_axis *a, double value)
 
 void svg_power(char *text, size_t size, double value)
 {
-    static const char *const digits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    static const char *const low[] = {"⁰", "¹", "²", "³", "⁴"};
+    static const char *const high[] = {"⁵", "⁶", "⁷", "⁸", "⁹"};
     const int exponent = (int)lround(log10(value)), e = exponent < 0 ? -exponent : exponent;
+    const int tens = e / 10 % 10, ones = e % 10;
+    const char *sign = exponent < 0 ? "⁻" : "";
     if (exponent >= 0 && exponent <= 2)
         snprintf(text, size, "%g", value);
     else
-        snprintf(text, size, "10%s%s%s", exponent < 0 ? "⁻" : "", e > 9 ? digits[e / 10 % 10] : "",
-                 digits[e % 10]);
+        snprintf(text, size, "10%s%s%s", sign,
+                 tens == 0  ? ""
+                 : tens < 5 ? low[tens]
+                            : high[tens - 5],
+                 ones < 5 ? low[ones] : high[ones - 5]);
 }
 
 void svg_number(char *text, size_t size, double value)

@@ -102,11 +102,6 @@ static int dds_announce(void *dds, uint32_t robot, const tfa_model *model)
     return tfa_dds_announce(dds, robot, model);
 }
 
-static tfa_dds_counters dds_count(const void *dds)
-{
-    return tfa_dds_count(dds);
-}
-
 static tfa_dds_leadership dds_leadership(void *dds, uint32_t robot)
 {
     return tfa_dds_get_leadership(dds, robot);
@@ -180,7 +175,11 @@ static int join_dds(gateways *g, const char *xml, size_t sample_bytes)
                                      .max_age_us = 1000 * settings->dds.max_age_ms,
                                      .priority = settings->dds.priority,
                                      .lease_ms = settings->dds.lease_ms,
-                                     .notice = log_leadership};
+                                     .notice = log_leadership,
+                                     .messages = &g->daemon->statistics.header->dds_messages,
+                                     .statistics = g->daemon->statistics.robots,
+                                     .states =
+                                         statistics_gateway_states(g->daemon, TFA_SOURCE_DDS)};
     const int status = tfa_dds_create(&options, &g->dds);
     if (status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "dds: domain %u: %s", settings->dds.domain, tfa_dds_error());
@@ -235,7 +234,11 @@ static int join_ros2(gateways *g, ros2_domain *domain, const char *xml)
         return TFA_E_MEMORY;
     for (uint32_t k = 0; k < domain->count; k++) {
         const tfa_robot *robot = &f->robots[domain->robots[k]];
-        robots[k] = (tfa_ros2_robot){robot->name, robot->config, robot->model};
+        robots[k] = (tfa_ros2_robot){
+            robot->name, robot->config, robot->model,
+            &g->daemon->statistics.robots[domain->robots[k]],
+            &statistics_gateway_states(g->daemon, TFA_SOURCE_ROS2)[domain->robots[k]]};
+        g->daemon->ros2_domains[domain->robots[k]] = domain->id + 1;
     }
     const tfa_ros2_options options = {.domain = domain->id,
                                       .settings = xml,
@@ -288,8 +291,7 @@ static int open_dds(gateways *g)
     tfa_daemon *d = g->daemon;
     tfa_worker_robot *solvers = calloc(d->robot_set.dds_count, sizeof *solvers);
     int status = solvers ? daemon_make_gateway_solvers(d, solvers) : TFA_E_MEMORY;
-    d->gateway =
-        (dds_gateway){g->dds, dds_expect, dds_detach, dds_announce, dds_count, dds_leadership};
+    d->gateway = (dds_gateway){g->dds, dds_expect, dds_detach, dds_announce, dds_leadership};
     if (status == TFA_OK)
         status = tfa_dds_start(g->dds, d->workers[0].worker, solvers);
     free(solvers);
@@ -346,6 +348,7 @@ int gateways_open(gateways *g)
         tfa_log(settings->ros2.enabled ? TFA_LOG_WARNING : TFA_LOG_INFO, "ros2: off: %s",
                 settings->ros2.enabled ? "no robot has 'ros2: {enabled: yes}'"
                                        : "ros2.enabled is not set");
+    statistics_update(g->daemon);
     return status;
 }
 

@@ -91,6 +91,11 @@ static int load_robots(service *s)
     return robot_set_load(s->daemon.settings, NULL, &s->daemon.robot_set);
 }
 
+static int make_statistics(service *s)
+{
+    return statistics_open(&s->daemon);
+}
+
 static int join_domains(service *s)
 {
     return gateways_join(&s->gateways);
@@ -154,6 +159,7 @@ static const struct {
     {"memory", guard_memory},
     {"control", open_control},
     {"robots", load_robots},
+    {"statistics", make_statistics},
     {"dds domains", join_domains}, /* before the workers: its threads inherit priorities */
     {"pool", start_pool},
     {"workers", start_workers},
@@ -185,6 +191,7 @@ static void stop_all(service *s)
     descriptions_close(&s->daemon);
     tfa_admission_free(&s->daemon.admission);
     control_close(&s->daemon);
+    statistics_close(&s->daemon);
     tfa_runtime_dir_release(&s->daemon.runtime_dir);
     tfa_passed_sockets_forget();
     config_free(s->daemon.settings);
@@ -201,6 +208,7 @@ static int serve(config *settings)
                             .reload.event = -1,
                             .descriptions = {.event = -1, .mutex = PTHREAD_MUTEX_INITIALIZER},
                             .group = (gid_t)-1,
+                            .statistics_segment = TFA_SEGMENT_NONE,
                             .runtime_dir = TFA_RUNTIME_DIR_NONE},
                  .user = (uid_t)-1};
     int status = TFA_OK;

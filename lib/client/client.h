@@ -68,6 +68,12 @@ void tfa_connection_close(client_connection *connection);
 /* Reason of the daemon for its last refusal in this thread, or "". */
 const char *tfa_connection_refusal(void);
 
+/* ---- command.c ---- */
+
+/* tfa_daemon_command, with the descriptor of the answer: -1 where none came. */
+int tfa_daemon_ask(const char *runtime_dir, const char *command, int32_t timeout_ms, char *text,
+                   size_t size, int *descriptor);
+
 /* ---- client.c ---- */
 
 /* Folder of the daemon's sockets: `directory`, or the default for this robot if NULL. Free it. */

@@ -34,7 +34,29 @@ static int connect_to(const char *directory, int *out)
     return errno == EACCES || errno == EPERM ? TFA_E_REFUSED : TFA_E_SYSTEM;
 }
 
-static int exchange(int fd, const char *command, int timeout_ms, char *text, size_t size)
+/* Receives a packet, and the descriptor that comes with it: -1 where there is none. */
+static ssize_t receive(int fd, char *text, size_t size, int *descriptor)
+{
+    union {
+        char bytes[CMSG_SPACE(sizeof(int))];
+        struct cmsghdr align;
+    } control;
+    struct iovec part = {.iov_base = text, .iov_len = size};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    *descriptor = -1;
+    const ssize_t length = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
+    const struct cmsghdr *c = length >= 0 ? CMSG_FIRSTHDR(&message) : NULL;
+    if (c && c->cmsg_level == SOL_SOCKET && c->cmsg_type == SCM_RIGHTS &&
+        c->cmsg_len == CMSG_LEN(sizeof(int)))
+        memcpy(descriptor, CMSG_DATA(c), sizeof(int));
+    return length;
+}
+
+static int exchange(int fd, const char *command, int timeout_ms, char *text, size_t size,
+                    int *descriptor)
 {
     struct pollfd ready = {.fd = fd, .events = POLLIN};
     int n;
@@ -45,17 +67,18 @@ static int exchange(int fd, const char *command, int timeout_ms, char *text, siz
     while (n < 0 && errno == EINTR);
     if (n == 0)
         return TFA_E_TIMEOUT;
-    const ssize_t length = recv(fd, text, size - 1, 0);
+    const ssize_t length = receive(fd, text, size - 1, descriptor);
     if (length <= 0)
         return length == 0 || errno == ECONNRESET ? TFA_E_DISCONNECTED : TFA_E_SYSTEM;
     text[length] = 0;
     return strncmp(text, "error", 5) == 0 ? TFA_E_REFUSED : TFA_OK;
 }
 
-int tfa_daemon_command(const char *runtime_dir, const char *command, int32_t timeout_ms, char *text,
-                       size_t size)
+int tfa_daemon_ask(const char *runtime_dir, const char *command, int32_t timeout_ms, char *text,
+                   size_t size, int *descriptor)
 {
     int fd = -1;
+    *descriptor = -1;
     if (!command || !text || size == 0)
         return TFA_E_ARGUMENT;
     *text = 0;
@@ -64,11 +87,22 @@ int tfa_daemon_command(const char *runtime_dir, const char *command, int32_t tim
         return TFA_E_MEMORY;
     int status = connect_to(directory, &fd);
     if (status == TFA_OK)
-        status = exchange(fd, command, timeout_ms ? timeout_ms : DEFAULT_TIMEOUT_MS, text, size);
+        status = exchange(fd, command, timeout_ms ? timeout_ms : DEFAULT_TIMEOUT_MS, text, size,
+                          descriptor);
     const int saved = errno;
     if (fd >= 0)
         close(fd);
     free(directory);
     errno = saved;
+    return status;
+}
+
+int tfa_daemon_command(const char *runtime_dir, const char *command, int32_t timeout_ms, char *text,
+                       size_t size)
+{
+    int descriptor;
+    const int status = tfa_daemon_ask(runtime_dir, command, timeout_ms, text, size, &descriptor);
+    if (descriptor >= 0)
+        close(descriptor);
     return status;
 }

@@ -7,6 +7,8 @@
  * daemon hangs up. `status` answers JSON to everybody who may open the socket. `reload` and `stop`
  * are for root and the daemon's user: `reload` answers when it is done, `stop` at once. The text
  * begins with "ok" or "error: " for these two, and with "error: " for a command that is refused.
+ * `statistics` answers "ok" to everybody, and one descriptor: the segment of statistics_layout.h,
+ * which its receiver cannot write.
  */
 #ifndef TFA_IPC_CONTROL_SOCKET_H
 #define TFA_IPC_CONTROL_SOCKET_H

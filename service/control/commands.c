@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Commands of operators, by the control socket: status, reload, stop.
+ * Commands of operators, by the control socket: status, statistics, reload, stop.
  */
 #include "control/daemon.h"
 
@@ -83,6 +83,28 @@ static void answer_status(const tfa_daemon *d, command *c)
     free(text);
 }
 
+/* "ok", and a descriptor by which nobody can write. */
+static void answer_statistics(const tfa_daemon *d, command *c)
+{
+    union {
+        char bytes[CMSG_SPACE(sizeof(int))];
+        struct cmsghdr align;
+    } control = {{0}};
+    char text[] = "ok";
+    struct iovec part = {.iov_base = text, .iov_len = 2};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    struct cmsghdr *header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(sizeof(int));
+    memcpy(CMSG_DATA(header), &d->statistics_segment.fd_readonly, sizeof(int));
+    (void)!sendmsg(c->socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+    end(c);
+}
+
 void commands_accept(tfa_daemon *d)
 {
     const int fd = accept4(d->command_listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
@@ -113,8 +135,10 @@ static void obey(tfa_daemon *d, command *c, const char *word)
 {
     if (strcmp(word, "status") == 0) {
         answer_status(d, c);
+    } else if (strcmp(word, "statistics") == 0) {
+        answer_statistics(d, c);
     } else if (strcmp(word, "reload") != 0 && strcmp(word, "stop") != 0) {
-        answer_text(c, "error: no such command; there are status, reload and stop");
+        answer_text(c, "error: no such command; there are status, statistics, reload and stop");
     } else if (!may_command(c->socket)) {
         answer_text(c, "error: only root and the daemon's user may do that");
     } else if (*word == 's') {

@@ -202,7 +202,7 @@ static void reject_connection(tfa_daemon *d, int listener)
     if (fd >= 0)
         close(fd);
     d->reserve = open("/dev/null", O_RDONLY | O_CLOEXEC);
-    d->totals.refused++;
+    tfa_word_add(&d->statistics.header->refused, 1);
 }
 
 static void accept_client(tfa_daemon *d, uint32_t robot)
@@ -216,47 +216,35 @@ static void accept_client(tfa_daemon *d, uint32_t robot)
     session_begin(d, robot, fd);
 }
 
-static void log_dds_totals(const tfa_dds_counters *c)
+static uint64_t value_of(const tfa_word *word)
 {
+    return atomic_load_explicit(word, memory_order_relaxed);
+}
+
+static void log_dds_totals(const tfa_daemon *d)
+{
+    const tfa_shared_dds *c = &d->statistics.header->dds_messages;
     tfa_log(TFA_LOG_INFO,
             "dds: requests %llu, torques %llu, replies %llu, rejected %llu, late %llu, dropped "
             "%llu, handovers %llu, unknown robots %llu, standby %llu",
-            (unsigned long long)c->requests, (unsigned long long)c->torques,
-            (unsigned long long)c->replies, (unsigned long long)c->rejected,
-            (unsigned long long)c->late, (unsigned long long)c->dropped,
-            (unsigned long long)c->handovers, (unsigned long long)c->unknown,
-            (unsigned long long)c->standby);
+            (unsigned long long)value_of(&c->requests), (unsigned long long)value_of(&c->torques),
+            (unsigned long long)value_of(&c->replies), (unsigned long long)value_of(&c->rejected),
+            (unsigned long long)value_of(&c->late), (unsigned long long)value_of(&c->dropped),
+            (unsigned long long)value_of(&c->handovers), (unsigned long long)value_of(&c->unknown),
+            (unsigned long long)value_of(&c->standby));
 }
 
-/* Without those that a standby left to the leader. The counters are read one after the other. */
-static uint64_t dds_asked(const tfa_dds_counters *c)
-{
-    const uint64_t heard = c->requests + c->torques;
-    return heard > c->standby ? heard - c->standby : 0;
-}
-
-/* Requests and rejected ones of both transports. */
+/* Requests and rejected ones of all transports. */
 static void log_totals(const tfa_daemon *d)
 {
-    uint64_t requests = d->totals.requests, rejected = d->totals.rejected;
-    for (const session *s = d->sessions; s; s = s->next) {
-        if (!s->client)
-            continue;
-        const tfa_worker_client_counters *count = tfa_worker_client_get_counters(s->client);
-        requests += atomic_load_explicit(&count->requests, memory_order_relaxed);
-        rejected += atomic_load_explicit(&count->rejected, memory_order_relaxed);
-    }
-    if (d->gateway.count) {
-        const tfa_dds_counters dds = d->gateway.count(d->gateway.self);
-        requests += dds_asked(&dds);
-        rejected += dds.rejected;
-        log_dds_totals(&dds);
-    }
+    const tfa_tally_sums all = statistics_all(d);
+    if (d->gateway.self)
+        log_dds_totals(d);
     tfa_log(TFA_LOG_INFO,
             "clients %u, connections %llu, refused %llu, requests %llu, rejected %llu",
-            d->session_count, (unsigned long long)d->totals.connections,
-            (unsigned long long)d->totals.refused, (unsigned long long)requests,
-            (unsigned long long)rejected);
+            d->session_count, (unsigned long long)value_of(&d->statistics.header->connections),
+            (unsigned long long)value_of(&d->statistics.header->refused),
+            (unsigned long long)all.requests, (unsigned long long)all.rejected);
 }
 
 static void read_signals(tfa_daemon *d)

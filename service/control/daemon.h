@@ -57,11 +57,6 @@ typedef struct session {
     ssize_t hello_size;
 } session;
 
-typedef struct daemon_totals {
-    uint64_t connections, refused;
-    uint64_t requests, rejected, late; /* of clients that left */
-} daemon_totals;
-
 #define COMMANDS_MAX 4 /* at once; a further one is hung up on */
 
 /* A connection on the control socket of operators. */
@@ -89,8 +84,6 @@ typedef struct dds_gateway {
     bool (*detach)(void *self, uint32_t robot);
     /* Tells the domain; takes a ring again if it had left. */
     int (*announce)(void *self, uint32_t robot, const tfa_model *model);
-    /* Requests and replies since the start. */
-    tfa_dds_counters (*count)(const void *self);
     /* Who answers for a robot. */
     tfa_dds_leadership (*leadership)(void *self, uint32_t robot);
 } dds_gateway;
@@ -172,7 +165,9 @@ typedef struct tfa_daemon {
     tfa_connect_rate connect_rate;
     session *sessions;
     uint32_t session_count;
-    daemon_totals totals;
+    tfa_segment statistics_segment;
+    tfa_statistics_view statistics; /* in it */
+    uint32_t *ros2_domains;         /* by robot, + 1; 0: not on ROS 2 */
     bool stop;
     uint64_t watchdog_ns, watchdog_last; /* 0: no watchdog */
 } tfa_daemon;
@@ -255,6 +250,21 @@ bool commands_event(tfa_daemon *d, void *what);
 void commands_reloaded(tfa_daemon *d, const char *text);
 void commands_tick(tfa_daemon *d);
 void commands_close(tfa_daemon *d);
+
+/* ---- statistics.c: counters in shared memory ---- */
+
+/* Makes the segment for the robots of the set and all clients, and describes the robots. */
+TFA_CHECKED int statistics_open(tfa_daemon *d);
+/* Robots were exchanged: describes them again. */
+void statistics_update(tfa_daemon *d);
+void statistics_close(tfa_daemon *d);
+/* The blocks of a worker. */
+tfa_worker_statistics statistics_of_worker(const tfa_daemon *d, uint32_t worker);
+/* States that a gateway publishes, by robot. */
+tfa_shared_state *statistics_gateway_states(const tfa_daemon *d, uint32_t source);
+/* Requests of clients that left; of all clients, those that left and gateways included. */
+tfa_tally_sums statistics_departed(const tfa_daemon *d);
+tfa_tally_sums statistics_all(const tfa_daemon *d);
 
 /* ---- status.c ---- */
 

@@ -26,7 +26,7 @@ __attribute__((format(printf, 4, 5))) static int refuse(tfa_daemon *d, tfa_welco
     vsnprintf(w->text, sizeof w->text, format, arguments);
     va_end(arguments);
     w->status = status;
-    d->totals.refused++;
+    tfa_word_add(&d->statistics.header->refused, 1);
     return status;
 }
 
@@ -164,14 +164,17 @@ static int create_segments(tfa_daemon *d, session *s, tfa_welcome *w)
 
 static int attach_client(tfa_daemon *d, session *s, tfa_welcome *w)
 {
-    const tfa_worker_client_options options = {.robot = s->robot,
-                                               .max_batch = w->shape.max_batch,
-                                               .max_tips = w->shape.max_tips,
-                                               .layout = w->layout,
-                                               .requests = s->requests.memory,
-                                               .replies = s->replies.memory,
-                                               .wait = (tfa_wait)w->wait,
-                                               .doorbell = s->doorbell};
+    const tfa_worker_client_options options = {
+        .robot = s->robot,
+        .max_batch = w->shape.max_batch,
+        .max_tips = w->shape.max_tips,
+        .layout = w->layout,
+        .requests = s->requests.memory,
+        .replies = s->replies.memory,
+        .wait = (tfa_wait)w->wait,
+        .doorbell = s->doorbell,
+        .served = {
+            .kind = TFA_CLIENT_SHM, .process = s->process, .user = s->user, .since = s->since}};
     s->worker = choose_worker(d);
     int status = tfa_worker_attach(s->worker->worker, &options, &s->client);
     if (status != TFA_OK)

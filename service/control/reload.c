@@ -262,6 +262,7 @@ static void commit(tfa_daemon *d)
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
     free(robots);
+    statistics_update(d);
     r->phase = RELOAD_OFFERED;
     session_resume_deferred(d);
 }
@@ -289,6 +290,8 @@ static void complete_reload(tfa_daemon *d)
     char text[96];
     if (d->reload.of_topic)
         describe(d, NULL);
+    if (changed)
+        tfa_word_add(&d->statistics.header->reloads, 1);
     snprintf(text, sizeof text, "ok: %u of %u models exchanged, %.1f ms", changed,
              d->robot_set.count, (double)(control_clock() - d->reload.start) * 1e-6);
     log_of(d)(TFA_LOG_INFO, "reload: done, %s", text + 4);

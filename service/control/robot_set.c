@@ -174,6 +174,7 @@ static int make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solv
 
 static int make_worker(tfa_daemon *d, daemon_worker *w)
 {
+    const tfa_worker_statistics statistics = statistics_of_worker(d, (uint32_t)(w - d->workers));
     const robot_set *f = &d->robot_set;
     tfa_worker_robot *robots = calloc(f->count, sizeof *robots);
     int status = robots ? TFA_OK : TFA_E_MEMORY;
@@ -185,7 +186,8 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
                                             .spin_ns = d->settings->spin_ns,
                                             .wait = worker_wait(d->settings),
                                             .turn_ns = d->settings->turn_us * 1000,
-                                            .warm_ns = d->settings->warm_us * 1000};
+                                            .warm_ns = d->settings->warm_us * 1000,
+                                            .statistics = &statistics};
         status = tfa_worker_create(&options, &w->worker);
     }
     free(robots);

@@ -40,17 +40,8 @@ static void free_session(tfa_daemon *d, session *s)
     free(s);
 }
 
-static void add_counters(tfa_daemon *d, const session *s)
-{
-    const tfa_worker_client_counters *count = tfa_worker_client_get_counters(s->client);
-    d->totals.requests += atomic_load_explicit(&count->requests, memory_order_relaxed);
-    d->totals.rejected += atomic_load_explicit(&count->rejected, memory_order_relaxed);
-    d->totals.late += atomic_load_explicit(&count->late, memory_order_relaxed);
-}
-
 static void remove_client(tfa_daemon *d, session *s)
 {
-    add_counters(d, s);
     s->worker->clients--;
     free_session(d, s);
 }
@@ -118,7 +109,7 @@ void session_begin(tfa_daemon *d, uint32_t robot, int socket)
         goto err_socket;
     d->sessions = s;
     d->session_count++;
-    d->totals.connections++;
+    tfa_word_add(&d->statistics.header->connections, 1);
     return;
 
 err_socket:

@@ -64,34 +64,38 @@ static void write_clients(const tfa_daemon *d, FILE *out)
     for (const session *s = d->sessions; s; s = s->next) {
         if (s->state != SESSION_ATTACHED)
             continue;
-        const tfa_worker_client_counters *n = tfa_worker_client_get_counters(s->client);
+        const tfa_tally_sums n = tfa_worker_client_sums(s->client);
         fprintf(out,
                 "%s{\"robot\": \"%s\", \"process\": %d, \"user\": %u, \"requests\": %" PRIu64
                 ", \"rejected\": %" PRIu64 ", \"late\": %" PRIu64 ", \"busy_us\": %" PRIu64 "}",
                 separator(count++), d->robot_set.robots[s->robot].name, (int)s->process,
-                (unsigned)s->user, atomic_load_explicit(&n->requests, memory_order_relaxed),
-                atomic_load_explicit(&n->rejected, memory_order_relaxed),
-                atomic_load_explicit(&n->late, memory_order_relaxed),
-                atomic_load_explicit(&n->busy_ns, memory_order_relaxed) / 1000);
+                (unsigned)s->user, n.requests, n.rejected, n.late, n.busy_ns / 1000);
     }
     fputs("\n  ],\n", out);
 }
 
+static uint64_t value_of(const tfa_word *word)
+{
+    return atomic_load_explicit(word, memory_order_relaxed);
+}
+
 static void write_dds(const tfa_daemon *d, FILE *out)
 {
-    if (!d->gateway.count)
+    if (!d->gateway.self)
         return;
-    const tfa_dds_counters c = d->gateway.count(d->gateway.self);
+    const tfa_shared_dds *c = &d->statistics.header->dds_messages;
     fprintf(out,
             "  \"dds\": {\"requests\": %" PRIu64 ", \"torques\": %" PRIu64 ", \"replies\": %" PRIu64
             ", \"rejected\": %" PRIu64 ", \"late\": %" PRIu64 ", \"unknown_robots\": %" PRIu64
             ", \"dropped\": %" PRIu64 ", \"handovers\": %" PRIu64 ", \"standby\": %" PRIu64 "},\n",
-            c.requests, c.torques, c.replies, c.rejected, c.late, c.unknown, c.dropped, c.handovers,
-            c.standby);
+            value_of(&c->requests), value_of(&c->torques), value_of(&c->replies),
+            value_of(&c->rejected), value_of(&c->late), value_of(&c->unknown),
+            value_of(&c->dropped), value_of(&c->handovers), value_of(&c->standby));
 }
 
 int status_write(const tfa_daemon *d, char **text, size_t *size)
 {
+    const tfa_tally_sums departed = statistics_departed(d);
     FILE *out = open_memstream(text, size);
     if (!out)
         return TFA_E_MEMORY;
@@ -104,8 +108,8 @@ int status_write(const tfa_daemon *d, char **text, size_t *size)
     fprintf(out,
             "  \"totals\": {\"connections\": %" PRIu64 ", \"refused\": %" PRIu64
             ", \"requests\": %" PRIu64 ", \"rejected\": %" PRIu64 ", \"late\": %" PRIu64 "}\n}\n",
-            d->totals.connections, d->totals.refused, d->totals.requests, d->totals.rejected,
-            d->totals.late);
+            value_of(&d->statistics.header->connections), value_of(&d->statistics.header->refused),
+            departed.requests, departed.rejected, departed.late);
     const int failed = ferror(out);
     return fclose(out) == 0 && !failed ? TFA_OK : TFA_E_MEMORY;
 }

@@ -66,6 +66,8 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
             return TFA_E_ARGUMENT;
         }
         robot->index = i;
+        robot->statistics = options->statistics ? &options->statistics[i] : NULL;
+        robot->state = options->states ? &options->states[i] : NULL;
         robot->shape.max_batch = from->max_batch > 0 ? from->max_batch : 1;
         robot->shape.max_tips = from->max_tips > 0 ? from->max_tips : TFA_MAX_TIPS;
         tfa_dds_set_model(robot, from->model);
@@ -165,6 +167,7 @@ int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
     gateway->slots = options->slots > 0 ? options->slots : DEFAULT_SLOTS;
     gateway->direct_ns = options->direct_ns > 0 ? options->direct_ns : DEFAULT_DIRECT_NS;
     gateway->notice = options->notice;
+    gateway->count = options->messages ? options->messages : &gateway->own;
     gateway->lease_ns =
         INT64_C(1000000) * (options->lease_ms > 0 ? options->lease_ms : DEFAULT_LEASE_MS);
     gateway->priority = options->priority;
@@ -305,11 +308,21 @@ void tfa_dds_stop(tfa_dds *gateway)
     free(gateway);
 }
 
-tfa_dds_counters tfa_dds_count(const tfa_dds *gateway)
+tfa_dds_statistics tfa_dds_count(const tfa_dds *gateway)
 {
-#define READ(counter) atomic_load_explicit(&gateway->count.counter, memory_order_relaxed)
-    return (tfa_dds_counters){READ(requests), READ(torques),   READ(replies),
-                              READ(rejected), READ(late),      READ(unknown),
-                              READ(dropped),  READ(handovers), READ(standby)};
+#define READ(counter) atomic_load_explicit(&gateway->count->counter, memory_order_relaxed)
+    return (tfa_dds_statistics){READ(requests),
+                                READ(torques),
+                                READ(replies),
+                                READ(rejected),
+                                READ(late),
+                                READ(unknown),
+                                READ(dropped),
+                                READ(handovers),
+                                READ(standby),
+                                READ(request_writers),
+                                READ(reply_readers),
+                                READ(torque_writers),
+                                READ(acceleration_readers)};
 #undef READ
 }

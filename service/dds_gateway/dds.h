@@ -20,6 +20,8 @@
 #include <totalforce/model.h>
 #include <totalforce/status.h>
 
+#include "ipc/statistics_layout.h"
+
 struct tfa_worker;
 struct tfa_worker_robot;
 
@@ -47,20 +49,11 @@ typedef struct tfa_dds_options {
     uint32_t lease_ms;   /**< a leader that is silent for so long is replaced; 0: 200 */
     /** Takes changes of leadership; `warning`: somebody should look. Any thread. NULL: none */
     void (*notice)(bool warning, const char *text);
+    /* Where it counts. NULL: memory of the gateway's own, and robots are not counted. */
+    tfa_shared_dds *messages;
+    tfa_shared_robot *statistics; /**< by robot */
+    tfa_shared_state *states;     /**< by robot */
 } tfa_dds_options;
-
-/** Counted since the start; read at any time by any thread. */
-typedef struct tfa_dds_counters {
-    uint64_t requests;  /**< samples taken from the request topic */
-    uint64_t torques;   /**< samples taken from the torque topic */
-    uint64_t replies;   /**< replies and accelerations written */
-    uint64_t rejected;  /**< of those: bad input, too late, or no free slot */
-    uint64_t late;      /**< of those: too late */
-    uint64_t unknown;   /**< samples about robots that are not served here: dropped */
-    uint64_t dropped;   /**< of the answers: DDS would not take them */
-    uint64_t handovers; /**< requests that went to the worker */
-    uint64_t standby;   /**< samples that were left to the leader: another daemon */
-} tfa_dds_counters;
 
 /**
  * Joins the domain and creates every entity, but nothing answers yet.
@@ -99,7 +92,8 @@ TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *
  *  gateway that was created and never started. */
 void tfa_dds_stop(tfa_dds *dds);
 
-tfa_dds_counters tfa_dds_count(const tfa_dds *dds);
+/** Messages since the start; any thread. */
+tfa_dds_statistics tfa_dds_count(const tfa_dds *dds);
 
 /** Hot standby of one robot */
 typedef struct tfa_dds_leadership {

@@ -59,11 +59,11 @@ void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending 
     const dds_return_t code = to->is_stream ? write_accelerations(gateway, robot, to, call)
                                             : write_reply(gateway, robot, to, call);
 
-    increment(code == DDS_RETCODE_OK ? &gateway->count.replies : &gateway->count.dropped);
+    increment(code == DDS_RETCODE_OK ? &gateway->count->replies : &gateway->count->dropped);
     if (!tfa_wire_has_answers(call->reply.status))
-        increment(&gateway->count.rejected);
+        increment(&gateway->count->rejected);
     if (call->reply.status == TFA_E_LATE)
-        increment(&gateway->count.late);
+        increment(&gateway->count->late);
 }
 
 /* ---- the dds thread ---- */

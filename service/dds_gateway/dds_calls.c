@@ -35,7 +35,7 @@ static bool is_ours(tfa_dds *gateway, const char *robot)
 {
     if (tfa_dds_find_robot(gateway, robot) != NULL)
         return true;
-    increment(&gateway->count.unknown);
+    increment(&gateway->count->unknown);
     return false;
 }
 
@@ -81,6 +81,30 @@ void tfa_dds_free_samples(tfa_dds *gateway)
 
 /* ---- requests; the robot is locked ---- */
 
+/* Counts a request that the gateway answers itself. `call` has times of CLOCK_MONOTONIC. */
+static void count_request(const dds_robot *robot, const tfa_request *request,
+                          const dds_pending *pending, const tfa_worker_call *call)
+{
+    const int64_t offset = tfa_dds_ros_offset();
+    const bool has_answers = request && tfa_wire_has_answers(call->reply.status);
+    const uint64_t received = (uint64_t)(pending->t_received - offset),
+                   start = call->t_start && call->t_start > received ? call->t_start : received,
+                   done = call->t_done > start ? call->t_done : start;
+    const tfa_tally_request counted = {
+        .status = call->reply.status,
+        .has_answers = has_answers,
+        .refined = has_answers && request->refine - 1 < TFA_MAX_REFINE,
+        .states = has_answers ? request->count : 0,
+        .answers = has_answers ? call->reply.answers : NULL,
+        .busy_ns = done - start,
+        .sent = pending->stamp > offset ? (uint64_t)(pending->stamp - offset) : 0,
+        .received = received,
+        .start = start,
+        .done = done};
+    if (robot->statistics != NULL)
+        tfa_tally_count(&robot->statistics->gateway[TFA_SOURCE_DDS], &counted);
+}
+
 /* Answers without computing: hellos and refusals. */
 static void reply_immediately(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
                               tfa_dds_field_error field_error)
@@ -93,6 +117,8 @@ static void reply_immediately(tfa_dds *gateway, const dds_robot *robot, const dd
     };
 
     tfa_dds_answer(gateway, robot, to, &call);
+    if (field_error.status != TFA_OK) /* no hello */
+        count_request(robot, NULL, to, &call);
 }
 
 /* Buffers for the answers to a request, in `memory`. @return TFA_OK; why they do not fit */
@@ -128,6 +154,7 @@ static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
     if (tfa_wire_has_answers(call.reply.status))
         tfa_cost_record(cost, request->count, call.t_done - call.t_start);
     tfa_dds_answer(gateway, robot, pending, &call);
+    count_request(robot, request, pending, &call);
 }
 
 /* The sample changes places with the one of the slot: the request's arrays stay where they are. */
@@ -151,7 +178,7 @@ static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request
     slot->call.deadline =
         pending->deadline != 0 ? (uint64_t)(pending->deadline - tfa_dds_ros_offset()) : 0;
     tfa_dds_ring_send(robot->ring);
-    increment(&gateway->count.handovers);
+    increment(&gateway->count->handovers);
     pthread_mutex_lock(&gateway->mutex);
     gateway->under_way++;
     pthread_cond_signal(&gateway->handover);
@@ -174,6 +201,9 @@ static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_
 {
     tfa_cost *cost = tfa_cost_find(&robot->costs, request);
 
+    if (robot->state != NULL && request->q != NULL)
+        tfa_state_publish(robot->state, request, robot->shape.q_count,
+                          robot->shape.base_freedoms != 0, (uint64_t)tfa_dds_monotonic());
     if (robot->leaving || robot->ring == NULL)
         reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});
     else if (is_short(gateway, robot, request, cost))
@@ -219,9 +249,13 @@ static void handle_locked(tfa_dds *gateway, const char *name, dds_pending *pendi
     const int64_t now = tfa_dds_monotonic();
     tfa_dds_tick_election(gateway, robot, now);
     if (!robot->electing || !tfa_election_may_answer(&robot->election, now)) {
-        increment(&gateway->count.standby); /* another daemon answers */
+        increment(&gateway->count->standby); /* another daemon answers */
     } else {
         pending->epoch = robot->election.self.epoch;
+        if (robot->statistics != NULL)
+            atomic_store_explicit(pending->is_stream ? &robot->statistics->dds_torques
+                                                     : &robot->statistics->dds_request,
+                                  (uint64_t)now, memory_order_relaxed);
         handle(gateway, robot, pending, taken);
     }
     pthread_mutex_unlock(&robot->mutex);
@@ -237,7 +271,7 @@ void tfa_dds_on_request(dds_entity_t reader, void *arg)
         const totalforce_dds_Request *sample = &taken->request;
         if (!info.valid_data)
             continue;
-        increment(&gateway->count.requests);
+        increment(&gateway->count->requests);
         dds_pending pending = {
             .id = sample->id, .stamp = sample->stamp, .t_received = tfa_dds_ros_time()};
         if (sample->deadline_us != 0)
@@ -259,7 +293,7 @@ void tfa_dds_on_torques(dds_entity_t reader, void *arg)
         const totalforce_dds_JointTorques *sample = &taken->torques;
         if (!info.valid_data)
             continue;
-        increment(&gateway->count.torques);
+        increment(&gateway->count->torques);
         dds_pending pending = {.is_stream = true,
                                .id = sample->seq,
                                .stamp = sample->stamp,

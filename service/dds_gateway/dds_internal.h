@@ -55,7 +55,9 @@ struct tfa_dds_ring; /* dds_ring.c */
 
 typedef struct dds_robot {
     char name[totalforce_dds_ROBOT_NAME_MAX + 1];
-    uint32_t index; /* in the worker */
+    uint32_t index;               /* in the worker */
+    tfa_shared_robot *statistics; /* NULL: none; written under the mutex */
+    tfa_shared_state *state;
 
     pthread_mutex_t mutex; /* guards what follows */
     const tfa_model *model;
@@ -110,10 +112,8 @@ struct tfa_dds {
     pthread_t leader_thread;
     bool leader_running;
 
-    struct {
-        _Atomic uint64_t requests, torques, replies, rejected, late, unknown, dropped, handovers,
-            standby;
-    } count;
+    tfa_shared_dds *count; /* &own, or in the daemon's statistics */
+    tfa_shared_dds own;
 };
 
 /* ---- dds.c ---- */

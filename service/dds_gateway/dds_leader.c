@@ -148,10 +148,48 @@ static void raise_thread(void)
     (void)setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), NICE);
 }
 
+static void set_relaxed(tfa_word *word, uint64_t value)
+{
+    atomic_store_explicit(word, value, memory_order_relaxed);
+}
+
+static uint32_t writers_of(dds_entity_t reader)
+{
+    dds_subscription_matched_status_t status = {0};
+
+    if (reader > 0)
+        (void)dds_get_subscription_matched_status(reader, &status);
+    return status.current_count;
+}
+
+static uint32_t readers_of(dds_entity_t writer)
+{
+    dds_publication_matched_status_t status = {0};
+
+    if (writer > 0)
+        (void)dds_get_publication_matched_status(writer, &status);
+    return status.current_count;
+}
+
+/* Endpoints of others, for the statistics, once a second. */
+static void count_endpoints(const tfa_dds *gateway, int64_t *next)
+{
+    const int64_t now = tfa_dds_monotonic();
+
+    if (now < *next)
+        return;
+    *next = now + 1000000000;
+    set_relaxed(&gateway->count->request_writers, writers_of(gateway->request_reader));
+    set_relaxed(&gateway->count->reply_readers, readers_of(gateway->reply_writer));
+    set_relaxed(&gateway->count->torque_writers, writers_of(gateway->torques_reader));
+    set_relaxed(&gateway->count->acceleration_readers, readers_of(gateway->accelerations_writer));
+}
+
 void *tfa_dds_leader_thread(void *arg)
 {
     tfa_dds *gateway = arg;
     struct timespec until;
+    int64_t next_count = 0;
 
     raise_thread();
     do {
@@ -160,6 +198,7 @@ void *tfa_dds_leader_thread(void *arg)
             const int64_t robot_next = tick(gateway, &gateway->robots[i]);
             next = robot_next < next ? robot_next : next;
         }
+        count_endpoints(gateway, &next_count);
         until = (struct timespec){next / 1000000000, next % 1000000000};
     } while (sem_clockwait(&gateway->leader_stop, CLOCK_MONOTONIC, &until) != 0);
     return NULL;

@@ -65,7 +65,11 @@ static int attach(struct tfa_dds_ring *r, const dds_robot *robot)
                                                .wait = TFA_WAIT_BLOCK,
                                                .doorbell = -1,
                                                .internal = true,
-                                               .direct = true};
+                                               .direct = true,
+                                               .served = {.kind = TFA_CLIENT_DDS,
+                                                          .process = getpid(),
+                                                          .user = geteuid(),
+                                                          .since = (uint64_t)tfa_dds_monotonic()}};
     r->ring.requests = memory;
     r->ring.replies = replies;
     r->ring.worker_status = (const void *)replies;

@@ -9,6 +9,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 /* ---- inputs of a request ---- */
 
@@ -96,9 +97,19 @@ static void record_answer(ros2_counts *counts, const tfa_answer *answer)
     }
 }
 
-static bool solve(ros2_robot *robot, tfa_request *request, tfa_reply *reply)
+static uint64_t monotonic(void)
 {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
+}
+
+static bool solve(ros2_robot *robot, tfa_request *request, tfa_reply *reply, int64_t now)
+{
+    const uint64_t start = monotonic();
     const int status = robot->solver.solve(robot->solver.self, request, reply, 0, 1);
+    reply->status = status;
+    ros2_count(robot, request, reply, now, start, monotonic());
     if (status != TFA_OK)
         return refuse(robot, "%s%s%s", tfa_status_text(status), reply->field ? ": " : "",
                       tfa_field_name(reply->field));
@@ -141,7 +152,7 @@ static bool compute_accelerations(ros2_robot *robot, const joint_source *state,
            read_joints(robot, state, TFA_JOINT_VELOCITY, now, a->v) &&
            read_joints(robot, command, TFA_JOINT_EFFORT, now, a->tau) &&
            read_base(robot, now, &request) && read_wrenches(robot, now, &request, wrenches) &&
-           solve(robot, &request, &reply);
+           solve(robot, &request, &reply, now);
 }
 
 void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t now)
@@ -218,7 +229,7 @@ static void answer_gravity(ros2_robot *robot, int64_t now)
     ros2_arrays *a = robot->arrays;
     tfa_request request = {.op = TFA_OP_BIAS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = a->q};
     tfa_reply reply = {.gravity_force = a->gravity};
-    if (!read_base(robot, now, &request) || !solve(robot, &request, &reply))
+    if (!read_base(robot, now, &request) || !solve(robot, &request, &reply, now))
         return;
     set_header(&a->gravity_torques.header, &robot->state_header);
     publish(robot, ROS2_GRAVITY_TORQUES, &a->gravity_torques);
@@ -243,7 +254,7 @@ static void answer_tips(ros2_robot *robot, int64_t now)
         request.v = a->v;
         reply.bias_acceleration = a->bias;
     }
-    if (!read_base(robot, now, &request) || !solve(robot, &request, &reply))
+    if (!read_base(robot, now, &request) || !solve(robot, &request, &reply, now))
         return;
     write_label(a->stamp_label, &robot->state_header);
     publish(robot, ROS2_LAMBDA_INV, &a->array[ROS2_LAMBDA_INV]);

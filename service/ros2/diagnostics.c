@@ -153,13 +153,14 @@ static bool find_other_type(const struct ros2_report *r, const ros2_input *in, c
     return found;
 }
 
-static uint32_t report_publishers(const tfa_ros2 *gateway, const writer *w, const ros2_input *in)
+static uint32_t report_publishers(const tfa_ros2 *gateway, const writer *w, ros2_input *in)
 {
     dds_subscription_matched_status_t matched = {0};
     dds_requested_incompatible_qos_status_t qos = {0};
     char type[128];
     (void)dds_get_subscription_matched_status(in->reader, &matched);
     (void)dds_get_requested_incompatible_qos_status(in->reader, &qos);
+    in->publishers = matched.current_count;
     add_value(w, "publishers", "%u", matched.current_count);
     add_value(w, "incompatible publishers so far", "%u%s%s", qos.total_count,
               qos.total_count ? ", last by its QoS: " : "",
@@ -268,13 +269,17 @@ static void report_model(const tfa_ros2 *gateway, const ros2_robot *robot)
     add_value(&w, "descriptions refused", "%" PRIu64, robot->descriptions_refused);
 }
 
-static void report_subscribers(const writer *w, const ros2_robot *robot)
+static void report_subscribers(const writer *w, ros2_robot *robot)
 {
     static const char *const names[] = {ROS2_OUTPUT_NAMES};
+    robot->subscribers = 0;
     for (int k = 0; k < ROS2_OUTPUT_KINDS; k++) {
         dds_offered_incompatible_qos_status_t qos = {0};
+        dds_publication_matched_status_t matched = {0};
         if (robot->writers[k] <= 0)
             continue;
+        (void)dds_get_publication_matched_status(robot->writers[k], &matched);
+        robot->subscribers += matched.current_count;
         (void)dds_get_offered_incompatible_qos_status(robot->writers[k], &qos);
         if (qos.total_count_change)
             set_level(w, LEVEL_WARN, "a subscriber of %s asks for a QoS that does not match: %s",
@@ -342,6 +347,7 @@ static void report_robot(const tfa_ros2 *gateway, ros2_robot *robot, int64_t now
         report_input(gateway, &robot->inputs[k], now);
     report_model(gateway, robot);
     report_answers(gateway, robot);
+    ros2_publish_statistics(robot);
     pthread_mutex_unlock(&robot->mutex);
 }
 

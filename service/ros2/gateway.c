@@ -116,6 +116,8 @@ static int make_robot(ros2_robot *robot, const tfa_ros2_robot *from)
     snprintf(robot->node_namespace, sizeof robot->node_namespace, "%s",
              c->namespace ? c->namespace : TFA_ROS2_DEFAULT_NAMESPACE);
     snprintf(robot->node, sizeof robot->node, "%s", c->node ? c->node : TFA_ROS2_DEFAULT_NODE);
+    robot->statistics = from->statistics;
+    robot->last_state = from->state;
     robot->state_age = NS_PER_MS * c->state_age_ms;
     robot->command_age = NS_PER_MS * c->command_age_ms;
     if (!copy_texts(&robot->joints, c->joints, c->joints_count) ||
@@ -264,6 +266,7 @@ static void serve(ros2_robot *robot, int64_t now)
 {
     pthread_mutex_lock(&robot->mutex);
     ros2_read_inputs(robot, now);
+    ros2_publish_statistics(robot);
     pthread_mutex_unlock(&robot->mutex);
 }
 

@@ -21,6 +21,7 @@
 #include <totalforce/status.h>
 
 #include "config/config.h"
+#include "ipc/statistics_layout.h"
 
 /** Of Cyclone: ports end there. */
 #define TFA_ROS2_DOMAIN_MAX 230
@@ -30,9 +31,11 @@ struct tfa_worker_robot;
 typedef struct tfa_ros2 tfa_ros2;
 
 typedef struct tfa_ros2_robot {
-    const char *name;           /**< lives as long as the gateway */
-    const config_robot *config; /**< read by tfa_ros2_create only */
-    const tfa_model *model;     /**< must live until another took its place */
+    const char *name;             /**< lives as long as the gateway */
+    const config_robot *config;   /**< read by tfa_ros2_create only */
+    const tfa_model *model;       /**< must live until another took its place */
+    tfa_shared_robot *statistics; /**< where its requests are counted; NULL: nowhere */
+    tfa_shared_state *state;      /**< of the robot, in the statistics; NULL: none */
 } tfa_ros2_robot;
 
 /** Longest robot_description that is read, bytes. */

@@ -78,6 +78,7 @@ typedef struct ros2_input {
     _Atomic uint32_t name_limit; /* names and numbers of a message at most; set_arrays writes it */
     _Atomic uint64_t oversized;  /* dropped; diagnostics read it */
     uint64_t received, refused;  /* messages */
+    uint32_t publishers;         /* at the last diagnostics */
     uint64_t received_before, refused_before, oversized_before; /* at the last diagnostics */
     int64_t last;    /* receipt of the last message, ns; 0: none */
     char error[160]; /* why the last one was refused */
@@ -150,7 +151,10 @@ struct ros2_robot {
     ros2_input inputs[ROS2_INPUTS_MAX];
     uint32_t input_count;
     dds_entity_t writers[ROS2_OUTPUT_KINDS];
-    dds_entity_t reply_writer; /* of the service; 0: none */
+    dds_entity_t reply_writer;    /* of the service; 0: none */
+    tfa_shared_robot *statistics; /* NULL: none */
+    tfa_shared_state *last_state; /* NULL: none */
+    uint32_t subscribers;         /* of all outputs, at the last diagnostics */
 
     pthread_mutex_t mutex; /* guards what follows */
     ros2_arrays *arrays;   /* NULL: no memory at the last exchange */
@@ -238,6 +242,14 @@ struct ros2_report *ros2_report_create(const tfa_ros2 *gateway);
 void ros2_report_free(struct ros2_report *report);
 /* Publishes the condition of all robots that this daemon answers for. */
 void ros2_publish_diagnostics(tfa_ros2 *gateway, int64_t now);
+
+/* ---- statistics.c; the robot is locked ---- */
+
+/* Counts a request that was solved. `now`: receipt of the message that asked. */
+void ros2_count(const ros2_robot *robot, const tfa_request *request, const tfa_reply *reply,
+                int64_t now, uint64_t start, uint64_t done);
+/* Publishes the counts of inputs and outputs. */
+void ros2_publish_statistics(const ros2_robot *robot);
 
 /* ---- graph.c: presence in `ros2 node list` ---- */
 

@@ -19,20 +19,32 @@
 /* Between two heartbeats in the memory of clients */
 #define BEAT_NS 10000000u
 
-static void add(_Atomic uint64_t *counter, uint64_t n)
+/* All that is counted of a request that was answered. */
+static tfa_tally_request tally_of(const tfa_worker *w, const tfa_worker_client *client)
 {
-    /* one writer: no read-modify-write needed */
-    const uint64_t before = atomic_load_explicit(counter, memory_order_relaxed);
-    atomic_store_explicit(counter, before + n, memory_order_relaxed);
+    const worker_request *at = &client->at;
+    const tfa_wire_request *line = client->scratch;
+    const bool has_answers = tfa_wire_has_answers(at->reply.status);
+    return (tfa_tally_request){.status = at->reply.status,
+                               .has_answers = has_answers,
+                               .refined = has_answers && at->request.refine - 1 < TFA_MAX_REFINE,
+                               .states = at->request.count,
+                               .answers = has_answers ? at->reply.answers : NULL,
+                               .busy_ns = at->spent_ns,
+                               .sent = line->t_sent,
+                               .received = at->received,
+                               .start = at->start,
+                               .done = w->now};
 }
 
-static void count_request(tfa_worker_client *client, int status)
+/* The last state of the robot, for readers of the statistics. Direct clients publish it
+ * themselves: their arrays are theirs again. */
+static void publish_state(const tfa_worker *w, const tfa_worker_client *client)
 {
-    add(&client->count.requests, 1);
-    if (!tfa_wire_has_answers(status))
-        add(&client->count.rejected, 1);
-    if (status == TFA_E_LATE)
-        add(&client->count.late, 1);
+    const worker_request *at = &client->at;
+    if (!client->self_test && tfa_wire_has_answers(at->reply.status))
+        tfa_state_publish(&w->statistics.states[client->robot], &at->request, client->shape.q_count,
+                          client->shape.base_freedoms != 0, w->now);
 }
 
 /* ---- other solvers ---- */
@@ -206,6 +218,7 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
 {
     worker_request *at = &client->at;
     client->warm = false; /* its copy is overwritten */
+    tfa_worker_prefetch_tally(client);
     const uint64_t sent = copy_request(client);
     if (tfa_sigbus_hit(client->guards[0]))
         return false;
@@ -257,6 +270,30 @@ static void finish_call(const tfa_worker *w, const worker_request *at)
     call->t_done = w->now;
 }
 
+/* Publishes the reply and counts the request: a reply to one state first, its answer copied before,
+ * because the slot is in the client's cache then; the slot of a direct client is its own then.
+ * @return the client waits */
+static bool publish(const tfa_worker *w, tfa_worker_client *client)
+{
+    tfa_tally_request request = tally_of(w, client);
+    tfa_shared_tally *tally = &client->shared->tally;
+    tfa_answer answer;
+    if (client->direct || request.states != 1) {
+        tfa_tally_count(tally, &request);
+        if (!client->direct)
+            publish_state(w, client);
+        return tfa_ring_publish(&client->ring);
+    }
+    if (request.answers) {
+        answer = request.answers[0];
+        request.answers = &answer;
+    }
+    const bool waits = tfa_ring_publish(&client->ring);
+    tfa_tally_count(tally, &request);
+    publish_state(w, client);
+    return waits;
+}
+
 static void finish_request(const tfa_worker *w, tfa_worker_client *client)
 {
     worker_request *at = &client->at;
@@ -272,8 +309,7 @@ static void finish_request(const tfa_worker *w, tfa_worker_client *client)
         slot->t_done = w->now;
     }
     at->active = false;
-    count_request(client, at->reply.status);
-    if (tfa_ring_publish(&client->ring)) /* one thread waits for it */
+    if (publish(w, client)) /* one thread waits for it */
         (void)syscall(SYS_futex, tfa_ring_futex_word(slot), FUTEX_WAKE, 1, NULL, NULL, 0);
 }
 
@@ -289,7 +325,6 @@ static bool serve(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start
         const uint64_t took = solve_part(w, at);
         client->virtual_ns += took;
         client->drain_ns += is_draining(client) ? took : 0;
-        add(&client->count.busy_ns, took);
     }
     if (!tfa_wire_has_answers(at->reply.status) || at->first >= at->request.count) {
         finish_request(w, client);
@@ -301,19 +336,35 @@ static bool serve(tfa_worker *w, tfa_worker_client *client, uint64_t cycle_start
 
 /* ---- the cycle ---- */
 
+/* Requests in the ring; relaxed: it is a figure only. */
+static uint32_t count_queued(const tfa_worker_client *client)
+{
+    const tfa_ring_server *ring = &client->ring;
+    uint32_t count = client->at.active;
+    for (uint64_t next = ring->next + count; count < ring->layout.slots; next++, count++) {
+        const tfa_wire_request *line =
+            (const void *)(ring->requests + tfa_ring_request_offset(&ring->layout, next));
+        if (atomic_load_explicit(&line->seq, memory_order_relaxed) != next + 1)
+            break;
+    }
+    return count;
+}
+
 /* A sign of life, for the control thread in each cycle, for clients now and then. */
 static void beat(tfa_worker *w)
 {
-    atomic_store_explicit(&w->heartbeat, ++w->beats, memory_order_relaxed);
+    atomic_store_explicit(&w->statistics.worker->heartbeat, ++w->beats, memory_order_relaxed);
     if (w->now - w->last_beat < BEAT_NS)
         return;
     w->last_beat = w->now;
     const uint32_t used = atomic_load_explicit(&w->clients_used, memory_order_acquire); /* R9 */
     for (uint32_t i = 0; i < used; i++) {
         const tfa_worker_client *client = &w->clients[i];
-        if (atomic_load_explicit(&client->state, memory_order_acquire) == CLIENT_ATTACHED) /* R6 */
-            atomic_store_explicit(&tfa_ring_worker_status_of(&client->ring)->heartbeat, w->beats,
-                                  memory_order_relaxed); /* A5 */
+        if (atomic_load_explicit(&client->state, memory_order_acquire) != CLIENT_ATTACHED) /* R6 */
+            continue;
+        atomic_store_explicit(&tfa_ring_worker_status_of(&client->ring)->heartbeat, w->beats,
+                              memory_order_relaxed); /* A5 */
+        atomic_store_explicit(&client->shared->queued, count_queued(client), memory_order_relaxed);
     }
 }
 

@@ -92,7 +92,7 @@ static void prefetch(const tfa_worker_client *client)
 {
     __builtin_prefetch(client->at.cost, 1);
     __builtin_prefetch(&client->virtual_ns, 1);
-    __builtin_prefetch(&client->count, 1);
+    tfa_worker_prefetch_tally(client);
     tfa_ring_prefetch_for_write(tfa_ring_reply(&client->ring));
 }
 

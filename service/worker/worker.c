@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <sys/mman.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -35,6 +36,22 @@ static int open_descriptors(tfa_worker *w)
     return epoll_ctl(w->epoll, EPOLL_CTL_ADD, w->wake_event, &event) == 0 ? TFA_OK : TFA_E_SYSTEM;
 }
 
+/* Blocks that nobody else sees. */
+static int make_statistics(tfa_worker *w)
+{
+    const tfa_statistics_layout l =
+        tfa_statistics_layout_of(1, w->robot_count, TFA_WORKER_CLIENTS_MAX);
+    void *memory = mmap(NULL, l.bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (memory == MAP_FAILED)
+        return TFA_E_MEMORY;
+    const tfa_statistics_view view = tfa_statistics_view_of(memory, &l);
+    w->own_statistics = memory;
+    w->own_bytes = l.bytes;
+    w->statistics =
+        (tfa_worker_statistics){0, view.workers, view.clients, view.departed, view.states};
+    return TFA_OK;
+}
+
 int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
 {
     *worker = NULL;
@@ -54,6 +71,10 @@ int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
         w->solver_lists[i] = calloc(options->robot_count, sizeof *w->solver_lists[i]);
     if (!w->costs || !w->solver_lists[0] || !w->solver_lists[1])
         status = TFA_E_MEMORY;
+    if (options->statistics)
+        w->statistics = *options->statistics;
+    else if (status == TFA_OK)
+        status = make_statistics(w);
     if (status == TFA_OK)
         status = open_descriptors(w);
     if (status != TFA_OK) {
@@ -77,6 +98,8 @@ void tfa_worker_destroy(tfa_worker *w)
     if (w->wake_event >= 0)
         close(w->wake_event);
     pthread_mutex_destroy(&w->mutex);
+    if (w->own_statistics)
+        munmap(w->own_statistics, w->own_bytes);
     free(w->warm_up.reply);
     free(w->costs);
     free(w->solver_lists[0]);
@@ -91,13 +114,18 @@ static bool is_attached(const tfa_worker_client *client)
     return atomic_load_explicit(&client->state, memory_order_acquire) == CLIENT_ATTACHED; /* R6 */
 }
 
-/* A3, for each client. One that is attached meanwhile wakes the worker by its attachment. */
+/* A3, for each client. One that is attached meanwhile wakes the worker by its attachment. Asleep,
+ * nothing is queued. */
 static void show_asleep(const tfa_worker *w, uint32_t used, uint32_t asleep)
 {
-    for (uint32_t i = 0; i < used; i++)
-        if (is_attached(&w->clients[i]))
-            atomic_store_explicit(&tfa_ring_worker_status_of(&w->clients[i].ring)->asleep, asleep,
-                                  memory_order_seq_cst); /* A3 */
+    for (uint32_t i = 0; i < used; i++) {
+        const tfa_worker_client *client = &w->clients[i];
+        if (!is_attached(client))
+            continue;
+        atomic_store_explicit(&tfa_ring_worker_status_of(&client->ring)->asleep, asleep,
+                              memory_order_seq_cst); /* A3 */
+        atomic_store_explicit(&client->shared->queued, 0, memory_order_relaxed);
+    }
 }
 
 /* After A3: whether there is work after all. Events that are no request come with a wake-up, which

@@ -44,6 +44,7 @@
 
 #include "config/config.h"
 #include "ipc/ring.h"
+#include "ipc/statistics_layout.h"
 
 /**
  * Answers states first .. first + count - 1 of a request, as tfa_compute_states. first = 0 begins a
@@ -67,6 +68,15 @@ typedef struct tfa_worker_robot {
     void *self;          /**< this worker's own (a workspace) */
 } tfa_worker_robot;
 
+/** Where a worker counts: blocks of the daemon's statistics. */
+typedef struct tfa_worker_statistics {
+    uint32_t number; /**< of the worker */
+    tfa_shared_worker *worker;
+    tfa_shared_client *clients; /**< TFA_WORKER_CLIENTS_MAX */
+    tfa_shared_tally *departed; /**< by robot */
+    tfa_shared_state *states;   /**< by robot */
+} tfa_worker_statistics;
+
 typedef struct tfa_worker_options {
     const tfa_worker_robot *robots; /**< copied */
     uint32_t robot_count;
@@ -74,18 +84,11 @@ typedef struct tfa_worker_options {
     uint32_t turn_ns; /**< time of one client's turn; 0: TFA_WORKER_TURN_US */
     uint32_t warm_ns; /**< a worker that spins solves a request again so often; 0: never */
     tfa_wait wait;    /**< while no client asked for more: SPIN never sleeps, BLOCK at once */
+    const tfa_worker_statistics *statistics; /**< copied; NULL: memory of the worker's own */
 } tfa_worker_options;
 
 typedef struct tfa_worker tfa_worker;
 typedef struct tfa_worker_client tfa_worker_client;
-
-/** Counted since the client came. Relaxed: only ever read as figures. */
-typedef struct tfa_worker_client_counters {
-    _Atomic uint64_t requests; /**< answered, with whatever status */
-    _Atomic uint64_t rejected; /**< of those: without an answer */
-    _Atomic uint64_t late;     /**< of those: their deadline had passed */
-    _Atomic uint64_t busy_ns;  /**< time that the worker spent on them */
-} tfa_worker_client_counters;
 
 /** @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM (eventfd, epoll). On error *worker is NULL. */
 TFA_CHECKED int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker);
@@ -120,17 +123,18 @@ typedef struct tfa_worker_call {
 
 /** Parts of a client of a worker */
 typedef struct tfa_worker_client_options {
-    uint32_t robot;         /**< index in the worker's robots */
-    uint32_t max_batch;     /**< at most that of the robot */
-    uint32_t max_tips;      /**< the same */
-    tfa_ring_layout layout; /**< for the shape with these: tfa_ring_layout_of */
-    const void *requests;   /**< layout.request_bytes, may be hostile shared memory */
-    void *replies;          /**< layout.reply_bytes */
-    tfa_wait wait;          /**< SPIN: the worker does not sleep while this client is active */
-    int doorbell;           /**< eventfd by which the client wakes the worker, or -1 */
-    bool internal;          /**< in this process: its memory is not guarded */
-    bool direct;            /**< internal, and `id` of a request is the address of a
+    uint32_t robot;           /**< index in the worker's robots */
+    uint32_t max_batch;       /**< at most that of the robot */
+    uint32_t max_tips;        /**< the same */
+    tfa_ring_layout layout;   /**< for the shape with these: tfa_ring_layout_of */
+    const void *requests;     /**< layout.request_bytes, may be hostile shared memory */
+    void *replies;            /**< layout.reply_bytes */
+    tfa_wait wait;            /**< SPIN: the worker does not sleep while this client is active */
+    int doorbell;             /**< eventfd by which the client wakes the worker, or -1 */
+    bool internal;            /**< in this process: its memory is not guarded */
+    bool direct;              /**< internal, and `id` of a request is the address of a
                                  tfa_worker_call: nothing is encoded */
+    tfa_served_client served; /**< kind (NONE: SELF), process, user, since */
 } tfa_worker_client_options;
 
 /** Attaches a client. @return TFA_OK; TFA_E_REFUSED (no entry left); TFA_E_MEMORY;
@@ -157,7 +161,8 @@ bool tfa_worker_offer_is_taken(const tfa_worker *worker);
 
 /** The worker stopped serving this client: it broke the protocol. */
 bool tfa_worker_client_is_broken(const tfa_worker_client *client);
-const tfa_worker_client_counters *tfa_worker_client_get_counters(const tfa_worker_client *client);
+/** What was counted since the client came. */
+tfa_tally_sums tfa_worker_client_sums(const tfa_worker_client *client);
 
 /** Wakes the worker's thread if it sleeps. */
 void tfa_worker_wake(tfa_worker *worker);

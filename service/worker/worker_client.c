@@ -41,7 +41,6 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
                                      .requests = o->requests,
                                      .replies = o->replies,
                                      .spin = o->wait == TFA_WAIT_SPIN};
-    client->count = (tfa_worker_client_counters){0};
     client->scratch = aligned_alloc(TFA_WIRE_LINE, o->layout.request_stride);
     if (!client->scratch)
         return TFA_E_MEMORY;
@@ -51,6 +50,41 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
     client->guards[0] = tfa_sigbus_guard(o->requests, o->layout.request_bytes);
     client->guards[1] = tfa_sigbus_guard(o->replies, o->layout.reply_bytes);
     return client->guards[0] >= 0 && client->guards[1] >= 0 ? TFA_OK : TFA_E_REFUSED;
+}
+
+/* ---- statistics: under the mutex ---- */
+
+static void begin_statistics(tfa_worker *w, const tfa_worker_client_options *o,
+                             tfa_worker_client *client)
+{
+    tfa_shared_worker *block = w->statistics.worker;
+    const uint32_t number = (uint32_t)(client - w->clients);
+    tfa_served_client served = o->served;
+    served.kind = served.kind ? served.kind : TFA_CLIENT_SELF;
+    served.robot = o->robot;
+    served.worker = (int32_t)w->statistics.number;
+    served.slots = o->layout.slots;
+    client->self_test = served.kind == TFA_CLIENT_SELF;
+    client->shared = &w->statistics.clients[number];
+    tfa_record_begin(&block->version);
+    tfa_tally_clear(&client->shared->tally);
+    tfa_words_write(client->shared->served, &served, sizeof served);
+    tfa_word_set(&client->shared->queued, 0);
+    if (number >= atomic_load_explicit(&block->clients_used, memory_order_relaxed))
+        tfa_word_set(&block->clients_used, number + 1);
+    tfa_record_end(&block->version);
+}
+
+/* The worker has let go: its counters go to those of the departed. */
+static void end_statistics(tfa_worker *w, tfa_worker_client *client)
+{
+    tfa_shared_worker *block = w->statistics.worker;
+    tfa_served_client served = {0};
+    tfa_record_begin(&block->version);
+    if (!client->self_test)
+        tfa_tally_add(&w->statistics.departed[client->robot], &client->shared->tally);
+    tfa_words_write(client->shared->served, &served, sizeof served);
+    tfa_record_end(&block->version);
 }
 
 static int watch_doorbell(const tfa_worker *w, const tfa_worker_client *client)
@@ -81,6 +115,7 @@ static int attach(tfa_worker *w, const tfa_worker_client_options *o, tfa_worker_
         free_client_resources(client);
         return status;
     }
+    begin_statistics(w, o, client);
     atomic_fetch_add_explicit(&w->modes[client->wait], 1, memory_order_relaxed);
     atomic_store_explicit(&client->state, CLIENT_ATTACHED, memory_order_release); /* A6 */
     const uint32_t number = (uint32_t)(client - w->clients);
@@ -123,6 +158,7 @@ static bool detach(tfa_worker *w, tfa_worker_client *client, uint32_t target_sta
         free_client_resources(client);
         if (state != CLIENT_DETACHED) /* a worker that does not run has not let go itself */
             client->at.active = false;
+        end_statistics(w, client);
         atomic_store_explicit(&client->state, CLIENT_FREE, memory_order_relaxed);
     }
     pthread_mutex_unlock(&w->mutex);
@@ -164,9 +200,11 @@ bool tfa_worker_client_is_broken(const tfa_worker_client *client)
     return atomic_load_explicit(&client->state, memory_order_relaxed) == CLIENT_BROKEN;
 }
 
-const tfa_worker_client_counters *tfa_worker_client_get_counters(const tfa_worker_client *client)
+tfa_tally_sums tfa_worker_client_sums(const tfa_worker_client *client)
 {
-    return &client->count;
+    tfa_tally_sums sums = {0};
+    tfa_tally_sum(&client->shared->tally, &sums);
+    return sums;
 }
 
 void tfa_worker_wake(tfa_worker *w)
@@ -186,5 +224,5 @@ void tfa_worker_stop(tfa_worker *w)
 
 uint64_t tfa_worker_heartbeat(const tfa_worker *w)
 {
-    return atomic_load_explicit(&w->heartbeat, memory_order_relaxed);
+    return atomic_load_explicit(&w->statistics.worker->heartbeat, memory_order_relaxed);
 }

@@ -48,8 +48,8 @@ typedef struct worker_warm_up {
 
 #define TFA_WARM_UP_REPLY_BYTES 16384
 
-/* Everything but state and counters is written while FREE and constant while ATTACHED; the members
- * marked "worker" belong to the worker's thread then. */
+/* Everything but state and statistics is written while FREE and constant while ATTACHED; the
+ * members marked "worker" belong to the worker's thread then. */
 struct tfa_worker_client {
     _Alignas(
         TFA_WIRE_LINE) _Atomic uint32_t state; /* enum worker_client_state: A6 to A8, R6 to R8 */
@@ -61,12 +61,13 @@ struct tfa_worker_client {
     int guards[2]; /* of sigbus.h: requests, replies */
     int doorbell;
     bool direct;
+    bool self_test; /* publishes no state, and is forgotten when it leaves */
     tfa_wait wait;
-    uint32_t drained;  /* worker: requests answered while DRAINING */
-    uint64_t drain_ns; /* worker: and the time they took */
-    worker_request at; /* worker */
-    bool warm;         /* worker: the request in `scratch` may be solved again */
-    tfa_worker_client_counters count;
+    uint32_t drained;          /* worker: requests answered while DRAINING */
+    uint64_t drain_ns;         /* worker: and the time they took */
+    worker_request at;         /* worker */
+    bool warm;                 /* worker: the request in `scratch` may be solved again */
+    tfa_shared_client *shared; /* statistics; the tally: worker */
 };
 
 struct tfa_worker {
@@ -75,7 +76,9 @@ struct tfa_worker {
     _Atomic uint32_t modes[TFA_WAIT_MODES]; /* clients by tfa_wait: relaxed, late costs a cycle */
     _Atomic uint32_t phase;                 /* enum worker_phase: A10 release <-> R10 acquire */
     _Atomic bool stop;                      /* A11 release <-> R11 acquire */
-    _Atomic uint64_t heartbeat;             /* relaxed: only "did it change" is asked */
+    tfa_worker_statistics statistics;       /* its heartbeat: relaxed, only changes matter */
+    void *own_statistics;                   /* the memory of it, or NULL */
+    size_t own_bytes;
 
     const tfa_worker_robot *robots;          /* one of `solver_lists`: the worker's own */
     _Atomic(const tfa_worker_robot *) offer; /* A12, R12 */
@@ -104,6 +107,13 @@ struct tfa_worker {
 
 /* CLOCK_MONOTONIC, ns. */
 uint64_t tfa_worker_clock(void);
+
+/* The lines that counting a request writes. */
+static inline void tfa_worker_prefetch_tally(const tfa_worker_client *client)
+{
+    __builtin_prefetch(&client->shared->tally.version, 1);
+    __builtin_prefetch(&client->shared->tally.words[TFA_TALLY_METHODS], 1);
+}
 
 /* ---- turn.c ---- */
 

@@ -78,7 +78,7 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
     fflush(stdout);
     for (bool full = true; sigwait(&ends, &signal) == 0 && signal == SIGUSR1; full = !full)
         reload(gateway, worker, robots[0].model, full);
-    const tfa_dds_counters count = tfa_dds_count(gateway);
+    const tfa_dds_statistics count = tfa_dds_count(gateway);
     tfa_dds_stop(gateway);
     test_worker_stop(worker);
     printf("dropped %lu, handovers %lu\n", (unsigned long)count.dropped,

@@ -287,10 +287,10 @@ TEST(late_requests_are_refused)
         tfa_ring_release(&hurried.ring);
     }
     assert_int_equal(s.states, 2);
-    const tfa_worker_client_counters *count = tfa_worker_client_get_counters(hurried.client);
-    assert_int_equal(count->requests, 2);
-    assert_int_equal(count->rejected, 1);
-    assert_int_equal(count->late, 1);
+    const tfa_tally_sums count = tfa_worker_client_sums(hurried.client);
+    assert_int_equal(count.requests, 2);
+    assert_int_equal(count.rejected, 1);
+    assert_int_equal(count.late, 1);
     tfa_local_client_close(&busy);
     tfa_local_client_close(&hurried);
     tfa_worker_destroy(worker);

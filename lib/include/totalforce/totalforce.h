@@ -16,6 +16,7 @@
 #include <totalforce/model.h>
 #include <totalforce/report.h>
 #include <totalforce/specialised.h>
+#include <totalforce/statistics.h>
 #include <totalforce/status.h>
 #include <totalforce/text.h>
 #include <totalforce/version.h>

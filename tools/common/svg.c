@@ -143,8 +143,7 @@ const char *svg_shape(unsigned shape)
         "M0-4.8L4.6-1.5L2.8 3.9H-2.8L-4.6-1.5Z", /* pentagon */
         "M0-5.4L1.5-1.8L5.2-1.7L2.3.7L3.2 4.4L0 2.3L-3.2 4.4L-2.3.7L-5.2-1.7L-1.5-1.8Z", /* star */
         "M-4.6-1.5H-1.5V-4.6H1.5V-1.5H4.6V1.5H1.5V4.6H-1.5V1.5H-4.6Z",                   /* plus */
-        "M-4.3-2.2L-2.2-4.3L0-2.1L2.2-4.3L4.3-2.2L2.1 0L4.3 2.2L2.2 4.3L0 2.1L-2.2 4.3"
-        "L-4.3 2.2L-2.1 0Z", /* cross */
+        "M-4-2L-2-4L0-2L2-4L4-2L2 0L4 2L2 4L0 2L-2 4L-4 2L-2 0Z",                        /* cross */
     };
     return paths[shape % SVG_SHAPES];
 }

@@ -23,6 +23,8 @@
     X(call, "        ", "answer the same JSON lines through a running daemon")                     \
     X(latency, "     ", "measure a running daemon's round trips")                                  \
     X(status, "      ", "show robots, clients and counters of a running daemon")                   \
+    X(list, "        ", "list robots of a running daemon: model, kernel, sockets and topics")      \
+    X(top, "         ", "show rates and latencies of a running daemon, live")                      \
     X(reload, "      ", "let a running daemon read its configuration again")                       \
     X(stop, "        ", "stop a running daemon")                                                   \
     X(methods, "     ", "list the methods, their cost and refusals")                               \

@@ -61,6 +61,29 @@ int tfa_histogram_merge(tfa_histogram *h, const tfa_histogram *other)
     return TFA_OK;
 }
 
+int tfa_histogram_since(tfa_histogram *earlier, const tfa_histogram *now)
+{
+    uint64_t count = 0, lowest = 0, highest = 0;
+    if (earlier->bits != now->bits || earlier->bucket_count != now->bucket_count)
+        return TFA_E_SIZE;
+    for (uint32_t i = 0; i < now->bucket_count; i++) {
+        const uint64_t added =
+            now->buckets[i] > earlier->buckets[i] ? now->buckets[i] - earlier->buckets[i] : 0;
+        earlier->buckets[i] = added;
+        if (added && !count)
+            lowest = i ? tfa_histogram_top(now, i - 1) + 1 : 0;
+        if (added)
+            highest = tfa_histogram_top(now, i);
+        count += added;
+    }
+    earlier->count = count;
+    earlier->lowest = count && lowest < now->lowest ? now->lowest : lowest;
+    earlier->highest = highest > now->highest ? now->highest : highest;
+    earlier->highest_index = 0;
+    earlier->sum = count && now->sum > earlier->sum ? now->sum - earlier->sum : 0;
+    return TFA_OK;
+}
+
 uint64_t tfa_histogram_top(const tfa_histogram *h, uint32_t bucket)
 {
     return tfa_bucket_top(h->bits, h->bucket_count, bucket);

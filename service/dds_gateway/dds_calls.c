@@ -155,6 +155,7 @@ static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
         tfa_cost_record(cost, request->count, call.t_done - call.t_start);
     tfa_dds_answer(gateway, robot, pending, &call);
     count_request(robot, request, pending, &call);
+    tfa_dds_publish_state(robot, request, &call);
 }
 
 /* The sample changes places with the one of the slot: the request's arrays stay where they are. */
@@ -201,9 +202,6 @@ static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_
 {
     tfa_cost *cost = tfa_cost_find(&robot->costs, request);
 
-    if (robot->state != NULL && request->q != NULL)
-        tfa_state_publish(robot->state, request, robot->shape.q_count,
-                          robot->shape.base_freedoms != 0, (uint64_t)tfa_dds_monotonic());
     if (robot->leaving || robot->ring == NULL)
         reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});
     else if (is_short(gateway, robot, request, cost))

@@ -155,6 +155,10 @@ dds_robot *tfa_dds_find_robot(const tfa_dds *gateway, const char *name);
 void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
                     const tfa_worker_call *call);
 
+/* The state of a request with an answer, for the statistics. The robot is locked. */
+void tfa_dds_publish_state(const dds_robot *robot, const tfa_request *request,
+                           const tfa_worker_call *call);
+
 /* The dds thread: writes the answers of the worker. */
 void *tfa_dds_thread(void *gateway);
 

@@ -107,13 +107,17 @@ static uint64_t monotonic(void)
 static bool solve(ros2_robot *robot, tfa_request *request, tfa_reply *reply, int64_t now)
 {
     const uint64_t start = monotonic();
+    const bool reports = reply->answers != NULL;
+    tfa_answer answer;
+    if (!reports)
+        reply->answers = &answer; /* for the statistics */
     const int status = robot->solver.solve(robot->solver.self, request, reply, 0, 1);
     reply->status = status;
     ros2_count(robot, request, reply, now, start, monotonic());
     if (status != TFA_OK)
         return refuse(robot, "%s%s%s", tfa_status_text(status), reply->field ? ": " : "",
                       tfa_field_name(reply->field));
-    if (reply->answers)
+    if (reports)
         record_answer(&robot->counts, reply->answers);
     return true;
 }

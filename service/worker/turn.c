@@ -183,10 +183,13 @@ static int decode_request(const tfa_worker *w, tfa_worker_client *client)
     const int status = tfa_wire_decode_request(&client->shape, client->scratch, &at->request,
                                                &shape, &at->reply.field);
     at->want = shape.want;
-    if (status == TFA_OK)
+    if (status == TFA_OK) {
         tfa_wire_reply_buffers(&client->shape, &shape, tfa_ring_reply(&client->ring), &at->reply);
-    else
+        if (!at->reply.answers) /* for the statistics */
+            at->reply.answers = client->answers;
+    } else {
         at->reply.index = tfa_wire_refused_index(&at->request, at->reply.field);
+    }
     return status;
 }
 

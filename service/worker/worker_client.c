@@ -42,9 +42,11 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
                                      .replies = o->replies,
                                      .spin = o->wait == TFA_WAIT_SPIN};
     client->scratch = aligned_alloc(TFA_WIRE_LINE, o->layout.request_stride);
-    if (!client->scratch)
+    client->answers = malloc(o->max_batch * sizeof *client->answers);
+    if (!client->scratch || !client->answers)
         return TFA_E_MEMORY;
     memset(client->scratch, 0, o->layout.request_stride); /* no page fault later */
+    memset(client->answers, 0, o->max_batch * sizeof *client->answers);
     if (o->internal)
         return TFA_OK;
     client->guards[0] = tfa_sigbus_guard(o->requests, o->layout.request_bytes);
@@ -100,7 +102,9 @@ static void free_client_resources(tfa_worker_client *client)
     tfa_sigbus_release(client->guards[0]);
     tfa_sigbus_release(client->guards[1]);
     free(client->scratch);
+    free(client->answers);
     client->scratch = NULL;
+    client->answers = NULL;
 }
 
 static int attach(tfa_worker *w, const tfa_worker_client_options *o, tfa_worker_client **out)

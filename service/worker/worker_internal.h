@@ -57,8 +57,9 @@ struct tfa_worker_client {
     uint64_t virtual_ns;  /* worker: time served, as fair queueing counts it */
     tfa_ring_server ring; /* worker */
     tfa_wire_shape shape;
-    void *scratch; /* worker: the private copy of a request */
-    int guards[2]; /* of sigbus.h: requests, replies */
+    void *scratch;       /* worker: the private copy of a request */
+    tfa_answer *answers; /* worker: max_batch, for replies without */
+    int guards[2];       /* of sigbus.h: requests, replies */
     int doorbell;
     bool direct;
     bool self_test; /* publishes no state, and is forgotten when it leaves */

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #include <totalforce/model.h>
+#include <totalforce/statistics.h>
 
 #include "dds_client/dds_client.h"
 #include "ipc/wire_blocks.h"
@@ -387,6 +388,33 @@ static void assert_logged(const harness *h)
     assert_in_range(logged_number(h, "refused 0, requests "), 2 * asked, 2 * (asked + more));
 }
 
+/* Every message but hellos was counted as a request, by the gateway or by the worker for it; the
+ * other requests are those of clients of the ring, which have left. */
+static void assert_counted(const harness *h)
+{
+    tfa_statistics *statistics;
+    tfa_snapshot *s;
+    uint64_t by_dds = 0, all = 0, departed = 0;
+    assert_int_equal(tfa_statistics_open(h->runtime_dir, 0, &statistics), TFA_OK);
+    assert_int_equal(tfa_snapshot_create(statistics, &s), TFA_OK);
+    assert_int_equal(tfa_statistics_read(statistics, s), TFA_OK);
+    for (uint32_t i = 0; i < s->client_count; i++) {
+        const tfa_client_statistics *c = &s->clients[i];
+        by_dds += c->served.kind == TFA_CLIENT_DDS ? c->tally.requests : 0;
+        assert_int_equal(c->tally.queue.count, c->tally.requests);
+    }
+    for (uint32_t i = 0; i < s->robot_count; i++) {
+        assert_true(s->robots[i].served.dds && s->robots[i].dds_request);
+        assert_int_equal(s->robots[i].state.floating, i == 1);
+        all += s->robots[i].total.requests;
+        departed += s->robots[i].departed.requests;
+    }
+    assert_in_range(by_dds, s->dds.requests - 48, s->dds.requests);
+    assert_int_equal(by_dds + departed, all);
+    tfa_snapshot_free(s);
+    tfa_statistics_close(statistics);
+}
+
 TEST(library_ring_and_dds_agree)
 {
     static const char robots[] = "  - name: arm\n    urdf: @" ARM7 "\n    max_batch: 3\n"
@@ -405,6 +433,7 @@ TEST(library_ring_and_dds_agree)
     ask_many_tips(&h, "dog", TFA_SOURCE_DIR DOG, TFA_BASE_FLOATING);
     ask_beyond_the_connection(&h);
     ask_nearly_singular(&h);
+    assert_counted(&h);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     assert_logged(&h);
     harness_remove(&h);

@@ -218,7 +218,7 @@ TEST(what_was_received_was_counted)
     harness_remove(&h);
 }
 
-/* The state that a live page draws: of a request with an answer, not older than 10 ms of requests. */
+/* The state that a live page draws: that of a request with an answer, published every 10 ms. */
 TEST(last_state)
 {
     harness h;

@@ -144,6 +144,27 @@ TEST(test_bad_arguments)
     assert_int_equal(tfa_histogram_init(&h, 5, 65, &bucket), TFA_E_ARGUMENT);
 }
 
+TEST(test_since_is_what_was_added)
+{
+    tfa_histogram *now = fresh_of(5, 40), *before = fresh_of(5, 40), *added = fresh_of(5, 40);
+    uint64_t seed = 3;
+    for (int i = 0; i < 3000; i++) {
+        seed = seed * 6364136223846793005u + 1442695040888963407u;
+        const uint64_t value = 100 + (seed >> 40) % 100000;
+        tfa_histogram_add(now, value);
+        tfa_histogram_add(i < 1000 ? before : added, value);
+    }
+    assert_int_equal(tfa_histogram_since(before, now), TFA_OK);
+    assert_int_equal(before->count, 2000);
+    assert_memory_equal(before->buckets, added->buckets, now->bucket_count * sizeof(uint64_t));
+    assert_true(fabs(before->sum / added->sum - 1) < 1e-12);
+    assert_true(before->lowest <= added->lowest && before->highest >= added->highest);
+    assert_true(before->highest <= now->highest && before->lowest >= now->lowest);
+    assert_int_equal(tfa_histogram_since(now, now), TFA_OK);
+    assert_true(now->count == 0 && now->highest == 0 && tfa_histogram_quantile(now, 0.5) == 0);
+    free(now), free(before), free(added);
+}
+
 TEST(test_merge_is_adding_all)
 {
     tfa_histogram *a = fresh_of(5, 40), *b = fresh_of(5, 40), *both = fresh_of(5, 40);

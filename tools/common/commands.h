@@ -26,6 +26,8 @@ int command_solve(int argc, char **argv);
 int command_call(int argc, char **argv);
 int command_latency(int argc, char **argv);
 int command_status(int argc, char **argv);
+int command_list(int argc, char **argv);
+int command_top(int argc, char **argv);
 int command_reload(int argc, char **argv);
 int command_stop(int argc, char **argv);
 int command_methods(int argc, char **argv);

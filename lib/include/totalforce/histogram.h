@@ -59,6 +59,14 @@ TFA_API void tfa_histogram_add(tfa_histogram *histogram, uint64_t value);
 TFA_API TFA_CHECKED int tfa_histogram_merge(tfa_histogram *histogram, const tfa_histogram *other);
 
 /**
+ * Makes `earlier` the values that were added to `now` since it was a copy of `now`. Its lowest and
+ * highest are then bounds by their buckets, at most those of `now`; highest_index is 0.
+ *
+ * @return TFA_OK; TFA_E_SIZE (bits or bucket_count differ; nothing was changed)
+ */
+TFA_API TFA_CHECKED int tfa_histogram_since(tfa_histogram *earlier, const tfa_histogram *now);
+
+/**
  * Value that a share `quantile` of the values does not exceed, by nearest rank.
  *
  * @param histogram  any

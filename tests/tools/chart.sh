@@ -37,7 +37,7 @@ says "$work/err" "radius: -1"
 "$tool" chain random >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "chain does not notice a full disk"
 
-header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front,error_low,error_high,time_low_us,time_high_us,same_as,strategy"
+header="mechanism,bodies,rhs,method,refine,precision,threads,status,about,answered_by,error,worst_component,floor,estimate,time_us,aba_us,time_ratio,samples,front,error_low,error_high,time_low_us,time_high_us,same_as,strategy,op"
 # peers come on top of what is counted here
 methods=crba,aba,tfa,tfa-cr,hessenberg,cfa,cfa-cr,dca,scan,scan-two-pass
 status 0 "$tool" chart --bodies 2,5 --budget-ms 1 --states 2 --methods $methods
@@ -47,7 +47,7 @@ says "$work/chart.csv" "# command: "
 # 13 mechanisms, 2 sizes, 3 right-hand sides, 2 refinements, and at least aba, crba and tfa
 grep -v '^#' "$work/chart.csv" | awk -F, '
     NR == 1 { next }
-    NF != 25 { print "fields: " $0; bad = 1 }
+    NF != 26 { print "fields: " $0; bad = 1 }
     { rows++; methods[$4] = 1; key = $1 "," $2 "," $3; keys[key] = 1; if ($19) front[key] = 1 }
     $8 == "ok" || $8 == "fallback" {
         if ($11 !~ /^[0-9.]+e[-+][0-9]+$/ || $12 == "" || $15 <= 0 || $16 <= 0 || $17 <= 0) {
@@ -78,8 +78,8 @@ grep -q '^rank-deficient,5,qdd,tfa,0,f64,1,E_SINGULAR,body link' "$work/chart.cs
 status 0 "$tool" chart --mechanisms random --bodies 8,64 --methods aba,tfa-cr,cfa-cr --rhs tau \
     --refine 0,1 --budget-ms 1 --seeds 1
 grep -v '^#' "$work/out" | awk -F, 'NR > 1 && ($20 != $21 || $22 != $23) { exit 1 }' || fail "one seed"
-[ "$(grep -c '^random,64,tau,cfa-cr,.*,tfa-cr,single$' "$work/out")" -eq 2 ] || fail "not the same"
-[ "$(grep -c '^random,8,tau,cfa-cr,.*,,single$' "$work/out")" -eq 2 ] || fail "the same at 8"
+[ "$(grep -c '^random,64,tau,cfa-cr,.*,tfa-cr,single,forward_dynamics$' "$work/out")" -eq 2 ] || fail "not the same"
+[ "$(grep -c '^random,8,tau,cfa-cr,.*,,single,forward_dynamics$' "$work/out")" -eq 2 ] || fail "the same at 8"
 
 # a robot, floating, as JSON; the theory of a thin chain
 status 0 "$tool" chart --urdf "$data/arm.urdf" --base floating --rhs tau --refine 0 --json --budget-ms 1
@@ -144,6 +144,23 @@ for method in aba tfa; do
         fail "errors by threads"
     field 15 $method "$work/out" | awk '!($1 > 0) { exit 1 }' || fail "no time by threads"
 done
+
+# Lambda^-1: methods and peers that have it, single states and batches of one error; none in f32
+status 0 "$tool" chart --urdf "$data/arm.urdf" --op operational_inertia,forward_dynamics --rhs tau,qdd \
+    --strategies single,batch --refine 0 --precision f64,f32 --budget-ms 1
+grep -v '^#' "$work/out" | awk -F, '
+    $26 != "operational_inertia" { if ($26 == "forward_dynamics" && $3 == "") exit 1; next }
+    $3 != "" || $6 != "f64" || $8 != "ok" || !($11 < 1e-12) || !($15 > 0) { print; exit 1 }
+    { methods[$4] = 1; key = $4; if (key in error && error[key] != $11) { print; exit 1 }
+      error[key] = $11; front += $19 }
+    END { for (m in methods) n++
+        exit !(front >= 2 && n >= 11 && "pv-osimr" in methods && "crba" in methods && !("aba" in methods)) }' ||
+    fail "rows of Lambda^-1: $(cat "$work/out")"
+status 0 "$tool" chart --urdf "$data/arm.urdf" --op operational_inertia --methods efpa --json --budget-ms 1
+says "$work/out" '"op":"operational_inertia"'
+status 3 "$tool" chart --op operational_inertia --methods rnea
+says "$work/err" "--methods: rnea answers none of --op"
+status 3 "$tool" chart --op sideways
 
 # what would take too long is skipped, and says so: crba needs a second or so here, against 20 ms
 status 0 "$tool" chart --mechanisms straight --bodies 8,2048,2049 --methods aba,crba,hessenberg \
@@ -214,6 +231,11 @@ if command -v gnuplot >/dev/null; then
     says "$work/t/random-4-2-threads-batch.svg" "wall time of a state in a batch"
     says "$work/t/overview-2-threads-batch.svg" ", 2 threads, batch"
     says "$work/t/overview.svg" "CPU time of a call"
+    status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,efpa --budget-ms 1 \
+        --op forward_dynamics,operational_inertia --output "$work/t"
+    [ -s "$work/err" ] && fail "gnuplot complains of Lambda^-1: $(cat "$work/err")"
+    says "$work/t/random-4-lambda.svg" "efpa"
+    says "$work/t/overview-lambda.svg" "Frobenius norm"
     status 0 "$tool" chart --mechanisms random --bodies 4 --methods aba,tfa --budget-ms 1 \
         --precision f64,f128 --output "$work/t"
     [ -s "$work/err" ] && fail "gnuplot complains of precisions: $(cat "$work/err")"

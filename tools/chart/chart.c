@@ -17,8 +17,8 @@ typedef struct rows {
     chart_row *all;
     size_t count, capacity;
     int failed;
-    /* the fewest bodies at which a call was too long, by method and precision; 0: none was */
-    uint32_t over[CHART_METHODS][CHART_PRECISION_COUNT];
+    /* the fewest bodies at which a call was too long, by op, method and precision; 0: none was */
+    uint32_t over[CHART_OP_COUNT][CHART_METHODS][CHART_PRECISION_COUNT];
 } rows;
 
 static chart_row *new_row(rows *r)
@@ -37,6 +37,8 @@ static chart_row *new_row(rows *r)
 /* A residual of its own, or a peer, with steps only where there are such. */
 static int combination_exists(const chart_choice *choice)
 {
+    if (!chart_op_answered(choice->op, choice->method, choice->precision))
+        return 0;
     if (choice->method >= CHART_PEER)
         return choice->refine == 0 && choice->precision == CHART_F64 &&
                choice->strategy == CHART_SINGLE;
@@ -50,7 +52,7 @@ static int add_row(rows *r, const chart_options *o, chart_case *c, const chart_d
                    const chart_choice *choice)
 {
     chart_row *row = new_row(r);
-    uint32_t *over = &r->over[choice->method][choice->precision];
+    uint32_t *over = &r->over[choice->op][choice->method][choice->precision];
     if (!row)
         return TFA_E_MEMORY;
     row->choice = *choice;
@@ -68,7 +70,7 @@ static int add_row(rows *r, const chart_options *o, chart_case *c, const chart_d
 static int chart_methods(rows *r, const chart_options *o, chart_case *c, const chart_data *d)
 {
     int status = TFA_OK;
-    chart_choice choice = {.threads = c->threads, .strategy = c->strategy};
+    chart_choice choice = {.threads = c->threads, .strategy = c->strategy, .op = d->op};
     for (uint32_t p = 0; p < o->precision_count; p++)
         for (uint32_t m = 0; m < o->method_count; m++)
             for (choice.refine = 0; choice.refine < CHART_REFINE && status == TFA_OK;
@@ -81,6 +83,23 @@ static int chart_methods(rows *r, const chart_options *o, chart_case *c, const c
     return status;
 }
 
+/* All rows of one seed, op and right-hand side */
+static int chart_states(rows *r, const chart_options *o, chart_case *c, chart_op op, chart_rhs rhs)
+{
+    chart_data d;
+    c->op = op;
+    int status = chart_data_make(&d, c, rhs, o->states);
+    if (status != TFA_OK) {
+        fprintf(stderr, "totalforce chart: %s, %" PRIu32 " bodies, %s: exact answer: %s\n", c->name,
+                c->bodies, op == CHART_FORWARD ? chart_rhs_words[rhs] : chart_op_words[op],
+                tfa_status_text(status));
+        return status;
+    }
+    status = chart_methods(r, o, c, &d);
+    chart_data_free(&d);
+    return status;
+}
+
 /* All rows of one seed */
 static int chart_seed(rows *r, const chart_options *o, const chart_target *target, uint32_t bodies,
                       const chart_choice *how)
@@ -89,28 +108,21 @@ static int chart_seed(rows *r, const chart_options *o, const chart_target *targe
     int status = chart_case_open(&c, o, target, bodies, how->threads, how->strategy);
     if (status != TFA_OK)
         return status;
-    for (uint32_t rhs = 0; status == TFA_OK && rhs < CHART_RHS_COUNT; rhs++) {
-        chart_data d;
-        if (!(o->rhs & 1u << rhs))
-            continue;
-        status = chart_data_make(&d, &c, (chart_rhs)rhs, o->states);
-        if (status != TFA_OK) {
-            fprintf(stderr, "totalforce chart: %s, %" PRIu32 " bodies, %s: exact answer: %s\n",
-                    c.name, c.bodies, chart_rhs_words[rhs], tfa_status_text(status));
-            break;
-        }
-        status = chart_methods(r, o, &c, &d);
-        chart_data_free(&d);
-    }
+    for (uint32_t rhs = 0; status == TFA_OK && rhs < CHART_RHS_COUNT; rhs++)
+        if (o->ops >> CHART_FORWARD & 1u && o->rhs >> rhs & 1u)
+            status = chart_states(r, o, &c, CHART_FORWARD, (chart_rhs)rhs);
+    if (status == TFA_OK && o->ops >> CHART_LAMBDA & 1u)
+        status = chart_states(r, o, &c, CHART_LAMBDA, CHART_QDD);
     chart_case_close(&c);
     return status;
 }
 
-/* The front of each right-hand side */
+/* The front of each op and right-hand side */
 static void mark_fronts(chart_row *all, size_t count)
 {
     for (size_t i = 0, n; i < count; i += n) {
-        for (n = 1; i + n < count && all[i + n].rhs == all[i].rhs;)
+        for (n = 1; i + n < count && all[i + n].rhs == all[i].rhs &&
+                    all[i + n].choice.op == all[i].choice.op;)
             n++;
         chart_mark_front(all + i, n);
     }

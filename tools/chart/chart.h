@@ -23,6 +23,25 @@ enum {
     CHART_PEER = 24           /* the number of the first peer; smaller ones are tfa_method */
 };
 
+/* X(NAME, word, op, what) */
+#define CHART_OP_LIST(X)                                                                           \
+    X(FORWARD, "forward_dynamics", TFA_OP_FORWARD_DYNAMICS, "accelerations of the joints")         \
+    X(LAMBDA, "operational_inertia", TFA_OP_OPERATIONAL_INERTIA,                                   \
+      "Lambda^-1 of one link, 6 x 6, in f64 or f128; has no right-hand side")
+
+typedef enum chart_op {
+#define CHART_OP_ENUM(name, word, op, what) CHART_##name,
+    CHART_OP_LIST(CHART_OP_ENUM)
+#undef CHART_OP_ENUM
+        CHART_OP_COUNT
+} chart_op;
+
+extern const char *const chart_op_words[CHART_OP_COUNT];
+extern const tfa_op chart_ops[CHART_OP_COUNT];
+
+/** Numbers of Lambda^-1 of one link */
+#define CHART_LAMBDA_NUMBERS 36
+
 /* X(NAME, word, what) */
 #define CHART_RHS_LIST(X)                                                                          \
     X(QDD, "qdd", "torques of a random qdd, computed in f128 and rounded; moving")                 \
@@ -91,6 +110,7 @@ typedef struct chart_options {
     uint32_t precisions[CHART_PRECISION_COUNT], precision_count;
     uint32_t threads[CHART_THREADS], thread_count;
     uint32_t strategies[CHART_STRATEGY_COUNT], strategy_count;
+    uint32_t ops;    /**< bit set of chart_op */
     uint32_t rhs;    /**< bit set of chart_rhs */
     uint32_t refine; /**< bit set of refinement steps */
     uint32_t states; /**< of each case, seed and right-hand side */
@@ -104,6 +124,7 @@ typedef struct chart_options {
     const char *html;    /**< file of the page; NULL: none */
     const char *kernels; /**< folder of specialised kernels; NULL: none */
     const char *scripts; /**< folder of the gnuplot scripts; NULL: beside the program */
+    const char *tip;     /**< link of Lambda^-1; NULL: the one behind most joints */
     char *command;       /**< the command line, for the header */
 } chart_options;
 
@@ -117,6 +138,7 @@ typedef struct chart_choice {
     uint32_t precision; /**< chart_precision */
     uint32_t threads;   /**< more than 1: on a pool */
     uint32_t strategy;  /**< chart_strategy */
+    uint32_t op;        /**< chart_op */
 } chart_choice;
 
 /** "aba", "mujoco". */
@@ -138,6 +160,8 @@ typedef struct chart_case {
     char name[64];
     uint32_t bodies; /**< moving bodies of the file or mechanism, before merging */
     uint32_t threads, strategy;
+    chart_op op;  /**< of the data that are made next */
+    uint32_t tip; /**< frame of Lambda^-1 */
     tfa_model *model;
     tfa_workspace *f64, *f128;                   /**< one thread, generic */
     tfa_specialised *kernel;                     /**< NULL: none, or the strategy needs none */
@@ -178,11 +202,15 @@ const char *chart_peer_refusal(const chart_case *c, uint32_t method, char *about
 
 /** States of one case and right-hand side, one after the other, and the exact answers. */
 typedef struct chart_data {
+    chart_op op;
     chart_rhs rhs;
+    tfa_method exact_method; /**< of the exact answers, in f128 */
+    uint32_t tip;
+    uint32_t answer;             /**< numbers of an answer */
     uint32_t states, q, v, base; /**< numbers of one state */
     double *block;               /**< all arrays below */
     double *coordinates, *velocity, *tau, *pose;
-    double *exact; /**< qdd by aba in f128, base acceleration behind it */
+    double *exact; /**< qdd by aba in f128, base acceleration behind it; or Lambda^-1 */
     double *found; /**< of one state */
     double floor;  /**< median over the states */
 } chart_data;
@@ -192,6 +220,14 @@ int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states
 /** The part of it that finds the floor. */
 int chart_floor_find(chart_data *d, chart_case *c);
 void chart_data_free(chart_data *d);
+
+/** Does the method, or the peer, answer the op in this precision? */
+int chart_op_answered(uint32_t op, uint32_t method, uint32_t precision);
+/** The frame of the named link, or of the body behind most joints where it is NULL or absent. */
+uint32_t chart_find_tip(const tfa_model *model, const char *link);
+/** Method of the exact answers of so many bodies: aba, or for Lambda^-1 crba (a dense solution with
+ * the factors of M and the Jacobian) up to 128 bodies and propagation above. */
+tfa_method chart_exact_method(chart_op op, uint32_t bodies);
 
 /** A peer's answer to one state, into d->found. */
 void chart_peer_answer(const chart_case *c, uint32_t method, const chart_data *d, uint32_t state);
@@ -213,8 +249,8 @@ int chart_batch_make(chart_batch *b, const chart_data *d, uint32_t bodies);
 void chart_batch_answer(const chart_batch *b, const chart_data *d, uint32_t state);
 void chart_batch_free(chart_batch *b);
 
-/** Relative error of d->found against the exact answer of the state: 2-norm, and the largest of
- * single components. */
+/** Relative error of d->found against the exact answer of the state: 2-norm (of a matrix the
+ * Frobenius norm), and the largest of single components. */
 double chart_error(const chart_data *d, uint32_t state, double *worst_component);
 
 /** FNV-1a over the bits of the answer in d->found, carried on from `hash`. */

@@ -88,8 +88,10 @@ static int make_workspaces(chart_case *c)
 static int open_compiled(chart_case *c, const chart_options *options, int status, const char *label,
                          uint32_t bodies)
 {
-    if (status == TFA_OK)
+    if (status == TFA_OK) {
+        c->tip = chart_find_tip(c->model, options->tip);
         status = make_workspaces(c);
+    }
     if (status == TFA_OK)
         status = chart_solvers_open(c, options);
     if (status == TFA_OK)

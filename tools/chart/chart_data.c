@@ -12,14 +12,23 @@
 /* One walk for sizes and pointers: the arrays stand one behind the other. */
 static int allocate(chart_data *d, const chart_case *c, chart_rhs rhs, uint32_t states)
 {
-    *d = (chart_data){.rhs = rhs,
+    *d = (chart_data){.op = c->op,
+                      .rhs = rhs,
+                      .exact_method = chart_exact_method(c->op, c->bodies),
+                      .tip = c->tip,
                       .states = states,
                       .q = tfa_model_q_count(c->model),
                       .v = tfa_model_v_count(c->model),
                       .base = tfa_model_base_freedoms(c->model)};
-    const size_t answer = (size_t)d->v + d->base;
-    const size_t sizes[] = {(size_t)states * d->q, (size_t)states * d->v, (size_t)states * d->v,
-                            (size_t)states * 7,    states * answer,       answer};
+    d->answer = d->op == CHART_LAMBDA ? CHART_LAMBDA_NUMBERS : d->v + d->base;
+    /* room for a random qdd, too */
+    const size_t found = (size_t)d->answer + d->v, answers = (size_t)states * d->answer;
+    const size_t sizes[] = {(size_t)states * d->q,
+                            (size_t)states * d->v,
+                            (size_t)states * d->v,
+                            (size_t)states * 7,
+                            answers,
+                            found};
     double **const arrays[] = {&d->coordinates, &d->velocity, &d->tau,
                                &d->pose,        &d->exact,    &d->found};
     size_t total = 0;
@@ -81,23 +90,28 @@ static int draw_state(chart_data *d, chart_case *c, uint32_t state)
         velocity[k] = mechanism_random_normal(&c->random);
     for (uint32_t k = 0; d->rhs == CHART_TAU && k < d->v; k++)
         tau[k] = mechanism_random_normal(&c->random);
-    return d->rhs == CHART_QDD ? torques_of_motion(d, c, state) : TFA_OK;
+    return d->op == CHART_FORWARD && d->rhs == CHART_QDD ? torques_of_motion(d, c, state) : TFA_OK;
 }
 
 tfa_request chart_request(const chart_data *d, uint32_t state)
 {
-    return (tfa_request){.op = TFA_OP_FORWARD_DYNAMICS,
-                         .method = TFA_METHOD_ABA,
+    const int forward = d->op == CHART_FORWARD;
+    return (tfa_request){.op = chart_ops[d->op],
+                         .method = d->exact_method,
                          .estimate = TFA_ESTIMATE_NEVER,
                          .count = 1,
+                         .tip_count = !forward,
+                         .tips = {d->tip},
                          .q = d->coordinates + (size_t)state * d->q,
-                         .v = d->velocity + (size_t)state * d->v,
-                         .tau = d->tau + (size_t)state * d->v,
+                         .v = forward ? d->velocity + (size_t)state * d->v : NULL,
+                         .tau = forward ? d->tau + (size_t)state * d->v : NULL,
                          .base_pose = d->base ? d->pose + 7 * (size_t)state : NULL};
 }
 
 tfa_reply chart_reply(const chart_data *d, tfa_answer *answer)
 {
+    if (d->op == CHART_LAMBDA)
+        return (tfa_reply){.lambda_inv = d->found, .answers = answer};
     return (tfa_reply){
         .qdd = d->found, .base_acceleration = d->base ? d->found + d->v : NULL, .answers = answer};
 }
@@ -119,8 +133,7 @@ int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states
         if (status == TFA_OK)
             status = solve_exactly(d, c, s);
         if (status == TFA_OK)
-            memcpy(d->exact + s * ((size_t)d->v + d->base), d->found,
-                   ((size_t)d->v + d->base) * sizeof(double));
+            memcpy(d->exact + (size_t)s * d->answer, d->found, d->answer * sizeof(double));
     }
     if (status == TFA_OK)
         status = chart_floor_find(d, c);

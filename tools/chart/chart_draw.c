@@ -84,7 +84,10 @@ const char *chart_name_how(const chart_choice *choice, int file, char *text, siz
         snprintf(threads, sizeof threads, "%s%" PRIu32 "%sthreads", comma, choice->threads, blank);
     if (choice->strategy != CHART_SINGLE)
         snprintf(strategy, sizeof strategy, "%s%s", comma, chart_strategy_words[choice->strategy]);
-    snprintf(text, size, "%s%s", threads, strategy);
+    snprintf(text, size, "%s%s%s", choice->op == CHART_LAMBDA ? comma : "",
+             choice->op == CHART_LAMBDA ? file ? "lambda" : "Λ⁻¹" : "", threads);
+    const size_t used = strlen(text);
+    snprintf(text + used, size - used, "%s", strategy);
     return text;
 }
 
@@ -95,14 +98,15 @@ static size_t same_case(const chart_row *rows, size_t count)
     while (n < count && rows[n].bodies == rows->bodies &&
            rows[n].choice.threads == rows->choice.threads &&
            rows[n].choice.strategy == rows->choice.strategy &&
-           strcmp(rows[n].target, rows->target) == 0)
+           rows[n].choice.op == rows->choice.op && strcmp(rows[n].target, rows->target) == 0)
         n++;
     return n;
 }
 
 static int same_how(const chart_row *a, const chart_row *b)
 {
-    return a->choice.threads == b->choice.threads && a->choice.strategy == b->choice.strategy;
+    return a->choice.threads == b->choice.threads && a->choice.strategy == b->choice.strategy &&
+           a->choice.op == b->choice.op;
 }
 
 /* One overview for each number of threads and strategy, of the first precision. */

@@ -13,7 +13,7 @@
 
 double chart_error(const chart_data *d, uint32_t state, double *worst_component)
 {
-    const uint32_t n = d->v + d->base;
+    const uint32_t n = d->answer;
     const double *exact = d->exact + (size_t)state * n;
     double error = 0.0, size = 0.0, worst = 0.0;
     for (uint32_t i = 0; i < n; i++) {
@@ -65,7 +65,7 @@ void chart_name_invalid_field(char *text, size_t size, const chart_case *c, cons
 uint64_t chart_hash_answer(uint64_t hash, const chart_data *d)
 {
     const unsigned char *at = (const unsigned char *)d->found;
-    const size_t size = ((size_t)d->v + d->base) * sizeof(double);
+    const size_t size = d->answer * sizeof(double);
     for (size_t i = 0; i < size; i++)
         hash = (hash ^ at[i]) * CHART_HASH_PRIME;
     return hash;

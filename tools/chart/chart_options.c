@@ -16,6 +16,8 @@
 enum {
     KEY_URDF = 256,
     KEY_BASE,
+    KEY_OP,
+    KEY_TIP,
     KEY_RHS,
     KEY_REFINE,
     KEY_PRECISION,
@@ -43,7 +45,15 @@ static const struct argp_option option_table[] = {
     {.name = "methods",
      .key = 'M',
      .arg = "METHOD,...",
-     .doc = "Methods and peers (all of forward dynamics)"},
+     .doc = "Methods and peers (all of the ops)"},
+    {.name = "op",
+     .key = KEY_OP,
+     .arg = "forward_dynamics|operational_inertia,...",
+     .doc = "Answers (forward_dynamics)"},
+    {.name = "tip",
+     .key = KEY_TIP,
+     .arg = "LINK",
+     .doc = "Link of operational_inertia (the one behind most joints)"},
     {.name = "rhs", .key = KEY_RHS, .arg = "qdd|tau|gravity,...", .doc = "Right-hand sides (all)"},
     {.name = "refine", .key = KEY_REFINE, .arg = "0|1|2,...", .doc = "Refinement steps (0,1)"},
     {.name = "precision",
@@ -124,6 +134,12 @@ static void parse_method(struct argp_state *state, char *word)
     o->methods[o->method_count++] = (uint32_t)method;
 }
 
+static void parse_op(struct argp_state *state, char *word)
+{
+    chart_options *o = state->input;
+    o->ops |= 1u << option_word(state, "op", word, chart_op_words, CHART_OP_COUNT);
+}
+
 static void parse_rhs(struct argp_state *state, char *word)
 {
     chart_options *o = state->input;
@@ -182,15 +198,24 @@ static void all_mechanisms(chart_options *o)
     o->target_count = MECHANISM_COUNT;
 }
 
-/* All methods of forward dynamics, and the peers of this build. */
+/* Does the method answer one of the ops? */
+static int is_of_ops(const chart_options *o, uint32_t method)
+{
+    for (uint32_t op = 0; op < CHART_OP_COUNT; op++)
+        if (o->ops >> op & 1u && chart_op_answered(op, method, CHART_F64))
+            return 1;
+    return 0;
+}
+
+/* All methods of the ops, and the peers of this build. */
 static void all_methods(chart_options *o)
 {
-    const tfa_method_info *row;
-    for (uint32_t method = TFA_METHOD_AUTO + 1; (row = tfa_method_describe(method)); method++)
-        if (row->forward_dynamics)
+    for (uint32_t method = TFA_METHOD_AUTO + 1; tfa_method_describe(method); method++)
+        if (is_of_ops(o, method))
             o->methods[o->method_count++] = method;
     for (uint32_t k = 0; peer_table[k]; k++)
-        o->methods[o->method_count++] = CHART_PEER + k;
+        if (is_of_ops(o, CHART_PEER + k))
+            o->methods[o->method_count++] = CHART_PEER + k;
 }
 
 static void complete(chart_options *o)
@@ -202,6 +227,7 @@ static void complete(chart_options *o)
         memcpy(o->sizes, sizes, sizeof sizes);
         o->size_count = sizeof sizes / sizeof *sizes;
     }
+    o->ops = o->ops ? o->ops : 1u << CHART_FORWARD;
     if (o->method_count == 0)
         all_methods(o);
     if (o->precision_count == 0)
@@ -222,6 +248,10 @@ static void check(struct argp_state *state, const chart_options *o)
         if (chart_precisions[p].residual != TFA_RESIDUAL_SAME && o->refine == 1)
             argp_error(state, "--precision %s needs --refine 1 or 2", chart_precision_words[p]);
     }
+    for (uint32_t m = 0; m < o->method_count; m++)
+        if (!is_of_ops(o, o->methods[m]))
+            argp_error(state, "--methods: %s answers none of --op",
+                       chart_method_name(o->methods[m]));
     for (uint32_t k = 0; k < o->strategy_count; k++)
         if (chart_is_specialised(o->strategies[k]) && !o->kernels)
             argp_error(state, "--strategies %s needs --kernels FOLDER",
@@ -239,6 +269,9 @@ static error_t parse_list(int key, char *text, struct argp_state *state)
         return 0;
     case 'M':
         for_each_word(state, text, parse_method);
+        return 0;
+    case KEY_OP:
+        for_each_word(state, text, parse_op);
         return 0;
     case KEY_RHS:
         for_each_word(state, text, parse_rhs);
@@ -305,6 +338,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case KEY_HTML:
         o->html = text;
         return 0;
+    case KEY_TIP:
+        o->tip = text;
+        return 0;
     case KEY_SCRIPTS:
         o->scripts = text;
         return 0;
@@ -323,6 +359,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
+#define CHART_OP_HELP(name, word, op, what) "  " word ": " what "\n"
 #define CHART_RHS_HELP(name, word, what) "  " word ": " what "\n"
 #define CHART_PRECISION_HELP(name, word, precision, residual, what) "  " word ": " what "\n"
 #define CHART_STRATEGY_HELP(name, word, batch, specialised, what) "  " word ": " what "\n"
@@ -330,8 +367,10 @@ static error_t parse(int key, char *text, struct argp_state *state)
 /* clang-format off */
 static const char documentation[] =
     "Charts accuracy against speed: every method on every mechanism, size, right-hand side and "
-    "number of refinement steps, against articulated bodies in quadruple precision.\v"
-    "Right-hand sides:\n"
+    "number of refinement steps, against quadruple precision.\v"
+    "Ops:\n"
+    CHART_OP_LIST(CHART_OP_HELP)
+    "\nRight-hand sides of forward dynamics:\n"
     CHART_RHS_LIST(CHART_RHS_HELP)
     "\nPrecisions:\n"
     CHART_PRECISION_LIST(CHART_PRECISION_HELP)
@@ -343,14 +382,14 @@ static const char documentation[] =
     "sines and cosines are rounded to double.";
 /* clang-format on */
 
-/* Methods, then the peers of this build */
+/* Methods of any op, then the peers of this build */
 static const char *method_word(size_t index)
 {
+    const chart_options all = {.ops = (1u << CHART_OP_COUNT) - 1};
     size_t count = 0;
-    while (suggest_forward_method(count))
-        count++;
-    if (index < count)
-        return suggest_forward_method(index);
+    for (uint32_t method = TFA_METHOD_AUTO + 1; tfa_method_describe(method); method++)
+        if (is_of_ops(&all, method) && count++ == index)
+            return tfa_method_name(method);
     for (size_t k = 0; peer_table[k]; k++)
         if (k == index - count)
             return peer_table[k]->name;

@@ -151,7 +151,8 @@ static void write_sentences(FILE *out, const chart_options *o, const chart_row *
 void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row *rows, size_t count)
 {
     grid g = {0};
-    const chart_rhs rhs = first_rhs(o);
+    const int lambda = rows->choice.op == CHART_LAMBDA;
+    const chart_rhs rhs = lambda ? CHART_QDD : first_rhs(o);
     const int one_column = has_one_column(o);
     chart_range times[CHART_SIZES + 1] = {0};
     char how[96];
@@ -175,8 +176,8 @@ void chart_draw_overview(FILE *gnuplot, const chart_options *o, const chart_row 
     chart_set_time_name(gnuplot, &rows->choice);
     gnuplot_string(gnuplot, "how", chart_name_how(&rows->choice, 0, how, sizeof how));
     gnuplot_string(gnuplot, "suffix", chart_name_how(&rows->choice, 1, how, sizeof how));
-    fprintf(gnuplot, "rhs_name = rhs_%d\nlines = %" PRIu32 "\ncolumns = %" PRIu32 "\n", (int)rhs,
-            g.target_count, g.size_count);
+    fprintf(gnuplot, "lambda = %d\nrhs_name = rhs_%d\nlines = %" PRIu32 "\ncolumns = %" PRIu32 "\n",
+            lambda, (int)rhs, g.target_count, g.size_count);
     fprintf(gnuplot, "array line_name[%" PRIu32 "]\narray column_name[%" PRIu32 "]\n",
             g.target_count, g.size_count);
     for (uint32_t k = 0; k < g.target_count; k++)

@@ -147,5 +147,14 @@ void chart_peer_answer(const chart_case *c, uint32_t method, const chart_data *d
 {
     const chart_peer *p = find(c, method);
     const size_t at = (size_t)state * d->v;
+    const struct peer_lambda *row = peer_lambda_table;
+    while (row->peer && row->peer != p->choice)
+        row++;
+    if (d->op == CHART_LAMBDA && row->peer) {
+        const char *link = tfa_model_frame(c->model, d->tip).name;
+        if (row->lambda(p->robot, d->coordinates + at, link, d->found) != 0)
+            d->found[0] = NAN; /* no such link: an error that is not finite */
+        return;
+    }
     p->choice->forward(p->robot, d->coordinates + at, d->velocity + at, d->tau + at, d->found);
 }

@@ -15,8 +15,11 @@ void chart_print_head(FILE *out, const chart_options *options)
     fprintf(
         out,
         "# states of each row and seed: %" PRIu32 ", seeds: %" PRIu32 " from %" PRIu64 " on\n"
-        "# error: relative 2-norm error of qdd to aba in f128, median over the seeds of the median "
-        "over the states; error_low, error_high: of the least and the worst seed; worst_component: "
+        "# error: relative 2-norm error of qdd to aba in f128, or relative Frobenius-norm error of "
+        "Lambda^-1 (6 x 6, linear rows first, m and rad, axes of the world) to the dense J M^-1 "
+        "J^T in "
+        "f128 (above 128 bodies: to propagation in f128), median over the seeds of the median over "
+        "the states; error_low, error_high: of the least and the worst seed; worst_component: "
         "largest relative error of one component in any state\n"
         "# floor: change of the exact answer when every number of the robot and of the request "
         "changes in the last bit, and sines and cosines are rounded to double; at least 2^-53\n"
@@ -40,8 +43,14 @@ void chart_print_head(FILE *out, const chart_options *options)
           "error,"
           "worst_component,floor,"
           "estimate,time_us,aba_us,time_ratio,samples,front,error_low,error_high,time_low_us,"
-          "time_high_us,same_as,strategy\n",
+          "time_high_us,same_as,strategy,op\n",
           out);
+}
+
+/* "": the op has none */
+static const char *rhs_of(const chart_row *row)
+{
+    return row->choice.op == CHART_FORWARD ? chart_rhs_words[row->rhs] : "";
 }
 
 /* NULL: none */
@@ -56,7 +65,7 @@ void chart_print_row(FILE *out, const chart_row *row)
                               row->time,  row->aba_time, row->ratio};
     const chart_choice *choice = &row->choice;
     fprintf(out, "%s,%" PRIu32 ",%s,%s,%" PRIu32 ",%s,%" PRIu32 ",%s,", row->target, row->bodies,
-            chart_rhs_words[row->rhs], chart_method_name(choice->method), choice->refine,
+            rhs_of(row), chart_method_name(choice->method), choice->refine,
             chart_precision_words[choice->precision], choice->threads, chart_row_status(row));
     results_print_text(out, row->field);
     fprintf(out, ",%s", answered_by(row) ? answered_by(row) : "");
@@ -70,8 +79,8 @@ void chart_print_row(FILE *out, const chart_row *row)
         fputc(',', out);
         results_print_number(out, i < 2 ? "%.3e" : "%.4g", spread[i]);
     }
-    fprintf(out, ",%s,%s\n", row->same_as ? chart_method_name(row->same_as) : "",
-            chart_strategy_words[choice->strategy]);
+    fprintf(out, ",%s,%s,%s\n", row->same_as ? chart_method_name(row->same_as) : "",
+            chart_strategy_words[choice->strategy], chart_op_words[choice->op]);
 }
 
 void chart_print_row_json(FILE *out, const chart_row *row)
@@ -80,7 +89,7 @@ void chart_print_row_json(FILE *out, const chart_row *row)
     const chart_choice *choice = &row->choice;
     json_object_set_new(o, "mechanism", json_string(row->target));
     json_object_set_new(o, "bodies", json_integer(row->bodies));
-    json_object_set_new(o, "rhs", json_string(chart_rhs_words[row->rhs]));
+    json_object_set_new(o, "rhs", json_string(rhs_of(row)));
     json_object_set_new(o, "method", json_string(chart_method_name(choice->method)));
     json_object_set_new(o, "refine", json_integer(choice->refine));
     json_object_set_new(o, "precision", json_string(chart_precision_words[choice->precision]));
@@ -105,6 +114,7 @@ void chart_print_row_json(FILE *out, const chart_row *row)
     results_set_number(o, "time_high_us", row->time_high);
     json_object_set_new(o, "same_as",
                         row->same_as ? json_string(chart_method_name(row->same_as)) : json_null());
+    json_object_set_new(o, "op", json_string(chart_op_words[choice->op]));
     json_dumpf(o, out, JSON_COMPACT | JSON_REAL_PRECISION(4));
     fputc('\n', out);
     json_decref(o);

@@ -232,9 +232,12 @@ void chart_draw_scatter(FILE *gnuplot, const chart_options *o, const chart_row *
     write_rows(gnuplot, o, rows, count);
     write_range(gnuplot, rows, count);
     write_times(gnuplot, rows, count);
+    const uint32_t lambda = rows->choice.op == CHART_LAMBDA;
+    fprintf(gnuplot, "lambda = %" PRIu32 "\n", lambda);
     for (int rhs = 0; rhs < CHART_RHS_COUNT; rhs++) {
         name_front(gnuplot, o, rows, count, (chart_rhs)rhs);
-        fprintf(gnuplot, "has_%d = %d\n", rhs, (o->rhs >> rhs & 1u) != 0);
+        fprintf(gnuplot, "has_%d = %d\n", rhs,
+                ((lambda ? 1u << CHART_QDD : o->rhs) >> rhs & 1u) != 0);
     }
     fprintf(gnuplot, "lines = %" PRIu32 "\narray line_name[%" PRIu32 "]\n", o->precision_count,
             o->precision_count);

@@ -55,11 +55,12 @@ static int are_same(const chart_row *a, const chart_row *b)
            a->choice.precision == b->choice.precision && a->bits == b->bits;
 }
 
-/* Answers that are exact are the same, whatever the code. */
+/* Answers that are exact are the same, whatever the code; and Lambda^-1 by propagation and pv-osimr
+ * is the same by different code. */
 static int is_comparable(const chart_row *row)
 {
     const uint32_t precision = row->choice.precision;
-    return chart_row_good(row) && row->choice.threads == 1 &&
+    return chart_row_good(row) && row->choice.op == CHART_FORWARD && row->choice.threads == 1 &&
            row->choice.strategy == CHART_SINGLE &&
            (precision == CHART_F64 || precision == CHART_F32);
 }

@@ -81,7 +81,7 @@ static double *repeat(double **at, const double *from, size_t width, uint32_t co
 int chart_batch_make(chart_batch *b, const chart_data *d, uint32_t bodies)
 {
     const uint32_t count = bodies <= 128 ? CHART_BATCH_STATES : 64;
-    const size_t width = (size_t)d->q + 3 * (size_t)d->v + 7 + 6;
+    const size_t width = (size_t)d->q + 2 * (size_t)d->v + 7 + d->answer;
     double *at = b->block = calloc(count * width, sizeof(double));
     b->reply.answers = calloc(count, sizeof *b->reply.answers);
     if (!at || !b->reply.answers) {
@@ -94,6 +94,10 @@ int chart_batch_make(chart_batch *b, const chart_data *d, uint32_t bodies)
     b->request.v = repeat(&at, b->request.v, d->v, count, d->states);
     b->request.tau = repeat(&at, b->request.tau, d->v, count, d->states);
     b->request.base_pose = repeat(&at, b->request.base_pose, 7, count, d->states);
+    if (d->op == CHART_LAMBDA) {
+        b->reply.lambda_inv = at;
+        return TFA_OK;
+    }
     b->reply.qdd = at;
     b->reply.base_acceleration = d->base ? at + (size_t)count * d->v : NULL;
     return TFA_OK;
@@ -101,6 +105,11 @@ int chart_batch_make(chart_batch *b, const chart_data *d, uint32_t bodies)
 
 void chart_batch_answer(const chart_batch *b, const chart_data *d, uint32_t state)
 {
+    if (d->op == CHART_LAMBDA) {
+        memcpy(d->found, b->reply.lambda_inv + (size_t)state * d->answer,
+               d->answer * sizeof(double));
+        return;
+    }
     memcpy(d->found, b->reply.qdd + (size_t)state * d->v, d->v * sizeof(double));
     if (d->base)
         memcpy(d->found + d->v, b->reply.base_acceleration + (size_t)state * d->base,

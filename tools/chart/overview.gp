@@ -3,7 +3,7 @@
 #
 # All mechanisms and sizes at a glance: a line of small panels for each mechanism, a column for each
 # size, one right-hand side. Given: $data, $words, $sentences, lines, columns, line_name, column_name,
-# what chart_set_times sets, rhs_name, time_name, how, suffix (chart_name_how), and style.gp.
+# what chart_set_times sets, lambda, rhs_name, time_name, how, suffix (chart_name_how), and style.gp.
 
 head_px = 104
 panel_px = 150
@@ -24,8 +24,8 @@ do for [kind in "svg png"] {
     }
     set output sprintf('%s/overview%s.%s', folder, suffix, kind)
     set multiplot
-    set label 1 "Accuracy against speed: ".rhs_name.how at screen 0.5, screen 1 - 25.0/high_px center font ',16' noenhanced
-    set label 2 "up: relative error of qdd (2-norm); right: ".time_name."\nhollow: as solved, filled: refined; bars: least and largest over the seeds; dashed: floor of the data" \
+    set label 1 "Accuracy against speed".(lambda ? "" : ": ".rhs_name).how at screen 0.5, screen 1 - 25.0/high_px center font ',16' noenhanced
+    set label 2 "up: relative error of ".(lambda ? "Λ⁻¹ (Frobenius norm)" : "qdd (2-norm)")."; right: ".time_name."\nhollow: as solved, filled: refined; bars: least and largest over the seeds; dashed: floor of the data" \
         at screen 0.5, screen 1 - 46.0/high_px center font ',11' noenhanced
     set logscale xy
     set yrange [1e-17:1e2]; set ytics 1e-16, 1e4, 1e2 font ',9'; unset mytics

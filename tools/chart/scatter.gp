@@ -3,7 +3,7 @@
 #
 # Accuracy against speed for one mechanism and size: a column of panels for each right-hand side, a
 # line for each precision, and a key. All panels of a column share front, floor and ranges.
-# Given: $data, same, low, high, what chart_set_times sets, subject, file, folder, has_N, front_N, lines, line_name, time_name,
+# Given: $data, same, low, high, what chart_set_times sets, subject, file, folder, lambda, has_N, front_N, lines, line_name, time_name,
 # silent, and style.gp.
 
 wide_px = 1280
@@ -40,8 +40,8 @@ do for [kind in "svg png"] {
         do for [l=0:lines-1] {
             set origin (left_px + cell_px * at) / wide_px, (foot_px + line_px * (lines - 1 - l)) * 1.0 / high_px
             set size (cell_px - 70) / wide_px, (line_px - 16.0) / high_px
-            set ylabel (at == 0 ? 'relative error of qdd, 2-norm' : '') offset 0.5,0
-            set title (l == 0 ? value(sprintf('rhs_%d', r)) : '') noenhanced offset 0,-0.4
+            set ylabel (at == 0 ? 'relative error of '.answer_name(lambda) : '') offset 0.5,0
+            set title (l == 0 ? (lambda ? 'Λ⁻¹ of one link' : value(sprintf('rhs_%d', r))) : '') noenhanced offset 0,-0.4
             set format x (l == lines - 1 ? time_format[r+1] : '')
             set xlabel (l == lines - 1 ? time_name : '') offset 0,0.3
             if (lines > 1) {

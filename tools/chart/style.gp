@@ -20,13 +20,19 @@ n = 8;  s = 4;  c = '#E69F00'; l = 'hessenberg';    eval(define_mark)
 n = 31; s = 6;  c = '#0B3C8C'; l = 'auto';          eval(define_mark)
 n = 12; s = 10; c = '#00441B'; l = 'scan';          eval(define_mark)
 n = 13; s = 10; c = '#66C2A4'; l = 'scan-two-pass'; eval(define_mark)
+n = 6;  s = 6;  c = '#0072B2'; l = 'propagation';   eval(define_mark)
+n = 14; s = 6;  c = '#66A61E'; l = 'efpa';          eval(define_mark)
+n = 15; s = 6;  c = '#D55E00'; l = 'pv-osimr';      eval(define_mark)
+n = 5;  s = 8;  c = '#009E73'; l = 'tfa-one-sided'; eval(define_mark)
 # peers; who they are is added behind this file
 n = 24; s = 1;  c = '#CC3311'; l = '';              eval(define_mark)
 n = 25; s = 2;  c = '#CC3311'; l = '';              eval(define_mark)
 
 # those in the chart, as the key has them
 order = ''
-do for [m in "31 3 2 4 7 8 9 10 11 12 13 24 25"] { if (strstrt(charted, ' '.m.' ')) { order = order.' '.m } }
+do for [m in "31 3 2 6 14 15 4 5 7 8 9 10 11 12 13 24 25"] { if (strstrt(charted, ' '.m.' ')) { order = order.' '.m } }
 rhs_0 = 'qdd: torques of a random qdd'
 rhs_1 = 'tau: random torques'
+lambda = 0 # 1: Lambda^-1, which has no right-hand side
+answer_name(lambda) = lambda ? 'Λ^{-1}, Frobenius norm' : 'qdd, 2-norm'
 rhs_2 = 'gravity: at rest, no torques'

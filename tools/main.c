@@ -31,6 +31,7 @@
     X(chain, "       ", "write a test mechanism as URDF")                                          \
     X(chart, "       ", "chart accuracy against speed")                                            \
     X(atlas, "       ", "map failures of methods, and the answers of the service there")           \
+    X(drift, "       ", "energy of a freely swinging robot over simulated time")                   \
     X(specialise, "  ", "compile a kernel specialised for one robot")                              \
     X(sweep, "       ", "one operation for many states, on many cores and machines")
 

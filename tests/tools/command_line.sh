@@ -9,7 +9,7 @@ says "$work/out" "solve"
 says "$work/out" "latency"
 status 0 "$tool" --version
 says "$work/out" "totalforce "
-for command in model solve call latency methods chain chart atlas specialise sweep; do
+for command in model solve call latency methods chain chart atlas drift specialise sweep; do
     status 0 "$tool" $command --help
     says "$work/out" "Usage: totalforce $command"
     cp "$work/out" "$work/help"

@@ -34,6 +34,7 @@ int command_methods(int argc, char **argv);
 int command_chain(int argc, char **argv);
 int command_chart(int argc, char **argv);
 int command_atlas(int argc, char **argv);
+int command_drift(int argc, char **argv);
 int command_specialise(int argc, char **argv);
 int command_sweep(int argc, char **argv);
 

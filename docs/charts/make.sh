@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# Measures everything that docs/accuracy.md shows, draws its pictures and writes its tables: the lines
+# Measures everything that docs/accuracy.md shows and the answers of docs/which-method.md, draws its pictures and writes its tables: the lines
 # between `<!-- made: NAME -->` and `<!-- end -->`.
 #
 #   cmake --preset peers && cmake --build --preset peers     # release with MuJoCo and Orocos KDL
-#   sh docs/charts/make.sh build/peers                       # some 10 minutes; nothing else should run
+#   sh docs/charts/make.sh build/peers                       # some 13 minutes; nothing else should run
 #
 #   sh docs/charts/make.sh BUILD --quick FOLDER    a few small cells; page and pictures in FOLDER
 #
@@ -25,14 +25,16 @@ work=$build/charts
 sizes=8,32,128,1024,4096 one=128 map_bodies=64 budget=10
 chains="" maps="" points=13
 hero="arm7 quadruped humanoid" strategies=single,batch,specialised,specialised-batch
+cores=8,32,128,512,1024,2048,4096 single=32,128 lambda=128 seconds=10 samples=100
 if [ $# -eq 3 ]; then
     docs=$(realpath -m "$3") work=$(realpath -m "$3")/work
     sizes=4,48 one=48 map_bodies=48 budget=1
     chains="--mechanisms random,heavy-tip,alternating,rank-deficient,side-branches,thin,taper --seeds 2"
     maps="--bodies 4,48 --states 1 --seeds 2" points=3
     hero=arm7 strategies=single,batch
+    cores=8,32 single=8 lambda=8 seconds=0.4 samples=10
     mkdir -p "$docs"
-    cp "$source/docs/accuracy.md" "$docs/"
+    cp "$source/docs/accuracy.md" "$source/docs/which-method.md" "$docs/"
 fi
 mkdir -p "$docs/pictures"
 rm -rf "$work"
@@ -73,6 +75,16 @@ for peer in mujoco kdl; do
 done
 run hero $chart $(robots $hero) --methods "auto$peers" --rhs qdd --refine 0 --threads 1,2 \
     --strategies $strategies --precision f64,f32 --kernels "$kernels"
+run lambda $chart $(robots $hero) --mechanisms random --bodies $lambda --op operational_inertia --refine 0 \
+    --strategies $strategies --kernels "$kernels"
+run cores $chart --mechanisms random --bodies $cores --methods auto --rhs qdd --refine 0 --threads 1,2 \
+    --strategies single,batch
+run single $chart $(robots arm7 humanoid) --mechanisms random --bodies $single --methods aba --rhs qdd \
+    --refine 0,1 --precision f64,f32,f32+f64 --strategies single,batch
+run drift-arm drift $(robots arm7) --precision f64,f32,f32+f64 --step 0.004,0.001 --seconds $seconds \
+    --samples $samples
+run drift-thin drift --mechanism thin --methods aba,tfa,cfa,dca --precision f64,f32 --step 0.002 \
+    --seconds $(echo "$seconds / 2" | bc -l) --samples $samples
 run mechanisms $chart --bodies $sizes $chains
 run robots $chart $(robots arm7 quadruped humanoid snake64)
 run precision $chart --mechanisms random --bodies $one --methods crba,aba,tfa,tfa-cr,cfa,dca,scan \
@@ -84,14 +96,23 @@ done
 # the pictures of the page and of the README; the rest stays in $work
 awk -f "$here/hero.awk" "$work/hero/chart.csv" >"$work/hero/points"
 machine=$(sed -n 's/^# processor: //p' "$work/hero/chart.csv" | head -n 1)
-gnuplot -e "data='$work/hero/points'; output='$docs/pictures/hero.svg'" \
-    -e "note='$machine, $(date +%Y-%m-%d): sh docs/charts/make.sh'" "$here/hero.gp"
+note="$machine, $(date +%Y-%m-%d): sh docs/charts/make.sh"
+gnuplot -e "data='$work/hero/points'; output='$docs/pictures/hero.svg'; note='$note'" "$here/hero.gp"
+for picture in lambda cores single; do
+    gnuplot -e "chart='$work/$picture/chart.csv'; output='$docs/pictures/$picture.svg'; note='$note'" \
+        "$here/$picture.gp"
+done
+awk -v labels="$work/drift-labels" -f "$here/drift.awk" "$work/drift-arm/drift.csv" \
+    "$work/drift-thin/drift.csv" >"$work/drift-lines"
+gnuplot -e "data='$work/drift-lines'; labels='$work/drift-labels'; output='$docs/pictures/drift.svg'" \
+    -e "note='$note'" "$here/drift.gp"
+# azimuth and elevation of the view in degrees, m for 1/kg, and three postures
+"$build/bin/demo_ellipsoid" config/robots/arm7.urdf tool0 -60 20 0.18 0,-0.2,0,-2.2,0,2.0,0 \
+    0,0.5,0,-1.4,0,1.2,0 0,1.0,0,-0.25,0,0.2,0 >"$work/ellipsoid"
+gnuplot -e "data='$work/ellipsoid'; output='$docs/pictures/ellipsoid.svg'" \
+    -e "view='orthographic view: azimuth -60, elevation 20 degrees; 0.18 m for 1/kg'" "$here/ellipsoid.gp"
 gnuplot -e "chart='$work/mechanisms/chart.csv'; output='$docs/pictures/bodies.svg'" \
     "$here/bodies.gp"
-cp "$work/robots/overview.png" "$docs/pictures/robots.png"
-for mechanism in random heavy-tip; do
-    cp "$work/mechanisms/$mechanism-$one.png" "$docs/pictures/$mechanism.png"
-done
 gnuplot -e "atlas='$work/atlas-qdd/atlas.csv'; bodies=$map_bodies; output='$docs/pictures/atlas.png'" \
     "$here/atlas.gp"
 
@@ -99,5 +120,7 @@ for program in test_reference test_laws; do
     [ $# -eq 3 ] || [ ! -x "$build/bin/$program" ] || "$build/bin/$program" >"$work/$program.txt" 2>&1 || true
 done
 sh "$here/tables.sh" "$work" "$one"
-awk -v folder="$work/blocks" -f "$here/fill.awk" "$docs/accuracy.md" >"$work/page"
-cp "$work/page" "$docs/accuracy.md"
+for page in accuracy which-method; do
+    awk -v folder="$work/blocks" -f "$here/fill.awk" "$docs/$page.md" >"$work/page"
+    cp "$work/page" "$docs/$page.md"
+done

@@ -39,6 +39,50 @@ table() {
 } | fold -s -w 100 | sed 's/ *$//' | block measured
 sed 's/^\([^|]*\)|\([^|]*\)|/`\1`|`totalforce \2`|/' "$work/runs" | table "run,command,seconds" | block runs
 
+# The questions of which-method.md: "FIELD of KEYS" in the charts, by the names of their columns
+{
+    for name in hero cores single mechanisms; do
+        sed "s/^/$name,/" "$work/$name/chart.csv"
+    done
+} | awk -F, -v one="$one" '
+    $2 ~ /^#/ { next }
+    $2 == "mechanism" { for (i = 1; i <= NF; i++) c[$i] = i; next }
+    $c["status"] != "ok" { next }
+    { key = $1 "/" $c["mechanism"] "/" $c["bodies"] "/" $c["method"] "/" $c["strategy"] "/" $c["precision"] "/" $c["threads"] "/" $c["refine"] "/" $c["rhs"] }
+    { time[key] = $c["time_us"]; error[key] = $c["error"] }
+    function at(list, key) { return key in list ? list[key] : "" }
+    function us(key) { return key in time ? sprintf("%.2g µs", time[key]) : "(not measured)" }
+    function off(method, mechanism) {
+        key = "mechanisms/" mechanism "/" one "/" method "/single/f64/1/0/qdd"
+        return key in error ? sprintf("%.0e", error[key]) : "(not measured)"
+    }
+    function over(a, b) { return (a in time) && (b in time) ? time[a] / time[b] : 0 }
+    function median(list, n,    i, k, x) {
+        for (i = 2; i <= n; i++)
+            for (k = i; k > 1 && list[k] < list[k - 1]; k--) { x = list[k]; list[k] = list[k - 1]; list[k - 1] = x }
+        return n ? list[int((n + 1) / 2)] : 0
+    }
+    END {
+        arm = "hero/arm7/7/auto/"
+        printf "fastest for my arm?|hero|`auto`: %s a call, %s by a specialised kernel, %s in a batch; MuJoCo %s\n", us(arm "single/f64/1/0/qdd"),
+            us(arm "specialised/f64/1/0/qdd"), us(arm "batch/f64/1/0/qdd"), us("hero/arm7/7/mujoco/single/f64/1/0/qdd")
+        printf "exact on my chain?|bodies|`aba`, `scan`: %s on %d random bodies, the floor of the data; `tfa` %s\n", off("aba", "random"), one, off("tfa", "random")
+        for (key in time) {
+            other = key
+            if (key ~ /^cores.*\/f64\/1\// && sub(/f64\/1/, "f64/2", other) && other in time) {
+                if (key ~ /batch/) batch[++batches] = over(key, other)
+                else if (over(key, other) > best) best = over(key, other)
+            }
+            if (key ~ /^single.*batch\/f32\/1\/0/ && sub(/f32/, "f64", other) && other in time) part[++parts] = over(key, other)
+            if (key ~ /^single.*batch\/f32\/1\/0/ && other in error) lost[parts] = int(log(error[key] / error[other]) / log(10) + 0.5)
+            other = key
+            if (key ~ /^single.*single\/f32\/1\/0/ && sub(/f32/, "f64", other) && other in time) slower[++calls] = over(key, other)
+        }
+        printf "how many cores?|cores|a second makes batches %.1f times as fast, one answer at most %.1f times\n", median(batch, batches), best
+        printf "single precision?|single|for batches: %.2f of the time for %d digits; one call takes %.1f times as long\n", median(part, parts), median(lost, parts), median(slower, calls)
+        printf "which method fails?|atlas|`tfa`, `cfa`, `dca` beside light or thin links: `tfa` %s on %d thin rods, `aba` %s\n", off("tfa", "thin"), one, off("aba", "thin")
+    }' | sed 's/|\([a-z]*\)|/|[\1](pictures\/\1.svg)|/' | table "question,picture,answer" | block questions
+
 # on how many fronts a method is, alone or refined, by size
 chart mechanisms | awk -F, '
     !($4 in seen) { seen[$4] = 1; method[++methods] = $4 }

@@ -64,9 +64,9 @@ sed 's/^\([^|]*\)|\([^|]*\)|/`\1`|`totalforce \2`|/' "$work/runs" | table "run,c
     }
     END {
         arm = "hero/arm7/7/auto/"
-        printf "fastest for my arm?|hero|`auto`: %s a call, %s by a specialised kernel, %s in a batch; MuJoCo %s\n", us(arm "single/f64/1/0/qdd"),
+        printf "fastest for my arm?|hero.svg|`auto`: %s a call, %s by a specialised kernel, %s in a batch; MuJoCo %s\n", us(arm "single/f64/1/0/qdd"),
             us(arm "specialised/f64/1/0/qdd"), us(arm "batch/f64/1/0/qdd"), us("hero/arm7/7/mujoco/single/f64/1/0/qdd")
-        printf "exact on my chain?|bodies|`aba`, `scan`: %s on %d random bodies, the floor of the data; `tfa` %s\n", off("aba", "random"), one, off("tfa", "random")
+        printf "exact on my chain?|bodies.svg|`aba`, `scan`: %s on %d random bodies, the floor of the data; `tfa` %s\n", off("aba", "random"), one, off("tfa", "random")
         for (key in time) {
             other = key
             if (key ~ /^cores.*\/f64\/1\// && sub(/f64\/1/, "f64/2", other) && other in time) {
@@ -78,10 +78,10 @@ sed 's/^\([^|]*\)|\([^|]*\)|/`\1`|`totalforce \2`|/' "$work/runs" | table "run,c
             other = key
             if (key ~ /^single.*single\/f32\/1\/0/ && sub(/f32/, "f64", other) && other in time) slower[++calls] = over(key, other)
         }
-        printf "how many cores?|cores|a second makes batches %.1f times as fast, one answer at most %.1f times\n", median(batch, batches), best
-        printf "single precision?|single|for batches: %.2f of the time for %d digits; one call takes %.1f times as long\n", median(part, parts), median(lost, parts), median(slower, calls)
-        printf "which method fails?|atlas|`tfa`, `cfa`, `dca` beside light or thin links: `tfa` %s on %d thin rods, `aba` %s\n", off("tfa", "thin"), one, off("aba", "thin")
-    }' | sed 's/|\([a-z]*\)|/|[\1](pictures\/\1.svg)|/' | table "question,picture,answer" | block questions
+        printf "how many cores?|cores.svg|a second makes batches %.1f times as fast, one answer at most %.1f times\n", median(batch, batches), best
+        printf "single precision?|single.svg|for batches: %.2f of the time for %d digits; one call takes %.1f times as long\n", median(part, parts), median(lost, parts), median(slower, calls)
+        printf "which method fails?|atlas.png|`tfa`, `cfa`, `dca` beside light or thin links: `tfa` %s on %d thin rods, `aba` %s\n", off("tfa", "thin"), one, off("aba", "thin")
+    }' | sed 's#|\([a-z]*\)\.\([a-z]*\)|#|[\1](pictures/\1.\2)|#' | table "question,picture,answer" | block questions
 
 # on how many fronts a method is, alone or refined, by size
 chart mechanisms | awk -F, '

@@ -19,6 +19,7 @@ done
 
 command -v gnuplot >/dev/null || { echo "gnuplot is not installed: no quick run"; finish; }
 status 0 sh "$source/docs/charts/make.sh" "$bin/.." --quick "$work/docs"
+says "$work/docs/which-method.md" "| fastest for my arm? | [hero](pictures/hero.svg) | \`auto\`: "
 grep '^not measured' "$work/err" | grep -vE ': (reference|laws)$' && fail "tables that are not written"
 # figures apart, the page is the same
 for text in "$file" "$work/docs/$page"; do
@@ -31,8 +32,9 @@ says "$work/docs/work/blocks/fronts" "| panels | 21 | 21 |"
 says "$work/docs/work/blocks/times" "(tfa-cr) |"
 says "$work/docs/$page" "| mass ratio of neighbours | from "
 says "$work/docs/$page" "Of 2160 default requests "
-for picture in random heavy-tip robots atlas; do
-    [ -s "$work/docs/pictures/$picture.png" ] || fail "no $picture.png"
+[ -s "$work/docs/pictures/atlas.png" ] || fail "no atlas.png"
+for picture in lambda:pv-osimr cores:batch single:mixed drift:integrator ellipsoid:reaching; do
+    grep -q "${picture#*:}" "$work/docs/pictures/${picture%:*}.svg" || fail "no ${picture%:*}.svg with its text"
 done
 grep -q 'one call' "$work/docs/pictures/hero.svg" || fail "no hero.svg with its labels"
 grep -q 'hessenberg' "$work/docs/pictures/bodies.svg" || fail "no bodies.svg with its key"

@@ -335,6 +335,8 @@ void chart_mark_front(chart_row *rows, size_t count);
 int chart_row_good(const chart_row *row);
 /** "ok", "fallback", "over_budget", "E_SINGULAR", ...: as in the column status. */
 const char *chart_row_status(const chart_row *row);
+/** "qdd"; "": the op has none */
+const char *chart_row_rhs(const chart_row *row);
 
 void chart_print_head(FILE *out, const chart_options *options);
 void chart_print_row(FILE *out, const chart_row *row);

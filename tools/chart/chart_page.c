@@ -14,7 +14,8 @@
 
 static int same_panel(const chart_row *a, const chart_row *b)
 {
-    return a->bodies == b->bodies && a->rhs == b->rhs && strcmp(a->target, b->target) == 0;
+    return a->bodies == b->bodies && a->rhs == b->rhs && a->choice.op == b->choice.op &&
+           strcmp(a->target, b->target) == 0;
 }
 
 /* The rows of the panel that row `first` belongs to; 0 if an earlier row does, too. */
@@ -64,14 +65,15 @@ void chart_panels_free(chart_panels *p)
 
 int chart_panel_first(const chart_panels *p, const chart_panel *panel)
 {
-    return panel->rows->rhs == p->rows->rhs;
+    return panel->rows->choice.op != CHART_FORWARD || panel->rows->rhs == p->rows->rhs;
 }
 
 void chart_panel_name(char *text, size_t size, const chart_panel *panel)
 {
     const chart_row *row = panel->rows;
     snprintf(text, size, "%s, %" PRIu32 " %s, %s", row->target, row->bodies,
-             row->bodies == 1 ? "body" : "bodies", chart_rhs_words[row->rhs]);
+             row->bodies == 1 ? "body" : "bodies",
+             row->choice.op == CHART_FORWARD ? chart_row_rhs(row) : "Λ⁻¹");
 }
 
 static void write_panel(FILE *out, const chart_panels *p, size_t k, const chart_page_axes *axes)
@@ -91,10 +93,13 @@ static void write_lead(char *text, size_t size, const chart_options *o)
 {
     snprintf(
         text, size,
-        "Forward dynamics: relative error against quadruple precision, and time of one state; "
+        "%s: relative error against quadruple precision, and time of one state; "
         "left is fast, low is exact. Grey: no other answer is both faster and as exact. Filled: "
         "refined. Bars: %" PRIu32 " seed%s. Dashed: floor of the data. Times are CPU times, "
         "with several threads wall times.",
+        o->ops == 1u << CHART_LAMBDA    ? "Λ⁻¹ of one link (Frobenius norm)"
+        : o->ops == 1u << CHART_FORWARD ? "Forward dynamics"
+                                        : "Forward dynamics, and Λ⁻¹ of one link (Frobenius norm)",
         o->seeds, o->seeds == 1 ? "" : "s");
 }
 
@@ -121,7 +126,7 @@ static void write_page(FILE *out, const chart_options *o, const chart_panels *p,
     write_lead(lead, sizeof lead, o);
     snprintf(filters, sizeof filters,
              "mechanism bodies op rhs=%s| method refine precision threads strategy",
-             p->count ? chart_rhs_words[p->rows->rhs] : "");
+             p->count ? chart_row_rhs(p->rows) : "");
     html_begin(out, &(html_page){.title = title,
                                  .lead = lead,
                                  .filters = filters,

@@ -168,7 +168,7 @@ static void write_numbers(FILE *out, const chart_row *row, size_t index)
     fprintf(out, "<tr data-r=\"%zu\"><th scope=\"row\">", index);
     html_text(out, row->target);
     fprintf(out, "</th><td class=\"n\">%" PRIu32 "</td><td>%s</td><td>%s</td>", row->bodies,
-            chart_rhs_words[row->rhs], name);
+            chart_row_rhs(row), name);
     write_number(out, "%.3e", row->error);
     write_number(out, "%.3e", row->error_high);
     write_number(out, "%.3e", row->floor);

@@ -47,12 +47,6 @@ void chart_print_head(FILE *out, const chart_options *options)
           out);
 }
 
-/* "": the op has none */
-static const char *rhs_of(const chart_row *row)
-{
-    return row->choice.op == CHART_FORWARD ? chart_rhs_words[row->rhs] : "";
-}
-
 /* NULL: none */
 static const char *answered_by(const chart_row *row)
 {
@@ -65,7 +59,7 @@ void chart_print_row(FILE *out, const chart_row *row)
                               row->time,  row->aba_time, row->ratio};
     const chart_choice *choice = &row->choice;
     fprintf(out, "%s,%" PRIu32 ",%s,%s,%" PRIu32 ",%s,%" PRIu32 ",%s,", row->target, row->bodies,
-            rhs_of(row), chart_method_name(choice->method), choice->refine,
+            chart_row_rhs(row), chart_method_name(choice->method), choice->refine,
             chart_precision_words[choice->precision], choice->threads, chart_row_status(row));
     results_print_text(out, row->field);
     fprintf(out, ",%s", answered_by(row) ? answered_by(row) : "");
@@ -89,7 +83,7 @@ void chart_print_row_json(FILE *out, const chart_row *row)
     const chart_choice *choice = &row->choice;
     json_object_set_new(o, "mechanism", json_string(row->target));
     json_object_set_new(o, "bodies", json_integer(row->bodies));
-    json_object_set_new(o, "rhs", json_string(rhs_of(row)));
+    json_object_set_new(o, "rhs", json_string(chart_row_rhs(row)));
     json_object_set_new(o, "method", json_string(chart_method_name(choice->method)));
     json_object_set_new(o, "refine", json_integer(choice->refine));
     json_object_set_new(o, "precision", json_string(chart_precision_words[choice->precision]));

@@ -83,6 +83,11 @@ int chart_row_drawn(const chart_row *row)
     return chart_row_good(row) && row->same_as == 0;
 }
 
+const char *chart_row_rhs(const chart_row *row)
+{
+    return row->choice.op == CHART_FORWARD ? chart_rhs_words[row->rhs] : "";
+}
+
 const char *chart_row_status(const chart_row *row)
 {
     if (row->skipped)

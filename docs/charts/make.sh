@@ -106,11 +106,7 @@ awk -v labels="$work/drift-labels" -f "$here/drift.awk" "$work/drift-arm/drift.c
     "$work/drift-thin/drift.csv" >"$work/drift-lines"
 gnuplot -e "data='$work/drift-lines'; labels='$work/drift-labels'; output='$docs/pictures/drift.svg'" \
     -e "note='$note'" "$here/drift.gp"
-# azimuth and elevation of the view in degrees, m for 1/kg, and three postures
-"$build/bin/demo_ellipsoid" config/robots/arm7.urdf tool0 -60 20 0.18 0,-0.2,0,-2.2,0,2.0,0 \
-    0,0.5,0,-1.4,0,1.2,0 0,1.0,0,-0.25,0,0.2,0 >"$work/ellipsoid"
-gnuplot -e "data='$work/ellipsoid'; output='$docs/pictures/ellipsoid.svg'" \
-    -e "view='orthographic view: azimuth -60, elevation 20 degrees; 0.18 m for 1/kg'" "$here/ellipsoid.gp"
+sh "$here/ellipsoid.sh" "$build/bin" "$docs/pictures/ellipsoid.svg" "$work/ellipsoid"
 gnuplot -e "chart='$work/mechanisms/chart.csv'; output='$docs/pictures/bodies.svg'" \
     "$here/bodies.gp"
 gnuplot -e "atlas='$work/atlas-qdd/atlas.csv'; bodies=$map_bodies; output='$docs/pictures/atlas.png'" \

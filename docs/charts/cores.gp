@@ -11,7 +11,7 @@ set multiplot
 speedup = real(system(sprintf("awk -F, '/^#/ { next } !head { for (i = 1; i <= NF; i++) c[$i] = i; head = 1; next } " \
     ."$c[\"strategy\"] == \"batch\" { t[$c[\"bodies\"], $c[\"threads\"]] = $c[\"time_us\"]; n[$c[\"bodies\"]] = 1 } " \
     ."END { for (b in n) print t[b, 1] / t[b, 2] }' %s | sort -g | awk '{ v[NR] = $1 } END { print v[int((NR + 1) / 2)] }'", chart)))
-set label 1 sprintf("A second core makes batches %.1f times as fast; a single answer gains little", speedup) at screen 0.5, screen 0.955 center font ',16' noenhanced
+set label 1 sprintf("A second core makes batches %.1f times as fast, and a single answer no faster", speedup) at screen 0.5, screen 0.955 center font ',16' noenhanced
 set label 2 "Forward dynamics of chains by the default method; a batch: 512 states, 64 above 128 bodies" \
     at screen 0.5, screen 0.9 center font ',12' tc rgb '#555555' noenhanced
 set label 3 note at screen 0.985, screen 0.022 right font ',10' tc rgb '#666666' noenhanced

@@ -67,6 +67,7 @@ for robot in $hero; do
     *specialised*) "$tool" specialise "config/robots/$robot.urdf" -o "$kernels" >/dev/null ;;
     esac
 done
+lambda_methods=auto,crba,tfa,tfa-one-sided,propagation,tfa-cr,hessenberg,cfa,cfa-cr,dca,scan,efpa,pv-osimr
 peers= # those of this build
 for peer in mujoco kdl; do
     if "$tool" chart --mechanisms straight --bodies 1 --methods $peer >/dev/null 2>&1; then
@@ -75,8 +76,8 @@ for peer in mujoco kdl; do
 done
 run hero $chart $(robots $hero) --methods "auto$peers" --rhs qdd --refine 0 --threads 1,2 \
     --strategies $strategies --precision f64,f32 --kernels "$kernels"
-run lambda $chart $(robots $hero) --mechanisms random --bodies $lambda --op operational_inertia --refine 0 \
-    --strategies $strategies --kernels "$kernels"
+run lambda $chart $(robots $hero) --mechanisms random --bodies $lambda --op operational_inertia \
+    --methods $lambda_methods${peers%,kdl} --refine 0 --strategies $strategies --kernels "$kernels"
 run cores $chart --mechanisms random --bodies $cores --methods auto --rhs qdd --refine 0 --threads 1,2 \
     --strategies single,batch
 run single $chart $(robots arm7 humanoid) --mechanisms random --bodies $single --methods aba --rhs qdd \

@@ -78,7 +78,8 @@ sed 's/^\([^|]*\)|\([^|]*\)|/`\1`|`totalforce \2`|/' "$work/runs" | table "run,c
             other = key
             if (key ~ /^single.*single\/f32\/1\/0/ && sub(/f32/, "f64", other) && other in time) slower[++calls] = over(key, other)
         }
-        printf "how many cores?|cores.svg|a second makes batches %.1f times as fast, one answer at most %.1f times\n", median(batch, batches), best
+        printf "how many cores?|cores.svg|a second makes batches %.1f times as fast, one answer %s\n", median(batch, batches),
+            best < 1.1 ? "no faster" : sprintf("up to %.1f times", best)
         printf "single precision?|single.svg|for batches: %.2f of the time for %d digits; one call takes %.1f times as long\n", median(part, parts), median(lost, parts), median(slower, calls)
         printf "which method fails?|atlas.png|`tfa`, `cfa`, `dca` beside light or thin links: `tfa` %s on %d thin rods, `aba` %s\n", off("tfa", "thin"), one, off("aba", "thin")
     }' | sed 's#|\([a-z]*\)\.\([a-z]*\)|#|[\1](pictures/\1.\2)|#' | table "question,picture,answer" | block questions

@@ -7,7 +7,7 @@
 set terminal svg size 830,470 font 'sans,13' background rgb 'white'
 set output output
 set multiplot
-set label 1 "Λ⁻¹ of a tool: propagation and pv-osimr are the fastest, and exact to rounding" \
+set label 1 "Λ⁻¹ of a tool: specialised kernels, pv-osimr and propagation lead, exact to rounding" \
     at screen 0.5, screen 0.955 center font ',16' noenhanced
 set label 2 "Time of one call, one thread; orange: relative error above 1e-14, as written beside the point" \
     at screen 0.5, screen 0.905 center font ',12' tc rgb '#555555' noenhanced

@@ -89,6 +89,14 @@ static void write_panel(FILE *out, const chart_panels *p, size_t k, const chart_
     fputs("</figure>\n", out);
 }
 
+static const char *subject_of(const chart_options *o)
+{
+    if (o->ops == 1u << CHART_FORWARD)
+        return "Forward dynamics";
+    return o->ops == 1u << CHART_LAMBDA ? "Λ⁻¹ of one link (Frobenius norm)"
+                                        : "Forward dynamics, and Λ⁻¹ of one link (Frobenius norm)";
+}
+
 static void write_lead(char *text, size_t size, const chart_options *o)
 {
     snprintf(
@@ -97,10 +105,7 @@ static void write_lead(char *text, size_t size, const chart_options *o)
         "left is fast, low is exact. Grey: no other answer is both faster and as exact. Filled: "
         "refined. Bars: %" PRIu32 " seed%s. Dashed: floor of the data. Times are CPU times, "
         "with several threads wall times.",
-        o->ops == 1u << CHART_LAMBDA    ? "Λ⁻¹ of one link (Frobenius norm)"
-        : o->ops == 1u << CHART_FORWARD ? "Forward dynamics"
-                                        : "Forward dynamics, and Λ⁻¹ of one link (Frobenius norm)",
-        o->seeds, o->seeds == 1 ? "" : "s");
+        subject_of(o), o->seeds, o->seeds == 1 ? "" : "s");
 }
 
 /* The rows as in the file, for the script and the notes */

@@ -30,7 +30,7 @@ static const struct argp_option option_table[] = {
     {.name = "methods", .key = 'M', .arg = "METHOD,...", .doc = "Of forward dynamics (aba)"},
     {.name = "precision",
      .key = KEY_PRECISION,
-     .arg = "f64|f32|f32+f64|f64+f128,...",
+     .arg = "f64|f32|f32+f64|f64+f128|f128,...",
      .doc = "Arithmetic of the accelerations (f64)"},
     {.name = "step", .key = KEY_STEP, .arg = "S,...", .doc = "Steps in seconds (0.001)"},
     {.name = "integrator", .key = KEY_INTEGRATOR, .arg = "euler|rk4|gbs8", .doc = "(gbs8)"},

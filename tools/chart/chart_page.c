@@ -93,8 +93,8 @@ static const char *subject_of(const chart_options *o)
 {
     if (o->ops == 1u << CHART_FORWARD)
         return "Forward dynamics";
-    return o->ops == 1u << CHART_LAMBDA ? "Λ⁻¹ of one link (Frobenius norm)"
-                                        : "Forward dynamics, and Λ⁻¹ of one link (Frobenius norm)";
+    return o->ops == 1u << CHART_LAMBDA ? "Λ⁻¹ of one link"
+                                        : "Forward dynamics, and Λ⁻¹ of one link";
 }
 
 static void write_lead(char *text, size_t size, const chart_options *o)

@@ -137,10 +137,40 @@ says "$work/out" '"misses": 0'
 [ "$(wc -l <"$work/csv")" -eq 1001 ] || fail "the CSV has not a line for each round trip"
 says "$work/hgrm" '#[Max'
 says "$work/hgrm.dds" '#[Max'
-awk -F, 'NR > 1 && $1 == "shm" && $4 != $5 + $6 + $7 + $8 { bad++ } END { exit bad > 0 }' \
+awk -F, 'NR > 1 && $1 == "shm" && $6 != $7 + $8 + $9 + $10 + $11 { bad++ } END { exit bad > 0 }' \
     "$work/csv" || fail "the parts of a round trip do not add up"
 latency 0 "$tool" latency arm --rate 2000 --json
-says "$work/out" '"loop": "rate"'
+says "$work/out" '"loop": "closed"'
+latency 0 "$tool" latency arm --loop open --rate 2000 --clients 3 --via shm,dds,process,socket \
+    --urdf "$data/arm.urdf" --jitter-us 20 --burst 2 --load compute=1,memory=1 --json
+[ "$(grep -c '"loop": "open"' "$work/out")" -eq 4 ] || fail "not all four ways have an open loop"
+[ "$(grep -c '"lost": 0' "$work/out")" -eq 16 ] || fail "something is lost in an open loop"
+[ "$(grep -c '"count": 1500' "$work/out")" -ge 4 ] || fail "3 clients do not make 1500 round trips"
+latency 0 "$tool" latency arm --sweep rate=500,2000 --table "$work/table"
+says "$work/out" "sweep of rate, closed loop"
+[ "$(cut -d, -f 1-4 "$work/table" | tr '\n' ' ')" = "via,loop,swept,robot shm,closed,500,arm \
+shm,closed,2000,arm " ] || fail "the table of a sweep: $(cat "$work/table")"
+latency 0 "$tool" latency arm --sweep robots=arm,cart --loop open
+latency 2 "$tool" latency arm --sweep rate=0
+latency 0 "$tool" latency arm --cyclictest --save "$work/saved"
+says "$work/out" "T: 0 ("
+latency 0 "$tool" latency arm --compare "$work/saved"
+says "$work/out" "ratios of the tenths of the runs"
+status 0 "$tool" latency --compare "$work/saved" --compare "$work/saved"
+says "$work/out" "within noise"
+status 3 "$tool" latency
+
+# a client that spins allocates nothing, misses no page and makes no system call that waits
+latency 0 "$tool" latency arm --wait spin --json
+/usr/bin/python3 - "$work/out" <<EOF || fail "a spinning client allocates, faults or waits"
+import json, sys
+client = json.load(open(sys.argv[1]))["runs"][0]["threads"][0]
+assert client["process"] == "client"
+keys = ["voluntary_switches"]
+if client["allocations"] != -1: # no sanitizer
+    keys += ["allocations", "minor_faults", "major_faults"]
+sys.exit(any(client[key] for key in keys))
+EOF
 latency 3 "$tool" latency arm --rate 0
 latency 0 "$tool" latency floater --batch 4 --wait block
 says "$work/out" "and a floating base, batch 4"

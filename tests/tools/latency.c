@@ -16,40 +16,65 @@
 
 #define MINUTE_NS UINT64_C(60000000000)
 
-static const latency_options plain = {
-    .daemon = {.robot = "arm"}, .shm = 1, .count = 1000, .warmup = 10, .batch = 1, .cpu = -1};
+static const latency_options plain = {.daemon = {.robot = "arm"},
+                                      .vias = 1u << VIA_SHM,
+                                      .count = 1000,
+                                      .warmup = 10,
+                                      .batch = 1,
+                                      .clients = 1,
+                                      .cpu = -1};
 
-/* 1000 round trips of 1, 2, .. 1000 us; half of each is the solve. Ping-pong 100 ns. */
-static void make(latency_run **run, latency_baseline **baseline)
+/* A session of one run: 1000 round trips of 1, 2, .. 1000 us; half of each is the solve. Ping-pong
+ * 100 ns. */
+static void make(latency_session *session, const latency_options *options)
 {
-    *run = calloc(1, sizeof **run);
-    *baseline = calloc(1, sizeof **baseline);
-    assert_non_null(*run);
-    assert_non_null(*baseline);
-    latency_run_init(*run);
-    latency_baseline_init(*baseline);
-    (*run)->info = (tfa_client_info){.q_count = 6, .v_count = 6, .wait = TFA_WAIT_SPIN};
-    (*run)->method = TFA_METHOD_ABA;
-    (*run)->thread_count = 1;
-    (*run)->threads[0] = (thread_usage){.name = "worker", .voluntary = 3};
+    latency_run *run = calloc(1, sizeof *run);
+    latency_baseline *baseline = malloc(sizeof *baseline);
+    assert_non_null(run);
+    assert_non_null(baseline);
+    latency_baseline_init(baseline);
+    run->options = *options;
+    run->facts.info = (tfa_client_info){.q_count = 6, .v_count = 6, .wait = TFA_WAIT_SPIN};
+    run->thread_count = 1;
+    run->threads[0] = (thread_usage){.name = "worker", .voluntary = 3};
+    run->client_count = 1;
+    run->clients = calloc(1, sizeof *run->clients);
+    tally *t = tally_create(1000);
     for (uint64_t i = 1; i <= 1000; i++) {
-        tfa_histogram_add(&(*run)->parts[PART_ROUND_TRIP], 1000 * i);
-        tfa_histogram_add(&(*run)->parts[PART_COMPUTE], 500 * i);
+        const latency_sample sample = {.index = i - 1,
+                                       .at = i == 1000 ? 123456789 : i,
+                                       .parts = {1000 * i, 0, 500 * i, 0, 500 * i, 0}};
+        tally_add(t, &sample, (unsigned)(i - 1) / 100);
     }
-    (*run)->highest_at = 123456789;
-    (*baseline)->have_pingpong = 1;
+    t->method = TFA_METHOD_ABA;
+    run->clients[0].figures = t;
+    run->total = tally_create(0);
+    tally_merge(run->total, t);
+    baseline->have_pingpong = 1;
     for (int i = 0; i < 100; i++)
-        tfa_histogram_add(&(*baseline)->pingpong, 100);
+        tfa_histogram_add(&baseline->pingpong.h, 100);
+    *session = (latency_session){.command = "totalforce latency arm",
+                                 .date = "2026-01-01T00:00:00Z",
+                                 .environment = environment_read(),
+                                 .baseline = baseline,
+                                 .runs = run,
+                                 .count = 1};
 }
 
-static json_t *json_of(const latency_options *options, const latency_run *run,
-                       const latency_baseline *baseline)
+static void unmake(latency_session *session)
+{
+    latency_runs_free(session->runs, session->count);
+    free(session->baseline);
+    json_decref(session->environment);
+}
+
+static json_t *json_of(const latency_session *session)
 {
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
-    assert_int_equal(latency_print_json(out, options, run, 1, baseline), 0);
+    assert_int_equal(latency_print_json(out, session), 0);
     fclose(out);
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
     assert_non_null(root);
@@ -57,80 +82,98 @@ static json_t *json_of(const latency_options *options, const latency_run *run,
     return root;
 }
 
+static json_int_t integer(const json_t *json, const char *key)
+{
+    const json_t *value = json_object_get(json, key);
+    assert_true(json_is_integer(value));
+    return json_integer_value(value);
+}
+
 TEST(test_json)
 {
-    latency_run *run;
-    latency_baseline *baseline;
-    make(&run, &baseline);
-    json_t *root = json_of(&plain, run, baseline);
+    latency_session session;
+    make(&session, &plain);
+    json_t *root = json_of(&session);
     json_t *first = json_array_get(json_object_get(root, "runs"), 0);
     json_t *trip = json_object_get(json_object_get(first, "ns"), "round_trip");
     json_t *percentiles = json_object_get(trip, "percentiles");
     assert_string_equal(json_string_value(json_object_get(first, "loop")), "closed");
     assert_true(json_real_value(json_object_get(first, "rate")) == 0);
     assert_string_equal(json_string_value(json_object_get(first, "via")), "shm");
-    assert_int_equal(json_integer_value(json_object_get(trip, "count")), 1000);
-    assert_int_equal(json_integer_value(json_object_get(trip, "min")), 1000);
-    assert_int_equal(json_integer_value(json_object_get(trip, "max")), 1000000);
-    assert_int_equal(json_integer_value(json_object_get(first, "max_index")), 999);
-    assert_int_equal(json_integer_value(json_object_get(first, "max_at_ns")), 123456789);
-    json_int_t p50 = json_integer_value(json_object_get(percentiles, "50"));
+    assert_int_equal(integer(trip, "count"), 1000);
+    assert_int_equal(integer(trip, "min"), 1000);
+    assert_int_equal(integer(trip, "max"), 1000000);
+    assert_int_equal(integer(first, "max_index"), 999);
+    assert_int_equal(integer(first, "max_at_ns"), 123456789);
+    assert_int_equal(integer(first, "min_at_ns"), 1);
+    json_int_t p50 = integer(percentiles, "50");
     assert_true(p50 >= 500000 && p50 <= 504000);
     assert_non_null(json_object_get(percentiles, "99"));
     /* a single sample lies beyond p99.9: not told */
     assert_null(json_object_get(percentiles, "99.9"));
     assert_int_equal(json_array_size(json_object_get(first, "threads")), 2);
+    assert_int_equal(json_array_size(json_object_get(first, "per_client")), 1);
+    json_t *breakdown = json_object_get(json_object_get(first, "breakdown_ns"), "max");
+    assert_true(json_real_value(json_object_get(breakdown, "compute")) == 500000);
     assert_non_null(json_object_get(json_object_get(root, "environment"), "kernel"));
     json_decref(root);
-    free(run);
-    free(baseline);
+    unmake(&session);
 }
 
 TEST(test_ratio_and_expectations)
 {
-    latency_run *run;
-    latency_baseline *baseline;
-    latency_options options = plain;
-    make(&run, &baseline);
+    latency_session session;
+    make(&session, &plain);
+    latency_run *run = session.runs;
+    latency_baseline *baseline = session.baseline;
     /* 500 us / (0.1 us + 250 us) */
     double ratio = latency_ratio(run, baseline);
     assert_true(ratio > 1.98 && ratio < 2.02);
-    assert_true(latency_expected(&options, run, baseline));
-    options.fail_p99_us = 1000;
-    assert_true(latency_expected(&options, run, baseline));
-    options.fail_p99_us = 900;
-    assert_false(latency_expected(&options, run, baseline));
-    options.fail_p99_us = 0;
-    options.fail_ratio = 2.5;
-    assert_true(latency_expected(&options, run, baseline));
-    run->misses = 1;
-    assert_false(latency_expected(&options, run, baseline));
-    run->misses = 0;
-    options.fail_ratio = 1.5;
-    assert_false(latency_expected(&options, run, baseline));
+    assert_true(latency_expected(run, baseline));
+    run->options.fail_p99_us = 1000;
+    assert_true(latency_expected(run, baseline));
+    run->options.fail_p99_us = 900;
+    assert_false(latency_expected(run, baseline));
+    run->options.fail_p99_us = 0;
+    run->options.fail_ratio = 2.5;
+    assert_true(latency_expected(run, baseline));
+    run->total->lost = 1;
+    assert_false(latency_expected(run, baseline));
+    run->total->lost = 0;
+    run->options.fail_ratio = 1.5;
+    assert_false(latency_expected(run, baseline));
     /* a solve measured in process takes the place of the daemon's stamps */
-    options.fail_ratio = 1.1;
-    tfa_histogram_add(&baseline->solve, 500000);
-    assert_true(latency_expected(&options, run, baseline));
+    run->options.fail_ratio = 1.1;
+    tfa_histogram_add(&baseline->solve.h, 500000);
+    assert_true(latency_expected(run, baseline));
     baseline->have_pingpong = 0;
     assert_true(latency_ratio(run, baseline) == 0.0);
     /* no baseline, no proof */
-    assert_false(latency_expected(&options, run, baseline));
-    free(run);
-    free(baseline);
+    assert_false(latency_expected(run, baseline));
+    unmake(&session);
+}
+
+/* What a function prints; free it. */
+static char *text_of(void (*print)(FILE *out, const latency_session *session),
+                     const latency_session *session)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    assert_non_null(out);
+    print(out, session);
+    fclose(out);
+    return text;
+}
+
+static void says(const char *text, const char *wanted)
+{
+    if (!strstr(text, wanted))
+        fail_msg("'%s' is not in:\n%s", wanted, text);
 }
 
 TEST(test_text)
 {
-    latency_run *run;
-    latency_baseline *baseline;
-    char *text = NULL;
-    size_t size = 0;
-    make(&run, &baseline);
-    FILE *out = open_memstream(&text, &size);
-    assert_non_null(out);
-    latency_print_text(out, &plain, run, 1, baseline);
-    fclose(out);
     static const char *const wanted[] = {
         "closed loop: 1000 round trips after 10 of warm-up",
         "the slowest was number 999, 0.123457 s after the start",
@@ -141,61 +184,142 @@ TEST(test_text)
         "misses 0, late 0",
         "worker",
         "by the daemon's stamps",
+        "slowest        1000.000      0.000    500.000      0.000    500.000      0.000         1",
     };
+    latency_session session;
+    make(&session, &plain);
+    char *text = text_of(latency_print_text, &session);
     for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; i++)
-        if (!strstr(text, wanted[i]))
-            fail_msg("'%s' is not in:\n%s", wanted[i], text);
+        says(text, wanted[i]);
     assert_null(strstr(text, "p99.9 "));
     free(text);
-    free(run);
-    free(baseline);
+    session.runs[0].options.open = 1;
+    session.runs[0].options.rate = 500;
+    text = text_of(latency_print_text, &session);
+    says(text, "open loop, 500 a second, from the intended times: 1000 round trips");
+    free(text);
+    session.runs[0].clients[0].usage = (thread_usage){.tid = 4321, .priority = 80};
+    text = text_of(latency_print_cyclictest, &session);
+    says(text, "# shm, open loop");
+    says(text,
+         "T: 0 ( 4321) P:80 I:2000 C:   1000 Min:   1000 Act:1000000 Avg:500500 Max: 1000000");
+    free(text);
+    session.runs[0].swept = "500";
+    session.runs[0].options.sweep = strdup("rate");
+    text = text_of(latency_print_text, &session);
+    says(text, "sweep of rate, open loop");
+    says(text, "shm 500");
+    free(text);
+    free(session.runs[0].options.sweep);
+    unmake(&session);
+}
+
+TEST(test_busy)
+{
+    machine_busy busy = {.gap_share = 0.0004, .steal = 0, .load = 1.5, .processors = 2};
+    machine_judge(&busy);
+    assert_false(busy.busy);
+    busy.load = 3.25;
+    busy.gap_share = 0.02;
+    machine_judge(&busy);
+    assert_true(busy.busy);
+    says(busy.text, "gaps took 2.0 % of a spinning thread's time");
+    says(busy.text, "load 3.2");
+    busy = (machine_busy){.gap_share = -1, .steal = 0.5, .load = -1, .processors = 1};
+    machine_judge(&busy);
+    says(busy.text, "the host stole 50.0 %");
+}
+
+static void expect_lines(const char *path, const char *const *lines, int count)
+{
+    char line[512];
+    FILE *file = fopen(path, "r");
+    assert_non_null(file);
+    for (int i = 0; i < count; i++) {
+        assert_non_null(fgets(line, sizeof line, file));
+        assert_string_equal(line, lines[i]);
+    }
+    fclose(file);
 }
 
 TEST(test_files)
 {
-    latency_run *run;
-    latency_baseline *baseline;
-    char csv[] = "/tmp/tfa-latency-csv-XXXXXX", hgrm[] = "/tmp/tfa-latency-hgrm-XXXXXX", line[256];
-    latency_sample sample = {.index = 4, .at = 5, .parts = {10, 1, 2, 3, 4}};
-    make(&run, &baseline);
+    static const char *const csv_lines[] = {
+        "via,loop,client,index,at_ns,round_trip_ns,client_ns,request_ns,queue_ns,compute_ns,"
+        "reply_ns\n",
+        "shm,closed,0,0,1,1000,0,500,0,500,0\n"};
+    static const char *const table_lines[] = {
+        "via,loop,swept,robot,rate,batch,clients,wait,sent,answered,lost,rejected,late,"
+        "longest_run,full,min_ns,p50_ns,p90_ns,p99_ns,p99.9_ns,p99.99_ns,p99.999_ns,p99.9999_ns,"
+        "max_ns,mean_ns,daemon_cpu,tool_cpu,busy\n",
+        "shm,closed,,arm,0,1,1,spin,0,1000,0,0,0,0,0,1000,501759,901119,991231,,,,,1000000,"
+        "500500.0,0.000,0.000,0\n"};
+    latency_session session;
+    char csv[] = "/tmp/tfa-latency-csv-XXXXXX", hgrm[] = "/tmp/tfa-latency-hgrm-XXXXXX";
+    make(&session, &plain);
     close(mkstemp(csv));
     close(mkstemp(hgrm));
-    latency_options options = plain;
-    options.csv = csv;
-    options.histogram = hgrm;
-    run->samples = &sample;
-    run->sample_count = 1;
-    assert_int_equal(latency_write_csv(&options, run, 1), 0);
-    assert_int_equal(latency_write_histogram(&options, run, 1), 0);
-    FILE *file = fopen(csv, "r");
-    assert_non_null(file);
-    assert_non_null(fgets(line, sizeof line, file));
-    assert_string_equal(line,
-                        "via,index,at_ns,round_trip_ns,request_ns,queue_ns,compute_ns,reply_ns\n");
-    assert_non_null(fgets(line, sizeof line, file));
-    assert_string_equal(line, "shm,4,5,10,1,2,3,4\n");
-    fclose(file);
+    assert_int_equal(latency_write_csv(csv, &session), 0);
+    expect_lines(csv, csv_lines, 2);
+    assert_int_equal(latency_write_table(csv, &session), 0);
+    expect_lines(csv, table_lines, 2);
+    assert_int_equal(latency_write_histogram(hgrm, &session), 0);
     unlink(csv);
     unlink(hgrm);
-    options.csv = "/nonexistent/file";
-    assert_int_equal(latency_write_csv(&options, run, 1), -1);
+    assert_int_equal(latency_write_csv("/nonexistent/file", &session), -1);
     assert_int_equal(errno, ENOENT);
-    free(run);
-    free(baseline);
+    unmake(&session);
+}
+
+/* A session, and one with round trips twice as long. */
+TEST(test_compare)
+{
+    latency_session session;
+    char before[] = "/tmp/tfa-latency-a-XXXXXX", after[] = "/tmp/tfa-latency-b-XXXXXX";
+    char *text = NULL;
+    size_t size = 0;
+    make(&session, &plain);
+    close(mkstemp(before));
+    close(mkstemp(after));
+    assert_int_equal(latency_save(before, &session), 0);
+    tally *t = tally_create(0);
+    for (uint64_t i = 0; i < 1000; i++) {
+        /* as long in each tenth of the run */
+        const latency_sample sample = {.parts = {2000000 + 2000 * (i % 100)}};
+        tally_add(t, &sample, (unsigned)i / 100);
+    }
+    tally_free(session.runs[0].total);
+    session.runs[0].total = t;
+    session.runs[0].options.rate = 100;
+    assert_int_equal(latency_save(after, &session), 0);
+    FILE *out = open_memstream(&text, &size);
+    assert_int_equal(latency_compare(out, before, after), 0);
+    assert_int_equal(latency_compare(out, before, before), 0);
+    fclose(out);
+    says(text, "not the same load: \"closed loop\", \"closed loop, 100 a second");
+    says(text, "p50            501.759   2113.535   4.212");
+    says(text, "slower");
+    says(text, "p50            501.759    501.759   1.000");
+    says(text, "within noise");
+    free(text);
+    assert_int_equal(latency_compare(stdout, before, "/nonexistent/file"), -1);
+    unlink(before);
+    unlink(after);
+    unmake(&session);
 }
 
 TEST(test_pingpong)
 {
     enum { COUNT = 200 };
-    latency_baseline *baseline = calloc(1, sizeof *baseline);
+    latency_baseline *baseline = malloc(sizeof *baseline);
     assert_non_null(baseline);
     latency_baseline_init(baseline);
-    tfa_histogram *h = &baseline->pingpong;
+    tfa_histogram *h = &baseline->pingpong.h;
     assert_int_equal(pingpong_run((pingpong_size){1, 1}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
     assert_int_equal(pingpong_run((pingpong_size){5, 3}, COUNT, 10, MINUTE_NS, NULL, h), TFA_OK);
     assert_int_equal(h->count, 2 * COUNT);
     assert_true(h->lowest > 0);
-    free(h);
+    free(baseline);
 }
 
 /* Both sides on one processor: a round trip takes two turns of the scheduler. The run ends by its
@@ -204,11 +328,11 @@ TEST(test_pingpong_is_bounded)
 {
     enum { COUNT = 1000000 };
     static const uint64_t limit = 200000000;
-    latency_baseline *baseline = calloc(1, sizeof *baseline);
+    latency_baseline *baseline = malloc(sizeof *baseline);
     cpu_set_t one, before;
     assert_non_null(baseline);
     latency_baseline_init(baseline);
-    tfa_histogram *h = &baseline->pingpong;
+    tfa_histogram *h = &baseline->pingpong.h;
     assert_int_equal(sched_getaffinity(0, sizeof before, &before), 0);
     CPU_ZERO(&one);
     for (size_t cpu = 0; CPU_COUNT(&one) == 0; cpu++)
@@ -219,7 +343,7 @@ TEST(test_pingpong_is_bounded)
     assert_int_equal(sched_setaffinity(0, sizeof before, &before), 0);
     assert_int_equal(status, TFA_E_TIMEOUT);
     assert_true(h->count < COUNT);
-    free(h);
+    free(baseline);
 }
 
 TEST(test_threads)

@@ -108,6 +108,21 @@ int daemon_call(daemon_link *link, const tfa_request *request, tfa_reply *reply,
     return tfa_dds_client_call(link->dds, request, reply, link->timeout_ns, exchange);
 }
 
+int daemon_send(daemon_link *link, const tfa_request *request, uint64_t *id)
+{
+    if (link->shm)
+        return tfa_client_send(link->shm, request, id);
+    return tfa_dds_client_send(link->dds, request, id);
+}
+
+int daemon_receive(daemon_link *link, tfa_reply *reply, uint64_t timeout_ns, tfa_exchange *exchange)
+{
+    *exchange = (tfa_exchange){0};
+    if (link->shm)
+        return tfa_client_receive(link->shm, reply, timeout_ns, exchange);
+    return tfa_dds_client_receive(link->dds, reply, timeout_ns, exchange);
+}
+
 void daemon_close(daemon_link *link)
 {
     if (!link)

@@ -43,6 +43,14 @@ const tfa_client_info *daemon_info(const daemon_link *link);
 int daemon_call(daemon_link *link, const tfa_request *request, tfa_reply *reply,
                 tfa_exchange *exchange);
 
+/** Sends a request without waiting. @return as tfa_client_send. */
+TFA_CHECKED int daemon_send(daemon_link *link, const tfa_request *request, uint64_t *id);
+
+/** Waits for the reply to the oldest request of daemon_send, at most timeout_ns.
+ *  @return as tfa_client_receive; exchange->id is 0 without a reply. */
+int daemon_receive(daemon_link *link, tfa_reply *reply, uint64_t timeout_ns,
+                   tfa_exchange *exchange);
+
 /** Hangs up. NULL is allowed. */
 void daemon_close(daemon_link *link);
 

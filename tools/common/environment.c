@@ -5,6 +5,8 @@
  */
 #include "environment.h"
 
+#include "allocations.h"
+
 #include <ctype.h>
 #include <dirent.h>
 #include <inttypes.h>
@@ -14,6 +16,7 @@
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
+#include <time.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/version.h>
 #include <unistd.h>
@@ -150,6 +153,17 @@ static void read_faults(const char *directory, thread_usage *thread)
         fclose(file);
 }
 
+static void read_cpu_time(const char *directory, thread_usage *thread)
+{
+    char path[400];
+    snprintf(path, sizeof path, "%s/schedstat", directory);
+    FILE *file = fopen(path, "re");
+    if (!file || fscanf(file, "%" SCNd64, &thread->cpu_ns) != 1)
+        thread->cpu_ns = -1;
+    if (file)
+        fclose(file);
+}
+
 /* tid 0 is the calling thread. */
 static void read_policy(thread_usage *thread)
 {
@@ -171,7 +185,8 @@ int environment_threads(pid_t process, thread_usage threads[THREADS_MAX])
         if (!isdigit((unsigned char)entry->d_name[0]))
             continue;
         snprintf(directory, sizeof directory, "%s/%s", path, entry->d_name);
-        threads[count] = (thread_usage){.tid = (pid_t)atoi(entry->d_name)};
+        threads[count] = (thread_usage){.tid = (pid_t)atoi(entry->d_name), .allocations = -1};
+        read_cpu_time(directory, &threads[count]);
         read_switches(directory, &threads[count]);
         read_faults(directory, &threads[count]);
         read_policy(&threads[count]);
@@ -185,12 +200,16 @@ int environment_threads(pid_t process, thread_usage threads[THREADS_MAX])
 thread_usage environment_this_thread(void)
 {
     struct rusage usage = {0};
+    struct timespec cpu = {0};
     getrusage(RUSAGE_THREAD, &usage);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &cpu);
     thread_usage thread = {.name = "client",
                            .voluntary = usage.ru_nvcsw,
                            .involuntary = usage.ru_nivcsw,
                            .minor_faults = usage.ru_minflt,
-                           .major_faults = usage.ru_majflt};
+                           .major_faults = usage.ru_majflt,
+                           .cpu_ns = (int64_t)cpu.tv_sec * 1000000000 + cpu.tv_nsec,
+                           .allocations = allocations_count()};
     read_policy(&thread);
     return thread;
 }
@@ -202,5 +221,7 @@ thread_usage environment_difference(const thread_usage *before, const thread_usa
     change.involuntary -= before->involuntary;
     change.minor_faults -= before->minor_faults;
     change.major_faults -= before->major_faults;
+    change.cpu_ns = after->cpu_ns < 0 || before->cpu_ns < 0 ? -1 : after->cpu_ns - before->cpu_ns;
+    change.allocations = after->allocations < 0 ? -1 : after->allocations - before->allocations;
     return change;
 }

@@ -24,6 +24,8 @@ typedef struct thread_usage {
     int policy, priority;           /**< SCHED_*; of FIFO and RR */
     int64_t voluntary, involuntary; /**< context switches */
     int64_t minor_faults, major_faults;
+    int64_t cpu_ns;      /**< processor time; -1: unknown */
+    int64_t allocations; /**< of this program's threads; -1: not counted */
 } thread_usage;
 
 enum { THREADS_MAX = 64 };
@@ -35,7 +37,7 @@ const char *environment_policy(int policy);
  * unreadable. */
 int environment_threads(pid_t process, thread_usage threads[THREADS_MAX]);
 
-/** The calling thread, by getrusage. */
+/** The calling thread, by getrusage, its own clock and allocations_count. */
 thread_usage environment_this_thread(void);
 
 /** Their difference between two readings of the same thread */

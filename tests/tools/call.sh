@@ -21,9 +21,13 @@ runtime_dir: $run
 dds:
   enabled: true
   domain: $domain
+ros2:
+  enabled: true
+  domain: $domain
 robots:
   - name: arm
     urdf: $data/arm.urdf
+    ros2: {enabled: true, namespace: /arm, joint_efforts: joint_efforts}
   - name: floater
     urdf: $data/arm.urdf
     base: floating
@@ -146,6 +150,13 @@ latency 0 "$tool" latency arm --loop open --rate 2000 --clients 3 --via shm,dds,
 [ "$(grep -c '"loop": "open"' "$work/out")" -eq 4 ] || fail "not all four ways have an open loop"
 [ "$(grep -c '"lost": 0' "$work/out")" -eq 16 ] || fail "something is lost in an open loop"
 [ "$(grep -c '"count": 1500' "$work/out")" -ge 4 ] || fail "3 clients do not make 1500 round trips"
+for via in shm dds process; do
+    latency 0 "$tool" latency arm --via $via --loop open --rate 4000 --slots 2 --burst 100 --json \
+        --urdf "$data/arm.urdf"
+    says "$work/out" '"lost": 0'
+    says "$work/out" '"duplicates": 0'
+    grep -q '"full": [1-9]' "$work/out" || fail "bursts over $via find room in a small ring"
+done
 latency 0 "$tool" latency arm --sweep rate=500,2000 --table "$work/table"
 says "$work/out" "sweep of rate, closed loop"
 [ "$(cut -d, -f 1-4 "$work/table" | tr '\n' ' ')" = "via,loop,swept,robot shm,closed,500,arm \
@@ -171,6 +182,9 @@ if client["allocations"] != -1: # no sanitizer
     keys += ["allocations", "minor_faults", "major_faults"]
 sys.exit(any(client[key] for key in keys))
 EOF
+latency 0 "$tool" latency arm --via ros2 --loop open --rate 500 --json
+says "$work/out" '"lost": 0'
+latency 2 "$tool" latency floater --via ros2
 latency 3 "$tool" latency arm --rate 0
 latency 0 "$tool" latency floater --batch 4 --wait block
 says "$work/out" "and a floating base, batch 4"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The parts of `totalforce latency`: options, measured runs, the machine beside them, reports. Every
- * report walks one latency_session.
+ * The parts of `totalforce latency`: options, measured runs, the machine beside them, reports.
+ * Every report walks one latency_session.
  */
 #ifndef TOOLS_LATENCY_LATENCY_H
 #define TOOLS_LATENCY_LATENCY_H
@@ -52,7 +52,7 @@ typedef struct latency_options {
     tfa_estimate estimate;
     int cpu; /**< of the clients, or -1 */
     const char *urdf;
-    double baseline_ms; /**< duration of timer loop and gap detector */
+    uint64_t baseline_ms; /**< duration of timer loop and gap detector */
     double deadline_us; /**< a later reply counts as late; 0: none */
     double fail_p99_us; /**< 0: no such expectation */
     double fail_ratio;  /**< 0: no such expectation */
@@ -158,6 +158,8 @@ TFA_CHECKED int transport_daemon_open(const latency_options *options, latency_vi
                                       transport_facts *facts);
 TFA_CHECKED int transport_process_open(const latency_options *options, latency_states *states,
                                        transport **t, transport_facts *facts);
+TFA_CHECKED int transport_ros2_open(const latency_options *options, latency_states *states,
+                                    transport **t, transport_facts *facts);
 TFA_CHECKED int transport_socket_open(const latency_options *options, latency_states *states,
                                       transport **t, transport_facts *facts);
 
@@ -224,8 +226,8 @@ int latency_print_json(FILE *out, const latency_session *session);
 int latency_write_csv(const char *path, const latency_session *session);
 /** One line a run. @return as latency_write_csv */
 int latency_write_table(const char *path, const latency_session *session);
-/** Percentile distributions in us, HdrHistogram's .hgrm. Files of runs after the first have the name
- *  of their transport or value of the sweep appended. @return as latency_write_csv */
+/** Percentile distributions in us, HdrHistogram's .hgrm. Files of runs after the first have the
+ *  name of their transport and value of the sweep appended. @return as latency_write_csv */
 int latency_write_histogram(const char *path, const latency_session *session);
 
 /** Writes the session with its histograms. @return as latency_write_csv */

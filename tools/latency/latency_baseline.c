@@ -117,7 +117,7 @@ static void measure_busy(latency_baseline *baseline, double steal_ticks)
 
 int latency_measure_machine(const latency_options *options, latency_baseline *baseline)
 {
-    const uint64_t duration = (uint64_t)(1e6 * options->baseline_ms);
+    const uint64_t duration = 1000000 * options->baseline_ms;
     baseline->busy.load = machine_load();
     baseline->busy.processors = machine_processors();
     if (pin_client(options, baseline) != 0)

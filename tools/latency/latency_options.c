@@ -51,8 +51,10 @@ static const struct argp_option option_table[] = {
     {.name = "via",
      .key = KEY_VIA,
      .arg = "WAY,...",
-     .doc = "Ways to an answer: shm, dds, both of them, process (the library in this process, with "
-            "--urdf), socket (echo of as many bytes over a Unix socket) (shm)"},
+     .doc =
+         "Ways to an answer: shm, dds, both of them, ros2 (/ROBOT/joint_states and joint_efforts "
+         "to /ROBOT/totalforce/accelerations), process (the library in this process, with "
+         "--urdf), socket (echo of as many bytes over a Unix socket) (shm)"},
     {.name = "loop",
      .key = KEY_LOOP,
      .arg = "closed|open",
@@ -169,11 +171,12 @@ static tfa_method method_of(struct argp_state *state, const char *text)
 
 static void add_via(struct argp_state *state, char *word)
 {
-    static const char *const words[] = {"shm", "dds", "process", "socket", "both"};
-    static const unsigned vias[] = {1u << VIA_SHM, 1u << VIA_DDS, 1u << VIA_PROCESS,
+    static const char *const words[] = {"shm", "dds", "ros2", "process", "socket", "both"};
+    static const unsigned vias[] = {1u << VIA_SHM,    1u << VIA_DDS,
+                                    1u << VIA_ROS2,   1u << VIA_PROCESS,
                                     1u << VIA_SOCKET, (1u << VIA_SHM) | (1u << VIA_DDS)};
     latency_options *options = state->input;
-    options->vias |= vias[option_word(state, "via", word, words, 5)];
+    options->vias |= vias[option_word(state, "via", word, words, 6)];
 }
 
 static void add_load(struct argp_state *state, char *word)
@@ -261,7 +264,7 @@ static error_t parse_measure(int key, char *text, struct argp_state *state)
         options->urdf = text;
         return 0;
     case KEY_BASELINE:
-        options->baseline_ms = not_negative(state, "baseline-ms", text);
+        options->baseline_ms = option_unsigned(state, "baseline-ms", text, 0, 60000);
         return 0;
     default:
         return parse_shape(key, text, state);

@@ -36,7 +36,7 @@ typedef struct loop loop;
 loop *loop_create(transport *t, uint64_t window);
 void loop_free(loop *l);
 
-/** A window for a load over a ring of `slots`: no loss of a reply holds up the requests after it. */
+/** A window for a load over a ring of `slots`: no lost reply holds up the requests after it. */
 uint64_t loop_window(const load_shape *shape, uint32_t slots);
 
 /** Time of request `index` after the start; ns. `now`: of a shape without a rate. */
@@ -46,8 +46,8 @@ uint64_t load_time(const load_shape *shape, uint64_t index);
 uint64_t load_count(const load_shape *shape);
 
 /**
- * Runs a load from `start` on. The figures go to `t`; NULL (warm-up): a request without a good reply
- * ends the run.
+ * Runs a load from `start` on. The figures go to `t`; NULL (warm-up): a request without a good
+ * reply ends the run.
  * @return TFA_OK; the status of a miss that was the last of 100 in a row, or of a reconnection that
  *         failed
  */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Figures of a measured load: histograms of the round trip and its parts, and counters, in memory of
- * a fixed size.
+ * Figures of a measured load: histograms of the round trip and its parts, and counters, in memory
+ * of a fixed size.
  */
 #ifndef TOOLS_LATENCY_TALLY_H
 #define TOOLS_LATENCY_TALLY_H
@@ -16,8 +16,8 @@
 #define LATENCY_BITS 8
 #define LATENCY_BUCKETS TFA_HISTOGRAM_BUCKETS(LATENCY_BITS, 64)
 
-/** Parts of a round trip; they add up to the whole. Client: from the intended time to the send, 0 in
- *  a closed loop. */
+/** Parts of a round trip; they add up to the whole. Client: from the intended time to the send, 0
+ *  in a closed loop. */
 enum {
     PART_ROUND_TRIP,
     PART_CLIENT,

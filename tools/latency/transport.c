@@ -6,7 +6,6 @@
 #include "latency.h"
 
 #include <errno.h>
-#include <stdio.h>
 #include <time.h>
 
 const char *const latency_via_names[VIA_COUNT] = {"shm", "dds", "ros2", "process", "socket"};
@@ -49,8 +48,7 @@ int transport_open(const latency_options *options, latency_via via, latency_stat
     case VIA_SOCKET:
         return transport_socket_open(options, states, t, facts);
     case VIA_ROS2:
-        fprintf(stderr, "totalforce latency: --via ros2: not built in\n");
-        return TFA_E_UNSUPPORTED;
+        return transport_ros2_open(options, states, t, facts);
     default:
         return transport_daemon_open(options, via, states, t, facts);
     }

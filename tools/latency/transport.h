@@ -24,8 +24,8 @@ typedef struct transport_operations {
     /** ns; of one clock with all stamps */
     uint64_t (*now)(transport *t);
     /** Sends request number `index` under an id that grows from request to request; does not wait.
-     *  @return TFA_OK; TFA_E_AGAIN (no room: later); a status of daemon_lost (reconnect); any other:
-     *  this request is refused */
+     *  @return TFA_OK; TFA_E_AGAIN (no room: later); a status of daemon_lost (reconnect); any
+     *  other: this request is refused */
     int (*send)(transport *t, uint64_t id, uint64_t index);
     /** Waits for a reply until `until`; one of the past only looks.
      *  @return TFA_OK (a reply); TFA_E_TIMEOUT; a status of daemon_lost (reconnect) */

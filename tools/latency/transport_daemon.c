@@ -51,7 +51,8 @@ static int send_request(transport *t, uint64_t id, uint64_t index)
     daemon_transport *d = own(t);
     uint64_t theirs = 0;
     const int status = daemon_send(d->link, request_of(d, index), &theirs);
-    d->offset = id - theirs;
+    if (status == TFA_OK)
+        d->offset = id - theirs;
     return status;
 }
 

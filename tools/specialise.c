@@ -5,6 +5,7 @@
  */
 #include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/progress.h"
 #include "common/scene_options.h"
 
 #include <errno.h>
@@ -141,8 +142,10 @@ static int build(const specialise_options *o, const char *path, const tfa_model 
 {
     char error_text[1024];
     tfa_specialise_result result;
+    progress_show("kernels generated, compiled and timed", 0, 0, "");
     const int status =
         tfa_specialised_build(model, &o->build, path, &result, error_text, sizeof error_text);
+    progress_show(NULL, 0, 0, "");
     if (status != TFA_OK) {
         fprintf(stderr, "totalforce specialise: %s: %s\n", tfa_model_name(model),
                 error_text[0] ? error_text : tfa_status_text(status));

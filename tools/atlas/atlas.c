@@ -6,6 +6,7 @@
 #include "atlas.h"
 #include "common/commands.h"
 #include "common/html_page.h"
+#include "common/progress.h"
 #include "common/results.h"
 
 #include <inttypes.h>
@@ -88,8 +89,11 @@ static int measure_all(rows *r, const atlas_options *o)
     }
     for (int map = 0; map < ATLAS_MAP_COUNT; map++)
         for (uint32_t k = 0; o->maps >> map & 1u && k < o->size_count; k++)
-            for (uint32_t point = 0; point < o->points; point++)
+            for (uint32_t point = 0; point < o->points; point++) {
+                progress_step(atlas_map_words[map], cells, "cells");
                 r->failed |= measure_at(r, o, (atlas_map)map, point, o->sizes[k]) != TFA_OK;
+            }
+    progress_show(NULL, 0, 0, "");
     return 0;
 }
 

@@ -6,6 +6,7 @@
 #include "chart.h"
 #include "common/commands.h"
 #include "common/html_page.h"
+#include "common/progress.h"
 #include "common/results.h"
 
 #include <inttypes.h>
@@ -16,6 +17,7 @@
 typedef struct rows {
     chart_row *all;
     size_t count, capacity;
+    uint64_t cases; /* that are measured */
     int failed;
     /* the fewest bodies at which a call was too long, by op, method and precision; 0: none was */
     uint32_t over[CHART_OP_COUNT][CHART_METHODS][CHART_PRECISION_COUNT];
@@ -162,6 +164,8 @@ static void chart_size(rows *r, const chart_options *o, FILE *out, const chart_t
             how.strategy = o->strategy_count ? o->strategies[k]
                            : how.threads > 1 ? CHART_BATCH
                                              : CHART_SINGLE;
+            if (o->folder) /* otherwise the rows themselves tell */
+                progress_step(target->label, r->cases, "cases");
             if (chart_target_at(r, o, out, target, bodies, &how) != TFA_OK)
                 r->failed = 1;
         }
@@ -171,11 +175,15 @@ static void chart_all(rows *r, const chart_options *o, FILE *out)
 {
     if (!o->json)
         chart_print_head(out, o);
+    for (uint32_t i = 0; i < o->target_count; i++)
+        r->cases += (uint64_t)(o->targets[i].file ? 1 : o->size_count) * o->thread_count *
+                    (o->strategy_count ? o->strategy_count : 1);
     for (uint32_t i = 0; i < o->target_count; i++) {
         const chart_target *target = &o->targets[i];
         for (uint32_t k = 0; k < (target->file ? 1 : o->size_count); k++)
             chart_size(r, o, out, target, o->sizes[k]);
     }
+    progress_show(NULL, 0, 0, "");
 }
 
 static int run(rows *r, const chart_options *o)

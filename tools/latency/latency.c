@@ -31,7 +31,7 @@ static int write_files(const latency_options *options, const latency_session *se
 }
 
 /* A session is compared as it would be saved. */
-static int compare_with(const char *before, const latency_session *session)
+static int compare_with(FILE *out, const char *before, const latency_session *session)
 {
     char path[] = "/tmp/totalforce-latency-XXXXXX";
     const int file = mkstemp(path);
@@ -39,7 +39,7 @@ static int compare_with(const char *before, const latency_session *session)
         perror(path);
         return -1;
     }
-    const int result = latency_compare(stdout, before, path);
+    const int result = latency_compare(out, before, path);
     remove(path);
     return result;
 }
@@ -65,7 +65,8 @@ static int report(const latency_options *options, const latency_session *session
     }
     if (write_files(options, session) != 0)
         return EXIT_FAILED;
-    if (options->compare_count && compare_with(options->compare[0], session) != 0)
+    FILE *out = options->json ? stderr : stdout;
+    if (options->compare_count && compare_with(out, options->compare[0], session) != 0)
         return EXIT_FAILED;
     for (int i = 0; i < session->count; i++) {
         if (latency_expected(&session->runs[i], session->baseline))

@@ -26,6 +26,11 @@ static void write_samples(FILE *file, const latency_run *run, uint32_t client)
             fprintf(file, ",%" PRIu64, sample->parts[k]);
         fputc('\n', file);
     }
+    if (t->sample_count < t->parts[PART_ROUND_TRIP].h.count)
+        fprintf(stderr,
+                "totalforce latency: client %" PRIu32 ": the first %" PRIu64
+                " round trips are written; --count sets how many\n",
+                client, t->sample_count);
 }
 
 int latency_write_csv(const char *path, const latency_session *session)

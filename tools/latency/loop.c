@@ -246,7 +246,7 @@ static entry *enter(loop *l, uint64_t index, uint64_t intended, uint64_t sent)
     return e;
 }
 
-/* Sends request `index`. @return TFA_OK: it has an entry; TFA_E_AGAIN: no room; otherwise the run
+/* Sends request `index`, due at `intended` (0: when it leaves). @return TFA_OK: it has an entry; TFA_E_AGAIN: no room; otherwise the run
  * ends */
 static int send_one(loop *l, uint64_t index, uint64_t intended)
 {
@@ -256,7 +256,7 @@ static int send_one(loop *l, uint64_t index, uint64_t intended)
     const int status = l->t->ops->send(l->t, l->next, index);
     if (status == TFA_E_AGAIN)
         return status;
-    entry *e = enter(l, index, intended, sent);
+    entry *e = enter(l, index, intended ? intended : sent, sent);
     if (status == TFA_OK)
         return TFA_OK;
     missed(l, e, status);
@@ -318,7 +318,7 @@ static int exchange_one(loop *l, uint64_t index)
 {
     if (l->t->ops->call)
         return call_one(l, index);
-    int status = send_one(l, index, now(l));
+    int status = send_one(l, index, 0);
     if (status == TFA_E_AGAIN) { /* replies that were given up hold the room */
         if (l->tally)
             l->tally->full++;

@@ -39,7 +39,7 @@ void loop_free(loop *l);
 /** A window for a load over a ring of `slots`: no lost reply holds up the requests after it. */
 uint64_t loop_window(const load_shape *shape, uint32_t slots);
 
-/** Time of request `index` after the start; ns. `now`: of a shape without a rate. */
+/** Time of request `index` after the start, with a rate; ns. */
 uint64_t load_time(const load_shape *shape, uint64_t index);
 
 /** Requests until the end; 0: as many as the duration allows. */

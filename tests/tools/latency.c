@@ -220,11 +220,11 @@ TEST(test_busy)
     machine_judge(&busy);
     assert_false(busy.busy);
     busy.load = 3.25;
-    busy.gap_share = 0.02;
+    busy.gap_share = 0.12;
     machine_judge(&busy);
     assert_true(busy.busy);
-    says(busy.text, "gaps took 2.0 % of a spinning thread's time");
-    says(busy.text, "load 3.2");
+    says(busy.text, "gaps took 12.0 % of a spinning thread's time");
+    says(busy.text, ", load 3.2 on 2 processors");
     busy = (machine_busy){.gap_share = -1, .steal = 0.5, .load = -1, .processors = 1};
     machine_judge(&busy);
     says(busy.text, "the host stole 50.0 %");

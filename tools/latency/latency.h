@@ -53,10 +53,10 @@ typedef struct latency_options {
     int cpu; /**< of the clients, or -1 */
     const char *urdf;
     uint64_t baseline_ms; /**< duration of timer loop and gap detector */
-    double deadline_us; /**< a later reply counts as late; 0: none */
-    double fail_p99_us; /**< 0: no such expectation */
-    double fail_ratio;  /**< 0: no such expectation */
-    char *sweep;        /**< "KEY=VALUE,..."; NULL: none */
+    double deadline_us;   /**< a later reply counts as late; 0: none */
+    double fail_p99_us;   /**< 0: no such expectation */
+    double fail_ratio;    /**< 0: no such expectation */
+    char *sweep;          /**< "KEY=VALUE,..."; NULL: none */
     int json, cyclictest;
     const char *csv, *table, *histogram, *save;
     const char *compare[COMPARED_MAX];
@@ -89,7 +89,7 @@ typedef struct latency_run {
     uint32_t client_count;
     thread_usage threads[THREADS_MAX]; /**< of the daemon, while measuring */
     int thread_count;
-    double daemon_cpu, tool_cpu; /**< processors kept busy on average */
+    double daemon_cpu, tool_cpu; /**< processors kept busy on average; -1: unknown */
     machine_busy busy;           /**< while measuring */
     latency_states states;
 } latency_run;

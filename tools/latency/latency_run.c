@@ -115,7 +115,7 @@ static void take_difference(latency_run *run, const counters *before, const coun
                 run->threads[i] = environment_difference(&before->threads[k], &after->threads[i]);
         daemon += (double)run->threads[i].cpu_ns;
     }
-    run->daemon_cpu = daemon / elapsed;
+    run->daemon_cpu = after->count ? daemon / elapsed : -1;
     run->tool_cpu = (double)(after->cpu_ns - before->cpu_ns) / elapsed;
     run->busy.gap_share = -1;
     run->busy.steal = (double)(after->steal - before->steal) * tick / (processors * elapsed);
@@ -172,7 +172,9 @@ static int open_client(latency_run *run, client_thread *w, uint32_t k)
 static void conduct(latency_run *run, client_threads *c)
 {
     static counters before, after;
-    const pid_t daemon = run->facts.info.daemon_pid;
+    pid_t daemon = run->facts.info.daemon_pid;
+    if (!daemon && (run->via == VIA_DDS || run->via == VIA_ROS2))
+        daemon = run->options.known.daemon_pid; /* of an earlier run over shared memory */
     background_load *load = NULL;
     int failed = 0;
     pthread_barrier_wait(&c->ready);

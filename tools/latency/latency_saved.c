@@ -170,7 +170,7 @@ static void print_differences(FILE *out, const json_t *before, const json_t *aft
                                        "model", "version", "kernel", "processor"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         const json_t *a = json_object_get(before, keys[i]), *b = json_object_get(after, keys[i]);
-        if (json_equal(a, b))
+        if (json_equal(a, b) || (!a && !b))
             continue;
         char *old = json_dumps(a, JSON_ENCODE_ANY), *new = json_dumps(b, JSON_ENCODE_ANY);
         fprintf(out, "  not the same %s: %s, %s\n", keys[i], old ? old : "none",

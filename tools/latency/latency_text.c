@@ -142,14 +142,24 @@ static void print_clients(FILE *out, const latency_run *run)
     }
 }
 
+static void print_processors(FILE *out, double busy)
+{
+    if (busy < 0)
+        fputs("unknown", out);
+    else
+        fprintf(out, "%.2f", busy);
+}
+
 static void print_usage(FILE *out, const latency_run *run)
 {
     for (uint32_t k = 0; k < run->client_count; k++)
         print_thread(out, "client", &run->clients[k].usage);
     for (int i = 0; i < run->thread_count; i++)
         print_thread(out, "daemon", &run->threads[i]);
-    fprintf(out, "  processors kept busy: daemon %.2f, this program %.2f; the host stole %.2f %%\n",
-            run->daemon_cpu, run->tool_cpu, 100 * run->busy.steal);
+    fputs("  processors kept busy: daemon ", out);
+    print_processors(out, run->daemon_cpu);
+    fprintf(out, ", this program %.2f; the host stole %.2f %%\n", run->tool_cpu,
+            100 * run->busy.steal);
     if (run->busy.busy)
         fprintf(out, "  busy: %s\n", run->busy.text);
 }
@@ -225,11 +235,12 @@ static void print_sweep(FILE *out, const latency_session *session)
         const tally *t = run->total;
         fprintf(out,
                 "  %s %s: %" PRIu64 " sent, misses %" PRIu64 ", late %" PRIu64
-                ", longest run %" PRIu64 ", without room %" PRIu64
-                "; processors: daemon %.2f, this program %.2f%s%s\n",
+                ", longest run %" PRIu64 ", without room %" PRIu64 "; processors: daemon ",
                 latency_via_names[run->via], run->swept, t->sent, latency_misses(t), t->late,
-                t->longest_run, t->full, run->daemon_cpu, run->tool_cpu,
-                run->busy.busy ? "; busy: " : "", run->busy.text);
+                t->longest_run, t->full);
+        print_processors(out, run->daemon_cpu);
+        fprintf(out, ", this program %.2f%s%s\n", run->tool_cpu, run->busy.busy ? "; busy: " : "",
+                run->busy.text);
     }
 }
 

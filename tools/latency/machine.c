@@ -9,6 +9,7 @@
 
 #include <errno.h>
 #include <sched.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -63,28 +64,27 @@ double machine_load(void)
     return getloadavg(&load, 1) == 1 ? load : -1;
 }
 
-static void append(machine_busy *busy, const char *format, double value)
+__attribute__((format(printf, 2, 3))) static void append(machine_busy *busy, const char *format,
+                                                         ...)
 {
-    const size_t length = strlen(busy->text);
-    int written =
-        snprintf(busy->text + length, sizeof busy->text - length, "%s", length ? ", " : "");
-    if (written < 0)
+    const size_t length = strlen(busy->text), comma = length ? 2 : 0;
+    va_list arguments;
+    if (length + comma >= sizeof busy->text)
         return;
-    const size_t at = length + (size_t)written;
-    if (at < sizeof busy->text)
-        snprintf(busy->text + at, sizeof busy->text - at, format, value);
+    memcpy(busy->text + length, ", ", comma);
+    va_start(arguments, format);
+    vsnprintf(busy->text + length + comma, sizeof busy->text - length - comma, format, arguments);
+    va_end(arguments);
 }
 
 void machine_judge(machine_busy *busy)
 {
-    busy->text[0] = '\0';
-    if (busy->gap_share > MACHINE_BUSY_SHARE)
+    memset(busy->text, 0, sizeof busy->text);
+    if (busy->gap_share > MACHINE_BUSY_GAPS)
         append(busy, "gaps took %.1f %% of a spinning thread's time", 100 * busy->gap_share);
-    if (busy->steal > MACHINE_BUSY_SHARE)
+    if (busy->steal > MACHINE_BUSY_STEAL)
         append(busy, "the host stole %.1f %% of the processors' time", 100 * busy->steal);
-    if (busy->load > busy->processors) {
-        append(busy, "load %.1f", busy->load);
-        append(busy, "on %.0f processors", busy->processors);
-    }
+    if (busy->load > busy->processors)
+        append(busy, "load %.1f on %d processors", busy->load, busy->processors);
     busy->busy = busy->text[0] != '\0';
 }

@@ -34,8 +34,10 @@ typedef struct machine_busy {
     char text[160];   /**< the figures above their limits; "" if none */
 } machine_busy;
 
-/** Limits of the figures: shares of gaps and of steal; load: the number of processors. */
-#define MACHINE_BUSY_SHARE 0.01
+/** Limits of the figures; of the load: the number of processors. Ticks of an idle virtual machine
+ *  take up to 5 % of a thread, another thread half of it. */
+#define MACHINE_BUSY_GAPS 0.1
+#define MACHINE_BUSY_STEAL 0.02
 
 /** Measures for `duration` ns each. */
 void machine_measure_timer(machine_timer *timer, uint64_t interval_ns, uint64_t duration_ns);

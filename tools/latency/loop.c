@@ -246,8 +246,8 @@ static entry *enter(loop *l, uint64_t index, uint64_t intended, uint64_t sent)
     return e;
 }
 
-/* Sends request `index`, due at `intended` (0: when it leaves). @return TFA_OK: it has an entry; TFA_E_AGAIN: no room; otherwise the run
- * ends */
+/* Sends request `index`, due at `intended` (0: when it leaves). @return TFA_OK: it has an entry;
+ * TFA_E_AGAIN: no room; otherwise the run ends */
 static int send_one(loop *l, uint64_t index, uint64_t intended)
 {
     if (l->next - l->first >= l->window)

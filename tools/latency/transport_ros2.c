@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Transport over topics of ROS 2: a request is a joint state and efforts by name, with the request's
- * number as their stamp; the answer has the stamp of its efforts. No stamps of the daemon: the whole
- * round trip counts as reply.
+ * Transport over topics of ROS 2: a request is a joint state and efforts by name, with the number
+ * of the request as their stamp; the answer has the stamp of its efforts. The daemon's times are
+ * not told: the whole round trip counts as reply.
  */
 #include "latency.h"
 

@@ -334,6 +334,9 @@ static script_line *troubles(void)
             lines[i].delay = 60 * MS; /* beyond the timeout */
         if (i >= 5000 && i < 5023)
             lines[i].lost = 1;
+        if (i >= 7000 && i < 7030) /* the longest run, of all kinds */
+            lines[i] = (script_line){
+                .delay = 2 * MS, .lost = i % 3 == 0, .status = i % 3 == 1 ? TFA_E_LATE : TFA_OK};
     }
     return lines;
 }
@@ -346,7 +349,7 @@ TEST(test_troubles_open)
         .open = 1, .rate = 10000, .count = COUNT, .timeout_ns = 50 * MS, .deadline_ns = 1 * MS};
     const expected e = expect(lines, COUNT, &shape);
     assert_true(e.lost > 50 && e.rejected > 50 && e.late > 10 && e.stale > 50 &&
-                e.duplicates > 50 && e.reordered > 20 && e.longest_run >= 23);
+                e.duplicates > 50 && e.reordered > 20 && e.longest_run >= 30);
     script_init(&s, lines, COUNT, 4096);
     tally *t = run(&s, &shape);
     check_counters(t, &e);

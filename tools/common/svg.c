@@ -49,14 +49,12 @@ void svg_number(char *text, size_t size, double value)
 
 void svg_microseconds(char *text, size_t size, double value)
 {
-    if (value > 0.0 && value < 0.0995)
-        snprintf(text, size, "%.2g ns", 1e3 * value);
-    else if (value < 995.0)
-        snprintf(text, size, value < 99.5 ? "%.2g µs" : "%.3g µs", value);
-    else if (value < 9.95e5)
-        snprintf(text, size, "%.2g ms", 1e-3 * value);
-    else
-        snprintf(text, size, "%.2g s", 1e-6 * value);
+    static const char *const units[] = {"ns", "µs", "ms", "s"};
+    int unit = value > 0.0 && value < 0.0995 ? 0 : 1;
+    value *= unit == 0 ? 1e3 : 1.0;
+    for (; unit < 3 && value >= 995.0; unit++)
+        value /= 1e3;
+    snprintf(text, size, value < 99.5 ? "%.2g %s" : "%.3g %s", value, units[unit]);
 }
 
 /* Calls `tick` at round values, on average at least `room` user units apart. */

@@ -21,6 +21,7 @@ static int write_files(const latency_options *options, const latency_session *se
     } files[] = {{options->csv, latency_write_csv},
                  {options->table, latency_write_table},
                  {options->histogram, latency_write_histogram},
+                 {options->html, latency_write_page},
                  {options->save, latency_save}};
     for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
         if (files[i].path && files[i].write(files[i].path, session) != 0) {

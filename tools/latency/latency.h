@@ -58,7 +58,7 @@ typedef struct latency_options {
     double fail_ratio;    /**< 0: no such expectation */
     char *sweep;          /**< "KEY=VALUE,..."; NULL: none */
     int json, cyclictest;
-    const char *csv, *table, *histogram, *save;
+    const char *csv, *table, *histogram, *html, *save;
     const char *compare[COMPARED_MAX];
     int compare_count;
     tfa_client_info known; /**< robot as an earlier run found it; q_count 0: not yet */
@@ -229,6 +229,9 @@ int latency_write_table(const char *path, const latency_session *session);
 /** Percentile distributions in us, HdrHistogram's .hgrm. Files of runs after the first have the
  *  name of their transport and value of the sweep appended. @return as latency_write_csv */
 int latency_write_histogram(const char *path, const latency_session *session);
+
+/** A self-contained page. @return as latency_write_csv */
+int latency_write_page(const char *path, const latency_session *session);
 
 /** Writes the session with its histograms. @return as latency_write_csv */
 int latency_save(const char *path, const latency_session *session);

@@ -37,6 +37,7 @@ enum {
     KEY_CSV,
     KEY_TABLE,
     KEY_HISTOGRAM,
+    KEY_HTML,
     KEY_CYCLICTEST,
     KEY_SAVE,
     KEY_COMPARE,
@@ -125,6 +126,11 @@ static const struct argp_option option_table[] = {
      .key = KEY_HISTOGRAM,
      .arg = "FILE",
      .doc = "Write the percentile distribution (.hgrm), in us"},
+    {.name = "html",
+     .key = KEY_HTML,
+     .arg = "FILE",
+     .doc =
+         "Write a self-contained page: percentiles, histogram, parts, numbers under the pointer"},
     {.name = "cyclictest",
      .key = KEY_CYCLICTEST,
      .doc = "Print a line for every client as cyclictest -N does"},
@@ -293,6 +299,9 @@ static error_t parse_report(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_HISTOGRAM:
         options->histogram = text;
+        return 0;
+    case KEY_HTML:
+        options->html = text;
         return 0;
     case KEY_CYCLICTEST:
         options->cyclictest = 1;

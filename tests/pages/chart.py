@@ -36,6 +36,7 @@ def measure(folder):
     with open(folder / "chart.csv", "w", encoding="utf-8") as rows:
         subprocess.run([BIN / "totalforce", "chart", "--urdf", ROBOTS / "arm7.urdf", "--urdf",
                         folder / "evil.urdf", "--methods", "aba,crba,tfa,scan", "--rhs", "qdd,tau",
+                        "--op", "forward_dynamics,operational_inertia",
                         "--refine", "0,1", "--precision", "f64,f32", "--strategies", "single,batch",
                         "--threads", "1,2", "--budget-ms", "1", "--states", "2", "--seeds", "2",
                         "--html", folder / "chart.html"], check=True, stdout=rows)
@@ -44,7 +45,7 @@ def measure(folder):
 
 def check_marks(check, browser, rows):
     drawn = [k for k, row in enumerate(rows) if row["status"] == "ok" and not row["same_as"]]
-    first = [k for k in drawn if rows[k]["rhs"] == "qdd"]
+    first = [k for k in drawn if rows[k]["rhs"] in ("qdd", "")]
     check(sorted(browser.run(MARKS)) == first, "marks:", len(browser.run(MARKS)), "not", len(first))
     total = browser.run("return document.querySelectorAll('.m[data-r]').length")
     check(total == len(drawn), "marks of all right-hand sides:", total, "not", len(drawn))
@@ -78,7 +79,7 @@ def check_filters(check, browser, rows, first):
     check(sorted(browser.run(MARKS)) == left, "crba is not hidden")
     browser.run(BOX, "method", "crba")
     after = browser.run(FRONT)
-    check(len(before) == 2 and len(before[0][1]) > 0, "no labels on the front")
+    check(len(before) == 4 and len(before[0][1]) > 0, "no labels on the front")
     for was, now in zip(before, after):
         check(was[1] == now[1] and len(was[0]) == len(now[0]) and
               all(abs(a - b) < 0.1 for a, b in zip(was[0], now[0])), "front:", was, now)
@@ -94,9 +95,12 @@ def check_filters(check, browser, rows, first):
     browser.run(BOX, "threads", "1")
     browser.run(BOX, "threads", "2")
     browser.run(BOX, "rhs", "tau")
-    check(browser.run("return document.querySelectorAll('.panel:not([hidden])').length") == 4,
+    check(browser.run("return document.querySelectorAll('.panel:not([hidden])').length") == 6,
           "no panels of the other right-hand side")
     browser.run(BOX, "rhs", "tau")
+    browser.run(BOX, "op", "operational_inertia")
+    check({rows[k]["op"] for k in browser.run(MARKS)} == {"forward_dynamics"}, "ops are not filtered")
+    browser.run(BOX, "op", "operational_inertia")
     check(sorted(browser.run(MARKS)) == first, "filters do not come back")
 
 

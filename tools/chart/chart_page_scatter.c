@@ -16,7 +16,7 @@
 #define HIGH 290.0
 #define LEFT 38.0
 #define RIGHT (WIDE - 10.0)
-#define TOP 16.0
+#define TOP 20.0
 #define BOTTOM (HIGH - 34.0)
 /* More than this between the shortest and the longest time: no axis for all panels */
 #define SHARED_RANGE 2e3
@@ -58,10 +58,12 @@ void chart_name_choice(char *text, size_t size, const chart_choice *choice)
 {
     static const char *const steps[CHART_REFINE] = {"", "+1", "+2"};
     const int plain = choice->precision == CHART_F64;
+    chart_choice named = *choice;
     char how[96];
+    named.op = CHART_FORWARD; /* the panel names the op */
     snprintf(text, size, "%s%s%s%s%s", chart_method_name(choice->method), steps[choice->refine],
              plain ? "" : " ", plain ? "" : chart_precision_words[choice->precision],
-             chart_name_how(choice, 0, how, sizeof how));
+             chart_name_how(&named, 0, how, sizeof how));
 }
 
 static void extend_by_panel(chart_range *times, chart_range *errors, const chart_panel *panel)

@@ -43,7 +43,13 @@ const chart_row *chart_fastest(const chart_panel *panel, int (*fits)(const chart
     return best;
 }
 
-/* Panels that are shown first, and those of them that `winner` wins, with its times */
+/* The title is about the panels of the first op that are shown first. */
+static int is_of_title(const chart_panels *p, const chart_panel *panel)
+{
+    return chart_panel_first(p, panel) && panel->rows->choice.op == p->rows->choice.op;
+}
+
+/* Panels of the title, and those of them that `winner` wins, with its times */
 typedef struct tally {
     size_t panels, won;
     chart_range times;
@@ -55,7 +61,7 @@ static tally count_wins(const chart_panels *p, const char *winner)
     char name[96];
     for (size_t k = 0; k < p->count; k++) {
         const chart_row *best = chart_fastest(&p->all[k], chart_is_exact);
-        if (!chart_panel_first(p, &p->all[k]))
+        if (!is_of_title(p, &p->all[k]))
             continue;
         t.panels++;
         if (!best)
@@ -75,7 +81,7 @@ void chart_page_title(char *text, size_t size, const chart_panels *p)
     tally most = {0};
     for (size_t k = 0; k < p->count; k++) {
         const chart_row *best = chart_fastest(&p->all[k], chart_is_exact);
-        if (!best || !chart_panel_first(p, &p->all[k]))
+        if (!best || !is_of_title(p, &p->all[k]))
             continue;
         chart_name_choice(name, sizeof name, &best->choice);
         const tally t = count_wins(p, name);

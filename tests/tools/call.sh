@@ -145,7 +145,7 @@ awk -F, 'NR > 1 && $1 == "shm" && $6 != $7 + $8 + $9 + $10 + $11 { bad++ } END {
     "$work/csv" || fail "the parts of a round trip do not add up"
 latency 0 "$tool" latency arm --rate 2000 --json
 says "$work/out" '"loop": "closed"'
-latency 0 "$tool" latency arm --loop open --rate 2000 --clients 3 --via shm,dds,process,socket \
+latency 0 "$tool" latency arm --loop open --rate 500 --clients 3 --via shm,dds,process,socket \
     --urdf "$data/arm.urdf" --jitter-us 20 --burst 2 --load compute=1,memory=1 --json
 [ "$(grep -c '"loop": "open"' "$work/out")" -eq 4 ] || fail "not all four ways have an open loop"
 [ "$(grep -c '"lost": 0' "$work/out")" -eq 16 ] || fail "something is lost in an open loop"

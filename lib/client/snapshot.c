@@ -272,6 +272,25 @@ static bool read_gateway(const tfa_statistics *s, uint32_t robot, uint32_t sourc
     return read_tally(&s->view.robots[robot].gateway[source], &c->tally);
 }
 
+#define TERMINATE(text) ((text)[sizeof(text) - 1] = 0)
+
+/* Whatever the segment holds, texts end and counts are within their bounds. */
+static void bound_robot(tfa_robot_statistics *r)
+{
+    TERMINATE(r->served.name);
+    TERMINATE(r->served.model_hash);
+    TERMINATE(r->served.kernel_isa);
+    TERMINATE(r->served.kernel_file);
+    TERMINATE(r->served.precision);
+    TERMINATE(r->served.ros2_namespace);
+    TERMINATE(r->served.ros2_node);
+    TERMINATE(r->ros2.refusal);
+    if (r->ros2.input_count > TFA_STATISTICS_INPUTS_MAX)
+        r->ros2.input_count = 0;
+    for (uint32_t i = 0; i < r->ros2.input_count; i++)
+        TERMINATE(r->ros2.inputs[i].name);
+}
+
 static bool read_robot(const tfa_statistics *s, uint32_t robot, tfa_snapshot *snapshot)
 {
     const tfa_shared_robot *from = &s->view.robots[robot];
@@ -279,8 +298,7 @@ static bool read_robot(const tfa_statistics *s, uint32_t robot, tfa_snapshot *sn
     if (!tfa_record_read(&from->served.version, from->served.words, &r->served, sizeof r->served) ||
         !tfa_record_read(&from->ros2.version, from->ros2.words, &r->ros2, sizeof r->ros2))
         return false;
-    if (r->ros2.input_count > TFA_STATISTICS_INPUTS_MAX)
-        r->ros2.input_count = 0;
+    bound_robot(r);
     r->dds_request = relaxed(&from->dds_request);
     r->dds_torques = relaxed(&from->dds_torques);
     r->clients = r->queued = 0;

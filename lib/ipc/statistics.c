@@ -116,8 +116,10 @@ static inline void count_answers(tfa_shared_tally *t, const tfa_tally_request *r
     tfa_word_add(&t->words[TFA_TALLY_STATES], r->states);
     if (r->refined)
         tfa_word_add(&t->words[TFA_TALLY_REFINED], r->states);
-    for (uint32_t i = 0; r->answers && i < r->states; i++)
-        if (r->answers[i].flags)
+    if (!r->answers)
+        return;
+    for (uint32_t i = 0; i < r->states; i++)
+        if (__builtin_expect(r->answers[i].flags, 0))
             count_flags(t, &r->answers[i]);
 }
 

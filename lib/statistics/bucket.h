@@ -12,12 +12,11 @@
 /* Bucket of a value, below bucket_count. */
 static inline uint32_t tfa_bucket_of(uint32_t bits, uint32_t bucket_count, uint64_t value)
 {
-    const uint32_t linear = UINT32_C(1) << bits, half = linear / 2;
-    if (value < linear)
-        return (uint32_t)value;
-    const uint32_t shift = 63u - (uint32_t)__builtin_clzll(value) - (bits - 1);
-    /* value >> shift lies in half .. linear - 1 */
-    const uint32_t bucket = linear + (shift - 1) * half + ((uint32_t)(value >> shift) - half);
+    const uint32_t half = UINT32_C(1) << bits >> 1;
+    const uint32_t highest_bit = 63u ^ (uint32_t)__builtin_clzll(value | half);
+    const uint32_t shift = highest_bit - (bits - 1);
+    /* value >> shift is below 2 half, and at least half where shift is above 0 */
+    const uint32_t bucket = shift * half + (uint32_t)(value >> shift);
     return bucket < bucket_count ? bucket : bucket_count - 1;
 }
 

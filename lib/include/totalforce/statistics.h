@@ -222,7 +222,8 @@ TFA_API void tfa_snapshot_free(tfa_snapshot *snapshot);
  *
  * @param statistics  of the daemon
  * @param snapshot    is overwritten
- * @return TFA_OK; TFA_E_BUSY (a writer was interrupted while it wrote: read again in a while);
+ * @return TFA_OK; TFA_E_BUSY (a writer was interrupted while it wrote: the snapshot is not
+ *         complete; read again in a while);
  *         TFA_E_SIZE (the snapshot was made for smaller statistics)
  */
 TFA_API TFA_CHECKED int tfa_statistics_read(const tfa_statistics *statistics,

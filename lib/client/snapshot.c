@@ -116,8 +116,8 @@ static void set_tally(tfa_tally *t, const uint64_t words[TFA_TALLY_WORDS])
         t->rejected += tfa_wire_has_answers(-i) ? 0 : t->statuses[i];
     }
     t->late = t->statuses[-TFA_E_LATE];
-    t->states = words[TFA_TALLY_STATES];
-    t->busy_ns = words[TFA_TALLY_BUSY];
+    t->states = t->requests - t->rejected + words[TFA_TALLY_MORE_STATES];
+    t->busy_ns = words[TFA_TALLY_SUMS + TFA_TIME_COMPUTE] - words[TFA_TALLY_PAUSES];
     t->refined = words[TFA_TALLY_REFINED];
 #define FLAG(name) flags[__builtin_ctz(TFA_ANSWER_##name)]
     t->estimates = FLAG(ESTIMATED);

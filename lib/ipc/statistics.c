@@ -113,7 +113,8 @@ static inline void count_answers(tfa_shared_tally *t, const tfa_tally_request *r
     uint32_t method = r->answers ? r->answers[0].method : 0;
     method = method < TFA_STATISTICS_METHODS ? method : 0;
     tfa_word_add(&t->words[TFA_TALLY_METHODS + method], 1);
-    tfa_word_add(&t->words[TFA_TALLY_STATES], r->states);
+    if (r->states != 1)
+        tfa_word_add(&t->words[TFA_TALLY_MORE_STATES], r->states - 1);
     if (r->refined)
         tfa_word_add(&t->words[TFA_TALLY_REFINED], r->states);
     if (!r->answers)
@@ -132,7 +133,8 @@ void tfa_tally_count(tfa_shared_tally *t, const tfa_tally_request *r)
         1);
     if (r->has_answers)
         count_answers(t, r);
-    tfa_word_add(&t->words[TFA_TALLY_BUSY], r->busy_ns);
+    if (r->busy_ns < r->done - r->start)
+        tfa_word_add(&t->words[TFA_TALLY_PAUSES], r->done - r->start - r->busy_ns);
     count_time(t, TFA_TIME_QUEUE, r->start - r->received);
     count_time(t, TFA_TIME_COMPUTE, r->done - r->start);
     if (r->sent && r->sent <= r->done)
@@ -173,7 +175,9 @@ void tfa_tally_sum(const tfa_shared_tally *t, tfa_tally_sums *sums)
         sums->rejected += tfa_wire_has_answers(-i) ? 0 : count;
     }
     sums->late += value_of(&t->words[TFA_TALLY_STATUSES - TFA_E_LATE]);
-    sums->busy_ns += value_of(&t->words[TFA_TALLY_BUSY]);
+    const uint64_t pauses = value_of(&t->words[TFA_TALLY_PAUSES]),
+                   compute = value_of(&t->words[TFA_TALLY_SUMS + TFA_TIME_COMPUTE]);
+    sums->busy_ns += compute > pauses ? compute - pauses : 0;
 }
 
 /* ---- states ---- */

@@ -90,12 +90,12 @@ static inline bool tfa_record_is_valid(const tfa_word *version, uint64_t began)
 
 /* ---- counters of requests ---- */
 
-/** Words of a tally. The first 6 and those from QUEUE_MAX to the method aba change with nearly
+/** Words of a tally. The first 6 and those from the maxima to the method aba change with nearly
  *  every request: with the version before them they are one line each. */
 enum {
-    TFA_TALLY_STATES,
-    TFA_TALLY_BUSY,
-    TFA_TALLY_SUMS, /* queue, compute, total */
+    TFA_TALLY_MORE_STATES, /* of a request with answers, besides the first */
+    TFA_TALLY_PAUSES,      /* ns between start and done that went to other requests */
+    TFA_TALLY_SUMS,        /* queue, compute, total */
     TFA_TALLY_STATUSES = TFA_TALLY_SUMS + 3,
     TFA_TALLY_MAXIMA = TFA_TALLY_STATUSES + TFA_STATISTICS_STATUSES, /* queue, compute, total */
     TFA_TALLY_METHODS = TFA_TALLY_MAXIMA + 3,

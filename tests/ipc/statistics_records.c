@@ -35,7 +35,7 @@ static void count_one(writer *w)
                                        .has_answers = good,
                                        .states = 1,
                                        .answers = good ? &answers[i % 4] : NULL,
-                                       .busy_ns = 10,
+                                       .busy_ns = 7,
                                        .sent = 1,
                                        .received = 101,
                                        .start = 301,
@@ -83,7 +83,7 @@ static void check(const tfa_snapshot *s)
     assert_int_equal(t->requests - t->rejected, sum(t->methods, TFA_STATISTICS_METHODS));
     assert_int_equal(t->rejected, t->requests / 4);
     assert_int_equal(t->states, t->requests - t->rejected);
-    assert_int_equal(t->busy_ns, 10 * t->requests);
+    assert_int_equal(t->busy_ns, 7 * t->requests);
     assert_int_equal(t->fallbacks, t->methods[TFA_METHOD_CRBA]);
     assert_int_equal(t->estimates, sum(t->estimate_decades, TFA_STATISTICS_DECADES));
     assert_int_equal(t->estimates, t->methods[TFA_METHOD_TFA]);

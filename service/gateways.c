@@ -97,6 +97,11 @@ static bool dds_detach(void *dds, uint32_t robot)
     return tfa_dds_detach(dds, robot);
 }
 
+static void dds_set_tap(void *dds, uint32_t robot, struct tfa_tap *tap)
+{
+    tfa_dds_set_tap(dds, robot, tap);
+}
+
 static int dds_announce(void *dds, uint32_t robot, const tfa_model *model)
 {
     return tfa_dds_announce(dds, robot, model);
@@ -125,6 +130,15 @@ static int ros2_exchange(void *self, uint32_t robot, const tfa_model *next,
     uint32_t number;
     const ros2_domain *domain = find_domain(self, robot, &number);
     return domain ? tfa_ros2_exchange(domain->gateway, number, next, solver) : TFA_OK;
+}
+
+static bool ros2_set_tap(void *self, uint32_t robot, struct tfa_tap *tap)
+{
+    uint32_t number;
+    const ros2_domain *domain = find_domain(self, robot, &number);
+    if (domain)
+        tfa_ros2_set_tap(domain->gateway, number, tap);
+    return domain != NULL;
 }
 
 static void ros2_describe(void *self, uint32_t robot, const char *error)
@@ -291,7 +305,8 @@ static int open_dds(gateways *g)
     tfa_daemon *d = g->daemon;
     tfa_worker_robot *solvers = calloc(d->robot_set.dds_count, sizeof *solvers);
     int status = solvers ? daemon_make_gateway_solvers(d, solvers) : TFA_E_MEMORY;
-    d->gateway = (dds_gateway){g->dds, dds_expect, dds_detach, dds_announce, dds_leadership};
+    d->gateway =
+        (dds_gateway){g->dds, dds_expect, dds_detach, dds_announce, dds_leadership, dds_set_tap};
     if (status == TFA_OK)
         status = tfa_dds_start(g->dds, d->workers[0].worker, solvers);
     free(solvers);
@@ -327,7 +342,7 @@ static int open_all_ros2(gateways *g)
     int status = descriptions_open(d);
     if (status == TFA_OK)
         status = control_watch_descriptions(d);
-    d->ros2 = (ros2_gateway){g, ros2_exchange, ros2_describe};
+    d->ros2 = (ros2_gateway){g, ros2_exchange, ros2_describe, ros2_set_tap};
     for (uint32_t i = 0; i < g->ros2_count && status == TFA_OK; i++)
         status = open_ros2(g, &g->ros2[i]);
     return status;

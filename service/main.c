@@ -184,6 +184,7 @@ static void stop_all(service *s)
     control_close_listeners(&s->daemon);
     gateways_stop(&s->gateways);     /* their requests need the workers */
     daemon_stop_workers(&s->daemon); /* they answer the requests in the rings */
+    recordings_close(&s->daemon);
     session_end_all(&s->daemon);
     if (!reload_abandon(&s->daemon)) /* a large robot is being read: its thread uses the rest */
         end_at_once(s);

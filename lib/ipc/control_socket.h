@@ -9,6 +9,11 @@
  * begins with "ok" or "error: " for these two, and with "error: " for a command that is refused.
  * `statistics` answers "ok" to everybody, and one descriptor: the segment of statistics_layout.h,
  * which its receiver cannot write.
+ *
+ * `record ROBOT MIB`, for the same users, is answered by "ok" with two descriptors: a segment of
+ * taps (tap.h) with rings of MIB MiB, read-write, and a description of the robot, read-only
+ * (recording.h). The connection stays: its hang-up ends the recording in both directions. Before
+ * the daemon hangs up it sends the reason as a text.
  */
 #ifndef TFA_IPC_CONTROL_SOCKET_H
 #define TFA_IPC_CONTROL_SOCKET_H

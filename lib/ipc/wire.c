@@ -236,12 +236,23 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
     return TFA_OK;
 }
 
+size_t tfa_wire_request_bytes(const tfa_wire_shape *shape, const tfa_request *request)
+{
+    const struct counts n = counts_of_request(shape, request);
+    return request_size(shape, blocks_of_request(shape, request), &n);
+}
+
+size_t tfa_wire_copied_bytes(const tfa_wire_shape *shape, const void *copy)
+{
+    const tfa_wire_request *line = copy;
+    const struct counts n = counts_of_line(shape, line);
+    return request_size(shape, line->present & ALL_BLOCKS, &n);
+}
+
 void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *copy)
 {
     memcpy(copy, slot, TFA_WIRE_LINE);
-    const tfa_wire_request *line = copy;
-    const struct counts n = counts_of_line(shape, line);
-    const size_t size = request_size(shape, line->present & ALL_BLOCKS, &n);
+    const size_t size = tfa_wire_copied_bytes(shape, copy);
     memcpy((unsigned char *)copy + TFA_WIRE_LINE, (const unsigned char *)slot + TFA_WIRE_LINE,
            size - TFA_WIRE_LINE);
 }

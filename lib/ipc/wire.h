@@ -84,6 +84,10 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
                             uint64_t id, uint64_t t_sent, void *slot,
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field);
 
+/** Bytes that tfa_wire_encode_request writes; of a private copy of a slot: that were copied. */
+size_t tfa_wire_request_bytes(const tfa_wire_shape *shape, const tfa_request *request);
+size_t tfa_wire_copied_bytes(const tfa_wire_shape *shape, const void *copy);
+
 /**
  * Copies a slot once into private memory: the line, then the payload that the copied line states,
  * at most tfa_wire_request_capacity bytes. Nothing in it is trusted.
@@ -110,6 +114,11 @@ void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot);
 
 /** Reads the line of a reply: status, field, index, state, model. @return blocks that follow */
 uint32_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply);
+
+/** Writes the blocks of a reply that reply_shape wants into a slot, after its line: the opposite of
+ *  tfa_wire_copy_answers. */
+void tfa_wire_write_answers(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
+                            const tfa_reply *reply, void *slot);
 
 /** Copies the answers of a slot to the buffers of `reply` that are not NULL. */
 void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,

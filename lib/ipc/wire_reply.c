@@ -159,6 +159,18 @@ uint32_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply)
     return line->want;
 }
 
+void tfa_wire_write_answers(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
+                            const tfa_reply *reply, void *slot)
+{
+    unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
+    for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+        const size_t size = tfa_wire_reply_width(shape, block, reply_shape);
+        memcpy(at, buffer_of(reply, block), size);
+        at += tfa_wire_padded_size(size);
+    }
+}
+
 void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape,
                            const void *slot, tfa_reply *reply)
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Commands of operators, by the control socket: status, statistics, reload, stop.
+ * Commands of operators, by the control socket: status, statistics, reload, stop, record.
  */
 #include "control/daemon.h"
 
@@ -15,6 +15,7 @@
 #include "ipc/control_socket.h"
 #include "platform/log.h"
 
+#define WORD_BYTES 128         /* the longest command with its final 0 */
 #define TIMEOUT_NS 2000000000u /* a connection without a command is closed */
 
 void commands_open(tfa_daemon *d)
@@ -70,6 +71,25 @@ static void answer_text(command *c, const char *text)
     answer(c, text, strlen(text));
 }
 
+bool commands_send(int socket, const char *text, const int *descriptors, size_t count)
+{
+    union {
+        struct cmsghdr head;
+        char bytes[CMSG_SPACE(COMMANDS_DESCRIPTORS * sizeof(int))];
+    } control = {0};
+    struct iovec part = {.iov_base = (void *)(uintptr_t)text, .iov_len = strlen(text)};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = CMSG_SPACE(count * sizeof(int))};
+    struct cmsghdr *const head = CMSG_FIRSTHDR(&message);
+    head->cmsg_level = SOL_SOCKET;
+    head->cmsg_type = SCM_RIGHTS;
+    head->cmsg_len = CMSG_LEN(count * sizeof(int));
+    memcpy(CMSG_DATA(head), descriptors, count * sizeof(int));
+    return sendmsg(socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT) == (ssize_t)part.iov_len;
+}
+
 static void answer_status(const tfa_daemon *d, command *c)
 {
     char *text = NULL;
@@ -86,22 +106,7 @@ static void answer_status(const tfa_daemon *d, command *c)
 /* "ok", and a descriptor by which nobody can write. */
 static void answer_statistics(const tfa_daemon *d, command *c)
 {
-    union {
-        char bytes[CMSG_SPACE(sizeof(int))];
-        struct cmsghdr align;
-    } control = {{0}};
-    char text[] = "ok";
-    struct iovec part = {.iov_base = text, .iov_len = 2};
-    struct msghdr message = {.msg_iov = &part,
-                             .msg_iovlen = 1,
-                             .msg_control = control.bytes,
-                             .msg_controllen = sizeof control.bytes};
-    struct cmsghdr *header = CMSG_FIRSTHDR(&message);
-    header->cmsg_level = SOL_SOCKET;
-    header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(sizeof(int));
-    memcpy(CMSG_DATA(header), &d->statistics_segment.fd_readonly, sizeof(int));
-    (void)!sendmsg(c->socket, &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+    (void)commands_send(c->socket, "ok", &d->statistics_segment.fd_readonly, 1);
     end(c);
 }
 
@@ -131,16 +136,30 @@ static bool may_command(int socket)
            (peer.uid == 0 || peer.uid == geteuid());
 }
 
+/* The connection becomes that of a recorder. */
+static void obey_record(tfa_daemon *d, command *c, const char *order)
+{
+    char text[256];
+    if (recordings_begin(d, c->socket, order, text, sizeof text))
+        c->socket = -1;
+    else
+        answer_text(c, text);
+}
+
 static void obey(tfa_daemon *d, command *c, const char *word)
 {
+    const bool record = strncmp(word, "record ", 7) == 0;
     if (strcmp(word, "status") == 0) {
         answer_status(d, c);
     } else if (strcmp(word, "statistics") == 0) {
         answer_statistics(d, c);
-    } else if (strcmp(word, "reload") != 0 && strcmp(word, "stop") != 0) {
-        answer_text(c, "error: no such command; there are status, statistics, reload and stop");
+    } else if (!record && strcmp(word, "reload") != 0 && strcmp(word, "stop") != 0) {
+        answer_text(c, "error: no such command; there are status, statistics, reload, stop and "
+                       "record");
     } else if (!may_command(c->socket)) {
         answer_text(c, "error: only root and the daemon's user may do that");
+    } else if (record) {
+        obey_record(d, c, word + 7);
     } else if (*word == 's') {
         answer_text(c, "ok: stopping");
         d->stop = true;
@@ -153,7 +172,7 @@ static void obey(tfa_daemon *d, command *c, const char *word)
 bool commands_event(tfa_daemon *d, void *what)
 {
     command *c = what;
-    char word[16];
+    char word[WORD_BYTES];
     if (c < d->commands || c >= d->commands + COMMANDS_MAX)
         return false;
     const ssize_t size = recv(c->socket, word, sizeof word - 1, MSG_DONTWAIT | MSG_TRUNC);

@@ -283,7 +283,7 @@ static void dispatch(tfa_daemon *d, void *what)
         commands_accept(d);
         return;
     }
-    if (commands_event(d, what))
+    if (commands_event(d, what) || recordings_event(d, what))
         return;
     const int *entry = what;
     for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
@@ -321,7 +321,7 @@ static int tick_ms(const tfa_daemon *d)
     int ms = IDLE_TICK_MS;
     if (d->session_count)
         ms = session_any_detaching(d) ? DETACH_TICK_MS : TICK_MS;
-    if (reload_is_urgent(d))
+    if (reload_is_urgent(d) || recordings_any_ending(d))
         ms = DETACH_TICK_MS;
     const uint64_t watchdog = d->watchdog_ns / 4 / 1000000;
     return d->watchdog_ns && watchdog < (uint64_t)ms ? (int)watchdog : ms;
@@ -339,6 +339,7 @@ void control_run(tfa_daemon *d)
         session_tick(d);
         reload_tick(d);
         commands_tick(d);
+        recordings_tick(d);
         watch_workers(d);
         watch_runtime_dir(d);
     }

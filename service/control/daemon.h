@@ -57,7 +57,8 @@ typedef struct session {
     ssize_t hello_size;
 } session;
 
-#define COMMANDS_MAX 4 /* at once; a further one is hung up on */
+#define COMMANDS_MAX 4         /* at once; a further one is hung up on */
+#define COMMANDS_DESCRIPTORS 2 /* of one answer at most */
 
 /* A connection on the control socket of operators. */
 typedef struct command {
@@ -65,6 +66,16 @@ typedef struct command {
     bool waits; /* for the end of a reload */
     uint64_t since;
 } command;
+
+/* Requests and answers of a robot on their way to a recorder, which holds `socket`. */
+typedef struct recording {
+    struct recording *next;
+    int socket; /* -1: it ended; workers may still use the taps */
+    uint32_t robot;
+    pid_t process; /* of the recorder */
+    tfa_segment segment;
+    struct tfa_tap *taps; /* of the workers, then the DDS gateway's, then the ROS 2 gateway's */
+} recording;
 
 /* All robots and scenes of a configuration: the served ones, or the ones that a reload made. */
 typedef struct robot_set {
@@ -86,6 +97,8 @@ typedef struct dds_gateway {
     int (*announce)(void *self, uint32_t robot, const tfa_model *model);
     /* Who answers for a robot. */
     tfa_dds_leadership (*leadership)(void *self, uint32_t robot);
+    /* Records what the gateway answers itself; NULL: no more. */
+    void (*set_tap)(void *self, uint32_t robot, struct tfa_tap *tap);
 } dds_gateway;
 
 /* The ROS 2 gateway as a reload sees it; filled in as above, robots numbered as in the robot set.
@@ -97,6 +110,8 @@ typedef struct ros2_gateway {
                     const tfa_worker_robot *solver);
     /* Outcome of the robot's last robot_description: NULL: it is the model. */
     void (*describe)(void *self, uint32_t robot, const char *error);
+    /* Records what the gateway answers; NULL: no more. @return false: the robot has no topics */
+    bool (*set_tap)(void *self, uint32_t robot, struct tfa_tap *tap);
 } ros2_gateway;
 
 /* Robot descriptions that came over a topic, by number of the robot in the configuration. */
@@ -163,6 +178,7 @@ typedef struct tfa_daemon {
     uint64_t runtime_dir_looked; /* CLOCK_MONOTONIC ns */
     tfa_admission admission;
     tfa_connect_rate connect_rate;
+    recording *recordings;
     session *sessions;
     uint32_t session_count;
     tfa_segment statistics_segment;
@@ -265,6 +281,24 @@ tfa_shared_state *statistics_gateway_states(const tfa_daemon *d, uint32_t source
 /* Requests of clients that left; of all clients, those that left and gateways included. */
 tfa_tally_sums statistics_departed(const tfa_daemon *d);
 tfa_tally_sums statistics_all(const tfa_daemon *d);
+/* Sends a text with descriptors. @return whether the peer's buffer took it */
+bool commands_send(int socket, const char *text, const int *descriptors, size_t count);
+
+/* ---- recordings.c: recorders ---- */
+
+/* Begins a recording, of which `order` has the rest of the command, and answers it. @return it has
+ * the socket now; otherwise the error is in `text` */
+bool recordings_begin(tfa_daemon *d, int socket, const char *order, char *text, size_t size);
+/* Something happened at `what`. @return it is a recorder's connection */
+bool recordings_event(tfa_daemon *d, void *what);
+/* Ends those of a robot, with a reason for their recorders: no later answer is recorded. */
+void recordings_end(tfa_daemon *d, uint32_t robot, const char *reason);
+/* Time passed: workers may have let go of taps. */
+void recordings_tick(tfa_daemon *d);
+/* One waits for a worker: look again soon. */
+bool recordings_any_ending(const tfa_daemon *d);
+/* Ends all of them; the workers run no more. */
+void recordings_close(tfa_daemon *d);
 
 /* ---- status.c ---- */
 

@@ -255,6 +255,9 @@ static void commit(tfa_daemon *d)
     if (!robots)
         return; /* the next tick tries again */
     for (uint32_t i = 0; i < d->robot_set.count; i++)
+        if (r->changed[i]) /* before the offer: no answer of the new solvers is recorded */
+            recordings_end(d, i, "a reload gave the robot another model or other settings");
+    for (uint32_t i = 0; i < d->robot_set.count; i++)
         commit_robot(d, i);
     exchange_settings(d);
     exchange_gateway_solvers(d);

@@ -22,6 +22,7 @@
 
 #include "ipc/statistics_layout.h"
 
+struct tfa_tap;
 struct tfa_worker;
 struct tfa_worker_robot;
 
@@ -77,6 +78,10 @@ TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker,
  *  returns. */
 void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next,
                     const struct tfa_worker_robot *solver);
+
+/** Requests of the robot that are answered in the receiving thread go to this tap, too; NULL: to
+ *  none. The tap of before is not used any more when it returns. */
+void tfa_dds_set_tap(tfa_dds *dds, uint32_t robot, struct tfa_tap *tap);
 
 /** Detaches the robot from the worker once what is under way is answered; what comes
  *  meanwhile is refused with TFA_E_AGAIN. @return it has been given back; otherwise ask again */

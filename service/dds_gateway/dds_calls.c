@@ -12,6 +12,7 @@
 #include "dds_internal.h"
 
 #include "ipc/wire_reply.h"
+#include "worker/tap.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -137,10 +138,29 @@ static tfa_dds_field_error lay_out_reply(const dds_robot *robot, const tfa_reque
     return error;
 }
 
+/* A request that was answered here, for a recorder. `asked`: the policy before it was settled. */
+static void record(const dds_robot *robot, const tfa_request *request, tfa_estimate asked,
+                   const dds_pending *pending, const tfa_worker_call *call)
+{
+    const int64_t offset = tfa_dds_ros_offset();
+    const tfa_tap_entry entry = {.shape = &robot->shape,
+                                 .request = request,
+                                 .reply = &call->reply,
+                                 .estimate = asked,
+                                 .id = pending->id,
+                                 .t_sent = (uint64_t)(pending->stamp - offset),
+                                 .t_received = (uint64_t)(pending->t_received - offset),
+                                 .t_start = call->t_start,
+                                 .t_done = call->t_done};
+
+    tfa_tap_put(robot->tap, &entry);
+}
+
 static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
                        const dds_pending *pending, tfa_cost *cost)
 {
     tfa_worker_call call;
+    const tfa_estimate asked = request->estimate;
     const tfa_dds_field_error error = lay_out_reply(robot, request, robot->memory, &call.reply);
 
     if (error.status != TFA_OK) {
@@ -153,6 +173,8 @@ static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
     call.t_done = (uint64_t)tfa_dds_monotonic();
     if (tfa_wire_has_answers(call.reply.status))
         tfa_cost_record(cost, request->count, call.t_done - call.t_start);
+    if (robot->tap != NULL)
+        record(robot, request, asked, pending, &call);
     tfa_dds_answer(gateway, robot, pending, &call);
     count_request(robot, request, pending, &call);
     tfa_dds_publish_state(robot, request, &call);

@@ -63,6 +63,7 @@ typedef struct dds_robot {
     const tfa_model *model;
     tfa_wire_shape shape;
     tfa_worker_robot solver; /* for requests that are answered in the receiving thread */
+    struct tfa_tap *tap;     /* records those; NULL: no */
     tfa_cost_table costs;
     totalforce_dds_Hash hash;  /* of the model that was announced */
     totalforce_dds_Hash other; /* of the one before or of the next: replies may come from it */

@@ -54,6 +54,15 @@ void tfa_dds_expect(tfa_dds *gateway, uint32_t index, const tfa_model *next,
     pthread_mutex_unlock(&robot->mutex);
 }
 
+void tfa_dds_set_tap(tfa_dds *gateway, uint32_t index, struct tfa_tap *tap)
+{
+    dds_robot *robot = &gateway->robots[index];
+
+    pthread_mutex_lock(&robot->mutex);
+    robot->tap = tap;
+    pthread_mutex_unlock(&robot->mutex);
+}
+
 bool tfa_dds_detach(tfa_dds *gateway, uint32_t index)
 {
     dds_robot *robot = &gateway->robots[index];

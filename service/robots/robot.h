@@ -7,6 +7,7 @@
 #ifndef TFA_SERVICE_ROBOTS_ROBOT_H
 #define TFA_SERVICE_ROBOTS_ROBOT_H
 
+#include <stdio.h>
 #include <totalforce/batch_pool.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/model.h>
@@ -61,6 +62,11 @@ TFA_CHECKED int tfa_robot_open_pool(tfa_robot *robot, const config_pool *wanted,
 /** Same arrays, same joints and links in the same order: clients of one can be served by the other
  *  without noticing. */
 bool tfa_robot_same_shape(const tfa_robot *a, const tfa_robot *b);
+
+/* ---- describe.c: for recorders ---- */
+
+/** Writes all settings that shape its answers, as JSON. @param urdf_name  of its file, for people */
+void tfa_robot_describe(const tfa_robot *robot, const char *urdf_name, FILE *out);
 
 /* ---- kernel.c: specialised kernels ---- */
 

@@ -11,6 +11,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "worker/tap.h"
+
 /* ---- inputs of a request ---- */
 
 /* Counts why an answer is not given. @return false */
@@ -104,16 +106,35 @@ static uint64_t monotonic(void)
     return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
 }
 
+/* For a recorder. `asked`: the policy before it was settled. */
+static void record(const ros2_robot *robot, const tfa_request *request, const tfa_reply *reply,
+                   tfa_estimate asked, uint64_t start, uint64_t done)
+{
+    const tfa_tap_entry entry = {.shape = &robot->solver.shape,
+                                 .request = request,
+                                 .reply = reply,
+                                 .estimate = asked,
+                                 .t_sent = start,
+                                 .t_received = start,
+                                 .t_start = start,
+                                 .t_done = done};
+    tfa_tap_put(robot->tap, &entry);
+}
+
 static bool solve(ros2_robot *robot, tfa_request *request, tfa_reply *reply, int64_t now)
 {
+    const tfa_estimate asked = request->estimate;
     const uint64_t start = monotonic();
     const bool reports = reply->answers != NULL;
     tfa_answer answer;
     if (!reports)
         reply->answers = &answer; /* for the statistics */
     const int status = robot->solver.solve(robot->solver.self, request, reply, 0, 1);
+    const uint64_t done = monotonic();
     reply->status = status;
-    ros2_count(robot, request, reply, now, start, monotonic());
+    ros2_count(robot, request, reply, now, start, done);
+    if (robot->tap)
+        record(robot, request, reply, asked, start, done);
     if (status != TFA_OK)
         return refuse(robot, "%s%s%s", tfa_status_text(status), reply->field ? ": " : "",
                       tfa_field_name(reply->field));

@@ -361,6 +361,14 @@ int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t index, const tfa_model *model,
     return next ? TFA_OK : TFA_E_MEMORY;
 }
 
+void tfa_ros2_set_tap(tfa_ros2 *gateway, uint32_t index, struct tfa_tap *tap)
+{
+    ros2_robot *robot = &gateway->robots[index];
+    pthread_mutex_lock(&robot->mutex);
+    robot->tap = tap;
+    pthread_mutex_unlock(&robot->mutex);
+}
+
 void tfa_ros2_describe(tfa_ros2 *gateway, uint32_t index, const char *error)
 {
     ros2_robot *robot = &gateway->robots[index];

@@ -26,6 +26,7 @@
 /** Of Cyclone: ports end there. */
 #define TFA_ROS2_DOMAIN_MAX 230
 
+struct tfa_tap;
 struct tfa_worker_robot;
 
 typedef struct tfa_ros2 tfa_ros2;
@@ -82,6 +83,10 @@ TFA_CHECKED int tfa_ros2_start(tfa_ros2 *gateway, const struct tfa_worker_robot 
  *  the next exchange */
 TFA_CHECKED int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t robot, const tfa_model *model,
                                   const struct tfa_worker_robot *solver);
+
+/** Requests of the robot go to this tap, too; NULL: to none. The tap of before is not used any more
+ *  when it returns. */
+void tfa_ros2_set_tap(tfa_ros2 *gateway, uint32_t robot, struct tfa_tap *tap);
 
 /** Outcome of the last robot_description, for diagnostics: NULL: it is the model; else why not. */
 void tfa_ros2_describe(tfa_ros2 *gateway, uint32_t robot, const char *error);

@@ -159,6 +159,7 @@ struct ros2_robot {
     pthread_mutex_t mutex; /* guards what follows */
     ros2_arrays *arrays;   /* NULL: no memory at the last exchange */
     tfa_worker_robot solver;
+    struct tfa_tap *tap; /* records what is answered; NULL: no */
     ros2_header state_header;
     bool state_is_new;
     ros2_base base;

@@ -311,6 +311,7 @@ static void finish_request(const tfa_worker *w, tfa_worker_client *client)
         slot->t_start = at->start;
         slot->t_done = w->now;
     }
+    tfa_worker_tap_request(w, client);
     at->active = false;
     if (publish(w, client)) /* one thread waits for it */
         (void)syscall(SYS_futex, tfa_ring_futex_word(slot), FUTEX_WAKE, 1, NULL, NULL, 0);
@@ -374,7 +375,8 @@ static void beat(tfa_worker *w)
 uint32_t tfa_worker_cycle(tfa_worker *w)
 {
     uint32_t count = collect_ready(w), pieces = 0;
-    accept_offer(w); /* R12 after R6 */
+    accept_offer(w);         /* R12 after R6 */
+    tfa_worker_take_taps(w); /* R15 after R12 */
     if (count) {
         const uint64_t start = w->now = tfa_worker_clock();
         limit_credit(w, count);

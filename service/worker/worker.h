@@ -31,6 +31,13 @@
  * The worker neither allocates nor frees, and a request is answered by one solver from its
  * beginning to its end. A client that is attached after an offer has the new ones: the worker
  * looks for an offer (R12) after it has seen the client (R6).
+ *
+ * Taps (ipc/tap.h) come and go the same way:
+ *   tap    A14 store release, another thread <-> R14 worker, load acquire, for each answered request
+ *   asked  A15 release, another thread       <-> R15 worker, load acquire, in each cycle
+ *   taken  A16 store release, worker         <-> R16 another thread, load acquire: the worker uses
+ *          no tap of before
+ * In a cycle that takes other solvers, the worker looks for taps (R15) after the offer (R12).
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_H
 #define TFA_SERVICE_WORKER_WORKER_H
@@ -87,6 +94,7 @@ typedef struct tfa_worker_options {
     const tfa_worker_statistics *statistics; /**< copied; NULL: memory of the worker's own */
 } tfa_worker_options;
 
+struct tfa_tap; /* ipc/tap.h */
 typedef struct tfa_worker tfa_worker;
 typedef struct tfa_worker_client tfa_worker_client;
 
@@ -158,6 +166,12 @@ void tfa_worker_offer(tfa_worker *worker, const tfa_worker_robot *robots);
 /** The worker took the last offer: it will not touch the solvers of before again. True as well
  *  while no thread is in tfa_worker_run. */
 bool tfa_worker_offer_is_taken(const tfa_worker *worker);
+
+/** Requests of a robot that are answered from now on go to this tap, too; NULL: to none. */
+void tfa_worker_set_tap(tfa_worker *worker, uint32_t robot, struct tfa_tap *tap);
+
+/** The worker will not touch a tap again that tfa_worker_set_tap took away. */
+bool tfa_worker_taps_are_taken(const tfa_worker *worker);
 
 /** The worker stopped serving this client: it broke the protocol. */
 bool tfa_worker_client_is_broken(const tfa_worker_client *client);

@@ -2,11 +2,12 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Shared declarations of a worker: worker.c (its thread), turn.c (requests), warm_up.c (requests
- * solved again), worker_client.c (all other threads).
+ * solved again), tap.c (requests recorded), worker_client.c (all other threads).
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 #define TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 
+#include "ipc/tap.h"
 #include "worker/cost.h"
 #include "worker/worker.h"
 
@@ -86,6 +87,9 @@ struct tfa_worker {
     _Atomic(const tfa_worker_robot *) taken; /* A13, R13 */
     tfa_worker_robot *solver_lists[2];       /* the one offered last, and the one of before */
     uint32_t latest;                         /* which; under the mutex */
+    _Atomic(tfa_tap *) *taps;                /* by robot: A14, R14 */
+    _Atomic uint64_t taps_asked;             /* A15, R15 */
+    _Atomic uint64_t taps_taken;             /* A16, R16 */
     uint32_t robot_count;
     uint32_t spin_ns, turn_ns;
     tfa_wait wait;
@@ -120,6 +124,26 @@ static inline void tfa_worker_prefetch_tally(const tfa_worker_client *client)
 
 /* The client has a request under way or in its ring. */
 bool tfa_worker_client_has_work(const tfa_worker_client *client);
+
+/* ---- tap.c ---- */
+
+void tfa_worker_tap_put(tfa_tap *tap, const tfa_worker *worker, tfa_worker_client *client);
+
+/* An answer is complete and not yet published: records it if somebody wants that. */
+static inline void tfa_worker_tap_request(const tfa_worker *w, tfa_worker_client *client)
+{
+    tfa_tap *tap = atomic_load_explicit(&w->taps[client->robot], memory_order_acquire); /* R14 */
+    if (__builtin_expect(tap != NULL, 0))
+        tfa_worker_tap_put(tap, w, client);
+}
+
+/* No request is being answered: taps of before are not used any more. */
+static inline void tfa_worker_take_taps(tfa_worker *w)
+{
+    const uint64_t asked = atomic_load_explicit(&w->taps_asked, memory_order_acquire); /* R15 */
+    if (asked != atomic_load_explicit(&w->taps_taken, memory_order_relaxed))
+        atomic_store_explicit(&w->taps_taken, asked, memory_order_release); /* A16 */
+}
 
 /* ---- worker.c ---- */
 

@@ -27,6 +27,8 @@
     X(top, "         ", "show rates and latencies of a running daemon, live")                      \
     X(reload, "      ", "let a running daemon read its configuration again")                       \
     X(stop, "        ", "stop a running daemon")                                                   \
+    X(record, "      ", "record a robot's requests and answers at a running daemon")               \
+    X(replay, "      ", "play a recording again and compare the answers")                          \
     X(methods, "     ", "list the methods, their cost and refusals")                               \
     X(chain, "       ", "write a test mechanism as URDF")                                          \
     X(chart, "       ", "chart accuracy against speed")                                            \

@@ -4,13 +4,14 @@
  * A recording: a file of requests and answers of one robot, little endian.
  *
  *   tfa_recording_head   64 bytes
- *   settings             JSON: the robot, and all that shapes its answers (service/robots/describe.c)
+ *   settings             JSON: the robot, and all that shapes its answers
+ *                        (service/robots/describe.c)
  *   URDF                 the text of the robot's file
  *   records              tfa_tap_record (tap.h), each with its checksum
  *
  * Settings and URDF are filled up with zeros to a multiple of 8. The last record may be cut off: a
- * file is readable up to there. Checksums are CRC-32 (IEEE 802.3, reflected, as zlib's), of settings
- * and URDF as they stand in the file, and of a record after its first 8 bytes.
+ * file is readable up to there. Checksums are CRC-32 (IEEE 802.3, reflected, as zlib's), of
+ * settings and URDF as they stand in the file, and of a record after its first 8 bytes.
  */
 #ifndef TFA_IPC_RECORDING_H
 #define TFA_IPC_RECORDING_H
@@ -28,7 +29,7 @@
 
 typedef struct tfa_recording_head {
     char magic[8];
-    uint32_t version, order; /**< order: TFA_RECORDING_ORDER as its writer stores it */
+    uint32_t version, order;             /**< order: TFA_RECORDING_ORDER as its writer stores it */
     uint64_t settings_bytes, urdf_bytes; /**< without the zeros */
     uint32_t checksum;                   /**< of both, with the zeros */
     uint16_t request_line, reply_line, record_head; /**< sizes, as a check */

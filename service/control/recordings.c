@@ -77,14 +77,12 @@ static bool make_description(const tfa_daemon *d, const tfa_robot *robot, tfa_se
     size_t length = 0, bytes = 0;
     char *urdf = read_urdf(d, robot, &name, &length);
     if (!urdf) {
-        snprintf(text, size, "error: '%s': %s", name ? name : robot->config->urdf,
-                 strerror(errno));
+        snprintf(text, size, "error: '%s': %s", name ? name : robot->config->urdf, strerror(errno));
         free(name);
         return false;
     }
     char *block = describe(robot, name, urdf, length, &bytes);
-    const int status =
-        block ? tfa_segment_create_constant(block, bytes, made) : TFA_E_MEMORY;
+    const int status = block ? tfa_segment_create_constant(block, bytes, made) : TFA_E_MEMORY;
     if (status != TFA_OK)
         snprintf(text, size, "error: a description of %zu bytes: %s", bytes,
                  tfa_status_text(status));
@@ -123,14 +121,13 @@ static int make_taps(const tfa_daemon *d, uint64_t ring_bytes, recording *r)
                                : TFA_E_MEMORY;
     if (status != TFA_OK)
         return status;
-    *(tfa_tap_head *)r->segment.memory = (tfa_tap_head){
-        .magic = TFA_TAP_MAGIC, .producers = count, .ring_bytes = ring_bytes};
+    *(tfa_tap_head *)r->segment.memory =
+        (tfa_tap_head){.magic = TFA_TAP_MAGIC, .producers = count, .ring_bytes = ring_bytes};
     for (uint32_t k = 0; k < count; k++)
-        r->taps[k] =
-            (tfa_tap){.words = tfa_tap_words_of(r->segment.memory, k),
-                      .bytes = tfa_tap_ring_of(r->segment.memory, count, ring_bytes, k),
-                      .size = ring_bytes,
-                      .producer = (uint16_t)k};
+        r->taps[k] = (tfa_tap){.words = tfa_tap_words_of(r->segment.memory, k),
+                               .bytes = tfa_tap_ring_of(r->segment.memory, count, ring_bytes, k),
+                               .size = ring_bytes,
+                               .producer = (uint16_t)k};
     return TFA_OK;
 }
 

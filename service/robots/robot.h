@@ -65,7 +65,8 @@ bool tfa_robot_same_shape(const tfa_robot *a, const tfa_robot *b);
 
 /* ---- describe.c: for recorders ---- */
 
-/** Writes all settings that shape its answers, as JSON. @param urdf_name  of its file, for people */
+/** Writes all settings that shape its answers, as JSON.
+ *  @param urdf_name  of its file, for people */
 void tfa_robot_describe(const tfa_robot *robot, const char *urdf_name, FILE *out);
 
 /* ---- kernel.c: specialised kernels ---- */

@@ -33,7 +33,7 @@
  * looks for an offer (R12) after it has seen the client (R6).
  *
  * Taps (ipc/tap.h) come and go the same way:
- *   tap    A14 store release, another thread <-> R14 worker, load acquire, for each answered request
+ *   tap    A14 store release, another thread <-> R14 worker, load acquire, for each request
  *   asked  A15 release, another thread       <-> R15 worker, load acquire, in each cycle
  *   taken  A16 store release, worker         <-> R16 another thread, load acquire: the worker uses
  *          no tap of before

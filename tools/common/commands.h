@@ -37,6 +37,8 @@ int command_atlas(int argc, char **argv);
 int command_drift(int argc, char **argv);
 int command_specialise(int argc, char **argv);
 int command_sweep(int argc, char **argv);
+int command_record(int argc, char **argv);
+int command_replay(int argc, char **argv);
 
 /* Option values. A bad one ends the program with usage (argp_error), naming the option. */
 

@@ -1,0 +1,252 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Taps of a daemon: the order, the segments, the rings.
+ */
+#include "taps.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "ipc/control_socket.h"
+#include "recording.h"
+
+#define ANSWER_MS 20000
+
+/* ---- the order ---- */
+
+/* As the client library finds it: the user's own daemon, if there is one, else the system's. */
+static void find_directory(const char *given, char *path, size_t size)
+{
+    const char *variable = getenv("TOTALFORCE_RUNTIME_DIR"), *own = getenv("XDG_RUNTIME_DIR");
+    struct stat info;
+    if (!given && variable && *variable)
+        given = variable;
+    if (!given && own && *own) {
+        snprintf(path, size, "%s/totalforce/" TFA_CONTROL_SOCKET, own);
+        if (stat(path, &info) == 0) {
+            snprintf(path, size, "%s/totalforce", own);
+            return;
+        }
+    }
+    snprintf(path, size, "%s", given ? given : "/run/totalforce");
+}
+
+static int connect_to(const char *directory)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    const int n =
+        snprintf(address.sun_path, sizeof address.sun_path, "%s/" TFA_CONTROL_SOCKET, directory);
+    if (n < 0 || (size_t)n >= sizeof address.sun_path) {
+        errno = ENAMETOOLONG;
+        return -1;
+    }
+    const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+    if (fd >= 0 && connect(fd, (const struct sockaddr *)&address, sizeof address) != 0) {
+        const int saved = errno;
+        close(fd);
+        errno = saved;
+        return -1;
+    }
+    return fd;
+}
+
+/* One packet with up to two descriptors. @return its length, or -1 */
+static ssize_t receive(int socket, char *text, size_t size, int descriptors[2])
+{
+    union {
+        struct cmsghdr head;
+        char bytes[CMSG_SPACE(2 * sizeof(int))];
+    } control;
+    struct pollfd ready = {.fd = socket, .events = POLLIN};
+    struct iovec part = {.iov_base = text, .iov_len = size - 1};
+    struct msghdr message = {.msg_iov = &part,
+                             .msg_iovlen = 1,
+                             .msg_control = control.bytes,
+                             .msg_controllen = sizeof control.bytes};
+    const int n = poll(&ready, 1, ANSWER_MS);
+    if (n <= 0) {
+        errno = n == 0 ? ETIMEDOUT : errno;
+        return -1;
+    }
+    const ssize_t length = recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+    if (length <= 0)
+        return -1;
+    text[length] = 0;
+    const struct cmsghdr *head = CMSG_FIRSTHDR(&message);
+    if (head && head->cmsg_level == SOL_SOCKET && head->cmsg_type == SCM_RIGHTS)
+        memcpy(descriptors, CMSG_DATA(head),
+               head->cmsg_len == CMSG_LEN(2 * sizeof(int)) ? 2 * sizeof(int) : 0);
+    return length;
+}
+
+/* ---- the segments ---- */
+
+static void *map_whole(int fd, int protection, size_t *size)
+{
+    struct stat info;
+    if (fd < 0 || fstat(fd, &info) != 0 || info.st_size <= 0)
+        return NULL;
+    *size = (size_t)info.st_size;
+    void *memory = mmap(NULL, *size, protection, MAP_SHARED, fd, 0);
+    return memory == MAP_FAILED ? NULL : memory;
+}
+
+static int map_rings(taps *t, int fd)
+{
+    t->segment = map_whole(fd, PROT_READ | PROT_WRITE, &t->segment_bytes);
+    if (!t->segment || t->segment_bytes < sizeof(tfa_tap_head))
+        return 0;
+    const tfa_tap_head *head = t->segment;
+    if (head->magic != TFA_TAP_MAGIC || head->producers < 1 ||
+        head->producers > TFA_TAP_PRODUCERS_MAX || !tfa_tap_size_valid(head->ring_bytes) ||
+        t->segment_bytes != tfa_tap_segment_size(head->producers, head->ring_bytes))
+        return 0;
+    t->producers = head->producers;
+    t->ring_bytes = head->ring_bytes;
+    t->read = calloc(t->producers, sizeof *t->read);
+    return t->read != NULL;
+}
+
+static int map_texts(taps *t, int fd)
+{
+    t->texts = map_whole(fd, PROT_READ, &t->texts_bytes);
+    if (!t->texts || t->texts_bytes < sizeof(tfa_recording_description))
+        return 0;
+    const tfa_recording_description *d = taps_description(t);
+    return d->settings_bytes <= TFA_RECORDING_SETTINGS_MAX &&
+           d->urdf_bytes <= TFA_RECORDING_URDF_MAX &&
+           t->texts_bytes == sizeof *d + tfa_recording_padded(d->settings_bytes) +
+                                 tfa_recording_padded(d->urdf_bytes);
+}
+
+int taps_open(taps *t, const char *runtime_dir, const char *robot, unsigned mib, char *text,
+              size_t size)
+{
+    char directory[256], order[128], answer[512];
+    int fds[2] = {-1, -1};
+    *t = (taps){.socket = -1};
+    find_directory(runtime_dir, directory, sizeof directory);
+    const int n = snprintf(order, sizeof order, "record %s %u", robot, mib);
+    if (n < 0 || (size_t)n >= sizeof order || strchr(robot, ' ')) {
+        snprintf(text, size, "robot '%.80s': no robot has such a name", robot);
+        return -1;
+    }
+    t->socket = connect_to(directory);
+    if (t->socket < 0) {
+        snprintf(text, size,
+                 "no daemon answers in '%s' (%s): start one (totalforced FILE.yaml), or name its "
+                 "runtime_dir with --runtime-dir",
+                 directory, strerror(errno));
+        return -1;
+    }
+    if (send(t->socket, order, (size_t)n, MSG_NOSIGNAL) != n ||
+        receive(t->socket, answer, sizeof answer, fds) < 0)
+        snprintf(text, size, "the daemon in '%s' does not answer: %s", directory, strerror(errno));
+    else if (strcmp(answer, "ok") != 0)
+        snprintf(text, size, "%s", strncmp(answer, "error: ", 7) == 0 ? answer + 7 : answer);
+    else if (!map_rings(t, fds[0]) || !map_texts(t, fds[1]))
+        snprintf(text, size, "the daemon's taps are of another version, or cannot be mapped: %s",
+                 strerror(errno));
+    else
+        *text = 0;
+    for (int i = 0; i < 2; i++)
+        if (fds[i] >= 0)
+            close(fds[i]);
+    if (!*text)
+        return 0;
+    taps_close(t);
+    return -1;
+}
+
+void taps_close(taps *t)
+{
+    if (t->socket >= 0)
+        close(t->socket);
+    if (t->segment)
+        munmap(t->segment, t->segment_bytes);
+    if (t->texts)
+        munmap((void *)(uintptr_t)t->texts, t->texts_bytes);
+    free(t->read);
+    *t = (taps){.socket = -1};
+}
+
+const tfa_recording_description *taps_description(const taps *t)
+{
+    return t->texts;
+}
+
+const char *taps_texts(const taps *t)
+{
+    return (const char *)t->texts + sizeof(tfa_recording_description);
+}
+
+/* ---- the rings ---- */
+
+/* One producer's. @return records, or -1; *more: `take` wants more */
+static int64_t drain_one(taps *t, uint32_t producer,
+                         int (*take)(void *self, const tfa_tap_record *record), void *self,
+                         int *more)
+{
+    tfa_tap_words *words = tfa_tap_words_of(t->segment, producer);
+    const unsigned char *ring = tfa_tap_ring_of(t->segment, t->producers, t->ring_bytes, producer);
+    const uint64_t written = atomic_load_explicit(&words->written, memory_order_acquire); /* T1 */
+    int64_t records = 0;
+    while (t->read[producer] != written && *more) {
+        const tfa_tap_record *record =
+            tfa_tap_next(ring, t->ring_bytes, t->read[producer], written);
+        if (!record)
+            return -1;
+        if (record->bytes >= sizeof *record && record->request_bytes != 0) {
+            if (!recording_is_record(record))
+                return -1;
+            *more = take(self, record);
+            records++;
+        }
+        t->read[producer] += record->bytes;
+        atomic_store_explicit(&words->read, t->read[producer], memory_order_release); /* T2 */
+    }
+    return records;
+}
+
+int64_t taps_drain(taps *t, int (*take)(void *self, const tfa_tap_record *record), void *self)
+{
+    int64_t records = 0;
+    int more = 1;
+    for (uint32_t k = 0; k < t->producers && more; k++) {
+        const int64_t n = drain_one(t, k, take, self, &more);
+        if (n < 0)
+            return -1;
+        records += n;
+    }
+    return records;
+}
+
+int taps_wait(taps *t, int timeout_ms)
+{
+    struct pollfd ready = {.fd = t->socket, .events = POLLIN};
+    if (poll(&ready, 1, timeout_ms) <= 0)
+        return 0;
+    const ssize_t n = recv(t->socket, t->reason, sizeof t->reason - 1, MSG_DONTWAIT);
+    if (n < 0 && (errno == EAGAIN || errno == EINTR))
+        return 0;
+    t->reason[n > 0 ? n : 0] = 0;
+    return 1;
+}
+
+uint64_t taps_dropped(const taps *t)
+{
+    uint64_t dropped = 0;
+    for (uint32_t k = 0; k < t->producers; k++)
+        dropped += atomic_load_explicit(&tfa_tap_words_of(t->segment, k)->dropped,
+                                        memory_order_relaxed); /* T3 */
+    return dropped;
+}

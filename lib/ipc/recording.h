@@ -11,7 +11,8 @@
  *
  * Settings and URDF are filled up with zeros to a multiple of 8. The last record may be cut off: a
  * file is readable up to there. Checksums are CRC-32 (IEEE 802.3, reflected, as zlib's), of
- * settings and URDF as they stand in the file, and of a record after its first 8 bytes.
+ * head (with a checksum of 0), settings and URDF as they stand in the file, and of a record after
+ * its first 8 bytes.
  */
 #ifndef TFA_IPC_RECORDING_H
 #define TFA_IPC_RECORDING_H
@@ -31,7 +32,7 @@ typedef struct tfa_recording_head {
     char magic[8];
     uint32_t version, order;             /**< order: TFA_RECORDING_ORDER as its writer stores it */
     uint64_t settings_bytes, urdf_bytes; /**< without the zeros */
-    uint32_t checksum;                   /**< of both, with the zeros */
+    uint32_t checksum;                   /**< of this head and of both, with the zeros */
     uint16_t request_line, reply_line, record_head; /**< sizes, as a check */
     uint16_t request_blocks, reply_blocks;          /**< TFA_WIRE_REQUEST_BLOCKS, _REPLY_BLOCKS */
     uint16_t reserved[9];

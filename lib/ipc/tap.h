@@ -33,7 +33,7 @@
 #define TFA_TAP_PRODUCERS_MAX 1024u
 /** Bytes of a producer's ring: a power of two between these. */
 #define TFA_TAP_RING_MIN ((uint64_t)1 << 16)
-#define TFA_TAP_RING_MAX ((uint64_t)1 << 30)
+#define TFA_TAP_RING_MAX ((uint64_t)1 << 28)
 
 /** A record: this head, then a request and a reply as in slots of a ring (wire.h), each with its
  *  line. In a recording the same, with a checksum. */

@@ -184,7 +184,7 @@ static bool hand_over(tfa_daemon *d, recording *r, const tfa_segment *descriptio
 {
     const int descriptors[] = {r->segment.fd, description->fd_readonly};
     struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP, .data.ptr = r};
-    return commands_send(r->socket, "ok", descriptors, 2) &&
+    return commands_send(r->socket, "ok: taps", descriptors, 2) &&
            epoll_ctl(d->epoll, EPOLL_CTL_MOD, r->socket, &event) == 0;
 }
 
@@ -200,7 +200,7 @@ bool recordings_begin(tfa_daemon *d, int socket, const char *order, char *text, 
     char name[TFA_ROBOT_NAME_MAX + 1];
     tfa_segment description = TFA_SEGMENT_NONE;
     const uint32_t mib = parse_order(order, name);
-    snprintf(text, size, "error: record ROBOT MIB; MIB a power of two, 1 to 1024");
+    snprintf(text, size, "error: record ROBOT MIB; MIB a power of two, 1 to 256");
     const uint32_t robot = mib ? find_robot(d, name, text, size) : UINT32_MAX;
     if (robot == UINT32_MAX ||
         !make_description(d, &d->robot_set.robots[robot], &description, text, size))
@@ -257,7 +257,7 @@ bool recordings_event(tfa_daemon *d, void *what)
         return false;
     const ssize_t n = r->socket >= 0 ? recv(r->socket, &byte, 1, MSG_DONTWAIT) : -1;
     if (r->socket >= 0 && (n >= 0 || (errno != EAGAIN && errno != EINTR)))
-        end_recording(d, r, n > 0 ? "a recorder has nothing to say" : NULL);
+        end_recording(d, r, n > 0 ? "error: a recorder has nothing to say" : NULL);
     return true;
 }
 

@@ -38,7 +38,7 @@ static const struct argp_option option_table[] = {
      .key = KEY_BUFFER,
      .arg = "MIB",
      .doc = "MiB of memory for each worker and gateway until the file takes its records: a power "
-            "of two, at most 1024 (32)"},
+            "of two, at most 256 (32)"},
     {.name = "runtime-dir",
      .key = KEY_RUNTIME_DIR,
      .arg = "DIR",

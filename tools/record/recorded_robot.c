@@ -70,6 +70,8 @@ int recorded_robot_read(const char *settings, size_t bytes, recorded_robot *r, c
     r->isa = text_of(r->json, "isa");
     r->specialised = text_of(json_object_get(r->json, "specialised"), "file");
     r->digest = text_of(json_object_get(r->json, "specialised"), "digest");
+    const char *estimate = text_of(r->json, "estimate");
+    r->sampled = estimate && strcmp(estimate, "sampled") == 0;
     read_shape(r->json, r);
     const char *missing =
         !r->robot                                                   ? "robot"

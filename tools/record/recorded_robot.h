@@ -17,6 +17,7 @@ typedef struct recorded_robot {
     const char *robot, *urdf_name, *model_hash, *isa, *version;
     const char *specialised; /**< file of its specialised kernel; NULL: none */
     const char *digest;      /**< of that */
+    int sampled;             /**< the daemon estimated every so-many-th open request */
     tfa_wire_shape shape;
     tfa_workspace_options workspace;
 } recorded_robot;

@@ -35,6 +35,13 @@ static const char *fault_of_head(const tfa_recording_head *head)
     return NULL;
 }
 
+static uint32_t checksum_of(const tfa_recording_head *head, const void *texts, size_t size)
+{
+    tfa_recording_head copy = *head;
+    copy.checksum = 0;
+    return recording_crc32(recording_crc32(0, &copy, sizeof copy), texts, size);
+}
+
 int recording_open(const void *bytes, size_t size, recording *r, char *text, size_t text_size)
 {
     tfa_recording_head head;
@@ -53,8 +60,8 @@ int recording_open(const void *bytes, size_t size, recording *r, char *text, siz
                    texts = settings + tfa_recording_padded(head.urdf_bytes);
     if (!fault && texts > rest)
         fault = "it is cut off before its first record";
-    if (!fault && recording_crc32(0, r->bytes + sizeof head, (size_t)texts) != head.checksum)
-        fault = "the checksum of settings and URDF is wrong: they are damaged";
+    if (!fault && checksum_of(&head, r->bytes + sizeof head, (size_t)texts) != head.checksum)
+        fault = "the checksum of head, settings and URDF is wrong: they are damaged";
     if (fault) {
         snprintf(text, text_size, "%s", fault);
         return -1;

@@ -74,17 +74,17 @@ int recording_create(recording_writer *w, const char *path,
 {
     const size_t size = tfa_recording_padded(description->settings_bytes) +
                         tfa_recording_padded(description->urdf_bytes);
-    const tfa_recording_head head = {.magic = TFA_RECORDING_MAGIC,
-                                     .version = TFA_RECORDING_VERSION,
-                                     .order = TFA_RECORDING_ORDER,
-                                     .settings_bytes = description->settings_bytes,
-                                     .urdf_bytes = description->urdf_bytes,
-                                     .checksum = recording_crc32(0, texts, size),
-                                     .request_line = sizeof(tfa_wire_request),
-                                     .reply_line = sizeof(tfa_wire_reply),
-                                     .record_head = sizeof(tfa_tap_record),
-                                     .request_blocks = TFA_WIRE_REQUEST_BLOCKS,
-                                     .reply_blocks = TFA_WIRE_REPLY_BLOCKS};
+    tfa_recording_head head = {.magic = TFA_RECORDING_MAGIC,
+                               .version = TFA_RECORDING_VERSION,
+                               .order = TFA_RECORDING_ORDER,
+                               .settings_bytes = description->settings_bytes,
+                               .urdf_bytes = description->urdf_bytes,
+                               .request_line = sizeof(tfa_wire_request),
+                               .reply_line = sizeof(tfa_wire_reply),
+                               .record_head = sizeof(tfa_tap_record),
+                               .request_blocks = TFA_WIRE_REQUEST_BLOCKS,
+                               .reply_blocks = TFA_WIRE_REPLY_BLOCKS};
+    head.checksum = recording_crc32(recording_crc32(0, &head, sizeof head), texts, size);
     *w = (recording_writer){.fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
     if (w->fd < 0)
         return errno;

@@ -54,7 +54,7 @@ typedef struct replay {
 
     /* what came of it */
     uint64_t same, within, differing; /**< requests */
-    uint64_t of_time;                 /**< not played: late, or no room, when recorded */
+    uint64_t of_time;                 /**< not played: late, no room, or estimated by chance */
     uint64_t refused;                 /**< not played: by the configuration of the daemon */
     uint64_t differences;             /**< numbers */
     replay_difference first, largest; /**< largest.at.field NULL: none */

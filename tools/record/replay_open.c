@@ -55,7 +55,7 @@ static int map_file(replay *r, const char *path, const void **bytes)
 static int open_file(replay *r)
 {
     const char *path = r->options->file;
-    const void *bytes;
+    const void *bytes = NULL;
     char text[200];
     errno = 0;
     if (map_file(r, path, &bytes) != EXIT_GOOD)

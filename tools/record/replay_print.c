@@ -92,7 +92,7 @@ void replay_print(const replay *r)
         printf(", within %g %" PRIu64, r->options->tolerance, r->within);
     printf(", differ %" PRIu64 "\n", r->differing);
     if (r->of_time + r->refused)
-        printf("not played: %" PRIu64 " late or without room, %" PRIu64
+        printf("not played: %" PRIu64 " late, without room or sampled, %" PRIu64
                " refused by the daemon's configuration\n",
                r->of_time, r->refused);
     if (r->differing)

@@ -34,6 +34,13 @@ static int is_of_time(int status)
            status == TFA_E_TIMEOUT;
 }
 
+/* A daemon that samples estimates counts open requests anew: which it estimates is chance. */
+static int is_sampled(const replay *r, const recorded *from)
+{
+    return r->options->robot && r->robot.sampled && from->head->estimate == TFA_ESTIMATE_DEFAULT &&
+           from->request->estimate == TFA_ESTIMATE_DEFAULT;
+}
+
 replay_kind replay_decode(const replay *r, const recorded *from, replay_request *out)
 {
     const tfa_tap_record *head = from->head;
@@ -46,7 +53,7 @@ replay_kind replay_decode(const replay *r, const recorded *from, replay_request 
     out->shape.max_tips = head->max_tips;
     if (tfa_wire_copied_bytes(&out->shape, from->request) != head->request_bytes)
         return REPLAY_DAMAGED;
-    if (is_of_time(reply->status))
+    if (is_of_time(reply->status) || is_sampled(r, from))
         return REPLAY_OF_TIME;
     out->status = tfa_wire_decode_request(&out->shape, from->request, &out->request,
                                           &out->reply_shape, &out->field);

@@ -151,7 +151,7 @@ int taps_open(taps *t, const char *runtime_dir, const char *robot, unsigned mib,
     if (send(t->socket, order, (size_t)n, MSG_NOSIGNAL) != n ||
         receive(t->socket, answer, sizeof answer, fds) < 0)
         snprintf(text, size, "the daemon in '%s' does not answer: %s", directory, strerror(errno));
-    else if (strcmp(answer, "ok") != 0)
+    else if (strncmp(answer, "ok", 2) != 0)
         snprintf(text, size, "%s", strncmp(answer, "error: ", 7) == 0 ? answer + 7 : answer);
     else if (!map_rings(t, fds[0]) || !map_texts(t, fds[1]))
         snprintf(text, size, "the daemon's taps are of another version, or cannot be mapped: %s",

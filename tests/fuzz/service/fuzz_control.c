@@ -83,7 +83,9 @@ static void dispatch(void)
     for (int turn = 0; turn < PEERS; turn++) {
         const int n = epoll_wait(d.epoll, events, PEERS, 0);
         for (int i = 0; i < n; i++)
-            require(commands_event(&d, events[i].data.ptr));
+            require(commands_event(&d, events[i].data.ptr) ||
+                    recordings_event(&d, events[i].data.ptr));
+        recordings_tick(&d);
     }
     require(may_stop || !d.stop);
     d.stop = false;
@@ -102,7 +104,7 @@ static void read_answers(int peer)
     ssize_t n;
     while ((n = recv(peer, text, sizeof text - 1, MSG_DONTWAIT)) > 0) {
         text[n] = 0;
-        require(starts_with(text, "{\n") || starts_with(text, "ok: ") ||
+        require(starts_with(text, "{\n") || starts_with(text, "ok") ||
                 starts_with(text, "error: "));
     }
 }

@@ -1,0 +1,474 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * `totalforce record` at a real daemon, and what can happen to it: clients over both transports,
+ * reloads, dead and hostile recorders, full rings and disks.
+ */
+#include "recorder.h"
+
+#include "../dds/dds_test.h"
+#include "dds_client/dds_client.h"
+#include "record/recording.h"
+#include "record/taps.h"
+#include "test.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define REQUESTS 100000
+#define RING_CLIENTS 3
+#define DDS_REQUESTS 4000
+
+static char *file_of(const harness *h, const char *name, char path[160])
+{
+    snprintf(path, 160, "%s/%s", h->directory, name);
+    return path;
+}
+
+/* ---- clients ---- */
+
+typedef struct asker {
+    const harness *h;
+    unsigned first, count;
+    bool dds;
+    int failed;
+    pthread_t thread;
+} asker;
+
+static void *ask(void *arg)
+{
+    asker *a = arg;
+    tfa_client_options options = harness_options(a->h, "arm");
+    const tfa_dds_client_options dds_options = {
+        .domain = a->dds ? test_domain() : 0, .robot = "arm", .connect_timeout_ms = 20000};
+    tfa_client *ring = NULL;
+    tfa_dds_client *dds = NULL;
+    options.max_batch = 8;
+    a->failed =
+        a->dds ? tfa_dds_client_connect(&dds_options, &dds) : tfa_client_connect(&options, &ring);
+    for (unsigned i = a->first; i < a->first + a->count && !a->failed; i++) {
+        const int status = ask_kind(ring, dds, i);
+        a->failed = status != TFA_OK && status != TFA_E_VALUE ? status : 0;
+    }
+    tfa_client_close(ring);
+    tfa_dds_client_close(dds);
+    return NULL;
+}
+
+/* Requests of several clients at once. */
+static void ask_all(const harness *h, unsigned ring_requests, unsigned dds_requests)
+{
+    asker askers[RING_CLIENTS + 1];
+    for (unsigned i = 0; i <= RING_CLIENTS; i++) {
+        const unsigned share = ring_requests / RING_CLIENTS;
+        askers[i] = (asker){.h = h,
+                            .first = i * 1000003,
+                            .count = i < RING_CLIENTS ? share : dds_requests,
+                            .dds = i == RING_CLIENTS};
+        if (i == 0)
+            askers[i].count += ring_requests % RING_CLIENTS;
+        if (askers[i].count)
+            assert_int_equal(pthread_create(&askers[i].thread, NULL, ask, &askers[i]), 0);
+    }
+    for (unsigned i = 0; i <= RING_CLIENTS; i++)
+        if (askers[i].count) {
+            pthread_join(askers[i].thread, NULL);
+            assert_int_equal(askers[i].failed, 0);
+        }
+}
+
+static void ask_some(const harness *h, unsigned count)
+{
+    ask_all(h, count, 0);
+}
+
+/* ---- the law ---- */
+
+TEST(a_hundred_thousand_requests)
+{
+    char more[128];
+    harness h;
+    static recorder r;
+    snprintf(more, sizeof more, "workers: 2\ndds: {enabled: true, domain: %u}\n", test_domain());
+    harness_serve(&h, ARM, more);
+    snprintf(more, sizeof more, "--count %d --buffer 64", REQUESTS);
+    recorder_begin(&h, &r, "arm", "a.rec", more, 0);
+    ask_all(&h, REQUESTS - DDS_REQUESTS, DDS_REQUESTS);
+    assert_int_equal(recorder_wait(&r), 0);
+    assert_int_equal(recorder_number(&r, "a.rec: "), REQUESTS);
+    assert_int_equal(recorder_number(&r, "dropped "), 0);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), REQUESTS);
+    assert_int_equal(recorder_number(&r, "differ "), 0);
+    snprintf(more, sizeof more, "--robot arm --runtime-dir %s", h.runtime_dir);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", more), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), REQUESTS);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", "--json --tolerance 1e-12"), 0);
+    assert_int_equal(recorder_number(&r, "\"same\": "), REQUESTS);
+    harness_remove(&h);
+}
+
+/* ---- what a replay finds ---- */
+
+/* A small recording in the harness's folder. */
+static void make_recording(harness *h, const char *file, unsigned requests)
+{
+    static recorder r;
+    recorder_begin(h, &r, "arm", file, "", 0);
+    ask_some(h, requests);
+    assert_int_equal(recorder_end(&r), 0);
+    assert_int_equal(recorder_number(&r, ".rec: "), (long)requests);
+}
+
+static void flip(const char *path, size_t at, unsigned char bits)
+{
+    unsigned char byte;
+    const int fd = open(path, O_RDWR);
+    assert_int_equal(pread(fd, &byte, 1, (off_t)at), 1);
+    byte ^= bits;
+    assert_int_equal(pwrite(fd, &byte, 1, (off_t)at), 1);
+    close(fd);
+}
+
+/* Head and place of record `number`. */
+static size_t find_record(const char *path, unsigned number, tfa_tap_record *head)
+{
+    tfa_recording_head file;
+    const int fd = open(path, O_RDONLY);
+    assert_int_equal(pread(fd, &file, sizeof file, 0), sizeof file);
+    size_t at = sizeof file + tfa_recording_padded(file.settings_bytes) +
+                tfa_recording_padded(file.urdf_bytes);
+    for (unsigned k = 0;; k++, at += head->bytes) {
+        assert_int_equal(pread(fd, head, sizeof *head, (off_t)at), sizeof *head);
+        if (k == number)
+            break;
+    }
+    close(fd);
+    return at;
+}
+
+static void mend_checksum(const char *path, size_t at, const tfa_tap_record *head)
+{
+    unsigned char *bytes = malloc(head->bytes);
+    const int fd = open(path, O_RDWR);
+    assert_int_equal(pread(fd, bytes, head->bytes, (off_t)at), head->bytes);
+    const uint32_t checksum = recording_crc32(0, bytes + 8, head->bytes - 8);
+    assert_int_equal(pwrite(fd, &checksum, 4, (off_t)at + 4), 4);
+    close(fd);
+    free(bytes);
+}
+
+TEST(one_flipped_bit)
+{
+    harness h;
+    static recorder r;
+    char path[160];
+    tfa_tap_record head;
+    harness_serve(&h, ARM, "");
+    make_recording(&h, "a.rec", 50);
+    file_of(&h, "a.rec", path);
+    const size_t at = find_record(path, 21, &head), last = at + head.bytes - 8;
+    flip(path, last, 1);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 2);
+    assert_non_null(strstr(r.text, "record 21"));
+    assert_non_null(strstr(r.text, "checksum"));
+    mend_checksum(path, at, &head); /* the file is whole, and an answer another one */
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 1);
+    assert_int_equal(recorder_number(&r, "differ "), 1);
+    assert_non_null(strstr(r.text, "first difference: record 21, state 0, "));
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", "--tolerance 1e-9"), 0);
+    assert_int_equal(recorder_number(&r, "within 1e-09 "), 1);
+    flip(path, at + 1, 0x10); /* its length */
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 2);
+    assert_int_equal(truncate(path, (off_t)at + 100), 0);
+    flip(path, at + 1, 0x10);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), 21);
+    assert_non_null(strstr(r.text, "the last record is cut off"));
+    harness_remove(&h);
+}
+
+TEST(another_model)
+{
+    harness h;
+    static recorder r;
+    char more[256];
+    harness_serve(&h,
+                  ARM "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n"
+                      "  - name: moon\n    urdf: @/config/robots/arm7.urdf\n"
+                      "    gravity: [0, 0, -1.62]\n",
+                  "");
+    make_recording(&h, "a.rec", 50);
+    assert_int_equal(
+        recorder_replay(&h, &r, "a.rec", "--urdf " TFA_SOURCE_DIR "/config/robots/quadruped.urdf"),
+        2);
+    assert_non_null(strstr(r.text, "other model"));
+    assert_int_equal(
+        recorder_replay(&h, &r, "a.rec", "--urdf " TFA_SOURCE_DIR "/config/robots/arm7.urdf"), 0);
+    snprintf(more, sizeof more, "--robot dog --runtime-dir %s", h.runtime_dir);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", more), 2);
+    assert_non_null(strstr(r.text, "dog: other model"));
+    snprintf(more, sizeof more, "--robot moon --runtime-dir %s --any-model", h.runtime_dir);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", more), 1);
+    assert_non_null(strstr(r.text, "the models differ"));
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", "--rate 1000 --tolerance -1"), 3);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", "--rate original"), 0);
+    assert_int_equal(recorder_replay(&h, &r, "nothing.rec", ""), 2);
+    harness_remove(&h);
+}
+
+/* Their status is that of the time, or of the daemon's configuration. */
+TEST(late_and_refused)
+{
+    harness h;
+    static recorder r;
+    char more[128];
+    double q[7], v[7], tau[7];
+    long late = 0, sent = 0;
+    harness_serve(&h, ARM "    refuse: [methods]\n", "");
+    recorder_begin(&h, &r, "arm", "a.rec", "", 0);
+    tfa_client_options options = harness_options(&h, "arm");
+    options.deadline_us = 1;
+    options.wait = TFA_WAIT_BLOCK;
+    tfa_client *client;
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
+    for (; late < 20 && sent < 20000; sent++) {
+        tfa_reply reply = {0};
+        const tfa_request request = arm_request((double)sent, q, v, tau);
+        late += tfa_client_call(client, &request, &reply, WAIT_NS, NULL) == TFA_E_LATE;
+    }
+    tfa_client_close(client);
+    client = harness_connect(&h, "arm", TFA_WAIT_BLOCK);
+    tfa_request request = arm_request(1, q, v, tau);
+    tfa_reply reply = {0};
+    request.method = TFA_METHOD_ABA;
+    assert_int_equal(tfa_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_E_REFUSED);
+    tfa_client_close(client);
+    assert_int_equal(recorder_end(&r), 0);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), sent - late);
+    snprintf(more, sizeof more, "not played: %ld late, without room or sampled, 1 refused", late);
+    assert_non_null(strstr(r.text, more));
+    snprintf(more, sizeof more, "--robot arm --runtime-dir %s", h.runtime_dir);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", more), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), sent - late + 1);
+    harness_remove(&h);
+}
+
+/* ---- what happens meanwhile ---- */
+
+TEST(one_recorder_at_a_time)
+{
+    harness h;
+    static recorder r, other;
+    char words[256];
+    harness_serve(&h, ARM, "");
+    recorder_begin(&h, &r, "arm", "a.rec", "--seconds 100", 0);
+    snprintf(words, sizeof words, "record arm -o %s/b.rec --runtime-dir %s", h.directory,
+             h.runtime_dir);
+    assert_int_equal(recorder_run(&h, &other, words), 2);
+    assert_non_null(strstr(other.text, "is being recorded by process"));
+    snprintf(words, sizeof words, "record leg -o %s/b.rec --runtime-dir %s", h.directory,
+             h.runtime_dir);
+    assert_int_equal(recorder_run(&h, &other, words), 2);
+    assert_non_null(strstr(other.text, "no robot 'leg'"));
+    assert_int_equal(recorder_end(&r), 0);
+    harness_remove(&h);
+}
+
+TEST(a_killed_recorder)
+{
+    harness h;
+    static recorder r;
+    harness_serve(&h, ARM, "");
+    const int descriptors = harness_descriptors(&h);
+    for (int i = 0; i < 3; i++) {
+        recorder_begin(&h, &r, "arm", "a.rec", "", 0);
+        ask_some(&h, 3000);
+        assert_int_equal(kill(r.pid, SIGKILL), 0);
+        assert_int_equal(recorder_wait(&r), -SIGKILL);
+        assert_true(harness_logged_times(&h, "records no more", (unsigned)i + 1));
+        ask_some(&h, 1000);
+    }
+    harness_assert_descriptors(&h, descriptors, descriptors);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0); /* as far as it came */
+    harness_remove(&h);
+}
+
+TEST(a_killed_client)
+{
+    harness h;
+    static recorder r;
+    int status;
+    harness_serve(&h, ARM, "");
+    recorder_begin(&h, &r, "arm", "a.rec", "", 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        tfa_client_options options = harness_options(&h, "arm");
+        tfa_client *client;
+        options.max_batch = 8;
+        if (tfa_client_connect(&options, &client) == TFA_OK)
+            for (unsigned i = 0;; i++)
+                (void)ask_kind(client, NULL, i);
+        _exit(1);
+    }
+    ask_some(&h, 5000);
+    assert_int_equal(kill(child, SIGKILL), 0);
+    assert_int_equal(waitpid(child, &status, 0), child);
+    ask_some(&h, 1000);
+    assert_int_equal(recorder_end(&r), 0);
+    assert_true(recorder_number(&r, "a.rec: ") > 6000);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    harness_remove(&h);
+}
+
+TEST(a_reload_ends_it)
+{
+    harness h;
+    static recorder r;
+    asker a;
+    harness_serve(&h, ARM, "");
+    recorder_begin(&h, &r, "arm", "a.rec", "--seconds 100", 0);
+    a = (asker){.h = &h, .count = 40000};
+    assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
+    sleep_ms(20);
+    harness_configure(&h, ARM "    gravity: [0, 0, -1.62]\n", "");
+    assert_int_equal(kill(h.pid, SIGHUP), 0);
+    assert_int_equal(recorder_wait(&r), 1);
+    assert_non_null(strstr(r.text, "a reload gave the robot another model"));
+    pthread_join(a.thread, NULL);
+    assert_int_equal(a.failed, 0);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0); /* no answer of the new model */
+    recorder_begin(&h, &r, "arm", "b.rec", "", 0);
+    assert_int_equal(kill(h.pid, SIGHUP), 0); /* nothing changes */
+    ask_some(&h, 1000);
+    assert_int_equal(recorder_end(&r), 0);
+    assert_int_equal(recorder_number(&r, "b.rec: "), 1000);
+    assert_int_equal(recorder_replay(&h, &r, "b.rec", ""), 0);
+    harness_remove(&h);
+}
+
+TEST(the_daemon_ends)
+{
+    harness h;
+    static recorder r;
+    harness_serve(&h, ARM, "");
+    recorder_begin(&h, &r, "arm", "a.rec", "--count 1000000", 0);
+    ask_some(&h, 1000);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    assert_int_equal(recorder_wait(&r), 1);
+    assert_non_null(strstr(r.text, "the daemon has ended"));
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), 1000);
+    harness_remove(&h);
+}
+
+/* The daemon's file is another one now: the recording would be of no use. */
+TEST(a_changed_urdf)
+{
+    char robots[256], words[256], path[160];
+    harness h;
+    static recorder r;
+    harness_make(&h, ARM, "");
+    file_of(&h, "robot.urdf", path);
+    snprintf(words, sizeof words, "cp " TFA_SOURCE_DIR "/config/robots/arm7.urdf %s", path);
+    assert_int_equal(system(words), 0);
+    snprintf(robots, sizeof robots, "  - name: arm\n    urdf: %s\n", path);
+    harness_configure(&h, robots, "");
+    harness_start(&h, "arm");
+    snprintf(words, sizeof words, "cp " TFA_SOURCE_DIR "/config/robots/arm6.urdf %s", path);
+    assert_int_equal(system(words), 0);
+    snprintf(words, sizeof words, "record arm -o %s/a.rec --runtime-dir %s", h.directory,
+             h.runtime_dir);
+    assert_int_equal(recorder_run(&h, &r, words), 2);
+    assert_non_null(strstr(r.text, "is not what the daemon compiled robot 'arm' of"));
+    harness_remove(&h);
+}
+
+TEST(a_full_disk)
+{
+    harness h;
+    static recorder r;
+    harness_serve(&h, ARM, "");
+    recorder_begin(&h, &r, "arm", "a.rec", "", 1500000);
+    ask_some(&h, 10000);
+    assert_int_equal(recorder_wait(&r), 2);
+    assert_non_null(strstr(r.text, "a.rec: File too large: the recording ends there"));
+    const long records = recorder_number(&r, "a.rec: ");
+    assert_true(records > 500 && records < 10000);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), records);
+    harness_remove(&h);
+}
+
+TEST(a_full_ring)
+{
+    harness h;
+    static recorder r;
+    int status;
+    harness_serve(&h, ARM, "");
+    recorder_begin(&h, &r, "arm", "a.rec", "--buffer 1", 0);
+    assert_int_equal(kill(r.pid, SIGSTOP), 0);
+    assert_int_equal(waitpid(r.pid, &status, WUNTRACED), r.pid);
+    ask_some(&h, 10000);
+    assert_int_equal(kill(r.pid, SIGCONT), 0);
+    assert_int_equal(recorder_end(&r), 1);
+    const long records = recorder_number(&r, "a.rec: "), dropped = recorder_number(&r, "dropped ");
+    assert_true(records > 500 && dropped > 100);
+    assert_int_equal(records + dropped, 10000);
+    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), records);
+    harness_remove(&h);
+}
+
+typedef struct scribbler {
+    taps *t;
+    _Atomic bool stop;
+} scribbler;
+
+/* Writes over all that it can reach. */
+static void *scribble(void *arg)
+{
+    scribbler *s = arg;
+    uint64_t x = 88172645463325252u;
+    volatile uint64_t *words = s->t->segment;
+    while (!atomic_load(&s->stop))
+        for (size_t i = 0; i < 64; i++) {
+            x ^= x << 13, x ^= x >> 7, x ^= x << 17;
+            words[i % 2 ? i : x % (s->t->segment_bytes / 8)] = x;
+        }
+    return NULL;
+}
+
+TEST(a_hostile_recorder)
+{
+    harness h;
+    taps t;
+    pthread_t thread;
+    char text[256];
+    harness_serve(&h, ARM, "");
+    assert_int_equal(taps_open(&t, h.runtime_dir, "arm", 1, text, sizeof text), 0);
+    scribbler s = {.t = &t};
+    assert_int_equal(pthread_create(&thread, NULL, scribble, &s), 0);
+    ask_some(&h, 20000); /* each is answered */
+    atomic_store(&s.stop, true);
+    pthread_join(thread, NULL);
+    assert_int_equal(send(t.socket, "x", 1, MSG_NOSIGNAL), 1); /* and it speaks */
+    assert_true(harness_logged(&h, "a recorder has nothing to say"));
+    taps_close(&t);
+    for (const char *const *order =
+             (const char *const[]){"arm", "arm 0", "arm 3", "arm 512", "arm 1x", " 1", NULL};
+         *order; order++) {
+        char word[64];
+        snprintf(word, sizeof word, "record %s", *order);
+        assert_int_equal(tfa_daemon_command(h.runtime_dir, word, 20000, text, sizeof text),
+                         TFA_E_REFUSED);
+    }
+    ask_some(&h, 100);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}

@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * A tap by itself: every record arrives whole and in order, or is dropped and counted, whatever the
+ * recorder does.
+ */
+#include "ipc/tap.h"
+#include "test.h"
+
+#include <pthread.h>
+#include <sched.h>
+
+#define RING TFA_TAP_RING_MIN
+#define RECORDS 200000
+
+typedef struct ends {
+    _Alignas(64) unsigned char *segment;
+    tfa_tap tap;
+} ends;
+
+static void open_ends(ends *e)
+{
+    const size_t size = tfa_tap_segment_size(1, RING);
+    e->segment =
+        aligned_alloc(TFA_TAP_PAGE, (size + TFA_TAP_PAGE - 1) / TFA_TAP_PAGE * TFA_TAP_PAGE);
+    assert_non_null(e->segment);
+    memset(e->segment, 0, size);
+    e->tap = (tfa_tap){.words = tfa_tap_words_of(e->segment, 0),
+                       .bytes = tfa_tap_ring_of(e->segment, 1, RING, 0),
+                       .size = RING};
+}
+
+static uint64_t sizes_of(uint64_t k)
+{
+    return sizeof(tfa_tap_record) + 8 * (16 + k * k % 301);
+}
+
+/* Writes record `k`: its number in every word. @return false: it was dropped */
+static bool put(tfa_tap *tap, uint64_t k)
+{
+    const uint64_t bytes = sizes_of(k);
+    tfa_tap_record *record = tfa_tap_reserve(tap, bytes);
+    if (!record)
+        return false;
+    *record = (tfa_tap_record){
+        .bytes = (uint32_t)bytes, .request_bytes = 64, .reply_bytes = (uint32_t)bytes - 96};
+    uint64_t *words = (uint64_t *)(void *)(record + 1);
+    for (size_t i = 0; i < (bytes - sizeof *record) / 8; i++)
+        words[i] = k;
+    tfa_tap_publish(tap, bytes);
+    return true;
+}
+
+/* Takes all that is there; each record must be whole, and later than the one before. */
+static uint64_t take(ends *e, uint64_t *read, uint64_t *next)
+{
+    const uint64_t written = atomic_load_explicit(&e->tap.words->written, memory_order_acquire);
+    uint64_t count = 0;
+    while (*read != written) {
+        const tfa_tap_record *record = tfa_tap_next(e->tap.bytes, RING, *read, written);
+        assert_non_null(record);
+        if (record->bytes >= sizeof *record && record->request_bytes) {
+            const uint64_t *words = (const uint64_t *)(const void *)(record + 1);
+            const uint64_t k = words[0];
+            assert_true(k >= *next && record->bytes == sizes_of(k));
+            for (size_t i = 0; i < (record->bytes - sizeof *record) / 8; i++)
+                assert_true(words[i] == k);
+            *next = k + 1;
+            count++;
+        }
+        *read += record->bytes;
+        atomic_store_explicit(&e->tap.words->read, *read, memory_order_release);
+    }
+    return count;
+}
+
+TEST(every_record_in_order)
+{
+    ends e;
+    uint64_t read = 0, next = 0;
+    open_ends(&e);
+    for (uint64_t k = 0; k < 20000; k++) {
+        assert_true(put(&e.tap, k));
+        if (k % 7 == 0)
+            (void)take(&e, &read, &next);
+    }
+    (void)take(&e, &read, &next);
+    assert_true(next == 20000);
+    assert_true(atomic_load(&e.tap.words->dropped) == 0);
+    free(e.segment);
+}
+
+TEST(a_full_ring_drops_and_counts)
+{
+    ends e;
+    uint64_t read = 0, next = 0, kept = 0;
+    open_ends(&e);
+    for (uint64_t k = 0; k < 1000; k++)
+        kept += put(&e.tap, k);
+    assert_true(kept > 10 && kept < 1000);
+    assert_true(atomic_load(&e.tap.words->dropped) == 1000 - kept);
+    assert_true(take(&e, &read, &next) == kept);
+    assert_true(put(&e.tap, 1000)); /* there is room again */
+    assert_true(take(&e, &read, &next) == 1);
+    assert_null(tfa_tap_reserve(&e.tap, 2 * RING));
+    free(e.segment);
+}
+
+/* Positions that no recorder has: nothing is overwritten but the ring, and later ones count. */
+TEST(a_position_that_lies)
+{
+    ends e;
+    uint64_t read = 0, next = 0;
+    open_ends(&e);
+    uint64_t kept = 0;
+    while (put(&e.tap, kept))
+        kept++;
+    const uint64_t lies[] = {UINT64_MAX, e.tap.written + 8, e.tap.written - RING - 8, 1ull << 63};
+    for (size_t i = 0; i < sizeof lies / sizeof *lies; i++) {
+        atomic_store(&e.tap.words->read, lies[i]);
+        atomic_store(&e.tap.words->written, lies[i] * 3);
+        assert_false(put(&e.tap, kept));
+    }
+    atomic_store(&e.tap.words->written, e.tap.written);
+    assert_true(take(&e, &read, &next) == kept);
+    free(e.segment);
+}
+
+static void *produce(void *arg)
+{
+    ends *e = arg;
+    for (uint64_t k = 0; k < RECORDS; k++)
+        if (!put(&e->tap, k))
+            sched_yield();
+    return NULL;
+}
+
+/* Two threads: taken and dropped add up. */
+TEST(a_producer_and_a_recorder)
+{
+    ends e;
+    pthread_t thread;
+    uint64_t read = 0, next = 0, taken = 0;
+    open_ends(&e);
+    assert_int_equal(pthread_create(&thread, NULL, produce, &e), 0);
+    while (taken + atomic_load_explicit(&e.tap.words->dropped, memory_order_relaxed) < RECORDS)
+        taken += take(&e, &read, &next);
+    pthread_join(thread, NULL);
+    taken += take(&e, &read, &next);
+    assert_true(taken + atomic_load(&e.tap.words->dropped) == RECORDS);
+    assert_true(taken > 100);
+    free(e.segment);
+}

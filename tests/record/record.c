@@ -6,7 +6,7 @@
  */
 #include "recorder.h"
 
-#include "../dds/dds_test.h"
+#include "dds/dds_test.h"
 #include "dds_client/dds_client.h"
 #include "record/recording.h"
 #include "record/taps.h"

@@ -87,7 +87,8 @@ TEST(only_its_user_commands)
         if (setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
             _exit(1);
         _exit(command(&h, "status") != TFA_OK || command(&h, "stop") != TFA_E_REFUSED ||
-              command(&h, "reload") != TFA_E_REFUSED);
+              command(&h, "reload") != TFA_E_REFUSED ||
+              command(&h, "record arm 1") != TFA_E_REFUSED);
     }
     assert_int_equal(waitpid(child, &status, 0), child);
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);

@@ -8,7 +8,8 @@
  * Both threads are filtered after a warm-up (syscall_filter.h): the first allocation or system call
  * would end its process. At the end the client goes, the worker wants to sleep, and the filter does
  * kill it: this shows that it was there all the time. The same with a pool that some requests go
- * to; there the calls are left by which a worker makes room for a thread of the pool.
+ * to; there the calls are left by which a worker makes room for a thread of the pool. And the same
+ * while a recorder takes every request.
  */
 #include "harness.h"
 #include "syscall_filter.h"
@@ -25,6 +26,7 @@
 #define WARM_UP 20000
 #define REQUESTS 1000000
 #define POOL_REQUESTS 10000 /* three threads spin */
+#define TAP_REQUESTS 100000 /* and a third process writes */
 #define FILTER_AFTER "5000" /* looks at the clock by the worker: two for each request */
 #define BATCH 8
 #define ATTEMPTS 3
@@ -97,7 +99,9 @@ typedef struct child {
     int to, from;
 } child;
 
-static child start_client(const harness *h, bool pool)
+typedef enum run_kind { PLAIN, POOL, TAP } run_kind; /* of a run */
+
+static child start_client(const harness *h, run_kind kind)
 {
     int in[2], out[2];
     child c;
@@ -110,8 +114,11 @@ static child start_client(const harness *h, bool pool)
         (void)dup2(in[0], FILTER_READ_FD);
         (void)dup2(out[1], FILTER_WRITE_FD);
         setenv("LD_PRELOAD", TFA_SYSCALL_FILTER, 1);
-        execl("/proc/self/exe", "test_silent", pool ? "pool-client" : "client", h->runtime_dir,
-              (char *)NULL);
+        execl("/proc/self/exe", "test_silent",
+              kind == POOL  ? "pool-client"
+              : kind == TAP ? "tap-client"
+                            : "client",
+              h->runtime_dir, (char *)NULL);
         _exit(127);
     }
     close(in[0]);
@@ -156,9 +163,26 @@ static void reload_meanwhile(const harness *h, const char *more)
     }
 }
 
-/* @return false: the client made a system call */
-static bool attempt(bool pool)
+/* `totalforce record`, which has the robot's tap when this returns. */
+static pid_t start_recorder(const harness *h)
 {
+    const pid_t pid = fork();
+    if (pid == 0) {
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+        execl(TFA_BINARY_DIR "/bin/totalforce", "totalforce", "record", "arm", "-o", "/dev/null",
+              "--runtime-dir", h->runtime_dir, (char *)NULL);
+        _exit(127);
+    }
+    assert_true(pid > 0);
+    assert_true(harness_logged(h, "records"));
+    return pid;
+}
+
+/* @return false: the client made a system call */
+static bool attempt(run_kind kind)
+{
+    const bool pool = kind == POOL;
+    pid_t recorder = 0;
     const char *more = pool ? "pool: {threads: 2, from: 50, spin_ns: 4000000000}\n" : "";
     harness h;
     int status;
@@ -172,12 +196,15 @@ static bool attempt(bool pool)
     unsetenv("TFA_FILTER_POOL");
     unsetenv("TFA_FILTER_THREAD");
     unsetenv("TFA_FILTER_AFTER");
-    child client = start_client(&h, pool);
+    if (kind == TAP)
+        recorder = start_recorder(&h);
+    child client = start_client(&h, kind);
     assert_int_equal(read_result_or_explain(&client), 'w');
     const long faults = harness_thread_faults(&h, "worker0");
     assert_true(faults >= 0);
     assert_int_equal(write(client.to, "g", 1), 1);
-    reload_meanwhile(&h, more);
+    if (kind != TAP) /* it would end the recording */
+        reload_meanwhile(&h, more);
     const char heard = read_result_or_explain(&client);
     if (heard == 0) {
         harness_remove(&h);
@@ -194,11 +221,13 @@ static bool attempt(bool pool)
     h.pid = 0;
     assert_true(WIFSIGNALED(status));
     assert_int_equal(WTERMSIG(status), SIGSYS);
+    if (recorder) /* its daemon is gone */
+        assert_int_equal(waitpid(recorder, &status, 0), recorder);
     harness_remove(&h);
     return true;
 }
 
-static void without_system_calls(bool pool)
+static void without_system_calls(run_kind kind)
 {
     if (sysconf(_SC_NPROCESSORS_ONLN) < 2) {
         print_message("skipped: spinning needs two processors\n");
@@ -208,7 +237,7 @@ static void without_system_calls(bool pool)
      * right, but not the steady state. On a busy machine try again; a call that belongs to the
      * path of a request would be met every time. */
     for (int i = 0; i < ATTEMPTS; i++)
-        if (attempt(pool))
+        if (attempt(kind))
             return;
     fail_msg("a system call in each of %d attempts", ATTEMPTS);
 }
@@ -216,13 +245,19 @@ static void without_system_calls(bool pool)
 static void a_million_requests_without_a_system_call(void **state)
 {
     (void)state;
-    without_system_calls(false);
+    without_system_calls(PLAIN);
 }
 
 static void with_a_pool(void **state)
 {
     (void)state;
-    without_system_calls(true);
+    without_system_calls(POOL);
+}
+
+static void with_a_recorder(void **state)
+{
+    (void)state;
+    without_system_calls(TAP);
 }
 
 /* The other half of the filter kills, too. */
@@ -247,6 +282,8 @@ int main(int argc, char **argv)
         return client_process(argv[2], REQUESTS);
     if (argc == 3 && strcmp(argv[1], "pool-client") == 0)
         return client_process(argv[2], POOL_REQUESTS);
+    if (argc == 3 && strcmp(argv[1], "tap-client") == 0)
+        return client_process(argv[2], TAP_REQUESTS);
     if (argc == 2 && strcmp(argv[1], "allocate") == 0) {
         if (tfa_test_filter_syscalls() != 0)
             return 1;
@@ -258,6 +295,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(the_filter_is_active),
         cmocka_unit_test(a_million_requests_without_a_system_call),
         cmocka_unit_test(with_a_pool),
+        cmocka_unit_test(with_a_recorder),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

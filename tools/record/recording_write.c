@@ -86,14 +86,16 @@ int recording_create(recording_writer *w, const char *path,
                                .reply_blocks = TFA_WIRE_REPLY_BLOCKS};
     head.checksum = recording_crc32(recording_crc32(0, &head, sizeof head), texts, size);
     *w = (recording_writer){.fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};
-    if (w->fd < 0)
-        return errno;
+    if (w->fd < 0) {
+        w->error = errno;
+        return w->error;
+    }
     w->block = malloc(BLOCK);
     if (!w->block)
         w->error = ENOMEM;
     (void)write_bytes(w, &head, sizeof head);
     (void)write_bytes(w, texts, size);
-    w->file_bytes = sizeof head + size;
+    w->file_bytes = w->error ? 0 : sizeof head + size;
     return w->error;
 }
 

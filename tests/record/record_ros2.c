@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Answers on topics of ROS 2 are recorded as others are; and those of a robot whose URDF came over
+ * a topic.
+ */
+#include "dds/dds_test.h"
+
+#include "recorder.h"
+#include "ros2/ros2_arm.h"
+#include "test.h"
+
+#include <signal.h>
+
+#define COMMANDS 200
+/* With each state: gravity torques, and the tips' answers. */
+#define ANSWERS_MIN (3 * COMMANDS - 10)
+
+static harness h;
+static arm_node node;
+
+static void ask(void)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
+    for (int32_t k = 0; k < COMMANDS; k++) {
+        const arm_motion m = arm_motion_of(1000 + (uint64_t)k);
+        arm_publish_state(&node, &m, k);
+        arm_publish_efforts(&node, m.tau, JOINTS);
+        assert_true(ros2_peer_take(node.accelerations, &sample, 10000));
+    }
+}
+
+static void record_and_replay(const char *file)
+{
+    static recorder r;
+    char more[160];
+    arm_assert_answered(&node);
+    recorder_begin(&h, &r, "arm", file, "", 0);
+    ask();
+    assert_int_equal(recorder_end(&r), 0);
+    const long records = recorder_number(&r, ".rec: ");
+    assert_true(records >= ANSWERS_MIN);
+    assert_int_equal(recorder_replay(&h, &r, file, ""), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), records);
+    snprintf(more, sizeof more, "--robot arm --runtime-dir %s", h.runtime_dir);
+    assert_int_equal(recorder_replay(&h, &r, file, more), 0);
+    assert_int_equal(recorder_number(&r, "same bits "), records);
+}
+
+/* The bundled arm with another mass. */
+static void publish_description(void)
+{
+    static const char from[] = "<mass value=\"2.8\"/>", to[] = "<mass value=\"5.6\"/>";
+    char *text = NULL;
+    size_t size = 0;
+    FILE *in = fopen(TFA_SOURCE_DIR "/config/robots/arm7.urdf", "r");
+    assert_non_null(in);
+    assert_true(getdelim(&text, &size, 0, in) > 0);
+    fclose(in);
+    char *at = strstr(text, from);
+    assert_non_null(at);
+    memcpy(at, to, sizeof to - 1);
+    const std_msgs_msg_dds__String_ sample = {text};
+    assert_int_equal(dds_write(node.description, &sample), DDS_RETCODE_OK);
+    assert_true(harness_logged(&h, "reload: done, 1 of 1"));
+    free(text);
+}
+
+TEST(answers_on_topics)
+{
+    harness_serve(&h, arm_yaml(""), arm_settings(""));
+    arm_node_open(&node);
+    const dds_entity_t gravity =
+        ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc,
+                         "rt/arm/totalforce/gravity_torques", PEER_DEFAULT);
+    const dds_entity_t lambda =
+        ros2_peer_reader(node.participant, &std_msgs_msg_dds__Float64MultiArray__desc,
+                         "rt/arm/totalforce/lambda_inv", PEER_DEFAULT);
+    ros2_peer_await_writer(gravity);
+    ros2_peer_await_writer(lambda);
+    record_and_replay("file.rec");
+    publish_description();
+    record_and_replay("topic.rec");
+    arm_node_close(&node);
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}

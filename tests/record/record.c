@@ -285,7 +285,7 @@ TEST(a_killed_recorder)
     harness h;
     static recorder r;
     harness_serve(&h, ARM, "");
-    const int descriptors = harness_descriptors(&h);
+    const int descriptors = harness_idle_descriptors(&h);
     for (int i = 0; i < 3; i++) {
         recorder_begin(&h, &r, "arm", "a.rec", "", 0);
         ask_some(&h, 3000);

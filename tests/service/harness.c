@@ -222,6 +222,17 @@ int harness_descriptors(const harness *h)
     return count - 2;
 }
 
+int harness_idle_descriptors(const harness *h)
+{
+    int least = harness_descriptors(h);
+    for (int i = 0; i < 40; i++) {
+        sleep_ms(5);
+        const int now = harness_descriptors(h);
+        least = now < least ? now : least;
+    }
+    return least;
+}
+
 void harness_assert_descriptors(const harness *h, int least, int most)
 {
     int now = harness_descriptors(h);

@@ -50,6 +50,8 @@ tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait);
 int harness_shm_entries(void);
 /** Open descriptors, mappings and resident KiB of the daemon. */
 int harness_descriptors(const harness *h);
+/* The least of a fifth of a second: those of clients that have just left are closed. */
+int harness_idle_descriptors(const harness *h);
 /** Waits a while until the daemon has `least` to `most` descriptors: it closes them after it has
  * noticed a hang-up or logged a reload. */
 void harness_assert_descriptors(const harness *h, int least, int most);

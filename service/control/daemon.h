@@ -16,6 +16,7 @@
 #include "config/config.h"
 #include "control/admission.h"
 #include "dds_gateway/dds.h"
+#include "http/http.h"
 #include "ipc/handshake.h"
 #include "platform/runtime_dir.h"
 #include "platform/segment.h"
@@ -131,7 +132,7 @@ typedef enum reload_phase {
     RELOAD_OFFERED,  /* the workers have not all taken the new solvers */
 } reload_phase;
 
-#define RELOAD_GATEWAYS 2 /* that have solvers of their own, besides the workers */
+#define RELOAD_GATEWAYS 3 /* that have solvers of their own, besides the workers */
 
 /* A reload under way. Up to the commit it owns the new objects, afterwards the old ones: either is
  * released in the same way. */
@@ -151,8 +152,8 @@ typedef struct reload {
     robot_set robot_set;         /* of one robot: the others are empty */
     bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
     bool *shape_changed;         /* and its clients cannot stay */
-    tfa_robot_solver ***solvers; /* by worker, then DDS and ROS 2 gateway, and robot; NULL: no
-                                    change */
+    tfa_robot_solver ***solvers; /* by worker, then DDS gateway, ROS 2 gateway and HTTP
+                                    server, and robot; NULL: no change */
     uint64_t start;
 } reload;
 
@@ -165,6 +166,9 @@ typedef struct tfa_daemon {
     tfa_robot_solver **gateway_solvers; /* one for each robot with dds; NULL: no gateway */
     ros2_gateway ros2;
     tfa_robot_solver **ros2_solvers; /* NULL where a robot has no ros2; NULL: no gateway */
+    tfa_http *http;                  /* NULL: off */
+    tfa_robot_solver **http_solvers; /* one for each robot; NULL: no page */
+    bool metrics_open;               /* the socket of metrics is in the runtime directory */
     robot_descriptions descriptions;
     reload reload;
 
@@ -206,6 +210,8 @@ TFA_CHECKED int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *rob
 /* The same of the ROS 2 gateway's, for these robots of the set. */
 TFA_CHECKED int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t count,
                                          tfa_worker_robot *robots);
+/* Solvers of the HTTP server's own: one for each robot, into `robots`, too. */
+TFA_CHECKED int daemon_make_http_solvers(tfa_daemon *d, tfa_worker_robot *robots);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_robot_set(tfa_daemon *d);
 
@@ -266,6 +272,15 @@ bool commands_event(tfa_daemon *d, void *what);
 void commands_reloaded(tfa_daemon *d, const char *text);
 void commands_tick(tfa_daemon *d);
 void commands_close(tfa_daemon *d);
+
+/* ---- live_page.c: the HTTP server ---- */
+
+/* Starts it, if configured: when statistics and robots are there. */
+TFA_CHECKED int live_page_start(tfa_daemon *d);
+/* Opens the socket of metrics, if configured and not open. */
+TFA_CHECKED int live_page_listen(tfa_daemon *d);
+void live_page_unlisten(tfa_daemon *d);
+void live_page_stop(tfa_daemon *d);
 
 /* ---- statistics.c: counters in shared memory ---- */
 

@@ -218,6 +218,19 @@ static void exchange_ros2_solvers(const tfa_daemon *d)
     }
 }
 
+static void exchange_http_solvers(const tfa_daemon *d)
+{
+    tfa_robot_solver **next = d->reload.solvers[d->settings->workers + 2];
+    for (uint32_t i = 0; d->http_solvers && i < d->robot_set.count; i++) {
+        if (!d->reload.changed[i])
+            continue;
+        const tfa_robot *robot = &d->robot_set.robots[i];
+        const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
+        tfa_http_exchange(d->http, i, robot->model, &solver);
+        exchange(&d->http_solvers[i], &next[i]);
+    }
+}
+
 static void offer_solvers(const tfa_daemon *d, uint32_t worker, tfa_worker_robot *robots)
 {
     daemon_worker *w = &d->workers[worker];
@@ -262,6 +275,7 @@ static void commit(tfa_daemon *d)
     exchange_settings(d);
     exchange_gateway_solvers(d);
     exchange_ros2_solvers(d);
+    exchange_http_solvers(d);
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
     free(robots);

@@ -82,13 +82,13 @@ static int make_pools(const tfa_daemon *d, reload *r)
     return status;
 }
 
-/* Solvers in use, by robot, of a worker or of the gateways after the workers; NULL: no gateway. */
+/* Solvers in use, by robot, of a worker or of the gateways after the workers; NULL: none. */
 static tfa_robot_solver *const *solvers_in_use(const tfa_daemon *d, uint32_t k)
 {
     const uint32_t workers = d->settings->workers;
-    return k < workers    ? d->workers[k].solvers
-           : k == workers ? d->gateway_solvers
-                          : d->ros2_solvers;
+    tfa_robot_solver *const *const gateways[RELOAD_GATEWAYS] = {d->gateway_solvers, d->ros2_solvers,
+                                                                d->http_solvers};
+    return k < workers ? d->workers[k].solvers : gateways[k - workers];
 }
 
 static int make_solvers(const tfa_daemon *d, reload *r)

@@ -250,6 +250,14 @@ int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t coun
     return status;
 }
 
+int daemon_make_http_solvers(tfa_daemon *d, tfa_worker_robot *robots)
+{
+    int status = TFA_OK;
+    for (uint32_t i = 0; i < d->robot_set.count && status == TFA_OK; i++)
+        status = make_solver(d, i, &d->http_solvers, &robots[i]);
+    return status;
+}
+
 int daemon_self_test(tfa_daemon *d)
 {
     for (uint32_t i = 0; i < d->robot_set.count; i++)
@@ -297,6 +305,7 @@ void daemon_free_robot_set(tfa_daemon *d)
     free(d->workers);
     free_solvers(d, d->gateway_solvers);
     free_solvers(d, d->ros2_solvers);
+    free_solvers(d, d->http_solvers);
     robot_set_unload(&d->robot_set);
     tfa_thread_pool_free(d->thread_pool);
 }

@@ -1,0 +1,368 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+"""The daemon's HTTP server: requests that it refuses, connections that hold it up, metrics, models
+that change, workers that do not notice, and its end.
+
+    http_server.py BIN ROBOTS
+"""
+import json
+import os
+import pathlib
+import re
+import resource
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+from http_daemon import WAIT, Client, Daemon, ask, connect, exchange, wait_for
+
+BIN, ROBOTS = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
+ARM = ("arm", ROBOTS / "arm7.urdf", "")
+EVIL = '<img src=x onerror="window.hit=1">\\'
+
+
+def check(good, *what):
+    if not good:
+        raise AssertionError(" ".join(map(str, what)))
+
+
+# ---- configuration ----
+
+def refused(folder, http, text):
+    daemon = Daemon(BIN, folder, [ARM], http)
+    done = subprocess.run([BIN / "totalforced", "--check", daemon.config], capture_output=True,
+                          text=True, check=False)
+    check(done.returncode == 2 and text in done.stderr, http, done)
+
+
+def check_configuration(folder):
+    refused(folder, ", address: 0.0.0.0", ":2:40: http.address: 0.0.0.0 is not loopback")
+    refused(folder, ", address: 0.0.0.0", "127.0.0.1, or allow_remote: yes")
+    refused(folder, ", address: '::'", "allow_remote: yes")
+    refused(folder, ", address: example.org", "'example.org' is not a numeric address")
+    with Daemon(BIN, folder, [ARM], ", address: 0.0.0.0, allow_remote: yes") as daemon:
+        check(daemon.get("/", host="192.0.2.7")[0] == 200, "a number is refused")
+        check(daemon.get("/", host="robot.example")[0] == 421, "a name is taken")
+
+
+def check_port(folder):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        daemon = Daemon(BIN, folder, [ARM])
+        text = pathlib.Path(daemon.config).read_text().replace("port: 0", f"port: {port}")
+        pathlib.Path(daemon.config).write_text(text)
+        done = subprocess.run([BIN / "totalforced", daemon.config], capture_output=True, text=True,
+                              check=False, timeout=WAIT)
+        wanted = f"http.port: 127.0.0.1 port {port}: Address already in use; choose a free one"
+        check(done.returncode == 2 and wanted in done.stderr and "c.yaml:2:" in done.stderr, done)
+
+
+# ---- requests ----
+
+def check_hosts(daemon):
+    port = daemon.port
+    for host in ("localhost", f"localhost:{port}", "LOCALHOST", f"127.0.0.1:{port}", "127.0.0.2",
+                 f"[::1]:{port}"):
+        check(daemon.get("/motion", host=host)[0] == 200, host)
+    for host in ("evil.example", f"evil.example:{port}", "localhost.evil.example", "192.0.2.1",
+                 "localhost:x", "[::1", "", "127.0.0.1.evil.example", "a" * 300):
+        code, _, body = daemon.get("/motion", host=host)
+        check(code in (400, 421) and "positions" not in body, host, code)
+    code, _, body = daemon.get("/motion", host=None)
+    check(code in (400, 421) and "positions" not in body, "no host", code)
+
+
+def check_methods(daemon):
+    for method in ("POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "BREW"):
+        code, headers, _ = daemon.get("/state", method=method,
+                                      headers="Content-Length: 5\r\n", body=b"hello")
+        check(code == 405 and headers["allow"] == "GET, HEAD", method, code)
+    code, _, body = daemon.get("/state", headers="Content-Length: 5\r\n", body=b"hello")
+    check(code == 413 and "uptime" not in body, "GET with a body:", code)
+    code, headers, body = daemon.get("/state", method="HEAD")
+    check(code == 200 and int(headers["content-length"]) > 100 and not body, "HEAD", code, body)
+
+
+def check_headers(daemon):
+    for path in ("/", "/state", "/metrics", "/absent"):
+        _, headers, body = daemon.get(path, headers="Origin: http://evil.example\r\n")
+        check(not any(name.startswith("access-control") for name in headers), path, headers)
+        check("default-src 'none'" in headers["content-security-policy"], path, headers)
+        check(headers["x-content-type-options"] == "nosniff", path, headers)
+        check(headers["cache-control"] == "no-store", path, headers)
+        if path == "/":
+            nonce = re.search("script-src 'nonce-([0-9a-f]{32})'", headers["content-security-policy"])
+            check(nonce and body.count(f'nonce="{nonce[1]}"') == 2 and "@" + "NONCE" not in body, "nonce")
+    first, second = daemon.get("/")[2], daemon.get("/")[2]
+    check(first != second, "the nonce is the same twice")
+    for path in ("/absent", "/..", "/state/", "/state?robot=nobody", "/etc/passwd", "//"):
+        check(daemon.get(path)[0] == 404, path)
+
+
+def check_malformed(daemon):
+    address = ("127.0.0.1", daemon.port)
+    big = [b"GET / HTTP/1.1\r\nHost: localhost\r\nX: " + b"y" * 10**6 + b"\r\n\r\n",
+           b"GET /" + b"a" * 10**6 + b" HTTP/1.1\r\nHost: localhost\r\n\r\n",
+           b"GET / HTTP/1.1\r\nHost: localhost\r\n" + b"A: b\r\n" * 10**5 + b"\r\n"]
+    small = [b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + b"\0" * 200, b"\r\n" * 3 + b"x" * 100 + b"\r\n\r\n",
+             b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\0" * 4000]
+    for data in big + small:
+        answer = exchange(address, data)
+        check(not answer.startswith(b"HTTP/1.1 200"), data[:40], answer[:60])
+    with connect(address) as s: # two requests at once, then a third
+        for _ in range(2):
+            s.sendall(b"GET /motion HTTP/1.1\r\nHost: localhost\r\n\r\n" * 2)
+        answer = b""
+        while answer.count(b"HTTP/1.1 200 ") < 4:
+            part = s.recv(65536)
+            check(part, "the connection was closed", answer[-200:])
+            answer += part
+    check(daemon.get("/state")[0] == 200, "nothing is answered any more")
+
+
+def check_names(daemon):
+    model = daemon.json("/model?robot=evil")
+    check(EVIL in "".join(model["frames"]), model["frames"])
+    check("<img" not in daemon.get("/model?robot=evil")[2] and "<img" not in daemon.get("/")[2], "raw")
+
+
+# ---- connections ----
+
+def check_silence(daemon):
+    """More silent and slow connections than there is room for: others are answered, and they are
+    closed."""
+    address = ("127.0.0.1", daemon.port)
+    quiet = [connect(address) for _ in range(60)]
+    for s in quiet[::2]:
+        s.sendall(b"GET /state HTTP/1.1\r\n")
+    begin = time.monotonic()
+    slowest = 0
+    while any(is_open(s) for s in quiet):
+        check(time.monotonic() - begin < WAIT, "silent connections stay")
+        once = time.monotonic()
+        check(daemon.get("/motion")[0] == 200, "not answered")
+        slowest = max(slowest, time.monotonic() - once)
+        for s in quiet[::2]: # a byte now and then is no progress
+            try:
+                s.sendall(b"X")
+            except OSError:
+                pass
+        time.sleep(0.2)
+    print(f"60 silent connections: closed after {time.monotonic() - begin:.1f} s; slowest answer "
+          f"meanwhile {1e3 * slowest:.1f} ms")
+    for s in quiet:
+        s.close()
+
+
+def is_open(s):
+    s.setblocking(False)
+    try:
+        return s.recv(65536) != b""
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+
+
+def check_crowd(daemon):
+    """A thousand connections at once."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
+    before = len(os.listdir(f"/proc/{daemon.process.pid}/fd"))
+    many = []
+    most = 0
+    for i in range(1000):
+        many.append(connect(("127.0.0.1", daemon.port)))
+        if i % 100 == 99:
+            check(daemon.get("/motion")[0] == 200, "not answered")
+            most = max(most, len(os.listdir(f"/proc/{daemon.process.pid}/fd")))
+    check(most <= before + 48, most - before, "connections at once")
+    for s in many:
+        s.close()
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    print(f"1000 connections: {most - before} open at once")
+
+
+# ---- metrics ----
+
+def parse_metrics(text):
+    """{(name, labels): value}; every sample stands under HELP and TYPE of its family"""
+    found, family, kind = {}, None, None
+    for line in text.splitlines():
+        if line.startswith("# HELP "):
+            family, kind = line.split()[2], None
+        elif line.startswith("# TYPE "):
+            check(line.split()[2] == family, line)
+            kind = line.split()[3]
+        else:
+            match = re.fullmatch(r'(\w+)(\{(?:\w+="(?:[^"\\\n]|\\.)*",?)*\})? (\S+)', line)
+            check(match and kind and match[1].startswith(family), line)
+            labels = tuple(sorted(re.findall(r'(\w+)="((?:[^"\\\n]|\\.)*)"', match[2] or "")))
+            check((match[1], labels) not in found, "twice:", line)
+            found[match[1], labels] = float(match[3])
+    return found
+
+
+def check_buckets(metrics):
+    """Buckets are cumulative, and the last is the count."""
+    series = {}
+    for (name, labels), value in metrics.items():
+        if name.endswith("_bucket"):
+            le = float(dict(labels)["le"])
+            rest = tuple(label for label in labels if label[0] != "le")
+            series.setdefault((name[:-7], rest), []).append((le, value))
+    check(series, "no histograms")
+    for (name, rest), buckets in series.items():
+        values = [value for _, value in sorted(buckets)]
+        check(values == sorted(values), name, rest, values)
+        check(max(buckets)[0] == float("inf") and values[-1] == metrics[name + "_count", rest], name)
+
+
+def check_metrics(daemon):
+    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
+    wait_for(lambda: daemon.json("/state?robot=arm")["requests"] == 200 and
+             daemon.json("/state?robot=arm")["second"] > 1, "requests are missing")
+    code, headers, text = ask(address, "/metrics")
+    check(code == 200 and headers["content-type"].startswith("text/plain; version=0.0.4"), headers)
+    metrics = parse_metrics(text)
+    check_buckets(metrics)
+    check(metrics["totalforce_requests_total", (("robot", "arm"),)] == 200, "requests")
+    check(parse_metrics(daemon.get("/metrics")[2]).keys() == metrics.keys(), "another text over TCP")
+    check(ask(address, "/metrics", host="prometheus.example")[0] == 200, "a name at the Unix socket")
+    for path in ("/", "/state"):
+        check(ask(address, path)[0] == 404, path, "at the Unix socket")
+    check(os.stat(address).st_mode & 0o777 == 0o660, "mode")
+
+
+def ask_some(daemon, count):
+    line = json.dumps({"op": "forward_dynamics", "q": [0.1] * 7, "v": [0] * 7, "tau": [0] * 7})
+    daemon.tool("call", "arm", input=f"{line}\n" * count)
+
+
+# ---- the thread ----
+
+def check_thread(daemon):
+    """nice 10, the ordinary scheduler, not on the worker's processor"""
+    folder = pathlib.Path(f"/proc/{daemon.process.pid}/task")
+    threads = {(path / "comm").read_text().strip(): path for path in folder.iterdir()}
+    path = threads["tfa-http"]
+    fields = (path / "stat").read_text().rpartition(") ")[2].split()
+    check(int(fields[16]) == 10 and int(fields[38]) == 0, "nice", fields[16], "policy", fields[38])
+    allowed = os.sched_getaffinity(int(path.name))
+    worker = os.sched_getaffinity(int(threads["worker0"].name))
+    if len(os.sched_getaffinity(0)) > 1:
+        check(allowed and not allowed & worker, allowed, worker)
+
+
+def medians(daemon, rounds):
+    """Median round trips, us, with a visitor as fast as the page, and without"""
+    found = {True: [], False: []}
+    for _ in range(rounds):
+        for visited in (True, False):
+            stop = threading.Event()
+            visitor = threading.Thread(target=visit, args=(daemon, stop))
+            if visited:
+                visitor.start()
+            text = daemon.tool("latency", "arm", "--count", "5000", "--json")
+            stop.set()
+            if visited:
+                visitor.join()
+            report = json.loads(text)["runs"][0]["ns"]["round_trip"]
+            found[visited].append(report["percentiles"]["50"] / 1e3)
+    return min(found[True]), min(found[False])
+
+
+def visit(daemon, stop):
+    while not stop.is_set():
+        check(daemon.get("/motion")[0] == 200 and daemon.get("/state")[0] == 200, "not answered")
+        stop.wait(0.05)
+
+
+def check_worker(daemon):
+    visited, alone = medians(daemon, 3)
+    print(f"median round trip: {visited:.2f} us with a visitor, {alone:.2f} us without")
+    check(visited < 3 * alone, "the worker is disturbed")
+
+
+# ---- models, directories, the end ----
+
+def check_reload(daemon, urdf):
+    before = daemon.json("/model?robot=evil")
+    text = urdf.read_text().replace("mass value=\"", "mass value=\"1")
+    urdf.write_text(text)
+    daemon.tool("reload")
+    wait_for(lambda: daemon.json("/model?robot=evil")["model"] != before["model"], "no other model")
+    motion = daemon.json("/motion?robot=evil")
+    wait_for(lambda: daemon.json("/state?robot=evil")["model"] == motion["model"], "models differ")
+    check("values" in motion["tips"][0], motion)
+
+
+def check_directory(daemon):
+    """Whoever removes the runtime directory gets the socket back, too."""
+    shutil.rmtree(daemon.runtime_dir)
+    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
+    wait_for(lambda: os.path.exists(address), "no socket")
+    check(ask(address, "/metrics")[0] == 200, "not answered")
+
+
+def check_end(daemon):
+    """Open connections, and one that never reads its answer, do not delay the end."""
+    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
+    many = [connect(("127.0.0.1", daemon.port)) for _ in range(30)]
+    many[0].sendall(b"GET /state HTTP/1.1\r\nHost: localhost\r\n\r\n" * 200)
+    process = daemon.process
+    seconds = daemon.end(signal.SIGINT)
+    print(f"end with 30 open connections: {seconds:.2f} s")
+    check(process.returncode == 0, process.returncode)
+    check(not os.path.exists(address), "the socket stays")
+    for s in many:
+        s.close()
+
+
+def check_kill(daemon):
+    daemon.start()
+    daemon.end(signal.SIGKILL)
+    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
+    check(os.path.exists(address), "it was not killed")
+    daemon.start()
+    check(ask(address, "/metrics")[0] == 200, "the socket of a killed daemon is in the way")
+    daemon.end()
+
+
+def main():
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        check_configuration(folder)
+        check_port(folder)
+        evil = folder / "evil.urdf"
+        chain = subprocess.run([BIN / "totalforce", "chain", "rank-deficient", "--bodies", "5"],
+                               check=True, capture_output=True, text=True).stdout
+        name = EVIL.replace("<", "&lt;").replace('"', "&quot;")
+        evil.write_text(chain.replace('"link', f'"{name}link'))
+        processor = min(os.sched_getaffinity(0))
+        daemon = Daemon(BIN, folder, [ARM, ("evil", evil, "")], ", metrics_socket: yes",
+                        f"realtime: {{affinity: [{processor}]}}\n")
+        with daemon:
+            for step in (check_hosts, check_methods, check_headers, check_malformed, check_names):
+                step(daemon)
+            ask_some(daemon, 200)
+            check_metrics(daemon)
+            check_thread(daemon)
+            with Client(daemon, "arm", 7):
+                check_silence(daemon)
+                check_crowd(daemon)
+            check_worker(daemon)
+            check_reload(daemon, evil)
+            check_directory(daemon)
+            check_end(daemon)
+            check_kill(daemon)
+
+
+main()

@@ -58,7 +58,7 @@ static void load_robots(void)
     snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
     require(config_load(path, stderr, &d.settings) == TFA_OK);
     require(robot_set_load(d.settings, NULL, &d.robot_set) == TFA_OK);
-    require(daemon_start_workers(&d) == TFA_OK);
+    require(statistics_open(&d) == TFA_OK && daemon_start_workers(&d) == TFA_OK);
     close(fd);
 }
 

@@ -25,7 +25,7 @@ static tfa_daemon *open_daemon(void)
     snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
     require(config_load(path, stderr, &d.settings) == TFA_OK);
     require(robot_set_load(d.settings, NULL, &d.robot_set) == TFA_OK);
-    require(daemon_start_workers(&d) == TFA_OK);
+    require(statistics_open(&d) == TFA_OK && daemon_start_workers(&d) == TFA_OK);
     d.epoll = epoll_create1(EPOLL_CLOEXEC);
     require(d.epoll >= 0);
     return &d;

@@ -58,6 +58,8 @@ static double sample(turns *t, contestant *who, uint32_t calls)
     tfa_reply reply = chart_reply(t->data, &answer);
     t->batch->request.method = (tfa_method)who->choice.method;
     t->batch->request.refine = who->choice.refine;
+    if (t->c->threads > 1) /* those of the pool fell asleep in the turn of the other */
+        t->status = call(t, who, &reply);
     const double start = read_clock(t->clock);
     for (uint32_t k = 0; k < calls && t->status == TFA_OK; k++)
         t->status = call(t, who, &reply);

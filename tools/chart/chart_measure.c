@@ -99,6 +99,13 @@ static int answer_state(const chart_batch *b, chart_row *row, chart_case *c, con
     return status;
 }
 
+/* The method has no kernel in the precision of the row: the answer is one of double. */
+static int is_of_double(const chart_row *row, const tfa_answer *answer)
+{
+    return chart_precisions[row->choice.precision].residual == TFA_RESIDUAL_SAME &&
+           answer->flags & TFA_ANSWER_RESIDUAL_PRECISION && !(answer->flags & TFA_ANSWER_FALLBACK);
+}
+
 /* Errors of all states, unless the first takes so long that the time is to be saved. */
 static void measure_errors(chart_row *row, const chart_batch *b, chart_case *c, const chart_data *d,
                            uint32_t budget_ms)
@@ -110,6 +117,10 @@ static void measure_errors(chart_row *row, const chart_batch *b, chart_case *c, 
         double worst;
         tfa_answer answer;
         row->status = answer_state(b, row, c, d, s, &answer);
+        if (row->status == TFA_OK && is_of_double(row, &answer)) {
+            row->status = TFA_E_UNSUPPORTED;
+            snprintf(row->field, sizeof row->field, CHART_FIELD_PRECISION);
+        }
         if (row->status != TFA_OK)
             return;
         if (s == 0 && chart_now() - start > 1e-3 * CHART_OVER_BUDGET * budget_ms) {

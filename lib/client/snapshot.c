@@ -358,6 +358,8 @@ static void read_daemon(const tfa_statistics *s, tfa_snapshot *snapshot)
     snapshot->process = h->process;
     memcpy(snapshot->version, h->version, sizeof h->version);
     snapshot->version[sizeof h->version] = 0;
+    memcpy(snapshot->runtime_dir, h->runtime_dir, sizeof h->runtime_dir);
+    snapshot->runtime_dir[sizeof h->runtime_dir] = 0;
     snapshot->dds_on = h->dds;
     snapshot->connections = relaxed(&h->connections);
     snapshot->refused = relaxed(&h->refused);

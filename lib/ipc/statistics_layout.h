@@ -188,6 +188,7 @@ typedef struct tfa_shared_header {
     uint32_t workers, robots, clients; /* clients: of a worker */
     uint32_t dds;
     char version[32];
+    char runtime_dir[112]; /* a socket's path is no longer */
     alignas(TFA_STATISTICS_LINE) tfa_word connections; /* control thread, relaxed */
     tfa_word refused, reloads, stopped;
     tfa_shared_dds dds_messages;

@@ -28,6 +28,7 @@ static void set_header(const tfa_daemon *d, tfa_shared_header *h)
     h->clients = TFA_WORKER_CLIENTS_MAX;
     h->dds = d->settings->dds.enabled && d->robot_set.dds_count > 0;
     snprintf(h->version, sizeof h->version, "%s", TFA_VERSION);
+    snprintf(h->runtime_dir, sizeof h->runtime_dir, "%s", d->settings->runtime_dir);
 }
 
 int statistics_open(tfa_daemon *d)

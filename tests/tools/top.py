@@ -151,7 +151,10 @@ def frames(output):
 def test_list(daemon):
     text = tool(daemon, "list").stdout
     check("arm: 7 joints, 7 freedoms, model " in text and "run/arm.sock, 1 clients" in text, text)
-    served = json.loads(tool(daemon, "list", "--json").stdout)
+    # by whichever path it was found, it says where it is
+    served = json.loads(subprocess.run(
+        [TOOL, "list", "--json", "--runtime-dir", daemon.runtime_dir + "/."], check=True,
+        stdout=subprocess.PIPE, timeout=WAIT).stdout)
     arm = served["robots"][0]
     check(served["process"] == daemon.process.pid, served)
     check(arm["name"] == "arm" and arm["joints"] == 7 and len(arm["model"]) == 64, arm)

@@ -42,12 +42,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-static const char *directory_of(const arguments *a)
-{
-    const char *directory = a->runtime_dir ? a->runtime_dir : getenv("TOTALFORCE_RUNTIME_DIR");
-    return directory && *directory ? directory : "/run/totalforce";
-}
-
 /* Clients of a robot by their way in. */
 static uint32_t count_clients(const tfa_snapshot *s, uint32_t robot, uint32_t kind)
 {
@@ -59,7 +53,7 @@ static uint32_t count_clients(const tfa_snapshot *s, uint32_t robot, uint32_t ki
 
 /* ---- text ---- */
 
-static void print_robot(const tfa_snapshot *s, uint32_t i, const char *directory)
+static void print_robot(const tfa_snapshot *s, uint32_t i)
 {
     const tfa_served_robot *r = &s->robots[i].served;
     printf("%s: %u joints, %u freedoms%s, model %.16s\n", r->name, r->joints,
@@ -67,7 +61,7 @@ static void print_robot(const tfa_snapshot *s, uint32_t i, const char *directory
            r->model_hash);
     printf("  kernel: %s, %s, %s\n", r->kernel_isa, r->precision,
            r->kernel_file[0] ? r->kernel_file : "generic");
-    printf("  shared memory: %s/%s.sock, %u clients\n", directory, r->name,
+    printf("  shared memory: %s/%s.sock, %u clients\n", s->runtime_dir, r->name,
            count_clients(s, i, TFA_CLIENT_SHM));
     if (r->dds)
         printf("  dds: domain %u, totalforce/request and reply, joint_torques and "
@@ -80,7 +74,7 @@ static void print_robot(const tfa_snapshot *s, uint32_t i, const char *directory
 
 /* ---- JSON ---- */
 
-static json_t *json_robot(const tfa_snapshot *s, uint32_t i, const char *directory)
+static json_t *json_robot(const tfa_snapshot *s, uint32_t i)
 {
     const tfa_served_robot *r = &s->robots[i].served;
     json_t *robot = json_pack(
@@ -88,7 +82,7 @@ static json_t *json_robot(const tfa_snapshot *s, uint32_t i, const char *directo
         r->model_hash, "joints", (int)r->joints, "freedoms", (int)(r->freedoms + r->base_freedoms),
         "floating", r->base_freedoms != 0, "isa", r->kernel_isa, "precision", r->precision,
         "specialised", r->kernel_file[0] ? json_string(r->kernel_file) : json_null(), "socket",
-        json_sprintf("%s/%s.sock", directory, r->name), "clients",
+        json_sprintf("%s/%s.sock", s->runtime_dir, r->name), "clients",
         (int)count_clients(s, i, TFA_CLIENT_SHM));
     if (r->dds)
         json_object_set_new(robot, "dds", json_pack("{s:i}", "domain", (int)r->dds_domain));
@@ -99,11 +93,11 @@ static json_t *json_robot(const tfa_snapshot *s, uint32_t i, const char *directo
     return robot;
 }
 
-static int print_json(const tfa_snapshot *s, const char *directory)
+static int print_json(const tfa_snapshot *s)
 {
     json_t *robots = json_array();
     for (uint32_t i = 0; i < s->robot_count; i++)
-        json_array_append_new(robots, json_robot(s, i, directory));
+        json_array_append_new(robots, json_robot(s, i));
     json_t *all = json_pack("{s:s, s:i, s:o}", "version", s->version, "process", (int)s->process,
                             "robots", robots);
     const int bad = !all || json_dumpf(all, stdout, JSON_INDENT(2)) != 0 || putchar('\n') == EOF;
@@ -132,9 +126,9 @@ int command_list(int argc, char **argv)
     }
     int bad = 0;
     for (uint32_t i = 0; i < w.now->robot_count && !a.json; i++)
-        print_robot(w.now, i, directory_of(&a));
+        print_robot(w.now, i);
     if (a.json)
-        bad = print_json(w.now, directory_of(&a));
+        bad = print_json(w.now);
     watch_close(&w);
     return bad || fflush(stdout) != 0 ? EXIT_FAILED : EXIT_GOOD;
 }

@@ -169,6 +169,7 @@ typedef struct tfa_snapshot {
     uint64_t start;         /**< of the daemon, CLOCK_MONOTONIC ns */
     int32_t process;        /**< of the daemon */
     char version[36];       /**< of the daemon */
+    char runtime_dir[116];  /**< its runtime directory, as configured: ROBOT.sock is there */
     uint32_t stopped;       /**< 1: the daemon ended in good order; nothing changes any more */
     uint32_t dds_on;        /**< 1: `dds` is set */
     uint64_t reloads;       /**< robots were exchanged so often */

@@ -80,7 +80,7 @@ static int read_all(const void *bytes, size_t size, uint64_t *records)
     }
 }
 
-TEST(the_checksum_is_that_of_zlib)
+TEST(the_checksum_is_the_catalogued_one)
 {
     assert_int_equal(recording_crc32(0, "123456789", 9), 0xcbf43926u);
     assert_int_equal(recording_crc32(recording_crc32(0, "1234", 4), "56789", 5), 0xcbf43926u);

@@ -16,7 +16,7 @@
 #define HIGH 290.0
 #define LEFT 38.0
 #define RIGHT (WIDE - 10.0)
-#define TOP 20.0
+#define TOP 26.0 /* below the axis' title */
 #define BOTTOM (HIGH - 34.0)
 /* More than this between the shortest and the longest time: no axis for all panels */
 #define SHARED_RANGE 2e3

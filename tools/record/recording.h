@@ -8,6 +8,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <zlib.h>
 
 #include "ipc/recording.h"
 
@@ -70,9 +71,10 @@ recording_state recording_next(const recording *r, size_t *at, recorded *out, ch
 /** A whole record as in a tap or a file: 8-byte multiples that add up. */
 int recording_is_record(const tfa_tap_record *head);
 
-/* ---- crc32.c ---- */
-
 /** CRC-32 (IEEE 802.3, reflected) of `size` more bytes; begin with 0. */
-uint32_t recording_crc32(uint32_t crc, const void *bytes, size_t size);
+static inline uint32_t recording_crc32(uint32_t crc, const void *bytes, size_t size)
+{
+    return (uint32_t)crc32_z(crc, bytes, size);
+}
 
 #endif

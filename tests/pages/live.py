@@ -55,11 +55,14 @@ def status(browser):
 def check_figure(check, browser):
     check(until(lambda: status(browser) == "Live."), "status:", status(browser))
     link, tip = colour(browser, "--link"), colour(browser, "--tip")
+    places = browser.run("return motion.positions")
     first = browser.colours("canvas")
     check(near(first, link) >= 300, "links:", near(first, link), "pixels")
     check(near(first, tip) >= 60, "ellipsoid:", near(first, tip), "pixels")
     grid = near(first, colour(browser, "--grid"), 6)
     check(grid >= 300, "ground:", grid, "pixels")
+    # the robot, not only the view of it
+    check(until(lambda: browser.run("return motion.positions") != places, 10), "no link moves")
     check(until(lambda: browser.colours("canvas") != first, 10), "the figure does not move")
     check(until(lambda: "tool0" in browser.run(TEXT, "tip")), "no tip")
     text = browser.run(TEXT, "tip")

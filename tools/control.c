@@ -5,6 +5,7 @@
  */
 #include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/operator.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -12,7 +13,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { KEY_RUNTIME_DIR = 1000, KEY_JSON };
+enum { KEY_JSON = 256 };
 
 #define TEXT_BYTES 65536
 #define RELOAD_MS 600000 /* large robots take a while */
@@ -26,8 +27,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
-    case KEY_RUNTIME_DIR:
-        a->runtime_dir = text;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &a->runtime_dir;
         return 0;
     case KEY_JSON:
         a->json = 1;
@@ -40,15 +41,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-#define RUNTIME_DIR_OPTION                                                                         \
-    {                                                                                              \
-        "runtime-dir", KEY_RUNTIME_DIR, "DIR", 0,                                                  \
-            "Where the daemon's sockets are ($TOTALFORCE_RUNTIME_DIR, else /run/totalforce)", 0    \
-    }
-
-static const struct argp_option options[] = {RUNTIME_DIR_OPTION, {0}};
+static const struct argp_child children[] = {{.argp = &operator_argp}, {0}};
 static const struct argp_option status_options[] = {
-    RUNTIME_DIR_OPTION, {"json", KEY_JSON, NULL, 0, "Print the daemon's JSON", 0}, {0}};
+    {"json", KEY_JSON, NULL, 0, "Print the daemon's JSON", 0}, {0}};
 
 /* Gives the command, or says what stands in the way. @return an exit status */
 static int give(const char *command, const arguments *a, int32_t timeout_ms, char text[TEXT_BYTES])
@@ -58,20 +53,14 @@ static int give(const char *command, const arguments *a, int32_t timeout_ms, cha
         return EXIT_GOOD;
     if (*text)
         fprintf(stderr, "totalforce %s: %s\n", command, text);
-    else if (status == TFA_E_DISCONNECTED)
-        fprintf(stderr,
-                "totalforce %s: no daemon answers there: start one (totalforced FILE.yaml), or "
-                "name its runtime_dir with --runtime-dir\n",
-                command);
     else
-        fprintf(stderr, "totalforce %s: %s: %s\n", command, tfa_status_text(status),
-                status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status));
+        operator_explain(command, status);
     return EXIT_FAILED;
 }
 
 static int run(const char *command, const char *doc, int32_t timeout_ms, int argc, char **argv)
 {
-    const struct argp argp = {.options = options, .parser = parse, .doc = doc};
+    const struct argp argp = {.parser = parse, .doc = doc, .children = children};
     static char text[TEXT_BYTES];
     arguments a = {0};
     if (command_line_parse(&argp, NULL, argc, argv, &a))
@@ -181,7 +170,8 @@ int command_status(int argc, char **argv)
 {
     const struct argp argp = {.options = status_options,
                               .parser = parse,
-                              .doc = "Shows robots, clients and counters of a running daemon."};
+                              .doc = "Shows robots, clients and counters of a running daemon.",
+                              .children = children};
     static char text[TEXT_BYTES];
     arguments a = {0};
     if (command_line_parse(&argp, NULL, argc, argv, &a))

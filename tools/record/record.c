@@ -5,6 +5,7 @@
  */
 #include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/operator.h"
 #include "record/recorded_robot.h"
 #include "record/recording.h"
 #include "record/taps.h"
@@ -21,7 +22,7 @@
 #define PAUSE_MS 1             /* between two looks at empty taps */
 #define PROGRESS_NS 500000000u /* between two lines of progress */
 
-enum { KEY_RUNTIME_DIR = 256, KEY_COUNT, KEY_SECONDS, KEY_BUFFER };
+enum { KEY_COUNT = 256, KEY_SECONDS, KEY_BUFFER };
 
 typedef struct arguments {
     const char *robot, *file, *runtime_dir;
@@ -39,10 +40,6 @@ static const struct argp_option option_table[] = {
      .arg = "MIB",
      .doc = "MiB of memory for each worker and gateway until the file takes its records: a power "
             "of two, at most 256 (32)"},
-    {.name = "runtime-dir",
-     .key = KEY_RUNTIME_DIR,
-     .arg = "DIR",
-     .doc = "Where the daemon's sockets are ($TOTALFORCE_RUNTIME_DIR, else /run/totalforce)"},
     {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
@@ -52,8 +49,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case 'o':
         a->file = text;
         return 0;
-    case KEY_RUNTIME_DIR:
-        a->runtime_dir = text;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &a->runtime_dir;
         return 0;
     case KEY_COUNT:
         a->count = option_unsigned(state, "count", text, 1, UINT64_MAX);
@@ -220,9 +217,11 @@ static void catch_signals(void)
 
 int command_record(int argc, char **argv)
 {
+    static const struct argp_child children[] = {{.argp = &operator_argp}, {0}};
     static const struct argp argp = {
         .options = option_table,
         .parser = parse,
+        .children = children,
         .args_doc = "ROBOT -o FILE",
         .doc =
             "Records requests and answers of a robot, of all its clients, until Ctrl-C. The file "

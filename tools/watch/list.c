@@ -5,31 +5,28 @@
  */
 #include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/operator.h"
 #include "watch.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { KEY_RUNTIME_DIR = 1000, KEY_JSON };
+enum { KEY_JSON = 256 };
 
 typedef struct arguments {
     const char *runtime_dir;
     int json;
 } arguments;
 
-static const struct argp_option options[] = {
-    {"runtime-dir", KEY_RUNTIME_DIR, "DIR", 0,
-     "Where the daemon's sockets are ($TOTALFORCE_RUNTIME_DIR, else /run/totalforce)", 0},
-    {"json", KEY_JSON, NULL, 0, "Print JSON", 0},
-    {0}};
+static const struct argp_option options[] = {{"json", KEY_JSON, NULL, 0, "Print JSON", 0}, {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
-    case KEY_RUNTIME_DIR:
-        a->runtime_dir = text;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &a->runtime_dir;
         return 0;
     case KEY_JSON:
         a->json = 1;
@@ -107,9 +104,11 @@ static int print_json(const tfa_snapshot *s)
 
 int command_list(int argc, char **argv)
 {
+    static const struct argp_child children[] = {{.argp = &operator_argp}, {0}};
     static const struct argp argp = {
         .options = options,
         .parser = parse,
+        .children = children,
         .doc = "Lists the robots of a running daemon: model, kernel, doors (socket, DDS, ROS 2), "
                "clients."};
     arguments a = {0};
@@ -121,7 +120,7 @@ int command_list(int argc, char **argv)
     watch w = {.runtime_dir = a.runtime_dir};
     const int status = watch_open(&w, 0);
     if (status != TFA_OK) {
-        watch_explain("list", status);
+        operator_explain("list", status);
         return EXIT_FAILED;
     }
     int bad = 0;

@@ -5,6 +5,7 @@
  */
 #include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/operator.h"
 #include "watch.h"
 
 #include <errno.h>
@@ -13,7 +14,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { KEY_RUNTIME_DIR = 1000, KEY_ONCE, KEY_JSON };
+enum { KEY_ONCE = 256, KEY_JSON };
 
 #define CTRL_C 3
 #define REOPEN_MS 300 /* a daemon that stands still does not hold up the keys for long */
@@ -25,8 +26,6 @@ typedef struct arguments {
 } arguments;
 
 static const struct argp_option options[] = {
-    {"runtime-dir", KEY_RUNTIME_DIR, "DIR", 0,
-     "Where the daemon's sockets are ($TOTALFORCE_RUNTIME_DIR, else /run/totalforce)", 0},
     {"interval", 'i', "S", 0, "Seconds between two readings, 0.05 to 3600 (1)", 0},
     {"once", KEY_ONCE, NULL, 0, "Print the figures of one interval, and end", 0},
     {"json", KEY_JSON, NULL, 0, "Print JSON, a line for each interval", 0},
@@ -36,8 +35,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
-    case KEY_RUNTIME_DIR:
-        a->runtime_dir = text;
+    case ARGP_KEY_INIT:
+        state->child_inputs[0] = &a->runtime_dir;
         return 0;
     case 'i':
         a->interval = option_double(state, "interval", text);
@@ -83,7 +82,7 @@ static int print(watch *w, const arguments *a)
         sleep_for(a->interval);
         const int status = watch_read(w);
         if (status != TFA_OK) {
-            watch_explain("top", status);
+            operator_explain("top", status);
             return EXIT_FAILED;
         }
         if (!a->json)
@@ -163,9 +162,11 @@ static void watch_live(watch *w, const arguments *a)
 
 int command_top(int argc, char **argv)
 {
+    static const struct argp_child children[] = {{.argp = &operator_argp}, {0}};
     static const struct argp argp = {
         .options = options,
         .parser = parse,
+        .children = children,
         .doc =
             "Shows rates, percentiles, queues, methods and refusals of a running daemon by robot "
             "and client: live in a terminal, until q or Ctrl-C; elsewhere one table.\v"
@@ -180,7 +181,7 @@ int command_top(int argc, char **argv)
     watch w = {.runtime_dir = a.runtime_dir};
     const int status = watch_open(&w, 0);
     if (status != TFA_OK) {
-        watch_explain("top", status);
+        operator_explain("top", status);
         return EXIT_FAILED;
     }
     int result = EXIT_GOOD;

@@ -5,7 +5,6 @@
  */
 #include "watch.h"
 
-#include <errno.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -128,16 +127,4 @@ int watch_read(watch *w)
     if (w->now->heartbeat != heartbeat)
         w->alive_time = w->now->time;
     return TFA_OK;
-}
-
-void watch_explain(const char *command, int status)
-{
-    if (status == TFA_E_DISCONNECTED)
-        fprintf(stderr,
-                "totalforce %s: no daemon answers there: start one (totalforced FILE.yaml), or "
-                "name its runtime_dir with --runtime-dir\n",
-                command);
-    else
-        fprintf(stderr, "totalforce %s: %s: %s\n", command, tfa_status_text(status),
-                status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status));
 }

@@ -35,8 +35,6 @@ TFA_CHECKED int watch_read(watch *w);
 bool watch_is_gone(const watch *w);
 /** Allowed twice. */
 void watch_close(watch *w);
-/** Prints why a daemon's statistics cannot be read. */
-void watch_explain(const char *command, int status);
 
 /* ---- watch_table.c, watch_json.c ---- */
 

@@ -12,10 +12,11 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "ipc/control_socket.h"
+
 #define DEFAULT_SLOTS 16
 #define DEFAULT_BATCH 1
 #define DEFAULT_TIMEOUT_MS 1000
-#define DEFAULT_DIR "/run/totalforce"
 /* Pause between attempts to reconnect, doubled from the first to the last */
 #define BACK_OFF_FIRST_NS 1000000
 #define BACK_OFF_LAST_NS 100000000
@@ -23,34 +24,6 @@
 #define SEND_LOOK_NS 2000000
 
 /* ---- connecting ---- */
-
-/* Folder of a user's own daemon (the default of a daemon that is not root); NULL: none for this
- * robot. */
-static char *user_daemon_dir(const char *robot)
-{
-    const char *xdg = getenv("XDG_RUNTIME_DIR");
-    char *directory = NULL, *socket = NULL;
-    if (geteuid() == 0 || !xdg || !*xdg || asprintf(&directory, "%s/totalforce", xdg) < 0)
-        return NULL;
-    int found = asprintf(&socket, "%s/%s.sock", directory, robot) >= 0 && access(socket, F_OK) == 0;
-    free(socket);
-    if (found)
-        return directory;
-    free(directory);
-    return NULL;
-}
-
-/* Folder of the daemon's sockets; allocated. */
-char *tfa_client_runtime_dir(const char *directory, const char *robot)
-{
-    if (directory)
-        return strdup(directory);
-    const char *given = getenv("TOTALFORCE_RUNTIME_DIR");
-    if (given && *given)
-        return strdup(given);
-    char *user_dir = user_daemon_dir(robot);
-    return user_dir ? user_dir : strdup(DEFAULT_DIR);
-}
 
 static int check_options(const tfa_client_options *o)
 {
@@ -67,7 +40,7 @@ static int copy_options(tfa_client *client, const tfa_client_options *o)
 {
     client->options = *o;
     client->robot = strdup(o->robot);
-    client->runtime_dir = tfa_client_runtime_dir(o->runtime_dir, o->robot);
+    client->runtime_dir = tfa_find_runtime_dir(o->runtime_dir, o->robot);
     client->standby_dir = o->standby_dir ? strdup(o->standby_dir) : NULL;
     if (!client->robot || !client->runtime_dir || (o->standby_dir && !client->standby_dir))
         return TFA_E_MEMORY;
@@ -145,8 +118,9 @@ size_t tfa_client_explain(const tfa_client_options *options, int status, char *t
 {
     const char *cause = status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status);
     const char *robot = options && options->robot ? options->robot : "";
-    char *dir = options ? tfa_client_runtime_dir(options->runtime_dir, robot) : NULL;
-    const int length = explain(robot, dir ? dir : DEFAULT_DIR, status, cause, text, size);
+    char *dir = options ? tfa_find_runtime_dir(options->runtime_dir, robot) : NULL;
+    const int length =
+        explain(robot, dir ? dir : TFA_DEFAULT_RUNTIME_DIR, status, cause, text, size);
     free(dir);
     return length < 0 ? 0 : (size_t)length;
 }

@@ -76,9 +76,6 @@ int tfa_daemon_ask(const char *runtime_dir, const char *command, int32_t timeout
 
 /* ---- client.c ---- */
 
-/* Folder of the daemon's sockets: `directory`, or the default for this robot if NULL. Free it. */
-char *tfa_client_runtime_dir(const char *directory, const char *robot);
-
 /* One attempt to connect again; requests under way are lost. `model` as tfa_connection_open. */
 int tfa_client_attempt(tfa_client *client, uint64_t deadline, uint64_t model);
 

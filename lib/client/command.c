@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include "client/client.h"
@@ -19,40 +18,14 @@
 
 static int connect_to(const char *directory, int *out)
 {
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    const int n =
-        snprintf(address.sun_path, sizeof address.sun_path, "%s/" TFA_CONTROL_SOCKET, directory);
-    if (n < 0 || (size_t)n >= sizeof address.sun_path)
-        return TFA_E_ARGUMENT;
-    *out = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    if (*out < 0)
-        return TFA_E_SYSTEM;
-    if (connect(*out, (const struct sockaddr *)&address, sizeof address) == 0)
+    *out = tfa_control_connect(directory);
+    if (*out >= 0)
         return TFA_OK;
+    if (errno == ENAMETOOLONG)
+        return TFA_E_ARGUMENT;
     if (errno == ENOENT || errno == ECONNREFUSED || errno == ENOTDIR)
         return TFA_E_DISCONNECTED;
     return errno == EACCES || errno == EPERM ? TFA_E_REFUSED : TFA_E_SYSTEM;
-}
-
-/* Receives a packet, and the descriptor that comes with it: -1 where there is none. */
-static ssize_t receive(int fd, char *text, size_t size, int *descriptor)
-{
-    union {
-        char bytes[CMSG_SPACE(sizeof(int))];
-        struct cmsghdr align;
-    } control;
-    struct iovec part = {.iov_base = text, .iov_len = size};
-    struct msghdr message = {.msg_iov = &part,
-                             .msg_iovlen = 1,
-                             .msg_control = control.bytes,
-                             .msg_controllen = sizeof control.bytes};
-    *descriptor = -1;
-    const ssize_t length = recvmsg(fd, &message, MSG_CMSG_CLOEXEC);
-    const struct cmsghdr *c = length >= 0 ? CMSG_FIRSTHDR(&message) : NULL;
-    if (c && c->cmsg_level == SOL_SOCKET && c->cmsg_type == SCM_RIGHTS &&
-        c->cmsg_len == CMSG_LEN(sizeof(int)))
-        memcpy(descriptor, CMSG_DATA(c), sizeof(int));
-    return length;
 }
 
 static int exchange(int fd, const char *command, int timeout_ms, char *text, size_t size,
@@ -67,10 +40,9 @@ static int exchange(int fd, const char *command, int timeout_ms, char *text, siz
     while (n < 0 && errno == EINTR);
     if (n == 0)
         return TFA_E_TIMEOUT;
-    const ssize_t length = receive(fd, text, size - 1, descriptor);
+    const ssize_t length = tfa_control_receive(fd, text, size, descriptor, 1);
     if (length <= 0)
         return length == 0 || errno == ECONNRESET ? TFA_E_DISCONNECTED : TFA_E_SYSTEM;
-    text[length] = 0;
     return strncmp(text, "error", 5) == 0 ? TFA_E_REFUSED : TFA_OK;
 }
 
@@ -82,7 +54,7 @@ int tfa_daemon_ask(const char *runtime_dir, const char *command, int32_t timeout
     if (!command || !text || size == 0)
         return TFA_E_ARGUMENT;
     *text = 0;
-    char *directory = tfa_client_runtime_dir(runtime_dir, TFA_CONTROL_NAME);
+    char *directory = tfa_find_runtime_dir(runtime_dir, TFA_CONTROL_NAME);
     if (!directory)
         return TFA_E_MEMORY;
     int status = connect_to(directory, &fd);

@@ -18,10 +18,29 @@
 #ifndef TFA_IPC_CONTROL_SOCKET_H
 #define TFA_IPC_CONTROL_SOCKET_H
 
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/types.h>
+
 /** Begins with a dot: no robot has such a name. */
 #define TFA_CONTROL_NAME ".control"
 #define TFA_CONTROL_SOCKET TFA_CONTROL_NAME ".sock"
 /** Bytes of the longest answer. */
 #define TFA_CONTROL_TEXT_MAX 65536
+/** Descriptors of an answer, at most. */
+#define TFA_CONTROL_DESCRIPTORS_MAX 2
+
+#define TFA_DEFAULT_RUNTIME_DIR "/run/totalforce"
+
+/** Folder of a daemon's sockets: `directory`, or if NULL the default for the socket "NAME.sock".
+ *  Free it. NULL: no memory. */
+char *tfa_find_runtime_dir(const char *directory, const char *name);
+
+/** Connects to the daemon of a runtime directory. @return the socket, or -1 (errno) */
+int tfa_control_connect(const char *directory);
+
+/** Receives a packet, ends it with 0, and takes the `count` descriptors that come with it: all are
+ *  -1 if as many did not. @return the bytes of the packet, 0: a hang-up, or -1 (errno) */
+ssize_t tfa_control_receive(int socket, char *text, size_t size, int *descriptors, uint32_t count);
 
 #endif

@@ -13,7 +13,6 @@
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include "ipc/control_socket.h"
@@ -23,69 +22,17 @@
 
 /* ---- the order ---- */
 
-/* As the client library finds it: the user's own daemon, if there is one, else the system's. */
-static void find_directory(const char *given, char *path, size_t size)
-{
-    const char *variable = getenv("TOTALFORCE_RUNTIME_DIR"), *own = getenv("XDG_RUNTIME_DIR");
-    struct stat info;
-    if (!given && variable && *variable)
-        given = variable;
-    if (!given && own && *own) {
-        snprintf(path, size, "%s/totalforce/" TFA_CONTROL_SOCKET, own);
-        if (stat(path, &info) == 0) {
-            snprintf(path, size, "%s/totalforce", own);
-            return;
-        }
-    }
-    snprintf(path, size, "%s", given ? given : "/run/totalforce");
-}
-
-static int connect_to(const char *directory)
-{
-    struct sockaddr_un address = {.sun_family = AF_UNIX};
-    const int n =
-        snprintf(address.sun_path, sizeof address.sun_path, "%s/" TFA_CONTROL_SOCKET, directory);
-    if (n < 0 || (size_t)n >= sizeof address.sun_path) {
-        errno = ENAMETOOLONG;
-        return -1;
-    }
-    const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-    if (fd >= 0 && connect(fd, (const struct sockaddr *)&address, sizeof address) != 0) {
-        const int saved = errno;
-        close(fd);
-        errno = saved;
-        return -1;
-    }
-    return fd;
-}
-
-/* One packet with up to two descriptors. @return its length, or -1 */
+/* One packet with two descriptors, within ANSWER_MS. @return its length, or -1 */
 static ssize_t receive(int socket, char *text, size_t size, int descriptors[2])
 {
-    union {
-        struct cmsghdr head;
-        char bytes[CMSG_SPACE(2 * sizeof(int))];
-    } control;
     struct pollfd ready = {.fd = socket, .events = POLLIN};
-    struct iovec part = {.iov_base = text, .iov_len = size - 1};
-    struct msghdr message = {.msg_iov = &part,
-                             .msg_iovlen = 1,
-                             .msg_control = control.bytes,
-                             .msg_controllen = sizeof control.bytes};
     const int n = poll(&ready, 1, ANSWER_MS);
     if (n <= 0) {
         errno = n == 0 ? ETIMEDOUT : errno;
         return -1;
     }
-    const ssize_t length = recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
-    if (length <= 0)
-        return -1;
-    text[length] = 0;
-    const struct cmsghdr *head = CMSG_FIRSTHDR(&message);
-    if (head && head->cmsg_level == SOL_SOCKET && head->cmsg_type == SCM_RIGHTS)
-        memcpy(descriptors, CMSG_DATA(head),
-               head->cmsg_len == CMSG_LEN(2 * sizeof(int)) ? 2 * sizeof(int) : 0);
-    return length;
+    const ssize_t length = tfa_control_receive(socket, text, size, descriptors, 2);
+    return length > 0 ? length : -1;
 }
 
 /* ---- the segments ---- */
@@ -128,40 +75,49 @@ static int map_texts(taps *t, int fd)
                                  tfa_recording_padded(d->urdf_bytes);
 }
 
-int taps_open(taps *t, const char *runtime_dir, const char *robot, unsigned mib, char *text,
-              size_t size)
+/* Gives the order and maps what comes back. @return whether; else `text` says why not */
+static int begin(taps *t, const char *directory, const char *order, char *text, size_t size)
 {
-    char directory[256], order[128], answer[512];
+    char answer[512];
     int fds[2] = {-1, -1};
-    *t = (taps){.socket = -1};
-    find_directory(runtime_dir, directory, sizeof directory);
-    const int n = snprintf(order, sizeof order, "record %s %u", robot, mib);
-    if (n < 0 || (size_t)n >= sizeof order || strchr(robot, ' ')) {
-        snprintf(text, size, "robot '%.80s': no robot has such a name", robot);
-        return -1;
-    }
-    t->socket = connect_to(directory);
-    if (t->socket < 0) {
+    const size_t length = strlen(order);
+    *text = 0;
+    t->socket = tfa_control_connect(directory);
+    if (t->socket < 0)
         snprintf(text, size,
                  "no daemon answers in '%s' (%s): start one (totalforced FILE.yaml), or name its "
                  "runtime_dir with --runtime-dir",
                  directory, strerror(errno));
-        return -1;
-    }
-    if (send(t->socket, order, (size_t)n, MSG_NOSIGNAL) != n ||
-        receive(t->socket, answer, sizeof answer, fds) < 0)
+    else if (send(t->socket, order, length, MSG_NOSIGNAL) != (ssize_t)length ||
+             receive(t->socket, answer, sizeof answer, fds) < 0)
         snprintf(text, size, "the daemon in '%s' does not answer: %s", directory, strerror(errno));
     else if (strncmp(answer, "ok", 2) != 0)
         snprintf(text, size, "%s", strncmp(answer, "error: ", 7) == 0 ? answer + 7 : answer);
     else if (!map_rings(t, fds[0]) || !map_texts(t, fds[1]))
         snprintf(text, size, "the daemon's taps are of another version, or cannot be mapped: %s",
                  strerror(errno));
-    else
-        *text = 0;
     for (int i = 0; i < 2; i++)
         if (fds[i] >= 0)
             close(fds[i]);
-    if (!*text)
+    return !*text;
+}
+
+int taps_open(taps *t, const char *runtime_dir, const char *robot, unsigned mib, char *text,
+              size_t size)
+{
+    char order[128];
+    *t = (taps){.socket = -1};
+    const int n = snprintf(order, sizeof order, "record %s %u", robot, mib);
+    if (n < 0 || (size_t)n >= sizeof order || strchr(robot, ' ')) {
+        snprintf(text, size, "robot '%.80s': no robot has such a name", robot);
+        return -1;
+    }
+    char *directory = tfa_find_runtime_dir(runtime_dir, TFA_CONTROL_NAME);
+    if (!directory)
+        snprintf(text, size, "%s", strerror(ENOMEM));
+    const int good = directory && begin(t, directory, order, text, size);
+    free(directory);
+    if (good)
         return 0;
     taps_close(t);
     return -1;

@@ -9,6 +9,7 @@
 #include <jansson.h>
 #include <stdint.h>
 #include <sys/types.h>
+#include <time.h>
 
 /** Kernel, processor, hypervisor, governor, clock source, versions: a flat
  *  JSON object of strings and numbers; null where the system does not say. */
@@ -42,5 +43,13 @@ thread_usage environment_this_thread(void);
 
 /** Their difference between two readings of the same thread */
 thread_usage environment_difference(const thread_usage *before, const thread_usage *after);
+
+/** CLOCK_MONOTONIC in ns. */
+static inline uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
 
 #endif

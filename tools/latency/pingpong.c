@@ -29,14 +29,6 @@ typedef struct table {
 } table;
 
 static const uint64_t stop = UINT64_MAX;
-static const uint64_t second = 1000000000;
-
-uint64_t clock_ns(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * second + (uint64_t)now.tv_nsec;
-}
 
 static inline void cpu_relax(void)
 {

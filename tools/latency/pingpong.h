@@ -11,6 +11,8 @@
 #include <totalforce/histogram.h>
 #include <totalforce/status.h>
 
+#include "common/environment.h"
+
 /** Cache lines of 64 bytes each way, 1..PINGPONG_LINES_MAX; the first holds the number. */
 typedef struct pingpong_size {
     uint32_t request_lines, reply_lines;
@@ -34,8 +36,5 @@ typedef struct pingpong_size {
  */
 TFA_CHECKED int pingpong_run(pingpong_size size, uint64_t count, uint64_t warmup, uint64_t limit,
                              const cpu_set_t *others, tfa_histogram *h);
-
-/** CLOCK_MONOTONIC in ns. */
-uint64_t clock_ns(void);
 
 #endif

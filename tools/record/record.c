@@ -5,6 +5,7 @@
  */
 #include "command_line/command_line.h"
 #include "common/commands.h"
+#include "common/environment.h"
 #include "common/operator.h"
 #include "record/recorded_robot.h"
 #include "record/recording.h"
@@ -97,13 +98,6 @@ typedef struct run {
     int hung_up;
     int broken; /* a tap holds no records */
 } run;
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
 
 static int take(void *self, const tfa_tap_record *record)
 {

@@ -6,6 +6,7 @@
 #include "replay.h"
 
 #include "common/commands.h"
+#include "common/environment.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -17,13 +18,6 @@
 
 #define ALIGNMENT 64
 #define PROGRESS_NS 500000000u
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
 
 /* ---- records ---- */
 

@@ -20,6 +20,12 @@ static uint64_t clock_now(transport *t)
 
 static void schedule(script *s, uint64_t at, transport_answer answer, int frees)
 {
+    if (s->reply_count == s->reply_room) {
+        s->reply_room = 2 * s->reply_room + 16;
+        s->replies = realloc(s->replies, s->reply_room * sizeof *s->replies);
+        if (!s->replies)
+            abort();
+    }
     uint64_t k = s->reply_count++;
     for (; k > 0 && s->replies[k - 1].at > at; k--)
         s->replies[k] = s->replies[k - 1];
@@ -110,11 +116,39 @@ static const transport_operations operations = {.now = clock_now,
 void script_init(script *s, const script_line *lines, uint64_t count, uint32_t slots)
 {
     *s = (script){.base.ops = &operations, .lines = lines, .count = count, .slots = slots};
-    s->now = 1000000000;
-    s->replies = calloc(4 * count + 4, sizeof *s->replies);
+    s->now = SECOND;
 }
 
 void script_free(script *s)
 {
     free(s->replies);
+}
+
+uint64_t script_draw(uint64_t *seed, uint64_t below)
+{
+    *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+    return (*seed >> 33) % below;
+}
+
+script_line *script_delays(uint64_t count)
+{
+    script_line *lines = calloc(count, sizeof *lines);
+    uint64_t seed = 7;
+    if (!lines)
+        abort();
+    for (uint64_t i = 0; i < count; i++) {
+        lines[i].delay = 1 * US + script_draw(&seed, 20 * US);
+        if (script_draw(&seed, 400) == 0)
+            lines[i].delay += script_draw(&seed, 3 * MS);
+    }
+    return lines;
+}
+
+uint64_t script_slowest(const script_line *lines, uint64_t count)
+{
+    uint64_t slowest = 0;
+    for (uint64_t i = 1; i < count; i++)
+        if (lines[i].delay > lines[slowest].delay)
+            slowest = i;
+    return slowest;
 }

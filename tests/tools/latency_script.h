@@ -9,6 +9,10 @@
 
 #include "latency/loop.h"
 
+#define US UINT64_C(1000) /* ns */
+#define MS UINT64_C(1000000)
+#define SECOND UINT64_C(1000000000)
+
 /** What happens to one request. */
 typedef struct script_line {
     uint64_t delay;  /**< ns from the send to the reply; of a queue: of the service */
@@ -38,12 +42,19 @@ typedef struct script {
         transport_answer answer;
         int frees;
     } * replies; /**< not delivered, by time */
-    uint64_t reply_count;
+    uint64_t reply_count, reply_room;
 } script;
 
 /** Parts of a round trip of the script: request a tenth, queue two, compute three, the reply the
  *  rest. */
 void script_init(script *s, const script_line *lines, uint64_t count, uint32_t slots);
 void script_free(script *s);
+
+/** Numbers of a fixed sequence, 0 .. below - 1. */
+uint64_t script_draw(uint64_t *seed, uint64_t below);
+/** Lines of 1 to 21 us, now and then far more; the caller frees them. */
+script_line *script_delays(uint64_t count);
+/** Index of the line with the longest delay. */
+uint64_t script_slowest(const script_line *lines, uint64_t count);
 
 #endif

@@ -15,6 +15,7 @@
 #include "dds_gateway/dds_convert.h"
 #include "dds_gateway/dds_topics.h"
 #include "dds_test.h"
+#include "fuzz/random.h"
 #include "harness.h"
 #include "rtps_packet.h"
 #include "support/sanitized.h"
@@ -177,18 +178,11 @@ static void assert_bounded(const scene *s, const char *what, long before)
 
 /* ---- random and spoilt packets ---- */
 
-static uint64_t random_bits(void)
-{
-    static uint64_t seed = 0x9e3779b97f4a7c15u;
-    seed ^= seed << 13;
-    seed ^= seed >> 7;
-    seed ^= seed << 17;
-    return seed;
-}
+static struct random_source bits = {1};
 
 static uint32_t below(size_t limit)
 {
-    return (uint32_t)(random_bits() % limit);
+    return (uint32_t)random_below(&bits, limit);
 }
 
 static const rtps_endpoint endpoints[] = {
@@ -209,7 +203,7 @@ static rtps_packet random_packet(const rtps_participant *participant)
 
     p.size = begin + below(sizeof p.bytes - begin);
     for (size_t i = begin; i < p.size; i++)
-        p.bytes[i] = (uint8_t)random_bits();
+        p.bytes[i] = (uint8_t)random_next(&bits);
     return p;
 }
 
@@ -223,7 +217,7 @@ static rtps_packet good_packet(const rtps_participant *participant)
     if (kind == ENDPOINTS)
         return rtps_announce_participant(participant, 1);
     for (size_t i = 0; i < sizeof sample; i++)
-        sample[i] = (uint8_t)random_bits();
+        sample[i] = (uint8_t)random_next(&bits);
     rtps_packet p = rtps_begin(participant);
     rtps_add_data(&p, RTPS_UNKNOWN, RTPS_USER_WRITER(1 + below(3)), 1 + below(8), sample,
                   sizeof sample);
@@ -237,7 +231,7 @@ static void spoil(rtps_packet *p)
     static const uint32_t extremes[] = {0,      1,          3,           0x7fff,     0x8000,
                                         0xffff, 0x7fffffff, 0x80000000u, 0xffffffffu};
     const size_t number = p->data + 4 + 12; /* of the sample */
-    const uint32_t value = below(2) ? extremes[below(9)] : (uint32_t)random_bits();
+    const uint32_t value = below(2) ? extremes[below(9)] : (uint32_t)random_next(&bits);
     const size_t place = 4 * below(p->size / 4);
 
     switch (below(7)) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Reproducible choices for the fuzz targets: one 64-bit seed decides all of them.
+ * Reproducible choices of fuzz targets and hostile tests: one 64-bit seed decides all of them.
  */
 #ifndef TESTS_FUZZ_RANDOM_H
 #define TESTS_FUZZ_RANDOM_H

@@ -5,6 +5,7 @@
  */
 #include "attacks.h"
 
+#include "fuzz/random.h"
 #include "raw_client.h"
 #include "test.h"
 
@@ -74,15 +75,11 @@ static void single_states(const harness *h)
 static void garbage(const harness *h)
 {
     raw_client v = connect_client(h, TFA_WAIT_BLOCK);
-    uint64_t seed = 88172645463325252u;
+    struct random_source bits = {1};
     for (;;) {
         uint64_t *slot = tfa_ring_next_request(&v.ring);
-        for (size_t k = 1; k < v.ring.layout.request_stride / 8; k++) {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
-            slot[k] = seed;
-        }
+        for (size_t k = 1; k < v.ring.layout.request_stride / 8; k++)
+            slot[k] = random_next(&bits);
         if (tfa_ring_send(&v.ring))
             wake(&v);
         while (!tfa_ring_reply_ready(&v.ring))

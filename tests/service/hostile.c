@@ -6,6 +6,7 @@
  *   test_hostile [SECONDS]    again and again for so long; once
  */
 #include "attacks.h"
+#include "fuzz/random.h"
 #include "raw_client.h"
 #include "test.h"
 
@@ -19,15 +20,7 @@
 #include <time.h>
 #include <unistd.h>
 
-static uint64_t seed = 0x9e3779b97f4a7c15u;
-
-static uint64_t random_bits(void)
-{
-    seed ^= seed << 13;
-    seed ^= seed >> 7;
-    seed ^= seed << 17;
-    return seed;
-}
+static struct random_source bits = {1};
 
 /* ---- memory ---- */
 
@@ -89,7 +82,7 @@ TEST(writes_garbage)
     for (int i = 0; i < 5000; i++) {
         uint64_t *slot = tfa_ring_next_request(&v.ring);
         for (size_t k = 1; k < v.ring.layout.request_stride / 8; k++)
-            slot[k] = random_bits();
+            slot[k] = random_next(&bits);
         tfa_wire_request *line = (tfa_wire_request *)(void *)slot;
         if (i & 1)
             line->dof = dof;
@@ -389,12 +382,12 @@ TEST(garbage_handshake)
         unsigned char bytes[512];
         tfa_welcome w;
         for (size_t k = 0; k < sizeof bytes; k++)
-            bytes[k] = (unsigned char)random_bits();
+            bytes[k] = (unsigned char)random_next(&bits);
         tfa_hello hello = good_hello(TFA_WAIT_BLOCK);
         size_t size = sizeof hello;
         hello.max_tips = TFA_MAX_TIPS + 1;
         if (i % 4 == 0)
-            size = 1 + (size_t)(random_bits() % sizeof bytes);
+            size = 1 + random_below(&bits, sizeof bytes);
         else if (i % 4 == 1)
             memcpy(bytes, &hello, 8); /* right magic and version, then noise */
         else if (i % 4 == 2)

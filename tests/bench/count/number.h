@@ -58,6 +58,8 @@ class num
     {
     }
 
+    num(double x, uint32_t when) : value(x), time(when) {}
+
     explicit operator double() const
     {
         return value;
@@ -69,85 +71,17 @@ class num
         return num(value, when > time ? when : time);
     }
 
-    friend num operator*(num a, num b)
-    {
-        num_counts.multiplications++;
-        num_counts.idle += a.is_unit() || b.is_unit();
-        return num(a.value * b.value, step(a, b));
-    }
-
-    friend num operator/(num a, num b)
-    {
-        num_counts.divisions++;
-        return num(a.value / b.value, step(a, b));
-    }
-
-    /* A square root counts as a division: both take one unit, about as long. */
-    friend num num_sqrt(num a)
-    {
-        num_counts.divisions++;
-        return num(std::sqrt(a.value), step(a, a));
-    }
-
-    friend num operator+(num a, num b)
-    {
-        num_counts.additions++;
-        num_counts.idle += a.is_zero() || b.is_zero();
-        return num(a.value + b.value, step(a, b));
-    }
-
-    friend num operator-(num a, num b)
-    {
-        num_counts.additions++;
-        num_counts.idle += a.is_zero() || b.is_zero();
-        return num(a.value - b.value, step(a, b));
-    }
-
     /* a sign costs nothing: it joins the operation that follows */
     num operator-() const
     {
         return num(-value, time);
     }
 
-    num &operator+=(num b)
-    {
-        return *this = *this + b;
-    }
-    num &operator-=(num b)
-    {
-        return *this = *this - b;
-    }
-    num &operator*=(num b)
-    {
-        return *this = *this * b;
-    }
-    num &operator/=(num b)
-    {
-        return *this = *this / b;
-    }
-
-#define NUM_COMPARISON(op)                                                                         \
-    friend num_outcome operator op(num a, num b)                                                   \
-    {                                                                                              \
-        num_counts.comparisons++;                                                                  \
-        return num_outcome(a.value op b.value, step(a, b));                                        \
-    }
-    NUM_COMPARISON(<)
-    NUM_COMPARISON(>)
-    NUM_COMPARISON(<=)
-    NUM_COMPARISON(>=)
-    NUM_COMPARISON(==)
-    NUM_COMPARISON(!=)
-#undef NUM_COMPARISON
-
     /* Time since num_forget() */
     uint32_t age() const
     {
         return time > num_epoch ? time - num_epoch : 0;
     }
-
-  private:
-    num(double x, uint32_t when) : value(x), time(when) {}
 
     bool is_zero() const
     {
@@ -160,21 +94,61 @@ class num
         return is_zero() || (size <= 1 && size >= 1);
     }
 
-    /* When the result of an operation on a and b is known, and one more operation of that time */
-    static uint32_t step(num a, num b)
-    {
-        const uint32_t x = a.age(), y = b.age(), done = (x > y ? x : y) + 1;
-        if (done >= num_counts.level.size())
-            num_counts.level.resize(2 * static_cast<size_t>(done) + 2);
-        num_counts.level[done]++;
-        return num_epoch + done;
-    }
-
+  private:
     double value;
     uint32_t time;
 };
 
 static_assert(std::is_trivially_copyable<num>::value, "the kernels copy memory");
+
+/* When the result of an operation on a and b is known, and one more operation of that time */
+inline uint32_t num_step(num a, num b)
+{
+    const uint32_t x = a.age(), y = b.age(), done = (x > y ? x : y) + 1;
+    if (done >= num_counts.level.size())
+        num_counts.level.resize(2 * static_cast<size_t>(done) + 2);
+    num_counts.level[done]++;
+    return num_epoch + done;
+}
+
+/* An operation and its assignment; `is_idle`: the result was known before. */
+#define NUM_OPERATION(op, tally, is_idle)                                                          \
+    inline num operator op(num a, num b)                                                           \
+    {                                                                                              \
+        num_counts.tally++;                                                                        \
+        num_counts.idle += (is_idle);                                                              \
+        return num(static_cast<double>(a) op static_cast<double>(b), num_step(a, b));              \
+    }                                                                                              \
+    inline num &operator op##=(num &a, num b)                                                      \
+    {                                                                                              \
+        return a = a op b;                                                                         \
+    }
+NUM_OPERATION(*, multiplications, a.is_unit() || b.is_unit())
+NUM_OPERATION(/, divisions, false)
+NUM_OPERATION(+, additions, a.is_zero() || b.is_zero())
+NUM_OPERATION(-, additions, a.is_zero() || b.is_zero())
+#undef NUM_OPERATION
+
+#define NUM_COMPARISON(op)                                                                         \
+    inline num_outcome operator op(num a, num b)                                                   \
+    {                                                                                              \
+        num_counts.comparisons++;                                                                  \
+        return num_outcome(static_cast<double>(a) op static_cast<double>(b), num_step(a, b));      \
+    }
+NUM_COMPARISON(<)
+NUM_COMPARISON(>)
+NUM_COMPARISON(<=)
+NUM_COMPARISON(>=)
+NUM_COMPARISON(==)
+NUM_COMPARISON(!=)
+#undef NUM_COMPARISON
+
+/* A square root counts as a division: both take one unit, about as long. */
+inline num num_sqrt(num a)
+{
+    num_counts.divisions++;
+    return num(std::sqrt(static_cast<double>(a)), num_step(a, a));
+}
 
 /* Both values wait for the comparison. */
 inline num num_choose(num_outcome m, num a, num b)

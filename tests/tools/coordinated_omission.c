@@ -5,7 +5,7 @@
  * from those of a closed one. In virtual time against a queue, with exact figures; in real time
  * against a process that is stopped for a while, with loose bounds.
  */
-#include "latency/latency.h"
+#include "latency/transports/open.h"
 
 #include "latency_figures.h"
 #include "test.h"

@@ -4,9 +4,8 @@
  * The latency report on a run whose figures are known: percentiles only as far as the samples
  * allow, ratio, expectations, files. And the ping-pong and the thread counters on this machine.
  */
-#include "latency/latency.h"
-
-#include "latency/pingpong.h"
+#include "latency/page/page.h"
+#include "latency/report/hgrm.h"
 #include "test.h"
 
 #include <errno.h>

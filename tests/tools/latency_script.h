@@ -7,7 +7,7 @@
 #ifndef TFA_TESTS_TOOLS_LATENCY_SCRIPT_H
 #define TFA_TESTS_TOOLS_LATENCY_SCRIPT_H
 
-#include "latency/loop.h"
+#include "latency/loop/loop.h"
 
 #define US UINT64_C(1000) /* ns */
 #define MS UINT64_C(1000000)

@@ -17,7 +17,7 @@
 #include <totalforce/totalforce.h>
 
 #include "dds_client/dds_client.h"
-#include "latency/pingpong.h"
+#include "latency/machine/pingpong.h"
 #include "skeleton.h"
 
 #define STEP_NS 1000000 /* 1 kHz */

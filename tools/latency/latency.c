@@ -3,10 +3,9 @@
  *
  * `totalforce latency`: measures round trips to a running daemon, beside their lower bounds.
  */
-#include "latency.h"
-
 #include "common/commands.h"
 #include "common/progress.h"
+#include "latency/page/page.h"
 
 #include <stdlib.h>
 #include <string.h>

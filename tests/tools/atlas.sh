@@ -83,7 +83,7 @@ says "$work/err" "--maps: no 'knot'; there are ratio, heavy-tip"
 status 3 "$tool" atlas --methods magic
 says "$work/err" "--methods: no 'magic'"
 status 3 "$tool" atlas --methods rnea
-says "$work/err" "--methods: no 'rnea' for forward dynamics"
+says "$work/err" "--methods: no 'rnea' of forward dynamics"
 status 3 "$tool" atlas --rhs sideways
 says "$work/err" "--rhs: no 'sideways'; there are qdd, tau, gravity"
 status 3 "$tool" atlas --bodies 8,4

@@ -196,6 +196,9 @@ says "$work/err" "--precision f32+f64 needs --refine 1 or 2"
 status 3 "$tool" chart --strategies batch,sideways
 says "$work/err" "--strategies: no 'sideways'; there are single, batch, specialised, specialised-batch"
 status 3 "$tool" chart --strategies batch,batch
+says "$work/err" "--strategies: batch twice"
+status 3 "$tool" chart --threads 1,2,3,4,5,6,7,8,9
+says "$work/err" "--threads: more than 8"
 status 3 "$tool" chart --strategies specialised
 says "$work/err" "--strategies specialised needs --kernels FOLDER"
 status 3 "$tool" chart --threads 0

@@ -23,7 +23,14 @@ status 0 "$tool" drift --urdf "$data/arm.urdf" --integrator rk4 --seconds 0.1 --
 status 3 "$tool" drift --mechanism knot
 status 3 "$tool" drift --methods rnea
 says "$work/err" "--methods: no 'rnea' of forward dynamics"
-status 3 "$tool" drift --step 0
+status 3 "$tool" drift --methods aba,aba
+says "$work/err" "--methods: aba twice"
+status 3 "$tool" drift --precision f64,f16
+says "$work/err" "--precision: no 'f16'; there are f64, f32, "
+status 3 "$tool" drift --step 0.001,0
+says "$work/err" "--step: 0, must be above 0 and at most 10"
+status 3 "$tool" drift --seconds -1
+says "$work/err" "--seconds: -1, must be above 0"
 status 3 "$tool" drift --step 1
 says "$work/err" "--samples says how many energies"
 status 3 "$tool" drift --integrator magic

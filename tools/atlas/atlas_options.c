@@ -100,34 +100,11 @@ static const struct argp_option option_table[] = {
      .doc = "The gnuplot scripts (those installed with the program)"},
     {0}};
 
-static void parse_map(struct argp_state *state, char *word)
+static void check_sizes(struct argp_state *state, const atlas_options *o)
 {
-    atlas_options *o = state->input;
-    o->maps |= 1u << option_word(state, "maps", word, atlas_map_words, ATLAS_MAP_COUNT);
-}
-
-static void parse_size(struct argp_state *state, char *word)
-{
-    atlas_options *o = state->input;
-    if (o->size_count == ATLAS_SIZES)
-        argp_error(state, "--bodies: more than %d sizes", ATLAS_SIZES);
-    const uint32_t size = (uint32_t)option_unsigned(state, "bodies", word, 1, MECHANISM_BODIES_MAX);
-    if (o->size_count && size <= o->sizes[o->size_count - 1])
-        argp_error(state, "--bodies: '%s' is not larger than the size before it", word);
-    o->sizes[o->size_count++] = size;
-}
-
-static void parse_method(struct argp_state *state, char *word)
-{
-    atlas_options *o = state->input;
-    const int32_t method = tfa_method_find(word);
-    if (method < 0 || !tfa_method_describe((uint32_t)method)->forward_dynamics)
-        argp_error(state,
-                   "--methods: no '%s' for forward dynamics; `totalforce methods` lists them",
-                   word);
-    if (o->method_count == ATLAS_METHODS)
-        argp_error(state, "--methods: more than %d", ATLAS_METHODS);
-    o->methods[o->method_count++] = (uint32_t)method;
+    for (uint32_t k = 1; k < o->size_count; k++)
+        if (o->sizes[k] <= o->sizes[k - 1])
+            argp_error(state, "--bodies: '%u' is not larger than the size before it", o->sizes[k]);
 }
 
 static void complete(atlas_options *o)
@@ -147,15 +124,18 @@ static void complete(atlas_options *o)
 static error_t parse_lists(int key, char *text, struct argp_state *state)
 {
     atlas_options *o = state->input;
+    const option_list sizes = {o->sizes, &o->size_count, ATLAS_SIZES};
+    const option_list methods = {o->methods, &o->method_count, ATLAS_METHODS};
     switch (key) {
     case KEY_MAPS:
-        for_each_word(state, text, parse_map);
+        o->maps |= option_words(state, "maps", text, atlas_map_words, ATLAS_MAP_COUNT);
         return 0;
     case 'n':
-        for_each_word(state, text, parse_size);
+        option_list_read(state, "bodies", text, sizes, chart_read_size);
+        check_sizes(state, o);
         return 0;
     case 'M':
-        for_each_word(state, text, parse_method);
+        option_list_read(state, "methods", text, methods, option_forward_method);
         return 0;
     case KEY_RHS:
         o->rhs = (chart_rhs)option_word(state, "rhs", text, chart_rhs_words, CHART_RHS_COUNT);

@@ -131,6 +131,11 @@ typedef struct chart_options {
 /** Fills in the options; a usage error ends the program. @return 0 or an errno */
 int chart_parse(int argc, char **argv, chart_options *options);
 
+struct argp_state;
+/** For option_list_read: a number of bodies, a chart_precision. */
+uint32_t chart_read_size(struct argp_state *state, const char *name, const char *word);
+uint32_t chart_read_precision(struct argp_state *state, const char *name, const char *word);
+
 /** The solver of a row: a method, or a peer, with all that it can be given. */
 typedef struct chart_choice {
     uint32_t method; /**< tfa_method, or CHART_PEER and up */

@@ -10,7 +10,6 @@
 #include "peer.h"
 
 #include <errno.h>
-#include <math.h>
 #include <string.h>
 
 enum {
@@ -114,72 +113,32 @@ static void parse_mechanism(struct argp_state *state, char *word)
         (chart_target){.label = word, .kind = (mechanism_kind)kind, .value = value};
 }
 
-static void parse_size(struct argp_state *state, char *word)
+uint32_t chart_read_size(struct argp_state *state, const char *name, const char *word)
 {
-    chart_options *o = state->input;
-    if (o->size_count == CHART_SIZES)
-        argp_error(state, "--bodies: more than %d sizes", CHART_SIZES);
-    o->sizes[o->size_count++] =
-        (uint32_t)option_unsigned(state, "bodies", word, 1, MECHANISM_BODIES_MAX);
+    return (uint32_t)option_unsigned(state, name, word, 1, MECHANISM_BODIES_MAX);
 }
 
-static void parse_method(struct argp_state *state, char *word)
+uint32_t chart_read_precision(struct argp_state *state, const char *name, const char *word)
 {
-    chart_options *o = state->input;
+    return (uint32_t)option_word(state, name, word, chart_precision_words, CHART_PRECISION_COUNT);
+}
+
+static uint32_t read_method(struct argp_state *state, const char *name, const char *word)
+{
     const int32_t method = chart_method_find(word);
     if (method < 0)
-        argp_error(state, "--methods: no '%s'", word);
-    if (o->method_count == CHART_METHODS)
-        argp_error(state, "--methods: more than %d", CHART_METHODS);
-    o->methods[o->method_count++] = (uint32_t)method;
+        argp_error(state, "--%s: no '%s'", name, word);
+    return (uint32_t)method;
 }
 
-static void parse_op(struct argp_state *state, char *word)
+static uint32_t read_threads(struct argp_state *state, const char *name, const char *word)
 {
-    chart_options *o = state->input;
-    o->ops |= 1u << option_word(state, "op", word, chart_op_words, CHART_OP_COUNT);
+    return (uint32_t)option_unsigned(state, name, word, 1, 256);
 }
 
-static void parse_rhs(struct argp_state *state, char *word)
+static uint32_t read_strategy(struct argp_state *state, const char *name, const char *word)
 {
-    chart_options *o = state->input;
-    o->rhs |= 1u << option_word(state, "rhs", word, chart_rhs_words, CHART_RHS_COUNT);
-}
-
-static void parse_refine(struct argp_state *state, char *word)
-{
-    chart_options *o = state->input;
-    o->refine |= 1u << option_unsigned(state, "refine", word, 0, CHART_REFINE - 1);
-}
-
-static void parse_precision(struct argp_state *state, char *word)
-{
-    chart_options *o = state->input;
-    const int precision =
-        option_word(state, "precision", word, chart_precision_words, CHART_PRECISION_COUNT);
-    for (uint32_t k = 0; k < o->precision_count; k++)
-        if (o->precisions[k] == (uint32_t)precision)
-            argp_error(state, "--precision: %s twice", word);
-    o->precisions[o->precision_count++] = (uint32_t)precision;
-}
-
-static void parse_threads(struct argp_state *state, char *word)
-{
-    chart_options *o = state->input;
-    if (o->thread_count == CHART_THREADS)
-        argp_error(state, "--threads: more than %d numbers", CHART_THREADS);
-    o->threads[o->thread_count++] = (uint32_t)option_unsigned(state, "threads", word, 1, 256);
-}
-
-static void parse_strategy(struct argp_state *state, char *word)
-{
-    chart_options *o = state->input;
-    const int strategy =
-        option_word(state, "strategies", word, chart_strategy_words, CHART_STRATEGY_COUNT);
-    for (uint32_t k = 0; k < o->strategy_count; k++)
-        if (o->strategies[k] == (uint32_t)strategy)
-            argp_error(state, "--strategies: %s twice", word);
-    o->strategies[o->strategy_count++] = (uint32_t)strategy;
+    return (uint32_t)option_word(state, name, word, chart_strategy_words, CHART_STRATEGY_COUNT);
 }
 
 static void parse_file(struct argp_state *state, const char *file)
@@ -260,33 +219,40 @@ static void check(struct argp_state *state, const chart_options *o)
 
 static error_t parse_list(int key, char *text, struct argp_state *state)
 {
+    static const char *const refine_words[CHART_REFINE] = {"0", "1", "2"};
+    chart_options *o = state->input;
+    const option_list sizes = {o->sizes, &o->size_count, CHART_SIZES};
+    const option_list methods = {o->methods, &o->method_count, CHART_METHODS};
+    const option_list precisions = {o->precisions, &o->precision_count, CHART_PRECISION_COUNT};
+    const option_list threads = {o->threads, &o->thread_count, CHART_THREADS};
+    const option_list strategies = {o->strategies, &o->strategy_count, CHART_STRATEGY_COUNT};
     switch (key) {
     case 'm':
         for_each_word(state, text, parse_mechanism);
         return 0;
     case 'n':
-        for_each_word(state, text, parse_size);
+        option_list_read(state, "bodies", text, sizes, chart_read_size);
         return 0;
     case 'M':
-        for_each_word(state, text, parse_method);
+        option_list_read(state, "methods", text, methods, read_method);
         return 0;
     case KEY_OP:
-        for_each_word(state, text, parse_op);
+        o->ops |= option_words(state, "op", text, chart_op_words, CHART_OP_COUNT);
         return 0;
     case KEY_RHS:
-        for_each_word(state, text, parse_rhs);
+        o->rhs |= option_words(state, "rhs", text, chart_rhs_words, CHART_RHS_COUNT);
         return 0;
     case KEY_REFINE:
-        for_each_word(state, text, parse_refine);
+        o->refine |= option_words(state, "refine", text, refine_words, CHART_REFINE);
         return 0;
     case KEY_PRECISION:
-        for_each_word(state, text, parse_precision);
+        option_list_read(state, "precision", text, precisions, chart_read_precision);
         return 0;
     case KEY_THREADS:
-        for_each_word(state, text, parse_threads);
+        option_list_read(state, "threads", text, threads, read_threads);
         return 0;
     case KEY_STRATEGIES:
-        for_each_word(state, text, parse_strategy);
+        option_list_read(state, "strategies", text, strategies, read_strategy);
         return 0;
     case KEY_URDF:
         parse_file(state, text);
@@ -310,9 +276,7 @@ static error_t parse_number(int key, char *text, struct argp_state *state)
         o->budget = (uint32_t)option_unsigned(state, "budget-ms", text, 1, 100000);
         return 0;
     case KEY_TURN:
-        o->turn = option_double(state, "turn", text);
-        if (!(o->turn > 0.0 && o->turn <= 1e3))
-            argp_error(state, "--turn: %s, must be above 0 and at most 1000", text);
+        o->turn = option_positive(state, "turn", text, 1e3);
         return 0;
     case 's':
         o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);

@@ -45,6 +45,8 @@ int command_replay(int argc, char **argv);
 uint64_t option_unsigned(struct argp_state *state, const char *name, const char *text,
                          uint64_t lowest, uint64_t highest);
 double option_double(struct argp_state *state, const char *name, const char *text);
+/** Above 0 and at most `most`, which may be INFINITY. */
+double option_positive(struct argp_state *state, const char *name, const char *text, double most);
 /** "x,y,...": at most `most` finite numbers. @return how many */
 uint32_t option_numbers(struct argp_state *state, const char *name, const char *text, double *out,
                         uint32_t most);
@@ -52,9 +54,27 @@ uint32_t option_numbers(struct argp_state *state, const char *name, const char *
 void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3]);
 tfa_base option_base(struct argp_state *state, const char *text);
 tfa_wait option_wait(struct argp_state *state, const char *text);
+tfa_estimate option_estimate(struct argp_state *state, const char *text);
+/** The value of --method */
+tfa_method option_method(struct argp_state *state, const char *text);
 /** Index of `text` in a list of `count` words; the error names the words. */
 int option_word(struct argp_state *state, const char *name, const char *text,
                 const char *const *words, int count);
+/** "a,b,...": a bit for each word by its index. */
+uint32_t option_words(struct argp_state *state, const char *name, char *text,
+                      const char *const *words, int count);
+
+/** A list under way: an option that is given again appends. */
+typedef struct option_list {
+    uint32_t *values, *count, most;
+} option_list;
+
+/** "a,b,...", each once; `read` makes a value of a word, or a usage error. */
+void option_list_read(struct argp_state *state, const char *name, char *text, option_list list,
+                      uint32_t (*read)(struct argp_state *state, const char *name,
+                                       const char *word));
+/** For option_list_read: a method of forward dynamics */
+uint32_t option_forward_method(struct argp_state *state, const char *name, const char *word);
 /** Takes one positional argument; a second one is a usage error. */
 void option_argument(struct argp_state *state, const char **slot, const char *text);
 

@@ -39,6 +39,16 @@ double option_double(struct argp_state *state, const char *name, const char *tex
     return value;
 }
 
+double option_positive(struct argp_state *state, const char *name, const char *text, double most)
+{
+    const double value = option_double(state, name, text);
+    if (!(value > 0))
+        argp_error(state, "--%s: %s, must be above 0", name, text);
+    if (value > most)
+        argp_error(state, "--%s: %s, must be at most %g", name, text, most);
+    return value;
+}
+
 uint32_t option_numbers(struct argp_state *state, const char *name, const char *text, double *out,
                         uint32_t most)
 {
@@ -82,6 +92,56 @@ tfa_wait option_wait(struct argp_state *state, const char *text)
 {
     static const char *const words[] = {"default", "spin", "hybrid", "block"};
     return (tfa_wait)option_word(state, "wait", text, words, 4);
+}
+
+tfa_estimate option_estimate(struct argp_state *state, const char *text)
+{
+    static const char *const words[] = {"default", "never", "always"};
+    return (tfa_estimate)option_word(state, "estimate", text, words, 3);
+}
+
+tfa_method option_method(struct argp_state *state, const char *text)
+{
+    char list[512];
+    const int32_t method = tfa_method_find(text);
+    if (method < 0) {
+        suggest_methods(text, list, sizeof list);
+        argp_error(state, "--method: no '%s'; %s", text, list);
+    }
+    return (tfa_method)method;
+}
+
+uint32_t option_words(struct argp_state *state, const char *name, char *text,
+                      const char *const *words, int count)
+{
+    uint32_t bits = 0;
+    for (const char *word; (word = strsep(&text, ","));)
+        bits |= 1u << option_word(state, name, word, words, count);
+    return bits;
+}
+
+void option_list_read(struct argp_state *state, const char *name, char *text, option_list list,
+                      uint32_t (*read)(struct argp_state *state, const char *name,
+                                       const char *word))
+{
+    for (const char *word; (word = strsep(&text, ","));) {
+        const uint32_t value = read(state, name, word);
+        for (uint32_t k = 0; k < *list.count; k++)
+            if (list.values[k] == value)
+                argp_error(state, "--%s: %s twice", name, word);
+        if (*list.count == list.most)
+            argp_error(state, "--%s: more than %u", name, list.most);
+        list.values[(*list.count)++] = value;
+    }
+}
+
+uint32_t option_forward_method(struct argp_state *state, const char *name, const char *word)
+{
+    const int32_t method = tfa_method_find(word);
+    if (method < 0 || !tfa_method_describe((uint32_t)method)->forward_dynamics)
+        argp_error(state, "--%s: no '%s' of forward dynamics; `totalforce methods` lists them",
+                   name, word);
+    return (uint32_t)method;
 }
 
 void option_argument(struct argp_state *state, const char **slot, const char *text)

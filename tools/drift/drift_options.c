@@ -49,43 +49,13 @@ static const struct argp_option option_table[] = {
      .doc = "The gnuplot scripts (those installed with the program)"},
     {0}};
 
-static void parse_method(struct argp_state *state, char *word)
+static void parse_steps(struct argp_state *state, drift_options *o, const char *text)
 {
-    drift_options *o = state->input;
-    const int32_t method = tfa_method_find(word);
-    if (method < 0 || !tfa_method_describe((uint32_t)method)->forward_dynamics)
-        argp_error(state, "--methods: no '%s' of forward dynamics", word);
-    if (o->method_count == CHART_METHODS)
-        argp_error(state, "--methods: more than %d", CHART_METHODS);
-    o->methods[o->method_count++] = (uint32_t)method;
-}
-
-static void parse_precision(struct argp_state *state, char *word)
-{
-    drift_options *o = state->input;
-    const int precision =
-        option_word(state, "precision", word, chart_precision_words, CHART_PRECISION_COUNT);
-    for (uint32_t k = 0; k < o->precision_count; k++)
-        if (o->precisions[k] == (uint32_t)precision)
-            argp_error(state, "--precision: %s twice", word);
-    o->precisions[o->precision_count++] = (uint32_t)precision;
-}
-
-static double parse_positive(struct argp_state *state, const char *name, const char *text,
-                             double most)
-{
-    const double value = option_double(state, name, text);
-    if (!(value > 0.0 && value <= most))
-        argp_error(state, "--%s: %s, must be above 0 and at most %g", name, text, most);
-    return value;
-}
-
-static void parse_step(struct argp_state *state, char *word)
-{
-    drift_options *o = state->input;
-    if (o->step_count == DRIFT_STEPS)
-        argp_error(state, "--step: more than %d", DRIFT_STEPS);
-    o->steps[o->step_count++] = parse_positive(state, "step", word, 10.0);
+    o->step_count +=
+        option_numbers(state, "step", text, o->steps + o->step_count, DRIFT_STEPS - o->step_count);
+    for (uint32_t k = 0; k < o->step_count; k++)
+        if (!(o->steps[k] > 0.0 && o->steps[k] <= 10.0))
+            argp_error(state, "--step: %g, must be above 0 and at most 10", o->steps[k]);
 }
 
 static void parse_mechanism(struct argp_state *state, const char *word)
@@ -123,19 +93,19 @@ static error_t parse_number(int key, char *text, struct argp_state *state)
     drift_options *o = state->input;
     switch (key) {
     case 'n':
-        o->bodies = (uint32_t)option_unsigned(state, "bodies", text, 1, MECHANISM_BODIES_MAX);
+        o->bodies = chart_read_size(state, "bodies", text);
         return 0;
     case KEY_REFINE:
         o->refine = (uint32_t)option_unsigned(state, "refine", text, 0, CHART_REFINE - 1);
         return 0;
     case KEY_SECONDS:
-        o->seconds = parse_positive(state, "seconds", text, 1e6);
+        o->seconds = option_positive(state, "seconds", text, 1e6);
         return 0;
     case KEY_SAMPLES:
         o->samples = (uint32_t)option_unsigned(state, "samples", text, 1, 100000);
         return 0;
     case KEY_TURN:
-        o->turn = parse_positive(state, "turn", text, 1e3);
+        o->turn = option_positive(state, "turn", text, 1e3);
         return 0;
     case 's':
         o->seed = option_unsigned(state, "seed", text, 0, UINT64_MAX);
@@ -148,6 +118,8 @@ static error_t parse_number(int key, char *text, struct argp_state *state)
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     drift_options *o = state->input;
+    const option_list methods = {o->methods, &o->method_count, CHART_METHODS};
+    const option_list precisions = {o->precisions, &o->precision_count, CHART_PRECISION_COUNT};
     switch (key) {
     case KEY_URDF:
         o->target = (chart_target){.label = text, .file = text};
@@ -156,13 +128,13 @@ static error_t parse(int key, char *text, struct argp_state *state)
         parse_mechanism(state, text);
         return 0;
     case 'M':
-        for_each_word(state, text, parse_method);
+        option_list_read(state, "methods", text, methods, option_forward_method);
         return 0;
     case KEY_PRECISION:
-        for_each_word(state, text, parse_precision);
+        option_list_read(state, "precision", text, precisions, chart_read_precision);
         return 0;
     case KEY_STEP:
-        for_each_word(state, text, parse_step);
+        parse_steps(state, o, text);
         return 0;
     case KEY_INTEGRATOR:
         o->integrator = (drift_integrator)option_word(

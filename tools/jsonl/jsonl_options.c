@@ -6,7 +6,6 @@
 #include "jsonl_options.h"
 
 #include "common/commands.h"
-#include "common/suggest.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -35,26 +34,17 @@ static const struct argp_option option_table[] = {
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const policies[] = {"default", "never", "always"};
     jsonl_options *options = state->input;
-    int32_t method;
-    char list[512];
     switch (key) {
     case KEY_METHOD:
-        method = tfa_method_find(text);
-        if (method < 0) {
-            suggest_methods(text, list, sizeof list);
-            argp_error(state, "--method: no '%s'; %s", text, list);
-        }
-        options->defaults.method = (tfa_method)method;
+        options->defaults.method = option_method(state, text);
         return 0;
     case KEY_REFINE:
         options->defaults.refine =
             (uint32_t)option_unsigned(state, "refine", text, 0, TFA_MAX_REFINE);
         return 0;
     case KEY_ESTIMATE:
-        options->defaults.estimate =
-            (tfa_estimate)option_word(state, "estimate", text, policies, 3);
+        options->defaults.estimate = option_estimate(state, text);
         return 0;
     case KEY_STRICT:
         options->strict = 1;

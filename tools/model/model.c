@@ -8,6 +8,7 @@
 #include "common/commands.h"
 #include "model_report.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <totalforce/specialised.h>
@@ -64,9 +65,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         options->states = text;
         return 0;
     case KEY_TOLERANCE:
-        options->tolerance = option_double(state, "tolerance", text);
-        if (options->tolerance <= 0)
-            argp_error(state, "--tolerance: %s is not above 0", text);
+        options->tolerance = option_positive(state, "tolerance", text, INFINITY);
         return 0;
     case ARGP_KEY_END:
         if (options->json + options->tree + (options->states != NULL) > 1)

@@ -57,9 +57,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         a->count = option_unsigned(state, "count", text, 1, UINT64_MAX);
         return 0;
     case KEY_SECONDS:
-        a->seconds = option_double(state, "seconds", text);
-        if (!(a->seconds > 0 && a->seconds <= 1e9))
-            argp_error(state, "--seconds: %s is not a time above 0", text);
+        a->seconds = option_positive(state, "seconds", text, 1e9);
         return 0;
     case KEY_BUFFER:
         a->mib = (unsigned)option_unsigned(state, "buffer", text, 1, TFA_TAP_RING_MAX >> 20);

@@ -8,7 +8,7 @@
 #include "common/suggest.h"
 #include "sweep.h"
 
-#include <errno.h>
+#include <math.h>
 #include <string.h>
 
 enum {
@@ -136,25 +136,6 @@ static uint32_t small_number(struct argp_state *state, const char *name, const c
     return (uint32_t)option_unsigned(state, name, text, lowest, highest);
 }
 
-static double positive(struct argp_state *state, const char *name, const char *text)
-{
-    const double value = option_double(state, name, text);
-    if (!(value > 0))
-        argp_error(state, "--%s: %s is not above 0", name, text);
-    return value;
-}
-
-static void parse_method(struct argp_state *state, sweep_options *o, const char *text)
-{
-    char list[512];
-    const int32_t method = tfa_method_find(text);
-    if (method < 0) {
-        suggest_methods(text, list, sizeof list);
-        argp_error(state, "--method: no '%s'; %s", text, list);
-    }
-    o->method = (tfa_method)method;
-}
-
 static void parse_part(struct argp_state *state, sweep_options *o, char *text)
 {
     char *slash = strchr(text, '/');
@@ -235,7 +216,7 @@ static error_t parse_work(int key, char *text, struct argp_state *state)
         o->reference = option_unsigned(state, "reference", text, 1, UINT64_MAX);
         return 0;
     case KEY_EXPECT:
-        o->expect_error = positive(state, "expect-error", text);
+        o->expect_error = option_positive(state, "expect-error", text, INFINITY);
         return 0;
     case KEY_JSON:
         o->json = 1;
@@ -274,13 +255,13 @@ static error_t parse_states(int key, char *text, struct argp_state *state)
         o->states = text;
         return 0;
     case KEY_VELOCITY:
-        o->ranges.velocity = positive(state, "velocity", text);
+        o->ranges.velocity = option_positive(state, "velocity", text, INFINITY);
         return 0;
     case KEY_TORQUE:
-        o->ranges.force = positive(state, "torque", text);
+        o->ranges.force = option_positive(state, "torque", text, INFINITY);
         return 0;
     case KEY_ACCELERATION:
-        o->ranges.acceleration = positive(state, "acceleration", text);
+        o->ranges.acceleration = option_positive(state, "acceleration", text, INFINITY);
         return 0;
     default:
         return parse_work(key, text, state);
@@ -289,15 +270,14 @@ static error_t parse_states(int key, char *text, struct argp_state *state)
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const residuals[] = {"same", "f64", "f128"};        /* as tfa_residual */
-    static const char *const estimates[] = {"default", "never", "always"}; /* as tfa_estimate */
+    static const char *const residuals[] = {"same", "f64", "f128"}; /* as tfa_residual */
     sweep_options *o = state->input;
     switch (key) {
     case KEY_OP:
         o->op = (tfa_op)(option_word(state, "op", text, op_words, 4) + 1);
         return 0;
     case 'm':
-        parse_method(state, o, text);
+        o->method = option_method(state, text);
         return 0;
     case KEY_PRECISION:
         o->workspace.precision =
@@ -307,7 +287,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         o->workspace.residual = (tfa_residual)option_word(state, "residual", text, residuals, 3);
         return 0;
     case KEY_ESTIMATE:
-        o->estimate = (tfa_estimate)option_word(state, "estimate", text, estimates, 3);
+        o->estimate = option_estimate(state, text);
         return 0;
     case KEY_REFINE:
         o->refine = small_number(state, "refine", text, 0, TFA_MAX_REFINE);

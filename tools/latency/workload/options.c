@@ -9,6 +9,7 @@
 #include "common/commands.h"
 #include "common/suggest.h"
 
+#include <math.h>
 #include <sched.h>
 #include <stdlib.h>
 #include <string.h>
@@ -153,28 +154,12 @@ static const struct argp_option option_table[] = {
      .doc = "Exit with 1 if p50 is above X times (ping-pong + solve) or a reply was missed"},
     {0}};
 
-static double positive(struct argp_state *state, const char *name, const char *text)
-{
-    double value = option_double(state, name, text);
-    if (!(value > 0))
-        argp_error(state, "--%s: '%s' must be above 0", name, text);
-    return value;
-}
-
 static double not_negative(struct argp_state *state, const char *name, const char *text)
 {
     double value = option_double(state, name, text);
     if (!(value >= 0))
         argp_error(state, "--%s: '%s' must not be below 0", name, text);
     return value;
-}
-
-static tfa_method method_of(struct argp_state *state, const char *text)
-{
-    int32_t method = tfa_method_find(text);
-    if (method < 0)
-        argp_error(state, "--method: no '%s'", text);
-    return (tfa_method)method;
 }
 
 static void add_via(struct argp_state *state, char *word)
@@ -212,13 +197,13 @@ static error_t parse_shape(int key, char *text, struct argp_state *state)
         options->count = option_unsigned(state, "count", text, 1, UINT64_C(1) << 32);
         return 0;
     case KEY_SECONDS:
-        options->seconds = positive(state, "seconds", text);
+        options->seconds = option_positive(state, "seconds", text, INFINITY);
         return 0;
     case KEY_WARMUP:
         options->warmup = option_unsigned(state, "warmup", text, 0, UINT64_C(1) << 32);
         return 0;
     case KEY_RATE:
-        options->rate = positive(state, "rate", text);
+        options->rate = option_positive(state, "rate", text, INFINITY);
         return 0;
     case KEY_THINK:
         options->think_us = not_negative(state, "think-us", text);
@@ -242,7 +227,6 @@ static error_t parse_shape(int key, char *text, struct argp_state *state)
 
 static error_t parse_measure(int key, char *text, struct argp_state *state)
 {
-    static const char *const policies[] = {"default", "never", "always"};
     latency_options *options = state->input;
     switch (key) {
     case KEY_VIA:
@@ -260,10 +244,10 @@ static error_t parse_measure(int key, char *text, struct argp_state *state)
         options->daemon.max_batch = options->batch;
         return 0;
     case KEY_METHOD:
-        options->method = method_of(state, text);
+        options->method = option_method(state, text);
         return 0;
     case KEY_ESTIMATE:
-        options->estimate = (tfa_estimate)option_word(state, "estimate", text, policies, 3);
+        options->estimate = option_estimate(state, text);
         return 0;
     case KEY_CPU:
         options->cpu = (int)option_unsigned(state, "cpu", text, 0, CPU_SETSIZE - 1);
@@ -315,13 +299,13 @@ static error_t parse_report(int key, char *text, struct argp_state *state)
         add_compared(state, options, text);
         return 0;
     case KEY_DEADLINE:
-        options->deadline_us = positive(state, "deadline-us", text);
+        options->deadline_us = option_positive(state, "deadline-us", text, INFINITY);
         return 0;
     case KEY_FAIL_P99:
-        options->fail_p99_us = positive(state, "fail-p99-us", text);
+        options->fail_p99_us = option_positive(state, "fail-p99-us", text, INFINITY);
         return 0;
     case KEY_FAIL_RATIO:
-        options->fail_ratio = positive(state, "fail-ratio", text);
+        options->fail_ratio = option_positive(state, "fail-ratio", text, INFINITY);
         return 0;
     default:
         return parse_measure(key, text, state);

@@ -58,8 +58,7 @@ void figure_update(figure *f, const tfa_robot_state *state, uint64_t now);
 
 /* ---- eigen.c ---- */
 
-/* Eigenvalues, largest first, and unit eigenvectors of a symmetric matrix, by Jacobi's method
- * (Golub, Van Loan, Matrix Computations, 8.5). */
+/* Eigenvalues, largest first, and unit eigenvectors of a symmetric matrix */
 void eigen_symmetric3(const double matrix[9], double values[3], double vectors[3][3]);
 
 /* ---- sampler.c: the last minute ---- */

@@ -133,6 +133,18 @@ def check_names(daemon):
     check("<img" not in daemon.get("/model?robot=evil")[2] and "<img" not in daemon.get("/")[2], "raw")
 
 
+def check_ellipsoids(daemon):
+    """Values are ordered; vectors are unit eigenvectors of the block."""
+    for tip in daemon.json("/motion?robot=arm")["tips"]:
+        block, values, vectors = tip["lambda_inv"], tip["values"], tip["vectors"]
+        check(values == sorted(values, reverse=True), values)
+        for k in range(3):
+            v = vectors[3 * k:3 * k + 3]
+            turned = [sum(block[3 * i + j] * v[j] for j in range(3)) for i in range(3)]
+            check(max(abs(turned[i] - values[k] * v[i]) for i in range(3)) < 1e-4 * values[0] and
+                  abs(sum(x * x for x in v) - 1) < 1e-4, tip)
+
+
 # ---- connections ----
 
 def check_silence(daemon):
@@ -387,7 +399,8 @@ def main():
         daemon = Daemon(BIN, folder, [ARM, ("evil", evil, "")], ", metrics_socket: yes",
                         f"realtime: {{affinity: [{processor}]}}\n")
         with daemon:
-            for step in (check_hosts, check_methods, check_headers, check_malformed, check_names):
+            for step in (check_hosts, check_methods, check_headers, check_malformed, check_names,
+                         check_ellipsoids):
                 step(daemon)
             ask_some(daemon, 200)
             check_metrics(daemon)

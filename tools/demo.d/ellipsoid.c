@@ -18,6 +18,8 @@
 #include <totalforce/text.h>
 #include <totalforce/totalforce.h>
 
+#include "spatial/symmetric3.h"
+
 enum { JOINTS_MAX = 64, OUTLINE = 72 };
 
 #define DEGREE (M_PI / 180.0)
@@ -40,34 +42,6 @@ static double dot(const double a[3], const double b[3])
 static void print_point(const figure *f, const double p[3])
 {
     printf("%.5f %.5f\n", dot(f->right, p), dot(f->up, p));
-}
-
-/* Eigenvalues and vectors (columns of V) of a symmetric 3 x 3 matrix, by cyclic Jacobi rotations
- * (Golub and Van Loan, Matrix Computations, 8.5) */
-static void find_axes(double A[3][3], double V[3][3])
-{
-    memset(V, 0, 9 * sizeof(double));
-    for (int i = 0; i < 3; i++)
-        V[i][i] = 1.0;
-    for (int k = 0; k < 30; k++) {
-        const int p = k % 3 == 2, q = k % 3 == 0 ? 1 : 2;
-        if (A[p][q] == 0.0)
-            continue;
-        const double theta = 0.5 * atan2(2.0 * A[p][q], A[p][p] - A[q][q]);
-        const double c = cos(theta), s = sin(theta);
-        for (int i = 0; i < 3; i++) {
-            const double x = A[i][p], y = A[i][q], v = V[i][p], w = V[i][q];
-            A[i][p] = c * x + s * y;
-            A[i][q] = c * y - s * x;
-            V[i][p] = c * v + s * w;
-            V[i][q] = c * w - s * v;
-        }
-        for (int i = 0; i < 3; i++) {
-            const double x = A[p][i], y = A[q][i];
-            A[p][i] = c * x + s * y;
-            A[q][i] = c * y - s * x;
-        }
-    }
 }
 
 static void print_bones(const figure *f)
@@ -104,22 +78,25 @@ static void print_outline(const figure *f, const double A[3][3], const double at
     fputs("\n\n", stdout);
 }
 
-static void print_axes(const figure *f, double A[3][3], const double at[3])
+static void print_axes(const figure *f, const double A[3][3], const double at[3])
 {
-    double V[3][3];
-    find_axes(A, V);
+    long double D[3][3], V[3][3];
+    for (int i = 0; i < 9; i++)
+        D[i / 3][i % 3] = A[i / 3][i % 3];
+    symmetric3_diagonalise(D, V);
     double least = INFINITY, largest = 0.0;
     for (int k = 0; k < 3; k++) {
+        const double size = (double)D[k][k];
         double ends[2][3];
         for (int i = 0; i < 3; i++) {
-            ends[0][i] = at[i] - f->scale * A[k][k] * V[i][k];
-            ends[1][i] = at[i] + f->scale * A[k][k] * V[i][k];
+            ends[0][i] = at[i] - f->scale * size * (double)V[i][k];
+            ends[1][i] = at[i] + f->scale * size * (double)V[i][k];
         }
         print_point(f, ends[0]);
         print_point(f, ends[1]);
         fputs("\n", stdout);
-        least = fmin(least, 1.0 / A[k][k]);
-        largest = fmax(largest, 1.0 / A[k][k]);
+        least = fmin(least, 1.0 / size);
+        largest = fmax(largest, 1.0 / size);
     }
     printf("\n# mass %.3g %.3g\n", least, largest);
 }
@@ -143,7 +120,7 @@ static int print_posture(const figure *f, const double *q)
     const double *at = f->poses + 7 * (size_t)f->tip;
     print_bones(f);
     print_outline(f, (const double(*)[3])A, at);
-    print_axes(f, A, at);
+    print_axes(f, (const double(*)[3])A, at);
     return TFA_OK;
 }
 

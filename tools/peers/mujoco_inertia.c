@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "mujoco_inertia.h"
+#include "spatial/symmetric3.h"
 
 typedef long double real;
 
@@ -76,31 +77,6 @@ static void add_link(mass_properties *to, const tfa_link *link, const pose *at)
     add_at(to, link->mass, frame.p, turned);
 }
 
-/* One rotation of Jacobi's method: makes A[p][q] zero. */
-static void rotate(real A[3][3], real V[3][3], int p, int q)
-{
-    if (A[p][q] == 0)
-        return;
-    const real theta = (A[q][q] - A[p][p]) / (2 * A[p][q]);
-    const real t = (theta >= 0 ? 1 : -1) / (fabsl(theta) + sqrtl(theta * theta + 1));
-    const real c = 1 / sqrtl(t * t + 1), s = t * c;
-    for (int k = 0; k < 3; k++) {
-        const real x = A[k][p], y = A[k][q];
-        A[k][p] = c * x - s * y;
-        A[k][q] = s * x + c * y;
-    }
-    for (int k = 0; k < 3; k++) {
-        const real x = A[p][k], y = A[q][k];
-        A[p][k] = c * x - s * y;
-        A[q][k] = s * x + c * y;
-    }
-    for (int k = 0; k < 3; k++) {
-        const real x = V[k][p], y = V[k][q];
-        V[k][p] = c * x - s * y;
-        V[k][q] = s * x + c * y;
-    }
-}
-
 /* Quaternion w x y z of a rotation matrix */
 static void quaternion_of(real R[3][3], double quat[4])
 {
@@ -129,7 +105,7 @@ static void quaternion_of(real R[3][3], double quat[4])
 
 static void set_body(mjModel *m, int body, const mass_properties *from)
 {
-    real about[3][3], axes[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    real about[3][3], axes[3][3];
     real com[3];
     for (int i = 0; i < 3; i++)
         com[i] = from->first[i] / from->mass;
@@ -138,11 +114,7 @@ static void set_body(mjModel *m, int body, const mass_properties *from)
         for (int j = 0; j < 3; j++)
             about[i][j] =
                 from->second[i][j] - from->mass * ((i == j ? square : 0) - com[i] * com[j]);
-    for (int sweep = 0; sweep < 30; sweep++) {
-        rotate(about, axes, 0, 1);
-        rotate(about, axes, 0, 2);
-        rotate(about, axes, 1, 2);
-    }
+    symmetric3_diagonalise(about, axes);
     m->body_mass[body] = (double)from->mass;
     quaternion_of(axes, m->body_iquat + 4 * body);
     for (int i = 0; i < 3; i++) {

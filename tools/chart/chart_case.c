@@ -4,7 +4,7 @@
  * A mechanism or robot to chart: its model and all that answers for it.
  */
 #include "chart.h"
-#include "common/commands.h"
+#include "common/load_model.h"
 
 #include <inttypes.h>
 #include <string.h>

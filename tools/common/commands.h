@@ -84,20 +84,4 @@ void for_each_word(struct argp_state *state, char *text,
 /** The command line as it was typed, if no list was cut up yet; free() it. NULL: out of memory. */
 char *join_arguments(int argc, char **argv);
 
-/**
- * Loads and compiles a URDF ("-": from standard input) and prints what the report says at or above
- * `lowest` on stderr.
- * @return the model, or NULL after an error message.
- */
-tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
-                      tfa_report *report);
-
-/** The same of a URDF in memory; `name` stands for the file in messages. */
-tfa_model *load_model_text(const char *name, const char *text, size_t length,
-                           const tfa_model_options *options, tfa_severity lowest,
-                           tfa_report *report);
-
-/** All that an open file holds; free() it. NULL: errno says why. */
-char *read_text(FILE *in, size_t *length);
-
 #endif

@@ -6,6 +6,7 @@
 #include "scene_options.h"
 
 #include "commands.h"
+#include "load_model.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -6,6 +6,7 @@
 #include "replay.h"
 
 #include "common/commands.h"
+#include "common/load_model.h"
 
 #include <errno.h>
 #include <fcntl.h>

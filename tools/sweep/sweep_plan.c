@@ -4,6 +4,7 @@
  * Turns options into a plan: rank 0 reads the robot, all ranks build the same model of it.
  */
 #include "common/commands.h"
+#include "common/load_model.h"
 #include "common/robot_names.h"
 #include "sweep.h"
 

@@ -5,7 +5,7 @@
  */
 #include "open.h"
 
-#include "common/commands.h"
+#include "common/load_model.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Loads models for the subcommands; messages go to standard error.
+ */
+#ifndef TOOLS_COMMON_LOAD_MODEL_H
+#define TOOLS_COMMON_LOAD_MODEL_H
+
+#include <stdio.h>
+#include <totalforce/model.h>
+
+/**
+ * Loads and compiles a URDF ("-": from standard input) and prints what the report says at or above
+ * `lowest` on stderr.
+ * @return the model, or NULL after an error message.
+ */
+tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
+                      tfa_report *report);
+
+/** The same of a URDF in memory; `name` stands for the file in messages. */
+tfa_model *load_model_text(const char *name, const char *text, size_t length,
+                           const tfa_model_options *options, tfa_severity lowest,
+                           tfa_report *report);
+
+/** All that an open file holds; free() it. NULL: errno says why. */
+char *read_text(FILE *in, size_t *length);
+
+#endif

@@ -21,8 +21,9 @@ typedef struct daemon_transport {
     daemon_link *link;
     const latency_states *states;
     tfa_reply reply;
-    tfa_wait wait;   /* granted */
-    uint64_t offset; /* our ids less those of the connection */
+    tfa_wait wait;                            /* granted */
+    uint64_t offset;                          /* our ids less those of the connection */
+    uint32_t q_count, v_count, base_freedoms; /* that requests and reply are made for */
 } daemon_transport;
 
 static daemon_transport *own(transport *t)
@@ -85,6 +86,15 @@ static void idle(transport *t, uint64_t until)
     transport_sleep(own(t)->wait, until);
 }
 
+/* Requests and the buffers of the reply have the sizes of the robot of the first connection. */
+static int check_shape(const daemon_transport *d)
+{
+    const tfa_client_info *info = daemon_info(d->link);
+    const int same = info->q_count == d->q_count && info->v_count == d->v_count &&
+                     info->base_freedoms == d->base_freedoms;
+    return same ? TFA_OK : TFA_E_SIZE;
+}
+
 static int reconnect(transport *t)
 {
     daemon_transport *d = own(t);
@@ -92,7 +102,9 @@ static int reconnect(transport *t)
     for (;;) {
         daemon_close(d->link);
         const int status = daemon_connect(d->options, d->via, &d->link);
-        if (status == TFA_OK || clock_ns() + pause_ns > end)
+        if (status == TFA_OK)
+            return check_shape(d);
+        if (clock_ns() + pause_ns > end)
             return status;
         transport_sleep(TFA_WAIT_BLOCK, clock_ns() + pause_ns);
     }
@@ -123,6 +135,9 @@ static int prepare(daemon_transport *d, const latency_options *options, latency_
     facts->info.joint_names = facts->info.frame_names = NULL;
     facts->info.joint_types = NULL;
     facts->info.model_hash = NULL;
+    d->q_count = info->q_count;
+    d->v_count = info->v_count;
+    d->base_freedoms = info->base_freedoms;
     d->wait = info->wait ? info->wait : options->daemon.wait;
     int status = states->requests ? TFA_OK : latency_states_init(states, options, info);
     if (status == TFA_OK)

@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+#
+# `totalforce latency` where a run does not end as planned: the robot gets another shape, the daemon
+# is killed, the user interrupts, a file cannot be written.
+. "$(dirname "$0")/check.sh"
+
+[ -x "$bin/totalforced" ] || {
+    echo "skipped: $bin/totalforced is not built"
+    exit 77
+}
+run=$work/run
+daemon=
+child=
+trap 'kill -9 $daemon $child 2>/dev/null; rm -rf "$work"' EXIT
+
+printf 'robots:\n  - {name: robot, urdf: robot.urdf}\n' >"$work/config.yaml"
+
+# until_true COMMAND...: for 30 s at most.
+until_true() {
+    tries=0
+    until "$@"; do
+        tries=$((tries + 1))
+        [ $tries -lt 300 ] || return 1
+        sleep 0.1
+    done
+}
+
+answers() {
+    "$tool" status --runtime-dir "$run" >"$work/status" 2>&1
+}
+
+measures() {
+    "$tool" status --json --runtime-dir "$run" | grep -q '"process": .*"requests": [1-9][0-9][0-9]'
+}
+
+start_daemon() {
+    cp "$data/cart.urdf" "$work/robot.urdf"
+    TOTALFORCE_RUNTIME_DIR=$run "$bin/totalforced" "$work/config.yaml" >"$work/daemon.log" 2>&1 &
+    daemon=$!
+    until_true answers || {
+        fail "the daemon does not start"
+        cat "$work/daemon.log"
+        finish
+    }
+}
+
+# begin ARGUMENTS...: measures for a long time, beside the test.
+begin() {
+    "$tool" latency robot --runtime-dir "$run" --seconds 20 --baseline-ms 0 --warmup 10 "$@" \
+        >"$work/out" 2>"$work/err" &
+    child=$!
+    until_true measures || fail "no client sends: $*"
+}
+
+# ends STATUS: of the run that was begun.
+ends() {
+    wait $child
+    found=$?
+    child=
+    [ "$found" -eq "$1" ] || {
+        fail "exit status $found, not $1"
+        cat "$work/err"
+    }
+}
+
+# another shape after a reload: its requests and buffers no longer fit
+for loop in open closed; do
+    start_daemon
+    begin --loop $loop --rate 1000
+    cp "$data/arm.urdf" "$work/robot.urdf"
+    status 0 "$tool" reload --runtime-dir "$run"
+    ends 2
+    says "$work/err" "wrong size"
+    kill $daemon
+    wait $daemon
+done
+
+finish

@@ -76,4 +76,28 @@ for loop in open closed; do
     wait $daemon
 done
 
+# a signal ends a measurement, not the report
+start_daemon
+for loop in open closed; do
+    begin --loop $loop --rate 1000 --clients 2 --save "$work/saved" --csv "$work/csv" --json
+    kill $child
+    ends 1
+    says "$work/out" '"ended_early": "interrupted"'
+    says "$work/out" '"lost": 0'
+    says "$work/saved" '"ended_early":"interrupted"'
+    [ "$(wc -l <"$work/csv")" -gt 100 ] || fail "the CSV has not what was measured"
+done
+begin --sweep rate=1000,2000 --table "$work/table"
+kill $child
+ends 1
+[ "$(wc -l <"$work/table")" -eq 2 ] || fail "a sweep goes on after a signal"
+
+# and so does the end of the daemon
+begin --rate 1000 --save "$work/saved"
+kill -9 $daemon
+ends 2
+says "$work/err" "no daemon"
+says "$work/out" "ended early: "
+says "$work/saved" '"ended_early":"'
+
 finish

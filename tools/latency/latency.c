@@ -78,19 +78,33 @@ static int report(const latency_options *options, const latency_session *session
     return met ? EXIT_GOOD : EXIT_UNMET;
 }
 
+/* The runs, until one ends early: it is the last one of the report if it has figures.
+ * @return an exit status */
+static int measure_runs(latency_session *session)
+{
+    for (int i = 0; i < session->count; i++) {
+        latency_run *run = &session->runs[i];
+        if (i > 0 && strcmp(run->options.daemon.robot, run[-1].options.daemon.robot) == 0)
+            run->options.known = run[-1].facts.info;
+        const int status = latency_measure(run);
+        if (status == TFA_OK && !run->ended_early)
+            continue;
+        const int has_figures = run->total && run->total->parts[PART_ROUND_TRIP].h.count;
+        session->count = i + (has_figures ? 1 : 0);
+        return status == TFA_OK ? EXIT_UNMET : EXIT_FAILED;
+    }
+    return EXIT_GOOD;
+}
+
 static int measure(const latency_options *options, latency_session *session)
 {
     latency_baseline *baseline = session->baseline;
     if (latency_measure_machine(options, baseline) != 0)
         return EXIT_FAILED;
     session->environment = environment_read();
-    for (int i = 0; i < session->count; i++) {
-        latency_run *run = &session->runs[i];
-        if (i > 0 && strcmp(run->options.daemon.robot, run[-1].options.daemon.robot) == 0)
-            run->options.known = run[-1].facts.info;
-        if (latency_measure(run) != TFA_OK)
-            return EXIT_FAILED;
-    }
+    const int result = measure_runs(session);
+    if (session->count == 0)
+        return result;
     const latency_run *first = &session->runs[0];
     if (first->via == VIA_SHM)
         latency_measure_same_size(first, baseline);
@@ -101,7 +115,8 @@ static int measure(const latency_options *options, latency_session *session)
         if (status != TFA_OK)
             return EXIT_FAILED;
     }
-    return report(options, session);
+    const int reported = report(options, session);
+    return result == EXIT_GOOD ? reported : result;
 }
 
 static int run(const latency_options *options, const char *command)
@@ -109,18 +124,18 @@ static int run(const latency_options *options, const char *command)
     latency_session session = {.command = command};
     const time_t now = time(NULL);
     struct tm utc;
-    int result = EXIT_FAILED;
+    int result = EXIT_FAILED, planned = 0;
     strftime(session.date, sizeof session.date, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &utc));
     /* histograms are too large for the stack */
     session.baseline = malloc(sizeof *session.baseline);
     if (session.baseline) {
         latency_baseline_init(session.baseline);
-        session.count = latency_plan(options, &session.runs);
+        session.count = planned = latency_plan(options, &session.runs);
         if (session.count)
             result = measure(options, &session);
     } else
         fprintf(stderr, "totalforce latency: %s\n", tfa_status_text(TFA_E_MEMORY));
-    latency_runs_free(session.runs, session.count);
+    latency_runs_free(session.runs, planned);
     free(session.baseline);
     json_decref(session.environment);
     return result;

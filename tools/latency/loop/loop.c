@@ -104,6 +104,11 @@ static uint64_t now(const loop *l)
     return l->t->ops->now(l->t);
 }
 
+static int stopped(const loop *l)
+{
+    return l->shape->stop && atomic_load_explicit(l->shape->stop, memory_order_relaxed);
+}
+
 /* ---- outcomes ---- */
 
 /* Tenth of the run in which a request was due */
@@ -335,7 +340,7 @@ static int run_closed(loop *l, uint64_t count)
     uint64_t last = 0;
     for (uint64_t i = 0; (count == 0 || i < count) && status == TFA_OK; i++) {
         wait_until_due(l, i, last);
-        if (end != UINT64_MAX && now(l) >= end)
+        if (stopped(l) || (end != UINT64_MAX && now(l) >= end))
             break;
         status = exchange_one(l, i);
         if (l->shape->think_ns)
@@ -413,6 +418,11 @@ static int run_open(loop *l, uint64_t count)
     int status = TFA_OK;
     next_due(l, &s);
     while (status == TFA_OK && (s.index < s.count || l->first < l->next)) {
+        if (stopped(l)) {
+            s = (schedule){.due = UINT64_MAX};
+            if (l->first == l->next)
+                break;
+        }
         const uint64_t at = now(l);
         const uint64_t lost_at = expire(l, at);
         if (s.due <= at) {

@@ -25,6 +25,7 @@ typedef struct load_shape {
     uint64_t timeout_ns;  /**< without a reply for so long a request is lost */
     uint64_t deadline_ns; /**< a later reply counts as late; 0: none */
     uint64_t seed;        /**< of the jitter */
+    const _Atomic int *stop; /**< set: no more requests leave, replies are awaited; NULL: never */
 } load_shape;
 
 /** One client's loop. Made by loop_create; the ids of requests go on from run to run. */

@@ -13,6 +13,7 @@
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/prctl.h>
@@ -24,6 +25,9 @@ static const uint64_t start_delay_ns = 2000000;
 /* With --csv and without --count: round trips of each client that are written */
 enum { SAMPLES_MAX = 1 << 20 };
 static const uint64_t default_timeout_ns = 10000000000;
+
+/* A signal came */
+static _Atomic int interrupted;
 
 /* One client's thread */
 typedef struct client_thread {
@@ -49,7 +53,8 @@ load_shape latency_shape(const latency_options *options, uint32_t k)
                         .duration_ns = (uint64_t)(1e9 * options->seconds),
                         .timeout_ns = options->daemon.timeout_ns,
                         .deadline_ns = (uint64_t)(1e3 * options->deadline_us),
-                        .seed = UINT64_C(1000003) * k};
+                        .seed = UINT64_C(1000003) * k,
+                        .stop = &interrupted};
     if (shape.timeout_ns == 0)
         shape.timeout_ns = default_timeout_ns;
     if (options->open && options->clients > 1) /* spread over the period */
@@ -169,6 +174,34 @@ static int open_client(latency_run *run, client_thread *w, uint32_t k)
     return w->l ? TFA_OK : TFA_E_MEMORY;
 }
 
+/* ---- signals ---- */
+
+static const int ending_signals[] = {SIGINT, SIGTERM};
+enum { ENDING_SIGNALS = sizeof ending_signals / sizeof *ending_signals };
+
+static void interrupt(int number)
+{
+    (void)number;
+    atomic_store_explicit(&interrupted, 1, memory_order_relaxed);
+}
+
+/* The second signal ends the program. One that is ignored stays so. */
+static void catch_signals(struct sigaction before[ENDING_SIGNALS])
+{
+    const struct sigaction action = {.sa_handler = interrupt, .sa_flags = (int)SA_RESETHAND};
+    for (int i = 0; i < ENDING_SIGNALS; i++) {
+        sigaction(ending_signals[i], NULL, &before[i]);
+        if (before[i].sa_handler != SIG_IGN)
+            sigaction(ending_signals[i], &action, NULL);
+    }
+}
+
+static void release_signals(const struct sigaction before[ENDING_SIGNALS])
+{
+    for (int i = 0; i < ENDING_SIGNALS; i++)
+        sigaction(ending_signals[i], &before[i], NULL);
+}
+
 /* Measures with threads that exist: they wait for the start, which is 0 if one is missing. */
 static void conduct(latency_run *run, client_threads *c)
 {
@@ -177,6 +210,7 @@ static void conduct(latency_run *run, client_threads *c)
     if (!daemon && (run->via == VIA_DDS || run->via == VIA_ROS2))
         daemon = run->options.known.daemon_pid; /* of an earlier run over shared memory */
     background_load *load = NULL;
+    struct sigaction before_run[ENDING_SIGNALS];
     int failed = 0;
     pthread_barrier_wait(&c->ready);
     for (uint32_t k = 0; k < c->count; k++)
@@ -184,12 +218,14 @@ static void conduct(latency_run *run, client_threads *c)
     if (run->options.compute_load + run->options.memory_load)
         load = background_load_start(run->options.compute_load, run->options.memory_load);
     read_counters(daemon, &before);
+    catch_signals(before_run);
     c->start = failed ? 0 : clock_ns() + start_delay_ns;
     pthread_barrier_wait(&c->go);
     if (!failed && progress_wanted())
         show_progress(run, c);
     for (uint32_t k = 0; k < c->count; k++)
         pthread_join(c->each[k].thread, NULL);
+    release_signals(before_run);
     read_counters(daemon, &after);
     background_load_stop(load);
     take_difference(run, &before, &after);
@@ -216,11 +252,15 @@ static int start_threads(client_threads *c)
 
 static int collect(latency_run *run)
 {
-    for (uint32_t k = 0; k < run->client_count; k++) {
+    if (atomic_load_explicit(&interrupted, memory_order_relaxed))
+        run->ended_early = "interrupted";
+    for (uint32_t k = 0; k < run->client_count; k++)
         tally_merge(run->total, run->clients[k].figures);
+    for (uint32_t k = 0; k < run->client_count; k++) {
         if (run->clients[k].status == TFA_OK)
             continue;
         const int status = run->clients[k].status;
+        run->ended_early = tfa_status_text(status);
         fprintf(stderr, "totalforce latency: robot '%s' over %s: %s: %s\n",
                 run->options.daemon.robot, latency_via_names[run->via], tfa_status_text(status),
                 tfa_status_cause(status));

@@ -31,6 +31,7 @@ typedef struct latency_run {
     int thread_count;
     double daemon_cpu, tool_cpu; /**< processors kept busy on average; -1: unknown */
     machine_busy busy;           /**< while measuring */
+    const char *ended_early;     /**< why; NULL: it did not */
     latency_states states;
 } latency_run;
 
@@ -39,8 +40,9 @@ typedef struct latency_run {
 int latency_plan(const latency_options *options, latency_run **runs);
 void latency_runs_free(latency_run *runs, int count);
 
-/** Runs warm-up and measurement. Prints the error when there is one.
- *  @return TFA_OK, or the status that ended the run. */
+/** Runs warm-up and measurement. SIGINT and SIGTERM end a measurement early, once. Prints the error
+ *  when there is one. @return TFA_OK, or the status that ended the run; `total` has the figures
+ *  until then. */
 TFA_CHECKED int latency_measure(latency_run *run);
 
 /** Shape of the load of client `k`. */

@@ -50,9 +50,10 @@ static void write_title(char *text, size_t size, const latency_session *s)
     svg_microseconds(slowest, sizeof slowest, (double)h->highest / 1e3);
     snprintf(text, size,
              "%s over %s: half of %" PRIu64 " round trips within %s, %g %% within %s, all within "
-             "%s%s",
+             "%s%s%s%s",
              run->options.daemon.robot, name, h->count, half, 100.0 * tail, high, slowest,
-             run->busy.busy || s->baseline->busy.busy ? "; the machine was busy" : "");
+             run->busy.busy || s->baseline->busy.busy ? "; the machine was busy" : "",
+             run->ended_early ? "; ended early: " : "", run->ended_early ? run->ended_early : "");
 }
 
 static void write_lead(char *text, size_t size, const latency_session *s)

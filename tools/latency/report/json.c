@@ -120,6 +120,11 @@ static json_t *json_clients(const latency_run *run)
     return list;
 }
 
+static json_t *json_text_or_null(const char *text)
+{
+    return text ? json_string(text) : json_null();
+}
+
 static json_t *json_run(const latency_run *run, const latency_baseline *baseline)
 {
     json_t *threads = json_array(), *parts = json_object();
@@ -134,6 +139,7 @@ static json_t *json_run(const latency_run *run, const latency_baseline *baseline
     json_object_update_new(json, json_counters(run->total));
     if (run->swept)
         json_object_set_new(json, "swept", json_string(run->swept));
+    json_object_set_new(json, "ended_early", json_text_or_null(run->ended_early));
     json_object_update_new(
         json, json_pack("{so so so so sf sf so sf sf sb}", "ns", parts, "breakdown_ns",
                         json_breakdown(run->total), "per_client", json_clients(run), "threads",

@@ -40,10 +40,10 @@ static json_t *run_of(const latency_run *run)
     for (int i = 0; i < TALLY_SLICES; i++)
         json_array_append_new(slices, buckets_of(&run->total->slices[i].h));
     latency_describe_load(o, load, sizeof load);
-    return json_pack("{ss ss ss ss ss si ss so so}", "via", latency_via_names[run->via], "loop",
-                     latency_loop_name(o), "load", load, "robot", o->daemon.robot, "wait",
-                     latency_wait_name(run->facts.info.wait), "batch", (int)o->batch, "model",
-                     run->facts.hash, "round_trip",
+    return json_pack("{ss* ss ss ss ss ss si ss so so}", "ended_early", run->ended_early, "via",
+                     latency_via_names[run->via], "loop", latency_loop_name(o), "load", load,
+                     "robot", o->daemon.robot, "wait", latency_wait_name(run->facts.info.wait),
+                     "batch", (int)o->batch, "model", run->facts.hash, "round_trip",
                      buckets_of(&run->total->parts[PART_ROUND_TRIP].h), "slices", slices);
 }
 
@@ -166,8 +166,8 @@ static void compare_quantile(FILE *out, const saved_run *before, const saved_run
 
 static void print_differences(FILE *out, const json_t *before, const json_t *after)
 {
-    static const char *const keys[] = {"via",   "load",    "robot",  "wait",     "batch",
-                                       "model", "version", "kernel", "processor"};
+    static const char *const keys[] = {"via",   "load",    "robot",  "wait",      "batch",
+                                       "model", "version", "kernel", "processor", "ended_early"};
     for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
         const json_t *a = json_object_get(before, keys[i]), *b = json_object_get(after, keys[i]);
         if (json_equal(a, b) || (!a && !b))

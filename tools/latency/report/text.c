@@ -127,6 +127,8 @@ static void print_subject(FILE *out, const latency_run *run)
             "every call\n",
             load, run->total->parts[PART_ROUND_TRIP].h.count, o->warmup,
             o->clients > 1 ? " each" : "", (double)run->total->elapsed_ns / 1e9);
+    if (run->ended_early)
+        fprintf(out, "  ended early: %s\n", run->ended_early);
 }
 
 static void print_clients(FILE *out, const latency_run *run)

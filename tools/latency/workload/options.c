@@ -360,7 +360,9 @@ int latency_options_parse(latency_options *options, int argc, char **argv)
                "closed or an open loop, and the floor under them: a ping-pong of one cache line "
                "between two processes, the latency of timers, and the solve itself.\v"
                "The parts of a round trip: client (open loop: from its time until it leaves), "
-               "request (client to daemon), queue, compute, reply.",
+               "request (client to daemon), queue, compute, reply.\n\nCtrl-C or SIGTERM ends a "
+               "measurement: the report has what was measured until then, and the exit status is "
+               "1; after a lost daemon it is 2.",
         .children = children};
     *options = (latency_options){.vias = 1u << VIA_SHM,
                                  .warmup = 1000,

@@ -100,4 +100,14 @@ says "$work/err" "no daemon"
 says "$work/out" "ended early: "
 says "$work/saved" '"ended_early":"'
 
+# files of the end are tried before the run: here there is not even a daemon
+for option in save csv html table histogram; do
+    status 2 "$tool" latency robot --runtime-dir "$run" --$option /nonexistent/file
+    says "$work/err" "latency: /nonexistent/file: No such file or directory"
+    status 2 "$tool" latency robot --runtime-dir "$run" --$option "$work"
+    says "$work/err" "latency: $work: Is a directory"
+done
+status 2 "$tool" latency robot --runtime-dir "$run" --compare /nonexistent/file
+says "$work/err" "unable to open /nonexistent/file"
+
 finish

@@ -7,9 +7,14 @@
 #include "common/progress.h"
 #include "latency/page/page.h"
 
+#include <errno.h>
+#include <libgen.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
+#include <unistd.h>
 
 /* Files that were asked for. @return 0, or -1 after a message */
 static int write_files(const latency_options *options, const latency_session *session)
@@ -24,10 +29,42 @@ static int write_files(const latency_options *options, const latency_session *se
                  {options->save, latency_save}};
     for (size_t i = 0; i < sizeof files / sizeof files[0]; i++)
         if (files[i].path && files[i].write(files[i].path, session) != 0) {
-            perror(files[i].path);
+            fprintf(stderr, "totalforce latency: %s: %s\n", files[i].path, strerror(errno));
             return -1;
         }
     return 0;
+}
+
+/* @return 0, or errno: the file is none, or neither exists nor can be made */
+static int check_writable(const char *path)
+{
+    struct stat info;
+    char folder[PATH_MAX];
+    if (stat(path, &info) == 0) {
+        if (S_ISDIR(info.st_mode))
+            return EISDIR;
+        return access(path, W_OK) == 0 ? 0 : errno;
+    }
+    if (errno != ENOENT)
+        return errno;
+    if (snprintf(folder, sizeof folder, "%s", path) >= (int)sizeof folder)
+        return ENAMETOOLONG;
+    return access(dirname(folder), W_OK | X_OK) == 0 ? 0 : errno;
+}
+
+/* Files that are needed at the end, before a run that may take hours. @return 0, or -1 after a
+ * message */
+static int check_files(const latency_options *o)
+{
+    const char *const paths[] = {o->csv, o->table, o->histogram, o->html, o->save};
+    for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++) {
+        const int error = paths[i] ? check_writable(paths[i]) : 0;
+        if (error) {
+            fprintf(stderr, "totalforce latency: %s: %s\n", paths[i], strerror(error));
+            return -1;
+        }
+    }
+    return o->compare_count ? latency_check_saved(o->compare[0]) : 0;
 }
 
 /* A session is compared as it would be saved. */
@@ -152,6 +189,8 @@ int command_latency(int argc, char **argv)
     else if (!options.daemon.robot)
         result = latency_compare(stdout, options.compare[0], options.compare[1]) == 0 ? EXIT_GOOD
                                                                                       : EXIT_FAILED;
+    else if (check_files(&options) != 0)
+        result = EXIT_FAILED;
     else
         result = run(&options, command ? command : "totalforce latency");
     free(command);

@@ -61,6 +61,8 @@ int latency_write_histogram(const char *path, const latency_session *session);
 
 /** Writes the session with its histograms. @return as latency_write_csv */
 int latency_save(const char *path, const latency_session *session);
+/** Tries to read a saved session. Prints errors. @return 0 or -1 */
+int latency_check_saved(const char *path);
 /** Prints the ratios of the percentiles of two saved sessions, runs paired by their order. Prints
  *  errors. @return 0 or -1 */
 int latency_compare(FILE *out, const char *before, const char *after);

@@ -230,3 +230,11 @@ int latency_compare(FILE *out, const char *before, const char *after)
     json_decref(b);
     return result;
 }
+
+int latency_check_saved(const char *path)
+{
+    json_t *session = read_session(path);
+    const int result = session ? 0 : -1;
+    json_decref(session);
+    return result;
+}

@@ -38,7 +38,7 @@ static void write_robots(const tfa_daemon *d, FILE *out)
                 "%s{\"name\": \"%s\", \"model\": \"%s\", \"joints\": %u, \"freedoms\": %u, "
                 "\"floating\": %s, \"dds\": %s, \"specialised\": %s",
                 separator(i), r->name, tfa_model_hash_text(r->model),
-                tfa_model_joint_count(r->model), r->shape.v_count,
+                tfa_model_joint_count(r->model), r->shape.v_count + r->shape.base_freedoms,
                 r->shape.base_freedoms ? "true" : "false",
                 d->gateway.self && i < d->robot_set.dds_count ? "true" : "false",
                 r->specialised ? "true" : "false");

@@ -46,6 +46,16 @@ TEST(status_counts_requests)
     harness_remove(&h);
 }
 
+/* The base's count as well, as tfa_client_info, `totalforce list` and the JSON lines say. */
+TEST(status_counts_the_freedoms_of_a_floating_base)
+{
+    harness h;
+    harness_serve(&h, ARM "    base: floating\n", "");
+    assert_int_equal(command(&h, "status"), TFA_OK);
+    assert_non_null(strstr(text, "\"joints\": 7, \"freedoms\": 13, \"floating\": true"));
+    harness_remove(&h);
+}
+
 TEST(reload_answers_when_it_is_done)
 {
     harness h;

@@ -26,7 +26,7 @@
 #include <unistd.h>
 
 #define CELLS 256 /* a power of two */
-#define TEXT 256
+#define TEXT 1024 /* paths of a file and its errors, with their remedy */
 /* Messages of one format in a window of time; the others are counted. */
 #define FORMATS 256 /* a power of two, several times the formats of the daemon */
 #define BURST 20

@@ -111,6 +111,19 @@ TEST(without_streams)
     harness_remove(&h);
 }
 
+/* The remedy stands at the end of a message. */
+TEST(long_messages_are_whole)
+{
+    harness h;
+    char more[300];
+    snprintf(more, sizeof more, "user: \"u%0250d\"\n", 1);
+    harness_make(&h, ARM, more);
+    const int status = harness_run(&h);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 2);
+    assert_true(harness_logged(&h, "getent passwd lists them"));
+    harness_remove(&h);
+}
+
 int main(void)
 {
     signal(SIGPIPE, SIG_IGN);

@@ -109,6 +109,11 @@ static int explain(const char *robot, const char *dir, int status, const char *c
                         "robot '%s': the daemon at %s serves no robot of that name; 'robots' in "
                         "its configuration lists its robots",
                         robot, dir);
+    if (status == TFA_E_TIMEOUT)
+        return snprintf(text, size,
+                        "robot '%s': the daemon at %s does not answer in time: it was stopped, or "
+                        "other programs take its processor",
+                        robot, dir);
     const char *reason = tfa_connection_refusal();
     return snprintf(text, size, "robot '%s' at %s/%s.sock: %s: %s", robot, dir, robot,
                     tfa_status_text(status), *reason ? reason : cause);

@@ -230,3 +230,20 @@ TEST(refusals_are_explained)
     assert_non_null(strstr(text, "limits.memory_mib_per_user (1)"));
     harness_remove(&h);
 }
+
+TEST(a_stopped_daemon_is_explained)
+{
+    harness h;
+    char text[400];
+    tfa_client *client;
+    harness_serve(&h, ARM, "");
+    tfa_client_options options = harness_options(&h, "arm");
+    options.connect_timeout_ms = 100;
+    harness_pause(&h);
+    const int status = tfa_client_connect(&options, &client);
+    assert_int_equal(status, TFA_E_TIMEOUT);
+    (void)tfa_client_explain(&options, status, text, sizeof text);
+    assert_non_null(strstr(text, "does not answer"));
+    assert_non_null(strstr(text, h.runtime_dir));
+    harness_remove(&h);
+}

@@ -92,7 +92,13 @@ kill $child
 ends 1
 [ "$(wc -l <"$work/table")" -eq 2 ] || fail "a sweep goes on after a signal"
 
-# and so does the end of the daemon
+# a daemon that stands still
+kill -STOP $daemon
+status 2 "$tool" list --runtime-dir "$run"
+says "$work/err" "the daemon there does not answer in time"
+kill -CONT $daemon
+
+# the end of the daemon ends a measurement, not the report
 begin --rate 1000 --save "$work/saved"
 kill -9 $daemon
 ends 2

@@ -37,6 +37,11 @@ void operator_explain(const char *command, int status)
                 "totalforce %s: no daemon answers there: start one (totalforced FILE.yaml), or "
                 "name its runtime_dir with --runtime-dir\n",
                 command);
+    else if (status == TFA_E_TIMEOUT)
+        fprintf(stderr,
+                "totalforce %s: the daemon there does not answer in time: it was stopped, or other "
+                "programs take its processor\n",
+                command);
     else
         fprintf(stderr, "totalforce %s: %s: %s\n", command, tfa_status_text(status),
                 status == TFA_E_SYSTEM ? strerror(errno) : tfa_status_cause(status));

@@ -290,6 +290,10 @@ TEST(one_recorder_at_a_time)
     assert_int_equal(recorder_run(&h, &other, words), 2);
     assert_non_null(strstr(other.text, "no robot 'leg'"));
     assert_int_equal(recorder_end(&r), 0);
+    snprintf(words, sizeof words, "record arm -o %s --runtime-dir %s", h.directory, h.runtime_dir);
+    assert_int_equal(recorder_run(&h, &other, words), 2);
+    assert_non_null(strstr(other.text, "Is a directory"));
+    assert_null(strstr(other.text, "0 requests")); /* nothing was recorded */
     end(&h);
 }
 

@@ -92,7 +92,7 @@ typedef struct run {
     const arguments *a;
     taps taps;
     recording_writer file;
-    uint64_t start, shown; /* CLOCK_MONOTONIC ns */
+    uint64_t start, shown; /* CLOCK_MONOTONIC ns; start 0: the file could not be made */
     int hung_up;
     int broken; /* a tap holds no records */
 } run;
@@ -174,10 +174,15 @@ static int finish(run *r)
     const uint64_t dropped = taps_dropped(&r->taps);
     const double seconds = (double)(clock_ns() - r->start) * 1e-9;
     const int error = recording_close(&r->file);
-    fprintf(stderr,
-            "%s: %" PRIu64 " requests of robot '%s', %.1f MB, %.1f s, dropped %" PRIu64 "\n",
-            r->a->file, r->file.records, r->a->robot, (double)r->file.file_bytes * 1e-6, seconds,
-            dropped);
+    if (r->start)
+        fprintf(stderr,
+                "%s: %" PRIu64 " requests of robot '%s', %.1f MB, %.1f s, dropped %" PRIu64 "\n",
+                r->a->file, r->file.records, r->a->robot, (double)r->file.file_bytes * 1e-6,
+                seconds, dropped);
+    if (error && !r->start) {
+        fprintf(stderr, "totalforce record: %s: %s\n", r->a->file, strerror(error));
+        return EXIT_FAILED;
+    }
     if (error) {
         fprintf(stderr, "totalforce record: %s: %s: the recording ends there\n", r->a->file,
                 strerror(error));

@@ -167,7 +167,10 @@ latency 0 "$tool" latency arm --cyclictest --save "$work/saved"
 says "$work/out" "T: 0 ("
 latency 0 "$tool" latency arm --compare "$work/saved"
 says "$work/out" "ratios of the tenths of the runs"
+latency 0 "$tool" latency arm --sweep batch=1,4 --cyclictest --save "$work/saved"
+says "$work/out" "# shm, batch=4, closed loop"
 status 0 "$tool" latency --compare "$work/saved" --compare "$work/saved"
+says "$work/out" "shm, robot arm, batch 4, wait hybrid, closed loop"
 says "$work/out" "within noise"
 status 3 "$tool" latency
 

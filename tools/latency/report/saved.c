@@ -185,7 +185,11 @@ static int compare_run(FILE *out, const json_t *before, const json_t *after)
     saved_run *runs = calloc(2, sizeof *runs);
     int result = -1;
     if (runs && read_run(&runs[0], before) == 0 && read_run(&runs[1], after) == 0) {
-        fprintf(out, "\n%s, %s\n", json_string_value(json_object_get(after, "via")),
+        fprintf(out, "\n%s, robot %s, batch %" JSON_INTEGER_FORMAT ", wait %s, %s\n",
+                json_string_value(json_object_get(after, "via")),
+                json_string_value(json_object_get(after, "robot")),
+                json_integer_value(json_object_get(after, "batch")),
+                json_string_value(json_object_get(after, "wait")),
                 json_string_value(json_object_get(after, "load")));
         print_differences(out, before, after);
         fprintf(out, "  %-11s %10s %10s %7s  %s\n", "us", "before", "after", "ratio",

@@ -274,8 +274,10 @@ void latency_print_cyclictest(FILE *out, const latency_session *session)
     for (int i = 0; i < session->count; i++) {
         const latency_run *run = &session->runs[i];
         const double interval = run->options.rate > 0 ? 1e6 / run->options.rate : 0;
-        fprintf(out, "# %s, %s loop, round trips in ns\n", latency_via_names[run->via],
-                latency_loop_name(&run->options));
+        fprintf(out, "# %s, ", latency_via_names[run->via]);
+        if (run->swept)
+            fprintf(out, "%s=%s, ", run->options.sweep, run->swept);
+        fprintf(out, "%s loop, round trips in ns\n", latency_loop_name(&run->options));
         for (uint32_t k = 0; k < run->client_count; k++) {
             const tfa_histogram *h = &run->clients[k].figures->parts[PART_ROUND_TRIP].h;
             const thread_usage *usage = &run->clients[k].usage;

@@ -71,7 +71,8 @@ static const struct argp_option option_table[] = {
     {.name = "seconds",
      .key = KEY_SECONDS,
      .arg = "S",
-     .doc = "Measure so long; or --count, if sooner"},
+     .doc = "Measure so long, in an open loop until the last request of that time has its reply; "
+            "or --count, if sooner"},
     {.name = "warmup",
      .key = KEY_WARMUP,
      .arg = "N",

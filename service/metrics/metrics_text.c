@@ -34,6 +34,17 @@ static void write_text(FILE *out, const char *text)
     }
 }
 
+/* The format's words for what printf writes in lower case, a NaN perhaps with a sign. */
+static void write_value(FILE *out, double value)
+{
+    if (isnan(value))
+        fputs("NaN", out);
+    else if (isinf(value))
+        fputs(value > 0 ? "+Inf" : "-Inf", out);
+    else
+        fprintf(out, "%.9g", value);
+}
+
 /* name{robot="..." */
 static void write_robot(FILE *out, const char *name, const tfa_robot_statistics *r)
 {
@@ -95,7 +106,9 @@ static void write_gauges(const tfa_snapshot *s, FILE *out)
     begin(out, "largest_error_estimate", "gauge", "Largest error estimate since the start.");
     for (uint32_t i = 0; i < s->robot_count; i++) {
         write_robot(out, "largest_error_estimate", &s->robots[i]);
-        fprintf(out, "} %.6g\n", s->robots[i].total.largest_estimate);
+        fputs("} ", out);
+        write_value(out, s->robots[i].total.largest_estimate);
+        fputc('\n', out);
     }
 }
 
@@ -187,20 +200,22 @@ static void write_topic(FILE *out, const char *metric, const tfa_robot_statistic
 
 static void write_inputs(const tfa_snapshot *s, FILE *out)
 {
-#define INPUTS(metric, kind, help, format, value)                                                  \
+#define INPUTS(metric, kind, help, write)                                                          \
     begin(out, metric, kind, help);                                                                \
     for (uint32_t i = 0; i < s->robot_count; i++)                                                  \
         for (uint32_t k = 0; k < s->robots[i].ros2.input_count; k++) {                             \
             const tfa_input_statistics *in = &s->robots[i].ros2.inputs[k];                         \
             write_topic(out, metric, &s->robots[i], in);                                           \
-            fprintf(out, format "\n", value);                                                      \
+            write;                                                                                 \
+            fputc('\n', out);                                                                      \
         }
-    INPUTS("input_age_seconds", "gauge", "Time since the last message; NaN: none.", "%.6f",
-           in->last ? NS * (double)(s->time - in->last) : (double)NAN)
-    INPUTS("input_messages_total", "counter", "Messages of ROS 2.", "%" PRIu64, in->received)
+    INPUTS("input_age_seconds", "gauge", "Time since the last message; NaN: none.",
+           write_value(out, in->last ? NS * (double)(s->time - in->last) : (double)NAN))
+    INPUTS("input_messages_total", "counter", "Messages of ROS 2.",
+           fprintf(out, "%" PRIu64, in->received))
     INPUTS("input_refusals_total", "counter", "Messages of ROS 2 that could not be used.",
-           "%" PRIu64, in->refused + in->oversized)
-    INPUTS("input_publishers", "gauge", "Matched publishers.", "%u", in->publishers)
+           fprintf(out, "%" PRIu64, in->refused + in->oversized))
+    INPUTS("input_publishers", "gauge", "Matched publishers.", fprintf(out, "%u", in->publishers))
 #undef INPUTS
 }
 

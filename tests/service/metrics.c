@@ -70,8 +70,13 @@ static void check_sample(const char *line, const char *family)
     assert_memory_equal(line, family, strlen(family)); /* or with _bucket, _sum, _count */
     at = skip_labels(at);
     assert_int_equal(*at, ' ');
-    (void)strtod(at + 1, &end);
+    const double value = strtod(at + 1, &end);
     assert_true(end > at + 1 && *end == '\n');
+    /* as the format spells them */
+    if (isnan(value))
+        assert_memory_equal(at, " NaN\n", 5);
+    if (isinf(value))
+        assert_memory_equal(at, value > 0 ? " +Inf\n" : " -Inf\n", 6);
 }
 
 static void check_form(const char *text)
@@ -186,13 +191,14 @@ TEST(awkward_labels)
     robot.ros2.input_count = 2;
     snprintf(robot.ros2.inputs[0].name, sizeof robot.ros2.inputs[0].name, "/joint_states");
     robot.ros2.inputs[1].last = 3;
+    robot.total.largest_estimate = INFINITY;
     char *text = text_of(&s);
     check_form(text);
     assert_non_null(strstr(text, "{robot=\"a\\\"b\\\\c\\nd\""));
     assert_non_null(strstr(text, "le=\"1.27e-07\"} 1\n"));
     assert_non_null(strstr(text, "le=\"2.55e-07\"} 2\n"));
     assert_non_null(strstr(text, "le=\"+Inf\"} 3\n"));
-    assert_non_null(strstr(text, "topic=\"/joint_states\"} nan\n"));
+    assert_non_null(strstr(text, "topic=\"/joint_states\"} NaN\n"));
     assert_non_null(strstr(text, "totalforce_dds_endpoints{kind=\"reply_readers\"} 0\n"));
     free(text);
 }

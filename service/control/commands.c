@@ -112,7 +112,7 @@ static void answer_statistics(const tfa_daemon *d, command *c)
 
 void commands_accept(tfa_daemon *d)
 {
-    const int fd = accept4(d->command_listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    const int fd = control_accept(d, d->command_listener);
     for (int i = 0; fd >= 0 && i < COMMANDS_MAX; i++) {
         command *c = &d->commands[i];
         struct epoll_event event = {.events = EPOLLIN | EPOLLRDHUP, .data.ptr = c};

@@ -209,15 +209,19 @@ static void reject_connection(tfa_daemon *d, int listener)
     tfa_word_add(&d->statistics.header->refused, 1);
 }
 
+int control_accept(tfa_daemon *d, int listener)
+{
+    const int fd = accept4(listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd < 0 && (errno == EMFILE || errno == ENFILE))
+        reject_connection(d, listener);
+    return fd;
+}
+
 static void accept_client(tfa_daemon *d, uint32_t robot)
 {
-    int fd = accept4(d->listeners[robot], NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
-    if (fd < 0) {
-        if (errno == EMFILE || errno == ENFILE)
-            reject_connection(d, d->listeners[robot]);
-        return;
-    }
-    session_begin(d, robot, fd);
+    const int fd = control_accept(d, d->listeners[robot]);
+    if (fd >= 0)
+        session_begin(d, robot, fd);
 }
 
 static uint64_t value_of(const tfa_word *word)

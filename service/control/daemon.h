@@ -258,6 +258,8 @@ void control_run(tfa_daemon *d);
 void control_close_listeners(tfa_daemon *d);
 void control_close(tfa_daemon *d);
 uint64_t control_clock(void);
+/* Takes a connection, or hangs up on it where descriptors have run out. @return it, or -1 */
+int control_accept(tfa_daemon *d, int listener);
 
 /* ---- commands.c: operators ---- */
 

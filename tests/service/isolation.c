@@ -193,6 +193,7 @@ TEST(descriptors_run_out)
     struct rlimit before, few;
     tfa_client_options options;
     tfa_client *client;
+    char text[256];
     open_scene(&s, "");
     options = harness_options(&s.h, "arm");
     assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, NULL, &before), 0);
@@ -202,6 +203,9 @@ TEST(descriptors_run_out)
     for (int i = 0; i < 3; i++) {
         assert_int_not_equal(tfa_client_connect(&options, &client), TFA_OK);
         assert_unharmed(&s);
+        /* an operator, too, who otherwise would keep the control thread busy */
+        assert_int_equal(tfa_daemon_command(s.h.runtime_dir, "status", 2000, text, sizeof text),
+                         TFA_E_DISCONNECTED);
     }
     assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, &before, NULL), 0);
     assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);

@@ -4,7 +4,9 @@
  * Client of a running totalforced, over a lock-free ring in shared memory. It contains no dynamics.
  *
  * Thread rules: one thread at a time uses a tfa_client; different clients are independent. A signal
- * handler must not call into a client that the interrupted thread is using.
+ * handler must not call into a client that the interrupted thread is using. After fork() one of the
+ * two processes uses a client, the other at most closes it; the daemon sees a client end when both
+ * have closed it, ended or called exec.
  */
 #ifndef TOTALFORCE_CLIENT_H
 #define TOTALFORCE_CLIENT_H

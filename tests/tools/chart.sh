@@ -210,6 +210,13 @@ status 2 "$tool" chart --urdf "$work/absent.urdf"
 status 2 "$tool" chart --mechanisms random --bodies 2 --output "$work/absent/folder"
 "$tool" chart --mechanisms random --bodies 2 --budget-ms 1 >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "chart does not notice a full disk"
+says "$work/err" "totalforce chart: output: No space left on device"
+# and ends with the first rows that cannot be written
+"$tool" chart --mechanisms random --bodies 2,256 --methods aba --budget-ms 1 \
+    --html "$work/full.html" >/dev/full 2>"$work/err"
+[ $? -eq 2 ] || fail "chart does not notice a full disk, with a page"
+says "$work/full.html" "random, 2 bodies"
+grep -q 'random, 256 bodies' "$work/full.html" && fail "chart goes on with a full disk"
 
 # pictures, where there is gnuplot
 status 2 "$tool" chart --mechanisms random --bodies 2 --budget-ms 1 --output "$work/p" --scripts "$work/absent"

@@ -18,7 +18,7 @@ typedef struct rows {
     chart_row *all;
     size_t count, capacity;
     uint64_t cases; /* that are measured */
-    int failed;
+    int failed, unwritten;
     /* the fewest bodies at which a call was too long, by op, method and precision; 0: none was */
     uint32_t over[CHART_OP_COUNT][CHART_METHODS][CHART_PRECISION_COUNT];
 } rows;
@@ -148,18 +148,20 @@ static int chart_target_at(rows *r, const chart_options *o, FILE *out, const cha
     mark_fronts(r->all + first, count);
     for (size_t i = first; i < r->count; i++)
         (o->json ? chart_print_row_json : chart_print_row)(out, &r->all[i]);
-    fflush(out);
+    r->unwritten = results_flush(out) != 0;
     return status;
 }
 
 /* One target and size, by each number of threads and strategy. Rows that cannot be charted are told
- * and left out; the rest is charted. */
+ * and left out; the rest is charted, while rows can be written. */
 static void chart_size(rows *r, const chart_options *o, FILE *out, const chart_target *target,
                        uint32_t bodies)
 {
     chart_choice how = {0};
     for (uint32_t t = 0; t < o->thread_count; t++)
         for (uint32_t k = 0; k < (o->strategy_count ? o->strategy_count : 1); k++) {
+            if (r->unwritten)
+                return;
             how.threads = o->threads[t];
             how.strategy = o->strategy_count ? o->strategies[k]
                            : how.threads > 1 ? CHART_BATCH

@@ -29,14 +29,23 @@ FILE *results_open(const char *name, const char *folder, int json)
     return out;
 }
 
+int results_flush(FILE *out)
+{
+    static int first_error;
+    errno = 0;
+    if (!first_error && (fflush(out) != 0 || ferror(out)))
+        first_error = errno ? errno : EIO;
+    return first_error;
+}
+
 int results_close(const char *name, FILE *out)
 {
-    int bad = fflush(out) != 0 || ferror(out);
-    if (out != stdout)
-        bad |= fclose(out) != 0;
-    if (bad)
-        fprintf(stderr, "totalforce %s: output: %s\n", name, strerror(errno));
-    return bad ? EXIT_FAILED : EXIT_GOOD;
+    int error = results_flush(out);
+    if (out != stdout && fclose(out) != 0 && !error)
+        error = errno;
+    if (error)
+        fprintf(stderr, "totalforce %s: output: %s\n", name, strerror(error));
+    return error ? EXIT_FAILED : EXIT_GOOD;
 }
 
 static void print_fact(FILE *out, const json_t *facts, const char *key)

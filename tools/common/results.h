@@ -14,6 +14,10 @@
  * @return NULL after a message that begins with "totalforce NAME" */
 FILE *results_open(const char *name, const char *folder, int json);
 
+/** Flushes, so that a run ends where its rows can no longer be written.
+ * @return 0, or the errno of the first write that failed */
+int results_flush(FILE *out);
+
 /** Flushes, and closes a file that is not standard output. @return an exit status; the reason
  * stands on stderr */
 int results_close(const char *name, FILE *out);

@@ -207,6 +207,8 @@ status 3 "$tool" chart --turn 0
 says "$work/err" "--turn: 0, must be above 0"
 status 3 "$tool" chart one
 status 2 "$tool" chart --urdf "$work/absent.urdf"
+says "$work/err" "[unreadable]"
+grep -q bodies "$work/err" && fail "a file that was refused has bodies: $(cat "$work/err")"
 status 2 "$tool" chart --mechanisms random --bodies 2 --output "$work/absent/folder"
 "$tool" chart --mechanisms random --bodies 2 --budget-ms 1 >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "chart does not notice a full disk"

@@ -84,7 +84,8 @@ static int make_workspaces(chart_case *c)
                : status;
 }
 
-/* The message for a model that was compiled with that status */
+/* The message for a model that was compiled with that status; a file that was refused has its own.
+ * bodies: of a mechanism, 0 of a file */
 static int open_compiled(chart_case *c, const chart_options *options, int status, const char *label,
                          uint32_t bodies)
 {
@@ -96,8 +97,11 @@ static int open_compiled(chart_case *c, const chart_options *options, int status
         status = chart_solvers_open(c, options);
     if (status == TFA_OK)
         return TFA_OK;
-    fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
-            tfa_status_text(status));
+    if (bodies)
+        fprintf(stderr, "totalforce: %s, %" PRIu32 " bodies: %s\n", label, bodies,
+                tfa_status_text(status));
+    else if (status != TFA_E_MODEL)
+        fprintf(stderr, "totalforce: %s: %s\n", label, tfa_status_text(status));
     chart_case_close(c);
     return status;
 }
@@ -109,7 +113,7 @@ int chart_case_open(chart_case *c, const chart_options *options, const chart_tar
     const mechanism_options m = options_of(options, target, bodies);
     const int status = target->file ? compile_file(c, options, target)
                                     : compile_mechanism(c, options, &m, target->label);
-    return open_compiled(c, options, status, target->label, bodies);
+    return open_compiled(c, options, status, target->label, target->file ? 0 : bodies);
 }
 
 int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label)

@@ -41,19 +41,28 @@ void chart_range_extend(chart_range *range, double value)
     range->high = fmax(range->high, value);
 }
 
-/* Tics at 1, 2, 5, 10, ... where an axis is too short for decades alone. */
+/* Steps of a decade, coarser where an axis is longer; at least two are on every axis. */
+static const double *find_steps(double ratio)
+{
+    static const double fine[] = {1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 0.0},
+                        middle[] = {1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 0.0},
+                        coarse[] = {1.0, 2.0, 5.0, 0.0};
+    return ratio <= 4.0 ? fine : ratio <= 12.0 ? middle : coarse;
+}
+
+/* Tics at parts of a decade where an axis may hold fewer than three decades. */
 static void set_tics(FILE *out, uint32_t k, double low, double high)
 {
     const char *before = "";
-    if (high / low > 50.0) {
+    if (high / low > 1000.0) {
         fprintf(out, "time_tics[%" PRIu32 "] = '10'\ntime_format[%" PRIu32 "] = '10^{%%L}'\n", k,
                 k);
         return;
     }
     fprintf(out, "time_tics[%" PRIu32 "] = '(", k);
     for (int decade = (int)floor(log10(low)); pow(10.0, decade) <= high; decade++)
-        for (int step = 0; step < 3; step++) {
-            const double at = pow(10.0, decade) * (step == 0 ? 1.0 : step == 1 ? 2.0 : 5.0);
+        for (const double *step = find_steps(high / low); *step > 0.0; step++) {
+            const double at = pow(10.0, decade) * *step;
             if (at < low || at > high)
                 continue;
             fprintf(out, "%s%g", before, at);

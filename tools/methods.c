@@ -62,7 +62,7 @@ static const char *answers(const tfa_method_info *m)
 
 static void print_row(const tfa_method_info *m)
 {
-    printf("%-14s %-16s %-26s %s\n", m->name, answers(m), m->cost, m->summary);
+    printf("%-14s %-16s %-27s %s\n", m->name, answers(m), m->cost, m->summary);
     each_refusal(m->refuses, print_plain);
     if (m->refuses)
         putchar('\n');
@@ -99,5 +99,8 @@ int command_methods(int argc, char **argv)
     const tfa_method_info *row;
     for (uint32_t method = 0; (row = tfa_method_describe(method)); method++)
         (json ? print_row_json : print_row)(row);
-    return fflush(stdout) == 0 ? EXIT_GOOD : EXIT_FAILED;
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return EXIT_GOOD;
+    fprintf(stderr, "totalforce methods: standard output: %s\n", strerror(errno));
+    return EXIT_FAILED;
 }

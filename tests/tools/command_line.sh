@@ -43,8 +43,12 @@ says "$work/err" "--method: no 'tfacr'; nearest: 'tfa-cr', "
 status 0 "$tool" methods
 says "$work/out" "rotor inertia on a main chain"
 says "$work/out" "segment scan"
+says "$work/out" "in parallel  divide and conquer" # columns stay apart
 status 0 "$tool" methods --json
 says "$work/out" '{"method":"aba","number":3,"forward_dynamics":true,"lambda_inv":true,"cost":"O(N)",'
+"$tool" methods >/dev/full 2>"$work/err"
+[ $? -eq 2 ] || fail "methods does not notice a full disk"
+says "$work/err" "totalforce methods: standard output: No space left on device"
 status 3 "$tool" methods aba
 status 3 "$tool"
 status 3 "$tool" dance

@@ -168,6 +168,10 @@ status 2 "$tool" sweep "$work/absent.urdf" --count 5
 says "$work/err" "$work/absent.urdf: No such file"
 status 2 $sweep --count 5 --out "$work/absent/folder"
 says "$work/err" "$work/absent/folder: No such file"
+status 0 $sweep --count 5
+says "$work/out" " refine=default "
+status 0 $sweep --count 5 --refine 1
+says "$work/out" " refine=1 "
 $sweep --count 5 >/dev/full 2>"$work/err"
 [ $? -eq 2 ] || fail "sweep does not notice a full disk"
 finish

@@ -215,17 +215,19 @@ static uint64_t hash_ranges(const state_record *r)
 static int set_identity(sweep_plan *plan)
 {
     const sweep_options *o = plan->options;
-    char where[64];
+    char where[64], refine[16] = "default";
+    if (o->refine != TFA_REFINE_DEFAULT)
+        snprintf(refine, sizeof refine, "%" PRIu32, o->refine);
     snprintf(where, sizeof where, "seed=%" PRIu64 " ranges=%016" PRIx64, o->seed,
              hash_ranges(&plan->record));
     const int length = asprintf(
         &plan->identity,
         "version=%s isa=%s model=%.16s op=%s method=%s precision=%s residual=%d "
-        "estimate=%d refine=%" PRIu32 " tips=%s %s%s offset=%" PRIu64 " count=%" PRIu64
+        "estimate=%d refine=%s tips=%s %s%s offset=%" PRIu64 " count=%" PRIu64
         " block=%u reference=%" PRIu64 " out=%s out-states=%s",
         TFA_VERSION, tfa_isa_name(), tfa_model_hash_text(plan->model), sweep_op_word(o->op),
         tfa_method_name(o->method), sweep_precision_word(o->workspace.precision),
-        (int)o->workspace.residual, (int)o->estimate, o->refine, o->tips ? o->tips : "",
+        (int)o->workspace.residual, (int)o->estimate, refine, o->tips ? o->tips : "",
         o->states ? "states=" : "", o->states ? o->states : where, plan->first, plan->count,
         o->block, o->reference, o->out ? o->out : "", o->out_states ? o->out_states : "");
     if (length >= 0)

@@ -140,7 +140,7 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *   TFA_E_SINGULAR      the method cannot invert the inertia of a main-chain body: index is the
  *                       frame of the link that names it;
  *   TFA_E_NOT_COMPUTED  an answer is not finite or has no certain digit: M is singular at this q,
- *                       or nearly. Answers of other states are valid;
+ *                       or nearly, or a number overflows. Answers of other states are valid;
  *   TFA_E_RANK          lambda_inv has rank `index`, less than its rows, and the request refuses
  *                       that (TFA_RANK_REFUSE): lambda, mu, p and the torques of the task are
  *                       NaN. Other answers are valid.

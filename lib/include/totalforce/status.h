@@ -38,7 +38,7 @@ extern "C" {
     X(E_PARSE, -13, "malformed file", "the report names file, line, element and value")            \
     X(E_MODEL, -14, "model cannot be built", "the report names link or joint and the remedy")      \
     X(E_NOT_COMPUTED, -15, "no reliable answer",                                                   \
-      "the problem is singular at this configuration, or nearly")                                  \
+      "the problem is singular at this configuration, or nearly, or a number overflows")           \
     X(E_AGAIN, -16, "ring full", "as many requests are outstanding as there are slots: wait one")  \
     X(E_TIMEOUT, -17, "timed out", "no reply within the given time; the id is reported later")     \
     X(E_DISCONNECTED, -18, "no daemon",                                                            \

@@ -9,6 +9,7 @@
 #include "common/scene_options.h"
 
 #include <errno.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -138,14 +139,42 @@ static int try_out(const char *path, const tfa_model *model)
     return EXIT_FAILED;
 }
 
-static int build(const specialise_options *o, const char *path, const tfa_model *model)
+/* The signal that ends the build: the compilers are in process groups of their own, and would go
+ * on. */
+static volatile int cancelled;
+
+static void cancel(int number)
+{
+    cancelled = number;
+}
+
+/* tfa_specialised_build; a signal that would end the program does so once nothing is left behind */
+static int build_or_end(const tfa_model *model, const tfa_specialise_options *options,
+                        const char *path, tfa_specialise_result *result, char *error_text,
+                        size_t size)
+{
+    static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
+    enum { COUNT = sizeof numbers / sizeof *numbers };
+    struct sigaction before[COUNT], action = {.sa_handler = cancel};
+    for (int k = 0; k < COUNT; k++)
+        if (sigaction(numbers[k], NULL, &before[k]) == 0 && before[k].sa_handler != SIG_IGN)
+            sigaction(numbers[k], &action, NULL);
+    const int status = tfa_specialised_build(model, options, path, result, error_text, size);
+    progress_show(NULL, 0, 0, "");
+    for (int k = 0; k < COUNT; k++)
+        sigaction(numbers[k], &before[k], NULL);
+    if (cancelled)
+        raise(cancelled);
+    return status;
+}
+
+static int build(specialise_options *o, const char *path, const tfa_model *model)
 {
     char error_text[1024];
     tfa_specialise_result result;
+    o->build.cancel = &cancelled;
     progress_show("kernels generated, compiled and timed", 0, 0, "");
-    const int status =
-        tfa_specialised_build(model, &o->build, path, &result, error_text, sizeof error_text);
-    progress_show(NULL, 0, 0, "");
+    const int status = build_or_end(model, &o->build, path, &result, error_text, sizeof error_text);
     if (status != TFA_OK) {
         fprintf(stderr, "totalforce specialise: %s: %s\n", tfa_model_name(model),
                 error_text[0] ? error_text : tfa_status_text(status));

@@ -272,9 +272,9 @@ int tfa_specialised_build(const tfa_model *model, const tfa_specialise_options *
     b->err = &err;
     if (options)
         b->options = *options;
-    b->limits = (struct process_limits){value_or_default(b->options.seconds, 300),
-                                        value_or_default(b->options.memory_mib, 4096),
-                                        value_or_default(b->options.file_mib, 64)};
+    b->limits = (struct process_limits){
+        value_or_default(b->options.seconds, 300), value_or_default(b->options.memory_mib, 4096),
+        value_or_default(b->options.file_mib, 64), b->options.cancel};
     status = build_kernel(b);
     if (result)
         *result = b->result;

@@ -84,7 +84,12 @@ static int set_files(struct launch *c, const char *output_path)
            posix_spawn_file_actions_addclosefrom_np(&c->files, 3);
 }
 
-/* Returns the exit status; kills the process group at the wall-clock limit. */
+static int is_cancelled(const struct process_limits *l)
+{
+    return l->cancel && *l->cancel;
+}
+
+/* Returns the exit status; kills the process group at the wall-clock limit, or when cancelled. */
 static int wait_for(const struct child_process *child, const struct process_limits *l,
                     int *timed_out)
 {
@@ -101,6 +106,8 @@ static int wait_for(const struct child_process *child, const struct process_limi
             *timed_out = 1;
             kill(-child->process, SIGKILL);
         }
+        if (is_cancelled(l))
+            kill(-child->process, SIGKILL);
         nanosleep(&pause, NULL);
     }
 }
@@ -181,6 +188,8 @@ int child_process_wait(struct child_process *child, const struct process_limits 
     const int result = wait_for(child, limits, &timed_out);
     kill(-child->process, SIGKILL); /* its descendants */
     child->process = 0;
+    if (is_cancelled(limits))
+        return refuse(err, TFA_E_NOT_COMPUTED, "%s was cancelled", child->program);
     return check_exit_status(child->program, result, timed_out, limits, child->output_path, err);
 }
 

@@ -166,6 +166,7 @@ struct compiler_info {
 
 struct process_limits {
     uint32_t seconds, memory_mib, file_mib;
+    const volatile int *cancel; /* NULL, or kills the program when it is not 0 */
 };
 
 /* `wanted`, or the first in PATH. */
@@ -201,7 +202,7 @@ struct child_process {
 int child_process_start(const char *const *argv, const char *folder, int number,
                         const struct process_limits *limits, struct child_process *child,
                         struct error_text *err);
-/* Waits for it; kills it at the wall-clock limit. */
+/* Waits for it; kills it at the wall-clock limit, or when it is cancelled. */
 int child_process_wait(struct child_process *child, const struct process_limits *limits,
                        struct error_text *err);
 /* Kills it and waits. */

@@ -21,6 +21,30 @@ status 0 "$tool" model "$data/arm.urdf" --snap 1e-6 --kernels "$work"
 says "$work/out" "can be written by others"
 chmod o-w "$work"
 
+# a signal that ends it ends the compilers, and leaves nothing behind
+mkdir "$work/ended"
+cat >"$work/slow" <<END
+#!/bin/sh
+[ "\$1" = --version ] && exec echo slow 1.0
+echo \$\$ >>"$work/pids"
+exec sleep 60
+END
+chmod +x "$work/slow"
+"$tool" specialise "$data/arm.urdf" -o "$work/ended" --compiler "$work/slow" 2>"$work/err" &
+builder=$!
+for turn in $(seq 100); do
+    [ -s "$work/pids" ] && break
+    sleep 0.1
+done
+kill -TERM $builder
+wait $builder
+[ $? -eq 143 ] || fail "SIGTERM does not end a build"
+[ -s "$work/pids" ] || fail "no compiler ran: $(cat "$work/err")"
+while read -r pid; do
+    kill "$pid" 2>/dev/null && fail "a compiler of a build that was ended runs on"
+done <"$work/pids"
+[ -z "$(ls -A "$work/ended")" ] || fail "an ended build left $(ls -A "$work/ended")"
+
 status 2 env PATH=/nowhere "$tool" specialise "$data/arm.urdf" -o "$work/none.so"
 says "$work/err" "no compiler found: looked for clang, gcc and cc in PATH; \`apt install clang\`"
 [ ! -e "$work/none.so" ] || fail "a file without a compiler"

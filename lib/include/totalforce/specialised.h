@@ -121,6 +121,8 @@ typedef struct tfa_specialise_options {
     uint32_t file_mib;    /**< largest file that a compiler may write, MiB; 0: 64 */
     uint32_t keep_tables; /**< 1: keeps the tables, as PATH with .h in place of .so */
     tfa_specialise_algorithm algorithm; /**< which code the kernel has */
+    const volatile int *cancel; /**< NULL; or set to other than 0, by a signal handler or another
+                                     thread, it stops the compilers and the build */
 } tfa_specialise_options;
 
 /** Result of a build. */
@@ -156,9 +158,9 @@ TFA_API TFA_CHECKED int tfa_specialised_tables(const tfa_model *model, char **te
  * @param size        of error_text, bytes
  * @return TFA_OK; TFA_E_ARGUMENT (model or path NULL); TFA_E_UNSUPPORTED (as tfa_specialised_check,
  *         or no compiler); TFA_E_FILE (no sources, or `path` cannot be written); TFA_E_TIMEOUT (a
- *         compiler exceeded its time); TFA_E_NOT_COMPUTED (a compiler failed, or the kernel is
- *         larger than 64 MiB); TFA_E_MEMORY; TFA_E_SYSTEM (a process cannot be started, or a path
- *         is too long).
+ *         compiler exceeded its time); TFA_E_NOT_COMPUTED (a compiler failed or was cancelled, or
+ *         the kernel is larger than 64 MiB); TFA_E_MEMORY; TFA_E_SYSTEM (a process cannot be
+ *         started, or a path is too long).
  */
 TFA_API TFA_CHECKED int tfa_specialised_build(const tfa_model *model,
                                               const tfa_specialise_options *options,

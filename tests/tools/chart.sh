@@ -162,6 +162,11 @@ status 3 "$tool" chart --op operational_inertia --methods rnea
 says "$work/err" "--methods: rnea answers none of --op"
 status 3 "$tool" chart --op sideways
 
+# the title of a page counts charts: a mechanism is no robot
+status 0 "$tool" chart --mechanisms random --bodies 2,3 --methods aba --rhs tau --refine 0 --budget-ms 1 \
+    --html "$work/page.html"
+says "$work/page.html" "aba: fastest answer exact to rounding on 2 of 2 charts, "
+
 # what would take too long is skipped, and says so: crba needs a second or so here, against 20 ms
 status 0 "$tool" chart --mechanisms straight --bodies 8,2048,2049 --methods aba,crba,hessenberg \
     --rhs tau --refine 0 --budget-ms 1 --states 2

@@ -98,7 +98,7 @@ void chart_page_title(char *text, size_t size, const chart_panels *p)
         snprintf(text, size, "%s: exact to rounding in %s by %s", p->rows->target, low, winner);
     else
         snprintf(text, size,
-                 "%s: fastest answer exact to rounding on %zu of %zu robots, %s to %s a state",
+                 "%s: fastest answer exact to rounding on %zu of %zu charts, %s to %s a state",
                  winner, most.won, most.panels, low, high);
 }
 

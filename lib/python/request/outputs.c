@@ -74,8 +74,8 @@ static int take_array(request_call *call, int k, PyObject *value)
         return raise_status(TFA_E_ARGUMENT, "out",
                             "out: %s must be C-contiguous, aligned and writeable", outputs[k].name);
     if (!has_shape(array, axes, shape))
-        return raise_status(TFA_E_SIZE, "out", "out: %s must have the shape (%s%s)",
-                            outputs[k].name, wanted, axes == 1 ? ",)" : ")");
+        return raise_status(TFA_E_SIZE, "out", "out: %s must have the shape (%s%s", outputs[k].name,
+                            wanted, axes == 1 ? ",)" : ")");
     if (!output_is_answered(&outputs[k], call->robot, &call->request))
         return raise_status(TFA_E_ARGUMENT, "out", "out: this request does not answer %s",
                             outputs[k].name);

@@ -244,8 +244,8 @@ static int batch_serves(const tfa_workspace *w, const struct call *c)
     return c->request->count >= w->batch_min;
 }
 
-/* Computes states k .. k + count - 1. Returns count; 0 if there are too few or one must be computed
- * alone. */
+/* Computes states k .. k + count - 1. Returns count; 0 if there are too few, one must be computed
+ * alone, or one by another strategy: of floats by double. */
 static uint32_t run_lanes(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t count,
                           tfa_reply *reply)
 {

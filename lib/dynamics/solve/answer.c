@@ -59,15 +59,6 @@ int TFA_V(sentinel_asks_estimate)(struct state *s, const tfa_request *r, tfa_met
     return 1;
 }
 
-int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method method,
-                             const num_doubles *estimate)
-{
-    int all = 1;
-    for (uint32_t l = 0; l < s->lanes; l++)
-        all &= estimate->lane[l] <= 1;
-    return all || r->estimate == TFA_ESTIMATE_NEVER || !TFA_V(sentinel_of)(s, method);
-}
-
 void TFA_V(store_estimate)(const struct state *s, const tfa_request *r, const num_doubles *estimate,
                            tfa_answer *out)
 {
@@ -98,17 +89,53 @@ static double inertia_ratio(const struct state *s, uint32_t i)
     return most;
 }
 
-void TFA_V(report_singular_body)(struct state *s, tfa_reply *reply)
+/* The largest of them; *link: its body, left as it is where none is above SINGULAR_RATIO */
+static double largest_inertia_ratio(struct state *s, uint32_t *link)
 {
-    double worst_ratio = SINGULAR_RATIO;
+    double largest = SINGULAR_RATIO;
     (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            if (inertia_ratio(s, i) > worst_ratio) {
-                worst_ratio = inertia_ratio(s, i);
-                reply->field = TFA_FIELD_BODY;
-                reply->index = s->body[i].link;
+            if (inertia_ratio(s, i) > largest) {
+                largest = inertia_ratio(s, i);
+                *link = s->body[i].link;
             }
+    return largest;
+}
+
+void TFA_V(report_singular_body)(struct state *s, tfa_reply *reply)
+{
+    uint32_t link;
+    if (largest_inertia_ratio(s, &link) > SINGULAR_RATIO) {
+        reply->field = TFA_FIELD_BODY;
+        reply->index = link;
+    }
+}
+
+/* Float by itself: double answers where float's factors are bad (run_batch). */
+static int double_takes_over(const struct state *s)
+{
+    return NUM_EPSILON > 0x1p-30 && !s->residual_kernel;
+}
+
+int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method method,
+                             const num_doubles *estimate)
+{
+    int certain = 1, below_one = 1;
+    for (uint32_t l = 0; l < s->lanes; l++) {
+        certain &= estimate->lane[l] <= ESTIMATE_UNCERTAIN;
+        below_one &= estimate->lane[l] <= 1;
+    }
+    if (r->estimate == TFA_ESTIMATE_NEVER)
+        return 1;
+    if (double_takes_over(s))
+        return certain && !TFA_V(sentinel_of)(s, method);
+    if (certain)
+        return 1;
+    if (s->lanes > 1 || (!below_one && TFA_V(sentinel_of)(s, method)))
+        return 0; /* of several, some alone may be valid */
+    uint32_t link;
+    return s->m->mimics || !(largest_inertia_ratio(s, &link) > SINGULAR_RATIO);
 }
 
 int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints)

@@ -21,7 +21,7 @@ int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
 
 /* Refinement and estimate; while the estimate is too large, the answer of the next method, refined
  * as the first was. If the estimate is still too large, the residual kernel answers, where there is
- * one. A request without estimates gets the answer of the method. *sound:
+ * one. A request without estimates gets the answer of the method. *valid:
  * TFA_V(estimate_is_valid). */
 static tfa_method refine(struct state *s, const tfa_request *r, tfa_method method, uint32_t steps,
                          int with_estimate, int *valid, tfa_answer *out)

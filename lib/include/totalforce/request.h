@@ -165,7 +165,8 @@ typedef struct tfa_request {
 #define TFA_ANSWER_NOT_FINITE 32u /**< the method's answer was not finite */
 /** Computed in higher precision than that of the factors: that of the residual, or double in place
  *  of float. With TFA_ANSWER_FALLBACK by the method of auto, because the estimate stayed too large;
- *  without it by the requested method, which the lower precision lacks or refused. */
+ *  without it by the requested method, which the lower precision lacks or refused, or for which
+ *  float by itself has too few digits. */
 #define TFA_ANSWER_RESIDUAL_PRECISION 64u
 /** The sentinel tripped (TFA_ESTIMATE_DEFAULT), so the estimate was computed. */
 #define TFA_ANSWER_SENTINEL 128u

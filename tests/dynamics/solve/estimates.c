@@ -7,8 +7,8 @@
  *
  *     test_estimates [ROBOTS [FIRST SEED]]
  *
- * A robot is asked for three right-hand sides by every method with every refinement, and once for
- * Lambda^-1. 5000 robots are 910000 answers and take half a minute.
+ * A robot is asked for three right-hand sides by every method with every refinement, in double and
+ * in single precision, and once for Lambda^-1. 5000 robots are 910000 answers and take half a minute.
  */
 #include "estimates_tally.h"
 #include "support/fixture.h"
@@ -28,7 +28,8 @@
 
 static uint64_t robots = ROBOTS;
 static uint64_t seeds = 1;
-static tally forward[METHODS][TALLY_REFINES], lambda[METHODS][TALLY_REFINES];
+static tally forward[METHODS][TALLY_REFINES], single[METHODS][TALLY_REFINES];
+static tally lambda[METHODS][TALLY_REFINES];
 static uint64_t asked, broken, auto_worse;
 static uint64_t flagged, unflagged;
 static double worst_unflagged;
@@ -43,11 +44,17 @@ static void say(char *where, size_t size, const hard_robot *robot, uint64_t seed
     snprintf(where, size, "seed %llu rhs %d: %s", (unsigned long long)seed, rhs, robot->name);
 }
 
+/* The workspace that is asked, and its rule */
+typedef struct subject {
+    tfa_workspace *workspace;
+    const tally_rule *rule;
+} subject;
+
 /* Asks one method with one refinement. Returns 1 when it answered, and its true error. */
-static int ask(hard_robot *robot, tfa_request *r, tfa_reply *reply, const double *want,
-               const double *got, size_t n, tally *t, const char *where, double *truth)
+static int ask(subject by, tfa_request *r, tfa_reply *reply, const double *want, const double *got,
+               size_t n, tally *t, const char *where, double *truth)
 {
-    const int status = tfa_compute(robot->f64, r, reply);
+    const int status = tfa_compute(by.workspace, r, reply);
     if (status == TFA_E_METHOD || status == TFA_E_SINGULAR || status == TFA_E_UNSUPPORTED) {
         t->refused++;
         return 0;
@@ -58,7 +65,7 @@ static int ask(hard_robot *robot, tfa_request *r, tfa_reply *reply, const double
     }
     asked++;
     *truth = relative_error(got, want, n);
-    if (tally_add(t, *truth, reply->answers, where)) {
+    if (tally_add(t, by.rule, *truth, reply->answers, where)) {
         broken++;
         if (broken <= 40)
             print_message("  %s refine %d op %d (answered by %s): truth %.2g, estimate %.2g; %s\n",
@@ -70,7 +77,7 @@ static int ask(hard_robot *robot, tfa_request *r, tfa_reply *reply, const double
 }
 
 /* Every method of the table that answers the op. `got` and `want` are n numbers. */
-static void ask_all(hard_robot *robot, tfa_request *r, tfa_reply *reply, const double *want,
+static void ask_all(subject by, tfa_request *r, tfa_reply *reply, const double *want,
                     const double *got, size_t n, tally (*table)[TALLY_REFINES], const char *where)
 {
     double error[METHODS] = {0};
@@ -83,14 +90,14 @@ static void ask_all(hard_robot *robot, tfa_request *r, tfa_reply *reply, const d
         for (int k = 0; k < TALLY_REFINES; k++) {
             double truth;
             r->refine = refine_of(k);
-            if (ask(robot, r, reply, want, got, n, &table[m][k], where, &truth))
+            if (ask(by, r, reply, want, got, n, &table[m][k], where, &truth))
                 error[m] = truth;
         }
     }
     /* the last asked of each were the defaults */
-    if (error[TFA_METHOD_AUTO] > AUTO_FACTOR * error[TFA_METHOD_ABA] + LEAST_TRUTH) {
+    if (error[TFA_METHOD_AUTO] > AUTO_FACTOR * error[TFA_METHOD_ABA] + by.rule->least) {
         r->method = TFA_METHOD_AUTO;
-        (void)tfa_compute(robot->f64, r, reply);
+        (void)tfa_compute(by.workspace, r, reply);
         if (!(reply->answers->flags & TFA_ANSWER_FALLBACK)) {
             print_message("  auto %.2g, aba %.2g: %s\n", error[TFA_METHOD_AUTO],
                           error[TFA_METHOD_ABA], where);
@@ -122,22 +129,50 @@ static void ask_in_silence(hard_robot *robot, tfa_request *r, tfa_reply *reply, 
     }
 }
 
-static void ask_forward(hard_robot *robot, hard_rhs rhs, const char *where)
-{
-    double want[HARD_ROBOT_FREEDOMS], got[HARD_ROBOT_FREEDOMS];
+typedef struct forward_case {
+    tfa_request request;
+    tfa_reply reply; /* answers to `got` */
     tfa_answer answer;
-    tfa_request r = hard_robot_request(robot, rhs);
-    tfa_reply reply = {.base_acceleration = want, .qdd = want + robot->six, .answers = &answer};
-    r.method = TFA_METHOD_ABA;
-    if (!robot->six)
-        reply.base_acceleration = NULL;
-    if (tfa_compute(robot->f128, &r, &reply) != TFA_OK)
-        return; /* M is singular here */
+    double want[HARD_ROBOT_FREEDOMS], got[HARD_ROBOT_FREEDOMS];
+} forward_case;
+
+/* A request and the truth. Returns 0 where M is singular. */
+static int forward_case_make(const hard_robot *robot, hard_rhs rhs, forward_case *c)
+{
+    c->request = hard_robot_request(robot, rhs);
+    c->reply = (tfa_reply){.qdd = c->want + robot->six, .answers = &c->answer};
+    c->request.method = TFA_METHOD_ABA;
     if (robot->six)
-        reply.base_acceleration = got;
-    reply.qdd = got + robot->six;
-    ask_all(robot, &r, &reply, want, got, robot->nv + robot->six, forward, where);
-    ask_in_silence(robot, &r, &reply, want, got, robot->nv + robot->six, where);
+        c->reply.base_acceleration = c->want;
+    if (tfa_compute(robot->f128, &c->request, &c->reply) != TFA_OK)
+        return 0;
+    if (robot->six)
+        c->reply.base_acceleration = c->got;
+    c->reply.qdd = c->got + robot->six;
+    return 1;
+}
+
+/* Rounding of a request to single precision is no error of its answer. */
+static void round_positions(hard_robot *robot)
+{
+    for (uint32_t i = 0; i < tfa_model_q_count(robot->model); i++)
+        robot->q[i] = (float)robot->q[i];
+    for (int i = 0; i < 7; i++)
+        robot->base_pose[i] = (float)robot->base_pose[i];
+}
+
+static void ask_forward(hard_robot *robot, tfa_workspace *f32, hard_rhs rhs, const char *where)
+{
+    static forward_case c;
+    const size_t n = robot->nv + robot->six;
+    if (forward_case_make(robot, rhs, &c)) {
+        ask_all((subject){robot->f64, &tally_f64}, &c.request, &c.reply, c.want, c.got, n, forward,
+                where);
+        ask_in_silence(robot, &c.request, &c.reply, c.want, c.got, n, where);
+    }
+    round_positions(robot);
+    if (forward_case_make(robot, rhs, &c))
+        ask_all((subject){f32, &tally_f32}, &c.request, &c.reply, c.want, c.got, n, single, where);
 }
 
 static void ask_lambda(hard_robot *robot, random_source *s, const char *where)
@@ -155,7 +190,8 @@ static void ask_lambda(hard_robot *robot, random_source *s, const char *where)
     if (tfa_compute(robot->f128, &r, &reply) != TFA_OK)
         return;
     reply.lambda_inv = got;
-    ask_all(robot, &r, &reply, want, got, (size_t)36 * r.tip_count * r.tip_count, lambda, where);
+    ask_all((subject){robot->f64, &tally_f64}, &r, &reply, want, got,
+            (size_t)36 * r.tip_count * r.tip_count, lambda, where);
 }
 
 TEST(estimates_are_not_below_the_truth)
@@ -166,15 +202,18 @@ TEST(estimates_are_not_below_the_truth)
         random_source s = {~seed};
         if (!hard_robot_open(seed, &robot))
             continue;
+        tfa_workspace *f32 = fixture_workspace(robot.model, TFA_F32);
         for (int rhs = 0; rhs < HARD_RHS_COUNT; rhs++) {
             hard_robot_draw(&robot, &s, (hard_rhs)rhs);
             say(where, sizeof where, &robot, seed, rhs);
-            ask_forward(&robot, (hard_rhs)rhs, where);
+            ask_forward(&robot, f32, (hard_rhs)rhs, where);
         }
+        tfa_workspace_free(f32);
         ask_lambda(&robot, &s, where);
         hard_robot_close(&robot);
     }
     tally_print("forward dynamics", forward, METHODS);
+    tally_print("forward dynamics in single precision", single, METHODS);
     tally_print("lambda_inv", lambda, METHODS);
     print_message("  %llu answers, %llu break the rule\n", (unsigned long long)asked,
                   (unsigned long long)broken);

@@ -11,6 +11,8 @@
 
 #define FIRST_DECADE (-9) /* of the histogram */
 
+const tally_rule tally_f64 = {TALLY_LEAST_F64, 1e-6, 1e-7}, tally_f32 = {5e-6, 1e-3, 1e-4};
+
 static const char *const refines[TALLY_REFINES] = {"0", "1", "2", "default"};
 
 static void count_reason(tally *t, unsigned flags)
@@ -22,7 +24,8 @@ static void count_reason(tally *t, unsigned flags)
                                                     : 3]++;
 }
 
-int tally_add(tally *t, double truth, const tfa_answer *answer, const char *where)
+int tally_add(tally *t, const tally_rule *rule, double truth, const tfa_answer *answer,
+              const char *where)
 {
     const double estimate = answer->error_estimate, ratio = truth / estimate;
     t->answered++;
@@ -30,7 +33,7 @@ int tally_add(tally *t, double truth, const tfa_answer *answer, const char *wher
     t->log_truth += log10(fmax(truth, 1e-17));
     if (truth > t->worst_truth)
         t->worst_truth = truth;
-    if (truth <= LEAST_TRUTH)
+    if (truth <= rule->least)
         return 0;
     const int decade = (int)ceil(log10(ratio)) - FIRST_DECADE; /* no estimate: as far as it goes */
     t->histogram[!(ratio < 1e9) || decade >= TALLY_DECADES ? TALLY_DECADES - 1
@@ -40,7 +43,8 @@ int tally_add(tally *t, double truth, const tfa_answer *answer, const char *wher
         t->worst = ratio;
         snprintf(t->where, sizeof t->where, "%s", where);
     }
-    const int low = !(ratio <= LOW), silent = truth > WRONG && !(estimate >= SILENT);
+    const int low = !(ratio <= TALLY_LOW);
+    const int silent = truth > rule->wrong && !(estimate >= rule->silent);
     t->low += (uint64_t)low;
     t->silent += (uint64_t)silent;
     return low || silent;
@@ -48,7 +52,7 @@ int tally_add(tally *t, double truth, const tfa_answer *answer, const char *wher
 
 static void print_histogram(const uint64_t *histogram, uint64_t all)
 {
-    printf("  truth / estimate, of %" PRIu64 " answers with truth > %g:\n", all, LEAST_TRUTH);
+    printf("  truth / estimate, of %" PRIu64 " answers above rounding:\n", all);
     for (int k = 0; k < TALLY_DECADES; k++)
         printf("    %s 1e%-3d %8" PRIu64 "\n", k + 1 < TALLY_DECADES ? "up to" : "above",
                k + FIRST_DECADE - (k + 1 == TALLY_DECADES), histogram[k]);

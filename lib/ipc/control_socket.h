@@ -4,11 +4,13 @@
  * The control socket of a daemon: AF_UNIX SOCK_SEQPACKET at RUNTIME_DIR/TFA_CONTROL_SOCKET.
  *
  * A peer sends one packet, a command without a final 0, and gets one packet of text back; then the
- * daemon hangs up. `status` answers JSON to everybody who may open the socket. `reload` and `stop`
- * are for root and the daemon's user: `reload` answers when it is done, `stop` at once. The text
- * begins with "ok" or "error: " for these two, and with "error: " for a command that is refused.
- * `statistics` answers "ok" to everybody, and one descriptor: the segment of statistics_layout.h,
- * which its receiver cannot write.
+ * daemon hangs up. A peer may shut down its sending direction after the command. A command whose
+ * peer has closed the socket before the daemon reads it is dropped. `status` answers JSON to
+ * everybody who may open the socket. `reload` and `stop` are for root and the daemon's user:
+ * `reload` answers when it is done, `stop` at once. The text begins with "ok" or "error: " for
+ * these two, and with "error: " for a command that is refused. `statistics` answers "ok" to
+ * everybody, and one descriptor: the segment of statistics_layout.h, which its receiver cannot
+ * write.
  *
  * `record ROBOT MIB`, for the same users, is answered by "ok" with two descriptors: a segment of
  * taps (tap.h) with rings of MIB MiB, read-write, and a description of the robot, read-only

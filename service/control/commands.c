@@ -6,6 +6,7 @@
 #include "control/daemon.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -127,6 +128,16 @@ void commands_accept(tfa_daemon *d)
         close(fd);
 }
 
+/* Has the peer closed its socket, as a client does whose time is over? An AF_UNIX SOCK_SEQPACKET
+ * socket reports a hang-up (POLLHUP) when both directions are shut down, which close() of the peer
+ * does. shutdown(SHUT_WR) of the peer shuts down only the direction to here, which is POLLRDHUP:
+ * that peer still waits for its answer. */
+static bool has_hung_up(int socket)
+{
+    struct pollfd peer = {.fd = socket}; /* POLLHUP is reported without being asked for */
+    return poll(&peer, 1, 0) > 0 && (peer.revents & POLLHUP);
+}
+
 /* root and the daemon's own user may tell it what to do. */
 static bool may_command(int socket)
 {
@@ -144,6 +155,16 @@ static void obey_record(tfa_daemon *d, command *c, const char *order)
         c->socket = -1;
     else
         answer_text(c, text);
+}
+
+/* The answer comes at the end of the reload. Until then only a hang-up is of interest, which epoll
+ * reports without being asked for: the end of input after shutdown(SHUT_WR) is none. */
+static void obey_reload(tfa_daemon *d, command *c)
+{
+    struct epoll_event event = {.events = 0, .data.ptr = c};
+    c->waits = true;
+    (void)epoll_ctl(d->epoll, EPOLL_CTL_MOD, c->socket, &event);
+    reload_request(d);
 }
 
 static void obey(tfa_daemon *d, command *c, const char *word)
@@ -164,8 +185,7 @@ static void obey(tfa_daemon *d, command *c, const char *word)
         answer_text(c, "ok: stopping");
         d->stop = true;
     } else {
-        c->waits = true; /* for the end of the reload */
-        reload_request(d);
+        obey_reload(d, c);
     }
 }
 
@@ -178,7 +198,7 @@ bool commands_event(tfa_daemon *d, void *what)
     const ssize_t size = recv(c->socket, word, sizeof word - 1, MSG_DONTWAIT | MSG_TRUNC);
     if (size < 0 && (errno == EAGAIN || errno == EINTR))
         return true;
-    if (size <= 0 || c->waits || (size_t)size >= sizeof word) {
+    if (size <= 0 || c->waits || (size_t)size >= sizeof word || has_hung_up(c->socket)) {
         end(c);
         return true;
     }

@@ -82,6 +82,51 @@ TEST(stop_stops)
     harness_remove(&h);
 }
 
+/* The operator was told that it timed out: it must not happen later. */
+TEST(a_command_that_timed_out_is_dropped)
+{
+    static const char *const words[] = {"reload", "stop"};
+    harness h;
+    harness_serve(&h, ARM, "");
+    harness_configure(&h, ARM "    gravity: [0, 0, -2]\n", "");
+    for (int i = 0; i < 2; i++) {
+        harness_pause(&h);
+        assert_int_equal(tfa_daemon_command(h.runtime_dir, words[i], 100, text, sizeof text),
+                         TFA_E_TIMEOUT);
+        assert_int_equal(kill(h.pid, SIGCONT), 0);
+        assert_int_equal(command(&h, "status"), TFA_OK);
+        sleep_ms(500); /* for a reload to end */
+    }
+    assert_int_equal(command(&h, "reload"), TFA_OK);
+    assert_non_null(strstr(text, "ok: 1 of 1 models exchanged"));
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+/* A peer that has no more to say than its command still waits for the answer. */
+TEST(a_half_closed_peer_is_answered)
+{
+    static const char *const words[] = {"status", "reload", "stop"};
+    static const char *const answers[] = {"{", "ok: 0 of 1 models exchanged", "ok: stopping"};
+    harness h;
+    int status;
+    harness_serve(&h, ARM, "");
+    for (int i = 0; i < 3; i++) {
+        harness_pause(&h);
+        const int fd = connect_raw(&h);
+        assert_true(send(fd, words[i], strlen(words[i]), MSG_NOSIGNAL) > 0);
+        assert_int_equal(shutdown(fd, SHUT_WR), 0);
+        assert_int_equal(kill(h.pid, SIGCONT), 0);
+        assert_true(recv(fd, text, sizeof text, 0) > 0);
+        assert_memory_equal(text, answers[i], strlen(answers[i]));
+        close(fd);
+    }
+    assert_int_equal(waitpid(h.pid, &status, 0), h.pid);
+    assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    h.pid = 0;
+    harness_remove(&h);
+}
+
 /* Others of the sockets' group may look, and no more. */
 TEST(only_its_user_commands)
 {

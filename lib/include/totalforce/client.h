@@ -216,7 +216,8 @@ TFA_API int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t ti
  * @param size         of text, bytes
  * @return TFA_OK; TFA_E_REFUSED (the answer, "error: ...", says why); TFA_E_ARGUMENT (a NULL, a
  *         path too long for a socket); TFA_E_DISCONNECTED (no daemon there, or it hung up);
- *         TFA_E_TIMEOUT; TFA_E_MEMORY; TFA_E_SYSTEM (see errno)
+ *         TFA_E_TIMEOUT (a command that the daemon has not read by then is dropped); TFA_E_MEMORY;
+ *         TFA_E_SYSTEM (see errno)
  */
 TFA_API TFA_CHECKED int tfa_daemon_command(const char *runtime_dir, const char *command,
                                            int32_t timeout_ms, char *text, size_t size);

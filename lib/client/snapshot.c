@@ -321,7 +321,7 @@ static void add_clients(tfa_snapshot *snapshot)
         if (c->served.kind == TFA_CLIENT_SELF)
             continue;
         add_tally(&r->total, &c->tally);
-        r->clients++;
+        r->clients += c->served.kind == TFA_CLIENT_SHM;
         r->queued += c->queued;
     }
 }

@@ -93,7 +93,7 @@ static void write_counters(const tfa_snapshot *s, FILE *out)
 
 static void write_gauges(const tfa_snapshot *s, FILE *out)
 {
-    begin(out, "clients", "gauge", "Clients, gateways included.");
+    begin(out, "clients", "gauge", "Connections of other processes, without gateways.");
     for (uint32_t i = 0; i < s->robot_count; i++) {
         write_robot(out, "clients", &s->robots[i]);
         fprintf(out, "} %u\n", s->robots[i].clients);

@@ -407,6 +407,7 @@ static void assert_counted(const harness *h)
     for (uint32_t i = 0; i < s->robot_count; i++) {
         assert_true(s->robots[i].served.dds && s->robots[i].dds_request);
         assert_int_equal(s->robots[i].state.floating, i == 1);
+        assert_int_equal(s->robots[i].clients, 0); /* the gateway is none */
         all += s->robots[i].total.requests;
         by_ring += s->robots[i].departed.requests;
     }

@@ -32,14 +32,14 @@ def check(good, *what):
 
 
 class Daemon:
-    """totalforced with an arm."""
+    """totalforced with an arm, and other keys of the configuration."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, keys=""):
         self.folder, self.process = folder, None
         self.runtime_dir = os.path.join(folder, "run")
         self.config = os.path.join(folder, "arm.yaml")
         with open(self.config, "w", encoding="utf-8") as out:
-            out.write(f"runtime_dir: {self.runtime_dir}\nrobots:\n  - name: arm\n"
+            out.write(f"{keys}runtime_dir: {self.runtime_dir}\nrobots:\n  - name: arm\n"
                       f"    urdf: {SOURCE}/config/robots/arm7.urdf\n")
 
     def start(self):
@@ -221,6 +221,36 @@ def test_daemon_that_ends(daemon):
         check(done.returncode == 2 and "no daemon answers there" in done.stderr, done)
 
 
+def check_clients(daemon, count):
+    """`top` and `list` agree on the connections of other processes."""
+    shown = json.loads(tool(daemon, "top", "--once", "--json", "--interval", "0.1").stdout)
+    served = json.loads(tool(daemon, "list", "--json").stdout)
+    check(shown["robots"][0]["clients"] == served["robots"][0]["clients"] == count, shown, served)
+    lines = tool(daemon, "top", "--once", "--interval", "0.1").stdout.splitlines()
+    check([line for line in lines if line.split()[:2] == ["arm", str(count)]], lines)
+    rows = [line.split()[:2] for line in lines[lines.index("", 2) + 1:]]
+    check(["gateway", "dds"] in rows and [str(daemon.process.pid), "dds"] not in rows, lines)
+
+
+def test_gateways():
+    """A gateway of the daemon is named as such, and is no client."""
+    os.environ["CYCLONEDDS_URI"] = f"file://{SOURCE}/config/dds/local.xml"
+    domain = 1 + os.getpid() % 200
+    with tempfile.TemporaryDirectory(prefix="tfa-top-") as folder:
+        daemon = Daemon(folder, f"dds: {{enabled: yes, domain: {domain}}}\n")
+        try:
+            daemon.start()
+            check_clients(daemon, 0)
+            load = Load(daemon)
+            try:
+                time.sleep(0.3)
+                check_clients(daemon, 1)
+            finally:
+                load.end()
+        finally:
+            daemon.end(signal.SIGKILL)
+
+
 def main():
     with tempfile.TemporaryDirectory(prefix="tfa-top-") as folder:
         daemon = Daemon(folder)
@@ -238,6 +268,7 @@ def main():
             test_daemon_that_ends(daemon)
         finally:
             daemon.end(signal.SIGKILL)
+    test_gateways()
 
 
 main()

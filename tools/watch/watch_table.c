@@ -135,7 +135,9 @@ static void write_client(const watch *w, uint32_t i, FILE *out)
     const tfa_client_statistics *c = &w->now->clients[i];
     const tfa_tally *t = w->clients[i];
     char process[16] = "gateway";
-    if (c->served.worker >= 0)
+    if (c->served.kind == TFA_CLIENT_SELF)
+        snprintf(process, sizeof process, "daemon");
+    else if (c->served.kind == TFA_CLIENT_SHM)
         snprintf(process, sizeof process, "%d", c->served.process);
     fprintf(out, "%-8s %-5s %-16.16s %10.1f %6.1f %6u", process,
             tfa_client_kind_name(c->served.kind), w->now->robots[c->served.robot].served.name,

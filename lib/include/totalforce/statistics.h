@@ -130,7 +130,7 @@ typedef struct tfa_robot_statistics {
     tfa_served_robot served; /**< the robot */
     tfa_tally total;         /**< of `departed` and all clients of the robot but self-tests */
     tfa_tally departed;      /**< of clients that left */
-    uint32_t clients;        /**< clients of the robot in the snapshot */
+    uint32_t clients;        /**< connections of other processes: no gateways, no self-tests */
     uint32_t queued;         /**< requests that wait, as tfa_client_statistics.queued */
     uint64_t dds_request;    /**< receipt of the last request by DDS, CLOCK_MONOTONIC ns; 0: none */
     uint64_t dds_torques;    /**< the same of the torque stream */

@@ -11,6 +11,7 @@
 #include <libgen.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "config_read.h"
@@ -146,6 +147,17 @@ static void check_robot(config_reader *r, const config *c, size_t i)
     }
 }
 
+/* A directory opens like a file: only its reading fails. @return false, with errno */
+static bool is_readable(const char *path)
+{
+    struct stat info;
+    if (access(path, R_OK) != 0 || stat(path, &info) != 0)
+        return false;
+    if (S_ISDIR(info.st_mode))
+        errno = EISDIR;
+    return !S_ISDIR(info.st_mode);
+}
+
 static void check_file(config_reader *r, const config *c, size_t i)
 {
     char path[64];
@@ -153,7 +165,7 @@ static void check_file(config_reader *r, const config *c, size_t i)
         return;
     char *urdf = config_file_path(c, c->robots[i].urdf);
     snprintf(path, sizeof path, "robots[%zu].urdf", i);
-    if (urdf && access(urdf, R_OK) != 0)
+    if (urdf && !is_readable(urdf))
         config_error(r, path, "'%s' cannot be read: %s", urdf, strerror(errno));
     free(urdf);
 }

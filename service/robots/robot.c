@@ -5,6 +5,7 @@
  */
 #include "robot.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -222,12 +223,14 @@ static int load_all(const tfa_robot_source *sources, size_t count, const char *p
     int status = urdf && urdf->text
                      ? tfa_urdf_parse(urdf->text, strlen(urdf->text), path, &description, &report)
                      : tfa_urdf_load(path, &description, &report);
+    const int error = errno;
     log_report(&report);
     if (status == TFA_OK)
         status = tfa_robot_source_set_armature(&sources[0], description);
     if (status != TFA_OK) {
         tfa_log(TFA_LOG_ERROR, "robot '%s' (%s): %s: %s", robots[0].name, path,
-                tfa_status_text(status), tfa_status_cause(status));
+                tfa_status_text(status),
+                status == TFA_E_FILE ? strerror(error) : tfa_status_cause(status));
         keep_error(urdf, &report, status);
     }
     for (size_t i = 0; i < count && status == TFA_OK; i++)

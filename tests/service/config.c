@@ -146,6 +146,8 @@ TEST(errors_name_line_and_column)
          ":2:5: ", "robots[0]: the key 'urdf' is missing: The robot's file"},
         {"robots:\n  - name: a/b\n    urdf: x\n", ":2:11: ", "a/b"},
         {"robots:\n  - name: arm\n    urdf: nowhere.urdf\n", ":3:11: ", "nowhere.urdf"},
+        {"robots:\n  - name: arm\n    urdf: ..\n",
+         ":3:11: ", "'/tmp/..' cannot be read: Is a directory"},
         {ROBOT "    slots: 3\n", ":4:12: ", "power of two"},
         {ROBOT "    gravity: [0, 0]\n", ":4:14: ", "2 given, a list of 3 numbers is expected"},
         {ROBOT "    wait: default\n", ":4:11: ", "'default' is not one of spin, hybrid, block"},

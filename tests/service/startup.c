@@ -127,6 +127,16 @@ TEST(unknown_user_is_named)
     harness_remove(&h);
 }
 
+/* It opens; reading at address 0 fails. */
+TEST(the_cause_of_an_unreadable_robot_is_named)
+{
+    harness h;
+    harness_make(&h, "  - name: arm\n    urdf: /proc/self/mem\n", "");
+    assert_int_not_equal(harness_run(&h), 0);
+    assert_true(harness_logged(&h, "(/proc/self/mem): file cannot be read: Input/output error"));
+    harness_remove(&h);
+}
+
 TEST(open_directory_is_refused)
 {
     harness h;

@@ -197,24 +197,6 @@ static void check_realtime(config_reader *r, const config *c)
     }
 }
 
-static int set_runtime_dir(config *c)
-{
-    const char *given = getenv("TOTALFORCE_RUNTIME_DIR"), *xdg = getenv("XDG_RUNTIME_DIR");
-    if (c->runtime_dir)
-        return TFA_OK;
-    int n = -1;
-    if (given && *given)
-        n = asprintf(&c->default_dir, "%s", given);
-    else if (geteuid() != 0 && xdg && *xdg)
-        n = asprintf(&c->default_dir, "%s/totalforce", xdg);
-    else
-        n = asprintf(&c->default_dir, "/run/totalforce");
-    if (n < 0)
-        c->default_dir = NULL;
-    c->runtime_dir = c->default_dir;
-    return c->default_dir ? TFA_OK : TFA_E_MEMORY;
-}
-
 static void check_specialise(config_reader *r, const config *c)
 {
     if (c->specialise != CONFIG_SPECIALISE_OFF && !c->specialise_directory)
@@ -253,13 +235,14 @@ static int finish(config_reader *r, config *c)
 {
     int status = config_read_table(r, &config_top, yaml_document_get_root_node(r->document), "", c);
     if (status == TFA_OK)
-        status = set_runtime_dir(c);
+        status = config_set_runtime_dir(c);
     if (status != TFA_OK)
         return status;
     for (size_t i = 0; i < c->robots_count; i++) {
         check_robot(r, c, i);
         check_file(r, c, i);
     }
+    config_check_runtime_dir(r, c);
     check_realtime(r, c);
     check_specialise(r, c);
     check_http(r, c);

@@ -55,6 +55,12 @@ TFA_CHECKED int config_read_table(config_reader *r, const config_table *table,
 void config_read_scalar(config_reader *r, const config_scalar *scalar, const yaml_node_t *node,
                         void *out);
 
+/** The runtime directory where the file leaves it out: by the environment, or the default.
+ *  @return TFA_OK; TFA_E_MEMORY */
+TFA_CHECKED int config_set_runtime_dir(config *c);
+/** Reports a runtime directory in which the path of a socket would not fit its address. */
+void config_check_runtime_dir(config_reader *r, const config *c);
+
 /** Writes the default of a slot. */
 void config_set_default(const config_scalar *scalar, void *out);
 

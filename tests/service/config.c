@@ -223,6 +223,62 @@ TEST(missing_file)
     free(errors);
 }
 
+/* ---- the paths of sockets: at most 107 characters ---- */
+
+static const char *directory_of(size_t length)
+{
+    static char path[128];
+    snprintf(path, sizeof path, "/tmp/%0*d", (int)length - 5, 0);
+    return path;
+}
+
+/* As long as fits: the longest socket may be the one of commands, of a robot or of a scene. */
+TEST(a_runtime_directory_that_is_too_long)
+{
+    static const struct {
+        const char *robots, *what;
+        size_t fits;
+    } cases[] = {
+        {ROBOT, "'/.control.sock' 108; the path of a socket has at most 107:", 93},
+        {ROBOT "    scenes: [{name: with_a_cup}]\n", "'/arm.with_a_cup.sock'", 87},
+        {ROBOT "  - name: a_longer_name\n    urdf: " TFA_SOURCE_DIR "/config/robots/arm7.urdf\n",
+         "'/a_longer_name.sock'", 88},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[1024], remedy[64];
+        config *c;
+        snprintf(text, sizeof text, "workers: 1\nruntime_dir: %s\n%s", directory_of(cases[i].fits),
+                 cases[i].robots);
+        free(load(text, TFA_OK, &c));
+        config_free(c);
+        snprintf(text, sizeof text, "workers: 1\nruntime_dir: %s\n%s",
+                 directory_of(cases[i].fits + 1), cases[i].robots);
+        char *errors = load(text, TFA_E_PARSE, &c);
+        snprintf(remedy, sizeof remedy, "choose a runtime_dir of at most %zu", cases[i].fits);
+        assert_int_equal(strncmp(errors, ":2:14: runtime_dir: ", 20), 0);
+        assert_non_null(strstr(errors, cases[i].what));
+        assert_non_null(strstr(errors, remedy));
+        free(errors);
+    }
+}
+
+TEST(a_runtime_directory_of_the_environment_that_is_too_long)
+{
+    const char *before = getenv("TOTALFORCE_RUNTIME_DIR");
+    char *kept = before ? strdup(before) : NULL;
+    config *c;
+    assert_int_equal(setenv("TOTALFORCE_RUNTIME_DIR", directory_of(94), 1), 0);
+    char *errors = load(ROBOT, TFA_E_PARSE, &c);
+    assert_int_equal(strncmp(errors, ": TOTALFORCE_RUNTIME_DIR: 94 characters", 39), 0);
+    assert_non_null(strstr(errors, "choose a runtime_dir of at most 93"));
+    free(errors);
+    free(load("runtime_dir: /run/short\n" ROBOT, TFA_OK, &c)); /* the file decides */
+    config_free(c);
+    assert_int_equal(
+        kept ? setenv("TOTALFORCE_RUNTIME_DIR", kept, 1) : unsetenv("TOTALFORCE_RUNTIME_DIR"), 0);
+    free(kept);
+}
+
 static char *dump(const config *c)
 {
     char *text = NULL;

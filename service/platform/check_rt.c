@@ -155,11 +155,15 @@ static finding find_isolation(const tfa_check_rt *c)
 {
     char list[128];
     (void)read_text(c, "/sys/devices/system/cpu/isolated", list, sizeof list);
-    for (size_t i = 0; c->settings && i < c->settings->realtime.affinity_count; i++)
+    const size_t wished = c->settings ? c->settings->realtime.affinity_count : 0;
+    if (!*list && wished)
+        return found(WORSE, "no processor is isolated; realtime.affinity names processor %u",
+                     c->settings->realtime.affinity[0]);
+    for (size_t i = 0; i < wished; i++)
         if (!is_in_list(list, c->settings->realtime.affinity[i]))
             return found(WORSE, "processor %u of realtime.affinity is not among '%s'",
                          c->settings->realtime.affinity[i], list);
-    return found(*list ? GOOD : WORSE, "%s", *list ? list : "none");
+    return found(*list ? GOOD : WORSE, "%s", *list ? list : "no processor is isolated");
 }
 
 static finding find_processors(const tfa_check_rt *c)
@@ -262,7 +266,8 @@ static const struct {
      "systemd: LimitNOFILE=4096; login: 'USER - nofile 4096' in /etc/security/limits.d/"},
     {"throttling", find_throttling,
      "sysctl kernel.sched_rt_runtime_us=-1, if nothing else starves"},
-    {"isolation", find_isolation, "kernel command line: isolcpus=N nohz_full=N, realtime.affinity"},
+    {"isolation", find_isolation,
+     "kernel command line: isolcpus=N nohz_full=N; then realtime.affinity: [N]"},
     {"processors", find_processors, "allow_spin: no, or fewer workers, or more processors"},
     {"governor", find_governor, "cpupower frequency-set -g performance"},
     {"idle states", find_idle_states,

@@ -92,6 +92,7 @@ TEST(bare_virtual_machine)
     assert_line(text, "warning  processors", "2 workers may spin");
     assert_line(text, "warning  clock source", "hpet");
     assert_line(text, "warning  huge pages", "[always]");
+    assert_line(text, "warning  isolation", "no processor is isolated");
     assert_non_null(strstr(text, "LimitRTPRIO"));
     free(text);
 }
@@ -131,6 +132,23 @@ TEST(real_time_machine)
     assert_line(text, "warning  isolation",
                 "processor 2 of realtime.affinity is not among '1,3-5'");
     free(text);
+}
+
+/* Wishes for processors, on machines with and without the kernel's list. */
+TEST(no_processor_is_isolated)
+{
+    static uint32_t affinity[] = {3, 1};
+    static const file empty[] = {{CPU "/isolated", "\n"}, {NULL, NULL}}, absent[] = {{NULL, NULL}};
+    const config wishes = {.workers = 2, .realtime = {.affinity = affinity, .affinity_count = 2}};
+    const tfa_check_rt c = {.settings = &wishes, .files = 4096, .processors = 8};
+    for (int i = 0; i < 2; i++) {
+        char *text = check(c, i ? absent : empty, 0);
+        assert_line(text, "warning  isolation",
+                    "no processor is isolated; realtime.affinity names processor 3");
+        assert_non_null(strstr(text, "-> kernel command line: isolcpus=N nohz_full=N"));
+        assert_null(strstr(text, "''"));
+        free(text);
+    }
 }
 
 TEST(container_with_a_quota)

@@ -10,13 +10,18 @@
  * one word of a segment, the recorder's position, and only copies and bounds it: a recorder that
  * spoils its segment spoils its own recording.
  *
- * Atomics and their pairs. A is the writer, R the reader.
+ * Atomics and their pairs: a label names the store and the loads of one word. Neither side waits
+ * for the other, so none is seq_cst.
  *
- *   T1 written  store release (producer)  ->  load acquire (recorder): the record's bytes are
- *               visible
+ *   T1 written  store release (producer)  ->  load acquire (recorder): the bytes before it are
+ *               visible, and the drops before it
  *   T2 read     store release (recorder)  ->  load acquire (producer): the recorder has done with
- *               the bytes before it
- *   T3 dropped  store relaxed             ->  load relaxed: a figure
+ *               the bytes before it, which may be overwritten
+ *   T3 dropped  store relaxed (producer)  ->  load relaxed (recorder): T1 orders it. A recorder
+ *               that loads it after T1 sees every record missing before those that it took
+ *
+ * How a worker gets a tap and loses it: worker/robot_taps.h of the daemon. Each order is explored
+ * by tests/ipc/explore.
  */
 #ifndef TFA_IPC_TAP_H
 #define TFA_IPC_TAP_H
@@ -76,6 +81,17 @@ typedef struct tfa_tap {
     uint16_t producer;
 } tfa_tap;
 
+/** The recorder's end of a ring: private. */
+typedef struct tfa_tap_reader {
+    tfa_tap_words *words;
+    const unsigned char *bytes;
+    uint64_t size;    /**< of the ring */
+    uint64_t read;    /**< what it last wrote into `words` */
+    uint64_t written; /**< what it last saw there */
+    uint64_t found;   /**< bytes of the record that tfa_tap_next returned */
+    bool broken;      /**< the ring holds something else than records */
+} tfa_tap_reader;
+
 static inline bool tfa_tap_size_valid(uint64_t size)
 {
     return size >= TFA_TAP_RING_MIN && size <= TFA_TAP_RING_MAX && (size & (size - 1)) == 0;
@@ -125,6 +141,21 @@ static inline bool tfa_tap_has_room(tfa_tap *tap, uint64_t bytes)
     return tap->written - read + bytes <= tap->size;
 }
 
+static inline void tfa_tap_publish_position(tfa_tap *tap)
+{
+    atomic_store_explicit(&tap->words->written, tap->written, memory_order_release); /* T1 */
+}
+
+/* Takes the rest of the ring. The last 8 bytes hold less than a head: its first two words are
+ * enough. */
+static inline void tfa_tap_fill(tfa_tap *tap, uint64_t rest)
+{
+    const uint32_t head[4] = {(uint32_t)rest, 0, 0, 0};
+    __builtin_memcpy(tap->bytes + (tap->size - rest), head,
+                     rest < sizeof head ? rest : sizeof head);
+    tap->written += rest;
+}
+
 /** Room for a record of so many bytes, a multiple of 8; NULL: none, and it was counted. */
 static inline tfa_tap_record *tfa_tap_reserve(tfa_tap *tap, uint64_t bytes)
 {
@@ -136,10 +167,7 @@ static inline tfa_tap_record *tfa_tap_reserve(tfa_tap *tap, uint64_t bytes)
     }
     if (!filler)
         return (tfa_tap_record *)(void *)(tap->bytes + at);
-    /* the last 8 bytes of a ring hold less than a head: its first two words are enough */
-    const uint32_t head[4] = {(uint32_t)filler, 0, 0, 0};
-    __builtin_memcpy(tap->bytes + at, head, filler < sizeof head ? filler : sizeof head);
-    tap->written += filler;
+    tfa_tap_fill(tap, filler);
     return (tfa_tap_record *)(void *)tap->bytes;
 }
 
@@ -147,27 +175,60 @@ static inline tfa_tap_record *tfa_tap_reserve(tfa_tap *tap, uint64_t bytes)
 static inline void tfa_tap_publish(tfa_tap *tap, uint64_t bytes)
 {
     tap->written += bytes;
-    atomic_store_explicit(&tap->words->written, tap->written, memory_order_release); /* T1 */
+    tfa_tap_publish_position(tap);
 }
 
 /* ---- the recorder's end ---- */
 
-/** The head of the next record of a ring between `read` and `written`, or of a filler. NULL: what
- *  lies there is no record. */
-static inline const tfa_tap_record *tfa_tap_next(const unsigned char *ring, uint64_t size,
-                                                 uint64_t read, uint64_t written)
+/** Looks for records; tfa_tap_next finds them. */
+static inline void tfa_tap_look(tfa_tap_reader *r)
 {
-    const uint64_t at = read & (size - 1), rest = size - at, there = written - read;
+    r->written = atomic_load_explicit(&r->words->written, memory_order_acquire); /* T1 */
+}
+
+/** Releases so many bytes: the record that tfa_tap_next found has r->found. */
+static inline void tfa_tap_release(tfa_tap_reader *r, uint64_t bytes)
+{
+    r->read += bytes;
+    atomic_store_explicit(&r->words->read, r->read, memory_order_release); /* T2 */
+}
+
+/* Bytes of the record or filler at the reader's position; 0: what lies there is neither. */
+static inline uint64_t tfa_tap_piece(const tfa_tap_reader *r, bool *is_filler)
+{
+    const uint64_t at = r->read & (r->size - 1), rest = r->size - at, there = r->written - r->read;
     uint32_t head[4] = {0};
-    if (there > size || there < 8 || read % 8 != 0)
-        return NULL;
-    __builtin_memcpy(head, ring + at, rest < sizeof head ? rest : sizeof head);
+    if (there > r->size)
+        return 0;
+    __builtin_memcpy(head, r->bytes + at, rest < sizeof head ? rest : sizeof head);
     const uint64_t bytes = head[0];
-    if (bytes < 8 || bytes % 8 != 0 || bytes > rest || bytes > there)
-        return NULL;
-    if (head[2] != 0 && bytes < sizeof(tfa_tap_record))
-        return NULL;
-    return (const tfa_tap_record *)(const void *)(ring + at);
+    *is_filler = head[2] == 0;
+    if (bytes % 8 != 0 || bytes > rest || bytes > there)
+        return 0;
+    return *is_filler || bytes >= sizeof(tfa_tap_record) ? bytes : 0;
+}
+
+/** The oldest record that is not released, of those that were there at the last look; releases
+ *  fillers before it. NULL: none, or, if r->broken, what lies there is no record. */
+static inline const tfa_tap_record *tfa_tap_next(tfa_tap_reader *r)
+{
+    while (!r->broken && r->read != r->written) {
+        bool is_filler = false;
+        r->found = tfa_tap_piece(r, &is_filler);
+        r->broken = r->found == 0;
+        if (r->broken)
+            break;
+        if (!is_filler)
+            return (const tfa_tap_record *)(const void *)(r->bytes + (r->read & (r->size - 1)));
+        tfa_tap_release(r, r->found);
+    }
+    return NULL;
+}
+
+/** Records that found no room, at least those before the last look. */
+static inline uint64_t tfa_tap_dropped(const tfa_tap_words *words)
+{
+    return atomic_load_explicit(&words->dropped, memory_order_relaxed); /* T3 */
 }
 
 #endif

@@ -36,7 +36,7 @@ static bool write_request(const tfa_tap_entry *e, size_t bytes, void *slot)
                                     NULL) != TFA_OK)
             return false;
     }
-    atomic_store_explicit(&line->seq, 0, memory_order_relaxed);
+    atomic_store_explicit(&line->seq, 0, memory_order_relaxed); /* T1 publishes it */
     return true;
 }
 
@@ -113,14 +113,12 @@ void tfa_worker_tap_put(tfa_tap *tap, const tfa_worker *w, tfa_worker_client *cl
 
 void tfa_worker_set_tap(tfa_worker *w, uint32_t robot, tfa_tap *tap)
 {
-    atomic_store_explicit(&w->taps[robot], tap, memory_order_release);  /* A14 */
-    atomic_fetch_add_explicit(&w->taps_asked, 1, memory_order_release); /* A15 */
+    tfa_robot_taps_set(&w->taps, robot, tap); /* A14, A15 */
     tfa_worker_wake(w);
 }
 
 bool tfa_worker_taps_are_taken(const tfa_worker *w)
 {
-    return atomic_load_explicit(&w->taps_taken, memory_order_acquire) == /* R16 */
-               atomic_load_explicit(&w->taps_asked, memory_order_relaxed) ||
+    return tfa_robot_taps_are_taken(&w->taps) ||                                    /* R16 */
            atomic_load_explicit(&w->phase, memory_order_acquire) != WORKER_RUNNING; /* R10 */
 }

@@ -375,8 +375,8 @@ static void beat(tfa_worker *w)
 uint32_t tfa_worker_cycle(tfa_worker *w)
 {
     uint32_t count = collect_ready(w), pieces = 0;
-    accept_offer(w);         /* R12 after R6 */
-    tfa_worker_take_taps(w); /* R15 after R12 */
+    accept_offer(w);               /* R12 after R6 */
+    tfa_robot_taps_take(&w->taps); /* R15 after R12 */
     if (count) {
         const uint64_t start = w->now = tfa_worker_clock();
         limit_credit(w, count);

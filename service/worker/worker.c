@@ -67,10 +67,10 @@ int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
     w->turn_ns = options->turn_ns ? options->turn_ns : TFA_WORKER_TURN_US * 1000;
     int status = tfa_worker_warm_up_init(&w->warm_up, options->warm_ns);
     w->costs = calloc(options->robot_count, sizeof *w->costs);
-    w->taps = calloc(options->robot_count, sizeof *w->taps);
+    w->taps.taps = calloc(options->robot_count, sizeof *w->taps.taps);
     for (int i = 0; i < 2; i++)
         w->solver_lists[i] = calloc(options->robot_count, sizeof *w->solver_lists[i]);
-    if (!w->costs || !w->taps || !w->solver_lists[0] || !w->solver_lists[1])
+    if (!w->costs || !w->taps.taps || !w->solver_lists[0] || !w->solver_lists[1])
         status = TFA_E_MEMORY;
     if (options->statistics)
         w->statistics = *options->statistics;
@@ -103,7 +103,7 @@ void tfa_worker_destroy(tfa_worker *w)
         munmap(w->own_statistics, w->own_bytes);
     free(w->warm_up.reply);
     free(w->costs);
-    free((void *)w->taps);
+    free((void *)w->taps.taps);
     free(w->solver_lists[0]);
     free(w->solver_lists[1]);
     free(w);

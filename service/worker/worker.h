@@ -32,12 +32,9 @@
  * beginning to its end. A client that is attached after an offer has the new ones: the worker
  * looks for an offer (R12) after it has seen the client (R6).
  *
- * Taps (ipc/tap.h) come and go the same way:
- *   tap    A14 store release, another thread <-> R14 worker, load acquire, for each request
- *   asked  A15 release, another thread       <-> R15 worker, load acquire, in each cycle
- *   taken  A16 store release, worker         <-> R16 another thread, load acquire: the worker uses
- *          no tap of before
- * In a cycle that takes other solvers, the worker looks for taps (R15) after the offer (R12).
+ * Taps (ipc/tap.h) come and go by A14 to A16 of robot_taps.h. In a cycle that takes other solvers,
+ * the worker looks for taps (R15) after the offer (R12), and for the tap of a request (R14) after
+ * both: one that was taken away before the offer gets no answer of the offered solvers.
  */
 #ifndef TFA_SERVICE_WORKER_WORKER_H
 #define TFA_SERVICE_WORKER_WORKER_H

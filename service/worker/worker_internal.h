@@ -7,8 +7,8 @@
 #ifndef TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 #define TFA_SERVICE_WORKER_WORKER_INTERNAL_H
 
-#include "ipc/tap.h"
 #include "worker/cost.h"
+#include "worker/robot_taps.h"
 #include "worker/worker.h"
 
 #define TFA_WAIT_MODES 4 /* numbers of tfa_wait */
@@ -87,9 +87,7 @@ struct tfa_worker {
     _Atomic(const tfa_worker_robot *) taken; /* A13, R13 */
     tfa_worker_robot *solver_lists[2];       /* the one offered last, and the one of before */
     uint32_t latest;                         /* which; under the mutex */
-    _Atomic(tfa_tap *) *taps;                /* by robot: A14, R14 */
-    _Atomic uint64_t taps_asked;             /* A15, R15 */
-    _Atomic uint64_t taps_taken;             /* A16, R16 */
+    tfa_robot_taps taps;
     uint32_t robot_count;
     uint32_t spin_ns, turn_ns;
     tfa_wait wait;
@@ -132,17 +130,9 @@ void tfa_worker_tap_put(tfa_tap *tap, const tfa_worker *worker, tfa_worker_clien
 /* An answer is complete and not yet published: records it if somebody wants that. */
 static inline void tfa_worker_tap_request(const tfa_worker *w, tfa_worker_client *client)
 {
-    tfa_tap *tap = atomic_load_explicit(&w->taps[client->robot], memory_order_acquire); /* R14 */
+    tfa_tap *tap = tfa_robot_taps_get(&w->taps, client->robot); /* R14 */
     if (__builtin_expect(tap != NULL, 0))
         tfa_worker_tap_put(tap, w, client);
-}
-
-/* No request is being answered: taps of before are not used any more. */
-static inline void tfa_worker_take_taps(tfa_worker *w)
-{
-    const uint64_t asked = atomic_load_explicit(&w->taps_asked, memory_order_acquire); /* R15 */
-    if (asked != atomic_load_explicit(&w->taps_taken, memory_order_relaxed))
-        atomic_store_explicit(&w->taps_taken, asked, memory_order_release); /* A16 */
 }
 
 /* ---- worker.c ---- */

@@ -59,8 +59,13 @@ static int map_rings(taps *t, int fd)
         return 0;
     t->producers = head->producers;
     t->ring_bytes = head->ring_bytes;
-    t->read = calloc(t->producers, sizeof *t->read);
-    return t->read != NULL;
+    t->readers = calloc(t->producers, sizeof *t->readers);
+    for (uint32_t k = 0; t->readers && k < t->producers; k++)
+        t->readers[k] =
+            (tfa_tap_reader){.words = tfa_tap_words_of(t->segment, k),
+                             .bytes = tfa_tap_ring_of(t->segment, t->producers, t->ring_bytes, k),
+                             .size = t->ring_bytes};
+    return t->readers != NULL;
 }
 
 static int map_texts(taps *t, int fd)
@@ -131,7 +136,7 @@ void taps_close(taps *t)
         munmap(t->segment, t->segment_bytes);
     if (t->texts)
         munmap((void *)(uintptr_t)t->texts, t->texts_bytes);
-    free(t->read);
+    free(t->readers);
     *t = (taps){.socket = -1};
 }
 
@@ -148,29 +153,20 @@ const char *taps_texts(const taps *t)
 /* ---- the rings ---- */
 
 /* One producer's. @return records, or -1; *more: `take` wants more */
-static int64_t drain_one(taps *t, uint32_t producer,
-                         int (*take)(void *self, const tfa_tap_record *record), void *self,
-                         int *more)
+static int64_t drain_one(tfa_tap_reader *r, int (*take)(void *self, const tfa_tap_record *record),
+                         void *self, int *more)
 {
-    tfa_tap_words *words = tfa_tap_words_of(t->segment, producer);
-    const unsigned char *ring = tfa_tap_ring_of(t->segment, t->producers, t->ring_bytes, producer);
-    const uint64_t written = atomic_load_explicit(&words->written, memory_order_acquire); /* T1 */
+    const tfa_tap_record *record;
     int64_t records = 0;
-    while (t->read[producer] != written && *more) {
-        const tfa_tap_record *record =
-            tfa_tap_next(ring, t->ring_bytes, t->read[producer], written);
-        if (!record)
+    tfa_tap_look(r);
+    while (*more && (record = tfa_tap_next(r)) != NULL) {
+        if (record->bytes != r->found || !recording_is_record(record))
             return -1;
-        if (record->bytes >= sizeof *record && record->request_bytes != 0) {
-            if (!recording_is_record(record))
-                return -1;
-            *more = take(self, record);
-            records++;
-        }
-        t->read[producer] += record->bytes;
-        atomic_store_explicit(&words->read, t->read[producer], memory_order_release); /* T2 */
+        *more = take(self, record);
+        records++;
+        tfa_tap_release(r, r->found);
     }
-    return records;
+    return r->broken ? -1 : records;
 }
 
 int64_t taps_drain(taps *t, int (*take)(void *self, const tfa_tap_record *record), void *self)
@@ -178,7 +174,7 @@ int64_t taps_drain(taps *t, int (*take)(void *self, const tfa_tap_record *record
     int64_t records = 0;
     int more = 1;
     for (uint32_t k = 0; k < t->producers && more; k++) {
-        const int64_t n = drain_one(t, k, take, self, &more);
+        const int64_t n = drain_one(&t->readers[k], take, self, &more);
         if (n < 0)
             return -1;
         records += n;
@@ -202,7 +198,6 @@ uint64_t taps_dropped(const taps *t)
 {
     uint64_t dropped = 0;
     for (uint32_t k = 0; k < t->producers; k++)
-        dropped += atomic_load_explicit(&tfa_tap_words_of(t->segment, k)->dropped,
-                                        memory_order_relaxed); /* T3 */
+        dropped += tfa_tap_dropped(t->readers[k].words);
     return dropped;
 }

@@ -18,8 +18,8 @@ typedef struct taps {
     size_t segment_bytes;
     uint32_t producers;
     uint64_t ring_bytes;
-    uint64_t *read;    /**< bytes taken, by producer */
-    const void *texts; /**< the description: its head, settings and URDF */
+    tfa_tap_reader *readers; /**< by producer */
+    const void *texts;       /**< the description: its head, settings and URDF */
     size_t texts_bytes;
     char reason[160]; /**< why the daemon ended the recording; "": it hung up */
 } taps;

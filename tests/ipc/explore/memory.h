@@ -20,7 +20,7 @@
 #define MEMORY_THREADS 4
 #define MEMORY_LOCATIONS 12
 #define MEMORY_STORES 64
-#define MEMORY_CELLS 16
+#define MEMORY_CELLS 48
 
 /** Store 0 of each location is its initial value, 0. `weak_sc`: S need not agree with
  *  happens-before between threads, only with program order and with the reads and stores of each

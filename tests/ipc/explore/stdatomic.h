@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Stands before the compiler's <stdatomic.h> in the include path of the explorer: ring.h compiles
- * unchanged, and its atomic operations go to the explorer with their call site.
+ * Stands before the compiler's <stdatomic.h> in the include path of the explorer: ring.h, tap.h and
+ * robot_taps.h compile unchanged, and their atomic operations go to the explorer with their call
+ * site.
  */
 #ifndef TFA_EXPLORER_STDATOMIC_H
 #define TFA_EXPLORER_STDATOMIC_H
@@ -47,7 +48,8 @@ int explorer_compare_exchange(volatile void *at, uint64_t *expected, uint64_t de
         static explorer_site site_ = {.file = __FILE__, .line = __LINE__};                         \
         &site_;                                                                                    \
     })
-#define atomic_load_explicit(at, order) explorer_load((at), (order), EXPLORER_SITE_, __func__)
+#define atomic_load_explicit(at, order)                                                            \
+    ((__typeof__((void)0, *(at)))explorer_load((at), (order), EXPLORER_SITE_, __func__))
 #define atomic_store_explicit(at, value, order)                                                    \
     explorer_store((at), (uint64_t)(value), (order), EXPLORER_SITE_, __func__)
 #define atomic_fetch_add_explicit(at, value, order)                                                \

@@ -6,9 +6,10 @@
  *
  * One segment holds a ring of bytes for each producer: the workers, then the DDS gateway, then the
  * ROS 2 gateway. A record lies in one piece: where it would not fit before the end of the ring, a
- * filler takes the rest. A record that finds no room is dropped whole and counted. The daemon reads
- * one word of a segment, the recorder's position, and only copies and bounds it: a recorder that
- * spoils its segment spoils its own recording.
+ * filler takes the rest. A record that finds no room is dropped whole and counted; one of more than
+ * half the ring may be, although the ring is empty. The daemon reads one word of a segment, the
+ * recorder's position, and only copies and bounds it: a recorder that spoils its segment spoils its
+ * own recording.
  *
  * Atomics and their pairs: a label names the store and the loads of one word. Neither side waits
  * for the other, so none is seq_cst.
@@ -156,12 +157,24 @@ static inline void tfa_tap_fill(tfa_tap *tap, uint64_t rest)
     tap->written += rest;
 }
 
+/* For a record that fits neither before the end of the ring nor behind a filler, even if the ring
+ * is empty: goes on at the beginning, so that the next record of that size may fit. */
+static inline void tfa_tap_begin_lap(tfa_tap *tap, uint64_t filler)
+{
+    if (!filler || !tfa_tap_has_room(tap, filler))
+        return;
+    tfa_tap_fill(tap, filler);
+    tfa_tap_publish_position(tap);
+}
+
 /** Room for a record of so many bytes, a multiple of 8; NULL: none, and it was counted. */
 static inline tfa_tap_record *tfa_tap_reserve(tfa_tap *tap, uint64_t bytes)
 {
     const uint64_t at = tap->written & (tap->size - 1), rest = tap->size - at;
     const uint64_t filler = bytes <= rest ? 0 : rest;
     if (bytes > tap->size || !tfa_tap_has_room(tap, filler + bytes)) {
+        if (bytes <= tap->size && bytes > at)
+            tfa_tap_begin_lap(tap, filler);
         tfa_tap_drop(tap);
         return NULL;
     }

@@ -105,6 +105,58 @@ TEST(a_full_ring_drops_and_counts)
     free(e.segment);
 }
 
+/* A record of more than half the ring, at a position with room neither before the end nor from the
+ * beginning: it is dropped once, not as long as only such records come. */
+TEST(a_large_record)
+{
+    ends e;
+    const uint64_t large = RING - 512;
+    uint64_t next = 0;
+    open_ends(&e);
+    for (uint64_t k = 0; k < 8; k++)
+        assert_true(put(&e.tap, k));
+    assert_true(take(&e, &next) == 8);
+    assert_null(tfa_tap_reserve(&e.tap, large));
+    assert_true(tfa_tap_dropped(e.tap.words) == 1);
+    assert_null(tfa_tap_reserve(&e.tap, large)); /* the recorder has not looked */
+    assert_true(take(&e, &next) == 0);
+    assert_non_null(tfa_tap_reserve(&e.tap, large));
+    free(e.segment);
+}
+
+static void expect_broken(ends *e)
+{
+    tfa_tap_look(&e->reader);
+    assert_null(tfa_tap_next(&e->reader));
+    assert_true(e->reader.broken);
+    free(e->segment);
+}
+
+/* What is no record is not taken for one. */
+TEST(other_bytes_than_records)
+{
+    ends e;
+    const uint32_t heads[][4] = {{0, 0, 0, 0},      {4, 0, 0, 0},   {36, 0, 64, 64},
+                                 {168, 0, 64, 64},  {24, 0, 64, 0}, {RING + 8, 0, 64, 0},
+                                 {1 << 20, 0, 0, 0}};
+    for (size_t i = 0; i < sizeof heads / sizeof *heads; i++) {
+        open_ends(&e);
+        assert_true(put(&e.tap, 0));
+        memcpy(e.tap.bytes, heads[i], sizeof heads[i]);
+        expect_broken(&e);
+    }
+    open_ends(&e);
+    atomic_store(&e.tap.words->written, RING + 8); /* more than a ring holds */
+    *(tfa_tap_record *)(void *)e.tap.bytes = (tfa_tap_record){.bytes = 160, .request_bytes = 64};
+    expect_broken(&e);
+    open_ends(&e); /* beyond the end of the ring */
+    e.reader.read = RING - 64;
+    atomic_store(&e.tap.words->written, RING + 128);
+    *(tfa_tap_record *)(void *)(e.tap.bytes + RING - 64) =
+        (tfa_tap_record){.bytes = 160, .request_bytes = 64};
+    expect_broken(&e);
+}
+
 /* Positions that no recorder has: nothing is overwritten but the ring, and later ones count. */
 TEST(a_position_that_lies)
 {

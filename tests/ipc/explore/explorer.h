@@ -65,6 +65,9 @@ void explorer_futex_wake(const volatile void *word);
 void explorer_doorbell_write(void);
 void explorer_doorbell_wait(void);
 
+/** Ends the thread: its process was killed. */
+void explorer_die(void);
+
 /** Ends the execution with a finding unless `condition`. */
 void explorer_check(bool condition, const char *finding);
 

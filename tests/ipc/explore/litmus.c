@@ -11,7 +11,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "parts.h"
+#include "explorer.h"
+#include "litmus.h"
 
 typedef struct litmus {
     const char *name, *threads[4], *outcome;

@@ -1,19 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The parts of the test; each prints a table. @return number of failures
+ * The litmus tests.
  */
-#ifndef TFA_EXPLORER_PARTS_H
-#define TFA_EXPLORER_PARTS_H
+#ifndef TFA_EXPLORER_LITMUS_H
+#define TFA_EXPLORER_LITMUS_H
 
-#include "explorer.h"
-
+/** Prints a table. @return number of failures */
 int litmus_run(void);
-int scenarios_run(void);
-int mutations_run(void);
-
-/** Explores until a scenario has a finding, number *hint first. @return its name, *finding and its
- *  number in *hint; NULL: none has a finding */
-const char *scenarios_find(const char **finding, int *hint);
 
 #endif

@@ -137,6 +137,11 @@ void explorer_doorbell_wait(void)
     thread_stop(THREAD_DOORBELL_WAITS);
 }
 
+void explorer_die(void)
+{
+    thread_stop(THREAD_ENDED);
+}
+
 void explorer_check(bool condition, const char *finding)
 {
     if (!condition)

@@ -74,12 +74,6 @@ static double turn(uint32_t client_count, bool solves, bool counts)
     return (time_ns(CLOCK_THREAD_CPUTIME_ID) - start) / CALLS;
 }
 
-static double median(double *values, int n)
-{
-    qsort(values, (size_t)n, sizeof *values, by_value);
-    return values[n / 2];
-}
-
 static void measure(uint32_t client_count, int rounds)
 {
     static double plain[ROUNDS_MAX], alone[ROUNDS_MAX], added[ROUNDS_MAX];
@@ -88,8 +82,8 @@ static void measure(uint32_t client_count, int rounds)
         added[r] = turn(client_count, true, true) - plain[r];
         alone[r] = turn(client_count, false, true);
     }
-    printf("%u,%.1f,%.1f,%.1f\n", client_count, median(plain, rounds), median(alone, rounds),
-           median(added, rounds));
+    printf("%u,%.1f,%.1f,%.1f\n", client_count, median_of(plain, rounds), median_of(alone, rounds),
+           median_of(added, rounds));
 }
 
 int main(int argc, char **argv)

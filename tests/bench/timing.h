@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Clocks in ns, and the order of samples for qsort.
+ * Clocks in ns, the order of samples for qsort, and their median.
  */
 #ifndef TFA_BENCH_TIMING_H
 #define TFA_BENCH_TIMING_H
 
+#include <stdlib.h>
 #include <time.h>
 
 static inline double time_ns(clockid_t clock)
@@ -30,6 +31,13 @@ static inline int by_value(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
+}
+
+/* Sorts the values. */
+static inline double median_of(double *values, int n)
+{
+    qsort(values, (size_t)n, sizeof *values, by_value);
+    return values[n / 2];
 }
 
 #endif

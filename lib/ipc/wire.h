@@ -97,7 +97,7 @@ void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *
 /**
  * Decodes a private copy into a request whose arrays point into the copy.
  * @return TFA_OK; TFA_E_SIZE, TFA_E_UNSUPPORTED as tfa_wire_encode_request; TFA_E_PROTOCOL (made
- *         for another robot). *invalid_field as there.
+ *         for another robot). *invalid_field as there, but it is not NULL.
  */
 int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_request *request,
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field);

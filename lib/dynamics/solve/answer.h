@@ -55,8 +55,8 @@ int TFA_V(sentinel_asks_estimate)(struct state *s, const tfa_request *r, tfa_met
 /* Is the estimate meaningful? Up to ESTIMATE_UNCERTAIN it is. Above it M may be singular but for
  * rounding: where one is above 1 and the sentinel trips, and where the factors that estimate have
  * lost all but two digits of a body. Otherwise forces balance, and qdd itself is of the size of
- * rounding. In float by itself, for which double answers then: nowhere above ESTIMATE_UNCERTAIN, nor
- * where the sentinel trips. `method`: of the answer; the factors of the estimate are there. */
+ * rounding. In float by itself, for which double answers then: not above ESTIMATE_UNCERTAIN, and
+ * not where the sentinel trips. `method`: of the answer; the factors of the estimate are there. */
 int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method method,
                              const num_doubles *estimate);
 

@@ -324,7 +324,7 @@ TEST(test_explanations)
             "aba or give the body an inertia");
     explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_NOT_COMPUTED},
             "forward_dynamics: no reliable answer: the problem is singular at this "
-            "configuration, or nearly");
+            "configuration, or nearly, or a number overflows");
     explain(&arm, "{" FD "," Q "}",
             &(tfa_reply){.status = TFA_E_VALUE, .field = TFA_FIELD_Q, .index = 1},
             "q[1] (lift): 0: not a finite number");

@@ -14,7 +14,7 @@ set ytics 1e-16,1e4 tc rgb '#333333'; set mytics 1
 set grid lc rgb '#dddddd' lt 1 lw 1
 set tics scale 0.5 nomirror; set border 3 lc rgb '#888888'
 set multiplot
-set label 1 'Ill-conditioned chains: tfa, cfa and dca lose every digit, a default request keeps to the floor' \
+set label 1 'Ill-conditioned chains: tfa, cfa and dca lose every digit, a default request stays near the floor or is refused' \
     at screen 0.5, screen 0.96 center font ',23' noenhanced
 set label 2 sprintf('Relative error of forward dynamics against quadruple precision, chains of %d bodies', bodies) \
     at screen 0.5, screen 0.91 center font ',18' tc rgb '#555555' noenhanced

@@ -16,7 +16,8 @@ from support import Case, daemon, load, state
 class Clients(Case):
     def test_send_and_receive(self):
         with daemon([("arm", "arm7", "fixed")]) as (folder, process):
-            with tf.Client("arm", runtime_dir=folder, slots=4, max_batch=8, max_tips=2) as client:
+            with tf.Client("arm", runtime_dir=folder, slots=4, max_batch=8, max_tips=2,
+                           connect_timeout=30) as client:
                 self.assertEqual(client.daemon_pid, process.pid)
                 self.assertEqual((client.slots, client.max_batch, client.max_tips), (4, 8, 2))
                 workspace = tf.Workspace(load("arm7"))
@@ -89,7 +90,7 @@ class Clients(Case):
         wanted = tf.Workspace(model).mass_matrix(q).M
         with daemon([("arm", "arm7", "fixed")]) as (folder, process):
             client = tf.Client("arm", runtime_dir=folder, connect_timeout=10)
-            other = tf.Client("arm", runtime_dir=folder)
+            other = tf.Client("arm", runtime_dir=folder, connect_timeout=10)
             with self.fails(tf.LoadError, "hash", status="E_MODEL"):
                 other.set_fallback(load("arm6"))
             with self.fails(tf.InputTypeError):
@@ -116,7 +117,7 @@ class Clients(Case):
 
     def test_two_threads_and_the_gil(self):
         with daemon([("human", "humanoid", "fixed")], "    max_batch: 2048\n") as (folder, _):
-            client = tf.Client("human", runtime_dir=folder, max_batch=2048)
+            client = tf.Client("human", runtime_dir=folder, max_batch=2048, connect_timeout=30)
             fields = state(load("humanoid"), np.random.default_rng(1), 2048)
             busy, ticks, done = [], [], threading.Event()
 
@@ -176,7 +177,7 @@ kept = client
     def test_no_leak(self):
         with daemon([("arm", "arm7", "fixed")]) as (folder, _):
             q = np.zeros(7)
-            with tf.Client("arm", runtime_dir=folder) as client:
+            with tf.Client("arm", runtime_dir=folder, connect_timeout=30) as client:
 
                 def repeat(n):
                     for _ in range(n):
@@ -191,7 +192,7 @@ kept = client
 
             def connect(n):
                 for _ in range(n):
-                    tf.Client("arm", runtime_dir=folder).close()
+                    tf.Client("arm", runtime_dir=folder, connect_timeout=30).close()
 
             connect(10)
             memory = support.resident_kib()

@@ -135,7 +135,7 @@ def daemon(robots, options=""):
 
 def wait_for(folder, robot, process):
     for _ in range(300):
-        with contextlib.suppress(tf.DisconnectedError, tf.SystemCallError):
+        with contextlib.suppress(tf.DisconnectedError, tf.SystemCallError, tf.TimedOutError):
             tf.Client(robot, runtime_dir=folder).close()
             return
         if process.poll() is not None:

@@ -33,7 +33,8 @@ static int peers[PEERS];
 static uint64_t now;
 static bool may_stop, reloading;
 
-/* ---- what the daemon has instead of a clock and a thread that reloads ---- */
+/* ---- what the daemon has instead of a clock, a thread that reloads and one that runs out of
+ * descriptors ---- */
 
 uint64_t control_clock(void)
 {
@@ -44,6 +45,12 @@ void reload_request(tfa_daemon *daemon)
 {
     require(daemon == &d);
     reloading = true;
+}
+
+int control_accept(tfa_daemon *daemon, int listener)
+{
+    require(daemon == &d);
+    return accept4(listener, NULL, NULL, SOCK_CLOEXEC | SOCK_NONBLOCK);
 }
 
 /* ---- the daemon ---- */

@@ -192,7 +192,7 @@ TEST(one_flipped_bit)
     mend_checksum(path, at, &head); /* the file is whole, and an answer another one */
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 1);
     assert_int_equal(recorder_number(&r, "differ "), 1);
-    assert_non_null(strstr(r.text, "first difference: record 21, state 0, "));
+    assert_non_null(strstr(r.text, "first difference: record 21, state ")); /* its last one */
     assert_int_equal(recorder_replay(&h, &r, "a.rec", "--tolerance 1e-9"), 0);
     assert_int_equal(recorder_number(&r, "within 1e-09 "), 1);
     flip(path, at + 1, 0x10); /* its length */

@@ -36,8 +36,7 @@ value("status") == "ok" {
     kinds[n] = kind
     labels[n] = label
 }
-# Labels from the right to the left, each above those of the points beneath it, whose lines would
-# otherwise strike it through.
+# Labels from the right to the left, each on the lowest level where it meets no other.
 END {
     for (;;) {
         next_one = 0
@@ -50,14 +49,11 @@ END {
         p = where[next_one]
         left = log(time[next_one]) / log(10)
         level = kinds[next_one] == 2 ? labels[next_one] ~ /^specialised/ ? -2 : -1 : 0
-        if (kinds[next_one] == 1) {
-            level = 1
-            end = left + CHARACTER * length(labels[next_one])
-            for (i = 1; i <= n; i++)
-                if (levels[i] >= level && where[i] == p && log(time[i]) / log(10) < end)
-                    level = levels[i] + 1
-            levels[next_one] = level
-        }
+        if (kinds[next_one] == 1)
+            for (level = 1; (p, level) in from && left + CHARACTER * length(labels[next_one]) > from[p, level];)
+                level++
+        if (level > 0)
+            from[p, level] = left
         printf "%d %g %g %d %d \"%s\"\n", p, time[next_one], error[next_one], kinds[next_one], level, labels[next_one]
     }
 }

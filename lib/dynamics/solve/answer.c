@@ -89,8 +89,8 @@ static double inertia_ratio(const struct state *s, uint32_t i)
     return most;
 }
 
-/* The largest of them; *link: its body, left as it is where none is above SINGULAR_RATIO */
-static double largest_inertia_ratio(struct state *s, uint32_t *link)
+/* Returns 1, and the body whose ratio is the largest, where one is above SINGULAR_RATIO. */
+static int find_singular_body(struct state *s, uint32_t *link)
 {
     double largest = SINGULAR_RATIO;
     (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
@@ -100,13 +100,13 @@ static double largest_inertia_ratio(struct state *s, uint32_t *link)
                 largest = inertia_ratio(s, i);
                 *link = s->body[i].link;
             }
-    return largest;
+    return largest > SINGULAR_RATIO;
 }
 
 void TFA_V(report_singular_body)(struct state *s, tfa_reply *reply)
 {
     uint32_t link;
-    if (largest_inertia_ratio(s, &link) > SINGULAR_RATIO) {
+    if (find_singular_body(s, &link)) {
         reply->field = TFA_FIELD_BODY;
         reply->index = link;
     }
@@ -135,7 +135,7 @@ int TFA_V(estimate_is_valid)(struct state *s, const tfa_request *r, tfa_method m
     if (s->lanes > 1 || (!below_one && TFA_V(sentinel_of)(s, method)))
         return 0; /* of several, some alone may be valid */
     uint32_t link;
-    return s->m->mimics || !(largest_inertia_ratio(s, &link) > SINGULAR_RATIO);
+    return s->m->mimics || !find_singular_body(s, &link);
 }
 
 int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints)

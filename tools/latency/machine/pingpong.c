@@ -30,15 +30,6 @@ typedef struct table {
 
 static const uint64_t stop = UINT64_MAX;
 
-static inline void cpu_relax(void)
-{
-#if defined(__x86_64__) || defined(__i386__)
-    __builtin_ia32_pause();
-#elif defined(__aarch64__)
-    __asm__ volatile("yield");
-#endif
-}
-
 static void write_lines(line *to, uint32_t count, uint64_t value)
 {
     for (uint32_t i = 0; i < count; i++)

@@ -8,19 +8,12 @@
 #include <errno.h>
 #include <time.h>
 
+#include "common/environment.h"
+
 uint64_t transport_clock(transport *t)
 {
     (void)t;
     return clock_ns();
-}
-
-static inline void cpu_relax(void)
-{
-#if defined(__x86_64__) || defined(__i386__)
-    __builtin_ia32_pause();
-#elif defined(__aarch64__)
-    __asm__ volatile("yield");
-#endif
 }
 
 void transport_sleep(tfa_wait wait, uint64_t until)

@@ -12,7 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-#define WAIT_NS UINT64_C(10000000000)
 #define N_MAX 20
 #define ROWS (6 * 2)
 

@@ -19,7 +19,6 @@
 #include <sys/wait.h>
 #include <time.h>
 
-#define WAIT_NS UINT64_C(10000000000)
 #define JOINTS RAW_DDS_JOINTS
 
 static void assert_refused(const raw_dds *r, totalforce_dds_Request *request, int status,

@@ -9,7 +9,6 @@
 #include "raw_dds.h"
 #include "robots.h"
 
-#define WAIT_NS UINT64_C(10000000000)
 #define JOINTS RAW_DDS_JOINTS
 
 /* Requests that take long are answered by the worker, in order; more of them than slots are refused

@@ -17,12 +17,6 @@
 #include <time.h>
 #include <unistd.h>
 
-void sleep_ms(unsigned ms)
-{
-    const struct timespec time = {.tv_sec = ms / 1000, .tv_nsec = (long)(ms % 1000) * 1000000};
-    nanosleep(&time, NULL);
-}
-
 static void write_yaml(FILE *out, const char *text)
 {
     for (; *text; text++) {

@@ -11,7 +11,7 @@
 #include <sys/types.h>
 #include <totalforce/client.h>
 
-#define WAIT_NS 20000000000u /* for what must happen; only ever used up by a failure */
+#include "support/wait.h"
 
 typedef struct harness {
     char directory[64]; /* configuration, log and runtime directory */
@@ -65,8 +65,6 @@ bool harness_logged_times(const harness *h, const char *text, unsigned times);
 unsigned harness_log_lines(const harness *h, const char *text);
 /** Minor page faults of the daemon's thread of that name; -1 if there is none. */
 long harness_thread_faults(const harness *h, const char *thread);
-
-void sleep_ms(unsigned ms);
 
 /** Forward dynamics of the 7-joint arm; x varies the state, which lies in q, v and tau. */
 tfa_request arm_request(double x, double q[7], double v[7], double tau[7]);

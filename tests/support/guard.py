@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+"""Processes that end with the test that started them, also where ctest's limit kills it."""
+import subprocess
+
+
+def guard(group):
+    """Kills the process group as soon as this process has ended, however it does."""
+    return subprocess.Popen(["sh", "-c", f"cat; kill -s KILL -- -{group}"], process_group=0,
+                            stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
+                            stderr=subprocess.DEVNULL)
+
+
+def start(command, **options):
+    """Popen of a process group of its own, with a guard"""
+    process = subprocess.Popen(command, process_group=0, **options)
+    process.guard = guard(process.pid)
+    return process

@@ -7,6 +7,7 @@
 #include "test.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -126,12 +127,14 @@ static void clients_wait_for_the_daemon(void **state)
         pthread_t thread;
         int status = TFA_E_TIMEOUT;
         assert_int_equal(pthread_create(&thread, NULL, connect_and_ask, &status), 0);
-        sleep_ms(30);
+        struct pollfd listener = {.fd = sockets[0], .events = POLLIN};
+        assert_int_equal(poll(&listener, 1, WAIT_MS), 1); /* it has come */
         activate();
         pthread_join(thread, NULL);
         assert_int_equal(status, TFA_OK);
         char text[4096];
-        assert_int_equal(tfa_daemon_command(h.runtime_dir, "status", 0, text, sizeof text), TFA_OK);
+        assert_int_equal(tfa_daemon_command(h.runtime_dir, "status", WAIT_MS, text, sizeof text),
+                         TFA_OK);
         assert_int_equal(harness_stop(&h, i == 1 ? SIGKILL : SIGTERM), i == 1 ? SIGKILL : 0);
         assert_true(is_socket("arm.sock") && is_socket(".control.sock"));
     }
@@ -177,9 +180,7 @@ static void passed_sockets_are_kept(void **state)
     tfa_client_close(connect_at(h.runtime_dir));
     assert_int_equal(rename(h.runtime_dir, away), 0);
     assert_true(harness_logged(&h, "arm.sock', which the service manager passed, is gone"));
-    for (int i = 0; i < 2000 && !is_socket(".control.sock"); i++)
-        sleep_ms(5);
-    assert_true(is_socket(".control.sock"));
+    assert_true(WAIT_FOR(is_socket(".control.sock")));
     assert_false(is_socket("arm.sock"));
     tfa_client *client = connect_at(away);
     assert_int_equal(ask_arm(client, 0.1, qdd, WAIT_NS), TFA_OK);

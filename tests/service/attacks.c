@@ -12,6 +12,8 @@
 #include <linux/futex.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdatomic.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
@@ -19,6 +21,13 @@
 #include <unistd.h>
 
 int attack_parked = 500;
+
+static _Atomic unsigned long *steps; /* shared with the process of the sessions */
+
+static void count_step(void)
+{
+    atomic_fetch_add_explicit(steps, 1, memory_order_relaxed);
+}
 
 static tfa_client *connect_session(const harness *h, uint32_t batch, tfa_wait wait)
 {
@@ -30,11 +39,22 @@ static tfa_client *connect_session(const harness *h, uint32_t batch, tfa_wait wa
     return tfa_client_connect(&options, &client) == TFA_OK ? client : NULL;
 }
 
+/* The attack before this one may have used up the connections of its user for this second. */
+static raw_client connect_later(const harness *h, tfa_wait wait)
+{
+    raw_client v;
+    if (!WAIT_FOR((try_connect_client(h, wait, &v))))
+        _exit(1);
+    return v;
+}
+
 /* Keeps a session's ring full of the same request. */
 static void ask_for_ever(const harness *h, uint32_t batch, uint32_t tips, uint32_t flags)
 {
     static double zeros[64 * 7];
-    tfa_client *client = connect_session(h, batch, TFA_WAIT_BLOCK);
+    tfa_client *client = NULL;
+    if (!WAIT_FOR((client = connect_session(h, batch, TFA_WAIT_BLOCK)) != NULL))
+        _exit(1);
     tfa_request r = {.op = TFA_OP_FORWARD_DYNAMICS,
                      .refine = TFA_REFINE_DEFAULT,
                      .flags = flags,
@@ -44,10 +64,11 @@ static void ask_for_ever(const harness *h, uint32_t batch, uint32_t tips, uint32
     tfa_reply reply = {0};
     for (uint32_t k = 0; k < tips; k++)
         r.tips[k] = 9 - k;
-    while (client) {
+    for (;;) {
         while (tfa_client_send(client, &r, NULL) == TFA_OK)
             ;
         (void)tfa_client_receive(client, &reply, WAIT_NS, NULL);
+        count_step();
     }
 }
 
@@ -74,7 +95,7 @@ static void single_states(const harness *h)
 /* Random bytes in every slot, refused or answered. */
 static void garbage(const harness *h)
 {
-    raw_client v = connect_client(h, TFA_WAIT_BLOCK);
+    raw_client v = connect_later(h, TFA_WAIT_BLOCK);
     struct random_source bits = {1};
     for (;;) {
         uint64_t *slot = tfa_ring_next_request(&v.ring);
@@ -85,6 +106,7 @@ static void garbage(const harness *h)
         while (!tfa_ring_reply_ready(&v.ring))
             usleep(10);
         tfa_ring_release(&v.ring);
+        count_step();
     }
 }
 
@@ -96,21 +118,23 @@ static void bad_hellos(const harness *h)
         (void)!send(fd, "hello", 5, MSG_NOSIGNAL);
         (void)!recv(fd, &w, sizeof w, 0);
         close(fd);
+        count_step();
     }
 }
 
 static void connections(const harness *h)
 {
-    for (;;)
+    for (;; count_step())
         tfa_client_close(connect_session(h, 1, TFA_WAIT_BLOCK));
 }
 
 static void doorbells(const harness *h)
 {
-    raw_client v = connect_client(h, TFA_WAIT_BLOCK);
+    raw_client v = connect_later(h, TFA_WAIT_BLOCK);
     for (;;) {
         wake(&v);
         usleep(20);
+        count_step();
     }
 }
 
@@ -124,7 +148,7 @@ static void *park(void *word)
 /* Hundreds of threads sleep on the word of a reply, and the flag says so. */
 static void parked_threads(const harness *h)
 {
-    raw_client v = connect_client(h, TFA_WAIT_BLOCK);
+    raw_client v = connect_later(h, TFA_WAIT_BLOCK);
     pthread_attr_t small;
     pthread_t thread;
     pthread_attr_init(&small);
@@ -143,13 +167,15 @@ static void parked_threads(const harness *h)
         while (!tfa_ring_reply_ready(&v.ring))
             usleep(10);
         tfa_ring_release(&v.ring);
+        count_step();
     }
 }
 
 /* Connected in spin mode, then stopped: the worker must not wait for it. */
 static void stopped_spinner(const harness *h)
 {
-    (void)connect_client(h, TFA_WAIT_SPIN);
+    (void)connect_later(h, TFA_WAIT_SPIN);
+    count_step();
     pause();
 }
 
@@ -157,22 +183,23 @@ static void stopped_spinner(const harness *h)
 void attack_loop(const harness *h)
 {
     (void)h;
+    count_step();
     for (volatile unsigned k = 0;; k++)
         ;
 }
 
 const attack attacks[] = {
-    {"spectra of 8 tips", 1, spectra, false},
-    {"spectra of 8 tips", 16, spectra, false},
-    {"batches of 32 states", 31, batches, false},
-    {"batches of 64, 4 tips, spectra", 16, large_batches, false},
-    {"single states, full rings", 31, single_states, false},
-    {"garbage in slots", 8, garbage, false},
-    {"bad hellos", 4, bad_hellos, true},
-    {"connections", 4, connections, true},
-    {"doorbells", 4, doorbells, false},
-    {"threads on one futex word", 1, parked_threads, false},
-    {"stopped spinner", 1, stopped_spinner, false},
+    {"spectra of 8 tips", 1, spectra, 100, false},
+    {"spectra of 8 tips", 16, spectra, 100, false},
+    {"batches of 32 states", 31, batches, 100, false},
+    {"batches of 64, 4 tips, spectra", 16, large_batches, 32, false},
+    {"single states, full rings", 31, single_states, 1000, false},
+    {"garbage in slots", 8, garbage, 1000, false},
+    {"bad hellos", 4, bad_hellos, 100, true},
+    {"connections", 4, connections, 40, true},
+    {"doorbells", 4, doorbells, 1000, false},
+    {"threads on one futex word", 1, parked_threads, 100, false},
+    {"stopped spinner", 1, stopped_spinner, 1, false},
 };
 
 const size_t attack_count = sizeof attacks / sizeof *attacks;
@@ -185,8 +212,23 @@ static void *run_session(void *h)
     return NULL;
 }
 
+unsigned long attack_steps(void)
+{
+    return atomic_load(steps);
+}
+
+static void reset_steps(void)
+{
+    if (!steps)
+        steps =
+            mmap(NULL, sizeof *steps, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+    assert_ptr_not_equal(steps, MAP_FAILED);
+    atomic_store(steps, 0);
+}
+
 pid_t attack_start(const attack *a, harness *h)
 {
+    reset_steps();
     const pid_t child = fork();
     pthread_t thread;
     current = a;

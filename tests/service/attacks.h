@@ -16,6 +16,7 @@ typedef struct attack {
     const char *name;
     int sessions;
     void (*run)(const harness *h); /* in a thread of each session */
+    unsigned steps;                /* in all sessions, until it is under way */
     bool busy;                     /* takes the processors, too */
 } attack;
 
@@ -30,6 +31,8 @@ void attack_loop(const harness *h);
 
 /** Starts the sessions in a process of their own, which runs until it or this one is killed. */
 pid_t attack_start(const attack *a, harness *h);
+/** What the sessions of the last attack have done: requests, connections, rings of the doorbell. */
+unsigned long attack_steps(void);
 /** Kills it. */
 void attack_stop(pid_t process);
 

@@ -14,7 +14,6 @@
 #include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 static void write_yaml(FILE *out, const char *text)
@@ -90,31 +89,25 @@ void harness_start(harness *h, const char *robot)
     char socket[160];
     snprintf(socket, sizeof socket, "%s/%s.sock", h->runtime_dir, robot);
     harness_launch(h);
-    for (unsigned i = 0; i < WAIT_NS / 5000000; i++) {
-        tfa_client_options options = harness_options(h, robot);
-        tfa_client *client;
-        if (access(socket, F_OK) == 0 && tfa_client_connect(&options, &client) == TFA_OK) {
-            tfa_client_close(client);
-            return;
-        }
-        if (waitpid(h->pid, NULL, WNOHANG) == h->pid)
-            break;
-        sleep_ms(5);
-    }
+    const tfa_client_options options = harness_options(h, robot);
+    tfa_client *client = NULL;
+    bool ended = false;
+    (void)WAIT_FOR((access(socket, F_OK) == 0 && tfa_client_connect(&options, &client) == TFA_OK) ||
+                   (ended = waitpid(h->pid, NULL, WNOHANG) == h->pid));
+    tfa_client_close(client);
+    if (client)
+        return;
     show_log(h);
-    h->pid = 0;
+    h->pid = ended ? 0 : h->pid;
     fail_msg("the daemon did not start");
 }
 
 static int wait_end(harness *h)
 {
     int status = -1;
-    for (unsigned i = 0; i < WAIT_NS / 2000000; i++) {
-        if (waitpid(h->pid, &status, WNOHANG) == h->pid) {
-            h->pid = 0;
-            return status;
-        }
-        sleep_ms(2);
+    if (WAIT_FOR(waitpid(h->pid, &status, WNOHANG) == h->pid)) {
+        h->pid = 0;
+        return status;
     }
     show_log(h);
     fail_msg("the daemon did not end");
@@ -180,7 +173,7 @@ void harness_remove(harness *h)
 tfa_client_options harness_options(const harness *h, const char *robot)
 {
     return (tfa_client_options){
-        .runtime_dir = h->runtime_dir, .robot = robot, .connect_timeout_ms = 20000};
+        .runtime_dir = h->runtime_dir, .robot = robot, .connect_timeout_ms = WAIT_MS};
 }
 
 tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait)
@@ -192,15 +185,36 @@ tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait)
     return client;
 }
 
-int harness_shm_entries(void)
+int harness_named_segments(const harness *h)
 {
+    char path[64], target[256];
     int count = 0;
-    DIR *d = opendir("/dev/shm");
+    snprintf(path, sizeof path, "/proc/%d/fd", (int)h->pid);
+    DIR *d = opendir(path);
     assert_non_null(d);
-    for (const struct dirent *e; (e = readdir(d)) != NULL;)
-        count += strncmp(e->d_name, "tfa-", 4) == 0;
+    for (const struct dirent *e; (e = readdir(d)) != NULL;) {
+        const ssize_t length = readlinkat(dirfd(d), e->d_name, target, sizeof target - 1);
+        target[length > 0 ? length : 0] = 0;
+        count += strncmp(target, "/dev/shm/", 9) == 0 && !strstr(target, " (deleted)");
+    }
     closedir(d);
     return count;
+}
+
+static unsigned count_clients(const harness *h)
+{
+    static char text[65536];
+    unsigned count = 0;
+    assert_int_equal(tfa_daemon_command(h->runtime_dir, "status", WAIT_MS, text, sizeof text),
+                     TFA_OK);
+    for (const char *at = text; (at = strstr(at, "\"user\": ")) != NULL; at++)
+        count++;
+    return count;
+}
+
+bool harness_has_clients(const harness *h, unsigned count)
+{
+    return WAIT_FOR(count_clients(h) == count);
 }
 
 int harness_descriptors(const harness *h)
@@ -216,25 +230,11 @@ int harness_descriptors(const harness *h)
     return count - 2;
 }
 
-int harness_idle_descriptors(const harness *h)
+void harness_assert_descriptors(const harness *h, int most)
 {
-    int least = harness_descriptors(h);
-    for (int i = 0; i < 40; i++) {
-        sleep_ms(5);
-        const int now = harness_descriptors(h);
-        least = now < least ? now : least;
-    }
-    return least;
-}
-
-void harness_assert_descriptors(const harness *h, int least, int most)
-{
-    int now = harness_descriptors(h);
-    for (int i = 0; (now < least || now > most) && i < 2000; i++) {
-        sleep_ms(5);
-        now = harness_descriptors(h);
-    }
-    assert_in_range(now, least, most);
+    int now;
+    if (!WAIT_FOR((now = harness_descriptors(h)) <= most))
+        fail_msg("%d descriptors, at most %d", now, most);
 }
 
 int harness_mappings(const harness *h)
@@ -281,11 +281,8 @@ unsigned harness_log_lines(const harness *h, const char *text)
 
 bool harness_logged_times(const harness *h, const char *text, unsigned times)
 {
-    for (unsigned i = 0; i < WAIT_NS / 2000000; i++) {
-        if (harness_log_lines(h, text) >= times)
-            return true;
-        sleep_ms(2);
-    }
+    if (WAIT_FOR(harness_log_lines(h, text) >= times))
+        return true;
     show_log(h);
     return false;
 }

@@ -46,18 +46,18 @@ tfa_client_options harness_options(const harness *h, const char *robot);
 /** Connects or fails the test. */
 tfa_client *harness_connect(const harness *h, const char *robot, tfa_wait wait);
 
-/** Entries of /dev/shm that totalforced makes. */
-int harness_shm_entries(void);
+/** Shared memory of the daemon that others could open by its name, or that would stay behind. */
+int harness_named_segments(const harness *h);
+/** Waits until the daemon has so many clients. @return false: it does not come to it */
+bool harness_has_clients(const harness *h, unsigned count);
 /** Open descriptors, mappings and resident KiB of the daemon. */
 int harness_descriptors(const harness *h);
-/* The least of a fifth of a second: those of clients that have just left are closed. */
-int harness_idle_descriptors(const harness *h);
-/** Waits a while until the daemon has `least` to `most` descriptors: it closes them after it has
- * noticed a hang-up or logged a reload. */
-void harness_assert_descriptors(const harness *h, int least, int most);
+/** Waits until the daemon has no more descriptors than these: it closes some after it has noticed a
+ * hang-up or logged a reload. */
+void harness_assert_descriptors(const harness *h, int most);
 int harness_mappings(const harness *h);
 long harness_resident_kib(const harness *h);
-/** Does the log contain this text? Waits for it a while. */
+/** Does the log contain this text? Waits for it. */
 bool harness_logged(const harness *h, const char *text);
 /** The same, in so many lines. */
 bool harness_logged_times(const harness *h, const char *text, unsigned times);

@@ -4,14 +4,18 @@
 import json
 import math
 import os
+import pathlib
 import re
 import signal
 import socket
 import subprocess
+import sys
 import threading
 import time
 
-WAIT = 60  # seconds for what must happen; only ever used up by a failure
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+import guard
+from guard import WAIT
 
 
 class Daemon:
@@ -30,8 +34,8 @@ class Daemon:
 
     def start(self):
         with open(self.log, "w", encoding="utf-8") as log:
-            self.process = subprocess.Popen([os.path.join(self.bin, "totalforced"), self.config],
-                                            stderr=log)
+            self.process = guard.start([os.path.join(self.bin, "totalforced"), self.config],
+                                       stderr=log)
         wait_for(lambda: "ready:" in self.messages() or self.process.poll() is not None,
                  "the daemon does not start")
         found = re.search(r"http: live page http://\S+:(\d+)/", self.messages())
@@ -44,13 +48,9 @@ class Daemon:
             return log.read()
 
     def end(self, number=signal.SIGTERM):
-        """@return seconds that it took"""
-        begin = time.monotonic()
         if self.process:
-            self.process.send_signal(number)
-            self.process.wait(WAIT)
+            guard.end(self.process, number)
         self.process = None
-        return time.monotonic() - begin
 
     def __enter__(self):
         self.start()
@@ -79,9 +79,9 @@ class Client:
     """`with Client(..)`: a process that asks for forward dynamics, at other joint positions each time."""
 
     def __init__(self, daemon, robot, joints):
-        self.process = subprocess.Popen(
+        self.process = guard.start(
             [os.path.join(daemon.bin, "totalforce"), "call", robot, "--runtime-dir",
-             daemon.runtime_dir], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+             daemon.runtime_dir, "--timeout-ms", str(1000 * WAIT)], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
         self.joints, self.running = joints, True
         self.thread = threading.Thread(target=self._move)
         self.thread.start()
@@ -105,6 +105,7 @@ class Client:
         self.thread.join()
         self.process.stdin.close()
         self.process.wait(WAIT)
+        self.process.guard.communicate()
 
 
 def wait_for(condition, text):

@@ -24,32 +24,34 @@
 
 static const char *const backends[] = {"backend: shm\n", "backend: memfd\n"};
 
-/* The welcome of a connection that says nothing: a refusal at once, or none within a while. */
-static int refusal(int socket, tfa_welcome *w)
+/* Six connections that say nothing; the honest client is the fourth of its user. The daemon answers
+ * in the order of connections: when the later ones are answered the first three were accepted.
+ * @return false: the first three were turned out for their silence before the later ones came, or a
+ * former client was still there */
+static bool three_of_six_are_refused(const harness *h)
 {
-    const struct timeval wait = {.tv_usec = 200000};
-    assert_int_equal(setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait), 0);
-    return recv(socket, w, sizeof *w, 0) == (ssize_t)sizeof *w ? w->status : TFA_OK;
+    tfa_welcome w;
+    int fds[6];
+    bool refused = true;
+    for (int i = 0; i < 6; i++)
+        fds[i] = connect_raw(h);
+    for (int i = 3; i < 6; i++)
+        refused = receive_status(fds[i], &w) == TFA_E_REFUSED && refused &&
+                  strstr(w.text, "clients_per_user") != NULL;
+    for (int i = 0; i < 3; i++)
+        refused = recv(fds[i], &w, sizeof w, MSG_DONTWAIT) <= 0 && refused;
+    for (int i = 0; i < 6; i++)
+        close(fds[i]);
+    return refused;
 }
 
 /* Connections that have said nothing use up the quota of their user, and are named as the cause. */
 TEST(silent_connections_count)
 {
     scene s;
-    tfa_welcome w;
-    int fds[6];
     open_scene(&s, "limits: {clients: 20, clients_per_user: 4}\n");
-    for (int i = 0; i < 6; i++)
-        fds[i] = connect_raw(&s.h);
-    for (int i = 0; i < 3; i++) /* the honest client is the fourth */
-        assert_int_equal(refusal(fds[i], &w), TFA_OK);
-    for (int i = 3; i < 6; i++) {
-        assert_int_equal(refusal(fds[i], &w), TFA_E_REFUSED);
-        assert_non_null(strstr(w.text, "clients_per_user"));
-    }
+    assert_true(WAIT_FOR(three_of_six_are_refused(&s.h)));
     assert_true(harness_logged(&s.h, "clients_per_user"));
-    for (int i = 0; i < 6; i++)
-        close(fds[i]);
     close_scene(&s);
 }
 
@@ -127,6 +129,16 @@ TEST(reopened_for_writing)
     }
 }
 
+/* @return status of a greeting */
+static int greet(const harness *h)
+{
+    tfa_welcome w;
+    const tfa_hello hello = good_hello(TFA_WAIT_BLOCK);
+    const int fd = connect_raw(h);
+    (void)!send(fd, &hello, sizeof hello, MSG_NOSIGNAL);
+    return receive_status(fd, &w);
+}
+
 /* Connects so many times as user nobody of group nogroup. @return status of the last one */
 static int as_nobody(scene *s, int connections)
 {
@@ -135,12 +147,11 @@ static int as_nobody(scene *s, int connections)
     assert_int_equal(chmod(s->h.directory, 0711), 0);
     const pid_t child = fork();
     if (child == 0) {
-        tfa_welcome w;
         int last = TFA_OK;
         if (setgroups(0, NULL) != 0 || setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
             _exit(99);
         for (int i = 0; i < connections; i++)
-            last = refusal(connect_raw(&s->h), &w);
+            last = greet(&s->h);
         _exit(-last);
     }
     assert_int_equal(waitpid(child, &result, 0), child);
@@ -204,7 +215,7 @@ TEST(descriptors_run_out)
         assert_int_not_equal(tfa_client_connect(&options, &client), TFA_OK);
         assert_unharmed(&s);
         /* an operator, too, who otherwise would keep the control thread busy */
-        assert_int_equal(tfa_daemon_command(s.h.runtime_dir, "status", 2000, text, sizeof text),
+        assert_int_equal(tfa_daemon_command(s.h.runtime_dir, "status", WAIT_MS, text, sizeof text),
                          TFA_E_DISCONNECTED);
     }
     assert_int_equal(prlimit(s.h.pid, RLIMIT_NOFILE, &before, NULL), 0);
@@ -228,10 +239,7 @@ static int fill_shm(void)
     options.max_batch = 64;
     harness_launch(&h);
     int status = TFA_E_DISCONNECTED;
-    for (int i = 0; i < 1000 && status == TFA_E_DISCONNECTED; i++) {
-        sleep_ms(10);
-        status = tfa_client_connect(&options, &client);
-    }
+    (void)WAIT_FOR((status = tfa_client_connect(&options, &client)) != TFA_E_DISCONNECTED);
     (void)tfa_client_explain(&options, status, text, sizeof text);
     const bool explained = status == TFA_E_REFUSED && strstr(text, "/dev/shm") != NULL;
     print_message("%s\n", text);
@@ -331,10 +339,8 @@ TEST(tips_are_limited)
     /* 0.7 MiB a connection, and the daemon may not have noticed yet that the last one is closed */
     harness_serve(&h, ARM, "limits: {memory_mib_per_user: 2}\n");
     options = harness_options(&h, "arm");
-    for (int i = 0; tfa_client_connect(&options, &client) != TFA_OK; i++) { /* one still leaves */
-        assert_true(i < 2000);
-        sleep_ms(5);
-    }
+    /* one still leaves */
+    assert_true(WAIT_FOR((sleep_ms(5), tfa_client_connect(&options, &client) == TFA_OK)));
     tfa_client_close(client);
     options.max_tips = TFA_MAX_TIPS;
     const int status = tfa_client_connect(&options, &client);

@@ -8,15 +8,6 @@
 #include "models.h"
 #include "test.h"
 
-#include <time.h>
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
-
 static tfa_request make_request(uint32_t state, double numbers[3][LOAD_JOINTS])
 {
     for (int i = 0; i < LOAD_JOINTS; i++) {
@@ -125,11 +116,11 @@ static bool receive(load *l, uint32_t *received, uint64_t timeout_ns)
 static void *run(void *argument)
 {
     load *l = argument;
-    uint64_t due = l->start = clock_ns();
+    uint64_t due = l->start = now_ns();
     uint32_t sent = 0, received = 0;
     bool good = true;
     while (good && sent < LOAD_MAX && !atomic_load(&l->stop)) {
-        const uint64_t now = clock_ns();
+        const uint64_t now = now_ns();
         if (now > due + LOAD_BEHIND_NS) {
             due = now;
             l->resyncs++;
@@ -146,7 +137,7 @@ static void *run(void *argument)
     }
     while (good && received < sent)
         good = receive(l, &received, WAIT_NS) && l->status == TFA_OK;
-    l->end = clock_ns();
+    l->end = now_ns();
     return NULL;
 }
 
@@ -178,12 +169,7 @@ static bool all_answered_by(load *l, int model)
 
 bool load_count_answers(load *l, int model)
 {
-    for (unsigned i = 0; i < WAIT_NS / 1000000; i++) {
-        if (all_answered_by(l, model))
-            return true;
-        sleep_ms(1);
-    }
-    return false;
+    return WAIT_FOR(all_answered_by(l, model));
 }
 
 bool load_stop(load *l)

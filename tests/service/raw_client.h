@@ -21,11 +21,17 @@ typedef struct raw_client {
 /** Connects to the socket of the arm and says nothing. */
 int connect_raw(const harness *h);
 tfa_hello good_hello(tfa_wait wait);
+/** Waits for the daemon's answer. @return its status; TFA_E_DISCONNECTED: it hung up without one */
+int receive_status(int socket, tfa_welcome *w);
 /** A client by the book so far: 8 slots, batches of 2. */
 raw_client connect_client(const harness *h, tfa_wait wait);
+/** @return false: it was refused */
+bool try_connect_client(const harness *h, tfa_wait wait, raw_client *v);
 void disconnect_client(raw_client *v);
 /** Rings the worker's doorbell. */
 void wake(const raw_client *v);
+/** Waits for the oldest reply, or the test fails. */
+const tfa_wire_reply *await_reply(const raw_client *v);
 /** The daemon hangs up on this socket, or the test fails. */
 void assert_hung_up(int socket);
 

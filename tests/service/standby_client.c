@@ -7,8 +7,8 @@
 #include "models.h"
 #include "test.h"
 
+#include <limits.h>
 #include <signal.h>
-#include <time.h>
 
 #define CALLS 50
 #define MS UINT64_C(1000000)
@@ -37,6 +37,7 @@ static tfa_client *connect_with_standby(void)
     tfa_client *client;
 
     options.standby_dir = second.runtime_dir;
+    options.connect_timeout_ms = INT_MAX;
     assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
     return client;
 }
@@ -124,32 +125,15 @@ static void neither_is_there(void **state)
     for (int i = 0; i < CALLS; i++)
         assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_E_DISCONNECTED);
     harness_start(&second, "arm");
-    for (int i = 0; i < 1000 && status == TFA_E_DISCONNECTED; i++, sleep_ms(2))
-        status = ask_arm(client, 0.2, qdd, WAIT_NS);
+    assert_true(WAIT_FOR((status = ask_arm(client, 0.2, qdd, WAIT_NS)) != TFA_E_DISCONNECTED));
     assert_int_equal(status, TFA_OK);
     assert_calls_are_answered(client, &second);
     tfa_client_close(client);
     harness_start(&first, "arm");
 }
 
-static uint64_t now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000 * MS + (uint64_t)t.tv_nsec;
-}
-
-/* @return ns that a call took which nobody answered */
-static uint64_t time_unanswered(tfa_client *client, uint64_t timeout_ns)
-{
-    double qdd[7];
-    const uint64_t start = now_ns();
-
-    assert_int_not_equal(ask_arm(client, 0.2, qdd, timeout_ns), TFA_OK);
-    return now_ns() - start;
-}
-
-/* Both daemons accept connections and say nothing more, as stopped ones do. */
+/* Both daemons accept connections and say nothing more, as stopped ones do. The limit of the
+ * connection is 25 days: who waits for it does not come back before the test's own limit. */
 static tfa_client *client_of_silent_daemons(void)
 {
     tfa_client *client = connect_with_standby();
@@ -168,32 +152,42 @@ static void wake_both(tfa_client *client)
     tfa_client_close(client);
 }
 
-/* A call ends within its timeout, however many daemons it asks; the connection's limit is longer.
- * */
-static void calls_end_in_time(void **state)
+static void assert_unanswered(tfa_client *client, uint64_t timeout_ns)
 {
-    const uint64_t timeout = 1000 * MS;
+    double qdd[7];
+
+    assert_int_not_equal(ask_arm(client, 0.2, qdd, timeout_ns), TFA_OK);
+}
+
+/* A call has its own limit, however many daemons it asks. */
+static void calls_end_by_themselves(void **state)
+{
     tfa_client *client = client_of_silent_daemons();
 
     (void)state;
-    assert_in_range(time_unanswered(client, timeout), 0, timeout * 3 / 2);
+    assert_unanswered(client, 100 * MS);
     wake_both(client);
 }
 
-/* After a look that took long there is a pause, too. */
+/* A call that looks for a daemon takes its timeout at least, because none says anything. */
+static bool next_call_does_not_look(tfa_client *client)
+{
+    const uint64_t timeout = 200 * MS;
+
+    assert_unanswered(client, timeout);
+    const uint64_t start = now_ns();
+    assert_unanswered(client, timeout);
+    return now_ns() - start < timeout;
+}
+
+/* After a look that took long there is a pause, too. A client that gets no processor meanwhile looks
+ * again: it is asked until it did not. */
 static void looks_are_apart(void **state)
 {
-    const uint64_t timeout = 400 * MS;
     tfa_client *client = client_of_silent_daemons();
-    uint64_t shortest = UINT64_MAX;
 
     (void)state;
-    for (int i = 0; i < 3; i++) {
-        (void)time_unanswered(client, timeout);
-        const uint64_t next = time_unanswered(client, timeout);
-        shortest = next < shortest ? next : shortest;
-    }
-    assert_in_range(shortest, 0, timeout / 4);
+    assert_true(WAIT_FOR(next_call_does_not_look(client)));
     wake_both(client);
 }
 
@@ -201,10 +195,9 @@ static void looks_are_apart(void **state)
 static void notice_the_end(tfa_client *client)
 {
     double qdd[7];
-    int status = TFA_E_TIMEOUT;
+    int status;
 
-    for (int i = 0; i < 100 && status == TFA_E_TIMEOUT; i++)
-        status = ask_arm(client, 0.2, qdd, MS);
+    assert_true(WAIT_FOR((status = ask_arm(client, 0.2, qdd, MS)) != TFA_E_TIMEOUT));
     assert_int_equal(status, TFA_E_DISCONNECTED);
 }
 
@@ -217,10 +210,8 @@ static void sending_does_not_wait(void **state)
 
     (void)state;
     notice_the_end(client);
-    sleep_ms(100);
-    const uint64_t start = now_ns();
+    sleep_ms(50); /* longer than the pause between two looks: sending looks, too */
     assert_int_equal(tfa_client_send(client, &request, NULL), TFA_E_DISCONNECTED);
-    assert_in_range(now_ns() - start, 0, WAIT_NS / 4);
     wake_both(client);
 }
 
@@ -248,7 +239,8 @@ static void free_arm(arm_here arm)
     tfa_model_free(arm.model);
 }
 
-/* A program with a fallback waits for its attempt_us, not for the connection. */
+/* A program with a fallback waits for its attempt_us, not for the connection or for the day that the
+ * call may take. */
 static void fallback_answers_soon(void **state)
 {
     tfa_client *client = client_of_silent_daemons();
@@ -256,25 +248,9 @@ static void fallback_answers_soon(void **state)
     double qdd[7];
 
     (void)state;
-    const uint64_t start = now_ns();
-    assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_OK);
-    assert_in_range(now_ns() - start, 0, WAIT_NS / 4);
+    assert_int_equal(ask_arm(client, 0.2, qdd, 86400 * 1000 * MS), TFA_OK);
     wake_both(client);
     free_arm(arm);
-}
-
-/* Does its status list no client, now or soon? */
-static bool has_no_client(const harness *h)
-{
-    static char text[65536];
-
-    for (int i = 0; i < 2000; i++, sleep_ms(5)) {
-        assert_int_equal(tfa_daemon_command(h->runtime_dir, "status", 0, text, sizeof text),
-                         TFA_OK);
-        if (strstr(text, "\"clients\": [\n  ]"))
-            return true;
-    }
-    return false;
 }
 
 /* A daemon with another model is not taken, until the program asks for it. Nothing of it stays. */
@@ -292,11 +268,11 @@ static void another_model_is_not_taken(void **state)
     char hash[65];
     memcpy(hash, tfa_client_get_info(client)->model_hash, sizeof hash);
     (void)harness_stop(&first, SIGKILL);
-    for (int i = 0; i < 20; i++, sleep_ms(2))
+    for (int i = 0; i < 20; i++, sleep_ms(2)) /* several looks */
         assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_E_DISCONNECTED);
     assert_int_equal(tfa_client_get_info(client)->daemon_pid, pid);
     assert_string_equal(tfa_client_get_info(client)->model_hash, hash);
-    assert_true(has_no_client(&second));
+    assert_true(harness_has_clients(&second, 0));
     assert_int_equal(tfa_client_reconnect(client), TFA_OK);
     assert_calls_are_answered(client, &second);
     tfa_client_close(client);
@@ -313,7 +289,7 @@ static void another_model_is_not_taken_with_a_fallback(void **state)
     const arm_here arm = set_fallback(client);
     assert_int_equal(ask_arm(client, 0.2, expected, WAIT_NS), TFA_OK);
     (void)harness_stop(&first, SIGKILL);
-    for (int i = 0; i < 100; i++, sleep_ms(2)) {
+    for (int i = 0; i < 100; i++, sleep_ms(2)) { /* several looks */
         assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_OK);
         assert_memory_equal(qdd, expected, sizeof qdd);
     }
@@ -328,7 +304,7 @@ int main(void)
         cmocka_unit_test(sent_requests_are_reported),
         cmocka_unit_test(connection_finds_the_standby),
         cmocka_unit_test(neither_is_there),
-        cmocka_unit_test(calls_end_in_time),
+        cmocka_unit_test(calls_end_by_themselves),
         cmocka_unit_test(looks_are_apart),
         cmocka_unit_test(sending_does_not_wait),
         cmocka_unit_test(fallback_answers_soon),

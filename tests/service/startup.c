@@ -22,7 +22,7 @@
 static int listen_notify(harness *h)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
-    const struct timeval limit = {.tv_sec = 20};
+    const struct timeval limit = {.tv_sec = WAIT_MS / 1000};
     snprintf(h->notify, sizeof h->notify, "%s/notify", h->directory);
     memcpy(address.sun_path, h->notify, strlen(h->notify) + 1);
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);

@@ -2,7 +2,12 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * A system-call filter on a thread: from then on any allocation and any system call ends the
- * process.
+ * process. Whoever waits for a thread without a processor does more than in the steady state; these
+ * two do not end the process:
+ *   - The client's look at its socket, when no reply came for LIVENESS_CHECK_NS: it finds nothing.
+ *     One that comes earlier than that after the last one traps.
+ *   - The worker's nap, when a client that spins asked nothing for a second: its clock is slow, so
+ *     that it takes this second for a minute.
  *
  * It is a library to be preloaded. A process under it filters a thread by itself when the
  * environment asks for it:

@@ -5,22 +5,20 @@
  * and, just before, without them. Prints a table; "queue" is the time from the client's store to
  * the worker's start, which the scheduler answers for.
  *
- *   test_hostility [SAMPLES [THREADS]]    of each run, 3000; on one futex word, 500
+ *   bench_hostility [SAMPLES [THREADS]]    of each run, 3000; on one futex word, 500
  *
- * An attack may double the queue's median, or add as much as a few turns: that is asserted, in the
- * best of several attempts, because other programs take the processor, too.
+ * An attack may double the queue's median, or add as much as a few turns; a row that shows more says
+ * so. That every request is answered rightly meanwhile is a law: tests/service/hostile.c.
  */
-#include "attacks.h"
+#include "service/attacks.h"
 #include "test.h"
 
 #include <signal.h>
 #include <stdlib.h>
-#include <time.h>
 #include <unistd.h>
 
 #define PERIOD_NS 200000 /* of the polite client */
 #define TURN_NS 20000    /* the daemon's default */
-#define ATTEMPTS 4
 
 static int samples = 3000;
 
@@ -44,13 +42,6 @@ static void percentiles(double *us, int count, double p[3])
     p[2] = us[count * 99 / 100];
 }
 
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
-
 static figures ask_politely(tfa_client *client)
 {
     double q[7], v[7], tau[7], qdd[7];
@@ -60,13 +51,13 @@ static figures ask_politely(tfa_client *client)
     figures f;
     assert_true(queue && trip);
     for (int i = 0; i < samples; i++) {
-        const uint64_t begin = clock_ns();
+        const uint64_t begin = now_ns();
         tfa_reply reply = {.qdd = qdd};
         tfa_exchange x;
         assert_int_equal(tfa_client_call(client, &r, &reply, WAIT_NS, &x), TFA_OK);
         queue[i] = (double)(x.t_start - x.t_sent) * 1e-3;
         trip[i] = (double)(x.t_reply - x.t_sent) * 1e-3;
-        const uint64_t spent = clock_ns() - begin;
+        const uint64_t spent = now_ns() - begin;
         if (spent < PERIOD_NS)
             usleep((useconds_t)((PERIOD_NS - spent) / 1000));
     }
@@ -79,30 +70,31 @@ static figures ask_politely(tfa_client *client)
 
 static void print_row(const attack *a, const figures *alone, const figures *beside)
 {
-    print_message("%-32s %3d | %7.1f %7.1f | %7.1f %7.1f || %7.1f %7.1f | %7.1f %7.1f\n", a->name,
+    const bool withstands = beside->queue[0] <= 2 * alone->queue[0] + 3e-3 * TURN_NS;
+    print_message("%-32s %3d | %7.1f %7.1f | %7.1f %7.1f || %7.1f %7.1f | %7.1f %7.1f%s\n", a->name,
                   a->sessions, alone->queue[0], alone->queue[2], beside->queue[0], beside->queue[2],
-                  alone->trip[0], alone->trip[2], beside->trip[0], beside->trip[2]);
+                  alone->trip[0], alone->trip[2], beside->trip[0], beside->trip[2],
+                  withstands ? "" : "  more than twice and three turns");
 }
 
 static figures ask_beside(harness *h, tfa_client *polite, const attack *a)
 {
     const pid_t child = attack_start(a, h);
-    sleep_ms(150);
+    assert_true(WAIT_FOR(attack_steps() >= a->steps));
     const figures f = ask_politely(polite);
     attack_stop(child);
     return f;
 }
 
-static bool withstands(harness *h, tfa_client *polite, const attack *a)
+static void compare(harness *h, tfa_client *polite, const attack *a)
 {
-    const attack loops = {"loops", a->sessions, attack_loop, true};
+    const attack loops = {"loops", a->sessions, attack_loop, (unsigned)a->sessions, true};
     const figures alone = a->busy ? ask_beside(h, polite, &loops) : ask_politely(polite);
     const figures beside = ask_beside(h, polite, a);
     print_row(a, &alone, &beside);
-    return beside.queue[0] <= 2 * alone.queue[0] + 3e-3 * TURN_NS;
 }
 
-TEST(polite_clients_hardly_notice)
+TEST(beside_attacks)
 {
     harness h;
     harness_serve(&h, ARM,
@@ -111,12 +103,8 @@ TEST(polite_clients_hardly_notice)
     tfa_client *polite = harness_connect(&h, "arm", TFA_WAIT_HYBRID);
     print_message("us, p50 and p99               sessions |      queue alone |    queue beside ||"
                   "  round trip alone |  round trip beside\n");
-    for (size_t i = 0; i < attack_count; i++) {
-        int attempt = 1;
-        while (!withstands(&h, polite, &attacks[i]))
-            if (++attempt > ATTEMPTS)
-                fail_msg("%s: the queue of a polite client grew too long", attacks[i].name);
-    }
+    for (size_t i = 0; i < attack_count; i++)
+        compare(&h, polite, &attacks[i]);
     tfa_client_close(polite);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);

@@ -5,10 +5,10 @@
  * the same memory, so that ThreadSanitizer sees both. Each copy is of one moment.
  */
 #include "client/statistics.h"
+#include "support/wait.h"
 #include "test.h"
 
 #include <pthread.h>
-#include <time.h>
 
 enum { READS = 4000, ROBOTS = 2, CLIENTS = 2 };
 
@@ -100,7 +100,6 @@ static void check(const tfa_snapshot *s)
 
 TEST(copies_are_of_one_moment)
 {
-    const struct timespec pause = {.tv_nsec = 100000};
     const tfa_statistics_layout layout = tfa_statistics_layout_of(1, ROBOTS, CLIENTS);
     void *memory = aligned_alloc(TFA_STATISTICS_LINE, layout.bytes);
     assert_non_null(memory);
@@ -116,18 +115,13 @@ TEST(copies_are_of_one_moment)
                 .robot = &reader.view.robots[1],
                 .state = &reader.view.states[1]};
     tfa_snapshot *s;
-    int busy = 0;
     tfa_words_write(reader.view.clients[1].served, &served, sizeof served);
     tfa_word_set(&reader.view.workers[0].clients_used, CLIENTS);
     assert_int_equal(tfa_snapshot_create(&reader, &s), TFA_OK);
     assert_int_equal(pthread_create(&w.thread, NULL, write_all, &w), 0);
-    for (int i = 0; i < READS; i++) {
-        const int status = tfa_statistics_read(&reader, s);
-        if (status == TFA_OK)
-            check(s);
-        else
-            nanosleep(&pause, NULL);
-        busy += status != TFA_OK;
+    for (int i = 0; i < READS; i++) { /* busy: the writer has no processor */
+        assert_true(WAIT_FOR(tfa_statistics_read(&reader, s) == TFA_OK));
+        check(s);
     }
     atomic_store(&w.stop, true);
     pthread_join(w.thread, NULL);
@@ -135,7 +129,6 @@ TEST(copies_are_of_one_moment)
     check(s);
     assert_int_equal(s->clients[0].tally.requests, w.counted);
     assert_int_equal(s->clients[0].tally.queue.count, w.counted);
-    assert_true(busy < READS);
     tfa_snapshot_free(s);
     free(memory);
 }

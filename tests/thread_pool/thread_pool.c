@@ -5,10 +5,11 @@
  * threads are stopped for milliseconds; meant to run under ThreadSanitizer too.
  */
 #include "thread_pool/thread_pool.h"
+#include "support/wait.h"
 #include "test.h"
 
+#include <dirent.h>
 #include <stdatomic.h>
-#include <time.h>
 
 #define TASKS 67
 
@@ -19,19 +20,13 @@ struct count {
     int slow;
 };
 
-static void pause_ms(long ms)
-{
-    struct timespec t = {0, ms * 1000000};
-    nanosleep(&t, NULL);
-}
-
 static void count_task(void *context, uint32_t task, uint32_t worker)
 {
     struct count *c = context;
     assert_true(task < c->tasks);
     assert_true(worker < c->threads);
     if (c->slow && worker > 0 && task % 16 == 3)
-        pause_ms(2); /* as if the host had taken the processor away */
+        sleep_ms(2); /* as if the host had taken the processor away */
     c->done[task]++;
 }
 
@@ -60,6 +55,26 @@ TEST(test_every_task_once)
         run_phases(threads[k], 20000, 2000, 0);
 }
 
+/* Threads of the pools of this process, besides callers, that sleep now. */
+static uint32_t count_sleeping(void)
+{
+    uint32_t count = 0;
+    DIR *d = opendir("/proc/self/task");
+    assert_non_null(d);
+    for (const struct dirent *e; (e = readdir(d)) != NULL;) {
+        char path[300], state = 0;
+        int named = 0; /* the name is that of a pool */
+        snprintf(path, sizeof path, "/proc/self/task/%s/stat", e->d_name);
+        FILE *in = fopen(path, "r");
+        if (in && fscanf(in, "%*d (tfa-pool%n%*[^)]) %c", &named, &state) == 1 && named)
+            count += state == 'S';
+        if (in)
+            fclose(in);
+    }
+    closedir(d);
+    return count;
+}
+
 TEST(test_sleeping_threads)
 {
     struct tfa_thread_pool *thread_pool = NULL;
@@ -67,7 +82,7 @@ TEST(test_sleeping_threads)
         thread_pool_start(&thread_pool, &(struct thread_pool_options){4, 1, NULL, 0, NULL}), 0);
     struct count c = {.threads = 4, .tasks = TASKS};
     for (uint32_t p = 1; p <= 50; p++) {
-        pause_ms(1); /* longer than they spin: all are asleep now */
+        assert_true(WAIT_FOR(count_sleeping() == 3));
         thread_pool_run(thread_pool, count_task, &c, TASKS);
         for (uint32_t k = 0; k < TASKS; k++)
             assert_int_equal(c.done[k], p);
@@ -84,15 +99,17 @@ TEST(test_stopped_threads)
 struct assignment {
     uint32_t tasks;
     _Atomic uint32_t counted; /* see the task */
+    _Atomic uint32_t begun[2];
 };
 
-/* 0.2 ms, so that threads have time to come; counts tasks of the thread's own range. */
+/* Two threads in step, so that neither is late: each goes on when the other one has begun as many
+ * tasks. Counts tasks of the thread's own range. */
 static void own_task(void *context, uint32_t task, uint32_t worker)
 {
     struct assignment *a = context;
-    const struct timespec t = {0, 200000};
-    nanosleep(&t, NULL);
-    atomic_fetch_add(&a->counted, task * 2 / a->tasks == worker);
+    const uint32_t mine = atomic_fetch_add(&a->begun[worker], 1) + 1;
+    const bool both = WAIT_FOR(atomic_load(&a->begun[1 - worker]) >= mine);
+    atomic_fetch_add(&a->counted, both && task * 2 / a->tasks == worker);
 }
 
 TEST(test_fixed_assignment)
@@ -101,13 +118,11 @@ TEST(test_fixed_assignment)
     assert_int_equal(
         thread_pool_start(&thread_pool, &(struct thread_pool_options){2, 1000000, NULL, 0, NULL}),
         0);
-    int as_assigned = 0;
     for (int p = 0; p < 50; p++) {
         struct assignment a = {.tasks = 8};
         thread_pool_run(thread_pool, own_task, &a, a.tasks);
-        as_assigned += atomic_load(&a.counted) == a.tasks;
+        assert_int_equal(atomic_load(&a.counted), a.tasks);
     }
-    assert_true(as_assigned >= 10); /* others may have been late on a busy machine */
     thread_pool_stop(thread_pool);
 }
 
@@ -118,12 +133,8 @@ static void late_task(void *context, uint32_t task, uint32_t worker)
     (void)worker;
     if (task != a->tasks - a->tasks / 4)
         atomic_fetch_add(&a->counted, 1);
-    for (int i = 0; task == a->tasks - a->tasks / 4 && i < 10000; i++) {
-        if (atomic_load(&a->counted) == a->tasks - 1)
-            return;
-        pause_ms(1);
-    }
-    assert_int_not_equal(task, a->tasks - a->tasks / 4);
+    else
+        assert_true(WAIT_FOR(atomic_load(&a->counted) == a->tasks - 1));
 }
 
 TEST(test_late_threads)

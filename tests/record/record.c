@@ -16,6 +16,7 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -49,6 +50,7 @@ typedef struct asker {
     unsigned first, count;
     bool dds;
     int failed;
+    _Atomic unsigned answered;
     pthread_t thread;
 } asker;
 
@@ -57,7 +59,7 @@ static void *ask(void *arg)
     asker *a = arg;
     tfa_client_options options = harness_options(a->h, "arm");
     const tfa_dds_client_options dds_options = {
-        .domain = a->dds ? test_domain() : 0, .robot = "arm", .connect_timeout_ms = 20000};
+        .domain = a->dds ? test_domain() : 0, .robot = "arm", .connect_timeout_ms = WAIT_MS};
     tfa_client *ring = NULL;
     tfa_dds_client *dds = NULL;
     options.max_batch = 8;
@@ -66,6 +68,7 @@ static void *ask(void *arg)
     for (unsigned i = a->first; i < a->first + a->count && !a->failed; i++) {
         const int status = ask_kind(ring, dds, i);
         a->failed = status != TFA_OK && status != TFA_E_VALUE ? status : 0;
+        atomic_fetch_add_explicit(&a->answered, 1, memory_order_relaxed);
     }
     tfa_client_close(ring);
     tfa_dds_client_close(dds);
@@ -302,7 +305,8 @@ TEST(a_killed_recorder)
     harness h;
     static recorder r;
     harness_serve(&h, ARM, "");
-    const int descriptors = harness_idle_descriptors(&h);
+    assert_true(harness_has_clients(&h, 0));
+    const int descriptors = harness_descriptors(&h);
     for (int i = 0; i < 3; i++) {
         recorder_begin(&h, &r, "arm", "a.rec", "", 0);
         ask_some(&h, 3000);
@@ -311,7 +315,7 @@ TEST(a_killed_recorder)
         assert_true(harness_logged_times(&h, "records no more", (unsigned)i + 1));
         ask_some(&h, 1000);
     }
-    harness_assert_descriptors(&h, descriptors, descriptors);
+    harness_assert_descriptors(&h, descriptors);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0); /* as far as it came */
     end(&h);
 }
@@ -320,25 +324,34 @@ TEST(a_killed_client)
 {
     harness h;
     static recorder r;
-    int status;
+    int status, ends[2];
+    char byte;
     harness_serve(&h, ARM, "");
+    assert_int_equal(pipe(ends), 0);
     recorder_begin(&h, &r, "arm", "a.rec", "", 0);
     const pid_t child = fork();
     if (child == 0) {
+        (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
         tfa_client_options options = harness_options(&h, "arm");
         tfa_client *client;
         options.max_batch = 8;
         if (tfa_client_connect(&options, &client) == TFA_OK)
-            for (unsigned i = 0;; i++)
+            for (unsigned i = 0;; i++) {
                 (void)ask_kind(client, NULL, i);
+                if (i == 100)
+                    (void)!write(ends[1], "a", 1);
+            }
         _exit(1);
     }
     ask_some(&h, 5000);
+    assert_int_equal(read(ends[0], &byte, 1), 1); /* it is asking */
     assert_int_equal(kill(child, SIGKILL), 0);
     assert_int_equal(waitpid(child, &status, 0), child);
+    close(ends[0]);
+    close(ends[1]);
     ask_some(&h, 1000);
     assert_int_equal(recorder_end(&r), 0);
-    assert_true(recorder_number(&r, "a.rec: ") > 6000);
+    assert_true(recorder_number(&r, "a.rec: ") > 6100);
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 0);
     end(&h);
 }
@@ -352,7 +365,7 @@ TEST(a_reload_ends_it)
     recorder_begin(&h, &r, "arm", "a.rec", "--seconds 100", 0);
     a = (asker){.h = &h, .count = 40000};
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
-    sleep_ms(20);
+    assert_true(WAIT_FOR(atomic_load(&a.answered) >= 100));
     harness_configure(&h, ARM "    gravity: [0, 0, -1.62]\n", "");
     assert_int_equal(kill(h.pid, SIGHUP), 0);
     assert_int_equal(recorder_wait(&r), 1);
@@ -482,7 +495,7 @@ TEST(a_hostile_recorder)
          *order; order++) {
         char word[64];
         snprintf(word, sizeof word, "record %s", *order);
-        assert_int_equal(tfa_daemon_command(h.runtime_dir, word, 20000, text, sizeof text),
+        assert_int_equal(tfa_daemon_command(h.runtime_dir, word, WAIT_MS, text, sizeof text),
                          TFA_E_REFUSED);
     }
     ask_some(&h, 100);

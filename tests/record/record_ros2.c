@@ -18,15 +18,35 @@
 
 static harness h;
 static arm_node node;
+static dds_entity_t gravity, lambda;
+static int32_t second; /* the stamp of each state is another */
+
+/* Waits for the answers to the state with this stamp. */
+static void await_answers(int32_t stamp)
+{
+    static sensor_msgs_msg_dds__JointState_ torques;
+    static std_msgs_msg_dds__Float64MultiArray_ inertia;
+    char label[32];
+    snprintf(label, sizeof label, "stamp %d.", (int)stamp);
+    do
+        assert_true(ros2_peer_take(gravity, &torques, WAIT_MS));
+    while (torques.header.stamp.sec != stamp);
+    do
+        assert_true(ros2_peer_take(lambda, &inertia, WAIT_MS));
+    while (!strstr(inertia.layout.dim._buffer[0].label, label));
+}
 
 static void ask(void)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
     for (int32_t k = 0; k < COMMANDS; k++) {
         const arm_motion m = arm_motion_of(1000 + (uint64_t)k);
-        arm_publish_state(&node, &m, k);
+        arm_publish_state(&node, &m, ++second);
+        await_answers(second);
         arm_publish_efforts(&node, m.tau, JOINTS);
-        assert_true(ros2_peer_take(node.accelerations, &sample, 10000));
+        do
+            assert_true(ros2_peer_take(node.accelerations, &sample, WAIT_MS));
+        while (sample.header.stamp.sec != second);
     }
 }
 
@@ -70,12 +90,10 @@ TEST(answers_on_topics)
 {
     harness_serve(&h, arm_yaml(""), arm_settings(""));
     arm_node_open(&node);
-    const dds_entity_t gravity =
-        ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc,
-                         "rt/arm/totalforce/gravity_torques", PEER_DEFAULT);
-    const dds_entity_t lambda =
-        ros2_peer_reader(node.participant, &std_msgs_msg_dds__Float64MultiArray__desc,
-                         "rt/arm/totalforce/lambda_inv", PEER_DEFAULT);
+    gravity = ros2_peer_reader(node.participant, &sensor_msgs_msg_dds__JointState__desc,
+                               "rt/arm/totalforce/gravity_torques", PEER_DEFAULT);
+    lambda = ros2_peer_reader(node.participant, &std_msgs_msg_dds__Float64MultiArray__desc,
+                              "rt/arm/totalforce/lambda_inv", PEER_DEFAULT);
     ros2_peer_await_writer(gravity);
     ros2_peer_await_writer(lambda);
     record_and_replay("file.rec");

@@ -6,6 +6,7 @@
 #include "bench.h"
 
 #include "models.h"
+#include "support/wait.h"
 #include "test.h"
 
 #include <sys/stat.h>
@@ -53,12 +54,8 @@ void bench_close(bench *b)
     char command[128];
     tfa_model_free(b->arm);
     snprintf(command, sizeof command, "rm -rf %s 2>/dev/null", b->folder);
-    int failed = system(command); /* a compiler of a killed build may still write there */
-    for (int i = 0; failed && i < 100; i++) {
-        usleep(50000);
-        failed = system(command);
-    }
-    assert_int_equal(failed, 0);
+    /* a compiler of a killed build may still write there */
+    assert_true(WAIT_FOR(system(command) == 0));
 }
 
 const char *bench_path(const bench *b, const char *name, char path[256])

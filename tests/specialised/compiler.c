@@ -5,6 +5,7 @@
  * said, and nothing is left behind.
  */
 #include "bench.h"
+#include "support/wait.h"
 #include "test.h"
 
 #include <dirent.h>
@@ -106,13 +107,13 @@ TEST(compilers_without_end)
     expect(&b, o, TFA_E_TIMEOUT, "more than 1 s");
     o.compiler = script(&b, "while :; do :; done", path);
     expect(&b, o, TFA_E_TIMEOUT, "more than 1 s");
+    o.seconds = 300; /* these end by themselves */
     o.compiler = script(&b, "head -c 9000000 /dev/zero >\"$last\"", path);
     expect(&b, o, TFA_E_NOT_COMPUTED, "files up to 1 MiB");
     o.compiler = script(&b,
                         "n=$(head -c 300000000 /dev/zero | tail -n 1 | wc -c)\n"
                         "[ \"$n\" -ge 300000000 ] || exit 3",
                         path);
-    o.seconds = 30;
     expect(&b, o, TFA_E_NOT_COMPUTED, "status 3");
     bench_close(&b);
 }
@@ -130,9 +131,7 @@ static pid_t start_build(bench *b, const char *compiler)
         _exit(tfa_specialised_build(b->arm, &options, path, NULL, NULL, 0) != TFA_OK);
     snprintf(name, sizeof name, "started.%d", (int)child);
     bench_path(b, name, started);
-    for (int i = 0; i < 4000 && access(started, F_OK) != 0; i++)
-        usleep(5000);
-    assert_int_equal(access(started, F_OK), 0);
+    assert_true(WAIT_FOR(access(started, F_OK) == 0));
     return child;
 }
 
@@ -148,9 +147,7 @@ static void end_build(bench *b, pid_t child)
         if (e->d_name[0] == '.' && strlen(e->d_name) <= 2)
             continue;
         const int folder = openat(dirfd(all), e->d_name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        for (int i = 0; i < 4000 && flock(folder, LOCK_EX | LOCK_NB) != 0; i++)
-            usleep(5000);
-        assert_int_equal(flock(folder, LOCK_EX | LOCK_NB), 0);
+        assert_true(WAIT_FOR(flock(folder, LOCK_EX | LOCK_NB) == 0));
         close(folder);
     }
     closedir(all);
@@ -164,9 +161,10 @@ TEST(killed_builds)
     bench_open(&b);
     bench_write(bench_path(&b, "sources/dynamics/specialised/specialised.c", path), "", 0);
     bench_write(bench_path(&b, "mark", mark), "", 0);
-    snprintf(does, sizeof does,
-             "touch %s.$PPID; n=0; while [ -e %s ] && [ $((n += 1)) -lt 600 ]; do sleep 0.05; done",
-             bench_path(&b, "started", started), mark);
+    snprintf(
+        does, sizeof does,
+        "touch %s.$PPID; n=0; while [ -e %s ] && [ $((n += 1)) -lt 6000 ]; do sleep 0.05; done",
+        bench_path(&b, "started", started), mark);
     script(&b, does, compiler);
     end_build(&b, start_build(&b, compiler));
     assert_int_equal(entries(b.kernels), 1);

@@ -4,6 +4,8 @@
  * The real kernel, compiled as a user would: through tfa_compute it gives the answers of the
  * generic kernel, whatever is asked and however many states there are, and says the same about
  * them.
+ *
+ *   test_specialised_real [fastest]    kernels by articulated bodies; as they are built by default
  */
 #include "bench.h"
 #include "models.h"
@@ -12,6 +14,8 @@
 
 #define STATES 19 /* two vectors of eight and a rest */
 #define BOUND 1e-13
+
+enum robot { ARM, QUADRUPED };
 
 struct asked {
     double q[STATES * 32], v[STATES * 32], tau[STATES * 32];
@@ -26,7 +30,8 @@ struct kernel_inputs {
 };
 
 struct pair {
-    bench b;
+    const char *path; /* of the kernel */
+    char error_text[1024];
     tfa_model *model;
     tfa_specialised *kernel;
     tfa_workspace *specialised, *generic;
@@ -64,18 +69,39 @@ static void fill(struct asked *in)
     }
 }
 
-static void open_pair(struct pair *p, const char *file, tfa_base base)
+/* Kernels of the two robots, each built when it is asked for first */
+static struct built {
+    const char *file;
+    tfa_base base;
+    char path[256]; /* "": not yet */
+} built[] = {{.file = "arm7.urdf", .base = TFA_BASE_FIXED},
+             {.file = "quadruped.urdf", .base = TFA_BASE_FLOATING}};
+static bench folder; /* of both */
+static tfa_specialise_algorithm algorithm = TFA_SPECIALISE_ABA;
+
+static void build(struct built *k, const tfa_model *model)
 {
-    char path[256];
-    bench_open(&p->b);
-    p->model = bench_robot(file, base);
-    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib"};
-    bench_path(&p->b, "kernels/kernel.so", path);
-    int status = tfa_specialised_build(p->model, &options, path, NULL, p->b.error_text, 1024);
-    if (status == TFA_OK)
-        status = tfa_specialised_load(path, p->model, &p->kernel, p->b.error_text, 1024);
-    if (status != TFA_OK)
-        fail_msg("%s: %s", file, p->b.error_text);
+    const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib",
+                                            .algorithm = algorithm};
+    char name[64];
+    if (!folder.arm)
+        bench_open(&folder);
+    snprintf(name, sizeof name, "kernels/%s.so", k->file);
+    bench_path(&folder, name, k->path);
+    if (tfa_specialised_build(model, &options, k->path, NULL, folder.error_text,
+                              sizeof folder.error_text) != TFA_OK)
+        fail_msg("%s: %s", k->file, folder.error_text);
+}
+
+static void open_pair(struct pair *p, enum robot robot)
+{
+    struct built *k = &built[robot];
+    p->model = bench_robot(k->file, k->base);
+    if (!k->path[0])
+        build(k, p->model);
+    p->path = k->path;
+    if (tfa_specialised_load(k->path, p->model, &p->kernel, p->error_text, 1024) != TFA_OK)
+        fail_msg("%s: %s", k->file, p->error_text);
     const tfa_workspace_options o = {.specialised = p->kernel};
     p->specialised = workspace_for(p->model, &o);
     p->generic = workspace_for(p->model, NULL);
@@ -88,7 +114,6 @@ static void close_pair(struct pair *p)
     tfa_workspace_free(p->generic);
     tfa_specialised_free(p->kernel);
     tfa_model_free(p->model);
-    bench_close(&p->b);
 }
 
 /* `size`: of numbers that are compared together with these */
@@ -269,10 +294,10 @@ static void ask_with_estimate(struct pair *p, uint32_t tips)
     }
 }
 
-static void ask_everything(const char *file, tfa_base base)
+static void ask_everything(enum robot robot)
 {
     struct pair *p = calloc(1, sizeof *p);
-    open_pair(p, file, base);
+    open_pair(p, robot);
     for (uint32_t count = 1; count <= STATES; count++) {
         const tfa_request forward = request_of(p, TFA_OP_FORWARD_DYNAMICS, count);
         const tfa_request inverse = request_of(p, TFA_OP_INVERSE_DYNAMICS, count);
@@ -291,12 +316,12 @@ static void ask_everything(const char *file, tfa_base base)
 
 TEST(arm)
 {
-    ask_everything("arm7.urdf", TFA_BASE_FIXED);
+    ask_everything(ARM);
 }
 
 TEST(floating_quadruped)
 {
-    ask_everything("quadruped.urdf", TFA_BASE_FLOATING);
+    ask_everything(QUADRUPED);
 }
 
 /* Does the kernel itself answer this, not the generic one? */
@@ -313,7 +338,7 @@ TEST(gravity_and_loads_are_inputs)
     static const double gravity[3] = {0, 0, -1.62};
     static const uint32_t joint[1] = {0};
     struct pair *p = calloc(1, sizeof *p);
-    open_pair(p, "quadruped.urdf", TFA_BASE_FLOATING);
+    open_pair(p, QUADRUPED);
     for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
         tfa_request r = request_of(p, (tfa_op)op, 1);
         r.tip_count = op == TFA_OP_OPERATIONAL_INERTIA;
@@ -351,15 +376,13 @@ TEST(models_share_a_kernel)
 {
     static const double moon[3] = {0, 0, -1.62};
     struct pair *p = calloc(1, sizeof *p);
-    char path[256];
     tfa_specialised *other;
-    open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
-    bench_path(&p->b, "kernels/kernel.so", path);
+    open_pair(p, ARM);
     tfa_workspace_free(p->specialised);
     tfa_workspace_free(p->generic);
     tfa_model_free(p->model);
     p->model = arm_elsewhere(moon, 0);
-    assert_int_equal(tfa_specialised_load(path, p->model, &other, p->b.error_text, 1024), TFA_OK);
+    assert_int_equal(tfa_specialised_load(p->path, p->model, &other, p->error_text, 1024), TFA_OK);
     const tfa_workspace_options o = {.specialised = other};
     p->specialised = workspace_for(p->model, &o);
     p->generic = workspace_for(p->model, NULL);
@@ -370,7 +393,7 @@ TEST(models_share_a_kernel)
     tfa_specialised_free(p->kernel);
     p->kernel = other;
     tfa_model *with_rotors = arm_elsewhere(NULL, 0.02);
-    assert_int_equal(tfa_specialised_load(path, with_rotors, &other, p->b.error_text, 1024),
+    assert_int_equal(tfa_specialised_load(p->path, with_rotors, &other, p->error_text, 1024),
                      TFA_E_UNSUPPORTED);
     tfa_model_free(with_rotors);
     close_pair(p);
@@ -381,7 +404,7 @@ TEST(models_share_a_kernel)
 TEST(answers_that_are_not_wanted)
 {
     struct pair *p = calloc(1, sizeof *p);
-    open_pair(p, "arm7.urdf", TFA_BASE_FIXED);
+    open_pair(p, ARM);
     for (uint32_t op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_OPERATIONAL_INERTIA; op++) {
         tfa_request r = request_of(p, (tfa_op)op, STATES);
         tfa_reply nothing = {0};
@@ -391,4 +414,14 @@ TEST(answers_that_are_not_wanted)
     }
     close_pair(p);
     free(p);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc > 1 && strcmp(argv[1], "fastest") == 0)
+        algorithm = TFA_SPECIALISE_FASTEST;
+    const int failed = test_run(NULL, NULL);
+    if (folder.arm)
+        bench_close(&folder);
+    return failed;
 }

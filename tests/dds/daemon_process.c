@@ -3,8 +3,10 @@
  *
  * The process that serves the test robots over DDS is totalforced itself.
  */
+#include "dds_test.h"
 #include "gateway_process.h"
 #include "harness.h"
+#include "herald.h"
 #include "models.h"
 #include "robots.h"
 #include "test.h"
@@ -31,9 +33,10 @@ void test_daemon_main(int argc, char **argv)
 /* Robots that DDS must not know stand before and between those that it serves. */
 test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *options)
 {
-    char robots[1024], dds[64];
+    char robots[1024], dds[96];
     (void)options;
-    snprintf(dds, sizeof dds, "dds:\n  enabled: true\n  domain: %u\n", domain);
+    snprintf(dds, sizeof dds, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n", domain,
+             TEST_LEASE_MS);
     snprintf(robots, sizeof robots,
              "  - name: hidden\n    urdf: @/config/robots/quadruped.urdf\n    dds: false\n" ARM
              "    estimate: never\n    max_batch: %d\n"
@@ -43,6 +46,8 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
              TEST_BATCH, TEST_BATCH);
     harness_serve(&running, robots, dds);
     assert_true(harness_logged(&running, "ready:"));
+    dds_herald(domain, "arm");
+    dds_herald(domain, "walker");
     return (test_daemon){.pid = running.pid, .out = -1};
 }
 

@@ -92,6 +92,14 @@ static void wrong_samples_are_refused(void **state)
     test_daemon_stop(&daemon);
 }
 
+/* Writes torques, which both sides lose until they have found each other. @return an answer came */
+static bool stream(const raw_dds *r, const totalforce_dds_JointTorques *torques,
+                   totalforce_dds_JointAccelerations *out)
+{
+    assert_int_equal(dds_write(r->torques, torques), DDS_RETCODE_OK);
+    return raw_dds_take(r->accelerations, out);
+}
+
 /* A bad sample of torques is answered, too, by status and field. */
 static void wrong_torques_are_refused(void **state)
 {
@@ -99,15 +107,10 @@ static void wrong_torques_are_refused(void **state)
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_JointTorques s = {.seq = 5, .q = {3, 3, raw_dds_zeros, false}};
     totalforce_dds_JointAccelerations out = {0};
-    bool answered = false;
 
     (void)state;
     assert_true(tfa_dds_set_robot(s.robot, "arm"));
-    for (int i = 0; i < 200 && !answered; i++) { /* until matched: best effort */
-        assert_int_equal(dds_write(r.torques, &s), DDS_RETCODE_OK);
-        answered = raw_dds_take(r.accelerations, &out, 50);
-    }
-    assert_true(answered);
+    assert_true(WAIT_FOR(stream(&r, &s, &out)));
     assert_int_equal(out.status, TFA_E_SIZE);
     assert_int_equal(out.field, TFA_FIELD_Q);
     assert_int_equal(out.index, 3);
@@ -117,10 +120,22 @@ static void wrong_torques_are_refused(void **state)
     test_daemon_stop(&daemon);
 }
 
+/* One sample, old if its number is odd. @return an answer has come, and it is the right one */
+static bool stream_young_or_old(const raw_dds *r, totalforce_dds_JointTorques *s,
+                                totalforce_dds_JointAccelerations *out)
+{
+    s->seq++;
+    s->stamp = tfa_dds_ros_time() - (s->seq % 2 ? 10 * (int64_t)WAIT_NS : 0);
+    if (!stream(r, s, out))
+        return false;
+    assert_int_equal(out->status, out->seq % 2 ? TFA_E_LATE : TFA_OK);
+    return true;
+}
+
 /* Torques that are too old are refused by name, others answered. */
 static void old_torques_are_refused(void **state)
 {
-    const test_daemon_options young = {.max_age_us = 5000000};
+    const test_daemon_options young = {.max_age_us = 1000 * WAIT_MS};
     test_daemon daemon = test_daemon_start(test_domain(), &young);
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_JointTorques s = {.q = {JOINTS, JOINTS, raw_dds_zeros, false}};
@@ -128,17 +143,8 @@ static void old_torques_are_refused(void **state)
 
     (void)state;
     assert_true(tfa_dds_set_robot(s.robot, "arm"));
-    for (s.seq = 1; s.seq < 400; s.seq++) { /* until matched: best effort */
-        const bool old = s.seq % 2;
-        s.stamp = tfa_dds_ros_time() - (old ? INT64_C(60000000000) : 0);
-        assert_int_equal(dds_write(r.torques, &s), DDS_RETCODE_OK);
-        if (!raw_dds_take(r.accelerations, &out, 50))
-            continue;
-        assert_int_equal(out.status, out.seq % 2 ? TFA_E_LATE : TFA_OK);
-        if (s.seq > 20)
-            break;
-    }
-    assert_true(s.seq < 400);
+    for (unsigned answers[2] = {0}; answers[0] < 10 || answers[1] < 10; answers[out.seq % 2]++)
+        assert_true(WAIT_FOR(stream_young_or_old(&r, &s, &out)));
     totalforce_dds_JointAccelerations_free(&out, DDS_FREE_CONTENTS);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
@@ -152,16 +158,13 @@ static void oversized_samples_are_dropped(void **state)
     const uint32_t many = 1000000;
     double *huge = calloc(many, sizeof *huge);
     totalforce_dds_Request s = raw_dds_request();
-    static totalforce_dds_Reply reply;
 
     (void)state;
     assert_non_null(huge);
     raw_dds_await(&r, "arm", TFA_OK);
     s.tau = (dds_sequence_double){many, many, huge, false};
     for (int i = 0; i < 20; i++)
-        assert_int_equal(dds_write(r.writer, &s), DDS_RETCODE_OK);
-    while (raw_dds_take(r.reader, &reply, 300)) /* late hellos */
-        assert_int_equal(reply.answers._length, 0);
+        raw_dds_ask_in_vain(&r, &s);
     s = raw_dds_request();
     assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
     free(huge);
@@ -185,10 +188,12 @@ static long resident_kib(pid_t pid)
 /* Writes samples about robots that nobody knows, each with a name of its own. */
 static void ask_about_strangers(const raw_dds *r, int count)
 {
+    totalforce_dds_Request good = raw_dds_request();
     static int next;
 
     for (int i = 0; i < count; i++, next++) {
         totalforce_dds_Request s = raw_dds_request();
+        s.id = RAW_DDS_IN_VAIN;
         totalforce_dds_JointTorques t = {.q = {JOINTS, JOINTS, raw_dds_zeros, false}};
         char name[32];
         snprintf(name, sizeof name, "stranger%d", next);
@@ -197,7 +202,7 @@ static void ask_about_strangers(const raw_dds *r, int count)
         assert_int_equal(dds_write(r->torques, &t), DDS_RETCODE_OK);
         (void)dds_unregister_instance(r->torques, &t); /* not in our own memory, either */
         if (i % 64 == 0)
-            assert_int_equal(dds_wait_for_acks(r->writer, DDS_SECS(10)), DDS_RETCODE_OK);
+            assert_int_equal(raw_dds_ask(r, &good)->status, TFA_OK);
     }
 }
 
@@ -209,12 +214,9 @@ static void unknown_robots_leave_nothing(void **state)
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_Request s = raw_dds_request();
-    static totalforce_dds_Reply reply;
 
     (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
-    while (raw_dds_take(r.reader, &reply, 100))
-        ;
     ask_about_strangers(&r, NAMES);
     const long before = resident_kib(daemon.pid);
     ask_about_strangers(&r, 2 * NAMES);
@@ -223,7 +225,6 @@ static void unknown_robots_leave_nothing(void **state)
 #ifndef SANITIZED /* sanitizers keep memory that was freed */
     assert_true(grown < 4096);
 #endif
-    assert_false(raw_dds_take(r.reader, &reply, 100));
     assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
@@ -233,7 +234,7 @@ static void unknown_robots_leave_nothing(void **state)
  * again. */
 typedef struct forger {
     _Atomic bool stop;
-    uint32_t forged;
+    _Atomic uint32_t forged;
 } forger;
 
 static void *forge(void *arg)
@@ -259,13 +260,27 @@ static void *forge(void *arg)
         totalforce_dds_Reply reply = {.id = request.id, .qdd = {JOINTS, JOINTS, lies, false}};
         memcpy(reply.robot, request.robot, sizeof reply.robot);
         memcpy(reply.client, request.client, sizeof reply.client);
-        f->forged += dds_write(replies, &reply) == DDS_RETCODE_OK;
+        const uint32_t forged =
+            atomic_fetch_add(&f->forged, dds_write(replies, &reply) == DDS_RETCODE_OK);
         memcpy(info.robot, request.robot, sizeof info.robot);
-        (void)(f->forged % 2 ? dds_dispose(infos, &info) : dds_write(infos, &info));
+        (void)(forged % 2 ? dds_dispose(infos, &info) : dds_write(infos, &info));
     }
     totalforce_dds_Request_free(&request, DDS_FREE_CONTENTS);
     (void)dds_delete(p);
     return NULL;
+}
+
+static void assert_not_believed(tfa_dds_client *client)
+{
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = raw_dds_zeros};
+    double qdd[JOINTS];
+    tfa_reply reply = {.qdd = qdd};
+
+    assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
+    assert_true(qdd[0] != 666);
 }
 
 /* Replies of a participant that is not the daemon are not believed, nor is its word that the robot
@@ -276,38 +291,25 @@ static void forged_replies_are_dropped(void **state)
     tfa_dds_client *client = raw_dds_connect(test_domain());
     forger f = {.forged = 0};
     pthread_t thread;
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = raw_dds_zeros};
-    double qdd[JOINTS];
 
     (void)state;
     assert_int_equal(pthread_create(&thread, NULL, forge, &f), 0);
-    for (int i = 0; i < 600; i++) {
-        tfa_reply reply = {.qdd = qdd};
-        assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
-        assert_true(qdd[0] != 666);
-        dds_sleepfor(DDS_MSECS(1));
-    }
+    assert_true(WAIT_FOR((assert_not_believed(client), atomic_load(&f.forged) > 300)));
     atomic_store(&f.stop, true);
     pthread_join(thread, NULL);
-    print_message("%u forged replies\n", f.forged);
-    assert_true(f.forged > 50);
     tfa_dds_client_close(client);
     test_daemon_stop(&daemon);
 }
 
-/* The daemon answers no more, soon. */
-static bool is_silent(const raw_dds *r, totalforce_dds_Request *request)
+/* The arm's description has come and was, or was not, withdrawn. */
+static bool is_described(dds_entity_t reader, totalforce_dds_RobotInfo *arm, bool withdrawn)
 {
-    static totalforce_dds_Reply reply;
+    dds_sample_info_t info;
 
-    for (int i = 0; i < 50; i++) {
-        assert_int_equal(dds_write(r->writer, request), DDS_RETCODE_OK);
-        if (!raw_dds_take(r->reader, &reply, 300))
+    while (dds_take(reader, (void *[]){arm}, &info, 1, 1) == 1)
+        if (strcmp(arm->robot, "arm") == 0 &&
+            withdrawn == (info.instance_state != DDS_ALIVE_INSTANCE_STATE))
             return true;
-    }
     return false;
 }
 
@@ -319,16 +321,20 @@ static void forged_advertisements_are_dropped(void **state)
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     const raw_dds r = raw_dds_open(test_domain());
     const dds_entity_t topic = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
-    const dds_entity_t writer = tfa_dds_create_leader_writer(r.participant, topic, DDS_SECS(10));
+    const dds_entity_t writer = tfa_dds_create_leader_writer(r.participant, topic, DDS_INFINITY);
+    const dds_entity_t infos = tfa_dds_create_topic(r.participant, TFA_DDS_ROBOT_INFO);
+    const dds_entity_t reader =
+        tfa_dds_create_reader(r.participant, infos, TFA_DDS_ROBOT_INFO, NULL);
+    static totalforce_dds_RobotInfo arm;
     totalforce_dds_Leader claim = {.epoch = UINT64_C(1) << 61,
                                    .priority = 1000,
                                    .role = totalforce_dds_LEADER_LEADING,
-                                   .lease_ms = 60000};
+                                   .lease_ms = 10 * WAIT_MS};
     totalforce_dds_Request s = raw_dds_request();
     dds_guid_t guid;
 
     (void)state;
-    assert_true(topic > 0 && writer > 0);
+    assert_true(topic > 0 && writer > 0 && reader > 0);
     assert_true(tfa_dds_set_robot(claim.robot, "arm"));
     raw_dds_await(&r, "arm", TFA_OK);
     const uint64_t epoch = raw_dds_ask(&r, &s)->epoch;
@@ -347,8 +353,13 @@ static void forged_advertisements_are_dropped(void **state)
 #endif
     assert_int_equal(dds_get_guid(r.participant, &guid), DDS_RETCODE_OK);
     memcpy(claim.daemon, guid.v, sizeof claim.daemon);
+    assert_true(WAIT_FOR(is_described(reader, &arm, false)));
+    memcpy(claim.model_hash, arm.model_hash, sizeof claim.model_hash);
     assert_int_equal(dds_write(writer, &claim), DDS_RETCODE_OK);
-    assert_true(is_silent(&r, &s));
+    assert_true(WAIT_FOR(is_described(reader, &arm, true))); /* it stands by */
+    raw_dds_ask_in_vain(&r, &s);
+    assert_int_equal(dds_dispose(writer, &claim), DDS_RETCODE_OK);
+    raw_dds_await(&r, "arm", TFA_OK); /* it leads again */
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
 }
@@ -356,11 +367,11 @@ static void forged_advertisements_are_dropped(void **state)
 /* A client stops in its tracks with replies unacknowledged: the others go on. */
 static void a_stopped_client_holds_nobody_up(void **state)
 {
-    test_daemon daemon = test_daemon_start(test_domain(), NULL);
     const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
                                  .refine = TFA_REFINE_DEFAULT,
                                  .count = 1,
                                  .q = raw_dds_zeros};
+    const uint32_t domain = test_domain();
     double qdd[JOINTS];
     int ends[2];
     char one;
@@ -371,15 +382,17 @@ static void a_stopped_client_holds_nobody_up(void **state)
     if (child == 0) {
         tfa_dds_client *client;
         const tfa_dds_client_options options = {
-            .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 20000};
+            .domain = domain, .robot = "arm", .connect_timeout_ms = WAIT_MS};
         uint64_t id;
         if (tfa_dds_client_connect(&options, &client) == TFA_OK &&
             tfa_dds_client_send(client, &request, &id) == TFA_OK && write(ends[1], "r", 1) == 1)
             raise(SIGSTOP);
         _exit(0);
     }
+    test_daemon daemon = test_daemon_start(domain, NULL);
+    close(ends[1]); /* a child that fails is heard of */
     assert_int_equal(read(ends[0], &one, 1), 1);
-    tfa_dds_client *client = raw_dds_connect(test_domain());
+    tfa_dds_client *client = raw_dds_connect(domain);
     for (int i = 0; i < 2000; i++) {
         tfa_reply reply = {.qdd = qdd};
         assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
@@ -388,7 +401,6 @@ static void a_stopped_client_holds_nobody_up(void **state)
     kill(child, SIGKILL);
     assert_int_equal(waitpid(child, NULL, 0), child);
     close(ends[0]);
-    close(ends[1]);
     assert_int_equal(test_daemon_stop(&daemon), 0);
 }
 

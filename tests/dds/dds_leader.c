@@ -6,6 +6,7 @@
 #include "dds_gateway/dds_topics.h"
 #include "dds_test.h"
 #include "gateway_process.h"
+#include "herald.h"
 #include "raw_dds.h"
 #include "robots.h"
 
@@ -14,17 +15,69 @@
 
 #define JOINTS RAW_DDS_JOINTS
 
-/* Takes all that comes within the time. @return q_count of the last info about the arm; 0: none */
-static uint32_t last_q_count(dds_entity_t reader, int timeout_ms, uint32_t awaited)
+/* What has come: the last info about the arm is this one. */
+static bool is_described(dds_entity_t reader, uint32_t q_count)
 {
-    uint32_t last = 0;
+    static uint32_t last;
     static totalforce_dds_RobotInfo info;
 
-    for (int i = 0; i < timeout_ms && last != awaited; i++)
-        while (raw_dds_take(reader, &info, 1))
-            if (strcmp(info.robot, "arm") == 0)
-                last = info.q_count;
-    return last;
+    while (raw_dds_take(reader, &info))
+        if (strcmp(info.robot, "arm") == 0)
+            last = info.q_count;
+    return last == q_count;
+}
+
+typedef struct other_daemon {
+    dds_entity_t leader, writer, reader;
+    totalforce_dds_RobotInfo info;
+    totalforce_dds_Leader said;
+} other_daemon;
+
+static other_daemon make_other_daemon(const raw_dds *r)
+{
+    const dds_entity_t p = r->participant;
+    const dds_entity_t leaders = tfa_dds_create_topic(p, TFA_DDS_LEADER);
+    const dds_entity_t infos = tfa_dds_create_topic(p, TFA_DDS_ROBOT_INFO);
+    dds_guid_t guid;
+    other_daemon o = {
+        .leader = tfa_dds_create_leader_writer(p, leaders, DDS_INFINITY),
+        .writer = tfa_dds_create_writer(p, infos, TFA_DDS_ROBOT_INFO, NULL),
+        .reader = tfa_dds_create_reader(p, infos, TFA_DDS_ROBOT_INFO, NULL),
+        .info = {.q_count = 99},
+        .said = {.role = totalforce_dds_LEADER_STANDBY, .lease_ms = 10 * WAIT_MS},
+    };
+
+    assert_true(tfa_dds_set_robot(o.info.robot, "arm") && tfa_dds_set_robot(o.said.robot, "arm"));
+    assert_int_equal(dds_get_guid(p, &guid), DDS_RETCODE_OK);
+    memcpy(o.said.daemon, guid.v, sizeof o.said.daemon);
+    return o;
+}
+
+/* It has the last word. */
+static void describe_wrong(const other_daemon *o)
+{
+    assert_int_equal(dds_write(o->writer, &o->info), DDS_RETCODE_OK);
+    assert_true(WAIT_FOR(is_described(o->reader, 99)));
+}
+
+static void come(const other_daemon *o)
+{
+    describe_wrong(o);
+    assert_int_equal(dds_write(o->leader, &o->said), DDS_RETCODE_OK);
+    assert_true(WAIT_FOR(is_described(o->reader, JOINTS)));
+}
+
+/* Its lease runs out when it has had the last word; if that came too late, it is for another time. */
+static bool go_without_a_word(other_daemon *o)
+{
+    o->said.lease_ms = TEST_LEASE_MS / 2;
+    assert_int_equal(dds_write(o->leader, &o->said), DDS_RETCODE_OK);
+    describe_wrong(o);
+    const uint64_t end = now_ns() + 3 * UINT64_C(1000000) * TEST_LEASE_MS;
+    while (!is_described(o->reader, JOINTS) && now_ns() < end)
+        sleep_ms(1);
+    o->said.lease_ms = 10 * WAIT_MS;
+    return is_described(o->reader, JOINTS);
 }
 
 /* A daemon that led on the other side of a partition is heard again, and so is what it said of the
@@ -33,49 +86,40 @@ static void the_leader_describes_the_robot_again(void **state)
 {
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     const raw_dds r = raw_dds_open(test_domain());
-    const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
-    const dds_entity_t infos = tfa_dds_create_topic(r.participant, TFA_DDS_ROBOT_INFO);
-    const dds_entity_t leader = tfa_dds_create_leader_writer(r.participant, leaders, DDS_SECS(10));
-    const dds_entity_t writer =
-        tfa_dds_create_writer(r.participant, infos, TFA_DDS_ROBOT_INFO, NULL);
-    const dds_entity_t reader =
-        tfa_dds_create_reader(r.participant, infos, TFA_DDS_ROBOT_INFO, NULL);
-    totalforce_dds_RobotInfo info = {.q_count = 99};
-    totalforce_dds_Leader said = {.role = totalforce_dds_LEADER_STANDBY, .lease_ms = 1000};
-    dds_guid_t guid;
+    other_daemon o = make_other_daemon(&r);
 
     (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
-    assert_int_equal(last_q_count(reader, 10000, JOINTS), JOINTS);
-    assert_true(tfa_dds_set_robot(info.robot, "arm") && tfa_dds_set_robot(said.robot, "arm"));
-    assert_int_equal(dds_get_guid(r.participant, &guid), DDS_RETCODE_OK);
-    memcpy(said.daemon, guid.v, sizeof said.daemon);
-    for (int i = 0; i < 3; i++) { /* it comes; it goes without a word; it comes and leaves */
-        assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
-        assert_int_equal(last_q_count(reader, 10000, 99), 99);
-        if (i % 2 == 0)
-            assert_int_equal(dds_write(leader, &said), DDS_RETCODE_OK);
-        assert_int_equal(last_q_count(reader, 10000, JOINTS), JOINTS);
-    }
-    assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
-    assert_int_equal(dds_dispose(leader, &said), DDS_RETCODE_OK);
-    assert_int_equal(last_q_count(reader, 10000, JOINTS), JOINTS);
+    assert_true(WAIT_FOR(is_described(o.reader, JOINTS)));
+    come(&o);
+    assert_true(WAIT_FOR(go_without_a_word(&o)));
+    come(&o);
+    describe_wrong(&o);
+    assert_int_equal(dds_dispose(o.leader, &o.said), DDS_RETCODE_OK);
+    assert_true(WAIT_FOR(is_described(o.reader, JOINTS)));
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
     test_daemon_stop(&daemon);
 }
 
-/* Waits until the daemon's advertisement of the arm is disposed. */
-static bool resigns(dds_entity_t reader)
+/* The daemon's advertisement of the arm is disposed. */
+static bool has_resigned(dds_entity_t reader)
 {
     totalforce_dds_Leader said;
     dds_sample_info_t info;
 
-    for (int i = 0; i < 5000; i++, dds_sleepfor(DDS_MSECS(1)))
-        while (dds_take(reader, (void *[]){&said}, &info, 1, 1) == 1)
-            if (strcmp(said.robot, "arm") == 0 &&
-                info.instance_state == DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE)
-                return true;
+    while (dds_take(reader, (void *[]){&said}, &info, 1, 1) == 1)
+        if (strcmp(said.robot, "arm") == 0 &&
+            info.instance_state == DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE)
+            return true;
     return false;
+}
+
+static bool is_matched(dds_entity_t reader)
+{
+    dds_subscription_matched_status_t status;
+
+    assert_int_equal(dds_get_subscription_matched_status(reader, &status), DDS_RETCODE_OK);
+    return status.current_count > 0;
 }
 
 /* A leader that lost its place at the worker in a reload lets another daemon lead, and is back
@@ -87,17 +131,15 @@ static void a_leader_that_cannot_answer_resigns(void **state)
     const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t reader = tfa_dds_create_reader(r.participant, leaders, TFA_DDS_LEADER, NULL);
     totalforce_dds_Request s = raw_dds_request();
-    static totalforce_dds_Reply reply;
 
     (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
+    assert_true(WAIT_FOR(is_matched(reader))); /* best effort */
     assert_int_not_equal(test_daemon_reload(&daemon), TFA_OK);
-    assert_true(resigns(reader));
-    while (raw_dds_take(r.reader, &reply, 100)) /* late hellos */
-        ;
-    assert_int_equal(dds_write(r.writer, &s), DDS_RETCODE_OK);
-    assert_false(raw_dds_take(r.reader, &reply, 300));
+    assert_true(WAIT_FOR(has_resigned(reader)));
+    raw_dds_ask_in_vain(&r, &s);
     assert_int_equal(test_daemon_reload(&daemon), TFA_OK);
+    dds_herald(test_domain(), "arm");
     raw_dds_await(&r, "arm", TFA_OK);
     assert_int_equal(raw_dds_ask(&r, &s)->status, TFA_OK);
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
@@ -123,6 +165,15 @@ static void epochs_grow_over_restarts(void **state)
     assert_int_equal(dds_delete(r.participant), DDS_RETCODE_OK);
 }
 
+/* A reader has it. */
+static bool is_read(dds_entity_t writer)
+{
+    dds_publication_matched_status_t status;
+
+    assert_int_equal(dds_get_publication_matched_status(writer, &status), DDS_RETCODE_OK);
+    return status.current_count > 0 && dds_wait_for_acks(writer, DDS_MSECS(1)) == DDS_RETCODE_OK;
+}
+
 static void *connect_soon(void *client)
 {
     *(tfa_dds_client **)client = raw_dds_connect(test_domain());
@@ -143,7 +194,7 @@ static void a_daemon_that_starts_is_waited_for(void **state)
     assert_true(tfa_dds_set_robot(info.robot, "another"));
     assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
     assert_int_equal(pthread_create(&thread, NULL, connect_soon, &client), 0);
-    dds_sleepfor(DDS_MSECS(1500));
+    assert_true(WAIT_FOR(is_read(writer)));
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     assert_int_equal(pthread_join(thread, NULL), 0);
     assert_non_null(client);

@@ -6,6 +6,7 @@
 #include "dds_test.h"
 
 #include "harness.h"
+#include "herald.h"
 #include "models.h"
 
 #include <pthread.h>
@@ -82,7 +83,7 @@ static void *ask(void *argument)
 static tfa_dds_client *connect_to_arm(void)
 {
     const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 20000};
+        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
     tfa_dds_client *client;
 
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
@@ -93,8 +94,15 @@ static const char *with_dds(void)
 {
     static char more[64];
 
-    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u}\n", test_domain());
+    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", test_domain(),
+             TEST_LEASE_MS);
     return more;
+}
+
+static void serve(harness *h)
+{
+    harness_serve(h, ARM, with_dds());
+    dds_herald(test_domain(), "arm");
 }
 
 static void reload(const harness *h, const char *robots, unsigned times)
@@ -110,14 +118,12 @@ TEST(same_shape)
     harness h;
 
     expect(&a);
-    harness_serve(&h, yaml[0], with_dds());
+    serve(&h);
     a.client = connect_to_arm();
     assert_int_equal(pthread_create(&a.thread, NULL, ask, &a), 0);
     for (unsigned i = 1; i <= SWAPS; i++) {
         reload(&h, yaml[i % 2], i);
-        for (unsigned k = 0; k < 2000 && atomic_load(&a.model) != (int)(i % 2); k++)
-            sleep_ms(2);
-        assert_int_equal(atomic_load(&a.model), i % 2);
+        assert_true(WAIT_FOR(atomic_load(&a.model) == (int)(i % 2)));
     }
     atomic_store(&a.stop, true);
     pthread_join(a.thread, NULL);
@@ -135,7 +141,7 @@ TEST(other_shape)
     double qdd[64];
     const tfa_request request = make_request();
 
-    harness_serve(&h, ARM, with_dds());
+    serve(&h);
     for (unsigned i = 1; i <= 4; i++) {
         tfa_dds_client *old = connect_to_arm();
         const uint32_t joints = tfa_dds_client_get_info(old)->v_count;

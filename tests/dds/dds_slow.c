@@ -11,12 +11,14 @@
 
 #define JOINTS RAW_DDS_JOINTS
 
+#define LONG_US 1000 /* the receiving thread answers what is shorter by far */
+
 /* Requests that take long are answered by the worker, in order; more of them than slots are refused
  * at once, and their refusals overtake. */
 static void slow_answers_come_in_order(void **state)
 {
     enum { SLOTS = 8, SENT = 12 };
-    const test_daemon_options slow = {.delay_us = 300000, .slots = SLOTS};
+    const test_daemon_options slow = {.delay_us = LONG_US, .slots = SLOTS};
     test_daemon daemon = test_daemon_start(test_domain(), &slow);
     tfa_dds_client *client = raw_dds_connect(test_domain());
     const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
@@ -29,8 +31,11 @@ static void slow_answers_come_in_order(void **state)
     (void)state;
     tfa_reply first = {.qdd = qdd}; /* answered in the receiving thread, which learns its cost */
     assert_int_equal(tfa_dds_client_call(client, &request, &first, WAIT_NS, NULL), TFA_OK);
+    const unsigned long refused = test_daemon_hold(&daemon, true) + SENT - SLOTS;
     for (int i = 0; i < SENT; i++)
         assert_int_equal(tfa_dds_client_send(client, &request, &ids[i]), TFA_OK);
+    assert_true(WAIT_FOR(test_daemon_hold(&daemon, true) == refused));
+    test_daemon_hold(&daemon, false);
     for (int i = 0; i < SENT; i++) {
         tfa_reply reply = {.qdd = qdd};
         tfa_exchange times;
@@ -96,7 +101,7 @@ static void bursts_are_not_lost(void **state)
 /* A call that times out is forgotten; its late reply is not taken for the next one's. */
 static void late_replies_are_dropped(void **state)
 {
-    const test_daemon_options slow = {.delay_us = 100000};
+    const test_daemon_options slow = {.delay_us = LONG_US};
     test_daemon daemon = test_daemon_start(test_domain(), &slow);
     tfa_dds_client *client = raw_dds_connect(test_domain());
     double q[JOINTS] = {0}, first[JOINTS], second[JOINTS];
@@ -107,7 +112,9 @@ static void late_replies_are_dropped(void **state)
     (void)state;
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
     q[1] = 1;
+    test_daemon_hold(&daemon, true);
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, 1000000, NULL), TFA_E_TIMEOUT);
+    test_daemon_hold(&daemon, false);
     q[1] = 0;
     reply.qdd = second;
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);

@@ -8,6 +8,10 @@
 
 #include "support/domain.h"
 
+/* A client misses a silent daemon after five leases: 30 s. It hears of the leader five times a
+ * lease, and a daemon that starts is silent for one, unless there is a herald. */
+#define TEST_LEASE_MS 6000
+
 /* Pseudo-random numbers in [-1, 1), the same in every run. */
 static inline double test_random(uint64_t *seed)
 {

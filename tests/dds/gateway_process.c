@@ -8,6 +8,7 @@
 
 #include "dds_gateway/dds.h"
 #include "dds_test.h"
+#include "herald.h"
 #include "robots.h"
 #include "test_worker.h"
 #include "worker/local_client.h"
@@ -36,7 +37,7 @@ static void take_all_entries(struct tfa_worker *worker)
 static void reload(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model *model, bool full)
 {
     while (!tfa_dds_detach(gateway, 0))
-        usleep(1000);
+        sleep_ms(1);
     if (full)
         take_all_entries(worker);
     for (uint32_t i = 0; !full && i < TFA_WORKER_CLIENTS_MAX; i++)
@@ -45,18 +46,34 @@ static void reload(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model 
     fflush(stdout);
 }
 
+/* SIGUSR1: a reload, every other one without an entry; SIGUSR2: answers are held, or not. */
+static void obey(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model *model,
+                 const siginfo_t *order)
+{
+    static bool full;
+
+    if (order->si_signo == SIGUSR1) {
+        reload(gateway, worker, model, full = !full);
+        return;
+    }
+    test_worker_hold(order->si_value.sival_int);
+    printf("%lu\n", (unsigned long)tfa_dds_count(gateway).rejected);
+    fflush(stdout);
+}
+
 static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t max_age_us)
 {
     test_robot robots[TEST_ROBOTS];
     tfa_dds_robot served[TEST_ROBOTS];
     tfa_dds *gateway;
-    sigset_t ends;
-    int signal;
+    sigset_t orders;
+    siginfo_t order;
 
-    sigemptyset(&ends);
-    sigaddset(&ends, SIGTERM);
-    sigaddset(&ends, SIGUSR1);
-    sigprocmask(SIG_BLOCK, &ends, NULL);
+    sigemptyset(&orders);
+    sigaddset(&orders, SIGTERM);
+    sigaddset(&orders, SIGUSR1);
+    sigaddset(&orders, SIGUSR2);
+    sigprocmask(SIG_BLOCK, &orders, NULL);
     if (!test_robots_make(robots))
         return 3;
     for (uint32_t i = 0; i < TEST_ROBOTS; i++)
@@ -66,6 +83,7 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
                                      .robots = served,
                                      .robot_count = TEST_ROBOTS,
                                      .slots = slots,
+                                     .lease_ms = TEST_LEASE_MS,
                                      .max_age_us = max_age_us};
     if (tfa_dds_create(&options, &gateway) != TFA_OK) {
         fprintf(stderr, "gateway: %s\n", tfa_dds_error());
@@ -76,8 +94,8 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
         return 5;
     printf("ready\n");
     fflush(stdout);
-    for (bool full = true; sigwait(&ends, &signal) == 0 && signal == SIGUSR1; full = !full)
-        reload(gateway, worker, robots[0].model, full);
+    while (sigwaitinfo(&orders, &order) != SIGTERM)
+        obey(gateway, worker, robots[0].model, &order);
     const tfa_dds_statistics count = tfa_dds_count(gateway);
     tfa_dds_stop(gateway);
     test_worker_stop(worker);
@@ -143,6 +161,8 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
     daemon.out = ends[0];
     read_line(daemon.out, line, sizeof line);
     assert_string_equal(line, "ready");
+    dds_herald(domain, "arm");
+    dds_herald(domain, "walker");
     return daemon;
 }
 
@@ -153,6 +173,15 @@ int test_daemon_reload(const test_daemon *daemon)
     assert_int_equal(kill(daemon->pid, SIGUSR1), 0);
     read_line(daemon->out, line, sizeof line);
     return atoi(line);
+}
+
+unsigned long test_daemon_hold(const test_daemon *daemon, bool hold)
+{
+    char line[32];
+
+    assert_int_equal(sigqueue(daemon->pid, SIGUSR2, (union sigval){.sival_int = hold}), 0);
+    read_line(daemon->out, line, sizeof line);
+    return strtoul(line, NULL, 10);
 }
 
 unsigned long test_daemon_stop(test_daemon *daemon)

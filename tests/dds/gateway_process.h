@@ -6,6 +6,7 @@
 #ifndef TFA_TESTS_DDS_GATEWAY_PROCESS_H
 #define TFA_TESTS_DDS_GATEWAY_PROCESS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <sys/types.h>
 
@@ -17,7 +18,7 @@ typedef struct test_daemon {
 
 /* What it does with its requests; zeros are the defaults. */
 typedef struct test_daemon_options {
-    uint32_t delay_us;   /* how long an answer takes */
+    uint32_t delay_us;   /* how long an answer takes at least */
     uint32_t slots;      /* requests under way for each robot */
     uint32_t max_age_us; /* of torques; 0: any */
 } test_daemon_options;
@@ -25,13 +26,16 @@ typedef struct test_daemon_options {
 /* If the arguments say so, be such a process and never return. The first thing main does. */
 void test_daemon_main(int argc, char **argv);
 
-/* Starts one in `domain` and waits until it is ready. Fails the test if it cannot. */
+/* Starts one in `domain` and waits until it leads. Fails the test if it cannot. */
 test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *options);
 
 /* Gives the arm its model again as a reload does that changed its arrays. The first time another
  * client took the gateway's entry at the worker, the second time there is one, and so on.
  * @return as tfa_dds_announce */
 int test_daemon_reload(const test_daemon *daemon);
+
+/* Holds the answers that it computes, until they are let go. @return requests that it has refused */
+unsigned long test_daemon_hold(const test_daemon *daemon, bool hold);
 
 /* Ends it by SIGTERM; it must end well. @return the answers that DDS would not take */
 unsigned long test_daemon_stop(test_daemon *daemon);

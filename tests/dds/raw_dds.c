@@ -7,6 +7,7 @@
 
 #include "dds_gateway/dds_topics.h"
 #include "robots.h"
+#include "support/wait.h"
 #include "test.h"
 
 #include <string.h>
@@ -30,46 +31,65 @@ raw_dds raw_dds_open(uint32_t domain)
     return r;
 }
 
-bool raw_dds_take(dds_entity_t reader, void *out, int timeout_ms)
+bool raw_dds_take(dds_entity_t reader, void *out)
 {
-    for (int i = 0; i <= timeout_ms; i++) {
-        void *samples[1] = {out};
-        dds_sample_info_t info;
-        if (dds_take(reader, samples, &info, 1, 1) == 1 && info.valid_data)
+    dds_sample_info_t info;
+
+    while (dds_take(reader, (void *[]){out}, &info, 1, 1) == 1)
+        if (info.valid_data)
             return true;
-        dds_sleepfor(DDS_MSECS(1));
-    }
     return false;
+}
+
+void raw_dds_ask_in_vain(const raw_dds *r, totalforce_dds_Request *request)
+{
+    request->id = RAW_DDS_IN_VAIN;
+    assert_int_equal(dds_write(r->writer, request), DDS_RETCODE_OK);
+    assert_int_equal(dds_wait_for_acks(r->writer, (dds_duration_t)WAIT_NS), DDS_RETCODE_OK);
+}
+
+static totalforce_dds_Reply *take_reply(const raw_dds *r)
+{
+    static totalforce_dds_Reply reply;
+
+    if (!raw_dds_take(r->reader, &reply))
+        return NULL;
+    assert_int_not_equal(reply.id, RAW_DDS_IN_VAIN);
+    return &reply;
 }
 
 totalforce_dds_Reply *raw_dds_ask(const raw_dds *r, totalforce_dds_Request *request)
 {
     static uint64_t id = 1000;
-    static totalforce_dds_Reply reply;
+    totalforce_dds_Reply *reply;
 
     request->id = ++id;
     assert_int_equal(dds_write(r->writer, request), DDS_RETCODE_OK);
-    do
-        assert_true(raw_dds_take(r->reader, &reply, 10000));
-    while (reply.id != request->id);
-    return &reply;
+    assert_true(WAIT_FOR((reply = take_reply(r)) != NULL && reply->id == id));
+    return reply;
+}
+
+/* One hello, and the replies that have come. */
+static bool is_greeted(const raw_dds *r, const totalforce_dds_Request *hello, int status)
+{
+    const totalforce_dds_Reply *reply;
+
+    assert_int_equal(dds_write(r->writer, hello), DDS_RETCODE_OK);
+    sleep_ms(10); /* not a thousand hellos a second */
+    while ((reply = take_reply(r)) != NULL)
+        if (strcmp(reply->robot, hello->robot) == 0) {
+            assert_int_equal(reply->status, status);
+            return true;
+        }
+    return false;
 }
 
 void raw_dds_await(const raw_dds *r, const char *robot, int status)
 {
     totalforce_dds_Request hello = {.op = totalforce_dds_OP_HELLO};
-    static totalforce_dds_Reply reply;
 
     assert_true(tfa_dds_set_robot(hello.robot, robot));
-    for (int i = 0; i < 200; i++) {
-        assert_int_equal(dds_write(r->writer, &hello), DDS_RETCODE_OK);
-        while (raw_dds_take(r->reader, &reply, 50))
-            if (strcmp(reply.robot, robot) == 0) {
-                assert_int_equal(reply.status, status);
-                return;
-            }
-    }
-    fail_msg("no hello");
+    assert_true(WAIT_FOR(is_greeted(r, &hello, status)));
 }
 
 double raw_dds_zeros[RAW_DDS_JOINTS * TEST_BATCH];
@@ -90,7 +110,7 @@ totalforce_dds_Request raw_dds_request(void)
 tfa_dds_client *raw_dds_connect(uint32_t domain)
 {
     const tfa_dds_client_options options = {
-        .domain = domain, .robot = "arm", .connect_timeout_ms = 20000};
+        .domain = domain, .robot = "arm", .connect_timeout_ms = WAIT_MS};
     tfa_dds_client *client;
 
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);

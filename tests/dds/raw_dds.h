@@ -11,7 +11,8 @@
 #include "dds_client/dds_client.h"
 #include "dds_gateway/dds_convert.h"
 
-#define RAW_DDS_JOINTS 7 /* of robot "arm" */
+#define RAW_DDS_JOINTS 7     /* of robot "arm" */
+#define RAW_DDS_IN_VAIN 1000 /* id of requests that nobody may answer */
 
 typedef struct raw_dds {
     dds_entity_t participant, writer, reader, torques, accelerations;
@@ -21,8 +22,11 @@ typedef struct raw_dds {
 extern double raw_dds_zeros[];
 
 raw_dds raw_dds_open(uint32_t domain);
-/** Takes from `reader` until a valid sample comes or the time is over. */
-bool raw_dds_take(dds_entity_t reader, void *out, int timeout_ms);
+/** Takes the next valid sample. @return whether there was one */
+bool raw_dds_take(dds_entity_t reader, void *out);
+/** Writes a request that nobody may answer, and waits until every daemon has it: the functions
+ * below fail if they find a reply to it. */
+void raw_dds_ask_in_vain(const raw_dds *r, totalforce_dds_Request *request);
 /** Writes a request and returns the reply to it. */
 totalforce_dds_Reply *raw_dds_ask(const raw_dds *r, totalforce_dds_Request *request);
 /** Repeats hellos until one is answered with that status: both sides are matched. */

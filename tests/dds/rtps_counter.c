@@ -7,7 +7,8 @@
  *
  * Runs in the bridge's network namespace and replaces FILE every 100 ms, until it is killed, by one
  * line: participant discovery, endpoint discovery, other datagrams, and copies of discovery, all
- * since the start; then the frames that the kernel dropped because this program was slow.
+ * since the start; then the frames that the kernel dropped because this program was slow, and the
+ * number of the line.
  * A datagram is counted where it enters the bridge by a port, a copy where it leaves: one multicast
  * datagram leaves by all ports but its own. The bridge's own interface, which receives multicast
  * once more, is left out.
@@ -95,14 +96,15 @@ static rtps_kind packet_kind(const uint8_t *at, size_t size)
 
 static bool write_counts(const char *path, const counts *c)
 {
+    static unsigned line;
     char next[256];
     snprintf(next, sizeof next, "%s.next", path);
     FILE *f = fopen(next, "w");
     if (f == NULL)
         return false;
-    fprintf(f, "%ju %ju %ju %ju %ju\n", (uintmax_t)c->datagrams[PARTICIPANTS],
+    fprintf(f, "%ju %ju %ju %ju %ju %u\n", (uintmax_t)c->datagrams[PARTICIPANTS],
             (uintmax_t)c->datagrams[ENDPOINTS], (uintmax_t)c->datagrams[OTHER],
-            (uintmax_t)c->copies, (uintmax_t)c->dropped);
+            (uintmax_t)c->copies, (uintmax_t)c->dropped, ++line);
     return fclose(f) == 0 && rename(next, path) == 0;
 }
 

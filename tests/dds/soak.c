@@ -18,13 +18,11 @@
 #include "support/sanitized.h"
 #include "test.h"
 
-#include <limits.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <sys/wait.h>
-#include <time.h>
 #include <unistd.h>
 
 #define STATES 32 /* that every client asks again and again */
@@ -35,14 +33,7 @@
 #define LIFE_S 60        /* of a daemon, until it is killed */
 #define GROWTH_KIB 32768 /* a life of 61 s grows by 16 MiB, one of 8 s by 13 */
 #define DESCRIPTORS 32   /* of the honest clients, which may have come after the start of a life */
-/* A stopped or killed daemon is away for so long at most. */
-#define PATIENCE_NS 30000000000u
-#define DDS_TIMEOUT_NS 3000000000u
-/* Answers in a second over shared memory: half an hour makes 10^8. A short run is a test, perhaps
- * on a busy machine. */
-#define LONG_S 600
-#define LONG_RATE 55556
-#define SHORT_RATE 1000
+#define WARM_ANSWERS 10000 /* a daemon has what memory it needs */
 
 static const char *const gravities[MODELS] = {"    gravity: [0, 0, -9.80665]\n",
                                               "    gravity: [0, 0, -1.62]\n"};
@@ -126,14 +117,10 @@ static bool is_right(const tfa_reply *reply, uint32_t state)
 
 static bool reconnect(tfa_client *client)
 {
-    for (int i = 0; i < 600 && !atomic_load(&stop); i++) {
-        if (tfa_client_reconnect(client) == TFA_OK) {
-            atomic_fetch_add(&shm.reconnected, 1);
-            return true;
-        }
-        sleep_ms(50);
-    }
-    return false;
+    bool connected = false;
+    (void)WAIT_FOR(atomic_load(&stop) || (connected = tfa_client_reconnect(client) == TFA_OK));
+    atomic_fetch_add(&shm.reconnected, connected);
+    return connected;
 }
 
 /* Takes the oldest reply, which is that of request `state`. @return false: a fault */
@@ -142,9 +129,9 @@ static bool take(tfa_client *client, uint32_t state, uint64_t id)
     double qdd[JOINTS];
     tfa_reply reply = {.qdd = qdd};
     tfa_exchange exchange;
-    int status = tfa_client_receive(client, &reply, PATIENCE_NS, &exchange);
+    int status = tfa_client_receive(client, &reply, WAIT_NS, &exchange);
     if (status == TFA_E_DISCONNECTED && reconnect(client))
-        status = tfa_client_receive(client, &reply, PATIENCE_NS, &exchange);
+        status = tfa_client_receive(client, &reply, WAIT_NS, &exchange);
     if (status == TFA_OK && is_right(&reply, state) && exchange.id == id)
         atomic_fetch_add_explicit(&shm.answered, 1, memory_order_relaxed);
     else if (status == TFA_E_LOST && exchange.id == id)
@@ -208,7 +195,7 @@ static void count_dds(int status, bool right, bool was_away)
 static void *ask_dds(void *unused)
 {
     const tfa_dds_client_options options = {
-        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = 30000};
+        .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
     tfa_dds_client *client;
     (void)unused;
     if (tfa_dds_client_connect(&options, &client) != TFA_OK) {
@@ -220,7 +207,7 @@ static void *ask_dds(void *unused)
         const tfa_request r = request_of(k);
         tfa_reply reply = {.qdd = qdd};
         const uint32_t before = atomic_load(&absences);
-        const int status = tfa_dds_client_call(client, &r, &reply, DDS_TIMEOUT_NS, NULL);
+        const int status = tfa_dds_client_call(client, &r, &reply, WAIT_NS, NULL);
         const bool was_away = before % 2 || atomic_load(&absences) != before;
         count_dds(status, status == TFA_OK && is_right(&reply, k), was_away);
         sleep_ms(status == TFA_E_DISCONNECTED ? 20 : 1);
@@ -237,13 +224,6 @@ typedef struct life {
     int descriptors;
 } life;
 
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
-}
-
 static void reload(int model)
 {
     char robots[256];
@@ -258,37 +238,36 @@ static void reload(int model)
         (void)kill(daemon_harness.pid, SIGHUP);
 }
 
-/* Clients over DDS have found it. */
-static void await_dds(void)
+/* So many clients have found it that its memory grows no more. */
+static void await_answers(void)
 {
-    const uint64_t from = atomic_load(&dds.answered), end = clock_ns() + PATIENCE_NS;
-    while (atomic_load(&dds.answered) == from && clock_ns() < end && !atomic_load(&stop))
-        sleep_ms(10);
-    if (atomic_load(&dds.answered) == from)
+    const uint64_t by_dds = atomic_load(&dds.answered) + 1;
+    const uint64_t by_shm = atomic_load(&shm.answered) + WARM_ANSWERS;
+    if (!WAIT_FOR(atomic_load(&stop) || atomic_load(&dds.answered) >= by_dds))
         report("dds: the daemon that is back does not answer");
+    if (!WAIT_FOR(atomic_load(&stop) || atomic_load(&shm.answered) >= by_shm))
+        report("shared memory: the daemon that is back does not answer");
 }
 
 static void begin_life(life *l)
 {
     harness_start(&daemon_harness, "arm");
-    sleep_ms(1000);
-    await_dds();
+    await_answers();
     atomic_fetch_add(&absences, 1);
-    *l = (life){clock_ns(), harness_resident_kib(&daemon_harness),
+    *l = (life){now_ns(), harness_resident_kib(&daemon_harness),
                 harness_descriptors(&daemon_harness)};
 }
 
 /* The daemon has not grown since its start. */
 static void end_life(life *l)
 {
-    int descriptors = INT_MAX; /* attackers have ended: their sessions will */
-    for (int i = 0; i < 100 && descriptors > DESCRIPTORS; i++) {
-        sleep_ms(300);
-        descriptors = harness_descriptors(&daemon_harness) - l->descriptors;
-    }
+    int descriptors;
+    /* attackers have ended: their sessions will */
+    (void)WAIT_FOR((descriptors = harness_descriptors(&daemon_harness) - l->descriptors) <=
+                   DESCRIPTORS);
     const long kib = harness_resident_kib(&daemon_harness) - l->resident_kib;
     print_message("life of %.0f s: %+ld KiB, %+d descriptors\n",
-                  (double)(clock_ns() - l->start) * 1e-9, kib, descriptors);
+                  (double)(now_ns() - l->start) * 1e-9, kib, descriptors);
 #ifndef SANITIZED /* sanitizers keep memory that was freed */
     if (kib > GROWTH_KIB)
         report("the daemon's memory grows");
@@ -310,7 +289,7 @@ static void pause_daemon(void)
     atomic_fetch_add(&absences, 1);
 }
 
-/* Attackers at both doors, a reload, now and then a pause. */
+/* Attackers at both doors, a reload, now and then a pause. Its sleeps make interleavings. */
 static void cause_trouble(unsigned round)
 {
     const pid_t local = attack_start(&attacks[round % attack_count], &daemon_harness);
@@ -327,14 +306,15 @@ static void cause_trouble(unsigned round)
 
 static void cause_chaos(unsigned seconds)
 {
-    const uint64_t end = clock_ns() + (uint64_t)seconds * 1000000000u;
+    const uint64_t end = now_ns() + (uint64_t)seconds * 1000000000u;
     life l;
-    l.start = clock_ns();
+    await_answers();
+    l.start = now_ns();
     l.resident_kib = harness_resident_kib(&daemon_harness);
     l.descriptors = harness_descriptors(&daemon_harness);
-    for (unsigned round = 0; clock_ns() < end && !atomic_load(&stop); round++) {
+    for (unsigned round = 0; now_ns() < end && !atomic_load(&stop); round++) {
         cause_trouble(round);
-        if (clock_ns() - l.start > LIFE_S * 1000000000ull || round == 5) {
+        if (now_ns() - l.start > LIFE_S * 1000000000ull || round == 5) {
             end_life(&l);
             begin_life(&l);
         }
@@ -367,9 +347,7 @@ TEST(everything_at_once)
     const char *what = atomic_load(&fault);
     if (what)
         fail_msg("%s", what);
-    const uint64_t rate = seconds >= LONG_S ? LONG_RATE : SHORT_RATE;
-    assert_true(shm.answered >= rate * seconds);
-    assert_true(dds.answered > 10 * seconds);
+    assert_true(shm.answered > WARM_ANSWERS && dds.answered > 0);
     harness_remove(&daemon_harness);
 }
 

@@ -19,6 +19,7 @@ typedef struct solver {
 static solver solvers[2 * TEST_ROBOTS]; /* the worker's, the gateway's */
 static tfa_worker_robot served[2 * TEST_ROBOTS];
 static pthread_t thread;
+static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER; /* locked: answers are held */
 
 static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t first, uint32_t count)
 {
@@ -28,6 +29,8 @@ static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t fi
 
     if (s->delay_us > 0)
         clock_nanosleep(CLOCK_MONOTONIC, 0, &delay, NULL);
+    pthread_mutex_lock(&gate);
+    pthread_mutex_unlock(&gate);
     if (first == 0 && tfa_request_check(s->model, request, reply) != TFA_OK)
         return reply->status;
     return tfa_compute_states(s->workspace, request, first, count, reply);
@@ -65,6 +68,15 @@ struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint3
     if (tfa_worker_create(&options, &worker) != TFA_OK)
         return NULL;
     return pthread_create(&thread, NULL, run, worker) == 0 ? worker : NULL;
+}
+
+void test_worker_hold(bool hold)
+{
+    static bool held;
+
+    if (hold != held)
+        (hold ? pthread_mutex_lock : pthread_mutex_unlock)(&gate);
+    held = hold;
 }
 
 void test_worker_stop(struct tfa_worker *worker)

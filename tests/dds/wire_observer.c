@@ -17,10 +17,10 @@
 #define PERIOD_NS DDS_MSECS(1)
 #define REMEMBERED (1u << 20) /* calls; a power of two: they are numbered through */
 
-/* Answers to calls or to samples of a stream, by number. */
+/* Answers to calls or to samples of a stream, by number, with the epoch of the last one to each. */
 typedef struct answers {
-    uint64_t *numbers;
-    _Atomic uint64_t count;
+    uint64_t *numbers, *epochs;
+    _Atomic uint64_t count, twice;
 } answers;
 
 static struct {
@@ -48,13 +48,14 @@ static bool is_current(uint64_t epoch)
 
 static void count_answer(answers *a, uint64_t number, uint64_t epoch)
 {
-    uint64_t *known = &a->numbers[number % REMEMBERED];
+    const uint64_t at = number % REMEMBERED;
     if (!is_current(epoch))
         return;
     atomic_fetch_add(&a->count, 1);
-    if (*known == number)
-        atomic_fetch_add(&observer.repeated, 1);
-    *known = number;
+    if (a->numbers[at] == number)
+        atomic_fetch_add(a->epochs[at] == epoch ? &a->twice : &observer.repeated, 1);
+    a->numbers[at] = number;
+    a->epochs[at] = epoch;
 }
 
 static void take_replies(void)
@@ -106,12 +107,24 @@ static dds_entity_t make_reader(dds_entity_t topic)
     return reader;
 }
 
+static void make_answers(answers *a)
+{
+    a->numbers = calloc(REMEMBERED, sizeof *a->numbers);
+    a->epochs = calloc(REMEMBERED, sizeof *a->epochs);
+    assert_true(a->numbers && a->epochs);
+}
+
+static void free_answers(answers *a)
+{
+    free(a->numbers);
+    free(a->epochs);
+}
+
 void wire_observer_start(uint32_t domain, const char *robot)
 {
     observer.robot = robot;
-    observer.calls.numbers = calloc(REMEMBERED, sizeof *observer.calls.numbers);
-    observer.stream.numbers = calloc(REMEMBERED, sizeof *observer.stream.numbers);
-    assert_true(observer.calls.numbers && observer.stream.numbers);
+    make_answers(&observer.calls);
+    make_answers(&observer.stream);
     const dds_entity_t p = dds_create_participant(domain, NULL, NULL);
     assert_true(p > 0);
     observer.participant = p;
@@ -129,6 +142,8 @@ wire_counts wire_observer_count(void)
         .replies = atomic_load(&observer.calls.count),
         .accelerations = atomic_load(&observer.stream.count),
         .repeated = atomic_load(&observer.repeated),
+        .twice_called = atomic_load(&observer.calls.twice),
+        .twice_streamed = atomic_load(&observer.stream.twice),
         .outdated = atomic_load(&observer.outdated),
         .takeovers = atomic_load(&observer.takeovers),
         .published = atomic_load(&observer.published),
@@ -140,6 +155,6 @@ void wire_observer_stop(void)
     atomic_store(&observer.stop, true);
     pthread_join(observer.thread, NULL);
     (void)dds_delete(observer.participant);
-    free(observer.calls.numbers);
-    free(observer.stream.numbers);
+    free_answers(&observer.calls);
+    free_answers(&observer.stream);
 }

@@ -12,10 +12,11 @@
 typedef struct wire_counts {
     uint64_t replies;       /* to calls, by the daemon of the highest epoch so far */
     uint64_t accelerations; /* that answer a sample of torques, likewise */
-    uint64_t repeated;      /* of both: the same call or sample was answered before */
-    uint64_t outdated;      /* of both: by a daemon of an older epoch; clients drop them */
-    uint64_t takeovers;     /* since the beginning */
-    uint64_t published;     /* samples of torques */
+    uint64_t repeated;      /* of both: the same call or sample was answered in an older epoch */
+    uint64_t twice_called, twice_streamed; /* answered before in the same epoch */
+    uint64_t outdated;  /* of both: by a daemon of an older epoch; clients drop them */
+    uint64_t takeovers; /* since the beginning */
+    uint64_t published; /* samples of torques */
 } wire_counts;
 
 /* Joins the domain, in a thread of its own. */

@@ -2,13 +2,15 @@
  * SPDX-FileCopyrightText: The totalforce authors
  */
 #include "stalls.h"
-#include "dds_test.h"
+#include "support/wait.h"
+#include "test.h"
 
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <time.h>
+#include <unistd.h>
 
 #define PROCESSORS_MAX 64
 #define PRIORITY 50

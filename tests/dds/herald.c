@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * See herald.h.
+ */
+#include "herald.h"
+
+#include "dds_gateway/dds_convert.h"
+#include "dds_gateway/dds_topics.h"
+#include "support/wait.h"
+#include "test.h"
+
+#include <string.h>
+
+/* Whether the daemon has that role, or leads. A standby must have the leader's model: it says
+ * which. */
+static bool has_role(dds_entity_t reader, totalforce_dds_Leader *said, uint32_t role)
+{
+    totalforce_dds_Leader heard = {0};
+    dds_sample_info_t info;
+
+    while (dds_take(reader, (void *[]){&heard}, &info, 1, 1) == 1) {
+        if (!info.valid_data || strcmp(heard.robot, said->robot) != 0 ||
+            memcmp(heard.daemon, said->daemon, sizeof heard.daemon) == 0)
+            continue;
+        if (heard.role == role || heard.role == totalforce_dds_LEADER_LEADING)
+            return true;
+        memcpy(said->model_hash, heard.model_hash, sizeof said->model_hash);
+    }
+    return false;
+}
+
+void dds_herald(uint32_t domain, const char *robot)
+{
+    const dds_entity_t p = dds_create_participant(domain, NULL, NULL);
+    const dds_entity_t topic = tfa_dds_create_topic(p, TFA_DDS_LEADER);
+    const dds_entity_t writer = tfa_dds_create_leader_writer(p, topic, DDS_INFINITY);
+    const dds_entity_t reader = tfa_dds_create_reader(p, topic, TFA_DDS_LEADER, NULL);
+    totalforce_dds_Leader said = {.role = totalforce_dds_LEADER_LEADING, .lease_ms = WAIT_MS};
+    dds_guid_t guid;
+
+    assert_true(p > 0 && topic > 0 && writer > 0 && reader > 0);
+    assert_int_equal(dds_get_guid(p, &guid), DDS_RETCODE_OK);
+    memcpy(said.daemon, guid.v, sizeof said.daemon);
+    assert_true(tfa_dds_set_robot(said.robot, robot));
+    /* The readers of this topic are best effort: again and again, until the daemon has heard it. */
+    assert_true(WAIT_FOR((assert_int_equal(dds_write(writer, &said), DDS_RETCODE_OK),
+                          has_role(reader, &said, totalforce_dds_LEADER_STANDBY))));
+    assert_true(WAIT_FOR((assert_int_equal(dds_dispose(writer, &said), DDS_RETCODE_OK),
+                          has_role(reader, &said, totalforce_dds_LEADER_LEADING))));
+    assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
+}

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
+# SPDX-FileCopyrightText: The totalforce authors
+#
+# Waiting for a condition, as wait.h: . tests/support/wait.sh
+
+# wait_for COMMAND...: until it succeeds. Fails after a minute.
+wait_for() {
+    wait_end=$(($(date +%s) + 60))
+    until "$@"; do
+        [ "$(date +%s)" -lt $wait_end ] || return 1
+        sleep 0.05
+    done
+}

@@ -33,7 +33,10 @@ static const struct argp_option option_table[] = {
      .key = KEY_WAIT,
      .arg = "default|spin|hybrid|block",
      .doc = "How to wait for a reply (the daemon's default)"},
-    {.name = "timeout-ms", .key = KEY_TIMEOUT, .arg = "MS", .doc = "Longest wait (10000)"},
+    {.name = "timeout-ms",
+     .key = KEY_TIMEOUT,
+     .arg = "MS",
+     .doc = "Longest wait for an answer (10000) and for a connection (1000; DDS: 5000)"},
     {0}};
 
 static error_t parse(int key, char *text, struct argp_state *state)
@@ -72,17 +75,21 @@ int daemon_connect(const daemon_options *options, daemon_via via, daemon_link **
     if (!made)
         return TFA_E_MEMORY;
     made->timeout_ns = options->timeout_ns ? options->timeout_ns : default_timeout_ns;
+    const int32_t connect_ms = (int32_t)(options->timeout_ns / 1000000); /* 0: the default */
     if (via == DAEMON_SHM) {
         tfa_client_options shm = {.runtime_dir = options->runtime_dir,
                                   .robot = options->robot,
                                   .max_batch = options->max_batch,
                                   .max_tips = options->max_tips,
                                   .slots = options->slots,
-                                  .wait = options->wait};
+                                  .wait = options->wait,
+                                  .connect_timeout_ms = connect_ms};
         status = tfa_client_connect(&shm, &made->shm);
     } else {
-        tfa_dds_client_options dds = {
-            .domain = options->domain, .robot = options->robot, .wait = options->wait};
+        tfa_dds_client_options dds = {.domain = options->domain,
+                                      .robot = options->robot,
+                                      .wait = options->wait,
+                                      .connect_timeout_ms = connect_ms};
         status = tfa_dds_client_connect(&dds, &made->dds);
     }
     if (status == TFA_OK) {

@@ -170,10 +170,11 @@ static int make_endpoints(ros2_transport *r, const char *robot)
     return condition > 0 && dds_waitset_attach(r->waitset, condition, condition) == DDS_RETCODE_OK;
 }
 
-/* Waits until the daemon's node has found all three. */
-static int await_daemon(const ros2_transport *r)
+/* Waits until the daemon's node has found all three; timeout_ns 0: the default. */
+static int await_daemon(const ros2_transport *r, uint64_t timeout_ns)
 {
-    for (const uint64_t end = clock_ns() + discovery_ns; clock_ns() < end;) {
+    const uint64_t end = clock_ns() + (timeout_ns ? timeout_ns : discovery_ns);
+    while (clock_ns() < end) {
         dds_publication_matched_status_t states = {0}, efforts = {0};
         dds_subscription_matched_status_t answers = {0};
         (void)dds_get_publication_matched_status(r->state_writer, &states);
@@ -251,7 +252,7 @@ int transport_ros2_open(const latency_options *options, latency_states *states, 
         r->participant = dds_create_participant(options->daemon.domain, NULL, NULL);
         status =
             r->participant > 0 && make_endpoints(r, options->daemon.robot) ? TFA_OK : TFA_E_SYSTEM;
-        if (status == TFA_OK && !await_daemon(r))
+        if (status == TFA_OK && !await_daemon(r, options->daemon.timeout_ns))
             status = TFA_E_TIMEOUT;
         if (status != TFA_OK)
             fprintf(stderr,

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 """Processes that end with the test that started them, also where ctest's limit kills it."""
+import signal
 import subprocess
+
+WAIT = 60  # seconds for what must happen; only ever used up by a failure
 
 
 def guard(group):
@@ -16,3 +19,13 @@ def start(command, **options):
     process = subprocess.Popen(command, process_group=0, **options)
     process.guard = guard(process.pid)
     return process
+
+
+def end(process, number=signal.SIGTERM):
+    """Signals a process of start(), waits for its end, and ends what is left of its group."""
+    process.send_signal(number)
+    try:
+        return process.wait(WAIT)
+    finally:
+        process.guard.communicate()
+        process.wait()

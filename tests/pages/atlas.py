@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 """`totalforce atlas --html`: cells, numbers under the pointer, filters, maps without scripts.
 
-    atlas.py BIN ROBOTS
+    atlas.py BIN
 """
 import pathlib
 import subprocess
@@ -12,6 +12,7 @@ import tempfile
 from webdriver import Browser, Check, near, rows_of
 
 BIN = pathlib.Path(sys.argv[1])
+DATA = pathlib.Path(__file__).parent / "data" / "atlas.csv"
 METHODS = ["aba", "tfa", "dca"]
 PLACE = """const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center'});
 const box = e.getBoundingClientRect();
@@ -87,13 +88,9 @@ def check_pixels(check, browser, shades, when):
 def main():
     check = Check()
     with tempfile.TemporaryDirectory() as name, Browser() as browser:
-        folder = pathlib.Path(name)
-        page = folder / "atlas.html"
-        with open(folder / "atlas.csv", "w", encoding="utf-8") as out:
-            subprocess.run([BIN / "totalforce", "atlas", "--maps", "thin,curl", "--points", "7",
-                            "--bodies", "2,16", "--methods", ",".join(METHODS), "--states", "1",
-                            "--seeds", "1", "--html", page], check=True, stdout=out)
-        rows = rows_of(folder / "atlas.csv")
+        page = pathlib.Path(name) / "atlas.html"
+        subprocess.run([BIN / "draw_atlas", DATA, page], check=True)
+        rows = rows_of(DATA)
         browser.size(1000, 900)
         browser.open(page)
         check_cells(check, browser, rows)

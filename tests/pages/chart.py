@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 """`totalforce chart --html`: marks, numbers under the pointer, filters, the picture without scripts.
 
-    chart.py BIN ROBOTS
+    chart.py BIN
 """
 import pathlib
 import subprocess
@@ -11,7 +11,9 @@ import tempfile
 
 from webdriver import Browser, Check, near, rows_of
 
-BIN, ROBOTS = map(pathlib.Path, sys.argv[1:3])
+BIN = pathlib.Path(sys.argv[1])
+# of an arm and a robot whose names are HTML; with equal times on a front, and points below it
+DATA = pathlib.Path(__file__).parent / "data" / "chart.csv"
 PLACE = """const e = document.querySelector(arguments[0]); e.scrollIntoView({block: 'center'});
 const box = (e.querySelector('path:last-child') || e).getBoundingClientRect();
 return [box.left + box.width / 2, box.top + box.height / 2];"""
@@ -24,23 +26,6 @@ box.click(); return box.checked;"""
 FRONT = """return [...document.querySelectorAll('.panel:not([hidden])')].map(panel => [
     panel.querySelector('.front path').getAttribute('d').match(/[0-9.]+/g).map(Number),
     [...panel.querySelectorAll('.labels text')].map(e => e.textContent)]);"""
-
-
-def measure(folder):
-    """Page and rows of the arm, and of a robot whose names are HTML"""
-    chain = subprocess.run([BIN / "totalforce", "chain", "rank-deficient", "--bodies", "5"],
-                           check=True, capture_output=True, text=True).stdout
-    evil = "&lt;/pre&gt;&lt;script&gt;window.hit=1&lt;/script&gt;,&quot;"
-    chain = chain.replace('name="rank-deficient-5"', f'name="{evil}"').replace('"link', f'"{evil}link')
-    (folder / "evil.urdf").write_text(chain, encoding="utf-8")
-    with open(folder / "chart.csv", "w", encoding="utf-8") as rows:
-        subprocess.run([BIN / "totalforce", "chart", "--urdf", ROBOTS / "arm7.urdf", "--urdf",
-                        folder / "evil.urdf", "--methods", "aba,crba,tfa,scan", "--rhs", "qdd,tau",
-                        "--op", "forward_dynamics,operational_inertia",
-                        "--refine", "0,1", "--precision", "f64,f32", "--strategies", "single,batch",
-                        "--threads", "1,2", "--budget-ms", "1", "--states", "2", "--seeds", "2",
-                        "--html", folder / "chart.html"], check=True, stdout=rows)
-    return rows_of(folder / "chart.csv")
 
 
 def check_marks(check, browser, rows):
@@ -138,9 +123,9 @@ def main():
     check = Check()
     check_files(check)
     with tempfile.TemporaryDirectory() as name, Browser() as browser:
-        folder = pathlib.Path(name)
-        rows = measure(folder)
-        page = folder / "chart.html"
+        page = pathlib.Path(name) / "chart.html"
+        subprocess.run([BIN / "draw_chart", DATA, page], check=True)
+        rows = rows_of(DATA)
         browser.size(1000, 900)
         browser.open(page)
         first = check_marks(check, browser, rows)

@@ -3,7 +3,7 @@
 """`totalforce latency --html`: curves, bars from zero, numbers under the pointer, filters, pictures
 without scripts.
 
-    latency.py BIN ROBOTS
+    latency.py BIN
 """
 import csv
 import pathlib
@@ -11,12 +11,11 @@ import re
 import subprocess
 import sys
 import tempfile
-import time
 
-from webdriver import SKIPPED, Browser, Check, near, rows_of
+from webdriver import Browser, Check, near, rows_of
 
-BIN, ROBOTS = (pathlib.Path(name).resolve() for name in sys.argv[1:3])
-EVIL = "<script>window.hit=1<"  # in the name of a file, so in the command line
+BIN = pathlib.Path(sys.argv[1])
+EVIL = "<script>window.hit=1<"  # in the command line
 BOTTOM, LEFT = 226, 46  # of the pictures, in user units
 PLACE = """const e = document.querySelector(`[data-r="${arguments[0]}"]`);
 e.scrollIntoView({block: 'center'}); const box = e.getBoundingClientRect();
@@ -29,27 +28,11 @@ SHOWN = """return [...document.querySelectorAll('.panel [data-r]')].filter(e =>
     e.getClientRects().length).map(e => Number(e.dataset.r));"""
 
 
-def measure(folder):
+def draw(folder):
     """Page and table of two ways to one robot"""
-    if not (BIN / "totalforced").exists():
-        print("skipped: totalforced is not built")
-        sys.exit(SKIPPED)
-    (folder / "daemon.yaml").write_text(
-        f"runtime_dir: {folder}\nrobots:\n  - name: arm\n    urdf: {ROBOTS / 'arm7.urdf'}\n",
-        encoding="utf-8")
-    with open(folder / "log", "w", encoding="utf-8") as log, subprocess.Popen(
-            [BIN / "totalforced", folder / "daemon.yaml"], stdout=log, stderr=log) as daemon:
-        try:
-            until = time.monotonic() + 30
-            while daemon.poll() is None and not (folder / "arm.sock").exists() and time.monotonic() < until:
-                time.sleep(0.05)
-            subprocess.run([BIN / "totalforce", "latency", "arm", "--runtime-dir", folder, "--via",
-                            "shm,socket", "--count", "3000", "--warmup", "100", "--clients", "2",
-                            "--baseline-ms", "50", "--table", folder / EVIL, "--html",
-                            folder / "latency.html"], check=True, stdout=subprocess.DEVNULL)
-        finally:
-            daemon.terminate()
-    return rows_of(folder / EVIL)
+    subprocess.run([BIN / "draw_latency", f"totalforce latency arm --table {EVIL}",
+                    folder / "table.csv", folder / "latency.html"], check=True)
+    return rows_of(folder / "table.csv")
 
 
 def check_pictures(check, browser, rows, table):
@@ -113,7 +96,7 @@ def main():
     check = Check()
     with tempfile.TemporaryDirectory() as name, Browser() as browser:
         folder = pathlib.Path(name)
-        table = measure(folder)
+        table = draw(folder)
         page = folder / "latency.html"
         browser.size(1000, 900)
         browser.open(page)

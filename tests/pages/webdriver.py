@@ -16,6 +16,10 @@ import urllib.error
 import urllib.request
 import zlib
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+import guard
+from guard import WAIT
+
 SKIPPED = 77
 ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
              "--disable-background-networking", "--disable-component-update", "--disable-sync",
@@ -31,9 +35,9 @@ class Browser:
             print("skipped: no chromedriver (package chromium-driver)")
             sys.exit(SKIPPED)
         self.profile = tempfile.mkdtemp()
-        self.driver = subprocess.Popen([driver, "--port=0"], stdout=subprocess.PIPE, text=True,
-                                       stderr=subprocess.DEVNULL, start_new_session=True)
-        self.browser = None
+        # the browser is in the driver's process group
+        self.driver = guard.start([driver, "--port=0"], stdout=subprocess.PIPE, text=True,
+                                  stderr=subprocess.DEVNULL)
         self.session = None
         try:
             self._start()
@@ -54,14 +58,15 @@ class Browser:
                   "goog:loggingPrefs": {"browser": "ALL", "performance": "ALL"}}
         answer = self._ask("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
         self.session = f"/session/{answer['sessionId']}"
-        self.browser = answer["capabilities"].get("goog:processID")
+        browser = answer["capabilities"]["goog:processID"]
+        assert os.getpgid(browser) == self.driver.pid, "a browser that nobody would end"
 
     def _ask(self, verb, path, body=None):
         data = None if body is None else json.dumps(body).encode()
         request = urllib.request.Request(self.address + path, data=data, method=verb,
                                          headers={"Content-Type": "application/json"})
         try:
-            with urllib.request.urlopen(request, timeout=30) as answer:
+            with urllib.request.urlopen(request, timeout=WAIT) as answer:
                 return json.load(answer)["value"]
         except urllib.error.HTTPError as error:
             raise RuntimeError(f"{path}: {json.load(error)['value']['message']}") from None
@@ -79,13 +84,7 @@ class Browser:
                 self._ask("DELETE", self.session)
         except (OSError, RuntimeError):
             pass
-        for process in (self.browser, self.driver.pid):
-            try:
-                if process:
-                    os.killpg(os.getpgid(process), signal.SIGKILL)
-            except ProcessLookupError:
-                pass
-        self.driver.wait()
+        guard.end(self.driver, signal.SIGKILL)
         self.driver.stdout.close()
         shutil.rmtree(self.profile, ignore_errors=True)
 

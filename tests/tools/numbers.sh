@@ -17,11 +17,15 @@ refused() {
         *) positional= ;;
     esac
     # shellcheck disable=SC2086
-    timeout 20 "$tool" "$1" $positional "--$2=$3" >"$work/out" 2>"$work/err" </dev/null
-    found=$? # a command that takes it may run for long: 124
+    message=$("$tool" "$1" $positional "--$2=$3" 2>&1 >/dev/null </dev/null)
+    found=$? # a command that takes it may run for long
     [ $found -eq 3 ] || fail "$1 --$2='$3' ends with $found, not 3"
-    grep -qF -e "--$2" "$work/err" || fail "$1 --$2='$3': the message does not name the option"
+    case $message in
+        *"--$2"*) ;;
+        *) fail "$1 --$2='$3': the message does not name the option" ;;
+    esac
 }
+ulimit -t 60 # seconds of a processor
 
 never="|1e|--1|0x10|1_000| 5|5 |5kg|1;2|nan|inf|1e400|1e-400|one"
 whole="$never|1e3|1.5|2.0|+5|-1|010|2,,5|18446744073709551616|99999999999999999999999"

@@ -6,7 +6,7 @@
 . "$(dirname "$0")/check.sh"
 
 chmod go-w "$work"
-status 0 "$tool" specialise "$data/arm.urdf" -o "$work" --tables --snap 1e-6
+status 0 "$tool" specialise "$data/arm.urdf" -o "$work" --tables --snap 1e-6 --lanes one --algorithm aba
 says "$work/out" "loaded and tested in"
 says "$work/err" "the largest change is"
 set -- "$work"/*.so
@@ -27,12 +27,12 @@ cat >"$work/slow" <<END
 #!/bin/sh
 [ "\$1" = --version ] && exec echo slow 1.0
 echo \$\$ >>"$work/pids"
-exec sleep 60
+exec sleep 300
 END
 chmod +x "$work/slow"
 "$tool" specialise "$data/arm.urdf" -o "$work/ended" --compiler "$work/slow" 2>"$work/err" &
 builder=$!
-for turn in $(seq 100); do
+for turn in $(seq 600); do
     [ -s "$work/pids" ] && break
     sleep 0.1
 done

@@ -94,7 +94,7 @@ typedef struct load {
     _Atomic bool stop;
     _Atomic int model; /* that answered last */
     uint32_t sent, answered;
-    const char *error;
+    _Atomic(const char *) error;
 } load;
 
 /* The variant whose answer this is, from the state in the message; -1: neither. */
@@ -170,44 +170,47 @@ static void *run_load(void *arg)
 /* The model of the next answers */
 static void await_model(load *l, int model)
 {
+    const char *error = NULL;
     atomic_store(&l->model, -1);
-    for (int k = 0; k < 10000 && atomic_load(&l->model) != model && l->error == NULL; k++)
-        dds_sleepfor(DDS_MSECS(1));
-    if (l->error != NULL)
-        fail_msg("command %u: %s", l->answered, l->error);
-    assert_int_equal(atomic_load(&l->model), model);
+    assert_true(
+        WAIT_FOR(atomic_load(&l->model) == model || (error = atomic_load(&l->error)) != NULL));
+    if (error != NULL)
+        fail_msg("%s", error);
 }
 
 /* ---- the laws ---- */
 
-static void await_variant(int model)
+/* Publishes a command. @return whether the next answer is of this model */
+static bool is_variant(int model)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ m;
     const arm_motion motion = arm_motion_of(5);
-    bool found = false;
 
-    for (int k = 0; k < 500 && !found; k++) {
-        arm_publish_state(&node, &motion, 1);
-        arm_publish_named_efforts(&node, arm_joints, motion.tau, JOINTS, 1);
-        found = ros2_peer_take(node.accelerations, &m, 20) && variant_of(&m) == model;
-    }
-    assert_true(found);
+    arm_publish_state(&node, &motion, 1);
+    arm_publish_named_efforts(&node, arm_joints, motion.tau, JOINTS, 1);
+    return ros2_peer_take(node.accelerations, &m, 20) && variant_of(&m) == model;
+}
+
+static void await_variant(int model)
+{
+    assert_true(WAIT_FOR(is_variant(model)));
 }
 
 /* First: the log holds only so many lines about descriptions in a while. */
 TEST(a_reload_keeps_the_description_and_the_same_one_is_no_news)
 {
     publish_description(node.description, variants[0].text);
-    await_variant(0);
+    assert_true(harness_logged_times(&running, "reload: done", 1));
     publish_description(node.description, variants[1].text);
+    assert_true(harness_logged_times(&running, "reload: done", 2));
     await_variant(1);
-    const unsigned before = harness_log_lines(&running, "a robot_description of");
-    const unsigned done = harness_log_lines(&running, "reload: done");
+    assert_int_equal(harness_log_lines(&running, "a robot_description of"), 2);
     publish_description(node.description, variants[1].text);
+    assert_true(WAIT_FOR(arm_received(&running, "arm", "/arm/robot_description") == 3));
     assert_int_equal(kill(running.pid, SIGHUP), 0);
-    assert_true(harness_logged_times(&running, "reload: done", done + 1));
+    assert_true(harness_logged_times(&running, "reload: done", 3));
     await_variant(1);
-    assert_int_equal(harness_log_lines(&running, "a robot_description of"), before);
+    assert_int_equal(harness_log_lines(&running, "a robot_description of"), 2);
 }
 
 /* Descriptions that are refused, and what the diagnostics say. */
@@ -245,6 +248,7 @@ TEST(models_are_exchanged_under_load)
 
     publish_description(node.description, variants[0].text);
     await_variant(0);
+    arm_settle(&node); /* the answers to count are those to the load */
     atomic_store(&l.model, -1);
     assert_int_equal(pthread_create(&l.thread, NULL, run_load, &l), 0);
     arm_witness_start(&c, &running, false);
@@ -327,12 +331,20 @@ static bool is_answer_of(const other_node *o, const trajectory_msgs_msg_dds__Joi
     return memcmp(qdd->_buffer, o->qdd, o->joints * sizeof *o->qdd) == 0;
 }
 
+static bool is_answered(const other_node *o, const sensor_msgs_msg_dds__JointState_ *state,
+                        const sensor_msgs_msg_dds__JointState_ *efforts)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ m;
+
+    assert_int_equal(dds_write(o->states, state), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(o->efforts, efforts), DDS_RETCODE_OK);
+    return ros2_peer_take(o->accelerations, &m, 20) && is_answer_of(o, &m);
+}
+
 /* Other joints, more and fewer: the answers bear their names. */
 static void assert_other_joints(other_node *o, const char *file)
 {
-    static trajectory_msgs_msg_dds__JointTrajectory_ m;
     char path[128];
-    bool answered = false;
 
     snprintf(path, sizeof path, TFA_SOURCE_DIR "/config/robots/%s", file);
     move_other(o, file);
@@ -343,12 +355,7 @@ static void assert_other_joints(other_node *o, const char *file)
     const sensor_msgs_msg_dds__JointState_ efforts = {.name = PEER_SEQUENCE(o->joints, o->name),
                                                       .effort = PEER_SEQUENCE(o->joints, o->tau)};
     publish_description(o->description, text);
-    for (int k = 0; k < 500 && !answered; k++) {
-        assert_int_equal(dds_write(o->states, &state), DDS_RETCODE_OK);
-        assert_int_equal(dds_write(o->efforts, &efforts), DDS_RETCODE_OK);
-        answered = ros2_peer_take(o->accelerations, &m, 20) && is_answer_of(o, &m);
-    }
-    assert_true(answered);
+    assert_true(WAIT_FOR(is_answered(o, &state, &efforts)));
     assert_int_equal(arm_await_diagnostic(&node, "other/totalforce: model",
                                           strndupa(tfa_model_hash_text(o->model), 16)),
                      LEVEL_OK);
@@ -390,10 +397,9 @@ static int serve(void **state)
     harness_serve(
         &running,
         arm_yaml("      joints: [joint_1, joint_2, joint_3, joint_4, joint_5, joint_6, joint_7]\n"
-                 "      state_age_ms: 10000\n      command_age_ms: 10000\n"
                  "  - name: other\n    urdf: @/config/robots/arm7.urdf\n    ros2: {enabled: "
                  "yes, namespace: /other, joint_efforts: efforts, robot_description: "
-                 "robot_description}\n"),
+                 "robot_description, state_age_ms: 3600000, command_age_ms: 3600000}\n"),
         arm_settings(""));
     arm_node_open(&node);
     return 0;

@@ -16,8 +16,6 @@
 #include <idl/ros2.h>
 #include <idl/unitree.h>
 
-#define PATIENCE_MS 20000
-
 #define ROBOT_DESCRIPTION "rt/robot_description"
 
 static dds_entity_t participant;
@@ -49,8 +47,9 @@ static dds_entity_t cyclone_open(const char *topic_name, const dds_topic_descrip
     dds_qos_t *const qos = dds_create_qos();
 
     dds_qset_data_representation(qos, 1, &xcdr1);
-    dds_qset_reliability(
-        qos, from->reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_SECS(1));
+    dds_qset_reliability(qos,
+                         from->reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
+                         (dds_duration_t)WAIT_NS);
     dds_qset_durability(qos, from->transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL
                                                    : DDS_DURABILITY_VOLATILE);
     dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, from->depth);
@@ -145,14 +144,10 @@ static void await_matches(const pair *p, int count)
 {
     fastdds_matches fast = {0}, cyclone = {0};
 
-    for (int i = 0; i < PATIENCE_MS; i++) {
-        fast = fast_matches(p);
-        cyclone = cyclone_matches(p);
-        if (fast.matched == count && cyclone.matched == count)
-            return;
-        dds_sleepfor(DDS_MSECS(1));
-    }
-    fail_msg("%s: Fast DDS has %d partners, Cyclone %d", p->topic, fast.matched, cyclone.matched);
+    if (!WAIT_FOR((fast = fast_matches(p), cyclone = cyclone_matches(p),
+                   fast.matched == count && cyclone.matched == count)))
+        fail_msg("%s: Fast DDS has %d partners, Cyclone %d", p->topic, fast.matched,
+                 cyclone.matched);
 }
 
 static pair open_pair(const struct exchange *e, const fastdds_qos *writer_qos,
@@ -196,10 +191,10 @@ static void take_sample(const pair *p, void *sample)
     static msg_bytes bytes;
 
     if (p->fast_reader == NULL) {
-        assert_true(ros2_peer_take(p->cyclone, sample, PATIENCE_MS));
+        assert_true(ros2_peer_take(p->cyclone, sample, WAIT_MS));
         return;
     }
-    bytes.size = fastdds_take(p->fast_reader, bytes.byte, sizeof bytes.byte, PATIENCE_MS);
+    bytes.size = fastdds_take(p->fast_reader, bytes.byte, sizeof bytes.byte, WAIT_MS);
     assert_true(fastcdr_decode(msg_of_topic(p->type), &bytes, sample));
 }
 
@@ -293,14 +288,14 @@ TEST(a_long_robot_description_arrives_whole)
 
     pair p = open_pair(&description, &fastdds_latched, &fastdds_latched, false);
     assert_int_equal(dds_write(p.cyclone, &sample), DDS_RETCODE_OK);
-    assert_in_range(fastdds_take(p.fast_reader, got, sizeof got, PATIENCE_MS), sizeof expected,
+    assert_in_range(fastdds_take(p.fast_reader, got, sizeof got, WAIT_MS), sizeof expected,
                     sizeof got);
     assert_memory_equal(got + 4, expected + 4, sizeof expected - 4); /* past the padding's count */
     close_pair(&p);
 
     p = open_pair(&description, &fastdds_latched, &fastdds_latched, true);
     assert_true(fastdds_write(p.fast_writer, expected, sizeof expected));
-    assert_true(ros2_peer_take(p.cyclone, &copy, PATIENCE_MS));
+    assert_true(ros2_peer_take(p.cyclone, &copy, WAIT_MS));
     assert_string_equal(copy.data, sample.data);
     dds_sample_free(&copy, p.type, DDS_FREE_CONTENTS);
     close_pair(&p);
@@ -312,11 +307,8 @@ TEST(a_volatile_writer_does_not_match_a_transient_local_reader_and_both_count_it
     for (int fast_writes = 0; fast_writes < 2; fast_writes++) {
         pair p = open_pair(&description, &fastdds_default, &fastdds_latched, fast_writes);
         fastdds_matches fast = {0}, cyclone = {0};
-        for (int i = 0; i < PATIENCE_MS && (!fast.incompatible || !cyclone.incompatible); i++) {
-            dds_sleepfor(DDS_MSECS(1));
-            fast = fast_matches(&p);
-            cyclone = cyclone_matches(&p);
-        }
+        assert_true(WAIT_FOR((fast = fast_matches(&p), cyclone = cyclone_matches(&p),
+                              fast.incompatible && cyclone.incompatible)));
         assert_int_equal(fast.incompatible, 1);
         assert_in_range(cyclone.incompatible, 1, 2);
         assert_int_equal(fast.policy, DDS_DURABILITY_QOS_POLICY_ID);
@@ -333,16 +325,12 @@ TEST(each_notices_that_an_end_of_the_other_is_closed)
         pair p = open_pair(&exchanges[0], &fastdds_default, &fastdds_default, fast_writes);
         await_matches(&p, 1);
         close_fast(&p);
-        for (int i = 0; i < PATIENCE_MS && cyclone_matches(&p).matched > 0; i++)
-            dds_sleepfor(DDS_MSECS(1));
-        assert_int_equal(cyclone_matches(&p).matched, 0);
+        assert_true(WAIT_FOR(cyclone_matches(&p).matched == 0));
 
         open_fast(&p, &fastdds_default, fast_writes);
         await_matches(&p, 1);
         assert_int_equal(dds_delete(p.cyclone), DDS_RETCODE_OK);
-        for (int i = 0; i < PATIENCE_MS && fast_matches(&p).matched > 0; i++)
-            dds_sleepfor(DDS_MSECS(1));
-        assert_int_equal(fast_matches(&p).matched, 0);
+        assert_true(WAIT_FOR(fast_matches(&p).matched == 0));
         close_fast(&p);
     }
 }
@@ -355,7 +343,7 @@ TEST(fast_dds_sees_type_hash_and_qos_of_cyclone)
         dds_guid_t guid;
         open_cyclone(&p, &fastdds_latched, is_writer);
         assert_int_equal(dds_get_guid(p.cyclone, &guid), DDS_RETCODE_OK);
-        assert_true(fastdds_await_endpoint(peer, p.topic, is_writer, &seen, PATIENCE_MS));
+        assert_true(fastdds_await_endpoint(peer, p.topic, is_writer, &seen, WAIT_MS));
         assert_memory_equal(seen.gid, guid.v, sizeof guid.v);
         assert_string_equal(seen.type, "std_msgs::msg::dds_::String_");
         assert_string_equal(seen.user_data, tfa_ros2_user_data(seen.type));
@@ -431,15 +419,15 @@ TEST(cyclone_sees_the_enclave_of_fast_dds)
     assert_int_equal(dds_delete(reader), DDS_RETCODE_OK);
 }
 
-/* So that Fast DDS notices what Cyclone closes, see fastdds_peer.h. */
+/* So that Fast DDS notices what Cyclone closes, see fastdds_peer.h; and by that alone. */
 static void set_key_hashes(void)
 {
     char uri[512];
 
     test_domain();
     snprintf(uri, sizeof uri,
-             "%s,<CycloneDDS><Domain><Internal><GenerateKeyhash>true</GenerateKeyhash>"
-             "</Internal></Domain></CycloneDDS>",
+             "%s,<CycloneDDS><Domain><Internal><GenerateKeyhash>true</GenerateKeyhash></Internal>"
+             "<Discovery><LeaseDuration>3600 s</LeaseDuration></Discovery></Domain></CycloneDDS>",
              getenv("CYCLONEDDS_URI"));
     setenv("CYCLONEDDS_URI", uri, 1);
 }

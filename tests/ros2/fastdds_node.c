@@ -10,7 +10,6 @@
 #include "messages.h"
 
 #define ENDPOINTS_MAX 16
-#define PATIENCE_MS 20000
 
 typedef rmw_dds_common_msg_dds__ParticipantEntitiesInfo_ graph_info;
 typedef rmw_dds_common_msg_dds__NodeEntitiesInfo_ node_info;
@@ -142,16 +141,12 @@ fastdds_reader *fastdds_subscription(fastdds_node *n, const dds_topic_descriptor
 
 void fastdds_await_match_of_writer(fastdds_writer *w)
 {
-    for (int i = 0; i < PATIENCE_MS && fastdds_writer_matches(w).matched == 0; i++)
-        dds_sleepfor(DDS_MSECS(1));
-    assert_true(fastdds_writer_matches(w).matched > 0);
+    assert_true(WAIT_FOR(fastdds_writer_matches(w).matched > 0));
 }
 
 void fastdds_await_match_of_reader(fastdds_reader *r)
 {
-    for (int i = 0; i < PATIENCE_MS && fastdds_reader_matches(r).matched == 0; i++)
-        dds_sleepfor(DDS_MSECS(1));
-    assert_true(fastdds_reader_matches(r).matched > 0);
+    assert_true(WAIT_FOR(fastdds_reader_matches(r).matched > 0));
 }
 
 void fastdds_publish(fastdds_node *n, fastdds_writer *w, const void *sample)

@@ -3,7 +3,7 @@
  *
  * See fastdds_peer.h. What is set is what rmw_fastrtps_shared_cpp sets for a discovery range of
  * LOCALHOST (participant.cpp, qos.cpp, publisher.cpp), but for the transport: UDP alone, which is
- * what reaches Cyclone, and on the loopback interface alone.
+ * what reaches Cyclone, and on the loopback interface alone; and no time runs out.
  */
 #include "fastdds_peer.h"
 
@@ -201,6 +201,7 @@ fast::DomainParticipantQos participant_qos()
     builtin.metatrafficUnicastLocatorList.push_back(rtps::Locator_t());
     rtps::IPLocator::setIPv4(localhost, "127.0.0.1");
     builtin.initialPeersList.push_back(localhost);
+    builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(3600, 0);
     builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     return qos;
@@ -219,6 +220,7 @@ template <class Qos> void set_qos(Qos &qos, const char *type, const fastdds_qos 
         from.transient_local ? fast::TRANSIENT_LOCAL_DURABILITY_QOS : fast::VOLATILE_DURABILITY_QOS;
     qos.reliability().kind =
         from.reliable ? fast::RELIABLE_RELIABILITY_QOS : fast::BEST_EFFORT_RELIABILITY_QOS;
+    qos.reliability().max_blocking_time = eprosima::fastrtps::Duration_t(60, 0);
     if (hash != nullptr)
         qos.user_data().assign(hash, hash + std::strlen(hash));
 }

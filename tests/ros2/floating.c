@@ -16,8 +16,15 @@
 #define LEGS 12
 
 static harness running;
-static arm_node node;
-static dds_entity_t odometry, wrench[2]; /* of FL_foot and RR_foot */
+static arm_node node; /* its participant and diagnostics */
+
+/* Two robots of one kind: nothing of the dog is ever too old; what the old one has heard soon is. */
+typedef struct robot {
+    const char *name;
+    dds_entity_t joint_states, efforts, odometry, wrench[2], accelerations; /* FL_foot, RR_foot */
+} robot;
+
+static robot dog = {.name = "dog"}, old = {.name = "old"};
 static tfa_model *model;
 static tfa_workspace *workspace;
 
@@ -39,7 +46,7 @@ static motion motion_of(uint64_t seed)
     return m;
 }
 
-static void publish_odometry(const motion *m, const char *child)
+static void publish_odometry(const robot *r, const motion *m, const char *child)
 {
     const double *p = m->pose, *t = m->twist;
     nav_msgs_msg_dds__Odometry_ sample = {.header = {{1, 1}, "odom"},
@@ -47,27 +54,27 @@ static void publish_odometry(const motion *m, const char *child)
 
     sample.pose.pose = (geometry_msgs_msg_dds__Pose_){{p[0], p[1], p[2]}, {p[3], p[4], p[5], p[6]}};
     sample.twist.twist = (geometry_msgs_msg_dds__Twist_){{t[0], t[1], t[2]}, {t[3], t[4], t[5]}};
-    assert_int_equal(dds_write(odometry, &sample), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(r->odometry, &sample), DDS_RETCODE_OK);
 }
 
-static void publish_wrench(int k, const double w[6], const char *frame)
+static void publish_wrench(const robot *r, int k, const double w[6], const char *frame)
 {
     const geometry_msgs_msg_dds__WrenchStamped_ sample = {
         .header = {{1, 1}, (char *)(uintptr_t)frame},
         .wrench = {{w[0], w[1], w[2]}, {w[3], w[4], w[5]}}};
 
-    assert_int_equal(dds_write(wrench[k], &sample), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(r->wrench[k], &sample), DDS_RETCODE_OK);
 }
 
-static void publish_wrenches(const motion *m, const char *frame)
+static void publish_wrenches(const robot *r, const motion *m, const char *frame)
 {
-    publish_wrench(1, m->wrench[1], "");
-    publish_wrench(0, m->wrench[0], frame);
+    publish_wrench(r, 1, m->wrench[1], "");
+    publish_wrench(r, 0, m->wrench[0], frame);
 }
 
 static char *joint_names[LEGS];
 
-static void publish_joints(const motion *m)
+static void publish_joints(const robot *r, const motion *m)
 {
     const sensor_msgs_msg_dds__JointState_ state = {
         .header = {{1, 1}, ""},
@@ -79,8 +86,8 @@ static void publish_joints(const motion *m)
         .name = PEER_SEQUENCE(LEGS, joint_names),
         .effort = PEER_SEQUENCE(LEGS, (double *)(uintptr_t)m->tau)};
 
-    assert_int_equal(dds_write(node.joint_states, &state), DDS_RETCODE_OK);
-    assert_int_equal(dds_write(node.joint_efforts, &efforts), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(r->joint_states, &state), DDS_RETCODE_OK);
+    assert_int_equal(dds_write(r->efforts, &efforts), DDS_RETCODE_OK);
 }
 
 static uint32_t frame_of(const char *link)
@@ -112,34 +119,47 @@ static bool is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, cons
            memcmp(got->points._buffer[0].accelerations._buffer, qdd, sizeof qdd) == 0;
 }
 
+static void publish_all(const robot *r, const motion *m, const char *child, const char *frame)
+{
+    publish_odometry(r, m, child);
+    publish_wrenches(r, m, frame);
+    publish_joints(r, m);
+}
+
+/* Publishes the motion with an effort that no message of before had. @return whether the answer
+ * comes soon; no answer to a command of before is then left */
+static bool is_answered(const robot *r, motion m, const char *child, const char *frame)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ got;
+    static double effort = 1;
+
+    m.tau[0] = effort += 0.001;
+    publish_all(r, &m, child, frame);
+    while (ros2_peer_take(r->accelerations, &got, 200))
+        if (is_answer(&got, &m))
+            return true;
+    return false;
+}
+
 /* Publishes until the answer comes: what is sent before a match is lost. */
-static void assert_answer(const motion *m, const char *child, const char *frame)
+static void assert_answer(const robot *r, const motion *m, const char *child, const char *frame)
 {
-    static trajectory_msgs_msg_dds__JointTrajectory_ got;
-    bool found = false;
-
-    for (int k = 0; k < 100 && !found; k++) {
-        publish_odometry(m, child);
-        publish_wrenches(m, frame);
-        dds_sleepfor(DDS_MSECS(1));
-        publish_joints(m);
-        found = ros2_peer_take(node.accelerations, &got, 200) && is_answer(&got, m);
-    }
-    assert_true(found);
+    assert_true(WAIT_FOR(is_answered(r, *m, child, frame)));
 }
 
-/* Answers that nobody waited for. */
-static void drop_answers(void)
+/* It would be here: the diagnostics that tell the refusal are written after the answers. */
+static void assert_silent(const robot *r)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ got;
-    while (ros2_peer_take(node.accelerations, &got, 100))
-        continue;
+    assert_false(ros2_peer_take(r->accelerations, &got, 0));
 }
 
-static void assert_silent(void)
+/* @return level of the answers' status with this text, -1: it does not come soon */
+static int find_answers(const robot *r, const char *text)
 {
-    static trajectory_msgs_msg_dds__JointTrajectory_ got;
-    assert_false(ros2_peer_take(node.accelerations, &got, 100));
+    char what[64];
+    snprintf(what, sizeof what, "%s/totalforce: answers", r->name);
+    return arm_find_diagnostic(&node, what, text);
 }
 
 /* Before anything came. */
@@ -148,17 +168,13 @@ TEST(a_base_that_never_came_is_named)
     const motion m = motion_of(1);
     int level = -1;
 
-    for (int k = 0; k < 20 && level < 0; k++) {
-        publish_joints(&m);
-        level = arm_await_diagnostic(&node, "dog/totalforce: answers",
-                                     "floating base: pose and twist were never received");
-    }
+    assert_true(
+        WAIT_FOR((publish_joints(&dog, &m),
+                  level = find_answers(&dog, "floating base: pose and twist were never received"),
+                  level >= 0)));
     assert_int_equal(level, 2);
-    publish_odometry(&m, "");
-    dds_sleepfor(DDS_MSECS(1));
-    publish_joints(&m);
-    assert_true(arm_await_diagnostic(&node, "dog/totalforce: answers",
-                                     "link 'FL_foot': wrench was never received") >= 0);
+    assert_true(WAIT_FOR((publish_odometry(&dog, &m, ""), publish_joints(&dog, &m),
+                          find_answers(&dog, "link 'FL_foot': wrench was never received") >= 0)));
 }
 
 TEST(base_and_wrench_are_used_as_the_library_does)
@@ -167,7 +183,7 @@ TEST(base_and_wrench_are_used_as_the_library_does)
 
     for (uint64_t seed = 10; seed < 30; seed++) {
         const motion m = motion_of(seed);
-        assert_answer(&m, seed % 2 ? "" : root, seed % 3 ? "FL_foot" : "");
+        assert_answer(&dog, &m, seed % 2 ? "" : root, seed % 3 ? "FL_foot" : "");
     }
 }
 
@@ -175,15 +191,15 @@ TEST(other_frames_and_numbers_are_refused)
 {
     motion m = motion_of(40);
 
-    publish_odometry(&m, "base_footprint");
+    publish_odometry(&dog, &m, "base_footprint");
     assert_true(arm_await_diagnostic(&node, "/dog/odom", "child_frame_id 'base_footprint'") > 0);
-    publish_wrench(0, m.wrench[0], "FR_foot");
+    publish_wrench(&dog, 0, m.wrench[0], "FR_foot");
     assert_true(arm_await_diagnostic(&node, "/dog/ft", "frame_id 'FR_foot' where 'FL_foot'") > 0);
     m.wrench[0][2] = NAN;
-    publish_wrench(0, m.wrench[0], "");
+    publish_wrench(&dog, 0, m.wrench[0], "");
     assert_true(arm_await_diagnostic(&node, "/dog/ft", "a number is not finite") > 0);
     m.twist[4] = INFINITY;
-    publish_odometry(&m, "");
+    publish_odometry(&dog, &m, "");
     assert_true(arm_await_diagnostic(&node, "/dog/odom", "a number is not finite") > 0);
 }
 
@@ -191,24 +207,23 @@ TEST(other_frames_and_numbers_are_refused)
 TEST(what_is_refused_changes_nothing)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ got;
-    const motion good = motion_of(43);
-    motion bad = motion_of(44);
+    motion good = motion_of(43), bad = motion_of(44);
 
-    assert_answer(&good, "", "");
-    publish_odometry(&bad, "base_footprint");
-    publish_wrench(0, bad.wrench[0], "FR_foot");
+    assert_answer(&dog, &good, "", "");
+    publish_odometry(&dog, &bad, "base_footprint");
+    publish_wrench(&dog, 0, bad.wrench[0], "FR_foot");
     for (int k = 0; k < 6; k++) {
         motion one = bad;
         one.wrench[0][k] = k % 2 ? NAN : -INFINITY;
-        publish_wrench(0, one.wrench[0], "");
+        publish_wrench(&dog, 0, one.wrench[0], "");
     }
     for (int k = 0; k < 13; k++) {
         motion one = bad;
         *(k < 7 ? &one.pose[k] : &one.twist[k - 7]) = k % 2 ? NAN : INFINITY;
-        publish_odometry(&one, "");
-        dds_sleepfor(DDS_MSECS(1));
-        publish_joints(&good);
-        assert_true(ros2_peer_take(node.accelerations, &got, 10000));
+        publish_odometry(&dog, &one, "");
+        good.tau[0] = k;
+        publish_joints(&dog, &good);
+        assert_true(ros2_peer_take(dog.accelerations, &got, WAIT_MS));
         assert_true(is_answer(&got, &good));
     }
 }
@@ -229,11 +244,30 @@ static bool take_array(dds_entity_t reader, const double *expected, uint32_t cou
     return memcmp(got.data._buffer, expected, count * sizeof *expected) == 0;
 }
 
+static double lambda_inv[36], jacobian[6 * (6 + LEGS)], bias[6], torques[6 + LEGS];
+
+static bool take_torques(dds_entity_t reader)
+{
+    static sensor_msgs_msg_dds__JointState_ got;
+
+    return ros2_peer_take(reader, &got, 200) && got.effort._length == LEGS &&
+           memcmp(got.effort._buffer, torques + 6, LEGS * sizeof *torques) == 0;
+}
+
+/* Publishes the state. @return a bit for each of those `left` whose answer has not come */
+static unsigned take_states(const dds_entity_t readers[4], const motion *m, unsigned left)
+{
+    publish_odometry(&dog, m, "");
+    publish_joints(&dog, m);
+    left &= ~(left & 1 && take_array(readers[0], lambda_inv, 36) ? 1u : 0u);
+    left &= ~(left & 2 && take_array(readers[1], jacobian, 6 * (6 + LEGS)) ? 2u : 0u);
+    left &= ~(left & 4 && take_array(readers[2], bias, 6) ? 4u : 0u);
+    return left & ~(left & 8 && take_torques(readers[3]) ? 8u : 0u);
+}
+
 /* Of the state that came last: pose and twist, too. */
 TEST(states_are_answered_as_the_library_does)
 {
-    static double lambda_inv[36], jacobian[6 * (6 + LEGS)], bias[6], torques[6 + LEGS];
-    static sensor_msgs_msg_dds__JointState_ held;
     const dds_topic_descriptor_t *array = &std_msgs_msg_dds__Float64MultiArray__desc;
     const dds_entity_t p = node.participant;
     const dds_entity_t readers[] = {
@@ -261,20 +295,9 @@ TEST(states_are_answered_as_the_library_does)
 
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
     assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
-    for (int k = 0; k < 100 && left != 0; k++) {
-        publish_odometry(&m, "");
-        publish_joints(&m);
-        left &= ~(left & 1 && take_array(readers[0], lambda_inv, 36) ? 1u : 0u);
-        left &= ~(left & 2 && take_array(readers[1], jacobian, 6 * (6 + LEGS)) ? 2u : 0u);
-        left &= ~(left & 4 && take_array(readers[2], bias, 6) ? 4u : 0u);
-        if (left & 8 && ros2_peer_take(readers[3], &held, 200) && held.effort._length == LEGS &&
-            memcmp(held.effort._buffer, torques + 6, LEGS * sizeof *torques) == 0)
-            left &= ~8u;
-    }
-    assert_int_equal(left, 0);
+    assert_true(WAIT_FOR((left = take_states(readers, &m, left)) == 0));
     for (size_t k = 0; k < sizeof readers / sizeof *readers; k++)
         assert_int_equal(dds_delete(readers[k]), DDS_RETCODE_OK);
-    drop_answers();
 }
 
 /* A quaternion that is none is the library's refusal. */
@@ -282,56 +305,72 @@ TEST(what_the_library_refuses_is_told)
 {
     motion m = motion_of(41);
 
+    assert_answer(&dog, &m, "", "");
     m.pose[3] = m.pose[4] = m.pose[5] = m.pose[6] = 2;
-    publish_odometry(&m, "");
-    publish_wrenches(&m, "");
-    dds_sleepfor(DDS_MSECS(1));
-    publish_joints(&m);
-    assert_silent();
+    publish_all(&dog, &m, "", "");
     assert_true(arm_await_diagnostic(&node, "dog/totalforce: answers", "base_pose") > 0);
+    assert_silent(&dog);
 }
 
 TEST(old_ones_are_refused)
 {
+    static const char limit[] = "ms old, the limit is 500 ms";
     const motion m = motion_of(42);
 
-    assert_answer(&m, "", "");
-    dds_sleepfor(DDS_MSECS(1100)); /* the limit is 1 s */
-    publish_joints(&m);
-    assert_silent();
-    assert_true(arm_await_diagnostic(&node, "dog/totalforce: answers",
-                                     "floating base: pose and twist are too old") > 0);
-    publish_odometry(&m, "");
-    dds_sleepfor(DDS_MSECS(1));
-    publish_joints(&m);
-    assert_silent();
-    assert_true(arm_await_diagnostic(&node, "dog/totalforce: answers",
-                                     "link 'FL_foot': wrench is too old") > 0);
-    assert_int_equal(arm_await_diagnostic(&node, "/dog/ft", "ms old, the limit is 1000 ms"), 3);
+    assert_answer(&old, &m, "", "");
+    assert_int_equal(arm_await_diagnostic(&node, "/old/odom", limit), 3);
+    assert_true(WAIT_FOR((publish_joints(&old, &m),
+                          find_answers(&old, "floating base: pose and twist are too old") > 0)));
+    assert_silent(&old);
+    assert_int_equal(arm_await_diagnostic(&node, "/old/ft", limit), 3);
+    assert_true(WAIT_FOR((publish_odometry(&old, &m, ""), publish_joints(&old, &m),
+                          find_answers(&old, "link 'FL_foot': wrench is too old") > 0)));
+    assert_silent(&old);
+}
+
+static void open_robot(robot *r)
+{
+    const dds_entity_t p = node.participant;
+    const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
+    const dds_topic_descriptor_t *force = &geometry_msgs_msg_dds__WrenchStamped__desc;
+    char topic[5][64];
+
+    snprintf(topic[0], sizeof topic[0], "rt/%s/joint_states", r->name);
+    snprintf(topic[1], sizeof topic[1], "rt/%s/efforts", r->name);
+    snprintf(topic[2], sizeof topic[2], "rt/%s/odom", r->name);
+    snprintf(topic[3], sizeof topic[3], "rt/%s/ft", r->name);
+    snprintf(topic[4], sizeof topic[4], "rt/%s/rear/ft", r->name);
+    r->joint_states = ros2_peer_writer(p, state, topic[0], PEER_DEFAULT);
+    r->efforts = ros2_peer_writer(p, state, topic[1], PEER_DEFAULT);
+    r->odometry = ros2_peer_writer(p, &nav_msgs_msg_dds__Odometry__desc, topic[2], PEER_DEFAULT);
+    r->wrench[0] = ros2_peer_writer(p, force, topic[3], PEER_SENSOR);
+    r->wrench[1] = ros2_peer_writer(p, force, topic[4], PEER_SENSOR);
+    snprintf(topic[0], sizeof topic[0], "rt/%s/totalforce/accelerations", r->name);
+    r->accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
+                                        topic[0], PEER_DEFAULT);
+    ros2_peer_await_reader(r->odometry);
+    ros2_peer_await_reader(r->wrench[0]);
+    ros2_peer_await_reader(r->wrench[1]);
+    ros2_peer_await_reader(r->efforts);
 }
 
 static void open_node(void)
 {
-    const dds_entity_t p = node.participant = ros2_peer_open(arm_domain());
-    const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
-
-    node.joint_states = ros2_peer_writer(p, state, "rt/dog/joint_states", PEER_DEFAULT);
-    node.joint_efforts = ros2_peer_writer(p, state, "rt/dog/efforts", PEER_DEFAULT);
-    odometry = ros2_peer_writer(p, &nav_msgs_msg_dds__Odometry__desc, "rt/dog/odom", PEER_DEFAULT);
-    wrench[0] =
-        ros2_peer_writer(p, &geometry_msgs_msg_dds__WrenchStamped__desc, "rt/dog/ft", PEER_SENSOR);
-    wrench[1] = ros2_peer_writer(p, &geometry_msgs_msg_dds__WrenchStamped__desc, "rt/dog/rear/ft",
-                                 PEER_SENSOR);
-    node.accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
-                                          "rt/dog/totalforce/accelerations", PEER_DEFAULT);
-    node.diagnostics = ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                                        "rt/diagnostics", PEER_DEFAULT);
+    node.participant = ros2_peer_open(arm_domain());
+    node.diagnostics =
+        ros2_peer_reader(node.participant, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
+                         "rt/diagnostics", PEER_ALL);
     ros2_peer_await_writer(node.diagnostics);
-    ros2_peer_await_reader(odometry);
-    ros2_peer_await_reader(wrench[0]);
-    ros2_peer_await_reader(wrench[1]);
-    ros2_peer_await_reader(node.joint_efforts);
+    open_robot(&dog);
+    open_robot(&old);
 }
+
+#define ROBOT(name, age)                                                                           \
+    "  - name: " name "\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"           \
+    "    ros2:\n      enabled: yes\n      namespace: /" name "\n      odometry: odom\n"            \
+    "      joint_efforts: efforts\n      wrenches: [{topic: ft, link: FL_foot}, "                  \
+    "{topic: rear/ft, link: RR_foot}]\n      tips: [RR_foot]\n"                                    \
+    "      state_age_ms: " age "\n      command_age_ms: 3600000\n"
 
 static int serve(void **state)
 {
@@ -342,13 +381,7 @@ static int serve(void **state)
     workspace = workspace_for(model, NULL);
     for (uint32_t j = 0; j < LEGS; j++)
         joint_names[j] = (char *)(uintptr_t)tfa_model_joint(model, j).name;
-    harness_make(&running,
-                 "  - name: dog\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"
-                 "    ros2:\n      enabled: yes\n      namespace: /dog\n      odometry: odom\n"
-                 "      joint_efforts: efforts\n      wrenches: [{topic: ft, link: FL_foot}, "
-                 "{topic: rear/ft, link: RR_foot}]\n      tips: [RR_foot]\n"
-                 "      state_age_ms: 1000\n      command_age_ms: 1000\n",
-                 arm_settings(""));
+    harness_make(&running, ROBOT("dog", "3600000") ROBOT("old", "500"), arm_settings(""));
     harness_start(&running, "dog");
     open_node();
     return 0;

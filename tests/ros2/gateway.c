@@ -14,8 +14,6 @@
 #include <signal.h>
 #include <string.h>
 
-#define TIMES 50 /* what is sent before the other side has matched is lost, and sent again */
-
 enum { LEVEL_OK, LEVEL_WARN, LEVEL_ERROR, LEVEL_STALE };
 
 static harness daemon_process;
@@ -63,7 +61,7 @@ static void assert_accelerations(const arm_motion *m, int32_t sec, uint32_t nano
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
 
-    assert_true(ros2_peer_take(node.accelerations, &sample, 10000));
+    assert_true(ros2_peer_take(node.accelerations, &sample, WAIT_MS));
     assert_true(is_answer(&sample, m, sec, nanosec, frame));
 }
 
@@ -95,6 +93,27 @@ TEST(named_efforts_in_any_order)
     }
 }
 
+/* Does an answer to the motion with this stamp come soon? What was sent before the other side has
+ * matched is lost, and sent again. */
+static bool comes(const arm_motion *m, int32_t sec, uint32_t nanosec, const char *frame)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ got;
+
+    while (ros2_peer_take(node.accelerations, &got, 200))
+        if (is_answer(&got, m, sec, nanosec, frame))
+            return true;
+    return false;
+}
+
+static bool answers_both(dds_entity_t second, const sensor_msgs_msg_dds__JointState_ *few,
+                         const arm_motion *other, const arm_motion *m)
+{
+    arm_publish_state(&node, other, 4);
+    assert_int_equal(dds_write(second, few), DDS_RETCODE_OK);
+    arm_publish_efforts(&node, m->tau, JOINTS);
+    return comes(m, 5, 6, "few");
+}
+
 /* Several publishers with some of the joints each; others' joints are skipped. */
 TEST(partial_states_are_merged)
 {
@@ -111,18 +130,17 @@ TEST(partial_states_are_merged)
     arm_motion other = m;
 
     other.q[6] = other.q[4] = 0.1;
-    bool answered = false;
-    for (int k = 0; k < TIMES && !answered; k++) {
-        static trajectory_msgs_msg_dds__JointTrajectory_ got;
-        arm_publish_state(&node, &other, 4);
-        assert_int_equal(dds_write(second, &few), DDS_RETCODE_OK);
-        arm_publish_efforts(&node, m.tau, JOINTS);
-        answered =
-            ros2_peer_take(node.accelerations, &got, 1000) && is_answer(&got, &m, 5, 6, "few");
-    }
-    assert_true(answered);
+    assert_true(WAIT_FOR(answers_both(second, &few, &other, &m)));
+    arm_settle(&node);
     assert_true(arm_await_diagnostic(&node, "joint_states", "last: gripper") >= 0);
     assert_int_equal(dds_delete(second), DDS_RETCODE_OK);
+}
+
+static bool answers_typed(dds_entity_t writer, const typed_JointState_ *sample, const arm_motion *m)
+{
+    assert_int_equal(dds_write(writer, sample), DDS_RETCODE_OK);
+    arm_publish_efforts(&node, m->tau, JOINTS);
+    return comes(m, 21, 22, "typed");
 }
 
 /* ROS 2 announces XTypes information since Kilted (Fast DDS) and Lyrical (Cyclone), none before:
@@ -142,15 +160,8 @@ TEST(publishers_with_type_information_match)
     type.m_typename = sensor_msgs_msg_dds__JointState__desc.m_typename;
     const dds_entity_t writer =
         ros2_peer_writer(node.participant, &type, "rt/arm/joint_states", PEER_DEFAULT);
-    bool answered = false;
-    for (int k = 0; k < TIMES && !answered; k++) {
-        static trajectory_msgs_msg_dds__JointTrajectory_ got;
-        assert_int_equal(dds_write(writer, &sample), DDS_RETCODE_OK);
-        arm_publish_efforts(&node, m.tau, JOINTS);
-        answered =
-            ros2_peer_take(node.accelerations, &got, 1000) && is_answer(&got, &m, 21, 22, "typed");
-    }
-    assert_true(answered);
+    assert_true(WAIT_FOR(answers_typed(writer, &sample, &m)));
+    arm_settle(&node);
     assert_int_equal(dds_delete(writer), DDS_RETCODE_OK);
 }
 
@@ -183,6 +194,20 @@ static void assert_array(const std_msgs_msg_dds__Float64MultiArray_ *a, const do
     }
 }
 
+/* Publishes the state. @return whether each of four readers has its sample */
+static bool take_each(const arm_motion *m, const dds_entity_t reader[4], void *const sample[4],
+                      bool got[4])
+{
+    bool all = true;
+
+    arm_publish_state(&node, m, -3);
+    for (int k = 0; k < 4; k++) {
+        got[k] = got[k] || ros2_peer_take(reader[k], sample[k], 100);
+        all = all && got[k];
+    }
+    return all;
+}
+
 TEST(operational_space_is_that_of_the_library)
 {
     static double lambda_inv[12 * 12], jacobian[12 * JOINTS], bias[12], gravity[JOINTS];
@@ -190,15 +215,14 @@ TEST(operational_space_is_that_of_the_library)
     static sensor_msgs_msg_dds__JointState_ g;
     const dds_topic_descriptor_t *type = &std_msgs_msg_dds__Float64MultiArray__desc;
     const dds_entity_t p = node.participant;
-    const dds_entity_t lambda_reader =
-        ros2_peer_reader(p, type, "rt/arm/totalforce/lambda_inv", PEER_DEFAULT);
-    const dds_entity_t jacobian_reader =
-        ros2_peer_reader(p, type, "rt/arm/totalforce/jacobian", PEER_SENSOR);
-    const dds_entity_t bias_reader =
-        ros2_peer_reader(p, type, "rt/arm/totalforce/bias_acceleration", PEER_DEFAULT);
-    const dds_entity_t gravity_reader =
+    const dds_entity_t readers[4] = {
+        ros2_peer_reader(p, type, "rt/arm/totalforce/lambda_inv", PEER_DEFAULT),
+        ros2_peer_reader(p, type, "rt/arm/totalforce/jacobian", PEER_SENSOR),
+        ros2_peer_reader(p, type, "rt/arm/totalforce/bias_acceleration", PEER_DEFAULT),
         ros2_peer_reader(p, &sensor_msgs_msg_dds__JointState__desc,
-                         "rt/arm/totalforce/gravity_torques", PEER_DEFAULT);
+                         "rt/arm/totalforce/gravity_torques", PEER_DEFAULT)};
+    void *const samples[4] = {&l, &j, &b, &g};
+    bool got[4] = {false};
     const arm_motion m = arm_motion_of(21);
     const tfa_request request = {.op = TFA_OP_OPERATIONAL_INERTIA,
                                  .refine = TFA_REFINE_DEFAULT,
@@ -215,15 +239,7 @@ TEST(operational_space_is_that_of_the_library)
 
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
     assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
-    bool got[4] = {false};
-    for (int k = 0; k < TIMES && !(got[0] && got[1] && got[2] && got[3]); k++) {
-        arm_publish_state(&node, &m, -3);
-        got[0] = got[0] || ros2_peer_take(lambda_reader, &l, 100);
-        got[1] = got[1] || ros2_peer_take(jacobian_reader, &j, 100);
-        got[2] = got[2] || ros2_peer_take(bias_reader, &b, 100);
-        got[3] = got[3] || ros2_peer_take(gravity_reader, &g, 100);
-    }
-    assert_true(got[0] && got[1] && got[2] && got[3]);
+    assert_true(WAIT_FOR(take_each(&m, readers, samples, got)));
     assert_array(&l, lambda_inv, 12, 12, "stamp -3.000000007 frame base");
     assert_array(&j, jacobian, 12, JOINTS, "stamp -3.000000007 frame base");
     assert_array(&b, bias, 12, 1, "stamp -3.000000007 frame base");
@@ -236,20 +252,27 @@ TEST(operational_space_is_that_of_the_library)
 
 /* ---- the service ---- */
 
+/* Sends the call. @return whether the reply to it comes soon */
+static bool replies_to(dds_entity_t requests, dds_entity_t replies,
+                       const totalforce_msgs_srv_dds__ForwardDynamics_Request_ *request,
+                       totalforce_msgs_srv_dds__ForwardDynamics_Response_ *reply)
+{
+    assert_int_equal(dds_write(requests, request), DDS_RETCODE_OK);
+    while (ros2_peer_take(replies, reply, 500))
+        if (reply->guid == request->guid && reply->seq == request->seq)
+            return true;
+    return false;
+}
+
 static totalforce_msgs_srv_dds__ForwardDynamics_Response_ *
 call(dds_entity_t requests, dds_entity_t replies,
      const totalforce_msgs_srv_dds__ForwardDynamics_Request_ *request)
 {
     static totalforce_msgs_srv_dds__ForwardDynamics_Response_ reply;
 
-    for (int k = 0; k < TIMES; k++) {
-        assert_int_equal(dds_write(requests, request), DDS_RETCODE_OK);
-        while (ros2_peer_take(replies, &reply, 500))
-            if (reply.guid == request->guid && reply.seq == request->seq)
-                return &reply;
-    }
-    fail_msg("call %d is not answered", (int)request->seq);
-    return NULL;
+    if (!WAIT_FOR(replies_to(requests, replies, request, &reply)))
+        fail_msg("call %d is not answered", (int)request->seq);
+    return &reply;
 }
 
 /* State and efforts come with the call: no topic is read, and no call sees those of another. */
@@ -295,12 +318,6 @@ TEST(calls_are_answered_to_their_caller)
 
 /* ---- refusals ---- */
 
-static void assert_silent(void)
-{
-    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
-    assert_false(ros2_peer_take(node.accelerations, &sample, 100));
-}
-
 static void publish_joints(uint32_t names, uint32_t positions, uint32_t velocities,
                            const arm_motion *m)
 {
@@ -343,27 +360,41 @@ TEST(missing_joints_are_named)
         .velocity = PEER_SEQUENCE(6, (double *)(uintptr_t)m.v)};
 
     int level = -1;
-    ros2_peer_await_reader(writer);
-    for (int k = 0; k < 3 && level < 0; k++) {
-        assert_int_equal(dds_write(writer, &six), DDS_RETCODE_OK);
-        level = arm_await_diagnostic(&node, "lonely/joint_states",
-                                     "joint 'joint_7': no position was received");
-    }
+    assert_true(WAIT_FOR((assert_int_equal(dds_write(writer, &six), DDS_RETCODE_OK),
+                          level = arm_find_diagnostic(&node, "lonely/joint_states",
+                                                      "joint 'joint_7': no position was received"),
+                          level >= 0)));
     assert_int_equal(level, LEVEL_ERROR);
     assert_int_equal(dds_delete(writer), DDS_RETCODE_OK);
 }
 
+/* Of a robot with a limit of 100 ms: once the diagnostics say that its state is too old, it is. */
 TEST(stale_states_are_refused)
 {
+    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
+    const dds_topic_descriptor_t *type = &sensor_msgs_msg_dds__JointState__desc;
+    const dds_entity_t p = node.participant;
+    const arm_node old = {
+        .joint_states = ros2_peer_writer(p, type, "rt/old/joint_states", PEER_DEFAULT),
+        .joint_efforts = ros2_peer_writer(p, type, "rt/old/efforts", PEER_DEFAULT),
+        .accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
+                                          "rt/old/totalforce/accelerations", PEER_DEFAULT)};
     const arm_motion m = arm_motion_of(32);
+    const char *limit = "ms old, the limit is 100 ms";
+    int level = -1;
 
-    arm_publish_state(&node, &m, 1);
-    dds_sleepfor(DDS_MSECS(1100)); /* the limit is 1 s */
-    arm_publish_efforts(&node, m.tau, JOINTS);
-    assert_silent();
-    assert_true(arm_await_diagnostic(&node, "answers", "joint 'joint_1': position is too old") > 0);
-    assert_int_equal(arm_await_diagnostic(&node, "joint_states", "ms old, the limit is 1000 ms"),
-                     LEVEL_STALE);
+    ros2_peer_await_writer(old.accelerations);
+    assert_true(
+        WAIT_FOR((arm_publish_state(&old, &m, 1),
+                  level = arm_find_diagnostic(&node, "old/joint_states", limit), level >= 0)));
+    assert_int_equal(level, LEVEL_STALE);
+    assert_true(WAIT_FOR((arm_publish_named_efforts(&old, arm_joints, m.tau, JOINTS, 1),
+                          arm_find_diagnostic(&node, "old/totalforce: answers",
+                                              "joint 'joint_1': position is too old") > 0)));
+    assert_false(ros2_peer_take(old.accelerations, &sample, 0));
+    assert_int_equal(dds_delete(old.joint_states), DDS_RETCODE_OK);
+    assert_int_equal(dds_delete(old.joint_efforts), DDS_RETCODE_OK);
+    assert_int_equal(dds_delete(old.accelerations), DDS_RETCODE_OK);
 }
 
 TEST(commands_that_are_refused_are_named)
@@ -394,6 +425,7 @@ TEST(commands_that_are_not_taken_are_not_answered)
     char *strangers[JOINTS] = {"a1", "a2", "a3", "a4", "a5", "a6", "a7"};
     double tau[JOINTS];
 
+    arm_settle(&node);
     arm_publish_state(&node, &m, 1);
     arm_publish_efforts(&node, m.tau, JOINTS);
     assert_accelerations(&m, 1, 7, "base");
@@ -404,11 +436,12 @@ TEST(commands_that_are_not_taken_are_not_answered)
         arm_publish_efforts(&node, tau, JOINTS);
         arm_publish_named_efforts(&node, arm_joints, tau, JOINTS, 3 + j);
     }
-    assert_silent();
-    strangers[3] = arm_joints[3]; /* of both robots */
+    strangers[3] = arm_joints[3]; /* of both robots: the next answer is to this one */
     tau[0] = tau[3] = m.tau[3];
     arm_publish_named_efforts(&node, strangers, tau, 4, 20);
     assert_accelerations(&m, 20, 9, "command");
+    arm_publish_efforts(&node, m.tau, JOINTS); /* and to this one on the other topic */
+    assert_accelerations(&m, 1, 7, "base");
 }
 
 /* ---- endpoints ---- */
@@ -438,7 +471,7 @@ TEST(a_robot_in_another_domain_is_found_there)
     const dds_entity_t p = ros2_peer_open(test_domain());
     arm_node far = {.diagnostics =
                         ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                                         "rt/diagnostics", PEER_DEFAULT)};
+                                         "rt/diagnostics", PEER_ALL)};
 
     assert_int_not_equal(test_domain(), arm_domain());
     ros2_peer_await_writer(far.diagnostics);
@@ -458,11 +491,12 @@ static int serve(void **state)
     snprintf(
         yaml, sizeof yaml,
         "%s  - name: lonely\n    urdf: @/config/robots/arm7.urdf\n"
-        "    ros2: {enabled: yes, namespace: /lonely}\n"
+        "    ros2: {enabled: yes, namespace: /lonely, state_age_ms: 3600000}\n"
+        "  - name: old\n    urdf: @/config/robots/arm7.urdf\n"
+        "    ros2: {enabled: yes, namespace: /old, joint_efforts: efforts, state_age_ms: 100}\n"
         "  - name: far\n    urdf: @/config/robots/arm7.urdf\n"
         "    ros2: {enabled: yes, namespace: /far, domain: %u}\n",
-        arm_yaml("      services: yes\n      state_age_ms: 1000\n      command_age_ms: 1000\n"),
-        test_domain());
+        arm_yaml("      services: yes\n"), test_domain());
     harness_serve(&daemon_process, yaml, arm_settings(""));
     arm_node_open(&node);
     return 0;

@@ -20,7 +20,7 @@
 
 #define SAMPLES 6        /* valid encodings of each type */
 #define ROUNDS 150       /* of messages from each writer */
-#define GROWN_KIB 100000 /* 5 MiB were seen */
+#define GROWN_KIB 100000 /* 5 MiB were seen; queues and histories are bounded by numbers */
 
 static harness running;
 static arm_node node;
@@ -139,7 +139,7 @@ static uint32_t flood(struct random_source *seed, uint32_t size)
     for (int round = 0; round < ROUNDS; round++) {
         for (size_t k = 0; k < INPUTS; k++, written++)
             write_damaged(&writers[k], k, size, seed);
-        dds_sleepfor(DDS_USECS(500));
+        dds_sleepfor(DDS_USECS(500)); /* the publishers take turns with the daemon */
     }
     assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
     return written;

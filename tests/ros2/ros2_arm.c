@@ -25,7 +25,8 @@ const char *arm_yaml(const char *more)
              ARM "    ros2:\n      enabled: yes\n      namespace: /arm\n"
                  "      effort_commands: effort_controller/commands\n"
                  "      joint_efforts: joint_efforts\n      trajectory: trajectory\n"
-                 "      robot_description: robot_description\n      tips: [tool0, link_4]\n%s",
+                 "      robot_description: robot_description\n      tips: [tool0, link_4]\n"
+                 "      state_age_ms: 3600000\n      command_age_ms: 3600000\n%s",
              more);
     return text;
 }
@@ -40,29 +41,34 @@ const char *arm_settings(const char *more)
     return text;
 }
 
-/* Every kind of command is answered, and no answer is left over. */
-static void await_answers(const arm_node *n)
+#define COMMAND_KINDS 3
+
+/* Publishes a motion, another for each seed. @return whether it is answered soon: those before are
+ * then, too, for a topic's commands are answered in their order */
+static bool is_answered(const arm_node *n, int kind, uint64_t seed)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ answer;
-    const arm_motion m = arm_motion_of(0);
+    const arm_motion m = arm_motion_of(seed);
 
-    for (int kind = 0; kind < 3; kind++) {
-        bool answered = false;
-        for (int k = 0; k < 200 && !answered; k++) {
-            arm_publish_state(n, &m, kind);
-            if (kind == 0)
-                arm_publish_efforts(n, m.tau, JOINTS);
-            else if (kind == 1)
-                arm_publish_named_efforts(n, arm_joints, m.tau, JOINTS, kind);
-            else
-                arm_publish_trajectory(n, m.tau, kind);
-            answered =
-                ros2_peer_take(n->accelerations, &answer, 100) && answer.header.stamp.sec == kind;
-        }
-        assert_true(answered);
-    }
+    arm_publish_state(n, &m, kind);
+    if (kind == 0)
+        arm_publish_efforts(n, m.tau, JOINTS);
+    else if (kind == 1)
+        arm_publish_named_efforts(n, arm_joints, m.tau, JOINTS, kind);
+    else
+        arm_publish_trajectory(n, m.tau, kind);
     while (ros2_peer_take(n->accelerations, &answer, 200))
-        ;
+        if (answer.points._buffer[0].effort._buffer[0] == m.tau[0])
+            return true;
+    return false;
+}
+
+void arm_settle(const arm_node *n)
+{
+    static uint64_t seed = 1000000;
+
+    for (int kind = 0; kind < COMMAND_KINDS; kind++)
+        assert_true(WAIT_FOR(is_answered(n, kind, seed++)));
 }
 
 void arm_node_open(arm_node *n)
@@ -82,7 +88,7 @@ void arm_node_open(arm_node *n)
     n->accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
                                         "rt/arm/totalforce/accelerations", PEER_DEFAULT);
     n->diagnostics = ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                                      "rt/diagnostics", PEER_DEFAULT);
+                                      "rt/diagnostics", PEER_ALL);
     ros2_peer_await_reader(n->joint_states);
     ros2_peer_await_reader(n->effort_commands);
     ros2_peer_await_reader(n->joint_efforts);
@@ -90,7 +96,7 @@ void arm_node_open(arm_node *n)
     ros2_peer_await_reader(n->description);
     ros2_peer_await_writer(n->accelerations);
     ros2_peer_await_writer(n->diagnostics);
-    await_answers(n);
+    arm_settle(n);
 }
 
 void arm_node_close(arm_node *n)
@@ -154,19 +160,22 @@ void arm_publish_trajectory(const arm_node *n, const double *tau, int32_t sec)
     assert_int_equal(dds_write(n->trajectory, &sample), DDS_RETCODE_OK);
 }
 
-void arm_assert_answered(const arm_node *n)
+static bool is_command_answered(const arm_node *n)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ m;
     const arm_motion motion = arm_motion_of(4);
-    bool answered = false;
 
-    for (int k = 0; k < 100 && !answered; k++) {
-        arm_publish_state(n, &motion, 4711);
-        arm_publish_named_efforts(n, arm_joints, motion.tau, JOINTS, 4712);
-        while (!answered && ros2_peer_take(n->accelerations, &m, 100))
-            answered = m.header.stamp.sec == 4712;
-    }
-    assert_true(answered);
+    arm_publish_state(n, &motion, 4711);
+    arm_publish_named_efforts(n, arm_joints, motion.tau, JOINTS, 4712);
+    while (ros2_peer_take(n->accelerations, &m, 100))
+        if (m.header.stamp.sec == 4712)
+            return true;
+    return false;
+}
+
+void arm_assert_answered(const arm_node *n)
+{
+    assert_true(WAIT_FOR(is_command_answered(n)));
 }
 
 static void *run_witness(void *arg)
@@ -177,7 +186,7 @@ static void *run_witness(void *arg)
     for (; !atomic_load(&w->stop); w->asked++) {
         w->wrong += ask_arm(w->client, 0.1, qdd, WAIT_NS) != TFA_OK ||
                     (w->exact && memcmp(qdd, w->right, sizeof qdd) != 0);
-        dds_sleepfor(DDS_USECS(500));
+        dds_sleepfor(DDS_USECS(500)); /* leaves the processor to the others; nothing waits for it */
     }
     return NULL;
 }
@@ -192,10 +201,10 @@ void arm_witness_start(arm_witness *w, const harness *h, bool exact)
 
 void arm_witness_stop(arm_witness *w)
 {
+    assert_true(WAIT_FOR(atomic_load(&w->asked) > 100));
     atomic_store(&w->stop, true);
     pthread_join(w->thread, NULL);
     tfa_client_close(w->client);
-    assert_true(w->asked > 100);
     assert_int_equal(w->wrong, 0);
 }
 
@@ -209,21 +218,68 @@ static bool contains(const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s, const 
     return false;
 }
 
-int arm_await_diagnostic(const arm_node *n, const char *what, const char *text)
+/* @return level of the status in the next message; -1: it is not there */
+static int take_diagnostic(const arm_node *n, const char *what, const char *text)
 {
     diagnostic_msgs_msg_dds__DiagnosticArray_ sample = {0};
-    const uint64_t end = now_ns() + 10000000000u;
     int level = -1;
 
-    while (level < 0 && now_ns() < end) {
-        if (!ros2_peer_take(n->diagnostics, &sample, 100))
-            continue;
-        for (uint32_t k = 0; k < sample.status._length && level < 0; k++) {
-            const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s = &sample.status._buffer[k];
-            if (strstr(s->name, what) != NULL && contains(s, text))
-                level = s->level;
-        }
+    if (!ros2_peer_take(n->diagnostics, &sample, 0))
+        return -1;
+    for (uint32_t k = 0; k < sample.status._length && level < 0; k++) {
+        const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s = &sample.status._buffer[k];
+        if (strstr(s->name, what) != NULL && contains(s, text))
+            level = s->level;
     }
     dds_sample_free(&sample, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, DDS_FREE_CONTENTS);
     return level;
+}
+
+static int diagnostic_within(const arm_node *n, const char *what, const char *text, uint64_t ns)
+{
+    const uint64_t end = now_ns() + ns;
+    bool last = false;
+    int level;
+
+    do
+        level = take_diagnostic(n, what, text);
+    while (level < 0 && wait_again(end, &last));
+    return level;
+}
+
+int arm_await_diagnostic(const arm_node *n, const char *what, const char *text)
+{
+    return diagnostic_within(n, what, text, WAIT_NS);
+}
+
+int arm_find_diagnostic(const arm_node *n, const char *what, const char *text)
+{
+    return diagnostic_within(n, what, text, 1500000000); /* they come every second */
+}
+
+tfa_ros2_statistics arm_statistics(const harness *h, const char *robot)
+{
+    tfa_statistics *statistics;
+    tfa_snapshot *now;
+    tfa_ros2_statistics found = {0};
+
+    assert_int_equal(tfa_statistics_open(h->runtime_dir, WAIT_MS, &statistics), TFA_OK);
+    assert_int_equal(tfa_snapshot_create(statistics, &now), TFA_OK);
+    assert_int_equal(tfa_statistics_read(statistics, now), TFA_OK);
+    for (uint32_t k = 0; k < now->robot_count; k++)
+        if (strcmp(now->robots[k].served.name, robot) == 0)
+            found = now->robots[k].ros2;
+    tfa_snapshot_free(now);
+    tfa_statistics_close(statistics);
+    return found;
+}
+
+uint64_t arm_received(const harness *h, const char *robot, const char *topic)
+{
+    const tfa_ros2_statistics s = arm_statistics(h, robot);
+
+    for (uint32_t k = 0; k < s.input_count; k++)
+        if (strcmp(s.inputs[k].name, topic) == 0)
+            return s.inputs[k].received;
+    return 0;
 }

@@ -13,6 +13,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <totalforce/dynamics.h>
+#include <totalforce/statistics.h>
 
 #define JOINTS 7
 
@@ -33,7 +34,8 @@ extern char *arm_joints[JOINTS];
 
 /** The domain of arm_settings and arm_node_open. */
 uint32_t arm_domain(void);
-/** The YAML of the arm with all its topics below /arm; `more` other keys of its ros2 section. */
+/** The YAML of the arm with all its topics below /arm, where nothing is ever too old; `more` other
+ * keys of its ros2 section. */
 const char *arm_yaml(const char *more);
 /** The top-level keys: ros2 in the test's domain; `more` others. */
 const char *arm_settings(const char *more);
@@ -43,6 +45,8 @@ void arm_node_open(arm_node *node);
 void arm_node_close(arm_node *node);
 /** Repeats a command until the answer to it comes. */
 void arm_assert_answered(const arm_node *node);
+/** Every answer to a command of before has come, and is taken. Publishes other motions. */
+void arm_settle(const arm_node *node);
 /** A motion of the arm, another for each seed. */
 arm_motion arm_motion_of(uint64_t seed);
 /** Publishes positions and velocities of all joints with this stamp. */
@@ -61,13 +65,20 @@ typedef struct arm_witness {
     tfa_client *client;
     double right[JOINTS]; /* the answer at the start */
     bool exact;           /* every answer has the same bits */
-    uint32_t asked, wrong;
+    _Atomic uint32_t asked;
+    uint32_t wrong;
 } arm_witness;
 void arm_witness_start(arm_witness *w, const harness *h, bool exact);
-/** Asserts that it has asked often and was answered right. */
+/** Waits until it has asked often; asserts that it was answered right. */
 void arm_witness_stop(arm_witness *w);
 /** Waits for a diagnostic status whose name contains `what` and whose message or values contain
- * `text`. @return its level, -1: none came in 10 s */
+ * `text`. @return its level, -1: none came */
 int arm_await_diagnostic(const arm_node *node, const char *what, const char *text);
+/** The same for a while: where what causes it is published again. */
+int arm_find_diagnostic(const arm_node *node, const char *what, const char *text);
+/** What a daemon has counted of a robot's topics. */
+tfa_ros2_statistics arm_statistics(const harness *h, const char *robot);
+/** Messages that it has read from an input, "/arm/joint_states". */
+uint64_t arm_received(const harness *h, const char *robot, const char *topic);
 
 #endif

@@ -6,6 +6,7 @@
 #include "ros2_peer.h"
 
 #include "ros2/type_hash.h"
+#include "support/wait.h"
 #include "test.h"
 
 static dds_qos_t *make_qos(const dds_topic_descriptor_t *type, ros2_peer_qos kind)
@@ -16,10 +17,10 @@ static dds_qos_t *make_qos(const dds_topic_descriptor_t *type, ros2_peer_qos kin
 
     dds_qset_reliability(
         qos, kind == PEER_SENSOR ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE,
-        DDS_SECS(1));
+        (dds_duration_t)WAIT_NS);
     dds_qset_durability(qos, kind == PEER_TRANSIENT_LOCAL ? DDS_DURABILITY_TRANSIENT_LOCAL
                                                           : DDS_DURABILITY_VOLATILE);
-    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST,
+    dds_qset_history(qos, kind == PEER_ALL ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST,
                      kind == PEER_TRANSIENT_LOCAL ? 1
                      : kind == PEER_SENSOR        ? 5
                                                   : 10);
@@ -70,36 +71,42 @@ dds_entity_t ros2_peer_reader(dds_entity_t participant, const dds_topic_descript
     return make_endpoint(dds_create_reader, participant, type, topic, kind);
 }
 
-void ros2_peer_await_reader(dds_entity_t writer)
+static bool has_reader(dds_entity_t writer)
 {
     dds_publication_matched_status_t status = {0};
 
-    for (int i = 0; i < 10000 && status.current_count == 0; i++) {
-        assert_int_equal(dds_get_publication_matched_status(writer, &status), DDS_RETCODE_OK);
-        dds_sleepfor(DDS_MSECS(1));
-    }
-    assert_true(status.current_count > 0);
+    assert_int_equal(dds_get_publication_matched_status(writer, &status), DDS_RETCODE_OK);
+    return status.current_count > 0;
+}
+
+static bool has_writer(dds_entity_t reader)
+{
+    dds_subscription_matched_status_t status = {0};
+
+    assert_int_equal(dds_get_subscription_matched_status(reader, &status), DDS_RETCODE_OK);
+    return status.current_count > 0;
+}
+
+void ros2_peer_await_reader(dds_entity_t writer)
+{
+    assert_true(WAIT_FOR(has_reader(writer)));
 }
 
 void ros2_peer_await_writer(dds_entity_t reader)
 {
-    dds_subscription_matched_status_t status = {0};
-
-    for (int i = 0; i < 10000 && status.current_count == 0; i++) {
-        assert_int_equal(dds_get_subscription_matched_status(reader, &status), DDS_RETCODE_OK);
-        dds_sleepfor(DDS_MSECS(1));
-    }
-    assert_true(status.current_count > 0);
+    assert_true(WAIT_FOR(has_writer(reader)));
 }
 
 bool ros2_peer_take(dds_entity_t reader, void *sample, int timeout_ms)
 {
+    const uint64_t end = now_ns() + 1000000u * (uint64_t)timeout_ms;
     dds_sample_info_t info;
+    bool last = false;
 
-    for (int i = 0; i <= 2 * timeout_ms; i++) {
-        if (dds_take(reader, &sample, &info, 1, 1) == 1 && info.valid_data)
-            return true;
-        dds_sleepfor(DDS_USECS(500));
-    }
+    do
+        while (dds_take(reader, &sample, &info, 1, 1) == 1)
+            if (info.valid_data)
+                return true;
+    while (wait_again(end, &last));
     return false;
 }

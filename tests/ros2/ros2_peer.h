@@ -15,6 +15,7 @@ typedef enum ros2_peer_qos {
     PEER_DEFAULT,         /**< reliable, volatile, keep last 10 */
     PEER_SENSOR,          /**< best effort, volatile, keep last 5 */
     PEER_TRANSIENT_LOCAL, /**< reliable, transient local, keep last 1 */
+    PEER_ALL,             /**< reliable, volatile, keep all: for what a slow test must not lose */
 } ros2_peer_qos;
 
 /** A participant. */
@@ -27,7 +28,8 @@ dds_entity_t ros2_peer_reader(dds_entity_t participant, const dds_topic_descript
 /** Waits until the endpoint has a partner. */
 void ros2_peer_await_reader(dds_entity_t writer);
 void ros2_peer_await_writer(dds_entity_t reader);
-/** Takes a sample; waits for one. */
+/** Takes a sample; waits for one. WAIT_MS where one must come; less in a loop that publishes again,
+ * for what is sent before the other side has matched is lost. 0: one that has come */
 bool ros2_peer_take(dds_entity_t reader, void *sample, int timeout_ms);
 
 /** A sequence of texts or numbers as a member of a sample. */

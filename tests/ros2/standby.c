@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Two daemons for one robot on topics of ROS 2: each command has one answer, the standby writes
- * nothing, and it answers when the leader has died.
+ * Daemons for one robot on topics of ROS 2: each command has one answer, a standby writes nothing,
+ * and one answers when the leader has died or ends.
  */
 #include "dds/dds_test.h"
 
@@ -12,7 +12,7 @@
 #include <signal.h>
 #include <string.h>
 
-static harness first, second;
+static harness first, second, third;
 static arm_node node;
 
 /* The participant that wrote a sample. */
@@ -28,115 +28,197 @@ static dds_guid_t writer_of(dds_entity_t reader, dds_instance_handle_t handle)
     return guid;
 }
 
-/* Takes samples for a while. @return how many; `from` gets the participant, all of one */
-static unsigned take_for(dds_entity_t reader, const dds_topic_descriptor_t *type, unsigned ms,
-                         dds_guid_t *from)
+/* Takes a sample that has come. */
+static bool take(dds_entity_t reader, void *sample, dds_guid_t *from)
 {
-    const uint64_t end = now_ns() + 1000000u * (uint64_t)ms;
-    void *sample = calloc(1, type->m_size);
-    unsigned count = 0;
+    dds_sample_info_t info;
 
-    assert_non_null(sample);
-    while (now_ns() < end) {
-        dds_sample_info_t info;
-        if (dds_take(reader, &sample, &info, 1, 1) != 1) {
-            dds_sleepfor(DDS_MSECS(1));
-            continue;
+    while (dds_take(reader, &sample, &info, 1, 1) == 1)
+        if (info.valid_data) {
+            *from = writer_of(reader, info.publication_handle);
+            return true;
         }
-        if (!info.valid_data)
-            continue;
-        const dds_guid_t writer = writer_of(reader, info.publication_handle);
-        if (count++ > 0)
-            assert_memory_equal(&writer, from, sizeof writer);
-        *from = writer;
-    }
-    dds_sample_free(sample, type, DDS_FREE_ALL);
-    return count;
+    return false;
 }
 
-static unsigned take_answers(unsigned ms, dds_guid_t *from)
+/* Publishes a command. @return its stamp, which no other has */
+static int32_t publish(void)
 {
-    return take_for(node.accelerations, &trajectory_msgs_msg_dds__JointTrajectory__desc, ms, from);
+    static int32_t stamp = 1000;
+    const arm_motion m = arm_motion_of((uint64_t)++stamp);
+
+    arm_publish_state(&node, &m, stamp);
+    arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, stamp);
+    return stamp;
 }
 
-/* Publishes a motion. @return answers that came, none after a while */
-static unsigned answers_to(uint64_t seed, dds_guid_t *from)
+/* The next answer. @return its stamp */
+static int32_t await_answer(dds_guid_t *from)
 {
-    const arm_motion m = arm_motion_of(seed);
-    unsigned answers = 0;
+    static trajectory_msgs_msg_dds__JointTrajectory_ answer;
 
-    arm_publish_state(&node, &m, (int32_t)seed);
-    arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, (int32_t)seed);
-    for (int k = 0; k < 100 && answers == 0; k++)
-        answers = take_answers(5, from);
-    return answers;
+    assert_true(WAIT_FOR(take(node.accelerations, &answer, from)));
+    return answer.header.stamp.sec;
+}
+
+#define EFFORTS "/arm/joint_efforts"
+
+/* Has the daemon, and it may be the standby, read a command of now? */
+static bool reads_commands(const harness *h)
+{
+    const uint64_t before = arm_received(h, "arm", EFFORTS);
+
+    (void)publish();
+    sleep_ms(20); /* between two commands */
+    return arm_received(h, "arm", EFFORTS) > before;
 }
 
 #define COMMANDS 30
 
-/* Waits until there is an answer; then there is one to each command, all of one participant. */
-static dds_guid_t assert_one_answers(void)
+/* Answers of before are taken: all are of this participant. */
+static void take_answers(const dds_guid_t *expected)
 {
-    dds_guid_t from = {{0}}, next;
-    unsigned answers = 0;
+    const int32_t last = publish();
+    dds_guid_t from;
 
-    for (uint64_t k = 0; k < 100 && answers == 0; k++)
-        answers = answers_to(k, &from);
-    assert_true(answers > 0);
-    while (take_answers(300, &next) > 0)
-        ;
-    answers = 0;
-    for (uint64_t k = 0; k < COMMANDS; k++) {
-        answers += answers_to(k, &next);
-        assert_memory_equal(&next, &from, sizeof from);
+    for (int32_t stamp = 0; stamp != last;) {
+        stamp = await_answer(&from);
+        assert_memory_equal(&from, expected, sizeof from);
     }
-    assert_int_equal(answers + take_answers(300, &next), COMMANDS);
+}
+
+/* Who answers? */
+static dds_guid_t find_leader(void)
+{
+    dds_guid_t from;
+
+    arm_settle(&node);
+    const int32_t stamp = publish();
+    assert_int_equal(await_answer(&from), stamp);
     return from;
 }
 
-/* Two daemons and a node. @param domain  of the daemons' own topics */
-static void open_all(uint32_t domain)
+/* There is one answer to each command, all of the leader; the standby has read commands, and its
+ * answers would have come, for it answers before it counts. */
+static void assert_one_answers(const dds_guid_t *leader, const harness *standby)
+{
+    dds_guid_t from;
+
+    take_answers(leader);
+    for (int k = 0; k < COMMANDS; k++) {
+        const int32_t stamp = publish();
+        assert_int_equal(await_answer(&from), stamp);
+        assert_memory_equal(&from, leader, sizeof from);
+    }
+    if (standby != NULL)
+        assert_true(WAIT_FOR(reads_commands(standby)));
+    take_answers(leader);
+}
+
+/* ---- two daemons ---- */
+
+/* A leader that is silent for its lease is replaced, rightly, and so is one that gets no processor.
+ * The first daemon, whose end a test waits for, has a short lease; while it leads beside another
+ * nothing is said about who answers. Those that take over have a long lease: they lead for good. */
+#define SHORT_LEASE 200
+#define LONG_LEASE 60000
+
+static void make(harness *h, uint32_t domain, unsigned lease_ms, unsigned priority)
 {
     char more[128];
 
-    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u}\n", domain);
-    const char *settings = arm_settings(more);
-    const char *yaml = arm_yaml("      state_age_ms: 1000\n      command_age_ms: 1000\n");
-    harness_serve(&first, yaml, settings);
-    assert_true(harness_logged(&first, "leads, epoch"));
-    harness_serve(&second, yaml, settings);
-    assert_true(harness_logged(&second, "standby, the leader has"));
-    arm_node_open(&node);
-    dds_sleepfor(DDS_MSECS(1200)); /* the other daemon has matched, too */
+    snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %u, priority: %u}\n",
+             domain, lease_ms, priority);
+    harness_make(h, arm_yaml(""), arm_settings(more));
 }
 
-static void close_all(void)
+static uint32_t known_daemons(void)
+{
+    dds_subscription_matched_status_t status = {0};
+    assert_int_equal(dds_get_subscription_matched_status(node.accelerations, &status),
+                     DDS_RETCODE_OK);
+    return status.total_count;
+}
+
+/* A daemon beside the leader: it has matched, too. */
+static void join(harness *h)
+{
+    const uint32_t daemons = known_daemons();
+
+    harness_start(h, "arm");
+    assert_true(harness_logged(h, "standby, the leader has"));
+    assert_true(WAIT_FOR(known_daemons() > daemons));
+    assert_true(WAIT_FOR(reads_commands(h)));
+}
+
+/* Two daemons and a node. @param domain  of the daemons' own topics
+ * @return the participant of the first, which answers while it is alone */
+static dds_guid_t open_all(uint32_t domain)
+{
+    make(&first, domain, SHORT_LEASE, 0);
+    make(&second, domain, LONG_LEASE, 1);
+    harness_start(&first, "arm");
+    assert_true(harness_logged(&first, "leads, epoch"));
+    arm_node_open(&node);
+    const dds_guid_t alone = find_leader();
+    assert_one_answers(&alone, NULL);
+    join(&second);
+    return alone;
+}
+
+/* With the daemon that is left. */
+static void close_all(harness *last)
 {
     arm_node_close(&node);
-    assert_int_equal(harness_stop(&second, SIGTERM), 0);
-    harness_remove(&second);
-    harness_remove(&first);
+    assert_int_equal(harness_stop(last, SIGTERM), 0);
+    harness_remove(last);
+}
+
+/* What comes while commands are published is of this participant. */
+static void assert_writer(dds_entity_t reader, const dds_topic_descriptor_t *type, unsigned least,
+                          const dds_guid_t *expected)
+{
+    void *sample = calloc(1, type->m_size);
+    dds_guid_t from;
+
+    assert_non_null(sample);
+    while (take(reader, sample, &from))
+        ; /* of a leader before */
+    for (unsigned count = 0; count < least; count++) {
+        assert_true(WAIT_FOR(((void)publish(), take(reader, sample, &from))));
+        assert_memory_equal(&from, expected, sizeof from);
+    }
+    dds_sample_free(sample, type, DDS_FREE_ALL);
+}
+
+/* Diagnostics are those of the leader alone. */
+static void assert_reports(const dds_guid_t *leader)
+{
+    assert_writer(node.diagnostics, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, 2, leader);
 }
 
 static void check_takeover(uint32_t domain)
 {
-    const dds_topic_descriptor_t *diagnostics = &diagnostic_msgs_msg_dds__DiagnosticArray__desc;
-    dds_guid_t from;
+    const dds_guid_t before = open_all(domain);
 
-    open_all(domain);
-    const dds_guid_t leader = assert_one_answers();
-    (void)take_for(node.diagnostics, diagnostics, 10, &from);
-    assert_in_range(take_for(node.diagnostics, diagnostics, 2500, &from), 1, 4);
-    assert_memory_equal(&from, &leader, sizeof from);
-
+    make(&third, domain, LONG_LEASE, 0);
+    join(&third);
     (void)harness_stop(&first, SIGKILL);
     assert_true(harness_logged(&second, "leads, epoch"));
-    const dds_guid_t next = assert_one_answers();
+    const dds_guid_t leader = find_leader();
+    assert_memory_not_equal(&leader, &before, sizeof leader);
+    assert_one_answers(&leader, &third);
+    assert_reports(&leader);
+
+    assert_int_equal(harness_stop(&second, SIGTERM), 0);
+    assert_true(harness_logged(&third, "leads, epoch"));
+    const dds_guid_t next = find_leader();
     assert_memory_not_equal(&next, &leader, sizeof next);
-    while (take_for(node.diagnostics, diagnostics, 100, &from) == 0)
-        ;
-    assert_memory_equal(&from, &next, sizeof from);
-    close_all();
+    assert_one_answers(&next, NULL);
+    assert_reports(&next);
+    harness_remove(&first);
+    harness_remove(&second);
+    close_all(&third);
 }
 
 TEST(one_daemon_answers_and_another_takes_over)
@@ -165,36 +247,11 @@ static const struct {
 
 #define OUTPUTS (sizeof outputs / sizeof *outputs)
 
-/* Those of the leader before */
-static void discard_samples(dds_entity_t reader, const dds_topic_descriptor_t *type)
-{
-    void *sample = calloc(1, type->m_size);
-    dds_sample_info_t info;
-
-    assert_non_null(sample);
-    while (dds_take(reader, &sample, &info, 1, 1) == 1)
-        ;
-    dds_sample_free(sample, type, DDS_FREE_ALL);
-}
-
 /* What is written while states come is all of this participant. */
 static void assert_only_one_writes(const dds_entity_t *readers, const dds_guid_t *expected)
 {
-    const arm_motion m = arm_motion_of(3);
-
-    for (size_t k = 0; k < OUTPUTS; k++) {
-        unsigned count = 0;
-        discard_samples(readers[k], outputs[k].type);
-        for (int i = 0; i < 500 && count < outputs[k].least; i++) {
-            dds_guid_t from;
-            arm_publish_state(&node, &m, i);
-            const unsigned more = take_for(readers[k], outputs[k].type, 20, &from);
-            if (more > 0)
-                assert_memory_equal(&from, expected, sizeof from);
-            count += more;
-        }
-        assert_true(count >= outputs[k].least);
-    }
+    for (size_t k = 0; k < OUTPUTS; k++)
+        assert_writer(readers[k], outputs[k].type, outputs[k].least, expected);
 }
 
 /* The arm with another mass, as a description. */
@@ -221,10 +278,21 @@ static char *heavy_arm(tfa_workspace **workspace, tfa_model **model)
     return text;
 }
 
-/* Is the next answer of this model, soon? */
-static void await_model(tfa_workspace *workspace)
+/* Publishes a command. @return whether the next answer has this acceleration */
+static bool has_acceleration(const double qdd[JOINTS])
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ got;
+    const arm_motion m = arm_motion_of(77);
+
+    arm_publish_state(&node, &m, 1);
+    arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, 1);
+    return ros2_peer_take(node.accelerations, &got, 50) &&
+           memcmp(got.points._buffer[0].accelerations._buffer, qdd, JOINTS * sizeof *qdd) == 0;
+}
+
+/* Answers become those of this model. */
+static void await_model(tfa_workspace *workspace)
+{
     const arm_motion m = arm_motion_of(77);
     const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
                                  .refine = TFA_REFINE_DEFAULT,
@@ -234,16 +302,9 @@ static void await_model(tfa_workspace *workspace)
                                  .tau = m.tau};
     double qdd[JOINTS];
     tfa_reply reply = {.qdd = qdd};
-    bool same = false;
 
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
-    for (int k = 0; k < 200 && !same; k++) {
-        arm_publish_state(&node, &m, 1);
-        arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, 1);
-        same = ros2_peer_take(node.accelerations, &got, 50) &&
-               memcmp(got.points._buffer[0].accelerations._buffer, qdd, sizeof qdd) == 0;
-    }
-    assert_true(same);
+    assert_true(WAIT_FOR(has_acceleration(qdd)));
 }
 
 /* A leader that was stopped is silent when it goes on; the description is that of both. */
@@ -254,31 +315,32 @@ TEST(a_stopped_leader_comes_back_and_is_silent)
     char *text = heavy_arm(&workspace, &model);
     dds_entity_t readers[OUTPUTS];
     const std_msgs_msg_dds__String_ description = {text};
+    const dds_guid_t before = open_all(test_domain());
 
-    open_all(test_domain());
     for (size_t k = 0; k < OUTPUTS; k++)
         readers[k] =
             ros2_peer_reader(node.participant, outputs[k].type, outputs[k].topic, PEER_DEFAULT);
     assert_int_equal(dds_write(node.description, &description), DDS_RETCODE_OK);
     await_model(workspace);
+    assert_true(harness_logged(&first, "reload: done, 1 of 1"));
     assert_true(harness_logged(&second, "reload: done, 1 of 1"));
-    const dds_guid_t leader = assert_one_answers();
-    assert_only_one_writes(readers, &leader);
 
     harness_pause(&first);
     assert_true(harness_logged(&second, "leads, epoch"));
     await_model(workspace);
-    const dds_guid_t next = assert_one_answers();
-    assert_memory_not_equal(&next, &leader, sizeof next);
+    const dds_guid_t leader = find_leader();
+    assert_memory_not_equal(&leader, &before, sizeof leader);
+    assert_one_answers(&leader, NULL);
     assert_int_equal(kill(first.pid, SIGCONT), 0);
+    assert_one_answers(&leader, &first);
     assert_true(harness_logged(&first, "standby, the leader has"));
-    const dds_guid_t last = assert_one_answers();
-    assert_memory_equal(&last, &next, sizeof last);
-    assert_only_one_writes(readers, &next);
+    assert_one_answers(&leader, &first);
+    assert_only_one_writes(readers, &leader);
     await_model(workspace);
 
     assert_int_equal(harness_stop(&first, SIGTERM), 0);
-    close_all();
+    harness_remove(&first);
+    close_all(&second);
     tfa_workspace_free(workspace);
     tfa_model_free(model);
     free(text);

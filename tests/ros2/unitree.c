@@ -18,7 +18,6 @@
 #include <string.h>
 
 #define LEGS 12
-#define TIMES 50 /* a message that is sent before the other side has matched is lost */
 
 /* Joints as the robot numbers its motors: FR, FL, RR, RL. The model begins with FL. */
 static char *motor_joints[LEGS] = {
@@ -35,7 +34,9 @@ static harness running;
 static arm_node node; /* its diagnostics only */
 static tfa_model *model;
 static tfa_workspace *workspace;
-static dds_entity_t go, hg, go_efforts, hg_efforts, go_answers, hg_answers;
+/* Nothing of the first two is ever too old; what the last one has heard is soon. */
+static dds_entity_t go, go_efforts, go_answers, hg, hg_efforts, hg_answers;
+static dds_entity_t old, old_efforts, old_answers;
 
 /* A state as the robot has it: single precision, in the order of its motors. */
 typedef struct motion {
@@ -134,24 +135,33 @@ static void publish_efforts(dds_entity_t writer, const motion *m)
     assert_int_equal(dds_write(writer, &sample), DDS_RETCODE_OK);
 }
 
-/* Publishes until there is an answer to this motion. */
+/* Publishes the motion with an effort that no message of before had. @return whether the answer
+ * comes soon; no answer to a command of before is then left */
+static bool is_answered(dds_entity_t state, const void *low_state, dds_entity_t efforts,
+                        dds_entity_t answers, motion m)
+{
+    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
+    static double effort = 1;
+    double qdd[LEGS];
+
+    m.tau[0] = effort += 0.001;
+    expect(&m, qdd);
+    assert_int_equal(dds_write(state, low_state), DDS_RETCODE_OK);
+    publish_efforts(efforts, &m);
+    while (ros2_peer_take(answers, &sample, 200)) {
+        assert_int_equal(sample.header.stamp.sec, 3);
+        assert_int_equal(sample.joint_names._length, LEGS);
+        if (memcmp(sample.points._buffer[0].accelerations._buffer, qdd, sizeof qdd) == 0)
+            return true;
+    }
+    return false;
+}
+
+/* Publishes until the answer comes: what is sent before the other side has matched is lost. */
 static void assert_answer(dds_entity_t state, const void *low_state, dds_entity_t efforts,
                           dds_entity_t answers, const motion *m)
 {
-    static trajectory_msgs_msg_dds__JointTrajectory_ sample;
-    double qdd[LEGS];
-    bool answered = false;
-
-    expect(m, qdd);
-    for (int i = 0; i < TIMES && !answered; i++) {
-        assert_int_equal(dds_write(state, low_state), DDS_RETCODE_OK);
-        publish_efforts(efforts, m);
-        answered = ros2_peer_take(answers, &sample, 200) &&
-                   memcmp(sample.points._buffer[0].accelerations._buffer, qdd, sizeof qdd) == 0;
-    }
-    assert_true(answered);
-    assert_int_equal(sample.header.stamp.sec, 3);
-    assert_int_equal(sample.joint_names._length, LEGS);
+    assert_true(WAIT_FOR(is_answered(state, low_state, efforts, answers, *m)));
 }
 
 TEST(motors_become_joints_and_the_imu_the_base)
@@ -199,11 +209,12 @@ TEST(a_robot_that_falls_silent_is_stale)
     const unitree_go_msg_dds__LowState_ dog = go_state(&m);
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
 
-    assert_answer(go, &dog, go_efforts, go_answers, &m);
-    dds_sleepfor(DDS_MSECS(1200)); /* the limit is 1 s */
-    publish_efforts(go_efforts, &m);
-    assert_false(ros2_peer_take(go_answers, &sample, 100));
-    assert_int_equal(arm_await_diagnostic(&node, "dog/totalforce: /lowstate", "the limit is"), 3);
+    assert_answer(old, &dog, old_efforts, old_answers, &m);
+    assert_int_equal(
+        arm_await_diagnostic(&node, "old/totalforce: /old/lowstate", "the limit is 500 ms"), 3);
+    publish_efforts(old_efforts, &m);
+    assert_true(arm_await_diagnostic(&node, "old/totalforce: answers", "is too old") > 0);
+    assert_false(ros2_peer_take(old_answers, &sample, 0));
 }
 
 /* Fewer motors than the type has: the message is shorter, Cyclone does not deliver it. */
@@ -243,11 +254,13 @@ TEST(nothing_is_written_to_the_robot)
     (void)dds_return_loan(reader, found, count);
 }
 
-#define ROBOT(name, type, more)                                                                    \
+#define ROBOT(name, type, age, more)                                                               \
     "  - name: " name "\n    urdf: @/config/robots/quadruped.urdf\n    base: floating\n"           \
     "    ros2:\n      enabled: yes\n      namespace: /" name "\n      joint_efforts: efforts\n"    \
-    "      state_age_ms: 1000\n      command_age_ms: 1000\n"                                       \
+    "      state_age_ms: " age "\n      command_age_ms: 3600000\n"                                 \
     "      unitree:\n        type: " type "\n" more
+
+#define LONG_AGE "3600000"
 
 static dds_entity_t answers_of(const char *topic)
 {
@@ -266,8 +279,11 @@ static void open_node(void)
     hg_efforts = ros2_peer_writer(p, efforts, "rt/man/efforts", PEER_DEFAULT);
     go_answers = answers_of("rt/dog/totalforce/accelerations");
     hg_answers = answers_of("rt/man/totalforce/accelerations");
+    old = ros2_peer_writer(p, &unitree_go_msg_dds__LowState__desc, "rt/old/lowstate", PEER_DEFAULT);
+    old_efforts = ros2_peer_writer(p, efforts, "rt/old/efforts", PEER_DEFAULT);
+    old_answers = answers_of("rt/old/totalforce/accelerations");
     node.diagnostics = ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
-                                        "rt/diagnostics", PEER_DEFAULT);
+                                        "rt/diagnostics", PEER_ALL);
 }
 
 static int serve(void **state)
@@ -281,12 +297,14 @@ static int serve(void **state)
     snprintf(more, sizeof more,
              "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n", test_domain());
     harness_make(&running,
-                 ROBOT("dog", "go", "        motors: [" MOTORS "]\n")
-                     ROBOT("man", "hg",
+                 ROBOT("dog", "go", LONG_AGE, "        motors: [" MOTORS "]\n")
+                     ROBOT("man", "hg", LONG_AGE,
                            "        topic: /man/lowstate\n        motors: [-, -, -, -, -, -, -, -, "
                            "-, -, -, -, -, -, -, " MOTORS "]\n")
-                         ROBOT("mute", "hg",
-                               "        topic: /mute/lowstate\n        motors: [" MOTORS "]\n"),
+                         ROBOT("mute", "hg", LONG_AGE,
+                               "        topic: /mute/lowstate\n        motors: [" MOTORS "]\n")
+                             ROBOT("old", "go", "500",
+                                   "        topic: /old/lowstate\n        motors: [" MOTORS "]\n"),
                  more);
     harness_start(&running, "dog");
     open_node();

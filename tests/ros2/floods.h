@@ -27,7 +27,7 @@ typedef struct flooder {
     uint32_t domain;
     pthread_t thread;
     _Atomic bool stop;
-    uint64_t written;
+    _Atomic uint64_t written;
 } flooder;
 
 /** The first one goes to another topic: the cost of a publisher by itself, on the processors of

@@ -24,6 +24,12 @@ void test_register(const char *name, CMUnitTestFunction run, int line);
 /** What a main of a file's own returns. @return how many tests failed */
 int test_run(CMFixtureFunction setup, CMFixtureFunction teardown);
 
+/** How many seeds a law takes: `many` where TEST_LONG is set, in the ctest entry NAME_long. */
+static inline uint32_t test_extent(uint32_t few, uint32_t many)
+{
+    return getenv("TEST_LONG") ? many : few;
+}
+
 /** TEST(name) { ... }: registered before main; `state` is cmocka's. */
 #define TEST(name)                                                                                 \
     static void name(void **state);                                                                \

@@ -10,13 +10,6 @@
 
 #include <glob.h>
 
-/* of each kind of random robot */
-#ifdef TFA_INSTRUMENTED
-#define SEEDS 1
-#else
-#define SEEDS 3
-#endif
-
 static const struct {
     const char *name;
     random_robot_options options;
@@ -33,6 +26,12 @@ static const struct {
     {"mixed tree of 24", {RANDOM_BRANCHING, 24, true, 0.4, 0.3, true}},
 };
 #define KINDS ((uint32_t)(sizeof kinds / sizeof *kinds))
+
+/* Random robots of each kind */
+static uint32_t count_seeds(void)
+{
+    return test_extent(1, 3);
+}
 
 /* File number `index`, in alphabetical order, our own first. 1 when there is one. */
 static int find_file(uint32_t index, char *path, size_t size, bool *own)
@@ -76,9 +75,9 @@ static void give_up(const test_robot *robot, const tfa_report *report, bool own)
 
 static void make_random(uint32_t index, test_robot *robot)
 {
-    uint32_t kind = index / SEEDS;
+    uint32_t kind = index / count_seeds();
     robot->random = true;
-    robot->seed = 1 + index % SEEDS;
+    robot->seed = 1 + index % count_seeds();
     snprintf(robot->name, sizeof robot->name, "%s, seed %u, %s base", kinds[kind].name,
              (unsigned)robot->seed, robot->base == TFA_BASE_FLOATING ? "floating" : "fixed");
     robot->description = random_robot_create(robot->seed * 1000 + kind, &kinds[kind].options);
@@ -164,11 +163,12 @@ int fixture_open(uint32_t index, tfa_base base, test_robot *robot)
 {
     tfa_report report = {0};
     bool own = true;
+    const uint32_t random = KINDS * count_seeds();
     *robot = (test_robot){.base = base};
-    if (index < KINDS * SEEDS) {
+    if (index < random) {
         make_random(index, robot);
     } else {
-        int found = load_file(index - KINDS * SEEDS, robot, &report, &own);
+        int found = load_file(index - random, robot, &report, &own);
         if (found != 1) {
             tfa_report_free(&report);
             return found;
@@ -195,7 +195,7 @@ void fixture_close(test_robot *robot)
 void for_every_robot(void (*law)(test_robot *robot), bool random_only)
 {
     int found = 1;
-    for (uint32_t index = 0; found && !(random_only && index == KINDS * SEEDS); index++)
+    for (uint32_t index = 0; found && !(random_only && index == KINDS * count_seeds()); index++)
         for (int base = 0; base < 2; base++) {
             test_robot robot;
             found = fixture_open(index, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED, &robot);

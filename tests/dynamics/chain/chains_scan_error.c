@@ -9,9 +9,14 @@
 #include "support/fixture.h"
 #include "test.h"
 
-enum { STATES = 7, RIVALS = 3 };
+enum { STATES = 7, RIVALS = 3 }; /* STATES at most, see count_states */
 static const tfa_method rivals[RIVALS] = {TFA_METHOD_ABA, TFA_METHOD_SCAN,
                                           TFA_METHOD_SCAN_TWO_PASS};
+
+static uint32_t count_states(void)
+{
+    return test_extent(3, STATES);
+}
 
 /* tau that gives random accelerations; random; none, at rest */
 typedef enum right_side { SIDE_QDD, SIDE_TAU, SIDE_GRAVITY, RIGHT_SIDES } right_side;
@@ -118,7 +123,7 @@ typedef double cell[RIGHT_SIDES][RIVALS][STATES];
 
 static void fill(chain_mechanism mechanism, uint32_t links, cell error)
 {
-    for (uint64_t state = 0; state < STATES; state++) {
+    for (uint64_t state = 0; state < count_states(); state++) {
         test_case x;
         test_case_open(&x, mechanism, links, state + 1);
         for (int side = 0; side < RIGHT_SIDES; side++) {
@@ -145,16 +150,16 @@ static struct tally {
 static void check(chain_mechanism mechanism, uint32_t links, right_side side,
                   double error[RIVALS][STATES], size_t m)
 {
-    const double usual = fmax(median(error[0], STATES), FLOOR);
+    const double usual = fmax(median(error[0], count_states()), FLOOR);
     struct tally *all = &tallies[m];
     double ratio[STATES], worst = 0;
-    for (size_t k = 0; k < STATES; k++) {
+    for (size_t k = 0; k < count_states(); k++) {
         ratio[k] = error[m][k] / fmax(error[0][k], FLOOR);
         worst = fmax(worst, error[m][k] / fmax(error[0][k], usual));
         if (error[0][k] > FLOOR)
             all->ratio[all->count++] = ratio[k];
     }
-    const double middle = median(ratio, STATES);
+    const double middle = median(ratio, count_states());
     all->worst_median = fmax(all->worst_median, middle);
     const double most = rivals[m] == TFA_METHOD_SCAN ? MEDIAN_ONE_PASS
                         : links > 1024               ? MEDIAN_LONGEST

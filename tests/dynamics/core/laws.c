@@ -9,8 +9,13 @@
 #include "support/fixture.h"
 #include "test.h"
 
-#define STATES 3
+#define STATES 3 /* at most, see count_states */
 #define WRENCHES 3
+
+static uint32_t count_states(void)
+{
+    return test_extent(2, STATES);
+}
 
 /* One method with a number of refinement steps, and what it may lose. */
 struct way {
@@ -95,7 +100,7 @@ static double acceleration_error(const test_robot *robot, const double *qdd, con
 
 static void forward_dynamics(test_robot *robot)
 {
-    random_states *x = fixture_states(robot, 0, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 0, count_states(), WRENCHES);
     tfa_request r = fixture_request(robot, x);
     double *qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *qdd);
     double *want = calloc((size_t)STATES * robot->nv + 1, sizeof *want);
@@ -105,7 +110,7 @@ static void forward_dynamics(test_robot *robot)
         r.frame = (tfa_reference_frame)(pass % 3);
         r.v = pass < 3 ? x->v : NULL;
         r.base_twist = pass < 3 && robot->base == TFA_BASE_FLOATING ? x->base_twist : NULL;
-        for (uint32_t k = 0; k < STATES; k++) {
+        for (uint32_t k = 0; k < x->count; k++) {
             oracle_set_state(robot->o, &r, k);
             oracle_forward(robot->o, x->tau + (size_t)k * robot->nv, x->base_wrench + 6 * k,
                            want + (size_t)k * robot->nv, want_base + 6 * k);
@@ -119,7 +124,7 @@ static void forward_dynamics(test_robot *robot)
             r.refine = way->refine;
             r.estimate = TFA_ESTIMATE_NEVER;
             compute_ok(robot, workspace_of(robot, way), &r, &reply);
-            for (uint32_t k = 0; k < STATES; k++) {
+            for (uint32_t k = 0; k < x->count; k++) {
                 double error = acceleration_error(robot, qdd + (size_t)k * robot->nv, base + 6 * k,
                                                   want + (size_t)k * robot->nv, want_base + 6 * k);
                 assert_within(robot, way->name, error, way->bound, &way->worst);
@@ -157,7 +162,7 @@ static struct way mass_ways[] = {
 
 static void inverse_dynamics(test_robot *robot)
 {
-    random_states *x = fixture_states(robot, 7, STATES, WRENCHES);
+    random_states *x = fixture_states(robot, 7, count_states(), WRENCHES);
     tfa_request r = fixture_request(robot, x);
     double *tau = calloc((size_t)STATES * robot->nv + 1, sizeof *tau);
     double *want = calloc(robot->nv + 1, sizeof *want);
@@ -168,7 +173,7 @@ static void inverse_dynamics(test_robot *robot)
         tfa_reply reply = {.tau = tau, .base_wrench = base};
         r.method = way->method;
         compute_ok(robot, workspace_of(robot, way), &r, &reply);
-        for (uint32_t k = 0; k < STATES; k++) {
+        for (uint32_t k = 0; k < x->count; k++) {
             oracle_set_state(robot->o, &r, k);
             oracle_inverse(robot->o, x->qdd + (size_t)k * robot->nv, x->base_acceleration + 6 * k,
                            want, want_base);
@@ -190,7 +195,7 @@ TEST(inverse_dynamics_gives_the_force)
 
 static void mass_matrix(test_robot *robot)
 {
-    random_states *x = fixture_states(robot, 8, STATES, 0);
+    random_states *x = fixture_states(robot, 8, count_states(), 0);
     const size_t entries = (size_t)robot->n * robot->n;
     tfa_request r = fixture_request(robot, x);
     double *M = calloc(STATES * entries, sizeof *M), *want = calloc(entries, sizeof *want);
@@ -200,7 +205,7 @@ static void mass_matrix(test_robot *robot)
         tfa_reply reply = {.mass_matrix = M};
         r.method = way->method;
         compute_ok(robot, workspace_of(robot, way), &r, &reply);
-        for (uint32_t k = 0; k < STATES; k++) {
+        for (uint32_t k = 0; k < x->count; k++) {
             oracle_set_state(robot->o, &r, k);
             oracle_mass_matrix(robot->o, want);
             assert_within(robot, way->name, relative_error(M + k * entries, want, entries),
@@ -290,7 +295,7 @@ static void lambda_of_tips(test_robot *robot, const random_states *x, tfa_reques
 static void lambda_inv(test_robot *robot)
 {
     random_source s = {robot->seed};
-    random_states *x = fixture_states(robot, 9, LAMBDA_STATES, 0);
+    random_states *x = fixture_states(robot, 9, test_extent(1, LAMBDA_STATES), 0);
     tfa_request r = fixture_request(robot, x);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     r.v = r.tau = NULL;

@@ -10,11 +10,7 @@
 
 #define LINKS 7
 #define MOST 64 /* freedoms */
-#ifdef TFA_INSTRUMENTED
-#define ROBOTS 500
-#else
-#define ROBOTS 4000
-#endif
+#define ROBOTS test_extent(500, 4000)
 #define CONFIGURATIONS 3
 #define MASS 1.37  /* no inertia is exactly 1, which stands for a row of zeros in the oracle's M */
 #define ZERO 1e-10 /* of a pivot of M, scaled to unit diagonal and given in double */

@@ -11,8 +11,8 @@
 #include "test.h"
 
 #define WRENCHES 2
-#define SEEDS 40      /* reduced robots */
-#define CHAIN_SEEDS 2 /* of each mechanism */
+#define SEEDS 40                      /* reduced robots */
+#define CHAIN_SEEDS test_extent(1, 2) /* of each mechanism */
 
 static void (*current_law)(op_case *c);
 

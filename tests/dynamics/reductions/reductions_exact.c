@@ -14,12 +14,7 @@
 #define STATES 2
 #define WRENCHES 2
 #define SEEDS_ALONE 12 /* for each kind of reduction, on each base */
-/* with several, on each base */
-#ifdef TFA_INSTRUMENTED
-#define SEEDS_TOGETHER 60
-#else
-#define SEEDS_TOGETHER 250
-#endif
+#define SEEDS_TOGETHER test_extent(60, 250) /* with several, on each base */
 #define LAMBDA_MOST 48     /* rows of Lambda^-1 of eight tips */
 
 /* Room for all answers of one state. */

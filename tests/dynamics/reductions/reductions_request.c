@@ -11,7 +11,7 @@
 
 #define BOUND 1e-13
 #define TFA_LAMBDA 2e-11
-#define SEEDS 100
+#define SEEDS test_extent(30, 100)
 #define MOST 96 /* freedoms */
 #define TIPS 3
 #define ROWS (6 * TIPS)

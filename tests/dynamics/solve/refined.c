@@ -40,7 +40,7 @@ typedef struct test_case {
     double floor;
 } test_case;
 
-static uint64_t seeds = 2;
+static uint64_t seeds;
 static uint64_t asked, lost_answers;
 static double worst, worst_by_hand;
 
@@ -283,7 +283,6 @@ TEST(refined_is_no_worse)
 
 int main(int argc, char **argv)
 {
-    if (argc > 1)
-        seeds = strtoull(argv[1], NULL, 10);
+    seeds = argc > 1 ? strtoull(argv[1], NULL, 10) : test_extent(1, 2);
     return test_run(NULL, NULL);
 }

@@ -5,7 +5,8 @@
  * generic kernel, whatever is asked and however many states there are, and says the same about
  * them.
  *
- *   test_specialised_real [fastest]    kernels by articulated bodies; as they are built by default
+ *   test_specialised_real [fastest]    kernels by articulated bodies, that of the quadruped for one
+ *                                      state at a time; all as they are built by default
  */
 #include "bench.h"
 #include "models.h"
@@ -82,7 +83,9 @@ static tfa_specialise_algorithm algorithm = TFA_SPECIALISE_ABA;
 static void build(struct built *k, const tfa_model *model)
 {
     const tfa_specialise_options options = {.sources = TFA_SOURCE_DIR "/lib",
-                                            .algorithm = algorithm};
+                                            .algorithm = algorithm,
+                                            .single = algorithm == TFA_SPECIALISE_ABA &&
+                                                      k->base == TFA_BASE_FLOATING};
     char name[64];
     if (!folder.arm)
         bench_open(&folder);

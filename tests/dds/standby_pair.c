@@ -42,8 +42,12 @@ static void expect_answer(void)
     tfa_model_free(model);
 }
 
+/* The stream fills the slots of a worker that gets no processor: the call is refused, and there is
+ * another one. */
 static void count_call(int status, const double qdd[JOINTS])
 {
+    if (status == TFA_E_AGAIN)
+        return;
     if (status != TFA_OK && atomic_fetch_add(&pair.failed, 1) < FAILURES_SHOWN)
         print_error("a call: %s\n", tfa_status_text(status));
     if (status == TFA_OK && memcmp(qdd, self.qdd, sizeof self.qdd) != 0)

@@ -200,7 +200,7 @@ TEST(reconnect_waits_for_the_daemon)
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *hasty, *patient = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     options.connect_timeout_ms = 30;
-    assert_int_equal(tfa_client_connect(&options, &hasty), TFA_OK);
+    assert_true(WAIT_FOR(tfa_client_connect(&options, &hasty) == TFA_OK));
     (void)harness_stop(&h, SIGKILL);
     assert_int_equal(tfa_client_reconnect(hasty), TFA_E_DISCONNECTED);
     assert_int_equal(tfa_client_reconnect(hasty), TFA_E_DISCONNECTED);

@@ -31,15 +31,18 @@ static const solver_kind kind = {.name = "client",
 
 static void client_release(client_object *c)
 {
-    if (c->client && solver_is_ours(&c->head)) {
-        Py_BEGIN_ALLOW_THREADS tfa_client_close(c->client);
+    tfa_client *const client = c->client;
+    PyObject *const fallback = c->fallback;
+    c->head.robot = NULL; /* before the GIL is released: another thread may call meanwhile */
+    c->client = NULL;
+    c->fallback = NULL;
+    if (client && solver_is_ours(&c->head)) {
+        Py_BEGIN_ALLOW_THREADS tfa_client_close(client);
         Py_END_ALLOW_THREADS
     }
-    c->client = NULL;
-    c->head.robot = NULL;
     pending_clear(c);
     robot_clear(&c->robot);
-    Py_CLEAR(c->fallback);
+    Py_XDECREF(fallback);
 }
 
 static void client_dealloc(PyObject *self)

@@ -66,14 +66,16 @@ static int read_cpus(PyObject *value, uint32_t threads, int **cpus)
 
 /* ---- ThreadPool ---- */
 
+/* It is closed before the GIL is released, as a pool below: another thread may call meanwhile. */
 static void thread_pool_release(thread_pool_object *t)
 {
-    if (t->threads && solver_is_ours(&t->head)) {
-        Py_BEGIN_ALLOW_THREADS tfa_thread_pool_free(t->threads);
+    tfa_thread_pool *const threads = t->threads;
+    t->head.robot = NULL;
+    t->threads = NULL;
+    if (threads && solver_is_ours(&t->head)) {
+        Py_BEGIN_ALLOW_THREADS tfa_thread_pool_free(threads);
         Py_END_ALLOW_THREADS
     }
-    t->threads = NULL;
-    t->head.robot = NULL;
 }
 
 static void thread_pool_dealloc(PyObject *self)
@@ -151,17 +153,20 @@ PyTypeObject thread_pool_type = {
 
 static void pool_release(pool_object *p)
 {
-    if (p->pool && solver_is_ours(&p->head)) {
-        Py_BEGIN_ALLOW_THREADS tfa_batch_pool_free(p->pool);
+    const pool_object was = *p;
+    p->head.robot = NULL;
+    p->pool = NULL;
+    p->threads = NULL;
+    p->model = p->specialised = NULL;
+    if (was.pool && solver_is_ours(&p->head)) {
+        Py_BEGIN_ALLOW_THREADS tfa_batch_pool_free(was.pool);
         Py_END_ALLOW_THREADS
     }
-    p->pool = NULL;
-    p->head.robot = NULL;
-    if (p->threads)
-        p->threads->users--;
-    Py_CLEAR(p->threads);
-    Py_CLEAR(p->model);
-    Py_CLEAR(p->specialised);
+    if (was.threads)
+        was.threads->users--;
+    Py_XDECREF(was.threads);
+    Py_XDECREF(was.model);
+    Py_XDECREF(was.specialised);
 }
 
 static void pool_dealloc(PyObject *self)

@@ -10,14 +10,14 @@ import numpy as np
 
 import support
 import totalforce as tf
-from support import Case, daemon, load, state
+from support import WAIT, Case, daemon, load, state, waiting
 
 
 class Clients(Case):
     def test_send_and_receive(self):
         with daemon([("arm", "arm7", "fixed")]) as (folder, process):
             with tf.Client("arm", runtime_dir=folder, slots=4, max_batch=8, max_tips=2,
-                           connect_timeout=30) as client:
+                           connect_timeout=WAIT) as client:
                 self.assertEqual(client.daemon_pid, process.pid)
                 self.assertEqual((client.slots, client.max_batch, client.max_tips), (4, 8, 2))
                 workspace = tf.Workspace(load("arm7"))
@@ -30,7 +30,7 @@ class Clients(Case):
                 self.assertEqual(client.outstanding, 3)
                 with self.fails(tf.InputError):  # receive the replies first
                     client.mass_matrix(fields["q"][0])
-                first, second = client.receive(timeout=10), client.receive()
+                first, second = client.receive(timeout=WAIT), client.receive()
                 with self.fails(tf.InputError, "v[0] (joint_1): nan", field="v"):
                     client.receive()
                 self.assertEqual([first.exchange.id, second.exchange.id], ids[:2])
@@ -38,7 +38,7 @@ class Clients(Case):
                 self.same_bits(second.M, workspace.mass_matrix(fields["q"][0]).M, "M")
                 with self.fails(tf.InputError, "no request of send() is outstanding"):
                     client.receive()
-                e = client.mass_matrix(fields["q"][0], timeout=5).exchange
+                e = client.mass_matrix(fields["q"][0], timeout=WAIT).exchange
                 self.assertTrue(e.t_sent <= e.t_received <= e.t_start <= e.t_done <= e.t_reply)
                 self.assertEqual(e.daemon, "OK")
                 for _ in range(4):
@@ -53,7 +53,7 @@ class Clients(Case):
     def test_limits_and_options(self):
         with daemon([("arm", "arm7", "fixed")]) as (folder, _):
             os.environ["TOTALFORCE_RUNTIME_DIR"] = folder
-            with tf.Client("arm", wait="block") as client:
+            with tf.Client("arm", wait="block", connect_timeout=WAIT) as client:
                 self.assertEqual(client.wait, "block")
                 with self.fails(tf.InputError, "", status="E_SIZE"):
                     client.mass_matrix(np.zeros((2, 7)))
@@ -72,7 +72,8 @@ class Clients(Case):
                 (dict(runtime_dir=folder + "/none"), tf.DisconnectedError, "no daemon listens at"),
             ):
                 with self.subTest(**options), self.fails(kind, text):
-                    tf.Client(**{"robot": "arm", "runtime_dir": folder, **options})
+                    tf.Client(**{"robot": "arm", "runtime_dir": folder, "connect_timeout": WAIT,
+                                 **options})
             for wrong in ({}, {"robot": 3}, {"robot": "arm", "unknown": 1}):
                 with self.assertRaises(TypeError):
                     tf.Client(**wrong)
@@ -89,8 +90,8 @@ class Clients(Case):
         q = np.full(7, 0.3)
         wanted = tf.Workspace(model).mass_matrix(q).M
         with daemon([("arm", "arm7", "fixed")]) as (folder, process):
-            client = tf.Client("arm", runtime_dir=folder, connect_timeout=10)
-            other = tf.Client("arm", runtime_dir=folder, connect_timeout=10)
+            client = tf.Client("arm", runtime_dir=folder, connect_timeout=WAIT)
+            other = tf.Client("arm", runtime_dir=folder, connect_timeout=WAIT)
             with self.fails(tf.LoadError, "hash", status="E_MODEL"):
                 other.set_fallback(load("arm6"))
             with self.fails(tf.InputTypeError):
@@ -99,17 +100,18 @@ class Clients(Case):
             client.send("mass_matrix", q)
             client.receive()
             self.assertIn("ok", tf.daemon_command("stop", runtime_dir=folder))
-            process.wait(30)
+            process.wait(WAIT)
             with self.fails(tf.DisconnectedError, "", status="E_DISCONNECTED"):
                 client.mass_matrix(q)
-            reply = other.mass_matrix(q, timeout=1)
+            reply = other.mass_matrix(q, timeout=WAIT)
             self.same_bits(reply.M, wanted, "M of the fallback")
             self.assertEqual(reply.exchange.daemon, "E_DISCONNECTED")
             other.set_fallback(None)
             with self.fails(tf.DisconnectedError):
                 other.mass_matrix(q)
             with daemon([("arm", "arm7", "fixed")]) as (second, _):
-                standby = tf.Client("arm", runtime_dir=folder, standby_dir=second)
+                standby = tf.Client("arm", runtime_dir=folder, standby_dir=second,
+                                    connect_timeout=WAIT)
                 self.same_bits(standby.mass_matrix(q).M, wanted, "M of the standby")
                 standby.close()
             client.close()
@@ -117,9 +119,9 @@ class Clients(Case):
 
     def test_two_threads_and_the_gil(self):
         with daemon([("human", "humanoid", "fixed")], "    max_batch: 2048\n") as (folder, _):
-            client = tf.Client("human", runtime_dir=folder, max_batch=2048, connect_timeout=30)
+            client = tf.Client("human", runtime_dir=folder, max_batch=2048, connect_timeout=WAIT)
             fields = state(load("humanoid"), np.random.default_rng(1), 2048)
-            busy, ticks, done = [], [], threading.Event()
+            busy, done = [], threading.Event()
 
             def other():
                 while not done.is_set():
@@ -127,18 +129,19 @@ class Clients(Case):
                         client.mass_matrix(fields["q"][0])
                     except tf.BusyError as error:
                         busy.append(error.status)
-                    ticks.append(1)
                     time.sleep(0.0005)
 
             thread = threading.Thread(target=other)
             thread.start()
             served = 0
-            for _ in range(20):
+            for _ in waiting():
                 try:
                     client.forward_dynamics(**fields)
                     served += 1
                 except tf.BusyError:
                     time.sleep(0.001)
+                if served and busy:
+                    break
             done.set()
             thread.join()
             self.assertGreater(served, 0)
@@ -150,7 +153,7 @@ class Clients(Case):
                 """
 import os, sys
 import numpy as np, totalforce as tf
-client = tf.Client('arm', runtime_dir=sys.argv[3])
+client = tf.Client('arm', runtime_dir=sys.argv[3], connect_timeout=60)
 client.mass_matrix(np.zeros(7))
 child = os.fork()
 if child == 0:
@@ -159,12 +162,12 @@ if child == 0:
     except tf.UnsupportedError as error:
         print(error)
     client.close()
-    with tf.Client('arm', runtime_dir=sys.argv[3]) as own:
+    with tf.Client('arm', runtime_dir=sys.argv[3], connect_timeout=60) as own:
         own.mass_matrix(np.zeros(7))
     sys.exit(0)
 print(os.waitpid(child, 0)[1])
 for _ in range(100):
-    client.mass_matrix(np.zeros(7), timeout=10)
+    client.mass_matrix(np.zeros(7), timeout=60)
 kept = client
 """,
                 folder,
@@ -177,7 +180,7 @@ kept = client
     def test_no_leak(self):
         with daemon([("arm", "arm7", "fixed")]) as (folder, _):
             q = np.zeros(7)
-            with tf.Client("arm", runtime_dir=folder, connect_timeout=30) as client:
+            with tf.Client("arm", runtime_dir=folder, connect_timeout=WAIT) as client:
 
                 def repeat(n):
                     for _ in range(n):
@@ -192,7 +195,7 @@ kept = client
 
             def connect(n):
                 for _ in range(n):
-                    tf.Client("arm", runtime_dir=folder, connect_timeout=30).close()
+                    tf.Client("arm", runtime_dir=folder, connect_timeout=WAIT).close()
 
             connect(10)
             memory = support.resident_kib()

@@ -28,7 +28,7 @@ class Examples(support.Case):
                     [sys.executable, "-W", "error", str(EXAMPLES / name)],
                     capture_output=True,
                     text=True,
-                    timeout=100,
+                    timeout=5 * support.WAIT,
                     cwd=support.SOURCE,
                     env=dict(os.environ),
                 )

@@ -38,7 +38,7 @@ class Installed(support.Case):
                 env=environment,
                 capture_output=True,
                 text=True,
-                timeout=60,
+                timeout=5 * support.WAIT,
             )
             self.assertEqual(done.returncode, 0, done.stderr)
             lines = done.stdout.splitlines()

@@ -153,7 +153,7 @@ class SameBits(Case):
                     ["call", name, "--runtime-dir", folder],
                     [json_line(op, fields) for op, fields in asked],
                 )
-                with tf.Client(name, runtime_dir=folder, connect_timeout=30) as client:
+                with tf.Client(name, runtime_dir=folder, connect_timeout=support.WAIT) as client:
                     self.assertEqual(client.hash, model.hash)
                     self.assertEqual(client.joint_names, model.joint_names)
                     self.assertEqual(client.links, model.links)

@@ -20,6 +20,10 @@ import totalforce as tf
 
 SOURCE = pathlib.Path(sys.argv[1])
 BIN = pathlib.Path(sys.argv[2])
+sys.path.append(str(SOURCE / "tests" / "support"))
+import guard
+from guard import WAIT
+
 ROBOTS = SOURCE / "config" / "robots"
 TOOL = str(BIN / "totalforce")
 DAEMON = str(BIN / "totalforced")
@@ -84,7 +88,7 @@ def run_tool(arguments, lines):
         input="\n".join(lines) + "\n",
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=5 * WAIT,
     )
     if done.returncode:
         raise AssertionError(done.stderr)
@@ -123,34 +127,39 @@ def daemon(robots, options=""):
         )
         config.write_text(f"runtime_dir: {folder}/run\ndds:\n  enabled: false\nrobots:\n{entries}")
         with open(f"{folder}/log", "w") as log:
-            process = subprocess.Popen([DAEMON, str(config)], stdout=log, stderr=log)
+            process = guard.start([DAEMON, str(config)], stdout=log, stderr=log)
         try:
             wait_for(f"{folder}/run", robots[0][0], process)
             yield f"{folder}/run", process
         finally:
-            if process.poll() is None:
-                process.terminate()
-            process.wait(30)
+            guard.end(process)
 
 
 def wait_for(folder, robot, process):
-    for _ in range(300):
+    for _ in waiting():
         with contextlib.suppress(tf.DisconnectedError, tf.SystemCallError, tf.TimedOutError):
             tf.Client(robot, runtime_dir=folder).close()
             return
         if process.poll() is not None:
             raise AssertionError(f"the daemon ended with {process.returncode}")
-        time.sleep(0.1)
+        time.sleep(0.05)
     raise AssertionError("the daemon does not start")
 
 
-def python(code, *arguments, timeout=120):
+def waiting():
+    """Turns until the loop that takes them breaks: what is waited for is looked at in each."""
+    end = time.monotonic() + WAIT
+    while time.monotonic() < end:
+        yield
+
+
+def python(code, *arguments):
     """Runs a program of its own interpreter with the same module."""
     return subprocess.run(
         [sys.executable, "-c", code, str(SOURCE), str(BIN), *arguments],
         capture_output=True,
         text=True,
-        timeout=timeout,
+        timeout=5 * WAIT,
         env={**os.environ, "PYTHONPATH": os.environ["PYTHONPATH"]},
     )
 

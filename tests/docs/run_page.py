@@ -3,7 +3,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 """Runs every code block of a page of documentation, in order, as a reader would.
 
-    run_page.py PAGE PREFIX SOURCE [--from-source] [--build BUILD]
+    with_domain run_page.py PAGE PREFIX SOURCE [--from-source] [--build BUILD]
 
 PREFIX is an installed totalforce. The blocks run in one bash session in a folder of its own with
 copies of config/, idl/ and docs/examples/; with --from-source in a folder that looks like the
@@ -31,11 +31,16 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+import guard
+from guard import WAIT
 
 FILE_NAME = re.compile(r"^(?:/\*|//|#|<!--)\s*([\w./-]+\.\w+)\b")
 COMMANDS = re.compile(r"^\s*(\$ |sudo |apt|tools/|cmake |export |cc |gcc |totalforced? |python3? |"
                       r"ros2 |systemctl |docker |make |cd )")
-TIMEOUT_S = 240
+TIMEOUT_S = 570  # ctest's is 600
 
 
 class Block:
@@ -102,7 +107,7 @@ def shell_of(block, folder, count):
         lines = []
         for line in block.lines:
             lines.append(line)
-            if re.search(r"& daemon=\$!$", line):
+            if re.search(r"& daemon=\$!(; sleep 1)?$", line):
                 lines.append("await")
         return "\n".join(lines)
     if block.language in ("c", "cpp", "cmake", "python", "xml", "yaml") and name:
@@ -136,7 +141,7 @@ await() {
     turn=0
     until totalforce status >/dev/null 2>&1; do
         turn=$((turn + 1))
-        [ $turn -le 300 ] && kill -0 $daemon || { echo "the daemon does not start" >&2; return 1; }
+        [ $turn -le 600 ] && kill -0 $daemon || { echo "the daemon does not start" >&2; return 1; }
         sleep 0.1
     done
 }
@@ -172,9 +177,10 @@ def make_folder(options, scratch):
     if options.from_source:
         (folder / "build").mkdir()
         (folder / "build" / "release").symlink_to(options.build)
-    # DDS keeps to ports of its own: other daemons of domain 0 on this machine are not met.
+    # DDS keeps to ports of its own: other daemons of domain 0 on this machine are not met. Those of
+    # each test domain are others, and below those of the test domains themselves.
     local = folder / "config/dds/local.xml"
-    base = 8000 + os.getpid() % 90 * 250
+    base = 8000 + (int(os.environ["TEST_DOMAIN"]) - 200) * 250
     local.write_text(local.read_text().replace(
         "<Discovery>", f"<Discovery><Ports><Base>{base}</Base></Ports>"))
     return folder
@@ -217,22 +223,27 @@ def run(script, folder, environment, scratch):
     """Exit status of the script; ends what it left behind."""
     (scratch / "script").write_text(script)
     with open(scratch / "out", "wb") as out:
-        session = subprocess.Popen(["bash", str(scratch / "script")], cwd=folder, env=environment,
-                                   stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT,
-                                   start_new_session=True)
+        session = guard.start(["bash", str(scratch / "script")], cwd=folder, env=environment,
+                              stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT)
         try:
             status = session.wait(timeout=TIMEOUT_S)
         except subprocess.TimeoutExpired:
             status = "no end"
-    left = False
-    try:
-        os.killpg(session.pid, signal.SIGTERM)
-        left = True
-    except ProcessLookupError:
-        pass
-    if status == 0 and left:
-        return "a process is left running"
-    return status
+    left = not ends(session.pid) if status == 0 else False
+    guard.end(session, signal.SIGKILL)
+    return "a process is left running" if left else status
+
+
+def ends(group):
+    """What the script has told to end may take its time."""
+    end = time.monotonic() + WAIT
+    while time.monotonic() < end:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.02)
+    return False
 
 
 def main():

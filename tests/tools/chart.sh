@@ -116,12 +116,6 @@ for word in $(field 8 tfa "$work/out"); do
 done
 [ "$(field 6 tfa "$work/out" | sort -u)" = f32 ] || fail "no rows in f32"
 
-# a call never finds the factors of its own state: refined calls take longer than plain ones
-status 0 "$tool" chart --mechanisms random --bodies 128 --methods crba --rhs tau --refine 0,1,2 \
-    --budget-ms 10 --seeds 1
-grep -v '^#' "$work/out" | awk -F, '$5 == 0 { plain = $15 } $5 != "refine" && $15 < 0.7 * plain { exit 1 }' ||
-    fail "a refined call that takes less than a plain one: $(cat "$work/out")"
-
 # strategies: batches have the bits of one state after the other; a kernel that is not there has rows
 # that say so, and the rest is charted
 status 0 "$tool" chart --urdf "$data/arm.urdf" --methods auto,aba --rhs qdd --threads 1,2 --refine 0 \
@@ -167,9 +161,10 @@ status 0 "$tool" chart --mechanisms random --bodies 2,3 --methods aba --rhs tau 
     --html "$work/page.html"
 says "$work/page.html" "aba: fastest answer exact to rounding on 2 of 2 charts, "
 
-# what would take too long is skipped, and says so: crba needs a second or so here, against 20 ms
+# what would take too long is skipped, and says so. Processor time, far from the bound of 200 ms on
+# either side: crba needs a second or so, aba half a millisecond.
 status 0 "$tool" chart --mechanisms straight --bodies 8,2048,2049 --methods aba,crba,hessenberg \
-    --rhs tau --refine 0 --budget-ms 1 --states 2
+    --rhs tau --refine 0 --budget-ms 10 --states 2 --seeds 1
 [ "$(field 8 crba "$work/out" | tr '\n' ' ')" = "ok over_budget over_budget " ] || fail "over budget"
 [ "$(field 8 hessenberg "$work/out" | tr '\n' ' ')" = "ok E_UNSUPPORTED E_UNSUPPORTED " ] ||
     fail "hessenberg of 2048 bodies"

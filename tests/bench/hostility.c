@@ -7,8 +7,8 @@
  *
  *   bench_hostility [SAMPLES [THREADS]]    of each run, 3000; on one futex word, 500
  *
- * An attack may double the queue's median, or add as much as a few turns; a row that shows more says
- * so. That every request is answered rightly meanwhile is a law: tests/service/hostile.c.
+ * An attack may double the queue's median, or add as much as a few turns; a row that shows more
+ * says so. That every request is answered rightly meanwhile is a law: tests/service/hostile.c.
  */
 #include "service/attacks.h"
 #include "test.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The spectrum costs a small multiple of the request that it belongs to, at most ten: medians of the
- * same request with and without it, in turns.
+ * The spectrum costs a small multiple of the request that it belongs to, at most ten: medians of
+ * the same request with and without it, in turns.
  */
 #include "models.h"
 #include "support/wait.h"

@@ -67,7 +67,7 @@ static void come(const other_daemon *o)
     assert_true(WAIT_FOR(is_described(o->reader, JOINTS)));
 }
 
-/* Its lease runs out when it has had the last word; if that came too late, it is for another time. */
+/* Its lease runs out when it has had the last word; otherwise another attempt follows. */
 static bool go_without_a_word(other_daemon *o)
 {
     o->said.lease_ms = TEST_LEASE_MS / 2;

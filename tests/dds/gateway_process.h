@@ -34,7 +34,7 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
  * @return as tfa_dds_announce */
 int test_daemon_reload(const test_daemon *daemon);
 
-/* Holds the answers that it computes, until they are let go. @return requests that it has refused */
+/* Holds computed answers until they are released. @return requests that it has refused */
 unsigned long test_daemon_hold(const test_daemon *daemon, bool hold);
 
 /* Ends it by SIGTERM; it must end well. @return the answers that DDS would not take */

@@ -18,7 +18,7 @@
 static harness running;
 static arm_node node; /* its participant and diagnostics */
 
-/* Two robots of one kind: nothing of the dog is ever too old; what the old one has heard soon is. */
+/* Two robots of one kind: no message of the dog becomes too old, those of the old one soon do. */
 typedef struct robot {
     const char *name;
     dds_entity_t joint_states, efforts, odometry, wrench[2], accelerations; /* FL_foot, RR_foot */

@@ -180,8 +180,8 @@ static bool next_call_does_not_look(tfa_client *client)
     return now_ns() - start < timeout;
 }
 
-/* After a look that took long there is a pause, too. A client that gets no processor meanwhile looks
- * again: it is asked until it did not. */
+/* After a look that took long there is a pause, too. A client that gets no processor meanwhile
+ * looks again: it is asked until it did not. */
 static void looks_are_apart(void **state)
 {
     tfa_client *client = client_of_silent_daemons();
@@ -239,8 +239,8 @@ static void free_arm(arm_here arm)
     tfa_model_free(arm.model);
 }
 
-/* A program with a fallback waits for its attempt_us, not for the connection or for the day that the
- * call may take. */
+/* A program with a fallback waits for its attempt_us, not for the connection or for the day that
+ * the call may take. */
 static void fallback_answers_soon(void **state)
 {
     tfa_client *client = client_of_silent_daemons();

@@ -205,8 +205,8 @@ static void *run(void *worker)
     return NULL;
 }
 
-/* Waits: looks, then sleeps as long as a test waits for anything: a lost wake-up runs into the limit
- * of the test. */
+/* Waits: looks, then sleeps as long as a test waits for anything: a lost wake-up runs into the
+ * limit of the test. */
 static bool wait_for(tfa_local_client *local_client)
 {
     for (int i = 0; i < 64; i++)

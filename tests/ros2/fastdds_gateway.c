@@ -345,21 +345,6 @@ static bool await_no_match(void)
     return WAIT_FOR(fastdds_reader_matches(accelerations).matched == 0);
 }
 
-/* Of the participants of a daemon that starts: so long after a sign of life they are there. */
-static void set_lease(const char *duration)
-{
-    static char local[256];
-    char uri[512];
-
-    if (local[0] == 0)
-        snprintf(local, sizeof local, "%s", getenv("CYCLONEDDS_URI"));
-    snprintf(uri, sizeof uri,
-             "%s,<CycloneDDS><Domain><Discovery><LeaseDuration>%s</LeaseDuration></Discovery>"
-             "</Domain></CycloneDDS>",
-             local, duration);
-    setenv("CYCLONEDDS_URI", uri, 1);
-}
-
 /* By its good-bye: its lease is an hour. */
 TEST(the_end_of_the_daemon_is_noticed)
 {
@@ -373,7 +358,7 @@ TEST(a_daemon_that_is_killed_is_noticed)
 {
     const arm_motion m = arm_motion_of(600);
 
-    set_lease("3 s");
+    ros2_peer_set_lease("3 s");
     harness_start(&running, "arm");
     fastdds_await_match_of_reader(accelerations);
     assert_answer(&m, 600, JOINT_EFFORTS);
@@ -384,7 +369,7 @@ TEST(a_daemon_that_is_killed_is_noticed)
 static void open_node(void)
 {
     node = fastdds_node_open(arm_domain(), "/arm", "controller");
-    set_lease("3600 s");
+    ros2_peer_set_lease("3600 s");
     late_description = fastdds_publisher(node, &std_msgs_msg_dds__String__desc,
                                          "/late/robot_description", &fastdds_latched);
     publish_description(late_description, "arm6.urdf", late_hash);

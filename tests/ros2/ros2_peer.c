@@ -31,6 +31,20 @@ static dds_qos_t *make_qos(const dds_topic_descriptor_t *type, ros2_peer_qos kin
     return qos;
 }
 
+void ros2_peer_set_lease(const char *duration)
+{
+    static char local[256];
+    char uri[512];
+
+    if (local[0] == 0)
+        snprintf(local, sizeof local, "%s", getenv("CYCLONEDDS_URI"));
+    snprintf(uri, sizeof uri,
+             "%s,<CycloneDDS><Domain><Discovery><LeaseDuration>%s</LeaseDuration></Discovery>"
+             "</Domain></CycloneDDS>",
+             local, duration);
+    setenv("CYCLONEDDS_URI", uri, 1);
+}
+
 dds_entity_t ros2_peer_open(uint32_t domain)
 {
     static const char enclave[] = "enclave=/;";

@@ -18,6 +18,9 @@ typedef enum ros2_peer_qos {
     PEER_ALL,             /**< reliable, volatile, keep all: for what a slow test must not lose */
 } ros2_peer_qos;
 
+/** The lease of participants in domains that this process or a child joins from now on: "600 s".
+ * A domain of the test must be known (test_domain). */
+void ros2_peer_set_lease(const char *duration);
 /** A participant. */
 dds_entity_t ros2_peer_open(uint32_t domain);
 /** Endpoints of a topic, "rt/arm/joint_states". */

@@ -30,6 +30,13 @@ static inline uint32_t test_extent(uint32_t few, uint32_t many)
     return getenv("TEST_LONG") ? many : few;
 }
 
+/** A constant number of rounds, fewer where the code is instrumented and up to ten times slower. */
+#ifdef TFA_INSTRUMENTED
+#define TEST_ROUNDS(rounds) (((rounds) + 3) / 4)
+#else
+#define TEST_ROUNDS(rounds) (rounds)
+#endif
+
 /** TEST(name) { ... }: registered before main; `state` is cmocka's. */
 #define TEST(name)                                                                                 \
     static void name(void **state);                                                                \

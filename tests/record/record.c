@@ -23,7 +23,7 @@
 #include <unistd.h>
 
 #define RING_CLIENTS 3
-#define DDS_REQUESTS 4000
+#define DDS_REQUESTS TEST_ROUNDS(4000)
 
 static char *file_of(const harness *h, const char *name, char path[160])
 {
@@ -100,7 +100,7 @@ static void ask_some(const harness *h, unsigned count)
 
 /* ---- the law ---- */
 
-static unsigned of_the_law = 30000;
+static unsigned of_the_law = TEST_ROUNDS(30000);
 
 /* All of them find room in the ring, however late the recorder is. */
 TEST(every_request_again)

@@ -14,7 +14,7 @@
 #include <stdatomic.h>
 
 #define STATES 1024
-#define BATCHES 24
+#define BATCHES TEST_ROUNDS(24)
 #define SMALL_MAX 400000
 
 #define HUMANOID                                                                                   \

@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 #define TIMEOUT_NS WAIT_NS
-#define SWAPS 24
+#define SWAPS TEST_ROUNDS(24)
 #define QUIET 200 /* for each exchange: requests without exchanges, to compare with */
 
 static const double gravities[LOAD_MODELS][3] = {{0, 0, -9.80665}, {0.5, 0, -1.62}};

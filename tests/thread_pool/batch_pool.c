@@ -11,7 +11,7 @@
 #include <sched.h>
 #include <totalforce/totalforce.h>
 
-#define STATES 97
+#define STATES TEST_ROUNDS(97)
 #define TIPS 2
 #define WRENCHES 3
 #define POOLS 4

@@ -211,7 +211,7 @@ TEST(threads_give_the_same_bits)
                  {CHAIN_BRANCHES, TFA_BASE_FIXED},
                  {CHAIN_ALTERNATING9, TFA_BASE_FLOATING}};
     for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++)
-        for (uint32_t links = 60; links < 600; links *= 3) {
+        for (uint32_t links = 60; links < TEST_ROUNDS(600); links *= 3) {
             struct test_case x = test_case_open(kinds[kind].mechanism, links, kinds[kind].base, 0);
             for (int p = 0; p < POOLS; p++) {
                 tfa_batch_pool *pool = NULL;

@@ -35,23 +35,31 @@ class Browser:
             print("skipped: no chromedriver (package chromium-driver)")
             sys.exit(SKIPPED)
         self.profile = tempfile.mkdtemp()
-        # the browser is in the driver's process group
-        self.driver = guard.start([driver, "--port=0"], stdout=subprocess.PIPE, text=True,
-                                  stderr=subprocess.DEVNULL)
         self.session = None
-        try:
-            self._start()
-        except BaseException:
-            self.close()
-            raise
+        # The port that a driver gets for IPv6 another program may have for IPv4: then it ends.
+        for _ in range(20):
+            # the browser is in the driver's process group
+            self.driver = guard.start([driver, "--port=0"], stdout=subprocess.PIPE, text=True,
+                                      stderr=subprocess.DEVNULL)
+            try:
+                if self._listens():
+                    self._start()
+                    return
+            except BaseException:
+                self.close()
+                raise
+            guard.end(self.driver)
+            self.driver.stdout.close()
+        raise RuntimeError("chromedriver does not start")
 
-    def _start(self):
+    def _listens(self):
         for line in self.driver.stdout:
             if "started successfully on port" in line:
                 self.address = f"http://127.0.0.1:{line.split()[-1].rstrip('.')}"
-                break
-        else:
-            raise RuntimeError("chromedriver does not start")
+                return True
+        return False
+
+    def _start(self):
         options = {"args": ARGUMENTS + [f"--user-data-dir={self.profile}"],
                    "perfLoggingPrefs": {"enableNetwork": True}}
         wanted = {"goog:chromeOptions": options,

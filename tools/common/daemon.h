@@ -22,7 +22,7 @@ typedef struct daemon_options {
     uint32_t max_tips;       /**< shm; 0: TFA_DEFAULT_TIPS */
     uint32_t slots;          /**< shm; 0: 16 */
     tfa_wait wait;
-    uint64_t timeout_ns; /**< of one call; 0: 10 s */
+    uint64_t timeout_ns; /**< of one call, and of connecting; 0: 10 s, and 1 s (DDS: 5 s) */
 } daemon_options;
 
 /** --runtime-dir, --domain, --wait, --timeout-ms; its input is a daemon_options. */

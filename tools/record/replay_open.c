@@ -210,11 +210,15 @@ static int make_workspace(replay *r)
     return status == TFA_OK ? EXIT_GOOD : fail("workspace: %s", tfa_status_text(status));
 }
 
+/* A replay is in no hurry: the daemon may be busy with other programs. */
+static const uint64_t patience_ns = UINT64_C(60000000000);
+
 static int connect_to(replay *r)
 {
     char text[512];
     const daemon_options options = {.robot = r->options->robot,
                                     .runtime_dir = r->options->runtime_dir,
+                                    .timeout_ns = patience_ns,
                                     .max_batch = r->max_batch,
                                     .max_tips = r->max_tips,
                                     .slots = 2};

@@ -35,7 +35,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
 import guard
-from guard import WAIT
+from wait import WAIT
 
 FILE_NAME = re.compile(r"^(?:/\*|//|#|<!--)\s*([\w./-]+\.\w+)\b")
 COMMANDS = re.compile(r"^\s*(\$ |sudo |apt|tools/|cmake |export |cc |gcc |totalforced? |python3? |"

@@ -13,7 +13,7 @@ import tempfile
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "service"))
-from http_daemon import WAIT, Client, Daemon, wait_for
+from http_daemon import Client, Daemon, until, wait_for
 from webdriver import Browser, Check, near
 
 BIN, ROBOTS = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
@@ -22,16 +22,6 @@ TEXT = "const e = document.getElementById(arguments[0]); return e.hidden ? '' : 
 COLOUR = "return getComputedStyle(document.documentElement).getPropertyValue(arguments[0]);"
 NUMBERS = """return [...document.querySelectorAll(arguments[0])].map(
     e => parseFloat(e.textContent.replace(',', '')));"""
-
-
-def until(condition):
-    """Its last value: true, unless the time is over"""
-    end = time.monotonic() + WAIT
-    while True:
-        value = condition()
-        if value or time.monotonic() > end:
-            return value
-        time.sleep(0.1)
 
 
 def open_page(browser, daemon):

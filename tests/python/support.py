@@ -11,7 +11,6 @@ import pathlib
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import numpy as np
@@ -22,7 +21,7 @@ SOURCE = pathlib.Path(sys.argv[1])
 BIN = pathlib.Path(sys.argv[2])
 sys.path.append(str(SOURCE / "tests" / "support"))
 import guard
-from guard import WAIT
+from wait import WAIT, waiting
 
 ROBOTS = SOURCE / "config" / "robots"
 TOOL = str(BIN / "totalforce")
@@ -142,15 +141,7 @@ def wait_for(folder, robot, process):
             return
         if process.poll() is not None:
             raise AssertionError(f"the daemon ended with {process.returncode}")
-        time.sleep(0.05)
     raise AssertionError("the daemon does not start")
-
-
-def waiting():
-    """Turns until the loop that takes them breaks: what is waited for is looked at in each."""
-    end = time.monotonic() + WAIT
-    while time.monotonic() < end:
-        yield
 
 
 def python(code, *arguments):

@@ -15,7 +15,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "support"))
 import guard
-from guard import WAIT
+from wait import WAIT, until
 
 
 class Daemon:
@@ -109,11 +109,8 @@ class Client:
 
 
 def wait_for(condition, text):
-    end = time.monotonic() + WAIT
-    while not condition():
-        if time.monotonic() > end:
-            raise AssertionError(text)
-        time.sleep(0.02)
+    if not until(condition):
+        raise AssertionError(text)
 
 
 def connect(address):

@@ -23,7 +23,7 @@ import time
 BIN, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 sys.path.insert(0, os.path.join(SOURCE, "tests/support"))
 import guard
-from guard import WAIT
+from wait import WAIT, waiting
 
 TOOL, DAEMON = os.path.join(BIN, "totalforce"), os.path.join(BIN, "totalforced")
 OWN_SCREEN = b"\x1b[?25h\x1b[?1049l"
@@ -36,14 +36,12 @@ def check(good, *what):
 
 def eventually(test, *arguments):
     """What the test returns as soon as it passes"""
-    end = time.monotonic() + WAIT
-    while True:
+    for _ in waiting():
         try:
             return test(*arguments)
-        except AssertionError:
-            if time.monotonic() > end:
-                raise
-        time.sleep(0.05)
+        except AssertionError as error:
+            failed = error
+    raise failed
 
 
 class Daemon:

@@ -51,18 +51,34 @@ static int connect_error(const char *runtime_dir)
     return errno == EAGAIN ? TFA_E_TIMEOUT : TFA_E_SYSTEM;
 }
 
-static int open_socket(const tfa_client *client, int *out)
+/* A daemon that gets no processor leaves its queue full: the kernel waits for room in it, and
+ * reports EAGAIN when the socket's timeout for sending has passed. Then the socket does not block.
+ * @return 0, or -1 with errno */
+static int connect_until(int fd, const struct sockaddr_un *address, uint64_t deadline)
+{
+    int result;
+    do {
+        const uint64_t now = tfa_clock_ns(), least = 1000; /* no time at all would be no limit */
+        const uint64_t left = deadline > now + least ? deadline - now : least;
+        const struct timeval limit = {.tv_sec = (time_t)(left / 1000000000u),
+                                      .tv_usec = (suseconds_t)(left % 1000000000u / 1000)};
+        (void)setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &limit, sizeof limit);
+        result = connect(fd, (const struct sockaddr *)address, sizeof *address);
+    } while (result != 0 && errno == EINTR);
+    return result != 0 ? result : fcntl(fd, F_SETFL, O_NONBLOCK);
+}
+
+static int open_socket(const tfa_client *client, uint64_t deadline, int *out)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     int length = snprintf(address.sun_path, sizeof address.sun_path, "%s/%s.sock",
                           client->runtime_dir, client->robot);
     if (length < 0 || (size_t)length >= sizeof address.sun_path)
         return TFA_E_ARGUMENT;
-    /* not blocking: a full queue must not exceed the timeout */
-    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
     if (fd < 0)
         return TFA_E_SYSTEM;
-    if (connect(fd, (const struct sockaddr *)&address, sizeof address) != 0) {
+    if (connect_until(fd, &address, deadline) != 0) {
         int status = connect_error(client->runtime_dir), saved = errno;
         close(fd);
         errno = saved;
@@ -349,7 +365,7 @@ int tfa_connection_open(tfa_client *client, uint64_t deadline, uint64_t model)
     int fds[TFA_WELCOME_DESCRIPTORS];
     tfa_welcome welcome = {0};
     refusal[0] = 0;
-    int status = open_socket(client, &c.socket);
+    int status = open_socket(client, deadline, &c.socket);
     if (status != TFA_OK)
         return status;
     status = send_hello(client, c.socket);

@@ -7,9 +7,11 @@
 #include "support/sanitized.h"
 #include "test.h"
 
+#include <errno.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -66,7 +68,8 @@ static void kill_client(const harness *h, unsigned number)
     kill(pid, SIGKILL);
     int status;
     assert_int_equal(waitpid(pid, &status, 0), pid);
-    assert_true(WIFSIGNALED(status));
+    if (!WIFSIGNALED(status))
+        fail_msg("the client ended by itself with %d", WEXITSTATUS(status));
 }
 
 TEST(clients_killed)
@@ -218,6 +221,54 @@ TEST(reconnect_waits_for_the_daemon)
     tfa_client_close(patient);
     tfa_client_close(hasty);
     h.pid = late;
+    assert_int_equal(harness_stop(&h, SIGTERM), 0);
+    harness_remove(&h);
+}
+
+/* @return how many connections the paused daemon's queue takes */
+static int fill_queue(const harness *h, int *fds, int most)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    snprintf(address.sun_path, sizeof address.sun_path, "%s/arm.sock", h->runtime_dir);
+    for (int n = 0; n < most; n++) {
+        fds[n] = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+        assert_true(fds[n] >= 0);
+        if (connect(fds[n], (const struct sockaddr *)&address, sizeof address) == 0)
+            continue;
+        assert_int_equal(errno, EAGAIN);
+        close(fds[n]);
+        return n;
+    }
+    fail_msg("the queue takes more than %d", most);
+    return most;
+}
+
+/* A daemon that gets no processor does not take clients from its queue for a while. */
+TEST(a_full_queue_is_waited_for)
+{
+    enum { SHORT_MS = 50, MOST = 1000 };
+    harness h;
+    tfa_client *client;
+    int fds[MOST];
+    harness_serve(&h, ARM, "limits: {clients: 200, clients_per_user: 200, "
+                           "connects_per_second: 100000}\n");
+    tfa_client_options options = harness_options(&h, "arm");
+    harness_pause(&h);
+    const int n = fill_queue(&h, fds, MOST);
+    options.connect_timeout_ms = SHORT_MS;
+    const uint64_t start = now_ns();
+    assert_int_equal(tfa_client_connect(&options, &client), TFA_E_TIMEOUT);
+    assert_true(now_ns() - start >= SHORT_MS * UINT64_C(1000000)); /* not before its limit */
+    const pid_t waiting = start_client(&h, TFA_WAIT_BLOCK, -1);
+    sleep_ms(20); /* nothing depends on it: it waits by now, or comes when there is room */
+    assert_int_equal(kill(h.pid, SIGCONT), 0);
+    assert_true(harness_has_clients(&h, 1));
+    int status;
+    kill(waiting, SIGKILL);
+    assert_int_equal(waitpid(waiting, &status, 0), waiting);
+    assert_true(WIFSIGNALED(status));
+    for (int i = 0; i < n; i++)
+        close(fds[i]);
     assert_int_equal(harness_stop(&h, SIGTERM), 0);
     harness_remove(&h);
 }

@@ -42,7 +42,8 @@ void harness_configure(const harness *h, const char *robots, const char *more)
     snprintf(next, sizeof next, "%s.next", h->config);
     FILE *out = fopen(next, "w");
     assert_non_null(out);
-    fprintf(out, "runtime_dir: %s\n%srobots:\n", h->runtime_dir, more);
+    fprintf(out, "runtime_dir: %s\n%s%srobots:\n", h->runtime_dir, more,
+            strstr(more, "limits:") ? "" : "limits: {connects_per_second: 100000}\n");
     write_yaml(out, robots);
     fclose(out);
     assert_int_equal(rename(next, h->config), 0);

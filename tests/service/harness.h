@@ -23,7 +23,8 @@ typedef struct harness {
 } harness;
 
 /** Makes the directory. `robots` is the YAML below "robots:", `more` other top-level keys. Names
- *  of URDF files start at the source directory: "@/config/robots/arm7.urdf". */
+ *  of URDF files start at the source directory: "@/config/robots/arm7.urdf". Without `limits` in
+ *  `more`, clients connect as often as they like: how many a second depends on the machine. */
 void harness_make(harness *h, const char *robots, const char *more);
 /** Writes another configuration in its place, as harness_make does. */
 void harness_configure(const harness *h, const char *robots, const char *more);

@@ -270,7 +270,7 @@ static void *ask(void *arg)
 /* Clients come and go and ask: no snapshot loses one or counts one twice. */
 TEST(snapshots_under_load)
 {
-    enum { ASKERS = 3, SNAPSHOTS = 200, DEPARTED = 20000 };
+    enum { ASKERS = 3, SNAPSHOTS = 200, DEPARTED = TEST_ROUNDS(4000) };
     harness h;
     _Atomic bool stop = false;
     _Atomic uint64_t answered = 0;

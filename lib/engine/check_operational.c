@@ -25,10 +25,24 @@ static int check_flags(const tfa_request *r, tfa_reply *reply)
     return TFA_OK;
 }
 
+static int check_length(const tfa_request *r, tfa_reply *reply)
+{
+    if (!r->characteristic_length)
+        return TFA_OK;
+    if (!isfinite(*r->characteristic_length))
+        return tfa_set_error(reply, TFA_E_VALUE, TFA_FIELD_CHARACTERISTIC_LENGTH, 0, 0);
+    if (*r->characteristic_length <= 0)
+        return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_CHARACTERISTIC_LENGTH, 0, 0);
+    return TFA_OK;
+}
+
 static int check_rank(const tfa_request *r, tfa_reply *reply)
 {
     if ((unsigned)r->rank_loss > TFA_RANK_REFUSE)
         return tfa_set_error(reply, TFA_E_ARGUMENT, TFA_FIELD_RANK_LOSS, 0, 0);
+    const int status = check_length(r, reply);
+    if (status != TFA_OK)
+        return status;
     if (!r->rank_threshold)
         return TFA_OK;
     if (!isfinite(*r->rank_threshold))

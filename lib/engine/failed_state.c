@@ -27,8 +27,14 @@ static void void_operational(const tfa_request *r, size_t rows, uint32_t k, cons
 
 static void void_rank(const struct call *c, uint32_t k, const tfa_reply *reply)
 {
+    const uint32_t rows = rows_of(c->request) * c->request->tip_count;
     if (reply->rank && c->traits & (TRAIT_LAMBDA | TRAIT_TASK))
-        reply->rank[k] = (tfa_rank){.threshold = (double)NAN, .condition = (double)NAN};
+        reply->rank[k] = (tfa_rank){.threshold = (double)NAN,
+                                    .condition = (double)NAN,
+                                    .length = (double)NAN,
+                                    .error_estimate = (double)NAN};
+    if (rows && c->traits & (TRAIT_LAMBDA | TRAIT_TASK))
+        fill(reply->lost, (size_t)TFA_LOST_MAX * (2 + rows), k);
     if (reply->spectrum && reply->lambda_inv && c->traits & TRAIT_SPECTRUM)
         reply->spectrum[k] = (tfa_spectrum){.eig_min = (double)NAN, .eig_max = (double)NAN};
 }

@@ -99,6 +99,7 @@ const char *tfa_field_name(tfa_field field)
         [TFA_FIELD_ROWS] = "rows",
         [TFA_FIELD_RANK_LOSS] = "rank_loss",
         [TFA_FIELD_RANK_THRESHOLD] = "rank_threshold",
+        [TFA_FIELD_CHARACTERISTIC_LENGTH] = "characteristic_length",
         [TFA_FIELD_TASK_ACCELERATION] = "acceleration",
         [TFA_FIELD_FLAGS] = "want",
         [TFA_FIELD_BODY] = "body",

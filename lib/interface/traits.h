@@ -85,7 +85,7 @@ static inline uint32_t traits_of(const tfa_request *r)
 /* 1: the request has inputs or answers that forward and inverse dynamics without tips have not */
 static inline int tfa_is_operational(const tfa_request *r)
 {
-    return r->flags || r->rows || r->rank_loss || r->rank_threshold ||
+    return r->flags || r->rows || r->rank_loss || r->rank_threshold || r->characteristic_length ||
            TFA_OP_BIT(r->op) & (TRAIT_OSIM | TRAIT_TASK);
 }
 

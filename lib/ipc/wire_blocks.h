@@ -39,6 +39,7 @@ typedef struct tfa_wire_shape {
     X(WRENCHES, wrenches, 8 * n->count * 6 * n->wrenches)                                          \
     X(TASK_ACCELERATION, task_acceleration, 8 * n->count * n->rows)                                \
     X(RANK_THRESHOLD, rank_threshold, 8)                                                           \
+    X(CHARACTERISTIC_LENGTH, characteristic_length, 8)                                             \
     X(PAYLOADS, payloads, 8 * n->payloads * TFA_PAYLOAD_NUMBERS)                                   \
     X(LOCKED, locked, 4 * n->locked)
 
@@ -67,6 +68,7 @@ typedef struct tfa_wire_shape {
     X(ENERGY, energy, 8 * count * 2)                                                               \
     X(LAMBDA, lambda, 8 * count * rows * rows)                                                     \
     X(RANK, rank, count * sizeof(tfa_rank))                                                        \
+    X(LOST, lost, 8 * count * TFA_LOST_MAX * (2 + rows))                                           \
     X(MU, mu, 8 * count * rows)                                                                    \
     X(P, p, 8 * count * rows)                                                                      \
     X(GRAVITY_FORCE, gravity_force, 8 * count * n)                                                 \
@@ -131,6 +133,8 @@ static inline size_t tfa_wire_reply_width(const tfa_wire_shape *shape, uint32_t 
      TFA_WIRE_BIT(OUT_TAU) | TFA_WIRE_BIT(OUT_BASE_WRENCH) | TFA_WIRE_BIT(SPECTRUM) |              \
      TFA_WIRE_BIT(POSES))
 
+#define TFA_WIRE_RANK_BLOCKS (TFA_WIRE_BIT(RANK) | TFA_WIRE_BIT(LOST))
+
 /* Blocks of the answers that flags ask for */
 static inline uint32_t tfa_wire_blocks_of_flags(uint32_t flags)
 {
@@ -146,9 +150,9 @@ static inline uint32_t tfa_wire_blocks_of_flags(uint32_t flags)
                    TFA_WIRE_BIT(MASS),
         ROW(MOMENTUM) = TFA_WIRE_BIT(MOMENTUM),
         ROW(ENERGY) = TFA_WIRE_BIT(ENERGY),
-        ROW(LAMBDA) = TFA_WIRE_BIT(LAMBDA) | TFA_WIRE_BIT(RANK),
-        ROW(MU) = TFA_WIRE_BIT(MU) | TFA_WIRE_BIT(RANK),
-        ROW(P) = TFA_WIRE_BIT(P) | TFA_WIRE_BIT(RANK),
+        ROW(LAMBDA) = TFA_WIRE_BIT(LAMBDA) | TFA_WIRE_RANK_BLOCKS,
+        ROW(MU) = TFA_WIRE_BIT(MU) | TFA_WIRE_RANK_BLOCKS,
+        ROW(P) = TFA_WIRE_BIT(P) | TFA_WIRE_RANK_BLOCKS,
     };
 #undef ROW
     uint32_t blocks = 0;
@@ -160,10 +164,10 @@ static inline uint32_t tfa_wire_blocks_of_flags(uint32_t flags)
 #define TFA_WIRE_TIP_BLOCKS                                                                        \
     (TFA_WIRE_BIT(POSES) | TFA_WIRE_BIT(TWISTS) | TFA_WIRE_BIT(JACOBIAN) |                         \
      TFA_WIRE_BIT(BIAS_ACCELERATION) | TFA_WIRE_BIT(SPECTRUM) | TFA_WIRE_BIT(LAMBDA) |             \
-     TFA_WIRE_BIT(RANK) | TFA_WIRE_BIT(MU) | TFA_WIRE_BIT(P))
+     TFA_WIRE_RANK_BLOCKS | TFA_WIRE_BIT(MU) | TFA_WIRE_BIT(P))
 /* Blocks of ops with lambda_inv */
 #define TFA_WIRE_LAMBDA_BLOCKS                                                                     \
-    (TFA_WIRE_BIT(SPECTRUM) | TFA_WIRE_BIT(LAMBDA) | TFA_WIRE_BIT(RANK) | TFA_WIRE_BIT(MU) |       \
+    (TFA_WIRE_BIT(SPECTRUM) | TFA_WIRE_BIT(LAMBDA) | TFA_WIRE_RANK_BLOCKS | TFA_WIRE_BIT(MU) |     \
      TFA_WIRE_BIT(P))
 
 /* Blocks of the answers to a request. Those of a floating base are among them for every robot. */
@@ -190,7 +194,7 @@ static inline uint32_t tfa_wire_blocks_of(const tfa_request *r)
                TFA_WIRE_BIT(DAMPING_FORCE) | TFA_WIRE_BIT(EXTERNAL_FORCE) |
                TFA_WIRE_BIT(ARMATURE_FORCE);
     case TFA_OP_TASK_TORQUES:
-        return always | lambda | TFA_WIRE_BIT(RANK) | TFA_WIRE_BIT(OUT_TAU) |
+        return always | lambda | TFA_WIRE_RANK_BLOCKS | TFA_WIRE_BIT(OUT_TAU) |
                TFA_WIRE_BIT(OUT_BASE_WRENCH);
     case TFA_OP_DERIVATIVES:
         return motion | TFA_WIRE_DERIVATIVES;

@@ -164,6 +164,11 @@ struct state {
     int32_t path_body; /* whose support stands in tip_path; -1: nobody's */
     uint32_t tip_rows; /* of each tip in answers: 6 or 3 */
     uint32_t tip[TFA_MAX_TIPS];
+    uint32_t tip_freedoms; /* tip_rows: rows of B */
+    uint32_t tip_rank;     /* lambda_factor: of B, all but rounding */
+    int spectral;          /* lambda_factor: singular directions stand in `direction` */
+    num tip_length;        /* lambda_factor: metres that a radian counts */
+    num tip_threshold;     /* lambda_factor: eigenvalues up to this are not inverted */
     const struct tfa_residual_kernel *residual_kernel; /* of refinement; NULL: none */
     struct tfa_executor *executor; /* of the request under way; NULL: the caller alone */
     int round_sincos;              /* sines and cosines are rounded to double */

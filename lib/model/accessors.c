@@ -36,6 +36,11 @@ tfa_model_summary tfa_model_summarise(const tfa_model *model)
     return model->summary;
 }
 
+double tfa_model_characteristic_length(const tfa_model *model)
+{
+    return model->length;
+}
+
 uint32_t tfa_model_q_count(const tfa_model *model)
 {
     return model->q_count;

@@ -82,10 +82,41 @@ static void bound_freedoms(const struct tfa_model *m, struct tfa_body *b, struct
     }
 }
 
+/* ---- characteristic length ---- */
+
+/* Share of the longest path */
+#define LENGTH_SHARE 0.25
+
+static double offset(const struct tfa_model *m, const struct tfa_body *b)
+{
+    double sum = is_fused(b->kind) ? 0 : norm(b->r, 3);
+    for (uint32_t k = 0; is_fused(b->kind) && k < b->n; k++)
+        sum += norm(m->part[b->part + k].r, 3);
+    return sum;
+}
+
+/* A quarter of the longest way from a root along joints to a centre of mass, at any q. It has the
+ * unit of the model, so that nothing depends on it. 1 where there is no way. */
+static double characteristic_length(const struct tfa_model *m, const struct tfa_body *body,
+                                    struct tfa_moments *scratch, size_t stride)
+{
+    double longest = 0;
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        const struct tfa_body *b = &body[i];
+        double *const path = &((struct tfa_moments *)((char *)scratch + i * stride))->first;
+        *path = offset(m, b);
+        if (b->parent >= 0)
+            *path += ((struct tfa_moments *)((char *)scratch + (size_t)b->parent * stride))->first;
+        longest = fmax(longest, *path + (b->mass > 0 ? norm(b->h, 3) / b->mass : 0));
+    }
+    return longest > 0 ? LENGTH_SHARE * longest : 1;
+}
+
 void tfa_inertia_bounds(struct tfa_model *m, struct tfa_body *body, struct tfa_moments *scratch,
                         size_t stride)
 {
     m->reach = 0;
+    m->length = characteristic_length(m, body, scratch, stride);
     for (uint32_t i = 0; i < m->bodies; i++) {
         struct tfa_moments *s = (struct tfa_moments *)((char *)scratch + i * stride);
         *s = moments_of(&body[i]);

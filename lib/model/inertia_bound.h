@@ -14,7 +14,7 @@ struct tfa_moments {
     double mass, first, second, about_z;
 };
 
-/* Computes bound[] of each body and m->reach. `scratch`: one element for each body, `stride` bytes
+/* Computes bound[] of each body, m->reach and m->length. `scratch`: one element for each body, `stride` bytes
  * apart. Cost: O(bodies). */
 void tfa_inertia_bounds(struct tfa_model *m, struct tfa_body *body, struct tfa_moments *scratch,
                         size_t stride);

@@ -134,6 +134,7 @@ struct tfa_model {
     size_t mass_entries; /* entries of M that are not zero by structure, lower triangle */
     double gravity[3];
     double reach; /* sum over all bodies of the largest distance from their parents, m */
+    double length; /* characteristic: metres that a radian counts in the metric of tips */
     tfa_base base;
     tfa_model_summary summary;
     const struct tfa_body *body;

@@ -25,8 +25,11 @@ SAME_OFFSET(totalforce_dds_Spectrum, eig_max, tfa_spectrum, eig_max);
 
 _Static_assert(sizeof(totalforce_dds_RankInfo) == sizeof(tfa_rank), "RankInfo");
 SAME_OFFSET(totalforce_dds_RankInfo, rank, tfa_rank, rank);
+SAME_OFFSET(totalforce_dds_RankInfo, lost, tfa_rank, lost);
 SAME_OFFSET(totalforce_dds_RankInfo, threshold, tfa_rank, threshold);
 SAME_OFFSET(totalforce_dds_RankInfo, condition, tfa_rank, condition);
+SAME_OFFSET(totalforce_dds_RankInfo, length, tfa_rank, length);
+SAME_OFFSET(totalforce_dds_RankInfo, error_estimate, tfa_rank, error_estimate);
 
 /* Arrays of numbers in a reply: X(block, member of Reply, member of tfa_reply) */
 #define NUMBER_ARRAYS(X)                                                                           \
@@ -48,6 +51,7 @@ SAME_OFFSET(totalforce_dds_RankInfo, condition, tfa_rank, condition);
     X(MOMENTUM, momentum, momentum)                                                                \
     X(ENERGY, energy, energy)                                                                      \
     X(LAMBDA, lambda_matrix, lambda)                                                               \
+    X(LOST, lost, lost)                                                                            \
     X(MU, mu, mu)                                                                                  \
     X(P, p, p)                                                                                     \
     X(GRAVITY_FORCE, gravity_force, gravity_force)                                                 \
@@ -147,6 +151,8 @@ static void view_lists(const totalforce_dds_Request *sample, const tfa_wire_shap
     r->gravity = view_array(&sample->gravity, 3, TFA_FIELD_GRAVITY, field_error);
     r->rank_threshold =
         view_array(&sample->rank_threshold, 1, TFA_FIELD_RANK_THRESHOLD, field_error);
+    r->characteristic_length =
+        view_array(&sample->characteristic_length, 1, TFA_FIELD_CHARACTERISTIC_LENGTH, field_error);
     r->task_acceleration = view_array(&sample->task_acceleration,
                                       (uint64_t)r->count * r->tip_count * tfa_wire_rows(r->rows),
                                       TFA_FIELD_TASK_ACCELERATION, field_error);
@@ -259,6 +265,7 @@ int tfa_dds_request_fill(const tfa_request *request, const tfa_wire_shape *shape
     sample->rows = (uint32_t)request->rows;
     sample->rank_loss = (uint32_t)request->rank_loss;
     sample->rank_threshold = alias_array(request->rank_threshold, 1);
+    sample->characteristic_length = alias_array(request->characteristic_length, 1);
     sample->task_acceleration = alias_array(
         request->task_acceleration, count * request->tip_count * tfa_wire_rows(request->rows));
     sample->payload_frames = alias_indices(request->payload_frames, request->payload_count);

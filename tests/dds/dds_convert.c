@@ -199,7 +199,7 @@ TEST(structures_survive)
     for (uint16_t i = 0; i < 3; i++) {
         answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, 0.5};
         spectrum[i] = (tfa_spectrum){6u + i, 0, 1e-300, 1e300};
-        rank[i] = (tfa_rank){4u + i, 0, 1e-9, INFINITY};
+        rank[i] = (tfa_rank){4u + i, 2, 1e-9, INFINITY, 0.3, 1e-14};
     }
     point_at(&before, rest[0], BATCH * 48 * 48, true);
     before.answers = answers;
@@ -218,7 +218,9 @@ TEST(structures_survive)
                     answers_out[i].error_estimate == 0.5);
         assert_true(spectrum_out[i].rank == spectrum[i].rank && spectrum_out[i].eig_min == 1e-300 &&
                     spectrum_out[i].eig_max == 1e300);
-        assert_true(rank_out[i].rank == rank[i].rank && rank_out[i].threshold == 1e-9 &&
+        assert_true(rank_out[i].rank == rank[i].rank && rank_out[i].lost == 2 &&
+                    rank_out[i].threshold == 1e-9 && rank_out[i].length == 0.3 &&
+                    rank_out[i].error_estimate == 1e-14 &&
                     isinf(rank_out[i].condition));
     }
     totalforce_dds_Reply_free(out, DDS_FREE_ALL);
@@ -266,6 +268,7 @@ TEST(wrong_sizes_are_named)
     REFUSED(s.rows = 2, TFA_E_ARGUMENT, TFA_FIELD_ROWS, 2);
     REFUSED(s.task_acceleration._length = 19, TFA_E_SIZE, TFA_FIELD_TASK_ACCELERATION, 19);
     REFUSED(s.rank_threshold._length = 2, TFA_E_SIZE, TFA_FIELD_RANK_THRESHOLD, 2);
+    REFUSED(s.characteristic_length._length = 2, TFA_E_SIZE, TFA_FIELD_CHARACTERISTIC_LENGTH, 2);
     REFUSED(s.count = 0, TFA_E_SIZE, TFA_FIELD_COUNT, 0);
     REFUSED(s.count = BATCH + 1, TFA_E_SIZE, TFA_FIELD_COUNT, BATCH + 1);
     REFUSED(s.count = UINT32_MAX, TFA_E_SIZE, TFA_FIELD_COUNT, UINT32_MAX);

@@ -102,6 +102,9 @@ def json_arrays(model_or_client, answer):
     for key, value in answer.items():
         if key == "poses":
             value = [value[link] for link in model_or_client.links]
+        elif key == "lost":
+            value = [[r["singular_value"], r.get("given_up", 0), *r["direction"]] for r in value]
+            value += [[0] * len(value[0])] * (6 - len(value))
         elif key == "energy":
             value = [value["kinetic"], value["potential"]]
         elif key in ("gravity", "velocity", "damping", "external", "armature") and base:

@@ -51,7 +51,7 @@ static const struct {
     {"{" OI "," Q "," TOOL ",\"rank_loss\":\"damp\"}", TFA_E_ARGUMENT,
      "rank_loss: operational_inertia does not use it unless want has lambda, mu or p"},
     {"{" TASK "," Q ",\"rank_loss\":\"ignore\",\"acceleration\":{\"tool\":" SIX "}}",
-     TFA_E_ARGUMENT, "rank_loss: no 'ignore'; there are truncate, damp, refuse"},
+     TFA_E_ARGUMENT, "rank_loss: no 'ignore'; there are default, truncate, damp, refuse"},
     {"{" TASK "," Q ",\"rank_threshold\":\"1e-6\",\"acceleration\":{\"tool\":" SIX "}}",
      TFA_E_ARGUMENT, "rank_threshold: a string, must be a number"},
     {"{" TASK "," Q ",\"rank_threshold\":1,\"acceleration\":{\"tool\":" SIX "}}", TFA_E_ARGUMENT,
@@ -290,11 +290,16 @@ TEST(test_task_reply)
     count_up(r.reply.tau, 3);
     count_up(r.reply.lambda_inv, 9);
     count_up(r.reply.mu, 3);
-    *r.reply.rank = (tfa_rank){.rank = 2, .threshold = 0.5, .condition = (double)INFINITY};
+    *r.reply.rank = (tfa_rank){.rank = 2,
+                                  .threshold = 0.5,
+                                  .condition = (double)INFINITY,
+                                  .length = 0.25,
+                                  .error_estimate = 0.125};
     *r.reply.spectrum = (tfa_spectrum){.rank = 3, .eig_min = (double)NAN, .eig_max = 8};
     prints(&r, "{\"status\":\"ok\",\"method\":\"auto\",\"tau\":[1.0,2.0,3.0],"
                "\"lambda_inv\":[[1.0,2.0,3.0],[4.0,5.0,6.0],[7.0,8.0,9.0]],"
-               "\"rank\":2,\"threshold\":0.5,\"condition\":null,\"eig_min\":null,\"eig_max\":8.0,"
+               "\"rank\":2,\"threshold\":0.5,\"condition\":null,\"length\":0.25,"
+               "\"lambda_error_estimate\":0.125,\"eig_min\":null,\"eig_max\":8.0,"
                "\"lambda\":[[0.0,0.0,0.0],[0.0,0.0,0.0],[0.0,0.0,0.0]],"
                "\"mu\":[1.0,2.0,3.0],\"p\":[0.0,0.0,0.0]}\n");
     forget(&r);

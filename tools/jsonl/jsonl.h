@@ -56,7 +56,8 @@ typedef struct jsonl_buffers {
     double wrenches[TFA_MAX_WRENCHES * 6];
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     double task_acceleration[6 * TFA_MAX_TIPS];
-    double rank_threshold;
+    double rank_threshold, characteristic_length;
+    double lost[TFA_LOST_MAX * (2 + 6 * TFA_MAX_TIPS)];
     uint32_t *locked;          /**< v_count: no robot has more joints than freedoms */
     uint8_t *named;            /**< v_count: joints of the list that is being read */
     jsonl_array *answers;      /**< one for each row of the table of answers */

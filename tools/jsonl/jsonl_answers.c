@@ -148,6 +148,6 @@ int jsonl_point_reply(jsonl_reader *r, tfa_reply *reply)
         reply->spectrum = &b->spectrum;
     if (r->request->op == TFA_OP_TASK_TORQUES ||
         r->request->flags & (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P))
-        reply->rank = &b->rank;
+        reply->rank = &b->rank, reply->lost = b->lost;
     return TFA_OK;
 }

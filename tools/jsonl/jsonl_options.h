@@ -35,9 +35,10 @@ extern const struct argp jsonl_argp;
     "  bias                 v, wrench, qdd -> gravity, velocity, damping, external,\n"             \
     "                       armature\n"                                                            \
     "  task_torques         v, acceleration ({tip: [6 or 3]}), posture_torques,\n"                 \
-    "                       wrench, rank_loss (truncate, damp, refuse),\n"                         \
-    "                       rank_threshold -> tau, lambda_inv, rank, threshold,\n"                 \
-    "                       condition\n"                                                           \
+    "                       wrench, rank_loss (damp, truncate, refuse),\n"                         \
+    "                       rank_threshold, characteristic_length -> tau,\n"                       \
+    "                       lambda_inv, rank, threshold, condition, length,\n"                     \
+    "                       lambda_error_estimate, lost\n"                                         \
     "  derivatives          v, tau, wrench -> dqdd_dq, dqdd_dv, dqdd_dtau\n"                       \
     "q, v, tau, qdd are arrays in joint order (`totalforce model --json` prints it) or objects "   \
     "{joint: value}. A floating base has base_pose, base_twist, base_wrench, base_acceleration. "  \

@@ -159,13 +159,41 @@ static void print_answer(FILE *out, const jsonl_answer *answer, const char *key,
     }
 }
 
+/* Directions at or below the threshold */
+static void print_lost(FILE *out, const tfa_request *request, const tfa_reply *reply)
+{
+    const size_t rows = (request->rows == TFA_ROWS_POINT ? 3 : 6) * (size_t)request->tip_count;
+    const double *row = reply->lost;
+    print_key(out, "", "lost");
+    fputc('[', out);
+    for (uint32_t k = 0; k < reply->rank->lost && k < TFA_LOST_MAX; k++, row += 2 + rows) {
+        double square = 0;
+        for (size_t e = 0; e < rows; e++)
+            square += row[2 + e] * row[2 + e];
+        if (square == 0)
+            break;
+        fputs(k ? ",{\"singular_value\":" : "{\"singular_value\":", out);
+        jsonl_print_number(out, row[0]);
+        if (request->op == TFA_OP_TASK_TORQUES)
+            print_number_key(out, "given_up", row[1]);
+        print_key(out, "", "direction");
+        print_vector(out, row + 2, rows);
+        fputc('}', out);
+    }
+    fputc(']', out);
+}
+
 /* The rank that lambda and task torques used, with its threshold; otherwise that of the spectrum */
-static void print_rank(FILE *out, const tfa_reply *reply)
+static void print_rank(FILE *out, const tfa_request *request, const tfa_reply *reply)
 {
     if (reply->rank) {
         fprintf(out, ",\"rank\":%u", reply->rank->rank);
         print_number_key(out, "threshold", reply->rank->threshold);
         print_number_key(out, "condition", reply->rank->condition);
+        print_number_key(out, "length", reply->rank->length);
+        print_number_key(out, "lambda_error_estimate", reply->rank->error_estimate);
+        if (reply->rank->lost)
+            print_lost(out, request, reply);
     } else if (reply->spectrum) {
         fprintf(out, ",\"rank\":%u", reply->spectrum->rank);
     }
@@ -205,7 +233,7 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
             print_answer(out, answer, is_tip_poses ? buffers->tip_poses_key : answer->key, names,
                          request, values);
         if (answer->member == offsetof(tfa_reply, lambda_inv))
-            print_rank(out, reply);
+            print_rank(out, request, reply);
     }
     print_quality(out, reply->answers);
     if (reply->model)

@@ -241,6 +241,7 @@ static const struct {
     {"acceleration", TASK, 0, jsonl_read_acceleration},
     {"rank_loss", TASK, LAMBDA_FLAGS, jsonl_read_rank_loss},
     {"rank_threshold", TASK, LAMBDA_FLAGS, jsonl_read_rank_threshold},
+    {"characteristic_length", TASK, LAMBDA_FLAGS, jsonl_read_characteristic_length},
     {"method", ALL, 0, read_method},
     {"refine", LAMBDA_INV, 0, read_refine},
     {"estimate", LAMBDA_INV, 0, read_estimate},

@@ -63,9 +63,10 @@ int jsonl_read_rows(jsonl_reader *r, const json_t *value)
 int jsonl_read_rank_loss(jsonl_reader *r, const json_t *value)
 {
     static const char *const words[] = {
-        [TFA_RANK_TRUNCATE] = "truncate", [TFA_RANK_DAMP] = "damp", [TFA_RANK_REFUSE] = "refuse"};
+        [TFA_RANK_DEFAULT] = "default", [TFA_RANK_TRUNCATE] = "truncate",
+        [TFA_RANK_DAMP] = "damp", [TFA_RANK_REFUSE] = "refuse"};
     unsigned policy = 0;
-    int status = read_choice(r, value, words, 3, &policy);
+    int status = read_choice(r, value, words, 4, &policy);
     r->request->rank_loss = (tfa_rank_loss)policy;
     return status;
 }
@@ -79,10 +80,21 @@ int jsonl_read_rank_threshold(jsonl_reader *r, const json_t *value)
     if (!(x > 0 && x < 1))
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
                           "rank_threshold: %g, must be above 0 and below 1: relative to the "
-                          "largest eigenvalue of lambda_inv",
+                          "sum of the eigenvalues of lambda_inv",
                           x);
     r->buffers->rank_threshold = x;
     r->request->rank_threshold = &r->buffers->rank_threshold;
+    return TFA_OK;
+}
+
+int jsonl_read_characteristic_length(jsonl_reader *r, const json_t *value)
+{
+    const double x = json_number_value(value);
+    if (!json_is_number(value) || !(x > 0))
+        return jsonl_fail(r->error, TFA_E_ARGUMENT,
+                          "characteristic_length: must be a number of metres above 0");
+    r->buffers->characteristic_length = x;
+    r->request->characteristic_length = &r->buffers->characteristic_length;
     return TFA_OK;
 }
 

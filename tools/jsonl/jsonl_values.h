@@ -68,6 +68,7 @@ int jsonl_read_rows(jsonl_reader *r, const json_t *value);
 int jsonl_read_rank_loss(jsonl_reader *r, const json_t *value);
 /** A number between 0 and 1 @return TFA_OK, TFA_E_ARGUMENT. */
 int jsonl_read_rank_threshold(jsonl_reader *r, const json_t *value);
+int jsonl_read_characteristic_length(jsonl_reader *r, const json_t *value);
 /** {"link":[6 or 3 numbers],...}, to be read by jsonl_finish_acceleration. @return TFA_OK,
  *  TFA_E_ARGUMENT. */
 int jsonl_read_acceleration(jsonl_reader *r, const json_t *value);

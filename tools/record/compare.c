@@ -91,6 +91,7 @@ static void compare_spectrum(comparison *c, uint32_t state, const tfa_spectrum *
 static void compare_rank(comparison *c, uint32_t state, const tfa_rank *a, const tfa_rank *b)
 {
     compare_whole(c, "rank.rank", state, a->rank, b->rank);
+    compare_whole(c, "rank.lost", state, a->lost, b->lost);
     compare_number(c, "rank.threshold", state, 0, &a->threshold, &b->threshold, fabs(a->threshold));
     /* an error of the smallest eigenvalue, relative to the largest, counts as often */
     compare_number(c, "rank.condition", state, 0, &a->condition, &b->condition,

@@ -13,7 +13,8 @@ uint32_t TFA_V(reduced_freedom)(const struct tfa_model *m, uint32_t j, num *mult
     return j < nb ? j : nb + m->freedom[j - nb].from;
 }
 
-/* T^T M T from the entries of M, and its factors */
+/* T^T M T from the entries of M, and its factors. A locked freedom couples with nothing: its row is
+ * that of the identity, and forces on it are left out by who asks. */
 void TFA_V(reduced_factor)(struct state *s)
 {
     const struct tfa_model *m = s->m;
@@ -25,6 +26,10 @@ void TFA_V(reduced_factor)(struct state *s)
             num left, right;
             const size_t a = TFA_V(reduced_freedom)(m, j, &left),
                          b = TFA_V(reduced_freedom)(m, (uint32_t)i, &right);
+            if (s->lock[j] || s->lock[i]) {
+                s->Mr[a * n + a] = num_select(num_of(s->lock[j]) > 0, num_of(1), s->Mr[a * n + a]);
+                continue;
+            }
             const num x = left * right * s->M[m->dof_row[j] + m->dof_depth[i]];
             s->Mr[a * n + b] += x;
             if ((uint32_t)i != j)

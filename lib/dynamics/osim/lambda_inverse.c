@@ -1,29 +1,214 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Lambda from Lambda^-1 by its eigenvalues.
+ * Lambda from factors of the tips' motion.
  */
 #include "dynamics/osim/lambda_inverse.h"
 
 #include <math.h>
 
-#include "dynamics/osim/symmetric_eigen.h"
+#include "dynamics/core/recursions.h"
+#include "dynamics/kinematics/tip_motion.h"
+#include "dynamics/osim/rank_revealing.h"
+#include "dynamics/osim/tip_rows.h"
+#include "dynamics/solve/answer.h"
+#include "dynamics/solve/method.h"
+#include "dynamics/solve/refine.h"
 
 static uint32_t size_of(const struct state *s)
 {
     return s->tip_rows * s->tips;
 }
 
-/* Both triangles of Lambda^-1, by the rows of the answer, from the upper one with six rows a tip */
-static void gather_rows(const struct state *s, num *out)
+static num dot(const num *x, const num *y, uint32_t n)
+{
+    num sum = num_of(0);
+    for (uint32_t j = 0; j < n; j++)
+        sum += x[j] * y[j];
+    return sum;
+}
+
+/* ---- the metric ---- */
+
+/* Rows of the world's frame mix linear with angular motion by the distance of its origin: they are
+ * taken about the tip's point. Three rows alone cannot be. */
+static tfa_reference_frame metric_frame(const tfa_request *r)
+{
+    return r->frame == TFA_FRAME_WORLD && r->rows != TFA_ROWS_POINT ? TFA_FRAME_LOCAL_WORLD_ALIGNED
+                                                                    : r->frame;
+}
+
+static void find_arms(struct state *s, const tfa_request *r)
+{
+    const int moved = metric_frame(r) != r->frame;
+    for (uint32_t t = 0; t < s->tips; t++) {
+        struct tip at = {.origin = v3_zero()};
+        if (moved)
+            TFA_V(tip_locate)(s, t, TFA_FRAME_LOCAL_WORLD_ALIGNED, &at);
+        s->arm[3 * t] = at.origin.x;
+        s->arm[3 * t + 1] = at.origin.y;
+        s->arm[3 * t + 2] = at.origin.z;
+    }
+}
+
+/* Acceleration to the metric: about the tip's point, angular rows times the length */
+static void to_metric(const struct state *s, const num *x, num *out)
+{
+    const uint32_t rows = s->tip_rows;
+    for (uint32_t t = 0; t < s->tips; t++, x += rows, out += rows) {
+        const num *p = s->arm + 3 * t;
+        for (uint32_t e = 0; e < 3; e++)
+            out[e] = x[e];
+        if (rows == 3)
+            continue;
+        for (uint32_t e = 0; e < 3; e++) {
+            const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+            out[e] += x[3 + f] * p[g] - x[3 + g] * p[f];
+            out[3 + e] = s->tip_length * x[3 + e];
+        }
+    }
+}
+
+/* Force from the metric, in place: the transpose */
+static void from_metric(const struct state *s, num *y)
+{
+    for (uint32_t t = 0; s->tip_rows == 6 && t < s->tips; t++, y += 6) {
+        const num *p = s->arm + 3 * t;
+        for (uint32_t e = 0; e < 3; e++) {
+            const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+            y[3 + e] = s->tip_length * y[3 + e] + p[f] * y[g] - p[g] * y[f];
+        }
+    }
+}
+
+/* A direction of the metric as an acceleration in the rows of the answer, in place */
+static void direction_of(const struct state *s, num *v)
+{
+    for (uint32_t t = 0; s->tip_rows == 6 && t < s->tips; t++, v += 6) {
+        const num *p = s->arm + 3 * t;
+        for (uint32_t e = 0; e < 3; e++)
+            v[3 + e] /= s->tip_length;
+        for (uint32_t e = 0; e < 3; e++) {
+            const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
+            v[e] -= v[3 + f] * p[g] - v[3 + g] * p[f];
+        }
+    }
+}
+
+/* ---- factors ---- */
+
+/* Trace of Lambda in the metric, sum of 1/d >= 1 / least d: |S^-1/2 U^-T|^2 by columns of U^-1 */
+static num trace_of_lambda(struct state *s, uint32_t n)
+{
+    num *column = s->coefficient, sum = num_of(0);
+    for (uint32_t k = 0; k < n; k++) {
+        column[k] = num_of(1);
+        num square = num_of(1);
+        for (uint32_t i = k; i-- > 0;) {
+            num x = num_of(0);
+            for (uint32_t j = i + 1; j <= k; j++)
+                x -= s->triangle[(size_t)n * i + s->pivot[j]] * column[j];
+            column[i] = x;
+            square += x * x;
+        }
+        sum += square / s->pivot_square[k];
+    }
+    return sum;
+}
+
+/* Gains of the singular directions by the policy. Returns how many are inverted. */
+static uint32_t choose_gains(struct state *s, tfa_rank_loss policy, num threshold)
 {
     const uint32_t n = size_of(s);
-    for (uint32_t i = 0; i < n; i++)
-        for (uint32_t j = i; j < n; j++) {
-            const size_t row = 6 * (i / s->tip_rows) + i % s->tip_rows,
-                         column = 6 * (j / s->tip_rows) + j % s->tip_rows;
-            out[(size_t)n * i + j] = out[(size_t)n * j + i] = s->lambda[row * 6 * s->tips + column];
+    uint32_t regular = 0;
+    for (uint32_t k = 0; k < s->tip_rank; k++) {
+        const num *v = s->direction + (size_t)n * k;
+        const num d = s->eigenvalue[k] = dot(v, v, n);
+        const int inverted = d > threshold;
+        regular += inverted ? 1u : 0;
+        s->gain[k] = inverted                    ? 1 / d
+                     : policy == TFA_RANK_DAMP ? d / (threshold * threshold)
+                                                 : num_of(0);
+    }
+    return regular;
+}
+
+/* Sum of 1/d of the directions that are no rounding */
+static num trace_of_inverse(const struct state *s)
+{
+    num sum = num_of(0);
+    for (uint32_t k = 0; k < s->tip_rank; k++)
+        sum += 1 / s->eigenvalue[k];
+    return sum;
+}
+
+/* ---- error ---- */
+
+/* Rounding of B by these recursions, in units of eps times its condition
+ * (tests/dynamics/operational/lambda.c measures 4). A damped direction counts as one at the
+ * threshold. */
+#define ROUNDINGS 8
+
+static double rounding_of(const struct state *s, num trace, num inverse_trace)
+{
+    const num least = 1 / inverse_trace;
+    const int damped = s->spectral && least < s->tip_threshold;
+    return ROUNDINGS *
+           (double)(NUM_EPSILON * num_sqrt(trace / (damped ? s->tip_threshold : least)));
+}
+
+/* Error of the factors of M in the metric of the kinetic energy: a force on the tips whose parts
+ * along all directions that are inverted have the same energy must accelerate them by what the
+ * factors say, as a refined solution of M finds. */
+static double error_of_factors(struct state *s, const tfa_request *r)
+{
+    const uint32_t n = size_of(s), rows = s->tip_rows;
+    num *F = s->task + 2 * (size_t)n, *x = s->task + 3 * (size_t)n;
+    num error = num_of(0), size = num_of(0);
+    for (uint32_t j = 0; j < n; j++)
+        F[j] = num_of(0);
+    for (uint32_t k = 0; k < s->tip_rank; k++)
+        for (uint32_t j = 0; s->eigenvalue[k] > s->tip_threshold && j < n; j++) {
+            const num part = s->direction[(size_t)n * k + j] / s->eigenvalue[k];
+            F[j] += k * 2654435761u >> 31 ? part : -part;
         }
+    for (uint32_t j = 0; j < s->m->freedoms; j++)
+        s->tau[j] = num_of(0);
+    struct tip at;
+    for (uint32_t t = 0; t < s->tips; t++) {
+        num f[6] = {num_of(0), num_of(0), num_of(0), num_of(0), num_of(0), num_of(0)};
+        for (uint32_t e = 0; e < rows; e++)
+            f[e] = F[rows * t + e] * (e < 3 ? num_of(1) : s->tip_length);
+        TFA_V(tip_locate)(s, t, metric_frame(r), &at);
+        TFA_V(tip_jacobian_tmul)(s, &at, f, s->tau);
+    }
+    TFA_V(gather_on_leaders)(s, s->tau);
+    TFA_V(solve_refined)(s, TFA_V(last_resort)(s), 1, 1);
+    for (uint32_t t = 0; t < s->tips; t++) {
+        num a[6];
+        TFA_V(tip_locate)(s, t, metric_frame(r), &at);
+        TFA_V(tip_jacobian_mul)(s, &at, s->qdd, a);
+        for (uint32_t e = 0; e < rows; e++)
+            x[rows * t + e] = a[e] * (e < 3 ? num_of(1) : s->tip_length);
+    }
+    for (uint32_t k = 0; k < s->tip_rank; k++) {
+        if (!(s->eigenvalue[k] > s->tip_threshold))
+            continue;
+        const num sign = num_of(k * 2654435761u >> 31 ? 1 : -1);
+        const num d = dot(s->direction + (size_t)n * k, x, n) / s->eigenvalue[k] - sign;
+        error += d * d;
+        size += num_of(1);
+    }
+    return size > 0 ? ESTIMATE_SAFETY * sqrt((double)(error / size)) : 0;
+}
+
+/* ---- all of it ---- */
+
+static tfa_rank_loss policy_of(const tfa_request *r)
+{
+    if (r->rank_loss != TFA_RANK_DEFAULT)
+        return r->rank_loss;
+    return r->op == TFA_OP_TASK_TORQUES ? TFA_RANK_DAMP : TFA_RANK_TRUNCATE;
 }
 
 static double default_threshold(tfa_rank_loss policy, uint32_t n)
@@ -31,79 +216,207 @@ static double default_threshold(tfa_rank_loss policy, uint32_t n)
     return policy == TFA_RANK_DAMP ? TFA_RANK_THRESHOLD_DAMP : TFA_RANK_THRESHOLD(n);
 }
 
-int TFA_V(lambda_factor)(struct state *s, tfa_rank_loss policy, double relative, tfa_rank *rank)
+int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int estimate, tfa_rank *rank)
 {
     const uint32_t n = size_of(s);
-    gather_rows(s, s->lambda_rows); /* to be overwritten */
-    if (!TFA_V(symmetric_eigen)(s->lambda_rows, n, s->eigenvectors, s->eigenvalues, s->gain))
+    const tfa_rank_loss policy = policy_of(r);
+    s->tip_length = num_of(r->characteristic_length ? *r->characteristic_length : s->m->length);
+    find_arms(s, r);
+    TFA_V(tip_rows)(s, metric_frame(r));
+    const num trace = dot(s->phi, s->phi, n * s->tip_freedoms);
+    if (!(trace - trace == 0))
         return 0;
-    gather_rows(s, s->lambda_rows);
-    num least = s->eigenvalues[0], most = s->eigenvalues[0];
-    for (uint32_t k = 1; k < n; k++) {
-        least = s->eigenvalues[k] < least ? s->eigenvalues[k] : least;
-        most = s->eigenvalues[k] > most ? s->eigenvalues[k] : most;
+    s->tip_rank = TFA_V(pivoted_gram_schmidt)(s->phi, s->tip_freedoms, n,
+                                              num_of(TFA_RANK_THRESHOLD(n)) * trace, s->triangle,
+                                              s->pivot_square, s->pivot);
+    const num threshold =
+        num_of(r->rank_threshold ? *r->rank_threshold : default_threshold(policy, n)) * trace;
+    s->tip_threshold = threshold;
+    num inverse = s->tip_rank == n ? trace_of_lambda(s, n) : num_of(0);
+    s->spectral = s->tip_rank < n || !(inverse * threshold < 1);
+    uint32_t regular = n;
+    if (s->spectral || estimate) {
+        TFA_V(singular_directions)(s->triangle, s->pivot_square, n, s->tip_rank, s->direction,
+                                   s->spectral ? s->triangle : NULL);
+        const uint32_t inverted = choose_gains(s, policy, threshold);
+        regular = s->spectral ? inverted : n;
+        inverse = s->spectral ? trace_of_inverse(s) : inverse;
     }
-    const num t = num_of(relative > 0 ? relative : default_threshold(policy, n)) * most;
-    const num rounding = num_of(TFA_RANK_THRESHOLD(n)) * most;
-    *rank = (tfa_rank){.threshold = (double)t,
-                       .condition = least > rounding ? (double)(most / least) : (double)INFINITY};
-    for (uint32_t k = 0; k < n; k++) {
-        const num d = s->eigenvalues[k];
-        const int regular = d > t && d > 0;
-        rank->rank += regular ? 1u : 0;
-        s->gain[k] = regular ? 1 / d : num_of(0);
-        if (!regular && policy == TFA_RANK_DAMP && d > rounding)
-            s->gain[k] = d / (t * t);
-    }
+    *rank = (tfa_rank){.rank = regular,
+                       .lost = n - regular,
+                       .threshold = (double)threshold,
+                       .condition = s->tip_rank > 0 ? (double)(trace * inverse) : (double)INFINITY,
+                       .length = (double)s->tip_length,
+                       .error_estimate = rounding_of(s, trace, inverse)};
+    if (estimate)
+        rank->error_estimate += error_of_factors(s, r);
     return 1;
 }
 
-/* y += V diag(g) V^T x; g of eigenvalues that are not inverted counts where `damped`. */
-static void add_inverse(const struct state *s, uint32_t n, const num *x, num *y, int damped)
+/* ---- products ---- */
+
+/* y <- S^-1 U^-T y, then lambda_back: Lambda y by triangular factors */
+static void forward_substitute(struct state *s, const num *x)
 {
+    const uint32_t n = size_of(s);
+    num *a = s->coefficient;
     for (uint32_t k = 0; k < n; k++) {
-        const num *v = s->eigenvectors + (size_t)n * k;
-        const num g = s->gain[k], inverted = g * s->eigenvalues[k];
-        num sum = num_of(0);
-        if (!(g > 0) || (!damped && inverted < 1 - 16 * NUM_EPSILON))
-            continue;
-        for (uint32_t j = 0; j < n; j++)
-            sum += v[j] * x[j];
-        sum *= g;
-        for (uint32_t j = 0; j < n; j++)
-            y[j] += sum * v[j];
+        a[k] = x[s->pivot[k]];
+        for (uint32_t i = 0; i < k; i++)
+            a[k] -= s->triangle[(size_t)n * i + s->pivot[k]] * a[i];
+    }
+    for (uint32_t k = 0; k < n; k++)
+        a[k] /= s->pivot_square[k];
+}
+
+/* y = U^-1 s->coefficient */
+static void back_substitute(const struct state *s, num *y)
+{
+    const uint32_t n = size_of(s);
+    for (uint32_t k = n; k-- > 0;) {
+        num sum = s->coefficient[k];
+        for (uint32_t j = k + 1; j < n; j++)
+            sum -= s->triangle[(size_t)n * k + s->pivot[j]] * y[s->pivot[j]];
+        y[s->pivot[k]] = sum;
     }
 }
 
-void TFA_V(lambda_mul)(const struct state *s, const num *x, num *y, num *scratch)
+/* y = V a, the coefficients a counting for directions times singular values */
+static void add_directions(const struct state *s, num *y)
 {
     const uint32_t n = size_of(s);
     for (uint32_t j = 0; j < n; j++)
         y[j] = num_of(0);
-    add_inverse(s, n, x, y, 1);
-    for (uint32_t i = 0; i < n; i++) {
-        const num *row = s->lambda_rows + (size_t)n * i;
-        num sum = x[i];
+    for (uint32_t k = 0; k < s->tip_rank; k++)
         for (uint32_t j = 0; j < n; j++)
-            sum -= row[j] * y[j];
-        scratch[i] = sum;
-    }
-    add_inverse(s, n, scratch, y, 0);
+            y[j] += s->coefficient[k] * s->direction[(size_t)n * k + j];
 }
 
-int TFA_V(lambda_dense)(const struct state *s, double *out)
+void TFA_V(lambda_mul)(struct state *s, const num *x, num *y)
 {
     const uint32_t n = size_of(s);
+    to_metric(s, x, y);
+    if (s->spectral) {
+        for (uint32_t k = 0; k < s->tip_rank; k++)
+            s->coefficient[k] =
+                s->gain[k] / s->eigenvalue[k] * dot(s->direction + (size_t)n * k, y, n);
+        add_directions(s, y);
+    } else {
+        forward_substitute(s, y);
+        back_substitute(s, y);
+    }
+    from_metric(s, y);
+}
+
+/* Least squares: the projections on the columns of Q, in the order in which they became
+ * orthogonal; z is used up. */
+void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
+{
+    const uint32_t rows = s->tip_freedoms;
+    num *z = s->force_row, *a = s->coefficient;
+    TFA_V(force_rows)(s, tau, z);
+    for (uint32_t k = 0; k < s->tip_rank; k++) {
+        const num *q = s->phi + (size_t)rows * s->pivot[k];
+        a[k] = dot(q, z, rows) / s->pivot_square[k];
+        for (uint32_t i = 0; i < rows; i++)
+            z[i] -= a[k] * q[i];
+    }
+    if (s->spectral) {
+        for (uint32_t k = 0; k < s->tip_rank; k++)
+            z[k] = a[k] * num_sqrt(s->pivot_square[k]);
+        for (uint32_t k = 0; k < s->tip_rank; k++)
+            a[k] = s->gain[k] * dot(s->triangle + (size_t)s->tip_rank * k, z, s->tip_rank);
+        add_directions(s, y);
+    } else {
+        back_substitute(s, y);
+    }
+    from_metric(s, y);
+}
+
+int TFA_V(lambda_dense)(struct state *s, double *out)
+{
+    const uint32_t n = size_of(s);
+    num *unit = s->task + 2 * (size_t)n, *y = s->task + 3 * (size_t)n;
     double nonfinite = 0;
-    for (uint32_t i = 0; i < n; i++)
-        for (uint32_t j = i; j < n; j++) {
-            num sum = num_of(0);
-            for (uint32_t k = 0; k < n; k++)
-                sum += s->eigenvectors[(size_t)n * k + i] * s->gain[k] *
-                       s->eigenvectors[(size_t)n * k + j];
-            const double x = (double)sum;
+    for (uint32_t j = 0; j < n; j++)
+        unit[j] = num_of(0);
+    for (uint32_t j = 0; j < n; j++) {
+        unit[j] = num_of(1);
+        TFA_V(lambda_mul)(s, unit, y);
+        unit[j] = num_of(0);
+        for (uint32_t i = 0; i <= j; i++) {
+            const double x = (double)y[i];
             nonfinite += x - x;
             out[(size_t)n * i + j] = out[(size_t)n * j + i] = x;
         }
+    }
     return nonfinite == 0;
+}
+
+/* ---- directions that are lost ---- */
+
+/* Row of the reply: singular value, acceleration given up along the direction, direction */
+static double *put_lost(const struct state *s, num sigma, num given_up, num *v, double *out)
+{
+    const uint32_t n = size_of(s);
+    direction_of(s, v);
+    out[0] = (double)sigma;
+    out[1] = (double)given_up;
+    for (uint32_t j = 0; j < n; j++)
+        out[2 + j] = (double)v[j];
+    return out + 2 + n;
+}
+
+/* The direction at or below the threshold with the smallest eigenvalue above `last`; -1: none */
+static int32_t next_lost(const struct state *s, num last)
+{
+    int32_t best = -1;
+    for (uint32_t k = 0; s->spectral && k < s->tip_rank; k++) {
+        const num d = s->eigenvalue[k];
+        if (!(d > s->tip_threshold) && d > last && (best < 0 || d < s->eigenvalue[best]))
+            best = (int32_t)k;
+    }
+    return best;
+}
+
+/* What is left of x beside all directions of B, which the tips cannot follow at all */
+static num outside(const struct state *s, const num *x, num *rest)
+{
+    const uint32_t n = size_of(s);
+    for (uint32_t j = 0; j < n; j++)
+        rest[j] = x[j];
+    for (uint32_t k = 0; k < s->tip_rank; k++) {
+        const num *v = s->direction + (size_t)n * k;
+        const num a = dot(v, rest, n) / s->eigenvalue[k];
+        for (uint32_t j = 0; j < n; j++)
+            rest[j] -= a * v[j];
+    }
+    return num_sqrt(dot(rest, rest, n));
+}
+
+uint32_t TFA_V(lambda_lost)(struct state *s, const num *x, double *out)
+{
+    const uint32_t n = size_of(s);
+    num *in = s->task + 2 * (size_t)n, *v = s->task + 3 * (size_t)n;
+    uint32_t count = 0;
+    to_metric(s, x, in);
+    const num size = num_sqrt(dot(in, in, n));
+    if (s->spectral && s->tip_rank < n) {
+        const num rest = outside(s, in, v);
+        for (uint32_t j = 0; j < n; j++)
+            v[j] /= rest > 0 ? rest : num_of(1);
+        if (rest > num_of(TFA_RANK_ROUNDING(n)) * size) {
+            out = put_lost(s, num_of(0), rest, v, out);
+            count++;
+        }
+    }
+    int32_t k;
+    for (num last = num_of(-1); count < TFA_LOST_MAX && (k = next_lost(s, last)) >= 0; count++) {
+        const num sigma = num_sqrt(last = s->eigenvalue[k]);
+        for (uint32_t j = 0; j < n; j++)
+            v[j] = s->direction[(size_t)n * (uint32_t)k + j] / sigma;
+        const num along = dot(v, in, n);
+        out = put_lost(s, sigma, along * (1 - s->gain[k] * last), v, out);
+    }
+    return count;
 }

@@ -266,7 +266,7 @@ int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolv
     answer->status = answer_op(s, request, k, reply, answer);
 #if NUM_LANES == 1
     if (answer->status == TFA_OK && is_operational(request))
-        answer->status = TFA_V(answer_operational)(s, request, k, reply);
+        answer->status = TFA_V(answer_operational)(s, request, k, reply, answer);
     if (request->flags && !TFA_V(answer_motion_loaded)(s, request, request->flags, k, reply) &&
         answer->status == TFA_OK)
         answer->status = TFA_E_NOT_COMPUTED;

@@ -1,32 +1,36 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Operational-space dynamics (Khatib 1987) with the Lambda^-1 that is there:
+ * Operational-space dynamics (Khatib 1987):
  *
  *     mu = Lambda (J M^-1 (velocity + damping + external) - J-dot v),   p = Lambda J M^-1 gravity
  *
- * and task torques: with the posture torques tau_0 the tips have x0 = J qdd_0 + J-dot v, so that
+ * and task torques: with the posture torques tau_0 the tips would have x0 = J qdd_0 + J-dot v with
+ * qdd_0 = M^-1 (tau_0 - h), so that
  *
- *     F = Lambda (x_desired - x0),   tau = tau_0 + J^T F
+ *     F = Lambda (x_desired - J-dot v) - Lambda J M^-1 (tau_0 - h),   tau = tau_0 + J^T F
  *
  * is the dynamically consistent torque, (1 - J^T Lambda J M^-1) tau_0 in the task's null space.
+ * Lambda J M^-1 of forces is one least-squares problem (lambda_force): accelerations J M^-1 h would
+ * have lost the digits that Lambda multiplies.
  */
+#include <string.h>
+
 #include "dynamics/core/bias_force.h"
 #include "dynamics/core/recursions.h"
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/osim/lambda_inverse.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
-#include "dynamics/solve/method.h"
 #include "interface/traits.h"
 
-/* s->task: numbers of one vector of the tips' rows, four of which fit */
+/* s->task: numbers of one vector of the tips' rows, five of which fit; two are scratch of Lambda */
 static num *task_vector(const struct state *s, uint32_t which)
 {
     return s->task + (size_t)which * s->tip_rows * s->tips;
 }
 
-enum { ERROR, FORCE, SCRATCH };
+enum { ERROR, FORCE, UNREACHED = 4 };
 
 /* Returns 1 when all of it is finite. */
 static int store_rows(double *out, const num *x, size_t count)
@@ -41,20 +45,45 @@ static int store_rows(double *out, const num *x, size_t count)
 
 /* ---- task torques ---- */
 
+/* s->task_force = s->tau - h */
+static void subtract_bias(struct state *s)
+{
+    for (uint32_t j = 0; j < s->m->freedoms; j++)
+        s->dx[j] = num_of(0);
+    TFA_V(rnea)(s, s->dx, s->task_force, 1);
+    for (uint32_t j = 0; j < s->m->freedoms; j++)
+        s->task_force[j] = s->tau[j] - s->task_force[j];
+}
+
 void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k)
 {
     const double *desired = r->task_acceleration + (size_t)s->tip_rows * s->tips * k;
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at;
         struct tip_velocity motion;
-        num x[6];
+        num bias[6], x[6];
         TFA_V(tip_locate)(s, t, r->frame, &at);
         TFA_V(tip_velocity)(s, &at, &motion);
+        TFA_V(tip_acceleration)(s, &at, &motion, NULL, bias);
         TFA_V(tip_acceleration)(s, &at, &motion, s->qdd, x);
-        for (uint32_t e = 0; e < s->tip_rows; e++)
-            task_vector(s, ERROR)[s->tip_rows * t + e] =
-                num_of(desired[s->tip_rows * t + e]) - x[e];
+        for (uint32_t e = 0; e < s->tip_rows; e++) {
+            const uint32_t row = s->tip_rows * t + e;
+            task_vector(s, ERROR)[row] = num_of(desired[row]) - bias[e];
+            task_vector(s, UNREACHED)[row] = num_of(desired[row]) - x[e];
+        }
     }
+    subtract_bias(s);
+}
+
+/* F = Lambda (x_desired - J-dot v) - Lambda J M^-1 (tau_0 - h) */
+static void task_force(struct state *s)
+{
+    const size_t n = (size_t)s->tip_rows * s->tips;
+    num *F = task_vector(s, FORCE), *posture = task_vector(s, 2);
+    TFA_V(lambda_mul)(s, task_vector(s, ERROR), F);
+    TFA_V(lambda_force)(s, s->task_force, posture);
+    for (size_t e = 0; e < n; e++)
+        F[e] -= posture[e];
 }
 
 /* tau_0 + J^T F, where joints are not locked */
@@ -85,41 +114,23 @@ static int answer_torques(struct state *s, const tfa_request *r, uint32_t k, tfa
 
 /* ---- operational-space forces ---- */
 
-/* x = J M^-1 x of all tips, in s->task; s->res is x. */
-static void tip_response(struct state *s, const tfa_request *r)
-{
-    const tfa_method method = TFA_V(last_resort)(s);
-    TFA_V(gather_on_leaders)(s, s->res);
-    (void)TFA_V(factor)(s, method);
-    TFA_V(solve)(s, method, s->res, s->res);
-    for (uint32_t t = 0; t < s->tips; t++) {
-        struct tip at;
-        num x[6];
-        TFA_V(tip_locate)(s, t, r->frame, &at);
-        TFA_V(tip_jacobian_mul)(s, &at, s->res, x);
-        for (uint32_t e = 0; e < s->tip_rows; e++)
-            task_vector(s, ERROR)[s->tip_rows * t + e] = x[e];
-    }
-}
-
-static int answer_p(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
+static int answer_p(struct state *s, uint32_t k, tfa_reply *reply)
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
     TFA_V(gravity_force)(s, s->res);
-    tip_response(s, r);
-    TFA_V(lambda_mul)(s, task_vector(s, ERROR), task_vector(s, FORCE), task_vector(s, SCRATCH));
+    TFA_V(lambda_force)(s, s->res, task_vector(s, FORCE));
     return store_rows(reply->p + n * k, task_vector(s, FORCE), n);
 }
 
 static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
+    num *bias = task_vector(s, ERROR), *mu = task_vector(s, FORCE), *other = task_vector(s, 2);
     TFA_V(external_force)(s, s->tau);
     TFA_V(velocity_force)(s, s->res);
     TFA_V(damping_force)(s, s->dx);
     for (uint32_t j = 0; j < s->freedoms; j++)
         s->res[j] += s->tau[j] + s->dx[j];
-    tip_response(s, r);
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at;
         struct tip_velocity motion;
@@ -128,36 +139,58 @@ static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_repl
         TFA_V(tip_velocity)(s, &at, &motion);
         TFA_V(tip_acceleration)(s, &at, &motion, NULL, x);
         for (uint32_t e = 0; e < s->tip_rows; e++)
-            task_vector(s, ERROR)[s->tip_rows * t + e] -= x[e];
+            bias[s->tip_rows * t + e] = x[e];
     }
-    TFA_V(lambda_mul)(s, task_vector(s, ERROR), task_vector(s, FORCE), task_vector(s, SCRATCH));
-    return store_rows(reply->mu + n * k, task_vector(s, FORCE), n);
+    TFA_V(lambda_force)(s, s->res, mu);
+    TFA_V(lambda_mul)(s, bias, other);
+    for (size_t e = 0; e < n; e++)
+        mu[e] -= other[e];
+    return store_rows(reply->mu + n * k, mu, n);
 }
 
-int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
+/* Rank and the directions that are lost */
+static void store_rank(struct state *s, const tfa_request *r, uint32_t k, tfa_rank *rank,
+                       tfa_reply *reply, tfa_answer *answer)
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
-    const double relative = r->rank_threshold ? *r->rank_threshold : 0;
-    tfa_rank rank;
-    if (!TFA_V(lambda_factor)(s, r->rank_loss, relative, &rank))
-        return TFA_E_NOT_COMPUTED;
+    if (rank->lost)
+        answer->flags |= TFA_ANSWER_RANK_LOSS;
     if (reply->rank)
-        reply->rank[k] = rank;
-    if (r->rank_loss == TFA_RANK_REFUSE && rank.rank < n) {
+        reply->rank[k] = *rank;
+    if (!reply->lost)
+        return;
+    double *lost = reply->lost + TFA_LOST_MAX * (2 + n) * k;
+    memset(lost, 0, TFA_LOST_MAX * (2 + n) * sizeof *lost);
+    if (r->op != TFA_OP_TASK_TORQUES)
+        for (size_t e = 0; e < n; e++)
+            task_vector(s, UNREACHED)[e] = num_of(0);
+    if (rank->lost)
+        (void)TFA_V(lambda_lost)(s, task_vector(s, UNREACHED), lost);
+}
+
+int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
+                              tfa_answer *answer)
+{
+    const size_t n = (size_t)s->tip_rows * s->tips;
+    tfa_rank rank;
+    if (!TFA_V(lambda_factor)(s, r, answer->flags & TFA_ANSWER_ESTIMATED, &rank))
+        return TFA_E_NOT_COMPUTED;
+    store_rank(s, r, k, &rank, reply, answer);
+    if (r->rank_loss == TFA_RANK_REFUSE && rank.lost) {
         reply->field = TFA_FIELD_TIPS;
         reply->index = rank.rank;
         return TFA_E_RANK;
     }
     int status = TFA_OK;
     if (r->op == TFA_OP_TASK_TORQUES) {
-        TFA_V(lambda_mul)(s, task_vector(s, ERROR), task_vector(s, FORCE), task_vector(s, SCRATCH));
+        task_force(s);
         status = answer_torques(s, r, k, reply);
     }
     int finite = status == TFA_OK;
     if (r->flags & TFA_WANT_LAMBDA && reply->lambda)
         finite &= TFA_V(lambda_dense)(s, reply->lambda + n * n * k);
     if (r->flags & TFA_WANT_P && reply->p)
-        finite &= answer_p(s, r, k, reply);
+        finite &= answer_p(s, k, reply);
     if (r->flags & TFA_WANT_MU && reply->mu)
         finite &= answer_mu(s, r, k, reply);
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;

@@ -258,6 +258,9 @@ TFA_API tfa_model_summary tfa_model_summarise(const tfa_model *model);
 TFA_API uint32_t tfa_model_q_count(const tfa_model *model);
 /** Number of freedoms in v, tau and qdd, without those of a floating base. */
 TFA_API uint32_t tfa_model_v_count(const tfa_model *model);
+/** What a radian of a tip counts beside a metre where a request does not say it: a quarter of the
+ *  longest way from a root along joints to a centre of mass, m; 1 if there is none. */
+TFA_API double tfa_model_characteristic_length(const tfa_model *model);
 /** 6 for a floating base, else 0. */
 TFA_API uint32_t tfa_model_base_freedoms(const tfa_model *model);
 /** Number of public joints. */

@@ -53,20 +53,24 @@ typedef enum tfa_rows {
 } tfa_rows;
 
 /**
- * Policy where lambda_inv = V diag(d) V^T has eigenvalues d at or below a threshold t > 0, for
- * lambda and task torques. Eigenvalues above t are always inverted to 1/d.
+ * Policy of lambda, mu, p and task torques near a singularity. In the metric of the tips, that is
+ * about each tip's point and with a radian counted as `characteristic_length` metres,
+ * lambda_inv = V diag(d) V^T; d above a threshold t is always inverted to 1/d. Up to t, instead:
  */
 typedef enum tfa_rank_loss {
-    TFA_RANK_TRUNCATE = 0, /**< 0 in place of 1/d: the pseudoinverse (Moore-Penrose) */
-    TFA_RANK_DAMP = 1,     /**< d/t^2 (0 up to TFA_RANK_THRESHOLD): damped least squares with the
-                                damping t^2 - d^2, continuous at d = t (Nakamura and Hanafusa 1986;
-                                by direction: Chiaverini 1997) */
-    TFA_RANK_REFUSE = 2,   /**< TFA_E_RANK */
+    TFA_RANK_DEFAULT = 0,  /**< damp with task torques, otherwise truncate */
+    TFA_RANK_TRUNCATE = 1, /**< 0: the pseudoinverse (Moore-Penrose), which jumps at t */
+    TFA_RANK_DAMP = 2,     /**< d/t^2: damped least squares by direction, with the damping
+                                t^2 - d^2, continuous at d = t (Nakamura and Hanafusa 1986;
+                                Chiaverini 1997) */
+    TFA_RANK_REFUSE = 3,   /**< TFA_E_RANK */
 } tfa_rank_loss;
 
-/** Default thresholds, relative to the largest eigenvalue of n rows. */
-#define TFA_RANK_THRESHOLD(n) (64 * 0x1p-52 * (n)) /**< truncate, refuse: rounding */
-#define TFA_RANK_THRESHOLD_DAMP 1e-6               /**< damp */
+/** Rounding of n singular values sqrt(d), relative to the root of the sum of d. */
+#define TFA_RANK_ROUNDING(n) (16 * 0x1p-52 * (n))
+/** Default thresholds t, relative to the sum of all d. */
+#define TFA_RANK_THRESHOLD(n) (TFA_RANK_ROUNDING(n) * TFA_RANK_ROUNDING(n)) /**< truncate, refuse */
+#define TFA_RANK_THRESHOLD_DAMP 1e-6                                        /**< damp */
 
 /** Arithmetic of the factors. */
 typedef enum tfa_precision {
@@ -151,8 +155,11 @@ typedef struct tfa_request {
                                  `frame` of their links */
     const double *task_acceleration; /**< count x r m, m/s^2 and rad/s^2: desired accelerations of
                                           the tips (task torques), as J qdd + bias_acceleration */
-    const double *rank_threshold; /**< 1, relative to the largest eigenvalue of lambda_inv, above 0
-                                       and below 1; NULL: TFA_RANK_THRESHOLD */
+    const double *rank_threshold; /**< 1, relative to the sum of the eigenvalues d, above 0 and
+                                       below 1; NULL: TFA_RANK_THRESHOLD_DAMP where directions are
+                                       damped, else TFA_RANK_THRESHOLD */
+    const double *characteristic_length; /**< 1, m, above 0: what a radian of a tip counts beside a
+                                       metre; NULL: tfa_model_characteristic_length */
     const double *payloads; /**< payload_count x TFA_PAYLOAD_NUMBERS, for every state: mass (kg),
                                  com (m), inertia (kg m^2) as in tfa_payload */
 } tfa_request;
@@ -170,6 +177,9 @@ typedef struct tfa_request {
 #define TFA_ANSWER_RESIDUAL_PRECISION 64u
 /** The sentinel tripped (TFA_ESTIMATE_DEFAULT), so the estimate was computed. */
 #define TFA_ANSWER_SENTINEL 128u
+/** Directions of the tips are at or below the threshold of rank_loss: they were damped or cut off,
+ *  see tfa_rank and tfa_reply.lost. */
+#define TFA_ANSWER_RANK_LOSS 256u
 
 /** Quality of the answer for one state. */
 typedef struct tfa_answer {
@@ -177,9 +187,8 @@ typedef struct tfa_answer {
     uint16_t method;       /**< tfa_method that answered */
     uint16_t flags;        /**< TFA_ANSWER_ bits */
     double error_estimate; /**< relative 2-norm error of qdd (base included; task torques: that of
-                                the posture torques) or lambda_inv; NaN if not computed. Nothing
-                                else is estimated: lambda, mu, p and task torques multiply such an
-                                error by up to tfa_rank.condition */
+                                the posture torques) or lambda_inv; NaN if not computed. That of
+                                lambda, mu, p and task torques: tfa_rank.error_estimate */
 } tfa_answer;
 
 /**
@@ -197,14 +206,28 @@ typedef struct tfa_spectrum {
                                   If lambda_inv is not finite: NaN, and rank 0 */
 } tfa_spectrum;
 
-/** Rank of lambda_inv as lambda and task torques used it, by a symmetric eigendecomposition. */
+/**
+ * Rank of the tips as lambda, mu, p and task torques used it. They come from factors of
+ * B = D^-1/2 L^-1 J^T, M = L D L^T of the articulated bodies (with mimics of T^T M T), for every
+ * method: lambda_inv = B^T B is not formed, so that errors grow with the condition of B, the root
+ * of `condition`. Pivoted Gram-Schmidt, and one-sided Jacobi rotations where directions are near
+ * the threshold.
+ */
 typedef struct tfa_rank {
-    uint32_t rank;    /**< eigenvalues above the threshold */
-    uint32_t padding; /**< 0 */
-    double threshold; /**< absolute: rank_threshold times the largest eigenvalue */
-    double condition; /**< largest eigenvalue over the smallest; infinite if that is rounding
-                           (TFA_RANK_THRESHOLD). Units mixed, depends on `frame` */
+    uint32_t rank;         /**< eigenvalues d above the threshold */
+    uint32_t lost;         /**< directions at or below it: rm - rank */
+    double threshold;      /**< t: rank_threshold times the sum of all d, 1/kg */
+    double condition;      /**< sum of d times sum of 1/d, but of those that are rounding
+                                (TFA_RANK_THRESHOLD); infinite if there is none */
+    double length;         /**< characteristic length, m */
+    double error_estimate; /**< relative 2-norm error of lambda, mu, p, of the task's forces and of
+                                the accelerations that they reach, in the metric of the tips: the
+                                rounding of B; with TFA_ANSWER_ESTIMATED the error of the factors
+                                of M, too, by a refined solution */
 } tfa_rank;
+
+/** Most directions in `lost` of a reply */
+#define TFA_LOST_MAX 6
 
 /** Input that a failed request is about; with `index` it names the invalid entry. */
 typedef enum tfa_field {
@@ -231,6 +254,7 @@ typedef enum tfa_field {
     TFA_FIELD_ROWS,
     TFA_FIELD_RANK_LOSS,
     TFA_FIELD_RANK_THRESHOLD,
+    TFA_FIELD_CHARACTERISTIC_LENGTH,
     TFA_FIELD_TASK_ACCELERATION,
     TFA_FIELD_FLAGS,
     TFA_FIELD_BODY, /**< singular inertia: `index` is the frame of the link that names the body */
@@ -282,8 +306,15 @@ typedef struct tfa_reply {
                                     about the centre of mass. Rotors (armature) do not count */
     double *energy;            /**< count x 2, J: kinetic, v^T M v / 2 with armature; potential,
                                     - sum of m gravity . com, 0 at the world's origin */
-    double *lambda;            /**< count x rm x rm: (pseudo)inverse of lambda_inv by rank_loss */
+    double *lambda;            /**< count x rm x rm: inverse of lambda_inv, by rank_loss */
     tfa_rank *rank;            /**< count: of lambda, mu, p, task torques */
+    double *lost;              /**< count x TFA_LOST_MAX x (2 + rm), with `rank`: directions at or
+                                    below the threshold by ascending singular value, a row for each,
+                                    the rest 0: singular value sqrt(d), 1/sqrt(kg); what is given up
+                                    along it of the acceleration asked for (task torques), m/s^2;
+                                    the direction, as an acceleration of the tips of length 1 in
+                                    their metric. What no motion of the tips can follow is one
+                                    direction with the singular value 0 */
     double *mu;                /**< count x rm, N and N m: Lambda (J M^-1 (velocity + damping +
                                     external) - bias_acceleration) */
     double *p;                 /**< count x rm, N and N m: Lambda J M^-1 gravity */

@@ -82,12 +82,19 @@ struct subtree {
     ARRAY(num, psi, nv *STATE_COLUMNS, "1, m", "joint", "lambda: H^T P of each tip column")        \
     ARRAY(num, phi, nv *STATE_COLUMNS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")           \
     ARRAY(num, lambda, STATE_COLUMNS *STATE_COLUMNS, "1/kg", "tip", "lambda: answer")              \
-    ARRAY(num, lambda_rows, STATE_COLUMNS *STATE_COLUMNS, "1/kg", "tip",                           \
-          "lambda_factor: lambda by the rows asked for")                                           \
-    ARRAY(num, eigenvectors, STATE_COLUMNS *STATE_COLUMNS, "1", "tip", "lambda_factor: by rows")   \
-    ARRAY(num, eigenvalues, STATE_COLUMNS, "1/kg", "tip", "lambda_factor")                         \
-    ARRAY(num, gain, STATE_COLUMNS, "kg", "tip", "lambda_factor: of lambda, by eigenvalue")        \
-    ARRAY(num, task, 4 * STATE_COLUMNS, "", "tip", "task: accelerations, forces, scratch")         \
+    ARRAY(num, triangle, STATE_COLUMNS *STATE_COLUMNS, "1", "tip",                                 \
+          "lambda_factor: U by rows; then the other side of the singular directions")              \
+    ARRAY(num, direction, STATE_COLUMNS *STATE_COLUMNS, "kg^-1/2", "tip",                          \
+          "lambda_factor: singular directions, by rows, times their singular values")              \
+    ARRAY(num, pivot_square, STATE_COLUMNS, "1/kg", "tip", "lambda_factor: S")                     \
+    ARRAY(uint32_t, pivot, STATE_COLUMNS, "", "tip", "lambda_factor: order of the columns")        \
+    ARRAY(num, eigenvalue, STATE_COLUMNS, "1/kg", "tip", "lambda_factor: of lambda")               \
+    ARRAY(num, gain, STATE_COLUMNS, "kg", "tip", "lambda_factor: 1 / eigenvalue, or less")         \
+    ARRAY(num, arm, 3 * STATE_TIPS, "m", "world", "lambda_factor: to the tip's point")             \
+    ARRAY(num, coefficient, STATE_COLUMNS, "", "tip", "lambda_mul: scratch")                       \
+    ARRAY(num, force_row, STATE_TIPS ? nv : 0, "N kg^-1/2", "joint", "lambda_force: scratch")      \
+    ARRAY(num, task, 5 * STATE_COLUMNS, "", "tip", "task: accelerations, forces, scratch")         \
+    ARRAY(num, task_force, STATE_TIPS ? nv : 0, "N m, N", "joint", "task: posture torques - h")    \
     ARRAY(num, shared_wrenches, 36 * STATE_PAIRS, "N, N m", "i",                                   \
           "lambda: wrenches of each tip where its support meets another's")                        \
     ARRAY(struct freedom_terms, freedom_terms, STATE_DERIVATIVES, "", "world", "derivatives")      \

@@ -41,7 +41,7 @@ typedef struct request_call {
     tfa_reply reply;
     tfa_answer answer; /**< of a single state */
     uint64_t timeout_ns;
-    double rank_threshold;
+    double rank_threshold, characteristic_length;
     int is_batch;   /**< an input has an axis of states */
     int rows_given; /**< the request has `rows` */
     uint32_t only;  /**< bits of outputs to compute; 0: all */

@@ -24,6 +24,7 @@ enum extent {
     EXTENT_ROWS = -5, /**< of all tips: 6 or 3 each */
     EXTENT_LINKS = -6,
     EXTENT_BASE = -7, /**< 6 with a floating base; a fixed base has no such answer */
+    EXTENT_LOST = -8, /**< two numbers and the rows of all tips */
 };
 
 /** Name of an extent in docstrings: "n_q", "6", ... */
@@ -98,7 +99,7 @@ typedef struct output_row {
 } output_row;
 
 extern const output_row outputs[];
-enum { OUTPUT_COUNT = 30 };
+enum { OUTPUT_COUNT = 31 };
 
 /** Bits of the outputs that an op with these flags may answer: output_is_answered decides. */
 uint32_t output_candidates(tfa_op op, uint32_t flags);

@@ -35,7 +35,7 @@ const output_row outputs[OUTPUT_COUNT] = {
     {"lambda_inv", MEMBER(lambda_inv), FD | OI | TASK, 0, MATRIX(EXTENT_ROWS, EXTENT_ROWS),
      "J M^-1 J^T of the tips in `frame`"},
     {"lambda", MEMBER(lambda), 0, TFA_WANT_LAMBDA, MATRIX(EXTENT_ROWS, EXTENT_ROWS),
-     "(pseudo)inverse of lambda_inv by rank_loss"},
+     "inverse of lambda_inv, by rank_loss"},
     {"mu", MEMBER(mu), 0, TFA_WANT_MU, VECTOR(EXTENT_ROWS),
      "operational-space velocity, damping and wrench forces, N and N m"},
     {"p", MEMBER(p), 0, TFA_WANT_P, VECTOR(EXTENT_ROWS),
@@ -71,7 +71,11 @@ const output_row outputs[OUTPUT_COUNT] = {
     {"spectrum", MEMBER(spectrum), 0, TFA_WANT_SPECTRUM, EXTENT_NONE, EXTENT_NONE, OUTPUT_SPECTRUM,
      "rank and extreme eigenvalues of lambda_inv, as rank, eig_min, eig_max"},
     {"rank", MEMBER(rank), TASK, WANT_LAMBDA, EXTENT_NONE, EXTENT_NONE, OUTPUT_RANK,
-     "rank of lambda_inv with its threshold and condition, as rank, threshold, condition"},
+     "rank of lambda_inv as lambda and task torques used it, as rank, lost, threshold, condition,\n"
+     "length, error_estimate"},
+    {"lost", MEMBER(lost), TASK, WANT_LAMBDA, MATRIX(TFA_LOST_MAX, EXTENT_LOST),
+     "directions at or below the threshold, by ascending singular value, the rest 0: singular\n"
+     "value (1/sqrt(kg)), acceleration given up along it (m/s^2), direction"},
 };
 
 static const struct {
@@ -156,7 +160,7 @@ int output_is_answered(const output_row *output, const robot_names *robot,
         return request->qdd || request->base_acceleration;
     if (output->columns == EXTENT_BASE)
         return robot->base_freedoms != 0;
-    return output->columns != EXTENT_ROWS || request->tip_count;
+    return (output->columns != EXTENT_ROWS && output->columns != EXTENT_LOST) || request->tip_count;
 }
 
 int output_find(const char *name)
@@ -182,6 +186,8 @@ uint32_t extent_size(int extent, const robot_names *robot, const tfa_request *re
         return request->tip_count;
     case EXTENT_ROWS:
         return (request->rows == TFA_ROWS_POINT ? 3u : 6u) * request->tip_count;
+    case EXTENT_LOST:
+        return 2 + extent_size(EXTENT_ROWS, robot, request);
     case EXTENT_LINKS:
         return robot->frame_count;
     case EXTENT_BASE:
@@ -193,7 +199,8 @@ uint32_t extent_size(int extent, const robot_names *robot, const tfa_request *re
 
 const char *extent_name(int extent, char *text, size_t size)
 {
-    static const char *const names[] = {"", "n_q", "n_v", "n", "tips", "rows", "links", "6"};
+    static const char *const names[] = {"", "n_q", "n_v", "n", "tips", "rows", "links", "6",
+                                        "2 + rows"};
     if (extent <= 0)
         return names[-extent];
     snprintf(text, size, "%d", extent);

@@ -26,6 +26,7 @@ int read_rows(request_call *call, const input_row *input, PyObject *value);
 int read_frame(request_call *call, const input_row *input, PyObject *value);
 int read_rank_loss(request_call *call, const input_row *input, PyObject *value);
 int read_rank_threshold(request_call *call, const input_row *input, PyObject *value);
+int read_characteristic_length(request_call *call, const input_row *input, PyObject *value);
 int read_method(request_call *call, const input_row *input, PyObject *value);
 int read_refine(request_call *call, const input_row *input, PyObject *value);
 int read_estimate(request_call *call, const input_row *input, PyObject *value);

@@ -126,9 +126,10 @@ int read_frame(request_call *call, const input_row *input, PyObject *value)
 int read_rank_loss(request_call *call, const input_row *input, PyObject *value)
 {
     static const char *const words[] = {
-        [TFA_RANK_TRUNCATE] = "truncate", [TFA_RANK_DAMP] = "damp", [TFA_RANK_REFUSE] = "refuse"};
+        [TFA_RANK_DEFAULT] = "default", [TFA_RANK_TRUNCATE] = "truncate",
+        [TFA_RANK_DAMP] = "damp", [TFA_RANK_REFUSE] = "refuse"};
     unsigned k = 0;
-    const int bad = choose(input->name, value, words, 3, &k);
+    const int bad = choose(input->name, value, words, 4, &k);
     call->request.rank_loss = (tfa_rank_loss)k;
     return bad;
 }
@@ -143,8 +144,20 @@ int read_rank_threshold(request_call *call, const input_row *input, PyObject *va
         return raise_status(isfinite(call->rank_threshold) ? TFA_E_ARGUMENT : TFA_E_VALUE,
                             input->name,
                             "rank_threshold: %g, must be above 0 and below 1: relative to the "
-                            "largest eigenvalue of lambda_inv",
+                            "sum of the eigenvalues of lambda_inv",
                             call->rank_threshold);
+    return 0;
+}
+
+int read_characteristic_length(request_call *call, const input_row *input, PyObject *value)
+{
+    const double x = call->characteristic_length = PyFloat_AsDouble(value);
+    call->request.characteristic_length = &call->characteristic_length;
+    if (x == -1 && PyErr_Occurred())
+        return raise_from_current(input->name, "must be a number");
+    if (!(x > 0 && isfinite(x)))
+        return raise_status(isfinite(x) ? TFA_E_ARGUMENT : TFA_E_VALUE, input->name,
+                            "characteristic_length: %g, must be a number of metres above 0", x);
     return 0;
 }
 

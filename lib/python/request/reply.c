@@ -284,7 +284,7 @@ static PyObject *reply_repr(PyObject *self)
 
 /* ---- the type ---- */
 
-static PyGetSetDef attributes[OUTPUT_COUNT + 16] = {
+static PyGetSetDef attributes[OUTPUT_COUNT + 18] = {
     {"op", get_op, NULL, "Name of the op.", NULL},
     {"method", get_method, NULL, "Method that answered; of a batch a list.", NULL},
     {"fallback", get_fallback, NULL,
@@ -303,7 +303,10 @@ static PyGetSetDef attributes[OUTPUT_COUNT + 16] = {
     {"threshold", get_of_rank, NULL, "Eigenvalues above it count; with want lambda, mu, p.",
      "threshold"},
     {"condition", get_of_rank, NULL,
-     "Largest eigenvalue over the smallest; inf if that is rounding.", "condition"},
+     "Sum of the eigenvalues times that of their inverses; inf if there is none.", "condition"},
+    {"length", get_of_rank, NULL, "What a radian of a tip counts, m.", "length"},
+    {"lambda_error_estimate", get_of_rank, NULL,
+     "Relative error of lambda, mu, p and of the forces of a task.", "error_estimate"},
     {"eig_min", get_of_spectrum, NULL, "Smallest eigenvalue of lambda_inv; with want spectrum.",
      "eig_min"},
     {"eig_max", get_of_spectrum, NULL, "Largest eigenvalue of lambda_inv; with want spectrum.",
@@ -377,9 +380,11 @@ int reply_init(void)
         struct_type("{s:(sss),s:(sss),s:(iii)}", sizeof(tfa_spectrum), "names", "rank", "eig_min",
                     "eig_max", "formats", "u4", "f8", "f8", "offsets", 0, (int)d, (int)e);
     reply_rank_type =
-        struct_type("{s:(sss),s:(sss),s:(iii)}", sizeof(tfa_rank), "names", "rank", "threshold",
-                    "condition", "formats", "u4", "f8", "f8", "offsets", 0,
-                    (int)offsetof(tfa_rank, threshold), (int)offsetof(tfa_rank, condition));
+        struct_type("{s:(ssssss),s:(ssssss),s:(iiiiii)}", sizeof(tfa_rank), "names", "rank", "lost",
+                    "threshold", "condition", "length", "error_estimate", "formats", "u4", "u4",
+                    "f8", "f8", "f8", "f8", "offsets", 0, (int)offsetof(tfa_rank, lost),
+                    (int)offsetof(tfa_rank, threshold), (int)offsetof(tfa_rank, condition),
+                    (int)offsetof(tfa_rank, length), (int)offsetof(tfa_rank, error_estimate));
     reply_answer_type =
         struct_type("{s:(ssss),s:(ssss),s:(iiii)}", sizeof(tfa_answer), "names", "status", "method",
                     "flags", "error_estimate", "formats", "i4", "u2", "u2", "f8", "offsets", 0,

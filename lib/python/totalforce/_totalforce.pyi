@@ -18,7 +18,7 @@ Payload = Mapping[str, Any]
 Payloads = Union[Payload, Sequence[Payload]]
 Rows = Literal["pose", "point"]
 Frame = Literal["local_world_aligned", "local", "world"]
-RankLoss = Literal["truncate", "damp", "refuse"]
+RankLoss = Literal["default", "truncate", "damp", "refuse"]
 Estimate = Literal["default", "always", "never"]
 Precision = Literal["f64", "f32", "f128"]
 Residual = Literal["same", "f64", "f128"]
@@ -43,6 +43,7 @@ ANSWER_ESTIMATED: int
 ANSWER_FALLBACK: int
 ANSWER_INACCURATE: int
 ANSWER_NOT_FINITE: int
+ANSWER_RANK_LOSS: int
 ANSWER_RESIDUAL_PRECISION: int
 ANSWER_SENTINEL: int
 ANSWER_STALLED: int
@@ -205,7 +206,13 @@ class Reply:
     @property
     def lambda_(self) -> Array: ...
     @property
+    def lambda_error_estimate(self) -> Any: ...
+    @property
     def lambda_inv(self) -> Array: ...
+    @property
+    def length(self) -> Any: ...
+    @property
+    def lost(self) -> Array: ...
     @property
     def mass(self) -> Any: ...
     @property
@@ -260,6 +267,7 @@ class _Solver:
         frame: Optional[Frame] = None,
         rank_loss: Optional[RankLoss] = None,
         rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
         method: Optional[str] = None,
         refine: Optional[int] = None,
         estimate: Optional[Estimate] = None,
@@ -306,6 +314,7 @@ class _Solver:
         frame: Optional[Frame] = None,
         rank_loss: Optional[RankLoss] = None,
         rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
         method: Optional[str] = None,
         refine: Optional[int] = None,
         estimate: Optional[Estimate] = None,
@@ -392,6 +401,7 @@ class _Solver:
         frame: Optional[Frame] = None,
         rank_loss: Optional[RankLoss] = None,
         rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
         method: Optional[str] = None,
         refine: Optional[int] = None,
         estimate: Optional[Estimate] = None,
@@ -622,6 +632,7 @@ class Client:
         frame: Optional[Frame] = None,
         rank_loss: Optional[RankLoss] = None,
         rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
         method: Optional[str] = None,
         refine: Optional[int] = None,
         estimate: Optional[Estimate] = None,
@@ -670,6 +681,7 @@ class Client:
         frame: Optional[Frame] = None,
         rank_loss: Optional[RankLoss] = None,
         rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
         method: Optional[str] = None,
         refine: Optional[int] = None,
         estimate: Optional[Estimate] = None,
@@ -760,6 +772,7 @@ class Client:
         frame: Optional[Frame] = None,
         rank_loss: Optional[RankLoss] = None,
         rank_threshold: Optional[float] = None,
+        characteristic_length: Optional[float] = None,
         method: Optional[str] = None,
         refine: Optional[int] = None,
         estimate: Optional[Estimate] = None,

@@ -328,6 +328,7 @@ static size_t lay_out(op_answers *a, double *at)
     a->lambda = cut(&at, k * m * m);
     a->mu = cut(&at, k * m);
     a->p = cut(&at, k * m);
+    a->lost = cut(&at, k * TFA_LOST_MAX * (2 + (size_t)a->rows));
     a->gravity_force = cut(&at, k * n);
     a->velocity_force = cut(&at, k * n);
     a->damping_force = cut(&at, k * n);
@@ -358,6 +359,7 @@ static void fill_reply(op_answers *a)
                            .energy = a->energy,
                            .lambda = a->lambda,
                            .rank = a->rank,
+                           .lost = a->lost,
                            .mu = a->mu,
                            .p = a->p,
                            .gravity_force = a->gravity_force,

@@ -88,7 +88,7 @@ typedef struct op_answers {
     uint32_t count, n, nv, rows, tips, frames;
     double *qdd, *base_acceleration, *tau, *base_wrench, *lambda_inv, *mass_matrix, *poses;
     double *frame_poses, *twists, *jacobian, *bias_acceleration, *com, *com_velocity, *com_jacobian;
-    double *mass, *momentum, *energy, *lambda, *mu, *p;
+    double *mass, *momentum, *energy, *lambda, *lost, *mu, *p;
     double *gravity_force, *velocity_force, *damping_force, *external_force, *armature_force;
     tfa_rank *rank;
     tfa_spectrum *spectrum;

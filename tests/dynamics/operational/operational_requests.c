@@ -191,8 +191,8 @@ TEST(unknown_numbers)
         s.r.rows = (tfa_rows)-1;
         expect("rows -1", &s.r, TFA_E_ARGUMENT, TFA_FIELD_ROWS, ANY, 0);
         set_scene(&s, all_ops[k]);
-        s.r.rank_loss = (tfa_rank_loss)3;
-        expect("rank_loss 3", &s.r, TFA_E_ARGUMENT, TFA_FIELD_RANK_LOSS, ANY, 0);
+        s.r.rank_loss = (tfa_rank_loss)4;
+        expect("rank_loss 4", &s.r, TFA_E_ARGUMENT, TFA_FIELD_RANK_LOSS, ANY, 0);
         s.r.rank_loss = (tfa_rank_loss)-1;
         expect("rank_loss -1", &s.r, TFA_E_ARGUMENT, TFA_FIELD_RANK_LOSS, ANY, 0);
     }

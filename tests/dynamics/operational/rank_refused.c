@@ -157,12 +157,22 @@ static void across(op_case *c)
     r.count = 1;
     op_answers *a = op_answers_create(c, &r), *b = op_answers_create(c, &r);
     op_compute(c, c->f64, &r, a);
-    double threshold = (1 - off) / a->rank[0].condition;
+    double threshold = 1e-6, above = 0.5;
     r.rank_threshold = &threshold;
-    if (threshold > 1e-6 && threshold < 0.5) {
+    op_compute(c, c->f64, &r, a);
+    if (a->rank[0].rank == ROWS) {
+        for (int k = 0; k < 40 && above > threshold * (1 + off); k++) {
+            const double below = threshold;
+            threshold = sqrt(below * above);
+            op_compute(c, c->f64, &r, b);
+            if (b->rank[0].rank < ROWS) {
+                above = threshold;
+                threshold = below;
+            }
+        }
         op_compute(c, c->f64, &r, a);
         assert_int_equal(a->rank[0].rank, ROWS);
-        threshold *= (1 + off) / (1 - off);
+        threshold = above;
         op_compute(c, c->f64, &r, b);
         assert_true(b->rank[0].rank < ROWS);
         op_within(c, &jump, op_difference(b->lambda, a->lambda, ROWS * ROWS, 0));

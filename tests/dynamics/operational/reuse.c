@@ -109,6 +109,7 @@ static void copy_state(const op_answers *all, uint32_t k, op_answers *one)
                             m * m,
                             m,
                             m,
+                            TFA_LOST_MAX * (2 + m),
                             n,
                             n,
                             n,

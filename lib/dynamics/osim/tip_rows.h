@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Motion of the tips in the metric of the kinetic energy: B = D^-1/2 L^-1 J^T with M = L D L^T, so
+ * that Lambda^-1 = B^T B without a product of rounding errors. Rows are the freedoms of the bodies
+ * that support a tip: the unit wrenches of the tips, propagated inward, leave H^T P at each joint
+ * of articulated inertia D. With mimics they are the freedoms of T^T M T.
+ */
+#ifndef TFA_DYNAMICS_OSIM_TIP_ROWS_H
+#define TFA_DYNAMICS_OSIM_TIP_ROWS_H
+
+#include "layout/state.h"
+
+/* B by columns into s->phi, s->tip_freedoms numbers each; angular columns times s->tip_length.
+ * Writes s->psi and s->support. */
+void TFA_V(tip_rows)(struct state *s, tfa_reference_frame frame);
+
+/* z = D^-1/2 L^-1 tau, so that J M^-1 tau = B^T z. Needs tip_rows; tau and s->dx differ. */
+void TFA_V(force_rows)(struct state *s, const num *tau, num *z);
+
+#endif

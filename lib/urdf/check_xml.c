@@ -39,6 +39,16 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
+const char *tfa_urdf_strip(const char *text, size_t *length)
+{
+    while (is_blank(*text))
+        text++;
+    *length = strlen(text);
+    while (*length > 0 && is_blank(text[*length - 1]))
+        --*length;
+    return text;
+}
+
 static bool is_name_start(char c)
 {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';

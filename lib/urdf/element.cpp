@@ -8,6 +8,7 @@
 #include "model/report/report_messages.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <vector>
@@ -85,6 +86,12 @@ std::string file_of(const tfa_urdf_log *log)
     return file && file[0] != '\0' && file[0] != '(' ? file : "FILE";
 }
 
+bool is_printable(const std::string &name)
+{
+    return std::none_of(name.begin(), name.end(),
+                        [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; });
+}
+
 static bool is_known(const char *name, std::initializer_list<const char *> known)
 {
     return std::any_of(known.begin(), known.end(),
@@ -122,14 +129,15 @@ void unused_items::add(const std::string &item, uint32_t line)
         entries_.push_back({item, line, 1});
 }
 
+std::string checked_element::entity() const
+{
+    return name_.empty() ? kind_ : std::string(kind_) + " '" + name_ + "'";
+}
+
 void checked_element::report(tfa_severity severity, const TiXmlBase &at, const char *code,
                              const std::string &what) const
 {
-    if (name_.empty())
-        tfa_urdf_report(log_, severity, line_of(at), code, "%s: %s", kind_, what.c_str());
-    else
-        tfa_urdf_report(log_, severity, line_of(at), code, "%s '%s': %s", kind_, name_.c_str(),
-                        what.c_str());
+    tfa_urdf_report(log_, severity, line_of(at), code, "%s: %s", entity().c_str(), what.c_str());
 }
 
 void checked_element::report_grouped(tfa_severity severity, const TiXmlBase &at, const char *code,
@@ -137,8 +145,8 @@ void checked_element::report_grouped(tfa_severity severity, const TiXmlBase &at,
 {
     log_->errors += severity == TFA_ERROR;
     tfa_report_add_grouped(log_->report, severity, line_of(at), code,
-                           kind_[0] == 'l' ? "links" : "joints", name_.c_str(), "%s '%s': %s",
-                           kind_, name_.c_str(), what.c_str());
+                           kind_[0] == 'l' ? "links" : "joints", name_.c_str(), "%s: %s",
+                           entity().c_str(), what.c_str());
 }
 
 std::string checked_element::run_xacro() const
@@ -207,8 +215,7 @@ const std::string *checked_element::name(const TiXmlElement &in, const char *att
                    std::to_string(TFA_URDF_MAX_NAME));
         return nullptr;
     }
-    if (std::any_of(value.begin(), value.end(),
-                    [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; })) {
+    if (!is_printable(value)) {
         report(TFA_ERROR, *a, "bad-name",
                describe(*a, in) + " holds a control character; remove it");
         return nullptr;
@@ -247,9 +254,13 @@ bool checked_element::number(const TiXmlElement &in, const char *attribute, std:
     const TiXmlAttribute *a = find(in, attribute);
     if (!a)
         return false;
-    const std::string &text = a->ValueStr();
-    if (!fault(*a, in, text, tfa_number_read(text.c_str(), text.size(), value), severity, code))
+    size_t length = 0;
+    const char *start = tfa_urdf_strip(a->Value(), &length);
+    const std::string text(start, length);
+    if (!fault(*a, in, text, tfa_number_read(text.c_str(), length, value), severity, code))
         return false;
+    if (text != a->ValueStr())
+        count(found_->blanks, *a, describe(*a, in));
     write_attribute(out, attribute, text);
     return true;
 }
@@ -263,12 +274,11 @@ bool checked_element::required_number(const TiXmlElement &in, const char *attrib
     return false;
 }
 
-/* Blanks separate tokens; for urdfdom a tab or a line end is part of a number. */
-static std::vector<std::string> split(const std::string &text)
+static std::vector<std::string> split(const std::string &text, size_t most)
 {
     std::vector<std::string> tokens;
-    for (size_t at = 0; at < text.size() && tokens.size() < 5;) {
-        size_t end = std::min(text.find(' ', at), text.size());
+    for (size_t at = 0; at < text.size() && tokens.size() < most;) {
+        size_t end = std::min(text.find_first_of(" \t\r\n", at), text.size());
         if (end > at)
             tokens.push_back(text.substr(at, end - at));
         at = end + 1;
@@ -277,27 +287,32 @@ static std::vector<std::string> split(const std::string &text)
 }
 
 bool checked_element::vector(const TiXmlElement &in, const char *attribute, std::string &out,
-                             double value[3]) const
+                             double *value, size_t length) const
 {
     const TiXmlAttribute *a = find(in, attribute);
     if (!a)
         return false;
-    std::vector<std::string> tokens = split(a->ValueStr());
+    std::vector<std::string> tokens = split(a->ValueStr(), length + 2);
+    std::string text; /* for urdfdom a tab or a line end is part of a number */
     for (size_t i = 0; i < tokens.size(); i++) {
         double unused;
-        double *to = i < 3 ? &value[i] : &unused;
+        double *to = i < length ? &value[i] : &unused;
+        text += (i > 0 ? " " : "") + tokens[i];
         if (!fault(*a, in, tokens[i], tfa_number_read(tokens[i].c_str(), tokens[i].size(), to),
                    TFA_ERROR, nullptr))
             return false;
     }
-    if (tokens.size() != 3) {
-        std::string count = tokens.size() > 4 ? "more than 4" : std::to_string(tokens.size());
+    if (tokens.size() != length) {
+        std::string many = tokens.size() > length + 1 ? "more than " + std::to_string(length + 1)
+                                                      : std::to_string(tokens.size());
         report(TFA_ERROR, *a, "bad-vector",
-               describe(*a, in) + " has " + count +
-                   " numbers; write three with blanks between them");
+               describe(*a, in) + " has " + many + " numbers; write " +
+                   (length == 3 ? "three" : "four") + " with blanks between them");
         return false;
     }
-    write_attribute(out, attribute, a->ValueStr());
+    if (a->ValueStr().find_first_of("\t\r\n") != std::string::npos)
+        count(found_->blanks, *a, describe(*a, in));
+    write_attribute(out, attribute, text);
     return true;
 }
 
@@ -308,6 +323,45 @@ static bool all_zero(const double value[3])
     return memcmp(value, zero, sizeof zero) == 0;
 }
 
+void checked_element::angles(const TiXmlElement &origin, tfa_rotation &rotation) const
+{
+    constexpr double turn = 6.2831853071795865, rounding = 1e-3;
+    double rpy[3];
+    std::string unused;
+    if (!vector(origin, "rpy", unused, rpy))
+        return;
+    tfa_rotation_from_rpy(rpy, &rotation);
+    const double *most = std::max_element(
+        rpy, rpy + 3, [](double a, double b) { return std::fabs(a) < std::fabs(b); });
+    if (std::fabs(*most) < turn + rounding)
+        return;
+    char text[128];
+    snprintf(text, sizeof text,
+             ": %g rad are %.1f turns; is it in degrees? rpy is in rad: multiply by pi/180", *most,
+             *most / turn);
+    report_grouped(TFA_WARNING, origin, "odd-angle", describe(*find(origin, "rpy"), origin) + text);
+}
+
+void checked_element::quaternion(const TiXmlElement &origin, tfa_rotation &rotation) const
+{
+    const TiXmlAttribute *a = find(origin, "quat_xyzw");
+    double xyzw[4];
+    std::string unused;
+    if (!a)
+        return;
+    if (!found_->quaternions)
+        report(TFA_ERROR, *a, "quaternion-origin",
+               "<origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead, or "
+               "version=\"1.1\" in <robot>");
+    else if (find(origin, "rpy"))
+        report(TFA_ERROR, *a, "quaternion-origin",
+               "<origin> has rpy and quat_xyzw; remove one of them");
+    else if (vector(origin, "quat_xyzw", unused, xyzw, 4) &&
+             !(std::fabs(tfa_rotation_from_xyzw(xyzw, &rotation) - 1) <= 1e-3))
+        report(TFA_ERROR, *a, "bad-quaternion",
+               describe(*a, origin) + " is no rotation: its norm is not 1; correct it");
+}
+
 /* Zeros are not written: urdfdom's conversion of numbers takes half the time of a load. */
 tfa_rotation checked_element::pose(const TiXmlElement &in, std::string &out) const
 {
@@ -316,16 +370,11 @@ tfa_rotation checked_element::pose(const TiXmlElement &in, std::string &out) con
     if (!origin)
         return rotation;
     double xyz[3];
-    double rpy[3];
     std::string text;
-    std::string unused;
     if (vector(*origin, "xyz", text, xyz) && !all_zero(xyz))
         out += "<origin" + text + "/>";
-    if (vector(*origin, "rpy", unused, rpy))
-        tfa_rotation_from_rpy(rpy, &rotation);
-    if (const TiXmlAttribute *a = find(*origin, "quat_xyzw"))
-        report(TFA_ERROR, *a, "quaternion-origin",
-               "<origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead");
+    angles(*origin, rotation);
+    quaternion(*origin, rotation);
     unknown_attributes(*origin, {"xyz", "rpy", "quat_xyzw"});
     return rotation;
 }

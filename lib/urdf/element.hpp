@@ -27,6 +27,9 @@ bool has_xacro(const std::string &value);
 /* Name of the file for a command line; "FILE" for standard input. */
 std::string file_of(const tfa_urdf_log *log);
 
+/* True without control characters. */
+bool is_printable(const std::string &name);
+
 /* "value="1,5" of <mass>" */
 std::string describe(const TiXmlAttribute &attribute, const TiXmlElement &in);
 
@@ -35,6 +38,21 @@ const TiXmlElement *next_element(const TiXmlElement &element, const TiXmlElement
 
 /* Appends ` name="value"` with the value escaped. */
 void write_attribute(std::string &out, const char *name, const std::string &value);
+
+/* Findings of one kind that become one message: the first, its line, and their number */
+struct tally {
+    std::string first;
+    uint32_t line = 0;
+    size_t count = 0;
+
+    void add(const std::string &what, const TiXmlBase &at)
+    {
+        if (count++ > 0)
+            return;
+        first = what;
+        line = line_of(at);
+    }
+};
 
 /* Items of the file that dynamics does not use, in order of first occurrence */
 class unused_items
@@ -57,13 +75,22 @@ class unused_items
     std::vector<entry> entries_;
 };
 
+/* Of one file, shared by all its elements */
+struct file_findings {
+    unused_items unused;
+    tally macros;             /* xacro expressions in <visual> or <collision> */
+    tally blanks;             /* numbers with white space around them */
+    tally twice;              /* inertias with all nine entries */
+    bool quaternions = false; /* URDF 1.1 or later: <origin> may have quat_xyzw */
+};
+
 /* One link or joint (or the robot) while it is being checked. */
 class checked_element
 {
   public:
-    checked_element(tfa_urdf_log *log, unused_items *unused, const char *kind,
+    checked_element(tfa_urdf_log *log, file_findings *found, const char *kind,
                     std::string name = "")
-        : log_(log), unused_(unused), kind_(kind), name_(std::move(name))
+        : log_(log), found_(found), kind_(kind), name_(std::move(name))
     {
     }
 
@@ -75,13 +102,22 @@ class checked_element
     void report_grouped(tfa_severity severity, const TiXmlBase &at, const char *code,
                         const std::string &what) const;
 
+    /* "link 'NAME'" */
+    std::string entity() const;
+
+    /* Counts a finding about this link or joint. */
+    void count(tally &findings, const TiXmlBase &at, const std::string &what) const
+    {
+        findings.add(entity() + ": " + what, at);
+    }
+
     /* "run xacro first: xacro FILE > FILE.urdf" */
     std::string run_xacro() const;
 
     /* Counts an unused item. */
     void not_used(const std::string &item, const TiXmlBase &at) const
     {
-        unused_->add(item, line_of(at));
+        found_->unused.add(item, line_of(at));
     }
 
     /* The first child of that name; a second one is reported. */
@@ -99,7 +135,8 @@ class checked_element
      * which is reported. */
     const std::string *name(const TiXmlElement &in, const char *attribute) const;
 
-    /* Checks one number and appends the attribute to `out`. False if absent or malformed. */
+    /* Checks one number and appends the attribute to `out`, without the white space around it,
+     * which is counted. False if absent or malformed. */
     bool number(const TiXmlElement &in, const char *attribute, std::string &out, double *value,
                 tfa_severity severity = TFA_ERROR, const char *code = nullptr) const;
 
@@ -107,9 +144,10 @@ class checked_element
     bool required_number(const TiXmlElement &in, const char *attribute, std::string &out,
                          double *value) const;
 
-    /* Checks three numbers separated by blanks and appends the attribute to `out`. */
-    bool vector(const TiXmlElement &in, const char *attribute, std::string &out,
-                double value[3]) const;
+    /* Checks `length` numbers (3 or 4) separated by white space and appends the attribute to
+     * `out`. False if absent or malformed. */
+    bool vector(const TiXmlElement &in, const char *attribute, std::string &out, double *value,
+                size_t length = 3) const;
 
     /* Appends the position of <origin> if `in` has one. Returns its rotation. */
     tfa_rotation pose(const TiXmlElement &in, std::string &out) const;
@@ -126,9 +164,11 @@ class checked_element
   private:
     bool fault(const TiXmlAttribute &attribute, const TiXmlElement &in, const std::string &token,
                tfa_number_fault fault, tfa_severity severity, const char *code) const;
+    void angles(const TiXmlElement &origin, tfa_rotation &rotation) const;
+    void quaternion(const TiXmlElement &origin, tfa_rotation &rotation) const;
 
     tfa_urdf_log *log_;
-    unused_items *unused_;
+    file_findings *found_;
     const char *kind_; /* "robot", "link" or "joint" */
     std::string name_;
 };

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Warnings about inertias that no real body has, and notes about links that are only frames.
+ * Warnings about inertias and lengths that no real body has, and notes about links that are only
+ * frames.
  */
 #include "model/eigen.h"
 #include "model/report/report_messages.h"
@@ -9,6 +10,15 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <string.h>
+
+/* m, within a link: a crane's arm */
+#define LONGEST 20.0
+
+static double norm(const double x[3])
+{
+    return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+}
 
 /* Principal moments, ascending */
 static void principal_moments(const double inertia[6], double moment[3])
@@ -55,11 +65,45 @@ static void check_placeholders(const tfa_description *d, tfa_urdf_log *log)
     }
 }
 
+/* Least density of a body with this mass and second moment about its centre of mass, kg/m^3: that
+ * of a ball, 3/5 m (3m / 4 pi density)^(2/3) = tr(I) / 2. */
+static double least_density(double mass, const double moment[3])
+{
+    const double second = (moment[0] + moment[1] + moment[2]) / 2;
+    return 3 * mass / (4 * M_PI) * pow(3 * mass / (5 * second), 1.5);
+}
+
+static void check_density(const tfa_link *link, const double moment[3], tfa_urdf_log *log)
+{
+    const double osmium = 22600, density = least_density(link->mass, moment);
+    if (density > osmium)
+        tfa_report_add_grouped(
+            log->report, TFA_WARNING, link->line, "odd-density", "links", link->name,
+            "link '%s': %g kg with gyration radii of %.2g to %.2g m have %.2g kg/m^3 or more, and "
+            "osmium has %g; is <mass> in grams? It is in kg, <inertia> in kg m^2",
+            link->name, link->mass, sqrt(moment[0] / link->mass), sqrt(moment[2] / link->mass),
+            density, osmium);
+}
+
+/* A point of more than a tonne in a link of centimetres; its inertia says no size. */
+static void check_point(const tfa_link *link, tfa_urdf_log *log)
+{
+    const double distance = norm(link->com);
+    if (link->mass > 1000 && distance > 0 && distance < 0.1)
+        tfa_report_add_grouped(
+            log->report, TFA_WARNING, link->line, "odd-density", "links", link->name,
+            "link '%s': %g kg without extent, %g m from its origin; is <mass> in grams? It is in "
+            "kg",
+            link->name, link->mass, distance);
+}
+
 static void check_gyration(const tfa_link *link, const double moment[3], tfa_urdf_log *log)
 {
     double least = sqrt(moment[0] / link->mass);
     double most = sqrt(moment[2] / link->mass);
-    if (least < 1e-3 || most > 2.0)
+    if (least >= 1e-3 && most <= 2.0)
+        check_density(link, moment, log);
+    else
         tfa_report_add_grouped(log->report, TFA_WARNING, link->line, "odd-gyration", "links",
                                link->name,
                                "link '%s': gyration radii %g to %g m, condition number %.3g; real "
@@ -91,6 +135,14 @@ static void check_link(const tfa_link *link, tfa_urdf_log *log)
                                link->name);
     if (link->mass == 0.0)
         return;
+    if (norm(link->com) > LONGEST)
+        tfa_report_add_grouped(
+            log->report, TFA_WARNING, link->line, "odd-centre", "links", link->name,
+            "link '%s': its centre of mass is %g m from its origin; is it in millimetres? xyz is "
+            "in metres",
+            link->name, norm(link->com));
+    if (zero)
+        check_point(link, log);
     check_mass(link, moment, log);
     /* A point mass is valid. The model compiler handles inertias that are not positive
      * semidefinite, because it knows which links move; rounding of the file counts as 0. */
@@ -108,11 +160,26 @@ static void check_link(const tfa_link *link, tfa_urdf_log *log)
                                link->name);
 }
 
+/* A fixed joint of the world may place a robot anywhere. */
+static void check_joint(const tfa_description *d, const tfa_joint *joint, tfa_urdf_log *log)
+{
+    const char *parent = d->links[joint->parent].name;
+    const double length = norm(joint->xyz);
+    if (length > LONGEST && !(joint->type == TFA_JOINT_FIXED && strcmp(parent, "world") == 0))
+        tfa_report_add_grouped(
+            log->report, TFA_WARNING, joint->line, "odd-origin", "joints", joint->name,
+            "joint '%s': its origin is %g m from that of link '%s'; is it in millimetres? xyz is "
+            "in metres",
+            joint->name, length, parent);
+}
+
 void tfa_urdf_inertia(const tfa_description *description, tfa_urdf_log *log)
 {
     check_placeholders(description, log);
     for (size_t i = 0; i < description->link_count; i++)
         check_link(&description->links[i], log);
+    for (size_t j = 0; j < description->joint_count; j++)
+        check_joint(description, &description->joints[j], log);
 }
 
 /* ---- notes ---- */

@@ -22,7 +22,9 @@ namespace
 bool number(const TiXmlElement &limit, const char *attribute, double *value)
 {
     const char *text = limit.Attribute(attribute);
-    return text && tfa_number_read(text, strlen(text), value) == TFA_NUMBER_OK;
+    size_t length = 0;
+    const char *start = text ? tfa_urdf_strip(text, &length) : nullptr;
+    return start && tfa_number_read(start, length, value) == TFA_NUMBER_OK;
 }
 
 tfa_joint_limits limits_of(const TiXmlElement &joint)

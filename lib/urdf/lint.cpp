@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 
@@ -23,14 +24,75 @@ static std::string text_of(double number)
 
 /* --- links --------------------------------------------------------------------------------- */
 
-/* Returns the rotation of the inertial frame. */
-static tfa_rotation lint_inertial(const checked_element &checked, const TiXmlElement &inertial,
-                                  std::string &out)
+/* Unit of the last printed decimal of a number, 1 for a whole number */
+static double last_digit(const char *text)
+{
+    const char *exponent = strpbrk(text, "eE");
+    const char *point = strchr(text, '.');
+    const size_t length = exponent ? static_cast<size_t>(exponent - text) : strlen(text);
+    const long decimals = point ? static_cast<long>(text + length - point) - 1 : 0;
+    return std::pow(10.0, (exponent ? strtod(exponent + 1, nullptr) : 0.0) -
+                              static_cast<double>(decimals));
+}
+
+/* iyx, izx and izy, which some writers add, must be ixy, ixz and iyz. */
+static void lint_lower_entries(const checked_element &checked, const TiXmlElement &inertia,
+                               const double upper[6], file_findings &found)
+{
+    static const struct {
+        const char *lower, *upper;
+        int entry;
+    } pairs[] = {{"iyx", "ixy", 1}, {"izx", "ixz", 2}, {"izy", "iyz", 4}};
+    const double rounding =
+        1e-6 * (std::fabs(upper[0]) + std::fabs(upper[3]) + std::fabs(upper[5]));
+    bool twice = false;
+    bool symmetric = true;
+    for (const auto &pair : pairs) {
+        double lower = 0;
+        std::string unused;
+        if (!checked.number(inertia, pair.lower, unused, &lower))
+            continue;
+        twice = true;
+        if (std::fabs(lower - upper[pair.entry]) <= rounding)
+            continue;
+        symmetric = false;
+        checked.report(TFA_ERROR, inertia, "asymmetric-inertia",
+                       std::string(pair.lower) + "=" + text_of(lower) + " of <inertia>, but " +
+                           pair.upper + "=" + text_of(upper[pair.entry]) +
+                           "; a tensor of inertia is symmetric: correct one of them");
+    }
+    if (twice && symmetric)
+        checked.count(found.twice, inertia,
+                      "iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say");
+}
+
+static void lint_inertia(const checked_element &checked, const TiXmlElement &inertia,
+                         link_source &link, file_findings &found, std::string &out)
+{
+    static const char *const names[] = {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"};
+    double value[6] = {};
+    bool all = true;
+    out += "<inertia";
+    link.last_digit = 1;
+    for (int k = 0; k < 6; k++) {
+        all &= checked.required_number(inertia, names[k], out, &value[k]);
+        if (all)
+            link.last_digit = std::fmin(link.last_digit, last_digit(inertia.Attribute(names[k])));
+    }
+    if (all)
+        lint_lower_entries(checked, inertia, value, found);
+    checked.unknown_attributes(inertia,
+                               {"ixx", "ixy", "ixz", "iyy", "iyz", "izz", "iyx", "izx", "izy"});
+    out += "/>";
+}
+
+static void lint_inertial(const checked_element &checked, const TiXmlElement &inertial,
+                          link_source &link, file_findings &found, std::string &out)
 {
     checked.unknown_children(inertial, {"origin", "mass", "inertia"});
     double value = 0;
     out += "<inertial>";
-    const tfa_rotation rotation = checked.pose(inertial, out);
+    link.rotation = checked.pose(inertial, out);
     if (const TiXmlElement *mass = checked.required(inertial, "mass")) {
         out += "<mass";
         if (checked.required_number(*mass, "value", out, &value) && value < 0)
@@ -39,29 +101,18 @@ static tfa_rotation lint_inertial(const checked_element &checked, const TiXmlEle
         checked.unknown_attributes(*mass, {"value"});
         out += "/>";
     }
-    if (const TiXmlElement *inertia = checked.required(inertial, "inertia")) {
-        out += "<inertia";
-        for (const char *name : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"})
-            checked.required_number(*inertia, name, out, &value);
-        checked.unknown_attributes(*inertia, {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
-        out += "/>";
-    }
+    if (const TiXmlElement *inertia = checked.required(inertial, "inertia"))
+        lint_inertia(checked, *inertia, link, found, out);
     out += "</inertial>";
-    return rotation;
 }
 
 /* Finds xacro expressions in elements that dynamics does not use. */
 void linter::find_macros(const std::string &link, const TiXmlElement &element)
 {
     for (const TiXmlElement *e = &element; e; e = next_element(*e, element))
-        for (const TiXmlAttribute *a = e->FirstAttribute(); a; a = a->Next()) {
-            if (!has_xacro(a->ValueStr()))
-                continue;
-            if (macro_count_++ > 0)
-                continue;
-            macros_ = "link '" + link + "': " + describe(*a, *e);
-            macro_line_ = line_of(*a);
-        }
+        for (const TiXmlAttribute *a = e->FirstAttribute(); a; a = a->Next())
+            if (has_xacro(a->ValueStr()))
+                found_.macros.add("link '" + link + "': " + describe(*a, *e), *a);
 }
 
 void linter::link(const TiXmlElement &element)
@@ -71,22 +122,22 @@ void linter::link(const TiXmlElement &element)
         broken_ = true;
         return;
     }
-    checked_element checked(log_, &unused_, "link", *name);
+    checked_element checked(log_, &found_, "link", *name);
     checked.unknown_children(element, {"inertial"}, {"visual", "collision", "material"});
     out_ += "<link";
     write_attribute(out_, "name", *name);
     out_ += ">";
     const TiXmlElement *inertial =
         checked.only_child(element, "inertial", TFA_ERROR, "duplicate-inertial");
-    tfa_rotation rotation{{0, 0, 0, 1}, {}};
+    link_source link{*name, line_of(element), inertial != nullptr, {{0, 0, 0, 1}, {}}, 1};
     if (inertial)
-        rotation = lint_inertial(checked, *inertial, out_);
+        lint_inertial(checked, *inertial, link, found_, out_);
     for (const char *unused : {"visual", "collision"})
         for (const TiXmlElement *e = element.FirstChildElement(unused); e;
              e = e->NextSiblingElement(unused))
             find_macros(*name, *e);
     out_ += "</link>\n";
-    links_.push_back({*name, line_of(element), inertial != nullptr, rotation});
+    links_.push_back(link);
 }
 
 /* --- joints -------------------------------------------------------------------------------- */
@@ -102,6 +153,15 @@ static bool joint_type(const checked_element &checked, const TiXmlElement &eleme
         {"continuous", TFA_JOINT_CONTINUOUS}, {"prismatic", TFA_JOINT_PRISMATIC},
         {"planar", TFA_JOINT_PLANAR},         {"floating", TFA_JOINT_FLOATING},
     };
+    static const char three[] = "three revolute joints about axes at right angles";
+    static const struct {
+        const char *name, *how;
+    } written_out[] = {
+        {"ball", three},
+        {"spherical", three},
+        {"universal", "two revolute joints about axes at right angles"},
+        {"cylindrical", "a revolute and a prismatic joint along one axis"},
+    };
     const std::string *text = checked.name(element, "type");
     if (!text)
         return false;
@@ -110,10 +170,13 @@ static bool joint_type(const checked_element &checked, const TiXmlElement &eleme
         if (*text == t.name)
             return true;
     }
-    checked.report(
-        TFA_ERROR, element, "unknown-joint-type",
-        "type " + quoted(*text) +
-            " does not exist; use fixed, revolute, continuous, prismatic, planar or floating");
+    std::string how = "use fixed, revolute, continuous, prismatic, planar or floating";
+    for (const auto &known : written_out)
+        if (*text == known.name)
+            how = std::string("write ") + known.how +
+                  " with links without <inertial> between them, which become one joint here";
+    checked.report(TFA_ERROR, element, "unknown-joint-type",
+                   "type " + quoted(*text) + " does not exist; " + how);
     return false;
 }
 
@@ -267,7 +330,7 @@ void linter::joint(const TiXmlElement &element)
         broken_ = true;
         return;
     }
-    checked_element checked(log_, &unused_, "joint", *name);
+    checked_element checked(log_, &found_, "joint", *name);
     checked.unknown_children(element,
                              {"origin", "parent", "child", "axis", "limit", "mimic", "dynamics"},
                              {"drake:rotor_inertia", "drake:gear_ratio"});
@@ -311,7 +374,7 @@ void linter::transmission(const TiXmlElement &element)
             return; /* reported */
         rotor = true;
         rotors_.push_back({*name, line_of(*a),
-                           reflected_inertia(checked_element(log_, &unused_, "joint", *name), *a)});
+                           reflected_inertia(checked_element(log_, &found_, "joint", *name), *a)});
     }
     if (!rotor) /* rotors are noted by the model, which uses them or not */
         robot_.not_used("<transmission>", element);
@@ -335,7 +398,8 @@ static bool report_xacro(const checked_element &checked, const TiXmlElement &rob
 
 void linter::children(const TiXmlElement &element)
 {
-    robot_.unknown_children(element, {"link", "joint", "transmission"}, {"material"});
+    robot_.unknown_children(element, {"link", "joint", "transmission"},
+                            {"material", "loop_joint", "xi:include", "drake:joint"});
     for (const TiXmlElement *e = element.FirstChildElement(); e; e = e->NextSiblingElement()) {
         if (e->ValueStr() == "link")
             link(*e);
@@ -359,6 +423,45 @@ static std::string conversion(const std::string &root, const std::string &file)
     return "a URDF file has <robot>; export URDF from the program that wrote the file";
 }
 
+void linter::attributes(const TiXmlElement &robot)
+{
+    const char *name = robot.Attribute("name");
+    if (!name || !*name) {
+        name_ = "robot";
+        robot_.report(TFA_WARNING, robot, "no-name",
+                      "<robot> has no name, other programs refuse the file; called \"robot\" here: "
+                      "add name=\"...\"");
+    } else if (robot_.name(robot, "name"))
+        name_ = name;
+    const char *version = robot.Attribute("version");
+    double number = 1;
+    if (version && tfa_number_read(version, strlen(version), &number) != TFA_NUMBER_OK)
+        number = 0;
+    found_.quaternions = number >= 1.1;
+    if (number < 1 || number > 1.2)
+        robot_.report(TFA_NOTE, robot, "version",
+                      "version=" + quoted(version) + " is read as " + (number > 1 ? "1.2" : "1.0"));
+}
+
+void report_tally(tfa_urdf_log *log, tfa_severity severity, const char *code, const tally &t,
+                  const std::string &what)
+{
+    if (t.count > 0)
+        tfa_urdf_report(log, severity, t.line, code, "%s%s: %zu", t.first.c_str(), what.c_str(),
+                        t.count);
+}
+
+void linter::report_tallies() const
+{
+    report_tally(log_, TFA_WARNING, "xacro", found_.macros,
+                 " is an unexpanded xacro expression, harmless in <visual> and <collision>; " +
+                     robot_.run_xacro() + "; expressions like it");
+    report_tally(log_, TFA_WARNING, "white-space", found_.blanks,
+                 " has white space that other programs refuse and that is left out; remove it; "
+                 "attributes like it");
+    report_tally(log_, TFA_NOTE, "nine-entries", found_.twice, "; links like it");
+}
+
 void linter::robot(const TiXmlElement &element)
 {
     if (element.ValueStr() != "robot") {
@@ -369,12 +472,8 @@ void linter::robot(const TiXmlElement &element)
     }
     if (report_xacro(robot_, element))
         return;
-    if (const std::string *name = robot_.name(element, "name"))
-        name_ = *name;
-    const char *version = element.Attribute("version");
-    if (version && strcmp(version, "1.0") != 0)
-        robot_.report(TFA_NOTE, element, "version",
-                      "version=" + quoted(version) + " is read as 1.0");
+    attributes(element);
+    lint_lost_elements(element, log_, &found_);
     children(element);
     if (links_.empty() && !broken_)
         robot_.report(TFA_ERROR, element, "no-links", "the robot has no links; add one");
@@ -384,11 +483,7 @@ void linter::robot(const TiXmlElement &element)
                           std::to_string(TFA_URDF_MAX_LINKS) + " are supported");
     else if (!links_.empty() && !name_.empty())
         resolve();
-    if (macro_count_ > 0)
-        tfa_urdf_report(log_, TFA_WARNING, macro_line_, "xacro",
-                        "%s is an unexpanded xacro expression, harmless in <visual> and "
-                        "<collision>; %s; expressions like it: %zu",
-                        macros_.c_str(), robot_.run_xacro().c_str(), macro_count_);
+    report_tallies();
 }
 
 } // namespace tfa

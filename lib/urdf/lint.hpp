@@ -20,6 +20,7 @@ struct link_source {
     uint32_t line;
     bool inertial;         /* it has an <inertial> */
     tfa_rotation rotation; /* of the inertial frame */
+    double last_digit;     /* of its inertia */
 };
 
 struct joint_source {
@@ -45,10 +46,18 @@ struct rotor_source {
     double armature;
 };
 
+/* Reports "FIRST what: COUNT" if there are any. */
+void report_tally(tfa_urdf_log *log, tfa_severity severity, const char *code, const tally &t,
+                  const std::string &what);
+
+/* Warns of elements that would make another robot and are not read: joints and inertials in a wrong
+ * place, closed loops, included files. */
+void lint_lost_elements(const TiXmlElement &robot, tfa_urdf_log *log, file_findings *found);
+
 class linter
 {
   public:
-    explicit linter(tfa_urdf_log *log) : log_(log), robot_(log, &unused_, "robot") {}
+    explicit linter(tfa_urdf_log *log) : log_(log), robot_(log, &found_, "robot") {}
 
     void robot(const TiXmlElement &element);
 
@@ -59,7 +68,9 @@ class linter
   private:
     using index = std::unordered_map<std::string, uint32_t>;
 
+    void attributes(const TiXmlElement &element);
     void children(const TiXmlElement &element);
+    void report_tallies() const;
     void link(const TiXmlElement &element);
     void joint(const TiXmlElement &element);
     void find_macros(const std::string &link, const TiXmlElement &element);
@@ -76,16 +87,13 @@ class linter
     void append_unused(tfa_unused *unused, char *&strings) const;
 
     tfa_urdf_log *log_;
-    unused_items unused_;
+    file_findings found_;
     checked_element robot_;
     std::string name_;
     std::string out_; /* canonical elements inside <robot> */
     std::vector<link_source> links_;
     std::vector<joint_source> joints_;
     std::vector<rotor_source> rotors_;
-    std::string macros_; /* first xacro expression in <visual> or <collision>; empty: none */
-    uint32_t macro_line_ = 0;
-    size_t macro_count_ = 0;
     bool broken_ = false;   /* a link or joint is missing */
     bool resolved_ = false; /* all names have indices */
 };

@@ -22,7 +22,7 @@ void linter::add_world()
                               [](const joint_source &joint) { return joint.parent == "world"; });
     if (first == joints_.end())
         return;
-    links_.insert(links_.begin(), {"world", 0, false, {{0, 0, 0, 1}, {}}});
+    links_.insert(links_.begin(), {"world", 0, false, {{0, 0, 0, 1}, {}}, 1});
     out_ += "<link name=\"world\"/>\n";
     tfa_urdf_report(log_, TFA_NOTE, first->line, "world-added",
                     "link 'world': not declared but a joint's parent; it becomes the root");
@@ -65,11 +65,13 @@ void linter::resolve_mimic(joint_source &joint, const index &joints)
     if (joint.mimic.empty())
         return;
     auto at = joints.find(joint.mimic);
-    if (at == joints.end())
-        tfa_urdf_report(log_, TFA_ERROR, joint.mimic_line, "mimic-unknown",
-                        "joint '%s': mimics joint '%s', which does not exist; correct the name",
+    if (at == joints.end()) {
+        joint.mimic_index = TFA_MIMIC_UNKNOWN; /* the model refuses it where it has to follow */
+        tfa_urdf_report(log_, TFA_WARNING, joint.mimic_line, "mimic-unknown",
+                        "joint '%s': mimics joint '%s', which does not exist, and moves on its "
+                        "own; correct the name",
                         joint.name.c_str(), joint.mimic.c_str());
-    else if (joint.mimic == joint.name)
+    } else if (joint.mimic == joint.name)
         tfa_urdf_report(log_, TFA_ERROR, joint.mimic_line, "mimic-self",
                         "joint '%s': mimics itself; name another joint or remove <mimic>",
                         joint.name.c_str());
@@ -114,7 +116,7 @@ size_t linter::text_size() const
         size += link.name.size() + 1;
     for (const joint_source &joint : joints_)
         size += joint.name.size() + 1;
-    for (const unused_items::entry &entry : unused_.entries())
+    for (const unused_items::entry &entry : found_.unused.entries())
         size += entry.item.size() + 1;
     return size;
 }
@@ -129,7 +131,7 @@ static const char *append_string(char *&at, const std::string &text)
 
 void linter::append_unused(tfa_unused *unused, char *&strings) const
 {
-    for (const unused_items::entry &entry : unused_.entries()) {
+    for (const unused_items::entry &entry : found_.unused.entries()) {
         *unused++ = {append_string(strings, entry.item), entry.line, entry.count};
     }
 }
@@ -148,7 +150,7 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
         return TFA_E_PARSE;
     size_t links_size = links_.size() * sizeof(tfa_link);
     size_t joints_size = joints_.size() * sizeof(tfa_joint);
-    size_t unused_size = unused_.entries().size() * sizeof(tfa_unused);
+    size_t unused_size = found_.unused.entries().size() * sizeof(tfa_unused);
     size_t fixed_size = sizeof(tfa_description) + links_size + joints_size + unused_size;
     char *block = static_cast<char *>(calloc(1, fixed_size + text_size()));
     std::string text = "<robot";
@@ -171,12 +173,13 @@ int linter::finish(tfa_description **skeleton, char **canonical) const
     auto *unused = reinterpret_cast<tfa_unused *>(block + fixed_size - unused_size);
     append_unused(unused, strings);
     d->unused = unused;
-    d->unused_count = unused_.entries().size();
+    d->unused_count = found_.unused.entries().size();
     for (size_t i = 0; i < links_.size(); i++) {
         d->links[i].name = append_string(strings, links_[i].name);
         d->links[i].line = links_[i].line;
         d->links[i].inertial = links_[i].inertial;
         set_rotation(d->links[i], links_[i].rotation);
+        d->links[i].last_digit = links_[i].last_digit < 1 ? links_[i].last_digit : 0;
     }
     for (size_t j = 0; j < joints_.size(); j++) {
         const joint_source &s = joints_[j];

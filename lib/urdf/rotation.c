@@ -22,15 +22,28 @@ void tfa_rotation_from_rpy(const double rpy[3], tfa_rotation *rotation)
     ext_to_parts(rotation->quat, rotation->low, quat, 4);
 }
 
-double tfa_axis_normalise(double axis[3], double low[3])
+/* high + low = x / |x|; returns |x|, with 0 nothing is written */
+static double normalise(const double *x, int count, double *high, double *low)
 {
-    ext a[3];
-    ext_from_double(a, axis, 3);
-    const ext length = TFA_QUAD_SQRT(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+    ext a[4], square = 0;
+    ext_from_double(a, x, count);
+    for (int k = 0; k < count; k++)
+        square += a[k] * a[k];
+    const ext length = TFA_QUAD_SQRT(square);
     if (!(length > 0))
         return 0;
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < count; k++)
         a[k] /= length;
-    ext_to_parts(axis, low, a, 3);
+    ext_to_parts(high, low, a, count);
     return (double)length;
+}
+
+double tfa_rotation_from_xyzw(const double xyzw[4], tfa_rotation *rotation)
+{
+    return normalise(xyzw, 4, rotation->quat, rotation->low);
+}
+
+double tfa_axis_normalise(double axis[3], double low[3])
+{
+    return normalise(axis, 3, axis, low);
 }

@@ -72,6 +72,12 @@ typedef struct tfa_rotation {
 /* R = Rz(yaw) Ry(pitch) Rx(roll) of the three angles, rad */
 void tfa_rotation_from_rpy(const double rpy[3], tfa_rotation *rotation);
 
+/* Normalises a quaternion. Returns its norm; with 0, *rotation stays. */
+double tfa_rotation_from_xyzw(const double xyzw[4], tfa_rotation *rotation);
+
+/* The text without white space around it, and its length. */
+const char *tfa_urdf_strip(const char *text, size_t *length);
+
 /* Makes axis + low a unit vector. Returns the previous length; a zero vector stays. */
 double tfa_axis_normalise(double axis[3], double low[3]);
 

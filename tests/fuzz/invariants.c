@@ -44,7 +44,7 @@ static void require_joint(const tfa_description *d, const tfa_joint *joint)
     REQUIRE(joint->name && strlen(joint->name) > 0 && strlen(joint->name) <= 255);
     REQUIRE(joint->parent < d->link_count && joint->child < d->link_count);
     REQUIRE(joint->parent != joint->child);
-    REQUIRE(joint->mimic >= -1 && joint->mimic < (int64_t)d->joint_count);
+    REQUIRE(joint->mimic >= TFA_MIMIC_UNKNOWN && joint->mimic < (int64_t)d->joint_count);
     REQUIRE(isfinite(joint->armature) && joint->armature >= 0);
     const double numbers[4] = {joint->damping, joint->friction, joint->multiplier, joint->offset};
     require_finite(numbers, 4);

@@ -171,6 +171,44 @@ TEST(test_rounding_scales)
         }
 }
 
+/* A camera whose inertia lost a sign in its last decimal u: its least moment (1 - sqrt 2) 1e-6 has
+ * the axis x = (sqrt 2, -1, -1) / 2, and u/2 (|x0| + |x1| + |x2|)^2 explains it from u = 2.843e-7
+ * on. It is 0 where the camera is part of a body with a larger inertia. */
+TEST(test_last_digit)
+{
+    static const struct {
+        double last_digit, others; /* inertia of the links beside it */
+        tfa_joint_type mount;
+        int loads;
+    } rows[] = {
+        {1e-6, 0.01, TFA_JOINT_FIXED, 1},    {2.85e-7, 0.01, TFA_JOINT_FIXED, 1},
+        {2.84e-7, 0.01, TFA_JOINT_FIXED, 0}, {0, 0.01, TFA_JOINT_FIXED, 0},
+        {1e-6, 4.1e-7, TFA_JOINT_FIXED, 0},  {1e-6, 4.2e-7, TFA_JOINT_FIXED, 1},
+        {1e-6, 0.01, TFA_JOINT_REVOLUTE, 0}, {1e-6, 0.01, TFA_JOINT_FLOATING, 0},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        hand h;
+        hand_arm(&h);
+        const double inertia[6] = {1e-6, 1e-6, 1e-6, 1e-6, 0, 1e-6};
+        const uint32_t camera = hand_link(&h, "camera", 0.012, 0, 0, 0);
+        memcpy(h.link[camera].inertia, inertia, sizeof inertia);
+        h.link[camera].last_digit = rows[k].last_digit;
+        hand_joint(&h, "mount", rows[k].mount, 2, camera);
+        for (uint32_t link = 2; link <= 3; link++)
+            for (int e = 0; e < 6; e++)
+                h.link[link].inertia[e] *= rows[k].others / (0.01 * h.link[link].mass);
+        struct outcome o = hand_outcome(&h, NULL, TFA_SYNTAX_C);
+        assert_int_equal(o.status, rows[k].loads ? TFA_OK : TFA_E_MODEL);
+        expect(&o, rows[k].loads ? "inertia-rounded" : "inertia-not-positive",
+               rows[k].loads ? "link 'camera': the principal moment -4.14214e-07 kg m^2 of its "
+                               "inertia is rounding of the file and used as 0"
+                             : "link 'camera': its inertia has the eigenvalue -4.14214e-07 kg m^2; "
+                               "a body cannot have a negative one: correct <inertia>, or choose "
+                               "inertia = repair");
+        hand_forget(&o);
+    }
+}
+
 TEST(test_unused)
 {
     static const tfa_unused items[] = {{"velocity limits", 33, 7}, {"<gazebo>", 12, 3}};

@@ -284,7 +284,13 @@ TEST(test_mimic_refused)
         {NULL, 3, TFA_JOINT_REVOLUTE, "mimic-loop",
          "joint 'finger': in the end it mimics itself; let one of the joints move by itself"},
         {NULL, 12, TFA_JOINT_REVOLUTE, "mimic-unknown",
-         "joint 'shoulder': mimics a joint that does not exist; correct the index"},
+         "joint 'shoulder': mimics a joint that does not exist; correct its name or index, or let "
+         "it "
+         "move by itself"},
+        {NULL, TFA_MIMIC_UNKNOWN, TFA_JOINT_REVOLUTE, "mimic-unknown",
+         "joint 'shoulder': mimics a joint that does not exist; correct its name or index, or let "
+         "it "
+         "move by itself"},
         {NULL, -1, TFA_JOINT_FLOATING, "mimic-type",
          "joint 'elbow': mimics a joint that has no single coordinate; follow a revolute, "
          "continuous or prismatic joint"},

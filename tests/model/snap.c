@@ -47,8 +47,8 @@ TEST(noise_goes)
 {
     tfa_report report = {0};
     tfa_description *d = bundled_description("arm7.urdf");
-    for (size_t j = 1; j < 7; j++)
-        rotate_x(d->joints[j].quat, (j & 1 ? 1 : -1) * 1.5708);
+    for (size_t j = 1; j < 7; j++) /* joint 0 fixes the base */
+        rotate_x(d->joints[j + 1].quat, (j & 1 ? 1 : -1) * 1.5708);
     tfa_model *as_written = model_of(d, 0, &report);
     assert_string_equal(note_of(&report), "");
     assert_true(general_entries(as_written) > 0);
@@ -97,7 +97,7 @@ TEST(all_right_angles_are_found)
         tfa_report report = {0};
         tfa_description *d = bundled_description("arm7.urdf");
         for (int e = 0; e < 4; e++)
-            d->joints[3].quat[e] = quats[k][e] + 1e-7 * (e - 1.3);
+            d->joints[4].quat[e] = quats[k][e] + 1e-7 * (e - 1.3);
         tfa_model *snapped = model_of(d, 1e-5, &report);
         const tfa_body_info body = tfa_model_body(snapped, 3);
         assert_true(body.mass > 0);

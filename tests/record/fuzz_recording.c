@@ -16,7 +16,7 @@ static tfa_model *arm;
 static tfa_workspace *workspace;
 static void *slot;
 static const tfa_wire_shape shape = {
-    .q_count = 7, .v_count = 7, .frames = 10, .max_batch = 4, .max_tips = 3};
+    .q_count = 7, .v_count = 7, .frames = 11, .max_batch = 4, .max_tips = 3};
 
 static void require(int condition)
 {

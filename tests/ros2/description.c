@@ -221,11 +221,11 @@ typedef struct bad_description {
 
 static const bad_description bad[] = {
     {"</robot>", "", "robot_description of 'arm':"},
-    {"<link name=\"link_3\">", "<link name=\"link_3\"><", "robot_description of 'arm':94"},
+    {"<link name=\"link_3\">", "<link name=\"link_3\"><", "robot_description of 'arm':99"},
     {"name=\"joint_4\" type=\"revolute\"", "name=\"joint_4\" type=\"spiral\"",
-     "robot_description of 'arm':111"},
+     "robot_description of 'arm':116"},
     {"<joint name=\"joint_6\"", "<joint name=\"elbow\"", "joint_6"},
-    {"<mass value=\"4.1\"/>", "<mass value=\"nan\"/>", "robot_description of 'arm':22:"},
+    {"<mass value=\"4.1\"/>", "<mass value=\"nan\"/>", "robot_description of 'arm':27:"},
     {"<link name=\"tool0\"/>", "<link name=\"tool1\"/>", "tool0"},
     {NULL, "", "robot_description of 'arm'"},
 };

@@ -128,23 +128,23 @@ static void change_and_refuse(void (*change)(tfa_description *d), const char *jo
 
 static void make_mimic(tfa_description *d)
 {
-    d->joints[3].mimic = 1;
-    d->joints[3].multiplier = 0.5;
+    d->joints[4].mimic = 2;
+    d->joints[4].multiplier = 0.5;
 }
 
 static void make_planar(tfa_description *d)
 {
-    d->joints[2].type = TFA_JOINT_PLANAR;
+    d->joints[3].type = TFA_JOINT_PLANAR;
 }
 
 static void make_floating(tfa_description *d)
 {
-    d->joints[4].type = TFA_JOINT_FLOATING;
+    d->joints[5].type = TFA_JOINT_FLOATING;
 }
 
 static void make_fused(tfa_description *d)
 {
-    tfa_link *link = &d->links[d->joints[1].child];
+    tfa_link *link = &d->links[d->joints[2].child];
     link->mass = 0;
     memset(link->inertia, 0, sizeof link->inertia);
     memset(link->com, 0, sizeof link->com);

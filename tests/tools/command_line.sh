@@ -111,6 +111,23 @@ says "$work/out" "links 6, joints 5 -> bodies 3"
 says "$work/out" "mass 6.3 kg moving, 11.3 kg in all"
 says "$work/out" "lower <- plate"
 says "$work/out" "slide <- tool"
+
+# notes: one line with their number, all of them with --notes; warnings and errors always
+status 0 "$tool" model --notes "$data/arm.urdf"
+notes=$(grep -c ": note: " "$work/err")
+[ "$notes" -gt 1 ] || fail "arm.urdf: $notes notes with --notes"
+for view in "" --tree; do
+    status 0 "$tool" model $view "$data/arm.urdf"
+    [ "$(cat "$work/err")" = "$data/arm.urdf: $notes notes, shown with --notes" ] ||
+        fail "model $view: $(cat "$work/err")"
+done
+status 0 "$tool" model "$data/hand.urdf" --lock-massless-leaves
+says "$work/err" "[mimic-free]"
+says "$work/err" "notes, shown with --notes"
+printf '<robot name="r"><link name="world"/></robot>\n' >"$work/world.urdf"
+status 0 "$tool" model "$work/world.urdf"
+[ "$(grep -c . "$work/err")" = 1 ] || fail "a robot without notes: $(cat "$work/err")"
+says "$work/err" "nothing-moves"
 status 0 "$tool" model --json "$data/arm.urdf"
 tr -d ' \n' <"$work/out" >"$work/json"
 says "$work/json" '"joints":["shoulder","elbow","rail"]'

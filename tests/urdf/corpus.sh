@@ -47,7 +47,7 @@ run() {
     grep '^\$ ' "$1" | while read -r _ file options; do
         echo "\$ $file${options:+ $options}"
         # shellcheck disable=SC2086 # options are words
-        "$tool" model "$file" $options >"$work/out" 2>"$work/err" </dev/null
+        "$tool" model --notes "$file" $options >"$work/out" 2>"$work/err" </dev/null
         verdict=$?
         cat "$work/err"
         echo "exit $verdict"

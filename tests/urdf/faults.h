@@ -53,5 +53,8 @@ extern const urdf_fault urdf_xml_faults[];
 #define BAD "bad-number"
 #define NOT_A_NUMBER                                                                               \
     "is not a number; write digits, point and exponent without blanks or units, such as 1.5e-3"
+#define STRIPPED                                                                                   \
+    "has white space that other programs refuse and that is left out; remove it; attributes like " \
+    "it: "
 
 #endif

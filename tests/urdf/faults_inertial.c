@@ -5,6 +5,20 @@
  */
 #include "faults.h"
 
+/* A link on line 2 with these diagonal moments */
+#define BODY(mass, x, y, z)                                                                        \
+    ROBOT(LINK_WITH_INERTIAL("", "<mass value=\"" mass "\"/>",                                     \
+                             "<inertia ixx=\"" x "\" ixy=\"0\" ixz=\"0\" iyy=\"" y                 \
+                             "\" iyz=\"0\" izz=\"" z "\"/>"))
+#define NINE(name, yx)                                                                             \
+    "<link name=\"" name "\"><inertial><mass value=\"1\"/>\n<inertia ixx=\"0.1\" ixy=\"0.01\" "    \
+    "ixz=\"-0.02\" iyy=\"0.1\" iyz=\"0\" izz=\"0.1\" iyx=\"" yx "\" izx=\"-0.02\" "                \
+    "izy=\"0\"/></inertial></link>\n"
+#define AGAIN "iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say; links like it: "
+#define VERSION_1_1(origin)                                                                        \
+    "<robot name=\"r\" version=\"1.1\">\n" LINK_WITH_INERTIAL(origin, "<mass value=\"1\"/>",       \
+                                                              INERTIA) "</robot>"
+
 #define UNIT(name)                                                                                 \
     "<link name=\"" name "\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" " \
     "iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\n"
@@ -53,7 +67,73 @@ const urdf_fault urdf_inertial_faults[] = {
     {"quaternion origin",
      ROBOT(LINK_WITH_INERTIAL("<origin quat_xyzw=\"0 0 0 1\"/>", "<mass value=\"1\"/>", INERTIA)),
      TFA_E_PARSE, TFA_ERROR, 3, "quaternion-origin",
-     "link 'arm': <origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead"},
+     "link 'arm': <origin> has quat_xyzw, which URDF 1.0 does not know; write rpy instead, or "
+     "version=\"1.1\" in <robot>"},
+    {"quaternion of version 1.1", VERSION_1_1("<origin quat_xyzw=\"0 0.6 0 0.8\"/>"), TFA_OK, -1, 0,
+     "", ""},
+    {"quaternion, not quite of length 1", VERSION_1_1("<origin quat_xyzw=\"0 0.6 0 0.8007\"/>"),
+     TFA_OK, -1, 0, "", ""},
+    {"quaternion of length 2", VERSION_1_1("<origin quat_xyzw=\"0 0 0 2\"/>"), TFA_E_PARSE,
+     TFA_ERROR, 3, "bad-quaternion",
+     "link 'arm': quat_xyzw=\"0 0 0 2\" of <origin> is no rotation: its norm is not 1; correct it"},
+    {"quaternion of zeros", VERSION_1_1("<origin quat_xyzw=\"0 0 0 0\"/>"), TFA_E_PARSE, TFA_ERROR,
+     3, "bad-quaternion",
+     "link 'arm': quat_xyzw=\"0 0 0 0\" of <origin> is no rotation: its norm is not 1; correct it"},
+    {"quaternion of three", VERSION_1_1("<origin quat_xyzw=\"0 0 1\"/>"), TFA_E_PARSE, TFA_ERROR, 3,
+     "bad-vector",
+     "link 'arm': quat_xyzw=\"0 0 1\" of <origin> has 3 numbers; write four with blanks between "
+     "them"},
+    {"quaternion beside angles", VERSION_1_1("<origin rpy=\"0 0 0\" quat_xyzw=\"0 0 0 1\"/>"),
+     TFA_E_PARSE, TFA_ERROR, 3, "quaternion-origin",
+     "link 'arm': <origin> has rpy and quat_xyzw; remove one of them"},
+    {"nine entries", ROBOT(NINE("a", "0.01")), TFA_OK, TFA_NOTE, 3, "nine-entries",
+     "link 'a': " AGAIN "1"},
+    {"nine entries, rounded",
+     ROBOT(LINK("r") NINE("a", "0.0100002") NINE("b", "0.01") JOINT("i", "continuous", "r", "a", "")
+               JOINT("j", "continuous", "r", "b", "")),
+     TFA_OK, TFA_NOTE, 4, "nine-entries", "link 'a': " AGAIN "2"},
+    {"nine entries, another sign", ROBOT(NINE("a", "-0.01")), TFA_E_PARSE, TFA_ERROR, 3,
+     "asymmetric-inertia",
+     "link 'a': iyx=-0.01 of <inertia>, but ixy=0.01; a tensor of inertia is symmetric: correct "
+     "one "
+     "of them"},
+    {"nine entries, one wrong", ROBOT(NINE("a", "0.011")), TFA_E_PARSE, TFA_ERROR, 3,
+     "asymmetric-inertia",
+     "link 'a': iyx=0.011 of <inertia>, but ixy=0.01; a tensor of inertia is symmetric: correct "
+     "one "
+     "of them"},
+    {"mass in grams", BODY("1200", "0.02", "0.018", "0.006"), TFA_OK, TFA_WARNING, 2, "odd-density",
+     "link 'arm': 1200 kg with gyration radii of 0.0022 to 0.0041 m have 1.7e+09 kg/m^3 or more, "
+     "and osmium has 22600; is <mass> in grams? It is in kg, <inertia> in kg m^2"},
+    {"a little denser than osmium", BODY("1", "1.8e-4", "1.8e-4", "1.8e-4"), TFA_OK, TFA_WARNING, 2,
+     "odd-density",
+     "link 'arm': 1 kg with gyration radii of 0.013 to 0.013 m have 2.5e+04 kg/m^3 or more, and "
+     "osmium has 22600; is <mass> in grams? It is in kg, <inertia> in kg m^2"},
+    {"a ball of platinum", BODY("1", "2e-4", "2e-4", "2e-4"), TFA_OK, -1, 0, "", ""},
+    {"a tonne at a point",
+     ROBOT(LINK_WITH_INERTIAL("<origin xyz=\"0 0 0.05\"/>", "<mass value=\"1500\"/>",
+                              "<inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" "
+                              "izz=\"0\"/>")),
+     TFA_OK, TFA_WARNING, 2, "odd-density",
+     "link 'arm': 1500 kg without extent, 0.05 m from its origin; is <mass> in grams? It is in kg"},
+    {"a foundation", BODY("1573", "89", "107", "172"), TFA_OK, -1, 0, "", ""},
+    {"centre of mass in millimetres", COM("0 20 100"), TFA_OK, TFA_WARNING, 2, "odd-centre",
+     "link 'arm': its centre of mass is 101.98 m from its origin; is it in millimetres? xyz is in "
+     "metres"},
+    {"centre of mass a little too far", COM("0 0 -20.5"), TFA_OK, TFA_WARNING, 2, "odd-centre",
+     "link 'arm': its centre of mass is 20.5 m from its origin; is it in millimetres? xyz is in "
+     "metres"},
+    {"inertial inside a visual",
+     ROBOT("<link name=\"a\"><visual>\n<inertial><mass value=\"1\"/>" INERTIA
+           "</inertial></visual></link>"),
+     TFA_OK, TFA_WARNING, 3, "misplaced-element",
+     "link 'a': <inertial> inside <visual> is not read: move it into <link>"},
+    {"inertial inside the robot",
+     ROBOT(LINK("a") "<inertial><mass value=\"1\"/>" INERTIA "</inertial>"), TFA_OK, TFA_WARNING, 3,
+     "misplaced-element", "robot: <inertial> inside <robot> is not read: move it into <link>"},
+    {"mass without an inertial", ROBOT("<link name=\"a\"><mass value=\"1\"/></link>"), TFA_OK,
+     TFA_WARNING, 2, "misplaced-element",
+     "link 'a': <mass> inside <link> is not read: move it into <inertial>"},
     {"misspelled rpy",
      ROBOT(LINK_WITH_INERTIAL("<origin ryp=\"0 0 1\"/>", "<mass value=\"1\"/>", INERTIA)), TFA_OK,
      TFA_WARNING, 3, "unknown-attribute",

@@ -71,8 +71,13 @@ const urdf_fault urdf_tree_faults[] = {
      "missing-attribute", "robot: <link> has no name; add name=\"...\""},
     {"link with an empty name", ROBOT(LINK("")), TFA_E_PARSE, TFA_ERROR, 2, "empty-name",
      "robot: name=\"\" of <link> is empty; give it a name"},
-    {"robot without name", "<robot>\n" LINK("a") "</robot>", TFA_E_PARSE, TFA_ERROR, 1,
-     "missing-attribute", "robot: <robot> has no name; add name=\"...\""},
+    {"robot without name", "<robot>\n" LINK("a") "</robot>", TFA_OK, TFA_WARNING, 1, "no-name",
+     "robot: <robot> has no name, other programs refuse the file; called \"robot\" here: add "
+     "name=\"...\""},
+    {"robot with an empty name", "<robot name=\"\">\n" LINK("a") "</robot>", TFA_OK, TFA_WARNING, 1,
+     "no-name",
+     "robot: <robot> has no name, other programs refuse the file; called \"robot\" here: add "
+     "name=\"...\""},
     {"name with a line end", ROBOT(LINK("a\n")), TFA_E_PARSE, TFA_ERROR, 2, "bad-name",
      "robot: name=\"a\\n\" of <link> holds a control character; remove it"},
     {"name with a control character", ROBOT(LINK("a&#7;")), TFA_E_PARSE, TFA_ERROR, 2, "bad-name",
@@ -81,8 +86,12 @@ const urdf_fault urdf_tree_faults[] = {
      ROBOT(LINK("a &lt;&amp;&quot;'&gt; &#xE9; \xC3\xA9/[]")), TFA_OK, -1, 0, "", ""},
     {"no links", ROBOT(""), TFA_E_PARSE, TFA_ERROR, 1, "no-links",
      "robot: the robot has no links; add one"},
-    {"version 1.1", "<robot name=\"r\" version=\"1.1\">\n" LINK("a") "</robot>", TFA_OK, TFA_NOTE,
-     1, "version", "robot: version=\"1.1\" is read as 1.0"},
+    {"version 1.1", "<robot name=\"r\" version=\"1.1\">\n" LINK("a") "</robot>", TFA_OK, -1, 0, "",
+     ""},
+    {"version 1.2", "<robot name=\"r\" version=\"1.2\">\n" LINK("a") "</robot>", TFA_OK, -1, 0, "",
+     ""},
+    {"version in words", "<robot name=\"r\" version=\"one\">\n" LINK("a") "</robot>", TFA_OK,
+     TFA_NOTE, 1, "version", "robot: version=\"one\" is read as 1.0"},
     {"version 1.0", "<robot name=\"r\" version=\"1.0\">\n" LINK("a") "</robot>", TFA_OK, -1, 0, "",
      ""},
     {"misspelled link", ROBOT(LINK("a") "<lnik name=\"b\"/>"), TFA_E_PARSE, TFA_ERROR, 3,
@@ -112,7 +121,72 @@ const urdf_fault urdf_tree_faults[] = {
                LINK("b") LINK("a")),
      TFA_OK, -1, 0, "", ""},
     {"version 2.0", "<robot name=\"r\" version=\"2.0\">\n" LINK("a") "</robot>", TFA_OK, TFA_NOTE,
-     1, "version", "robot: version=\"2.0\" is read as 1.0"},
+     1, "version", "robot: version=\"2.0\" is read as 1.2"},
+    {"ball joint", TWO("ball", ""), TFA_E_PARSE, TFA_ERROR, 4, "unknown-joint-type",
+     "joint 'j': type \"ball\" does not exist; write three revolute joints about axes at right "
+     "angles with links without <inertial> between them, which become one joint here"},
+    {"spherical joint", TWO("spherical", LIMIT), TFA_E_PARSE, TFA_ERROR, 4, "unknown-joint-type",
+     "joint 'j': type \"spherical\" does not exist; write three revolute joints about axes at "
+     "right "
+     "angles with links without <inertial> between them, which become one joint here"},
+    {"universal joint", TWO("universal", ""), TFA_E_PARSE, TFA_ERROR, 4, "unknown-joint-type",
+     "joint 'j': type \"universal\" does not exist; write two revolute joints about axes at right "
+     "angles with links without <inertial> between them, which become one joint here"},
+    {"joint inside a group",
+     ROBOT(LINK("a") LINK("b") JOINT("i", "floating", "a", "b",
+                                     "") "<group>\n" JOINT("j", "fixed", "a", "b", "") "</group>"),
+     TFA_OK, TFA_WARNING, 6, "misplaced-element",
+     "robot: <joint> \"j\" inside <group> is not read: move it into <robot>"},
+    {"joint inside a link", ROBOT("<link name=\"a\">" JOINT("j", "fixed", "a", "b", "") "</link>"),
+     TFA_OK, TFA_WARNING, 2, "misplaced-element",
+     "link 'a': <joint> \"j\" inside <link> is not read: move it into <robot>"},
+    {"joint of a simulator",
+     ROBOT(LINK("a") "<gazebo>" JOINT("screw", "screw", "a", "b",
+                                      "<axis xyz=\"0 0 1\"/>") "</gazebo>"),
+     TFA_OK, TFA_WARNING, 3, "misplaced-element",
+     "robot: <joint> \"screw\" inside <gazebo> is not read: the robot has no such joint; joints "
+     "like it: 1"},
+    {"joints that are only named",
+     ROBOT(LINK("a") "<gazebo><plugin><joint>j</joint><mass>1</mass></plugin></gazebo>"
+                     "<transmission><joint name=\"j\"/></transmission>"
+                     "<ros2_control><joint name=\"j\"/></ros2_control>"),
+     TFA_OK, -1, 0, "", ""},
+    {"axis and mimic in wrong places",
+     ROBOT(LINK("a") LINK("b") JOINT("j", "continuous", "a", "b",
+                                     "<limit><axis xyz=\"0 0 1\"/></limit>"
+                                     "<origin><mimic joint=\"i\"/></origin>")),
+     TFA_OK, TFA_WARNING, 4, "misplaced-element",
+     "joint 'j': <axis> inside <limit> is not read: move it into <joint>\n"
+     "joint 'j': <mimic> inside <origin> is not read: move it into <joint>"},
+    {"loop joint",
+     ROBOT(LINK("a") "<loop_joint name=\"l\" type=\"revolute\"><link1 link=\"a\"/><axis "
+                     "xyz=\"0 0 1\"/></loop_joint>"),
+     TFA_OK, TFA_WARNING, 3, "unsupported-element",
+     "robot: <loop_joint> closes a loop and is not read: the robot is open there, with other "
+     "freedoms and forces; elements like it: 1"},
+    {"included file",
+     "<robot name=\"r\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n" LINK(
+         "a") "<xi:include href=\"arm.urdf\"/></robot>",
+     TFA_OK, TFA_WARNING, 3, "unsupported-element",
+     "robot: <xi:include> is not followed, what it includes is missing; expand it first: xmllint "
+     "--xinclude; elements like it: 1"},
+    {"two loop joints", ROBOT("<loop_joint name=\"l\"/>" LINK("a") "<loop_joint name=\"m\"/>"),
+     TFA_OK, TFA_WARNING, 2, "unsupported-element",
+     "robot: <loop_joint> closes a loop and is not read: the robot is open there, with other "
+     "freedoms and forces; elements like it: 2"},
+    {"included file, deep",
+     ROBOT("<link name=\"a\"><inertial><xi:include href=\"mass.xml\"/><mass value=\"1\"/>" INERTIA
+           "</inertial></link>"),
+     TFA_OK, TFA_WARNING, 2, "unsupported-element",
+     "link 'a': <xi:include> is not followed, what it includes is missing; expand it first: "
+     "xmllint "
+     "--xinclude; elements like it: 1"},
+    {"joint of Drake",
+     ROBOT(LINK("a") "<drake:joint name=\"j\" type=\"ball\"><parent link=\"a\"/><child "
+                     "link=\"b\"/></drake:joint>"),
+     TFA_OK, TFA_WARNING, 3, "unsupported-element",
+     "robot: <drake:joint> is a joint that URDF does not have, and is not read; elements like it: "
+     "1"},
     {"link in another case", ROBOT(LINK("a") LINK("A") JOINT("j", "floating", "a", "A", "")),
      TFA_OK, -1, 0, "", ""},
     {"two joints between the same links",

@@ -9,7 +9,7 @@
 
 static const char text[] =
     "<robot name=\"r\"><link name=\"a\"/>"
-    "<joint name=\"both\" type=\"revolute\"><limit lower=\"-0.5\" upper=\"2\"/></joint>"
+    "<joint name=\"both\" type=\"revolute\"><limit lower=\" -0.5\" upper=\"2\n\"/></joint>"
     "<joint name=\"one\" type=\"prismatic\"><limit upper=\"0.25\" effort=\"1\"/></joint>"
     "<joint name=\"none\" type=\"revolute\"><limit effort=\"1\" velocity=\"1\"/></joint>"
     "<joint name=\"reversed\" type=\"revolute\"><limit lower=\"2\" upper=\"1\"/></joint>"

@@ -95,6 +95,37 @@ TEST(test_rpy)
     tfa_description_free(d);
 }
 
+/* quat_xyzw of URDF 1.1 in joint and inertial: the unit quaternion of that direction */
+TEST(test_quaternions)
+{
+    static const struct {
+        const char *text;
+        double x, y, z, w;
+    } rows[] = {
+        {"0 0 0.6 0.8", 0, 0, 0.6, 0.8},
+        {"-0.5 0.5 0.5 -0.5005", -0.5, 0.5, 0.5, -0.5005},
+        {"0\t1 0\n0", 0, 1, 0, 0},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        char text[1000];
+        snprintf(text, sizeof text,
+                 "<robot name=\"r\" version=\"1.2\"><link name=\"a\"/>"
+                 "<link name=\"b\"><inertial><origin quat_xyzw=\"%s\"/><mass value=\"1\"/>" INERTIA
+                 "</inertial></link>" JOINT("j", "continuous", "a", "b",
+                                            "<origin xyz=\"0 0 1\" quat_xyzw=\"%s\"/>") "</robot>",
+                 rows[k].text, rows[k].text);
+        tfa_description *d = parse(text);
+        const double x = rows[k].x, y = rows[k].y, z = rows[k].z, w = rows[k].w;
+        const double n = sqrt(x * x + y * y + z * z + w * w), wanted[4] = {x, y, z, w};
+        for (int e = 0; e < 4; e++) {
+            assert_true(fabs(d->joints[0].quat[e] - wanted[e] / n) < 2e-16);
+            assert_same(d->joints[0].quat[e], d->links[1].quat[e]);
+        }
+        assert_vector(d->joints[0].xyz, 0, 0, 1);
+        tfa_description_free(d);
+    }
+}
+
 TEST(test_document_order)
 {
     static const char *const links[] = {"z", "b", "a", "c", "d", "e"};

@@ -19,16 +19,19 @@ typedef struct model_options {
     const char *kernels; /* folder */
     const char *states;  /* file */
     double tolerance;
-    int json, tree;
+    int json, tree, notes;
 } model_options;
 
-enum { KEY_JSON = 256, KEY_KERNELS, KEY_TREE, KEY_ADVISE, KEY_TOLERANCE };
+enum { KEY_JSON = 256, KEY_KERNELS, KEY_TREE, KEY_NOTES, KEY_ADVISE, KEY_TOLERANCE };
 
 static const struct argp_option option_table[] = {
     {.name = "json", .key = KEY_JSON, .doc = "Print the report as JSON"},
     {.name = "tree",
      .key = KEY_TREE,
      .doc = "Draw the robot: bodies with the joints that move them, masses, [links fixed to them]"},
+    {.name = "notes",
+     .key = KEY_NOTES,
+     .doc = "Print the notes - what of the file is not used - and not only their number"},
     {.name = "kernels",
      .key = KEY_KERNELS,
      .arg = "FOLDER",
@@ -57,6 +60,9 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_TREE:
         options->tree = 1;
+        return 0;
+    case KEY_NOTES:
+        options->notes = 1;
         return 0;
     case KEY_KERNELS:
         options->kernels = text;
@@ -110,6 +116,17 @@ static void describe_kernel(const model_options *options, const tfa_model *model
     tfa_specialised_free(specialised);
 }
 
+/* One line for all notes, unless they are printed */
+static void print_note_count(const model_options *options, const tfa_report *report)
+{
+    size_t notes = 0;
+    for (size_t k = 0; k < report->count; k++)
+        notes += report->messages[k].severity == TFA_NOTE;
+    if (notes > 0 && !options->json && !options->notes && !options->states)
+        fprintf(stderr, "%s: %zu note%s, shown with --notes\n", report->file, notes,
+                notes == 1 ? "" : "s");
+}
+
 /* @return an exit status */
 static int print_report(const model_options *options, const tfa_report *messages,
                         const tfa_model *model)
@@ -147,8 +164,8 @@ int command_model(int argc, char **argv)
                "after, masses, what "
                "was merged, locked, fused, left out or repaired, how well each inertia can be "
                "inverted, the order of the joints, the plan.\v"
-               "Errors, warnings and notes go to standard error as FILE:LINE: severity: text; with "
-               "--json they are in \"messages\" instead.",
+               "Errors, warnings and (--notes) notes go to standard error as FILE:LINE: severity: "
+               "text; with --json all of them are in \"messages\" instead.",
         .children = children};
     model_options options = {0};
     error_t error = command_line_parse(&argp, NULL, argc, argv, &options);
@@ -158,10 +175,11 @@ int command_model(int argc, char **argv)
     }
     tfa_report report = {0};
     tfa_model *model = load_scene(options.file, &options.scene,
-                                  options.json     ? (tfa_severity)(TFA_ERROR + 1)
-                                  : options.states ? TFA_WARNING
-                                                   : TFA_NOTE,
+                                  options.json    ? (tfa_severity)(TFA_ERROR + 1)
+                                  : options.notes ? TFA_NOTE
+                                                  : TFA_WARNING,
                                   &report);
+    print_note_count(&options, &report);
     int result;
     if (!options.states)
         result = print_report(&options, &report, model);

@@ -42,7 +42,14 @@ typedef struct tfa_link {
                             along the axes of the inertial frame */
     uint32_t inertial;  /**< 1: the file states mass and inertia, zeros included; 0: it has no
                             `<inertial>`, a warning if the link moves by itself */
+    double last_digit;  /**< unit of the last decimal that the file prints of the inertia, kg m^2;
+                            0: unknown. A negative moment that half a unit of each entry explains is
+                            0 in a link that is merged into a good body */
 } tfa_link;
+
+/** tfa_joint.mimic: the file names a leader that it does not have; an error with the policies
+ *  project and lock. */
+#define TFA_MIMIC_UNKNOWN (-2)
 
 /** A joint between two links. */
 typedef struct tfa_joint {
@@ -62,7 +69,7 @@ typedef struct tfa_joint {
                             tfa_model_options.rotor_inertia only */
     double damping;      /**< N m s/rad or N s/m; used with tfa_model_options.damping only */
     double friction;     /**< N m or N; never used: a note says so */
-    int32_t mimic;       /**< index of the joint it follows, or -1 */
+    int32_t mimic;       /**< index of the joint it follows; -1: none; TFA_MIMIC_UNKNOWN */
     double multiplier;   /**< q = multiplier * q[mimic] + offset */
     double offset;       /**< rad or m */
 } tfa_joint;

@@ -44,8 +44,10 @@ int tfa_draft_make(struct draft *d, const tfa_description *description,
     if (status != TFA_OK)
         return status;
     tfa_draft_note_unused(d, report);
-    if (d->options->base == TFA_BASE_FIXED)
+    if (d->options->base == TFA_BASE_FIXED) {
         tfa_draft_note_base(d, report);
+        tfa_draft_note_immobile(d, report);
+    }
     return TFA_OK;
 }
 

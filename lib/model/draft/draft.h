@@ -22,6 +22,8 @@ struct draft_link {
     uint8_t loaded;         /* it carries a payload */
     uint8_t tip;            /* the scene names it as a tip */
     uint8_t moves;          /* with a joint that is not fixed, or with the base */
+    uint32_t carrier;       /* first link of the body that it is part of */
+    long double best;       /* of a carrier: largest least moment of a link of its body */
 };
 
 /* State of a joint. Mimics are resolved: the leader follows none. */
@@ -87,6 +89,7 @@ struct draft {
     uint32_t joints, frames;   /* public */
     uint32_t q_count, v_count; /* public, base excluded */
     uint32_t root;             /* root link of the scene */
+    uint8_t bests;             /* link.best is computed */
 };
 
 static inline int draft_moves(const struct draft *d, size_t joint)
@@ -148,8 +151,11 @@ int tfa_draft_sort(struct draft *d, tfa_report *report);
 
 /* ---- notes, for a robot without errors ---- */
 
-/* Notes the mass of a fixed base, which is not used. */
+/* Notes the mass of a fixed base, which is not used. Nothing where the root is `world`. */
 void tfa_draft_note_base(const struct draft *d, tfa_report *report);
+
+/* Warns of a robot with a fixed base in which all joints are fixed. */
+void tfa_draft_note_immobile(const struct draft *d, tfa_report *report);
 
 /* Notes the items of the description that the model does not use. */
 void tfa_draft_note_unused(const struct draft *d, tfa_report *report);

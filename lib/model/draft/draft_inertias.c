@@ -48,13 +48,36 @@ static long double rounding_of(const tfa_description *s)
     return 16 * (long double)DBL_EPSILON * mass * longest;
 }
 
+static void find_bests(struct draft *d)
+{
+    for (size_t k = 0; k < d->description->link_count && !d->bests; k++) {
+        long double value[3], *best = &d->link[d->link[k].carrier].best;
+        tfa_eigen(d->link[k].inertia, value, NULL);
+        if (d->link[k].present)
+            *best = fmaxl(*best, value[0]);
+    }
+    d->bests = 1;
+}
+
+/* 1: half a unit u of the last printed decimal of each entry explains a negative moment with the
+ * axis x, x^T dI x <= u/2 (|x0| + |x1| + |x2|)^2, and the link is a small part of a good body. */
+static int is_last_digit(struct draft *d, size_t k, const long double value[3],
+                         const long double V[9])
+{
+    const long double sum = fabsl(V[0]) + fabsl(V[3]) + fabsl(V[6]);
+    if (-value[0] > d->description->links[k].last_digit / 2 * sum * sum)
+        return 0;
+    find_bests(d);
+    return d->link[d->link[k].carrier].best > -value[0];
+}
+
 /* Replaces a negative moment of the size of rounding by 0, with a note: rounding of the file's
- * digits (tfa_eigen_negative) or of the doubles that the file was computed with. */
+ * digits (tfa_eigen_negative, is_last_digit) or of the doubles that the file was computed with. */
 static int is_rounded(struct draft *d, size_t k, const long double value[3], const long double V[9],
                       tfa_report *report)
 {
     const tfa_link *link = &d->description->links[k];
-    if (value[0] < -d->rounding && tfa_eigen_negative(value))
+    if (value[0] < -d->rounding && tfa_eigen_negative(value) && !is_last_digit(d, k, value, V))
         return 0;
     clip(d->link[k].inertia, value, V, value[0] < -d->rounding ? 0 : d->rounding);
     tfa_report_add_grouped(report, TFA_NOTE, link->line, "inertia-rounded", "links", link->name,
@@ -128,9 +151,12 @@ int tfa_draft_inertias(struct draft *d, tfa_report *report)
         for (int e = 0; e < 6; e++)
             d->link[k].inertia[e] = s->links[k].inertia[e];
     d->link[d->root].moves = d->options->base == TFA_BASE_FLOATING;
+    d->link[d->root].carrier = d->root;
     for (size_t k = 0; k < s->joint_count; k++) {
         const tfa_joint *joint = &s->joints[d->order[k]];
-        d->link[joint->child].moves = d->link[joint->parent].moves || draft_moves(d, d->order[k]);
+        const int moves = draft_moves(d, d->order[k]);
+        d->link[joint->child].moves = d->link[joint->parent].moves || moves;
+        d->link[joint->child].carrier = moves ? joint->child : d->link[joint->parent].carrier;
     }
     d->rounding = rounding_of(s);
     int status = TFA_OK;
@@ -143,27 +169,34 @@ int tfa_draft_inertias(struct draft *d, tfa_report *report)
 void tfa_draft_note_base(const struct draft *d, tfa_report *report)
 {
     const tfa_link *root = &d->description->links[d->root];
-    const char *floating = tfa_option_text(report, TFA_OPTION_BASE_FLOATING);
     long double mass = 0;
-    size_t links = 0;
     int world = 0;
     for (size_t k = 0; k < d->description->link_count; k++) {
         const double m = d->description->links[k].mass;
         world |= strcmp(d->description->links[k].name, "world") == 0;
-        if (!d->link[k].present || d->link[k].moves || m == 0)
-            continue;
-        mass += m;
-        links++;
+        if (d->link[k].present && !d->link[k].moves)
+            mass += m;
     }
-    if (links && !world)
+    const int asked = root->mass > 0 && !world;
+    if (mass > 0 && strcmp(root->name, "world") != 0)
         tfa_report_add(
             report, TFA_NOTE, root->line, "base-mass",
-            "link '%s': it and what is fixed to it have mass, %.6Lg kg, which is not used, and the "
-            "file has no link 'world' that it is fixed to; did you mean %s?",
-            root->name, mass, floating);
-    else if (links)
-        tfa_report_add(report, TFA_NOTE, root->line, "base-mass",
-                       "link '%s': %zu of the links that are fixed to the world have mass, %.6Lg "
-                       "kg: not used; choose %s if they move",
-                       root->name, links, mass, floating);
+            "link '%s': it and what is fixed to it have mass, %.6Lg kg, which is not used%s %s%s",
+            root->name, mass,
+            asked ? ", and the file has no link 'world' that it is fixed to; did you mean"
+                  : "; choose",
+            tfa_option_text(report, TFA_OPTION_BASE_FLOATING), asked ? "?" : " if it moves");
+}
+
+void tfa_draft_note_immobile(const struct draft *d, tfa_report *report)
+{
+    const tfa_description *s = d->description;
+    for (size_t j = 0; j < s->joint_count; j++)
+        if (s->joints[j].type != TFA_JOINT_FIXED)
+            return;
+    tfa_report_add(
+        report, TFA_WARNING, s->links[d->root].line, "nothing-moves",
+        "robot: nothing moves: no joint but fixed ones (%zu), and a fixed base; did xacro "
+        "call the macro? For a free base choose %s",
+        s->joint_count, tfa_option_text(report, TFA_OPTION_BASE_FLOATING));
 }

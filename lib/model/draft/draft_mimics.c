@@ -14,6 +14,12 @@ static int mimics(const struct draft *d, size_t j)
     return joint->mimic >= 0 && joint->type != TFA_JOINT_FIXED;
 }
 
+static int is_misnamed(const struct draft *d, size_t j)
+{
+    const tfa_joint *joint = &d->description->joints[j];
+    return joint->mimic == TFA_MIMIC_UNKNOWN && joint->type != TFA_JOINT_FIXED;
+}
+
 static void warn_free(const struct draft *d, tfa_report *report)
 {
     size_t count = 0;
@@ -40,7 +46,8 @@ static int check_mimic(const struct draft *d, size_t j, tfa_report *report)
     const char *wrong = NULL, *code = "mimic-type";
     if ((size_t)joint->mimic >= s->joint_count) {
         code = "mimic-unknown";
-        wrong = "mimics a joint that does not exist; correct the index";
+        wrong = "mimics a joint that does not exist; correct its name or index, or let it move by "
+                "itself";
     } else if (!has_one_freedom(joint)) {
         wrong = "only a joint with one freedom can follow another; let it move by itself";
     } else if (!has_one_freedom(&s->joints[joint->mimic])) {
@@ -154,7 +161,7 @@ static int resolve_all(struct draft *d, uint32_t *path, tfa_report *report)
     const size_t count = d->description->joint_count;
     int status = TFA_OK;
     for (size_t j = 0; j < count; j++)
-        if (mimics(d, j) && check_mimic(d, j, report) != TFA_OK)
+        if ((mimics(d, j) || is_misnamed(d, j)) && check_mimic(d, j, report) != TFA_OK)
             status = TFA_E_MODEL;
     for (uint32_t j = 0; j < count && status == TFA_OK; j++)
         if (mimics(d, j) && d->joint[j].leader < 0)

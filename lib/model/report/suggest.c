@@ -36,6 +36,49 @@ static uint32_t distance(const char *a, const char *b)
     return table[rows % 3][columns];
 }
 
+/* Words of ROS, Pinocchio, MuJoCo and Featherstone's book for names of ours; a word with several
+ * meanings has several rows. */
+static const char *const synonyms[][2] = {
+    {"position", "q"},
+    {"positions", "q"},
+    {"qpos", "q"},
+    {"qd", "v"},
+    {"dq", "v"},
+    {"qdot", "v"},
+    {"qvel", "v"},
+    {"velocity", "v"},
+    {"velocities", "v"},
+    {"velocity", "twist"},
+    {"effort", "tau"},
+    {"efforts", "tau"},
+    {"torque", "tau"},
+    {"torques", "tau"},
+    {"ctrl", "tau"},
+    {"qfrc_applied", "tau"},
+    {"a", "qdd"},
+    {"acc", "qdd"},
+    {"ddq", "qdd"},
+    {"qddot", "qdd"},
+    {"qacc", "qdd"},
+    {"a", "acceleration"},
+    {"acc", "acceleration"},
+    {"base_position", "base_pose"},
+    {"base_orientation", "base_pose"},
+    {"base_velocity", "base_twist"},
+    {"f_ext", "wrench"},
+    {"fext", "wrench"},
+    {"xfrc_applied", "wrench"},
+    {"frames", "tips"},
+    {"links", "tips"},
+    {"fd", "forward_dynamics"},
+    {"aba", "forward_dynamics"},
+    {"id", "inverse_dynamics"},
+    {"rnea", "inverse_dynamics"},
+    {"crba", "mass_matrix"},
+    {"fk", "kinematics"},
+    {"nle", "bias"},
+};
+
 /* ASCII letters, in every locale */
 static void to_lower_case(const char *from, char to[NAME_LENGTH_MAX + 1])
 {
@@ -64,11 +107,34 @@ const char *tfa_misspelled(const char *wrong, const void *list, size_t count, tf
     return best;
 }
 
+static size_t add_name(char *text, size_t size, size_t used, const char *name)
+{
+    if (used < size)
+        used += (size_t)snprintf(text + used, size - used, "%s'%s'", used ? ", " : "", name);
+    return used;
+}
+
+/* Names of the list that a word of others means. Returns whether there are any. */
+static int suggest_meanings(const char *wrong, const void *list, size_t count, tfa_list_name name,
+                            char *text, size_t size)
+{
+    char word[NAME_LENGTH_MAX + 1];
+    size_t used = 0;
+    to_lower_case(wrong, word);
+    for (size_t k = 0; k < sizeof synonyms / sizeof *synonyms; k++)
+        for (size_t i = 0; strcmp(word, synonyms[k][0]) == 0 && i < count; i++)
+            if (strcmp(name(list, i), synonyms[k][1]) == 0)
+                used = add_name(text, size, used, synonyms[k][1]);
+    return used > 0;
+}
+
 void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_name name, char *text,
                  size_t size)
 {
     const char *best[SUGGESTIONS] = {NULL};
     uint32_t distances[SUGGESTIONS] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+    if (suggest_meanings(wrong, list, count, name, text, size))
+        return;
     for (size_t i = 0; i < count; i++) {
         const char *candidate = name(list, i);
         const uint32_t d = distance(wrong, candidate);
@@ -84,6 +150,6 @@ void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_nam
     }
     snprintf(text, size, "none");
     size_t used = 0;
-    for (int k = 0; k < SUGGESTIONS && best[k] && used < size; k++)
-        used += (size_t)snprintf(text + used, size - used, "%s'%s'", k ? ", " : "", best[k]);
+    for (int k = 0; k < SUGGESTIONS && best[k]; k++)
+        used = add_name(text, size, used, best[k]);
 }

@@ -428,7 +428,7 @@ class _Solver:
 class Model:
     def __init__(
         self,
-        path: Path,
+        path: Union[Path, bytes],
         /,
         *,
         base: Optional[Literal["fixed", "floating"]] = None,
@@ -832,5 +832,6 @@ def daemon_command(
     timeout: float = 10.0,
 ) -> str: ...
 def _joint_limits(
-    text: bytes, names: tuple[str, ...], /
+    source: Union[Path, bytes], names: tuple[str, ...], /
 ) -> dict[str, Optional[tuple[float, float]]]: ...
+def _restore_reply(*state: Any) -> Reply: ...

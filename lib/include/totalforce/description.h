@@ -99,6 +99,7 @@ typedef struct tfa_description {
  *     file:///PATH   PATH, with %XX decoded
  *     otherwise      the name itself; other URIs and substitutions are refused
  *
+ * @param name  as a user writes it
  * @param path  gets the path, which need not exist; with TFA_E_FILE the reason, which names what
  *              was searched
  * @param size  of path, bytes

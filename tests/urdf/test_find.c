@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Names of robots that are no paths: what they stand for, and what the message says where they stand
- * for nothing.
+ * Names of robots that are no paths: what they stand for, and what the message says where they
+ * stand for nothing.
  */
 #include "test.h"
 

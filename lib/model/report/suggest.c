@@ -36,47 +36,25 @@ static uint32_t distance(const char *a, const char *b)
     return table[rows % 3][columns];
 }
 
-/* Words of ROS, Pinocchio, MuJoCo and Featherstone's book for names of ours; a word with several
- * meanings has several rows. */
-static const char *const synonyms[][2] = {
-    {"position", "q"},
-    {"positions", "q"},
-    {"qpos", "q"},
-    {"qd", "v"},
-    {"dq", "v"},
-    {"qdot", "v"},
-    {"qvel", "v"},
-    {"velocity", "v"},
-    {"velocities", "v"},
-    {"velocity", "twist"},
-    {"effort", "tau"},
-    {"efforts", "tau"},
-    {"torque", "tau"},
-    {"torques", "tau"},
-    {"ctrl", "tau"},
-    {"qfrc_applied", "tau"},
-    {"a", "qdd"},
-    {"acc", "qdd"},
-    {"ddq", "qdd"},
-    {"qddot", "qdd"},
-    {"qacc", "qdd"},
-    {"a", "acceleration"},
-    {"acc", "acceleration"},
-    {"base_position", "base_pose"},
-    {"base_orientation", "base_pose"},
-    {"base_velocity", "base_twist"},
-    {"f_ext", "wrench"},
-    {"fext", "wrench"},
-    {"xfrc_applied", "wrench"},
-    {"frames", "tips"},
-    {"links", "tips"},
-    {"fd", "forward_dynamics"},
-    {"aba", "forward_dynamics"},
-    {"id", "inverse_dynamics"},
-    {"rnea", "inverse_dynamics"},
-    {"crba", "mass_matrix"},
-    {"fk", "kinematics"},
-    {"nle", "bias"},
+/* Names of ours, and the words of ROS, Pinocchio, MuJoCo and Featherstone's book for each */
+static const struct {
+    const char *name, *words; /* with a blank before and behind every word */
+} meanings[] = {
+    {"q", " position positions qpos "},
+    {"v", " qd dq qdot qvel velocity velocities "},
+    {"twist", " velocity "},
+    {"tau", " effort efforts torque torques ctrl qfrc_applied "},
+    {"qdd", " a acc ddq qddot qacc "},
+    {"acceleration", " a acc "},
+    {"base_pose", " base_position base_orientation "},
+    {"base_twist", " base_velocity "},
+    {"wrench", " f_ext fext xfrc_applied "},
+    {"tips", " frames links "},
+    {"forward_dynamics", " fd aba "},
+    {"inverse_dynamics", " id rnea "},
+    {"mass_matrix", " crba "},
+    {"kinematics", " fk "},
+    {"bias", " nle "},
 };
 
 /* ASCII letters, in every locale */
@@ -118,13 +96,14 @@ static size_t add_name(char *text, size_t size, size_t used, const char *name)
 static int suggest_meanings(const char *wrong, const void *list, size_t count, tfa_list_name name,
                             char *text, size_t size)
 {
-    char word[NAME_LENGTH_MAX + 1];
+    char lower[NAME_LENGTH_MAX + 1], word[NAME_LENGTH_MAX + 3];
     size_t used = 0;
-    to_lower_case(wrong, word);
-    for (size_t k = 0; k < sizeof synonyms / sizeof *synonyms; k++)
-        for (size_t i = 0; strcmp(word, synonyms[k][0]) == 0 && i < count; i++)
-            if (strcmp(name(list, i), synonyms[k][1]) == 0)
-                used = add_name(text, size, used, synonyms[k][1]);
+    to_lower_case(wrong, lower);
+    snprintf(word, sizeof word, " %s ", lower);
+    for (size_t k = 0; k < sizeof meanings / sizeof *meanings; k++)
+        for (size_t i = 0; strstr(meanings[k].words, word) && i < count; i++)
+            if (strcmp(name(list, i), meanings[k].name) == 0)
+                used = add_name(text, size, used, meanings[k].name);
     return used > 0;
 }
 

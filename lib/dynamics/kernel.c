@@ -13,6 +13,7 @@
 #include "dynamics/scan/segment_scan.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
+#include "dynamics/solve/method.h"
 #include "dynamics/solve/refine.h"
 #include "interface/kernel_table.h"
 #include "number/sincos.h"
@@ -28,6 +29,12 @@ static struct state *init(const tfa_model *model, struct tfa_reserved reserved, 
     struct state *s = state_init(model, model_extent(model, reserved), memory);
     TFA_V(tfa_precompute)(s);
     return s;
+}
+
+static int solves(tfa_method method)
+{
+    const struct method *row = TFA_V(method)(method);
+    return row->chain || row->forward;
 }
 
 static void set_residual_kernel(struct state *s, const struct tfa_residual_kernel *residual_kernel)
@@ -67,6 +74,7 @@ const struct tfa_kernel TFA_V(kernel) = {
     .precision = TFA_PRECISION,
     .lanes = NUM_LANES,
     .supported = tfa_cpu_supported,
+    .solves = solves,
     .size = size,
     .init = init,
     .answer = TFA_V(answer),

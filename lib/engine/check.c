@@ -186,14 +186,16 @@ static int has_armature(const struct tfa_model *m, const struct tfa_chain *chain
     return 0;
 }
 
-/* Checks armature and length of the main chains. */
-static int check_chains(const struct tfa_model *m, unsigned refuses_what)
+/* Checks armature and length of the main chains; the limit of length goes to `index`. */
+static int check_chains(const struct tfa_model *m, unsigned refuses_what, uint32_t *index)
 {
     for (uint32_t t = 0; t < m->trees; t++) {
         if (refuses_what & TFA_REFUSES_ARMATURE && has_armature(m, &m->chain[t]))
             return TFA_E_METHOD;
-        if (refuses_what & TFA_REFUSES_LENGTH && m->chain[t].length > TFA_HESSENBERG_LONGEST)
+        if (refuses_what & TFA_REFUSES_LENGTH && m->chain[t].length > TFA_HESSENBERG_LONGEST) {
+            *index = TFA_HESSENBERG_LONGEST;
             return TFA_E_UNSUPPORTED;
+        }
     }
     return TFA_OK;
 }
@@ -205,16 +207,15 @@ static int check_chains(const struct tfa_model *m, unsigned refuses_what)
 static int check_method(const struct tfa_model *m, const tfa_request *r, const tfa_method_info *row,
                         tfa_reply *reply)
 {
+    uint32_t index = (uint32_t)r->method;
     int status = row && row->ops & TFA_OP_BIT(r->op) ? TFA_OK : TFA_E_METHOD;
     if (status == TFA_OK &&
         ((m->mimics && row->refuses & TFA_REFUSES_MIMICS) ||
          (m->massless_followers && row->refuses & TFA_REFUSES_MASSLESS_FOLLOWER)))
         status = TFA_E_METHOD;
     if (status == TFA_OK && row->refuses & (TFA_REFUSES_ARMATURE | TFA_REFUSES_LENGTH))
-        status = check_chains(m, row->refuses);
-    return status == TFA_OK
-               ? TFA_OK
-               : tfa_set_error(reply, status, TFA_FIELD_METHOD, (uint32_t)r->method, 0);
+        status = check_chains(m, row->refuses, &index);
+    return status == TFA_OK ? TFA_OK : tfa_set_error(reply, status, TFA_FIELD_METHOD, index, 0);
 }
 
 /* 1: the answer needs M itself */
@@ -244,10 +245,12 @@ static int check_choices(const struct tfa_model *m, const tfa_request *r, tfa_re
     if (status != TFA_OK)
         return status;
     if (r->op == TFA_OP_DERIVATIVES && m->freedoms > TFA_DERIVATIVES_FREEDOMS_MAX)
-        return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, 0, 0);
+        return tfa_set_error(reply, TFA_E_UNSUPPORTED, TFA_FIELD_OP, TFA_DERIVATIVES_FREEDOMS_MAX,
+                             0);
     if (m->mass_entries > TFA_MASS_ENTRIES_MAX && needs_mass_matrix(m, r, row))
         return tfa_set_error(reply, TFA_E_UNSUPPORTED,
-                             r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD, 0, 0);
+                             r->op == TFA_OP_MASS_MATRIX ? TFA_FIELD_OP : TFA_FIELD_METHOD,
+                             (uint32_t)TFA_MASS_ENTRIES_MAX, 0);
     return TFA_OK;
 }
 

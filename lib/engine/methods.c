@@ -7,6 +7,8 @@
 
 #include <string.h>
 
+#include "model/model.h"
+
 static const tfa_method_info method_table[] = {
 #define METHOD_ROW(name, number, text, ops, factors, cost, refuses, summary)                       \
     [number] = {TFA_METHOD_##name,                                                                 \
@@ -44,6 +46,23 @@ const char *tfa_refusal_text(unsigned refusal)
         return "mimic joints that are projected";
     case TFA_REFUSES_MASSLESS_FOLLOWER:
         return "mimic joints that move no mass of their own";
+    default:
+        return "";
+    }
+}
+
+const char *tfa_limit_text(const tfa_reply *reply)
+{
+    if (reply->status != TFA_E_UNSUPPORTED)
+        return "";
+    switch (reply->index) {
+    case TFA_DERIVATIVES_FREEDOMS_MAX:
+        return "the limit is 256 freedoms; differences of forward_dynamics, or a scene with fewer "
+               "joints, answer";
+    case TFA_MASS_ENTRIES_MAX:
+        return "the limit is 4 Mi entries of M (a chain of 2895 bodies); aba and rnea need no M";
+    case TFA_HESSENBERG_LONGEST:
+        return "the limit is a main chain of 130 bodies; tfa and auto answer";
     default:
         return "";
     }
@@ -107,4 +126,14 @@ const char *tfa_field_name(tfa_field field)
     if ((unsigned)field >= sizeof names / sizeof *names)
         return "";
     return names[field];
+}
+
+const char *tfa_base_field_name(const char *joint_field)
+{
+    if (strcmp(joint_field, "posture_torques") == 0)
+        joint_field = tfa_field_name(TFA_FIELD_TAU);
+    for (int k = TFA_FIELD_Q; k <= TFA_FIELD_QDD; k++)
+        if (strcmp(joint_field, tfa_field_name((tfa_field)k)) == 0)
+            return tfa_field_name((tfa_field)(k + TFA_FIELD_BASE_POSE - TFA_FIELD_Q));
+    return "";
 }

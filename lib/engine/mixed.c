@@ -24,7 +24,7 @@ static int answer_factors(tfa_workspace *w, const tfa_request *r, struct tfa_res
 /* 1: the kernel of the factors has this method */
 static int has_factors(const tfa_workspace *w, tfa_method method)
 {
-    return w->precision != TFA_F32 || tfa_batch_has_method(method);
+    return w->precision != TFA_F32 || w->batch->solves(method);
 }
 
 static int answer_forward(tfa_workspace *w, const struct call *c, uint32_t k, tfa_reply *reply,

@@ -16,8 +16,6 @@
 #define CYCLIC (BIT(TFA_METHOD_TFA_CR) | BIT(TFA_METHOD_CFA_CR))
 #define ARTICULATED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_PROPAGATION) | BIT(TFA_METHOD_PV_OSIMR))
 #define SPECIALISED (BIT(TFA_METHOD_ABA) | BIT(TFA_METHOD_RNEA) | BIT(TFA_METHOD_PROPAGATION))
-/* Methods of a batch: neither those that search nor those that fill lanes themselves (kernel.c) */
-#define BATCH_METHODS (~(BIT(TFA_METHOD_HESSENBERG) | SCANS))
 #define ANY_OP TFA_OPS_ALL
 
 static const tfa_answer no_estimate = {.error_estimate = (double)NAN};
@@ -239,9 +237,11 @@ static int has_batch(const tfa_workspace *w)
     return w->batch != NULL;
 }
 
+/* Methods that the batch kernel lacks go one state at a time. */
 static int batch_serves(const tfa_workspace *w, const struct call *c)
 {
-    return c->request->count >= w->batch_min;
+    return c->request->count >= w->batch_min &&
+           (!(c->traits & TRAIT_FD) || w->batch->solves(c->by.method));
 }
 
 /* Computes states k .. k + count - 1. Returns count; 0 if there are too few, one must be computed
@@ -352,17 +352,12 @@ static const struct strategy strategies[TFA_STRATEGIES] = {
      run_segments},
     {"partition", has_partition, TRAIT_FD | TRAIT_OSIM, TRAITS_CHANGED | SCALAR_ONLY, 0, CYCLIC,
      partition_serves, run_partition},
-    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, 0, BATCH_METHODS, batch_serves,
-     run_batch},
+    {"batch", has_batch, TRAIT_FD | TRAIT_ID | TRAIT_M, TRAIT_TIPS, 0, TFA_METHODS_ALL,
+     batch_serves, run_batch},
     {"body lanes", has_body_lanes, TRAIT_FD | TRAIT_OSIM, REFUSED_BY_FACTORS | TRAIT_LAMBDA,
      TRAIT_TIP_MOTION, ARTICULATED, body_lanes_serve, run_body_lanes},
     {"scalar", always, ANY_OP, 0, TRAITS_MOTION, TFA_METHODS_ALL, NULL, run_scalar},
 };
-
-int tfa_batch_has_method(tfa_method method)
-{
-    return (BATCH_METHODS & BIT(method)) != 0;
-}
 
 uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out)
 {

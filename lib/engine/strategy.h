@@ -39,9 +39,6 @@ struct strategy {
 /* The rows that a workspace can run, in order. Returns how many. */
 uint32_t tfa_strategies_of(const tfa_workspace *w, const struct strategy **out);
 
-/* Do batch kernels have this method? */
-int tfa_batch_has_method(tfa_method method);
-
 /* A call of a checked request, with the rows that serve it */
 void tfa_call_init(struct call *call, const tfa_workspace *w, const tfa_request *request);
 

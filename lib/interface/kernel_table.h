@@ -44,6 +44,8 @@ struct tfa_kernel {
     tfa_precision precision;
     uint32_t lanes;         /* states at a time */
     int (*supported)(void); /* every CPU feature that the flags allow is present */
+    /* 1: forward dynamics by this method; a batch has no method of one state at a time */
+    int (*solves)(tfa_method method);
     size_t (*size)(const tfa_model *model, struct tfa_reserved reserved);
     struct state *(*init)(const tfa_model *model, struct tfa_reserved reserved, void *memory);
     /* States k .. k + count - 1, at most `lanes`, of a checked request; fills as many answers, and

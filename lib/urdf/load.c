@@ -103,30 +103,55 @@ int tfa_urdf_parse(const char *text, size_t length, const char *name, tfa_descri
     return status;
 }
 
+static int unreadable(tfa_report *report, const char *name, int error, const char *why)
+{
+    tfa_report_set_file(report, name);
+    tfa_report_begin(report);
+    tfa_report_add(report, TFA_ERROR, 0, "unreadable", "file: cannot be read: %s", why);
+    tfa_report_add_refused(report, NULL);
+    errno = error;
+    return TFA_E_FILE;
+}
+
+int tfa_urdf_read(const char *name, char **text, size_t *length, tfa_report *report)
+{
+    char path[TFA_URDF_PATH_MAX], message[128];
+    if (!name || !text || !length || !report)
+        return TFA_E_ARGUMENT;
+    *text = NULL;
+    *length = 0;
+    if (tfa_urdf_find(name, path, sizeof path) != TFA_OK)
+        return unreadable(report, name, errno, path);
+    int file = open(path, O_RDONLY | O_CLOEXEC);
+    int status = file < 0 ? TFA_E_FILE : read_all(file, text, length);
+    const int error = errno;
+    if (file >= 0)
+        close(file);
+    if (status == TFA_OK) {
+        tfa_report_set_file(report, path);
+        return TFA_OK;
+    }
+    free(*text);
+    *text = NULL;
+    (void)unreadable(report, path, error,
+                     status == TFA_E_MEMORY ? "out of memory"
+                                            : strerror_r(error, message, sizeof message));
+    return status;
+}
+
 int tfa_urdf_load(const char *path, tfa_description **description, tfa_report *report)
 {
     if (!path || !description || !report)
         return TFA_E_ARGUMENT;
     *description = NULL;
-    char *text = NULL;
-    size_t length = 0;
-    int file = open(path, O_RDONLY | O_CLOEXEC);
-    int status = file < 0 ? TFA_E_FILE : read_all(file, &text, &length);
-    int error = errno;
-    if (file >= 0)
-        close(file);
-    if (status == TFA_OK)
-        status = tfa_urdf_parse(text, length, path, description, report);
-    else {
-        char message[128];
-        tfa_report_set_file(report, path);
-        tfa_report_begin(report);
-        tfa_report_add(report, TFA_ERROR, 0, "unreadable", "file: cannot be read: %s",
-                       status == TFA_E_MEMORY ? "out of memory"
-                                              : strerror_r(error, message, sizeof message));
-        tfa_report_add_refused(report, NULL);
-        errno = error;
-    }
+    char *text;
+    size_t length;
+    int status = tfa_urdf_read(path, &text, &length, report);
+    if (status != TFA_OK)
+        return status;
+    char *file = report->file ? strdup(report->file) : NULL;
+    status = tfa_urdf_parse(text, length, file, description, report);
+    free(file);
     free(text);
     return status;
 }

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <totalforce/description.h>
 #include <unistd.h>
 
 #include "config_read.h"
@@ -163,9 +164,11 @@ static void check_file(config_reader *r, const config *c, size_t i)
     char path[64];
     if (!c->robots[i].urdf)
         return;
-    char *urdf = config_file_path(c, c->robots[i].urdf);
+    char *urdf = config_file_path(c, c->robots[i].urdf), found[TFA_URDF_PATH_MAX];
     snprintf(path, sizeof path, "robots[%zu].urdf", i);
-    if (urdf && !is_readable(urdf))
+    if (tfa_urdf_find(c->robots[i].urdf, found, sizeof found) != TFA_OK)
+        config_error(r, path, "'%s': %s", c->robots[i].urdf, found);
+    else if (urdf && !is_readable(urdf))
         config_error(r, path, "'%s' cannot be read: %s", urdf, strerror(errno));
     free(urdf);
 }
@@ -319,12 +322,14 @@ void config_location(const config *c, const char *path, char *text, size_t size)
 
 char *config_file_path(const config *c, const char *name)
 {
-    char *path = NULL, *directory = strdup(c->file);
+    char found[TFA_URDF_PATH_MAX], *path = NULL, *directory = strdup(c->file);
     int n = -1;
-    if (name[0] == '/')
+    if (tfa_urdf_find(name, found, sizeof found) != TFA_OK)
         n = asprintf(&path, "%s", name);
+    else if (found[0] == '/')
+        n = asprintf(&path, "%s", found);
     else if (directory)
-        n = asprintf(&path, "%s/%s", dirname(directory), name);
+        n = asprintf(&path, "%s/%s", dirname(directory), found);
     free(directory);
     return n < 0 ? NULL : path;
 }

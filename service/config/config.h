@@ -264,8 +264,8 @@ uint32_t config_refusals(const config_robot *robot);
  *  messages about it. */
 void config_location(const config *c, const char *path, char *text, size_t size);
 
-/** A file that the configuration names: relative paths start at the configuration file. Release
- *  with free; NULL when memory is short. */
+/** A file that the configuration names, by tfa_urdf_find: relative paths start at the configuration
+ *  file. What cannot be found stays as written. Release with free; NULL when memory is short. */
 char *config_file_path(const config *c, const char *name);
 
 #endif

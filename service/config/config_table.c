@@ -159,7 +159,8 @@ static const config_row robot_rows[] = {
     {"name", CONFIG_TEXT, AT(config_robot, name), .required = true,
      .help = "Name for clients and of the socket: letters, digits, '-', '_', '.'"},
     {"urdf", CONFIG_TEXT, AT(config_robot, urdf), .required = true, RELOADABLE,
-     .help = "The robot's file; a relative path starts at this configuration file"},
+     .help = "The robot's file, relative to this one, ~/FILE, package://PACKAGE/FILE or "
+             "$(find PACKAGE)/FILE"},
     {"base", CONFIG_WORD, AT(config_robot, base), RELOADABLE, .default_value = TFA_BASE_FIXED,
      .words = base_words, .help = "fixed or floating"},
     {"gravity", CONFIG_LIST, LIST_AT(config_robot, gravity), RELOADABLE, .low = 3, .high = 3,

@@ -8,6 +8,7 @@
  * both, because YAML readers disagree whether 010 is eight or ten.
  */
 #include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/text.h>
@@ -79,6 +80,12 @@ static bool is_digit(char c)
     return c >= '0' && c <= '9';
 }
 
+/* Letters of a unit, those of the micro sign included */
+static bool is_unit_letter(char c)
+{
+    return isalpha((unsigned char)c) || (unsigned char)c >= 0x80;
+}
+
 static const char *after_sign(const char *text)
 {
     return text + (*text == '+' || *text == '-');
@@ -120,7 +127,7 @@ static bool clean_number(const char *text, char *number, size_t size, double *va
             number[n++] = *text == ',' ? '.' : *text;
     number[n] = 0;
     rest = text + strspn(text, " \t\n");
-    if (*rest && !isalpha((unsigned char)*rest) && *rest != '%')
+    if (*rest && !is_unit_letter(*rest) && *rest != '%')
         return false;
     return read_number(number, value);
 }
@@ -133,6 +140,42 @@ static bool clean_hexadecimal(const char *text, char *number, size_t size, doubl
     *value = (double)strtoull(text + 2, &end, 16);
     snprintf(number, size, "%.0f", *value);
     return *end == 0;
+}
+
+/* Units that people write behind a number: what they measure, and how much of it */
+static const struct {
+    const char *name;
+    char of;
+    double size;
+} units[] = {{"ns", 't', 1e-9},      {"us", 't', 1e-6},
+             {"\u00b5s", 't', 1e-6}, {"\u03bcs", 't', 1e-6},
+             {"ms", 't', 1e-3},      {"s", 't', 1},
+             {"min", 't', 60},       {"KiB", 'b', 0x1p10},
+             {"MiB", 'b', 0x1p20},   {"GiB", 'b', 0x1p30},
+             {"g", 'm', 1e-3},       {"kg", 'm', 1},
+             {"mm", 'l', 1e-3},      {"cm", 'l', 1e-2},
+             {"m", 'l', 1},          {"deg", 'a', 0.017453292519943295},
+             {"rad", 'a', 1}};
+enum { UNITS = sizeof units / sizeof *units };
+
+static size_t find_unit(const char *name)
+{
+    size_t k = 0;
+    while (k < UNITS && strcmp(units[k].name, name) != 0)
+        k++;
+    return k;
+}
+
+/* From the unit that ends a text to that of the key; 1: there is none, or one of another kind */
+static double unit_factor(const char *text, const char *unit_of_key)
+{
+    const char *unit = text + strlen(text);
+    while (unit > text && is_unit_letter(unit[-1]))
+        unit--;
+    const size_t from = find_unit(unit), to = unit_of_key ? find_unit(unit_of_key) : (size_t)UNITS;
+    return from < UNITS && to < UNITS && units[from].of == units[to].of
+               ? units[from].size / units[to].size
+               : 1;
 }
 
 static bool is_null_text(const char *text)
@@ -149,6 +192,13 @@ static void suggest_value(const config_scalar *s, const char *text, char *remedy
     const bool meant =
         clean_hexadecimal(text, number, sizeof number, &value) ||
         (!(whole && strchr(text, ',')) && clean_number(text, number, sizeof number, &value));
+    const double factor = meant ? unit_factor(text, s->row->unit) : 1;
+    const double nearest = meant ? rint(value * factor) : 0;
+    if (factor != 1) { /* 3 us are 3000 ns, but 3 * (1e-6 / 1e-9) is not */
+        value *= factor;
+        value = fabs(value - nearest) < 1e-9 * fabs(nearest) ? nearest : value;
+        snprintf(number, sizeof number, "%.10g", value);
+    }
     if (meant && is_in_range(s, value) && !whole)
         snprintf(remedy, size, "; write %s", number);
     else if (meant && is_in_range(s, value) && value == (double)(uint64_t)value)

@@ -186,6 +186,38 @@ TEST(test_defaults)
     tfa_model_free(large);
 }
 
+/* Limits of the robot's size are named by their number, and begin where it says. */
+TEST(test_limits)
+{
+    static const double q[2896];
+    static const struct {
+        uint32_t bodies;
+        tfa_op op;
+        tfa_method method;
+        uint32_t limit;
+        const char *text;
+    } rows[] = {
+        {256, TFA_OP_DERIVATIVES, TFA_METHOD_AUTO, 0, ""},
+        {257, TFA_OP_DERIVATIVES, TFA_METHOD_AUTO, 256, "the limit is 256 freedoms; "},
+        {2895, TFA_OP_MASS_MATRIX, TFA_METHOD_AUTO, 0, ""},
+        {2896, TFA_OP_MASS_MATRIX, TFA_METHOD_AUTO, 4 << 20, "(a chain of 2895 bodies); "},
+        {2896, TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_CRBA, 4 << 20, "aba and rnea need no M"},
+        {130, TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_HESSENBERG, 0, ""},
+        {131, TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_HESSENBERG, 130, "tfa and auto answer"},
+    };
+    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+        tfa_model *model = chain(rows[k].bodies, TFA_BASE_FIXED);
+        const tfa_request r = {.op = rows[k].op, .method = rows[k].method, .count = 1, .q = q};
+        tfa_reply reply = {0};
+        assert_int_equal(tfa_request_check(model, &r, &reply),
+                         rows[k].limit ? TFA_E_UNSUPPORTED : TFA_OK);
+        assert_int_equal(reply.index, rows[k].limit);
+        assert_non_null(strstr(tfa_limit_text(&reply), rows[k].text));
+        tfa_model_free(model);
+    }
+    assert_string_equal(tfa_limit_text(&(tfa_reply){.status = TFA_E_UNSUPPORTED, .index = 4}), "");
+}
+
 /* Reserved methods answer the same bits whatever else is reserved. */
 TEST(test_same_bits)
 {

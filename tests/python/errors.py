@@ -56,6 +56,16 @@ class Requests(Case):
                 "mass_matrix does not use it unless want has jacobian",
                 "tips",
             ),
+            (dict(qd=q), tf.InputTypeError, "unknown argument 'qd'; nearest: 'v'", "qd"),
+            (dict(effort=q), tf.InputTypeError, "nearest: 'tau'", "effort"),
+            (dict(op="inverse_dynamics", a=q), tf.InputTypeError, "nearest: 'qdd', 'acc", "a"),
+            (dict(op="rnea"), tf.InputError, "nearest: 'inverse_dynamics'", "op"),
+            (
+                dict(v=np.zeros(13)),
+                tf.InputError,
+                "own, base_twist; this robot's base is fixed",
+                "v",
+            ),
             (
                 dict(methd="aba"),
                 tf.InputTypeError,
@@ -201,6 +211,12 @@ class Requests(Case):
         n = self.dog.model.q_count
         with self.fails(tf.InputError, "base_pose: missing", field="base_pose"):
             self.dog.mass_matrix(np.zeros(n))
+        for fields, name in (
+            (dict(q=np.zeros(n + 7)), "base_pose (x y z, quaternion x y z w)"),
+            (dict(q=np.zeros(n), tau=np.zeros((3, n + 6))), "base_wrench"),
+        ):
+            with self.fails(tf.InputError, f"a floating base has a field of its own, {name}"):
+                self.dog.forward_dynamics(base_pose=self.pose, **fields)
         with self.fails(
             tf.InputError,
             "quaternion of norm 2, must be 1",
@@ -273,6 +289,18 @@ URDF = """<robot name="r">
   <joint name="j" type="{type}"><parent link="world"/><child link="arm"/><axis xyz="0 0 1"/>
     <limit lower="-1" upper="2" effort="1" velocity="1"/></joint>
 </robot>"""
+
+
+def chain(joints):
+    """URDF of a chain of equal links"""
+    links = "".join(
+        f"<link name='l{k}'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' "
+        f"iyz='0' izz='1'/></inertial></link><joint name='j{k}' type='continuous'>"
+        f"<parent link='l{k - 1}'/><child link='l{k}'/><origin xyz='0 0 1'/><axis xyz='1 0 0'/>"
+        f"</joint>"
+        for k in range(1, joints + 1)
+    )
+    return f"<robot name='chain'><link name='l0'/>{links}</robot>"
 
 
 class Robots(Case):
@@ -385,6 +413,20 @@ class Robots(Case):
         self.assertIn("tfa", reserved.methods)
         with self.fails(tf.UnsupportedError):
             reserved.forward_dynamics(np.zeros(7), method="cfa")
+        rope = tf.Model.parse(chain(300))
+        lean = tf.Workspace(rope)
+        for workspace, ask, text in (
+            (lean, dict(method="tfa"), "no memory was reserved for tfa; methods=['tfa']"),
+            (lean, dict(op="mass_matrix"), "methods=['crba'] of a Workspace or Pool"),
+            (lean, dict(op="derivatives"), "of 300 freedoms: the limit is 256 freedoms"),
+            (
+                tf.Pool(rope, 1, methods=["hessenberg"]),
+                dict(method="hessenberg"),
+                "the limit is a main chain of 130 bodies; tfa and auto answer",
+            ),
+        ):
+            with self.subTest(**ask), self.fails(tf.UnsupportedError, text):
+                workspace.compute(ask.pop("op", "forward_dynamics"), np.zeros(300), **ask)
         with self.fails(tf.FileError):
             tf.Specialised("/nowhere.so", model)
 

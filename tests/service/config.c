@@ -57,6 +57,30 @@ TEST(defaults_hold)
     config_free(c);
 }
 
+/* Names that the library expands, and relative ones, which start at the configuration file */
+TEST(robots_are_found)
+{
+    static const char *const names[] = {"~/robots/arm7.urdf", "$(find robots)/arm7.urdf",
+                                        "package://robots/arm7.urdf",
+                                        "file://" TFA_SOURCE_DIR "/config/robots/arm7.urdf"};
+    char text[512];
+    config *c;
+    assert_int_equal(setenv("HOME", TFA_SOURCE_DIR "/config", 1), 0);
+    assert_int_equal(setenv("ROS_PACKAGE_PATH", TFA_SOURCE_DIR "/config", 1), 0);
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        snprintf(text, sizeof text, "robots: [{name: arm, urdf: \"%s\"}]\n", names[k]);
+        free(load(text, TFA_OK, &c));
+        char *path = config_file_path(c, c->robots[0].urdf);
+        assert_string_equal(path, TFA_SOURCE_DIR "/config/robots/arm7.urdf");
+        free(path);
+        path = config_file_path(c, "kernels");
+        assert_string_equal(path, "/tmp/kernels");
+        free(path);
+        config_free(c);
+    }
+    assert_int_equal(unsetenv("ROS_PACKAGE_PATH"), 0);
+}
+
 /* A hundred thousand brackets are refused as soon as it is clear what they are. */
 TEST(deep_nesting_is_refused)
 {
@@ -148,6 +172,10 @@ TEST(errors_name_line_and_column)
         {"robots:\n  - name: arm\n    urdf: nowhere.urdf\n", ":3:11: ", "nowhere.urdf"},
         {"robots:\n  - name: arm\n    urdf: ..\n",
          ":3:11: ", "'/tmp/..' cannot be read: Is a directory"},
+        {"robots:\n  - name: arm\n    urdf: package://no_arm/arm.urdf\n",
+         ":3:11: ", "'package://no_arm/arm.urdf': no package 'no_arm' in AMENT_PREFIX_PATH ("},
+        {"robots:\n  - name: arm\n    urdf: $(env HOME)/arm.urdf\n",
+         ":3:11: ", "'$(env HOME)...' is not expanded"},
         {ROBOT "    slots: 3\n", ":4:12: ", "power of two"},
         {ROBOT "    gravity: [0, 0]\n", ":4:14: ", "2 given, a list of 3 numbers is expected"},
         {ROBOT "    wait: default\n", ":4:11: ", "'default' is not one of spin, hybrid, block"},

@@ -399,6 +399,50 @@ TEST(check_says_so)
     visit_all(verdict, 26);
 }
 
+/* ---- units behind numbers ---- */
+
+/* The remedy is the number in the unit of the key, not the digits that stand there. */
+static const struct {
+    const char *path, *yaml, *remedy;
+} with_units[] = {
+    {"spin_ns", "50us", "write 50000"},
+    {"spin_ns", "0.05 ms", "write 50000"},
+    {"spin_ns", "3\u00b5s", "write 3000"},
+    {"turn_us", "2ms", "write 2000"},
+    {"turn_us", "250us", "write 250"},
+    {"turn_us", "500ns", "in decimal digits"},
+    {"limits.memory_mib_per_user", "1GiB", "write 1024"},
+    {"dds.lease_ms", "1 s", "write 1000"},
+    {"dds.lease_ms", "50 kg", "write 50"},
+    {"robots[0].scenes[0].payload[0].mass", "500g", "write 0.5"},
+    {"robots[0].snap", "0.5deg", "write 0.008726646"},
+};
+static unsigned converted;
+
+static void convert(const numeric_key *key)
+{
+    for (size_t i = 0; i < sizeof with_units / sizeof *with_units; i++) {
+        config *c = NULL;
+        char *errors = NULL;
+        if (strcmp(key->path, with_units[i].path) != 0)
+            continue;
+        const written w = write_file(key, with_units[i].yaml, strlen(with_units[i].yaml));
+        const int status = load(w.name, &errors, &c);
+        unlink(w.name);
+        if (status != TFA_E_PARSE || !strstr(errors, with_units[i].remedy))
+            fail_msg("%s: %s should say '%s', says: %s", key->path, with_units[i].yaml,
+                     with_units[i].remedy, errors);
+        free(errors);
+        converted++;
+    }
+}
+
+TEST(units_are_converted)
+{
+    visit_all(convert, 26);
+    assert_int_equal(converted, sizeof with_units / sizeof *with_units);
+}
+
 /* ---- text ---- */
 
 /* A text that ends at a NUL inside it would be another one. */

@@ -94,6 +94,15 @@ status 3 "$tool" call arm --mimic project
 status 2 "$tool" solve "$work/absent.urdf"
 says "$work/err" "absent.urdf"
 status 2 "$tool" model "$work/absent.urdf"
+# names of robots that are no paths, wherever one is given
+mkdir -p "$work/ws/share/my_arm"
+cp "$data/arm.urdf" "$work/ws/share/my_arm"
+for name in 'package://my_arm/arm.urdf' '$(find my_arm)/arm.urdf' '~/share/my_arm/arm.urdf' "file://$work/ws/share/my_arm/arm.urdf"; do
+    status 0 env AMENT_PREFIX_PATH="$work/ws" HOME="$work/ws" "$tool" model "$name"
+done
+status 0 env AMENT_PREFIX_PATH="$work/ws" "$tool" sweep package://my_arm/arm.urdf --count 2
+status 2 "$tool" model package://my_leg/leg.urdf
+says "$work/err" "no package 'my_leg' in AMENT_PREFIX_PATH (not set) or ROS_PACKAGE_PATH (not set)"
 status 3 "$tool" latency arm --count 0
 status 3 "$tool" latency arm --fail-p99-us -1
 status 3 "$tool" latency arm --via pigeon

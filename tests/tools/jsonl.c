@@ -7,6 +7,8 @@
 #include "jsonl_line.h"
 #include "test.h"
 
+#define ONE_LINE "; one request a line, as `jq -c .` writes it"
+
 TEST(test_not_json)
 {
     static const struct {
@@ -14,14 +16,21 @@ TEST(test_not_json)
     } rows[] = {
         {"", "line 1: empty"},
         {"  \t", "line 1: empty"},
-        {"hello", "line 1, column 5: invalid token near 'hello'"},
-        {"[1,2]", "line 1: not a JSON object"},
-        {"42", "line 1: not a JSON object"},
+        {"hello", "line 1, column 5: invalid token near 'hello'" ONE_LINE},
+        {"[1,2]", "line 1: not a JSON object" ONE_LINE},
+        {"42", "line 1: not a JSON object" ONE_LINE},
+        {"{", "line 1, column 1: string or '}' expected near end of file" ONE_LINE},
+        {"  \"op\": \"bias\",", "line 1, column 7: end of file expected near ':'" ONE_LINE},
+        {"}", "line 1, column 1: unexpected token near '}'" ONE_LINE},
+        {"    0.5,", "line 1, column 8: end of file expected near ','" ONE_LINE},
+        {"\xff\xfe{", "line 1: UTF-16, must be UTF-8"},
+        {"\xfe\xff", "line 1: UTF-16, must be UTF-8"},
+        {"\xef\xbb\xbf", "line 1: empty"},
         {"{\"op\":\"mass_matrix\",\"q\":[0,NaN,0]}", "line 1, column 30: invalid token near 'NaN'"},
         {"{\"q\":[Infinity]}", "line 1, column 14: invalid token near 'Infinity'"},
         {"{\"q\":[1e999]}", "line 1, column 11: real number overflow near '1e999'"},
         {"{\"q\":[0],\"q\":[1]}", "line 1, column 12: duplicate object key near '\"q\"'"},
-        {"{\"q\":[0,1", "line 1, column 9: ']' expected near end of file"},
+        {"{\"q\":[0,1", "line 1, column 9: ']' expected near end of file" ONE_LINE},
         {"{} {}", "line 1, column 4: end of file expected near '{'"},
         {"{\"q\":[0x1p3]}", "line 1, column 8: ']' expected near 'x'"},
     };
@@ -49,7 +58,7 @@ TEST(test_deep_nesting)
     read_line(&r, &arm, line, DEPTH - 1);
     assert_int_equal(r.status, TFA_E_PARSE);
     assert_string_equal(r.error.text,
-                        "line 1, column 2049: maximum parsing depth reached near '['");
+                        "line 1, column 2049: maximum parsing depth reached near '['" ONE_LINE);
     forget(&r);
     free(line);
 }
@@ -73,8 +82,18 @@ static const struct {
     {"{" MM ",\"q\":{\"pan\":[1]}}", TFA_E_ARGUMENT, "q.pan: an array, must be a number"},
     {"{" FD "," Q ",\"v\":[0]}", TFA_E_SIZE,
      "v: 1 values, the robot has 3 joints (pan, lift, slide)"},
-    {"{" FD "," Q ",\"torque\":[0,0,0]}", TFA_E_ARGUMENT,
-     "unknown key 'torque'; nearest: 'tau', 'frame', 'op'"},
+    {"{" FD "," Q ",\"torque\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'torque'; nearest: 'tau'"},
+    {"{" FD "," Q ",\"qd\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'qd'; nearest: 'v'"},
+    {"{" FD "," Q ",\"Velocity\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'Velocity'; nearest: 'v'"},
+    {"{" FD "," Q ",\"effort\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'effort'; nearest: 'tau'"},
+    {"{" ID "," Q ",\"ddq\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'ddq'; nearest: 'qdd'"},
+    {"{" ID "," Q ",\"acc\":[0,0,0]}", TFA_E_ARGUMENT,
+     "unknown key 'acc'; nearest: 'qdd', 'acceleration'"},
+    {"{" FD ",\"position\":[0,0,0]}", TFA_E_ARGUMENT, "unknown key 'position'; nearest: 'q'"},
+    {"{" FD "," Q ",\"f_ext\":{}}", TFA_E_ARGUMENT, "unknown key 'f_ext'; nearest: 'wrench'"},
+    {"{" MM ",\"q\":[0,0,0,0,0,0,1,0,0,0]}", TFA_E_SIZE,
+     "q: 10 values, the robot has 3 joints (pan, lift, slide); a floating base has a field of its "
+     "own, base_pose [x,y,z,qx,qy,qz,qw]; this robot's base is fixed"},
     {"{" FD "," Q ",\"count\":2}", TFA_E_ARGUMENT,
      "unknown key 'count'; nearest: 'want', 'op', 'tau'"},
     {"{" ID "," Q ",\"tau\":[0,0,0]}", TFA_E_ARGUMENT, "tau: inverse_dynamics does not use it"},
@@ -131,6 +150,8 @@ TEST(test_refused_by_an_arm)
     refuse(&arm, "{\"op\":\"jump\"," Q "}", TFA_E_ARGUMENT, text);
     snprintf(text, sizeof text, "op: a number, must be a string; %s", ops);
     refuse(&arm, "{\"op\":1," Q "}", TFA_E_ARGUMENT, text);
+    snprintf(text, sizeof text, "op: no 'crba'; nearest: 'mass_matrix'; %s", ops);
+    refuse(&arm, "{\"op\":\"crba\"," Q "}", TFA_E_ARGUMENT, text);
 }
 
 TEST(test_refused_by_a_ship)
@@ -141,6 +162,13 @@ TEST(test_refused_by_a_ship)
            "q: 1 values, the robot has 11 coordinates in 3 joints (mast, deck, boat)");
     refuse(&ship, "{" FD ",\"q\":{},\"v\":[0]," POSE "}", TFA_E_SIZE,
            "v: 1 values, the robot has 10 freedoms in 3 joints (mast, deck, boat)");
+    refuse(&ship, "{" FD ",\"q\":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1]}", TFA_E_SIZE,
+           "q: 18 values, the robot has 11 coordinates in 3 joints (mast, deck, boat); a floating "
+           "base has a field of its own, base_pose [x,y,z,qx,qy,qz,qw]");
+    refuse(&ship, "{" FD ",\"q\":{},\"tau\":[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0]," POSE "}",
+           TFA_E_SIZE,
+           "tau: 16 values, the robot has 10 freedoms in 3 joints (mast, deck, boat); a floating "
+           "base has a field of its own, base_wrench");
     refuse(&ship, "{" FD ",\"q\":{\"boat\":[0,0,0]}," POSE "}", TFA_E_SIZE,
            "q.boat: 3 values, must be 7");
     refuse(&ship, "{" FD ",\"q\":{\"deck\":1}," POSE "}", TFA_E_ARGUMENT,
@@ -304,6 +332,32 @@ TEST(test_strings)
     print_of("\xed\xa0\x80", "\"\\ufffd\\ufffd\\ufffd\"");
     print_of("\xf4\x90\x80\x80", "\"\\ufffd\\ufffd\\ufffd\\ufffd\"");
     print_of("\xe2\x82", "\"\\ufffd\\ufffd\"");
+}
+
+/* Limits of the robot's size: the index of the reply is the limit. */
+TEST(test_limits)
+{
+    explain(&ship, "{\"op\":\"derivatives\",\"q\":{}," POSE "}",
+            &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_OP, .index = 256},
+            "op: derivatives of a robot of 16 freedoms: the limit is 256 freedoms; differences of "
+            "forward_dynamics, or a scene with fewer joints, answer");
+    explain(&arm, "{" MM "," Q "}",
+            &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_OP, .index = 4 << 20},
+            "op: mass_matrix of a robot of 3 freedoms: the limit is 4 Mi entries of M (a chain of "
+            "2895 bodies); aba and rnea need no M");
+    explain(&arm, "{" FD "," Q ",\"method\":\"hessenberg\"}",
+            &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_METHOD, .index = 130},
+            "method: hessenberg of a robot of 3 freedoms: the limit is a main chain of 130 bodies; "
+            "tfa and auto answer");
+    explain(&arm, "{" FD "," Q ",\"method\":\"tfa\"}",
+            &(tfa_reply){
+                .status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_METHOD, .index = TFA_METHOD_TFA},
+            "method: no memory was reserved for tfa; in the daemon's configuration, methods: all "
+            "of the robot reserves it");
+    explain(&arm, "{" MM "," Q "}",
+            &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_OP},
+            "op: no memory was reserved for the mass matrix; in the daemon's configuration, "
+            "methods: all of the robot reserves it");
 }
 
 TEST(test_explanations)

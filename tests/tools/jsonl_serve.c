@@ -116,12 +116,19 @@ TEST(test_in_order)
           "{\"id\":1," TOLD "{\"id\":\"two\"," TOLD "{" TOLD, 0);
 }
 
+TEST(test_byte_order_mark)
+{
+    backend p = {0};
+    check(&p, "\xef\xbb\xbf{\"id\":1," ASK "\n{\"id\":2," ASK "\n\xef\xbb\xbf{\"id\":3," ASK,
+          "{\"id\":1," TOLD "{\"id\":2," TOLD "{\"id\":3," TOLD, 0);
+}
+
 TEST(test_bad_lines_in_between)
 {
     backend p = {0};
     check(&p, "garbage\n\n{\"id\":[1]," ASK "\n{\"id\":9}\n{\"id\":3," ASK "\r\n",
           "{\"id\":null,\"status\":\"error\",\"error\":\"line 1, column 7: invalid token near "
-          "'garbage'\",\"code\":\"E_PARSE\"}\n"
+          "'garbage'; one request a line, as `jq -c .` writes it\",\"code\":\"E_PARSE\"}\n"
           "{\"id\":null,\"status\":\"error\",\"error\":\"line 2: empty\",\"code\":\"E_PARSE\"}\n"
           "{\"id\":null,\"status\":\"error\",\"error\":\"id: must be a number or a string\","
           "\"code\":\"E_ARGUMENT\"}\n"
@@ -159,7 +166,8 @@ TEST(test_last_line)
     check(&p, "{\"id\":1," ASK, "{\"id\":1," TOLD, 0);
     check(&p, "{\"id\":1," ASK "\n{\"id\":2,\"op\":\"mass",
           "{\"id\":1," TOLD "{\"id\":null,\"status\":\"error\",\"error\":\"line 2, column 18: "
-          "premature end of input near '\\\"mass'\",\"code\":\"E_PARSE\"}\n",
+          "premature end of input near '\\\"mass'; one request a line, as `jq -c .` writes "
+          "it\",\"code\":\"E_PARSE\"}\n",
           1);
     check(&p, "", "", 0);
 }

@@ -165,7 +165,7 @@ says "$work/err" "5 bytes are no whole number of records of $((3 * joints)) doub
 status 2 $sweep --states "$work/s" --offset 600
 says "$work/err" "has 600 states; --offset 600"
 status 2 "$tool" sweep "$work/absent.urdf" --count 5
-says "$work/err" "$work/absent.urdf: No such file"
+says "$work/err" "$work/absent.urdf: error: file: cannot be read: No such file"
 status 2 $sweep --count 5 --out "$work/absent/folder"
 says "$work/err" "$work/absent/folder: No such file"
 status 0 $sweep --count 5

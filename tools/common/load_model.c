@@ -25,7 +25,7 @@ static void print_report(const tfa_report *report, tfa_severity lowest)
     }
 }
 
-char *read_text(FILE *in, size_t *length)
+static char *read_text(FILE *in, size_t *length)
 {
     char *text = NULL;
     size_t size = 0;
@@ -46,6 +46,20 @@ char *read_text(FILE *in, size_t *length)
     }
     free(text);
     return NULL;
+}
+
+char *read_robot(const char *path, size_t *length)
+{
+    tfa_report report = {0};
+    char *text = NULL;
+    if (strcmp(path, "-") != 0) {
+        (void)!tfa_urdf_read(path, &text, length, &report);
+        print_report(&report, TFA_ERROR);
+        tfa_report_free(&report);
+    } else if (!(text = read_text(stdin, length))) {
+        fprintf(stderr, "%s: error: %s\n", path, strerror(errno));
+    }
+    return text;
 }
 
 static int parse_text(const char *name, const char *text, size_t length,

@@ -22,7 +22,7 @@ tfa_model *load_model_text(const char *name, const char *text, size_t length,
                            const tfa_model_options *options, tfa_severity lowest,
                            tfa_report *report);
 
-/** All that an open file holds; free() it. NULL: errno says why. */
-char *read_text(FILE *in, size_t *length);
+/** The text of a robot ("-": of standard input); free() it. NULL after an error message. */
+char *read_robot(const char *path, size_t *length);
 
 #endif

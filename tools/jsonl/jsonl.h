@@ -73,7 +73,8 @@ void jsonl_buffers_free(jsonl_buffers *buffers);
 
 /**
  * Parses one line into an object. NaN, 1e999, duplicate keys, NUL bytes, nesting without end and
- * everything else that is not JSON is an error that says at which column.
+ * everything else that is not JSON is an error that says at which column. A byte order mark is
+ * skipped.
  * @param number  line number for messages
  * @return TFA_OK and a new reference in *object; TFA_E_PARSE.
  */

@@ -164,6 +164,26 @@ static int explain_tips(const tfa_request *request, const tfa_reply *reply, json
     return 0;
 }
 
+/* Limits of the robot's size, and memory that was not reserved. @return as explain_change */
+static int explain_limit(const robot_names *names, const tfa_request *request,
+                         const tfa_reply *reply, jsonl_error *error)
+{
+    const char *op = jsonl_op_name(request->op), *method = tfa_method_name(request->method);
+    const int of_method = reply->field == TFA_FIELD_METHOD;
+    if (reply->status != TFA_E_UNSUPPORTED || (!of_method && reply->field != TFA_FIELD_OP))
+        return 0;
+    if (tfa_limit_text(reply)[0])
+        return jsonl_fail(error, reply->status, "%s: %s of a robot of %u freedoms: %s",
+                          tfa_field_name(reply->field), of_method ? method : op,
+                          names->base_freedoms + names->v_count, tfa_limit_text(reply));
+    if (of_method || request->op == TFA_OP_MASS_MATRIX)
+        return jsonl_fail(error, reply->status,
+                          "%s: no memory was reserved for %s; in the daemon's configuration, "
+                          "methods: all of the robot reserves it",
+                          tfa_field_name(reply->field), of_method ? method : "the mass matrix");
+    return 0;
+}
+
 int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
                   jsonl_error *error)
 {
@@ -188,7 +208,8 @@ int jsonl_explain(const robot_names *names, const tfa_request *request, const tf
     default:
         break;
     }
-    if (explain_change(names, request, reply, error) || explain_tips(request, reply, error))
+    if (explain_change(names, request, reply, error) || explain_tips(request, reply, error) ||
+        explain_limit(names, request, reply, error))
         return status;
     const double *numbers = field_numbers(request, reply->field);
     if (status == TFA_E_VALUE && numbers)

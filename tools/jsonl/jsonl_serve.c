@@ -48,17 +48,29 @@ void jsonl_buffers_free(jsonl_buffers *buffers)
 int jsonl_load(const char *line, size_t length, uint64_t number, json_t **object,
                jsonl_error *error)
 {
+    static const char one_line[] = "; one request a line, as `jq -c .` writes it";
     unsigned long long n = (unsigned long long)number;
     *object = NULL;
-    if (strspn(line, " \t\r") == length)
+    if (length >= 3 && memcmp(line, "\xef\xbb\xbf", 3) == 0) { /* a byte order mark */
+        line += 3;
+        length -= 3;
+    }
+    const size_t blanks = strspn(line, " \t\r");
+    if (blanks == length)
         return jsonl_fail(error, TFA_E_PARSE, "line %llu: empty", n);
+    if (length >= 2 && (memcmp(line, "\xff\xfe", 2) == 0 || memcmp(line, "\xfe\xff", 2) == 0))
+        return jsonl_fail(error, TFA_E_PARSE, "line %llu: UTF-16, must be UTF-8", n);
     json_error_t why;
     json_t *root = json_loadb(line, length, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, &why);
-    if (!root)
-        return jsonl_fail(error, TFA_E_PARSE, "line %llu, column %d: %s", n, why.column, why.text);
+    if (!root) {
+        const int is_part =
+            line[blanks] != '{' || json_error_code(&why) == json_error_premature_end_of_input;
+        return jsonl_fail(error, TFA_E_PARSE, "line %llu, column %d: %s%s", n, why.column, why.text,
+                          is_part ? one_line : "");
+    }
     if (!json_is_object(root)) {
         json_decref(root);
-        return jsonl_fail(error, TFA_E_PARSE, "line %llu: not a JSON object", n);
+        return jsonl_fail(error, TFA_E_PARSE, "line %llu: not a JSON object%s", n, one_line);
     }
     *object = root;
     return TFA_OK;

@@ -57,12 +57,25 @@ int jsonl_numbers(jsonl_reader *r, const json_t *value, size_t count, double *ou
     return TFA_OK;
 }
 
+/* An array as long as if the numbers of a floating base stood in it */
+static int fail_with_base(const jsonl_reader *r, int of_q, size_t size, const char *robot)
+{
+    return jsonl_fail(r->error, TFA_E_SIZE,
+                      "%s: %zu values, the robot has %s; a floating base has a field of its own, "
+                      "%s%s%s",
+                      r->key, size, robot, tfa_base_field_name(r->key),
+                      of_q ? " [x,y,z,qx,qy,qz,qw]" : "",
+                      r->names->base_freedoms ? "" : "; this robot's base is fixed");
+}
+
 static int read_joint_array(jsonl_reader *r, const json_t *value, int of_q, double *out)
 {
     uint32_t count = of_q ? r->names->q_count : r->names->v_count;
     char robot[512];
     if (json_array_size(value) != count) {
         robot_names_describe(r->names, of_q, robot, sizeof robot);
+        if (json_array_size(value) == count + (of_q ? 7 : 6))
+            return fail_with_base(r, of_q, json_array_size(value), robot);
         return jsonl_fail(r->error, TFA_E_SIZE, "%s: %zu values, the robot has %s", r->key,
                           json_array_size(value), robot);
     }

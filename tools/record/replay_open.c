@@ -175,15 +175,8 @@ static int compile(replay *r)
     const char *path = r->options->urdf;
     char *text = NULL;
     size_t bytes = r->file.urdf_bytes;
-    if (path) {
-        FILE *in = fopen(path, "re");
-        text = in ? read_text(in, &bytes) : NULL;
-        const int saved = errno;
-        if (in)
-            fclose(in);
-        if (!text)
-            return fail("%s: %s", path, strerror(saved));
-    }
+    if (path && !(text = read_robot(path, &bytes)))
+        return EXIT_FAILED;
     const char *name = path ? path : r->robot.urdf_name;
     r->model = recorded_robot_compile(&r->robot, name, text ? text : r->file.urdf, bytes);
     free(text);

@@ -30,20 +30,10 @@ typedef struct source {
     size_t length;
 } source;
 
-static void read_source(source *s, const char *path)
-{
-    FILE *in = strcmp(path, "-") == 0 ? stdin : fopen(path, "r");
-    s->text = in ? read_text(in, &s->length) : NULL;
-    if (!s->text)
-        fail(path, strerror(errno));
-    if (in && in != stdin)
-        fclose(in);
-}
-
 static int share_source(source *s, const char *path, sweep_ranks *ranks)
 {
     if (ranks->rank == 0)
-        read_source(s, path);
+        s->text = read_robot(path, &s->length);
     if (!ranks->agree(ranks->rank != 0 || s->text))
         return EXIT_FAILED;
     ranks->broadcast(&s->length, sizeof s->length);

@@ -92,13 +92,40 @@ typedef struct tfa_description {
     size_t unused_count;      /**< of unused */
 } tfa_description;
 
+#define TFA_URDF_PATH_MAX 4096 /**< bytes of a path, its NUL included */
+
+/**
+ * Finds the file that the name of a robot stands for, wherever one is given: here, in Python, on
+ * the command line and in a daemon's configuration. Reads the environment; runs nothing. Any
+ * thread, while none changes the environment.
+ *
+ *     package://PACKAGE/FILE, $(find PACKAGE)/FILE, $(find-pkg-share PACKAGE)/FILE
+ *                    FOLDER/share/PACKAGE/FILE of the first FOLDER of AMENT_PREFIX_PATH that has
+ *                    the package, or else FOLDER/PACKAGE/FILE of ROS_PACKAGE_PATH
+ *     ~/FILE         below HOME
+ *     file:///PATH   PATH, with %XX decoded
+ *     otherwise      the name itself; other URIs and substitutions are refused
+ *
+ * @param name  as a user writes it
+ * @param path  gets the path, which need not exist; with TFA_E_FILE the reason, which names what
+ *              was searched
+ * @param size  of path, bytes
+ * @return TFA_OK; TFA_E_ARGUMENT (a NULL, or no room); TFA_E_FILE (errno is set)
+ */
+TFA_API TFA_CHECKED int tfa_urdf_find(const char *name, char *path, size_t size);
+
+/** Reads the file that tfa_urdf_find finds, as tfa_urdf_load, into `text`, a malloc block of
+ *  `length` bytes and a NUL; NULL on error. The report's file is its path. */
+TFA_API TFA_CHECKED int tfa_urdf_read(const char *name, char **text, size_t *length,
+                                      tfa_report *report);
+
 /**
  * Reads a URDF file into a description. Cost: O(file size). It does not print, opens no mesh, uses
  * no network, and does not depend on the locale.
  *
  * Thread rule: one call at a time in a process (urdfdom's log handler is global).
  *
- * @param path         file name
+ * @param path         file name, or what tfa_urdf_find expands
  * @param description  one malloc block; release with tfa_description_free; NULL on error
  * @param report       gets every error, warning and note with its line; may not be NULL
  * @return TFA_OK; TFA_E_ARGUMENT (a NULL); TFA_E_FILE (cannot be read, errno is set, or larger than

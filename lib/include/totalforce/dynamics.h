@@ -136,7 +136,8 @@ TFA_API int tfa_request_check(const tfa_model *model, const tfa_request *request
  *                       hessenberg on a main chain of more than 130 bodies; locked joints with the
  *                       mass matrix, or with followers without mass of their own; spectrum, lambda,
  *                       mu or p of an op without lambda_inv; a payload on a link between fused
- *                       joints; derivatives of more than 256 freedoms;
+ *                       joints; derivatives of more than 256 freedoms. Of a limit `index` is the
+ *                       number, and tfa_limit_text the sentence; of memory the method or the tips;
  *   TFA_E_SINGULAR      the method cannot invert the inertia of a main-chain body: index is the
  *                       frame of the link that names it;
  *   TFA_E_NOT_COMPUTED  an answer is not finite or has no certain digit: M is singular at this q,

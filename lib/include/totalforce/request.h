@@ -264,6 +264,11 @@ typedef enum tfa_field {
  *  thread. */
 TFA_API const char *tfa_field_name(tfa_field field);
 
+/** Field of a floating base that goes with a field of the joints, both by name: "base_pose" for
+ *  "q", "base_twist" for "v", "base_wrench" for "tau" and "posture_torques", "base_acceleration"
+ *  for "qdd"; "" for any other. Static storage. Any thread. */
+TFA_API const char *tfa_base_field_name(const char *joint_field);
+
 /**
  * One reply. The caller provides the buffers; NULL: that answer is not wanted. n = base freedoms +
  * v_count, the base first; r = 6 or 3 rows for each of m tips, in the order of the request.
@@ -330,6 +335,10 @@ typedef struct tfa_reply {
     double *dqdd_dtau;         /**< count x n x n: M^-1 (derivatives) */
     tfa_answer *answers;       /**< count */
 } tfa_reply;
+
+/** Limit of the robot's size that made a reply TFA_E_UNSUPPORTED, and what answers instead; "" if
+ *  it was none (memory, another reason). Static storage. Any thread. */
+TFA_API const char *tfa_limit_text(const tfa_reply *reply);
 
 /** Reason of a fallback, from the flags of an answer: "inaccurate", "stalled", "not finite", "not
  *  there" (the method does not exist for these tips); "" without TFA_ANSWER_FALLBACK. Static

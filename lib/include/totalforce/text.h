@@ -48,9 +48,10 @@ typedef const char *(*tfa_list_name)(const void *list, size_t index);
 
 /**
  * Writes the names of a list that are most similar to `wrong`, at most three, the nearest first:
- * "'a', 'b', 'c'", or "none" for an empty list. Distance: insertions, deletions, replacements and
- * exchanges of neighbours (Damerau, Comm. ACM 7(3), 1964; restricted form), on the first 96 bytes.
- * Cost: O(count).
+ * "'a', 'b', 'c'", or "none" for an empty list; of a word that other libraries or ROS have for
+ * names of the list (qd, effort, ddq) those names alone. Distance: insertions, deletions,
+ * replacements and exchanges of neighbours (Damerau, Comm. ACM 7(3), 1964; restricted form), on the
+ * first 96 bytes. Cost: O(count).
  *
  * @param wrong  the name that was not found
  * @param list   handed to name

@@ -36,6 +36,27 @@ static uint32_t distance(const char *a, const char *b)
     return table[rows % 3][columns];
 }
 
+/* Names of ours, and the words of ROS, Pinocchio, MuJoCo and Featherstone's book for each */
+static const struct {
+    const char *name, *words; /* with a blank before and behind every word */
+} meanings[] = {
+    {"q", " position positions qpos "},
+    {"v", " qd dq qdot qvel velocity velocities "},
+    {"twist", " velocity "},
+    {"tau", " effort efforts torque torques ctrl qfrc_applied "},
+    {"qdd", " a acc ddq qddot qacc "},
+    {"acceleration", " a acc "},
+    {"base_pose", " base_position base_orientation "},
+    {"base_twist", " base_velocity "},
+    {"wrench", " f_ext fext xfrc_applied "},
+    {"tips", " frames links "},
+    {"forward_dynamics", " fd aba "},
+    {"inverse_dynamics", " id rnea "},
+    {"mass_matrix", " crba "},
+    {"kinematics", " fk "},
+    {"bias", " nle "},
+};
+
 /* ASCII letters, in every locale */
 static void to_lower_case(const char *from, char to[NAME_LENGTH_MAX + 1])
 {
@@ -64,11 +85,35 @@ const char *tfa_misspelled(const char *wrong, const void *list, size_t count, tf
     return best;
 }
 
+static size_t add_name(char *text, size_t size, size_t used, const char *name)
+{
+    if (used < size)
+        used += (size_t)snprintf(text + used, size - used, "%s'%s'", used ? ", " : "", name);
+    return used;
+}
+
+/* Names of the list that a word of others means. Returns whether there are any. */
+static int suggest_meanings(const char *wrong, const void *list, size_t count, tfa_list_name name,
+                            char *text, size_t size)
+{
+    char lower[NAME_LENGTH_MAX + 1], word[NAME_LENGTH_MAX + 3];
+    size_t used = 0;
+    to_lower_case(wrong, lower);
+    snprintf(word, sizeof word, " %s ", lower);
+    for (size_t k = 0; k < sizeof meanings / sizeof *meanings; k++)
+        for (size_t i = 0; strstr(meanings[k].words, word) && i < count; i++)
+            if (strcmp(name(list, i), meanings[k].name) == 0)
+                used = add_name(text, size, used, meanings[k].name);
+    return used > 0;
+}
+
 void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_name name, char *text,
                  size_t size)
 {
     const char *best[SUGGESTIONS] = {NULL};
     uint32_t distances[SUGGESTIONS] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
+    if (suggest_meanings(wrong, list, count, name, text, size))
+        return;
     for (size_t i = 0; i < count; i++) {
         const char *candidate = name(list, i);
         const uint32_t d = distance(wrong, candidate);
@@ -84,6 +129,6 @@ void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_nam
     }
     snprintf(text, size, "none");
     size_t used = 0;
-    for (int k = 0; k < SUGGESTIONS && best[k] && used < size; k++)
-        used += (size_t)snprintf(text + used, size - used, "%s'%s'", k ? ", " : "", best[k]);
+    for (int k = 0; k < SUGGESTIONS && best[k]; k++)
+        used = add_name(text, size, used, best[k]);
 }

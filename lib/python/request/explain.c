@@ -135,11 +135,35 @@ static void explain_method(const tfa_request *request, const tfa_reply *answer,
                  tfa_status_text(answer->status), tfa_status_cause(answer->status));
 }
 
-static void explain(const tfa_request *request, const tfa_reply *answer, const error_place *at,
-                    char *text, size_t size)
+/* Limits of the robot's size, and memory that was not reserved. Returns 0 for other reasons. */
+static int explain_limit(const robot_names *robot, const tfa_request *request,
+                         const tfa_reply *answer, char *text, size_t size)
+{
+    const int of_method = answer->field == TFA_FIELD_METHOD;
+    const char *method = tfa_method_name((uint32_t)request->method), *op = op_name(request->op);
+    const char *limit = tfa_limit_text(answer);
+    if (answer->status != TFA_E_UNSUPPORTED || (!of_method && answer->field != TFA_FIELD_OP) ||
+        (!limit[0] && !of_method && request->op != TFA_OP_MASS_MATRIX))
+        return 0;
+    if (limit[0])
+        snprintf(text, size, "%s: %s of a robot of %u freedoms: %s", tfa_field_name(answer->field),
+                 of_method ? method : op, robot->base_freedoms + robot->v_count, limit);
+    else
+        snprintf(text, size,
+                 "%s: no memory was reserved for %s; methods=['%s'] of a Workspace or Pool "
+                 "reserves it, of a daemon methods: all in its configuration",
+                 tfa_field_name(answer->field), of_method ? method : op,
+                 of_method ? method : "crba");
+    return 1;
+}
+
+static void explain(const robot_names *robot, const tfa_request *request, const tfa_reply *answer,
+                    const error_place *at, char *text, size_t size)
 {
     const char *summary = tfa_status_text(answer->status),
                *cause = tfa_status_cause(answer->status);
+    if (explain_limit(robot, request, answer, text, size))
+        return;
     if (answer->status == TFA_E_QUATERNION)
         explain_quaternion(at, answer, text, size);
     else if (answer->status == TFA_E_SINGULAR || answer->status == TFA_E_METHOD ||
@@ -170,7 +194,7 @@ int raise_reply(const robot_names *robot, const tfa_request *request, const tfa_
     char text[ERROR_TEXT];
     error_place at;
     find_place(robot, request, answer, &at);
-    explain(request, answer, &at, text, sizeof text);
+    explain(robot, request, answer, &at, text, sizeof text);
     if (raise_status(answer->status, at.field, "%s", text) != -1)
         return -1;
     PyObject *type, *value, *trace;

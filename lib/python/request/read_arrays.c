@@ -31,11 +31,17 @@ static void shape_text(PyArrayObject *array, char *text, size_t size)
 static int raise_shape(const request_call *call, const char *field, int extent, uint32_t width,
                        PyArrayObject *array)
 {
-    char shape[160], joints[600] = "", why[700] = "";
+    char shape[160], joints[600] = "", why[800] = "";
+    const int axes = PyArray_NDIM(array), of_q = extent == EXTENT_Q;
     shape_text(array, shape, sizeof shape);
-    if (extent == EXTENT_Q || extent == EXTENT_V) {
-        robot_describe(call->robot, extent == EXTENT_Q, joints, sizeof joints);
-        snprintf(why, sizeof why, ": the robot has %s", joints);
+    if (of_q || extent == EXTENT_V) {
+        robot_describe(call->robot, of_q, joints, sizeof joints);
+        const int used = snprintf(why, sizeof why, ": the robot has %s", joints);
+        if (axes && PyArray_DIM(array, axes - 1) == (npy_intp)width + (of_q ? 7 : 6))
+            snprintf(why + used, sizeof why - (size_t)used,
+                     "; a floating base has a field of its own, %s%s%s", tfa_base_field_name(field),
+                     of_q ? " (x y z, quaternion x y z w)" : "",
+                     call->robot->base_freedoms ? "" : "; this robot's base is fixed");
     } else if (extent == EXTENT_ROWS) {
         snprintf(why, sizeof why, ": %d rows for each of %u tips",
                  call->request.rows == TFA_ROWS_POINT ? 3 : 6, call->request.tip_count);

@@ -282,6 +282,93 @@ static PyObject *reply_repr(PyObject *self)
     return text;
 }
 
+/* ---- pickling ---- */
+
+/* dict of all arrays by name */
+static PyObject *all_outputs(const reply_object *r)
+{
+    PyObject *dict = PyDict_New();
+    for (int k = 0; dict && k < OUTPUT_COUNT; k++)
+        if (r->outputs[k] && PyDict_SetItemString(dict, outputs[k].name, r->outputs[k]) < 0)
+            Py_CLEAR(dict);
+    return dict;
+}
+
+static PyObject *reply_reduce(PyObject *self, PyObject *unused)
+{
+    const reply_object *r = (const reply_object *)self;
+    PyObject *module = PyImport_ImportModule("totalforce._totalforce");
+    PyObject *restore = module ? PyObject_GetAttrString(module, "_restore_reply") : NULL;
+    PyObject *arrays = restore ? all_outputs(r) : NULL;
+    (void)unused;
+    Py_XDECREF(module);
+    if (!arrays) {
+        Py_XDECREF(restore);
+        return NULL;
+    }
+    return Py_BuildValue("N(iiKy#y#ON)", restore, (int)r->op, r->is_batch,
+                         (unsigned long long)r->model, (const char *)&r->answer,
+                         (Py_ssize_t)sizeof r->answer, (const char *)&r->exchange,
+                         r->has_exchange ? (Py_ssize_t)sizeof r->exchange : 0,
+                         r->answers ? r->answers : Py_None, arrays);
+}
+
+/* Takes the arrays; other entries are an error. */
+static int take_outputs(reply_object *r, PyObject *arrays)
+{
+    Py_ssize_t found = 0;
+    for (int k = 0; k < OUTPUT_COUNT; k++) {
+        PyObject *array = PyDict_GetItemString(arrays, outputs[k].name);
+        if (!array || !PyArray_Check(array))
+            continue;
+        r->outputs[k] = Py_NewRef(array);
+        found++;
+    }
+    return found == PyDict_GET_SIZE(arrays);
+}
+
+/* 1: each state of a batch has its answer, as the attributes read them */
+static int are_answers(PyObject *answers, int is_batch)
+{
+    PyArrayObject *array = (PyArrayObject *)answers;
+    if (answers == Py_None)
+        return !is_batch;
+    return PyArray_Check(answers) && PyArray_NDIM(array) == is_batch && PyArray_ISCARRAY(array) &&
+           PyArray_EquivTypes(PyArray_DESCR(array), reply_answer_type);
+}
+
+PyObject *reply_restore(PyObject *module, PyObject *args)
+{
+    int op, is_batch;
+    unsigned long long model;
+    Py_buffer answer = {0}, exchange = {0};
+    PyObject *answers, *arrays;
+    (void)module;
+    if (!PyArg_ParseTuple(args, "iiKy*y*OO!:_restore_reply", &op, &is_batch, &model, &answer,
+                          &exchange, &answers, &PyDict_Type, &arrays))
+        return NULL;
+    reply_object *r = PyObject_New(reply_object, &reply_type);
+    if (r)
+        memset((char *)r + sizeof(PyObject), 0, sizeof *r - sizeof(PyObject));
+    if (r && answer.len == (Py_ssize_t)sizeof r->answer &&
+        (!exchange.len || exchange.len == (Py_ssize_t)sizeof r->exchange) &&
+        are_answers(answers, is_batch) && take_outputs(r, arrays)) {
+        r->op = (tfa_op)op;
+        r->is_batch = is_batch;
+        r->model = model;
+        r->has_exchange = exchange.len != 0;
+        memcpy(&r->answer, answer.buf, sizeof r->answer);
+        memcpy(&r->exchange, exchange.buf, (size_t)exchange.len);
+        r->answers = answers == Py_None ? NULL : Py_NewRef(answers);
+    } else if (r) {
+        PyErr_SetString(PyExc_ValueError, "a Reply that another version pickled");
+        Py_CLEAR(r);
+    }
+    PyBuffer_Release(&answer);
+    PyBuffer_Release(&exchange);
+    return (PyObject *)r;
+}
+
 /* ---- the type ---- */
 
 static PyGetSetDef attributes[OUTPUT_COUNT + 18] = {
@@ -315,6 +402,7 @@ static PyGetSetDef attributes[OUTPUT_COUNT + 18] = {
 
 static PyMethodDef methods[] = {
     {"keys", reply_keys, METH_NOARGS, "keys($self, /)\n--\n\nNames of the arrays of this reply."},
+    {"__reduce__", reply_reduce, METH_NOARGS, NULL},
     {0}};
 
 static PyMappingMethods mapping = {.mp_length = reply_length, .mp_subscript = reply_item};

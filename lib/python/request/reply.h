@@ -18,6 +18,9 @@ int reply_init(void);
 
 int reply_check(PyObject *object);
 
+/** Function of the module that makes a pickled reply again */
+PyObject *reply_restore(PyObject *module, PyObject *args);
+
 /** Array of output k, borrowed; NULL: the reply has none. */
 PyObject *reply_output(PyObject *reply, int k);
 

@@ -93,8 +93,7 @@ def joint_limits(
     """
     if names is None:
         names = Model(path).joint_names
-    with open(path, "rb") as file:
-        return _joint_limits(file.read(), tuple(names))
+    return _joint_limits(path, tuple(names))
 
 
 __all__ = [

@@ -438,7 +438,7 @@ class _Solver:
 class Model:
     def __init__(
         self,
-        path: Path,
+        path: Union[Path, bytes],
         /,
         *,
         base: Optional[Literal["fixed", "floating"]] = None,
@@ -845,5 +845,6 @@ def daemon_command(
     timeout: float = 10.0,
 ) -> str: ...
 def _joint_limits(
-    text: bytes, names: tuple[str, ...], /
+    source: Union[Path, bytes], names: tuple[str, ...], /
 ) -> dict[str, Optional[tuple[float, float]]]: ...
+def _restore_reply(*state: Any) -> Reply: ...

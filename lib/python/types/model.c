@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Type Model: loading, deriving, releasing.
+ * Type Model: loading, deriving, pickling, releasing.
  */
 #include "objects.h"
 #include "python/request/errors.h"
@@ -26,6 +26,9 @@ static void model_dealloc(PyObject *self)
     Py_XDECREF(m->parent);
     Py_XDECREF(m->messages);
     Py_XDECREF(m->texts);
+    Py_XDECREF(m->source);
+    Py_XDECREF(m->file);
+    Py_XDECREF(m->options);
     Py_TYPE(self)->tp_free(self);
 }
 
@@ -102,63 +105,140 @@ static int parse_options(PyObject *args, PyObject *kwargs, const char *format, P
                : -1;
 }
 
+/* ---- what makes a model again ---- */
+
+/* A deep copy of the options before they are read: their owner may change them, and iterators end.
+ * NULL without an exception where there is none. */
+static PyObject *copy_options(PyObject *kwargs)
+{
+    if (!kwargs || PyDict_GET_SIZE(kwargs) == 0)
+        return PyDict_New();
+    PyObject *copy = PyImport_ImportModule("copy");
+    PyObject *made = copy ? PyObject_CallMethod(copy, "deepcopy", "O", kwargs) : NULL;
+    Py_XDECREF(copy);
+    PyErr_Clear(); /* a generator, for one */
+    return made;
+}
+
+/* Keeps source, file and the copy of the options in a model that was made. */
+static PyObject *remember(PyObject *made, PyObject *source, const char *file, PyObject *copy)
+{
+    model_object *m = (model_object *)made;
+    if (!m)
+        return NULL;
+    m->source = Py_XNewRef(source);
+    m->file = file ? PyUnicode_DecodeFSDefault(file) : Py_NewRef(Py_None);
+    m->options = Py_XNewRef(copy);
+    if (!m->file)
+        Py_CLEAR(made);
+    return made;
+}
+
+static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char *file,
+                                const model_options *options, PyObject *copy)
+{
+    tfa_report report = {0};
+    tfa_model *model = NULL;
+    tfa_description *description = NULL;
+    const char *text = PyBytes_AS_STRING(source);
+    const size_t length = (size_t)PyBytes_GET_SIZE(source);
+    int status;
+    Py_BEGIN_ALLOW_THREADS pthread_mutex_lock(&load_lock);
+    status = tfa_urdf_parse(text, length, file, &description, &report);
+    pthread_mutex_unlock(&load_lock);
+    if (status == TFA_OK)
+        status = tfa_model_create(description, &options->c, &report, &model);
+    tfa_description_free(description);
+    Py_END_ALLOW_THREADS return remember(finish(type, status, model, file, &report, NULL), source,
+                                         file, copy);
+}
+
+/* The bytes of a str or of an object like bytes, a new reference; NULL with an exception. */
+static PyObject *bytes_of(PyObject *source)
+{
+    PyObject *bytes = PyUnicode_Check(source)        ? PyUnicode_AsUTF8String(source)
+                      : PyObject_CheckBuffer(source) ? PyBytes_FromObject(source)
+                                                     : NULL;
+    if (!bytes && !PyErr_Occurred())
+        raise_type("text", "text: %.100s, must be URDF as str or bytes", Py_TYPE(source)->tp_name);
+    else if (!bytes)
+        raise_from_current("text", "must be URDF as str or bytes");
+    return bytes;
+}
+
+/* 1: the text of a URDF where the name of a file may stand: no name starts with '<'. */
+static int is_text(PyObject *source)
+{
+    const char *text = PyUnicode_Check(source) ? PyUnicode_AsUTF8(source)
+                       : PyBytes_Check(source) ? PyBytes_AS_STRING(source)
+                                               : "";
+    PyErr_Clear(); /* a name with surrogates */
+    if (text && strncmp(text, "\xef\xbb\xbf", 3) == 0)
+        text += 3;
+    return text && text[strspn(text, " \t\r\n")] == '<';
+}
+
+PyObject *read_source(PyObject *source, char **file)
+{
+    PyObject *path = NULL, *bytes = NULL;
+    tfa_report report = {0};
+    char *text;
+    size_t length;
+    int status;
+    *file = NULL;
+    if (is_text(source))
+        return bytes_of(source);
+    if (!PyUnicode_FSConverter(source, &path))
+        return NULL;
+    const char *name = PyBytes_AS_STRING(path);
+    Py_BEGIN_ALLOW_THREADS status = tfa_urdf_read(name, &text, &length, &report);
+    Py_END_ALLOW_THREADS if (status == TFA_OK)
+    {
+        bytes = PyBytes_FromStringAndSize(text, (Py_ssize_t)length);
+        free(text);
+        *file = strdup(report.file ? report.file : name);
+        tfa_report_free(&report);
+    }
+    else
+    {
+        finish(&model_type, status, NULL, report.file ? report.file : name, &report, NULL);
+    }
+    Py_DECREF(path);
+    return bytes;
+}
+
 static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 {
     model_options options = {0};
-    PyObject *source = NULL, *path = NULL, *made = NULL;
+    PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
+    char *file = NULL;
     if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:Model", &source, &options) == 0 &&
-        model_options_read(&options) == 0 && PyUnicode_FSConverter(source, &path)) {
-        tfa_report report = {0};
-        tfa_model *model = NULL;
-        const char *name = PyBytes_AS_STRING(path);
-        int status;
-        Py_BEGIN_ALLOW_THREADS pthread_mutex_lock(&load_lock);
-        status = tfa_model_load(name, &options.c, &report, &model);
-        pthread_mutex_unlock(&load_lock);
-        Py_END_ALLOW_THREADS made = finish(type, status, model, name, &report, NULL);
-    }
-    Py_XDECREF(path);
+        model_options_read(&options) == 0 && (bytes = read_source(source, &file)))
+        made = compile_source(type, bytes, file, &options, copy);
+    Py_XDECREF(bytes);
+    Py_XDECREF(copy);
+    free(file);
     model_options_clear(&options);
     return made;
 }
 
-static int parse_and_compile(const Py_buffer *text, const char *name, const model_options *options,
-                             tfa_report *report, tfa_model **model)
+/* Model.parse, and with a file's name what makes a pickled model again. */
+static PyObject *parse(PyTypeObject *type, PyObject *args, const char *file, PyObject *kwargs)
 {
-    tfa_description *description = NULL;
-    pthread_mutex_lock(&load_lock);
-    int status = tfa_urdf_parse(text->buf, (size_t)text->len, name, &description, report);
-    pthread_mutex_unlock(&load_lock);
-    if (status == TFA_OK)
-        status = tfa_model_create(description, &options->c, report, model);
-    tfa_description_free(description);
-    return status;
+    model_options options = {0};
+    PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:parse", &source, &options) == 0 &&
+        model_options_read(&options) == 0 && (bytes = bytes_of(source)))
+        made = compile_source(type, bytes, file, &options, copy);
+    Py_XDECREF(bytes);
+    Py_XDECREF(copy);
+    model_options_clear(&options);
+    return made;
 }
 
 static PyObject *model_parse(PyObject *type, PyObject *args, PyObject *kwargs)
 {
-    model_options options = {0};
-    PyObject *source = NULL, *made = NULL;
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:parse", &source, &options) == 0 &&
-        model_options_read(&options) == 0) {
-        tfa_report report = {0};
-        tfa_model *model = NULL;
-        Py_buffer text = {0};
-        PyObject *bytes =
-            PyUnicode_Check(source) ? PyUnicode_AsUTF8String(source) : Py_NewRef(source);
-        if (bytes && PyObject_GetBuffer(bytes, &text, PyBUF_SIMPLE) == 0) {
-            int status;
-            Py_BEGIN_ALLOW_THREADS status =
-                parse_and_compile(&text, NULL, &options, &report, &model);
-            Py_END_ALLOW_THREADS PyBuffer_Release(&text);
-            made = finish((PyTypeObject *)type, status, model, NULL, &report, NULL);
-        } else {
-            raise_from_current("text", "must be URDF as str or bytes");
-        }
-        Py_XDECREF(bytes);
-    }
-    model_options_clear(&options);
-    return made;
+    return parse((PyTypeObject *)type, args, NULL, kwargs);
 }
 
 static PyObject *model_derive(PyObject *self, PyObject *args, PyObject *kwargs)
@@ -166,7 +246,7 @@ static PyObject *model_derive(PyObject *self, PyObject *args, PyObject *kwargs)
     static char *names[] = {"gravity", "payload", NULL};
     const model_object *m = (const model_object *)self;
     model_options options = {0};
-    PyObject *made = NULL;
+    PyObject *made = NULL, *copy = copy_options(kwargs);
     if (PyArg_ParseTupleAndKeywords(args, kwargs, "|$OO:derive", names, &options.gravity,
                                     &options.payload) &&
         model_options_read(&options) == 0) {
@@ -176,10 +256,58 @@ static PyObject *model_derive(PyObject *self, PyObject *args, PyObject *kwargs)
         Py_BEGIN_ALLOW_THREADS status =
             tfa_model_derive(m->model, options.c.gravity, options.payloads,
                              options.scene.payload_count, &report, &model);
-        Py_END_ALLOW_THREADS made = finish(Py_TYPE(self), status, model, NULL, &report, self);
+        Py_END_ALLOW_THREADS made =
+            remember(finish(Py_TYPE(self), status, model, NULL, &report, self), NULL, NULL, copy);
     }
+    Py_XDECREF(copy);
     model_options_clear(&options);
     return made;
+}
+
+/* ---- pickling: text and options, of a derived model its parent and options ---- */
+
+static PyObject *model_reduce(PyObject *self, PyObject *unused)
+{
+    const model_object *m = (const model_object *)self;
+    (void)unused;
+    if (!m->options)
+        return PyErr_Format(PyExc_TypeError,
+                            "a Model cannot be pickled whose options cannot be copied: give lists");
+    PyObject *restore = PyObject_GetAttrString((PyObject *)Py_TYPE(self), "_restore");
+    if (!restore)
+        return NULL;
+    return m->source ? Py_BuildValue("N(OOO)", restore, m->source, m->file, m->options)
+                     : Py_BuildValue("N(OOO)", restore, Py_None, m->parent, m->options);
+}
+
+/* _restore(text, file, options), or _restore(None, parent, options) */
+static PyObject *model_restore(PyObject *type, PyObject *args)
+{
+    PyObject *text, *origin, *options, *made = NULL, *name = NULL;
+    if (!PyArg_ParseTuple(args, "OOO!:_restore", &text, &origin, &PyDict_Type, &options))
+        return NULL;
+    if (text == Py_None && PyObject_TypeCheck(origin, &model_type)) {
+        PyObject *none = PyTuple_New(0);
+        made = none ? model_derive(origin, none, options) : NULL;
+        Py_XDECREF(none);
+    } else if (origin == Py_None || PyUnicode_FSConverter(origin, &name)) {
+        PyObject *one = PyTuple_Pack(1, text);
+        made =
+            one ? parse((PyTypeObject *)type, one, name ? PyBytes_AS_STRING(name) : NULL, options)
+                : NULL;
+        Py_XDECREF(one);
+        Py_XDECREF(name);
+    }
+    return made;
+}
+
+static PyObject *model_repr(PyObject *self)
+{
+    const robot_names *robot = &((const model_object *)self)->robot;
+    return PyUnicode_FromFormat("<totalforce.Model '%s': %u joints, %u links, %s base>",
+                                tfa_model_name(((const model_object *)self)->model),
+                                robot->joint_count, robot->frame_count,
+                                robot->base_freedoms ? "floating" : "fixed");
 }
 
 #define OPTIONS_TEXT                                                                               \
@@ -220,19 +348,25 @@ static PyMethodDef factories[] = {
      "derive($self, /, *, gravity=None, payload=None)\n--\n\n"
      "A model that shares the constants of this one and differs in gravity or payloads.\n\n"
      "None: those of this model. Cost: O(N)."},
+    {"__reduce__", model_reduce, METH_NOARGS, NULL},
+    {"_restore", model_restore, METH_VARARGS | METH_CLASS, NULL},
     {0}};
 
 PyTypeObject model_type = {
     PyVarObject_HEAD_INIT(NULL, 0).tp_name = "totalforce.Model",
-    .tp_doc = "Model(path" OPTIONS_SIGNATURE
-              "A robot compiled for computing: constant, shared by all threads.\n\n"
-              "Parameters\n----------\n"
-              "path : str or os.PathLike\n"
-              "        URDF file\n" OPTIONS_TEXT "\nRaises\n------\n"
-              "LoadError\n"
-              "        with the messages of the report: file, line, problem, remedy\n",
+    .tp_doc =
+        "Model(path" OPTIONS_SIGNATURE
+        "A robot compiled for computing: constant, shared by all threads.\n\n"
+        "Parameters\n----------\n"
+        "path : str or os.PathLike\n"
+        "        URDF file; package://PACKAGE/FILE, $(find PACKAGE)/FILE, ~/FILE and\n"
+        "        file:///PATH are expanded; URDF itself, as str or bytes, is parsed\n" OPTIONS_TEXT
+        "\nRaises\n------\n"
+        "LoadError\n"
+        "        with the messages of the report: file, line, problem, remedy\n",
     .tp_basicsize = sizeof(model_object),
     .tp_dealloc = model_dealloc,
+    .tp_repr = model_repr,
     .tp_flags = Py_TPFLAGS_DEFAULT,
     .tp_getset = model_attributes,
     .tp_new = model_new,

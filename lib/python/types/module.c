@@ -90,10 +90,11 @@ static PyObject *limits_of(PyObject *names, const tfa_joint_limits *limits)
 
 static PyObject *joint_limits(PyObject *module, PyObject *args)
 {
-    Py_buffer text;
-    PyObject *names, *made = NULL;
+    PyObject *source, *names, *made = NULL;
+    char *file;
     (void)module;
-    if (!PyArg_ParseTuple(args, "y*O!:_joint_limits", &text, &PyTuple_Type, &names))
+    if (!PyArg_ParseTuple(args, "OO!:_joint_limits", &source, &PyTuple_Type, &names) ||
+        !(source = read_source(source, &file)))
         return NULL;
     const size_t count = (size_t)PyTuple_GET_SIZE(names);
     const char **list = PyMem_Calloc(count + 1, sizeof *list);
@@ -108,8 +109,9 @@ static PyObject *joint_limits(PyObject *module, PyObject *args)
         if (bad && !PyErr_Occurred())
             raise_type("names", "names: %.100s, must be a str", Py_TYPE(name)->tp_name);
     }
-    const int status =
-        bad ? TFA_OK : tfa_urdf_limits(text.buf, (size_t)text.len, list, count, limits);
+    const int status = bad ? TFA_OK
+                           : tfa_urdf_limits(PyBytes_AS_STRING(source),
+                                             (size_t)PyBytes_GET_SIZE(source), list, count, limits);
     if (status != TFA_OK)
         raise_status(status, NULL, "limits: %s: %s", tfa_status_text(status),
                      tfa_status_cause(status));
@@ -117,7 +119,8 @@ static PyObject *joint_limits(PyObject *module, PyObject *args)
         made = limits_of(names, limits);
     PyMem_Free(list);
     PyMem_Free(limits);
-    PyBuffer_Release(&text);
+    Py_DECREF(source);
+    free(file);
     return made;
 }
 
@@ -132,6 +135,7 @@ static PyMethodDef functions[] = {
      "'status': JSON of robots, workers, clients, counters; 'reload': reads configuration and\n"
      "robots again; 'stop'. runtime_dir as of Client; timeout in s."},
     {"_joint_limits", joint_limits, METH_VARARGS, NULL},
+    {"_restore_reply", reply_restore, METH_VARARGS, NULL},
     {0}};
 
 static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, .m_name = "totalforce._totalforce",

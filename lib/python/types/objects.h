@@ -18,6 +18,9 @@ typedef struct model_object {
     PyObject *parent;   /**< model whose constants it shares; NULL: none */
     PyObject *messages; /**< tuple of Message */
     PyObject *texts;    /**< tuple of the same as text */
+    PyObject *source;   /**< bytes of the URDF; of a derived model NULL */
+    PyObject *file;     /**< its name, or None */
+    PyObject *options;  /**< dict as given; NULL: it cannot be copied, nor the model pickled */
 } model_object;
 
 typedef struct workspace_object {
@@ -67,6 +70,10 @@ void model_options_clear(model_options *options);
 /** Payloads of a dict or a list of dicts. @return 0; -1 with an exception; `*payloads` is
  *  allocated by PyMem, `keep` gets the names. */
 int read_payloads(PyObject *value, PyObject *keep, tfa_payload **payloads, size_t *count);
+
+/** Bytes of a URDF: itself as str or bytes, or read from a file, whose name `*file` gets (free it;
+ *  else NULL). A new reference; NULL with an exception */
+PyObject *read_source(PyObject *source, char **file);
 
 /** model_info.c */
 extern PyGetSetDef model_attributes[];

@@ -139,6 +139,7 @@ TEST(hessenberg_refuses_long_chains)
         r.method = TFA_METHOD_HESSENBERG;
         assert_int_equal(tfa_compute(robot.f64, &r, &reply), more ? TFA_E_UNSUPPORTED : TFA_OK);
         assert_int_equal(reply.field, more ? TFA_FIELD_METHOD : TFA_FIELD_NONE);
+        assert_int_equal(reply.index, more ? TFA_HESSENBERG_LONGEST : 0);
         r.method = TFA_METHOD_DCA;
         assert_int_equal(tfa_compute(robot.f64, &r, &reply), TFA_OK);
         random_states_free(x);

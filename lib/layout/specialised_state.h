@@ -17,7 +17,7 @@ struct robot_inputs {
         cosine[ROBOT_PADDED(ROBOT_UNIT_COORDINATES)];
     const num *angle; /* q, or the request's own numbers where they are the same */
     num qd[ROBOT_UNIT_FREEDOMS], x[ROBOT_UNIT_FREEDOMS]; /* x: tau, or qdd */
-    num base[7];
+    num base[7], boost_rate[3];
 #ifdef ROBOT_PAYLOADS
     struct tfa_body loaded_bodies[ROBOT_BODIES]; /* with the request's payloads */
 #endif

@@ -48,6 +48,8 @@ enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
 #define TFA_MOTION_ARRAYS(ARRAY)                                                                   \
     ARRAY(num, q, nq, "rad, m", "joint", "load: inner joint coordinates")                          \
     ARRAY(num, qd, nv, "rad/s, m/s", "joint", "load: velocities, base first")                      \
+    ARRAY(num, boost, nv, "m/s", "joint", "load: linear velocity of roots, taken out of qd")       \
+    ARRAY(num, boost_rate, nv, "m/s2", "joint", "load: w x boost, in qdd besides that of before")  \
     ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
     ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
@@ -157,6 +159,7 @@ struct state {
     num margin;            /* aba: below zero where the sentinel trips (sentinel.h) */
     num payload_bound;     /* inertia of the request's payloads about any joint, at most */
     vec3 gravity;
+    int boosted;       /* some boost is not zero (load.h): qd and qdd are those beside it */
     int moving;        /* some velocity or wrench is not zero: c and p count */
     int wrenched;      /* some s->wrench is not zero */
     uint32_t tips;     /* of the request under way */

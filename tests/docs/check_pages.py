@@ -5,7 +5,7 @@
 
     check_pages.py SOURCE
 
-README.md has at most 120 lines, docs/ at most 18,000 words, some pages less; every link and picture leads to a
+README.md has at most 120 lines, docs/ at most 18,500 words, some pages less; every link and picture leads to a
 file, every anchor to a heading; every page of docs/ is in docs/README.md.
 """
 import pathlib
@@ -13,7 +13,7 @@ import re
 import sys
 
 README_LINES = 120
-DOCS_WORDS = 18000
+DOCS_WORDS = 18500
 PAGE_WORDS = {"python.md": 500}
 PAGE_LINES = {"which-method.md": 60}
 

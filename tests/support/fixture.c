@@ -159,6 +159,24 @@ void fixture_open_chain(chain_mechanism mechanism, uint32_t links, uint64_t seed
     tfa_report_free(&report);
 }
 
+void fixture_open_trees(uint64_t seed, test_robot *robot)
+{
+    static const random_robot_options options = {RANDOM_STAR, 24, true, 0, 0.2, false};
+    tfa_report report = {0};
+    *robot = (test_robot){.base = TFA_BASE_FIXED, .seed = seed, .random = true};
+    snprintf(robot->name, sizeof robot->name, "trees, seed %u", (unsigned)seed);
+    robot->description = random_robot_create(seed, &options);
+    for (size_t j = 0, on_root = 0; j < robot->description->joint_count; j++) {
+        tfa_joint *joint = &robot->description->joints[j];
+        if (joint->parent != 0 || on_root++ % 3 == 2)
+            continue;
+        joint->type = TFA_JOINT_FLOATING;
+        joint->armature = 0;
+    }
+    open_model(robot, &report, true);
+    tfa_report_free(&report);
+}
+
 int fixture_open(uint32_t index, tfa_base base, test_robot *robot)
 {
     tfa_report report = {0};

@@ -31,6 +31,9 @@ int fixture_open(uint32_t index, tfa_base base, test_robot *robot);
 /** Opens a chain of `links` behind the base: a test mechanism. */
 void fixture_open_chain(chain_mechanism mechanism, uint32_t links, uint64_t seed, tfa_base base,
                         test_robot *robot);
+/** Opens a random robot of several trees on a fixed world: two of three of its joints there are
+ * floating. */
+void fixture_open_trees(uint64_t seed, test_robot *robot);
 void fixture_close(test_robot *robot);
 
 /** A workspace in memory full of NaN: what is read before it is written spoils the answer.

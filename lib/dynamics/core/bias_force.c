@@ -43,7 +43,7 @@ void TFA_V(damping_force)(const struct state *s, num *out)
 {
     zero(s, out);
     for (uint32_t j = s->m->base_freedoms; s->m->damping && j < s->freedoms; j++)
-        out[j] = num_of(s->m->damping[j]) * s->qd[j];
+        out[j] = num_of(s->m->damping[j]) * (s->boosted ? s->qd[j] + s->boost[j] : s->qd[j]);
 }
 
 /* The forces of the joints that wrenches inside fused joints cause are among the passive ones, with

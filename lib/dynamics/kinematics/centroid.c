@@ -48,6 +48,21 @@ num TFA_V(centre_of_mass)(const struct state *s, vec3 *com)
     return mass;
 }
 
+void TFA_V(return_boost)(struct state *s)
+{
+    for (uint32_t i = 0; i < s->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        const num *x = s->boost + b->v;
+        vec3 boost = v3_zero();
+        if (b->parent >= 0)
+            boost = m3_mul(s->X[i].E, s->a[b->parent].v);
+        else if (is_free(b->kind))
+            boost = v3(x[0], x[1], x[2]);
+        s->a[i].v = boost;
+        s->v[i].v = v3_add(s->v[i].v, boost);
+    }
+}
+
 svec TFA_V(momentum)(const struct state *s, vec3 about)
 {
     svec sum = sv_zero();

@@ -15,6 +15,9 @@ void TFA_V(world_poses)(struct state *s);
 /* Mass of all bodies, and their centre; 0 without mass */
 num TFA_V(centre_of_mass)(const struct state *s, vec3 *com);
 
+/* s->v of a boosted state as those in the world. Overwrites s->a. */
+void TFA_V(return_boost)(struct state *s);
+
 /* Linear momentum, and angular momentum about a point. Needs the velocities of all bodies. */
 svec TFA_V(momentum)(const struct state *s, vec3 about);
 

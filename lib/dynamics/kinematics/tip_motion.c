@@ -114,6 +114,15 @@ static void add_column(const struct state *s, const struct tip *t, struct motion
         out[e * stride] += (double)(multiplier * column[e]);
 }
 
+/* In world axes */
+static vec3_simd boost_of_root(const struct state *s, uint32_t i)
+{
+    const num *x = s->boost + s->body[i].v;
+    const num o = num_of(0);
+    return is_free(s->body[i].kind) ? mat3_simd_apply_t(&s->world[i].E, v3(x[0], x[1], x[2]))
+                                    : vec3_simd_of(o, o, o);
+}
+
 /* One pass over the support, joint by joint outward: the columns H of J, unless `rows` is 0; and
  * v <- v + H qd with the sum of v x H qd, c of the joint, unless `motion` is NULL. The axes of a
  * fused joint turn with its freedoms before. Returns 1 when all columns are finite. */
@@ -145,7 +154,9 @@ TFA_INLINE int pass(const struct state *s, const struct tip *t, uint32_t rows, d
         }
     }
     if (motion)
-        *motion = (struct tip_velocity){v, product};
+        *motion = (struct tip_velocity){v, product, s->boosted, zero};
+    if (motion && s->boosted && t->length)
+        motion->boost = boost_of_root(s, s->tip_path[0]);
     const vec3 none = vec3_of_simd(vec3_simd_add(rest.w, rest.v));
     return none.x + none.y + none.z == num_of(0);
 }
@@ -166,15 +177,21 @@ int TFA_V(tip_jacobian)(const struct state *s, const struct tip *t, uint32_t row
 
 void TFA_V(tip_twist)(const struct tip *t, const struct tip_velocity *motion, num twist[6])
 {
-    store_motion(t, motion->twist, twist);
+    struct motion_simd sum = motion->twist;
+    if (motion->boosted)
+        sum.v = vec3_simd_add(sum.v, motion->boost);
+    store_motion(t, sum, twist);
 }
 
-/* With world axes at a point that moves along, the velocity of that point turns too. */
+/* With world axes at a point that moves along, the velocity of that point turns too; otherwise the
+ * frame's velocity passes by. */
 static struct motion_simd velocity_product(const struct tip *t, const struct tip_velocity *motion)
 {
     struct motion_simd sum = motion->product;
     if (t->frame == TFA_FRAME_LOCAL_WORLD_ALIGNED)
         sum.v = vec3_simd_add(sum.v, vec3_simd_cross(motion->twist.w, motion->twist.v));
+    else if (motion->boosted)
+        sum.v = vec3_simd_sub(sum.v, vec3_simd_cross(motion->twist.w, motion->boost));
     return sum;
 }
 

@@ -32,6 +32,8 @@ void TFA_V(tip_locate)(struct state *s, uint32_t t, tfa_reference_frame mode, st
 struct tip_velocity {
     struct motion_simd twist;   /* sum of H qd over the support */
     struct motion_simd product; /* sum of v x H qd, v that of the bodies before */
+    int boosted;                /* both are those in the frame that moves along (load.h) */
+    vec3_simd boost;            /* its velocity */
 };
 
 /* From s->qd, joint by joint: needs no velocities of bodies */
@@ -40,7 +42,8 @@ void TFA_V(tip_velocity)(const struct state *s, const struct tip *t, struct tip_
 /* Linear, then angular velocity in the frame asked for */
 void TFA_V(tip_twist)(const struct tip *t, const struct tip_velocity *motion, num twist[6]);
 
-/* Time derivative of these components: J-dot v, and J qdd unless qdd is NULL */
+/* Time derivative of these components: J-dot v, and J qdd unless qdd is NULL. Where the state is
+ * boosted, with qdd as in s->qdd, or s->boost_rate for qdd = 0 in the world. */
 void TFA_V(tip_acceleration)(const struct state *s, const struct tip *t,
                              const struct tip_velocity *motion, const num *qdd,
                              num acceleration[6]);

@@ -35,9 +35,7 @@ static int body_lanes_answer(struct state *s, const tfa_request *r, uint32_t k, 
         return sentinel_trips(s) ? TFA_ANSWERED_SENTINEL : TFA_ANSWERED;
     }
     TFA_V(aba)(s, s->tau, s->qdd);
-    if (!TFA_V(unload)(s, s->qdd,
-                       reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
-                       reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL))
+    if (!TFA_V(unload_qdd)(s, k, reply))
         return TFA_NOT_ANSWERED;
     return sentinel_trips(s) ? TFA_ANSWERED_SENTINEL : TFA_ANSWERED;
 }
@@ -64,9 +62,11 @@ static int estimate(struct state *s, double limit, tfa_answer *answer)
     }
     TFA_V(aba_solve)(s, s->res, s->dx);
     const double size = norm_of(s, s->qdd), change = norm_of(s, s->dx);
-    answer->error_estimate = ESTIMATE_SAFETY * (size > 0 ? change / size : change);
+    const double estimate = ESTIMATE_SAFETY * (size > 0 ? change / size : change);
+    const double world = s->boosted ? norm_of(s, TFA_V(world_accelerations)(s)) : size;
+    answer->error_estimate = estimate_in_world(estimate, size, world);
     answer->flags |= TFA_ANSWER_ESTIMATED;
-    return answer->error_estimate <= limit;
+    return estimate <= limit;
 }
 
 /* Lane l of n numbers, from memory: through vectors it would take longer. */

@@ -40,6 +40,14 @@ static inline int refined_is_better(double unrefined, double refined)
     return unrefined > 3 * refined;
 }
 
+/* An estimate relative to |qdd| in the frame that moves along (load.h): where |qdd| in the world is
+ * smaller relative to that, with the roundings of the difference. */
+static inline double estimate_in_world(double estimate, double boosted, double world)
+{
+    return world > 0 && world < boosted ? (estimate + 2 * ANSWER_EPSILON) * boosted / world
+                                        : estimate;
+}
+
 /* 0, or the reason (TFA_ANSWER_*) why an answer with this estimate is not to be given; of several,
  * why some of them is not. */
 uint16_t TFA_V(needs_fallback)(const num_doubles *estimate, int converging);
@@ -83,8 +91,6 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
 /* As a kernel offers it, see kernel_table.h. */
 int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
                             const tfa_reply *reply, double limit, tfa_answer *out);
-/* Writes s->qdd out; returns 1 when all of it is finite. */
-int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 /* A force of inner freedoms to public arrays, followers' on their leaders. Returns 1 when all of it
  * is finite. */
 int TFA_V(unload_force)(struct state *s, num *x, double *base, double *joints);

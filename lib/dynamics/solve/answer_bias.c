@@ -23,6 +23,10 @@ int TFA_V(answer_bias)(struct state *s, uint32_t k, tfa_reply *reply, tfa_answer
     TFA_V(gravity_force)(s, s->res);
     finite = unload_row(s, k, reply->gravity_force);
     TFA_V(velocity_force)(s, s->res);
+    if (s->boosted) /* of qdd = 0 in the world */
+        TFA_V(rnea)(s, s->boost_rate, s->dx, 0);
+    for (uint32_t j = 0; s->boosted && j < s->freedoms; j++)
+        s->res[j] += s->dx[j];
     finite &= unload_row(s, k, reply->velocity_force);
     TFA_V(damping_force)(s, s->res);
     finite &= unload_row(s, k, reply->damping_force);

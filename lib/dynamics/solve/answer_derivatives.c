@@ -246,6 +246,26 @@ static void forces_by_motion(struct state *s, const tfa_request *r, uint32_t k,
     TFA_V(inverse_derivatives)(s, &d);
 }
 
+/* qdd of a root body is less by w x boost in the world: its derivative by w, of the opposite sign
+ * as everything in the block. Neither that frame's accelerations depend on the boost nor w x boost
+ * on q. */
+static void add_boost(const struct state *s, const struct blocks *b)
+{
+    for (uint32_t t = 0; s->boosted && t < s->m->trees; t++) {
+        const struct tfa_body *root = &s->body[s->m->chain[t].first];
+        const num *v = s->boost + root->v;
+        num multiplier;
+        const size_t j = TFA_V(reduced_freedom)(s->m, root->v, &multiplier);
+        num *X = b->X[BY_V] + b->columns * j + j + 3;
+        if (!is_free(root->kind))
+            continue;
+        for (size_t e = 0; e < 3; e++) {
+            X[b->columns * e + (e + 1) % 3] += v[(e + 2) % 3];
+            X[b->columns * e + (e + 2) % 3] -= v[(e + 1) % 3];
+        }
+    }
+}
+
 int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *out)
 {
@@ -261,6 +281,8 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
         forces_by_motion(s, r, k, &b);
     if (b.columns)
         solve_matrix(s, s->derivatives, b.columns);
+    if (b.X[BY_V])
+        add_boost(s, &b);
     const int finite = unload_block(&b, BY_Q, num_of(-1)) & unload_block(&b, BY_V, num_of(-1)) &
                        unload_block(&b, BY_TAU, num_of(1));
     return finite ? TFA_OK : TFA_E_NOT_COMPUTED;

@@ -8,15 +8,22 @@
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
 #include "dynamics/solve/method.h"
+#include "dynamics/solve/norm.h"
 #include "dynamics/solve/refine.h"
 #include "interface/kernel_table.h"
 #include "interface/traits.h"
 
-int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
+/* The estimates of s->qdd as those of the accelerations in the world */
+static void store_estimate(const struct state *s, const tfa_request *r, num_doubles estimate,
+                           tfa_answer *out)
 {
-    return TFA_V(unload)(s, s->qdd,
-                         reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
-                         reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
+    if (s->boosted) {
+        const num_doubles boosted = norm(s->qdd, s->freedoms),
+                          world = norm(TFA_V(world_accelerations)(s), s->freedoms);
+        for (uint32_t l = 0; l < s->lanes; l++)
+            estimate.lane[l] = estimate_in_world(estimate.lane[l], boosted.lane[l], world.lane[l]);
+    }
+    TFA_V(store_estimate)(s, r, &estimate, out);
 }
 
 /* Refinement and estimate; while the estimate is too large, the answer of the next method, refined
@@ -49,7 +56,7 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
     *valid = TFA_V(estimate_is_valid)(s, r, method, &x.estimate);
     if (s->lanes > 1 && !*valid)
         s->lanes_diverged = 1;
-    TFA_V(store_estimate)(s, r, &x.estimate, out);
+    store_estimate(s, r, x.estimate, out);
     return method;
 }
 
@@ -122,10 +129,10 @@ int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
     tfa_request whole = *r;
     whole.estimate = TFA_ESTIMATE_ALWAYS;
     TFA_V(load)(s, &whole, k, 1);
-    TFA_V(load_freedoms)(s, s->qdd, reply->base_acceleration, reply->qdd);
+    TFA_V(load_accelerations)(s, reply->base_acceleration, reply->qdd);
     (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
     const struct refined x = TFA_V(refine)(s, METHOD_OF_ESTIMATES, 0, 0, 1);
-    TFA_V(store_estimate)(s, &whole, &x.estimate, out);
+    store_estimate(s, &whole, x.estimate, out);
     return !x.fallback_reason && x.estimate.lane[0] <= limit;
 }
 #endif

@@ -119,7 +119,7 @@ static int answer_tip(struct state *s, const tfa_request *r, uint32_t flags, siz
         finite &= is_finite(reply->twists + 6 * tip, 6);
     }
     if (flags & TFA_WANT_BIAS_ACCELERATION && reply->bias_acceleration) {
-        TFA_V(tip_acceleration)(s, &at, &motion, NULL, x);
+        TFA_V(tip_acceleration)(s, &at, &motion, s->boosted ? s->boost_rate : NULL, x);
         store(reply->bias_acceleration + rows * tip, x, rows);
         finite &= is_finite(reply->bias_acceleration + rows * tip, rows);
     }
@@ -174,6 +174,8 @@ static int answer_bodies(struct state *s, uint32_t flags, size_t k, tfa_reply *r
 {
     int finite = 1;
     TFA_V(world_poses)(s);
+    if (flags & FLAGS_VELOCITY && s->boosted)
+        TFA_V(return_boost)(s);
     if (flags & TFA_WANT_FRAME_POSES && reply->frame_poses)
         finite &= answer_frame_poses(s, reply->frame_poses + 7 * (size_t)s->m->frames * k);
     if (flags & TFA_WANT_COM)

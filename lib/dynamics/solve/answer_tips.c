@@ -32,6 +32,7 @@ static int answer_motion_of_tips(struct state *s, const tfa_request *r, uint32_t
     if (!flags)
         return 1;
     (void)TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
+    TFA_V(leave_boost)(s);
     return TFA_V(answer_motion_loaded)(s, r, flags, k, reply);
 }
 

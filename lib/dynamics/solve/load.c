@@ -142,6 +142,56 @@ static void load_damping(struct state *s)
     s->has_passive_force = 1;
 }
 
+/* Of the free joint whose freedoms start at j. Lanes at rest keep every bit. */
+static void leave_boost_of_root(struct state *s, uint32_t j, int held)
+{
+    num *qd = s->qd + j, *boost = s->boost + j, *rate = s->boost_rate + j;
+    num_mask none = num_of(0) == num_of(0);
+    for (uint32_t k = 0; k < 3; k++) {
+        boost[k] = held ? num_of(0) : qd[k];
+        none &= boost[k] == num_of(0);
+    }
+    const vec3 r = v3_cross(v3(qd[3], qd[4], qd[5]), v3(boost[0], boost[1], boost[2]));
+    rate[0] = r.x;
+    rate[1] = r.y;
+    rate[2] = r.z;
+    for (uint32_t k = 0; k < 3; k++)
+        qd[k] = num_select(boost[k] == num_of(0), qd[k], num_of(0));
+    s->boosted |= !num_all(none);
+}
+
+void TFA_V(leave_boost)(struct state *s)
+{
+    s->boosted = 0;
+    for (uint32_t t = 0; t < s->m->trees; t++) {
+        const uint32_t root = s->m->chain[t].first;
+        const struct tfa_body *b = &s->m->body[root];
+        if (is_free(b->kind))
+            leave_boost_of_root(s, s->body[body_at(s, root)].v,
+                                (s->locked && s->lock[b->v]) || s->m->armature[b->v] > 0);
+    }
+}
+
+/* x + y; x to the bit where y is 0 */
+static num shifted(num x, num y)
+{
+    return num_select(y == num_of(0), x, x + y);
+}
+
+void TFA_V(load_accelerations)(struct state *s, const double *base, const double *joints)
+{
+    TFA_V(load_freedoms)(s, s->qdd, base, joints);
+    for (uint32_t j = 0; s->boosted && j < s->freedoms; j++)
+        s->qdd[j] = shifted(s->qdd[j], s->boost_rate[j]);
+}
+
+const num *TFA_V(world_accelerations)(const struct state *s)
+{
+    for (uint32_t j = 0; s->boosted && j < s->freedoms; j++)
+        s->dx[j] = shifted(s->qdd[j], -s->boost_rate[j]);
+    return s->boosted ? s->dx : s->qdd;
+}
+
 static void load_motion(struct state *s, const tfa_request *r)
 {
     clear_passive_force(s);
@@ -149,13 +199,14 @@ static void load_motion(struct state *s, const tfa_request *r)
         TFA_V(load_wrenches)(s, r);
     s->moving = TFA_V(load_freedoms)(s, s->qd, r->base_twist, r->v);
     load_damping(s);
+    TFA_V(leave_boost)(s);
     s->moving |= s->wrenched && reads_wrenches(r);
     if (TFA_OP_BIT(r->op) & TRAITS_FORWARD) {
         TFA_V(load_forces)(s, r->base_wrench, r->tau);
         for (uint32_t j = 0; s->has_passive_force && j < s->freedoms; j++)
             s->tau[j] += s->passive_force[j];
     } else if (TFA_OP_BIT(r->op) & TRAITS_DYNAMICS) {
-        TFA_V(load_freedoms)(s, s->qdd, r->base_acceleration, r->qdd);
+        TFA_V(load_accelerations)(s, r->base_acceleration, r->qdd);
         for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
             if (s->lock[j])
                 s->qdd[j] = num_of(0);
@@ -207,4 +258,11 @@ int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joi
     for (uint32_t j = nb; !s->identity_map && joints && j < s->freedoms; j++)
         scatter_joint(s, x[j], joints, &s->freedom[j - nb]);
     return num_all(sum == num_of(0));
+}
+
+int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply)
+{
+    return TFA_V(unload)(s, TFA_V(world_accelerations)(s),
+                         reply->base_acceleration ? reply->base_acceleration + 6 * (size_t)k : NULL,
+                         reply->qdd ? reply->qdd + (size_t)s->m->v_count * k : NULL);
 }

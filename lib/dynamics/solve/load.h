@@ -47,10 +47,27 @@ int TFA_V(load_freedoms)(const struct state *s, num *out, const double *base, co
 /* s->tau from public forces alone: a follower's is part of its leader's already. */
 void TFA_V(load_forces)(struct state *s, const double *base, const double *joints);
 
+/* Galilei's transformation. In an observer's frame that has the velocity V of a root body's origin
+ * all forces and accelerations of joints are the same, and no product of a large V can cost digits
+ * of them. The body's linear velocity is 0 there; its acceleration, by components in its own axes,
+ * is larger by w x V, as V turns in these axes. Every free root body, the floating base among them,
+ * has such a frame for its tree. s->qd -> qd and boost = V; s->qdd is in the frame from here on. A
+ * locked joint and a rotor act on the components themselves: such a body keeps its velocity. */
+void TFA_V(leave_boost)(struct state *s);
+
+/* s->qdd from public accelerations. Needs leave_boost. */
+void TFA_V(load_accelerations)(struct state *s, const double *base, const double *joints);
+
+/* s->qdd in the frame of the world: itself, or in s->dx. */
+const num *TFA_V(world_accelerations)(const struct state *s);
+
 #include "layout_load.h"
 
 /* Writes freedoms as doubles to the base's and the joints' arrays of state k (either may be NULL),
  * those of the other lanes behind. Returns 1 when all are finite. */
 int TFA_V(unload)(const struct state *s, const num *x, double *base, double *joints);
+
+/* Writes s->qdd out; returns 1 when all of it is finite. */
+int TFA_V(unload_qdd)(const struct state *s, uint32_t k, tfa_reply *reply);
 
 #endif

@@ -65,6 +65,26 @@ TFA_INLINE void add_wrenches(num *tau, double sign, const struct robot_inputs *i
         tau[k] += num_of(sign) * forces[k];
 }
 
+/* As TFA_V(leave_boost) of dynamics/solve/load.h, of the base */
+TFA_INLINE void leave_boost(struct robot_inputs *in)
+{
+    if (!ROBOT_BASE)
+        return;
+    const vec3 rate =
+        v3_cross(v3(in->qd[3], in->qd[4], in->qd[5]), v3(in->qd[0], in->qd[1], in->qd[2]));
+    in->qd[0] = in->qd[1] = in->qd[2] = num_of(0);
+    in->boost_rate[0] = rate.x;
+    in->boost_rate[1] = rate.y;
+    in->boost_rate[2] = rate.z;
+}
+
+/* To the frame that moves along (sign 1), or to that of the world (-1) */
+TFA_INLINE void shift_accelerations(num *qdd, const struct robot_inputs *in, double sign)
+{
+    for (size_t k = 0; ROBOT_BASE && k < 3; k++)
+        qdd[k] += num_of(sign) * in->boost_rate[k];
+}
+
 TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_host_api *host,
                                     const tfa_request *r, const struct lane_states *at)
 {
@@ -73,6 +93,7 @@ TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_ho
     gather_freedoms(in->x, at, r->base_wrench, r->tau);
     add_damping(in->x, in->qd, -1);
     add_wrenches(in->x, 1, in, host, r, at);
+    leave_boost(in);
 }
 
 static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_host_api *host,
@@ -87,6 +108,7 @@ static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_
     load_forward_inputs(&in, host, r, &at);
     init_state(&s, &in, host, r);
     solve_forward(&s, &factors, in.x, qdd);
+    shift_accelerations(qdd, &in, -1);
     scatter_outputs(qdd, &at, reply->base_acceleration, reply->qdd);
     return all_are_finite(qdd, ROBOT_UNIT_FREEDOMS) && !needs_generic_kernel(&s, r);
 }

@@ -53,6 +53,8 @@ static __attribute__((flatten, noinline)) int inverse_dynamics(const struct tfa_
     load_positions(&in, host, r, &at);
     gather_freedoms(in.qd, &at, r->base_twist, r->v);
     gather_freedoms(in.x, &at, r->base_acceleration, r->qdd);
+    leave_boost(&in);
+    shift_accelerations(in.x, &in, 1);
     init_state(&s, &in, host, r);
     inverse_rnea(&s, in.x, tau);
     add_damping(tau, in.qd, 1);

@@ -178,6 +178,7 @@ static __attribute__((flatten, noinline)) int forward_and_lambda(const struct tf
     load_forward_inputs(&in, host, r, &at);
     init_state(&s, &in, host, r);
     solve_forward(&s, &factors, in.x, qdd);
+    shift_accelerations(qdd, &in, -1);
     scatter_outputs(qdd, &at, reply->base_acceleration, reply->qdd);
     switch (f->body) {
         ROBOT_OUTWARD(ROBOT_TIP_CASE)

@@ -45,6 +45,11 @@ static inline num gather_joint(const struct state *s, const double *array, size_
     return num_gather(array + stride * s->lane[0], 1, from.lane);
 }
 
+static inline uint32_t body_at(const struct state *s, uint32_t i)
+{
+    return s->step_of[i];
+}
+
 static inline num load_damping_of(const struct state *s, uint32_t j)
 {
     return s->lane_damping[j];

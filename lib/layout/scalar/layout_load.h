@@ -33,6 +33,13 @@ static inline num gather_joint(const struct state *s, const double *array, size_
     return gather_states(s, array, stride, from);
 }
 
+/* Where body i of the model stands in the state */
+static inline uint32_t body_at(const struct state *s, uint32_t i)
+{
+    (void)s;
+    return i;
+}
+
 /* Damping of freedom j */
 static inline num load_damping_of(const struct state *s, uint32_t j)
 {

@@ -14,8 +14,8 @@ struct tfa_moments {
     double mass, first, second, about_z;
 };
 
-/* Computes bound[] of each body, m->reach and m->length. `scratch`: one element for each body, `stride` bytes
- * apart. Cost: O(bodies). */
+/* Computes bound[] of each body, m->reach and m->length. `scratch`: one element for each body,
+ * `stride` bytes apart. Cost: O(bodies). */
 void tfa_inertia_bounds(struct tfa_model *m, struct tfa_body *body, struct tfa_moments *scratch,
                         size_t stride);
 

@@ -7,13 +7,9 @@
 
 #include <math.h>
 
-#include "dynamics/core/recursions.h"
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/osim/rank_revealing.h"
 #include "dynamics/osim/tip_rows.h"
-#include "dynamics/solve/answer.h"
-#include "dynamics/solve/method.h"
-#include "dynamics/solve/refine.h"
 
 static uint32_t size_of(const struct state *s)
 {
@@ -30,17 +26,9 @@ static num dot(const num *x, const num *y, uint32_t n)
 
 /* ---- the metric ---- */
 
-/* Rows of the world's frame mix linear with angular motion by the distance of its origin: they are
- * taken about the tip's point. Three rows alone cannot be. */
-static tfa_reference_frame metric_frame(const tfa_request *r)
-{
-    return r->frame == TFA_FRAME_WORLD && r->rows != TFA_ROWS_POINT ? TFA_FRAME_LOCAL_WORLD_ALIGNED
-                                                                    : r->frame;
-}
-
 static void find_arms(struct state *s, const tfa_request *r)
 {
-    const int moved = metric_frame(r) != r->frame;
+    const int moved = tip_metric_frame(r) != r->frame;
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at = {.origin = v3_zero()};
         if (moved)
@@ -126,9 +114,9 @@ static uint32_t choose_gains(struct state *s, tfa_rank_loss policy, num threshol
         const num d = s->eigenvalue[k] = dot(v, v, n);
         const int inverted = d > threshold;
         regular += inverted ? 1u : 0;
-        s->gain[k] = inverted                    ? 1 / d
+        s->gain[k] = inverted                  ? 1 / d
                      : policy == TFA_RANK_DAMP ? d / (threshold * threshold)
-                                                 : num_of(0);
+                                               : num_of(0);
     }
     return regular;
 }
@@ -157,51 +145,6 @@ static double rounding_of(const struct state *s, num trace, num inverse_trace)
            (double)(NUM_EPSILON * num_sqrt(trace / (damped ? s->tip_threshold : least)));
 }
 
-/* Error of the factors of M in the metric of the kinetic energy: a force on the tips whose parts
- * along all directions that are inverted have the same energy must accelerate them by what the
- * factors say, as a refined solution of M finds. */
-static double error_of_factors(struct state *s, const tfa_request *r)
-{
-    const uint32_t n = size_of(s), rows = s->tip_rows;
-    num *F = s->task + 2 * (size_t)n, *x = s->task + 3 * (size_t)n;
-    num error = num_of(0), size = num_of(0);
-    for (uint32_t j = 0; j < n; j++)
-        F[j] = num_of(0);
-    for (uint32_t k = 0; k < s->tip_rank; k++)
-        for (uint32_t j = 0; s->eigenvalue[k] > s->tip_threshold && j < n; j++) {
-            const num part = s->direction[(size_t)n * k + j] / s->eigenvalue[k];
-            F[j] += k * 2654435761u >> 31 ? part : -part;
-        }
-    for (uint32_t j = 0; j < s->m->freedoms; j++)
-        s->tau[j] = num_of(0);
-    struct tip at;
-    for (uint32_t t = 0; t < s->tips; t++) {
-        num f[6] = {num_of(0), num_of(0), num_of(0), num_of(0), num_of(0), num_of(0)};
-        for (uint32_t e = 0; e < rows; e++)
-            f[e] = F[rows * t + e] * (e < 3 ? num_of(1) : s->tip_length);
-        TFA_V(tip_locate)(s, t, metric_frame(r), &at);
-        TFA_V(tip_jacobian_tmul)(s, &at, f, s->tau);
-    }
-    TFA_V(gather_on_leaders)(s, s->tau);
-    TFA_V(solve_refined)(s, TFA_V(last_resort)(s), 1, 1);
-    for (uint32_t t = 0; t < s->tips; t++) {
-        num a[6];
-        TFA_V(tip_locate)(s, t, metric_frame(r), &at);
-        TFA_V(tip_jacobian_mul)(s, &at, s->qdd, a);
-        for (uint32_t e = 0; e < rows; e++)
-            x[rows * t + e] = a[e] * (e < 3 ? num_of(1) : s->tip_length);
-    }
-    for (uint32_t k = 0; k < s->tip_rank; k++) {
-        if (!(s->eigenvalue[k] > s->tip_threshold))
-            continue;
-        const num sign = num_of(k * 2654435761u >> 31 ? 1 : -1);
-        const num d = dot(s->direction + (size_t)n * k, x, n) / s->eigenvalue[k] - sign;
-        error += d * d;
-        size += num_of(1);
-    }
-    return size > 0 ? ESTIMATE_SAFETY * sqrt((double)(error / size)) : 0;
-}
-
 /* ---- all of it ---- */
 
 static tfa_rank_loss policy_of(const tfa_request *r)
@@ -216,13 +159,13 @@ static double default_threshold(tfa_rank_loss policy, uint32_t n)
     return policy == TFA_RANK_DAMP ? TFA_RANK_THRESHOLD_DAMP : TFA_RANK_THRESHOLD(n);
 }
 
-int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int estimate, tfa_rank *rank)
+int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, tfa_rank *rank)
 {
     const uint32_t n = size_of(s);
     const tfa_rank_loss policy = policy_of(r);
     s->tip_length = num_of(r->characteristic_length ? *r->characteristic_length : s->m->length);
     find_arms(s, r);
-    TFA_V(tip_rows)(s, metric_frame(r));
+    TFA_V(tip_rows)(s, tip_metric_frame(r));
     const num trace = dot(s->phi, s->phi, n * s->tip_freedoms);
     if (!(trace - trace == 0))
         return 0;
@@ -235,9 +178,10 @@ int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int estimate, tf
     num inverse = s->tip_rank == n ? trace_of_lambda(s, n) : num_of(0);
     s->spectral = s->tip_rank < n || !(inverse * threshold < 1);
     uint32_t regular = n;
-    if (s->spectral || estimate) {
-        TFA_V(singular_directions)(s->triangle, s->pivot_square, n, s->tip_rank, s->direction,
-                                   s->spectral ? s->triangle : NULL);
+    if (s->spectral || directions) {
+        TFA_V(singular_directions)
+        (s->triangle, s->pivot_square, n, s->tip_rank, s->direction,
+         s->spectral ? s->triangle : NULL);
         const uint32_t inverted = choose_gains(s, policy, threshold);
         regular = s->spectral ? inverted : n;
         inverse = s->spectral ? trace_of_inverse(s) : inverse;
@@ -248,8 +192,6 @@ int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int estimate, tf
                        .condition = s->tip_rank > 0 ? (double)(trace * inverse) : (double)INFINITY,
                        .length = (double)s->tip_length,
                        .error_estimate = rounding_of(s, trace, inverse)};
-    if (estimate)
-        rank->error_estimate += error_of_factors(s, r);
     return 1;
 }
 

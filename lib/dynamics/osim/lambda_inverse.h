@@ -15,14 +15,24 @@
 
 #include "layout/state.h"
 
-/* Factors for the tips of the request. Needs the pose. Returns 0 if B is not finite. With
- * `estimate` the error of M's factors is measured: writes s->tau, s->qdd, s->res and s->dx. */
-int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int estimate, tfa_rank *rank);
+/* Rows of the world's frame mix linear with angular motion by the distance of its origin: they are
+ * taken about the tip's point. Three rows alone cannot be. */
+static inline tfa_reference_frame tip_metric_frame(const tfa_request *r)
+{
+    return r->frame == TFA_FRAME_WORLD && r->rows != TFA_ROWS_POINT ? TFA_FRAME_LOCAL_WORLD_ALIGNED
+                                                                    : r->frame;
+}
+
+/* Factors for the tips of the request; rank->error_estimate: rounding. Needs what tip_rows needs.
+ * Returns 0 if B is not finite. `directions`: also where triangular factors answer, for
+ * lambda_inverse_error. */
+int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, tfa_rank *rank);
 
 /* y = Lambda x, rows of the answer; x and y differ. */
 void TFA_V(lambda_mul)(struct state *s, const num *x, num *y);
 
-/* y = Lambda J M^-1 tau, without J M^-1 tau: as accurate as Lambda itself. */
+/* y = Lambda J M^-1 tau, without J M^-1 tau: as accurate as Lambda itself. Needs what force_rows
+ * needs. */
 void TFA_V(lambda_force)(struct state *s, const num *tau, num *y);
 
 /* Lambda itself. Returns 1 when all of it is finite. */

@@ -7,7 +7,6 @@
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/osim/lambda.h"
-#include "dynamics/solve/method.h"
 
 static num scale_of(const struct state *s, uint32_t e)
 {
@@ -86,16 +85,16 @@ static void articulated_rows(struct state *s, tfa_reference_frame frame)
     propagate_tips(s, frame);
     s->tip_freedoms = 0;
     FOR_EACH_SUPPORT(s, i, row)
-        s->tip_freedoms += s->body[i].n;
+    s->tip_freedoms += s->body[i].n;
     FOR_EACH_SUPPORT(s, i, row)
-        put_joint(s, i, row);
+    put_joint(s, i, row);
 }
 
 /* u = tau - H^T pA of the inward pass */
-static void articulated_force(struct state *s, const num *tau, num *z)
+static void articulated_force(const struct state *s, num *z)
 {
-    TFA_V(solve_free)(s, METHOD_OF_ESTIMATES, tau, s->dx);
-    FOR_EACH_SUPPORT(s, i, row) {
+    FOR_EACH_SUPPORT(s, i, row)
+    {
         const struct tfa_body *b = &s->body[i];
         num weight[6];
         joint_weights(s, i, weight);
@@ -146,19 +145,16 @@ static void projected_rows(struct state *s, tfa_reference_frame frame)
 
 void TFA_V(tip_rows)(struct state *s, tfa_reference_frame frame)
 {
-    if (s->m->mimics) {
-        (void)TFA_V(factor)(s, TFA_METHOD_CRBA);
+    if (s->m->mimics)
         projected_rows(s, frame);
-    } else {
-        (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
+    else
         articulated_rows(s, frame);
-    }
 }
 
-void TFA_V(force_rows)(struct state *s, const num *tau, num *z)
+void TFA_V(force_rows)(const struct state *s, const num *tau, num *z)
 {
     if (s->m->mimics)
         project(s, tau, 1, z);
     else
-        articulated_force(s, tau, z);
+        articulated_force(s, z);
 }

@@ -12,10 +12,12 @@
 #include "layout/state.h"
 
 /* B by columns into s->phi, s->tip_freedoms numbers each; angular columns times s->tip_length.
- * Writes s->psi and s->support. */
+ * Needs the articulated-body factors, with mimics those of T^T M T. Writes s->psi and
+ * s->support. */
 void TFA_V(tip_rows)(struct state *s, tfa_reference_frame frame);
 
-/* z = D^-1/2 L^-1 tau, so that J M^-1 tau = B^T z. Needs tip_rows; tau and s->dx differ. */
-void TFA_V(force_rows)(struct state *s, const num *tau, num *z);
+/* z = D^-1/2 L^-1 tau, so that J M^-1 tau = B^T z. Needs tip_rows and, without mimics, that a solve
+ * by the same factors has just left tau - H^T pA of these forces. */
+void TFA_V(force_rows)(const struct state *s, const num *tau, num *z);
 
 #endif

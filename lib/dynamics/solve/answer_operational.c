@@ -22,6 +22,8 @@
 #include "dynamics/osim/lambda_inverse.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
+#include "dynamics/solve/method.h"
+#include "dynamics/solve/refine.h"
 #include "interface/traits.h"
 
 /* s->task: numbers of one vector of the tips' rows, five of which fit; two are scratch of Lambda */
@@ -75,13 +77,35 @@ void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k)
     subtract_bias(s);
 }
 
+/* Factors for the tips, whichever method answers the rest */
+static int factor_tips(struct state *s, const tfa_request *r, int estimated, tfa_rank *rank)
+{
+    const tfa_method method = s->m->mimics ? TFA_METHOD_CRBA : METHOD_OF_ESTIMATES;
+    if (s->m->mimics && !reserves_method(s->methods, method))
+        return 0; /* no memory for M */
+    (void)TFA_V(factor)(s, method);
+    if (!TFA_V(lambda_factor)(s, r, estimated, rank))
+        return 0;
+    if (estimated)
+        rank->error_estimate += TFA_V(lambda_inverse_error)(s, r);
+    return 1;
+}
+
+/* y = Lambda J M^-1 tau */
+static void force_of(struct state *s, const num *tau, num *y)
+{
+    if (!s->m->mimics)
+        TFA_V(solve_free)(s, METHOD_OF_ESTIMATES, tau, s->dx);
+    TFA_V(lambda_force)(s, tau, y);
+}
+
 /* F = Lambda (x_desired - J-dot v) - Lambda J M^-1 (tau_0 - h) */
 static void task_force(struct state *s)
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
     num *F = task_vector(s, FORCE), *posture = task_vector(s, 2);
     TFA_V(lambda_mul)(s, task_vector(s, ERROR), F);
-    TFA_V(lambda_force)(s, s->task_force, posture);
+    force_of(s, s->task_force, posture);
     for (size_t e = 0; e < n; e++)
         F[e] -= posture[e];
 }
@@ -118,7 +142,7 @@ static int answer_p(struct state *s, uint32_t k, tfa_reply *reply)
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
     TFA_V(gravity_force)(s, s->res);
-    TFA_V(lambda_force)(s, s->res, task_vector(s, FORCE));
+    force_of(s, s->res, task_vector(s, FORCE));
     return store_rows(reply->p + n * k, task_vector(s, FORCE), n);
 }
 
@@ -141,7 +165,7 @@ static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_repl
         for (uint32_t e = 0; e < s->tip_rows; e++)
             bias[s->tip_rows * t + e] = x[e];
     }
-    TFA_V(lambda_force)(s, s->res, mu);
+    force_of(s, s->res, mu);
     TFA_V(lambda_mul)(s, bias, other);
     for (size_t e = 0; e < n; e++)
         mu[e] -= other[e];
@@ -173,7 +197,7 @@ int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k,
 {
     const size_t n = (size_t)s->tip_rows * s->tips;
     tfa_rank rank;
-    if (!TFA_V(lambda_factor)(s, r, answer->flags & TFA_ANSWER_ESTIMATED, &rank))
+    if (!factor_tips(s, r, answer->flags & TFA_ANSWER_ESTIMATED, &rank))
         return TFA_E_NOT_COMPUTED;
     store_rank(s, r, k, &rank, reply, answer);
     if (r->rank_loss == TFA_RANK_REFUSE && rank.lost) {

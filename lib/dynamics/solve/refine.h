@@ -38,4 +38,8 @@ void TFA_V(lambda_columns)(struct state *s, tfa_reference_frame frame, tfa_metho
 num_doubles TFA_V(lambda_error)(struct state *s, tfa_reference_frame frame, tfa_method method,
                                 uint32_t steps);
 
+/* Relative error of M's factors in those of lambda_factor, which had `directions`. Writes s->tau,
+ * s->qdd, s->res and s->dx. */
+double TFA_V(lambda_inverse_error)(struct state *s, const tfa_request *r);
+
 #endif

@@ -13,8 +13,7 @@
 #define TIPS 3
 #define ROWS (6 * TIPS)
 #define EPS 0x1p-52
-#define FLAGS                                                                                      \
-    (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P | TFA_WANT_SPECTRUM | TFA_WANT_POSES)
+#define FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P | TFA_WANT_SPECTRUM | TFA_WANT_POSES)
 
 /* Errors in the metric of the tips, in units of what one rounding of B does. */
 enum { LAMBDA, THRESHOLD, CONDITION, MU, P, KINDS };
@@ -238,9 +237,11 @@ TEST(lambda_is_its_definition)
 {
     op_for_each(OP_ALL, by_definition);
     op_print(bounds, SETS * KINDS);
-    print_message("  %u of full rank, %u deficient, %u immobile, %u too close to tell, %u estimates\n",
-                  full, deficient, immobile, in_doubt, estimated);
-    assert_true(full > 100 && deficient > 100 && immobile > 10 && in_doubt < full && estimated > 50);
+    print_message(
+        "  %u of full rank, %u deficient, %u immobile, %u too close to tell, %u estimates\n", full,
+        deficient, immobile, in_doubt, estimated);
+    assert_true(full > 100 && deficient > 100 && immobile > 10 && in_doubt < full &&
+                estimated > 50);
 }
 
 /* ---- Lambda (J qdd + bias_acceleration) + mu + p = F for tau = J^T F ---- */

@@ -140,9 +140,9 @@ static void to_tip(const spectral_metric *metric, const quad *F, quad *out)
         for (uint32_t e = 0; e < metric->rows; e++)
             moved[e] = F[e];
         for (uint32_t e = 0; metric->rows == 6 && e < 3; e++)
-            moved[3 + e] = (F[3 + e] - (p[(e + 1) % 3] * F[(e + 2) % 3] -
-                                        p[(e + 2) % 3] * F[(e + 1) % 3])) /
-                           (quad)metric->length;
+            moved[3 + e] =
+                (F[3 + e] - (p[(e + 1) % 3] * F[(e + 2) % 3] - p[(e + 2) % 3] * F[(e + 1) % 3])) /
+                (quad)metric->length;
         memcpy(out, moved, metric->rows * sizeof *out);
     }
 }

@@ -314,9 +314,8 @@ static void choose_task(struct task *t, op_case *c, int pass)
     t->r.base_wrench = NULL;
     t->r.rank_loss = (tfa_rank_loss)random_below(&c->s, 3);
     t->r.task_acceleration = t->desired;
-    t->r.flags =
-        TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_LAMBDA | TFA_WANT_MU |
-        TFA_WANT_P | TFA_WANT_POSES;
+    t->r.flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION | TFA_WANT_LAMBDA | TFA_WANT_MU |
+                 TFA_WANT_P | TFA_WANT_POSES;
     op_choose_method(c, &t->r);
 }
 

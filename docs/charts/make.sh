@@ -107,6 +107,7 @@ awk -v labels="$work/drift-labels" -f "$here/drift.awk" "$work/drift-arm/drift.c
     "$work/drift-thin/drift.csv" >"$work/drift-lines"
 gnuplot -e "data='$work/drift-lines'; labels='$work/drift-labels'; output='$docs/pictures/drift.svg'" \
     -e "note='$note'" "$here/drift.gp"
+sh "$here/singular.sh" "$tool" "$docs/pictures/singular.svg" "$work/singular"
 sh "$here/ellipsoid.sh" "$build/bin" "$docs/pictures/ellipsoid.svg" "$work/ellipsoid"
 gnuplot -e "chart='$work/mechanisms/chart.csv'; output='$docs/pictures/bodies.svg'" \
     "$here/bodies.gp"

@@ -104,6 +104,8 @@ def json_arrays(model_or_client, answer):
             value = [value[link] for link in model_or_client.links]
         elif key == "lost":
             value = [[r["singular_value"], r.get("given_up", 0), *r["direction"]] for r in value]
+            if not value:
+                continue
             value += [[0] * len(value[0])] * (6 - len(value))
         elif key == "energy":
             value = [value["kinetic"], value["potential"]]

@@ -55,11 +55,11 @@ static const struct {
     {"{" TASK "," Q ",\"rank_threshold\":\"1e-6\",\"acceleration\":{\"tool\":" SIX "}}",
      TFA_E_ARGUMENT, "rank_threshold: a string, must be a number"},
     {"{" TASK "," Q ",\"rank_threshold\":1,\"acceleration\":{\"tool\":" SIX "}}", TFA_E_ARGUMENT,
-     "rank_threshold: 1, must be above 0 and below 1: relative to the largest eigenvalue of "
-     "lambda_inv"},
+     "rank_threshold: 1, must be above 0 and below 1: relative to the sum of the eigenvalues "
+     "of lambda_inv"},
     {"{" TASK "," Q ",\"rank_threshold\":0,\"acceleration\":{\"tool\":" SIX "}}", TFA_E_ARGUMENT,
-     "rank_threshold: 0, must be above 0 and below 1: relative to the largest eigenvalue of "
-     "lambda_inv"},
+     "rank_threshold: 0, must be above 0 and below 1: relative to the sum of the eigenvalues "
+     "of lambda_inv"},
     {"{" TASK "," Q "}", TFA_E_ARGUMENT,
      "acceleration: missing; an object {tip: [6 numbers, of a point 3]}"},
     {"{" TASK "," Q ",\"acceleration\":" SIX "}", TFA_E_ARGUMENT,

@@ -347,7 +347,7 @@ uint32_t TFA_V(lambda_lost)(struct state *s, const num *x, double *out)
         const num rest = outside(s, in, v);
         for (uint32_t j = 0; j < n; j++)
             v[j] /= rest > 0 ? rest : num_of(1);
-        if (rest > num_of(TFA_RANK_ROUNDING(n)) * size) {
+        if (rest > num_of(0x1p-26) * size) { /* else half of the direction's digits are rounding */
             out = put_lost(s, num_of(0), rest, v, out);
             count++;
         }

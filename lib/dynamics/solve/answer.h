@@ -44,7 +44,7 @@ static inline int refined_is_better(double unrefined, double refined)
  * smaller relative to that, with the roundings of the difference. */
 static inline double estimate_in_world(double estimate, double boosted, double world)
 {
-    return world > 0 && world < boosted ? (estimate + 2 * ANSWER_EPSILON) * boosted / world
+    return world > 0 && world < boosted ? (estimate + 2 * (double)NUM_EPSILON) * boosted / world
                                         : estimate;
 }
 

@@ -40,8 +40,9 @@ static void describe(struct arm *a, uint64_t seed, double unit)
         a->links[k] = (tfa_link){.name = names[k], .mass = mass, .quat = {0, 0, 0, 1}};
         for (int e = 0; e < 3; e++) {
             a->links[k].com[e] = random_uniform(&s, -0.05, 0.05) / unit;
-            a->links[k].inertia[e == 0 ? 0 : e == 1 ? 3 : 5] =
-                mass * size * size * random_uniform(&s, 1, 1.4);
+            a->links[k].inertia[e == 0   ? 0
+                                : e == 1 ? 3
+                                         : 5] = mass * size * size * random_uniform(&s, 1, 1.4);
         }
     }
     for (uint32_t k = 0; k <= JOINTS; k++) {
@@ -86,14 +87,45 @@ static void pose(uint64_t seed, int singularity, double x, double q[JOINTS])
 /* ---- accuracy ---- */
 
 struct worst {
-    double lambda, in_roundings, p, condition;
+    double lambda, in_roundings, p, condition, inverted; /* inverted: of lambda_inv's inverse */
 };
+
+/* A <- A^-1 of a symmetric 6 x 6 A by Gauss and Jordan, in double */
+static void invert(double *A)
+{
+    for (int k = 0; k < 6; k++) {
+        const double pivot = A[7 * k];
+        A[7 * k] = 1;
+        for (int j = 0; j < 6; j++)
+            A[6 * k + j] /= pivot;
+        for (int i = 0; i < 6; i++) {
+            const double factor = A[6 * i + k];
+            if (i == k)
+                continue;
+            A[6 * i + k] = 0;
+            for (int j = 0; j < 6; j++)
+                A[6 * i + j] -= factor * A[6 * k + j];
+        }
+    }
+}
+
+/* |L - s->L| / |s->L| in the metric */
+static double error_of(const spectral *s, const spectral_metric *metric, const double *lambda)
+{
+    quad L[36], error = 0, size = 0;
+    spectral_lambda(metric, lambda, L);
+    for (int i = 0; i < 36; i++) {
+        error += (L[i] - s->L[i]) * (L[i] - s->L[i]);
+        size += s->L[i] * s->L[i];
+    }
+    return (double)quad_sqrt(error / size);
+}
 
 static void check_distance(struct arm *a, oracle *o, const double *q, struct worst *worst)
 {
     static spectral s;
-    double lambda[36], p[6];
-    quad J[36], A[36], L[36], h[6], x[6], F[6], error = 0, size = 0, p_error = 0, p_size = 0;
+    double lambda[36], lambda_inv[36], p[6];
+    quad J[36], A[36], h[6], x[6], F[6], p_error = 0, p_size = 0;
     tfa_rank rank;
     tfa_request r = {.op = TFA_OP_OPERATIONAL_INERTIA,
                      .flags = TFA_WANT_LAMBDA | TFA_WANT_P,
@@ -103,7 +135,7 @@ static void check_distance(struct arm *a, oracle *o, const double *q, struct wor
                      .tip_count = 1,
                      .tips = {TOOL},
                      .q = q};
-    tfa_reply reply = {.lambda = lambda, .p = p, .rank = &rank};
+    tfa_reply reply = {.lambda = lambda, .lambda_inv = lambda_inv, .p = p, .rank = &rank};
     const oracle_tips tips = {r.tips, 1, 6, r.frame};
     assert_int_equal(tfa_compute(a->w, &r, &reply), TFA_OK);
     const spectral_metric metric = {.tips = 1, .rows = 6, .length = rank.length};
@@ -115,7 +147,6 @@ static void check_distance(struct arm *a, oracle *o, const double *q, struct wor
     spectral_of(&s, A, 6, TFA_RANK_TRUNCATE, TFA_RANK_THRESHOLD(6));
     assert_int_equal(rank.rank, 6);
     assert_int_equal(s.rank, 6);
-    spectral_lambda(&metric, lambda, L);
     spectral_force(&metric, p, F);
     oracle_bias_force(o, h);
     oracle_accelerate(o, h);
@@ -126,17 +157,16 @@ static void check_distance(struct arm *a, oracle *o, const double *q, struct wor
     }
     for (int i = 0; i < 6; i++) {
         quad want = 0;
-        for (int j = 0; j < 6; j++) {
+        for (int j = 0; j < 6; j++)
             want += s.L[6 * i + j] * x[j];
-            error += (L[6 * i + j] - s.L[6 * i + j]) * (L[6 * i + j] - s.L[6 * i + j]);
-            size += s.L[6 * i + j] * s.L[6 * i + j];
-        }
         p_error += (F[i] - want) * (F[i] - want);
         p_size += want * want;
     }
-    const double relative = (double)quad_sqrt(error / size), root = sqrt((double)s.condition);
+    const double relative = error_of(&s, &metric, lambda), root = sqrt((double)s.condition);
     const double of_p = (double)quad_sqrt(p_error / p_size);
     assert_true(rank.error_estimate >= relative / 30 && rank.error_estimate >= of_p / 30);
+    invert(lambda_inv);
+    worst->inverted = fmax(worst->inverted, error_of(&s, &metric, lambda_inv));
     worst->lambda = fmax(worst->lambda, relative);
     worst->p = fmax(worst->p, of_p);
     worst->condition = fmax(worst->condition, root);
@@ -160,9 +190,11 @@ TEST(errors_grow_with_the_condition)
         release(&a);
     }
     for (int k = 0; k < 6; k++) {
-        print_message("  %.0e rad: lambda %.1e, p %.1e, condition of B %.1e, %.2g roundings\n",
-                      distances[k], worst[k].lambda, worst[k].p, worst[k].condition,
-                      worst[k].in_roundings);
+        print_message(
+            "  %.0e rad: condition of B %.0e, lambda %.0e (%.2g roundings), p %.0e; inverse "
+            "of lambda_inv %.0e\n",
+            distances[k], worst[k].condition, worst[k].lambda, worst[k].in_roundings, worst[k].p,
+            worst[k].inverted);
         assert_true(worst[k].in_roundings <= 30);
     }
 }

@@ -37,19 +37,25 @@ static void answer_motion(tfa_workspace *w, const struct call *c, uint32_t trait
     }
 }
 
+void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
+                    tfa_reply *reply)
+{
+    while (k < end) {
+        uint32_t done = 0, s = row;
+        while ((done = c->strategy[s]->run(w, c, k, end, reply)) == 0)
+            s++; /* the last row answers everything */
+        if (c->traits & TRAITS_MOTION & ~c->strategy[s]->motion)
+            answer_motion(w, c, ~c->strategy[s]->motion, k, done, reply);
+        k += done;
+    }
+}
+
 int tfa_compute_checked(tfa_workspace *workspace, const tfa_request *request, uint32_t first,
                         uint32_t end, tfa_reply *reply)
 {
     struct call call;
     tfa_call_init(&call, workspace, request);
-    for (uint32_t k = first; k < end;) {
-        uint32_t done = 0, s = 0;
-        while ((done = call.strategy[s]->run(workspace, &call, k, end, reply)) == 0)
-            s++; /* the last row answers everything */
-        if (call.traits & TRAITS_MOTION & ~call.strategy[s]->motion)
-            answer_motion(workspace, &call, ~call.strategy[s]->motion, k, done, reply);
-        k += done;
-    }
+    tfa_compute_by(workspace, &call, 0, first, end, reply);
     return reply->status;
 }
 

@@ -98,47 +98,76 @@ static int specialised_serves(const tfa_workspace *w, const struct call *c)
     return w->specialised->supports(&w->host, c->request);
 }
 
-/* In double precision: several states in lanes, or one. Returns how many have a finite answer. */
-static uint32_t solve_specialised(tfa_workspace *w, const tfa_request *r, uint32_t k, uint32_t left,
-                                  tfa_reply *reply)
+/* States of one run, as bits: with an answer, and with one in double that floats were asked for */
+struct solved {
+    uint32_t count, answered, in_double;
+};
+
+/* In double precision: several states in lanes, or one. Which of them makes no difference to the
+ * answers: one takes lanes where there is no other code, and the other way round. */
+static struct solved solve_specialised(tfa_workspace *w, const tfa_request *r, uint32_t k,
+                                       uint32_t left, tfa_reply *reply)
 {
     const struct tfa_specialised_kernel *s = w->specialised;
-    const uint32_t count = left < s->lanes ? left : s->lanes;
-    if (count >= TFA_BATCH_STATES_MIN && s->solve_batch(&w->host, r, k, count, reply))
-        return count;
-    return s->solve(&w->host, r, k, reply) ? 1 : 0;
+    struct solved x = {left < s->lanes ? left : s->lanes, TFA_SPECIALISED_NO_CODE, 0};
+    if (x.count >= TFA_BATCH_STATES_MIN)
+        x.answered = s->solve_batch(&w->host, r, k, x.count, reply);
+    if (x.answered != TFA_SPECIALISED_NO_CODE)
+        return x;
+    x.count = 1;
+    x.answered = s->solve(&w->host, r, k, reply);
+    if (x.answered == TFA_SPECIALISED_NO_CODE && s->lanes)
+        x.answered = s->solve_batch(&w->host, r, k, 1, reply);
+    return x;
 }
 
 /* The same in single precision, which has code for lanes only; with a tip in double if need be */
-static uint32_t solve_specialised_f32(tfa_workspace *w, const tfa_request *r, uint32_t k,
-                                      uint32_t left, tfa_reply *reply, tfa_answer *answer)
+static struct solved solve_specialised_f32(tfa_workspace *w, const tfa_request *r, uint32_t k,
+                                           uint32_t left, tfa_reply *reply)
 {
     const struct tfa_specialised_kernel *s = w->specialised;
-    const uint32_t count = left < s->lanes_f32 ? left : s->lanes_f32;
-    if (s->solve_batch_f32(&w->host, r, k, count, reply))
-        return count;
-    if (count > 1 && s->solve_batch_f32(&w->host, r, k, 1, reply))
-        return 1;
-    answer->flags |= TFA_ANSWER_RESIDUAL_PRECISION;
-    return r->tip_count && s->solve(&w->host, r, k, reply) ? 1 : 0;
+    struct solved x = {left < s->lanes_f32 ? left : s->lanes_f32, 0, 0};
+    x.answered = s->solve_batch_f32(&w->host, r, k, x.count, reply);
+    for (uint32_t l = 0; r->tip_count && l < x.count; l++)
+        if (!(x.answered >> l & 1) && s->solve(&w->host, r, k + l, reply) == 1)
+            x.in_double |= UINT32_C(1) << l;
+    return x;
 }
 
-/* Computes up to `lanes` states. Returns 0 if an answer is not finite or the sentinel trips: the
- * generic kernels answer and report the reason. */
+/* Of states from k on. Those without an answer go to the rows behind this one, which is the first;
+ * their neighbours do not, or bits would depend on them. */
+static void finish_specialised(tfa_workspace *w, const struct call *c, uint32_t k,
+                               const struct solved *x, tfa_reply *reply)
+{
+    const uint32_t answered = x->answered | x->in_double;
+    for (uint32_t l = 0, first = 0; l < x->count; first = l) {
+        while (l < x->count && !(answered >> l & 1))
+            l++;
+        tfa_compute_by(w, c, 1, k + first, k + l, reply);
+        for (; l < x->count && answered >> l & 1; l++) {
+            tfa_answer answer = no_estimate;
+            answer.method = (uint16_t)c->by.method;
+            if (x->in_double >> l & 1)
+                answer.flags = TFA_ANSWER_RESIDUAL_PRECISION;
+            tfa_finish_state(w, c, k + l, &answer, reply);
+        }
+    }
+}
+
+/* Computes up to `lanes` states. Those whose answer is not finite, or where the sentinel trips, are
+ * left to the generic kernels, which report the reason. */
 static uint32_t run_specialised(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                                 tfa_reply *reply)
 {
     const tfa_request *r = c->request;
     if (c->traits & TRAIT_TIPS && !reply->lambda_inv)
         return 0;
-    tfa_answer common = no_estimate;
-    common.method = (uint16_t)c->by.method;
-    const uint32_t count = w->precision == TFA_F32
-                               ? solve_specialised_f32(w, r, k, end - k, reply, &common)
-                               : solve_specialised(w, r, k, end - k, reply);
-    for (uint32_t l = 0; l < count; l++)
-        tfa_finish_state(w, c, k + l, &common, reply);
-    return count;
+    const struct solved x = w->precision == TFA_F32 ? solve_specialised_f32(w, r, k, end - k, reply)
+                                                    : solve_specialised(w, r, k, end - k, reply);
+    if (x.answered == TFA_SPECIALISED_NO_CODE && !x.in_double)
+        return 0;
+    finish_specialised(w, c, k, &x, reply);
+    return x.count;
 }
 
 /* ---- mixed: factors in one arithmetic, residuals in another ---- */

@@ -46,6 +46,10 @@ void tfa_call_init(struct call *call, const tfa_workspace *w, const tfa_request 
 struct tfa_resolved tfa_resolve_method(const tfa_workspace *w, const tfa_request *request,
                                        uint32_t traits);
 
+/* States k .. end - 1 of a call by its strategies from `row` on: compute.c */
+void tfa_compute_by(tfa_workspace *w, const struct call *c, uint32_t row, uint32_t k, uint32_t end,
+                    tfa_reply *reply);
+
 /* The runs of the rows, see strategies.c; mixed precision: mixed.c */
 uint32_t tfa_run_mixed(tfa_workspace *w, const struct call *c, uint32_t k, uint32_t end,
                        tfa_reply *reply);

@@ -13,7 +13,7 @@
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated
  * tables. */
-#define TFA_SPECIALISED_ABI 8u
+#define TFA_SPECIALISED_ABI 9u
 
 /* The symbol */
 #define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
@@ -34,6 +34,9 @@ struct tfa_host_api {
     double (*payload_bound)(const struct tfa_model *model, uint32_t count, const double *numbers);
 };
 
+/* For a request that a kernel has no code for, in place of states that have an answer */
+#define TFA_SPECIALISED_NO_CODE (UINT32_C(1) << 31)
+
 struct tfa_specialised_kernel {
     uint32_t abi; /* TFA_SPECIALISED_ABI; the fields up to `model` never move */
     uint32_t request_bytes, reply_bytes,
@@ -47,17 +50,19 @@ struct tfa_specialised_kernel {
     /* Is this checked request, by aba, rnea or propagation, one that the kernel answers? All states
      * of it are, or none. */
     int (*supports)(const struct tfa_host_api *host, const tfa_request *request);
-    /* State k of such a request into the reply's arrays. Returns whether all of the answer is
-     * finite; if not, nothing that was written counts. No allocation, no lock, no system call. */
-    int (*solve)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
-                 tfa_reply *reply);
-    /* States k .. k + count - 1, at most `lanes`. */
-    int (*solve_batch)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
-                       uint32_t count, tfa_reply *reply);
+    /* State k of such a request into the reply's arrays. Returns 1, or 0 where the answer is not
+     * finite or the sentinel trips: nothing that was written counts then. No allocation, no lock,
+     * no system call. */
+    uint32_t (*solve)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
+                      tfa_reply *reply);
+    /* States k .. k + count - 1, at most `lanes`: the same bits as `solve`. Returns a bit for each
+     * state, the lowest for k; bits from `count` on mean nothing. */
+    uint32_t (*solve_batch)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
+                            uint32_t count, tfa_reply *reply);
     /* The same in single precision, at most `lanes_f32`: also for one state. */
     int (*supports_f32)(const struct tfa_host_api *host, const tfa_request *request);
-    int (*solve_batch_f32)(const struct tfa_host_api *host, const tfa_request *request, uint32_t k,
-                           uint32_t count, tfa_reply *reply);
+    uint32_t (*solve_batch_f32)(const struct tfa_host_api *host, const tfa_request *request,
+                                uint32_t k, uint32_t count, tfa_reply *reply);
 };
 
 #endif

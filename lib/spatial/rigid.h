@@ -41,7 +41,7 @@ TFA_INLINE svec rigid_column_tz(const rigid *a)
  *   I <- I + 2 (g . r) 1 - g r^T - r g^T,  h <- h + m r */
 TFA_INLINE rigid rigid_shift(vec3 r, const rigid *a)
 {
-    const vec3 h = v3_add(a->h, v3_scale(r, a->m));
+    const vec3 h = v3_add_scaled(a->h, r, a->m);
     const vec3 g = v3_add(a->h, h); /* 2 g */
     const num half = num_of(0.5), x = g.x * r.x, y = g.y * r.y, z = g.z * r.z;
     return (rigid){a->m,

@@ -60,6 +60,12 @@ static inline svec sv_scale(svec a, num s)
     return (svec){v3_scale(a.w, s), v3_scale(a.v, s)};
 }
 
+/* a + b s */
+static inline svec sv_add_scaled(svec a, svec b, num s)
+{
+    return (svec){v3_add_scaled(a.w, b.w, s), v3_add_scaled(a.v, b.v, s)};
+}
+
 /* a in the lanes where m holds, b elsewhere */
 static inline svec sv_select(num_mask m, svec a, svec b)
 {
@@ -177,8 +183,9 @@ static inline sym6 s6_rigid(sym3 I, vec3 h, num m)
 /* The same times v: moment I w + h x v, force m v - h x w */
 static inline svec s6_rigid_mul(sym3 I, vec3 h, num m, svec v)
 {
+    const vec3 hw = v3_cross(h, v.w);
     return (svec){v3_add(s3_mul(I, v.w), v3_cross(h, v.v)),
-                  v3_sub(v3_scale(v.v, m), v3_cross(h, v.w))};
+                  {v.v.x * m - hw.x, v.v.y * m - hw.y, v.v.z * m - hw.z}};
 }
 
 TFA_INLINE void s6_add(sym6 *S, const sym6 *T)
@@ -231,8 +238,8 @@ TFA_INLINE sym6 s6_to_parent_zero_z(const xform *X, const sym6 *S)
 {
     const mat3 E = X->E;
     const vec3 ex = {E.xx, E.xy, E.xz}, ey = {E.yx, E.yy, E.yz};
-    const vec3 ax = v3_add(v3_scale(ex, S->A.xx), v3_scale(ey, S->A.xy));
-    const vec3 ay = v3_add(v3_scale(ex, S->A.xy), v3_scale(ey, S->A.yy));
+    const vec3 ax = v3_add_scaled(v3_scale(ex, S->A.xx), ey, S->A.xy);
+    const vec3 ay = v3_add_scaled(v3_scale(ex, S->A.xy), ey, S->A.yy);
     const vec3 bx = m3_tmul(E, v3(S->B.xx, S->B.xy, S->B.xz));
     const vec3 by = m3_tmul(E, v3(S->B.yx, S->B.yy, S->B.yz));
     const sym6 R = {

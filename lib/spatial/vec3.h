@@ -55,6 +55,12 @@ static inline vec3 v3_scale(vec3 a, num s)
     return (vec3){a.x * s, a.y * s, a.z * s};
 }
 
+/* a + b s; in one expression, so that kernels of one robot may fuse it */
+static inline vec3 v3_add_scaled(vec3 a, vec3 b, num s)
+{
+    return (vec3){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
+}
+
 static inline num v3_dot(vec3 a, vec3 b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;

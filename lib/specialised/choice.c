@@ -18,9 +18,9 @@
 #define UNROLLED_BODIES_MAX 40
 #define BATCH_TIPS_BODIES_MAX 16
 
-/* It is taken if it is faster by this and, with every tip, no less accurate: its error (root mean
- * square over the states, relative to quadruple precision) over that of articulated bodies, or over
- * that of rounding. */
+/* It is taken if it is faster by this (one state and batches: geometric mean) and, with every tip,
+ * no less accurate: its error (root mean square over the states, relative to quadruple precision)
+ * over that of articulated bodies, or over that of rounding. */
 #define FASTER 0.97
 #define LOSS_MAX 2
 #define ERROR_MIN(states) ((states) == BATCH_F32 ? 1e-7 : 2e-16)
@@ -133,12 +133,13 @@ static int run_states(struct self_test *t, const struct tfa_specialised_kernel *
     int answered = 1;
     for (uint32_t k = 0; k < count; k += lanes) {
         const uint32_t some = count - k < lanes ? count - k : lanes;
-        if (kinds[kind].states == ONE)
-            answered &= kernel->solve(&t->host, &t->request, k, &t->tested.reply) != 0;
-        else
-            answered &=
-                (kinds[kind].states == BATCH ? kernel->solve_batch : kernel->solve_batch_f32)(
-                    &t->host, &t->request, k, some, &t->tested.reply) != 0;
+        const uint32_t all = (UINT32_C(1) << some) - 1;
+        const uint32_t done =
+            kinds[kind].states == ONE
+                ? kernel->solve(&t->host, &t->request, k, &t->tested.reply)
+                : (kinds[kind].states == BATCH ? kernel->solve_batch : kernel->solve_batch_f32)(
+                      &t->host, &t->request, k, some, &t->tested.reply);
+        answered &= (done & all) == all;
     }
     return answered;
 }
@@ -163,9 +164,10 @@ static int is_answered(const struct self_test *t,
     return answered;
 }
 
-/* Least times of all rounds, in which the candidates take turns. Returns whether crba is faster. */
-static int is_faster(struct self_test *t, const struct tfa_specialised_kernel *const *kernel,
-                     int kind)
+/* Time by crba over that by aba: least times of all rounds, in which the candidates take turns. 1
+ * where there is no code. */
+static double time_ratio(struct self_test *t, const struct tfa_specialised_kernel *const *kernel,
+                         int kind)
 {
     double ns[ALGORITHMS] = {(double)INFINITY, (double)INFINITY};
     set_request(t, kinds[kind].op, kinds[kind].tips, t->model->body[t->model->bodies - 1].link);
@@ -175,7 +177,9 @@ static int is_faster(struct self_test *t, const struct tfa_specialised_kernel *c
             if (run_states(t, kernel[a], kind))
                 ns[a] = fmin(ns[a], now_ns() - start);
         }
-    return ns[ALGORITHM_CRBA] < FASTER * ns[ALGORITHM_ABA];
+    return isfinite(ns[ALGORITHM_CRBA]) && isfinite(ns[ALGORITHM_ABA])
+               ? ns[ALGORITHM_CRBA] / ns[ALGORITHM_ABA]
+               : 1;
 }
 
 /* ---- errors ---- */
@@ -218,6 +222,8 @@ static double loss_of(struct self_test *t, const struct tfa_specialised_kernel *
     const double least = ERROR_MIN(kinds[kind].states);
     struct errors e[ALGORITHMS];
     for (int a = 0; a < ALGORITHMS; a++) {
+        if (!lanes_of(kernel[a], kind))
+            return 0;
         if (!is_answered(t, kernel, kind) || !run_states(t, kernel[a], kind))
             return (double)INFINITY;
         e[a] = errors_of(t, kind);
@@ -246,13 +252,25 @@ static void measure_losses(struct self_test *t, tfa_workspace *exact,
 
 /* ---- choosing ---- */
 
+/* Of requests of two kinds together */
+static int is_crba_better(struct self_test *t, const struct tfa_specialised_kernel *const *kernel,
+                          int kind, int other, const double loss[CHOICES])
+{
+    return fmax(loss[kind], loss[other]) <= LOSS_MAX &&
+           time_ratio(t, kernel, kind) * time_ratio(t, kernel, other) < FASTER * FASTER;
+}
+
+/* In double one algorithm for a state alone and for batches: a state has the same bits in both. */
 static void choose(struct self_test *t, tfa_workspace *exact,
                    const struct tfa_specialised_kernel *const *kernel, uint8_t choice[CHOICES])
 {
     double loss[CHOICES] = {0};
     measure_losses(t, exact, kernel, loss);
-    for (int kind = 0; kind < CHOICES; kind++)
-        if (loss[kind] <= LOSS_MAX && is_faster(t, kernel, kind))
+    for (int kind = 0; kind < CHOICE_FORWARD_BATCH; kind++)
+        if (is_crba_better(t, kernel, kind, kind + CHOICE_FORWARD_BATCH, loss))
+            choice[kind] = choice[kind + CHOICE_FORWARD_BATCH] = ALGORITHM_CRBA;
+    for (int kind = CHOICE_FORWARD_BATCH_F32; kind < CHOICES; kind++)
+        if (is_crba_better(t, kernel, kind, kind, loss))
             choice[kind] = ALGORITHM_CRBA;
 }
 

@@ -186,12 +186,12 @@ static void run_kernel(struct self_test *t, const struct tfa_specialised_kernel 
         const uint32_t some = count - k < lanes ? count - k : lanes;
         tfa_reply reply = t->tested.reply;
         reply.answers = NULL;
-        const int finite = way == ALONE
-                               ? kernel->solve(&t->host, &t->request, k, &reply)
-                               : (way == BATCH ? kernel->solve_batch : kernel->solve_batch_f32)(
-                                     &t->host, &t->request, k, some, &reply);
+        const uint32_t answered =
+            way == ALONE ? kernel->solve(&t->host, &t->request, k, &reply)
+                         : (way == BATCH ? kernel->solve_batch : kernel->solve_batch_f32)(
+                               &t->host, &t->request, k, some, &reply);
         for (uint32_t l = 0; l < some; l++)
-            done[k + l] = finite != 0;
+            done[k + l] = answered >> l & 1;
         k += some;
     }
 }

@@ -14,6 +14,7 @@
 #include "kernels.h"
 #include "model/model.h"
 #include "models.h"
+#include "same_bits.h"
 #include "test.h"
 
 #define STATES 200
@@ -351,6 +352,7 @@ static void try_robot(test_robot *robot)
 {
     try_robot_in(robot, TFA_F64);
     try_robot_in(robot, TFA_F32);
+    assert_same_bits(robot->model, kernels_find(robot->model));
     robots++;
     kernels_found += is_ours(robot);
 }

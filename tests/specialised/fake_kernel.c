@@ -123,8 +123,8 @@ static double freedom(const double *array, uint32_t k, uint32_t v)
                  : 0;
 }
 
-static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                 tfa_reply *reply)
+static uint32_t solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                      tfa_reply *reply)
 {
     struct body all[ROBOT_BODIES] = {0};
     if (FAKE_KERNEL_FAULT == FAULT_NEVER_ANSWERS)
@@ -163,21 +163,21 @@ static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t
     return 1;
 }
 
-static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                       uint32_t count, tfa_reply *reply)
+static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                            uint32_t count, tfa_reply *reply)
 {
+    uint32_t done = 0;
     for (uint32_t l = 0; l < count; l++)
-        if (!solve(host, r, k + l, reply))
-            return 0;
+        done |= solve(host, r, k + l, reply) << l;
     if (FAKE_KERNEL_FAULT == FAULT_WRONG_SEVERAL)
         reply->tau[(size_t)ROBOT_V_COUNT * k] += 1;
-    return 1;
+    return done;
 }
 
-static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                           uint32_t count, tfa_reply *reply)
+static uint32_t solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                                uint32_t count, tfa_reply *reply)
 {
-    const int done = solve_batch(host, r, k, count, reply);
+    const uint32_t done = solve_batch(host, r, k, count, reply);
     if (FAKE_KERNEL_FAULT == FAULT_WRONG_FLOATS)
         reply->tau[(size_t)ROBOT_V_COUNT * (k + count - 1)] += 1;
     return done;

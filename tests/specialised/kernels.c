@@ -20,7 +20,7 @@ struct served {
     tfa_specialised *loaded;
     struct tfa_specialised_kernel table; /* what workspaces see */
     tfa_specialised shown;
-    uint64_t states;
+    _Atomic uint64_t states; /* threads of a pool count, too */
 };
 
 static struct served served[MOST];
@@ -36,31 +36,37 @@ static struct served *of(const tfa_model *model)
 
 /* ---- what counts ---- */
 
-static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                 tfa_reply *reply)
+static void count_states(struct served *s, uint32_t done, uint32_t some)
 {
-    struct served *s = of(host->model);
-    const int sound = s->loaded->kernel->solve(host, r, k, reply);
-    s->states += sound != 0;
-    return sound;
+    for (uint32_t l = 0; l < some; l++)
+        s->states += done >> l & 1;
 }
 
-static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                       uint32_t some, tfa_reply *reply)
+static uint32_t solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                      tfa_reply *reply)
 {
     struct served *s = of(host->model);
-    const int sound = s->loaded->kernel->solve_batch(host, r, k, some, reply);
-    s->states += sound ? some : 0;
-    return sound;
+    const uint32_t done = s->loaded->kernel->solve(host, r, k, reply);
+    count_states(s, done, 1);
+    return done;
 }
 
-static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                           uint32_t some, tfa_reply *reply)
+static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                            uint32_t some, tfa_reply *reply)
 {
     struct served *s = of(host->model);
-    const int sound = s->loaded->kernel->solve_batch_f32(host, r, k, some, reply);
-    s->states += sound ? some : 0;
-    return sound;
+    const uint32_t done = s->loaded->kernel->solve_batch(host, r, k, some, reply);
+    count_states(s, done, some);
+    return done;
+}
+
+static uint32_t solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                                uint32_t some, tfa_reply *reply)
+{
+    struct served *s = of(host->model);
+    const uint32_t done = s->loaded->kernel->solve_batch_f32(host, r, k, some, reply);
+    count_states(s, done, some);
+    return done;
 }
 
 uint64_t kernels_answered(void)

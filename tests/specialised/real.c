@@ -10,6 +10,7 @@
  */
 #include "bench.h"
 #include "models.h"
+#include "same_bits.h"
 #include "specialised/specialised_internal.h"
 #include "test.h"
 
@@ -325,6 +326,17 @@ TEST(arm)
 TEST(floating_quadruped)
 {
     ask_everything(QUADRUPED);
+}
+
+TEST(states_have_the_same_bits_alone_and_in_batches)
+{
+    for (enum robot robot = ARM; robot <= QUADRUPED; robot++) {
+        struct pair *p = calloc(1, sizeof *p);
+        open_pair(p, robot);
+        assert_same_bits(p->model, p->kernel);
+        close_pair(p);
+        free(p);
+    }
 }
 
 /* Does the kernel itself answer this, not the generic one? */

@@ -117,7 +117,7 @@ static inline void aba_backward_1dof(struct state *s, uint32_t i, const body_con
                 pa = sv_add(pa, s6_mul(&IA, s->c[i]));
                 u -= sv_dot(U, s->c[i]);
             }
-            pa = sv_add(pa, sv_scale(U, Dinv * u));
+            pa = sv_add_scaled(pa, U, Dinv * u);
             add_force_to_parent(s, i, force_to_parent(s, i, b, pa), flags);
         }
     }
@@ -183,7 +183,7 @@ static inline void aba_backward_nd(struct state *s, uint32_t i, const body_const
             }
             ldl_solve(w->L, b->n, u);
             for (uint32_t k = 0; k < b->n; k++)
-                pa = sv_add(pa, sv_scale(sv_from(w->U + 6 * k), u[k]));
+                pa = sv_add_scaled(pa, sv_from(w->U + 6 * k), u[k]);
             add_force_to_parent(s, i, force_to_parent(s, i, b, pa), flags);
         }
     }

@@ -26,7 +26,7 @@ static inline xform revolute_xform(mat3 T, vec3 r, num sine, num cosine)
 
 static inline xform prismatic_xform(mat3 T, vec3 r, num q)
 {
-    return (xform){T, v3_add(r, v3_scale(v3(T.zx, T.zy, T.zz), q))};
+    return (xform){T, v3_add_scaled(r, v3(T.zx, T.zy, T.zz), q)};
 }
 
 /* X = X_n .. X_1 of the parts, and H with the columns of all parts in the frame of the last one:

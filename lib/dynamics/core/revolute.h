@@ -37,7 +37,7 @@ TFA_INLINE sym6 revolute_project(const sym6 *IA, svec U, svec k)
 /* pA + U D^-1 u */
 TFA_INLINE svec revolute_force(svec pA, svec k, num u)
 {
-    return sv_add(pA, (svec){{k.w.x * u, k.w.y * u, u}, v3_scale(k.v, u)});
+    return sv_add_scaled(pA, (svec){{k.w.x, k.w.y, num_of(1)}, k.v}, u);
 }
 
 /* f + Ia c, where c.w.z and c.v.z are 0 */

@@ -9,26 +9,25 @@
 #include "dynamics/specialised/specialised_supports.h"
 #include "robot_choice.h"
 
-typedef int robot_solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                        uint32_t count, tfa_reply *reply);
+typedef uint32_t robot_solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                             uint32_t count, tfa_reply *reply);
 
 robot_solve ROBOT_FORWARD_ONE, ROBOT_INVERSE_ONE, ROBOT_LAMBDA_ONE, ROBOT_FORWARD_LAMBDA_ONE,
     ROBOT_FORWARD_PAYLOADS, ROBOT_INVERSE_PAYLOADS;
 
 /* Forward dynamics, then Lambda^-1: with branches in lanes less than one pass without */
-int tfa_robot_two_passes(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                         uint32_t count, tfa_reply *reply)
+uint32_t tfa_robot_two_passes(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                              uint32_t count, tfa_reply *reply)
 {
-    return ROBOT_FORWARD_ONE(host, r, k, count, reply) &&
-           ROBOT_LAMBDA_ONE(host, r, k, count, reply);
+    return ROBOT_FORWARD_ONE(host, r, k, count, reply) & ROBOT_LAMBDA_ONE(host, r, k, count, reply);
 }
 
 /* For requests that the robot has no code for */
-int tfa_robot_none(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                   uint32_t count, tfa_reply *reply)
+uint32_t tfa_robot_none(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                        uint32_t count, tfa_reply *reply)
 {
     (void)host, (void)r, (void)k, (void)count, (void)reply;
-    return 0;
+    return TFA_SPECIALISED_NO_CODE;
 }
 
 /* Functions of one number type: one state, or states in lanes */
@@ -36,8 +35,8 @@ struct solvers {
     robot_solve *forward, *inverse, *lambda, *forward_lambda, *forward_payloads, *inverse_payloads;
 };
 
-TFA_INLINE int solve_by(struct solvers by, const struct tfa_host_api *host, const tfa_request *r,
-                        uint32_t k, uint32_t count, tfa_reply *reply)
+TFA_INLINE uint32_t solve_by(struct solvers by, const struct tfa_host_api *host,
+                             const tfa_request *r, uint32_t k, uint32_t count, tfa_reply *reply)
 {
     const int forward = r->op == TFA_OP_FORWARD_DYNAMICS;
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)
@@ -49,8 +48,8 @@ TFA_INLINE int solve_by(struct solvers by, const struct tfa_host_api *host, cons
     return (r->tip_count ? by.forward_lambda : by.forward)(host, r, k, count, reply);
 }
 
-static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                 tfa_reply *reply)
+static uint32_t solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                      tfa_reply *reply)
 {
     const struct solvers one = {ROBOT_FORWARD_ONE,      ROBOT_INVERSE_ONE,
                                 ROBOT_LAMBDA_ONE,       ROBOT_FORWARD_LAMBDA_ONE,
@@ -62,8 +61,8 @@ static int solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t
 robot_solve ROBOT_FORWARD_BATCH, ROBOT_INVERSE_BATCH, ROBOT_LAMBDA_BATCH,
     ROBOT_FORWARD_LAMBDA_BATCH, ROBOT_FORWARD_BATCH_PAYLOADS, ROBOT_INVERSE_BATCH_PAYLOADS;
 
-static int solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                       uint32_t count, tfa_reply *reply)
+static uint32_t solve_batch(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                            uint32_t count, tfa_reply *reply)
 {
     const struct solvers batch = {ROBOT_FORWARD_BATCH,          ROBOT_INVERSE_BATCH,
                                   ROBOT_LAMBDA_BATCH,           ROBOT_FORWARD_LAMBDA_BATCH,
@@ -77,8 +76,8 @@ robot_solve ROBOT_FORWARD_BATCH_F32, ROBOT_INVERSE_BATCH_F32, ROBOT_LAMBDA_BATCH
     ROBOT_FORWARD_LAMBDA_BATCH_F32, ROBOT_FORWARD_BATCH_F32_PAYLOADS,
     ROBOT_INVERSE_BATCH_F32_PAYLOADS;
 
-static int solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                           uint32_t count, tfa_reply *reply)
+static uint32_t solve_batch_f32(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                                uint32_t count, tfa_reply *reply)
 {
     const struct solvers batch_f32 = {
         ROBOT_FORWARD_BATCH_F32,          ROBOT_INVERSE_BATCH_F32,

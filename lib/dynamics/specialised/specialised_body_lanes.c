@@ -27,8 +27,8 @@ wrench_forces(num x[ROBOT_UNIT_FREEDOMS], const struct robot_inputs *in,
 }
 
 robot_solve TFA_V(robot_forward);
-int TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                         uint32_t count, tfa_reply *reply)
+uint32_t TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                              uint32_t count, tfa_reply *reply)
 {
     return forward_dynamics(host, r, k, count, reply);
 }

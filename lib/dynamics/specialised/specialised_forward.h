@@ -8,16 +8,18 @@
 
 #include "algorithm.h" /* of the folder aba or crba */
 
-/* States k .. k + count - 1 of a request; returns whether the answer counts */
-typedef int robot_solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                        uint32_t count, tfa_reply *reply);
+/* States k .. k + count - 1 of a request; returns those whose answer counts, as bits */
+typedef uint32_t robot_solve(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                             uint32_t count, tfa_reply *reply);
 
 /* ---- inputs and outputs ---- */
 
-/* Left to a generic kernel, which estimates the error */
-TFA_INLINE int needs_generic_kernel(const struct state *s, const tfa_request *r)
+/* Without the states where the sentinel trips: a generic kernel estimates their error. */
+TFA_INLINE uint32_t answered_states(const struct state *s, const tfa_request *r, num_mask finite)
 {
-    return r->estimate != TFA_ESTIMATE_NEVER && sentinel_trips(s);
+    if (r->estimate != TFA_ESTIMATE_NEVER)
+        finite &= s->margin >= 0;
+    return states_of_mask(finite);
 }
 
 /* State k and those behind it; lanes that are left over repeat the last one */
@@ -96,9 +98,10 @@ TFA_INLINE void load_forward_inputs(struct robot_inputs *in, const struct tfa_ho
     leave_boost(in);
 }
 
-static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_host_api *host,
-                                                               const tfa_request *r, uint32_t k,
-                                                               uint32_t count, tfa_reply *reply)
+static __attribute__((flatten, noinline)) uint32_t forward_dynamics(const struct tfa_host_api *host,
+                                                                    const tfa_request *r,
+                                                                    uint32_t k, uint32_t count,
+                                                                    tfa_reply *reply)
 {
     const struct lane_states at = lanes_of_states(k, count);
     struct robot_inputs in;
@@ -110,7 +113,7 @@ static __attribute__((flatten, noinline)) int forward_dynamics(const struct tfa_
     solve_forward(&s, &factors, in.x, qdd);
     shift_accelerations(qdd, &in, -1);
     scatter_outputs(qdd, &at, reply->base_acceleration, reply->qdd);
-    return all_are_finite(qdd, ROBOT_UNIT_FREEDOMS) && !needs_generic_kernel(&s, r);
+    return answered_states(&s, r, finite_states(qdd, ROBOT_UNIT_FREEDOMS));
 }
 
 #endif

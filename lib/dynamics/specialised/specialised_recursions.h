@@ -23,14 +23,14 @@ TFA_INLINE int is_on_path(int32_t i, int32_t tip)
     return (int)(robot_path[tip][i / 64] >> (i % 64) & 1);
 }
 
-/* Answers of a singular robot are no numbers, or too large. */
-TFA_INLINE int all_are_finite(const num *x, size_t count)
+/* States whose numbers are finite: answers of a singular robot are none, or too large. */
+TFA_INLINE num_mask finite_states(const num *x, size_t count)
 {
     num_mask finite = num_is_moderate(x[0]);
 #pragma GCC unroll 64
     for (size_t k = 1; k < count; k++)
         finite &= num_is_moderate(x[k]);
-    return num_all(finite);
+    return finite;
 }
 
 #ifdef ROBOT_PAYLOADS

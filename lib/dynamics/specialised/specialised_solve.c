@@ -20,8 +20,8 @@
 
 #ifdef ROBOT_FORWARD_HERE
 robot_solve TFA_V(robot_forward);
-int TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                         uint32_t count, tfa_reply *reply)
+uint32_t TFA_V(robot_forward)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                              uint32_t count, tfa_reply *reply)
 {
     return forward_dynamics(host, r, k, count, reply);
 }
@@ -40,16 +40,17 @@ void tfa_robot_wrenches(const struct tfa_host_api *host, const tfa_request *r, u
 #endif
 
 #if defined ROBOT_INVERSE || defined ROBOT_PAYLOADS
-static __attribute__((flatten, noinline)) int inverse_dynamics(const struct tfa_host_api *host,
-                                                               const tfa_request *r, uint32_t k,
-                                                               uint32_t count, tfa_reply *reply)
+static __attribute__((flatten, noinline)) uint32_t inverse_dynamics(const struct tfa_host_api *host,
+                                                                    const tfa_request *r,
+                                                                    uint32_t k, uint32_t count,
+                                                                    tfa_reply *reply)
 {
     const struct lane_states at = lanes_of_states(k, count);
     struct robot_inputs in;
     struct state s;
     num tau[ROBOT_FREEDOMS];
     if (r->wrench_count && !ROBOT_HAS_INVERSE_WRENCHES)
-        return 0;
+        return TFA_SPECIALISED_NO_CODE;
     load_positions(&in, host, r, &at);
     gather_freedoms(in.qd, &at, r->base_twist, r->v);
     gather_freedoms(in.x, &at, r->base_acceleration, r->qdd);
@@ -61,12 +62,12 @@ static __attribute__((flatten, noinline)) int inverse_dynamics(const struct tfa_
     if (ROBOT_HAS_INVERSE_WRENCHES)
         add_wrenches(tau, -1, &in, host, r, &at);
     scatter_outputs(tau, &at, reply->base_wrench, reply->tau);
-    return all_are_finite(tau, ROBOT_FREEDOMS);
+    return states_of_mask(finite_states(tau, ROBOT_FREEDOMS));
 }
 
 robot_solve TFA_V(robot_inverse);
-int TFA_V(robot_inverse)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                         uint32_t count, tfa_reply *reply)
+uint32_t TFA_V(robot_inverse)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                              uint32_t count, tfa_reply *reply)
 {
     return inverse_dynamics(host, r, k, count, reply);
 }
@@ -74,16 +75,16 @@ int TFA_V(robot_inverse)(const struct tfa_host_api *host, const tfa_request *r, 
 
 #if !defined ROBOT_PAYLOADS && (NUM_LANES == 1 || ROBOT_HAS_BATCH_TIPS)
 robot_solve TFA_V(robot_lambda);
-int TFA_V(robot_lambda)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                        uint32_t count, tfa_reply *reply)
+uint32_t TFA_V(robot_lambda)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                             uint32_t count, tfa_reply *reply)
 {
     return lambda(host, r, k, count, reply);
 }
 
 #ifdef ROBOT_FORWARD_HERE
 robot_solve TFA_V(robot_forward_lambda);
-int TFA_V(robot_forward_lambda)(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                                uint32_t count, tfa_reply *reply)
+uint32_t TFA_V(robot_forward_lambda)(const struct tfa_host_api *host, const tfa_request *r,
+                                     uint32_t k, uint32_t count, tfa_reply *reply)
 {
     return forward_and_lambda(host, r, k, count, reply);
 }

@@ -59,17 +59,18 @@ TFA_INLINE struct wrench_columns unit_wrenches(const struct state *s, int32_t ti
 /* ---- output ---- */
 
 #if NUM_LANES > 1
-/* Returns whether all are finite. */
-TFA_INLINE int store_lambda(const struct mat6_simd *C, const struct lane_states *at, double *out)
+/* Returns the states whose entries are finite. */
+TFA_INLINE num_mask store_lambda(const struct mat6_simd *C, const struct lane_states *at,
+                                 double *out)
 {
     const num *entry = (const num *)C;
     scatter_numbers(entry, at, out, 36, 36);
-    return all_are_finite(entry, 36);
+    return finite_states(entry, 36);
 }
 #else
 typedef int64_t vector_bits __attribute__((vector_size(sizeof(num_vec))));
 
-/* As all_are_finite, of a matrix in vectors */
+/* As finite_states, of a matrix in vectors */
 TFA_INLINE int matrix_is_finite(const struct mat6_simd *C)
 {
     vector_bits too_large[VEC6_VECS] = {{0}};
@@ -82,7 +83,8 @@ TFA_INLINE int matrix_is_finite(const struct mat6_simd *C)
     return !any;
 }
 
-TFA_INLINE int store_lambda(const struct mat6_simd *C, const struct lane_states *at, double *out)
+TFA_INLINE num_mask store_lambda(const struct mat6_simd *C, const struct lane_states *at,
+                                 double *out)
 {
     out += (size_t)36 * at->lane[0];
     for (int e = 0; e < 6; e++)
@@ -117,8 +119,8 @@ TFA_INLINE void pose_tree(struct state *s, int32_t tip)
         break;
 
 /* Lambda^-1 alone, of a tip of this group, which is a body of the tips' tree */
-TFA_INLINE int lambda_of_group(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
-                               uint32_t count, int32_t group, tfa_reply *reply)
+TFA_INLINE uint32_t lambda_of_group(const struct tfa_host_api *host, const tfa_request *r,
+                                    uint32_t k, uint32_t count, int32_t group, tfa_reply *reply)
 {
     const struct lane_states at = lanes_of_states(k, count);
     const struct tfa_frame *f = &host->model->frame[r->tips[0]];
@@ -135,16 +137,16 @@ TFA_INLINE int lambda_of_group(const struct tfa_host_api *host, const tfa_reques
     default:
         return 0;
     }
-    return store_lambda(&C, &at, reply->lambda_inv) && !needs_generic_kernel(&s, r);
+    return answered_states(&s, r, store_lambda(&C, &at, reply->lambda_inv));
 }
 
 #define ROBOT_GROUP_CASE(i)                                                                        \
     case i:                                                                                        \
         return ROBOT_TIP_GROUP(i) == i ? lambda_of_group(host, r, k, count, i, reply) : 0;
 
-static __attribute__((flatten, noinline)) int lambda(const struct tfa_host_api *host,
-                                                     const tfa_request *r, uint32_t k,
-                                                     uint32_t count, tfa_reply *reply)
+static __attribute__((flatten, noinline)) uint32_t lambda(const struct tfa_host_api *host,
+                                                          const tfa_request *r, uint32_t k,
+                                                          uint32_t count, tfa_reply *reply)
 {
     const int32_t body = host->model->frame[r->tips[0]].body;
     if (body < 0)
@@ -164,9 +166,9 @@ static __attribute__((flatten, noinline)) int lambda(const struct tfa_host_api *
         break;
 
 /* Forward dynamics, and Lambda^-1 with the same factors */
-static __attribute__((flatten, noinline)) int forward_and_lambda(const struct tfa_host_api *host,
-                                                                 const tfa_request *r, uint32_t k,
-                                                                 uint32_t count, tfa_reply *reply)
+static __attribute__((flatten, noinline)) uint32_t
+forward_and_lambda(const struct tfa_host_api *host, const tfa_request *r, uint32_t k,
+                   uint32_t count, tfa_reply *reply)
 {
     const struct lane_states at = lanes_of_states(k, count);
     struct robot_inputs in;
@@ -185,8 +187,8 @@ static __attribute__((flatten, noinline)) int forward_and_lambda(const struct tf
     default:
         return 0;
     }
-    return all_are_finite(qdd, ROBOT_FREEDOMS) && !needs_generic_kernel(&s, r) &&
-           store_lambda(&C, &at, reply->lambda_inv);
+    return answered_states(
+        &s, r, store_lambda(&C, &at, reply->lambda_inv) & finite_states(qdd, ROBOT_FREEDOMS));
 }
 
 #endif

@@ -16,6 +16,21 @@ struct lane_states {
     uint32_t lane[NUM_LANES];
 };
 
+/* The states for which a condition holds, as bits */
+TFA_INLINE uint32_t states_of_mask(num_mask holds)
+{
+#if NUM_LANES == 1
+    return holds != 0;
+#else
+    uint32_t states = 0;
+    if (num_all(holds))
+        return (UINT32_C(1) << NUM_LANES) - 1;
+    for (uint32_t l = 0; l < NUM_LANES; l++)
+        states |= (uint32_t)(holds[l] & 1) << l;
+    return states;
+#endif
+}
+
 /* out[first] .. out[end - 1]: the same numbers of every state, `stride` each; NULL: zero */
 TFA_INLINE void gather_numbers(num *out, const struct lane_states *at, const double *array,
                                size_t stride, size_t first, size_t end)

@@ -12,6 +12,12 @@ struct lane_states {
     uint32_t lane[1];
 };
 
+/* 1 if a condition holds for all bodies of the state */
+TFA_INLINE uint32_t states_of_mask(num_mask holds)
+{
+    return num_all(holds) != 0;
+}
+
 /* Coordinate and freedom of the body in a lane, among those of the joints */
 #define ROBOT_Q_OF(l) robot_coordinate[robot_body[b->body[l]].q]
 #define ROBOT_V_OF(l) robot_freedom[robot_body[b->body[l]].v - ROBOT_BASE]

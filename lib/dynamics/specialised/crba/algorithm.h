@@ -115,12 +115,27 @@ struct body_motion {
     mat3 U;
 };
 
+/* Each number is one expression, in which products are fused. */
 TFA_INLINE mat3 point_acceleration(vec3 w, vec3 dw)
 {
-    const num xx = w.x * w.x, yy = w.y * w.y, zz = w.z * w.z;
-    const num xy = w.x * w.y, xz = w.x * w.z, yz = w.y * w.z;
-    return (mat3){-yy - zz,  xy - dw.z, xz + dw.y, xy + dw.z, -xx - zz,
-                  yz - dw.x, xz - dw.y, yz + dw.x, -xx - yy};
+    const num xx = w.x * w.x, yy = w.y * w.y;
+    return (mat3){-yy - w.z * w.z,  w.x * w.y - dw.z, w.x * w.z + dw.y,
+                  w.x * w.y + dw.z, -xx - w.z * w.z,  w.y * w.z - dw.x,
+                  w.x * w.z - dw.y, w.y * w.z + dw.x, -xx - w.y * w.y};
+}
+
+/* x + a x b and x + A v */
+TFA_INLINE vec3 add_cross(vec3 x, vec3 a, vec3 b)
+{
+    return (vec3){x.x + a.y * b.z - a.z * b.y, x.y + a.z * b.x - a.x * b.z,
+                  x.z + a.x * b.y - a.y * b.x};
+}
+
+TFA_INLINE vec3 add_product(vec3 x, mat3 A, vec3 v)
+{
+    return (vec3){x.x + A.xx * v.x + A.xy * v.y + A.xz * v.z,
+                  x.y + A.yx * v.x + A.yy * v.y + A.yz * v.z,
+                  x.z + A.zx * v.x + A.zy * v.y + A.zz * v.z};
 }
 
 /* E v: a vector in the axes of body i's parent */
@@ -144,13 +159,13 @@ TFA_INLINE struct body_motion body_motion_of(const struct state *s, uint32_t i,
     if (!root) {
         m.w = vector_to_child(s, i, parent->w);
         m.dw = vector_to_child(s, i, parent->dw);
-        m.a = vector_to_child(s, i, v3_add(parent->a, m3_mul(parent->U, s->X[i].r)));
+        m.a = vector_to_child(s, i, add_product(parent->a, parent->U, s->X[i].r));
     }
     if (is_revolute(b->kind)) {
         m.dw = v3_add(m.dw, v3(m.w.y * qd, -m.w.x * qd, o)); /* w x z qd */
         m.w.z += qd;
     } else { /* 2 w x z qd */
-        m.a = v3_add(m.a, v3_scale(v3(m.w.y * qd, -m.w.x * qd, o), num_of(2)));
+        m.a = v3_add_scaled(m.a, v3(m.w.y * qd, -m.w.x * qd, o), num_of(2));
     }
     m.U = point_acceleration(m.w, m.dw);
     return m;
@@ -162,9 +177,8 @@ TFA_INLINE svec body_force(const struct state *s, uint32_t i, const struct body_
     const body_constants *b = body_constants_of(s, i);
     const vec3 h = body_h(b);
     const sym3 I = body_I(b);
-    const vec3 moment = v3_add(s3_mul(I, m->dw), v3_cross(m->w, s3_mul(I, m->w)));
-    return (svec){v3_add(moment, v3_cross(h, m->a)),
-                  v3_add(v3_scale(m->a, body_mass(b)), m3_mul(m->U, h))};
+    const vec3 moment = add_cross(s3_mul(I, m->dw), m->w, s3_mul(I, m->w));
+    return (svec){add_cross(moment, h, m->a), v3_add_scaled(m3_mul(m->U, h), m->a, body_mass(b))};
 }
 
 #define ROBOT_BIAS_FORWARD(i)                                                                      \

@@ -73,7 +73,7 @@ static void put_joint(struct state *s, uint32_t i, uint32_t row)
     }
 }
 
-/* Calls with each body that supports a tip and its first row. Returns the number of rows. */
+/* Each body that supports a tip, and its first row */
 #define FOR_EACH_SUPPORT(s, i, row)                                                                \
     for (uint32_t at_ = 0, row = 0; at_ < (s)->spans; at_++)                                       \
         for (uint32_t i = (s)->span[at_].first; i < (s)->span[at_].end;                            \
@@ -84,10 +84,12 @@ static void articulated_rows(struct state *s, tfa_reference_frame frame)
 {
     propagate_tips(s, frame);
     s->tip_freedoms = 0;
-    FOR_EACH_SUPPORT(s, i, row)
-    s->tip_freedoms += s->body[i].n;
-    FOR_EACH_SUPPORT(s, i, row)
-    put_joint(s, i, row);
+    FOR_EACH_SUPPORT(s, i, row) {
+        s->tip_freedoms = row + s->body[i].n;
+    }
+    FOR_EACH_SUPPORT(s, i, row) {
+        put_joint(s, i, row);
+    }
 }
 
 /* u = tau - H^T pA of the inward pass */

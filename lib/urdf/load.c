@@ -128,6 +128,7 @@ int tfa_urdf_read(const char *name, char **text, size_t *length, tfa_report *rep
     if (file >= 0)
         close(file);
     if (status == TFA_OK) {
+        (*text)[*length] = '\0';
         tfa_report_set_file(report, path);
         return TFA_OK;
     }

@@ -42,15 +42,21 @@ static double joint_travel(uint8_t kind)
     return is_revolute(kind) ? 0 : JOINT_TRAVEL;
 }
 
-/* Largest distance between the origins of the parent's frame and the body's */
-static double reach(const struct tfa_model *m, const struct tfa_body *b)
+/* Largest distance between the origins of the parent's frame and the body's, joints that slide no
+ * farther than this share of their travel */
+static double distance(const struct tfa_model *m, const struct tfa_body *b, double travel)
 {
     if (!is_fused(b->kind))
-        return norm(b->r, 3) + joint_travel(b->kind);
+        return norm(b->r, 3) + travel * joint_travel(b->kind);
     double sum = 0;
     for (uint32_t k = 0; k < b->n; k++)
-        sum += norm(m->part[b->part + k].r, 3) + joint_travel(m->part[b->part + k].kind);
+        sum += norm(m->part[b->part + k].r, 3) + travel * joint_travel(m->part[b->part + k].kind);
     return sum;
+}
+
+static double reach(const struct tfa_model *m, const struct tfa_body *b)
+{
+    return distance(m, b, 1);
 }
 
 /* Largest distance of the body's origin from the axis z of its parent */
@@ -82,18 +88,15 @@ static void bound_freedoms(const struct tfa_model *m, struct tfa_body *b, struct
     }
 }
 
+static struct tfa_moments *moments_at(struct tfa_moments *scratch, size_t stride, uint32_t body)
+{
+    return (struct tfa_moments *)((char *)scratch + body * stride);
+}
+
 /* ---- characteristic length ---- */
 
 /* Share of the longest path */
 #define LENGTH_SHARE 0.25
-
-static double offset(const struct tfa_model *m, const struct tfa_body *b)
-{
-    double sum = is_fused(b->kind) ? 0 : norm(b->r, 3);
-    for (uint32_t k = 0; is_fused(b->kind) && k < b->n; k++)
-        sum += norm(m->part[b->part + k].r, 3);
-    return sum;
-}
 
 /* A quarter of the longest way from a root along joints to a centre of mass, at any q. It has the
  * unit of the model, so that nothing depends on it. 1 where there is no way. */
@@ -103,10 +106,10 @@ static double characteristic_length(const struct tfa_model *m, const struct tfa_
     double longest = 0;
     for (uint32_t i = 0; i < m->bodies; i++) {
         const struct tfa_body *b = &body[i];
-        double *const path = &((struct tfa_moments *)((char *)scratch + i * stride))->first;
-        *path = offset(m, b);
+        double *const path = &moments_at(scratch, stride, i)->first;
+        *path = distance(m, b, 0);
         if (b->parent >= 0)
-            *path += ((struct tfa_moments *)((char *)scratch + (size_t)b->parent * stride))->first;
+            *path += moments_at(scratch, stride, (uint32_t)b->parent)->first;
         longest = fmax(longest, *path + (b->mass > 0 ? norm(b->h, 3) / b->mass : 0));
     }
     return longest > 0 ? LENGTH_SHARE * longest : 1;
@@ -118,18 +121,17 @@ void tfa_inertia_bounds(struct tfa_model *m, struct tfa_body *body, struct tfa_m
     m->reach = 0;
     m->length = characteristic_length(m, body, scratch, stride);
     for (uint32_t i = 0; i < m->bodies; i++) {
-        struct tfa_moments *s = (struct tfa_moments *)((char *)scratch + i * stride);
+        struct tfa_moments *s = moments_at(scratch, stride, i);
         *s = moments_of(&body[i]);
         m->reach += reach(m, &body[i]);
     }
     for (uint32_t i = m->bodies; i-- > 0;) {
         struct tfa_body *b = &body[i];
-        const struct tfa_moments *s = (struct tfa_moments *)((char *)scratch + i * stride);
+        const struct tfa_moments *s = moments_at(scratch, stride, i);
         bound_freedoms(m, b, *s);
         if (b->parent < 0)
             continue;
-        struct tfa_moments *parent =
-            (struct tfa_moments *)((char *)scratch + (size_t)b->parent * stride);
+        struct tfa_moments *parent = moments_at(scratch, stride, (uint32_t)b->parent);
         parent->about_z += shifted(*s, reach_from_axis(m, b)).second;
         add(parent, shifted(*s, reach(m, b)));
     }

@@ -11,6 +11,14 @@
 
 #include "spatial/num.h"
 
+static inline num dense_dot(const num *x, const num *y, size_t n)
+{
+    num sum = num_of(0);
+    for (size_t j = 0; j < n; j++)
+        sum += x[j] * y[j];
+    return sum;
+}
+
 /* A = L D L^T in place: L below the diagonal (unit), 1/D on it. */
 static inline void ldl_factor_rows(num *A, int n, size_t stride)
 {
@@ -29,12 +37,18 @@ static inline void ldl_factor_rows(num *A, int n, size_t stride)
     }
 }
 
-/* x <- A^-1 x with those factors */
-static inline void ldl_solve_rows(const num *L, int n, size_t stride, num *x)
+/* x <- L^-1 x with those factors */
+static inline void ldl_lower_rows(const num *L, int n, size_t stride, num *x)
 {
     for (int i = 1; i < n; i++)
         for (int k = 0; k < i; k++)
             x[i] -= L[stride * (size_t)i + (size_t)k] * x[k];
+}
+
+/* x <- A^-1 x */
+static inline void ldl_solve_rows(const num *L, int n, size_t stride, num *x)
+{
+    ldl_lower_rows(L, n, stride, x);
     for (int i = 0; i < n; i++)
         x[i] *= L[stride * (size_t)i + (size_t)i];
     for (int i = n - 2; i >= 0; i--)

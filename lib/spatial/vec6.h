@@ -440,4 +440,12 @@ static inline void mat6_simd_add_tmul(struct mat6_simd *C, const struct wrench_c
         mat6_simd_add_outer(C, &P->at[k], &Q->at[k]);
 }
 
+/* x <- L^-1 x with the factors of ldl_factor */
+static inline void vec6_ldl_lower(const num *L, uint32_t n, vec6 *x)
+{
+    for (uint32_t i = 1; i < n; i++)
+        for (uint32_t k = 0; k < i; k++)
+            x[i] = vec6_sub_scaled(x[i], L[6 * i + k], x[k]);
+}
+
 #endif

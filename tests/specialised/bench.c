@@ -9,6 +9,7 @@
 #include "support/wait.h"
 #include "test.h"
 
+#include <math.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -123,4 +124,21 @@ void bench_assert_error_text(const bench *b, const char *text)
 {
     if (!strstr(b->error_text, text))
         fail_msg("'%s' is not in the reason: %s", text, b->error_text);
+}
+
+double bench_number(size_t k)
+{
+    const double x = sin(12.9898 * (double)k + 4.1) * 43758.5453;
+    return (float)(2 * (x - floor(x)) - 1);
+}
+
+void bench_pose(size_t k, double pose[7])
+{
+    double norm = 0;
+    for (size_t e = 0; e < 7; e++)
+        pose[e] = bench_number(7 * k + e + 555) + (e == 6);
+    for (size_t e = 3; e < 7; e++)
+        norm += pose[e] * pose[e];
+    for (size_t e = 3; e < 7; e++)
+        pose[e] /= sqrt(norm);
 }

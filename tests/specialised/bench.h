@@ -33,6 +33,11 @@ int bench_load(bench *b, const char *path);
 /** Fails unless the last reason holds `text`. */
 void bench_assert_error_text(const bench *b, const char *text);
 
+/** Some number in -1 .. 1 for each index; floats hold it. */
+double bench_number(size_t k);
+/** Some pose for each index. */
+void bench_pose(size_t k, double pose[7]);
+
 /** All of a file, malloc; and back. */
 char *bench_read(const char *path, size_t *size);
 void bench_write(const char *path, const void *bytes, size_t size);

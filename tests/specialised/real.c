@@ -41,34 +41,19 @@ struct pair {
     struct kernel_inputs out[2];
 };
 
-/* Some number in -1 .. 1 for each index */
-static double some(int k)
-{
-    const double x = sin(12.9898 * k + 4.1) * 43758.5453;
-    return 2 * (x - floor(x)) - 1;
-}
-
 static void fill(struct asked *in)
 {
-    for (int k = 0; k < STATES * 32; k++) {
-        in->q[k] = 2.5 * some(k);
-        in->v[k] = 2 * some(k + 7001);
-        in->tau[k] = 9 * some(k + 31337);
+    for (size_t k = 0; k < STATES * 32; k++) {
+        in->q[k] = 2.5 * bench_number(k);
+        in->v[k] = 2 * bench_number(k + 7001);
+        in->tau[k] = 9 * bench_number(k + 31337);
     }
-    for (int k = 0; k < STATES * 6; k++)
-        in->twist[k] = some(k + 99);
-    for (int k = 0; k < STATES * 12; k++)
-        in->wrench[k] = 20 * some(k + 777);
-    for (int k = 0; k < STATES; k++) {
-        double *p = &in->pose[7 * k], norm = 0;
-        for (int e = 0; e < 7; e++)
-            p[e] = some(7 * k + e + 555) + (e == 6);
-        for (int e = 3; e < 7; e++)
-            norm += p[e] * p[e];
-        norm = sqrt(norm);
-        for (int e = 3; e < 7; e++)
-            p[e] /= norm;
-    }
+    for (size_t k = 0; k < STATES * 6; k++)
+        in->twist[k] = bench_number(k + 99);
+    for (size_t k = 0; k < STATES * 12; k++)
+        in->wrench[k] = 20 * bench_number(k + 777);
+    for (size_t k = 0; k < STATES; k++)
+        bench_pose(k, &in->pose[7 * k]);
 }
 
 /* Kernels of the two robots, each built when it is asked for first */

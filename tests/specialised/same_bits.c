@@ -5,6 +5,7 @@
  */
 #include "same_bits.h"
 
+#include "bench.h"
 #include "model/model.h"
 #include "models.h"
 #include "test.h"
@@ -160,33 +161,19 @@ static void ask_kind(struct subject *s, const struct kind *kind, uint32_t frame,
     }
 }
 
-/* Some number in -1 .. 1 for each index; floats hold it */
-static double some(size_t k)
-{
-    const double x = sin(12.9898 * (double)k + 4.1) * 43758.5453;
-    return (float)(2 * (x - floor(x)) - 1);
-}
-
 static void fill(struct subject *s)
 {
     for (size_t k = 0; k < STATES * FREEDOMS; k++) {
-        s->q[k] = 2.5 * some(k);
-        s->v[k] = 2 * some(k + 7001);
-        s->x[k] = 9 * some(k + 31337);
+        s->q[k] = 2.5 * bench_number(k);
+        s->v[k] = 2 * bench_number(k + 7001);
+        s->x[k] = 9 * bench_number(k + 31337);
     }
     for (size_t k = 0; k < STATES * 6; k++) {
-        s->six[k] = some(k + 99);
-        s->wrenches[k] = 20 * some(k + 777);
+        s->six[k] = bench_number(k + 99);
+        s->wrenches[k] = 20 * bench_number(k + 777);
     }
-    for (size_t k = 0; k < STATES; k++) {
-        double *p = &s->pose[7 * k], norm = 0;
-        for (size_t e = 0; e < 7; e++)
-            p[e] = some(7 * k + e + 555) + (e == 6);
-        for (size_t e = 3; e < 7; e++)
-            norm += p[e] * p[e];
-        for (size_t e = 3; e < 7; e++)
-            p[e] /= sqrt(norm);
-    }
+    for (size_t k = 0; k < STATES; k++)
+        bench_pose(k, &s->pose[7 * k]);
     s->v[FAILED * tfa_model_v_count(s->model)] = 1e160; /* its square is not finite */
     s->pose[7 * FAILED] = 1e200;
 }

@@ -147,7 +147,9 @@ int jsonl_point_reply(jsonl_reader *r, tfa_reply *reply)
     if (r->request->flags & TFA_WANT_SPECTRUM)
         reply->spectrum = &b->spectrum;
     if (r->request->op == TFA_OP_TASK_TORQUES ||
-        r->request->flags & (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P))
-        reply->rank = &b->rank, reply->lost = b->lost;
+        r->request->flags & (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)) {
+        reply->rank = &b->rank;
+        reply->lost = b->lost;
+    }
     return TFA_OK;
 }

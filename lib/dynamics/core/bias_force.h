@@ -12,8 +12,8 @@
 
 /* RNEA at rest */
 void TFA_V(gravity_force)(struct state *s, num *out);
-/* RNEA without gravity and wrenches: Coriolis and centrifugal forces, of a boosted state at rest of
- * its qdd, not at that of the world */
+/* RNEA without gravity and wrenches: Coriolis and centrifugal forces; of a boosted state those in
+ * its own frame (load.h) */
 void TFA_V(velocity_force)(struct state *s, num *out);
 /* damping times velocity */
 void TFA_V(damping_force)(const struct state *s, num *out);

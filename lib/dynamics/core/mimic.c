@@ -14,7 +14,7 @@ uint32_t TFA_V(reduced_freedom)(const struct tfa_model *m, uint32_t j, num *mult
 }
 
 /* T^T M T from the entries of M, and its factors. A locked freedom couples with nothing: its row is
- * that of the identity, and forces on it are left out by who asks. */
+ * that of the identity; callers leave out the forces on it. */
 void TFA_V(reduced_factor)(struct state *s)
 {
     const struct tfa_model *m = s->m;
@@ -27,7 +27,8 @@ void TFA_V(reduced_factor)(struct state *s)
             const size_t a = TFA_V(reduced_freedom)(m, j, &left),
                          b = TFA_V(reduced_freedom)(m, (uint32_t)i, &right);
             if (s->lock[j] || s->lock[i]) {
-                s->Mr[a * n + a] = num_select(num_of(s->lock[j]) > 0, num_of(1), s->Mr[a * n + a]);
+                if (s->lock[j])
+                    s->Mr[a * n + a] = num_of(1);
                 continue;
             }
             const num x = left * right * s->M[m->dof_row[j] + m->dof_depth[i]];

@@ -234,3 +234,17 @@ void TFA_V(tip_jacobian_tmul)(const struct state *s, const struct tip *t, const 
             tau[first + j] += sv_dot(motion_simd_store(joint_axis_at_point(s, i, j, t->p)), f);
     }
 }
+
+void TFA_V(tips_jacobian_tmul)(struct state *s, tfa_reference_frame frame, const num *F, num *tau)
+{
+    for (uint32_t j = 0; j < s->freedoms; j++)
+        tau[j] = num_of(0);
+    for (uint32_t t = 0; t < s->tips; t++) {
+        struct tip at;
+        num wrench[6] = {num_of(0), num_of(0), num_of(0), num_of(0), num_of(0), num_of(0)};
+        TFA_V(tip_locate)(s, t, frame, &at);
+        for (uint32_t e = 0; e < s->tip_rows; e++)
+            wrench[e] = F[s->tip_rows * t + e];
+        TFA_V(tip_jacobian_tmul)(s, &at, wrench, tau);
+    }
+}

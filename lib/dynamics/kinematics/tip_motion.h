@@ -54,6 +54,9 @@ void TFA_V(tip_jacobian_mul)(const struct state *s, const struct tip *t, const n
 /* tau += J^T F, inner freedoms */
 void TFA_V(tip_jacobian_tmul)(const struct state *s, const struct tip *t, const num F[6], num *tau);
 
+/* tau = J^T F of all tips; F has s->tip_rows numbers for each. */
+void TFA_V(tips_jacobian_tmul)(struct state *s, tfa_reference_frame frame, const num *F, num *tau);
+
 /* The first `rows` rows of J into rows of `stride` doubles that are zero: public columns. In the
  * same pass the velocity, unless `motion` is NULL. Returns 1 when all columns are finite. */
 int TFA_V(tip_jacobian)(const struct state *s, const struct tip *t, uint32_t rows, double *J,

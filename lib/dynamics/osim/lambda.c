@@ -128,13 +128,18 @@ void TFA_V(lambda_mirror)(struct state *s)
             s->lambda[i * n + j] = s->lambda[j * n + i];
 }
 
+void TFA_V(support_clear)(struct state *s)
+{
+    for (uint32_t k = 0; k < s->spans; k++)
+        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
+            s->support[i] = 0;
+}
+
 void TFA_V(lambda_clear)(struct state *s)
 {
     for (size_t k = 0; k < (size_t)36 * s->tips * s->tips; k++)
         s->lambda[k] = num_of(0);
-    for (uint32_t k = 0; k < s->spans; k++)
-        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            s->support[i] = 0;
+    TFA_V(support_clear)(s);
 }
 
 void TFA_V(lambda_put)(struct state *s, uint32_t t, uint32_t u, const struct mat6_simd *C)

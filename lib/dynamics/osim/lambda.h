@@ -112,6 +112,9 @@ void TFA_V(tip_through_joint)(struct state *s, uint32_t t, struct tip_wrenches *
 void TFA_V(tips_through_segment)(struct state *s, uint32_t tips, struct tip_wrenches *w,
                                  const num *A, const num *C);
 
+/* No body supports a tip. */
+void TFA_V(support_clear)(struct state *s);
+
 /* Lambda^-1 = 0, no body supports a tip. */
 void TFA_V(lambda_clear)(struct state *s);
 

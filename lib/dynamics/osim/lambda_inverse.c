@@ -9,20 +9,7 @@
 
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/osim/rank_revealing.h"
-#include "dynamics/osim/tip_rows.h"
-
-static uint32_t size_of(const struct state *s)
-{
-    return s->tip_rows * s->tips;
-}
-
-static num dot(const num *x, const num *y, uint32_t n)
-{
-    num sum = num_of(0);
-    for (uint32_t j = 0; j < n; j++)
-        sum += x[j] * y[j];
-    return sum;
-}
+#include "spatial/dense.h"
 
 /* ---- the metric ---- */
 
@@ -107,11 +94,11 @@ static num trace_of_lambda(struct state *s, uint32_t n)
 /* Gains of the singular directions by the policy. Returns how many are inverted. */
 static uint32_t choose_gains(struct state *s, tfa_rank_loss policy, num threshold)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     uint32_t regular = 0;
     for (uint32_t k = 0; k < s->tip_rank; k++) {
         const num *v = s->direction + (size_t)n * k;
-        const num d = s->eigenvalue[k] = dot(v, v, n);
+        const num d = s->eigenvalue[k] = dense_dot(v, v, n);
         const int inverted = d > threshold;
         regular += inverted ? 1u : 0;
         s->gain[k] = inverted                  ? 1 / d
@@ -130,8 +117,6 @@ static num trace_of_inverse(const struct state *s)
     return sum;
 }
 
-/* ---- error ---- */
-
 /* Rounding of B by these recursions, in units of eps times its condition
  * (tests/dynamics/operational/lambda.c measures 4). A damped direction counts as one at the
  * threshold. */
@@ -144,8 +129,6 @@ static double rounding_of(const struct state *s, num trace, num inverse_trace)
     return ROUNDINGS *
            (double)(NUM_EPSILON * num_sqrt(trace / (damped ? s->tip_threshold : least)));
 }
-
-/* ---- all of it ---- */
 
 static tfa_rank_loss policy_of(const tfa_request *r)
 {
@@ -161,12 +144,12 @@ static double default_threshold(tfa_rank_loss policy, uint32_t n)
 
 int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, tfa_rank *rank)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     const tfa_rank_loss policy = policy_of(r);
     s->tip_length = num_of(r->characteristic_length ? *r->characteristic_length : s->m->length);
     find_arms(s, r);
     TFA_V(tip_rows)(s, tip_metric_frame(r));
-    const num trace = dot(s->phi, s->phi, n * s->tip_freedoms);
+    const num trace = dense_dot(s->phi, s->phi, n * s->tip_freedoms);
     if (!(trace - trace == 0))
         return 0;
     s->tip_rank = TFA_V(pivoted_gram_schmidt)(s->phi, s->tip_freedoms, n,
@@ -197,10 +180,10 @@ int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, 
 
 /* ---- products ---- */
 
-/* y <- S^-1 U^-T y, then lambda_back: Lambda y by triangular factors */
+/* s->coefficient = S^-1 U^-T x */
 static void forward_substitute(struct state *s, const num *x)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     num *a = s->coefficient;
     for (uint32_t k = 0; k < n; k++) {
         a[k] = x[s->pivot[k]];
@@ -214,7 +197,7 @@ static void forward_substitute(struct state *s, const num *x)
 /* y = U^-1 s->coefficient */
 static void back_substitute(const struct state *s, num *y)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     for (uint32_t k = n; k-- > 0;) {
         num sum = s->coefficient[k];
         for (uint32_t j = k + 1; j < n; j++)
@@ -226,7 +209,7 @@ static void back_substitute(const struct state *s, num *y)
 /* y = V a, the coefficients a counting for directions times singular values */
 static void add_directions(const struct state *s, num *y)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     for (uint32_t j = 0; j < n; j++)
         y[j] = num_of(0);
     for (uint32_t k = 0; k < s->tip_rank; k++)
@@ -236,12 +219,12 @@ static void add_directions(const struct state *s, num *y)
 
 void TFA_V(lambda_mul)(struct state *s, const num *x, num *y)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     to_metric(s, x, y);
     if (s->spectral) {
         for (uint32_t k = 0; k < s->tip_rank; k++)
             s->coefficient[k] =
-                s->gain[k] / s->eigenvalue[k] * dot(s->direction + (size_t)n * k, y, n);
+                s->gain[k] / s->eigenvalue[k] * dense_dot(s->direction + (size_t)n * k, y, n);
         add_directions(s, y);
     } else {
         forward_substitute(s, y);
@@ -259,7 +242,7 @@ void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
     TFA_V(force_rows)(s, tau, z);
     for (uint32_t k = 0; k < s->tip_rank; k++) {
         const num *q = s->phi + (size_t)rows * s->pivot[k];
-        a[k] = dot(q, z, rows) / s->pivot_square[k];
+        a[k] = dense_dot(q, z, rows) / s->pivot_square[k];
         for (uint32_t i = 0; i < rows; i++)
             z[i] -= a[k] * q[i];
     }
@@ -267,7 +250,7 @@ void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
         for (uint32_t k = 0; k < s->tip_rank; k++)
             z[k] = a[k] * num_sqrt(s->pivot_square[k]);
         for (uint32_t k = 0; k < s->tip_rank; k++)
-            a[k] = s->gain[k] * dot(s->triangle + (size_t)s->tip_rank * k, z, s->tip_rank);
+            a[k] = s->gain[k] * dense_dot(s->triangle + (size_t)s->tip_rank * k, z, s->tip_rank);
         add_directions(s, y);
     } else {
         back_substitute(s, y);
@@ -277,7 +260,7 @@ void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
 
 int TFA_V(lambda_dense)(struct state *s, double *out)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     num *unit = s->task + 2 * (size_t)n, *y = s->task + 3 * (size_t)n;
     double nonfinite = 0;
     for (uint32_t j = 0; j < n; j++)
@@ -300,7 +283,7 @@ int TFA_V(lambda_dense)(struct state *s, double *out)
 /* Row of the reply: singular value, acceleration given up along the direction, direction */
 static double *put_lost(const struct state *s, num sigma, num given_up, num *v, double *out)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     direction_of(s, v);
     out[0] = (double)sigma;
     out[1] = (double)given_up;
@@ -324,25 +307,25 @@ static int32_t next_lost(const struct state *s, num last)
 /* What is left of x beside all directions of B, which the tips cannot follow at all */
 static num outside(const struct state *s, const num *x, num *rest)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     for (uint32_t j = 0; j < n; j++)
         rest[j] = x[j];
     for (uint32_t k = 0; k < s->tip_rank; k++) {
         const num *v = s->direction + (size_t)n * k;
-        const num a = dot(v, rest, n) / s->eigenvalue[k];
+        const num a = dense_dot(v, rest, n) / s->eigenvalue[k];
         for (uint32_t j = 0; j < n; j++)
             rest[j] -= a * v[j];
     }
-    return num_sqrt(dot(rest, rest, n));
+    return num_sqrt(dense_dot(rest, rest, n));
 }
 
-uint32_t TFA_V(lambda_lost)(struct state *s, const num *x, double *out)
+void TFA_V(lambda_lost)(struct state *s, const num *x, double *out)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     num *in = s->task + 2 * (size_t)n, *v = s->task + 3 * (size_t)n;
     uint32_t count = 0;
     to_metric(s, x, in);
-    const num size = num_sqrt(dot(in, in, n));
+    const num size = num_sqrt(dense_dot(in, in, n));
     if (s->spectral && s->tip_rank < n) {
         const num rest = outside(s, in, v);
         for (uint32_t j = 0; j < n; j++)
@@ -357,8 +340,7 @@ uint32_t TFA_V(lambda_lost)(struct state *s, const num *x, double *out)
         const num sigma = num_sqrt(last = s->eigenvalue[k]);
         for (uint32_t j = 0; j < n; j++)
             v[j] = s->direction[(size_t)n * (uint32_t)k + j] / sigma;
-        const num along = dot(v, in, n);
+        const num along = dense_dot(v, in, n);
         out = put_lost(s, sigma, along * (1 - s->gain[k] * last), v, out);
     }
-    return count;
 }

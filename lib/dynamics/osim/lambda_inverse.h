@@ -13,7 +13,7 @@
 #ifndef TFA_DYNAMICS_OSIM_LAMBDA_INVERSE_H
 #define TFA_DYNAMICS_OSIM_LAMBDA_INVERSE_H
 
-#include "layout/state.h"
+#include "dynamics/osim/tip_rows.h"
 
 /* Rows of the world's frame mix linear with angular motion by the distance of its origin: they are
  * taken about the tip's point. Three rows alone cannot be. */
@@ -39,8 +39,7 @@ void TFA_V(lambda_force)(struct state *s, const num *tau, num *y);
 int TFA_V(lambda_dense)(struct state *s, double *out);
 
 /* What is left out of the acceleration x by directions at or below the threshold: rows as in
- * tfa_reply.lost, at most TFA_LOST_MAX, by ascending singular value. Returns how many directions
- * there are. */
-uint32_t TFA_V(lambda_lost)(struct state *s, const num *x, double *out);
+ * tfa_reply.lost, at most TFA_LOST_MAX, by ascending singular value. */
+void TFA_V(lambda_lost)(struct state *s, const num *x, double *out);
 
 #endif

@@ -28,15 +28,7 @@ TFA_INLINE void through_joint_1dof(const struct state *s, int32_t i, int axis,
                             : vec6_scale(body_armature(body_constants_of(s, (uint32_t)i)), *phi);
 }
 
-/* x <- L^-1 x with the factors of ldl_factor */
-static inline void vec6_ldl_lower(const num *L, uint32_t n, vec6 *x)
-{
-    for (uint32_t i = 1; i < n; i++)
-        for (uint32_t k = 0; k < i; k++)
-            x[i] = vec6_sub_scaled(x[i], L[6 * i + k], x[k]);
-}
-
-/* x <- D^-1 x, the same */
+/* x <- D^-1 x with the factors of ldl_factor */
 static inline void vec6_ldl_solve(const num *L, uint32_t n, vec6 *x)
 {
     vec6_ldl_lower(L, n, x);

@@ -7,16 +7,10 @@
 
 #include <stddef.h>
 
+#include "spatial/dense.h"
+
 /* Sweeps end when no pair of rows turned: three to six are usual, for quadruple precision, too. */
 #define SWEEPS_MAX 40
-
-static num dot(const num *x, const num *y, uint32_t n)
-{
-    num sum = num_of(0);
-    for (uint32_t j = 0; j < n; j++)
-        sum += x[j] * y[j];
-    return sum;
-}
 
 /* ---- Gram-Schmidt ---- */
 
@@ -28,7 +22,7 @@ static num choose_pivot(const num *B, uint32_t rows, uint32_t n, uint32_t k, uin
     num most = num_of(-1);
     for (uint32_t j = k; j < n; j++) {
         const num *b = B + (size_t)rows * order[j];
-        const num square = dot(b, b, rows);
+        const num square = dense_dot(b, b, rows);
         if (square > most) {
             most = square;
             best = j;
@@ -55,7 +49,7 @@ uint32_t TFA_V(pivoted_gram_schmidt)(num *B, uint32_t rows, uint32_t n, num floo
         u[pivot[k]] = num_of(1);
         for (uint32_t j = k + 1; j < n; j++) {
             num *b = B + (size_t)rows * pivot[j];
-            const num factor = u[pivot[j]] = dot(q, b, rows) / S[k];
+            const num factor = u[pivot[j]] = dense_dot(q, b, rows) / S[k];
             for (uint32_t i = 0; i < rows; i++)
                 b[i] -= factor * q[i];
         }
@@ -78,7 +72,7 @@ static void rotate(num *x, num *y, uint32_t n, num c, num s)
 /* Makes two rows orthogonal. Returns 1 if they turned. */
 static int turn_pair(num *x, num *y, uint32_t n, num *jx, num *jy, uint32_t rank)
 {
-    const num a = dot(x, x, n), b = dot(y, y, n), p = dot(x, y, n);
+    const num a = dense_dot(x, x, n), b = dense_dot(y, y, n), p = dense_dot(x, y, n);
     if (!(num_abs(p) > NUM_EPSILON * num_sqrt(a) * num_sqrt(b)))
         return 0;
     const num zeta = (b - a) / (2 * p), root = num_sqrt(1 + zeta * zeta);

@@ -7,11 +7,7 @@
 
 #include "dynamics/core/recursions.h"
 #include "dynamics/osim/lambda.h"
-
-static num scale_of(const struct state *s, uint32_t e)
-{
-    return e < 3 ? num_of(1) : s->tip_length;
-}
+#include "spatial/dense.h"
 
 /* ---- articulated bodies ---- */
 
@@ -19,9 +15,7 @@ static num scale_of(const struct state *s, uint32_t e)
 static void propagate_tips(struct state *s, tfa_reference_frame frame)
 {
     struct tip_wrenches w;
-    for (uint32_t k = 0; k < s->spans; k++)
-        for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)
-            s->support[i] = 0;
+    TFA_V(support_clear)(s);
     for (uint32_t t = 0; t < s->tips; t++)
         for (TFA_V(tip_start)(s, t, frame, &w); w.body >= 0;)
             TFA_V(tip_through_joint)(s, t, &w);
@@ -40,17 +34,6 @@ static void joint_weights(const struct state *s, uint32_t i, num weight[6])
         weight[k] = !b->base && w->locked >> k & 1 ? num_of(0) : num_sqrt(w->L[7 * k]);
 }
 
-/* y <- L^-1 y of a joint with several freedoms, `columns` numbers for each */
-static void joint_lower(const struct state *s, const struct tfa_body *b, num *y, uint32_t columns)
-{
-    for (uint32_t k = 1; k < b->n; k++)
-        for (uint32_t j = 0; j < k; j++) {
-            const num l = s->joint_nd[b->joint_nd].L[6 * k + j];
-            for (uint32_t e = 0; e < columns; e++)
-                y[columns * k + e] -= l * y[columns * j + e];
-        }
-}
-
 /* Rows `row` .. of B: those of the freedoms of body i */
 static void put_joint(struct state *s, uint32_t i, uint32_t row)
 {
@@ -59,17 +42,16 @@ static void put_joint(struct state *s, uint32_t i, uint32_t row)
     num weight[6];
     joint_weights(s, i, weight);
     for (uint32_t t = 0; t < s->tips; t++) {
-        num y[36];
+        vec6 y[6];
         num *B = s->phi + (size_t)s->tip_rows * t * stride + row;
         const int moved = (int)(s->support[i] >> t & 1);
         for (uint32_t k = 0; k < b->n; k++)
-            for (uint32_t e = 0; e < 6; e++)
-                y[6 * k + e] = moved ? tip_columns(s, s->psi, b->v + k, t)[e] : num_of(0);
+            y[k] = moved ? vec6_load(tip_columns(s, s->psi, b->v + k, t)) : vec6_zero();
         if (b->n > 1)
-            joint_lower(s, b, y, 6);
+            vec6_ldl_lower(s->joint_nd[b->joint_nd].L, b->n, y);
         for (uint32_t k = 0; k < b->n; k++)
             for (uint32_t e = 0; e < s->tip_rows; e++)
-                B[e * stride + k] = weight[k] * scale_of(s, e) * y[6 * k + e];
+                B[e * stride + k] = weight[k] * tip_row_scale(s, e) * vec6_lane(&y[k], (int)e);
     }
 }
 
@@ -84,10 +66,12 @@ static void articulated_rows(struct state *s, tfa_reference_frame frame)
 {
     propagate_tips(s, frame);
     s->tip_freedoms = 0;
-    FOR_EACH_SUPPORT(s, i, row) {
+    FOR_EACH_SUPPORT(s, i, row)
+    {
         s->tip_freedoms = row + s->body[i].n;
     }
-    FOR_EACH_SUPPORT(s, i, row) {
+    FOR_EACH_SUPPORT(s, i, row)
+    {
         put_joint(s, i, row);
     }
 }
@@ -103,7 +87,7 @@ static void articulated_force(const struct state *s, num *z)
         for (uint32_t k = 0; k < b->n; k++)
             z[row + k] = b->n == 1 ? s->u[i] : s->joint_nd[b->joint_nd].u[k];
         if (b->n > 1)
-            joint_lower(s, b, z + row, 1);
+            ldl_lower_rows(s->joint_nd[b->joint_nd].L, (int)b->n, 6, z + row);
         for (uint32_t k = 0; k < b->n; k++)
             z[row + k] *= weight[k];
     }
@@ -123,9 +107,7 @@ static void project(const struct state *s, const num *tau, size_t stride, num *o
         if (!s->lock[j])
             out[a] += multiplier * tau[j * stride];
     }
-    for (uint32_t a = 0; a < n; a++)
-        for (uint32_t b = 0; b < a; b++)
-            out[a] -= s->Mr[(size_t)n * a + b] * out[b];
+    ldl_lower_rows(s->Mr, (int)n, n, out);
     for (uint32_t a = 0; a < n; a++)
         out[a] *= num_sqrt(s->Mr[(size_t)n * a + a]);
 }
@@ -139,7 +121,7 @@ static void projected_rows(struct state *s, tfa_reference_frame frame)
             num *column = s->phi + (size_t)(s->tip_rows * t + e) * n;
             project(s, s->psi + 6 * t + e, 6 * s->tips, column);
             for (uint32_t a = 0; a < n; a++)
-                column[a] *= scale_of(s, e);
+                column[a] *= tip_row_scale(s, e);
         }
 }
 

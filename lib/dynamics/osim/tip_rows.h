@@ -11,6 +11,18 @@
 
 #include "layout/state.h"
 
+/* Rows of all tips in answers */
+static inline uint32_t all_tip_rows(const struct state *s)
+{
+    return s->tip_rows * s->tips;
+}
+
+/* Of row e of a tip in the metric: what a radian counts */
+static inline num tip_row_scale(const struct state *s, uint32_t e)
+{
+    return e < 3 ? num_of(1) : s->tip_length;
+}
+
 /* B by columns into s->phi, s->tip_freedoms numbers each; angular columns times s->tip_length.
  * Needs the articulated-body factors, with mimics those of T^T M T. Writes s->psi and
  * s->support. */

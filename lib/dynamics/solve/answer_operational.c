@@ -29,10 +29,10 @@
 /* s->task: numbers of one vector of the tips' rows, five of which fit; two are scratch of Lambda */
 static num *task_vector(const struct state *s, uint32_t which)
 {
-    return s->task + (size_t)which * s->tip_rows * s->tips;
+    return s->task + (size_t)which * all_tip_rows(s);
 }
 
-enum { ERROR, FORCE, UNREACHED = 4 };
+enum { ERROR, FORCE, OTHER_FORCE, UNREACHED = 4 };
 
 /* Returns 1 when all of it is finite. */
 static int store_rows(double *out, const num *x, size_t count)
@@ -43,6 +43,15 @@ static int store_rows(double *out, const num *x, size_t count)
         sum += out[e] - out[e];
     }
     return sum == 0;
+}
+
+/* Where tip t is, how it moves, and its J-dot v, which goes with s->qdd */
+static void tip_bias(struct state *s, const tfa_request *r, uint32_t t, struct tip *at,
+                     struct tip_velocity *motion, num bias[6])
+{
+    TFA_V(tip_locate)(s, t, r->frame, at);
+    TFA_V(tip_velocity)(s, at, motion);
+    TFA_V(tip_acceleration)(s, at, motion, NULL, bias);
 }
 
 /* ---- task torques ---- */
@@ -59,14 +68,12 @@ static void subtract_bias(struct state *s)
 
 void TFA_V(task_error)(struct state *s, const tfa_request *r, uint32_t k)
 {
-    const double *desired = r->task_acceleration + (size_t)s->tip_rows * s->tips * k;
+    const double *desired = r->task_acceleration + all_tip_rows(s) * k;
     for (uint32_t t = 0; t < s->tips; t++) {
         struct tip at;
         struct tip_velocity motion;
         num bias[6], x[6];
-        TFA_V(tip_locate)(s, t, r->frame, &at);
-        TFA_V(tip_velocity)(s, &at, &motion);
-        TFA_V(tip_acceleration)(s, &at, &motion, NULL, bias);
+        tip_bias(s, r, t, &at, &motion, bias);
         TFA_V(tip_acceleration)(s, &at, &motion, s->qdd, x);
         for (uint32_t e = 0; e < s->tip_rows; e++) {
             const uint32_t row = s->tip_rows * t + e;
@@ -102,8 +109,8 @@ static void force_of(struct state *s, const num *tau, num *y)
 /* F = Lambda (x_desired - J-dot v) - Lambda J M^-1 (tau_0 - h) */
 static void task_force(struct state *s)
 {
-    const size_t n = (size_t)s->tip_rows * s->tips;
-    num *F = task_vector(s, FORCE), *posture = task_vector(s, 2);
+    const size_t n = all_tip_rows(s);
+    num *F = task_vector(s, FORCE), *posture = task_vector(s, OTHER_FORCE);
     TFA_V(lambda_mul)(s, task_vector(s, ERROR), F);
     force_of(s, s->task_force, posture);
     for (size_t e = 0; e < n; e++)
@@ -114,16 +121,7 @@ static void task_force(struct state *s)
 static int answer_torques(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
     num *tau = s->res;
-    for (uint32_t j = 0; j < s->freedoms; j++)
-        tau[j] = num_of(0);
-    for (uint32_t t = 0; t < s->tips; t++) {
-        struct tip at;
-        num F[6] = {num_of(0), num_of(0), num_of(0), num_of(0), num_of(0), num_of(0)};
-        TFA_V(tip_locate)(s, t, r->frame, &at);
-        for (uint32_t e = 0; e < s->tip_rows; e++)
-            F[e] = task_vector(s, FORCE)[s->tip_rows * t + e];
-        TFA_V(tip_jacobian_tmul)(s, &at, F, tau);
-    }
+    TFA_V(tips_jacobian_tmul)(s, r->frame, task_vector(s, FORCE), tau);
     for (uint32_t j = 0; s->locked && j < s->freedoms; j++)
         if (s->lock[j])
             tau[j] = num_of(0);
@@ -140,7 +138,7 @@ static int answer_torques(struct state *s, const tfa_request *r, uint32_t k, tfa
 
 static int answer_p(struct state *s, uint32_t k, tfa_reply *reply)
 {
-    const size_t n = (size_t)s->tip_rows * s->tips;
+    const size_t n = all_tip_rows(s);
     TFA_V(gravity_force)(s, s->res);
     force_of(s, s->res, task_vector(s, FORCE));
     return store_rows(reply->p + n * k, task_vector(s, FORCE), n);
@@ -148,8 +146,9 @@ static int answer_p(struct state *s, uint32_t k, tfa_reply *reply)
 
 static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply)
 {
-    const size_t n = (size_t)s->tip_rows * s->tips;
-    num *bias = task_vector(s, ERROR), *mu = task_vector(s, FORCE), *other = task_vector(s, 2);
+    const size_t n = all_tip_rows(s);
+    num *bias = task_vector(s, ERROR), *mu = task_vector(s, FORCE),
+        *other = task_vector(s, OTHER_FORCE);
     TFA_V(external_force)(s, s->tau);
     TFA_V(velocity_force)(s, s->res);
     TFA_V(damping_force)(s, s->dx);
@@ -159,9 +158,7 @@ static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_repl
         struct tip at;
         struct tip_velocity motion;
         num x[6];
-        TFA_V(tip_locate)(s, t, r->frame, &at);
-        TFA_V(tip_velocity)(s, &at, &motion);
-        TFA_V(tip_acceleration)(s, &at, &motion, NULL, x);
+        tip_bias(s, r, t, &at, &motion, x);
         for (uint32_t e = 0; e < s->tip_rows; e++)
             bias[s->tip_rows * t + e] = x[e];
     }
@@ -176,7 +173,7 @@ static int answer_mu(struct state *s, const tfa_request *r, uint32_t k, tfa_repl
 static void store_rank(struct state *s, const tfa_request *r, uint32_t k, tfa_rank *rank,
                        tfa_reply *reply, tfa_answer *answer)
 {
-    const size_t n = (size_t)s->tip_rows * s->tips;
+    const size_t n = all_tip_rows(s);
     if (rank->lost)
         answer->flags |= TFA_ANSWER_RANK_LOSS;
     if (reply->rank)
@@ -189,13 +186,13 @@ static void store_rank(struct state *s, const tfa_request *r, uint32_t k, tfa_ra
         for (size_t e = 0; e < n; e++)
             task_vector(s, UNREACHED)[e] = num_of(0);
     if (rank->lost)
-        (void)TFA_V(lambda_lost)(s, task_vector(s, UNREACHED), lost);
+        TFA_V(lambda_lost)(s, task_vector(s, UNREACHED), lost);
 }
 
 int TFA_V(answer_operational)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,
                               tfa_answer *answer)
 {
-    const size_t n = (size_t)s->tip_rows * s->tips;
+    const size_t n = all_tip_rows(s);
     tfa_rank rank;
     if (!factor_tips(s, r, answer->flags & TFA_ANSWER_ESTIMATED, &rank))
         return TFA_E_NOT_COMPUTED;

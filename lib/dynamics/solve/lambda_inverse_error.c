@@ -14,11 +14,7 @@
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/method.h"
 #include "dynamics/solve/refine.h"
-
-static uint32_t size_of(const struct state *s)
-{
-    return s->tip_rows * s->tips;
-}
+#include "spatial/dense.h"
 
 static int is_inverted(const struct state *s, uint32_t k)
 {
@@ -30,59 +26,46 @@ static num sign_of(uint32_t k)
     return num_of(k * 2654435761u >> 31 ? 1 : -1);
 }
 
-static num scale_of(const struct state *s, uint32_t e)
-{
-    return e < 3 ? num_of(1) : s->tip_length;
-}
-
-/* F = sum of +-v / sigma: B F has a part of size 1 along each direction */
+/* F = sum of +-v / sigma, out of the metric: B F has a part of size 1 along each direction */
 static void probe(const struct state *s, num *F)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     for (uint32_t j = 0; j < n; j++)
         F[j] = num_of(0);
     for (uint32_t k = 0; k < s->tip_rank; k++)
         for (uint32_t j = 0; is_inverted(s, k) && j < n; j++)
             F[j] += sign_of(k) * s->direction[(size_t)n * k + j] / s->eigenvalue[k];
+    for (uint32_t j = 0; j < n; j++)
+        F[j] *= tip_row_scale(s, j % s->tip_rows);
 }
 
 /* x = J M^-1 J^T F in the metric, refined */
 static void accelerate(struct state *s, const tfa_request *r, const num *F, num *x)
 {
     const uint32_t rows = s->tip_rows;
-    struct tip at;
-    for (uint32_t j = 0; j < s->m->freedoms; j++)
-        s->tau[j] = num_of(0);
-    for (uint32_t t = 0; t < s->tips; t++) {
-        num f[6] = {num_of(0), num_of(0), num_of(0), num_of(0), num_of(0), num_of(0)};
-        for (uint32_t e = 0; e < rows; e++)
-            f[e] = F[rows * t + e] * scale_of(s, e);
-        TFA_V(tip_locate)(s, t, tip_metric_frame(r), &at);
-        TFA_V(tip_jacobian_tmul)(s, &at, f, s->tau);
-    }
+    TFA_V(tips_jacobian_tmul)(s, tip_metric_frame(r), F, s->tau);
     TFA_V(gather_on_leaders)(s, s->tau);
     TFA_V(solve_refined)(s, TFA_V(last_resort)(s), 1, 1);
     for (uint32_t t = 0; t < s->tips; t++) {
+        struct tip at;
         num a[6];
         TFA_V(tip_locate)(s, t, tip_metric_frame(r), &at);
         TFA_V(tip_jacobian_mul)(s, &at, s->qdd, a);
         for (uint32_t e = 0; e < rows; e++)
-            x[rows * t + e] = a[e] * scale_of(s, e);
+            x[rows * t + e] = a[e] * tip_row_scale(s, e);
     }
 }
 
 double TFA_V(lambda_inverse_error)(struct state *s, const tfa_request *r)
 {
-    const uint32_t n = size_of(s);
+    const uint32_t n = all_tip_rows(s);
     num *F = s->task + 2 * (size_t)n, *x = s->task + 3 * (size_t)n;
     num error = num_of(0), size = num_of(0);
     probe(s, F);
     (void)TFA_V(factor)(s, TFA_V(last_resort)(s));
     accelerate(s, r, F, x);
     for (uint32_t k = 0; k < s->tip_rank; k++) {
-        num along = num_of(0);
-        for (uint32_t j = 0; j < n; j++)
-            along += s->direction[(size_t)n * k + j] * x[j];
+        const num along = dense_dot(s->direction + (size_t)n * k, x, n);
         const num d = along / s->eigenvalue[k] - sign_of(k);
         error += is_inverted(s, k) ? d * d : num_of(0);
         size += is_inverted(s, k) ? num_of(1) : num_of(0);

@@ -96,15 +96,9 @@ static void forces_of(op_case *c, uint32_t k, quad *gravity, quad *others)
 static void check_product(const op_case *c, const spectral *s, const spectral_metric *metric,
                           const quad *y, double size, const double *x, op_bound *b)
 {
-    const uint32_t m = s->m;
-    quad want[ROWS], got[ROWS], error = 0;
-    spectral_force(metric, x, got);
-    for (uint32_t i = 0; i < m; i++) {
-        want[i] = dot(s->L + (size_t)i * m, y, m);
-        error += (got[i] - want[i]) * (got[i] - want[i]);
-    }
-    op_within(c, b,
-              (double)quad_sqrt(error) / fmax(size, op_norm_quad(want, m)) / s->sensitivity / EPS);
+    double of_product;
+    const double error = spectral_product_error(s, metric, y, x, &of_product);
+    op_within(c, b, error / fmax(size, of_product) / s->sensitivity / EPS);
 }
 
 /* Tips that cannot move at all, fixed to the world: rank 0, no force */
@@ -155,7 +149,7 @@ static void check_state(op_case *c, const tfa_request *r, const op_answers *a, u
                         op_bound *b)
 {
     static spectral s;
-    static quad J[ROWS * OP_FREEDOMS], A[ROWS * ROWS], L[ROWS * ROWS];
+    static quad J[ROWS * OP_FREEDOMS], A[ROWS * ROWS];
     const uint32_t m = a->rows;
     const double *lambda = a->lambda + (size_t)k * m * m;
     const spectral_metric metric = spectral_metric_of(c, a, k);
@@ -174,12 +168,7 @@ static void check_state(op_case *c, const tfa_request *r, const op_answers *a, u
     check_rank(c, &s, r, &a->rank[k], b);
     full += s.rank == m;
     deficient += s.rank < m;
-    quad error = 0;
-    spectral_lambda(&metric, lambda, L);
-    for (uint32_t i = 0; i < m * m; i++)
-        error += (L[i] - s.L[i]) * (L[i] - s.L[i]);
-    const double size = op_norm_quad(s.L, (size_t)m * m),
-                 relative = size > 0 ? (double)quad_sqrt(error) / size : 0;
+    const double relative = spectral_error(&s, &metric, lambda);
     op_within(c, &b[LAMBDA], relative / s.sensitivity / EPS);
     check_estimate(c, a, k, relative);
     for (uint32_t i = 0; i < m; i++)

@@ -109,23 +109,11 @@ static void invert(double *A)
     }
 }
 
-/* |L - s->L| / |s->L| in the metric */
-static double error_of(const spectral *s, const spectral_metric *metric, const double *lambda)
-{
-    quad L[36], error = 0, size = 0;
-    spectral_lambda(metric, lambda, L);
-    for (int i = 0; i < 36; i++) {
-        error += (L[i] - s->L[i]) * (L[i] - s->L[i]);
-        size += s->L[i] * s->L[i];
-    }
-    return (double)quad_sqrt(error / size);
-}
-
 static void check_distance(struct arm *a, oracle *o, const double *q, struct worst *worst)
 {
     static spectral s;
     double lambda[36], lambda_inv[36], p[6];
-    quad J[36], A[36], h[6], x[6], F[6], p_error = 0, p_size = 0;
+    quad J[36], A[36], h[6], x[6];
     tfa_rank rank;
     tfa_request r = {.op = TFA_OP_OPERATIONAL_INERTIA,
                      .flags = TFA_WANT_LAMBDA | TFA_WANT_P,
@@ -147,7 +135,6 @@ static void check_distance(struct arm *a, oracle *o, const double *q, struct wor
     spectral_of(&s, A, 6, TFA_RANK_TRUNCATE, TFA_RANK_THRESHOLD(6));
     assert_int_equal(rank.rank, 6);
     assert_int_equal(s.rank, 6);
-    spectral_force(&metric, p, F);
     oracle_bias_force(o, h);
     oracle_accelerate(o, h);
     for (int i = 0; i < 6; i++) {
@@ -155,18 +142,12 @@ static void check_distance(struct arm *a, oracle *o, const double *q, struct wor
         for (int j = 0; j < 6; j++)
             x[i] += J[6 * i + j] * h[j];
     }
-    for (int i = 0; i < 6; i++) {
-        quad want = 0;
-        for (int j = 0; j < 6; j++)
-            want += s.L[6 * i + j] * x[j];
-        p_error += (F[i] - want) * (F[i] - want);
-        p_size += want * want;
-    }
-    const double relative = error_of(&s, &metric, lambda), root = sqrt((double)s.condition);
-    const double of_p = (double)quad_sqrt(p_error / p_size);
+    const double relative = spectral_error(&s, &metric, lambda), root = sqrt((double)s.condition);
+    double size;
+    const double of_p = spectral_product_error(&s, &metric, x, p, &size) / size;
     assert_true(rank.error_estimate >= relative / 30 && rank.error_estimate >= of_p / 30);
     invert(lambda_inv);
-    worst->inverted = fmax(worst->inverted, error_of(&s, &metric, lambda_inv));
+    worst->inverted = fmax(worst->inverted, spectral_error(&s, &metric, lambda_inv));
     worst->lambda = fmax(worst->lambda, relative);
     worst->p = fmax(worst->p, of_p);
     worst->condition = fmax(worst->condition, root);

@@ -216,6 +216,32 @@ void spectral_of(spectral *s, const quad *A, uint32_t m, tfa_rank_loss policy, d
                 s->L[i * m + j] += s->V[i * m + k] * s->f[k] * s->V[j * m + k];
 }
 
+double spectral_error(const spectral *s, const spectral_metric *metric, const double *L)
+{
+    quad got[SPECTRAL_ROWS * SPECTRAL_ROWS], error = 0;
+    const size_t count = (size_t)s->m * s->m;
+    const double size = op_norm_quad(s->L, count);
+    spectral_lambda(metric, L, got);
+    for (size_t i = 0; i < count; i++)
+        error += (got[i] - s->L[i]) * (got[i] - s->L[i]);
+    return size > 0 ? (double)quad_sqrt(error) / size : 0;
+}
+
+double spectral_product_error(const spectral *s, const spectral_metric *metric, const quad *y,
+                              const double *F, double *size)
+{
+    quad want[SPECTRAL_ROWS], got[SPECTRAL_ROWS], error = 0;
+    spectral_force(metric, F, got);
+    for (uint32_t i = 0; i < s->m; i++) {
+        want[i] = 0;
+        for (uint32_t j = 0; j < s->m; j++)
+            want[i] += s->L[i * s->m + j] * y[j];
+        error += (got[i] - want[i]) * (got[i] - want[i]);
+    }
+    *size = op_norm_quad(want, s->m);
+    return (double)quad_sqrt(error);
+}
+
 bool spectral_in_doubt(const spectral *s)
 {
     const quad rounding = (quad)(4 * 0x1p-52) * s->m * root(s->most);

@@ -43,6 +43,12 @@ void spectral_lambda(const spectral_metric *metric, const double *L, quad *out);
 
 /** f(A) of a symmetric A, m x m, by the policy with a threshold relative to the trace. */
 void spectral_of(spectral *s, const quad *A, uint32_t m, tfa_rank_loss policy, double threshold);
+/** |L - s->L| / |s->L| in the metric, L a Lambda of the answers; 0 where s->L is. */
+double spectral_error(const spectral *s, const spectral_metric *metric, const double *L);
+/** |F - s->L y| in the metric, F a force of the answers, y an acceleration of the metric. *size:
+ *  |s->L y|. */
+double spectral_product_error(const spectral *s, const spectral_metric *metric, const quad *y,
+                              const double *F, double *size);
 /** Policy and threshold of a request. */
 tfa_rank_loss spectral_policy(const tfa_request *r);
 double spectral_threshold(const tfa_request *r, uint32_t rows);

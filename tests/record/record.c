@@ -72,21 +72,22 @@ static void *ask(void *arg)
 }
 
 /* Requests of several clients at once. */
-static void ask_all(const harness *h, unsigned ring_requests, unsigned dds_requests)
+static void ask_all(const harness *h, unsigned clients, unsigned ring_requests,
+                    unsigned dds_requests)
 {
     asker askers[RING_CLIENTS + 1];
-    for (unsigned i = 0; i <= RING_CLIENTS; i++) {
-        const unsigned share = ring_requests / RING_CLIENTS;
+    for (unsigned i = 0; i <= clients; i++) {
+        const unsigned share = ring_requests / clients;
         askers[i] = (asker){.h = h,
                             .first = i * 1000003,
-                            .count = i < RING_CLIENTS ? share : dds_requests,
-                            .dds = i == RING_CLIENTS};
+                            .count = i < clients ? share : dds_requests,
+                            .dds = i == clients};
         if (i == 0)
-            askers[i].count += ring_requests % RING_CLIENTS;
+            askers[i].count += ring_requests % clients;
         if (askers[i].count)
             assert_int_equal(pthread_create(&askers[i].thread, NULL, ask, &askers[i]), 0);
     }
-    for (unsigned i = 0; i <= RING_CLIENTS; i++)
+    for (unsigned i = 0; i <= clients; i++)
         if (askers[i].count) {
             pthread_join(askers[i].thread, NULL);
             assert_int_equal(askers[i].failed, 0);
@@ -95,7 +96,7 @@ static void ask_all(const harness *h, unsigned ring_requests, unsigned dds_reque
 
 static void ask_some(const harness *h, unsigned count)
 {
-    ask_all(h, count, 0);
+    ask_all(h, RING_CLIENTS, count, 0);
 }
 
 /* ---- the law ---- */
@@ -114,7 +115,7 @@ TEST(every_request_again)
     snprintf(more, sizeof more, "--count %u --buffer %d", of_the_law,
              of_the_law > 60000 ? 128 : 64);
     recorder_begin(&h, &r, "arm", "a.rec", more, 0);
-    ask_all(&h, of_the_law - DDS_REQUESTS, DDS_REQUESTS);
+    ask_all(&h, RING_CLIENTS, of_the_law - DDS_REQUESTS, DDS_REQUESTS);
     assert_int_equal(recorder_wait(&r), 0);
     assert_int_equal(recorder_number(&r, "a.rec: "), of_the_law);
     assert_int_equal(recorder_number(&r, "dropped "), 0);
@@ -132,11 +133,11 @@ TEST(every_request_again)
 /* ---- what a replay finds ---- */
 
 /* A small recording in the harness's folder. */
-static void make_recording(harness *h, const char *file, unsigned requests)
+static void make_recording(harness *h, const char *file, unsigned requests, unsigned clients)
 {
     static recorder r;
     recorder_begin(h, &r, "arm", file, "", 0);
-    ask_some(h, requests);
+    ask_all(h, clients, requests, 0);
     assert_int_equal(recorder_end(&r), 0);
     assert_int_equal(recorder_number(&r, ".rec: "), (long)requests);
 }
@@ -179,25 +180,35 @@ static void mend_checksum(const char *path, size_t at, const tfa_tap_record *hea
     free(bytes);
 }
 
+/* Requests of one client, so that kinds follow each other, and the last number of each kind. */
 TEST(one_flipped_bit)
 {
     harness h;
     static recorder r;
-    char path[160];
+    char path[160], text[64];
     tfa_tap_record head;
+    size_t at = 0;
     harness_serve(&h, ARM, "");
-    make_recording(&h, "a.rec", 50);
+    make_recording(&h, "a.rec", 50, 1);
     file_of(&h, "a.rec", path);
-    const size_t at = find_record(path, 21, &head), last = at + head.bytes - 8;
-    flip(path, last, 1);
-    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 2);
-    assert_non_null(strstr(r.text, "record 21"));
-    assert_non_null(strstr(r.text, "checksum"));
-    mend_checksum(path, at, &head); /* the file is whole, and an answer another one */
-    assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 1);
-    assert_int_equal(recorder_number(&r, "differ "), 1);
-    assert_non_null(strstr(r.text, "first difference: record 21, state ")); /* its last one */
-    assert_int_equal(recorder_replay(&h, &r, "a.rec", "--tolerance 1e-9"), 0);
+    for (unsigned record = 15; record < 22; record++) {
+        at = find_record(path, record, &head);
+        flip(path, at + head.bytes - 8, 1);
+        assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 2);
+        snprintf(text, sizeof text, "record %u", record);
+        assert_non_null(strstr(r.text, text));
+        assert_non_null(strstr(r.text, "checksum"));
+        mend_checksum(path, at, &head); /* the file is whole, and an answer another one */
+        assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 1);
+        assert_int_equal(recorder_number(&r, "differ "), 1);
+        snprintf(text, sizeof text, "first difference: record %u, state ", record);
+        assert_non_null(strstr(r.text, text));
+        assert_int_equal(recorder_replay(&h, &r, "a.rec", "--tolerance 1e-9"), 0);
+        if (record != 21) {
+            flip(path, at + head.bytes - 8, 1);
+            mend_checksum(path, at, &head);
+        }
+    }
     assert_int_equal(recorder_number(&r, "within 1e-09 "), 1);
     flip(path, at + 1, 0x10); /* its length */
     assert_int_equal(recorder_replay(&h, &r, "a.rec", ""), 2);
@@ -219,7 +230,7 @@ TEST(another_model)
                       "  - name: moon\n    urdf: @/config/robots/arm7.urdf\n"
                       "    gravity: [0, 0, -1.62]\n",
                   "");
-    make_recording(&h, "a.rec", 50);
+    make_recording(&h, "a.rec", 50, RING_CLIENTS);
     assert_int_equal(
         recorder_replay(&h, &r, "a.rec", "--urdf " TFA_SOURCE_DIR "/config/robots/quadruped.urdf"),
         2);

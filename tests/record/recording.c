@@ -246,3 +246,29 @@ TEST(bits_and_failed_states)
     b.qdd[3] = 5;
     assert_int_equal(compare(&a, &b, 0).differences, 1);
 }
+
+/* With no tolerance every word of every block counts, but padding. */
+TEST(every_word_counts)
+{
+    enum { WORDS = 2000 };
+    static uint32_t a[WORDS], b[WORDS];
+    const tfa_wire_shape floating = {
+        .base_freedoms = 6, .q_count = 2, .v_count = 2, .frames = 3, .max_batch = 2, .max_tips = 1};
+    for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++) {
+        const uint32_t want = 1u << block | (block == TFA_WIRE_SPECTRUM) * TFA_WIRE_BIT(LAMBDA_INV);
+        const tfa_wire_reply_shape wanted = {.count = 2, .want = want, .tip_count = 1, .rows = 6};
+        const size_t bytes = tfa_wire_reply_width(&floating, block, &wanted);
+        const size_t before =
+            want == 1u << block ? 0 : tfa_wire_reply_width(&floating, TFA_WIRE_LAMBDA_INV, &wanted);
+        const size_t first = (TFA_WIRE_LINE + before) / 4;
+        assert_true(bytes > 0 && first + bytes / 4 <= WORDS);
+        for (size_t word = 0; word < bytes / 4; word++) {
+            const bool padding =
+                block == TFA_WIRE_SPECTRUM &&
+                word % (sizeof(tfa_spectrum) / 4) == offsetof(tfa_spectrum, padding) / 4;
+            b[first + word] = 1;
+            assert_int_equal(compare_replies(&floating, &wanted, a, b, 0, 0).differences, !padding);
+            b[first + word] = 0;
+        }
+    }
+}

@@ -68,6 +68,14 @@ static void compare_array(comparison *c, const char *field, uint32_t state, uint
         compare_number(c, field, state, i, &recorded[i], &other[i], scale);
 }
 
+/* An estimate is made of rounding errors: with a tolerance it may be another one. */
+static void compare_estimate(comparison *c, const char *field, uint32_t state,
+                             const double *recorded, const double *other)
+{
+    if (!(c->tolerance > 0))
+        compare_number(c, field, state, 0, recorded, other, fabs(*recorded));
+}
+
 static void compare_answer(comparison *c, uint32_t state, const tfa_answer *a, const tfa_answer *b)
 {
     const uint16_t rounding = TFA_ANSWER_ESTIMATED | TFA_ANSWER_SENTINEL | TFA_ANSWER_STALLED;
@@ -75,9 +83,7 @@ static void compare_answer(comparison *c, uint32_t state, const tfa_answer *a, c
     compare_whole(c, "answers.status", state, a->status, b->status);
     compare_whole(c, "answers.method", state, a->method, b->method);
     compare_whole(c, "answers.flags", state, a->flags & flags, b->flags & flags);
-    if (!(c->tolerance > 0))
-        compare_number(c, "answers.error_estimate", state, 0, &a->error_estimate,
-                       &b->error_estimate, fabs(a->error_estimate));
+    compare_estimate(c, "answers.error_estimate", state, &a->error_estimate, &b->error_estimate);
 }
 
 static void compare_spectrum(comparison *c, uint32_t state, const tfa_spectrum *a,
@@ -96,6 +102,8 @@ static void compare_rank(comparison *c, uint32_t state, const tfa_rank *a, const
     /* an error of the smallest eigenvalue, relative to the largest, counts as often */
     compare_number(c, "rank.condition", state, 0, &a->condition, &b->condition,
                    a->condition * a->condition);
+    compare_number(c, "rank.length", state, 0, &a->length, &b->length, fabs(a->length));
+    compare_estimate(c, "rank.error_estimate", state, &a->error_estimate, &b->error_estimate);
 }
 
 /* ---- blocks ---- */

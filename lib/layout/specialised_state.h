@@ -58,6 +58,25 @@ TFA_INLINE const body_constants *body_with_payload(const struct state *s, uint32
 #endif
 }
 
+/* Hides from the compiler that numbers are constants, but for zeros. clang rounds a product of two
+ * constants that it fuses into a sum otherwise, as where lanes hold other bodies, too. */
+#ifdef __x86_64__
+#define ROBOT_REGISTER "+x"
+#else
+#define ROBOT_REGISTER "+w"
+#endif
+TFA_INLINE void hide_inertia(sym6 *S)
+{
+    num *x = (num *)(void *)S;
+#ifndef ROBOT_PAYLOADS /* those are read at run time */
+#pragma GCC unroll 21
+    for (size_t k = 0; k < sizeof *S / sizeof *x; k++)
+        if (!num_all(x[k] == num_of(0))) /* a constant */
+            __asm__("" : ROBOT_REGISTER(x[k]));
+#endif
+}
+#define hide_inertia hide_inertia
+
 /* Rotor inertia of freedom k */
 static inline num joint_armature(const struct state *s, const body_constants *b, uint32_t k)
 {

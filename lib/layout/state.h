@@ -23,4 +23,10 @@ struct joint_nd {
 
 #include "layout_state.h"
 
+/* The projected inertia of a body without children, which a specialised kernel hides
+ * (specialised_state.h). */
+#ifndef hide_inertia
+#define hide_inertia(S) ((void)(S))
+#endif
+
 #endif

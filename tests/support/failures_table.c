@@ -59,7 +59,8 @@ const failure failures[] = {
     /* single precision at N = 128: alone, and with residuals in double */
     {FORWARD_F32(TFA), ON(RANDOM, 128, 0.1, 1, QDD), 0.1, DEFAULT, BY(TFA), 0, 1e-8},
     {FORWARD_F32(TFA), ON(RANDOM, 128, 0.1, 1, QDD), 0.1, IN_DOUBLE, BY(ABA), INACCURATE, 1e-8},
-    {FORWARD_F32(ABA), ON(RANDOM, 32, 0.1, 1, QDD), 1e-4, IN_DOUBLE, BY(ABA), 0, 1e-8},
+    {FORWARD_F32(ABA), ON(RANDOM, 32, 0.1, 1, QDD), 1e-4, TFA_ESTIMATE_ALWAYS,
+     TFA_REFINE_DEFAULT, TFA_RESIDUAL_F64, BY(ABA), 0, 1e-8},
     {FORWARD_F32(ABA), ON(RANDOM, 128, 0.1, 1, QDD), 1e-3, IN_DOUBLE, BY(ABA), INACCURATE, 1e-8},
     /* Lambda^-1: what cancels in (74) and in every solve with I^-1 */
     {LAMBDA(TFA), ON(ALTERNATING, 16, 1e-4, 1e9, QDD), 1e-2, DEFAULT,

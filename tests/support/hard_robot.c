@@ -65,6 +65,17 @@ void hard_robot_mechanism(const mechanism_options *options, tfa_base base, hard_
     assert_true(open_mechanism(options, robot));
 }
 
+void hard_robot_urdf(const char *text, tfa_base base, hard_robot *robot)
+{
+    tfa_report report = {0};
+    *robot = (hard_robot){.base = base, .free_description = tfa_description_free};
+    assert_int_equal(tfa_urdf_parse(text, strlen(text), NULL, &robot->description, &report),
+                     TFA_OK);
+    tfa_report_free(&report);
+    snprintf(robot->name, sizeof robot->name, "%s", text);
+    assert_true(open_model(robot));
+}
+
 static mechanism_options random_mechanism(random_source *s, uint32_t bodies)
 {
     mechanism_options o =

@@ -38,6 +38,9 @@ typedef struct hard_robot {
 /** A mechanism as mechanism_make gives it, with the model and workspaces. */
 void hard_robot_mechanism(const mechanism_options *options, tfa_base base, hard_robot *robot);
 
+/** A robot as URDF, without errors. */
+void hard_robot_urdf(const char *text, tfa_base base, hard_robot *robot);
+
 /** Robot of that seed: a mechanism with random parameters, a chain with joints of all types and
  * armature, or a random tree; 1 to 64 moving bodies, mostly few; base fixed or floating.
  * Returns 0, and nothing to close, when the library refuses to load it. */

@@ -78,7 +78,9 @@ TFA_INLINE void aba_backward_revolute(struct state *s, uint32_t i, const body_co
     }
     if (b->parent < 0)
         return;
-    const sym6 Ia = revolute_project(&IA, U, k);
+    sym6 Ia = revolute_project(&IA, U, k);
+    if (b->leaf)
+        hide_inertia(&Ia);
     if (flags & ABA_FORCE) {
         pa = revolute_force(pa, k, u);
         if (flags & ABA_BIAS)
@@ -124,6 +126,8 @@ static inline void aba_backward_1dof(struct state *s, uint32_t i, const body_con
     if ((flags & ABA_INERTIA) && b->parent >= 0) {
         sym6 Ia = IA;
         s6_rank1(&Ia, U, Dinv);
+        if (b->leaf)
+            hide_inertia(&Ia);
         Ia = s6_to_parent(&s->X[i], &Ia);
         add_inertia_to_parent(s, i, &Ia, flags);
     }

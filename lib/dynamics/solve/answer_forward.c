@@ -31,10 +31,12 @@ static void store_estimate(const struct state *s, const tfa_request *r, num_doub
  * one. A request without estimates gets the answer of the method. *valid:
  * TFA_V(estimate_is_valid). */
 static tfa_method refine(struct state *s, const tfa_request *r, tfa_method method, uint32_t steps,
-                         int with_estimate, int *valid, tfa_answer *out)
+                         enum estimation estimation, int *valid, tfa_answer *out)
 {
     const int to_full_precision = s->residual_kernel && r->refine == TFA_REFINE_DEFAULT;
-    struct refined x = TFA_V(refine)(s, method, steps, to_full_precision, with_estimate);
+    struct refined x = TFA_V(refine)(s, method, steps, to_full_precision, estimation);
+    if (s->lanes > 1 && x.estimated && estimation != ESTIMATE) /* the other states are not */
+        s->lanes_diverged = 1;
     while (x.fallback_reason && r->estimate != TFA_ESTIMATE_NEVER) {
         const int last = method == TFA_V(last_resort)(s);
         if (last && !s->residual_kernel)
@@ -51,12 +53,13 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
         }
         method = TFA_V(fallback)(s, method);
         (void)TFA_V(forward_dynamics)(s, method);
-        x = TFA_V(refine)(s, method, steps, to_full_precision, with_estimate);
+        x = TFA_V(refine)(s, method, steps, to_full_precision, ESTIMATE);
     }
     *valid = TFA_V(estimate_is_valid)(s, r, method, &x.estimate);
     if (s->lanes > 1 && !*valid)
         s->lanes_diverged = 1;
-    store_estimate(s, r, x.estimate, out);
+    if (x.estimated)
+        store_estimate(s, r, x.estimate, out);
     return method;
 }
 
@@ -104,7 +107,11 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     if (refined && s->residual_kernel)
         load_residual_kernel(s, r, k, steps);
     if (refined)
-        method = refine(s, r, method, steps, with_estimate, &valid, out);
+        method = refine(s, r, method, steps,
+                        with_estimate                       ? ESTIMATE
+                        : r->estimate != TFA_ESTIMATE_NEVER ? ESTIMATE_IN_DOUBT
+                                                            : ESTIMATE_NOT,
+                        &valid, out);
     out->method = (uint16_t)method;
     int finite = refined && s->residual_kernel
                      ? s->residual_kernel->kernel->unload(s->residual_kernel->state, k, reply)
@@ -131,7 +138,7 @@ int TFA_V(estimate_forward)(struct state *s, const tfa_request *r, uint32_t k,
     TFA_V(load)(s, &whole, k, 1);
     TFA_V(load_accelerations)(s, reply->base_acceleration, reply->qdd);
     (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
-    const struct refined x = TFA_V(refine)(s, METHOD_OF_ESTIMATES, 0, 0, 1);
+    const struct refined x = TFA_V(refine)(s, METHOD_OF_ESTIMATES, 0, 0, ESTIMATE);
     store_estimate(s, &whole, x.estimate, out);
     return !x.fallback_reason && x.estimate.lane[0] <= limit;
 }

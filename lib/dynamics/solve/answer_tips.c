@@ -5,6 +5,7 @@
  * (body_lanes.c) leave the six wrenches of each tip, which fill vectors themselves, to one number
  * at a time.
  */
+#include "dynamics/core/sentinel.h"
 #include "dynamics/kinematics/tip_motion.h"
 #include "dynamics/solve/answer.h"
 #include "dynamics/solve/load.h"
@@ -46,6 +47,7 @@ int TFA_V(answer_tips)(struct state *s, const tfa_request *r, struct tfa_resolve
     (void)TFA_V(load_changes)(s, r);
     s->spans = TFA_V(load_spans)(s, r, s->span);
     s->have = HAVE_POSE | HAVE_ABA;
+    sentinel_reset(s); /* of these factors it was asked before */
     if (r->flags & (FLAGS_TIP_MOTION | TFA_WANT_POSES))
         TFA_V(locate_tips)(s);
     if (r->op == TFA_OP_OPERATIONAL_INERTIA)

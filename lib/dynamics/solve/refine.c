@@ -215,7 +215,7 @@ static void keep_better_solution(struct state *s, tfa_method method, const num_d
 }
 
 struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
-                             int to_full_precision, int with_estimate)
+                             int to_full_precision, enum estimation estimation)
 {
     const double rounding = s->residual_kernel ? ROUNDING_MIXED : ROUNDING;
     if (s->residual_kernel)
@@ -225,7 +225,7 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
     num_doubles estimate = first;
     double before = 1, remainder = 0; /* with a residual kernel, whose states come one at a time */
     int converging = 1;
-    if (steps > 0 && with_estimate && !s->residual_kernel)
+    if (steps > 0 && estimation && !s->residual_kernel)
         memcpy(s->qdd_unrefined, s->qdd, s->m->freedoms * sizeof *s->qdd);
     for (uint32_t step = 0; step < steps; step++) {
         apply(s);
@@ -242,7 +242,9 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
     if (to_full_precision && !fallback_reason &&
         !remainder_is_small(s, method, first.lane[0], remainder))
         fallback_reason = TFA_ANSWER_INACCURATE;
-    if (steps > 0 && with_estimate && fallback_reason != TFA_ANSWER_NOT_FINITE) {
+    const int in_doubt = estimation && fallback_reason && !s->residual_kernel;
+    const int estimated = estimation == ESTIMATE || in_doubt;
+    if (steps > 0 && estimated && fallback_reason != TFA_ANSWER_NOT_FINITE) {
         const num_doubles last = estimate;
         estimate = estimate_error(s, method, &plain);
         for (int l = 0; !converging && l < NUM_LANES; l++) /* shows rounding, too */
@@ -251,5 +253,5 @@ struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
             keep_better_solution(s, method, &first, plain, &estimate);
         fallback_reason = fallback_reason ? fallback_reason : TFA_V(needs_fallback)(&estimate, 1);
     }
-    return (struct refined){estimate, fallback_reason};
+    return (struct refined){estimate, estimated, fallback_reason};
 }

@@ -8,19 +8,23 @@
 
 #include "layout/state.h"
 
+/* Is the error of a refined answer to be estimated: no, where a correction asks for another method,
+ * or yes? */
+enum estimation { ESTIMATE_NOT, ESTIMATE_IN_DOUBT, ESTIMATE };
+
 /* Refinement of s->qdd; in the residual kernel where there is one, which has loaded the request.
  * Steps 0: one correction computed and not applied. `to_full_precision`: to full digits of the
- * residual arithmetic, or it counts as inaccurate (s->residual_kernel only). `with_estimate`: the
- * estimate is that of the refined answer, from a perturbed residual; without it steps are
- * estimated by the change of the last step. */
+ * residual arithmetic, or it counts as inaccurate (s->residual_kernel only). An estimate is that of
+ * the refined answer, from a perturbed residual; a step for the worse is taken back then. */
 struct refined {
-    num_doubles estimate; /* |dx|/|x| */
+    num_doubles estimate; /* |dx|/|x|; of the last step where the answer is not estimated */
+    int estimated;
     uint16_t
         /* 0, or why the answer is not to be given (TFA_ANSWER_*), that of some lane */
         fallback_reason;
 };
 struct refined TFA_V(refine)(struct state *s, tfa_method method, uint32_t steps,
-                             int to_full_precision, int with_estimate);
+                             int to_full_precision, enum estimation estimation);
 /* As the residual kernel of another, see kernel_table.h. */
 void TFA_V(residual_kernel_add)(struct state *s, const double *dx, int fresh);
 double TFA_V(residual_kernel_residual)(struct state *s, double *residual, int perturbed);

@@ -33,9 +33,10 @@ typedef enum tfa_estimate {
     TFA_ESTIMATE_DEFAULT = 0, /**< methods with TFA_REFUSES_NO_INVERSE: every answer. Others: if the
                                    sentinel exceeds 1e-8 (f32: 1e-3) or a D_i is not positive; the
                                    answer is then refined once, estimated, and falls back if the
-                                   estimate is too large (TFA_ANSWER_SENTINEL) */
-    TFA_ESTIMATE_NEVER = 1,   /**< the method's own answer, refined if asked: no sentinel, no
-                                   estimate, no fallback */
+                                   estimate is too large (TFA_ANSWER_SENTINEL); and if a step of
+                                   `refine` shows an error of 1e-4, or does not converge */
+    TFA_ESTIMATE_NEVER = 1,   /**< the method's own answer, refined if asked, also where a step made
+                                   it worse: no sentinel, no estimate, no fallback */
     TFA_ESTIMATE_ALWAYS = 2,  /**< every answer */
 } tfa_estimate;
 

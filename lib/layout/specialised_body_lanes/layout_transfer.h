@@ -163,13 +163,14 @@ TFA_INLINE svec add_child_force(const struct state *s, const body_constants *b, 
 }
 #undef ROBOT_ARRAY
 
+/* The children are summed first, as where they add to their parent (layout/scalar). */
 TFA_INLINE void add_inertia_from_children(const struct state *s, uint32_t i, sym6 *I)
 {
-    sym6 x = *I;
+    sym6 x = s6_zero();
 #define ROBOT_ADD(k) x = add_child_inertia(s, &robot_step[i], k, x);
     ROBOT_CHILD_RANKS(ROBOT_ADD)
 #undef ROBOT_ADD
-    *I = x;
+    s6_add(I, &x);
 }
 
 TFA_INLINE svec force_from_children(const struct state *s, uint32_t i)

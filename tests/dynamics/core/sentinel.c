@@ -41,6 +41,36 @@ static void never_trips(test_robot *robot)
 
 EVERY_ROBOT(robots_do_not_trip_it, never_trips, false)
 
+/* Nor does it speak of a request before: one with a payload for which it trips, then Lambda^-1. */
+static void forgets(test_robot *robot)
+{
+    static const double payload[TFA_PAYLOAD_NUMBERS] = {1e12};
+    static double lambda[36], acceleration[6];
+    if (robot->random)
+        return;
+    random_states *x = fixture_states(robot, 0, 1, 0);
+    double *qdd = calloc(robot->nv + 1, sizeof *qdd);
+    tfa_answer answer;
+    tfa_reply reply = {
+        .qdd = qdd, .base_acceleration = acceleration, .lambda_inv = lambda, .answers = &answer};
+    tfa_request r = fixture_request(robot, x);
+    r.refine = TFA_REFINE_DEFAULT;
+    r.tips[0] = r.payload_frames[0] = tfa_model_frame_count(robot->model) - 1;
+    r.payloads = payload;
+    r.payload_count = 1;
+    (void)tfa_compute(robot->f64, &r, &reply);
+    r.payload_count = 0;
+    r.op = TFA_OP_OPERATIONAL_INERTIA;
+    r.tip_count = 1;
+    compute_ok(robot, robot->f64, &r, &reply);
+    if (answer.flags)
+        fail_msg("%s: Lambda^-1 has flags %d", robot->name, answer.flags);
+    free(qdd);
+    random_states_free(x);
+}
+
+EVERY_ROBOT(requests_before_do_not_trip_it, forgets, false)
+
 /* ---- where it has to speak ---- */
 
 struct test_case {

@@ -56,10 +56,6 @@ void tfa_finish_single(tfa_workspace *w, const struct call *c, uint32_t k, int s
         tfa_fail_state(w, c, k, status, failed, reply);
 }
 
-/* Largest estimate after the sentinel tripped: above it the kernel of one state refines the
- * answer. */
-#define SENTINEL_ESTIMATE_MAX 1e-7
-
 /* Estimates the accelerations in the reply if the request or the sentinel asks for it. Returns 0 if
  * the kernel of one state must answer instead. */
 static int estimate_if_requested(tfa_workspace *w, const struct call *c, uint32_t k,

@@ -29,6 +29,8 @@ struct tfa_factor_buffers {
 /* Above this estimate the answer of a method that lost too much is replaced
  * (over 180 cases nothing worse passed unnoticed). */
 #define FALLBACK_ESTIMATE 1e-4
+/* Above this an answer that the sentinel doubts is refined by default. */
+#define SENTINEL_ESTIMATE_MAX 1e-7
 
 /* Outcome of a state; sentinel: the sentinel tripped (sentinel.h), the error is to be
  * estimated. */

@@ -13,7 +13,7 @@
 
 /* Grows whenever the meaning of anything here changes, or of struct tfa_body in the generated
  * tables. */
-#define TFA_SPECIALISED_ABI 9u
+#define TFA_SPECIALISED_ABI 10u
 
 /* The symbol */
 #define TFA_SPECIALISED_SYMBOL "tfa_specialised_kernel"
@@ -30,8 +30,8 @@ struct tfa_host_api {
     /* As tfa_body_add_payload_inertia */
     void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,
                         const double numbers[10]);
-    /* As tfa_payload_bound */
-    double (*payload_bound)(const struct tfa_model *model, uint32_t count, const double *numbers);
+    /* As tfa_payload_size */
+    void (*payload_size)(uint32_t count, const double *numbers, double size[2]);
 };
 
 /* For a request that a kernel has no code for, in place of states that have an answer */

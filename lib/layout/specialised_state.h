@@ -35,8 +35,8 @@ struct state {
     sym6 IA[ROBOT_UNITS];
     svec pA[ROBOT_UNITS], U[ROBOT_UNITS], K[ROBOT_UNITS];
     num Dinv[ROBOT_UNITS], u[ROBOT_UNITS];
-    num margin;        /* sentinel.h */
-    num payload_bound; /* inertia of the request's payloads about any joint, at most */
+    num margin;          /* sentinel.h */
+    num payload_size[2]; /* tfa_payload_size */
     vec3 gravity;
     int locked; /* 0: no joint is locked */
 };
@@ -55,6 +55,16 @@ TFA_INLINE const body_constants *body_with_payload(const struct state *s, uint32
     return &s->loaded[i];
 #else
     return body_constants_of(s, i);
+#endif
+}
+
+TFA_INLINE int state_payloads(const struct state *s)
+{
+    (void)s;
+#ifdef ROBOT_PAYLOADS
+    return 1;
+#else
+    return 0;
 #endif
 }
 

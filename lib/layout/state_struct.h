@@ -157,7 +157,8 @@ struct state {
     int skips_unused;      /* skipped bodies are left out */
     int has_passive_force; /* some known is not zero */
     num margin;            /* aba: below zero where the sentinel trips (sentinel.h) */
-    num payload_bound;     /* inertia of the request's payloads about any joint, at most */
+    num mass_margin;       /* of the factors of M */
+    num payload_size[2];   /* tfa_payload_size */
     vec3 gravity;
     int boosted;       /* some boost is not zero (load.h): qd and qdd are those beside it */
     int moving;        /* some velocity or wrench is not zero: c and p count */
@@ -192,6 +193,12 @@ TFA_INLINE const body_constants *body_constants_of(const struct state *s, uint32
 TFA_INLINE const body_constants *body_with_payload(const struct state *s, uint32_t i)
 {
     return &s->body[i];
+}
+
+/* Has the request payloads? */
+static inline int state_payloads(const struct state *s)
+{
+    return s->payloads > 0;
 }
 
 /* Rotor inertia of freedom k */

@@ -195,5 +195,5 @@ void tfa_compute_mass_properties(struct tfa_model *m, struct tfa_body *body,
     sum_masses(m, body, mass_scratch, mass);
     m->massless_followers = count_massless_followers(m, body, mass_scratch);
     m->summary.singular_body = find_singular_body(m, body);
-    tfa_inertia_bounds(m, body, &mass_scratch->moments, sizeof *mass_scratch);
+    tfa_compute_sizes(m, body);
 }

@@ -71,11 +71,12 @@ struct tfa_body {
     /* 1: revolute, and E = Rz(theta) Rx(alpha), r = (a, -d sin alpha, d cos alpha), the frames
      * of Denavit and Hartenberg: see spatial/screw.h */
     uint8_t axial;
-    int32_t joint_nd; /* index among bodies with n > 1, else -1 */
-    uint32_t part;    /* fused: its n parts start here in tfa_model.part */
-    int32_t tree;     /* root body of its tree */
-    uint32_t depth;   /* bodies from the root to here, this one included */
-    double bound[6];  /* largest inertia that it may move, at any q (inertia_bound.h) */
+    int32_t joint_nd;                 /* index among bodies with n > 1, else -1 */
+    uint32_t part;                    /* fused: its n parts start here in tfa_model.part */
+    int32_t tree;                     /* root body of its tree */
+    uint32_t depth;                   /* bodies from the root to here, this one included */
+    double lever;                     /* of the sentinel, m^2 (sizes.h) */
+    double outboard[2];               /* of the sentinel: kg m^2, kg */
     const struct tfa_body_quad *quad; /* the same constants, not rounded */
 };
 
@@ -133,7 +134,6 @@ struct tfa_model {
     uint32_t frames, joints, trees;
     size_t mass_entries; /* entries of M that are not zero by structure, lower triangle */
     double gravity[3];
-    double reach; /* sum over all bodies of the largest distance from their parents, m */
     double length; /* characteristic: metres that a radian counts in the metric of tips */
     tfa_base base;
     tfa_model_summary summary;

@@ -188,6 +188,16 @@ static inline svec s6_rigid_mul(sym3 I, vec3 h, num m, svec v)
                   {v.v.x * m - hw.x, v.v.y * m - hw.y, v.v.z * m - hw.z}};
 }
 
+/* v x* I v of a rigid inertia. Written out, so that v x m v is not formed, which is zero and whose
+ * rounding grows with the square of the speed: with e = w x v
+ *   moment w x I w + h x e,  force m e + w x (w x h) */
+TFA_INLINE svec s6_rigid_bias(sym3 I, vec3 h, num m, svec v)
+{
+    const vec3 e = v3_cross(v.w, v.v);
+    return (svec){v3_add(v3_cross(v.w, s3_mul(I, v.w)), v3_cross(h, e)),
+                  v3_add(v3_scale(e, m), v3_cross(v.w, v3_cross(v.w, h)))};
+}
+
 TFA_INLINE void s6_add(sym6 *S, const sym6 *T)
 {
     S->A = s3_add(S->A, T->A);

@@ -61,7 +61,7 @@ TFA_INLINE void aba_backward_revolute(struct state *s, uint32_t i, const body_co
     if (flags & ABA_INERTIA) {
         const num Dinv = 1 / IA.A.zz;
         if (flags & ABA_SENTINEL)
-            sentinel_see_D(s, b, IA.A.zz);
+            sentinel_see_D(s, b, &IA, 1, IA.A.zz);
         s->U[i] = U = revolute_U(&IA);
         s->K[i] = k = revolute_gain(U, Dinv);
         s->Dinv[i] = Dinv;
@@ -106,7 +106,7 @@ static inline void aba_backward_1dof(struct state *s, uint32_t i, const body_con
         const num D = sv_get(&s->U[i], axis) + body_armature(b);
         s->Dinv[i] = 1 / D;
         if (flags & ABA_SENTINEL)
-            sentinel_see_D(s, b, D);
+            sentinel_see_D(s, b, &IA, axis == AXIS_RZ, D);
     }
     const svec U = s->U[i];
     const num Dinv = s->Dinv[i];
@@ -172,7 +172,7 @@ static inline void aba_backward_nd(struct state *s, uint32_t i, const body_const
     if (flags & ABA_INERTIA)
         joint_nd_factor(s, w, &IA, b);
     if (flags & ABA_INERTIA && flags & ABA_SENTINEL)
-        sentinel_see_joint_nd(s, b, w);
+        sentinel_see_joint_nd(s, b, &IA, w);
     if (flags & ABA_FORCE) {
         num u[6] = {num_of(0)}; /* all six, or the compiler warns */
         svec pa = aba_backward_force(s, i, b, flags);
@@ -229,8 +229,9 @@ TFA_OUTLINE void aba_backward_base(struct state *s, uint32_t i, const body_const
         for (int k = 0; k < 6; k++)
             L[7 * k] = checked_inverse_pivot(L[7 * k], whole[k]);
         if (flags & ABA_SENTINEL) {
-            sentinel_see_block(s, b, 0, L);
-            sentinel_see_block(s, b, 3, L);
+            const struct sentinel_size G = sentinel_size(s, b, &IA);
+            sentinel_see_block(s, 0, L, G.linear);
+            sentinel_see_block(s, 3, L, G.angular);
         }
     }
     if (flags & ABA_FORCE) {

@@ -66,13 +66,17 @@ static inline svec xform_t_force_abs(const xform *X, svec f)
     return (svec){v3_add(m3_tmul(X->E, f.w), v3_cross_abs(X->r, force)), force};
 }
 
+static inline sym3 s3_abs(sym3 I)
+{
+    return (sym3){num_abs(I.xx), num_abs(I.xy), num_abs(I.xz),
+                  num_abs(I.yy), num_abs(I.yz), num_abs(I.zz)};
+}
+
 /* Of I v: I w + h x v and m v - h x w */
 static inline svec rigid_mul_abs(sym3 I, vec3 h, num m, svec v)
 {
-    const sym3 A = {num_abs(I.xx), num_abs(I.xy), num_abs(I.xz),
-                    num_abs(I.yy), num_abs(I.yz), num_abs(I.zz)};
     const vec3 c = v3_abs(h);
-    return (svec){v3_add(s3_mul(A, v.w), v3_cross_abs(c, v.v)),
+    return (svec){v3_add(s3_mul(s3_abs(I), v.w), v3_cross_abs(c, v.v)),
                   v3_add(v3_scale(v.v, m), v3_cross_abs(c, v.w))};
 }
 
@@ -82,10 +86,12 @@ static inline svec cross_motion_abs(svec v, svec m)
     return (svec){v3_cross_abs(v.w, m.w), v3_add(v3_cross_abs(v.w, m.v), v3_cross_abs(v.v, m.w))};
 }
 
-/* Of v x* f */
-static inline svec cross_force_abs(svec v, svec f)
+/* Of v x* I v, as s6_rigid_bias */
+static inline svec rigid_bias_abs(sym3 I, vec3 h, num m, svec v)
 {
-    return (svec){v3_add(v3_cross_abs(v.w, f.w), v3_cross_abs(v.v, f.v)), v3_cross_abs(v.w, f.v)};
+    const vec3 c = v3_abs(h), e = v3_cross_abs(v.w, v.v);
+    return (svec){v3_add(v3_cross_abs(v.w, s3_mul(s3_abs(I), v.w)), v3_cross_abs(c, e)),
+                  v3_add(v3_scale(e, m), v3_cross_abs(v.w, v3_cross_abs(v.w, c)))};
 }
 
 /* ---- perturbations ---- */

@@ -46,7 +46,7 @@ static inline void outward_perturbed(struct state *s, uint32_t i, svec ground, c
         const svec v = velocity_abs(s, b, &X, &c);
         a = sv_add(a, s->c[i]);
         size = sv_add(size, c);
-        f = cross_force_abs(v, rigid_mul_abs(body_I(b), body_h(b), body_mass(b), v));
+        f = rigid_bias_abs(body_I(b), body_h(b), body_mass(b), v);
         f = sv_add(f, sv_abs(s->wrench[i]));
     }
     euler_out(s, i, sv_perturb(a, size, &start, 0), qdd, products ? &s->p[i] : NULL);

@@ -3,20 +3,19 @@
  *
  * The sentinel: is the articulated-body recursion safely above its rounding?
  *
- *   s = eps max_i (Mbar_i / D_i)
+ *   s = eps max_i (G_i / D_i)
  *
- * with D_i the projected articulated inertia of joint i and Mbar_i the largest inertia that its
- * subtree can have about the joint (model/inertia_bound.h). D_i is the difference of inertias up to
- * Mbar_i, so s bounds its relative rounding. The sentinel trips where s is above SENTINEL_LIMIT, or
- * a D_i is not positive.
+ * D_i is the projected articulated inertia of joint i, the difference of larger numbers; G_i is
+ * their size: in this pose, of a rotation tr A + lever_i tr M, with A and M the angular and linear
+ * blocks of IA_i, and of a translation tr M; and that of the heaviest body outboard, for what the
+ * joints between have taken away leaves its rounding (model/sizes.h). The sentinel trips where s is
+ * above SENTINEL_LIMIT, or a D_i is not positive.
  */
 #ifndef TFA_DYNAMICS_CORE_SENTINEL_H
 #define TFA_DYNAMICS_CORE_SENTINEL_H
 
 #include "dynamics/core/sentinel_limit.h"
 #include "layout/body.h"
-
-#define SENTINEL_RATIO num_of((double)NUM_EPSILON / SENTINEL_LIMIT)
 
 /* Nothing seen so far */
 TFA_INLINE void sentinel_reset(struct state *s)
@@ -29,31 +28,71 @@ TFA_INLINE void sentinel_see(struct state *s, num margin)
     s->margin = sentinel_smaller(s->margin, margin);
 }
 
-/* Smallest D that is safe */
-TFA_INLINE num sentinel_floor(const struct state *s, const body_constants *b, uint32_t k)
+/* Share of G of the bodies outboard; any of them may have the payloads of the request. */
+TFA_INLINE num sentinel_outboard(const struct state *s, const body_constants *b, int angular)
 {
-    return (body_inertia_bound(b, k) + s->payload_bound) * SENTINEL_RATIO;
+    const num outboard = body_outboard(b, !angular);
+    if (!state_payloads(s))
+        return outboard;
+    return outboard +
+           (angular ? s->payload_size[0] + body_lever(b) * s->payload_size[1] : s->payload_size[1]);
 }
 
-/* D of a joint with one freedom; */
-TFA_INLINE void sentinel_see_D(struct state *s, const body_constants *b, num D)
+/* G of a rotation and of a translation */
+struct sentinel_size {
+    num angular, linear;
+};
+
+TFA_INLINE struct sentinel_size sentinel_size(const struct state *s, const body_constants *b,
+                                              const sym6 *IA)
 {
-    sentinel_see(s, D - sentinel_floor(s, b, 0));
+    const num linear = IA->M.xx + IA->M.yy + IA->M.zz;
+    return (struct sentinel_size){IA->A.xx + IA->A.yy + IA->A.zz + body_lever(b) * linear +
+                                      sentinel_outboard(s, b, 1),
+                                  linear + sentinel_outboard(s, b, 0)};
 }
 
-/* 1/D of freedom k */
-TFA_INLINE void sentinel_see_inverse(struct state *s, const body_constants *b, uint32_t k,
-                                     num inverse)
+/* Of a freedom that moves the body by H */
+TFA_INLINE num sentinel_size_along(const struct sentinel_size *G, svec H)
 {
-    sentinel_see(s, num_select(inverse > 0, 1 - inverse * sentinel_floor(s, b, k), num_of(-1)));
+    return v3_dot(H.w, H.w) * G->angular + v3_dot(H.v, H.v) * G->linear;
+}
+
+/* Of freedom k */
+static inline num sentinel_size_of(const struct state *s, const body_constants *b, uint32_t k,
+                                   const struct sentinel_size *G)
+{
+    if (b->n == 1)
+        return is_revolute(b->kind) ? G->angular : G->linear;
+    return sentinel_size_along(G, joint_nd_axis(&s->joint_nd[b->joint_nd], k));
+}
+
+/* D of a joint with one freedom */
+TFA_INLINE void sentinel_see_D(struct state *s, const body_constants *b, const sym6 *IA,
+                               int angular, num D)
+{
+    sentinel_see(s,
+                 sentinel_margin(D, IA, body_lever(b), sentinel_outboard(s, b, angular), angular));
+}
+
+/* From 1/D and G */
+TFA_INLINE num sentinel_margin_inverse(num inverse, num G)
+{
+    return num_select(inverse > 0, 1 - inverse * (G * SENTINEL_RATIO), num_of(-1));
+}
+
+TFA_INLINE void sentinel_see_inverse(struct state *s, num inverse, num G)
+{
+    sentinel_see(s, sentinel_margin_inverse(inverse, G));
 }
 
 /* Several freedoms: entry k of the diagonal of D^-1 = L^-T diag(L)^-1 L^-1, for no pivot need be
  * small where a combination of freedoms moves little. Rows of six, the inverse pivots on the
  * diagonal. */
-static inline void sentinel_see_joint_nd(struct state *s, const body_constants *b,
+static inline void sentinel_see_joint_nd(struct state *s, const body_constants *b, const sym6 *IA,
                                          const struct joint_nd *w)
 {
+    const struct sentinel_size G = sentinel_size(s, b, IA);
     for (uint32_t k = 0; k < b->n; k++) {
         num column[6], inverse = w->L[7 * k];
         for (uint32_t i = k + 1; i < b->n; i++) { /* of L^-1 */
@@ -63,21 +102,25 @@ static inline void sentinel_see_joint_nd(struct state *s, const body_constants *
             inverse += column[i] * column[i] * w->L[7 * i];
         }
         if (!(w->locked >> k & 1))
-            sentinel_see_inverse(s, b, k, inverse);
+            sentinel_see_inverse(s, inverse, sentinel_size_along(&G, joint_nd_axis(w, k)));
     }
 }
 
 /* The same for freedoms k .. k + 2 of a floating base, after those before them are eliminated: its
  * linear, then its angular ones. A combination of both that moves little is seen by the angular
  * ones. */
-TFA_INLINE void sentinel_see_block(struct state *s, const body_constants *b, uint32_t k,
-                                   const num *L)
+TFA_INLINE void sentinel_see_block(struct state *s, uint32_t k, const num *L, num G)
 {
     const num *D = L + 7 * k, l1 = D[6], l2 = D[12], l3 = D[13], l = l1 * l3 - l2;
-    sentinel_see_inverse(s, b, k, D[0] + l1 * l1 * D[7] + l * l * D[14]);
-    sentinel_see_inverse(s, b, k + 1, D[7] + l3 * l3 * D[14]);
-    sentinel_see_inverse(s, b, k + 2, D[14]);
+    sentinel_see_inverse(s, D[0] + l1 * l1 * D[7] + l * l * D[14], G);
+    sentinel_see_inverse(s, D[7] + l3 * l3 * D[14], G);
+    sentinel_see_inverse(s, D[14], G);
 }
+
+/* Margins of the factors of M, after crba and before s->Ic is used otherwise, and of those that the
+ * articulated-body recursion left in s->IA and s->Dinv */
+num TFA_V(sentinel_margin_mass)(struct state *s);
+num TFA_V(sentinel_margin_articulated)(struct state *s);
 
 /* Of some state, if there are several */
 TFA_INLINE int sentinel_trips(const struct state *s)

@@ -6,10 +6,11 @@
 #ifndef TFA_DYNAMICS_CORE_SENTINEL_LIMIT_H
 #define TFA_DYNAMICS_CORE_SENTINEL_LIMIT_H
 
-#include "spatial/num.h"
+#include "spatial/spatial.h"
 
 /* docs/accuracy.md, "The sentinel" */
-#define SENTINEL_LIMIT (NUM_EPSILON > 0x1p-30 ? 1e-3 : 1e-8)
+#define SENTINEL_LIMIT (NUM_EPSILON > 0x1p-30 ? 1e-3 : 1e-9)
+#define SENTINEL_RATIO num_of((double)NUM_EPSILON / SENTINEL_LIMIT)
 
 /* The smaller of a margin and that of one more joint. TFA_WITHOUT_SENTINEL is for
  * tests/bench/sentinel.sh, which measures the sentinel's cost. */
@@ -21,6 +22,15 @@ static inline num sentinel_smaller(num margin, num joint)
 #else
     return num_select(joint < margin, joint, margin);
 #endif
+}
+
+/* Of one joint: below zero where D is not safe (sentinel.h) */
+TFA_INLINE num sentinel_margin(num D, const sym6 *IA, num lever, num outboard, int angular)
+{
+    num G = IA->M.xx + IA->M.yy + IA->M.zz;
+    if (angular)
+        G = IA->A.xx + IA->A.yy + IA->A.zz + lever * G;
+    return D - (G + outboard) * SENTINEL_RATIO;
 }
 
 #endif

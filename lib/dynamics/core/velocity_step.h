@@ -52,7 +52,8 @@ static inline void velocity_step(struct state *s, uint32_t i, const body_constan
 /* v x* I v */
 TFA_INLINE svec gyroscopic(const struct state *s, uint32_t i)
 {
-    return cross_force(s->v[i], rigid_mul(body_with_payload(s, i), s->v[i]));
+    const body_constants *b = body_with_payload(s, i);
+    return s6_rigid_bias(body_I(b), body_h(b), body_mass(b), s->v[i]);
 }
 
 #endif

@@ -95,8 +95,9 @@ static void set_lane_constants(body_constants *t, uint32_t l, const struct tfa_b
     t->mass[l] = b->mass;
     t->armature[l] = b->armature;
     t->d[l] = b->d;
-    for (int k = 0; k < 6; k++)
-        t->bound[k][l] = b->bound[k];
+    t->lever[l] = b->lever;
+    for (int k = 0; k < 2; k++)
+        t->outboard[k][l] = b->outboard[k];
 }
 
 /* Constants that are the same in all lanes */

@@ -60,7 +60,7 @@ static inline svec row_force(const struct partition *p, const struct partition_b
     const svec v = sv_abs(r[k].v);
     svec size = rigid_mul_abs(b[k].I, b[k].h, b[k].mass, sv_abs(a));
     if (p->moving)
-        size = sv_add(size, cross_force_abs(v, rigid_mul_abs(b[k].I, b[k].h, b[k].mass, v)));
+        size = sv_add(size, rigid_bias_abs(b[k].I, b[k].h, b[k].mass, v));
     const struct perturb_start start = row_start(k);
     return sv_perturb(f, size, &start, 6);
 }

@@ -72,7 +72,7 @@ struct elimination {
 static inline void velocity_products(const struct partition_body *b, struct block_row *r, svec dv)
 {
     const svec v = r->v = sv_add(r->v, dv);
-    r->p = cross_force(v, s6_rigid_mul(b->I, b->h, b->mass, v));
+    r->p = s6_rigid_bias(b->I, b->h, b->mass, v);
 }
 
 static inline struct elimination elimination_start(const struct partition *p, uint32_t g, int flags)

@@ -96,13 +96,6 @@ static inline sym6 body_inertia(const struct body_constants *b)
                   {b->mass, o, o, b->mass, o, b->mass}};
 }
 
-/* I v */
-static inline svec body_momentum(const struct body_constants *b, svec v)
-{
-    return (svec){v3_add(s3_mul(b->I, v.w), v3_cross(b->h, v.v)),
-                  v3_sub(v3_scale(v.v, b->mass), v3_cross(b->h, v.w))};
-}
-
 /* Inertia of the first bodies of each segment on the end of the one before: scan_segment.c */
 static void overlap(struct segment_lanes *s, uint32_t g)
 {
@@ -235,12 +228,12 @@ static inline void through_joint(const struct body_constants *b, struct step *x,
     svec c = sv_zero(), pA = w->pA;
     s6_add(&IA, &w->IA);
     if (moving) {
-        pA = sv_add(cross_force(x->v, body_momentum(b, x->v)), pA);
+        pA = sv_add(s6_rigid_bias(b->I, b->h, b->mass, x->v), pA);
         c = revolute_velocity_product(x->v, qd);
     }
     const svec U = revolute_U(&IA);
     const num Dinv = 1 / IA.A.zz, u = tau - pA.w.z;
-    *margin = sentinel_smaller(*margin, IA.A.zz - b->floor);
+    *margin = sentinel_smaller(*margin, sentinel_margin(IA.A.zz, &IA, b->lever, b->outboard, 1));
     const svec k = revolute_gain(U, Dinv);
     const sym6 Ia = revolute_project(&IA, U, k);
     x->U = U;

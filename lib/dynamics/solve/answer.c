@@ -7,9 +7,9 @@
 
 #include <math.h>
 
+#include "dynamics/core/aba_step.h"
 #include "dynamics/core/frame.h"
 #include "dynamics/core/recursions.h"
-#include "dynamics/core/sentinel.h"
 #if NUM_LANES == 1
 #include "dynamics/kinematics/tip_motion.h"
 #endif
@@ -72,11 +72,13 @@ void TFA_V(store_estimate)(const struct state *s, const tfa_request *r, const nu
 /* Bodies above this are not the cause of a failure. */
 #define SINGULAR_RATIO (1e-2 / (double)NUM_EPSILON)
 
-/* How far the projected inertia D of a body's joint is below the largest inertia that it may move:
- * infinite where it is not positive. Kept are 1/D, or those of its factors. */
+/* How far the projected inertia D of a body's joint is below its size G (core/sentinel.h): infinite
+ * where it is not positive. Kept are 1/D, or those of its factors. */
 static double inertia_ratio(const struct state *s, uint32_t i)
 {
     const struct tfa_body *b = &s->body[i];
+    const sym6 IA = aba_backward_inertia(s, i, b, s->locked ? 0 : ABA_FULL_SWEEP);
+    const struct sentinel_size G = sentinel_size(s, b, &IA);
     double most = 0;
     for (uint32_t k = 0; k < b->n; k++) {
         const num d = b->n == 1 ? s->Dinv[i] : s->joint_nd[b->joint_nd].L[7 * k];
@@ -84,7 +86,7 @@ static double inertia_ratio(const struct state *s, uint32_t i)
             continue;
         if (!(num_all(d > 0) && num_all(d - d == num_of(0))))
             return INFINITY;
-        most = fmax(most, (double)num_lane(d * body_inertia_bound(b, k), 0));
+        most = fmax(most, (double)num_lane(d * sentinel_size_of(s, b, k, &G), 0));
     }
     return most;
 }
@@ -93,6 +95,7 @@ static double inertia_ratio(const struct state *s, uint32_t i)
 static int find_singular_body(struct state *s, uint32_t *link)
 {
     double largest = SINGULAR_RATIO;
+    *link = 0;
     (void)TFA_V(factor)(s, METHOD_OF_ESTIMATES);
     for (uint32_t k = 0; k < s->spans; k++)
         for (uint32_t i = s->span[k].first; i < s->span[k].end; i++)

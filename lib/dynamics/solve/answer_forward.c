@@ -26,6 +26,14 @@ static void store_estimate(const struct state *s, const tfa_request *r, num_doub
     TFA_V(store_estimate)(s, r, &estimate, out);
 }
 
+/* By default an answer that the sentinel doubts is refined if its estimate, too, asks for it. */
+static int doubt_is_confirmed(const tfa_request *r, const tfa_answer *out, uint32_t steps,
+                              const struct refined *x)
+{
+    return out->flags & TFA_ANSWER_SENTINEL && r->refine == TFA_REFINE_DEFAULT && !steps &&
+           !(x->estimate.lane[0] <= SENTINEL_ESTIMATE_MAX);
+}
+
 /* Refinement and estimate; while the estimate is too large, the answer of the next method, refined
  * as the first was. If the estimate is still too large, the residual kernel answers, where there is
  * one. A request without estimates gets the answer of the method. *valid:
@@ -35,6 +43,10 @@ static tfa_method refine(struct state *s, const tfa_request *r, tfa_method metho
 {
     const int to_full_precision = s->residual_kernel && r->refine == TFA_REFINE_DEFAULT;
     struct refined x = TFA_V(refine)(s, method, steps, to_full_precision, estimation);
+    if (doubt_is_confirmed(r, out, steps, &x)) {
+        steps = 1;
+        x = TFA_V(refine)(s, method, steps, to_full_precision, estimation);
+    }
     if (s->lanes > 1 && x.estimated && estimation != ESTIMATE) /* the other states are not */
         s->lanes_diverged = 1;
     while (x.fallback_reason && r->estimate != TFA_ESTIMATE_NEVER) {
@@ -98,8 +110,6 @@ int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa
     if (!with_estimate && TFA_V(sentinel_asks_estimate)(s, r, method, out)) {
         with_estimate = 1;
         s->lanes_diverged = s->lanes > 1; /* the other states may need no estimate */
-        if (r->refine == TFA_REFINE_DEFAULT && !steps)
-            steps = 1;
     }
     if (s->lanes_diverged)
         return TFA_OK;

@@ -95,7 +95,10 @@ static void load_payloads(struct state *s, const tfa_request *r)
         TFA_V(tfa_precompute_body)(s, changed[k]);
     if (!s->payloads)
         s->body = m->body;
-    s->payload_bound = num_of(tfa_payload_bound(m, s->payloads, s->payload));
+    double size[2];
+    tfa_payload_size(s->payloads, s->payload, size);
+    s->payload_size[0] = num_of(size[0]);
+    s->payload_size[1] = num_of(size[1]);
 }
 
 /* ---- locked joints ---- */

@@ -44,6 +44,12 @@ static void mass_factor(struct state *s)
         return;
     TFA_V(crba)(s);
     TFA_V(ltdl_factor)(s);
+    s->mass_margin = TFA_V(sentinel_margin_mass)(s);
+}
+
+static num mass_margin(struct state *s)
+{
+    return s->mass_margin;
 }
 
 static void mass_solve(struct state *s, const num *rhs, num *x)
@@ -97,7 +103,7 @@ static const struct method rows[] = {
                          .solve = mass_solve,
                          .forward = mass_forward,
                          .obeys_mimics = 1,
-                         .see = TFA_V(sentinel_see_mass)},
+                         .margin = mass_margin},
     [TFA_METHOD_ABA] = {ARTICULATED, .osim = OSIM(lambda_propagation)},
     [TFA_METHOD_TFA] = {CHAIN(tfa)},
     [TFA_METHOD_TFA_ONE_SIDED] = SINGLE(.osim_elimination = TFA_V(lambda_one_sided)),
@@ -107,13 +113,21 @@ static const struct method rows[] = {
     [TFA_METHOD_CFA] = {CHAIN(cfa)},
     [TFA_METHOD_CFA_CR] = {CHAIN(cfa_cr)},
     [TFA_METHOD_DCA] = {CHAIN(dca)},
-    [TFA_METHOD_SCAN] = SINGLE(CHAIN(scan), .see = TFA_V(sentinel_see_articulated), .is_scan = 1),
+    [TFA_METHOD_SCAN] =
+        SINGLE(CHAIN(scan), .margin = TFA_V(sentinel_margin_articulated), .is_scan = 1),
     [TFA_METHOD_SCAN_TWO_PASS] =
-        SINGLE(CHAIN(scan_two_pass), .see = TFA_V(sentinel_see_articulated), .is_scan = 1),
+        SINGLE(CHAIN(scan_two_pass), .margin = TFA_V(sentinel_margin_articulated), .is_scan = 1),
     [TFA_METHOD_EFPA] = SINGLE(.osim = TFA_V(lambda_efpa)),
     [TFA_METHOD_PV_OSIMR] = SINGLE(.osim = TFA_V(lambda_pv)),
 };
 #define ROWS (sizeof rows / sizeof *rows)
+
+int TFA_V(sentinel_of)(struct state *s, tfa_method method)
+{
+    const struct method *row = TFA_V(method)(method);
+    const num margin = row->margin ? row->margin(s) : s->margin;
+    return !num_all(margin >= 0);
+}
 
 const struct method *TFA_V(method)(tfa_method method)
 {

@@ -26,9 +26,8 @@ struct method {
     /* Lambda^-1 without factors of the whole robot: TFA_OK, TFA_E_SINGULAR with s->bad_body, or
      * TFA_E_UNSUPPORTED for these tips; NULL: none */
     int (*osim_elimination)(struct state *s, tfa_reference_frame frame);
-    /* The sentinel over its factors; NULL: it has seen those of aba, which runs it while
-     * factoring */
-    void (*see)(struct state *s);
+    /* The sentinel's margin of its factors; NULL: that of aba, which looks while factoring */
+    num (*margin)(struct state *s);
     /* It is the segment scan, with which another scan is not to be replaced. */
     int is_scan;
 };
@@ -83,12 +82,7 @@ void TFA_V(impose_mimics)(struct state *s, tfa_method method, num *x);
 
 /* ---- the sentinel over the factors of a method (core/sentinel.h) ---- */
 
-/* Does the sentinel trip for the factors that the method left? Those of aba have seen it
- * (s->margin). */
+/* Does the sentinel trip for the factors that the method left? */
 int TFA_V(sentinel_of)(struct state *s, tfa_method method);
-
-/* It looks at the factors of M, and at those that the articulated-body recursion left. */
-void TFA_V(sentinel_see_mass)(struct state *s);
-void TFA_V(sentinel_see_articulated)(struct state *s);
 
 #endif

@@ -47,7 +47,10 @@ TFA_INLINE void add_request_payloads(struct state *s, struct robot_inputs *in,
                               r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k);
     }
     s->loaded = in->loaded_bodies;
-    s->payload_bound = num_of(host->payload_bound(m, r->payload_count, r->payloads));
+    double size[2];
+    host->payload_size(r->payload_count, r->payloads, size);
+    s->payload_size[0] = num_of(size[0]);
+    s->payload_size[1] = num_of(size[1]);
 }
 #endif
 
@@ -62,7 +65,6 @@ TFA_INLINE void init_state(struct state *s, struct robot_inputs *in,
     s->base = in->base;
     s->locked = 0;
     sentinel_reset(s);
-    s->payload_bound = num_of(0);
 #ifdef ROBOT_PAYLOADS
     add_request_payloads(s, in, host, r);
 #endif

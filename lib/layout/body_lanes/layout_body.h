@@ -47,7 +47,7 @@ typedef struct body_constants {
     sym3 I;
     num armature;
     num d;
-    num bound[6];
+    num lever, outboard[2];
     num_mask roots;        /* lanes whose parent is the world */
     struct lane_refs from; /* scattered: the parents */
     /* the body whose numbers a lane has: the one that stands there, or one that the lane repeats
@@ -101,9 +101,14 @@ static inline num body_armature(const body_constants *b)
     return b->armature;
 }
 
-static inline num body_inertia_bound(const body_constants *b, uint32_t k)
+static inline num body_lever(const body_constants *b)
 {
-    return b->bound[k];
+    return b->lever;
+}
+
+static inline num body_outboard(const body_constants *b, int k)
+{
+    return b->outboard[k];
 }
 
 static inline num body_d(const body_constants *b)

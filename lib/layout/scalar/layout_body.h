@@ -49,10 +49,16 @@ static inline num body_armature(const body_constants *b)
     return num_of(b->armature);
 }
 
-/* Largest inertia that freedom k may move */
-static inline num body_inertia_bound(const body_constants *b, uint32_t k)
+/* Of the sentinel */
+static inline num body_lever(const body_constants *b)
 {
-    return num_of(b->bound[k]);
+    return num_of(b->lever);
+}
+
+/* k 0: of a rotation, 1: of a translation */
+static inline num body_outboard(const body_constants *b, int k)
+{
+    return num_of(b->outboard[k]);
 }
 
 /* Of an axial one: shift along z */

@@ -52,7 +52,8 @@ static const int robot_lane_of[] = {ROBOT_LANE_OF};
 #define ROBOT_LANE_MASS(l) ROBOT_LANE(l).mass
 #define ROBOT_LANE_ARMATURE(l) ROBOT_LANE(l).armature
 #define ROBOT_LANE_D(l) ROBOT_LANE(l).d
-#define ROBOT_LANE_BOUND(l) ROBOT_LANE(l).bound[k]
+#define ROBOT_LANE_LEVER(l) ROBOT_LANE(l).lever
+#define ROBOT_LANE_OUTBOARD(l) ROBOT_LANE(l).outboard[k]
 ROBOT_CONSTANT(robot_E, num, ROBOT_INDEX, ROBOT_LANE_E)
 ROBOT_CONSTANT(robot_r, num, ROBOT_INDEX, ROBOT_LANE_R)
 ROBOT_CONSTANT(robot_h, num, ROBOT_INDEX, ROBOT_LANE_H)
@@ -60,7 +61,8 @@ ROBOT_CONSTANT(robot_I, num, ROBOT_INDEX, ROBOT_LANE_I)
 ROBOT_CONSTANT(body_mass, num, , ROBOT_LANE_MASS)
 ROBOT_CONSTANT(body_armature, num, , ROBOT_LANE_ARMATURE)
 ROBOT_CONSTANT(body_d, num, , ROBOT_LANE_D)
-ROBOT_CONSTANT(robot_bound, num, ROBOT_INDEX, ROBOT_LANE_BOUND)
+ROBOT_CONSTANT(body_lever, num, , ROBOT_LANE_LEVER)
+ROBOT_CONSTANT(body_outboard, num, ROBOT_INDEX, ROBOT_LANE_OUTBOARD)
 
 TFA_INLINE mat3 body_E(const body_constants *b)
 {
@@ -82,11 +84,6 @@ TFA_INLINE sym3 body_I(const body_constants *b)
 {
     return (sym3){robot_I(b, 0), robot_I(b, 1), robot_I(b, 2),
                   robot_I(b, 3), robot_I(b, 4), robot_I(b, 5)};
-}
-
-TFA_INLINE num body_inertia_bound(const body_constants *b, uint32_t k)
-{
-    return robot_bound(b, (int)k);
 }
 
 TFA_INLINE int body_has_armature(const body_constants *b)

@@ -74,11 +74,10 @@ TFA_INLINE void composite_to_parent(const struct state *s, struct robot_factors 
 }
 
 /* Eliminates freedom k: L, D^-1, and the right-hand side if there is one */
-TFA_INLINE void eliminate_freedom(struct state *s, struct robot_factors *m, int32_t k, int rhs)
+TFA_INLINE void eliminate_freedom(const struct state *s, struct robot_factors *m, int32_t k,
+                                  int rhs)
 {
-    const body_constants *b = body_constants_of(s, (uint32_t)k);
-    const num D = m->row[k][k], inverse = 1 / D;
-    sentinel_see_D(s, b, D);
+    const num inverse = 1 / m->row[k][k];
     m->Dinv[k] = inverse;
 #pragma GCC unroll 64
     for (int32_t i = ROBOT_BODIES - 1; i >= 0; i--)
@@ -101,6 +100,9 @@ TFA_INLINE void crba_backward_step(struct state *s, struct robot_factors *m, int
     const rigid Ic = rigid_add(&own, &m->Ic[k]);
     composite_to_parent(s, m, k, &Ic);
     mass_row(s, m, k, &Ic);
+    const sym6 size = s6_rigid(Ic.I, Ic.h, Ic.m);
+    sentinel_see(s,
+                 sentinel_margin(m->row[k][k], &size, num_of(0), num_of(0), is_revolute(b->kind)));
     eliminate_freedom(s, m, k, rhs);
 }
 

@@ -115,7 +115,7 @@ gnuplot -e "atlas='$work/atlas-qdd/atlas.csv'; bodies=$map_bodies; output='$docs
     "$here/atlas.gp"
 
 for program in test_reference test_laws; do
-    [ $# -eq 3 ] || [ ! -x "$build/bin/$program" ] || "$build/bin/$program" >"$work/$program.txt" 2>&1 || true
+    [ $# -eq 3 ] || [ ! -x "$build/bin/$program" ] || TEST_LONG=1 "$build/bin/$program" >"$work/$program.txt" 2>&1 || true
 done
 sh "$here/tables.sh" "$work" "$one"
 for page in accuracy which-method; do

@@ -215,6 +215,37 @@ for name in mechanisms robots; do
     }'
 done | sort | table 'peer,run,cells,error over that of `crba`,largest error' | block peers
 
+# the order that the paper states: error of tfa over that of others, median of the mechanisms without
+# extreme masses and radii
+chart mechanisms | awk -F, '
+    $1 ~ /^(alternating|light-heavy|heavy-tip|thin)$/ || $3 == "gravity" || $5 != 0 { next }
+    $8 == "ok" && $11 > 0 { error[$4, $3, $2, $1] = $11 }
+    END {
+        for (key in error) {
+            split(key, k, SUBSEP)
+            if (k[1] ~ /^(cfa|dca|scan|aba|crba)$/ && ("tfa", k[2], k[3], k[4]) in error)
+                print k[3], k[1], k[2], error["tfa", k[2], k[3], k[4]] / error[key]
+        }
+    }' | sort -k1,1n -k2,3 -k4,4g | awk '
+    { key = $2 " " $3; size = $1 }
+    key " " size != now { now = key " " size; n = 0 }
+    !(size in known) { known[size] = 1; sizes[++count] = size }
+    { list[++n] = $4; at[key, size] = (list[int((n + 1) / 2)] + list[int(n / 2) + 1]) / 2 }
+    function cells(key,  k, x, line) {
+        for (k = 1; k <= count; k++) {
+            x = at[key, sizes[k]]
+            line = line " " (x == "" ? "-" : sprintf(x < 10 ? "%.2g" : "%.0f", x))
+        }
+        return line
+    }
+    END {
+        for (k = 1; k <= count; k++) line = line " " sizes[k]
+        print "`tfa` over, bodies|" line "|" line
+        n = split("cfa dca scan aba crba", method, " ")
+        for (m = 1; m <= n; m++)
+            print "`" method[m] "`|" cells(method[m] " qdd") "|" cells(method[m] " tau")
+    }' | sed 's/| */|/g' | table "$(fact processor) (\`$(fact client_kernels)\`),\`qdd\`,\`tau\`" | block order
+
 # precisions of two methods
 chart precision | awk -F, '
     $4 != "aba" && $4 != "tfa" { next }

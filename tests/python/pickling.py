@@ -164,11 +164,13 @@ class Sources(Case):
                     tf.Model("package://my_leg/leg.urdf")
 
     def test_repr(self):
-        dog = load("quadruped", "floating")
-        links = len(dog.links)
-        self.assertEqual(
-            repr(dog), f"<totalforce.Model 'quadruped': 12 joints, {links} links, floating base>"
-        )
+        for name, base, joints in (("quadruped", "floating", 12), ("arm7", "fixed", 7)):
+            model = load(name, base)
+            self.assertEqual(
+                repr(model),
+                f"<totalforce.Model '{name}': {joints} joints, {len(model.links)} links, "
+                f"{base} base>",
+            )
 
 
 if __name__ == "__main__":

@@ -31,7 +31,8 @@ struct tfa_host_api {
     void (*add_payload)(struct tfa_body *body, const struct tfa_frame *frame,
                         const double numbers[10]);
     /* As tfa_payload_size */
-    void (*payload_size)(uint32_t count, const double *numbers, double size[2]);
+    void (*payload_size)(const struct tfa_model *model, uint32_t count, const double *numbers,
+                         double size[2]);
 };
 
 /* For a request that a kernel has no code for, in place of states that have an answer */

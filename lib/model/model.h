@@ -75,8 +75,8 @@ struct tfa_body {
     uint32_t part;                    /* fused: its n parts start here in tfa_model.part */
     int32_t tree;                     /* root body of its tree */
     uint32_t depth;                   /* bodies from the root to here, this one included */
-    double lever;                     /* of the sentinel, m^2 (sizes.h) */
-    double outboard[2];               /* of the sentinel: kg m^2, kg */
+    double outboard[2];               /* of the sentinel: kg m^2, kg (sizes.h) */
+    double lever;                     /* m^2 */
     const struct tfa_body_quad *quad; /* the same constants, not rounded */
 };
 
@@ -135,6 +135,7 @@ struct tfa_model {
     size_t mass_entries; /* entries of M that are not zero by structure, lower triangle */
     double gravity[3];
     double length; /* characteristic: metres that a radian counts in the metric of tips */
+    double lever;  /* the largest of all bodies, m^2 */
     tfa_base base;
     tfa_model_summary summary;
     const struct tfa_body *body;

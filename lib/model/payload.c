@@ -130,12 +130,14 @@ uint8_t tfa_inertia_is_regular(const struct tfa_body *body)
     return 1;
 }
 
-void tfa_payload_size(uint32_t count, const double *numbers, double size[2])
+void tfa_payload_size(const struct tfa_model *m, uint32_t count, const double *numbers,
+                      double size[2])
 {
     size[0] = size[1] = 0;
     for (const double *n = numbers; n < numbers + TFA_PAYLOAD_NUMBERS * (size_t)count;
          n += TFA_PAYLOAD_NUMBERS) {
-        size[0] += n[4] + n[7] + n[9] + 2 * n[0] * (n[1] * n[1] + n[2] * n[2] + n[3] * n[3]);
+        const double lever = n[1] * n[1] + n[2] * n[2] + n[3] * n[3] + 1.5 * m->lever;
+        size[0] += n[4] + n[7] + n[9] + 2 * n[0] * lever;
         size[1] += 3 * n[0];
     }
 }

@@ -40,9 +40,10 @@ void tfa_body_add_payload(struct tfa_body *body, const struct tfa_frame *frame,
 void tfa_body_add_payload_inertia(struct tfa_body *body, const struct tfa_frame *frame,
                                   const double numbers[10]);
 
-/* Sums of their traces of the inertia about the links' origins, kg m^2, and of the mass, kg, for
- * the sentinel */
-void tfa_payload_size(uint32_t count, const double *numbers, double size[2]);
+/* Sums of their traces of the inertia, at the model's longest lever, kg m^2, and of the mass, kg,
+ * for the sentinel */
+void tfa_payload_size(const struct tfa_model *m, uint32_t count, const double *numbers,
+                      double size[2]);
 
 /* 1: LDL^T of the 6 x 6 inertia, scaled to unit diagonal, has no pivot that is nearly zero. */
 uint8_t tfa_inertia_is_regular(const struct tfa_body *body);

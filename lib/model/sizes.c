@@ -42,13 +42,15 @@ static double characteristic_length(const struct tfa_model *m, struct tfa_body *
 
 /* Of each joint outboard, twice the square of its distance, half as much for each joint between:
  * where a lever is long the rounding of what it moved is large. The longest counts. */
-static void compute_levers(const struct tfa_model *m, struct tfa_body *body)
+static void compute_levers(struct tfa_model *m, struct tfa_body *body)
 {
+    m->lever = 0;
     for (uint32_t i = 0; i < m->bodies; i++)
         body[i].lever = 0;
     for (uint32_t i = m->bodies; i-- > 0;) {
         const struct tfa_body *b = &body[i];
         const double d = distance(m, b);
+        m->lever = fmax(m->lever, b->lever);
         if (b->parent >= 0)
             body[b->parent].lever = fmax(body[b->parent].lever, 2 * d * d + b->lever / 2);
     }

@@ -140,7 +140,6 @@ static void write_body(struct text_buffer *t, const tfa_model *m, uint32_t i)
     }
     text_append(t, "     .mass = %a /* %.9g */, .armature = %a /* %.9g */, .d = %a /* %.9g */,\n",
                 b->mass, b->mass, b->armature, b->armature, b->d, b->d);
-    text_append(t, "     .lever = %a /* %.9g */,\n", b->lever, b->lever);
     write_integers(t, b);
 }
 
@@ -148,8 +147,7 @@ static void write_bodies(struct text_buffer *t, const tfa_model *m)
 {
     text_append(t, "\n/* E, r: of the joint's frame in the parent's, m; h: mass times centre of "
                    "mass, kg m; I: xx xy xz yy\n * yz zz about the frame's origin, kg m^2; mass, "
-                   "kg; armature, kg m^2 or kg; lever, m^2, and outboard, kg m^2 and kg: of the "
-                   "sentinel */\n"
+                   "kg; armature, kg m^2 or kg; outboard, kg m^2 and kg: of the sentinel */\n"
                    "static const struct tfa_body robot_body[ROBOT_BODIES] = {\n");
     for (uint32_t i = 0; i < m->bodies; i++)
         write_body(t, m, i);

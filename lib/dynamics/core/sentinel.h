@@ -6,10 +6,10 @@
  *   s = eps max_i (G_i / D_i)
  *
  * D_i is the projected articulated inertia of joint i, the difference of larger numbers; G_i is
- * their size: in this pose, of a rotation tr A + lever_i tr M, with A and M the angular and linear
- * blocks of IA_i, and of a translation tr M; and that of the heaviest body outboard, for what the
- * joints between have taken away leaves its rounding (model/sizes.h). The sentinel trips where s is
- * above SENTINEL_LIMIT, or a D_i is not positive.
+ * their size: the trace of the angular or, for a translation, of the linear block of IA_i, in this
+ * pose, and that of the heaviest body outboard at the lever of the joint, for what the joints
+ * between have taken away leaves its rounding (model/sizes.h). The sentinel trips where s is above
+ * SENTINEL_LIMIT, or a D_i is not positive.
  */
 #ifndef TFA_DYNAMICS_CORE_SENTINEL_H
 #define TFA_DYNAMICS_CORE_SENTINEL_H
@@ -32,10 +32,7 @@ TFA_INLINE void sentinel_see(struct state *s, num margin)
 TFA_INLINE num sentinel_outboard(const struct state *s, const body_constants *b, int angular)
 {
     const num outboard = body_outboard(b, !angular);
-    if (!state_payloads(s))
-        return outboard;
-    return outboard +
-           (angular ? s->payload_size[0] + body_lever(b) * s->payload_size[1] : s->payload_size[1]);
+    return state_payloads(s) ? outboard + s->payload_size[!angular] : outboard;
 }
 
 /* G of a rotation and of a translation */
@@ -46,10 +43,8 @@ struct sentinel_size {
 TFA_INLINE struct sentinel_size sentinel_size(const struct state *s, const body_constants *b,
                                               const sym6 *IA)
 {
-    const num linear = IA->M.xx + IA->M.yy + IA->M.zz;
-    return (struct sentinel_size){IA->A.xx + IA->A.yy + IA->A.zz + body_lever(b) * linear +
-                                      sentinel_outboard(s, b, 1),
-                                  linear + sentinel_outboard(s, b, 0)};
+    return (struct sentinel_size){IA->A.xx + IA->A.yy + IA->A.zz + sentinel_outboard(s, b, 1),
+                                  IA->M.xx + IA->M.yy + IA->M.zz + sentinel_outboard(s, b, 0)};
 }
 
 /* Of a freedom that moves the body by H */
@@ -71,8 +66,7 @@ static inline num sentinel_size_of(const struct state *s, const body_constants *
 TFA_INLINE void sentinel_see_D(struct state *s, const body_constants *b, const sym6 *IA,
                                int angular, num D)
 {
-    sentinel_see(s,
-                 sentinel_margin(D, IA, body_lever(b), sentinel_outboard(s, b, angular), angular));
+    sentinel_see(s, sentinel_margin(D, IA, sentinel_outboard(s, b, angular), angular));
 }
 
 /* From 1/D and G */

@@ -25,11 +25,9 @@ static inline num sentinel_smaller(num margin, num joint)
 }
 
 /* Of one joint: below zero where D is not safe (sentinel.h) */
-TFA_INLINE num sentinel_margin(num D, const sym6 *IA, num lever, num outboard, int angular)
+TFA_INLINE num sentinel_margin(num D, const sym6 *IA, num outboard, int angular)
 {
-    num G = IA->M.xx + IA->M.yy + IA->M.zz;
-    if (angular)
-        G = IA->A.xx + IA->A.yy + IA->A.zz + lever * G;
+    const num G = angular ? IA->A.xx + IA->A.yy + IA->A.zz : IA->M.xx + IA->M.yy + IA->M.zz;
     return D - (G + outboard) * SENTINEL_RATIO;
 }
 

@@ -95,7 +95,6 @@ static void set_lane_constants(body_constants *t, uint32_t l, const struct tfa_b
     t->mass[l] = b->mass;
     t->armature[l] = b->armature;
     t->d[l] = b->d;
-    t->lever[l] = b->lever;
     for (int k = 0; k < 2; k++)
         t->outboard[k][l] = b->outboard[k];
 }

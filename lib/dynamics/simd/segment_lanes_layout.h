@@ -22,7 +22,7 @@ struct body_constants {
     vec3 h;
     sym3 I;
     num damping;
-    num lever, outboard;      /* of a rotation (model/sizes.h) */
+    num outboard;             /* of a rotation (model/sizes.h) */
     uint32_t from[NUM_LANES]; /* where q, v, tau and qdd of their joints stand in a request */
 };
 
@@ -115,7 +115,6 @@ static inline void set_body_constants(const struct segment_lanes *s,
     put_lane(&body_constants->I.xx, b->I, 6, lane);
     put_lane(&body_constants->damping, at >= 0 && m->damping ? &m->damping[b->v] : &(double){0}, 1,
              lane);
-    put_lane(&body_constants->lever, &b->lever, 1, lane);
     put_lane(&body_constants->outboard, b->outboard, 1, lane);
     body_constants->from[lane] = at < 0 ? 0 : m->freedom[b->v].from;
 }

@@ -96,7 +96,7 @@ static void load_payloads(struct state *s, const tfa_request *r)
     if (!s->payloads)
         s->body = m->body;
     double size[2];
-    tfa_payload_size(s->payloads, s->payload, size);
+    tfa_payload_size(m, s->payloads, s->payload, size);
     s->payload_size[0] = num_of(size[0]);
     s->payload_size[1] = num_of(size[1]);
 }

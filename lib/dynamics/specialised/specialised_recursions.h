@@ -48,7 +48,7 @@ TFA_INLINE void add_request_payloads(struct state *s, struct robot_inputs *in,
     }
     s->loaded = in->loaded_bodies;
     double size[2];
-    host->payload_size(r->payload_count, r->payloads, size);
+    host->payload_size(m, r->payload_count, r->payloads, size);
     s->payload_size[0] = num_of(size[0]);
     s->payload_size[1] = num_of(size[1]);
 }

@@ -47,7 +47,7 @@ typedef struct body_constants {
     sym3 I;
     num armature;
     num d;
-    num lever, outboard[2];
+    num outboard[2];
     num_mask roots;        /* lanes whose parent is the world */
     struct lane_refs from; /* scattered: the parents */
     /* the body whose numbers a lane has: the one that stands there, or one that the lane repeats
@@ -99,11 +99,6 @@ static inline sym3 body_I(const body_constants *b)
 static inline num body_armature(const body_constants *b)
 {
     return b->armature;
-}
-
-static inline num body_lever(const body_constants *b)
-{
-    return b->lever;
 }
 
 static inline num body_outboard(const body_constants *b, int k)

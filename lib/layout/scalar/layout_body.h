@@ -49,13 +49,7 @@ static inline num body_armature(const body_constants *b)
     return num_of(b->armature);
 }
 
-/* Of the sentinel */
-static inline num body_lever(const body_constants *b)
-{
-    return num_of(b->lever);
-}
-
-/* k 0: of a rotation, 1: of a translation */
+/* Of the sentinel, k 0: of a rotation, 1: of a translation */
 static inline num body_outboard(const body_constants *b, int k)
 {
     return num_of(b->outboard[k]);

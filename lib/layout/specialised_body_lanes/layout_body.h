@@ -52,7 +52,6 @@ static const int robot_lane_of[] = {ROBOT_LANE_OF};
 #define ROBOT_LANE_MASS(l) ROBOT_LANE(l).mass
 #define ROBOT_LANE_ARMATURE(l) ROBOT_LANE(l).armature
 #define ROBOT_LANE_D(l) ROBOT_LANE(l).d
-#define ROBOT_LANE_LEVER(l) ROBOT_LANE(l).lever
 #define ROBOT_LANE_OUTBOARD(l) ROBOT_LANE(l).outboard[k]
 ROBOT_CONSTANT(robot_E, num, ROBOT_INDEX, ROBOT_LANE_E)
 ROBOT_CONSTANT(robot_r, num, ROBOT_INDEX, ROBOT_LANE_R)
@@ -61,7 +60,6 @@ ROBOT_CONSTANT(robot_I, num, ROBOT_INDEX, ROBOT_LANE_I)
 ROBOT_CONSTANT(body_mass, num, , ROBOT_LANE_MASS)
 ROBOT_CONSTANT(body_armature, num, , ROBOT_LANE_ARMATURE)
 ROBOT_CONSTANT(body_d, num, , ROBOT_LANE_D)
-ROBOT_CONSTANT(body_lever, num, , ROBOT_LANE_LEVER)
 ROBOT_CONSTANT(body_outboard, num, ROBOT_INDEX, ROBOT_LANE_OUTBOARD)
 
 TFA_INLINE mat3 body_E(const body_constants *b)

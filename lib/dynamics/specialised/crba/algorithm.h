@@ -101,8 +101,7 @@ TFA_INLINE void crba_backward_step(struct state *s, struct robot_factors *m, int
     composite_to_parent(s, m, k, &Ic);
     mass_row(s, m, k, &Ic);
     const sym6 size = s6_rigid(Ic.I, Ic.h, Ic.m);
-    sentinel_see(s,
-                 sentinel_margin(m->row[k][k], &size, num_of(0), num_of(0), is_revolute(b->kind)));
+    sentinel_see(s, sentinel_margin(m->row[k][k], &size, num_of(0), is_revolute(b->kind)));
     eliminate_freedom(s, m, k, rhs);
 }
 

@@ -230,15 +230,15 @@ void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
 }
 
 /* Directions out of the metric times the roots of their weights, by rows: x^T x is Lambda. */
-static void root_of_lambda(const struct state *s, num *x)
+TFA_INLINE void root_of_lambda(const struct state *s, uint32_t rank, uint32_t n, num *x)
 {
-    const uint32_t stride = tip_stride(s);
+    const uint32_t stride = row_stride(n);
     num *scale = s->coefficient, away = num_of(0);
     for (uint32_t j = 0; j < stride; j++)
         scale[j] = scale_of(s, j);
     for (uint32_t j = 0; j < 3 * s->tips; j++)
         away += num_abs(s->arm[j]);
-    for (uint32_t k = 0; k < s->tip_rank; k++, x += stride) {
+    for (uint32_t k = 0; k < rank; k++, x += stride) {
         const num root = num_sqrt(s->weight[k]);
         for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
             row_store(x + c,
@@ -269,13 +269,16 @@ TFA_INLINE int square_of_rows(const num *x, uint32_t rows, uint32_t n, num *row,
     return nonfinite == 0;
 }
 
+TFA_INLINE int dense(const struct state *s, uint32_t rank, uint32_t n, double *out)
+{
+    root_of_lambda(s, rank, n, s->lambda);
+    return square_of_rows(s->lambda, rank, n, s->coefficient, out);
+}
+
 int TFA_V(lambda_dense)(struct state *s, double *out)
 {
     const uint32_t n = all_tip_rows(s), rank = s->tip_rank;
-    num *x = s->lambda, *row = s->coefficient;
-    root_of_lambda(s, x);
-    return n == 6 && rank == 6 ? square_of_rows(x, 6, 6, row, out)
-                               : square_of_rows(x, rank, n, row, out);
+    return n == 6 && rank == 6 ? dense(s, 6, 6, out) : dense(s, rank, n, out);
 }
 
 /* ---- directions that are lost ---- */

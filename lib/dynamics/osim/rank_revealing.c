@@ -60,14 +60,14 @@ TFA_INLINE void eliminate(const struct gram_schmidt *f, uint32_t n, uint32_t k, 
                           int registers)
 {
     const uint32_t stride = row_stride(n);
-    const num *q = f->B + f->pivot[k], *end = q + (size_t)stride * f->rows;
+    const num *q = f->B + f->pivot[k], *at = q;
     num *b = f->B + c, *out = f->U + (size_t)stride * k + c;
     num_vec u[BLOCK], square[BLOCK];
     UNROLL
     for (int v = 0; v < registers; v++)
         u[v] = square[v] = (num_vec){0};
 #pragma GCC unroll 4
-    for (const num *at = q; at < end; at += stride, b += stride) {
+    for (uint32_t i = f->rows; i > 0; i--, at += stride, b += stride) {
         UNROLL
         for (int v = 0; v < registers; v++)
             u[v] += *at * row_load(b + v * NUM_VEC_LANES);
@@ -78,8 +78,9 @@ TFA_INLINE void eliminate(const struct gram_schmidt *f, uint32_t n, uint32_t k, 
         row_store(out + v * NUM_VEC_LANES, u[v]);
     }
     b = f->B + c;
+    at = q;
 #pragma GCC unroll 4
-    for (const num *at = q; at < end; at += stride, b += stride) {
+    for (uint32_t i = f->rows; i > 0; i--, at += stride, b += stride) {
         const num along = *at;
         UNROLL
         for (int v = 0; v < registers; v++) {

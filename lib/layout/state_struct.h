@@ -168,6 +168,8 @@ struct state {
     int32_t path_body; /* whose support stands in tip_path; -1: nobody's */
     uint32_t tip_rows; /* of each tip in answers: 6 or 3 */
     uint32_t tip[TFA_MAX_TIPS];
+    int keeps_psi;         /* Lambda is asked for: propagation is to keep psi of one tip */
+    int32_t psi_frame;     /* tfa_reference_frame of psi that a propagation kept; -1: none */
     uint32_t tip_freedoms; /* tip_rows: rows of B */
     uint32_t tip_rank;     /* lambda_factor: of B, all but rounding */
     int spectral;          /* lambda_factor: singular directions stand in `direction` */

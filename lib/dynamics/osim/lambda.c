@@ -22,16 +22,17 @@ static inline void joint_columns(const struct state *s, const struct tfa_body *b
     }
 }
 
-static void clear_columns(struct state *s, num *table)
+static void clear_psi(struct state *s)
 {
-    size_t n = (size_t)s->m->freedoms * 6 * s->tips;
+    const size_t n = (size_t)s->m->freedoms * 6 * s->tips;
     for (size_t k = 0; k < n; k++)
-        table[k] = num_of(0);
+        s->psi[k] = num_of(0);
+    s->psi_frame = -1;
 }
 
 void TFA_V(jacobian)(struct state *s, tfa_reference_frame frame)
 {
-    clear_columns(s, s->psi);
+    clear_psi(s);
     for (uint32_t t = 0; t < s->tips; t++) {
         svec P[6];
         int32_t i = TFA_V(frame_columns)(s, s->tip[t], frame, P);
@@ -184,6 +185,8 @@ void TFA_V(lambda_propagation)(struct state *s, tfa_reference_frame frame)
                 TFA_V(tip_through_joint)(s, t, &w);
         TFA_V(lambda_joints)(s);
     }
+    if (s->keeps_psi)
+        s->psi_frame = (int32_t)frame;
 }
 
 /* Y = L^-T J^T,  Lambda^-1 = Y^T D^-1 Y with M = L^T D L */

@@ -78,9 +78,9 @@ static inline svec m6_times_t(const num *M, svec x)
 void TFA_V(propagate_through_joint)(const struct state *s, int32_t i, uint32_t moved,
                                     struct wrench_columns *P, vec6 psi[6], vec6 phi[6]);
 
-/* Propagates them inward from body i, through all bodies whose s->support is `tips` (0: through
- * all), and adds the responses: C += psi^T phi. They end on the body that is returned; on a root
- * where it is -1. */
+/* Propagates them inward from body i, through all bodies whose s->support is `tips`, and adds the
+ * responses: C += psi^T phi. If s->keeps_psi, psi goes to the first of these tips in s->psi or, of
+ * several, in s->phi. They end on the body that is returned; on a root where it is -1. */
 int32_t TFA_V(propagate_forces)(const struct state *s, int32_t i, uint32_t tips, uint32_t moved,
                                 struct wrench_columns *P, struct mat6_simd *C);
 
@@ -92,8 +92,8 @@ struct tip_wrenches {
 };
 
 /* Propagates them to the root: the sum of the responses is the tip's Lambda^-1, if it is the
- * only tip. */
-void TFA_V(propagate_to_root)(const struct state *s, const struct tip_wrenches *w, num lambda[36]);
+ * only tip. Keeps psi if s->keeps_psi. */
+void TFA_V(propagate_to_root)(struct state *s, const struct tip_wrenches *w, num lambda[36]);
 
 /* The same while the factors are computed, which are not there: the step of each body, then the
  * wrenches pass its joint. Neither waits for the other, 0.85 of the time of one after the other

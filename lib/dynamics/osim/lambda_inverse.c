@@ -44,16 +44,30 @@ static void to_metric(const struct state *s, const num *x, num *out)
     }
 }
 
-/* Force from the metric, in place: the transpose */
-static void from_metric(const struct state *s, num *y)
+/* Of row j of all tips */
+static inline num scale_of(const struct state *s, uint32_t j)
+{
+    return s->tip_rows == 6 ? tip_row_scale(s, j % 6) : num_of(1);
+}
+
+/* Moments of forces y about the points of the request, in place */
+static void add_arms(const struct state *s, num *y)
 {
     for (uint32_t t = 0; s->tip_rows == 6 && t < s->tips; t++, y += 6) {
         const num *p = s->arm + 3 * t;
         for (uint32_t e = 0; e < 3; e++) {
             const uint32_t f = (e + 1) % 3, g = (e + 2) % 3;
-            y[3 + e] = s->tip_length * y[3 + e] + p[f] * y[g] - p[g] * y[f];
+            y[3 + e] += p[f] * y[g] - p[g] * y[f];
         }
     }
+}
+
+/* Force from the metric, in place: the transpose */
+static void from_metric(const struct state *s, num *y)
+{
+    for (uint32_t j = 0; j < all_tip_rows(s); j++)
+        y[j] *= scale_of(s, j);
+    add_arms(s, y);
 }
 
 /* A direction of the metric as an acceleration in the rows of the answer, in place */
@@ -72,38 +86,20 @@ static void direction_of(const struct state *s, num *v)
 
 /* ---- factors ---- */
 
-/* Trace of Lambda in the metric, sum of 1/d >= 1 / least d: |S^-1/2 U^-T|^2 by columns of U^-1 */
-static num trace_of_lambda(struct state *s, uint32_t n)
-{
-    num *column = s->coefficient, sum = num_of(0);
-    for (uint32_t k = 0; k < n; k++) {
-        column[k] = num_of(1);
-        num square = num_of(1);
-        for (uint32_t i = k; i-- > 0;) {
-            num x = num_of(0);
-            for (uint32_t j = i + 1; j <= k; j++)
-                x -= s->triangle[(size_t)n * i + s->pivot[j]] * column[j];
-            column[i] = x;
-            square += x * x;
-        }
-        sum += square / s->pivot_square[k];
-    }
-    return sum;
-}
-
 /* Gains of the singular directions by the policy. Returns how many are inverted. */
 static uint32_t choose_gains(struct state *s, tfa_rank_loss policy, num threshold)
 {
-    const uint32_t n = all_tip_rows(s);
+    const uint32_t stride = tip_stride(s);
     uint32_t regular = 0;
     for (uint32_t k = 0; k < s->tip_rank; k++) {
-        const num *v = s->direction + (size_t)n * k;
-        const num d = s->eigenvalue[k] = dense_dot(v, v, n);
+        const num *v = s->direction + (size_t)stride * k;
+        const num d = s->eigenvalue[k] = row_dot(v, v, stride);
         const int inverted = d > threshold;
         regular += inverted ? 1u : 0;
         s->gain[k] = inverted                  ? 1 / d
                      : policy == TFA_RANK_DAMP ? d / (threshold * threshold)
                                                : num_of(0);
+        s->weight[k] = s->gain[k] / d;
     }
     return regular;
 }
@@ -149,25 +145,31 @@ int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, 
     s->tip_length = num_of(r->characteristic_length ? *r->characteristic_length : s->m->length);
     find_arms(s, r);
     TFA_V(tip_rows)(s, tip_metric_frame(r));
-    const num trace = dense_dot(s->phi, s->phi, n * s->tip_freedoms);
+    struct gram_schmidt f = {.rows = s->tip_freedoms,
+                             .n = n,
+                             .B = s->phi,
+                             .U = s->triangle,
+                             .Z = s->direction,
+                             .S = s->pivot_square,
+                             .weight = s->weight,
+                             .pivot = s->pivot,
+                             .square = s->coefficient,
+                             .free = s->coefficient + tip_stride(s)};
+    s->tip_rank = TFA_V(pivoted_gram_schmidt)(&f, num_of(TFA_RANK_THRESHOLD(n)));
+    const num trace = f.trace,
+              threshold = trace * num_of(r->rank_threshold ? *r->rank_threshold
+                                                           : default_threshold(policy, n));
     if (!(trace - trace == 0))
         return 0;
-    s->tip_rank = TFA_V(pivoted_gram_schmidt)(s->phi, s->tip_freedoms, n,
-                                              num_of(TFA_RANK_THRESHOLD(n)) * trace, s->triangle,
-                                              s->pivot_square, s->pivot);
-    const num threshold =
-        num_of(r->rank_threshold ? *r->rank_threshold : default_threshold(policy, n)) * trace;
     s->tip_threshold = threshold;
-    num inverse = s->tip_rank == n ? trace_of_lambda(s, n) : num_of(0);
-    s->spectral = s->tip_rank < n || !(inverse * threshold < 1);
+    num inverse = f.inverse_trace;
     uint32_t regular = n;
-    if (s->spectral || directions) {
+    s->spectral = directions || s->tip_rank < n || !(inverse * threshold < 1);
+    if (s->spectral) {
         TFA_V(singular_directions)
-        (s->triangle, s->pivot_square, n, s->tip_rank, s->direction,
-         s->spectral ? s->triangle : NULL);
-        const uint32_t inverted = choose_gains(s, policy, threshold);
-        regular = s->spectral ? inverted : n;
-        inverse = s->spectral ? trace_of_inverse(s) : inverse;
+        (s->triangle, s->pivot_square, n, s->tip_rank, s->direction, s->triangle);
+        regular = choose_gains(s, policy, threshold);
+        inverse = trace_of_inverse(s);
     }
     *rank = (tfa_rank){.rank = regular,
                        .lost = n - regular,
@@ -180,56 +182,24 @@ int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, 
 
 /* ---- products ---- */
 
-/* s->coefficient = S^-1 U^-T x */
-static void forward_substitute(struct state *s, const num *x)
-{
-    const uint32_t n = all_tip_rows(s);
-    num *a = s->coefficient;
-    for (uint32_t k = 0; k < n; k++) {
-        a[k] = x[s->pivot[k]];
-        for (uint32_t i = 0; i < k; i++)
-            a[k] -= s->triangle[(size_t)n * i + s->pivot[k]] * a[i];
-    }
-    for (uint32_t k = 0; k < n; k++)
-        a[k] /= s->pivot_square[k];
-}
-
-/* y = U^-1 s->coefficient */
-static void back_substitute(const struct state *s, num *y)
-{
-    const uint32_t n = all_tip_rows(s);
-    for (uint32_t k = n; k-- > 0;) {
-        num sum = s->coefficient[k];
-        for (uint32_t j = k + 1; j < n; j++)
-            sum -= s->triangle[(size_t)n * k + s->pivot[j]] * y[s->pivot[j]];
-        y[s->pivot[k]] = sum;
-    }
-}
-
-/* y = V a, the coefficients a counting for directions times singular values */
+/* y = sum of coefficients times directions */
 static void add_directions(const struct state *s, num *y)
 {
-    const uint32_t n = all_tip_rows(s);
+    const uint32_t n = all_tip_rows(s), stride = tip_stride(s);
     for (uint32_t j = 0; j < n; j++)
         y[j] = num_of(0);
     for (uint32_t k = 0; k < s->tip_rank; k++)
         for (uint32_t j = 0; j < n; j++)
-            y[j] += s->coefficient[k] * s->direction[(size_t)n * k + j];
+            y[j] += s->coefficient[k] * s->direction[(size_t)stride * k + j];
 }
 
 void TFA_V(lambda_mul)(struct state *s, const num *x, num *y)
 {
-    const uint32_t n = all_tip_rows(s);
+    const uint32_t n = all_tip_rows(s), stride = tip_stride(s);
     to_metric(s, x, y);
-    if (s->spectral) {
-        for (uint32_t k = 0; k < s->tip_rank; k++)
-            s->coefficient[k] =
-                s->gain[k] / s->eigenvalue[k] * dense_dot(s->direction + (size_t)n * k, y, n);
-        add_directions(s, y);
-    } else {
-        forward_substitute(s, y);
-        back_substitute(s, y);
-    }
+    for (uint32_t k = 0; k < s->tip_rank; k++)
+        s->coefficient[k] = s->weight[k] * dense_dot(s->direction + (size_t)stride * k, y, n);
+    add_directions(s, y);
     from_metric(s, y);
 }
 
@@ -237,45 +207,78 @@ void TFA_V(lambda_mul)(struct state *s, const num *x, num *y)
  * orthogonal; z is used up. */
 void TFA_V(lambda_force)(struct state *s, const num *tau, num *y)
 {
-    const uint32_t rows = s->tip_freedoms;
+    const uint32_t rows = s->tip_freedoms, stride = tip_stride(s);
     num *z = s->force_row, *a = s->coefficient;
     TFA_V(force_rows)(s, tau, z);
     for (uint32_t k = 0; k < s->tip_rank; k++) {
-        const num *q = s->phi + (size_t)rows * s->pivot[k];
-        a[k] = dense_dot(q, z, rows) / s->pivot_square[k];
+        const num *q = s->phi + s->pivot[k];
+        num sum = num_of(0);
         for (uint32_t i = 0; i < rows; i++)
-            z[i] -= a[k] * q[i];
+            sum += q[(size_t)stride * i] * z[i];
+        a[k] = sum / s->pivot_square[k];
+        for (uint32_t i = 0; i < rows; i++)
+            z[i] -= a[k] * q[(size_t)stride * i];
     }
     if (s->spectral) {
         for (uint32_t k = 0; k < s->tip_rank; k++)
             z[k] = a[k] * num_sqrt(s->pivot_square[k]);
         for (uint32_t k = 0; k < s->tip_rank; k++)
             a[k] = s->gain[k] * dense_dot(s->triangle + (size_t)s->tip_rank * k, z, s->tip_rank);
-        add_directions(s, y);
-    } else {
-        back_substitute(s, y);
     }
+    add_directions(s, y);
     from_metric(s, y);
+}
+
+/* Directions out of the metric times the roots of their weights, by rows: x^T x is Lambda. */
+TFA_INLINE void root_of_lambda(const struct state *s, uint32_t rank, uint32_t n, num *x)
+{
+    const uint32_t stride = row_stride(n);
+    num *scale = s->coefficient, away = num_of(0);
+    for (uint32_t j = 0; j < stride; j++)
+        scale[j] = scale_of(s, j);
+    for (uint32_t j = 0; j < 3 * s->tips; j++)
+        away += num_abs(s->arm[j]);
+    for (uint32_t k = 0; k < rank; k++, x += stride) {
+        const num root = num_sqrt(s->weight[k]);
+        for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
+            row_store(x + c,
+                      root * row_load(scale + c) * row_load(s->direction + (size_t)stride * k + c));
+        if (away > 0)
+            add_arms(s, x);
+    }
+}
+
+/* x^T x of rows of n numbers. Returns 1 when all of it is finite. */
+TFA_INLINE int square_of_rows(const num *x, uint32_t rows, uint32_t n, num *row, double *out)
+{
+    const uint32_t stride = row_stride(n);
+    double nonfinite = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        for (uint32_t c = i / NUM_VEC_LANES * NUM_VEC_LANES; c < stride; c += NUM_VEC_LANES) {
+            num_vec sum = {0};
+#pragma GCC unroll 6
+            for (uint32_t k = 0; k < rows; k++)
+                sum += x[(size_t)stride * k + i] * row_load(x + (size_t)stride * k + c);
+            row_store(row + c, sum);
+        }
+        for (uint32_t j = i; j < n; j++) {
+            out[n * i + j] = out[n * j + i] = (double)row[j];
+            nonfinite += out[n * i + j] - out[n * i + j];
+        }
+    }
+    return nonfinite == 0;
+}
+
+TFA_INLINE int dense(const struct state *s, uint32_t rank, uint32_t n, double *out)
+{
+    root_of_lambda(s, rank, n, s->lambda);
+    return square_of_rows(s->lambda, rank, n, s->coefficient, out);
 }
 
 int TFA_V(lambda_dense)(struct state *s, double *out)
 {
-    const uint32_t n = all_tip_rows(s);
-    num *unit = s->task + 2 * (size_t)n, *y = s->task + 3 * (size_t)n;
-    double nonfinite = 0;
-    for (uint32_t j = 0; j < n; j++)
-        unit[j] = num_of(0);
-    for (uint32_t j = 0; j < n; j++) {
-        unit[j] = num_of(1);
-        TFA_V(lambda_mul)(s, unit, y);
-        unit[j] = num_of(0);
-        for (uint32_t i = 0; i <= j; i++) {
-            const double x = (double)y[i];
-            nonfinite += x - x;
-            out[(size_t)n * i + j] = out[(size_t)n * j + i] = x;
-        }
-    }
-    return nonfinite == 0;
+    const uint32_t n = all_tip_rows(s), rank = s->tip_rank;
+    return n == 6 && rank == 6 ? dense(s, 6, 6, out) : dense(s, rank, n, out);
 }
 
 /* ---- directions that are lost ---- */
@@ -311,7 +314,7 @@ static num outside(const struct state *s, const num *x, num *rest)
     for (uint32_t j = 0; j < n; j++)
         rest[j] = x[j];
     for (uint32_t k = 0; k < s->tip_rank; k++) {
-        const num *v = s->direction + (size_t)n * k;
+        const num *v = s->direction + (size_t)tip_stride(s) * k;
         const num a = dense_dot(v, rest, n) / s->eigenvalue[k];
         for (uint32_t j = 0; j < n; j++)
             rest[j] -= a * v[j];
@@ -339,7 +342,7 @@ void TFA_V(lambda_lost)(struct state *s, const num *x, double *out)
     for (num last = num_of(-1); count < TFA_LOST_MAX && (k = next_lost(s, last)) >= 0; count++) {
         const num sigma = num_sqrt(last = s->eigenvalue[k]);
         for (uint32_t j = 0; j < n; j++)
-            v[j] = s->direction[(size_t)n * (uint32_t)k + j] / sigma;
+            v[j] = s->direction[(size_t)tip_stride(s) * (uint32_t)k + j] / sigma;
         const num along = dense_dot(v, in, n);
         out = put_lost(s, sigma, along * (1 - s->gain[k] * last), v, out);
     }

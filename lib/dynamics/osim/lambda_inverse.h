@@ -6,9 +6,10 @@
  *
  * B is taken about each tip's point, also where the request's frame is the world's, and a radian
  * counts as tip_length metres: singular values have one unit, 1/sqrt(kg), whatever the units of the
- * model and the axes of the tip. Where all eigenvalues d of B^T B are above the threshold t, Lambda
- * comes from triangular factors; else from singular directions v with gains g by the request's
- * policy (tfa_rank_loss): Lambda = V diag(g) V^T.
+ * model and the axes of the tip. With B = Q U, Q^T Q = S, Lambda = U^-1 S^-1 U^-T where all
+ * eigenvalues d of B^T B are above the threshold t; else it is V diag(g) V^T of singular directions
+ * v with gains g by the request's policy (tfa_rank_loss). Either is a sum of weighted squares of
+ * rows, s->direction and s->weight, which all products share.
  */
 #ifndef TFA_DYNAMICS_OSIM_LAMBDA_INVERSE_H
 #define TFA_DYNAMICS_OSIM_LAMBDA_INVERSE_H
@@ -24,7 +25,7 @@ static inline tfa_reference_frame tip_metric_frame(const tfa_request *r)
 }
 
 /* Factors for the tips of the request; rank->error_estimate: rounding. Needs what tip_rows needs.
- * Returns 0 if B is not finite. `directions`: also where triangular factors answer, for
+ * Returns 0 if B is not finite. `directions`: singular ones in any case, for
  * lambda_inverse_error. */
 int TFA_V(lambda_factor)(struct state *s, const tfa_request *r, int directions, tfa_rank *rank);
 

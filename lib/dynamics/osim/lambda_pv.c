@@ -84,11 +84,32 @@ static struct wrench_columns wrenches_load(const struct shared_path *path, uint3
     return P;
 }
 
+/* psi of the tips of a segment, from body i to body `end`: that of six unit wrenches at its outer
+ * end, which propagate_forces left in s->phi, times those of the tips there */
+static void keep_psi_of_segment(const struct state *s, uint32_t tips, int32_t i, int32_t end,
+                                const struct tip_wrenches *w)
+{
+    for (; i != end; i = s->body[i].parent)
+        for (uint32_t j = s->body[i].v; j < s->body[i].v + s->body[i].n; j++) {
+            num unit[6];
+            memcpy(unit, tip_columns(s, s->phi, j, (uint32_t)__builtin_ctz(tips)), sizeof unit);
+            for (uint32_t t = 0; t < s->tips; t++) {
+                vec6 psi = vec6_zero();
+                if (!(tips >> t & 1))
+                    continue;
+                for (uint32_t e = 0; e < 6; e++)
+                    psi = vec6_add_scaled(psi, unit[e], w[t].P.at[e]);
+                vec6_store(tip_columns(s, s->psi, j, t), &psi);
+            }
+        }
+}
+
 /* Takes the tips that a body supports through the segment that starts there. */
 static void through_segment(struct state *s, struct shared_paths *x, struct tip_wrenches *w,
                             int32_t body)
 {
     struct shared_path *path = &x->at[x->count];
+    const int32_t outer = body;
     num A[36];
     path->tips = s->support[body];
     path->inboard = -1;
@@ -96,6 +117,8 @@ static void through_segment(struct state *s, struct shared_paths *x, struct tip_
     path->Omega = mat6_simd_zero();
     path->P = s->shared_wrenches + (size_t)36 * s->tips * x->count;
     body = TFA_V(propagate_forces)(s, body, path->tips, 6, &path->A, &path->Omega);
+    if (s->keeps_psi)
+        keep_psi_of_segment(s, path->tips, outer, body, w);
     for (int k = 0; k < 6; k++)
         vec6_store(A + 6 * k, &path->A.at[k]);
     for (uint32_t t = 0; t < s->tips; t++) {
@@ -192,4 +215,6 @@ void TFA_V(lambda_pv)(struct state *s, tfa_reference_frame frame)
     omega_outward(&x);
     for (uint32_t k = 0; k < x.count; k++)
         accumulate_pairs(s, &x.at[k], paired);
+    if (s->keeps_psi)
+        s->psi_frame = (int32_t)frame;
 }

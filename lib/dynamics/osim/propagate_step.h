@@ -39,17 +39,26 @@ static inline void vec6_ldl_solve(const num *L, uint32_t n, vec6 *x)
             x[i] = vec6_sub_scaled(x[i], L[6 * k + i], x[k]);
 }
 
-/* Through a joint with several, the first `moved` of which move what the wrenches act on */
-static inline void through_joint_nd(const struct state *s, const struct tfa_body *b, uint32_t moved,
-                                    struct wrench_columns *P, vec6 psi[6], vec6 phi[6])
+/* psi of a joint with several, the first `moved` of which move what the wrenches act on */
+static inline void joint_psi(const struct state *s, const struct tfa_body *b, uint32_t moved,
+                             const struct wrench_columns *P, vec6 psi[6])
 {
     const struct joint_nd *w = &s->joint_nd[b->joint_nd];
     for (uint32_t k = 0; k < b->n; k++) {
         psi[k] = b->base ? P->at[(k + 3) % 6] : vec6_zero();
         for (uint32_t e = 0; !b->base && k < moved && e < 6; e++)
             psi[k] = vec6_add_scaled(psi[k], w->H[6 * k + e], P->at[e]);
-        phi[k] = !b->base && w->locked >> k & 1 ? vec6_zero() : psi[k];
     }
+}
+
+/* Through it */
+static inline void through_joint_nd(const struct state *s, const struct tfa_body *b, uint32_t moved,
+                                    struct wrench_columns *P, vec6 psi[6], vec6 phi[6])
+{
+    const struct joint_nd *w = &s->joint_nd[b->joint_nd];
+    joint_psi(s, b, moved, P, psi);
+    for (uint32_t k = 0; k < b->n; k++)
+        phi[k] = !b->base && w->locked >> k & 1 ? vec6_zero() : psi[k];
     vec6_ldl_solve(w->L, b->n, phi);
     for (uint32_t k = 0; k < b->n; k++)
         for (uint32_t e = 0; e < 6; e++)

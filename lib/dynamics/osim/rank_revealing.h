@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Rank-revealing factors of a dense matrix B (rows x n, by columns), never of B^T B:
+ * Rank-revealing factors of a dense matrix B (rows x n), never of B^T B:
  *
  *     B = Q U,  Q^T Q = S diagonal, U unit upper triangular but for the order of its columns
  *
@@ -17,14 +17,26 @@
 
 #include "spatial/num.h"
 
-/* Columns of B become those of Q in their places; row k of U (n numbers, by the columns of B) has
- * its 1 at pivot[k], 0 at pivot[0] .. pivot[k - 1]. Stops where no column has a square above
- * `floor`. Returns the rank. 2 rows n^2 operations */
-uint32_t TFA_V(pivoted_gram_schmidt)(num *B, uint32_t rows, uint32_t n, num floor, num *U, num *S,
-                                     uint32_t *pivot);
+/* All matrices by rows of row_stride(n) numbers (row_vectors.h), their columns those of B */
+struct gram_schmidt {
+    uint32_t rows, n;
+    num *B;            /* becomes Q */
+    num *U;            /* row k has its 1 at pivot[k], 0 at pivot[0] .. pivot[k - 1] */
+    num *Z;            /* U^-T: row k has its 1 at pivot[k], 0 at pivot[k + 1] .. */
+    num *S, *weight;   /* S, 1 / S */
+    uint32_t *pivot;   /* order of the columns, up to the rank */
+    num *square;       /* scratch, a row: of the free columns of what is left of B */
+    num *free;         /* scratch, a row */
+    num trace;         /* of B^T B */
+    num inverse_trace; /* of its inverse, if the rank is n */
+};
 
-/* X = V Sigma J^T for X^T = S^1/2 U of that rank: row k of X (n numbers) becomes v_k sigma_k, row k
- * of J (rank numbers) the other side's direction. Any order. J: NULL, or the memory of U. */
+/* Stops where no column has a square above `ratio` times the trace. Returns the rank, 0 where the
+ * trace is not finite. 2 rows n^2 operations */
+uint32_t TFA_V(pivoted_gram_schmidt)(struct gram_schmidt *f, num ratio);
+
+/* X = V Sigma J^T for X^T = S^1/2 U of that rank: row k of X becomes v_k sigma_k, row k of J (rank
+ * numbers) the other side's direction. Any order. J may be the memory of U. */
 void TFA_V(singular_directions)(const num *U, const num *S, uint32_t n, uint32_t rank, num *X,
                                 num *J);
 

@@ -22,7 +22,7 @@ static void propagate_tips(struct state *s, tfa_reference_frame frame)
 }
 
 /* D^-1/2 of the freedoms of a joint; 0 of locked ones */
-static void joint_weights(const struct state *s, uint32_t i, num weight[6])
+static inline void joint_weights(const struct state *s, uint32_t i, num weight[6])
 {
     const struct tfa_body *b = &s->body[i];
     if (b->n == 1) {
@@ -34,62 +34,80 @@ static void joint_weights(const struct state *s, uint32_t i, num weight[6])
         weight[k] = !b->base && w->locked >> k & 1 ? num_of(0) : num_sqrt(w->L[7 * k]);
 }
 
-/* Rows `row` .. of B: those of the freedoms of body i */
-static void put_joint(struct state *s, uint32_t i, uint32_t row)
+/* weight y in the metric, the numbers of a tip in a row of B */
+static inline void put_tip(const struct state *s, num weight, vec6 y, num *out)
+{
+    const num w = weight * s->tip_length;
+    const vec6 metric = vec6_concat(vec3_simd_of(weight, weight, weight), vec3_simd_of(w, w, w));
+    for (int v = 0; v < VEC6_VECS; v++)
+        y.vec[v] *= metric.vec[v];
+    if (s->tip_rows == 6)
+        vec6_store(out, &y);
+    else
+        for (int e = 0; e < 3; e++)
+            out[e] = vec6_lane(&y, e);
+}
+
+/* Rows of B from `out` on: those of the n freedoms of body i */
+TFA_INLINE void put_joint(const struct state *s, uint32_t i, uint32_t n, uint32_t tips, num *out)
 {
     const struct tfa_body *b = &s->body[i];
-    const uint32_t stride = s->tip_freedoms;
+    const uint32_t stride = tip_stride(s);
     num weight[6];
     joint_weights(s, i, weight);
-    for (uint32_t t = 0; t < s->tips; t++) {
+    for (uint32_t k = 0; k < n; k++)
+        row_store(out + stride * (k + 1) - NUM_VEC_LANES, (num_vec){0});
+    for (uint32_t t = 0; t < tips; t++, out += s->tip_rows) {
         vec6 y[6];
-        num *B = s->phi + (size_t)s->tip_rows * t * stride + row;
-        const int moved = (int)(s->support[i] >> t & 1);
-        for (uint32_t k = 0; k < b->n; k++)
+        const int moved = tips == 1 || s->support[i] >> t & 1;
+        for (uint32_t k = 0; k < n; k++)
             y[k] = moved ? vec6_load(tip_columns(s, s->psi, b->v + k, t)) : vec6_zero();
-        if (b->n > 1)
-            vec6_ldl_lower(s->joint_nd[b->joint_nd].L, b->n, y);
-        for (uint32_t k = 0; k < b->n; k++)
-            for (uint32_t e = 0; e < s->tip_rows; e++)
-                B[e * stride + k] = weight[k] * tip_row_scale(s, e) * vec6_lane(&y[k], (int)e);
+        if (n > 1)
+            vec6_ldl_lower(s->joint_nd[b->joint_nd].L, n, y);
+        for (uint32_t k = 0; k < n; k++)
+            put_tip(s, weight[k], y[k], out + stride * k);
     }
 }
 
-/* Each body that supports a tip, and its first row */
-#define FOR_EACH_SUPPORT(s, i, row)                                                                \
-    for (uint32_t at_ = 0, row = 0; at_ < (s)->spans; at_++)                                       \
-        for (uint32_t i = (s)->span[at_].first; i < (s)->span[at_].end;                            \
-             row += (s)->support[i] ? (s)->body[i].n : 0, i++)                                     \
+/* Each body that supports a tip */
+#define FOR_EACH_SUPPORT(s, i)                                                                     \
+    for (uint32_t at_ = 0; at_ < (s)->spans; at_++)                                                \
+        for (uint32_t i = (s)->span[at_].first; i < (s)->span[at_].end; i++)                       \
             if ((s)->support[i])
 
 static void articulated_rows(struct state *s, tfa_reference_frame frame)
 {
-    propagate_tips(s, frame);
+    num *out = s->phi;
+    if (s->psi_frame != (int32_t)frame)
+        propagate_tips(s, frame);
     s->tip_freedoms = 0;
-    FOR_EACH_SUPPORT(s, i, row)
+    FOR_EACH_SUPPORT(s, i)
     {
-        s->tip_freedoms = row + s->body[i].n;
-    }
-    FOR_EACH_SUPPORT(s, i, row)
-    {
-        put_joint(s, i, row);
+        const uint32_t n = s->body[i].n;
+        if (n == 1 && s->tips == 1)
+            put_joint(s, i, 1, 1, out);
+        else
+            put_joint(s, i, n, s->tips, out);
+        s->tip_freedoms += n;
+        out += (size_t)tip_stride(s) * n;
     }
 }
 
 /* u = tau - H^T pA of the inward pass */
 static void articulated_force(const struct state *s, num *z)
 {
-    FOR_EACH_SUPPORT(s, i, row)
+    FOR_EACH_SUPPORT(s, i)
     {
         const struct tfa_body *b = &s->body[i];
         num weight[6];
         joint_weights(s, i, weight);
         for (uint32_t k = 0; k < b->n; k++)
-            z[row + k] = b->n == 1 ? s->u[i] : s->joint_nd[b->joint_nd].u[k];
+            z[k] = b->n == 1 ? s->u[i] : s->joint_nd[b->joint_nd].u[k];
         if (b->n > 1)
-            ldl_lower_rows(s->joint_nd[b->joint_nd].L, (int)b->n, 6, z + row);
+            ldl_lower_rows(s->joint_nd[b->joint_nd].L, (int)b->n, 6, z);
         for (uint32_t k = 0; k < b->n; k++)
-            z[row + k] *= weight[k];
+            z[k] *= weight[k];
+        z += b->n;
     }
 }
 
@@ -114,15 +132,17 @@ static void project(const struct state *s, const num *tau, size_t stride, num *o
 
 static void projected_rows(struct state *s, tfa_reference_frame frame)
 {
-    const uint32_t n = s->tip_freedoms = s->m->freedoms - s->m->mimics;
+    const uint32_t n = s->tip_freedoms = s->m->freedoms - s->m->mimics, stride = tip_stride(s);
+    num *column = s->force_row;
     TFA_V(jacobian)(s, frame);
-    for (uint32_t t = 0; t < s->tips; t++)
-        for (uint32_t e = 0; e < s->tip_rows; e++) {
-            num *column = s->phi + (size_t)(s->tip_rows * t + e) * n;
+    for (uint32_t c = 0; c < stride; c++) {
+        const uint32_t t = c / s->tip_rows, e = c % s->tip_rows;
+        if (t < s->tips)
             project(s, s->psi + 6 * t + e, 6 * s->tips, column);
-            for (uint32_t a = 0; a < n; a++)
-                column[a] *= tip_row_scale(s, e);
-        }
+        for (uint32_t a = 0; a < n; a++)
+            s->phi[(size_t)stride * a + c] =
+                t < s->tips ? column[a] * tip_row_scale(s, e) : num_of(0);
+    }
 }
 
 /* ---- both ---- */

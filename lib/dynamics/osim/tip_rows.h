@@ -10,11 +10,18 @@
 #define TFA_DYNAMICS_OSIM_TIP_ROWS_H
 
 #include "layout/state.h"
+#include "spatial/row_vectors.h"
 
 /* Rows of all tips in answers */
 static inline uint32_t all_tip_rows(const struct state *s)
 {
     return s->tip_rows * s->tips;
+}
+
+/* From row to row of matrices with a column for each of them */
+static inline uint32_t tip_stride(const struct state *s)
+{
+    return row_stride(all_tip_rows(s));
 }
 
 /* Of row e of a tip in the metric: what a radian counts */
@@ -23,9 +30,9 @@ static inline num tip_row_scale(const struct state *s, uint32_t e)
     return e < 3 ? num_of(1) : s->tip_length;
 }
 
-/* B by columns into s->phi, s->tip_freedoms numbers each; angular columns times s->tip_length.
- * Needs the articulated-body factors, with mimics those of T^T M T. Writes s->psi and
- * s->support. */
+/* B by s->tip_freedoms rows into s->phi (tip_stride); angular columns times s->tip_length. Needs
+ * the articulated-body factors, with mimics those of T^T M T. Writes s->psi and s->support, unless
+ * a propagation kept them (s->psi_frame). */
 void TFA_V(tip_rows)(struct state *s, tfa_reference_frame frame);
 
 /* z = D^-1/2 L^-1 tau, so that J M^-1 tau = B^T z. Needs tip_rows and, without mimics, that a solve

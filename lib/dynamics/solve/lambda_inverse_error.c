@@ -34,7 +34,7 @@ static void probe(const struct state *s, num *F)
         F[j] = num_of(0);
     for (uint32_t k = 0; k < s->tip_rank; k++)
         for (uint32_t j = 0; is_inverted(s, k) && j < n; j++)
-            F[j] += sign_of(k) * s->direction[(size_t)n * k + j] / s->eigenvalue[k];
+            F[j] += sign_of(k) * s->direction[(size_t)tip_stride(s) * k + j] / s->eigenvalue[k];
     for (uint32_t j = 0; j < n; j++)
         F[j] *= tip_row_scale(s, j % s->tip_rows);
 }
@@ -65,7 +65,7 @@ double TFA_V(lambda_inverse_error)(struct state *s, const tfa_request *r)
     (void)TFA_V(factor)(s, TFA_V(last_resort)(s));
     accelerate(s, r, F, x);
     for (uint32_t k = 0; k < s->tip_rank; k++) {
-        const num along = dense_dot(s->direction + (size_t)n * k, x, n);
+        const num along = dense_dot(s->direction + (size_t)tip_stride(s) * k, x, n);
         const num d = along / s->eigenvalue[k] - sign_of(k);
         error += is_inverted(s, k) ? d * d : num_of(0);
         size += is_inverted(s, k) ? num_of(1) : num_of(0);

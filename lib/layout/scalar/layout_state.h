@@ -49,6 +49,7 @@ struct subtree {
 #define STATE_DERIVATIVES (NUM_LANES == 1 && nv <= TFA_DERIVATIVES_FREEDOMS_MAX ? (size_t)nv : 0)
 #define STATE_TIPS (NUM_LANES == 1 ? (size_t)n.tips : 0) /* batches have none */
 #define STATE_COLUMNS (6 * STATE_TIPS)
+#define STATE_ROW ((STATE_COLUMNS + 7) / 8 * 8) /* in whole registers (row_vectors.h) */
 #define STATE_PAIRS (STATE_TIPS ? STATE_TIPS * (STATE_TIPS - 1) : 0)
 #define STATE_MASS (reserves_method(n.methods, TFA_METHOD_CRBA) ? m->mass_entries : 0)
 #define STATE_DENSE (STATE_MASS && m->mimics ? m->freedoms - m->mimics : 0)
@@ -80,18 +81,22 @@ struct subtree {
           "precompute: constant terms of tfa")                                                     \
     ARRAY(num, M, STATE_MASS, "kg m2", "joint", "crba: rows of M, then its LDL factors")           \
     ARRAY(num, psi, nv *STATE_COLUMNS, "1, m", "joint", "lambda: H^T P of each tip column")        \
-    ARRAY(num, phi, nv *STATE_COLUMNS, "1/kg", "joint", "lambda: D^-1 psi, or M^-1 J^T")           \
-    ARRAY(num, lambda, STATE_COLUMNS *STATE_COLUMNS, "1/kg", "tip", "lambda: answer")              \
-    ARRAY(num, triangle, STATE_COLUMNS *STATE_COLUMNS, "1", "tip",                                 \
+    ARRAY(num, phi, nv *STATE_ROW, "1/kg", "joint",                                                \
+          "lambda: D^-1 psi, or M^-1 J^T; tip_rows: B by rows")                                    \
+    ARRAY(num, lambda, STATE_COLUMNS *STATE_ROW, "1/kg", "tip",                                    \
+          "lambda: answer; lambda_dense: scratch")                                                 \
+    ARRAY(num, triangle, STATE_COLUMNS *STATE_ROW, "1", "tip",                                     \
           "lambda_factor: U by rows; then the other side of the singular directions")              \
-    ARRAY(num, direction, STATE_COLUMNS *STATE_COLUMNS, "kg^-1/2", "tip",                          \
-          "lambda_factor: singular directions, by rows, times their singular values")              \
+    ARRAY(num, direction, STATE_COLUMNS *STATE_ROW, "kg^-1/2", "tip",                              \
+          "lambda_factor: rows of U^-T, or singular directions times their singular values")       \
+    ARRAY(num, weight, STATE_COLUMNS, "kg, kg^2", "tip",                                           \
+          "lambda_factor: Lambda is the sum of weight times direction^T direction")                \
     ARRAY(num, pivot_square, STATE_COLUMNS, "1/kg", "tip", "lambda_factor: S")                     \
     ARRAY(uint32_t, pivot, STATE_COLUMNS, "", "tip", "lambda_factor: order of the columns")        \
     ARRAY(num, eigenvalue, STATE_COLUMNS, "1/kg", "tip", "lambda_factor: of lambda")               \
     ARRAY(num, gain, STATE_COLUMNS, "kg", "tip", "lambda_factor: 1 / eigenvalue, or less")         \
     ARRAY(num, arm, 3 * STATE_TIPS, "m", "world", "lambda_factor: to the tip's point")             \
-    ARRAY(num, coefficient, STATE_COLUMNS, "", "tip", "lambda_mul: scratch")                       \
+    ARRAY(num, coefficient, 2 * STATE_ROW, "", "tip", "lambda_factor, lambda_mul: scratch")        \
     ARRAY(num, force_row, STATE_TIPS ? nv : 0, "N kg^-1/2", "joint", "lambda_force: scratch")      \
     ARRAY(num, task, 5 * STATE_COLUMNS, "", "tip", "task: accelerations, forces, scratch")         \
     ARRAY(num, task_force, STATE_TIPS ? nv : 0, "N m, N", "joint", "task: posture torques - h")    \

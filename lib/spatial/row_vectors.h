@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Rows of a matrix in whole SIMD registers: strides are multiples of NUM_VEC_LANES, rows start
+ * aligned (arena.h) and are 0 behind their last number.
+ */
+#ifndef TFA_SPATIAL_ROW_VECTORS_H
+#define TFA_SPATIAL_ROW_VECTORS_H
+
+#include "spatial/vec6.h"
+
+/* Stride of rows of n numbers */
+static inline uint32_t row_stride(uint32_t n)
+{
+    return (n + NUM_VEC_LANES - 1) / NUM_VEC_LANES * NUM_VEC_LANES;
+}
+
+static inline num_vec row_load(const num *x)
+{
+    num_vec v;
+    memcpy(&v, __builtin_assume_aligned(x, sizeof v), sizeof v);
+    return v;
+}
+
+static inline void row_store(num *x, num_vec v)
+{
+    memcpy(__builtin_assume_aligned(x, sizeof v), &v, sizeof v);
+}
+
+/* y += a x */
+static inline void row_add_scaled(num *y, num a, const num *x, uint32_t stride)
+{
+    for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
+        row_store(y + c, row_load(y + c) + a * row_load(x + c));
+}
+
+static inline num row_dot(const num *x, const num *y, uint32_t stride)
+{
+    num_vec products = {0};
+    num sum = num_of(0);
+    for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
+        products += row_load(x + c) * row_load(y + c);
+    for (int l = 0; l < NUM_VEC_LANES; l++)
+        sum += vec_lane(products, l);
+    return sum;
+}
+
+#endif

@@ -114,6 +114,105 @@ int hard_robot_open(uint64_t seed, hard_robot *robot)
     return open_model(robot);
 }
 
+/* ---- families ---- */
+
+const char *const hard_family_text[] = {
+#define HARD_FAMILY_TEXT(name, text) text,
+    HARD_FAMILY_LIST(HARD_FAMILY_TEXT)
+#undef HARD_FAMILY_TEXT
+};
+
+static void scale_inertia(tfa_link *link, double factor)
+{
+    for (int e = 0; e < 6; e++)
+        link->inertia[e] *= factor;
+}
+
+static void set_inertia(tfa_link *link, double x, double y, double z)
+{
+    const double inertia[6] = {x, 0, 0, y, 0, z};
+    memcpy(link->inertia, inertia, sizeof inertia);
+}
+
+static void scale_lengths(tfa_description *d, double factor)
+{
+    for (size_t i = 0; i < d->link_count; i++) {
+        for (int e = 0; e < 3; e++)
+            d->links[i].com[e] *= factor;
+        scale_inertia(&d->links[i], factor * factor);
+    }
+    for (size_t j = 0; j < d->joint_count; j++)
+        for (int e = 0; e < 3; e++)
+            d->joints[j].xyz[e] *= factor;
+}
+
+/* Half of the joints on far ends, half of their frames parallel to those before */
+static void stretch_levers(random_source *s, tfa_description *d)
+{
+    for (size_t j = 0; j < d->joint_count; j++) {
+        tfa_joint *joint = &d->joints[j];
+        const double factor = random_below(s, 2) ? log_uniform(s, 1, 1e6) : 1;
+        const int straight = random_below(s, 2) > 0;
+        for (int e = 0; e < 3; e++)
+            joint->xyz[e] *= straight && e > 0 ? 0 : factor;
+        if (random_below(s, 2))
+            memcpy(joint->quat, (double[]){0, 0, 0, 1}, sizeof joint->quat);
+    }
+}
+
+static void change_link(random_source *s, hard_family family, double ratio, tfa_link *link)
+{
+    const double m = link->mass, length = log_uniform(s, 0.1, 10), r = log_uniform(s, 1e-6, 0.1);
+    if (m > 0 && family == HARD_FAMILY_POINTS) {
+        const double I = m * log_uniform(s, 1e-15, 1e-2);
+        set_inertia(link, I, I, I);
+    } else if (m > 0 && family == HARD_FAMILY_RODS) {
+        const double across = m * (3 * r * r + length * length) / 12;
+        set_inertia(link, across, across, m * r * r / 2);
+    } else if (family == HARD_FAMILY_MASSES) {
+        const double factor = log_uniform(s, 1 / sqrt(ratio), sqrt(ratio));
+        link->mass *= factor;
+        scale_inertia(link, factor);
+    }
+}
+
+static void change(random_source *s, hard_family family, hard_robot *robot)
+{
+    tfa_description *d = robot->description;
+    const double ratio = log_uniform(s, 1, 1e12);
+    for (size_t i = 0; i < d->link_count; i++)
+        change_link(s, family, ratio, &d->links[i]);
+    if (family == HARD_FAMILY_LEVERS)
+        stretch_levers(s, d);
+    if (family == HARD_FAMILY_MICROMETRES) {
+        robot->length = log_uniform(s, 1e-6, 1e-2);
+        scale_lengths(d, robot->length);
+    }
+    if (family == HARD_FAMILY_FLYWHEEL) {
+        tfa_link *link = &d->links[random_below(s, (uint32_t)d->link_count)];
+        scale_inertia(link, ratio);
+        link->mass *= random_below(s, 2) ? ratio : 1;
+    }
+    robot->speed = family == HARD_FAMILY_SPEEDS ? log_uniform(s, 1, 1e6) : 1;
+}
+
+int hard_robot_open_family(hard_family family, uint64_t seed, hard_robot *robot)
+{
+    random_source s = {seed};
+    const random_robot_options o = {.shape = (random_shape)random_below(&s, 3),
+                                    .joints = (uint32_t)log_uniform(&s, 1, 20.999),
+                                    .all_types = random_below(&s, 2),
+                                    .armature_chance = 0.1};
+    *robot = (hard_robot){.base = random_below(&s, 3) ? TFA_BASE_FIXED : TFA_BASE_FLOATING,
+                          .free_description = random_robot_free};
+    robot->description = random_robot_create(random_bits(&s), &o);
+    change(&s, family, robot);
+    snprintf(robot->name, sizeof robot->name, "%s, seed %llu, %u joints, %s base",
+             hard_family_text[family], (unsigned long long)seed, (unsigned)o.joints,
+             robot->base == TFA_BASE_FLOATING ? "floating" : "fixed");
+    return open_model(robot);
+}
+
 void hard_robot_close(hard_robot *robot)
 {
     tfa_workspace_free(robot->f64);
@@ -128,16 +227,27 @@ static void fill(random_source *s, double *x, uint32_t n)
         x[k] = random_uniform(s, -1, 1);
 }
 
-void hard_robot_draw(hard_robot *robot, random_source *s, hard_rhs rhs)
+static void draw_coordinates(hard_robot *robot, random_source *s)
 {
+    static const uint32_t lengths[] = {
+        [TFA_JOINT_PRISMATIC] = 1, [TFA_JOINT_PLANAR] = 2, [TFA_JOINT_FLOATING] = 3};
     for (uint32_t j = 0; j < tfa_model_joint_count(robot->model); j++) {
         const tfa_joint_info joint = tfa_model_joint(robot->model, j);
         if (joint.v_count > 0)
             (void)random_coordinates(s, joint.type, robot->q + joint.q_index);
+        for (uint32_t k = 0; robot->length > 0 && joint.v_count > 0 && k < lengths[joint.type]; k++)
+            robot->q[joint.q_index + k] *= robot->length;
     }
+}
+
+void hard_robot_draw(hard_robot *robot, random_source *s, hard_rhs rhs)
+{
+    draw_coordinates(robot, s);
     random_quaternion(s, robot->base_pose + 3);
     fill(s, robot->v, robot->nv);
     fill(s, robot->base_twist, 6);
+    for (uint32_t k = 0; robot->speed > 0 && k < robot->nv; k++)
+        robot->v[k] *= robot->speed;
     fill(s, robot->tau, robot->nv);
     fill(s, robot->base_wrench, 6);
     fill(s, robot->qdd, robot->nv);

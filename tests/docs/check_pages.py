@@ -13,7 +13,7 @@ import re
 import sys
 
 README_LINES = 120
-DOCS_WORDS = 19000
+DOCS_WORDS = 19500
 PAGE_WORDS = {"python.md": 500}
 PAGE_LINES = {"which-method.md": 60}
 

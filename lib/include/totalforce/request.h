@@ -26,14 +26,15 @@ extern "C" {
 /**
  * Policy for error estimates. The estimate of an answer x is |dx| / |x| with one more correction
  * dx = solve(tau - RNEA(x)), not applied. The sentinel of aba bounds the rounding error by
- * eps max Mbar_i / D_i, with D_i the projected articulated inertia of joint i and Mbar_i the
- * largest inertia that it may move at any q; cost: about two operations for each body.
+ * eps max G_i / D_i, with D_i the projected articulated inertia of joint i and G_i the size of the
+ * numbers whose difference it is (docs/methods.md); cost: about six operations for each body.
  */
 typedef enum tfa_estimate {
     TFA_ESTIMATE_DEFAULT = 0, /**< methods with TFA_REFUSES_NO_INVERSE: every answer. Others: if the
-                                   sentinel exceeds 1e-8 (f32: 1e-3) or a D_i is not positive; the
-                                   answer is then refined once, estimated, and falls back if the
-                                   estimate is too large (TFA_ANSWER_SENTINEL); and if a step of
+                                   sentinel exceeds 1e-9 (f32: 1e-3) or a D_i is not positive; the
+                                   answer is then estimated, by default refined once if its estimate
+                                   exceeds 1e-7, and falls back if the estimate is too large
+                                   (TFA_ANSWER_SENTINEL); and if a step of
                                    `refine` shows an error of 1e-4, or does not converge */
     TFA_ESTIMATE_NEVER = 1,   /**< the method's own answer, refined if asked, also where a step made
                                    it worse: no sentinel, no estimate, no fallback */

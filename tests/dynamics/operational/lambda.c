@@ -19,7 +19,7 @@
 enum { LAMBDA, THRESHOLD, CONDITION, MU, P, KINDS };
 enum { ROBOTS, QUAD, HEAVY, MECHANISMS, SETS };
 static op_bound bounds[SETS * KINDS] = {
-    {"lambda / sensitivity eps", 15, 0},
+    {"lambda / sensitivity eps", 30, 0},
     {"threshold", 1e-13, 0},
     {"condition / root eps", 15, 0},
     {"mu / sensitivity eps", 10, 0},

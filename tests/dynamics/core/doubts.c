@@ -192,7 +192,8 @@ static uint64_t ask_chain(hard_robot *robot, uint64_t seed)
         draw_chain(robot, &s, rhs);
         for (int k = 0; k < 2; k++) {
             tfa_answer answer;
-            tfa_request r = hard_robot_request(robot, rhs == HARD_GRAVITY ? HARD_GRAVITY : HARD_TAU);
+            tfa_request r =
+                hard_robot_request(robot, rhs == HARD_GRAVITY ? HARD_GRAVITY : HARD_TAU);
             r.method = methods[k];
             tfa_reply reply = {.qdd = qdd, .answers = &answer};
             assert_int_equal(tfa_compute(robot->f64, &r, &reply), TFA_OK);

@@ -35,8 +35,8 @@ struct state {
     sym6 IA[ROBOT_UNITS];
     svec pA[ROBOT_UNITS], U[ROBOT_UNITS], K[ROBOT_UNITS];
     num Dinv[ROBOT_UNITS], u[ROBOT_UNITS];
-    num margin;          /* sentinel.h */
-    num payload_size[2]; /* tfa_payload_size */
+    num margin;             /* sentinel.h */
+    double payload_size[2]; /* tfa_payload_size */
     vec3 gravity;
     int locked; /* 0: no joint is locked */
 };

@@ -152,13 +152,13 @@ struct state {
     uint32_t payloads; /* applied to own */
     uint32_t payload_frame[TFA_MAX_PAYLOADS];
     double payload[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
-    num base[7];           /* load: base pose */
-    int locked;            /* some freedom is locked: lock.c replaces aba.c */
-    int skips_unused;      /* skipped bodies are left out */
-    int has_passive_force; /* some known is not zero */
-    num margin;            /* aba: below zero where the sentinel trips (sentinel.h) */
-    num mass_margin;       /* of the factors of M */
-    num payload_size[2];   /* tfa_payload_size */
+    num base[7];            /* load: base pose */
+    int locked;             /* some freedom is locked: lock.c replaces aba.c */
+    int skips_unused;       /* skipped bodies are left out */
+    int has_passive_force;  /* some known is not zero */
+    num margin;             /* aba: below zero where the sentinel trips (sentinel.h) */
+    num mass_margin;        /* of the factors of M */
+    double payload_size[2]; /* tfa_payload_size */
     vec3 gravity;
     int boosted;       /* some boost is not zero (load.h): qd and qdd are those beside it */
     int moving;        /* some velocity or wrench is not zero: c and p count */

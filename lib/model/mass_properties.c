@@ -11,6 +11,7 @@
 #include "model/eigen.h"
 #include "model/ext.h"
 #include "model/payload.h"
+#include "model/sizes.h"
 
 /* A principal moment this far below the moments about the joint is rounding: a point or a rod. */
 #define FLAT_MOMENT 1e-15L
@@ -195,5 +196,5 @@ void tfa_compute_mass_properties(struct tfa_model *m, struct tfa_body *body,
     sum_masses(m, body, mass_scratch, mass);
     m->massless_followers = count_massless_followers(m, body, mass_scratch);
     m->summary.singular_body = find_singular_body(m, body);
-    tfa_compute_sizes(m, body);
+    tfa_compute_sizes(m, body, mass_scratch);
 }

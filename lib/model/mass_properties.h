@@ -8,12 +8,12 @@
 #define TFA_MODEL_MASS_PROPERTIES_H
 
 #include "model/model.h"
-#include "model/sizes.h"
 
 /* Scratch: a body with its payloads, and its pose at q = 0 */
 struct tfa_mass_scratch {
     struct tfa_mass_properties sum;
     tfa_quad R[9], p[3]; /* body axes to root link axes; origin in the root link's frame */
+    double length;       /* m, or m^2: sizes.c */
     uint8_t has_mass;    /* its subtree has mass or inertia */
 };
 

@@ -76,7 +76,6 @@ struct tfa_body {
     int32_t tree;                     /* root body of its tree */
     uint32_t depth;                   /* bodies from the root to here, this one included */
     double outboard[2];               /* of the sentinel: kg m^2, kg (sizes.h) */
-    double lever;                     /* m^2 */
     const struct tfa_body_quad *quad; /* the same constants, not rounded */
 };
 

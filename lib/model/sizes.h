@@ -7,9 +7,11 @@
 #ifndef TFA_MODEL_SIZES_H
 #define TFA_MODEL_SIZES_H
 
-#include "model/model.h"
+#include "model/mass_properties.h"
 
-/* Computes m->length, and lever and outboard of each body. Cost: O(bodies). */
-void tfa_compute_sizes(struct tfa_model *m, struct tfa_body *body);
+/* Computes m->length, m->lever and the outboard sizes of each body; writes `length` of scratch[].
+ * Cost: O(bodies). */
+void tfa_compute_sizes(struct tfa_model *m, struct tfa_body *body,
+                       struct tfa_mass_scratch *scratch);
 
 #endif

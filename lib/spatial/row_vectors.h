@@ -27,13 +27,6 @@ static inline void row_store(num *x, num_vec v)
     memcpy(__builtin_assume_aligned(x, sizeof v), &v, sizeof v);
 }
 
-/* y += a x */
-static inline void row_add_scaled(num *y, num a, const num *x, uint32_t stride)
-{
-    for (uint32_t c = 0; c < stride; c += NUM_VEC_LANES)
-        row_store(y + c, row_load(y + c) + a * row_load(x + c));
-}
-
 static inline num row_dot(const num *x, const num *y, uint32_t stride)
 {
     num_vec products = {0};

@@ -144,6 +144,11 @@ static inline vec3 s3_mul(sym3 S, vec3 v)
                   S.xz * v.x + S.yz * v.y + S.zz * v.z};
 }
 
+TFA_INLINE num s3_trace(sym3 A)
+{
+    return A.xx + A.yy + A.zz;
+}
+
 static inline sym3 s3_add(sym3 A, sym3 B)
 {
     return (sym3){A.xx + B.xx, A.xy + B.xy, A.xz + B.xz, A.yy + B.yy, A.yz + B.yz, A.zz + B.zz};

@@ -172,7 +172,7 @@ static inline void aba_backward_nd(struct state *s, uint32_t i, const body_const
     if (flags & ABA_INERTIA)
         joint_nd_factor(s, w, &IA, b);
     if (flags & ABA_INERTIA && flags & ABA_SENTINEL)
-        sentinel_see_joint_nd(s, b, &IA, w);
+        sentinel_see(s, sentinel_margin_joint_nd(s, b, &IA, w));
     if (flags & ABA_FORCE) {
         num u[6] = {num_of(0)}; /* all six, or the compiler warns */
         svec pa = aba_backward_force(s, i, b, flags);

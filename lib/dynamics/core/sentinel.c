@@ -11,8 +11,7 @@
 /* G of freedom k: for M that of the composite inertia, where nothing has been taken away */
 static num size_of(const struct state *s, uint32_t i, uint32_t k)
 {
-    const sym6 *Ic = &s->Ic[i];
-    const struct sentinel_size G = {Ic->A.xx + Ic->A.yy + Ic->A.zz, Ic->M.xx + Ic->M.yy + Ic->M.zz};
+    const struct sentinel_size G = {s3_trace(s->Ic[i].A), s3_trace(s->Ic[i].M)};
     return sentinel_size_of(s, &s->body[i], k, &G);
 }
 
@@ -45,8 +44,9 @@ static num see_ltdl(const struct state *s)
         for (uint32_t k = 0; k < s->body[i].n; k++) {
             const uint32_t j = s->body[i].v + k;
             if (!s->lock[j])
-                margin = sentinel_smaller(margin, s->M[m->dof_row[j] + m->dof_depth[j]] -
-                                                      size_of(s, i, k) * SENTINEL_RATIO);
+                margin =
+                    sentinel_smaller(margin, sentinel_margin(s->M[m->dof_row[j] + m->dof_depth[j]],
+                                                             size_of(s, i, k)));
         }
     return margin;
 }
@@ -56,19 +56,16 @@ num TFA_V(sentinel_margin_mass)(struct state *s)
     return s->m->mimics ? see_reduced(s) : see_ltdl(s);
 }
 
-num TFA_V(sentinel_margin_articulated)(struct state *s)
+num TFA_V(sentinel_margin_articulated)(const struct state *s)
 {
-    const num kept = s->margin; /* goes with the factors of aba */
-    sentinel_reset(s);
+    num margin = num_of(1);
     for (uint32_t i = 0; i < s->m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
         const struct sentinel_size G = sentinel_size(s, b, &s->IA[i]);
-        if (b->n > 1)
-            sentinel_see_joint_nd(s, b, &s->IA[i], &s->joint_nd[b->joint_nd]);
-        else
-            sentinel_see_inverse(s, s->Dinv[i], sentinel_size_of(s, b, 0, &G));
+        margin = sentinel_smaller(
+            margin, b->n == 1
+                        ? sentinel_margin_inverse(s->Dinv[i], sentinel_size_of(s, b, 0, &G))
+                        : sentinel_margin_joint_nd(s, b, &s->IA[i], &s->joint_nd[b->joint_nd]));
     }
-    const num margin = s->margin;
-    s->margin = kept;
     return margin;
 }

@@ -28,23 +28,23 @@ TFA_INLINE void sentinel_see(struct state *s, num margin)
     s->margin = sentinel_smaller(s->margin, margin);
 }
 
-/* Share of G of the bodies outboard; any of them may have the payloads of the request. */
-TFA_INLINE num sentinel_outboard(const struct state *s, const body_constants *b, int angular)
-{
-    const num outboard = body_outboard(b, !angular);
-    return state_payloads(s) ? outboard + s->payload_size[!angular] : outboard;
-}
-
 /* G of a rotation and of a translation */
 struct sentinel_size {
     num angular, linear;
 };
 
+/* Share of G of the bodies outboard; any of them may have the payloads of the request. */
+TFA_INLINE num sentinel_outboard(const struct state *s, const body_constants *b, int angular)
+{
+    const num outboard = body_outboard(b, !angular);
+    return state_payloads(s) ? outboard + num_of(s->payload_size[!angular]) : outboard;
+}
+
 TFA_INLINE struct sentinel_size sentinel_size(const struct state *s, const body_constants *b,
                                               const sym6 *IA)
 {
-    return (struct sentinel_size){IA->A.xx + IA->A.yy + IA->A.zz + sentinel_outboard(s, b, 1),
-                                  IA->M.xx + IA->M.yy + IA->M.zz + sentinel_outboard(s, b, 0)};
+    return (struct sentinel_size){s3_trace(IA->A) + sentinel_outboard(s, b, 1),
+                                  s3_trace(IA->M) + sentinel_outboard(s, b, 0)};
 }
 
 /* Of a freedom that moves the body by H */
@@ -66,7 +66,8 @@ static inline num sentinel_size_of(const struct state *s, const body_constants *
 TFA_INLINE void sentinel_see_D(struct state *s, const body_constants *b, const sym6 *IA,
                                int angular, num D)
 {
-    sentinel_see(s, sentinel_margin(D, IA, sentinel_outboard(s, b, angular), angular));
+    const struct sentinel_size G = sentinel_size(s, b, IA);
+    sentinel_see(s, sentinel_margin(D, angular ? G.angular : G.linear));
 }
 
 /* From 1/D and G */
@@ -83,10 +84,11 @@ TFA_INLINE void sentinel_see_inverse(struct state *s, num inverse, num G)
 /* Several freedoms: entry k of the diagonal of D^-1 = L^-T diag(L)^-1 L^-1, for no pivot need be
  * small where a combination of freedoms moves little. Rows of six, the inverse pivots on the
  * diagonal. */
-static inline void sentinel_see_joint_nd(struct state *s, const body_constants *b, const sym6 *IA,
-                                         const struct joint_nd *w)
+static inline num sentinel_margin_joint_nd(const struct state *s, const body_constants *b,
+                                           const sym6 *IA, const struct joint_nd *w)
 {
     const struct sentinel_size G = sentinel_size(s, b, IA);
+    num margin = num_of(1);
     for (uint32_t k = 0; k < b->n; k++) {
         num column[6], inverse = w->L[7 * k];
         for (uint32_t i = k + 1; i < b->n; i++) { /* of L^-1 */
@@ -96,8 +98,11 @@ static inline void sentinel_see_joint_nd(struct state *s, const body_constants *
             inverse += column[i] * column[i] * w->L[7 * i];
         }
         if (!(w->locked >> k & 1))
-            sentinel_see_inverse(s, inverse, sentinel_size_along(&G, joint_nd_axis(w, k)));
+            margin = sentinel_smaller(
+                margin,
+                sentinel_margin_inverse(inverse, sentinel_size_along(&G, joint_nd_axis(w, k))));
     }
+    return margin;
 }
 
 /* The same for freedoms k .. k + 2 of a floating base, after those before them are eliminated: its
@@ -114,7 +119,7 @@ TFA_INLINE void sentinel_see_block(struct state *s, uint32_t k, const num *L, nu
 /* Margins of the factors of M, after crba and before s->Ic is used otherwise, and of those that the
  * articulated-body recursion left in s->IA and s->Dinv */
 num TFA_V(sentinel_margin_mass)(struct state *s);
-num TFA_V(sentinel_margin_articulated)(struct state *s);
+num TFA_V(sentinel_margin_articulated)(const struct state *s);
 
 /* Of some state, if there are several */
 TFA_INLINE int sentinel_trips(const struct state *s)

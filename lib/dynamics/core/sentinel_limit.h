@@ -6,7 +6,7 @@
 #ifndef TFA_DYNAMICS_CORE_SENTINEL_LIMIT_H
 #define TFA_DYNAMICS_CORE_SENTINEL_LIMIT_H
 
-#include "spatial/spatial.h"
+#include "spatial/num.h"
 
 /* docs/accuracy.md, "The sentinel" */
 #define SENTINEL_LIMIT (NUM_EPSILON > 0x1p-30 ? 1e-3 : 1e-9)
@@ -24,11 +24,10 @@ static inline num sentinel_smaller(num margin, num joint)
 #endif
 }
 
-/* Of one joint: below zero where D is not safe (sentinel.h) */
-TFA_INLINE num sentinel_margin(num D, const sym6 *IA, num outboard, int angular)
+/* Of one joint, whose D is a difference of numbers up to G: below zero where D is not safe */
+static inline num sentinel_margin(num D, num G)
 {
-    const num G = angular ? IA->A.xx + IA->A.yy + IA->A.zz : IA->M.xx + IA->M.yy + IA->M.zz;
-    return D - (G + outboard) * SENTINEL_RATIO;
+    return D - G * SENTINEL_RATIO;
 }
 
 #endif

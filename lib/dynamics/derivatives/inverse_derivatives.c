@@ -70,7 +70,7 @@ static void body_terms(const struct state *s, uint32_t i, svec v, vec3 origin, s
     t->m = m;
     t->h = v3_add(h, v3_scale(r, m));
     t->I = s3_add(I, shift_inertia(r, h, m));
-    const num trace = (t->I.xx + t->I.yy + t->I.zz) / two;
+    const num trace = s3_trace(t->I) / two;
     const mat3 sigma = {trace - t->I.xx, -t->I.xy, -t->I.xz, -t->I.xy,       trace - t->I.yy,
                         -t->I.yz,        -t->I.xz, -t->I.yz, trace - t->I.zz};
     const mat3 A = m3_add(cross_m3(v.w, sigma), cross_m3(t->h, skew(v.v)));

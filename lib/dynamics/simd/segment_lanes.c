@@ -233,7 +233,7 @@ static inline void through_joint(const struct body_constants *b, struct step *x,
     }
     const svec U = revolute_U(&IA);
     const num Dinv = 1 / IA.A.zz, u = tau - pA.w.z;
-    *margin = sentinel_smaller(*margin, sentinel_margin(IA.A.zz, &IA, b->outboard, 1));
+    *margin = sentinel_smaller(*margin, sentinel_margin(IA.A.zz, s3_trace(IA.A) + b->outboard));
     const svec k = revolute_gain(U, Dinv);
     const sym6 Ia = revolute_project(&IA, U, k);
     x->U = U;

@@ -95,10 +95,7 @@ static void load_payloads(struct state *s, const tfa_request *r)
         TFA_V(tfa_precompute_body)(s, changed[k]);
     if (!s->payloads)
         s->body = m->body;
-    double size[2];
-    tfa_payload_size(m, s->payloads, s->payload, size);
-    s->payload_size[0] = num_of(size[0]);
-    s->payload_size[1] = num_of(size[1]);
+    tfa_payload_size(m, s->payloads, s->payload, s->payload_size);
 }
 
 /* ---- locked joints ---- */

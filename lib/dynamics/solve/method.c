@@ -47,7 +47,7 @@ static void mass_factor(struct state *s)
     s->mass_margin = TFA_V(sentinel_margin_mass)(s);
 }
 
-static num mass_margin(struct state *s)
+static num mass_margin(const struct state *s)
 {
     return s->mass_margin;
 }

@@ -27,7 +27,7 @@ struct method {
      * TFA_E_UNSUPPORTED for these tips; NULL: none */
     int (*osim_elimination)(struct state *s, tfa_reference_frame frame);
     /* The sentinel's margin of its factors; NULL: that of aba, which looks while factoring */
-    num (*margin)(struct state *s);
+    num (*margin)(const struct state *s);
     /* It is the segment scan, with which another scan is not to be replaced. */
     int is_scan;
 };

@@ -47,10 +47,7 @@ TFA_INLINE void add_request_payloads(struct state *s, struct robot_inputs *in,
                               r->payloads + TFA_PAYLOAD_NUMBERS * (size_t)k);
     }
     s->loaded = in->loaded_bodies;
-    double size[2];
-    host->payload_size(m, r->payload_count, r->payloads, size);
-    s->payload_size[0] = num_of(size[0]);
-    s->payload_size[1] = num_of(size[1]);
+    host->payload_size(m, r->payload_count, r->payloads, s->payload_size);
 }
 #endif
 

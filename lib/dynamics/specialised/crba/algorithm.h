@@ -100,8 +100,8 @@ TFA_INLINE void crba_backward_step(struct state *s, struct robot_factors *m, int
     const rigid Ic = rigid_add(&own, &m->Ic[k]);
     composite_to_parent(s, m, k, &Ic);
     mass_row(s, m, k, &Ic);
-    const sym6 size = s6_rigid(Ic.I, Ic.h, Ic.m);
-    sentinel_see(s, sentinel_margin(m->row[k][k], &size, num_of(0), is_revolute(b->kind)));
+    sentinel_see(s,
+                 sentinel_margin(m->row[k][k], is_revolute(b->kind) ? s3_trace(Ic.I) : 3 * Ic.m));
     eliminate_freedom(s, m, k, rhs);
 }
 

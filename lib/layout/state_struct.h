@@ -53,7 +53,8 @@ enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
     ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
     ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
-    ARRAY(num, qdd_unrefined, nv, "rad/s2, m/s2", "joint", "refine: qdd before its corrections")   \
+    ARRAY(num, qdd_unrefined, nv, "rad/s2, m/s2", "joint",                                         \
+          "refine: qdd before its corrections; sentinel")                                          \
     ARRAY(num, res, nv, "N m, N", "joint", "refine: residual tau - RNEA(qdd)")                     \
     ARRAY(num, passive_force, nv, "N m, N", "joint",                                               \
           "load: forces that follow from q and v: damping, "                                       \

@@ -120,6 +120,8 @@ TFA_INLINE void sentinel_see_block(struct state *s, uint32_t k, const num *L, nu
  * articulated-body recursion left in s->IA and s->Dinv */
 num TFA_V(sentinel_margin_mass)(struct state *s);
 num TFA_V(sentinel_margin_articulated)(const struct state *s);
+/* The same of derivatives, after those of inverse dynamics: by the factors of crba, or of aba */
+num TFA_V(sentinel_margin_derivatives)(struct state *s, int by_mass);
 
 /* Of some state, if there are several */
 TFA_INLINE int sentinel_trips(const struct state *s)

@@ -9,7 +9,7 @@
 #include "spatial/num.h"
 
 /* docs/accuracy.md, "The sentinel" */
-#define SENTINEL_LIMIT (NUM_EPSILON > 0x1p-30 ? 1e-3 : 1e-9)
+#define SENTINEL_LIMIT (NUM_EPSILON > 0x1p-30 ? 3e-4 : 1e-9)
 #define SENTINEL_RATIO num_of((double)NUM_EPSILON / SENTINEL_LIMIT)
 
 /* The smaller of a margin and that of one more joint. TFA_WITHOUT_SENTINEL is for

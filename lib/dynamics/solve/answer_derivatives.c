@@ -10,6 +10,7 @@
 
 #include "dynamics/core/frame.h"
 #include "dynamics/core/recursions.h"
+#include "dynamics/core/sentinel.h"
 #include "dynamics/derivatives/inverse_derivatives.h"
 #include "dynamics/kinematics/world_pose.h"
 #include "dynamics/solve/answer.h"
@@ -156,7 +157,8 @@ static void solve_columns(struct state *s, tfa_method method, num *X, size_t col
     }
 }
 
-static void solve_matrix(struct state *s, num *X, size_t columns)
+/* Returns the method of the factors. */
+static tfa_method solve_matrix(struct state *s, num *X, size_t columns)
 {
     const int rows = s->identity_map && !s->locked && reserves_method(s->methods, TFA_METHOD_CRBA);
     const tfa_method method =
@@ -166,6 +168,23 @@ static void solve_matrix(struct state *s, num *X, size_t columns)
         solve_rows(s, X, columns);
     else
         solve_columns(s, method, X, columns);
+    return method;
+}
+
+/* Flags derivatives that may have lost digits; those by motion are made about one point, to which
+ * light bodies far from it lose theirs. The estimate, which is of qdd, is none of theirs. */
+static void doubt(struct state *s, const tfa_request *r, tfa_method factors, int by_motion,
+                  tfa_answer *out)
+{
+    const int crba = factors == TFA_METHOD_CRBA;
+    if (r->estimate == TFA_ESTIMATE_NEVER)
+        return;
+    if (by_motion && !num_all(TFA_V(sentinel_margin_derivatives)(s, crba) >= 0))
+        out->flags |= TFA_ANSWER_SENTINEL;
+    if (!(out->flags & TFA_ANSWER_SENTINEL))
+        return;
+    out->flags &= (uint16_t)~TFA_ANSWER_ESTIMATED;
+    out->error_estimate = (double)NAN;
 }
 
 /* ---- the op ---- */
@@ -280,7 +299,7 @@ int TFA_V(answer_derivatives)(struct state *s, const tfa_request *r, uint32_t k,
     if (b.X[BY_Q] || b.X[BY_V])
         forces_by_motion(s, r, k, &b);
     if (b.columns)
-        solve_matrix(s, s->derivatives, b.columns);
+        doubt(s, r, solve_matrix(s, s->derivatives, b.columns), b.X[BY_Q] || b.X[BY_V], out);
     if (b.X[BY_V])
         add_boost(s, &b);
     const int finite = unload_block(&b, BY_Q, num_of(-1)) & unload_block(&b, BY_V, num_of(-1)) &

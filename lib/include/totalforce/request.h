@@ -31,7 +31,7 @@ extern "C" {
  */
 typedef enum tfa_estimate {
     TFA_ESTIMATE_DEFAULT = 0, /**< methods with TFA_REFUSES_NO_INVERSE: every answer. Others: if the
-                                   sentinel exceeds 1e-9 (f32: 1e-3) or a D_i is not positive; the
+                                   sentinel exceeds 1e-9 (f32: 3e-4) or a D_i is not positive; the
                                    answer is then estimated, by default refined once if its estimate
                                    exceeds 1e-7, and falls back if the estimate is too large
                                    (TFA_ANSWER_SENTINEL); and if a step of
@@ -177,7 +177,8 @@ typedef struct tfa_request {
  *  without it by the requested method, which the lower precision lacks or refused, or for which
  *  float by itself has too few digits. */
 #define TFA_ANSWER_RESIDUAL_PRECISION 64u
-/** The sentinel tripped (TFA_ESTIMATE_DEFAULT), so the estimate was computed. */
+/** The sentinel tripped (TFA_ESTIMATE_DEFAULT), so the estimate was computed; of derivatives: those
+ *  by q and v may have lost digits, and there is no estimate (unless TFA_ESTIMATE_NEVER). */
 #define TFA_ANSWER_SENTINEL 128u
 /** Directions of the tips are at or below the threshold of rank_loss: they were damped or cut off,
  *  see tfa_rank and tfa_reply.lost. */
@@ -189,8 +190,9 @@ typedef struct tfa_answer {
     uint16_t method;       /**< tfa_method that answered */
     uint16_t flags;        /**< TFA_ANSWER_ bits */
     double error_estimate; /**< relative 2-norm error of qdd (base included; task torques: that of
-                                the posture torques) or lambda_inv; NaN if not computed. That of
-                                lambda, mu, p and task torques: tfa_rank.error_estimate */
+                                the posture torques; derivatives: where they are taken) or
+                                lambda_inv; NaN if not computed. That of lambda, mu, p and
+                                task torques: tfa_rank.error_estimate */
 } tfa_answer;
 
 /**

@@ -171,8 +171,10 @@ static inline void aba_backward_nd(struct state *s, uint32_t i, const body_const
     const sym6 IA = aba_backward_inertia(s, i, b, flags);
     if (flags & ABA_INERTIA)
         joint_nd_factor(s, w, &IA, b);
-    if (flags & ABA_INERTIA && flags & ABA_SENTINEL)
-        sentinel_see(s, sentinel_margin_joint_nd(s, b, &IA, w));
+    if (flags & ABA_INERTIA && flags & ABA_SENTINEL) {
+        const struct sentinel_size G = sentinel_size(s, b, &IA);
+        sentinel_see(s, sentinel_margin_joint_nd(b, &G, w));
+    }
     if (flags & ABA_FORCE) {
         num u[6] = {num_of(0)}; /* all six, or the compiler warns */
         svec pa = aba_backward_force(s, i, b, flags);

@@ -8,33 +8,24 @@
 
 #include "dynamics/core/recursions.h"
 
-/* Whose traces are the sizes G of the freedoms of body i */
-typedef sym6 inertia_fn(const struct state *s, uint32_t i);
+/* What the sizes G of the freedoms of body i are made of */
+typedef struct sentinel_size size_fn(const struct state *s, uint32_t i);
 
-static sym6 articulated(const struct state *s, uint32_t i)
+static struct sentinel_size articulated(const struct state *s, uint32_t i)
 {
-    return s->IA[i];
+    return sentinel_size(s, &s->body[i], &s->IA[i]);
 }
 
 /* For M, where nothing has been taken away */
-static sym6 composite(const struct state *s, uint32_t i)
+static struct sentinel_size composite(const struct state *s, uint32_t i)
 {
-    return s->Ic[i];
+    return (struct sentinel_size){s3_trace(s->Ic[i].A), s3_trace(s->Ic[i].M)};
 }
 
 /* For derivatives, which are made about one point */
-static sym6 about_origin(const struct state *s, uint32_t i)
+static struct sentinel_size about_origin(const struct state *s, uint32_t i)
 {
-    const struct subtree *t = &s->subtree[i];
-    return s6_rigid(t->I, t->h, t->m);
-}
-
-/* G of freedom k */
-static num size_of(const struct state *s, uint32_t i, uint32_t k, inertia_fn *inertia)
-{
-    const sym6 I = inertia(s, i);
-    const struct sentinel_size G = {s3_trace(I.A), s3_trace(I.M)};
-    return sentinel_size_of(s, &s->body[i], k, &G);
+    return (struct sentinel_size){s3_trace(s->subtree[i].I), 3 * s->subtree[i].m};
 }
 
 /* A motion of freedom k as large as one radian */
@@ -55,20 +46,22 @@ static num see_motion(num margin, num x, num unit)
 }
 
 /* Of T^T M T, where a freedom also moves the subtrees of its followers */
-static num see_reduced(struct state *s, inertia_fn *inertia)
+static num see_reduced(struct state *s, size_fn *size)
 {
     const struct tfa_model *m = s->m;
     const uint32_t n = m->freedoms - m->mimics;
     num multiplier, margin = num_of(1), *const G = s->y, *const x = s->qdd_unrefined;
     for (uint32_t a = 0; a < n; a++)
         G[a] = num_of(0);
-    for (uint32_t i = 0; i < m->bodies; i++)
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        const struct sentinel_size g = size(s, i);
         for (uint32_t k = 0; k < s->body[i].n; k++) {
             const uint32_t j = s->body[i].v + k, a = TFA_V(reduced_freedom)(m, j, &multiplier);
             x[a] = unit_of(s, &s->body[i], k);
             if (!s->lock[j])
-                G[a] += multiplier * multiplier * size_of(s, i, k, inertia);
+                G[a] += multiplier * multiplier * sentinel_size_of(s, &s->body[i], k, &g);
         }
+    }
     for (uint32_t a = n; a-- > 0;) {
         const num unit = x[a], inverse = s->Mr[(size_t)a * n + a];
         x[a] = unit * G[a] * inverse;
@@ -81,43 +74,45 @@ static num see_reduced(struct state *s, inertia_fn *inertia)
 }
 
 /* The entries of D in M = L^T D L are those of the recursion. */
-static num see_ltdl(const struct state *s, inertia_fn *inertia)
+static num see_ltdl(const struct state *s, size_fn *size)
 {
     const struct tfa_model *m = s->m;
     num margin = num_of(1), *const x = s->qdd_unrefined;
-    for (uint32_t i = 0; i < m->bodies; i++)
-        for (uint32_t k = 0; k < s->body[i].n; k++) {
-            const uint32_t j = s->body[i].v + k;
+    for (uint32_t i = 0; i < m->bodies; i++) {
+        const struct tfa_body *b = &s->body[i];
+        const struct sentinel_size g = size(s, i);
+        for (uint32_t k = 0; k < b->n; k++) {
+            const uint32_t j = b->v + k;
             const num *const L = s->M + m->dof_row[j];
-            const num D = L[m->dof_depth[j]], G = size_of(s, i, k, inertia),
-                      unit = unit_of(s, &s->body[i], k);
-            x[j] = num_of(0);
+            const num D = L[m->dof_depth[j]], G = sentinel_size_of(s, b, k, &g),
+                      unit = unit_of(s, b, k);
+            num sum = unit * G / D;
+            for (int32_t up = m->dof_parent[j]; up >= 0; up = m->dof_parent[up])
+                sum -= L[m->dof_depth[up]] * x[up];
+            x[j] = s->lock[j] ? num_of(0) : sum;
             if (s->lock[j])
                 continue;
-            x[j] = unit * G / D;
-            for (int32_t up = m->dof_parent[j]; up >= 0; up = m->dof_parent[up])
-                x[j] -= L[m->dof_depth[up]] * x[up];
             margin = sentinel_smaller(margin, sentinel_margin(D, G));
-            margin = see_motion(margin, x[j], unit);
+            margin = see_motion(margin, sum, unit);
         }
+    }
     return margin;
 }
 
-static num see_mass(struct state *s, inertia_fn *inertia)
+static num see_mass(struct state *s, size_fn *size)
 {
-    return s->m->mimics ? see_reduced(s, inertia) : see_ltdl(s, inertia);
+    return s->m->mimics ? see_reduced(s, size) : see_ltdl(s, size);
 }
 
-static num see_articulated(const struct state *s, inertia_fn *inertia)
+static num see_articulated(const struct state *s, size_fn *size)
 {
     num margin = num_of(1);
     for (uint32_t i = 0; i < s->m->bodies; i++) {
         const struct tfa_body *b = &s->body[i];
-        const sym6 I = inertia(s, i);
-        const struct sentinel_size G = sentinel_size(s, b, &I);
+        const struct sentinel_size G = size(s, i);
         if (b->n > 1)
-            margin = sentinel_smaller(
-                margin, sentinel_margin_joint_nd(s, b, &I, &s->joint_nd[b->joint_nd]));
+            margin = sentinel_smaller(margin,
+                                      sentinel_margin_joint_nd(b, &G, &s->joint_nd[b->joint_nd]));
         else if (!s->lock[b->v])
             margin = sentinel_smaller(
                 margin, sentinel_margin_inverse(s->Dinv[i], sentinel_size_of(s, b, 0, &G)));

@@ -84,10 +84,9 @@ TFA_INLINE void sentinel_see_inverse(struct state *s, num inverse, num G)
 /* Several freedoms: entry k of the diagonal of D^-1 = L^-T diag(L)^-1 L^-1, for no pivot need be
  * small where a combination of freedoms moves little. Rows of six, the inverse pivots on the
  * diagonal. */
-static inline num sentinel_margin_joint_nd(const struct state *s, const body_constants *b,
-                                           const sym6 *IA, const struct joint_nd *w)
+static inline num sentinel_margin_joint_nd(const body_constants *b, const struct sentinel_size *G,
+                                           const struct joint_nd *w)
 {
-    const struct sentinel_size G = sentinel_size(s, b, IA);
     num margin = num_of(1);
     for (uint32_t k = 0; k < b->n; k++) {
         num column[6], inverse = w->L[7 * k];
@@ -100,7 +99,7 @@ static inline num sentinel_margin_joint_nd(const struct state *s, const body_con
         if (!(w->locked >> k & 1))
             margin = sentinel_smaller(
                 margin,
-                sentinel_margin_inverse(inverse, sentinel_size_along(&G, joint_nd_axis(w, k))));
+                sentinel_margin_inverse(inverse, sentinel_size_along(G, joint_nd_axis(w, k))));
     }
     return margin;
 }

@@ -71,8 +71,10 @@ TFA_INLINE void keep_psi(const struct state *s, int32_t i, uint32_t moved,
 {
     const struct tfa_body *b = &s->body[i];
     s->support[i] |= 1u << t;
-    if (b->n == 1) {
-        vec6_store(tip_columns(s, table, b->v, t), &p->at[body_axis(b)]);
+    if (is_revolute(b->kind)) { /* constant indices leave p in registers */
+        vec6_store(tip_columns(s, table, b->v, t), &p->at[AXIS_RZ]);
+    } else if (is_prismatic(b->kind)) {
+        vec6_store(tip_columns(s, table, b->v, t), &p->at[AXIS_TZ]);
     } else {
         struct wrench_columns P;
         wrench_columns_copy(&P, p);

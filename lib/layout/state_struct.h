@@ -115,13 +115,13 @@ struct extent {
 /* Bytes of rows that these methods need along chains: bits 1u << tfa_method. */
 size_t TFA_V(chain_bytes)(const struct tfa_model *m, uint32_t methods);
 
-/* Is this one reserved? */
+/* Whether this one is reserved */
 static inline int reserves_method(uint32_t methods, tfa_method method)
 {
     return (int)(methods >> method & 1);
 }
 
-/* Is a method among them that inverts body inertias? */
+/* Whether a method among them inverts body inertias */
 static inline int reserves_inverse(uint32_t methods)
 {
 #define RESERVES_INVERSE(name, number, text, ops, factors, cost, refuses, summary)                 \
@@ -198,7 +198,7 @@ TFA_INLINE const body_constants *body_with_payload(const struct state *s, uint32
     return &s->body[i];
 }
 
-/* Has the request payloads? */
+/* Whether the request has payloads */
 static inline int state_payloads(const struct state *s)
 {
     return s->payloads > 0;

@@ -154,7 +154,7 @@ static void set_request(struct self_test *t, tfa_op op, uint32_t tips, uint32_t 
     t->request.tips[0] = frame;
 }
 
-/* Do both answer such requests? */
+/* Whether both answer such requests */
 static int is_answered(const struct self_test *t,
                        const struct tfa_specialised_kernel *const *kernel, int kind)
 {

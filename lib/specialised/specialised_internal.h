@@ -79,7 +79,7 @@ int open_checked_copy(const char *path, const tfa_model *model, uint8_t digest[3
 /* Functions that kernels get from the library */
 struct tfa_host_api specialised_host_api(const tfa_model *model);
 
-/* Does the table that `path` exports belong to this library, model and instruction set? */
+/* Whether the table that `path` exports is of this library, model and instruction set */
 int specialised_check_table(const char *path, const struct tfa_specialised_kernel *kernel,
                             const tfa_model *model, struct error_text *err);
 

@@ -129,7 +129,7 @@ static bool waits_for_another(const tfa_election *e)
     return false;
 }
 
-/* Nobody leads: shall this daemon? */
+/* Nobody leads: whether this daemon shall */
 static bool may_take_over(const tfa_election *e, int64_t now)
 {
     if (e->self.role == TFA_ROLE_LISTENING && now - e->listening_since < e->self.lease)

@@ -41,7 +41,7 @@ void tfa_runtime_dir_ready(const tfa_runtime_dir *dir, const char *const *names,
 /** Removes the lock file, and the directory if this daemon made it and it is empty; lets go. */
 void tfa_runtime_dir_release(tfa_runtime_dir *dir);
 
-/** Is the directory still at its path? */
+/** Whether the directory is still at its path */
 bool tfa_runtime_dir_is_there(const tfa_runtime_dir *dir);
 
 /** Listens at NAME.sock, mode 0660. A socket that nobody listens at is replaced; one that the

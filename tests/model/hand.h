@@ -54,7 +54,7 @@ struct outcome hand_outcome(const hand *h, const tfa_model_options *options,
 void hand_forget(struct outcome *o);
 /** The message with this code; fails unless there is exactly one. */
 const tfa_message *hand_said(const struct outcome *o, const char *code);
-/** Is there a message with this code? */
+/** Whether there is a message with this code */
 bool hand_says(const struct outcome *o, const char *code);
 
 /** Fails unless |x - expected| <= bound. */

@@ -36,7 +36,7 @@ static void expect_accelerations(const arm_motion *m, double qdd[JOINTS])
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
 }
 
-/* Is this the answer to the motion, with this stamp and frame? */
+/* Whether this is the answer to the motion, with this stamp and frame */
 static bool is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, const arm_motion *m,
                       int32_t sec, uint32_t nanosec, const char *frame)
 {

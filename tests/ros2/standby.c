@@ -63,7 +63,7 @@ static int32_t await_answer(dds_guid_t *from)
 
 #define EFFORTS "/arm/joint_efforts"
 
-/* Has the daemon, and it may be the standby, read a command of now? */
+/* Whether the daemon, and it may be the standby, has read a command of now */
 static bool reads_commands(const harness *h)
 {
     const uint64_t before = arm_received(h, "arm", EFFORTS);
@@ -103,7 +103,7 @@ static bool is_answered(dds_guid_t *from)
     return false;
 }
 
-/* Who answers? */
+/* The one that answers */
 static dds_guid_t find_leader(void)
 {
     dds_guid_t from;

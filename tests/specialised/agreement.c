@@ -28,7 +28,7 @@
 #define ULP 1e-16           /* no error is smaller than that of rounding the answer */
 #define ROUNDING_F32 0x1p29 /* of floats over that of doubles */
 
-/* Is the folder's name, kernels_ALGORITHM, of this algorithm? */
+/* Whether the folder's name, kernels_ALGORITHM, is of this algorithm */
 static int by(const char *algorithm)
 {
     const char *folder = getenv("TFA_TEST_KERNELS"), *end = folder ? strrchr(folder, '_') : NULL;
@@ -200,7 +200,7 @@ static tfa_request request_of(const struct comparison *t, tfa_op op)
     return r;
 }
 
-/* Kernels have other code for one state than for several. `alone`: do they have some for one? */
+/* Kernels have other code for one state than for several. `alone`: they have some for one. */
 static void compare_motion(struct comparison *t, const tfa_request *r, bool alone, const char *what)
 {
     ask_others(t, r);

@@ -329,7 +329,7 @@ TEST(states_have_the_same_bits_alone_and_in_batches)
     }
 }
 
-/* Does the kernel itself answer this, not the generic one? */
+/* Whether the kernel itself answers this, not the generic one */
 static int takes(const struct pair *p, const tfa_request *r)
 {
     const struct tfa_host_api host = specialised_host_api(p->model);

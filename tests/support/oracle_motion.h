@@ -70,7 +70,7 @@ static inline const tfa_joint *joint_above(const oracle *o, const struct body *b
 /* Poses, velocities, freedoms and velocity-product accelerations of all links, from q, o->v. */
 void oracle_move_links(oracle *o, const double *q, const double *base_pose);
 
-/* Is anything between the world and the link not still? */
+/* Whether anything between the world and the link moves */
 int oracle_moves(const oracle *o, uint32_t link);
 
 /* Rows of J T of one tip, linear first, each o->rows long: added to `rows`. */

@@ -21,7 +21,7 @@ typedef struct question {
 extern const question questions[];
 extern const size_t question_count;
 
-/** Does the library take this question about this robot? */
+/** Whether the library takes this question about this robot */
 bool question_fits(const test_robot *robot, const question *q);
 
 /** The request with the first `count` of these states. */

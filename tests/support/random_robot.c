@@ -252,7 +252,7 @@ tfa_description *random_robot_create(uint64_t seed, const random_robot_options *
     return d;
 }
 
-/* Does every moving joint move something with mass? */
+/* Whether every moving joint moves something with mass */
 static bool all_heavy(const tfa_description *d, bool *heavy)
 {
     for (size_t k = 0; k < d->link_count; k++)

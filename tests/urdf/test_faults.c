@@ -17,7 +17,7 @@ static size_t without_last(const tfa_report *report, const urdf_fault *row)
     return refused == (row->status != TFA_OK) ? report->count - refused : SIZE_MAX;
 }
 
-/* Are the lines of row->message all that was said, with the row's severity, line and code? */
+/* Whether the lines of row->message are all that was said, with its severity, line and code */
 static bool report_differs(const tfa_report *report, const urdf_fault *row)
 {
     const char *text = row->message;

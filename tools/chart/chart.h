@@ -226,7 +226,7 @@ int chart_data_make(chart_data *d, chart_case *c, chart_rhs rhs, uint32_t states
 int chart_floor_find(chart_data *d, chart_case *c);
 void chart_data_free(chart_data *d);
 
-/** Does the method, or the peer, answer the op in this precision? */
+/** Whether the method, or the peer, answers the op in this precision */
 int chart_op_answered(uint32_t op, uint32_t method, uint32_t precision);
 /** The frame of the named link, or of the body behind most joints where it is NULL or absent. */
 uint32_t chart_find_tip(const tfa_model *model, const char *link);
@@ -368,7 +368,7 @@ const char *chart_name_how(const chart_choice *choice, int file, char *text, siz
 #define CHART_ERROR_MAX 1e2
 /** Number of a method's mark in style.gp, from 1 on */
 uint32_t chart_mark(uint32_t method);
-/** Has the row a mark of its own? */
+/** Whether the row has a mark of its own */
 int chart_row_drawn(const chart_row *row);
 double chart_draw_error(double error);
 double chart_draw_floor(const chart_row *row);

@@ -157,7 +157,7 @@ static void all_mechanisms(chart_options *o)
     o->target_count = MECHANISM_COUNT;
 }
 
-/* Does the method answer one of the ops? */
+/* Whether the method answers one of the ops */
 static int is_of_ops(const chart_options *o, uint32_t method)
 {
     for (uint32_t op = 0; op < CHART_OP_COUNT; op++)

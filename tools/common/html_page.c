@@ -79,7 +79,7 @@ void html_begin(FILE *out, const html_page *page)
     }
 }
 
-/* Is it "# WORD: " of results_print_head? */
+/* Whether it is "# WORD: " of results_print_head */
 static int is_origin(const char *line)
 {
     static const char *const words[] = {

@@ -78,14 +78,14 @@ void TFA_V(chain_solve)(struct state *s, const struct chain_method *method, cons
  * without inverse when `inverts`. */
 int TFA_V(chain_reduce_branches)(struct state *s, const struct tfa_chain *chain, int inverts);
 
-/* Does the body stand on the chain of its tree? */
+/* Whether the body stands on the chain of its tree */
 static inline int chain_has(const struct state *s, const struct tfa_chain *chain, int32_t body)
 {
     const uint32_t k = s->body[body].depth - 1;
     return k < chain->length && chain->body[k] == (uint32_t)body;
 }
 
-/* tau^T .. the joint's freedoms of body i on a chain: does the bias count? */
+/* Whether velocity products count: with a bias, and when anything moves */
 static inline int chain_has_velocity_products(const struct state *s, int bias)
 {
     return bias && s->moving;

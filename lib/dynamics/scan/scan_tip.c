@@ -34,7 +34,7 @@ static const struct scan_segment *last_segment(const struct scan *scan)
     return &scan->segment[scan->segments - 1];
 }
 
-/* Do all tips stand beyond the last cut of their chain? */
+/* Whether all tips stand beyond the last cut of their chain */
 static int tips_in_last_segment(const struct state *s)
 {
     for (uint32_t t = 0; t < s->tips; t++) {

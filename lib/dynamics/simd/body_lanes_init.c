@@ -166,7 +166,7 @@ static void list_children(struct state *s)
     }
 }
 
-/* Is the only child of body i in lane l of the next step? */
+/* Whether the only child of body i is in lane l of the next step */
 static int child_in_same_lane(const struct state *s, uint32_t i, uint32_t l, uint32_t step)
 {
     const struct lane_ref *child = &s->child[s->first_child[i]];

@@ -45,7 +45,7 @@ static inline tfa_method method_of_estimates(tfa_method method)
     return method_inverts(method) ? METHOD_OF_ESTIMATES : method;
 }
 
-/* Are its factors those of the articulated-body algorithm? */
+/* Whether its factors are those of the articulated-body algorithm */
 static inline int has_articulated_factors(tfa_method method)
 {
     return method_factors(method) == TFA_METHOD_ABA;
@@ -63,7 +63,7 @@ tfa_method TFA_V(fallback)(const struct state *s, tfa_method failed);
 /* The name of Lambda^-1 by the factors of a method: force propagation by those of aba */
 tfa_method TFA_V(osim_name)(tfa_method factors);
 
-/* Has Lambda^-1 by this method no better fallback? */
+/* Whether Lambda^-1 by this method has no better fallback */
 int TFA_V(osim_is_last)(const struct state *s, tfa_method method);
 
 /* ---- factors and solves ---- */
@@ -82,7 +82,7 @@ void TFA_V(impose_mimics)(struct state *s, tfa_method method, num *x);
 
 /* ---- the sentinel over the factors of a method (core/sentinel.h) ---- */
 
-/* Does the sentinel trip for the factors that the method left? */
+/* Whether the sentinel trips for the factors that the method left */
 int TFA_V(sentinel_of)(struct state *s, tfa_method method);
 
 #endif

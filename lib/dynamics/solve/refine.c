@@ -137,7 +137,7 @@ static num_doubles estimate_error(struct state *s, tfa_method method, num_double
     return estimate;
 }
 
-/* May a method that lost `first` in this arithmetic leave so much of its error? */
+/* Whether a method that lost `first` in this arithmetic may leave so much of its error */
 static int remainder_is_small(const struct state *s, tfa_method method, double first,
                               double remainder)
 {
@@ -157,7 +157,7 @@ static void apply(struct state *s)
             s->qdd[j] += s->dx[j];
 }
 
-/* Is every correction a tenth of the one before, or rounding? */
+/* Whether every correction is a tenth of the one before, or rounding */
 static int converges(const num_doubles *next, const num_doubles *before, double rounding)
 {
     int all = 1;

@@ -8,8 +8,8 @@
 
 #include "layout/state.h"
 
-/* Is the error of a refined answer to be estimated: no, where a correction asks for another method,
- * or yes? */
+/* When the error of a refined answer is estimated: never, where a correction asks for another
+ * method, always */
 enum estimation { ESTIMATE_NOT, ESTIMATE_IN_DOUBT, ESTIMATE };
 
 /* Refinement of s->qdd; in the residual kernel where there is one, which has loaded the request.

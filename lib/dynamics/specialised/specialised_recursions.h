@@ -17,7 +17,7 @@
 #include "interface/specialised_abi.h"
 #include "layout_inputs.h"
 
-/* Is body i on the path from body `tip` to the world? */
+/* Whether body i is on the path from body `tip` to the world */
 TFA_INLINE int is_on_path(int32_t i, int32_t tip)
 {
     return (int)(robot_path[tip][i / 64] >> (i % 64) & 1);

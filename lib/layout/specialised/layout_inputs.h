@@ -72,7 +72,7 @@ TFA_INLINE void scatter_numbers(const num *x, const struct lane_states *at, doub
             array[stride * at->lane[l] + k] = num_lane(x[k], l);
 }
 
-/* Are the coordinates those of the request, one by one? */
+/* Whether the coordinates are those of the request, one by one */
 TFA_INLINE int is_identity_map(void)
 {
     int identity = NUM_LANES == 1;

@@ -34,7 +34,7 @@ TFA_INLINE int32_t parent_of_lane(const body_constants *b, int l)
     return robot_body[b->body[l]].parent;
 }
 
-/* Does lane l have its parent in the same lane of that step, if it has one? */
+/* Whether lane l has its parent in the same lane of that step, or none */
 TFA_INLINE int parent_is_in_lane(const body_constants *b, int l, uint32_t step)
 {
     const int32_t p = parent_of_lane(b, l);
@@ -105,7 +105,7 @@ TFA_INLINE int32_t child_of_lane(const body_constants *b, int l, int k)
     return b->lane_mask >> l & 1 ? robot_child[b->body[l]][k] : -1;
 }
 
-/* Does any lane have one? Do all of them, in the same lanes of one step? */
+/* Whether any lane has one; whether all have, in the same lanes of one step */
 #define ROBOT_CHILDLESS(l) (child_of_lane(b, l, k) < 0)
 #define ROBOT_CHILD_IN_LANE(l)                                                                     \
     (!(b->lane_mask >> l & 1) || (child_of_lane(b, l, k) >= 0 &&                                   \

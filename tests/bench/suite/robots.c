@@ -138,7 +138,7 @@ static const tfa_joint *joint_of(const tfa_description *d, uint32_t link)
     return NULL;
 }
 
-/* Does the link move against the root? */
+/* Whether the link moves against the root */
 static int moves(const tfa_description *d, uint32_t link)
 {
     const tfa_joint *joint = joint_of(d, link);

@@ -110,7 +110,7 @@ static void draw(struct robot *r, random_source *s)
     }
 }
 
-/* Does the table say that the method refuses something that this status can stand for? */
+/* Whether by the table the method refuses something that this status can stand for */
 static int may_refuse(const tfa_method_info *row, int status)
 {
     const unsigned method =

@@ -53,7 +53,7 @@ double spectral_product_error(const spectral *s, const spectral_metric *metric, 
 tfa_rank_loss spectral_policy(const tfa_request *r);
 double spectral_threshold(const tfa_request *r, uint32_t rows);
 
-/** Is an eigenvalue so close to the threshold that rounding decides its side? */
+/** Whether an eigenvalue is so close to the threshold that rounding decides its side */
 bool spectral_in_doubt(const spectral *s);
 
 #endif

@@ -85,7 +85,7 @@ bool question_open(question *a, const reduction *r, uint64_t seed, uint32_t coun
                    uint32_t wrenches);
 void question_close(question *a);
 
-/** Is M well conditioned in every state, as the requests stand now? */
+/** Whether M is well conditioned in every state, as the requests stand now */
 bool question_is_good(const question *a, const reduction *r);
 
 /** Adds up to TFA_MAX_PAYLOADS - REDUCTION_PAYLOADS payloads to both requests, not on links between
@@ -106,7 +106,7 @@ double scaled_condition(const double *M, uint32_t n);
 /** Euclidean norm of the difference over that of the reference. */
 double relative_difference(const double *x, const double *reference, size_t n);
 
-/** Does the method refuse, by name, bodies that have no inverse inertia or joints with armature? */
+/** Whether the method refuses, by name, bodies with no inverse inertia or joints with armature */
 static inline bool reduction_may_refuse(tfa_method method)
 {
     return method == TFA_METHOD_TFA ||

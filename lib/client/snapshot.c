@@ -193,7 +193,7 @@ static bool read_departed(const tfa_shared_tally *from, tfa_tally *t)
 }
 
 /* The clients of a worker and the departed ones: one attempt. `departed` is added up later.
- * @return false: somebody came or left meanwhile */
+ * @return false: a client came or left meanwhile */
 static bool read_attachments(const tfa_statistics *s, uint32_t worker, tfa_snapshot *snapshot)
 {
     const tfa_shared_worker *w = &s->view.workers[worker];

@@ -19,7 +19,7 @@ static void exchange_directories(tfa_client *client)
     client->options.standby_dir = client->standby_dir;
 }
 
-/* The other one first: this one ended, or stands still and would keep the caller waiting. It gets
+/* The other one first: this one ended, or hangs and would keep the caller waiting. It gets
  * half of the time, because it may stand still, too. */
 int tfa_client_open_either(tfa_client *client, uint64_t deadline, uint64_t model)
 {

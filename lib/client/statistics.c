@@ -20,8 +20,8 @@ const char *tfa_client_kind_name(uint32_t kind)
     return kind < sizeof names / sizeof *names ? names[kind] : "";
 }
 
-/* The header's counts describe a segment of exactly this size. They are copied: nobody can write
- * them now, but a reader need not believe that. */
+/* The header's counts describe a segment of exactly this size. They are copied: no process can
+ * write them now, but a reader need not believe that. */
 static int check_header(tfa_statistics *s, size_t size)
 {
     const tfa_shared_header *h = s->memory;

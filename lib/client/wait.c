@@ -20,8 +20,8 @@
  * when the daemon hung up on this client only, for instance after a reload changed the robot's
  * shape. A check is a system call, so it is rare. */
 #define LIVENESS_CHECK_NS 100000000u
-/* A worker that shows no progress for so long does not run: it does so a hundred times a second, or
- * once a second while it sleeps. */
+/* A worker that shows no progress for this time does not run: it does so a hundred times a second,
+ * or once a second while it sleeps. */
 #define STALL_NS 3000000000u
 /* Longest sleep without a liveness check */
 #define WAIT_SLICE_NS 20000000u
@@ -50,7 +50,7 @@ static bool liveness_check_is_due(uint64_t *last_check, uint64_t now)
     return true;
 }
 
-/* The worker's heartbeat stands still. */
+/* The worker's heartbeat does not advance. */
 static bool is_stalled(client_connection *c, uint64_t now)
 {
     const uint64_t beat =

@@ -6,7 +6,7 @@
  * A peer sends one packet, a command without a final 0, and gets one packet of text back; then the
  * daemon hangs up. A peer may shut down its sending direction after the command. A command whose
  * peer has closed the socket before the daemon reads it is dropped. `status` answers JSON to
- * everybody who may open the socket. `reload` and `stop` are for root and the daemon's user:
+ * every process that may open the socket. `reload` and `stop` are for root and the daemon's user:
  * `reload` answers when it is done, `stop` at once. The text begins with "ok" or "error: " for
  * these two, and with "error: " for a command that is refused. `statistics` answers "ok" to
  * everybody, and one descriptor: the segment of statistics_layout.h, which its receiver cannot

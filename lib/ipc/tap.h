@@ -158,7 +158,7 @@ static inline void tfa_tap_fill(tfa_tap *tap, uint64_t rest)
 }
 
 /* For a record that fits neither before the end of the ring nor behind a filler, even if the ring
- * is empty: goes on at the beginning, so that the next record of that size may fit. */
+ * is empty: continues at the beginning, so that the next record of that size may fit. */
 static inline void tfa_tap_begin_lap(tfa_tap *tap, uint64_t filler)
 {
     if (!filler || !tfa_tap_has_room(tap, filler))

@@ -49,7 +49,8 @@ enum { SIDE = 1, CHAIN = 2, HAS_BRANCH = 4 };
     ARRAY(num, q, nq, "rad, m", "joint", "load: inner joint coordinates")                          \
     ARRAY(num, qd, nv, "rad/s, m/s", "joint", "load: velocities, base first")                      \
     ARRAY(num, boost, nv, "m/s", "joint", "load: linear velocity of roots, taken out of qd")       \
-    ARRAY(num, boost_rate, nv, "m/s2", "joint", "load: w x boost, in qdd besides that of before")  \
+    ARRAY(num, boost_rate, nv, "m/s2", "joint",                                                    \
+          "load: w x boost, in qdd besides the previous one")                                      \
     ARRAY(num, tau, nv, "N m, N", "joint", "load: forces, base first")                             \
     ARRAY(num, qdd, nv, "rad/s2, m/s2", "joint", "solve: accelerations, base first")               \
     ARRAY(num, dx, nv, "rad/s2, m/s2", "joint", "refine: correction of qdd")                       \
@@ -166,7 +167,7 @@ struct state {
     int wrenched;      /* some s->wrench is not zero */
     uint32_t tips;     /* of the request under way */
     uint32_t located;  /* bit t set: the support of tip t has world poses */
-    int32_t path_body; /* whose support stands in tip_path; -1: nobody's */
+    int32_t path_body; /* whose support stands in tip_path; -1: none */
     uint32_t tip_rows; /* of each tip in answers: 6 or 3 */
     uint32_t tip[TFA_MAX_TIPS];
     int keeps_psi;         /* Lambda is asked for: propagation is to keep psi of one tip */

@@ -215,7 +215,7 @@ typedef struct config_ros2 {
 
 typedef struct config {
     const char *runtime_dir, *group, *user;
-    const char **allow_users, **allow_groups; /* both empty: everybody who can open a socket */
+    const char **allow_users, **allow_groups; /* both empty: every user who can open a socket */
     size_t allow_users_count, allow_groups_count;
     const char *specialise_directory;
     uint32_t specialise; /* config_specialise */

@@ -31,9 +31,10 @@
 #define FORMATS 256 /* a power of two, several times the formats of the daemon */
 #define BURST 20
 #define WINDOW_SHIFT 33 /* 8.6 s in ns */
-/* So long the log waits for a terminal or a pipe that nobody reads; later lines do not wait. */
+/* The log waits at most this time for a terminal or a pipe that is not read; later lines do not
+ * wait. */
 #define WRITE_WAIT_MS 100
-/* At the end the queue is written for so long. */
+/* At the end the queue is written for at most this time. */
 #define STOP_NS 200000000u
 /* Between two looks for messages that were suppressed and not reported. */
 #define REPORT_S 5
@@ -62,7 +63,7 @@ static struct {
     _Atomic uint32_t level;
     bool journal;
     int out;           /* standard error, or a descriptor of our own that never blocks */
-    bool stalled;      /* the log thread's: nobody reads */
+    bool stalled;      /* the log thread's: the stream is not read */
     uint64_t deadline; /* the log thread's: from then on lines are dropped; 0: none */
 } log_state = {.level = TFA_LOG_INFO, .out = STDERR_FILENO};
 
@@ -93,7 +94,7 @@ static bool wait_for_room(void)
     return !log_state.stalled;
 }
 
-/* @return false: nobody reads, the rest is lost */
+/* @return false: the stream is not read, the rest is lost */
 static bool write_all(const char *text, size_t length)
 {
     while (length) {

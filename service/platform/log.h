@@ -3,7 +3,7 @@
  *
  * The log of the daemon, to standard error or the journal, written by a thread of its own.
  *
- * The caller formats into a free cell of a lock-free queue and goes on; it never waits for the
+ * The caller formats into a free cell of a lock-free queue and returns; it never waits for the
  * terminal or the disk. Nothing in the path of a request logs: workers mark, control speaks.
  */
 #ifndef TFA_SERVICE_PLATFORM_LOG_H
@@ -20,7 +20,7 @@ typedef enum tfa_log_level {
 
 /** Starts the log thread. Before it, and after tfa_log_stop, messages are written at once. */
 TFA_CHECKED int tfa_log_start(tfa_log_level level);
-/** Writes the queue and ends the thread; does not wait for a terminal or pipe that nobody reads. */
+/** Writes the queue and ends the thread; does not wait for a terminal or pipe that is not read. */
 void tfa_log_stop(void);
 /** The same where other threads may log until the process exits: their lines are lost. */
 void tfa_log_finish(void);

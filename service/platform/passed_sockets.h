@@ -26,11 +26,11 @@ int tfa_passed_socket_claim(const char *name);
 /** Was it passed? Then its path is the service manager's. */
 bool tfa_passed_socket_is(const char *name);
 
-/** All claims are made. Logs the sockets that nobody claimed.
+/** All claims are made. Logs the sockets without a claim.
  *  @return TFA_OK; TFA_E_ARGUMENT: there were some */
 TFA_CHECKED int tfa_passed_sockets_check(void);
 
-/** Closes those that nobody claimed, and forgets all. */
+/** Closes those without a claim, and forgets all. */
 void tfa_passed_sockets_forget(void);
 
 #endif

@@ -147,7 +147,7 @@ static bool path_fits(const tfa_runtime_dir *d, const char *file)
     return strlen(d->path) + 1 + strlen(file) < sizeof(((struct sockaddr_un *)0)->sun_path);
 }
 
-/* A socket of that name that nobody listens at is what a killed daemon left. */
+/* A socket of that name without a listener is what a killed daemon left. */
 static void remove_stale(const tfa_runtime_dir *d, const char *file, int type)
 {
     const struct sockaddr_un address = address_of(d, file);

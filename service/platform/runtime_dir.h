@@ -38,13 +38,13 @@ TFA_CHECKED int tfa_runtime_dir_acquire(tfa_runtime_dir *dir, const char *path);
  *  the robots. */
 void tfa_runtime_dir_ready(const tfa_runtime_dir *dir, const char *const *names, size_t count);
 
-/** Removes the lock file, and the directory if this daemon made it and it is empty; lets go. */
+/** Removes the lock file, and the directory if this daemon made it and it is empty; closes both. */
 void tfa_runtime_dir_release(tfa_runtime_dir *dir);
 
 /** Whether the directory is still at its path */
 bool tfa_runtime_dir_is_there(const tfa_runtime_dir *dir);
 
-/** Listens at NAME.sock, mode 0660. A socket that nobody listens at is replaced; one that the
+/** Listens at NAME.sock, mode 0660. A socket without a listener is replaced; one that the
  *  service manager passed is taken, and stays at its path.
  *  @return a descriptor, or -1 with errno; EADDRINUSE: another program listens there */
 int tfa_runtime_dir_listen(const tfa_runtime_dir *dir, const char *name);

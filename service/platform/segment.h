@@ -34,7 +34,8 @@ typedef struct tfa_segment {
 TFA_CHECKED int tfa_segment_create(config_backend backend, tfa_segment_access access, size_t size,
                                    tfa_segment *segment);
 
-/** Makes a segment of constants: a memfd that nobody can write or resize, mapped here read-only.
+/** Makes a segment of constants: a memfd that no process can write or resize, mapped here
+ *  read-only.
  *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM. */
 TFA_CHECKED int tfa_segment_create_constant(const void *bytes, size_t size, tfa_segment *segment);
 

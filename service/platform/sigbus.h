@@ -5,8 +5,8 @@
  *
  * Reading a page that no longer exists raises SIGBUS. The handler looks the address up in a fixed
  * table of guarded mappings, puts anonymous zeros in its place (mmap with MAP_FIXED) and marks the
- * mapping as hit; the reader goes on with zeros and then asks tfa_sigbus_hit. An address that
- * nobody guards ends the process as it would without us.
+ * mapping as hit; the reader continues with zeros and then asks tfa_sigbus_hit. An address that
+ * no guard covers ends the process as it would without us.
  */
 #ifndef TFA_SERVICE_PLATFORM_SIGBUS_H
 #define TFA_SERVICE_PLATFORM_SIGBUS_H

@@ -121,7 +121,7 @@ static int write_names(tfa_robot *robot)
     return status;
 }
 
-/* Everything that a client is told is in the shape or among the names. */
+/* Everything that a client learns is in the shape or among the names. */
 bool tfa_robot_same_shape(const tfa_robot *a, const tfa_robot *b)
 {
     return memcmp(&a->shape, &b->shape, sizeof a->shape) == 0 &&

@@ -31,7 +31,7 @@ static inline tfa_tap *tfa_robot_taps_get(const tfa_robot_taps *t, uint32_t robo
     return atomic_load_explicit(&t->taps[robot], memory_order_acquire); /* R14 */
 }
 
-/* No request is being answered: taps of before are not used any more. */
+/* No request is being answered: previous taps are not used any more. */
 static inline void tfa_robot_taps_take(tfa_robot_taps *t)
 {
     const uint64_t asked = atomic_load_explicit(&t->asked, memory_order_acquire); /* R15 */

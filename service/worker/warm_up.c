@@ -17,7 +17,7 @@
 
 /* A warm-up is followed by a pause of so many times its length, so that it delays few requests. */
 #define PAUSE_LENGTHS 16
-/* Requests of clients that have sent nothing for so long are not solved again. */
+/* Requests of clients that have sent nothing for this time are not solved again. */
 #define RECENT_NS 1000000000u
 
 int tfa_worker_warm_up_init(worker_warm_up *warm_up, uint32_t period_ns)

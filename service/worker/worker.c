@@ -17,9 +17,9 @@
 #define CYCLES_PER_CLOCK_READ 64
 /* A sleeping worker shows a sign of life so often. */
 #define SLEEP_MS 1000
-/* At the end the requests in the rings are answered for so long. */
+/* At the end the requests in the rings are answered for at most this time. */
 #define DRAIN_NS 100000000u
-/* Clients in spin mode that have sent nothing for so long are polled at intervals: one that was
+/* Clients in spin mode that have sent nothing for this time are polled at intervals: one that was
  * stopped would keep a processor busy. */
 #define SPIN_IDLE_NS 1000000000u
 #define NAP_NS 50000u
@@ -36,7 +36,7 @@ static int open_descriptors(tfa_worker *w)
     return epoll_ctl(w->epoll, EPOLL_CTL_ADD, w->wake_event, &event) == 0 ? TFA_OK : TFA_E_SYSTEM;
 }
 
-/* Blocks that nobody else sees. */
+/* Blocks that only this worker sees. */
 static int make_statistics(tfa_worker *w)
 {
     const tfa_statistics_layout l =

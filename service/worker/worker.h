@@ -27,7 +27,7 @@
  * The way of other solvers into a worker that runs, a pointer in each direction:
  *   offer  A12 store release, another thread <-> R12 worker, load acquire, in each cycle
  *   taken  A13 store release, worker         <-> R13 another thread, load acquire: no request under
- *          way uses the solvers of before; they belong to the offering thread again
+ *          way uses the previous solvers; they belong to the offering thread again
  * The worker neither allocates nor frees, and a request is answered by one solver from its
  * beginning to its end. A client that is attached after an offer has the new ones: the worker
  * looks for an offer (R12) after it has seen the client (R6).
@@ -84,7 +84,7 @@ typedef struct tfa_worker_statistics {
 typedef struct tfa_worker_options {
     const tfa_worker_robot *robots; /**< copied */
     uint32_t robot_count;
-    uint32_t spin_ns; /**< hybrid: sleeps after so long without a request */
+    uint32_t spin_ns; /**< hybrid: sleeps after this time without a request */
     uint32_t turn_ns; /**< time of one client's turn; 0: TFA_WORKER_TURN_US */
     uint32_t warm_ns; /**< a worker that spins solves a request again so often; 0: never */
     tfa_wait wait;    /**< while no client asked for more: SPIN never sleeps, BLOCK at once */
@@ -160,7 +160,7 @@ bool tfa_worker_drain(tfa_worker *worker, tfa_worker_client *client);
  *  may change its shape only while no client is attached to it. The offer before must be taken. */
 void tfa_worker_offer(tfa_worker *worker, const tfa_worker_robot *robots);
 
-/** The worker took the last offer: it will not touch the solvers of before again. True as well
+/** The worker took the last offer: it will not touch the previous solvers again. True as well
  *  while no thread is in tfa_worker_run. */
 bool tfa_worker_offer_is_taken(const tfa_worker *worker);
 

@@ -77,7 +77,7 @@ static void begin_statistics(tfa_worker *w, const tfa_worker_client_options *o,
     tfa_record_end(&block->version);
 }
 
-/* The worker has let go: its counters go to those of the departed. */
+/* The worker has detached: its counters go to those of the departed. */
 static void end_statistics(tfa_worker *w, tfa_worker_client *client)
 {
     tfa_shared_worker *block = w->statistics.worker;
@@ -160,7 +160,7 @@ static bool detach(tfa_worker *w, tfa_worker_client *client, uint32_t target_sta
             (void)epoll_ctl(w->epoll, EPOLL_CTL_DEL, client->doorbell, NULL);
         atomic_fetch_sub_explicit(&w->modes[client->wait], 1, memory_order_relaxed);
         free_client_resources(client);
-        if (state != CLIENT_DETACHED) /* a worker that does not run has not let go itself */
+        if (state != CLIENT_DETACHED) /* a worker that does not run has not detached itself */
             client->at.active = false;
         end_statistics(w, client);
         atomic_store_explicit(&client->state, CLIENT_FREE, memory_order_relaxed);

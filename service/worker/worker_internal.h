@@ -44,7 +44,7 @@ typedef struct worker_warm_up {
     uint32_t period_ns; /* 0: off */
     uint32_t client;    /* the one looked at last */
     uint64_t due;       /* CLOCK_MONOTONIC ns: not before */
-    void *reply;        /* TFA_WARM_UP_REPLY_BYTES for answers that nobody reads */
+    void *reply;        /* TFA_WARM_UP_REPLY_BYTES for answers that are not read */
 } worker_warm_up;
 
 #define TFA_WARM_UP_REPLY_BYTES 16384
@@ -85,7 +85,7 @@ struct tfa_worker {
     const tfa_worker_robot *robots;          /* one of `solver_lists`: the worker's own */
     _Atomic(const tfa_worker_robot *) offer; /* A12, R12 */
     _Atomic(const tfa_worker_robot *) taken; /* A13, R13 */
-    tfa_worker_robot *solver_lists[2];       /* the one offered last, and the one of before */
+    tfa_worker_robot *solver_lists[2];       /* the one offered last, and the previous one */
     uint32_t latest;                         /* which; under the mutex */
     tfa_robot_taps taps;
     uint32_t robot_count;
@@ -127,7 +127,7 @@ bool tfa_worker_client_has_work(const tfa_worker_client *client);
 
 void tfa_worker_tap_put(tfa_tap *tap, const tfa_worker *worker, tfa_worker_client *client);
 
-/* An answer is complete and not yet published: records it if somebody wants that. */
+/* An answer is complete and not yet published: records it if a recorder is there. */
 static inline void tfa_worker_tap_request(const tfa_worker *w, tfa_worker_client *client)
 {
     tfa_tap *tap = tfa_robot_taps_get(&w->taps, client->robot); /* R14 */

@@ -188,7 +188,7 @@ int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism,
 void chart_case_close(chart_case *c);
 
 /** Makes the solvers of the case's strategy and threads. A precision or a kernel that is not there
- * is told in the rows. @return a tfa_status: of the baseline */
+ * is noted in the rows. @return a tfa_status: of the baseline */
 int chart_solvers_open(chart_case *c, const chart_options *options);
 void chart_solvers_close(chart_case *c);
 int chart_solve(const chart_solver *solver, const tfa_request *request, tfa_reply *reply);

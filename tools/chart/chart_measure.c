@@ -106,7 +106,7 @@ static int is_of_double(const chart_row *row, const tfa_answer *answer)
            answer->flags & TFA_ANSWER_RESIDUAL_PRECISION && !(answer->flags & TFA_ANSWER_FALLBACK);
 }
 
-/* Errors of all states, unless the first takes so long that the time is to be saved. */
+/* Errors of all states, unless the first takes too long. */
 static void measure_errors(chart_row *row, const chart_batch *b, chart_case *c, const chart_data *d,
                            uint32_t budget_ms)
 {

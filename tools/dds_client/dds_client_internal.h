@@ -37,7 +37,7 @@ typedef struct tfa_dds_leader {
     totalforce_dds_Guid daemon; /* of its participant */
     uint64_t epoch;
     uint64_t expires;     /* it is silent: another one may be believed. CLOCK_MONOTONIC ns */
-    uint64_t any_expires; /* no daemon of the robot is heard any more, standbys included */
+    uint64_t any_expires; /* no daemon of the robot is discovered any more, standbys included */
     uint64_t changes;     /* other leaders, or other epochs */
 } tfa_dds_leader;
 

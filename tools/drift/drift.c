@@ -44,7 +44,7 @@ static int run_all(drift_line *lines, size_t count, drift_case *c, const drift_o
         }
         drift_print(out, c, o, &lines[i]);
         if (results_flush(out) != 0)
-            return EXIT_FAILED; /* the reason is told where the results are closed */
+            return EXIT_FAILED; /* the reason is printed where the results are closed */
     }
     drift_print_summary(out, "# ", o, lines, count);
     if (out != stdout)

@@ -120,7 +120,7 @@ static int is_full(const run *r)
     return r->a->count && r->file.records >= r->a->count;
 }
 
-/* Takes records until it is told to end, or the daemon hangs up. What is in the taps then is
+/* Takes records until its end is requested, or the daemon hangs up. What is in the taps then is
  * taken, too. */
 static void record(run *r)
 {

@@ -17,7 +17,7 @@
 enum { KEY_ONCE = 256, KEY_JSON };
 
 #define CTRL_C 3
-#define REOPEN_MS 300 /* a daemon that stands still does not hold up the keys for long */
+#define REOPEN_MS 300 /* a daemon that hangs delays the keys by this at most */
 
 typedef struct arguments {
     const char *runtime_dir;

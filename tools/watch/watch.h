@@ -59,8 +59,8 @@ typedef enum terminal_event {
     TERMINAL_RESIZED,
     TERMINAL_END
 } terminal_event;
-/** Waits at most so long. `key` gets the key of TERMINAL_KEY; TERMINAL_END: a signal, or nobody is
- *  at the terminal any more. */
+/** Waits at most this time. `key` gets the key of TERMINAL_KEY; TERMINAL_END: a signal, or nobody
+ *  is at the terminal any more. */
 terminal_event terminal_wait(int timeout_ms, char *key);
 
 #endif

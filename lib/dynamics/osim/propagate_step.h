@@ -66,8 +66,8 @@ static inline void through_joint_nd(const struct state *s, const struct tfa_body
 }
 
 /* Through a floating base, which is a root: its freedoms are the forces, then the moments
- * (aba_backward_base), and nothing goes on: C += (L^-1 P)^T D^-1 (L^-1 P). Out of line for the same
- * reason as propagate_nd. */
+ * (aba_backward_base), and nothing is propagated further: C += (L^-1 P)^T D^-1 (L^-1 P). Out of
+ * line for the same reason as propagate_nd. */
 TFA_OUTLINE void propagate_base(const struct joint_nd *w, const struct wrench_columns *P,
                                 struct mat6_simd *C)
 {

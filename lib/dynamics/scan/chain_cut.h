@@ -17,7 +17,7 @@
 
 /* Position of the body behind which a segment had better end: the regular one from middle - reach
  * to middle + reach with the smallest ratio, the nearest to the middle of those with about the
- * smallest. -1: none of them is regular. The chain goes on behind all of them. */
+ * smallest. -1: none of them is regular. The chain continues behind all of them. */
 int64_t tfa_best_cut(const struct tfa_body *body, const struct tfa_chain *chain, uint32_t middle,
                      uint32_t reach);
 

@@ -69,8 +69,9 @@ void TFA_V(scan_outward)(struct scan *scan, svec ground);
 void TFA_V(scan_close_gaps)(struct scan *scan);
 
 /* One segment inward: U, D, IA of its bodies and their P, its element. `outer`, the articulated
- * inertia beyond the cut, goes on its end; NULL: that of the next bodies, from their constants and
- * poses. Changes nothing of other segments. The last one passes nothing on and has no P, A, C. */
+ * inertia beyond the cut, is added at its end; NULL: that of the next bodies, from their constants
+ * and poses. Changes nothing of other segments. The last one passes nothing on; it has no
+ * P, A, C. */
 void TFA_V(scan_segment_factor)(struct state *s, const struct tfa_chain *chain, struct scan *scan,
                                 struct scan_segment *segment, const num *outer);
 /* One segment inward: u of its joints, v and g */

@@ -19,7 +19,7 @@ static num coordinate_of(const struct state *s, const tfa_request *r, uint32_t k
            num_of(c->offset);
 }
 
-/* Inner coordinates of the bodies in a span. Returns whether they are those of before. */
+/* Inner coordinates of the bodies in a span. Returns whether they are unchanged. */
 static int load_coordinates(struct state *s, const tfa_request *r, struct span span)
 {
     num_mask same = num_of(0) == num_of(0);

@@ -204,7 +204,7 @@ TFA_API int tfa_client_receive(tfa_client *client, tfa_reply *reply, uint64_t ti
 
 /**
  * Gives a command to the daemon of a runtime directory and waits for its answer:
- *   "status"  JSON: robots, workers, clients, counters; for everybody who may connect
+ *   "status"  JSON: robots, workers, clients, counters; for every process that may connect
  *   "reload"  reads configuration and robots again; answers "ok: ..." when it is done
  *   "stop"    answers "ok: ..." and stops
  * Any thread. Allocates; system calls.

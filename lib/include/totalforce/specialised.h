@@ -60,8 +60,8 @@ TFA_API void tfa_specialised_name(const tfa_model *model, char name[TFA_SPECIALI
 
 /**
  * Checks that code at `path` may be executed: the file or folder and every folder above it belong
- * to root or to the user of this process, and nobody else may write there, except in folders above
- * it with the sticky bit (/tmp). Symbolic links are resolved first. Any thread.
+ * to root or to the user of this process, and no other user may write there, except in folders
+ * above it with the sticky bit (/tmp). Symbolic links are resolved first. Any thread.
  *
  * @return TFA_OK; TFA_E_ARGUMENT (path NULL); TFA_E_FILE (does not exist or cannot be opened, see
  *         errno); TFA_E_REFUSED (owner or mode; error_text gives the remedy)

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Statistics of a running daemon: robots, clients, counters and histograms, read from shared memory
- * that workers and gateways write. Reading takes no lock and delays nobody.
+ * that workers and gateways write. Reading takes no lock and delays no writer.
  *
  *     tfa_statistics_open -> tfa_snapshot_create -> tfa_statistics_read, as often as needed
  */

@@ -22,7 +22,7 @@ typedef struct load_shape {
     uint64_t offset_ns;   /**< open loop: of the first time after the start */
     uint64_t count;       /**< of requests; 0: no limit */
     uint64_t duration_ns; /**< 0: no limit */
-    uint64_t timeout_ns;  /**< without a reply for so long a request is lost */
+    uint64_t timeout_ns;  /**< without a reply for this time a request is lost */
     uint64_t deadline_ns; /**< a later reply counts as late; 0: none */
     uint64_t seed;        /**< of the jitter */
     const _Atomic int *stop; /**< set: no more requests leave, replies are awaited; NULL: never */

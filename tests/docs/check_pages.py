@@ -5,8 +5,9 @@
 
     check_pages.py SOURCE
 
-README.md has at most 120 lines, docs/ at most 18,500 words, some pages less; every link and picture leads to a
-file, every anchor to a heading; every page of docs/ is in docs/README.md.
+README.md has at most 120 lines, docs/ at most 19,500 words, some pages less; every link and picture
+leads to a file, every anchor to a heading; every page of docs/ is in docs/README.md; every layer of
+architecture.md is drawn.
 """
 import pathlib
 import re
@@ -45,6 +46,15 @@ def check_links(page, source):
             yield f"{name}: [{label}]: no heading #{anchor} in {other.relative_to(source)}"
 
 
+def check_layers(docs):
+    """Every folder of the library in architecture.md, in the picture as well"""
+    drawn = re.findall(r">([\w/]+)[:<]", (docs / "architecture.svg").read_text())
+    for cell in re.findall(r"^\| (`lib/.*?|… `.*?) \|", (docs / "architecture.md").read_text(), re.M):
+        for folder in re.findall(r"`(?:lib/)?([\w/]+)`", cell):
+            if folder not in drawn:
+                yield f"docs/architecture.svg: {folder} of architecture.md is not drawn"
+
+
 def check(source):
     readme, docs = source / "README.md", sorted((source / "docs").glob("*.md"))
     lines = len(readme.read_text().splitlines())
@@ -53,6 +63,7 @@ def check(source):
     words = {page.name: len(page.read_text().split()) for page in docs}
     if sum(words.values()) > DOCS_WORDS:
         yield f"docs: {sum(words.values())} words, at most {DOCS_WORDS}: {words}"
+    yield from check_layers(source / "docs")
     for page, limit in PAGE_WORDS.items():
         if words[page] > limit:
             yield f"docs/{page}: {words[page]} words, at most {limit}"

@@ -6,8 +6,6 @@
  * second run gives the same figures.
  *
  *   bench_count [--csv PREFIX] [--largest N]
- *   bench_count --flops ROBOT.urdf ...   operations of a state of the suite's batches, and the peak
- *                                        of the processor (peak.h), Gflop/s
  */
 #include <cstdio>
 #include <cstdlib>
@@ -15,8 +13,6 @@
 #include <string>
 
 #include "count/measure.h"
-#include "count/request.h"
-#include "peak.h"
 
 namespace
 {
@@ -234,65 +230,12 @@ void print_processors(unsigned n, FILE *csv)
         processors_of(method, robot, n, csv);
 }
 
-/* ---- operations of the suite's batches ---- */
-
-struct flop_task {
-    const char *name;
-    tfa_op op;
-    tfa_method method;
-    uint32_t tips;
-};
-const flop_task flop_tasks[] = {
-    {"batch-f64", TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_ABA, 0},
-    {"batch-f64+lambda", TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_ABA, 1},
-    {"batch-f64-crba", TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_CRBA, 0},
-    {"batch-f64-tfa", TFA_OP_FORWARD_DYNAMICS, TFA_METHOD_TFA, 0},
-    {"batch-id", TFA_OP_INVERSE_DYNAMICS, TFA_METHOD_AUTO, 0},
-    {"batch-mass", TFA_OP_MASS_MATRIX, TFA_METHOD_AUTO, 0},
-    {"batch-lambda", TFA_OP_OPERATIONAL_INERTIA, TFA_METHOD_AUTO, 1},
-};
-
-int print_flops(const char *path)
-{
-    tfa_model *model = nullptr;
-    if (tfa_model_load(path, nullptr, nullptr, &model) != TFA_OK) {
-        std::fprintf(stderr, "%s: cannot be loaded\n", path);
-        return 2;
-    }
-    std::vector<double> x(tfa_model_q_count(model) + 1);
-    for (double &number : x)
-        number = 2.0 * std::rand() / RAND_MAX - 1;
-    for (const flop_task &task : flop_tasks) {
-        tfa_request r = {};
-        r.op = task.op;
-        r.method = task.method;
-        r.refine = TFA_REFINE_DEFAULT;
-        r.count = 1;
-        r.q = r.v = r.tau = r.qdd = x.data();
-        r.tip_count = task.tips;
-        r.tips[0] = tfa_model_frame_count(model) - 1;
-        std::printf("%s,%u,%s,%.0f,%.1f,%.1f\n", tfa_model_name(model),
-                    (unsigned)tfa_model_summarise(model).bodies, task.name,
-                    count_request(model, &r), peak_flops(tfa_isa_name(), 0),
-                    peak_flops(tfa_isa_name(), 1));
-    }
-    tfa_model_free(model);
-    return 0;
-}
-
 } // namespace
 
 int main(int argc, char **argv)
 {
     const char *prefix = nullptr;
     unsigned largest = 1024;
-    if (argc > 2 && !std::strcmp(argv[1], "--flops")) {
-        int bad = 0;
-        std::puts("robot,bodies,task,flop,peak_f64,peak_f32");
-        for (int k = 2; k < argc; k++)
-            bad |= print_flops(argv[k]);
-        return bad;
-    }
     for (int k = 1; k < argc; k++) {
         if (!std::strcmp(argv[k], "--csv") && k + 1 < argc) {
             prefix = argv[++k];

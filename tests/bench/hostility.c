@@ -12,6 +12,7 @@
  */
 #include "service/attacks.h"
 #include "test.h"
+#include "timing.h"
 
 #include <signal.h>
 #include <stdlib.h>
@@ -27,12 +28,6 @@ static int samples = 3000;
 typedef struct figures {
     double queue[3], trip[3]; /* us: p50, p90, p99 */
 } figures;
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static void percentiles(double *us, int count, double p[3])
 {

@@ -9,8 +9,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <totalforce/totalforce.h>
+
+#include "timing.h"
 
 #define N 128 /* freedoms, at most */
 #define TURNS_MAX 4000
@@ -44,25 +45,6 @@ static double q[2 * N], v[N], tau[N], pose[7] = {[6] = 1}, twist[6], wrench[6], 
 static double forces[10][N], matrices[3][N * N], jacobian[6 * N], com_jacobian[3 * N];
 static double lambda_inv[36], lambda[36], small[10][8];
 static double times[ROWS][TURNS_MAX], ratios[TURNS_MAX];
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *x, int count)
-{
-    qsort(x, (size_t)count, sizeof *x, by_value);
-    return x[count / 2];
-}
 
 static void fill(double *x, int count)
 {
@@ -114,13 +96,13 @@ static double measure(tfa_workspace *w, size_t row, uint32_t tip)
                        .dqdd_dq = matrices[0],
                        .dqdd_dv = matrices[1],
                        .dqdd_dtau = matrices[2]};
-    const double start = now();
+    const double start = wall_ns();
     for (int k = 0; k < CALLS; k++) {
         q[0] += 1e-6;
         if (tfa_compute(w, &request, &reply) != TFA_OK)
             exit(EXIT_FAILURE);
     }
-    return (now() - start) / CALLS;
+    return (wall_ns() - start) / CALLS;
 }
 
 int main(int argc, char **argv)
@@ -151,10 +133,10 @@ int main(int argc, char **argv)
     for (size_t row = 0; row < ROWS; row++) {
         for (int k = 0; k < turns; k++)
             ratios[k] = times[row][k] / times[0][k];
-        const double ratio = median(ratios, turns);
+        const double ratio = median_of(ratios, turns);
         double copy[TURNS_MAX];
         memcpy(copy, times[row], sizeof copy);
-        printf("%-36s %8.0f ns  %6.2f x qdd\n", rows[row].name, median(copy, turns), ratio);
+        printf("%-36s %8.0f ns  %6.2f x qdd\n", rows[row].name, median_of(copy, turns), ratio);
     }
     tfa_workspace_free(w);
     tfa_model_free(model);

@@ -3,15 +3,15 @@
 # SPDX-FileCopyrightText: The totalforce authors
 #
 # Everything of docs/performance.md that is measured, in one go: builds this tree with the peers that
-# are installed, runs the suite for every instruction set, counts instructions under callgrind,
-# measures the share of the peak, draws, and puts the tables into the page and the pictures beside it.
+# are installed, runs the suite for every instruction set, draws, and puts the tables into the page and
+# the pictures beside it.
 #
 #   tests/bench/performance.sh [--quick] [--robots FOLDER] [--only STEP] [--build FOLDER]
 #       [--page FOLDER]
 #
 # Eight minutes on two free processors, --quick one; the first time building takes longer. STEP: one
-# of build, suite, isa, count, peak, draw, page. CSV files and the tables that the page does not show
-# (isa.md, instructions.md, peak.md) stay in BUILD/performance, BUILD being build/peers.
+# of build, suite, isa, draw, page. CSV files and the table of instruction sets (isa.md) stay in
+# BUILD/performance, BUILD being build/peers.
 # --page FOLDER: writes performance.md and pictures/ there, not in docs.
 set -eu
 source=$(cd "$(dirname "$0")/../.." && pwd)
@@ -108,67 +108,6 @@ step_isa() {
     } >"$output/isa.csv"
 }
 
-# Valgrind knows AVX2, not AVX-512. One thread, a fixed number of calls, each counted.
-step_count() {
-    command -v valgrind >/dev/null || { say "no valgrind: no instructions" && return 0; }
-    say "instructions, avx2"
-    work=$(mktemp -d)
-    tasks=fd,fd+estimate,fd+lambda,lambda,lambda-4,batch-f64,scan,tfa-cr more="humanoid58 chain1000"
-    [ -z "$quick" ] || tasks=fd,lambda,batch-f64 more=
-    TFA_ISA=avx2 valgrind --tool=callgrind --collect-atstart=no -q \
-        --callgrind-out-file="$work/calls" "$bin/bench_suite" \
-        --library "$build/lib/libtotalforce.so" --count --tasks $tasks \
-        $own humanoid30 chain64 $more >/dev/null 2>&1
-    { head_of
-        echo "robot,base,joints,task,contestant,instructions,per_joint"
-        for file in $(ls "$work" | sort -t. -k2n); do
-            awk '/^desc: Trigger: Client Request: row / { row = substr($0, 36) }
-                 /^totals: / && row != "" { n = split(row, f, ","); total = $2 / f[n]
-                     printf "%s,%s,%s,%s,%s,%.0f,%.1f\n", f[1], f[2], f[3], f[4], f[5], total,
-                         total / f[3] }' "$work/$file"
-        done
-    } >"$output/instructions.csv"
-    rm -rf "$work"
-}
-
-# Operations of a state by bench_count over the times of the suite
-step_peak() {
-    say "share of the peak"
-    tasks=batch-f64,batch-f64+lambda,batch-f64-crba,batch-f64-tfa,batch-id,batch-mass,batch-lambda
-    { head_of
-        echo "robot,bodies,precision,what,how,isa,ns,times,flop,gflops,peak,share"
-        for isa in $(isas); do
-            { TFA_ISA=$isa "$bin/bench_count" --flops $own $humanoid | sed 's/^/flop,/'
-                for precision in f64 f32; do
-                    suite "$isa" --tasks $tasks --precision $precision --one-by-one $own $humanoid |
-                        sed 's/^/one by one,/'
-                    suite "$isa" --tasks $tasks,batch-f64-2 --precision $precision $own $humanoid |
-                        sed 's/^/lanes,/'
-                done
-            } | awk -F, -v isa="$isa" '
-                $2 == "robot" { next }
-                $1 == "flop" {
-                    bodies[$2] = $3; flop[$2, $4] = $5; peak["f64"] = $6; peak["f32"] = $7
-                    next
-                }
-                $6 != "now" { next }
-                { task = $5; how = $1
-                  if (sub(/-2$/, "", task)) how = "lanes, pool of 2"
-                  if (how == "one by one") one[$2, task, $11] = $13
-                  printf "%s,%s,%s,%s,%s,%s,%s,%.2f", $2, bodies[$2], $11, task, how, isa, $13,
-                      one[$2, task, $11] / $13
-                  if (how == "lanes") {
-                      gflops = flop[$2, task] / $13
-                      printf ",%s,%.1f,%s,%.0f%%\n", flop[$2, task], gflops, peak[$11],
-                          100 * gflops / peak[$11]
-                  } else
-                      print ",,,,"
-                }'
-            [ -z "$quick" ] || break
-        done
-    } >"$output/peak.csv"
-}
-
 step_draw() {
     command -v gnuplot >/dev/null || { say "no gnuplot: no pictures" && return 0; }
     say "drawing"
@@ -182,9 +121,7 @@ step_draw() {
 step_page() {
     say "the page"
     tables=$source/tests/bench/suite/tables.awk
-    for name in isa instructions peak; do
-        awk -f "$tables" -v table=$name -v folder="$output" >"$output/$name.md"
-    done
+    awk -f "$tables" -v table=isa -v folder="$output" >"$output/isa.md"
     [ "$docs" = "$source/docs" ] || cp "$source/docs/performance.md" "$page"
     awk -v folder="$output" -v tables="$tables" '
         /^<!-- table [a-z]+ -->$/ {
@@ -202,7 +139,7 @@ step_page() {
 }
 
 ! wanted build || build_tree
-for step in suite isa count peak draw page; do
+for step in suite isa draw page; do
     ! wanted $step || step_$step
 done
 say "done: $page"

@@ -32,24 +32,6 @@ function pair(task) { return time_of(generic(task)) " | " time_of(specialised(ta
 
 function times(task) { return over(generic(task), specialised(task)) }
 function second(x) { return x == "" ? "-" : sprintf("%.1f", x) }
-function table_kernels(    k) {
-    print "| robot | joints | code, KB | compile, s | of processors, s | load and test, ms | largest difference |"
-    print "|---|---|---|---|---|---|---|"
-    for (k = 1; k <= count; k++) {
-        name = list[k]
-        printf "| %s | %s | %.0f | %s | %s | %.1f | %.0e |\n", name, joints[name], specialised("code_bytes") / 1000,
-            second(specialised("compile_s")), second(specialised("compilers_s")), specialised("load_ms"), specialised("error")
-    }
-}
-function table_warm(    k) {
-    print "| robot | joints | fd | own | x | id | own | x | Λ⁻¹ | own | x | fd and Λ⁻¹ | own | x | MuJoCo fd |"
-    print "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|"
-    for (k = 1; k <= count; k++) {
-        name = list[k]
-        printf "| %s | %s | %s | %s | %s | %s | %s |\n", name, joints[name], pair("fd"), pair("id"), pair("lambda"),
-            pair("fd+lambda"), time_of(value[name, "mujoco", "fd"])
-    }
-}
 function table_cold(    k) {
     print "| robot | chained fd | own | x | cold fd | own | x | cold id | own | x | cold Λ⁻¹ | own | x |"
     print "|---|---|---|---|---|---|---|---|---|---|---|---|---|"
@@ -57,14 +39,6 @@ function table_cold(    k) {
         name = list[k]
         printf "| %s | %s | %s | %s | %s |\n", name, pair("fd-chained"), pair("fd-cold"), pair("id-cold"),
             pair("lambda-cold")
-    }
-}
-function table_batch(    k) {
-    print "| robot | fd | own | x | id | own | x |"
-    print "|---|---|---|---|---|---|---|"
-    for (k = 1; k <= count; k++) {
-        name = list[k]
-        printf "| %s | %s | %s |\n", name, pair("batch"), pair("batch-id")
     }
 }
 # The table of the page, of the bundled robots: how many times as long as the specialised kernel the generic one
@@ -79,20 +53,6 @@ function table_page(    k) {
             times("lambda"), times("batch"), times("batch-f32"), times("fd-cold"), second(specialised("compile_s"))
     }
 }
-# Batches in single precision
-function rate(task,    f64) {
-    f64 = specialised(task == "batch-f32" ? "batch" : "batch-id")
-    return over(f64, specialised(task))
-}
-function table_single(    k) {
-    print "| robot | joints | qdd | specialised | x | tau, x | Λ⁻¹, x | qdd and Λ⁻¹, x | rate of double, qdd | tau |"
-    print "|---|---|---|---|---|---|---|---|---|---|"
-    for (k = 1; k <= count; k++) {
-        name = list[k]
-        printf "| %s | %s | %s | %s | %s | %s | %s | %s |\n", name, joints[name], pair("batch-f32"), times("batch-f32-id"),
-            times("batch-f32-lambda"), times("batch-f32+lambda"), rate("batch-f32"), rate("batch-f32-id")
-    }
-}
 # Payloads and wrenches of requests
 function table_loads(    k) {
     print "| robot | joints | payload: qdd | specialised | x | batch, x | in float, x | wrench: qdd | specialised | x | tau, x | batch qdd, x | tau, x | in float, qdd, x |"
@@ -105,11 +65,7 @@ function table_loads(    k) {
     }
 }
 END {
-    if (table == "kernels") table_kernels()
-    else if (table == "warm") table_warm()
-    else if (table == "cold") table_cold()
-    else if (table == "batch") table_batch()
-    else if (table == "single") table_single()
+    if (table == "cold") table_cold()
     else if (table == "loads") table_loads()
     else if (table == "page") table_page()
     else { print "specialised_tables.awk: no table " table; exit 1 }

@@ -9,49 +9,17 @@
 #
 #   two_robots.sh BUILD_FOLDER [REPETITIONS]
 set -eu
-build=$1
-repetitions=${2:-7}
-source=$(cd "$(dirname "$0")/../.." && pwd)
-bin=$build/bin
-run=$(mktemp -d)
-domain=$((180 + $$ % 20))
-processes=
-finish() {
-    status=$?
-    for process in $processes; do
-        kill -TERM "$process" 2>/dev/null && wait "$process" || true
-    done
-    rm -rf "$run"
-    exit $status
-}
-trap finish EXIT
-trap 'exit 130' INT TERM
-export CYCLONEDDS_URI="file://$source/config/dds/local.xml"
+. "$(dirname "$0")/daemon.sh"
 
-# start NAME DOMAIN
-start() {
-    cat >"$run/$1.yaml" <<YAML
-runtime_dir: $run/$1
-dds:
-  enabled: yes
-  domain: $2
-robots:
-  - name: arm
-    urdf: $source/config/robots/arm7.urdf
-  - name: second
-    urdf: $source/config/robots/arm7.urdf
+for name in same other; do
+    start $name arm second <<YAML
+dds: {enabled: yes, domain: $([ $name = same ] && echo "$domain" || echo $((domain + 1)))}
 YAML
-    "$bin/totalforced" "$run/$1.yaml" 2>"$run/$1.log" &
-    processes="$processes $!"
-}
-start same "$domain"
-start other $((domain + 1))
-sleep 2
+done
 
 # p50 of the arm, us
 arm() {
-    "$bin/totalforce" latency arm --via dds --domain "$domain" --count 20000 |
-        awk '$1 == "round_trip" {print $3}'
+    "$bin/totalforce" latency arm --via dds --domain "$domain" --count 20000 | part round_trip
 }
 
 # The same beside the second arm in domain $1.
@@ -63,10 +31,6 @@ beside() {
     arm
     kill -TERM $load
     wait $load 2>/dev/null || true
-}
-
-median() {
-    sort -g | awk '{v[NR] = $1} END {print v[int((NR + 1) / 2)]}'
 }
 
 echo "# us: alone, beside a robot of another daemon, of the same daemon; ratio of the last two"

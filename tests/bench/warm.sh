@@ -12,24 +12,9 @@
 # processor 0, before all other programs, and the client's is kept awake and free of them between
 # its calls by a loop of lower priority.
 set -eu
-build=$1
-repetitions=${2:-7}
+. "$(dirname "$0")/daemon.sh"
 [ $# -le 2 ] || shift 2
 [ $# -gt 0 ] && [ "$1" != "$build" ] || set -- 0 50
-source=$(cd "$(dirname "$0")/../.." && pwd)
-bin=$build/bin
-run=$(mktemp -d)
-processes=
-finish() {
-    status=$?
-    for process in $processes; do
-        kill -TERM "$process" 2>/dev/null && wait "$process" 2>/dev/null || true
-    done
-    rm -rf "$run"
-    exit $status
-}
-trap finish EXIT
-trap 'exit 130' INT TERM
 realtime= client=
 if [ "${WARM_RT:-0}" = 1 ]; then
     realtime='realtime: {priority: 50, affinity: [1]}'
@@ -39,23 +24,10 @@ if [ "${WARM_RT:-0}" = 1 ]; then
 fi
 
 for warm in "$@"; do
-    mkdir "$run/$warm"
-    cat >"$run/$warm/bench.yaml" <<YAML
-runtime_dir: $run/$warm
+    start "$warm" arm <<YAML
 warm_us: $warm
 $realtime
-robots:
-  - name: arm
-    urdf: $source/config/robots/arm7.urdf
 YAML
-    "$bin/totalforced" "$run/$warm/bench.yaml" 2>"$run/$warm/log" &
-    processes="$! $processes"
-    turn=0
-    until [ -S "$run/$warm/arm.sock" ]; do
-        turn=$((turn + 1))
-        [ $turn -le 100 ] || { cat "$run/$warm/log"; exit 2; }
-        sleep 0.1
-    done
 done
 
 # The ping-pong, which a busy machine may refuse, does not matter here. Beside loops of a higher
@@ -68,26 +40,21 @@ latency() {
         [ $attempt -lt 5 ] || { cat "$run/error" >&2; return 1; }
     done
 }
-# p50 of a part of the round trip, us
-part() {
-    awk -v part="$1" '$1 == part {print $3}' "$run/out"
-}
 
 echo "# warm_us: closed 1kHz ratio | compute at 1 kHz"
 for k in $(seq "$repetitions"); do
     for warm in "$@"; do
         latency --count 50000
-        closed=$(part round_trip)
+        closed=$(part round_trip <"$run/out")
         latency --rate 1000 --warmup 100 --count 1500
-        awk -v w="$warm" -v c="$closed" -v o="$(part round_trip)" -v s="$(part compute)" \
+        awk -v w="$warm" -v c="$closed" -v o="$(part round_trip <"$run/out")" -v s="$(part compute <"$run/out")" \
             'BEGIN {printf "%s: %.3f %.3f %.2f | %.3f\n", w, c, o, o / c, s}'
     done
 done | tee "$run/table"
 for warm in "$@"; do
     printf '# median, warm_us %s:' "$warm"
     for column in 2 3 4 6; do
-        awk -v w="$warm:" -v n=$column '$1 == w {print $n}' "$run/table" | sort -g |
-            awk '{v[NR] = $1} END {printf " %s", v[int((NR + 1) / 2)]}'
+        printf ' %s' "$(awk -v w="$warm:" -v n=$column '$1 == w {print $n}' "$run/table" | median)"
     done
     echo
 done

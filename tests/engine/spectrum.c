@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Eigenvalues of small symmetric matrices: matrices of known spectrum, Jacobi's rotations in long
- * double as the reference. bench_spectrum_cost measures what it takes.
+ * double as the reference.
  */
 #include "engine/methods.h"
 #include "test.h"

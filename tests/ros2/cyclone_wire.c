@@ -6,6 +6,7 @@
 #include "cyclone_wire.h"
 
 #include "dds/dds_test.h"
+#include "fuzz/random.h"
 
 static dds_entity_t participant;
 
@@ -81,4 +82,52 @@ void assert_same_bytes(const uint8_t *a, size_t a_size, const uint8_t *b, size_t
 {
     assert_int_equal(a_size, b_size);
     assert_memory_equal(a, b, b_size);
+}
+
+void assert_same_sample(const msg *m, const void *a, const void *b)
+{
+    static msg_bytes a_bytes, b_bytes;
+
+    msg_encode(m, a, &a_bytes);
+    msg_encode(m, b, &b_bytes);
+    assert_same_bytes(a_bytes.byte, a_bytes.size, b_bytes.byte, b_bytes.size);
+}
+
+void assert_read(const msg *m, const struct ddsi_sertype *type, const msg_bytes *bytes,
+                 const void *sample)
+{
+    void *const copy = calloc(1, m->size);
+
+    assert_non_null(copy);
+    assert_true(read_bytes(type, bytes->byte, bytes->size, copy));
+    assert_same_sample(m, copy, sample);
+    dds_sample_free(copy, m->topic, DDS_FREE_CONTENTS);
+    free(copy);
+}
+
+#define SEEDS 40
+
+static void for_samples_of(const msg *m, wire_check *check)
+{
+    static msg_bytes written;
+    void *const sample = calloc(1, m->size);
+    const wire w = wire_open(m);
+    struct random_source seed = {1};
+
+    assert_non_null(sample);
+    for (int i = 0; i < SEEDS; i++) {
+        msg_fill(m, sample, &seed);
+        struct ddsi_serdata *data = write_bytes(&w, sample, &written);
+        check(m, sample, &written, data->type);
+        ddsi_serdata_unref(data);
+    }
+    free(sample);
+    wire_close(&w);
+}
+
+void wire_for_samples(const msg *const *list, wire_check *check)
+{
+    for (const msg *const *m = list; *m != NULL; m++)
+        if ((*m)->topic != NULL)
+            for_samples_of(*m, check);
 }

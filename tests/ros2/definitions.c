@@ -88,7 +88,7 @@ static void check_type(const msg *m, const msg_field *f, const char *type)
         }
     assert_int_equal(f->type, MSG_NESTED);
     full_name(m, type, expected, sizeof expected);
-    assert_string_equal(f->nested->name, expected);
+    assert_string_equal(f->nested()->name, expected);
 }
 
 /* Compares a field with its line, split into type and name. Cuts the brackets from `type`. */
@@ -151,7 +151,7 @@ TEST(descriptions_have_the_fields_of_the_msg_files)
 {
     size_t compared = 0;
 
-    for (const msg *const *m = messages; *m != NULL; m++)
+    for (const msg *const *m = messages(); *m != NULL; m++)
         if (in_debian(*m)) {
             check_message(*m);
             compared++;

@@ -72,7 +72,7 @@ class writer
             cdr << sequence._length;
         }
         for (size_t i = 0; i < count; i++)
-            message(*this, *f.nested, first + i * f.nested->size);
+            message(*this, *f.nested(), first + i * f.nested()->size);
     }
 
   private:
@@ -129,10 +129,10 @@ class reader
             uint32_t got;
             cdr >> got;
             count = got;
-            first = allocate<char>(count, f.nested->size, member);
+            first = allocate<char>(count, f.nested()->size, member);
         }
         for (size_t i = 0; i < count; i++)
-            message(*this, *f.nested, first + i * f.nested->size);
+            message(*this, *f.nested(), first + i * f.nested()->size);
     }
 
   private:

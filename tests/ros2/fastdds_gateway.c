@@ -271,6 +271,8 @@ TEST(the_daemon_is_a_node)
     assert_memory_equal(graph.user_data, "typehash=RIHS01_", 16);
     assert_true(graph.reliable && graph.transient_local);
     assert_false(is_listed(&listed.writers, graph.gid)); /* of rmw, of no node */
+    /* its own: a while, for nothing tells that none will come; a slow machine passes */
+    assert_false(fastdds_await_node(node, "/arm", "controller", NULL, 200));
 }
 
 /* ---- descriptions ---- */

@@ -15,40 +15,13 @@
  */
 #include "cyclone_wire.h"
 #include "fastcdr_wire.h"
-#include "fuzz/random.h"
 #include "test.h"
-
-#define SEEDS 40
 
 /* As it is on the network after Fast DDS padded the submessage. */
 static void pad(msg_bytes *bytes)
 {
     for (size_t i = 0; i < bytes->padding; i++)
         bytes->byte[bytes->size++] = 0;
-}
-
-/* Runs `check` on random samples of each topic and of what Cyclone writes for them. */
-static void for_samples(void (*check)(const msg *m, const void *sample, msg_bytes *written,
-                                      const struct ddsi_sertype *type))
-{
-    static msg_bytes written;
-
-    for (const msg *const *m = messages; *m != NULL; m++) {
-        if ((*m)->topic == NULL)
-            continue;
-        void *const sample = calloc(1, (*m)->size);
-        const wire w = wire_open(*m);
-        struct random_source seed = {2};
-        assert_non_null(sample);
-        for (int i = 0; i < SEEDS; i++) {
-            msg_fill(*m, sample, &seed);
-            struct ddsi_serdata *data = write_bytes(&w, sample, &written);
-            check(*m, sample, &written, data->type);
-            ddsi_serdata_unref(data);
-        }
-        free(sample);
-        wire_close(&w);
-    }
 }
 
 static void check_same_bytes(const msg *m, const void *sample, msg_bytes *written,
@@ -67,17 +40,7 @@ static void check_same_bytes(const msg *m, const void *sample, msg_bytes *writte
 
 TEST(cyclone_writes_the_bytes_of_fast_cdr)
 {
-    for_samples(check_same_bytes);
-}
-
-/* Compares two samples by encoding them: every member contributes its bytes. */
-static void assert_same_sample(const msg *m, const void *a, const void *b)
-{
-    static msg_bytes a_bytes, b_bytes;
-
-    msg_encode(m, a, &a_bytes);
-    msg_encode(m, b, &b_bytes);
-    assert_same_bytes(a_bytes.byte, a_bytes.size, b_bytes.byte, b_bytes.size);
+    wire_for_samples(messages(), check_same_bytes);
 }
 
 static void check_fast_cdr_reads(const msg *m, const void *sample, msg_bytes *written,
@@ -95,7 +58,7 @@ static void check_fast_cdr_reads(const msg *m, const void *sample, msg_bytes *wr
 
 TEST(fast_cdr_reads_what_cyclone_writes)
 {
-    for_samples(check_fast_cdr_reads);
+    wire_for_samples(messages(), check_fast_cdr_reads);
 }
 
 /* With the padding of the submessage and without. */
@@ -103,25 +66,17 @@ static void check_cyclone_reads(const msg *m, const void *sample, msg_bytes *wri
                                 const struct ddsi_sertype *type)
 {
     static msg_bytes bytes;
-    void *const copy = calloc(1, m->size);
 
     (void)written;
-    assert_non_null(copy);
     fastcdr_encode(m, sample, 0xa5, &bytes);
-    for (int padded = 0; padded < 2; padded++) {
-        if (padded)
-            pad(&bytes);
-        assert_true(read_bytes(type, bytes.byte, bytes.size, copy));
-        assert_same_sample(m, copy, sample);
-        dds_sample_free(copy, m->topic, DDS_FREE_CONTENTS);
-        memset(copy, 0, m->size);
-    }
-    free(copy);
+    assert_read(m, type, &bytes, sample);
+    pad(&bytes);
+    assert_read(m, type, &bytes, sample);
 }
 
 TEST(cyclone_reads_what_fast_cdr_writes)
 {
-    for_samples(check_cyclone_reads);
+    wire_for_samples(messages(), check_cyclone_reads);
 }
 
 int main(void)

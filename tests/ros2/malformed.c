@@ -55,18 +55,12 @@ static const uint32_t sizes[] = {1, 4, 5, 8, 12, 16, 24, 41, 64, 100, 300, 1200,
 
 static msg_bytes encoded[INPUTS][SAMPLES];
 
-static const msg *find_message(const dds_topic_descriptor_t *type)
-{
-    return type == &totalforce_msgs_srv_dds__ForwardDynamics_Request__desc ? &service_call
-                                                                           : msg_of_topic(type);
-}
-
 static void encode_samples(void)
 {
     struct random_source seed = {1};
 
     for (size_t k = 0; k < INPUTS; k++) {
-        const msg *m = find_message(inputs[k].type);
+        const msg *m = msg_of_topic(inputs[k].type);
         void *sample = calloc(1, m->size);
         assert_non_null(sample);
         for (int i = 0; i < SAMPLES; i++) {

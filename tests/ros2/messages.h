@@ -44,9 +44,9 @@ typedef struct msg_field {
     size_t offset, size; /* bytes, in the C struct */
     msg_type type;       /* of one element */
     msg_shape shape;
-    size_t capacity;   /* elements of an array, or 0 */
-    size_t bound;      /* bytes of a bounded string, which is kept in place, or 0 */
-    const msg *nested; /* or NULL */
+    size_t capacity;            /* elements of an array, or 0 */
+    size_t bound;               /* bytes of a bounded string, which is kept in place, or 0 */
+    const msg *(*nested)(void); /* or NULL */
 } msg_field;
 
 struct msg {
@@ -58,14 +58,13 @@ struct msg {
 };
 
 #define MESSAGES_MAX 40
-/** All messages, ended by one without a name. */
-extern const msg *const messages[MESSAGES_MAX];
-/** Request of a service as rmw_cyclonedds sends it; not an own message. */
-extern const msg service_request;
-/** Call and reply of totalforce_msgs/srv/ForwardDynamics, in the same way. */
-extern const msg service_call, service_reply;
+/** All messages, ended by NULL. */
+const msg *const *messages(void);
+/** A request of a test's service, and call and reply of totalforce_msgs/srv/ForwardDynamics, as
+ * rmw_cyclonedds sends them, ended by NULL; not messages of their own. */
+const msg *const *services(void);
 
-/** The message of a topic; fails the test if there is none. */
+/** The message or service of a topic; fails the test if there is none. */
 const msg *msg_of_topic(const dds_topic_descriptor_t *topic);
 /** Bytes of an element in the C struct. */
 size_t msg_element_size(const msg_field *field);

@@ -18,7 +18,7 @@ size_t msg_element_size(const msg_field *field)
 {
     switch (field->type) {
     case MSG_NESTED:
-        return field->nested->size;
+        return field->nested()->size;
     case MSG_STRING:
         return sizeof(char *);
     case MSG_BOUNDED_STRING:
@@ -62,7 +62,7 @@ static void fill_string(char *text, size_t length, struct random_source *seed)
 static void fill_element(const msg_field *field, uint8_t *element, struct random_source *seed)
 {
     if (field->type == MSG_NESTED) {
-        msg_fill(field->nested, element, seed);
+        msg_fill(field->nested(), element, seed);
     } else if (field->type == MSG_BOUNDED_STRING) {
         /* the longest is one of four */
         const size_t length = random_below(seed, 4) ? random_below(seed, 9) : field->bound;
@@ -136,7 +136,7 @@ static void put_message(msg_bytes *out, const msg *m, const void *sample)
             put_uint32(out, count);
         for (size_t i = 0; i < count; i++, element += msg_element_size(f)) {
             if (f->type == MSG_NESTED) {
-                put_message(out, f->nested, element);
+                put_message(out, f->nested(), element);
             } else if (f->type == MSG_BOUNDED_STRING) {
                 put_string(out, (const char *)element);
             } else if (f->type == MSG_STRING) {

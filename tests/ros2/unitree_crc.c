@@ -52,7 +52,7 @@ static void copy_members(const msg *m, const uint8_t *sample, uint8_t *image)
         const size_t size = msg_element_size(f);
         for (size_t k = f->offset; k < f->offset + f->size; k += size)
             if (f->type == MSG_NESTED)
-                copy_members(f->nested, sample + k, image + k);
+                copy_members(f->nested(), sample + k, image + k);
             else
                 memcpy(image + k, sample + k, size);
     }

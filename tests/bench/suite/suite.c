@@ -3,13 +3,12 @@
  *
  * The benchmark suite: every task for every robot, by the library as it is, by a former build of
  * it, by the robot's specialised kernel and by the peers of this build, in turns in one process.
- * CSV on standard output, a row for each contestant; or, under callgrind, the instructions of each
- * call.
+ * CSV on standard output, a row for each contestant.
  *
  *   bench_suite --library build/release/lib/libtotalforce.so [--baseline OTHER.so]
  *       [--kernels FOLDER [--compiler PROGRAM]] [--turn-us N] [--rounds N] [--tasks A,B] [--error]
  *       [--tips N] [--along] [--refine N] [--precision f32|f64|f128] [--one-by-one] [--snap ANGLE]
- *       [--count] ROBOT ...
+ *       ROBOT ...
  *   bench_suite --list                  the tasks
  *
  * ROBOT: a URDF file or one that is made (humanoid30, humanoid58, chainN), with ":floating" behind
@@ -23,17 +22,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#if __has_include(<valgrind/callgrind.h>)
-#include <valgrind/callgrind.h>
-#endif
 
-enum { LIBRARIES = 2, CALLS_COUNTED = 32 };
+enum { LIBRARIES = 2 };
 
 struct options {
     const char *path[LIBRARIES], *tasks, *kernels, *compiler, *precision;
     double turn_us, snap;
     uint32_t rounds, tips, refine;
-    int count, along, error, list, refined, one_by_one;
+    int along, error, list, refined, one_by_one;
 };
 
 static const char *const precisions[] = {[TFA_F64] = "f64", [TFA_F32] = "f32", [TFA_F128] = "f128"};
@@ -59,13 +55,6 @@ static int precision_named(const char *name)
 static const char *base_name(const struct robot *r)
 {
     return r->base == TFA_BASE_FLOATING ? "floating" : "fixed";
-}
-
-static void print_head(const struct options *o)
-{
-    if (!o->count)
-        puts("robot,base,joints,task,contestant,method,estimate,states,threads,precision,isa,ns,"
-             "least,ns_per_joint,times,difference,rounds,unit,error");
 }
 
 static const char *unit_of(const struct task *t)
@@ -100,32 +89,6 @@ static void print_kernel(const struct robot *r, const char *task, double value, 
                task, value, unit);
 }
 
-/* Of one thread only: each call and nothing else is between two toggles, and each dump bears the
- * name of its row. */
-static void count(struct contest *c)
-{
-    if (c->task->threads > 1 || c->task->how != HOW_WARM)
-        return;
-    for (uint32_t k = 0; k < c->count; k++) {
-        char row[160];
-        const uint32_t calls = c->task->states > 1 ? 1 : CALLS_COUNTED;
-        snprintf(row, sizeof row, "row %s,%s,%u,%s,%s,%u", c->robot->name, base_name(c->robot),
-                 c->robot->joints, c->task->name, c->contestant[k].name, calls * c->task->states);
-        for (uint32_t call = 0; call < 4; call++)
-            (void)contest_call(c, k);
-#ifdef CALLGRIND_TOGGLE_COLLECT
-        CALLGRIND_ZERO_STATS;
-        CALLGRIND_TOGGLE_COLLECT;
-#endif
-        for (uint32_t call = 0; call < calls; call++)
-            (void)contest_call(c, k);
-#ifdef CALLGRIND_TOGGLE_COLLECT
-        CALLGRIND_TOGGLE_COLLECT;
-        CALLGRIND_DUMP_STATS_AT(row);
-#endif
-    }
-}
-
 static struct task adapted(const struct task *t, const struct options *o)
 {
     struct task task = *t;
@@ -150,10 +113,7 @@ static void run_robot(struct robot *r, const struct options *o, const struct lib
         if (!is_listed(o->tasks, t->name) || !suite_is_for(t, r) ||
             contest_open(&c, &task, r, libraries, many) != 0)
             continue;
-        if (o->count)
-            count(&c);
-        else
-            measure(&c, o, libraries[0].tfa_isa_name());
+        measure(&c, o, libraries[0].tfa_isa_name());
         contest_close(&c);
     }
 }
@@ -222,7 +182,6 @@ static int parse(int argc, char **argv, struct options *o)
         double *real;
     } known[] = {
         {"--list", .flag = &o->list},
-        {"--count", .flag = &o->count},
         {"--error", .flag = &o->error},
         {"--along", .flag = &o->along},
         {"--one-by-one", .flag = &o->one_by_one},
@@ -283,14 +242,15 @@ int main(int argc, char **argv)
     if (!first) {
         fputs(
             "bench_suite --library FILE.so [--baseline FILE.so] [--kernels FOLDER] [--turn-us N]\n"
-            "    [--rounds N] [--tasks A,B] [--error] [--count] ROBOT[:floating] ... | --list\n",
+            "    [--rounds N] [--tasks A,B] [--error] ROBOT[:floating] ... | --list\n",
             stderr);
         return 3;
     }
     for (int k = 0; k < LIBRARIES && o.path[k]; k++)
         if (library_open(&libraries[k], names[k], o.path[k]) != 0)
             return 2;
-    print_head(&o);
+    puts("robot,base,joints,task,contestant,method,estimate,states,threads,precision,isa,ns,least,"
+         "ns_per_joint,times,difference,rounds,unit,error");
     for (int k = first; o.kernels && k < argc; k++)
         bad |= build_kernel(argv[k], &o, &libraries[0]);
     cpus_pin();

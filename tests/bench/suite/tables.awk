@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 #
-# The tables of docs/performance.md, and three more, from what performance.sh measured:
+# The tables of docs/performance.md, and one more, from what performance.sh measured:
 #   awk -f tables.awk -v table=NAME -v folder=FOLDER
 
 # Rows of a file by their key, made of `keys` columns, and the head of it; "" where there is no file
@@ -137,41 +137,6 @@ function take_isa(file,    line, f, n, at, k) {
     close(folder "/" file)
 }
 
-function table_instructions(    k, r, n, tasks, line, x) {
-    load("instructions.csv", 5)
-    n = split("fd fd+estimate fd+lambda lambda lambda-4 batch-f64 scan tfa-cr", tasks, " ")
-    line = "| robot |"
-    for (r = 1; r <= n; r++) line = line " " tasks[r] " |"
-    print line
-    gsub(/ [^|]+ /, "---", line)
-    print line
-    for (k = 1; k <= rows("instructions.csv"); k++) {
-        pick("instructions.csv", k)
-        line = "| " name_of(robot, base) " |"
-        for (r = 1; r <= n; r++) {
-            x = instructions(tasks[r], "now")
-            line = line " " (x == "" ? "-" : sprintf("%d", x)) " |"
-        }
-        print line
-    }
-}
-function instructions(task, who) {
-    return cell["instructions.csv", robot SUBSEP base SUBSEP joints[robot] SUBSEP task SUBSEP who,
-                column["instructions.csv", "instructions"]]
-}
-
-function table_peak(    line, f, n, at) {
-    print "| robot | bodies | number | what | how | set | ns a state | times | flop a state | Gflop/s | peak | share |"
-    print "|---|---|---|---|---|---|---|---|---|---|---|---|"
-    while ((getline line < (folder "/peak.csv")) > 0) {
-        if (line ~ /^#/ || !at++ && line ~ /^robot/) continue
-        n = split(line, f, ",")
-        if (line ~ /^robot/) continue
-        printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", f[1], f[2], f[3], f[4], f[5],
-            f[6], f[7], f[8], f[9], f[10], f[11], f[12]
-    }
-}
-
 BEGIN {
     SUBSEP = "\034"
     load("suite.csv", 5)
@@ -180,7 +145,5 @@ BEGIN {
     else if (table == "robots") table_robots()
     else if (table == "chains") table_chains()
     else if (table == "isa") table_isa()
-    else if (table == "instructions") table_instructions()
-    else if (table == "peak") table_peak()
     else { print "no table " table > "/dev/stderr"; exit 1 }
 }

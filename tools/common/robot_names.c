@@ -31,11 +31,10 @@ static int fill_from_model(robot_names *names, const tfa_model *model)
     int status = allocate(names);
     for (uint32_t i = 0; status == TFA_OK && i < names->joint_count; i++) {
         tfa_joint_info joint = tfa_model_joint(model, i);
-        names->joints[i] = (robot_joint){.name = joint.name,
-                                         .q_index = joint.q_index,
-                                         .q_count = joint.q_count,
-                                         .v_index = joint.v_index,
-                                         .v_count = joint.v_count};
+        names->joints[i] =
+            (robot_joint){joint.name,    tfa_joint_type_describe(joint.type).quaternion,
+                          joint.q_index, joint.q_count,
+                          joint.v_index, joint.v_count};
         status = add(names->joint_lookup, joint.name, i);
     }
     for (uint32_t i = 0; status == TFA_OK && i < names->frame_count; i++)
@@ -58,24 +57,18 @@ int robot_names_from_model(robot_names *names, const tfa_model *model)
     return status;
 }
 
-static void joint_sizes(uint32_t type, uint32_t *q_count, uint32_t *v_count)
-{
-    *q_count = type == TFA_JOINT_FLOATING ? 7 : type == TFA_JOINT_PLANAR ? 3 : 1;
-    *v_count = type == TFA_JOINT_FLOATING ? 6 : *q_count;
-}
-
 static int fill_from_info(robot_names *names, const tfa_client_info *info)
 {
     int status = allocate(names);
     uint32_t q = 0, v = 0;
     for (uint32_t i = 0; status == TFA_OK && i < names->joint_count; i++) {
-        robot_joint *joint = &names->joints[i];
-        *joint = (robot_joint){.name = info->joint_names[i], .q_index = q, .v_index = v};
-        joint_sizes(info->joint_types ? info->joint_types[i] : TFA_JOINT_REVOLUTE, &joint->q_count,
-                    &joint->v_count);
-        q += joint->q_count;
-        v += joint->v_count;
-        status = add(names->joint_lookup, joint->name, i);
+        const tfa_joint_type_info type =
+            tfa_joint_type_describe(info->joint_types ? info->joint_types[i] : TFA_JOINT_REVOLUTE);
+        names->joints[i] = (robot_joint){
+            info->joint_names[i], type.quaternion, q, type.coordinates, v, type.freedoms};
+        q += type.coordinates;
+        v += type.freedoms;
+        status = add(names->joint_lookup, info->joint_names[i], i);
     }
     for (uint32_t i = 0; status == TFA_OK && i < names->frame_count; i++)
         status = add(names->frame_lookup, info->frame_names[i], i);

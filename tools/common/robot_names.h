@@ -15,7 +15,8 @@
 
 /** One moving joint and its places in q and in v, tau, qdd. */
 typedef struct robot_joint {
-    const char *name; /**< owned by the model or the client */
+    const char *name;   /**< owned by the model or the client */
+    int32_t quaternion; /**< coordinate that is its first; -1: none */
     uint32_t q_index, q_count;
     uint32_t v_index, v_count;
 } robot_joint;

@@ -212,12 +212,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
 
 const struct argp scene_argp = {.options = option_table, .parser = parse};
 
-/* Coordinates of a joint of that type. */
-static uint32_t coordinates(tfa_joint_type type)
-{
-    return type == TFA_JOINT_FLOATING ? 7 : type == TFA_JOINT_PLANAR ? 3 : 1;
-}
-
 /* The joints exist, or there were no model. */
 static int locks_fit(const scene_options *o, const tfa_model *model)
 {
@@ -228,11 +222,11 @@ static int locks_fit(const scene_options *o, const tfa_model *model)
             const tfa_declared_joint joint = tfa_model_declared(model, j);
             if (strcmp(joint.name, o->locks[k].lock.joint) != 0)
                 continue;
-            if (o->locks[k].numbers == coordinates(joint.type))
+            const uint32_t wanted = tfa_joint_type_describe(joint.type).coordinates;
+            if (o->locks[k].numbers == wanted)
                 break;
             fprintf(stderr, "--lock %s: %u numbers; the joint has %u coordinate%s\n", joint.name,
-                    o->locks[k].numbers, coordinates(joint.type),
-                    coordinates(joint.type) == 1 ? "" : "s: x,y,..");
+                    o->locks[k].numbers, wanted, wanted == 1 ? "" : "s: x,y,..");
             fit = 0;
             break;
         }

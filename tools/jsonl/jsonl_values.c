@@ -94,8 +94,8 @@ static void rest(const robot_names *names, int of_q, double *out)
 {
     memset(out, 0, sizeof *out * (of_q ? names->q_count : names->v_count));
     for (uint32_t i = 0; of_q && i < names->joint_count; i++)
-        if (names->joints[i].q_count == 7)
-            out[names->joints[i].q_index + 6] = 1.0;
+        if (names->joints[i].quaternion >= 0)
+            out[names->joints[i].q_index + (uint32_t)names->joints[i].quaternion + 3] = 1.0;
 }
 
 static int read_joint_value(jsonl_reader *r, const robot_joint *joint, const json_t *value,

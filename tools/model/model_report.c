@@ -8,13 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *model_joint_type_name(tfa_joint_type type)
-{
-    static const char *const names[] = {"fixed",     "revolute", "continuous",
-                                        "prismatic", "planar",   "floating"};
-    return (unsigned)type < sizeof names / sizeof names[0] ? names[type] : "unknown";
-}
-
 const char *model_fate_name(tfa_fate fate)
 {
     static const char *const names[] = {"moves", "fixed", "locked", "fused", "follows", "absent"};

@@ -45,7 +45,6 @@ int model_report_print_json(const model_report *report);
 int model_report_print_tree(const model_report *report);
 
 /** Words for numbers of the model, as both forms spell them. */
-const char *model_joint_type_name(tfa_joint_type type);
 const char *model_fate_name(tfa_fate fate);
 const char *model_base_name(tfa_base base);
 const char *model_severity_name(tfa_severity severity);

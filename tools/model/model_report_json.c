@@ -102,8 +102,8 @@ static void add_joints(json_t *root, const tfa_model *model)
         json_array_append_new(
             details,
             json_pack("{so ss si si si si si sf}", "name", text_of(joint.name), "type",
-                      model_joint_type_name(joint.type), "q_index", (int)joint.q_index, "q_count",
-                      (int)joint.q_count, "v_index", (int)joint.v_index, "v_count",
+                      tfa_joint_type_describe(joint.type).name, "q_index", (int)joint.q_index,
+                      "q_count", (int)joint.q_count, "v_index", (int)joint.v_index, "v_count",
                       (int)joint.v_count, "body", (int)joint.body, "armature", joint.armature));
     }
     json_object_set_new(root, "joints", names);
@@ -117,8 +117,8 @@ static json_t *declared(const tfa_model *model)
     for (uint32_t i = 0; i < tfa_model_declared_count(model); i++) {
         const tfa_declared_joint j = tfa_model_declared(model, i);
         json_t *joint = json_pack("{so ss ss so}", "name", text_of(j.name), "type",
-                                  model_joint_type_name(j.type), "fate", model_fate_name(j.fate),
-                                  "body", body_name(model, j.body));
+                                  tfa_joint_type_describe(j.type).name, "fate",
+                                  model_fate_name(j.fate), "body", body_name(model, j.body));
         if (j.fate == TFA_FATE_FOLLOWS && j.leader >= 0) {
             json_object_set_new(joint, "leader",
                                 text_of(tfa_model_joint(model, (uint32_t)j.leader).name));

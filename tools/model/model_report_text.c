@@ -66,7 +66,7 @@ static void print_joints(const tfa_model *model)
     for (uint32_t i = 0; i < tfa_model_joint_count(model); i++) {
         tfa_joint_info joint = tfa_model_joint(model, i);
         printf("    %3" PRIu32 "  %-10s %-24s moves %s", joint.v_index,
-               model_joint_type_name(joint.type), joint.name,
+               tfa_joint_type_describe(joint.type).name, joint.name,
                tfa_model_body_name(model, joint.body));
         if (joint.armature > 0)
             printf("  armature %g", joint.armature);

@@ -82,7 +82,7 @@ static void print_joints(const drawing *d, uint32_t body)
         printf("floating base");
     for (uint32_t j = d->joints.first[body]; j != NONE; j = d->joints.next[j]) {
         const tfa_declared_joint joint = tfa_model_declared(model, j);
-        printf("%s%s %s", before, joint.name, model_joint_type_name(joint.type));
+        printf("%s%s %s", before, joint.name, tfa_joint_type_describe(joint.type).name);
         if (joint.fate == TFA_FATE_FOLLOWS && joint.leader >= 0)
             printf(" that follows %s", tfa_model_joint(model, (uint32_t)joint.leader).name);
         before = " + ";

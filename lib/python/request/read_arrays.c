@@ -151,8 +151,8 @@ static PyObject *joints_by_name(const request_call *call, const input_row *input
     PyObject *array = items ? PyArray_ZEROS(1, &size, NPY_DOUBLE, 0) : NULL;
     double *numbers = array ? PyArray_DATA((PyArrayObject *)array) : NULL;
     for (uint32_t k = 0; array && of_q && k < robot->joint_count; k++)
-        if (robot->spans[k].q_count == 7)
-            numbers[robot->spans[k].q_index + 6] = 1;
+        if (robot->spans[k].quaternion >= 0)
+            numbers[robot->spans[k].q_index + (uint32_t)robot->spans[k].quaternion + 3] = 1;
     for (Py_ssize_t i = 0; array && i < PyList_GET_SIZE(items); i++) {
         PyObject *name = PyTuple_GET_ITEM(PyList_GET_ITEM(items, i), 0);
         PyObject *value = PyTuple_GET_ITEM(PyList_GET_ITEM(items, i), 1);

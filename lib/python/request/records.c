@@ -158,17 +158,11 @@ static PyObject *record(int type, PyObject *tuple)
     return made;
 }
 
-static const char *type_name(tfa_joint_type type)
-{
-    static const char *const names[] = {"fixed",     "revolute", "continuous",
-                                        "prismatic", "planar",   "floating"};
-    return (unsigned)type < 6 ? names[type] : "unknown";
-}
-
 PyObject *record_joint(const tfa_joint_info *j)
 {
-    return record(JOINT, Py_BuildValue("(ssIIIIId)", j->name, type_name(j->type), j->q_index,
-                                       j->q_count, j->v_index, j->v_count, j->body, j->armature));
+    return record(JOINT, Py_BuildValue("(ssIIIIId)", j->name, tfa_joint_type_describe(j->type).name,
+                                       j->q_index, j->q_count, j->v_index, j->v_count, j->body,
+                                       j->armature));
 }
 
 PyObject *record_body(const tfa_body_info *b)
@@ -181,9 +175,10 @@ PyObject *record_body(const tfa_body_info *b)
 PyObject *record_declared(const tfa_declared_joint *j)
 {
     static const char *const fates[] = {"moves", "fixed", "locked", "fused", "follows", "absent"};
-    return record(DECLARED, Py_BuildValue("(sssiiidd)", j->name, type_name(j->type),
-                                          (unsigned)j->fate < 6 ? fates[j->fate] : "unknown",
-                                          j->body, j->joint, j->leader, j->multiplier, j->offset));
+    return record(DECLARED,
+                  Py_BuildValue("(sssiiidd)", j->name, tfa_joint_type_describe(j->type).name,
+                                (unsigned)j->fate < 6 ? fates[j->fate] : "unknown", j->body,
+                                j->joint, j->leader, j->multiplier, j->offset));
 }
 
 PyObject *record_summary(const tfa_model_summary *s)

@@ -55,7 +55,8 @@ int robot_from_model(robot_names *robot, const tfa_model *model)
     int bad = allocate(robot);
     for (uint32_t k = 0; !bad && k < robot->joint_count; k++) {
         const tfa_joint_info joint = tfa_model_joint(model, k);
-        robot->spans[k] = (joint_span){joint.q_index, joint.q_count, joint.v_index, joint.v_count};
+        robot->spans[k] = (joint_span){joint.q_index, joint.q_count, joint.v_index, joint.v_count,
+                                       tfa_joint_type_describe(joint.type).quaternion};
         bad = add_name(robot->joints, robot->joint_index, k, joint.name);
     }
     for (uint32_t k = 0; !bad && k < robot->frame_count; k++)
@@ -70,12 +71,11 @@ static int fill_from_info(robot_names *robot, const tfa_client_info *info)
     uint32_t q = 0, v = 0;
     int bad = allocate(robot);
     for (uint32_t k = 0; !bad && k < robot->joint_count; k++) {
-        const uint32_t type = info->joint_types ? info->joint_types[k] : TFA_JOINT_REVOLUTE;
-        const uint32_t q_count = type == TFA_JOINT_FLOATING ? 7 : type == TFA_JOINT_PLANAR ? 3 : 1;
-        const uint32_t v_count = type == TFA_JOINT_FLOATING ? 6 : q_count;
-        robot->spans[k] = (joint_span){q, q_count, v, v_count};
-        q += q_count;
-        v += v_count;
+        const tfa_joint_type_info type =
+            tfa_joint_type_describe(info->joint_types ? info->joint_types[k] : TFA_JOINT_REVOLUTE);
+        robot->spans[k] = (joint_span){q, type.coordinates, v, type.freedoms, type.quaternion};
+        q += type.coordinates;
+        v += type.freedoms;
         bad = add_name(robot->joints, robot->joint_index, k, info->joint_names[k]);
     }
     for (uint32_t k = 0; !bad && k < robot->frame_count; k++)

@@ -14,6 +14,7 @@
 /** Places of a joint in q and in v, tau, qdd */
 typedef struct joint_span {
     uint32_t q_index, q_count, v_index, v_count;
+    int32_t quaternion; /**< coordinate that is its first; -1: none */
 } joint_span;
 
 typedef struct robot_names {

@@ -46,8 +46,9 @@ static void fill_request(tfa_request *request, const robot_names *names, double 
     double *q = fill(at, batch * names->q_count, 3.0, seed);
     for (size_t k = 0; k < batch; k++)
         for (uint32_t j = 0; j < names->joint_count; j++)
-            if (names->joints[j].q_count == 7)
-                set_unit(q + k * names->q_count + names->joints[j].q_index + 3);
+            if (names->joints[j].quaternion >= 0)
+                set_unit(q + k * names->q_count + names->joints[j].q_index +
+                         names->joints[j].quaternion);
     request->q = q;
     request->v = fill(at, batch * names->v_count, 1.0, seed);
     request->tau = fill(at, batch * names->v_count, 10.0, seed);

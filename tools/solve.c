@@ -95,7 +95,7 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
 {
     solver self = {0};
     int result = EXIT_FAILED;
-    int status = robot_names_from_model(&self.names, model);
+    int status = tfa_names_of_model(&self.names, model);
     if (status == TFA_OK)
         status = tfa_workspace_create(model, &options->workspace, &self.workspace);
     if (status != TFA_OK)
@@ -105,7 +105,7 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
         result = jsonl_run("totalforce solve", &options->lines,
                            &(jsonl_backend){.self = &self, .prepare = prepare, .answer = answer});
     tfa_workspace_free(self.workspace);
-    robot_names_free(&self.names);
+    tfa_names_free(&self.names);
     return result;
 }
 

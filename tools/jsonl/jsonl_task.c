@@ -62,9 +62,10 @@ int jsonl_read_rows(jsonl_reader *r, const json_t *value)
 
 int jsonl_read_rank_loss(jsonl_reader *r, const json_t *value)
 {
-    static const char *const words[] = {
-        [TFA_RANK_DEFAULT] = "default", [TFA_RANK_TRUNCATE] = "truncate",
-        [TFA_RANK_DAMP] = "damp", [TFA_RANK_REFUSE] = "refuse"};
+    static const char *const words[] = {[TFA_RANK_DEFAULT] = "default",
+                                        [TFA_RANK_TRUNCATE] = "truncate",
+                                        [TFA_RANK_DAMP] = "damp",
+                                        [TFA_RANK_REFUSE] = "refuse"};
     unsigned policy = 0;
     int status = read_choice(r, value, words, 4, &policy);
     r->request->rank_loss = (tfa_rank_loss)policy;
@@ -175,7 +176,7 @@ int jsonl_finish_acceleration(jsonl_reader *r)
     guess_rows(r);
     const size_t rows = request->rows == TFA_ROWS_POINT ? 3 : 6;
     for (uint32_t t = 0; status == TFA_OK && t < request->tip_count; t++) {
-        const char *link = robot_names_frame_name(r->names, request->tips[t]);
+        const char *link = tfa_names_frame(r->names, request->tips[t]);
         char key[320];
         snprintf(key, sizeof key, "acceleration.%.200s", link);
         jsonl_reader inner = *r;

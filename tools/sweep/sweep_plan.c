@@ -88,9 +88,9 @@ static int load(sweep_plan *plan, sweep_options *o, const source *s, sweep_ranks
 static int add_tip(sweep_plan *plan, const robot_names *names, const char *tip)
 {
     char suggestions[200];
-    const int64_t frame = robot_names_frame(names, tip);
+    const int64_t frame = tfa_names_link(names, tip);
     if (frame < 0) {
-        robot_names_suggest_frames(names, tip, suggestions, sizeof suggestions);
+        tfa_names_suggest_links(names, tip, suggestions, sizeof suggestions);
         fprintf(stderr, "totalforce sweep: --tips: no link '%s'; nearest: %s\n", tip, suggestions);
         return EXIT_FAILED;
     }
@@ -107,11 +107,11 @@ static int set_tips(sweep_plan *plan, const char *list)
     int result = EXIT_GOOD;
     if (!list)
         return EXIT_GOOD;
-    if (!copy || robot_names_from_model(&names, plan->model) != TFA_OK)
+    if (!copy || tfa_names_of_model(&names, plan->model) != TFA_OK)
         result = fail("--tips", tfa_status_text(TFA_E_MEMORY));
     for (char *tip; result == EXIT_GOOD && (tip = strsep(&rest, ","));)
         result = add_tip(plan, &names, tip);
-    robot_names_free(&names);
+    tfa_names_free(&names);
     free(copy);
     return result;
 }

@@ -58,7 +58,7 @@ static int read_robot(client_object *c)
 {
     robot_names robot;
     const tfa_client_info *info = tfa_client_get_info(c->client);
-    if (robot_from_info(&robot, info))
+    if (robot_from_info(&robot, c->options.robot, info))
         return -1;
     robot_clear(&c->robot);
     c->robot = robot;

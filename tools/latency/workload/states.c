@@ -73,7 +73,7 @@ int latency_states_init(latency_states *states, const latency_options *options,
                         const tfa_client_info *info)
 {
     robot_names names;
-    int status = robot_names_from_info(&names, options->daemon.robot, info);
+    int status = tfa_names_of_info(&names, options->daemon.robot, info);
     if (status != TFA_OK)
         return status;
     size_t numbers = (size_t)info->q_count + 2 * (size_t)info->v_count + 19;
@@ -83,7 +83,7 @@ int latency_states_init(latency_states *states, const latency_options *options,
                                .memory = calloc(SETS * numbers, options->batch * sizeof(double))};
     if (!states->requests || !states->memory) {
         latency_states_free(states);
-        robot_names_free(&names);
+        tfa_names_free(&names);
         return TFA_E_MEMORY;
     }
     double *at = states->memory;
@@ -95,7 +95,7 @@ int latency_states_init(latency_states *states, const latency_options *options,
                                             .count = options->batch};
         fill_request(&states->requests[i], &names, &at, &seed);
     }
-    robot_names_free(&names);
+    tfa_names_free(&names);
     return TFA_OK;
 }
 

@@ -37,8 +37,6 @@ static const struct argp_option option_table[] = {
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const precisions[] = {"f64", "f128", "f32"}; /* as tfa_precision */
-    static const char *const residuals[] = {"same", "f64", "f128"}; /* as tfa_residual */
     solve_options *options = state->input;
     switch (key) {
     case ARGP_KEY_INIT:
@@ -47,11 +45,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_PRECISION:
         options->workspace.precision =
-            (tfa_precision)option_word(state, "precision", text, precisions, 3);
+            (tfa_precision)option_enum(state, "precision", text, TFA_WORDS_PRECISION);
         return 0;
     case KEY_RESIDUAL:
         options->workspace.residual =
-            (tfa_residual)option_word(state, "residual", text, residuals, 3);
+            (tfa_residual)option_enum(state, "residual", text, TFA_WORDS_RESIDUAL);
         return 0;
     case ARGP_KEY_END:
         if (options->workspace.precision == TFA_F128 &&

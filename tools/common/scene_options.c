@@ -75,9 +75,6 @@ static const struct argp_option option_table[] = {
     {.doc = "--lock, --tip and --payload may be given several times."},
     {0}};
 
-const char *const scene_mimic_words[] = {"free", "project", "lock", NULL};
-const char *const scene_inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
-
 /* One more of a list; ends the program without memory. */
 static void *grow(struct argp_state *state, void *list, uint32_t count, size_t size)
 {
@@ -161,18 +158,18 @@ static error_t parse(int key, char *text, struct argp_state *state)
     scene_options *o = state->input;
     switch (key) {
     case KEY_BASE:
-        o->model.base = option_base(state, text);
+        o->model.base = (tfa_base)option_enum(state, "base", text, TFA_WORDS_BASE);
         return 0;
     case KEY_GRAVITY:
         option_vector3(state, "gravity", text, o->gravity);
         o->model.gravity = o->gravity;
         return 0;
     case KEY_MIMIC:
-        o->model.mimic = (tfa_mimic_policy)option_word(state, "mimic", text, scene_mimic_words, 3);
+        o->model.mimic = (tfa_mimic_policy)option_enum(state, "mimic", text, TFA_WORDS_MIMIC);
         return 0;
     case KEY_INERTIA:
         o->model.inertia =
-            (tfa_inertia_policy)option_word(state, "inertia", text, scene_inertia_words, 4);
+            (tfa_inertia_policy)option_enum(state, "inertia", text, TFA_WORDS_INERTIA);
         return 0;
     case KEY_ROTOR:
         o->model.rotor_inertia = 1;

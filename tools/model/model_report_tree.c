@@ -149,7 +149,7 @@ int model_report_print_tree(const model_report *r)
     const int status = fill(&d);
     if (status == TFA_OK) {
         printf("%s  (%s base)", tfa_model_name(r->model),
-               model_base_name(tfa_model_summarise(r->model).base));
+               tfa_word(TFA_WORDS_BASE, tfa_model_summarise(r->model).base));
         print_merged(r, r->bodies, "");
         print_children(&d, r->bodies, 1);
     }

@@ -174,11 +174,10 @@ PyObject *record_body(const tfa_body_info *b)
 
 PyObject *record_declared(const tfa_declared_joint *j)
 {
-    static const char *const fates[] = {"moves", "fixed", "locked", "fused", "follows", "absent"};
     return record(DECLARED,
                   Py_BuildValue("(sssiiidd)", j->name, tfa_joint_type_describe(j->type).name,
-                                (unsigned)j->fate < 6 ? fates[j->fate] : "unknown", j->body,
-                                j->joint, j->leader, j->multiplier, j->offset));
+                                tfa_word(TFA_WORDS_FATE, j->fate), j->body, j->joint, j->leader,
+                                j->multiplier, j->offset));
 }
 
 PyObject *record_summary(const tfa_model_summary *s)
@@ -187,9 +186,9 @@ PyObject *record_summary(const tfa_model_summary *s)
                   Py_BuildValue("(IIIIIIIdd(ddd)IIIIIs(ddd)iI)", s->links, s->joints, s->bodies,
                                 s->q_count, s->v_count, s->depth, s->main_chain, s->moving_mass,
                                 s->total_mass, s->com[0], s->com[1], s->com[2], s->fixed, s->locked,
-                                s->fused, s->follows, s->absent,
-                                s->base == TFA_BASE_FLOATING ? "floating" : "fixed", s->gravity[0],
-                                s->gravity[1], s->gravity[2], s->singular_body, s->mimics));
+                                s->fused, s->follows, s->absent, tfa_word(TFA_WORDS_BASE, s->base),
+                                s->gravity[0], s->gravity[1], s->gravity[2], s->singular_body,
+                                s->mimics));
 }
 
 static PyObject *lenient(const char *text)
@@ -199,10 +198,9 @@ static PyObject *lenient(const char *text)
 
 PyObject *record_message(const tfa_report *report, size_t index)
 {
-    static const char *const severities[] = {"note", "warning", "error"};
     const tfa_message *m = &report->messages[index];
     return record(MESSAGE,
-                  Py_BuildValue("(sNIsNIN)", severities[m->severity],
+                  Py_BuildValue("(sNIsNIN)", tfa_word(TFA_WORDS_SEVERITY, m->severity),
                                 report->file ? lenient(report->file) : Py_NewRef(Py_None), m->line,
                                 m->code, lenient(m->text), m->count, lenient(m->entity)));
 }

@@ -60,7 +60,7 @@ typedef struct caller {
 
 static void disconnect(caller *c)
 {
-    robot_names_free(&c->names);
+    tfa_names_free(&c->names);
     daemon_close(c->link);
     c->link = NULL;
     c->lost = 0;
@@ -77,7 +77,7 @@ static int prepare(void *self, const robot_names **names, jsonl_error *error)
         return TFA_OK;
     int status = daemon_connect(options, c->options->via, &c->link);
     if (status == TFA_OK)
-        status = robot_names_from_info(&c->names, options->robot, daemon_info(c->link));
+        status = tfa_names_of_info(&c->names, options->robot, daemon_info(c->link));
     if (status == TFA_OK) {
         c->reached = 1;
         return TFA_OK;

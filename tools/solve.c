@@ -37,8 +37,6 @@ static const struct argp_option option_table[] = {
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const precisions[] = {"f64", "f128", "f32"}; /* as tfa_precision */
-    static const char *const residuals[] = {"same", "f64", "f128"}; /* as tfa_residual */
     solve_options *options = state->input;
     switch (key) {
     case ARGP_KEY_INIT:
@@ -47,11 +45,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_PRECISION:
         options->workspace.precision =
-            (tfa_precision)option_word(state, "precision", text, precisions, 3);
+            (tfa_precision)option_enum(state, "precision", text, TFA_WORDS_PRECISION);
         return 0;
     case KEY_RESIDUAL:
         options->workspace.residual =
-            (tfa_residual)option_word(state, "residual", text, residuals, 3);
+            (tfa_residual)option_enum(state, "residual", text, TFA_WORDS_RESIDUAL);
         return 0;
     case ARGP_KEY_END:
         if (options->workspace.precision == TFA_F128 &&
@@ -95,7 +93,7 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
 {
     solver self = {0};
     int result = EXIT_FAILED;
-    int status = robot_names_from_model(&self.names, model);
+    int status = tfa_names_of_model(&self.names, model);
     if (status == TFA_OK)
         status = tfa_workspace_create(model, &options->workspace, &self.workspace);
     if (status != TFA_OK)
@@ -105,7 +103,7 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
         result = jsonl_run("totalforce solve", &options->lines,
                            &(jsonl_backend){.self = &self, .prepare = prepare, .answer = answer});
     tfa_workspace_free(self.workspace);
-    robot_names_free(&self.names);
+    tfa_names_free(&self.names);
     return result;
 }
 

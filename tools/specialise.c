@@ -50,7 +50,6 @@ static const struct argp_option option_table[] = {
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     static const char *const lanes[] = {"auto", "one"};
-    static const char *const algorithms[] = {"fastest", "aba", "crba"};
     specialise_options *o = state->input;
     switch (key) {
     case ARGP_KEY_INIT:
@@ -64,7 +63,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         return 0;
     case KEY_ALGORITHM:
         o->build.algorithm =
-            (tfa_specialise_algorithm)option_word(state, "algorithm", text, algorithms, 3);
+            (tfa_specialise_algorithm)option_enum(state, "algorithm", text, TFA_WORDS_ALGORITHM);
         return 0;
     case KEY_COMPILER:
         o->build.compiler = text;

@@ -80,9 +80,10 @@ static int check_quaternions(const struct tfa_model *m, const tfa_request *r, tf
     if (m->joints_nd == m->base_freedoms / 6)
         return TFA_OK; /* no joint has a quaternion */
     for (uint32_t j = 0; j < m->joints; j++) {
-        if (m->joint[j].type != TFA_JOINT_FLOATING)
-            continue;
-        uint32_t at = m->joint[j].q_index + 3;
+        if (m->joint[j].q_count == m->joint[j].v_count)
+            continue; /* a quaternion is one number more than its freedoms */
+        const uint32_t at =
+            m->joint[j].q_index + (uint32_t)tfa_joint_type_describe(m->joint[j].type).quaternion;
         for (uint32_t k = 0; k < r->count; k++)
             if (!is_unit(r->q + (size_t)m->q_count * k + at))
                 return tfa_set_error(reply, TFA_E_QUATERNION, TFA_FIELD_Q, at, k);

@@ -25,17 +25,23 @@ struct joint_type {
     const char *name;
     uint32_t declared;             /* bits 1u << tfa_joint_type of descriptions */
     uint8_t freedoms, coordinates; /* 0: as many as it has parts */
+    int8_t quaternion;             /* coordinate that is its first; -1: none */
     uint8_t axis[6];               /* of each freedom */
 };
 
 #define DECLARED(type) (1u << TFA_JOINT_##type)
 static const struct joint_type joint_types[] = {
-    [TFA_KIND_REVOLUTE] = {"revolute", DECLARED(REVOLUTE) | DECLARED(CONTINUOUS), 1, 1, {AXIS_RZ}},
-    [TFA_KIND_PRISMATIC] = {"prismatic", DECLARED(PRISMATIC), 1, 1, {AXIS_TZ}},
-    [TFA_KIND_PLANAR] = {"planar", DECLARED(PLANAR), 3, 3, {AXIS_TX, AXIS_TY, AXIS_RZ}},
-    [TFA_KIND_FREE] =
-        {"free", DECLARED(FLOATING), 6, 7, {AXIS_TX, AXIS_TY, AXIS_TZ, AXIS_RX, AXIS_RY, AXIS_RZ}},
-    [TFA_KIND_FUSED] = {"fused", 0, 0, 0, {0}},
+    [TFA_KIND_REVOLUTE] =
+        {"revolute", DECLARED(REVOLUTE) | DECLARED(CONTINUOUS), 1, 1, -1, {AXIS_RZ}},
+    [TFA_KIND_PRISMATIC] = {"prismatic", DECLARED(PRISMATIC), 1, 1, -1, {AXIS_TZ}},
+    [TFA_KIND_PLANAR] = {"planar", DECLARED(PLANAR), 3, 3, -1, {AXIS_TX, AXIS_TY, AXIS_RZ}},
+    [TFA_KIND_FREE] = {"free",
+                       DECLARED(FLOATING),
+                       6,
+                       7,
+                       3,
+                       {AXIS_TX, AXIS_TY, AXIS_TZ, AXIS_RX, AXIS_RY, AXIS_RZ}},
+    [TFA_KIND_FUSED] = {"fused", 0, 0, 0, -1, {0}},
 };
 #undef DECLARED
 #define JOINT_TYPES ((uint8_t)(sizeof joint_types / sizeof *joint_types))
@@ -48,19 +54,6 @@ static inline uint8_t joint_type_of(tfa_joint_type declared)
            !((uint32_t)declared < 32 && joint_types[kind].declared >> (uint32_t)declared & 1))
         kind++;
     return kind;
-}
-
-/* Coordinates and freedoms of a declared joint */
-static inline uint8_t declared_coordinates(tfa_joint_type declared)
-{
-    const uint8_t kind = joint_type_of(declared);
-    return kind < JOINT_TYPES ? joint_types[kind].coordinates : 0;
-}
-
-static inline uint8_t declared_freedoms(tfa_joint_type declared)
-{
-    const uint8_t kind = joint_type_of(declared);
-    return kind < JOINT_TYPES ? joint_types[kind].freedoms : 0;
 }
 
 static inline int is_revolute(uint8_t kind)

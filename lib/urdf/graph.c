@@ -112,8 +112,7 @@ static void check_mimics(const tfa_description *d, int32_t *next, uint8_t *state
     for (size_t j = 0; j < d->joint_count; j++) {
         const tfa_joint *joint = &d->joints[j];
         next[j] = joint->mimic >= 0 ? joint->mimic : NONE;
-        if (next[j] != NONE && (d->joints[joint->mimic].type < TFA_JOINT_REVOLUTE ||
-                                d->joints[joint->mimic].type > TFA_JOINT_PRISMATIC))
+        if (next[j] != NONE && tfa_joint_type_describe(d->joints[joint->mimic].type).freedoms != 1)
             tfa_urdf_report(log, TFA_ERROR, joint->line, "mimic-type",
                             "joint '%s': mimics joint '%s', which has no single coordinate; follow "
                             "a revolute, continuous or prismatic joint",

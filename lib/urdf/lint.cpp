@@ -145,14 +145,11 @@ void linter::link(const TiXmlElement &element)
 static bool joint_type(const checked_element &checked, const TiXmlElement &element,
                        tfa_joint_type &type)
 {
+#define ROW(type, word) {word, type},
     static const struct {
         const char *name;
         tfa_joint_type type;
-    } types[] = {
-        {"fixed", TFA_JOINT_FIXED},           {"revolute", TFA_JOINT_REVOLUTE},
-        {"continuous", TFA_JOINT_CONTINUOUS}, {"prismatic", TFA_JOINT_PRISMATIC},
-        {"planar", TFA_JOINT_PLANAR},         {"floating", TFA_JOINT_FLOATING},
-    };
+    } types[] = {TFA_JOINT_TYPE_WORDS(ROW)};
     static const char three[] = "three revolute joints about axes at right angles";
     static const struct {
         const char *name, *how;
@@ -165,12 +162,14 @@ static bool joint_type(const checked_element &checked, const TiXmlElement &eleme
     const std::string *text = checked.name(element, "type");
     if (!text)
         return false;
+    std::string how;
     for (const auto &t : types) {
         type = t.type;
         if (*text == t.name)
             return true;
+        how += how.empty() ? "use " : &t + 1 == std::end(types) ? " or " : ", ";
+        how += t.name;
     }
-    std::string how = "use fixed, revolute, continuous, prismatic, planar or floating";
     for (const auto &known : written_out)
         if (*text == known.name)
             how = std::string("write ") + known.how +
@@ -185,7 +184,8 @@ static void lint_axis(const checked_element &checked, const TiXmlElement &elemen
 {
     joint.axis[0] = 1; /* URDF's default */
     const TiXmlElement *axis = checked.only_child(element, "axis");
-    if (!axis || joint.type == TFA_JOINT_FIXED || joint.type == TFA_JOINT_FLOATING)
+    if (!axis || joint.type == TFA_JOINT_FIXED ||
+        tfa_joint_type_describe(joint.type).quaternion >= 0)
         return;
     std::string unused;
     if (!axis->Attribute("xyz"))
@@ -243,7 +243,7 @@ static void lint_mimic(const checked_element &checked, const TiXmlElement &eleme
                                "a fixed joint has a <mimic>, which is ignored; remove it");
         return;
     }
-    if (joint.type == TFA_JOINT_PLANAR || joint.type == TFA_JOINT_FLOATING) {
+    if (tfa_joint_type_describe(joint.type).freedoms != 1) {
         checked.report(TFA_ERROR, *mimic, "mimic-type",
                        "only a joint with one freedom can follow another; remove <mimic>");
         return;

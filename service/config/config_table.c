@@ -7,26 +7,28 @@
 
 #include "ipc/ring.h"
 
+#include <totalforce/client.h>
+#include <totalforce/model.h>
+
 #define AT(type, member) .at = offsetof(type, member)
 #define LIST_AT(type, member)                                                                      \
     .at = offsetof(type, member), .count_at = offsetof(type, member##_count)
 
-static const char *const base_words[] = {"fixed", "floating", NULL};
-static const char *const scene_base_words[] = {"fixed", "floating", "same", NULL};
-/* in the order of the enums in model.h */
-static const char *const inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
-static const char *const mimic_words[] = {"free", "project", "lock", NULL};
+#define WORD(value, word) word,
+static const char *const base_words[] = {TFA_BASE_WORDS(WORD) NULL};
+static const char *const scene_base_words[] = {TFA_BASE_WORDS(WORD) "same", NULL};
+static const char *const inertia_words[] = {TFA_INERTIA_WORDS(WORD) NULL};
+static const char *const mimic_words[] = {TFA_MIMIC_WORDS(WORD) NULL};
 static const char *const estimate_words[] = {"default", "never", "sampled", "always", NULL};
 static const char *const precision_words[] = {"f64", "f32", NULL};
-/* in the order of tfa_residual */
-static const char *const residual_words[] = {"same", "f64", "f128", NULL};
+static const char *const residual_words[] = {TFA_RESIDUAL_WORDS(WORD) NULL};
 /* in the order of config_methods */
 static const char *const methods_words[] = {"auto", "all", NULL};
 /* in the order of config_specialise */
 static const char *const specialise_words[] = {"off", "load", NULL};
 static const char *const backend_words[] = {"shm", "memfd", NULL};
 /* the index is tfa_wait; "default" is no value of the configuration */
-static const char *const wait_words[] = {"default", "spin", "hybrid", "block", NULL};
+static const char *const wait_words[] = {TFA_WAIT_WORDS(WORD) NULL};
 static const char *const log_words[] = {"error", "warning", "info", "debug", NULL};
 
 /* in the order of config_unitree_type and config_discovery */

@@ -136,8 +136,9 @@ static void set_neutral(figure *f)
     memset(f->q, 0, tfa_model_q_count(f->model) * sizeof *f->q);
     for (uint32_t i = 0; i < tfa_model_joint_count(f->model); i++) {
         const tfa_joint_info joint = tfa_model_joint(f->model, i);
-        if (joint.q_count == 7)
-            f->q[joint.q_index + 6] = 1;
+        const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
+        if (quaternion >= 0)
+            f->q[joint.q_index + (uint32_t)quaternion + 3] = 1;
     }
 }
 

@@ -126,9 +126,8 @@ static int fill_lock(const tfa_robot_source *s, const tfa_description *d, size_t
     const tfa_joint *joint = find_joint(s, d, key, from->joint);
     if (!joint)
         return TFA_E_JOINT;
-    const size_t wanted = joint->type == TFA_JOINT_PLANAR     ? 3
-                          : joint->type == TFA_JOINT_FLOATING ? 7
-                                                              : 0;
+    const uint32_t coordinates = tfa_joint_type_describe(joint->type).coordinates;
+    const size_t wanted = coordinates > 1 ? coordinates : 0;
     if (from->pose_count != wanted) {
         if (wanted)
             log_key_error(s, key, "joint '%s' stands at a `pose` of %zu numbers", joint->name,

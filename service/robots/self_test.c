@@ -38,8 +38,9 @@ static void set_motion(const tfa_robot *robot, motion *m)
     }
     for (uint32_t i = 0; i < tfa_model_joint_count(robot->model); i++) {
         const tfa_joint_info joint = tfa_model_joint(robot->model, i);
-        if (joint.type == TFA_JOINT_FLOATING)
-            memcpy(m->q + joint.q_index + 3, check_pose + 3, 4 * sizeof(double));
+        const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
+        if (quaternion >= 0)
+            memcpy(m->q + joint.q_index + quaternion, check_pose + 3, 4 * sizeof(double));
     }
 }
 
@@ -136,8 +137,9 @@ static void set_zero(const tfa_robot *robot, double *q)
     memset(q, 0, robot->shape.q_count * sizeof *q);
     for (uint32_t i = 0; i < tfa_model_joint_count(robot->model); i++) {
         const tfa_joint_info joint = tfa_model_joint(robot->model, i);
-        if (joint.type == TFA_JOINT_FLOATING)
-            q[joint.q_index + 6] = 1;
+        const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
+        if (quaternion >= 0)
+            q[joint.q_index + (uint32_t)quaternion + 3] = 1;
     }
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * A method that only the kernel of one state has (`single` in sources.list) answers batches one
+ * A method that only the kernel of one state has (SINGLE in solve/method.c) answers batches one
  * state at a time, with the same bits. Here the batch kernels are made to lack each method in turn.
  */
 #include "engine/workspace.h"

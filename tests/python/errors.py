@@ -155,7 +155,7 @@ class Requests(Case):
                 "payload.com: 1 numbers",
                 "payload.com",
             ),
-            (dict(payload={**load_, "mass": -1}), tf.InputError, "payload on 'tool0'", "payload"),
+            (dict(payload={**load_, "mass": -1}), tf.InputError, "payload.mass: -1: must not", "payload"),
             (dict(payload={**load_, "mass": NAN}), tf.InputError, "not a finite number", "payload"),
             (dict(payload={**load_, "link": "x"}), tf.InputError, "no link 'x'", "payload"),
             (dict(payload=[load_] * 5), tf.InputError, "5 loads, at most 4", "payload"),

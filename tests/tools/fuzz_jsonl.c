@@ -101,7 +101,7 @@ static void answer_line(const tfa_client_info *info, const char *line, size_t si
     jsonl_error error = {0};
     char *text = NULL;
     size_t length = 0;
-    require(robot_names_from_info(&names, "robot", info) == TFA_OK);
+    require(tfa_names_of_info(&names, "robot", info) == TFA_OK);
     require(jsonl_buffers_init(&buffers, &names) == TFA_OK);
     int status = jsonl_load(line, size, 1, &object, &error);
     if (status == TFA_OK)
@@ -120,7 +120,7 @@ static void answer_line(const tfa_client_info *info, const char *line, size_t si
     free(text);
     json_decref(object);
     jsonl_buffers_free(&buffers);
-    robot_names_free(&names);
+    tfa_names_free(&names);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)

@@ -260,9 +260,9 @@ TEST(test_joints_of_many_freedoms)
     assert_memory_equal(r.request.v, v, sizeof v);
     assert_true(r.request.base_pose[2] == 3 && r.request.base_pose[6] == 1);
     assert_non_null(r.reply.base_acceleration);
-    assert_string_equal(robot_names_owner(&r.names, 1, 10)->name, "boat");
-    assert_string_equal(robot_names_owner(&r.names, 0, 3)->name, "deck");
-    assert_null(robot_names_owner(&r.names, 0, 10));
+    assert_string_equal(tfa_names_owner(&r.names, 1, 10)->name, "boat");
+    assert_string_equal(tfa_names_owner(&r.names, 0, 3)->name, "deck");
+    assert_null(tfa_names_owner(&r.names, 0, 10));
     forget(&r);
 }
 
@@ -271,7 +271,7 @@ TEST(test_inconsistent_description)
     robot_names names;
     tfa_client_info wrong = ship;
     wrong.joint_types = NULL;
-    assert_int_equal(robot_names_from_info(&names, "robot", &wrong), TFA_E_PROTOCOL);
+    assert_int_equal(tfa_names_of_info(&names, "robot", &wrong), TFA_E_PROTOCOL);
 }
 
 /* Every double comes back from its text with the same bits and as a real. */
@@ -354,17 +354,17 @@ TEST(test_limits)
                 .status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_METHOD, .index = TFA_METHOD_TFA},
             "method: no memory was reserved for tfa; in the daemon's configuration, methods: all "
             "of the robot reserves it");
-    explain(&arm, "{" MM "," Q "}",
-            &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_OP},
-            "op: no memory was reserved for the mass matrix; in the daemon's configuration, "
-            "methods: all of the robot reserves it");
+    explain(
+        &arm, "{" MM "," Q "}", &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_OP},
+        "op: no memory was reserved for mass_matrix; in the daemon's configuration, methods: all "
+        "of the robot reserves it");
 }
 
 TEST(test_explanations)
 {
     explain(&ship, "{" FD ",\"q\":{},\"base_pose\":[0,0,0,0,0,0,2]}",
             &(tfa_reply){.status = TFA_E_QUATERNION, .field = TFA_FIELD_BASE_POSE, .index = 3},
-            "base_pose: quaternion of norm 2, must be 1 within 1e-3 (order x y z w)");
+            "base_pose[3]: quaternion of norm 2, must be 1 within 1e-3 (order x y z w)");
     explain(&ship, "{" FD ",\"q\":{\"boat\":[0,0,0,0.3,0.4,0,0]}," POSE "}",
             &(tfa_reply){.status = TFA_E_QUATERNION, .field = TFA_FIELD_Q, .index = 7},
             "q[7] (boat): quaternion of norm 0.5, must be 1 within 1e-3 (order x y z w)");
@@ -385,6 +385,35 @@ TEST(test_explanations)
     explain(&arm, "{" FD "," Q "}", &(tfa_reply){.status = TFA_E_DISCONNECTED},
             "forward_dynamics of robot 'robot': no daemon: none listens at the robot's "
             "socket, or it ended: start totalforced, then reconnect");
+}
+
+TEST(test_words_and_syntaxes)
+{
+    for (int of = TFA_WORDS_SEVERITY; of <= TFA_WORDS_ALGORITHM; of++) {
+        uint32_t count;
+        const char *const *words = tfa_word_list((tfa_words)of, &count);
+        for (uint32_t k = of == TFA_WORDS_OP; k < count; k++) {
+            assert_int_equal(tfa_word_find((tfa_words)of, words[k]), k);
+            assert_ptr_equal(tfa_word((tfa_words)of, k), words[k]);
+        }
+        assert_int_equal(tfa_word_find((tfa_words)of, "no word"), -1);
+        assert_string_equal(tfa_word((tfa_words)of, count), "unknown");
+    }
+    static const char *const policies[] = {
+        "rank_loss = truncate or damp", "--rank-loss=truncate or damp",
+        "rank_loss: truncate or damp", "\"rank_loss\":\"truncate\" or \"damp\"",
+        "rank_loss='truncate' or 'damp'"};
+    const tfa_request request = {.tip_count = 1};
+    const tfa_reply reply = {.status = TFA_E_RANK, .field = TFA_FIELD_TIPS, .index = 3};
+    char text[200], want[200];
+    for (int syntax = TFA_SYNTAX_C; syntax <= TFA_SYNTAX_PYTHON; syntax++) {
+        snprintf(want, sizeof want, "tips: lambda_inv has rank 3 of 6 here; %s answers",
+                 policies[syntax]);
+        assert_int_equal(tfa_explain(&(tfa_names){0}, &request, &reply, (tfa_option_syntax)syntax,
+                                     text, sizeof text),
+                         strlen(want));
+        assert_string_equal(text, want);
+    }
 }
 
 TEST(test_a_reply_line)

@@ -32,7 +32,7 @@ void read_line(reading *r, const tfa_client_info *info, const char *line, size_t
 {
     const jsonl_defaults defaults = JSONL_DEFAULTS;
     memset(r, 0, sizeof *r);
-    assert_int_equal(robot_names_from_info(&r->names, "robot", info), TFA_OK);
+    assert_int_equal(tfa_names_of_info(&r->names, "robot", info), TFA_OK);
     assert_int_equal(jsonl_buffers_init(&r->buffers, &r->names), TFA_OK);
     r->status = jsonl_load(line, length, 1, &r->object, &r->error);
     if (r->status == TFA_OK)
@@ -44,7 +44,7 @@ void forget(reading *r)
 {
     json_decref(r->object);
     jsonl_buffers_free(&r->buffers);
-    robot_names_free(&r->names);
+    tfa_names_free(&r->names);
 }
 
 void refuse(const tfa_client_info *info, const char *line, int status, const char *text)

@@ -348,7 +348,7 @@ TEST(test_explanations)
         "tips: lambda_inv has rank 3 of 6 here; \"rank_loss\":\"truncate\" or \"damp\" answers");
     explain(&arm, "{" OI "," Q ",\"tips\":[\"tool\",\"lower\"]}",
             &(tfa_reply){.status = TFA_E_UNSUPPORTED, .field = TFA_FIELD_TIPS, .index = 1},
-            "tips: 2 links, there is memory for 1");
+            "tips: 2 links, there is memory for 1 (max_tips)");
     explain(&arm, "{" TASK "," Q ",\"acceleration\":{\"tool\":" SIX "}}",
             &(tfa_reply){.status = TFA_E_VALUE, .field = TFA_FIELD_TASK_ACCELERATION, .index = 4},
             "acceleration[4]: 5: not a finite number");

@@ -57,7 +57,7 @@ static char *serve_with(backend *p, void (*write_lines)(int out), jsonl_tally *t
     char *text = NULL;
     size_t size = 0;
     const jsonl_defaults defaults = JSONL_DEFAULTS;
-    assert_int_equal(robot_names_from_info(&p->names, "robot", &info), TFA_OK);
+    assert_int_equal(tfa_names_of_info(&p->names, "robot", &info), TFA_OK);
     assert_int_equal(pipe(ends), 0);
     pid_t child = fork();
     assert_true(child >= 0);
@@ -74,7 +74,7 @@ static char *serve_with(backend *p, void (*write_lines)(int out), jsonl_tally *t
     fclose(out);
     close(ends[0]);
     waitpid(child, NULL, 0);
-    robot_names_free(&p->names);
+    tfa_names_free(&p->names);
     return text;
 }
 
@@ -242,7 +242,7 @@ TEST(test_reader_of_replies_gone)
     const jsonl_defaults defaults = JSONL_DEFAULTS;
     static const char line[] = "{" ASK "\n";
     signal(SIGPIPE, SIG_IGN);
-    assert_int_equal(robot_names_from_info(&p.names, "robot", &info), TFA_OK);
+    assert_int_equal(tfa_names_of_info(&p.names, "robot", &info), TFA_OK);
     assert_int_equal(pipe(in), 0);
     assert_int_equal(pipe(out), 0);
     put(in[1], line, sizeof line - 1);
@@ -255,5 +255,5 @@ TEST(test_reader_of_replies_gone)
     assert_int_equal(errno, EPIPE);
     fclose(stream);
     close(in[0]);
-    robot_names_free(&p.names);
+    tfa_names_free(&p.names);
 }

@@ -108,7 +108,7 @@ printf '0\n0\n-9.80665\n0\n0\n0\n' >"$work/b"
 near "$work/a" "$work/b" 1e-12 "the base does not fall"
 echo '{"id":1,"op":"mass_matrix","q":[0,0,0],"base_pose":[0,0,0,0,0,1,1]}' |
     solve --base floating >"$work/out"
-says "$work/out" 'base_pose: quaternion of norm 1.41421, must be 1 within 1e-3'
+says "$work/out" 'base_pose[3]: quaternion of norm 1.41421, must be 1 within 1e-3'
 
 # every bad line gets its own sentence, and the good line after it an answer
 while IFS= read -r line; do

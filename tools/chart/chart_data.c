@@ -60,8 +60,9 @@ static void draw_coordinates(chart_case *c, double *q)
         const double range = joint.type == TFA_JOINT_PRISMATIC ? 0.1 * c->turn : c->turn;
         for (uint32_t k = 0; k < joint.q_count; k++)
             q[joint.q_index + k] = mechanism_random_uniform(&c->random, -range, range);
-        if (joint.type == TFA_JOINT_FLOATING)
-            draw_quaternion(&c->random, q + joint.q_index + 3);
+        const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
+        if (quaternion >= 0)
+            draw_quaternion(&c->random, q + joint.q_index + quaternion);
     }
 }
 

@@ -291,7 +291,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     chart_options *o = state->input;
     switch (key) {
     case KEY_BASE:
-        o->base = option_base(state, text);
+        o->base = (tfa_base)option_enum(state, "base", text, TFA_WORDS_BASE);
         return 0;
     case KEY_JSON:
         o->json = 1;

@@ -9,8 +9,7 @@
 #include <argp.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <totalforce/client.h>
-#include <totalforce/model.h>
+#include <totalforce/text.h>
 
 /** Exit statuses of every subcommand. */
 enum {
@@ -52,9 +51,8 @@ uint32_t option_numbers(struct argp_state *state, const char *name, const char *
                         uint32_t most);
 /** "x,y,z" */
 void option_vector3(struct argp_state *state, const char *name, const char *text, double out[3]);
-tfa_base option_base(struct argp_state *state, const char *text);
-tfa_wait option_wait(struct argp_state *state, const char *text);
-tfa_estimate option_estimate(struct argp_state *state, const char *text);
+/** Value of a word of an enum; the error names the words. */
+int option_enum(struct argp_state *state, const char *name, const char *text, tfa_words of);
 /** The value of --method */
 tfa_method option_method(struct argp_state *state, const char *text);
 /** Index of `text` in a list of `count` words; the error names the words. */

@@ -50,7 +50,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
         options->domain = (uint32_t)option_unsigned(state, "domain", text, 0, 230);
         return 0;
     case KEY_WAIT:
-        options->wait = option_wait(state, text);
+        options->wait = (tfa_wait)option_enum(state, "wait", text, TFA_WORDS_WAIT);
         return 0;
     case KEY_TIMEOUT:
         options->timeout_ns = option_unsigned(state, "timeout-ms", text, 1, 3600000) * 1000000;

@@ -79,22 +79,11 @@ int option_word(struct argp_state *state, const char *name, const char *text,
     return 0;
 }
 
-tfa_base option_base(struct argp_state *state, const char *text)
+int option_enum(struct argp_state *state, const char *name, const char *text, tfa_words of)
 {
-    static const char *const words[] = {"fixed", "floating"};
-    return (tfa_base)option_word(state, "base", text, words, 2);
-}
-
-tfa_wait option_wait(struct argp_state *state, const char *text)
-{
-    static const char *const words[] = {"default", "spin", "hybrid", "block"};
-    return (tfa_wait)option_word(state, "wait", text, words, 4);
-}
-
-tfa_estimate option_estimate(struct argp_state *state, const char *text)
-{
-    static const char *const words[] = {"default", "never", "always"};
-    return (tfa_estimate)option_word(state, "estimate", text, words, 3);
+    uint32_t count;
+    const char *const *words = tfa_word_list(of, &count);
+    return option_word(state, name, text, words, (int)count);
 }
 
 tfa_method option_method(struct argp_state *state, const char *text)

@@ -75,9 +75,6 @@ static const struct argp_option option_table[] = {
     {.doc = "--lock, --tip and --payload may be given several times."},
     {0}};
 
-const char *const scene_mimic_words[] = {"free", "project", "lock", NULL};
-const char *const scene_inertia_words[] = {"strict", "warn", "repair", "strict-physical", NULL};
-
 /* One more of a list; ends the program without memory. */
 static void *grow(struct argp_state *state, void *list, uint32_t count, size_t size)
 {
@@ -161,18 +158,18 @@ static error_t parse(int key, char *text, struct argp_state *state)
     scene_options *o = state->input;
     switch (key) {
     case KEY_BASE:
-        o->model.base = option_base(state, text);
+        o->model.base = (tfa_base)option_enum(state, "base", text, TFA_WORDS_BASE);
         return 0;
     case KEY_GRAVITY:
         option_vector3(state, "gravity", text, o->gravity);
         o->model.gravity = o->gravity;
         return 0;
     case KEY_MIMIC:
-        o->model.mimic = (tfa_mimic_policy)option_word(state, "mimic", text, scene_mimic_words, 3);
+        o->model.mimic = (tfa_mimic_policy)option_enum(state, "mimic", text, TFA_WORDS_MIMIC);
         return 0;
     case KEY_INERTIA:
         o->model.inertia =
-            (tfa_inertia_policy)option_word(state, "inertia", text, scene_inertia_words, 4);
+            (tfa_inertia_policy)option_enum(state, "inertia", text, TFA_WORDS_INERTIA);
         return 0;
     case KEY_ROTOR:
         o->model.rotor_inertia = 1;
@@ -212,12 +209,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
 
 const struct argp scene_argp = {.options = option_table, .parser = parse};
 
-/* Coordinates of a joint of that type. */
-static uint32_t coordinates(tfa_joint_type type)
-{
-    return type == TFA_JOINT_FLOATING ? 7 : type == TFA_JOINT_PLANAR ? 3 : 1;
-}
-
 /* The joints exist, or there were no model. */
 static int locks_fit(const scene_options *o, const tfa_model *model)
 {
@@ -228,11 +219,11 @@ static int locks_fit(const scene_options *o, const tfa_model *model)
             const tfa_declared_joint joint = tfa_model_declared(model, j);
             if (strcmp(joint.name, o->locks[k].lock.joint) != 0)
                 continue;
-            if (o->locks[k].numbers == coordinates(joint.type))
+            const uint32_t wanted = tfa_joint_type_describe(joint.type).coordinates;
+            if (o->locks[k].numbers == wanted)
                 break;
             fprintf(stderr, "--lock %s: %u numbers; the joint has %u coordinate%s\n", joint.name,
-                    o->locks[k].numbers, coordinates(joint.type),
-                    coordinates(joint.type) == 1 ? "" : "s: x,y,..");
+                    o->locks[k].numbers, wanted, wanted == 1 ? "" : "s: x,y,..");
             fit = 0;
             break;
         }

@@ -54,8 +54,6 @@ int scene_options_lock(scene_options *options, const scene_lock *lock);
 void scene_options_finish(scene_options *options);
 
 /** The words of --mimic and --inertia, by number; NULL ends them. */
-extern const char *const scene_mimic_words[];
-extern const char *const scene_inertia_words[];
 
 void scene_options_free(scene_options *options);
 

@@ -15,7 +15,7 @@ static int read_joint(jsonl_reader *r, const json_t *name, size_t entry, uint32_
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s[%zu]: %s, must be a joint name", r->key,
                           entry, jsonl_type(name));
     const char *text = json_string_value(name);
-    int64_t index = robot_names_joint(r->names, text);
+    int64_t index = tfa_names_joint(r->names, text);
     if (index < 0) {
         char key[64];
         snprintf(key, sizeof key, "%.40s[%zu]", r->key, entry);

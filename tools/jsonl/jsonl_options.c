@@ -44,7 +44,8 @@ static error_t parse(int key, char *text, struct argp_state *state)
             (uint32_t)option_unsigned(state, "refine", text, 0, TFA_MAX_REFINE);
         return 0;
     case KEY_ESTIMATE:
-        options->defaults.estimate = option_estimate(state, text);
+        options->defaults.estimate =
+            (tfa_estimate)option_enum(state, "estimate", text, TFA_WORDS_ESTIMATE);
         return 0;
     case KEY_STRICT:
         options->strict = 1;

@@ -9,9 +9,10 @@
 #include <string.h>
 
 /* Index of a word in `list`. Sets the error that names the words. */
-static int read_choice(jsonl_reader *r, const json_t *value, const char *const *list, size_t count,
-                       unsigned *choice)
+static int read_choice(jsonl_reader *r, const json_t *value, tfa_words of, unsigned *choice)
 {
+    uint32_t count;
+    const char *const *list = tfa_word_list(of, &count);
     char text[256];
     if (!json_is_string(value))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s, must be a string", r->key,
@@ -52,9 +53,8 @@ int jsonl_read_tips(jsonl_reader *r, const json_t *value)
 
 int jsonl_read_rows(jsonl_reader *r, const json_t *value)
 {
-    static const char *const words[] = {[TFA_ROWS_POSE] = "pose", [TFA_ROWS_POINT] = "point"};
     unsigned rows = 0;
-    int status = read_choice(r, value, words, 2, &rows);
+    int status = read_choice(r, value, TFA_WORDS_ROWS, &rows);
     r->request->rows = (tfa_rows)rows;
     r->rows_given = 1;
     return status;
@@ -62,11 +62,8 @@ int jsonl_read_rows(jsonl_reader *r, const json_t *value)
 
 int jsonl_read_rank_loss(jsonl_reader *r, const json_t *value)
 {
-    static const char *const words[] = {
-        [TFA_RANK_DEFAULT] = "default", [TFA_RANK_TRUNCATE] = "truncate",
-        [TFA_RANK_DAMP] = "damp", [TFA_RANK_REFUSE] = "refuse"};
     unsigned policy = 0;
-    int status = read_choice(r, value, words, 4, &policy);
+    int status = read_choice(r, value, TFA_WORDS_RANK_LOSS, &policy);
     r->request->rank_loss = (tfa_rank_loss)policy;
     return status;
 }
@@ -175,7 +172,7 @@ int jsonl_finish_acceleration(jsonl_reader *r)
     guess_rows(r);
     const size_t rows = request->rows == TFA_ROWS_POINT ? 3 : 6;
     for (uint32_t t = 0; status == TFA_OK && t < request->tip_count; t++) {
-        const char *link = robot_names_frame_name(r->names, request->tips[t]);
+        const char *link = tfa_names_frame(r->names, request->tips[t]);
         char key[320];
         snprintf(key, sizeof key, "acceleration.%.200s", link);
         jsonl_reader inner = *r;

@@ -19,6 +19,14 @@ int jsonl_fail(jsonl_error *error, int status, const char *format, ...)
     return status;
 }
 
+int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
+                  jsonl_error *error)
+{
+    (void)tfa_explain(names, request, reply, TFA_SYNTAX_JSON, error->text, sizeof error->text);
+    error->status = reply->status;
+    return reply->status;
+}
+
 const char *jsonl_type(const json_t *value)
 {
     switch (json_typeof(value)) {
@@ -73,7 +81,7 @@ static int read_joint_array(jsonl_reader *r, const json_t *value, int of_q, doub
     uint32_t count = of_q ? r->names->q_count : r->names->v_count;
     char robot[512];
     if (json_array_size(value) != count) {
-        robot_names_describe(r->names, of_q, robot, sizeof robot);
+        (void)tfa_names_describe(r->names, of_q, robot, sizeof robot);
         if (json_array_size(value) == count + (of_q ? 7 : 6))
             return fail_with_base(r, of_q, json_array_size(value), robot);
         return jsonl_fail(r->error, TFA_E_SIZE, "%s: %zu values, the robot has %s", r->key,
@@ -83,7 +91,7 @@ static int read_joint_array(jsonl_reader *r, const json_t *value, int of_q, doub
         const json_t *number = json_array_get(value, i);
         if (!json_is_number(number))
             return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s[%u] (%s): %s, must be a number", r->key,
-                              i, robot_names_owner(r->names, of_q, i)->name, jsonl_type(number));
+                              i, tfa_names_owner(r->names, of_q, i)->name, jsonl_type(number));
         out[i] = json_number_value(number);
     }
     return TFA_OK;
@@ -94,8 +102,8 @@ static void rest(const robot_names *names, int of_q, double *out)
 {
     memset(out, 0, sizeof *out * (of_q ? names->q_count : names->v_count));
     for (uint32_t i = 0; of_q && i < names->joint_count; i++)
-        if (names->joints[i].q_count == 7)
-            out[names->joints[i].q_index + 6] = 1.0;
+        if (names->joints[i].quaternion >= 0)
+            out[names->joints[i].q_index + (uint32_t)names->joints[i].quaternion + 3] = 1.0;
 }
 
 static int read_joint_value(jsonl_reader *r, const robot_joint *joint, const json_t *value,
@@ -124,7 +132,7 @@ static int read_joint_object(jsonl_reader *r, const json_t *value, int of_q, dou
     json_t *number;
     json_object_foreach((json_t *)value, name, number)
     {
-        int64_t joint = robot_names_joint(r->names, name);
+        int64_t joint = tfa_names_joint(r->names, name);
         if (joint < 0) {
             return jsonl_no_joint(r, r->key, name);
         }
@@ -149,8 +157,8 @@ int jsonl_joints(jsonl_reader *r, const json_t *value, int of_q, double *out)
 int jsonl_no_joint(jsonl_reader *r, const char *key, const char *name)
 {
     char robot[512], suggestions[200];
-    robot_names_describe(r->names, 0, robot, sizeof robot);
-    robot_names_suggest_joints(r->names, name, suggestions, sizeof suggestions);
+    (void)tfa_names_describe(r->names, 0, robot, sizeof robot);
+    tfa_names_suggest_joints(r->names, name, suggestions, sizeof suggestions);
     return jsonl_fail(r->error, TFA_E_JOINT,
                       "%s: no moving joint '%.200s'; nearest: %s; the robot has %s", key, name,
                       suggestions, robot);
@@ -158,10 +166,10 @@ int jsonl_no_joint(jsonl_reader *r, const char *key, const char *name)
 
 int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame)
 {
-    int64_t index = robot_names_frame(r->names, link);
+    int64_t index = tfa_names_link(r->names, link);
     if (index < 0) {
         char suggestions[200];
-        robot_names_suggest_frames(r->names, link, suggestions, sizeof suggestions);
+        tfa_names_suggest_links(r->names, link, suggestions, sizeof suggestions);
         return jsonl_fail(r->error, TFA_E_LINK, "%s: no link '%.200s' in the robot; nearest: %s",
                           key, link, suggestions);
     }

@@ -83,9 +83,10 @@ static void make_inputs(struct robot *r)
     for (size_t k = 0; k < BATCH_MAX; k++) {
         normalise(r->in[POSE] + 7 * k + 3);
         for (uint32_t i = 0; i < joints; i++) {
-            tfa_joint_info joint = tfa_model_joint(r->model, i);
-            if (joint.type == TFA_JOINT_FLOATING)
-                normalise(r->in[Q] + k * r->in_size[Q] + joint.q_index + 3);
+            const tfa_joint_info joint = tfa_model_joint(r->model, i);
+            const int32_t quaternion = tfa_joint_type_describe(joint.type).quaternion;
+            if (quaternion >= 0)
+                normalise(r->in[Q] + k * r->in_size[Q] + joint.q_index + quaternion);
         }
     }
     const uint32_t picked[4] = {frames - 1, frames / 2, frames / 4, 3 * frames / 4};

@@ -150,11 +150,13 @@ static int advise(const states *s, const tfa_model *model, const char *urdf, sce
                            .base_wrench = base ? s->array[WRENCH] : NULL};
     tfa_advice advice = {0};
     tfa_reply reply;
-    jsonl_error error = {0};
+    char text[1024];
     const int status = tfa_advise(model, &r, tolerance, &advice, &reply);
     if (status != TFA_OK) {
-        (void)jsonl_explain(&s->names, &r, &reply, &error);
-        fprintf(stderr, "totalforce model: --advise: state %u: %s\n", reply.state + 1, error.text);
+        tfa_request one = r; /* the line names the state */
+        one.count = 1;
+        (void)tfa_explain(&s->names, &one, &reply, TFA_SYNTAX_JSON, text, sizeof text);
+        fprintf(stderr, "totalforce model: --advise: state %u: %s\n", reply.state + 1, text);
         return EXIT_FAILED;
     }
     const int result = print_advice(model, urdf, o, &advice, s->count, tolerance);
@@ -167,7 +169,7 @@ int advise_locks(const tfa_model *model, const char *urdf, scene_options *option
 {
     states s = {0};
     int result = EXIT_FAILED;
-    if (robot_names_from_model(&s.names, model) != TFA_OK) {
+    if (tfa_names_of_model(&s.names, model) != TFA_OK) {
         fprintf(stderr, "totalforce model: %s\n", tfa_status_text(TFA_E_MEMORY));
         return EXIT_FAILED;
     }
@@ -179,6 +181,6 @@ int advise_locks(const tfa_model *model, const char *urdf, scene_options *option
         result = advise(&s, model, urdf, options, tolerance);
     for (int k = 0; k < ARRAYS; k++)
         free(s.array[k]);
-    robot_names_free(&s.names);
+    tfa_names_free(&s.names);
     return result;
 }

@@ -50,9 +50,9 @@ static void print_robot(const tfa_model *model, const char *file, const scene_op
         fputc('\n', stdout);
     }
     if (m->mimic)
-        printf("    mimic: %s\n", scene_mimic_words[m->mimic]);
+        printf("    mimic: %s\n", tfa_word(TFA_WORDS_MIMIC, m->mimic));
     if (m->inertia)
-        printf("    inertia: %s\n", scene_inertia_words[m->inertia]);
+        printf("    inertia: %s\n", tfa_word(TFA_WORDS_INERTIA, m->inertia));
     if (m->rotor_inertia)
         puts("    rotor_inertia: true");
     if (m->damping)

@@ -8,30 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *model_joint_type_name(tfa_joint_type type)
-{
-    static const char *const names[] = {"fixed",     "revolute", "continuous",
-                                        "prismatic", "planar",   "floating"};
-    return (unsigned)type < sizeof names / sizeof names[0] ? names[type] : "unknown";
-}
-
-const char *model_fate_name(tfa_fate fate)
-{
-    static const char *const names[] = {"moves", "fixed", "locked", "fused", "follows", "absent"};
-    return (unsigned)fate < sizeof names / sizeof names[0] ? names[fate] : "unknown";
-}
-
-const char *model_base_name(tfa_base base)
-{
-    return base == TFA_BASE_FLOATING ? "floating" : "fixed";
-}
-
-const char *model_severity_name(tfa_severity severity)
-{
-    static const char *const names[] = {"note", "warning", "error"};
-    return (unsigned)severity < sizeof names / sizeof names[0] ? names[severity] : "unknown";
-}
-
 static int is_one_of(const char *code, const char *const *codes)
 {
     for (; *codes; codes++)

@@ -8,7 +8,7 @@
 
 #include "common/scene_options.h"
 
-#include <totalforce/model.h>
+#include <totalforce/text.h>
 
 /** How often the report has messages of one code and severity. */
 typedef struct code_count {
@@ -43,12 +43,6 @@ void model_report_free(model_report *report);
 int model_report_print_text(const model_report *report);
 int model_report_print_json(const model_report *report);
 int model_report_print_tree(const model_report *report);
-
-/** Words for numbers of the model, as both forms spell them. */
-const char *model_joint_type_name(tfa_joint_type type);
-const char *model_fate_name(tfa_fate fate);
-const char *model_base_name(tfa_base base);
-const char *model_severity_name(tfa_severity severity);
 
 /** The message says that something of the file has no effect. */
 int model_code_is_ignored(const char *code);

@@ -34,7 +34,7 @@ static json_t *messages(const model_report *r)
     for (size_t i = 0; i < r->messages->count; i++) {
         const tfa_message *m = &r->messages->messages[i];
         json_array_append_new(list, json_pack("{ss si ss si so}", "severity",
-                                              model_severity_name(m->severity), "line",
+                                              tfa_word(TFA_WORDS_SEVERITY, m->severity), "line",
                                               (int)m->line, "code", m->code, "count", (int)m->count,
                                               "text", text_of(m->text)));
     }
@@ -46,8 +46,8 @@ static json_t *codes(const model_report *r)
     json_t *list = json_array();
     for (size_t k = 0; k < r->code_count; k++)
         json_array_append_new(list, json_pack("{ss ss sI}", "code", r->codes[k].code, "severity",
-                                              model_severity_name(r->codes[k].severity), "count",
-                                              (json_int_t)r->codes[k].count));
+                                              tfa_word(TFA_WORDS_SEVERITY, r->codes[k].severity),
+                                              "count", (json_int_t)r->codes[k].count));
     return list;
 }
 
@@ -102,8 +102,8 @@ static void add_joints(json_t *root, const tfa_model *model)
         json_array_append_new(
             details,
             json_pack("{so ss si si si si si sf}", "name", text_of(joint.name), "type",
-                      model_joint_type_name(joint.type), "q_index", (int)joint.q_index, "q_count",
-                      (int)joint.q_count, "v_index", (int)joint.v_index, "v_count",
+                      tfa_joint_type_describe(joint.type).name, "q_index", (int)joint.q_index,
+                      "q_count", (int)joint.q_count, "v_index", (int)joint.v_index, "v_count",
                       (int)joint.v_count, "body", (int)joint.body, "armature", joint.armature));
     }
     json_object_set_new(root, "joints", names);
@@ -116,9 +116,9 @@ static json_t *declared(const tfa_model *model)
     json_t *list = json_array();
     for (uint32_t i = 0; i < tfa_model_declared_count(model); i++) {
         const tfa_declared_joint j = tfa_model_declared(model, i);
-        json_t *joint = json_pack("{so ss ss so}", "name", text_of(j.name), "type",
-                                  model_joint_type_name(j.type), "fate", model_fate_name(j.fate),
-                                  "body", body_name(model, j.body));
+        json_t *joint = json_pack(
+            "{so ss ss so}", "name", text_of(j.name), "type", tfa_joint_type_describe(j.type).name,
+            "fate", tfa_word(TFA_WORDS_FATE, j.fate), "body", body_name(model, j.body));
         if (j.fate == TFA_FATE_FOLLOWS && j.leader >= 0) {
             json_object_set_new(joint, "leader",
                                 text_of(tfa_model_joint(model, (uint32_t)j.leader).name));
@@ -135,8 +135,8 @@ static json_t *fates(const tfa_model_summary *s)
     uint32_t counts[TFA_FATE_ABSENT + 1];
     json_t *object = json_object();
     model_count_fates(s, counts);
-    for (int fate = 0; fate <= TFA_FATE_ABSENT; fate++)
-        json_object_set_new(object, model_fate_name((tfa_fate)fate), json_integer(counts[fate]));
+    for (uint32_t fate = 0; fate <= TFA_FATE_ABSENT; fate++)
+        json_object_set_new(object, tfa_word(TFA_WORDS_FATE, fate), json_integer(counts[fate]));
     return object;
 }
 
@@ -148,9 +148,9 @@ static json_t *plan(const tfa_model *model, const tfa_model_summary *s)
 
 static json_t *policies(const tfa_model_options *o)
 {
-    return json_pack("{ss ss sb sb sb sf}", "mimic", scene_mimic_words[o->mimic], "inertia",
-                     scene_inertia_words[o->inertia], "rotor_inertia", (int)o->rotor_inertia,
-                     "damping", (int)o->damping, "lock_massless_leaves",
+    return json_pack("{ss ss sb sb sb sf}", "mimic", tfa_word(TFA_WORDS_MIMIC, o->mimic), "inertia",
+                     tfa_word(TFA_WORDS_INERTIA, o->inertia), "rotor_inertia",
+                     (int)o->rotor_inertia, "damping", (int)o->damping, "lock_massless_leaves",
                      (int)o->lock_massless_leaves, "snap", o->snap);
 }
 
@@ -183,7 +183,7 @@ static void add_model(json_t *root, const model_report *r)
     const tfa_model *model = r->model;
     const tfa_model_summary s = tfa_model_summarise(model);
     json_object_set_new(root, "robot", text_of(tfa_model_name(model)));
-    json_object_set_new(root, "base", json_string(model_base_name(s.base)));
+    json_object_set_new(root, "base", json_string(tfa_word(TFA_WORDS_BASE, s.base)));
     json_object_set_new(root, "policies", policies(&r->options->model));
     json_object_set_new(root, "scene", scene(r->options->model.scene));
     add_joints(root, model);

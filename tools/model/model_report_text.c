@@ -18,8 +18,8 @@ static void print_policies(const model_report *r)
 {
     const tfa_model_options *o = &r->options->model;
     const tfa_scene *scene = o->scene;
-    printf("  policies: mimic %s, inertia %s%s%s%s\n", scene_mimic_words[o->mimic],
-           scene_inertia_words[o->inertia], o->rotor_inertia ? ", rotor inertia" : "",
+    printf("  policies: mimic %s, inertia %s%s%s%s\n", tfa_word(TFA_WORDS_MIMIC, o->mimic),
+           tfa_word(TFA_WORDS_INERTIA, o->inertia), o->rotor_inertia ? ", rotor inertia" : "",
            o->damping ? ", damping" : "",
            o->lock_massless_leaves ? ", massless leaves locked" : "");
     if (o->snap > 0)
@@ -66,7 +66,7 @@ static void print_joints(const tfa_model *model)
     for (uint32_t i = 0; i < tfa_model_joint_count(model); i++) {
         tfa_joint_info joint = tfa_model_joint(model, i);
         printf("    %3" PRIu32 "  %-10s %-24s moves %s", joint.v_index,
-               model_joint_type_name(joint.type), joint.name,
+               tfa_joint_type_describe(joint.type).name, joint.name,
                tfa_model_body_name(model, joint.body));
         if (joint.armature > 0)
             printf("  armature %g", joint.armature);
@@ -173,15 +173,16 @@ static void print_codes(const model_report *r)
     printf("  messages:%s", r->code_count ? "" : " none");
     for (size_t k = 0; k < r->code_count; k++)
         printf("%s %zu %s%s [%s]", k ? "," : "", r->codes[k].count,
-               model_severity_name(r->codes[k].severity), r->codes[k].count == 1 ? "" : "s",
-               r->codes[k].code);
+               tfa_word(TFA_WORDS_SEVERITY, r->codes[k].severity),
+               r->codes[k].count == 1 ? "" : "s", r->codes[k].code);
     putchar('\n');
 }
 
 int model_report_print_text(const model_report *r)
 {
     const tfa_model_summary s = tfa_model_summarise(r->model);
-    printf("%s: robot '%s', base %s\n", r->file, tfa_model_name(r->model), model_base_name(s.base));
+    printf("%s: robot '%s', base %s\n", r->file, tfa_model_name(r->model),
+           tfa_word(TFA_WORDS_BASE, s.base));
     print_policies(r);
     print_counts(r, &s);
     print_plan(r, &s);

@@ -82,7 +82,7 @@ static void print_joints(const drawing *d, uint32_t body)
         printf("floating base");
     for (uint32_t j = d->joints.first[body]; j != NONE; j = d->joints.next[j]) {
         const tfa_declared_joint joint = tfa_model_declared(model, j);
-        printf("%s%s %s", before, joint.name, model_joint_type_name(joint.type));
+        printf("%s%s %s", before, joint.name, tfa_joint_type_describe(joint.type).name);
         if (joint.fate == TFA_FATE_FOLLOWS && joint.leader >= 0)
             printf(" that follows %s", tfa_model_joint(model, (uint32_t)joint.leader).name);
         before = " + ";
@@ -149,7 +149,7 @@ int model_report_print_tree(const model_report *r)
     const int status = fill(&d);
     if (status == TFA_OK) {
         printf("%s  (%s base)", tfa_model_name(r->model),
-               model_base_name(tfa_model_summarise(r->model).base));
+               tfa_word(TFA_WORDS_BASE, tfa_model_summarise(r->model).base));
         print_merged(r, r->bodies, "");
         print_children(&d, r->bodies, 1);
     }

@@ -44,9 +44,6 @@ typedef struct sweep_options {
 
 /** Fills in the options; a usage error ends the program. @return 0 or an errno */
 int sweep_parse(int argc, char **argv, sweep_options *options);
-/** Words of an option by number */
-const char *sweep_op_word(tfa_op op);
-const char *sweep_precision_word(tfa_precision precision);
 
 /** What is computed: the options, with the robot. Shared by the threads. Release with
  *  sweep_plan_free. */

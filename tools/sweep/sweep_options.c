@@ -115,19 +115,11 @@ static const struct argp_option option_table[] = {
     {.name = "quiet", .key = KEY_QUIET, .doc = "No progress and no rate on standard error"},
     {0}};
 
-static const char *const op_words[] = {"forward_dynamics", "inverse_dynamics",
-                                       "operational_inertia",
-                                       "mass_matrix"};               /* as tfa_op, from 1 */
-static const char *const precision_words[] = {"f64", "f128", "f32"}; /* as tfa_precision */
-
-const char *sweep_op_word(tfa_op op)
+/* Words of the ops that it computes: the first ones */
+static const char *const *op_words(void)
 {
-    return op_words[op - 1];
-}
-
-const char *sweep_precision_word(tfa_precision precision)
-{
-    return precision_words[precision];
+    uint32_t count;
+    return tfa_word_list(TFA_WORDS_OP, &count) + TFA_OP_FORWARD_DYNAMICS;
 }
 
 static uint32_t small_number(struct argp_state *state, const char *name, const char *text,
@@ -173,11 +165,11 @@ static void check(struct argp_state *state, const sweep_options *o)
     check_states(state, o);
     if (!(info->ops & TFA_OP_BIT(o->op)))
         argp_error(state, "--method: %s does not answer %s; `totalforce methods` lists who does",
-                   info->name, sweep_op_word(o->op));
+                   info->name, tfa_word(TFA_WORDS_OP, o->op));
     if (o->op == TFA_OP_OPERATIONAL_INERTIA && !o->tips)
         argp_error(state, "operational_inertia of which links? --tips LINK,...");
     if (o->op != TFA_OP_OPERATIONAL_INERTIA && o->tips)
-        argp_error(state, "--tips: %s has none", sweep_op_word(o->op));
+        argp_error(state, "--tips: %s has none", tfa_word(TFA_WORDS_OP, o->op));
     if (o->workspace.precision == TFA_F128 && o->workspace.residual == TFA_RESIDUAL_F64)
         argp_error(state, "--residual f64: narrower than --precision f128");
     if ((o->parts || o->merge) && !o->resume)
@@ -270,24 +262,24 @@ static error_t parse_states(int key, char *text, struct argp_state *state)
 
 static error_t parse(int key, char *text, struct argp_state *state)
 {
-    static const char *const residuals[] = {"same", "f64", "f128"}; /* as tfa_residual */
     sweep_options *o = state->input;
     switch (key) {
     case KEY_OP:
-        o->op = (tfa_op)(option_word(state, "op", text, op_words, 4) + 1);
+        o->op = (tfa_op)(option_word(state, "op", text, op_words(), TFA_OP_MASS_MATRIX) + 1);
         return 0;
     case 'm':
         o->method = option_method(state, text);
         return 0;
     case KEY_PRECISION:
         o->workspace.precision =
-            (tfa_precision)option_word(state, "precision", text, precision_words, 3);
+            (tfa_precision)option_enum(state, "precision", text, TFA_WORDS_PRECISION);
         return 0;
     case KEY_RESIDUAL:
-        o->workspace.residual = (tfa_residual)option_word(state, "residual", text, residuals, 3);
+        o->workspace.residual =
+            (tfa_residual)option_enum(state, "residual", text, TFA_WORDS_RESIDUAL);
         return 0;
     case KEY_ESTIMATE:
-        o->estimate = option_estimate(state, text);
+        o->estimate = (tfa_estimate)option_enum(state, "estimate", text, TFA_WORDS_ESTIMATE);
         return 0;
     case KEY_REFINE:
         o->refine = small_number(state, "refine", text, 0, TFA_MAX_REFINE);
@@ -313,7 +305,7 @@ static const char documentation[] =
 /* For command_line_values. */
 static const char *op_word(size_t index)
 {
-    return index < sizeof op_words / sizeof *op_words ? op_words[index] : NULL;
+    return index < TFA_OP_MASS_MATRIX ? op_words()[index] : NULL;
 }
 
 int sweep_parse(int argc, char **argv, sweep_options *options)

@@ -88,9 +88,9 @@ static int load(sweep_plan *plan, sweep_options *o, const source *s, sweep_ranks
 static int add_tip(sweep_plan *plan, const robot_names *names, const char *tip)
 {
     char suggestions[200];
-    const int64_t frame = robot_names_frame(names, tip);
+    const int64_t frame = tfa_names_link(names, tip);
     if (frame < 0) {
-        robot_names_suggest_frames(names, tip, suggestions, sizeof suggestions);
+        tfa_names_suggest_links(names, tip, suggestions, sizeof suggestions);
         fprintf(stderr, "totalforce sweep: --tips: no link '%s'; nearest: %s\n", tip, suggestions);
         return EXIT_FAILED;
     }
@@ -107,11 +107,11 @@ static int set_tips(sweep_plan *plan, const char *list)
     int result = EXIT_GOOD;
     if (!list)
         return EXIT_GOOD;
-    if (!copy || robot_names_from_model(&names, plan->model) != TFA_OK)
+    if (!copy || tfa_names_of_model(&names, plan->model) != TFA_OK)
         result = fail("--tips", tfa_status_text(TFA_E_MEMORY));
     for (char *tip; result == EXIT_GOOD && (tip = strsep(&rest, ","));)
         result = add_tip(plan, &names, tip);
-    robot_names_free(&names);
+    tfa_names_free(&names);
     free(copy);
     return result;
 }
@@ -162,7 +162,7 @@ static int check_states_file(sweep_plan *plan, uint64_t bytes)
         fprintf(stderr,
                 "totalforce sweep: %s: %" PRIu64 " bytes are no whole number of records of %u "
                 "doubles, which %s of this robot reads\n",
-                o->states, bytes, plan->record.width, sweep_op_word(o->op));
+                o->states, bytes, plan->record.width, tfa_word(TFA_WORDS_OP, o->op));
         return EXIT_FAILED;
     }
     if (o->offset >= all || o->count > all - o->offset) {
@@ -210,16 +210,17 @@ static int set_identity(sweep_plan *plan)
         snprintf(refine, sizeof refine, "%" PRIu32, o->refine);
     snprintf(where, sizeof where, "seed=%" PRIu64 " ranges=%016" PRIx64, o->seed,
              hash_ranges(&plan->record));
-    const int length = asprintf(
-        &plan->identity,
-        "version=%s isa=%s model=%.16s op=%s method=%s precision=%s residual=%d "
-        "estimate=%d refine=%s tips=%s %s%s offset=%" PRIu64 " count=%" PRIu64
-        " block=%u reference=%" PRIu64 " out=%s out-states=%s",
-        TFA_VERSION, tfa_isa_name(), tfa_model_hash_text(plan->model), sweep_op_word(o->op),
-        tfa_method_name(o->method), sweep_precision_word(o->workspace.precision),
-        (int)o->workspace.residual, (int)o->estimate, refine, o->tips ? o->tips : "",
-        o->states ? "states=" : "", o->states ? o->states : where, plan->first, plan->count,
-        o->block, o->reference, o->out ? o->out : "", o->out_states ? o->out_states : "");
+    const int length =
+        asprintf(&plan->identity,
+                 "version=%s isa=%s model=%.16s op=%s method=%s precision=%s residual=%d "
+                 "estimate=%d refine=%s tips=%s %s%s offset=%" PRIu64 " count=%" PRIu64
+                 " block=%u reference=%" PRIu64 " out=%s out-states=%s",
+                 TFA_VERSION, tfa_isa_name(), tfa_model_hash_text(plan->model),
+                 tfa_word(TFA_WORDS_OP, o->op), tfa_method_name(o->method),
+                 tfa_word(TFA_WORDS_PRECISION, o->workspace.precision), (int)o->workspace.residual,
+                 (int)o->estimate, refine, o->tips ? o->tips : "", o->states ? "states=" : "",
+                 o->states ? o->states : where, plan->first, plan->count, o->block, o->reference,
+                 o->out ? o->out : "", o->out_states ? o->out_states : "");
     if (length >= 0)
         return EXIT_GOOD;
     plan->identity = NULL;

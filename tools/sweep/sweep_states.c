@@ -48,12 +48,11 @@ static void set_range_of(state_record *r, state_field field, double half)
         set_range(r, r->at[field] + k, -half, half);
 }
 
-/* Positions in m within 1, angles in rad within pi, unless the file has limits. */
+/* Lengths and quaternions within 1, angles in rad within pi, unless the file has limits. */
 static double half_range(const tfa_joint_info *joint, uint32_t coordinate)
 {
-    const int is_length = joint->type == TFA_JOINT_PRISMATIC || joint->type == TFA_JOINT_FLOATING ||
-                          (joint->type == TFA_JOINT_PLANAR && coordinate < 2);
-    return is_length ? 1.0 : M_PI;
+    const tfa_joint_type_info type = tfa_joint_type_describe(joint->type);
+    return coordinate < type.lengths || type.quaternion >= 0 ? 1.0 : M_PI;
 }
 
 static void set_joint(state_record *r, const tfa_joint_info *joint, const tfa_joint_limits *limits)
@@ -63,8 +62,9 @@ static void set_joint(state_record *r, const tfa_joint_info *joint, const tfa_jo
         set_range(r, at + k, -half_range(joint, k), half_range(joint, k));
     if (limits && limits->limited && joint->q_count == 1)
         set_range(r, at, limits->lower, limits->upper);
-    if (joint->type == TFA_JOINT_FLOATING)
-        r->quaternion[r->quaternion_count++] = at + 3;
+    const int32_t quaternion = tfa_joint_type_describe(joint->type).quaternion;
+    if (quaternion >= 0)
+        r->quaternion[r->quaternion_count++] = at + (uint32_t)quaternion;
 }
 
 static void set_counters(state_record *r)

@@ -31,6 +31,12 @@ typedef enum tfa_wait {
     TFA_WAIT_HYBRID = 2,  /**< spins spin_ns, then sleeps */
     TFA_WAIT_BLOCK = 3,   /**< sleeps at once */
 } tfa_wait;
+/** Their words: X(value, word) */
+#define TFA_WAIT_WORDS(X)                                                                          \
+    X(TFA_WAIT_DEFAULT, "default")                                                                 \
+    X(TFA_WAIT_SPIN, "spin")                                                                       \
+    X(TFA_WAIT_HYBRID, "hybrid")                                                                   \
+    X(TFA_WAIT_BLOCK, "block")
 
 /** Zero-initialise, then set `robot`. */
 typedef struct tfa_client_options {

@@ -30,6 +30,27 @@ typedef enum tfa_joint_type {
     TFA_JOINT_FLOATING = 5,   /**< 7 q (x y z, quaternion x y z w), 6 v (linear, angular) */
 } tfa_joint_type;
 
+/** Their words, those of URDF: X(value, word) */
+#define TFA_JOINT_TYPE_WORDS(X)                                                                    \
+    X(TFA_JOINT_FIXED, "fixed")                                                                    \
+    X(TFA_JOINT_REVOLUTE, "revolute")                                                              \
+    X(TFA_JOINT_CONTINUOUS, "continuous")                                                          \
+    X(TFA_JOINT_PRISMATIC, "prismatic")                                                            \
+    X(TFA_JOINT_PLANAR, "planar")                                                                  \
+    X(TFA_JOINT_FLOATING, "floating")
+
+/** Numbers of a joint type in q and v. */
+typedef struct tfa_joint_type_info {
+    const char *name;     /**< as in URDF */
+    uint32_t coordinates; /**< numbers in q */
+    uint32_t freedoms;    /**< numbers in v, tau and qdd */
+    uint32_t lengths;     /**< coordinates in m: the first ones */
+    int32_t quaternion;   /**< coordinate that is the first of x y z w; -1: it has none */
+} tfa_joint_type_info;
+
+/** Numbers of a joint type; of any other number "unknown" without coordinates. Any thread. */
+TFA_API tfa_joint_type_info tfa_joint_type_describe(uint32_t type);
+
 /** A rigid link. The creator of the description owns the strings. SI units. */
 typedef struct tfa_link {
     const char *name;   /**< unique among the links */

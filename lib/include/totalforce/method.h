@@ -46,6 +46,16 @@ typedef enum tfa_op {
     TFA_OP_DERIVATIVES = 8,         /**< q, v, tau -> dqdd_dq, dqdd_dv, dqdd_dtau */
 } tfa_op;
 #define TFA_OP_LAST TFA_OP_DERIVATIVES /**< largest tfa_op */
+/** Their words: X(value, word) */
+#define TFA_OP_WORDS(X)                                                                            \
+    X(TFA_OP_FORWARD_DYNAMICS, "forward_dynamics")                                                 \
+    X(TFA_OP_INVERSE_DYNAMICS, "inverse_dynamics")                                                 \
+    X(TFA_OP_OPERATIONAL_INERTIA, "operational_inertia")                                           \
+    X(TFA_OP_MASS_MATRIX, "mass_matrix")                                                           \
+    X(TFA_OP_KINEMATICS, "kinematics")                                                             \
+    X(TFA_OP_BIAS, "bias")                                                                         \
+    X(TFA_OP_TASK_TORQUES, "task_torques")                                                         \
+    X(TFA_OP_DERIVATIVES, "derivatives")
 
 /** Sets of ops: one bit for each. */
 #define TFA_OP_BIT(op) (1u << (op))

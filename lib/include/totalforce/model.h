@@ -29,6 +29,10 @@ typedef enum tfa_base {
     TFA_BASE_FIXED = 0,   /**< the root link does not move */
     TFA_BASE_FLOATING = 1 /**< six freedoms between the world and the root link */
 } tfa_base;
+/** Their words: X(value, word) */
+#define TFA_BASE_WORDS(X)                                                                          \
+    X(TFA_BASE_FIXED, "fixed")                                                                     \
+    X(TFA_BASE_FLOATING, "floating")
 
 /** Policy for inertias that no rigid body has: a negative eigenvalue, or a principal moment larger
  *  than the sum of the other two (triangle inequality; Wensing, Kim and Slotine, IEEE RA-L 3(1),
@@ -39,6 +43,12 @@ typedef enum tfa_inertia_policy {
     TFA_INERTIA_REPAIR,     /**< negative eigenvalues become 0; a warning gives both values */
     TFA_INERTIA_STRICT_PHYSICAL, /**< both are errors */
 } tfa_inertia_policy;
+/** Their words: X(value, word) */
+#define TFA_INERTIA_WORDS(X)                                                                       \
+    X(TFA_INERTIA_STRICT, "strict")                                                                \
+    X(TFA_INERTIA_WARN, "warn")                                                                    \
+    X(TFA_INERTIA_REPAIR, "repair")                                                                \
+    X(TFA_INERTIA_STRICT_PHYSICAL, "strict-physical")
 
 /** Policy for joints that mimic another joint, the leader. */
 typedef enum tfa_mimic_policy {
@@ -46,6 +56,11 @@ typedef enum tfa_mimic_policy {
     TFA_MIMIC_PROJECT,  /**< exact: q = multiplier q_leader + offset; absent from q, v, tau, qdd */
     TFA_MIMIC_LOCK,     /**< fixed at its position for a leader at 0 */
 } tfa_mimic_policy;
+/** Their words: X(value, word) */
+#define TFA_MIMIC_WORDS(X)                                                                         \
+    X(TFA_MIMIC_FREE, "free")                                                                      \
+    X(TFA_MIMIC_PROJECT, "project")                                                                \
+    X(TFA_MIMIC_LOCK, "lock")
 
 /** A joint that a scene fixes at a position. */
 typedef struct tfa_lock {
@@ -115,6 +130,14 @@ typedef enum tfa_fate {
     TFA_FATE_FOLLOWS = 4, /**< moves with its leader (TFA_MIMIC_PROJECT) */
     TFA_FATE_ABSENT = 5,  /**< not part of the scene */
 } tfa_fate;
+/** Their words: X(value, word) */
+#define TFA_FATE_WORDS(X)                                                                          \
+    X(TFA_FATE_MOVES, "moves")                                                                     \
+    X(TFA_FATE_FIXED, "fixed")                                                                     \
+    X(TFA_FATE_LOCKED, "locked")                                                                   \
+    X(TFA_FATE_FUSED, "fused")                                                                     \
+    X(TFA_FATE_FOLLOWS, "follows")                                                                 \
+    X(TFA_FATE_ABSENT, "absent")
 
 /** A joint as the file declares it, in document order, parents first. */
 typedef struct tfa_declared_joint {

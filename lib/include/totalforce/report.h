@@ -18,6 +18,11 @@ extern "C" {
 
 /** Errors refuse a robot; warnings and notes do not. */
 typedef enum tfa_severity { TFA_NOTE = 0, TFA_WARNING = 1, TFA_ERROR = 2 } tfa_severity;
+/** Their words: X(value, word) */
+#define TFA_SEVERITY_WORDS(X)                                                                      \
+    X(TFA_NOTE, "note")                                                                            \
+    X(TFA_WARNING, "warning")                                                                      \
+    X(TFA_ERROR, "error")
 
 /** One message. The report owns the strings. */
 typedef struct tfa_message {
@@ -31,11 +36,13 @@ typedef struct tfa_message {
     uint32_t prefix_length; /**< bytes of text before the list of names; 0: no list */
 } tfa_message;
 
-/** Syntax in which messages spell options: that of the interface in use. */
+/** Syntax in which messages spell options and keys: that of the interface in use. */
 typedef enum tfa_option_syntax {
     TFA_SYNTAX_C = 0,        /**< mimic = project, as in tfa_model_options */
     TFA_SYNTAX_COMMAND_LINE, /**< --mimic=project */
     TFA_SYNTAX_YAML,         /**< mimic: project */
+    TFA_SYNTAX_JSON,         /**< "mimic":"project" */
+    TFA_SYNTAX_PYTHON,       /**< mimic='project' */
 } tfa_option_syntax;
 
 /** A growing list of messages. Zero-initialise before first use; release with tfa_report_free. */

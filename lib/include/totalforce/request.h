@@ -40,6 +40,11 @@ typedef enum tfa_estimate {
                                    it worse: no sentinel, no estimate, no fallback */
     TFA_ESTIMATE_ALWAYS = 2,  /**< every answer */
 } tfa_estimate;
+/** Their words: X(value, word) */
+#define TFA_ESTIMATE_WORDS(X)                                                                      \
+    X(TFA_ESTIMATE_DEFAULT, "default")                                                             \
+    X(TFA_ESTIMATE_NEVER, "never")                                                                 \
+    X(TFA_ESTIMATE_ALWAYS, "always")
 
 /** Frame of everything at a link: wrenches, lambda_inv, Jacobians, twists, accelerations. */
 typedef enum tfa_reference_frame {
@@ -47,12 +52,21 @@ typedef enum tfa_reference_frame {
     TFA_FRAME_LOCAL = 1,               /**< at the link frame's origin, axes of the link */
     TFA_FRAME_WORLD = 2,               /**< at the world origin, axes of the world */
 } tfa_reference_frame;
+/** Their words: X(value, word) */
+#define TFA_FRAME_WORDS(X)                                                                         \
+    X(TFA_FRAME_LOCAL_WORLD_ALIGNED, "local_world_aligned")                                        \
+    X(TFA_FRAME_LOCAL, "local")                                                                    \
+    X(TFA_FRAME_WORLD, "world")
 
 /** Rows of every tip in lambda_inv and all that is derived from it. */
 typedef enum tfa_rows {
     TFA_ROWS_POSE = 0,  /**< six: linear, then angular */
     TFA_ROWS_POINT = 1, /**< three: linear only, as for a contact point */
 } tfa_rows;
+/** Their words: X(value, word) */
+#define TFA_ROWS_WORDS(X)                                                                          \
+    X(TFA_ROWS_POSE, "pose")                                                                       \
+    X(TFA_ROWS_POINT, "point")
 
 /**
  * Policy of lambda, mu, p and task torques near a singularity. In the metric of the tips, that is
@@ -67,6 +81,12 @@ typedef enum tfa_rank_loss {
                                 Chiaverini 1997) */
     TFA_RANK_REFUSE = 3,   /**< TFA_E_RANK */
 } tfa_rank_loss;
+/** Their words: X(value, word) */
+#define TFA_RANK_LOSS_WORDS(X)                                                                     \
+    X(TFA_RANK_DEFAULT, "default")                                                                 \
+    X(TFA_RANK_TRUNCATE, "truncate")                                                               \
+    X(TFA_RANK_DAMP, "damp")                                                                       \
+    X(TFA_RANK_REFUSE, "refuse")
 
 /** Rounding of n singular values sqrt(d), relative to the root of the sum of d. */
 #define TFA_RANK_ROUNDING(n) (16 * 0x1p-52 * (n))
@@ -82,6 +102,11 @@ typedef enum tfa_precision {
                        hessenberg, scan and scan-two-pass; double computes everything else, with
                        TFA_ANSWER_RESIDUAL_PRECISION */
 } tfa_precision;
+/** Their words: X(value, word) */
+#define TFA_PRECISION_WORDS(X)                                                                     \
+    X(TFA_F64, "f64")                                                                              \
+    X(TFA_F128, "f128")                                                                            \
+    X(TFA_F32, "f32")
 
 /**
  * Arithmetic of refinement residuals and of the sum of the corrections. If it differs from that of
@@ -93,6 +118,11 @@ typedef enum tfa_residual {
     TFA_RESIDUAL_F64 = 1,  /**< double, with factors in float */
     TFA_RESIDUAL_F128 = 2, /**< quadruple precision, with factors in double or float */
 } tfa_residual;
+/** Their words: X(value, word) */
+#define TFA_RESIDUAL_WORDS(X)                                                                      \
+    X(TFA_RESIDUAL_SAME, "same")                                                                   \
+    X(TFA_RESIDUAL_F64, "f64")                                                                     \
+    X(TFA_RESIDUAL_F128, "f128")
 
 #define TFA_MAX_REFINE 3 /**< refinement steps of one request */
 /** Default number of refinement steps: 1 for methods that invert body inertias, 0 for others; with
@@ -157,7 +187,7 @@ typedef struct tfa_request {
                                  `frame` of their links */
     const double *task_acceleration; /**< count x r m, m/s^2 and rad/s^2: desired accelerations of
                                           the tips (task torques), as J qdd + bias_acceleration */
-    const double *rank_threshold; /**< 1, relative to the sum of the eigenvalues d, above 0 and
+    const double *rank_threshold;    /**< 1, relative to the sum of the eigenvalues d, above 0 and
                                        below 1; NULL: TFA_RANK_THRESHOLD_DAMP where directions are
                                        damped, else TFA_RANK_THRESHOLD */
     const double *characteristic_length; /**< 1, m, above 0: what a radian of a tip counts beside a

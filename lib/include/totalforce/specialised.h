@@ -109,6 +109,11 @@ typedef enum tfa_specialise_algorithm {
     TFA_SPECIALISE_CRBA = 2, /**< composite rigid bodies and factors of M: fixed bases, at most 16
                                      bodies; others get aba */
 } tfa_specialise_algorithm;
+/** Their words: X(value, word) */
+#define TFA_ALGORITHM_WORDS(X)                                                                     \
+    X(TFA_SPECIALISE_FASTEST, "fastest")                                                           \
+    X(TFA_SPECIALISE_ABA, "aba")                                                                   \
+    X(TFA_SPECIALISE_CRBA, "crba")
 
 /** Options of a build. Zero-initialise for the defaults. */
 typedef struct tfa_specialise_options {

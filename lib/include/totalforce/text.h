@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Parsing of hand-written text: numbers, which are accepted as a whole or refused, and suggestions
- * for mistyped names. Used by the URDF front end, the daemon's configuration and the command line.
- * No function allocates or keeps state: any thread.
+ * Text of every interface: numbers, which are accepted as a whole or refused; words of enums; names
+ * of joints and links, and the nearest ones to a mistyped name; a refused request as a sentence.
+ * No function keeps state: any thread. Only tfa_names_of_ functions allocate.
  */
 #ifndef TOTALFORCE_TEXT_H
 #define TOTALFORCE_TEXT_H
 
 #include <stddef.h>
 #include <stdint.h>
+#include <totalforce/client.h>
+#include <totalforce/model.h>
+#include <totalforce/request.h>
 #include <totalforce/status.h>
 
 #ifdef __cplusplus
@@ -70,6 +73,105 @@ TFA_API void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_
  */
 TFA_API const char *tfa_misspelled(const char *wrong, const void *list, size_t count,
                                    tfa_list_name name);
+
+/** Enums with words. */
+typedef enum tfa_words {
+    TFA_WORDS_SEVERITY,   /**< tfa_severity, TFA_SEVERITY_WORDS */
+    TFA_WORDS_JOINT_TYPE, /**< tfa_joint_type, TFA_JOINT_TYPE_WORDS */
+    TFA_WORDS_BASE,       /**< tfa_base, TFA_BASE_WORDS */
+    TFA_WORDS_INERTIA,    /**< tfa_inertia_policy, TFA_INERTIA_WORDS */
+    TFA_WORDS_MIMIC,      /**< tfa_mimic_policy, TFA_MIMIC_WORDS */
+    TFA_WORDS_FATE,       /**< tfa_fate, TFA_FATE_WORDS */
+    TFA_WORDS_OP,         /**< tfa_op, TFA_OP_WORDS */
+    TFA_WORDS_ESTIMATE,   /**< tfa_estimate, TFA_ESTIMATE_WORDS */
+    TFA_WORDS_FRAME,      /**< tfa_reference_frame, TFA_FRAME_WORDS */
+    TFA_WORDS_ROWS,       /**< tfa_rows, TFA_ROWS_WORDS */
+    TFA_WORDS_RANK_LOSS,  /**< tfa_rank_loss, TFA_RANK_LOSS_WORDS */
+    TFA_WORDS_PRECISION,  /**< tfa_precision, TFA_PRECISION_WORDS */
+    TFA_WORDS_RESIDUAL,   /**< tfa_residual, TFA_RESIDUAL_WORDS */
+    TFA_WORDS_WAIT,       /**< tfa_wait, TFA_WAIT_WORDS */
+    TFA_WORDS_ALGORITHM,  /**< tfa_specialise_algorithm, TFA_ALGORITHM_WORDS */
+} tfa_words;
+
+/** Word of a value, "project" of TFA_MIMIC_PROJECT; "unknown" of any other number. Static. */
+TFA_API const char *tfa_word(tfa_words of, uint32_t value);
+/** Value of a word; -1 if the enum has no such word. */
+TFA_API int32_t tfa_word_find(tfa_words of, const char *word);
+/** Words by value, `count` of them; NULL for a value that the enum does not have. Static. */
+TFA_API const char *const *tfa_word_list(tfa_words of, uint32_t *count);
+
+/** A moving joint and its places in q and in v, tau, qdd. */
+typedef struct tfa_joint_span {
+    const char *name;   /**< as long as the model or the connection */
+    int32_t quaternion; /**< coordinate of the joint that is the first of x y z w; -1: none */
+    uint32_t q_index;   /**< first of its coordinates in q */
+    uint32_t q_count;   /**< number of them */
+    uint32_t v_index;   /**< first of its freedoms in v, tau and qdd */
+    uint32_t v_count;   /**< number of them */
+} tfa_joint_span;
+
+/** Names and sizes of one robot, from its model or from a daemon's description. */
+typedef struct tfa_names {
+    const char *robot;      /**< name of the robot */
+    uint32_t q_count;       /**< as tfa_model_q_count */
+    uint32_t v_count;       /**< as tfa_model_v_count */
+    uint32_t base_freedoms; /**< as tfa_model_base_freedoms */
+    uint32_t joint_count;   /**< length of joints */
+    uint32_t frame_count;   /**< length of frames */
+    tfa_joint_span *joints; /**< in declared order */
+    const char **frames;    /**< link names; the index is the frame index */
+    uint32_t *by_name;      /**< joints, then frames, each in the order of their names */
+} tfa_names;
+
+/** Names of a model, which must outlive them. @return TFA_OK, TFA_E_MEMORY (empty). */
+TFA_API TFA_CHECKED int tfa_names_of_model(tfa_names *names, const tfa_model *model);
+/** Names of the robot of a connection, which must outlive them. @return TFA_OK, TFA_E_MEMORY,
+ *  TFA_E_PROTOCOL (the joints do not add up to q_count and v_count); empty on an error. */
+TFA_API TFA_CHECKED int tfa_names_of_info(tfa_names *names, const char *robot,
+                                          const tfa_client_info *info);
+/** Releases the memory and leaves the names empty. */
+TFA_API void tfa_names_free(tfa_names *names);
+
+/** Index of a joint, or -1. Cost: O(log joint_count). */
+TFA_API int32_t tfa_names_joint(const tfa_names *names, const char *name);
+/** Index of the frame of a link, or -1. Cost: O(log frame_count). */
+TFA_API int32_t tfa_names_link(const tfa_names *names, const char *name);
+/** As tfa_suggest, of the joints. */
+TFA_API void tfa_names_suggest_joints(const tfa_names *names, const char *wrong, char *text,
+                                      size_t size);
+/** As tfa_suggest, of the links. */
+TFA_API void tfa_names_suggest_links(const tfa_names *names, const char *wrong, char *text,
+                                     size_t size);
+/** Name of the link of a frame; "?" if there is none. */
+TFA_API const char *tfa_names_frame(const tfa_names *names, uint32_t frame);
+/** The joint that owns number `index` of q (of_q) or of v, tau, qdd; NULL if there is none. */
+TFA_API const tfa_joint_span *tfa_names_owner(const tfa_names *names, int of_q, uint32_t index);
+/** Writes what q (of_q) or v, tau and qdd hold: "7 joints (a, b, ...)", "9 coordinates in 3 joints
+ *  (a, b, c)". As snprintf. */
+TFA_API size_t tfa_names_describe(const tfa_names *names, int of_q, char *text, size_t size);
+
+/** Where a refused request is wrong. */
+typedef struct tfa_place {
+    const char *field;    /**< key in JSON and Python; "": none */
+    const char *joint;    /**< that owns the entry; NULL: none */
+    const char *link;     /**< that the entry names; NULL: none */
+    const double *number; /**< the entry, in the request; NULL: it is no number of an array */
+} tfa_place;
+
+/** Place of a refusal; the reply has its index and state. */
+TFA_API tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *request,
+                                    const tfa_reply *reply);
+
+/**
+ * Writes why a request was refused: the entry, its joint or link, its value, the reason and the
+ * remedy, options spelt as in `syntax`, fields as in JSON. As snprintf.
+ *
+ * @param request  that was refused; its arrays are read for the value
+ * @param reply    with the status, field, index and state of the refusal
+ */
+TFA_API size_t tfa_explain(const tfa_names *names, const tfa_request *request,
+                           const tfa_reply *reply, tfa_option_syntax syntax, char *text,
+                           size_t size);
 
 #ifdef __cplusplus
 }

@@ -110,9 +110,9 @@ static void emit_joint(struct layout *l, const struct draft *d, uint32_t j, cons
         .name = name,
         .type = type,
         .q_index = joint->q_index,
-        .q_count = declared_coordinates(type),
+        .q_count = tfa_joint_type_describe(type).coordinates,
         .v_index = joint->v_index,
-        .v_count = declared_freedoms(type),
+        .v_count = tfa_joint_type_describe(type).freedoms,
         .body = (uint32_t)joint->body,
         .armature = draft_armature(d, j),
     };

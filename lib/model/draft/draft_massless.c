@@ -42,8 +42,9 @@ static void lock_at_zero(struct draft *d, size_t j, tfa_report *report)
 {
     const tfa_joint *joint = &d->description->joints[j];
     d->joint[j].fate = TFA_FATE_LOCKED;
-    if (joint->type == TFA_JOINT_FLOATING)
-        d->joint[j].q[6] = 1;
+    const int32_t quaternion = tfa_joint_type_describe(joint->type).quaternion;
+    if (quaternion >= 0)
+        d->joint[j].q[quaternion + 3] = 1;
     tfa_report_add_grouped(report, TFA_WARNING, joint->line, "massless-leaf-locked", "joints",
                            joint->name, "joint '%s': nothing with mass moves with it; locked at 0",
                            joint->name);

@@ -35,7 +35,7 @@ static void warn_free(const struct draft *d, tfa_report *report)
 
 static int has_one_freedom(const tfa_joint *joint)
 {
-    return joint->type >= TFA_JOINT_REVOLUTE && joint->type <= TFA_JOINT_PRISMATIC;
+    return tfa_joint_type_describe(joint->type).freedoms == 1;
 }
 
 /* The URDF front end checks files; this checks descriptions made by a program. */

@@ -162,11 +162,12 @@ static int refuse_unknown(const struct draft *d, const tfa_lock *lock, tfa_repor
 /* Error of the coordinates, for a message; NULL: none. */
 static const char *fault(const tfa_lock *lock, tfa_joint_type type)
 {
-    for (int k = 0; k < declared_coordinates(type); k++)
+    const tfa_joint_type_info info = tfa_joint_type_describe(type);
+    for (uint32_t k = 0; k < info.coordinates; k++)
         if (!isfinite(lock->q[k]))
             return "the scene locks it at a coordinate that is not finite; correct it";
-    const double *o = lock->q + 3;
-    if (type == TFA_JOINT_FLOATING &&
+    const double *o = lock->q + (info.quaternion >= 0 ? info.quaternion : 0);
+    if (info.quaternion >= 0 &&
         !(fabs(sqrt(o[0] * o[0] + o[1] * o[1] + o[2] * o[2] + o[3] * o[3]) - 1) <= 1e-3))
         return "the scene locks it at a quaternion whose norm is off from 1 by more than 1e-3; "
                "correct it (x y z, then x y z w)";
@@ -195,7 +196,7 @@ static int lock_joint(struct draft *d, const tfa_lock *lock, tfa_report *report)
         return TFA_OK;
     }
     joint->fate = TFA_FATE_LOCKED;
-    ext_from_double(joint->q, lock->q, declared_coordinates(type));
+    ext_from_double(joint->q, lock->q, (int)tfa_joint_type_describe(type).coordinates);
     return TFA_OK;
 }
 

@@ -129,8 +129,11 @@ static void joint_motion(const struct singularity_check *l, uint32_t i, uint32_t
         add_single(l, m, b->E, b->r, is_prismatic(b->kind), (uint32_t)b->joint, &seed);
     if (!has_constant_axes(b->kind))
         return;
-    const ext x = random_number(&seed), y = random_number(&seed), z = random_number(&seed);
-    const ext shift[3] = {x, y, is_free(b->kind) ? z : 0};
+    ext shift[3];
+    for (uint32_t k = 0; k < 3; k++) {
+        const ext x = random_number(&seed);
+        shift[k] = freedom_rotates(b->kind, k) ? 0 : x;
+    }
     memcpy(m->X.E, b->E, sizeof b->E);
     memcpy(m->X.r, b->r, sizeof b->r);
     move_frame(&m->X, shift, random_number(&seed));

@@ -47,14 +47,15 @@ static void number_joints(struct draft *d)
     uint32_t q = 0, v = 0;
     for (size_t k = 0; k < d->description->joint_count; k++) {
         struct draft_joint *joint = &d->joint[d->order[k]];
-        const tfa_joint_type type = d->description->joints[d->order[k]].type;
+        const tfa_joint_type_info type =
+            tfa_joint_type_describe(d->description->joints[d->order[k]].type);
         if (joint->fate != TFA_FATE_MOVES && joint->fate != TFA_FATE_FUSED)
             continue;
         joint->number = d->joints++;
         joint->q_index = q;
         joint->v_index = v;
-        q += declared_coordinates(type);
-        v += declared_freedoms(type);
+        q += type.coordinates;
+        v += type.freedoms;
     }
     d->q_count = q;
     d->v_count = v;

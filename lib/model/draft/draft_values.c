@@ -82,7 +82,7 @@ static int check_armature(const tfa_joint *joint, int with_rotor, tfa_report *re
 /* 1: its axis matters. An axis without direction is refused when it is used. */
 static int has_axis(const tfa_joint *joint)
 {
-    return joint->type != TFA_JOINT_FIXED && joint->type != TFA_JOINT_FLOATING &&
+    return joint->type != TFA_JOINT_FIXED && tfa_joint_type_describe(joint->type).quaternion < 0 &&
            all_finite(joint->axis, 3);
 }
 

@@ -48,7 +48,9 @@ static int align(ext *R, const double axis[3], const double low[3])
 int tfa_joint_axes(ext R[9], const tfa_joint *joint)
 {
     ext_identity(R);
-    return joint->type == TFA_JOINT_FLOATING ? TFA_OK : align(R, joint->axis, joint->axis_low);
+    return tfa_joint_type_describe(joint->type).quaternion >= 0
+               ? TFA_OK
+               : align(R, joint->axis, joint->axis_low);
 }
 
 /* Rodrigues: R = cos 1 + sin [n]x + (1 - cos) n n^T; exactly 1 at 0 */

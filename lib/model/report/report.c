@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <totalforce/report.h>
+#include <totalforce/text.h>
 
 #include "model/report/report_messages.h"
 
@@ -87,12 +87,6 @@ void tfa_report_set_file(tfa_report *report, const char *file)
     report->file = copy;
 }
 
-static const char *severity_text(tfa_severity severity)
-{
-    static const char *const texts[] = {"note", "warning", "error"};
-    return (unsigned)severity < 3 ? texts[severity] : "message";
-}
-
 size_t tfa_report_format(const tfa_report *report, size_t index, char *buffer, size_t size)
 {
     if (size > 0)
@@ -105,8 +99,10 @@ size_t tfa_report_format(const tfa_report *report, size_t index, char *buffer, s
         snprintf(where, sizeof where, "%u: ", message->line);
     const char *before = report->file ? report->file : message->line > 0 ? "line " : "";
     const char *colon = !report->file ? "" : message->line > 0 ? ":" : ": ";
-    int length = snprintf(buffer, size, "%s%s%s%s: %s [%s]", before, colon, where,
-                          severity_text(message->severity), message->text, message->code);
+    const uint32_t severity = message->severity;
+    const char *word = severity > TFA_ERROR ? "message" : tfa_word(TFA_WORDS_SEVERITY, severity);
+    int length = snprintf(buffer, size, "%s%s%s%s: %s [%s]", before, colon, where, word,
+                          message->text, message->code);
     return length < 0 ? 0 : (size_t)length;
 }
 

@@ -114,7 +114,7 @@ static int require(request_call *call)
     const tfa_request *request = &call->request;
     char joints[600], words[200];
     if (!request->q && call->robot->q_count) {
-        robot_describe(call->robot, 1, joints, sizeof joints);
+        (void)tfa_names_describe(&call->robot->names, 1, joints, sizeof joints);
         return raise_status(TFA_E_ARGUMENT, "q", "q: missing; the robot has %s", joints);
     }
     if (!request->base_pose && call->robot->base_freedoms)

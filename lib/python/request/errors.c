@@ -4,6 +4,7 @@
  * Calls totalforce.errors.make, which chooses the class and sets the attributes.
  */
 #include "errors.h"
+#include "robot.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -103,6 +104,41 @@ int raise_from_current(const char *field, const char *what)
     Py_XDECREF(type);
     Py_XDECREF(value);
     Py_XDECREF(trace);
+    return -1;
+}
+
+static PyObject *optional_text(const char *text)
+{
+    return text ? PyUnicode_FromString(text) : Py_NewRef(Py_None);
+}
+
+int raise_reply(const robot_names *robot, const tfa_request *request, const tfa_reply *answer,
+                PyObject *reply)
+{
+    char text[ERROR_TEXT];
+    const tfa_place at = tfa_refused_place(&robot->names, request, answer);
+    (void)tfa_explain(&robot->names, request, answer, TFA_SYNTAX_PYTHON, text, sizeof text);
+    raise_status(answer->status, at.field[0] ? at.field : NULL, "%s", text);
+    PyObject *type, *value, *trace;
+    PyErr_Fetch(&type, &value, &trace);
+    PyErr_NormalizeException(&type, &value, &trace);
+    const struct {
+        const char *name;
+        PyObject *value;
+    } attributes[] = {
+        {"index", PyLong_FromUnsignedLong(answer->index)},
+        {"state", PyLong_FromUnsignedLong(answer->state)},
+        {"joint", optional_text(at.joint)},
+        {"link", optional_text(at.link)},
+        {"reply", Py_NewRef(reply ? reply : Py_None)},
+    };
+    for (size_t i = 0; i < sizeof attributes / sizeof *attributes; i++) {
+        if (attributes[i].value && value)
+            PyObject_SetAttrString(value, attributes[i].name, attributes[i].value);
+        Py_XDECREF(attributes[i].value);
+    }
+    PyErr_Clear();
+    PyErr_Restore(type, value, trace);
     return -1;
 }
 

@@ -47,6 +47,8 @@ int read_out(request_call *call, const input_row *input, PyObject *value);
  *  exception */
 int convert_u32(PyObject *value, void *number);
 
+/** Value of a word of an enum; 0 of NULL and None. @return as choose */
+int choose_word(const char *field, PyObject *value, tfa_words of, unsigned *choice);
 /** Index of a word among `count`. @return 0; -1 with an exception that lists the words */
 int choose(const char *field, PyObject *value, const char *const *list, size_t count,
            unsigned *choice);

@@ -35,7 +35,7 @@ static int raise_shape(const request_call *call, const char *field, int extent, 
     const int axes = PyArray_NDIM(array), of_q = extent == EXTENT_Q;
     shape_text(array, shape, sizeof shape);
     if (of_q || extent == EXTENT_V) {
-        robot_describe(call->robot, of_q, joints, sizeof joints);
+        (void)tfa_names_describe(&call->robot->names, of_q, joints, sizeof joints);
         const int used = snprintf(why, sizeof why, ": the robot has %s", joints);
         if (axes && PyArray_DIM(array, axes - 1) == (npy_intp)width + (of_q ? 7 : 6))
             snprintf(why + used, sizeof why - (size_t)used,
@@ -151,15 +151,16 @@ static PyObject *joints_by_name(const request_call *call, const input_row *input
     PyObject *array = items ? PyArray_ZEROS(1, &size, NPY_DOUBLE, 0) : NULL;
     double *numbers = array ? PyArray_DATA((PyArrayObject *)array) : NULL;
     for (uint32_t k = 0; array && of_q && k < robot->joint_count; k++)
-        if (robot->spans[k].q_count == 7)
-            numbers[robot->spans[k].q_index + 6] = 1;
+        if (robot->names.joints[k].quaternion >= 0)
+            numbers[robot->names.joints[k].q_index + (uint32_t)robot->names.joints[k].quaternion +
+                    3] = 1;
     for (Py_ssize_t i = 0; array && i < PyList_GET_SIZE(items); i++) {
         PyObject *name = PyTuple_GET_ITEM(PyList_GET_ITEM(items, i), 0);
         PyObject *value = PyTuple_GET_ITEM(PyList_GET_ITEM(items, i), 1);
         uint32_t k;
         int bad = robot_find_joint(robot, input->name, name, &k);
         if (!bad) {
-            const joint_span *span = &robot->spans[k];
+            const tfa_joint_span *span = &robot->names.joints[k];
             bad = read_joint_value(input->name, name, value, of_q ? span->q_count : span->v_count,
                                    numbers + (of_q ? span->q_index : span->v_index));
         }
@@ -262,10 +263,11 @@ static int tips_of(request_call *call, const input_row *input, PyObject *pairs)
         if (robot_find_link(call->robot, input->name, name, &frame))
             return -1;
         if (given && frame != call->request.tips[k])
-            return raise_named(TFA_E_LINK, input->name, "link", robot_link_name(call->robot, frame),
+            return raise_named(TFA_E_LINK, input->name, "link",
+                               tfa_names_frame(&call->robot->names, frame),
                                "acceleration: '%.200s' is not tip %zd; leave tips out, or name the "
                                "same links in both, in the same order",
-                               robot_link_name(call->robot, frame), k);
+                               tfa_names_frame(&call->robot->names, frame), k);
         call->request.tips[k] = frame;
     }
     call->request.tip_count = (uint32_t)count;

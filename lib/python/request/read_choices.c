@@ -37,6 +37,14 @@ int choose(const char *field, PyObject *value, const char *const *list, size_t c
                         word, nearest, all);
 }
 
+int choose_word(const char *field, PyObject *value, tfa_words of, unsigned *choice)
+{
+    uint32_t count;
+    const char *const *words = tfa_word_list(of, &count);
+    *choice = 0;
+    return value && value != Py_None ? choose(field, value, words, count, choice) : 0;
+}
+
 int read_numbers(const char *field, PyObject *value, uint32_t count, double *numbers)
 {
     PyArrayObject *array =
@@ -104,9 +112,8 @@ int read_tips(request_call *call, const input_row *input, PyObject *value)
 
 int read_rows(request_call *call, const input_row *input, PyObject *value)
 {
-    static const char *const words[] = {[TFA_ROWS_POSE] = "pose", [TFA_ROWS_POINT] = "point"};
-    unsigned k = 0;
-    const int bad = choose(input->name, value, words, 2, &k);
+    unsigned k;
+    const int bad = choose_word(input->name, value, TFA_WORDS_ROWS, &k);
     call->request.rows = (tfa_rows)k;
     call->rows_given = 1;
     return bad;
@@ -114,22 +121,16 @@ int read_rows(request_call *call, const input_row *input, PyObject *value)
 
 int read_frame(request_call *call, const input_row *input, PyObject *value)
 {
-    static const char *const words[] = {[TFA_FRAME_LOCAL_WORLD_ALIGNED] = "local_world_aligned",
-                                        [TFA_FRAME_LOCAL] = "local",
-                                        [TFA_FRAME_WORLD] = "world"};
-    unsigned k = 0;
-    const int bad = choose(input->name, value, words, 3, &k);
+    unsigned k;
+    const int bad = choose_word(input->name, value, TFA_WORDS_FRAME, &k);
     call->request.frame = (tfa_reference_frame)k;
     return bad;
 }
 
 int read_rank_loss(request_call *call, const input_row *input, PyObject *value)
 {
-    static const char *const words[] = {
-        [TFA_RANK_DEFAULT] = "default", [TFA_RANK_TRUNCATE] = "truncate",
-        [TFA_RANK_DAMP] = "damp", [TFA_RANK_REFUSE] = "refuse"};
-    unsigned k = 0;
-    const int bad = choose(input->name, value, words, 4, &k);
+    unsigned k;
+    const int bad = choose_word(input->name, value, TFA_WORDS_RANK_LOSS, &k);
     call->request.rank_loss = (tfa_rank_loss)k;
     return bad;
 }
@@ -203,11 +204,8 @@ int read_refine(request_call *call, const input_row *input, PyObject *value)
 
 int read_estimate(request_call *call, const input_row *input, PyObject *value)
 {
-    static const char *const words[] = {[TFA_ESTIMATE_DEFAULT] = "default",
-                                        [TFA_ESTIMATE_NEVER] = "never",
-                                        [TFA_ESTIMATE_ALWAYS] = "always"};
-    unsigned k = 0;
-    const int bad = choose(input->name, value, words, 3, &k);
+    unsigned k;
+    const int bad = choose_word(input->name, value, TFA_WORDS_ESTIMATE, &k);
     call->request.estimate = (tfa_estimate)k;
     return bad;
 }

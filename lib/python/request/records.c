@@ -158,17 +158,11 @@ static PyObject *record(int type, PyObject *tuple)
     return made;
 }
 
-static const char *type_name(tfa_joint_type type)
-{
-    static const char *const names[] = {"fixed",     "revolute", "continuous",
-                                        "prismatic", "planar",   "floating"};
-    return (unsigned)type < 6 ? names[type] : "unknown";
-}
-
 PyObject *record_joint(const tfa_joint_info *j)
 {
-    return record(JOINT, Py_BuildValue("(ssIIIIId)", j->name, type_name(j->type), j->q_index,
-                                       j->q_count, j->v_index, j->v_count, j->body, j->armature));
+    return record(JOINT, Py_BuildValue("(ssIIIIId)", j->name, tfa_joint_type_describe(j->type).name,
+                                       j->q_index, j->q_count, j->v_index, j->v_count, j->body,
+                                       j->armature));
 }
 
 PyObject *record_body(const tfa_body_info *b)
@@ -180,10 +174,10 @@ PyObject *record_body(const tfa_body_info *b)
 
 PyObject *record_declared(const tfa_declared_joint *j)
 {
-    static const char *const fates[] = {"moves", "fixed", "locked", "fused", "follows", "absent"};
-    return record(DECLARED, Py_BuildValue("(sssiiidd)", j->name, type_name(j->type),
-                                          (unsigned)j->fate < 6 ? fates[j->fate] : "unknown",
-                                          j->body, j->joint, j->leader, j->multiplier, j->offset));
+    return record(DECLARED,
+                  Py_BuildValue("(sssiiidd)", j->name, tfa_joint_type_describe(j->type).name,
+                                tfa_word(TFA_WORDS_FATE, j->fate), j->body, j->joint, j->leader,
+                                j->multiplier, j->offset));
 }
 
 PyObject *record_summary(const tfa_model_summary *s)
@@ -192,9 +186,9 @@ PyObject *record_summary(const tfa_model_summary *s)
                   Py_BuildValue("(IIIIIIIdd(ddd)IIIIIs(ddd)iI)", s->links, s->joints, s->bodies,
                                 s->q_count, s->v_count, s->depth, s->main_chain, s->moving_mass,
                                 s->total_mass, s->com[0], s->com[1], s->com[2], s->fixed, s->locked,
-                                s->fused, s->follows, s->absent,
-                                s->base == TFA_BASE_FLOATING ? "floating" : "fixed", s->gravity[0],
-                                s->gravity[1], s->gravity[2], s->singular_body, s->mimics));
+                                s->fused, s->follows, s->absent, tfa_word(TFA_WORDS_BASE, s->base),
+                                s->gravity[0], s->gravity[1], s->gravity[2], s->singular_body,
+                                s->mimics));
 }
 
 static PyObject *lenient(const char *text)
@@ -204,10 +198,9 @@ static PyObject *lenient(const char *text)
 
 PyObject *record_message(const tfa_report *report, size_t index)
 {
-    static const char *const severities[] = {"note", "warning", "error"};
     const tfa_message *m = &report->messages[index];
     return record(MESSAGE,
-                  Py_BuildValue("(sNIsNIN)", severities[m->severity],
+                  Py_BuildValue("(sNIsNIN)", tfa_word(TFA_WORDS_SEVERITY, m->severity),
                                 report->file ? lenient(report->file) : Py_NewRef(Py_None), m->line,
                                 m->code, lenient(m->text), m->count, lenient(m->entity)));
 }

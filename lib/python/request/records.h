@@ -8,9 +8,8 @@
 
 #include "numpy_api.h"
 
-#include <totalforce/client.h>
-#include <totalforce/model.h>
 #include <totalforce/specialised.h>
+#include <totalforce/text.h>
 
 /** Adds the types to the module. @return 0; -1 with an exception */
 int records_init(PyObject *module);

@@ -8,93 +8,78 @@
 #include "errors.h"
 
 #include <stdio.h>
-#include <totalforce/text.h>
 
-/* Joints named in a message before it says "..." */
-enum { NAMES_LISTED_MAX = 8 };
-
-static PyObject *text_of(const char *name)
+/* Adds name k to a tuple and to its index. @return its UTF-8, which lives as long as the tuple;
+ * NULL with an exception */
+static const char *add_name(PyObject *list, PyObject *index, uint32_t k, const char *name)
 {
     PyObject *text = PyUnicode_DecodeUTF8(name, (Py_ssize_t)strlen(name), "replace");
+    PyObject *number = PyLong_FromUnsignedLong(k);
     if (text)
         PyUnicode_InternInPlace(&text);
-    return text;
-}
-
-static int add_name(PyObject *names, PyObject *index, uint32_t k, const char *name)
-{
-    PyObject *text = text_of(name), *number = PyLong_FromUnsignedLong(k);
-    int bad = !text || !number || PyDict_SetItem(index, text, number) < 0;
+    const int bad = !text || !number || PyDict_SetItem(index, text, number) < 0;
     if (!bad)
-        PyTuple_SET_ITEM(names, k, Py_NewRef(text));
+        PyTuple_SET_ITEM(list, k, Py_NewRef(text));
+    const char *utf8 = bad ? NULL : PyUnicode_AsUTF8(text);
     Py_XDECREF(text);
     Py_XDECREF(number);
+    return utf8;
+}
+
+static int add_names(robot_names *robot)
+{
+    tfa_names *names = &robot->names;
+    int bad = !robot->joints || !robot->links || !robot->joint_index || !robot->link_index;
+    for (uint32_t k = 0; !bad && k < names->joint_count; k++) {
+        names->joints[k].name =
+            add_name(robot->joints, robot->joint_index, k, names->joints[k].name);
+        bad = !names->joints[k].name;
+    }
+    for (uint32_t k = 0; !bad && k < names->frame_count; k++) {
+        names->frames[k] = add_name(robot->links, robot->link_index, k, names->frames[k]);
+        bad = !names->frames[k];
+    }
     return bad;
 }
 
-static int allocate(robot_names *robot)
+static int fill(robot_names *robot, const tfa_names *names)
 {
-    robot->joints = PyTuple_New(robot->joint_count);
-    robot->links = PyTuple_New(robot->frame_count);
-    robot->joint_index = PyDict_New();
-    robot->link_index = PyDict_New();
-    robot->spans = PyMem_Calloc(robot->joint_count + 1u, sizeof *robot->spans);
-    if (!robot->spans)
-        PyErr_NoMemory();
-    return !robot->joints || !robot->links || !robot->joint_index || !robot->link_index ||
-           !robot->spans;
+    *robot = (struct robot_names){.names = *names,
+                                  .q_count = names->q_count,
+                                  .v_count = names->v_count,
+                                  .base_freedoms = names->base_freedoms,
+                                  .joint_count = names->joint_count,
+                                  .frame_count = names->frame_count,
+                                  .joints = PyTuple_New(names->joint_count),
+                                  .links = PyTuple_New(names->frame_count),
+                                  .joint_index = PyDict_New(),
+                                  .link_index = PyDict_New()};
+    if (!add_names(robot))
+        return 0;
+    robot_clear(robot);
+    return -1;
 }
 
 int robot_from_model(robot_names *robot, const tfa_model *model)
 {
-    *robot = (struct robot_names){.q_count = tfa_model_q_count(model),
-                                  .v_count = tfa_model_v_count(model),
-                                  .base_freedoms = tfa_model_base_freedoms(model),
-                                  .joint_count = tfa_model_joint_count(model),
-                                  .frame_count = tfa_model_frame_count(model)};
-    int bad = allocate(robot);
-    for (uint32_t k = 0; !bad && k < robot->joint_count; k++) {
-        const tfa_joint_info joint = tfa_model_joint(model, k);
-        robot->spans[k] = (joint_span){joint.q_index, joint.q_count, joint.v_index, joint.v_count};
-        bad = add_name(robot->joints, robot->joint_index, k, joint.name);
-    }
-    for (uint32_t k = 0; !bad && k < robot->frame_count; k++)
-        bad = add_name(robot->links, robot->link_index, k, tfa_model_frame(model, k).name);
-    if (bad)
-        robot_clear(robot);
-    return bad ? -1 : 0;
+    tfa_names names;
+    *robot = (struct robot_names){0};
+    if (tfa_names_of_model(&names, model) == TFA_OK)
+        return fill(robot, &names);
+    PyErr_NoMemory();
+    return -1;
 }
 
-static int fill_from_info(robot_names *robot, const tfa_client_info *info)
+int robot_from_info(robot_names *robot, const char *name, const tfa_client_info *info)
 {
-    uint32_t q = 0, v = 0;
-    int bad = allocate(robot);
-    for (uint32_t k = 0; !bad && k < robot->joint_count; k++) {
-        const uint32_t type = info->joint_types ? info->joint_types[k] : TFA_JOINT_REVOLUTE;
-        const uint32_t q_count = type == TFA_JOINT_FLOATING ? 7 : type == TFA_JOINT_PLANAR ? 3 : 1;
-        const uint32_t v_count = type == TFA_JOINT_FLOATING ? 6 : q_count;
-        robot->spans[k] = (joint_span){q, q_count, v, v_count};
-        q += q_count;
-        v += v_count;
-        bad = add_name(robot->joints, robot->joint_index, k, info->joint_names[k]);
-    }
-    for (uint32_t k = 0; !bad && k < robot->frame_count; k++)
-        bad = add_name(robot->links, robot->link_index, k, info->frame_names[k]);
-    if (!bad && (q != robot->q_count || v != robot->v_count))
-        bad = raise_status(TFA_E_PROTOCOL, NULL, "the joints of the daemon's robot do not add up");
-    return bad;
-}
-
-int robot_from_info(robot_names *robot, const tfa_client_info *info)
-{
-    *robot = (struct robot_names){.q_count = info->q_count,
-                                  .v_count = info->v_count,
-                                  .base_freedoms = info->base_freedoms,
-                                  .joint_count = info->joint_count,
-                                  .frame_count = info->frame_count};
-    if (!fill_from_info(robot, info))
-        return 0;
-    robot_clear(robot);
+    tfa_names names;
+    *robot = (struct robot_names){0};
+    const int status = tfa_names_of_info(&names, name, info);
+    if (status == TFA_OK)
+        return fill(robot, &names);
+    if (status != TFA_E_MEMORY)
+        return raise_status(status, NULL, "the joints of the daemon's robot do not add up");
+    PyErr_NoMemory();
     return -1;
 }
 
@@ -104,49 +89,7 @@ void robot_clear(robot_names *robot)
     Py_CLEAR(robot->links);
     Py_CLEAR(robot->joint_index);
     Py_CLEAR(robot->link_index);
-    PyMem_Free(robot->spans);
-    robot->spans = NULL;
-}
-
-static const char *name_at(const void *names, size_t index)
-{
-    const char *text = PyUnicode_AsUTF8(PyTuple_GET_ITEM((PyObject *)names, (Py_ssize_t)index));
-    return text ? text : "?";
-}
-
-const char *robot_link_name(const robot_names *robot, uint32_t frame)
-{
-    return frame < robot->frame_count ? name_at(robot->links, frame) : "?";
-}
-
-const char *robot_owner(const robot_names *robot, int of_q, uint32_t index)
-{
-    for (uint32_t k = 0; k < robot->joint_count; k++) {
-        const joint_span *span = &robot->spans[k];
-        const uint32_t first = of_q ? span->q_index : span->v_index;
-        const uint32_t count = of_q ? span->q_count : span->v_count;
-        if (index >= first && index - first < count)
-            return name_at(robot->joints, k);
-    }
-    return NULL;
-}
-
-void robot_describe(const robot_names *robot, int of_q, char *text, size_t size)
-{
-    const uint32_t numbers = of_q ? robot->q_count : robot->v_count;
-    size_t used = 0;
-    text[0] = '\0';
-    if (numbers != robot->joint_count)
-        used +=
-            (size_t)snprintf(text, size, "%u %s in ", numbers, of_q ? "coordinates" : "freedoms");
-    used += (size_t)snprintf(text + used, size - used, "%u joint%s", robot->joint_count,
-                             robot->joint_count == 1 ? "" : "s");
-    for (uint32_t k = 0; k < robot->joint_count && k < NAMES_LISTED_MAX && used < size; k++)
-        used += (size_t)snprintf(text + used, size - used, "%s%.60s", k ? ", " : " (",
-                                 name_at(robot->joints, k));
-    if (robot->joint_count && used < size)
-        snprintf(text + used, size - used, "%s",
-                 robot->joint_count > NAMES_LISTED_MAX ? ", ...)" : ")");
+    tfa_names_free(&robot->names);
 }
 
 /* Looks a name or an index up. @return 0; 1: there is none; -1 with an exception */
@@ -184,7 +127,7 @@ int robot_find_link(const robot_names *robot, const char *field, PyObject *value
         return missing;
     if (unknown(field, value, name, sizeof name))
         return -1;
-    tfa_suggest(name, robot->links, robot->frame_count, name_at, nearest, sizeof nearest);
+    tfa_names_suggest_links(&robot->names, name, nearest, sizeof nearest);
     return raise_named(TFA_E_LINK, field, "link", name,
                        "%s: no link '%s' in the robot; nearest: %s", field, name, nearest);
 }
@@ -198,8 +141,8 @@ int robot_find_joint(const robot_names *robot, const char *field, PyObject *valu
         return missing;
     if (unknown(field, value, name, sizeof name))
         return -1;
-    tfa_suggest(name, robot->joints, robot->joint_count, name_at, nearest, sizeof nearest);
-    robot_describe(robot, 0, joints, sizeof joints);
+    tfa_names_suggest_joints(&robot->names, name, nearest, sizeof nearest);
+    (void)tfa_names_describe(&robot->names, 0, joints, sizeof joints);
     return raise_named(TFA_E_JOINT, field, "joint", name,
                        "%s: no moving joint '%s'; nearest: %s; the robot has %s", field, name,
                        nearest, joints);

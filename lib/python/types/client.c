@@ -13,8 +13,6 @@
 #include <errno.h>
 #include <stddef.h>
 
-static const char *const waits[] = {"default", "spin", "hybrid", "block"};
-
 static int client_compute(solver_object *solver, request_call *call, tfa_exchange *exchange)
 {
     *exchange = (tfa_exchange){0};
@@ -58,7 +56,7 @@ static int read_robot(client_object *c)
 {
     robot_names robot;
     const tfa_client_info *info = tfa_client_get_info(c->client);
-    if (robot_from_info(&robot, info))
+    if (robot_from_info(&robot, c->options.robot, info))
         return -1;
     robot_clear(&c->robot);
     c->robot = robot;
@@ -130,9 +128,9 @@ static PyObject *client_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
                                      &c->options.max_batch, convert_u32, &c->options.max_tips,
                                      &wait, convert_u32, &c->options.spin_ns, &deadline, &timeout,
                                      &standby) ||
-        (wait && wait != Py_None && choose("wait", wait, waits, 4, &k)) ||
-        keep(c, robot, &c->options.robot) || keep(c, directory, &c->options.runtime_dir) ||
-        keep(c, standby, &c->options.standby_dir) || read_times(c, deadline, timeout)) {
+        choose_word("wait", wait, TFA_WORDS_WAIT, &k) || keep(c, robot, &c->options.robot) ||
+        keep(c, directory, &c->options.runtime_dir) || keep(c, standby, &c->options.standby_dir) ||
+        read_times(c, deadline, timeout)) {
         Py_DECREF(c);
         return NULL;
     }

@@ -124,11 +124,9 @@ static PyObject *get_hash(PyObject *self, void *unused)
 
 static PyObject *get_wait(PyObject *self, void *unused)
 {
-    static const char *const waits[] = {"default", "spin", "hybrid", "block"};
     const tfa_client_info *info = info_of(self);
     (void)unused;
-    return info ? PyUnicode_FromString((unsigned)info->wait < 4 ? waits[info->wait] : "unknown")
-                : NULL;
+    return info ? PyUnicode_FromString(tfa_word(TFA_WORDS_WAIT, info->wait)) : NULL;
 }
 
 static PyObject *get_outstanding(PyObject *self, void *unused)

@@ -307,7 +307,7 @@ static PyObject *model_repr(PyObject *self)
     return PyUnicode_FromFormat("<totalforce.Model '%s': %u joints, %u links, %s base>",
                                 tfa_model_name(((const model_object *)self)->model),
                                 robot->joint_count, robot->frame_count,
-                                robot->base_freedoms ? "floating" : "fixed");
+                                tfa_word(TFA_WORDS_BASE, robot->base_freedoms > 0));
 }
 
 #define OPTIONS_TEXT                                                                               \

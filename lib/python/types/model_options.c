@@ -120,23 +120,13 @@ static int read_flag(PyObject *value, uint32_t *flag)
     return truth < 0 ? -1 : 0;
 }
 
-static int read_word(const char *field, PyObject *value, const char *const *words, size_t count,
-                     unsigned *word)
-{
-    *word = 0;
-    return is_given(value) ? choose(field, value, words, count, word) : 0;
-}
-
 int model_options_read(model_options *o)
 {
-    static const char *const bases[] = {"fixed", "floating"};
-    static const char *const mimics[] = {"free", "project", "lock"};
-    static const char *const inertias[] = {"strict", "warn", "repair", "strict-physical"};
     unsigned base, mimic, inertia;
     o->names = PyList_New(0);
-    if (!o->names || read_word("base", o->base, bases, 2, &base) ||
-        read_word("mimic", o->mimic, mimics, 3, &mimic) ||
-        read_word("inertia", o->inertia, inertias, 4, &inertia) ||
+    if (!o->names || choose_word("base", o->base, TFA_WORDS_BASE, &base) ||
+        choose_word("mimic", o->mimic, TFA_WORDS_MIMIC, &mimic) ||
+        choose_word("inertia", o->inertia, TFA_WORDS_INERTIA, &inertia) ||
         read_flag(o->rotor_inertia, &o->c.rotor_inertia) || read_flag(o->damping, &o->c.damping) ||
         read_flag(o->lock_massless_leaves, &o->c.lock_massless_leaves))
         return -1;

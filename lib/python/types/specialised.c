@@ -59,9 +59,8 @@ static PyObject *specialised_new(PyTypeObject *type, PyObject *args, PyObject *k
 
 static int read_build_options(PyObject *algorithm, tfa_specialise_options *o)
 {
-    static const char *const algorithms[] = {"fastest", "aba", "crba"};
-    unsigned k = 0;
-    if (algorithm && algorithm != Py_None && choose("algorithm", algorithm, algorithms, 3, &k))
+    unsigned k;
+    if (choose_word("algorithm", algorithm, TFA_WORDS_ALGORITHM, &k))
         return -1;
     o->algorithm = (tfa_specialise_algorithm)k;
     return 0;

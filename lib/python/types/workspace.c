@@ -9,15 +9,11 @@
 
 #include <stddef.h>
 
-static const char *const precisions[] = {"f64", "f128", "f32"};
-static const char *const residuals[] = {"same", "f64", "f128"};
-
 int read_precision(PyObject *precision, PyObject *residual, tfa_precision *p, tfa_residual *r)
 {
-    unsigned k = 0, l = 0;
-    if (precision && precision != Py_None && choose("precision", precision, precisions, 3, &k))
-        return -1;
-    if (residual && residual != Py_None && choose("residual", residual, residuals, 3, &l))
+    unsigned k, l;
+    if (choose_word("precision", precision, TFA_WORDS_PRECISION, &k) ||
+        choose_word("residual", residual, TFA_WORDS_RESIDUAL, &l))
         return -1;
     *p = (tfa_precision)k;
     *r = (tfa_residual)l;
@@ -100,7 +96,7 @@ static PyObject *workspace_new(PyTypeObject *type, PyObject *args, PyObject *kwa
     w->head.slow = o.precision == TFA_F128 || o.residual == TFA_RESIDUAL_F128;
     w->model = Py_NewRef(model);
     w->specialised = o.specialised ? Py_NewRef(specialised) : NULL;
-    w->precision = precisions[o.precision];
+    w->precision = tfa_word(TFA_WORDS_PRECISION, o.precision);
     const tfa_model *m = ((model_object *)model)->model;
     int status;
     Py_BEGIN_ALLOW_THREADS status = tfa_workspace_create(m, &o, &w->workspace);

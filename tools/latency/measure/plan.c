@@ -25,13 +25,10 @@ static uint32_t whole(const char *text, unsigned long highest)
 
 static int set_wait(latency_options *options, const char *value)
 {
-    static const char *const names[] = {"default", "spin", "hybrid", "block"};
-    for (int i = 0; i < 4; i++)
-        if (strcmp(names[i], value) == 0) {
-            options->daemon.wait = (tfa_wait)i;
-            return 1;
-        }
-    return 0;
+    const int32_t wait = tfa_word_find(TFA_WORDS_WAIT, value);
+    if (wait >= 0)
+        options->daemon.wait = (tfa_wait)wait;
+    return wait >= 0;
 }
 
 static int set_rate(latency_options *options, const char *value)

@@ -57,7 +57,7 @@ static void write_table_row(FILE *file, const latency_run *run, const machine_bu
     const tfa_histogram *h = &t->parts[PART_ROUND_TRIP].h;
     fprintf(file, "%s,%s,%s,%s,%g,%" PRIu32 ",%" PRIu32 ",%s,", latency_via_names[run->via],
             latency_loop_name(o), run->swept ? run->swept : "", o->daemon.robot, o->rate, o->batch,
-            o->clients, latency_wait_name(run->facts.info.wait));
+            o->clients, tfa_word(TFA_WORDS_WAIT, run->facts.info.wait));
     fprintf(file,
             "%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64 ",%" PRIu64,
             t->sent, h->count, t->lost, t->rejected, t->late, t->longest_run, t->full);

@@ -99,12 +99,12 @@ static json_t *json_subject(const latency_run *run)
 {
     const tfa_client_info *info = &run->facts.info;
     const latency_options *o = &run->options;
-    return json_pack("{ss si si si ss ss ss ss si si}", "robot", o->daemon.robot, "q_count",
-                     (int)info->q_count, "v_count", (int)info->v_count, "base_freedoms",
-                     (int)info->base_freedoms, "model_hash", run->facts.hash, "method",
-                     run->total->method ? tfa_method_name(run->total->method) : "", "estimate",
-                     latency_estimate_name(o->estimate), "wait", latency_wait_name(info->wait),
-                     "batch", (int)o->batch, "slots", (int)info->slots);
+    return json_pack(
+        "{ss si si si ss ss ss ss si si}", "robot", o->daemon.robot, "q_count", (int)info->q_count,
+        "v_count", (int)info->v_count, "base_freedoms", (int)info->base_freedoms, "model_hash",
+        run->facts.hash, "method", run->total->method ? tfa_method_name(run->total->method) : "",
+        "estimate", tfa_word(TFA_WORDS_ESTIMATE, o->estimate), "wait",
+        tfa_word(TFA_WORDS_WAIT, info->wait), "batch", (int)o->batch, "slots", (int)info->slots);
 }
 
 static json_t *json_clients(const latency_run *run)

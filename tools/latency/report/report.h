@@ -10,6 +10,7 @@
 
 #include <jansson.h>
 #include <stdio.h>
+#include <totalforce/text.h>
 
 /** All that a report tells. */
 typedef struct latency_session {
@@ -43,8 +44,6 @@ extern const struct latency_quantile {
 const char *latency_loop_name(const latency_options *options);
 /** "open loop at 1000/s", "closed loop" and so on. Always terminated. */
 void latency_describe_load(const latency_options *options, char *text, size_t size);
-const char *latency_wait_name(tfa_wait wait);
-const char *latency_estimate_name(tfa_estimate estimate);
 
 void latency_print_text(FILE *out, const latency_session *session);
 /** Lines as of cyclictest -N: intervals in us, times in ns. */

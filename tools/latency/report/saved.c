@@ -42,8 +42,9 @@ static json_t *run_of(const latency_run *run)
     latency_describe_load(o, load, sizeof load);
     return json_pack("{ss* ss ss ss ss ss si ss so so}", "ended_early", run->ended_early, "via",
                      latency_via_names[run->via], "loop", latency_loop_name(o), "load", load,
-                     "robot", o->daemon.robot, "wait", latency_wait_name(run->facts.info.wait),
-                     "batch", (int)o->batch, "model", run->facts.hash, "round_trip",
+                     "robot", o->daemon.robot, "wait",
+                     tfa_word(TFA_WORDS_WAIT, run->facts.info.wait), "batch", (int)o->batch,
+                     "model", run->facts.hash, "round_trip",
                      buckets_of(&run->total->parts[PART_ROUND_TRIP].h), "slices", slices);
 }
 

@@ -120,7 +120,8 @@ static void print_subject(FILE *out, const latency_run *run)
             latency_via_names[run->via], o->daemon.robot, info->q_count, info->v_count,
             info->base_freedoms ? " and a floating base" : "", o->batch,
             run->total->method ? tfa_method_name(run->total->method) : "nothing",
-            latency_estimate_name(o->estimate), latency_wait_name(info->wait), run->facts.hash);
+            tfa_word(TFA_WORDS_ESTIMATE, o->estimate), tfa_word(TFA_WORDS_WAIT, info->wait),
+            run->facts.hash);
     latency_describe_load(o, load, sizeof load);
     fprintf(out,
             "  %s: %" PRIu64 " round trips after %" PRIu64 " of warm-up%s, %.3f s, a new state at "

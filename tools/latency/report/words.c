@@ -15,18 +15,6 @@ const struct latency_quantile latency_quantiles[QUANTILE_COUNT] = {
     {0.9999, "99.99"}, {0.99999, "99.999"}, {0.999999, "99.9999"},
 };
 
-const char *latency_wait_name(tfa_wait wait)
-{
-    static const char *const names[] = {"default", "spin", "hybrid", "block"};
-    return (unsigned)wait < 4 ? names[wait] : "unknown";
-}
-
-const char *latency_estimate_name(tfa_estimate estimate)
-{
-    static const char *const names[] = {"default", "never", "always"};
-    return (unsigned)estimate < 3 ? names[estimate] : "unknown";
-}
-
 const char *latency_loop_name(const latency_options *options)
 {
     return options->open ? "open" : "closed";

@@ -248,7 +248,7 @@ static error_t parse_measure(int key, char *text, struct argp_state *state)
         options->method = option_method(state, text);
         return 0;
     case KEY_ESTIMATE:
-        options->estimate = option_estimate(state, text);
+        options->estimate = (tfa_estimate)option_enum(state, "estimate", text, TFA_WORDS_ESTIMATE);
         return 0;
     case KEY_CPU:
         options->cpu = (int)option_unsigned(state, "cpu", text, 0, CPU_SETSIZE - 1);

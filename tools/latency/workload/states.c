@@ -46,8 +46,9 @@ static void fill_request(tfa_request *request, const robot_names *names, double 
     double *q = fill(at, batch * names->q_count, 3.0, seed);
     for (size_t k = 0; k < batch; k++)
         for (uint32_t j = 0; j < names->joint_count; j++)
-            if (names->joints[j].q_count == 7)
-                set_unit(q + k * names->q_count + names->joints[j].q_index + 3);
+            if (names->joints[j].quaternion >= 0)
+                set_unit(q + k * names->q_count + names->joints[j].q_index +
+                         names->joints[j].quaternion);
     request->q = q;
     request->v = fill(at, batch * names->v_count, 1.0, seed);
     request->tau = fill(at, batch * names->v_count, 10.0, seed);
@@ -72,7 +73,7 @@ int latency_states_init(latency_states *states, const latency_options *options,
                         const tfa_client_info *info)
 {
     robot_names names;
-    int status = robot_names_from_info(&names, options->daemon.robot, info);
+    int status = tfa_names_of_info(&names, options->daemon.robot, info);
     if (status != TFA_OK)
         return status;
     size_t numbers = (size_t)info->q_count + 2 * (size_t)info->v_count + 19;
@@ -82,7 +83,7 @@ int latency_states_init(latency_states *states, const latency_options *options,
                                .memory = calloc(SETS * numbers, options->batch * sizeof(double))};
     if (!states->requests || !states->memory) {
         latency_states_free(states);
-        robot_names_free(&names);
+        tfa_names_free(&names);
         return TFA_E_MEMORY;
     }
     double *at = states->memory;
@@ -94,7 +95,7 @@ int latency_states_init(latency_states *states, const latency_options *options,
                                             .count = options->batch};
         fill_request(&states->requests[i], &names, &at, &seed);
     }
-    robot_names_free(&names);
+    tfa_names_free(&names);
     return TFA_OK;
 }
 

@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Turns a refused request into a sentence: the entry, its joint or link, its value, the reason and
+ * the remedy.
+ */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <totalforce/dynamics.h>
+#include <totalforce/text.h>
+
+/* What a sentence is made of, and where it goes */
+struct refusal {
+    const tfa_names *names;
+    const tfa_request *request;
+    const tfa_reply *reply;
+    tfa_option_syntax syntax;
+    tfa_place place;
+    char entry[400]; /* "q[3] (elbow) of state 17"; "" if the refusal is about no field */
+    char *text;
+    size_t size;
+};
+
+static size_t say(const struct refusal *r, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static size_t say(const struct refusal *r, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    const int length = vsnprintf(r->text, r->size, format, list);
+    va_end(list);
+    return length < 0 ? 0 : (size_t)length;
+}
+
+static const char *op_of(const struct refusal *r)
+{
+    return tfa_word(TFA_WORDS_OP, (uint32_t)r->request->op);
+}
+
+static const char *method_of(const struct refusal *r)
+{
+    return tfa_method_name((uint32_t)r->request->method);
+}
+
+static const char *summary_of(const struct refusal *r)
+{
+    return tfa_status_text(r->reply->status);
+}
+
+static const char *cause_of(const struct refusal *r)
+{
+    return tfa_status_cause(r->reply->status);
+}
+
+/* ---- the place ---- */
+
+static uint32_t tip_rows(const tfa_request *request)
+{
+    return (request->rows == TFA_ROWS_POINT ? 3u : 6u) * request->tip_count;
+}
+
+/* Numbers of a field, and how many one state has; NULL: the field is no array. */
+static const double *numbers_of(const tfa_names *names, const tfa_request *r, tfa_field field,
+                                uint32_t *width)
+{
+    const struct {
+        const double *numbers;
+        uint32_t width;
+    } arrays[] = {
+        [TFA_FIELD_Q] = {r->q, names->q_count},
+        [TFA_FIELD_V] = {r->v, names->v_count},
+        [TFA_FIELD_TAU] = {r->tau, names->v_count},
+        [TFA_FIELD_QDD] = {r->qdd, names->v_count},
+        [TFA_FIELD_BASE_POSE] = {r->base_pose, 7},
+        [TFA_FIELD_BASE_TWIST] = {r->base_twist, 6},
+        [TFA_FIELD_BASE_WRENCH] = {r->base_wrench, 6},
+        [TFA_FIELD_BASE_ACCELERATION] = {r->base_acceleration, 6},
+        [TFA_FIELD_GRAVITY] = {r->gravity, 3},
+        [TFA_FIELD_WRENCHES] = {r->wrenches, 6 * r->wrench_count},
+        [TFA_FIELD_TASK_ACCELERATION] = {r->task_acceleration, tip_rows(r)},
+    };
+    if ((size_t)field >= sizeof arrays / sizeof *arrays)
+        return NULL;
+    *width = arrays[field].width;
+    return arrays[field].numbers;
+}
+
+static const char *link_of(const tfa_names *names, const tfa_request *request,
+                           const tfa_reply *reply)
+{
+    const uint32_t k = reply->index;
+    switch (reply->field) {
+    case TFA_FIELD_BODY:
+        return tfa_names_frame(names, k);
+    case TFA_FIELD_TIPS:
+        return reply->status == TFA_E_LINK && k < request->tip_count
+                   ? tfa_names_frame(names, request->tips[k])
+                   : NULL;
+    case TFA_FIELD_PAYLOADS:
+        return k < request->payload_count ? tfa_names_frame(names, request->payload_frames[k])
+                                          : NULL;
+    case TFA_FIELD_WRENCHES:
+        return reply->status == TFA_E_VALUE && k / 6 < request->wrench_count
+                   ? tfa_names_frame(names, request->wrench_frames[k / 6])
+                   : NULL;
+    default:
+        return NULL;
+    }
+}
+
+tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *request,
+                            const tfa_reply *reply)
+{
+    const tfa_field field = reply->field;
+    const int of_joints = field >= TFA_FIELD_Q && field <= TFA_FIELD_QDD;
+    const tfa_joint_span *joint =
+        of_joints ? tfa_names_owner(names, field == TFA_FIELD_Q, reply->index) : NULL;
+    uint32_t width = 0;
+    const double *numbers = numbers_of(names, request, field, &width);
+    return (tfa_place){
+        .field = field == TFA_FIELD_TAU && request->op == TFA_OP_TASK_TORQUES
+                     ? "posture_torques"
+                     : tfa_field_name(field),
+        .joint = joint ? joint->name : NULL,
+        .link = link_of(names, request, reply),
+        .number = numbers && reply->index < width
+                      ? numbers + (size_t)width * reply->state + reply->index
+                      : NULL,
+    };
+}
+
+static void write_entry(struct refusal *r)
+{
+    const tfa_place *at = &r->place;
+    const char *owner = at->joint ? at->joint : at->link;
+    const int of_state = r->request->count > 1 && r->reply->field != TFA_FIELD_GRAVITY;
+    char number[16] = "", state[32] = "";
+    snprintf(number, sizeof number, "[%u]", r->reply->index);
+    if (of_state)
+        snprintf(state, sizeof state, " of state %u", r->reply->state);
+    if (at->number)
+        snprintf(r->entry, sizeof r->entry, "%s%s%s%.200s%s%s", at->field, number,
+                 owner ? " (" : "", owner ? owner : "", owner ? ")" : "", state);
+    else
+        snprintf(r->entry, sizeof r->entry, "%s", at->field);
+}
+
+/* ---- reasons; each returns 0 where it has nothing to say ---- */
+
+static size_t say_quaternion(const struct refusal *r)
+{
+    double norm = 0;
+    uint32_t width = 0;
+    if (r->reply->status != TFA_E_QUATERNION || !r->place.number ||
+        !numbers_of(r->names, r->request, r->reply->field, &width) || width < 4 ||
+        r->reply->index > width - 4)
+        return 0;
+    for (int k = 0; k < 4; k++) /* the index is that of the first */
+        norm = hypot(norm, r->place.number[k]);
+    return say(r, "%s: quaternion of norm %.6g, must be 1 within 1e-3 (order x y z w)", r->entry,
+               norm);
+}
+
+static size_t say_method(const struct refusal *r)
+{
+    char body[300] = "";
+    if (r->reply->field == TFA_FIELD_BODY)
+        snprintf(body, sizeof body, "body '%.200s': ", r->place.link);
+    switch (r->reply->status) {
+    case TFA_E_METHOD:
+        return say(r, "method: %s does not answer %s%s", method_of(r), op_of(r),
+                   r->reply->field == TFA_FIELD_LOCKED ? " with locked joints; aba does" : "");
+    case TFA_E_SINGULAR:
+        return say(r, "%s: %s%s: %s", method_of(r), body, summary_of(r), cause_of(r));
+    case TFA_E_NOT_COMPUTED:
+        return say(r, "%s: %s%s: %s", op_of(r), body, summary_of(r), cause_of(r));
+    default:
+        return 0;
+    }
+}
+
+static size_t say_payload(const struct refusal *r)
+{
+    const tfa_request *request = r->request;
+    char entry[32] = "payload";
+    if (r->reply->field != TFA_FIELD_PAYLOADS || !r->place.link || !request->payloads)
+        return 0;
+    if (request->payload_count > 1)
+        snprintf(entry, sizeof entry, "payload[%u]", r->reply->index);
+    if (r->reply->status == TFA_E_UNSUPPORTED)
+        return say(r,
+                   "%s: link '%.200s' moves with some joints of a body and not with others, "
+                   "without mass of its own; load a link at its end",
+                   entry, r->place.link);
+    if (r->reply->status != TFA_E_ARGUMENT)
+        return say(r, "%s: %s: %s", entry, summary_of(r), cause_of(r));
+    const double mass = request->payloads[TFA_PAYLOAD_NUMBERS * (size_t)r->reply->index];
+    if (mass < 0)
+        return say(r, "%s.mass: %g: must not be negative", entry, mass);
+    return say(r,
+               "%s.inertia: no body of %g kg has it; give ixx,ixy,ixz,iyy,iyz,izz about the centre "
+               "of mass, with eigenvalues that are not negative",
+               entry, mass);
+}
+
+static size_t say_locked(const struct refusal *r)
+{
+    if (r->reply->status != TFA_E_UNSUPPORTED || r->reply->field != TFA_FIELD_LOCKED)
+        return 0;
+    return say(r, "locked: %s does not go with locked joints", op_of(r));
+}
+
+static size_t say_tips(const struct refusal *r)
+{
+    static const char *const policies[] = {
+        [TFA_SYNTAX_C] = "rank_loss = truncate or damp",
+        [TFA_SYNTAX_COMMAND_LINE] = "--rank-loss=truncate or damp",
+        [TFA_SYNTAX_YAML] = "rank_loss: truncate or damp",
+        [TFA_SYNTAX_JSON] = "\"rank_loss\":\"truncate\" or \"damp\"",
+        [TFA_SYNTAX_PYTHON] = "rank_loss='truncate' or 'damp'"};
+    if (r->reply->field != TFA_FIELD_TIPS)
+        return 0;
+    if (r->reply->status == TFA_E_RANK)
+        return say(r, "tips: lambda_inv has rank %u of %u here; %s answers", r->reply->index,
+                   tip_rows(r->request), policies[r->syntax]);
+    if (r->reply->status == TFA_E_UNSUPPORTED && r->request->tip_count > r->reply->index)
+        return say(r, "tips: %u links, there is memory for %u (max_tips)", r->request->tip_count,
+                   r->reply->index);
+    return 0;
+}
+
+/* Limits of the robot's size, and memory that was not reserved */
+static size_t say_limit(const struct refusal *r)
+{
+    const char *limit = tfa_limit_text(r->reply);
+    const int of_method = r->reply->field == TFA_FIELD_METHOD;
+    const char *what = of_method ? method_of(r) : op_of(r);
+    const char *field = r->place.field;
+    if (r->reply->status != TFA_E_UNSUPPORTED || (!of_method && r->reply->field != TFA_FIELD_OP))
+        return 0;
+    if (limit[0])
+        return say(r, "%s: %s of a robot of %u freedoms: %s", field, what,
+                   r->names->base_freedoms + r->names->v_count, limit);
+    if (!of_method && r->request->op != TFA_OP_MASS_MATRIX)
+        return 0;
+    if (r->syntax == TFA_SYNTAX_PYTHON)
+        return say(r,
+                   "%s: no memory was reserved for %s; methods=['%s'] of a Workspace or Pool "
+                   "reserves it, of a daemon methods: all in its configuration",
+                   field, what, of_method ? what : "crba");
+    return say(r,
+               "%s: no memory was reserved for %s; in the daemon's configuration, methods: all of "
+               "the robot reserves it",
+               field, what);
+}
+
+static size_t say_status(const struct refusal *r)
+{
+    if (r->reply->status == TFA_E_VALUE && r->place.number)
+        return say(r, "%s: %g: %s", r->entry, *r->place.number, summary_of(r));
+    if (r->entry[0])
+        return say(r, "%s: %s: %s", r->entry, summary_of(r), cause_of(r));
+    return say(r, "%s of robot '%s': %s: %s", op_of(r), r->names->robot ? r->names->robot : "?",
+               summary_of(r), cause_of(r));
+}
+
+size_t tfa_explain(const tfa_names *names, const tfa_request *request, const tfa_reply *reply,
+                   tfa_option_syntax syntax, char *text, size_t size)
+{
+    static size_t (*const reasons[])(const struct refusal *) = {
+        say_quaternion, say_method, say_payload, say_locked, say_tips, say_limit, say_status};
+    struct refusal r = {names, request, reply, syntax, {0}, "", text, size};
+    r.place = tfa_refused_place(names, request, reply);
+    write_entry(&r);
+    size_t length = 0;
+    for (size_t k = 0; !length && k < sizeof reasons / sizeof *reasons; k++)
+        length = reasons[k](&r);
+    return length;
+}

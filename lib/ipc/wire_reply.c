@@ -9,8 +9,8 @@
 
 /* Where a tfa_reply has the pointer to a block */
 static const uint16_t buffer_offset[TFA_WIRE_REPLY_BLOCKS] = {
-#define OFFSET(block, field, bytes) offsetof(tfa_reply, field),
-    TFA_WIRE_REPLY_LIST(OFFSET)
+#define OFFSET(block, member, ...) offsetof(tfa_reply, member),
+    TFA_OUTPUT_LIST(OFFSET)
 #undef OFFSET
 };
 
@@ -27,7 +27,12 @@ static void set_buffer(tfa_reply *r, uint32_t block, void *buffer)
 }
 
 /* Blocks with n x n numbers a state */
-#define DENSE_BLOCKS (TFA_WIRE_BIT(MASS_MATRIX) | TFA_WIRE_DERIVATIVES)
+#define DENSE(name, member, rows, columns, ...)                                                    \
+    | (EXTENT_##rows == EXTENT_FREEDOMS && EXTENT_##columns == EXTENT_FREEDOMS                     \
+           ? TFA_WIRE_BIT(name)                                                                    \
+           : 0)
+static const uint32_t dense_blocks = 0 TFA_OUTPUT_LIST(DENSE);
+#undef DENSE
 
 /* Bytes of these blocks */
 static size_t blocks_width(const tfa_wire_shape *shape, uint32_t blocks,
@@ -49,7 +54,7 @@ static size_t shared_bytes_of_state(const tfa_wire_shape *shape)
         const tfa_request r = {
             .op = (tfa_op)op, .flags = TFA_WANT_ALL, .count = 1, .tip_count = shape->max_tips};
         const tfa_wire_reply_shape all = tfa_wire_reply_shape_of(shape, &r);
-        const uint32_t never = TFA_WIRE_EVERY_STATE | (too_large ? DENSE_BLOCKS : 0);
+        const uint32_t never = TFA_WIRE_EVERY_STATE | (too_large ? dense_blocks : 0);
         const size_t bytes = blocks_width(shape, all.want & ~never, &all);
         most = bytes > most ? bytes : most;
     }
@@ -91,7 +96,7 @@ int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply
     if (!shared)
         return TFA_OK;
     *invalid_field = TFA_FIELD_OP;
-    if (shared & DENSE_BLOCKS && tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX)
+    if (shared & dense_blocks && tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX)
         return TFA_E_UNSUPPORTED;
     *invalid_field = TFA_FIELD_COUNT;
     return fits(shape, blocks_width(shape, shared, reply_shape), reply_shape->count) ? TFA_OK
@@ -122,8 +127,8 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
 {
     unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
     /* member by member, as in decode_line */
-#define CLEAR(block, field, bytes) reply->field = NULL;
-    TFA_WIRE_REPLY_LIST(CLEAR)
+#define CLEAR(block, member, ...) reply->member = NULL;
+    TFA_OUTPUT_LIST(CLEAR)
 #undef CLEAR
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);

@@ -9,6 +9,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 #include <totalforce/request.h>
 
 /** Lengths of axes. Those below 0 depend on the robot or the request. */
@@ -118,6 +119,159 @@ enum tfa_needs {
     X(DQDD_DQ, dqdd_dq, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DV, dqdd_dv, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)                       \
     X(DQDD_DTAU, dqdd_dtau, FREEDOMS, FREEDOMS, TFA_OPS_DERIVATIVES, 0, NOTHING)
+
+/** How JSON prints an output */
+enum tfa_layout {
+    LAYOUT_VECTOR,   /**< [...] */
+    LAYOUT_MATRIX,   /**< [[row],...] */
+    LAYOUT_NUMBER,   /**< one number */
+    LAYOUT_FREEDOMS, /**< [joints], and with a floating base "base_KEY":[6] */
+    LAYOUT_BY_LINK,  /**< {link: row, ...}, one row for each frame */
+    LAYOUT_ENERGY,   /**< {"kinetic":..,"potential":..} */
+    LAYOUT_LOST,     /**< an object for each direction, with the rank */
+    LAYOUT_SPECTRUM, /**< no numbers but tfa_spectrum: keys of its own */
+    LAYOUT_RANK,     /**< no numbers but tfa_rank: keys of its own */
+};
+
+/** Outputs in the order in which JSON and Python print them, all but the answers: X(NAME in
+ *  TFA_OUTPUT_LIST, member of the IDL's Reply, key, layout, meaning with unit and frame). */
+#define TFA_OUTPUT_WORD_LIST(X)                                                                    \
+    X(OUT_QDD, qdd, "qdd", VECTOR, "accelerations, rad/s^2 or m/s^2: time derivatives of v")       \
+    X(OUT_BASE_ACCELERATION, base_acceleration, "base_acceleration", VECTOR,                       \
+      "time derivatives of the components of base_twist, m/s^2 and rad/s^2")                       \
+    X(OUT_TAU, tau, "tau", VECTOR, "joint forces, N m or N")                                       \
+    X(OUT_BASE_WRENCH, base_wrench, "base_wrench", VECTOR,                                         \
+      "wrench on the root link in its frame, N and N m")                                           \
+    X(GRAVITY_FORCE, gravity_force, "gravity", FREEDOMS,                                           \
+      "forces that hold the robot against gravity, N m or N")                                      \
+    X(VELOCITY_FORCE, velocity_force, "velocity", FREEDOMS,                                        \
+      "Coriolis and centrifugal forces, N m or N")                                                 \
+    X(DAMPING_FORCE, damping_force, "damping", FREEDOMS,                                           \
+      "damping times v, N m or N; 0 unless the model has damping")                                 \
+    X(EXTERNAL_FORCE, external_force, "external", FREEDOMS, "- sum of J^T wrench, N m or N")       \
+    X(ARMATURE_FORCE, armature_force, "armature", FREEDOMS,                                        \
+      "armature times qdd, part of M qdd; with qdd or base_acceleration")                          \
+    X(LAMBDA_INV, lambda_inv, "lambda_inv", MATRIX, "J M^-1 J^T of the tips in `frame`")           \
+    X(LAMBDA, lambda_matrix, "lambda", MATRIX, "inverse of lambda_inv, by rank_loss")              \
+    X(MU, mu, "mu", VECTOR, "operational-space velocity, damping and wrench forces, N and N m")    \
+    X(P, p, "p", VECTOR, "operational-space gravity forces, N and N m")                            \
+    X(POSES, poses, "pose", MATRIX, "of the tips in the world: x y z (m), quaternion x y z w")     \
+    X(TWISTS, twists, "twist", MATRIX, "of the tips in `frame`: linear, angular, m/s and rad/s")   \
+    X(JACOBIAN, jacobian, "jacobian", MATRIX, "of the tips in `frame`: twist = J v")               \
+    X(BIAS_ACCELERATION, bias_acceleration, "bias_acceleration", VECTOR,                           \
+      "J-dot v; acceleration of the tips = J qdd + this")                                          \
+    X(FRAME_POSES, frame_poses, "poses", BY_LINK,                                                  \
+      "of all links in the world, in the order of `links`")                                        \
+    X(COM, com, "com", VECTOR, "centre of mass of the bodies that move, m, world")                 \
+    X(COM_VELOCITY, com_velocity, "com_velocity", VECTOR, "m/s, world")                            \
+    X(COM_JACOBIAN, com_jacobian, "com_jacobian", MATRIX, "com_velocity = com_jacobian v")         \
+    X(MASS, mass, "mass", NUMBER, "kg, of the bodies that move")                                   \
+    X(MOMENTUM, momentum, "momentum", VECTOR,                                                      \
+      "linear (N s), angular about the centre of mass (N m s), axes of the world")                 \
+    X(ENERGY, energy, "energy", ENERGY, "kinetic, potential, J")                                   \
+    X(MASS_MATRIX, mass_matrix, "M", MATRIX, "mass matrix, the base first")                        \
+    X(DQDD_DQ, dqdd_dq, "dqdd_dq", MATRIX, "by motion along each freedom")                         \
+    X(DQDD_DV, dqdd_dv, "dqdd_dv", MATRIX, "by the velocity of each freedom")                      \
+    X(DQDD_DTAU, dqdd_dtau, "dqdd_dtau", MATRIX, "by the force of each freedom: M^-1")             \
+    X(SPECTRUM, spectrum, "spectrum", SPECTRUM,                                                    \
+      "rank and extreme eigenvalues of lambda_inv, as rank, eig_min, eig_max")                     \
+    X(RANK, rank, "rank", RANK,                                                                    \
+      "rank of lambda_inv as lambda and task torques used it, as rank, lost, threshold, "          \
+      "condition,\nlength, error_estimate")                                                        \
+    X(LOST, lost, "lost", LOST,                                                                    \
+      "directions at or below the threshold, by ascending singular value, the rest 0: "            \
+      "singular\nvalue (1/sqrt(kg)), acceleration given up along it (m/s^2), direction")
+
+/** Words of `want`, in the order in which messages name them: X(word, TFA_WANT_ bit) */
+#define TFA_WANT_LIST(X)                                                                           \
+    X("jacobian", JACOBIAN)                                                                        \
+    X("bias_acceleration", BIAS_ACCELERATION)                                                      \
+    X("twist", TWISTS)                                                                             \
+    X("pose", POSES)                                                                               \
+    X("poses", FRAME_POSES)                                                                        \
+    X("com", COM)                                                                                  \
+    X("momentum", MOMENTUM)                                                                        \
+    X("energy", ENERGY)                                                                            \
+    X("lambda", LAMBDA)                                                                            \
+    X("mu", MU)                                                                                    \
+    X("p", P)                                                                                      \
+    X("spectrum", SPECTRUM)
+
+/** An output of TFA_OUTPUT_LIST */
+typedef struct tfa_output {
+    uint16_t member, size; /**< of the buffer in tfa_reply; of one item */
+    int8_t rows, columns;  /**< enum tfa_extent */
+    uint8_t needs;         /**< enum tfa_needs */
+    uint32_t ops, flags;
+} tfa_output;
+
+/** Blocks of the wire: bits of tfa_wire_request.present, and of .want; places in tfa_outputs */
+#define TFA_WIRE_BLOCK(name, ...) TFA_WIRE_##name,
+enum { TFA_INPUT_LIST(TFA_WIRE_BLOCK) TFA_WIRE_REQUEST_BLOCKS };
+enum { TFA_OUTPUT_LIST(TFA_WIRE_BLOCK) TFA_WIRE_REPLY_BLOCKS };
+#undef TFA_WIRE_BLOCK
+
+static const tfa_output tfa_outputs[TFA_WIRE_REPLY_BLOCKS] = {
+#define TFA_OUTPUT(name, member, rows, columns, ops, flags, needs)                                 \
+    {offsetof(tfa_reply, member),                                                                  \
+     sizeof *((tfa_reply *)0)->member,                                                             \
+     EXTENT_##rows,                                                                                \
+     EXTENT_##columns,                                                                             \
+     NEEDS_##needs,                                                                                \
+     ops,                                                                                          \
+     flags},
+    TFA_OUTPUT_LIST(TFA_OUTPUT)
+#undef TFA_OUTPUT
+};
+
+#define TFA_OUTPUT_WORD(name, ...) (1ull << TFA_WIRE_##name) +
+_Static_assert(TFA_OUTPUT_WORD_LIST(TFA_OUTPUT_WORD) 1 == (1ull << TFA_WIRE_REPLY_BLOCKS) - 1 &&
+                   TFA_WIRE_ANSWERS == 0,
+               "every output but the answers has a word");
+#undef TFA_OUTPUT_WORD
+
+/** Buffer of an output in a reply; NULL: none */
+static inline void *tfa_output_buffer(const tfa_output *output, const tfa_reply *reply)
+{
+    void *buffer;
+    memcpy(&buffer, (const unsigned char *)reply + output->member, sizeof buffer);
+    return buffer;
+}
+
+static inline void tfa_output_set_buffer(const tfa_output *output, tfa_reply *reply, void *buffer)
+{
+    memcpy((unsigned char *)reply + output->member, &buffer, sizeof buffer);
+}
+
+/** 1: JSON and Python print this output. An array without joints is printed, one of a fixed base or
+ *  of no tips is not. */
+static inline int tfa_is_printed(const tfa_output *output, uint32_t base_freedoms,
+                                 const tfa_request *r)
+{
+    if (!(r->flags & output->flags) && !(TFA_OP_BIT(r->op) & output->ops))
+        return 0;
+    if (output->needs == NEEDS_QDD)
+        return r->qdd || r->base_acceleration;
+    if (output->columns == EXTENT_BASE)
+        return base_freedoms != 0;
+    return (output->columns != EXTENT_ROWS && output->columns != EXTENT_LOST) || r->tip_count;
+}
+
+/** Lengths of a request to a robot */
+static inline tfa_extents tfa_extents_of(uint32_t q, uint32_t v, uint32_t base, uint32_t links,
+                                         const tfa_request *r)
+{
+    return (tfa_extents){.q = q,
+                         .v = v,
+                         .base = base,
+                         .links = links,
+                         .count = r->count,
+                         .tips = r->tip_count,
+                         .rows = (r->rows == TFA_ROWS_POINT ? 3 : 6) * (size_t)r->tip_count,
+                         .wrenches = r->wrench_count,
+                         .payloads = r->payload_count,
+                         .locked = r->locked_count};
+}
 
 /** Length of an axis; 1 of one that is not there. */
 static inline size_t tfa_extent(int extent, const tfa_extents *n)

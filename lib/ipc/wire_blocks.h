@@ -26,12 +26,6 @@ typedef struct tfa_wire_shape {
     uint32_t max_batch, max_tips; /**< of one request */
 } tfa_wire_shape;
 
-/* Blocks of a request, then of a reply: bits of tfa_wire_request.present and .want */
-#define TFA_WIRE_BLOCK(name, ...) TFA_WIRE_##name,
-enum { TFA_INPUT_LIST(TFA_WIRE_BLOCK) TFA_WIRE_REQUEST_BLOCKS };
-enum { TFA_OUTPUT_LIST(TFA_WIRE_BLOCK) TFA_WIRE_REPLY_BLOCKS };
-#undef TFA_WIRE_BLOCK
-
 /** Determines the layout of a reply; each side keeps it in private memory. */
 typedef struct tfa_wire_reply_shape {
     uint32_t count, tip_count;

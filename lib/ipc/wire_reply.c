@@ -7,25 +7,6 @@
 
 #include <string.h>
 
-/* Where a tfa_reply has the pointer to a block */
-static const uint16_t buffer_offset[TFA_WIRE_REPLY_BLOCKS] = {
-#define OFFSET(block, member, ...) offsetof(tfa_reply, member),
-    TFA_OUTPUT_LIST(OFFSET)
-#undef OFFSET
-};
-
-static void *buffer_of(const tfa_reply *r, uint32_t block)
-{
-    void *buffer;
-    memcpy(&buffer, (const unsigned char *)r + buffer_offset[block], sizeof buffer);
-    return buffer;
-}
-
-static void set_buffer(tfa_reply *r, uint32_t block, void *buffer)
-{
-    memcpy((unsigned char *)r + buffer_offset[block], &buffer, sizeof buffer);
-}
-
 /* Blocks with n x n numbers a state */
 #define DENSE(name, member, rows, columns, ...)                                                    \
     | (EXTENT_##rows == EXTENT_FREEDOMS && EXTENT_##columns == EXTENT_FREEDOMS                     \
@@ -110,7 +91,7 @@ uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)
         return want;
     for (uint32_t bits = want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
-        want &= ~((uint32_t)(buffer_of(reply, block) == NULL) << block);
+        want &= ~((uint32_t)(tfa_output_buffer(&tfa_outputs[block], reply) == NULL) << block);
     }
     if (!reply->lambda_inv) /* the spectrum is computed from this buffer */
         want &= ~TFA_WIRE_BIT(SPECTRUM);
@@ -132,7 +113,7 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
 #undef CLEAR
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
-        set_buffer(reply, block, at);
+        tfa_output_set_buffer(&tfa_outputs[block], reply, at);
         at += tfa_wire_padded_size(tfa_wire_reply_width(shape, block, reply_shape));
     }
 }
@@ -171,7 +152,7 @@ void tfa_wire_write_answers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const size_t size = tfa_wire_reply_width(shape, block, reply_shape);
-        memcpy(at, buffer_of(reply, block), size);
+        memcpy(at, tfa_output_buffer(&tfa_outputs[block], reply), size);
         at += tfa_wire_padded_size(size);
     }
 }
@@ -183,7 +164,7 @@ void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_reply_sha
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const size_t size = tfa_wire_reply_width(shape, block, reply_shape);
-        void *const buffer = buffer_of(reply, block);
+        void *const buffer = tfa_output_buffer(&tfa_outputs[block], reply);
         if (buffer)
             memcpy(buffer, at, size);
         at += tfa_wire_padded_size(size);

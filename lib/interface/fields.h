@@ -80,9 +80,17 @@ enum tfa_needs {
     NEEDS_QDD = 4,        /**< accelerations; 0 without, which only wire and DDS send */
 };
 
+/* Sets of ops: one, those that answer torques, that solve for accelerations, that read wrenches */
 #define TFA_OPS_BIAS TFA_OP_BIT(TFA_OP_BIAS)
 #define TFA_OPS_TORQUES (TFA_OPS_ID | TFA_OPS_TASK)
+#define TFA_OPS_FORWARD (TFA_OPS_FD | TFA_OPS_TASK | TFA_OPS_DERIVATIVES)
+#define TFA_OPS_FORCES (TFA_OPS_FORWARD | TFA_OPS_ID | TFA_OPS_BIAS)
+/* Sets of answers by flag: with a rank; all with ops that answer lambda_inv only; motion of tips */
 #define TFA_WANT_RANK (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
+#define TFA_WANT_OF_SOLVE (TFA_WANT_RANK | TFA_WANT_SPECTRUM)
+#define TFA_WANT_MOTION                                                                            \
+    (TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
+#define TFA_WANT_OF_TIPS (TFA_WANT_MOTION | TFA_WANT_OF_SOLVE)
 
 /** Arrays of a reply in the order of the wire: X(NAME, member of tfa_reply, rows, columns, ops that
  *  answer it, flags that ask for it, needs). Each has an axis of states first. */
@@ -181,6 +189,36 @@ enum tfa_layout {
     X(LOST, lost, "lost", LOST,                                                                    \
       "directions at or below the threshold, by ascending singular value, the rest 0: "            \
       "singular\nvalue (1/sqrt(kg)), acceleration given up along it (m/s^2), direction")
+
+/** Keys of a request in JSON and Python (`poses`: JSON only): X(key, ops that use it, flags that
+ *  let every op use it, field). Of names as near to a wrong one the first is named first. The state
+ *  (q, v, base, gravity) may be given with every op, used or not, so that a program can ask
+ *  different questions about one state. */
+#define TFA_KEY_LIST(X)                                                                            \
+    X(q, TFA_OPS_ALL, 0, Q)                                                                        \
+    X(v, TFA_OPS_ALL, 0, V)                                                                        \
+    X(base_pose, TFA_OPS_ALL, 0, BASE_POSE)                                                        \
+    X(base_twist, TFA_OPS_ALL, 0, BASE_TWIST)                                                      \
+    X(gravity, TFA_OPS_ALL, 0, GRAVITY)                                                            \
+    X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES, 0, TAU)                                               \
+    X(posture_torques, TFA_OPS_TASK, 0, TAU)                                                       \
+    X(base_wrench, TFA_OPS_FORWARD, 0, BASE_WRENCH)                                                \
+    X(qdd, TFA_OPS_ID | TFA_OPS_BIAS, 0, QDD)                                                      \
+    X(base_acceleration, TFA_OPS_ID | TFA_OPS_BIAS, 0, BASE_ACCELERATION)                          \
+    X(wrench, TFA_OPS_FORCES, TFA_WANT_MU, WRENCHES)                                               \
+    X(tips, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS, TIPS)                                                 \
+    X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS, ROWS)                                                 \
+    X(frame, TFA_OPS_FORCES | TFA_OPS_OSIM, TFA_WANT_OF_TIPS, FRAME)                               \
+    X(acceleration, TFA_OPS_TASK, 0, TASK_ACCELERATION)                                            \
+    X(rank_loss, TFA_OPS_TASK, TFA_WANT_RANK, RANK_LOSS)                                           \
+    X(rank_threshold, TFA_OPS_TASK, TFA_WANT_RANK, RANK_THRESHOLD)                                 \
+    X(characteristic_length, TFA_OPS_TASK, TFA_WANT_RANK, CHARACTERISTIC_LENGTH)                   \
+    X(method, TFA_OPS_ALL, 0, METHOD)                                                              \
+    X(refine, TFA_OPS_SOLVE, 0, REFINE)                                                            \
+    X(estimate, TFA_OPS_SOLVE, 0, ESTIMATE)                                                        \
+    X(poses, TFA_OPS_SOLVE, 0, FLAGS)                                                              \
+    X(payload, TFA_OPS_ALL, 0, PAYLOADS)                                                           \
+    X(locked, TFA_OPS_ALL & ~TFA_OPS_M, 0, LOCKED)
 
 /** Words of `want`, in the order in which messages name them: X(word, TFA_WANT_ bit) */
 #define TFA_WANT_LIST(X)                                                                           \

@@ -46,8 +46,8 @@ static int lists(const char *list, const char *name)
 static int is_shown(const input_row *input, const op_row *op, int for_client)
 {
     return (!input->only_client || for_client) &&
-           (input->ops & TFA_OP_BIT(op->op) || input->flags & ~WANT_LAMBDA_INV ||
-            (input->flags && TFA_OP_BIT(op->op) & OPS_LAMBDA_INV));
+           (input->ops & TFA_OP_BIT(op->op) || input->flags & ~TFA_WANT_OF_SOLVE ||
+            (input->flags && TFA_OP_BIT(op->op) & TFA_OPS_SOLVE));
 }
 
 /* An indented text whose lines go on at the same column */

@@ -101,24 +101,6 @@ const char *want_word(size_t k);
 /** Writes the words of TFA_WANT_ bits: "lambda, mu or p"; "" for none. */
 void want_words(uint32_t flags, char *text, size_t size);
 
-/** Sets of ops, in the rows of both tables */
-enum {
-    FD = TFA_OPS_FD,
-    ID = TFA_OPS_ID,
-    OI = TFA_OPS_OSIM,
-    MASS = TFA_OPS_M,
-    BIAS = TFA_OP_BIT(TFA_OP_BIAS),
-    TASK = TFA_OPS_TASK,
-    DER = TFA_OPS_DERIVATIVES,
-};
-
-/** Sets that several files need */
-#define OPS_LAMBDA_INV (TFA_OPS_FD | TFA_OPS_OSIM | TFA_OPS_TASK)
-#define WANT_LAMBDA (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
-#define WANT_LAMBDA_INV (WANT_LAMBDA | TFA_WANT_SPECTRUM)
-#define WANT_MOTION                                                                                \
-    (TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
-
 /** Fills the masks of output_candidates. */
 void outputs_init(void);
 

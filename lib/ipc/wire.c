@@ -10,9 +10,11 @@
 /* Compilers keep these apart, for their number of callers. Inline, counts stay in registers. */
 #define INLINE static inline __attribute__((always_inline))
 
-#define BASE_BLOCKS                                                                                \
-    (1u << TFA_WIRE_BASE_POSE | 1u << TFA_WIRE_BASE_TWIST | 1u << TFA_WIRE_BASE_WRENCH |           \
-     1u << TFA_WIRE_BASE_ACCELERATION)
+#define OF_BASE(name, member, states, rows, columns)                                               \
+    | (uint32_t)(EXTENT_##columns == EXTENT_BASE || EXTENT_##columns == EXTENT_BASE_POSE)          \
+            << TFA_WIRE_##name
+static const uint32_t base_blocks = 0 TFA_INPUT_LIST(OF_BASE);
+#undef OF_BASE
 
 #define COUNTED_BLOCKS (1u << TFA_WIRE_WRENCHES | 1u << TFA_WIRE_PAYLOADS | 1u << TFA_WIRE_LOCKED)
 
@@ -20,8 +22,8 @@
 
 /* Where a tfa_request has the pointer to a block */
 static const uint16_t array_offset[TFA_WIRE_REQUEST_BLOCKS] = {
-#define OFFSET(block, field, bytes) offsetof(tfa_request, field),
-    TFA_WIRE_REQUEST_LIST(OFFSET)
+#define OFFSET(block, member, ...) offsetof(tfa_request, member),
+    TFA_INPUT_LIST(OFFSET)
 #undef OFFSET
 };
 
@@ -42,82 +44,63 @@ static uint32_t dof_check(const tfa_wire_shape *shape)
     return shape->q_count + tfa_wire_freedoms(shape);
 }
 
-/* Counts that determine the sizes of a request's blocks. */
-struct counts {
-    size_t count, tips, wrenches, payloads, locked;
-    size_t rows; /* of all tips */
-};
-
 /* Each within its limit, but `count`, which is checked with the reply's shape. */
-INLINE struct counts limited(const tfa_wire_shape *shape, struct counts n, uint32_t rows)
+INLINE tfa_extents limited(const tfa_wire_shape *shape, tfa_extents n, uint32_t rows)
 {
     n.tips = n.tips < shape->max_tips ? n.tips : shape->max_tips;
     n.rows = n.tips * tfa_wire_rows(rows);
     n.wrenches = n.wrenches < TFA_MAX_WRENCHES ? n.wrenches : TFA_MAX_WRENCHES;
     n.payloads = n.payloads < TFA_MAX_PAYLOADS ? n.payloads : TFA_MAX_PAYLOADS;
     n.locked = n.locked < shape->v_count ? n.locked : shape->v_count;
+    n.q = shape->q_count;
+    n.v = shape->v_count;
     return n;
 }
 
-static struct counts counts_of_request(const tfa_wire_shape *shape, const tfa_request *r)
+static tfa_extents counts_of_request(const tfa_wire_shape *shape, const tfa_request *r)
 {
-    const struct counts n = {.count = r->count,
-                             .tips = r->tip_count,
-                             .wrenches = r->wrench_count,
-                             .payloads = r->payload_count,
-                             .locked = r->locked_count};
+    const tfa_extents n = {.count = r->count,
+                           .tips = r->tip_count,
+                           .wrenches = r->wrench_count,
+                           .payloads = r->payload_count,
+                           .locked = r->locked_count};
     return limited(shape, n, r->rows);
 }
 
-static struct counts counts_of_line(const tfa_wire_shape *shape, const tfa_wire_request *line)
+static tfa_extents counts_of_line(const tfa_wire_shape *shape, const tfa_wire_request *line)
 {
-    const struct counts n = {.count =
-                                 line->count < shape->max_batch ? line->count : shape->max_batch,
-                             .tips = line->tip_count,
-                             .wrenches = line->wrench_count,
-                             .payloads = line->payload_count,
-                             .locked = line->locked_count};
+    const tfa_extents n = {.count = line->count < shape->max_batch ? line->count : shape->max_batch,
+                           .tips = line->tip_count,
+                           .wrenches = line->wrench_count,
+                           .payloads = line->payload_count,
+                           .locked = line->locked_count};
     return limited(shape, n, line->rows);
 }
 
-/* Bytes of a block of a request, without padding. */
-INLINE size_t request_width(const tfa_wire_shape *shape, uint32_t block, const struct counts *n)
-{
-    switch (block) {
-#define WIDTH(name, field, bytes)                                                                  \
-    case TFA_WIRE_##name:                                                                          \
-        return bytes;
-        TFA_WIRE_REQUEST_LIST(WIDTH)
-#undef WIDTH
-    default:
-        return 0;
-    }
-}
-
 /* Bytes of the frame indices that stand before the blocks. */
-static size_t frames_bytes(const struct counts *n)
+static size_t frames_bytes(const tfa_extents *n)
 {
     return tfa_wire_padded_size((n->tips + n->wrenches + n->payloads) * sizeof(uint32_t));
 }
 
 /* Bytes of a slot that holds these blocks. */
-static size_t request_size(const tfa_wire_shape *shape, uint32_t present, const struct counts *n)
+static size_t request_size(uint32_t present, const tfa_extents *n)
 {
     size_t size = TFA_WIRE_LINE + frames_bytes(n);
     for (uint32_t bits = present; bits; bits &= bits - 1)
-        size += tfa_wire_padded_size(request_width(shape, (uint32_t)__builtin_ctz(bits), n));
+        size += tfa_wire_padded_size(tfa_wire_request_width((uint32_t)__builtin_ctz(bits), n));
     return size;
 }
 
 size_t tfa_wire_request_capacity(const tfa_wire_shape *shape)
 {
-    const struct counts all = {.count = shape->max_batch,
-                               .tips = SIZE_MAX,
-                               .wrenches = SIZE_MAX,
-                               .payloads = SIZE_MAX,
-                               .locked = SIZE_MAX};
-    const struct counts most = limited(shape, all, TFA_ROWS_POSE);
-    return request_size(shape, ALL_BLOCKS, &most);
+    const tfa_extents all = {.count = shape->max_batch,
+                             .tips = SIZE_MAX,
+                             .wrenches = SIZE_MAX,
+                             .payloads = SIZE_MAX,
+                             .locked = SIZE_MAX};
+    const tfa_extents most = limited(shape, all, TFA_ROWS_POSE);
+    return request_size(ALL_BLOCKS, &most);
 }
 
 /* Blocks without a valid count are not sent; the daemon refuses the request by the count. */
@@ -139,11 +122,11 @@ static uint32_t blocks_without_count(const tfa_wire_shape *shape, const tfa_requ
 static uint32_t blocks_of_request(const tfa_wire_shape *shape, const tfa_request *r)
 {
     uint32_t present = 0;
-#define ADD(block, field, bytes) present |= (uint32_t)(r->field != NULL) << TFA_WIRE_##block;
-    TFA_WIRE_REQUEST_LIST(ADD)
+#define ADD(block, member, ...) present |= (uint32_t)(r->member != NULL) << TFA_WIRE_##block;
+    TFA_INPUT_LIST(ADD)
 #undef ADD
     if (shape->base_freedoms == 0)
-        present &= ~BASE_BLOCKS;
+        present &= ~base_blocks;
     return present & ~blocks_without_count(shape, r);
 }
 
@@ -179,7 +162,7 @@ static void encode_line(const tfa_wire_shape *shape, const tfa_request *r, tfa_w
 }
 
 /* The frame indices before the blocks */
-static void write_frames(unsigned char *at, const tfa_request *r, const struct counts *n)
+static void write_frames(unsigned char *at, const tfa_request *r, const tfa_extents *n)
 {
     memcpy(at, r->tips, n->tips * sizeof(uint32_t));
     at += n->tips * sizeof(uint32_t);
@@ -188,7 +171,7 @@ static void write_frames(unsigned char *at, const tfa_request *r, const struct c
     memcpy(at, r->payload_frames, n->payloads * sizeof(uint32_t));
 }
 
-static void read_frames(const unsigned char *at, tfa_request *r, const struct counts *n)
+static void read_frames(const unsigned char *at, tfa_request *r, const tfa_extents *n)
 {
     memcpy(r->tips, at, n->tips * sizeof(uint32_t));
     at += n->tips * sizeof(uint32_t);
@@ -201,7 +184,7 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
                             uint64_t id, uint64_t t_sent, void *slot,
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field)
 {
-    const struct counts n = counts_of_request(shape, request);
+    const tfa_extents n = counts_of_request(shape, request);
     want = tfa_wire_of_robot(shape, want);
     *reply_shape = (tfa_wire_reply_shape){.count = request->count,
                                           .tip_count = request->tip_count,
@@ -229,7 +212,7 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
     at += frames;
     for (uint32_t bits = present; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
-        const size_t size = request_width(shape, block, &n);
+        const size_t size = tfa_wire_request_width(block, &n);
         memcpy(at, array_of(request, block), size);
         at += tfa_wire_padded_size(size);
     }
@@ -238,15 +221,15 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
 
 size_t tfa_wire_request_bytes(const tfa_wire_shape *shape, const tfa_request *request)
 {
-    const struct counts n = counts_of_request(shape, request);
-    return request_size(shape, blocks_of_request(shape, request), &n);
+    const tfa_extents n = counts_of_request(shape, request);
+    return request_size(blocks_of_request(shape, request), &n);
 }
 
 size_t tfa_wire_copied_bytes(const tfa_wire_shape *shape, const void *copy)
 {
     const tfa_wire_request *line = copy;
-    const struct counts n = counts_of_line(shape, line);
-    return request_size(shape, line->present & ALL_BLOCKS, &n);
+    const tfa_extents n = counts_of_line(shape, line);
+    return request_size(line->present & ALL_BLOCKS, &n);
 }
 
 void tfa_wire_copy_request(const tfa_wire_shape *shape, const void *slot, void *copy)
@@ -261,8 +244,8 @@ static void decode_line(const tfa_wire_request *line, tfa_request *r)
 {
     /* member by member: gcc 12 clears the whole with `rep stos`, which doubles the time. Frames are
      * read up to their counts only. */
-#define CLEAR(block, field, bytes) r->field = NULL;
-    TFA_WIRE_REQUEST_LIST(CLEAR)
+#define CLEAR(block, member, ...) r->member = NULL;
+    TFA_INPUT_LIST(CLEAR)
 #undef CLEAR
 #define DECODE(field, type, limit) r->field = (type)line->field;
     LINE_FIELDS(DECODE)
@@ -270,7 +253,7 @@ static void decode_line(const tfa_wire_request *line, tfa_request *r)
 }
 
 /* Points the arrays of a request at the blocks that stand at `at`. */
-static void point_into(const tfa_wire_shape *shape, uint32_t present, const struct counts *n,
+static void point_into(const tfa_wire_shape *shape, uint32_t present, const tfa_extents *n,
                        const unsigned char *at, tfa_request *r)
 {
     const uint32_t none = present & COUNTED_BLOCKS ? blocks_without_count(shape, r) : 0;
@@ -278,7 +261,7 @@ static void point_into(const tfa_wire_shape *shape, uint32_t present, const stru
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const void *array = none >> block & 1 ? NULL : at;
         set_array(r, block, array);
-        at += tfa_wire_padded_size(request_width(shape, block, n));
+        at += tfa_wire_padded_size(tfa_wire_request_width(block, n));
     }
 }
 
@@ -286,7 +269,7 @@ int tfa_wire_decode_request(const tfa_wire_shape *shape, const void *copy, tfa_r
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field)
 {
     const tfa_wire_request *line = copy;
-    const struct counts n = counts_of_line(shape, line);
+    const tfa_extents n = counts_of_line(shape, line);
     decode_line(line, request);
     *invalid_field = TFA_FIELD_NONE;
     *reply_shape = (tfa_wire_reply_shape){

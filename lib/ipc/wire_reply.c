@@ -7,27 +7,13 @@
 
 #include <string.h>
 
-/* Where a tfa_reply has the pointer to a block */
-static const uint16_t buffer_offset[TFA_WIRE_REPLY_BLOCKS] = {
-#define OFFSET(block, field, bytes) offsetof(tfa_reply, field),
-    TFA_WIRE_REPLY_LIST(OFFSET)
-#undef OFFSET
-};
-
-static void *buffer_of(const tfa_reply *r, uint32_t block)
-{
-    void *buffer;
-    memcpy(&buffer, (const unsigned char *)r + buffer_offset[block], sizeof buffer);
-    return buffer;
-}
-
-static void set_buffer(tfa_reply *r, uint32_t block, void *buffer)
-{
-    memcpy((unsigned char *)r + buffer_offset[block], &buffer, sizeof buffer);
-}
-
 /* Blocks with n x n numbers a state */
-#define DENSE_BLOCKS (TFA_WIRE_BIT(MASS_MATRIX) | TFA_WIRE_DERIVATIVES)
+#define DENSE(name, member, rows, columns, ...)                                                    \
+    | (EXTENT_##rows == EXTENT_FREEDOMS && EXTENT_##columns == EXTENT_FREEDOMS                     \
+           ? TFA_WIRE_BIT(name)                                                                    \
+           : 0)
+static const uint32_t dense_blocks = 0 TFA_OUTPUT_LIST(DENSE);
+#undef DENSE
 
 /* Bytes of these blocks */
 static size_t blocks_width(const tfa_wire_shape *shape, uint32_t blocks,
@@ -49,7 +35,7 @@ static size_t shared_bytes_of_state(const tfa_wire_shape *shape)
         const tfa_request r = {
             .op = (tfa_op)op, .flags = TFA_WANT_ALL, .count = 1, .tip_count = shape->max_tips};
         const tfa_wire_reply_shape all = tfa_wire_reply_shape_of(shape, &r);
-        const uint32_t never = TFA_WIRE_EVERY_STATE | (too_large ? DENSE_BLOCKS : 0);
+        const uint32_t never = TFA_WIRE_EVERY_STATE | (too_large ? dense_blocks : 0);
         const size_t bytes = blocks_width(shape, all.want & ~never, &all);
         most = bytes > most ? bytes : most;
     }
@@ -91,7 +77,7 @@ int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply
     if (!shared)
         return TFA_OK;
     *invalid_field = TFA_FIELD_OP;
-    if (shared & DENSE_BLOCKS && tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX)
+    if (shared & dense_blocks && tfa_wire_freedoms(shape) > TFA_WIRE_MASS_MATRIX_MAX)
         return TFA_E_UNSUPPORTED;
     *invalid_field = TFA_FIELD_COUNT;
     return fits(shape, blocks_width(shape, shared, reply_shape), reply_shape->count) ? TFA_OK
@@ -105,7 +91,7 @@ uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)
         return want;
     for (uint32_t bits = want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
-        want &= ~((uint32_t)(buffer_of(reply, block) == NULL) << block);
+        want &= ~((uint32_t)(tfa_output_buffer(&tfa_outputs[block], reply) == NULL) << block);
     }
     if (!reply->lambda_inv) /* the spectrum is computed from this buffer */
         want &= ~TFA_WIRE_BIT(SPECTRUM);
@@ -122,12 +108,12 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
 {
     unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
     /* member by member, as in decode_line */
-#define CLEAR(block, field, bytes) reply->field = NULL;
-    TFA_WIRE_REPLY_LIST(CLEAR)
+#define CLEAR(block, member, ...) reply->member = NULL;
+    TFA_OUTPUT_LIST(CLEAR)
 #undef CLEAR
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
-        set_buffer(reply, block, at);
+        tfa_output_set_buffer(&tfa_outputs[block], reply, at);
         at += tfa_wire_padded_size(tfa_wire_reply_width(shape, block, reply_shape));
     }
 }
@@ -166,7 +152,7 @@ void tfa_wire_write_answers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const size_t size = tfa_wire_reply_width(shape, block, reply_shape);
-        memcpy(at, buffer_of(reply, block), size);
+        memcpy(at, tfa_output_buffer(&tfa_outputs[block], reply), size);
         at += tfa_wire_padded_size(size);
     }
 }
@@ -178,7 +164,7 @@ void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_reply_sha
     for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
         const uint32_t block = (uint32_t)__builtin_ctz(bits);
         const size_t size = tfa_wire_reply_width(shape, block, reply_shape);
-        void *const buffer = buffer_of(reply, block);
+        void *const buffer = tfa_output_buffer(&tfa_outputs[block], reply);
         if (buffer)
             memcpy(buffer, at, size);
         at += tfa_wire_padded_size(size);

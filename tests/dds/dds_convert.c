@@ -131,10 +131,10 @@ TEST(requests_survive)
 /* Points every array of a reply at as many numbers as any test needs. */
 static void point_at(tfa_reply *reply, double *at, size_t stride, bool all)
 {
-#define POINT(block, field, bytes)                                                                 \
+#define POINT(block, field, ...)                                                                   \
     reply->field = all ? (void *)at : NULL;                                                        \
     at += stride;
-    TFA_WIRE_REPLY_LIST(POINT)
+    TFA_OUTPUT_LIST(POINT)
 #undef POINT
 }
 
@@ -220,8 +220,7 @@ TEST(structures_survive)
                     spectrum_out[i].eig_max == 1e300);
         assert_true(rank_out[i].rank == rank[i].rank && rank_out[i].lost == 2 &&
                     rank_out[i].threshold == 1e-9 && rank_out[i].length == 0.3 &&
-                    rank_out[i].error_estimate == 1e-14 &&
-                    isinf(rank_out[i].condition));
+                    rank_out[i].error_estimate == 1e-14 && isinf(rank_out[i].condition));
     }
     totalforce_dds_Reply_free(out, DDS_FREE_ALL);
     assert_int_equal(dds_delete(p.participant), DDS_RETCODE_OK);

@@ -60,8 +60,8 @@ static tfa_reply reply_into(buffers *b, const transports *d)
     tfa_reply reply = {0};
     for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
         memset(b->block[k], CANARY, d->words * sizeof(double));
-#define POINT_AT(name, field, bytes) reply.field = (void *)b->block[TFA_WIRE_##name];
-    TFA_WIRE_REPLY_LIST(POINT_AT)
+#define POINT_AT(name, field, ...) reply.field = (void *)b->block[TFA_WIRE_##name];
+    TFA_OUTPUT_LIST(POINT_AT)
 #undef POINT_AT
     return reply;
 }
@@ -150,10 +150,10 @@ static void assert_same(const transports *d, const tfa_reply *expected, const bu
 /* Only buffer `block` of a reply; all of them, if there is no such block. */
 static void keep_buffer(tfa_reply *reply, uint32_t block)
 {
-#define KEEP(name, field, bytes)                                                                   \
+#define KEEP(name, field, ...)                                                                     \
     if (block < TFA_WIRE_REPLY_BLOCKS && block != TFA_WIRE_##name)                                 \
         reply->field = NULL;
-    TFA_WIRE_REPLY_LIST(KEEP)
+    TFA_OUTPUT_LIST(KEEP)
 #undef KEEP
 }
 

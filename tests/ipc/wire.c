@@ -226,12 +226,12 @@ TEST(every_answer_arrives)
         tfa_reply there = {0}, here = {0};
         tfa_wire_reply_buffers(&wire_dog, &shape, slot, &there);
         memset(got, 0, sizeof got);
-#define FILL(block, field, bytes)                                                                  \
+#define FILL(block, field, ...)                                                                    \
     for (size_t w = 0;                                                                             \
          there.field && w < tfa_wire_reply_width(&wire_dog, TFA_WIRE_##block, &shape) / 8; w++)    \
         ((uint64_t *)(void *)there.field)[w] = slot_number(TFA_WIRE_##block, w);                   \
     here.field = TFA_WIRE_##block == k ? NULL : (void *)got[TFA_WIRE_##block];
-        TFA_WIRE_REPLY_LIST(FILL)
+        TFA_OUTPUT_LIST(FILL)
 #undef FILL
         assert_int_equal(tfa_wire_want(&r, NULL), k < 2 ? 0 : shape.want);
         tfa_wire_copy_answers(&wire_dog, &shape, slot, &here);

@@ -46,10 +46,10 @@ static void assert_reply_inside(const tfa_wire_shape *s, const tfa_wire_reply_sh
     unsigned char *slot = wire_slot(size);
     tfa_reply out;
     tfa_wire_reply_buffers(s, reply_shape, slot, &out);
-#define INSIDE(block, field, bytes)                                                                \
+#define INSIDE(block, field, ...)                                                                  \
     assert_true(                                                                                   \
         inside(out.field, tfa_wire_reply_width(s, TFA_WIRE_##block, reply_shape), slot, size));
-    TFA_WIRE_REPLY_LIST(INSIDE)
+    TFA_OUTPUT_LIST(INSIDE)
 #undef INSIDE
     free(slot);
 }

@@ -101,12 +101,12 @@ TEST(largest_reply_fits)
         tfa_reply out;
         assert_int_equal(reply_shape.rows, 6 * TFA_MAX_TIPS);
         tfa_wire_reply_buffers(&wire_dog, &reply_shape, slot, &out);
-#define BEHIND(block, field, bytes)                                                                \
+#define BEHIND(block, field, ...)                                                                  \
     if (out.field) {                                                                               \
         assert_ptr_equal(out.field, end);                                                          \
         end += tfa_wire_reply_width(&wire_dog, TFA_WIRE_##block, &reply_shape);                    \
     }
-        TFA_WIRE_REPLY_LIST(BEHIND)
+        TFA_OUTPUT_LIST(BEHIND)
 #undef BEHIND
         assert_true(end <= slot + size);
         assert_non_null(out.frame_poses);

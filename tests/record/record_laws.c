@@ -112,8 +112,8 @@ static unsigned ask_everything(const harness *h, const char *robot, unsigned ste
     unsigned sent = 0, answered = 0;
     options.max_batch = BATCH;
     options.slots = 2;
-#define POINT_AT(name, field, bytes) reply.field = (void *)blocks[TFA_WIRE_##name];
-    TFA_WIRE_REPLY_LIST(POINT_AT)
+#define POINT_AT(name, field, ...) reply.field = (void *)blocks[TFA_WIRE_##name];
+    TFA_OUTPUT_LIST(POINT_AT)
 #undef POINT_AT
     assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
     for (unsigned i = 0; i < 140 * 42; i += step) {

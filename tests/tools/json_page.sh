@@ -66,9 +66,10 @@ for word in forward_dynamics inverse_dynamics operational_inertia mass_matrix ki
     task_torques derivatives; do
     grep -q "^### \`$word\`" "$source/docs/json.md" || fail "no op $word on the page"
 done
-keys=$(sed -n 's/^    {"\([a-z_]*\)", .*/\1/p' "$source/tools/jsonl/jsonl_read.c" \
-    "$source/tools/jsonl/jsonl_answers.c")
-[ "$(echo "$keys" | wc -l)" -ge 50 ] || fail "the tables of keys are not found"
+keys=$(sed -n 's/^    {"\([a-z_]*\)", .*/\1/p' "$source/tools/jsonl/jsonl_read.c"
+    sed -n 's/^    X([A-Z_]*, [a-z_]*, "\([A-Za-z_]*\)", .*/\1/p
+        s/^    X(\([a-z_]*\), TFA_OPS_.*/\1/p' "$source/lib/interface/fields.h")
+[ "$(echo "$keys" | wc -l)" -ge 58 ] || fail "the tables of keys are not found"
 for key in $keys; do
     grep -q "\`$key\`" "$source/docs/json.md" || fail "no key $key on the page"
 done

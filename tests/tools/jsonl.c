@@ -425,7 +425,7 @@ TEST(test_a_reply_line)
     read_line(&r, &arm, line, sizeof line - 1);
     assert_int_equal(r.status, TFA_OK);
     r.reply.lambda_inv[1] = 0.5;
-    r.buffers.spectrum = (tfa_spectrum){.rank = 6, .eig_min = 1e-3, .eig_max = 2};
+    *r.reply.spectrum = (tfa_spectrum){.rank = 6, .eig_min = 1e-3, .eig_max = 2};
     r.buffers.answer =
         (tfa_answer){.method = TFA_METHOD_PROPAGATION,
                      .flags = TFA_ANSWER_ESTIMATED | TFA_ANSWER_FALLBACK | TFA_ANSWER_STALLED,

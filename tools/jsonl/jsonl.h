@@ -45,8 +45,8 @@ typedef struct jsonl_defaults {
 
 /** Numbers of one answer; allocated when it is first asked for, larger when more are. */
 typedef struct jsonl_array {
-    double *numbers;
-    size_t size;
+    void *items;
+    size_t count;
 } jsonl_array;
 
 /** Memory for one request and its reply. Written by jsonl_read and by whoever answers. */
@@ -57,13 +57,10 @@ typedef struct jsonl_buffers {
     double payloads[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     double task_acceleration[6 * TFA_MAX_TIPS];
     double rank_threshold, characteristic_length;
-    double lost[TFA_LOST_MAX * (2 + 6 * TFA_MAX_TIPS)];
     uint32_t *locked;          /**< v_count: no robot has more joints than freedoms */
     uint8_t *named;            /**< v_count: joints of the list that is being read */
     jsonl_array *answers;      /**< one for each row of the table of answers */
     const char *tip_poses_key; /**< key of the tips' poses in the reply; NULL: "pose" */
-    tfa_spectrum spectrum;
-    tfa_rank rank;
     tfa_answer answer;
 } jsonl_buffers;
 

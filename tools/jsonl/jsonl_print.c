@@ -7,7 +7,6 @@
 
 #include <inttypes.h>
 #include <math.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -134,27 +133,29 @@ static void print_answer(FILE *out, const jsonl_answer *answer, const char *key,
     jsonl_answer_size(answer, names, request, &rows, &columns);
     print_key(out, "", key);
     switch (answer->layout) {
-    case JSONL_VECTOR:
+    case LAYOUT_VECTOR:
         print_vector(out, values, columns);
         break;
-    case JSONL_MATRIX:
+    case LAYOUT_MATRIX:
         print_matrix(out, values, rows, columns);
         break;
-    case JSONL_NUMBER:
+    case LAYOUT_NUMBER:
         jsonl_print_number(out, values[0]);
         break;
-    case JSONL_FREEDOMS:
+    case LAYOUT_FREEDOMS:
         print_vector(out, values + names->base_freedoms, names->v_count);
         if (names->base_freedoms) {
             print_key(out, "base_", key);
             print_vector(out, values, names->base_freedoms);
         }
         break;
-    case JSONL_BY_LINK:
+    case LAYOUT_BY_LINK:
         print_by_link(out, names, values, columns);
         break;
-    case JSONL_ENERGY:
+    case LAYOUT_ENERGY:
         print_energy(out, values);
+        break;
+    default: /* print_rank */
         break;
     }
 }
@@ -227,12 +228,12 @@ void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
     fprintf(out, "\"status\":\"ok\",\"method\":\"%s\"", tfa_method_name(reply->answers->method));
     for (size_t i = 0; i < jsonl_answer_count; i++) {
         const jsonl_answer *answer = &jsonl_answers[i];
-        const double *values = jsonl_answer_numbers(answer, reply);
-        const int is_tip_poses = answer->flags == TFA_WANT_POSES && buffers->tip_poses_key;
-        if (values)
+        const double *values = tfa_output_buffer(&tfa_outputs[answer->block], reply);
+        const int is_tip_poses = answer->block == TFA_WIRE_POSES && buffers->tip_poses_key;
+        if (values && answer->layout < LAYOUT_LOST)
             print_answer(out, answer, is_tip_poses ? buffers->tip_poses_key : answer->key, names,
                          request, values);
-        if (answer->member == offsetof(tfa_reply, lambda_inv))
+        if (answer->block == TFA_WIRE_LAMBDA_INV)
             print_rank(out, request, reply);
     }
     print_quality(out, reply->answers);

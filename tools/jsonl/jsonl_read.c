@@ -5,33 +5,12 @@
  * which function reads them.
  */
 #include "common/suggest.h"
+#include "interface/fields.h"
 #include "jsonl_values.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/text.h>
-
-/* Sets of ops */
-enum {
-    FD = TFA_OPS_FD,
-    ID = TFA_OPS_ID,
-    OI = TFA_OPS_OSIM,
-    MASS = TFA_OPS_M,
-    BIAS = TFA_OP_BIT(TFA_OP_BIAS),
-    TASK = TFA_OPS_TASK,
-    DER = TFA_OPS_DERIVATIVES,
-    ALL = TFA_OPS_ALL,
-    LAMBDA_INV = FD | OI | TASK,  /* answer lambda_inv */
-    FORWARD = FD | TASK | DER,    /* solve for accelerations */
-    FORCES = FORWARD | ID | BIAS, /* read wrenches */
-};
-
-/* Sets of answers besides those of the op: of tips, with any op or those of lambda_inv only */
-#define LAMBDA_FLAGS (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
-#define LAMBDA_INV_FLAGS (LAMBDA_FLAGS | TFA_WANT_SPECTRUM)
-#define MOTION_FLAGS                                                                               \
-    (TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
-#define TIP_FLAGS (MOTION_FLAGS | LAMBDA_INV_FLAGS)
 
 static const char *const ops[] = {
     [TFA_OP_FORWARD_DYNAMICS] = "forward_dynamics",
@@ -62,30 +41,6 @@ const char *jsonl_frame_name(tfa_reference_frame frame)
     return (unsigned)frame < FRAME_COUNT ? frames[frame] : "unknown";
 }
 
-static int read_q(jsonl_reader *r, const json_t *value)
-{
-    r->request->q = r->buffers->q;
-    return jsonl_joints(r, value, 1, r->buffers->q);
-}
-
-static int read_v(jsonl_reader *r, const json_t *value)
-{
-    r->request->v = r->buffers->v;
-    return jsonl_joints(r, value, 0, r->buffers->v);
-}
-
-static int read_tau(jsonl_reader *r, const json_t *value)
-{
-    r->request->tau = r->buffers->tau;
-    return jsonl_joints(r, value, 0, r->buffers->tau);
-}
-
-static int read_qdd(jsonl_reader *r, const json_t *value)
-{
-    r->request->qdd = r->buffers->qdd;
-    return jsonl_joints(r, value, 0, r->buffers->qdd);
-}
-
 /* The base fields exist for a floating base only. */
 static int read_base(jsonl_reader *r, const json_t *value, size_t count, double *out)
 {
@@ -94,37 +49,26 @@ static int read_base(jsonl_reader *r, const json_t *value, size_t count, double 
     return jsonl_numbers(r, value, count, out);
 }
 
-static int read_base_pose(jsonl_reader *r, const json_t *value)
-{
-    r->request->base_pose = r->buffers->base_pose;
-    return read_base(r, value, 7, r->buffers->base_pose);
-}
+/* Readers of numbers into the member of the same name: jsonl_read_KEY */
+#define READER(key, member, read, how)                                                             \
+    static int jsonl_read_##key(jsonl_reader *r, const json_t *value)                              \
+    {                                                                                              \
+        r->request->member = r->buffers->member;                                                   \
+        return read(r, value, how, r->buffers->member);                                            \
+    }
+READER(q, q, jsonl_joints, 1)
+READER(v, v, jsonl_joints, 0)
+READER(tau, tau, jsonl_joints, 0)
+READER(posture_torques, tau, jsonl_joints, 0)
+READER(qdd, qdd, jsonl_joints, 0)
+READER(base_pose, base_pose, read_base, 7)
+READER(base_twist, base_twist, read_base, 6)
+READER(base_wrench, base_wrench, read_base, 6)
+READER(base_acceleration, base_acceleration, read_base, 6)
+READER(gravity, gravity, jsonl_numbers, 3)
+#undef READER
 
-static int read_base_twist(jsonl_reader *r, const json_t *value)
-{
-    r->request->base_twist = r->buffers->base_twist;
-    return read_base(r, value, 6, r->buffers->base_twist);
-}
-
-static int read_base_wrench(jsonl_reader *r, const json_t *value)
-{
-    r->request->base_wrench = r->buffers->base_wrench;
-    return read_base(r, value, 6, r->buffers->base_wrench);
-}
-
-static int read_base_acceleration(jsonl_reader *r, const json_t *value)
-{
-    r->request->base_acceleration = r->buffers->base_acceleration;
-    return read_base(r, value, 6, r->buffers->base_acceleration);
-}
-
-static int read_gravity(jsonl_reader *r, const json_t *value)
-{
-    r->request->gravity = r->buffers->gravity;
-    return jsonl_numbers(r, value, 3, r->buffers->gravity);
-}
-
-static int read_wrench(jsonl_reader *r, const json_t *value)
+static int jsonl_read_wrench(jsonl_reader *r, const json_t *value)
 {
     if (!json_is_object(value))
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
@@ -154,7 +98,7 @@ static int read_wrench(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-static int read_method(jsonl_reader *r, const json_t *value)
+static int jsonl_read_method(jsonl_reader *r, const json_t *value)
 {
     if (!json_is_string(value))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "method: %s, must be a string",
@@ -170,7 +114,7 @@ static int read_method(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-static int read_refine(jsonl_reader *r, const json_t *value)
+static int jsonl_read_refine(jsonl_reader *r, const json_t *value)
 {
     if (!json_is_integer(value) || json_integer_value(value) < 0 ||
         json_integer_value(value) > TFA_MAX_REFINE)
@@ -179,7 +123,7 @@ static int read_refine(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-static int read_frame(jsonl_reader *r, const json_t *value)
+static int jsonl_read_frame(jsonl_reader *r, const json_t *value)
 {
     for (unsigned i = 0; json_is_string(value) && i < FRAME_COUNT; i++)
         if (strcmp(frames[i], json_string_value(value)) == 0) {
@@ -190,7 +134,7 @@ static int read_frame(jsonl_reader *r, const json_t *value)
                       "frame: must be \"world\", \"local\" or \"local_world_aligned\"");
 }
 
-static int read_estimate(jsonl_reader *r, const json_t *value)
+static int jsonl_read_estimate(jsonl_reader *r, const json_t *value)
 {
     const char *policy = json_is_string(value) ? json_string_value(value) : "";
     if (strcmp(policy, "always") == 0)
@@ -213,42 +157,18 @@ static int read_apart(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-/* Keys, with the ops that use each and the answers in `want` that let every op use it. The state
- * (q, v, base, gravity) may be given with every op, used or not, so that a program can ask
- * different questions about one state; inputs of an op belong to some ops only. */
+#define KEY(key, ops, flags, field) {#key, ops, flags, jsonl_read_##key},
 static const struct {
     const char *name;
     uint32_t ops, flags;
     int (*read)(jsonl_reader *, const json_t *);
 } keys[] = {
-    {"id", ALL, 0, read_apart},
-    {"op", ALL, 0, read_apart},
-    {"want", ALL, 0, read_apart},
-    {"q", ALL, 0, read_q},
-    {"v", ALL, 0, read_v},
-    {"base_pose", ALL, 0, read_base_pose},
-    {"base_twist", ALL, 0, read_base_twist},
-    {"gravity", ALL, 0, read_gravity},
-    {"tau", FD | DER, 0, read_tau},
-    {"posture_torques", TASK, 0, read_tau},
-    {"base_wrench", FORWARD, 0, read_base_wrench},
-    {"qdd", ID | BIAS, 0, read_qdd},
-    {"base_acceleration", ID | BIAS, 0, read_base_acceleration},
-    {"wrench", FORCES, TFA_WANT_MU, read_wrench},
-    {"tips", LAMBDA_INV, TIP_FLAGS, jsonl_read_tips},
-    {"rows", LAMBDA_INV, TIP_FLAGS, jsonl_read_rows},
-    {"frame", FORCES | OI, TIP_FLAGS, read_frame},
-    {"acceleration", TASK, 0, jsonl_read_acceleration},
-    {"rank_loss", TASK, LAMBDA_FLAGS, jsonl_read_rank_loss},
-    {"rank_threshold", TASK, LAMBDA_FLAGS, jsonl_read_rank_threshold},
-    {"characteristic_length", TASK, LAMBDA_FLAGS, jsonl_read_characteristic_length},
-    {"method", ALL, 0, read_method},
-    {"refine", LAMBDA_INV, 0, read_refine},
-    {"estimate", LAMBDA_INV, 0, read_estimate},
-    {"poses", LAMBDA_INV, 0, jsonl_read_poses},
-    {"payload", ALL, 0, jsonl_read_payload},
-    {"locked", ALL & ~MASS, 0, jsonl_read_locked},
+    {"id", TFA_OPS_ALL, 0, read_apart},
+    {"op", TFA_OPS_ALL, 0, read_apart},
+    {"want", TFA_OPS_ALL, 0, read_apart},
+    TFA_KEY_LIST(KEY) /* the rest */
 };
+#undef KEY
 
 static int read_op(jsonl_reader *r, const json_t *object)
 {
@@ -287,9 +207,9 @@ static int unknown_key(jsonl_reader *r, const char *key)
 /* A key that the op does not use, and the answers with which it would */
 static int unused_key(jsonl_reader *r, size_t key)
 {
-    const int has_lambda_inv = (TFA_OP_BIT(r->request->op) & LAMBDA_INV) != 0;
+    const int has_lambda_inv = (TFA_OP_BIT(r->request->op) & TFA_OPS_SOLVE) != 0;
     char words[200];
-    jsonl_want_words(keys[key].flags & (has_lambda_inv ? TFA_WANT_ALL : MOTION_FLAGS), words,
+    jsonl_want_words(keys[key].flags & (has_lambda_inv ? TFA_WANT_ALL : TFA_WANT_MOTION), words,
                      sizeof words);
     return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s does not use it%s%s", keys[key].name,
                       jsonl_op_name(r->request->op), words[0] ? " unless want has " : "", words);
@@ -324,13 +244,13 @@ static int require(jsonl_reader *r)
                           "base_pose: missing; the base floats: [x,y,z,qx,qy,qz,qw]");
     const uint32_t op = TFA_OP_BIT(request->op);
     char words[200];
-    jsonl_want_words(request->flags & LAMBDA_INV_FLAGS, words, sizeof words);
-    if (words[0] && !(op & LAMBDA_INV))
+    jsonl_want_words(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
+    if (words[0] && !(op & TFA_OPS_SOLVE))
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
                           "want: %s does not answer %s; forward_dynamics, operational_inertia and "
                           "task_torques do",
                           jsonl_op_name(request->op), words);
-    if (request->tip_count == 0 && (op & OI || request->flags & TIP_FLAGS))
+    if (request->tip_count == 0 && (op & TFA_OPS_OSIM || request->flags & TFA_WANT_OF_TIPS))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "tips: missing; 1 to %d link names",
                           TFA_MAX_TIPS);
     return TFA_OK;
@@ -340,7 +260,7 @@ static int require(jsonl_reader *r)
 static int finish(jsonl_reader *r, const json_t *object)
 {
     tfa_request *request = r->request;
-    if (request->tip_count && TFA_OP_BIT(request->op) & (FD | OI) &&
+    if (request->tip_count && TFA_OP_BIT(request->op) & (TFA_OPS_FD | TFA_OPS_OSIM) &&
         !json_object_get(object, "want"))
         request->flags |= TFA_WANT_SPECTRUM;
     if (request->op == TFA_OP_TASK_TORQUES) {
@@ -363,7 +283,7 @@ int jsonl_read(const json_t *object, const robot_names *names, const jsonl_defau
         status = jsonl_read_want(&r, want);
     if (status != TFA_OK)
         return status;
-    if (TFA_OP_BIT(request->op) & LAMBDA_INV) {
+    if (TFA_OP_BIT(request->op) & TFA_OPS_SOLVE) {
         request->method = defaults->method;
         request->estimate = defaults->estimate;
         request->refine = defaults->refine;

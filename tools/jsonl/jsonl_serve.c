@@ -34,7 +34,7 @@ int jsonl_buffers_init(jsonl_buffers *buffers, const robot_names *names)
 void jsonl_buffers_free(jsonl_buffers *buffers)
 {
     for (size_t i = 0; buffers->answers && i < jsonl_answer_count; i++)
-        free(buffers->answers[i].numbers);
+        free(buffers->answers[i].items);
     free(buffers->answers);
     free(buffers->q);
     free(buffers->v);

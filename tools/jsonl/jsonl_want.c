@@ -4,24 +4,22 @@
  * Reads the answers that a request wants besides those of its op.
  */
 #include "common/suggest.h"
+#include "interface/fields.h"
 #include "jsonl_values.h"
 
 #include <string.h>
 
 static const char *const words[] = {
-    "jacobian", "bias_acceleration", "twist",  "pose",   "poses",
-    "com",      "momentum",          "energy", "lambda", "mu",
-    "p",        "spectrum",
+#define WORD(word, flag) word,
+    TFA_WANT_LIST(WORD)
+#undef WORD
 };
 enum { WORD_COUNT = sizeof words / sizeof words[0] };
 
 static const uint32_t flags[WORD_COUNT] = {
-    TFA_WANT_JACOBIAN,    TFA_WANT_BIAS_ACCELERATION,
-    TFA_WANT_TWISTS,      TFA_WANT_POSES,
-    TFA_WANT_FRAME_POSES, TFA_WANT_COM,
-    TFA_WANT_MOMENTUM,    TFA_WANT_ENERGY,
-    TFA_WANT_LAMBDA,      TFA_WANT_MU,
-    TFA_WANT_P,           TFA_WANT_SPECTRUM,
+#define FLAG(word, flag) TFA_WANT_##flag,
+    TFA_WANT_LIST(FLAG)
+#undef FLAG
 };
 
 static int read_word(jsonl_reader *r, const json_t *word, size_t entry)

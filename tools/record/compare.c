@@ -111,8 +111,8 @@ static void compare_rank(comparison *c, uint32_t state, const tfa_rank *a, const
 static const char *name_of(uint32_t block)
 {
     static const char *const names[] = {
-#define NAME(block, field, bytes) #field,
-        TFA_WIRE_REPLY_LIST(NAME)
+#define NAME(block, field, ...) #field,
+        TFA_OUTPUT_LIST(NAME)
 #undef NAME
     };
     return names[block];

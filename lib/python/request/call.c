@@ -91,9 +91,10 @@ static int take_arguments(request_call *call, PyObject *const *arguments, Py_ssi
 /* An argument that the op does not use, and the words of `want` with which it would */
 static int raise_unused(const request_call *call, const input_row *input)
 {
-    const int has_lambda_inv = (TFA_OP_BIT(call->request.op) & OPS_LAMBDA_INV) != 0;
+    const int has_lambda_inv = (TFA_OP_BIT(call->request.op) & TFA_OPS_SOLVE) != 0;
     char words[200];
-    want_words(input->flags & (has_lambda_inv ? TFA_WANT_ALL : WANT_MOTION), words, sizeof words);
+    want_words(input->flags & (has_lambda_inv ? TFA_WANT_ALL : TFA_WANT_MOTION), words,
+               sizeof words);
     return raise_type(input->name, "%s: %s does not use it%s%s", input->name,
                       op_name(call->request.op), words[0] ? " unless want has " : "", words);
 }
@@ -121,8 +122,8 @@ static int require(request_call *call)
         return raise_status(TFA_E_ARGUMENT, "base_pose",
                             "base_pose: missing; the base floats: x y z, quaternion x y z w");
     const uint32_t op = TFA_OP_BIT(request->op);
-    want_words(request->flags & WANT_LAMBDA_INV, words, sizeof words);
-    if (words[0] && !(op & OPS_LAMBDA_INV))
+    want_words(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
+    if (words[0] && !(op & TFA_OPS_SOLVE))
         return raise_status(TFA_E_ARGUMENT, "want",
                             "want: %s does not answer %s; forward_dynamics, operational_inertia "
                             "and task_torques do",
@@ -130,8 +131,7 @@ static int require(request_call *call)
     if (op & TFA_OPS_TASK && !request->task_acceleration)
         return raise_status(TFA_E_ARGUMENT, "acceleration",
                             "acceleration: missing; {tip: 6 numbers, of a point 3}");
-    if (!request->tip_count &&
-        (op & TFA_OPS_OSIM || request->flags & (WANT_MOTION | WANT_LAMBDA_INV)))
+    if (!request->tip_count && (op & TFA_OPS_OSIM || request->flags & TFA_WANT_OF_TIPS))
         return raise_status(TFA_E_SIZE, "tips", "tips: missing; 1 to %d links", TFA_MAX_TIPS);
     return 0;
 }

@@ -46,8 +46,8 @@ static int lists(const char *list, const char *name)
 static int is_shown(const input_row *input, const op_row *op, int for_client)
 {
     return (!input->only_client || for_client) &&
-           (input->ops & TFA_OP_BIT(op->op) || input->flags & ~WANT_LAMBDA_INV ||
-            (input->flags && TFA_OP_BIT(op->op) & OPS_LAMBDA_INV));
+           (input->ops & TFA_OP_BIT(op->op) || input->flags & ~TFA_WANT_OF_SOLVE ||
+            (input->flags && TFA_OP_BIT(op->op) & TFA_OPS_SOLVE));
 }
 
 /* An indented text whose lines go on at the same column */
@@ -72,24 +72,25 @@ static void write_inputs(growing_text *out, const op_row *op, int for_client)
         }
 }
 
-static void write_output(growing_text *out, const output_row *output)
+static void write_output(growing_text *out, int k)
 {
+    const tfa_output *output = &tfa_outputs[outputs[k].block];
     char rows[16], columns[16];
     const char *r = extent_name(output->rows, rows, sizeof rows);
     const char *c = extent_name(output->columns, columns, sizeof columns);
-    if (output->kind == OUTPUT_NUMBERS)
-        add(out, "%s : (%s%s%s%s)\n", output->name, r, *r ? ", " : "", c, *c && !*r ? "," : "");
+    if (output_has_numbers(k))
+        add(out, "%s : (%s%s%s%s)\n", outputs[k].name, r, *r ? ", " : "", c, *c && !*r ? "," : "");
     else
-        add(out, "%s\n", output->name);
-    write_indented(out, output->text);
+        add(out, "%s\n", outputs[k].name);
+    write_indented(out, outputs[k].text);
 }
 
 static void write_outputs(growing_text *out, const op_row *op)
 {
     add(out, "\nReturns\n-------\nReply with\n\n");
     for (int k = 0; k < OUTPUT_COUNT; k++)
-        if (outputs[k].ops & TFA_OP_BIT(op->op))
-            write_output(out, &outputs[k]);
+        if (tfa_outputs[outputs[k].block].ops & TFA_OP_BIT(op->op))
+            write_output(out, k);
     add(out, "method, error_estimate, ...\n");
     write_indented(out, "quality of the answer, see Reply; and the answers of `want`");
     add(out,

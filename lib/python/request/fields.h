@@ -9,23 +9,10 @@
 
 #include "numpy_api.h"
 
-#include <totalforce/request.h>
+#include "interface/fields.h"
 
 struct request_call;
 struct robot_names;
-
-/** Sizes that depend on robot or request; other sizes are numbers above 0. */
-enum extent {
-    EXTENT_NONE = 0,      /**< no such axis */
-    EXTENT_Q = -1,        /**< q_count */
-    EXTENT_V = -2,        /**< v_count */
-    EXTENT_FREEDOMS = -3, /**< base freedoms, then v_count */
-    EXTENT_TIPS = -4,
-    EXTENT_ROWS = -5, /**< of all tips: 6 or 3 each */
-    EXTENT_LINKS = -6,
-    EXTENT_BASE = -7, /**< 6 with a floating base; a fixed base has no such answer */
-    EXTENT_LOST = -8, /**< two numbers and the rows of all tips */
-};
 
 /** Name of an extent in docstrings: "n_q", "6", ... */
 const char *extent_name(int extent, char *text, size_t size);
@@ -86,26 +73,25 @@ int input_is_used(const input_row *input, tfa_op op, uint32_t flags);
 
 /* ---- outputs ---- */
 
-typedef enum output_kind { OUTPUT_NUMBERS, OUTPUT_SPECTRUM, OUTPUT_RANK } output_kind;
-
 typedef struct output_row {
-    const char *name; /**< key; the attribute of `lambda` is `lambda_` */
-    size_t member;    /**< offset of the buffer in tfa_reply */
-    uint32_t ops;     /**< TFA_OP_BITs that answer it unasked */
-    uint32_t flags;   /**< or TFA_WANT_ bits that ask for it */
-    int rows, columns;
-    output_kind kind;
-    const char *text; /**< meaning, unit, frame */
+    const char *name;      /**< key; the attribute of `lambda` is `lambda_` */
+    uint8_t layout, block; /**< enum tfa_layout; in tfa_outputs */
+    const char *text;      /**< meaning, unit, frame */
 } output_row;
 
-extern const output_row outputs[];
-enum { OUTPUT_COUNT = 31 };
+enum { OUTPUT_COUNT = TFA_WIRE_REPLY_BLOCKS - 1 };
+extern const output_row outputs[OUTPUT_COUNT];
+
+/** 1: an array of numbers, not of tfa_spectrum or tfa_rank */
+static inline int output_has_numbers(int k)
+{
+    return outputs[k].layout < LAYOUT_SPECTRUM;
+}
 
 /** Bits of the outputs that an op with these flags may answer: output_is_answered decides. */
 uint32_t output_candidates(tfa_op op, uint32_t flags);
 /** 1: this request has that answer */
-int output_is_answered(const output_row *output, const struct robot_names *robot,
-                       const tfa_request *request);
+int output_is_answered(int k, const struct robot_names *robot, const tfa_request *request);
 /** Row of a name, or -1 */
 int output_find(const char *name);
 /** Flag of a word of `want`; 0: no such word */
@@ -114,24 +100,6 @@ uint32_t want_flag(const char *word);
 const char *want_word(size_t k);
 /** Writes the words of TFA_WANT_ bits: "lambda, mu or p"; "" for none. */
 void want_words(uint32_t flags, char *text, size_t size);
-
-/** Sets of ops, in the rows of both tables */
-enum {
-    FD = TFA_OPS_FD,
-    ID = TFA_OPS_ID,
-    OI = TFA_OPS_OSIM,
-    MASS = TFA_OPS_M,
-    BIAS = TFA_OP_BIT(TFA_OP_BIAS),
-    TASK = TFA_OPS_TASK,
-    DER = TFA_OPS_DERIVATIVES,
-};
-
-/** Sets that several files need */
-#define OPS_LAMBDA_INV (TFA_OPS_FD | TFA_OPS_OSIM | TFA_OPS_TASK)
-#define WANT_LAMBDA (TFA_WANT_LAMBDA | TFA_WANT_MU | TFA_WANT_P)
-#define WANT_LAMBDA_INV (WANT_LAMBDA | TFA_WANT_SPECTRUM)
-#define WANT_MOTION                                                                                \
-    (TFA_WANT_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION)
 
 /** Fills the masks of output_candidates. */
 void outputs_init(void);

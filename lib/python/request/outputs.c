@@ -10,8 +10,9 @@
 #include <stdio.h>
 
 /* Shape of an answer. @return number of axes */
-static int shape_of(const request_call *call, const output_row *output, npy_intp shape[3])
+static int shape_of(const request_call *call, int k, npy_intp shape[3])
 {
+    const tfa_output *output = &tfa_outputs[outputs[k].block];
     int axes = 0;
     if (call->is_batch)
         shape[axes++] = call->request.count;
@@ -58,7 +59,7 @@ static int take_array(request_call *call, int k, PyObject *value)
 {
     npy_intp shape[3];
     char wanted[80];
-    const int axes = shape_of(call, &outputs[k], shape);
+    const int axes = shape_of(call, k, shape);
     size_t used = 0;
     wanted[0] = '\0';
     for (int i = 0; i < axes; i++)
@@ -76,7 +77,7 @@ static int take_array(request_call *call, int k, PyObject *value)
     if (!has_shape(array, axes, shape))
         return raise_status(TFA_E_SIZE, "out", "out: %s must have the shape (%s%s", outputs[k].name,
                             wanted, axes == 1 ? ",)" : ")");
-    if (!output_is_answered(&outputs[k], call->robot, &call->request))
+    if (!output_is_answered(k, call->robot, &call->request))
         return raise_status(TFA_E_ARGUMENT, "out", "out: this request does not answer %s",
                             outputs[k].name);
     if (check_overlap(call, k, array))
@@ -93,8 +94,7 @@ static int take_reply(request_call *call, PyObject *value)
     for (; left; left &= left - 1) {
         const int k = __builtin_ctz(left);
         PyObject *array = reply_output(value, k);
-        if (array && outputs[k].kind == OUTPUT_NUMBERS &&
-            output_is_answered(&outputs[k], call->robot, &call->request) &&
+        if (array && output_has_numbers(k) && output_is_answered(k, call->robot, &call->request) &&
             take_array(call, k, array))
             return -1;
     }
@@ -126,19 +126,19 @@ int read_out(request_call *call, const input_row *input, PyObject *value)
     if (PyDict_Check(value))
         return take_dict(call, value);
     for (int k = 0; k < OUTPUT_COUNT; k++)
-        if (output_is_answered(&outputs[k], call->robot, &call->request))
+        if (output_is_answered(k, call->robot, &call->request))
             return take_array(call, k, value);
     return raise_status(TFA_E_ARGUMENT, "out", "out: this request has no answers");
 }
 
-static PyObject *new_array(const request_call *call, const output_row *output)
+static PyObject *new_array(const request_call *call, int k)
 {
     npy_intp shape[3];
-    const int axes = shape_of(call, output, shape);
-    if (output->kind == OUTPUT_NUMBERS)
+    const int axes = shape_of(call, k, shape);
+    if (output_has_numbers(k))
         return PyArray_SimpleNew(axes, shape, NPY_DOUBLE);
     return PyArray_NewFromDescr(&PyArray_Type,
-                                (PyArray_Descr *)Py_NewRef(output->kind == OUTPUT_RANK
+                                (PyArray_Descr *)Py_NewRef(outputs[k].layout == LAYOUT_RANK
                                                                ? reply_rank_type
                                                                : reply_spectrum_type),
                                 axes, shape, NULL, NULL, 0, NULL);
@@ -149,15 +149,14 @@ int call_allocate(request_call *call)
     uint32_t left = output_candidates(call->request.op, call->request.flags);
     for (; left; left &= left - 1) {
         const int k = __builtin_ctz(left);
-        const output_row *output = &outputs[k];
-        if (!output_is_answered(output, call->robot, &call->request))
+        if (!output_is_answered(k, call->robot, &call->request))
             continue;
         if (!call->outputs[k] && call->only && !(call->only & 1u << k))
             continue;
-        if (!call->outputs[k] && !(call->outputs[k] = new_array(call, output)))
+        if (!call->outputs[k] && !(call->outputs[k] = new_array(call, k)))
             return -1;
-        *(void **)(void *)((char *)&call->reply + output->member) =
-            PyArray_DATA((PyArrayObject *)call->outputs[k]);
+        tfa_output_set_buffer(&tfa_outputs[outputs[k].block], &call->reply,
+                              PyArray_DATA((PyArrayObject *)call->outputs[k]));
     }
     call->reply.answers = &call->answer;
     if (!call->is_batch)

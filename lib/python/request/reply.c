@@ -90,14 +90,14 @@ static PyObject *get_output(PyObject *self, void *closure)
 }
 
 /* Members of spectrum and rank; the rank of lambda comes before that of the spectrum. */
-static PyObject *get_member(PyObject *self, const char *member, output_kind first,
-                            output_kind second)
+static PyObject *get_member(PyObject *self, const char *member, enum tfa_layout first,
+                            enum tfa_layout second)
 {
-    const output_kind kinds[] = {first, second};
+    const enum tfa_layout layouts[] = {first, second};
     for (int i = 0; i < 2; i++)
         for (int k = 0; k < OUTPUT_COUNT; k++) {
             PyObject *array = ((reply_object *)self)->outputs[k];
-            if (!array || outputs[k].kind != kinds[i] || kinds[i] == OUTPUT_NUMBERS)
+            if (!array || outputs[k].layout != layouts[i] || layouts[i] < LAYOUT_SPECTRUM)
                 continue;
             PyObject *name = PyUnicode_FromString(member);
             PyObject *part = name ? PyObject_GetItem(array, name) : NULL;
@@ -111,17 +111,17 @@ static PyObject *get_member(PyObject *self, const char *member, output_kind firs
 static PyObject *get_rank(PyObject *self, void *unused)
 {
     (void)unused;
-    return get_member(self, "rank", OUTPUT_RANK, OUTPUT_SPECTRUM);
+    return get_member(self, "rank", LAYOUT_RANK, LAYOUT_SPECTRUM);
 }
 
 static PyObject *get_of_rank(PyObject *self, void *closure)
 {
-    return get_member(self, closure, OUTPUT_RANK, OUTPUT_NUMBERS);
+    return get_member(self, closure, LAYOUT_RANK, LAYOUT_VECTOR);
 }
 
 static PyObject *get_of_spectrum(PyObject *self, void *closure)
 {
-    return get_member(self, closure, OUTPUT_SPECTRUM, OUTPUT_NUMBERS);
+    return get_member(self, closure, LAYOUT_SPECTRUM, LAYOUT_VECTOR);
 }
 
 /* ---- quality ---- */
@@ -219,7 +219,7 @@ static PyObject *reply_keys(PyObject *self, PyObject *unused)
     PyObject *keys = PyList_New(0);
     (void)unused;
     for (int k = 0; keys && k < OUTPUT_COUNT; k++) {
-        if (!((reply_object *)self)->outputs[k] || outputs[k].kind != OUTPUT_NUMBERS)
+        if (!((reply_object *)self)->outputs[k] || !output_has_numbers(k))
             continue;
         PyObject *name = PyUnicode_FromString(outputs[k].name);
         if (!name || PyList_Append(keys, name) < 0)
@@ -446,8 +446,8 @@ static PyArray_Descr *struct_type(const char *format, size_t size, ...)
 static char *output_doc(const output_row *output)
 {
     char rows[16], columns[16], text[400];
-    const char *r = extent_name(output->rows, rows, sizeof rows);
-    const char *c = extent_name(output->columns, columns, sizeof columns);
+    const char *r = extent_name(tfa_outputs[output->block].rows, rows, sizeof rows);
+    const char *c = extent_name(tfa_outputs[output->block].columns, columns, sizeof columns);
     snprintf(text, sizeof text, "(%s%s%s%s): %s", r, *r ? ", " : "", c, *c && !*r ? "," : "",
              output->text);
     return strdup(text);
@@ -459,7 +459,7 @@ int reply_init(void)
     while (attributes[at].name)
         at++;
     for (int k = 0; k < OUTPUT_COUNT; k++)
-        if (outputs[k].kind == OUTPUT_NUMBERS)
+        if (output_has_numbers(k))
             attributes[at++] = (PyGetSetDef){
                 strcmp(outputs[k].name, "lambda") == 0 ? "lambda_" : outputs[k].name, get_output,
                 NULL, output_doc(&outputs[k]), (void *)(uintptr_t)&outputs[k]};

@@ -105,8 +105,8 @@ static void make_request(bytes *b, totalforce_dds_Request *s)
 static tfa_reply reply_into(buffers *b)
 {
     tfa_reply reply = {0};
-#define POINT_AT(name, field, bytes) reply.field = (void *)b->block[TFA_WIRE_##name];
-    TFA_WIRE_REPLY_LIST(POINT_AT)
+#define POINT_AT(name, field, ...) reply.field = (void *)b->block[TFA_WIRE_##name];
+    TFA_OUTPUT_LIST(POINT_AT)
 #undef POINT_AT
     return reply;
 }

@@ -15,7 +15,7 @@
 
 #include "config/config.h"
 #include "control/admission.h"
-#include "dds_gateway/dds.h"
+#include "control/gateways.h"
 #include "http/http.h"
 #include "ipc/handshake.h"
 #include "platform/runtime_dir.h"
@@ -75,45 +75,14 @@ typedef struct recording {
     uint32_t robot;
     pid_t process; /* of the recorder */
     tfa_segment segment;
-    struct tfa_tap *taps; /* of the workers, then the DDS gateway's, then the ROS 2 gateway's */
+    struct tfa_tap *taps; /* of the workers, then of the gateways by source */
 } recording;
 
 /* All robots and scenes of a configuration: the served ones, or the ones that a reload made. */
 typedef struct robot_set {
     tfa_robot *robots; /* those with dds first: the DDS gateway numbers them as the workers do */
-    uint32_t count, dds_count;
+    uint32_t count;
 } robot_set;
-
-/* The DDS gateway as a reload sees it; main.c fills it in, and without DDS nothing is in it. Robots
- * are numbered as in the robot set, below dds_count. */
-typedef struct dds_gateway {
-    void *self;
-    /* Answers by this model's solver from now on; the one of before is free then. */
-    void (*expect)(void *self, uint32_t robot, const tfa_model *next,
-                   const tfa_worker_robot *solver);
-    /* Releases a robot's ring when its requests are answered. @return whether it has; else ask
-     * again */
-    bool (*detach)(void *self, uint32_t robot);
-    /* Tells the domain; takes a ring again if it had left. */
-    int (*announce)(void *self, uint32_t robot, const tfa_model *model);
-    /* Who answers for a robot. */
-    tfa_dds_leadership (*leadership)(void *self, uint32_t robot);
-    /* Records what the gateway answers itself; NULL: no more. */
-    void (*set_tap)(void *self, uint32_t robot, struct tfa_tap *tap);
-} dds_gateway;
-
-/* The ROS 2 gateway as a reload sees it; filled in as above, robots numbered as in the robot set.
- */
-typedef struct ros2_gateway {
-    void *self;
-    /* Answers by this model's solver from now on; the one of before is free then. */
-    int (*exchange)(void *self, uint32_t robot, const tfa_model *next,
-                    const tfa_worker_robot *solver);
-    /* Outcome of the robot's last robot_description: NULL: it is the model. */
-    void (*describe)(void *self, uint32_t robot, const char *error);
-    /* Records what the gateway answers; NULL: no more. @return false: the robot has no topics */
-    bool (*set_tap)(void *self, uint32_t robot, struct tfa_tap *tap);
-} ros2_gateway;
 
 /* Robot descriptions that came over a topic, by number of the robot in the configuration. */
 typedef struct robot_descriptions {
@@ -132,7 +101,7 @@ typedef enum reload_phase {
     RELOAD_OFFERED,  /* the workers have not all taken the new solvers */
 } reload_phase;
 
-#define RELOAD_GATEWAYS 3 /* that have solvers of their own, besides the workers */
+#define RELOAD_GATEWAYS (TFA_GATEWAY_SOURCES + 1) /* have solvers besides the workers: HTTP, too */
 
 /* A reload under way. Up to the commit it owns the new objects, afterwards the old ones: either is
  * released in the same way. */
@@ -152,8 +121,8 @@ typedef struct reload {
     robot_set robot_set;         /* of one robot: the others are empty */
     bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
     bool *shape_changed;         /* and its clients cannot stay */
-    tfa_robot_solver ***solvers; /* by worker, then DDS gateway, ROS 2 gateway and HTTP
-                                    server, and robot; NULL: no change */
+    tfa_robot_solver ***solvers; /* by worker, then gateway, then of the HTTP server, and robot;
+                                    NULL: no change */
     uint64_t start;
 } reload;
 
@@ -162,13 +131,10 @@ typedef struct tfa_daemon {
     robot_set robot_set;
     tfa_thread_pool *thread_pool; /* threads of all robots' pools; NULL: none */
     daemon_worker *workers;
-    dds_gateway gateway;
-    tfa_robot_solver **gateway_solvers; /* one for each robot with dds; NULL: no gateway */
-    ros2_gateway ros2;
-    tfa_robot_solver **ros2_solvers; /* NULL where a robot has no ros2; NULL: no gateway */
-    tfa_http *http;                  /* NULL: off */
-    tfa_robot_solver **http_solvers; /* one for each robot; NULL: no page */
-    bool metrics_open;               /* the socket of metrics is in the runtime directory */
+    gateway_slot gateways[TFA_GATEWAY_SOURCES]; /* by source */
+    tfa_http *http;                             /* NULL: off */
+    tfa_robot_solver **http_solvers;            /* one for each robot; NULL: no page */
+    bool metrics_open; /* the socket of metrics is in the runtime directory */
     robot_descriptions descriptions;
     reload reload;
 
@@ -187,7 +153,6 @@ typedef struct tfa_daemon {
     uint32_t session_count;
     tfa_segment statistics_segment;
     tfa_statistics_view statistics; /* in it */
-    uint32_t *ros2_domains;         /* by robot, + 1; 0: not on ROS 2 */
     bool stop;
     uint64_t watchdog_ns, watchdog_last; /* 0: no watchdog */
 } tfa_daemon;
@@ -205,13 +170,9 @@ void robot_set_unload(robot_set *f);
 TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
 TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
 TFA_CHECKED int daemon_self_test(tfa_daemon *d);
-/* Solvers of the DDS gateway's own: one for each robot with dds, into `robots`, too. */
-TFA_CHECKED int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *robots);
-/* The same of the ROS 2 gateway's, for these robots of the set. */
-TFA_CHECKED int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t count,
-                                         tfa_worker_robot *robots);
-/* Solvers of the HTTP server's own: one for each robot, into `robots`, too. */
-TFA_CHECKED int daemon_make_http_solvers(tfa_daemon *d, tfa_worker_robot *robots);
+/* A solver of robot `i` of the set, into `solvers` by robot, which are made when they are NULL. */
+TFA_CHECKED int daemon_make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solvers,
+                                   tfa_worker_robot *made);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_robot_set(tfa_daemon *d);
 

@@ -57,10 +57,10 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
     for (uint32_t i = 0; i < options->robot_count; i++)
         pthread_mutex_init(&gateway->robots[i].mutex, NULL);
     for (uint32_t i = 0; i < options->robot_count; i++) {
-        const tfa_dds_robot *from = &options->robots[i];
+        const tfa_robot *from = &options->robots[i];
         dds_robot *robot = &gateway->robots[i];
 
-        if (from->name == NULL || !tfa_dds_set_robot(robot->name, from->name)) {
+        if (!tfa_dds_set_robot(robot->name, from->name)) {
             snprintf(last_error, sizeof last_error, "robot %u: a name has 1 to %d bytes", i,
                      totalforce_dds_ROBOT_NAME_MAX);
             return TFA_E_ARGUMENT;
@@ -68,8 +68,8 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
         robot->index = i;
         robot->statistics = options->statistics ? &options->statistics[i] : NULL;
         robot->state = options->states ? &options->states[i] : NULL;
-        robot->shape.max_batch = from->max_batch > 0 ? from->max_batch : 1;
-        robot->shape.max_tips = from->max_tips > 0 ? from->max_tips : TFA_MAX_TIPS;
+        robot->shape.max_batch = from->shape.max_batch > 0 ? from->shape.max_batch : 1;
+        robot->shape.max_tips = from->shape.max_tips > 0 ? from->shape.max_tips : TFA_MAX_TIPS;
         tfa_dds_set_model(robot, from->model);
     }
     return TFA_OK;
@@ -241,8 +241,7 @@ static int open_gateway(tfa_dds *gateway)
     return start_elections(gateway);
 }
 
-int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker,
-                  const struct tfa_worker_robot *solvers)
+int tfa_dds_start(tfa_dds *gateway, struct tfa_worker *worker, const tfa_worker_robot *solvers)
 {
     gateway->worker = worker;
     for (uint32_t i = 0; i < gateway->robot_count; i++) {

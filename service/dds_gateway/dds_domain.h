@@ -17,7 +17,7 @@
 dds_entity_t tfa_dds_make_domain(uint32_t id, const char *settings, size_t sample_bytes);
 
 /** Hands the first line of Cyclone's warnings to `log`, in any thread, for all domains of the
- *  process; NULL: standard error again. Called while there is no domain. */
+ *  process. Called while there is no domain. */
 void tfa_dds_log_to(void (*log)(const char *text));
 
 #endif

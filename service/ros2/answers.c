@@ -78,13 +78,6 @@ static bool read_wrenches(ros2_robot *robot, int64_t now, tfa_request *request,
     return true;
 }
 
-/* A standby leaves the answer to the leader. */
-static bool leads(const ros2_robot *robot)
-{
-    const tfa_ros2 *gateway = robot->gateway;
-    return !gateway->leads || gateway->leads(gateway->self, robot->index);
-}
-
 /* ---- computing and writing ---- */
 
 static void record_answer(ros2_counts *counts, const tfa_answer *answer)
@@ -184,7 +177,7 @@ void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t n
 {
     const joint_source state = {robot->arrays->state, robot->state_age};
     const joint_source command = {robot->arrays->command, robot->command_age};
-    if (!leads(robot) || !compute_accelerations(robot, &state, &command, now))
+    if (!ros2_leads(robot) || !compute_accelerations(robot, &state, &command, now))
         return;
     set_header(&robot->arrays->accelerations.header, header);
     publish(robot, ROS2_ACCELERATIONS, &robot->arrays->accelerations);
@@ -203,7 +196,7 @@ void ros2_answer_call(ros2_input *in, const void *sample, int64_t now)
     const tfa_joint_message message = ros2_message_of(&call->state);
     totalforce_msgs_srv_dds__ForwardDynamics_Response_ reply = {
         .guid = call->guid, .seq = call->seq, .message = robot->counts.refusal};
-    if (!leads(robot))
+    if (!ros2_leads(robot))
         return;
     tfa_joint_inputs_forget(a->call); /* of the call before */
     (void)ros2_merge(in, a->call, &message, ROS2_STATE_VALUES | 1u << TFA_JOINT_EFFORT, now);
@@ -294,7 +287,7 @@ void ros2_answer_state(ros2_robot *robot, int64_t now)
     const bool tips = is_read(robot, ROS2_LAMBDA_INV) || is_read(robot, ROS2_JACOBIAN) ||
                       is_read(robot, ROS2_BIAS_ACCELERATION);
     const joint_source state = {robot->arrays->state, robot->state_age};
-    if ((!gravity && !tips) || !leads(robot) ||
+    if ((!gravity && !tips) || !ros2_leads(robot) ||
         !read_joints(robot, &state, TFA_JOINT_POSITION, now, robot->arrays->q))
         return;
     if (gravity)

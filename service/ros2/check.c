@@ -5,6 +5,7 @@
  */
 #include "ros2/ros2.h"
 
+#include "dds_gateway/ros_domain.h"
 #include "ros2/names.h"
 
 #include <stdarg.h>
@@ -17,8 +18,7 @@ enum { GO_MOTORS = 20, HG_MOTORS = 35 };
 typedef struct checker {
     const config_robot_ros2 *config;
     const tfa_model *model;
-    char *path, *error;
-    size_t path_size, size;
+    gateway_error *error;
 } checker;
 
 /* @return `status`, for the caller to return */
@@ -26,9 +26,9 @@ __attribute__((format(printf, 4, 5))) static int fail(const checker *c, int stat
                                                       const char *path, const char *format, ...)
 {
     va_list arguments;
-    snprintf(c->path, c->path_size, "%s", path);
+    snprintf(c->error->path, sizeof c->error->path, "%s", path);
     va_start(arguments, format);
-    vsnprintf(c->error, c->size, format, arguments);
+    vsnprintf(c->error->text, sizeof c->error->text, format, arguments);
     va_end(arguments);
     return status;
 }
@@ -243,10 +243,13 @@ static int check_coordinates(const checker *c)
     return TFA_OK;
 }
 
-int tfa_ros2_check(const config_robot_ros2 *settings, const tfa_model *model, char *path,
-                   size_t path_size, char *error, size_t size)
+int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa_model *model,
+                         gateway_error *error)
 {
-    const checker c = {settings, model, path, error, path_size, size};
+    const config_robot_ros2 *settings = &robot->ros2;
+    const checker c = {settings, model, error};
+    if (!all->ros2.enabled || !settings->enabled)
+        return TFA_OK;
     int status = check_topics(&c);
     if (status == TFA_OK)
         status = check_domain(&c);

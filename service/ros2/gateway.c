@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The ROS 2 gateway: joins the domain, runs its thread, ends.
+ * The ROS 2 gateway in one domain: joins it, runs its thread, ends.
  */
 #include "ros2/ros2_internal.h"
 
 #include "dds_gateway/dds_domain.h"
+#include "dds_gateway/ros_domain.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -109,15 +110,18 @@ static void set_arrays(ros2_robot *robot, ros2_arrays *arrays)
                               memory_order_relaxed);
 }
 
-static int make_robot(ros2_robot *robot, const tfa_ros2_robot *from)
+static int make_robot(ros2_robot *robot, const gateway_context *from, uint32_t index)
 {
-    const config_robot_ros2 *c = &from->config->ros2;
-    snprintf(robot->name, sizeof robot->name, "%s", from->name);
+    const tfa_robot *served = &from->robots[index];
+    const config_robot_ros2 *c = &served->config->ros2;
+    robot->index = index;
+    robot->config_number = (size_t)(served->config - from->settings->robots);
+    snprintf(robot->name, sizeof robot->name, "%s", served->name);
     snprintf(robot->node_namespace, sizeof robot->node_namespace, "%s",
              c->namespace ? c->namespace : TFA_ROS2_DEFAULT_NAMESPACE);
     snprintf(robot->node, sizeof robot->node, "%s", c->node ? c->node : TFA_ROS2_DEFAULT_NODE);
-    robot->statistics = from->statistics;
-    robot->last_state = from->state;
+    robot->statistics = &from->statistics[index];
+    robot->last_state = &from->states[index];
     robot->state_age = NS_PER_MS * c->state_age_ms;
     robot->command_age = NS_PER_MS * c->command_age_ms;
     if (!copy_texts(&robot->joints, c->joints, c->joints_count) ||
@@ -125,24 +129,32 @@ static int make_robot(ros2_robot *robot, const tfa_ros2_robot *from)
         !copy_texts(&robot->motors, c->unitree.motors, c->unitree.motors_count) ||
         !copy_wrench_links(&robot->wrench_links, c) || !add_inputs(robot, c))
         return TFA_E_MEMORY;
-    set_arrays(robot, ros2_arrays_create(robot, from->model));
+    set_arrays(robot, ros2_arrays_create(robot, served->model));
     return robot->arrays ? TFA_OK : TFA_E_MEMORY;
+}
+
+/* A scene has no topics of ROS 2. */
+static bool is_in(const tfa_robot *robot, const tfa_ros2_options *options)
+{
+    return !robot->scene && robot->config->ros2.enabled &&
+           tfa_ros2_domain_of(robot->config, options->common) == options->domain;
 }
 
 static int make_robots(tfa_ros2 *gateway, const tfa_ros2_options *options)
 {
-    gateway->robots = calloc(options->robot_count, sizeof *gateway->robots);
+    const gateway_context *c = options->context;
+    int status = TFA_OK;
+    gateway->robots = calloc(c->robot_count, sizeof *gateway->robots);
     if (!gateway->robots)
         return TFA_E_MEMORY;
-    gateway->robot_count = options->robot_count;
-    for (uint32_t i = 0; i < options->robot_count; i++) {
-        gateway->robots[i].index = i;
-        gateway->robots[i].gateway = gateway;
-        pthread_mutex_init(&gateway->robots[i].mutex, NULL);
+    for (uint32_t i = 0; i < c->robot_count && status == TFA_OK; i++) {
+        if (!is_in(&c->robots[i], options))
+            continue;
+        ros2_robot *robot = &gateway->robots[gateway->robot_count++];
+        robot->gateway = gateway;
+        pthread_mutex_init(&robot->mutex, NULL);
+        status = make_robot(robot, c, i);
     }
-    int status = TFA_OK;
-    for (uint32_t i = 0; i < options->robot_count && status == TFA_OK; i++)
-        status = make_robot(&gateway->robots[i], &options->robots[i]);
     gateway->report = status == TFA_OK ? ros2_report_create(gateway) : NULL;
     return status == TFA_OK && !gateway->report ? TFA_E_MEMORY : status;
 }
@@ -245,9 +257,8 @@ int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **result)
     tfa_ros2 *gateway = calloc(1, sizeof *gateway);
     if (!gateway)
         return TFA_E_MEMORY;
-    gateway->self = options->self;
-    gateway->description = options->description;
-    gateway->leads = options->leads;
+    gateway->id = options->domain;
+    gateway->context = *options->context;
     int status = make_robots(gateway, options);
     if (status == TFA_OK)
         status = make_domain(gateway, options);
@@ -324,7 +335,7 @@ int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
 {
     int status = TFA_OK;
     for (uint32_t i = 0; i < gateway->robot_count && status == TFA_OK; i++) {
-        gateway->robots[i].solver = solvers[i];
+        gateway->robots[i].solver = solvers[gateway->robots[i].index];
         status = make_readers(gateway, &gateway->robots[i]);
     }
     if (status == TFA_OK)
@@ -343,10 +354,8 @@ int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
 
 /* ---- other models ---- */
 
-int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t index, const tfa_model *model,
-                      const tfa_worker_robot *solver)
+int ros2_exchange(ros2_robot *robot, const tfa_model *model, const tfa_worker_robot *solver)
 {
-    ros2_robot *robot = &gateway->robots[index];
     ros2_arrays *next = ros2_arrays_create(robot, model);
     pthread_mutex_lock(&robot->mutex);
     ros2_arrays *before = robot->arrays;
@@ -359,23 +368,6 @@ int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t index, const tfa_model *model,
     pthread_mutex_unlock(&robot->mutex);
     ros2_arrays_free(before);
     return next ? TFA_OK : TFA_E_MEMORY;
-}
-
-void tfa_ros2_set_tap(tfa_ros2 *gateway, uint32_t index, struct tfa_tap *tap)
-{
-    ros2_robot *robot = &gateway->robots[index];
-    pthread_mutex_lock(&robot->mutex);
-    robot->tap = tap;
-    pthread_mutex_unlock(&robot->mutex);
-}
-
-void tfa_ros2_describe(tfa_ros2 *gateway, uint32_t index, const char *error)
-{
-    ros2_robot *robot = &gateway->robots[index];
-    pthread_mutex_lock(&robot->mutex);
-    robot->descriptions_refused += error != NULL;
-    snprintf(robot->description_error, sizeof robot->description_error, "%s", error ? error : "");
-    pthread_mutex_unlock(&robot->mutex);
 }
 
 /* ---- the end ---- */

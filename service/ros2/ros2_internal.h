@@ -58,6 +58,7 @@ typedef enum ros2_output_kind {
 } ros2_output_kind;
 
 typedef struct ros2_robot ros2_robot;
+typedef struct tfa_ros2 tfa_ros2;
 
 /* A list of names. */
 typedef struct ros2_texts {
@@ -144,7 +145,8 @@ typedef struct ros2_counts {
 
 struct ros2_robot {
     char name[64], node_namespace[TFA_ROS2_NAME_MAX + 1], node[TFA_ROS2_NAME_MAX + 1];
-    uint32_t index; /* in the gateway */
+    uint32_t index;       /* in the robot set */
+    size_t config_number; /* of the robot in the configuration */
     struct tfa_ros2 *gateway;
     int64_t state_age, command_age;                /* ns */
     ros2_texts joints, tips, motors, wrench_links; /* of the configuration, copied */
@@ -169,12 +171,12 @@ struct ros2_robot {
     uint64_t descriptions, descriptions_refused;
 };
 
+/* The robots of one domain. */
 struct tfa_ros2 {
     ros2_robot *robots;
     uint32_t robot_count;
-    void *self;
-    void (*description)(void *self, uint32_t robot, const char *text);
-    bool (*leads)(void *self, uint32_t robot);
+    uint32_t id;             /* of the domain */
+    gateway_context context; /* without its settings */
     dds_entity_t domain, participant, waitset, stop;
     dds_entity_t graph_writer, diagnostics_writer;
     dds_entity_t publications;  /* reader of what is published in the domain */
@@ -182,6 +184,37 @@ struct tfa_ros2 {
     pthread_t thread;
     bool running;
 };
+
+/* ---- gateway.c: robots of one domain ---- */
+
+typedef struct tfa_ros2_options {
+    const gateway_context *context;
+    uint32_t domain, common; /* robots of this domain; that of section "ros2" or the environment */
+    const char *settings;    /* Cyclone's XML for the domain, before CYCLONEDDS_URI; NULL: the
+                                domain was made already */
+} tfa_ros2_options;
+
+/* Joins the domain and creates every entity, but nothing is read yet. @return TFA_OK;
+ * TFA_E_MEMORY; TFA_E_SYSTEM: see tfa_ros2_error. On error *gateway is NULL. */
+TFA_CHECKED int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **gateway);
+/* Begins to read and answer. `solvers` (copied), by robot of the set, are the gateway's own.
+ * @return TFA_OK; TFA_E_SYSTEM */
+TFA_CHECKED int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers);
+/* Another model, which was checked. @return TFA_OK; TFA_E_MEMORY: the robot is silent until the
+ * next exchange */
+TFA_CHECKED int ros2_exchange(ros2_robot *robot, const tfa_model *model,
+                              const tfa_worker_robot *solver);
+/* NULL is allowed, and a gateway that never started. */
+void tfa_ros2_stop(tfa_ros2 *gateway);
+/* Why the last tfa_ros2_create failed, in Cyclone's words. Static storage, one thread. */
+const char *tfa_ros2_error(void);
+
+/* False: a standby, which leaves the answer to the leader. */
+static inline bool ros2_leads(const ros2_robot *robot)
+{
+    const gateway_context *c = &robot->gateway->context;
+    return !c->leads || c->leads(c->self, robot->index);
+}
 
 /* ---- endpoints.c: readers and writers as those of rmw_cyclonedds ---- */
 

@@ -64,7 +64,7 @@ static void obey(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model *m
 static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t max_age_us)
 {
     test_robot robots[TEST_ROBOTS];
-    tfa_dds_robot served[TEST_ROBOTS];
+    tfa_robot served[TEST_ROBOTS];
     tfa_dds *gateway;
     sigset_t orders;
     siginfo_t order;
@@ -76,9 +76,10 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
     sigprocmask(SIG_BLOCK, &orders, NULL);
     if (!test_robots_make(robots))
         return 3;
-    for (uint32_t i = 0; i < TEST_ROBOTS; i++)
-        served[i] = (tfa_dds_robot){
-            .name = robots[i].name, .model = robots[i].model, .max_batch = TEST_BATCH};
+    for (uint32_t i = 0; i < TEST_ROBOTS; i++) {
+        served[i] = (tfa_robot){.model = robots[i].model, .shape.max_batch = TEST_BATCH};
+        snprintf(served[i].name, sizeof served[i].name, "%s", robots[i].name);
+    }
     const tfa_dds_options options = {.domain = domain,
                                      .robots = served,
                                      .robot_count = TEST_ROBOTS,

@@ -4,7 +4,7 @@
  * Names of ROS 2, its environment as settings of Cyclone, and errors of the configuration where
  * they stand in the file.
  */
-#include "ros2/domain.h"
+#include "dds_gateway/ros_domain.h"
 #include "ros2/names.h"
 
 #include "dds/dds_test.h"

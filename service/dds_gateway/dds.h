@@ -6,10 +6,6 @@
  * Short requests are answered in Cyclone's receiving thread, by solvers of the gateway's own; for
  * long ones the gateway is one more client of the worker, by address: nothing is encoded. It shares
  * nothing with the shared-memory clients.
- *
- * Order of calls: tfa_dds_create before the worker raises its priority or pins itself
- * (Cyclone's threads inherit both); tfa_dds_start when the worker can serve; tfa_dds_stop before
- * the worker ends. All three from one thread.
  */
 #ifndef TFA_SERVICE_DDS_GATEWAY_DDS_H
 #define TFA_SERVICE_DDS_GATEWAY_DDS_H
@@ -29,23 +25,20 @@ typedef struct tfa_dds_options {
                                       until another was announced */
     uint32_t robot_count;
     uint32_t slots;      /**< requests under way for each robot, power of two; 0: 16 */
-    uint32_t direct_ns;  /**< requests that take longer go to the worker; 0: 50000 */
     uint32_t max_age_us; /**< torques with an older stamp are refused (TFA_E_LATE); 0: none is */
-    bool no_streaming;   /**< leave out joint_torques and joint_accelerations */
     uint32_t priority;   /**< among daemons that serve the same robot: the higher one leads */
     uint32_t lease_ms;   /**< a leader that is silent for so long is replaced; 0: 200 */
     /** Takes changes of leadership; `warning`: somebody should look. Any thread. NULL: none */
     void (*notice)(bool warning, const char *text);
-    /* Where it counts. NULL: memory of the gateway's own, and robots are not counted. */
-    tfa_shared_dds *messages;
-    tfa_shared_robot *statistics; /**< by robot */
-    tfa_shared_state *states;     /**< by robot */
+    tfa_shared_dds *messages;     /**< where it counts */
+    tfa_shared_robot *statistics; /**< by robot; NULL: robots are not counted */
+    tfa_shared_state *states;     /**< by robot; NULL: none */
 } tfa_dds_options;
 
 /**
  * Joins the domain and creates every entity, but nothing answers yet.
  * @return TFA_OK; TFA_E_ARGUMENT (no robot, a name too long); TFA_E_MEMORY; TFA_E_SYSTEM (the
- *         domain cannot be joined: see the text of tfa_dds_error). On error *dds is NULL.
+ *         domain cannot be joined: see tfa_dds_error). On error *dds is NULL.
  */
 TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
 
@@ -72,12 +65,6 @@ TFA_CHECKED int tfa_dds_announce(void *dds, uint32_t robot, const tfa_model *mod
  *  gateway that was created and never started. */
 void tfa_dds_stop(tfa_dds *dds);
 
-/** Messages since the start; any thread. */
-tfa_dds_statistics tfa_dds_count(const tfa_dds *dds);
-
 bool tfa_dds_get_leadership(void *dds, uint32_t robot, gateway_leadership *leadership);
-
-/** Why the last tfa_dds_create failed, in Cyclone's words. Static storage, one thread. */
-const char *tfa_dds_error(void);
 
 #endif

@@ -51,7 +51,7 @@ void tfa_dds_exchange(void *self, uint32_t index, const tfa_model *next,
 
     pthread_mutex_lock(&robot->mutex);
     memcpy(robot->other, tfa_model_hash(next), sizeof robot->other);
-    robot->solver = *solver;
+    robot->own.solver = *solver;
     pthread_mutex_unlock(&robot->mutex);
 }
 
@@ -61,7 +61,7 @@ void tfa_dds_set_tap(void *self, uint32_t index, struct tfa_tap *tap)
     dds_robot *robot = &gateway->robots[index];
 
     pthread_mutex_lock(&robot->mutex);
-    robot->tap = tap;
+    robot->own.tap = tap;
     pthread_mutex_unlock(&robot->mutex);
 }
 

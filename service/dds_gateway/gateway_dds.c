@@ -5,7 +5,6 @@
  */
 #include "dds_internal.h"
 
-#include "dds_domain.h"
 #include "platform/log.h"
 #include "ros_domain.h"
 
@@ -79,7 +78,7 @@ static int start(void *self, struct tfa_worker *first, const tfa_worker_robot *s
     dds_domainid_t domain = 0;
     const int status = tfa_dds_start(self, first, solvers);
 
-    (void)dds_get_domainid(gateway->participant, &domain);
+    (void)dds_get_domainid(gateway->member.participant, &domain);
     if (status == TFA_OK)
         tfa_log(TFA_LOG_INFO,
                 "dds: domain %u, %u robots: %s and %s, stream %s and %s, described by %s", domain,

@@ -9,9 +9,6 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
-
-#include "worker/tap.h"
 
 /* ---- inputs of a request ---- */
 
@@ -92,46 +89,19 @@ static void record_answer(ros2_counts *counts, const tfa_answer *answer)
     }
 }
 
-static uint64_t monotonic(void)
+static bool solve(ros2_robot *robot, tfa_request *request, const tfa_reply *reply, int64_t now)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
-}
-
-/* For a recorder. `asked`: the policy before it was settled. */
-static void record(const ros2_robot *robot, const tfa_request *request, const tfa_reply *reply,
-                   tfa_estimate asked, uint64_t start, uint64_t done)
-{
-    const tfa_tap_entry entry = {.shape = &robot->solver.shape,
-                                 .request = request,
-                                 .reply = reply,
-                                 .estimate = asked,
-                                 .t_sent = start,
-                                 .t_received = start,
-                                 .t_start = start,
-                                 .t_done = done};
-    tfa_tap_put(robot->tap, &entry);
-}
-
-static bool solve(ros2_robot *robot, tfa_request *request, tfa_reply *reply, int64_t now)
-{
-    const tfa_estimate asked = request->estimate;
-    const uint64_t start = monotonic();
-    const bool reports = reply->answers != NULL;
+    const gateway_stamps stamps = {.received = (uint64_t)now};
+    tfa_worker_call call = {.reply = *reply};
     tfa_answer answer;
-    if (!reports)
-        reply->answers = &answer; /* for the statistics */
-    const int status = robot->solver.solve(robot->solver.self, request, reply, 0, 1);
-    const uint64_t done = monotonic();
-    reply->status = status;
-    ros2_count(robot, request, reply, now, start, done);
-    if (robot->tap)
-        record(robot, request, reply, asked, start, done);
+    if (!reply->answers)
+        call.reply.answers = &answer; /* for the statistics */
+    const int status = gateway_solve(&robot->own, request, &stamps, &call);
+    gateway_count(&robot->own, TFA_SOURCE_ROS2, request, &stamps, &call);
     if (status != TFA_OK)
-        return refuse(robot, "%s%s%s", tfa_status_text(status), reply->field ? ": " : "",
-                      tfa_field_name(reply->field));
-    if (reports)
+        return refuse(robot, "%s%s%s", tfa_status_text(status), call.reply.field ? ": " : "",
+                      tfa_field_name(call.reply.field));
+    if (reply->answers)
         record_answer(&robot->counts, reply->answers);
     return true;
 }
@@ -163,9 +133,9 @@ static bool compute_accelerations(ros2_robot *robot, const joint_source *state,
                            .q = a->q,
                            .v = a->v,
                            .tau = a->tau};
-    tfa_reply reply = {.qdd = a->qdd,
-                       .base_acceleration = a->base ? a->base_acceleration : NULL,
-                       .answers = &a->answer};
+    const tfa_reply reply = {.qdd = a->qdd,
+                             .base_acceleration = a->base ? a->base_acceleration : NULL,
+                             .answers = &a->answer};
     return read_joints(robot, state, TFA_JOINT_POSITION, now, a->q) &&
            read_joints(robot, state, TFA_JOINT_VELOCITY, now, a->v) &&
            read_joints(robot, command, TFA_JOINT_EFFORT, now, a->tau) &&
@@ -246,7 +216,7 @@ static void answer_gravity(ros2_robot *robot, int64_t now)
 {
     ros2_arrays *a = robot->arrays;
     tfa_request request = {.op = TFA_OP_BIAS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = a->q};
-    tfa_reply reply = {.gravity_force = a->gravity};
+    const tfa_reply reply = {.gravity_force = a->gravity};
     if (!read_base(robot, now, &request) || !solve(robot, &request, &reply, now))
         return;
     set_header(&a->gravity_torques.header, &robot->state_header);

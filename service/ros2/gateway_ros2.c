@@ -90,7 +90,7 @@ static int join_domain(const gateway_context *c, uint32_t domain, uint32_t commo
                                           made && domain == settings->dds.domain ? NULL : xml};
     const int status = tfa_ros2_create(&options, &all->domain[all->count]);
     if (status != TFA_OK) {
-        tfa_log(TFA_LOG_ERROR, "ros2: domain %u: %s", domain, tfa_ros2_error());
+        tfa_log(TFA_LOG_ERROR, "ros2: domain %u: %s", domain, tfa_dds_error());
         errno = 0; /* some library's */
         return status;
     }
@@ -142,7 +142,7 @@ static int start(void *self, struct tfa_worker *first, const tfa_worker_robot *s
     for (uint32_t i = 0; i < all->count && status == TFA_OK; i++) {
         status = tfa_ros2_start(all->domain[i], solvers);
         if (status == TFA_E_SYSTEM)
-            tfa_log(TFA_LOG_ERROR, "ros2: %s", tfa_ros2_error());
+            tfa_log(TFA_LOG_ERROR, "ros2: %s", tfa_dds_error());
         else if (status == TFA_OK)
             tfa_log(TFA_LOG_INFO, "ros2: domain %u, %u robots, diagnostics on /diagnostics",
                     all->domain[i]->id, all->domain[i]->robot_count);
@@ -182,7 +182,7 @@ static void set_tap(void *self, uint32_t index, struct tfa_tap *tap)
 {
     ros2_robot *robot = find(self, index);
     pthread_mutex_lock(&robot->mutex);
-    robot->tap = tap;
+    robot->own.tap = tap;
     pthread_mutex_unlock(&robot->mutex);
 }
 

@@ -11,6 +11,8 @@
 
 #include "ros2/ros2.h"
 
+#include "dds_gateway/dds_domain.h"
+#include "dds_gateway/gateway_solve.h"
 #include "ros2/joint_inputs.h"
 #include "ros2/names.h"
 #include "worker/worker.h"
@@ -153,15 +155,12 @@ struct ros2_robot {
     ros2_input inputs[ROS2_INPUTS_MAX];
     uint32_t input_count;
     dds_entity_t writers[ROS2_OUTPUT_KINDS];
-    dds_entity_t reply_writer;    /* of the service; 0: none */
-    tfa_shared_robot *statistics; /* NULL: none */
-    tfa_shared_state *last_state; /* NULL: none */
-    uint32_t subscribers;         /* of all outputs, at the last diagnostics */
+    dds_entity_t reply_writer; /* of the service; 0: none */
+    uint32_t subscribers;      /* of all outputs, at the last diagnostics */
 
     pthread_mutex_t mutex; /* guards what follows */
     ros2_arrays *arrays;   /* NULL: no memory at the last exchange */
-    tfa_worker_robot solver;
-    struct tfa_tap *tap; /* records what is answered; NULL: no */
+    gateway_robot own;
     ros2_header state_header;
     bool state_is_new;
     ros2_base base;
@@ -177,7 +176,8 @@ struct tfa_ros2 {
     uint32_t robot_count;
     uint32_t id;             /* of the domain */
     gateway_context context; /* without its settings */
-    dds_entity_t domain, participant, waitset, stop;
+    dds_member member;
+    dds_entity_t waitset, stop;
     dds_entity_t graph_writer, diagnostics_writer;
     dds_entity_t publications;  /* reader of what is published in the domain */
     struct ros2_report *report; /* diagnostics.c */
@@ -195,7 +195,7 @@ typedef struct tfa_ros2_options {
 } tfa_ros2_options;
 
 /* Joins the domain and creates every entity, but nothing is read yet. @return TFA_OK;
- * TFA_E_MEMORY; TFA_E_SYSTEM: see tfa_ros2_error. On error *gateway is NULL. */
+ * TFA_E_MEMORY; TFA_E_SYSTEM: see tfa_dds_error. On error *gateway is NULL. */
 TFA_CHECKED int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **gateway);
 /* Begins to read and answer. `solvers` (copied), by robot of the set, are the gateway's own.
  * @return TFA_OK; TFA_E_SYSTEM */
@@ -206,9 +206,6 @@ TFA_CHECKED int ros2_exchange(ros2_robot *robot, const tfa_model *model,
                               const tfa_worker_robot *solver);
 /* NULL is allowed, and a gateway that never started. */
 void tfa_ros2_stop(tfa_ros2 *gateway);
-/* Why the last tfa_ros2_create failed, in Cyclone's words. Static storage, one thread. */
-const char *tfa_ros2_error(void);
-
 /* False: a standby, which leaves the answer to the leader. */
 static inline bool ros2_leads(const ros2_robot *robot)
 {
@@ -279,9 +276,6 @@ void ros2_publish_diagnostics(tfa_ros2 *gateway, int64_t now);
 
 /* ---- statistics.c; the robot is locked ---- */
 
-/* Counts a request that was solved. `now`: receipt of the message that asked. */
-void ros2_count(const ros2_robot *robot, const tfa_request *request, const tfa_reply *reply,
-                int64_t now, uint64_t start, uint64_t done);
 /* Publishes the counts of inputs and outputs. */
 void ros2_publish_statistics(const ros2_robot *robot);
 

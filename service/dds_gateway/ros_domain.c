@@ -23,10 +23,8 @@ static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_
     const char *text = variable("ROS_DOMAIN_ID");
     char *end;
     *id = from->domain;
-    if (from->domain != CONFIG_ROS_DOMAIN_ID) {
-        snprintf(error, size, "ros2.domain: %u is above %d", from->domain, TFA_ROS2_DOMAIN_MAX);
-        return from->domain <= TFA_ROS2_DOMAIN_MAX ? TFA_OK : TFA_E_ARGUMENT;
-    }
+    if (from->domain != CONFIG_ROS_DOMAIN_ID)
+        return TFA_OK;
     *id = 0;
     if (!text)
         return TFA_OK;

@@ -5,7 +5,6 @@
  */
 #include "ros2/ros2.h"
 
-#include "dds_gateway/ros_domain.h"
 #include "ros2/names.h"
 
 #include <stdarg.h>
@@ -101,15 +100,6 @@ static int check_topics(const checker *c)
         status = check_topic(c, key, r->wrenches[k].topic);
     }
     return status;
-}
-
-/* Those between are no domains, and no word for another one. */
-static int check_domain(const checker *c)
-{
-    const uint32_t domain = c->config->domain;
-    if (domain <= TFA_ROS2_DOMAIN_MAX || domain == CONFIG_ROS_DOMAIN_ID)
-        return TFA_OK;
-    return fail(c, TFA_E_ARGUMENT, "domain", "%u is above %d", domain, TFA_ROS2_DOMAIN_MAX);
 }
 
 /* ---- names of the robot ---- */
@@ -251,8 +241,6 @@ int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa
     if (!all->ros2.enabled || !settings->enabled)
         return TFA_OK;
     int status = check_topics(&c);
-    if (status == TFA_OK)
-        status = check_domain(&c);
     if (status == TFA_OK)
         status = check_coordinates(&c);
     if (status == TFA_OK)

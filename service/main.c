@@ -15,7 +15,6 @@
 
 #include "command_line/command_line.h"
 #include "control/daemon.h"
-#include "gateways.h"
 #include "platform/check_rt.h"
 #include "platform/log.h"
 #include "platform/passed_sockets.h"
@@ -35,7 +34,6 @@ typedef struct service {
     tfa_daemon daemon;
     uid_t user;
     gid_t user_group;
-    gateways gateways;
 } service;
 
 /* ---- the steps ---- */
@@ -98,7 +96,7 @@ static int make_statistics(service *s)
 
 static int join_domains(service *s)
 {
-    return gateways_join(&s->gateways);
+    return gateways_join(&s->daemon);
 }
 
 static int start_pool(service *s)
@@ -128,9 +126,15 @@ static int self_test(service *s)
     return daemon_self_test(&s->daemon);
 }
 
-static int open_gateways(service *s)
+static int open_descriptions(service *s)
 {
-    return gateways_open(&s->gateways);
+    const int status = descriptions_open(&s->daemon);
+    return status == TFA_OK ? control_watch_descriptions(&s->daemon) : status;
+}
+
+static int start_gateways(service *s)
+{
+    return gateways_start(&s->daemon);
 }
 
 static int start_live_page(service *s)
@@ -176,7 +180,8 @@ static const struct {
     {"http port", open_http_port},
     {"privileges", drop_privileges}, /* after priorities, locks and the port are held */
     {"self-test", self_test},
-    {"dds", open_gateways},
+    {"robot descriptions", open_descriptions},
+    {"dds", start_gateways},
     {"live page", start_live_page},
     {"sockets", open_sockets},
     {"ready", signal_ready},
@@ -195,7 +200,7 @@ static void stop_all(service *s)
     notify_stopping();
     control_close_listeners(&s->daemon);
     live_page_stop(&s->daemon);
-    gateways_stop(&s->gateways);     /* their requests need the workers */
+    gateways_stop(&s->daemon);       /* their requests need the workers */
     daemon_stop_workers(&s->daemon); /* they answer the requests in the rings */
     recordings_close(&s->daemon);
     session_end_all(&s->daemon);
@@ -226,7 +231,6 @@ static int serve(config *settings)
                             .runtime_dir = TFA_RUNTIME_DIR_NONE},
                  .user = (uid_t)-1};
     int status = TFA_OK;
-    s.gateways.daemon = &s.daemon;
     commands_open(&s.daemon); /* a start that fails at once ends like any other */
     for (size_t i = 0; i < sizeof start_up / sizeof *start_up && status == TFA_OK; i++) {
         errno = 0;

@@ -96,7 +96,7 @@ typedef struct config_scene {
 enum { CONFIG_REFUSE_LIST(CONFIG_REFUSE) CONFIG_REFUSALS };
 #undef CONFIG_REFUSE
 
-#define CONFIG_ROS_DOMAIN_ID 1000u /* domain: left to the environment */
+#define CONFIG_ROS_DOMAIN_ID UINT32_MAX /* domain "environment" */
 
 /* A force/torque topic. */
 typedef struct config_ros2_wrench {
@@ -175,7 +175,7 @@ typedef struct config_realtime {
 } config_realtime;
 
 /* The kernel's own value of "no wish" (PM_QOS_CPU_LATENCY_DEFAULT_VALUE), us. */
-#define CONFIG_ANY_LATENCY 2000000000u
+#define CONFIG_ANY_LATENCY UINT32_MAX /* "any" */
 
 typedef struct config_pool {
     uint32_t threads, priority, spin_ns, from;

@@ -26,7 +26,10 @@ static void dump_scalar(config_kind kind, const config_row *row, const void *in,
 {
     switch (kind) {
     case CONFIG_COUNT:
-        fprintf(out, "%u", *(const uint32_t *)in);
+        if (row->word && *(const uint32_t *)in == UINT32_MAX)
+            fputs(row->word, out);
+        else
+            fprintf(out, "%u", *(const uint32_t *)in);
         break;
     case CONFIG_BOOL:
         fputs(*(const bool *)in ? "true" : "false", out);

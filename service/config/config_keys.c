@@ -28,7 +28,9 @@ static void print_default(const config_row *row, FILE *out)
     fputc('\t', out);
     if (row->required)
         return;
-    if (row->kind == CONFIG_COUNT || row->kind == CONFIG_NUMBER)
+    if (row->word)
+        fputs(row->word, out);
+    else if (row->kind == CONFIG_COUNT || row->kind == CONFIG_NUMBER)
         fprintf(out, "%u", row->default_value);
     else if (row->kind == CONFIG_BOOL)
         fputs(row->default_value ? "yes" : "no", out);
@@ -40,7 +42,8 @@ static void print_range(const config_row *row, FILE *out)
 {
     fputc('\t', out);
     if (row->kind == CONFIG_COUNT || row->kind == CONFIG_NUMBER)
-        fprintf(out, "%.10g to %.10g", row->low, row->high);
+        fprintf(out, "%.10g to %.10g%s%s", row->low, row->high, row->word ? ", or " : "",
+                row->word ? row->word : "");
     else if (row->kind == CONFIG_LIST && row->low == row->high)
         fprintf(out, "%.10g entries", row->low);
     else if (row->kind == CONFIG_LIST)

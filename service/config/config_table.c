@@ -119,7 +119,8 @@ static const config_row robot_ros2_rows[] = {
     {"enabled", CONFIG_BOOL, AT(config_robot_ros2, enabled), .default_value = false,
      .help = "Serve this robot on topics of ROS 2, if ros2 is enabled"},
     {"domain", CONFIG_COUNT, AT(config_robot_ros2, domain), .default_value = CONFIG_ROS_DOMAIN_ID,
-     .low = 0, .high = CONFIG_ROS_DOMAIN_ID, .help = "DDS domain id; 1000: that of 'ros2'"},
+     .low = 0, .high = 230, .word = "environment",
+     .help = "DDS domain id; environment: that of 'ros2'"},
     {"namespace", CONFIG_TEXT, AT(config_robot_ros2, namespace),
      .help = "Where relative topics start; / when absent"},
     {"node", CONFIG_TEXT, AT(config_robot_ros2, node),
@@ -252,10 +253,9 @@ static const config_row realtime_rows[] = {
     {"mlock", CONFIG_BOOL, AT(config_realtime, mlock), .default_value = false,
      .help = "Lock all memory of the daemon"},
     {"cpu_dma_latency", CONFIG_COUNT, AT(config_realtime, cpu_dma_latency),
-     .default_value = CONFIG_ANY_LATENCY, .low = 0, .high = CONFIG_ANY_LATENCY,
-     .unit = "us",
+     .default_value = CONFIG_ANY_LATENCY, .low = 0, .high = 2e9, .word = "any", .unit = "us",
      .help = "Idle states that take longer to leave, us, are not entered while the daemon runs "
-             "(/dev/cpu_dma_latency); 2000000000: any may be"},
+             "(/dev/cpu_dma_latency)"},
     {0}};
 static const config_table realtime_table = {realtime_rows, sizeof(config_realtime)};
 
@@ -299,7 +299,8 @@ static const config_row ros2_rows[] = {
     {"enabled", CONFIG_BOOL, AT(config_ros2, enabled), .default_value = false,
      .help = "Read and write topics of ROS 2 for the robots that have it"},
     {"domain", CONFIG_COUNT, AT(config_ros2, domain), .default_value = CONFIG_ROS_DOMAIN_ID,
-     .low = 0, .high = CONFIG_ROS_DOMAIN_ID, .help = "DDS domain id; 1000: ROS_DOMAIN_ID, else 0"},
+     .low = 0, .high = 230, .word = "environment",
+     .help = "DDS domain id; environment: ROS_DOMAIN_ID, else 0"},
     {"discovery_range", CONFIG_WORD, AT(config_ros2, discovery),
      .default_value = CONFIG_DISCOVERY_ENVIRONMENT, .words = discovery_words,
      .help = "environment (ROS_AUTOMATIC_DISCOVERY_RANGE, else subnet), subnet, localhost, off, "

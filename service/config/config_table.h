@@ -31,6 +31,8 @@ typedef struct config_row {
     uint32_t default_value;   /* the default of COUNT, BOOL and WORD */
     double low, high;         /* range of COUNT and NUMBER; entries of a LIST; WORD: low, the first
                                  index that may be chosen */
+    const char *word;         /* of COUNT: it may stand in place of a number, and is the default;
+                                 its value is UINT32_MAX */
     const char *const *words; /* of WORD, up to NULL: the value is the index */
     config_kind entry;        /* of a LIST without table: COUNT, NUMBER or TEXT */
     const struct config_table *table;

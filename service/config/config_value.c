@@ -55,8 +55,9 @@ static void describe(const config_scalar *s, char *text, size_t size)
     case CONFIG_COUNT:
     case CONFIG_NUMBER:
         if (has_range(s))
-            snprintf(text, size, "a %s from %.10g to %.10g",
-                     s->kind == CONFIG_COUNT ? "whole number" : "number", lowest(s), highest(s));
+            snprintf(text, size, "a %s from %.10g to %.10g%s%s",
+                     s->kind == CONFIG_COUNT ? "whole number" : "number", lowest(s), highest(s),
+                     s->row->word ? ", or " : "", s->row->word ? s->row->word : "");
         else
             snprintf(text, size, "a finite number");
         break;
@@ -203,6 +204,8 @@ static void suggest_value(const config_scalar *s, const char *text, char *remedy
         snprintf(remedy, size, "; write %s", number);
     else if (meant && is_in_range(s, value) && value == (double)(uint64_t)value)
         snprintf(remedy, size, "; write %.0f", value);
+    else if (is_null_text(text) && s->row->word)
+        snprintf(remedy, size, "; leave the key out for the default, %s", s->row->word);
     else if (is_null_text(text) && !s->is_entry && !s->row->required)
         snprintf(remedy, size, "; leave the key out for the default, %u", s->row->default_value);
     else
@@ -305,7 +308,7 @@ void config_read_scalar(config_reader *r, const config_scalar *s, const yaml_nod
     double value;
     uint32_t index;
     config_set_default(s, out);
-    if (!text)
+    if (!text || (s->row->word && strcmp(text, s->row->word) == 0)) /* the default is the word's */
         return;
     if (s->kind == CONFIG_TEXT)
         *(const char **)out = text;

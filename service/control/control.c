@@ -246,7 +246,7 @@ static void log_dds_totals(const tfa_daemon *d)
 static void log_totals(const tfa_daemon *d)
 {
     const tfa_tally_sums all = statistics_all(d);
-    if (d->gateway.self)
+    if (d->gateways[TFA_SOURCE_DDS].self)
         log_dds_totals(d);
     tfa_log(TFA_LOG_INFO,
             "clients %u, connections %llu, refused %llu, requests %llu, rejected %llu",

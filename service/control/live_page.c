@@ -17,9 +17,11 @@ static int start(tfa_daemon *d, const tfa_model **models, tfa_worker_robot *solv
 {
     const uint32_t count = d->robot_set.count;
     const bool page = d->settings->http.enabled;
-    for (uint32_t i = 0; i < count; i++)
+    int status = TFA_OK;
+    for (uint32_t i = 0; i < count && status == TFA_OK; i++) {
         models[i] = d->robot_set.robots[i].model;
-    const int status = page ? daemon_make_http_solvers(d, solvers) : TFA_OK;
+        status = page ? daemon_make_solver(d, i, &d->http_solvers, &solvers[i]) : TFA_OK;
+    }
     if (status != TFA_OK)
         return status;
     return tfa_http_start(d->http, d->statistics_segment.fd_readonly, models, page ? solvers : NULL,

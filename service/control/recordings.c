@@ -96,7 +96,7 @@ static bool make_description(const tfa_daemon *d, const tfa_robot *robot, tfa_se
 
 static uint32_t producers_of(const tfa_daemon *d)
 {
-    return d->settings->workers + 2;
+    return d->settings->workers + TFA_GATEWAY_SOURCES;
 }
 
 /* From now on answers are recorded; `taps` NULL: no more. */
@@ -105,10 +105,8 @@ static void set_taps(tfa_daemon *d, uint32_t robot, struct tfa_tap *taps)
     const uint32_t workers = d->settings->workers;
     for (uint32_t k = 0; k < workers; k++)
         tfa_worker_set_tap(d->workers[k].worker, robot, taps ? &taps[k] : NULL);
-    if (d->gateway.self && robot < d->robot_set.dds_count)
-        d->gateway.set_tap(d->gateway.self, robot, taps ? &taps[workers] : NULL);
-    if (d->ros2.self)
-        (void)d->ros2.set_tap(d->ros2.self, robot, taps ? &taps[workers + 1] : NULL);
+    for (const gateway_slot *g = NULL; (g = gateways_next(d, robot, g));)
+        g->kind->set_tap(g->self, robot, taps ? &taps[workers + g->kind->source] : NULL);
 }
 
 static int make_taps(const tfa_daemon *d, uint64_t ring_bytes, recording *r)

@@ -53,11 +53,12 @@ static void release_reload(const tfa_daemon *d, reload *r)
 static void describe(const tfa_daemon *d, const char *error)
 {
     const config_robot *robot = &d->settings->robots[d->reload.robot];
-    for (uint32_t i = 0; d->ros2.self && i < d->robot_set.count; i++)
-        if (d->robot_set.robots[i].config == robot) {
-            d->ros2.describe(d->ros2.self, i, error);
-            return;
-        }
+    uint32_t i = 0;
+    while (d->robot_set.robots[i].config != robot)
+        i++;
+    for (const gateway_slot *g = NULL; (g = gateways_next(d, i, g));)
+        if (g->kind->report)
+            g->kind->report(g->self, i, error);
 }
 
 static void begin_reload(tfa_daemon *d)
@@ -127,11 +128,6 @@ bool reload_is_urgent(const tfa_daemon *d)
 
 /* ---- draining ---- */
 
-static bool is_on_dds(const tfa_daemon *d, uint32_t robot)
-{
-    return d->gateway.self && robot < d->robot_set.dds_count;
-}
-
 static void start_draining(tfa_daemon *d)
 {
     const reload *r = &d->reload;
@@ -155,8 +151,8 @@ static bool all_detached(tfa_daemon *d)
         if (!d->reload.shape_changed[i])
             continue;
         left = !session_any_attached(d, i) && left;
-        if (is_on_dds(d, i))
-            left = d->gateway.detach(d->gateway.self, i) && left;
+        for (const gateway_slot *g = NULL; (g = gateways_next(d, i, g));)
+            left = (!g->kind->detach || g->kind->detach(g->self, i)) && left;
     }
     return left;
 }
@@ -188,39 +184,23 @@ static void exchange(tfa_robot_solver **now, tfa_robot_solver **next)
 }
 
 /* The gateway answers by the new solvers when this returns. */
-static void exchange_gateway_solvers(const tfa_daemon *d)
+static void exchange_gateway_solvers(const tfa_daemon *d, uint32_t source)
 {
-    tfa_robot_solver **next = d->reload.solvers[d->settings->workers];
-    for (uint32_t i = 0; d->gateway_solvers && i < d->robot_set.count; i++) {
-        if (!d->reload.changed[i] || !is_on_dds(d, i))
+    tfa_robot_solver **next = d->reload.solvers[d->settings->workers + source];
+    for (uint32_t i = 0; i < d->robot_set.count; i++) {
+        const gateway_slot *g = gateways_of_robot(d, source, i);
+        if (!d->reload.changed[i] || !g)
             continue;
         const tfa_robot *robot = &d->robot_set.robots[i];
         const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
-        d->gateway.expect(d->gateway.self, i, robot->model, &solver);
-        exchange(&d->gateway_solvers[i], &next[i]);
-    }
-}
-
-static void exchange_ros2_solvers(const tfa_daemon *d)
-{
-    tfa_robot_solver **next = d->reload.solvers[d->settings->workers + 1];
-    for (uint32_t i = 0; d->ros2_solvers && i < d->robot_set.count; i++) {
-        if (!d->reload.changed[i] || !d->ros2_solvers[i])
-            continue;
-        const tfa_robot *robot = &d->robot_set.robots[i];
-        const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
-        if (d->ros2.exchange(d->ros2.self, i, robot->model, &solver) != TFA_OK)
-            tfa_log(TFA_LOG_ERROR,
-                    "reload: robot '%s': no memory for its topics of ROS 2: nothing is answered "
-                    "there; free some and reload",
-                    robot->name);
-        exchange(&d->ros2_solvers[i], &next[i]);
+        g->kind->exchange(g->self, i, robot->model, &solver);
+        exchange(&g->solvers[i], &next[i]);
     }
 }
 
 static void exchange_http_solvers(const tfa_daemon *d)
 {
-    tfa_robot_solver **next = d->reload.solvers[d->settings->workers + 2];
+    tfa_robot_solver **next = d->reload.solvers[d->settings->workers + TFA_GATEWAY_SOURCES];
     for (uint32_t i = 0; d->http_solvers && i < d->robot_set.count; i++) {
         if (!d->reload.changed[i])
             continue;
@@ -273,8 +253,8 @@ static void commit(tfa_daemon *d)
     for (uint32_t i = 0; i < d->robot_set.count; i++)
         commit_robot(d, i);
     exchange_settings(d);
-    exchange_gateway_solvers(d);
-    exchange_ros2_solvers(d);
+    for (uint32_t k = 0; k < TFA_GATEWAY_SOURCES; k++)
+        exchange_gateway_solvers(d, k);
     exchange_http_solvers(d);
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
@@ -299,10 +279,9 @@ static void complete_reload(tfa_daemon *d)
         if (!d->reload.changed[i])
             continue;
         changed++;
-        if (is_on_dds(d, i) &&
-            d->gateway.announce(d->gateway.self, i, d->robot_set.robots[i].model) != TFA_OK)
-            tfa_log(TFA_LOG_ERROR, "reload: robot '%s' could not be announced over DDS",
-                    d->robot_set.robots[i].name);
+        for (const gateway_slot *g = NULL; (g = gateways_next(d, i, g));)
+            if (g->kind->announce)
+                g->kind->announce(g->self, i, d->robot_set.robots[i].model);
     }
     char text[96];
     if (d->reload.of_topic)

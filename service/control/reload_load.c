@@ -82,13 +82,13 @@ static int make_pools(const tfa_daemon *d, reload *r)
     return status;
 }
 
-/* Solvers in use, by robot, of a worker or of the gateways after the workers; NULL: none. */
+/* The k-th table of solvers in use, by robot, in the order of reload.solvers; NULL: none. */
 static tfa_robot_solver *const *solvers_in_use(const tfa_daemon *d, uint32_t k)
 {
     const uint32_t workers = d->settings->workers;
-    tfa_robot_solver *const *const gateways[RELOAD_GATEWAYS] = {d->gateway_solvers, d->ros2_solvers,
-                                                                d->http_solvers};
-    return k < workers ? d->workers[k].solvers : gateways[k - workers];
+    if (k < workers)
+        return d->workers[k].solvers;
+    return k < workers + TFA_GATEWAY_SOURCES ? d->gateways[k - workers].solvers : d->http_solvers;
 }
 
 static int make_solvers(const tfa_daemon *d, reload *r)

@@ -12,28 +12,8 @@
 
 #include "platform/log.h"
 #include "platform/realtime.h"
-#include "ros2/ros2.h"
 
 /* ---- robots ---- */
-
-/* The robot's topics of ROS 2 fit its model. */
-static int check_ros2(const config *settings, const config_robot *from, const tfa_robot *robot,
-                      tfa_robot_urdf *urdf)
-{
-    char path[64], whole[128], at[256], error[256];
-    if (!settings->ros2.enabled || !from->ros2.enabled)
-        return TFA_OK;
-    const int status =
-        tfa_ros2_check(&from->ros2, robot->model, path, sizeof path, error, sizeof error);
-    if (status == TFA_OK)
-        return TFA_OK;
-    snprintf(whole, sizeof whole, "robots[%zu].ros2.%s", (size_t)(from - settings->robots), path);
-    config_location(settings, whole, at, sizeof at);
-    tfa_log(TFA_LOG_ERROR, "%s: %s: %s", at, whole, error);
-    if (urdf)
-        snprintf(urdf->error, sizeof urdf->error, "%s: %.120s", path, error);
-    return status;
-}
 
 /* A robot and its scenes, from the file or a text. @param robots  room for all of them */
 static int load_robot(const config *settings, const config_robot *from, tfa_robot_urdf *urdf,
@@ -42,7 +22,8 @@ static int load_robot(const config *settings, const config_robot *from, tfa_robo
     int status = tfa_robot_load(settings, from, urdf, robots);
     if (status != TFA_OK)
         return status;
-    status = check_ros2(settings, from, &robots[0], urdf);
+    status = gateways_check_robot(settings, from, robots[0].model, urdf ? urdf->error : NULL,
+                                  sizeof urdf->error);
     for (size_t i = tfa_robot_count(from); status != TFA_OK && i > 0; i--)
         tfa_robot_unload(&robots[i - 1]);
     return status;
@@ -71,7 +52,6 @@ int robot_set_load(const config *settings, char *const *descriptions, robot_set 
         count += tfa_robot_count(&settings->robots[i]);
     *f = (robot_set){.robots = calloc(count, sizeof *f->robots)};
     int status = f->robots ? load_robots_with_dds(settings, descriptions, true, f) : TFA_E_MEMORY;
-    f->dds_count = f->count;
     if (status == TFA_OK)
         status = load_robots_with_dds(settings, descriptions, false, f);
     if (status != TFA_OK)
@@ -88,7 +68,6 @@ int robot_set_load_one(const config *settings, const robot_set *now, size_t robo
     if (!f->robots)
         return TFA_E_MEMORY;
     f->count = now->count;
-    f->dds_count = now->dds_count;
     for (uint32_t i = 0; i < now->count; i++)
         f->robots[i].names = TFA_SEGMENT_NONE;
     while (now->robots[first].config != from)
@@ -157,8 +136,7 @@ static tfa_wait worker_wait(const config *settings)
     return wait;
 }
 
-/* A solver of robot `i` of the set, into `solvers` by robot, which are made when they are NULL. */
-static int make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solvers,
+int daemon_make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_solver ***solvers,
                        tfa_worker_robot *made)
 {
     const tfa_robot *robot = &d->robot_set.robots[i];
@@ -179,7 +157,7 @@ static int make_worker(tfa_daemon *d, daemon_worker *w)
     tfa_worker_robot *robots = calloc(f->count, sizeof *robots);
     int status = robots ? TFA_OK : TFA_E_MEMORY;
     for (uint32_t i = 0; i < f->count && status == TFA_OK; i++)
-        status = make_solver(d, i, &w->solvers, &robots[i]);
+        status = daemon_make_solver(d, i, &w->solvers, &robots[i]);
     if (status == TFA_OK) {
         const tfa_worker_options options = {.robots = robots,
                                             .robot_count = f->count,
@@ -233,31 +211,6 @@ int daemon_start_workers(tfa_daemon *d)
     return TFA_OK;
 }
 
-int daemon_make_gateway_solvers(tfa_daemon *d, tfa_worker_robot *robots)
-{
-    int status = TFA_OK;
-    for (uint32_t i = 0; i < d->robot_set.dds_count && status == TFA_OK; i++)
-        status = make_solver(d, i, &d->gateway_solvers, &robots[i]);
-    return status;
-}
-
-int daemon_make_ros2_solvers(tfa_daemon *d, const uint32_t *which, uint32_t count,
-                             tfa_worker_robot *robots)
-{
-    int status = TFA_OK;
-    for (uint32_t k = 0; k < count && status == TFA_OK; k++)
-        status = make_solver(d, which[k], &d->ros2_solvers, &robots[k]);
-    return status;
-}
-
-int daemon_make_http_solvers(tfa_daemon *d, tfa_worker_robot *robots)
-{
-    int status = TFA_OK;
-    for (uint32_t i = 0; i < d->robot_set.count && status == TFA_OK; i++)
-        status = make_solver(d, i, &d->http_solvers, &robots[i]);
-    return status;
-}
-
 int daemon_self_test(tfa_daemon *d)
 {
     for (uint32_t i = 0; i < d->robot_set.count; i++)
@@ -303,8 +256,8 @@ void daemon_free_robot_set(tfa_daemon *d)
     for (uint32_t i = 0; d->workers && i < d->settings->workers; i++)
         free_worker(d, &d->workers[i]);
     free(d->workers);
-    free_solvers(d, d->gateway_solvers);
-    free_solvers(d, d->ros2_solvers);
+    for (int k = 0; k < TFA_GATEWAY_SOURCES; k++)
+        free_solvers(d, d->gateways[k].solvers);
     free_solvers(d, d->http_solvers);
     robot_set_unload(&d->robot_set);
     tfa_thread_pool_free(d->thread_pool);

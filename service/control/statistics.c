@@ -12,7 +12,6 @@
 #include <unistd.h>
 
 #include "platform/log.h"
-#include "ros2/names.h"
 
 /* ---- the segment ---- */
 
@@ -26,7 +25,7 @@ static void set_header(const tfa_daemon *d, tfa_shared_header *h)
     h->workers = d->settings->workers;
     h->robots = d->robot_set.count;
     h->clients = TFA_WORKER_CLIENTS_MAX;
-    h->dds = d->settings->dds.enabled && d->robot_set.dds_count > 0;
+    h->dds = d->settings->dds.enabled && d->robot_set.robots[0].config->dds;
     snprintf(h->version, sizeof h->version, "%s", TFA_VERSION);
     snprintf(h->runtime_dir, sizeof h->runtime_dir, "%s", d->settings->runtime_dir);
 }
@@ -35,9 +34,6 @@ int statistics_open(tfa_daemon *d)
 {
     const tfa_statistics_layout l =
         tfa_statistics_layout_of(d->settings->workers, d->robot_set.count, TFA_WORKER_CLIENTS_MAX);
-    d->ros2_domains = calloc(d->robot_set.count + 1, sizeof *d->ros2_domains);
-    if (!d->ros2_domains)
-        return TFA_E_MEMORY;
     const int status = tfa_segment_create(CONFIG_BACKEND_MEMFD, TFA_SEGMENT_PEER_READS, l.bytes,
                                           &d->statistics_segment);
     if (status != TFA_OK) {
@@ -57,7 +53,6 @@ void statistics_close(tfa_daemon *d)
         tfa_word_set(&d->statistics.header->stopped, 1);
     tfa_segment_destroy(&d->statistics_segment);
     d->statistics = (tfa_statistics_view){0};
-    free(d->ros2_domains);
 }
 
 tfa_worker_statistics statistics_of_worker(const tfa_daemon *d, uint32_t worker)
@@ -87,18 +82,6 @@ static void describe_kernel(const tfa_robot *robot, tfa_served_robot *r)
     snprintf(r->kernel_file, sizeof r->kernel_file, "%s", info.path);
 }
 
-static void describe_ros2(const tfa_daemon *d, uint32_t i, tfa_served_robot *r)
-{
-    const config_robot_ros2 *ros2 = &d->robot_set.robots[i].config->ros2;
-    if (!d->ros2_domains[i])
-        return;
-    r->ros2_domain = d->ros2_domains[i] - 1;
-    snprintf(r->ros2_namespace, sizeof r->ros2_namespace, "%s",
-             ros2->namespace ? ros2->namespace : TFA_ROS2_DEFAULT_NAMESPACE);
-    snprintf(r->ros2_node, sizeof r->ros2_node, "%s",
-             ros2->node ? ros2->node : TFA_ROS2_DEFAULT_NODE);
-}
-
 static tfa_served_robot describe(const tfa_daemon *d, uint32_t i)
 {
     const tfa_robot *robot = &d->robot_set.robots[i];
@@ -106,14 +89,14 @@ static tfa_served_robot describe(const tfa_daemon *d, uint32_t i)
                           .freedoms = robot->shape.v_count,
                           .q_count = robot->shape.q_count,
                           .base_freedoms = robot->shape.base_freedoms,
-                          .dds = d->gateway.self && i < d->robot_set.dds_count,
                           .dds_domain = d->settings->dds.domain};
     snprintf(r.name, sizeof r.name, "%s", robot->name);
     snprintf(r.model_hash, sizeof r.model_hash, "%s", tfa_model_hash_text(robot->model));
     snprintf(r.precision, sizeof r.precision, "%s",
              robot->config->precision == CONFIG_PRECISION_F32 ? "f32" : "f64");
     describe_kernel(robot, &r);
-    describe_ros2(d, i, &r);
+    for (const gateway_slot *g = NULL; (g = gateways_next(d, i, g));)
+        g->kind->describe(g->self, i, &r);
     return r;
 }
 

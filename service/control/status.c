@@ -18,11 +18,11 @@ static const char *separator(uint32_t i)
 }
 
 /* Other daemons may serve the robot, too. */
-static void write_leadership(const tfa_daemon *d, uint32_t robot, FILE *out)
+static void write_leadership(const gateway_slot *g, uint32_t robot, FILE *out)
 {
-    if (!d->gateway.leadership || robot >= d->robot_set.dds_count)
+    gateway_leadership l;
+    if (!g || !g->kind->leadership(g->self, robot, &l))
         return;
-    const tfa_dds_leadership l = d->gateway.leadership(d->gateway.self, robot);
     fprintf(out,
             ", \"leadership\": {\"role\": \"%s\", \"epoch\": %" PRIu64 ", \"peers\": %u, "
             "\"pause_ms\": %.1f, \"silence_ms\": %.1f}",
@@ -34,15 +34,15 @@ static void write_robots(const tfa_daemon *d, FILE *out)
     fputs("  \"robots\": [", out);
     for (uint32_t i = 0; i < d->robot_set.count; i++) {
         const tfa_robot *r = &d->robot_set.robots[i];
+        const gateway_slot *dds = gateways_of_robot(d, TFA_SOURCE_DDS, i);
         fprintf(out,
                 "%s{\"name\": \"%s\", \"model\": \"%s\", \"joints\": %u, \"freedoms\": %u, "
                 "\"floating\": %s, \"dds\": %s, \"specialised\": %s",
                 separator(i), r->name, tfa_model_hash_text(r->model),
                 tfa_model_joint_count(r->model), r->shape.v_count + r->shape.base_freedoms,
-                r->shape.base_freedoms ? "true" : "false",
-                d->gateway.self && i < d->robot_set.dds_count ? "true" : "false",
+                r->shape.base_freedoms ? "true" : "false", dds ? "true" : "false",
                 r->specialised ? "true" : "false");
-        write_leadership(d, i, out);
+        write_leadership(dds, i, out);
         fputc('}', out);
     }
     fputs("\n  ],\n", out);
@@ -81,7 +81,7 @@ static uint64_t value_of(const tfa_word *word)
 
 static void write_dds(const tfa_daemon *d, FILE *out)
 {
-    if (!d->gateway.self)
+    if (!d->gateways[TFA_SOURCE_DDS].self)
         return;
     const tfa_shared_dds *c = &d->statistics.header->dds_messages;
     fprintf(out,

@@ -6,60 +6,39 @@
  * Short requests are answered in Cyclone's receiving thread, by solvers of the gateway's own; for
  * long ones the gateway is one more client of the worker, by address: nothing is encoded. It shares
  * nothing with the shared-memory clients.
- *
- * Order of calls (main.c): tfa_dds_create before the worker raises its priority or pins itself
- * (Cyclone's threads inherit both); tfa_dds_start when the worker can serve; tfa_dds_stop before
- * the worker ends. All three from one thread.
  */
 #ifndef TFA_SERVICE_DDS_GATEWAY_DDS_H
 #define TFA_SERVICE_DDS_GATEWAY_DDS_H
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <totalforce/model.h>
-#include <totalforce/status.h>
-
-#include "ipc/statistics_layout.h"
-
-struct tfa_tap;
-struct tfa_worker;
-struct tfa_worker_robot;
+#include "gateway/gateway.h"
 
 typedef struct tfa_dds tfa_dds;
 
-typedef struct tfa_dds_robot {
-    const char *name;       /**< at most 63 bytes; lives as long as the gateway */
-    const tfa_model *model; /**< for RobotInfo; must live until another was announced */
-    uint32_t max_batch;     /**< states of one request */
-    uint32_t max_tips;      /**< of one request; 0: TFA_MAX_TIPS */
-} tfa_dds_robot;
+extern const struct gateway tfa_gateway_dds;
 
 typedef struct tfa_dds_options {
-    uint32_t domain;             /**< DDS domain id, 0..230 */
-    const char *settings;        /**< Cyclone's XML, before CYCLONEDDS_URI; NULL: none */
-    size_t sample_bytes;         /**< samples up to this size are taken, or larger ones if the
+    uint32_t domain;         /**< DDS domain id, 0..230 */
+    const char *settings;    /**< Cyclone's XML, before CYCLONEDDS_URI; NULL: none */
+    size_t sample_bytes;     /**< samples up to this size are taken, or larger ones if the
                                       robots need them */
-    const tfa_dds_robot *robots; /**< the first robots of the worker, in its order */
+    const tfa_robot *robots; /**< the first of the worker, in its order; each model must live
+                                      until another was announced */
     uint32_t robot_count;
     uint32_t slots;      /**< requests under way for each robot, power of two; 0: 16 */
-    uint32_t direct_ns;  /**< requests that take longer go to the worker; 0: 50000 */
     uint32_t max_age_us; /**< torques with an older stamp are refused (TFA_E_LATE); 0: none is */
-    bool no_streaming;   /**< leave out joint_torques and joint_accelerations */
     uint32_t priority;   /**< among daemons that serve the same robot: the higher one leads */
     uint32_t lease_ms;   /**< a leader that is silent for so long is replaced; 0: 200 */
     /** Takes changes of leadership; `warning`: somebody should look. Any thread. NULL: none */
     void (*notice)(bool warning, const char *text);
-    /* Where it counts. NULL: memory of the gateway's own, and robots are not counted. */
-    tfa_shared_dds *messages;
-    tfa_shared_robot *statistics; /**< by robot */
-    tfa_shared_state *states;     /**< by robot */
+    tfa_shared_dds *messages;     /**< where it counts */
+    tfa_shared_robot *statistics; /**< by robot; NULL: robots are not counted */
+    tfa_shared_state *states;     /**< by robot; NULL: none */
 } tfa_dds_options;
 
 /**
  * Joins the domain and creates every entity, but nothing answers yet.
  * @return TFA_OK; TFA_E_ARGUMENT (no robot, a name too long); TFA_E_MEMORY; TFA_E_SYSTEM (the
- *         domain cannot be joined: see the text of tfa_dds_error). On error *dds is NULL.
+ *         domain cannot be joined: see tfa_dds_error). On error *dds is NULL.
  */
 TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
 
@@ -68,55 +47,24 @@ TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
  *  `solvers` (copied), one for each robot, are the gateway's own.
  *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; the worker's status. */
 TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker,
-                              const struct tfa_worker_robot *solvers);
+                              const tfa_worker_robot *solvers);
 
-/* The exchange of a model, in this order, from one thread: expect, the worker takes it over,
- * announce. When the arrays or the names of the robot change, leave until true comes before. */
-
-/** Requests of robot `robot` are answered by this model's solver from now on, or by the worker's,
- *  which may still be that of the model before. The solver of before is not used any more when it
- *  returns. */
-void tfa_dds_expect(tfa_dds *dds, uint32_t robot, const tfa_model *next,
-                    const struct tfa_worker_robot *solver);
-
-/** Requests of the robot that are answered in the receiving thread go to this tap, too; NULL: to
- *  none. The tap of before is not used any more when it returns. */
-void tfa_dds_set_tap(tfa_dds *dds, uint32_t robot, struct tfa_tap *tap);
-
-/** Detaches the robot from the worker once what is under way is answered; what comes
- *  meanwhile is refused with TFA_E_AGAIN. @return it has been given back; otherwise ask again */
-bool tfa_dds_detach(tfa_dds *dds, uint32_t robot);
-
-/** Tells the domain that robot `robot` now has this model; takes a ring again after tfa_dds_detach.
- *  @return TFA_OK; TFA_E_ARGUMENT; TFA_E_SYSTEM; TFA_E_MEMORY or the worker's status: this daemon
- *          resigned, and begins again with the next model */
-TFA_CHECKED int tfa_dds_announce(tfa_dds *dds, uint32_t robot, const tfa_model *model);
+/* The exchange of a model: see gateway.h. Until the worker has taken it over, replies may come from
+ * the model before or the next one. */
+void tfa_dds_exchange(void *dds, uint32_t robot, const tfa_model *next,
+                      const tfa_worker_robot *solver);
+void tfa_dds_set_tap(void *dds, uint32_t robot, struct tfa_tap *tap);
+/** Requests that come meanwhile are refused with TFA_E_AGAIN. */
+bool tfa_dds_detach(void *dds, uint32_t robot);
+/** @return TFA_OK; TFA_E_SYSTEM; TFA_E_MEMORY or the worker's status: this daemon resigned, and
+ *          begins again with the next model */
+TFA_CHECKED int tfa_dds_announce(void *dds, uint32_t robot, const tfa_model *model);
 
 /** Resigns, so that a standby takes over at once, withdraws the robots, closes the gateway, joins
  *  the threads, leaves the domain, frees. The worker must still run. NULL is allowed, and so is a
  *  gateway that was created and never started. */
 void tfa_dds_stop(tfa_dds *dds);
 
-/** Messages since the start; any thread. */
-tfa_dds_statistics tfa_dds_count(const tfa_dds *dds);
-
-/** Hot standby of one robot */
-typedef struct tfa_dds_leadership {
-    const char *role;  /**< listening, standby, leading, unlike (another model than the leader's) */
-    uint64_t epoch;    /**< of the leadership, or the highest that is known */
-    uint32_t peers;    /**< other daemons for the robot that are heard */
-    double pause_ms;   /**< longest between two advertisements of this daemon */
-    double silence_ms; /**< longest between two that were heard of a leader: the lease must be
-                            longer */
-} tfa_dds_leadership;
-
-/** Any thread, after tfa_dds_start. */
-tfa_dds_leadership tfa_dds_get_leadership(tfa_dds *dds, uint32_t robot);
-
-/** May this daemon answer for the robot now? False: a standby. Any thread, after tfa_dds_start. */
-bool tfa_dds_leads(tfa_dds *dds, uint32_t robot);
-
-/** Why the last tfa_dds_create failed, in Cyclone's words. Static storage, one thread. */
-const char *tfa_dds_error(void);
+bool tfa_dds_get_leadership(void *dds, uint32_t robot, gateway_leadership *leadership);
 
 #endif

@@ -66,14 +66,6 @@ void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending 
         increment(&gateway->count->late);
 }
 
-void tfa_dds_publish_state(const dds_robot *robot, const tfa_request *request,
-                           const tfa_worker_call *call)
-{
-    if (robot->state != NULL && tfa_wire_has_answers(call->reply.status))
-        tfa_state_publish(robot->state, request, robot->shape.q_count,
-                          robot->shape.base_freedoms != 0, call->t_done);
-}
-
 /* ---- the dds thread ---- */
 
 /* A kind of request that turns out to be short is answered in the receiving thread from now on. */
@@ -92,7 +84,7 @@ static uint32_t write_ready(tfa_dds *gateway, dds_robot *robot)
     for (dds_slot *slot; (slot = tfa_dds_ring_oldest(robot->ring)) != NULL; written++) {
         tfa_dds_answer(gateway, robot, &slot->to, &slot->call);
         record_cost(robot, &slot->call);
-        tfa_dds_publish_state(robot, &slot->call.request, &slot->call);
+        gateway_publish_state(&robot->own, &slot->call.request, &slot->call);
         tfa_dds_ring_release(robot->ring);
     }
     return written;

@@ -5,17 +5,19 @@
  *
  * Latency first: Cyclone's receiving thread calls a listener, which answers a short request by
  * itself, with a solver of the gateway's own: no thread is woken on the way (a wake-up costs 23 us
- * and more, the answer of a small robot 1 us). A request that takes longer than direct_ns, by the
+ * and more, the answer of a small robot 1 us). A request that takes longer than DIRECT_NS, by the
  * cost model or its bound, goes to the worker, where it is one of many; the dds thread writes its
  * answer.
  */
 #include "dds_internal.h"
 
 #include "ipc/wire_reply.h"
-#include "worker/tap.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* A listener that takes longer delays the samples of others: about what waking a thread costs. */
+#define DIRECT_NS 50000
 
 static void increment(_Atomic uint64_t *counter)
 {
@@ -82,28 +84,13 @@ void tfa_dds_free_samples(tfa_dds *gateway)
 
 /* ---- requests; the robot is locked ---- */
 
-/* Counts a request that the gateway answers itself. `call` has times of CLOCK_MONOTONIC. */
-static void count_request(const dds_robot *robot, const tfa_request *request,
-                          const dds_pending *pending, const tfa_worker_call *call)
+static gateway_stamps stamps_of(const dds_pending *pending)
 {
     const int64_t offset = tfa_dds_ros_offset();
-    const bool has_answers = request && tfa_wire_has_answers(call->reply.status);
-    const uint64_t received = (uint64_t)(pending->t_received - offset),
-                   start = call->t_start && call->t_start > received ? call->t_start : received,
-                   done = call->t_done > start ? call->t_done : start;
-    const tfa_tally_request counted = {
-        .status = call->reply.status,
-        .has_answers = has_answers,
-        .refined = has_answers && request->refine - 1 < TFA_MAX_REFINE,
-        .states = has_answers ? request->count : 0,
-        .answers = has_answers ? call->reply.answers : NULL,
-        .busy_ns = done - start,
-        .sent = pending->stamp > offset ? (uint64_t)(pending->stamp - offset) : 0,
-        .received = received,
-        .start = start,
-        .done = done};
-    if (robot->statistics != NULL)
-        tfa_tally_count(&robot->statistics->gateway[TFA_SOURCE_DDS], &counted);
+
+    return (gateway_stamps){.id = pending->id,
+                            .sent = (uint64_t)(pending->stamp - offset),
+                            .received = (uint64_t)(pending->t_received - offset)};
 }
 
 /* Answers without computing: hellos and refusals. */
@@ -117,9 +104,11 @@ static void reply_immediately(tfa_dds *gateway, const dds_robot *robot, const dd
         .t_done = (uint64_t)tfa_dds_monotonic(),
     };
 
+    const gateway_stamps stamps = stamps_of(to);
+
     tfa_dds_answer(gateway, robot, to, &call);
     if (field_error.status != TFA_OK) /* no hello */
-        count_request(robot, NULL, to, &call);
+        gateway_count(&robot->own, TFA_SOURCE_DDS, NULL, &stamps, &call);
 }
 
 /* Buffers for the answers to a request, in `memory`. @return TFA_OK; why they do not fit */
@@ -138,46 +127,21 @@ static tfa_dds_field_error lay_out_reply(const dds_robot *robot, const tfa_reque
     return error;
 }
 
-/* A request that was answered here, for a recorder. `asked`: the policy before it was settled. */
-static void record(const dds_robot *robot, const tfa_request *request, tfa_estimate asked,
-                   const dds_pending *pending, const tfa_worker_call *call)
-{
-    const int64_t offset = tfa_dds_ros_offset();
-    const tfa_tap_entry entry = {.shape = &robot->shape,
-                                 .request = request,
-                                 .reply = &call->reply,
-                                 .estimate = asked,
-                                 .id = pending->id,
-                                 .t_sent = (uint64_t)(pending->stamp - offset),
-                                 .t_received = (uint64_t)(pending->t_received - offset),
-                                 .t_start = call->t_start,
-                                 .t_done = call->t_done};
-
-    tfa_tap_put(robot->tap, &entry);
-}
-
 static void solve_here(tfa_dds *gateway, dds_robot *robot, tfa_request *request,
                        const dds_pending *pending, tfa_cost *cost)
 {
+    const gateway_stamps stamps = stamps_of(pending);
     tfa_worker_call call;
-    const tfa_estimate asked = request->estimate;
     const tfa_dds_field_error error = lay_out_reply(robot, request, robot->memory, &call.reply);
 
     if (error.status != TFA_OK) {
         reply_immediately(gateway, robot, pending, error);
         return;
     }
-    call.t_start = (uint64_t)tfa_dds_monotonic();
-    call.reply.status =
-        robot->solver.solve(robot->solver.self, request, &call.reply, 0, request->count);
-    call.t_done = (uint64_t)tfa_dds_monotonic();
-    if (tfa_wire_has_answers(call.reply.status))
+    if (tfa_wire_has_answers(gateway_solve(&robot->own, request, &stamps, &call)))
         tfa_cost_record(cost, request->count, call.t_done - call.t_start);
-    if (robot->tap != NULL)
-        record(robot, request, asked, pending, &call);
     tfa_dds_answer(gateway, robot, pending, &call);
-    count_request(robot, request, pending, &call);
-    tfa_dds_publish_state(robot, request, &call);
+    gateway_count(&robot->own, TFA_SOURCE_DDS, request, &stamps, &call);
 }
 
 /* The sample changes places with the one of the slot: the request's arrays stay where they are. */
@@ -209,13 +173,11 @@ static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request
 }
 
 /* A kind that was not measured may be long: its clients choose among thousands of kinds. */
-static bool is_short(const tfa_dds *gateway, const dds_robot *robot, const tfa_request *request,
-                     const tfa_cost *cost)
+static bool is_short(const dds_robot *robot, const tfa_request *request, const tfa_cost *cost)
 {
     if (cost->state_ns == 0)
-        return request->count == 1 && tfa_cost_bound(&robot->shape, request) <= gateway->direct_ns;
-    return request->count <= tfa_cost_states(cost, gateway->direct_ns) &&
-           cost->state_ns <= gateway->direct_ns;
+        return request->count == 1 && tfa_cost_bound(&robot->shape, request) <= DIRECT_NS;
+    return request->count <= tfa_cost_states(cost, DIRECT_NS) && cost->state_ns <= DIRECT_NS;
 }
 
 /* A request that fits the robot. */
@@ -226,7 +188,7 @@ static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_
 
     if (robot->leaving || robot->ring == NULL)
         reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});
-    else if (is_short(gateway, robot, request, cost))
+    else if (is_short(robot, request, cost))
         solve_here(gateway, robot, request, pending, cost);
     else
         send_to_worker(gateway, robot, request, pending, taken);
@@ -272,9 +234,10 @@ static void handle_locked(tfa_dds *gateway, const char *name, dds_pending *pendi
         increment(&gateway->count->standby); /* another daemon answers */
     } else {
         pending->epoch = robot->election.self.epoch;
-        if (robot->statistics != NULL)
-            atomic_store_explicit(pending->is_stream ? &robot->statistics->dds_torques
-                                                     : &robot->statistics->dds_request,
+        tfa_shared_robot *statistics = robot->own.statistics;
+        if (statistics != NULL)
+            atomic_store_explicit(pending->is_stream ? &statistics->dds_torques
+                                                     : &statistics->dds_request,
                                   (uint64_t)now, memory_order_relaxed);
         handle(gateway, robot, pending, taken);
     }

@@ -15,8 +15,10 @@
 #include "dds.h"
 
 #include "dds_gateway/dds_convert.h"
+#include "dds_gateway/dds_domain.h"
 #include "dds_gateway/dds_topics.h"
 #include "dds_gateway/election.h"
+#include "dds_gateway/gateway_solve.h"
 #include "worker/cost.h"
 #include "worker/worker.h"
 
@@ -55,15 +57,12 @@ struct tfa_dds_ring; /* dds_ring.c */
 
 typedef struct dds_robot {
     char name[totalforce_dds_ROBOT_NAME_MAX + 1];
-    uint32_t index;               /* in the worker */
-    tfa_shared_robot *statistics; /* NULL: none; written under the mutex */
-    tfa_shared_state *state;
+    uint32_t index; /* in the worker */
 
     pthread_mutex_t mutex; /* guards what follows */
     const tfa_model *model;
     tfa_wire_shape shape;
-    tfa_worker_robot solver; /* for requests that are answered in the receiving thread */
-    struct tfa_tap *tap;     /* records those; NULL: no */
+    gateway_robot own; /* for requests that are answered in the receiving thread */
     tfa_cost_table costs;
     totalforce_dds_Hash hash;  /* of the model that was announced */
     totalforce_dds_Hash other; /* of the one before or of the next: replies may come from it */
@@ -85,12 +84,10 @@ struct tfa_dds {
     dds_robot *robots;
     uint32_t robot_count;
     uint32_t slots;
-    uint64_t direct_ns;
     int64_t max_age_ns;
-    bool streaming;
     void (*notice)(bool warning, const char *text);
 
-    dds_entity_t domain, participant;
+    dds_member member;
     dds_entity_t topics[TFA_DDS_TOPIC_COUNT];
     dds_entity_t info_writer, request_reader, reply_writer;
     dds_entity_t leader_writer;
@@ -113,14 +110,8 @@ struct tfa_dds {
     pthread_t leader_thread;
     bool leader_running;
 
-    tfa_shared_dds *count; /* &own, or in the daemon's statistics */
-    tfa_shared_dds own;
+    tfa_shared_dds *count; /* in the daemon's statistics */
 };
-
-/* ---- dds.c ---- */
-
-/* CLOCK_MONOTONIC, ns. */
-int64_t tfa_dds_monotonic(void);
 
 /* ---- dds_swap.c: other models ---- */
 
@@ -155,10 +146,6 @@ dds_robot *tfa_dds_find_robot(const tfa_dds *gateway, const char *name);
 /* Writes the answer of the worker, or of the receiving thread. The robot is locked. */
 void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
                     const tfa_worker_call *call);
-
-/* The state of a request with an answer, for the statistics. The robot is locked. */
-void tfa_dds_publish_state(const dds_robot *robot, const tfa_request *request,
-                           const tfa_worker_call *call);
 
 /* The dds thread: writes the answers of the worker. */
 void *tfa_dds_thread(void *gateway);

@@ -382,25 +382,19 @@ void tfa_dds_resign_all(tfa_dds *gateway)
     (void)dds_wait_for_acks(gateway->info_writer, DDS_MSECS(100));
 }
 
-bool tfa_dds_leads(tfa_dds *gateway, uint32_t index)
+bool tfa_dds_get_leadership(void *self, uint32_t index, gateway_leadership *leadership)
 {
-    dds_robot *robot = &gateway->robots[index];
+    static const char *const names[] = {"listening", "standby", "leading", "unlike"};
+    tfa_dds *gateway = self;
 
+    if (index >= gateway->robot_count)
+        return false;
+    dds_robot *robot = &gateway->robots[index];
     pthread_mutex_lock(&robot->mutex);
     const int64_t now = tfa_dds_monotonic();
     tfa_dds_tick_election(gateway, robot, now);
-    const bool leads = robot->electing && tfa_election_may_answer(&robot->election, now);
-    pthread_mutex_unlock(&robot->mutex);
-    return leads;
-}
-
-tfa_dds_leadership tfa_dds_get_leadership(tfa_dds *gateway, uint32_t index)
-{
-    static const char *const names[] = {"listening", "standby", "leading", "unlike"};
-    dds_robot *robot = &gateway->robots[index];
-
-    pthread_mutex_lock(&robot->mutex);
-    const tfa_dds_leadership leadership = {
+    *leadership = (gateway_leadership){
+        .leads = robot->electing && tfa_election_may_answer(&robot->election, now),
         .role = names[robot->election.self.role],
         .epoch = robot->election.self.epoch,
         .peers = robot->election.peer_count,
@@ -408,5 +402,5 @@ tfa_dds_leadership tfa_dds_get_leadership(tfa_dds *gateway, uint32_t index)
         .silence_ms = 1e-6 * (double)robot->election.longest_silence,
     };
     pthread_mutex_unlock(&robot->mutex);
-    return leadership;
+    return true;
 }

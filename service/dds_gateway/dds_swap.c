@@ -43,28 +43,31 @@ void *tfa_dds_reply_memory(const dds_robot *robot)
     return memory;
 }
 
-void tfa_dds_expect(tfa_dds *gateway, uint32_t index, const tfa_model *next,
-                    const struct tfa_worker_robot *solver)
+void tfa_dds_exchange(void *self, uint32_t index, const tfa_model *next,
+                      const tfa_worker_robot *solver)
 {
+    const tfa_dds *gateway = self;
     dds_robot *robot = &gateway->robots[index];
 
     pthread_mutex_lock(&robot->mutex);
     memcpy(robot->other, tfa_model_hash(next), sizeof robot->other);
-    robot->solver = *solver;
+    robot->own.solver = *solver;
     pthread_mutex_unlock(&robot->mutex);
 }
 
-void tfa_dds_set_tap(tfa_dds *gateway, uint32_t index, struct tfa_tap *tap)
+void tfa_dds_set_tap(void *self, uint32_t index, struct tfa_tap *tap)
 {
+    const tfa_dds *gateway = self;
     dds_robot *robot = &gateway->robots[index];
 
     pthread_mutex_lock(&robot->mutex);
-    robot->tap = tap;
+    robot->own.tap = tap;
     pthread_mutex_unlock(&robot->mutex);
 }
 
-bool tfa_dds_detach(tfa_dds *gateway, uint32_t index)
+bool tfa_dds_detach(void *self, uint32_t index)
 {
+    const tfa_dds *gateway = self;
     dds_robot *robot = &gateway->robots[index];
     struct tfa_dds_ring *ring = NULL;
 
@@ -90,10 +93,9 @@ static int attach_again(const tfa_dds *gateway, dds_robot *robot)
     return tfa_dds_ring_open(gateway->worker, robot, gateway->slots, &robot->ring);
 }
 
-int tfa_dds_announce(tfa_dds *gateway, uint32_t index, const tfa_model *model)
+int tfa_dds_announce(void *self, uint32_t index, const tfa_model *model)
 {
-    if (index >= gateway->robot_count)
-        return TFA_E_ARGUMENT;
+    tfa_dds *gateway = self;
     dds_robot *robot = &gateway->robots[index];
     int status = TFA_OK;
 

@@ -9,9 +9,6 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
-
-#include "worker/tap.h"
 
 /* ---- inputs of a request ---- */
 
@@ -78,13 +75,6 @@ static bool read_wrenches(ros2_robot *robot, int64_t now, tfa_request *request,
     return true;
 }
 
-/* A standby leaves the answer to the leader. */
-static bool leads(const ros2_robot *robot)
-{
-    const tfa_ros2 *gateway = robot->gateway;
-    return !gateway->leads || gateway->leads(gateway->self, robot->index);
-}
-
 /* ---- computing and writing ---- */
 
 static void record_answer(ros2_counts *counts, const tfa_answer *answer)
@@ -99,46 +89,19 @@ static void record_answer(ros2_counts *counts, const tfa_answer *answer)
     }
 }
 
-static uint64_t monotonic(void)
+static bool solve(ros2_robot *robot, tfa_request *request, const tfa_reply *reply, int64_t now)
 {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
-}
-
-/* For a recorder. `asked`: the policy before it was settled. */
-static void record(const ros2_robot *robot, const tfa_request *request, const tfa_reply *reply,
-                   tfa_estimate asked, uint64_t start, uint64_t done)
-{
-    const tfa_tap_entry entry = {.shape = &robot->solver.shape,
-                                 .request = request,
-                                 .reply = reply,
-                                 .estimate = asked,
-                                 .t_sent = start,
-                                 .t_received = start,
-                                 .t_start = start,
-                                 .t_done = done};
-    tfa_tap_put(robot->tap, &entry);
-}
-
-static bool solve(ros2_robot *robot, tfa_request *request, tfa_reply *reply, int64_t now)
-{
-    const tfa_estimate asked = request->estimate;
-    const uint64_t start = monotonic();
-    const bool reports = reply->answers != NULL;
+    const gateway_stamps stamps = {.received = (uint64_t)now};
+    tfa_worker_call call = {.reply = *reply};
     tfa_answer answer;
-    if (!reports)
-        reply->answers = &answer; /* for the statistics */
-    const int status = robot->solver.solve(robot->solver.self, request, reply, 0, 1);
-    const uint64_t done = monotonic();
-    reply->status = status;
-    ros2_count(robot, request, reply, now, start, done);
-    if (robot->tap)
-        record(robot, request, reply, asked, start, done);
+    if (!reply->answers)
+        call.reply.answers = &answer; /* for the statistics */
+    const int status = gateway_solve(&robot->own, request, &stamps, &call);
+    gateway_count(&robot->own, TFA_SOURCE_ROS2, request, &stamps, &call);
     if (status != TFA_OK)
-        return refuse(robot, "%s%s%s", tfa_status_text(status), reply->field ? ": " : "",
-                      tfa_field_name(reply->field));
-    if (reports)
+        return refuse(robot, "%s%s%s", tfa_status_text(status), call.reply.field ? ": " : "",
+                      tfa_field_name(call.reply.field));
+    if (reply->answers)
         record_answer(&robot->counts, reply->answers);
     return true;
 }
@@ -170,9 +133,9 @@ static bool compute_accelerations(ros2_robot *robot, const joint_source *state,
                            .q = a->q,
                            .v = a->v,
                            .tau = a->tau};
-    tfa_reply reply = {.qdd = a->qdd,
-                       .base_acceleration = a->base ? a->base_acceleration : NULL,
-                       .answers = &a->answer};
+    const tfa_reply reply = {.qdd = a->qdd,
+                             .base_acceleration = a->base ? a->base_acceleration : NULL,
+                             .answers = &a->answer};
     return read_joints(robot, state, TFA_JOINT_POSITION, now, a->q) &&
            read_joints(robot, state, TFA_JOINT_VELOCITY, now, a->v) &&
            read_joints(robot, command, TFA_JOINT_EFFORT, now, a->tau) &&
@@ -184,7 +147,7 @@ void ros2_answer_command(ros2_robot *robot, const ros2_header *header, int64_t n
 {
     const joint_source state = {robot->arrays->state, robot->state_age};
     const joint_source command = {robot->arrays->command, robot->command_age};
-    if (!leads(robot) || !compute_accelerations(robot, &state, &command, now))
+    if (!ros2_leads(robot) || !compute_accelerations(robot, &state, &command, now))
         return;
     set_header(&robot->arrays->accelerations.header, header);
     publish(robot, ROS2_ACCELERATIONS, &robot->arrays->accelerations);
@@ -203,7 +166,7 @@ void ros2_answer_call(ros2_input *in, const void *sample, int64_t now)
     const tfa_joint_message message = ros2_message_of(&call->state);
     totalforce_msgs_srv_dds__ForwardDynamics_Response_ reply = {
         .guid = call->guid, .seq = call->seq, .message = robot->counts.refusal};
-    if (!leads(robot))
+    if (!ros2_leads(robot))
         return;
     tfa_joint_inputs_forget(a->call); /* of the call before */
     (void)ros2_merge(in, a->call, &message, ROS2_STATE_VALUES | 1u << TFA_JOINT_EFFORT, now);
@@ -253,7 +216,7 @@ static void answer_gravity(ros2_robot *robot, int64_t now)
 {
     ros2_arrays *a = robot->arrays;
     tfa_request request = {.op = TFA_OP_BIAS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = a->q};
-    tfa_reply reply = {.gravity_force = a->gravity};
+    const tfa_reply reply = {.gravity_force = a->gravity};
     if (!read_base(robot, now, &request) || !solve(robot, &request, &reply, now))
         return;
     set_header(&a->gravity_torques.header, &robot->state_header);
@@ -294,7 +257,7 @@ void ros2_answer_state(ros2_robot *robot, int64_t now)
     const bool tips = is_read(robot, ROS2_LAMBDA_INV) || is_read(robot, ROS2_JACOBIAN) ||
                       is_read(robot, ROS2_BIAS_ACCELERATION);
     const joint_source state = {robot->arrays->state, robot->state_age};
-    if ((!gravity && !tips) || !leads(robot) ||
+    if ((!gravity && !tips) || !ros2_leads(robot) ||
         !read_joints(robot, &state, TFA_JOINT_POSITION, now, robot->arrays->q))
         return;
     if (gravity)

@@ -17,8 +17,7 @@ enum { GO_MOTORS = 20, HG_MOTORS = 35 };
 typedef struct checker {
     const config_robot_ros2 *config;
     const tfa_model *model;
-    char *path, *error;
-    size_t path_size, size;
+    gateway_error *error;
 } checker;
 
 /* @return `status`, for the caller to return */
@@ -26,9 +25,9 @@ __attribute__((format(printf, 4, 5))) static int fail(const checker *c, int stat
                                                       const char *path, const char *format, ...)
 {
     va_list arguments;
-    snprintf(c->path, c->path_size, "%s", path);
+    snprintf(c->error->path, sizeof c->error->path, "%s", path);
     va_start(arguments, format);
-    vsnprintf(c->error, c->size, format, arguments);
+    vsnprintf(c->error->text, sizeof c->error->text, format, arguments);
     va_end(arguments);
     return status;
 }
@@ -101,15 +100,6 @@ static int check_topics(const checker *c)
         status = check_topic(c, key, r->wrenches[k].topic);
     }
     return status;
-}
-
-/* Those between are no domains, and no word for another one. */
-static int check_domain(const checker *c)
-{
-    const uint32_t domain = c->config->domain;
-    if (domain <= TFA_ROS2_DOMAIN_MAX || domain == CONFIG_ROS_DOMAIN_ID)
-        return TFA_OK;
-    return fail(c, TFA_E_ARGUMENT, "domain", "%u is above %d", domain, TFA_ROS2_DOMAIN_MAX);
 }
 
 /* ---- names of the robot ---- */
@@ -243,13 +233,14 @@ static int check_coordinates(const checker *c)
     return TFA_OK;
 }
 
-int tfa_ros2_check(const config_robot_ros2 *settings, const tfa_model *model, char *path,
-                   size_t path_size, char *error, size_t size)
+int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa_model *model,
+                         gateway_error *error)
 {
-    const checker c = {settings, model, path, error, path_size, size};
+    const config_robot_ros2 *settings = &robot->ros2;
+    const checker c = {settings, model, error};
+    if (!all->ros2.enabled || !settings->enabled)
+        return TFA_OK;
     int status = check_topics(&c);
-    if (status == TFA_OK)
-        status = check_domain(&c);
     if (status == TFA_OK)
         status = check_coordinates(&c);
     if (status == TFA_OK)

@@ -340,7 +340,7 @@ static void borrow_publications(const tfa_ros2 *gateway)
 
 static void report_robot(const tfa_ros2 *gateway, ros2_robot *robot, int64_t now)
 {
-    if (gateway->leads && !gateway->leads(gateway->self, robot->index))
+    if (!ros2_leads(robot))
         return;
     pthread_mutex_lock(&robot->mutex);
     for (uint32_t k = 0; k < robot->input_count; k++)

@@ -1,44 +1,20 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The ROS 2 gateway: joins the domain, runs its thread, ends.
+ * The ROS 2 gateway in one domain: joins it, runs its thread, ends.
  */
 #include "ros2/ros2_internal.h"
 
-#include "dds_gateway/dds_domain.h"
+#include "dds_gateway/ros_domain.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #define NS_PER_MS INT64_C(1000000)
 #define READY_MAX 64 /* inputs that one wake-up tells */
 #define SERVICE "~/forward_dynamics"
 #define DIAGNOSTICS_NS (1000 * NS_PER_MS) /* as diagnostic_updater of ROS */
-
-static char last_error[TFA_ROS2_NAME_MAX + 128];
-
-const char *tfa_ros2_error(void)
-{
-    return last_error;
-}
-
-/* Remembers the failure. @return whether `entity_or_code` is one */
-static bool failed(dds_return_t entity_or_code, const char *step)
-{
-    if (entity_or_code >= 0)
-        return false;
-    snprintf(last_error, sizeof last_error, "%s: %s", step, dds_strretcode(entity_or_code));
-    return true;
-}
-
-static int64_t monotonic(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (int64_t)now.tv_sec * 1000000000 + now.tv_nsec;
-}
 
 /* ---- robots: what the configuration says, copied ---- */
 
@@ -109,15 +85,18 @@ static void set_arrays(ros2_robot *robot, ros2_arrays *arrays)
                               memory_order_relaxed);
 }
 
-static int make_robot(ros2_robot *robot, const tfa_ros2_robot *from)
+static int make_robot(ros2_robot *robot, const gateway_context *from, uint32_t index)
 {
-    const config_robot_ros2 *c = &from->config->ros2;
-    snprintf(robot->name, sizeof robot->name, "%s", from->name);
+    const tfa_robot *served = &from->robots[index];
+    const config_robot_ros2 *c = &served->config->ros2;
+    robot->index = index;
+    robot->config_number = (size_t)(served->config - from->settings->robots);
+    snprintf(robot->name, sizeof robot->name, "%s", served->name);
     snprintf(robot->node_namespace, sizeof robot->node_namespace, "%s",
              c->namespace ? c->namespace : TFA_ROS2_DEFAULT_NAMESPACE);
     snprintf(robot->node, sizeof robot->node, "%s", c->node ? c->node : TFA_ROS2_DEFAULT_NODE);
-    robot->statistics = from->statistics;
-    robot->last_state = from->state;
+    robot->own.statistics = &from->statistics[index];
+    robot->own.state = &from->states[index];
     robot->state_age = NS_PER_MS * c->state_age_ms;
     robot->command_age = NS_PER_MS * c->command_age_ms;
     if (!copy_texts(&robot->joints, c->joints, c->joints_count) ||
@@ -125,24 +104,32 @@ static int make_robot(ros2_robot *robot, const tfa_ros2_robot *from)
         !copy_texts(&robot->motors, c->unitree.motors, c->unitree.motors_count) ||
         !copy_wrench_links(&robot->wrench_links, c) || !add_inputs(robot, c))
         return TFA_E_MEMORY;
-    set_arrays(robot, ros2_arrays_create(robot, from->model));
+    set_arrays(robot, ros2_arrays_create(robot, served->model));
     return robot->arrays ? TFA_OK : TFA_E_MEMORY;
+}
+
+/* A scene has no topics of ROS 2. */
+static bool is_in(const tfa_robot *robot, const tfa_ros2_options *options)
+{
+    return !robot->scene && robot->config->ros2.enabled &&
+           tfa_ros2_domain_of(robot->config, options->common) == options->domain;
 }
 
 static int make_robots(tfa_ros2 *gateway, const tfa_ros2_options *options)
 {
-    gateway->robots = calloc(options->robot_count, sizeof *gateway->robots);
+    const gateway_context *c = options->context;
+    int status = TFA_OK;
+    gateway->robots = calloc(c->robot_count, sizeof *gateway->robots);
     if (!gateway->robots)
         return TFA_E_MEMORY;
-    gateway->robot_count = options->robot_count;
-    for (uint32_t i = 0; i < options->robot_count; i++) {
-        gateway->robots[i].index = i;
-        gateway->robots[i].gateway = gateway;
-        pthread_mutex_init(&gateway->robots[i].mutex, NULL);
+    for (uint32_t i = 0; i < c->robot_count && status == TFA_OK; i++) {
+        if (!is_in(&c->robots[i], options))
+            continue;
+        ros2_robot *robot = &gateway->robots[gateway->robot_count++];
+        robot->gateway = gateway;
+        pthread_mutex_init(&robot->mutex, NULL);
+        status = make_robot(robot, c, i);
     }
-    int status = TFA_OK;
-    for (uint32_t i = 0; i < options->robot_count && status == TFA_OK; i++)
-        status = make_robot(&gateway->robots[i], &options->robots[i]);
     gateway->report = status == TFA_OK ? ros2_report_create(gateway) : NULL;
     return status == TFA_OK && !gateway->report ? TFA_E_MEMORY : status;
 }
@@ -163,35 +150,14 @@ static void free_robot(ros2_robot *robot)
 
 /* ---- entities ---- */
 
-static int make_domain(tfa_ros2 *gateway, const tfa_ros2_options *options)
-{
-    if (!options->settings)
-        return TFA_OK;
-    gateway->domain = tfa_dds_make_domain(options->domain, options->settings, TFA_ROS2_SAMPLE_MAX);
-    return failed(gateway->domain, "domain (a bad CYCLONEDDS_URI?)") ? TFA_E_SYSTEM : TFA_OK;
-}
-
-/* As rmw: no enclave but the root. */
-static dds_entity_t make_participant(uint32_t domain)
-{
-    static const char user_data[] = "enclave=/;";
-    dds_qos_t *qos = dds_create_qos();
-    if (!qos)
-        return DDS_RETCODE_OUT_OF_RESOURCES;
-    dds_qset_userdata(qos, user_data, sizeof user_data - 1);
-    const dds_entity_t participant = dds_create_participant(domain, qos, NULL);
-    dds_delete_qos(qos);
-    return participant;
-}
-
 /* Where the service is read, it is the last input. */
 static bool make_reply_writer(const tfa_ros2 *gateway, ros2_robot *robot)
 {
     const ros2_input *last = robot->input_count ? &robot->inputs[robot->input_count - 1] : NULL;
     if (!last || last->kind != ROS2_FORWARD_DYNAMICS)
         return true;
-    robot->reply_writer = ros2_make_reply_writer(gateway->participant, last->name);
-    return !failed(robot->reply_writer, last->name);
+    robot->reply_writer = ros2_make_reply_writer(gateway->member.participant, last->name);
+    return !tfa_dds_failed(robot->reply_writer, last->name);
 }
 
 /* Answers about tips only where there are tips. */
@@ -204,33 +170,31 @@ static bool make_writers(const tfa_ros2 *gateway, ros2_robot *robot)
             continue;
         snprintf(relative, sizeof relative, "~/%s", names[k]);
         if (!tfa_ros2_full_name(robot->node_namespace, robot->node, relative, name)) {
-            snprintf(last_error, sizeof last_error, "robot '%s': namespace and node are too long",
-                     robot->name);
+            tfa_dds_set_error("robot '%s': namespace and node are too long", robot->name);
             return false;
         }
-        robot->writers[k] = ros2_make_writer(gateway->participant, (ros2_output_kind)k, name);
-        if (failed(robot->writers[k], name))
+        robot->writers[k] =
+            ros2_make_writer(gateway->member.participant, (ros2_output_kind)k, name);
+        if (tfa_dds_failed(robot->writers[k], name))
             return false;
     }
     return make_reply_writer(gateway, robot);
 }
 
-static int make_entities(tfa_ros2 *gateway, uint32_t domain)
+static int make_entities(tfa_ros2 *gateway)
 {
-    gateway->participant = make_participant(domain);
-    if (failed(gateway->participant, "participant (a bad CYCLONEDDS_URI? no free index?)"))
-        return TFA_E_SYSTEM;
-    gateway->waitset = dds_create_waitset(gateway->participant);
-    gateway->stop = dds_create_guardcondition(gateway->participant);
-    gateway->diagnostics_writer = ros2_make_diagnostics_writer(gateway->participant);
-    gateway->graph_writer = ros2_make_graph_writer(gateway->participant);
-    gateway->publications =
-        dds_create_reader(gateway->participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
-    if (failed(gateway->waitset, "waitset") || failed(gateway->stop, "guard condition") ||
-        failed(gateway->diagnostics_writer, "diagnostics writer") ||
-        failed(gateway->graph_writer, "ros_discovery_info writer") ||
-        failed(gateway->publications, "reader of publications") ||
-        failed(dds_waitset_attach(gateway->waitset, gateway->stop, 0), "guard condition"))
+    gateway->waitset = dds_create_waitset(gateway->member.participant);
+    gateway->stop = dds_create_guardcondition(gateway->member.participant);
+    gateway->diagnostics_writer = ros2_make_diagnostics_writer(gateway->member.participant);
+    gateway->graph_writer = ros2_make_graph_writer(gateway->member.participant);
+    gateway->publications = dds_create_reader(gateway->member.participant,
+                                              DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
+    if (tfa_dds_failed(gateway->waitset, "waitset") ||
+        tfa_dds_failed(gateway->stop, "guard condition") ||
+        tfa_dds_failed(gateway->diagnostics_writer, "diagnostics writer") ||
+        tfa_dds_failed(gateway->graph_writer, "ros_discovery_info writer") ||
+        tfa_dds_failed(gateway->publications, "reader of publications") ||
+        tfa_dds_failed(dds_waitset_attach(gateway->waitset, gateway->stop, 0), "guard condition"))
         return TFA_E_SYSTEM;
     for (uint32_t i = 0; i < gateway->robot_count; i++)
         if (!make_writers(gateway, &gateway->robots[i]))
@@ -241,18 +205,18 @@ static int make_entities(tfa_ros2 *gateway, uint32_t domain)
 int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **result)
 {
     *result = NULL;
-    last_error[0] = 0;
     tfa_ros2 *gateway = calloc(1, sizeof *gateway);
     if (!gateway)
         return TFA_E_MEMORY;
-    gateway->self = options->self;
-    gateway->description = options->description;
-    gateway->leads = options->leads;
+    gateway->id = options->domain;
+    gateway->context = *options->context;
     int status = make_robots(gateway, options);
     if (status == TFA_OK)
-        status = make_domain(gateway, options);
+        status = tfa_dds_join(options->domain, options->settings,
+                              options->settings ? TFA_ROS2_SAMPLE_MAX : 0, "enclave=/;",
+                              &gateway->member); /* as rmw: no enclave but the root */
     if (status == TFA_OK)
-        status = make_entities(gateway, options->domain);
+        status = make_entities(gateway);
     if (status == TFA_OK)
         *result = gateway;
     else
@@ -292,12 +256,12 @@ static bool is_stopped(const tfa_ros2 *gateway)
 static void *run(void *arg)
 {
     tfa_ros2 *gateway = arg;
-    int64_t now = monotonic(), next = now + DIAGNOSTICS_NS;
+    int64_t now = tfa_dds_monotonic(), next = now + DIAGNOSTICS_NS;
     while (!is_stopped(gateway)) {
         dds_attach_t ready[READY_MAX];
         const dds_return_t count =
             dds_waitset_wait(gateway->waitset, ready, READY_MAX, next > now ? next - now : 0);
-        now = monotonic();
+        now = tfa_dds_monotonic();
         serve_ready(ready, count < READY_MAX ? count : READY_MAX, now);
         if (now >= next) {
             ros2_publish_diagnostics(gateway, now);
@@ -311,10 +275,11 @@ static int make_readers(tfa_ros2 *gateway, ros2_robot *robot)
 {
     for (uint32_t k = 0; k < robot->input_count; k++) {
         ros2_input *in = &robot->inputs[k];
-        in->reader = ros2_make_reader(gateway->participant, in);
-        if (failed(in->reader, in->name) ||
-            failed(dds_set_status_mask(in->reader, DDS_DATA_AVAILABLE_STATUS), in->name) ||
-            failed(dds_waitset_attach(gateway->waitset, in->reader, (dds_attach_t)robot), in->name))
+        in->reader = ros2_make_reader(gateway->member.participant, in);
+        if (tfa_dds_failed(in->reader, in->name) ||
+            tfa_dds_failed(dds_set_status_mask(in->reader, DDS_DATA_AVAILABLE_STATUS), in->name) ||
+            tfa_dds_failed(dds_waitset_attach(gateway->waitset, in->reader, (dds_attach_t)robot),
+                           in->name))
             return TFA_E_SYSTEM;
     }
     return TFA_OK;
@@ -324,7 +289,7 @@ int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
 {
     int status = TFA_OK;
     for (uint32_t i = 0; i < gateway->robot_count && status == TFA_OK; i++) {
-        gateway->robots[i].solver = solvers[i];
+        gateway->robots[i].own.solver = solvers[gateway->robots[i].index];
         status = make_readers(gateway, &gateway->robots[i]);
     }
     if (status == TFA_OK)
@@ -333,7 +298,7 @@ int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
         return status;
     const int code = pthread_create(&gateway->thread, NULL, run, gateway);
     if (code != 0) {
-        snprintf(last_error, sizeof last_error, "thread: %s", strerror(code));
+        tfa_dds_set_error("thread: %s", strerror(code));
         return TFA_E_SYSTEM;
     }
     gateway->running = true;
@@ -343,10 +308,8 @@ int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
 
 /* ---- other models ---- */
 
-int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t index, const tfa_model *model,
-                      const tfa_worker_robot *solver)
+int ros2_exchange(ros2_robot *robot, const tfa_model *model, const tfa_worker_robot *solver)
 {
-    ros2_robot *robot = &gateway->robots[index];
     ros2_arrays *next = ros2_arrays_create(robot, model);
     pthread_mutex_lock(&robot->mutex);
     ros2_arrays *before = robot->arrays;
@@ -355,27 +318,10 @@ int tfa_ros2_exchange(tfa_ros2 *gateway, uint32_t index, const tfa_model *model,
         tfa_joint_inputs_adopt(next->command, before->command);
     }
     set_arrays(robot, next);
-    robot->solver = *solver;
+    robot->own.solver = *solver;
     pthread_mutex_unlock(&robot->mutex);
     ros2_arrays_free(before);
     return next ? TFA_OK : TFA_E_MEMORY;
-}
-
-void tfa_ros2_set_tap(tfa_ros2 *gateway, uint32_t index, struct tfa_tap *tap)
-{
-    ros2_robot *robot = &gateway->robots[index];
-    pthread_mutex_lock(&robot->mutex);
-    robot->tap = tap;
-    pthread_mutex_unlock(&robot->mutex);
-}
-
-void tfa_ros2_describe(tfa_ros2 *gateway, uint32_t index, const char *error)
-{
-    ros2_robot *robot = &gateway->robots[index];
-    pthread_mutex_lock(&robot->mutex);
-    robot->descriptions_refused += error != NULL;
-    snprintf(robot->description_error, sizeof robot->description_error, "%s", error ? error : "");
-    pthread_mutex_unlock(&robot->mutex);
 }
 
 /* ---- the end ---- */
@@ -388,10 +334,7 @@ void tfa_ros2_stop(tfa_ros2 *gateway)
         (void)dds_set_guardcondition(gateway->stop, true);
         pthread_join(gateway->thread, NULL);
     }
-    if (gateway->participant > 0)
-        (void)dds_delete(gateway->participant);
-    if (gateway->domain > 0)
-        (void)dds_delete(gateway->domain);
+    tfa_dds_leave(&gateway->member);
     for (uint32_t i = 0; gateway->robots && i < gateway->robot_count; i++)
         free_robot(&gateway->robots[i]);
     free(gateway->robots);

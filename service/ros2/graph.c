@@ -56,7 +56,7 @@ int ros2_publish_graph(const tfa_ros2 *gateway)
     for (uint32_t i = 0; status == TFA_OK && i < count; i++)
         if (!describe_node(gateway, &gateway->robots[i], &gids[i], &info[i]))
             status = TFA_E_SYSTEM;
-    if (status == TFA_OK && dds_get_guid(gateway->participant, &guid) != DDS_RETCODE_OK)
+    if (status == TFA_OK && dds_get_guid(gateway->member.participant, &guid) != DDS_RETCODE_OK)
         status = TFA_E_SYSTEM;
     if (status == TFA_OK) {
         memcpy(message.gid.data, guid.v, sizeof guid.v);

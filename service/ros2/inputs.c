@@ -6,6 +6,8 @@
  */
 #include "ros2/ros2_internal.h"
 
+#include "dds_gateway/ros_domain.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -209,6 +211,7 @@ static void read_description(ros2_input *in, const void *sample, int64_t now)
 {
     const std_msgs_msg_dds__String_ *m = sample;
     ros2_robot *robot = in->robot;
+    const gateway_context *c = &robot->gateway->context;
     (void)now;
     robot->descriptions++;
     if (strlen(m->data) > TFA_ROS2_DESCRIPTION_MAX) {
@@ -216,7 +219,7 @@ static void read_description(ros2_input *in, const void *sample, int64_t now)
                     TFA_ROS2_DESCRIPTION_MAX);
         return;
     }
-    robot->gateway->description(robot->gateway->self, robot->index, m->data);
+    c->description(c->self, robot->config_number, m->data);
 }
 
 /* ---- all of them ---- */

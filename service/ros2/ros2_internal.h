@@ -11,6 +11,8 @@
 
 #include "ros2/ros2.h"
 
+#include "dds_gateway/dds_domain.h"
+#include "dds_gateway/gateway_solve.h"
 #include "ros2/joint_inputs.h"
 #include "ros2/names.h"
 #include "worker/worker.h"
@@ -58,6 +60,7 @@ typedef enum ros2_output_kind {
 } ros2_output_kind;
 
 typedef struct ros2_robot ros2_robot;
+typedef struct tfa_ros2 tfa_ros2;
 
 /* A list of names. */
 typedef struct ros2_texts {
@@ -144,22 +147,20 @@ typedef struct ros2_counts {
 
 struct ros2_robot {
     char name[64], node_namespace[TFA_ROS2_NAME_MAX + 1], node[TFA_ROS2_NAME_MAX + 1];
-    uint32_t index; /* in the gateway */
+    uint32_t index;       /* in the robot set */
+    size_t config_number; /* of the robot in the configuration */
     struct tfa_ros2 *gateway;
     int64_t state_age, command_age;                /* ns */
     ros2_texts joints, tips, motors, wrench_links; /* of the configuration, copied */
     ros2_input inputs[ROS2_INPUTS_MAX];
     uint32_t input_count;
     dds_entity_t writers[ROS2_OUTPUT_KINDS];
-    dds_entity_t reply_writer;    /* of the service; 0: none */
-    tfa_shared_robot *statistics; /* NULL: none */
-    tfa_shared_state *last_state; /* NULL: none */
-    uint32_t subscribers;         /* of all outputs, at the last diagnostics */
+    dds_entity_t reply_writer; /* of the service; 0: none */
+    uint32_t subscribers;      /* of all outputs, at the last diagnostics */
 
     pthread_mutex_t mutex; /* guards what follows */
     ros2_arrays *arrays;   /* NULL: no memory at the last exchange */
-    tfa_worker_robot solver;
-    struct tfa_tap *tap; /* records what is answered; NULL: no */
+    gateway_robot own;
     ros2_header state_header;
     bool state_is_new;
     ros2_base base;
@@ -169,19 +170,48 @@ struct ros2_robot {
     uint64_t descriptions, descriptions_refused;
 };
 
+/* The robots of one domain. */
 struct tfa_ros2 {
     ros2_robot *robots;
     uint32_t robot_count;
-    void *self;
-    void (*description)(void *self, uint32_t robot, const char *text);
-    bool (*leads)(void *self, uint32_t robot);
-    dds_entity_t domain, participant, waitset, stop;
+    uint32_t id;             /* of the domain */
+    gateway_context context; /* without its settings */
+    dds_member member;
+    dds_entity_t waitset, stop;
     dds_entity_t graph_writer, diagnostics_writer;
     dds_entity_t publications;  /* reader of what is published in the domain */
     struct ros2_report *report; /* diagnostics.c */
     pthread_t thread;
     bool running;
 };
+
+/* ---- gateway.c: robots of one domain ---- */
+
+typedef struct tfa_ros2_options {
+    const gateway_context *context;
+    uint32_t domain, common; /* robots of this domain; that of section "ros2" or the environment */
+    const char *settings;    /* Cyclone's XML for the domain, before CYCLONEDDS_URI; NULL: the
+                                domain was made already */
+} tfa_ros2_options;
+
+/* Joins the domain and creates every entity, but nothing is read yet. @return TFA_OK;
+ * TFA_E_MEMORY; TFA_E_SYSTEM: see tfa_dds_error. On error *gateway is NULL. */
+TFA_CHECKED int tfa_ros2_create(const tfa_ros2_options *options, tfa_ros2 **gateway);
+/* Begins to read and answer. `solvers` (copied), by robot of the set, are the gateway's own.
+ * @return TFA_OK; TFA_E_SYSTEM */
+TFA_CHECKED int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers);
+/* Another model, which was checked. @return TFA_OK; TFA_E_MEMORY: the robot is silent until the
+ * next exchange */
+TFA_CHECKED int ros2_exchange(ros2_robot *robot, const tfa_model *model,
+                              const tfa_worker_robot *solver);
+/* NULL is allowed, and a gateway that never started. */
+void tfa_ros2_stop(tfa_ros2 *gateway);
+/* False: a standby, which leaves the answer to the leader. */
+static inline bool ros2_leads(const ros2_robot *robot)
+{
+    const gateway_context *c = &robot->gateway->context;
+    return !c->leads || c->leads(c->self, robot->index);
+}
 
 /* ---- endpoints.c: readers and writers as those of rmw_cyclonedds ---- */
 
@@ -246,9 +276,6 @@ void ros2_publish_diagnostics(tfa_ros2 *gateway, int64_t now);
 
 /* ---- statistics.c; the robot is locked ---- */
 
-/* Counts a request that was solved. `now`: receipt of the message that asked. */
-void ros2_count(const ros2_robot *robot, const tfa_request *request, const tfa_reply *reply,
-                int64_t now, uint64_t start, uint64_t done);
 /* Publishes the counts of inputs and outputs. */
 void ros2_publish_statistics(const ros2_robot *robot);
 

@@ -7,36 +7,14 @@
 
 #include <stdio.h>
 
-#include "ipc/wire_blocks.h"
-
 _Static_assert(ROS2_INPUTS_MAX <= TFA_STATISTICS_INPUTS_MAX, "a place for every input");
-
-void ros2_count(const ros2_robot *robot, const tfa_request *request, const tfa_reply *reply,
-                int64_t now, uint64_t start, uint64_t done)
-{
-    const bool has_answers = tfa_wire_has_answers(reply->status);
-    const tfa_tally_request counted = {.status = reply->status,
-                                       .has_answers = has_answers,
-                                       .states = request->count,
-                                       .answers = has_answers ? reply->answers : NULL,
-                                       .busy_ns = done - start,
-                                       .received = (uint64_t)now,
-                                       .start = start,
-                                       .done = done};
-    if (!robot->statistics)
-        return;
-    tfa_tally_count(&robot->statistics->gateway[TFA_SOURCE_ROS2], &counted);
-    if (has_answers && robot->arrays)
-        tfa_state_publish(robot->last_state, request, robot->arrays->joints,
-                          robot->arrays->base != 0, done);
-}
 
 void ros2_publish_statistics(const ros2_robot *robot)
 {
     tfa_ros2_statistics s = {.input_count = robot->input_count,
                              .subscribers = robot->subscribers,
                              .refused = robot->counts.refused};
-    if (!robot->statistics)
+    if (!robot->own.statistics)
         return;
     snprintf(s.refusal, sizeof s.refusal, "%s", robot->counts.refusal);
     for (uint32_t k = 0; k < robot->input_count; k++) {
@@ -49,5 +27,6 @@ void ros2_publish_statistics(const ros2_robot *robot)
         to->oversized = atomic_load_explicit(&in->oversized, memory_order_relaxed);
         to->last = (uint64_t)in->last;
     }
-    tfa_record_write(&robot->statistics->ros2.version, robot->statistics->ros2.words, &s, sizeof s);
+    tfa_record_write(&robot->own.statistics->ros2.version, robot->own.statistics->ros2.words, &s,
+                     sizeof s);
 }

@@ -7,6 +7,7 @@
 #include "gateway_process.h"
 
 #include "dds_gateway/dds.h"
+#include "dds_gateway/dds_domain.h"
 #include "dds_test.h"
 #include "herald.h"
 #include "robots.h"
@@ -21,6 +22,8 @@
 #include <unistd.h>
 
 extern char **environ;
+
+static tfa_shared_dds messages;
 
 /* ---- what a reload does that finds no entry at the worker ---- */
 
@@ -57,14 +60,14 @@ static void obey(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model *m
         return;
     }
     test_worker_hold(order->si_value.sival_int);
-    printf("%lu\n", (unsigned long)tfa_dds_count(gateway).rejected);
+    printf("%lu\n", (unsigned long)atomic_load(&messages.rejected));
     fflush(stdout);
 }
 
 static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t max_age_us)
 {
     test_robot robots[TEST_ROBOTS];
-    tfa_dds_robot served[TEST_ROBOTS];
+    tfa_robot served[TEST_ROBOTS];
     tfa_dds *gateway;
     sigset_t orders;
     siginfo_t order;
@@ -76,15 +79,17 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
     sigprocmask(SIG_BLOCK, &orders, NULL);
     if (!test_robots_make(robots))
         return 3;
-    for (uint32_t i = 0; i < TEST_ROBOTS; i++)
-        served[i] = (tfa_dds_robot){
-            .name = robots[i].name, .model = robots[i].model, .max_batch = TEST_BATCH};
+    for (uint32_t i = 0; i < TEST_ROBOTS; i++) {
+        served[i] = (tfa_robot){.model = robots[i].model, .shape.max_batch = TEST_BATCH};
+        snprintf(served[i].name, sizeof served[i].name, "%s", robots[i].name);
+    }
     const tfa_dds_options options = {.domain = domain,
                                      .robots = served,
                                      .robot_count = TEST_ROBOTS,
                                      .slots = slots,
                                      .lease_ms = TEST_LEASE_MS,
-                                     .max_age_us = max_age_us};
+                                     .max_age_us = max_age_us,
+                                     .messages = &messages};
     if (tfa_dds_create(&options, &gateway) != TFA_OK) {
         fprintf(stderr, "gateway: %s\n", tfa_dds_error());
         return 4;
@@ -96,11 +101,10 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
     fflush(stdout);
     while (sigwaitinfo(&orders, &order) != SIGTERM)
         obey(gateway, worker, robots[0].model, &order);
-    const tfa_dds_statistics count = tfa_dds_count(gateway);
     tfa_dds_stop(gateway);
     test_worker_stop(worker);
-    printf("dropped %lu, handovers %lu\n", (unsigned long)count.dropped,
-           (unsigned long)count.handovers);
+    printf("dropped %lu, handovers %lu\n", (unsigned long)atomic_load(&messages.dropped),
+           (unsigned long)atomic_load(&messages.handovers));
     for (uint32_t i = 0; i < TEST_ROBOTS; i++)
         tfa_model_free(robots[i].model);
     return 0;

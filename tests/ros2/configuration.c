@@ -4,7 +4,7 @@
  * Names of ROS 2, its environment as settings of Cyclone, and errors of the configuration where
  * they stand in the file.
  */
-#include "ros2/domain.h"
+#include "dds_gateway/ros_domain.h"
 #include "ros2/names.h"
 
 #include "dds/dds_test.h"
@@ -322,7 +322,8 @@ TEST(errors_stand_where_the_key_is)
          "for "
          "each joint; lock it in a robot of its own or use the totalforce topics"},
         {ROS2 "      state_age_ms: 0\n", ":8:21: robots[0].ros2.state_age_ms: '0'"},
-        {ROS2 "      domain: 231\n", ":8:15: robots[0].ros2.domain: 231 is above 230"},
+        {ROS2 "      domain: 231\n",
+         ":8:15: robots[0].ros2.domain: '231' is not a whole number from 0 to 230, or environment"},
         {ROS2 "      tipps: [tool0]\n", ":8:7: robots[0].ros2: there is no key 'tipps'"},
     };
 
@@ -357,7 +358,8 @@ TEST(nodes_of_one_name_are_refused)
 /* What cannot be started is refused by --check. */
 TEST(settings_of_the_domain_are_checked)
 {
-    assert_refused(ROS2, ", domain: 231", "ros2.domain: 231 is above 230");
+    assert_refused(ROS2, ", domain: 231",
+                   "ros2.domain: '231' is not a whole number from 0 to 230, or environment");
     assert_refused(ROS2, ", static_peers: ['<x>']", "ros2.static_peers: '<x>' is not a host");
     setenv("ROS_DOMAIN_ID", "999", 1);
     assert_refused(ROS2, "", "ros2: ROS_DOMAIN_ID: '999' is not a whole number from 0 to 230");

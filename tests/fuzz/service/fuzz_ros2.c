@@ -164,7 +164,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                          .command_age = AGE,
                          .wrench_links = {links, 1},
                          .input_count = sizeof kinds / sizeof *kinds,
-                         .solver = {.solve = solve, .self = workspace}};
+                         .own.solver = {.solve = solve, .self = workspace}};
     for (uint32_t k = 0; k < robot.input_count; k++) {
         robot.inputs[k].kind = kinds[k];
         robot.inputs[k].robot = &robot;

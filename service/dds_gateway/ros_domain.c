@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * See domain.h.
+ * See ros_domain.h.
  */
-#include "ros2/domain.h"
-
-#include "ros2/ros2.h"
+#include "ros_domain.h"
 
 #include <ctype.h>
 #include <stdio.h>
@@ -25,10 +23,8 @@ static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_
     const char *text = variable("ROS_DOMAIN_ID");
     char *end;
     *id = from->domain;
-    if (from->domain != CONFIG_ROS_DOMAIN_ID) {
-        snprintf(error, size, "ros2.domain: %u is above %d", from->domain, TFA_ROS2_DOMAIN_MAX);
-        return from->domain <= TFA_ROS2_DOMAIN_MAX ? TFA_OK : TFA_E_ARGUMENT;
-    }
+    if (from->domain != CONFIG_ROS_DOMAIN_ID)
+        return TFA_OK;
     *id = 0;
     if (!text)
         return TFA_OK;
@@ -151,4 +147,18 @@ int tfa_ros2_domain(const config_ros2 *from, uint32_t *id, char **settings, char
         *settings = NULL;
     }
     return status;
+}
+
+uint32_t tfa_ros2_domain_of(const config_robot *robot, uint32_t common)
+{
+    return robot->ros2.domain == CONFIG_ROS_DOMAIN_ID ? common : robot->ros2.domain;
+}
+
+bool tfa_ros2_is_in(const config *settings, uint32_t domain, uint32_t common)
+{
+    for (size_t i = 0; settings->ros2.enabled && i < settings->robots_count; i++)
+        if (settings->robots[i].ros2.enabled &&
+            tfa_ros2_domain_of(&settings->robots[i], common) == domain)
+            return true;
+    return false;
 }

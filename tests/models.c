@@ -23,6 +23,17 @@ tfa_description *bundled_description(const char *file)
     return d;
 }
 
+char *bundled_text(const char *file)
+{
+    char path[512], *text = NULL;
+    size_t size = 0;
+    snprintf(path, sizeof path, TFA_SOURCE_DIR "/config/robots/%s", file);
+    FILE *in = fopen(path, "r");
+    assert_true(in != NULL && getdelim(&text, &size, 0, in) > 0);
+    fclose(in);
+    return text;
+}
+
 tfa_model *bundled_model(const char *file, const tfa_model_options *options)
 {
     tfa_description *d = bundled_description(file);

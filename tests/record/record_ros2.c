@@ -70,16 +70,7 @@ static void record_and_replay(const char *file)
 /* The bundled arm with another mass. */
 static void publish_description(void)
 {
-    static const char from[] = "<mass value=\"2.8\"/>", to[] = "<mass value=\"5.6\"/>";
-    char *text = NULL;
-    size_t size = 0;
-    FILE *in = fopen(TFA_SOURCE_DIR "/config/robots/arm7.urdf", "r");
-    assert_non_null(in);
-    assert_true(getdelim(&text, &size, 0, in) > 0);
-    fclose(in);
-    char *at = strstr(text, from);
-    assert_non_null(at);
-    memcpy(at, to, sizeof to - 1);
+    char *text = arm_urdf(true);
     const std_msgs_msg_dds__String_ sample = {text};
     assert_int_equal(dds_write(node.description, &sample), DDS_RETCODE_OK);
     assert_true(harness_logged(&h, "reload: done, 1 of 1"));

@@ -33,18 +33,6 @@ static variant variants[2];
 static harness running;
 static arm_node node;
 
-static char *read_file(const char *path)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = fopen(path, "r");
-
-    assert_non_null(file);
-    assert_true(getdelim(&text, &size, 0, file) > 0);
-    fclose(file);
-    return text;
-}
-
 /* The text with `from`, which is there, in place of `to`. */
 static char *replace(const char *text, const char *from, const char *to)
 {
@@ -58,17 +46,10 @@ static char *replace(const char *text, const char *from, const char *to)
 
 static void make_variants(void)
 {
-    variants[0].text = read_file(TFA_SOURCE_DIR "/config/robots/arm7.urdf");
-    variants[1].text = replace(variants[0].text, "<mass value=\"2.8\"/>", "<mass value=\"5.6\"/>");
     for (int k = 0; k < 2; k++) {
-        tfa_description *d;
-        tfa_report report = {0};
-        assert_int_equal(
-            tfa_urdf_parse(variants[k].text, strlen(variants[k].text), NULL, &d, &report), TFA_OK);
-        variants[k].model = compiled(d, NULL);
+        variants[k].text = arm_urdf(k);
+        variants[k].model = arm_model(variants[k].text);
         variants[k].workspace = workspace_for(variants[k].model, NULL);
-        tfa_description_free(d);
-        tfa_report_free(&report);
     }
 }
 
@@ -344,11 +325,8 @@ static bool is_answered(const other_node *o, const sensor_msgs_msg_dds__JointSta
 /* Other joints, more and fewer: the answers bear their names. */
 static void assert_other_joints(other_node *o, const char *file)
 {
-    char path[128];
-
-    snprintf(path, sizeof path, TFA_SOURCE_DIR "/config/robots/%s", file);
     move_other(o, file);
-    char *text = read_file(path);
+    char *text = bundled_text(file);
     const sensor_msgs_msg_dds__JointState_ state = {.name = PEER_SEQUENCE(o->joints, o->name),
                                                     .position = PEER_SEQUENCE(o->joints, o->q),
                                                     .velocity = PEER_SEQUENCE(o->joints, o->v)};

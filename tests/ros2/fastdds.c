@@ -39,29 +39,15 @@ static const struct exchange {
 
 /* ---- Cyclone's side ---- */
 
-static dds_entity_t cyclone_open(const char *topic_name, const dds_topic_descriptor_t *type,
-                                 const fastdds_qos *from, bool is_writer)
+static dds_entity_t cyclone_open(const char *topic, const dds_topic_descriptor_t *type,
+                                 const fastdds_qos *qos, bool is_writer)
 {
-    const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
-    const char *const user_data = tfa_ros2_user_data(type->m_typename);
-    dds_qos_t *const qos = dds_create_qos();
+    const ros2_peer_qos same = qos == &fastdds_latched       ? PEER_TRANSIENT_LOCAL
+                               : qos == &fastdds_sensor_data ? PEER_SENSOR
+                                                             : PEER_DEFAULT;
 
-    dds_qset_data_representation(qos, 1, &xcdr1);
-    dds_qset_reliability(qos,
-                         from->reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
-                         (dds_duration_t)WAIT_NS);
-    dds_qset_durability(qos, from->transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL
-                                                   : DDS_DURABILITY_VOLATILE);
-    dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, from->depth);
-    dds_qset_userdata(qos, user_data, strlen(user_data));
-    const dds_entity_t topic = dds_create_topic(participant, type, topic_name, NULL, NULL);
-    assert_true(topic > 0);
-    const dds_entity_t endpoint = is_writer ? dds_create_writer(participant, topic, qos, NULL)
-                                            : dds_create_reader(participant, topic, qos, NULL);
-    assert_true(endpoint > 0);
-    assert_int_equal(dds_delete(topic), DDS_RETCODE_OK); /* with its endpoint */
-    dds_delete_qos(qos);
-    return endpoint;
+    return is_writer ? ros2_peer_writer(participant, type, topic, same)
+                     : ros2_peer_reader(participant, type, topic, same);
 }
 
 static fastdds_matches cyclone_writer_matches(dds_entity_t writer)

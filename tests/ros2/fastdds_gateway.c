@@ -28,11 +28,7 @@ typedef enum command { EFFORT_COMMANDS, JOINT_EFFORTS, TRAJECTORY, COMMANDS } co
 
 static void publish_state(const arm_motion *m, int32_t sec)
 {
-    const sensor_msgs_msg_dds__JointState_ state = {
-        .header = {{sec, 7}, "base"},
-        .name = PEER_SEQUENCE(JOINTS, arm_joints),
-        .position = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m->q),
-        .velocity = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m->v)};
+    const sensor_msgs_msg_dds__JointState_ state = arm_state(m, sec);
 
     fastdds_publish(node, states, &state);
 }
@@ -42,9 +38,7 @@ static void publish_command(const arm_motion *m, int32_t sec, command kind)
     double *tau = (double *)(uintptr_t)m->tau;
     trajectory_msgs_msg_dds__JointTrajectoryPoint_ point = {.effort = PEER_SEQUENCE(JOINTS, tau)};
     const std_msgs_msg_dds__Float64MultiArray_ array = {.data = PEER_SEQUENCE(JOINTS, tau)};
-    const sensor_msgs_msg_dds__JointState_ named = {.header = {{-sec, 9}, "command"},
-                                                    .name = PEER_SEQUENCE(JOINTS, arm_joints),
-                                                    .effort = PEER_SEQUENCE(JOINTS, tau)};
+    const sensor_msgs_msg_dds__JointState_ named = arm_efforts(arm_joints, tau, JOINTS, -sec);
     const trajectory_msgs_msg_dds__JointTrajectory_ trajectory = {
         .header = {{-sec, 11}, "plan"},
         .joint_names = PEER_SEQUENCE(JOINTS, arm_joints),
@@ -68,26 +62,7 @@ static void assert_header(const std_msgs_msg_dds__Header_ *h, int32_t sec, comma
     assert_string_equal(h->frame_id, frames[kind]);
 }
 
-/* Is it the answer to this motion? An earlier one may still be under way. */
-static bool is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, const arm_motion *m,
-                      const double qdd[JOINTS])
-{
-    const trajectory_msgs_msg_dds__JointTrajectoryPoint_ *p = got->points._buffer;
-    const size_t size = JOINTS * sizeof(double);
-
-    assert_int_equal(got->points._length, 1);
-    assert_int_equal(got->joint_names._length, JOINTS);
-    for (int j = 0; j < JOINTS; j++)
-        assert_string_equal(got->joint_names._buffer[j], arm_joints[j]);
-    assert_true(p->positions._length == JOINTS && p->velocities._length == JOINTS &&
-                p->accelerations._length == JOINTS && p->effort._length == JOINTS);
-    return memcmp(p->positions._buffer, m->q, size) == 0 &&
-           memcmp(p->velocities._buffer, m->v, size) == 0 &&
-           memcmp(p->effort._buffer, m->tau, size) == 0 &&
-           memcmp(p->accelerations._buffer, qdd, size) == 0;
-}
-
-/* Publishes. @return whether the answer comes soon */
+/* Publishes. @return whether the answer comes soon; an earlier one may still be under way */
 static bool is_answered(const arm_motion *m, int32_t sec, command kind, const double qdd[JOINTS])
 {
     trajectory_msgs_msg_dds__JointTrajectory_ got;
@@ -97,7 +72,7 @@ static bool is_answered(const arm_motion *m, int32_t sec, command kind, const do
     publish_command(m, sec, kind);
     if (!fastdds_receive(node, accelerations, &got, 200))
         return false;
-    found = is_answer(&got, m, qdd);
+    found = arm_is_answer(&got, m, qdd);
     if (found)
         assert_header(&got.header, sec, kind);
     dds_sample_free(&got, &trajectory_msgs_msg_dds__JointTrajectory__desc, DDS_FREE_CONTENTS);
@@ -107,16 +82,9 @@ static bool is_answered(const arm_motion *m, int32_t sec, command kind, const do
 /* Publishes until the answer of the library comes: what is sent before a match is lost. */
 static void assert_answer(const arm_motion *m, int32_t sec, command kind)
 {
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = m->q,
-                                 .v = m->v,
-                                 .tau = m->tau};
     double qdd[JOINTS];
-    tfa_reply reply = {.qdd = qdd};
 
-    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+    arm_expect(workspace, m, qdd);
     assert_true(WAIT_FOR(is_answered(m, sec, kind, qdd)));
 }
 
@@ -161,37 +129,24 @@ static bool receive_gravity(const double *expected, int32_t sec)
     return found;
 }
 
-static double lambda[12 * 12], rows[12 * JOINTS], acceleration[12], torques[JOINTS];
+static arm_operational expected;
 
 /* Publishes the state. @return a bit for each of those `left` whose answer has not come */
 static unsigned receive_states(const arm_motion *m, unsigned left)
 {
     publish_state(m, 500);
-    left &= ~(left & 1 && receive_array(lambda_inv, lambda, 12 * 12, 500) ? 1u : 0u);
-    left &= ~(left & 2 && receive_array(jacobian, rows, 12 * JOINTS, 500) ? 2u : 0u);
-    left &= ~(left & 4 && receive_array(bias, acceleration, 12, 500) ? 4u : 0u);
-    return left & ~(left & 8 && receive_gravity(torques, 500) ? 8u : 0u);
+    left &= ~(left & 1 && receive_array(lambda_inv, expected.lambda_inv, 12 * 12, 500) ? 1u : 0u);
+    left &= ~(left & 2 && receive_array(jacobian, expected.jacobian, 12 * JOINTS, 500) ? 2u : 0u);
+    left &= ~(left & 4 && receive_array(bias, expected.bias, 12, 500) ? 4u : 0u);
+    return left & ~(left & 8 && receive_gravity(expected.gravity, 500) ? 8u : 0u);
 }
 
 TEST(states_are_answered_to_the_bit)
 {
     const arm_motion m = arm_motion_of(500);
-    const tfa_request request = {.op = TFA_OP_OPERATIONAL_INERTIA,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION,
-                                 .count = 1,
-                                 .tip_count = 2,
-                                 .tips = {(uint32_t)tfa_model_find_frame(model, "tool0"),
-                                          (uint32_t)tfa_model_find_frame(model, "link_4")},
-                                 .q = m.q,
-                                 .v = m.v};
-    const tfa_request at_rest = {.op = TFA_OP_BIAS, .count = 1, .q = m.q};
-    tfa_reply reply = {.lambda_inv = lambda, .jacobian = rows, .bias_acceleration = acceleration};
-    tfa_reply holding = {.gravity_force = torques};
     unsigned left = 1 | 2 | 4 | 8;
 
-    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
-    assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
+    arm_expect_operational(workspace, model, &m, &expected);
     assert_true(WAIT_FOR((left = receive_states(&m, left)) == 0));
 }
 
@@ -277,31 +232,12 @@ TEST(the_daemon_is_a_node)
 
 /* ---- descriptions ---- */
 
-static bool tells_robot(const diagnostic_msgs_msg_dds__DiagnosticArray_ *d, const char *what,
-                        const char *value)
-{
-    for (uint32_t k = 0; k < d->status._length; k++) {
-        const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s = &d->status._buffer[k];
-        if (strstr(s->name, what) == NULL)
-            continue;
-        for (uint32_t i = 0; i < s->values._length; i++)
-            if (strstr(s->values._buffer[i].value, value) != NULL)
-                return true;
-    }
-    return false;
-}
-
 /* Publishes the URDF. @param hash  receives its model's */
 static void publish_description(fastdds_writer *writer, const char *name, char hash[17])
 {
     tfa_model *described = bundled_model(name, NULL);
-    char *text = NULL, path[256];
-    size_t size = 0;
-    snprintf(path, sizeof path, TFA_SOURCE_DIR "/config/robots/%s", name);
-    FILE *file = fopen(path, "r");
+    char *text = bundled_text(name);
 
-    assert_true(file != NULL && getdelim(&text, &size, 0, file) > 0);
-    fclose(file);
     snprintf(hash, 17, "%s", tfa_model_hash_text(described));
     const std_msgs_msg_dds__String_ description = {text};
     fastdds_publish(node, writer, &description);
@@ -315,7 +251,7 @@ static bool comes_diagnostic(const char *what, const char *value)
 
     if (!fastdds_receive(node, diagnostics, &got, 2000))
         return false;
-    const bool found = tells_robot(&got, what, value);
+    const bool found = arm_level_in(&got, what, value) >= 0;
     dds_sample_free(&got, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, DDS_FREE_CONTENTS);
     return found;
 }

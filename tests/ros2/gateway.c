@@ -23,36 +23,15 @@ static tfa_workspace *workspace;
 
 /* ---- answers ---- */
 
-static void expect_accelerations(const arm_motion *m, double qdd[JOINTS])
-{
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = m->q,
-                                 .v = m->v,
-                                 .tau = m->tau};
-    tfa_reply reply = {.qdd = qdd};
-
-    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
-}
-
 /* Whether this is the answer to the motion, with this stamp and frame */
 static bool is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, const arm_motion *m,
                       int32_t sec, uint32_t nanosec, const char *frame)
 {
-    const trajectory_msgs_msg_dds__JointTrajectoryPoint_ *p = &got->points._buffer[0];
     double qdd[JOINTS];
-    bool same = got->header.stamp.sec == sec && got->header.stamp.nanosec == nanosec &&
-                strcmp(got->header.frame_id, frame) == 0 && got->points._length == 1 &&
-                got->joint_names._length == JOINTS && p->accelerations._length == JOINTS;
 
-    expect_accelerations(m, qdd);
-    for (int j = 0; j < JOINTS; j++)
-        same = same && strcmp(got->joint_names._buffer[j], arm_joints[j]) == 0;
-    return same && memcmp(p->accelerations._buffer, qdd, sizeof qdd) == 0 &&
-           memcmp(p->positions._buffer, m->q, sizeof m->q) == 0 &&
-           memcmp(p->velocities._buffer, m->v, sizeof m->v) == 0 &&
-           memcmp(p->effort._buffer, m->tau, sizeof m->tau) == 0;
+    arm_expect(workspace, m, qdd);
+    return got->header.stamp.sec == sec && got->header.stamp.nanosec == nanosec &&
+           strcmp(got->header.frame_id, frame) == 0 && arm_is_answer(got, m, qdd);
 }
 
 /* The next answer is to this motion, and echoes stamp and frame. */
@@ -210,7 +189,7 @@ static bool take_each(const arm_motion *m, const dds_entity_t reader[4], void *c
 
 TEST(operational_space_is_that_of_the_library)
 {
-    static double lambda_inv[12 * 12], jacobian[12 * JOINTS], bias[12], gravity[JOINTS];
+    static arm_operational expected;
     static std_msgs_msg_dds__Float64MultiArray_ l, j, b;
     static sensor_msgs_msg_dds__JointState_ g;
     const dds_topic_descriptor_t *type = &std_msgs_msg_dds__Float64MultiArray__desc;
@@ -224,30 +203,17 @@ TEST(operational_space_is_that_of_the_library)
     void *const samples[4] = {&l, &j, &b, &g};
     bool got[4] = {false};
     const arm_motion m = arm_motion_of(21);
-    const tfa_request request = {.op = TFA_OP_OPERATIONAL_INERTIA,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION,
-                                 .count = 1,
-                                 .tip_count = 2,
-                                 .tips = {(uint32_t)tfa_model_find_frame(model, "tool0"),
-                                          (uint32_t)tfa_model_find_frame(model, "link_4")},
-                                 .q = m.q,
-                                 .v = m.v};
-    const tfa_request at_rest = {.op = TFA_OP_BIAS, .count = 1, .q = m.q};
-    tfa_reply reply = {.lambda_inv = lambda_inv, .jacobian = jacobian, .bias_acceleration = bias};
-    tfa_reply holding = {.gravity_force = gravity};
 
-    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
-    assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
+    arm_expect_operational(workspace, model, &m, &expected);
     assert_true(WAIT_FOR(take_each(&m, readers, samples, got)));
-    assert_array(&l, lambda_inv, 12, 12, "stamp -3.000000007 frame base");
-    assert_array(&j, jacobian, 12, JOINTS, "stamp -3.000000007 frame base");
-    assert_array(&b, bias, 12, 1, "stamp -3.000000007 frame base");
+    assert_array(&l, expected.lambda_inv, 12, 12, "stamp -3.000000007 frame base");
+    assert_array(&j, expected.jacobian, 12, JOINTS, "stamp -3.000000007 frame base");
+    assert_array(&b, expected.bias, 12, 1, "stamp -3.000000007 frame base");
     assert_string_equal(j.layout.dim._buffer[2].label,
                         "columns joint_1 joint_2 joint_3 joint_4 joint_5 joint_6 joint_7");
     assert_int_equal(g.header.stamp.sec, -3);
     assert_string_equal(g.name._buffer[1], "joint_2");
-    assert_memory_equal(g.effort._buffer, gravity, sizeof gravity);
+    assert_memory_equal(g.effort._buffer, expected.gravity, sizeof expected.gravity);
 }
 
 /* ---- the service ---- */
@@ -295,7 +261,7 @@ TEST(calls_are_answered_to_their_caller)
 
     for (request.seq = 1; request.seq <= 20; request.seq++) {
         m = arm_motion_of(500 + (uint64_t)request.seq);
-        expect_accelerations(&m, qdd);
+        arm_expect(workspace, &m, qdd);
         const totalforce_msgs_srv_dds__ForwardDynamics_Response_ *r =
             call(requests, replies, &request);
         assert_true(r->success);

@@ -6,6 +6,7 @@
 #include "ros2_arm.h"
 
 #include "dds/dds_test.h"
+#include "models.h"
 
 #include <string.h>
 
@@ -116,14 +117,104 @@ arm_motion arm_motion_of(uint64_t seed)
     return m;
 }
 
-void arm_publish_state(const arm_node *n, const arm_motion *m, int32_t sec)
+void arm_expect(tfa_workspace *workspace, const arm_motion *m, double qdd[JOINTS])
 {
-    const sensor_msgs_msg_dds__JointState_ sample = {
+    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .count = 1,
+                                 .q = m->q,
+                                 .v = m->v,
+                                 .tau = m->tau};
+    tfa_reply reply = {.qdd = qdd};
+
+    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+}
+
+bool arm_is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, const arm_motion *m,
+                   const double qdd[JOINTS])
+{
+    const trajectory_msgs_msg_dds__JointTrajectoryPoint_ *p = got->points._buffer;
+    const size_t size = JOINTS * sizeof *qdd;
+    bool same = got->points._length == 1 && got->joint_names._length == JOINTS &&
+                p->positions._length == JOINTS && p->velocities._length == JOINTS &&
+                p->accelerations._length == JOINTS && p->effort._length == JOINTS;
+
+    for (int j = 0; same && j < JOINTS; j++)
+        same = strcmp(got->joint_names._buffer[j], arm_joints[j]) == 0;
+    return same && memcmp(p->positions._buffer, m->q, size) == 0 &&
+           memcmp(p->velocities._buffer, m->v, size) == 0 &&
+           memcmp(p->effort._buffer, m->tau, size) == 0 &&
+           memcmp(p->accelerations._buffer, qdd, size) == 0;
+}
+
+void arm_expect_operational(tfa_workspace *workspace, const tfa_model *model, const arm_motion *m,
+                            arm_operational *out)
+{
+    const tfa_request request = {.op = TFA_OP_OPERATIONAL_INERTIA,
+                                 .refine = TFA_REFINE_DEFAULT,
+                                 .flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION,
+                                 .count = 1,
+                                 .tip_count = 2,
+                                 .tips = {(uint32_t)tfa_model_find_frame(model, "tool0"),
+                                          (uint32_t)tfa_model_find_frame(model, "link_4")},
+                                 .q = m->q,
+                                 .v = m->v};
+    const tfa_request at_rest = {.op = TFA_OP_BIAS, .count = 1, .q = m->q};
+    tfa_reply reply = {
+        .lambda_inv = out->lambda_inv, .jacobian = out->jacobian, .bias_acceleration = out->bias};
+    tfa_reply holding = {.gravity_force = out->gravity};
+
+    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+    assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
+}
+
+char *arm_urdf(bool heavy)
+{
+    static const char light_mass[] = "<mass value=\"2.8\"/>",
+                      heavy_mass[] = "<mass value=\"5.6\"/>";
+    char *const text = bundled_text("arm7.urdf"), *const at = strstr(text, light_mass);
+
+    assert_non_null(at);
+    if (heavy)
+        memcpy(at, heavy_mass, sizeof heavy_mass - 1);
+    return text;
+}
+
+tfa_model *arm_model(const char *urdf)
+{
+    tfa_description *d;
+    tfa_report report = {0};
+
+    assert_int_equal(tfa_urdf_parse(urdf, strlen(urdf), NULL, &d, &report), TFA_OK);
+    tfa_model *model = compiled(d, NULL);
+    tfa_description_free(d);
+    tfa_report_free(&report);
+    return model;
+}
+
+sensor_msgs_msg_dds__JointState_ arm_state(const arm_motion *m, int32_t sec)
+{
+    return (sensor_msgs_msg_dds__JointState_){
         .header = {{sec, 7}, "base"},
         .name = PEER_SEQUENCE(JOINTS, arm_joints),
         .position = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m->q),
         .velocity = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m->v),
     };
+}
+
+sensor_msgs_msg_dds__JointState_ arm_efforts(char **name, const double *tau, uint32_t count,
+                                             int32_t sec)
+{
+    return (sensor_msgs_msg_dds__JointState_){
+        .header = {{sec, 9}, "command"},
+        .name = PEER_SEQUENCE(count, name),
+        .effort = PEER_SEQUENCE(count, (double *)(uintptr_t)tau),
+    };
+}
+
+void arm_publish_state(const arm_node *n, const arm_motion *m, int32_t sec)
+{
+    const sensor_msgs_msg_dds__JointState_ sample = arm_state(m, sec);
 
     assert_int_equal(dds_write(n->joint_states, &sample), DDS_RETCODE_OK);
 }
@@ -139,11 +230,7 @@ void arm_publish_efforts(const arm_node *n, const double *tau, uint32_t count)
 void arm_publish_named_efforts(const arm_node *n, char **name, const double *tau, uint32_t count,
                                int32_t sec)
 {
-    const sensor_msgs_msg_dds__JointState_ sample = {
-        .header = {{sec, 9}, "command"},
-        .name = PEER_SEQUENCE(count, name),
-        .effort = PEER_SEQUENCE(count, (double *)(uintptr_t)tau),
-    };
+    const sensor_msgs_msg_dds__JointState_ sample = arm_efforts(name, tau, count, sec);
 
     assert_int_equal(dds_write(n->joint_efforts, &sample), DDS_RETCODE_OK);
 }
@@ -218,19 +305,25 @@ static bool contains(const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s, const 
     return false;
 }
 
+int arm_level_in(const diagnostic_msgs_msg_dds__DiagnosticArray_ *message, const char *what,
+                 const char *text)
+{
+    for (uint32_t k = 0; k < message->status._length; k++) {
+        const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s = &message->status._buffer[k];
+        if (strstr(s->name, what) != NULL && contains(s, text))
+            return s->level;
+    }
+    return -1;
+}
+
 /* @return level of the status in the next message; -1: it is not there */
 static int take_diagnostic(const arm_node *n, const char *what, const char *text)
 {
     diagnostic_msgs_msg_dds__DiagnosticArray_ sample = {0};
-    int level = -1;
 
     if (!ros2_peer_take(n->diagnostics, &sample, 0))
         return -1;
-    for (uint32_t k = 0; k < sample.status._length && level < 0; k++) {
-        const diagnostic_msgs_msg_dds__DiagnosticStatus_ *s = &sample.status._buffer[k];
-        if (strstr(s->name, what) != NULL && contains(s, text))
-            level = s->level;
-    }
+    const int level = arm_level_in(&sample, what, text);
     dds_sample_free(&sample, &diagnostic_msgs_msg_dds__DiagnosticArray__desc, DDS_FREE_CONTENTS);
     return level;
 }

@@ -49,6 +49,25 @@ void arm_assert_answered(const arm_node *node);
 void arm_settle(const arm_node *node);
 /** A motion of the arm, another for each seed. */
 arm_motion arm_motion_of(uint64_t seed);
+/** Its answer by the library in this process. */
+void arm_expect(tfa_workspace *workspace, const arm_motion *m, double qdd[JOINTS]);
+/** Whether this is the answer to the motion. */
+bool arm_is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, const arm_motion *m,
+                   const double qdd[JOINTS]);
+/** What the library answers of the motion for tool0 and link_4, and the torques that hold it. */
+typedef struct arm_operational {
+    double lambda_inv[12 * 12], jacobian[12 * JOINTS], bias[12], gravity[JOINTS];
+} arm_operational;
+void arm_expect_operational(tfa_workspace *workspace, const tfa_model *model, const arm_motion *m,
+                            arm_operational *out);
+/** The URDF of the arm, as it is bundled or with another mass, for free(); the model of a URDF. */
+char *arm_urdf(bool heavy);
+tfa_model *arm_model(const char *urdf);
+
+/** The motion's state as a message with this stamp, and efforts by name. */
+sensor_msgs_msg_dds__JointState_ arm_state(const arm_motion *m, int32_t sec);
+sensor_msgs_msg_dds__JointState_ arm_efforts(char **name, const double *tau, uint32_t count,
+                                             int32_t sec);
 /** Publishes positions and velocities of all joints with this stamp. */
 void arm_publish_state(const arm_node *node, const arm_motion *m, int32_t sec);
 /** Publishes efforts in the order of the joints. */
@@ -71,6 +90,10 @@ typedef struct arm_witness {
 void arm_witness_start(arm_witness *w, const harness *h, bool exact);
 /** Waits until it has asked often; asserts that it was answered right. */
 void arm_witness_stop(arm_witness *w);
+/** The level of a status in the message whose name contains `what` and whose message or values
+ * contain `text`; -1: there is none */
+int arm_level_in(const diagnostic_msgs_msg_dds__DiagnosticArray_ *message, const char *what,
+                 const char *text);
 /** Waits for a diagnostic status whose name contains `what` and whose message or values contain
  * `text`. @return its level, -1: none came */
 int arm_await_diagnostic(const arm_node *node, const char *what, const char *text);

@@ -287,30 +287,6 @@ static void assert_only_one_writes(const dds_entity_t *readers, const dds_guid_t
         assert_writer(readers[k], outputs[k].type, outputs[k].least, expected);
 }
 
-/* The arm with another mass, as a description. */
-static char *heavy_arm(tfa_workspace **workspace, tfa_model **model)
-{
-    static const char light[] = "<mass value=\"2.8\"/>", heavy[] = "<mass value=\"5.6\"/>";
-    FILE *file = fopen(TFA_SOURCE_DIR "/config/robots/arm7.urdf", "r");
-    tfa_description *d;
-    tfa_report report = {0};
-    char *text = NULL;
-    size_t size = 0;
-
-    assert_non_null(file);
-    assert_true(getdelim(&text, &size, 0, file) > 0);
-    fclose(file);
-    char *at = strstr(text, light);
-    assert_non_null(at);
-    memcpy(at, heavy, sizeof heavy - 1);
-    assert_int_equal(tfa_urdf_parse(text, strlen(text), NULL, &d, &report), TFA_OK);
-    *model = compiled(d, NULL);
-    *workspace = workspace_for(*model, NULL);
-    tfa_description_free(d);
-    tfa_report_free(&report);
-    return text;
-}
-
 /* Publishes a command. @return whether the next answer has this acceleration */
 static bool has_acceleration(const double qdd[JOINTS])
 {
@@ -327,25 +303,18 @@ static bool has_acceleration(const double qdd[JOINTS])
 static void await_model(tfa_workspace *workspace)
 {
     const arm_motion m = arm_motion_of(77);
-    const tfa_request request = {.op = TFA_OP_FORWARD_DYNAMICS,
-                                 .refine = TFA_REFINE_DEFAULT,
-                                 .count = 1,
-                                 .q = m.q,
-                                 .v = m.v,
-                                 .tau = m.tau};
     double qdd[JOINTS];
-    tfa_reply reply = {.qdd = qdd};
 
-    assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
+    arm_expect(workspace, &m, qdd);
     assert_true(WAIT_FOR(has_acceleration(qdd)));
 }
 
 /* A leader that was stopped is silent when it goes on; the description is that of both. */
 TEST(a_stopped_leader_comes_back_and_is_silent)
 {
-    tfa_workspace *workspace;
-    tfa_model *model;
-    char *text = heavy_arm(&workspace, &model);
+    char *text = arm_urdf(true);
+    tfa_model *model = arm_model(text);
+    tfa_workspace *workspace = workspace_for(model, NULL);
     dds_entity_t readers[OUTPUTS];
     const std_msgs_msg_dds__String_ description = {text};
     const dds_guid_t before = open_all(test_domain());

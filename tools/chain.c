@@ -89,7 +89,7 @@ static int unknown_name(const char *name)
     char list[512];
     for (int i = 0; i < MECHANISM_COUNT; i++)
         names[i] = mechanism_name((mechanism_kind)i);
-    suggest_words(name, names, MECHANISM_COUNT, list, sizeof list);
+    tfa_suggest_words(name, names, MECHANISM_COUNT, list, sizeof list);
     fprintf(stderr, "totalforce chain: no mechanism '%s'; %s\n", name, list);
     return EXIT_USAGE;
 }

@@ -83,14 +83,20 @@ int32_t tfa_names_link(const tfa_names *names, const char *name)
     return find(names, names->by_name + names->joint_count, names->frame_count, frame_name, name);
 }
 
-void tfa_names_suggest_joints(const tfa_names *names, const char *wrong, char *text, size_t size)
+void tfa_names_unknown_joint(const tfa_names *names, const char *wrong, char *text, size_t size)
 {
-    tfa_suggest(wrong, names, names->joint_count, joint_name, text, size);
+    char nearest[200], robot[600];
+    tfa_suggest(wrong, names, names->joint_count, joint_name, nearest, sizeof nearest);
+    (void)tfa_names_describe(names, 0, robot, sizeof robot);
+    snprintf(text, size, "no moving joint '%.200s'; nearest: %s; the robot has %s", wrong, nearest,
+             robot);
 }
 
-void tfa_names_suggest_links(const tfa_names *names, const char *wrong, char *text, size_t size)
+void tfa_names_unknown_link(const tfa_names *names, const char *wrong, char *text, size_t size)
 {
-    tfa_suggest(wrong, names, names->frame_count, frame_name, text, size);
+    char nearest[200];
+    tfa_suggest(wrong, names, names->frame_count, frame_name, nearest, sizeof nearest);
+    snprintf(text, size, "no link '%.200s' in the robot; nearest: %s", wrong, nearest);
 }
 
 /* ---- from a model, from a daemon ---- */

@@ -156,7 +156,7 @@ status 3 $sweep --count 5 --velocity 0
 status 3 $sweep --count 5 --op operational_inertia
 says "$work/err" "operational_inertia of which links?"
 status 2 $sweep --count 5 --op operational_inertia --tips toool
-says "$work/err" "--tips: no link 'toool'; nearest: "
+says "$work/err" "--tips: no link 'toool' in the robot; nearest: "
 status 2 $sweep --states "$work/absent"
 says "$work/err" "$work/absent: No such file"
 printf 12345 >"$work/short"

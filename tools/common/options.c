@@ -74,7 +74,7 @@ int option_word(struct argp_state *state, const char *name, const char *text,
     for (int i = 0; i < count; i++)
         if (strcmp(words[i], text) == 0)
             return i;
-    suggest_words(text, words, (size_t)count, list, sizeof list);
+    tfa_suggest_words(text, words, (size_t)count, list, sizeof list);
     argp_error(state, "--%s: no '%s'; %s", name, text, list);
     return 0;
 }

@@ -5,30 +5,8 @@
  */
 #include "suggest.h"
 
-#include <stdio.h>
 #include <totalforce/dynamics.h>
 #include <totalforce/text.h>
-
-/* Longer lists also name the nearest words. */
-enum { WORDS_LISTED_MAX = 6 };
-
-static const char *word_name(const void *words, size_t index)
-{
-    return ((const char *const *)words)[index];
-}
-
-void suggest_words(const char *wrong, const char *const *words, size_t count, char *text,
-                   size_t size)
-{
-    char suggestions[160];
-    size_t used = 0;
-    tfa_suggest(wrong, words, count, word_name, suggestions, sizeof suggestions);
-    if (count > WORDS_LISTED_MAX)
-        used = (size_t)snprintf(text, size, "nearest: %s; ", suggestions);
-    for (size_t i = 0; i < count && used < size; i++)
-        used +=
-            (size_t)snprintf(text + used, size - used, "%s %s", i ? "," : "there are", words[i]);
-}
 
 void suggest_methods(const char *wrong, char *text, size_t size)
 {
@@ -37,7 +15,7 @@ void suggest_methods(const char *wrong, char *text, size_t size)
         TFA_METHOD_LIST(METHOD_NAME)
 #undef METHOD_NAME
     };
-    suggest_words(wrong, words, sizeof words / sizeof words[0], text, size);
+    tfa_suggest_words(wrong, words, sizeof words / sizeof words[0], text, size);
 }
 
 const char *suggest_method(size_t index)

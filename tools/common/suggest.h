@@ -6,12 +6,10 @@
 #ifndef TOOLS_COMMON_SUGGEST_H
 #define TOOLS_COMMON_SUGGEST_H
 
-#include <stddef.h>
+#include <totalforce/text.h>
 
-/** "there are a, b, c"; of a long list "nearest: 'b', 'a', 'c'; there are a, b, c, ...". */
-void suggest_words(const char *wrong, const char *const *words, size_t count, char *text,
-                   size_t size);
-/** The same of the methods. */
+#define suggest_words tfa_suggest_words
+/** As tfa_suggest_words, of the methods. */
 void suggest_methods(const char *wrong, char *text, size_t size);
 
 /* For command_line_values. */

@@ -23,7 +23,7 @@ static int read_choice(jsonl_reader *r, const json_t *value, tfa_words of, unsig
             *choice = i;
             return TFA_OK;
         }
-    suggest_words(word, list, count, text, sizeof text);
+    tfa_suggest_words(word, list, count, text, sizeof text);
     return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: no '%.200s'; %s", r->key, word, text);
 }
 

@@ -156,22 +156,18 @@ int jsonl_joints(jsonl_reader *r, const json_t *value, int of_q, double *out)
 
 int jsonl_no_joint(jsonl_reader *r, const char *key, const char *name)
 {
-    char robot[512], suggestions[200];
-    (void)tfa_names_describe(r->names, 0, robot, sizeof robot);
-    tfa_names_suggest_joints(r->names, name, suggestions, sizeof suggestions);
-    return jsonl_fail(r->error, TFA_E_JOINT,
-                      "%s: no moving joint '%.200s'; nearest: %s; the robot has %s", key, name,
-                      suggestions, robot);
+    char text[900];
+    tfa_names_unknown_joint(r->names, name, text, sizeof text);
+    return jsonl_fail(r->error, TFA_E_JOINT, "%s: %s", key, text);
 }
 
 int jsonl_find_frame(jsonl_reader *r, const char *key, const char *link, uint32_t *frame)
 {
     int64_t index = tfa_names_link(r->names, link);
     if (index < 0) {
-        char suggestions[200];
-        tfa_names_suggest_links(r->names, link, suggestions, sizeof suggestions);
-        return jsonl_fail(r->error, TFA_E_LINK, "%s: no link '%.200s' in the robot; nearest: %s",
-                          key, link, suggestions);
+        char text[500];
+        tfa_names_unknown_link(r->names, link, text, sizeof text);
+        return jsonl_fail(r->error, TFA_E_LINK, "%s: %s", key, text);
     }
     *frame = (uint32_t)index;
     return TFA_OK;

@@ -87,11 +87,11 @@ static int load(sweep_plan *plan, sweep_options *o, const source *s, sweep_ranks
 
 static int add_tip(sweep_plan *plan, const robot_names *names, const char *tip)
 {
-    char suggestions[200];
+    char text[500];
     const int64_t frame = tfa_names_link(names, tip);
     if (frame < 0) {
-        tfa_names_suggest_links(names, tip, suggestions, sizeof suggestions);
-        fprintf(stderr, "totalforce sweep: --tips: no link '%s'; nearest: %s\n", tip, suggestions);
+        tfa_names_unknown_link(names, tip, text, sizeof text);
+        fprintf(stderr, "totalforce sweep: --tips: %s\n", text);
         return EXIT_FAILED;
     }
     if (plan->request.tip_count == TFA_MAX_TIPS)

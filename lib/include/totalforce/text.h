@@ -67,6 +67,13 @@ TFA_API void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_
                          char *text, size_t size);
 
 /**
+ * Writes which words there are: "there are a, b, c"; of more than six also the
+ * nearest as tfa_suggest: "nearest: 'b', 'a', 'c'; there are a, b, c, ...". Cost: O(count).
+ */
+TFA_API void tfa_suggest_words(const char *wrong, const char *const *words, size_t count,
+                               char *text, size_t size);
+
+/**
  * Returns the name of a list that `wrong` misspells: the nearest within distance 1, or 2 for names
  * of six letters or more, without regard to case (ASCII); NULL if there is none. Distance and cost
  * as tfa_suggest.
@@ -136,12 +143,12 @@ TFA_API void tfa_names_free(tfa_names *names);
 TFA_API int32_t tfa_names_joint(const tfa_names *names, const char *name);
 /** Index of the frame of a link, or -1. Cost: O(log frame_count). */
 TFA_API int32_t tfa_names_link(const tfa_names *names, const char *name);
-/** As tfa_suggest, of the joints. */
-TFA_API void tfa_names_suggest_joints(const tfa_names *names, const char *wrong, char *text,
-                                      size_t size);
-/** As tfa_suggest, of the links. */
-TFA_API void tfa_names_suggest_links(const tfa_names *names, const char *wrong, char *text,
+/** Writes "no moving joint 'WRONG'; nearest: 'a', 'b', 'c'; the robot has 7 joints (a, b, ...)". */
+TFA_API void tfa_names_unknown_joint(const tfa_names *names, const char *wrong, char *text,
                                      size_t size);
+/** Writes "no link 'WRONG' in the robot; nearest: 'a', 'b', 'c'". */
+TFA_API void tfa_names_unknown_link(const tfa_names *names, const char *wrong, char *text,
+                                    size_t size);
 /** Name of the link of a frame; "?" if there is none. */
 TFA_API const char *tfa_names_frame(const tfa_names *names, uint32_t frame);
 /** The joint that owns number `index` of q (of_q) or of v, tau, qdd; NULL if there is none. */
@@ -166,8 +173,12 @@ TFA_API tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *r
  * Writes why a request was refused: the entry, its joint or link, its value, the reason and the
  * remedy, options spelt as in `syntax`, fields as in JSON. As snprintf.
  *
+ * @param names    of the robot
  * @param request  that was refused; its arrays are read for the value
  * @param reply    with the status, field, index and state of the refusal
+ * @param syntax   of the interface in use
+ * @param text     gets as much as fits of it, terminated if size > 0
+ * @param size     of text, bytes
  */
 TFA_API size_t tfa_explain(const tfa_names *names, const tfa_request *request,
                            const tfa_reply *reply, tfa_option_syntax syntax, char *text,

@@ -10,6 +10,7 @@
 
 #define SUGGESTIONS 3
 #define NAME_LENGTH_MAX 96 /* compared bytes of a name */
+#define WORDS_LISTED_MAX 6 /* of longer lists the nearest words are named, too */
 
 static uint32_t smallest(uint32_t a, uint32_t b, uint32_t c)
 {
@@ -131,4 +132,22 @@ void tfa_suggest(const char *wrong, const void *list, size_t count, tfa_list_nam
     size_t used = 0;
     for (int k = 0; k < SUGGESTIONS && best[k]; k++)
         used = add_name(text, size, used, best[k]);
+}
+
+static const char *word_at(const void *words, size_t index)
+{
+    return ((const char *const *)words)[index];
+}
+
+void tfa_suggest_words(const char *wrong, const char *const *words, size_t count, char *text,
+                       size_t size)
+{
+    char nearest[160];
+    size_t used = 0;
+    tfa_suggest(wrong, words, count, word_at, nearest, sizeof nearest);
+    if (count > WORDS_LISTED_MAX)
+        used = (size_t)snprintf(text, size, "nearest: %s; ", nearest);
+    for (size_t k = 0; k < count && used < size; k++)
+        used +=
+            (size_t)snprintf(text + used, size - used, "%s %s", k ? "," : "there are", words[k]);
 }

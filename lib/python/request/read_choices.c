@@ -10,11 +10,6 @@
 #include <stdio.h>
 #include <totalforce/text.h>
 
-static const char *word_at(const void *list, size_t index)
-{
-    return ((const char *const *)list)[index];
-}
-
 int choose(const char *field, PyObject *value, const char *const *list, size_t count,
            unsigned *choice)
 {
@@ -28,13 +23,9 @@ int choose(const char *field, PyObject *value, const char *const *list, size_t c
             *choice = (unsigned)k;
             return 0;
         }
-    char nearest[200], all[400];
-    size_t used = 0;
-    tfa_suggest(word, list, count, word_at, nearest, sizeof nearest);
-    for (size_t k = 0; k < count && used < sizeof all; k++)
-        used += (size_t)snprintf(all + used, sizeof all - used, "%s%s", k ? ", " : "", list[k]);
-    return raise_status(TFA_E_ARGUMENT, field, "%s: no '%.200s'; nearest: %s; there are %s", field,
-                        word, nearest, all);
+    char text[600];
+    tfa_suggest_words(word, list, count, text, sizeof text);
+    return raise_status(TFA_E_ARGUMENT, field, "%s: no '%.200s'; %s", field, word, text);
 }
 
 int choose_word(const char *field, PyObject *value, tfa_words of, unsigned *choice)

@@ -13,10 +13,8 @@
 typedef struct robot_names {
     tfa_names names; /**< joints and links: UTF-8 of the tuples */
     uint32_t q_count, v_count, base_freedoms, joint_count, frame_count;
-    PyObject *joints;      /**< tuple of names in declared order */
-    PyObject *links;       /**< tuple of link names; the position is the frame index */
-    PyObject *joint_index; /**< name -> index */
-    PyObject *link_index;  /**< name -> index */
+    PyObject *joints; /**< tuple of names in declared order */
+    PyObject *links;  /**< tuple of link names; the position is the frame index */
 } robot_names;
 
 /* Each fills an empty robot. @return 0; -1 with an exception, the robot empty */

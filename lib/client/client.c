@@ -231,7 +231,7 @@ static uint32_t wire_deadline(const tfa_client *client, uint64_t timeout_ns)
     return own && own < timeout_us ? own : (uint32_t)timeout_us;
 }
 
-static int send_request(tfa_client *client, const tfa_request *request, uint32_t want,
+static int send_request(tfa_client *client, const tfa_request *request, uint64_t want,
                         uint64_t t_sent, uint64_t timeout_ns, uint64_t *id, tfa_field *field)
 {
     tfa_ring_client *ring = &client->connection.ring;
@@ -270,7 +270,7 @@ static int read_reply(tfa_client *client, tfa_reply *reply, tfa_exchange *exchan
         client->connection.alive = false;
         return TFA_E_PROTOCOL;
     }
-    uint32_t blocks = tfa_wire_decode_reply(line, reply);
+    uint64_t blocks = tfa_wire_decode_reply(line, reply);
     if (blocks != 0 && blocks == reply_shape->want)
         tfa_wire_copy_answers(&client->shape, reply_shape, line, reply);
     client->model = reply->model ? reply->model : client->model;

@@ -45,15 +45,15 @@
 
 /** First line of the request segment, written by the client */
 typedef struct tfa_ring_client_flags {
-    _Alignas(TFA_WIRE_LINE) _Atomic uint32_t asleep; /** A4, R4: the worker wakes the client
+    _Alignas(TFA_CACHE_LINE) _Atomic uint32_t asleep; /** A4, R4: the worker wakes the client
                                                          after a reply */
 } tfa_ring_client_flags;
 
 /** Head of the reply segment: status of the worker, one copy for each client */
 typedef struct tfa_ring_worker_status {
-    _Alignas(TFA_WIRE_LINE) _Atomic uint32_t asleep;    /** A3, R3: the client wakes the worker
+    _Alignas(TFA_CACHE_LINE) _Atomic uint32_t asleep;    /** A3, R3: the client wakes the worker
                                                             after a request */
-    _Alignas(TFA_WIRE_LINE) _Atomic uint64_t heartbeat; /** A5, R5: grows while the worker runs */
+    _Alignas(TFA_CACHE_LINE) _Atomic uint64_t heartbeat; /** A5, R5: grows while the worker runs */
 } tfa_ring_worker_status;
 
 typedef struct tfa_ring_layout {
@@ -86,8 +86,8 @@ typedef struct tfa_ring_server {
  *  sets of the caches. */
 static inline size_t tfa_ring_stride(size_t bytes)
 {
-    size_t lines = (bytes + TFA_WIRE_LINE - 1) / TFA_WIRE_LINE;
-    return (lines | 1) * TFA_WIRE_LINE;
+    size_t lines = (bytes + TFA_CACHE_LINE - 1) / TFA_CACHE_LINE;
+    return (lines | 1) * TFA_CACHE_LINE;
 }
 
 static inline tfa_ring_layout tfa_ring_layout_of(const tfa_wire_shape *shape, uint32_t slots)
@@ -124,7 +124,7 @@ static inline void tfa_ring_prefetch_for_write(const void *slot)
 {
     const unsigned char *at = slot;
     for (size_t line = 0; line < 4; line++)
-        __builtin_prefetch(at + line * TFA_WIRE_LINE, 1);
+        __builtin_prefetch(at + line * TFA_CACHE_LINE, 1);
 }
 
 /* Lines of a slot that are demoted: the request of up to 18 joints */
@@ -137,9 +137,9 @@ static inline void tfa_ring_demote_lines(const void *slot, size_t stride)
 {
 #if defined(__x86_64__)
     const unsigned char *at = slot;
-    size_t end = TFA_RING_DEMOTED_LINES * TFA_WIRE_LINE;
+    size_t end = TFA_RING_DEMOTED_LINES * TFA_CACHE_LINE;
     end = stride < end ? stride : end;
-    for (size_t k = 0; k < end; k += TFA_WIRE_LINE)
+    for (size_t k = 0; k < end; k += TFA_CACHE_LINE)
         __asm__ volatile("cldemote %0" : : "m"(at[k]));
 #else
     (void)slot;

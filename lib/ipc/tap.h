@@ -59,21 +59,21 @@ _Static_assert(sizeof(tfa_tap_record) == 32, "a record's head is half a cache li
 
 /** First line of a segment; constant. */
 typedef struct tfa_tap_head {
-    _Alignas(TFA_WIRE_LINE) uint64_t magic;
+    _Alignas(TFA_CACHE_LINE) uint64_t magic;
     uint32_t producers, reserved;
     uint64_t ring_bytes; /**< of each */
 } tfa_tap_head;
 
 /** The words of a ring. */
 typedef struct tfa_tap_words {
-    _Alignas(TFA_WIRE_LINE) _Atomic uint64_t written; /**< T1: bytes since the beginning */
-    _Atomic uint64_t dropped;                         /**< T3: records */
-    _Alignas(TFA_WIRE_LINE) _Atomic uint64_t read;    /**< T2: bytes; untrusted */
+    _Alignas(TFA_CACHE_LINE) _Atomic uint64_t written; /**< T1: bytes since the beginning */
+    _Atomic uint64_t dropped;                          /**< T3: records */
+    _Alignas(TFA_CACHE_LINE) _Atomic uint64_t read;    /**< T2: bytes; untrusted */
 } tfa_tap_words;
 
 /** The producer's end: private, one thread at a time. */
 typedef struct tfa_tap {
-    _Alignas(TFA_WIRE_LINE) tfa_tap_words *words;
+    _Alignas(TFA_CACHE_LINE) tfa_tap_words *words;
     unsigned char *bytes;
     uint64_t size;    /**< of the ring */
     uint64_t written; /**< what it last wrote into `words` */

@@ -11,14 +11,14 @@
 #define INLINE static inline __attribute__((always_inline))
 
 #define OF_BASE(name, member, states, rows, columns)                                               \
-    | (uint32_t)(EXTENT_##columns == EXTENT_BASE || EXTENT_##columns == EXTENT_BASE_POSE)          \
+    | (uint64_t)(EXTENT_##columns == EXTENT_BASE || EXTENT_##columns == EXTENT_BASE_POSE)          \
             << TFA_WIRE_##name
-static const uint32_t base_blocks = 0 TFA_INPUT_LIST(OF_BASE);
+static const uint64_t base_blocks = 0 TFA_INPUT_LIST(OF_BASE);
 #undef OF_BASE
 
-#define COUNTED_BLOCKS (1u << TFA_WIRE_WRENCHES | 1u << TFA_WIRE_PAYLOADS | 1u << TFA_WIRE_LOCKED)
+#define COUNTED_BLOCKS (TFA_WIRE_BIT(WRENCHES) | TFA_WIRE_BIT(PAYLOADS) | TFA_WIRE_BIT(LOCKED))
 
-#define ALL_BLOCKS ((1u << TFA_WIRE_REQUEST_BLOCKS) - 1)
+#define ALL_BLOCKS ((UINT64_C(1) << TFA_WIRE_REQUEST_BLOCKS) - 1)
 
 /* Where a tfa_request has the pointer to a block */
 static const uint16_t array_offset[TFA_WIRE_REQUEST_BLOCKS] = {
@@ -84,11 +84,11 @@ static size_t frames_bytes(const tfa_extents *n)
 }
 
 /* Bytes of a slot that holds these blocks. */
-static size_t request_size(uint32_t present, const tfa_extents *n)
+static size_t request_size(uint64_t present, const tfa_extents *n)
 {
     size_t size = TFA_WIRE_LINE + frames_bytes(n);
-    for (uint32_t bits = present; bits; bits &= bits - 1)
-        size += tfa_wire_padded_size(tfa_wire_request_width((uint32_t)__builtin_ctz(bits), n));
+    for (uint64_t bits = present; bits; bits &= bits - 1)
+        size += tfa_wire_padded_size(tfa_wire_request_width((uint32_t)__builtin_ctzll(bits), n));
     return size;
 }
 
@@ -104,25 +104,25 @@ size_t tfa_wire_request_capacity(const tfa_wire_shape *shape)
 }
 
 /* Blocks without a valid count are not sent; the daemon refuses the request by the count. */
-static uint32_t blocks_without_count(const tfa_wire_shape *shape, const tfa_request *r)
+static uint64_t blocks_without_count(const tfa_wire_shape *shape, const tfa_request *r)
 {
-    uint32_t none = COUNTED_BLOCKS;
+    uint64_t none = COUNTED_BLOCKS;
     if (!(r->wrench_count | r->payload_count | r->locked_count))
         return none;
     if (r->wrench_count && r->wrench_count <= TFA_MAX_WRENCHES)
-        none &= ~(1u << TFA_WIRE_WRENCHES);
+        none &= ~(TFA_WIRE_BIT(WRENCHES));
     if (r->payload_count && r->payload_count <= TFA_MAX_PAYLOADS)
-        none &= ~(1u << TFA_WIRE_PAYLOADS);
+        none &= ~(TFA_WIRE_BIT(PAYLOADS));
     if (r->locked_count && r->locked_count <= shape->v_count)
-        none &= ~(1u << TFA_WIRE_LOCKED);
+        none &= ~(TFA_WIRE_BIT(LOCKED));
     return none;
 }
 
 /* Blocks of a request that go into the slot. */
-static uint32_t blocks_of_request(const tfa_wire_shape *shape, const tfa_request *r)
+static uint64_t blocks_of_request(const tfa_wire_shape *shape, const tfa_request *r)
 {
-    uint32_t present = 0;
-#define ADD(block, member, ...) present |= (uint32_t)(r->member != NULL) << TFA_WIRE_##block;
+    uint64_t present = 0;
+#define ADD(block, member, ...) present |= (uint64_t)(r->member != NULL) << TFA_WIRE_##block;
     TFA_INPUT_LIST(ADD)
 #undef ADD
     if (shape->base_freedoms == 0)
@@ -158,7 +158,7 @@ static void encode_line(const tfa_wire_shape *shape, const tfa_request *r, tfa_w
 #undef ENCODE
     line->dof = dof_check(shape);
     line->deadline_us = 0;
-    line->reserved = 0;
+    memset(line->reserved, 0, sizeof line->reserved);
 }
 
 /* The frame indices before the blocks */
@@ -180,7 +180,7 @@ static void read_frames(const unsigned char *at, tfa_request *r, const tfa_exten
     memcpy(r->payload_frames, at, n->payloads * sizeof(uint32_t));
 }
 
-int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *request, uint32_t want,
+int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *request, uint64_t want,
                             uint64_t id, uint64_t t_sent, void *slot,
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field)
 {
@@ -198,11 +198,11 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
         return status;
 
     tfa_wire_request *line = slot;
-    const uint32_t present = blocks_of_request(shape, request);
+    const uint64_t present = blocks_of_request(shape, request);
     encode_line(shape, request, line);
     line->id = id;
     line->t_sent = t_sent;
-    line->present = (uint16_t)present;
+    line->present = present;
     line->want = want;
 
     unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
@@ -210,8 +210,8 @@ int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *requ
     if (frames)
         write_frames(at, request, &n);
     at += frames;
-    for (uint32_t bits = present; bits; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+    for (uint64_t bits = present; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctzll(bits);
         const size_t size = tfa_wire_request_width(block, &n);
         memcpy(at, array_of(request, block), size);
         at += tfa_wire_padded_size(size);
@@ -253,12 +253,12 @@ static void decode_line(const tfa_wire_request *line, tfa_request *r)
 }
 
 /* Points the arrays of a request at the blocks that stand at `at`. */
-static void point_into(const tfa_wire_shape *shape, uint32_t present, const tfa_extents *n,
+static void point_into(const tfa_wire_shape *shape, uint64_t present, const tfa_extents *n,
                        const unsigned char *at, tfa_request *r)
 {
-    const uint32_t none = present & COUNTED_BLOCKS ? blocks_without_count(shape, r) : 0;
-    for (uint32_t bits = present; bits; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+    const uint64_t none = present & COUNTED_BLOCKS ? blocks_without_count(shape, r) : 0;
+    for (uint64_t bits = present; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctzll(bits);
         const void *array = none >> block & 1 ? NULL : at;
         set_array(r, block, array);
         at += tfa_wire_padded_size(tfa_wire_request_width(block, n));

@@ -3,10 +3,10 @@
  *
  * The wire format: requests and replies as bytes in a slot of the ring.
  *
- * A slot is one line of 64 bytes and a payload. The payload holds the blocks whose bit is set in
- * the line, in the order of the lists below: 4 cache lines for a request of 7 joints (q, v, tau), 3
- * for its reply. Both sides compute every size from the shape that they agreed on at connection; no
- * offset and no size is read from a slot unchecked.
+ * A slot is a head of 88 bytes, called its line, and a payload. The payload holds the blocks whose
+ * bit is set in the line, in the order of interface/fields.h: 4 cache lines for a request of 7
+ * joints (q, v, tau), 3 for its reply. Both sides compute every size from the shape that they
+ * agreed on at connection; no offset and no size is read from a slot unchecked.
  */
 #ifndef TFA_IPC_WIRE_H
 #define TFA_IPC_WIRE_H
@@ -19,23 +19,24 @@
 
 #include "ipc/wire_blocks.h"
 
-#define TFA_WIRE_LINE 64
+#define TFA_CACHE_LINE 64
+/** Bytes of a line: it has room for more members, and seven joints fill their cache lines. */
+#define TFA_WIRE_LINE 88
 /** Line 0 of a request slot. After it: tips, wrench frames and payload frames (uint32_t, padded to
  *  8 bytes), then the blocks. */
 typedef struct tfa_wire_request {
-    _Atomic uint64_t seq; /**< index in the ring + 1; stored last (ring.h) */
-    uint64_t id;          /**< the client's; echoed */
-    uint64_t t_sent;      /**< CLOCK_MONOTONIC ns */
-    uint32_t count, dof;  /**< states; q_count + v_count + base freedoms, as a check */
+    _Atomic uint64_t seq;   /**< index in the ring + 1; stored last (ring.h) */
+    uint64_t id;            /**< the client's; echoed */
+    uint64_t t_sent;        /**< CLOCK_MONOTONIC ns */
+    uint64_t want, present; /**< blocks */
+    uint32_t count, dof;    /**< states; q_count + v_count + base freedoms, as a check */
     uint32_t refine, flags;
     uint32_t locked_count;
     uint32_t deadline_us;    /**< after t_sent; 0: none. A request that begins later is refused */
-    uint32_t want;           /**< blocks */
-    uint16_t present;        /**< blocks */
     uint8_t op, method;      /**< larger numbers become 255, which is invalid as well */
     uint8_t estimate, frame; /**< the same */
     uint8_t tip_count, wrench_count, payload_count, rows, rank_loss; /**< the same */
-    uint8_t reserved;                                                /**< 0 */
+    uint8_t reserved[15];                                            /**< 0 */
 } tfa_wire_request;
 
 /** Line 0 of a reply slot. */
@@ -44,15 +45,16 @@ typedef struct tfa_wire_reply {
     uint64_t id;
     uint64_t t_received, t_start, t_done; /**< CLOCK_MONOTONIC ns */
     uint64_t model; /**< tfa_model_tag of the model that answered; 0: none did */
+    uint64_t want;  /**< blocks that follow; 0 when nothing was computed */
     int16_t status;
     uint16_t field;
     uint32_t index, state;
-    uint32_t want; /**< blocks that follow; 0 when nothing was computed */
+    uint32_t reserved[5]; /**< 0 */
 } tfa_wire_reply;
 
-_Static_assert(sizeof(tfa_wire_request) == TFA_WIRE_LINE, "a request's line is one cache line");
-_Static_assert(sizeof(tfa_wire_reply) == TFA_WIRE_LINE, "a reply's line is one cache line");
-_Static_assert(TFA_WIRE_REQUEST_BLOCKS <= 16 && TFA_WIRE_REPLY_BLOCKS <= 32,
+_Static_assert(sizeof(tfa_wire_request) == TFA_WIRE_LINE, "a request's line");
+_Static_assert(sizeof(tfa_wire_reply) == TFA_WIRE_LINE, "a reply's line");
+_Static_assert(TFA_WIRE_REQUEST_BLOCKS < 64 && TFA_WIRE_REPLY_BLOCKS < 64,
                "blocks have a bit each");
 _Static_assert(ATOMIC_LLONG_LOCK_FREE == 2, "the ring needs lock-free 64-bit atomics");
 
@@ -70,7 +72,7 @@ static inline uint32_t tfa_wire_refused_index(const tfa_request *request, tfa_fi
 }
 
 /** Blocks that the op of a request answers; with a `reply`, only those whose buffer is not NULL. */
-uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply);
+uint64_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply);
 
 /**
  * Writes a request into a slot, all but seq; also one that tfa_request_check refuses: the daemon
@@ -80,7 +82,7 @@ uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply);
  *         TFA_WIRE_MASS_MATRIX_MAX freedoms). *invalid_field (may be NULL): TFA_FIELD_COUNT,
  *         TFA_FIELD_TIPS, TFA_FIELD_OP or TFA_FIELD_NONE.
  */
-int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *request, uint32_t want,
+int tfa_wire_encode_request(const tfa_wire_shape *shape, const tfa_request *request, uint64_t want,
                             uint64_t id, uint64_t t_sent, void *slot,
                             tfa_wire_reply_shape *reply_shape, tfa_field *invalid_field);
 
@@ -110,10 +112,10 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
 size_t tfa_wire_reply_bytes(const tfa_wire_shape *shape, const tfa_wire_reply_shape *reply_shape);
 
 /** Writes the line of a reply, all but seq and the times. */
-void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot);
+void tfa_wire_encode_reply(const tfa_reply *reply, uint64_t want, void *slot);
 
 /** Reads the line of a reply: status, field, index, state, model. @return blocks that follow */
-uint32_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply);
+uint64_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply);
 
 /** Writes the blocks of a reply that reply_shape wants into a slot, after its line: the opposite of
  *  tfa_wire_copy_answers. */

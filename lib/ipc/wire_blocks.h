@@ -30,7 +30,7 @@ typedef struct tfa_wire_shape {
 typedef struct tfa_wire_reply_shape {
     uint32_t count, tip_count;
     uint32_t rows; /**< of all tips together */
-    uint32_t want;
+    uint64_t want;
 } tfa_wire_reply_shape;
 
 /* Rows of M. */
@@ -83,7 +83,7 @@ static inline size_t tfa_wire_reply_width(const tfa_wire_shape *shape, uint32_t 
     }
 }
 
-#define TFA_WIRE_BIT(name) (1u << TFA_WIRE_##name)
+#define TFA_WIRE_BIT(name) (UINT64_C(1) << TFA_WIRE_##name)
 
 /* Blocks that a slot has room for whatever the number of states. The other ops have torques in
  * place of accelerations, which take as much. */
@@ -93,7 +93,7 @@ static inline size_t tfa_wire_reply_width(const tfa_wire_shape *shape, uint32_t 
      TFA_WIRE_BIT(POSES))
 
 /* Blocks that one of these ops answers or one of these flags asks for */
-static inline __attribute__((always_inline)) uint32_t tfa_wire_asked(uint32_t ops, uint32_t flags)
+static inline __attribute__((always_inline)) uint64_t tfa_wire_asked(uint32_t ops, uint32_t flags)
 {
 #define ASKED(name, member, rows, columns, of_ops, of_flags, needs)                                \
     | ((of_ops)&ops || (of_flags)&flags ? TFA_WIRE_BIT(name) : 0)
@@ -102,7 +102,7 @@ static inline __attribute__((always_inline)) uint32_t tfa_wire_asked(uint32_t op
 }
 
 /* Blocks with one of these needs */
-static inline __attribute__((always_inline)) uint32_t tfa_wire_needing(unsigned needs)
+static inline __attribute__((always_inline)) uint64_t tfa_wire_needing(unsigned needs)
 {
 #define NEEDING(name, member, rows, columns, ops, flags, need)                                     \
     | (NEEDS_##need & needs ? TFA_WIRE_BIT(name) : 0)
@@ -110,7 +110,7 @@ static inline __attribute__((always_inline)) uint32_t tfa_wire_needing(unsigned 
 #undef NEEDING
 }
 
-static inline uint32_t tfa_wire_asked_by_op(tfa_op op)
+static inline uint64_t tfa_wire_asked_by_op(tfa_op op)
 {
     switch (op) {
 #define ASKED(name)                                                                                \
@@ -124,9 +124,9 @@ static inline uint32_t tfa_wire_asked_by_op(tfa_op op)
 }
 
 /* Blocks of the answers to a request. Those of a floating base are among them for every robot. */
-static inline uint32_t tfa_wire_blocks_of(const tfa_request *r)
+static inline uint64_t tfa_wire_blocks_of(const tfa_request *r)
 {
-    uint32_t by_op = tfa_wire_asked_by_op(r->op), by_flag = 0;
+    uint64_t by_op = tfa_wire_asked_by_op(r->op), by_flag = 0;
     if (!r->tip_count) /* task torques have a rank nevertheless */
         by_op &= ~tfa_wire_needing(NEEDS_TIPS);
     if (r->flags && by_op) {
@@ -139,7 +139,7 @@ static inline uint32_t tfa_wire_blocks_of(const tfa_request *r)
 }
 
 /* Removes the blocks of a floating base for other robots. */
-static inline uint32_t tfa_wire_of_robot(const tfa_wire_shape *shape, uint32_t want)
+static inline uint64_t tfa_wire_of_robot(const tfa_wire_shape *shape, uint64_t want)
 {
 #define OF_BASE(name, member, rows, columns, ...)                                                  \
     | (EXTENT_##columns == EXTENT_BASE ? TFA_WIRE_BIT(name) : 0)

@@ -12,17 +12,17 @@
     | (EXTENT_##rows == EXTENT_FREEDOMS && EXTENT_##columns == EXTENT_FREEDOMS                     \
            ? TFA_WIRE_BIT(name)                                                                    \
            : 0)
-static const uint32_t dense_blocks = 0 TFA_OUTPUT_LIST(DENSE);
+static const uint64_t dense_blocks = 0 TFA_OUTPUT_LIST(DENSE);
 #undef DENSE
 
 /* Bytes of these blocks */
-static size_t blocks_width(const tfa_wire_shape *shape, uint32_t blocks,
+static size_t blocks_width(const tfa_wire_shape *shape, uint64_t blocks,
                            const tfa_wire_reply_shape *reply_shape)
 {
     size_t bytes = 0;
-    for (uint32_t bits = blocks; bits; bits &= bits - 1)
+    for (uint64_t bits = blocks; bits; bits &= bits - 1)
         bytes += tfa_wire_padded_size(
-            tfa_wire_reply_width(shape, (uint32_t)__builtin_ctz(bits), reply_shape));
+            tfa_wire_reply_width(shape, (uint32_t)__builtin_ctzll(bits), reply_shape));
     return bytes;
 }
 
@@ -35,7 +35,7 @@ static size_t shared_bytes_of_state(const tfa_wire_shape *shape)
         const tfa_request r = {
             .op = (tfa_op)op, .flags = TFA_WANT_ALL, .count = 1, .tip_count = shape->max_tips};
         const tfa_wire_reply_shape all = tfa_wire_reply_shape_of(shape, &r);
-        const uint32_t never = TFA_WIRE_EVERY_STATE | (too_large ? dense_blocks : 0);
+        const uint64_t never = TFA_WIRE_EVERY_STATE | (too_large ? dense_blocks : 0);
         const size_t bytes = blocks_width(shape, all.want & ~never, &all);
         most = bytes > most ? bytes : most;
     }
@@ -51,9 +51,9 @@ static size_t shared_capacity(const tfa_wire_shape *shape)
 
 size_t tfa_wire_reply_capacity(const tfa_wire_shape *shape)
 {
-    const uint32_t torques = TFA_WIRE_BIT(OUT_TAU) | TFA_WIRE_BIT(OUT_BASE_WRENCH);
+    const uint64_t torques = TFA_WIRE_BIT(OUT_TAU) | TFA_WIRE_BIT(OUT_BASE_WRENCH);
     const tfa_wire_reply_shape all = {.count = shape->max_batch, .tip_count = shape->max_tips};
-    const uint32_t want = tfa_wire_of_robot(shape, TFA_WIRE_EVERY_STATE & ~torques);
+    const uint64_t want = tfa_wire_of_robot(shape, TFA_WIRE_EVERY_STATE & ~torques);
     return TFA_WIRE_LINE + shared_capacity(shape) + blocks_width(shape, want, &all);
 }
 
@@ -73,7 +73,7 @@ int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply
     *invalid_field = TFA_FIELD_COUNT;
     if (reply_shape->count > shape->max_batch)
         return TFA_E_SIZE;
-    const uint32_t shared = reply_shape->want & ~TFA_WIRE_EVERY_STATE;
+    const uint64_t shared = reply_shape->want & ~TFA_WIRE_EVERY_STATE;
     if (!shared)
         return TFA_OK;
     *invalid_field = TFA_FIELD_OP;
@@ -84,21 +84,21 @@ int tfa_wire_check_reply_shape(const tfa_wire_shape *shape, const tfa_wire_reply
                                                                                      : TFA_E_SIZE;
 }
 
-uint32_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)
+uint64_t tfa_wire_want(const tfa_request *request, const tfa_reply *reply)
 {
-    uint32_t want = tfa_wire_blocks_of(request);
+    uint64_t want = tfa_wire_blocks_of(request);
     if (!reply)
         return want;
-    for (uint32_t bits = want; bits; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
-        want &= ~((uint32_t)(tfa_output_buffer(&tfa_outputs[block], reply) == NULL) << block);
+    for (uint64_t bits = want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctzll(bits);
+        want &= ~((uint64_t)(tfa_output_buffer(&tfa_outputs[block], reply) == NULL) << block);
     }
     if (!reply->lambda_inv) /* the spectrum is computed from this buffer */
         want &= ~TFA_WIRE_BIT(SPECTRUM);
     return want;
 }
 
-uint32_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request)
+uint64_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request)
 {
     return tfa_wire_of_robot(shape, tfa_wire_blocks_of(request));
 }
@@ -111,8 +111,8 @@ void tfa_wire_reply_buffers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
 #define CLEAR(block, member, ...) reply->member = NULL;
     TFA_OUTPUT_LIST(CLEAR)
 #undef CLEAR
-    for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+    for (uint64_t bits = reply_shape->want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctzll(bits);
         tfa_output_set_buffer(&tfa_outputs[block], reply, at);
         at += tfa_wire_padded_size(tfa_wire_reply_width(shape, block, reply_shape));
     }
@@ -123,7 +123,7 @@ size_t tfa_wire_reply_bytes(const tfa_wire_shape *shape, const tfa_wire_reply_sh
     return TFA_WIRE_LINE + blocks_width(shape, reply_shape->want, reply_shape);
 }
 
-void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot)
+void tfa_wire_encode_reply(const tfa_reply *reply, uint64_t want, void *slot)
 {
     tfa_wire_reply *line = slot;
     line->model = reply->model;
@@ -134,7 +134,7 @@ void tfa_wire_encode_reply(const tfa_reply *reply, uint32_t want, void *slot)
     line->want = tfa_wire_has_answers(reply->status) ? want : 0;
 }
 
-uint32_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply)
+uint64_t tfa_wire_decode_reply(const void *slot, tfa_reply *reply)
 {
     const tfa_wire_reply *line = slot;
     reply->model = line->model;
@@ -149,8 +149,8 @@ void tfa_wire_write_answers(const tfa_wire_shape *shape, const tfa_wire_reply_sh
                             const tfa_reply *reply, void *slot)
 {
     unsigned char *at = (unsigned char *)slot + TFA_WIRE_LINE;
-    for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+    for (uint64_t bits = reply_shape->want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctzll(bits);
         const size_t size = tfa_wire_reply_width(shape, block, reply_shape);
         memcpy(at, tfa_output_buffer(&tfa_outputs[block], reply), size);
         at += tfa_wire_padded_size(size);
@@ -161,8 +161,8 @@ void tfa_wire_copy_answers(const tfa_wire_shape *shape, const tfa_wire_reply_sha
                            const void *slot, tfa_reply *reply)
 {
     const unsigned char *at = (const unsigned char *)slot + TFA_WIRE_LINE;
-    for (uint32_t bits = reply_shape->want; bits; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+    for (uint64_t bits = reply_shape->want; bits; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctzll(bits);
         const size_t size = tfa_wire_reply_width(shape, block, reply_shape);
         void *const buffer = tfa_output_buffer(&tfa_outputs[block], reply);
         if (buffer)

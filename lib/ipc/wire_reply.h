@@ -20,7 +20,7 @@ static inline size_t tfa_wire_padded_size(size_t bytes)
 }
 
 /* Blocks of the answers to a request for this robot. */
-uint32_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request);
+uint64_t tfa_wire_possible(const tfa_wire_shape *shape, const tfa_request *request);
 
 /* Checks that a slot holds these answers. The invalid field is the count, the tips or the op.
  * @return TFA_OK, TFA_E_SIZE, TFA_E_UNSUPPORTED */

@@ -113,7 +113,7 @@ static int make_taps(const tfa_daemon *d, uint64_t ring_bytes, recording *r)
 {
     const uint32_t count = producers_of(d);
     const size_t size = tfa_tap_segment_size(count, ring_bytes);
-    r->taps = aligned_alloc(TFA_WIRE_LINE, count * sizeof *r->taps);
+    r->taps = aligned_alloc(TFA_CACHE_LINE, count * sizeof *r->taps);
     const int status = r->taps ? tfa_segment_create(CONFIG_BACKEND_MEMFD, TFA_SEGMENT_PEER_WRITES,
                                                     size, &r->segment)
                                : TFA_E_MEMORY;

@@ -88,7 +88,7 @@ int tfa_dds_ring_open(struct tfa_worker *worker, const dds_robot *robot, uint32_
         return TFA_E_MEMORY;
     r->ring.layout = layout;
     r->worker = worker;
-    r->memory = aligned_alloc(TFA_WIRE_LINE, layout.request_bytes + layout.reply_bytes);
+    r->memory = aligned_alloc(TFA_CACHE_LINE, layout.request_bytes + layout.reply_bytes);
     int status = r->memory != NULL ? make_slots(r, robot) : TFA_E_MEMORY;
     if (status == TFA_OK) {
         memset(r->memory, 0, layout.request_bytes + layout.reply_bytes);

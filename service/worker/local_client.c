@@ -65,7 +65,7 @@ int tfa_local_client_open(tfa_worker *w, uint32_t robot, uint32_t slots, uint32_
         local_client->shape.max_tips = TFA_DEFAULT_TIPS;
     const tfa_ring_layout layout = tfa_ring_layout_of(&local_client->shape, slots);
     const size_t size = layout.request_bytes + layout.reply_bytes;
-    local_client->memory = aligned_alloc(TFA_WIRE_LINE, size);
+    local_client->memory = aligned_alloc(TFA_CACHE_LINE, size);
     if (!local_client->memory)
         return TFA_E_MEMORY;
     memset(local_client->memory, 0, size);

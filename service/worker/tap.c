@@ -31,7 +31,7 @@ static bool write_request(const tfa_tap_entry *e, size_t bytes, void *slot)
             line->estimate = (uint8_t)e->request->estimate;
     } else {
         tfa_wire_reply_shape unused;
-        const uint32_t want = tfa_wire_want(e->request, e->reply);
+        const uint64_t want = tfa_wire_want(e->request, e->reply);
         if (tfa_wire_encode_request(e->shape, e->request, want, e->id, e->t_sent, slot, &unused,
                                     NULL) != TFA_OK)
             return false;

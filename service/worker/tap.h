@@ -15,7 +15,7 @@ typedef struct tfa_tap_entry {
     const void *reply_slot;      /**< the reply in it; its line is not read */
     const tfa_request *request;  /**< its estimate policy is settled, if it got so far */
     const tfa_reply *reply;
-    uint32_t want;         /**< of reply_slot: its blocks; in wire form only */
+    uint64_t want;         /**< of reply_slot: its blocks; in wire form only */
     tfa_estimate estimate; /**< as sent */
     uint64_t id, t_sent, t_received, t_start, t_done;
 } tfa_tap_entry;

@@ -228,7 +228,8 @@ static bool begin_request(tfa_worker *w, tfa_worker_client *client, uint64_t cyc
     if (sent > w->now) /* it came after the cycle began */
         w->now = tfa_worker_clock();
     at->active = true;
-    at->first = at->want = 0;
+    at->first = 0;
+    at->want = 0;
     at->spent_ns = 0;
     at->robot = &w->robots[client->robot];
     at->received = sent > cycle_start ? w->now : cycle_start;

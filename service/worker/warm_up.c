@@ -25,7 +25,7 @@ int tfa_worker_warm_up_init(worker_warm_up *warm_up, uint32_t period_ns)
     *warm_up = (worker_warm_up){.period_ns = period_ns};
     if (!period_ns)
         return TFA_OK;
-    warm_up->reply = aligned_alloc(TFA_WIRE_LINE, TFA_WARM_UP_REPLY_BYTES);
+    warm_up->reply = aligned_alloc(TFA_CACHE_LINE, TFA_WARM_UP_REPLY_BYTES);
     if (!warm_up->reply)
         return TFA_E_MEMORY;
     memset(warm_up->reply, 0, TFA_WARM_UP_REPLY_BYTES); /* no page fault later */

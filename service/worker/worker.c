@@ -55,7 +55,7 @@ static int make_statistics(tfa_worker *w)
 int tfa_worker_create(const tfa_worker_options *options, tfa_worker **worker)
 {
     *worker = NULL;
-    tfa_worker *w = aligned_alloc(TFA_WIRE_LINE, sizeof *w);
+    tfa_worker *w = aligned_alloc(TFA_CACHE_LINE, sizeof *w);
     if (!w)
         return TFA_E_MEMORY;
     memset(w, 0, sizeof *w);

@@ -41,7 +41,7 @@ static int init_client(const tfa_worker *w, const tfa_worker_client_options *o,
                                      .requests = o->requests,
                                      .replies = o->replies,
                                      .spin = o->wait == TFA_WAIT_SPIN};
-    client->scratch = aligned_alloc(TFA_WIRE_LINE, o->layout.request_stride);
+    client->scratch = aligned_alloc(TFA_CACHE_LINE, o->layout.request_stride);
     client->answers = malloc(o->max_batch * sizeof *client->answers);
     if (!client->scratch || !client->answers)
         return TFA_E_MEMORY;

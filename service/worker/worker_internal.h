@@ -28,7 +28,7 @@ enum worker_phase { WORKER_IDLE, WORKER_RUNNING, WORKER_ENDED };
 typedef struct worker_request {
     bool active;
     uint32_t first;                /* states answered so far */
-    uint32_t want;                 /* blocks of the reply */
+    uint64_t want;                 /* blocks of the reply */
     uint64_t received, start;      /* CLOCK_MONOTONIC ns */
     uint64_t spent_ns;             /* on its parts so far */
     const tfa_worker_robot *robot; /* its solver; in one of `solver_lists` */
@@ -53,7 +53,7 @@ typedef struct worker_warm_up {
  * members marked "worker" belong to the worker's thread then. */
 struct tfa_worker_client {
     _Alignas(
-        TFA_WIRE_LINE) _Atomic uint32_t state; /* enum worker_client_state: A6 to A8, R6 to R8 */
+        TFA_CACHE_LINE) _Atomic uint32_t state; /* enum worker_client_state: A6 to A8, R6 to R8 */
     uint32_t robot;
     uint64_t virtual_ns;  /* worker: time served, as fair queueing counts it */
     tfa_ring_server ring; /* worker */

@@ -24,7 +24,7 @@ static tfa_worker_client *const client = &worker.clients[0];
 static _Atomic(tfa_tap *) tap_of_robot;
 static tfa_tap tap;
 static tfa_workspace *workspace;
-static _Alignas(TFA_WIRE_LINE) unsigned char scratch[SLOT_BYTES], replies[2 * SLOT_BYTES];
+static _Alignas(TFA_CACHE_LINE) unsigned char scratch[SLOT_BYTES], replies[2 * SLOT_BYTES];
 
 /* ---- the recorder ---- */
 

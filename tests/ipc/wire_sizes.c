@@ -24,7 +24,7 @@ TEST(limits_are_kept)
     tfa_field field;
     tfa_request r = {.op = TFA_OP_MASS_MATRIX, .count = 1};
     tfa_wire_reply_shape reply_shape;
-    const uint32_t want = tfa_wire_want(&r, NULL);
+    const uint64_t want = tfa_wire_want(&r, NULL);
     assert_int_equal(tfa_wire_encode_request(&large, &r, want, 1, 1, slot, &reply_shape, NULL),
                      TFA_E_UNSUPPORTED);
     assert_int_equal(tfa_wire_encode_request(&middle, &r, want, 1, 1, slot, &reply_shape, NULL),
@@ -77,14 +77,14 @@ TEST(common_exchange_is_small)
     assert_int_equal(tfa_wire_encode_request(&wire_arm, &r, tfa_wire_want(&r, &reply), 1, 1, slot,
                                              &reply_shape, NULL),
                      TFA_OK);
-    assert_in_range(bytes_written(slot, request_size), 1, 4 * TFA_WIRE_LINE);
+    assert_in_range(bytes_written(slot, request_size), 1, 4 * TFA_CACHE_LINE);
     reply = (tfa_reply){.model = UINT64_MAX};
     tfa_wire_reply_buffers(&wire_arm, &reply_shape, answered, &reply);
     memcpy(reply.qdd, x, sizeof x);
     *reply.answers = (tfa_answer){0};
     assert_null(reply.poses);
     tfa_wire_encode_reply(&reply, reply_shape.want, answered);
-    assert_in_range(bytes_written(answered, reply_size), 1, 3 * TFA_WIRE_LINE);
+    assert_in_range(bytes_written(answered, reply_size), 1, 3 * TFA_CACHE_LINE);
     free(slot);
     free(answered);
 }

@@ -109,6 +109,21 @@ TEST(written_and_read)
     free(bytes);
 }
 
+TEST(another_version_is_named)
+{
+    recording r;
+    char text[200];
+    size_t size;
+    write_file(1);
+    unsigned char *bytes = read_file(&size);
+    bytes[offsetof(tfa_recording_head, version)] = 2;
+    assert_int_equal(recording_open(bytes, size, &r, text, sizeof text), -1);
+    assert_string_equal(text, "it is of version 2 of the format, not 3: use the totalforce that "
+                              "recorded it, or record again");
+    free(bytes);
+    unlink(path);
+}
+
 TEST(every_cut_is_tolerated)
 {
     size_t size;
@@ -255,11 +270,13 @@ TEST(every_word_counts)
     const tfa_wire_shape floating = {
         .base_freedoms = 6, .q_count = 2, .v_count = 2, .frames = 3, .max_batch = 2, .max_tips = 1};
     for (uint32_t block = 0; block < TFA_WIRE_REPLY_BLOCKS; block++) {
-        const uint32_t want = 1u << block | (block == TFA_WIRE_SPECTRUM) * TFA_WIRE_BIT(LAMBDA_INV);
+        const uint64_t want =
+            UINT64_C(1) << block | (block == TFA_WIRE_SPECTRUM) * TFA_WIRE_BIT(LAMBDA_INV);
         const tfa_wire_reply_shape wanted = {.count = 2, .want = want, .tip_count = 1, .rows = 6};
         const size_t bytes = tfa_wire_reply_width(&floating, block, &wanted);
-        const size_t before =
-            want == 1u << block ? 0 : tfa_wire_reply_width(&floating, TFA_WIRE_LAMBDA_INV, &wanted);
+        const size_t before = want == UINT64_C(1) << block
+                                  ? 0
+                                  : tfa_wire_reply_width(&floating, TFA_WIRE_LAMBDA_INV, &wanted);
         const size_t first = (TFA_WIRE_LINE + before) / 4;
         assert_true(bytes > 0 && first + bytes / 4 <= WORDS);
         for (size_t word = 0; word < bytes / 4; word++) {

@@ -340,7 +340,8 @@ TEST(none_for_direct_clients)
         .reply = {.qdd = qdd}};
     const tfa_wire_shape lines = {.max_batch = 1};
     const tfa_ring_layout layout = tfa_ring_layout_of(&lines, 2);
-    unsigned char *memory = aligned_alloc(TFA_WIRE_LINE, layout.request_bytes + layout.reply_bytes);
+    unsigned char *memory =
+        aligned_alloc(TFA_CACHE_LINE, layout.request_bytes + layout.reply_bytes);
     assert_non_null(memory);
     memset(memory, 0, layout.request_bytes + layout.reply_bytes);
     const tfa_worker_client_options options = {.max_batch = 1,

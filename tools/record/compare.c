@@ -149,10 +149,10 @@ static void compare_blocks(comparison *c, const tfa_wire_shape *shape,
     const tfa_answer *answers =
         reply_shape->want & TFA_WIRE_BIT(ANSWERS) ? (const void *)(a + TFA_WIRE_LINE) : NULL;
     /* a client that asks for a spectrum without the matrix has none */
-    const uint32_t none = reply_shape->want & TFA_WIRE_BIT(LAMBDA_INV) ? 0 : TFA_WIRE_BIT(SPECTRUM);
+    const uint64_t none = reply_shape->want & TFA_WIRE_BIT(LAMBDA_INV) ? 0 : TFA_WIRE_BIT(SPECTRUM);
     size_t at = TFA_WIRE_LINE;
-    for (uint32_t bits = reply_shape->want; bits && reply_shape->count; bits &= bits - 1) {
-        const uint32_t block = (uint32_t)__builtin_ctz(bits);
+    for (uint64_t bits = reply_shape->want; bits && reply_shape->count; bits &= bits - 1) {
+        const uint32_t block = (uint32_t)__builtin_ctzll(bits);
         const size_t width = tfa_wire_reply_width(shape, block, reply_shape);
         for (uint32_t k = 0; k < reply_shape->count && !(none >> block & 1); k++)
             if (block == TFA_WIRE_ANSWERS || has_numbers(line, answers, k))

@@ -18,15 +18,20 @@ int recording_is_record(const tfa_tap_record *head)
            head->bytes == sizeof *head + head->request_bytes + head->reply_bytes;
 }
 
-/* Why this head is none of ours; NULL: it is. */
-static const char *fault_of_head(const tfa_recording_head *head)
+/* Why this head is none of ours, in `text` if it needs words of its own; NULL: it is. */
+static const char *fault_of_head(const tfa_recording_head *head, char *text, size_t size)
 {
     if (memcmp(head->magic, TFA_RECORDING_MAGIC, sizeof head->magic) != 0)
         return "it is no recording of totalforce";
     if (head->order != TFA_RECORDING_ORDER)
         return "it was written by a machine of another byte order";
-    if (head->version != TFA_RECORDING_VERSION)
-        return "it is of another version of the format";
+    if (head->version != TFA_RECORDING_VERSION) {
+        snprintf(text, size,
+                 "it is of version %u of the format, not %u: use the totalforce that recorded it, "
+                 "or record again",
+                 (unsigned)head->version, TFA_RECORDING_VERSION);
+        return text;
+    }
     if (head->request_line != sizeof(tfa_wire_request) ||
         head->reply_line != sizeof(tfa_wire_reply) || head->record_head != sizeof(tfa_tap_record) ||
         head->request_blocks != TFA_WIRE_REQUEST_BLOCKS ||
@@ -51,7 +56,7 @@ int recording_open(const void *bytes, size_t size, recording *r, char *text, siz
         return -1;
     }
     memcpy(&head, bytes, sizeof head);
-    const char *fault = fault_of_head(&head);
+    const char *fault = fault_of_head(&head, text, text_size);
     const uint64_t rest = size - sizeof head;
     if (!fault && (head.settings_bytes > TFA_RECORDING_SETTINGS_MAX ||
                    head.urdf_bytes > TFA_RECORDING_URDF_MAX))
@@ -63,7 +68,8 @@ int recording_open(const void *bytes, size_t size, recording *r, char *text, siz
     if (!fault && checksum_of(&head, r->bytes + sizeof head, (size_t)texts) != head.checksum)
         fault = "the checksum of head, settings and URDF is wrong: they are damaged";
     if (fault) {
-        snprintf(text, text_size, "%s", fault);
+        if (fault != text)
+            snprintf(text, text_size, "%s", fault);
         return -1;
     }
     r->settings = (const char *)r->bytes + sizeof head;

@@ -44,7 +44,7 @@ typedef struct request_call {
     double rank_threshold, characteristic_length;
     int is_batch;   /**< an input has an axis of states */
     int rows_given; /**< the request has `rows` */
-    uint32_t only;  /**< bits of outputs to compute; 0: all */
+    uint64_t only;  /**< bits of outputs to compute; 0: all */
     PyObject *outputs[OUTPUT_COUNT];
     PyObject *answers; /**< structured array, of a batch */
     PyObject *reused;  /**< reply given as `out`; NULL: none */

@@ -89,7 +89,7 @@ static inline int output_has_numbers(int k)
 }
 
 /** Bits of the outputs that an op with these flags may answer: output_is_answered decides. */
-uint32_t output_candidates(tfa_op op, uint32_t flags);
+uint64_t output_candidates(tfa_op op, uint32_t flags);
 /** 1: this request has that answer */
 int output_is_answered(int k, const struct robot_names *robot, const tfa_request *request);
 /** Row of a name, or -1 */

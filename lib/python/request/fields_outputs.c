@@ -58,24 +58,24 @@ void want_words(uint32_t flags, char *text, size_t size)
 
 enum { FLAG_COUNT = 12 };
 _Static_assert(TFA_WANT_ALL == (1u << FLAG_COUNT) - 1, "FLAG_COUNT is wrong");
-_Static_assert(OUTPUT_COUNT <= 32, "outputs are bits of a word");
+_Static_assert(OUTPUT_COUNT < 64, "outputs are bits of a word");
 
-static uint32_t of_op[OP_COUNT + 1], of_flag[FLAG_COUNT];
+static uint64_t of_op[OP_COUNT + 1], of_flag[FLAG_COUNT];
 
 void outputs_init(void)
 {
     for (int k = 0; k < OUTPUT_COUNT; k++) {
         const tfa_output *output = &tfa_outputs[outputs[k].block];
         for (int op = 1; op <= OP_COUNT; op++)
-            of_op[op] |= output->ops & TFA_OP_BIT(op) ? 1u << k : 0;
+            of_op[op] |= output->ops & TFA_OP_BIT(op) ? UINT64_C(1) << k : 0;
         for (int flag = 0; flag < FLAG_COUNT; flag++)
-            of_flag[flag] |= output->flags >> flag & 1 ? 1u << k : 0;
+            of_flag[flag] |= output->flags >> flag & 1 ? UINT64_C(1) << k : 0;
     }
 }
 
-uint32_t output_candidates(tfa_op op, uint32_t flags)
+uint64_t output_candidates(tfa_op op, uint32_t flags)
 {
-    uint32_t bits = of_op[op];
+    uint64_t bits = of_op[op];
     for (uint32_t left = flags; left; left &= left - 1)
         bits |= of_flag[__builtin_ctz(left)];
     return bits;

@@ -90,9 +90,9 @@ static int take_array(request_call *call, int k, PyObject *value)
 static int take_reply(request_call *call, PyObject *value)
 {
     call->reused = Py_NewRef(value);
-    uint32_t left = output_candidates(call->request.op, call->request.flags);
+    uint64_t left = output_candidates(call->request.op, call->request.flags);
     for (; left; left &= left - 1) {
-        const int k = __builtin_ctz(left);
+        const int k = __builtin_ctzll(left);
         PyObject *array = reply_output(value, k);
         if (array && output_has_numbers(k) && output_is_answered(k, call->robot, &call->request) &&
             take_array(call, k, array))
@@ -146,12 +146,12 @@ static PyObject *new_array(const request_call *call, int k)
 
 int call_allocate(request_call *call)
 {
-    uint32_t left = output_candidates(call->request.op, call->request.flags);
+    uint64_t left = output_candidates(call->request.op, call->request.flags);
     for (; left; left &= left - 1) {
-        const int k = __builtin_ctz(left);
+        const int k = __builtin_ctzll(left);
         if (!output_is_answered(k, call->robot, &call->request))
             continue;
-        if (!call->outputs[k] && call->only && !(call->only & 1u << k))
+        if (!call->outputs[k] && call->only && !(call->only >> k & 1))
             continue;
         if (!call->outputs[k] && !(call->outputs[k] = new_array(call, k)))
             return -1;

@@ -229,7 +229,7 @@ static int add_name(request_call *call, const char *field, PyObject *value, Py_s
         list[i] = outputs[i].name;
     if (choose(field, value, list, OUTPUT_COUNT, &choice))
         return -1;
-    call->only |= 1u << choice;
+    call->only |= UINT64_C(1) << choice;
     return 0;
 }
 

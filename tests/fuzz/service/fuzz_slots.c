@@ -42,7 +42,7 @@ static void check_reply(const tfa_local_client *client, uint64_t id)
     const tfa_wire_reply *line = tfa_ring_oldest_reply(&client->ring);
     tfa_reply reply = {0};
     require(line->id == id && is_known_status(line->status));
-    const uint32_t want = tfa_wire_decode_reply(line, &reply);
+    const uint64_t want = tfa_wire_decode_reply(line, &reply);
     require(want == 0 || tfa_wire_has_answers(line->status));
     require(line->t_received <= line->t_start && line->t_start <= line->t_done);
 }

@@ -10,12 +10,12 @@
 #include "explorer.h"
 #include "ipc/ring.h"
 
-#define SEGMENT_BYTES (2 * TFA_WIRE_LINE + RING_SLOTS_MAX * 3 * TFA_WIRE_LINE)
+#define SEGMENT_BYTES (2 * TFA_CACHE_LINE + RING_SLOTS_MAX * 3 * TFA_CACHE_LINE)
 
 ring_case ring_under_test;
 ring_error ring_error_made;
 
-static _Alignas(TFA_WIRE_LINE) unsigned char requests[SEGMENT_BYTES], replies[SEGMENT_BYTES];
+static _Alignas(TFA_CACHE_LINE) unsigned char requests[SEGMENT_BYTES], replies[SEGMENT_BYTES];
 static tfa_ring_client client;
 static tfa_ring_server server;
 

@@ -4,8 +4,8 @@
  * Requests and replies survive the way through a DDS writer and reader bit by bit, and samples of
  * the wrong size are refused with their field.
  */
-#include "dds_gateway/dds_convert.h"
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 #include "dds_test.h"
 #include "same_request.h"
 
@@ -220,8 +220,7 @@ TEST(structures_survive)
                     spectrum_out[i].eig_max == 1e300);
         assert_true(rank_out[i].rank == rank[i].rank && rank_out[i].lost == 2 &&
                     rank_out[i].threshold == 1e-9 && rank_out[i].length == 0.3 &&
-                    rank_out[i].error_estimate == 1e-14 &&
-                    isinf(rank_out[i].condition));
+                    rank_out[i].error_estimate == 1e-14 && isinf(rank_out[i].condition));
     }
     totalforce_dds_Reply_free(out, DDS_FREE_ALL);
     assert_int_equal(dds_delete(p.participant), DDS_RETCODE_OK);

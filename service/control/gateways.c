@@ -9,9 +9,9 @@
 #include <stdlib.h>
 
 #include "control/daemon.h"
-#include "dds_gateway/dds.h"
+#include "dds/ros2/ros2.h"
+#include "dds/topics/dds.h"
 #include "platform/log.h"
-#include "ros2/ros2.h"
 
 static const struct gateway *const kinds[TFA_GATEWAY_SOURCES] = {
     [TFA_SOURCE_DDS] = &tfa_gateway_dds,

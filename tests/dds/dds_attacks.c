@@ -6,8 +6,8 @@
  */
 #include "dds_attacks.h"
 
-#include "dds_gateway/dds_convert.h"
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 #include "test.h"
 
 #include <signal.h>

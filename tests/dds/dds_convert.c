@@ -4,8 +4,8 @@
  * Requests and replies survive the way through a DDS writer and reader bit by bit, and samples of
  * the wrong size are refused with their field.
  */
-#include "dds_gateway/dds_convert.h"
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 #include "dds_test.h"
 #include "same_request.h"
 

@@ -11,9 +11,9 @@
  * Runs in a network namespace that has the loopback interface alone: a spoilt packet may tell the
  * daemon to answer anywhere. Exits with 77 where that is not permitted.
  */
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 #include "dds_client/dds_client.h"
-#include "dds_gateway/dds_convert.h"
-#include "dds_gateway/dds_topics.h"
 #include "dds_test.h"
 #include "fuzz/random.h"
 #include "harness.h"

@@ -4,7 +4,7 @@
  * The DDS gateway under clients that are wrong, hasty or dead: each request gets a reply that names
  * its fault, and nobody else notices.
  */
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_topics.h"
 #include "dds_test.h"
 #include "gateway_process.h"
 #include "raw_dds.h"

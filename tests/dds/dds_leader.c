@@ -3,7 +3,7 @@
  *
  * The leader of a robot over DDS: what it says of the robot, when it resigns, how it is found.
  */
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_topics.h"
 #include "dds_test.h"
 #include "gateway_process.h"
 #include "herald.h"

@@ -3,7 +3,7 @@
  *
  * Requests over DDS that take long, come in bursts or come too late.
  */
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_topics.h"
 #include "dds_test.h"
 #include "gateway_process.h"
 #include "raw_dds.h"

@@ -8,7 +8,7 @@
 #ifndef TFA_TESTS_ELECTION_SIMULATION_H
 #define TFA_TESTS_ELECTION_SIMULATION_H
 
-#include "dds_gateway/election.h"
+#include "dds/standby/election.h"
 
 #define SIM_LEASE 5 /* ticks */
 #define SIM_NODES 3

@@ -6,8 +6,8 @@
  */
 #include "gateway_process.h"
 
-#include "dds_gateway/dds.h"
-#include "dds_gateway/dds_domain.h"
+#include "dds/common/dds_domain.h"
+#include "dds/topics/dds.h"
 #include "dds_test.h"
 #include "herald.h"
 #include "robots.h"

@@ -5,8 +5,8 @@
  */
 #include "herald.h"
 
-#include "dds_gateway/dds_convert.h"
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 #include "support/wait.h"
 #include "test.h"
 
@@ -47,8 +47,7 @@ void dds_herald(uint32_t domain, const char *robot)
      * but no flood for one that gets little of a processor. */
     assert_true(WAIT_FOR((assert_int_equal(dds_write(writer, &said), DDS_RETCODE_OK), sleep_ms(20),
                           has_role(reader, &said, totalforce_dds_LEADER_STANDBY))));
-    assert_true(
-        WAIT_FOR((assert_int_equal(dds_dispose(writer, &said), DDS_RETCODE_OK), sleep_ms(20),
-                  has_role(reader, &said, totalforce_dds_LEADER_LEADING))));
+    assert_true(WAIT_FOR((assert_int_equal(dds_dispose(writer, &said), DDS_RETCODE_OK),
+                          sleep_ms(20), has_role(reader, &said, totalforce_dds_LEADER_LEADING))));
     assert_int_equal(dds_delete(p), DDS_RETCODE_OK);
 }

@@ -5,7 +5,7 @@
  */
 #include "raw_dds.h"
 
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_topics.h"
 #include "robots.h"
 #include "support/wait.h"
 #include "test.h"

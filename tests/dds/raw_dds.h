@@ -8,8 +8,8 @@
 
 #include <dds/dds.h>
 
+#include "dds/topics/dds_convert.h"
 #include "dds_client/dds_client.h"
-#include "dds_gateway/dds_convert.h"
 
 #define RAW_DDS_JOINTS 7     /* of robot "arm" */
 #define RAW_DDS_IN_VAIN 1000 /* id of requests that nobody may answer */

@@ -5,8 +5,8 @@
  */
 #include "wire_observer.h"
 
-#include "dds_gateway/dds_convert.h"
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 #include "test.h"
 
 #include <pthread.h>

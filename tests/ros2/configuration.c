@@ -4,8 +4,8 @@
  * Names of ROS 2, its environment as settings of Cyclone, and errors of the configuration where
  * they stand in the file.
  */
-#include "dds_gateway/ros_domain.h"
-#include "ros2/names.h"
+#include "dds/common/ros_domain.h"
+#include "dds/ros2/names.h"
 
 #include "dds/dds_test.h"
 #include "harness.h"

@@ -8,10 +8,10 @@
 #include "ros2_peer.h"
 
 #include "dds/dds_test.h"
+#include "dds/ros2/type_hash.h"
 #include "fastcdr_wire.h"
 #include "fuzz/random.h"
 #include "messages.h"
-#include "ros2/type_hash.h"
 
 #include <idl/ros2.h>
 #include <idl/unitree.h>

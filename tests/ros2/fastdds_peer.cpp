@@ -8,7 +8,7 @@
 #include "fastdds_peer.h"
 
 extern "C" {
-#include "ros2/type_hash.h"
+#include "dds/ros2/type_hash.h"
 }
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>

@@ -3,7 +3,7 @@
  *
  * Joint values merged from messages of several publishers; every refusal by the joint's name.
  */
-#include "ros2/joint_inputs.h"
+#include "dds/ros2/joint_inputs.h"
 
 #include "test.h"
 

@@ -5,7 +5,7 @@
  */
 #include "ros2_peer.h"
 
-#include "ros2/type_hash.h"
+#include "dds/ros2/type_hash.h"
 #include "support/wait.h"
 #include "test.h"
 

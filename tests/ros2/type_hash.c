@@ -3,7 +3,7 @@
  *
  * Descriptions of the messages agree with our IDL and with the hashes that ROS 2 publishes.
  */
-#include "ros2/type_hash.h"
+#include "dds/ros2/type_hash.h"
 
 #include "messages.h"
 #include "test.h"

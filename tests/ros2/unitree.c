@@ -6,9 +6,9 @@
  */
 #include "dds/dds_test.h"
 
+#include "dds/ros2/unitree_crc.h"
 #include "harness.h"
 #include "models.h"
-#include "ros2/unitree_crc.h"
 #include "ros2_arm.h"
 
 #include <idl/ros2_service.h>

@@ -3,7 +3,7 @@
  *
  * Unitree's CRC against long division and against values of others; padding does not count.
  */
-#include "ros2/unitree_crc.h"
+#include "dds/ros2/unitree_crc.h"
 
 #include "fuzz/random.h"
 #include "messages.h"

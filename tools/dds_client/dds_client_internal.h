@@ -8,8 +8,8 @@
 
 #include "dds_client.h"
 
-#include "dds_gateway/dds_convert.h"
-#include "dds_gateway/dds_topics.h"
+#include "dds/topics/dds_convert.h"
+#include "dds/topics/dds_topics.h"
 
 #include <semaphore.h>
 #include <stdatomic.h>

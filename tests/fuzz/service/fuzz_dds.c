@@ -6,7 +6,7 @@
  */
 #include <string.h>
 
-#include "dds_gateway/dds_convert.h"
+#include "dds/topics/dds_convert.h"
 #include "fuzz_service.h"
 
 #define BATCH 3

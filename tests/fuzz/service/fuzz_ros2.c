@@ -8,8 +8,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "dds/ros2/ros2_internal.h"
 #include "fuzz_service.h"
-#include "ros2/ros2_internal.h"
 
 #define JOINTS 7
 #define NAMES 9 /* of a message at most */

@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Conditions between a robot's ROS 2 configuration and its model. Needs no DDS.
+ */
+#include "dds/ros2/ros2.h"
+
+#include "dds/ros2/names.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <totalforce/text.h>
+
+enum { GO_MOTORS = 20, HG_MOTORS = 35 };
+
+typedef struct checker {
+    const config_robot_ros2 *config;
+    const tfa_model *model;
+    gateway_error *error;
+} checker;
+
+/* @return `status`, for the caller to return */
+__attribute__((format(printf, 4, 5))) static int fail(const checker *c, int status,
+                                                      const char *path, const char *format, ...)
+{
+    va_list arguments;
+    snprintf(c->error->path, sizeof c->error->path, "%s", path);
+    va_start(arguments, format);
+    vsnprintf(c->error->text, sizeof c->error->text, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+/* ---- names of ROS ---- */
+
+static const char *name_space(const config_robot_ros2 *c)
+{
+    return c->namespace ? c->namespace : TFA_ROS2_DEFAULT_NAMESPACE;
+}
+
+static const char *node(const config_robot_ros2 *c)
+{
+    return c->node ? c->node : TFA_ROS2_DEFAULT_NODE;
+}
+
+static int check_topic(const checker *c, const char *key, const char *topic)
+{
+    char full[TFA_ROS2_NAME_MAX + 1];
+    if (!topic || tfa_ros2_full_name(name_space(c->config), node(c->config), topic, full))
+        return TFA_OK;
+    return fail(c, TFA_E_ARGUMENT, key,
+                "'%.80s' is no topic of ROS: letters, digits and '_' between single '/', not "
+                "beginning with a digit",
+                topic);
+}
+
+bool tfa_ros2_same_node(const config_robot_ros2 *a, const config_robot_ros2 *b)
+{
+    return strcmp(name_space(a), name_space(b)) == 0 && strcmp(node(a), node(b)) == 0;
+}
+
+/* Names of answers and of the service are below the node. */
+static int check_node(const checker *c)
+{
+    const config_robot_ros2 *r = c->config;
+    char full[TFA_ROS2_NAME_MAX + 1];
+    if (!tfa_ros2_is_namespace(name_space(r)))
+        return fail(c, TFA_E_ARGUMENT, "namespace",
+                    "'%.80s' is no namespace of ROS; write it like /arm", r->namespace);
+    if (!tfa_ros2_is_node_name(node(r)))
+        return fail(c, TFA_E_ARGUMENT, "node",
+                    "'%.80s' is no name of a node: letters, digits and '_', not beginning with a "
+                    "digit",
+                    r->node);
+    if (!tfa_ros2_full_name(name_space(r), node(r), "~/" TFA_ROS2_LONGEST_NAME, full))
+        return fail(c, TFA_E_ARGUMENT, r->node ? "node" : "namespace",
+                    "too long: NAMESPACE/NODE/" TFA_ROS2_LONGEST_NAME " has more than %d bytes",
+                    TFA_ROS2_NAME_MAX);
+    return TFA_OK;
+}
+
+static int check_topics(const checker *c)
+{
+    const config_robot_ros2 *r = c->config;
+    const struct {
+        const char *key, *topic;
+    } topics[] = {
+        {"joint_states", r->joint_states},       {"odometry", r->odometry},
+        {"effort_commands", r->effort_commands}, {"joint_efforts", r->joint_efforts},
+        {"trajectory", r->trajectory},           {"robot_description", r->robot_description},
+        {"unitree.topic", r->unitree.topic},
+    };
+    char key[40];
+    int status = check_node(c);
+    for (size_t k = 0; k < sizeof topics / sizeof *topics && status == TFA_OK; k++)
+        status = check_topic(c, topics[k].key, topics[k].topic);
+    for (size_t k = 0; k < r->wrenches_count && status == TFA_OK; k++) {
+        snprintf(key, sizeof key, "wrenches[%zu].topic", k);
+        status = check_topic(c, key, r->wrenches[k].topic);
+    }
+    return status;
+}
+
+/* ---- names of the robot ---- */
+
+static const char *name_of_frame(const void *model, size_t index)
+{
+    return tfa_model_frame(model, (uint32_t)index).name;
+}
+
+static const char *name_of_joint(const void *model, size_t index)
+{
+    return tfa_model_joint(model, (uint32_t)index).name;
+}
+
+static int check_link(const checker *c, const char *key, size_t index, const char *more,
+                      const char *link)
+{
+    char path[48], nearest[160];
+    if (!link || tfa_model_find_frame(c->model, link) >= 0)
+        return TFA_OK;
+    tfa_suggest(link, c->model, tfa_model_frame_count(c->model), name_of_frame, nearest,
+                sizeof nearest);
+    snprintf(path, sizeof path, "%s[%zu]%s", key, index, more);
+    return fail(c, TFA_E_LINK, path, "the robot has no link '%.60s'; nearest: %s", link, nearest);
+}
+
+static int check_joint(const checker *c, const char *key, size_t index, const char *joint)
+{
+    char path[48], nearest[160];
+    if (!joint || tfa_model_find_joint(c->model, joint) >= 0)
+        return TFA_OK;
+    tfa_suggest(joint, c->model, tfa_model_joint_count(c->model), name_of_joint, nearest,
+                sizeof nearest);
+    snprintf(path, sizeof path, "%s[%zu]", key, index);
+    return fail(c, TFA_E_JOINT, path, "the robot has no joint '%.60s'; nearest: %s", joint,
+                nearest);
+}
+
+static int check_links_and_joints(const checker *c)
+{
+    const config_robot_ros2 *r = c->config;
+    int status = TFA_OK;
+    for (size_t k = 0; k < r->tips_count && status == TFA_OK; k++)
+        status = check_link(c, "tips", k, "", r->tips[k]);
+    for (size_t k = 0; k < r->wrenches_count && status == TFA_OK; k++)
+        status = check_link(c, "wrenches", k, ".link", r->wrenches[k].link);
+    for (size_t k = 0; k < r->joints_count && status == TFA_OK; k++)
+        status = check_joint(c, "joints", k, r->joints[k]);
+    for (size_t k = 0; k < r->unitree.motors_count && status == TFA_OK; k++)
+        if (r->unitree.motors[k] && strcmp(r->unitree.motors[k], "-") != 0)
+            status = check_joint(c, "unitree.motors", k, r->unitree.motors[k]);
+    return status;
+}
+
+/* No joint may be named twice: the second number would overwrite the first. */
+static int check_distinct(const checker *c, const char *key, const char **names, size_t count)
+{
+    char path[48];
+    for (size_t k = 0; k < count; k++)
+        for (size_t i = 0; i < k; i++)
+            if (names[k] && names[i] && strcmp(names[k], "-") != 0 &&
+                strcmp(names[k], names[i]) == 0) {
+                snprintf(path, sizeof path, "%s[%zu]", key, k);
+                return fail(c, TFA_E_ARGUMENT, path, "'%.60s' is there twice, first as number %zu",
+                            names[k], i);
+            }
+    return TFA_OK;
+}
+
+/* ---- kinds of robots ---- */
+
+static int check_motors(const checker *c)
+{
+    const config_unitree *u = &c->config->unitree;
+    const size_t most = u->type == CONFIG_UNITREE_GO ? GO_MOTORS : HG_MOTORS;
+    if (u->type == CONFIG_UNITREE_NONE)
+        return TFA_OK;
+    if (u->motors_count == 0)
+        return fail(c, TFA_E_ARGUMENT, "unitree.motors", "the joint of each motor is needed");
+    if (u->motors_count > most)
+        return fail(c, TFA_E_ARGUMENT, "unitree.motors",
+                    "%zu motors; a LowState of this type has %zu", u->motors_count, most);
+    if (c->config->joint_states)
+        return fail(c, TFA_E_ARGUMENT, "joint_states",
+                    "the state comes from unitree.topic; leave out one of them");
+    if (c->config->odometry)
+        return fail(c, TFA_E_ARGUMENT, "odometry",
+                    "the base's orientation comes from unitree.topic; leave out one of them");
+    return TFA_OK;
+}
+
+/* A joint without a motor would never have a position, and nothing would be answered. */
+static int check_motors_of_joints(const checker *c)
+{
+    const config_unitree *u = &c->config->unitree;
+    if (u->type == CONFIG_UNITREE_NONE)
+        return TFA_OK;
+    for (uint32_t j = 0; j < tfa_model_joint_count(c->model); j++) {
+        const char *joint = tfa_model_joint(c->model, j).name;
+        size_t k = 0;
+        while (k < u->motors_count && (!u->motors[k] || strcmp(u->motors[k], joint) != 0))
+            k++;
+        if (k == u->motors_count)
+            return fail(c, TFA_E_JOINT, "unitree.motors",
+                        "joint '%.60s' has no motor: its position would be unknown; name it or "
+                        "lock it",
+                        joint);
+    }
+    return TFA_OK;
+}
+
+static int check_base(const checker *c)
+{
+    if (tfa_model_base_freedoms(c->model) == 0 || c->config->odometry ||
+        c->config->unitree.type != CONFIG_UNITREE_NONE)
+        return TFA_OK;
+    return fail(c, TFA_E_ARGUMENT, "odometry",
+                "a robot with a floating base needs its pose and twist from a topic");
+}
+
+static int check_coordinates(const checker *c)
+{
+    for (uint32_t j = 0; j < tfa_model_joint_count(c->model); j++) {
+        const tfa_joint_info joint = tfa_model_joint(c->model, j);
+        if (joint.q_count != 1)
+            return fail(c, TFA_E_UNSUPPORTED, "enabled",
+                        "joint '%.60s' has %u coordinates, a JointState has one for each joint; "
+                        "lock it in a robot of its own or use the totalforce topics",
+                        joint.name, joint.q_count);
+    }
+    return TFA_OK;
+}
+
+int tfa_ros2_check_robot(const config *all, const config_robot *robot, const tfa_model *model,
+                         gateway_error *error)
+{
+    const config_robot_ros2 *settings = &robot->ros2;
+    const checker c = {settings, model, error};
+    if (!all->ros2.enabled || !settings->enabled)
+        return TFA_OK;
+    int status = check_topics(&c);
+    if (status == TFA_OK)
+        status = check_coordinates(&c);
+    if (status == TFA_OK)
+        status = check_base(&c);
+    if (status == TFA_OK)
+        status = check_motors(&c);
+    if (status == TFA_OK)
+        status = check_links_and_joints(&c);
+    if (status == TFA_OK)
+        status = check_distinct(&c, "joints", settings->joints, settings->joints_count);
+    if (status == TFA_OK)
+        status = check_distinct(&c, "unitree.motors", settings->unitree.motors,
+                                settings->unitree.motors_count);
+    if (status == TFA_OK)
+        status = check_motors_of_joints(&c);
+    return status;
+}

@@ -1,0 +1,298 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * Leader election among the daemons that serve one robot.
+ */
+#include "dds/standby/election.h"
+
+#include <string.h>
+
+#define LEASE_MAX INT64_C(3600000000000) /* 1 h: a longer one is a mistake or a lie */
+
+/* ---- order ---- */
+
+static bool is_better_candidate(const tfa_advertisement *a, const tfa_advertisement *b)
+{
+    if (a->priority != b->priority)
+        return a->priority > b->priority;
+    return memcmp(a->daemon, b->daemon, sizeof a->daemon) < 0;
+}
+
+static bool is_better_leader(const tfa_advertisement *a, const tfa_advertisement *b)
+{
+    return a->epoch != b->epoch ? a->epoch > b->epoch : is_better_candidate(a, b);
+}
+
+static bool is_same_daemon(const uint8_t a[16], const uint8_t b[16])
+{
+    return memcmp(a, b, 16) == 0;
+}
+
+/* ---- peers ---- */
+
+static void remove_peer(tfa_election *e, uint32_t i)
+{
+    e->peers[i] = e->peers[--e->peer_count];
+}
+
+static int64_t end_of(const tfa_election_peer *peer)
+{
+    return peer->heard + peer->said.lease;
+}
+
+static int64_t beat_of(const tfa_election *e)
+{
+    return e->self.lease / TFA_ELECTION_BEATS;
+}
+
+/* After a time in which this daemon did not run, advertisements may still wait to be read: those
+ * that were heard before it get two beats more. */
+static void excuse_peers(tfa_election *e, int64_t now)
+{
+    const int64_t grace = 2 * beat_of(e);
+
+    if (now - e->ran <= grace)
+        return;
+    for (uint32_t i = 0; i < e->peer_count; i++)
+        if (end_of(&e->peers[i]) >= e->ran && end_of(&e->peers[i]) < now + grace)
+            e->peers[i].heard = now + grace - e->peers[i].said.lease;
+}
+
+/* The first step of each call: peers are alive afterwards. */
+static void advance(tfa_election *e, int64_t now)
+{
+    excuse_peers(e, now);
+    e->ran = now;
+    for (uint32_t i = e->peer_count; i-- > 0;)
+        if (end_of(&e->peers[i]) < now)
+            remove_peer(e, i);
+}
+
+static tfa_election_peer *find_peer(tfa_election *e, const uint8_t daemon[16])
+{
+    for (uint32_t i = 0; i < e->peer_count; i++)
+        if (is_same_daemon(e->peers[i].said.daemon, daemon))
+            return &e->peers[i];
+    return NULL;
+}
+
+const tfa_election_peer *tfa_election_leader(const tfa_election *e)
+{
+    const tfa_election_peer *best = NULL;
+
+    for (uint32_t i = 0; i < e->peer_count; i++)
+        if (e->peers[i].said.role == TFA_ROLE_LEADING &&
+            (best == NULL || is_better_leader(&e->peers[i].said, &best->said)))
+            best = &e->peers[i];
+    return best;
+}
+
+/* ---- roles ---- */
+
+static void listen(tfa_election *e, int64_t now)
+{
+    e->self.role = TFA_ROLE_LISTENING;
+    e->listening_since = now;
+}
+
+static void lead(tfa_election *e)
+{
+    e->self.role = TFA_ROLE_LEADING;
+    e->self.epoch++;
+    if (e->self.epoch < e->first_epoch)
+        e->self.epoch = e->first_epoch;
+    e->model_known = false; /* its own is the leader's now */
+}
+
+static void follow(tfa_election *e)
+{
+    const bool same = !e->model_known || memcmp(e->model, e->self.model, sizeof e->self.model) == 0;
+
+    e->self.role = same ? TFA_ROLE_STANDBY : TFA_ROLE_UNLIKE;
+}
+
+/* A live daemon will lead before this one does: standbys before daemons that start, then the better
+ * one. */
+static bool waits_for(const tfa_election *e, const tfa_advertisement *peer)
+{
+    if (peer->role == TFA_ROLE_STANDBY)
+        return e->self.role == TFA_ROLE_LISTENING || is_better_candidate(peer, &e->self);
+    return peer->role == TFA_ROLE_LISTENING && e->self.role == TFA_ROLE_LISTENING &&
+           is_better_candidate(peer, &e->self);
+}
+
+static bool waits_for_another(const tfa_election *e)
+{
+    for (uint32_t i = 0; i < e->peer_count; i++)
+        if (waits_for(e, &e->peers[i].said))
+            return true;
+    return false;
+}
+
+/* Nobody leads: whether this daemon shall */
+static bool may_take_over(const tfa_election *e, int64_t now)
+{
+    if (e->self.role == TFA_ROLE_LISTENING && now - e->listening_since < e->self.lease)
+        return false;
+    return e->self.role != TFA_ROLE_UNLIKE && !waits_for_another(e);
+}
+
+/* The decision. @return the role or the epoch changed */
+static bool decide(tfa_election *e, int64_t now)
+{
+    const tfa_election_peer *leader = tfa_election_leader(e);
+    const tfa_role role = e->self.role;
+    const uint64_t epoch = e->self.epoch;
+
+    if (leader != NULL) {
+        if (role == TFA_ROLE_LEADING && is_better_leader(&e->self, &leader->said)) {
+            e->self.epoch += leader->said.epoch == epoch; /* replies of both are told apart */
+            return e->self.epoch != epoch;
+        }
+        e->model_known = true;
+        memcpy(e->model, leader->said.model, sizeof e->model);
+        follow(e);
+    } else if (role != TFA_ROLE_LEADING && may_take_over(e, now)) {
+        lead(e);
+    } else if (role == TFA_ROLE_STANDBY || role == TFA_ROLE_UNLIKE) {
+        follow(e);
+    }
+    return e->self.role != role;
+}
+
+/* For the next advertisement. */
+static void note_leader(tfa_election *e)
+{
+    const tfa_election_peer *leader = tfa_election_leader(e);
+
+    memset(e->self.leader, 0, sizeof e->self.leader);
+    if (leader != NULL && e->self.role != TFA_ROLE_LEADING)
+        memcpy(e->self.leader, leader->said.daemon, sizeof e->self.leader);
+}
+
+static void note_longest(int64_t *longest, int64_t time)
+{
+    *longest = time > *longest ? time : *longest;
+}
+
+/* ---- events ---- */
+
+void tfa_election_begin(tfa_election *e, const tfa_advertisement *self, int64_t now)
+{
+    *e = (tfa_election){
+        .self = *self, .first_epoch = self->epoch, .advertised = now, .ran = now, .progress = true};
+    e->self.epoch = 0;
+    memset(e->self.leader, 0, sizeof e->self.leader);
+    listen(e, now);
+}
+
+/* The leader could not advertise for a lease, and others were there: one may lead by now. */
+static bool has_lapsed(const tfa_election *e, int64_t now)
+{
+    return e->self.role == TFA_ROLE_LEADING && e->peer_count > 0 &&
+           now - e->advertised >= e->self.lease;
+}
+
+bool tfa_election_tick(tfa_election *e, bool progress, int64_t now)
+{
+    if (has_lapsed(e, now))
+        listen(e, now);
+    advance(e, now);
+    e->progress = progress;
+    if (!progress && (e->self.role != TFA_ROLE_LEADING || e->peer_count > 0))
+        return false;
+    const bool changed = decide(e, now);
+    note_leader(e);
+    if (!changed && now - e->advertised < beat_of(e))
+        return false;
+    note_longest(&e->longest_pause, now - e->advertised);
+    e->advertised = now;
+    return true;
+}
+
+static bool is_possible(const tfa_election *e, const tfa_advertisement *said)
+{
+    return said->epoch < TFA_ELECTION_EPOCH_MAX && (unsigned)said->role < TFA_ROLE_COUNT &&
+           said->lease > 0 && said->lease <= LEASE_MAX &&
+           !is_same_daemon(said->daemon, e->self.daemon);
+}
+
+/* A standby that follows this daemon has followed a leader of a higher epoch. */
+static bool is_outdated(const tfa_election *e, const tfa_advertisement *standby)
+{
+    return e->self.role == TFA_ROLE_LEADING && standby->epoch > e->self.epoch &&
+           is_same_daemon(standby->leader, e->self.daemon);
+}
+
+bool tfa_election_hear(tfa_election *e, const tfa_advertisement *said, int64_t now)
+{
+    if (!is_possible(e, said))
+        return false;
+    if (has_lapsed(e, now))
+        listen(e, now);
+    advance(e, now);
+    tfa_election_peer *peer = find_peer(e, said->daemon);
+    if (peer == NULL && e->peer_count == TFA_ELECTION_PEERS)
+        return false;
+    if (peer == NULL)
+        peer = &e->peers[e->peer_count++];
+    else if (peer->said.role == TFA_ROLE_LEADING)
+        note_longest(&e->longest_silence, now - peer->heard);
+    *peer = (tfa_election_peer){.said = *said, .heard = now};
+    /* Silence is judged by tfa_election_tick alone, at the end of a lease. */
+    bool changed = tfa_election_leader(e) != NULL && decide(e, now);
+    if (e->self.role != TFA_ROLE_LEADING && said->epoch > e->self.epoch)
+        e->self.epoch = said->epoch;
+    if (is_outdated(e, said)) {
+        e->self.epoch = said->epoch + 1;
+        changed = true;
+    }
+    note_leader(e);
+    if (changed)
+        e->advertised = now;
+    return changed;
+}
+
+bool tfa_election_leave(tfa_election *e, const uint8_t daemon[16], int64_t now)
+{
+    if (has_lapsed(e, now))
+        listen(e, now);
+    advance(e, now);
+    tfa_election_peer *peer = find_peer(e, daemon);
+    if (peer == NULL)
+        return false;
+    const bool led = peer->said.role == TFA_ROLE_LEADING;
+    remove_peer(e, (uint32_t)(peer - e->peers));
+    const bool changed = led && e->progress && decide(e, now);
+    note_leader(e);
+    if (changed)
+        e->advertised = now;
+    return changed;
+}
+
+bool tfa_election_set_model(tfa_election *e, const uint8_t model[32], int64_t now)
+{
+    memcpy(e->self.model, model, sizeof e->self.model);
+    if (e->self.role == TFA_ROLE_STANDBY || e->self.role == TFA_ROLE_UNLIKE)
+        follow(e);
+    e->advertised = now;
+    return true;
+}
+
+int64_t tfa_election_next(const tfa_election *e)
+{
+    const tfa_election_peer *leader = tfa_election_leader(e);
+    const int64_t soon = e->ran + beat_of(e) / 4; /* without progress it looks again */
+    const int64_t beat = e->advertised + beat_of(e);
+    const int64_t next = beat > e->ran ? beat : soon;
+    const int64_t end = leader != NULL                       ? end_of(leader) + 1
+                        : e->self.role == TFA_ROLE_LISTENING ? e->listening_since + e->self.lease
+                                                             : next;
+
+    return end < next && end > e->ran ? end : next;
+}
+
+bool tfa_election_may_answer(const tfa_election *e, int64_t now)
+{
+    return e->self.role == TFA_ROLE_LEADING && !has_lapsed(e, now);
+}

@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * SPDX-FileCopyrightText: The totalforce authors
+ *
+ * The DDS gateway as the daemon sees it.
+ */
+#include "dds/topics/dds_internal.h"
+
+#include "dds/common/ros_domain.h"
+#include "platform/log.h"
+
+#include <errno.h>
+#include <stdlib.h>
+
+static void log_cyclone(const char *text)
+{
+    tfa_log_client(TFA_LOG_WARNING, "dds: %s", text);
+}
+
+static void log_leadership(bool warning, const char *text)
+{
+    tfa_log(warning ? TFA_LOG_WARNING : TFA_LOG_INFO, "dds: %s", text);
+}
+
+/* @param xml  of ROS 2, if it has topics in the same domain: a domain has one set of settings */
+static int create(const gateway_context *c, uint32_t count, const char *xml, tfa_dds **gateway)
+{
+    const config_dds *dds = &c->settings->dds;
+    const tfa_dds_options options = {.domain = dds->domain,
+                                     .settings = xml,
+                                     .sample_bytes = xml != NULL ? TFA_ROS2_SAMPLE_MAX : 0,
+                                     .robots = c->robots,
+                                     .robot_count = count,
+                                     .max_age_us = 1000 * dds->max_age_ms,
+                                     .priority = dds->priority,
+                                     .lease_ms = dds->lease_ms,
+                                     .notice = log_leadership,
+                                     .messages = c->messages,
+                                     .statistics = c->statistics,
+                                     .states = c->states};
+    const int status = tfa_dds_create(&options, gateway);
+    if (status != TFA_OK) {
+        tfa_log(TFA_LOG_ERROR, "dds: domain %u: %s", dds->domain, tfa_dds_error());
+        errno = 0; /* some library's */
+    }
+    return status;
+}
+
+/* The first of all gateways: the log of Cyclone is theirs, too. */
+static int join(const gateway_context *c, void **self)
+{
+    const config *settings = c->settings;
+    uint32_t count = 0, common = 0;
+    char *xml = NULL, error[200];
+    int status = TFA_OK;
+
+    *self = NULL;
+    tfa_dds_log_to(log_cyclone);
+    while (count < c->robot_count && c->robots[count].config->dds)
+        count++;
+    if (!settings->dds.enabled || count == 0) {
+        tfa_log(TFA_LOG_INFO, "dds: off: %s",
+                settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
+        return TFA_OK;
+    }
+    if (settings->ros2.enabled)
+        status = tfa_ros2_domain(&settings->ros2, &common, &xml, error, sizeof error);
+    if (status == TFA_OK)
+        status =
+            create(c, count, tfa_ros2_is_in(settings, settings->dds.domain, common) ? xml : NULL,
+                   (tfa_dds **)self);
+    free(xml);
+    return status;
+}
+
+static int start(void *self, struct tfa_worker *first, const tfa_worker_robot *solvers)
+{
+    const tfa_dds *gateway = self;
+    dds_domainid_t domain = 0;
+    const int status = tfa_dds_start(self, first, solvers);
+
+    (void)dds_get_domainid(gateway->member.participant, &domain);
+    if (status == TFA_OK)
+        tfa_log(TFA_LOG_INFO,
+                "dds: domain %u, %u robots: %s and %s, stream %s and %s, described by %s", domain,
+                gateway->robot_count, TFA_DDS_TOPIC_REQUEST, TFA_DDS_TOPIC_REPLY,
+                TFA_DDS_TOPIC_TORQUES, TFA_DDS_TOPIC_ACCELERATIONS, TFA_DDS_TOPIC_ROBOT_INFO);
+    return status;
+}
+
+static bool serves(const void *self, uint32_t robot)
+{
+    return robot < ((const tfa_dds *)self)->robot_count;
+}
+
+static void announce(void *self, uint32_t robot, const tfa_model *model)
+{
+    const tfa_dds *gateway = self;
+
+    if (tfa_dds_announce(self, robot, model) != TFA_OK)
+        tfa_log(TFA_LOG_ERROR, "reload: robot '%s' could not be announced over DDS",
+                gateway->robots[robot].name);
+}
+
+static void describe(const void *self, uint32_t robot, tfa_served_robot *served)
+{
+    served->dds = serves(self, robot);
+}
+
+static void stop(void *self)
+{
+    tfa_dds_stop(self);
+}
+
+const struct gateway tfa_gateway_dds = {
+    .name = "dds",
+    .source = TFA_SOURCE_DDS,
+    .join = join,
+    .start = start,
+    .serves = serves,
+    .exchange = tfa_dds_exchange,
+    .detach = tfa_dds_detach,
+    .announce = announce,
+    .set_tap = tfa_dds_set_tap,
+    .leadership = tfa_dds_get_leadership,
+    .describe = describe,
+    .stop = stop,
+};

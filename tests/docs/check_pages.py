@@ -49,7 +49,8 @@ def check_links(page, source):
 def check_layers(docs):
     """Every folder of the library in architecture.md, in the picture as well"""
     drawn = re.findall(r">([\w/]+)[:<]", (docs / "architecture.svg").read_text())
-    for cell in re.findall(r"^\| (`lib/.*?|… `.*?) \|", (docs / "architecture.md").read_text(), re.M):
+    rows = (docs / "architecture.md").read_text().split("| `service`")[0]
+    for cell in re.findall(r"^\| (`lib/.*?|… `.*?) \|", rows, re.M):
         for folder in re.findall(r"`(?:lib/)?([\w/]+)`", cell):
             if folder not in drawn:
                 yield f"docs/architecture.svg: {folder} of architecture.md is not drawn"

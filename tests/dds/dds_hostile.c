@@ -135,7 +135,7 @@ static bool stream_young_or_old(const raw_dds *r, totalforce_dds_JointTorques *s
 /* Torques that are too old are refused by name, others answered. */
 static void old_torques_are_refused(void **state)
 {
-    const test_daemon_options young = {.max_age_us = 1000 * WAIT_MS};
+    const test_daemon_options young = {.max_age_ms = WAIT_MS};
     test_daemon daemon = test_daemon_start(test_domain(), &young);
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_JointTorques s = {.q = {JOINTS, JOINTS, raw_dds_zeros, false}};

@@ -64,7 +64,7 @@ static void obey(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model *m
     fflush(stdout);
 }
 
-static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t max_age_us)
+static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t max_age_ms)
 {
     test_robot robots[TEST_ROBOTS];
     tfa_robot served[TEST_ROBOTS];
@@ -83,14 +83,11 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
         served[i] = (tfa_robot){.model = robots[i].model, .shape.max_batch = TEST_BATCH};
         snprintf(served[i].name, sizeof served[i].name, "%s", robots[i].name);
     }
-    const tfa_dds_options options = {.domain = domain,
-                                     .robots = served,
-                                     .robot_count = TEST_ROBOTS,
-                                     .slots = slots,
-                                     .lease_ms = TEST_LEASE_MS,
-                                     .max_age_us = max_age_us,
-                                     .messages = &messages};
-    if (tfa_dds_create(&options, &gateway) != TFA_OK) {
+    const config settings = {
+        .dds = {.domain = domain, .lease_ms = TEST_LEASE_MS, .max_age_ms = max_age_ms}};
+    const gateway_context context = {
+        .settings = &settings, .robots = served, .messages = &messages};
+    if (tfa_dds_create(&context, TEST_ROBOTS, NULL, slots, &gateway) != TFA_OK) {
         fprintf(stderr, "gateway: %s\n", tfa_dds_error());
         return 4;
     }
@@ -152,7 +149,7 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
     snprintf(numbers[0], sizeof numbers[0], "%u", domain);
     snprintf(numbers[1], sizeof numbers[1], "%u", options != NULL ? options->delay_us : 0);
     snprintf(numbers[2], sizeof numbers[2], "%u", options != NULL ? options->slots : 0);
-    snprintf(numbers[3], sizeof numbers[3], "%u", options != NULL ? options->max_age_us : 0);
+    snprintf(numbers[3], sizeof numbers[3], "%u", options != NULL ? options->max_age_ms : 0);
     kill_running();
     assert_int_equal(pipe(ends), 0);
     posix_spawn_file_actions_init(&actions);

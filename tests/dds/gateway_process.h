@@ -20,7 +20,7 @@ typedef struct test_daemon {
 typedef struct test_daemon_options {
     uint32_t delay_us;   /* how long an answer takes at least */
     uint32_t slots;      /* requests under way for each robot */
-    uint32_t max_age_us; /* of torques; 0: any */
+    uint32_t max_age_ms; /* of torques; 0: any */
 } test_daemon_options;
 
 /* If the arguments say so, be such a process and never return. The first thing main does. */

@@ -5,26 +5,27 @@
  */
 #include "dds/topics/dds_internal.h"
 
+#include "dds/common/ros_domain.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #define DEFAULT_SLOTS 16
-#define DEFAULT_LEASE_MS 200
 /* Samples of this size are taken whatever the robots: discovery of large domains is small. */
 #define SAMPLE_BYTES_MIN 65536
 
 /* ---- create ---- */
 
-static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
+static int make_robots(tfa_dds *gateway, const gateway_context *c, uint32_t count)
 {
-    gateway->robots = calloc(options->robot_count, sizeof *gateway->robots);
+    gateway->robots = calloc(count, sizeof *gateway->robots);
     if (gateway->robots == NULL)
         return TFA_E_MEMORY;
-    gateway->robot_count = options->robot_count;
-    for (uint32_t i = 0; i < options->robot_count; i++)
+    gateway->robot_count = count;
+    for (uint32_t i = 0; i < count; i++)
         pthread_mutex_init(&gateway->robots[i].mutex, NULL);
-    for (uint32_t i = 0; i < options->robot_count; i++) {
-        const tfa_robot *from = &options->robots[i];
+    for (uint32_t i = 0; i < count; i++) {
+        const tfa_robot *from = &c->robots[i];
         dds_robot *robot = &gateway->robots[i];
 
         if (!tfa_dds_set_robot(robot->name, from->name)) {
@@ -33,8 +34,8 @@ static int make_robots(tfa_dds *gateway, const tfa_dds_options *options)
             return TFA_E_ARGUMENT;
         }
         robot->index = i;
-        robot->own.statistics = options->statistics ? &options->statistics[i] : NULL;
-        robot->own.state = options->states ? &options->states[i] : NULL;
+        robot->own.statistics = c->statistics ? &c->statistics[i] : NULL;
+        robot->own.state = c->states ? &c->states[i] : NULL;
         robot->shape.max_batch = from->shape.max_batch > 0 ? from->shape.max_batch : 1;
         robot->shape.max_tips = from->shape.max_tips > 0 ? from->shape.max_tips : TFA_MAX_TIPS;
         tfa_dds_set_model(robot, from->model);
@@ -48,9 +49,9 @@ static dds_entity_t make_writer(const tfa_dds *gateway, tfa_dds_topic topic)
 }
 
 /* The largest sample that means anything to the robots, with room for names and lists. */
-static size_t largest_sample(const tfa_dds *gateway, size_t least)
+static size_t largest_sample(const tfa_dds *gateway, bool ros2)
 {
-    size_t most = least > SAMPLE_BYTES_MIN ? least : SAMPLE_BYTES_MIN;
+    size_t most = ros2 ? TFA_ROS2_SAMPLE_MAX : SAMPLE_BYTES_MIN;
 
     for (uint32_t i = 0; i < gateway->robot_count; i++) {
         const tfa_wire_shape *shape = &gateway->robots[i].shape;
@@ -107,10 +108,13 @@ static int make_entities(tfa_dds *gateway)
                : TFA_OK;
 }
 
-int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
+int tfa_dds_create(const gateway_context *context, uint32_t robot_count, const char *xml,
+                   uint32_t slots, tfa_dds **result)
 {
+    const config_dds *settings = &context->settings->dds;
+
     *result = NULL;
-    if (options->robot_count == 0)
+    if (robot_count == 0)
         return TFA_E_ARGUMENT;
     tfa_dds *gateway = calloc(1, sizeof *gateway);
     if (gateway == NULL)
@@ -118,19 +122,16 @@ int tfa_dds_create(const tfa_dds_options *options, tfa_dds **result)
     pthread_mutex_init(&gateway->mutex, NULL);
     pthread_cond_init(&gateway->handover, NULL);
     sem_init(&gateway->leader_stop, 0, 0);
-    gateway->slots = options->slots > 0 ? options->slots : DEFAULT_SLOTS;
-    gateway->notice = options->notice;
-    gateway->count = options->messages;
-    gateway->lease_ns =
-        INT64_C(1000000) * (options->lease_ms > 0 ? options->lease_ms : DEFAULT_LEASE_MS);
-    gateway->priority = options->priority;
-    gateway->max_age_ns = INT64_C(1000) * options->max_age_us;
+    gateway->slots = slots > 0 ? slots : DEFAULT_SLOTS;
+    gateway->count = context->messages;
+    gateway->lease_ns = INT64_C(1000000) * settings->lease_ms;
+    gateway->priority = settings->priority;
+    gateway->max_age_ns = INT64_C(1000000) * settings->max_age_ms;
 
-    int status = make_robots(gateway, options);
+    int status = make_robots(gateway, context, robot_count);
     if (status == TFA_OK)
-        status =
-            tfa_dds_join(options->domain, options->settings,
-                         largest_sample(gateway, options->sample_bytes), NULL, &gateway->member);
+        status = tfa_dds_join(settings->domain, xml, largest_sample(gateway, xml != NULL), NULL,
+                              &gateway->member);
     if (status == TFA_OK)
         status = make_entities(gateway);
     if (status == TFA_OK)

@@ -16,31 +16,19 @@ typedef struct tfa_dds tfa_dds;
 
 extern const struct gateway tfa_gateway_dds;
 
-typedef struct tfa_dds_options {
-    uint32_t domain;         /**< DDS domain id, 0..230 */
-    const char *settings;    /**< Cyclone's XML, before CYCLONEDDS_URI; NULL: none */
-    size_t sample_bytes;     /**< samples up to this size are taken, or larger ones if the
-                                      robots need them */
-    const tfa_robot *robots; /**< the first of the worker, in its order; each model must live
-                                      until another was announced */
-    uint32_t robot_count;
-    uint32_t slots;      /**< requests under way for each robot, power of two; 0: 16 */
-    uint32_t max_age_us; /**< torques with an older stamp are refused (TFA_E_LATE); 0: none is */
-    uint32_t priority;   /**< among daemons that serve the same robot: the higher one leads */
-    uint32_t lease_ms;   /**< a leader that is silent for so long is replaced; 0: 200 */
-    /** Takes changes of leadership; `warning`: somebody should look. Any thread. NULL: none */
-    void (*notice)(bool warning, const char *text);
-    tfa_shared_dds *messages;     /**< where it counts */
-    tfa_shared_robot *statistics; /**< by robot; NULL: robots are not counted */
-    tfa_shared_state *states;     /**< by robot; NULL: none */
-} tfa_dds_options;
-
 /**
- * Joins the domain and creates every entity, but nothing answers yet.
+ * Joins the domain of context->settings->dds and creates every entity, but nothing answers yet.
+ * @param context      its functions are not called, its settings are read here only; `statistics`
+ *                     and `states` may be NULL
+ * @param robot_count  the first robots of the context, and of the worker; each model must live
+ *                     until another was announced
+ * @param xml          Cyclone's settings, if ROS 2 joins the domain, too; NULL: it does not
+ * @param slots        requests under way for each robot, power of two; 0: 16
  * @return TFA_OK; TFA_E_ARGUMENT (no robot, a name too long); TFA_E_MEMORY; TFA_E_SYSTEM (the
  *         domain cannot be joined: see tfa_dds_error). On error *dds is NULL.
  */
-TFA_CHECKED int tfa_dds_create(const tfa_dds_options *options, tfa_dds **dds);
+TFA_CHECKED int tfa_dds_create(const gateway_context *context, uint32_t robot_count,
+                               const char *xml, uint32_t slots, tfa_dds **dds);
 
 /** Attaches to the worker, starts the threads, opens the gateway. Each robot is announced, and its
  *  requests are answered, when no other daemon was heard for a lease that leads it.

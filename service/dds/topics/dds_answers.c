@@ -10,11 +10,6 @@
 #define ANSWER_WAIT_NS 500000 /* while it waits for one robot, others may become ready, too */
 #define STOP_NS 500000000     /* requests without an answer by then stay unanswered */
 
-static void increment(_Atomic uint64_t *counter)
-{
-    atomic_fetch_add_explicit(counter, 1, memory_order_relaxed);
-}
-
 static dds_return_t write_reply(tfa_dds *gateway, const dds_robot *robot, const dds_pending *to,
                                 const tfa_worker_call *call)
 {
@@ -59,11 +54,11 @@ void tfa_dds_answer(tfa_dds *gateway, const dds_robot *robot, const dds_pending 
     const dds_return_t code = to->is_stream ? write_accelerations(gateway, robot, to, call)
                                             : write_reply(gateway, robot, to, call);
 
-    increment(code == DDS_RETCODE_OK ? &gateway->count->replies : &gateway->count->dropped);
+    tfa_dds_increment(code == DDS_RETCODE_OK ? &gateway->count->replies : &gateway->count->dropped);
     if (!tfa_wire_has_answers(call->reply.status))
-        increment(&gateway->count->rejected);
+        tfa_dds_increment(&gateway->count->rejected);
     if (call->reply.status == TFA_E_LATE)
-        increment(&gateway->count->late);
+        tfa_dds_increment(&gateway->count->late);
 }
 
 /* ---- the dds thread ---- */

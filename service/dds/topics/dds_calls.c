@@ -19,11 +19,6 @@
 /* A listener that takes longer delays the samples of others: about what waking a thread costs. */
 #define DIRECT_NS 50000
 
-static void increment(_Atomic uint64_t *counter)
-{
-    atomic_fetch_add_explicit(counter, 1, memory_order_relaxed);
-}
-
 dds_robot *tfa_dds_find_robot(const tfa_dds *gateway, const char *name)
 {
     for (uint32_t i = 0; i < gateway->robot_count; i++)
@@ -38,7 +33,7 @@ static bool is_ours(tfa_dds *gateway, const char *robot)
 {
     if (tfa_dds_find_robot(gateway, robot) != NULL)
         return true;
-    increment(&gateway->count->unknown);
+    tfa_dds_increment(&gateway->count->unknown);
     return false;
 }
 
@@ -165,7 +160,7 @@ static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request
     slot->call.deadline =
         pending->deadline != 0 ? (uint64_t)(pending->deadline - tfa_dds_ros_offset()) : 0;
     tfa_dds_ring_send(robot->ring);
-    increment(&gateway->count->handovers);
+    tfa_dds_increment(&gateway->count->handovers);
     pthread_mutex_lock(&gateway->mutex);
     gateway->under_way++;
     pthread_cond_signal(&gateway->handover);
@@ -231,7 +226,7 @@ static void handle_locked(tfa_dds *gateway, const char *name, dds_pending *pendi
     const int64_t now = tfa_dds_monotonic();
     tfa_dds_tick_election(gateway, robot, now);
     if (!robot->electing || !tfa_election_may_answer(&robot->election, now)) {
-        increment(&gateway->count->standby); /* another daemon answers */
+        tfa_dds_increment(&gateway->count->standby); /* another daemon answers */
     } else {
         pending->epoch = robot->election.self.epoch;
         tfa_shared_robot *statistics = robot->own.statistics;
@@ -254,7 +249,7 @@ void tfa_dds_on_request(dds_entity_t reader, void *arg)
         const totalforce_dds_Request *sample = &taken->request;
         if (!info.valid_data)
             continue;
-        increment(&gateway->count->requests);
+        tfa_dds_increment(&gateway->count->requests);
         dds_pending pending = {
             .id = sample->id, .stamp = sample->stamp, .t_received = tfa_dds_ros_time()};
         if (sample->deadline_us != 0)
@@ -276,7 +271,7 @@ void tfa_dds_on_torques(dds_entity_t reader, void *arg)
         const totalforce_dds_JointTorques *sample = &taken->torques;
         if (!info.valid_data)
             continue;
-        increment(&gateway->count->torques);
+        tfa_dds_increment(&gateway->count->torques);
         dds_pending pending = {.is_stream = true,
                                .id = sample->seq,
                                .stamp = sample->stamp,

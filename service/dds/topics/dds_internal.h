@@ -85,7 +85,6 @@ struct tfa_dds {
     uint32_t robot_count;
     uint32_t slots;
     int64_t max_age_ns;
-    void (*notice)(bool warning, const char *text);
 
     dds_member member;
     dds_entity_t topics[TFA_DDS_TOPIC_COUNT];
@@ -112,6 +111,11 @@ struct tfa_dds {
 
     tfa_shared_dds *count; /* in the daemon's statistics */
 };
+
+static inline void tfa_dds_increment(_Atomic uint64_t *counter)
+{
+    atomic_fetch_add_explicit(counter, 1, memory_order_relaxed);
+}
 
 /* ---- dds_swap.c: other models ---- */
 

@@ -11,6 +11,8 @@
  */
 #include "dds/topics/dds_internal.h"
 
+#include "platform/log.h"
+
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
@@ -45,30 +47,27 @@ static void write_advertisement(const tfa_dds *gateway, const dds_robot *robot)
     (void)dds_write(gateway->leader_writer, &sample); /* if it fails, the lease runs out */
 }
 
-static void report_role(const tfa_dds *gateway, const dds_robot *robot)
+static void report_role(const dds_robot *robot)
 {
     const tfa_advertisement *self = &robot->election.self;
     const tfa_election_peer *leader = tfa_election_leader(&robot->election);
     const unsigned long long epoch = self->epoch;
-    char text[256];
+    const bool unlike = self->role == TFA_ROLE_UNLIKE;
 
     if (self->role == TFA_ROLE_LEADING)
-        snprintf(text, sizeof text, "robot '%s': leads, epoch %llu", robot->name, epoch);
+        tfa_log(TFA_LOG_INFO, "dds: robot '%s': leads, epoch %llu", robot->name, epoch);
     else if (self->role == TFA_ROLE_LISTENING)
-        snprintf(
-            text, sizeof text,
-            "robot '%s': stood still for longer than its lease (dds.lease_ms): does not answer "
-            "until it knows whether another daemon leads",
-            robot->name);
+        tfa_log(TFA_LOG_WARNING,
+                "dds: robot '%s': stood still for longer than its lease (dds.lease_ms): does not "
+                "answer until it knows whether another daemon leads",
+                robot->name);
     else
-        snprintf(
-            text, sizeof text, "robot '%s': standby, the leader has epoch %llu, priority %u%s",
-            robot->name, epoch, leader != NULL ? leader->said.priority : 0,
-            self->role == TFA_ROLE_UNLIKE
-                ? ", and another model: never takes over; give both the same robot description "
-                  "and scene, then reload"
-                : "");
-    gateway->notice(self->role == TFA_ROLE_LISTENING || self->role == TFA_ROLE_UNLIKE, text);
+        tfa_log(unlike ? TFA_LOG_WARNING : TFA_LOG_INFO,
+                "dds: robot '%s': standby, the leader has epoch %llu, priority %u%s", robot->name,
+                epoch, leader != NULL ? leader->said.priority : 0,
+                unlike ? ", and another model: never takes over; give both the same robot "
+                         "description and scene, then reload"
+                       : "");
 }
 
 /* RobotInfo is the leader's word. It is written again if a write failed, and if a daemon comes or
@@ -99,8 +98,8 @@ static void follow_decision(tfa_dds *gateway, dds_robot *robot, tfa_role before,
     keep_announced(gateway, robot, before);
     if (advertise)
         write_advertisement(gateway, robot);
-    if (role != before && gateway->notice != NULL)
-        report_role(gateway, robot);
+    if (role != before)
+        report_role(robot);
     robot->next_tick = tfa_election_next(&robot->election);
 }
 
@@ -349,20 +348,16 @@ static void resign(tfa_dds *gateway, dds_robot *robot)
 
 void tfa_dds_step_down(tfa_dds *gateway, dds_robot *robot)
 {
-    char text[256];
-
     if (!robot->electing)
         return;
     resign(gateway, robot);
     robot->election.self.role = TFA_ROLE_LISTENING;
     robot->electing = robot->announced = false;
     robot->stepped_down = true;
-    snprintf(text, sizeof text,
-             "robot '%s': no memory or no entry at the worker for its new arrays: does not answer "
-             "over DDS, another daemon may lead; free some and reload",
-             robot->name);
-    if (gateway->notice != NULL)
-        gateway->notice(true, text);
+    tfa_log(TFA_LOG_WARNING,
+            "dds: robot '%s': no memory or no entry at the worker for its new arrays: does not "
+            "answer over DDS, another daemon may lead; free some and reload",
+            robot->name);
 }
 
 void tfa_dds_resign_all(tfa_dds *gateway)

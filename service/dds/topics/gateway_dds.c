@@ -16,59 +16,34 @@ static void log_cyclone(const char *text)
     tfa_log_client(TFA_LOG_WARNING, "dds: %s", text);
 }
 
-static void log_leadership(bool warning, const char *text)
-{
-    tfa_log(warning ? TFA_LOG_WARNING : TFA_LOG_INFO, "dds: %s", text);
-}
-
-/* @param xml  of ROS 2, if it has topics in the same domain: a domain has one set of settings */
-static int create(const gateway_context *c, uint32_t count, const char *xml, tfa_dds **gateway)
-{
-    const config_dds *dds = &c->settings->dds;
-    const tfa_dds_options options = {.domain = dds->domain,
-                                     .settings = xml,
-                                     .sample_bytes = xml != NULL ? TFA_ROS2_SAMPLE_MAX : 0,
-                                     .robots = c->robots,
-                                     .robot_count = count,
-                                     .max_age_us = 1000 * dds->max_age_ms,
-                                     .priority = dds->priority,
-                                     .lease_ms = dds->lease_ms,
-                                     .notice = log_leadership,
-                                     .messages = c->messages,
-                                     .statistics = c->statistics,
-                                     .states = c->states};
-    const int status = tfa_dds_create(&options, gateway);
-    if (status != TFA_OK) {
-        tfa_log(TFA_LOG_ERROR, "dds: domain %u: %s", dds->domain, tfa_dds_error());
-        errno = 0; /* some library's */
-    }
-    return status;
-}
-
-/* The first of all gateways: the log of Cyclone is theirs, too. */
+/* The first of all gateways: the log of Cyclone is theirs, too, and so are the settings of a domain
+ * that both join. */
 static int join(const gateway_context *c, void **self)
 {
     const config *settings = c->settings;
+    const uint32_t domain = settings->dds.domain;
     uint32_t count = 0, common = 0;
     char *xml = NULL, error[200];
+    tfa_dds *gateway = NULL;
     int status = TFA_OK;
 
-    *self = NULL;
     tfa_dds_log_to(log_cyclone);
     while (count < c->robot_count && c->robots[count].config->dds)
         count++;
-    if (!settings->dds.enabled || count == 0) {
+    if (!settings->dds.enabled || count == 0)
         tfa_log(TFA_LOG_INFO, "dds: off: %s",
                 settings->dds.enabled ? "no robot has it" : "dds.enabled is not set");
-        return TFA_OK;
-    }
-    if (settings->ros2.enabled)
+    else if (settings->ros2.enabled)
         status = tfa_ros2_domain(&settings->ros2, &common, &xml, error, sizeof error);
-    if (status == TFA_OK)
-        status =
-            create(c, count, tfa_ros2_is_in(settings, settings->dds.domain, common) ? xml : NULL,
-                   (tfa_dds **)self);
+    if (status == TFA_OK && settings->dds.enabled && count > 0) {
+        status = tfa_dds_create(c, count, tfa_ros2_is_in(settings, domain, common) ? xml : NULL, 0,
+                                &gateway);
+        if (status != TFA_OK)
+            tfa_log(TFA_LOG_ERROR, "dds: domain %u: %s", domain, tfa_dds_error());
+        errno = 0; /* some library's */
+    }
     free(xml);
+    *self = gateway;
     return status;
 }
 

@@ -296,78 +296,34 @@ tfa_request op_state(const op_case *c, uint32_t k)
 
 /* ---- answers ---- */
 
-static double *cut(double **at, size_t count)
-{
-    double *block = *at;
-    *at += count;
-    return block;
-}
+/* The arrays of doubles of a reply, and the numbers of each for a state. */
+/* clang-format off */
+#define ARRAYS(X) \
+    X(qdd, a->nv) X(tau, a->nv) X(base_acceleration, 6) X(base_wrench, 6) X(lambda_inv, m * m) \
+    X(mass_matrix, n * n) X(poses, a->tips * 7) X(frame_poses, a->frames * 7) \
+    X(twists, a->tips * 6) X(jacobian, m * n) X(bias_acceleration, m) X(com, 3) X(com_velocity, 3) \
+    X(com_jacobian, 3 * n) X(mass, 1) X(momentum, 6) X(energy, 2) X(lambda, m * m) X(mu, m) \
+    X(p, m) X(lost, TFA_LOST_MAX * (2 + m)) X(gravity_force, n) X(velocity_force, n) \
+    X(damping_force, n) X(external_force, n) X(armature_force, n)
+/* clang-format on */
 
 /* Lays out the arrays from `at` on; returns how many numbers they are. */
 static size_t lay_out(op_answers *a, double *at)
 {
-    double *start = at;
-    const size_t k = a->count, n = a->n, m = a->rows;
-    a->qdd = cut(&at, k * a->nv);
-    a->tau = cut(&at, k * a->nv);
-    a->base_acceleration = cut(&at, k * 6);
-    a->base_wrench = cut(&at, k * 6);
-    a->lambda_inv = cut(&at, k * m * m);
-    a->mass_matrix = cut(&at, k * n * n);
-    a->poses = cut(&at, k * a->tips * 7);
-    a->frame_poses = cut(&at, k * a->frames * 7);
-    a->twists = cut(&at, k * a->tips * 6);
-    a->jacobian = cut(&at, k * m * n);
-    a->bias_acceleration = cut(&at, k * m);
-    a->com = cut(&at, k * 3);
-    a->com_velocity = cut(&at, k * 3);
-    a->com_jacobian = cut(&at, k * 3 * n);
-    a->mass = cut(&at, k);
-    a->momentum = cut(&at, k * 6);
-    a->energy = cut(&at, k * 2);
-    a->lambda = cut(&at, k * m * m);
-    a->mu = cut(&at, k * m);
-    a->p = cut(&at, k * m);
-    a->lost = cut(&at, k * TFA_LOST_MAX * (2 + (size_t)a->rows));
-    a->gravity_force = cut(&at, k * n);
-    a->velocity_force = cut(&at, k * n);
-    a->damping_force = cut(&at, k * n);
-    a->external_force = cut(&at, k * n);
-    a->armature_force = cut(&at, k * n);
+    double *const start = at;
+    const size_t n = a->n, m = a->rows;
+#define PLACE(name, numbers)                                                                       \
+    a->name = at;                                                                                  \
+    at += a->count * (size_t)(numbers);
+    ARRAYS(PLACE)
     return (size_t)(at - start);
 }
 
 static void fill_reply(op_answers *a)
 {
-    a->reply = (tfa_reply){.qdd = a->qdd,
-                           .base_acceleration = a->base_acceleration,
-                           .tau = a->tau,
-                           .base_wrench = a->base_wrench,
-                           .lambda_inv = a->lambda_inv,
-                           .mass_matrix = a->mass_matrix,
-                           .spectrum = a->spectrum,
-                           .poses = a->poses,
-                           .frame_poses = a->frame_poses,
-                           .twists = a->twists,
-                           .jacobian = a->jacobian,
-                           .bias_acceleration = a->bias_acceleration,
-                           .com = a->com,
-                           .com_velocity = a->com_velocity,
-                           .com_jacobian = a->com_jacobian,
-                           .mass = a->mass,
-                           .momentum = a->momentum,
-                           .energy = a->energy,
-                           .lambda = a->lambda,
-                           .rank = a->rank,
-                           .lost = a->lost,
-                           .mu = a->mu,
-                           .p = a->p,
-                           .gravity_force = a->gravity_force,
-                           .velocity_force = a->velocity_force,
-                           .damping_force = a->damping_force,
-                           .external_force = a->external_force,
-                           .armature_force = a->armature_force,
-                           .answers = a->answers};
+#define INTO(name, numbers) .name = a->name,
+    a->reply =
+        (tfa_reply){ARRAYS(INTO).spectrum = a->spectrum, .rank = a->rank, .answers = a->answers};
 }
 
 op_answers *op_answers_create(const op_case *c, const tfa_request *r)

@@ -405,3 +405,44 @@ void reduction_close(reduction *r)
     free(r->whole);
     random_robot_free(r->file);
 }
+
+tfa_model *reduction_compile(const reduction *r, const tfa_description *d,
+                             const tfa_model_options *options)
+{
+    tfa_model *model = NULL;
+    const int status = tfa_model_create(d, options, NULL, &model);
+    if (status != TFA_OK)
+        fail_msg("%s: %s", r->name, tfa_status_text(status));
+    return model;
+}
+
+void reduction_for_seeds(uint64_t first, uint64_t last, void (*law)(reduction *r, uint64_t seed))
+{
+    for (uint64_t seed = first; seed <= last; seed++)
+        for (int base = 0; base < 2; base++) {
+            reduction r;
+            reduction_open(&r, seed, REDUCE_ANYTHING, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
+            if (r.n > 0)
+                law(&r, seed);
+            reduction_close(&r);
+        }
+}
+
+bool reduction_may_refuse(tfa_method method)
+{
+    return method == TFA_METHOD_TFA ||
+           (method >= TFA_METHOD_TFA_ONE_SIDED && method < TFA_METHOD_SCAN &&
+            method != TFA_METHOD_PROPAGATION);
+}
+
+bool reduction_ask(const reduction *r, tfa_workspace *w, const tfa_request *q, tfa_reply *reply)
+{
+    const int status = tfa_compute(w, q, reply);
+    const bool named = (status == TFA_E_SINGULAR && reply->field == TFA_FIELD_BODY) ||
+                       (status == TFA_E_METHOD && reply->field == TFA_FIELD_METHOD);
+    if (status != TFA_OK && !(reduction_may_refuse(q->method) && named))
+        fail_msg("%s: op %d, method %s: %s (%s %u)", r->name, (int)q->op,
+                 tfa_method_name((uint32_t)q->method), tfa_status_text(status),
+                 tfa_field_name(reply->field), (unsigned)reply->index);
+    return status == TFA_OK;
+}

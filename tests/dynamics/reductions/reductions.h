@@ -70,6 +70,16 @@ typedef struct reduction {
 void reduction_open(reduction *r, uint64_t seed, uint32_t kinds, tfa_base base);
 void reduction_close(reduction *r);
 
+/** The model of a description, which must be accepted. */
+tfa_model *reduction_compile(const reduction *r, const tfa_description *d,
+                             const tfa_model_options *options);
+
+/** A law of robots of these seeds with any reductions, on both bases; none without freedoms. */
+void reduction_for_seeds(uint64_t first, uint64_t last, void (*law)(reduction *r, uint64_t seed));
+
+/** Asks the library. False when a method that may refuse did so and said why. */
+bool reduction_ask(const reduction *r, tfa_workspace *w, const tfa_request *q, tfa_reply *reply);
+
 /** A request in both languages: of the reduced model, and of the whole robot. */
 typedef struct question {
     tfa_request r;     /**< for the library */
@@ -107,11 +117,6 @@ double scaled_condition(const double *M, uint32_t n);
 double relative_difference(const double *x, const double *reference, size_t n);
 
 /** Whether the method refuses, by name, bodies with no inverse inertia or joints with armature */
-static inline bool reduction_may_refuse(tfa_method method)
-{
-    return method == TFA_METHOD_TFA ||
-           (method >= TFA_METHOD_TFA_ONE_SIDED && method < TFA_METHOD_SCAN &&
-            method != TFA_METHOD_PROPAGATION);
-}
+bool reduction_may_refuse(tfa_method method);
 
 #endif

@@ -13,9 +13,9 @@
 #define TFA_LAMBDA 2e-11
 #define STATES 2
 #define WRENCHES 2
-#define SEEDS_ALONE 12 /* for each kind of reduction, on each base */
+#define SEEDS_ALONE 12                      /* for each kind of reduction, on each base */
 #define SEEDS_TOGETHER test_extent(60, 250) /* with several, on each base */
-#define LAMBDA_MOST 48     /* rows of Lambda^-1 of eight tips */
+#define LAMBDA_MOST 48                      /* rows of Lambda^-1 of eight tips */
 
 /* Room for all answers of one state. */
 struct answer {
@@ -63,20 +63,6 @@ static void count(const reduction *r, const char *what, double error, double bou
     tally[k].worst = fmax(tally[k].worst, error);
     if (!(error <= bound))
         fail_msg("%s: %s: error %.3g, bound %g", r->name, what, error, bound);
-}
-
-/* Asks the library. False when a method that may refuse did so and said why. */
-static bool ask(const reduction *r, tfa_workspace *w, const tfa_request *request, tfa_reply *reply)
-{
-    int status = tfa_compute(w, request, reply);
-    bool may = reduction_may_refuse(request->method);
-    bool named = (status == TFA_E_SINGULAR && reply->field == TFA_FIELD_BODY) ||
-                 (status == TFA_E_METHOD && reply->field == TFA_FIELD_METHOD);
-    if (status != TFA_OK && !(may && named))
-        fail_msg("%s: op %d, method %s: %s (%s %u)", r->name, (int)request->op,
-                 tfa_method_name((uint32_t)request->method), tfa_status_text(status),
-                 tfa_field_name(reply->field), (unsigned)reply->index);
-    return status == TFA_OK;
 }
 
 /* ---- structure, mass ---- */
@@ -215,7 +201,7 @@ static void check_forward(const reduction *r, const tfa_request *request, struct
             reply.answers = &how;
             q.method = methods[m].method;
             q.refine = w == 2 ? TFA_REFINE_DEFAULT : request->refine;
-            bool answered = ask(r, workspaces[w], &q, &reply);
+            bool answered = reduction_ask(r, workspaces[w], &q, &reply);
             count(r, name, answered ? relative_difference(got->x, want->x, r->n) : -1, BOUND);
             tally[find_tally(name)].fell_back += answered && how.flags & TFA_ANSWER_FALLBACK;
         }
@@ -231,7 +217,7 @@ static void check_inverse(const reduction *r, const tfa_request *request, const 
     q.op = TFA_OP_INVERSE_DYNAMICS;
     oracle_inverse(r->o, q.qdd, q.base_acceleration, want->x + base, want->x);
     for (int wide = 0; wide < 2; wide++) {
-        ask(r, wide ? r->f128 : r->f64, &q, &reply);
+        reduction_ask(r, wide ? r->f128 : r->f64, &q, &reply);
         count(r, wide ? "inverse, f128" : "inverse", relative_difference(got->x, want->x, r->n),
               BOUND);
     }
@@ -244,7 +230,7 @@ static void check_inverse(const reduction *r, const tfa_request *request, const 
         q.gravity = w.gravity = g;
         oracle_set_state(r->o, &w, 0);
         oracle_inverse(r->o, NULL, NULL, want->x + base, want->x);
-        ask(r, r->f64, &q, &reply);
+        reduction_ask(r, r->f64, &q, &reply);
         count(r, "gravity torque", relative_difference(got->x, want->x, r->n), BOUND);
     }
     oracle_set_state(r->o, whole, 0);
@@ -258,7 +244,7 @@ static void check_mass_matrix(const reduction *r, const tfa_request *request, st
     q.op = TFA_OP_MASS_MATRIX;
     oracle_mass_matrix(r->o, want->M);
     for (int wide = 0; wide < 2; wide++) {
-        ask(r, wide ? r->f128 : r->f64, &q, &reply);
+        reduction_ask(r, wide ? r->f128 : r->f64, &q, &reply);
         count(r, wide ? "mass matrix, f128" : "mass matrix",
               relative_difference(got->M, want->M, (size_t)r->n * r->n), BOUND);
     }
@@ -328,7 +314,7 @@ static void check_lambda(const reduction *r, const question *a, const tfa_reques
             for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
                 tfa_reply reply = reply_into(r, got);
                 q.method = methods[m].method;
-                bool answered = ask(r, r->f64, &q, &reply);
+                bool answered = reduction_ask(r, r->f64, &q, &reply);
                 bool tfa = reduction_may_refuse(q.method);
                 double error = relative_difference(got->lambda, want->lambda, (size_t)rows * rows);
                 count(r, methods[m].name, answered ? error : -1, tfa ? TFA_LAMBDA : BOUND);

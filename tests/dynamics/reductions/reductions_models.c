@@ -29,16 +29,6 @@ static void *zeros(size_t n)
     return memory;
 }
 
-static tfa_model *compile(const reduction *r, const tfa_description *d,
-                          const tfa_model_options *options)
-{
-    tfa_model *model = NULL;
-    int status = tfa_model_create(d, options, NULL, &model);
-    if (status != TFA_OK)
-        fail_msg("%s: %s", r->name, tfa_status_text(status));
-    return model;
-}
-
 static tfa_workspace *open_workspace(const tfa_model *model, tfa_precision precision)
 {
     const tfa_workspace_options options = {.precision = precision};
@@ -46,27 +36,11 @@ static tfa_workspace *open_workspace(const tfa_model *model, tfa_precision preci
     return w;
 }
 
-static void compute(const reduction *r, tfa_workspace *w, const tfa_request *request,
-                    tfa_reply *reply)
-{
-    int status = tfa_compute(w, request, reply);
-    if (status != TFA_OK)
-        fail_msg("%s: op %d: %s (%s %u)", r->name, (int)request->op, tfa_status_text(status),
-                 tfa_field_name(reply->field), (unsigned)reply->index);
-}
-
 static void for_seeds(void (*law)(reduction *r, uint64_t seed))
 {
     worst = 0;
     compared = left_out = 0;
-    for (uint64_t seed = 1001; seed <= 1000 + SEEDS; seed++)
-        for (int base = 0; base < 2; base++) {
-            reduction r;
-            reduction_open(&r, seed, REDUCE_ANYTHING, base ? TFA_BASE_FLOATING : TFA_BASE_FIXED);
-            if (r.n > 0)
-                law(&r, seed);
-            reduction_close(&r);
-        }
+    reduction_for_seeds(1001, 1000 + SEEDS, law);
     print_message("  worst %.1e of %u, %u robots left out\n", worst, compared, left_out);
     assert_true(compared > SEEDS);
 }
@@ -134,14 +108,14 @@ static void compare_unreduced(reduction *r, const tfa_model *model, question *a)
         whole.payload_frames[k] =
             (uint32_t)tfa_model_find_frame(model, r->whole->links[whole.payload_frames[k]].name);
     whole.qdd = whole.base_acceleration = NULL;
-    compute(r, w, &whole, &reply);
+    reduction_ask(r, w, &whole, &reply);
     whole.op = TFA_OP_INVERSE_DYNAMICS;
-    compute(r, w, &whole, &reply);
+    reduction_ask(r, w, &whole, &reply);
     reduced_forward(r, M, h, &one, want);
     reply = (tfa_reply){.qdd = x + base, .base_acceleration = x};
-    compute(r, r->f64, &one, &reply);
+    reduction_ask(r, r->f64, &one, &reply);
     within(r, "f64 against the unreduced model in f128", relative_difference(x, want, r->n));
-    compute(r, r->f128, &one, &reply);
+    reduction_ask(r, r->f128, &one, &reply);
     within(r, "f128 against the unreduced model in f128", relative_difference(x, want, r->n));
     free(want);
     free(x);
@@ -154,7 +128,7 @@ static void unreduced(reduction *r, uint64_t seed)
 {
     const tfa_model_options options = {
         .base = r->base, .gravity = r->gravity, .damping = r->options.damping};
-    tfa_model *model = compile(r, r->whole, &options);
+    tfa_model *model = reduction_compile(r, r->whole, &options);
     question a;
     /* bodies are fused without being asked to: such a model is not an unreduced one */
     if (tfa_model_summarise(model).fused == 0 && question_open(&a, r, seed, 1, 2)) {
@@ -185,15 +159,15 @@ static void armature(reduction *r, uint64_t seed)
     double *with = zeros((size_t)n * n), *without = zeros((size_t)n * n), *R = zeros((size_t)n * n);
     tfa_reply reply = {.mass_matrix = with};
     a.r.op = TFA_OP_MASS_MATRIX;
-    compute(r, r->f64, &a.r, &reply);
+    reduction_ask(r, r->f64, &a.r, &reply);
     for (size_t j = 0; j < r->file->joint_count; j++)
         r->file->joints[j].armature = r->file->joints[j].rotor = 0;
     r->scene.payloads = r->scene_payloads;
     r->scene.payload_count = r->payload_count;
-    tfa_model *model = compile(r, r->file, &r->options);
+    tfa_model *model = reduction_compile(r, r->file, &r->options);
     tfa_workspace *w = open_workspace(model, TFA_F64);
     reply.mass_matrix = without;
-    compute(r, w, &a.r, &reply);
+    reduction_ask(r, w, &a.r, &reply);
     double size = 0;
     for (uint32_t i = 0; i < r->whole_nv; i++) {
         uint32_t inside, j = oracle_joint_of_freedom(r->o, i, &inside);
@@ -233,17 +207,17 @@ static void derived(reduction *r, uint64_t seed)
     r->options.gravity = r->gravity;
     r->scene.payloads = r->scene_payloads;
     r->scene.payload_count = r->payload_count;
-    tfa_model *model = compile(r, r->file, &r->options);
+    tfa_model *model = reduction_compile(r, r->file, &r->options);
     assert_string_equal(tfa_model_hash_text(model), tfa_model_hash_text(r->model));
     assert_true(tfa_model_tag(model) == tfa_model_tag(r->model));
     assert_true(tfa_model_tag(r->undivided) != tfa_model_tag(r->model));
     tfa_workspace *w = open_workspace(model, TFA_F64);
     double *x = zeros(r->n + 6), *y = zeros(r->n + 6);
     tfa_reply reply = {.qdd = x + r->n - r->nv, .base_acceleration = x};
-    compute(r, r->f64, &a.r, &reply);
+    reduction_ask(r, r->f64, &a.r, &reply);
     assert_true(reply.model == tfa_model_tag(r->model));
     reply = (tfa_reply){.qdd = y + r->n - r->nv, .base_acceleration = y};
-    compute(r, w, &a.r, &reply);
+    reduction_ask(r, w, &a.r, &reply);
     assert_memory_equal(x, y, r->n * sizeof *x);
     tfa_model_summary s = tfa_model_summarise(model), t = tfa_model_summarise(r->model);
     assert_memory_equal(&s, &t, sizeof s);

@@ -124,7 +124,7 @@ tfa_place tfa_refused_place(const tfa_names *names, const tfa_request *request,
                      : tfa_field_name(field),
         .joint = joint ? joint->name : NULL,
         .link = link_of(names, request, reply),
-        .number = numbers && reply->index < width
+        .number = numbers && reply->index < width && reply->state < request->count
                       ? numbers + (size_t)width * reply->state + reply->index
                       : NULL,
     };

@@ -55,6 +55,11 @@ says "$work/err" 'a state is forward_dynamics with q, v, tau'
 echo '{"id":8,"op":"forward_dynamics","q":[0,0]}' >"$work/short.jsonl"
 advise 2 --advise "$work/short.jsonl" --tolerance 0.1
 says "$work/err" 'q: 2 values, the robot has 3 joints'
+for norm in 1 3; do
+    echo '{"op":"forward_dynamics","q":[0,0,0],"base_pose":[0,0,0,0,0,0,'$norm']}'
+done >"$work/norm.jsonl"
+advise 2 --advise "$work/norm.jsonl" --tolerance 0.1 --base floating
+says "$work/err" 'state 2: base_pose[3]: quaternion of norm 3, must be 1'
 advise 2 --advise /dev/null --tolerance 0.1
 says "$work/err" 'no state in it'
 advise 2 --advise "$work/none.jsonl" --tolerance 0.1

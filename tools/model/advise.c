@@ -137,6 +137,18 @@ static int print_advice(const tfa_model *model, const char *urdf, scene_options 
     return !printed ? EXIT_FAILED : advice->count ? EXIT_GOOD : EXIT_UNMET;
 }
 
+/* Of the state that was refused, by itself */
+static void explain(const states *s, tfa_request r, tfa_reply reply, char *text, size_t size)
+{
+    const double **const arrays[ARRAYS] = {&r.q,         &r.v,          &r.tau,
+                                           &r.base_pose, &r.base_twist, &r.base_wrench};
+    for (int k = 0; k < ARRAYS; k++)
+        *arrays[k] += *arrays[k] ? s->width[k] * reply.state : 0;
+    r.count = 1;
+    reply.state = 0;
+    (void)tfa_explain(&s->names, &r, &reply, TFA_SYNTAX_JSON, text, size);
+}
+
 static int advise(const states *s, const tfa_model *model, const char *urdf, scene_options *o,
                   double tolerance)
 {
@@ -153,9 +165,7 @@ static int advise(const states *s, const tfa_model *model, const char *urdf, sce
     char text[1024];
     const int status = tfa_advise(model, &r, tolerance, &advice, &reply);
     if (status != TFA_OK) {
-        tfa_request one = r; /* the line names the state */
-        one.count = 1;
-        (void)tfa_explain(&s->names, &one, &reply, TFA_SYNTAX_JSON, text, sizeof text);
+        explain(s, r, reply, text, sizeof text);
         fprintf(stderr, "totalforce model: --advise: state %u: %s\n", reply.state + 1, text);
         return EXIT_FAILED;
     }

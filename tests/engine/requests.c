@@ -3,6 +3,7 @@
  *
  * Bad requests: each gets its status and the name of the invalid field, and nothing is answered.
  */
+#include "interface/fields.h"
 #include "models.h"
 #include "test.h"
 
@@ -249,6 +250,35 @@ TEST(bad_numbers_are_named)
         expect(spoilt_numbers[k].what, &s.r, spoilt_numbers[k].status, spoilt_numbers[k].field,
                spoilt_numbers[k].index, spoilt_numbers[k].state);
     }
+}
+
+/* Every input of interface/fields.h: bits that are neither a number nor a joint are refused by some
+ * op, and by each op that refuses them as that field. */
+TEST(every_input_is_checked)
+{
+    static const double payload[TFA_PAYLOAD_NUMBERS] = {1, 0, 0, 0, 1, 0, 0, 1, 0, 1};
+    double bad[12 * STATES], desired[12 * STATES] = {0};
+    tfa_reply reply = {0};
+    memset(bad, 0xff, sizeof bad);
+#define SPOIL(name, member, ...)                                                                   \
+    for (int op = TFA_OP_FORWARD_DYNAMICS, refused = 0; op <= TFA_OP_LAST; op++) {                 \
+        struct scene s;                                                                            \
+        set_scene(&s);                                                                             \
+        s.r.op = (tfa_op)op;                                                                       \
+        s.r.flags = TFA_OP_BIT(op) & TFA_OPS_SOLVE ? TFA_WANT_LAMBDA : 0;                          \
+        s.r.payload_count = 1;                                                                     \
+        s.r.payloads = payload;                                                                    \
+        s.r.locked_count = TFA_FIELD_##name == TFA_FIELD_LOCKED;                                   \
+        s.r.task_acceleration = desired;                                                           \
+        s.r.member = (const void *)bad;                                                            \
+        if (tfa_request_check(model, &s.r, &reply) != TFA_OK) {                                    \
+            assert_int_equal(reply.field, TFA_FIELD_##name);                                       \
+            refused++;                                                                             \
+        }                                                                                          \
+        assert_true(op<TFA_OP_LAST || refused> 0);                                                 \
+    }
+    TFA_INPUT_LIST(SPOIL)
+#undef SPOIL
 }
 
 TEST(missing_arrays_are_named)

@@ -2,8 +2,10 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * A state whose accelerations cannot be computed still has its kinematics, in every arithmetic:
- * they have the bits of TFA_OP_KINEMATICS. And no answer that overflows comes with TFA_OK.
+ * they have the bits of TFA_OP_KINEMATICS. No answer that overflows comes with TFA_OK, and no
+ * failed state leaves an answer as it was. Outputs are those of interface/fields.h.
  */
+#include "interface/fields.h"
 #include "operational.h"
 #include "support/fixture.h"
 #include "test.h"
@@ -34,19 +36,30 @@ static void same(const op_case *c, uint32_t kind, const char *what, const double
         fail_msg("%s, %s: %s of a failed state", c->name, kinds[kind].name, what);
 }
 
+/* Numbers of one state of an output */
+static size_t numbers(const op_answers *a, uint32_t k)
+{
+    const tfa_extents n = {
+        .v = a->nv, .base = a->n - a->nv, .links = a->frames, .tips = a->tips, .rows = a->rows};
+    return tfa_extent(tfa_outputs[k].rows, &n) * tfa_extent(tfa_outputs[k].columns, &n);
+}
+
+static const char *const names[] = {
+#define NAME(name, member, ...) #member,
+    TFA_OUTPUT_LIST(NAME)
+#undef NAME
+};
+
+static const double *output(const op_answers *a, uint32_t k)
+{
+    return tfa_output_buffer(&tfa_outputs[k], &a->reply);
+}
+
 static void check_motion(const op_case *c, uint32_t kind, const op_answers *a, const op_answers *b)
 {
-    same(c, kind, "poses", a->poses, b->poses, (size_t)7 * a->tips);
-    same(c, kind, "frame_poses", a->frame_poses, b->frame_poses, (size_t)7 * a->frames);
-    same(c, kind, "twists", a->twists, b->twists, (size_t)6 * a->tips);
-    same(c, kind, "jacobian", a->jacobian, b->jacobian, (size_t)a->rows * a->n);
-    same(c, kind, "bias_acceleration", a->bias_acceleration, b->bias_acceleration, a->rows);
-    same(c, kind, "com", a->com, b->com, 3);
-    same(c, kind, "com_velocity", a->com_velocity, b->com_velocity, 3);
-    same(c, kind, "com_jacobian", a->com_jacobian, b->com_jacobian, (size_t)3 * a->n);
-    same(c, kind, "mass", a->mass, b->mass, 1);
-    same(c, kind, "momentum", a->momentum, b->momentum, 6);
-    same(c, kind, "energy", a->energy, b->energy, 2);
+    for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
+        if (tfa_outputs[k].flags & FLAGS)
+            same(c, kind, names[k], output(a, k), output(b, k), numbers(a, k));
 }
 
 /* Forces that leave the range of doubles as accelerations */
@@ -105,28 +118,43 @@ static bool is_finite(const double *x, size_t count)
     return true;
 }
 
-static bool motion_is_finite(const op_answers *a)
+/* 1: so are the answers of these flags */
+static bool answers_are_finite(const op_answers *a, uint32_t flags)
 {
-    return is_finite(a->poses, (size_t)7 * a->tips) &&
-           is_finite(a->frame_poses, (size_t)7 * a->frames) &&
-           is_finite(a->twists, (size_t)6 * a->tips) &&
-           is_finite(a->jacobian, (size_t)a->rows * a->n) &&
-           is_finite(a->bias_acceleration, a->rows) && is_finite(a->com, 3) &&
-           is_finite(a->com_velocity, 3) && is_finite(a->com_jacobian, (size_t)3 * a->n) &&
-           is_finite(a->momentum, 6) && is_finite(a->energy, 2);
+    bool finite = true;
+    for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
+        if (tfa_outputs[k].flags & flags && k != TFA_WIRE_RANK && k != TFA_WIRE_LOST)
+            finite = finite && is_finite(output(a, k), numbers(a, k));
+    return finite;
 }
 
-static bool lambda_is_finite(const op_answers *a)
+#define BEFORE 42.5
+
+static void fill(const op_answers *a)
 {
-    const size_t rows = a->rows;
-    return is_finite(a->lambda, rows * rows) && is_finite(a->mu, rows) && is_finite(a->p, rows);
+    for (size_t e = 0; e < a->size; e++)
+        a->memory[e] = BEFORE;
+}
+
+/* Nothing of before is left in what the request asks for. */
+static void check_written(const op_case *c, const tfa_request *r, const op_answers *a)
+{
+    for (uint32_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
+        if (tfa_outputs[k].size == sizeof(double) &&
+            tfa_is_printed(&tfa_outputs[k], a->n - a->nv, r))
+            for (size_t e = 0; e < numbers(a, k); e++)
+                if (output(a, k)[e] == BEFORE)
+                    fail_msg("%s, op %d, %s: %s[%zu] is that of before", c->name, (int)r->op,
+                             tfa_status_name(a->reply.status), names[k], e);
 }
 
 static void check_status(const op_case *c, tfa_workspace *w, const tfa_request *r, bool lambda)
 {
     op_answers *a = op_answers_create(c, r);
+    fill(a);
     const int status = tfa_compute(w, r, &a->reply);
-    const bool finite = motion_is_finite(a) && (!lambda || lambda_is_finite(a));
+    const bool finite = answers_are_finite(a, FLAGS | (lambda ? TFA_WANT_RANK : 0));
+    check_written(c, r, a);
     assert_int_equal(a->answers[0].status, status);
     if (status == TFA_OK && !finite)
         fail_msg("%s, op %d: not finite, and TFA_OK", c->name, (int)r->op);

@@ -5,7 +5,7 @@
  * on many processors. Everything is counted in a run over a number type that counts (count/); a
  * second run gives the same figures.
  *
- *   bench_count [--csv PREFIX] [--largest N]
+ *   bench_count [--largest N]
  */
 #include <cstdio>
 #include <cstdlib>
@@ -41,25 +41,6 @@ bool dense(count_method method)
     return method == TFA_METHOD_CRBA || method == TFA_METHOD_HESSENBERG;
 }
 
-const char *motion(bool moving)
-{
-    return moving ? "moving" : "rest";
-}
-
-FILE *open_csv(const char *prefix, const char *what, const char *header)
-{
-    if (!prefix)
-        return nullptr;
-    const std::string name = std::string(prefix) + "-" + what + ".csv";
-    FILE *file = std::fopen(name.c_str(), "w");
-    if (!file) {
-        std::perror(name.c_str());
-        std::exit(1);
-    }
-    std::fprintf(file, "%s\n", header);
-    return file;
-}
-
 /* ---- operations per body: a line through N = 64 and 128 ---- */
 
 struct line {
@@ -90,17 +71,7 @@ void print_row(const char *method, const char *part, const operations_row &r)
                 r.additions.intercept, r.divisions.slope, r.comparisons.slope, r.idle.slope);
 }
 
-void write_row(FILE *csv, const char *method, bool moving, const char *part,
-               const operations_row &r)
-{
-    if (csv)
-        std::fprintf(csv, "%s,%s,%s,%g,%g,%g,%g,%g,%g,%g\n", method, motion(moving), part,
-                     r.multiplications.slope, r.multiplications.intercept, r.additions.slope,
-                     r.additions.intercept, r.divisions.slope, r.comparisons.slope, r.idle.slope);
-}
-
-void operations_of(count_method method, bool moving, count_robot &small, count_robot &large,
-                   FILE *csv)
+void operations_of(count_method method, count_robot &small, count_robot &large)
 {
     const char *name = count_method_name(method);
     count_parts a, b;
@@ -112,13 +83,11 @@ void operations_of(count_method method, bool moving, count_robot &small, count_r
     for (const part_name &p : part_names) {
         if (!count_work(b.*p.part) && &(b.*p.part) != &b.velocity)
             continue; /* the tree has no halves */
-        const operations_row row = fit(a.*p.part, b.*p.part);
-        print_row(name, p.name, row);
-        write_row(csv, name, moving, p.name, row);
+        print_row(name, p.name, fit(a.*p.part, b.*p.part));
     }
 }
 
-void print_operations(bool moving, FILE *csv)
+void print_operations(bool moving)
 {
     count_robot small(64, moving), large(128, moving);
     std::printf("Operations on a chain of N revolute joints, %s: slope x N + intercept through "
@@ -127,7 +96,7 @@ void print_operations(bool moving, FILE *csv)
                 moving ? "moving" : "at rest", "method", "part", "multiplications", "additions",
                 "div", "comp", "idle");
     for (count_method method : methods)
-        operations_of(method, moving, small, large, csv);
+        operations_of(method, small, large);
     std::printf("\nFrom the literature (each fixed base, revolute, sines excluded):\n"
                 "  tfa  Fijany & Featherstone 2013: 1239 N - 916 multiplications, "
                 "1055 N - 811 additions\n"
@@ -148,18 +117,7 @@ void append(std::string &line, uint64_t number)
     line += text;
 }
 
-void write_depths(FILE *csv, const char *method, bool moving, unsigned n, const count_parts &parts)
-{
-    for (const part_name &p : part_names) {
-        const count_part &part = parts.*p.part;
-        if (csv && count_work(part))
-            std::fprintf(csv, "%s,%s,%s,%u,%llu,%u,%llu\n", method, motion(moving), p.name, n,
-                         (unsigned long long)count_work(part), part.depth,
-                         (unsigned long long)count_schedule(part, n));
-    }
-}
-
-void depth_of(count_method method, bool moving, unsigned largest, FILE *csv)
+void depth_of(count_method method, bool moving, unsigned largest)
 {
     const char *name = count_method_name(method);
     depth_lines lines;
@@ -171,14 +129,13 @@ void depth_of(count_method method, bool moving, unsigned largest, FILE *csv)
         append(lines.all, parts.all.depth);
         append(lines.dynamics, parts.dynamics.depth);
         append(lines.on_n, count_schedule(parts.dynamics, n));
-        write_depths(csv, name, moving, n, parts);
     }
     std::printf("%-14s %-11s%s\n", name, "all", lines.all.c_str());
     std::printf("%-14s %-11s%s\n", name, "dynamics", lines.dynamics.c_str());
     std::printf("%-14s %-11s%s\n", name, "same, P = N", lines.on_n.c_str());
 }
 
-void print_depths(bool moving, unsigned largest, FILE *csv)
+void print_depths(bool moving, unsigned largest)
 {
     std::printf(
         "Longest dependency chain, %s, in operations: the time on processors without "
@@ -190,13 +147,13 @@ void print_depths(bool moving, unsigned largest, FILE *csv)
         std::printf(" %8u", n);
     std::printf("\n");
     for (count_method method : methods)
-        depth_of(method, moving, largest, csv);
+        depth_of(method, moving, largest);
     std::printf("\n");
 }
 
 /* ---- time on P processors ---- */
 
-void processors_of(count_method method, count_robot &robot, unsigned n, FILE *csv)
+void processors_of(count_method method, count_robot &robot, unsigned n)
 {
     const char *name = count_method_name(method);
     count_parts parts;
@@ -204,18 +161,12 @@ void processors_of(count_method method, count_robot &robot, unsigned n, FILE *cs
         return;
     const count_part &part = parts.dynamics;
     std::printf("%-14s", name);
-    for (unsigned p = 1; p <= n; p *= 2) {
-        const uint64_t time = count_schedule(part, p), bound = count_bound(part, p);
-        std::printf(" %8llu", (unsigned long long)time);
-        if (csv)
-            std::fprintf(csv, "%s,%u,%u,%llu,%llu,%llu\n", name, n, p, (unsigned long long)time,
-                         (unsigned long long)bound,
-                         (unsigned long long)(count_work(part) / p + part.depth));
-    }
+    for (unsigned p = 1; p <= n; p *= 2)
+        std::printf(" %8llu", (unsigned long long)count_schedule(part, p));
     std::printf(" %8u\n", part.depth);
 }
 
-void print_processors(unsigned n, FILE *csv)
+void print_processors(unsigned n)
 {
     count_robot robot(n, true);
     std::printf(
@@ -227,38 +178,24 @@ void print_processors(unsigned n, FILE *csv)
         std::printf(" %8u", p);
     std::printf(" %8s\n", "any");
     for (count_method method : methods)
-        processors_of(method, robot, n, csv);
+        processors_of(method, robot, n);
 }
 
 } // namespace
 
 int main(int argc, char **argv)
 {
-    const char *prefix = nullptr;
     unsigned largest = 1024;
-    for (int k = 1; k < argc; k++) {
-        if (!std::strcmp(argv[k], "--csv") && k + 1 < argc) {
-            prefix = argv[++k];
-        } else if (!std::strcmp(argv[k], "--largest") && k + 1 < argc) {
-            largest = (unsigned)std::strtoul(argv[++k], nullptr, 10);
-        } else {
-            std::fprintf(stderr, "usage: %s [--csv PREFIX] [--largest N]\n", argv[0]);
-            return 2;
-        }
+    if (argc == 3 && !std::strcmp(argv[1], "--largest")) {
+        largest = (unsigned)std::strtoul(argv[2], nullptr, 10);
+    } else if (argc > 1) {
+        std::fprintf(stderr, "usage: %s [--largest N]\n", argv[0]);
+        return 2;
     }
-    FILE *operations = open_csv(prefix, "operations",
-                                "method,motion,part,mul_slope,mul_intercept,add_slope,"
-                                "add_intercept,div_slope,comparison_slope,idle_slope");
-    FILE *depths = open_csv(prefix, "depth", "method,motion,part,n,work,depth,time_on_n");
-    FILE *processors = open_csv(prefix, "processors",
-                                "method,n,processors,time,lower_bound,work_over_p_plus_depth");
     for (bool moving : {true, false})
-        print_operations(moving, operations);
+        print_operations(moving);
     for (bool moving : {true, false})
-        print_depths(moving, largest, depths);
-    print_processors(largest < 256 ? largest : 256, processors);
-    for (FILE *file : {operations, depths, processors})
-        if (file)
-            std::fclose(file);
+        print_depths(moving, largest);
+    print_processors(largest < 256 ? largest : 256);
     return 0;
 }

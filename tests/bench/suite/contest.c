@@ -139,7 +139,7 @@ static void give(struct contest *c)
 static void find_tips(struct contest *c)
 {
     const struct library *l = c->contestant[0].library;
-    robot_tips(c->robot, c->task->tips, c->task->along);
+    robot_tips(c->robot, c->task->tips);
     memcpy(c->request.tips, c->robot->tips, sizeof c->request.tips);
     if (c->task->scene && l->tfa_model_find_frame)
         c->request.tips[0] = (uint32_t)l->tfa_model_find_frame(c->contestant[0].model, SUITE_PALM);

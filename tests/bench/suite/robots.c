@@ -147,15 +147,15 @@ static int moves(const tfa_description *d, uint32_t link)
     return joint != NULL;
 }
 
-/* Moving links, or those from which nothing hangs, in order. @return how many */
-static uint32_t candidates(const tfa_description *d, int along, uint32_t *out)
+/* Moving links from which nothing hangs, in order. @return how many */
+static uint32_t candidates(const tfa_description *d, uint32_t *out)
 {
     uint32_t count = 0;
     for (uint32_t link = 0; link < d->link_count; link++) {
         int parent = 0;
         for (size_t j = 0; j < d->joint_count; j++)
             parent |= d->joints[j].parent == link;
-        if ((along || !parent) && moves(d, link))
+        if (!parent && moves(d, link))
             out[count++] = link;
     }
     return count;
@@ -176,10 +176,10 @@ uint32_t robot_deepest(const struct robot *r)
     return deepest;
 }
 
-void robot_tips(struct robot *r, uint32_t count, int along)
+void robot_tips(struct robot *r, uint32_t count)
 {
     uint32_t *link = calloc(r->description->link_count, sizeof *link);
-    const uint32_t found = link ? candidates(r->description, along, link) : 0;
+    const uint32_t found = link ? candidates(r->description, link) : 0;
     for (uint32_t t = 0; t < count; t++)
         r->tips[t] = found ? link[found - 1 - t * found / count] : 0;
     free(link);

@@ -7,15 +7,13 @@
  *
  *   bench_suite --library build/release/lib/libtotalforce.so [--baseline OTHER.so]
  *       [--kernels FOLDER [--compiler PROGRAM]] [--turn-us N] [--rounds N] [--tasks A,B] [--error]
- *       [--tips N] [--along] [--refine N] [--precision f32|f64|f128] [--one-by-one] [--snap ANGLE]
- *       ROBOT ...
+ *       [--snap ANGLE] ROBOT ...
  *   bench_suite --list                  the tasks
  *
  * ROBOT: a URDF file or one that is made (humanoid30, humanoid58, chainN), with ":floating" behind
  * it for a floating base. TFA_ISA chooses the instruction set. --kernels: contestant "specialised",
  * whose kernel is built where FOLDER has none; tips are then links behind the most joints. --error:
- * the column `error`, against quadruple precision. --tips, --along, --refine, --precision,
- * --one-by-one (batches without lanes): in place of a task's own.
+ * the column `error`, against quadruple precision.
  */
 #include "suite.h"
 
@@ -26,10 +24,10 @@
 enum { LIBRARIES = 2 };
 
 struct options {
-    const char *path[LIBRARIES], *tasks, *kernels, *compiler, *precision;
+    const char *path[LIBRARIES], *tasks, *kernels, *compiler;
     double turn_us, snap;
-    uint32_t rounds, tips, refine;
-    int along, error, list, refined, one_by_one;
+    uint32_t rounds;
+    int error, list;
 };
 
 static const char *const precisions[] = {[TFA_F64] = "f64", [TFA_F32] = "f32", [TFA_F128] = "f128"};
@@ -42,14 +40,6 @@ static int is_listed(const char *list, const char *name)
         if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0'))
             return 1;
     return !list;
-}
-
-static int precision_named(const char *name)
-{
-    for (int k = TFA_F64; k <= TFA_F128; k++)
-        if (strcmp(precisions[k], name) == 0)
-            return k;
-    return -1;
 }
 
 static const char *base_name(const struct robot *r)
@@ -89,27 +79,13 @@ static void print_kernel(const struct robot *r, const char *task, double value, 
                task, value, unit);
 }
 
-static struct task adapted(const struct task *t, const struct options *o)
-{
-    struct task task = *t;
-    task.along = o->along;
-    task.one_by_one |= o->one_by_one;
-    task.deepest_tip = o->kernels && task.tips == 1;
-    if (o->tips && task.tips)
-        task.tips = o->tips;
-    if (o->refined)
-        task.refine = o->refine;
-    if (o->precision)
-        task.precision = (tfa_precision)precision_named(o->precision);
-    return task;
-}
-
 static void run_robot(struct robot *r, const struct options *o, const struct library *libraries,
                       uint32_t many)
 {
     for (const struct task *t = suite_tasks; t->name; t++) {
         struct contest c;
-        const struct task task = adapted(t, o);
+        struct task task = *t;
+        task.deepest_tip = o->kernels && task.tips == 1;
         if (!is_listed(o->tasks, t->name) || !suite_is_for(t, r) ||
             contest_open(&c, &task, r, libraries, many) != 0)
             continue;
@@ -181,21 +157,11 @@ static int parse(int argc, char **argv, struct options *o)
         uint32_t *number;
         double *real;
     } known[] = {
-        {"--list", .flag = &o->list},
-        {"--error", .flag = &o->error},
-        {"--along", .flag = &o->along},
-        {"--one-by-one", .flag = &o->one_by_one},
-        {"--library", .text = &o->path[0]},
-        {"--baseline", .text = &o->path[1]},
-        {"--kernels", .text = &o->kernels},
-        {"--compiler", .text = &o->compiler},
-        {"--tasks", .text = &o->tasks},
-        {"--precision", .text = &o->precision},
-        {"--rounds", .number = &o->rounds},
-        {"--tips", .number = &o->tips},
-        {"--refine", .flag = &o->refined, .number = &o->refine},
-        {"--turn-us", .real = &o->turn_us},
-        {"--snap", .real = &o->snap},
+        {"--list", .flag = &o->list},       {"--error", .flag = &o->error},
+        {"--library", .text = &o->path[0]}, {"--baseline", .text = &o->path[1]},
+        {"--kernels", .text = &o->kernels}, {"--compiler", .text = &o->compiler},
+        {"--tasks", .text = &o->tasks},     {"--rounds", .number = &o->rounds},
+        {"--turn-us", .real = &o->turn_us}, {"--snap", .real = &o->snap},
     };
     int k = 1;
     for (; k < argc && strncmp(argv[k], "--", 2) == 0; k++) {
@@ -217,10 +183,7 @@ static int parse(int argc, char **argv, struct options *o)
         else
             *known[at].real = atof(argv[k]);
     }
-    return o->path[0] && o->turn_us > 0 && o->rounds > 0 && o->tips <= TFA_MAX_TIPS &&
-                   (!o->precision || precision_named(o->precision) >= 0) && k < argc
-               ? k
-               : 0;
+    return o->path[0] && o->turn_us > 0 && o->rounds > 0 && k < argc ? k : 0;
 }
 
 static int list_tasks(void)

@@ -77,8 +77,8 @@ struct robot {
  * hands), chainN of N random rods. @return 0, or -1 after a message */
 int robot_open(struct robot *r, const struct library *l, const char *name, tfa_base base);
 void robot_close(struct robot *r, const struct library *l);
-/* Its tips for a request of so many: ends of branches, or links all along it. */
-void robot_tips(struct robot *r, uint32_t count, int along);
+/* Its tips for a request of so many: ends of branches. */
+void robot_tips(struct robot *r, uint32_t count);
 /* The link behind the most joints, the last of several */
 uint32_t robot_deepest(const struct robot *r);
 
@@ -117,7 +117,6 @@ struct task {
     enum given given;
     enum scene scene;
     int one_by_one;  /* a batch without lanes */
-    int along;       /* tips all along the robot */
     int deepest_tip; /* the tip is the link behind the most joints */
     size_t (*bytes)(const struct library *l, const tfa_description *d, const tfa_model_options *o,
                     const tfa_model *m);

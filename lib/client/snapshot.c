@@ -70,12 +70,12 @@ void tfa_snapshot_free(tfa_snapshot *snapshot)
 
 /* ---- one tally ---- */
 
-static uint64_t relaxed(const tfa_word *word)
+static uint64_t relaxed(const tfa_counter *word)
 {
     return atomic_load_explicit(word, memory_order_relaxed);
 }
 
-static void copy_buckets(const tfa_word *words, tfa_histogram *h)
+static void copy_buckets(const tfa_counter *words, tfa_histogram *h)
 {
     for (uint32_t i = 0; i < TFA_STATISTICS_BUCKETS; i++)
         h->buckets[i] = atomic_load_explicit(&words[i], memory_order_acquire); /* T2 */
@@ -330,19 +330,19 @@ static void add_clients(tfa_snapshot *snapshot)
 
 static void read_dds(const tfa_shared_dds *from, tfa_dds_statistics *to)
 {
-    const tfa_word *const words[] = {&from->requests,
-                                     &from->torques,
-                                     &from->replies,
-                                     &from->rejected,
-                                     &from->late,
-                                     &from->unknown,
-                                     &from->dropped,
-                                     &from->handovers,
-                                     &from->standby,
-                                     &from->request_writers,
-                                     &from->reply_readers,
-                                     &from->torque_writers,
-                                     &from->acceleration_readers};
+    const tfa_counter *const words[] = {&from->requests,
+                                        &from->torques,
+                                        &from->replies,
+                                        &from->rejected,
+                                        &from->late,
+                                        &from->unknown,
+                                        &from->dropped,
+                                        &from->handovers,
+                                        &from->standby,
+                                        &from->request_writers,
+                                        &from->reply_readers,
+                                        &from->torque_writers,
+                                        &from->acceleration_readers};
     uint64_t values[sizeof words / sizeof *words];
     _Static_assert(sizeof values == sizeof *to, "one word for each counter");
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)

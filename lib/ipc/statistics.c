@@ -17,30 +17,30 @@
 
 /* ---- records ---- */
 
-void tfa_words_write(tfa_word *words, const void *from, size_t bytes)
+void tfa_words_write(tfa_counter *words, const void *from, size_t bytes)
 {
     const unsigned char *at = from;
     for (size_t i = 0; i < bytes / 8; i++) {
         uint64_t word;
         memcpy(&word, at + 8 * i, 8);
-        tfa_word_set(&words[i], word);
+        tfa_counter_set(&words[i], word);
     }
 }
 
-void tfa_words_clear(tfa_word *words, size_t count)
+void tfa_words_clear(tfa_counter *words, size_t count)
 {
     for (size_t i = 0; i < count; i++)
-        tfa_word_set(&words[i], 0);
+        tfa_counter_set(&words[i], 0);
 }
 
-void tfa_record_write(tfa_word *version, tfa_word *words, const void *from, size_t bytes)
+void tfa_record_write(tfa_counter *version, tfa_counter *words, const void *from, size_t bytes)
 {
     tfa_record_begin(version);
     tfa_words_write(words, from, bytes);
     tfa_record_end(version);
 }
 
-uint64_t tfa_record_version(const tfa_word *version)
+uint64_t tfa_record_version(const tfa_counter *version)
 {
     uint64_t v = 1;
     for (int i = 0; i < TRIES && v % 2; i++)
@@ -48,7 +48,7 @@ uint64_t tfa_record_version(const tfa_word *version)
     return v;
 }
 
-bool tfa_record_read(const tfa_word *version, const tfa_word *words, void *to, size_t bytes)
+bool tfa_record_read(const tfa_counter *version, const tfa_counter *words, void *to, size_t bytes)
 {
     unsigned char *at = to;
     for (int i = 0; i < TRIES; i++) {
@@ -67,23 +67,23 @@ bool tfa_record_read(const tfa_word *version, const tfa_word *words, void *to, s
 
 /* ---- counters of requests ---- */
 
-static uint64_t value_of(const tfa_word *word)
+static uint64_t value_of(const tfa_counter *word)
 {
     return atomic_load_explicit(word, memory_order_relaxed); /* the writer's own */
 }
 
-static void raise_to(tfa_word *word, uint64_t value)
+static void raise_to(tfa_counter *word, uint64_t value)
 {
     if (value > value_of(word))
-        tfa_word_set(word, value);
+        tfa_counter_set(word, value);
 }
 
 static inline void count_time(tfa_shared_tally *t, int time, uint64_t ns)
 {
-    tfa_word_add(&t->words[TFA_TALLY_SUMS + time], ns);
+    tfa_counter_add(&t->words[TFA_TALLY_SUMS + time], ns);
     raise_to(&t->words[TFA_TALLY_MAXIMA + time], ns);
-    tfa_word_add(&t->buckets[time][tfa_bucket_of(TFA_STATISTICS_BITS, TFA_STATISTICS_BUCKETS, ns)],
-                 1);
+    tfa_counter_add(
+        &t->buckets[time][tfa_bucket_of(TFA_STATISTICS_BITS, TFA_STATISTICS_BUCKETS, ns)], 1);
 }
 
 static void count_estimate(tfa_shared_tally *t, double estimate)
@@ -95,7 +95,7 @@ static void count_estimate(tfa_shared_tally *t, double estimate)
         estimate = HUGE_VAL;
     for (; k < TFA_STATISTICS_DECADES - 1 && estimate >= bound; k++)
         bound *= 10;
-    tfa_word_add(&t->words[TFA_TALLY_DECADES + k], 1);
+    tfa_counter_add(&t->words[TFA_TALLY_DECADES + k], 1);
     memcpy(&bits, &estimate, 8);
     raise_to(&t->words[TFA_TALLY_LARGEST], bits);
 }
@@ -103,7 +103,7 @@ static void count_estimate(tfa_shared_tally *t, double estimate)
 static void count_flags(tfa_shared_tally *t, const tfa_answer *answer)
 {
     for (uint32_t flags = answer->flags & 0xff; flags; flags &= flags - 1)
-        tfa_word_add(&t->words[TFA_TALLY_FLAGS + __builtin_ctz(flags)], 1);
+        tfa_counter_add(&t->words[TFA_TALLY_FLAGS + __builtin_ctz(flags)], 1);
     if (answer->flags & TFA_ANSWER_ESTIMATED)
         count_estimate(t, answer->error_estimate);
 }
@@ -112,11 +112,11 @@ static inline void count_answers(tfa_shared_tally *t, const tfa_tally_request *r
 {
     uint32_t method = r->answers ? r->answers[0].method : 0;
     method = method < TFA_STATISTICS_METHODS ? method : 0;
-    tfa_word_add(&t->words[TFA_TALLY_METHODS + method], 1);
+    tfa_counter_add(&t->words[TFA_TALLY_METHODS + method], 1);
     if (r->states != 1)
-        tfa_word_add(&t->words[TFA_TALLY_MORE_STATES], r->states - 1);
+        tfa_counter_add(&t->words[TFA_TALLY_MORE_STATES], r->states - 1);
     if (r->refined)
-        tfa_word_add(&t->words[TFA_TALLY_REFINED], r->states);
+        tfa_counter_add(&t->words[TFA_TALLY_REFINED], r->states);
     if (!r->answers)
         return;
     for (uint32_t i = 0; i < r->states; i++)
@@ -128,13 +128,13 @@ void tfa_tally_count(tfa_shared_tally *t, const tfa_tally_request *r)
 {
     const uint32_t status = (uint32_t)-r->status;
     tfa_record_begin(&t->version);
-    tfa_word_add(
+    tfa_counter_add(
         &t->words[TFA_TALLY_STATUSES + (status < TFA_STATISTICS_STATUSES ? status : -TFA_E_SYSTEM)],
         1);
     if (r->has_answers)
         count_answers(t, r);
     if (r->busy_ns < r->done - r->start)
-        tfa_word_add(&t->words[TFA_TALLY_PAUSES], r->done - r->start - r->busy_ns);
+        tfa_counter_add(&t->words[TFA_TALLY_PAUSES], r->done - r->start - r->busy_ns);
     count_time(t, TFA_TIME_QUEUE, r->start - r->received);
     count_time(t, TFA_TIME_COMPUTE, r->done - r->start);
     if (r->sent && r->sent <= r->done)
@@ -150,11 +150,11 @@ void tfa_tally_add(tfa_shared_tally *t, const tfa_shared_tally *from)
         if ((i >= TFA_TALLY_MAXIMA && i < TFA_TALLY_MAXIMA + TFA_TIMES) || i == TFA_TALLY_LARGEST)
             raise_to(&t->words[i], value);
         else
-            tfa_word_add(&t->words[i], value);
+            tfa_counter_add(&t->words[i], value);
     }
     for (int k = 0; k < TFA_TIMES; k++)
         for (int i = 0; i < (int)TFA_STATISTICS_BUCKETS; i++)
-            tfa_word_add(&t->buckets[k][i], value_of(&from->buckets[k][i]));
+            tfa_counter_add(&t->buckets[k][i], value_of(&from->buckets[k][i]));
     tfa_record_end(&t->version);
 }
 

@@ -42,48 +42,48 @@
 /** Sources of states besides the workers. */
 enum { TFA_SOURCE_DDS, TFA_SOURCE_ROS2, TFA_GATEWAY_SOURCES };
 
-typedef _Atomic uint64_t tfa_word;
+typedef _Atomic uint64_t tfa_counter;
 
 #define TFA_WORDS_OF(type) ((sizeof(type) + 7) / 8)
 
 /* ---- words of one writer ---- */
 
-static inline void tfa_word_set(tfa_word *word, uint64_t value)
+static inline void tfa_counter_set(tfa_counter *word, uint64_t value)
 {
     atomic_store_explicit(word, value, memory_order_release); /* S2 */
 }
 
 /* One writer: no read-modify-write is needed. */
-static inline void tfa_word_add(tfa_word *word, uint64_t n)
+static inline void tfa_counter_add(tfa_counter *word, uint64_t n)
 {
-    tfa_word_set(word, atomic_load_explicit(word, memory_order_relaxed) + n);
+    tfa_counter_set(word, atomic_load_explicit(word, memory_order_relaxed) + n);
 }
 
-static inline void tfa_record_begin(tfa_word *version)
+static inline void tfa_record_begin(tfa_counter *version)
 {
     atomic_store_explicit(version, atomic_load_explicit(version, memory_order_relaxed) + 1,
                           memory_order_relaxed); /* S1 */
 }
 
-static inline void tfa_record_end(tfa_word *version)
+static inline void tfa_record_end(tfa_counter *version)
 {
-    tfa_word_add(version, 1); /* S3 */
+    tfa_counter_add(version, 1); /* S3 */
 }
 
 /** Writes `bytes` of a plain object, a multiple of 8, as words of a record. */
-void tfa_words_write(tfa_word *words, const void *from, size_t bytes);
-void tfa_words_clear(tfa_word *words, size_t count);
+void tfa_words_write(tfa_counter *words, const void *from, size_t bytes);
+void tfa_words_clear(tfa_counter *words, size_t count);
 
 /** Writes a record: begin, words, end. */
-void tfa_record_write(tfa_word *version, tfa_word *words, const void *from, size_t bytes);
+void tfa_record_write(tfa_counter *version, tfa_counter *words, const void *from, size_t bytes);
 
 /** Copies a record. @return false: it was being written all the time */
-bool tfa_record_read(const tfa_word *version, const tfa_word *words, void *to, size_t bytes);
+bool tfa_record_read(const tfa_counter *version, const tfa_counter *words, void *to, size_t bytes);
 
 /** T1: an even version to begin with; odd: it was being written all the time. */
-uint64_t tfa_record_version(const tfa_word *version);
+uint64_t tfa_record_version(const tfa_counter *version);
 /** T3 */
-static inline bool tfa_record_is_valid(const tfa_word *version, uint64_t began)
+static inline bool tfa_record_is_valid(const tfa_counter *version, uint64_t began)
 {
     return atomic_load_explicit(version, memory_order_relaxed) == began;
 }
@@ -109,9 +109,9 @@ enum {
 enum { TFA_TIME_QUEUE, TFA_TIME_COMPUTE, TFA_TIME_TOTAL, TFA_TIMES };
 
 typedef struct tfa_shared_tally {
-    alignas(TFA_STATISTICS_LINE) tfa_word version;
-    tfa_word words[TFA_TALLY_WORDS];
-    tfa_word buckets[TFA_TIMES][TFA_STATISTICS_BUCKETS];
+    alignas(TFA_STATISTICS_LINE) tfa_counter version;
+    tfa_counter words[TFA_TALLY_WORDS];
+    tfa_counter buckets[TFA_TIMES][TFA_STATISTICS_BUCKETS];
 } tfa_shared_tally;
 
 /** An answered request. */
@@ -142,41 +142,41 @@ void tfa_tally_sum(const tfa_shared_tally *tally, tfa_tally_sums *sums);
 
 #define TFA_RECORD(type)                                                                           \
     struct {                                                                                       \
-        tfa_word version;                                                                          \
-        tfa_word words[TFA_WORDS_OF(type)];                                                        \
+        tfa_counter version;                                                                       \
+        tfa_counter words[TFA_WORDS_OF(type)];                                                     \
     }
 
 typedef struct tfa_shared_client {
-    alignas(TFA_STATISTICS_LINE) tfa_word served[TFA_WORDS_OF(tfa_served_client)]; /* of the
+    alignas(TFA_STATISTICS_LINE) tfa_counter served[TFA_WORDS_OF(tfa_served_client)]; /* of the
                                                                           worker's attachments */
-    tfa_word queued;
+    tfa_counter queued;
     tfa_shared_tally tally;
 } tfa_shared_client;
 
 typedef struct tfa_shared_worker {
-    alignas(TFA_STATISTICS_LINE) tfa_word version; /* of the attachments */
-    tfa_word clients_used;                         /* entries beyond were never used */
-    alignas(TFA_STATISTICS_LINE) tfa_word heartbeat;
+    alignas(TFA_STATISTICS_LINE) tfa_counter version; /* of the attachments */
+    tfa_counter clients_used;                         /* entries beyond were never used */
+    alignas(TFA_STATISTICS_LINE) tfa_counter heartbeat;
 } tfa_shared_worker;
 
 /** Header of a tfa_robot_state, then base_pose and q. */
 typedef struct tfa_shared_state {
-    alignas(TFA_STATISTICS_LINE) tfa_word version;
-    tfa_word words[TFA_WORDS_OF(tfa_robot_state)];
+    alignas(TFA_STATISTICS_LINE) tfa_counter version;
+    tfa_counter words[TFA_WORDS_OF(tfa_robot_state)];
 } tfa_shared_state;
 
 typedef struct tfa_shared_robot {
     alignas(TFA_STATISTICS_LINE) TFA_RECORD(tfa_served_robot) served; /* control thread */
     TFA_RECORD(tfa_ros2_statistics) ros2;                             /* thread of ROS 2 */
-    tfa_word dds_request, dds_torques;                                /* under the robot's mutex */
+    tfa_counter dds_request, dds_torques;                             /* under the robot's mutex */
     tfa_shared_tally gateway[TFA_GATEWAY_SOURCES]; /* requests that gateways answer themselves */
 } tfa_shared_robot;
 
 /** Messages of the DDS gateway. Several receiving threads: read-modify-writes. */
 typedef struct tfa_shared_dds {
-    tfa_word requests, torques, replies, rejected, late, unknown, dropped, handovers, standby;
+    tfa_counter requests, torques, replies, rejected, late, unknown, dropped, handovers, standby;
     /* the leader thread alone */
-    tfa_word request_writers, reply_readers, torque_writers, acceleration_readers;
+    tfa_counter request_writers, reply_readers, torque_writers, acceleration_readers;
 } tfa_shared_dds;
 
 typedef struct tfa_shared_header {
@@ -188,9 +188,9 @@ typedef struct tfa_shared_header {
     uint32_t workers, robots, clients; /* clients: of a worker */
     uint32_t dds;
     char version[32];
-    char runtime_dir[112]; /* a socket's path is no longer */
-    alignas(TFA_STATISTICS_LINE) tfa_word connections; /* control thread, relaxed */
-    tfa_word refused, reloads, stopped;
+    char runtime_dir[112];                                /* a socket's path is no longer */
+    alignas(TFA_STATISTICS_LINE) tfa_counter connections; /* control thread, relaxed */
+    tfa_counter refused, reloads, stopped;
     tfa_shared_dds dds_messages;
 } tfa_shared_header;
 

@@ -206,7 +206,7 @@ static void reject_connection(tfa_daemon *d, int listener)
     if (fd >= 0)
         close(fd);
     d->reserve = open("/dev/null", O_RDONLY | O_CLOEXEC);
-    tfa_word_add(&d->statistics.header->refused, 1);
+    tfa_counter_add(&d->statistics.header->refused, 1);
 }
 
 int control_accept(tfa_daemon *d, int listener)
@@ -224,7 +224,7 @@ static void accept_client(tfa_daemon *d, uint32_t robot)
         session_begin(d, robot, fd);
 }
 
-static uint64_t value_of(const tfa_word *word)
+static uint64_t value_of(const tfa_counter *word)
 {
     return atomic_load_explicit(word, memory_order_relaxed);
 }

@@ -26,7 +26,7 @@ __attribute__((format(printf, 4, 5))) static int refuse(tfa_daemon *d, tfa_welco
     vsnprintf(w->text, sizeof w->text, format, arguments);
     va_end(arguments);
     w->status = status;
-    tfa_word_add(&d->statistics.header->refused, 1);
+    tfa_counter_add(&d->statistics.header->refused, 1);
     return status;
 }
 

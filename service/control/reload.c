@@ -287,7 +287,7 @@ static void complete_reload(tfa_daemon *d)
     if (d->reload.of_topic)
         describe(d, NULL);
     if (changed)
-        tfa_word_add(&d->statistics.header->reloads, 1);
+        tfa_counter_add(&d->statistics.header->reloads, 1);
     snprintf(text, sizeof text, "ok: %u of %u models exchanged, %.1f ms", changed,
              d->robot_set.count, (double)(control_clock() - d->reload.start) * 1e-6);
     log_of(d)(TFA_LOG_INFO, "reload: done, %s", text + 4);

@@ -109,7 +109,7 @@ void session_begin(tfa_daemon *d, uint32_t robot, int socket)
         goto err_socket;
     d->sessions = s;
     d->session_count++;
-    tfa_word_add(&d->statistics.header->connections, 1);
+    tfa_counter_add(&d->statistics.header->connections, 1);
     return;
 
 err_socket:

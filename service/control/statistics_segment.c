@@ -50,7 +50,7 @@ int statistics_open(tfa_daemon *d)
 void statistics_close(tfa_daemon *d)
 {
     if (d->statistics.header)
-        tfa_word_set(&d->statistics.header->stopped, 1);
+        tfa_counter_set(&d->statistics.header->stopped, 1);
     tfa_segment_destroy(&d->statistics_segment);
     d->statistics = (tfa_statistics_view){0};
 }

@@ -74,7 +74,7 @@ static void write_clients(const tfa_daemon *d, FILE *out)
     fputs("\n  ],\n", out);
 }
 
-static uint64_t value_of(const tfa_word *word)
+static uint64_t value_of(const tfa_counter *word)
 {
     return atomic_load_explicit(word, memory_order_relaxed);
 }

@@ -71,9 +71,9 @@ static void begin_statistics(tfa_worker *w, const tfa_worker_client_options *o,
     tfa_record_begin(&block->version);
     tfa_tally_clear(&client->shared->tally);
     tfa_words_write(client->shared->served, &served, sizeof served);
-    tfa_word_set(&client->shared->queued, 0);
+    tfa_counter_set(&client->shared->queued, 0);
     if (number >= atomic_load_explicit(&block->clients_used, memory_order_relaxed))
-        tfa_word_set(&block->clients_used, number + 1);
+        tfa_counter_set(&block->clients_used, number + 1);
     tfa_record_end(&block->version);
 }
 

@@ -116,7 +116,7 @@ TEST(copies_are_of_one_moment)
                 .state = &reader.view.states[1]};
     tfa_snapshot *s;
     tfa_words_write(reader.view.clients[1].served, &served, sizeof served);
-    tfa_word_set(&reader.view.workers[0].clients_used, CLIENTS);
+    tfa_counter_set(&reader.view.workers[0].clients_used, CLIENTS);
     assert_int_equal(tfa_snapshot_create(&reader, &s), TFA_OK);
     assert_int_equal(pthread_create(&w.thread, NULL, write_all, &w), 0);
     for (int i = 0; i < READS; i++) { /* busy: the writer has no processor */

@@ -147,7 +147,7 @@ static void raise_thread(void)
     (void)setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), NICE);
 }
 
-static void set_relaxed(tfa_word *word, uint64_t value)
+static void set_relaxed(tfa_counter *word, uint64_t value)
 {
     atomic_store_explicit(word, value, memory_order_relaxed);
 }

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * An answer depends on its request only: after any other requests it has the bits that a workspace
- * just made gives; a batch has those of its states one by one; and answers that need no solution
- * have the same bits whichever op and flags stand beside them.
+ * An answer depends on its request only: in sequences of requests, many of them with the q of the
+ * one before, with refused ones between them, it has the bits that a workspace just made gives; a
+ * batch has those of its states one by one; and answers that need no solution have the same bits
+ * whichever op and flags stand beside them.
  */
 #include "operational.h"
 #include "support/fixture.h"
 #include "test.h"
 
-#define FREEDOMS 30 /* robots larger than this take too long */
-#define REQUESTS 12
+#define FREEDOMS 30 /* robots larger than this take too long, but reduced ones */
 #define KINEMATICS                                                                                 \
     (TFA_WANT_POSES | TFA_WANT_FRAME_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN |                 \
      TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
@@ -23,7 +23,7 @@ static const tfa_op ops[] = {TFA_OP_KINEMATICS,       TFA_OP_FORWARD_DYNAMICS,
 
 static double desired[OP_STATES * OP_ROWS];
 static const double weightless[3] = {0, 0, 0};
-static uint32_t compared;
+static uint32_t requests; /* of a sequence in double */
 
 static bool has_lambda(tfa_op op)
 {
@@ -31,43 +31,126 @@ static bool has_lambda(tfa_op op)
            op == TFA_OP_TASK_TORQUES;
 }
 
-/* A request with some of everything */
-static tfa_request draw(op_case *c)
+static struct {
+    uint32_t compared, refused, repeated, locked, loaded;
+} tally;
+
+static bool one_in(op_case *c, uint32_t n)
 {
-    op_choose_tips(c, 1 + random_below(&c->s, OP_TIPS), (tfa_rows)random_below(&c->s, 2),
-                   (tfa_reference_frame)random_below(&c->s, 3));
-    if (random_below(&c->s, 2))
+    return random_below(&c->s, n) == 0;
+}
+
+/* What a sequence has chosen, tips and locks aside, which stand in the case. */
+typedef struct sequence {
+    uint32_t state;  /* OP_STATES: all */
+    uint32_t absent; /* bits: velocities, wrenches, payload, torques */
+    const double *gravity;
+    tfa_request question; /* op, flags, rank_loss, refine */
+    bool moved;           /* q and pose are own ones */
+    double q[2 * OP_FREEDOMS * OP_STATES], pose[7 * OP_STATES], field[3];
+    double payload[TFA_PAYLOAD_NUMBERS];
+    uint32_t payload_frame;
+} sequence;
+
+static void change_question(op_case *c, tfa_request *r)
+{
+    static const uint32_t refine[] = {TFA_REFINE_DEFAULT, TFA_REFINE_DEFAULT, 0, 1, 2};
+    r->op = ops[random_below(&c->s, OPS)];
+    r->flags = (uint32_t)random_bits(&c->s) & TFA_WANT_ALL;
+    if (!has_lambda(r->op))
+        r->flags &= KINEMATICS;
+    r->rank_loss = (tfa_rank_loss)random_below(&c->s, 2);
+    r->refine = refine[random_below(&c->s, 5)];
+}
+
+static void change(op_case *c, sequence *x, bool first)
+{
+    if (first || one_in(c, 3)) {
+        x->state = random_below(&c->s, OP_STATES + 1);
+        x->moved = false;
+    }
+    if (first || one_in(c, 3))
+        op_choose_tips(c, 1 + random_below(&c->s, OP_TIPS), (tfa_rows)random_below(&c->s, 2),
+                       (tfa_reference_frame)random_below(&c->s, 3));
+    if (one_in(c, 4) && (op_unlock(c), one_in(c, 2)))
         (void)op_lock(c);
-    else
-        op_unlock(c);
-    tfa_request r = c->r;
-    r.op = ops[random_below(&c->s, OPS)];
-    r.flags = (uint32_t)random_bits(&c->s) & TFA_WANT_ALL;
-    if (!has_lambda(r.op))
-        r.flags &= KINEMATICS;
-    r.rank_loss = (tfa_rank_loss)random_below(&c->s, 2);
+    if (first || one_in(c, 3))
+        x->absent = random_below(&c->s, 16) & random_below(&c->s, 16);
+    if (one_in(c, 4)) {
+        for (int k = 0; k < 3; k++)
+            x->field[k] = random_uniform(&c->s, -10, 10);
+        x->gravity = one_in(c, 3) ? weightless : one_in(c, 2) ? x->field : NULL;
+    }
+    if (first || one_in(c, 5)) {
+        random_payload(&c->s, x->payload);
+        x->payload_frame = one_in(c, 2) ? x->payload_frame : random_below(&c->s, c->link_count);
+    }
+    if (first || !one_in(c, 4))
+        change_question(c, &x->question);
+}
+
+/* One coordinate moved, or the base, in memory of the sequence: the address of q tells nothing of
+ * what is in it. */
+static void nudge(op_case *c, sequence *x, const tfa_request *r)
+{
+    const tfa_joint_info info =
+        tfa_model_joint(c->model, random_below(&c->s, tfa_model_joint_count(c->model)));
+    memmove(x->q, r->q, (size_t)r->count * c->nq * sizeof *x->q);
+    if (r->base_pose)
+        memmove(x->pose, r->base_pose, 7 * (size_t)r->count * sizeof *x->pose);
+    x->moved = true;
+    if (r->base_pose && one_in(c, 2))
+        x->pose[random_below(&c->s, 3)] += 0.5;
+    else if (info.q_count < 7)
+        x->q[info.q_index] += one_in(c, 2) ? 1e-9 : 0.25;
+}
+
+/* The next request of a sequence */
+static tfa_request draw(op_case *c, sequence *x, bool first)
+{
+    change(c, x, first);
+    tfa_request r = x->state < OP_STATES ? op_state(c, x->state) : c->r;
+    if (c->nq > 0 && one_in(c, 6))
+        nudge(c, x,
+              x->moved ? &(tfa_request){.count = r.count,
+                                        .q = x->q,
+                                        .base_pose = r.base_pose ? x->pose : NULL}
+                       : &r);
+    r.q = x->moved ? x->q : r.q;
+    r.base_pose = x->moved && r.base_pose ? x->pose : r.base_pose;
+    r.op = x->question.op;
+    r.flags = x->question.flags;
+    r.rank_loss = x->question.rank_loss;
+    r.refine = x->question.refine;
     r.task_acceleration = desired;
+    r.gravity = x->gravity ? x->gravity : r.gravity;
     if (r.op == TFA_OP_MASS_MATRIX)
         r.locked_count = 0;
-    if (random_below(&c->s, 3) == 0)
+    if (x->absent & 1)
         r.v = r.base_twist = NULL;
-    if (random_below(&c->s, 3) == 0)
-        r.wrench_count = 0;
-    if (random_below(&c->s, 3) == 0)
-        r.payload_count = 0;
-    if (random_below(&c->s, 3) == 0)
-        r.gravity = weightless;
-    if (random_below(&c->s, 3) == 0)
-        r.tau = NULL;
-    if (random_below(&c->s, 3) == 0)
-        r.count = 1;
+    r.wrench_count = x->absent & 2 ? 0 : r.wrench_count;
+    r.payload_count = x->absent & 4 ? 0 : 1;
+    r.payloads = x->payload;
+    r.payload_frames[0] = x->payload_frame;
+    r.tau = x->absent & 8 ? NULL : r.tau;
     op_choose_method(c, &r);
+    if (one_in(c, 20)) /* that the request may not permit */
+        r.method = tfa_method_describe(random_below(&c->s, TFA_METHOD_ABA + 4))->method;
     return r;
+}
+
+static int answer(tfa_workspace *w, const tfa_request *r, op_answers *a)
+{
+    op_answers_clear(a);
+    return tfa_compute(w, r, &a->reply);
 }
 
 static void same(const op_case *c, const tfa_request *r, const char *what, const op_answers *a,
                  const op_answers *b)
 {
+    assert_true(a->reply.status == b->reply.status && a->reply.field == b->reply.field &&
+                a->reply.index == b->reply.index && a->reply.state == b->reply.state &&
+                a->reply.model == b->reply.model);
     if (memcmp(a->memory, b->memory, a->size * sizeof *a->memory) != 0 ||
         memcmp(a->rank, b->rank, a->count * sizeof *a->rank) != 0 ||
         memcmp(a->spectrum, b->spectrum, a->count * sizeof *a->spectrum) != 0 ||
@@ -81,7 +164,7 @@ static void same(const op_case *c, const tfa_request *r, const char *what, const
                  (unsigned)a->rows, (int)r->frame, (unsigned)r->locked_count, (unsigned)r->count, k,
                  a->size, k < a->size ? b->memory[k] : 0, k < a->size ? a->memory[k] : 0);
     }
-    compared++;
+    tally.compared++;
 }
 
 /* State k of answers to several, where those to one stand */
@@ -135,7 +218,8 @@ static void one_by_one(op_case *c, tfa_workspace *w, const tfa_request *r, const
     for (uint32_t k = 0; k < r->count; k++) {
         const tfa_request one = op_state(c, k);
         op_answers *a = op_answers_create(c, &one), *b = op_answers_create(c, &one);
-        op_compute(c, w, &one, a);
+        (void)answer(w, &one, a);
+        (void)answer(w, &one, b);
         copy_state(all, k, b);
         same(c, r, "alone and in a batch", b, a);
         op_answers_free(b);
@@ -144,42 +228,79 @@ static void one_by_one(op_case *c, tfa_workspace *w, const tfa_request *r, const
     c->r = before;
 }
 
-static void with_precision(op_case *c, tfa_workspace *used, tfa_precision precision)
+/* A request that is refused leaves no trace. */
+static void disturb(op_case *c, tfa_workspace *used, const tfa_request *r, op_answers *a)
 {
-    tfa_workspace *w = NULL;
-    for (int k = 0; k < REQUESTS; k++) {
-        tfa_request r = draw(c);
-        r.count = precision == TFA_F128 ? 1 : r.count;
-        op_answers *a = op_answers_create(c, &r), *b = op_answers_create(c, &r);
-        w = fixture_workspace(c->model, precision);
-        op_compute(c, w, &r, a);
-        op_compute(c, used, &r, b);
-        same(c, &r, "workspace used before", a, b);
-        op_compute(c, used, &r, b);
-        same(c, &r, "asked twice", a, b);
-        if (r.count > 1)
-            one_by_one(c, w, &r, a);
+    static double damaged[2 * OP_FREEDOMS * OP_STATES];
+    tfa_request q = *r;
+    if (c->nq == 0)
+        return;
+    memcpy(damaged, r->q, (size_t)r->count * c->nq * sizeof *damaged);
+    damaged[random_below(&c->s, c->nq)] = NAN;
+    q.q = damaged;
+    assert_int_not_equal(answer(used, &q, a), TFA_OK);
+}
+
+static void step(op_case *c, tfa_workspace *used, tfa_workspace *w, const tfa_request *r)
+{
+    op_answers *a = op_answers_create(c, r), *b = op_answers_create(c, r);
+    const int status = answer(w, r, a);
+    if (one_in(c, 10))
+        disturb(c, used, r, b);
+    (void)answer(used, r, b);
+    same(c, r, "workspace used before", a, b);
+    (void)answer(used, r, b);
+    same(c, r, "asked twice", a, b);
+    if (r->count > 1 && status == TFA_OK)
+        one_by_one(c, w, r, a);
+    op_answers_free(b);
+    op_answers_free(a);
+    tally.refused += status != TFA_OK;
+    tally.locked += r->locked_count > 0;
+    tally.loaded += r->payload_count > 0;
+}
+
+static void in_sequence(op_case *c, tfa_precision precision, tfa_residual residual, uint32_t steps)
+{
+    static sequence x;
+    const double *before = NULL;
+    tfa_workspace *used = fixture_mixed(c->model, precision, residual);
+    x = (sequence){0};
+    for (uint32_t k = 0; k < steps; k++) {
+        const tfa_request r = draw(c, &x, k == 0);
+        tfa_workspace *w = fixture_mixed(c->model, precision, residual);
+        tally.repeated += r.q == before;
+        before = r.q;
+        step(c, used, w, &r);
         tfa_workspace_free(w);
-        op_answers_free(b);
-        op_answers_free(a);
     }
+    tfa_workspace_free(used);
 }
 
 static void reuse(op_case *c)
 {
-    if (c->n > FREEDOMS)
+    if (c->n > FREEDOMS && !c->tie)
         return;
     for (size_t k = 0; k < sizeof desired / sizeof *desired; k++)
         desired[k] = random_uniform(&c->s, -5, 5);
-    with_precision(c, c->f64, TFA_F64);
+    in_sequence(c, TFA_F64, TFA_RESIDUAL_SAME, requests);
+    in_sequence(c, TFA_F32, TFA_RESIDUAL_F64, requests);
     if (c->n <= 8)
-        with_precision(c, c->f128, TFA_F128);
+        in_sequence(c, TFA_F128, TFA_RESIDUAL_SAME, requests / 2);
 }
 
 TEST(answers_depend_on_their_request_only)
 {
-    op_for_each(OP_ALL, reuse);
-    print_message("  %u answers compared\n", compared);
+    requests = 12;
+    op_for_each(OP_FIXTURE | OP_CHAINS, reuse);
+    requests = 100;
+    op_for_each(OP_REDUCED, reuse);
+    print_message("  %u answers compared; of the requests %u refused, %u with the q before, %u "
+                  "locked, %u loaded\n",
+                  tally.compared, tally.refused, tally.repeated, tally.locked, tally.loaded);
+    const uint32_t few = tally.compared / 200;
+    assert_true(tally.refused < tally.compared / 4 && tally.repeated > few);
+    assert_true(tally.locked > few && tally.loaded > few);
 }
 
 /* ---- beside others ---- */

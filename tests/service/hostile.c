@@ -140,7 +140,7 @@ static void exchange_line(raw_client *v, const tfa_wire_request *line)
     const int32_t status = expected_status(line, v->welcome.shape.v_count, &field);
     if (reply->status != status || reply->field != (uint32_t)field || reply->id != line->id)
         fail_msg("payloads %u, locked %u, blocks %x: %s about %s, not %s about %s",
-                 line->payload_count, line->locked_count, line->present,
+                 line->payload_count, line->locked_count, (unsigned)line->present,
                  tfa_status_name(reply->status), tfa_field_name((tfa_field)reply->field),
                  tfa_status_name(status), tfa_field_name(field));
     tfa_ring_release(&v->ring);

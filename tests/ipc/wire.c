@@ -84,7 +84,6 @@ static request_sizes sizes_of(const tfa_wire_shape *s)
 }
 
 /* Every subset of the optional blocks arrives as it was sent. */
-/* Every subset of the optional blocks arrives as it was sent. */
 TEST(requests_arrive)
 {
     const size_t size = tfa_wire_request_capacity(&wire_dog);
@@ -101,7 +100,10 @@ TEST(requests_arrive)
         assert_int_equal(tfa_wire_decode_request(&wire_dog, copy, &got, &asked, &invalid_field),
                          TFA_OK);
         assert_int_equal(((tfa_wire_request *)copy)->id, 7);
-        assert_memory_equal(&reply_shape, &asked, sizeof reply_shape);
+        assert_int_equal(reply_shape.count, asked.count);
+        assert_int_equal(reply_shape.tip_count, asked.tip_count);
+        assert_int_equal(reply_shape.rows, asked.rows);
+        assert_int_equal(reply_shape.want, asked.want);
         assert_same_request(&sizes, &sent, &got);
         free_request(&sent);
         free(slot);

@@ -96,6 +96,7 @@ typedef struct config_scene {
 enum { CONFIG_REFUSE_LIST(CONFIG_REFUSE) CONFIG_REFUSALS };
 #undef CONFIG_REFUSE
 
+#define CONFIG_DOMAIN_MAX 230           /* of Cyclone: ports end there */
 #define CONFIG_ROS_DOMAIN_ID UINT32_MAX /* domain "environment" */
 
 /* A force/torque topic. */

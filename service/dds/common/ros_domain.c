@@ -30,8 +30,8 @@ static int find_domain(const config_ros2 *from, uint32_t *id, char *error, size_
         return TFA_OK;
     const unsigned long number = strtoul(text, &end, 10);
     snprintf(error, size, "ROS_DOMAIN_ID: '%.40s' is not a whole number from 0 to %d", text,
-             TFA_ROS2_DOMAIN_MAX);
-    if (!isdigit((unsigned char)*text) || *end || number > TFA_ROS2_DOMAIN_MAX)
+             CONFIG_DOMAIN_MAX);
+    if (!isdigit((unsigned char)*text) || *end || number > CONFIG_DOMAIN_MAX)
         return TFA_E_ARGUMENT;
     *id = (uint32_t)number;
     return TFA_OK;

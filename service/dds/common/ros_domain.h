@@ -15,8 +15,6 @@
 
 #include "config/config.h"
 
-/** Of Cyclone: ports end there. */
-#define TFA_ROS2_DOMAIN_MAX 230
 /** Longest robot_description that is read, bytes. */
 #define TFA_ROS2_DESCRIPTION_MAX (1u << 20)
 /** Longest message that the domain must take, bytes: a description, or names of many joints. */

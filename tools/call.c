@@ -55,7 +55,7 @@ typedef struct caller {
     int lost;    /* the last call ended the link: close it before the next line */
     int reached; /* there was a daemon at least once */
     int missed;  /* and once there was none */
-    robot_names names;
+    tfa_names names;
 } caller;
 
 static void disconnect(caller *c)
@@ -66,7 +66,7 @@ static void disconnect(caller *c)
     c->lost = 0;
 }
 
-static int prepare(void *self, const robot_names **names, jsonl_error *error)
+static int prepare(void *self, const tfa_names **names, jsonl_error *error)
 {
     caller *c = self;
     const daemon_options *options = &c->options->daemon;

@@ -6,7 +6,6 @@
 #include "command_line/command_line.h"
 #include "common/commands.h"
 #include "common/mechanism.h"
-#include "common/suggest.h"
 
 #include <errno.h>
 #include <stdio.h>

@@ -73,11 +73,11 @@ static error_t parse(int key, char *text, struct argp_state *state)
 
 /* The library as a solver */
 typedef struct solver {
-    robot_names names;
+    tfa_names names;
     tfa_workspace *workspace;
 } solver;
 
-static int prepare(void *self, const robot_names **names, jsonl_error *error)
+static int prepare(void *self, const tfa_names **names, jsonl_error *error)
 {
     (void)error;
     *names = &((solver *)self)->names;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The interface, written once: lists of ops, of the arrays of a request and of those of a reply.
+ * The interface, written once: lists of the arrays of a request and of those of a reply.
  * Wire, DDS, JSON lines and Python expand them.
  */
 #ifndef TFA_INTERFACE_FIELDS_H
@@ -11,6 +11,8 @@
 #include <stdint.h>
 #include <string.h>
 #include <totalforce/request.h>
+
+#include "interface/traits.h"
 
 /** Lengths of axes. Those below 0 depend on the robot or the request. */
 enum tfa_extent {
@@ -60,17 +62,6 @@ typedef struct tfa_extents {
     X(CHARACTERISTIC_LENGTH, characteristic_length, NONE, NONE, NONE)                              \
     X(PAYLOADS, payloads, NONE, PAYLOADS, PAYLOAD)                                                 \
     X(LOCKED, locked, NONE, NONE, LOCKED)
-
-/** Ops: X(NAME) */
-#define TFA_OP_LIST(X)                                                                             \
-    X(FORWARD_DYNAMICS)                                                                            \
-    X(INVERSE_DYNAMICS)                                                                            \
-    X(OPERATIONAL_INERTIA)                                                                         \
-    X(MASS_MATRIX)                                                                                 \
-    X(KINEMATICS)                                                                                  \
-    X(BIAS)                                                                                        \
-    X(TASK_TORQUES)                                                                                \
-    X(DERIVATIVES)
 
 /** Without what an output is not there, though its op or flag asks for it */
 enum tfa_needs {
@@ -305,7 +296,7 @@ static inline tfa_extents tfa_extents_of(uint32_t q, uint32_t v, uint32_t base, 
                          .links = links,
                          .count = r->count,
                          .tips = r->tip_count,
-                         .rows = (r->rows == TFA_ROWS_POINT ? 3 : 6) * (size_t)r->tip_count,
+                         .rows = rows_of(r) * (size_t)r->tip_count,
                          .wrenches = r->wrench_count,
                          .payloads = r->payload_count,
                          .locked = r->locked_count};

@@ -89,10 +89,15 @@ static inline int tfa_is_operational(const tfa_request *r)
            TFA_OP_BIT(r->op) & (TRAIT_OSIM | TRAIT_TASK);
 }
 
-/* Rows of a tip */
+/* Rows of a tip; as many as there can be if the kind does not exist */
+static inline uint32_t tfa_tip_rows(uint32_t rows)
+{
+    return rows == TFA_ROWS_POINT ? 3 : 6;
+}
+
 static inline uint32_t rows_of(const tfa_request *r)
 {
-    return r->rows == TFA_ROWS_POINT ? 3 : 6;
+    return tfa_tip_rows(r->rows);
 }
 
 /* 1: velocities are read */

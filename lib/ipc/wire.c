@@ -48,7 +48,7 @@ static uint32_t dof_check(const tfa_wire_shape *shape)
 INLINE tfa_extents limited(const tfa_wire_shape *shape, tfa_extents n, uint32_t rows)
 {
     n.tips = n.tips < shape->max_tips ? n.tips : shape->max_tips;
-    n.rows = n.tips * tfa_wire_rows(rows);
+    n.rows = n.tips * tfa_tip_rows(rows);
     n.wrenches = n.wrenches < TFA_MAX_WRENCHES ? n.wrenches : TFA_MAX_WRENCHES;
     n.payloads = n.payloads < TFA_MAX_PAYLOADS ? n.payloads : TFA_MAX_PAYLOADS;
     n.locked = n.locked < shape->v_count ? n.locked : shape->v_count;

@@ -39,12 +39,6 @@ static inline uint32_t tfa_wire_freedoms(const tfa_wire_shape *shape)
     return shape->base_freedoms + shape->v_count;
 }
 
-/* Rows of a tip; as many as there can be if the kind does not exist */
-static inline uint32_t tfa_wire_rows(uint32_t rows)
-{
-    return rows == TFA_ROWS_POINT ? 3 : 6;
-}
-
 /* Bytes of a block of a request, without padding. */
 static inline __attribute__((always_inline)) size_t tfa_wire_request_width(uint32_t block,
                                                                            const tfa_extents *n)
@@ -113,10 +107,10 @@ static inline __attribute__((always_inline)) uint64_t tfa_wire_needing(unsigned 
 static inline uint64_t tfa_wire_asked_by_op(tfa_op op)
 {
     switch (op) {
-#define ASKED(name)                                                                                \
-    case TFA_OP_##name:                                                                            \
-        return tfa_wire_asked(TFA_OP_BIT(TFA_OP_##name), 0);
-        TFA_OP_LIST(ASKED)
+#define ASKED(op, word)                                                                            \
+    case op:                                                                                       \
+        return tfa_wire_asked(TFA_OP_BIT(op), 0);
+        TFA_OP_WORDS(ASKED)
 #undef ASKED
     default:
         return 0;
@@ -153,7 +147,7 @@ static inline tfa_wire_reply_shape tfa_wire_reply_shape_of(const tfa_wire_shape 
 {
     return (tfa_wire_reply_shape){.count = request->count,
                                   .tip_count = request->tip_count,
-                                  .rows = tfa_wire_rows(request->rows) * request->tip_count,
+                                  .rows = rows_of(request) * request->tip_count,
                                   .want = tfa_wire_of_robot(shape, tfa_wire_blocks_of(request))};
 }
 

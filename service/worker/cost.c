@@ -65,7 +65,7 @@ static bool is_quadratic(const tfa_request *r)
 uint64_t tfa_cost_bound(const tfa_wire_shape *shape, const tfa_request *r)
 {
     const uint64_t n = tfa_wire_freedoms(shape);
-    const uint64_t m = (uint64_t)r->tip_count * tfa_wire_rows(r->rows);
+    const uint64_t m = (uint64_t)r->tip_count * tfa_tip_rows(r->rows);
     uint64_t ns = 1000 + 500 * (uint64_t)shape->frames + 10 * n * m + 8 * m * m;
     if (is_quadratic(r))
         ns += (20 + n) * n * n;

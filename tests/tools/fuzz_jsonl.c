@@ -47,7 +47,7 @@ static void check_reply(const char *text)
 }
 
 /* Joints that exist, each once. */
-static void check_joints(const uint32_t *list, uint32_t count, const robot_names *names)
+static void check_joints(const uint32_t *list, uint32_t count, const tfa_names *names)
 {
     require(count <= names->joint_count);
     for (uint32_t i = 0; i < count; i++) {
@@ -73,7 +73,7 @@ static void check_task(const tfa_request *request)
         require(isfinite(request->task_acceleration[i]));
 }
 
-static void check_request(const tfa_request *request, const robot_names *names)
+static void check_request(const tfa_request *request, const tfa_names *names)
 {
     require(request->count == 1 && request->tip_count <= TFA_MAX_TIPS);
     require(request->wrench_count <= TFA_MAX_WRENCHES);
@@ -93,7 +93,7 @@ static void check_request(const tfa_request *request, const robot_names *names)
 static void answer_line(const tfa_client_info *info, const char *line, size_t size)
 {
     const jsonl_defaults defaults = JSONL_DEFAULTS;
-    robot_names names;
+    tfa_names names;
     jsonl_buffers buffers;
     json_t *object = NULL;
     tfa_request request;

@@ -268,7 +268,7 @@ TEST(test_joints_of_many_freedoms)
 
 TEST(test_inconsistent_description)
 {
-    robot_names names;
+    tfa_names names;
     tfa_client_info wrong = ship;
     wrong.joint_types = NULL;
     assert_int_equal(tfa_names_of_info(&names, "robot", &wrong), TFA_E_PROTOCOL);

@@ -15,7 +15,7 @@ extern const tfa_client_info ship;
 
 /** One line read; everything it points to. */
 typedef struct reading {
-    robot_names names;
+    tfa_names names;
     jsonl_buffers buffers;
     json_t *object;
     tfa_request request;

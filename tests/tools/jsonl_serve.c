@@ -25,11 +25,11 @@ static const tfa_client_info info = {.q_count = 2,
 
 /* Answers tau = 2 qdd; gone for the lines that `gone` counts down. */
 typedef struct backend {
-    robot_names names;
+    tfa_names names;
     int gone;
 } backend;
 
-static int prepare(void *self, const robot_names **names, jsonl_error *error)
+static int prepare(void *self, const tfa_names **names, jsonl_error *error)
 {
     backend *p = self;
     *names = &p->names;

@@ -6,9 +6,8 @@
 #ifndef TOOLS_COMMON_SUGGEST_H
 #define TOOLS_COMMON_SUGGEST_H
 
-#include <totalforce/text.h>
+#include <stddef.h>
 
-#define suggest_words tfa_suggest_words
 /** As tfa_suggest_words, of the methods. */
 void suggest_methods(const char *wrong, char *text, size_t size);
 

@@ -13,7 +13,7 @@
 #ifndef TOOLS_JSONL_JSONL_H
 #define TOOLS_JSONL_JSONL_H
 
-#include "common/robot_names.h"
+#include <totalforce/text.h>
 
 #include <jansson.h>
 #include <stdint.h>
@@ -65,7 +65,7 @@ typedef struct jsonl_buffers {
 } jsonl_buffers;
 
 /** Allocates for this robot. @return TFA_OK, TFA_E_MEMORY (then nothing is left allocated). */
-TFA_CHECKED int jsonl_buffers_init(jsonl_buffers *buffers, const robot_names *names);
+TFA_CHECKED int jsonl_buffers_init(jsonl_buffers *buffers, const tfa_names *names);
 void jsonl_buffers_free(jsonl_buffers *buffers);
 
 /**
@@ -86,24 +86,19 @@ TFA_CHECKED int jsonl_load(const char *line, size_t length, uint64_t number, jso
  * @return TFA_OK, TFA_E_ARGUMENT, TFA_E_SIZE, TFA_E_VALUE, TFA_E_LINK, TFA_E_JOINT, TFA_E_METHOD,
  *         TFA_E_UNSUPPORTED, TFA_E_MEMORY.
  */
-TFA_CHECKED int jsonl_read(const json_t *object, const robot_names *names,
+TFA_CHECKED int jsonl_read(const json_t *object, const tfa_names *names,
                            const jsonl_defaults *defaults, jsonl_buffers *buffers,
                            tfa_request *request, tfa_reply *reply, jsonl_error *error);
 
-/** The name of an op, as spelt in requests. */
-const char *jsonl_op_name(tfa_op op);
-/** The name of a frame, as spelt in requests. */
-const char *jsonl_frame_name(tfa_reference_frame frame);
-
 /** Explains a reply with a bad status in a sentence: the field, the joint or link, the
  *  value. Sets `error` and returns its status. */
-int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
+int jsonl_explain(const tfa_names *names, const tfa_request *request, const tfa_reply *reply,
                   jsonl_error *error);
 
 /** Prints the reply to a request that was answered, with its newline. Numbers have 17 significant
  *  digits: they read back to the same bits; those that are not finite are null. `id` may be NULL:
  *  the request had none. */
-void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
+void jsonl_print_reply(FILE *out, const json_t *id, const tfa_names *names,
                        const jsonl_buffers *buffers, const tfa_request *request,
                        const tfa_reply *reply);
 

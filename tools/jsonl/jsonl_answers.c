@@ -16,7 +16,7 @@ const jsonl_answer jsonl_answers[] = {
 };
 const size_t jsonl_answer_count = sizeof jsonl_answers / sizeof jsonl_answers[0];
 
-void jsonl_answer_size(const jsonl_answer *answer, const robot_names *names,
+void jsonl_answer_size(const jsonl_answer *answer, const tfa_names *names,
                        const tfa_request *request, size_t *rows, size_t *columns)
 {
     const tfa_extents n = tfa_extents_of(names->q_count, names->v_count, names->base_freedoms,

@@ -22,7 +22,7 @@ extern const jsonl_answer jsonl_answers[];
 extern const size_t jsonl_answer_count;
 
 /** Sizes of an answer to this request. */
-void jsonl_answer_size(const jsonl_answer *answer, const robot_names *names,
+void jsonl_answer_size(const jsonl_answer *answer, const tfa_names *names,
                        const tfa_request *request, size_t *rows, size_t *columns);
 
 #endif

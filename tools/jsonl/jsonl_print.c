@@ -104,13 +104,13 @@ static void print_matrix(FILE *out, const double *values, size_t rows, size_t co
     fputc(']', out);
 }
 
-static void print_by_link(FILE *out, const robot_names *names, const double *values, size_t columns)
+static void print_by_link(FILE *out, const tfa_names *names, const double *values, size_t columns)
 {
     fputc('{', out);
     for (uint32_t frame = 0; frame < names->frame_count; frame++) {
         if (frame)
             fputc(',', out);
-        jsonl_print_string(out, robot_names_frame_name(names, frame));
+        jsonl_print_string(out, tfa_names_frame(names, frame));
         fputc(':', out);
         print_vector(out, values + frame * columns, columns);
     }
@@ -127,7 +127,7 @@ static void print_energy(FILE *out, const double energy[2])
 }
 
 static void print_answer(FILE *out, const jsonl_answer *answer, const char *key,
-                         const robot_names *names, const tfa_request *request, const double *values)
+                         const tfa_names *names, const tfa_request *request, const double *values)
 {
     size_t rows, columns;
     jsonl_answer_size(answer, names, request, &rows, &columns);
@@ -163,7 +163,7 @@ static void print_answer(FILE *out, const jsonl_answer *answer, const char *key,
 /* Directions at or below the threshold */
 static void print_lost(FILE *out, const tfa_request *request, const tfa_reply *reply)
 {
-    const size_t rows = (request->rows == TFA_ROWS_POINT ? 3 : 6) * (size_t)request->tip_count;
+    const size_t rows = rows_of(request) * (size_t)request->tip_count;
     const double *row = reply->lost;
     print_key(out, "", "lost");
     fputc('[', out);
@@ -216,7 +216,7 @@ static void print_quality(FILE *out, const tfa_answer *answer)
         fputs(",\"residual_precision\":true", out);
 }
 
-void jsonl_print_reply(FILE *out, const json_t *id, const robot_names *names,
+void jsonl_print_reply(FILE *out, const json_t *id, const tfa_names *names,
                        const jsonl_buffers *buffers, const tfa_request *request,
                        const tfa_reply *reply)
 {

@@ -5,41 +5,12 @@
  * which function reads them.
  */
 #include "common/suggest.h"
-#include "interface/fields.h"
+#include "interface/want_words.h"
 #include "jsonl_values.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <totalforce/text.h>
-
-static const char *const ops[] = {
-    [TFA_OP_FORWARD_DYNAMICS] = "forward_dynamics",
-    [TFA_OP_INVERSE_DYNAMICS] = "inverse_dynamics",
-    [TFA_OP_OPERATIONAL_INERTIA] = "operational_inertia",
-    [TFA_OP_MASS_MATRIX] = "mass_matrix",
-    [TFA_OP_KINEMATICS] = "kinematics",
-    [TFA_OP_BIAS] = "bias",
-    [TFA_OP_TASK_TORQUES] = "task_torques",
-    [TFA_OP_DERIVATIVES] = "derivatives",
-};
-enum { OP_COUNT = sizeof ops / sizeof ops[0] };
-
-static const char *const frames[] = {
-    [TFA_FRAME_LOCAL_WORLD_ALIGNED] = "local_world_aligned",
-    [TFA_FRAME_LOCAL] = "local",
-    [TFA_FRAME_WORLD] = "world",
-};
-enum { FRAME_COUNT = sizeof frames / sizeof frames[0] };
-
-const char *jsonl_op_name(tfa_op op)
-{
-    return op >= TFA_OP_FORWARD_DYNAMICS && op <= TFA_OP_LAST ? ops[op] : "unknown";
-}
-
-const char *jsonl_frame_name(tfa_reference_frame frame)
-{
-    return (unsigned)frame < FRAME_COUNT ? frames[frame] : "unknown";
-}
 
 /* The base fields exist for a floating base only. */
 static int read_base(jsonl_reader *r, const json_t *value, size_t count, double *out)
@@ -123,29 +94,29 @@ static int jsonl_read_refine(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
+/* Value of a word, -1 of anything else */
+static int32_t find_word(tfa_words of, const json_t *value)
+{
+    return json_is_string(value) ? tfa_word_find(of, json_string_value(value)) : -1;
+}
+
 static int jsonl_read_frame(jsonl_reader *r, const json_t *value)
 {
-    for (unsigned i = 0; json_is_string(value) && i < FRAME_COUNT; i++)
-        if (strcmp(frames[i], json_string_value(value)) == 0) {
-            r->request->frame = (tfa_reference_frame)i;
-            return TFA_OK;
-        }
-    return jsonl_fail(r->error, TFA_E_ARGUMENT,
-                      "frame: must be \"world\", \"local\" or \"local_world_aligned\"");
+    const int32_t frame = find_word(TFA_WORDS_FRAME, value);
+    if (frame < 0)
+        return jsonl_fail(r->error, TFA_E_ARGUMENT,
+                          "frame: must be \"world\", \"local\" or \"local_world_aligned\"");
+    r->request->frame = (tfa_reference_frame)frame;
+    return TFA_OK;
 }
 
 static int jsonl_read_estimate(jsonl_reader *r, const json_t *value)
 {
-    const char *policy = json_is_string(value) ? json_string_value(value) : "";
-    if (strcmp(policy, "always") == 0)
-        r->request->estimate = TFA_ESTIMATE_ALWAYS;
-    else if (strcmp(policy, "never") == 0)
-        r->request->estimate = TFA_ESTIMATE_NEVER;
-    else if (strcmp(policy, "default") == 0)
-        r->request->estimate = TFA_ESTIMATE_DEFAULT;
-    else
+    const int32_t estimate = find_word(TFA_WORDS_ESTIMATE, value);
+    if (estimate < 0)
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
                           "estimate: must be \"default\", \"always\" or \"never\"");
+    r->request->estimate = (tfa_estimate)estimate;
     return TFA_OK;
 }
 
@@ -174,14 +145,15 @@ static int read_op(jsonl_reader *r, const json_t *object)
 {
     const json_t *op = json_object_get(object, "op");
     const char *name = json_is_string(op) ? json_string_value(op) : "";
-    for (uint32_t i = TFA_OP_FORWARD_DYNAMICS; i < OP_COUNT; i++)
-        if (strcmp(ops[i], name) == 0) {
-            r->request->op = (tfa_op)i;
-            return TFA_OK;
-        }
+    const int32_t found = find_word(TFA_WORDS_OP, op);
+    if (found >= 0) {
+        r->request->op = (tfa_op)found;
+        return TFA_OK;
+    }
+    uint32_t count;
+    const char *const *words = tfa_word_list(TFA_WORDS_OP, &count) + TFA_OP_FORWARD_DYNAMICS;
     char list[512];
-    suggest_words(name, ops + TFA_OP_FORWARD_DYNAMICS, OP_COUNT - TFA_OP_FORWARD_DYNAMICS, list,
-                  sizeof list);
+    tfa_suggest_words(name, words, count - TFA_OP_FORWARD_DYNAMICS, list, sizeof list);
     if (json_is_string(op))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "op: no '%.200s'; %s", name, list);
     return jsonl_fail(r->error, TFA_E_ARGUMENT, "op: %s%s; %s", op ? jsonl_type(op) : "missing",
@@ -209,10 +181,11 @@ static int unused_key(jsonl_reader *r, size_t key)
 {
     const int has_lambda_inv = (TFA_OP_BIT(r->request->op) & TFA_OPS_SOLVE) != 0;
     char words[200];
-    jsonl_want_words(keys[key].flags & (has_lambda_inv ? TFA_WANT_ALL : TFA_WANT_MOTION), words,
-                     sizeof words);
+    tfa_want_write(keys[key].flags & (has_lambda_inv ? TFA_WANT_ALL : TFA_WANT_MOTION), words,
+                   sizeof words);
     return jsonl_fail(r->error, TFA_E_ARGUMENT, "%s: %s does not use it%s%s", keys[key].name,
-                      jsonl_op_name(r->request->op), words[0] ? " unless want has " : "", words);
+                      tfa_word(TFA_WORDS_OP, r->request->op), words[0] ? " unless want has " : "",
+                      words);
 }
 
 static int read_key(jsonl_reader *r, const char *key, const json_t *value)
@@ -234,7 +207,7 @@ static int require(jsonl_reader *r)
     tfa_request *request = r->request;
     if (!request->q && r->names->q_count) {
         char robot[512];
-        robot_names_describe(r->names, 1, robot, sizeof robot);
+        (void)tfa_names_describe(r->names, 1, robot, sizeof robot);
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "q: missing; the robot has %s", robot);
     }
     if (!request->q)
@@ -244,12 +217,12 @@ static int require(jsonl_reader *r)
                           "base_pose: missing; the base floats: [x,y,z,qx,qy,qz,qw]");
     const uint32_t op = TFA_OP_BIT(request->op);
     char words[200];
-    jsonl_want_words(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
+    tfa_want_write(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
     if (words[0] && !(op & TFA_OPS_SOLVE))
         return jsonl_fail(r->error, TFA_E_ARGUMENT,
                           "want: %s does not answer %s; forward_dynamics, operational_inertia and "
                           "task_torques do",
-                          jsonl_op_name(request->op), words);
+                          tfa_word(TFA_WORDS_OP, request->op), words);
     if (request->tip_count == 0 && (op & TFA_OPS_OSIM || request->flags & TFA_WANT_OF_TIPS))
         return jsonl_fail(r->error, TFA_E_ARGUMENT, "tips: missing; 1 to %d link names",
                           TFA_MAX_TIPS);
@@ -271,7 +244,7 @@ static int finish(jsonl_reader *r, const json_t *object)
     return require(r);
 }
 
-int jsonl_read(const json_t *object, const robot_names *names, const jsonl_defaults *defaults,
+int jsonl_read(const json_t *object, const tfa_names *names, const jsonl_defaults *defaults,
                jsonl_buffers *buffers, tfa_request *request, tfa_reply *reply, jsonl_error *error)
 {
     jsonl_reader r = {.names = names, .buffers = buffers, .request = request, .error = error};

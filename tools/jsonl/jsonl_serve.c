@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-int jsonl_buffers_init(jsonl_buffers *buffers, const robot_names *names)
+int jsonl_buffers_init(jsonl_buffers *buffers, const tfa_names *names)
 {
     *buffers = (jsonl_buffers){0};
     double **arrays[] = {&buffers->q, &buffers->v, &buffers->tau, &buffers->qdd};
@@ -155,7 +155,7 @@ typedef struct server {
     int ready;
 } server;
 
-static int fit_buffers(server *s, const robot_names *names, jsonl_error *error)
+static int fit_buffers(server *s, const tfa_names *names, jsonl_error *error)
 {
     if (s->ready && s->q_count == names->q_count && s->v_count == names->v_count &&
         s->base_freedoms == names->base_freedoms)
@@ -180,7 +180,7 @@ static int check_id(const json_t *id, jsonl_error *error)
 static int answer(server *s, const json_t *object, FILE *out, jsonl_error *error)
 {
     const json_t *id = json_object_get(object, "id");
-    const robot_names *names = NULL;
+    const tfa_names *names = NULL;
     tfa_request request;
     tfa_reply reply;
     int status = check_id(id, error);

@@ -20,7 +20,7 @@ typedef struct jsonl_backend {
     void *self;
     /** Called before every request. Gives the names of the robot as they are now (they change when
      *  a daemon comes back with another model). A bad status becomes the reply to that line. */
-    int (*prepare)(void *self, const robot_names **names, jsonl_error *error);
+    int (*prepare)(void *self, const tfa_names **names, jsonl_error *error);
     /** Answers; returns reply->status. */
     int (*answer)(void *self, const tfa_request *request, tfa_reply *reply);
 } jsonl_backend;

@@ -3,7 +3,7 @@
  *
  * Reads tips and what belongs to them: rows, desired accelerations, the treatment of lost rank.
  */
-#include "common/suggest.h"
+#include "interface/traits.h"
 #include "jsonl_values.h"
 
 #include <string.h>
@@ -170,7 +170,7 @@ int jsonl_finish_acceleration(jsonl_reader *r)
                           "acceleration: missing; an object {tip: [6 numbers, of a point 3]}");
     int status = request->tip_count ? agree_on_tips(r) : tips_of_acceleration(r);
     guess_rows(r);
-    const size_t rows = request->rows == TFA_ROWS_POINT ? 3 : 6;
+    const size_t rows = rows_of(request);
     for (uint32_t t = 0; status == TFA_OK && t < request->tip_count; t++) {
         const char *link = tfa_names_frame(r->names, request->tips[t]);
         char key[320];

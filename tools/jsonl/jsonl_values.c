@@ -19,7 +19,7 @@ int jsonl_fail(jsonl_error *error, int status, const char *format, ...)
     return status;
 }
 
-int jsonl_explain(const robot_names *names, const tfa_request *request, const tfa_reply *reply,
+int jsonl_explain(const tfa_names *names, const tfa_request *request, const tfa_reply *reply,
                   jsonl_error *error)
 {
     (void)tfa_explain(names, request, reply, TFA_SYNTAX_JSON, error->text, sizeof error->text);
@@ -98,7 +98,7 @@ static int read_joint_array(jsonl_reader *r, const json_t *value, int of_q, doub
 }
 
 /* A joint left out stands at 0; a floating one at the identity, for a zero quaternion is none. */
-static void rest(const robot_names *names, int of_q, double *out)
+static void rest(const tfa_names *names, int of_q, double *out)
 {
     memset(out, 0, sizeof *out * (of_q ? names->q_count : names->v_count));
     for (uint32_t i = 0; of_q && i < names->joint_count; i++)
@@ -106,7 +106,7 @@ static void rest(const robot_names *names, int of_q, double *out)
             out[names->joints[i].q_index + (uint32_t)names->joints[i].quaternion + 3] = 1.0;
 }
 
-static int read_joint_value(jsonl_reader *r, const robot_joint *joint, const json_t *value,
+static int read_joint_value(jsonl_reader *r, const tfa_joint_span *joint, const json_t *value,
                             int of_q, double *out)
 {
     uint32_t first = of_q ? joint->q_index : joint->v_index;

@@ -10,7 +10,7 @@
 
 /** Everything that the function of a key may need. */
 typedef struct jsonl_reader {
-    const robot_names *names;
+    const tfa_names *names;
     jsonl_buffers *buffers;
     tfa_request *request;
     jsonl_error *error;
@@ -55,8 +55,6 @@ int jsonl_point_reply(jsonl_reader *r, tfa_reply *reply);
 int jsonl_read_want(jsonl_reader *r, const json_t *value);
 /** true or false: the poses of the tips, under the key "poses". @return TFA_OK, TFA_E_ARGUMENT. */
 int jsonl_read_poses(jsonl_reader *r, const json_t *value);
-/** The words of these TFA_WANT_ bits: "lambda, mu or p"; "" for none. */
-void jsonl_want_words(uint32_t flags, char *text, size_t size);
 
 /* jsonl_task.c: tips and what belongs to them */
 

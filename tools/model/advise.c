@@ -20,14 +20,14 @@
 enum { Q, V, TAU, POSE, TWIST, WRENCH, ARRAYS }; /* of a request */
 
 typedef struct states {
-    robot_names names;
+    tfa_names names;
     size_t width[ARRAYS];
     double *array[ARRAYS];
     uint32_t count;
     int other; /* a line is more than a state */
 } states;
 
-static int prepare(void *self, const robot_names **names, jsonl_error *error)
+static int prepare(void *self, const tfa_names **names, jsonl_error *error)
 {
     (void)error;
     *names = &((states *)self)->names;

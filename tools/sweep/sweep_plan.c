@@ -5,8 +5,8 @@
  */
 #include "common/commands.h"
 #include "common/load_model.h"
-#include "common/robot_names.h"
 #include "sweep.h"
+#include <totalforce/text.h>
 
 #include <errno.h>
 #include <fcntl.h>
@@ -85,7 +85,7 @@ static int load(sweep_plan *plan, sweep_options *o, const source *s, sweep_ranks
     return ranks->agree(plan->model != NULL) ? same_build(plan, ranks) : EXIT_FAILED;
 }
 
-static int add_tip(sweep_plan *plan, const robot_names *names, const char *tip)
+static int add_tip(sweep_plan *plan, const tfa_names *names, const char *tip)
 {
     char text[500];
     const int64_t frame = tfa_names_link(names, tip);
@@ -102,7 +102,7 @@ static int add_tip(sweep_plan *plan, const robot_names *names, const char *tip)
 
 static int set_tips(sweep_plan *plan, const char *list)
 {
-    robot_names names = {0};
+    tfa_names names = {0};
     char *copy = list ? strdup(list) : NULL, *rest = copy;
     int result = EXIT_GOOD;
     if (!list)

@@ -6,6 +6,7 @@
 #include "call.h"
 
 #include "errors.h"
+#include "interface/want_words.h"
 #include "read.h"
 
 #include <stddef.h>
@@ -93,8 +94,8 @@ static int raise_unused(const request_call *call, const input_row *input)
 {
     const int has_lambda_inv = (TFA_OP_BIT(call->request.op) & TFA_OPS_SOLVE) != 0;
     char words[200];
-    want_words(input->flags & (has_lambda_inv ? TFA_WANT_ALL : TFA_WANT_MOTION), words,
-               sizeof words);
+    tfa_want_write(input->flags & (has_lambda_inv ? TFA_WANT_ALL : TFA_WANT_MOTION), words,
+                   sizeof words);
     return raise_type(input->name, "%s: %s does not use it%s%s", input->name,
                       op_name(call->request.op), words[0] ? " unless want has " : "", words);
 }
@@ -114,15 +115,15 @@ static int require(request_call *call)
 {
     const tfa_request *request = &call->request;
     char joints[600], words[200];
-    if (!request->q && call->robot->q_count) {
+    if (!request->q && call->robot->names.q_count) {
         (void)tfa_names_describe(&call->robot->names, 1, joints, sizeof joints);
         return raise_status(TFA_E_ARGUMENT, "q", "q: missing; the robot has %s", joints);
     }
-    if (!request->base_pose && call->robot->base_freedoms)
+    if (!request->base_pose && call->robot->names.base_freedoms)
         return raise_status(TFA_E_ARGUMENT, "base_pose",
                             "base_pose: missing; the base floats: x y z, quaternion x y z w");
     const uint32_t op = TFA_OP_BIT(request->op);
-    want_words(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
+    tfa_want_write(request->flags & TFA_WANT_OF_SOLVE, words, sizeof words);
     if (words[0] && !(op & TFA_OPS_SOLVE))
         return raise_status(TFA_E_ARGUMENT, "want",
                             "want: %s does not answer %s; forward_dynamics, operational_inertia "
@@ -177,7 +178,7 @@ void call_clear(request_call *call)
 
 size_t call_cost(const request_call *call)
 {
-    const size_t n = (size_t)call->robot->base_freedoms + call->robot->v_count + 1;
+    const size_t n = (size_t)call->robot->names.base_freedoms + call->robot->names.v_count + 1;
     const size_t rows = extent_size(EXTENT_ROWS, call->robot, &call->request);
     const size_t state = call->request.op == TFA_OP_DERIVATIVES ? n * n : n + rows * rows / 4;
     return state * call->request.count;

@@ -102,7 +102,7 @@ static void write_outputs(growing_text *out, const op_row *op)
 const char *docs_op(const op_row *op, int for_client)
 {
     growing_text made = {0}, *out = &made;
-    add(out, "%s($self, /, %s, *", op->name, op->positional);
+    add(out, "%s($self, /, %s, *", op_name(op->op), op->positional);
     for (size_t k = 0; k < input_count; k++)
         if (is_shown(&inputs[k], op, for_client) && !lists(op->positional, inputs[k].name))
             add(out, ", %s=None", inputs[k].name);

@@ -22,7 +22,6 @@ uint32_t extent_size(int extent, const struct robot_names *robot, const tfa_requ
 
 typedef struct op_row {
     tfa_op op;
-    const char *name;
     const char *positional; /**< arguments that may be given by position: "q, v=None, tau=None" */
     const char *text;       /**< of the docstring: summary, equation */
 } op_row;
@@ -94,12 +93,6 @@ uint64_t output_candidates(tfa_op op, uint32_t flags);
 int output_is_answered(int k, const struct robot_names *robot, const tfa_request *request);
 /** Row of a name, or -1 */
 int output_find(const char *name);
-/** Flag of a word of `want`; 0: no such word */
-uint32_t want_flag(const char *word);
-/** Number k of the words of `want`; NULL behind the last */
-const char *want_word(size_t k);
-/** Writes the words of TFA_WANT_ bits: "lambda, mu or p"; "" for none. */
-void want_words(uint32_t flags, char *text, size_t size);
 
 /** Fills the masks of output_candidates. */
 void outputs_init(void);

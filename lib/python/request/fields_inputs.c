@@ -13,28 +13,27 @@
 #include <totalforce/text.h>
 
 const op_row op_rows[OP_COUNT] = {
-    {TFA_OP_FORWARD_DYNAMICS, "forward_dynamics", "q, v=None, tau=None",
+    {TFA_OP_FORWARD_DYNAMICS, "q, v=None, tau=None",
      "Joint accelerations of given joint forces.\n\n"
      "    M(q) qdd + h(q, v) = tau + sum J^T wrench\n\n"
      "With tips also lambda_inv = J M^-1 J^T from the same factors."},
-    {TFA_OP_INVERSE_DYNAMICS, "inverse_dynamics", "q, v=None, qdd=None",
+    {TFA_OP_INVERSE_DYNAMICS, "q, v=None, qdd=None",
      "Joint forces of given joint accelerations.\n\n"
      "    tau = M(q) qdd + h(q, v) - sum J^T wrench"},
-    {TFA_OP_OPERATIONAL_INERTIA, "operational_inertia", "q, tips",
+    {TFA_OP_OPERATIONAL_INERTIA, "q, tips",
      "Operational-space inverse inertia of the tips.\n\n"
      "    lambda_inv = J M^-1 J^T"},
-    {TFA_OP_MASS_MATRIX, "mass_matrix", "q",
-     "Mass matrix M(q) of all freedoms, those of a floating base first."},
-    {TFA_OP_KINEMATICS, "kinematics", "q, v=None",
+    {TFA_OP_MASS_MATRIX, "q", "Mass matrix M(q) of all freedoms, those of a floating base first."},
+    {TFA_OP_KINEMATICS, "q, v=None",
      "Answers of `want` alone: poses, twists, Jacobians, centre of mass, momentum, energy."},
-    {TFA_OP_BIAS, "bias", "q, v=None",
+    {TFA_OP_BIAS, "q, v=None",
      "Terms of the equation of motion, the base first.\n\n"
      "    tau = M qdd + gravity + velocity + damping + external"},
-    {TFA_OP_TASK_TORQUES, "task_torques", "q, v=None, acceleration=None",
+    {TFA_OP_TASK_TORQUES, "q, v=None, acceleration=None",
      "Joint forces that give the tips the accelerations asked for; posture torques act where\n"
      "the tips do not feel them.\n\n"
      "    tau = posture + J^T Lambda (acceleration - bias_acceleration - J qdd_posture)"},
-    {TFA_OP_DERIVATIVES, "derivatives", "q, v=None, tau=None",
+    {TFA_OP_DERIVATIVES, "q, v=None, tau=None",
      "Derivatives of the accelerations of forward dynamics: row i is the gradient of\n"
      "acceleration i, the base first."},
 };
@@ -178,13 +177,13 @@ uint32_t input_width(const input_row *input, const robot_names *robot, const tfa
 
 const char *op_name(tfa_op op)
 {
-    return (int)op >= 1 && op <= TFA_OP_LAST ? op_rows[op - 1].name : "unknown";
+    return tfa_word(TFA_WORDS_OP, (uint32_t)op);
 }
 
 static const char *op_at(const void *unused, size_t index)
 {
     (void)unused;
-    return op_rows[index].name;
+    return op_name(op_rows[index].op);
 }
 
 int read_op(PyObject *value, tfa_op *op)
@@ -194,11 +193,11 @@ int read_op(PyObject *value, tfa_op *op)
         return PyErr_Occurred() ? -1
                                 : raise_type("op", "op: %.100s, must be the name of an op",
                                              Py_TYPE(value)->tp_name);
-    for (size_t k = 0; k < OP_COUNT; k++)
-        if (strcmp(op_rows[k].name, name) == 0) {
-            *op = op_rows[k].op;
-            return 0;
-        }
+    const int32_t found = tfa_word_find(TFA_WORDS_OP, name);
+    if (found >= 0) {
+        *op = (tfa_op)found;
+        return 0;
+    }
     char nearest[160];
     tfa_suggest(name, NULL, OP_COUNT, op_at, nearest, sizeof nearest);
     return raise_status(TFA_E_ARGUMENT, "op", "op: no '%.200s'; nearest: %s", name, nearest);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Table of reply fields; the words of `want`; extents.
+ * Table of reply fields; extents.
  */
 #include "fields.h"
 #include "robot.h"
@@ -15,46 +15,6 @@ const output_row outputs[OUTPUT_COUNT] = {
     TFA_OUTPUT_WORD_LIST(OUTPUT)
 #undef OUTPUT
 };
-
-static const struct {
-    const char *word;
-    uint32_t flag;
-} words[] = {
-#define WORD(word, flag) {word, TFA_WANT_##flag},
-    TFA_WANT_LIST(WORD)
-#undef WORD
-};
-enum { WORD_COUNT = sizeof words / sizeof words[0] };
-
-uint32_t want_flag(const char *word)
-{
-    for (size_t k = 0; k < WORD_COUNT; k++)
-        if (strcmp(words[k].word, word) == 0)
-            return words[k].flag;
-    return 0;
-}
-
-const char *want_word(size_t k)
-{
-    return k < WORD_COUNT ? words[k].word : NULL;
-}
-
-void want_words(uint32_t flags, char *text, size_t size)
-{
-    size_t used = 0;
-    uint32_t left = 0;
-    for (size_t k = 0; k < WORD_COUNT; k++)
-        left += (flags & words[k].flag) != 0;
-    text[0] = '\0';
-    for (size_t k = 0; k < WORD_COUNT && used < size; k++)
-        if (flags & words[k].flag) {
-            left--;
-            used += (size_t)snprintf(text + used, size - used, "%s%s", words[k].word,
-                                     left > 1    ? ", "
-                                     : left == 1 ? " or "
-                                                 : "");
-        }
-}
 
 enum { FLAG_COUNT = 12 };
 _Static_assert(TFA_WANT_ALL == (1u << FLAG_COUNT) - 1, "FLAG_COUNT is wrong");
@@ -83,7 +43,7 @@ uint64_t output_candidates(tfa_op op, uint32_t flags)
 
 int output_is_answered(int k, const robot_names *robot, const tfa_request *request)
 {
-    return tfa_is_printed(&tfa_outputs[outputs[k].block], robot->base_freedoms, request);
+    return tfa_is_printed(&tfa_outputs[outputs[k].block], robot->names.base_freedoms, request);
 }
 
 int output_find(const char *name)
@@ -98,8 +58,9 @@ int output_find(const char *name)
 
 uint32_t extent_size(int extent, const robot_names *robot, const tfa_request *request)
 {
-    const tfa_extents n = tfa_extents_of(robot->q_count, robot->v_count, robot->base_freedoms,
-                                         robot->frame_count, request);
+    const tfa_extents n =
+        tfa_extents_of(robot->names.q_count, robot->names.v_count, robot->names.base_freedoms,
+                       robot->names.frame_count, request);
     return extent == EXTENT_NONE ? 0 : (uint32_t)tfa_extent(extent, &n);
 }
 

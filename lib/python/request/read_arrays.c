@@ -41,10 +41,10 @@ static int raise_shape(const request_call *call, const char *field, int extent, 
             snprintf(why + used, sizeof why - (size_t)used,
                      "; a floating base has a field of its own, %s%s%s", tfa_base_field_name(field),
                      of_q ? " (x y z, quaternion x y z w)" : "",
-                     call->robot->base_freedoms ? "" : "; this robot's base is fixed");
+                     call->robot->names.base_freedoms ? "" : "; this robot's base is fixed");
     } else if (extent == EXTENT_ROWS) {
-        snprintf(why, sizeof why, ": %d rows for each of %u tips",
-                 call->request.rows == TFA_ROWS_POINT ? 3 : 6, call->request.tip_count);
+        snprintf(why, sizeof why, ": %d rows for each of %u tips", rows_of(&call->request),
+                 call->request.tip_count);
     }
     return raise_status(TFA_E_SIZE, field, "%s: shape %s, must be (%u,) or (count, %u)%s", field,
                         shape, width, width, why);
@@ -120,7 +120,7 @@ static staged_array *stage(request_call *call, size_t member, uint32_t width)
 int read_states(request_call *call, const input_row *input, PyObject *value)
 {
     const uint32_t width = input_width(input, call->robot, &call->request);
-    if (call->robot->base_freedoms == 0)
+    if (call->robot->names.base_freedoms == 0)
         return raise_status(TFA_E_ARGUMENT, input->name, "%s: the robot's base is fixed",
                             input->name);
     stage(call, input->member, width);
@@ -146,11 +146,11 @@ static PyObject *joints_by_name(const request_call *call, const input_row *input
 {
     const robot_names *robot = call->robot;
     const int of_q = input->width == EXTENT_Q;
-    npy_intp size = of_q ? robot->q_count : robot->v_count;
+    npy_intp size = of_q ? robot->names.q_count : robot->names.v_count;
     PyObject *items = PyDict_Items(dict);
     PyObject *array = items ? PyArray_ZEROS(1, &size, NPY_DOUBLE, 0) : NULL;
     double *numbers = array ? PyArray_DATA((PyArrayObject *)array) : NULL;
-    for (uint32_t k = 0; array && of_q && k < robot->joint_count; k++)
+    for (uint32_t k = 0; array && of_q && k < robot->names.joint_count; k++)
         if (robot->names.joints[k].quaternion >= 0)
             numbers[robot->names.joints[k].q_index + (uint32_t)robot->names.joints[k].quaternion +
                     3] = 1;
@@ -308,7 +308,7 @@ int read_acceleration(request_call *call, const input_row *input, PyObject *valu
     int bad = !pairs || tips_of(call, input, pairs) || guess_rows(call, pairs);
     if (!bad) {
         stage(call, input->member, 0)->pieces = call->request.tip_count;
-        call->staged[call->staged_count - 1].width = call->request.rows == TFA_ROWS_POINT ? 3 : 6;
+        call->staged[call->staged_count - 1].width = rows_of(&call->request);
         bad = add_pairs(call, input, pairs, call->staged[call->staged_count - 1].width);
     }
     Py_XDECREF(pairs);

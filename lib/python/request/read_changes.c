@@ -73,9 +73,9 @@ int read_locked(request_call *call, const input_row *input, PyObject *value)
         return raise_from_current(input->name, "must be a list of joints");
     const Py_ssize_t count = PyTuple_GET_SIZE(list);
     int bad = 0;
-    if (count > (Py_ssize_t)call->robot->joint_count)
+    if (count > (Py_ssize_t)call->robot->names.joint_count)
         bad = raise_status(TFA_E_SIZE, input->name, "locked: %zd joints, the robot has %u", count,
-                           call->robot->joint_count);
+                           call->robot->names.joint_count);
     if (!bad && !(call->locked = PyMem_Calloc((size_t)count + 1, sizeof *call->locked))) {
         PyErr_NoMemory();
         bad = -1;

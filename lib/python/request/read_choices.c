@@ -4,6 +4,7 @@
  * Words, numbers and lists of names.
  */
 #include "errors.h"
+#include "interface/want_words.h"
 #include "read.h"
 
 #include <math.h>
@@ -203,15 +204,11 @@ int read_estimate(request_call *call, const input_row *input, PyObject *value)
 
 static int add_word(request_call *call, const char *field, PyObject *value, Py_ssize_t k)
 {
-    const char *list[16];
     unsigned choice = 0;
-    size_t count = 0;
-    for (const char *word; (word = want_word(count)) && count < 16; count++)
-        list[count] = word;
     (void)k;
-    if (choose(field, value, list, count, &choice))
+    if (choose(field, value, tfa_want_words, TFA_WANT_WORD_COUNT, &choice))
         return -1;
-    call->request.flags |= want_flag(list[choice]);
+    call->request.flags |= tfa_want_flags[choice];
     return 0;
 }
 

@@ -35,11 +35,6 @@ static int set_names(robot_names *robot)
 static int fill(robot_names *robot, const tfa_names *names)
 {
     *robot = (struct robot_names){.names = *names,
-                                  .q_count = names->q_count,
-                                  .v_count = names->v_count,
-                                  .base_freedoms = names->base_freedoms,
-                                  .joint_count = names->joint_count,
-                                  .frame_count = names->frame_count,
                                   .joints = PyTuple_New(names->joint_count),
                                   .links = PyTuple_New(names->frame_count)};
     if (!set_names(robot))

@@ -11,8 +11,7 @@
 #include <totalforce/text.h>
 
 typedef struct robot_names {
-    tfa_names names; /**< joints and links: UTF-8 of the tuples */
-    uint32_t q_count, v_count, base_freedoms, joint_count, frame_count;
+    tfa_names names;  /**< joints and links: UTF-8 of the tuples */
     PyObject *joints; /**< tuple of names in declared order */
     PyObject *links;  /**< tuple of link names; the position is the frame index */
 } robot_names;

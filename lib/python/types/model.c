@@ -306,8 +306,8 @@ static PyObject *model_repr(PyObject *self)
     const robot_names *robot = &((const model_object *)self)->robot;
     return PyUnicode_FromFormat("<totalforce.Model '%s': %u joints, %u links, %s base>",
                                 tfa_model_name(((const model_object *)self)->model),
-                                robot->joint_count, robot->frame_count,
-                                tfa_word(TFA_WORDS_BASE, robot->base_freedoms > 0));
+                                robot->names.joint_count, robot->names.frame_count,
+                                tfa_word(TFA_WORDS_BASE, robot->names.base_freedoms > 0));
 }
 
 #define OPTIONS_TEXT                                                                               \

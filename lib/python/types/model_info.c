@@ -36,19 +36,19 @@ static PyObject *get_tag(PyObject *self, void *unused)
 static PyObject *get_q_count(PyObject *self, void *unused)
 {
     (void)unused;
-    return PyLong_FromUnsignedLong(((model_object *)self)->robot.q_count);
+    return PyLong_FromUnsignedLong(((model_object *)self)->robot.names.q_count);
 }
 
 static PyObject *get_v_count(PyObject *self, void *unused)
 {
     (void)unused;
-    return PyLong_FromUnsignedLong(((model_object *)self)->robot.v_count);
+    return PyLong_FromUnsignedLong(((model_object *)self)->robot.names.v_count);
 }
 
 static PyObject *get_base_freedoms(PyObject *self, void *unused)
 {
     (void)unused;
-    return PyLong_FromUnsignedLong(((model_object *)self)->robot.base_freedoms);
+    return PyLong_FromUnsignedLong(((model_object *)self)->robot.names.base_freedoms);
 }
 
 static PyObject *get_joint_names(PyObject *self, void *unused)
@@ -103,7 +103,7 @@ static PyObject *tuple_of(const tfa_model *model, uint32_t count,
 static PyObject *get_joints(PyObject *self, void *unused)
 {
     (void)unused;
-    return tuple_of(c_model(self), ((model_object *)self)->robot.joint_count, joint_at);
+    return tuple_of(c_model(self), ((model_object *)self)->robot.names.joint_count, joint_at);
 }
 
 static PyObject *get_bodies(PyObject *self, void *unused)
@@ -121,7 +121,7 @@ static PyObject *get_declared(PyObject *self, void *unused)
 static PyObject *get_link_bodies(PyObject *self, void *unused)
 {
     (void)unused;
-    return tuple_of(c_model(self), ((model_object *)self)->robot.frame_count, link_body_at);
+    return tuple_of(c_model(self), ((model_object *)self)->robot.names.frame_count, link_body_at);
 }
 
 static PyObject *get_summary(PyObject *self, void *unused)
@@ -227,8 +227,8 @@ static PyObject *array_of(const double *numbers, uint32_t count)
 
 static PyObject *make_advice(const robot_names *robot, const tfa_advice *advice)
 {
-    PyObject *joints = PyList_New(0), *q = array_of(advice->q, robot->q_count);
-    PyObject *errors = array_of(advice->single_error, robot->joint_count), *made = NULL;
+    PyObject *joints = PyList_New(0), *q = array_of(advice->q, robot->names.q_count);
+    PyObject *errors = array_of(advice->single_error, robot->names.joint_count), *made = NULL;
     for (uint32_t k = 0; joints && k < advice->count; k++)
         if (PyList_Append(joints, PyTuple_GET_ITEM(robot->joints, advice->joints[k])) < 0)
             Py_CLEAR(joints);

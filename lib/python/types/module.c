@@ -166,7 +166,7 @@ static int add_constants(PyObject *module)
             return -1;
     PyObject *ops = PyTuple_New(OP_COUNT);
     for (int k = 0; ops && k < OP_COUNT; k++) {
-        PyObject *name = PyUnicode_FromString(op_rows[k].name);
+        PyObject *name = PyUnicode_FromString(op_name(op_rows[k].op));
         if (!name)
             return -1;
         PyTuple_SET_ITEM(ops, k, name);

@@ -77,7 +77,7 @@ static void make_arrays(bytes *b, totalforce_dds_Request *s)
                   {&s->gravity, 3},
                   {&s->wrenches, 6 * n * s->wrench_frames._length},
                   {&s->payloads, TFA_PAYLOAD_NUMBERS * s->payload_frames._length},
-                  {&s->task_acceleration, tfa_wire_rows(s->rows) * n * tips},
+                  {&s->task_acceleration, tfa_tip_rows(s->rows) * n * tips},
                   {&s->rank_threshold, 1}};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
         *arrays[i].sequence = make_doubles(b, numbers[i], arrays[i].expected);

@@ -5,7 +5,7 @@
  */
 #include "states.h"
 
-#include "common/robot_names.h"
+#include <totalforce/text.h>
 
 #include <stdlib.h>
 #include <string.h>
@@ -39,8 +39,7 @@ static void set_unit(double *quaternion)
     quaternion[3] = 1.0;
 }
 
-static void fill_request(tfa_request *request, const robot_names *names, double **at,
-                         uint64_t *seed)
+static void fill_request(tfa_request *request, const tfa_names *names, double **at, uint64_t *seed)
 {
     size_t batch = request->count;
     double *q = fill(at, batch * names->q_count, 3.0, seed);
@@ -72,7 +71,7 @@ void latency_states_free(latency_states *states)
 int latency_states_init(latency_states *states, const latency_options *options,
                         const tfa_client_info *info)
 {
-    robot_names names;
+    tfa_names names;
     int status = tfa_names_of_info(&names, options->daemon.robot, info);
     if (status != TFA_OK)
         return status;

@@ -47,6 +47,7 @@ typedef struct sequence {
     const double *gravity;
     tfa_request question; /* op, flags, rank_loss, refine */
     bool moved;           /* q and pose are own ones */
+    bool any_method;      /* also one that the request may not permit */
     double q[2 * OP_FREEDOMS * OP_STATES], pose[7 * OP_STATES], field[3];
     double payload[TFA_PAYLOAD_NUMBERS];
     uint32_t payload_frame;
@@ -134,7 +135,8 @@ static tfa_request draw(op_case *c, sequence *x, bool first)
     r.payload_frames[0] = x->payload_frame;
     r.tau = x->absent & 8 ? NULL : r.tau;
     op_choose_method(c, &r);
-    if (one_in(c, 20)) /* that the request may not permit */
+    x->any_method = one_in(c, 20);
+    if (x->any_method)
         r.method = tfa_method_describe(random_below(&c->s, TFA_METHOD_ABA + 4))->method;
     return r;
 }
@@ -241,10 +243,14 @@ static void disturb(op_case *c, tfa_workspace *used, const tfa_request *r, op_an
     assert_int_not_equal(answer(used, &q, a), TFA_OK);
 }
 
-static void step(op_case *c, tfa_workspace *used, tfa_workspace *w, const tfa_request *r)
+/* @param is_permitted  it has an answer, unless it loads a link that cannot be loaded */
+static void step(op_case *c, tfa_workspace *used, tfa_workspace *w, const tfa_request *r,
+                 bool is_permitted)
 {
     op_answers *a = op_answers_create(c, r), *b = op_answers_create(c, r);
     const int status = answer(w, r, a);
+    if (status != TFA_OK && is_permitted && a->reply.field != TFA_FIELD_PAYLOADS)
+        op_compute(c, w, r, a); /* fails */
     if (one_in(c, 10))
         disturb(c, used, r, b);
     (void)answer(used, r, b);
@@ -271,7 +277,7 @@ static void in_sequence(op_case *c, tfa_precision precision, tfa_residual residu
         tfa_workspace *w = fixture_mixed(c->model, precision, residual);
         tally.repeated += r.q == before;
         before = r.q;
-        step(c, used, w, &r);
+        step(c, used, w, &r, !x.any_method);
         tfa_workspace_free(w);
     }
     tfa_workspace_free(used);

@@ -182,34 +182,34 @@ enum tfa_layout {
       "singular\nvalue (1/sqrt(kg)), acceleration given up along it (m/s^2), direction")
 
 /** Keys of a request in JSON and Python (`poses`: JSON only): X(key, ops that use it, flags that
- *  let every op use it, field). Of names as near to a wrong one the first is named first. The state
+ *  let every op use it). Of names as near to a wrong one the first is named first. The state
  *  (q, v, base, gravity) may be given with every op, used or not, so that a program can ask
  *  different questions about one state. */
 #define TFA_KEY_LIST(X)                                                                            \
-    X(q, TFA_OPS_ALL, 0, Q)                                                                        \
-    X(v, TFA_OPS_ALL, 0, V)                                                                        \
-    X(base_pose, TFA_OPS_ALL, 0, BASE_POSE)                                                        \
-    X(base_twist, TFA_OPS_ALL, 0, BASE_TWIST)                                                      \
-    X(gravity, TFA_OPS_ALL, 0, GRAVITY)                                                            \
-    X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES, 0, TAU)                                               \
-    X(posture_torques, TFA_OPS_TASK, 0, TAU)                                                       \
-    X(base_wrench, TFA_OPS_FORWARD, 0, BASE_WRENCH)                                                \
-    X(qdd, TFA_OPS_ID | TFA_OPS_BIAS, 0, QDD)                                                      \
-    X(base_acceleration, TFA_OPS_ID | TFA_OPS_BIAS, 0, BASE_ACCELERATION)                          \
-    X(wrench, TFA_OPS_FORCES, TFA_WANT_MU, WRENCHES)                                               \
-    X(tips, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS, TIPS)                                                 \
-    X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS, ROWS)                                                 \
-    X(frame, TFA_OPS_FORCES | TFA_OPS_OSIM, TFA_WANT_OF_TIPS, FRAME)                               \
-    X(acceleration, TFA_OPS_TASK, 0, TASK_ACCELERATION)                                            \
-    X(rank_loss, TFA_OPS_TASK, TFA_WANT_RANK, RANK_LOSS)                                           \
-    X(rank_threshold, TFA_OPS_TASK, TFA_WANT_RANK, RANK_THRESHOLD)                                 \
-    X(characteristic_length, TFA_OPS_TASK, TFA_WANT_RANK, CHARACTERISTIC_LENGTH)                   \
-    X(method, TFA_OPS_ALL, 0, METHOD)                                                              \
-    X(refine, TFA_OPS_SOLVE, 0, REFINE)                                                            \
-    X(estimate, TFA_OPS_SOLVE, 0, ESTIMATE)                                                        \
-    X(poses, TFA_OPS_SOLVE, 0, FLAGS)                                                              \
-    X(payload, TFA_OPS_ALL, 0, PAYLOADS)                                                           \
-    X(locked, TFA_OPS_ALL & ~TFA_OPS_M, 0, LOCKED)
+    X(q, TFA_OPS_ALL, 0)                                                                           \
+    X(v, TFA_OPS_ALL, 0)                                                                           \
+    X(base_pose, TFA_OPS_ALL, 0)                                                                   \
+    X(base_twist, TFA_OPS_ALL, 0)                                                                  \
+    X(gravity, TFA_OPS_ALL, 0)                                                                     \
+    X(tau, TFA_OPS_FD | TFA_OPS_DERIVATIVES, 0)                                                    \
+    X(posture_torques, TFA_OPS_TASK, 0)                                                            \
+    X(base_wrench, TFA_OPS_FORWARD, 0)                                                             \
+    X(qdd, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                                           \
+    X(base_acceleration, TFA_OPS_ID | TFA_OPS_BIAS, 0)                                             \
+    X(wrench, TFA_OPS_FORCES, TFA_WANT_MU)                                                         \
+    X(tips, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
+    X(rows, TFA_OPS_SOLVE, TFA_WANT_OF_TIPS)                                                       \
+    X(frame, TFA_OPS_FORCES | TFA_OPS_OSIM, TFA_WANT_OF_TIPS)                                      \
+    X(acceleration, TFA_OPS_TASK, 0)                                                               \
+    X(rank_loss, TFA_OPS_TASK, TFA_WANT_RANK)                                                      \
+    X(rank_threshold, TFA_OPS_TASK, TFA_WANT_RANK)                                                 \
+    X(characteristic_length, TFA_OPS_TASK, TFA_WANT_RANK)                                          \
+    X(method, TFA_OPS_ALL, 0)                                                                      \
+    X(refine, TFA_OPS_SOLVE, 0)                                                                    \
+    X(estimate, TFA_OPS_SOLVE, 0)                                                                  \
+    X(poses, TFA_OPS_SOLVE, 0)                                                                     \
+    X(payload, TFA_OPS_ALL, 0)                                                                     \
+    X(locked, TFA_OPS_ALL & ~TFA_OPS_M, 0)
 
 /** Words of `want`, in the order in which messages name them: X(word, TFA_WANT_ bit) */
 #define TFA_WANT_LIST(X)                                                                           \

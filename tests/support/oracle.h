@@ -77,7 +77,5 @@ void oracle_mass(const oracle *o, double *mass, double com[3]);
 void oracle_energy(oracle *o, double *kinetic, double *potential);
 /** Position of the link frame (3) and its rotation matrix (row major) in the world. */
 void oracle_pose(const oracle *o, uint32_t link, double position[3], double rotation[9]);
-/** Linear and angular velocity of the link frame, world axes. */
-void oracle_velocity(const oracle *o, uint32_t link, double linear[3], double angular[3]);
 
 #endif

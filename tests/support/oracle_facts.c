@@ -52,9 +52,3 @@ void oracle_pose(const oracle *o, uint32_t link, double position[3], double rota
     for (int i = 0; i < 9; i++)
         rotation[i] = (double)b->R.col[i % 3].x[i / 3];
 }
-
-void oracle_velocity(const oracle *o, uint32_t link, double linear[3], double angular[3])
-{
-    vec_store(linear, o->body[link].v);
-    vec_store(angular, o->body[link].w);
-}

@@ -62,11 +62,6 @@ static error_t parse(int key, char *text, struct argp_state *state)
 
 const struct argp daemon_argp = {.options = option_table, .parser = parse};
 
-const char *daemon_via_name(daemon_via via)
-{
-    return via == DAEMON_DDS ? "dds" : "shm";
-}
-
 int daemon_connect(const daemon_options *options, daemon_via via, daemon_link **link)
 {
     int status;

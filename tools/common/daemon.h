@@ -28,9 +28,6 @@ typedef struct daemon_options {
 /** --runtime-dir, --domain, --wait, --timeout-ms; its input is a daemon_options. */
 extern const struct argp daemon_argp;
 
-/** "shm" or "dds". */
-const char *daemon_via_name(daemon_via via);
-
 typedef struct daemon_link daemon_link;
 
 /** Connects. @return as tfa_client_connect or tfa_dds_client_connect; on error *link is NULL. */

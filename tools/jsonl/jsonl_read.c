@@ -128,7 +128,7 @@ static int read_apart(jsonl_reader *r, const json_t *value)
     return TFA_OK;
 }
 
-#define KEY(key, ops, flags, field) {#key, ops, flags, jsonl_read_##key},
+#define KEY(key, ops, flags) {#key, ops, flags, jsonl_read_##key},
 static const struct {
     const char *name;
     uint32_t ops, flags;

@@ -16,6 +16,7 @@ struct robot_names;
 
 /** Name of an extent in docstrings: "n_q", "6", ... */
 const char *extent_name(int extent, char *text, size_t size);
+/** 0 of EXTENT_NONE */
 uint32_t extent_size(int extent, const struct robot_names *robot, const tfa_request *request);
 
 /* ---- ops ---- */
@@ -50,7 +51,6 @@ struct input_row {
     size_t member;        /**< offset of the array in tfa_request */
     uint32_t ops;         /**< TFA_OP_BITs that use it */
     uint32_t flags;       /**< or TFA_WANT_ bits that let every op use it */
-    tfa_field field;      /**< TFA_FIELD_NONE: none */
     const char *shape;    /**< type or shape, in docstrings */
     const char *text;     /**< meaning, unit, frame, default */
     unsigned only_client; /**< 1: the client's calls only */
@@ -62,11 +62,6 @@ enum { INPUTS_MAX = 32 };
 
 /** Row of a keyword, or -1 */
 int input_find(PyObject *name);
-/** Row of a field of the request; NULL: none */
-const input_row *input_of_field(tfa_field field, tfa_op op);
-/** Numbers of one state; 0: no array of states */
-uint32_t input_width(const input_row *input, const struct robot_names *robot,
-                     const tfa_request *request);
 /** 1: the op uses the input with these flags */
 int input_is_used(const input_row *input, tfa_op op, uint32_t flags);
 

@@ -38,15 +38,14 @@ const op_row op_rows[OP_COUNT] = {
      "acceleration i, the base first."},
 };
 
-/* Ops, flags and field of a key */
+/* Ops and flags of a key */
 enum {
-#define KEY(key, ops, flags, field)                                                                \
-    OPS_##key = ops, FLAGS_##key = flags, FIELD_##key = TFA_FIELD_##field,
+#define KEY(key, ops, flags) OPS_##key = ops, FLAGS_##key = flags,
     TFA_KEY_LIST(KEY)
 #undef KEY
 };
 
-#define USE(key) OPS_##key, FLAGS_##key, (tfa_field)FIELD_##key
+#define USE(key) OPS_##key, FLAGS_##key
 #define STATES(member, width) PHASE_ARRAYS, width, offsetof(tfa_request, member)
 #define CHOICE PHASE_CHOICES, EXTENT_NONE, 0
 
@@ -114,18 +113,17 @@ const input_row inputs[] = {
      0},
     {"locked", read_locked, PHASE_LAST, EXTENT_NONE, offsetof(tfa_request, locked), USE(locked),
      "list of joints", "joints that do not accelerate, by name or index", 0},
-    {"want", read_want, CHOICE, TFA_OPS_ALL, 0, TFA_FIELD_FLAGS, "list of words",
+    {"want", read_want, CHOICE, TFA_OPS_ALL, 0, "list of words",
      "further answers: 'pose', 'twist', 'jacobian', 'bias_acceleration' of the tips; 'poses',\n"
      "'com', 'momentum', 'energy'; with lambda_inv 'lambda', 'mu', 'p', 'spectrum'",
      0},
-    {"only", read_only, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, TFA_FIELD_NONE, "list of names",
+    {"only", read_only, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, "list of names",
      "answers that are computed and allocated; None: all", 0},
-    {"out", read_out, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, TFA_FIELD_NONE,
-     "Reply, {name: array} or array",
+    {"out", read_out, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, "Reply, {name: array} or array",
      "memory of the answers: a reply of a request of the same shapes, arrays by name, or an\n"
      "array for the first answer",
      0},
-    {"timeout", read_timeout, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, TFA_FIELD_NONE, "float",
+    {"timeout", read_timeout, PHASE_LAST, EXTENT_NONE, 0, TFA_OPS_ALL, 0, "float",
      "s; None: until the daemon ends, or shows no progress for 3 s", 1},
 };
 const size_t input_count = sizeof inputs / sizeof inputs[0];
@@ -154,25 +152,9 @@ int input_find(PyObject *name)
     return -1;
 }
 
-const input_row *input_of_field(tfa_field field, tfa_op op)
-{
-    const input_row *found = NULL;
-    for (size_t k = 0; field != TFA_FIELD_NONE && k < input_count; k++)
-        if (inputs[k].field == field && (!found || inputs[k].ops & TFA_OP_BIT(op)))
-            found = &inputs[k];
-    return found;
-}
-
 int input_is_used(const input_row *input, tfa_op op, uint32_t flags)
 {
     return (input->ops & TFA_OP_BIT(op)) || (input->flags & flags);
-}
-
-uint32_t input_width(const input_row *input, const robot_names *robot, const tfa_request *request)
-{
-    if (input->field == TFA_FIELD_WRENCHES)
-        return 6 * request->wrench_count;
-    return extent_size(input->width, robot, request);
 }
 
 const char *op_name(tfa_op op)

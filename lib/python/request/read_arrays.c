@@ -119,7 +119,7 @@ static staged_array *stage(request_call *call, size_t member, uint32_t width)
 
 int read_states(request_call *call, const input_row *input, PyObject *value)
 {
-    const uint32_t width = input_width(input, call->robot, &call->request);
+    const uint32_t width = extent_size(input->width, call->robot, &call->request);
     if (call->robot->names.base_freedoms == 0)
         return raise_status(TFA_E_ARGUMENT, input->name, "%s: the robot's base is fixed",
                             input->name);
@@ -295,7 +295,7 @@ static int guess_rows(request_call *call, PyObject *pairs)
 int read_acceleration(request_call *call, const input_row *input, PyObject *value)
 {
     if (!PyDict_Check(value)) {
-        const uint32_t width = input_width(input, call->robot, &call->request);
+        const uint32_t width = extent_size(input->width, call->robot, &call->request);
         if (!call->request.tip_count)
             return raise_status(TFA_E_SIZE, "tips",
                                 "tips: missing; 1 to %d links, or acceleration "

@@ -262,10 +262,11 @@ static void begin_life(life *l)
 static void end_life(life *l)
 {
     int descriptors;
+    long kib;
     /* attackers have ended: their sessions will */
-    (void)WAIT_FOR((descriptors = harness_descriptors(&daemon_harness) - l->descriptors) <=
-                   DESCRIPTORS);
-    const long kib = harness_resident_kib(&daemon_harness) - l->resident_kib;
+    (void)WAIT_FOR(
+        ((descriptors = harness_descriptors(&daemon_harness) - l->descriptors) <= DESCRIPTORS) &
+        ((kib = harness_resident_kib(&daemon_harness) - l->resident_kib) <= GROWTH_KIB));
     print_message("life of %.0f s: %+ld KiB, %+d descriptors\n",
                   (double)(now_ns() - l->start) * 1e-9, kib, descriptors);
 #ifndef SANITIZED /* sanitizers keep memory that was freed */

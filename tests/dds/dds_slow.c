@@ -71,6 +71,47 @@ static void long_kinds_go_to_the_worker(void **state)
     assert_true(daemon.handovers >= KINDS);
 }
 
+/* The daemon forgets that a stream is long, as it does when its samples turn out to be short, while
+ * one of them is at the worker: the next does not overtake. */
+static void streams_stay_in_order(void **state)
+{
+    enum { KINDS = 1024 }; /* of requests: many times the rows of the cost model */
+    const test_daemon_options slow = {.delay_us = 100};
+    test_daemon daemon = test_daemon_start(test_domain(), &slow);
+    tfa_dds_client *client = raw_dds_connect(test_domain());
+    double qdd[JOINTS];
+    tfa_dds_torques torques = {.seq = 1, .q = raw_dds_zeros};
+    tfa_dds_accelerations got = {.qdd = qdd};
+
+    (void)state;
+    assert_int_equal(tfa_dds_stream_open(client, WAIT_MS), TFA_OK);
+    assert_int_equal(tfa_dds_stream_publish(client, &torques), TFA_OK);
+    assert_int_equal(tfa_dds_stream_take(client, &got, WAIT_NS), TFA_OK);
+    test_daemon_hold(&daemon, true);
+    torques.seq = 2;
+    assert_int_equal(tfa_dds_stream_publish(client, &torques), TFA_OK);
+    for (uint32_t i = 0; i < KINDS; i++) {
+        const tfa_request request = {.op = TFA_OP_INVERSE_DYNAMICS,
+                                     .refine = TFA_REFINE_DEFAULT,
+                                     .flags = i & TFA_WANT_ALL,
+                                     .count = 1,
+                                     .q = raw_dds_zeros};
+        double answer[JOINTS * JOINTS * 6];
+        tfa_reply reply = {.tau = answer};
+        (void)!tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL);
+    }
+    torques.seq = 3;
+    assert_int_equal(tfa_dds_stream_publish(client, &torques), TFA_OK);
+    sleep_ms(50);
+    test_daemon_hold(&daemon, false);
+    for (uint64_t seq = 2; seq <= 3; seq++) {
+        assert_int_equal(tfa_dds_stream_take(client, &got, WAIT_NS), TFA_OK);
+        assert_int_equal(got.seq, seq);
+    }
+    tfa_dds_client_close(client);
+    test_daemon_stop(&daemon);
+}
+
 /* Bursts of large replies, 3 kB each: as many as a client may have under way, none is lost. */
 static void bursts_are_not_lost(void **state)
 {
@@ -128,6 +169,7 @@ int main(int argc, char **argv)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(slow_answers_come_in_order),
         cmocka_unit_test(long_kinds_go_to_the_worker),
+        cmocka_unit_test(streams_stay_in_order),
         cmocka_unit_test(bursts_are_not_lost),
         cmocka_unit_test(late_replies_are_dropped),
     };

@@ -16,7 +16,8 @@ struct tfa_worker_robot;
 
 /* Starts it; each answer takes delay_us longer than it would. NULL if it cannot. */
 struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint32_t delay_us);
-/* Until it is called again by the same thread, with false, nothing is answered that is computed. */
+/* Until it is called again by the same thread, with false, the worker answers nothing that is
+ * computed. */
 void test_worker_hold(bool hold);
 void test_worker_stop(struct tfa_worker *worker);
 

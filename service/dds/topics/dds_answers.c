@@ -78,6 +78,7 @@ static uint32_t write_ready(tfa_dds *gateway, dds_robot *robot)
 
     for (dds_slot *slot; (slot = tfa_dds_ring_oldest(robot->ring)) != NULL; written++) {
         tfa_dds_answer(gateway, robot, &slot->to, &slot->call);
+        robot->stream_under_way -= slot->to.is_stream;
         record_cost(robot, &slot->call);
         gateway_publish_state(&robot->own, &slot->call.request, &slot->call);
         tfa_dds_ring_release(robot->ring);

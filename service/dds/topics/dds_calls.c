@@ -7,7 +7,7 @@
  * itself, with a solver of the gateway's own: no thread is woken on the way (a wake-up costs 23 us
  * and more, the answer of a small robot 1 us). A request that takes longer than DIRECT_NS, by the
  * cost model or its bound, goes to the worker, where it is one of many; the dds thread writes its
- * answer.
+ * answer. The samples of a stream stay in order: none overtakes one that is at the worker.
  */
 #include "dds/topics/dds_internal.h"
 
@@ -159,6 +159,7 @@ static void send_to_worker(tfa_dds *gateway, dds_robot *robot, const tfa_request
     slot->call.request = *request;
     slot->call.deadline =
         pending->deadline != 0 ? (uint64_t)(pending->deadline - tfa_dds_ros_offset()) : 0;
+    robot->stream_under_way += pending->is_stream;
     tfa_dds_ring_send(robot->ring);
     tfa_dds_increment(&gateway->count->handovers);
     pthread_mutex_lock(&gateway->mutex);
@@ -183,7 +184,8 @@ static void serve(tfa_dds *gateway, dds_robot *robot, tfa_request *request, dds_
 
     if (robot->leaving || robot->ring == NULL)
         reply_immediately(gateway, robot, pending, (tfa_dds_field_error){.status = TFA_E_AGAIN});
-    else if (is_short(robot, request, cost))
+    else if (is_short(robot, request, cost) &&
+             !(pending->is_stream && robot->stream_under_way > 0)) /* answers stay in order */
         solve_here(gateway, robot, request, pending, cost);
     else
         send_to_worker(gateway, robot, request, pending, taken);

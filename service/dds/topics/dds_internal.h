@@ -67,6 +67,7 @@ typedef struct dds_robot {
     totalforce_dds_Hash hash;  /* of the model that was announced */
     totalforce_dds_Hash other; /* of the one before or of the next: replies may come from it */
     struct tfa_dds_ring *ring; /* NULL after tfa_dds_detach */
+    uint32_t stream_under_way; /* samples of torques at the worker: later ones follow them there */
     bool leaving;              /* no more requests */
     void *memory;              /* buffers of a reply of the receiving thread */
     tfa_election election;

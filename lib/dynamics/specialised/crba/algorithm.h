@@ -116,7 +116,6 @@ struct body_motion {
     mat3 U;
 };
 
-/* Each number is one expression, in which products are fused. */
 TFA_INLINE mat3 point_acceleration(vec3 w, vec3 dw)
 {
     const num xx = w.x * w.x, yy = w.y * w.y;

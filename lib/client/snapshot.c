@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "client/statistics.h"
+#include "client/client_statistics.h"
 
 #include "client/client.h"
 #include "ipc/wire_blocks.h"

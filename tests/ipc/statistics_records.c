@@ -4,7 +4,7 @@
  * Records and counters while they are written: a thread counts without a pause, another one reads
  * the same memory, so that ThreadSanitizer sees both. Each copy is of one moment.
  */
-#include "client/statistics.h"
+#include "client/client_statistics.h"
 #include "support/wait.h"
 #include "test.h"
 

@@ -5,7 +5,7 @@
  * they stand in the file.
  */
 #include "dds/common/ros_domain.h"
-#include "dds/ros2/names.h"
+#include "dds/ros2/ros2_names.h"
 
 #include "dds/dds_test.h"
 #include "harness.h"

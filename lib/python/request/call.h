@@ -8,9 +8,9 @@
 #ifndef PYTHON_CALL_H
 #define PYTHON_CALL_H
 
-#include "fields.h"
+#include "field_rows.h"
 #include "numpy_api.h"
-#include "robot.h"
+#include "robot_names.h"
 
 #include <totalforce/client.h>
 #include <totalforce/request.h>

@@ -6,7 +6,7 @@
 #ifndef PYTHON_DOCS_H
 #define PYTHON_DOCS_H
 
-#include "fields.h"
+#include "field_rows.h"
 
 /** Docstring of an op's method, with its signature; allocated, lives as long as the module. NULL
  *  with an exception. */

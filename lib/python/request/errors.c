@@ -4,7 +4,7 @@
  * Calls totalforce.errors.make, which chooses the class and sets the attributes.
  */
 #include "errors.h"
-#include "robot.h"
+#include "robot_names.h"
 
 #include <errno.h>
 #include <stdarg.h>

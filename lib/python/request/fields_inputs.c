@@ -4,9 +4,9 @@
  * Tables of ops and of request fields.
  */
 #include "errors.h"
-#include "fields.h"
+#include "field_rows.h"
 #include "read.h"
-#include "robot.h"
+#include "robot_names.h"
 
 #include <stddef.h>
 #include <stdio.h>

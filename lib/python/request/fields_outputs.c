@@ -3,8 +3,8 @@
  *
  * Table of reply fields; extents.
  */
-#include "fields.h"
-#include "robot.h"
+#include "field_rows.h"
+#include "robot_names.h"
 
 #include <stddef.h>
 #include <stdio.h>

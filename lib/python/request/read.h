@@ -7,7 +7,7 @@
 #define PYTHON_READ_H
 
 #include "call.h"
-#include "fields.h"
+#include "field_rows.h"
 
 /* Each returns 0, or -1 with an exception that names the field. */
 

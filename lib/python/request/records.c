@@ -5,7 +5,7 @@
  */
 #include "records.h"
 
-#include "fields.h"
+#include "field_rows.h"
 
 #define FIELD(name, doc)                                                                           \
     {                                                                                              \

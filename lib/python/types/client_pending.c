@@ -3,7 +3,7 @@
  *
  * send and receive; attributes of a Client.
  */
-#include "client.h"
+#include "client_object.h"
 #include "python/request/errors.h"
 #include "python/request/read.h"
 

@@ -6,7 +6,7 @@
 #ifndef PYTHON_OBJECTS_H
 #define PYTHON_OBJECTS_H
 
-#include "solver.h"
+#include "solver_object.h"
 
 #include <totalforce/batch_pool.h>
 #include <totalforce/dynamics.h>

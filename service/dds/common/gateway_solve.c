@@ -7,7 +7,7 @@
 
 #include "dds/common/dds_domain.h"
 #include "ipc/wire_blocks.h"
-#include "worker/tap.h"
+#include "worker/worker_tap.h"
 
 /* @param asked  the estimate policy before it was settled */
 static void record(const gateway_robot *robot, const tfa_request *request, tfa_estimate asked,

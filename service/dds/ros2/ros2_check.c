@@ -5,7 +5,7 @@
  */
 #include "dds/ros2/ros2.h"
 
-#include "dds/ros2/names.h"
+#include "dds/ros2/ros2_names.h"
 
 #include <stdarg.h>
 #include <stdio.h>

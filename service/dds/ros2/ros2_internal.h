@@ -14,7 +14,7 @@
 #include "dds/common/dds_domain.h"
 #include "dds/common/gateway_solve.h"
 #include "dds/ros2/joint_inputs.h"
-#include "dds/ros2/names.h"
+#include "dds/ros2/ros2_names.h"
 #include "worker/worker.h"
 
 #include <dds/dds.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The producer's end of a tap: tfa_tap_put of service/worker/tap.c.
+ * The producer's end of a tap: tfa_tap_put of service/worker/worker_tap.c.
  */
 #include "tap_parts.h"
 

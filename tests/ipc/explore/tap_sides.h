@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * Producers of a tap, its recorder, and the control thread that gives a tap and takes it away, as
- * programs under test: the calls of service/worker/tap.c, service/worker/turn.c,
+ * programs under test: the calls of service/worker/worker_tap.c, service/worker/turn.c,
  * service/control/recordings.c and tools/record, in their order.
  */
 #ifndef TFA_EXPLORER_TAP_SIDES_H

@@ -3,7 +3,7 @@
  *
  * See names.h.
  */
-#include "dds/ros2/names.h"
+#include "dds/ros2/ros2_names.h"
 
 #include <ctype.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
  *
  * One request: arguments, computing with or without the GIL, reply or exception.
  */
-#include "solver.h"
+#include "solver_object.h"
 
 #include "python/request/docs.h"
 #include "python/request/errors.h"

@@ -10,7 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "client/statistics.h"
+#include "client/client_statistics.h"
 
 #include "client/client.h"
 

@@ -3,8 +3,8 @@
  *
  * Mapped statistics.
  */
-#ifndef TFA_CLIENT_STATISTICS_H
-#define TFA_CLIENT_STATISTICS_H
+#ifndef TFA_CLIENT_CLIENT_STATISTICS_H
+#define TFA_CLIENT_CLIENT_STATISTICS_H
 
 #include "ipc/statistics_layout.h"
 

@@ -3,8 +3,8 @@
  *
  * Names of ROS 2 (design.ros2.org, "Topic and Service name mapping to DDS"), as texts.
  */
-#ifndef TFA_SERVICE_DDS_NAMES_H
-#define TFA_SERVICE_DDS_NAMES_H
+#ifndef TFA_SERVICE_ROS2_NAMES_H
+#define TFA_SERVICE_ROS2_NAMES_H
 
 #include <stdbool.h>
 #include <stddef.h>

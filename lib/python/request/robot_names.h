@@ -3,8 +3,8 @@
  *
  * Names and sizes of a robot, from a model or from a daemon's description.
  */
-#ifndef PYTHON_ROBOT_H
-#define PYTHON_ROBOT_H
+#ifndef PYTHON_ROBOT_NAMES_H
+#define PYTHON_ROBOT_NAMES_H
 
 #include "numpy_api.h"
 

@@ -3,8 +3,8 @@
  *
  * A Client and its requests under way. Private to client.c and client_pending.c.
  */
-#ifndef PYTHON_CLIENT_H
-#define PYTHON_CLIENT_H
+#ifndef PYTHON_CLIENT_OBJECT_H
+#define PYTHON_CLIENT_OBJECT_H
 
 #include "objects.h"
 

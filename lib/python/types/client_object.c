@@ -3,7 +3,7 @@
  *
  * Type Client: connection, calls, fallback.
  */
-#include "client.h"
+#include "client_object.h"
 
 #include "objects.h"
 #include "python/request/errors.h"

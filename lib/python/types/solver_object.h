@@ -4,8 +4,8 @@
  * The part that Workspace, Pool and Client have in common: a method for each op, `compute`, and the
  * rule that one thread at a time uses an object.
  */
-#ifndef PYTHON_SOLVER_H
-#define PYTHON_SOLVER_H
+#ifndef PYTHON_SOLVER_OBJECT_H
+#define PYTHON_SOLVER_OBJECT_H
 
 #include "python/request/call.h"
 #include "python/request/numpy_api.h"

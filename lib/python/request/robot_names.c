@@ -3,7 +3,7 @@
  *
  * Tables of names; look-up by name or index.
  */
-#include "robot.h"
+#include "robot_names.h"
 
 #include "errors.h"
 

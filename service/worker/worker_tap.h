@@ -3,8 +3,8 @@
  *
  * Writes answered requests into the tap of a robot: no allocation, no lock, no system call.
  */
-#ifndef TFA_SERVICE_WORKER_TAP_H
-#define TFA_SERVICE_WORKER_TAP_H
+#ifndef TFA_SERVICE_WORKER_WORKER_TAP_H
+#define TFA_SERVICE_WORKER_WORKER_TAP_H
 
 #include "ipc/tap.h"
 

@@ -3,7 +3,7 @@
  *
  * Records of answered requests; and how a worker that runs gets taps and loses them.
  */
-#include "worker/tap.h"
+#include "worker/worker_tap.h"
 
 #include <string.h>
 

@@ -4,8 +4,8 @@
  * The tables of ops, of request fields (inputs) and of reply fields (outputs). Conversion, shape
  * checks, allocation of outputs, error messages, signatures and docstrings follow from them.
  */
-#ifndef PYTHON_FIELDS_H
-#define PYTHON_FIELDS_H
+#ifndef PYTHON_FIELD_ROWS_H
+#define PYTHON_FIELD_ROWS_H
 
 #include "numpy_api.h"
 

@@ -20,7 +20,7 @@ static void exchange_directories(tfa_client *client)
 }
 
 /* The other one first: this one ended, or hangs and would keep the caller waiting. It gets
- * half of the time, because it may stand still, too. */
+ * half of the time, because it may hang, too. */
 int tfa_client_open_either(tfa_client *client, uint64_t deadline, uint64_t model)
 {
     if (!client->standby_dir)

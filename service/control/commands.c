@@ -104,7 +104,7 @@ static void answer_status(const tfa_daemon *d, command *c)
     free(text);
 }
 
-/* "ok", and a descriptor by which nobody can write. */
+/* "ok", and a read-only descriptor. */
 static void answer_statistics(const tfa_daemon *d, command *c)
 {
     (void)commands_send(c->socket, "ok", &d->statistics_segment.fd_readonly, 1);

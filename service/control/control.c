@@ -304,8 +304,8 @@ static void dispatch(tfa_daemon *d, void *what)
 
 /* ---- time ---- */
 
-/* The service manager is told that all is well only if every worker went on since the last time;
- * one that sleeps is woken to show it. */
+/* The watchdog of the service manager is fed only if every worker has made progress since the
+ * last time; one that sleeps is woken to show it. */
 static void watch_workers(tfa_daemon *d)
 {
     const uint64_t now = control_clock();

@@ -177,7 +177,7 @@ static uint32_t find_robot(const tfa_daemon *d, const char *name, char *text, si
     return i;
 }
 
-/* Hands the recorder its segments and goes on with its socket. */
+/* Hands the recorder its segments and continues with its socket. */
 static bool hand_over(tfa_daemon *d, recording *r, const tfa_segment *description)
 {
     const int descriptors[] = {r->segment.fd, description->fd_readonly};
@@ -232,7 +232,7 @@ bool recordings_begin(tfa_daemon *d, int socket, const char *order, char *text, 
 
 /* ---- the end ---- */
 
-/* No answer is recorded from now on; memory is released when the workers have let go of it. */
+/* No answer is recorded from now on; memory is released when no worker uses it any more. */
 static void end_recording(tfa_daemon *d, recording *r, const char *reason)
 {
     set_taps(d, r->robot, NULL);

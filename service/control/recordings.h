@@ -25,7 +25,7 @@ bool recordings_begin(tfa_daemon *d, int socket, const char *order, char *text, 
 bool recordings_event(tfa_daemon *d, void *what);
 /* Ends those of a robot, with a reason for their recorders: no later answer is recorded. */
 void recordings_end(tfa_daemon *d, uint32_t robot, const char *reason);
-/* Time passed: workers may have let go of taps. */
+/* Time passed: taps may be unused by now. */
 void recordings_tick(tfa_daemon *d);
 /* One waits for a worker: look again soon. */
 bool recordings_any_ending(const tfa_daemon *d);

@@ -20,7 +20,7 @@
 #include "control/daemon.h"
 #include "platform/log.h"
 
-/* The end of the daemon waits so long for the thread of a reload. */
+/* The end of the daemon waits this long for the thread of a reload. */
 #define ABANDON_NS 100000000
 
 /* A reload that a topic asks for is logged as what a client can cause. */

@@ -3,7 +3,7 @@
  *
  * The part of a reload in a thread of its own: configuration, models, checks, workspaces.
  *
- * Reading a large robot takes seconds, during which the control thread goes on to greet clients,
+ * Reading a large robot takes seconds, during which the control thread continues to greet clients,
  * to notice dead clients and to feed the watchdog.
  */
 #include <stdio.h>

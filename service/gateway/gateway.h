@@ -39,10 +39,10 @@ typedef struct gateway_leadership {
     bool leads;       /* this daemon may answer for the robot now */
     const char *role; /* listening, standby, leading, unlike (another model than the leader's) */
     uint64_t epoch;   /* of the leadership, or the highest that is known */
-    uint32_t peers;   /* other daemons for the robot that are heard */
+    uint32_t peers;   /* other daemons for the robot that advertise */
     double pause_ms;  /* longest between two advertisements of this daemon */
     double
-        silence_ms; /* longest between two that were heard of a leader: the lease must be longer */
+        silence_ms; /* longest between two advertisements of a leader: the lease must be longer */
 } gateway_leadership;
 
 /* Why a robot cannot be served: the key below the gateway's part of the robot ("tips[0]"), what is
@@ -65,8 +65,8 @@ struct gateway {
     /* Serves. @param first  worker of long requests; @param solvers  by robot, copied */
     int (*start)(void *self, struct tfa_worker *first, const tfa_worker_robot *solvers);
     bool (*serves)(const void *self, uint32_t robot);
-    /* The robot is answered by this model's solver from now on. Solver and model of before are not
-     * used any more when it returns, even if it had no memory and the robot is silent now. */
+    /* The robot is answered by this model's solver from now on. The previous solver and model are
+     * unused when it returns, even if it had no memory and the robot is silent now. */
     void (*exchange)(void *self, uint32_t robot, const tfa_model *next,
                      const tfa_worker_robot *solver);
     /* Gives the robot's ring at the worker back when its requests are answered. @return whether it
@@ -74,7 +74,7 @@ struct gateway {
     bool (*detach)(void *self, uint32_t robot);
     /* Tells the domain of the model; takes a ring again. */
     void (*announce)(void *self, uint32_t robot, const tfa_model *model);
-    /* Requests that it answers itself go to this tap, too; NULL: to none. The tap of before is not
+    /* Requests that it answers itself go to this tap, too; NULL: to none. The previous tap is not
      * used any more when it returns. */
     void (*set_tap)(void *self, uint32_t robot, struct tfa_tap *tap);
     /* Outcome of the robot's last robot_description; NULL: it is the model. */

@@ -21,7 +21,7 @@ typedef struct tfa_shared_model {
     uint32_t holders;
 } tfa_shared_model;
 
-/** Lets go of a model; the last one releases it. NULL is allowed. */
+/** Drops a reference to a model; the last one frees it. NULL is allowed. */
 void tfa_shared_model_drop(tfa_shared_model *shared);
 
 /** Source of a model that is served under one name. */

@@ -12,7 +12,7 @@
 
 #define NS_PER_MS UINT64_C(1000000)
 #define LEASE_MS_MAX 3600000u
-/* A daemon may stand still for a while without a standby; its calls time out meanwhile. */
+/* A daemon may hang for a while without a standby; its calls time out meanwhile. */
 #define GONE_LEASES 5
 
 /* ---- the topic ---- */

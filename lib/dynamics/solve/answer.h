@@ -82,8 +82,8 @@ int TFA_V(lambda_after)(struct state *s, const tfa_request *r, uint32_t k, tfa_m
 /* ---- ops ---- */
 
 /* States k .. k + count - 1 of a checked request, at most NUM_LANES, and as many answers. Several
- * that cannot go on together, or one of which has no answer, get none that counts: a status that is
- * not TFA_OK. */
+ * that cannot be computed together, or one of which has no answer, get none that counts: a status
+ * that is not TFA_OK. */
 int TFA_V(answer)(struct state *s, const tfa_request *request, struct tfa_resolved by, uint32_t k,
                   uint32_t count, tfa_reply *reply, tfa_answer *answer);
 int TFA_V(answer_forward)(struct state *s, const tfa_request *r, uint32_t k, tfa_reply *reply,

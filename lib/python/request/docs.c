@@ -50,7 +50,7 @@ static int is_shown(const input_row *input, const op_row *op, int for_client)
             (input->flags && TFA_OP_BIT(op->op) & TFA_OPS_SOLVE));
 }
 
-/* An indented text whose lines go on at the same column */
+/* An indented text whose lines continue at the same column */
 static void write_indented(growing_text *out, const char *text)
 {
     add(out, "        ");

@@ -37,7 +37,7 @@ static void remove_peer(tfa_election *e, uint32_t i)
 
 static int64_t end_of(const tfa_election_peer *peer)
 {
-    return peer->heard + peer->said.lease;
+    return peer->last + peer->said.lease;
 }
 
 static int64_t beat_of(const tfa_election *e)
@@ -46,7 +46,7 @@ static int64_t beat_of(const tfa_election *e)
 }
 
 /* After a time in which this daemon did not run, advertisements may still wait to be read: those
- * that were heard before it get two beats more. */
+ * that were live before it get two beats more. */
 static void excuse_peers(tfa_election *e, int64_t now)
 {
     const int64_t grace = 2 * beat_of(e);
@@ -55,7 +55,7 @@ static void excuse_peers(tfa_election *e, int64_t now)
         return;
     for (uint32_t i = 0; i < e->peer_count; i++)
         if (end_of(&e->peers[i]) >= e->ran && end_of(&e->peers[i]) < now + grace)
-            e->peers[i].heard = now + grace - e->peers[i].said.lease;
+            e->peers[i].last = now + grace - e->peers[i].said.lease;
 }
 
 /* The first step of each call: peers are alive afterwards. */
@@ -129,7 +129,7 @@ static bool waits_for_another(const tfa_election *e)
     return false;
 }
 
-/* Nobody leads: whether this daemon shall */
+/* Without a leader: true if this daemon shall lead */
 static bool may_take_over(const tfa_election *e, int64_t now)
 {
     if (e->self.role == TFA_ROLE_LISTENING && now - e->listening_since < e->self.lease)
@@ -237,8 +237,8 @@ bool tfa_election_hear(tfa_election *e, const tfa_advertisement *said, int64_t n
     if (peer == NULL)
         peer = &e->peers[e->peer_count++];
     else if (peer->said.role == TFA_ROLE_LEADING)
-        note_longest(&e->longest_silence, now - peer->heard);
-    *peer = (tfa_election_peer){.said = *said, .heard = now};
+        note_longest(&e->longest_silence, now - peer->last);
+    *peer = (tfa_election_peer){.said = *said, .last = now};
     /* Silence is judged by tfa_election_tick alone, at the end of a lease. */
     bool changed = tfa_election_leader(e) != NULL && decide(e, now);
     if (e->self.role != TFA_ROLE_LEADING && said->epoch > e->self.epoch)

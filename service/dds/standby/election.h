@@ -5,10 +5,10 @@
  * without clock, thread or I/O: the state changes by the calls below only, each with the time.
  *
  * Each daemon advertises itself five times a lease. Rules:
- *  - A daemon that starts is silent for one lease. If it hears a leader, it is a standby.
- *  - A standby that hears no leader for the leader's lease leads, unless a live standby of higher
- *    priority (equal: of smaller GUID) will. Its epoch is higher than any that it has heard of.
- *  - No preemption: a standby does not replace a leader that is heard, whatever their priorities.
+ *  - A daemon that starts is silent for one lease. If it discovers a leader, it is a standby.
+ *  - A standby that sees no leader for the leader's lease leads, unless a live standby of higher
+ *    priority (equal: of smaller GUID) will. Its epoch is higher than any that it has seen.
+ *  - No preemption: a standby does not replace a live leader, whatever their priorities.
  *  - Of two leaders (after a partition) the higher epoch stays; equal: the higher priority, then
  *    the smaller GUID, and it counts its epoch up. The other becomes a standby at once.
  *  - A leader whose standby knows of a higher epoch takes a higher one.
@@ -16,7 +16,7 @@
  *    that epochs grow although all daemons were restarted.
  *  - A leader that could not advertise for a lease (stopped, or its worker made no progress) does
  *    not answer: others may lead by now. It begins as a daemon that starts. One without
- *    peers goes on: if another came meanwhile, both lead until they hear of each other.
+ *    peers goes on: if another came meanwhile, both lead until they discover each other.
  *  - A standby whose model differs from the leader's never follows it.
  *  - Time in which this daemon did not run counts against no other.
  * Replies carry the epoch; clients drop those of an older one. So two leaders, which a partition or
@@ -31,7 +31,7 @@
 #include <stdint.h>
 
 enum {
-    TFA_ELECTION_PEERS = 8, /* other daemons for the same robot; more are not heard */
+    TFA_ELECTION_PEERS = 8, /* other daemons for the same robot; more are ignored */
     TFA_ELECTION_BEATS = 5, /* advertisements in one lease: four may be lost in a row */
 };
 
@@ -52,14 +52,14 @@ typedef struct tfa_advertisement {
     uint64_t epoch;     /**< LEADING: of its leadership; otherwise the highest that it knows of */
     uint32_t priority;  /**< the higher one leads */
     tfa_role role;
-    int64_t lease;      /**< ns: it is gone when nothing is heard for so long */
+    int64_t lease;      /**< ns: a daemon that is silent for longer is gone */
     uint8_t model[32];  /**< hash */
-    uint8_t leader[16]; /**< GUID of the leader that it hears; 0: none, or itself */
+    uint8_t leader[16]; /**< GUID of the leader that it follows; 0: none, or itself */
 } tfa_advertisement;
 
 typedef struct tfa_election_peer {
     tfa_advertisement said;
-    int64_t heard;
+    int64_t last;
 } tfa_election_peer;
 
 typedef struct tfa_election {
@@ -69,7 +69,7 @@ typedef struct tfa_election {
     int64_t advertised;      /* last time */
     int64_t ran;             /* last time: of any call */
     int64_t longest_pause;   /* between two advertisements */
-    int64_t longest_silence; /* of the leader, between two advertisements that were heard */
+    int64_t longest_silence; /* of the leader, between two of its advertisements */
     bool progress;           /* at the last tick */
     bool model_known;        /* another led: */
     uint8_t model[32];       /* the last one's */
@@ -103,7 +103,7 @@ int64_t tfa_election_next(const tfa_election *e);
 /** May this daemon answer now? It leads, and its lease has not run out, or it is alone. */
 bool tfa_election_may_answer(const tfa_election *e, int64_t now);
 
-/** The leader that is heard; NULL: none, or this daemon itself. */
+/** The live leader; NULL: none, or this daemon itself. */
 const tfa_election_peer *tfa_election_leader(const tfa_election *e);
 
 #endif

@@ -31,7 +31,7 @@ TFA_CHECKED int tfa_dds_create(const gateway_context *context, uint32_t robot_co
                                const char *xml, uint32_t slots, tfa_dds **dds);
 
 /** Attaches to the worker, starts the threads, opens the gateway. Each robot is announced, and its
- *  requests are answered, when no other daemon was heard for a lease that leads it.
+ *  requests are answered, when no other leader of it has advertised for a lease.
  *  `solvers` (copied), one for each robot, are the gateway's own.
  *  @return TFA_OK; TFA_E_MEMORY; TFA_E_SYSTEM; the worker's status. */
 TFA_CHECKED int tfa_dds_start(tfa_dds *dds, struct tfa_worker *worker,

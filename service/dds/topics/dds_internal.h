@@ -77,7 +77,7 @@ typedef struct dds_robot {
     bool electing;            /* from begin to resignation; answers only then */
     bool stepped_down;        /* resigned until it has a ring again */
     bool announced;           /* RobotInfo is written, and no other daemon can have written since */
-    bool rival;               /* another leader was heard at the last look */
+    bool rival;               /* another leader was live at the last look */
     uint32_t peers;           /* at the last look */
 } dds_robot;
 
@@ -168,7 +168,7 @@ void tfa_dds_withdraw_info(tfa_dds *gateway, const dds_robot *robot);
 /* Each robot begins to listen for others; `daemon` is this participant's GUID. */
 void tfa_dds_begin_elections(tfa_dds *gateway, const uint8_t daemon[16]);
 
-/* Advertises this daemon until it is told to stop. */
+/* Advertises this daemon until the gateway stops. */
 void *tfa_dds_leader_thread(void *gateway);
 
 /* Looks at the clock: advertises this daemon, takes over, gives up. The robot is locked. */

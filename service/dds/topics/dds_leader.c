@@ -3,7 +3,7 @@
  *
  * Hot standby: each robot's election (election.h) between DDS and the clock.
  *
- * The leader thread advertises this daemon and looks at the clock; Cyclone's receiving thread hears
+ * The leader thread advertises this daemon and looks at the clock; Cyclone's receiving thread takes
  * the others, and looks at the clock, too, while requests keep it busy: a mutex is not fair. All
  * decide under the robot's mutex, in whose shelter requests are answered. A receiving thread that
  * hangs there stops the advertisements, and so does a worker without progress: another daemon takes
@@ -71,7 +71,7 @@ static void report_role(const dds_robot *robot)
 }
 
 /* RobotInfo is the leader's word. It is written again if a write failed, and if a daemon comes or
- * goes or gives up: after a partition readers may have heard that one last. */
+ * goes or gives up: after a partition readers may have the word of that one. */
 static void keep_announced(tfa_dds *gateway, dds_robot *robot, tfa_role before)
 {
     const tfa_election *e = &robot->election;
@@ -205,7 +205,7 @@ void *tfa_dds_leader_thread(void *arg)
 
 /* ---- the others ---- */
 
-/* Nobody speaks for another daemon. */
+/* A daemon advertises itself only. */
 static bool is_its_own(dds_entity_t reader, const totalforce_dds_Leader *sample,
                        dds_instance_handle_t writer)
 {

@@ -29,7 +29,7 @@ typedef struct topic_row {
 /* Writers keep the last samples of each robot: such a writer never waits in Cyclone (0.10 sets no
  * watermark for it). So the daemon may write from the receiving thread, which cannot wait for
  * acknowledgements that it would have to receive itself; a client that stops acknowledging loses
- * only its own replies; and a standby that stands still holds up no client. 256 are four clients
+ * only its own replies; and a standby that hangs holds up no client. 256 are four clients
  * with all the requests under way that they may have. Torques are asked for best effort: that
  * matches publishers of either kind. */
 static const topic_row topics[] = {

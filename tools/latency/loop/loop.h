@@ -28,7 +28,7 @@ typedef struct load_shape {
     const _Atomic int *stop; /**< set: no more requests leave, replies are awaited; NULL: never */
 } load_shape;
 
-/** One client's loop. Made by loop_create; the ids of requests go on from run to run. */
+/** One client's loop. Made by loop_create; the ids of requests continue from run to run. */
 typedef struct loop loop;
 
 /** @param window  requests that are remembered while one before them has no outcome, a power of

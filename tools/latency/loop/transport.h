@@ -35,7 +35,7 @@ typedef struct transport_operations {
     int (*call)(transport *t, uint64_t id, uint64_t index, transport_answer *answer);
     /** Waits until `until` as the client's wait mode says; nothing is outstanding. */
     void (*idle)(transport *t, uint64_t until);
-    /** All requests under way are given up. @return TFA_OK, or the run cannot go on */
+    /** All requests under way are given up. @return TFA_OK, or the run must end */
     int (*reconnect)(transport *t);
     /** Releases everything. */
     void (*close)(transport *t);

@@ -287,7 +287,7 @@ static const struct argp_option option_table[] = {
     {"dump-config", KEY_DUMP, NULL, 0, "Print the configuration in effect, explained, and end", 0},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
@@ -341,7 +341,7 @@ int main(int argc, char **argv)
 {
     static const struct argp argp = {
         .options = option_table,
-        .parser = parse,
+        .parser = parse_option,
         .args_doc = "CONFIG.yaml",
         .doc = "Serves the robots of a configuration file until SIGTERM. SIGHUP reads the file and "
                "the robots again; SIGUSR1 logs the counters."};

@@ -24,7 +24,7 @@ enum { KEY_VIA = 256 };
 static const struct argp_option option_table[] = {
     {.name = "via", .key = KEY_VIA, .arg = "shm|dds", .doc = "Transport (shm)"}, {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     static const char *const vias[] = {"shm", "dds"};
     call_options *options = state->input;
@@ -89,7 +89,7 @@ static int prepare(void *self, const tfa_names **names, jsonl_error *error)
     return jsonl_fail(error, status, "%s", text);
 }
 
-static int answer(void *self, const tfa_request *request, tfa_reply *reply)
+static int call_daemon(void *self, const tfa_request *request, tfa_reply *reply)
 {
     caller *c = self;
     int status = daemon_call(c->link, request, reply, NULL);
@@ -105,7 +105,7 @@ int command_call(int argc, char **argv)
         {.argp = &daemon_argp}, {.argp = &jsonl_argp}, {0}};
     static const struct argp argp = {
         .options = option_table,
-        .parser = parse,
+        .parser = parse_option,
         .args_doc = "ROBOT [REQUESTS.jsonl]",
         .doc = "Sends JSON lines (-, the default: standard input) to the daemon that serves ROBOT; "
                "one "
@@ -120,8 +120,9 @@ int command_call(int argc, char **argv)
     options.daemon.max_tips = TFA_MAX_TIPS; /* one line after the other: two slots are enough */
     options.daemon.slots = 2;
     caller self = {.options = &options};
-    int result = jsonl_run("totalforce call", &options.lines,
-                           &(jsonl_backend){.self = &self, .prepare = prepare, .answer = answer});
+    int result =
+        jsonl_run("totalforce call", &options.lines,
+                  &(jsonl_backend){.self = &self, .prepare = prepare, .answer = call_daemon});
     disconnect(&self);
     return self.missed && !self.reached ? EXIT_FAILED : result;
 }

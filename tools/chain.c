@@ -36,7 +36,7 @@ static double read_argument(struct argp_state *state, const char *name, const ch
     return option_double(state, name, text);
 }
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     chain_options *options = state->input;
     mechanism_options *m = &options->read_argument;
@@ -100,7 +100,7 @@ int command_chain(int argc, char **argv)
     static const command_line_values values[] = {{"MECHANISM", mechanism_word}, {0}};
     static const struct argp argp = {
         .options = option_table,
-        .parser = parse,
+        .parser = parse_option,
         .args_doc = "MECHANISM",
         .doc = "Writes a test mechanism as URDF on standard output; the same options give the same "
                "numbers everywhere.\v"

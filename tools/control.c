@@ -23,7 +23,7 @@ typedef struct arguments {
     int json;
 } arguments;
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
@@ -58,9 +58,10 @@ static int give(const char *command, const arguments *a, int32_t timeout_ms, cha
     return EXIT_FAILED;
 }
 
-static int run(const char *command, const char *doc, int32_t timeout_ms, int argc, char **argv)
+static int run_command(const char *command, const char *doc, int32_t timeout_ms, int argc,
+                       char **argv)
 {
-    const struct argp argp = {.parser = parse, .doc = doc, .children = children};
+    const struct argp argp = {.parser = parse_option, .doc = doc, .children = children};
     static char text[TEXT_BYTES];
     arguments a = {0};
     if (command_line_parse(&argp, NULL, argc, argv, &a))
@@ -73,15 +74,16 @@ static int run(const char *command, const char *doc, int32_t timeout_ms, int arg
 
 int command_reload(int argc, char **argv)
 {
-    return run("reload",
-               "Lets the daemon read its configuration and robots again, as SIGHUP, and waits for "
-               "the outcome.",
-               RELOAD_MS, argc, argv);
+    return run_command(
+        "reload",
+        "Lets the daemon read its configuration and robots again, as SIGHUP, and waits for "
+        "the outcome.",
+        RELOAD_MS, argc, argv);
 }
 
 int command_stop(int argc, char **argv)
 {
-    return run("stop", "Stops the daemon, as SIGTERM.", 0, argc, argv);
+    return run_command("stop", "Stops the daemon, as SIGTERM.", 0, argc, argv);
 }
 
 /* ---- status as text ---- */
@@ -169,7 +171,7 @@ static int print_status(const char *text)
 int command_status(int argc, char **argv)
 {
     const struct argp argp = {.options = status_options,
-                              .parser = parse,
+                              .parser = parse_option,
                               .doc = "Shows robots, clients and counters of a running daemon.",
                               .children = children};
     static char text[TEXT_BYTES];

@@ -15,7 +15,7 @@
 
 enum { KEY_JSON = 1000 };
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     int *json = state->input;
     switch (key) {
@@ -87,7 +87,7 @@ int command_methods(int argc, char **argv)
         {.name = "json", .key = KEY_JSON, .doc = "One JSON object a line"}, {0}};
     static const struct argp argp = {
         .options = options,
-        .parser = parse,
+        .parser = parse_option,
         .doc = "The methods: answers, cost for N bodies, m tips, depth d and P "
                "processors, and refusals by name."};
     int json = 0;

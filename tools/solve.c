@@ -35,7 +35,7 @@ static const struct argp_option option_table[] = {
      .doc = "Arithmetic in which accelerations are refined and all else is answered (same)"},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     solve_options *options = state->input;
     switch (key) {
@@ -84,7 +84,7 @@ static int prepare(void *self, const tfa_names **names, jsonl_error *error)
     return TFA_OK;
 }
 
-static int answer(void *self, const tfa_request *request, tfa_reply *reply)
+static int solve_request(void *self, const tfa_request *request, tfa_reply *reply)
 {
     return tfa_compute(((solver *)self)->workspace, request, reply);
 }
@@ -100,8 +100,9 @@ static int solve_lines(const solve_options *options, const tfa_model *model)
         fprintf(stderr, "totalforce solve: %s: %s: %s\n", options->file, tfa_status_text(status),
                 tfa_status_cause(status));
     else
-        result = jsonl_run("totalforce solve", &options->lines,
-                           &(jsonl_backend){.self = &self, .prepare = prepare, .answer = answer});
+        result =
+            jsonl_run("totalforce solve", &options->lines,
+                      &(jsonl_backend){.self = &self, .prepare = prepare, .answer = solve_request});
     tfa_workspace_free(self.workspace);
     tfa_names_free(&self.names);
     return result;
@@ -112,7 +113,7 @@ int command_solve(int argc, char **argv)
     static const command_line_values values[] = {{"METHOD", suggest_method}, {0}};
     static const struct argp_child children[] = {{.argp = &jsonl_argp}, {.argp = &scene_argp}, {0}};
     static const struct argp argp = {.options = option_table,
-                                     .parser = parse,
+                                     .parser = parse_option,
                                      .args_doc = "FILE.urdf [REQUESTS.jsonl]",
                                      .doc = "Answers JSON lines, one reply a line, in order. "
                                             "Either file may be -, which is standard "

@@ -47,7 +47,7 @@ static const struct argp_option option_table[] = {
     {.name = "tables", .key = KEY_TABLES, .doc = "Keep the generated tables beside it, as FILE.h"},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     static const char *const lanes[] = {"auto", "one"};
     specialise_options *o = state->input;
@@ -190,7 +190,7 @@ int command_specialise(int argc, char **argv)
     static const struct argp_child children[] = {{.argp = &scene_argp}, {0}};
     static const struct argp argp = {
         .options = option_table,
-        .parser = parse,
+        .parser = parse_option,
         .args_doc = "FILE.urdf -o FILE",
         .doc =
             "Compiles the kernels once more with the constants of one robot in them, into a shared "

@@ -108,7 +108,7 @@ static uint64_t range_start(const struct tfa_thread_pool *t, uint64_t tasks, uin
 }
 
 /* Takes the next task of the range of `owner` in the phase of `ticket`. */
-static int take(struct tfa_thread_pool *t, uint64_t ticket, uint32_t owner, uint64_t *task)
+static int claim_task(struct tfa_thread_pool *t, uint64_t ticket, uint32_t owner, uint64_t *task)
 {
     _Atomic uint64_t *taken = &t->workers[owner].taken;
     const uint64_t tasks = ticket & TASK_MASK, end = range_start(t, tasks, owner + 1);
@@ -131,7 +131,7 @@ static void run_range(struct tfa_thread_pool *t, uint64_t ticket, uint32_t owner
 {
     uint32_t done = 0;
     uint64_t task;
-    for (; take(t, ticket, owner, &task); done++)
+    for (; claim_task(t, ticket, owner, &task); done++)
         t->task(t->context, (uint32_t)task, worker);
     if (done)
         atomic_fetch_sub_explicit(&t->tasks_left, done, memory_order_release); /* L1 */

@@ -61,7 +61,7 @@ void commands_close(tfa_daemon *d)
 }
 
 /* The daemon does not wait for the peer: an answer that its buffer does not take is lost. */
-static void answer(command *c, const char *text, size_t length)
+static void send_answer(command *c, const char *text, size_t length)
 {
     (void)!send(c->socket, text, length, MSG_NOSIGNAL | MSG_DONTWAIT);
     end(c);
@@ -69,7 +69,7 @@ static void answer(command *c, const char *text, size_t length)
 
 static void answer_text(command *c, const char *text)
 {
-    answer(c, text, strlen(text));
+    send_answer(c, text, strlen(text));
 }
 
 bool commands_send(int socket, const char *text, const int *descriptors, size_t count)
@@ -98,7 +98,7 @@ static void answer_status(const tfa_daemon *d, command *c)
     const int buffer = TFA_CONTROL_TEXT_MAX;
     (void)setsockopt(c->socket, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
     if (status_write(d, &text, &size) == TFA_OK)
-        answer(c, text, size);
+        send_answer(c, text, size);
     else
         answer_text(c, "error: out of memory");
     free(text);

@@ -68,7 +68,7 @@ static bool is_in(int directory, const char *path)
            ours.st_ino == there.st_ino && ours.st_dev == there.st_dev;
 }
 
-static int take(passed_socket *s, int fd, int directory, const char *path)
+static int take_socket(passed_socket *s, int fd, int directory, const char *path)
 {
     struct sockaddr_un address = {0};
     socklen_t size = sizeof address;
@@ -127,7 +127,7 @@ int tfa_passed_sockets_take(int directory, const char *path)
     if (!list)
         return TFA_E_MEMORY;
     for (int i = 0; i < passed; i++) {
-        const int status = take(&list[count], SD_LISTEN_FDS_START + i, directory, path);
+        const int status = take_socket(&list[count], SD_LISTEN_FDS_START + i, directory, path);
         if (status != TFA_OK)
             return status;
         count++;

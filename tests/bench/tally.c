@@ -60,7 +60,7 @@ static void solve(uint32_t client)
 }
 
 /* ns of a call, over calls of clients in turn */
-static double turn(uint32_t client_count, bool solves, bool counts)
+static double time_turn(uint32_t client_count, bool solves, bool counts)
 {
     const double start = time_ns(CLOCK_THREAD_CPUTIME_ID);
     for (uint32_t k = 0; k < CALLS; k++) {
@@ -78,9 +78,9 @@ static void measure(uint32_t client_count, int rounds)
 {
     static double plain[ROUNDS_MAX], alone[ROUNDS_MAX], added[ROUNDS_MAX];
     for (int r = 0; r < rounds; r++) {
-        plain[r] = turn(client_count, true, false);
-        added[r] = turn(client_count, true, true) - plain[r];
-        alone[r] = turn(client_count, false, true);
+        plain[r] = time_turn(client_count, true, false);
+        added[r] = time_turn(client_count, true, true) - plain[r];
+        alone[r] = time_turn(client_count, false, true);
     }
     printf("%u,%.1f,%.1f,%.1f\n", client_count, median_of(plain, rounds), median_of(alone, rounds),
            median_of(added, rounds));

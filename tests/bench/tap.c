@@ -113,7 +113,7 @@ enum kind { SOLVES = 1, LOOKS = 2, RECORDS = 4, KINDS = 5 };
 static const unsigned kinds[KINDS] = {SOLVES, SOLVES | LOOKS, SOLVES | LOOKS | RECORDS, LOOKS,
                                       LOOKS | RECORDS};
 
-static void answer(unsigned kind)
+static void answer_kind(unsigned kind)
 {
     if (kind & SOLVES)
         solve();
@@ -124,15 +124,15 @@ static void answer(unsigned kind)
 }
 
 /* ns of a request. Each turn begins alike: after a pause, with warm code. */
-static double turn(unsigned kind)
+static double time_turn(unsigned kind)
 {
     tfa_robot_taps_set(&worker.taps, 0, kind & RECORDS ? &tap : NULL);
     wait_for_recorder();
     for (int k = 0; k < CALLS / 8; k++)
-        answer(kind);
+        answer_kind(kind);
     const double start = cpu_ns();
     for (int k = 0; k < CALLS; k++)
-        answer(kind);
+        answer_kind(kind);
     return (cpu_ns() - start) / CALLS;
 }
 
@@ -143,7 +143,7 @@ static void measure(int rounds)
     for (int r = -1; r < rounds; r++) /* the first touches all memory */
         for (int k = 0; k < KINDS; k++) {
             const int kind = r % 2 ? KINDS - 1 - k : k;
-            ns[kind][r < 0 ? 0 : r] = turn(kinds[kind]);
+            ns[kind][r < 0 ? 0 : r] = time_turn(kinds[kind]);
         }
     for (int r = 0; r < rounds; r++) {
         ns[1][r] -= ns[0][r];
@@ -159,7 +159,7 @@ static void print(int rounds)
 }
 
 /* With a recorder. @return an exit status */
-static int run(int rounds)
+static int run_rounds(int rounds)
 {
     const size_t size = tfa_tap_segment_size(1, RING_BYTES);
     unsigned char *segment = aligned_alloc(TFA_TAP_PAGE, size);
@@ -196,7 +196,7 @@ int main(int argc, char **argv)
         tfa_model_q_count(model) != JOINTS ||
         tfa_workspace_create(model, NULL, &workspace) != TFA_OK || make_request(model) != TFA_OK)
         return 2;
-    const int status = run(rounds);
+    const int status = run_rounds(rounds);
     tfa_workspace_free(workspace);
     tfa_model_free(model);
     tfa_report_free(&report);

@@ -124,7 +124,7 @@ static bool reconnect(tfa_client *client)
 }
 
 /* Takes the oldest reply, which is that of request `state`. @return false: a fault */
-static bool take(tfa_client *client, uint32_t state, uint64_t id)
+static bool take_reply(tfa_client *client, uint32_t state, uint64_t id)
 {
     double qdd[JOINTS];
     tfa_reply reply = {.qdd = qdd};
@@ -166,7 +166,7 @@ static void *ask_shm(void *unused)
             (void)reconnect(client);
             continue;
         }
-        if (!take(client, received, ids[received % SLOTS]))
+        if (!take_reply(client, received, ids[received % SLOTS]))
             break;
         received++;
     }

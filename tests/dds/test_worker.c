@@ -39,7 +39,7 @@ static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t fi
     return tfa_compute_states(s->workspace, request, first, count, reply);
 }
 
-static void *run(void *worker)
+static void *worker_thread(void *worker)
 {
     tfa_worker_run(worker);
     return NULL;
@@ -71,7 +71,7 @@ struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint3
         .robots = served, .robot_count = TEST_ROBOTS, .spin_ns = 50000, .wait = TFA_WAIT_HYBRID};
     if (tfa_worker_create(&options, &worker) != TFA_OK)
         return NULL;
-    return pthread_create(&thread, NULL, run, worker) == 0 ? worker : NULL;
+    return pthread_create(&thread, NULL, worker_thread, worker) == 0 ? worker : NULL;
 }
 
 void test_worker_hold(bool hold)

@@ -21,8 +21,8 @@ static int solves(tfa_method method)
     return method != lacking && whole->solves(method);
 }
 
-static int answer(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
-                  uint32_t count, tfa_reply *reply, tfa_answer *answers)
+static int answer_states(struct state *s, const tfa_request *r, struct tfa_resolved by, uint32_t k,
+                         uint32_t count, tfa_reply *reply, tfa_answer *answers)
 {
     assert_int_not_equal(by.method, lacking);
     return whole->answer(s, r, by, k, count, reply, answers);
@@ -60,7 +60,7 @@ static void compare(const tfa_model *model, const tfa_workspace_options *options
     lacking = method;
     struct tfa_kernel part = *whole;
     part.solves = solves;
-    part.answer = answer;
+    part.answer = answer_states;
     w->batch = &part;
     ask(w, method, 0, STATES, &batch);
     for (uint32_t k = 0; k < STATES; k++) {

@@ -28,7 +28,7 @@ struct course {
     uint32_t states;
 };
 
-static void *run(void *context)
+static void *stack_thread(void *context)
 {
     const struct course *c = context;
     for (size_t k = 0; k < question_count; k++) {
@@ -89,7 +89,7 @@ static void ask_robot(test_robot *robot)
         c.w = workspace_for(robot->model, &o);
         c.x = fixture_states(robot, 0, STATES, 2);
         c.a = answers_create(robot, STATES);
-        const size_t depth = depth_of(run, &c);
+        const size_t depth = depth_of(stack_thread, &c);
         deepest = depth > deepest ? depth : deepest;
         if (depth > TFA_STACK_BYTES)
             fail_msg("%s, workspace %zu: %zu bytes of stack", robot->name, k, depth);

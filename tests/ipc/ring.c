@@ -43,7 +43,7 @@ static void send_number(pair *p, uint64_t number)
 }
 
 /* Answers the next request with its number plus one. */
-static void answer(pair *p)
+static void answer_next(pair *p)
 {
     const tfa_wire_request *request = tfa_ring_request(&p->server);
     ((tfa_wire_reply *)tfa_ring_reply(&p->server))->id = request->id + 1;
@@ -82,7 +82,7 @@ TEST(keeps_order_over_many_laps)
         for (int i = 0; i < n; i++)
             send_number(&p, 10 * sent++);
         while (tfa_ring_poll(&p.server) == TFA_RING_READY)
-            answer(&p);
+            answer_next(&p);
         assert_int_equal(tfa_ring_poll(&p.server), TFA_RING_EMPTY);
         while (received < sent) {
             assert_true(tfa_ring_reply_ready(&p.client));
@@ -99,8 +99,8 @@ TEST(full_means_outstanding)
     send_number(&p, 1);
     send_number(&p, 2);
     assert_true(tfa_ring_full(&p.client));
-    answer(&p);
-    answer(&p);
+    answer_next(&p);
+    answer_next(&p);
     assert_true(tfa_ring_full(&p.client)); /* replies not taken still occupy their slots */
     (void)receive_number(&p);
     assert_false(tfa_ring_full(&p.client));
@@ -169,7 +169,7 @@ static void *serve(void *argument)
     for (int i = 0; i < EXCHANGES; i++) {
         while (tfa_ring_poll(&p->server) != TFA_RING_READY)
             sched_yield();
-        answer(p);
+        answer_next(p);
     }
     return NULL;
 }

@@ -169,7 +169,7 @@ static void fill(const tfa_model *m, double *q, double *v, double *qdd)
     }
 }
 
-static void answer(const tfa_model *m, const struct motion *motion, struct answer *out)
+static void answer_motion(const tfa_model *m, const struct motion *motion, struct answer *out)
 {
     static const double pose[7] = {0.3, -0.2, 0.9, 0.5, -0.5, 0.5, 0.5};
     static const double twist[6] = {0.4, 0.1, -0.3, 0.2, -0.6, 0.5};
@@ -212,8 +212,8 @@ static void compare(const tfa_model *merged, const tfa_model *honest_client,
                     const struct motion *motion)
 {
     static struct answer a, b;
-    answer(merged, motion, &a);
-    answer(honest_client, motion, &b);
+    answer_motion(merged, motion, &a);
+    answer_motion(honest_client, motion, &b);
     const uint32_t base = tfa_model_base_freedoms(merged), nv = tfa_model_v_count(merged);
     const uint32_t n = base + nv, wide = base + tfa_model_v_count(honest_client);
     for (uint32_t k = 0; k < n; k++) {

@@ -56,7 +56,7 @@ static bool put(tfa_tap *tap, uint64_t k)
 }
 
 /* Takes all that is there; each record must be whole, and later than the one before. */
-static uint64_t take(ends *e, uint64_t *next)
+static uint64_t take_record(ends *e, uint64_t *next)
 {
     uint64_t count = 0;
     const tfa_tap_record *record;
@@ -83,9 +83,9 @@ TEST(every_record_in_order)
     for (uint64_t k = 0; k < 20000; k++) {
         assert_true(put(&e.tap, k));
         if (k % 7 == 0)
-            (void)take(&e, &next);
+            (void)take_record(&e, &next);
     }
-    (void)take(&e, &next);
+    (void)take_record(&e, &next);
     assert_true(next == 20000);
     assert_true(atomic_load(&e.tap.words->dropped) == 0);
     free(e.segment);
@@ -100,9 +100,9 @@ TEST(a_full_ring_drops_and_counts)
         kept += put(&e.tap, k);
     assert_true(kept > 10 && kept < 1000);
     assert_true(atomic_load(&e.tap.words->dropped) == 1000 - kept);
-    assert_true(take(&e, &next) == kept);
+    assert_true(take_record(&e, &next) == kept);
     assert_true(put(&e.tap, 1000)); /* there is room again */
-    assert_true(take(&e, &next) == 1);
+    assert_true(take_record(&e, &next) == 1);
     assert_null(tfa_tap_reserve(&e.tap, 2 * RING));
     free(e.segment);
 }
@@ -117,11 +117,11 @@ TEST(a_large_record)
     open_ends(&e);
     for (uint64_t k = 0; k < 8; k++)
         assert_true(put(&e.tap, k));
-    assert_true(take(&e, &next) == 8);
+    assert_true(take_record(&e, &next) == 8);
     assert_null(tfa_tap_reserve(&e.tap, large));
     assert_true(tfa_tap_dropped(e.tap.words) == 1);
     assert_null(tfa_tap_reserve(&e.tap, large)); /* the recorder has not looked */
-    assert_true(take(&e, &next) == 0);
+    assert_true(take_record(&e, &next) == 0);
     assert_non_null(tfa_tap_reserve(&e.tap, large));
     free(e.segment);
 }
@@ -175,7 +175,7 @@ TEST(a_position_that_lies)
         assert_false(put(&e.tap, kept));
     }
     atomic_store(&e.tap.words->written, e.tap.written);
-    assert_true(take(&e, &next) == kept);
+    assert_true(take_record(&e, &next) == kept);
     free(e.segment);
 }
 
@@ -200,9 +200,9 @@ TEST(a_producer_and_a_recorder)
     open_ends(&e);
     assert_int_equal(pthread_create(&thread, NULL, produce, &e), 0);
     while (taken + atomic_load_explicit(&e.tap.words->dropped, memory_order_relaxed) < RECORDS)
-        taken += take(&e, &next);
+        taken += take_record(&e, &next);
     pthread_join(thread, NULL);
-    taken += take(&e, &next);
+    taken += take_record(&e, &next);
     assert_true(taken + atomic_load(&e.tap.words->dropped) == RECORDS);
     assert_true(taken >= RECORDS / BURST);
     free(e.segment);

@@ -29,7 +29,7 @@ static dds_guid_t writer_of(dds_entity_t reader, dds_instance_handle_t handle)
 }
 
 /* Takes a sample that has come. */
-static bool take(dds_entity_t reader, void *sample, dds_guid_t *from)
+static bool take_sample(dds_entity_t reader, void *sample, dds_guid_t *from)
 {
     dds_sample_info_t info;
 
@@ -57,7 +57,7 @@ static int32_t await_answer(dds_guid_t *from)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ answer;
 
-    assert_true(WAIT_FOR(take(node.accelerations, &answer, from)));
+    assert_true(WAIT_FOR(take_sample(node.accelerations, &answer, from)));
     return answer.header.stamp.sec;
 }
 
@@ -96,7 +96,7 @@ static bool is_answered(dds_guid_t *from)
     bool last = false;
 
     do
-        while (take(node.accelerations, &answer, from))
+        while (take_sample(node.accelerations, &answer, from))
             if (answer.header.stamp.sec == stamp)
                 return true;
     while (wait_again(end, &last));
@@ -196,10 +196,10 @@ static void assert_writer(dds_entity_t reader, const dds_topic_descriptor_t *typ
     dds_guid_t from;
 
     assert_non_null(sample);
-    while (take(reader, sample, &from))
+    while (take_sample(reader, sample, &from))
         ; /* of a leader before */
     for (unsigned count = 0; count < least; count++) {
-        assert_true(WAIT_FOR(((void)publish(), take(reader, sample, &from))));
+        assert_true(WAIT_FOR(((void)publish(), take_sample(reader, sample, &from))));
         assert_memory_equal(&from, expected, sizeof from);
     }
     dds_sample_free(sample, type, DDS_FREE_ALL);

@@ -76,7 +76,7 @@ static int send(load *l, uint32_t number, uint64_t due)
 }
 
 /* Takes the reply to a request. @return what is wrong with it */
-static const char *take(load *l, uint32_t number, uint64_t timeout_ns)
+static const char *take_reply(load *l, uint32_t number, uint64_t timeout_ns)
 {
     load_client *c = client_of(l, number);
     load_sample *sample = &l->samples[number];
@@ -108,12 +108,12 @@ static const char *take(load *l, uint32_t number, uint64_t timeout_ns)
  * @return it may go on */
 static bool receive(load *l, uint32_t *received, uint64_t timeout_ns)
 {
-    l->error = take(l, *received, timeout_ns);
+    l->error = take_reply(l, *received, timeout_ns);
     *received += !l->error && l->status == TFA_OK;
     return l->error == NULL;
 }
 
-static void *run(void *argument)
+static void *load_thread(void *argument)
 {
     load *l = argument;
     uint64_t due = l->start = now_ns();
@@ -156,7 +156,7 @@ void load_start(load *l, const harness *h, const load_robot robots[LOAD_CLIENTS]
         options.wait = wait;
         assert_int_equal(tfa_client_connect(&options, &c->client), TFA_OK);
     }
-    assert_int_equal(pthread_create(&l->thread, NULL, run, l), 0);
+    assert_int_equal(pthread_create(&l->thread, NULL, load_thread, l), 0);
 }
 
 static bool all_answered_by(load *l, int model)

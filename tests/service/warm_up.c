@@ -32,7 +32,8 @@ typedef struct counting_solver {
     tfa_local_client *sends; /* a request in the middle of the next warm-up */
 } counting_solver;
 
-static void answer(const tfa_request *request, tfa_reply *reply, uint32_t first, uint32_t count)
+static void answer_states(const tfa_request *request, tfa_reply *reply, uint32_t first,
+                          uint32_t count)
 {
     for (uint32_t i = 2 * first; i < 2 * (first + count); i++)
         reply->qdd[i] = request->q[i] + request->tau[i];
@@ -47,7 +48,7 @@ static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t fi
         return TFA_E_ARGUMENT;
     if (first == 0 && request->estimate == TFA_ESTIMATE_DEFAULT)
         request->estimate = s->open_estimates++ % 2 ? TFA_ESTIMATE_NEVER : TFA_ESTIMATE_ALWAYS;
-    answer(request, reply, first, count);
+    answer_states(request, reply, first, count);
     s->last = request->q[0];
     return TFA_OK;
 }
@@ -59,7 +60,7 @@ static void solve_again(void *self, const tfa_request *request, tfa_reply *reply
     s->warm_ns += request->count * s->warm_state_ns;
     now_ns += request->count * s->warm_state_ns;
     s->wrong += request->estimate == TFA_ESTIMATE_DEFAULT || request->q[0] != s->last;
-    answer(request, reply, 0, request->count);
+    answer_states(request, reply, 0, request->count);
     reply->qdd[0] = -1; /* nobody may see it */
     if (!s->sends)
         return;

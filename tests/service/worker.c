@@ -199,7 +199,7 @@ TEST(sleep_ends_for_requests_and_kicks)
 
 /* ---- with threads ---- */
 
-static void *run(void *worker)
+static void *worker_thread(void *worker)
 {
     tfa_worker_run(worker);
     return NULL;
@@ -253,7 +253,7 @@ static void threads(tfa_wait wait)
     pthread_t clients[CLIENTS], guest;
     void *result;
     make_bench(&b, wait);
-    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    assert_int_equal(pthread_create(&b.thread, NULL, worker_thread, b.worker), 0);
     for (uint32_t i = 0; i < CLIENTS; i++) {
         assert_int_equal(tfa_local_client_open(b.worker, 0, 1u << i, 1, &ports[i]), TFA_OK);
         assert_int_equal(pthread_create(&clients[i], NULL, client, &ports[i]), 0);
@@ -294,7 +294,7 @@ TEST(stop_drains)
     for (uint64_t i = 0; i < 64; i++)
         assert_int_equal(send_to(&local_client, 1, i), TFA_OK);
     tfa_worker_stop(b.worker);
-    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    assert_int_equal(pthread_create(&b.thread, NULL, worker_thread, b.worker), 0);
     pthread_join(b.thread, NULL);
     for (uint64_t i = 0; i < 64; i++) {
         assert_true(tfa_ring_reply_ready(&local_client.ring));
@@ -383,7 +383,7 @@ TEST(offers_while_asked)
     pthread_t clients[CLIENTS];
     void *result;
     make_bench_of(&b, &ones[0]);
-    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    assert_int_equal(pthread_create(&b.thread, NULL, worker_thread, b.worker), 0);
     for (uint32_t i = 0; i < CLIENTS; i++) {
         assert_int_equal(tfa_local_client_open(b.worker, 0, 8, 1, &ports[i]), TFA_OK);
         assert_int_equal(pthread_create(&clients[i], NULL, client, &ports[i]), 0);
@@ -420,7 +420,7 @@ TEST(drained_clients)
     one_of one = {.hold = &hold};
     tfa_local_client local_client, other;
     make_bench_of(&b, &one);
-    assert_int_equal(pthread_create(&b.thread, NULL, run, b.worker), 0);
+    assert_int_equal(pthread_create(&b.thread, NULL, worker_thread, b.worker), 0);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 16, 1, &local_client), TFA_OK);
     assert_int_equal(tfa_local_client_open(b.worker, 0, 1, 1, &other), TFA_OK);
     assert_int_equal(send_to(&other, 2, 0), TFA_OK); /* answered: the thread runs */

@@ -351,7 +351,7 @@ void random_robot_free(tfa_description *d)
 }
 
 /* Cuts `n` numbers off the block, uniform within +-reach. */
-static double *take(random_source *s, double **block, size_t n, double reach)
+static double *take_numbers(random_source *s, double **block, size_t n, double reach)
 {
     double *x = *block;
     random_vector(s, reach, x, (uint32_t)n);
@@ -372,14 +372,14 @@ random_states *random_states_create(uint64_t seed, const tfa_description *descri
     random_vector(&s, 10, x->gravity, 3);
     for (uint32_t w = 0; w < wrench_count; w++)
         x->wrench_links[w] = random_below(&s, (uint32_t)description->link_count);
-    x->v = take(&s, &block, count * nv, 1);
-    x->tau = take(&s, &block, count * nv, 10);
-    x->qdd = take(&s, &block, count * nv, 10);
-    x->base_pose = take(&s, &block, count * 7, 1);
-    x->base_twist = take(&s, &block, count * 6, 1);
-    x->base_wrench = take(&s, &block, count * 6, 20);
-    x->base_acceleration = take(&s, &block, count * 6, 10);
-    x->wrenches = take(&s, &block, count * 6 * (size_t)wrench_count, 10);
+    x->v = take_numbers(&s, &block, count * nv, 1);
+    x->tau = take_numbers(&s, &block, count * nv, 10);
+    x->qdd = take_numbers(&s, &block, count * nv, 10);
+    x->base_pose = take_numbers(&s, &block, count * 7, 1);
+    x->base_twist = take_numbers(&s, &block, count * 6, 1);
+    x->base_wrench = take_numbers(&s, &block, count * 6, 20);
+    x->base_acceleration = take_numbers(&s, &block, count * 6, 10);
+    x->wrenches = take_numbers(&s, &block, count * 6 * (size_t)wrench_count, 10);
     double *q = x->q = block;
     for (uint32_t state = 0; state < count; state++) {
         random_pose(&s, x->base_pose + 7 * (size_t)state);

@@ -104,7 +104,7 @@ static double *buffer(const struct question *x)
 }
 
 /* The answer of the pool. @return false: it is busy */
-static bool answer(tfa_batch_pool *pool, const struct question *x, double *qdd)
+static bool answer_question(tfa_batch_pool *pool, const struct question *x, double *qdd)
 {
     tfa_reply reply = {.qdd = qdd};
     memset(qdd, 0xff, x->numbers * sizeof *qdd);
@@ -224,7 +224,7 @@ static void stress(uint32_t spin_ns)
     for (const uint64_t end = now_ns() + WAIT_NS; turns < TURNS || atomic_load(&stops) < TURNS;
          turns++) {
         assert_true(now_ns() < end);
-        assert_true(answer(pools[turns / 2 % 2], asked[turns % 4], qdd));
+        assert_true(answer_question(pools[turns / 2 % 2], asked[turns % 4], qdd));
     }
     end_trouble(&trouble);
     print_message("%u answers, %u stops\n", turns, atomic_load(&stops));
@@ -266,7 +266,7 @@ static void *ask_on(void *argument)
     tfa_workspace *own = workspace_for(a->question->model, &options);
     const uint64_t end = now_ns() + WAIT_NS;
     while (now_ns() < end && (atomic_load(&served) < TURNS || atomic_load(&alone) < TURNS)) {
-        if (answer(a->pool, a->question, qdd)) {
+        if (answer_question(a->pool, a->question, qdd)) {
             atomic_fetch_add(&served, 1);
             continue;
         }

@@ -38,7 +38,7 @@ static int prepare(void *self, const tfa_names **names, jsonl_error *error)
     return TFA_OK;
 }
 
-static int answer(void *self, const tfa_request *request, tfa_reply *reply)
+static int answer_request(void *self, const tfa_request *request, tfa_reply *reply)
 {
     (void)self;
     reply->field = TFA_FIELD_NONE;
@@ -69,7 +69,7 @@ static char *serve_with(backend *p, void (*write_lines)(int out), jsonl_tally *t
     close(ends[1]);
     FILE *out = open_memstream(&text, &size);
     assert_non_null(out);
-    const jsonl_backend answerer = {.self = p, .prepare = prepare, .answer = answer};
+    const jsonl_backend answerer = {.self = p, .prepare = prepare, .answer = answer_request};
     assert_int_equal(jsonl_serve(ends[0], out, &answerer, &defaults, tally), want);
     fclose(out);
     close(ends[0]);
@@ -250,7 +250,7 @@ TEST(test_reader_of_replies_gone)
     close(out[0]);
     FILE *stream = fdopen(out[1], "w");
     assert_non_null(stream);
-    const jsonl_backend answerer = {.self = &p, .prepare = prepare, .answer = answer};
+    const jsonl_backend answerer = {.self = &p, .prepare = prepare, .answer = answer_request};
     assert_int_equal(jsonl_serve(in[0], stream, &answerer, &defaults, &tally), TFA_E_SYSTEM);
     assert_int_equal(errno, EPIPE);
     fclose(stream);

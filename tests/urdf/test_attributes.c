@@ -183,7 +183,7 @@ TEST(test_every_vector)
     assert_int_equal(vectors, 5);
 }
 
-static tfa_description *parse(const char *text, size_t warnings)
+static tfa_description *parse_urdf(const char *text, size_t warnings)
 {
     tfa_report report = {0};
     tfa_description *d = NULL;
@@ -210,7 +210,7 @@ static void expect_same(const tfa_description *a, const tfa_description *b)
 TEST(test_white_space)
 {
     char *plain = robot_with(LINES, "");
-    tfa_description *want = parse(plain, 0);
+    tfa_description *want = parse_urdf(plain, 0);
     for (size_t i = 0; i < LINES; i++) {
         char value[64];
         if (lines[i][0] != ' ')
@@ -220,7 +220,7 @@ TEST(test_white_space)
         for (char *c = value + 2; *c; c++)
             *c = *c == ' ' ? '\t' : *c;
         char *text = robot_with(i, value);
-        tfa_description *d = parse(text, 1);
+        tfa_description *d = parse_urdf(text, 1);
         expect_same(d, want);
         tfa_description_free(d);
         free(text);

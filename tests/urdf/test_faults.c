@@ -55,7 +55,7 @@ static int fault_differs(const urdf_fault *row)
     return fails;
 }
 
-static void run(const urdf_fault *rows)
+static void run_faults(const urdf_fault *rows)
 {
     int failures = 0;
     for (; rows->name; rows++)
@@ -65,25 +65,25 @@ static void run(const urdf_fault *rows)
 
 TEST(test_numbers)
 {
-    run(urdf_number_faults);
+    run_faults(urdf_number_faults);
 }
 
 TEST(test_inertials)
 {
-    run(urdf_inertial_faults);
+    run_faults(urdf_inertial_faults);
 }
 
 TEST(test_joints)
 {
-    run(urdf_joint_faults);
+    run_faults(urdf_joint_faults);
 }
 
 TEST(test_tree)
 {
-    run(urdf_tree_faults);
+    run_faults(urdf_tree_faults);
 }
 
 TEST(test_xml)
 {
-    run(urdf_xml_faults);
+    run_faults(urdf_xml_faults);
 }

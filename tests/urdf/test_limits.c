@@ -11,7 +11,7 @@
 #include <pthread.h>
 #include <unistd.h>
 
-static int parse(const char *text, size_t length, tfa_description **d, tfa_report *report)
+static int parse_urdf(const char *text, size_t length, tfa_description **d, tfa_report *report)
 {
     *report = (tfa_report){0};
     return tfa_urdf_parse(text, length, "f.urdf", d, report);
@@ -22,7 +22,7 @@ static void expect_error(const char *text, size_t length, int status, const char
 {
     tfa_report report;
     tfa_description *d = NULL;
-    assert_int_equal(parse(text, length, &d, &report), status);
+    assert_int_equal(parse_urdf(text, length, &d, &report), status);
     assert_null(d);
     assert_int_equal(report.count, 2);
     assert_string_equal(report.messages[1].text, "robot: not loaded: 1 error");
@@ -62,7 +62,7 @@ typedef struct chain_run {
 static void *run_chain(void *argument)
 {
     chain_run *run = argument;
-    run->status = parse(run->text, run->length, &run->description, &run->report);
+    run->status = parse_urdf(run->text, run->length, &run->description, &run->report);
     return NULL;
 }
 
@@ -126,7 +126,7 @@ TEST(test_nesting)
         repeat("<a>", 1000000, "<robot name=\"r\"><link name=\"a\"/><!--", "--></robot>");
     tfa_report report;
     tfa_description *d = NULL;
-    assert_int_equal(parse(hidden, strlen(hidden), &d, &report), TFA_OK);
+    assert_int_equal(parse_urdf(hidden, strlen(hidden), &d, &report), TFA_OK);
     tfa_description_free(d);
     tfa_report_free(&report);
     free(hidden);
@@ -149,7 +149,7 @@ TEST(test_deepest)
         assert_int_equal(fclose(out), 0);
         tfa_report report;
         tfa_description *d = NULL;
-        assert_int_equal(parse(text, length, &d, &report), beyond ? TFA_E_PARSE : TFA_OK);
+        assert_int_equal(parse_urdf(text, length, &d, &report), beyond ? TFA_E_PARSE : TFA_OK);
         tfa_description_free(d);
         tfa_report_free(&report);
         free(text);
@@ -177,7 +177,7 @@ TEST(test_names)
     char *name = repeat("n", TFA_URDF_MAX_NAME, "<robot name=\"r\"><link name=\"", "\"/></robot>");
     tfa_report report;
     tfa_description *d = NULL;
-    assert_int_equal(parse(name, strlen(name), &d, &report), TFA_OK);
+    assert_int_equal(parse_urdf(name, strlen(name), &d, &report), TFA_OK);
     assert_int_equal(strlen(d->links[0].name), TFA_URDF_MAX_NAME);
     tfa_description_free(d);
     tfa_report_free(&report);
@@ -196,7 +196,7 @@ TEST(test_repeats)
     char *text = repeat("<link/>\n", 1000, "<robot name=\"r\">\n", "</robot>");
     tfa_report report;
     tfa_description *d = NULL;
-    assert_int_equal(parse(text, strlen(text), &d, &report), TFA_E_PARSE);
+    assert_int_equal(parse_urdf(text, strlen(text), &d, &report), TFA_E_PARSE);
     assert_int_equal(report.count, TFA_URDF_MAX_REPEATS + 2);
     assert_int_equal(report.messages[TFA_URDF_MAX_REPEATS].count, 900);
     assert_int_equal(report.errors, 1000);
@@ -213,7 +213,7 @@ TEST(test_bytes)
     static const char nul[] = "<robot name=\"r\">\n<link name=\"a\0b\"/></robot>";
     tfa_report report;
     tfa_description *d = NULL;
-    assert_int_equal(parse(nul, sizeof nul - 1, &d, &report), TFA_E_PARSE);
+    assert_int_equal(parse_urdf(nul, sizeof nul - 1, &d, &report), TFA_E_PARSE);
     assert_string_equal(report.messages[0].code, "bad-encoding");
     assert_int_equal(report.messages[0].line, 2);
     tfa_report_free(&report);
@@ -225,7 +225,7 @@ TEST(test_bytes)
         garbage[i] = (unsigned char)(seed >> 24);
     }
     for (size_t length = 0; length < sizeof garbage; length += 7) {
-        assert_int_equal(parse((const char *)garbage, length, &d, &report), TFA_E_PARSE);
+        assert_int_equal(parse_urdf((const char *)garbage, length, &d, &report), TFA_E_PARSE);
         tfa_report_free(&report);
     }
 }
@@ -244,7 +244,7 @@ TEST(test_truncation)
         assert_non_null(exact);
         tfa_report report;
         tfa_description *d = NULL;
-        assert_int_equal(parse(exact, length, &d, &report), TFA_E_PARSE);
+        assert_int_equal(parse_urdf(exact, length, &d, &report), TFA_E_PARSE);
         assert_null(d);
         tfa_report_free(&report);
         free(exact);
@@ -261,7 +261,7 @@ TEST(test_size)
     memcpy(text, good, sizeof good - 1);
     tfa_report report;
     tfa_description *d = NULL;
-    assert_int_equal(parse(text, most, &d, &report), TFA_OK);
+    assert_int_equal(parse_urdf(text, most, &d, &report), TFA_OK);
     tfa_description_free(d);
     tfa_report_free(&report);
     expect_error(text, most + 1, TFA_E_FILE,

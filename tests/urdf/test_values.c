@@ -11,7 +11,7 @@
 #include <locale.h>
 #include <totalforce/model.h>
 
-static tfa_description *parse(const char *text)
+static tfa_description *parse_urdf(const char *text)
 {
     tfa_report report = {0};
     tfa_description *d = NULL;
@@ -60,7 +60,7 @@ static const char full[] =
 
 TEST(test_numbers_are_exact)
 {
-    tfa_description *d = parse(full);
+    tfa_description *d = parse_urdf(full);
     assert_string_equal(d->name, "full");
     const tfa_link *z = &d->links[0];
     assert_same(z->mass, 3.0000000000000004);
@@ -79,7 +79,7 @@ TEST(test_numbers_are_exact)
 /* R = Rz(yaw) Ry(pitch) Rx(roll) as a quaternion x y z w. */
 TEST(test_rpy)
 {
-    tfa_description *d = parse(full);
+    tfa_description *d = parse_urdf(full);
     double a = 0.15, b = 0.25, c = -0.35;
     const double expected[4] = {
         sin(a) * cos(b) * cos(c) - cos(a) * sin(b) * sin(c),
@@ -114,7 +114,7 @@ TEST(test_quaternions)
                  "</inertial></link>" JOINT("j", "continuous", "a", "b",
                                             "<origin xyz=\"0 0 1\" quat_xyzw=\"%s\"/>") "</robot>",
                  rows[k].text, rows[k].text);
-        tfa_description *d = parse(text);
+        tfa_description *d = parse_urdf(text);
         const double x = rows[k].x, y = rows[k].y, z = rows[k].z, w = rows[k].w;
         const double n = sqrt(x * x + y * y + z * z + w * w), wanted[4] = {x, y, z, w};
         for (int e = 0; e < 4; e++) {
@@ -134,7 +134,7 @@ TEST(test_document_order)
                                            TFA_JOINT_PLANAR, TFA_JOINT_FLOATING};
     static const uint32_t ends[][2] = {{0, 1}, {1, 2}, {2, 3}, {2, 4}, {2, 5}};
     static const uint32_t lines[] = {3, 8, 10, 11, 12};
-    tfa_description *d = parse(full);
+    tfa_description *d = parse_urdf(full);
     assert_int_equal(d->link_count, 6);
     assert_int_equal(d->joint_count, 5);
     for (size_t i = 0; i < d->link_count; i++)
@@ -151,7 +151,7 @@ TEST(test_document_order)
 
 TEST(test_mimic_and_defaults)
 {
-    tfa_description *d = parse(full);
+    tfa_description *d = parse_urdf(full);
     assert_int_equal(d->joints[0].mimic, -1);
     assert_same(d->joints[0].multiplier, 1);
     assert_same(d->joints[0].offset, 0);
@@ -173,7 +173,7 @@ TEST(test_axis_is_normalised)
             text, sizeof text,
             ROBOT(LINK("a") LINK("b") JOINT("j", "continuous", "a", "b", "<axis xyz=\"%s\"/>")),
             axes[i]);
-        tfa_description *d = parse(text);
+        tfa_description *d = parse_urdf(text);
         const double *axis = d->joints[0].axis;
         double square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
         assert_true(fabs(square - 1) < 1e-15);
@@ -183,8 +183,8 @@ TEST(test_axis_is_normalised)
 
 TEST(test_world)
 {
-    tfa_description *d = parse(ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "")
-                                         JOINT("j", "floating", "world", "a", "")));
+    tfa_description *d = parse_urdf(ROBOT(LINK("a") LINK("b") JOINT("i", "fixed", "a", "b", "")
+                                              JOINT("j", "floating", "world", "a", "")));
     assert_int_equal(d->link_count, 3);
     assert_string_equal(d->links[0].name, "world");
     assert_int_equal(d->links[0].line, 0);
@@ -205,7 +205,7 @@ TEST(test_published_order)
                                                  JOINT("joint_3", "revolute", "a", "b", LIMIT)
                                                      JOINT("joint_1", "continuous", "a", "e", ""));
     static const char *const order[] = {"joint_3", "joint_10", "joint_2", "joint_1"};
-    tfa_description *d = parse(text);
+    tfa_description *d = parse_urdf(text);
     assert_string_equal(d->joints[0].name, "joint_10"); /* as declared */
     tfa_model *model = compiled(d, NULL);
     assert_int_equal(tfa_model_joint_count(model), 4);
@@ -219,7 +219,7 @@ TEST(test_published_order)
 
 TEST(test_damping_and_friction)
 {
-    tfa_description *d = parse(ROBOT(
+    tfa_description *d = parse_urdf(ROBOT(
         LINK("a") LINK("b") LINK("c") LINK("d") LINK("e")
             JOINT("i", "continuous", "a", "b", "<dynamics damping=\"0.1\" friction=\"2e-3\"/>")
                 JOINT("j", "continuous", "b", "c", "<dynamics friction=\"1e-300\"/>")
@@ -275,11 +275,11 @@ static char *with_line_ends(const char *text, const char *end)
 
 TEST(test_line_ends)
 {
-    tfa_description *unix_style = parse(full);
+    tfa_description *unix_style = parse_urdf(full);
     static const char *const ends[] = {"\r\n", "\r"};
     for (size_t i = 0; i < 2; i++) {
         char *text = with_line_ends(full, ends[i]);
-        tfa_description *d = parse(text);
+        tfa_description *d = parse_urdf(text);
         assert_same_description(unix_style, d);
         tfa_description_free(d);
         free(text);
@@ -290,7 +290,7 @@ TEST(test_line_ends)
 /* rotor = rotor inertia times the gear ratio squared, summed over a joint's actuators */
 TEST(test_rotors)
 {
-    tfa_description *d = parse(ROBOT(
+    tfa_description *d = parse_urdf(ROBOT(
         LINK("a") LINK("b") LINK("c") JOINT("i", "continuous", "a", "b",
                                             "<drake:rotor_inertia value=\"0.25\"/>")
             JOINT("j", "continuous", "b", "c", "") "<transmission><joint name=\"j\"/>"
@@ -308,14 +308,14 @@ TEST(test_rotors)
 
 TEST(test_names_come_out_unchanged)
 {
-    tfa_description *d = parse(ROBOT(LINK("a &lt;&amp;#x41;&quot;'&gt; &#xE9; \xC3\xA9/[] ")));
+    tfa_description *d = parse_urdf(ROBOT(LINK("a &lt;&amp;#x41;&quot;'&gt; &#xE9; \xC3\xA9/[] ")));
     assert_string_equal(d->links[0].name, "a <&#x41;\"'> \xC3\xA9 \xC3\xA9/[] ");
     tfa_description_free(d);
 }
 
 static void check_decimal_point(void)
 {
-    tfa_description *d = parse(full);
+    tfa_description *d = parse_urdf(full);
     assert_same(d->links[0].mass, 3.0000000000000004);
     assert_vector(d->joints[0].xyz, 0.1, -0.2, 1e-17);
     tfa_description_free(d);

@@ -39,7 +39,7 @@ static const struct argp_option option_table[] = {
      .doc = "Longest wait for an answer (10000) and for a connection (1000; DDS: 5000)"},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     daemon_options *options = state->input;
     switch (key) {
@@ -60,7 +60,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-const struct argp daemon_argp = {.options = option_table, .parser = parse};
+const struct argp daemon_argp = {.options = option_table, .parser = parse_option};
 
 int daemon_connect(const daemon_options *options, daemon_via via, daemon_link **link)
 {

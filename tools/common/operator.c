@@ -19,7 +19,7 @@ static const struct argp_option option_table[] = {
      .doc = "Where the daemon's sockets are ($TOTALFORCE_RUNTIME_DIR, else /run/totalforce)"},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     const char **runtime_dir = state->input;
     if (key != KEY_RUNTIME_DIR)
@@ -28,7 +28,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     return 0;
 }
 
-const struct argp operator_argp = {.options = option_table, .parser = parse};
+const struct argp operator_argp = {.options = option_table, .parser = parse_option};
 
 void operator_explain(const char *command, int status)
 {

@@ -153,7 +153,7 @@ void scene_options_finish(scene_options *o)
         o->model.scene = &o->scene;
 }
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     scene_options *o = state->input;
     switch (key) {
@@ -207,7 +207,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-const struct argp scene_argp = {.options = option_table, .parser = parse};
+const struct argp scene_argp = {.options = option_table, .parser = parse_option};
 
 /* The joints exist, or there were no model. */
 static int locks_fit(const scene_options *o, const tfa_model *model)

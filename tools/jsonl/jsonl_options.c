@@ -32,7 +32,7 @@ static const struct argp_option option_table[] = {
     {.name = "strict", .key = KEY_STRICT, .doc = "Exit with 1 if any reply was an error"},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     jsonl_options *options = state->input;
     switch (key) {
@@ -55,7 +55,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     }
 }
 
-const struct argp jsonl_argp = {.options = option_table, .parser = parse};
+const struct argp jsonl_argp = {.options = option_table, .parser = parse_option};
 
 int jsonl_run(const char *command, const jsonl_options *options, const jsonl_backend *backend)
 {

@@ -177,7 +177,7 @@ static int check_id(const json_t *id, jsonl_error *error)
 }
 
 /* Answers one request; prints the reply when it is a good one. */
-static int answer(server *s, const json_t *object, FILE *out, jsonl_error *error)
+static int answer_line(server *s, const json_t *object, FILE *out, jsonl_error *error)
 {
     const json_t *id = json_object_get(object, "id");
     const tfa_names *names = NULL;
@@ -211,7 +211,7 @@ static void serve_line(server *s, const line_reader *lines, FILE *out, jsonl_tal
     else
         status = jsonl_load(lines->line, lines->length, tally->lines, &object, &error);
     if (status == TFA_OK)
-        status = answer(s, object, out, &error);
+        status = answer_line(s, object, out, &error);
     if (status != TFA_OK) {
         const json_t *id = json_object_get(object, "id");
         jsonl_print_error(out, json_is_array(id) || json_is_object(id) ? NULL : id, &error);

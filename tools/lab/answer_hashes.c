@@ -196,7 +196,7 @@ static uint64_t hash_reply(const struct robot *r, const struct row *row, int sta
 }
 
 /* Prints the row; returns the status. */
-static int answer(struct robot *r, const struct row *row, const char *key)
+static int hash_answer(struct robot *r, const struct row *row, const char *key)
 {
     tfa_request request = make_request(r, row);
     tfa_reply reply = make_reply(r, row);
@@ -254,13 +254,13 @@ static void answer_method(struct robot *r, struct row *row, uint64_t every)
     char key[256];
     decode(0, row);
     print_key(r, row, key, sizeof key);
-    if (answer(r, row, key) == TFA_E_METHOD)
+    if (hash_answer(r, row, key) == TFA_E_METHOD)
         return;
     for (size_t i = 1; i < count; i++) {
         decode(i, row);
         print_key(r, row, key, sizeof key);
         if (is_chosen(r, row, key, every))
-            answer(r, row, key);
+            hash_answer(r, row, key);
     }
 }
 

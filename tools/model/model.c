@@ -48,7 +48,7 @@ static const struct argp_option option_table[] = {
      .doc = "Largest error for that, relative, in the energy norm of the accelerations"},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     model_options *options = state->input;
     switch (key) {
@@ -158,7 +158,7 @@ int command_model(int argc, char **argv)
     static const struct argp_child children[] = {{.argp = &scene_argp}, {0}};
     static const struct argp argp = {
         .options = option_table,
-        .parser = parse,
+        .parser = parse_option,
         .args_doc = "FILE.urdf",
         .doc = "Loads a URDF (-: standard input) and reports the result: bodies before and "
                "after, masses, what "

@@ -43,7 +43,7 @@ static const struct argp_option option_table[] = {
             "of two, at most 256 (32)"},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
@@ -97,7 +97,7 @@ typedef struct run {
     int broken; /* a tap holds no records */
 } run;
 
-static int take(void *self, const tfa_tap_record *record)
+static int write_record(void *self, const tfa_tap_record *record)
 {
     run *r = self;
     recording_add(&r->file, record);
@@ -126,7 +126,7 @@ static void record(run *r)
 {
     r->start = clock_ns();
     for (int last = 0; !is_full(r) && !r->file.error && !r->broken;) {
-        const int64_t taken = taps_drain(&r->taps, take, r);
+        const int64_t taken = taps_drain(&r->taps, write_record, r);
         const uint64_t now = clock_ns();
         r->broken = taken < 0;
         show_progress(r, now);
@@ -217,7 +217,7 @@ int command_record(int argc, char **argv)
     static const struct argp_child children[] = {{.argp = &operator_argp}, {0}};
     static const struct argp argp = {
         .options = option_table,
-        .parser = parse,
+        .parser = parse_option,
         .children = children,
         .args_doc = "ROBOT -o FILE",
         .doc =

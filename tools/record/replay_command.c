@@ -62,7 +62,7 @@ static double parse_rate(struct argp_state *state, const char *text)
     return hz;
 }
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     replay_options *o = state->input;
     switch (key) {
@@ -112,7 +112,7 @@ int command_replay(int argc, char **argv)
 {
     static const struct argp argp = {
         .options = option_table,
-        .parser = parse,
+        .parser = parse_option,
         .args_doc = "FILE",
         .doc = "Asks the requests of a recording (`totalforce record`) again and compares the "
                "answers with the recorded ones, and the times. Requests that were late when "

@@ -95,7 +95,7 @@ static int solve(replay *r, const replay_request *q, tfa_reply *reply, uint64_t 
     return daemon_lost(status) ? status : TFA_OK;
 }
 
-static int answer(replay *r, const replay_request *q, uint64_t *ns)
+static int answer_again(replay *r, const replay_request *q, uint64_t *ns)
 {
     tfa_reply reply = {.status = q->status, .field = q->field};
     *ns = 0;
@@ -142,7 +142,7 @@ static int play(replay *r, uint64_t k)
         *(kind == REPLAY_OF_TIME ? &r->of_time : &r->refused) += 1;
         return TFA_OK;
     }
-    const int status = answer(r, &q, &ns);
+    const int status = answer_again(r, &q, &ns);
     if (status != TFA_OK)
         return status;
     const tfa_wire_reply *reply = from.reply;

@@ -21,7 +21,7 @@ typedef struct arguments {
 
 static const struct argp_option options[] = {{"json", KEY_JSON, NULL, 0, "Print JSON", 0}, {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
@@ -107,7 +107,7 @@ int command_list(int argc, char **argv)
     static const struct argp_child children[] = {{.argp = &operator_argp}, {0}};
     static const struct argp argp = {
         .options = options,
-        .parser = parse,
+        .parser = parse_option,
         .children = children,
         .doc = "Lists the robots of a running daemon: model, kernel, doors (socket, DDS, ROS 2), "
                "clients."};

@@ -31,7 +31,7 @@ static const struct argp_option options[] = {
     {"json", KEY_JSON, NULL, 0, "Print JSON, a line for each interval", 0},
     {0}};
 
-static error_t parse(int key, char *text, struct argp_state *state)
+static error_t parse_option(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
     switch (key) {
@@ -165,7 +165,7 @@ int command_top(int argc, char **argv)
     static const struct argp_child children[] = {{.argp = &operator_argp}, {0}};
     static const struct argp argp = {
         .options = options,
-        .parser = parse,
+        .parser = parse_option,
         .children = children,
         .doc =
             "Shows rates, percentiles, queues, methods and refusals of a running daemon by robot "

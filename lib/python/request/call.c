@@ -20,7 +20,7 @@ static const char *input_name_at(const void *unused, size_t index)
 }
 
 /* The argument of a keyword, or of a position by the names of the op's row. */
-static int take(request_call *call, int k, PyObject *value)
+static int take_argument(request_call *call, int k, PyObject *value)
 {
     if (call->given_rows & 1u << k)
         return raise_type(inputs[k].name, "%s: given twice", inputs[k].name);
@@ -67,7 +67,7 @@ static int take_arguments(request_call *call, PyObject *const *arguments, Py_ssi
         if (row < 0)
             return raise_type(NULL, "%s(%s, ...): %zd arguments by position are too many",
                               op_name(op), op_rows[op - 1].positional, count);
-        if (take(call, row, arguments[k]))
+        if (take_argument(call, row, arguments[k]))
             return -1;
     }
     const Py_ssize_t named = keywords ? PyTuple_GET_SIZE(keywords) : 0;
@@ -83,7 +83,7 @@ static int take_arguments(request_call *call, PyObject *const *arguments, Py_ssi
             return raise_type(text, "unknown argument '%.200s'; nearest: %s", text ? text : "?",
                               nearest);
         }
-        if (take(call, row, arguments[count + k]))
+        if (take_argument(call, row, arguments[count + k]))
             return -1;
     }
     return 0;

@@ -223,7 +223,7 @@ static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
 }
 
 /* Model.parse, and with a file's name what makes a pickled model again. */
-static PyObject *parse(PyTypeObject *type, PyObject *args, const char *file, PyObject *kwargs)
+static PyObject *parse_model(PyTypeObject *type, PyObject *args, const char *file, PyObject *kwargs)
 {
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
@@ -238,7 +238,7 @@ static PyObject *parse(PyTypeObject *type, PyObject *args, const char *file, PyO
 
 static PyObject *model_parse(PyObject *type, PyObject *args, PyObject *kwargs)
 {
-    return parse((PyTypeObject *)type, args, NULL, kwargs);
+    return parse_model((PyTypeObject *)type, args, NULL, kwargs);
 }
 
 static PyObject *model_derive(PyObject *self, PyObject *args, PyObject *kwargs)
@@ -292,9 +292,9 @@ static PyObject *model_restore(PyObject *type, PyObject *args)
         Py_XDECREF(none);
     } else if (origin == Py_None || PyUnicode_FSConverter(origin, &name)) {
         PyObject *one = PyTuple_Pack(1, text);
-        made =
-            one ? parse((PyTypeObject *)type, one, name ? PyBytes_AS_STRING(name) : NULL, options)
-                : NULL;
+        made = one ? parse_model((PyTypeObject *)type, one, name ? PyBytes_AS_STRING(name) : NULL,
+                                 options)
+                   : NULL;
         Py_XDECREF(one);
         Py_XDECREF(name);
     }

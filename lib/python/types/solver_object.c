@@ -89,8 +89,8 @@ static PyObject *reply_or_error(solver_object *solver, request_call *call, int s
     return NULL;
 }
 
-static PyObject *answer(PyObject *self, tfa_op op, PyObject *const *arguments, Py_ssize_t count,
-                        PyObject *keywords)
+static PyObject *answer_op(PyObject *self, tfa_op op, PyObject *const *arguments, Py_ssize_t count,
+                           PyObject *keywords)
 {
     solver_object *s = (solver_object *)self;
     PyObject *reply = NULL;
@@ -111,7 +111,7 @@ static PyObject *answer(PyObject *self, tfa_op op, PyObject *const *arguments, P
     static PyObject *name(PyObject *self, PyObject *const *arguments, Py_ssize_t count,            \
                           PyObject *keywords)                                                      \
     {                                                                                              \
-        return answer(self, op, arguments, count, keywords);                                       \
+        return answer_op(self, op, arguments, count, keywords);                                    \
     }
 OP_FUNCTION(forward_dynamics, TFA_OP_FORWARD_DYNAMICS)
 OP_FUNCTION(inverse_dynamics, TFA_OP_INVERSE_DYNAMICS)
@@ -130,7 +130,8 @@ static PyObject *compute_op(PyObject *self, PyObject *const *arguments, Py_ssize
         raise_type("op", "op: missing");
         return NULL;
     }
-    return read_op(arguments[0], &op) ? NULL : answer(self, op, arguments + 1, count - 1, keywords);
+    return read_op(arguments[0], &op) ? NULL
+                                      : answer_op(self, op, arguments + 1, count - 1, keywords);
 }
 
 /* Processor time of the computation alone: `repetitions` times in C, for benchmarks.

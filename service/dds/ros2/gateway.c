@@ -253,7 +253,7 @@ static bool is_stopped(const tfa_ros2 *gateway)
     return dds_read_guardcondition(gateway->stop, &stopped) != DDS_RETCODE_OK || stopped;
 }
 
-static void *run(void *arg)
+static void *ros2_thread(void *arg)
 {
     tfa_ros2 *gateway = arg;
     int64_t now = tfa_dds_monotonic(), next = now + DIAGNOSTICS_NS;
@@ -296,7 +296,7 @@ int tfa_ros2_start(tfa_ros2 *gateway, const tfa_worker_robot *solvers)
         status = ros2_publish_graph(gateway);
     if (status != TFA_OK)
         return status;
-    const int code = pthread_create(&gateway->thread, NULL, run, gateway);
+    const int code = pthread_create(&gateway->thread, NULL, ros2_thread, gateway);
     if (code != 0) {
         tfa_dds_set_error("thread: %s", strerror(code));
         return TFA_E_SYSTEM;

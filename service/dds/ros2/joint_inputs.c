@@ -160,8 +160,8 @@ static int first_not_finite(const tfa_joint_message *m, uint32_t place, uint32_t
     return v;
 }
 
-static void take(struct joint *j, const tfa_joint_message *m, uint32_t place, uint32_t values,
-                 int64_t now)
+static void take_values(struct joint *j, const tfa_joint_message *m, uint32_t place,
+                        uint32_t values, int64_t now)
 {
     for (int v = 0; v < TFA_JOINT_VALUE_COUNT; v++) {
         if (!(values & 1u << v) || !m->value_count[v])
@@ -186,7 +186,7 @@ bool tfa_joint_inputs_merge(tfa_joint_inputs *s, const tfa_joint_message *m, uin
         else if (bad < TFA_JOINT_VALUE_COUNT)
             (void)refuse(s, TFA_JOINT_FAULT_NOT_FINITE, (tfa_joint_value)bad, m->name[k]);
         else {
-            take(&s->joint[j], m, k, values, now);
+            take_values(&s->joint[j], m, k, values, now);
             s->outcome.taken++;
         }
     }

@@ -291,7 +291,7 @@ const char *contest_method(struct contest *c, uint32_t contestant)
 }
 
 /* The answer of a state into c->out, and 0 elsewhere */
-static int answer(struct contest *c, const struct contestant *w, size_t state)
+static int answer_state(struct contest *c, const struct contestant *w, size_t state)
 {
     memset(c->out, 0, c->answers * sizeof *c->out);
     return call_library(c, w, state);
@@ -311,9 +311,9 @@ static double distance(const struct contest *c, const double *first)
 double contest_difference(struct contest *c, uint32_t contestant)
 {
     double *first = malloc(c->answers * sizeof *first), far = NAN;
-    if (first && answer(c, &c->contestant[0], 0)) {
+    if (first && answer_state(c, &c->contestant[0], 0)) {
         memcpy(first, c->out, c->answers * sizeof *first);
-        (void)answer(c, &c->contestant[contestant], 0);
+        (void)answer_state(c, &c->contestant[contestant], 0);
         far = distance(c, first);
     }
     free(first);
@@ -329,7 +329,7 @@ static int ask_exact(struct contest *c, const struct contestant *exact, size_t s
                                                                    : TFA_METHOD_AUTO;
     c->request.refine = 0;
     c->request.estimate = TFA_ESTIMATE_NEVER;
-    const int good = answer(c, exact, state);
+    const int good = answer_state(c, exact, state);
     c->request = request;
     return good;
 }
@@ -345,7 +345,7 @@ double contest_error(struct contest *c, uint32_t contestant)
     for (size_t state = 0; good && state < SUITE_STATES; state++) {
         good = ask_exact(c, &exact, state);
         memcpy(first, c->out, c->answers * sizeof *first);
-        good = good && answer(c, &c->contestant[contestant], state);
+        good = good && answer_state(c, &c->contestant[contestant], state);
         most = fmax(most, distance(c, first));
     }
     l->tfa_workspace_free(exact.workspace);

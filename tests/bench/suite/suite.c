@@ -122,7 +122,7 @@ static int build_kernel(const char *argument, const struct options *o, const str
     return bad;
 }
 
-static int run(const char *argument, const struct options *o, const struct library *libraries)
+static int run_suite(const char *argument, const struct options *o, const struct library *libraries)
 {
     struct robot r;
     struct kernel kernel = {0};
@@ -148,7 +148,7 @@ static int run(const char *argument, const struct options *o, const struct libra
 }
 
 /* The index of the first robot, or 0: the command line is wrong. */
-static int parse(int argc, char **argv, struct options *o)
+static int parse_arguments(int argc, char **argv, struct options *o)
 {
     const struct {
         const char *name;
@@ -199,7 +199,7 @@ int main(int argc, char **argv)
     struct options o = {.turn_us = 1000, .rounds = 21};
     static struct library libraries[LIBRARIES];
     int bad = 0;
-    const int first = parse(argc, argv, &o);
+    const int first = parse_arguments(argc, argv, &o);
     if (o.list)
         return list_tasks();
     if (!first) {
@@ -218,6 +218,6 @@ int main(int argc, char **argv)
         bad |= build_kernel(argv[k], &o, &libraries[0]);
     cpus_pin();
     for (int k = first; k < argc; k++)
-        bad |= run(argv[k], &o, libraries);
+        bad |= run_suite(argv[k], &o, libraries);
     return bad ? 2 : 0;
 }

@@ -25,7 +25,7 @@ static double median(const double *values, uint32_t n, double *least)
 
 /* ns for one of `calls` calls. One thread's time is its CPU time; a single call is too short for
  * that clock, which is a system call. */
-static double turn(struct contest *c, uint32_t contestant, uint32_t calls)
+static double time_turn(struct contest *c, uint32_t contestant, uint32_t calls)
 {
     const int cold = c->task->how == HOW_COLD;
     const clockid_t clock =
@@ -58,14 +58,14 @@ uint32_t contest_measure(struct contest *c, double turn_us, uint32_t rounds,
     if (c->task->how == HOW_BYTES)
         return summarise(c, figures);
     for (uint32_t k = 0; k < c->count; k++) {
-        const double once = turn(c, k, 1), few = turn(c, k, 2);
+        const double once = time_turn(c, k, 1), few = time_turn(c, k, 2);
         const double fastest = fmin(once, few);
         calls[k] =
             c->task->how == HOW_COLD || fastest <= 0 ? 1 : (uint32_t)(1e3 * turn_us / fastest) + 1;
     }
     for (uint32_t r = 0; r < rounds; r++)
         for (uint32_t k = 0; k < c->count; k++)
-            ns[k][r] = turn(c, k, calls[k]) / c->task->states;
+            ns[k][r] = time_turn(c, k, calls[k]) / c->task->states;
     for (uint32_t k = 0; k < c->count; k++) {
         for (uint32_t r = 0; r < rounds; r++)
             ratio[r] = ns[k][r] / ns[0][r];

@@ -49,7 +49,7 @@ static struct way {
 #define WAYS (sizeof ways / sizeof *ways)
 
 /* 0: the way does not answer these tips, or refuses a body of theirs */
-static int answer(struct state *s, const struct way *way)
+static int answer_way(struct state *s, const struct way *way)
 {
     const struct chain_method *chain = TFA_V(method)(way->factors)->chain;
     if (TFA_V(factor)(s, way->factors) != TFA_OK)
@@ -75,7 +75,7 @@ static void every_way(struct bench *b, const uint32_t *tips)
         TFA_V(lambda_mirror)(s);
         memcpy(want, s->lambda, n * sizeof *want);
         for (size_t w = 0; w < WAYS; w++) {
-            if (!answer(s, &ways[w]))
+            if (!answer_way(s, &ways[w]))
                 continue;
             TFA_V(lambda_mirror)(s);
             const double error = difference(s->lambda, want, n);

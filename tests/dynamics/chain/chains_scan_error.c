@@ -68,7 +68,7 @@ static void test_case_close(test_case *x)
     chain_free(x->description);
 }
 
-static void run(tfa_workspace *w, tfa_request *r, tfa_method method, double *qdd)
+static void forward_dynamics(tfa_workspace *w, tfa_request *r, tfa_method method, double *qdd)
 {
     tfa_reply reply = {.qdd = qdd};
     r->method = method;
@@ -128,9 +128,9 @@ static void fill(chain_mechanism mechanism, uint32_t links, cell error)
         test_case_open(&x, mechanism, links, state + 1);
         for (int side = 0; side < RIGHT_SIDES; side++) {
             tfa_request r = make_request(&x, (right_side)side, state + 1);
-            run(x.f128, &r, TFA_METHOD_ABA, x.want);
+            forward_dynamics(x.f128, &r, TFA_METHOD_ABA, x.want);
             for (size_t m = 0; m < RIVALS; m++) {
-                run(x.f64, &r, rivals[m], x.got);
+                forward_dynamics(x.f64, &r, rivals[m], x.got);
                 error[side][m][state] = relative_error(x.got, x.want, x.n);
             }
         }

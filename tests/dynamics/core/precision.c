@@ -46,8 +46,8 @@ static const tfa_workspace_options
     f128 = {.precision = TFA_F128, .residual = TFA_RESIDUAL_SAME, .methods = TFA_METHODS_ALL};
 
 /* The answer, and its status; TFA_E_NOT_COMPUTED where its estimate is above 1. */
-static tfa_answer answer(struct question *x, const tfa_workspace_options *options,
-                         const tfa_request *r, double *qdd)
+static tfa_answer answer_question(struct question *x, const tfa_workspace_options *options,
+                                  const tfa_request *r, double *qdd)
 {
     tfa_answer a;
     tfa_reply reply = {.qdd = qdd, .answers = &a};
@@ -85,7 +85,7 @@ static void find_floor(struct question *x, random_source *s)
         r.q = q;
         r.v = r.v ? v : NULL;
         r.tau = r.tau ? tau : NULL;
-        (void)answer(x, &f128, &r, moved);
+        (void)answer_question(x, &f128, &r, moved);
         x->floor = fmax(x->floor, relative_error(moved, x->want, n));
     }
 }
@@ -121,7 +121,7 @@ static void ask(struct question *x, const struct shape *shape, uint32_t n, int s
         compute_ok(&x->robot, w, &inverse, &reply);
         tfa_workspace_free(w);
     }
-    (void)answer(x, &f128, &x->r, x->want);
+    (void)answer_question(x, &f128, &x->r, x->want);
     find_floor(x, &s);
 }
 
@@ -141,7 +141,7 @@ static double error_of(struct question *x, const tfa_workspace_options *options,
     if (refine ==
         TFA_REFINE_DEFAULT) /* as a service is asked: too large an estimate is no answer */
         r.estimate = TFA_ESTIMATE_DEFAULT;
-    const tfa_answer a = answer(x, options, &r, got);
+    const tfa_answer a = answer_question(x, options, &r, got);
     *flags |= a.flags;
     return relative_error(got, x->want, x->robot.n);
 }
@@ -263,10 +263,10 @@ TEST(tfa_in_float_is_not_for_long_chains)
         r.estimate = TFA_ESTIMATE_DEFAULT;
         r.refine = TFA_REFINE_DEFAULT;
         r.method = TFA_METHOD_TFA;
-        const tfa_answer a = answer(&x, &f32, &r, own);
+        const tfa_answer a = answer_question(&x, &f32, &r, own);
         r.method = TFA_METHOD_ABA;
         r.estimate = TFA_ESTIMATE_NEVER;
-        (void)answer(&x, &f32, &r, abas);
+        (void)answer_question(&x, &f32, &r, abas);
         const double error = relative_error(own, x.want, 128),
                      of_aba = relative_error(abas, x.want, 128);
         print_message("  %-8s tfa in float %.1e; by default %s, %.1e (aba %.1e); mixed %.1e\n",

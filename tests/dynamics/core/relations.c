@@ -160,7 +160,7 @@ EVERY_ROBOT(matrices_are_symmetric, symmetric, false)
 /* ---- another observer ---- */
 
 /* v <- quat v */
-static void turn(const double quat[4], double *v)
+static void rotate(const double quat[4], double *v)
 {
     double t[3], out[3];
     for (int i = 0; i < 3; i++)
@@ -175,7 +175,7 @@ static void turn(const double quat[4], double *v)
 static void move_pose(const double quat[4], const double shift[3], double *xyz, double *q)
 {
     double spin[4];
-    turn(quat, xyz);
+    rotate(quat, xyz);
     for (int i = 0; i < 3; i++) {
         int a = (i + 1) % 3, b = (i + 2) % 3;
         xyz[i] += shift[i];
@@ -190,7 +190,7 @@ static void move_world(test_robot *robot, random_states *x, const double quat[4]
                        const double shift[3])
 {
     tfa_description *d = robot->description;
-    turn(quat, x->gravity);
+    rotate(quat, x->gravity);
     if (robot->n > robot->nv) {
         for (int k = 0; k < STATES; k++)
             move_pose(quat, shift, x->base_pose + 7 * k, x->base_pose + 7 * k + 3);

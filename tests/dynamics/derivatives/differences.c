@@ -19,7 +19,7 @@ struct point {
 /* ---- motion along a freedom ---- */
 
 /* quat <- quat exp(angle axis), and a position moved along an axis of the frame */
-static void turn(double quat[4], int axis, double angle)
+static void rotate_axis(double quat[4], int axis, double angle)
 {
     const double c = cos(angle / 2), s = sin(angle / 2);
     const double d[4] = {axis == 0 ? s : 0, axis == 1 ? s : 0, axis == 2 ? s : 0, c};
@@ -50,7 +50,7 @@ static void move_pose(double pose[7], uint32_t freedom, double step)
     if (freedom < 3)
         shift(pose, quat, (int)freedom, step);
     else
-        turn(quat, (int)freedom - 3, step);
+        rotate_axis(quat, (int)freedom - 3, step);
 }
 
 static void move(const difference_robot *robot, struct point *x, uint32_t freedom, double step)

@@ -27,7 +27,7 @@ enum { TWIST, COLUMN, BIAS, COM_VELOCITY, COM_COLUMN, MOMENTUM, GRAVITY };
 /* ---- motion ---- */
 
 /* v <- v turned by the unit quaternion */
-static void turn(const double *quat, const double *v, double *out)
+static void rotate(const double *quat, const double *v, double *out)
 {
     double t[3];
     for (int i = 0; i < 3; i++)
@@ -50,7 +50,7 @@ static void step_pose(const double *pose, const double *twist, double dt, double
     double quat[4], moved[3];
     memcpy(quat, pose + 3, sizeof quat);
     unit_quaternion(quat);
-    turn(quat, twist, moved);
+    rotate(quat, twist, moved);
     const double *u = quat, *w = twist + 3;
     for (int i = 0; i < 3; i++) {
         const int a = (i + 1) % 3, b = (i + 2) % 3;
@@ -167,8 +167,8 @@ static void twist_by_poses(const op_case *c, const struct motion *m, uint32_t t,
     memcpy(twist + 3, w, sizeof w);
     if (c->r.frame == TFA_FRAME_LOCAL) {
         const double back[4] = {-q[0], -q[1], -q[2], q[3]};
-        turn(back, v, twist);
-        turn(back, w, twist + 3);
+        rotate(back, v, twist);
+        rotate(back, w, twist + 3);
     } else if (c->r.frame == TFA_FRAME_WORLD) {
         for (int i = 0; i < 3; i++)
             twist[i] -= w[(i + 1) % 3] * pose[(i + 2) % 3] - w[(i + 2) % 3] * pose[(i + 1) % 3];

@@ -141,7 +141,7 @@ static tfa_request draw(op_case *c, sequence *x, bool first)
     return r;
 }
 
-static int answer(tfa_workspace *w, const tfa_request *r, op_answers *a)
+static int compute_op(tfa_workspace *w, const tfa_request *r, op_answers *a)
 {
     op_answers_clear(a);
     return tfa_compute(w, r, &a->reply);
@@ -220,8 +220,8 @@ static void one_by_one(op_case *c, tfa_workspace *w, const tfa_request *r, const
     for (uint32_t k = 0; k < r->count; k++) {
         const tfa_request one = op_state(c, k);
         op_answers *a = op_answers_create(c, &one), *b = op_answers_create(c, &one);
-        (void)answer(w, &one, a);
-        (void)answer(w, &one, b);
+        (void)compute_op(w, &one, a);
+        (void)compute_op(w, &one, b);
         copy_state(all, k, b);
         same(c, r, "alone and in a batch", b, a);
         op_answers_free(b);
@@ -240,7 +240,7 @@ static void disturb(op_case *c, tfa_workspace *used, const tfa_request *r, op_an
     memcpy(damaged, r->q, (size_t)r->count * c->nq * sizeof *damaged);
     damaged[random_below(&c->s, c->nq)] = NAN;
     q.q = damaged;
-    assert_int_not_equal(answer(used, &q, a), TFA_OK);
+    assert_int_not_equal(compute_op(used, &q, a), TFA_OK);
 }
 
 /* @param is_permitted  it has an answer, unless it loads a link that cannot be loaded */
@@ -248,14 +248,14 @@ static void step(op_case *c, tfa_workspace *used, tfa_workspace *w, const tfa_re
                  bool is_permitted)
 {
     op_answers *a = op_answers_create(c, r), *b = op_answers_create(c, r);
-    const int status = answer(w, r, a);
+    const int status = compute_op(w, r, a);
     if (status != TFA_OK && is_permitted && a->reply.field != TFA_FIELD_PAYLOADS)
         op_compute(c, w, r, a); /* fails */
     if (one_in(c, 10))
         disturb(c, used, r, b);
-    (void)answer(used, r, b);
+    (void)compute_op(used, r, b);
     same(c, r, "workspace used before", a, b);
-    (void)answer(used, r, b);
+    (void)compute_op(used, r, b);
     same(c, r, "asked twice", a, b);
     if (r->count > 1 && status == TFA_OK)
         one_by_one(c, w, r, a);

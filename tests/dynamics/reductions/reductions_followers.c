@@ -56,7 +56,7 @@ static tfa_joint *add(struct robot *r, uint32_t parent, tfa_joint_type type, dou
     return &r->joints[j];
 }
 
-static void turn(const double q[4], const double a[3], int back, double out[3])
+static void rotate(const double q[4], const double a[3], int back, double out[3])
 {
     double t[3], w = back ? -q[3] : q[3];
     for (int i = 0; i < 3; i++)
@@ -86,7 +86,7 @@ static void telescope(struct robot *r, random_source *s)
         tfa_joint *j =
             add(r, (uint32_t)r->d.link_count - 1, TFA_JOINT_PRISMATIC, k + 1 == stages ? 2 : 0);
         random_quaternion(s, j->quat);
-        turn(j->quat, axis, 1, j->axis);
+        rotate(j->quat, axis, 1, j->axis);
         memcpy(axis, j->axis, sizeof axis);
         j->xyz[0] = 0.05;
         if (k > 0)

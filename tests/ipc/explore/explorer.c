@@ -191,7 +191,7 @@ static bool is_dead_end(void)
     return false;
 }
 
-static void take(choice c)
+static void take_choice(choice c)
 {
     explorer_thread *t = &threads[c.thread];
     const thread_state state = t->state;
@@ -256,7 +256,7 @@ static bool execute(void)
             return false;
         if (count == 0)
             break;
-        take(choices[trail_choose(count)]);
+        take_choice(choices[trail_choose(count)]);
     }
     if (is_dead_end())
         return false;

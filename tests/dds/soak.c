@@ -258,15 +258,19 @@ static void begin_life(life *l)
                 harness_descriptors(&daemon_harness)};
 }
 
+static bool has_grown(const life *l, int *descriptors, long *kib)
+{
+    *descriptors = harness_descriptors(&daemon_harness) - l->descriptors;
+    *kib = harness_resident_kib(&daemon_harness) - l->resident_kib;
+    return *descriptors > DESCRIPTORS || *kib > GROWTH_KIB;
+}
+
 /* The daemon has not grown since its start. */
 static void end_life(life *l)
 {
     int descriptors;
     long kib;
-    /* attackers have ended: their sessions will */
-    (void)WAIT_FOR(
-        ((descriptors = harness_descriptors(&daemon_harness) - l->descriptors) <= DESCRIPTORS) &
-        ((kib = harness_resident_kib(&daemon_harness) - l->resident_kib) <= GROWTH_KIB));
+    (void)WAIT_FOR(!has_grown(l, &descriptors, &kib)); /* sessions of dead attackers end */
     print_message("life of %.0f s: %+ld KiB, %+d descriptors\n",
                   (double)(now_ns() - l->start) * 1e-9, kib, descriptors);
 #ifndef SANITIZED /* sanitizers keep memory that was freed */

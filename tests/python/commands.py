@@ -63,7 +63,11 @@ class CommandLine(unittest.TestCase):
         self.refused("one argument too many: 'b'", "a", "b")
         self.refused("no option '--cuont'; nearest: '--count'", "--cuont", "3")
         self.refused("option --count requires argument", "--count")
-        self.assertRaises(ValueError, number, "1e999")
+        for text in ("1e999", "1e-400", "", "--1", "1_000", " 5", "5kg", "nan", "one", "1e"):
+            self.assertRaises(ValueError, number, text)
+        for text in ("010", "+5", "1.0", "1e3", ""):
+            self.assertRaises(ValueError, whole(0, 9000), text, None)
+        self.assertEqual([number(t) for t in ("0e-400", "+.5", "-1.E2")], [0, 0.5, -100])
 
     def test_help(self):
         texts = [outcome(parsed_line, [name])[:2] for name in ("-h", "--help", "-?")]

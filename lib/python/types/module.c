@@ -11,7 +11,6 @@
 
 #include <totalforce/client.h>
 #include <totalforce/limits.h>
-#include <totalforce/text.h>
 #include <totalforce/version.h>
 
 int add_type(PyObject *module, PyTypeObject *type)
@@ -125,33 +124,6 @@ static PyObject *joint_limits(PyObject *module, PyObject *args)
     return made;
 }
 
-/* The text of tfa_suggest_words, for command lines in Python */
-static PyObject *suggest(PyObject *module, PyObject *args)
-{
-    PyObject *words, *made = NULL;
-    const char *wrong;
-    char text[4096];
-    (void)module;
-    if (!PyArg_ParseTuple(args, "sO!:_suggest", &wrong, &PyTuple_Type, &words))
-        return NULL;
-    const Py_ssize_t count = PyTuple_GET_SIZE(words);
-    const char **list = PyMem_Calloc((size_t)count + 1, sizeof *list);
-    for (Py_ssize_t k = 0; list && k < count; k++) {
-        list[k] = PyUnicode_AsUTF8(PyTuple_GET_ITEM(words, k));
-        if (!list[k])
-            goto end;
-    }
-    if (!list) {
-        PyErr_NoMemory();
-    } else {
-        tfa_suggest_words(wrong, list, (size_t)count, text, sizeof text);
-        made = PyUnicode_FromString(text);
-    }
-end:
-    PyMem_Free(list);
-    return made;
-}
-
 static PyMethodDef functions[] = {
     {"methods", list_methods, METH_NOARGS,
      "methods()\n--\n\nThe table of methods: a list of Method (name, ops, cost, refusals)."},
@@ -162,6 +134,9 @@ static PyMethodDef functions[] = {
      "Gives a command to a running daemon and returns its answer.\n\n"
      "'status': JSON of robots, workers, clients, counters; 'reload': reads configuration and\n"
      "robots again; 'stop'. runtime_dir as of Client; timeout in s."},
+    {"_mechanism", (PyCFunction)(void (*)(void))make_mechanism, METH_VARARGS | METH_KEYWORDS, NULL},
+    {"_mechanisms", list_mechanisms, METH_NOARGS, NULL},
+    {"_race", (PyCFunction)(void (*)(void))race, METH_VARARGS | METH_KEYWORDS, NULL},
     {"_suggest", suggest, METH_VARARGS, NULL},
     {"_joint_limits", joint_limits, METH_VARARGS, NULL},
     {"_restore_reply", reply_restore, METH_VARARGS, NULL},

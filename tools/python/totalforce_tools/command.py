@@ -193,7 +193,7 @@ def word(words):
 
 def whole(low, high):
     def read(text, _):
-        decimal = re.fullmatch("[0-9]+", text)
+        decimal = re.fullmatch("0|[1-9][0-9]*", text)
         if not decimal or not low <= int(text) <= high:
             raise ValueError(f"'{text}' is not a whole number from {low} to {high}"
                              + ("" if decimal else ", in decimal digits"))
@@ -205,7 +205,8 @@ def whole(low, high):
 def number(text, _=None):
     form = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
     value = float(text) if re.fullmatch(form, text) else math.nan
-    if not math.isfinite(value):
+    underflow = value == 0 and re.search("[1-9]", re.split("[eE]", text)[0])
+    if underflow or not math.isfinite(value):
         raise ValueError(f"'{text}' is not a finite number, such as 2.5 or -1e-3")
     return value
 

@@ -5,7 +5,7 @@
  */
 #include "command_line/command_line.h"
 #include "common/commands.h"
-#include "common/mechanism.h"
+#include "mechanism/mechanism.h"
 
 #include <errno.h>
 #include <stdio.h>

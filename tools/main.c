@@ -7,6 +7,7 @@
 #include "common/commands.h"
 
 #include <errno.h>
+#include <limits.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -15,6 +16,7 @@
 #include <totalforce/dynamics.h>
 #include <totalforce/text.h>
 #include <totalforce/version.h>
+#include <unistd.h>
 
 /* X(name, padding of the list in --help, what it does) */
 #define COMMAND_LIST(X)                                                                            \
@@ -37,13 +39,19 @@
     X(specialise, "  ", "compile a kernel specialised for one robot")                              \
     X(sweep, "       ", "one operation for many states, on many cores and machines")
 
+/* The same of programs totalforce-NAME, which tools/python has. */
+#define EXTERNAL_LIST(X)
+
 static const struct {
-    const char *name;
-    int (*run)(int argc, char **argv);
+    const char *name, *what;
+    int (*run)(int argc, char **argv); /* NULL: a program of its own */
 } commands[] = {
-#define COMMAND(name, pad, what) {#name, command_##name},
+#define COMMAND(name, pad, what) {#name, what, command_##name},
     COMMAND_LIST(COMMAND)
 #undef COMMAND
+#define EXTERNAL(name, pad, what) {#name, what, NULL},
+        EXTERNAL_LIST(EXTERNAL)
+#undef EXTERNAL
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof commands[0] };
 
@@ -51,7 +59,7 @@ static const char documentation[] =
     "Rigid-body dynamics: forward and inverse dynamics, mass matrix, operational-space inertia.\v"
     "Commands:\n"
 #define COMMAND(name, pad, what) "  " #name pad what "\n"
-    COMMAND_LIST(COMMAND)
+    COMMAND_LIST(COMMAND) EXTERNAL_LIST(COMMAND)
 #undef COMMAND
         "\n`totalforce help COMMAND` tells more, and so does `totalforce COMMAND -h`. Exit status: "
         "0 good, 1 an expectation was not "
@@ -86,8 +94,33 @@ static void print_version(FILE *out, struct argp_state *state)
     fprintf(out, "totalforce %s (kernels: %s)\n", TFA_VERSION, tfa_isa_name());
 }
 
+/* Becomes totalforce-NAME, from the folder of this program or else from PATH.
+ * @return an exit status */
+static int run_program(const char *name, char **argv)
+{
+    char path[PATH_MAX + 64];
+    const ssize_t length = readlink("/proc/self/exe", path, PATH_MAX);
+    path[length > 0 ? length : 0] = '\0';
+    char *slash = strrchr(path, '/');
+    char *program = slash ? slash + 1 : path;
+    snprintf(program, 64, "totalforce-%s", name);
+    execv(path, argv);
+    if (errno == ENOENT)
+        execvp(program, argv);
+    if (errno == ENOENT)
+        fprintf(stderr,
+                "totalforce: %s is the program %s, which is not installed: install the package "
+                "totalforce-tools-python\n",
+                name, program);
+    else
+        fprintf(stderr, "totalforce: %s: %s\n", program, strerror(errno));
+    return EXIT_FAILED;
+}
+
 static int run(int index, int argc, char **argv)
 {
+    if (!commands[index].run)
+        return run_program(commands[index].name, argv);
     char *name = NULL;
     if (asprintf(&name, "%s %s", program_invocation_short_name, commands[index].name) < 0)
         return EXIT_FAILED;
@@ -153,16 +186,9 @@ static bool has_kernels(void)
 /* For the programs that write man pages and completion. @return an exit status */
 static int print_options(const struct argp *argp)
 {
-    static const struct {
-        const char *name, *what;
-    } rows[] = {
-#define COMMAND(name, pad, what) {#name, what},
-        COMMAND_LIST(COMMAND)
-#undef COMMAND
-    };
     command_line_print(argp, NULL, stdout);
     for (int i = 0; i < COMMAND_COUNT; i++)
-        printf("command\t%s\t%s\n", rows[i].name, rows[i].what);
+        printf("command\t%s\t%s\n", commands[i].name, commands[i].what);
     return fflush(stdout) == 0 ? EXIT_GOOD : EXIT_FAILED;
 }
 

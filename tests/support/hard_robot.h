@@ -9,7 +9,7 @@
 
 #include <totalforce/totalforce.h>
 
-#include "common/mechanism.h"
+#include "mechanism/mechanism.h"
 #include "random_robot.h"
 
 #define HARD_ROBOT_FREEDOMS 4096 /* more has none of them */

@@ -3,7 +3,7 @@
  *
  * Sums, statistics and drawn states of a sweep: the same bits for any split and order.
  */
-#include "common/mechanism.h"
+#include "mechanism/mechanism.h"
 #include "sweep/statistics.h"
 #include "sweep/sweep_states.h"
 

@@ -6,7 +6,7 @@
 #ifndef TOOLS_CHART_CHART_H
 #define TOOLS_CHART_CHART_H
 
-#include "common/mechanism.h"
+#include "mechanism/mechanism.h"
 
 #include <stdio.h>
 #include <totalforce/totalforce.h>

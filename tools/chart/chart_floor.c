@@ -8,54 +8,16 @@
  * is much more than that of the angle, and cos^2 + sin^2 is no longer 1.
  */
 #include "chart.h"
+#include "mechanism/move.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Each number goes to its upper or lower neighbour or stays. */
-static void perturb_ulp(uint64_t *random, double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++)
-        switch (mechanism_random_bits(random) % 3) {
-        case 0:
-            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], INFINITY);
-            break;
-        case 1:
-            values[i] = values[i] == 0.0 ? 0.0 : nextafter(values[i], -INFINITY);
-            break;
-        default:
-            break;
-        }
-}
-
-static void perturb_robot(uint64_t *random, tfa_description *d)
-{
-    for (size_t k = 0; k < d->link_count; k++) {
-        tfa_link *link = &d->links[k];
-        perturb_ulp(random, &link->mass, 1);
-        perturb_ulp(random, link->com, 3);
-        perturb_ulp(random, link->quat, 4);
-        perturb_ulp(random, link->inertia, 6);
-        memset(link->quat_low, 0, sizeof link->quat_low);
-    }
-    for (size_t k = 0; k < d->joint_count; k++) {
-        tfa_joint *joint = &d->joints[k];
-        perturb_ulp(random, joint->xyz, 3);
-        perturb_ulp(random, joint->quat, 4);
-        perturb_ulp(random, joint->axis, 3);
-        memset(joint->quat_low, 0, sizeof joint->quat_low);
-        memset(joint->axis_low, 0, sizeof joint->axis_low);
-        perturb_ulp(random, &joint->armature, 1);
-        perturb_ulp(random, &joint->multiplier, 1);
-        perturb_ulp(random, &joint->offset, 1);
-    }
-}
-
 int chart_floor_open(chart_case *c, tfa_description *description, const tfa_model_options *options)
 {
     uint64_t random = c->random ^ UINT64_C(0x9e3779b97f4a7c15); /* states stay as they were */
-    perturb_robot(&random, description);
+    move_description(&random, description);
     const tfa_workspace_options rounded = {.precision = TFA_F128, .round_sincos = 1};
     const int status = tfa_model_create(description, options, NULL, &c->neighbour);
     return status == TFA_OK ? tfa_workspace_create(c->neighbour, &rounded, &c->neighbour_f128)
@@ -82,8 +44,8 @@ int chart_floor_find(chart_data *d, chart_case *c)
     if (!kept)
         return TFA_E_MEMORY;
     memcpy(kept, d->coordinates, count * sizeof(double));
-    perturb_ulp(&c->random, d->coordinates, count);
-    perturb_ulp(&c->random, gravity, 3);
+    move_numbers(&c->random, d->coordinates, count);
+    move_numbers(&c->random, gravity, 3);
     int status = TFA_OK;
     for (uint32_t s = 0; status == TFA_OK && s < d->states; s++) {
         tfa_answer answer;

@@ -847,4 +847,20 @@ def daemon_command(
 def _joint_limits(
     source: Union[Path, bytes], names: tuple[str, ...], /
 ) -> dict[str, Optional[tuple[float, float]]]: ...
+def _mechanism(
+    name: str,
+    bodies: int,
+    /,
+    *,
+    radius: float = ...,
+    ratio: float = ...,
+    taper: float = ...,
+    curl: float = ...,
+    seed: int = 1,
+) -> bytes: ...
+def _mechanisms() -> tuple[str, ...]: ...
+def _race(
+    first: tuple[Any, ...], second: tuple[Any, ...], seconds: float, /, *, clock: str = "thread"
+) -> Floats: ...
+def _suggest(wrong: str, words: tuple[str, ...], /) -> str: ...
 def _restore_reply(*state: Any) -> Reply: ...

@@ -3,6 +3,7 @@
  *
  * Type Model: loading, deriving, pickling, releasing.
  */
+#include "mechanism/move.h"
 #include "objects.h"
 #include "python/request/errors.h"
 #include "python/request/records.h"
@@ -134,8 +135,9 @@ static PyObject *remember(PyObject *made, PyObject *source, const char *file, Py
     return made;
 }
 
+/* random: NULL, or every number moves to a neighbour or stays (move.h) */
 static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char *file,
-                                const model_options *options, PyObject *copy)
+                                const model_options *options, PyObject *copy, uint64_t *random)
 {
     tfa_report report = {0};
     tfa_model *model = NULL;
@@ -146,6 +148,8 @@ static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char
     Py_BEGIN_ALLOW_THREADS pthread_mutex_lock(&load_lock);
     status = tfa_urdf_parse(text, length, file, &description, &report);
     pthread_mutex_unlock(&load_lock);
+    if (status == TFA_OK && random)
+        move_description(random, description);
     if (status == TFA_OK)
         status = tfa_model_create(description, &options->c, &report, &model);
     tfa_description_free(description);
@@ -214,7 +218,7 @@ static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     char *file = NULL;
     if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:Model", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = read_source(source, &file)))
-        made = compile_source(type, bytes, file, &options, copy);
+        made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
     Py_XDECREF(copy);
     free(file);
@@ -229,7 +233,7 @@ static PyObject *parse_model(PyTypeObject *type, PyObject *args, const char *fil
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
     if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:parse", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = bytes_of(source)))
-        made = compile_source(type, bytes, file, &options, copy);
+        made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
     Py_XDECREF(copy);
     model_options_clear(&options);
@@ -301,6 +305,27 @@ static PyObject *model_restore(PyObject *type, PyObject *args)
     return made;
 }
 
+/* _moved(random): the model with every number moved to a neighbour or not, and rotations rounded to
+ * double. It cannot be pickled: no URDF says what it is. */
+static PyObject *model_moved(PyObject *self, PyObject *seed)
+{
+    const model_object *m = (const model_object *)self;
+    uint64_t random = PyLong_AsUnsignedLongLongMask(seed);
+    model_options options = {0};
+    PyObject *source, *made = NULL;
+    if (PyErr_Occurred())
+        return NULL;
+    if (!m->source || !m->options)
+        return PyErr_Format(PyExc_TypeError, "_moved: not of a model of URDF and plain options");
+    PyObject *one = PyTuple_Pack(1, m->source);
+    if (one && parse_options(one, m->options, "O|$OOOOOOOOOOOO:_moved", &source, &options) == 0 &&
+        model_options_read(&options) == 0)
+        made = compile_source(Py_TYPE(self), source, NULL, &options, NULL, &random);
+    Py_XDECREF(one);
+    model_options_clear(&options);
+    return made;
+}
+
 static PyObject *model_repr(PyObject *self)
 {
     const robot_names *robot = &((const model_object *)self)->robot;
@@ -349,6 +374,7 @@ static PyMethodDef factories[] = {
      "A model that shares the constants of this one and differs in gravity or payloads.\n\n"
      "None: those of this model. Cost: O(N)."},
     {"__reduce__", model_reduce, METH_NOARGS, NULL},
+    {"_moved", model_moved, METH_O, NULL},
     {"_restore", model_restore, METH_VARARGS | METH_CLASS, NULL},
     {0}};
 

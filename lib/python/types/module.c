@@ -134,6 +134,10 @@ static PyMethodDef functions[] = {
      "Gives a command to a running daemon and returns its answer.\n\n"
      "'status': JSON of robots, workers, clients, counters; 'reload': reads configuration and\n"
      "robots again; 'stop'. runtime_dir as of Client; timeout in s."},
+    {"_mechanism", (PyCFunction)(void (*)(void))make_mechanism, METH_VARARGS | METH_KEYWORDS, NULL},
+    {"_mechanisms", list_mechanisms, METH_NOARGS, NULL},
+    {"_race", (PyCFunction)(void (*)(void))race, METH_VARARGS | METH_KEYWORDS, NULL},
+    {"_suggest", suggest, METH_VARARGS, NULL},
     {"_joint_limits", joint_limits, METH_VARARGS, NULL},
     {"_restore_reply", reply_restore, METH_VARARGS, NULL},
     {0}};

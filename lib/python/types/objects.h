@@ -86,6 +86,17 @@ int read_methods(PyObject *value, uint32_t *methods);
 /** The kernel of a Specialised for this model, or NULL for None */
 int read_specialised(PyObject *value, const tfa_specialised **specialised);
 
+/* Functions of the module for totalforce_tools: */
+
+/** _mechanisms(): names of the test mechanisms (trials.c) */
+PyObject *list_mechanisms(PyObject *module, PyObject *unused);
+/** _mechanism(name, bodies, *, radius, ratio, taper, curl, seed): its URDF as bytes (trials.c) */
+PyObject *make_mechanism(PyObject *module, PyObject *args, PyObject *kwargs);
+/** _suggest(wrong, words): the text of tfa_suggest_words (trials.c) */
+PyObject *suggest(PyObject *module, PyObject *args);
+/** _race(first, second, seconds, clock): times of two contestants in turns (race.c) */
+PyObject *race(PyObject *module, PyObject *args, PyObject *kwargs);
+
 /** Adds a type under its name. @return 0; -1 with an exception */
 int add_type(PyObject *module, PyTypeObject *type);
 

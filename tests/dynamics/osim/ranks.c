@@ -5,7 +5,7 @@
  * in quadruple precision: robots in random and in singular postures, one tip and several; tips that
  * share more freedoms than there are; and long chains, whose partitions fill lanes.
  */
-#include "common/mechanism.h"
+#include "mechanism/mechanism.h"
 #include "models.h"
 #include "support/fixture.h"
 #include "test.h"

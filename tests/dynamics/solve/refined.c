@@ -7,7 +7,7 @@
  *
  *     test_refined [SEEDS]
  */
-#include "common/mechanism.h"
+#include "mechanism/mechanism.h"
 #include "models.h"
 #include "support/fixture.h"
 #include "test.h"

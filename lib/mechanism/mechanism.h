@@ -4,8 +4,8 @@
  * Test mechanisms of any size: chains and trees that are easy or hard for a method, and known to
  * be so. The same options give the same numbers on every machine.
  */
-#ifndef TOOLS_COMMON_MECHANISM_H
-#define TOOLS_COMMON_MECHANISM_H
+#ifndef TFA_MECHANISM_MECHANISM_H
+#define TFA_MECHANISM_MECHANISM_H
 
 #include <stdint.h>
 #include <stdio.h>

@@ -37,8 +37,8 @@ enum {
     SERIES
 };
 
-/** Zero-initialise. Members of eight bytes only: the resume file keeps them as words. Names, merging
- *  and printing: totalforce_tools/sweep_statistics.py. */
+/** Zero-initialise. Members of eight bytes only: the resume file keeps them as words. Names,
+ *  merging and printing: totalforce_tools/sweep_statistics.py. */
 typedef struct statistics {
     uint64_t states, fallbacks, sentinels, wider, references, unreferenced;
     uint64_t status[STATISTICS_STATUSES]; /**< by -status */

@@ -82,6 +82,7 @@ class DeclaredJoint(NamedTuple):
     leader: int
     multiplier: float
     offset: float
+    coordinates: int
 
 class Summary(NamedTuple):
     links: int
@@ -886,6 +887,8 @@ def daemon_command(
     runtime_dir: Optional[Path] = None,
     timeout: float = 10.0,
 ) -> str: ...
+def _speak_command_line() -> None: ...
+def _status_name(status: int, /) -> str: ...
 def _joint_limits(
     source: Union[Path, bytes], names: tuple[str, ...], /
 ) -> dict[str, Optional[tuple[float, float]]]: ...

@@ -72,6 +72,9 @@ void model_options_clear(model_options *options);
  *  allocated by PyMem, `keep` gets the names. */
 int read_payloads(PyObject *value, PyObject *keep, tfa_payload **payloads, size_t *count);
 
+/** Function of the module: messages of loading name options of a command line from then on. */
+PyObject *model_speak_command_line(PyObject *module, PyObject *unused);
+
 /** Bytes of a URDF: itself as str or bytes, or read from a file, whose name `*file` gets (free it;
  *  else NULL). A new reference; NULL with an exception */
 PyObject *read_source(PyObject *source, char **file);

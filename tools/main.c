@@ -36,11 +36,11 @@
     X(chart, "       ", "chart accuracy against speed")                                            \
     X(atlas, "       ", "map failures of methods, and the answers of the service there")           \
     X(drift, "       ", "energy of a freely swinging robot over simulated time")                   \
-    X(specialise, "  ", "compile a kernel specialised for one robot")                              \
-    X(sweep, "       ", "one operation for many states, on many cores and machines")
+    X(specialise, "  ", "compile a kernel specialised for one robot")
 
 /* The same of programs totalforce-NAME, which tools/python has. */
-#define EXTERNAL_LIST(X)
+#define EXTERNAL_LIST(X)                                                                           \
+    X(sweep, "       ", "one operation for many states, on many cores and machines")
 
 static const struct {
     const char *name, *what;

@@ -12,7 +12,7 @@ arm=$data/arm.urdf
 refused() {
     case $1 in
         chain) positional=random ;;
-        model | solve | specialise | sweep) positional=$arm ;;
+        model | solve | specialise) positional=$arm ;;
         call | latency) positional=arm ;;
         *) positional= ;;
     esac
@@ -33,7 +33,7 @@ real="$never|2,5|1.2.3"
 several="$never|1,2,|,1,2|1,,2|1,2;3|1,2,3,4,5,6,7,8,9,10,11"
 
 options=0
-for command in model solve call latency chain chart atlas specialise sweep; do
+for command in model solve call latency chain chart atlas specialise; do
     "$tool" $command --help >"$work/help"
     grep -oE -e '--[a-z0-9-]+=[^ ]+' "$work/help" | sed 's/^--//' >"$work/options"
     while IFS='=' read -r option form; do

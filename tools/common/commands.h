@@ -35,7 +35,6 @@ int command_chart(int argc, char **argv);
 int command_atlas(int argc, char **argv);
 int command_drift(int argc, char **argv);
 int command_specialise(int argc, char **argv);
-int command_sweep(int argc, char **argv);
 int command_record(int argc, char **argv);
 int command_replay(int argc, char **argv);
 

@@ -86,19 +86,6 @@ static int load_standard_input(const tfa_model_options *options, tfa_report *rep
     return status;
 }
 
-tfa_model *load_model_text(const char *name, const char *text, size_t length,
-                           const tfa_model_options *options, tfa_severity lowest,
-                           tfa_report *report)
-{
-    tfa_model *model = NULL;
-    const int status = parse_text(name, text, length, options, report, &model);
-    print_report(report, lowest);
-    if (status != TFA_OK && report->errors == 0)
-        fprintf(stderr, "%s: error: %s: %s\n", name, tfa_status_text(status),
-                tfa_status_cause(status));
-    return model;
-}
-
 tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
                       tfa_report *report)
 {

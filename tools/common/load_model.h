@@ -17,11 +17,6 @@
 tfa_model *load_model(const char *path, const tfa_model_options *options, tfa_severity lowest,
                       tfa_report *report);
 
-/** The same of a URDF in memory; `name` stands for the file in messages. */
-tfa_model *load_model_text(const char *name, const char *text, size_t length,
-                           const tfa_model_options *options, tfa_severity lowest,
-                           tfa_report *report);
-
 /** The text of a robot ("-": of standard input); free() it. NULL after an error message. */
 char *read_robot(const char *path, size_t *length);
 

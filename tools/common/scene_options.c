@@ -230,25 +230,14 @@ static int locks_fit(const scene_options *o, const tfa_model *model)
     return fit;
 }
 
-static tfa_model *with_fitting_locks(const scene_options *options, tfa_model *model)
+tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,
+                      tfa_report *report)
 {
+    tfa_model *model = load_model(path, &options->model, lowest, report);
     if (!model || locks_fit(options, model))
         return model;
     tfa_model_free(model);
     return NULL;
-}
-
-tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,
-                      tfa_report *report)
-{
-    return with_fitting_locks(options, load_model(path, &options->model, lowest, report));
-}
-
-tfa_model *load_scene_text(const char *name, const char *text, size_t length,
-                           scene_options *options, tfa_severity lowest, tfa_report *report)
-{
-    return with_fitting_locks(options,
-                              load_model_text(name, text, length, &options->model, lowest, report));
 }
 
 void scene_options_free(scene_options *options)

@@ -42,10 +42,6 @@ extern const struct argp scene_argp;
 tfa_model *load_scene(const char *path, scene_options *options, tfa_severity lowest,
                       tfa_report *report);
 
-/** The same of a URDF in memory; `name` stands for the file in messages. */
-tfa_model *load_scene_text(const char *name, const char *text, size_t length,
-                           scene_options *options, tfa_severity lowest, tfa_report *report);
-
 /** Adds a lock whose name outlives the options; scene_options_finish follows the last one.
  *  @return TFA_OK, TFA_E_MEMORY */
 int scene_options_lock(scene_options *options, const scene_lock *lock);

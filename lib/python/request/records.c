@@ -46,6 +46,7 @@ static PyStructSequence_Field declared_fields[] = {
     FIELD("leader", "joint that it follows; -1: none"),
     FIELD("multiplier", "q = multiplier q[leader] + offset"),
     FIELD("offset", "rad or m"),
+    FIELD("coordinates", "of a position in `locked`"),
     {0}};
 static PyStructSequence_Field summary_fields[] = {
     FIELD("links", "as declared"),
@@ -122,7 +123,7 @@ static PyStructSequence_Field advice_fields[] = {
 static PyStructSequence_Desc descriptions[] = {
     RECORD("Joint", "A joint with its places in the arrays.", joint_fields, 8),
     RECORD("Body", "Mass properties of a body.", body_fields, 9),
-    RECORD("DeclaredJoint", "A joint of the URDF file and its fate.", declared_fields, 8),
+    RECORD("DeclaredJoint", "A joint of the URDF file and its fate.", declared_fields, 9),
     RECORD("Summary", "Sizes and totals of a model.", summary_fields, 19),
     RECORD("Message", "A message of loading or compiling a robot.", message_fields, 7),
     RECORD("Exchange", "Times of one exchange with a daemon.", exchange_fields, 7),
@@ -174,10 +175,10 @@ PyObject *record_body(const tfa_body_info *b)
 
 PyObject *record_declared(const tfa_declared_joint *j)
 {
-    return record(DECLARED,
-                  Py_BuildValue("(sssiiidd)", j->name, tfa_joint_type_describe(j->type).name,
-                                tfa_word(TFA_WORDS_FATE, j->fate), j->body, j->joint, j->leader,
-                                j->multiplier, j->offset));
+    const tfa_joint_type_info type = tfa_joint_type_describe(j->type);
+    return record(DECLARED, Py_BuildValue("(sssiiiddI)", j->name, type.name,
+                                          tfa_word(TFA_WORDS_FATE, j->fate), j->body, j->joint,
+                                          j->leader, j->multiplier, j->offset, type.coordinates));
 }
 
 PyObject *record_summary(const tfa_model_summary *s)

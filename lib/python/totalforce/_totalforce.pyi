@@ -82,6 +82,7 @@ class DeclaredJoint(NamedTuple):
     leader: int
     multiplier: float
     offset: float
+    coordinates: int
 
 class Summary(NamedTuple):
     links: int
@@ -836,6 +837,48 @@ class Specialised:
     @staticmethod
     def file_name(model: Model, /) -> str: ...
 
+class _Sweep:
+    def __init__(
+        self,
+        model: Model,
+        op: str,
+        /,
+        *,
+        method: str = "auto",
+        precision: Optional[str] = None,
+        residual: Optional[str] = None,
+        estimate: Optional[str] = None,
+        refine: int = 4294967295,
+        tips: tuple[str, ...] = (),
+        ranges: tuple[float, float, float] = (1.0, 1.0, 1.0),
+        seed: int = 1,
+        reference: int = 0,
+        first: int = 0,
+    ) -> None: ...
+    @property
+    def record(self) -> int: ...
+    @property
+    def answer(self) -> int: ...
+    @property
+    def ranges(self) -> tuple[bytes, bytes]: ...
+    @property
+    def seconds(self) -> list[float]: ...
+    def open(self, workers: int, states: tuple[int, str], /) -> None: ...
+    def block(
+        self,
+        worker: int,
+        first: int,
+        count: int,
+        states: tuple[int, str],
+        out: tuple[int, str],
+        out_states: tuple[int, str],
+        /,
+    ) -> bytes: ...
+    @staticmethod
+    def checksum(data: bytes, /) -> int: ...
+    @staticmethod
+    def count(values: bytes, first: int, /) -> bytes: ...
+
 def methods() -> list[Method]: ...
 def isa() -> str: ...
 def daemon_command(
@@ -844,6 +887,8 @@ def daemon_command(
     runtime_dir: Optional[Path] = None,
     timeout: float = 10.0,
 ) -> str: ...
+def _speak_command_line() -> None: ...
+def _status_name(status: int, /) -> str: ...
 def _joint_limits(
     source: Union[Path, bytes], names: tuple[str, ...], /
 ) -> dict[str, Optional[tuple[float, float]]]: ...

@@ -14,6 +14,17 @@
 /* urdfdom's log handler is global: one load at a time, without the GIL */
 static pthread_mutex_t load_lock = PTHREAD_MUTEX_INITIALIZER;
 
+/* How messages name options */
+static tfa_option_syntax report_syntax = TFA_SYNTAX_C;
+
+PyObject *model_speak_command_line(PyObject *module, PyObject *unused)
+{
+    (void)module;
+    (void)unused;
+    report_syntax = TFA_SYNTAX_COMMAND_LINE;
+    Py_RETURN_NONE;
+}
+
 static void unlock_in_child(void)
 {
     load_lock = (pthread_mutex_t)PTHREAD_MUTEX_INITIALIZER;
@@ -139,7 +150,7 @@ static PyObject *remember(PyObject *made, PyObject *source, const char *file, Py
 static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char *file,
                                 const model_options *options, PyObject *copy, uint64_t *random)
 {
-    tfa_report report = {0};
+    tfa_report report = {.syntax = report_syntax};
     tfa_model *model = NULL;
     tfa_description *description = NULL;
     const char *text = PyBytes_AS_STRING(source);
@@ -254,7 +265,7 @@ static PyObject *model_derive(PyObject *self, PyObject *args, PyObject *kwargs)
     if (PyArg_ParseTupleAndKeywords(args, kwargs, "|$OO:derive", names, &options.gravity,
                                     &options.payload) &&
         model_options_read(&options) == 0) {
-        tfa_report report = {0};
+        tfa_report report = {.syntax = report_syntax};
         tfa_model *model = NULL;
         int status;
         Py_BEGIN_ALLOW_THREADS status =

@@ -37,7 +37,7 @@ typedef struct specialised_object {
 } specialised_object;
 
 extern PyTypeObject model_type, workspace_type, pool_type, thread_pool_type, client_type,
-    specialised_type;
+    specialised_type, sweep_type;
 
 /* Each prepares its type and adds it to the module. @return 0; -1 with an exception */
 int model_init(PyObject *module);
@@ -45,6 +45,7 @@ int workspace_init(PyObject *module);
 int pool_init(PyObject *module);
 int client_init(PyObject *module);
 int specialised_init(PyObject *module);
+int sweep_init(PyObject *module);
 
 /** model_options.c: options of a model, with the memory that they point to */
 typedef struct model_options model_options;
@@ -70,6 +71,9 @@ void model_options_clear(model_options *options);
 /** Payloads of a dict or a list of dicts. @return 0; -1 with an exception; `*payloads` is
  *  allocated by PyMem, `keep` gets the names. */
 int read_payloads(PyObject *value, PyObject *keep, tfa_payload **payloads, size_t *count);
+
+/** Function of the module: messages of loading name options of a command line from then on. */
+PyObject *model_speak_command_line(PyObject *module, PyObject *unused);
 
 /** Bytes of a URDF: itself as str or bytes, or read from a file, whose name `*file` gets (free it;
  *  else NULL). A new reference; NULL with an exception */

@@ -4,8 +4,8 @@
  * States of a sweep as records of doubles, and how a record is drawn: by a counter-based generator,
  * state k of a seed is a function of (seed, k) alone.
  */
-#ifndef TOOLS_SWEEP_SWEEP_STATES_H
-#define TOOLS_SWEEP_SWEEP_STATES_H
+#ifndef PYTHON_SWEEP_STATES_H
+#define PYTHON_SWEEP_STATES_H
 
 #include <stdint.h>
 #include <totalforce/dynamics.h>

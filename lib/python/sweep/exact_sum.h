@@ -4,8 +4,8 @@
  * Exact sums of non-negative doubles (Kulisch's long accumulator, in digits of 32 bits): the same
  * bits in any order and with any split.
  */
-#ifndef TOOLS_SWEEP_EXACT_SUM_H
-#define TOOLS_SWEEP_EXACT_SUM_H
+#ifndef PYTHON_EXACT_SUM_H
+#define PYTHON_EXACT_SUM_H
 
 #include <stdint.h>
 
@@ -19,9 +19,5 @@ typedef struct exact_sum {
 
 /** Adds a finite number that is not negative. */
 void exact_sum_add(exact_sum *sum, double value);
-/** Adds all that another sum has. */
-void exact_sum_merge(exact_sum *sum, const exact_sum *other);
-/** The sum, rounded once (to nearest, ties to even). */
-double exact_sum_value(const exact_sum *sum);
 
 #endif

@@ -3,7 +3,7 @@
  *
  * Statistics of the answers of a chunk.
  */
-#include "sweep.h"
+#include "sweep_block.h"
 
 #include <math.h>
 
@@ -44,8 +44,9 @@ void sweep_worker_count(sweep_worker *w, uint64_t state, uint32_t count)
         s->method[answer->method < STATISTICS_METHODS ? answer->method : 0]++;
         if (answer->flags)
             count_flags(s, answer);
-        series_add(&s->answer, &w->groups[0], norm(w, at), state + at);
+        series_add(&s->series[SERIES_ANSWER], &w->groups[SERIES_ANSWER], norm(w, at), state + at);
         if (answer->flags & TFA_ANSWER_ESTIMATED)
-            series_add(&s->estimate, &w->groups[1], answer->error_estimate, state + at);
+            series_add(&s->series[SERIES_ESTIMATE], &w->groups[SERIES_ESTIMATE],
+                       answer->error_estimate, state + at);
     }
 }

@@ -3,7 +3,7 @@
  *
  * One thread computes one block: draws or reads states, solves them in batches, counts.
  */
-#include "sweep.h"
+#include "sweep_block.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -93,22 +93,22 @@ static void set_request(sweep_worker *w)
             w->matrix;
 }
 
-int sweep_worker_open(sweep_worker *w, const sweep_plan *plan, sweep_ranks *ranks)
+int sweep_worker_open(sweep_worker *w, const sweep_plan *plan)
 {
-    const sweep_options *o = plan->options;
-    tfa_workspace_options options = o->workspace, reference = {.precision = TFA_F128};
-    *w = (sweep_worker){.plan = plan, .ranks = ranks, .chunk = STATISTICS_GROUP};
+    tfa_workspace_options options = plan->workspace, reference = {.precision = TFA_F128};
+    *w = (sweep_worker){.plan = plan, .chunk = STATISTICS_GROUP};
+    w->states.number = w->out.number = w->out_states.number = -1;
     while (w->chunk > 1 && (size_t)w->chunk * plan->answer > CHUNK_DOUBLES)
         w->chunk /= 2;
-    options.methods = TFA_METHOD_BIT(o->method);
-    if (o->op == TFA_OP_MASS_MATRIX)
+    options.methods = TFA_METHOD_BIT(plan->request.method);
+    if (plan->request.op == TFA_OP_MASS_MATRIX)
         options.methods |= TFA_METHOD_BIT(TFA_METHOD_CRBA);
     options.max_tips = reference.max_tips = plan->request.tip_count;
     reference.methods = options.methods;
     int status = allocate(w);
     if (status == TFA_OK)
         status = tfa_workspace_create(plan->model, &options, &w->workspace);
-    if (status == TFA_OK && o->reference)
+    if (status == TFA_OK && plan->reference)
         status = tfa_workspace_create(plan->model, &reference, &w->reference);
     if (status == TFA_OK)
         set_request(w);
@@ -125,17 +125,16 @@ void sweep_worker_close(sweep_worker *w)
 
 static int read_states(sweep_worker *w, uint64_t state, uint32_t count)
 {
-    const sweep_plan *p = w->plan;
-    const size_t record = p->record.width * sizeof(double);
+    const size_t record = w->plan->record.width * sizeof(double);
     size_t left = count * record;
     off_t offset = (off_t)(state * record);
     for (char *at = (char *)w->records; left > 0;) {
-        const ssize_t got = pread(p->states, at, left, offset);
+        const ssize_t got = pread(w->states.number, at, left, offset);
         if (got < 0 && errno == EINTR)
             continue;
         if (got <= 0) {
-            snprintf(w->error, sizeof w->error, "%s: state %" PRIu64 ": %s", p->options->states,
-                     state, got < 0 ? strerror(errno) : "the file has become shorter");
+            snprintf(w->error, sizeof w->error, "%s: state %" PRIu64 ": %s", w->states.path, state,
+                     got < 0 ? strerror(errno) : "the file has become shorter");
             return -1;
         }
         at += got;
@@ -156,14 +155,14 @@ static void draw_states(sweep_worker *w, uint64_t state, uint32_t count)
         double *records = w->records + (size_t)at * r->width;
         for (int field = 0; field < STATE_FIELDS; field++)
             fields[field] = w->fields[field] + (size_t)at * r->size[field];
-        state_record_draw(r, w->plan->options->seed, state + at, slice, records);
+        state_record_draw(r, w->plan->seed, state + at, slice, records);
         state_record_scatter(r, records, slice, fields);
     }
 }
 
 static int take_states(sweep_worker *w, uint64_t state, uint32_t count)
 {
-    if (w->plan->states < 0) {
+    if (w->states.number < 0) {
         draw_states(w, state, count);
         return 0;
     }
@@ -257,15 +256,25 @@ int sweep_worker_try(sweep_worker *w)
     return is_of_state(status) ? TFA_OK : status;
 }
 
-static int write_numbers(sweep_worker *w, int file, const char *path, const double *numbers,
+static int write_numbers(sweep_worker *w, const sweep_file *file, const double *numbers,
                          uint64_t state, uint32_t count, uint32_t width)
 {
     const size_t record = width * sizeof(double);
-    const int error =
-        w->ranks->write_file(file, (state - w->plan->first) * record, numbers, count * record);
-    if (error)
-        snprintf(w->error, sizeof w->error, "%s: %s", path, strerror(error));
-    return error ? -1 : 0;
+    size_t left = count * record;
+    off_t offset = (off_t)((state - w->plan->first) * record);
+    for (const char *at = (const char *)numbers; file->number >= 0 && left > 0;) {
+        const ssize_t put = pwrite(file->number, at, left, offset);
+        if (put < 0 && errno != EINTR) {
+            snprintf(w->error, sizeof w->error, "%s: %s", file->path, strerror(errno));
+            return -1;
+        }
+        if (put <= 0)
+            continue;
+        at += put;
+        offset += put;
+        left -= (size_t)put;
+    }
+    return 0;
 }
 
 /* Base and joints of one state stand together in the file. */
@@ -284,15 +293,11 @@ static const double *pack(sweep_worker *w, uint32_t count)
 
 static int write_chunk(sweep_worker *w, uint64_t state, uint32_t count)
 {
-    const sweep_options *o = w->plan->options;
-    int result = 0;
-    if (o->out)
-        result = write_numbers(w, SWEEP_FILE_ANSWERS, o->out, pack(w, count), state, count,
-                               w->plan->answer);
-    if (result == 0 && o->out_states)
-        result = write_numbers(w, SWEEP_FILE_STATES, o->out_states, w->records, state, count,
-                               w->plan->record.width);
-    return result;
+    const sweep_plan *p = w->plan;
+    if (w->out.number >= 0 &&
+        write_numbers(w, &w->out, pack(w, count), state, count, p->answer) != 0)
+        return -1;
+    return write_numbers(w, &w->out_states, w->records, state, count, p->record.width);
 }
 
 /* What the answer of one state is, as one vector */
@@ -332,27 +337,19 @@ static void compare(sweep_worker *w, uint64_t state, uint32_t at)
         return;
     }
     const double error = relative_error(w, at, w->packed);
-    series_add(&w->statistics.error, &w->groups[2], error, state);
+    series_add(&w->statistics.series[SERIES_ERROR], &w->groups[SERIES_ERROR], error, state);
     if (found.flags & TFA_ANSWER_ESTIMATED)
-        series_add(&w->statistics.ratio, &w->groups[3],
+        series_add(&w->statistics.series[SERIES_RATIO], &w->groups[SERIES_RATIO],
                    error > 0 ? error / found.error_estimate : 0.0, state);
 }
 
 /* After everything else has used the answers, which the exact ones replace */
 static void compare_chunk(sweep_worker *w, uint64_t state, uint32_t count)
 {
-    const uint64_t every = w->plan->options->reference;
+    const uint64_t every = w->plan->reference;
     const uint64_t skip = every ? (every - state % every) % every : 0;
     for (uint64_t at = skip; every && at < count; at += every)
         compare(w, state + at, (uint32_t)at);
-}
-
-static void end_groups(sweep_worker *w)
-{
-    int k = 0;
-#define END_GROUP(member, name, what) series_end_group(&w->statistics.member, &w->groups[k++]);
-    STATISTICS_SERIES(END_GROUP)
-#undef END_GROUP
 }
 
 static int do_chunk(sweep_worker *w, uint64_t state, uint32_t count)
@@ -374,20 +371,18 @@ static int do_chunk(sweep_worker *w, uint64_t state, uint32_t count)
     return 0;
 }
 
-int sweep_worker_block(sweep_worker *w, uint64_t block)
+int sweep_worker_block(sweep_worker *w, uint64_t first, uint64_t count)
 {
-    const uint64_t start = block * w->plan->options->block;
-    const uint64_t count = sweep_block_count(w->plan, block);
     memset(&w->statistics, 0, sizeof w->statistics);
     memset(w->groups, 0, sizeof w->groups);
     for (uint64_t at = 0; at < count; at += w->chunk) {
         const uint64_t left = count - at;
         const uint32_t now_count = left < w->chunk ? (uint32_t)left : w->chunk;
-        if (do_chunk(w, w->plan->first + start + at, now_count) != 0)
+        if (do_chunk(w, first + at, now_count) != 0)
             return -1;
         if ((at + w->chunk) % STATISTICS_GROUP == 0)
-            end_groups(w);
+            statistics_end_groups(&w->statistics, w->groups);
     }
-    end_groups(w);
+    statistics_end_groups(&w->statistics, w->groups);
     return 0;
 }

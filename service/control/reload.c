@@ -166,6 +166,7 @@ static void commit_robot(tfa_daemon *d, uint32_t i)
     if (!d->reload.changed[i] && !d->reload.of_topic) {
         now->config = next->config;
         now->scene = next->scene;
+        tfa_segment_destroy(&now->description); /* of the previous file */
     }
     if (!d->reload.changed[i])
         return;

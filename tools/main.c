@@ -40,7 +40,7 @@
     X(sweep, "       ", "one operation for many states, on many cores and machines")
 
 /* The same of programs totalforce-NAME, which tools/python has. */
-#define EXTERNAL_LIST(X)
+#define EXTERNAL_LIST(X) X(web, "         ", "live page and Prometheus metrics of a running daemon")
 
 static const struct {
     const char *name, *what;

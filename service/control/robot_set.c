@@ -267,7 +267,6 @@ void daemon_free_robot_set(tfa_daemon *d)
     free(d->workers);
     for (int k = 0; k < TFA_GATEWAY_SOURCES; k++)
         free_solvers(d, d->gateways[k].solvers);
-    free_solvers(d, d->http_solvers);
     robot_set_unload(&d->robot_set);
     tfa_thread_pool_free(d->thread_pool);
 }

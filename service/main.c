@@ -109,11 +109,6 @@ static int start_workers(service *s)
     return daemon_start_workers(&s->daemon);
 }
 
-static int open_http_port(service *s)
-{
-    return tfa_http_listen(s->daemon.settings, &s->daemon.http);
-}
-
 static int drop_privileges(service *s)
 {
     if (s->user == (uid_t)-1)
@@ -135,11 +130,6 @@ static int open_descriptions(service *s)
 static int start_gateways(service *s)
 {
     return gateways_start(&s->daemon);
-}
-
-static int start_live_page(service *s)
-{
-    return live_page_start(&s->daemon);
 }
 
 static int open_control(service *s)
@@ -177,12 +167,10 @@ static const struct {
     {"dds domains", join_domains}, /* before the workers: its threads inherit priorities */
     {"pool", start_pool},
     {"workers", start_workers},
-    {"http port", open_http_port},
-    {"privileges", drop_privileges}, /* after priorities, locks and the port are held */
+    {"privileges", drop_privileges}, /* after priorities and locks are held */
     {"self-test", self_test},
     {"robot descriptions", open_descriptions},
     {"dds", start_gateways},
-    {"live page", start_live_page},
     {"sockets", open_sockets},
     {"ready", signal_ready},
 };
@@ -199,7 +187,6 @@ static void stop_all(service *s)
 {
     notify_stopping();
     control_close_listeners(&s->daemon);
-    live_page_stop(&s->daemon);
     gateways_stop(&s->daemon);       /* their requests need the workers */
     daemon_stop_workers(&s->daemon); /* they answer the requests in the rings */
     recordings_close(&s->daemon);
@@ -254,7 +241,7 @@ static int check_configuration(const config *settings)
     const int identity = tfa_identity_check(settings);
     const int admitted = tfa_admission_load(settings, &admission);
     const int status = robot_set_load(settings, NULL, &f);
-    const int joined = gateways_check(settings), served = tfa_http_check(settings);
+    const int joined = gateways_check(settings);
     if (settings->backend == CONFIG_BACKEND_SHM && !settings->user)
         tfa_log(TFA_LOG_INFO, "backend: shm; where clients run as the daemon's own user, memfd is "
                               "safer: its segments are sealed");
@@ -262,8 +249,8 @@ static int check_configuration(const config *settings)
         tfa_admission_free(&admission);
     if (status == TFA_OK)
         robot_set_unload(&f);
-    const bool good = status == TFA_OK && identity == TFA_OK && admitted == TFA_OK &&
-                      joined == TFA_OK && served == TFA_OK;
+    const bool good =
+        status == TFA_OK && identity == TFA_OK && admitted == TFA_OK && joined == TFA_OK;
     return good ? EXIT_GOOD : EXIT_FAILED;
 }
 

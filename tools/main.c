@@ -40,7 +40,8 @@
 
 /* The same of programs totalforce-NAME, which tools/python has. */
 #define EXTERNAL_LIST(X)                                                                           \
-    X(sweep, "       ", "one operation for many states, on many cores and machines")
+    X(sweep, "       ", "one operation for many states, on many cores and machines")               \
+    X(web, "         ", "live page and Prometheus metrics of a running daemon")
 
 static const struct {
     const char *name, *what;

@@ -10,7 +10,8 @@
  * `reload` answers when it is done, `stop` at once. The text begins with "ok" or "error: " for
  * these two, and with "error: " for a command that is refused. `statistics` answers "ok" to
  * everybody, and one descriptor: the segment of statistics_layout.h, which its receiver cannot
- * write.
+ * write. `describe ROBOT` answers the same with the description of a robot (recording.h), by which
+ * its model can be made elsewhere.
  *
  * `record ROBOT MIB`, for the same users, is answered by "ok" with two descriptors: a segment of
  * taps (tap.h) with rings of MIB MiB, read-write, and a description of the robot, read-only

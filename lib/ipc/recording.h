@@ -40,7 +40,7 @@ typedef struct tfa_recording_head {
 
 _Static_assert(sizeof(tfa_recording_head) == 64, "a recording's head is one cache line");
 
-/** What a daemon tells a recorder: this head, then settings and URDF as in a recording. */
+/** Description of a robot by the daemon: this head, then settings and URDF as in a recording. */
 typedef struct tfa_recording_description {
     uint64_t settings_bytes, urdf_bytes;
 } tfa_recording_description;

@@ -5,7 +5,6 @@
  */
 #include "config.h"
 
-#include <arpa/inet.h>
 #include <ctype.h>
 #include <errno.h>
 #include <libgen.h>
@@ -206,34 +205,6 @@ static void check_specialise(config_reader *r, const config *c)
         config_error(r, "specialise", "needs 'specialise_directory': where the kernels are");
 }
 
-static bool is_loopback(const char *address)
-{
-    struct in_addr v4;
-    struct in6_addr v6;
-    if (inet_pton(AF_INET, address, &v4) == 1)
-        return ntohl(v4.s_addr) >> 24 == 127;
-    return inet_pton(AF_INET6, address, &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
-}
-
-static bool is_address(const char *text)
-{
-    struct in6_addr any;
-    return inet_pton(AF_INET, text, &any) == 1 || inet_pton(AF_INET6, text, &any) == 1;
-}
-
-static void check_http(config_reader *r, const config *c)
-{
-    const char *address = c->http.address;
-    if (address && !is_address(address))
-        config_error(r, "http.address", "'%s' is not a numeric address, as 127.0.0.1 or ::1",
-                     address);
-    else if (address && !is_loopback(address) && !c->http.allow_remote)
-        config_error(r, "http.address",
-                     "%s is not loopback, and the server has no password: everybody who reaches "
-                     "it could read; 127.0.0.1, or allow_remote: yes",
-                     address);
-}
-
 static int finish(config_reader *r, config *c)
 {
     int status = config_read_table(r, &config_top, yaml_document_get_root_node(r->document), "", c);
@@ -248,7 +219,6 @@ static int finish(config_reader *r, config *c)
     config_check_runtime_dir(r, c);
     check_realtime(r, c);
     check_specialise(r, c);
-    check_http(r, c);
     return r->count ? TFA_E_PARSE : TFA_OK;
 }
 

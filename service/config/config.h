@@ -189,15 +189,6 @@ typedef struct config_dds {
     uint32_t domain, max_age_ms, priority, lease_ms;
 } config_dds;
 
-/* The HTTP server: page and metrics */
-typedef struct config_http {
-    bool enabled, allow_remote, metrics_socket;
-    const char *address; /* NULL: CONFIG_HTTP_ADDRESS */
-    uint32_t port;       /* 0: the system's choice */
-} config_http;
-
-#define CONFIG_HTTP_ADDRESS "127.0.0.1"
-
 typedef enum config_discovery {
     CONFIG_DISCOVERY_ENVIRONMENT, /* ROS_AUTOMATIC_DISCOVERY_RANGE */
     CONFIG_DISCOVERY_SUBNET,
@@ -228,7 +219,6 @@ typedef struct config {
     config_pool pool;
     config_dds dds;
     config_ros2 ros2;
-    config_http http;
     config_robot *robots;
     size_t robots_count;
 

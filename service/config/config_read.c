@@ -223,6 +223,13 @@ static int find_row(config_reader *r, const config_table *t, const yaml_node_t *
     for (; t->rows[count].key; count++)
         if (!cut && strcmp(t->rows[count].key, text) == 0)
             return count;
+    if (t == &config_top && strcmp(text, "http") == 0) {
+        config_error_at(r, key, "http",
+                        "totalforced has no HTTP server: the live page and metrics are a program, "
+                        "totalforce web --listen ADDRESS:PORT --metrics-socket FILE "
+                        "(totalforce-web.service)");
+        return -1;
+    }
     tfa_suggest(text, t->rows, (size_t)count, key_of_row, suggestions, sizeof suggestions);
     config_error_at(r, key, path,
                     "there is no key '%.80s'%s; nearest: %s; config/full.yaml shows all", text,

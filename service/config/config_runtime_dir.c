@@ -50,8 +50,7 @@ static void keep_longer(socket_name longest, const char *robot, const char *scen
         strcpy(longest, name);
 }
 
-/* Names that could not be read are NULL. The socket of metrics is no longer than that of commands.
- */
+/* Names that could not be read are NULL. */
 static void find_longest(const config *c, socket_name longest)
 {
     strcpy(longest, TFA_CONTROL_SOCKET);

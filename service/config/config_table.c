@@ -310,20 +310,6 @@ static const config_row ros2_rows[] = {
     {0}};
 static const config_table ros2_table = {ros2_rows, sizeof(config_ros2)};
 
-static const config_row http_rows[] = {
-    {"enabled", CONFIG_BOOL, AT(config_http, enabled), .default_value = false,
-     .help = "Serve the live page and metrics over HTTP: read only, without a password"},
-    {"address", CONFIG_TEXT, AT(config_http, address),
-     .help = "IPv4 or IPv6 address; 127.0.0.1 when absent; others than loopback need allow_remote"},
-    {"port", CONFIG_COUNT, AT(config_http, port), .default_value = 8642, .low = 0, .high = 65535,
-     .help = "TCP port; 0: the system chooses, the log names it"},
-    {"allow_remote", CONFIG_BOOL, AT(config_http, allow_remote), .default_value = false,
-     .help = "Allow an address that other machines reach: everybody there may read"},
-    {"metrics_socket", CONFIG_BOOL, AT(config_http, metrics_socket), .default_value = false,
-     .help = "Serve /metrics on the Unix socket .metrics.sock of the runtime directory, too"},
-    {0}};
-static const config_table http_table = {http_rows, sizeof(config_http)};
-
 static const config_row top_rows[] = {
     {"runtime_dir", CONFIG_TEXT, AT(config, runtime_dir),
      .help = "Sockets and lock; $TOTALFORCE_RUNTIME_DIR, else /run/totalforce ($XDG_RUNTIME_DIR/"
@@ -370,8 +356,6 @@ static const config_row top_rows[] = {
     {"dds", CONFIG_GROUP, AT(config, dds), .table = &dds_table, .help = "The DDS gateway"},
     {"ros2", CONFIG_GROUP, AT(config, ros2), .table = &ros2_table,
      .help = "Topics of ROS 2 (docs/ros2.md)"},
-    {"http", CONFIG_GROUP, AT(config, http), .table = &http_table,
-     .help = "Live page and metrics (docs/daemon.md)"},
     {"robots", CONFIG_LIST, LIST_AT(config, robots), .required = true, .low = 1, .high = 1000,
      .table = &robot_table, .help = "The robots that are served"},
     {0}};

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Commands of operators, by the control socket: status, statistics, reload, stop, record.
+ * Commands of operators, by the control socket: status, statistics, describe, reload,
+ * stop, record.
  */
 #include "control/daemon.h"
 
@@ -111,6 +112,18 @@ static void answer_statistics(const tfa_daemon *d, command *c)
     end(c);
 }
 
+static void answer_description(tfa_daemon *d, command *c, const char *robot)
+{
+    char text[256];
+    const uint32_t i = robot_set_find(&d->robot_set, robot, text, sizeof text);
+    const tfa_segment *s = i == UINT32_MAX ? NULL : description_segment(d, i, text, sizeof text);
+    if (s)
+        (void)commands_send(c->socket, "ok", &s->fd_readonly, 1);
+    else
+        answer_text(c, text);
+    end(c);
+}
+
 void commands_accept(tfa_daemon *d)
 {
     const int fd = control_accept(d, d->command_listener);
@@ -174,9 +187,11 @@ static void obey(tfa_daemon *d, command *c, const char *word)
         answer_status(d, c);
     } else if (strcmp(word, "statistics") == 0) {
         answer_statistics(d, c);
+    } else if (strncmp(word, "describe ", 9) == 0) {
+        answer_description(d, c, word + 9);
     } else if (!record && strcmp(word, "reload") != 0 && strcmp(word, "stop") != 0) {
-        answer_text(c, "error: no such command; there are status, statistics, reload, stop and "
-                       "record");
+        answer_text(c, "error: no such command; there are status, statistics, describe, reload, "
+                       "stop and record");
     } else if (!may_command(c->socket)) {
         answer_text(c, "error: only root and the daemon's user may do that");
     } else if (record) {

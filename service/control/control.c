@@ -106,8 +106,6 @@ int control_listen(tfa_daemon *d)
     }
     if (status == TFA_OK && d->command_listener < 0)
         status = commands_listen(d);
-    if (status == TFA_OK)
-        status = live_page_listen(d);
     if (status == TFA_OK) {
         tfa_runtime_dir_ready(&d->runtime_dir, names, count);
         tfa_log(TFA_LOG_INFO, "shared memory: %u robots: %s/ROBOT.sock; commands: %s/%s.sock",
@@ -129,7 +127,6 @@ static void unlisten_at(tfa_daemon *d, uint32_t i)
 void control_close_listeners(tfa_daemon *d)
 {
     commands_unlisten(d);
-    live_page_unlisten(d);
     for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
         unlisten_at(d, i);
     free(d->listeners);
@@ -146,7 +143,6 @@ static void leave_runtime_dir(tfa_daemon *d)
 {
     if (!tfa_passed_socket_is(TFA_CONTROL_NAME))
         commands_unlisten(d);
-    live_page_unlisten(d);
     for (uint32_t i = 0; d->listeners && i < d->robot_set.count; i++)
         if (!is_passed(d, i))
             unlisten_at(d, i);

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * The control thread: its loop, the live page, statistics, the service manager.
+ * The control thread: its loop, statistics, the service manager.
  */
 #ifndef TFA_SERVICE_CONTROL_CONTROL_H
 #define TFA_SERVICE_CONTROL_CONTROL_H
@@ -25,15 +25,6 @@ void control_close(tfa_daemon *d);
 uint64_t control_clock(void);
 /* Takes a connection, or hangs up on it where descriptors have run out. @return it, or -1 */
 int control_accept(tfa_daemon *d, int listener);
-
-/* ---- live_page.c: the HTTP server ---- */
-
-/* Starts it, if configured: when statistics and robots are there. */
-TFA_CHECKED int live_page_start(tfa_daemon *d);
-/* Opens the socket of metrics, if configured and not open. */
-TFA_CHECKED int live_page_listen(tfa_daemon *d);
-void live_page_unlisten(tfa_daemon *d);
-void live_page_stop(tfa_daemon *d);
 
 /* ---- statistics.c: counters in shared memory ---- */
 

@@ -11,7 +11,6 @@
 #include "control/recordings.h"
 #include "control/reload.h"
 #include "control/session.h"
-#include "http/http.h"
 #include "platform/runtime_dir.h"
 
 struct tfa_daemon {
@@ -20,9 +19,6 @@ struct tfa_daemon {
     tfa_thread_pool *thread_pool; /* threads of all robots' pools; NULL: none */
     daemon_worker *workers;
     gateway_slot gateways[TFA_GATEWAY_SOURCES]; /* by source */
-    tfa_http *http;                             /* NULL: off */
-    tfa_robot_solver **http_solvers;            /* one for each robot; NULL: no page */
-    bool metrics_open; /* the socket of metrics is in the runtime directory */
     robot_descriptions descriptions;
     reload reload;
 

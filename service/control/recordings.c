@@ -16,82 +16,6 @@
 #include "ipc/recording.h"
 #include "platform/log.h"
 
-/* ---- the description ---- */
-
-/* Text and name of the URDF that the robot was compiled of; free both. NULL: errno says why. */
-static char *read_urdf(const tfa_daemon *d, const tfa_robot *robot, char **name, size_t *length)
-{
-    const size_t index = (size_t)(robot->config - d->settings->robots);
-    char *text = d->descriptions.loaded ? d->descriptions.loaded[index] : NULL;
-    size_t capacity = 0;
-    if (text) {
-        *name = strdup("robot_description");
-        *length = strlen(text);
-        return strdup(text);
-    }
-    *name = config_file_path(d->settings, robot->config->urdf);
-    FILE *in = *name ? fopen(*name, "re") : NULL;
-    if (!in)
-        return NULL;
-    errno = 0;
-    const ssize_t n = getdelim(&text, &capacity, EOF, in);
-    *length = n > 0 ? (size_t)n : 0;
-    if (ferror(in) || n <= 0 || *length > TFA_RECORDING_URDF_MAX) {
-        errno = errno ? errno : EFBIG;
-        free(text);
-        text = NULL;
-    }
-    fclose(in);
-    return text;
-}
-
-/* Head, settings and URDF in one block; free it. NULL: no memory */
-static char *describe(const tfa_robot *robot, const char *name, const char *urdf, size_t length,
-                      size_t *size)
-{
-    char *settings = NULL, *block = NULL;
-    size_t bytes = 0;
-    FILE *out = open_memstream(&settings, &bytes);
-    if (!out)
-        return NULL;
-    tfa_robot_describe(robot, name, out);
-    if (fclose(out) == 0) {
-        const tfa_recording_description head = {bytes, length};
-        const size_t padded = tfa_recording_padded(bytes);
-        *size = sizeof head + padded + tfa_recording_padded(length);
-        block = calloc(1, *size);
-        if (block) {
-            memcpy(block, &head, sizeof head);
-            memcpy(block + sizeof head, settings, bytes);
-            memcpy(block + sizeof head + padded, urdf, length);
-        }
-    }
-    free(settings);
-    return block;
-}
-
-static bool make_description(const tfa_daemon *d, const tfa_robot *robot, tfa_segment *made,
-                             char *text, size_t size)
-{
-    char *name = NULL;
-    size_t length = 0, bytes = 0;
-    char *urdf = read_urdf(d, robot, &name, &length);
-    if (!urdf) {
-        snprintf(text, size, "error: '%s': %s", name ? name : robot->config->urdf, strerror(errno));
-        free(name);
-        return false;
-    }
-    char *block = describe(robot, name, urdf, length, &bytes);
-    const int status = block ? tfa_segment_create_constant(block, bytes, made) : TFA_E_MEMORY;
-    if (status != TFA_OK)
-        snprintf(text, size, "error: a description of %zu bytes: %s", bytes,
-                 tfa_status_text(status));
-    free(block);
-    free(urdf);
-    free(name);
-    return status == TFA_OK;
-}
-
 /* ---- taps ---- */
 
 static uint32_t producers_of(const tfa_daemon *d)
@@ -157,14 +81,8 @@ static uint32_t parse_order(const char *order, char robot[TFA_ROBOT_NAME_MAX + 1
 /* The robot of this name, if it may be recorded; otherwise UINT32_MAX and the error in `text`. */
 static uint32_t find_robot(const tfa_daemon *d, const char *name, char *text, size_t size)
 {
-    uint32_t i = 0;
-    while (i < d->robot_set.count && strcmp(d->robot_set.robots[i].name, name) != 0)
-        i++;
-    if (i == d->robot_set.count) {
-        snprintf(text, size, "error: no robot '%s' is served here", name);
-        return UINT32_MAX;
-    }
-    if (d->robot_set.robots[i].reshaping) {
+    const uint32_t i = robot_set_find(&d->robot_set, name, text, size);
+    if (i != UINT32_MAX && d->robot_set.robots[i].reshaping) {
         snprintf(text, size, "error: a reload is changing robot '%s': ask again", name);
         return UINT32_MAX;
     }
@@ -196,12 +114,12 @@ static pid_t peer_of(int socket)
 bool recordings_begin(tfa_daemon *d, int socket, const char *order, char *text, size_t size)
 {
     char name[TFA_ROBOT_NAME_MAX + 1];
-    tfa_segment description = TFA_SEGMENT_NONE;
     const uint32_t mib = parse_order(order, name);
     snprintf(text, size, "error: record ROBOT MIB; MIB a power of two, 1 to 256");
     const uint32_t robot = mib ? find_robot(d, name, text, size) : UINT32_MAX;
-    if (robot == UINT32_MAX ||
-        !make_description(d, &d->robot_set.robots[robot], &description, text, size))
+    const tfa_segment *description =
+        robot == UINT32_MAX ? NULL : description_segment(d, robot, text, size);
+    if (!description)
         return false;
     recording *r = calloc(1, sizeof *r);
     int status = TFA_E_MEMORY;
@@ -213,9 +131,8 @@ bool recordings_begin(tfa_daemon *d, int socket, const char *order, char *text, 
                          .segment = TFA_SEGMENT_NONE};
         status = make_taps(d, (uint64_t)mib << 20, r);
     }
-    if (status == TFA_OK && !hand_over(d, r, &description))
+    if (status == TFA_OK && !hand_over(d, r, description))
         status = TFA_E_SYSTEM;
-    tfa_segment_destroy(&description);
     if (status != TFA_OK) {
         snprintf(text, size, "error: taps of %u MiB for %u producers: %s", mib, producers_of(d),
                  tfa_status_text(status));

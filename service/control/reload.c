@@ -34,7 +34,7 @@ static log_function log_of(const tfa_daemon *d)
 
 static void release_reload(const tfa_daemon *d, reload *r)
 {
-    for (uint32_t k = 0; r->solvers && k < d->settings->workers + RELOAD_GATEWAYS; k++) {
+    for (uint32_t k = 0; r->solvers && k < d->settings->workers + TFA_GATEWAY_SOURCES; k++) {
         for (uint32_t i = 0; r->solvers[k] && i < d->robot_set.count; i++)
             tfa_robot_solver_free(r->solvers[k][i]);
         free(r->solvers[k]);
@@ -166,6 +166,7 @@ static void commit_robot(tfa_daemon *d, uint32_t i)
     if (!d->reload.changed[i] && !d->reload.of_topic) {
         now->config = next->config;
         now->scene = next->scene;
+        tfa_segment_destroy(&now->description); /* of the previous file */
     }
     if (!d->reload.changed[i])
         return;
@@ -195,19 +196,6 @@ static void exchange_gateway_solvers(const tfa_daemon *d, uint32_t source)
         const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
         g->kind->exchange(g->self, i, robot->model, &solver);
         exchange(&g->solvers[i], &next[i]);
-    }
-}
-
-static void exchange_http_solvers(const tfa_daemon *d)
-{
-    tfa_robot_solver **next = d->reload.solvers[d->settings->workers + TFA_GATEWAY_SOURCES];
-    for (uint32_t i = 0; d->http_solvers && i < d->robot_set.count; i++) {
-        if (!d->reload.changed[i])
-            continue;
-        const tfa_robot *robot = &d->robot_set.robots[i];
-        const tfa_worker_robot solver = tfa_robot_for_worker(robot, next[i]);
-        tfa_http_exchange(d->http, i, robot->model, &solver);
-        exchange(&d->http_solvers[i], &next[i]);
     }
 }
 
@@ -255,7 +243,6 @@ static void commit(tfa_daemon *d)
     exchange_settings(d);
     for (uint32_t k = 0; k < TFA_GATEWAY_SOURCES; k++)
         exchange_gateway_solvers(d, k);
-    exchange_http_solvers(d);
     for (uint32_t k = 0; k < d->settings->workers; k++)
         offer_solvers(d, k, robots);
     free(robots);

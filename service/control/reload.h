@@ -16,8 +16,6 @@ typedef enum reload_phase {
     RELOAD_OFFERED,  /* the workers have not all taken the new solvers */
 } reload_phase;
 
-#define RELOAD_GATEWAYS (TFA_GATEWAY_SOURCES + 1) /* have solvers besides the workers: HTTP, too */
-
 /* A reload under way. Up to the commit it owns the new objects, afterwards the old ones: either is
  * released in the same way. */
 typedef struct reload {
@@ -36,8 +34,7 @@ typedef struct reload {
     robot_set robot_set;         /* of one robot: the others are empty */
     bool *changed;               /* by robot: it has another model, arithmetic or estimate policy */
     bool *shape_changed;         /* and its clients cannot stay */
-    tfa_robot_solver ***solvers; /* by worker, then gateway, then of the HTTP server, and robot;
-                                    NULL: no change */
+    tfa_robot_solver ***solvers; /* by worker, then gateway, and robot; NULL: no change */
     uint64_t start;
 } reload;
 

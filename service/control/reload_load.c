@@ -88,12 +88,12 @@ static tfa_robot_solver *const *solvers_in_use(const tfa_daemon *d, uint32_t k)
     const uint32_t workers = d->settings->workers;
     if (k < workers)
         return d->workers[k].solvers;
-    return k < workers + TFA_GATEWAY_SOURCES ? d->gateways[k - workers].solvers : d->http_solvers;
+    return d->gateways[k - workers].solvers;
 }
 
 static int make_solvers(const tfa_daemon *d, reload *r)
 {
-    const uint32_t rows = d->settings->workers + RELOAD_GATEWAYS, count = d->robot_set.count;
+    const uint32_t rows = d->settings->workers + TFA_GATEWAY_SOURCES, count = d->robot_set.count;
     r->solvers = calloc(rows, sizeof *r->solvers);
     if (!r->solvers)
         return TFA_E_MEMORY;

@@ -69,7 +69,7 @@ int robot_set_load_one(const config *settings, const robot_set *now, size_t robo
         return TFA_E_MEMORY;
     f->count = now->count;
     for (uint32_t i = 0; i < now->count; i++)
-        f->robots[i].names = TFA_SEGMENT_NONE;
+        f->robots[i].names = f->robots[i].description = TFA_SEGMENT_NONE;
     while (now->robots[first].config != from)
         first++;
     return load_robot(settings, from, urdf, &f->robots[first]);
@@ -81,6 +81,15 @@ void robot_set_unload(robot_set *f)
         tfa_robot_unload(&f->robots[i]);
     free(f->robots);
     *f = (robot_set){0};
+}
+
+uint32_t robot_set_find(const robot_set *f, const char *name, char *text, size_t size)
+{
+    for (uint32_t i = 0; i < f->count; i++)
+        if (strcmp(f->robots[i].name, name) == 0)
+            return i;
+    snprintf(text, size, "error: no robot '%s' is served here", name);
+    return UINT32_MAX;
 }
 
 /* ---- the pool ---- */
@@ -258,7 +267,6 @@ void daemon_free_robot_set(tfa_daemon *d)
     free(d->workers);
     for (int k = 0; k < TFA_GATEWAY_SOURCES; k++)
         free_solvers(d, d->gateways[k].solvers);
-    free_solvers(d, d->http_solvers);
     robot_set_unload(&d->robot_set);
     tfa_thread_pool_free(d->thread_pool);
 }

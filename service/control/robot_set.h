@@ -36,6 +36,8 @@ TFA_CHECKED int robot_set_load(const config *settings, char *const *descriptions
 TFA_CHECKED int robot_set_load_one(const config *settings, const robot_set *now, size_t robot,
                                    tfa_robot_urdf *urdf, robot_set *f);
 void robot_set_unload(robot_set *f);
+/* Number of the robot of this name; UINT32_MAX: none, and the error is in `text`. */
+uint32_t robot_set_find(const robot_set *f, const char *name, char *text, size_t size);
 /* Starts the pool's threads, if configured, and gives robots their workspaces for it. */
 TFA_CHECKED int daemon_start_pool(tfa_daemon *d);
 TFA_CHECKED int daemon_start_workers(tfa_daemon *d);
@@ -45,5 +47,11 @@ TFA_CHECKED int daemon_make_solver(const tfa_daemon *d, uint32_t i, tfa_robot_so
                                    tfa_worker_robot *made);
 void daemon_stop_workers(tfa_daemon *d);
 void daemon_free_robot_set(tfa_daemon *d);
+
+/* ---- description_segment.c ---- */
+
+/* Settings and URDF of robot `i` (ipc/recording.h), read when they are first asked for and kept
+ * until its model is exchanged. @return NULL: the error is in `text` */
+const tfa_segment *description_segment(tfa_daemon *d, uint32_t i, char *text, size_t size);
 
 #endif

@@ -141,6 +141,7 @@ size_t tfa_robot_count(const config_robot *from)
 void tfa_robot_unload(tfa_robot *robot)
 {
     tfa_segment_destroy(&robot->names);
+    tfa_segment_destroy(&robot->description);
     tfa_batch_pool_free(robot->pool);
     robot->pool = NULL;
     tfa_specialised_free(robot->specialised);
@@ -152,7 +153,10 @@ void tfa_robot_unload(tfa_robot *robot)
 
 static void name_robot(const tfa_robot_source *s, tfa_robot *robot)
 {
-    *robot = (tfa_robot){.config = s->robot, .scene = s->scene, .names = TFA_SEGMENT_NONE};
+    *robot = (tfa_robot){.config = s->robot,
+                         .scene = s->scene,
+                         .names = TFA_SEGMENT_NONE,
+                         .description = TFA_SEGMENT_NONE};
     /* they fit: the configuration was checked */
     char *end = stpcpy(robot->name, s->robot->name);
     if (s->scene)

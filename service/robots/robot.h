@@ -27,6 +27,7 @@ typedef struct tfa_robot {
     const tfa_model *model;       /**< of `shared` */
     tfa_wire_shape shape;         /**< max_batch as configured */
     tfa_segment names;            /**< see tfa_welcome.names_bytes */
+    tfa_segment description;      /**< settings and URDF, once somebody asked for them */
     tfa_batch_pool *pool;         /**< for large requests, shared by all workers; NULL: none */
     tfa_specialised *specialised; /**< its specialised kernel; NULL: the generic one answers */
     bool reshaping; /**< a reload changes its shape: no client is attached meanwhile */

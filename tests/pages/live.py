@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
-"""The daemon's live page: the figure moves, rates and percentiles, robots, the end of the daemon and
-its return, names that are HTML, the numbers without scripts.
+"""The live page of `totalforce web`: the figure moves, rates and percentiles, robots, the end of the
+daemon and its return, names that are HTML, the numbers without scripts.
 
     live.py BIN ROBOTS
 """
@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "service"))
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "tools"))
 from http_daemon import Client, Daemon, until, wait_for
 from webdriver import Browser, Check, near
 
@@ -131,13 +131,14 @@ def check_dark(check, browser):
 
 
 def check_gone(check, browser, daemon):
-    """A daemon that ends, and another at its port"""
-    text = pathlib.Path(daemon.config).read_text(encoding="utf-8")
-    pathlib.Path(daemon.config).write_text(text.replace("port: 0", f"port: {daemon.port}"),
-                                           encoding="utf-8")
-    daemon.end()
+    """A daemon that ends, and another in its place; the same of the page's server"""
+    daemon.end_daemon()
     check(until(lambda: "The daemon is gone" in status(browser)), "status:", status(browser))
-    daemon.start()
+    daemon.start_daemon()
+    check(until(lambda: "No request yet" in status(browser)), "status:", status(browser))
+    daemon.end_web()
+    check(until(lambda: "The daemon is gone" in status(browser)), "status:", status(browser))
+    daemon.start_web(daemon.port)
     check(until(lambda: "No request yet" in status(browser)), "status:", status(browser))
 
 

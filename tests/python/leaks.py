@@ -108,6 +108,19 @@ class Leaks(Case):
 
         self.check(repeat, FAILING, q, w, self.model, *(bad[0].values()), *(bad[7].values()))
 
+    def test_statistics(self):
+        with support.daemon([("arm", "arm7", "fixed")]) as (folder, _):
+            statistics, earlier = tf.Statistics(folder), tf.Histogram([1, 2])
+            with tf.Client("arm", runtime_dir=folder) as client:
+                client.bias(np.zeros(7))
+
+            def repeat(n):
+                for _ in range(n // 100):
+                    times = statistics.read()["robots"][0]["total"]["compute"]
+                    times.since(earlier).quantile(0.5), times.buckets, times.tops
+
+            self.check(repeat, CALLS, statistics, earlier)
+
     def test_objects(self):
         def repeat(n):
             for _ in range(n):

@@ -316,8 +316,11 @@ TEST(a_killed_recorder)
 {
     harness h;
     static recorder r;
+    char text[64];
     harness_serve(&h, ARM, "");
     assert_true(harness_has_clients(&h, 0));
+    assert_int_equal(tfa_daemon_command(h.runtime_dir, "describe arm", WAIT_MS, text, sizeof text),
+                     TFA_OK); /* the description stays with the robot */
     const int descriptors = harness_descriptors(&h);
     for (int i = 0; i < 3; i++) {
         recorder_begin(&h, &r, "arm", "a.rec", "", 0);

@@ -141,12 +141,31 @@ TEST(only_its_user_commands)
     if (child == 0) {
         if (setgid(NOBODY) != 0 || setuid(NOBODY) != 0)
             _exit(1);
-        _exit(command(&h, "status") != TFA_OK || command(&h, "stop") != TFA_E_REFUSED ||
-              command(&h, "reload") != TFA_E_REFUSED ||
+        _exit(command(&h, "status") != TFA_OK || command(&h, "describe arm") != TFA_OK ||
+              command(&h, "stop") != TFA_E_REFUSED || command(&h, "reload") != TFA_E_REFUSED ||
               command(&h, "record arm 1") != TFA_E_REFUSED);
     }
     assert_int_equal(waitpid(child, &status, 0), child);
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    harness_remove(&h);
+}
+
+/* A robot has one description, however often it is asked for, and another after a reload. */
+TEST(descriptions_are_shared)
+{
+    harness h;
+    harness_serve(&h, ARM, "");
+    assert_int_equal(command(&h, "describe nobody"), TFA_E_REFUSED);
+    assert_string_equal(text, "error: no robot 'nobody' is served here");
+    assert_int_equal(command(&h, "describe arm"), TFA_OK);
+    const int descriptors = harness_descriptors(&h);
+    for (int i = 0; i < 2; i++) {
+        for (int k = 0; k < 50; k++)
+            assert_int_equal(command(&h, "describe arm"), TFA_OK);
+        assert_int_equal(command(&h, "status"), TFA_OK); /* the last connection was closed */
+        harness_assert_descriptors(&h, descriptors);
+        assert_int_equal(command(&h, "reload"), TFA_OK);
+    }
     harness_remove(&h);
 }
 

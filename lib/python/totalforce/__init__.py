@@ -11,11 +11,12 @@ Model       a robot of a URDF file, compiled once; constant, shared by all threa
 Workspace   answers requests in this process, one thread at a time
 Pool        answers requests on several cores
 Client      answers requests of a robot that a daemon serves, over shared memory
+Statistics  counters, clients and histograms of a running daemon
 
-The last three have the same methods, one for each op: forward_dynamics, inverse_dynamics,
-operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives. Each takes numpy
-arrays of one state, (n,), or of a batch, (count, n), and returns a Reply, whose attributes are
-arrays. All give the same bits as the library in C.
+Workspace, Pool and Client have the same methods, one for each op: forward_dynamics,
+inverse_dynamics, operational_inertia, mass_matrix, kinematics, bias, task_torques, derivatives.
+Each takes numpy arrays of one state, (n,), or of a batch, (count, n), and returns a Reply, whose
+attributes are arrays. All give the same bits as the library in C.
 
 SI units; six-vectors linear first, angular second; quaternions x y z w; matrices row major. Joints
 are named and ordered as Model.joint_names. With a floating base, q, v, tau and qdd hold the joints
@@ -42,12 +43,14 @@ from ._totalforce import (
     MAX_TIPS,
     MAX_WRENCHES,
     OPS,
+    STATUSES,
     Advice,
     Body,
     BuildResult,
     Client,
     DeclaredJoint,
     Exchange,
+    Histogram,
     Joint,
     Message,
     Method,
@@ -56,6 +59,7 @@ from ._totalforce import (
     Reply,
     Specialised,
     SpecialisedInfo,
+    Statistics,
     Summary,
     ThreadPool,
     Workspace,
@@ -115,6 +119,7 @@ __all__ = [
     "Error",
     "Exchange",
     "FileError",
+    "Histogram",
     "InputError",
     "InputTypeError",
     "Joint",
@@ -133,8 +138,10 @@ __all__ = [
     "Pool",
     "RefusedError",
     "Reply",
+    "STATUSES",
     "Specialised",
     "SpecialisedInfo",
+    "Statistics",
     "Summary",
     "SystemCallError",
     "ThreadPool",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 import os
-from typing import Any, Iterator, Literal, Mapping, NamedTuple, Optional, Sequence, Union
+from typing import Any, Iterable, Iterator, Literal, Mapping, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +39,7 @@ Want = Literal[
 
 __version__: str
 OPS: tuple[str, ...]
+STATUSES: dict[str, tuple[str, str]]
 ANSWER_ESTIMATED: int
 ANSWER_FALLBACK: int
 ANSWER_INACCURATE: int
@@ -454,6 +455,7 @@ class Model:
         tips: Optional[Union[str, Sequence[str]]] = None,
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
+        armature: Optional[Mapping[str, float]] = None,
     ) -> None: ...
     @property
     def name(self) -> str: ...
@@ -507,6 +509,7 @@ class Model:
         tips: Optional[Union[str, Sequence[str]]] = None,
         locked: Optional[Union[Mapping[str, Any], Sequence[str]]] = None,
         payload: Optional[Payloads] = None,
+        armature: Optional[Mapping[str, float]] = None,
     ) -> Model: ...
     def derive(
         self,
@@ -878,6 +881,31 @@ class _Sweep:
     def checksum(data: bytes, /) -> int: ...
     @staticmethod
     def count(values: bytes, first: int, /) -> bytes: ...
+
+class Histogram:
+    def __init__(self, values: Iterable[int] = ()) -> None: ...
+    @property
+    def count(self) -> int: ...
+    @property
+    def lowest(self) -> int: ...
+    @property
+    def highest(self) -> int: ...
+    @property
+    def sum(self) -> float: ...
+    @property
+    def mean(self) -> float: ...
+    @property
+    def buckets(self) -> NDArray[np.uint64]: ...
+    @property
+    def tops(self) -> NDArray[np.uint64]: ...
+    def quantile(self, share: float, /) -> int: ...
+    def since(self, earlier: Histogram, /) -> Histogram: ...
+
+class Statistics:
+    def __init__(
+        self, runtime_dir: Optional[Path] = None, *, timeout: float = 10.0
+    ) -> None: ...
+    def read(self, /, *, timeout: float = 1.0) -> dict[str, Any]: ...
 
 def methods() -> list[Method]: ...
 def isa() -> str: ...

@@ -215,8 +215,7 @@ static PyObject *model_check(PyObject *self, PyObject *const *arguments, Py_ssiz
                : with_request(self, op, arguments + 1, count - 1, names, use_check, NULL);
 }
 
-/* An array of its own memory */
-static PyObject *array_of(const double *numbers, uint32_t count)
+PyObject *array_of(const double *numbers, uint32_t count)
 {
     npy_intp size = count;
     PyObject *array = PyArray_SimpleNew(1, &size, NPY_DOUBLE);

@@ -102,9 +102,9 @@ static PyObject *finish(PyTypeObject *type, int status, tfa_model *model, const 
 }
 
 static char *keywords[] = {
-    "",        "base",  "gravity", "rotor_inertia", "damping", "lock_massless_leaves",
-    "inertia", "mimic", "snap",    "root",          "tips",    "locked",
-    "payload", NULL};
+    "",        "base",     "gravity", "rotor_inertia", "damping", "lock_massless_leaves",
+    "inertia", "mimic",    "snap",    "root",          "tips",    "locked",
+    "payload", "armature", NULL};
 
 static int parse_options(PyObject *args, PyObject *kwargs, const char *format, PyObject **source,
                          model_options *o)
@@ -112,7 +112,7 @@ static int parse_options(PyObject *args, PyObject *kwargs, const char *format, P
     return PyArg_ParseTupleAndKeywords(args, kwargs, format, keywords, source, &o->base,
                                        &o->gravity, &o->rotor_inertia, &o->damping,
                                        &o->lock_massless_leaves, &o->inertia, &o->mimic, &o->snap,
-                                       &o->root, &o->tips, &o->locked, &o->payload)
+                                       &o->root, &o->tips, &o->locked, &o->payload, &o->armature)
                ? 0
                : -1;
 }
@@ -159,8 +159,13 @@ static PyObject *compile_source(PyTypeObject *type, PyObject *source, const char
     Py_BEGIN_ALLOW_THREADS pthread_mutex_lock(&load_lock);
     status = tfa_urdf_parse(text, length, file, &description, &report);
     pthread_mutex_unlock(&load_lock);
-    if (status == TFA_OK && random)
-        move_description(random, description);
+    Py_END_ALLOW_THREADS if (status == TFA_OK && set_armature(options->armature, description))
+    {
+        tfa_description_free(description);
+        tfa_report_free(&report);
+        return NULL;
+    }
+    Py_BEGIN_ALLOW_THREADS if (status == TFA_OK && random) move_description(random, description);
     if (status == TFA_OK)
         status = tfa_model_create(description, &options->c, &report, &model);
     tfa_description_free(description);
@@ -227,7 +232,7 @@ static PyObject *model_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
     char *file = NULL;
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:Model", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOO:Model", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = read_source(source, &file)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -242,7 +247,7 @@ static PyObject *parse_model(PyTypeObject *type, PyObject *args, const char *fil
 {
     model_options options = {0};
     PyObject *source = NULL, *bytes = NULL, *made = NULL, *copy = copy_options(kwargs);
-    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOO:parse", &source, &options) == 0 &&
+    if (parse_options(args, kwargs, "O|$OOOOOOOOOOOOO:parse", &source, &options) == 0 &&
         model_options_read(&options) == 0 && (bytes = bytes_of(source)))
         made = compile_source(type, bytes, file, &options, copy, NULL);
     Py_XDECREF(bytes);
@@ -329,7 +334,7 @@ static PyObject *model_moved(PyObject *self, PyObject *seed)
     if (!m->source || !m->options)
         return PyErr_Format(PyExc_TypeError, "_moved: not of a model of URDF and plain options");
     PyObject *one = PyTuple_Pack(1, m->source);
-    if (one && parse_options(one, m->options, "O|$OOOOOOOOOOOO:_moved", &source, &options) == 0 &&
+    if (one && parse_options(one, m->options, "O|$OOOOOOOOOOOOO:_moved", &source, &options) == 0 &&
         model_options_read(&options) == 0)
         made = compile_source(Py_TYPE(self), source, NULL, &options, NULL, &random);
     Py_XDECREF(one);
@@ -369,12 +374,14 @@ static PyObject *model_repr(PyObject *self)
     "        joints that become fixed there, or at 0; rad or m\n"                                  \
     "payload : dict, or list of dicts\n"                                                           \
     "        {'link': name, 'mass': kg, 'com': (3,) m, 'inertia': (6,) kg m^2}, in link axes,\n"   \
-    "        inertia ixx ixy ixz iyy iyz izz about the centre of mass\n"
+    "        inertia ixx ixy ixz iyy iyz izz about the centre of mass\n"                           \
+    "armature : {joint: inertia}\n"                                                                \
+    "        reflected rotor inertias, kg m^2 or kg; URDF cannot say them\n"
 
 #define OPTIONS_SIGNATURE                                                                          \
     ", /, *, base=None, gravity=None, rotor_inertia=None, damping=None, "                          \
     "lock_massless_leaves=None, inertia=None, mimic=None, snap=None, root=None, tips=None, "       \
-    "locked=None, payload=None)\n--\n\n"
+    "locked=None, payload=None, armature=None)\n--\n\n"
 
 static PyMethodDef factories[] = {
     {"parse", (PyCFunction)(void (*)(void))model_parse, METH_VARARGS | METH_KEYWORDS | METH_CLASS,

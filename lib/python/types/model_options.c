@@ -91,6 +91,30 @@ static int read_tip_names(model_options *o)
     return bad ? -1 : 0;
 }
 
+int set_armature(PyObject *armature, tfa_description *description)
+{
+    PyObject *joint, *value;
+    Py_ssize_t at = 0;
+    if (!armature || armature == Py_None)
+        return 0;
+    if (!PyDict_Check(armature))
+        return raise_type("armature", "armature: %.100s, must be {joint: inertia}",
+                          Py_TYPE(armature)->tp_name);
+    while (PyDict_Next(armature, &at, &joint, &value)) {
+        const char *name = PyUnicode_Check(joint) ? PyUnicode_AsUTF8(joint) : NULL;
+        size_t k = 0;
+        while (name && k < description->joint_count &&
+               strcmp(description->joints[k].name, name) != 0)
+            k++;
+        if (!name || k == description->joint_count)
+            return raise_status(TFA_E_JOINT, "armature", "armature: the file has no joint '%.200s'",
+                                name ? name : "?");
+        if (read_numbers("armature", value, 1, &description->joints[k].armature))
+            return -1;
+    }
+    return 0;
+}
+
 static int is_given(PyObject *value)
 {
     return value && value != Py_None;

@@ -200,7 +200,8 @@ PyMODINIT_FUNC PyInit__totalforce(void)
     if (fields_init() || solver_init() || reply_init() || records_init(module) ||
         PyModule_AddObjectRef(module, "Reply", (PyObject *)&reply_type) < 0 || model_init(module) ||
         specialised_init(module) || workspace_init(module) || pool_init(module) ||
-        client_init(module) || sweep_init(module) || add_constants(module)) {
+        client_init(module) || sweep_init(module) || snapshots_init(module) ||
+        add_constants(module)) {
         Py_DECREF(module);
         return NULL;
     }

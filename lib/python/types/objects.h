@@ -46,6 +46,7 @@ int pool_init(PyObject *module);
 int client_init(PyObject *module);
 int specialised_init(PyObject *module);
 int sweep_init(PyObject *module);
+int snapshots_init(PyObject *module);
 
 /** model_options.c: options of a model, with the memory that they point to */
 typedef struct model_options model_options;
@@ -53,7 +54,7 @@ typedef struct model_options model_options;
 /** Names of the options for PyArg_ParseTupleAndKeywords, after one of the type itself */
 struct model_options {
     PyObject *base, *gravity, *rotor_inertia, *damping, *lock_massless_leaves, *inertia, *mimic,
-        *snap, *root, *tips, *locked, *payload;
+        *snap, *root, *tips, *locked, *payload, *armature;
     tfa_model_options c;
     tfa_scene scene;
     double gravity_numbers[3];
@@ -67,6 +68,8 @@ struct model_options {
  *  model_options_clear in either case. */
 int model_options_read(model_options *options);
 void model_options_clear(model_options *options);
+/** Gives joints the rotor inertias of a dict. @return 0; -1 with an exception */
+int set_armature(PyObject *armature, tfa_description *description);
 
 /** Payloads of a dict or a list of dicts. @return 0; -1 with an exception; `*payloads` is
  *  allocated by PyMem, `keep` gets the names. */
@@ -89,6 +92,9 @@ int read_precision(PyObject *precision, PyObject *residual, tfa_precision *p, tf
 int read_methods(PyObject *value, uint32_t *methods);
 /** The kernel of a Specialised for this model, or NULL for None */
 int read_specialised(PyObject *value, const tfa_specialised **specialised);
+
+/** An array of its own memory */
+PyObject *array_of(const double *numbers, uint32_t count);
 
 /* Functions of the module for totalforce_tools: */
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
-"""A totalforced with an HTTP server, and a client that moves its robot, for tests in Python."""
+"""A totalforced, its `totalforce web`, and a client that moves its robot, for tests in Python."""
 import json
 import math
 import os
@@ -19,45 +19,66 @@ from wait import WAIT, until
 
 
 class Daemon:
-    """`with Daemon(..)`: port, runtime_dir, process; `text` is the configuration after http."""
+    """`with Daemon(..)`: runtime_dir, process, and port, metrics, web (a process) of its page;
+    `text` is configuration, `options` are those of totalforce web."""
 
-    def __init__(self, bin_dir, folder, robots, http="", text=""):
+    def __init__(self, bin_dir, folder, robots, text="", options=()):
         self.bin, self.folder = str(bin_dir), str(folder)
         self.runtime_dir = os.path.join(self.folder, "run")
         self.config = os.path.join(self.folder, "c.yaml")
-        self.process, self.port = None, None
+        self.process = self.web = self.port = None
         self.log = os.path.join(self.folder, "log")
+        self.metrics = os.path.join(self.folder, ".metrics.sock")
+        self.options, self.user = options, {}
         lines = "".join(f"  - {{name: {name}, urdf: '{urdf}'{more}}}\n" for name, urdf, more in robots)
         with open(self.config, "w", encoding="utf-8") as out:
-            out.write(f"runtime_dir: {self.runtime_dir}\nhttp: {{enabled: yes, port: 0{http}}}\n"
-                      f"{text}robots:\n{lines}")
+            out.write(f"runtime_dir: {self.runtime_dir}\n{text}robots:\n{lines}")
 
-    def start(self):
+    def start_daemon(self):
         with open(self.log, "w", encoding="utf-8") as log:
             self.process = guard.start([os.path.join(self.bin, "totalforced"), self.config],
                                        stderr=log)
         wait_for(lambda: "ready:" in self.messages() or self.process.poll() is not None,
                  "the daemon does not start")
-        found = re.search(r"http: live page http://\S+:(\d+)/", self.messages())
-        if not found:
+        if self.process.poll() is not None:
             raise AssertionError(self.messages())
+
+    def start_web(self, port=0):
+        log = os.path.join(self.folder, "web.log")
+        with open(log, "w", encoding="utf-8") as out:
+            self.web = guard.start(
+                [os.path.join(self.bin, "totalforce"), "web", "--runtime-dir", self.runtime_dir,
+                 "--listen", f"127.0.0.1:{port}", "--metrics-socket", self.metrics, *self.options],
+                stdout=out, stderr=subprocess.STDOUT, **self.user)
+        text = lambda: pathlib.Path(log).read_text(encoding="utf-8")
+        wait_for(lambda: "metrics at" in text() or self.web.poll() is not None, "no page")
+        found = re.search(r"live page http://\S+:(\d+)/, read only", text())
+        if not found:
+            raise AssertionError(text())
         self.port = int(found[1])
 
     def messages(self):
         with open(self.log, encoding="utf-8") as log:
             return log.read()
 
-    def end(self, number=signal.SIGTERM):
+    def end_daemon(self, number=signal.SIGTERM):
         if self.process:
             guard.end(self.process, number)
         self.process = None
 
+    def end_web(self, number=signal.SIGTERM):
+        if self.web:
+            guard.end(self.web, number)
+        self.web = None
+
     def __enter__(self):
-        self.start()
+        self.start_daemon()
+        self.start_web()
         return self
 
     def __exit__(self, *_):
-        self.end()
+        self.end_web()
+        self.end_daemon()
 
     def tool(self, *arguments, **options):
         return subprocess.run([os.path.join(self.bin, "totalforce"), *arguments, "--runtime-dir",

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
-"""The daemon's HTTP server: requests that it refuses, connections that hold it up, metrics, models
-that change, workers that do not notice, and its end.
+"""`totalforce web`: requests that it refuses, connections that hold it up, metrics, models that
+change, workers that do not notice, daemons that end, and its own end.
 
     http_server.py BIN ROBOTS
 """
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -19,6 +20,8 @@ import tempfile
 import threading
 import time
 
+from totalforce_tools import command, web
+
 from http_daemon import WAIT, Client, Daemon, ask, connect, exchange, wait_for
 
 BIN, ROBOTS = (pathlib.Path(path).resolve() for path in sys.argv[1:3])
@@ -31,37 +34,41 @@ def check(good, *what):
         raise AssertionError(" ".join(map(str, what)))
 
 
-# ---- configuration ----
+# ---- the command line ----
 
-def refused(folder, http, text):
-    daemon = Daemon(BIN, folder, [ARM], http)
-    done = subprocess.run([BIN / "totalforced", "--check", daemon.config], capture_output=True,
-                          text=True, check=False)
-    check(done.returncode == 2 and text in done.stderr, http, done)
+def refused(code, text, *options):
+    done = subprocess.run([BIN / "totalforce", "web", "--runtime-dir", "/nowhere", *options],
+                          capture_output=True, text=True, check=False, timeout=WAIT)
+    check(done.returncode == code and text in done.stderr, options, done)
 
 
-def check_configuration(folder):
-    refused(folder, ", address: 0.0.0.0", ":2:40: http.address: 0.0.0.0 is not loopback")
-    refused(folder, ", address: 0.0.0.0", "127.0.0.1, or allow_remote: yes")
-    refused(folder, ", address: '::'", "allow_remote: yes")
-    refused(folder, ", address: example.org", "'example.org' is not a numeric address")
-    with Daemon(BIN, folder, [ARM], ", address: 0.0.0.0, allow_remote: yes") as daemon:
+def wrong(text, address):
+    """A value of --listen that is a usage error"""
+    try:
+        web.check(web.COMMAND.parse(["--listen", address]))
+        raise AssertionError(f"{address} is taken")
+    except command.Usage as error:
+        check(text in str(error), address, error)
+
+
+def check_options(folder):
+    wrong("--listen: 0.0.0.0 is not loopback", "0.0.0.0:0")
+    wrong("127.0.0.1, or --allow-remote", "0.0.0.0:0")
+    wrong("not loopback", "[::]:0")
+    wrong("'example.org' is not a numeric address", "example.org:80")
+    wrong("'127.0.0.1:65536' is not ADDRESS:PORT", "127.0.0.1:65536")
+    refused(3, "--listen none needs --metrics-socket", "--listen", "none")
+    refused(2, "choose another", "--metrics-socket", str(folder / "none" / "m.sock"), "--listen",
+            "none")
+    with Daemon(BIN, folder, [ARM], "", ("--listen", "0.0.0.0:0", "--allow-remote")) as daemon:
         check(daemon.get("/", host="192.0.2.7")[0] == 200, "a number is refused")
         check(daemon.get("/", host="robot.example")[0] == 421, "a name is taken")
-
-
-def check_port(folder):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        daemon = Daemon(BIN, folder, [ARM])
-        text = pathlib.Path(daemon.config).read_text().replace("port: 0", f"port: {port}")
-        pathlib.Path(daemon.config).write_text(text)
-        done = subprocess.run([BIN / "totalforced", daemon.config], capture_output=True, text=True,
-                              check=False, timeout=WAIT)
-        wanted = f"http.port: 127.0.0.1 port {port}: Address already in use; choose a free one"
-        check(done.returncode == 2 and wanted in done.stderr and "c.yaml:2:" in done.stderr, done)
+        refused(2, f"127.0.0.1 port {port}: Address already in use; choose a free one", "--listen",
+                f"127.0.0.1:{port}")
 
 
 # ---- requests ----
@@ -113,8 +120,9 @@ def check_malformed(daemon):
            b"GET / HTTP/1.1\r\nHost: localhost\r\n" + b"A: b\r\n" * 10**5 + b"\r\n"]
     small = [b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03" + b"\0" * 200, b"\r\n" * 3 + b"x" * 100 + b"\r\n\r\n",
              b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\0" * 4000]
-    for data in big + small:
-        answer = exchange(address, data)
+    with concurrent.futures.ThreadPoolExecutor(8) as pool: # some are closed when they are silent
+        answers = pool.map(lambda data: (data, exchange(address, data)), big + small)
+    for data, answer in answers:
         check(not answer.startswith(b"HTTP/1.1 200"), data[:40], answer[:60])
     with connect(address) as s: # two requests at once, then a third
         for _ in range(2):
@@ -182,14 +190,14 @@ def check_crowd(daemon):
     """A thousand connections at once."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, 4096), hard))
-    before = len(os.listdir(f"/proc/{daemon.process.pid}/fd"))
+    before = len(os.listdir(f"/proc/{daemon.web.pid}/fd"))
     many = []
     most = 0
     for i in range(1000):
         many.append(connect(("127.0.0.1", daemon.port)))
         if i % 100 == 99:
             check(daemon.get("/motion")[0] == 200, "not answered")
-            most = max(most, len(os.listdir(f"/proc/{daemon.process.pid}/fd")))
+            most = max(most, len(os.listdir(f"/proc/{daemon.web.pid}/fd")))
     check(most <= before + 48, most - before, "connections at once")
     for s in many:
         s.close()
@@ -233,7 +241,7 @@ def check_buckets(metrics):
 
 
 def check_metrics(daemon):
-    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
+    address = daemon.metrics
     wait_for(lambda: daemon.json("/state?robot=arm")["requests"] == 200 and
              daemon.json("/state?robot=arm")["second"] > 1, "requests are missing")
     code, headers, text = ask(address, "/metrics")
@@ -255,42 +263,27 @@ def ask_some(daemon, count):
     check(len(answers) == count and all("qdd" in json.loads(text) for text in answers), answers[-1:])
 
 
-# ---- the thread ----
+# ---- beside the workers ----
 
-def thread(daemon, name):
-    """The folder of one of the daemon's threads below /proc"""
-    folder = pathlib.Path(f"/proc/{daemon.process.pid}/task")
-    return next(path for path in folder.iterdir() if (path / "comm").read_text().strip() == name)
-
-
-def stat(path):
-    """Fields of /proc/PID/task/TID/stat from the third on, by proc(5)"""
-    return (path / "stat").read_text().rpartition(") ")[2].split()
+def stat(process):
+    """Fields of /proc/PID/stat from the third on, by proc(5)"""
+    return pathlib.Path(f"/proc/{process.pid}/stat").read_text().rpartition(") ")[2].split()
 
 
-def check_thread(daemon):
-    """nice 10, the ordinary scheduler, not on the worker's processor"""
-    path = thread(daemon, "tfa-http")
-    fields = stat(path)
+def check_process(daemon):
+    """nice 10, the ordinary scheduler, and no shared memory that it could write"""
+    fields = stat(daemon.web)
     check(int(fields[16]) == 10 and int(fields[38]) == 0, "nice", fields[16], "policy", fields[38])
-    allowed = os.sched_getaffinity(int(path.name))
-    worker = os.sched_getaffinity(int(thread(daemon, "worker0").name))
-    if len(os.sched_getaffinity(0)) > 1:
-        check(allowed and not allowed & worker, allowed, worker)
-
-
-def switches(path):
-    """How often a thread has run: its context switches"""
-    text = (path / "status").read_text()
-    return sum(int(n) for n in re.findall(r"(?m)^(?:non)?voluntary_ctxt_switches:\s+(\d+)", text))
+    maps = pathlib.Path(f"/proc/{daemon.web.pid}/maps").read_text().splitlines()
+    shared = [line for line in maps if line.split()[1].endswith("s")]
+    check(shared and not any("w" in line.split()[1] for line in shared), shared)
 
 
 class Visitor:
-    """`with Visitor(..)`: asks as the page does; `ran_on` are the processors of the server then."""
+    """`with Visitor(..)`: asks as the page does."""
 
     def __init__(self, daemon):
-        self.daemon, self.server = daemon, thread(daemon, "tfa-http")
-        self.stop, self.ran_on, self.failures, self.visits = threading.Event(), set(), [], 0
+        self.daemon, self.stop, self.failures, self.visits = daemon, threading.Event(), [], 0
         self.thread = threading.Thread(target=self._visit)
 
     def _visit(self):
@@ -299,7 +292,6 @@ class Visitor:
                 code = self.daemon.get(path)[0]
                 if code != 200:
                     self.failures.append((path, code))
-                self.ran_on.add(int(stat(self.server)[36]))
                 self.visits += 1
             self.stop.wait(0.05)
 
@@ -313,17 +305,12 @@ class Visitor:
 
 
 def check_worker(daemon):
-    """A visited daemon answers every request, and its page is never made on a worker's processor."""
-    before = switches(thread(daemon, "tfa-http"))
+    """A daemon whose page is visited answers every request."""
     with Visitor(daemon) as visitor:
         ask_some(daemon, 2000)
         wait_for(lambda: visitor.visits >= 20, "the server is not visited")
         ask_some(daemon, 2000)
     check(not visitor.failures, visitor.failures)
-    check(visitor.ran_on and switches(visitor.server) > before, "the server was not visited")
-    if len(os.sched_getaffinity(0)) > 1:
-        worker = os.sched_getaffinity(int(thread(daemon, "worker0").name))
-        check(not visitor.ran_on & worker, "page on", visitor.ran_on, "worker on", worker)
 
 
 # ---- models, directories, the end ----
@@ -340,62 +327,112 @@ def check_reload(daemon, urdf):
 
 
 def check_directory(daemon):
-    """Whoever removes the runtime directory gets the socket back, too."""
+    """Whoever removes the daemon's runtime directory takes nothing from the page."""
     shutil.rmtree(daemon.runtime_dir)
-    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
-    wait_for(lambda: os.path.exists(address), "no socket")
-    check(ask(address, "/metrics")[0] == 200, "not answered")
+    wait_for(lambda: os.path.exists(os.path.join(daemon.runtime_dir, ".control.sock")), "no socket")
+    check(daemon.get("/motion")[0] == 200 and ask(daemon.metrics, "/metrics")[0] == 200, "gone")
+
+
+def drawn(daemon):
+    """A figure of the daemon that is running"""
+    code, _, text = daemon.get("/state")
+    return code == 200 and json.loads(text)["process"] == daemon.process.pid and \
+        "positions" in json.loads(text)["motion"]
+
+
+def check_other_daemon(daemon):
+    """Nothing is shown of a daemon that ended or was killed; the next one is found."""
+    wait_for(lambda: drawn(daemon), "no figure")
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        daemon.end_daemon(number)
+        wait_for(lambda: daemon.get("/state")[0] == 503, "the daemon is still shown")
+        check({daemon.get(path)[0] for path in ("/motion", "/model", "/metrics")} == {503}, number)
+        check(daemon.get("/")[0] == 200, "no page")
+        daemon.start_daemon()
+        wait_for(lambda: drawn(daemon), "no figure")
+
+
+def check_other_model(daemon):
+    """No figure of a model that is not the daemon's: its file was changed, and not loaded again."""
+    daemon.end_web()
+    daemon.end_daemon()
+    daemon.start_daemon()
+    urdf = daemon.evil
+    text = urdf.read_text()
+    urdf.write_text(text.replace("mass value=\"", "mass value=\"2"))
+    daemon.start_web()
+    error = lambda: daemon.json("/motion?robot=evil").get("error", "")
+    wait_for(lambda: "the daemon serves model" in error(), "another model is drawn")
+    check(daemon.json("/model?robot=evil")["frames"] == [], "frames of another model")
+    check("positions" in daemon.json("/motion?robot=arm"), "no figure of the other robot")
+    daemon.tool("reload")
+    wait_for(lambda: not error(), "no figure of the model that was loaded")
 
 
 def check_end(daemon):
     """Open connections, and one that never reads its answer, do not delay the end."""
-    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
     many = [connect(("127.0.0.1", daemon.port)) for _ in range(30)]
     many[0].sendall(b"GET /state HTTP/1.1\r\nHost: localhost\r\n\r\n" * 200)
-    process = daemon.process
-    daemon.end(signal.SIGINT)
+    process = daemon.web
+    daemon.end_web(signal.SIGINT)
     check(process.returncode == 0, process.returncode)
-    check(not os.path.exists(address), "the socket stays")
+    check(not os.path.exists(daemon.metrics), "the socket stays")
+    check("arm" in daemon.tool("status"), "the daemon ended, too")
     for s in many:
         s.close()
 
 
 def check_kill(daemon):
-    daemon.start()
-    daemon.end(signal.SIGKILL)
-    address = os.path.join(daemon.runtime_dir, ".metrics.sock")
-    check(os.path.exists(address), "it was not killed")
-    daemon.start()
-    check(ask(address, "/metrics")[0] == 200, "the socket of a killed daemon is in the way")
-    daemon.end()
+    daemon.start_web()
+    daemon.end_web(signal.SIGKILL)
+    check(os.path.exists(daemon.metrics), "it was not killed")
+    daemon.start_web()
+    check(ask(daemon.metrics, "/metrics")[0] == 200, "the socket of a killed process is in the way")
+
+
+def check_other_user(folder):
+    """Another user, who may open the sockets: the page is whole, and nothing can be ordered."""
+    if os.geteuid() != 0:
+        return
+    nobody, own = 65534, folder / "of_nobody"
+    own.mkdir()
+    os.chown(own, nobody, nobody)
+    folder.chmod(0o711)
+    daemon = Daemon(BIN, folder, [ARM], "group: nogroup\n")
+    daemon.metrics = str(own / ".metrics.sock")
+    daemon.user = {"user": nobody, "group": nobody, "extra_groups": []}
+    with daemon:
+        check(os.stat(f"/proc/{daemon.web.pid}").st_uid == nobody, "of another user")
+        check("tips" in daemon.json("/motion") and "totalforce_" in ask(daemon.metrics, "/metrics")[2],
+              "no figures")
 
 
 def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        check_configuration(folder)
-        check_port(folder)
+        check_options(folder)
+        check_other_user(folder)
         evil = folder / "evil.urdf"
         chain = subprocess.run([BIN / "totalforce", "chain", "rank-deficient", "--bodies", "5"],
                                check=True, capture_output=True, text=True).stdout
         name = EVIL.replace("<", "&lt;").replace('"', "&quot;")
         evil.write_text(chain.replace('"link', f'"{name}link'))
-        processor = min(os.sched_getaffinity(0))
-        daemon = Daemon(BIN, folder, [ARM, ("evil", evil, "")], ", metrics_socket: yes",
-                        f"realtime: {{affinity: [{processor}]}}\n")
-        with daemon:
+        with Daemon(BIN, folder, [ARM, ("evil", evil, "")]) as daemon:
+            daemon.evil = evil
             for step in (check_hosts, check_methods, check_headers, check_malformed, check_names,
                          check_ellipsoids):
                 step(daemon)
             ask_some(daemon, 200)
             check_metrics(daemon)
-            check_thread(daemon)
+            check_process(daemon)
             with Client(daemon, "arm", 7):
                 check_silence(daemon)
                 check_crowd(daemon)
             check_worker(daemon)
             check_reload(daemon, evil)
             check_directory(daemon)
+            check_other_daemon(daemon)
+            check_other_model(daemon)
             check_end(daemon)
             check_kill(daemon)
 

@@ -16,15 +16,12 @@
 
 namespace
 {
-
 const count_method methods[] = {TFA_METHOD_ABA,           TFA_METHOD_CRBA,      TFA_METHOD_TFA,
                                 TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,       TFA_METHOD_CFA_CR,
                                 TFA_METHOD_DCA,           TFA_METHOD_SCAN,      COUNT_SCAN_TREE,
                                 TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_HESSENBERG};
-
 /* O(N^2) and O(N^3) in work: counted up to this size only */
 const unsigned dense_largest = 256;
-
 struct part_name {
     const char *name;
     count_part count_parts::*part;

@@ -19,12 +19,10 @@ extern "C" {
 
 namespace
 {
-
 const count_method methods[] = {TFA_METHOD_ABA,           TFA_METHOD_CRBA,      TFA_METHOD_TFA,
                                 TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,       TFA_METHOD_CFA_CR,
                                 TFA_METHOD_DCA,           TFA_METHOD_SCAN,      COUNT_SCAN_TREE,
                                 TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_HESSENBERG};
-
 count_parts counted(count_method method, unsigned n)
 {
     count_robot robot(n, true);

@@ -34,7 +34,6 @@ static latency measure(tfa_client *client)
     static uint64_t ns[CALLS_MAX];
     const uint64_t end = now_ns() + ATTACK_NS;
     size_t count = 0;
-
     do {
         double qdd[JOINTS];
         const uint64_t start = now_ns();
@@ -57,7 +56,6 @@ static void measure_flood(tfa_client *client, const flood *how, const latency *q
 {
     static flooder f;
     const long before = harness_resident_kib(&running);
-
     flooder_start(&f, how, node.domain);
     const latency l = measure(client);
     const uint64_t written = flooder_stop(&f);

@@ -27,7 +27,6 @@ static struct {
 static void note_stall(uint64_t end, uint64_t length)
 {
     uint64_t longest = atomic_load(&stalls.longest_ns);
-
     atomic_store(&stalls.last, end);
     atomic_fetch_add(&stalls.count, 1);
     while (length > longest)
@@ -40,7 +39,6 @@ static void *watch(void *processor)
     const struct sched_param priority = {.sched_priority = PRIORITY};
     const struct timespec pause = {.tv_nsec = 1000000};
     cpu_set_t here;
-
     CPU_ZERO(&here);
     CPU_SET((size_t)(intptr_t)processor, &here);
     (void)pthread_setaffinity_np(pthread_self(), sizeof here, &here);
@@ -58,7 +56,6 @@ static void *watch(void *processor)
 void stalls_start(uint64_t least_ns)
 {
     const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-
     stalls.processors = processors < PROCESSORS_MAX ? (int)processors : PROCESSORS_MAX;
     stalls.least_ns = least_ns;
     for (intptr_t i = 0; i < stalls.processors; i++)

@@ -23,14 +23,12 @@ static int trials = 10, quiet_seconds = 60, lease_ms = 500;
 static int by_size(const void *a, const void *b)
 {
     const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
-
     return x < y ? -1 : x > y;
 }
 
 static void measure(const char *kind, void (*strike)(void))
 {
     static uint64_t gaps[TRIALS_MAX];
-
     for (int i = 0; i < trials; i++)
         gaps[i] = pair_fail_over(strike);
     qsort(gaps, (size_t)trials, sizeof *gaps, by_size);
@@ -44,7 +42,6 @@ static void measure(const char *kind, void (*strike)(void))
 static void report_wire(void)
 {
     const wire_counts w = wire_observer_count();
-
     print_message("on the wire: %llu replies to %llu calls (%llu failed, %llu wrong), %llu "
                   "accelerations to %llu torques; %llu repeated and %llu outdated in %llu "
                   "takeovers\n",
@@ -58,7 +55,6 @@ static void report_wire(void)
 static void stop_standby(void)
 {
     const unsigned before = pair_leaderships();
-
     for (int i = 0; i < trials; i++) {
         pair_settle();
         harness_pause(pair.standby);
@@ -73,7 +69,6 @@ static void stop_standby(void)
 static void show_leadership(void)
 {
     char text[256];
-
     for (int i = 0; i < 2; i++)
         if (pair_leadership(&pair.nodes[i], text, sizeof text))
             print_message("daemon %d: %s\n", i, text);
@@ -86,7 +81,6 @@ static void load_fully(void)
     const uint64_t from = atomic_load(&pair.answered);
     const uint64_t end = now_ns() + (uint64_t)quiet_seconds * 1000000000u;
     unsigned seen = pair_leaderships(), stalled = 0, replaced = 0;
-
     stalls_start(lease_ns / 2);
     pair_load();
     while (now_ns() < end) {

@@ -160,7 +160,6 @@ pid_t dds_attack_start(size_t index, uint32_t domain)
     char program[] = "/proc/self/exe", verb[] = "attack", numbers[2][16];
     char *argv[] = {program, verb, numbers[0], numbers[1], NULL};
     pid_t child;
-
     snprintf(numbers[0], sizeof numbers[0], "%zu", index);
     snprintf(numbers[1], sizeof numbers[1], "%u", domain);
     assert_int_equal(posix_spawn(&child, program, NULL, NULL, argv, environ), 0);

@@ -29,7 +29,6 @@ static const uint32_t joints[V] = {7, 0, UINT32_MAX, 3, 4, 5, 6, 1};
 static void fill_numbers(void)
 {
     uint64_t seed = 1;
-
     for (size_t i = 0; i < 16; i++)
         for (size_t k = 0; k < BATCH * 48 * 48; k++)
             numbers[i][k] = test_random(&seed);
@@ -39,7 +38,6 @@ static void fill_numbers(void)
 static tfa_request full_request(tfa_op op, const tfa_wire_shape *shape)
 {
     const bool base = shape->base_freedoms > 0;
-
     return (tfa_request){
         .op = op,
         .method = TFA_METHOD_ABA,
@@ -84,7 +82,6 @@ static pair open_pair(tfa_dds_topic id)
     const dds_entity_t topic = tfa_dds_create_topic(participant, id);
     const pair p = {participant, tfa_dds_create_writer(participant, topic, id, NULL),
                     tfa_dds_create_reader(participant, topic, id, NULL)};
-
     assert_true(p.participant > 0 && topic > 0 && p.writer > 0 && p.reader > 0);
     return p;
 }
@@ -94,7 +91,6 @@ static void pass(const pair *p, const void *in, void *out)
 {
     void *samples[1] = {out};
     dds_sample_info_t info;
-
     assert_int_equal(dds_write(p->writer, in), DDS_RETCODE_OK);
     assert_int_equal(dds_take(p->reader, samples, &info, 1, 1), 1);
     assert_true(info.valid_data);
@@ -105,7 +101,6 @@ TEST(requests_survive)
     const tfa_wire_shape *shapes[] = {&floating, &fixed};
     const pair p = open_pair(TFA_DDS_REQUEST);
     totalforce_dds_Request *out = totalforce_dds_Request__alloc();
-
     memset(out, 0, sizeof *out);
     for (int s = 0; s < 2; s++)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_LAST; op++) {
@@ -114,7 +109,6 @@ TEST(requests_survive)
             const request_sizes sizes = {Q, V, shapes[s]->base_freedoms};
             tfa_request after;
             tfa_dds_field_error field_error;
-
             assert_true(tfa_dds_set_robot(in.robot, "arm"));
             assert_int_equal(tfa_dds_request_fill(&before, shapes[s], &in), TFA_OK);
             pass(&p, &in, out);
@@ -145,7 +139,6 @@ TEST(replies_survive)
     const totalforce_dds_Hash hash = {1, 2, 3, 4, 5, 6, 7, 8, 9};
     const pair p = open_pair(TFA_DDS_REPLY);
     totalforce_dds_Reply *out = totalforce_dds_Reply__alloc();
-
     memset(out, 0, sizeof *out);
     for (size_t k = 0; k < TFA_WIRE_REPLY_BLOCKS; k++)
         memcpy(sent[k], numbers[k % 16], sizeof sent[k]);
@@ -156,7 +149,6 @@ TEST(replies_survive)
             .status = TFA_E_NOT_COMPUTED, .field = TFA_FIELD_BODY, .index = 3, .state = 2};
         tfa_reply after = {0};
         totalforce_dds_Reply in = {.id = 77};
-
         point_at(&before, sent[0], STRIDE, true);
         point_at(&after, got[0], STRIDE, true);
         tfa_dds_set_hash(in.model_hash, hash, 0x0102030405060708u);
@@ -194,7 +186,6 @@ TEST(structures_survive)
     totalforce_dds_Reply *out = totalforce_dds_Reply__alloc();
     totalforce_dds_Reply in = {.id = 1};
     tfa_reply before = {0}, after = {0};
-
     memset(out, 0, sizeof *out);
     for (uint16_t i = 0; i < 3; i++) {
         answers[i] = (tfa_answer){TFA_E_NOT_COMPUTED, TFA_METHOD_TFA, TFA_ANSWER_FALLBACK, 0.5};
@@ -234,7 +225,6 @@ TEST(other_shapes_are_not_believed)
     const tfa_reply good = {.qdd = numbers[0]};
     totalforce_dds_Reply sample = {0};
     tfa_reply out = {0};
-
     r.flags = r.tip_count = 0;
     const tfa_wire_reply_shape s = tfa_wire_reply_shape_of(&fixed, &r);
     tfa_dds_reply_fill(&bad, &fixed, &s, &sample);
@@ -253,7 +243,6 @@ TEST(wrong_sizes_are_named)
     totalforce_dds_Request s = {0};
     tfa_request out;
     tfa_dds_field_error field_error;
-
 #define REFUSED(change, want_status, want_field, want_index)                                       \
     do {                                                                                           \
         assert_int_equal(tfa_dds_request_fill(&good, &floating, &s), TFA_OK);                      \
@@ -303,7 +292,6 @@ TEST(too_much_is_not_sent)
     const tfa_request good = full_request(TFA_OP_FORWARD_DYNAMICS, &floating);
     totalforce_dds_Request s = {0};
     tfa_request bad;
-
 #define NOT_SENT(change)                                                                           \
     do {                                                                                           \
         bad = good;                                                                                \
@@ -323,7 +311,6 @@ TEST(hash_follows_the_model)
     const totalforce_dds_Hash present = {0xff, 2, 3, 4, 5, 6, 7, 8, 9};
     const totalforce_dds_Hash other = {0x80, 0, 0, 0, 0, 0, 0, 1};
     totalforce_dds_Hash hash;
-
     tfa_dds_set_hash(hash, present, 0xff02030405060708u);
     assert_memory_equal(hash, present, sizeof hash);
     tfa_dds_set_hash(hash, present, 0); /* refused before a model saw it */
@@ -338,7 +325,6 @@ TEST(torques_become_requests)
                                      .tau = {V, V, numbers[2], false}};
     tfa_request r;
     tfa_dds_field_error field_error;
-
     assert_int_equal(tfa_dds_torques_view(&s, &fixed, &r, &field_error), TFA_OK);
     assert_int_equal(r.op, TFA_OP_FORWARD_DYNAMICS);
     assert_int_equal(r.count, 1);
@@ -356,7 +342,6 @@ TEST(names_fit_or_not)
 {
     char key[totalforce_dds_ROBOT_NAME_MAX + 1];
     char name[80];
-
     memset(name, 'a', sizeof name);
     name[63] = '\0';
     assert_true(tfa_dds_set_robot(key, name));

@@ -57,7 +57,6 @@ static bool has_socket(pid_t pid, unsigned long inode)
 {
     char directory[64], path[400], wanted[48], target[64];
     bool found = false;
-
     snprintf(directory, sizeof directory, "/proc/%d/fd", (int)pid);
     snprintf(wanted, sizeof wanted, "socket:[%lu]", inode);
     DIR *d = opendir(directory);
@@ -78,7 +77,6 @@ static void find_ports(scene *s)
     const unsigned first = 7400 + 250 * test_domain();
     char line[512];
     FILE *in = fopen("/proc/net/udp", "r");
-
     assert_non_null(in);
     while (fgets(line, sizeof line, in) != NULL) {
         unsigned port;
@@ -97,7 +95,6 @@ static void open_socket(scene *s)
 {
     struct sockaddr_in here = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     socklen_t size = sizeof here;
-
     s->socket = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     assert_int_equal(bind(s->socket, (struct sockaddr *)&here, sizeof here), 0);
     assert_int_equal(getsockname(s->socket, (struct sockaddr *)&here, &size), 0);
@@ -108,7 +105,6 @@ static void open_scene(scene *s)
 {
     char more[96];
     tfa_dds_client_options options = {.robot = "arm", .connect_timeout_ms = WAIT_MS};
-
     memset(s, 0, sizeof *s);
     options.domain = test_domain();
     snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", options.domain,
@@ -128,7 +124,6 @@ static void assert_right(const scene *s)
     double q[JOINTS], v[JOINTS], tau[JOINTS], qdd[JOINTS] = {0};
     const tfa_request request = arm_request(1, q, v, tau);
     tfa_reply reply = {.qdd = qdd};
-
     assert_int_equal(ask_arm(s->shm, 1, qdd, WAIT_NS), TFA_OK);
     assert_memory_equal(qdd, s->expected, sizeof qdd);
     memset(qdd, 0, sizeof qdd);
@@ -152,7 +147,6 @@ static void send_packet(scene *s, const rtps_packet *p, int index)
 {
     struct sockaddr_in there = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
     char answer[64];
-
     there.sin_port = htons(s->ports[index % s->port_count]);
     (void)!sendto(s->socket, p->bytes, p->size, 0, (struct sockaddr *)&there, sizeof there);
     while (recv(s->socket, answer, sizeof answer, MSG_DONTWAIT) > 0)
@@ -171,7 +165,6 @@ static uint64_t count_writers(const scene *s)
 {
     tfa_statistics *statistics;
     tfa_snapshot *snapshot;
-
     assert_int_equal(tfa_statistics_open(s->h.runtime_dir, WAIT_MS, &statistics), TFA_OK);
     assert_int_equal(tfa_snapshot_create(statistics, &snapshot), TFA_OK);
     assert_true(WAIT_FOR(tfa_statistics_read(statistics, snapshot) == TFA_OK)); /* else busy */
@@ -185,7 +178,6 @@ static void assert_bounded(const scene *s, const char *what, long before)
 {
     const long grown = harness_resident_kib(&s->h) - before;
     const unsigned lines = harness_log_lines(&s->h, "");
-
     print_message("%s: %ld KiB grown, %u answers, %u lines of log\n", what, grown, s->answers,
                   lines);
     assert_true(lines < (unsigned)packets / 4); /* 20 of a kind in 8.6 s */
@@ -218,7 +210,6 @@ static rtps_packet random_packet(const rtps_participant *participant)
 {
     rtps_packet p = rtps_begin(participant);
     const size_t begin = below(2) ? p.size : 0;
-
     p.size = begin + below(sizeof p.bytes - begin);
     for (size_t i = begin; i < p.size; i++)
         p.bytes[i] = (uint8_t)random_next(&bits);
@@ -229,7 +220,6 @@ static rtps_packet good_packet(const rtps_participant *participant)
 {
     const uint32_t kind = below(ENDPOINTS + 2);
     uint8_t sample[64];
-
     if (kind < ENDPOINTS)
         return rtps_announce_endpoint(participant, &endpoints[kind], 1 + below(8));
     if (kind == ENDPOINTS)
@@ -251,7 +241,6 @@ static void spoil(rtps_packet *p)
     const size_t number = p->data + 4 + 12; /* of the sample */
     const uint32_t value = below(2) ? extremes[below(9)] : (uint32_t)random_next(&bits);
     const size_t place = 4 * below(p->size / 4);
-
     switch (below(7)) {
     case 0: /* of a parameter: id or length */
         memcpy(p->bytes + place + 2 * below(2), &value, 2);
@@ -279,7 +268,6 @@ static void spoil(rtps_packet *p)
 static rtps_packet spoilt_packet(const rtps_participant *participant)
 {
     rtps_packet p = good_packet(participant);
-
     for (uint32_t i = below(4); p.size > p.serialized + 4; i--) {
         spoil(&p);
         if (i == 0)
@@ -291,7 +279,6 @@ static rtps_packet spoilt_packet(const rtps_participant *participant)
 TEST(packets_without_sense)
 {
     scene s;
-
     open_scene(&s);
     const long before = harness_resident_kib(&s.h);
     for (int i = 0; i < 2 * packets; i++) {
@@ -315,7 +302,6 @@ static void invent_participant(scene *s, uint32_t number)
 {
     const rtps_participant p = {.number = number, .lease_s = 1, .port = s->port};
     rtps_packet words = rtps_announce_participant(&p, 1);
-
     send_packet(s, &words, 0);
     for (uint32_t k = 0; k < ENDPOINTS; k++) {
         words = rtps_announce_endpoint(&p, &endpoints[k], 1 + k);
@@ -345,7 +331,6 @@ TEST(invented_participants)
     const int count = packets / 8;
     scene s;
     long after[WAVES];
-
     open_scene(&s);
     const long before = harness_resident_kib(&s.h);
     for (uint32_t wave = 0; wave < WAVES; wave++) {
@@ -370,7 +355,6 @@ static void announce_writer(scene *s, const rtps_participant *p)
 {
     const rtps_packet self = rtps_announce_participant(p, 1);
     const rtps_packet writer = rtps_announce_endpoint(p, &endpoints[1], 1);
-
     for (int i = 0; i < 5; i++) {
         send_packet(s, &self, 0);
         assert_right(s);
@@ -384,7 +368,6 @@ TEST(malformed_samples_do_not_flood_the_log)
 {
     scene s;
     uint8_t sample[32];
-
     open_scene(&s);
     const rtps_participant p = {.number = 7, .lease_s = 100, .port = s.port};
     announce_writer(&s, &p);
@@ -415,7 +398,6 @@ static dds_qos_t *mixed_qos(uint32_t number)
     static const dds_duration_t leases[] = {DDS_MSECS(20), DDS_SECS(1), DDS_INFINITY};
     dds_qos_t *qos = dds_create_qos();
     const char *partition = "elsewhere";
-
     dds_qset_reliability(qos, number & 1 ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
                          DDS_MSECS(100));
     dds_qset_durability(qos, number & 2 ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
@@ -435,7 +417,6 @@ static dds_entity_t create_endpoints(uint32_t count)
 {
     const dds_entity_t p = dds_create_participant(test_domain(), NULL, NULL);
     dds_entity_t topics[TFA_DDS_TOPIC_COUNT];
-
     assert_true(p > 0);
     for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i < TFA_DDS_TOPIC_COUNT; i++)
         topics[i] = tfa_dds_create_topic(p, i);
@@ -456,7 +437,6 @@ TEST(a_thousand_endpoints)
     enum { ROUNDS = 3, COUNT = 1000 };
     scene s;
     long after[ROUNDS];
-
     open_scene(&s);
     const long before = harness_resident_kib(&s.h);
     for (int round = 0; round < ROUNDS; round++) {
@@ -482,7 +462,6 @@ TEST(a_thousand_endpoints)
 static bool enter_loopback(void)
 {
     struct ifreq lo = {.ifr_name = "lo", .ifr_flags = IFF_UP | IFF_RUNNING};
-
     if (unshare(CLONE_NEWNET) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0)
         return false;
     const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);

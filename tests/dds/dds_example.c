@@ -16,7 +16,6 @@ static int stream(int samples)
     unsigned long long seq, last = 0;
     int status, answers = 0;
     double qdd;
-
     snprintf(command, sizeof command, "%s/bin/example_dds_stream arm 7 %d", TFA_BINARY_DIR,
              samples);
     FILE *example = popen(command, "r");
@@ -41,7 +40,6 @@ TEST(the_example_streams)
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     int samples = 1000;
     char uri[512];
-
     /* The example takes the default domain; a configuration says which that is. */
     snprintf(uri, sizeof uri, "<CycloneDDS><Domain Id=\"%u\"/></CycloneDDS>,%s", test_domain(),
              getenv("CYCLONEDDS_URI"));

@@ -69,7 +69,6 @@ static void make_inputs(inputs *in, uint64_t seed)
 static tfa_request make_request(const tfa_model *model, tfa_op op, const inputs *in, uint32_t count)
 {
     const bool base = tfa_model_base_freedoms(model) > 0;
-
     return (tfa_request){
         .op = op,
         .estimate = TFA_ESTIMATE_NEVER, /* the daemon has a default of its own */
@@ -91,7 +90,6 @@ static tfa_dds_client *connect_to(const char *robot)
     const tfa_dds_client_options options = {
         .domain = test_domain(), .robot = robot, .connect_timeout_ms = WAIT_MS};
     tfa_dds_client *client;
-
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
     return client;
 }
@@ -115,7 +113,6 @@ static int assert_same_answer(tfa_dds_client *client, const tfa_model *model,
     tfa_reply a = reply_into(&over), b = reply_into(&here);
     tfa_workspace *workspace;
     tfa_exchange times;
-
     assert_int_equal(tfa_workspace_create(model, NULL, &workspace), TFA_OK);
     const int expected = tfa_compute(workspace, request, &b);
     tfa_workspace_free(workspace);
@@ -134,7 +131,6 @@ static int assert_same_answer(tfa_dds_client *client, const tfa_model *model,
 static int start(void **state)
 {
     static test_daemon daemon;
-
     daemon = test_daemon_start(test_domain(), NULL);
     *state = &daemon;
     return 0;
@@ -143,7 +139,6 @@ static int start(void **state)
 static int stop(void **state)
 {
     test_daemon *daemon = *state;
-
     if (daemon->pid > 0)
         test_daemon_stop(daemon);
     return 0;
@@ -155,7 +150,6 @@ TEST(the_robot_is_described)
         const tfa_model *model = robots[r].model;
         tfa_dds_client *client = client_of(r);
         const tfa_client_info *info = tfa_dds_client_get_info(client);
-
         assert_int_equal(info->q_count, tfa_model_q_count(model));
         assert_int_equal(info->v_count, tfa_model_v_count(model));
         assert_int_equal(info->base_freedoms, tfa_model_base_freedoms(model));
@@ -174,11 +168,9 @@ TEST(every_op_gives_the_same_bits)
 {
     static inputs in;
     const double gravity[3] = {0.1, -0.2, -9.7};
-
     for (int r = 0; r < TEST_ROBOTS; r++) {
         const tfa_model *model = robots[r].model;
         tfa_dds_client *client = client_of(r);
-
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++)
             for (uint32_t variant = 0; variant < 8; variant++) {
                 make_inputs(&in, 100u * (uint32_t)op + variant);
@@ -213,7 +205,6 @@ TEST(every_method_gives_the_same_bits)
 {
     static inputs in;
     tfa_dds_client *client = client_of(0);
-
     make_inputs(&in, 3);
     for (uint32_t method = 0; method < 9; method++)
         for (int op = TFA_OP_FORWARD_DYNAMICS; op <= TFA_OP_MASS_MATRIX; op++) {
@@ -233,10 +224,8 @@ TEST(a_changed_robot_gives_the_same_bits)
     static const double payloads[2 * TFA_PAYLOAD_NUMBERS] = {0.5, 0.1,  0, 0.2,  0.01, 0.001,
                                                              0,   0.02, 0, 0.03, 2};
     static inputs in;
-
     for (int r = 0; r < TEST_ROBOTS; r++) {
         tfa_dds_client *client = client_of(r);
-
         for (uint32_t variant = 0; variant < 8; variant++) {
             make_inputs(&in, 1000 + variant);
             tfa_request request =
@@ -264,7 +253,6 @@ TEST(bad_values_are_named)
     const tfa_model *model = robots[1].model;
     tfa_dds_client *client = client_of(1);
     tfa_request good, bad;
-
     make_inputs(&in, 4);
     good = make_request(model, TFA_OP_FORWARD_DYNAMICS, &in, 3);
     in.tau[7] = NAN;
@@ -306,7 +294,6 @@ TEST(many_clients_get_their_own_replies)
     static outputs out;
     tfa_dds_client *others[CLIENTS];
     tfa_workspace *workspace;
-
     assert_int_equal(tfa_workspace_create(robots[0].model, NULL, &workspace), TFA_OK);
     for (uint32_t c = 0; c < CLIENTS; c++) {
         others[c] = connect_to("arm");
@@ -342,7 +329,6 @@ TEST(streams_echo)
     tfa_dds_client *client = client_of(1);
     tfa_workspace *workspace;
     double qdd[N_MAX], base[6];
-
     assert_int_equal(tfa_workspace_create(robots[1].model, NULL, &workspace), TFA_OK);
     assert_int_equal(tfa_dds_stream_open(client, WAIT_MS), TFA_OK);
     for (uint32_t k = 0; k < 1000; k++) {
@@ -360,7 +346,6 @@ TEST(streams_echo)
         tfa_dds_accelerations got = {.qdd = qdd, .base_acceleration = base};
         const tfa_request request = make_request(robots[1].model, TFA_OP_FORWARD_DYNAMICS, &in, 1);
         tfa_reply b = reply_into(&here);
-
         assert_int_equal(tfa_compute(workspace, &request, &b), TFA_OK);
         assert_int_equal(tfa_dds_stream_publish(client, &torques), TFA_OK);
         assert_int_equal(tfa_dds_stream_take(client, &got, WAIT_NS), TFA_OK);
@@ -389,7 +374,6 @@ static bool is_refused(const char *robot)
         .domain = test_domain(), .robot = robot, .connect_timeout_ms = 1000};
     tfa_dds_client *client;
     const int status = tfa_dds_client_connect(&options, &client);
-
     assert_true(status == TFA_E_ROBOT || status == TFA_E_TIMEOUT);
     assert_null(client);
     return status == TFA_E_ROBOT;
@@ -411,7 +395,6 @@ TEST(a_restart_is_survived)
     tfa_dds_client *client = client_of(0);
     const tfa_request request = make_request(robots[0].model, TFA_OP_FORWARD_DYNAMICS, &in, 1);
     tfa_reply reply = reply_into(&out);
-
     test_daemon_stop(daemon);
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL),
                      TFA_E_DISCONNECTED);
@@ -427,7 +410,6 @@ TEST(nobody_is_found_in_an_empty_domain)
     const tfa_dds_client_options options = {
         .domain = TEST_EMPTY_DOMAIN, .robot = "arm", .connect_timeout_ms = 300};
     tfa_dds_client *client;
-
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_E_TIMEOUT);
     assert_null(client);
 }

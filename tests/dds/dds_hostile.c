@@ -25,7 +25,6 @@ static void assert_refused(const raw_dds *r, totalforce_dds_Request *request, in
                            tfa_field field, uint32_t index)
 {
     const totalforce_dds_Reply *reply = raw_dds_ask(r, request);
-
     assert_int_equal(reply->status, status);
     assert_int_equal(reply->field, field);
     assert_int_equal(reply->index, index);
@@ -43,7 +42,6 @@ static void wrong_samples_are_refused(void **state)
     const uint32_t many = 1000;
     double *huge = calloc(many, sizeof *huge);
     totalforce_dds_Request s;
-
     (void)state;
     assert_non_null(huge);
     raw_dds_await(&r, "arm", TFA_OK);
@@ -107,7 +105,6 @@ static void wrong_torques_are_refused(void **state)
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_JointTorques s = {.seq = 5, .q = {3, 3, raw_dds_zeros, false}};
     totalforce_dds_JointAccelerations out = {0};
-
     (void)state;
     assert_true(tfa_dds_set_robot(s.robot, "arm"));
     assert_true(WAIT_FOR(stream(&r, &s, &out)));
@@ -140,7 +137,6 @@ static void old_torques_are_refused(void **state)
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_JointTorques s = {.q = {JOINTS, JOINTS, raw_dds_zeros, false}};
     totalforce_dds_JointAccelerations out = {0};
-
     (void)state;
     assert_true(tfa_dds_set_robot(s.robot, "arm"));
     for (unsigned answers[2] = {0}; answers[0] < 10 || answers[1] < 10; answers[out.seq % 2]++)
@@ -158,7 +154,6 @@ static void oversized_samples_are_dropped(void **state)
     const uint32_t many = 1000000;
     double *huge = calloc(many, sizeof *huge);
     totalforce_dds_Request s = raw_dds_request();
-
     (void)state;
     assert_non_null(huge);
     raw_dds_await(&r, "arm", TFA_OK);
@@ -176,7 +171,6 @@ static long resident_kib(pid_t pid)
 {
     char path[64];
     long pages = 0;
-
     snprintf(path, sizeof path, "/proc/%d/statm", (int)pid);
     FILE *in = fopen(path, "r");
     assert_non_null(in);
@@ -190,7 +184,6 @@ static void ask_about_strangers(const raw_dds *r, int count)
 {
     totalforce_dds_Request good = raw_dds_request();
     static int next;
-
     for (int i = 0; i < count; i++, next++) {
         totalforce_dds_Request s = raw_dds_request();
         s.id = RAW_DDS_IN_VAIN;
@@ -214,7 +207,6 @@ static void unknown_robots_leave_nothing(void **state)
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_Request s = raw_dds_request();
-
     (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
     ask_about_strangers(&r, NAMES);
@@ -278,7 +270,6 @@ static void assert_not_believed(tfa_dds_client *client)
                                  .q = raw_dds_zeros};
     double qdd[JOINTS];
     tfa_reply reply = {.qdd = qdd};
-
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
     assert_true(qdd[0] != 666);
 }
@@ -291,7 +282,6 @@ static void forged_replies_are_dropped(void **state)
     tfa_dds_client *client = raw_dds_connect(test_domain());
     forger f = {.forged = 0};
     pthread_t thread;
-
     (void)state;
     assert_int_equal(pthread_create(&thread, NULL, forge, &f), 0);
     assert_true(WAIT_FOR((assert_not_believed(client), atomic_load(&f.forged) > 300)));
@@ -305,7 +295,6 @@ static void forged_replies_are_dropped(void **state)
 static bool is_described(dds_entity_t reader, totalforce_dds_RobotInfo *arm, bool withdrawn)
 {
     dds_sample_info_t info;
-
     while (dds_take(reader, (void *[]){arm}, &info, 1, 1) == 1)
         if (strcmp(arm->robot, "arm") == 0 &&
             withdrawn == (info.instance_state != DDS_ALIVE_INSTANCE_STATE))
@@ -332,7 +321,6 @@ static void forged_advertisements_are_dropped(void **state)
                                    .lease_ms = 10 * WAIT_MS};
     totalforce_dds_Request s = raw_dds_request();
     dds_guid_t guid;
-
     (void)state;
     assert_true(topic > 0 && writer > 0 && reader > 0);
     assert_true(tfa_dds_set_robot(claim.robot, "arm"));
@@ -375,7 +363,6 @@ static void a_stopped_client_holds_nobody_up(void **state)
     double qdd[JOINTS];
     int ends[2];
     char one;
-
     (void)state;
     assert_int_equal(pipe(ends), 0);
     const pid_t child = fork(); /* before this process joins the domain */
@@ -416,7 +403,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(forged_replies_are_dropped),
         cmocka_unit_test(forged_advertisements_are_dropped),
     };
-
     test_daemon_main(argc, argv);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -20,7 +20,6 @@ static bool is_described(dds_entity_t reader, uint32_t q_count)
 {
     static uint32_t last;
     static totalforce_dds_RobotInfo info;
-
     while (raw_dds_take(reader, &info))
         if (strcmp(info.robot, "arm") == 0)
             last = info.q_count;
@@ -46,7 +45,6 @@ static other_daemon make_other_daemon(const raw_dds *r)
         .info = {.q_count = 99},
         .said = {.role = totalforce_dds_LEADER_STANDBY, .lease_ms = 10 * WAIT_MS},
     };
-
     assert_true(tfa_dds_set_robot(o.info.robot, "arm") && tfa_dds_set_robot(o.said.robot, "arm"));
     assert_int_equal(dds_get_guid(p, &guid), DDS_RETCODE_OK);
     memcpy(o.said.daemon, guid.v, sizeof o.said.daemon);
@@ -87,7 +85,6 @@ static void the_leader_describes_the_robot_again(void **state)
     test_daemon daemon = test_daemon_start(test_domain(), NULL);
     const raw_dds r = raw_dds_open(test_domain());
     other_daemon o = make_other_daemon(&r);
-
     (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
     assert_true(WAIT_FOR(is_described(o.reader, JOINTS)));
@@ -106,7 +103,6 @@ static bool has_resigned(dds_entity_t reader)
 {
     totalforce_dds_Leader said;
     dds_sample_info_t info;
-
     while (dds_take(reader, (void *[]){&said}, &info, 1, 1) == 1)
         if (strcmp(said.robot, "arm") == 0 &&
             info.instance_state == DDS_NOT_ALIVE_DISPOSED_INSTANCE_STATE)
@@ -117,7 +113,6 @@ static bool has_resigned(dds_entity_t reader)
 static bool is_matched(dds_entity_t reader)
 {
     dds_subscription_matched_status_t status;
-
     assert_int_equal(dds_get_subscription_matched_status(reader, &status), DDS_RETCODE_OK);
     return status.current_count > 0;
 }
@@ -131,7 +126,6 @@ static void a_leader_that_cannot_answer_resigns(void **state)
     const dds_entity_t leaders = tfa_dds_create_topic(r.participant, TFA_DDS_LEADER);
     const dds_entity_t reader = tfa_dds_create_reader(r.participant, leaders, TFA_DDS_LEADER, NULL);
     totalforce_dds_Request s = raw_dds_request();
-
     (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
     assert_true(WAIT_FOR(is_matched(reader))); /* best effort */
@@ -152,7 +146,6 @@ static void epochs_grow_over_restarts(void **state)
     const raw_dds r = raw_dds_open(test_domain());
     totalforce_dds_Request s = raw_dds_request();
     uint64_t last = 0;
-
     (void)state;
     for (int i = 0; i < 3; i++) {
         test_daemon daemon = test_daemon_start(test_domain(), NULL);
@@ -169,7 +162,6 @@ static void epochs_grow_over_restarts(void **state)
 static bool is_read(dds_entity_t writer)
 {
     dds_publication_matched_status_t status;
-
     assert_int_equal(dds_get_publication_matched_status(writer, &status), DDS_RETCODE_OK);
     return status.current_count > 0 && dds_wait_for_acks(writer, DDS_MSECS(1)) == DDS_RETCODE_OK;
 }
@@ -189,7 +181,6 @@ static void a_daemon_that_starts_is_waited_for(void **state)
     totalforce_dds_RobotInfo info = {.q_count = 1};
     tfa_dds_client *client = NULL;
     pthread_t thread;
-
     (void)state;
     assert_true(tfa_dds_set_robot(info.robot, "another"));
     assert_int_equal(dds_write(writer, &info), DDS_RETCODE_OK);
@@ -211,7 +202,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(epochs_grow_over_restarts),
         cmocka_unit_test(a_daemon_that_starts_is_waited_for),
     };
-
     test_daemon_main(argc, argv);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -47,7 +47,6 @@ static tfa_request make_request(void)
 static void expect(asker *a)
 {
     const tfa_request request = make_request();
-
     for (int i = 0; i < 2; i++) {
         const tfa_model_options options = {.gravity = gravities[i]};
         tfa_reply reply = {.qdd = a->expected[i]};
@@ -65,7 +64,6 @@ static void *ask(void *argument)
     asker *a = argument;
     const tfa_request request = make_request();
     double qdd[7];
-
     for (; !atomic_load(&a->stop) && a->error == NULL; a->asked++) {
         tfa_reply reply = {.qdd = qdd};
         if (tfa_dds_client_call(a->client, &request, &reply, WAIT_NS, NULL) != TFA_OK)
@@ -85,7 +83,6 @@ static tfa_dds_client *connect_to_arm(void)
     const tfa_dds_client_options options = {
         .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
     tfa_dds_client *client;
-
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
     return client;
 }
@@ -93,7 +90,6 @@ static tfa_dds_client *connect_to_arm(void)
 static const char *with_dds(void)
 {
     static char more[64];
-
     snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %d}\n", test_domain(),
              TEST_LEASE_MS);
     return more;
@@ -116,7 +112,6 @@ TEST(same_shape)
 {
     static asker a;
     harness h;
-
     expect(&a);
     serve(&h);
     a.client = connect_to_arm();
@@ -140,7 +135,6 @@ TEST(other_shape)
     harness h;
     double qdd[64];
     const tfa_request request = make_request();
-
     serve(&h);
     for (unsigned i = 1; i <= 4; i++) {
         tfa_dds_client *old = connect_to_arm();

@@ -27,7 +27,6 @@ static void slow_answers_come_in_order(void **state)
                                  .q = raw_dds_zeros};
     uint64_t ids[SENT];
     double qdd[JOINTS];
-
     (void)state;
     tfa_reply first = {.qdd = qdd}; /* answered in the receiving thread, which learns its cost */
     assert_int_equal(tfa_dds_client_call(client, &request, &first, WAIT_NS, NULL), TFA_OK);
@@ -56,7 +55,6 @@ static void long_kinds_go_to_the_worker(void **state)
     const raw_dds r = raw_dds_open(test_domain());
     uint32_t tips[TIPS] = {0, 1, 2, 3, 4, 5, 6, 7};
     totalforce_dds_Request s = raw_dds_request();
-
     (void)state;
     raw_dds_await(&r, "arm", TFA_OK);
     s.op = TFA_OP_OPERATIONAL_INERTIA;
@@ -82,7 +80,6 @@ static void streams_stay_in_order(void **state)
     double qdd[JOINTS];
     tfa_dds_torques torques = {.seq = 1, .q = raw_dds_zeros};
     tfa_dds_accelerations got = {.qdd = qdd};
-
     (void)state;
     assert_int_equal(tfa_dds_stream_open(client, WAIT_MS), TFA_OK);
     assert_int_equal(tfa_dds_stream_publish(client, &torques), TFA_OK);
@@ -124,7 +121,6 @@ static void bursts_are_not_lost(void **state)
                                  .count = TEST_BATCH,
                                  .q = raw_dds_zeros};
     uint64_t id;
-
     (void)state;
     for (int round = 0; round < 20; round++) {
         for (int i = 0; i < 64; i++)
@@ -149,7 +145,6 @@ static void late_replies_are_dropped(void **state)
     const tfa_request request = {
         .op = TFA_OP_FORWARD_DYNAMICS, .refine = TFA_REFINE_DEFAULT, .count = 1, .q = q};
     tfa_reply reply = {.qdd = first};
-
     (void)state;
     assert_int_equal(tfa_dds_client_call(client, &request, &reply, WAIT_NS, NULL), TFA_OK);
     q[1] = 1;
@@ -167,13 +162,10 @@ static void late_replies_are_dropped(void **state)
 int main(int argc, char **argv)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(slow_answers_come_in_order),
-        cmocka_unit_test(long_kinds_go_to_the_worker),
-        cmocka_unit_test(streams_stay_in_order),
-        cmocka_unit_test(bursts_are_not_lost),
+        cmocka_unit_test(slow_answers_come_in_order), cmocka_unit_test(long_kinds_go_to_the_worker),
+        cmocka_unit_test(streams_stay_in_order),      cmocka_unit_test(bursts_are_not_lost),
         cmocka_unit_test(late_replies_are_dropped),
     };
-
     test_daemon_main(argc, argv);
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

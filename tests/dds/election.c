@@ -11,7 +11,6 @@
 static int64_t measure_gap(const sim_variant *v, sim_fault kind, int moment)
 {
     sim_world w = sim_begin(v);
-
     sim_settle(&w);
     sim_run(&w, moment);
     for (uint32_t i = 0; i < v->nodes; i++)
@@ -43,7 +42,6 @@ TEST(a_leader_without_progress_gives_up)
 {
     const sim_variant pair = {.nodes = 2, .priority = {2, 1}}, single = {.nodes = 1};
     sim_world w = sim_begin(&pair);
-
     sim_settle(&w);
     assert_true(sim_answers(&w, 0));
     assert_true(sim_apply_fault(&w, 0, FAULT_HANG));
@@ -54,7 +52,6 @@ TEST(a_leader_without_progress_gives_up)
     assert_true(sim_apply_fault(&w, 0, FAULT_HANG));
     sim_run(&w, 5 * SIM_LEASE);
     assert_true(sim_answers(&w, 1)); /* no preemption */
-
     w = sim_begin(&single);
     sim_settle(&w);
     assert_true(sim_apply_fault(&w, 0, FAULT_HANG));
@@ -67,7 +64,6 @@ TEST(a_partition_heals)
 {
     const sim_variant v = {.nodes = 2, .priority = {2, 1}};
     sim_world w = sim_begin(&v);
-
     sim_settle(&w);
     for (int both = 0; both < 2; both++)
         for (uint32_t i = 0; i < 2; i++)
@@ -92,7 +88,6 @@ TEST(the_best_standby_takes_over)
     const sim_variant v = {.nodes = 3, .priority = {3, 1, 2}};
     sim_world w = sim_begin(&v);
     uint64_t takeovers = 0;
-
     sim_settle(&w);
     assert_true(sim_answers(&w, 0));
     w.takeovers = &takeovers;
@@ -108,7 +103,6 @@ TEST(equal_epochs_are_told_apart)
 {
     const sim_variant v = {.nodes = 2, .priority = {2, 1}, .delay = 1};
     sim_world w = sim_begin(&v);
-
     w.nodes[0].deaf = w.nodes[1].deaf = w.parted = true;
     sim_run(&w, 3 * SIM_LEASE);
     assert_true(sim_answers(&w, 0) && sim_answers(&w, 1));
@@ -125,7 +119,6 @@ TEST(epochs_survive_a_restart)
     const sim_variant v = {.nodes = 2, .priority = {2, 1}, .clock = true};
     sim_world w = sim_begin(&v);
     uint64_t last = 0;
-
     for (int i = 0; i < 3; i++) {
         sim_settle(&w);
         for (int k = 0; k < 4; k++) { /* takeovers */
@@ -154,7 +147,6 @@ TEST(another_model_does_not_follow)
     const sim_variant v = {.nodes = 2, .priority = {2, 1}};
     const uint8_t other[32] = {1}, same[32] = {0};
     sim_world w = sim_begin(&v);
-
     sim_settle(&w);
     assert_true(tfa_election_set_model(&w.nodes[1].e, other, w.now));
     assert_int_equal(w.nodes[1].e.self.role, TFA_ROLE_UNLIKE);
@@ -165,7 +157,6 @@ TEST(another_model_does_not_follow)
     assert_true(tfa_election_set_model(&w.nodes[1].e, same, w.now));
     sim_run(&w, SIM_LEASE);
     assert_true(sim_answers(&w, 1));
-
     /* The leader gets that model, too. */
     assert_true(tfa_election_set_model(&later.nodes[0].e, other, later.now));
     sim_run(&later, SIM_LEASE);
@@ -176,7 +167,6 @@ TEST(a_daemon_that_starts_is_silent_for_a_lease)
 {
     const tfa_advertisement self = {.daemon = {9}, .lease = 1000};
     tfa_election e;
-
     tfa_election_begin(&e, &self, 0);
     for (int64_t now = 0; now < 1000; now += 100)
         (void)tfa_election_tick(&e, true, now);
@@ -192,7 +182,6 @@ TEST(a_good_bye_needs_no_lease)
     const tfa_advertisement other = {
         .daemon = {1}, .role = TFA_ROLE_LEADING, .epoch = 5, .lease = 1000};
     tfa_election e;
-
     tfa_election_begin(&e, &self, 0);
     assert_true(tfa_election_tick(&e, true, 200));
     assert_true(tfa_election_hear(&e, &other, 201));
@@ -209,7 +198,6 @@ TEST(impossible_advertisements_are_ignored)
         .daemon = {1}, .role = TFA_ROLE_LEADING, .epoch = 5, .lease = SIM_LEASE};
     tfa_advertisement lies[] = {good, good, good, good, good};
     tfa_election e;
-
     lies[0].epoch = UINT64_MAX;
     lies[1].role = (tfa_role)77;
     lies[2].lease = 0;
@@ -233,7 +221,6 @@ TEST(time_moves_on)
 {
     const sim_variant v = {.nodes = 2, .priority = {2, 1}};
     sim_world w = sim_begin(&v);
-
     for (uint32_t i = 0; i < 2; i++)
         w.nodes[i].e.self.lease = 1000; /* parts of a tick are not rounded away */
     for (int t = 0; t < 10000; t++) {

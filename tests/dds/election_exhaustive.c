@@ -14,7 +14,6 @@ static void check_agreement(sim_world *w)
 {
     const tfa_election *leader = NULL;
     uint32_t alive = 0;
-
     for (uint32_t i = 0; i < w->v->nodes; i++) {
         sim_node *n = &w->nodes[i];
         n->stopped = n->hung = n->deaf = n->mute = false;
@@ -42,7 +41,6 @@ static void check_agreement(sim_world *w)
 static void explore(const sim_world *from, uint32_t faults, int window)
 {
     sim_world w = *from;
-
     if (faults == 0) {
         check_agreement(&w);
         return;

@@ -11,10 +11,8 @@ static void start_node(sim_world *w, uint32_t i)
 {
     sim_node *n = &w->nodes[i];
     tfa_advertisement self = {.priority = w->v->priority[i], .lease = SIM_LEASE};
-
     if (w->v->clock)
         self.epoch = (uint64_t)w->now;
-
     self.daemon[0] = ++w->next_guid;
     *n = (sim_node){.alive = true};
     tfa_election_begin(&n->e, &self, w->now);
@@ -23,7 +21,6 @@ static void start_node(sim_world *w, uint32_t i)
 static void post(sim_world *w, uint32_t from, bool good_bye)
 {
     const sim_message m = {good_bye, w->now + w->v->delay, w->nodes[from].e.self};
-
     if (w->nodes[from].mute)
         return;
     for (uint32_t i = 0; i < w->v->nodes; i++) {
@@ -40,7 +37,6 @@ static void read_inbox(sim_world *w, uint32_t i)
 {
     sim_node *n = &w->nodes[i];
     uint32_t left = 0;
-
     for (uint32_t k = 0; k < n->inbox_count; k++) {
         const sim_message m = n->inbox[k];
         if (m.arrives > w->now)
@@ -55,7 +51,6 @@ static void read_inbox(sim_world *w, uint32_t i)
 static void tick(sim_world *w, uint32_t i)
 {
     sim_node *n = &w->nodes[i];
-
     if (w->now >= tfa_election_next(&n->e) && tfa_election_tick(&n->e, !n->hung, w->now))
         post(w, i, false);
 }
@@ -63,7 +58,6 @@ static void tick(sim_world *w, uint32_t i)
 static void run_node(sim_world *w, uint32_t i)
 {
     sim_node *n = &w->nodes[i];
-
     if (!n->alive || n->stopped)
         return;
     const bool led = n->e.self.role == TFA_ROLE_LEADING;
@@ -89,14 +83,12 @@ static void run_node(sim_world *w, uint32_t i)
 bool sim_answers(const sim_world *w, uint32_t i)
 {
     const sim_node *n = &w->nodes[i];
-
     return n->alive && !n->stopped && tfa_election_may_answer(&n->e, w->now);
 }
 
 uint32_t sim_count_answering(const sim_world *w)
 {
     uint32_t count = 0;
-
     for (uint32_t i = 0; i < w->v->nodes; i++)
         count += sim_answers(w, i);
     return count;
@@ -107,7 +99,6 @@ uint32_t sim_count_answering(const sim_world *w)
 static void check_safety(sim_world *w)
 {
     uint32_t answering = 0;
-
     for (uint32_t i = 0; i < w->v->nodes; i++)
         answering += sim_answers(w, i) && w->nodes[i].e.peer_count > 0;
     if (answering <= 1 || w->parted)
@@ -137,7 +128,6 @@ static void check_fence(const sim_world *w, uint32_t i)
 bool sim_apply_fault(sim_world *w, uint32_t i, sim_fault kind)
 {
     sim_node *n = &w->nodes[i];
-
     if (!n->alive) {
         if (kind != FAULT_KILL)
             return false;
@@ -179,7 +169,6 @@ bool sim_apply_fault(sim_world *w, uint32_t i, sim_fault kind)
 sim_world sim_begin(const sim_variant *v)
 {
     sim_world w = {.v = v, .now = 1000, .single = 1000};
-
     for (uint32_t i = 0; i < v->nodes; i++)
         start_node(&w, i);
     return w;

@@ -54,7 +54,6 @@ static void obey(tfa_dds *gateway, struct tfa_worker *worker, const tfa_model *m
                  const siginfo_t *order)
 {
     static bool full;
-
     if (order->si_signo == SIGUSR1) {
         reload(gateway, worker, model, full = !full);
         return;
@@ -71,7 +70,6 @@ static int serve(uint32_t domain, uint32_t delay_us, uint32_t slots, uint32_t ma
     tfa_dds *gateway;
     sigset_t orders;
     siginfo_t order;
-
     sigemptyset(&orders);
     sigaddset(&orders, SIGTERM);
     sigaddset(&orders, SIGUSR1);
@@ -119,7 +117,6 @@ void test_daemon_main(int argc, char **argv)
 static void read_line(int fd, char *line, size_t size)
 {
     size_t length = 0;
-
     while (length + 1 < size && read(fd, line + length, 1) == 1 && line[length] != '\n')
         length++;
     line[length] = '\0';
@@ -145,7 +142,6 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
     test_daemon daemon;
     posix_spawn_file_actions_t actions;
     int ends[2];
-
     snprintf(numbers[0], sizeof numbers[0], "%u", domain);
     snprintf(numbers[1], sizeof numbers[1], "%u", options != NULL ? options->delay_us : 0);
     snprintf(numbers[2], sizeof numbers[2], "%u", options != NULL ? options->slots : 0);
@@ -170,7 +166,6 @@ test_daemon test_daemon_start(uint32_t domain, const test_daemon_options *option
 int test_daemon_reload(const test_daemon *daemon)
 {
     char line[32];
-
     assert_int_equal(kill(daemon->pid, SIGUSR1), 0);
     read_line(daemon->out, line, sizeof line);
     return atoi(line);
@@ -179,7 +174,6 @@ int test_daemon_reload(const test_daemon *daemon)
 unsigned long test_daemon_hold(const test_daemon *daemon, bool hold)
 {
     char line[32];
-
     assert_int_equal(sigqueue(daemon->pid, SIGUSR2, (union sigval){.sival_int = hold}), 0);
     read_line(daemon->out, line, sizeof line);
     return strtoul(line, NULL, 10);
@@ -190,7 +184,6 @@ unsigned long test_daemon_stop(test_daemon *daemon)
     char line[64];
     int status;
     unsigned long dropped = 0;
-
     assert_int_equal(kill(daemon->pid, SIGTERM), 0);
     assert_int_equal(waitpid(daemon->pid, &status, 0), daemon->pid);
     running = 0;

@@ -18,7 +18,6 @@ static bool has_role(dds_entity_t reader, totalforce_dds_Leader *said, uint32_t 
 {
     totalforce_dds_Leader heard = {0};
     dds_sample_info_t info;
-
     while (dds_take(reader, (void *[]){&heard}, &info, 1, 1) == 1) {
         if (!info.valid_data || strcmp(heard.robot, said->robot) != 0 ||
             memcmp(heard.daemon, said->daemon, sizeof heard.daemon) == 0)
@@ -38,7 +37,6 @@ void dds_herald(uint32_t domain, const char *robot)
     const dds_entity_t reader = tfa_dds_create_reader(p, topic, TFA_DDS_LEADER, NULL);
     totalforce_dds_Leader said = {.role = totalforce_dds_LEADER_LEADING, .lease_ms = WAIT_MS};
     dds_guid_t guid;
-
     assert_true(p > 0 && topic > 0 && writer > 0 && reader > 0);
     assert_int_equal(dds_get_guid(p, &guid), DDS_RETCODE_OK);
     memcpy(said.daemon, guid.v, sizeof said.daemon);

@@ -16,7 +16,6 @@ raw_dds raw_dds_open(uint32_t domain)
 {
     const dds_entity_t p = dds_create_participant(domain, NULL, NULL);
     dds_entity_t topics[TFA_DDS_ACCELERATIONS + 1];
-
     assert_true(p > 0);
     for (tfa_dds_topic i = TFA_DDS_ROBOT_INFO; i <= TFA_DDS_ACCELERATIONS; i++)
         topics[i] = tfa_dds_create_topic(p, i);
@@ -34,7 +33,6 @@ raw_dds raw_dds_open(uint32_t domain)
 bool raw_dds_take(dds_entity_t reader, void *out)
 {
     dds_sample_info_t info;
-
     while (dds_take(reader, (void *[]){out}, &info, 1, 1) == 1)
         if (info.valid_data)
             return true;
@@ -51,7 +49,6 @@ void raw_dds_ask_in_vain(const raw_dds *r, totalforce_dds_Request *request)
 static totalforce_dds_Reply *take_reply(const raw_dds *r)
 {
     static totalforce_dds_Reply reply;
-
     if (!raw_dds_take(r->reader, &reply))
         return NULL;
     assert_int_not_equal(reply.id, RAW_DDS_IN_VAIN);
@@ -62,7 +59,6 @@ totalforce_dds_Reply *raw_dds_ask(const raw_dds *r, totalforce_dds_Request *requ
 {
     static uint64_t id = 1000;
     totalforce_dds_Reply *reply;
-
     request->id = ++id;
     assert_int_equal(dds_write(r->writer, request), DDS_RETCODE_OK);
     assert_true(WAIT_FOR((reply = take_reply(r)) != NULL && reply->id == id));
@@ -73,7 +69,6 @@ totalforce_dds_Reply *raw_dds_ask(const raw_dds *r, totalforce_dds_Request *requ
 static bool is_greeted(const raw_dds *r, const totalforce_dds_Request *hello, int status)
 {
     const totalforce_dds_Reply *reply;
-
     assert_int_equal(dds_write(r->writer, hello), DDS_RETCODE_OK);
     sleep_ms(10); /* not a thousand hellos a second */
     while ((reply = take_reply(r)) != NULL)
@@ -87,7 +82,6 @@ static bool is_greeted(const raw_dds *r, const totalforce_dds_Request *hello, in
 void raw_dds_await(const raw_dds *r, const char *robot, int status)
 {
     totalforce_dds_Request hello = {.op = totalforce_dds_OP_HELLO};
-
     assert_true(tfa_dds_set_robot(hello.robot, robot));
     assert_true(WAIT_FOR(is_greeted(r, &hello, status)));
 }
@@ -102,7 +96,6 @@ totalforce_dds_Request raw_dds_request(void)
         .count = 1,
         .q = {RAW_DDS_JOINTS, RAW_DDS_JOINTS, raw_dds_zeros, false},
     };
-
     assert_true(tfa_dds_set_robot(request.robot, "arm"));
     return request;
 }
@@ -112,7 +105,6 @@ tfa_dds_client *raw_dds_connect(uint32_t domain)
     const tfa_dds_client_options options = {
         .domain = domain, .robot = "arm", .connect_timeout_ms = WAIT_MS};
     tfa_dds_client *client;
-
     assert_int_equal(tfa_dds_client_connect(&options, &client), TFA_OK);
     return client;
 }

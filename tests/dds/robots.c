@@ -22,7 +22,6 @@ static int make(test_robot *robot, const char *name, uint32_t joints, tfa_base b
                                          .joints = list,
                                          .joint_count = joints};
     const tfa_model_options options = {.base = base};
-
     for (uint32_t i = 0; i <= joints; i++) {
         snprintf(names[i], sizeof names[i], "link%u", i);
         links[i] = (tfa_link){

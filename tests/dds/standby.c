@@ -36,7 +36,6 @@ static uint64_t count_ignored(const harness *h)
 {
     tfa_statistics *statistics;
     tfa_snapshot *s;
-
     assert_int_equal(tfa_statistics_open(h->runtime_dir, WAIT_MS, &statistics), TFA_OK);
     assert_int_equal(tfa_snapshot_create(statistics, &s), TFA_OK);
     assert_int_equal(tfa_statistics_read(statistics, s), TFA_OK);
@@ -50,7 +49,6 @@ static uint64_t count_ignored(const harness *h)
 static void ignored_requests_are_counted_apart(void **state)
 {
     const harness *standby = pair.standby;
-
     (void)state;
     assert_true(WAIT_FOR(count_ignored(standby) > 100));
     assert_int_equal(kill(standby->pid, SIGUSR1), 0);
@@ -67,7 +65,6 @@ static void ignored_requests_are_counted_apart(void **state)
 static void assert_answered_once(void)
 {
     const wire_counts wire = wire_observer_count();
-
     assert_int_equal(atomic_load(&pair.wrong), 0);
     assert_int_equal(atomic_load(&pair.failed), 0);
     assert_int_equal(wire.twice_streamed, 0);
@@ -145,7 +142,6 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_stopped_standby_goes_on),
         cmocka_unit_test(full_load_is_answered),
     };
-
     if (argc > 1 && atoi(argv[1]) > 0)
         trials = atoi(argv[1]);
     if (argc > 2 && atoi(argv[2]) > 0)

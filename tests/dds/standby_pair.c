@@ -36,7 +36,6 @@ static void expect_answer(void)
     tfa_workspace *w = workspace_for(model, NULL);
     const tfa_request request = arm_request(0.3, self.q, self.v, self.tau);
     tfa_reply reply = {.qdd = self.qdd};
-
     assert_int_equal(tfa_compute(w, &request, &reply), TFA_OK);
     tfa_workspace_free(w);
     tfa_model_free(model);
@@ -61,7 +60,6 @@ static void *call_on_and_on(void *unused)
     double q[JOINTS], v[JOINTS], tau[JOINTS], qdd[JOINTS];
     const tfa_request request = arm_request(0.3, q, v, tau);
     uint64_t last = now_ns();
-
     (void)unused;
     while (!atomic_load(&self.stop)) {
         tfa_reply reply = {.qdd = qdd};
@@ -92,7 +90,6 @@ static void *load(void *h)
 {
     tfa_client *shm = harness_connect(h, "arm", TFA_WAIT_HYBRID);
     double qdd[JOINTS];
-
     while (!atomic_load(&self.stop))
         if (ask_arm(shm, 0.1, qdd, WAIT_NS) == TFA_OK)
             atomic_fetch_add(&self.load_answered, 1);
@@ -118,7 +115,6 @@ uint64_t pair_load_answered(void)
 bool pair_leadership(const harness *h, char *out, size_t size)
 {
     static char text[65536];
-
     if (tfa_daemon_command(h->runtime_dir, "status", WAIT_MS, text, sizeof text) != TFA_OK)
         return false;
     const char *at = strstr(text, "leadership");
@@ -131,7 +127,6 @@ static bool get_role(const harness *h, char role[16], unsigned long long *epoch)
 {
     char text[256];
     unsigned peers = 0;
-
     return pair_leadership(h, text, sizeof text) &&
            sscanf(text, "leadership\": {\"role\": \"%15[a-z]\", \"epoch\": %llu, \"peers\": %u",
                   role, epoch, &peers) == 3 &&
@@ -142,7 +137,6 @@ static bool is_settled(void)
 {
     char roles[2][16];
     unsigned long long epochs[2];
-
     if (!get_role(&pair.nodes[0], roles[0], &epochs[0]) ||
         !get_role(&pair.nodes[1], roles[1], &epochs[1]) || epochs[0] != epochs[1])
         return false;
@@ -171,7 +165,6 @@ void pair_start(int lease_ms)
     const tfa_dds_client_options options = {
         .domain = test_domain(), .robot = "arm", .connect_timeout_ms = WAIT_MS};
     char more[128];
-
     expect_answer();
     snprintf(more, sizeof more, "dds:\n  enabled: true\n  domain: %u\n  lease_ms: %d\n",
              options.domain, lease_ms);
@@ -217,7 +210,6 @@ void pair_pause_leader(void)
 uint64_t pair_fail_over(void (*strike)(void))
 {
     const unsigned led = pair_leaderships();
-
     pair_settle();
     const uint64_t epoch = pair.epoch;
     harness *const old = pair.leader;

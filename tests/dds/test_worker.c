@@ -27,7 +27,6 @@ static int solve(void *self, tfa_request *request, tfa_reply *reply, uint32_t fi
     const solver *s = self;
     const struct timespec delay = {.tv_sec = s->delay_us / 1000000,
                                    .tv_nsec = s->delay_us % 1000000 * 1000};
-
     if (s->delay_us > 0)
         clock_nanosleep(CLOCK_MONOTONIC, 0, &delay, NULL);
     if (s->is_worker) {
@@ -48,7 +47,6 @@ static void *worker_thread(void *worker)
 struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint32_t delay_us)
 {
     tfa_worker *worker;
-
     for (uint32_t i = 0; i < 2 * TEST_ROBOTS; i++) {
         const tfa_model *model = robots[i % TEST_ROBOTS].model;
         if (tfa_workspace_create(model, NULL, &solvers[i].workspace) != TFA_OK)
@@ -77,7 +75,6 @@ struct tfa_worker *test_worker_start(const test_robot robots[TEST_ROBOTS], uint3
 void test_worker_hold(bool hold)
 {
     static bool held;
-
     if (hold != held)
         (hold ? pthread_mutex_lock : pthread_mutex_unlock)(&gate);
     held = hold;

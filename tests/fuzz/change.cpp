@@ -12,9 +12,7 @@
 
 namespace
 {
-
 using elements = std::vector<TiXmlElement *>;
-
 /* TinyXML must not see what the guard has not: it reads beyond cut sequences. */
 bool read(const std::string &text, TiXmlDocument &document)
 {

@@ -24,9 +24,7 @@ size_t LLVMFuzzerMutate(uint8_t *data, size_t size, size_t most);
 
 namespace
 {
-
 constexpr size_t mark_size = 4 + 16 + 3; /* <!--0123456789abcdef--> */
-
 bool has_mark(const std::string &text)
 {
     return text.size() >= mark_size && text.compare(0, 4, "<!--") == 0 &&

@@ -11,7 +11,6 @@
 
 namespace
 {
-
 template <size_t n> const char *any(struct random_source &c, const char *const (&list)[n])
 {
     return list[random_below(&c, n)];

@@ -15,9 +15,7 @@
 
 namespace
 {
-
 using elements = std::vector<TiXmlElement *>;
-
 elements children(TiXmlElement *root, const char *name)
 {
     elements found;

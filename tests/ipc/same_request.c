@@ -40,7 +40,6 @@ void assert_same_request(const request_sizes *sizes, const tfa_request *sent,
                          const tfa_request *got)
 {
     const size_t count = sent->count, base = sizes->base_freedoms > 0 ? count : 0;
-
     assert_same_scalars(sent, got);
     assert_memory_equal(sent->tips, got->tips, sent->tip_count * sizeof *sent->tips);
     assert_memory_equal(sent->wrench_frames, got->wrench_frames,

@@ -58,7 +58,6 @@ TEST(names_become_full_names)
         {"/", "n", "{x}", NULL},
     };
     char full[TFA_ROS2_NAME_MAX + 1];
-
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         const bool good = tfa_ros2_full_name(rows[i].space, rows[i].node, rows[i].name, full);
         if (rows[i].full ? !good || strcmp(full, rows[i].full) != 0 : good || full[0] != 0)
@@ -69,7 +68,6 @@ TEST(names_become_full_names)
 TEST(names_are_as_long_as_a_topic_of_dds)
 {
     char name[TFA_ROS2_NAME_MAX + 2] = "/", full[TFA_ROS2_NAME_MAX + 1];
-
     memset(name + 1, 'x', TFA_ROS2_NAME_MAX - 1);
     assert_true(tfa_ros2_full_name("/", "n", name, full));
     assert_string_equal(name, full);
@@ -146,7 +144,6 @@ TEST(the_environment_becomes_settings)
     const config_ros2 c = {.enabled = true, .domain = CONFIG_ROS_DOMAIN_ID};
     char *settings, error[200];
     uint32_t id;
-
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         set_variable("ROS_DOMAIN_ID", rows[i].id);
         set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", rows[i].range);
@@ -185,7 +182,6 @@ TEST(a_bad_environment_is_named)
     const config_ros2 c = {.enabled = true, .domain = CONFIG_ROS_DOMAIN_ID};
     char *settings, error[200];
     uint32_t id;
-
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         set_variable("ROS_DOMAIN_ID", NULL);
         set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", NULL);
@@ -208,7 +204,6 @@ TEST(keys_come_before_the_environment)
                            .peers_count = 1};
     char *settings, error[200];
     uint32_t id;
-
     set_variable("ROS_DOMAIN_ID", "nonsense");
     set_variable("ROS_AUTOMATIC_DISCOVERY_RANGE", "nonsense");
     set_variable("ROS_STATIC_PEERS", "<nonsense>");
@@ -232,7 +227,6 @@ TEST(a_bad_host_of_the_configuration_is_named)
                            .peers_count = 2};
     char *settings, error[200];
     uint32_t id;
-
     assert_int_equal(find_domain(&c, &id, &settings, error, sizeof error), TFA_E_ARGUMENT);
     assert_non_null(
         strstr(error, "ros2.static_peers: 'a\"/><Tag>x</Tag><Peer address=\"b' is not"));
@@ -249,7 +243,6 @@ TEST(a_bad_host_of_the_configuration_is_named)
 static int check(const harness *h, char *text, size_t size)
 {
     char command[512];
-
     snprintf(command, sizeof command, "%s/bin/totalforced --check %s 2>&1", TFA_BINARY_DIR,
              h->config);
     FILE *out = popen(command, "r");
@@ -266,7 +259,6 @@ static void assert_refused(const char *robots, const char *more, const char *say
 {
     harness h;
     char text[4096], section[128], expected[512];
-
     snprintf(section, sizeof section, "ros2: {enabled: yes%s}\n", more);
     harness_make(&h, robots, section);
     snprintf(expected, sizeof expected, "%s%s", says[0] == ':' ? h.config : "", says);
@@ -326,7 +318,6 @@ TEST(errors_stand_where_the_key_is)
          ":8:15: robots[0].ros2.domain: '231' is not a whole number from 0 to 230, or environment"},
         {ROS2 "      tipps: [tool0]\n", ":8:7: robots[0].ros2: there is no key 'tipps'"},
     };
-
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         assert_refused(rows[i].robots, "", rows[i].says);
 }
@@ -338,7 +329,6 @@ TEST(nodes_of_one_name_are_refused)
     "  - name: other\n    urdf: @/config/robots/arm6.urdf\n    ros2:\n      enabled: yes\n"
     harness h;
     char text[4096];
-
     assert_refused(ROS2 OTHER, "",
                    ":11:7: robots[1].ros2: namespace and node are those of robot 'arm'");
     assert_refused(ROS2 "      namespace: /\n      domain: 0\n" OTHER "      node: totalforce\n",
@@ -370,7 +360,6 @@ TEST(settings_of_the_domain_are_checked)
 TEST(half_a_configuration_is_off)
 {
     harness h;
-
     harness_make(&h, ARM, "ros2: {enabled: yes}\n");
     harness_start(&h, "arm");
     assert_true(harness_logged(&h, "ros2: off: no robot has"));

@@ -28,7 +28,6 @@ wire wire_open(const msg *m)
     const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
     dds_qos_t *const qos = dds_create_qos();
     wire w;
-
     dds_qset_data_representation(qos, 1, &xcdr1);
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
     dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
@@ -51,7 +50,6 @@ struct ddsi_serdata *write_bytes(const wire *w, const void *sample, msg_bytes *o
 {
     struct ddsi_serdata *data;
     dds_sample_info_t info;
-
     assert_int_equal(dds_write(w->writer, sample), DDS_RETCODE_OK);
     assert_int_equal(dds_takecdr(w->reader, &data, 1, &info, DDS_ANY_STATE), 1);
     assert_true(info.valid_data);
@@ -68,7 +66,6 @@ bool read_bytes(const struct ddsi_sertype *type, const uint8_t *byte, size_t siz
     memcpy(exact, byte, size);
     const ddsrt_iovec_t iov = {.iov_base = exact, .iov_len = size};
     struct ddsi_serdata *data = ddsi_serdata_from_ser_iov(type, SDK_DATA, 1, &iov, size);
-
     free(exact);
     if (data == NULL)
         return false;
@@ -87,7 +84,6 @@ void assert_same_bytes(const uint8_t *a, size_t a_size, const uint8_t *b, size_t
 void assert_same_sample(const msg *m, const void *a, const void *b)
 {
     static msg_bytes a_bytes, b_bytes;
-
     msg_encode(m, a, &a_bytes);
     msg_encode(m, b, &b_bytes);
     assert_same_bytes(a_bytes.byte, a_bytes.size, b_bytes.byte, b_bytes.size);
@@ -97,7 +93,6 @@ void assert_read(const msg *m, const struct ddsi_sertype *type, const msg_bytes 
                  const void *sample)
 {
     void *const copy = calloc(1, m->size);
-
     assert_non_null(copy);
     assert_true(read_bytes(type, bytes->byte, bytes->size, copy));
     assert_same_sample(m, copy, sample);
@@ -113,7 +108,6 @@ static void for_samples_of(const msg *m, wire_check *check)
     void *const sample = calloc(1, m->size);
     const wire w = wire_open(m);
     struct random_source seed = {1};
-
     assert_non_null(sample);
     for (int i = 0; i < SEEDS; i++) {
         msg_fill(m, sample, &seed);

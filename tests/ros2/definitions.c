@@ -65,7 +65,6 @@ static bool is_dropped(const msg *m, const char *type, const char *name)
 static void full_name(const msg *m, const char *type, char *out, size_t size)
 {
     const char *slash = strchr(type, '/');
-
     for (size_t i = 0; i < sizeof as_in_ros_2 / sizeof *as_in_ros_2; i++)
         if (strcmp(type, as_in_ros_2[i][0]) == 0) {
             snprintf(out, size, "%s", as_in_ros_2[i][1]);
@@ -80,7 +79,6 @@ static void full_name(const msg *m, const char *type, char *out, size_t size)
 static void check_type(const msg *m, const msg_field *f, const char *type)
 {
     char expected[128];
-
     for (size_t i = 0; i < sizeof primitives / sizeof *primitives; i++)
         if (strcmp(primitives[i].name, type) == 0) {
             assert_int_equal(f->type, primitives[i].type);
@@ -97,7 +95,6 @@ static void check_field(const msg *m, const msg_field *f, char *type, const char
     char *const bracket = strchr(type, '[');
     msg_shape shape = MSG_ONE;
     size_t capacity = 0;
-
     if (bracket != NULL) {
         capacity = strtoul(bracket + 1, NULL, 10);
         shape = capacity > 0 ? MSG_ARRAY : MSG_SEQUENCE;
@@ -114,7 +111,6 @@ static void check_field(const msg *m, const msg_field *f, char *type, const char
 static bool split(char *line, char **type, char **name)
 {
     char *rest;
-
     line[strcspn(line, "#\r\n")] = '\0';
     if (strchr(line, '=') != NULL)
         return false;
@@ -131,7 +127,6 @@ static void check_message(const msg *m)
 {
     char path[256], line[512], *type, *name;
     size_t fields = 0;
-
     snprintf(path, sizeof path, "%s/%s.msg", TFA_ROS_MESSAGES, m->name);
     FILE *const file = fopen(path, "r");
     if (file == NULL)
@@ -150,7 +145,6 @@ static void check_message(const msg *m)
 TEST(descriptions_have_the_fields_of_the_msg_files)
 {
     size_t compared = 0;
-
     for (const msg *const *m = messages(); *m != NULL; m++)
         if (in_debian(*m)) {
             check_message(*m);

@@ -38,7 +38,6 @@ static char *replace(const char *text, const char *from, const char *to)
 {
     const char *at = strstr(text, from);
     char *result;
-
     assert_non_null(at);
     assert_true(asprintf(&result, "%.*s%s%s", (int)(at - text), text, to, at + strlen(from)) > 0);
     return result;
@@ -90,7 +89,6 @@ static int variant_of(const trajectory_msgs_msg_dds__JointTrajectory_ *m)
                                  .tau = p->effort._buffer};
     double qdd[JOINTS];
     tfa_reply reply = {.qdd = qdd};
-
     if (m->points._length != 1 || p->accelerations._length != JOINTS)
         return -1;
     for (int k = 0; k < 2; k++)
@@ -103,7 +101,6 @@ static int variant_of(const trajectory_msgs_msg_dds__JointTrajectory_ *m)
 static void publish_motion(load *l)
 {
     const arm_motion m = arm_motion_of(9000 + l->sent % 100);
-
     arm_publish_state(&node, &m, (int32_t)l->sent);
     arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, (int32_t)l->sent);
     l->sent++;
@@ -115,7 +112,6 @@ static void take_answers(load *l)
     static trajectory_msgs_msg_dds__JointTrajectory_ m;
     void *sample = &m;
     dds_sample_info_t info;
-
     while (dds_take(node.accelerations, &sample, &info, 1, 1) == 1) {
         if (!info.valid_data)
             continue;
@@ -134,7 +130,6 @@ static void *run_load(void *arg)
 {
     load *l = arg;
     uint64_t last = now_ns();
-
     while ((!atomic_load(&l->stop) || l->answered < l->sent) && l->error == NULL) {
         const uint32_t before = l->answered;
         if (!atomic_load(&l->stop) && l->sent - l->answered < UNDER_WAY)
@@ -166,7 +161,6 @@ static bool is_variant(int model)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ m;
     const arm_motion motion = arm_motion_of(5);
-
     arm_publish_state(&node, &motion, 1);
     arm_publish_named_efforts(&node, arm_joints, motion.tau, JOINTS, 1);
     return ros2_peer_take(node.accelerations, &m, 20) && variant_of(&m) == model;
@@ -214,7 +208,6 @@ static const bad_description bad[] = {
 static void refuse_description(const bad_description *b)
 {
     char *text = b->from != NULL ? replace(variants[0].text, b->from, b->to) : strdup(b->to);
-
     publish_description(node.description, text);
     assert_int_equal(arm_await_diagnostic(&node, MODEL_STATUS, b->says), LEVEL_ERROR);
     free(text);
@@ -226,7 +219,6 @@ TEST(models_are_exchanged_under_load)
     static load l;
     static arm_witness c; /* of shared memory: served meanwhile, by either model */
     unsigned refused = 0;
-
     publish_description(node.description, variants[0].text);
     await_variant(0);
     arm_settle(&node); /* the answers to count are those to the load */
@@ -265,7 +257,6 @@ static void open_other(other_node *o)
 {
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
     const dds_entity_t p = node.participant;
-
     o->description = ros2_peer_writer(p, &std_msgs_msg_dds__String__desc,
                                       "rt/other/robot_description", PEER_TRANSIENT_LOCAL);
     o->states = ros2_peer_writer(p, state, "rt/other/joint_states", PEER_DEFAULT);
@@ -285,7 +276,6 @@ static void move_other(other_node *o, const char *file)
                                  .v = o->v,
                                  .tau = o->tau};
     tfa_reply reply = {.qdd = o->qdd};
-
     o->model = bundled_model(file, NULL);
     o->joints = tfa_model_joint_count(o->model);
     assert_true(o->joints <= MANY_JOINTS);
@@ -303,7 +293,6 @@ static void move_other(other_node *o, const char *file)
 static bool is_answer_of(const other_node *o, const trajectory_msgs_msg_dds__JointTrajectory_ *m)
 {
     const dds_sequence_double *qdd = &m->points._buffer[0].accelerations;
-
     if (m->joint_names._length != o->joints || qdd->_length != o->joints)
         return false;
     for (uint32_t j = 0; j < o->joints; j++)
@@ -316,7 +305,6 @@ static bool is_answered(const other_node *o, const sensor_msgs_msg_dds__JointSta
                         const sensor_msgs_msg_dds__JointState_ *efforts)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ m;
-
     assert_int_equal(dds_write(o->states, state), DDS_RETCODE_OK);
     assert_int_equal(dds_write(o->efforts, efforts), DDS_RETCODE_OK);
     return ros2_peer_take(o->accelerations, &m, 20) && is_answer_of(o, &m);
@@ -349,7 +337,6 @@ TEST(a_description_with_other_joints_changes_them)
     static other_node o;
     tfa_client *client = harness_connect(&running, "other", TFA_WAIT_BLOCK);
     double qdd[JOINTS];
-
     assert_int_equal(tfa_client_get_info(client)->v_count, 7);
     open_other(&o);
     assert_other_joints(&o, "snake64.urdf");

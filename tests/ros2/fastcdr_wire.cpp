@@ -21,10 +21,8 @@ using eprosima::fastcdr::FastBuffer;
 
 namespace
 {
-
 /* Walks a message; Stream is `writer` or `reader`. */
 template <class Stream> void message(Stream &s, const msg &m, void *sample);
-
 template <class T> T *at(void *element)
 {
     return static_cast<T *>(element);
@@ -200,7 +198,6 @@ void fastcdr_encode(const msg *m, const void *sample, uint8_t filling, msg_bytes
     FastBuffer buffer(reinterpret_cast<char *>(out->byte), sizeof out->byte);
     Cdr cdr(buffer, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
     writer stream(cdr);
-
     cdr.serialize_encapsulation();
     message(stream, *m, const_cast<void *>(sample)); /* which a writer only reads */
     out->size = cdr.getSerializedDataLength();
@@ -214,7 +211,6 @@ bool fastcdr_decode(const msg *m, const msg_bytes *in, void *sample)
     FastBuffer buffer(bytes, in->size);
     Cdr cdr(buffer, Cdr::DEFAULT_ENDIAN, Cdr::DDS_CDR);
     reader stream(cdr);
-
     std::memset(sample, 0, m->size);
     try {
         cdr.read_encapsulation();

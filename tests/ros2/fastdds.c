@@ -45,7 +45,6 @@ static dds_entity_t cyclone_open(const char *topic, const dds_topic_descriptor_t
     const ros2_peer_qos same = qos == &fastdds_latched       ? PEER_TRANSIENT_LOCAL
                                : qos == &fastdds_sensor_data ? PEER_SENSOR
                                                              : PEER_DEFAULT;
-
     return is_writer ? ros2_peer_writer(participant, type, topic, same)
                      : ros2_peer_reader(participant, type, topic, same);
 }
@@ -54,7 +53,6 @@ static fastdds_matches cyclone_writer_matches(dds_entity_t writer)
 {
     dds_publication_matched_status_t matched;
     dds_offered_incompatible_qos_status_t incompatible;
-
     assert_int_equal(dds_get_publication_matched_status(writer, &matched), DDS_RETCODE_OK);
     assert_int_equal(dds_get_offered_incompatible_qos_status(writer, &incompatible),
                      DDS_RETCODE_OK);
@@ -66,7 +64,6 @@ static fastdds_matches cyclone_reader_matches(dds_entity_t reader)
 {
     dds_subscription_matched_status_t matched;
     dds_requested_incompatible_qos_status_t incompatible;
-
     assert_int_equal(dds_get_subscription_matched_status(reader, &matched), DDS_RETCODE_OK);
     assert_int_equal(dds_get_requested_incompatible_qos_status(reader, &incompatible),
                      DDS_RETCODE_OK);
@@ -91,7 +88,6 @@ static pair new_pair(const struct exchange *e)
     static int number;
     const char *const base = strncmp(e->topic, "rt/", 3) == 0 ? e->topic + 3 : NULL;
     pair p = {.type = e->type};
-
     if (base != NULL)
         snprintf(p.topic, sizeof p.topic, "rt/n%d/%s", number++, base);
     else
@@ -129,7 +125,6 @@ static fastdds_matches cyclone_matches(const pair *p)
 static void await_matches(const pair *p, int count)
 {
     fastdds_matches fast = {0}, cyclone = {0};
-
     if (!WAIT_FOR((fast = fast_matches(p), cyclone = cyclone_matches(p),
                    fast.matched == count && cyclone.matched == count)))
         fail_msg("%s: Fast DDS has %d partners, Cyclone %d", p->topic, fast.matched,
@@ -140,7 +135,6 @@ static pair open_pair(const struct exchange *e, const fastdds_qos *writer_qos,
                       const fastdds_qos *reader_qos, bool fast_writes)
 {
     pair p = new_pair(e);
-
     open_fast(&p, fast_writes ? writer_qos : reader_qos, fast_writes);
     open_cyclone(&p, fast_writes ? reader_qos : writer_qos, !fast_writes);
     return p;
@@ -163,7 +157,6 @@ static void close_pair(pair *p)
 static void write_sample(const pair *p, const void *sample)
 {
     static msg_bytes bytes;
-
     if (p->fast_writer == NULL) {
         assert_int_equal(dds_write(p->cyclone, sample), DDS_RETCODE_OK);
         return;
@@ -175,7 +168,6 @@ static void write_sample(const pair *p, const void *sample)
 static void take_sample(const pair *p, void *sample)
 {
     static msg_bytes bytes;
-
     if (p->fast_reader == NULL) {
         assert_true(ros2_peer_take(p->cyclone, sample, WAIT_MS));
         return;
@@ -190,7 +182,6 @@ static void assert_arrives(const pair *p, const void *sample)
     static msg_bytes got, expected;
     const msg *const m = msg_of_topic(p->type);
     void *const copy = calloc(1, m->size);
-
     assert_non_null(copy);
     take_sample(p, copy);
     msg_encode(m, copy, &got);
@@ -212,7 +203,6 @@ static void exchange_samples(const struct exchange *e, const fastdds_qos *writer
     pair p = open_pair(e, writer_qos, reader_qos, fast_writes);
     void *const sample = calloc(1, m->size);
     struct random_source seed = {3};
-
     assert_non_null(sample);
     await_matches(&p, 1);
     for (int i = 0; i < SAMPLES; i++) {
@@ -243,7 +233,6 @@ static const struct exchange description = {ROBOT_DESCRIPTION, &std_msgs_msg_dds
 TEST(a_late_joiner_has_the_robot_description)
 {
     const std_msgs_msg_dds__String_ sample = {"<robot name=\"arm\"/>"};
-
     for (int fast_writes = 0; fast_writes < 2; fast_writes++) {
         pair p = new_pair(&description);
         if (fast_writes)
@@ -267,18 +256,15 @@ TEST(a_long_robot_description_arrives_whole)
     static uint8_t expected[8 + LONG_TEXT + 1] = {0, 1}, got[sizeof expected + 4];
     const uint32_t length = LONG_TEXT + 1;
     std_msgs_msg_dds__String_ sample = {(char *)expected + 8}, copy = {NULL};
-
     memcpy(expected + 4, &length, sizeof length);
     for (size_t i = 0; i < LONG_TEXT; i++)
         expected[8 + i] = (uint8_t)('a' + i % 26);
-
     pair p = open_pair(&description, &fastdds_latched, &fastdds_latched, false);
     assert_int_equal(dds_write(p.cyclone, &sample), DDS_RETCODE_OK);
     assert_in_range(fastdds_take(p.fast_reader, got, sizeof got, WAIT_MS), sizeof expected,
                     sizeof got);
     assert_memory_equal(got + 4, expected + 4, sizeof expected - 4); /* past the padding's count */
     close_pair(&p);
-
     p = open_pair(&description, &fastdds_latched, &fastdds_latched, true);
     assert_true(fastdds_write(p.fast_writer, expected, sizeof expected));
     assert_true(ros2_peer_take(p.cyclone, &copy, WAIT_MS));
@@ -312,7 +298,6 @@ TEST(each_notices_that_an_end_of_the_other_is_closed)
         await_matches(&p, 1);
         close_fast(&p);
         assert_true(WAIT_FOR(cyclone_matches(&p).matched == 0));
-
         open_fast(&p, &fastdds_default, fast_writes);
         await_matches(&p, 1);
         assert_int_equal(dds_delete(p.cyclone), DDS_RETCODE_OK);
@@ -342,7 +327,6 @@ static void assert_user_data(const dds_qos_t *qos, const char *expected, size_t 
 {
     void *user_data;
     size_t got;
-
     assert_true(dds_qget_userdata(qos, &user_data, &got));
     assert_int_equal(got, size);
     assert_memory_equal(user_data, expected, size);
@@ -353,7 +337,6 @@ static void assert_xcdr1(const dds_qos_t *qos)
 {
     dds_data_representation_id_t *representation;
     uint32_t count;
-
     assert_true(dds_qget_data_representation(qos, &count, &representation));
     assert_int_equal(count, 1);
     assert_int_equal(representation[0], DDS_DATA_REPRESENTATION_XCDR1);
@@ -366,7 +349,6 @@ TEST(cyclone_sees_type_hash_encoding_and_gids_of_fast_dds)
     const char *const hash = tfa_ros2_user_data("sensor_msgs::msg::dds_::JointState_");
     uint8_t writer_gid[16], participant_gid[16];
     dds_instance_handle_t handle;
-
     await_matches(&p, 1);
     fastdds_writer_gid(p.fast_writer, writer_gid);
     fastdds_gid(peer, participant_gid);
@@ -392,7 +374,6 @@ TEST(cyclone_sees_the_enclave_of_fast_dds)
     dds_sample_info_t info;
     uint8_t gid[16];
     bool found = false;
-
     fastdds_gid(peer, gid);
     assert_true(reader > 0);
     while (!found && dds_take(reader, (void **)&sample, &info, 1, 1) == 1) {
@@ -409,7 +390,6 @@ TEST(cyclone_sees_the_enclave_of_fast_dds)
 static void set_key_hashes(void)
 {
     char uri[512];
-
     test_domain();
     snprintf(uri, sizeof uri,
              "%s,<CycloneDDS><Domain><Internal><GenerateKeyhash>true</GenerateKeyhash></Internal>"

@@ -29,7 +29,6 @@ typedef enum command { EFFORT_COMMANDS, JOINT_EFFORTS, TRAJECTORY, COMMANDS } co
 static void publish_state(const arm_motion *m, int32_t sec)
 {
     const sensor_msgs_msg_dds__JointState_ state = arm_state(m, sec);
-
     fastdds_publish(node, states, &state);
 }
 
@@ -43,7 +42,6 @@ static void publish_command(const arm_motion *m, int32_t sec, command kind)
         .header = {{-sec, 11}, "plan"},
         .joint_names = PEER_SEQUENCE(JOINTS, arm_joints),
         .points = PEER_SEQUENCE(1, &point)};
-
     if (kind == EFFORT_COMMANDS)
         fastdds_publish(node, commands, &array);
     else if (kind == JOINT_EFFORTS)
@@ -56,7 +54,6 @@ static void publish_command(const arm_motion *m, int32_t sec, command kind)
 static void assert_header(const std_msgs_msg_dds__Header_ *h, int32_t sec, command kind)
 {
     static const char *const frames[COMMANDS] = {"base", "command", "plan"};
-
     assert_int_equal(h->stamp.sec, kind == EFFORT_COMMANDS ? sec : -sec);
     assert_int_equal(h->stamp.nanosec, 7 + 2 * kind);
     assert_string_equal(h->frame_id, frames[kind]);
@@ -67,7 +64,6 @@ static bool is_answered(const arm_motion *m, int32_t sec, command kind, const do
 {
     trajectory_msgs_msg_dds__JointTrajectory_ got;
     bool found;
-
     publish_state(m, sec);
     publish_command(m, sec, kind);
     if (!fastdds_receive(node, accelerations, &got, 200))
@@ -83,7 +79,6 @@ static bool is_answered(const arm_motion *m, int32_t sec, command kind, const do
 static void assert_answer(const arm_motion *m, int32_t sec, command kind)
 {
     double qdd[JOINTS];
-
     arm_expect(workspace, m, qdd);
     assert_true(WAIT_FOR(is_answered(m, sec, kind, qdd)));
 }
@@ -103,7 +98,6 @@ static bool receive_array(fastdds_reader *r, const double *expected, uint32_t co
     const dds_topic_descriptor_t *type = &std_msgs_msg_dds__Float64MultiArray__desc;
     std_msgs_msg_dds__Float64MultiArray_ got;
     char label[64];
-
     if (!fastdds_receive(node, r, &got, 200))
         return false;
     snprintf(label, sizeof label, "stamp %d.000000007 frame base", (int)sec);
@@ -118,7 +112,6 @@ static bool receive_array(fastdds_reader *r, const double *expected, uint32_t co
 static bool receive_gravity(const double *expected, int32_t sec)
 {
     sensor_msgs_msg_dds__JointState_ got;
-
     if (!fastdds_receive(node, gravity, &got, 200))
         return false;
     assert_int_equal(got.effort._length, JOINTS);
@@ -145,7 +138,6 @@ TEST(states_are_answered_to_the_bit)
 {
     const arm_motion m = arm_motion_of(500);
     unsigned left = 1 | 2 | 4 | 8;
-
     arm_expect_operational(workspace, model, &m, &expected);
     assert_true(WAIT_FOR((left = receive_states(&m, left)) == 0));
 }
@@ -193,7 +185,6 @@ static void assert_endpoint(size_t i, const fastdds_listed *listed)
 {
     fastdds_endpoint e;
     char user_data[128];
-
     if (!fastdds_await_endpoint(fastdds_node_peer(node), endpoints[i].topic, endpoints[i].is_writer,
                                 &e, WAIT_MS))
         fail_msg("%s is not there", endpoints[i].topic);
@@ -212,7 +203,6 @@ TEST(the_daemon_is_a_node)
     fastdds_listed listed;
     fastdds_endpoint graph;
     char user_data[128];
-
     assert_true(fastdds_await_node(node, "/arm", "totalforce", &listed, WAIT_MS));
     assert_int_equal(listed.readers.count, 5); /* states, three kinds of commands, description */
     assert_int_equal(listed.writers.count, 6); /* five answers, diagnostics */
@@ -237,7 +227,6 @@ static void publish_description(fastdds_writer *writer, const char *name, char h
 {
     tfa_model *described = bundled_model(name, NULL);
     char *text = bundled_text(name);
-
     snprintf(hash, 17, "%s", tfa_model_hash_text(described));
     const std_msgs_msg_dds__String_ description = {text};
     fastdds_publish(node, writer, &description);
@@ -248,7 +237,6 @@ static void publish_description(fastdds_writer *writer, const char *name, char h
 static bool comes_diagnostic(const char *what, const char *value)
 {
     diagnostic_msgs_msg_dds__DiagnosticArray_ got;
-
     if (!fastdds_receive(node, diagnostics, &got, 2000))
         return false;
     const bool found = arm_level_in(&got, what, value) >= 0;
@@ -271,7 +259,6 @@ TEST(a_daemon_that_joins_late_reads_the_description)
 TEST(a_description_changes_the_model)
 {
     char hash[17];
-
     publish_description(descriptions, "arm6.urdf", hash);
     assert_true(await_diagnostic("/bare/totalforce: model", hash));
 }
@@ -295,7 +282,6 @@ TEST(the_end_of_the_daemon_is_noticed)
 TEST(a_daemon_that_is_killed_is_noticed)
 {
     const arm_motion m = arm_motion_of(600);
-
     ros2_peer_set_lease("3 s");
     harness_start(&running, "arm");
     fastdds_await_match_of_reader(accelerations);
@@ -317,7 +303,6 @@ static void open_endpoints(void)
 {
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
     const dds_topic_descriptor_t *array = &std_msgs_msg_dds__Float64MultiArray__desc;
-
     states = fastdds_publisher(node, state, "/arm/joint_states", &fastdds_default);
     efforts = fastdds_publisher(node, state, "/arm/joint_efforts", &fastdds_sensor_data);
     commands = fastdds_publisher(node, array, "/arm/effort_controller/commands", &fastdds_default);

@@ -39,7 +39,6 @@ static const msg *graph_type(void)
 static void write_encoded(fastdds_writer *w, const msg *m, const void *sample)
 {
     static msg_bytes bytes;
-
     fastcdr_encode(m, sample, 0xa5, &bytes);
     assert_true(fastdds_write(w, bytes.byte, bytes.size));
 }
@@ -47,7 +46,6 @@ static void write_encoded(fastdds_writer *w, const msg *m, const void *sample)
 static bool take_decoded(fastdds_reader *r, const msg *m, void *sample, int timeout_ms)
 {
     static msg_bytes bytes;
-
     bytes.size = fastdds_take(r, bytes.byte, sizeof bytes.byte, timeout_ms);
     if (bytes.size == 0)
         return false;
@@ -59,7 +57,6 @@ static bool take_decoded(fastdds_reader *r, const msg *m, void *sample, int time
 static void announce(const fastdds_node *n)
 {
     graph_info sample = {.node_entities_info_seq = {1, 1, (node_info *)(uintptr_t)&n->info, false}};
-
     fastdds_gid(n->peer, sample.gid.data);
     write_encoded(n->graph_writer, graph_type(), &sample);
 }
@@ -69,7 +66,6 @@ fastdds_node *fastdds_node_open(uint32_t domain, const char *node_namespace, con
     const char *const topic = "ros_discovery_info";
     const char *const type = graph_type()->topic->m_typename;
     fastdds_node *const n = calloc(1, sizeof *n);
-
     assert_non_null(n);
     n->peer = fastdds_open(domain);
     assert_non_null(n->peer);
@@ -117,7 +113,6 @@ fastdds_writer *fastdds_publisher(fastdds_node *n, const dds_topic_descriptor_t 
                                   const char *topic, const fastdds_qos *qos)
 {
     char dds_topic[256];
-
     snprintf(dds_topic, sizeof dds_topic, "rt%s", topic);
     fastdds_writer *const w = fastdds_open_writer(n->peer, dds_topic, type->m_typename, qos);
     add_endpoint(n, w, type);
@@ -130,7 +125,6 @@ fastdds_reader *fastdds_subscription(fastdds_node *n, const dds_topic_descriptor
                                      const char *topic, const fastdds_qos *qos)
 {
     char dds_topic[256];
-
     snprintf(dds_topic, sizeof dds_topic, "rt%s", topic);
     fastdds_reader *const r = fastdds_open_reader(n->peer, dds_topic, type->m_typename, qos);
     add_endpoint(n, r, type);
@@ -191,7 +185,6 @@ bool fastdds_await_node(fastdds_node *n, const char *node_namespace, const char 
     const uint64_t end = now_ns() + (uint64_t)timeout_ms * 1000000u;
     uint8_t own[16];
     bool found = false;
-
     fastdds_gid(n->peer, own);
     while (!found && now_ns() < end) {
         graph_info sample;

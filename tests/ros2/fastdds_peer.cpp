@@ -42,10 +42,8 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 namespace
 {
-
 using bytes = std::vector<uint8_t>;
 using return_code = eprosima::fastrtps::types::ReturnCode_t;
-
 /* A type whose samples are their encoding. */
 class encoded_type : public fast::TopicDataType
 {
@@ -113,7 +111,6 @@ template <class ProxyData> fastdds_endpoint describe(const ProxyData &data)
 {
     fastdds_endpoint e = {};
     const auto &user_data = data.m_qos.m_userData.data_vec();
-
     copy_text(data.typeName().to_string(), e.type);
     copy_text(std::string(user_data.begin(), user_data.end()), e.user_data);
     copy_gid(data.guid(), e.gid);
@@ -190,7 +187,6 @@ fast::DomainParticipantQos participant_qos()
     const auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
     auto &builtin = qos.wire_protocol().builtin;
     rtps::Locator_t localhost;
-
     qos.name("/");
     qos.user_data().assign(enclave, enclave + sizeof enclave); /* with the NUL, as rmw does */
     udp->interfaceWhiteList.emplace_back("127.0.0.1");
@@ -211,7 +207,6 @@ fast::DomainParticipantQos participant_qos()
 template <class Qos> void set_qos(Qos &qos, const char *type, const fastdds_qos &from)
 {
     const char *const hash = tfa_ros2_user_data(type);
-
     qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
     qos.data_sharing().off();
     qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
@@ -294,7 +289,6 @@ const fastdds_qos fastdds_latched = {true, true, 1};
 fastdds_peer *fastdds_open(uint32_t domain)
 {
     std::unique_ptr<fastdds_peer> p(new fastdds_peer(domain));
-
     return p->publisher != nullptr && p->subscriber != nullptr ? p.release() : nullptr;
 }
 
@@ -312,7 +306,6 @@ fastdds_writer *fastdds_open_writer(fastdds_peer *p, const char *topic, const ch
                                     const fastdds_qos *qos)
 {
     fast::DataWriterQos writer_qos = fast::DATAWRITER_QOS_DEFAULT;
-
     set_qos(writer_qos, type, *qos);
     writer_qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
     writer_qos.representation().m_value.assign(1, fast::XCDR_DATA_REPRESENTATION);
@@ -328,7 +321,6 @@ fastdds_reader *fastdds_open_reader(fastdds_peer *p, const char *topic, const ch
                                     const fastdds_qos *qos)
 {
     fast::DataReaderQos reader_qos = fast::DATAREADER_QOS_DEFAULT;
-
     set_qos(reader_qos, type, *qos);
     reader_qos.type_consistency().representation.m_value.assign(1, fast::XCDR_DATA_REPRESENTATION);
     fast::DataReader *const reader =
@@ -354,7 +346,6 @@ void fastdds_close_reader(fastdds_peer *p, fastdds_reader *r)
 bool fastdds_write(fastdds_writer *w, const uint8_t *byte, size_t size)
 {
     bytes sample(byte, byte + size);
-
     return w->writer->write(&sample);
 }
 
@@ -364,7 +355,6 @@ size_t fastdds_take(fastdds_reader *r, uint8_t *byte, size_t capacity, int timeo
     const clock::time_point end = clock::now() + std::chrono::milliseconds(timeout_ms);
     fast::SampleInfo info;
     bytes sample;
-
     do {
         const std::chrono::duration<double> left = end - clock::now();
         r->reader->wait_for_unread_message(
@@ -385,7 +375,6 @@ fastdds_matches fastdds_writer_matches(fastdds_writer *w)
 {
     fast::PublicationMatchedStatus matched;
     fast::OfferedIncompatibleQosStatus incompatible;
-
     w->writer->get_publication_matched_status(matched);
     w->writer->get_offered_incompatible_qos_status(incompatible);
     return matches_of(matched, incompatible);
@@ -395,7 +384,6 @@ fastdds_matches fastdds_reader_matches(fastdds_reader *r)
 {
     fast::SubscriptionMatchedStatus matched;
     fast::RequestedIncompatibleQosStatus incompatible;
-
     r->reader->get_subscription_matched_status(matched);
     r->reader->get_requested_incompatible_qos_status(incompatible);
     return matches_of(matched, incompatible);
@@ -420,7 +408,6 @@ bool fastdds_await_endpoint(fastdds_peer *p, const char *topic, bool is_writer,
 bool fastdds_participant_user_data(fastdds_peer *p, const uint8_t gid[16], char text[128])
 {
     char found[128];
-
     if (!p->listener.find_user_data(gid, found))
         return false;
     std::memcpy(text, found, sizeof found);

@@ -36,7 +36,6 @@ static motion motion_of(uint64_t seed)
 {
     motion m;
     double norm = 0;
-
     for (size_t k = 0; k < sizeof m / sizeof(double); k++)
         ((double *)(void *)&m)[k] = test_random(&seed);
     for (int k = 3; k < 7; k++)
@@ -51,7 +50,6 @@ static void publish_odometry(const robot *r, const motion *m, const char *child)
     const double *p = m->pose, *t = m->twist;
     nav_msgs_msg_dds__Odometry_ sample = {.header = {{1, 1}, "odom"},
                                           .child_frame_id = (char *)(uintptr_t)child};
-
     sample.pose.pose = (geometry_msgs_msg_dds__Pose_){{p[0], p[1], p[2]}, {p[3], p[4], p[5], p[6]}};
     sample.twist.twist = (geometry_msgs_msg_dds__Twist_){{t[0], t[1], t[2]}, {t[3], t[4], t[5]}};
     assert_int_equal(dds_write(r->odometry, &sample), DDS_RETCODE_OK);
@@ -62,7 +60,6 @@ static void publish_wrench(const robot *r, int k, const double w[6], const char 
     const geometry_msgs_msg_dds__WrenchStamped_ sample = {
         .header = {{1, 1}, (char *)(uintptr_t)frame},
         .wrench = {{w[0], w[1], w[2]}, {w[3], w[4], w[5]}}};
-
     assert_int_equal(dds_write(r->wrench[k], &sample), DDS_RETCODE_OK);
 }
 
@@ -85,7 +82,6 @@ static void publish_joints(const robot *r, const motion *m)
         .header = {{5, 6}, "policy"},
         .name = PEER_SEQUENCE(LEGS, joint_names),
         .effort = PEER_SEQUENCE(LEGS, (double *)(uintptr_t)m->tau)};
-
     assert_int_equal(dds_write(r->joint_states, &state), DDS_RETCODE_OK);
     assert_int_equal(dds_write(r->efforts, &efforts), DDS_RETCODE_OK);
 }
@@ -113,7 +109,6 @@ static bool is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, cons
                                  .wrenches = m->wrench[0]};
     double qdd[LEGS], base[6];
     tfa_reply reply = {.qdd = qdd, .base_acceleration = base};
-
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
     return got->points._buffer[0].accelerations._length == LEGS &&
            memcmp(got->points._buffer[0].accelerations._buffer, qdd, sizeof qdd) == 0;
@@ -132,7 +127,6 @@ static bool is_answered(const robot *r, motion m, const char *child, const char 
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ got;
     static double effort = 1;
-
     m.tau[0] = effort += 0.001;
     publish_all(r, &m, child, frame);
     while (ros2_peer_take(r->accelerations, &got, 200))
@@ -167,7 +161,6 @@ TEST(a_base_that_never_came_is_named)
 {
     const motion m = motion_of(1);
     int level = -1;
-
     assert_true(
         WAIT_FOR((publish_joints(&dog, &m),
                   level = find_answers(&dog, "floating base: pose and twist were never received"),
@@ -180,7 +173,6 @@ TEST(a_base_that_never_came_is_named)
 TEST(base_and_wrench_are_used_as_the_library_does)
 {
     const char *root = tfa_model_frame(model, 0).name;
-
     for (uint64_t seed = 10; seed < 30; seed++) {
         const motion m = motion_of(seed);
         assert_answer(&dog, &m, seed % 2 ? "" : root, seed % 3 ? "FL_foot" : "");
@@ -190,7 +182,6 @@ TEST(base_and_wrench_are_used_as_the_library_does)
 TEST(other_frames_and_numbers_are_refused)
 {
     motion m = motion_of(40);
-
     publish_odometry(&dog, &m, "base_footprint");
     assert_true(arm_await_diagnostic(&node, "/dog/odom", "child_frame_id 'base_footprint'") > 0);
     publish_wrench(&dog, 0, m.wrench[0], "FR_foot");
@@ -208,7 +199,6 @@ TEST(what_is_refused_changes_nothing)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ got;
     motion good = motion_of(43), bad = motion_of(44);
-
     assert_answer(&dog, &good, "", "");
     publish_odometry(&dog, &bad, "base_footprint");
     publish_wrench(&dog, 0, bad.wrench[0], "FR_foot");
@@ -233,7 +223,6 @@ TEST(what_is_refused_changes_nothing)
 static bool take_array(dds_entity_t reader, const double *expected, uint32_t count)
 {
     static std_msgs_msg_dds__Float64MultiArray_ got;
-
     if (!ros2_peer_take(reader, &got, 200))
         return false;
     assert_int_equal(got.data._length, count);
@@ -249,7 +238,6 @@ static double lambda_inv[36], jacobian[6 * (6 + LEGS)], bias[6], torques[6 + LEG
 static bool take_torques(dds_entity_t reader)
 {
     static sensor_msgs_msg_dds__JointState_ got;
-
     return ros2_peer_take(reader, &got, 200) && got.effort._length == LEGS &&
            memcmp(got.effort._buffer, torques + 6, LEGS * sizeof *torques) == 0;
 }
@@ -292,7 +280,6 @@ TEST(states_are_answered_as_the_library_does)
     tfa_reply reply = {.lambda_inv = lambda_inv, .jacobian = jacobian, .bias_acceleration = bias};
     tfa_reply holding = {.gravity_force = torques};
     unsigned left = 1 | 2 | 4 | 8;
-
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
     assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
     assert_true(WAIT_FOR((left = take_states(readers, &m, left)) == 0));
@@ -304,7 +291,6 @@ TEST(states_are_answered_as_the_library_does)
 TEST(what_the_library_refuses_is_told)
 {
     motion m = motion_of(41);
-
     assert_answer(&dog, &m, "", "");
     m.pose[3] = m.pose[4] = m.pose[5] = m.pose[6] = 2;
     publish_all(&dog, &m, "", "");
@@ -316,7 +302,6 @@ TEST(old_ones_are_refused)
 {
     static const char limit[] = "ms old, the limit is 500 ms";
     const motion m = motion_of(42);
-
     assert_answer(&old, &m, "", "");
     assert_int_equal(arm_await_diagnostic(&node, "/old/odom", limit), 3);
     assert_true(WAIT_FOR((publish_joints(&old, &m),
@@ -334,7 +319,6 @@ static void open_robot(robot *r)
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
     const dds_topic_descriptor_t *force = &geometry_msgs_msg_dds__WrenchStamped__desc;
     char topic[5][64];
-
     snprintf(topic[0], sizeof topic[0], "rt/%s/joint_states", r->name);
     snprintf(topic[1], sizeof topic[1], "rt/%s/efforts", r->name);
     snprintf(topic[2], sizeof topic[2], "rt/%s/odom", r->name);
@@ -375,7 +359,6 @@ static void open_node(void)
 static int serve(void **state)
 {
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
-
     (void)state;
     model = bundled_model("quadruped.urdf", &floating);
     workspace = workspace_for(model, NULL);

@@ -213,7 +213,6 @@ static void *run_flooder(void *arg)
     const dds_entity_t p = ros2_peer_open(f->domain);
     const dds_entity_t writer = ros2_peer_writer(p, f->how->type, f->how->topic, f->how->qos);
     uint64_t next = now_ns();
-
     (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary); /* not as the starter */
     ros2_peer_await_reader(writer);
     while (!atomic_load(&f->stop)) {

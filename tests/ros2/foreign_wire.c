@@ -28,7 +28,6 @@ static void check_same_bytes(const msg *m, const void *sample, msg_bytes *writte
                              const struct ddsi_sertype *type)
 {
     static msg_bytes expected;
-
     (void)type;
     fastcdr_encode(m, sample, 0, &expected);
     pad(&expected);
@@ -47,7 +46,6 @@ static void check_fast_cdr_reads(const msg *m, const void *sample, msg_bytes *wr
                                  const struct ddsi_sertype *type)
 {
     void *const copy = calloc(1, m->size);
-
     (void)type;
     assert_non_null(copy);
     assert_true(fastcdr_decode(m, written, copy));
@@ -66,7 +64,6 @@ static void check_cyclone_reads(const msg *m, const void *sample, msg_bytes *wri
                                 const struct ddsi_sertype *type)
 {
     static msg_bytes bytes;
-
     (void)written;
     fastcdr_encode(m, sample, 0xa5, &bytes);
     assert_read(m, type, &bytes, sample);

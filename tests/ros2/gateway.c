@@ -28,7 +28,6 @@ static bool is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, cons
                       int32_t sec, uint32_t nanosec, const char *frame)
 {
     double qdd[JOINTS];
-
     arm_expect(workspace, m, qdd);
     return got->header.stamp.sec == sec && got->header.stamp.nanosec == nanosec &&
            strcmp(got->header.frame_id, frame) == 0 && arm_is_answer(got, m, qdd);
@@ -39,7 +38,6 @@ static void assert_accelerations(const arm_motion *m, int32_t sec, uint32_t nano
                                  const char *frame)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
-
     assert_true(ros2_peer_take(node.accelerations, &sample, WAIT_MS));
     assert_true(is_answer(&sample, m, sec, nanosec, frame));
 }
@@ -77,7 +75,6 @@ TEST(named_efforts_in_any_order)
 static bool comes(const arm_motion *m, int32_t sec, uint32_t nanosec, const char *frame)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ got;
-
     while (ros2_peer_take(node.accelerations, &got, 200))
         if (is_answer(&got, m, sec, nanosec, frame))
             return true;
@@ -107,7 +104,6 @@ TEST(partial_states_are_merged)
                                                   .position = PEER_SEQUENCE(3, q),
                                                   .velocity = PEER_SEQUENCE(3, v)};
     arm_motion other = m;
-
     other.q[6] = other.q[4] = 0.1;
     assert_true(WAIT_FOR(answers_both(second, &few, &other, &m)));
     arm_settle(&node);
@@ -134,7 +130,6 @@ TEST(publishers_with_type_information_match)
         .position = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m.q),
         .velocity = PEER_SEQUENCE(JOINTS, (double *)(uintptr_t)m.v),
     };
-
     assert_true(type.type_information.sz > 0);
     type.m_typename = sensor_msgs_msg_dds__JointState__desc.m_typename;
     const dds_entity_t writer =
@@ -147,7 +142,6 @@ TEST(publishers_with_type_information_match)
 TEST(efforts_of_a_trajectory)
 {
     const arm_motion m = arm_motion_of(11);
-
     arm_publish_state(&node, &m, 1);
     arm_publish_trajectory(&node, m.tau, 77);
     assert_accelerations(&m, 77, 78, "plan");
@@ -178,7 +172,6 @@ static bool take_each(const arm_motion *m, const dds_entity_t reader[4], void *c
                       bool got[4])
 {
     bool all = true;
-
     arm_publish_state(&node, m, -3);
     for (int k = 0; k < 4; k++) {
         got[k] = got[k] || ros2_peer_take(reader[k], sample[k], 100);
@@ -203,7 +196,6 @@ TEST(operational_space_is_that_of_the_library)
     void *const samples[4] = {&l, &j, &b, &g};
     bool got[4] = {false};
     const arm_motion m = arm_motion_of(21);
-
     arm_expect_operational(workspace, model, &m, &expected);
     assert_true(WAIT_FOR(take_each(&m, readers, samples, got)));
     assert_array(&l, expected.lambda_inv, 12, 12, "stamp -3.000000007 frame base");
@@ -235,7 +227,6 @@ call(dds_entity_t requests, dds_entity_t replies,
      const totalforce_msgs_srv_dds__ForwardDynamics_Request_ *request)
 {
     static totalforce_msgs_srv_dds__ForwardDynamics_Response_ reply;
-
     if (!WAIT_FOR(replies_to(requests, replies, request, &reply)))
         fail_msg("call %d is not answered", (int)request->seq);
     return &reply;
@@ -258,7 +249,6 @@ TEST(calls_are_answered_to_their_caller)
                   .position = PEER_SEQUENCE(JOINTS, m.q),
                   .velocity = PEER_SEQUENCE(JOINTS, m.v),
                   .effort = PEER_SEQUENCE(JOINTS, m.tau)}};
-
     for (request.seq = 1; request.seq <= 20; request.seq++) {
         m = arm_motion_of(500 + (uint64_t)request.seq);
         arm_expect(workspace, &m, qdd);
@@ -298,7 +288,6 @@ static void publish_joints(uint32_t names, uint32_t positions, uint32_t velociti
 TEST(states_that_are_refused_are_named)
 {
     arm_motion m = arm_motion_of(31);
-
     publish_joints(JOINTS, 3, 0, &m);
     assert_true(arm_await_diagnostic(&node, "joint_states",
                                      "position: neither empty nor as long as the names") > 0);
@@ -324,7 +313,6 @@ TEST(missing_joints_are_named)
         .name = PEER_SEQUENCE(6, arm_joints),
         .position = PEER_SEQUENCE(6, (double *)(uintptr_t)m.q),
         .velocity = PEER_SEQUENCE(6, (double *)(uintptr_t)m.v)};
-
     int level = -1;
     assert_true(WAIT_FOR((assert_int_equal(dds_write(writer, &six), DDS_RETCODE_OK),
                           level = arm_find_diagnostic(&node, "lonely/joint_states",
@@ -348,7 +336,6 @@ TEST(stale_states_are_refused)
     const arm_motion m = arm_motion_of(32);
     const char *limit = "ms old, the limit is 100 ms";
     int level = -1;
-
     ros2_peer_await_writer(old.accelerations);
     assert_true(
         WAIT_FOR((arm_publish_state(&old, &m, 1),
@@ -367,7 +354,6 @@ TEST(commands_that_are_refused_are_named)
 {
     arm_motion m = arm_motion_of(33);
     char *stranger[] = {"joint_1", "elbow"};
-
     arm_publish_state(&node, &m, 1);
     arm_publish_efforts(&node, m.tau, 3);
     assert_int_equal(arm_await_diagnostic(&node, "effort_controller/commands",
@@ -390,7 +376,6 @@ TEST(commands_that_are_not_taken_are_not_answered)
     const arm_motion m = arm_motion_of(35);
     char *strangers[JOINTS] = {"a1", "a2", "a3", "a4", "a5", "a6", "a7"};
     double tau[JOINTS];
-
     arm_settle(&node);
     arm_publish_state(&node, &m, 1);
     arm_publish_efforts(&node, m.tau, JOINTS);
@@ -419,7 +404,6 @@ TEST(a_publisher_of_another_qos_or_type_is_named)
     const dds_entity_t is_volatile =
         ros2_peer_writer(node.participant, &std_msgs_msg_dds__String__desc,
                          "rt/arm/robot_description", PEER_DEFAULT);
-
     assert_int_equal(
         arm_await_diagnostic(&node, "lonely/joint_states", "type std_msgs::msg::dds_::String_"),
         LEVEL_WARN);
@@ -438,7 +422,6 @@ TEST(a_robot_in_another_domain_is_found_there)
     arm_node far = {.diagnostics =
                         ros2_peer_reader(p, &diagnostic_msgs_msg_dds__DiagnosticArray__desc,
                                          "rt/diagnostics", PEER_ALL)};
-
     assert_int_not_equal(test_domain(), arm_domain());
     ros2_peer_await_writer(far.diagnostics);
     assert_int_equal(arm_await_diagnostic(&far, "far/joint_states", "no publisher"), LEVEL_STALE);
@@ -450,7 +433,6 @@ TEST(a_robot_in_another_domain_is_found_there)
 static int serve(void **state)
 {
     char yaml[2048];
-
     (void)state;
     model = bundled_model("arm7.urdf", NULL);
     workspace = workspace_for(model, NULL);

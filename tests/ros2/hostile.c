@@ -52,7 +52,6 @@ static bool is_other_answered(void)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ m;
     const arm_motion motion = arm_motion_of(3);
-
     arm_publish_state(&other, &motion, 1);
     arm_publish_named_efforts(&other, arm_joints, motion.tau, JOINTS, 1);
     return ros2_peer_take(other.accelerations, &m, 100);
@@ -79,7 +78,6 @@ static void check_attack(tfa_client *client, const flood *how)
     static flooder f;
     const long before = harness_resident_kib(&running);
     int calls = 0;
-
     flooder_start(&f, how, node.domain);
     assert_true(WAIT_FOR(
         (call(client), ++calls >= CALLS && atomic_load(&f.written) * how->period_us > ATTACK_US)));
@@ -96,7 +94,6 @@ static void open_other(void)
 {
     const dds_entity_t p = other.participant = ros2_peer_open(node.domain);
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
-
     other.joint_states = ros2_peer_writer(p, state, "rt/other/joint_states", PEER_DEFAULT);
     other.joint_efforts = ros2_peer_writer(p, state, "rt/other/efforts", PEER_DEFAULT);
     other.accelerations = ros2_peer_reader(p, &trajectory_msgs_msg_dds__JointTrajectory__desc,
@@ -140,7 +137,6 @@ static void check_attacks(uint64_t begin)
 {
     static const char line[] = "a robot_description of";
     tfa_client *client = harness_connect(&running, "arm", TFA_WAIT_BLOCK);
-
     assert_int_equal(ask_arm(client, 0.1, right_answer, WAIT_NS), TFA_OK);
     for (size_t k = 0; k < flood_count; k++)
         check_attack(client, &floods[k]);
@@ -243,7 +239,6 @@ TEST(real_time_clients_are_served_under_attack)
 static uint32_t publishers(void)
 {
     const tfa_ros2_statistics s = arm_statistics(&running, "arm");
-
     for (uint32_t k = 0; k < s.input_count; k++)
         if (strcmp(s.inputs[k].name, "/arm/joint_states") == 0)
             return s.inputs[k].publishers;
@@ -254,7 +249,6 @@ TEST(hundreds_of_publishers_come_and_go)
 {
     serve("");
     const long before = harness_resident_kib(&running);
-
     for (int turn = 0; turn < 3; turn++) {
         const dds_entity_t p = ros2_peer_open(node.domain);
         for (int k = 0; k < PUBLISHERS; k++) {

@@ -95,7 +95,6 @@ TEST(another_model_takes_over_what_was_received)
     tfa_joint_inputs *s = arm_inputs(), *t = tfa_joint_inputs_create(next, 3);
     const tfa_joint_message m = positions(arm, q, 3), few = positions(next + 1, q, 1);
     double x[3];
-
     assert_non_null(t);
     assert_true(tfa_joint_inputs_merge(s, &m, POSITION, 100));
     assert_true(tfa_joint_inputs_merge(s, &few, POSITION, 110)); /* unknown */

@@ -58,7 +58,6 @@ static msg_bytes encoded[INPUTS][SAMPLES];
 static void encode_samples(void)
 {
     struct random_source seed = {1};
-
     for (size_t k = 0; k < INPUTS; k++) {
         const msg *m = msg_of_topic(inputs[k].type);
         void *sample = calloc(1, m->size);
@@ -83,7 +82,6 @@ static void open_writer(raw_writer *w, dds_entity_t participant, const struct in
 {
     const ros2_peer_qos qos =
         in->type == &std_msgs_msg_dds__String__desc ? PEER_TRANSIENT_LOCAL : PEER_DEFAULT;
-
     memcpy(w->ops, test_msg_dds__Bytes__desc.m_ops, sizeof w->ops);
     assert_int_equal(w->ops[2], sizeof((test_msg_dds__Bytes_ *)0)->data);
     w->ops[2] = size;
@@ -99,7 +97,6 @@ static void damage(uint8_t *byte, uint32_t size, struct random_source *seed)
 {
     static const uint32_t lengths[] = {0, 1, 0x7fffffff, 0x80000000, 0xffffffff, 0x20000001, 1000};
     const uint32_t how = (uint32_t)random_below(seed, 4);
-
     for (uint32_t k = 0; how == 1 && k < 1 + size / 16; k++)
         byte[random_below(seed, size)] = (uint8_t)random_below(seed, 256);
     if (how >= 2 && size >= 4)
@@ -112,7 +109,6 @@ static void write_damaged(const raw_writer *w, size_t input, uint32_t size,
     static uint8_t byte[SIZE_MAX_WRITTEN];
     const msg_bytes *from = &encoded[input][random_below(seed, SAMPLES)];
     const size_t body = from->size - 4; /* behind the header */
-
     memset(byte, 0, sizeof byte);
     memcpy(byte, from->byte + 4, body < size ? body : size);
     damage(byte, size, seed);
@@ -125,7 +121,6 @@ static uint32_t flood(struct random_source *seed, uint32_t size)
     static raw_writer writers[INPUTS];
     uint32_t written = 0;
     const dds_entity_t p = ros2_peer_open(node.domain);
-
     for (size_t k = 0; k < INPUTS; k++)
         open_writer(&writers[k], p, &inputs[k], size);
     for (size_t k = 0; k < INPUTS; k++)
@@ -145,7 +140,6 @@ TEST(damaged_messages_of_every_kind)
     static arm_witness w;
     uint32_t written = 0;
     const long before = harness_resident_kib(&running);
-
     arm_witness_start(&w, &running, true);
     for (size_t k = 0; k < SIZES; k++)
         written += flood(&seed, sizes[k]);
@@ -170,7 +164,6 @@ TEST(damaged_messages_of_every_kind)
 static int serve(void **state)
 {
     static char yaml[4096];
-
     (void)state;
     encode_samples();
     snprintf(yaml, sizeof yaml,

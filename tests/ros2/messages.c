@@ -135,7 +135,6 @@ static const msg_function all[] = {
 const msg *const *messages(void)
 {
     static const msg *list[sizeof all / sizeof *all + 1];
-
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         list[k] = all[k]();
     return list;
@@ -144,7 +143,6 @@ const msg *const *messages(void)
 const msg *const *services(void)
 {
     static const msg *list[4];
-
     list[0] = service_request();
     list[1] = service_call();
     list[2] = service_reply();
@@ -161,7 +159,6 @@ static const msg *find(const msg *const *m, const dds_topic_descriptor_t *topic)
 const msg *msg_of_topic(const dds_topic_descriptor_t *topic)
 {
     const msg *m = find(messages(), topic);
-
     if (m == NULL && (m = find(services(), topic)) == NULL)
         fail_msg("no message %s", topic->m_typename);
     return m;

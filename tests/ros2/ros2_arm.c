@@ -21,7 +21,6 @@ uint32_t arm_domain(void)
 const char *arm_yaml(const char *more)
 {
     static char text[1024];
-
     snprintf(text, sizeof text,
              ARM "    ros2:\n      enabled: yes\n      namespace: /arm\n"
                  "      effort_commands: effort_controller/commands\n"
@@ -35,7 +34,6 @@ const char *arm_yaml(const char *more)
 const char *arm_settings(const char *more)
 {
     static char text[512];
-
     snprintf(text, sizeof text,
              "ros2: {enabled: yes, domain: %u, discovery_range: system_default}\n%s", arm_domain(),
              more);
@@ -50,7 +48,6 @@ static bool is_answered(const arm_node *n, int kind, uint64_t seed)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ answer;
     const arm_motion m = arm_motion_of(seed);
-
     arm_publish_state(n, &m, kind);
     if (kind == 0)
         arm_publish_efforts(n, m.tau, JOINTS);
@@ -67,7 +64,6 @@ static bool is_answered(const arm_node *n, int kind, uint64_t seed)
 void arm_settle(const arm_node *n)
 {
     static uint64_t seed = 1000000;
-
     for (int kind = 0; kind < COMMAND_KINDS; kind++)
         assert_true(WAIT_FOR(is_answered(n, kind, seed++)));
 }
@@ -77,7 +73,6 @@ void arm_node_open(arm_node *n)
     n->domain = arm_domain();
     const dds_entity_t p = n->participant = ros2_peer_open(n->domain);
     const dds_topic_descriptor_t *state = &sensor_msgs_msg_dds__JointState__desc;
-
     n->joint_states = ros2_peer_writer(p, state, "rt/arm/joint_states", PEER_DEFAULT);
     n->effort_commands = ros2_peer_writer(p, &std_msgs_msg_dds__Float64MultiArray__desc,
                                           "rt/arm/effort_controller/commands", PEER_DEFAULT);
@@ -108,7 +103,6 @@ void arm_node_close(arm_node *n)
 arm_motion arm_motion_of(uint64_t seed)
 {
     arm_motion m;
-
     for (int j = 0; j < JOINTS; j++) {
         m.q[j] = test_random(&seed);
         m.v[j] = test_random(&seed);
@@ -126,7 +120,6 @@ void arm_expect(tfa_workspace *workspace, const arm_motion *m, double qdd[JOINTS
                                  .v = m->v,
                                  .tau = m->tau};
     tfa_reply reply = {.qdd = qdd};
-
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
 }
 
@@ -138,7 +131,6 @@ bool arm_is_answer(const trajectory_msgs_msg_dds__JointTrajectory_ *got, const a
     bool same = got->points._length == 1 && got->joint_names._length == JOINTS &&
                 p->positions._length == JOINTS && p->velocities._length == JOINTS &&
                 p->accelerations._length == JOINTS && p->effort._length == JOINTS;
-
     for (int j = 0; same && j < JOINTS; j++)
         same = strcmp(got->joint_names._buffer[j], arm_joints[j]) == 0;
     return same && memcmp(p->positions._buffer, m->q, size) == 0 &&
@@ -163,7 +155,6 @@ void arm_expect_operational(tfa_workspace *workspace, const tfa_model *model, co
     tfa_reply reply = {
         .lambda_inv = out->lambda_inv, .jacobian = out->jacobian, .bias_acceleration = out->bias};
     tfa_reply holding = {.gravity_force = out->gravity};
-
     assert_int_equal(tfa_compute(workspace, &request, &reply), TFA_OK);
     assert_int_equal(tfa_compute(workspace, &at_rest, &holding), TFA_OK);
 }
@@ -173,7 +164,6 @@ char *arm_urdf(bool heavy)
     static const char light_mass[] = "<mass value=\"2.8\"/>",
                       heavy_mass[] = "<mass value=\"5.6\"/>";
     char *const text = bundled_text("arm7.urdf"), *const at = strstr(text, light_mass);
-
     assert_non_null(at);
     if (heavy)
         memcpy(at, heavy_mass, sizeof heavy_mass - 1);
@@ -184,7 +174,6 @@ tfa_model *arm_model(const char *urdf)
 {
     tfa_description *d;
     tfa_report report = {0};
-
     assert_int_equal(tfa_urdf_parse(urdf, strlen(urdf), NULL, &d, &report), TFA_OK);
     tfa_model *model = compiled(d, NULL);
     tfa_description_free(d);
@@ -215,7 +204,6 @@ sensor_msgs_msg_dds__JointState_ arm_efforts(char **name, const double *tau, uin
 void arm_publish_state(const arm_node *n, const arm_motion *m, int32_t sec)
 {
     const sensor_msgs_msg_dds__JointState_ sample = arm_state(m, sec);
-
     assert_int_equal(dds_write(n->joint_states, &sample), DDS_RETCODE_OK);
 }
 
@@ -223,7 +211,6 @@ void arm_publish_efforts(const arm_node *n, const double *tau, uint32_t count)
 {
     const std_msgs_msg_dds__Float64MultiArray_ sample = {
         .data = PEER_SEQUENCE(count, (double *)(uintptr_t)tau)};
-
     assert_int_equal(dds_write(n->effort_commands, &sample), DDS_RETCODE_OK);
 }
 
@@ -231,7 +218,6 @@ void arm_publish_named_efforts(const arm_node *n, char **name, const double *tau
                                int32_t sec)
 {
     const sensor_msgs_msg_dds__JointState_ sample = arm_efforts(name, tau, count, sec);
-
     assert_int_equal(dds_write(n->joint_efforts, &sample), DDS_RETCODE_OK);
 }
 
@@ -243,7 +229,6 @@ void arm_publish_trajectory(const arm_node *n, const double *tau, int32_t sec)
                                                               .joint_names =
                                                                   PEER_SEQUENCE(JOINTS, arm_joints),
                                                               .points = PEER_SEQUENCE(2, points)};
-
     assert_int_equal(dds_write(n->trajectory, &sample), DDS_RETCODE_OK);
 }
 
@@ -251,7 +236,6 @@ static bool is_command_answered(const arm_node *n)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ m;
     const arm_motion motion = arm_motion_of(4);
-
     arm_publish_state(n, &motion, 4711);
     arm_publish_named_efforts(n, arm_joints, motion.tau, JOINTS, 4712);
     while (ros2_peer_take(n->accelerations, &m, 100))
@@ -269,7 +253,6 @@ static void *run_witness(void *arg)
 {
     arm_witness *w = arg;
     double qdd[JOINTS];
-
     for (; !atomic_load(&w->stop); w->asked++) {
         w->wrong += ask_arm(w->client, 0.1, qdd, WAIT_NS) != TFA_OK ||
                     (w->exact && memcmp(qdd, w->right, sizeof qdd) != 0);
@@ -320,7 +303,6 @@ int arm_level_in(const diagnostic_msgs_msg_dds__DiagnosticArray_ *message, const
 static int take_diagnostic(const arm_node *n, const char *what, const char *text)
 {
     diagnostic_msgs_msg_dds__DiagnosticArray_ sample = {0};
-
     if (!ros2_peer_take(n->diagnostics, &sample, 0))
         return -1;
     const int level = arm_level_in(&sample, what, text);
@@ -333,7 +315,6 @@ static int diagnostic_within(const arm_node *n, const char *what, const char *te
     const uint64_t end = now_ns() + ns;
     bool last = false;
     int level;
-
     do
         level = take_diagnostic(n, what, text);
     while (level < 0 && wait_again(end, &last));
@@ -355,7 +336,6 @@ tfa_ros2_statistics arm_statistics(const harness *h, const char *robot)
     tfa_statistics *statistics;
     tfa_snapshot *now;
     tfa_ros2_statistics found = {0};
-
     assert_int_equal(tfa_statistics_open(h->runtime_dir, WAIT_MS, &statistics), TFA_OK);
     assert_int_equal(tfa_snapshot_create(statistics, &now), TFA_OK);
     assert_int_equal(tfa_statistics_read(statistics, now), TFA_OK);
@@ -370,7 +350,6 @@ tfa_ros2_statistics arm_statistics(const harness *h, const char *robot)
 uint64_t arm_received(const harness *h, const char *robot, const char *topic)
 {
     const tfa_ros2_statistics s = arm_statistics(h, robot);
-
     for (uint32_t k = 0; k < s.input_count; k++)
         if (strcmp(s.inputs[k].name, topic) == 0)
             return s.inputs[k].received;

@@ -14,7 +14,6 @@ static dds_qos_t *make_qos(const dds_topic_descriptor_t *type, ros2_peer_qos kin
     const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
     const char *user_data = tfa_ros2_user_data(type->m_typename);
     dds_qos_t *qos = dds_create_qos();
-
     dds_qset_reliability(
         qos, kind == PEER_SENSOR ? DDS_RELIABILITY_BEST_EFFORT : DDS_RELIABILITY_RELIABLE,
         (dds_duration_t)WAIT_NS);
@@ -35,7 +34,6 @@ void ros2_peer_set_lease(const char *duration)
 {
     static char local[256];
     char uri[512];
-
     if (local[0] == 0)
         snprintf(local, sizeof local, "%s", getenv("CYCLONEDDS_URI"));
     snprintf(uri, sizeof uri,
@@ -49,7 +47,6 @@ dds_entity_t ros2_peer_open(uint32_t domain)
 {
     static const char enclave[] = "enclave=/;";
     dds_qos_t *qos = dds_create_qos();
-
     dds_qset_userdata(qos, enclave, sizeof enclave - 1);
     const dds_entity_t participant = dds_create_participant(domain, qos, NULL);
     dds_delete_qos(qos);
@@ -67,7 +64,6 @@ static dds_entity_t make_endpoint(maker make, dds_entity_t participant,
     const dds_entity_t entity = dds_create_topic(participant, type, topic, NULL, NULL);
     dds_qos_t *qos = make_qos(type, kind);
     const dds_entity_t endpoint = make(participant, entity, qos, NULL);
-
     dds_delete_qos(qos);
     assert_true(endpoint > 0);
     return endpoint;
@@ -88,7 +84,6 @@ dds_entity_t ros2_peer_reader(dds_entity_t participant, const dds_topic_descript
 static bool has_reader(dds_entity_t writer)
 {
     dds_publication_matched_status_t status = {0};
-
     assert_int_equal(dds_get_publication_matched_status(writer, &status), DDS_RETCODE_OK);
     return status.current_count > 0;
 }
@@ -96,7 +91,6 @@ static bool has_reader(dds_entity_t writer)
 static bool has_writer(dds_entity_t reader)
 {
     dds_subscription_matched_status_t status = {0};
-
     assert_int_equal(dds_get_subscription_matched_status(reader, &status), DDS_RETCODE_OK);
     return status.current_count > 0;
 }
@@ -116,7 +110,6 @@ bool ros2_peer_take(dds_entity_t reader, void *sample, int timeout_ms)
     const uint64_t end = now_ns() + 1000000u * (uint64_t)timeout_ms;
     dds_sample_info_t info;
     bool last = false;
-
     do
         while (dds_take(reader, &sample, &info, 1, 1) == 1)
             if (info.valid_data)

@@ -46,7 +46,6 @@ static void *lasting(size_t size)
     static max_align_t store[1 << 18];
     static size_t used;
     void *const start = &store[used];
-
     used += (size + sizeof *store - 1) / sizeof *store;
     assert_true(used <= sizeof store / sizeof *store);
     return start;
@@ -116,7 +115,6 @@ static void put_uint32(msg_bytes *out, size_t value)
 {
     const uint8_t byte[4] = {(uint8_t)value, (uint8_t)(value >> 8), (uint8_t)(value >> 16),
                              (uint8_t)(value >> 24)};
-
     align(out, 4);
     put(out, byte, 4);
 }
@@ -152,7 +150,6 @@ static void put_message(msg_bytes *out, const msg *m, const void *sample)
 void msg_encode(const msg *m, const void *sample, msg_bytes *out)
 {
     const uint8_t start[HEADER] = {0, 1, 0, 0};
-
     out->size = 0;
     put(out, start, HEADER);
     put_message(out, m, sample);

@@ -20,7 +20,6 @@ static dds_guid_t writer_of(dds_entity_t reader, dds_instance_handle_t handle)
 {
     dds_builtintopic_endpoint_t *e = dds_get_matched_publication_data(reader, handle);
     dds_guid_t guid = {{0}};
-
     if (e != NULL) {
         guid = e->participant_key;
         dds_builtintopic_free_endpoint(e);
@@ -32,7 +31,6 @@ static dds_guid_t writer_of(dds_entity_t reader, dds_instance_handle_t handle)
 static bool take_sample(dds_entity_t reader, void *sample, dds_guid_t *from)
 {
     dds_sample_info_t info;
-
     while (dds_take(reader, &sample, &info, 1, 1) == 1)
         if (info.valid_data) {
             *from = writer_of(reader, info.publication_handle);
@@ -46,7 +44,6 @@ static int32_t publish(void)
 {
     static int32_t stamp = 1000;
     const arm_motion m = arm_motion_of((uint64_t)++stamp);
-
     arm_publish_state(&node, &m, stamp);
     arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, stamp);
     return stamp;
@@ -56,7 +53,6 @@ static int32_t publish(void)
 static int32_t await_answer(dds_guid_t *from)
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ answer;
-
     assert_true(WAIT_FOR(take_sample(node.accelerations, &answer, from)));
     return answer.header.stamp.sec;
 }
@@ -67,7 +63,6 @@ static int32_t await_answer(dds_guid_t *from)
 static bool reads_commands(const harness *h)
 {
     const uint64_t before = arm_received(h, "arm", EFFORTS);
-
     (void)publish();
     sleep_ms(20); /* between two commands */
     return arm_received(h, "arm", EFFORTS) > before;
@@ -80,7 +75,6 @@ static void take_answers(const dds_guid_t *expected)
 {
     const int32_t last = publish();
     dds_guid_t from;
-
     for (int32_t stamp = 0; stamp != last;) {
         stamp = await_answer(&from);
         assert_memory_equal(&from, expected, sizeof from);
@@ -94,7 +88,6 @@ static bool is_answered(dds_guid_t *from)
     const int32_t stamp = publish();
     const uint64_t end = now_ns() + 200000000;
     bool last = false;
-
     do
         while (take_sample(node.accelerations, &answer, from))
             if (answer.header.stamp.sec == stamp)
@@ -107,7 +100,6 @@ static bool is_answered(dds_guid_t *from)
 static dds_guid_t find_leader(void)
 {
     dds_guid_t from;
-
     assert_true(WAIT_FOR(is_answered(&from)));
     return from;
 }
@@ -117,7 +109,6 @@ static dds_guid_t find_leader(void)
 static void assert_one_answers(const dds_guid_t *leader, const harness *standby)
 {
     dds_guid_t from;
-
     take_answers(leader);
     for (int k = 0; k < COMMANDS; k++) {
         const int32_t stamp = publish();
@@ -140,7 +131,6 @@ static void assert_one_answers(const dds_guid_t *leader, const harness *standby)
 static const char *settings_of(uint32_t domain, unsigned lease_ms)
 {
     char more[128];
-
     snprintf(more, sizeof more, "dds: {enabled: yes, domain: %u, lease_ms: %u}\n", domain,
              lease_ms);
     return arm_settings(more);
@@ -158,7 +148,6 @@ static uint32_t known_daemons(void)
 static void join(harness *h)
 {
     const uint32_t daemons = known_daemons();
-
     harness_start(h, "arm");
     assert_true(harness_logged(h, "standby, the leader has"));
     assert_true(WAIT_FOR(known_daemons() > daemons));
@@ -194,7 +183,6 @@ static void assert_writer(dds_entity_t reader, const dds_topic_descriptor_t *typ
 {
     void *sample = calloc(1, type->m_size);
     dds_guid_t from;
-
     assert_non_null(sample);
     while (take_sample(reader, sample, &from))
         ; /* of a leader before */
@@ -224,7 +212,6 @@ static dds_guid_t await_second(const dds_guid_t *before)
 static void check_standby(uint32_t domain)
 {
     const dds_guid_t before = open_all(domain);
-
     harness_pause(&first);
     const dds_guid_t leader = await_second(&before);
     assert_int_equal(kill(first.pid, SIGCONT), 0);
@@ -243,7 +230,6 @@ static void check_standby(uint32_t domain)
 static void check_takeover(uint32_t domain)
 {
     const dds_guid_t before = open_all(domain);
-
     (void)harness_stop(&first, SIGKILL);
     const dds_guid_t leader = await_second(&before);
     assert_one_answers(&leader, NULL);
@@ -292,7 +278,6 @@ static bool has_acceleration(const double qdd[JOINTS])
 {
     static trajectory_msgs_msg_dds__JointTrajectory_ got;
     const arm_motion m = arm_motion_of(77);
-
     arm_publish_state(&node, &m, 1);
     arm_publish_named_efforts(&node, arm_joints, m.tau, JOINTS, 1);
     return ros2_peer_take(node.accelerations, &got, 50) &&
@@ -304,7 +289,6 @@ static void await_model(tfa_workspace *workspace)
 {
     const arm_motion m = arm_motion_of(77);
     double qdd[JOINTS];
-
     arm_expect(workspace, &m, qdd);
     assert_true(WAIT_FOR(has_acceleration(qdd)));
 }
@@ -318,7 +302,6 @@ TEST(a_stopped_leader_comes_back_and_is_silent)
     dds_entity_t readers[OUTPUTS];
     const std_msgs_msg_dds__String_ description = {text};
     const dds_guid_t before = open_all(test_domain());
-
     for (size_t k = 0; k < OUTPUTS; k++)
         readers[k] =
             ros2_peer_reader(node.participant, outputs[k].type, outputs[k].topic, PEER_DEFAULT);
@@ -326,7 +309,6 @@ TEST(a_stopped_leader_comes_back_and_is_silent)
     await_model(workspace);
     assert_true(harness_logged(&first, "reload: done, 1 of 1"));
     assert_true(harness_logged(&second, "reload: done, 1 of 1"));
-
     harness_pause(&first);
     const dds_guid_t leader = await_second(&before);
     await_model(workspace);
@@ -337,7 +319,6 @@ TEST(a_stopped_leader_comes_back_and_is_silent)
     assert_one_answers(&leader, &first);
     assert_only_one_writes(readers, &leader);
     await_model(workspace);
-
     assert_int_equal(harness_stop(&first, SIGTERM), 0);
     harness_remove(&first);
     close_all(&second);

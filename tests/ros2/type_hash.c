@@ -57,7 +57,6 @@ static const char *hash_of(const msg *m)
     char *text;
     size_t size;
     FILE *out = open_memstream(&text, &size);
-
     assert_non_null(out);
     qsort(found, count, sizeof *found, by_name);
     fprintf(out, "{\"type_description\": ");
@@ -98,7 +97,6 @@ TEST(hashes_are_those_that_ros_2_publishes)
         {"rmw_dds_common/msg/ParticipantEntitiesInfo",
          "91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e"},
     };
-
     for (size_t i = 0; i < sizeof published / sizeof *published; i++)
         assert_string_equal(hash_of(find(published[i][0])), published[i][1]);
 }

@@ -48,7 +48,6 @@ static motion motion_of(uint64_t seed)
 {
     motion m;
     float norm = 0;
-
     for (int k = 0; k < LEGS; k++) {
         m.q[k] = (float)test_random(&seed);
         m.v[k] = (float)test_random(&seed);
@@ -68,7 +67,6 @@ static motion motion_of(uint64_t seed)
 static unitree_go_msg_dds__LowState_ go_state(const motion *m)
 {
     unitree_go_msg_dds__LowState_ s;
-
     memset(&s, 0, sizeof s);
     for (int k = 0; k < LEGS; k++) {
         s.motor_state[k].q = m->q[k];
@@ -85,7 +83,6 @@ static unitree_go_msg_dds__LowState_ go_state(const motion *m)
 static unitree_hg_msg_dds__LowState_ hg_state(const motion *m)
 {
     unitree_hg_msg_dds__LowState_ s;
-
     memset(&s, 0, sizeof s);
     for (int k = 0; k < LEGS; k++) {
         s.motor_state[15 + k].q = m->q[k];
@@ -114,7 +111,6 @@ static void expect(const motion *m, double qdd[LEGS])
                                  .base_twist = twist};
     double base[6];
     tfa_reply reply = {.qdd = qdd, .base_acceleration = base};
-
     for (int k = 0; k < LEGS; k++) {
         const int32_t joint = tfa_model_find_joint(model, motor_joints[k]);
         assert_true(joint >= 0);
@@ -131,7 +127,6 @@ static void publish_efforts(dds_entity_t writer, const motion *m)
         .header = {{3, 4}, "policy"},
         .name = PEER_SEQUENCE(LEGS, motor_joints),
         .effort = PEER_SEQUENCE(LEGS, (double *)(uintptr_t)m->tau)};
-
     assert_int_equal(dds_write(writer, &sample), DDS_RETCODE_OK);
 }
 
@@ -143,7 +138,6 @@ static bool is_answered(dds_entity_t state, const void *low_state, dds_entity_t 
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
     static double effort = 1;
     double qdd[LEGS];
-
     m.tau[0] = effort += 0.001;
     expect(&m, qdd);
     assert_int_equal(dds_write(state, low_state), DDS_RETCODE_OK);
@@ -181,7 +175,6 @@ TEST(a_wrong_crc_is_refused)
     const motion m = motion_of(20);
     unitree_go_msg_dds__LowState_ dog = go_state(&m);
     unitree_hg_msg_dds__LowState_ man = hg_state(&m);
-
     dog.motor_state[19].q_raw = 1e-3f;
     man.crc ^= 1;
     assert_int_equal(dds_write(go, &dog), DDS_RETCODE_OK);
@@ -194,7 +187,6 @@ TEST(a_motor_that_is_not_finite_is_refused_by_its_joint)
 {
     const motion m = motion_of(21);
     unitree_go_msg_dds__LowState_ dog = go_state(&m);
-
     dog.motor_state[3].dq = NAN;
     dog.crc = tfa_unitree_go_crc(&dog);
     assert_int_equal(dds_write(go, &dog), DDS_RETCODE_OK);
@@ -208,7 +200,6 @@ TEST(a_robot_that_falls_silent_is_stale)
     const motion m = motion_of(22);
     const unitree_go_msg_dds__LowState_ dog = go_state(&m);
     static trajectory_msgs_msg_dds__JointTrajectory_ sample;
-
     assert_answer(old, &dog, old_efforts, old_answers, &m);
     assert_int_equal(
         arm_await_diagnostic(&node, "old/totalforce: /old/lowstate", "the limit is 500 ms"), 3);
@@ -222,7 +213,6 @@ TEST(a_publisher_with_other_motors_is_seen_as_silent)
 {
     dds_topic_descriptor_t type = test_msg_dds__Bytes__desc;
     const test_msg_dds__Bytes_ bytes = {{0}};
-
     type.m_typename = unitree_hg_msg_dds__LowState__desc.m_typename;
     const dds_entity_t writer =
         ros2_peer_writer(node.participant, &type, "rt/mute/lowstate", PEER_SENSOR);
@@ -245,7 +235,6 @@ TEST(nothing_is_written_to_the_robot)
     const dds_entity_t reader =
         dds_create_reader(node.participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
     const int count = dds_read(reader, found, info, 256, 256);
-
     assert_true(count > 3);
     for (int k = 0; k < count; k++) {
         const dds_builtintopic_endpoint_t *e = found[k];
@@ -272,7 +261,6 @@ static void open_node(void)
 {
     const dds_entity_t p = node.participant = ros2_peer_open(test_domain());
     const dds_topic_descriptor_t *efforts = &sensor_msgs_msg_dds__JointState__desc;
-
     go = ros2_peer_writer(p, &unitree_go_msg_dds__LowState__desc, "rt/lowstate", PEER_DEFAULT);
     hg = ros2_peer_writer(p, &unitree_hg_msg_dds__LowState__desc, "rt/man/lowstate", PEER_SENSOR);
     go_efforts = ros2_peer_writer(p, efforts, "rt/dog/efforts", PEER_DEFAULT);
@@ -290,7 +278,6 @@ static int serve(void **state)
 {
     const tfa_model_options floating = {.base = TFA_BASE_FLOATING};
     char more[128];
-
     (void)state;
     model = bundled_model("quadruped.urdf", &floating);
     workspace = workspace_for(model, NULL);

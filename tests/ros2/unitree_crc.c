@@ -23,7 +23,6 @@ TEST(words_have_the_crc_of_an_stm32)
         {{0x12345678}, 1, 0xdf8a8a2b},
         {{0x12345678, 0x9abcdef0}, 2, 0x7d24a31b},
     };
-
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         assert_int_equal(tfa_unitree_crc32(rows[i].word, rows[i].count), rows[i].crc);
 }
@@ -32,7 +31,6 @@ TEST(words_have_the_crc_of_an_stm32)
 static uint32_t long_division(const uint8_t *image, size_t size)
 {
     uint32_t remainder = 0xffffffff;
-
     for (size_t i = 0; i + 4 <= size; i += 4)
         for (int byte = 3; byte >= 0; byte--)
             for (int bit = 7; bit >= 0; bit--) {
@@ -63,7 +61,6 @@ TEST(states_have_the_crc_of_their_members)
     const msg *const go = msg_of_topic(&unitree_go_msg_dds__LowState__desc);
     const msg *const hg = msg_of_topic(&unitree_hg_msg_dds__LowState__desc);
     struct random_source seed = {1};
-
     for (int padding = 0; padding < 256; padding += 51)
         for (int i = 0; i < 10; i++) {
             union {
@@ -72,12 +69,10 @@ TEST(states_have_the_crc_of_their_members)
                 unitree_hg_msg_dds__LowState_ hg;
             } low;
             uint8_t image[4096] = {0};
-
             memset(&low, padding, sizeof low);
             msg_fill(go, &low.go, &seed);
             copy_members(go, low.byte, image);
             assert_int_equal(tfa_unitree_go_crc(&low.go), long_division(image, go->size - 4));
-
             memset(image, 0, sizeof image);
             memset(&low, padding, sizeof low);
             msg_fill(hg, &low.hg, &seed);
@@ -95,7 +90,6 @@ TEST(states_have_the_crc_of_unitree)
         unitree_go_msg_dds__LowState_ go;
         unitree_hg_msg_dds__LowState_ hg;
     } low = {{0}};
-
     assert_int_equal(tfa_unitree_go_crc(&low.go), 0x85f11ea6);
     assert_int_equal(tfa_unitree_hg_crc(&low.hg), 0xd64bb04a);
     for (size_t i = 0; i < sizeof low.byte; i++)

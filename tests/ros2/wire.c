@@ -17,7 +17,6 @@ static void assert_on_wire(const msg *m, const void *sample, const uint8_t *expe
     static msg_bytes written;
     const wire w = wire_open(m);
     struct ddsi_serdata *data = write_bytes(&w, sample, &written);
-
     assert_same_bytes(written.byte, written.size, expected, size);
     assert_read(m, data->type, &written, sample);
     ddsi_serdata_unref(data);
@@ -44,9 +43,7 @@ TEST(joint_state_has_the_known_bytes)
         .effort = {2, 2, effort, false},
     };
     const msg *const m = msg_of_topic(&sensor_msgs_msg_dds__JointState__desc);
-
     assert_on_wire(m, &sample, expected, sizeof expected);
-
     /* and member by member */
     sensor_msgs_msg_dds__JointState_ copy = {0};
     static msg_bytes bytes;
@@ -84,7 +81,6 @@ TEST(service_request_has_the_known_bytes)
         .q = {2, 2, q, false},
         .tau = {1, 1, tau, false},
     };
-
     assert_on_wire(msg_of_topic(&test_srv_dds__Dynamics_Request__desc), &sample, expected,
                    sizeof expected);
 }
@@ -94,7 +90,6 @@ TEST(padding_at_the_end_is_counted_in_the_header)
 {
     static const uint8_t expected[] = {0, 1, 0, 1, 3, 0, 0, 0, 'h', 'i', 0, 0};
     const std_msgs_msg_dds__String_ sample = {"hi"};
-
     assert_on_wire(msg_of_topic(&std_msgs_msg_dds__String__desc), &sample, expected,
                    sizeof expected);
 }
@@ -105,7 +100,6 @@ static void check_sample(const msg *m, const void *sample, msg_bytes *written,
                          const struct ddsi_sertype *type)
 {
     static msg_bytes expected;
-
     msg_encode(m, sample, &expected);
     assert_same_bytes(written->byte, written->size, expected.byte, expected.size);
     assert_read(m, type, &expected, sample);

@@ -28,7 +28,6 @@ static int bind_at(const char *directory, const char *name, int type)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     const int fd = socket(AF_UNIX, type | SOCK_CLOEXEC, 0);
-
     snprintf(address.sun_path, sizeof address.sun_path, "%s/%s", directory, name);
     assert_int_equal(bind(fd, (const struct sockaddr *)&address, sizeof address), 0);
     return fd;
@@ -37,7 +36,6 @@ static int bind_at(const char *directory, const char *name, int type)
 static int listen_at(const char *directory, const char *name, int type)
 {
     const int fd = bind_at(directory, name, type);
-
     assert_int_equal(listen(fd, 16), 0);
     return fd;
 }
@@ -71,7 +69,6 @@ static int remove_directory(void **state)
 static void activate(void)
 {
     char number[16], log[96];
-
     snprintf(log, sizeof log, "%s/log", h.directory);
     h.pid = fork();
     assert_true(h.pid >= 0);
@@ -98,7 +95,6 @@ static bool is_socket(const char *name)
 {
     char path[160];
     struct stat info;
-
     snprintf(path, sizeof path, "%s/%s", h.runtime_dir, name);
     return stat(path, &info) == 0 && S_ISSOCK(info.st_mode);
 }
@@ -159,7 +155,6 @@ static tfa_client *connect_at(const char *directory)
 {
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *client;
-
     options.runtime_dir = directory;
     options.wait = TFA_WAIT_BLOCK;
     assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
@@ -172,7 +167,6 @@ static void passed_sockets_are_kept(void **state)
 {
     char away[96];
     double qdd[7];
-
     (void)state;
     snprintf(away, sizeof away, "%s/away", h.directory);
     add_socket("arm.sock");
@@ -257,6 +251,5 @@ int main(void)
                                         remove_directory),
         cmocka_unit_test_setup_teardown(wrong_numbers_are_named, make_directory, remove_directory),
     };
-
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

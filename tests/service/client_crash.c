@@ -203,8 +203,8 @@ TEST(reconnect_waits_for_the_daemon)
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *hasty, *patient = harness_connect(&h, "arm", TFA_WAIT_DEFAULT);
     options.connect_timeout_ms = 15; /* as short as it connects here: it is waited for below */
-    assert_true(WAIT_FOR((options.connect_timeout_ms *= 2,
-                          tfa_client_connect(&options, &hasty) == TFA_OK)));
+    assert_true(WAIT_FOR(
+        (options.connect_timeout_ms *= 2, tfa_client_connect(&options, &hasty) == TFA_OK)));
     (void)harness_stop(&h, SIGKILL);
     assert_int_equal(tfa_client_reconnect(hasty), TFA_E_DISCONNECTED);
     assert_int_equal(tfa_client_reconnect(hasty), TFA_E_DISCONNECTED);
@@ -250,8 +250,9 @@ TEST(a_full_queue_is_waited_for)
     harness h;
     tfa_client *client;
     int fds[MOST];
-    harness_serve(&h, ARM, "limits: {clients: 200, clients_per_user: 200, "
-                           "connects_per_second: 100000}\n");
+    harness_serve(&h, ARM,
+                  "limits: {clients: 200, clients_per_user: 200, "
+                  "connects_per_second: 100000}\n");
     tfa_client_options options = harness_options(&h, "arm");
     harness_pause(&h);
     const int n = fill_queue(&h, fds, MOST);

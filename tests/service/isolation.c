@@ -335,7 +335,6 @@ TEST(tips_are_limited)
     assert_int_equal(reply.field, TFA_FIELD_TIPS);
     tfa_client_close(client);
     harness_remove(&h);
-
     /* 0.7 MiB a connection, and the daemon may not have noticed yet that the last one is closed */
     harness_serve(&h, ARM, "limits: {memory_mib_per_user: 2}\n");
     options = harness_options(&h, "arm");

@@ -35,7 +35,6 @@ static tfa_client *connect_with_standby(void)
 {
     tfa_client_options options = harness_options(&first, "arm");
     tfa_client *client;
-
     options.standby_dir = second.runtime_dir;
     options.connect_timeout_ms = INT_MAX;
     assert_int_equal(tfa_client_connect(&options, &client), TFA_OK);
@@ -45,7 +44,6 @@ static tfa_client *connect_with_standby(void)
 static void assert_calls_are_answered(tfa_client *client, const harness *by)
 {
     double expected[7], qdd[7];
-
     assert_int_equal(ask_arm(client, 0.2, expected, WAIT_NS), TFA_OK);
     for (int i = 0; i < CALLS; i++) {
         assert_int_equal(ask_arm(client, 0.2, qdd, WAIT_NS), TFA_OK);
@@ -58,7 +56,6 @@ static void assert_calls_are_answered(tfa_client *client, const harness *by)
 static void calls_go_on(void **state)
 {
     tfa_client *client = connect_with_standby();
-
     (void)state;
     assert_calls_are_answered(client, &first);
     for (int i = 0; i < 3; i++) {
@@ -83,7 +80,6 @@ static void sent_requests_are_reported(void **state)
     tfa_reply reply = {.qdd = qdd};
     tfa_exchange exchange;
     uint64_t ids[SENT];
-
     (void)state;
     harness_pause(&first);
     for (int i = 0; i < SENT; i++)
@@ -118,7 +114,6 @@ static void neither_is_there(void **state)
     tfa_client *client = connect_with_standby();
     double qdd[7];
     int status = TFA_E_DISCONNECTED;
-
     (void)state;
     (void)harness_stop(&first, SIGKILL);
     (void)harness_stop(&second, SIGKILL);
@@ -137,7 +132,6 @@ static void neither_is_there(void **state)
 static tfa_client *client_of_silent_daemons(void)
 {
     tfa_client *client = connect_with_standby();
-
     (void)harness_stop(&first, SIGKILL);
     harness_start(&first, "arm");
     harness_pause(&first);
@@ -155,7 +149,6 @@ static void wake_both(tfa_client *client)
 static void assert_unanswered(tfa_client *client, uint64_t timeout_ns)
 {
     double qdd[7];
-
     assert_int_not_equal(ask_arm(client, 0.2, qdd, timeout_ns), TFA_OK);
 }
 
@@ -163,7 +156,6 @@ static void assert_unanswered(tfa_client *client, uint64_t timeout_ns)
 static void calls_end_by_themselves(void **state)
 {
     tfa_client *client = client_of_silent_daemons();
-
     (void)state;
     assert_unanswered(client, 100 * MS);
     wake_both(client);
@@ -173,7 +165,6 @@ static void calls_end_by_themselves(void **state)
 static bool next_call_does_not_look(tfa_client *client)
 {
     const uint64_t timeout = 200 * MS;
-
     assert_unanswered(client, timeout);
     const uint64_t start = now_ns();
     assert_unanswered(client, timeout);
@@ -185,7 +176,6 @@ static bool next_call_does_not_look(tfa_client *client)
 static void looks_are_apart(void **state)
 {
     tfa_client *client = client_of_silent_daemons();
-
     (void)state;
     assert_true(WAIT_FOR(next_call_does_not_look(client)));
     wake_both(client);
@@ -196,7 +186,6 @@ static void notice_the_end(tfa_client *client)
 {
     double qdd[7];
     int status;
-
     assert_true(WAIT_FOR((status = ask_arm(client, 0.2, qdd, MS)) != TFA_E_TIMEOUT));
     assert_int_equal(status, TFA_E_DISCONNECTED);
 }
@@ -207,7 +196,6 @@ static void sending_does_not_wait(void **state)
     tfa_client *client = client_of_silent_daemons();
     double q[7], v[7], tau[7];
     const tfa_request request = arm_request(0.2, q, v, tau);
-
     (void)state;
     notice_the_end(client);
     sleep_ms(50); /* longer than the pause between two looks: sending looks, too */
@@ -224,7 +212,6 @@ typedef struct arm_here {
 static arm_here set_fallback(tfa_client *client)
 {
     arm_here arm;
-
     assert_int_equal(
         tfa_model_load(TFA_SOURCE_DIR "/config/robots/arm7.urdf", NULL, NULL, &arm.model), TFA_OK);
     arm.workspace = workspace_for(arm.model, NULL);
@@ -246,7 +233,6 @@ static void fallback_answers_soon(void **state)
     tfa_client *client = client_of_silent_daemons();
     const arm_here arm = set_fallback(client);
     double qdd[7];
-
     (void)state;
     assert_int_equal(ask_arm(client, 0.2, qdd, 86400 * 1000 * MS), TFA_OK);
     wake_both(client);
@@ -258,7 +244,6 @@ static void another_model_is_not_taken(void **state)
 {
     tfa_client *client = connect_with_standby();
     double qdd[7];
-
     (void)state;
     (void)harness_stop(&second, SIGKILL);
     harness_configure(&second, ARM "    gravity: [0, 0, -1.62]\n", "");
@@ -282,7 +267,6 @@ static void another_model_is_not_taken(void **state)
 static void another_model_is_not_taken_with_a_fallback(void **state)
 {
     double expected[7], qdd[7];
-
     (void)state;
     harness_start(&first, "arm");
     tfa_client *client = connect_with_standby();
@@ -311,6 +295,5 @@ int main(void)
         cmocka_unit_test(another_model_is_not_taken),
         cmocka_unit_test(another_model_is_not_taken_with_a_fallback),
     };
-
     return cmocka_run_group_tests(tests, start_both, remove_both);
 }

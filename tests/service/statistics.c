@@ -152,7 +152,6 @@ TEST(what_was_received_was_counted)
     assert_int_equal(r.now->robots[1].served.joints, 7);
     assert_int_equal(strlen(r.now->robots[1].served.model_hash), 64);
     assert_true(r.now->robots[1].served.kernel_isa[0] != 0);
-
     tfa_client_options options = harness_options(&h, "arm");
     tfa_client *a, *b = harness_connect(&h, "arm", TFA_WAIT_BLOCK),
                    *c = harness_connect(&h, "other", TFA_WAIT_BLOCK);
@@ -182,7 +181,6 @@ TEST(what_was_received_was_counted)
         assert_int_equal(tfa_client_call(b, &request, &reply, WAIT_NS, NULL), TFA_E_VALUE);
     q[1] = 0.5;
     assert_int_equal(tfa_client_call(c, &request, &reply, WAIT_NS, NULL), TFA_OK);
-
     const tfa_robot_statistics *arm = await_requests(&r, 0, 19);
     assert_int_equal(arm->clients, 2);
     assert_int_equal(arm->total.rejected, 3);
@@ -198,7 +196,6 @@ TEST(what_was_received_was_counted)
     assert_true(arm->total.busy_ns > 0 && arm->total.busy_ns <= (uint64_t)arm->total.compute.sum);
     assert_int_equal(await_requests(&r, 1, 1)->total.methods[TFA_METHOD_TFA], 1);
     assert_int_equal(r.now->connections, connections + 3);
-
     tfa_client_close(a); /* its counts stay */
     await_clients(&r, 0, 1);
     arm = await_requests(&r, 0, 19);

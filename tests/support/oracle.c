@@ -362,7 +362,6 @@ void oracle_set_state(oracle *o, const tfa_request *r, uint32_t state)
     o->moving = (struct oracle_sums){0};
     oracle_move_links(o, r->q ? r->q + (size_t)state * o->q_count : NULL,
                       r->base_pose ? r->base_pose + (size_t)state * 7 : NULL);
-
     struct columns c = columns_make(o);
     for (uint32_t k = 0; k < d->link_count; k++)
         add_mass(o, k, &o->body[k], d->links[k].mass, &c);

@@ -19,7 +19,6 @@
 
 namespace
 {
-
 /* Links and joints with nothing zero: masses about 1 kg, lengths about 1 m */
 class chain_maker
 {
@@ -31,7 +30,6 @@ class chain_maker
         for (unsigned i = 0; i < joints; i++)
             joint(i);
     }
-
     tfa_model *compile()
     {
         tfa_description d = {};
@@ -43,7 +41,6 @@ class chain_maker
         tfa_model *model = nullptr;
         return tfa_model_create(&d, nullptr, nullptr, &model) == TFA_OK ? model : nullptr;
     }
-
     double uniform()
     {
         return std::uniform_real_distribution<double>(-1, 1)(engine_);
@@ -60,7 +57,6 @@ class chain_maker
         for (int k = 0; k < n; k++)
             x[k] /= std::sqrt(sum);
     }
-
     void link(unsigned i)
     {
         tfa_link &l = links_[i] = {};
@@ -75,7 +71,6 @@ class chain_maker
         l.inertia[3] = 0.06 + 0.01 * uniform();
         l.inertia[5] = 0.07 + 0.01 * uniform();
     }
-
     void joint(unsigned i)
     {
         tfa_joint &j = joints_[i] = {};
@@ -94,7 +89,6 @@ class chain_maker
         j.axis[2] = 1;
         j.mimic = -1;
     }
-
     std::mt19937 engine_{1};
     std::vector<std::string> names_;
     std::vector<tfa_link> links_;

@@ -11,7 +11,6 @@
 
 namespace
 {
-
 /* Force that a part passes on, by the acceleration of its end: f_out = J a_out + g */
 struct beyond {
     num J[MAT6_PADDED];
@@ -138,12 +137,10 @@ class tree
 {
   public:
     explicit tree(scan *scan) : scan_(scan), nodes_(4 * (size_t)scan->segments) {}
-
     void up()
     {
         up(1, 0, scan_->segments);
     }
-
     void down(svec a_in)
     {
         beyond nothing;
@@ -171,7 +168,6 @@ class tree
         up(2 * node + 1, middle, end);
         nodes_[node] = joined(nodes_[2 * node], nodes_[2 * node + 1]);
     }
-
     void down(size_t node, uint32_t first, uint32_t end, svec a_in, const beyond &b)
     {
         if (end - first == 1) {
@@ -186,7 +182,6 @@ class tree
         down(2 * node, first, middle, a_in, inner);
         down(2 * node + 1, middle, end, end_acceleration(nodes_[2 * node], a_in, inner), b);
     }
-
     scan *scan_;
     std::vector<element> nodes_;
 };

@@ -5,6 +5,7 @@
  */
 #include "oracle_operational.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -126,4 +127,28 @@ void oracle_com_jacobian(const oracle *o, quad *J)
 void oracle_bias_force(const oracle *o, quad *h)
 {
     memcpy(h, o->ht, o->rows * sizeof *h);
+}
+
+double oracle_pose_error(const oracle *o, uint32_t link, const double pose[7])
+{
+    double p[3], R[9], far = 0, off = 0, turned = 0;
+    const double *q = pose + 3;
+    oracle_pose(o, link, p, R);
+    for (int i = 0; i < 3; i++) {
+        far = hypot(far, p[i]);
+        off = hypot(off, pose[i] - p[i]);
+    }
+    for (int k = 0; k < 3; k++) { /* columns: e_k turned by the quaternion */
+        double e[3] = {k == 0, k == 1, k == 2}, t[3], difference = 0;
+        for (int i = 0; i < 3; i++)
+            t[i] = 2 * (q[(i + 1) % 3] * e[(i + 2) % 3] - q[(i + 2) % 3] * e[(i + 1) % 3]);
+        for (int i = 0; i < 3; i++)
+            difference =
+                hypot(difference, e[i] + q[3] * t[i] + q[(i + 1) % 3] * t[(i + 2) % 3] -
+                                      q[(i + 2) % 3] * t[(i + 1) % 3] - R[3 * i + k]);
+        turned = fmax(turned, difference);
+    }
+    const double size = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const double error = fmax(fmax(off / fmax(far, 1), turned), fabs(size - 1));
+    return q[3] >= 0 && !isnan(off + turned + size) ? error : (double)INFINITY;
 }

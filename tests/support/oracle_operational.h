@@ -44,4 +44,8 @@ oracle_centroid oracle_sums_of(const oracle *o);
 /** 3 x n */
 void oracle_com_jacobian(const oracle *o, quad *J);
 
+/** Distance of a pose from the link's: of the position, relative to its distance from the origin
+ *  beyond 1 m, of the axes, of the quaternion's norm from 1. INFINITY if w is negative. */
+double oracle_pose_error(const oracle *o, uint32_t link, const double pose[7]);
+
 #endif

@@ -71,3 +71,15 @@ void step_state(const tfa_description *description, const oracle *o, const rando
     for (int k = 0; k < 6; k++)
         to->base_twist[k] = from->base_twist[k] + dt * base_acceleration[k];
 }
+
+void step_model(const tfa_model *model, const double *q, const double *pose, const double *v,
+                double dt, double *q_out, double *pose_out)
+{
+    const uint32_t six = tfa_model_base_freedoms(model);
+    for (uint32_t k = 0; k < tfa_model_joint_count(model); k++) {
+        const tfa_joint_info j = tfa_model_joint(model, k);
+        (void)step_joint(j.type, q + j.q_index, v + six + j.v_index, dt, q_out + j.q_index);
+    }
+    if (six)
+        step_pose(pose, v, dt, pose_out);
+}

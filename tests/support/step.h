@@ -15,4 +15,9 @@
 void step_state(const tfa_description *description, const oracle *o, const random_states *from,
                 const double *qdd, const double *base_acceleration, double dt, random_states *to);
 
+/** The same of a model's coordinates and base pose with velocities v, base first. `q_out` and
+ *  `pose_out` may be `q` and `pose`. Along one freedom the error has even powers of dt only. */
+void step_model(const tfa_model *model, const double *q, const double *pose, const double *v,
+                double dt, double *q_out, double *pose_out);
+
 #endif

@@ -1,145 +1,166 @@
 /* SPDX-License-Identifier: Apache-2.0
  * SPDX-FileCopyrightText: The totalforce authors
  *
- * Derivatives of forward dynamics against central differences, on the robots of the fixture, with
- * wrenches in three frames and locked joints. derivatives_reduced.c has robots that the library
- * reduces, payloads and damping.
+ * Derivatives of forward dynamics by central differences, on the robots of operational.h: projected
+ * mimics, fused joints, payloads of model and request, damping, locked joints, wrenches in three
+ * frames. dqdd/dtau by the oracle's mass matrix, and symmetric.
  */
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include "differences.h"
-#include "support/fixture.h"
+#include "dynamics/operational/operational.h"
+#include "model/model.h"
 #include "support/sanitized.h"
 #include "test.h"
 
-#define ROBOT_MAX 60 /* freedoms: larger robots take minutes */
 #ifdef SANITIZED
-static const uint32_t freedoms_max = 12;
+#define FREEDOMS 12
 #else
-static const uint32_t freedoms_max = ROBOT_MAX;
+#define FREEDOMS 60 /* larger robots take minutes */
 #endif
+#define SQUARE (OP_FREEDOMS * OP_FREEDOMS)
 
-/* Relative to the largest entry by rows: differences, and double against quadruple precision */
-#define BOUND 1e-9
-#define BOUND_F64 1e-9
-static double worst[3], worst_f64[3];
-
-struct matrices {
-    double *dq, *dv, *dtau;
+/* Relative to the largest entry of the matrix; of dqdd/dtau of the oracle, of the column. */
+enum { BY_DIFFERENCES, F64 = BY_ALL, ORACLE = 2 * BY_ALL, ORACLE_F64, SYMMETRY, KINDS };
+static op_bound bounds[KINDS] = {
+    {"dqdd/dq, differences", 1e-9, 0},      {"dqdd/dv, differences", 1e-9, 0},
+    {"dqdd/dtau, differences", 1e-9, 0},    {"dqdd/dq, f64 - f128", 1e-11, 0},
+    {"dqdd/dv, f64 - f128", 1e-11, 0},      {"dqdd/dtau, f64 - f128", 1e-11, 0},
+    {"dqdd/dtau, oracle", 1e-12, 0},        {"dqdd/dtau, oracle, f64", 1e-9, 0},
+    {"dqdd/dtau, symmetry, f64", 1e-12, 0},
 };
+static uint32_t cases, locked_cases, mimic_cases, fused_cases, damped_cases, payload_cases,
+    inside_cases;
 
-static difference_robot quad_of(const test_robot *robot)
+static difference_robot quad_of(const op_case *c)
 {
-    return (difference_robot){robot->name,          robot->model, robot->f128, robot->n,
-                              robot->n - robot->nv, robot->nq,    robot->nv};
+    return (difference_robot){c->name, c->model, c->f128, c->n, c->six, c->nq, c->nv};
 }
 
-static void compare_columns(const test_robot *robot, const tfa_request *r, difference_by by,
-                            const double *got, const char *what, double *worst_of)
+static tfa_request ask(const op_case *c, uint32_t k)
 {
-    const uint32_t n = robot->n;
-    const difference_robot quad = quad_of(robot);
-    const double size = difference_size(&quad, r, got);
-    double column[DIFFERENCE_MAX];
-    /* every column of random robots, some of files */
-    const uint32_t step = robot->random ? 1 : n / 5 + 1;
-    for (uint32_t j = robot->random ? 0 : (uint32_t)robot->seed % step; j < n; j += step) {
-        difference_column(&quad, r, by, j, column);
-        for (uint32_t i = 0; i < n; i++)
-            column[i] -= got[(size_t)n * i + j];
-        assert_within(robot, what, difference_largest(column, n) / size, BOUND, worst_of);
-    }
-}
-
-static void derivatives_of(const test_robot *robot, tfa_workspace *w, const tfa_request *r,
-                           struct matrices *m)
-{
-    tfa_reply reply = {.dqdd_dq = m->dq, .dqdd_dv = m->dv, .dqdd_dtau = m->dtau};
-    tfa_request ask = *r;
-    ask.op = TFA_OP_DERIVATIVES;
-    compute_ok(robot, w, &ask, &reply);
-}
-
-static void check(const test_robot *robot, const tfa_request *r)
-{
-    static double memory[6][DIFFERENCE_MAX * DIFFERENCE_MAX];
-    struct matrices quad = {memory[0], memory[1], memory[2]},
-                    got = {memory[3], memory[4], memory[5]};
-    const size_t entries = (size_t)robot->n * robot->n;
-    derivatives_of(robot, robot->f128, r, &quad);
-    derivatives_of(robot, robot->f64, r, &got);
-    compare_columns(robot, r, BY_Q, quad.dq, "dqdd/dq", &worst[0]);
-    compare_columns(robot, r, BY_V, quad.dv, "dqdd/dv", &worst[1]);
-    compare_columns(robot, r, BY_TAU, quad.dtau, "dqdd/dtau", &worst[2]);
-    for (int k = 0; k < 3; k++) {
-        double *a = memory[k], *b = memory[3 + k];
-        const difference_robot in_quad = quad_of(robot);
-        const double size = difference_size(&in_quad, r, a);
-        for (size_t e = 0; e < entries; e++)
-            b[e] -= a[e];
-        assert_within(robot, "double precision", difference_largest(b, entries) / size, BOUND_F64,
-                      &worst_f64[k]);
-    }
-}
-
-static void law(test_robot *robot)
-{
-    if (robot->n > freedoms_max)
-        return;
-    random_states *x = fixture_states(robot, 31, 1, 2);
-    tfa_request r = fixture_request(robot, x);
-    r.refine = TFA_REFINE_DEFAULT;
-    r.estimate = TFA_ESTIMATE_NEVER;
-    for (int frame = 0; frame < 3; frame++) {
-        r.frame = (tfa_reference_frame)frame;
-        check(robot, &r);
-        if (r.wrench_count == 0 || robot->n > 40)
-            break;
-    }
-    random_states_free(x);
-}
-
-TEST(derivatives_are_limits_of_differences)
-{
-    for_every_robot(law, false);
-    for (int k = 0; k < 3; k++)
-        print_message("  %-10s differences %.2g, f64 %.2g\n",
-                      (const char *[]){"dqdd/dq", "dqdd/dv", "dqdd/dtau"}[k], worst[k],
-                      worst_f64[k]);
-}
-
-/* A locked joint has no acceleration, whatever changes; the others are those of the robot with it
- * fixed. */
-static void locked(test_robot *robot)
-{
-    const uint32_t joint = 0;
-    if (robot->n > freedoms_max || !robot->random || robot->nv < 2 ||
-        tfa_model_summarise(robot->model).mimics)
-        return;
-    random_states *x = fixture_states(robot, 32, 1, 0);
-    tfa_request r = fixture_request(robot, x);
-    r.locked = &joint;
-    r.locked_count = 1;
-    r.estimate = TFA_ESTIMATE_NEVER;
-    check(robot, &r);
-    random_states_free(x);
-}
-
-EVERY_ROBOT(locked_joints, locked, true)
-
-TEST(methods_and_sizes_are_checked)
-{
-    test_robot robot;
-    assert_int_equal(fixture_open(0, TFA_BASE_FIXED, &robot), 1);
-    random_states *x = fixture_states(&robot, 1, 1, 0);
-    tfa_request r = fixture_request(&robot, x);
-    tfa_reply reply = {0};
+    tfa_request r = op_state(c, k);
     r.op = TFA_OP_DERIVATIVES;
-    r.method = TFA_METHOD_TFA;
-    assert_int_equal(tfa_compute(robot.f64, &r, &reply), TFA_E_METHOD);
-    assert_int_equal(reply.field, TFA_FIELD_METHOD);
-    random_states_free(x);
-    fixture_close(&robot);
+    r.estimate = TFA_ESTIMATE_NEVER;
+    return r;
+}
+
+static void derive(const op_case *c, tfa_workspace *w, const tfa_request *r, double *const out[])
+{
+    tfa_reply reply = {.dqdd_dq = out[BY_Q], .dqdd_dv = out[BY_V], .dqdd_dtau = out[BY_TAU]};
+    for (int by = 0; by < BY_ALL; by++)
+        for (size_t e = 0; out[by] && e < (size_t)c->n * c->n * r->count; e++)
+            out[by][e] = NAN;
+    const int status = tfa_compute(w, r, &reply);
+    if (status != TFA_OK)
+        fail_msg("%s: derivatives: %s (%s %u)", c->name, tfa_status_text(status),
+                 tfa_field_name(reply.field), (unsigned)reply.index);
+}
+
+/* ---- values ---- */
+
+static void compare(const op_case *c, const double *x, const double *want, size_t n, double size,
+                    op_bound *bound)
+{
+    static double difference[SQUARE];
+    for (size_t e = 0; e < n; e++)
+        difference[e] = x[e] - want[e];
+    op_within(c, bound, difference_largest(difference, n) / size);
+}
+
+static void compare_with_oracle(op_case *c, uint32_t k, const double *f128, const double *f64)
+{
+    const uint32_t n = c->n;
+    static quad column[OP_FREEDOMS];
+    double got[2][OP_FREEDOMS];
+    op_set_state_locked(c, k);
+    for (uint32_t j = 0; j < n; j++) {
+        for (uint32_t i = 0; i < n; i++) {
+            column[i] = i == j;
+            got[0][i] = f128[(size_t)n * i + j];
+            got[1][i] = f64[(size_t)n * i + j];
+        }
+        oracle_accelerate(c->o, column);
+        op_within(c, &bounds[ORACLE], op_error(got[0], column, n, 0));
+        op_within(c, &bounds[ORACLE_F64], op_error(got[1], column, n, 0));
+    }
+}
+
+static void check_values(op_case *c, uint32_t k)
+{
+    static double memory[2 * BY_ALL][SQUARE];
+    double *const f128[] = {memory[0], memory[1], memory[2]};
+    double *const f64[] = {memory[3], memory[4], memory[5]};
+    const difference_robot robot = quad_of(c);
+    const tfa_request r = ask(c, k);
+    const uint32_t n = c->n;
+    double column[DIFFERENCE_MAX], got[DIFFERENCE_MAX];
+    derive(c, c->f128, &r, f128);
+    derive(c, c->f64, &r, f64);
+    for (int by = 0; by < BY_ALL; by++) {
+        const double size = difference_size(&robot, &r, f128[by]);
+        const uint32_t step = c->file ? n / 5 + 1 : 1; /* every column, or some of files */
+        for (uint32_t j = random_below(&c->s, step); j < n; j += step) {
+            difference_column(&robot, &r, (difference_by)by, j, column);
+            for (uint32_t i = 0; i < n; i++)
+                got[i] = f128[by][(size_t)n * i + j];
+            compare(c, got, column, n, size, &bounds[BY_DIFFERENCES + by]);
+        }
+        compare(c, f64[by], f128[by], (size_t)n * n, size, &bounds[F64 + by]);
+    }
+    compare_with_oracle(c, k, f128[BY_TAU], f64[BY_TAU]);
+    const double size = difference_size(&robot, &r, f64[BY_TAU]);
+    for (uint32_t i = 0; i < n; i++)
+        for (uint32_t j = 0; j < i; j++)
+            op_within(c, &bounds[SYMMETRY],
+                      fabs(f64[BY_TAU][n * i + j] - f64[BY_TAU][n * j + i]) / size);
+}
+
+/* A wrench moves to a link inside a fused joint. */
+static void push_inside(op_case *c)
+{
+    for (uint32_t f = 0; f < c->link_count; f++)
+        if (c->model->frame[f].part) {
+            c->r.wrench_frames[0] = f;
+            c->whole_r.wrench_frames[0] = c->link[f];
+            inside_cases++;
+            return;
+        }
+}
+
+static void count(const op_case *c)
+{
+    const tfa_model_summary summary = tfa_model_summarise(c->model);
+    cases++;
+    mimic_cases += summary.mimics > 0;
+    fused_cases += summary.fused > 0;
+    damped_cases += c->damped;
+    payload_cases += c->r.payload_count > 0;
+}
+
+static void values(op_case *c)
+{
+    if (c->n > FREEDOMS)
+        return;
+    count(c);
+    push_inside(c);
+    for (uint32_t k = 0; k < (c->n > 40 ? 1 : OP_STATES); k++) {
+        c->r.frame = c->whole_r.frame = (tfa_reference_frame)k;
+        check_values(c, k);
+    }
+    if (!c->file && op_lock(c)) {
+        locked_cases++;
+        check_values(c, 0);
+    }
+    op_unlock(c);
+}
+
+TEST(limits_of_differences_and_inverse_of_m)
+{
+    op_for_each(OP_FIXTURE | OP_REDUCED, values);
+    op_print(bounds, KINDS);
+    print_message("  %u robots: %u with mimics, %u with fused joints, %u with a wrench inside one, "
+                  "%u damped, %u with payloads, %u locked\n",
+                  cases, mimic_cases, fused_cases, inside_cases, damped_cases, payload_cases,
+                  locked_cases);
+    assert_true(mimic_cases > 4 && fused_cases > 4 && inside_cases > 4 && damped_cases > 4 &&
+                payload_cases > 4 && locked_cases > 4);
 }

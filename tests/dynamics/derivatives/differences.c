@@ -5,6 +5,7 @@
  */
 #include "differences.h"
 
+#include "support/step.h"
 #include "test.h"
 
 /* Steps h, h/2, h/4: an error of h^6, and 1e-16 / h by the answers' doubles */
@@ -18,62 +19,11 @@ struct point {
 
 /* ---- motion along a freedom ---- */
 
-/* quat <- quat exp(angle axis), and a position moved along an axis of the frame */
-static void rotate_axis(double quat[4], int axis, double angle)
-{
-    const double c = cos(angle / 2), s = sin(angle / 2);
-    const double d[4] = {axis == 0 ? s : 0, axis == 1 ? s : 0, axis == 2 ? s : 0, c};
-    const double x = quat[0], y = quat[1], z = quat[2], w = quat[3];
-    quat[0] = w * d[0] + x * d[3] + y * d[2] - z * d[1];
-    quat[1] = w * d[1] - x * d[2] + y * d[3] + z * d[0];
-    quat[2] = w * d[2] + x * d[1] - y * d[0] + z * d[3];
-    quat[3] = w * d[3] - x * d[0] - y * d[1] - z * d[2];
-}
-
-static void shift(double *position, const double quat[4], int axis, double length)
-{
-    const double x = quat[0], y = quat[1], z = quat[2], w = quat[3];
-    const double R[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - z * w),     2 * (x * z + y * w),
-                         2 * (x * y + z * w),     1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
-                         2 * (x * z - y * w),     2 * (y * z + x * w),     1 - 2 * (x * x + y * y)};
-    for (int k = 0; k < 3; k++)
-        position[k] += length * R[3 * k + axis];
-}
-
-static void move_pose(double pose[7], uint32_t freedom, double step)
-{
-    double *quat = pose + 3;
-    const double size =
-        sqrt(quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3]);
-    for (int k = 0; k < 4; k++)
-        quat[k] /= size;
-    if (freedom < 3)
-        shift(pose, quat, (int)freedom, step);
-    else
-        rotate_axis(quat, (int)freedom - 3, step);
-}
-
 static void move(const difference_robot *robot, struct point *x, uint32_t freedom, double step)
 {
-    const uint32_t six = robot->six;
-    if (freedom < six) {
-        move_pose(x->pose, freedom, step);
-        return;
-    }
-    uint32_t j = 0;
-    tfa_joint_info joint = tfa_model_joint(robot->model, j);
-    while (freedom - six >= joint.v_index + joint.v_count)
-        joint = tfa_model_joint(robot->model, ++j);
-    const uint32_t k = freedom - six - joint.v_index;
-    double *q = x->q + joint.q_index;
-    if (joint.type == TFA_JOINT_FLOATING) {
-        move_pose(q, k, step);
-    } else if (joint.type == TFA_JOINT_PLANAR && k < 2) {
-        q[0] += step * (k == 0 ? cos(q[2]) : -sin(q[2]));
-        q[1] += step * (k == 0 ? sin(q[2]) : cos(q[2]));
-    } else {
-        q[k] += step;
-    }
+    double v[DIFFERENCE_MAX] = {0};
+    v[freedom] = 1;
+    step_model(robot->model, x->q, x->pose, v, step, x->q, x->pose);
 }
 
 static void speed_up(const difference_robot *robot, struct point *x, uint32_t freedom, double step)

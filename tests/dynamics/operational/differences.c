@@ -10,6 +10,7 @@
  * is off by an odd power of h cancels as well.
  */
 #include "operational.h"
+#include "support/step.h"
 #include "test.h"
 
 #define POINTS 4
@@ -24,8 +25,6 @@ static op_bound bounds[] = {
 };
 enum { TWIST, COLUMN, BIAS, COM_VELOCITY, COM_COLUMN, MOMENTUM, GRAVITY };
 
-/* ---- motion ---- */
-
 /* v <- v turned by the unit quaternion */
 static void rotate(const double *quat, const double *v, double *out)
 {
@@ -35,53 +34,6 @@ static void rotate(const double *quat, const double *v, double *out)
     for (int i = 0; i < 3; i++)
         out[i] = v[i] + quat[3] * t[i] + quat[(i + 1) % 3] * t[(i + 2) % 3] -
                  quat[(i + 2) % 3] * t[(i + 1) % 3];
-}
-
-static void unit_quaternion(double *quat)
-{
-    const double size = op_norm(quat, 4);
-    for (int i = 0; i < 4; i++)
-        quat[i] /= size;
-}
-
-/* The pose after `dt` with a twist in its own axes. */
-static void step_pose(const double *pose, const double *twist, double dt, double *out)
-{
-    double quat[4], moved[3];
-    memcpy(quat, pose + 3, sizeof quat);
-    unit_quaternion(quat);
-    rotate(quat, twist, moved);
-    const double *u = quat, *w = twist + 3;
-    for (int i = 0; i < 3; i++) {
-        const int a = (i + 1) % 3, b = (i + 2) % 3;
-        out[i] = pose[i] + dt * moved[i];
-        out[3 + i] = u[i] + dt / 2 * (quat[3] * w[i] + u[a] * w[b] - u[b] * w[a]);
-    }
-    out[6] = quat[3] - dt / 2 * (u[0] * w[0] + u[1] * w[1] + u[2] * w[2]);
-    unit_quaternion(out + 3);
-}
-
-/* A state after `dt` with velocities v, base first. */
-static void step(const op_case *c, const tfa_request *state, const double *v, double dt, double *q,
-                 double *pose)
-{
-    for (uint32_t k = 0; k < tfa_model_joint_count(c->model); k++) {
-        const tfa_joint_info j = tfa_model_joint(c->model, k);
-        const double *from = state->q + j.q_index, *u = v + c->six + j.v_index;
-        double *to = q + j.q_index;
-        if (j.type == TFA_JOINT_FLOATING) {
-            step_pose(from, u, dt, to);
-            continue;
-        }
-        for (uint32_t i = 0; i < j.q_count; i++)
-            to[i] = from[i] + dt * u[i];
-        if (j.type == TFA_JOINT_PLANAR) {
-            to[0] = from[0] + dt * (cos(from[2]) * u[0] - sin(from[2]) * u[1]);
-            to[1] = from[1] + dt * (sin(from[2]) * u[0] + cos(from[2]) * u[1]);
-        }
-    }
-    if (c->six)
-        step_pose(state->base_pose, v, dt, pose);
 }
 
 /* ---- differences ---- */
@@ -126,7 +78,8 @@ static void move_along(const op_case *c, const tfa_request *state, const double 
     m->base_pose = op_alloc(POINTS * 7, sizeof *m->base_pose);
     m->base_twist = op_alloc(POINTS * 6, sizeof *m->base_twist);
     for (size_t k = 0; k < POINTS; k++) {
-        step(c, state, v, places[k] * m->h, m->q + k * c->nq, m->base_pose + 7 * k);
+        step_model(c->model, state->q, state->base_pose, v, places[k] * m->h, m->q + k * c->nq,
+                   m->base_pose + 7 * k);
         memcpy(m->v + k * c->nv, v + c->six, c->nv * sizeof *v);
         memcpy(m->base_twist + 6 * k, v, c->six * sizeof *v);
     }

@@ -78,6 +78,7 @@ static void with_states(test_robot *robot, random_states *x, int mechanism)
                  .six = robot->n - robot->nv,
                  .nv = robot->nv,
                  .nq = robot->nq,
+                 .file = !robot->random,
                  .chain = mechanism >= 0,
                  .heavy = carries_heavy(mechanism),
                  .whole_nv = robot->nv,

@@ -30,6 +30,7 @@ typedef struct op_case {
     const oracle_tie *tie;   /**< of the oracle's freedoms to those of the model; NULL: the same */
     uint32_t n, six, nv, nq; /**< of the model: rows of M, base freedoms, lengths of v and q */
     uint32_t whole_nv;
+    bool file;       /**< of config/robots or ../shared/robots: large */
     bool chain;      /**< a test mechanism: no methods that invert inertias of single bodies */
     bool heavy;      /**< in which light links carry others 1e6 times as heavy: six digits less */
     uint32_t damped; /**< 1: the model has damping, and the oracle uses it */

@@ -38,38 +38,16 @@ static op_bound bounds[2 * KINDS] = {
     {"twist = J v, f128", 7e-15, 0},
 };
 
-/* Distance of a pose from the oracle's: of the position, relative to its distance from the origin
- * beyond 1 m, or of the axes. */
-static double pose_error(const op_case *c, uint32_t link, const double *pose)
-{
-    double p[3], R[9], error = 0;
-    const double *q = pose + 3;
-    oracle_pose(c->o, link, p, R);
-    if (!(q[3] >= 0))
-        fail_msg("%s: w of a quaternion is %g", c->name, q[3]);
-    error = fabs(op_norm(q, 4) - 1);
-    error = fmax(error, op_difference(pose, p, 3, 1));
-    for (int k = 0; k < 3; k++) { /* columns: e_k turned by the quaternion */
-        double e[3] = {k == 0, k == 1, k == 2}, t[3], column[3];
-        for (int i = 0; i < 3; i++)
-            t[i] = 2 * (q[(i + 1) % 3] * e[(i + 2) % 3] - q[(i + 2) % 3] * e[(i + 1) % 3]);
-        for (int i = 0; i < 3; i++)
-            column[i] = e[i] + q[3] * t[i] + q[(i + 1) % 3] * t[(i + 2) % 3] -
-                        q[(i + 2) % 3] * t[(i + 1) % 3];
-        const double want[3] = {R[k], R[3 + k], R[6 + k]};
-        error = fmax(error, op_difference(column, want, 3, 1));
-    }
-    return error;
-}
-
 static void check_poses(op_case *c, const op_answers *a, uint32_t k, op_bound *b)
 {
     for (uint32_t t = 0; t < a->tips; t++)
-        op_within(c, &b[POSE],
-                  pose_error(c, c->whole_r.tips[t], a->poses + 7 * ((size_t)k * a->tips + t)));
+        op_within(
+            c, &b[POSE],
+            oracle_pose_error(c->o, c->whole_r.tips[t], a->poses + 7 * ((size_t)k * a->tips + t)));
     for (uint32_t f = 0; f < a->frames; f++)
-        op_within(c, &b[FRAME_POSE],
-                  pose_error(c, c->link[f], a->frame_poses + 7 * ((size_t)k * a->frames + f)));
+        op_within(
+            c, &b[FRAME_POSE],
+            oracle_pose_error(c->o, c->link[f], a->frame_poses + 7 * ((size_t)k * a->frames + f)));
 }
 
 /* Linear rows of all tips, which are what twists and rows of points have in common, or all rows. */

@@ -44,6 +44,7 @@ typedef struct reduction {
     char name[160];
     uint64_t seed;
     uint32_t kinds;
+    bool as_it_is; /**< by reduction_open_robot: any condition of M will do */
     tfa_base base;
     tfa_description *file;  /**< what the library compiles */
     tfa_description *whole; /**< what the oracle sees: the same, without what the root leaves out */
@@ -68,6 +69,10 @@ typedef struct reduction {
 
 /** Makes robot, scene, model and oracle. The library must accept all of it. */
 void reduction_open(reduction *r, uint64_t seed, uint32_t kinds, tfa_base base);
+/** A robot as it stands in `d`, which must outlive it. False, and nothing to close, when the library
+ * refuses it. */
+bool reduction_open_robot(reduction *r, const char *name, tfa_description *d,
+                          const tfa_model_options *options);
 void reduction_close(reduction *r);
 
 /** The model of a description, which must be accepted. */
@@ -110,13 +115,33 @@ uint32_t question_tips(question *a, const reduction *r, uint32_t first, uint32_t
 /** State k of a question alone, for the library and for the oracle. */
 tfa_request question_state(const question *a, const reduction *r, uint32_t k, tfa_request *whole);
 
-/** Ratio of the extreme eigenvalues of M scaled to unit diagonal. */
-double scaled_condition(const double *M, uint32_t n);
+/** What answers may err by: in double, in f128, of factors in float with residuals in double (0:
+ * that is not asked), and Lambda^-1 of methods that invert inertias. */
+typedef struct reduction_bounds {
+    double f64, f128, mixed, inverted;
+} reduction_bounds;
 
-/** Euclidean norm of the difference over that of the reference. */
-double relative_difference(const double *x, const double *reference, size_t n);
+#define REDUCTION_MOST 256 /* freedoms of a robot whose answers are compared */
+#define REDUCTION_TIPS 3   /* tips of a question whose answers are compared */
 
-/** Whether the method refuses, by name, bodies with no inverse inertia or joints with armature */
-bool reduction_may_refuse(tfa_method method);
+/** Fails when the relative error is above the bound; keeps the worst of what has this name. */
+void reduction_within(const reduction *r, const char *what, const double *x, const double *want,
+                      size_t n, double bound);
+/** Answers to one state, for the library and for the oracle, whose freedoms have these ties: qdd
+ * with lambda_inv of the tips beside it, by every method, in every precision. Locked joints have
+ * zeros. */
+void reduction_check_forward(reduction *r, const tfa_request *one, const tfa_request *whole,
+                             const oracle_tie *tie, const reduction_bounds *bounds);
+/** lambda_inv and poses of the tips in so many frames, by every method, in double and as mixed. */
+void reduction_check_lambda(reduction *r, const tfa_request *one, const tfa_request *whole,
+                            const oracle_tie *tie, const reduction_bounds *bounds, int frames);
+/** tau, also of gravity along each axis, whose torques are the first moments of all masses, and M.
+ * Torques that hold locked joints are part of tau, their qdd is 0 whatever the request says. */
+void reduction_check_inverse(reduction *r, const tfa_request *one, const tfa_request *whole,
+                             const reduction_bounds *bounds);
+/** The worst of everything, and how often methods refused; starts again. */
+void reduction_print(void);
+/** Answers of the op by the method since the program began. */
+uint32_t reduction_answered(tfa_op op, uint32_t method);
 
 #endif

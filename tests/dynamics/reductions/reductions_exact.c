@@ -8,62 +8,14 @@
 #include "reductions.h"
 #include "test.h"
 
-#define BOUND 1e-13
-/* Lambda^-1 of TFA one-sided is not refined. */
-#define TFA_LAMBDA 2e-11
 #define STATES 2
 #define WRENCHES 2
 #define SEEDS_ALONE 12                      /* for each kind of reduction, on each base */
 #define SEEDS_TOGETHER test_extent(60, 250) /* with several, on each base */
-#define LAMBDA_MOST 48                      /* rows of Lambda^-1 of eight tips */
 
-/* Room for all answers of one state. */
-struct answer {
-    double *x, *M; /* base first, then joints; n + 6 and n x n */
-    double lambda[LAMBDA_MOST * LAMBDA_MOST], poses[TFA_MAX_TIPS * 7];
-};
-
-static struct answer answer_make(const reduction *r)
-{
-    struct answer a = {.x = calloc(r->n + 7, sizeof *a.x),
-                       .M = calloc((size_t)r->n * r->n + 1, sizeof *a.M)};
-    assert_true(a.x && a.M);
-    return a;
-}
-
-static void answer_free(struct answer *a)
-{
-    free(a->M);
-    free(a->x);
-}
-
-/* What was compared, the worst of it, and how often. */
-static struct {
-    const char *what;
-    double worst;
-    unsigned count, refused, fell_back;
-} tally[96];
+/* Lambda^-1 of TFA one-sided is not refined. */
+static const reduction_bounds bounds = {1e-13, 1e-13, 1e-13, 2e-11};
 static unsigned skipped, robots, fused_joints, inner_frames;
-
-static size_t find_tally(const char *what)
-{
-    size_t k = 0;
-    while (tally[k].what && strcmp(tally[k].what, what) != 0)
-        k++;
-    assert_true(k + 1 < sizeof tally / sizeof *tally);
-    tally[k].what = what;
-    return k;
-}
-
-static void count(const reduction *r, const char *what, double error, double bound)
-{
-    const size_t k = find_tally(what);
-    tally[k].count += error >= 0;
-    tally[k].refused += error < 0;
-    tally[k].worst = fmax(tally[k].worst, error);
-    if (!(error <= bound))
-        fail_msg("%s: %s: error %.3g, bound %g", r->name, what, error, bound);
-}
 
 /* ---- structure, mass ---- */
 
@@ -148,184 +100,27 @@ static void check_mass(const reduction *r, question *a)
     for (size_t k = 0; k < links; k++)
         r->whole->links[k].mass = masses[k];
     tfa_model_summary s = tfa_model_summarise(r->model);
-    count(r, "total mass", fabs(s.total_mass - mass) / mass, BOUND);
-    count(r, "centre of mass", relative_difference(s.com, com, 3), BOUND);
+    reduction_within(r, "total mass", &s.total_mass, &mass, 1, bounds.f64);
+    reduction_within(r, "centre of mass", s.com, com, 3, bounds.f64);
     free(masses);
     free(q);
 }
 
-/* ---- answers ---- */
+/* ---- one robot ---- */
 
-static tfa_reply reply_into(const reduction *r, struct answer *a)
+/* Every link is a tip once, in groups. */
+static void check_links(reduction *r, const question *a, uint32_t k)
 {
-    return (tfa_reply){.qdd = a->x + (r->n - r->nv),
-                       .base_acceleration = a->x,
-                       .tau = a->x + (r->n - r->nv),
-                       .base_wrench = a->x,
-                       .mass_matrix = a->M,
-                       .lambda_inv = a->lambda,
-                       .poses = a->poses};
-}
-
-static void check_forward(const reduction *r, const tfa_request *request, struct answer *want,
-                          struct answer *got)
-{
-#define WAYS(name)                                                                                 \
-    {                                                                                              \
-        name, name ", f128", name ", f32+f64"                                                      \
-    }
-    static const struct {
-        tfa_method method;
-        const char *name[3];
-    } methods[] = {{TFA_METHOD_AUTO, WAYS("forward, auto")},
-                   {TFA_METHOD_ABA, WAYS("forward, aba")},
-                   {TFA_METHOD_CRBA, WAYS("forward, crba")},
-                   {TFA_METHOD_TFA, WAYS("forward, tfa")},
-                   {TFA_METHOD_TFA_CR, WAYS("forward, tfa-cr")},
-                   {TFA_METHOD_CFA, WAYS("forward, cfa")},
-                   {TFA_METHOD_CFA_CR, WAYS("forward, cfa-cr")},
-                   {TFA_METHOD_SCAN, WAYS("forward, scan")},
-                   {TFA_METHOD_SCAN_TWO_PASS, WAYS("forward, scan-two-pass")},
-                   {TFA_METHOD_DCA, WAYS("forward, dca")},
-                   {TFA_METHOD_HESSENBERG, WAYS("forward, hessenberg")}};
-#undef WAYS
-    tfa_workspace *const workspaces[] = {r->f64, r->f128, r->mixed};
-    tfa_request q = *request;
-    const uint32_t base = r->n - r->nv;
-    oracle_forward(r->o, q.tau, q.base_wrench, want->x + base, want->x);
-    for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
-        for (int w = 0; w < 3; w++) {
-            const char *name = methods[m].name[w];
-            tfa_answer how = {0};
-            tfa_reply reply = reply_into(r, got);
-            reply.answers = &how;
-            q.method = methods[m].method;
-            q.refine = w == 2 ? TFA_REFINE_DEFAULT : request->refine;
-            bool answered = reduction_ask(r, workspaces[w], &q, &reply);
-            count(r, name, answered ? relative_difference(got->x, want->x, r->n) : -1, BOUND);
-            tally[find_tally(name)].fell_back += answered && how.flags & TFA_ANSWER_FALLBACK;
-        }
-}
-
-/* Inverse dynamics with everything, and gravity alone: the first moments of all masses. */
-static void check_inverse(const reduction *r, const tfa_request *request, const tfa_request *whole,
-                          struct answer *want, struct answer *got)
-{
-    tfa_request q = *request, w = *whole;
-    const uint32_t base = r->n - r->nv;
-    tfa_reply reply = reply_into(r, got);
-    q.op = TFA_OP_INVERSE_DYNAMICS;
-    oracle_inverse(r->o, q.qdd, q.base_acceleration, want->x + base, want->x);
-    for (int wide = 0; wide < 2; wide++) {
-        reduction_ask(r, wide ? r->f128 : r->f64, &q, &reply);
-        count(r, wide ? "inverse, f128" : "inverse", relative_difference(got->x, want->x, r->n),
-              BOUND);
-    }
-    q.v = q.qdd = q.base_twist = q.base_acceleration = NULL;
-    w.v = w.base_twist = NULL;
-    q.wrench_count = w.wrench_count = 0;
-    for (int axis = 0; axis < 3; axis++) {
-        double g[3] = {0, 0, 0};
-        g[axis] = 9.81;
-        q.gravity = w.gravity = g;
-        oracle_set_state(r->o, &w, 0);
-        oracle_inverse(r->o, NULL, NULL, want->x + base, want->x);
-        reduction_ask(r, r->f64, &q, &reply);
-        count(r, "gravity torque", relative_difference(got->x, want->x, r->n), BOUND);
-    }
-    oracle_set_state(r->o, whole, 0);
-}
-
-static void check_mass_matrix(const reduction *r, const tfa_request *request, struct answer *want,
-                              struct answer *got)
-{
-    tfa_request q = *request;
-    tfa_reply reply = reply_into(r, got);
-    q.op = TFA_OP_MASS_MATRIX;
-    oracle_mass_matrix(r->o, want->M);
-    for (int wide = 0; wide < 2; wide++) {
-        reduction_ask(r, wide ? r->f128 : r->f64, &q, &reply);
-        count(r, wide ? "mass matrix, f128" : "mass matrix",
-              relative_difference(got->M, want->M, (size_t)r->n * r->n), BOUND);
-    }
-}
-
-static void check_poses(const reduction *r, const question *a, const struct answer *got)
-{
-    for (uint32_t t = 0; t < a->r.tip_count; t++) {
-        double p[3], R[9], T[9];
-        const double *x = got->poses + 7 * t, *o = x + 3;
-        oracle_pose(r->o, a->whole.tips[t], p, R);
-        for (int i = 0; i < 3; i++)
-            for (int k = 0; k < 3; k++) {
-                int n = (i + 1) % 3, m = (i + 2) % 3;
-                double turn = k == n ? -o[3] : o[3];
-                T[3 * i + k] = i == k ? 1 - 2 * (o[n] * o[n] + o[m] * o[m])
-                                      : 2 * (o[i] * o[k] + turn * o[3 - i - k]);
-            }
-        double length = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]), off = 0;
-        for (int i = 0; i < 3; i++)
-            off = hypot(off, x[i] - p[i]);
-        assert_true(o[3] >= 0);
-        count(r, "pose, quaternion's norm",
-              fabs(o[0] * o[0] + o[1] * o[1] + o[2] * o[2] + o[3] * o[3] - 1), BOUND);
-        count(r, "pose, position", off / fmax(length, 0.1), BOUND);
-        count(r, "pose, rotation", relative_difference(T, R, 9), BOUND);
-    }
-}
-
-/* Every link is a tip once, in groups, in all three frames, by every method, with its pose. */
-static void check_lambda(const reduction *r, const question *a, const tfa_request *request,
-                         struct answer *want, struct answer *got)
-{
-    static const struct {
-        tfa_method method;
-        const char *name;
-    } methods[] = {{TFA_METHOD_AUTO, "lambda_inv, auto"},
-                   {TFA_METHOD_ABA, "lambda_inv, aba"},
-                   {TFA_METHOD_CRBA, "lambda_inv, crba"},
-                   {TFA_METHOD_TFA, "lambda_inv, tfa"},
-                   {TFA_METHOD_TFA_ONE_SIDED, "lambda_inv, tfa-one-sided"},
-                   {TFA_METHOD_TFA_CR, "lambda_inv, tfa-cr"},
-                   {TFA_METHOD_CFA, "lambda_inv, cfa"},
-                   {TFA_METHOD_CFA_CR, "lambda_inv, cfa-cr"},
-                   {TFA_METHOD_SCAN, "lambda_inv, scan"},
-                   {TFA_METHOD_SCAN_TWO_PASS, "lambda_inv, scan-two-pass"},
-                   {TFA_METHOD_DCA, "lambda_inv, dca"},
-                   {TFA_METHOD_HESSENBERG, "lambda_inv, hessenberg"},
-                   {TFA_METHOD_EFPA, "lambda_inv, efpa"},
-                   {TFA_METHOD_PV_OSIMR, "lambda_inv, pv-osimr"},
-                   {TFA_METHOD_PROPAGATION, "lambda_inv, propagation"}};
     question tips = *a;
     uint32_t link = 0;
     do {
-        link = question_tips(&tips, r, link, 3);
-        tfa_request q = *request;
-        const uint32_t rows = 6 * tips.r.tip_count;
-        q.op = TFA_OP_OPERATIONAL_INERTIA;
-        q.flags = TFA_WANT_POSES;
-        q.tip_count = tips.r.tip_count;
-        memcpy(q.tips, tips.r.tips, sizeof q.tips);
-        if (rows == 0)
-            break;
-        for (int frame = 0; frame < 3; frame++) {
-            q.frame = (tfa_reference_frame)frame;
-            oracle_lambda_inv(r->o, tips.whole.tips, tips.whole.tip_count, q.frame, want->lambda);
-            for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
-                tfa_reply reply = reply_into(r, got);
-                q.method = methods[m].method;
-                bool answered = reduction_ask(r, r->f64, &q, &reply);
-                bool tfa = reduction_may_refuse(q.method);
-                double error = relative_difference(got->lambda, want->lambda, (size_t)rows * rows);
-                count(r, methods[m].name, answered ? error : -1, tfa ? TFA_LAMBDA : BOUND);
-                if (answered)
-                    check_poses(r, &tips, got);
-            }
-        }
+        tfa_request whole, one;
+        link = question_tips(&tips, r, link, REDUCTION_TIPS);
+        one = question_state(&tips, r, k, &whole);
+        if (one.tip_count)
+            reduction_check_lambda(r, &one, &whole, r->tie, &bounds, 3);
     } while (link > 0);
 }
-
-/* ---- one robot ---- */
 
 static void check(uint64_t seed, uint32_t kinds, tfa_base base)
 {
@@ -335,19 +130,14 @@ static void check(uint64_t seed, uint32_t kinds, tfa_base base)
     check_structure(&r);
     robots++;
     if (r.n > 0 && question_open(&a, &r, seed, STATES, WRENCHES)) {
-        struct answer want = answer_make(&r), got = answer_make(&r);
         check_mass(&r, &a);
         a.r.frame = a.whole.frame = (tfa_reference_frame)(seed % 3);
         for (uint32_t k = 0; k < STATES; k++) {
             tfa_request whole, one = question_state(&a, &r, k, &whole);
-            oracle_set_state(r.o, &whole, 0);
-            check_forward(&r, &one, &want, &got);
-            check_inverse(&r, &one, &whole, &want, &got);
-            check_mass_matrix(&r, &one, &want, &got);
-            check_lambda(&r, &a, &one, &want, &got);
+            reduction_check_forward(&r, &one, &whole, r.tie, &bounds);
+            reduction_check_inverse(&r, &one, &whole, &bounds);
+            check_links(&r, &a, k);
         }
-        answer_free(&got);
-        answer_free(&want);
         question_close(&a);
     } else if (r.n > 0) {
         skipped++;
@@ -357,14 +147,11 @@ static void check(uint64_t seed, uint32_t kinds, tfa_base base)
 
 static void print_tally(void)
 {
-    for (size_t k = 0; tally[k].what; k++)
-        print_message("  %-28s worst %.1e of %6u, refused %u, fell back %u\n", tally[k].what,
-                      tally[k].worst, tally[k].count, tally[k].refused, tally[k].fell_back);
+    reduction_print();
     print_message("  %u robots, %u without a well-conditioned posture, %u joints fused, %u frames "
                   "inside fused bodies\n",
                   robots, skipped, fused_joints, inner_frames);
     assert_true(skipped * 3 < robots);
-    memset(tally, 0, sizeof tally);
     robots = skipped = fused_joints = inner_frames = 0;
 }
 

@@ -6,6 +6,7 @@
  */
 #include "models.h"
 #include "reductions.h"
+#include "support/fixture.h"
 #include "test.h"
 
 #define BOUND 1e-13
@@ -114,9 +115,9 @@ static void compare_unreduced(reduction *r, const tfa_model *model, question *a)
     reduced_forward(r, M, h, &one, want);
     reply = (tfa_reply){.qdd = x + base, .base_acceleration = x};
     reduction_ask(r, r->f64, &one, &reply);
-    within(r, "f64 against the unreduced model in f128", relative_difference(x, want, r->n));
+    within(r, "f64 against the unreduced model in f128", relative_error(x, want, r->n));
     reduction_ask(r, r->f128, &one, &reply);
-    within(r, "f128 against the unreduced model in f128", relative_difference(x, want, r->n));
+    within(r, "f128 against the unreduced model in f128", relative_error(x, want, r->n));
     free(want);
     free(x);
     free(h);

@@ -39,7 +39,7 @@ static void diagonalise(double *A, uint32_t n)
             }
 }
 
-double scaled_condition(const double *M, uint32_t n)
+static double scaled_condition(const double *M, uint32_t n)
 {
     double *A = calloc((size_t)n * n + 1, sizeof *A), least = INFINITY, most = 0;
     assert_non_null(A);
@@ -53,16 +53,6 @@ double scaled_condition(const double *M, uint32_t n)
     }
     free(A);
     return n == 0 ? 1 : least > 0 ? most / least : INFINITY;
-}
-
-double relative_difference(const double *x, const double *reference, size_t n)
-{
-    double difference = 0, size = 0;
-    for (size_t k = 0; k < n; k++) {
-        difference += (x[k] - reference[k]) * (x[k] - reference[k]);
-        size += reference[k] * reference[k];
-    }
-    return sqrt(size > 0 ? difference / size : difference);
 }
 
 static double condition_of(const reduction *r, const question *a, uint32_t state,
@@ -165,6 +155,7 @@ static void write_requests(question *a, const reduction *r)
     a->whole.q = x->q;
     a->whole.v = x->v;
     a->whole.gravity = r->gravity; /* the model's own */
+    a->r.gravity = r->as_it_is ? r->gravity : NULL;
     for (uint32_t w = 0; w < x->wrench_count; w++) {
         while (!present(r, x->wrench_links[w])) /* the root always is */
             x->wrench_links[w] = (x->wrench_links[w] + 1) % (uint32_t)r->whole->link_count;
@@ -180,7 +171,7 @@ static void write_requests(question *a, const reduction *r)
 bool question_is_good(const question *a, const reduction *r)
 {
     bool good = true;
-    for (uint32_t k = 0; good && k < a->whole.count; k++)
+    for (uint32_t k = 0; !r->as_it_is && good && k < a->whole.count; k++)
         good = is_good(r, a, k);
     return good;
 }

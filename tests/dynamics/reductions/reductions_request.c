@@ -10,40 +10,16 @@
 #include "test.h"
 
 #define BOUND 1e-13
-#define TFA_LAMBDA 2e-11
 #define SEEDS test_extent(30, 100)
-#define MOST 96 /* freedoms */
-#define TIPS 3
-#define ROWS (6 * TIPS)
+#define MOST REDUCTION_MOST
+#define ROWS (6 * REDUCTION_TIPS)
 
-static double worst, worst_tfa;
-static unsigned compared, left_out, refused, loaded_too;
-
-static void within(const reduction *r, const char *what, const double *x, const double *want,
-                   size_t n, double bound)
-{
-    double error = relative_difference(x, want, n);
-    if (bound == BOUND)
-        worst = fmax(worst, error);
-    else
-        worst_tfa = fmax(worst_tfa, error);
-    compared++;
-    if (!(error <= bound))
-        fail_msg("%s: %s: error %.3g, bound %g", r->name, what, error, bound);
-}
-
-/* Asks; false when TFA refused by name. */
-static bool ask(const reduction *r, tfa_workspace *w, const tfa_request *q, tfa_reply *reply)
-{
-    const bool answered = reduction_ask(r, w, q, reply);
-    refused += !answered;
-    return answered;
-}
+static const reduction_bounds bounds = {BOUND, BOUND, BOUND, 2e-11};
+static unsigned left_out, loaded_too;
 
 static void must_refuse(const reduction *r, const tfa_request *q, int status, tfa_field field)
 {
-    double x[MOST * MOST];
-    tfa_reply reply = {.qdd = x, .mass_matrix = x};
+    tfa_reply reply = {0};
     assert_int_equal(tfa_compute(r->f64, q, &reply), status);
     assert_int_equal(reply.status, status);
     assert_int_equal(reply.field, field);
@@ -51,65 +27,27 @@ static void must_refuse(const reduction *r, const tfa_request *q, int status, tf
 
 static void for_seeds(void (*law)(reduction *r, uint64_t seed))
 {
-    worst = worst_tfa = 0;
-    compared = left_out = refused = 0;
+    left_out = 0;
     reduction_for_seeds(2001, 2000 + SEEDS, law);
-    print_message("  worst %.1e (tfa %.1e) of %u, refused %u, robots left out %u\n", worst,
-                  worst_tfa, compared, refused, left_out);
-    assert_true(compared > SEEDS && left_out < SEEDS / 2);
-}
-
-static double bound_of(tfa_method method, bool lambda)
-{
-    if (!reduction_may_refuse(method))
-        return BOUND;
-    return lambda ? TFA_LAMBDA : BOUND;
-}
-
-/* Forward dynamics with Lambda^-1 in the same request, and Lambda^-1 alone in every frame, by the
- * methods given, of the oracle's state as it is set. */
-static void check_answers(const reduction *r, const question *a, const tfa_request *request,
-                          const tfa_method *methods, size_t count, tfa_workspace *w)
-{
-    static double lambda[ROWS * ROWS], want_lambda[ROWS * ROWS];
-    double x[MOST] = {0}, want[MOST] = {0};
-    const uint32_t base = r->n - r->nv;
-    for (int frame = 0; frame < 3; frame++) {
-        tfa_request q = *request;
-        tfa_reply reply = {.qdd = x + base, .base_acceleration = x, .lambda_inv = lambda};
-        const size_t rows = 6 * (size_t)q.tip_count;
-        oracle_forward(r->o, q.tau, q.base_wrench, want + base, want);
-        oracle_lambda_inv(r->o, a->whole.tips, a->whole.tip_count, (tfa_reference_frame)frame,
-                          want_lambda);
-        for (size_t m = 0; m < count; m++) {
-            const char *name = tfa_method_name((uint32_t)methods[m]);
-            q.method = methods[m];
-            q.refine = w == r->mixed ? TFA_REFINE_DEFAULT : request->refine;
-            q.frame = request->frame; /* the wrenches were given in it */
-            q.op = TFA_OP_FORWARD_DYNAMICS;
-            if (q.method != TFA_METHOD_PROPAGATION && q.method != TFA_METHOD_TFA_ONE_SIDED &&
-                q.method != TFA_METHOD_EFPA && q.method != TFA_METHOD_PV_OSIMR &&
-                ask(r, w, &q, &reply)) {
-                within(r, name, x, want, r->n, bound_of(q.method, false));
-                if ((int)q.frame == frame)
-                    within(r, "lambda_inv besides qdd", lambda, want_lambda, rows * rows,
-                           bound_of(q.method, true));
-            }
-            q.op = TFA_OP_OPERATIONAL_INERTIA;
-            q.frame = (tfa_reference_frame)frame;
-            if (ask(r, w, &q, &reply))
-                within(r, name, lambda, want_lambda, rows * rows, bound_of(q.method, true));
-        }
-    }
+    reduction_print();
+    print_message("  robots left out %u\n", left_out);
+    assert_true(left_out < SEEDS / 2);
 }
 
 static void choose_tips(question *a, const reduction *r, random_source *s)
 {
-    uint32_t first = random_below(s, (uint32_t)r->whole->link_count);
-    assert_true(r->n <= MOST);
-    question_tips(a, r, first, TIPS);
+    question_tips(a, r, random_below(s, (uint32_t)r->whole->link_count), REDUCTION_TIPS);
     if (a->r.tip_count == 0)
-        question_tips(a, r, 0, TIPS);
+        question_tips(a, r, 0, REDUCTION_TIPS);
+}
+
+/* Everything, of state k of the question and freedoms tied like this */
+static void check_answers(reduction *r, const tfa_request *one, const tfa_request *whole,
+                          const oracle_tie *tie)
+{
+    reduction_check_forward(r, one, whole, tie, &bounds);
+    reduction_check_lambda(r, one, whole, tie, &bounds, 3);
+    reduction_check_inverse(r, one, whole, &bounds);
 }
 
 /* ---- locked ---- */
@@ -117,7 +55,6 @@ static void choose_tips(question *a, const reduction *r, random_source *s)
 struct locked {
     uint32_t joints[MOST], count;
     oracle_tie tie[MOST];
-    double v[MOST], whole_v[MOST];
 };
 
 /* About a third of the public joints; what is tied to them stands still. */
@@ -141,39 +78,9 @@ static void choose_locked(const reduction *r, random_source *s, struct locked *l
     }
 }
 
-/* Torques that keep the locked joints where they are are part of inverse dynamics: the equations of
- * the joints that are locked still hold, their qdd is 0 whatever the request says. */
-static void check_inverse(const reduction *r, const tfa_request *request, const tfa_request *whole,
-                          const struct locked *l)
-{
-    double x[MOST] = {0}, want[MOST] = {0}, qdd[MOST];
-    const uint32_t base = r->n - r->nv;
-    tfa_request q = *request;
-    tfa_reply reply = {.tau = x + base, .base_wrench = x};
-    memcpy(qdd, q.qdd, r->nv * sizeof *qdd);
-    for (uint32_t k = 0; k < l->count; k++) {
-        tfa_joint_info info = tfa_model_joint(r->model, l->joints[k]);
-        memset(qdd + info.v_index, 0, info.v_count * sizeof *qdd);
-    }
-    oracle_tie_freedoms(r->o, r->tie, r->n);
-    oracle_set_state(r->o, whole, 0);
-    oracle_inverse(r->o, qdd, q.base_acceleration, want + base, want);
-    q.op = TFA_OP_INVERSE_DYNAMICS;
-    q.tip_count = 0;
-    ask(r, r->f64, &q, &reply);
-    within(r, "inverse", x, want, r->n, BOUND);
-    oracle_tie_freedoms(r->o, l->tie, r->n);
-    oracle_set_state(r->o, whole, 0);
-}
-
 static void check_refusals(const reduction *r, const tfa_request *request)
 {
     tfa_request q = *request;
-    q.method = TFA_METHOD_CRBA;
-    must_refuse(r, &q, TFA_E_METHOD, TFA_FIELD_LOCKED);
-    q.method = TFA_METHOD_TFA;
-    must_refuse(r, &q, TFA_E_METHOD, TFA_FIELD_LOCKED);
-    q.method = TFA_METHOD_AUTO;
     q.op = TFA_OP_MASS_MATRIX;
     must_refuse(r, &q, TFA_E_UNSUPPORTED, TFA_FIELD_LOCKED);
     const uint32_t nobody = tfa_model_joint_count(r->model);
@@ -183,23 +90,8 @@ static void check_refusals(const reduction *r, const tfa_request *request)
     must_refuse(r, &q, TFA_E_JOINT, TFA_FIELD_LOCKED);
 }
 
-/* The locked joints' qdd are zeros, not small numbers. */
-static void check_zeros(const reduction *r, tfa_workspace *w, const tfa_request *request,
-                        const struct locked *l)
-{
-    double qdd[MOST];
-    tfa_reply reply = {.qdd = qdd};
-    ask(r, w, request, &reply);
-    for (uint32_t k = 0; k < l->count; k++) {
-        tfa_joint_info info = tfa_model_joint(r->model, l->joints[k]);
-        for (uint32_t i = 0; i < info.v_count; i++)
-            assert_true(qdd[info.v_index + i] == 0);
-    }
-}
-
 static void locked(reduction *r, uint64_t seed)
 {
-    static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_PROPAGATION};
     double numbers[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
     question a;
     struct locked l;
@@ -221,20 +113,11 @@ static void locked(reduction *r, uint64_t seed)
         tfa_request whole, one = question_state(&a, r, k, &whole);
         one.locked = l.joints;
         one.locked_count = l.count;
-        oracle_tie_freedoms(r->o, l.tie, r->n);
-        oracle_set_state(r->o, &whole, 0);
-        check_answers(r, &a, &one, methods, 3, r->f64);
-        check_answers(r, &a, &one, methods, 3, r->mixed);
-        check_inverse(r, &one, &whole, &l);
-        check_zeros(r, r->f64, &one, &l);
-        check_zeros(r, r->mixed, &one, &l);
+        check_answers(r, &one, &whole, l.tie);
         if (l.count)
             check_refusals(r, &one);
         one.locked_count = 0; /* and let go of again */
-        oracle_tie_freedoms(r->o, r->tie, r->n);
-        oracle_set_state(r->o, &whole, 0);
-        check_answers(r, &a, &one, methods, 3, r->f64);
-        check_answers(r, &a, &one, methods, 3, r->mixed);
+        check_answers(r, &one, &whole, r->tie);
     }
     question_close(&a);
 }
@@ -303,7 +186,7 @@ static void translate(const reduction *r, const tfa_model *model, const tfa_requ
 static void compare_scenes(reduction *r, const tfa_model *model, const tfa_request *request)
 {
     static double lambda[2][ROWS * ROWS];
-    double poses[2][7 * TIPS], x[MOST], y[MOST], z[MOST];
+    double poses[2][7 * REDUCTION_TIPS], x[MOST], y[MOST], z[MOST];
     const uint32_t base = r->n - r->nv, nv = tfa_model_v_count(model);
     struct smaller small;
     tfa_request q;
@@ -312,19 +195,19 @@ static void compare_scenes(reduction *r, const tfa_model *model, const tfa_reque
     q.flags = TFA_WANT_POSES;
     tfa_reply reply = {
         .qdd = y + base, .base_acceleration = y, .lambda_inv = lambda[0], .poses = poses[0]};
-    ask(r, w, &q, &reply);
+    (void)reduction_ask(r, w, &q, &reply);
     q = *request;
     q.flags = TFA_WANT_POSES;
     reply = (tfa_reply){
         .qdd = x + base, .base_acceleration = x, .lambda_inv = lambda[1], .poses = poses[1]};
-    ask(r, r->f64, &q, &reply);
+    (void)reduction_ask(r, r->f64, &q, &reply);
     memcpy(z, x, base * sizeof *z);
     for (uint32_t k = 0; k < nv; k++)
         z[base + k] = x[base + small.from[k]];
-    within(r, "qdd of the scene", z, y, base + nv, BOUND);
-    within(r, "lambda_inv of the scene", lambda[1], lambda[0],
-           36 * (size_t)q.tip_count * q.tip_count, BOUND);
-    within(r, "poses of the scene", poses[1], poses[0], 7 * (size_t)q.tip_count, BOUND);
+    reduction_within(r, "qdd of the scene", z, y, base + nv, BOUND);
+    reduction_within(r, "lambda_inv of the scene", lambda[1], lambda[0],
+                     36 * (size_t)q.tip_count * q.tip_count, BOUND);
+    reduction_within(r, "poses of the scene", poses[1], poses[0], 7 * (size_t)q.tip_count, BOUND);
     tfa_workspace_free(w);
 }
 
@@ -375,33 +258,6 @@ static void refuse_inside(const reduction *r, const tfa_request *request)
         }
 }
 
-static void check_loaded(const reduction *r, const question *a, uint32_t k)
-{
-    static const tfa_method methods[] = {
-        TFA_METHOD_AUTO,        TFA_METHOD_ABA,           TFA_METHOD_CRBA,          TFA_METHOD_TFA,
-        TFA_METHOD_PROPAGATION, TFA_METHOD_TFA_ONE_SIDED, TFA_METHOD_TFA_CR,        TFA_METHOD_CFA,
-        TFA_METHOD_CFA_CR,      TFA_METHOD_SCAN,          TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,
-        TFA_METHOD_HESSENBERG,  TFA_METHOD_EFPA,          TFA_METHOD_PV_OSIMR};
-    static double M[MOST * MOST], want[MOST * MOST];
-    const uint32_t base = r->n - r->nv;
-    tfa_request whole, q = question_state(a, r, k, &whole);
-    oracle_tie_freedoms(r->o, r->tie, r->n);
-    oracle_set_state(r->o, &whole, 0);
-    check_answers(r, a, &q, methods, sizeof methods / sizeof *methods, r->f64);
-    check_answers(r, a, &q, methods, sizeof methods / sizeof *methods, r->mixed);
-    tfa_reply reply = {.mass_matrix = M};
-    q.tip_count = 0;
-    q.op = TFA_OP_MASS_MATRIX;
-    oracle_mass_matrix(r->o, want);
-    ask(r, r->f64, &q, &reply);
-    within(r, "M", M, want, (size_t)r->n * r->n, BOUND);
-    reply = (tfa_reply){.tau = M + base, .base_wrench = M};
-    q.op = TFA_OP_INVERSE_DYNAMICS;
-    oracle_inverse(r->o, q.qdd, q.base_acceleration, want + base, want);
-    ask(r, r->f64, &q, &reply);
-    within(r, "inverse", M, want, r->n, BOUND);
-}
-
 static void loaded(reduction *r, uint64_t seed)
 {
     double numbers[TFA_MAX_PAYLOADS * TFA_PAYLOAD_NUMBERS];
@@ -417,7 +273,8 @@ static void loaded(reduction *r, uint64_t seed)
         question_load(&a, r, &s, turn == 2 ? 0 : 1 + random_below(&s, 2), numbers);
         if (!question_is_good(&a, r))
             continue;
-        check_loaded(r, &a, turn % 2);
+        tfa_request whole, one = question_state(&a, r, turn % 2, &whole);
+        check_answers(r, &one, &whole, r->tie);
         if (turn == 0)
             refuse_inside(r, &a.r);
     }

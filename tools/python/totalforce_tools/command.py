@@ -150,6 +150,12 @@ def filled(line):
     return textwrap.fill(line, 79, subsequent_indent=indent + "  " * bool(indent))
 
 
+def explain(name, usage):
+    """Says what is wrong with a command line."""
+    print(f"totalforce {name}: {usage}\nTry `totalforce {name} --help' for more information.",
+          file=sys.stderr, flush=True)
+
+
 def run(name, main, argv=None):
     """Runs main(argv), the body of `totalforce NAME`, and ends the program by its status."""
     def tell(text):
@@ -160,8 +166,7 @@ def run(name, main, argv=None):
     except SystemExit as end:
         status = end.code
     except Usage as error:
-        tell(error)
-        print(f"Try `totalforce {name} --help' for more information.", file=sys.stderr)
+        explain(name, error)
         status = USAGE
     except (Failed, tf.Error) as error:
         tell(error)

@@ -13,7 +13,7 @@ import numpy as np
 
 import totalforce_tools.sweep_statistics as statistics
 from totalforce_tools import sweep_ranks, sweep_run
-from totalforce_tools.command import FAILED, GOOD, UNMET, USAGE, Usage
+from totalforce_tools.command import FAILED, GOOD, UNMET, USAGE, Usage, explain
 from totalforce_tools.sweep_options import parse
 from totalforce_tools.sweep_plan import Plan
 from totalforce_tools.sweep_ranks import tell
@@ -106,10 +106,15 @@ def report(plan, r, ranks):
 def main(argv):
     try:
         o = parse(argv)
-    except Usage:  # wrong on every rank: one of them says so
-        if sweep_ranks.launched_rank():
-            return USAGE
-        raise
+    except Usage as error:
+        if sweep_ranks.launched_ranks() == 1:
+            raise
+        # wrong on every rank: rank 0 says so before the first end of a rank ends the job
+        with sweep_ranks.started() as ranks:
+            if ranks.rank == 0:
+                explain("sweep", error)
+            ranks.agree(False)
+        return USAGE
     with sweep_ranks.started() as ranks:
         plan = Plan(o, ranks)
         results, good = sweep_run.run(plan, ranks)

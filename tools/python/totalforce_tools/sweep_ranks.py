@@ -14,7 +14,6 @@ from totalforce_tools.command import FAILED, Failed
 # Open MPI's mpirun, PMI launchers, and srun, which says how many tasks its step has: a batch script
 # has no step of its own.
 SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS")
-RANKS = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK")
 
 
 def number(name):
@@ -26,13 +25,6 @@ def number(name):
 def launched_ranks():
     """Number of processes that mpirun or srun started; 1 without them"""
     return next((number(name) for name in SIZES if number(name) > 0), 1)
-
-
-def launched_rank():
-    """This process's rank; 0 without one"""
-    if number("SLURM_STEP_NUM_TASKS") > 1 and number("SLURM_PROCID") > 0:
-        return next((number(name) for name in RANKS if number(name) >= 0), number("SLURM_PROCID"))
-    return next((number(name) for name in RANKS if number(name) >= 0), 0)
 
 
 def tell(text):

@@ -3,6 +3,7 @@
 """Commands of `totalforce` that draw, iterate or compare, over the module totalforce.
 
 command  command lines, exit statuses, files of rows
+cases    robots and states to measure methods on, with exact answers
 style    how pictures look
 page     an HTML page around pictures
 CMD      `totalforce CMD`: main(argv) returns an exit status; CMD_PART are its parts

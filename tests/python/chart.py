@@ -57,7 +57,7 @@ class Rows(unittest.TestCase):
         self.assertFalse(row["same_as"] and int(row["front"]), "one answer is twice on the front")
 
     def test_every_mechanism(self):
-        rows = charted(f"--bodies 2,5 --budget-ms 1 --states 2 --methods {','.join(OWN)}")
+        rows = charted(f"--bodies 2,5 --budget-ms 1 --states 2 --seeds 2 --methods {','.join(OWN)}")
         self.assertEqual(list(rows[0]), list(chart_rows.COLUMNS))
         self.assertEqual(len(rows), 13 * 2 * 3 * len(OWN) * 2)
         for row in rows:

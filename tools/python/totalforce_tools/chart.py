@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # SPDX-FileCopyrightText: The totalforce authors
 """`totalforce chart`: accuracy against speed."""
+import contextlib
 import sys
 from itertools import product
 
@@ -234,12 +235,12 @@ class Run:
             print(f"totalforce chart: {case.name}: no specialised kernel: {solvers.why}",
                   file=sys.stderr)
         rows = []
-        for op in o.op:
-            for rhs in o.rhs if op == "forward_dynamics" else [None]:
-                # Lambda^-1 has no right-hand side; its states are those of the first
-                states = cases.States(case, op, rhs or "qdd", o.states)
-                rows += self.chart_methods(states, solvers, rhs or "", threads, strategy)
-        solvers.close()
+        with contextlib.closing(solvers):
+            for op in o.op:
+                for rhs in o.rhs if op == "forward_dynamics" else [None]:
+                    # Lambda^-1 has no right-hand side; its states are those of the first
+                    states = cases.States(case, op, rhs or "qdd", o.states)
+                    rows += self.chart_methods(states, solvers, rhs or "", threads, strategy)
         return rows
 
     def chart_methods(self, states, solvers, rhs, threads, strategy):

@@ -88,7 +88,7 @@ class Peers:
             return "one thread" if threads > 1 else "fixed base"
         if self.case.bodies > BODIES_MAX:
             return f"more than {BODIES_MAX} bodies"
-        declared = [j.name for j in model.declared_joints if j.type != "fixed"]
+        declared = [j.name for j in model.declared if j.type != "fixed"]
         simple = all(j.q_index == k and j.q_count == 1 for k, j in enumerate(model.joints))
         if not simple or declared != list(model.joint_names):
             return "joints other than revolute and prismatic"
@@ -113,10 +113,13 @@ class Peers:
         return found
 
     def contestant(self, name, states):
-        """For _race: addresses of its forward dynamics and its robot, and the states"""
-        forward = ctypes.cast(TABLE[name].contents.forward, ctypes.c_void_p).value
-        numbers = np.stack([states.q, states.v, states.tau], axis=1)
-        return forward, self.robots[name], np.ascontiguousarray(numbers)
+        """For _race: addresses of its function and its robot, the states, the link of Lambda^-1"""
+        forward = states.op == "forward_dynamics"
+        peer = TABLE[name]
+        function = peer.contents.forward if forward else LIBRARY.peer_lambda_of(peer)
+        numbers = np.ascontiguousarray(np.stack([states.q, states.v, states.tau], axis=1))
+        return (ctypes.cast(function, ctypes.c_void_p).value, self.robots[name], numbers,
+                None if forward else self.case.tip)
 
     def close(self):
         for name, robot in self.robots.items():

@@ -2,6 +2,7 @@
 # SPDX-FileCopyrightText: The totalforce authors
 """What charts stand on: races that are timed in C, test mechanisms, models moved by a last bit."""
 import copy
+import ctypes
 import subprocess
 
 import numpy as np
@@ -38,6 +39,32 @@ class Races(Case):
         tips = [{"q": s["q"], "tips": ["tool0"]} for s in self.states]
         self.race((self.one, "operational_inertia", tips),
                   (self.other, "forward_dynamics", self.states))
+
+    def test_functions_of_others(self):
+        """A peer's forward dynamics gets state after state, its Lambda^-1 the link as well."""
+        doubles, n, seen = ctypes.POINTER(ctypes.c_double), len(self.states[0]["q"]), []
+
+        @ctypes.CFUNCTYPE(None, ctypes.c_void_p, doubles, doubles, doubles, doubles)
+        def forward(robot, q, v, tau, _):
+            seen.append((robot, q[0], v[n - 1], tau[n - 1]))
+
+        @ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, doubles, ctypes.c_char_p, doubles)
+        def lambda_inv(robot, q, link, _):
+            seen.append((robot, q[0], link))
+            return 0
+
+        numbers = np.array([[s["q"], s["v"], s["tau"]] for s in self.states])
+        ours = (self.one, "forward_dynamics", self.states)
+        for function, link, of_state in (
+            (forward, None, lambda s: (7, s["q"][0], s["v"][-1], s["tau"][-1])),
+            (lambda_inv, "tool0", lambda s: (7, s["q"][0], b"tool0")),
+        ):
+            seen.clear()
+            address = ctypes.cast(function, ctypes.c_void_p).value
+            self.race((address, 7, numbers, link), ours)
+            self.assertEqual(seen[:4], [of_state(self.states[k % 3]) for k in range(4)])
+        with self.fails(tf.InputTypeError, "states must be"):
+            self.race((address, 7, numbers[0], None), ours)
 
     def test_faults(self):
         good = (self.one, "forward_dynamics", self.states)

@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: The totalforce authors
  *
  * The floor of a chart, from its definition: sines and cosines rounded to double, each on its own,
- * and every input. Rows of several seeds: medians, least and largest; rows with the same answers.
+ * and every input.
  */
 #include "chart/chart.h"
 #include "models.h"
@@ -80,52 +80,4 @@ TEST(the_floor_holds_the_rounding_of_cosines)
     tfa_workspace_free(w);
     chart_data_free(&d);
     chart_case_close(&c);
-}
-
-static chart_row made_up(uint32_t method, double error, double time, uint64_t bits)
-{
-    return (chart_row){.choice = {.method = method, .threads = 1},
-                       .answered_by = method,
-                       .error = error,
-                       .error_low = error,
-                       .error_high = error,
-                       .floor = 1e-16,
-                       .time = time,
-                       .time_low = time,
-                       .time_high = time,
-                       .aba_time = time,
-                       .ratio = 1.0,
-                       .samples = 3,
-                       .bits = bits};
-}
-
-TEST(seeds_are_put_together)
-{
-    chart_row rows[6];
-    const double errors[] = {1e-10, 1e-9, 1e-12}, times[] = {2.0, 1.0, 4.0};
-    for (int s = 0; s < 3; s++) {
-        rows[2 * s] = made_up(TFA_METHOD_ABA, errors[s], times[s], 1);
-        rows[2 * s + 1] = made_up(TFA_METHOD_TFA, errors[s], times[s], 2);
-    }
-    rows[5].status = TFA_E_SINGULAR;
-    chart_combine_seeds(rows, 2, 3);
-    assert_true(rows[0].error == 1e-10 && rows[0].error_low == 1e-12 && rows[0].error_high == 1e-9);
-    assert_true(rows[0].time == 2.0 && rows[0].time_low == 1.0 && rows[0].time_high == 4.0);
-    assert_int_equal(rows[0].samples, 9);
-    assert_false(chart_row_good(&rows[1]));
-}
-
-TEST(the_same_answers_are_one_mark)
-{
-    chart_row rows[] = {
-        made_up(TFA_METHOD_ABA, 1e-15, 2.0, 1), made_up(TFA_METHOD_TFA_CR, 1e-12, 3.0, 2),
-        made_up(TFA_METHOD_CFA_CR, 1e-12, 1.0, 2), made_up(TFA_METHOD_SCAN, 1e-15, 1.0, 1)};
-    rows[3].choice.threads = 2;
-    chart_find_same(rows, 4);
-    assert_int_equal(rows[1].same_as, 0);
-    assert_int_equal(rows[2].same_as, TFA_METHOD_TFA_CR);
-    assert_int_equal(rows[3].same_as, 0); /* a batch is timed by other calls */
-    assert_false(chart_row_drawn(&rows[2]));
-    chart_mark_front(rows, 3);
-    assert_true(rows[0].front && !rows[1].front && !rows[2].front);
 }

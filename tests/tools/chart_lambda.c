@@ -62,7 +62,7 @@ static void check_robot(const char *file, tfa_base base)
     tfa_description *description = bundled_description(file);
     snprintf(path, sizeof path, "%s/config/robots/%s", TFA_SOURCE_DIR, file);
     const chart_target target = {.label = path, .file = path};
-    assert_int_equal(chart_case_open(&c, &options, &target, 0, 1, CHART_SINGLE), TFA_OK);
+    assert_int_equal(chart_case_open(&c, &options, &target, 0), TFA_OK);
     c.op = CHART_LAMBDA;
     assert_int_equal(chart_data_make(&d, &c, CHART_QDD, 3), TFA_OK);
     const char *tip = tfa_model_frame(c.model, d.tip).name;
@@ -108,15 +108,4 @@ TEST(references_agree_at_the_border)
     assert_true(d.floor >= 0x1p-53 && d.floor < 1e-13);
     chart_data_free(&d);
     chart_case_close(&c);
-}
-
-/* Only methods of the op, and only where they compute: in double or more. */
-TEST(rows_that_can_be)
-{
-    assert_true(chart_op_answered(CHART_LAMBDA, TFA_METHOD_EFPA, CHART_F64));
-    assert_true(chart_op_answered(CHART_LAMBDA, TFA_METHOD_EFPA, CHART_F128));
-    assert_false(chart_op_answered(CHART_LAMBDA, TFA_METHOD_EFPA, CHART_F32));
-    assert_false(chart_op_answered(CHART_FORWARD, TFA_METHOD_EFPA, CHART_F64));
-    assert_false(chart_op_answered(CHART_LAMBDA, TFA_METHOD_RNEA, CHART_F64));
-    assert_true(chart_op_answered(CHART_FORWARD, TFA_METHOD_ABA, CHART_F32));
 }

@@ -9,7 +9,8 @@ says "$work/out" "solve"
 says "$work/out" "latency"
 status 0 "$tool" --version
 says "$work/out" "totalforce "
-for command in model solve call latency methods chain chart atlas drift specialise sweep; do
+python=$(cd "$bin" && ls totalforce-chart 2>/dev/null | sed 's/totalforce-//') # where it is built
+for command in model solve call latency methods chain atlas drift specialise sweep $python; do
     status 0 "$tool" $command --help
     says "$work/out" "Usage: totalforce $command"
     cp "$work/out" "$work/help"

@@ -43,8 +43,11 @@ offers "floating" totalforce model --base = fl
 offers "tfa tfa-cr tfa-one-sided" totalforce call --method tfa
 offers "tfa tfa-cr tfa-one-sided" totalforce solve a.urdf --method = tfa
 offers "aba,tfa aba,tfa-cr" totalforce atlas --methods aba,tfa
-offers "qdd,tau" totalforce chart --rhs qdd,t
-offers "heavy-tip" totalforce chart -m hea
+if [ -x "$bin/totalforce-chart" ]; then
+    offers "qdd,tau" totalforce chart --rhs qdd,t
+    offers "heavy-tip" totalforce chart -m hea
+    offers "folder run" totalforce chart -o ""
+fi
 offers "heavy-tip helix" totalforce chain he
 offers "" totalforce chain helix he
 offers "arm arm.folded" totalforce call a
@@ -53,7 +56,6 @@ offers "arm arm.folded" totalforce call --via shm ""
 offers "a.urdf b.urdf folder run two words.urdf" totalforce model ""
 offers "a.urdf" totalforce specialise -o folder a
 offers "a.urdf b.urdf folder other.txt q.jsonl run two words.urdf" totalforce specialise -o ""
-offers "folder run" totalforce chart -o ""
 offers "--check --check-rt" totalforced --ch
 offers "folder run" totalforced ""
 TOTALFORCE_RUNTIME_DIR=/nonexistent

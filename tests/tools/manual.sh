@@ -37,6 +37,13 @@ compare() {
 }
 commands=$("$tool" --help | sed -n 's/^  \([a-z]*\)  *[a-z].*/\1/p')
 [ "$(echo "$commands" | wc -l)" -ge 13 ] || fail "--help lists no commands"
+# those in Python, where it is built
+for command in $commands; do
+    if "$tool" "$command" --print-options >/dev/null 2>&1; then
+        built="${built:-} $command"
+    fi
+done
+commands=$(echo $built | tr ' ' '\n')
 for command in $commands; do
     compare "$command" "totalforce-$command.1" "$tool" "$command"
     grep -q "^.BR totalforce.-$command (1)" "$pages/totalforce.1" ||

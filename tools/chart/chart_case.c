@@ -46,7 +46,7 @@ static int compile_mechanism(chart_case *c, const chart_options *o, const mechan
     snprintf(c->name, sizeof c->name, "%s", label);
     c->bodies = m->bodies;
     c->turn = o->turn > 0.0 ? o->turn : TURN_MECHANISM;
-    return status == TFA_OK ? chart_peers_open(c, o, NULL, m) : status;
+    return status;
 }
 
 static int compile_file(chart_case *c, const chart_options *o, const chart_target *target)
@@ -72,12 +72,18 @@ static int compile_file(chart_case *c, const chart_options *o, const chart_targe
             *at = '_';
     c->bodies = tfa_model_summarise(c->model).bodies;
     c->turn = o->turn > 0.0 ? o->turn : TURN_ROBOT;
-    return chart_peers_open(c, o, target->file, NULL);
+    return TFA_OK;
 }
 
-/* Those that the exact answers and the floor stand on */
-static int make_workspaces(chart_case *c)
+/* Those that the exact answers and the floor stand on, and those that were asked for, which may be
+ * absent */
+static int make_workspaces(chart_case *c, const chart_options *o)
 {
+    for (uint32_t k = 0; k < o->precision_count; k++) {
+        const uint32_t p = o->precisions[k];
+        c->solvers[p].status =
+            tfa_workspace_create(c->model, &chart_precisions[p], &c->solvers[p].workspace);
+    }
     const int status = tfa_workspace_create(c->model, &chart_precisions[CHART_F64], &c->f64);
     return status == TFA_OK
                ? tfa_workspace_create(c->model, &chart_precisions[CHART_F128], &c->f128)
@@ -91,10 +97,8 @@ static int open_compiled(chart_case *c, const chart_options *options, int status
 {
     if (status == TFA_OK) {
         c->tip = chart_find_tip(c->model, options->tip);
-        status = make_workspaces(c);
+        status = make_workspaces(c, options);
     }
-    if (status == TFA_OK)
-        status = chart_solvers_open(c, options);
     if (status == TFA_OK)
         return TFA_OK;
     if (bodies)
@@ -107,9 +111,9 @@ static int open_compiled(chart_case *c, const chart_options *options, int status
 }
 
 int chart_case_open(chart_case *c, const chart_options *options, const chart_target *target,
-                    uint32_t bodies, uint32_t threads, uint32_t strategy)
+                    uint32_t bodies)
 {
-    *c = (chart_case){.random = options->seed, .threads = threads, .strategy = strategy};
+    *c = (chart_case){.random = options->seed};
     const mechanism_options m = options_of(options, target, bodies);
     const int status = target->file ? compile_file(c, options, target)
                                     : compile_mechanism(c, options, &m, target->label);
@@ -118,18 +122,17 @@ int chart_case_open(chart_case *c, const chart_options *options, const chart_tar
 
 int chart_case_open_mechanism(chart_case *c, const mechanism_options *mechanism, const char *label)
 {
-    /* no peers, the precisions of error and reference */
     const chart_options plain = {0};
-    *c = (chart_case){.random = mechanism->seed, .threads = 1};
+    *c = (chart_case){.random = mechanism->seed};
     const int status = compile_mechanism(c, &plain, mechanism, label);
     return open_compiled(c, &plain, status, label, mechanism->bodies);
 }
 
 void chart_case_close(chart_case *c)
 {
-    chart_peers_close(c->peers);
     chart_floor_close(c);
-    chart_solvers_close(c);
+    for (int p = 0; p < CHART_PRECISION_COUNT; p++)
+        tfa_workspace_free(c->solvers[p].workspace);
     tfa_workspace_free(c->f64);
     tfa_workspace_free(c->f128);
     tfa_model_free(c->model);

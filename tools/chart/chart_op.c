@@ -4,15 +4,6 @@
  * The ops of the chart: forward dynamics, and Lambda^-1 of one link.
  */
 #include "chart.h"
-#include "peer.h"
-
-#include <string.h>
-
-const char *const chart_op_words[CHART_OP_COUNT] = {
-#define CHART_OP_WORD(name, word, op, what) word,
-    CHART_OP_LIST(CHART_OP_WORD)
-#undef CHART_OP_WORD
-};
 
 const tfa_op chart_ops[CHART_OP_COUNT] = {
 #define CHART_OP_OP(name, word, op, what) op,
@@ -22,22 +13,6 @@ const tfa_op chart_ops[CHART_OP_COUNT] = {
 
 /* M has 16384 entries at most: the dense solution takes a second in quadruple precision. */
 #define DENSE_BODIES_MAX 128
-
-int chart_op_answered(uint32_t op, uint32_t method, uint32_t precision)
-{
-    if (op == CHART_LAMBDA && precision != CHART_F64 && precision != CHART_F128)
-        return 0; /* the library answers in double */
-    if (op == CHART_LAMBDA && method == TFA_METHOD_ABA)
-        return 0; /* that is propagation */
-    if (method < CHART_PEER)
-        return (tfa_method_describe(method)->ops & TFA_OP_BIT(chart_ops[op])) != 0;
-    if (op == CHART_FORWARD)
-        return 1;
-    const struct peer_lambda *row = peer_lambda_table;
-    while (row->peer && row->peer != peer_table[method - CHART_PEER])
-        row++;
-    return row->peer != NULL;
-}
 
 /* Moving bodies on the way from a body to the base */
 static uint32_t depth_of(const tfa_model *model, int32_t body)

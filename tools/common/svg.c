@@ -130,22 +130,6 @@ void svg_text(FILE *out, double x, double y, const char *class, const char *text
     fputs("</text>", out);
 }
 
-const char *svg_shape(unsigned shape)
-{
-    static const char *const paths[SVG_SHAPES] = {
-        "M-4 0A4 4 0 1 1 4 0A4 4 0 1 1-4 0Z",    /* circle */
-        "M-3.6-3.6H3.6V3.6H-3.6Z",               /* square */
-        "M0-4.8L4.6 3.4H-4.6Z",                  /* triangle, up */
-        "M0 4.8L4.6-3.4H-4.6Z",                  /* triangle, down */
-        "M0-5L4.4 0L0 5L-4.4 0Z",                /* diamond */
-        "M0-4.8L4.6-1.5L2.8 3.9H-2.8L-4.6-1.5Z", /* pentagon */
-        "M0-5.4L1.5-1.8L5.2-1.7L2.3.7L3.2 4.4L0 2.3L-3.2 4.4L-2.3.7L-5.2-1.7L-1.5-1.8Z", /* star */
-        "M-4.6-1.5H-1.5V-4.6H1.5V-1.5H4.6V1.5H1.5V4.6H-1.5V1.5H-4.6Z",                   /* plus */
-        "M-4-2L-2-4L0-2L2-4L4-2L2 0L4 2L2 4L0 2L-2 4L-4 2L-2 0Z",                        /* cross */
-    };
-    return paths[shape % SVG_SHAPES];
-}
-
 void svg_begin(FILE *out, double width, double height, const char *class, const char *label)
 {
     fprintf(out,

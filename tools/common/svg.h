@@ -34,10 +34,6 @@ void svg_axis_y(FILE *out, const svg_axis *axis, double left, double right, svg_
 /** @param class of text: "tick", "end" (right-aligned), "label", ... */
 void svg_text(FILE *out, double x, double y, const char *class, const char *text);
 
-enum { SVG_SHAPES = 9 };
-/** Path of a mark around (0, 0), one of SVG_SHAPES; more shapes begin again with the first. */
-const char *svg_shape(unsigned shape);
-
 /** Begins a picture of that size, with the text for screen readers. */
 void svg_begin(FILE *out, double width, double height, const char *class, const char *label);
 

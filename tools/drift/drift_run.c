@@ -63,7 +63,7 @@ int drift_case_open(drift_case *c, const drift_options *o)
     *c = (drift_case){0};
     memcpy(options.precisions, o->precisions, sizeof options.precisions);
     options.precision_count = o->precision_count;
-    int status = chart_case_open(&c->chart, &options, &o->target, o->bodies, 1, CHART_SINGLE);
+    int status = chart_case_open(&c->chart, &options, &o->target, o->bodies);
     if (status != TFA_OK)
         return status;
     if (!is_integrable(c->chart.model))

@@ -17,9 +17,10 @@ enum { SAMPLES_MIN = 3, SAMPLES_MAX = 101, CALLS_MAX = 1000 };
 /* Reading the thread's clock is a system call of some 0.3 us: a sample must be long against it. */
 #define SAMPLE_SECONDS 50e-6
 
-/** Forward dynamics of another library (tools/peers/peer.h) */
+/* Forward dynamics and Lambda^-1 of a link by another library (tools/peers/peer.h) */
 typedef void peer_forward(void *robot, const double *q, const double *v, const double *tau,
                           double *qdd);
+typedef int peer_lambda(void *robot, const double *q, const char *link, double *lambda_inv);
 
 typedef struct contestant {
     uint32_t count, next; /* of requests */
@@ -28,10 +29,15 @@ typedef struct contestant {
     solver_object *solver;
     request_call *requests; /* `count` of them */
     /* a peer, where there is no solver: */
-    peer_forward *forward;
+    union {
+        void *address;
+        peer_forward *forward;
+        peer_lambda *lambda;
+    } peer;
     void *robot;
+    const char *link;      /* NULL: forward dynamics */
     PyArrayObject *states; /* count x 3 x n: q, v, tau */
-    double *qdd;
+    double *found;
 } contestant;
 
 typedef struct turns {
@@ -56,7 +62,10 @@ static void call_once(contestant *c)
     }
     const npy_intp n = PyArray_DIM(c->states, 2);
     const double *q = (const double *)PyArray_DATA(c->states) + 3 * n * k;
-    c->forward(c->robot, q, q + n, q + 2 * n, c->qdd);
+    if (c->link)
+        (void)c->peer.lambda(c->robot, q, c->link, c->found);
+    else
+        c->peer.forward(c->robot, q, q + n, q + 2 * n, c->found);
 }
 
 /* Seconds of a call, from so many */
@@ -133,14 +142,16 @@ static int read_solver(contestant *c, PyObject *value)
     return 0;
 }
 
-/* (address of forward, address of the robot, states): of a peer */
+/* (address of its function, address of the robot, states, link or None), all of which the caller
+ * keeps: of a peer */
 static int read_peer(contestant *c, PyObject *value)
 {
-    PyObject *forward, *robot, *states;
-    if (!PyArg_ParseTuple(value, "OOO!:_race", &forward, &robot, &PyArray_Type, &states))
+    enum { LAMBDA_NUMBERS = 36 };
+    PyObject *function, *robot, *states;
+    if (!PyArg_ParseTuple(value, "OOO!z:_race", &function, &robot, &PyArray_Type, &states,
+                          &c->link))
         return -1;
-    void *function = PyLong_AsVoidPtr(forward);
-    memcpy(&c->forward, &function, sizeof c->forward);
+    c->peer.address = PyLong_AsVoidPtr(function);
     c->robot = PyLong_AsVoidPtr(robot);
     if (PyErr_Occurred())
         return -1;
@@ -150,8 +161,8 @@ static int read_peer(contestant *c, PyObject *value)
         !PyArray_ISCARRAY_RO(c->states))
         return raise_type("states", "_race: states must be a C array (count, 3, n) of float64");
     c->count = (uint32_t)PyArray_DIM(c->states, 0);
-    c->qdd = PyMem_Calloc((size_t)PyArray_DIM(c->states, 2) + 1, sizeof *c->qdd);
-    return c->qdd ? 0 : (PyErr_NoMemory(), -1);
+    c->found = PyMem_Calloc((size_t)PyArray_DIM(c->states, 2) + LAMBDA_NUMBERS, sizeof(double));
+    return c->found ? 0 : (PyErr_NoMemory(), -1);
 }
 
 static void clear(contestant *c)
@@ -159,7 +170,7 @@ static void clear(contestant *c)
     for (uint32_t k = 0; c->requests && k < c->count; k++)
         call_clear(&c->requests[k]);
     PyMem_Free(c->requests);
-    PyMem_Free(c->qdd);
+    PyMem_Free(c->found);
     if (c->solver)
         solver_leave(c->solver);
     Py_XDECREF(c->solver);

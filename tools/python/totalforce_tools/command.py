@@ -276,7 +276,8 @@ def open_rows(name, folder, json):
     """NAME.csv or NAME.jsonl in the folder, which is made; standard output without a folder."""
     if folder is None:
         return sys.stdout
-    os.makedirs(folder, exist_ok=True)
+    if not os.path.isdir(folder):
+        os.mkdir(folder)
     return open(os.path.join(folder, f"{name}.{'jsonl' if json else 'csv'}"), "w", encoding="utf-8")
 
 

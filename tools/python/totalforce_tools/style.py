@@ -64,7 +64,7 @@ def picture(headline, machine, date, command, rows=1, columns=1, size=(WIDTH, 5.
     and further lines of notes stand at the foot."""
     figure = Figure(figsize=size, layout="constrained")
     wide = int(size[0] * 15)  # characters of a line of the foot
-    head = textwrap.wrap(headline, int(size[0] * 10.5))
+    head = textwrap.wrap(headline, int(size[0] * 9))
     foot = [line for note in notes for line in textwrap.wrap(note, wide)]
     foot += textwrap.wrap(f"{machine}, {date}: {command}", wide)
     above, below = (0.24 * len(head) + 0.08) / size[1], (0.16 * len(foot) + 0.1) / size[1]
@@ -76,8 +76,16 @@ def picture(headline, machine, date, command, rows=1, columns=1, size=(WIDTH, 5.
     return figure, figure.subplots(rows, columns, squeeze=False, **subplots)
 
 
+def settle(figure):
+    """Finds the places of the axes, which takes longer than to draw them, once for all files."""
+    if figure.get_layout_engine().colorbar_gridspec is not None:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+
+
 def svg(figure):
     """The picture as text, for a page"""
+    settle(figure)
     out = io.StringIO()
     figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
@@ -86,6 +94,7 @@ def svg(figure):
 
 def save(figure, folder, name):
     """Writes NAME.svg and NAME.png into the folder."""
+    settle(figure)
     path = os.path.join(folder, name)
     figure.savefig(f"{path}.svg", metadata={"Date": None, "Creator": None})
     figure.savefig(f"{path}.png", dpi=100)

@@ -7,6 +7,7 @@
 #include "models.h"
 #include "support/fixture.h"
 #include "support/quad.h"
+#include "support/small_robot.h"
 #include "support/step.h"
 #include "test.h"
 
@@ -322,22 +323,13 @@ TEST(work_becomes_energy)
 TEST(windings_do_not_matter)
 {
     static const double turns[] = {1, -3, 1e6, -1e9};
-    tfa_link links[] = {{.name = "a", .quat = {0, 0, 0, 1}},
-                        {.name = "b",
-                         .quat = {0, 0, 0, 1},
-                         .mass = 2,
-                         .com = {0.3, 0.1, 0},
-                         .inertia = {0.02, 0, 0, 0.03, 0, 0.04}}};
-    tfa_joint joint = {.name = "j",
-                       .type = TFA_JOINT_CONTINUOUS,
-                       .parent = 0,
-                       .child = 1,
-                       .quat = {0, 0, 0, 1},
-                       .axis = {0, 1, 0},
-                       .mimic = -1};
-    const tfa_description d = {
-        .name = "one", .links = links, .link_count = 2, .joints = &joint, .joint_count = 1};
-    tfa_model *model = compiled(&d, NULL);
+    small_robot robot;
+    small_robot_begin(&robot);
+    small_robot_add(&robot, 0, TFA_JOINT_CONTINUOUS, 0, 1, 0);
+    small_robot_load(&robot, 1, 2, 0.02, 0.03, 0.04);
+    robot.link[1].com[0] = 0.3;
+    robot.link[1].com[1] = 0.1;
+    tfa_model *model = compiled(&robot.d, NULL);
     tfa_workspace *w = workspace_for(model, NULL);
     for (size_t k = 0; k < sizeof turns / sizeof *turns; k++) {
         const double wound = 0.7 + 2 * M_PI * turns[k];

@@ -6,6 +6,7 @@
  */
 #include "models.h"
 #include "support/fixture.h"
+#include "support/small_robot.h"
 #include "test.h"
 
 #define STATES 19 /* whole vectors, and a rest */
@@ -67,27 +68,13 @@ EVERY_ROBOT(an_estimate_changes_no_answer, files_have_the_same_bits, false)
 /* An arm behind two joints with nothing between them, whose axes are `angle` apart */
 static tfa_model *two_axes(double angle)
 {
-    static const double unit[4] = {0, 0, 0, 1};
-    tfa_link link[3] = {{.name = "world"}, {.name = "ring"}, {.name = "arm"}};
-    tfa_joint joint[2] = {{.name = "outer", .type = TFA_JOINT_REVOLUTE, .parent = 0, .child = 1},
-                          {.name = "inner", .type = TFA_JOINT_REVOLUTE, .parent = 1, .child = 2}};
-    for (int k = 0; k < 3; k++)
-        memcpy(link[k].quat, unit, sizeof unit);
-    for (int k = 0; k < 2; k++) {
-        memcpy(joint[k].quat, unit, sizeof unit);
-        joint[k].mimic = -1;
-        joint[k].axis[2] = 1;
-    }
-    joint[1].axis[0] = sin(angle);
-    joint[1].axis[2] = cos(angle);
-    link[2].inertial = 1;
-    link[2].mass = 1;
-    link[2].com[0] = 0.3;
-    link[2].inertia[0] = link[2].inertia[3] = link[2].inertia[5] = 0.01;
-    const tfa_description d = {
-        .name = "two axes", .links = link, .link_count = 3, .joints = joint, .joint_count = 2};
-    tfa_model *model = compiled(&d, NULL);
-    return model;
+    static small_robot arm;
+    small_robot_begin(&arm);
+    small_robot_add(&arm, 0, TFA_JOINT_REVOLUTE, 0, 0, 1);
+    small_robot_add(&arm, 1, TFA_JOINT_REVOLUTE, sin(angle), 0, cos(angle));
+    small_robot_load(&arm, 2, 1, 0.01, 0.01, 0.01);
+    arm.link[2].com[0] = 0.3;
+    return compiled(&arm.d, NULL);
 }
 
 /* At these angles D of one joint is between rounding and safe. */

@@ -148,13 +148,6 @@ static void accelerations(const op_case *c, uint32_t k, double *qdd)
     }
 }
 
-static void forces(const op_case *c, const op_answers *a, uint32_t k, double *tau)
-{
-    for (uint32_t i = 0; i < c->n; i++)
-        tau[i] =
-            i < c->six ? a->base_wrench[6 * (size_t)k + i] : a->tau[(size_t)k * c->nv + i - c->six];
-}
-
 static void check_sum(op_case *c, tfa_workspace *w, const tfa_request *r, const op_answers *a,
                       op_bound *b)
 {
@@ -172,7 +165,7 @@ static void check_sum(op_case *c, tfa_workspace *w, const tfa_request *r, const 
         for (uint32_t i = 0; i < c->n; i++)
             sum[i] = a->gravity_force[at + i] + a->velocity_force[at + i] +
                      a->damping_force[at + i] + a->external_force[at + i];
-        forces(c, none, k, tau);
+        op_forces(c, none, k, tau);
         op_within(c, &b[SUM], op_difference(sum, tau, c->n, size_of(c, a, k)));
         check_armature(c, a, k, qdd, b);
         if (k > 0)
@@ -183,7 +176,7 @@ static void check_sum(op_case *c, tfa_workspace *w, const tfa_request *r, const 
         const double size = size_of(c, a, k) + op_norm(inertial, c->n);
         for (uint32_t i = 0; i < c->n; i++)
             sum[i] += inertial[i] - h[i];
-        forces(c, full, k, tau);
+        op_forces(c, full, k, tau);
         op_within(c, &b[SUM_QDD], op_difference(sum, tau, c->n, size));
     }
     op_answers_free(none);

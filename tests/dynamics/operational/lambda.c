@@ -249,29 +249,18 @@ static void push(op_case *c, const op_answers *a, uint32_t k, const double *F, d
     }
 }
 
-static void check_equation(op_case *c, const tfa_request *r, const op_answers *a, uint32_t k)
+static void check_equation(op_case *c, const op_answers *a, uint32_t k)
 {
-    double F[ROWS], tau[OP_FREEDOMS], acceleration[ROWS], got[ROWS], size;
+    double F[ROWS], tau[OP_FREEDOMS], qdd[OP_FREEDOMS], acceleration[ROWS], got[ROWS], size;
     const uint32_t m = a->rows;
-    const double *J = a->jacobian + (size_t)k * m * c->n, *L = a->lambda + (size_t)k * m * m;
+    const double *L = a->lambda + (size_t)k * m * m;
     if (a->rank[k].rank < m || a->rank[k].condition > 1e6)
         return;
     for (uint32_t i = 0; i < m; i++)
         F[i] = random_uniform(&c->s, -10, 10);
     push(c, a, k, F, tau);
-    tfa_request q = op_state(c, k);
-    q.op = TFA_OP_FORWARD_DYNAMICS;
-    q.tip_count = 0;
-    q.tau = tau + c->six;
-    q.base_wrench = tau;
-    op_answers *b = op_answers_create(c, &q);
-    op_compute(c, c->f64, &q, b);
-    for (uint32_t i = 0; i < m; i++) {
-        acceleration[i] = a->bias_acceleration[(size_t)k * m + i];
-        for (uint32_t j = 0; j < c->n; j++)
-            acceleration[i] += J[(size_t)i * c->n + j] *
-                               (j < c->six ? b->base_acceleration[j] : b->qdd[j - c->six]);
-    }
+    op_move(c, c->f64, k, tau, qdd);
+    (void)op_tip_acceleration(a, k, qdd, acceleration);
     size = op_norm(F, m) + op_norm(L, (size_t)m * m) * op_norm(acceleration, m) +
            op_norm(a->mu + (size_t)k * m, m) + op_norm(a->p + (size_t)k * m, m);
     for (uint32_t i = 0; i < m; i++) {
@@ -281,8 +270,6 @@ static void check_equation(op_case *c, const tfa_request *r, const op_answers *a
     }
     op_within(c, &equation[c->heavy], op_difference(got, F, m, size) / a->rank[k].condition);
     equations++;
-    op_answers_free(b);
-    (void)r;
 }
 
 static void equation_of_motion(op_case *c)
@@ -298,7 +285,7 @@ static void equation_of_motion(op_case *c)
         op_answers *a = op_answers_create(c, &r);
         op_compute(c, c->f64, &r, a);
         for (uint32_t state = 0; state < r.count; state++)
-            check_equation(c, &r, a, state);
+            check_equation(c, a, state);
         op_answers_free(a);
     }
 }

@@ -378,6 +378,100 @@ void op_compute(const op_case *c, tfa_workspace *w, const tfa_request *r, op_ans
                  (unsigned)a->reply.state);
 }
 
+/* ---- outputs ---- */
+
+const tfa_op op_ops[OP_OPS] = {TFA_OP_KINEMATICS,          TFA_OP_FORWARD_DYNAMICS,
+                               TFA_OP_INVERSE_DYNAMICS,    TFA_OP_MASS_MATRIX,
+                               TFA_OP_OPERATIONAL_INERTIA, TFA_OP_BIAS,
+                               TFA_OP_TASK_TORQUES};
+
+bool op_has_lambda(tfa_op op)
+{
+    return op == TFA_OP_FORWARD_DYNAMICS || op == TFA_OP_OPERATIONAL_INERTIA ||
+           op == TFA_OP_TASK_TORQUES;
+}
+
+uint32_t op_flags(tfa_op op)
+{
+    return op_has_lambda(op) ? TFA_WANT_ALL : OP_KINEMATICS;
+}
+
+const char *const op_output_names[TFA_WIRE_REPLY_BLOCKS] = {
+#define NAME(name, member, ...) #member,
+    TFA_OUTPUT_LIST(NAME)
+#undef NAME
+};
+
+size_t op_numbers(const op_answers *a, uint32_t output)
+{
+    const tfa_extents n = {
+        .v = a->nv, .base = a->n - a->nv, .links = a->frames, .tips = a->tips, .rows = a->rows};
+    return tfa_extent(tfa_outputs[output].rows, &n) * tfa_extent(tfa_outputs[output].columns, &n);
+}
+
+void *op_output(const op_answers *a, uint32_t output, uint32_t state)
+{
+    char *at = tfa_output_buffer(&tfa_outputs[output], &a->reply);
+    return at ? at + state * op_numbers(a, output) * tfa_outputs[output].size : NULL;
+}
+
+bool op_asked(const tfa_request *r, uint32_t output)
+{
+    return r->flags & tfa_outputs[output].flags || TFA_OP_BIT(r->op) & tfa_outputs[output].ops;
+}
+
+uint64_t op_outputs_of(uint32_t flags)
+{
+    uint64_t outputs = 0;
+    for (uint32_t o = 0; o < TFA_WIRE_REPLY_BLOCKS; o++)
+        outputs |= (uint64_t)((tfa_outputs[o].flags & flags) != 0) << o;
+    return outputs;
+}
+
+void op_same(const op_case *c, const char *what, const op_answers *a, uint32_t k,
+             const op_answers *b, uint32_t l, uint64_t outputs)
+{
+    for (uint32_t o = 0; o < TFA_WIRE_REPLY_BLOCKS; o++) {
+        const void *x = op_output(a, o, k), *y = op_output(b, o, l);
+        if (outputs >> o & 1 && x && memcmp(x, y, op_numbers(a, o) * tfa_outputs[o].size) != 0)
+            fail_msg("%s, %s: %s of state %u differs", c->name, what, op_output_names[o],
+                     (unsigned)k);
+    }
+}
+
+void op_forces(const op_case *c, const op_answers *a, uint32_t k, double *tau)
+{
+    memcpy(tau, a->base_wrench + 6 * (size_t)k, c->six * sizeof *tau);
+    memcpy(tau + c->six, a->tau + (size_t)k * c->nv, c->nv * sizeof *tau);
+}
+
+void op_move(const op_case *c, tfa_workspace *w, uint32_t k, const double *tau, double *qdd)
+{
+    tfa_request q = op_state(c, k);
+    q.op = TFA_OP_FORWARD_DYNAMICS;
+    q.tip_count = 0;
+    q.tau = tau + c->six;
+    q.base_wrench = tau;
+    op_answers *b = op_answers_create(c, &q);
+    op_compute(c, w, &q, b);
+    memcpy(qdd, b->base_acceleration, c->six * sizeof *qdd);
+    memcpy(qdd + c->six, b->qdd, c->nv * sizeof *qdd);
+    op_answers_free(b);
+}
+
+double op_tip_acceleration(const op_answers *a, uint32_t k, const double *qdd, double *x)
+{
+    const uint32_t m = a->rows, n = a->n;
+    const double *J = a->jacobian + (size_t)k * m * n;
+    const double *bias = a->bias_acceleration + (size_t)k * m;
+    for (uint32_t i = 0; i < m; i++) {
+        x[i] = bias[i];
+        for (uint32_t j = 0; j < n; j++)
+            x[i] += J[(size_t)i * n + j] * qdd[j];
+    }
+    return op_norm(J, (size_t)m * n) * op_norm(qdd, n) + op_norm(bias, m);
+}
+
 /* ---- numbers ---- */
 
 void op_within(const op_case *c, op_bound *bound, double error)

@@ -11,6 +11,7 @@
 
 #include <totalforce/totalforce.h>
 
+#include "interface/fields.h"
 #include "support/oracle_operational.h"
 #include "support/random_robot.h"
 
@@ -106,6 +107,36 @@ void op_answers_free(op_answers *a);
 
 /** Answers `r` into cleared `a`; must be TFA_OK. */
 void op_compute(const op_case *c, tfa_workspace *w, const tfa_request *r, op_answers *a);
+
+/** The ops that answer kinematics, and whether an op answers lambda_inv */
+#define OP_OPS 7
+extern const tfa_op op_ops[OP_OPS];
+bool op_has_lambda(tfa_op op);
+/** Flags that any op answers */
+#define OP_KINEMATICS                                                                              \
+    (TFA_WANT_POSES | TFA_WANT_FRAME_POSES | TFA_WANT_TWISTS | TFA_WANT_JACOBIAN |                 \
+     TFA_WANT_BIAS_ACCELERATION | TFA_WANT_COM | TFA_WANT_MOMENTUM | TFA_WANT_ENERGY)
+/** All that the op answers */
+uint32_t op_flags(tfa_op op);
+
+/** Outputs of interface/fields.h: names, items of one state, and those of state k. */
+extern const char *const op_output_names[TFA_WIRE_REPLY_BLOCKS];
+size_t op_numbers(const op_answers *a, uint32_t output);
+void *op_output(const op_answers *a, uint32_t output, uint32_t state);
+/** Whether the request asks for the output by its op or a flag */
+bool op_asked(const tfa_request *r, uint32_t output);
+/** State `k` of a and `l` of b have the same bits in the outputs of this mask. */
+#define OP_OUTPUT(name) (1ull << TFA_WIRE_##name)
+uint64_t op_outputs_of(uint32_t flags);
+void op_same(const op_case *c, const char *what, const op_answers *a, uint32_t k,
+             const op_answers *b, uint32_t l, uint64_t outputs);
+
+/** tau of state k, base first */
+void op_forces(const op_case *c, const op_answers *a, uint32_t k, double *tau);
+/** Accelerations of state k with the torques given, both base first */
+void op_move(const op_case *c, tfa_workspace *w, uint32_t k, const double *tau, double *qdd);
+/** x = J qdd + bias_acceleration of state k by answers. @return the size of the terms */
+double op_tip_acceleration(const op_answers *a, uint32_t k, const double *qdd, double *x);
 
 /** A quantity that a test bounds. */
 typedef struct op_bound {

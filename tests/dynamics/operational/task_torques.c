@@ -56,44 +56,6 @@ struct task {
     op_answers *a; /* of the task; with J, bias_acceleration, lambda, mu, p */
 };
 
-static void forces(const op_case *c, const op_answers *a, uint32_t k, double *tau)
-{
-    for (uint32_t i = 0; i < c->n; i++)
-        tau[i] =
-            i < c->six ? a->base_wrench[6 * (size_t)k + i] : a->tau[(size_t)k * c->nv + i - c->six];
-}
-
-/* Accelerations of state k, base first, with the torques given. */
-static void move_with(const struct task *t, uint32_t k, const double *tau, double *qdd)
-{
-    const op_case *c = t->c;
-    tfa_request q = op_state(c, k);
-    q.op = TFA_OP_FORWARD_DYNAMICS;
-    q.tip_count = 0;
-    q.tau = tau + c->six;
-    q.base_wrench = tau;
-    op_answers *b = op_answers_create(c, &q);
-    op_compute(c, t->forward, &q, b);
-    memcpy(qdd, b->base_acceleration, c->six * sizeof *qdd);
-    memcpy(qdd + c->six, b->qdd, c->nv * sizeof *qdd);
-    op_answers_free(b);
-}
-
-/* J qdd + bias_acceleration of state k, by the answers of the task.
- * @return the size of the terms */
-static double tip_acceleration(const struct task *t, uint32_t k, const double *qdd, double *x)
-{
-    const uint32_t m = t->a->rows, n = t->c->n;
-    const double *J = t->a->jacobian + (size_t)k * m * n;
-    const double *bias = t->a->bias_acceleration + (size_t)k * m;
-    for (uint32_t i = 0; i < m; i++) {
-        x[i] = bias[i];
-        for (uint32_t j = 0; j < n; j++)
-            x[i] += J[(size_t)i * n + j] * qdd[j];
-    }
-    return op_norm(J, (size_t)m * n) * op_norm(qdd, n) + op_norm(bias, m);
-}
-
 static bool is_full(const struct task *t, uint32_t k)
 {
     return t->a->rank[k].rank == t->a->rows;
@@ -212,8 +174,8 @@ static void check_desired(const struct task *t, uint32_t k, const double *tau)
     double qdd[OP_FREEDOMS], x[ROWS];
     const uint32_t m = t->a->rows;
     const double *desired = t->desired + (size_t)k * m;
-    move_with(t, k, tau, qdd);
-    const double size = tip_acceleration(t, k, qdd, x);
+    op_move(t->c, t->forward, k, tau, qdd);
+    const double size = op_tip_acceleration(t->a, k, qdd, x);
     within(t, k, DESIRED, op_difference(x, desired, m, size));
     reached++;
 }
@@ -253,9 +215,9 @@ static void check_gauss(const struct task *t, uint32_t k, const double *alone, c
     op_case *c = t->c;
     double unforced[OP_FREEDOMS], with[OP_FREEDOMS], without[OP_FREEDOMS];
     const double zero[OP_FREEDOMS] = {0};
-    move_with(t, k, zero, unforced);
-    move_with(t, k, alone, without);
-    move_with(t, k, other, with);
+    op_move(t->c, t->forward, k, zero, unforced);
+    op_move(t->c, t->forward, k, alone, without);
+    op_move(t->c, t->forward, k, other, with);
     op_set_state_locked(c, k);
     const double least =
         oracle_energy_norm(c->o, without + c->six, without, unforced + c->six, unforced);
@@ -273,18 +235,18 @@ static void check_posture(struct task *t, int which)
     op_compute(c, t->w, &t->r, b);
     for (uint32_t k = 0; k < t->r.count; k++) {
         const uint32_t m = t->a->rows;
-        forces(c, t->a, k, alone);
-        forces(c, b, k, other);
+        op_forces(c, t->a, k, alone);
+        op_forces(c, b, k, other);
         memcpy(posture + c->six, t->r.tau + (size_t)k * c->nv, c->nv * sizeof *posture);
         if (which == 0 && k + 1 == t->r.count)
             check_definition(t, b, k, posture, other);
         if (!is_full(t, k))
             continue;
         check_desired(t, k, other);
-        move_with(t, k, alone, qdd);
-        (void)tip_acceleration(t, k, qdd, x[0]);
-        move_with(t, k, other, qdd);
-        const double size = tip_acceleration(t, k, qdd, x[1]);
+        op_move(t->c, t->forward, k, alone, qdd);
+        (void)op_tip_acceleration(t->a, k, qdd, x[0]);
+        op_move(t->c, t->forward, k, other, qdd);
+        const double size = op_tip_acceleration(t->a, k, qdd, x[1]);
         within(t, k, POSTURES, op_difference(x[1], x[0], m, size));
         if (which == 0 && k == 0)
             check_gauss(t, k, alone, other);
@@ -298,7 +260,7 @@ static void check_immobile(struct task *t, uint32_t k)
     if (op_norm(t->a->lambda_inv + (size_t)k * m * m, (size_t)m * m) > 0)
         return;
     double tau[OP_FREEDOMS];
-    forces(t->c, t->a, k, tau);
+    op_forces(t->c, t->a, k, tau);
     for (uint32_t i = 0; i < t->c->n; i++)
         assert_true(tau[i] == 0);
     immobile++;
@@ -313,7 +275,7 @@ static void with_task(struct task *t)
     op_compute(c, t->w, &t->r, t->a);
     for (uint32_t k = 0; k < t->r.count; k++) {
         double tau[OP_FREEDOMS];
-        forces(c, t->a, k, tau);
+        op_forces(c, t->a, k, tau);
         check_immobile(t, k);
         if (k == 0)
             check_definition(t, t->a, k, none, tau);

@@ -40,6 +40,77 @@ static tfa_workspace *workspace_of(const test_robot *robot, const struct way *wa
                                        : robot->f64;
 }
 
+/* The oracle's answer to state k as one array, base first. */
+static void ask_oracle(const test_robot *robot, const random_states *x, const tfa_request *r,
+                       uint32_t k, double *want)
+{
+    const uint32_t six = robot->n - robot->nv;
+    const size_t joints = (size_t)k * robot->nv, base = 6 * (size_t)k;
+    oracle_set_state(robot->o, r, k);
+    if (r->op == TFA_OP_FORWARD_DYNAMICS)
+        oracle_forward(robot->o, x->tau + joints, x->base_wrench + base, want + six, want);
+    else if (r->op == TFA_OP_INVERSE_DYNAMICS)
+        oracle_inverse(robot->o, x->qdd + joints, x->base_acceleration + base, want + six, want);
+    else if (r->op == TFA_OP_MASS_MATRIX)
+        oracle_mass_matrix(robot->o, want);
+    else
+        oracle_lambda_inv(robot->o, r->tips, r->tip_count, r->frame, want);
+}
+
+static void check_method(tfa_op op, const struct way *way, const tfa_answer *answer)
+{
+    assert_int_equal(answer->status, TFA_OK);
+    if (op == TFA_OP_FORWARD_DYNAMICS && way->method != TFA_METHOD_AUTO &&
+        !(answer->flags & TFA_ANSWER_FALLBACK))
+        assert_int_equal(answer->method, way->method);
+}
+
+/* All states of a request by every way, against the oracle */
+static void by_every_way(test_robot *robot, const random_states *x, tfa_request r, struct way *ways,
+                         size_t count)
+{
+    const uint32_t six = robot->n - robot->nv;
+    const bool vector = r.op == TFA_OP_FORWARD_DYNAMICS || r.op == TFA_OP_INVERSE_DYNAMICS;
+    const size_t m = r.op == TFA_OP_MASS_MATRIX ? robot->n : 6 * (size_t)r.tip_count;
+    const size_t size = vector ? robot->n : m * m, nv = robot->nv;
+    double *joints = calloc(STATES * nv + 1, sizeof *joints), *got = calloc(size, sizeof *got);
+    double *matrix = calloc(STATES * size, sizeof *matrix);
+    double *want = calloc(STATES * size, sizeof *want), base[STATES * 6];
+    tfa_answer answers[STATES];
+    tfa_reply reply = {.qdd = joints,
+                       .tau = joints,
+                       .base_acceleration = base,
+                       .base_wrench = base,
+                       .mass_matrix = matrix,
+                       .lambda_inv = r.tip_count ? matrix : NULL,
+                       .answers = answers};
+    for (uint32_t k = 0; k < x->count; k++)
+        ask_oracle(robot, x, &r, k, want + k * size);
+    for (struct way *way = ways; way < ways + count; way++) {
+        char what[80];
+        if (fixture_refuses(robot, way->method))
+            continue;
+        snprintf(what, sizeof what, "%s, %u tips, frame %d", way->name, (unsigned)r.tip_count,
+                 (int)r.frame);
+        r.method = way->method;
+        r.refine = way->refine;
+        compute_ok(robot, workspace_of(robot, way), &r, &reply);
+        for (uint32_t k = 0; k < x->count; k++) {
+            memcpy(got, vector ? base + 6 * (size_t)k : matrix + k * size,
+                   (vector ? six : size) * sizeof *got);
+            if (vector)
+                memcpy(got + six, joints + k * nv, nv * sizeof *got);
+            assert_within(robot, what, relative_error(got, want + k * size, size), way->bound,
+                          &way->worst);
+            check_method(r.op, way, &answers[k]);
+        }
+    }
+    free(want);
+    free(matrix);
+    free(got);
+    free(joints);
+}
+
 /* ---- accelerations ---- */
 
 static struct way forward_ways[] = {
@@ -84,58 +155,17 @@ static struct way forward_ways[] = {
 };
 #define FORWARD_WAYS (sizeof forward_ways / sizeof *forward_ways)
 
-/* qdd and base_acceleration of one state against each other, as one vector. */
-static double acceleration_error(const test_robot *robot, const double *qdd, const double *base,
-                                 const double *want, const double *want_base)
-{
-    double x[512], y[512];
-    uint32_t six = robot->n - robot->nv;
-    assert_true(robot->n <= 512);
-    for (uint32_t k = 0; k < robot->n; k++) {
-        x[k] = k < six ? base[k] : qdd[k - six];
-        y[k] = k < six ? want_base[k] : want[k - six];
-    }
-    return relative_error(x, y, robot->n);
-}
-
 static void forward_dynamics(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, count_states(), WRENCHES);
     tfa_request r = fixture_request(robot, x);
-    double *qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *qdd);
-    double *want = calloc((size_t)STATES * robot->nv + 1, sizeof *want);
-    double base[STATES * 6], want_base[STATES * 6];
-    tfa_answer answers[STATES];
+    r.estimate = TFA_ESTIMATE_NEVER;
     for (int pass = 0; pass < 4; pass++) { /* wrenches in three frames, and at rest */
         r.frame = (tfa_reference_frame)(pass % 3);
         r.v = pass < 3 ? x->v : NULL;
         r.base_twist = pass < 3 && robot->base == TFA_BASE_FLOATING ? x->base_twist : NULL;
-        for (uint32_t k = 0; k < x->count; k++) {
-            oracle_set_state(robot->o, &r, k);
-            oracle_forward(robot->o, x->tau + (size_t)k * robot->nv, x->base_wrench + 6 * k,
-                           want + (size_t)k * robot->nv, want_base + 6 * k);
-        }
-        for (size_t w = 0; w < FORWARD_WAYS; w++) {
-            struct way *way = &forward_ways[w];
-            tfa_reply reply = {.qdd = qdd, .base_acceleration = base, .answers = answers};
-            if (fixture_refuses(robot, way->method))
-                continue;
-            r.method = way->method;
-            r.refine = way->refine;
-            r.estimate = TFA_ESTIMATE_NEVER;
-            compute_ok(robot, workspace_of(robot, way), &r, &reply);
-            for (uint32_t k = 0; k < x->count; k++) {
-                double error = acceleration_error(robot, qdd + (size_t)k * robot->nv, base + 6 * k,
-                                                  want + (size_t)k * robot->nv, want_base + 6 * k);
-                assert_within(robot, way->name, error, way->bound, &way->worst);
-                assert_int_equal(answers[k].status, TFA_OK);
-                if (way->method != TFA_METHOD_AUTO && !(answers[k].flags & TFA_ANSWER_FALLBACK))
-                    assert_int_equal(answers[k].method, way->method);
-            }
-        }
+        by_every_way(robot, x, r, forward_ways, FORWARD_WAYS);
     }
-    free(want);
-    free(qdd);
     random_states_free(x);
 }
 
@@ -164,26 +194,8 @@ static void inverse_dynamics(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 7, count_states(), WRENCHES);
     tfa_request r = fixture_request(robot, x);
-    double *tau = calloc((size_t)STATES * robot->nv + 1, sizeof *tau);
-    double *want = calloc(robot->nv + 1, sizeof *want);
-    double base[STATES * 6], want_base[6];
     r.op = TFA_OP_INVERSE_DYNAMICS;
-    for (size_t w = 0; w < FORCE_WAYS; w++) {
-        struct way *way = &force_ways[w];
-        tfa_reply reply = {.tau = tau, .base_wrench = base};
-        r.method = way->method;
-        compute_ok(robot, workspace_of(robot, way), &r, &reply);
-        for (uint32_t k = 0; k < x->count; k++) {
-            oracle_set_state(robot->o, &r, k);
-            oracle_inverse(robot->o, x->qdd + (size_t)k * robot->nv, x->base_acceleration + 6 * k,
-                           want, want_base);
-            double error = acceleration_error(robot, tau + (size_t)k * robot->nv, base + 6 * k,
-                                              want, want_base);
-            assert_within(robot, way->name, error, way->bound, &way->worst);
-        }
-    }
-    free(want);
-    free(tau);
+    by_every_way(robot, x, r, force_ways, FORCE_WAYS);
     random_states_free(x);
 }
 
@@ -196,24 +208,9 @@ TEST(inverse_dynamics_gives_the_force)
 static void mass_matrix(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 8, count_states(), 0);
-    const size_t entries = (size_t)robot->n * robot->n;
     tfa_request r = fixture_request(robot, x);
-    double *M = calloc(STATES * entries, sizeof *M), *want = calloc(entries, sizeof *want);
     r.op = TFA_OP_MASS_MATRIX;
-    for (size_t w = 0; w < MASS_WAYS; w++) {
-        struct way *way = &mass_ways[w];
-        tfa_reply reply = {.mass_matrix = M};
-        r.method = way->method;
-        compute_ok(robot, workspace_of(robot, way), &r, &reply);
-        for (uint32_t k = 0; k < x->count; k++) {
-            oracle_set_state(robot->o, &r, k);
-            oracle_mass_matrix(robot->o, want);
-            assert_within(robot, way->name, relative_error(M + k * entries, want, entries),
-                          way->bound, &way->worst);
-        }
-    }
-    free(want);
-    free(M);
+    by_every_way(robot, x, r, mass_ways, MASS_WAYS);
     random_states_free(x);
 }
 
@@ -262,42 +259,13 @@ static struct way lambda_ways[] = {
 #define LAMBDA_WAYS (sizeof lambda_ways / sizeof *lambda_ways)
 #define LAMBDA_STATES 2
 
-static void lambda_of_tips(test_robot *robot, const random_states *x, tfa_request *r)
-{
-    const size_t m = 6 * (size_t)r->tip_count, entries = m * m;
-    double *got = calloc(LAMBDA_STATES * entries, sizeof *got);
-    double *want = calloc(LAMBDA_STATES * entries, sizeof *want);
-    char what[80];
-    for (uint32_t k = 0; k < x->count; k++) {
-        oracle_set_state(robot->o, r, k);
-        oracle_lambda_inv(robot->o, r->tips, r->tip_count, r->frame, want + k * entries);
-    }
-    for (size_t w = 0; w < LAMBDA_WAYS; w++) {
-        struct way *way = &lambda_ways[w];
-        tfa_reply reply = {.lambda_inv = got};
-        if (fixture_refuses(robot, way->method))
-            continue;
-        snprintf(what, sizeof what, "%s, %u tips, frame %d", way->name, (unsigned)r->tip_count,
-                 (int)r->frame);
-        r->method = way->method;
-        r->refine = way->refine;
-        r->estimate = TFA_ESTIMATE_NEVER;
-        compute_ok(robot, workspace_of(robot, way), r, &reply);
-        for (uint32_t k = 0; k < x->count; k++)
-            assert_within(robot, what,
-                          relative_error(got + k * entries, want + k * entries, entries),
-                          way->bound, &way->worst);
-    }
-    free(want);
-    free(got);
-}
-
 static void lambda_inv(test_robot *robot)
 {
     random_source s = {robot->seed};
     random_states *x = fixture_states(robot, 9, test_extent(1, LAMBDA_STATES), 0);
     tfa_request r = fixture_request(robot, x);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
+    r.estimate = TFA_ESTIMATE_NEVER;
     r.v = r.tau = NULL;
     for (uint32_t tips = 1; tips <= TFA_DEFAULT_TIPS; tips += tips < 3 ? 1 : 5) {
         r.tip_count = tips;
@@ -305,7 +273,7 @@ static void lambda_inv(test_robot *robot)
             r.frame = (tfa_reference_frame)frame;
             for (uint32_t t = 0; t < tips; t++) /* any link: the root and doubles too */
                 r.tips[t] = random_below(&s, (uint32_t)robot->description->link_count);
-            lambda_of_tips(robot, x, &r);
+            by_every_way(robot, x, r, lambda_ways, LAMBDA_WAYS);
         }
     }
     random_states_free(x);

@@ -5,8 +5,8 @@
  * about twenty times the worst that these seeds and files gave; each test prints that worst.
  */
 #include "models.h"
-#include "support/fixture.h"
 #include "support/quad.h"
+#include "support/questions.h"
 #include "support/small_robot.h"
 #include "support/step.h"
 #include "test.h"
@@ -18,43 +18,6 @@ static const tfa_method forward_methods[] = {
     TFA_METHOD_CFA, TFA_METHOD_CFA_CR,    TFA_METHOD_SCAN, TFA_METHOD_SCAN_TWO_PASS,
     TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
 #define FORWARD_METHODS (sizeof forward_methods / sizeof *forward_methods)
-
-/* Buffers for all answers to STATES states with two tips. */
-struct answers {
-    double *qdd, *tau, *M;
-    double base_acceleration[6 * STATES], base_wrench[6 * STATES], lambda_inv[144 * STATES];
-    tfa_answer each[STATES];
-};
-
-static struct answers *answers_make(const test_robot *robot)
-{
-    struct answers *a = calloc(1, sizeof *a);
-    a->qdd = calloc((size_t)STATES * robot->nv + 1, sizeof *a->qdd);
-    a->tau = calloc((size_t)STATES * robot->nv + 1, sizeof *a->tau);
-    a->M = calloc((size_t)STATES * robot->n * robot->n + 1, sizeof *a->M);
-    assert_true(a->qdd && a->tau && a->M);
-    return a;
-}
-
-static void answers_free(struct answers *a)
-{
-    free(a->M);
-    free(a->tau);
-    free(a->qdd);
-    free(a);
-}
-
-/* A reply that fills all of `a`, from state k on. */
-static tfa_reply reply_into(const test_robot *robot, struct answers *a, uint32_t k)
-{
-    return (tfa_reply){.qdd = a->qdd + (size_t)k * robot->nv,
-                       .tau = a->tau + (size_t)k * robot->nv,
-                       .mass_matrix = a->M + (size_t)k * robot->n * robot->n,
-                       .base_acceleration = a->base_acceleration + 6 * k,
-                       .base_wrench = a->base_wrench + 6 * k,
-                       .lambda_inv = a->lambda_inv + 144 * (size_t)k,
-                       .answers = a->each + k};
-}
 
 static double norm(const double *x, size_t n)
 {
@@ -79,12 +42,12 @@ static double worst_residual;
 static void equations_hold(test_robot *robot)
 {
     random_states *x = fixture_states(robot, 0, STATES, 2);
-    struct answers *a = answers_make(robot);
+    answers *a = answers_create(robot, STATES);
     for (size_t m = 0; m < FORWARD_METHODS; m++) {
         if (fixture_refuses(robot, forward_methods[m]))
             continue;
         tfa_request r = fixture_request(robot, x);
-        tfa_reply reply = reply_into(robot, a, 0);
+        tfa_reply reply = answers_reply(a, 0, 0);
         r.method = forward_methods[m];
         compute_ok(robot, robot->f64, &r, &reply);
         r.op = TFA_OP_INVERSE_DYNAMICS;
@@ -134,13 +97,14 @@ static void symmetric(test_robot *robot)
         TFA_METHOD_SCAN_TWO_PASS, TFA_METHOD_DCA,  TFA_METHOD_HESSENBERG, TFA_METHOD_EFPA,
         TFA_METHOD_PV_OSIMR};
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    struct answers *a = answers_make(robot);
+    answers *a = answers_create(robot, STATES);
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     r.op = TFA_OP_MASS_MATRIX;
     compute_ok(robot, robot->f64, &r, &reply);
     for (size_t k = 0; k < STATES; k++)
-        assert_within(robot, "M", asymmetry(a->M + k * robot->n * robot->n, robot->n), 0, NULL);
+        assert_within(robot, "M", asymmetry(a->mass_matrix + k * robot->n * robot->n, robot->n), 0,
+                      NULL);
     r.op = TFA_OP_OPERATIONAL_INERTIA;
     two_tips(robot, &r);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++) {
@@ -214,9 +178,9 @@ static void same_for_another_observer(test_robot *robot)
 {
     random_source s = {robot->seed};
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    struct answers *a = answers_make(robot), *b = answers_make(robot);
+    answers *a = answers_create(robot, STATES), *b = answers_create(robot, STATES);
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     r.gravity = x->gravity; /* it turns with the world */
     r.frame = TFA_FRAME_LOCAL;
     r.tip_count = 1;
@@ -229,7 +193,7 @@ static void same_for_another_observer(test_robot *robot)
     const tfa_model_options options = {.base = robot->base};
     tfa_model *moved = compiled(robot->description, &options);
     tfa_workspace *w = workspace_for(moved, NULL);
-    reply = reply_into(robot, b, 0);
+    reply = answers_reply(b, 0, 0);
     compute_ok(robot, w, &r, &reply);
     size_t nv = (size_t)STATES * robot->nv;
     double error = relative_error(b->qdd, a->qdd, nv);
@@ -254,26 +218,26 @@ TEST(observers_agree)
 /* ---- energy ---- */
 
 /* v^T M v / 2 of state 0 */
-static double kinetic_energy(const test_robot *robot, const random_states *x, struct answers *a)
+static double kinetic_energy(const test_robot *robot, const random_states *x, answers *a)
 {
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     double T = 0;
     const uint32_t six = robot->n - robot->nv;
     r.op = TFA_OP_MASS_MATRIX;
     compute_ok(robot, robot->f64, &r, &reply);
     for (uint32_t i = 0; i < robot->n; i++)
         for (uint32_t k = 0; k < robot->n; k++)
-            T += (i < six ? x->base_twist[i] : x->v[i - six]) * a->M[i * robot->n + k] *
+            T += (i < six ? x->base_twist[i] : x->v[i - six]) * a->mass_matrix[i * robot->n + k] *
                  (k < six ? x->base_twist[k] : x->v[k - six]) / 2;
     return T;
 }
 
 /* (tau - g(q)) . v with g the forces that hold the robot at rest */
-static double power(const test_robot *robot, const random_states *x, struct answers *a)
+static double power(const test_robot *robot, const random_states *x, answers *a)
 {
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     double P = 0;
     r.op = TFA_OP_INVERSE_DYNAMICS;
     r.v = r.qdd = r.base_twist = r.base_acceleration = NULL;
@@ -293,9 +257,9 @@ static void energy_balances(test_robot *robot)
     double T[2], want;
     random_states *x = fixture_states(robot, 0, 1, 0);
     random_states *y = fixture_states(robot, 0, 1, 0);
-    struct answers *a = answers_make(robot);
+    answers *a = answers_create(robot, STATES);
     tfa_request r = fixture_request(robot, x);
-    tfa_reply reply = reply_into(robot, a, 0);
+    tfa_reply reply = answers_reply(a, 0, 0);
     want = power(robot, x, a);
     compute_ok(robot, robot->f64, &r, &reply);
     for (int side = 0; side < 2; side++) {

@@ -5,7 +5,7 @@
  * whose M is singular but for rounding is refused by the name of a body.
  */
 #include "models.h"
-#include "support/fixture.h"
+#include "support/questions.h"
 #include "support/small_robot.h"
 #include "test.h"
 
@@ -13,45 +13,31 @@
 
 /* ---- the same bits with an estimate as without ---- */
 
-static void same_bits(test_robot *robot, tfa_request r, double *unestimated, double *reported)
-{
-    const size_t numbers = STATES * (6 + (size_t)robot->nv);
-    tfa_answer answers[STATES];
-    tfa_reply reply = {
-        .qdd = unestimated + STATES * 6, .base_acceleration = unestimated, .answers = answers};
-    memset(unestimated, 0, numbers * sizeof *unestimated);
-    memset(reported, 0, numbers * sizeof *reported);
-    r.estimate = TFA_ESTIMATE_NEVER;
-    compute_ok(robot, robot->f64, &r, &reply);
-    reply.qdd = reported + STATES * 6;
-    reply.base_acceleration = reported;
-    r.estimate = TFA_ESTIMATE_ALWAYS;
-    compute_ok(robot, robot->f64, &r, &reply);
-    for (uint32_t k = 0; k < r.count; k++)
-        assert_int_equal(answers[k].flags, TFA_ANSWER_ESTIMATED);
-    if (memcmp(unestimated, reported, numbers * sizeof *unestimated) != 0)
-        fail_msg("%s, %s, %u states: other bits with an estimate", robot->name,
-                 tfa_method_name((uint32_t)r.method), (unsigned)r.count);
-}
-
 static void robot_has_the_same_bits(test_robot *robot)
 {
     static const tfa_method methods[] = {TFA_METHOD_AUTO, TFA_METHOD_ABA, TFA_METHOD_SCAN};
     random_states *x = fixture_states(robot, 0, STATES, 0);
-    const size_t numbers = STATES * (6 + (size_t)robot->nv);
-    double *unestimated = calloc(numbers, sizeof *unestimated),
-           *reported = calloc(numbers, sizeof *reported);
+    answers *unestimated = answers_create(robot, STATES), *reported = answers_create(robot, STATES);
+    tfa_request r = fixture_request(robot, x);
     for (size_t m = 0; m < sizeof methods / sizeof *methods; m++)
-        for (uint32_t count = 1; count <= STATES; count += STATES - 1) {
-            tfa_request r = fixture_request(robot, x);
+        for (r.count = 1; r.count <= STATES; r.count += STATES - 1) {
             r.method = methods[m];
-            r.count = count;
-            r.refine = TFA_REFINE_DEFAULT;
-            r.wrench_count = 0;
-            same_bits(robot, r, unestimated, reported);
+            r.estimate = TFA_ESTIMATE_NEVER;
+            answers_ask(unestimated, robot->f64, &r);
+            r.estimate = TFA_ESTIMATE_ALWAYS;
+            answers_ask(reported, robot->f64, &r);
+            for (uint32_t k = 0; k < r.count; k++) {
+                assert_int_equal(unestimated->each[k].status, TFA_OK);
+                assert_int_equal(reported->each[k].status, TFA_OK);
+                assert_int_equal(reported->each[k].flags, TFA_ANSWER_ESTIMATED);
+            }
+            if (memcmp(unestimated->memory, reported->memory,
+                       STATES * reported->numbers * sizeof(double)) != 0)
+                fail_msg("%s, %s, %u states: other bits with an estimate", robot->name,
+                         tfa_method_name((uint32_t)r.method), (unsigned)r.count);
         }
-    free(reported);
-    free(unestimated);
+    answers_free(reported);
+    answers_free(unestimated);
     random_states_free(x);
 }
 

@@ -188,15 +188,6 @@ TEST(bias_is_lagranges)
     }
 }
 
-static uint32_t root_of(const tfa_description *d)
-{
-    uint32_t root = 0;
-    for (size_t steps = 0; steps < d->joint_count; steps++)
-        for (size_t j = 0; j < d->joint_count; j++)
-            root = d->joints[j].child == root ? d->joints[j].parent : root;
-    return root;
-}
-
 /* Momentum of all links, linear first, about the world's origin and in its axes. The base's rows
  * of M v are the momentum about the root link's origin, in its axes. */
 static void momentum(oracle *o, const random_states *x, uint32_t root, double p[6])
@@ -239,7 +230,7 @@ TEST(free_robot_keeps_momentum)
         oracle_forward(o, x->tau, NULL, qdd, base);
         for (int side = 0; side < 2; side++) {
             step_state(d, o, x, qdd, base, side ? dt : -dt, y);
-            momentum(o, y, root_of(d), p[side]);
+            momentum(o, y, description_root(d), p[side]);
         }
         for (int i = 0; i < 6; i++)
             assert_close((p[1][i] - p[0][i]) / (2 * dt), 0, 1e-5, "momentum");

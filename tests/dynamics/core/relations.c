@@ -19,14 +19,6 @@ static const tfa_method forward_methods[] = {
     TFA_METHOD_DCA, TFA_METHOD_HESSENBERG};
 #define FORWARD_METHODS (sizeof forward_methods / sizeof *forward_methods)
 
-static double norm(const double *x, size_t n)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += x[k] * x[k];
-    return sqrt(sum);
-}
-
 static void two_tips(const test_robot *robot, tfa_request *r)
 {
     const uint32_t links = (uint32_t)robot->description->link_count;
@@ -57,10 +49,10 @@ static void equations_hold(test_robot *robot)
         compute_ok(robot, robot->f64, &r, &reply);
         /* relative to the forces that balance: tau alone may be far smaller than h */
         size_t nv = (size_t)STATES * robot->nv;
-        double given = norm(x->tau, nv) + 10 * robot->n;
+        double given = norm2(x->tau, nv) + 10 * robot->n;
         for (size_t k = 0; k < nv; k++)
             a->tau[k] -= x->tau[k];
-        double residual = norm(a->tau, nv);
+        double residual = norm2(a->tau, nv);
         if (robot->n > robot->nv)
             for (int k = 0; k < 6 * STATES; k++)
                 residual = fmax(residual, fabs(a->base_wrench[k] - x->base_wrench[k]));
@@ -85,7 +77,7 @@ static double asymmetry(const double *A, size_t n)
     for (size_t i = 0; i < n; i++)
         for (size_t k = 0; k < i; k++)
             difference = fmax(difference, fabs(A[i * n + k] - A[k * n + i]));
-    double size = norm(A, n * n);
+    double size = norm2(A, n * n);
     return size > 0 ? difference / size : difference;
 }
 
@@ -124,23 +116,11 @@ EVERY_ROBOT(matrices_are_symmetric, symmetric, false)
 
 /* ---- another observer ---- */
 
-/* v <- quat v */
-static void rotate(const double quat[4], double *v)
-{
-    double t[3], out[3];
-    for (int i = 0; i < 3; i++)
-        t[i] = 2 * (quat[(i + 1) % 3] * v[(i + 2) % 3] - quat[(i + 2) % 3] * v[(i + 1) % 3]);
-    for (int i = 0; i < 3; i++)
-        out[i] = v[i] + quat[3] * t[i] + quat[(i + 1) % 3] * t[(i + 2) % 3] -
-                 quat[(i + 2) % 3] * t[(i + 1) % 3];
-    memcpy(v, out, sizeof out);
-}
-
 /* Position x y z and quaternion, seen by an observer turned by `quat` and moved by `shift`. */
 static void move_pose(const double quat[4], const double shift[3], double *xyz, double *q)
 {
     double spin[4];
-    rotate(quat, xyz);
+    rotate_vector(quat, xyz, xyz);
     for (int i = 0; i < 3; i++) {
         int a = (i + 1) % 3, b = (i + 2) % 3;
         xyz[i] += shift[i];
@@ -155,16 +135,13 @@ static void move_world(test_robot *robot, random_states *x, const double quat[4]
                        const double shift[3])
 {
     tfa_description *d = robot->description;
-    rotate(quat, x->gravity);
+    rotate_vector(quat, x->gravity, x->gravity);
     if (robot->n > robot->nv) {
         for (int k = 0; k < STATES; k++)
             move_pose(quat, shift, x->base_pose + 7 * k, x->base_pose + 7 * k + 3);
         return;
     }
-    uint32_t root = 0;
-    for (size_t steps = 0; steps < d->joint_count; steps++)
-        for (size_t j = 0; j < d->joint_count; j++)
-            root = d->joints[j].child == root ? d->joints[j].parent : root;
+    const uint32_t root = description_root(d);
     for (size_t j = 0; j < d->joint_count; j++)
         if (d->joints[j].parent == root) {
             move_pose(quat, shift, d->joints[j].xyz, d->joints[j].quat);
@@ -268,7 +245,7 @@ static void energy_balances(test_robot *robot)
         T[side] = kinetic_energy(robot, y, a);
     }
     /* differences of T lose its digits by 1 / dt; their own error goes with (dt qdd)^2 */
-    double scale = 1 + fabs(want) + T[0], size = 1 + dt * norm(a->qdd, robot->nv);
+    double scale = 1 + fabs(want) + T[0], size = 1 + dt * norm2(a->qdd, robot->nv);
     assert_within(robot, "power", fabs((T[1] - T[0]) / (2 * dt) - want) / scale, 1e-5 * size * size,
                   &worst_power);
     answers_free(a);

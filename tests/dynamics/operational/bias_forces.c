@@ -60,8 +60,8 @@ static void oracle_h(op_case *c, const tfa_request *whole, uint32_t k, uint32_t 
 static double size_of(const op_case *c, const op_answers *a, uint32_t k)
 {
     const size_t at = (size_t)k * c->n;
-    return op_norm(a->gravity_force + at, c->n) + op_norm(a->velocity_force + at, c->n) +
-           op_norm(a->damping_force + at, c->n) + op_norm(a->external_force + at, c->n);
+    return norm2(a->gravity_force + at, c->n) + norm2(a->velocity_force + at, c->n) +
+           norm2(a->damping_force + at, c->n) + norm2(a->external_force + at, c->n);
 }
 
 /* Forces that the motion and the wrenches would have along a freedom in the worst direction: those
@@ -83,9 +83,9 @@ static struct sizes sizes_of(op_case *c, uint32_t k)
     op_velocities(c, k, v);
     const double *g = c->whole_r.gravity;
     const size_t wrenches = 6 * (size_t)c->r.wrench_count;
-    return (struct sizes){(double)oracle_sums_of(c->o).mass * (g ? op_norm(g, 3) : 9.80665) * LEVER,
-                          op_norm(M, (size_t)c->n * c->n) * op_norm(v, c->n) * op_norm(v, c->n),
-                          op_norm(c->r.wrenches + k * wrenches, wrenches) * LEVER};
+    return (struct sizes){(double)oracle_sums_of(c->o).mass * (g ? norm2(g, 3) : 9.80665) * LEVER,
+                          norm2(M, (size_t)c->n * c->n) * norm2(v, c->n) * norm2(v, c->n),
+                          norm2(c->r.wrenches + k * wrenches, wrenches) * LEVER};
 }
 
 static void check_external(op_case *c, const op_answers *a, uint32_t k, op_bound *b)
@@ -116,7 +116,7 @@ static void check_terms(op_case *c, const op_answers *a, uint32_t k, op_bound *b
     op_within(c, &b[VELOCITY],
               op_difference(a->velocity_force + at, undamped, c->n, sizes.velocity));
     oracle_h(c, &moving, k, 1, want);
-    const double size = fmax(sizes.velocity, op_norm(want, c->n));
+    const double size = fmax(sizes.velocity, norm2(want, c->n));
     for (uint32_t i = 0; i < c->n; i++)
         want[i] -= undamped[i];
     op_within(c, &b[DAMPING], op_difference(a->damping_force + at, want, c->n, size));
@@ -173,7 +173,7 @@ static void check_sum(op_case *c, tfa_workspace *w, const tfa_request *r, const 
         op_set_state(c, k);
         oracle_inverse(c->o, NULL, NULL, h + c->six, h);
         oracle_inverse(c->o, qdd + c->six, qdd, inertial + c->six, inertial);
-        const double size = size_of(c, a, k) + op_norm(inertial, c->n);
+        const double size = size_of(c, a, k) + norm2(inertial, c->n);
         for (uint32_t i = 0; i < c->n; i++)
             sum[i] += inertial[i] - h[i];
         op_forces(c, full, k, tau);
@@ -197,7 +197,7 @@ static void check_jacobian(op_case *c, tfa_workspace *w, const tfa_request *r, o
     for (uint32_t k = 0; k < q.count; k++) {
         const double *J = a->jacobian + (size_t)k * a->rows * c->n;
         const double *wrench = q.wrenches + (size_t)k * a->rows;
-        const double size = op_norm(J, (size_t)a->rows * c->n) * op_norm(wrench, a->rows);
+        const double size = norm2(J, (size_t)a->rows * c->n) * norm2(wrench, a->rows);
         for (uint32_t i = 0; i < c->n; i++) {
             want[i] = 0;
             for (uint32_t row = 0; row < a->rows; row++)
@@ -241,7 +241,7 @@ static void check_scaling(op_case *c, tfa_workspace *w, const tfa_request *r, co
         assert_memory_equal(fast->gravity_force + at, a->gravity_force + at, c->n * sizeof *want);
         op_within(c, &b[SAME],
                   op_difference(fast->external_force + at, a->external_force + at, c->n,
-                                op_norm(a->damping_force + at, c->n)));
+                                norm2(a->damping_force + at, c->n)));
     }
     op_answers_free(fast);
 }

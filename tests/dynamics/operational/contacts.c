@@ -7,7 +7,6 @@
  */
 #include "models.h"
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #define POINTS 32

@@ -6,7 +6,6 @@
  * failed state leaves an answer as it was. Outputs are those of interface/fields.h.
  */
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #include <stdbool.h>

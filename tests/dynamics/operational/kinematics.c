@@ -7,7 +7,6 @@
  * oracle's links that move, payloads included, and not over those that are fixed to the world.
  */
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 /* Errors of Jacobians are relative to them or to this: a point on an axis has rounding only. */
@@ -86,7 +85,7 @@ static void check_twist(const op_case *c, const op_answers *a, uint32_t k, op_bo
     const double *twists = a->twists + (size_t)k * 6 * a->tips;
     op_velocities(c, k, v);
     double got[OP_ROWS];
-    const double scale = fmax(REACH, op_norm(J, (size_t)a->rows * a->n)) * op_norm(v, a->n);
+    const double scale = fmax(REACH, norm2(J, (size_t)a->rows * a->n)) * norm2(v, a->n);
     for (uint32_t i = 0; i < a->rows; i++) {
         Jv[i] = 0;
         got[i] = twists[6 * (i / tips.rows) + i % tips.rows];
@@ -105,7 +104,7 @@ static void check_motion(op_case *c, const op_answers *a, uint32_t k, op_bound *
     const size_t entries = (size_t)a->rows * a->n;
     oracle_jacobian(c->o, &tips, J);
     op_velocities(c, k, v);
-    const double size = fmax(REACH, op_norm_quad(J, entries)), speed = op_norm(v, c->n);
+    const double size = fmax(REACH, op_norm_quad(J, entries)), speed = norm2(v, c->n);
     op_within(c, &b[JACOBIAN], op_error(a->jacobian + k * entries, J, entries, REACH));
     oracle_twists(c->o, &tips, x);
     op_within(c, &b[TWIST],
@@ -125,7 +124,7 @@ static double reach_of(op_case *c, const oracle_centroid *sums)
         reach = fmax(reach, op_difference((double[3]){(double)sums->com[0], (double)sums->com[1],
                                                       (double)sums->com[2]},
                                           p, 3, 0) *
-                                op_norm(p, 3));
+                                norm2(p, 3));
     }
     return reach;
 }
@@ -137,14 +136,14 @@ static void check_sums(op_case *c, const op_answers *a, uint32_t k, op_bound *b)
     const size_t entries = 3 * (size_t)c->n;
     op_velocities(c, k, v);
     const oracle_centroid sums = oracle_sums_of(c->o);
-    const double mass = (double)sums.mass, speed = op_norm(v, c->n);
+    const double mass = (double)sums.mass, speed = norm2(v, c->n);
     oracle_com_jacobian(c->o, J);
     if (c->whole_r.gravity)
         memcpy(gravity, c->whole_r.gravity, sizeof gravity);
     const double moving = op_norm_quad(J, entries) * speed;
     /* rounding of momenta that cancel: they are as large as that of the fastest mass */
     const double momentum = mass * moving + (double)quad_sqrt(2 * sums.kinetic * sums.mass);
-    const double weight = mass * op_norm(gravity, 3) * fmax(1, op_norm_quad(sums.com, 3));
+    const double weight = mass * norm2(gravity, 3) * fmax(1, op_norm_quad(sums.com, 3));
     op_within(c, &b[MASS], op_error(a->mass + k, &sums.mass, 1, 0));
     op_within(c, &b[COM], op_error(a->com + 3 * (size_t)k, sums.com, 3, 1));
     op_within(c, &b[COM_VELOCITY],

@@ -261,8 +261,8 @@ static void check_equation(op_case *c, const op_answers *a, uint32_t k)
     push(c, a, k, F, tau);
     op_move(c, c->f64, k, tau, qdd);
     (void)op_tip_acceleration(a, k, qdd, acceleration);
-    size = op_norm(F, m) + op_norm(L, (size_t)m * m) * op_norm(acceleration, m) +
-           op_norm(a->mu + (size_t)k * m, m) + op_norm(a->p + (size_t)k * m, m);
+    size = norm2(F, m) + norm2(L, (size_t)m * m) * norm2(acceleration, m) +
+           norm2(a->mu + (size_t)k * m, m) + norm2(a->p + (size_t)k * m, m);
     for (uint32_t i = 0; i < m; i++) {
         got[i] = a->mu[(size_t)k * m + i] + a->p[(size_t)k * m + i];
         for (uint32_t j = 0; j < m; j++)

@@ -7,7 +7,6 @@
 
 #include "dynamics/reductions/reductions.h"
 #include "model/model.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #define WRENCHES 2
@@ -469,7 +468,7 @@ double op_tip_acceleration(const op_answers *a, uint32_t k, const double *qdd, d
         for (uint32_t j = 0; j < n; j++)
             x[i] += J[(size_t)i * n + j] * qdd[j];
     }
-    return op_norm(J, (size_t)m * n) * op_norm(qdd, n) + op_norm(bias, m);
+    return norm2(J, (size_t)m * n) * norm2(qdd, n) + norm2(bias, m);
 }
 
 /* ---- numbers ---- */
@@ -496,14 +495,6 @@ double op_norm_quad(const quad *x, size_t n)
     return (double)quad_sqrt(sum);
 }
 
-double op_norm(const double *x, size_t n)
-{
-    double sum = 0;
-    for (size_t k = 0; k < n; k++)
-        sum += x[k] * x[k];
-    return sqrt(sum);
-}
-
 static double ratio(double difference, double size)
 {
     return size > 0 ? difference / size : difference;
@@ -523,5 +514,5 @@ double op_difference(const double *x, const double *want, size_t n, double scale
     double sum = 0;
     for (size_t k = 0; k < n; k++)
         sum += (x[k] - want[k]) * (x[k] - want[k]);
-    return ratio(sqrt(sum), fmax(op_norm(want, n), scale));
+    return ratio(sqrt(sum), fmax(norm2(want, n), scale));
 }

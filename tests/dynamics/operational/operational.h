@@ -12,6 +12,7 @@
 #include <totalforce/totalforce.h>
 
 #include "interface/fields.h"
+#include "support/fixture.h"
 #include "support/oracle_operational.h"
 #include "support/random_robot.h"
 
@@ -151,7 +152,6 @@ void op_print(const op_bound *bounds, size_t count);
 double op_error(const double *x, const quad *want, size_t n, double scale);
 /** The same of two arrays of doubles. */
 double op_difference(const double *x, const double *want, size_t n, double scale);
-double op_norm(const double *x, size_t n);
 double op_norm_quad(const quad *x, size_t n);
 void *op_alloc(size_t count, size_t size);
 

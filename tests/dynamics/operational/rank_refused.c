@@ -6,7 +6,6 @@
  * damping is continuous in the threshold.
  */
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #define ROWS 6

@@ -7,7 +7,6 @@
  * whichever op and flags stand beside them.
  */
 #include "operational.h"
-#include "support/fixture.h"
 #include "test.h"
 
 #define FREEDOMS 30 /* robots larger than this take too long, but reduced ones */

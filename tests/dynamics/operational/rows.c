@@ -64,7 +64,7 @@ static void check_solution(const op_case *c, const op_answers *pose, const op_an
             for (uint32_t j = 0; j < m; j++)
                 got[i] += B[i * m + j] * part[j];
         }
-        const double size = op_norm(A, (size_t)all * all) * op_norm(whole, all);
+        const double size = norm2(A, (size_t)all * all) * norm2(whole, all);
         op_within(c, &bounds[SOLVED], op_difference(got, want, m, size));
     }
     solved++;

@@ -161,7 +161,7 @@ static void check_definition(const struct task *t, const op_answers *a, uint32_t
     }
     const double scale =
         op_norm_quad(J, (size_t)m * c->n) * op_norm_quad(s.L, (size_t)m * m) * size +
-        op_norm(posture, c->n);
+        norm2(posture, c->n);
     op_within(c, &t->b[DEFINITION], op_error(got, want, c->n, scale));
     check_given_up(t, a, k, tau, &metric, J);
     by_definition++;
@@ -203,10 +203,10 @@ static void check_row_space(const struct task *t, uint32_t k, const double *tau)
         const tfa_joint_info j = tfa_model_joint(c->model, c->r.locked[l]);
         memcpy(want + c->six + j.v_index, tau + c->six + j.v_index, j.v_count * sizeof *want);
     }
-    const double size = op_norm(L, (size_t)m * m) * op_norm(desired, m) +
-                        op_norm(a->mu + (size_t)k * m, m) + op_norm(a->p + (size_t)k * m, m);
+    const double size = norm2(L, (size_t)m * m) * norm2(desired, m) +
+                        norm2(a->mu + (size_t)k * m, m) + norm2(a->p + (size_t)k * m, m);
     op_within(c, &t->b[ROW_SPACE],
-              op_difference(tau, want, c->n, size * op_norm(J, (size_t)m * c->n)));
+              op_difference(tau, want, c->n, size * norm2(J, (size_t)m * c->n)));
 }
 
 /* |qdd - qdd of no torques|_M is least without posture torques. */
@@ -257,7 +257,7 @@ static void check_posture(struct task *t, int which)
 static void check_immobile(struct task *t, uint32_t k)
 {
     const uint32_t m = t->a->rows;
-    if (op_norm(t->a->lambda_inv + (size_t)k * m * m, (size_t)m * m) > 0)
+    if (norm2(t->a->lambda_inv + (size_t)k * m * m, (size_t)m * m) > 0)
         return;
     double tau[OP_FREEDOMS];
     op_forces(t->c, t->a, k, tau);

@@ -7,6 +7,7 @@
  */
 #include "reductions.h"
 #include "support/small_robot.h"
+#include "support/step.h"
 #include "test.h"
 
 #define SEEDS 40
@@ -18,16 +19,6 @@ static tfa_joint *add(small_robot *r, uint32_t parent, tfa_joint_type type, doub
     small_robot_load(r, j->child, mass, 0.02 * mass, 0.01 * mass, 0.015 * mass);
     r->link[j->child].com[1] = mass > 0 ? 0.1 : 0;
     return j;
-}
-
-static void rotate(const double q[4], const double a[3], int back, double out[3])
-{
-    double t[3], w = back ? -q[3] : q[3];
-    for (int i = 0; i < 3; i++)
-        t[i] = 2 * (q[(i + 1) % 3] * a[(i + 2) % 3] - q[(i + 2) % 3] * a[(i + 1) % 3]);
-    for (int i = 0; i < 3; i++)
-        out[i] =
-            a[i] + w * t[i] + q[(i + 1) % 3] * t[(i + 2) % 3] - q[(i + 2) % 3] * t[(i + 1) % 3];
 }
 
 static void follow(tfa_joint *j, int32_t leader, double multiplier)
@@ -51,7 +42,8 @@ static void telescope(small_robot *r, random_source *s)
         tfa_joint *j =
             add(r, (uint32_t)r->d.link_count - 1, TFA_JOINT_PRISMATIC, k + 1 == stages ? 2 : 0);
         random_quaternion(s, j->quat);
-        rotate(j->quat, axis, 1, j->axis);
+        const double back[4] = {-j->quat[0], -j->quat[1], -j->quat[2], j->quat[3]};
+        rotate_vector(back, axis, j->axis);
         memcpy(axis, j->axis, sizeof axis);
         j->xyz[0] = 0.05;
         if (k > 0)

@@ -138,8 +138,8 @@ static void delassus(struct robot *h, tfa_rows rows, tfa_reference_frame frame)
     for (size_t w = 0; w <= METHODS; w++) {
         const int quadruple = w == METHODS;
         tfa_request r = h->c.r;
-        op_bound lambda = {"lambda_inv", quadruple ? 1e-14 : methods[w].bound, 0};
-        op_bound motion = {"J and J-dot v", 1e-13, 0};
+        op_bound lambda = {"lambda_inv", {quadruple ? 1e-14 : methods[w].bound}, {0}};
+        op_bound motion = {"J and J-dot v", {1e-13}, {0}};
         r.op = TFA_OP_OPERATIONAL_INERTIA;
         r.method = quadruple ? TFA_METHOD_PV_OSIMR : methods[w].method;
         r.flags = TFA_WANT_JACOBIAN | TFA_WANT_BIAS_ACCELERATION;
@@ -153,7 +153,7 @@ static void delassus(struct robot *h, tfa_rows rows, tfa_reference_frame frame)
         op_answers_free(a);
         print_message("  %-16s %u rows, frame %d: lambda_inv %.2g, J and J-dot v %.2g\n",
                       quadruple ? "pv-osimr, f128" : methods[w].name, (unsigned)m, (int)frame,
-                      lambda.worst, motion.worst);
+                      lambda.worst[0], motion.worst[0]);
     }
     free(A);
     free(bias);
@@ -177,7 +177,7 @@ TEST(task_of_all_contact_points)
     open_robot(&h, "humanoid.urdf");
     enum { ROWS = 3 * POINTS };
     static double desired[STATES * ROWS];
-    op_bound reached = {"J qdd + bias_acceleration = desired", 1e-10, 0};
+    op_bound reached = {"J qdd + bias_acceleration = desired", {1e-10}, {0}};
     random_source s = {11};
     h.c.r.rows = TFA_ROWS_POINT;
     tfa_request r = h.c.r;

@@ -18,10 +18,10 @@
 #define TIPS 2
 
 static op_bound bounds[] = {
-    {"twist by poses", 1e-10, 0},      {"column of J by poses", 1e-10, 0},
-    {"J-dot v by twists", 1e-10, 0},   {"com_velocity by com", 1e-10, 0},
-    {"com_jacobian by com", 1e-10, 0}, {"momentum by com", 1e-10, 0},
-    {"gravity by energy", 1e-10, 0},
+    {"twist by poses", {1e-10}, {0}},      {"column of J by poses", {1e-10}, {0}},
+    {"J-dot v by twists", {1e-10}, {0}},   {"com_velocity by com", {1e-10}, {0}},
+    {"com_jacobian by com", {1e-10}, {0}}, {"momentum by com", {1e-10}, {0}},
+    {"gravity by energy", {1e-10}, {0}},
 };
 enum { TWIST, COLUMN, BIAS, COM_VELOCITY, COM_COLUMN, MOMENTUM, GRAVITY };
 

@@ -475,16 +475,18 @@ double op_tip_acceleration(const op_answers *a, uint32_t k, const double *qdd, d
 
 void op_within(const op_case *c, op_bound *bound, double error)
 {
-    if (!(error <= bound->bound))
-        fail_msg("%s: %s: error %.3g, bound %g", c->name, bound->name, error, bound->bound);
-    bound->worst = fmax(bound->worst, error);
+    if (!(error <= bound->bound[c->set]))
+        fail_msg("%s: %s (%u): error %.3g, bound %g", c->name, bound->name, (unsigned)c->set, error,
+                 bound->bound[c->set]);
+    bound->worst[c->set] = fmax(bound->worst[c->set], error);
 }
 
 void op_print(const op_bound *bounds, size_t count)
 {
-    for (size_t k = 0; k < count; k++)
-        print_message("  %-36s worst %.2g, bound %g\n", bounds[k].name, bounds[k].worst,
-                      bounds[k].bound);
+    for (const op_bound *b = bounds; b < bounds + count; b++)
+        for (int set = 0; set < OP_SETS && b->bound[set] > 0; set++)
+            print_message("  %-38s %d: worst %.2g, bound %g\n", b->name, set, b->worst[set],
+                          b->bound[set]);
 }
 
 double op_norm_quad(const quad *x, size_t n)

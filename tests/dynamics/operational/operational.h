@@ -20,6 +20,7 @@
 #define OP_FREEDOMS 256 /* most rows of M */
 #define OP_TIPS 4       /* most tips of the tests that choose some */
 #define OP_ROWS (6 * OP_TIPS)
+#define OP_SETS 4 /* of bounds */
 
 /** A robot with OP_STATES random states. */
 typedef struct op_case {
@@ -35,6 +36,7 @@ typedef struct op_case {
     bool file;       /**< of config/robots or ../shared/robots: large */
     bool chain;      /**< a test mechanism: no methods that invert inertias of single bodies */
     bool heavy;      /**< in which light links carry others 1e6 times as heavy: six digits less */
+    uint32_t set;    /**< whose bounds count */
     uint32_t damped; /**< 1: the model has damping, and the oracle uses it */
     uint32_t link_count;        /**< frames of the model */
     uint32_t link[OP_FREEDOMS]; /**< link of `whole` of each frame */
@@ -139,12 +141,13 @@ void op_move(const op_case *c, tfa_workspace *w, uint32_t k, const double *tau, 
 /** x = J qdd + bias_acceleration of state k by answers. @return the size of the terms */
 double op_tip_acceleration(const op_answers *a, uint32_t k, const double *qdd, double *x);
 
-/** A quantity that a test bounds. */
+/** A quantity that a test bounds, in each set of cases. */
 typedef struct op_bound {
     const char *name;
-    double bound, worst;
+    double bound[OP_SETS], worst[OP_SETS];
 } op_bound;
 
+/** Fails unless the error is within the bound of the case's set. */
 void op_within(const op_case *c, op_bound *bound, double error);
 void op_print(const op_bound *bounds, size_t count);
 

@@ -114,7 +114,7 @@ TEST(lost_rank_is_refused)
 
 /* ---- damping ---- */
 
-static op_bound jump = {"jump of damped lambda", 3e-7, 0};
+static op_bound jump = {"jump of damped lambda", {3e-7}, {0}};
 static uint32_t crossings;
 
 /* The threshold crosses the least eigenvalue from below. */

@@ -11,10 +11,10 @@
 
 enum { JACOBIAN, BIAS, INVERSE, SOLVED, KINDS };
 static op_bound bounds[] = {
-    {"jacobian", 1e-14, 0},
-    {"bias_acceleration", 1e-14, 0},
-    {"lambda_inv", 1e-14, 0},
-    {"mu and p of a point", 1e-14, 0},
+    {"jacobian", {1e-14}, {0}},
+    {"bias_acceleration", {1e-14}, {0}},
+    {"lambda_inv", {1e-14}, {0}},
+    {"mu and p of a point", {1e-14}, {0}},
 };
 static uint32_t solved;
 

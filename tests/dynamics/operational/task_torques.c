@@ -15,40 +15,28 @@
 #define WELL_CONDITIONED 1e7
 
 enum { DESIRED, POSTURES, ROW_SPACE, DEFINITION, GAUSS, GIVEN_UP, KINDS };
+enum { DOUBLE, QUAD, HEAVY }; /* sets */
 
 /* The first two are relative to the terms that add up, |J| |qdd| + |bias_acceleration|, wherever
  * the rank is full. */
-static op_bound bounds[3 * KINDS] = {
-    {"J qdd + bias_acceleration = desired", 5e-12, 0},
-    {"two postures, one acceleration", 5e-12, 0},
-    {"tau = J^T (lambda a + mu + p)", 1e-13, 0},
-    {"tau by definition", 1e-14, 0},
-    {"least disturbance", 1e-13, 0},
-    {"missing = given up", 3e-11, 0},
-    {"J qdd + bias_acceleration, f128", 1e-11, 0},
-    {"two postures, f128", 1e-11, 0},
-    {"tau = J^T (...), f128", 4e-15, 0},
-    {"tau by definition, f128", 4e-15, 0},
-    {"least disturbance, f128", 1e-13, 0},
-    {"missing = given up, f128", 2e-12, 0},
-    {"J qdd + bias_acceleration, heavy", 1e-8, 0},
-    {"two postures, heavy", 1e-8, 0},
-    {"tau = J^T (...), heavy", 1e-7, 0},
-    {"tau by definition, heavy", 3e-10, 0},
-    {"least disturbance, heavy", 1e-10, 0},
-    {"missing = given up, heavy", 5e-8, 0},
+static op_bound bounds[KINDS] = {
+    {"J qdd + bias_acceleration = desired", {5e-12, 1e-11, 1e-8}, {0}},
+    {"two postures, one acceleration", {5e-12, 1e-11, 1e-8}, {0}},
+    {"tau = J^T (lambda a + mu + p)", {1e-13, 4e-15, 1e-7}, {0}},
+    {"tau by definition", {1e-14, 4e-15, 3e-10}, {0}},
+    {"least disturbance", {1e-13, 1e-13, 1e-10}, {0}},
+    {"missing = given up", {3e-11, 2e-12, 5e-8}, {0}},
 };
-/* The first two again, on robots with a condition below WELL_CONDITIONED: in double, in f128 */
-static op_bound robot_bounds[2][2] = {
-    {{"J qdd + bias_acceleration, robots", 2e-12, 0}, {"two postures, robots", 2e-12, 0}},
-    {{"J qdd + ..., robots, f128", 4e-15, 0}, {"two postures, robots, f128", 4e-15, 0}},
+/* The first two again, on robots with a condition below WELL_CONDITIONED */
+static op_bound robot_bounds[2] = {
+    {"J qdd + bias_acceleration, robots", {2e-12, 4e-15}, {0}},
+    {"two postures, robots", {2e-12, 4e-15}, {0}},
 };
 static uint32_t reached, by_definition, damped, immobile;
 
 struct task {
     op_case *c;
     tfa_workspace *w, *forward; /* of the task, of forward dynamics */
-    op_bound *b, *robot_b;      /* robot_b: NULL on test mechanisms */
     tfa_request r;
     double desired[OP_STATES * ROWS];
     double posture[2][OP_STATES * OP_FREEDOMS];
@@ -69,9 +57,9 @@ static bool is_well_conditioned(const struct task *t, uint32_t k)
 /* An error of kind DESIRED or POSTURES in state k, whose rank is full */
 static void within(const struct task *t, uint32_t k, int kind, double error)
 {
-    op_within(t->c, &t->b[kind], error);
-    if (t->robot_b && is_well_conditioned(t, k))
-        op_within(t->c, &t->robot_b[kind], error);
+    op_within(t->c, &bounds[kind], error);
+    if (!t->c->chain && is_well_conditioned(t, k))
+        op_within(t->c, &robot_bounds[kind], error);
 }
 
 /* ---- the definition ---- */
@@ -121,7 +109,7 @@ static void check_given_up(const struct task *t, const op_answers *a, uint32_t k
     spectral_acceleration(metric, sum, want);
     for (uint32_t i = 0; i < m; i++)
         got[i] = (double)missing[i];
-    op_within(t->c, &t->b[GIVEN_UP], op_error(got, want, m, size));
+    op_within(t->c, &bounds[GIVEN_UP], op_error(got, want, m, size));
 }
 
 /* tau = posture + J^T f(lambda_inv) x, but for locked joints, which anything may hold. Both tau
@@ -162,7 +150,7 @@ static void check_definition(const struct task *t, const op_answers *a, uint32_t
     const double scale =
         op_norm_quad(J, (size_t)m * c->n) * op_norm_quad(s.L, (size_t)m * m) * size +
         norm2(posture, c->n);
-    op_within(c, &t->b[DEFINITION], op_error(got, want, c->n, scale));
+    op_within(c, &bounds[DEFINITION], op_error(got, want, c->n, scale));
     check_given_up(t, a, k, tau, &metric, J);
     by_definition++;
 }
@@ -205,7 +193,7 @@ static void check_row_space(const struct task *t, uint32_t k, const double *tau)
     }
     const double size = norm2(L, (size_t)m * m) * norm2(desired, m) +
                         norm2(a->mu + (size_t)k * m, m) + norm2(a->p + (size_t)k * m, m);
-    op_within(c, &t->b[ROW_SPACE],
+    op_within(c, &bounds[ROW_SPACE],
               op_difference(tau, want, c->n, size * norm2(J, (size_t)m * c->n)));
 }
 
@@ -222,7 +210,7 @@ static void check_gauss(const struct task *t, uint32_t k, const double *alone, c
     const double least =
         oracle_energy_norm(c->o, without + c->six, without, unforced + c->six, unforced);
     const double more = oracle_energy_norm(c->o, with + c->six, with, unforced + c->six, unforced);
-    op_within(c, &t->b[GAUSS], fmax(0, least - more) / (least + more + 1e-6));
+    op_within(c, &bounds[GAUSS], fmax(0, least - more) / (least + more + 1e-6));
 }
 
 static void check_posture(struct task *t, int which)
@@ -323,14 +311,12 @@ static void tasks(op_case *c)
         t.r.count = 1 + (uint32_t)(pass % 2) * (OP_STATES - 1);
         t.forward = c->f64;
         t.w = pass == 3 ? c->f32 : c->f64; /* what float lacks is in double */
-        t.b = bounds + (c->heavy ? 2 * KINDS : 0);
-        t.robot_b = c->chain ? NULL : robot_bounds[0];
+        c->set = c->heavy ? HEAVY : DOUBLE;
         with_task(&t);
         if (pass != 2)
             continue;
         t.w = t.forward = c->f128;
-        t.b = bounds + KINDS;
-        t.robot_b = c->chain ? NULL : robot_bounds[1];
+        c->set = QUAD;
         with_task(&t);
     }
 }
@@ -338,8 +324,8 @@ static void tasks(op_case *c)
 TEST(tips_accelerate_as_asked)
 {
     op_for_each(OP_ALL, tasks);
-    op_print(bounds, 3 * KINDS);
-    op_print(robot_bounds[0], 4);
+    op_print(bounds, KINDS);
+    op_print(robot_bounds, 2);
     print_message("  %u accelerations, %u by definition, %u directions damped, %u immobile\n",
                   reached, by_definition, damped, immobile);
     assert_true(reached > 500 && by_definition > 500 && damped > 100 && immobile > 10);
